@@ -1,0 +1,1 @@
+"""Floor 2: bytes. YAML, bags, MCAP, channels. No rclpy."""

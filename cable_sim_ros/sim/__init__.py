@@ -1,0 +1,1 @@
+"""Floor 1: scene -> model, static start, Simulator."""

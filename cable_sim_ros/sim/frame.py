@@ -1,0 +1,97 @@
+"""Frame: what one tick answers. One table declares every published quantity with unit and meaning."""
+
+from __future__ import annotations
+
+from enum import IntFlag
+
+import numpy as np
+
+
+class Flag(IntFlag):
+    """Health flags of a tick; several may be set."""
+
+    NONE = 0
+    NEWTON_FAILED = 1        # the step could not be solved at the smallest step: the tick was rolled back, the run halted
+    HALVED = 2               # the tick needed shorter substeps
+    SLACK = 4                # an element carries less than no tension
+    DETACHED = 8             # the cable left the sheave or its groove
+    PENETRATION = 16         # deepest contact above the limit of the scene
+    COARSE_AT_SURFACE = 32   # an element longer than a quarter of the radius touches sheave or drum
+    MOTION_STALE = 64        # newest motion sample older than ship.stale_after
+    MOTION_BLENDING = 128    # a changed motion source (or the start) is being taken up
+    COMMAND_STALE = 256      # a rate command ran into winch.command_timeout and is held at its length
+    DRUM_END = 512           # the cable end on the drum has come to the drum's tangent point: pay-out stopped
+    NOT_FINITE = 1024        # a non-finite number was found: the tick was rolled back, the run halted
+
+
+class Source(IntFlag):
+    """Where the ship motion of a tick came from."""
+
+    MEAN = 0       # mean track of the scene
+    ODOMETRY = 1
+    IMU = 2
+
+
+# name, shape, dtype, unit, meaning
+FIELDS = (
+    ("time", (), "i8", "ns", "simulation time, integer nanoseconds on the clock of the motion data"),
+    ("tick", (), "i8", "1", "ticks since the start"),
+    ("ship_position", (3,), "f8", "m", "base_link in odom"),
+    ("ship_quaternion", (4,), "f8", "1", "attitude of base_link in odom, x y z w"),
+    ("ship_velocity", (3,), "f8", "m/s", "velocity of base_link in odom"),
+    ("ship_rate", (3,), "f8", "rad/s", "angular velocity in odom"),
+    ("sheave_position", (3,), "f8", "m", "sheave centre in odom"),
+    ("sheave_velocity", (3,), "f8", "m/s", "velocity of the sheave centre in odom"),
+    ("tension", (), "f8", "N", "effective tension where the cable leaves the sheave outboard"),
+    ("tension_vector", (3,), "f8", "N", "pull of the outboard cable on the sheave, axes of sheave_link"),
+    ("departure_angle", (), "f8", "rad", "angle of the departing cable from the downward vertical"),
+    ("tension_drum", (), "f8", "N", "tension at the drum"),
+    ("tension_least", (), "f8", "N", "least element tension along the cable"),
+    ("tension_most", (), "f8", "N", "largest element tension along the cable"),
+    ("tension_body", (), "f8", "N", "tension at the towbody"),
+    ("body_position", (3,), "f8", "m", "towbody in odom"),
+    ("body_velocity", (3,), "f8", "m/s", "towbody velocity in odom"),
+    ("body_acceleration", (3,), "f8", "m/s^2", "towbody acceleration in odom"),
+    ("body_quaternion", (4,), "f8", "1", "towbody attitude in odom, x y z w: x forward along the local flow"),
+    ("body_rate", (3,), "f8", "rad/s", "towbody angular velocity in odom"),
+    ("payout", (), "f8", "m", "unstretched cable off the drum, positive out"),
+    ("payout_rate", (), "f8", "m/s", "rate of pay-out"),
+    ("payout_acceleration", (), "f8", "m/s^2", "acceleration of pay-out"),
+    ("payout_setpoint", (), "f8", "m", "pay-out the servo is steering to"),
+    ("drum_angle", (), "f8", "rad", "drum angle, positive hauling in"),
+    ("drum_rate", (), "f8", "rad/s", "drum speed, positive hauling in"),
+    ("drum_torque", (), "f8", "N m", "torque of the cable on the drum, positive turning it out"),
+    ("contact_force", (3,), "f8", "N", "resultant of the cable on the sheave, axes of sheave_link"),
+    ("contact_resultant", (), "f8", "N", "norm of contact_force"),
+    ("contact_total", (), "f8", "N", "sum of the line loads of both flanks, no directions"),
+    ("wrap_angle", (), "f8", "rad", "arc between the first and the last loaded station on the sheave"),
+    ("lifted_fraction", (), "f8", "1", "part of the geometric wrap that carries no load"),
+    ("groove_margin", (), "f8", "m", "least distance below the groove top along the wrap"),
+    ("contact_stations", (), "i8", "1", "rows of the contact table that are filled"),
+    ("penetration", (), "f8", "m", "deepest penetration of a contact surface"),
+    ("detachments", (), "i8", "1", "detachment events since the start"),
+    ("kinetic_energy", (), "f8", "J", "of cable and towbody"),
+    ("strain_energy", (), "f8", "J", "axial and bending"),
+    ("potential_energy", (), "f8", "J", "of weight less buoyancy"),
+    ("iterations", (), "i8", "1", "Newton iterations of the tick"),
+    ("substeps", (), "i8", "1", "time steps of the tick"),
+    ("residual", (), "f8", "N", "largest residual left by the last step"),
+    ("motion_source", (), "i8", "1", "Source of the ship motion"),
+    ("motion_age", (), "f8", "s", "simulation time less stamp of the newest motion sample (negative: ahead)"),
+    ("command_age", (), "f8", "s", "simulation time less stamp of the newest winch command; negative: none yet"),
+    ("flags", (), "i8", "1", "Flag bits"),
+)
+
+FRAME = np.dtype([(name, kind, shape) for name, shape, kind, _, _ in FIELDS], align=True)
+
+# columns of the two tables that go with a Frame
+SHAPE_COLUMNS = (("x", "m"), ("y", "m"), ("z", "m"), ("tension", "N"), ("arc_length", "m"))   # odom, one row a node
+CONTACT_COLUMNS = (   # sheave_link axes, one row a contact station of the sheave, inboard to outboard
+    ("x", "m"), ("y", "m"), ("z", "m"),
+    ("wrap_angle", "rad"),        # about the sheave axis from its top, positive outboard (aft)
+    ("load_port", "N/m"), ("load_starboard", "N/m"),   # line load of each flank
+    ("gap", "m"),                 # distance of the centreline from its seat in the groove; negative: pressed in
+    ("arc_length", "m"),          # unstretched arc length from the drum end
+    ("length", "m"),              # length of cable the station stands for
+)
+MAX_STATIONS = 512

@@ -1,0 +1,30 @@
+"""Scene: what a user writes. One YAML file, SI units, every number checked at load against its declaration."""
+
+from __future__ import annotations
+
+from ..physics.cable import Cable
+from ..physics.contact import Contact
+from ..physics.integrate import Solver
+from ..physics.quantity import REQUIRED, Block, quantity
+from ..physics.setpoint import Setpoint
+from ..physics.ship import Ship
+from ..physics.surface import Sheave
+from ..physics.towbody import Towbody
+from ..physics.water import Water
+from ..physics.winch import Winch
+
+
+class Scene(Block):
+    """A shipboard tow: cable from the drum over the sheave to the towbody."""
+
+    name: str = quantity(REQUIRED, "", None, None, "name of the scene")
+    gravity: float = quantity(9.81, "m/s^2", 0.0, 30.0, "gravitational acceleration")
+    ship: Ship = quantity(Ship(), "", None, None, "ship")
+    water: Water = quantity(Water(), "", None, None, "water")
+    cable: Cable = quantity(REQUIRED, "", None, None, "cable")
+    winch: Winch = quantity(REQUIRED, "", None, None, "winch")
+    setpoint: Setpoint = quantity(Setpoint(), "", None, None, "set-point of the winch")
+    sheave: Sheave = quantity(REQUIRED, "", None, None, "sheave")
+    contact: Contact = quantity(Contact(), "", None, None, "contact of the cable with drum and sheave")
+    towbody: Towbody = quantity(REQUIRED, "", None, None, "towbody")
+    solver: Solver = quantity(Solver(), "", None, None, "time integration")
