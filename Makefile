@@ -1,0 +1,53 @@
+# make run   makes the environment and plays recorded ship motion through the node (about 90 s after the install)
+# make test  makes the environment and runs the tests;  make lint  runs the linter
+SHELL := bash
+.SHELLFLAGS := -eu -o pipefail -c
+.DELETE_ON_ERROR:
+.DEFAULT_GOAL := help
+.PHONY: help run test lint clean
+
+VENV ?= .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip install -qq --disable-pip-version-check
+PACKAGING := setup.py setup.cfg package.xml
+SECONDS_OF_TOW ?= 60
+PYTEST_ARGS ?=
+
+help:
+	@sed -n 's/^# //p' Makefile
+
+run: $(VENV)/.run
+	$(BIN)/cable-sim live nbp1406 --scene full_scale --duration $(SECONDS_OF_TOW)
+
+test: $(VENV)/.test
+	$(BIN)/python -m pytest $(PYTEST_ARGS)
+
+lint: $(VENV)/.test
+	$(BIN)/ruff check .
+
+clean:
+	rm -rf $(VENV) build install log *.egg-info
+
+# The first python3 that is new enough, not newer than the wheels of ROS, and able to make an environment.
+$(BIN)/python:
+	@for python in $(PYTHON) python3 python3.12 python3.11 python3.13; do \
+	    if "$$python" -c 'import sys, venv, ensurepip; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' \
+	            2>/dev/null; then \
+	        echo "environment: $(VENV) with $$("$$python" --version)"; \
+	        "$$python" -m venv $(VENV); exit 0; \
+	    fi; \
+	done; \
+	echo "error: no usable Python found (3.11, 3.12 or 3.13 with the venv module); nothing was installed." >&2; \
+	echo "       Install one, e.g. 'apt install python3.11 python3.11-venv', or name it: make PYTHON=/path/to/python3" >&2; \
+	exit 1
+
+# Installed in place: a change of the code needs no new install.
+$(VENV)/.run: $(PACKAGING) | $(BIN)/python
+	@echo "installing the simulator, ROS 2 (rclpy from wheels) and matplotlib: about a minute the first time"
+	@$(PIP) -e '.[ros,viz]'
+	@touch $@
+
+$(VENV)/.test: $(PACKAGING) | $(BIN)/python
+	@echo "installing the simulator with its test tools: about a minute the first time"
+	@$(PIP) -e '.[ros,viz,test]'
+	@touch $@ $(VENV)/.run

@@ -1,0 +1,77 @@
+"""One package for both worlds: pip wheels, and colcon with ROS from its distribution."""
+
+import os
+import re
+from pathlib import Path
+
+from setuptools import find_packages, setup
+
+HERE = Path(__file__).parent
+NAME = "cable_sim_ros"
+VERSION = re.search(r'__version__ = "([^"]+)"', (HERE / NAME / "__init__.py").read_text()).group(1)
+
+REQUIRES = [
+    "setuptools",
+    "numpy>=1.26",
+    "scipy>=1.11",
+    "numba>=0.60",
+    "pydantic>=2,<3",        # checks are written against the error types of version 2
+    "pyyaml>=6",
+    "mcap>=1.2,<2",          # writer and records of the 1.x line
+    "rosbags>=0.10,<0.12",   # 0.x: the reader's interface changes with the minor version
+    "click>=8.1,<9",
+    "rich>=13",
+]
+
+# rclpy and its messages must come from one ROS distribution: these bounds hold Kilted together
+ROS = ["ros-rclpy[fastrtps]>=9.1,<10"] + [
+    f"ros-{name}-msgs>=5,<6" for name in ("diagnostic", "geometry", "nav", "sensor", "std")
+] + ["ros-std-srvs>=5,<6", "ros-lifecycle-msgs>=2,<3", "ros-rosgraph-msgs>=2,<3"]
+
+TEST = [
+    "pytest>=8",
+    "hypothesis>=6",
+    "ruff>=0.17,<0.18",      # the set of rules changes with the minor version
+    "colcon-common-extensions>=0.3",
+    "setuptools<80",         # colcon-core: `setup.py develop` and `install` as they were before 80
+]
+
+
+def shared(*folders):
+    """Data files of the top-level folders, for share/<package>/<folder> in both worlds."""
+    for folder in folders:
+        for path, _, files in os.walk(folder):
+            kept = sorted(os.path.join(path, name) for name in files if not name.startswith("."))
+            if kept:
+                yield os.path.join("share", NAME, path), kept
+
+
+os.chdir(HERE)
+setup(
+    name=NAME,
+    version=VERSION,
+    description="Simulates a shipboard cable tow in real time",
+    long_description=(HERE / "README.md").read_text(encoding="utf-8"),
+    long_description_content_type="text/markdown",
+    author="cable_sim_ros maintainers",
+    maintainer="cable_sim_ros maintainers",
+    maintainer_email="maintainers@cable-sim.org",
+    license="MIT",
+    packages=find_packages(include=[NAME, NAME + ".*"]),
+    package_data={NAME: ["**/*.html", "**/*.js", "**/*.css"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", ["resource/" + NAME]),
+        ("share/" + NAME, ["package.xml"]),
+        *shared("config", "bags"),
+    ],
+    python_requires=">=3.11",
+    install_requires=REQUIRES,
+    extras_require={"ros": ROS, "viz": ["matplotlib>=3.8"], "test": TEST},
+    zip_safe=False,
+    entry_points={
+        "console_scripts": [
+            "cable-sim = cable_sim_ros.cli:main",
+            "node = cable_sim_ros.ros.node:main",   # ros2 run cable_sim_ros node
+        ],
+    },
+)
