@@ -1,0 +1,255 @@
+"""ROS parameters of the node: every number of the scene, and what only the node needs.
+
+Both are declared as Blocks (physics/quantity.py), so one walk gives names, descriptions, units, ranges and sources.
+The values of a parameter file or `-p` stand above those of the scene file; the sum is checked as a Scene again.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import warnings
+from enum import Enum
+from types import UnionType
+from typing import Any, NamedTuple, Union, get_args, get_origin
+
+from ..io.load import SceneError, SceneWarning, load_scene, override
+from ..io.resources import find_scene
+from ..physics.quantity import Block, quantity
+from ..sim.scene import Scene
+
+FOREIGN = ("use_sim_time", "start_type_description_service")   # declared by rclpy itself
+FOREIGN_PREFIX = ("qos_overrides.",)
+
+
+class Convention(str, Enum):
+    """Axes of the motion messages."""
+
+    ENU = "enu"
+    NED = "ned"
+
+
+class Realtime(Block):
+    priority: int = quantity(
+        40, "1", 0, 99, "SCHED_FIFO priority of the stepping loop; 0: off", "sched(7)")
+    max_catchup: int = quantity(
+        3, "1", 0, 100, "missed ticks that are run back to back; further behind, deadlines are skipped and counted")
+    max_lag: float = quantity(
+        2.0, "s", 0.1, 5.0, "lag behind the motion at which the simulation starts again from a static start")
+
+
+class Recording(Block):
+    enabled: bool = quantity(False, "", None, None, "record every input and output from activation on", configure=False)
+    path: str = quantity(
+        "", "", None, None, "bag directory to make; empty: tow_<date and time> in the working directory. A second "
+        "recording of one run gets _2, _3, ... behind the name", configure=False)
+
+
+class Publish(Block):
+    shape_rate: float = quantity(10.0, "Hz", 0.1, 1000.0, "rate of cable/shape")
+    contact_rate: float = quantity(20.0, "Hz", 0.1, 1000.0, "rate of sheave/contact")
+    state_rate: float = quantity(0.0, "Hz", 0.0, 1000.0, "rate of poses, tension and winch state; 0: every tick")
+
+
+class Frames(Block):
+    odom: str = quantity("odom", "", None, None, "world frame: ENU, z up, z = 0 the mean water surface", "REP 105")
+    base_link: str = quantity("base_link", "", None, None, "ship frame: x forward, y left, z up", "REP 103")
+    sheave_link: str = quantity("sheave_link", "", None, None, "frame in the sheave centre, axes of the ship")
+    towbody_link: str = quantity("towbody_link", "", None, None, "frame of the towbody")
+
+
+class Imu(Block):
+    convention: Convention = quantity(
+        Convention.ENU, "", None, None, "axes of IMU and odometry: enu (REP 103) or ned, converted at the border", "REP 103")
+
+
+class NodeBlock(Block):
+    """What the node needs beside the scene."""
+
+    scene: str = quantity("full_scale", "", None, None, "scene: path of a YAML file or name of a shipped scene")
+    autostart: bool = quantity(True, "", None, None, "configure and activate at the start, without a manager")
+    input_delay: float = quantity(
+        0.03, "s", 0.0, 1.0, "the simulation runs this far behind the clock of the motion data, so that each tick lies "
+        "between samples; at least one and a half sample intervals")
+    odometry_timeout: float = quantity(
+        0.5, "s", 0.02, 60.0, "odometry silent for longer: the motion is taken from the IMU alone; also the time the "
+        "start waits for odometry once an IMU is heard")
+    statistics_file: str = quantity(
+        "", "", None, None, "JSON file with the state of the node, rewritten as it changes, with the final figures at "
+        "the end; empty: none")
+    realtime: Realtime = quantity(Realtime(), "", None, None, "real-time loop")
+    recording: Recording = quantity(Recording(), "", None, None, "recording")
+    publish: Publish = quantity(Publish(), "", None, None, "rates")
+    frame: Frames = quantity(Frames(), "", None, None, "frame names")
+    imu: Imu = quantity(Imu(), "", None, None, "motion messages")
+
+
+class ParameterError(ValueError):
+    """Parameters that cannot be used; the text names key, value, unit, bound and remedy."""
+
+
+class Row(NamedTuple):
+    """One parameter: dotted name, value as ROS holds it, and its declaration."""
+
+    name: str
+    value: Any
+    kind: type            # float, int, bool, str or list (of floats)
+    length: int           # of a list
+    choices: tuple[str, ...]
+    nullable: bool        # nan stands for "none"
+    doc: str
+    unit: str
+    low: float | None
+    high: float | None
+    above: float | None
+    source: str
+    configure: bool
+
+    @property
+    def range_text(self) -> str:
+        unit = f" {self.unit}" if self.unit not in ("", "1") else ""
+        if self.choices:
+            return "one of " + ", ".join(self.choices)
+        low = self.above if self.above is not None else self.low
+        word = "above" if self.above is not None else "from"
+        bounds = [f"{word} {low:g}{unit}"] if low is not None else []
+        bounds += [f"to {self.high:g}{unit}"] if self.high is not None else []
+        return " ".join(bounds)
+
+
+def rows(block: Block, prefix: str = "") -> list[Row]:
+    """Every number of a Block and the Blocks in it, in order, under dotted names."""
+    found: list[Row] = []
+    for key, field in type(block).model_fields.items():
+        value, name = getattr(block, key), prefix + key
+        if isinstance(value, Block):
+            found += rows(value, name + ".")
+        elif isinstance(value, dict):
+            for inner, item in value.items():
+                found += rows(item, f"{name}.{inner}.")
+        else:
+            found.append(_row(name, value, field))
+    return found
+
+
+def _row(name: str, value: Any, field) -> Row:
+    kind, length, choices, nullable = _kind(field.annotation)
+    extra = field.json_schema_extra or {}
+    if value is None:
+        value = math.nan
+    elif isinstance(value, Enum):
+        value = value.value
+    elif isinstance(value, tuple):
+        value = [float(part) for part in value]
+    return Row(name, value, kind, length, choices, nullable, field.description or "", extra.get("unit", ""),
+               extra.get("low"), extra.get("high"), extra.get("above"), extra.get("source", ""),
+               extra.get("configure", True))
+
+
+def _kind(annotation) -> tuple[type, int, tuple[str, ...], bool]:
+    if get_origin(annotation) in (Union, UnionType):
+        inner = [part for part in get_args(annotation) if part is not type(None)]
+        kind, length, choices, _ = _kind(inner[0])
+        return kind, length, choices, True
+    if get_origin(annotation) is tuple:
+        return list, len(get_args(annotation)), (), False
+    if isinstance(annotation, type) and issubclass(annotation, Enum):
+        return str, 0, tuple(item.value for item in annotation), False
+    if annotation in (float, int, bool, str):
+        return annotation, 0, (), False
+    raise TypeError(f"no ROS parameter type for {annotation!r}: use float, int, bool, str, an Enum or a tuple of floats")
+
+
+class Settings(NamedTuple):
+    """Checked parameters: scene with every override, its file, the node's own block, all rows to declare, cautions."""
+
+    scene: Scene
+    scene_path: str
+    node: NodeBlock
+    rows: list[Row]
+    cautions: list[str]
+
+
+def settle(overrides: dict[str, Any]) -> Settings:
+    """Scene and node parameters from the overrides of a parameter file and `-p` (dotted name -> value).
+
+    Raises ParameterError with every problem of the scene, or the first of the parameters.
+    """
+    given = overrides.get("scene", NodeBlock().scene)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", SceneWarning)
+        try:
+            scene = load_scene(str(given))
+            node_rows = {row.name: row for row in rows(NodeBlock())}
+            table = node_rows | {row.name: row for row in rows(scene)}
+            node_tree: dict = {}
+            scene_values: dict = {}
+            for name, value in overrides.items():
+                if name in FOREIGN or name.startswith(FOREIGN_PREFIX):
+                    continue
+                if name not in table:
+                    raise ParameterError(_unknown(name, value, table))
+                value = _checked(table[name], value)
+                if name in node_rows:
+                    _plant(node_tree, name, value)
+                else:
+                    scene_values[name] = value
+            if scene_values:
+                caught.clear()       # those of the file alone
+                scene = override(scene, scene_values)
+        except SceneError as error:
+            raise ParameterError(str(error)) from None
+    node = NodeBlock.model_validate(node_tree)
+    return Settings(scene, str(find_scene(given)), node, rows(node) + rows(scene),
+                    [str(item.message) for item in caught if issubclass(item.category, SceneWarning)])
+
+
+def _unknown(name: str, value: Any, table: dict) -> str:
+    near = difflib.get_close_matches(name, table, 1, 0.6)
+    return (f"parameter '{name}' = {value!r}: there is no such parameter; nothing was started. "
+            + (f"Did you mean '{near[0]}'?" if near else "Known: those of the scene and of the node, see ros2 param list"))
+
+
+def _plant(tree: dict, name: str, value: Any) -> None:
+    *groups, leaf = name.split(".")
+    for group in groups:
+        if not isinstance(tree.get(group), dict):
+            tree[group] = {}
+        tree = tree[group]
+    tree[leaf] = value
+
+
+def _checked(row: Row, value: Any) -> Any:
+    """Value of a ROS parameter as the scene wants it; ParameterError when the type is wrong."""
+    unit = f" in {row.unit}" if row.unit not in ("", "1") else ""
+    if row.kind is list:
+        numbers = list(value) if isinstance(value, (list, tuple)) or hasattr(value, "tolist") else None
+        if numbers is None or len(numbers) != row.length or not all(isinstance(part, float) for part in numbers):
+            raise ParameterError(f"parameter '{row.name}' must be {row.length} floating-point numbers{unit}, got {value!r}; "
+                                 f"write each with a decimal point, as in {row.value!r}")
+        _check_bounds(row, numbers)
+        return numbers
+    if row.kind is float and type(value) is int:
+        raise ParameterError(f"parameter '{row.name}' must be a floating-point number{unit}, got the integer {value}; "
+                             f"write {float(value)!r}")
+    if type(value) is not row.kind:
+        word = {float: "a floating-point number", int: "an integer", bool: "true or false", str: "text"}[row.kind]
+        raise ParameterError(f"parameter '{row.name}' must be {word}{unit}, got {value!r}"
+                             + (f"; {row.range_text}" if row.range_text else ""))
+    if row.nullable and isinstance(value, float) and math.isnan(value):
+        return None
+    if row.choices and value not in row.choices:
+        raise ParameterError(f"parameter '{row.name}' = '{value}' is not known ({row.doc}); nothing was started. "
+                             f"Give {row.range_text}")
+    if row.kind in (float, int):
+        _check_bounds(row, [value])
+    return value
+
+
+def _check_bounds(row: Row, numbers: list) -> None:
+    for number in numbers:
+        if (not math.isfinite(number) or (row.low is not None and number < row.low)
+                or (row.high is not None and number > row.high) or (row.above is not None and number <= row.above)):
+            unit = f" {row.unit}" if row.unit not in ("", "1") else ""
+            raise ParameterError(f"parameter '{row.name}' = {number:g}{unit} is out of range ({row.doc}); nothing was "
+                                 f"started. Give a value {row.range_text}")

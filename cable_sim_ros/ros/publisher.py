@@ -1,0 +1,100 @@
+"""The publisher thread: waits for ticks, serialises each channel once, publishes the bytes and records the same bytes."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections.abc import Callable
+
+from rclpy._rclpy_pybind11 import RCLError
+
+from ..io.channels import Encoder
+from ..io.recorder import Recorder
+from .figures import Samples
+from .loop import HALT, Loop
+
+
+class TickPublisher(threading.Thread):
+    """Follows the ring of a Loop until `close`.
+
+    publishers: absolute topic -> rclpy publisher; offset(): monotonic time less time of the data's clock, ns;
+    `recorder` may be set and cleared at any time.
+    """
+
+    def __init__(self, loop: Loop, encoder: Encoder, publishers: dict, offset: Callable[[], int | None],
+                 extra: Callable | None = None) -> None:
+        super().__init__(name="publisher", daemon=True)
+        self.loop, self.encoder, self.publishers, self.offset, self.extra = loop, encoder, publishers, offset, extra
+        self.recorder: Recorder | None = None
+        self.next = loop.count
+        self.published = self.skipped = 0
+        self.latest = None                   # newest Frame that was published, a copy
+        self.fault = ""                      # why the newest frame could not be published, or ""
+        self.failure: BaseException | None = None
+        self.lateness, self.work, self.latency = Samples(), Samples(), Samples()   # ms
+        self._stopping = threading.Event()
+
+    def run(self) -> None:
+        try:
+            while not self._stopping.is_set():
+                os.eventfd_read(self.loop.eventfd)   # blocks without the interpreter lock
+                self.drain()
+        except RCLError as error:
+            # a signal shuts the context down while we publish; anything else is a fault worth showing
+            if not self._stopping.is_set() and "context is" not in str(error):
+                self.failure = error
+        except Exception as error:
+            self.failure = error
+
+    def drain(self) -> None:
+        """Publish every tick that is done and still in the ring."""
+        loop, rows = self.loop, self.loop.rows
+        while self.next < loop.count and not self._stopping.is_set():
+            if loop.count - self.next >= rows:      # overtaken: go on with the newer half
+                target = loop.count - rows // 2
+                self.skipped += target - self.next
+                self.next = target
+            index = self.next
+            self.next += 1
+            self._one(index)
+
+    def _one(self, index: int) -> None:
+        loop, slot = self.loop, index % self.loop.rows
+        row = loop.row(index)
+        if row.flags & HALT:
+            return               # the tick was rolled back: there is nothing new to say
+        frame = loop.output.frame[slot].copy()
+        try:
+            messages = self.encoder.encode(frame, loop.output.shape[slot], loop.output.contact[slot])
+        except ValueError as error:      # a number that is not finite
+            self.fault = str(error)
+            return
+        if loop.count >= index + loop.rows:         # the loop came round while we read
+            self.skipped += 1
+            return
+        recorder = self.recorder
+        for channel, topic, data in messages:
+            self.publishers[topic].publish(data)
+            if recorder is not None:
+                recorder.put(topic, channel.msgtype, time.time_ns(), data, row.time)
+        offset = self.offset()
+        if offset is not None:
+            self.latency.add((time.monotonic_ns() - offset - row.time) * 1e-6)
+        self.lateness.add((row.wake - row.deadline) * 1e-6)
+        self.work.add((row.done - row.wake) * 1e-6)
+        if self.extra is not None:
+            self.extra(frame)
+        self.published += 1
+        self.fault = ""
+        self.latest = frame
+
+    def close(self, timeout: float = 1.0) -> None:
+        """Publish what is left, then end; call it before the loop's descriptor is closed."""
+        if self.is_alive():
+            deadline = time.monotonic() + timeout / 2
+            while self.next < self.loop.count and self.is_alive() and time.monotonic() < deadline:
+                time.sleep(0.005)
+            self._stopping.set()
+            self.loop.wake_reader()
+            self.join(timeout)

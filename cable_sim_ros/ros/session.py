@@ -1,0 +1,249 @@
+"""One tow from the first motion sample to the end: simulator, loop, clock of the data, and what happens when.
+
+No rclpy here: messages come in as bytes and stamps, so that the states can be tested without a network.
+
+States: unconfigured -> ready -> waiting (for motion) -> running -> halted (solver gave up) or failed (no static start).
+"""
+
+from __future__ import annotations
+
+import gc
+import math
+import struct
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable
+
+from ..io.motion import MotionIngest
+from ..physics.inputs import MOTION_ROWS, SOURCE
+from ..physics.setpoint import SetpointLaw
+from ..physics.system import make_output
+from ..sim.frame import Source
+from ..sim.simulator import Simulator, StartError
+from .clock import DataClock
+from .commands import CommandIngest
+from .loop import MAPPING, RESYNCS, SKIPPED, TARGET, Loop
+from .params import Settings
+
+RING_ROWS = 128        # ticks a slow publisher may be behind
+SECOND = 1_000_000_000
+_STAMP = struct.Struct("<iI"), struct.Struct(">iI")
+
+
+def stamp_of(data: bytes) -> int | None:
+    """Stamp [ns] of a CDR message that begins with a std_msgs/Header; None when it is too short."""
+    if len(data) < 12:
+        return None
+    sec, nanosec = _STAMP[0 if data[1] & 1 else 1].unpack_from(data, 4)
+    return sec * SECOND + nanosec
+
+
+class Session:
+    """Settings to a running simulation. Every method is called from one thread (the executor's)."""
+
+    def __init__(self, settings: Settings, log: Callable[[str, str], None]) -> None:
+        """log(level, text): "info", "warn" or "error"."""
+        self.settings, self.log = settings, log
+        self.scene, self.node = settings.scene, settings.node
+        self.delay = round(self.node.input_delay * SECOND)
+        self.state = "unconfigured"
+        self.problem = ""                  # why it is halted or failed
+        self.clock = DataClock()
+        self.refused: Counter[str] = Counter()    # motion messages refused before the ingest
+        self.restarts = self.resets = 0
+        self.start_cost = 0.3              # s, of the last static start
+        self.residual_start = math.nan
+        self.arrivals = {"imu": None, "odom": None}    # newest arrival, CLOCK_MONOTONIC ns
+        self.received = {"imu": 0, "odom": 0}
+        self.sim: Simulator | None = None
+        self.loop: Loop | None = None
+        self._first_imu: int | None = None
+        self._keep_cable = False           # the next start keeps the cable as it hangs
+        self._waiting_since = 0.0
+
+    # ---- configure
+
+    def configure(self) -> None:
+        """Build the model, compile, check the static start. Raises StartError."""
+        self.sim = Simulator(self.scene)
+        self.sim.warm_up(progress=lambda text: self.log("info", text))
+        self.period = round(self.scene.solver.tick * SECOND)
+        output = make_output(self.sim.model, RING_ROWS)
+        self.loop = Loop(self.sim.model, self.sim.state, self.sim.inputs, output, period_ns=self.period,
+                         priority=self.node.realtime.priority, max_catchup=self.node.realtime.max_catchup)
+        self.log("info", "compiling the stepping loop")
+        self.loop.warm_up()
+        self.log("info", "solving the static start")
+        self._static_start(0, (0.0, 0.0), None)
+        self.ingest = MotionIngest(self.sim.inputs)
+        self.commands = CommandIngest(self.sim.inputs)
+        gc.collect()
+        gc.freeze()        # a full collection with all this loaded stops the process for a tenth of a second
+        sys.setswitchinterval(5e-4)
+        self.state = "ready"
+
+    def _static_start(self, time_ns: int, position: tuple[float, float], heading: float | None) -> None:
+        begun = time.monotonic()
+        self.sim.start(time_ns=time_ns, position=position, heading=heading)
+        self.start_cost = time.monotonic() - begun
+
+    # ---- activate, deactivate
+
+    def activate(self) -> None:
+        """Wait for motion; the loop starts with it."""
+        self.state, self.problem = "waiting", ""
+        self._waiting_since = time.monotonic()
+
+    def deactivate(self) -> None:
+        """Stop the loop; the motion is still listened to."""
+        self.loop.stop()
+        self.state = "ready"
+        self._keep_cable = False
+
+    def close(self) -> None:
+        """Stop the loop for good."""
+        self.state = "closed"
+        if self.loop is not None:
+            self.loop.stop()
+
+    # ---- inputs
+
+    def motion(self, kind: str, data: bytes, arrival: int) -> None:
+        """One message of kind "imu" or "odom" as CDR bytes; arrival: CLOCK_MONOTONIC, ns."""
+        self.received[kind] += 1
+        self.arrivals[kind] = arrival
+        stamp = stamp_of(data)
+        if stamp is None:
+            self.refused["too short"] += 1
+            return
+        if self.clock.suspicious(stamp, arrival):
+            self.refused["stamp off the clock"] += 1
+            if self.clock.jumped(stamp, arrival):
+                self._clock_jumped()
+            return
+        head = self.sim.inputs.motion_head
+        before = int(head[0])
+        (self.ingest.imu if kind == "imu" else self.ingest.odometry)(data, arrival)
+        if int(head[0]) != before:
+            self.clock.update(self._newest_stamp(), arrival)
+            if self._first_imu is None:
+                self._first_imu = arrival
+            if self.state == "running":
+                self.loop.control[TARGET] = self.clock.offset + self.delay
+            elif self.state == "waiting":
+                self._start_if_ready()
+
+    def command(self, message, arrival: int) -> str:
+        """One sensor_msgs/JointState; returns "" or why it is refused."""
+        return self.commands.take(message, self.clock.now(arrival), arrival)
+
+    def _newest_stamp(self) -> int:
+        return int(self.sim.inputs.motion_time[(int(self.sim.inputs.motion_head[0]) - 1) % MOTION_ROWS])
+
+    def _newest_sample(self):
+        return self.sim.inputs.motion[(int(self.sim.inputs.motion_head[0]) - 1) % MOTION_ROWS]
+
+    def _clock_jumped(self) -> None:
+        """The stamps jumped: forget the motion, map the clock anew, keep the cable as it hangs."""
+        self.log("warn", "the clock of the motion data has jumped by more than 1 s: waiting for motion on the new clock")
+        running = self.state == "running"
+        self.loop.stop()
+        self.clock.reset()
+        self.ingest.reset()
+        self.commands.reset()
+        self.sim.inputs.motion_head[0] = 0
+        self.sim.inputs.command_head[0] = 0
+        self._first_imu = None
+        if running:
+            self._keep_cable = True
+            self.activate()
+
+    # ---- start
+
+    def _start_if_ready(self) -> None:
+        sample = self._newest_sample()
+        waited = (self.arrivals["imu"] or 0) - self._first_imu
+        if int(sample[SOURCE]) != Source.ODOMETRY and waited < self.node.odometry_timeout * SECOND:
+            return        # odometry may be on its way, and starting elsewhere would have to be blended out
+        self._start()
+
+    def _start(self) -> None:
+        """Static start where the ship will be when it is solved, and the loop with it."""
+        sample, stamp = self._newest_sample().copy(), self._newest_stamp()
+        target = self.clock.offset + self.delay
+        cost = 0.0 if self._keep_cable else 1.2 * self.start_cost
+        begin = max(stamp, time.monotonic_ns() - target + round(cost * SECOND))
+        ahead = (begin - stamp) * 1e-9
+        position = float(sample[0] + sample[6] * ahead), float(sample[1] + sample[7] * ahead)
+        try:
+            if self._keep_cable and hasattr(self.sim, "resume"):
+                self.sim.resume(time_ns=begin, position=position)
+            else:
+                self._static_start(begin, position, float(sample[5]))
+        except StartError as error:
+            self.fail(f"no static start: {error}; nothing is simulated until ~/reset")
+            return
+        self._keep_cable = False
+        self.loop.start(begin, target)
+        self.state, self.problem = "running", ""
+        self.log("info", f"running from stamp {begin / SECOND:.3f} s at ({position[0]:.1f}, {position[1]:.1f}) m, "
+                         f"motion from {Source(int(sample[SOURCE])).name.lower()}")
+
+    def fail(self, problem: str) -> None:
+        self.state, self.problem = "failed", problem
+        self.log("error", problem)
+
+    def reset(self) -> tuple[bool, str]:
+        """Static start again at the place of the newest motion: (done, text)."""
+        if self.state in ("unconfigured", "ready", "closed"):
+            return False, f"the node is {self.state}: activate it first"
+        self.loop.stop()
+        self.resets += 1
+        self._keep_cable = False
+        self.activate()
+        if self.clock.offset is None:
+            return True, "waiting for motion"
+        self._start()
+        return self.state == "running", self.problem or "started again from the static equilibrium"
+
+    def set_algorithm(self, name: str) -> None:
+        """Change the set-point algorithm between two ticks."""
+        if self.state != "running":
+            self.sim.set_algorithm(SetpointLaw(name))
+            return
+        with self.loop.paused():
+            self.sim.set_algorithm(SetpointLaw(name))
+
+    # ---- watch
+
+    def poll(self) -> None:
+        """Called some ten times a second: notices a halt, a lag that cannot be made good, a silent start."""
+        if self.state == "waiting" and time.monotonic() - self._waiting_since >= 5.0:
+            self._waiting_since = time.monotonic()
+            self.log("info", "waiting for motion on imu/data and odom")
+        if self.state != "running":
+            return
+        if self.loop.halted:
+            self.state = "halted"
+            failure = self.loop.failure
+            self.problem = (f"the stepping loop ended: {type(failure).__name__}: {failure}" if failure else
+                            "the solver gave up: the last tick was rolled back and nothing more is published; "
+                            "~/reset starts again")
+            self.log("error", self.problem)
+        elif self.lag() > self.node.realtime.max_lag:
+            self.log("error", f"the simulation lags {self.lag():.1f} s behind the motion: this machine does not hold "
+                              f"real time; starting again from the static equilibrium")
+            self.restarts += 1
+            self.reset()
+
+    def lag(self) -> float:
+        """How far the simulation is behind where it should be, s (0 in step)."""
+        control = self.loop.control
+        return max(0.0, int(control[MAPPING] - control[TARGET]) * 1e-9)
+
+    def counters(self) -> dict[str, int]:
+        control = self.loop.control
+        return {"ticks": self.loop.count, "overruns": self.loop.overruns, "skipped": int(control[SKIPPED]),
+                "resyncs": int(control[RESYNCS]), "clock_jumps": self.clock.jumps, "resets": self.resets,
+                "restarts": self.restarts}

@@ -1,0 +1,156 @@
+"""A stand-in for the simulator: the contract's shape with a pendulum's worth of physics, compiled in a second.
+
+`install()` puts it in the place of physics.system and sim.simulator, before the node is imported.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import sys
+import types
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from cable_sim_ros.physics.inputs import Inputs, make_inputs
+from cable_sim_ros.physics.setpoint import SetpointLaw
+from cable_sim_ros.sim.frame import CONTACT_COLUMNS, FRAME, SHAPE_COLUMNS
+
+NODES, STATIONS = 20, 8
+TEMPLATE = np.zeros(1, FRAME)
+
+
+class Model(NamedTuple):
+    period: int
+    timeout: float
+    max_rate: float
+
+
+class State(NamedTuple):
+    time: np.ndarray      # int64 [2]: time, ticks
+    value: np.ndarray     # payout, rate, x, y, z, halted
+
+
+class Output(NamedTuple):
+    frame: np.ndarray
+    shape: np.ndarray
+    contact: np.ndarray
+
+
+@njit(nogil=True)
+def tick(model, state, inputs, output, slot):
+    value = state.value
+    if value[5] > 0.0:
+        return 1
+    state.time[0] += model.period
+    state.time[1] += 1
+    time = state.time[0]
+    flags = 0
+    frame = output.frame[slot]
+    head = inputs.motion_head[0]
+    age = 1e3
+    if head > 0:
+        row = inputs.motion[(head - 1) % inputs.motion.shape[0]]
+        value[2], value[3], value[4] = row[0], row[1], row[2]
+        age = (time - inputs.motion_time[(head - 1) % inputs.motion.shape[0]]) * 1e-9
+        frame.motion_source = int(row[13])
+    if age > 0.5:
+        flags |= 64
+    head = inputs.command_head[0]
+    command_age = -1.0
+    value[1] = 0.0
+    if head > 0:
+        payout, rate = inputs.command[(head - 1) % inputs.command.shape[0]]
+        command_age = (time - inputs.command_time[(head - 1) % inputs.command.shape[0]]) * 1e-9
+        if not math.isnan(rate):
+            if command_age > model.timeout:
+                flags |= 256
+            else:
+                value[1] = rate
+        elif not math.isnan(payout):
+            value[1] = max(-model.max_rate, min(model.max_rate, 5.0 * (payout - value[0])))
+    value[0] += value[1] * model.period * 1e-9
+    if value[0] < -900.0:      # the test's way to a solver that gives up
+        value[5] = 1.0
+        flags |= 1
+    frame.time = time
+    frame.tick = state.time[1]
+    frame.tension = 2000.0 + 100.0 * value[4]
+    frame.payout = value[0]
+    frame.payout_rate = value[1]
+    frame.motion_age = age
+    frame.command_age = command_age
+    frame.contact_stations = STATIONS
+    frame.iterations = 3
+    frame.substeps = 1
+    frame.residual = 1e-6
+    frame.flags = flags
+    for k in range(3):
+        frame.ship_position[k] = value[2 + k]
+        frame.body_position[k] = value[2 + k]
+    frame.body_position[2] -= 100.0
+    frame.body_quaternion[3] = 1.0
+    frame.ship_quaternion[3] = 1.0
+    frame.tension_vector[0] = -frame.tension
+    for k in range(output.shape.shape[1]):
+        output.shape[slot, k, 2] = -5.0 * k
+        output.shape[slot, k, 4] = 5.0 * k
+    return flags
+
+
+def make_output(model: Model, rows: int) -> Output:
+    return Output(np.zeros(rows, FRAME), np.zeros((rows, NODES, len(SHAPE_COLUMNS))),
+                  np.zeros((rows, STATIONS, len(CONTACT_COLUMNS))))
+
+
+class StartError(RuntimeError):
+    def __init__(self, residual: float) -> None:
+        super().__init__(f"no static equilibrium: residual {residual:g} N")
+        self.residual = residual
+
+
+class SolverError(RuntimeError):
+    pass
+
+
+class Simulator:
+    def __init__(self, scene) -> None:
+        self.scene = scene
+        self.model = Model(round(scene.solver.tick * 1e9), scene.winch.command_timeout, scene.winch.max_rate)
+        self.state = State(np.zeros(2, np.int64), np.zeros(6))
+        self.inputs: Inputs = make_inputs()
+        self.output = make_output(self.model, 1)
+
+    def warm_up(self, progress=None) -> None:
+        if progress:
+            progress("compiling the stand-in")
+
+    def start(self, time_ns: int = 0, position=(0.0, 0.0), heading=None) -> None:
+        if os.environ.get("FAKE_START_FAILS"):
+            raise StartError(123.0)
+        self.state.time[:] = time_ns, 0
+        self.state.value[:] = 0.0
+        self.state.value[2:4] = position
+
+    def set_algorithm(self, law: SetpointLaw) -> None:
+        self.law = SetpointLaw(law)
+
+
+def install() -> None:
+    system = types.ModuleType("cable_sim_ros.physics.system")
+    system.tick, system.make_output = tick, make_output
+    simulator = types.ModuleType("cable_sim_ros.sim.simulator")
+    simulator.Simulator, simulator.StartError, simulator.SolverError = Simulator, StartError, SolverError
+    sys.modules["cable_sim_ros.physics.system"] = system
+    sys.modules["cable_sim_ros.sim.simulator"] = simulator
+
+
+if __name__ == "__main__":     # python -m test.ros.fake_sim MODULE ARGS: run a module of the package on the stand-in
+    import importlib
+
+    sys.path.insert(0, os.getcwd())
+    fake = importlib.import_module("fake_sim")
+    fake.install()
+    sys.exit(importlib.import_module(sys.argv[1]).main(sys.argv[1:]))
