@@ -48,6 +48,10 @@ class Recorder:
         self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
         self._thread.start()
 
+    def declare(self, topic: str, msgtype: str, qos: str = "") -> None:
+        """Register a topic; see `BagWriter.declare`. To be called before the first `put`."""
+        self.writer.declare(topic, msgtype, qos)
+
     def put(self, topic: str, msgtype: str, time_ns: int, data: bytes, publish_time_ns: int | None = None) -> None:
         """Queue one message and return at once; when the queue is full the oldest one is dropped and counted."""
         with self._lock:
@@ -105,8 +109,8 @@ class Recorder:
                 self._errors += 1
                 self._dropped += len(self._queue)
                 self._queue.clear()
-                self._error = (f"recording to '{self.writer.path}' ended ({type(error).__name__}: {error}): the "
-                               f"simulation goes on unrecorded; free the disk, start a new recording and recover this bag")
+                self._error = (f"recording to '{self.writer.path}' ended ({type(error).__name__}: {error}): "
+                               f"the simulation goes on unrecorded; free the disk, recover this bag, record anew")
             self.writer.abort()
 
     def _write(self, batch: deque) -> None:

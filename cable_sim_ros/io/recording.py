@@ -1,0 +1,42 @@
+"""A recorded run as arrays: what summary, picture and residuals start from."""
+
+from __future__ import annotations
+
+import os
+from typing import NamedTuple
+
+import numpy as np
+
+from .bag import BagError, read_bag, read_metadata
+from .channels import CHANNELS, channel_of, decode, decode_frames
+
+HEALTH = next(channel for channel in CHANNELS if channel.name == "sim_health")
+
+
+class Recording(NamedTuple):
+    """A run: ``frames`` recarray of FRAME [ticks]; ``shapes`` and ``contacts``: (time [ns], table) pairs, columns as in
+    sim/frame.py; ``custom_data`` of the bag: scene name and whatever the recorder was given."""
+
+    frames: np.recarray
+    shapes: list[tuple[int, np.ndarray]]
+    contacts: list[tuple[int, np.ndarray]]
+    custom_data: dict[str, str]
+
+
+def load_run(path: str | os.PathLike) -> Recording:
+    """Read a bag that this package recorded, in whatever namespace.
+
+    BagError if it cannot be read, or has no Frames (no ``sim/health``).
+    """
+    frames, shapes, contacts = [], [], []
+    for message in read_bag(path):
+        channel = channel_of(message.topic, message.msgtype)
+        if channel is HEALTH:
+            frames.append(message.data)
+        elif channel is not None and channel.name in ("cable_shape", "sheave_contact"):
+            fields = decode(channel, message.data)
+            (shapes if "shape" in fields else contacts).append((fields.pop("time"), *fields.values()))
+    if not frames:
+        raise BagError(f"bag '{path}' has no topic '{HEALTH.topic}' of type {HEALTH.msgtype}: there is no run to "
+                       f"summarise; give a bag that the node or the offline run recorded")
+    return Recording(decode_frames(frames), shapes, contacts, read_metadata(path).get("custom_data") or {})
