@@ -1,0 +1,174 @@
+"""Checks across blocks: what makes a scene senseless although every number is in its range.
+
+``problems`` stop a scene from loading; ``cautions`` are numbers that will show in the results. Lengths are of
+unstretched cable counted from its fixed end on the drum; drum, span and sheave are taken in the x-z plane.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import NamedTuple
+
+from .scene import Scene
+
+FINE_ELEMENT = 0.25        # longest element on the sheave, as a fraction of its radius
+FINE_ZONE = 1.0            # m of fine mesh (and of cable on the drum) wanted when a compensation drives the winch
+SECTION_NAME = re.compile(r"[a-z][a-z0-9_]*")
+
+
+class Problem(NamedTuple):
+    """What is wrong (or doubtful) with which key, and the way out. ``number`` and ``threshold`` stand in the text."""
+
+    key: str
+    text: str
+    remedy: str
+
+
+class Layout(NamedTuple):
+    """Where the cable lies before it hangs free: arc lengths [m] from the fixed end."""
+
+    wound: float       # leaves the drum
+    tangent: float     # meets the sheave
+    total: float       # ends
+
+
+def layout(scene: Scene) -> Layout:
+    """Cable on the drum, straight to the sheave along the upper tangent, then free."""
+    winch, sheave, half = scene.winch, scene.sheave, scene.cable.diameter / 2
+    wound = winch.wrap * (winch.drum_radius + half)
+    dx, dz = (sheave.position[i] - winch.position[i] for i in (0, 2))
+    span = math.sqrt(max(0.0, dx * dx + dz * dz - (winch.drum_radius - sheave.radius) ** 2))
+    return Layout(wound, wound + span, sum(section.length for section in scene.cable.sections.values()))
+
+
+def elements(scene: Scene) -> list[tuple[float, float, str]]:
+    """Every element as (first, last arc length [m], name of its section), from the drum end."""
+    start, out = 0.0, []
+    for name, section in scene.cable.sections.items():
+        size = section.length / section.elements
+        out += [(start + k * size, start + (k + 1) * size, name) for k in range(section.elements)]
+        start += section.length
+    return out
+
+
+def fine_zone(scene: Scene) -> tuple[float, float]:
+    """Lengths [m] of the zone with elements fine enough for the sheave, inboard and outboard of its tangent point.
+
+    It is what the winch may pay out, and haul in, before a coarser element comes onto the sheave (trap T6). (0, 0)
+    when the element at the tangent point is itself too long.
+    """
+    limit = FINE_ELEMENT * scene.sheave.radius * (1 + 1e-9)
+    tangent = layout(scene).tangent
+    table = elements(scene)
+    here = next((i for i, (first, last, _) in enumerate(table) if first <= tangent < last), None)
+    if here is None or table[here][1] - table[here][0] > limit:
+        return 0.0, 0.0
+    low = high = here
+    while low > 0 and table[low - 1][1] - table[low - 1][0] <= limit:
+        low -= 1
+    while high + 1 < len(table) and table[high + 1][1] - table[high + 1][0] <= limit:
+        high += 1
+    return tangent - table[low][0], table[high][1] - tangent
+
+
+def downforce(scene: Scene) -> float:
+    """Force [N] that pulls the tow down: wet weight of the cable past the sheave, net weight and lift of the body."""
+    cable, water = scene.cable, scene.water
+    area = math.pi / 4 * cable.diameter ** 2
+    free = max(0.0, layout(scene).total - layout(scene).tangent)
+    wet = (cable.mass_per_length - water.density * area) * scene.gravity * free
+    lift = 0.5 * water.density * scene.towbody.lift_area * _speed(scene) ** 2
+    return wet + scene.towbody.net_weight - lift
+
+
+def _speed(scene: Scene) -> float:
+    heading = math.radians(scene.ship.heading_deg)
+    east, north = scene.water.current
+    return math.hypot(scene.ship.tow_speed * math.cos(heading) - east,
+                      scene.ship.tow_speed * math.sin(heading) - north)
+
+
+def problems(scene: Scene) -> list[Problem]:
+    """What makes the scene senseless; empty when it can be started."""
+    found = []
+    sections = scene.cable.sections
+    if not sections:
+        return [Problem("cable.sections", "has no section", "Give at least one section, from the drum end outward")]
+    for name in sections:
+        if not SECTION_NAME.fullmatch(name):
+            found.append(Problem(
+                f"cable.sections.{name}", "is not a section name",
+                "Use lower-case letters, digits and _, beginning with a letter: names become parts of parameter names"))
+    place, winch, sheave = layout(scene), scene.winch, scene.sheave
+    apart = math.hypot(*(sheave.position[i] - winch.position[i] for i in (0, 2)))
+    if apart <= winch.drum_radius + sheave.radius:
+        found.append(Problem(
+            "sheave.position", f"is {apart:.4g} m from winch.position, but drum and sheave of radius "
+            f"{winch.drum_radius:g} m and {sheave.radius:g} m need more than {winch.drum_radius + sheave.radius:.4g} m",
+            "Move them apart, or make the radii smaller"))
+    if sheave.position[0] >= winch.position[0]:
+        found.append(Problem(
+            "sheave.position", f"has x = {sheave.position[0]:g} m, not aft of winch.position with x = "
+            f"{winch.position[0]:g} m; the cable leaves the drum aft", "Give the sheave the smaller x"))
+    if place.total <= place.tangent:
+        found.append(Problem(
+            "cable.sections", f"add up to {place.total:.4g} m, but {place.tangent:.4g} m are needed to reach the "
+            f"sheave ({place.wound:.4g} m on the drum, {place.tangent - place.wound:.4g} m to the sheave)",
+            f"Make the cable longer than {place.tangent:.4g} m, or winch.wrap smaller"))
+    elif downforce(scene) <= 0.0 and _speed(scene) == 0.0:
+        found.append(Problem(
+            "towbody.net_weight", f"and the wet weight of the cable add up to {downforce(scene):.4g} N, must be above "
+            "0 N while the ship is at rest in the water: nothing pulls the cable straight",
+            "Make the body or the cable heavier, or give ship.tow_speed"))
+    return found
+
+
+def cautions(scene: Scene) -> list[Problem]:
+    """Numbers that can be run but will show in the results; each names number, threshold and remedy."""
+    found = []
+    place, radius = layout(scene), scene.sheave.radius
+    size, name = max(((last - first, name) for first, last, name in elements(scene)
+                      if first <= place.tangent + FINE_ELEMENT * radius and last >= place.tangent), default=(0.0, ""))
+    if size > FINE_ELEMENT * radius * (1 + 1e-9):
+        found.append(Problem(
+            f"cable.sections.{name}", f"lies on the sheave with elements of {size:.3g} m, longer than "
+            f"{FINE_ELEMENT * radius:.3g} m, a quarter of sheave.radius: contact and tension will ripple",
+            "Give the part at the sheave more elements, or its own section"))
+    elif scene.setpoint.algorithm != "hold":
+        found += travel_cautions(scene, FINE_ZONE, FINE_ZONE)
+    if downforce(scene) <= 0.0:
+        found.append(Problem(
+            "towbody.net_weight", f"and the wet weight of the cable add up to {downforce(scene):.4g} N, not above 0 N: "
+            "the tow rises to the surface, where the towbody model does not hold",
+            "Make the body heavier or its lift_area negative"))
+    if scene.gravity > 0 and scene.towbody.net_weight > 1.02 * scene.towbody.mass * scene.gravity:
+        found.append(Problem(
+            "towbody.net_weight", f"= {scene.towbody.net_weight:g} N is more than the dry weight "
+            f"{scene.towbody.mass * scene.gravity:.5g} N of towbody.mass", "Check the units of both"))
+    height = scene.sheave.position[2] + scene.ship.reference_height - radius
+    if height < 0:
+        found.append(Problem(
+            "sheave.position", f"puts the lowest point of the sheave at {height:.3g} m, below 0 m, the water surface",
+            "Check the sign of z (up) and ship.reference_height"))
+    return found
+
+
+def travel_cautions(scene: Scene, hauled: float, paid: float) -> list[Problem]:
+    """Cautions for a winch that hauls in and pays out by these lengths [m, both positive] from the start."""
+    found = []
+    inboard, outboard = fine_zone(scene)
+    sides = ((outboard, hauled, "outboard", "hauling in"), (inboard, paid, "inboard", "paying out"))
+    for have, want, side, how in sides:
+        if have < want:
+            found.append(Problem(
+                "cable.sections", f"have {have:.3g} m of fine mesh {side} of the sheave, shorter than {want:.3g} m of "
+                f"{how}: a coarser element comes onto the sheave and shows as a false change of tension",
+                f"Make the section at the sheave longer {side}, with elements of at most "
+                f"{FINE_ELEMENT * scene.sheave.radius:.3g} m"))
+    wound = layout(scene).wound
+    if wound < paid:
+        found.append(Problem(
+            "winch.wrap", f"= {scene.winch.wrap:g} rad leaves {wound:.3g} m on the drum, less than {paid:.3g} m of "
+            "paying out: the winch stops at the cable end", "Make winch.wrap larger, and the first section with it"))
+    return found

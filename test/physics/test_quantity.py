@@ -1,0 +1,111 @@
+"""Bounds are checked by the Block itself, for whoever builds one."""
+
+import math
+
+import pydantic
+import pytest
+
+from cable_sim_ros.physics.quantity import REQUIRED, Block, declared, interval, quantity
+from cable_sim_ros.sim.scene import Scene
+
+
+class Inner(Block):
+    size: float = quantity(REQUIRED, "m", 0.0, 2.0, "size")
+
+
+class Sample(Block):
+    closed: float = quantity(1.0, "m", 0.0, 2.0, "closed interval")
+    strict: float = quantity(1.0, "m", None, 2.0, "strict lower bound", above=0.0)
+    below: float = quantity(1.0, "m", None, 2.0, "open below")
+    count: int = quantity(1, "1", 1, 4, "whole number")
+    maybe: float | None = quantity(None, "m", 0.0, 2.0, "may be absent")
+    vector: tuple[float, float] = quantity((0.0, 0.0), "m", -1.0, 1.0, "vector")
+    word: str = quantity("a", "", None, None, "text")
+    table: dict[str, Inner] = quantity({}, "", None, None, "table of blocks")
+
+
+def refused(kind, **values):
+    with pytest.raises(pydantic.ValidationError) as caught:
+        Sample(**values)
+    return [error for error in caught.value.errors() if error["type"] == kind]
+
+
+@pytest.mark.parametrize("values", [
+    {"closed": 0.0}, {"closed": 2.0}, {"closed": 1}, {"strict": 1e-300}, {"strict": 2.0}, {"below": -1e300},
+    {"count": 1}, {"count": 4}, {"maybe": None}, {"maybe": 2.0}, {"vector": (1.0, -1.0)}, {"vector": [1, -1]},
+])
+def test_bounds_belong_to_the_interval(values):
+    sample = Sample(**values)
+    key, value = next(iter(values.items()))
+    assert getattr(sample, key) == (tuple(value) if isinstance(value, list) else value)
+
+
+@pytest.mark.parametrize("values, text", [
+    ({"closed": -1e-9}, "[0, 2]"), ({"closed": 2.000001}, "[0, 2]"), ({"strict": 0.0}, "(0, 2]"),
+    ({"strict": 3.0}, "(0, 2]"), ({"below": 3.0}, "(-inf, 2]"), ({"count": 0}, "[1, 4]"), ({"count": 5}, "[1, 4]"),
+    ({"maybe": -1.0}, "[0, 2]"), ({"vector": (0.0, 1.5)}, "[-1, 1]"),
+])
+def test_outside_is_refused_with_the_interval(values, text):
+    (error,) = refused("out_of_range", **values)
+    assert error["ctx"]["interval"] == text and error["ctx"]["unit"]
+
+
+def test_every_component_outside_is_named():
+    (error,) = refused("out_of_range", vector=(-2.0, 2.0))
+    assert error["ctx"]["components"] == [0, 1]
+
+
+@pytest.mark.parametrize("values", [{"closed": "1"}, {"closed": True}, {"count": "2"}, {"count": False},
+                                    {"maybe": "1"}, {"vector": ("0", 0.0)}, {"vector": [True, 0.0]}])
+def test_text_and_truth_are_no_numbers(values):
+    assert refused("not_a_number", **values)
+
+
+@pytest.mark.parametrize("values", [{"closed": math.nan}, {"closed": math.inf}, {"vector": (0.0, -math.inf)},
+                                    {"maybe": math.nan}])
+def test_nan_and_infinity_are_refused(values):
+    assert refused("finite_number", **values)
+
+
+def test_fraction_is_no_count():
+    assert refused("int_from_float", count=1.5)
+
+
+def test_unknown_key_is_refused_and_blocks_are_frozen():
+    assert refused("extra_forbidden", colour=1)
+    with pytest.raises(pydantic.ValidationError, match="frozen"):
+        Sample().closed = 1.0
+
+
+def test_blocks_in_a_table_are_checked():
+    (error,) = refused("out_of_range", table={"a": {"size": 3.0}})
+    assert error["loc"] == ("table", "a", "size")
+
+
+def test_a_default_outside_its_bounds_is_refused():
+    class Wrong(Block):
+        size: float = quantity(3.0, "m", 0.0, 2.0, "size")
+
+    with pytest.raises(pydantic.ValidationError, match=r"outside \[0, 2\] m"):
+        Wrong()
+
+
+@pytest.mark.parametrize("bounds, text", [
+    ((None, None), ""), ((0.0, None), "[0, inf)"),
+    ((None, 1e11), "(-inf, 1e+11]"), ((0.1234567, 1), "[0.1234567, 1]")])
+def test_interval_as_text(bounds, text):
+    assert interval(*bounds) == text
+
+
+def test_declared_gives_each_number_once_with_its_dotted_key():
+    keys = [item.key for item in declared(Sample)]
+    assert keys == ["closed", "strict", "below", "count", "maybe", "vector", "word", "table.<name>.size"]
+
+
+def test_every_number_of_a_scene_states_unit_bounds_and_meaning():
+    for item in declared(Scene):
+        assert item.doc, item.key
+        if item.unit:
+            assert item.interval, f"{item.key} has a unit and no bounds"
+            low = item.low if item.low is not None else item.above
+            assert low is None or item.high is None or low < item.high, item.key
