@@ -1,0 +1,151 @@
+"""Summary of a run: the figures a towing engineer asks for first, from its Frames.
+
+One table declares every figure; the JSON, the printed table and the README are made from it. Statistics leave out
+the first ``skip_s`` seconds, in which the tow finds its rhythm; counts and durations are of the whole run.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.stats import chi2
+
+from ..sim.frame import Flag
+
+SKIP = 20.0       # s
+SHARE = 0.95      # of the towbody positions inside the ellipsoid
+FLAT = 1e-6       # m; an ellipsoid whose least standard deviation is below this has no volume
+AT_REST = 0.05    # m/s; a slower ship has no track, its heading is taken instead
+
+# name, unit, meaning
+SUMMARY = (
+    ("tension_mean_n", "N", "mean tension where the cable leaves the sheave"),
+    ("tension_std_n", "N", "its standard deviation"),
+    ("tension_min_n", "N", "its least value"),
+    ("tension_max_n", "N", "its largest value"),
+    ("body_depth_m", "m", "mean depth of the towbody below the mean water surface"),
+    ("body_depth_std_m", "m", "its standard deviation"),
+    ("body_position_m", "m", "mean towbody position: forward and to port of the sheave along the mean tow, "
+                             "height above the water"),
+    ("ellipsoid_volume_m3", "m^3", "volume of the ellipsoid of the covariance of the towbody positions, in the frame "
+                                   "of the mean tow, that holds 95 % of normally distributed ones: chi-square, 3 degrees"),
+    ("ellipsoid_volume_points_m3", "m^3", "volume of the ellipsoid of the same shape that holds 95 % of the positions "
+                                          "themselves (Westin 2018, section 4.3)"),
+    ("contact_resultant_mean_n", "N", "mean resultant of the cable on the sheave"),
+    ("contact_resultant_max_n", "N", "its largest value"),
+    ("wrap_angle_mean_deg", "deg", "mean arc between the first and the last loaded station"),
+    ("sheave_heave_std_m", "m", "standard deviation of the height of the sheave"),
+    ("duration_s", "s", "simulated time, whole run"),
+    ("skip_s", "s", "start-up left out of the statistics, at most half the run"),
+    ("steps", "1", "time steps of the integrator, whole run"),
+    ("iterations", "1", "Newton iterations, whole run"),
+    ("flags", "1", "ticks with each health flag, whole run"),
+    ("realtime_factor", "1", "simulated time over wall time"),
+    ("missed_ticks", "1", "ticks that came more than a period late"),
+    ("latency_p50_ms", "ms", "IMU stamp to tension on the wire, median"),
+    ("latency_p99_ms", "ms", "IMU stamp to tension on the wire, 99 % quantile"),
+    ("jitter_p99_ms", "ms", "start of a tick after its due time, 99 % quantile"),
+)
+OUTSIDE = ("realtime_factor", "missed_ticks", "latency_p50_ms", "latency_p99_ms", "jitter_p99_ms")
+
+
+def tow_axes(frames: np.recarray) -> np.ndarray:
+    """Unit vectors [2, 2] in the horizontal plane of odom: along the mean tow and to port of it."""
+    track = frames["ship_velocity"][:, :2].mean(axis=0)
+    if np.hypot(*track) < AT_REST:
+        x, y, z, w = frames["ship_quaternion"].T
+        track = np.array([np.mean(1 - 2 * (y * y + z * z)), np.mean(2 * (x * y + w * z))])
+    along = track / np.hypot(*track)
+    return np.array([along, [-along[1], along[0]]])
+
+
+def after_start(frames: np.recarray, skip_s: float) -> tuple[np.recarray, float]:
+    """Frames without the start-up, and the seconds left out: ``skip_s``, but at most half the run."""
+    time = (frames["time"] - frames["time"][0]) * 1e-9
+    skip = min(skip_s, 0.5 * time[-1])
+    return frames[time >= skip], float(skip)
+
+
+def ellipsoid_volume(time: np.ndarray, positions: np.ndarray) -> tuple[float, float]:
+    """Volumes [m^3] of the ellipsoid that holds 95 % of ``positions`` [n, 3] at ``time`` [n] s.
+
+    The mean horizontal track, a straight line at constant speed, is taken off first. Both have the principal axes
+    of the covariance and radii in proportion to the standard deviations; the first is scaled by the chi-square
+    quantile for normally distributed positions, the second until 95 % of the positions are inside. Motion in
+    a plane or a line, or a single position, has no volume: 0.
+    """
+    if len(positions) < 4:
+        return 0.0, 0.0
+    track = np.vander(time - time.mean(), 2)
+    rest = positions - positions.mean(axis=0)
+    rest[:, :2] -= track @ np.linalg.lstsq(track, rest[:, :2], rcond=None)[0]
+    variance, axes = np.linalg.eigh(np.cov(rest.T))
+    if variance[0] < FLAT**2:
+        return 0.0, 0.0
+    distance2 = np.sum((rest @ axes) ** 2 / variance, axis=1)
+    unit = 4.0 / 3.0 * np.pi * np.sqrt(np.prod(variance))
+    return tuple(float(unit * scale2**1.5) for scale2 in (chi2.ppf(SHARE, 3), np.quantile(distance2, SHARE)))
+
+
+def summarize(frames: np.recarray, *, skip_s: float = SKIP, **outside: float | None) -> dict:
+    """Summary of a run as a dict in the order of SUMMARY, JSON-ready.
+
+    frames: recarray of FRAME [ticks], of `load_run` or `Simulator.run`; skip_s: start-up to leave out [s]; outside:
+    what the Frames do not know, by the names in OUTSIDE, None where unknown. ValueError for no Frames or a bad skip.
+    """
+    if unknown := set(outside) - set(OUTSIDE):
+        raise TypeError(f"no summary field is called {', '.join(sorted(unknown))}: known from outside are "
+                        f"{', '.join(OUTSIDE)}")
+    if not len(frames):
+        raise ValueError("no frames: there is nothing to summarise; record at least one tick")
+    if not skip_s >= 0:
+        raise ValueError(f"skip_s is {skip_s} s: the summary was not made; it must be 0 or more")
+    kept, skip = after_start(frames, skip_s)
+    tension, depth = kept["tension"], -kept["body_position"][:, 2]
+    offset = (kept["body_position"] - kept["sheave_position"])[:, :2].mean(axis=0)
+    volume, volume_points = ellipsoid_volume((kept["time"] - kept["time"][0]) * 1e-9, kept["body_position"])
+    figures = {
+        "tension_mean_n": tension.mean(), "tension_std_n": tension.std(),
+        "tension_min_n": tension.min(), "tension_max_n": tension.max(),
+        "body_depth_m": depth.mean(), "body_depth_std_m": depth.std(),
+        "body_position_m": [*map(float, tow_axes(kept) @ offset), float(-depth.mean())],
+        "ellipsoid_volume_m3": volume, "ellipsoid_volume_points_m3": volume_points,
+        "contact_resultant_mean_n": kept["contact_resultant"].mean(),
+        "contact_resultant_max_n": kept["contact_resultant"].max(),
+        "wrap_angle_mean_deg": np.degrees(kept["wrap_angle"].mean()),
+        "sheave_heave_std_m": kept["sheave_position"][:, 2].std(),
+        "duration_s": (frames["time"][-1] - frames["time"][0]) * 1e-9, "skip_s": skip,
+        "steps": int(frames["substeps"].sum()), "iterations": int(frames["iterations"].sum()),
+        "flags": {flag.name: count for flag in Flag if flag and (count := int(np.sum(frames["flags"] & flag != 0)))},
+        **{name: outside.get(name) for name in OUTSIDE},
+    }
+    return {name: float(figures[name]) if isinstance(figures[name], np.floating) else figures[name]
+            for name, *_ in SUMMARY}
+
+
+def format_value(value: object) -> str:
+    """Figure as text: counts in full, quantities to 5 digits."""
+    if isinstance(value, dict):
+        return ", ".join(f"{name} {count}" for name, count in value.items()) or "none"
+    if isinstance(value, (list, tuple)):
+        return "  ".join(format_value(part) for part in value)
+    return str(value) if isinstance(value, int) else f"{value:.5g}"
+
+
+def summary_table(summary: dict, title: str = "Summary"):
+    """The summary as a `rich` table; figures that are not known are left out."""
+    from rich.table import Table
+    table = Table(title=title, title_justify="left")
+    table.add_column("figure")
+    table.add_column("value", justify="right")
+    table.add_column("unit")
+    table.add_column("meaning", overflow="fold")
+    for name, unit, meaning in SUMMARY:
+        if summary.get(name) is not None:
+            table.add_row(name, format_value(summary[name]), "" if unit == "1" else unit, meaning)
+    return table
+
+
+def summary_markdown() -> str:
+    """The declaration as a Markdown table, for the README."""
+    rows = [f"| `{name}` | {'' if unit == '1' else unit} | {meaning} |" for name, unit, meaning in SUMMARY]
+    return "\n".join(["| field | unit | meaning |", "|---|---|---|", *rows])

@@ -1,0 +1,147 @@
+"""Summary: every figure against one computed by hand from made-up motion."""
+
+import json
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rich.console import Console
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
+from synthetic import DEPTH, HEAVE, TENSION, make_frames, write_run
+
+from cable_sim_ros.io.recording import load_run
+from cable_sim_ros.lab.summary import (
+    OUTSIDE,
+    SUMMARY,
+    ellipsoid_volume,
+    summarize,
+    summary_markdown,
+    summary_table,
+    tow_axes,
+)
+from cable_sim_ros.sim.frame import Flag
+
+
+def run(seconds=60.0, tick_s=0.1):
+    frames = make_frames(round(seconds / tick_s), tick_s)
+    frames["ship_velocity"] = 2.5 * np.array([math.cos(math.pi / 6), math.sin(math.pi / 6), 0])
+    return frames
+
+
+def test_figures_of_a_sine():
+    figures = summarize(run(60.0))   # 20 s to 60 s: four whole waves
+    assert figures["tension_mean_n"] == pytest.approx(TENSION, abs=0.01)
+    assert figures["tension_std_n"] == pytest.approx(1500 / math.sqrt(2), rel=1e-6)
+    assert figures["tension_max_n"] == pytest.approx(TENSION + 1500, rel=1e-3)
+    assert figures["tension_min_n"] == pytest.approx(TENSION - 1500, rel=1e-3)
+    assert figures["body_depth_m"] == pytest.approx(DEPTH, abs=1e-9)
+    assert figures["body_depth_std_m"] == pytest.approx(0.4 * HEAVE / math.sqrt(2))
+    assert figures["sheave_heave_std_m"] == pytest.approx(HEAVE / math.sqrt(2))
+    assert figures["body_position_m"] == pytest.approx([-320, 0, -DEPTH], abs=1e-9)
+    assert figures["contact_resultant_mean_n"] == pytest.approx(1.2 * TENSION)
+    assert figures["wrap_angle_mean_deg"] == pytest.approx(math.degrees(0.9))
+    assert (figures["steps"], figures["iterations"]) == (600, 1800)
+    assert (figures["duration_s"], figures["skip_s"]) == (pytest.approx(59.9), 20.0)
+    assert figures["ellipsoid_volume_m3"] == 0.0   # the made-up towbody only heaves
+
+
+def test_skipped_start_does_not_count_but_its_flags_do():
+    frames = run(60.0)
+    frames["tension"][:100] = 1e6
+    frames["flags"][3:5] = Flag.HALVED | Flag.MOTION_BLENDING
+    frames["flags"][-1] = Flag.HALVED
+    figures = summarize(frames, skip_s=10.0)
+    assert figures["tension_max_n"] < 11e3
+    assert figures["flags"] == {"HALVED": 3, "MOTION_BLENDING": 2}
+    assert summarize(frames, skip_s=9.8)["tension_max_n"] == 1e6
+
+
+def test_short_run_keeps_its_second_half():
+    figures = summarize(run(10.1), skip_s=20.0)
+    assert figures["skip_s"] == pytest.approx(5.0)
+    assert summarize(run(0.1))["tension_std_n"] == 0.0   # one frame
+
+
+def test_figures_are_the_declared_ones_and_plain_json():
+    figures = summarize(run(), missed_ticks=2, latency_p99_ms=3.5)
+    assert list(figures) == [name for name, *_ in SUMMARY]
+    again = json.loads(json.dumps(figures, allow_nan=False))
+    assert again == figures
+    assert (again["missed_ticks"], again["latency_p99_ms"], again["realtime_factor"]) == (2, 3.5, None)
+
+
+@pytest.mark.parametrize(("call", "error", "text"), [
+    (lambda: summarize(run()[:0]), ValueError, "no frames: there is nothing to summarise"),
+    (lambda: summarize(run(), skip_s=-1.0), ValueError, "skip_s is -1.0 s: the summary was not made"),
+    (lambda: summarize(run(), skip_s=math.nan), ValueError, "skip_s is nan s"),
+    (lambda: summarize(run(), speed=1.0), TypeError, "no summary field is called speed"),
+])
+def test_refusals(call, error, text):
+    with pytest.raises(error, match=text):
+        call()
+
+
+def test_ellipsoid_of_normal_positions():
+    random = np.random.default_rng(3)
+    time = np.linspace(0, 1000, 40_000)
+    std = np.array([0.5, 0.2, 0.3])
+    turn = np.linalg.qr(random.normal(size=(3, 3)))[0]
+    positions = random.normal(size=(len(time), 3)) * std @ turn + [5, 6, -100] + np.outer(time, [2.0, -1.0, 0.0])
+    exact = 4 / 3 * math.pi * std.prod() * 7.814728 ** 1.5   # chi-square, 3 degrees, 95 %: tables
+    assert ellipsoid_volume(time, positions) == pytest.approx((exact, exact), rel=0.03)
+
+
+def test_ellipsoid_of_points_holds_its_share():
+    time = np.linspace(0, 100, 2001)
+    waves = np.array([np.sin(time), 0.4 * np.cos(1.3 * time), 0.2 * np.sin(0.7 * time + 1)]).T
+    normal, points = ellipsoid_volume(time, waves)
+    assert 0 < points < normal   # sines have no tails
+    rest = waves - waves.mean(axis=0)
+    scale = (points / normal) ** (2 / 3) * 7.814728
+    inside = np.einsum("ij,jk,ik->i", rest, np.linalg.inv(np.cov(rest.T)), rest) < scale
+    assert inside.mean() == pytest.approx(0.95, abs=0.01)
+
+
+@given(st.floats(0.1, 10), st.floats(-3, 3), st.floats(-5, 5))
+@settings(max_examples=25, deadline=None)
+def test_ellipsoid_scales_with_the_cube_and_ignores_place_heading_and_speed(scale, heading, speed):
+    time = np.linspace(0, 50, 400)
+    waves = np.array([np.sin(time), np.cos(1.3 * time), np.sin(0.7 * time)]).T
+    c, s = math.cos(heading), math.sin(heading)
+    moved = scale * waves @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]) + [7, 8, -9] + np.outer(time, [speed, 1, 0])
+    assert ellipsoid_volume(time, moved) == pytest.approx(np.array(ellipsoid_volume(time, waves)) * scale**3, rel=1e-6)
+
+
+@pytest.mark.parametrize("positions", [np.zeros((50, 3)), np.outer(np.arange(50), [1, 2, 3]), np.ones((3, 3)),
+                                       np.random.default_rng(0).normal(size=(50, 3)) * [1, 0, 1] + 1e4])
+def test_degenerate_ellipsoid_is_zero(positions):
+    assert ellipsoid_volume(np.arange(len(positions)) * 1.0, np.asarray(positions, float)) == (0.0, 0.0)
+
+
+def test_tow_axes_follow_the_track_or_else_the_heading():
+    frames = run()
+    assert tow_axes(frames) == pytest.approx(np.array([[math.cos(math.pi / 6), 0.5], [-0.5, math.cos(math.pi / 6)]]))
+    frames["ship_velocity"] = 0
+    assert tow_axes(frames)[0] == pytest.approx([math.cos(math.pi / 6), 0.5])   # heading 30 degrees
+
+
+def test_summary_of_a_bag_is_that_of_its_frames(tmp_path):
+    frames = write_run(tmp_path / "run", 3.0)
+    assert summarize(load_run(tmp_path / "run").frames, skip_s=1.0) == summarize(frames, skip_s=1.0)
+
+
+def test_printed_table_and_markdown_have_every_known_figure():
+    figures = summarize(run(), missed_ticks=0)
+    console = Console(width=200, record=True, file=open("/dev/null", "w"))
+    console.print(summary_table(figures, "a run"))
+    text, markdown = console.export_text(), summary_markdown()
+    for name, unit, meaning in SUMMARY:
+        assert (name in text) == (figures[name] is not None)
+        assert f"| `{name}` | {'' if unit == '1' else unit} | {meaning} |" in markdown
+    assert "9000" in text and "-320  " in text and "none" in text
+    assert set(OUTSIDE) <= {name for name, *_ in SUMMARY}
