@@ -216,7 +216,6 @@ class Loop:
             self.failure = error
             self.control[HALTED] = 1
             self.wake_reader()
-        self.scheduler = "not running" if self.control[STOP] else self.scheduler
 
     def _run(self) -> None:
         model, state, inputs, output = self.parts

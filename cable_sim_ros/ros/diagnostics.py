@@ -1,0 +1,194 @@
+"""What the node says of itself: one Status a task, once a second, and the final figures.
+
+No rclpy here; the node turns a Status into a diagnostic_msgs/DiagnosticStatus.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import Counter
+from typing import NamedTuple
+
+from ..sim.frame import Flag, Source
+from .figures import Rate
+from .publisher import TickPublisher
+from .session import Session
+
+OK, WARN, ERROR = 0, 1, 2
+NEWEST = 1000        # ticks the percentiles of /diagnostics look back
+ALARMS = {           # flags of a Frame that are worth a warning, and what they mean
+    Flag.SLACK: "a cable element carries no tension",
+    Flag.DETACHED: "the cable has left the sheave or its groove",
+    Flag.PENETRATION: "contact deeper than the limit of the scene",
+    Flag.COARSE_AT_SURFACE: "an element too long for the sheave or drum touches it",
+    Flag.DRUM_END: "the drum is empty: pay-out stopped",
+    Flag.HALVED: "the time step had to be shortened",
+}
+
+
+class Status(NamedTuple):
+    """One task: name, level, a sentence, and figures as text."""
+
+    name: str
+    level: int
+    message: str
+    values: dict[str, str]
+
+
+class Watch:
+    """Makes the statuses. One caller; keeps what the call before saw, for rates and for what is new."""
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self._rates = {"tick": Rate(), "imu": Rate(), "odom": Rate()}
+        self._seen: dict[str, int] = {}
+
+    def statuses(self, publisher: TickPublisher | None, recorder_stats, recording: bool) -> list[Status]:
+        """All tasks; publisher: None while there is no loop; recorder_stats: RecorderStats or None."""
+        now = time.monotonic_ns()
+        result = [self._loop(publisher, now), self._motion(publisher, now), self._command(publisher, now),
+                  self._solver(publisher), self._recorder(recorder_stats, recording)]
+        return result
+
+    def _new(self, key: str, count: int) -> int:
+        """How much a counter grew since the call before."""
+        grown = count - self._seen.get(key, 0)
+        self._seen[key] = count
+        return grown
+
+    def _loop(self, publisher: TickPublisher | None, now: int) -> Status:
+        session = self.session
+        if session.loop is None or publisher is None:
+            return Status("loop", WARN, session.state, {"state": session.state})
+        loop, counters = session.loop, session.counters()
+        rate = self._rates["tick"].of(loop.count, now)
+        late = publisher.lateness.percentiles(50, 99, 100, newest=NEWEST)
+        work = publisher.work.percentiles(50, 99, newest=NEWEST)
+        latency = publisher.latency.percentiles(50, 99, newest=NEWEST)
+        values = {"state": session.state, "rate_hz": _text(rate), "lateness_p50_ms": _text(late[0]),
+                  "lateness_p99_ms": _text(late[1]), "lateness_max_ms": _text(late[2]), "work_p50_ms": _text(work[0]),
+                  "work_p99_ms": _text(work[1]), "latency_p50_ms": _text(latency[0]),
+                  "latency_p99_ms": _text(latency[1]), "lag_ms": _text(session.lag() * 1e3),
+                  "scheduler": loop.scheduler, "publisher_skipped": str(publisher.skipped),
+                  **{key: str(value) for key, value in counters.items()}}
+        if session.state in ("halted", "failed"):
+            return Status("loop", ERROR, session.problem, values)
+        if publisher.failure is not None or not publisher.is_alive():
+            return Status("loop", ERROR, f"the publisher thread ended: {publisher.failure}", values)
+        resyncs, overruns = self._new("resyncs", counters["resyncs"]), self._new("overruns", counters["overruns"])
+        if resyncs:
+            return Status("loop", WARN, f"resynchronised {resyncs} times in the last second: the machine is too slow or "
+                                        f"too busy for this scene", values)
+        if overruns:
+            return Status("loop", WARN, f"{overruns} ticks overran in the last second", values)
+        return Status("loop", OK, session.state, values)
+
+    def _motion(self, publisher: TickPublisher | None, now: int) -> Status:
+        session, values, new = self.session, {}, 0
+        for kind, arrival in session.arrivals.items():
+            values[f"{kind}_rate_hz"] = _text(self._rates[kind].of(session.received[kind], now))
+            values[f"{kind}_age_s"] = "never" if arrival is None else _text((now - arrival) * 1e-9)
+        drops = drop_counts(session)
+        for cause, count in sorted(drops.items()):
+            values[f"dropped: {cause}"] = str(count)
+        new = self._new("motion drops", sum(drops.values()))
+        values["clock_jumps"] = str(session.clock.jumps)
+        frame = publisher.latest if publisher else None
+        if frame is not None:
+            values["source"] = Source(int(frame["motion_source"])).name.lower()
+            values["motion_age_s"] = _text(float(frame["motion_age"]))
+        if session.state == "waiting":
+            return Status("motion", WARN, "waiting for motion", values)
+        if session.state == "running" and frame is not None and int(frame["flags"]) & Flag.MOTION_STALE:
+            return Status("motion", ERROR, f"motion stale: nothing usable for {float(frame['motion_age']):.1f} s, the ship "
+                                           f"returns to its mean track", values)
+        if new:
+            return Status("motion", WARN, f"{new} messages refused in the last second", values)
+        return Status("motion", OK, "motion arrives" if session.state == "running" else session.state, values)
+
+    def _command(self, publisher: TickPublisher | None, now: int) -> Status:
+        commands = getattr(self.session, "commands", None)
+        if commands is None:
+            return Status("command", OK, "not yet listening", {})
+        values = {"accepted": str(commands.accepted),
+                  "age_s": "never" if commands.last_arrival is None else _text((now - commands.last_arrival) * 1e-9),
+                  **{f"refused: {cause}": str(count) for cause, count in sorted(commands.dropped.items())}}
+        frame = publisher.latest if publisher else None
+        if frame is not None and int(frame["flags"]) & Flag.COMMAND_STALE:
+            return Status("command", WARN, f"command stale: the rate command is older than winch.command_timeout, the "
+                                           f"winch holds at {float(frame['payout']):.2f} m", values)
+        new = self._new("command drops", sum(commands.dropped.values()))
+        if new:
+            return Status("command", WARN, f"{new} commands refused in the last second", values)
+        return Status("command", OK, "commanded" if commands.accepted else "no command yet: the winch holds", values)
+
+    def _solver(self, publisher: TickPublisher | None) -> Status:
+        session, values = self.session, {}
+        frame = publisher.latest if publisher else None
+        if frame is not None:
+            flags = Flag(int(frame["flags"]))
+            values = {"iterations": str(int(frame["iterations"])), "substeps": str(int(frame["substeps"])),
+                      "residual_n": f"{float(frame['residual']):.3g}", "flags": flag_names(flags),
+                      "tension_n": f"{float(frame['tension']):.1f}", "penetration_m": f"{float(frame['penetration']):.3g}",
+                      "detachments": str(int(frame["detachments"]))}
+        if session.state in ("halted", "failed"):
+            return Status("solver", ERROR, session.problem, values)
+        if publisher is not None and publisher.fault:
+            return Status("solver", ERROR, publisher.fault, values)
+        if frame is not None:
+            alarms = [text for flag, text in ALARMS.items() if flags & flag]
+            if alarms:
+                return Status("solver", WARN, "; ".join(alarms), values)
+        return Status("solver", OK, "solves" if frame is not None else session.state, values)
+
+    def _recorder(self, stats, recording: bool) -> Status:
+        if stats is None:
+            return Status("recorder", OK, "not recording", {})
+        values = {"recording": str(recording).lower(), "written": str(stats.written), "dropped": str(stats.dropped),
+                  "waiting": str(stats.waiting), "most_waiting": str(stats.most_waiting), "errors": str(stats.errors),
+                  "slowest_flush_ms": _text(stats.slowest_flush * 1e3)}
+        if stats.error:
+            return Status("recorder", ERROR, stats.error, values)
+        if self._new("recorder drops", stats.dropped) > 0:
+            return Status("recorder", WARN, f"{stats.dropped} messages were not recorded: the disk is too slow", values)
+        return Status("recorder", OK, "recording" if recording else "finished", values)
+
+
+def drop_counts(session: Session) -> Counter:
+    """Motion messages refused, by cause, of the clock and of the ingest."""
+    drops = Counter(session.refused)
+    if getattr(session, "ingest", None) is not None:
+        drops.update(session.ingest.counts())
+    return drops
+
+
+def flag_names(flags: Flag) -> str:
+    return ", ".join(flag.name.lower() for flag in Flag if flag and flags & flag) or "none"
+
+
+def final_figures(session: Session, publisher: TickPublisher | None, recorder_stats) -> dict:
+    """Figures of the whole run (of the newest ten minutes where they are percentiles), names as in the README."""
+    figures: dict = {"state": session.state, "problem": session.problem}
+    if session.loop is not None:
+        counters = session.counters()
+        figures |= counters | {"missed_ticks": counters["overruns"] + counters["skipped"],
+                               "scheduler": session.loop.scheduler, "static_start_s": session.start_cost}
+    if publisher is not None:
+        late = publisher.lateness.percentiles(50, 99, 99.9, 100)
+        work = publisher.work.percentiles(50, 99, 100)
+        latency = publisher.latency.percentiles(50, 99, 100)
+        figures |= {"published_ticks": publisher.published, "publisher_skipped": publisher.skipped,
+                    "jitter_p50_ms": late[0], "jitter_p99_ms": late[1], "jitter_p999_ms": late[2],
+                    "jitter_max_ms": late[3], "work_p50_ms": work[0], "work_p99_ms": work[1], "work_max_ms": work[2],
+                    "latency_p50_ms": latency[0], "latency_p99_ms": latency[1], "latency_max_ms": latency[2]}
+    figures["input_delay_ms"] = session.node.input_delay * 1e3
+    figures["received"] = dict(session.received)
+    figures["dropped"] = dict(drop_counts(session))
+    if recorder_stats is not None:
+        figures["recorder"] = recorder_stats._asdict()
+    return figures
+
+
+def _text(number: float) -> str:
+    return "-" if math.isnan(number) else f"{number:.3f}"

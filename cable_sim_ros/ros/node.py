@@ -1,0 +1,334 @@
+"""The node: a managed (lifecycle) ROS 2 node around a Session. Topics and parameters: docs/realtime.md.
+
+The executor thread takes inputs, services and parameters; the stepping loop and the publisher have threads of their own.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+import time
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from nav_msgs.msg import Odometry
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.clock import Clock, ClockType
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.serialization import deserialize_message, serialize_message
+from sensor_msgs.msg import Imu, JointState
+from std_srvs.srv import SetBool, Trigger
+
+from ..io.channels import CHANNELS, Context, Encoder
+from .declare import declare, overrides_of
+from .diagnostics import Watch, final_figures
+from .figures import write_json
+from .params import ParameterError, settle
+from .publisher import TickPublisher
+from .recording import Recording
+from .session import Session
+from .topics import message_class, transform_publisher
+
+NAME, NAMESPACE = "cable_sim", "/tow_sim"
+INPUT_QOS = QoSProfile(depth=200, reliability=ReliabilityPolicy.BEST_EFFORT)   # deep: a static start takes a second
+QOS = {"reliable": QoSProfile(depth=10), "sensor": QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)}
+DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
+
+
+class CableSimNode(LifecycleNode):
+    """Raises ParameterError at construction; nothing has been started then."""
+
+    def __init__(self, **kwargs) -> None:
+        super().__init__(NAME, namespace=NAMESPACE, **kwargs)
+        try:
+            self.settings = settle(overrides_of(self))
+            declare(self, self.settings.rows)
+        except BaseException:
+            self.destroy_node()
+            raise
+        for caution in self.settings.cautions:
+            self.get_logger().warning(caution)
+        if self.get_parameter("use_sim_time").value:
+            self.get_logger().warning("use_sim_time is ignored: the clock is that of the stamps of imu/data and odom")
+        self.add_on_set_parameters_callback(self._may_set)
+        self.add_post_set_parameters_callback(self._was_set)
+        self.session = Session(self.settings, self._log)
+        self.watch = Watch(self.session)
+        self.publisher: TickPublisher | None = None
+        self.recording = Recording(self.settings, self.get_namespace())
+        self._entities: list = []
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self.create_service(Trigger, "~/reset", self._on_reset)
+        self.create_service(SetBool, "~/record", self._on_record)
+        self.create_timer(0.05, self._on_poll, clock=self._steady)
+        self.create_timer(1.0, self._on_diagnostics, clock=self._steady)
+        self._told = ""
+        self._warned_scheduler = False
+        self.tell_state()
+
+    # ---- life cycle
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Build the model, compile, check the static start, open the topics."""
+        try:
+            self.session.configure()
+        except Exception as error:
+            self.session.fail(f"not configured: {error} ({type(error).__name__}); nothing is simulated")
+            self.tell_state()
+            return TransitionCallbackReturn.FAILURE
+        node, frames = self.settings.node, self.settings.node.frame
+        context = Context(frames.odom, frames.base_link, frames.sheave_link, frames.towbody_link, self.get_namespace())
+        rates = {"sheave_contact": node.publish.contact_rate, "cable_shape": node.publish.shape_rate}
+        channels = tuple(row._replace(rate=rates.get(row.name, node.publish.state_rate)) for row in CHANNELS)
+        publishers = {context.topic(row): self.create_publisher(message_class(row.msgtype), row.topic, QOS[row.qos])
+                      for row in channels}
+        transforms = transform_publisher(self, context, self.settings.scene)
+        clock = self.session.clock
+        self.publisher = TickPublisher(self.session.loop, Encoder(context, self.settings.scene.solver.tick, channels),
+                                       publishers, lambda: clock.offset, transforms)
+        self.publisher.start()
+        self._entities = [
+            self.create_subscription(Imu, "imu/data", self._input("imu", "imu/data", "sensor_msgs/msg/Imu"),
+                                     INPUT_QOS, raw=True),
+            self.create_subscription(Odometry, "odom", self._input("odom", "odom", "nav_msgs/msg/Odometry"),
+                                     INPUT_QOS, raw=True),
+            self.create_subscription(JointState, "winch/command", self._on_command, INPUT_QOS, raw=True)]
+        self.tell_state()
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Wait for motion; the loop starts with the first that can be used."""
+        if self.settings.node.recording.enabled:
+            text = self.recording.start()
+            if text:
+                self.get_logger().error(text)
+                return TransitionCallbackReturn.FAILURE
+            self.publisher.recorder = self.recording.recorder
+        self.session.activate()
+        self.get_logger().info(f"waiting for motion on {self.resolve_topic_name('imu/data')} and "
+                               f"{self.resolve_topic_name('odom')}")
+        self.tell_state()
+        return super().on_activate(state)
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Stop the loop and finish a recording."""
+        self.session.deactivate()
+        self._finish_recording()
+        self.tell_state()
+        return super().on_deactivate(state)
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Give up the model and close the topics."""
+        self._stop_threads()
+        for subscription in self._entities:
+            self.destroy_subscription(subscription)
+        for publisher in self.publisher.publishers.values() if self.publisher else ():
+            self.destroy_publisher(publisher)
+        self.session = Session(self.settings, self._log)
+        self.watch, self.publisher, self._entities = Watch(self.session), None, []
+        self.tell_state()
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """As `close`."""
+        self.close()
+        return TransitionCallbackReturn.SUCCESS
+
+    def close(self) -> None:
+        """Stop loop and publisher, finish the recording, tell the final figures. A second call does nothing."""
+        if self.session.state == "closed":
+            return
+        state = self.session.state
+        self._stop_threads()
+        self._finish_recording()
+        figures = final_figures(self.session, self.publisher, self.recording.stats()) | {"state": "stopped", "last": state}
+        if figures.get("ticks"):
+            print(f"{figures['ticks']} ticks, {figures['missed_ticks']} missed, {figures['resyncs']} resyncs, jitter p99 "
+                  f"{figures['jitter_p99_ms']:.2f} ms, stamp to tension p50 {figures['latency_p50_ms']:.1f} ms, p99 "
+                  f"{figures['latency_p99_ms']:.1f} ms, {figures['scheduler']}", file=sys.stderr, flush=True)
+        self._write_statistics(figures)
+
+    def _stop_threads(self) -> None:
+        self.session.close()
+        if self.publisher is not None:
+            self.publisher.close()
+        if self.session.loop is not None and not (self.publisher and self.publisher.is_alive()):
+            self.session.loop.close()
+
+    # ---- inputs
+
+    def _input(self, kind: str, name: str, msgtype: str):
+        topic = self.resolve_topic_name(name)
+
+        def callback(data: bytes, info: dict) -> None:
+            arrival = arrival_of(info)
+            self.session.motion(kind, data, arrival)
+            self._record(topic, msgtype, data)
+        return callback
+
+    def _on_command(self, data: bytes, info: dict) -> None:
+        try:
+            message = deserialize_message(data, JointState)
+        except Exception:     # a message that is no JointState after all
+            self.session.commands.dropped["not readable"] += 1
+            return
+        cause = self.session.command(message, arrival_of(info))
+        if cause:
+            self.get_logger().warning(f"winch command refused: {cause}; joint 'payout' with position [m] or velocity "
+                                      f"[m/s] is expected", throttle_duration_sec=5.0)
+        self._record(self.resolve_topic_name("winch/command"), "sensor_msgs/msg/JointState", data)
+
+    def _record(self, topic: str, msgtype: str, data: bytes) -> None:
+        recorder = self.recording.recorder
+        if recorder is not None:
+            recorder.put(topic, msgtype, time.time_ns(), data)
+
+    # ---- services and parameters
+
+    def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.success, response.message = self.session.reset()
+        self.tell_state()
+        return response
+
+    def _on_record(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        if not request.data:
+            stats = self._finish_recording()
+            response.success = stats is not None
+            response.message = f"{stats.written} messages in {self.recording.path}" if stats else "nothing was recorded"
+        elif self.publisher is None:
+            response.success, response.message = False, "the node is not configured: there is nothing to record"
+        else:
+            text = self.recording.start()
+            self.publisher.recorder = self.recording.recorder
+            response.success, response.message = not text, text or f"recording to {self.recording.path}"
+        return response
+
+    def _finish_recording(self):
+        if self.publisher is not None:
+            self.publisher.recorder = None
+        return self.recording.stop()
+
+    def _may_set(self, parameters) -> SetParametersResult:
+        live = ("setpoint.algorithm", "recording.enabled", "recording.path")
+        rows = {row.name: row for row in self.settings.rows}
+        for parameter in parameters:
+            row = rows.get(parameter.name)
+            if row is None or self.session.sim is None:
+                continue
+            if row.choices and parameter.value not in row.choices:
+                return SetParametersResult(successful=False, reason=f"{parameter.name} must be {row.range_text}")
+            if parameter.name not in live:
+                return SetParametersResult(successful=False, reason=f"{parameter.name} takes effect at configure; give it "
+                                                                    f"in a parameter file or with -p and start again")
+        return SetParametersResult(successful=True)
+
+    def _was_set(self, parameters) -> None:
+        given = {parameter.name: parameter.value for parameter in parameters}
+        if "setpoint.algorithm" in given and self.session.sim is not None:
+            self.session.set_algorithm(given["setpoint.algorithm"])
+        if "recording.path" in given:
+            self.recording.wanted = given["recording.path"]
+
+    # ---- what the node says
+
+    def _on_poll(self) -> None:
+        self.session.poll()
+        loop = self.session.loop
+        if loop is not None and loop.warning and not self._warned_scheduler:
+            self._warned_scheduler = True
+            self.get_logger().warning(loop.warning)
+        if self.session.state != self._told:
+            self.tell_state()
+
+    def _on_diagnostics(self) -> None:
+        array = DiagnosticArray()
+        array.header.stamp = self.get_clock().now().to_msg()
+        for status in self.watch.statuses(self.publisher, self.recording.stats(), self.recording.recorder is not None):
+            array.status.append(DiagnosticStatus(
+                level=bytes([status.level]), name=f"{self.get_name()}: {status.name}", message=status.message,
+                hardware_id="cable_sim_ros", values=[KeyValue(key=key, value=text) for key, text in status.values.items()]))
+        data = serialize_message(array)
+        self._diagnostics.publish(data)
+        self._record("/diagnostics", DIAGNOSTICS, data)
+
+    def tell_state(self) -> None:
+        """Write the state to statistics_file, for whoever started this process."""
+        self._told = self.session.state
+        self._write_statistics({"state": self.session.state, "problem": self.session.problem, "pid": os.getpid()})
+
+    def _write_statistics(self, tree: dict) -> None:
+        if self.settings.node.statistics_file:
+            try:
+                write_json(self.settings.node.statistics_file, tree)
+            except OSError as error:
+                self.get_logger().error(f"statistics_file cannot be written: {error}", throttle_duration_sec=10.0)
+
+    def _log(self, level: str, text: str) -> None:
+        # one call site each: rclpy ties a site to its level
+        logger = self.get_logger()
+        if level == "error":
+            logger.error(text)
+        elif level == "warn":
+            logger.warning(text)
+        else:
+            logger.info(text)
+
+
+def arrival_of(info: dict) -> int:
+    """Arrival of a message on CLOCK_MONOTONIC [ns]: when the middleware had it, not when the callback ran."""
+    now, wall = time.monotonic_ns(), time.time_ns()
+    waited = wall - int(info.get("received_timestamp", 0))
+    return now - waited if 0 <= waited < 60_000_000_000 else now
+
+
+def autostart(node: CableSimNode) -> bool:
+    """Configure in a thread, so that a signal ends a long compilation at once; False when it was refused."""
+    done: list[TransitionCallbackReturn] = []
+    thread = threading.Thread(target=lambda: done.append(node.trigger_configure()), name="configure", daemon=True)
+    thread.start()
+    while thread.is_alive():
+        thread.join(0.05)
+        if not rclpy.ok():
+            raise ExternalShutdownException
+    return bool(done) and done[0] == TransitionCallbackReturn.SUCCESS and (
+        node.trigger_activate() == TransitionCallbackReturn.SUCCESS)
+
+
+def main(args: list[str] | None = None) -> int:
+    """Entry point: 0 after SIGINT or SIGTERM, 1 when the start failed, 2 for parameters that cannot be used."""
+    node = executor = None
+    code = 0
+    try:
+        rclpy.init(args=args)
+        node = CableSimNode()
+        if node.settings.node.autostart and not autostart(node):
+            code = 1
+        else:
+            executor = SingleThreadedExecutor()
+            executor.add_node(node)
+            executor.spin()
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    except ParameterError as error:
+        print(f"error: {error}", file=sys.stderr, flush=True)
+        code = 2
+    finally:
+        if node is not None:
+            node.close()
+        if any(thread.name == "configure" for thread in threading.enumerate()):
+            sys.stderr.flush()
+            os._exit(code)       # the compiler cannot be interrupted, and has nothing to lose
+        if executor is not None:
+            executor.shutdown(timeout_sec=1.0)
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,190 @@
+"""Plays the IMU and odometry of a bag over real topics at real-time pace, as the ship's own sensors would send them.
+
+    cable-sim-player BAG [--rate R] [--loop] [--duration S] [--start S] [--imu-only] [--keep-stamps]
+
+Stamps are moved to now by default. Other arguments (`--ros-args ...`) go to rclpy; the namespace is /tow_sim unless
+remapped, so that a node started without arguments hears it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ctypes
+import struct
+import sys
+import time
+from contextlib import nullcontext
+from pathlib import Path
+from typing import NamedTuple
+
+from ..io.bag import BagError, read_bag
+from ..io.resources import ResourceError, find_bag
+
+SECOND = 1_000_000_000
+TOPICS = {"sensor_msgs/msg/Imu": "imu/data", "nav_msgs/msg/Odometry": "odom"}
+SLEEP_CHUNK = 0.1      # s, so that a signal is seen soon
+
+
+class PlayError(ValueError):
+    """A bag that cannot be played; the text says why and what to do."""
+
+
+class Item(NamedTuple):
+    """One message to send: time from the first [ns], relative topic, CDR bytes, its stamp [ns]."""
+
+    due: int
+    topic: str
+    data: bytes
+    stamp: int
+
+
+def load(path: Path, *, start: float = 0.0, duration: float | None = None, imu_only: bool = False) -> list[Item]:
+    """Motion messages of a bag, start [s] after its first one, duration [s] long. PlayError when there are none."""
+    items: list[Item] = []
+    first = None
+    for message in read_bag(path):
+        topic = TOPICS.get(message.msgtype)
+        if topic is None or (imu_only and topic == "odom"):
+            continue
+        data = message.data
+        if len(data) < 12 or not data[1] & 1:
+            raise PlayError(f"bag '{path}': a message of '{message.topic}' is not little-endian CDR; convert the bag first")
+        first = message.time if first is None else first
+        due = message.time - first - round(start * SECOND)
+        if due < 0:
+            continue
+        if duration is not None and due > duration * SECOND:
+            break
+        sec, nanosec = struct.unpack_from("<iI", data, 4)
+        items.append(Item(due, topic, data, sec * SECOND + nanosec))
+    if not items:
+        raise PlayError(f"bag '{path}' has no {'sensor_msgs/Imu' if imu_only else 'sensor_msgs/Imu or nav_msgs/Odometry'} "
+                        f"in the part asked for (from {start:g} s on); nothing was played")
+    return items
+
+
+def restamped(item: Item, shift: int) -> bytes:
+    """The message with its stamp moved by shift [ns]."""
+    data = bytearray(item.data)
+    struct.pack_into("<iI", data, 4, *divmod(item.stamp + shift, SECOND))
+    return bytes(data)
+
+
+class _Timespec(ctypes.Structure):
+    _fields_ = (("sec", ctypes.c_long), ("nsec", ctypes.c_long))
+
+
+def sleep_until(deadline: int, alive) -> bool:
+    """Sleep to CLOCK_MONOTONIC deadline [ns]; False when alive() turned false meanwhile."""
+    libc = ctypes.CDLL(None)
+    while True:
+        left = deadline - time.monotonic_ns()
+        if not alive():
+            return False
+        if left <= 0:
+            return True
+        until = min(deadline, time.monotonic_ns() + round(SLEEP_CHUNK * SECOND))
+        libc.clock_nanosleep(1, 1, ctypes.byref(_Timespec(until // SECOND, until % SECOND)), None)
+
+
+def play(node, items: list[Item], *, rate: float = 1.0, loop: bool = False, keep_stamps: bool = False, alive, progress) -> int:
+    """Send the items; returns how many were sent. progress(seconds played) is called some ten times a second."""
+    from nav_msgs.msg import Odometry
+    from rclpy.qos import QoSProfile
+    from sensor_msgs.msg import Imu
+
+    classes = {"imu/data": Imu, "odom": Odometry}
+    # reliable is heard by every subscriber; a sensor that sends best effort is heard by the node as well
+    publishers = {topic: node.create_publisher(classes[topic], topic, QoSProfile(depth=50))
+                  for topic in {item.topic for item in items}}
+    wait = time.monotonic() + 10.0
+    while alive() and time.monotonic() < wait and not all(p.get_subscription_count() for p in publishers.values()):
+        time.sleep(0.02)
+    length = items[-1].due + _interval(items)
+    begun, sent, told = time.monotonic_ns() + SECOND // 50, 0, 0
+    base = time.time_ns() + SECOND // 50
+    lap = 0
+    while True:
+        shift = 0 if keep_stamps else base + lap * length - items[0].stamp
+        for item in items:
+            played = lap * length + item.due
+            if not sleep_until(begun + round(played / rate), alive):
+                return sent
+            publishers[item.topic].publish(restamped(item, shift) if shift else item.data)
+            sent += 1
+            if played - told > SECOND // 10:
+                told = played
+                progress(played / SECOND)
+        lap += 1
+        if not loop:
+            break
+    for publisher in publishers.values():      # let the last messages out before the process ends
+        publisher.wait_for_all_acked()
+    return sent
+
+
+def _interval(items: list[Item]) -> int:
+    """Typical time between messages of the first topic, ns: what a lap adds at its seam."""
+    times = [item.due for item in items if item.topic == items[0].topic]
+    return (times[-1] - times[0]) // max(1, len(times) - 1)
+
+
+def _bar(total: float | None):
+    """Progress bar on a terminal, else nothing: (context, function of seconds)."""
+    if not sys.stderr.isatty():
+        return nullcontext(), lambda seconds: None
+    from rich.console import Console
+    from rich.progress import Progress
+
+    bar = Progress(console=Console(stderr=True), transient=True)
+    task = bar.add_task("playing", total=total)
+    return bar, lambda seconds: bar.update(task, completed=seconds)
+
+
+def parser() -> argparse.ArgumentParser:
+    result = argparse.ArgumentParser(prog="player", description=__doc__.splitlines()[0])
+    result.add_argument("bag", help="bag directory, or name of a shipped one")
+    result.add_argument("--rate", type=float, default=1.0, help="speed of sending; stamps keep their spacing (default 1)")
+    result.add_argument("--loop", action="store_true", help="begin again at the end, stamps going on")
+    result.add_argument("--duration", type=float, help="stop after so many seconds of the bag")
+    result.add_argument("--start", type=float, default=0.0, help="skip so many seconds of the bag")
+    result.add_argument("--imu-only", action="store_true", help="leave the odometry out")
+    result.add_argument("--keep-stamps", action="store_true", help="send the recorded stamps instead of present ones")
+    return result
+
+
+def main(args: list[str] | None = None) -> int:
+    """Entry point: 0 at the end or after a signal, 2 for a bag or an option that cannot be used."""
+    import rclpy
+    from rclpy.executors import ExternalShutdownException
+    from rclpy.utilities import remove_ros_args
+
+    given = sys.argv if args is None else ["player", *args] if not args or args[0].startswith("-") else args
+    options = parser().parse_args(remove_ros_args(given)[1:])
+    try:
+        if not 0.0 < options.rate <= 100.0:
+            raise PlayError(f"--rate {options.rate:g} is out of range; give a value above 0 and up to 100")
+        items = load(find_bag(options.bag), start=options.start, duration=options.duration, imu_only=options.imu_only)
+    except (PlayError, BagError, ResourceError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    node = None
+    try:
+        rclpy.init(args=given)
+        node = rclpy.create_node("motion_player", namespace="/tow_sim")
+        bar, progress = _bar(None if options.loop else items[-1].due / SECOND)
+        with bar:
+            sent = play(node, items, rate=options.rate, loop=options.loop, keep_stamps=options.keep_stamps,
+                        alive=rclpy.ok, progress=progress)
+        print(f"played {sent} messages", file=sys.stderr)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    finally:
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
