@@ -1,0 +1,330 @@
+"""Ship motion: bytes of sensor_msgs/Imu and nav_msgs/Odometry -> samples in Inputs, the same for topic and bag.
+
+Odometry is used while it is fresh. Otherwise the IMU alone: attitude from its message, translation by the heave
+filter about a mean track; the filter runs all the time, so that a change is warm. What cannot be right is refused and
+counted by cause; nothing that is not finite gets through. `io.wire` decodes the messages and reads them from bags.
+"""
+
+from __future__ import annotations
+
+from math import cos, hypot, nan, pi, sin
+
+from ..physics.heave import Heave, HeaveFilter, MotionInput
+from ..physics.inputs import Inputs, push_motion
+from ..physics.ship import Ship
+from .wire import CAUSES, Odometry, Refused, decode_imu, decode_odometry
+
+SOURCES = ("mean", "odometry", "imu")   # sim.frame.Source
+MEAN, ODOMETRY, IMU = 0.0, 1.0, 2.0
+SECOND = 1_000_000_000
+BACKWARDS = SECOND       # ns; a stamp further back than this is a jump of the clock, not a late message
+JUMPED = 10              # backward stamps in a row that make a time jump
+RETURN = 2.0             # odometry is taken again after this many time-outs without a gap: no flapping at low rates
+
+
+class _Stream:
+    """Stamps, arrivals and rate of one topic."""
+
+    def __init__(self) -> None:
+        self.stamp = self.arrival = self.streak = None   # ns; streak: arrival since which there was no gap
+        self.period = nan                                # s between stamps, smoothed
+        self.unstamped = False
+        self.backwards = 0
+
+    def check(self, stamp: int, arrival: int) -> tuple[int, float]:
+        """Stamp to use and seconds since the one before (NaN for the first); Refused if it does not advance."""
+        if stamp == 0:   # a driver without a clock; the first such message may also be a clock that starts at zero
+            if not self.unstamped:
+                self.unstamped = True
+                raise Refused("no_stamp")
+            stamp = arrival
+        else:
+            self.unstamped = False
+        if self.stamp is None:
+            return stamp, nan
+        if stamp <= self.stamp:
+            far = self.stamp - stamp > BACKWARDS
+            self.backwards = self.backwards + 1 if far else 0
+            raise Refused("stamp_backwards" if far else "stamp_not_advancing")
+        return stamp, (stamp - self.stamp) * 1e-9
+
+    def take(self, stamp: int, arrival: int, dt: float, timeout: float) -> None:
+        if self.arrival is None or arrival - self.arrival > timeout * SECOND:
+            self.streak = arrival
+        if dt == dt:
+            self.period = dt if self.period != self.period else self.period + 0.05 * (dt - self.period)
+        self.stamp, self.arrival, self.backwards = stamp, arrival, 0
+
+    def age(self, now: int) -> float:
+        return nan if self.arrival is None else (now - self.arrival) * 1e-9
+
+    def report(self, now: int) -> tuple[float, float]:
+        return self.age(now), 1.0 / self.period if self.period > 0.0 else nan
+
+
+class _Slow:
+    """Mean of a vector over an expanding memory of at most `memory` seconds."""
+
+    def __init__(self, memory: float) -> None:
+        self.memory, self.time, self.mean = memory, 0.0, None
+
+    def add(self, values: tuple[float, ...], dt: float) -> tuple[float, ...]:
+        if self.mean is None or not dt > 0.0:
+            self.mean = self.mean or values
+            return self.mean
+        self.time = min(self.time + dt, self.memory)
+        x = min(1.0, dt / self.time)
+        self.mean = tuple(m + x * (v - m) for m, v in zip(self.mean, values))
+        return self.mean
+
+
+def angle_rates(roll: float, pitch: float, body_rate) -> tuple[float, float, float]:
+    """Rates of roll, pitch, yaw from body rates, rad/s; pitch away from +-90 deg."""
+    p, q, r = body_rate
+    across = q * sin(roll) + r * cos(roll)
+    return p + across * sin(pitch) / cos(pitch), q * cos(roll) - r * sin(roll), across / cos(pitch)
+
+
+def to_world(angles, vector) -> tuple[float, float, float]:
+    """Rz(yaw) Ry(pitch) Rx(roll) vector."""
+    (roll, pitch, yaw), (x, y, z) = angles, vector
+    y, z = y * cos(roll) - z * sin(roll), y * sin(roll) + z * cos(roll)
+    x, z = x * cos(pitch) + z * sin(pitch), z * cos(pitch) - x * sin(pitch)
+    return x * cos(yaw) - y * sin(yaw), x * sin(yaw) + y * cos(yaw), z
+
+
+class MotionIngest:
+    """Takes message bytes, pushes motion samples. One writer: call it from one thread.
+
+    inputs: the rings; ship, heave, motion: parameter blocks; gravity: m/s^2. `imu` and `odometry` take CDR bytes and
+    the arrival in ns on any clock that runs on (the log time in a replay), and return the stamp of an accepted
+    message in ns, None for a refused one. `counts` has the refusals by cause and the events.
+    """
+
+    def __init__(self, inputs: Inputs, ship: Ship, heave: Heave, motion: MotionInput | None = None,
+                 gravity: float = 9.81) -> None:
+        self.inputs, self.ship, self.heave = inputs, ship, heave
+        self.settings = motion or MotionInput()
+        self.filter = HeaveFilter(heave, gravity)
+        self.counts: dict[str, int] = dict.fromkeys(CAUSES, 0)
+        self.last_refusal = ""
+        self.epoch = 0
+        self.reset()
+
+    def reset(self) -> None:
+        """Start anew after a jump of the clock: empties the motion ring, so call it only while no tick runs.
+
+        Counts are kept; the next sample begins a new epoch.
+        """
+        self.inputs.motion_head[0] = 0
+        self.source = MEAN
+        self.first_pose: tuple[int, float, float, float] | None = None   # stamp, x, y, yaw of the first sample
+        self.origin = (0.0, 0.0)         # m, added to the odometry's position
+        self._imu, self._odometry = _Stream(), _Stream()
+        self._began: int | None = None   # first arrival of an IMU message
+        self._new_epoch = True
+        self._yaw: float | None = None
+        self._last: tuple[int, list[float]] | None = None   # newest pushed sample
+        self._track: list[float] | None = None              # x y of the mean track while the IMU is the source
+        self._track_velocity = (0.0, 0.0)
+        self._heading = _Slow(self.heave.period)            # cos and sin of the yaw
+        self._velocity = _Slow(self.heave.period)           # of the odometry
+        self._gravity = _Slow(10.0)                         # specific force along the vertical
+        self._mismatch = _Slow(10.0)                        # squared difference of odometry twist and moved position
+        self._before: Odometry | None = None                # newest odometry
+        self._waiting: list[Odometry] = []                  # without twist: newest two, for a central difference
+        self.filter.reset()
+
+    # IMU
+
+    def imu(self, data: bytes, arrival: int) -> int | None:
+        """Take a sensor_msgs/Imu; see the class."""
+        try:
+            message = decode_imu(data, self.settings.convention)
+            stamp, dt = self._imu.check(message.stamp, arrival)
+        except Refused as refusal:
+            return self._refuse("imu", refusal.cause)
+        self._imu.take(stamp, arrival, dt, self.settings.odometry_timeout)
+        self._began = arrival if self._began is None else self._began
+        angles = (*message.angles[:2], self._unwrap(message.angles[2]))
+        if dt > self.heave.max_gap:
+            self.counts["imu_gap"] += 1
+        if not dt <= self.heave.max_gap:
+            self.filter.reset()
+            self._new_epoch |= self.source == IMU
+        moved = self.filter.push(dt if dt == dt else 0.0, message.force, angles, message.rate).tolist()
+        if self.filter.diverged:
+            self.counts["heave_diverged"] += 1
+            self.filter.reset()
+            moved = self.filter.push(0.0, message.force, angles, message.rate).tolist()
+            self._new_epoch |= self.source == IMU
+        self._gravity.add((to_world(angles, message.force)[2],), dt)
+        heading = self._heading.add((cos(angles[2]), sin(angles[2])), dt)
+        if self._imu_leads(arrival):
+            self._push_imu(stamp, dt, angles, angle_rates(*angles[:2], message.rate), moved, heading)
+        return stamp
+
+    def _imu_leads(self, arrival: int) -> bool:
+        timeout = self.settings.odometry_timeout
+        if self.source == ODOMETRY:
+            return self._odometry.age(arrival) > timeout
+        # at the start odometry gets the time to show up, lest every start begin with a change of source
+        return self.source == IMU or (arrival - self._began) * 1e-9 >= timeout
+
+    def _push_imu(self, stamp: int, dt: float, angles, rates, moved, heading) -> None:
+        length = hypot(*heading) or 1.0
+        ahead = heading[0] / length, heading[1] / length
+        speed = self.ship.tow_speed
+        if self._velocity.time > 0.0:   # the odometry knew better
+            speed = self._velocity.mean[0] * ahead[0] + self._velocity.mean[1] * ahead[1]
+        velocity = speed * ahead[0], speed * ahead[1]
+        if self.source != IMU or self._track is None:
+            self._change_source(IMU)
+            self._track = list(self.origin)   # only used before the first sample of any source
+            if self._last is not None:   # goes on where the ship is
+                before, row = self._last
+                since = (stamp - before) * 1e-9
+                self._track = [row[0] + velocity[0] * since - moved[0], row[1] + velocity[1] * since - moved[1]]
+        else:
+            for i in range(2):
+                self._track[i] += 0.5 * dt * (velocity[i] + self._track_velocity[i])
+        self._track_velocity = velocity
+        self._push(stamp, [self._track[0] + moved[0], self._track[1] + moved[1],
+                           self.ship.reference_height + moved[2], *angles,
+                           velocity[0] + moved[3], velocity[1] + moved[4], moved[5], *rates])
+
+    # odometry
+
+    def odometry(self, data: bytes, arrival: int) -> int | None:
+        """Take a nav_msgs/Odometry; see the class.
+
+        A twist of six exact zeros is taken as absent: rates then are central differences of the poses, which costs
+        one sample of delay (a backward difference would lag the pose and show as false acceleration).
+        """
+        try:
+            message = decode_odometry(data, self.settings.convention)
+            stamp, dt = self._odometry.check(message.stamp, arrival)
+            if abs(message.position[2] - self.ship.reference_height) > self.heave.max_displacement:
+                raise Refused("height")
+        except Refused as refusal:
+            return self._refuse("odometry", refusal.cause)
+        timeout = self.settings.odometry_timeout
+        self._odometry.take(stamp, arrival, dt, timeout)
+        x, y, z = message.position
+        angles = (*message.angles[:2], self._unwrap(message.angles[2]))
+        message = message._replace(stamp=stamp, position=(x + self.origin[0], y + self.origin[1], z), angles=angles)
+        message = self._anchored(message, dt)
+        if not message.twist and self._before is not None and dt <= self.ship.max_gap:
+            ahead = tuple((b - a) / dt for a, b in zip(self._before.position, message.position))
+            self._velocity.add(ahead[:2], dt)
+        elif message.twist:
+            self._velocity.add(to_world(angles, message.velocity)[:2], dt)
+        self._before = message
+        if self.source == IMU and (arrival - self._odometry.streak) * 1e-9 < RETURN * timeout:
+            return stamp
+        if self.source != ODOMETRY:
+            self._change_source(ODOMETRY)
+            self._waiting.clear()
+        self._push_odometry(message, dt)
+        return stamp
+
+    def _anchored(self, message: Odometry, dt: float) -> Odometry:
+        """The message with its origin shifted if its position jumped, so that the ship does not."""
+        if self.source == ODOMETRY and self._before is not None:
+            x, y, _ = self._before.position
+            vx, vy = self._velocity.mean or (0.0, 0.0)
+            if message.twist and dt <= self.ship.max_gap:
+                wx, wy, _ = to_world(message.angles, message.velocity)
+                offset = message.position[0] - x - wx * dt, message.position[1] - y - wy * dt
+                self._mismatch.add(((offset[0] ** 2 + offset[1] ** 2) / dt ** 2,), dt)
+        elif self._last is not None:   # comes back
+            (before, row), (vx, vy) = self._last, self._track_velocity
+            x, y, dt = row[0], row[1], (message.stamp - before) * 1e-9
+        else:
+            return message
+        x, y = x + vx * dt, y + vy * dt
+        jump = message.position[0] - x, message.position[1] - y
+        if hypot(*jump) <= self.settings.max_jump:
+            return message
+        self.counts["position_jump"] += 1
+        self._new_epoch |= self.source == ODOMETRY
+        self._before = None
+        self._waiting.clear()
+        self.origin = self.origin[0] - jump[0], self.origin[1] - jump[1]
+        return message._replace(position=(x, y, message.position[2]))
+
+    def _push_odometry(self, message: Odometry, dt: float) -> None:
+        waiting = self._waiting
+        if waiting and not dt <= self.ship.max_gap:
+            waiting.clear()
+        waiting.append(message)
+        if len(waiting) >= 2 and not waiting[-2].twist:
+            first, middle, last = waiting[0], waiting[-2], waiting[-1]
+            span = (last.stamp - first.stamp) * 1e-9
+            self._push(middle.stamp, [*middle.position, *middle.angles, *(
+                (b - a) / span for a, b in zip((*first.position, *first.angles), (*last.position, *last.angles)))])
+        if message.twist:
+            self._push(message.stamp, [*message.position, *message.angles, *to_world(message.angles, message.velocity),
+                                       *angle_rates(*message.angles[:2], message.rate)])
+        del waiting[:-2]
+
+    # both
+
+    def _refuse(self, topic: str, cause: str) -> None:
+        self.counts[cause] += 1
+        self.last_refusal = f"{topic}: {CAUSES[cause]}"
+
+    def _unwrap(self, yaw: float) -> float:
+        if self._yaw is not None:
+            yaw = self._yaw + (yaw - self._yaw + pi) % (2.0 * pi) - pi
+        self._yaw = yaw
+        return yaw
+
+    def _change_source(self, source: float) -> None:
+        if self.source != MEAN:
+            self.counts["source_change"] += 1
+        self.source, self._new_epoch = source, True
+
+    def _push(self, stamp: int, row: list[float]) -> None:
+        if self._last is not None:
+            if stamp <= self._last[0]:   # the other source was ahead
+                self.counts["behind"] += 1
+                return
+            if stamp - self._last[0] > self.ship.max_gap * SECOND and not self._new_epoch:
+                self.counts["gap"] += 1
+                self._new_epoch = True
+        epoch = self.epoch + (1 if self._new_epoch else 0)
+        push_motion(self.inputs, stamp, [*row, float(epoch), self.source])
+        self.epoch, self._new_epoch = epoch, False
+        self._last = stamp, row
+        self.first_pose = self.first_pose or (stamp, row[0], row[1], row[5])
+
+    @property
+    def time_jump(self) -> bool:
+        """True when a topic's clock has been set back: its messages are refused until `reset`."""
+        return max(self._imu.backwards, self._odometry.backwards) >= JUMPED
+
+    def report(self, now: int) -> dict[str, object]:
+        """Plain values for diagnostics. now: ns on the clock of the arrivals. NaN = not known."""
+        imu_age, imu_rate = self._imu.report(now)
+        odometry_age, odometry_rate = self._odometry.report(now)
+        gravity = self._gravity.mean[0] if self._gravity.mean else nan
+        mismatch = self._mismatch.mean[0] ** 0.5 if self._mismatch.mean else nan
+        hint = ""
+        if self._gravity.time >= 5.0 and gravity < 0.5 * self.filter.gravity:
+            hint = (f"specific force along the vertical is {gravity:.2f} m/s^2, at rest it must be "
+                    f"+{self.filter.gravity:g}: heave from the IMU is wrong; set convention to the axes of the driver, "
+                    f"or let it send gravity too")
+        elif mismatch > 1.0:
+            hint = (f"odometry twist differs from the moved position by {mismatch:.2f} m/s rms: the motion between "
+                    f"samples is wrong; the twist must be in the axes of child_frame_id")
+        return {
+            "source": SOURCES[int(self.source)], "epoch": self.epoch, "samples": int(self.inputs.motion_head[0]),
+            "imu_age_s": imu_age, "imu_rate_hz": imu_rate,
+            "odometry_age_s": odometry_age, "odometry_rate_hz": odometry_rate,
+            "heave_valid": self.filter.valid, "heave_age_s": self.filter.age, "heave_bias_mps2": self.filter.bias[2],
+            "vertical_force_mps2": gravity, "twist_mismatch_mps": mismatch,
+            "origin_x_m": self.origin[0], "origin_y_m": self.origin[1], "time_jump": self.time_jump,
+            "refused": sum(self.counts[cause] for cause, text in CAUSES.items() if text),
+            "last_refusal": self.last_refusal, "hint": hint,
+        }

@@ -1,0 +1,236 @@
+"""Motion messages on the wire: CDR bytes of sensor_msgs/Imu and nav_msgs/Odometry -> checked numbers in ENU axes.
+
+Read with `struct` at fixed places after the strings, 20x faster than a typed reader, and checked on the way: whatever
+leaves here is finite, has a unit quaternion, and is what a ship can do. Source: OMG DDSI-RTPS 10 (plain CDR), REP-103,
+REP-145. `read_motion` brings the same bytes out of a bag of any kind.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from math import asin, atan2, isfinite, pi, radians, sqrt
+from pathlib import Path
+from struct import Struct
+from typing import NamedTuple
+
+from rosbags.highlevel import AnyReader, AnyReaderError
+
+from ..physics.heave import Convention
+from .bag import BagError
+from .typestore import STORE
+
+MOST_FORCE = 50.0           # m/s^2
+MOST_RATE = 5.0             # rad/s
+MOST_SPEED = 50.0           # m/s
+MOST_PITCH = radians(80.0)  # roll and yaw have no meaning near 90 deg
+MOST_POSITION = 1e7         # m
+NORM_WITHIN = 1e-2          # a quaternion nearer to norm 1 is renormalised
+
+# cause -> what to say ("" = an event, nothing was refused)
+CAUSES = {
+    "size": "the bytes are not a message of this type: dropped; check the type of the topic",
+    "encoding": "the bytes are not plain CDR: dropped; use a driver or bag with CDR messages",
+    "not_finite": "a number is NaN or infinite: dropped; check the sensor",
+    "quaternion": "the orientation is not a unit quaternion: dropped; check the driver",
+    "no_orientation": "orientation_covariance[0] is -1, so there is no attitude, and none is estimated here: dropped; "
+                      "use a sensor with attitude, or odometry",
+    "out_of_range": "a number is beyond what a ship does (50 m/s^2, 5 rad/s, 50 m/s, 80 deg pitch, 1e7 m): dropped; "
+                    "check sensor and units",
+    "height": "odometry z is further from ship.reference_height than heave.max_displacement: dropped; z must be the "
+              "height of base_link above the mean water surface",
+    "no_stamp": "the stamp is zero: dropped; if it stays zero, arrival times are used",
+    "stamp_not_advancing": "the stamp does not advance: dropped",
+    "stamp_backwards": "the stamp went back by more than 1 s: dropped; after a restart of the sender's clock, reset",
+    "behind": "the stamp is behind the other source's newest: dropped",
+    "imu_gap": "", "gap": "", "source_change": "", "position_jump": "", "heave_diverged": "",
+}
+
+
+class Refused(ValueError):
+    """A message that is not used; cause is a key of CAUSES."""
+
+    def __init__(self, cause: str) -> None:
+        super().__init__(CAUSES[cause])
+        self.cause = cause
+
+
+class Imu(NamedTuple):
+    stamp: int                            # ns
+    angles: tuple[float, float, float]    # roll pitch yaw, rad, of Rz Ry Rx in ENU
+    rate: tuple[float, float, float]      # rad/s in base_link
+    force: tuple[float, float, float]     # m/s^2 in base_link, +g upwards at rest
+
+
+class Odometry(NamedTuple):
+    stamp: int                              # ns
+    position: tuple[float, float, float]    # m, ENU
+    angles: tuple[float, float, float]      # roll pitch yaw, rad
+    velocity: tuple[float, float, float]    # m/s in base_link
+    rate: tuple[float, float, float]        # rad/s in base_link
+    twist: bool                             # False: the message has none (six exact zeros)
+
+
+_HEADER = {order: Struct(order + "iII") for order in "<>"}   # sec, nanosec, length of frame_id
+_LENGTH = {order: Struct(order + "I") for order in "<>"}
+_IMU = {order: Struct(order + "37d") for order in "<>"}
+_ODOMETRY = {order: Struct(order + "85d") for order in "<>"}
+
+
+def _open(data: bytes, strings: int, body: dict[str, Struct]) -> tuple[int, tuple[float, ...]]:
+    """Stamp [ns] and doubles of a message that is a header, `strings` - 1 more strings, and doubles."""
+    if len(data) < 16:
+        raise Refused("size")
+    if data[0] != 0 or data[1] not in (0, 1):
+        raise Refused("encoding")
+    order = "<" if data[1] else ">"
+    sec, nanosec, length = _HEADER[order].unpack_from(data, 4)
+    at = 16 + length
+    for _ in range(strings - 1):
+        at += -at % 4
+        if at + 4 > len(data):
+            raise Refused("size")
+        at += 4 + _LENGTH[order].unpack_from(data, at)[0]
+    at += (4 - at) % 8   # doubles are aligned from the fourth byte on
+    if len(data) != at + body[order].size:
+        raise Refused("size")
+    if sec < 0 or nanosec >= 10**9:
+        raise Refused("out_of_range")
+    return sec * 10**9 + nanosec, body[order].unpack_from(data, at)
+
+
+def _angles(x: float, y: float, z: float, w: float) -> tuple[float, float, float]:
+    norm = sqrt(x * x + y * y + z * z + w * w)
+    if abs(norm - 1.0) > NORM_WITHIN:
+        raise Refused("quaternion")
+    x, y, z, w = x / norm, y / norm, z / norm, w / norm
+    pitch = asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x))))
+    if abs(pitch) > MOST_PITCH:
+        raise Refused("out_of_range")
+    return (atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)), pitch,
+            atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
+
+
+def _check(values, most: float) -> None:
+    for value in values:
+        if not isfinite(value):
+            raise Refused("not_finite")
+        if abs(value) > most:
+            raise Refused("out_of_range")
+
+
+# ned -> enu: R_enu = Rz(90 deg) S R_ned S with S = diag(1, -1, -1), which leaves roll and turns pitch and yaw round
+def _world_angles(angles):
+    return angles[0], -angles[1], (1.5 * pi - angles[2]) % (2.0 * pi) - pi
+
+
+def _body(vector):
+    return vector[0], -vector[1], -vector[2]
+
+
+def decode_imu(data: bytes, convention: Convention = Convention.ENU) -> Imu:
+    """Checked numbers of a sensor_msgs/Imu; Refused if it cannot be used. Covariances but the first are not read."""
+    stamp, d = _open(data, 1, _IMU)
+    if d[4] == -1.0:
+        raise Refused("no_orientation")
+    rate, force = d[13:16], d[25:28]
+    _check(d[:4], 2.0)
+    angles = _angles(*d[:4])
+    _check(rate, MOST_RATE)
+    _check(force, MOST_FORCE)
+    if convention is Convention.NED:
+        angles, rate, force = _world_angles(angles), _body(rate), _body(force)
+    return Imu(stamp, angles, rate, force)
+
+
+def decode_odometry(data: bytes, convention: Convention = Convention.ENU) -> Odometry:
+    """Checked numbers of a nav_msgs/Odometry; Refused if it cannot be used. Covariances are not read."""
+    stamp, d = _open(data, 2, _ODOMETRY)
+    position, velocity, rate = d[:3], d[43:46], d[46:49]
+    _check(position, MOST_POSITION)
+    _check(d[3:7], 2.0)
+    angles = _angles(*d[3:7])
+    _check(velocity, MOST_SPEED)
+    _check(rate, MOST_RATE)
+    if convention is Convention.NED:
+        position = position[1], position[0], -position[2]
+        angles, rate, velocity = _world_angles(angles), _body(rate), _body(velocity)
+    return Odometry(stamp, position, angles, velocity, rate, any(velocity) or any(rate))
+
+
+KINDS = {   # kind -> type, how its topic's name ends
+    "imu": ("sensor_msgs/msg/Imu", "imu/data"),
+    "odometry": ("nav_msgs/msg/Odometry", "odom"),
+    "command": ("sensor_msgs/msg/JointState", "winch/command"),
+}
+OWN = ("towbody/odom", "winch/state")   # what this project publishes is no motion of a ship
+
+
+def find_topics(topics: dict[str, str], asked: dict[str, str] | None = None) -> dict[str, str]:
+    """kind -> topic. topics: name -> type; asked: kind -> name, in place of the search.
+
+    A topic must have the type and the end of the name; a lone topic of the type will do for imu and odometry.
+    BagError if one that was asked for is not there, or several would do.
+    """
+    found = {}
+    for kind, (msgtype, suffix) in KINDS.items():
+        name = (asked or {}).get(kind)
+        if name:
+            if topics.get(name) != msgtype:
+                raise BagError(f"topic '{name}' is {topics.get(name, 'not in the bag')}, {kind} needs {msgtype}: "
+                               f"nothing was read; the bag has {', '.join(sorted(topics)) or 'no topics'}")
+            found[kind] = name
+            continue
+        fit = sorted(n for n, t in topics.items() if t == msgtype and not f"/{n}".endswith(tuple(f"/{o}" for o in OWN)))
+        named = [n for n in fit if f"/{n}".endswith(f"/{suffix}")]
+        if kind != "command" and not named:
+            named = fit
+        if len(named) > 1:
+            raise BagError(f"{kind} could be any of {', '.join(named)}: nothing was read; say which topic it is")
+        if named:
+            found[kind] = named[0]
+    return found
+
+
+def _rebuilt(message: object, msgtype: str) -> object:
+    """A ROS 1 message as its ROS 2 type, by field name: ROS 1 headers have one field more."""
+    cls = STORE.types[msgtype]
+    values = {}
+    for name, (node, what) in STORE.get_msgdef(msgtype).fields:
+        value = getattr(message, name)
+        values[name] = _rebuilt(value, what) if node.name == "NAME" else value
+    return cls(**values)
+
+
+def read_motion(path: str | os.PathLike, topics: dict[str, str] | None = None) -> Iterator[tuple[int, str, bytes]]:
+    """(log time ns, kind, CDR bytes) of a bag: rosbag2 (MCAP, SQLite) or a ROS 1 file.
+
+    kind is "imu", "odometry" or "command"; topics: kind -> name where the search by type and name is not to decide.
+    Order: time, then topic, then order of recording. BagError if the bag cannot be read or has no ship motion.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise BagError(f"bag '{path}' does not exist: nothing was read; give the directory of a bag or a .bag file")
+    try:
+        with AnyReader([path], default_typestore=STORE) as reader:
+            names = find_topics({c.topic: c.msgtype for c in reader.connections}, topics)
+            if not {"imu", "odometry"} & set(names):
+                raise BagError(f"bag '{path}' has neither {KINDS['imu'][0]} nor {KINDS['odometry'][0]}: no ship motion "
+                               f"was read; record imu/data or odom")
+            kinds = {name: kind for kind, name in names.items()}
+            chosen = [c for c in reader.connections if c.topic in kinds]
+            same: list[tuple[str, bytes]] = []   # messages of one time
+            now = None
+            for connection, time, raw in reader.messages(connections=chosen):
+                data = bytes(raw)
+                if not reader.is2:
+                    data = STORE.serialize_cdr(
+                        _rebuilt(reader.deserialize(raw, connection.msgtype), connection.msgtype), connection.msgtype)
+                if time != now:
+                    yield from ((now, kinds[topic], data) for topic, data in sorted(same, key=lambda item: item[0]))
+                    same, now = [], time
+                same.append((connection.topic, bytes(data)))
+            yield from ((now, kinds[topic], data) for topic, data in sorted(same, key=lambda item: item[0]))
+    except AnyReaderError as error:
+        raise BagError(f"bag '{path}' cannot be read ({error}): give the directory of a bag or a .bag file; "
+                       f"if the recording was cut off, recover it first") from None

@@ -1,0 +1,245 @@
+"""Bags of recorded ship motion: 1 Hz records of two research ships -> sensor_msgs/Imu and nav_msgs/Odometry at 50 Hz.
+
+    python -m cable_sim_ros.lab.make_bags --out bags --data bags/source
+
+One C2 cubic spline per degree of freedom goes through the 1 Hz record; attitude, velocity, body rates and specific
+force are its analytic values and derivatives, so the two topics agree with each other. The records are NED-like
+(surge forward, sway to starboard, heave down, roll + port side up, pitch + bow up, yaw clockwise from north); they
+are turned into ENU and x forward, y left, z up here, once. The same data give the same bytes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+from datetime import datetime
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.signal import butter, sosfiltfilt, welch
+
+from ..io.bag import BagWriter
+from ..io.typestore import STORE
+
+GRAVITY = 9.81        # m/s^2, as in the scenes
+SPEED = 2.2           # m/s, mean speed ahead: that of the tow, in place of the ship's own
+RATE = 50             # Hz
+CUTOFF = 1.0 / 30.0   # Hz, horizontal displacement and yaw above it are kept
+EDGE = 30.0           # s dropped at each end, where the filter is not itself
+QUANTUM = 2.0 ** -22  # values are rounded to 2.4e-7 SI: below any sensor, and half the size of the bag
+IMU_TOPIC, ODOMETRY_TOPIC = "/tow_sim/imu/data", "/tow_sim/odom"
+NAMES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+
+
+class Record(NamedTuple):
+    """Where a bag comes from."""
+
+    seapath: str      # CSV of the motion sensor, 1 Hz
+    derived: str      # CSV of the 6-DOF displacement derived from it, "" = derive it here
+    duration: float   # s at most
+    ship: str
+
+
+RECORDS = {
+    "nbp1406": Record("nbp1406_seapath330_1hz.csv", "nbp1406_6dof_derived_1hz.csv", 564.0,
+                      "RVIB Nathaniel B. Palmer, cruise NBP1406, Seapath 330, 2014-08-01, South Atlantic"),
+    "lmg1903": Record("lmg1903_seapath_1hz.csv", "", 600.0,
+                      "ARSV Laurence M. Gould, cruise LMG1903, Seapath, 2019-03-26, calm water"),
+}
+
+
+class Displacement(NamedTuple):
+    """Displacement from the mean track, still NED-like."""
+
+    start: int            # UTC of the first row, ns
+    t: np.ndarray         # s, [n]
+    motion: np.ndarray    # m and rad, [n, 6]: surge fwd, sway to starboard, heave down, roll, pitch, yaw clockwise
+    heading: float        # mean true heading, rad clockwise from north
+
+
+class Motion(NamedTuple):
+    """Ship motion, ENU world and x forward, y left, z up; one row a stamp."""
+
+    time: np.ndarray              # int64 [n], UTC ns
+    position: np.ndarray          # m, [n, 3], base_link in odom
+    angles: np.ndarray            # rad, [n, 3]: roll, pitch, yaw of Rz Ry Rx
+    quaternion: np.ndarray        # [n, 4] x y z w
+    velocity: np.ndarray          # m/s, [n, 3], in base_link
+    rate: np.ndarray              # rad/s, [n, 3], in base_link
+    specific_force: np.ndarray    # m/s^2, [n, 3], in base_link: +g upwards at rest
+
+
+def read_csv(path: Path) -> tuple[int, dict[str, np.ndarray]]:
+    """Columns of a source file and the UTC of t_s = 0 in ns. ValueError if the header does not say it."""
+    lines = path.read_text("utf-8").splitlines()
+    comments = [line for line in lines if line.startswith("#")]
+    origins = [line.split("t_s:")[1].split("after ")[1].split("Z")[0] for line in comments if "t_s:" in line]
+    if not origins:
+        raise ValueError(f"'{path}' has no comment 't_s: ... after <UTC>Z': the bag would have no time; "
+                         f"take the file as it is in bags/source")
+    whole, _, part = origins[0].partition(".")
+    utc = int(datetime.fromisoformat(whole + "+00:00").timestamp()) * 10**9 + int(part.ljust(9, "0") or 0)
+    names, *rows = [line.split(",") for line in lines if not line.startswith("#")]
+    return utc, dict(zip(names, np.array(rows, float).T, strict=True))
+
+
+def derive(t, east, north, heading, attitude) -> np.ndarray:
+    """Wave-frequency displacement [n, 6] at the whole seconds after t[0], as the source describes its derived file.
+
+    Horizontal position less a straight line, above 1/30 Hz (4th-order Butterworth, both directions), turned by the
+    heading below 1/30 Hz; yaw likewise; attitude [n, 3] (heave down, roll, pitch) as measured. The edges are kept.
+    """
+    whole = np.arange(int(t[-1] - t[0]) + 1) + t[0]   # stamps may step by 1.01 s: at 6 m/s that would be 6 cm
+
+    def at(values):
+        return CubicSpline(t, values)(whole) if np.ptp(np.diff(t)) > 1e-6 else np.array(values, float)
+
+    def wave(values):
+        return sosfiltfilt(butter(4, CUTOFF, "highpass", fs=1.0, output="sos"), values)
+
+    def straightened(values):
+        return values - np.polynomial.Polynomial.fit(whole, values, 1)(whole)
+
+    east, north, heading = wave(straightened(at(east))), wave(straightened(at(north))), at(np.unwrap(heading))
+    yaw = wave(straightened(heading))
+    slow = heading - yaw
+    surge = north * np.cos(slow) + east * np.sin(slow)
+    sway = east * np.cos(slow) - north * np.sin(slow)
+    return np.column_stack([surge, sway, *(at(column) for column in attitude.T), yaw])
+
+
+def displacement(record: Record, data: Path) -> Displacement:
+    """The record's displacement from the mean track, from the derived file if there is one."""
+    origin, raw = read_csv(data / record.seapath)
+    t, heading = raw["t_s"], np.unwrap(raw["heading_rad"])
+    if record.derived:
+        start, rows = read_csv(data / record.derived)
+        seconds = rows["t_s"]
+        motion = np.column_stack([rows[name] for name in (
+            "surge_fwd_m", "sway_stbd_m", "heave_down_m", "roll_rad", "pitch_rad", "yaw_rad")])
+    else:
+        attitude = np.column_stack([raw["heave_down_m"], raw["roll_rad"], raw["pitch_rad"]])
+        motion = derive(t, raw["east_m"], raw["north_m"], heading, attitude)[int(EDGE):-int(EDGE)]
+        seconds = np.arange(len(motion), dtype=float)
+        start = origin + round((t[0] + EDGE) * 1e9)
+    keep = seconds <= record.duration
+    since = t + (origin - start) * 1e-9
+    mean = heading[(since >= 0.0) & (since <= seconds[keep][-1])].mean()
+    return Displacement(start, seconds[keep], motion[keep], float(mean))
+
+
+def rotation(angles: np.ndarray) -> np.ndarray:
+    """R = Rz(yaw) Ry(pitch) Rx(roll), [n, 3, 3] from [n, 3] roll, pitch, yaw in rad."""
+    (sr, sp, sy), (cr, cp, cy) = np.sin(angles).T, np.cos(angles).T
+    return np.stack([np.stack([cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr], -1),
+                     np.stack([sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr], -1),
+                     np.stack([-sp, cp * sr, cp * cr], -1)], -2)
+
+
+def quaternion(angles: np.ndarray) -> np.ndarray:
+    """x y z w [n, 4] of the same rotation."""
+    (sr, sp, sy), (cr, cp, cy) = np.sin(angles / 2).T, np.cos(angles / 2).T
+    return np.column_stack([sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy,
+                            cr * cp * sy - sr * sp * cy, cr * cp * cy + sr * sp * sy])
+
+
+def interpolate(moved: Displacement, *, speed: float = SPEED, rate: int = RATE) -> Motion:
+    """Motion at `rate` Hz: the displacement about a track at `speed` m/s along the mean heading."""
+    step = 10**9 // rate
+    time = np.arange(0, round(moved.t[-1] * 1e9) + 1, step)
+    surge, sway, heave, roll, pitch, yaw = moved.motion.T
+    track = np.pi / 2 - moved.heading            # ENU yaw: from east, anticlockwise
+    ahead, left = np.array([np.cos(track), np.sin(track), 0.0]), np.array([-np.sin(track), np.cos(track), 0.0])
+    place = np.outer(surge, ahead) - np.outer(sway, left) - np.outer(heave, [0.0, 0.0, 1.0])
+    angles = np.column_stack([roll, -pitch, track - yaw])
+    spline, t = CubicSpline(moved.t, np.hstack([place, angles])), time * 1e-9
+    value, first, second = spline(t), spline(t, 1), spline(t, 2)
+    to_body = np.swapaxes(rotation(value[:, 3:]), 1, 2)
+    position = value[:, :3] + np.outer(speed * t, ahead)
+    force = second[:, :3] + [0.0, 0.0, GRAVITY]
+    (sr, sp, _), (cr, cp, _) = np.sin(value[:, 3:]).T, np.cos(value[:, 3:]).T
+    droll, dpitch, dyaw = first[:, 3:].T
+    body_rate = np.column_stack([droll - dyaw * sp, dpitch * cr + dyaw * cp * sr, dyaw * cp * cr - dpitch * sr])
+    return Motion(moved.start + time, position, value[:, 3:], quaternion(value[:, 3:]),
+                  np.einsum("nij,nj->ni", to_body, first[:, :3] + speed * ahead), body_rate,
+                  np.einsum("nij,nj->ni", to_body, force))
+
+
+def write(path: Path, motion: Motion, custom_data: dict[str, str]) -> None:
+    """Write the bag directory. Covariances are zero: REP-145 for not known."""
+    kinds = STORE.types
+    header, stamp, imu, odometry, vector, point, rotor = (kinds[name] for name in (
+        "std_msgs/msg/Header", "builtin_interfaces/msg/Time", "sensor_msgs/msg/Imu", "nav_msgs/msg/Odometry",
+        "geometry_msgs/msg/Vector3", "geometry_msgs/msg/Point", "geometry_msgs/msg/Quaternion"))
+    pose, posed, twist, twisted = (kinds[f"geometry_msgs/msg/{name}"] for name in (
+        "Pose", "PoseWithCovariance", "Twist", "TwistWithCovariance"))
+    none9, none36 = np.zeros(9), np.zeros(36)
+    place, turn, velocity, rate, force = ((np.round(values / QUANTUM) * QUANTUM + 0.0).tolist() for values in (
+        motion.position, motion.quaternion, motion.velocity, motion.rate, motion.specific_force))
+    with BagWriter(path, custom_data=custom_data, chunk_size=2**20) as bag:
+        bag.declare(IMU_TOPIC, imu.__msgtype__, "sensor")
+        bag.declare(ODOMETRY_TOPIC, odometry.__msgtype__, "sensor")
+        for k, time in enumerate(motion.time.tolist()):
+            at = stamp(time // 10**9, time % 10**9)
+            attitude, spin = rotor(*turn[k]), vector(*rate[k])
+            bag.add(IMU_TOPIC, imu.__msgtype__, time, STORE.serialize_cdr(imu(
+                header(at, "base_link"), attitude, none9, spin, none9, vector(*force[k]), none9), imu.__msgtype__))
+            bag.add(ODOMETRY_TOPIC, odometry.__msgtype__, time, STORE.serialize_cdr(odometry(
+                header(at, "odom"), "base_link", posed(pose(point(*place[k]), attitude), none36),
+                twisted(twist(vector(*velocity[k]), spin), none36)), odometry.__msgtype__))
+
+
+def provenance(name: str, moved: Displacement, speed: float) -> dict[str, str]:
+    """What the metadata of the bag says about its origin."""
+    record = RECORDS[name]
+    return {
+        "ship": record.ship, "source": record.derived or record.seapath,
+        "origin": "github.com/OceanDataTools/openrvdas, MIT licence, see bags/source/LICENSE.txt",
+        "processing": f"interpolated from 1 Hz to {RATE} Hz by a C2 cubic spline; horizontal displacement and yaw "
+                      f"above 1/30 Hz; not a recording of an IMU",
+        "mean_speed_mps": f"{speed:g} (put in; not the ship's own)",
+        "mean_heading_deg": f"{np.degrees(moved.heading) % 360:.2f} (recorded, true)",
+        "gravity_mps2": f"{GRAVITY:g}", "licence": "MIT",
+    }
+
+
+def figures(name: str, moved: Displacement) -> list[str]:
+    """Rows of the table in bags/README.md: bag, quantity, std, largest, peak period."""
+    motion = CubicSpline(moved.t, moved.motion)(np.arange(0, moved.t[-1], 1.0 / RATE))
+    rows = []
+    for column, label in enumerate(NAMES):
+        scale, unit = (1.0, "m") if column < 3 else (np.degrees(1.0), "deg")
+        x = motion[:, column] - motion[:, column].mean()
+        f, p = welch(x, RATE, nperseg=128 * RATE)
+        rows.append(f"| {name} | {label} | {x.std() * scale:.2f} {unit} | {abs(x).max() * scale:.2f} {unit} "
+                    f"| {1 / f[1:][p[1:].argmax()]:.1f} s |")
+    return rows
+
+
+def main(argv: list[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(prog="python -m cable_sim_ros.lab.make_bags", description=__doc__.split("\n")[0])
+    parser.add_argument("--out", type=Path, default=Path("bags"), help="folder for the bags (default: bags)")
+    parser.add_argument("--data", type=Path, default=Path("bags/source"), help="folder of the source CSV files")
+    parser.add_argument("--speed", type=float, default=SPEED, help="mean speed ahead in m/s (default: %(default)s)")
+    parser.add_argument("--only", choices=sorted(RECORDS), action="append", help="make this bag only; may be repeated")
+    parser.add_argument("--force", action="store_true", help="replace bags that exist")
+    args = parser.parse_args(argv)
+    for name in args.only or RECORDS:
+        path = args.out / name
+        if path.exists() and not args.force:
+            parser.error(f"'{path}' exists already: nothing was written to it; give --force to replace it")
+        try:
+            moved = displacement(RECORDS[name], args.data)
+        except (OSError, ValueError) as error:
+            parser.error(f"{error}; '{name}' was not made; give the folder of the source files with --data")
+        if path.exists():
+            shutil.rmtree(path)
+        write(path, interpolate(moved, speed=args.speed), provenance(name, moved, args.speed))
+        print("\n".join(figures(name, moved)), flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

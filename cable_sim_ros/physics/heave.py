@@ -1,0 +1,214 @@
+"""Heave filter: translation of the ship from specific force alone, by band-limited double integration.
+
+States per world axis: displacement p, velocity v, accelerometer bias b; pseudo-measurement "the displacement of
+base_link has zero mean". Its noise is the heave itself, which has no power at low frequency, so the innovation
+e = p - (lever arm) is low-passed (q) before it is fed back:
+
+    p' = v - k1 q,   v' = a + b - k2 q,   b' = -k3 q,   q'' = c2 (e - q) - c1 q'
+
+c1 = 5 w, c2 = 10 w^2, k1 = w, k2 = w^2/2, k3 = w^3/10 put all five poles at -w. Estimated over true displacement is
+H = s^3 (s^2 + 5 w s + 10 w^2) / (s + w)^5: a constant bias leaves nothing, and the error at wave frequencies falls
+as 10 (w/omega)^3 and not as w/omega as in a plain high-pass of the same noise. w falls as 1/t after the
+start (an expanding memory) down to that of `period`; before three start periods the velocity at the start is not known
+well enough, so the answer is faded in between one and three. Roll- and pitch-induced motion is exact: the lever arm is
+part of the pseudo-measurement and passes no filter. Sources: double integration with a zero-mean pseudo-measurement as
+in Godhavn, Adaptive tuning of heave filter in motion sensor, OCEANS 1998; the poles and the schedule are this
+project's, with figures in docs/motion.md.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from math import ceil, cos, hypot, pi, sin
+
+import numpy as np
+
+from .jit import driver, inline
+from .quantity import Block, quantity
+from .vec import cross
+
+MEMORY = 10.0       # w = MEMORY / age while the memory expands
+SETTLED = 1.5       # periods after which the filter counts as settled
+LONGEST_STEP = 0.05   # s; longer sample intervals are divided
+
+
+class Heave(Block):
+    """Parameters of the heave filter: translation from an IMU alone."""
+
+    period: float = quantity(
+        60.0, "s", 20.0, 600.0, "corner period of the settled heave filter: about six times the longest wave period",
+        "docs/motion.md")
+    start_period: float = quantity(
+        15.0, "s", 5.0, 600.0, "corner period of the heave filter right after its start; at most `period` is used")
+    imu_position: tuple[float, float, float] = quantity(
+        (0.0, 0.0, 0.0), "m", -200.0, 200.0, "IMU in base_link (x forward, y left, z up)")
+    max_gap: float = quantity(1.0, "s", 0.02, 10.0, "a longer gap between IMU samples restarts the heave filter")
+    max_bias: float = quantity(
+        0.3, "m/s^2", 0.001, 10.0, "a larger vertical bias estimate (accelerometer and gravity) makes heave not valid")
+    max_displacement: float = quantity(
+        20.0, "m", 0.1, 100.0, "a larger displacement from the mean track restarts the heave filter")
+
+
+class Convention(str, Enum):
+    """Axes that the motion drivers speak."""
+
+    ENU = "enu"   # REP 103: east north up, x forward y left z up
+    NED = "ned"   # north east down, x forward y starboard z down; gravity reads -g
+
+
+class MotionInput(Block):
+    """Parameters of the topics that bring the ship motion."""
+
+    convention: Convention = quantity(
+        Convention.ENU, "", None, None, "axes of IMU and odometry messages; ned is turned into enu here",
+        "REP 103")
+    odometry_timeout: float = quantity(
+        0.5, "s", 0.02, 60.0, "odometry silent for longer than this gives way to the IMU")
+    max_jump: float = quantity(
+        5.0, "m", 0.1, 1000.0, "a larger horizontal jump of the odometry shifts its origin instead of moving the ship")
+
+
+# State: float64 [23]. Rows of three are axes x y z of odom.
+P, V, B, Q, R, A, M, AGE, STARTED = 0, 3, 6, 9, 12, 15, 18, 21, 22
+
+
+def make_state() -> np.ndarray:
+    """State of a filter that has not seen a sample, float64 [23]."""
+    return np.zeros(23)
+
+
+@inline
+def turn(roll, pitch, yaw, a):
+    """Rz(yaw) Ry(pitch) Rx(roll) a: a vector of base_link in the world."""
+    y, z = a[1] * cos(roll) - a[2] * sin(roll), a[1] * sin(roll) + a[2] * cos(roll)
+    x, z = a[0] * cos(pitch) + z * sin(pitch), z * cos(pitch) - a[0] * sin(pitch)
+    return (x * cos(yaw) - y * sin(yaw), x * sin(yaw) + y * cos(yaw), z)
+
+
+@inline
+def corner(age, start, settled):
+    """Pole w [rad/s] at the age of the filter [s]; start, settled: its bounds [rad/s]."""
+    return max(settled, min(start, MEMORY / max(age, 1e-9)))
+
+
+@inline
+def axis_step(state, i, dt, w0, w1, a1, m1):
+    """Advance axis i by dt. w0, w1: pole at both ends; a1: acceleration, m1: lever arm at the new sample.
+
+    Between samples both are linear, and p is the exact integral of the published velocity v - k1 q to O(dt^4): the
+    simulator interpolates with a cubic through both, and a mismatch would show as false acceleration.
+    """
+    p0, v0, b0, q0, r0, a0, m0 = (state[P + i], state[V + i], state[B + i], state[Q + i], state[R + i], state[A + i],
+                                  state[M + i])
+    c1, c2, k2, k3 = 5.0 * w0, 10.0 * w0 * w0, 0.5 * w0 * w0, 0.1 * w0 * w0 * w0
+    e0 = p0 - m0
+    e1 = p0 + dt * (v0 - w0 * q0 + dt * (2.0 * a0 + a1) / 6.0) - m1
+    f0 = c2 * (e0 - q0) - c1 * r0
+    f1 = c2 * (e1 - q0 - dt * r0) - c1 * (r0 + dt * f0)
+    r1 = r0 + 0.5 * dt * (f0 + f1)
+    q1 = q0 + 0.5 * dt * (r0 + r1) - dt * dt * (f1 - f0) / 12.0
+    q = 0.5 * (q0 + q1)
+    b1 = b0 - k3 * dt * q
+    v1 = v0 + dt * (0.5 * (a0 + a1 + b0 + b1) - k2 * q)
+    state[P + i] = p0 + 0.5 * dt * (v0 + v1 - w0 * q0 - w1 * q1) - dt * dt * (a1 - a0 - w0 * (r1 - r0)) / 12.0
+    state[V + i], state[B + i], state[Q + i], state[R + i], state[A + i], state[M + i] = v1, b1, q1, r1, a1, m1
+
+
+@driver
+def step(state, out, dt, start, settled, gravity, force, angles, rate, lever):
+    """Take one IMU sample.
+
+    state: float64 [23]; out: float64 [6], displacement [m] and velocity [m/s] of base_link from the mean track, in
+    odom; dt: s since the sample before (ignored for the first); start, settled: poles [rad/s]; gravity: m/s^2;
+    force: specific force of the IMU point [m/s^2]; angles: roll pitch yaw [rad]; rate: body rates [rad/s];
+    lever: IMU in base_link [m]; the last four float64 [3], force, rate and lever in base_link.
+    """
+    f = (force[0], force[1], force[2])
+    arm = (lever[0], lever[1], lever[2])
+    spin = (rate[0], rate[1], rate[2])
+    a = turn(angles[0], angles[1], angles[2], f)
+    a = (a[0], a[1], a[2] - gravity)
+    m = turn(angles[0], angles[1], angles[2], arm)
+    swing = turn(angles[0], angles[1], angles[2], cross(spin, arm))
+    if state[STARTED] == 0.0:
+        state[STARTED] = 1.0
+        for i in range(3):
+            state[P + i], state[V + i], state[A + i], state[M + i] = m[i], swing[i], a[i], m[i]
+    else:
+        n = max(1, int(ceil(dt / LONGEST_STEP - 1e-9)))
+        h = dt / n
+        for k in range(n):
+            x = 1.0 / (n - k)
+            w0 = corner(state[AGE], start, settled)
+            state[AGE] += h
+            w1 = corner(state[AGE], start, settled)
+            for i in range(3):
+                axis_step(state, i, h, w0, w1, state[A + i] + x * (a[i] - state[A + i]),
+                          state[M + i] + x * (m[i] - state[M + i]))
+    w = corner(state[AGE], start, settled)
+    rise = start / (4.0 * pi)   # 1 / (two start periods)
+    x = max(0.0, min(1.0, state[AGE] * rise - 0.5))
+    fade, growth = x * x * (3.0 - 2.0 * x), 6.0 * x * (1.0 - x) * rise
+    for i in range(3):
+        out[i] = fade * (state[P + i] - m[i])
+        out[3 + i] = fade * (state[V + i] - w * state[Q + i] - swing[i]) + growth * (state[P + i] - m[i])
+
+
+class HeaveFilter:
+    """Heave filter of all three axes; compiled at construction.
+
+    heave: parameters; gravity: m/s^2, a wrong value is taken up as bias.
+    """
+
+    def __init__(self, heave: Heave, gravity: float = 9.81) -> None:
+        self.heave, self.gravity = heave, float(gravity)
+        self._settled = 2.0 * pi / heave.period
+        self._start = max(2.0 * pi / heave.start_period, self._settled)
+        self._lever = np.array(heave.imu_position, float)
+        self._out = np.zeros(6)
+        self.reset()
+        self.push(0.0, np.zeros(3), np.zeros(3), np.zeros(3))
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything; the next sample starts anew."""
+        self._state = make_state()
+        self._out[:] = 0.0
+
+    def push(self, dt: float, force, angles, rate) -> np.ndarray:
+        """Take one sample, see `step`; returns displacement and velocity from the mean track, float64 [6]."""
+        step(self._state, self._out, float(dt), self._start, self._settled, self.gravity,
+             np.asarray(force, float), np.asarray(angles, float), np.asarray(rate, float), self._lever)
+        return self._out.copy()
+
+    @property
+    def age(self) -> float:
+        """Seconds since the start."""
+        return float(self._state[AGE])
+
+    @property
+    def bias(self) -> tuple[float, float, float]:
+        """Estimated bias of the acceleration in odom, m/s^2: what the sensor reads too much."""
+        return tuple(0.0 - float(b) for b in self._state[B:B + 3])
+
+    @property
+    def settled(self) -> bool:
+        """True once the memory has had its full length for long enough."""
+        return self.age >= SETTLED * self.heave.period
+
+    @property
+    def valid(self) -> bool:
+        """True when settled and the vertical bias is one that an accelerometer may have."""
+        return self.settled and abs(float(self._state[B + 2])) <= self.heave.max_bias
+
+    @property
+    def diverged(self) -> bool:
+        """True when the displacement is not one of a ship at sea, or not finite."""
+        distance = hypot(self._out[0], self._out[1], self._out[2])
+        return not distance <= self.heave.max_displacement   # also for NaN
+
+
+def response(period: float, corner_period: float) -> complex:
+    """Estimated over true displacement of the settled filter at a wave period, both in s."""
+    s, w = 2j * pi / period, 2.0 * pi / corner_period
+    return s**3 * (s**2 + 5.0 * w * s + 10.0 * w**2) / (s + w)**5
