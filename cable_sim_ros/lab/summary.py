@@ -27,7 +27,7 @@ SUMMARY = (
     ("body_position_m", "m", "mean towbody position: forward and to port of the sheave along the mean tow, "
                              "height above the water"),
     ("ellipsoid_volume_m3", "m^3", "volume of the ellipsoid of the covariance of the towbody positions, in the frame "
-                                   "of the mean tow, that holds 95 % of normally distributed ones: chi-square, 3 degrees"),
+                                   "of the mean tow, that holds 95 % of normally distributed ones (chi-square, 3)"),
     ("ellipsoid_volume_points_m3", "m^3", "volume of the ellipsoid of the same shape that holds 95 % of the positions "
                                           "themselves (Westin 2018, section 4.3)"),
     ("contact_resultant_mean_n", "N", "mean resultant of the cable on the sheave"),

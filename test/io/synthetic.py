@@ -30,7 +30,9 @@ def make_frames(count: int, tick_s: float = 0.01, seed: int = 1, start: int = ST
     frames["ship_position"] = SPEED * t[:, None] * along + np.array([0, 0, 1.0]) * HEAVE * wave[:, None]
     frames["ship_quaternion"] = [0, 0, np.sin(np.pi / 12), np.cos(np.pi / 12)]
     frames["sheave_position"] = frames["ship_position"] - 30 * along + [0, 0, 6.0]
-    frames["body_position"] = (frames["ship_position"] * [1, 1, 0.4] - 350 * along - [0, 0, DEPTH])
+    lag = np.sin(2 * np.pi * t / PERIOD - 1.0)
+    frames["body_position"] = SPEED * t[:, None] * along - 350 * along
+    frames["body_position"][:, 2] = 0.4 * HEAVE * lag - DEPTH
     frames["body_quaternion"] = frames["ship_quaternion"]
     frames["tension"] = TENSION + 1500 * np.sin(2 * np.pi * t / PERIOD + 0.6)
     angle = 1.05 + 0.05 * wave

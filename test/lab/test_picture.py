@@ -1,0 +1,121 @@
+"""Picture: it is drawn for every kind of run, says its units, and stays inside its frame."""
+
+import builtins
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
+from synthetic import make_contact, make_frames, make_shape
+
+from cable_sim_ros.io.bag import BagError
+from cable_sim_ros.io.recording import Recording
+from cable_sim_ros.lab.picture import STYLE, caption, compose, contact_bands, draw_run
+from cable_sim_ros.sim.frame import CONTACT_COLUMNS
+
+matplotlib = pytest.importorskip("matplotlib")
+COLUMNS = [name for name, _ in CONTACT_COLUMNS]
+
+
+def run(seconds=60.0, tick_s=0.1, **custom):
+    frames = make_frames(round(seconds / tick_s), tick_s)
+    frames["ship_velocity"] = [2.165, 1.25, 0.0]
+    return Recording(frames, [(int(f["time"]), make_shape(f)) for f in frames[::5]],
+                     [(int(f["time"]), make_contact(f)) for f in frames[::2]], custom)
+
+
+def still(recording):
+    """The same tow without any motion, as a static run is."""
+    frames = recording.frames.copy()
+    frames[:] = frames[0]
+    frames["time"] += np.arange(len(frames)) * 100_000_000
+    return recording._replace(frames=frames)
+
+
+CASES = {
+    "whole": run,
+    "still": lambda: still(run()),
+    "one tick": lambda: run(0.1),
+    "no shapes": lambda: run()._replace(shapes=[]),
+    "no contact": lambda: run()._replace(contacts=[]),
+    "detached": lambda: run()._replace(contacts=[(int(run().frames["time"][-1]), np.zeros((0, 9)))]),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.filterwarnings("error")
+def test_every_text_is_inside_and_every_axis_has_a_unit(case):
+    with matplotlib.rc_context(STYLE):
+        figure = compose(CASES[case](), "full_scale, simplified_sheave", 20.0)
+        figure.canvas.draw()
+        assert figure.canvas.get_width_height() == (1600, 1000)
+        for axes in figure.axes:
+            for label in (axes.get_xlabel(), axes.get_ylabel()):
+                assert label == "" or label.endswith("]"), label
+        titles = [axes.get_title(loc="left") for axes in figure.axes if axes.get_title(loc="left")]
+        assert len(titles) == 4
+        both = [axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)]
+        ticks = {label for axis in both for label in axis.get_ticklabels()}
+        for text in figure.findobj(matplotlib.text.Text):
+            if text.get_text() and text.get_visible() and text not in ticks:
+                box = text.get_window_extent()
+                assert box.x0 >= 0 and box.y0 >= 0 and box.x1 <= 1600 and box.y1 <= 1000, text
+
+
+def test_file_is_written_and_the_same_each_time(tmp_path):
+    recording = run(scene="a scene")
+    first = draw_run(recording, tmp_path / "a.png", skip_s=10.0)
+    assert first.read_bytes() == draw_run(recording, tmp_path / "b.png", skip_s=10.0).read_bytes()
+    assert first.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+    assert first.read_bytes() != draw_run(recording, tmp_path / "c.png", skip_s=20.0).read_bytes()
+
+
+def test_title_is_that_of_the_scene(monkeypatch, tmp_path):
+    titles = []
+    monkeypatch.setattr("cable_sim_ros.lab.picture.compose",
+                        lambda recording, title, skip_s: titles.append(title) or matplotlib.figure.Figure())
+    draw_run(run(scene="a scene"), tmp_path / "a.png")
+    draw_run(run(scene="a scene"), tmp_path / "a.png", title="mine")
+    draw_run(run(), tmp_path / "a.png")
+    assert titles == ["a scene", "mine", "Cable tow"]
+
+
+def test_caption_has_the_figures_of_the_summary():
+    text = caption(run(), 20.0).replace("\u00a0", " ")
+    for part in ("60 s simulated, the first 20 s (grey) left out", "9.00 kN mean, 1.061 kN std, 7.50 to 10.50 kN",
+                 "180.0 m deep, std 0.42 m, 320.0 m astern", "heave std 1.06 m", "10.80 kN mean"):
+        assert part in text
+
+
+def test_contact_bands_leave_out_the_start_and_end_at_the_stations():
+    recording = run(10.0)
+    first, last = recording.contacts[0], recording.contacts[-1]
+    first[1][:, COLUMNS.index("load_port")] = 1e9   # in the start-up
+    last[1][:, COLUMNS.index("wrap_angle")] += 0.5
+    grid, loads = contact_bands(recording, 5.0)
+    assert loads.max() < 1e8
+    assert grid[0] == pytest.approx(-0.1) and grid[-1] == pytest.approx(1.4)
+    inside = np.interp(grid, last[1][:, 3], last[1][:, COLUMNS.index("load_port")], left=0, right=0)
+    assert loads[-1, 0] == pytest.approx(inside)
+    assert (loads[-1][:, grid < 0.39] == 0).all() and (loads[:, 0] >= loads[:, 1]).all()
+
+
+def test_picture_of_no_run(tmp_path):
+    with pytest.raises(BagError, match="does not exist"):
+        draw_run(tmp_path / "none", tmp_path / "a.png")
+    assert not (tmp_path / "a.png").exists()
+
+
+def test_without_matplotlib_the_remedy_is_named(monkeypatch, tmp_path):
+    real = builtins.__import__
+
+    def none(name, *rest, **more):
+        if name.startswith("matplotlib"):
+            raise ImportError(name)
+        return real(name, *rest, **more)
+
+    monkeypatch.setattr(builtins, "__import__", none)
+    with pytest.raises(RuntimeError, match=r"not installed: no picture was drawn; install cable_sim_ros\[viz\]"):
+        draw_run(run(), tmp_path / "a.png")
