@@ -1,6 +1,7 @@
 """The clock of the motion data, seen from CLOCK_MONOTONIC: offset = running minimum of (arrival - stamp).
 
-The minimum over the last half minute is free of transport and queueing delays and follows a drift of the sender's clock.
+The minimum over the last half minute is free of transport and queueing delays and follows the drift of the
+sender's clock.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ class DataClock:
         self._suspects: list[tuple[int, int]] = []
 
     def suspicious(self, stamp: int, arrival: int) -> bool:
-        """True while a stamp is more than a second off the clock and not yet confirmed: the message is to be dropped."""
+        """True while a stamp is more than a second off the clock: the message is to be dropped, see `jumped`."""
         if self.offset is None or abs(arrival - stamp - self.offset) <= JUMP:
             self._suspects.clear()
             return False

@@ -6,11 +6,7 @@ import sys
 from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, ParameterType
-from rclpy.exceptions import (
-    InvalidParameterTypeException,
-    InvalidParameterValueException,
-    ParameterUninitializedException,
-)
+from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 
 from .params import ParameterError, Row
 
@@ -54,5 +50,5 @@ def declare(node, rows: list[Row]) -> None:
     for row in rows:
         try:
             node.declare_parameter(row.name, row.value, descriptor(row))
-        except (InvalidParameterTypeException, InvalidParameterValueException, ParameterUninitializedException) as error:
+        except (InvalidParameterTypeException, InvalidParameterValueException) as error:
             raise ParameterError(f"parameter '{row.name}': {error}; {row.range_text}") from None

@@ -10,6 +10,7 @@ import time
 from collections import Counter
 from typing import NamedTuple
 
+from ..io.wire import CAUSES
 from ..sim.frame import Flag, Source
 from .figures import Rate
 from .publisher import TickPublisher
@@ -78,8 +79,8 @@ class Watch:
             return Status("loop", ERROR, f"the publisher thread ended: {publisher.failure}", values)
         resyncs, overruns = self._new("resyncs", counters["resyncs"]), self._new("overruns", counters["overruns"])
         if resyncs:
-            return Status("loop", WARN, f"resynchronised {resyncs} times in the last second: the machine is too slow or "
-                                        f"too busy for this scene", values)
+            return Status("loop", WARN, f"resynchronised {resyncs} times in the last second: the machine is too slow "
+                                        f"or too busy for this scene", values)
         if overruns:
             return Status("loop", WARN, f"{overruns} ticks overran in the last second", values)
         return Status("loop", OK, session.state, values)
@@ -89,6 +90,10 @@ class Watch:
         for kind, arrival in session.arrivals.items():
             values[f"{kind}_rate_hz"] = _text(self._rates[kind].of(session.received[kind], now))
             values[f"{kind}_age_s"] = "never" if arrival is None else _text((now - arrival) * 1e-9)
+        report: dict = {}
+        if getattr(session, "ingest", None) is not None:
+            report = session.ingest.report(now + session.wall)
+            values |= {key: _text(value) if isinstance(value, float) else str(value) for key, value in report.items()}
         drops = drop_counts(session)
         for cause, count in sorted(drops.items()):
             values[f"dropped: {cause}"] = str(count)
@@ -96,15 +101,21 @@ class Watch:
         values["clock_jumps"] = str(session.clock.jumps)
         frame = publisher.latest if publisher else None
         if frame is not None:
-            values["source"] = Source(int(frame["motion_source"])).name.lower()
+            values["source_of_tick"] = Source(int(frame["motion_source"])).name.lower()
             values["motion_age_s"] = _text(float(frame["motion_age"]))
         if session.state == "waiting":
             return Status("motion", WARN, "waiting for motion", values)
         if session.state == "running" and frame is not None and int(frame["flags"]) & Flag.MOTION_STALE:
-            return Status("motion", ERROR, f"motion stale: nothing usable for {float(frame['motion_age']):.1f} s, the ship "
-                                           f"returns to its mean track", values)
+            return Status("motion", ERROR, f"motion stale: nothing usable for {float(frame['motion_age']):.1f} s, the "
+                                           f"ship returns to its mean track", values)
         if new:
-            return Status("motion", WARN, f"{new} messages refused in the last second", values)
+            return Status("motion", WARN, f"{new} messages refused in the last second; "
+                                          f"{report.get('last_refusal', '')}", values)
+        if report.get("hint"):
+            return Status("motion", WARN, str(report["hint"]), values)
+        if report.get("source") == "imu" and not report.get("heave_valid"):
+            return Status("motion", WARN, f"heave filter settling for {report['heave_age_s']:.0f} s: heave from the IMU "
+                                          f"is not yet valid", values)
         return Status("motion", OK, "motion arrives" if session.state == "running" else session.state, values)
 
     def _command(self, publisher: TickPublisher | None, now: int) -> Status:
@@ -130,7 +141,8 @@ class Watch:
             flags = Flag(int(frame["flags"]))
             values = {"iterations": str(int(frame["iterations"])), "substeps": str(int(frame["substeps"])),
                       "residual_n": f"{float(frame['residual']):.3g}", "flags": flag_names(flags),
-                      "tension_n": f"{float(frame['tension']):.1f}", "penetration_m": f"{float(frame['penetration']):.3g}",
+                      "tension_n": f"{float(frame['tension']):.1f}",
+                      "penetration_m": f"{float(frame['penetration']):.3g}",
                       "detachments": str(int(frame["detachments"]))}
         if session.state in ("halted", "failed"):
             return Status("solver", ERROR, session.problem, values)
@@ -159,7 +171,7 @@ def drop_counts(session: Session) -> Counter:
     """Motion messages refused, by cause, of the clock and of the ingest."""
     drops = Counter(session.refused)
     if getattr(session, "ingest", None) is not None:
-        drops.update(session.ingest.counts())
+        drops.update({cause: count for cause, count in session.ingest.counts.items() if count and CAUSES.get(cause)})
     return drops
 
 

@@ -6,8 +6,8 @@ simulation time never jumps:
 
 * late by less than a period: the tick runs at once, the grid stays;
 * behind by 1 to max_catchup periods: the missed ticks run back to back (counted as overruns);
-* further behind: the mapping is moved by the whole periods lost (a resync, the deadlines are counted as skipped), and the
-  lag is worked off slowly by the slew.
+* further behind: the mapping is moved by the whole periods lost (a resync, the deadlines are counted as skipped), and
+  the lag is worked off slowly by the slew.
 
 The libc symbols are external functions of the compiled code, not foreign-function pointers: those would keep the loop
 out of the on-disk cache.
@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, types
 
-from ..physics.system import tick   # first: it decides where compiled code is cached
+from ..physics.system import tick  # first: it decides where compiled code is cached
 
 _INT64 = types.CPointer(types.int64)
 _sleep = types.ExternalFunction("clock_nanosleep", types.int32(types.int32, types.int32, _INT64, _INT64))
@@ -219,8 +219,8 @@ class Loop:
 
     def _run(self) -> None:
         model, state, inputs, output = self.parts
-        run(model, state, inputs, output, self.control, self.stats, np.zeros(2, np.int64),
-            np.ones(1, np.int64), self.eventfd, int(self.control[REACHED]), self.period_ns, self.slew_ns, self.max_catchup)
+        run(model, state, inputs, output, self.control, self.stats, np.zeros(2, np.int64), np.ones(1, np.int64),
+            self.eventfd, int(self.control[REACHED]), self.period_ns, self.slew_ns, self.max_catchup)
 
 
 def take_priority(priority: int) -> tuple[str, str]:

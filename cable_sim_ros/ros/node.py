@@ -1,11 +1,12 @@
 """The node: a managed (lifecycle) ROS 2 node around a Session. Topics and parameters: docs/realtime.md.
 
-The executor thread takes inputs, services and parameters; the stepping loop and the publisher have threads of their own.
+The executor thread takes inputs, services and parameters; stepping loop and publisher have threads of their own.
 """
 
 from __future__ import annotations
 
 import os
+import signal
 import sys
 import threading
 import time
@@ -19,6 +20,7 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import Imu, JointState
 from std_srvs.srv import SetBool, Trigger
 
@@ -145,11 +147,12 @@ class CableSimNode(LifecycleNode):
         state = self.session.state
         self._stop_threads()
         self._finish_recording()
-        figures = final_figures(self.session, self.publisher, self.recording.stats()) | {"state": "stopped", "last": state}
+        figures = final_figures(self.session, self.publisher, self.recording.stats())
+        figures |= {"state": "stopped", "last": state}
         if figures.get("ticks"):
-            print(f"{figures['ticks']} ticks, {figures['missed_ticks']} missed, {figures['resyncs']} resyncs, jitter p99 "
-                  f"{figures['jitter_p99_ms']:.2f} ms, stamp to tension p50 {figures['latency_p50_ms']:.1f} ms, p99 "
-                  f"{figures['latency_p99_ms']:.1f} ms, {figures['scheduler']}", file=sys.stderr, flush=True)
+            print(f"{figures['ticks']} ticks, {figures['missed_ticks']} missed, {figures['resyncs']} resyncs, "
+                  f"jitter p99 {figures['jitter_p99_ms']:.2f} ms, stamp to tension p50 {figures['latency_p50_ms']:.1f} ms, "
+                  f"p99 {figures['latency_p99_ms']:.1f} ms, {figures['scheduler']}", file=sys.stderr, flush=True)
         self._write_statistics(figures)
 
     def _stop_threads(self) -> None:
@@ -166,8 +169,8 @@ class CableSimNode(LifecycleNode):
 
         def callback(data: bytes, info: dict) -> None:
             arrival = arrival_of(info)
+            self._record(topic, msgtype, data, arrival)
             self.session.motion(kind, data, arrival)
-            self._record(topic, msgtype, data)
         return callback
 
     def _on_command(self, data: bytes, info: dict) -> None:
@@ -176,16 +179,17 @@ class CableSimNode(LifecycleNode):
         except Exception:     # a message that is no JointState after all
             self.session.commands.dropped["not readable"] += 1
             return
-        cause = self.session.command(message, arrival_of(info))
+        arrival = arrival_of(info)
+        cause = self.session.command(message, arrival)
         if cause:
             self.get_logger().warning(f"winch command refused: {cause}; joint 'payout' with position [m] or velocity "
                                       f"[m/s] is expected", throttle_duration_sec=5.0)
-        self._record(self.resolve_topic_name("winch/command"), "sensor_msgs/msg/JointState", data)
+        self._record(self.resolve_topic_name("winch/command"), "sensor_msgs/msg/JointState", data, arrival)
 
-    def _record(self, topic: str, msgtype: str, data: bytes) -> None:
+    def _record(self, topic: str, msgtype: str, data: bytes, arrival: int | None = None) -> None:
         recorder = self.recording.recorder
         if recorder is not None:
-            recorder.put(topic, msgtype, time.time_ns(), data)
+            recorder.put(topic, msgtype, time.time_ns() if arrival is None else arrival + self.session.wall, data)
 
     # ---- services and parameters
 
@@ -210,7 +214,7 @@ class CableSimNode(LifecycleNode):
     def _finish_recording(self):
         if self.publisher is not None:
             self.publisher.recorder = None
-        return self.recording.stop()
+        return self.recording.stop(self.session.started)
 
     def _may_set(self, parameters) -> SetParametersResult:
         live = ("setpoint.algorithm", "recording.enabled", "recording.path")
@@ -222,8 +226,8 @@ class CableSimNode(LifecycleNode):
             if row.choices and parameter.value not in row.choices:
                 return SetParametersResult(successful=False, reason=f"{parameter.name} must be {row.range_text}")
             if parameter.name not in live:
-                return SetParametersResult(successful=False, reason=f"{parameter.name} takes effect at configure; give it "
-                                                                    f"in a parameter file or with -p and start again")
+                return SetParametersResult(successful=False, reason=(
+                    f"{parameter.name} takes effect at the start; give it in a parameter file or with -p and start again"))
         return SetParametersResult(successful=True)
 
     def _was_set(self, parameters) -> None:
@@ -250,7 +254,8 @@ class CableSimNode(LifecycleNode):
         for status in self.watch.statuses(self.publisher, self.recording.stats(), self.recording.recorder is not None):
             array.status.append(DiagnosticStatus(
                 level=bytes([status.level]), name=f"{self.get_name()}: {status.name}", message=status.message,
-                hardware_id="cable_sim_ros", values=[KeyValue(key=key, value=text) for key, text in status.values.items()]))
+                hardware_id="cable_sim_ros",
+                values=[KeyValue(key=key, value=text) for key, text in status.values.items()]))
         data = serialize_message(array)
         self._diagnostics.publish(data)
         self._record("/diagnostics", DIAGNOSTICS, data)
@@ -285,32 +290,48 @@ def arrival_of(info: dict) -> int:
     return now - waited if 0 <= waited < 60_000_000_000 else now
 
 
-def autostart(node: CableSimNode) -> bool:
+class Stop:
+    """SIGINT and SIGTERM as a flag. rclpy's own handlers would shut the context down before the threads have ended."""
+
+    def __init__(self) -> None:
+        self.asked = False
+        self._before = {number: signal.signal(number, self._ask) for number in (signal.SIGINT, signal.SIGTERM)}
+
+    def _ask(self, number, frame) -> None:
+        self.asked = True
+
+    def restore(self) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+
+
+def autostart(node: CableSimNode, stop: Stop) -> bool:
     """Configure in a thread, so that a signal ends a long compilation at once; False when it was refused."""
     done: list[TransitionCallbackReturn] = []
     thread = threading.Thread(target=lambda: done.append(node.trigger_configure()), name="configure", daemon=True)
     thread.start()
-    while thread.is_alive():
+    while thread.is_alive() and not stop.asked:
         thread.join(0.05)
-        if not rclpy.ok():
-            raise ExternalShutdownException
+    if stop.asked:
+        return True
     return bool(done) and done[0] == TransitionCallbackReturn.SUCCESS and (
         node.trigger_activate() == TransitionCallbackReturn.SUCCESS)
 
 
 def main(args: list[str] | None = None) -> int:
     """Entry point: 0 after SIGINT or SIGTERM, 1 when the start failed, 2 for parameters that cannot be used."""
-    node = executor = None
-    code = 0
+    node, code, stop = None, 0, Stop()
     try:
-        rclpy.init(args=args)
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
         node = CableSimNode()
-        if node.settings.node.autostart and not autostart(node):
+        if node.settings.node.autostart and not autostart(node, stop):
             code = 1
-        else:
+        elif not stop.asked:
             executor = SingleThreadedExecutor()
             executor.add_node(node)
-            executor.spin()
+            while not stop.asked and rclpy.ok():
+                executor.spin_once(timeout_sec=0.1)
+            executor.shutdown(timeout_sec=1.0)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     except ParameterError as error:
@@ -322,11 +343,10 @@ def main(args: list[str] | None = None) -> int:
         if any(thread.name == "configure" for thread in threading.enumerate()):
             sys.stderr.flush()
             os._exit(code)       # the compiler cannot be interrupted, and has nothing to lose
-        if executor is not None:
-            executor.shutdown(timeout_sec=1.0)
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()
+        stop.restore()
     return code
 
 

@@ -15,18 +15,12 @@ from typing import Any, NamedTuple, Union, get_args, get_origin
 
 from ..io.load import SceneError, SceneWarning, load_scene, override
 from ..io.resources import find_scene
+from ..physics.heave import Heave, MotionInput
 from ..physics.quantity import Block, quantity
 from ..sim.scene import Scene
 
 FOREIGN = ("use_sim_time", "start_type_description_service")   # declared by rclpy itself
 FOREIGN_PREFIX = ("qos_overrides.",)
-
-
-class Convention(str, Enum):
-    """Axes of the motion messages."""
-
-    ENU = "enu"
-    NED = "ned"
 
 
 class Realtime(Block):
@@ -58,11 +52,6 @@ class Frames(Block):
     towbody_link: str = quantity("towbody_link", "", None, None, "frame of the towbody")
 
 
-class Imu(Block):
-    convention: Convention = quantity(
-        Convention.ENU, "", None, None, "axes of IMU and odometry: enu (REP 103) or ned, converted at the border", "REP 103")
-
-
 class NodeBlock(Block):
     """What the node needs beside the scene."""
 
@@ -71,9 +60,6 @@ class NodeBlock(Block):
     input_delay: float = quantity(
         0.03, "s", 0.0, 1.0, "the simulation runs this far behind the clock of the motion data, so that each tick lies "
         "between samples; at least one and a half sample intervals")
-    odometry_timeout: float = quantity(
-        0.5, "s", 0.02, 60.0, "odometry silent for longer: the motion is taken from the IMU alone; also the time the "
-        "start waits for odometry once an IMU is heard")
     statistics_file: str = quantity(
         "", "", None, None, "JSON file with the state of the node, rewritten as it changes, with the final figures at "
         "the end; empty: none")
@@ -81,7 +67,8 @@ class NodeBlock(Block):
     recording: Recording = quantity(Recording(), "", None, None, "recording")
     publish: Publish = quantity(Publish(), "", None, None, "rates")
     frame: Frames = quantity(Frames(), "", None, None, "frame names")
-    imu: Imu = quantity(Imu(), "", None, None, "motion messages")
+    motion: MotionInput = quantity(MotionInput(), "", None, None, "motion messages")
+    heave: Heave = quantity(Heave(), "", None, None, "motion from the IMU alone")
 
 
 class ParameterError(ValueError):
@@ -157,7 +144,7 @@ def _kind(annotation) -> tuple[type, int, tuple[str, ...], bool]:
         return str, 0, tuple(item.value for item in annotation), False
     if annotation in (float, int, bool, str):
         return annotation, 0, (), False
-    raise TypeError(f"no ROS parameter type for {annotation!r}: use float, int, bool, str, an Enum or a tuple of floats")
+    raise TypeError(f"no ROS parameter type for {annotation!r}: use float, int, bool, str, an Enum or floats")
 
 
 class Settings(NamedTuple):
@@ -207,7 +194,7 @@ def settle(overrides: dict[str, Any]) -> Settings:
 def _unknown(name: str, value: Any, table: dict) -> str:
     near = difflib.get_close_matches(name, table, 1, 0.6)
     return (f"parameter '{name}' = {value!r}: there is no such parameter; nothing was started. "
-            + (f"Did you mean '{near[0]}'?" if near else "Known: those of the scene and of the node, see ros2 param list"))
+            + (f"Did you mean '{near[0]}'?" if near else "Known are those of the scene and of the node: ros2 param list"))
 
 
 def _plant(tree: dict, name: str, value: Any) -> None:
@@ -225,8 +212,8 @@ def _checked(row: Row, value: Any) -> Any:
     if row.kind is list:
         numbers = list(value) if isinstance(value, (list, tuple)) or hasattr(value, "tolist") else None
         if numbers is None or len(numbers) != row.length or not all(isinstance(part, float) for part in numbers):
-            raise ParameterError(f"parameter '{row.name}' must be {row.length} floating-point numbers{unit}, got {value!r}; "
-                                 f"write each with a decimal point, as in {row.value!r}")
+            raise ParameterError(f"parameter '{row.name}' must be {row.length} floating-point numbers{unit}, got {value!r}"
+                                 f"; write each with a decimal point, as in {row.value!r}")
         _check_bounds(row, numbers)
         return numbers
     if row.kind is float and type(value) is int:

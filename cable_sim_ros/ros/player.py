@@ -48,7 +48,7 @@ def load(path: Path, *, start: float = 0.0, duration: float | None = None, imu_o
             continue
         data = message.data
         if len(data) < 12 or not data[1] & 1:
-            raise PlayError(f"bag '{path}': a message of '{message.topic}' is not little-endian CDR; convert the bag first")
+            raise PlayError(f"bag '{path}': a message of '{message.topic}' is not little-endian CDR; convert the bag")
         first = message.time if first is None else first
         due = message.time - first - round(start * SECOND)
         if due < 0:
@@ -58,8 +58,8 @@ def load(path: Path, *, start: float = 0.0, duration: float | None = None, imu_o
         sec, nanosec = struct.unpack_from("<iI", data, 4)
         items.append(Item(due, topic, data, sec * SECOND + nanosec))
     if not items:
-        raise PlayError(f"bag '{path}' has no {'sensor_msgs/Imu' if imu_only else 'sensor_msgs/Imu or nav_msgs/Odometry'} "
-                        f"in the part asked for (from {start:g} s on); nothing was played")
+        wanted = "sensor_msgs/Imu" if imu_only else "sensor_msgs/Imu or nav_msgs/Odometry"
+        raise PlayError(f"bag '{path}' has no {wanted} in the part asked for (from {start:g} s on); nothing was played")
     return items
 
 
@@ -87,7 +87,8 @@ def sleep_until(deadline: int, alive) -> bool:
         libc.clock_nanosleep(1, 1, ctypes.byref(_Timespec(until // SECOND, until % SECOND)), None)
 
 
-def play(node, items: list[Item], *, rate: float = 1.0, loop: bool = False, keep_stamps: bool = False, alive, progress) -> int:
+def play(node, items: list[Item], *, rate: float = 1.0, loop: bool = False, keep_stamps: bool = False, alive,
+         progress) -> int:
     """Send the items; returns how many were sent. progress(seconds played) is called some ten times a second."""
     from nav_msgs.msg import Odometry
     from rclpy.qos import QoSProfile
@@ -100,6 +101,7 @@ def play(node, items: list[Item], *, rate: float = 1.0, loop: bool = False, keep
     wait = time.monotonic() + 10.0
     while alive() and time.monotonic() < wait and not all(p.get_subscription_count() for p in publishers.values()):
         time.sleep(0.02)
+    time.sleep(0.3)      # the other side may learn of us a little later than we of it
     length = items[-1].due + _interval(items)
     begun, sent, told = time.monotonic_ns() + SECOND // 50, 0, 0
     base = time.time_ns() + SECOND // 50
@@ -144,7 +146,7 @@ def _bar(total: float | None):
 def parser() -> argparse.ArgumentParser:
     result = argparse.ArgumentParser(prog="player", description=__doc__.splitlines()[0])
     result.add_argument("bag", help="bag directory, or name of a shipped one")
-    result.add_argument("--rate", type=float, default=1.0, help="speed of sending; stamps keep their spacing (default 1)")
+    result.add_argument("--rate", type=float, default=1.0, help="speed of sending; stamps keep their spacing")
     result.add_argument("--loop", action="store_true", help="begin again at the end, stamps going on")
     result.add_argument("--duration", type=float, help="stop after so many seconds of the bag")
     result.add_argument("--start", type=float, default=0.0, help="skip so many seconds of the bag")

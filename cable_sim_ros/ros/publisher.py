@@ -1,4 +1,4 @@
-"""The publisher thread: waits for ticks, serialises each channel once, publishes the bytes and records the same bytes."""
+"""The publisher thread: waits for ticks, serialises each channel once, publishes the bytes and records them."""
 
 from __future__ import annotations
 
@@ -36,6 +36,11 @@ class TickPublisher(threading.Thread):
         self._stopping = threading.Event()
 
     def run(self) -> None:
+        if self.loop.priority:
+            try:
+                os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), -10)
+            except OSError:
+                pass             # the loop has told of it
         try:
             while not self._stopping.is_set():
                 os.eventfd_read(self.loop.eventfd)   # blocks without the interpreter lock

@@ -28,7 +28,7 @@ class Recording:
             return f"already recording to {self.path}"
         path = Path(self.wanted or time.strftime("tow_%Y%m%d_%H%M%S"))
         number = 1
-        while path.exists() and self._last is not None:    # only a second recording of this run finds its own name taken
+        while path.exists() and self._last is not None:    # a second recording of this run
             number += 1
             path = path.with_name(f"{Path(self.wanted or path.name).name}_{number}")
         try:
@@ -41,11 +41,12 @@ class Recording:
         self.path = path
         return ""
 
-    def stop(self) -> RecorderStats | None:
-        """Finish the recording; its counts, None when there was none."""
+    def stop(self, started: dict[str, str]) -> RecorderStats | None:
+        """Finish the recording; its counts, None when there was none. started: the static start, for the replay."""
         recorder, self.recorder = self.recorder, None
         if recorder is None:
             return None
+        recorder.writer.custom_data.update(started)
         self._last = recorder.close()
         return self._last
 

@@ -8,6 +8,7 @@ States: unconfigured -> ready -> waiting (for motion) -> running -> halted (solv
 from __future__ import annotations
 
 import gc
+import json
 import math
 import struct
 import sys
@@ -54,11 +55,12 @@ class Session:
         self.restarts = self.resets = 0
         self.start_cost = 0.3              # s, of the last static start
         self.residual_start = math.nan
-        self.arrivals = {"imu": None, "odom": None}    # newest arrival, CLOCK_MONOTONIC ns
+        self.wall = time.time_ns() - time.monotonic_ns()     # once: arrivals as wall time, for messages without a stamp
+        self.arrivals: dict[str, int | None] = {"imu": None, "odom": None}    # newest, CLOCK_MONOTONIC ns
         self.received = {"imu": 0, "odom": 0}
         self.sim: Simulator | None = None
         self.loop: Loop | None = None
-        self._first_imu: int | None = None
+        self.started: dict[str, str] = {}  # time, place and heading of the static start, for the recording
         self._keep_cable = False           # the next start keeps the cable as it hangs
         self._waiting_since = 0.0
 
@@ -76,7 +78,8 @@ class Session:
         self.loop.warm_up()
         self.log("info", "solving the static start")
         self._static_start(0, (0.0, 0.0), None)
-        self.ingest = MotionIngest(self.sim.inputs)
+        self.ingest = MotionIngest(self.sim.inputs, self.scene.ship, self.node.heave, self.node.motion,
+                                   self.scene.gravity)
         self.commands = CommandIngest(self.sim.inputs)
         gc.collect()
         gc.freeze()        # a full collection with all this loaded stops the process for a tenth of a second
@@ -117,22 +120,20 @@ class Session:
         if stamp is None:
             self.refused["too short"] += 1
             return
-        if self.clock.suspicious(stamp, arrival):
+        if stamp and self.clock.suspicious(stamp, arrival):
             self.refused["stamp off the clock"] += 1
             if self.clock.jumped(stamp, arrival):
                 self._clock_jumped()
             return
         head = self.sim.inputs.motion_head
         before = int(head[0])
-        (self.ingest.imu if kind == "imu" else self.ingest.odometry)(data, arrival)
+        (self.ingest.imu if kind == "imu" else self.ingest.odometry)(data, arrival + self.wall)
         if int(head[0]) != before:
             self.clock.update(self._newest_stamp(), arrival)
-            if self._first_imu is None:
-                self._first_imu = arrival
             if self.state == "running":
                 self.loop.control[TARGET] = self.clock.offset + self.delay
             elif self.state == "waiting":
-                self._start_if_ready()
+                self._start()
 
     def command(self, message, arrival: int) -> str:
         """One sensor_msgs/JointState; returns "" or why it is refused."""
@@ -146,27 +147,18 @@ class Session:
 
     def _clock_jumped(self) -> None:
         """The stamps jumped: forget the motion, map the clock anew, keep the cable as it hangs."""
-        self.log("warn", "the clock of the motion data has jumped by more than 1 s: waiting for motion on the new clock")
+        self.log("warn", "the clock of the motion data has jumped by more than 1 s: waiting for motion on it")
         running = self.state == "running"
         self.loop.stop()
         self.clock.reset()
         self.ingest.reset()
         self.commands.reset()
-        self.sim.inputs.motion_head[0] = 0
         self.sim.inputs.command_head[0] = 0
-        self._first_imu = None
         if running:
             self._keep_cable = True
             self.activate()
 
     # ---- start
-
-    def _start_if_ready(self) -> None:
-        sample = self._newest_sample()
-        waited = (self.arrivals["imu"] or 0) - self._first_imu
-        if int(sample[SOURCE]) != Source.ODOMETRY and waited < self.node.odometry_timeout * SECOND:
-            return        # odometry may be on its way, and starting elsewhere would have to be blended out
-        self._start()
 
     def _start(self) -> None:
         """Static start where the ship will be when it is solved, and the loop with it."""
@@ -185,6 +177,8 @@ class Session:
             self.fail(f"no static start: {error}; nothing is simulated until ~/reset")
             return
         self._keep_cable = False
+        self.started = self.started or {"start_time_ns": str(begin), "start_position_m": json.dumps(position),
+                                        "start_heading_rad": repr(float(sample[5]))}
         self.loop.start(begin, target)
         self.state, self.problem = "running", ""
         self.log("info", f"running from stamp {begin / SECOND:.3f} s at ({position[0]:.1f}, {position[1]:.1f}) m, "
@@ -196,7 +190,7 @@ class Session:
 
     def reset(self) -> tuple[bool, str]:
         """Static start again at the place of the newest motion: (done, text)."""
-        if self.state in ("unconfigured", "ready", "closed"):
+        if self.loop is None or self.state in ("unconfigured", "ready", "closed"):
             return False, f"the node is {self.state}: activate it first"
         self.loop.stop()
         self.resets += 1

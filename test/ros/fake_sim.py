@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from cable_sim_ros.physics.inputs import Inputs, make_inputs, push_motion
+from cable_sim_ros.physics.inputs import Inputs, make_inputs
 from cable_sim_ros.physics.setpoint import SetpointLaw
 from cable_sim_ros.sim.frame import CONTACT_COLUMNS, FRAME, SHAPE_COLUMNS
 
@@ -138,62 +138,6 @@ class Simulator:
         self.law = SetpointLaw(law)
 
 
-class MotionIngest:
-    """Odometry and IMU without any filter, enough to feed the stand-in."""
-
-    def __init__(self, inputs, **_) -> None:
-        from rosbags.typesys import Stores, get_typestore
-        self.store = get_typestore(Stores.ROS2_JAZZY)
-        self.inputs, self.dropped, self.odometry_at, self.last = inputs, {}, None, 0
-
-    def reset(self) -> None:
-        self.odometry_at, self.last = None, 0
-
-    def counts(self) -> dict:
-        return self.dropped
-
-    def imu(self, data, arrival) -> None:
-        self._take(data, "sensor_msgs/msg/Imu", arrival)
-
-    def odometry(self, data, arrival) -> None:
-        self._take(data, "nav_msgs/msg/Odometry", arrival)
-
-    def _take(self, data, msgtype, arrival) -> None:
-        try:
-            m = self.store.deserialize_cdr(data, msgtype)
-        except Exception:
-            return self._drop("not readable")
-        stamp = m.header.stamp.sec * 10**9 + m.header.stamp.nanosec
-        odom = msgtype.endswith("Odometry")
-        q = m.pose.pose.orientation if odom else m.orientation
-        numbers = [q.x, q.y, q.z, q.w]
-        if odom:
-            p, v = m.pose.pose.position, m.twist.twist.linear
-            numbers += [p.x, p.y, p.z, v.x, v.y, v.z]
-        else:
-            a, w = m.linear_acceleration, m.angular_velocity
-            numbers += [a.x, a.y, a.z, w.x, w.y, w.z]
-        if not np.isfinite(numbers).all():
-            return self._drop("not finite")
-        if abs(np.linalg.norm(numbers[:4]) - 1.0) > 0.01:
-            return self._drop("quaternion")
-        if stamp <= self.last:
-            return self._drop("stamp does not advance")
-        if odom:
-            self.odometry_at = arrival
-        elif self.odometry_at is not None and arrival - self.odometry_at < 5e8:
-            return None
-        self.last = stamp
-        sample = np.zeros(14)
-        if odom:
-            sample[:3], sample[6:9] = numbers[4:7], numbers[7:10]
-        sample[12:] = 1.0, 1.0 if odom else 2.0
-        push_motion(self.inputs, stamp, sample)
-
-    def _drop(self, cause) -> None:
-        self.dropped[cause] = self.dropped.get(cause, 0) + 1
-
-
 def install() -> None:
     system = types.ModuleType("cable_sim_ros.physics.system")
     system.tick, system.make_output = tick, make_output
@@ -201,9 +145,6 @@ def install() -> None:
     simulator.Simulator, simulator.StartError, simulator.SolverError = Simulator, StartError, SolverError
     sys.modules["cable_sim_ros.physics.system"] = system
     sys.modules["cable_sim_ros.sim.simulator"] = simulator
-    motion = types.ModuleType("cable_sim_ros.io.motion")
-    motion.MotionIngest = MotionIngest
-    sys.modules["cable_sim_ros.io.motion"] = motion
 
 
 if __name__ == "__main__":     # python -m test.ros.fake_sim MODULE ARGS: run a module of the package on the stand-in
