@@ -17,6 +17,7 @@ from mcap import records
 from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, Writer
 from rosbags.highlevel import AnyReader, AnyReaderError
+from rosbags.rosbag2 import ReaderError
 
 from .. import __version__
 from .typestore import ROS_DISTRO, definition, type_hash
@@ -196,21 +197,17 @@ def read_metadata(path: str | os.PathLike) -> dict:
 
 def read_bag(path: str | os.PathLike) -> Iterator[Message]:
     """Messages of a bag in order of log time, of any rosbag2 storage; BagError if it cannot be read."""
+    if Path(path).is_dir():
+        read_metadata(path)   # tells plainly what is wrong with it, readers do not
     try:
         with AnyReader([Path(path)]) as reader:
             for connection, time, data in reader.messages():
                 yield Message(connection.topic, connection.msgtype, time, bytes(data))
     except FileNotFoundError:
-        raise BagError(f"bag '{path}' does not exist or has no metadata.yaml: nothing was read; "
-                       f"give the directory of a bag") from None
-    except AnyReaderError as error:
+        raise BagError(f"bag '{path}' does not exist: nothing was read; give the directory of a bag") from None
+    except (AnyReaderError, ReaderError) as error:
         raise BagError(f"bag '{path}' cannot be read ({error}): if the recording was cut off, "
                        f"recover it into a new bag first") from None
-    except Exception as error:
-        if type(error).__module__.startswith("rosbags"):
-            raise BagError(f"bag '{path}' cannot be read ({error}): if the recording was cut off, "
-                           f"recover it into a new bag first") from None
-        raise
 
 
 class Recovery(NamedTuple):

@@ -40,6 +40,7 @@ class Recorder:
         self.writer = BagWriter(path, custom_data=custom_data)
         self.queue_size, self.flush_s, self.poll_s = queue_size, flush_s, poll_s
         self._queue: deque = deque()
+        self._declared: deque = deque()
         self._lock = threading.Lock()    # held for an append or a swap of the queue only
         self._stop = threading.Event()
         self._failed = False
@@ -49,8 +50,9 @@ class Recorder:
         self._thread.start()
 
     def declare(self, topic: str, msgtype: str, qos: str = "") -> None:
-        """Register a topic; see `BagWriter.declare`. To be called before the first `put`."""
-        self.writer.declare(topic, msgtype, qos)
+        """Register a topic with its QoS before its first `put`; see `BagWriter.declare`."""
+        with self._lock:
+            self._declared.append((topic, msgtype, qos))   # only the recording thread touches the writer
 
     def put(self, topic: str, msgtype: str, time_ns: int, data: bytes, publish_time_ns: int | None = None) -> None:
         """Queue one message and return at once; when the queue is full the oldest one is dropped and counted."""
@@ -114,6 +116,13 @@ class Recorder:
             self.writer.abort()
 
     def _write(self, batch: deque) -> None:
+        while self._declared:
+            try:
+                self.writer.declare(*self._declared.popleft())
+            except ValueError as error:   # a type nobody knows: its messages will be refused one by one
+                with self._lock:
+                    self._errors += 1
+                    self._error = str(error)
         while batch:
             item = batch.popleft()
             try:

@@ -173,12 +173,18 @@ def test_what_is_no_bag_is_named(tmp_path, content):
 
 def test_recorder_writes_everything(tmp_path):
     with Recorder(tmp_path / "run", custom_data={"a": "b"}) as recorder:
+        recorder.declare("/a", JOINT, "sensor")
+        recorder.declare("/never", JOINT, "reliable")
         for k in range(500):
             recorder.put("/a", JOINT, k, DATA, k + 7)
     stats = recorder.close()
     assert (stats.written, stats.dropped, stats.errors, stats.waiting) == (500, 0, 0, 0)
     assert [m.time for m in read_bag(tmp_path / "run")] == list(range(500))
-    assert read_metadata(tmp_path / "run")["custom_data"] == {"a": "b"}
+    info = read_metadata(tmp_path / "run")
+    assert info["custom_data"] == {"a": "b"}
+    topics = {row["topic_metadata"]["name"]: row for row in info["topics_with_message_count"]}
+    assert topics["/a"]["topic_metadata"]["offered_qos_profiles"][0]["reliability"] == "best_effort"
+    assert topics["/never"]["message_count"] == 0
 
 
 def test_full_queue_drops_the_oldest_and_counts(tmp_path):
@@ -193,10 +199,11 @@ def test_full_queue_drops_the_oldest_and_counts(tmp_path):
 
 def test_one_bad_message_is_counted_and_the_rest_recorded(tmp_path):
     with Recorder(tmp_path / "run") as recorder:
+        recorder.declare("/b", "a/msg/B")
         for when in (1, -5, 2):
             recorder.put("/a", JOINT, when, DATA)
     stats = recorder.close()
-    assert (stats.written, stats.dropped, stats.errors) == (2, 1, 1)
+    assert (stats.written, stats.dropped, stats.errors) == (2, 1, 2)
     assert "time -5 ns of a message of '/a' is negative" in stats.error
 
 
