@@ -1,0 +1,286 @@
+"""One command line over everything. Each command imports what it needs when it runs; only the node needs ROS."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+import warnings
+from contextlib import contextmanager
+from pathlib import Path
+
+import click
+
+from . import __version__
+
+# mistakes of the user or the data: their text is the whole message. Anything else is ours and keeps its traceback
+EXPECTED = {
+    "cable_sim_ros.io.load.SceneError", "cable_sim_ros.io.bag.BagError", "cable_sim_ros.io.resources.ResourceError",
+    "cable_sim_ros.sim.simulator.StartError", "cable_sim_ros.ros.live.LiveError", "cable_sim_ros.ros.player.PlayError",
+    "cable_sim_ros.ros.params.ParameterError",
+}
+BAD_INPUT, FAILED = 2, 1
+SHIPPED_BAG, SHIPPED_SCENE = "nbp1406", "full_scale"
+PASS_ON = {"ignore_unknown_options": True, "allow_extra_args": True}
+
+
+class Commands(click.Group):
+    """Group that tells a mistake in one line and leaves with code 2."""
+
+    def invoke(self, context: click.Context):
+        """Run a command; expected errors become one line on stderr."""
+        warnings.showwarning = _warn
+        try:
+            return super().invoke(context)
+        except Exception as error:
+            if not _expected(error):
+                raise
+            click.echo(f"error: {error}", err=True)
+            context.exit(BAD_INPUT)
+
+
+def _expected(error: BaseException) -> bool:
+    return isinstance(error, OSError) or any(f"{kind.__module__}.{kind.__qualname__}" in EXPECTED
+                                             for kind in type(error).__mro__)
+
+
+def _warn(message, category, filename, lineno, file=None, line=None) -> None:
+    click.echo(f"warning: {message}", err=True)
+
+
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="cable-sim")
+def main() -> None:
+    """Simulate a shipboard cable tow: scenes are YAML files or names of shipped ones, bags are rosbag2 directories."""
+
+
+json_option = click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
+out_option = click.option("--out", type=click.Path(file_okay=False, path_type=Path),
+                          help="Folder for the bag, figures and picture.")
+
+
+@main.command(context_settings=PASS_ON)
+@click.argument("ros_arguments", nargs=-1, type=click.UNPROCESSED)
+def node(ros_arguments: tuple[str, ...]) -> None:
+    """The real-time ROS 2 node; ROS arguments are passed on, as in: --ros-args -p scene:=full_scale."""
+    _need_ros()
+    from .ros.node import main as node_main
+    sys.exit(node_main(["node", *ros_arguments]))
+
+
+@main.command()
+@click.argument("scene")
+@click.option("--motion", default=SHIPPED_BAG, show_default=True, metavar="BAG|none",
+              help="Bag with the ship motion, or none: the static tow.")
+@click.option("--duration", type=click.FloatRange(min=0, min_open=True), metavar="S",
+              help="Seconds to simulate. Default: the whole bag; without motion a short settling.")
+@click.option("--setpoint", "algorithm", metavar="NAME", help="Set-point algorithm in place of the scene's.")
+@click.option("--imu-only", is_flag=True, help="Leave the odometry of the bag out.")
+@out_option
+@json_option
+def run(scene, motion, duration, algorithm, imu_only, out, as_json) -> None:
+    """Simulate SCENE offline, as fast as it goes."""
+    with _progress(as_json) as progress:
+        from .lab import offline
+        result = offline.run(scene, None if motion == "none" else motion, duration=duration, algorithm=algorithm,
+                             imu_only=imu_only, out=out, progress=progress)
+    _tell(result, out, as_json)
+
+
+@main.command()
+@click.argument("bag")
+@click.option("--scene", help="Scene in place of the one kept in the bag.")
+@out_option
+@json_option
+def replay(bag, scene, out, as_json) -> None:
+    """Simulate a recorded BAG again and print the residuals against what it recorded of the tow."""
+    with _progress(as_json) as progress:
+        from .lab import offline
+        result = offline.replay(bag, scene, out=out, progress=progress)
+    _tell(result, out, as_json)
+    if not as_json:
+        _residual_table(result.residuals, result.figures["largest_difference"])
+
+
+@main.command()
+@click.argument("bag", default=SHIPPED_BAG)
+@click.option("--scene", default=SHIPPED_SCENE, show_default=True, help="Scene to simulate.")
+@click.option("--duration", type=click.FloatRange(min=1), default=60.0, show_default=True, metavar="S",
+              help="Seconds of the bag to play.")
+@click.option("--imu-only", is_flag=True, help="Leave the odometry of the bag out.")
+@click.option("--out", type=click.Path(file_okay=False, path_type=Path),
+              help="Folder for the bag, figures and picture. Default: runs/<date and time>.")
+@json_option
+def live(bag, scene, duration, imu_only, out, as_json) -> None:
+    """Play BAG over real topics into the node, in real time: summary, picture, recorded bag."""
+    _need_ros()
+    from .io.recording import load_run
+    from .io.resources import find_bag
+    from .lab.offline import Run
+    from .lab.summary import OUTSIDE, summarize
+    from .ros.live import live as run_live
+    out = out or Path("runs") / time.strftime("%Y%m%d_%H%M%S")
+    quiet = (lambda *_: None) if as_json else None
+    told = run_live(find_bag(bag), scene, duration, out, imu_only=imu_only, progress=quiet)
+    recorded = load_run(told["bag"])
+    node_figures = told["node"]
+    figures = summarize(recorded.frames, **{name: node_figures.get(name) for name in OUTSIDE})
+    figures.update(scene=recorded.custom_data.get("scene", str(scene)), motion=Path(bag).name, node=node_figures)
+    (out / "summary.json").write_text(json.dumps(figures, indent=1) + "\n", "utf-8")
+    _tell(Run(recorded.frames, figures, node_figures.get("problem", ""), Path(told["bag"])), out, as_json)
+
+
+@main.command(context_settings=PASS_ON)
+@click.argument("bag")
+@click.option("--rate", type=float, default=1.0, show_default=True, help="Speed of sending; stamps keep their spacing.")
+@click.option("--loop", is_flag=True, help="Begin again at the end, stamps going on.")
+@click.option("--start", type=float, default=0.0, metavar="S", help="Seconds of the bag to skip.")
+@click.option("--duration", type=float, metavar="S", help="Stop after so many seconds of the bag.")
+@click.option("--imu-only", is_flag=True, help="Leave the odometry out.")
+@click.option("--keep-stamps", is_flag=True, help="Send the recorded stamps instead of present ones.")
+@click.argument("ros_arguments", nargs=-1, type=click.UNPROCESSED)
+def play(bag, rate, loop, start, duration, imu_only, keep_stamps, ros_arguments) -> None:
+    """Play the ship motion of BAG over real topics, as the ship's own sensors would send it."""
+    _need_ros()
+    from .ros.player import main as player_main
+    arguments = ["play", bag, "--rate", str(rate), "--start", str(start)]
+    arguments += ["--duration", str(duration)] if duration is not None else []
+    flags = ("--loop", loop), ("--imu-only", imu_only), ("--keep-stamps", keep_stamps)
+    arguments += [flag for flag, on in flags if on]
+    sys.exit(player_main([*arguments, *ros_arguments]))
+
+
+@main.command()
+@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="File to write. Default: standard output.")
+def manual(out) -> None:
+    """The parameter manual in Markdown, made from the declarations."""
+    text = manual_text()
+    if out is None:
+        click.echo(text, nl=False)
+    else:
+        out.write_text(text, "utf-8")
+
+
+@main.command()
+@click.argument("source")
+@click.argument("target")
+def recover(source, target) -> None:
+    """Copy what can be read of the cut-off bag SOURCE into a new bag TARGET."""
+    from .io.bag import recover as recover_bag
+    result = recover_bag(source, target)
+    click.echo(f"{target}: {result.messages} messages over {result.duration:.2f} s; "
+               + (f"reading ended by {result.ended_by}" if result.ended_by else "the source was whole"))
+
+
+@main.command("make-bags")
+@click.option("--out", default="bags", show_default=True, help="Folder for the bags.")
+@click.option("--data", help="Folder of the source CSV files. Default: the shipped ones.")
+@click.option("--speed", type=float, default=2.2, show_default=True, metavar="M/S", help="Mean speed ahead.")
+@click.option("--only", multiple=True, metavar="NAME", help="Make this bag only; may be repeated.")
+@click.option("--force", is_flag=True, help="Replace bags that exist.")
+def make_bags(out, data, speed, only, force) -> None:
+    """Make the shipped bags of recorded ship motion from their 1 Hz sources."""
+    from .io.resources import share_folder
+    from .lab.make_bags import main as make
+    arguments = ["--out", out, "--data", data or str(share_folder() / "bags" / "source"), "--speed", str(speed)]
+    arguments += [word for name in only for word in ("--only", name)] + (["--force"] if force else [])
+    sys.exit(make(arguments))
+
+
+NODE_MANUAL = """## Node
+
+Parameters that only the node has, set like those of the scene (`--ros-args -p input_delay:=0.05`).
+"""
+
+
+def manual_text() -> str:
+    """The whole parameter manual: scene and node."""
+    from .lab import manual as writer
+    from .ros.params import NodeBlock
+    return writer.text([(NODE_MANUAL, NodeBlock)])
+
+
+class NoRos(click.ClickException):
+    """rclpy cannot be imported."""
+
+    exit_code = BAD_INPUT
+
+
+def _need_ros() -> None:
+    try:
+        import rclpy  # noqa: F401
+    except ImportError as error:
+        raise NoRos(
+            f"this command needs ROS 2, and rclpy cannot be imported ({error}); nothing was started. Source your ROS "
+            "installation, or: pip install 'cable_sim_ros[ros]'. `run` and `replay` work without it") from None
+
+
+@contextmanager
+def _progress(quiet: bool):
+    """Function (what, seconds done, seconds in all) that shows a bar on a terminal, else nothing."""
+    if quiet or not sys.stderr.isatty():
+        yield lambda what, done, total: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+    columns = TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[now]}"), TimeElapsedColumn()
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("loading", total=None, now="")
+        yield lambda what, done, total: bar.update(
+            task, description=what, completed=done, total=total or None,
+            now=f"{done:.0f} of {total:.0f} s" if total else "")
+
+
+def _tell(result, out: Path | None, as_json: bool) -> None:
+    """Figures, picture and paths of a run; leaves with code 1 when it ended early."""
+    picture = _picture(result, out)
+    if as_json:
+        click.echo(json.dumps(result.figures | ({"problem": result.problem} if result.problem else {}), indent=1))
+    else:
+        from rich.console import Console
+
+        from .lab.summary import summary_table
+        Console(width=None if sys.stdout.isatty() else 120).print(
+            summary_table(result.figures, f"{result.figures.get('scene', '')}, motion {result.figures.get('motion')}"))
+        for what, path in (("picture", picture), ("recording", result.bag),
+                           ("figures", out / "summary.json" if out else None)):
+            if path is not None:
+                click.echo(f"{what + ':':11}{path}")
+    if result.problem:
+        click.echo(f"error: {result.problem}; the figures are of the part before it", err=True)
+        sys.exit(FAILED)
+
+
+def _picture(result, out: Path | None) -> Path | None:
+    if out is None or not len(result.frames):
+        return None
+    from .lab.picture import draw_run
+    try:
+        return draw_run(result.bag, out / "run.png")
+    except RuntimeError as error:   # matplotlib is an extra
+        click.echo(f"warning: {error}", err=True)
+        return None
+
+
+def _residual_table(rows, difference) -> None:
+    if not rows and difference is None:
+        click.echo("The bag recorded nothing of the tow (no sheave/tension, towbody/pose or winch/state): "
+                   "there is nothing to compare with.")
+        return
+    from rich.console import Console
+    from rich.table import Table
+    table = Table(title="Residuals: simulated less recorded", title_justify="left")
+    for name, justify in (("topic", "left"), ("quantity", "left"), ("mean", "right"), ("rms", "right"),
+                          ("largest", "right"), ("unit", "left"), ("messages", "right")):
+        table.add_column(name, justify=justify)
+    for row in rows:
+        table.add_row(row.channel, row.quantity, f"{row.mean:.4g}", f"{row.rms:.4g}", f"{row.largest:.4g}", row.unit,
+                      str(row.count))
+    Console(width=None if sys.stdout.isatty() else 120).print(table)
+    if difference is not None:
+        click.echo(f"Largest difference of any figure of a Frame over {difference['ticks']} common ticks: "
+                   f"{difference['difference']:.3g}" + (f" ({difference['field']})" if difference["field"] else ""))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,205 @@
+"""Recorded bags as input: motion and commands in order of arrival, and what the bag recorded of the tow.
+
+Motion is found by `wire.find_topics`. Stamps are those of the messages' headers, arrivals the log times of the bag.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from ..physics.heave import Heave, MotionInput
+from ..physics.inputs import Inputs, push_command
+from ..sim.scene import Scene
+from .bag import BagError, read_bag, read_metadata
+from .channels import CHANNELS, channel_of, decode, decode_frames
+from .motion import MotionIngest
+from .typestore import STORE
+from .wire import KINDS, read_motion
+
+JOINT = "payout"
+NEVER = -(2 ** 62)
+
+
+class Event(NamedTuple):
+    """One input message: stamp of its header and time of arrival [ns], kind (imu, odometry, command), CDR bytes."""
+
+    time: int
+    arrival: int
+    kind: str
+    data: bytes
+
+
+@dataclass
+class RecordedTow:
+    """A bag read once: input events in order of arrival, recorded outputs by channel, what the bag says of itself."""
+
+    path: str
+    events: list[Event]
+    outputs: dict[str, list[bytes]] = field(default_factory=dict)   # name of the channel -> messages in order
+    about: dict[str, str] = field(default_factory=dict)             # custom data of the bag
+
+    @property
+    def start(self) -> int:
+        """Stamp of the first motion message, ns."""
+        return min(event.time for event in self.events if event.kind != "command")
+
+    @property
+    def end(self) -> int:
+        """Stamp of the last motion message, ns."""
+        return max(event.time for event in self.events if event.kind != "command")
+
+    @property
+    def rate(self) -> float:
+        """Motion messages per second."""
+        count = sum(event.kind != "command" for event in self.events)
+        return count / max(1e-9, (self.end - self.start) * 1e-9)
+
+    def started(self) -> tuple[int, tuple[float, float], float] | None:
+        """Time [ns], place [m] and heading [rad] of the recorded static start, None where the bag does not say."""
+        try:
+            return (int(self.about["start_time_ns"]), tuple(json.loads(self.about["start_position_m"])),
+                    float(self.about["start_heading_rad"]))
+        except (KeyError, ValueError):
+            return None
+
+
+def stamp_of(data: bytes) -> int:
+    """Stamp [ns] of a CDR message that begins with a std_msgs/Header; ValueError when it is too short."""
+    if len(data) < 12:
+        raise ValueError(f"a message of {len(data)} bytes has no header")
+    order = "little" if data[1] & 1 else "big"
+    return (int.from_bytes(data[4:8], order, signed=True) * 1_000_000_000 + int.from_bytes(data[8:12], order))
+
+
+def read_tow(path: str | os.PathLike, *, imu_only: bool = False) -> RecordedTow:
+    """Read a bag. imu_only: leave odometry out. BagError if it cannot be read or holds no motion."""
+    path = os.fspath(path)
+    events = [Event(stamp_of(data) or time, time, kind, data) for time, kind, data in read_motion(path)
+              if not (imu_only and kind == "odometry")]
+    if not any(event.kind != "command" for event in events):
+        raise BagError(f"bag '{path}' holds no {KINDS['imu'][0]}: nothing was simulated; leave --imu-only out, or give "
+                       "a bag with an IMU")
+    outputs: dict[str, list[bytes]] = {}
+    try:
+        about = read_metadata(path).get("custom_data") or {}
+        for message in read_bag(path):
+            channel = channel_of(message.topic, message.msgtype)
+            if channel is not None:
+                outputs.setdefault(channel.name, []).append(message.data)
+    except BagError:   # a lone file or one of ROS 1 can hold nothing of ours
+        about = {}
+    return RecordedTow(path, events, outputs, about)
+
+
+class Feeder:
+    """Pushes the events of a bag into the rings, in order, as far as it is told to."""
+
+    def __init__(self, inputs: Inputs, tow: RecordedTow, scene: Scene, motion: MotionInput | None = None) -> None:
+        self.ingest = MotionIngest(inputs, scene.ship, getattr(scene, "heave", Heave()), motion, scene.gravity)
+        self.inputs, self.tow = inputs, tow
+        self.dropped: Counter[str] = Counter()   # commands refused, by cause
+        self._next = 0
+        self._last_command = NEVER
+
+    @property
+    def done(self) -> bool:
+        """True when every event has been pushed."""
+        return self._next >= len(self.tow.events)
+
+    def until(self, time_ns: int) -> list[Event]:
+        """Push every event stamped up to this time; returns them."""
+        first = self._next
+        events = self.tow.events
+        while self._next < len(events) and events[self._next].time <= time_ns:
+            event = events[self._next]
+            self._next += 1
+            if event.kind == "imu":
+                self.ingest.imu(event.data, event.arrival)
+            elif event.kind == "odometry":
+                self.ingest.odometry(event.data, event.arrival)
+            else:
+                self._command(event)
+        return events[first:self._next]
+
+    def _command(self, event: Event) -> None:
+        message = STORE.deserialize_cdr(event.data, KINDS["command"][0])
+        values = [math.nan, math.nan]
+        if list(message.name).count(JOINT) == 1:
+            index = list(message.name).index(JOINT)
+            for k, array in enumerate((message.position, message.velocity)):
+                if len(array) == len(message.name):
+                    values[k] = float(array[index])
+        if all(math.isnan(value) for value in values) or any(math.isinf(value) for value in values):
+            self.dropped["nothing commanded"] += 1
+        elif event.time <= self._last_command:
+            self.dropped["stamp does not advance"] += 1
+        else:
+            self._last_command = event.time
+            push_command(self.inputs, event.time, *values)
+
+
+class Residual(NamedTuple):
+    """Ours less what the bag recorded, of one quantity: mean, RMS and largest magnitude over `count` times."""
+
+    channel: str
+    quantity: str
+    unit: str
+    mean: float
+    rms: float
+    largest: float
+    count: int
+
+
+COMPARED = (   # channel, quantity, unit, field of the Frame, component or None
+    ("sheave/tension", "tension", "N", "tension", None),
+    ("towbody/pose", "x", "m", "body_position", 0),
+    ("towbody/pose", "y", "m", "body_position", 1),
+    ("towbody/pose", "z", "m", "body_position", 2),
+    ("winch/state", "payout", "m", "payout", None),
+    ("winch/state", "payout rate", "m/s", "payout_rate", None),
+    ("winch/state", "tension at the drum", "N", "tension_drum", None),
+)
+CHANNEL_NAMES = {"sheave/tension": "sheave_tension", "towbody/pose": "towbody_pose", "winch/state": "winch_state"}
+
+
+def residuals(frames: np.recarray, tow: RecordedTow) -> list[Residual]:
+    """What the bag recorded of the tow against the simulated Frames, at equal stamps (ours interpolated linearly).
+
+    Only the time both cover counts. A channel that the bag lacks has no row.
+    """
+    table = {channel.name: channel for channel in CHANNELS}
+    decoded: dict[str, list[dict]] = {}
+    rows = []
+    ours_time = frames["time"].astype(np.int64)
+    for topic, quantity, unit, name, part in COMPARED:
+        channel = table[CHANNEL_NAMES[topic]]
+        messages = tow.outputs.get(channel.name)
+        if not messages:
+            continue
+        if channel.name not in decoded:
+            decoded[channel.name] = [decode(channel, data) for data in messages]
+        theirs = decoded[channel.name]
+        time = np.array([fields["time"] for fields in theirs], np.int64)
+        value = np.array([fields[name] if part is None else fields[name][part] for fields in theirs], float)
+        both = (time >= ours_time[0]) & (time <= ours_time[-1])
+        if not both.any():
+            continue
+        ours = frames[name] if part is None else frames[name][:, part]
+        origin = ours_time[0]   # differences of nanoseconds are exact in float64, the stamps are not
+        rest = np.interp((time[both] - origin).astype(float), (ours_time - origin).astype(float), ours) - value[both]
+        rows.append(Residual(topic, quantity, unit, float(rest.mean()), float(np.sqrt(np.mean(rest ** 2))),
+                             float(np.abs(rest).max()), int(both.sum())))
+    return rows
+
+
+def recorded_frames(tow: RecordedTow) -> np.recarray | None:
+    """The Frames the bag recorded (``sim/health``), None if it has none."""
+    messages = tow.outputs.get("sim_health")
+    return decode_frames(messages) if messages else None
