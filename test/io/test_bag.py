@@ -214,6 +214,16 @@ def test_closed_recorder_takes_nothing_and_says_so(tmp_path):
     assert (recorder.stats().written, recorder.stats().dropped) == (0, 1)
 
 
+def test_stuck_disk_does_not_hold_up_the_end(tmp_path):
+    recorder = Recorder(tmp_path / "run", poll_s=0.001)
+    add = recorder.writer.add
+    recorder.writer.add = lambda *item: (time.sleep(0.3), add(*item))
+    recorder.put("/a", JOINT, 1, DATA)
+    stats = recorder.close(timeout=0.02)
+    assert stats.errors == 1 and "the disk did not take the last messages within 0.02 s" in stats.error
+    assert recorder.close(timeout=5.0).written == 1   # it was late, not lost
+
+
 FULL_DISK = """
     import os, resource, signal, sys, time
     from cable_sim_ros.io.recorder import Recorder
