@@ -231,6 +231,6 @@ def read_motion(path: str | os.PathLike, topics: dict[str, str] | None = None) -
                     same, now = [], time
                 same.append((connection.topic, bytes(data)))
             yield from ((now, kinds[topic], data) for topic, data in sorted(same, key=lambda item: item[0]))
-    except AnyReaderError as error:
+    except (AnyReaderError, FileNotFoundError) as error:
         raise BagError(f"bag '{path}' cannot be read ({error}): give the directory of a bag or a .bag file; "
                        f"if the recording was cut off, recover it first") from None
