@@ -114,8 +114,8 @@ class Watch:
         if report.get("hint"):
             return Status("motion", WARN, str(report["hint"]), values)
         if report.get("source") == "imu" and not report.get("heave_valid"):
-            return Status("motion", WARN, f"heave filter settling for {report['heave_age_s']:.0f} s: heave from the IMU "
-                                          f"is not yet valid", values)
+            return Status("motion", WARN, f"heave filter settling for {report['heave_age_s']:.0f} s: heave of the "
+                                          f"IMU is not yet valid", values)
         return Status("motion", OK, "motion arrives" if session.state == "running" else session.state, values)
 
     def _command(self, publisher: TickPublisher | None, now: int) -> Status:

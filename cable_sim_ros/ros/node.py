@@ -151,7 +151,8 @@ class CableSimNode(LifecycleNode):
         figures |= {"state": "stopped", "last": state}
         if figures.get("ticks"):
             print(f"{figures['ticks']} ticks, {figures['missed_ticks']} missed, {figures['resyncs']} resyncs, "
-                  f"jitter p99 {figures['jitter_p99_ms']:.2f} ms, stamp to tension p50 {figures['latency_p50_ms']:.1f} ms, "
+                  f"jitter p99 {figures['jitter_p99_ms']:.2f} ms, "
+                  f"stamp to tension p50 {figures['latency_p50_ms']:.1f} ms, "
                   f"p99 {figures['latency_p99_ms']:.1f} ms, {figures['scheduler']}", file=sys.stderr, flush=True)
         self._write_statistics(figures)
 
@@ -227,7 +228,7 @@ class CableSimNode(LifecycleNode):
                 return SetParametersResult(successful=False, reason=f"{parameter.name} must be {row.range_text}")
             if parameter.name not in live:
                 return SetParametersResult(successful=False, reason=(
-                    f"{parameter.name} takes effect at the start; give it in a parameter file or with -p and start again"))
+                    f"{parameter.name} takes effect at the start; give it in a parameter file or with -p"))
         return SetParametersResult(successful=True)
 
     def _was_set(self, parameters) -> None:

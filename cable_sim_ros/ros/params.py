@@ -194,7 +194,7 @@ def settle(overrides: dict[str, Any]) -> Settings:
 def _unknown(name: str, value: Any, table: dict) -> str:
     near = difflib.get_close_matches(name, table, 1, 0.6)
     return (f"parameter '{name}' = {value!r}: there is no such parameter; nothing was started. "
-            + (f"Did you mean '{near[0]}'?" if near else "Known are those of the scene and of the node: ros2 param list"))
+            + (f"Did you mean '{near[0]}'?" if near else "Known are those of the scene and the node: ros2 param list"))
 
 
 def _plant(tree: dict, name: str, value: Any) -> None:
@@ -212,8 +212,8 @@ def _checked(row: Row, value: Any) -> Any:
     if row.kind is list:
         numbers = list(value) if isinstance(value, (list, tuple)) or hasattr(value, "tolist") else None
         if numbers is None or len(numbers) != row.length or not all(isinstance(part, float) for part in numbers):
-            raise ParameterError(f"parameter '{row.name}' must be {row.length} floating-point numbers{unit}, got {value!r}"
-                                 f"; write each with a decimal point, as in {row.value!r}")
+            raise ParameterError(f"parameter '{row.name}' must be {row.length} floating-point numbers{unit}, "
+                                 f"got {value!r}; write each with a decimal point, as in {row.value!r}")
         _check_bounds(row, numbers)
         return numbers
     if row.kind is float and type(value) is int:

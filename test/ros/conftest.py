@@ -1,0 +1,282 @@
+"""Real processes and a listener of our own, alone on a ROS domain, bounded in time, ended by process id."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+HERE = Path(__file__).parent
+ROOT = HERE.parents[1]
+_domains = itertools.count(os.getpid())
+
+
+def pytest_configure(config):
+    config.addinivalue_line("markers", "ros: needs rclpy; runs several processes")
+
+
+def poll(condition, within: float, what: str = "", step: float = 0.02):
+    """The first true value of condition(); fails the test after `within` seconds."""
+    deadline = time.monotonic() + within
+    while True:
+        value = condition()
+        if value:
+            return value
+        if time.monotonic() > deadline:
+            pytest.fail(f"not within {within:g} s: {what or condition}")
+        time.sleep(step)
+
+
+class Process:
+    """A child process with its output in a file."""
+
+    def __init__(self, command: list[str], log: Path, environment: dict[str, str]) -> None:
+        self.log = log
+        self._stream = open(log, "w")
+        self.process = subprocess.Popen(command, cwd=log.parent, env=environment, stdin=subprocess.DEVNULL,
+                                        stdout=self._stream, stderr=subprocess.STDOUT)
+
+    @property
+    def text(self) -> str:
+        return self.log.read_text(errors="replace")
+
+    def wait(self, within: float) -> int:
+        poll(lambda: self.process.poll() is not None, within, f"the end of {self.log.name}:\n{self.text}")
+        return self.process.returncode
+
+    def stop(self, number: int = signal.SIGINT, within: float = 5.0) -> int:
+        self.process.send_signal(number)
+        return self.wait(within)
+
+    def end(self) -> None:
+        if self.process.poll() is None:
+            self.process.kill()
+            self.process.wait()
+        self._stream.close()
+
+
+class Node(Process):
+    """The node on the stand-in for the simulator."""
+
+    def __init__(self, world: World, parameters: dict, arguments: tuple = (), environment: dict | None = None) -> None:
+        number = len(world.processes)
+        self.folder = world.folder
+        self.status = world.folder / f"node{number}.json"
+        given = {"statistics_file": str(self.status)} | parameters
+        command = [sys.executable, str(HERE / "fake_sim.py"), "cable_sim_ros.ros.node", "--ros-args", *arguments]
+        for name, value in given.items():
+            command += ["-p", f"{name}:={json.dumps(value)}"]
+        super().__init__(command, world.folder / f"node{number}.log", world.environment | (environment or {}))
+
+    def state(self) -> dict:
+        try:
+            return json.loads(self.status.read_text())
+        except FileNotFoundError:
+            return {}
+
+    def until(self, state: str, within: float = 40.0) -> Node:
+        def there():
+            if self.process.poll() is not None:
+                pytest.fail(f"the node ended with {self.process.returncode}:\n{self.text}")
+            return self.state().get("state") == state
+        poll(there, within, f"state {state}")
+        return self
+
+
+class Ears:
+    """Our own end of the topics, in this process: listens, talks, calls services."""
+
+    def __init__(self, domain: int) -> None:
+        import rclpy
+        from rclpy.executors import SingleThreadedExecutor
+
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context, domain_id=domain)
+        self.node = rclpy.create_node("ears", context=self.context, namespace="/tow_sim")
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.node)
+        self.heard: dict[str, list] = {}
+        self._thread = threading.Thread(target=self._spin, daemon=True)
+        self._stop = threading.Event()
+        self._thread.start()
+
+    def _spin(self) -> None:
+        while not self._stop.is_set():
+            self.executor.spin_once(timeout_sec=0.05)
+
+    def listen(self, kind: type, topic: str, raw: bool = False) -> list:
+        from rclpy.qos import qos_profile_sensor_data
+
+        box = self.heard[topic] = []
+        profile = qos_profile_sensor_data
+        profile.depth = 500
+        self.node.create_subscription(kind, topic, box.append, profile, raw=raw)
+        return box
+
+    def call(self, kind: type, name: str, request, within: float = 10.0):
+        client = self.node.create_client(kind, name)
+        poll(client.service_is_ready, within, f"service {name}")
+        future = client.call_async(request)
+        poll(future.done, within, f"answer of {name}")
+        return future.result()
+
+    def diagnostics(self) -> dict:
+        """Newest status of each task: name -> (level, message, values)."""
+        box = self.heard["/diagnostics"]
+        if not box:
+            return {}
+        return {status.name.split(": ")[1]: (status.level[0], status.message, {v.key: v.value for v in status.values})
+                for status in box[-1].status}
+
+    def close(self) -> None:
+        self._stop.set()
+        self._thread.join(2.0)
+        self.executor.shutdown()
+        self.node.destroy_node()
+        self.context.try_shutdown()
+
+
+class Ship:
+    """A ship that heaves 1 m in 10 s and goes ahead at 2.2 m/s, seen by an IMU and odometry at 50 Hz."""
+
+    def __init__(self, ears: Ears, odometry: bool = True) -> None:
+        from nav_msgs.msg import Odometry
+        from rclpy.qos import qos_profile_sensor_data
+        from sensor_msgs.msg import Imu
+
+        self.imu_class, self.odometry_class = Imu, Odometry
+        self.imu = ears.node.create_publisher(Imu, "imu/data", qos_profile_sensor_data)
+        self.odom = ears.node.create_publisher(Odometry, "odom", qos_profile_sensor_data) if odometry else None
+        self.shift = 0            # ns added to the stamps
+        self.silent = False
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._sail, daemon=True)
+
+    def sail(self) -> Ship:
+        self._thread.start()
+        return self
+
+    def stop(self) -> None:
+        self._stop.set()
+        if self._thread.is_alive():
+            self._thread.join(2.0)
+
+    def messages(self, stamp: int, t: float):
+        imu, odom = self.imu_class(), self.odometry_class()
+        w = 2 * np.pi / 10
+        for message in (imu, odom):
+            message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 10**9)
+        imu.orientation.w = 1.0
+        imu.linear_acceleration.z = float(9.81 - w * w * np.sin(w * t))
+        odom.header.frame_id, odom.child_frame_id = "odom", "base_link"
+        odom.pose.pose.orientation.w = 1.0
+        odom.pose.pose.position.x, odom.pose.pose.position.z = 2.2 * t, float(np.sin(w * t))
+        odom.twist.twist.linear.x, odom.twist.twist.linear.z = 2.2, float(w * np.cos(w * t))
+        return imu, odom
+
+    def _sail(self) -> None:
+        begun, k = time.monotonic(), 0
+        while not self._stop.wait(max(0.0, begun + 0.02 * k - time.monotonic())):
+            k += 1
+            if self.silent:
+                continue
+            imu, odom = self.messages(time.time_ns() + self.shift, 0.02 * k)
+            self.imu.publish(imu)
+            if self.odom is not None:
+                self.odom.publish(odom)
+
+
+class World:
+    """A domain of our own, with everything on it ended at the end."""
+
+    def __init__(self, folder: Path, cache: Path) -> None:
+        self.folder, self.domain = folder, 1 + next(_domains) % 100
+        self.environment = os.environ | {
+            "ROS_DOMAIN_ID": str(self.domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "ROS_PYTHON_CHECK_FIELDS": "1",
+            "NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]),
+            "ROS_LOG_DIR": str(folder / "log")}
+        self.processes: list[Process] = []
+        self.closing: list = []
+
+    def node(self, *arguments: str, environment: dict | None = None, **parameters) -> Node:
+        parameters = {name.replace("__", "."): value for name, value in parameters.items()}
+        process = Node(self, parameters, arguments, environment)
+        self.processes.append(process)
+        return process
+
+    def run(self, module: str, *arguments: str) -> Process:
+        process = Process([sys.executable, "-m", module, *arguments],
+                          self.folder / f"process{len(self.processes)}.log", self.environment)
+        self.processes.append(process)
+        return process
+
+    def ears(self) -> Ears:
+        ears = Ears(self.domain)
+        self.closing.append(ears.close)
+        return ears
+
+    def ship(self, ears: Ears, odometry: bool = True) -> Ship:
+        ship = Ship(ears, odometry)
+        self.closing.insert(0, ship.stop)
+        return ship
+
+    def close(self) -> None:
+        for process in self.processes:
+            process.end()
+        for close in self.closing:
+            close()
+
+
+@pytest.fixture(scope="session")
+def kernel_cache(tmp_path_factory):
+    """Compiled stand-in kernels must not mix with those of the real simulator: the loop is cached by its types."""
+    return tmp_path_factory.mktemp("kernels")
+
+
+@pytest.fixture
+def world(tmp_path, kernel_cache, monkeypatch):
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    monkeypatch.setenv("ROS_PYTHON_CHECK_FIELDS", "1")
+    it = World(tmp_path, kernel_cache)
+    yield it
+    it.close()
+
+
+@pytest.fixture(scope="session")
+def bag(tmp_path_factory) -> Path:
+    """12 s of a heaving ship, IMU and odometry at 50 Hz, stamps of the year 2014."""
+    from cable_sim_ros.io.bag import BagWriter
+    from cable_sim_ros.io.typestore import STORE
+
+    types = STORE.types
+    vector, point, turn = (types[f"geometry_msgs/msg/{name}"] for name in ("Vector3", "Point", "Quaternion"))
+    path = tmp_path_factory.mktemp("bags") / "heaving"
+    w, start = 2 * np.pi / 10, 1_400_000_000 * 10**9
+
+    def header(t, frame):
+        return types["std_msgs/msg/Header"](types["builtin_interfaces/msg/Time"](*divmod(t, 10**9)), frame)
+
+    with BagWriter(path) as writer:
+        for k in range(600):
+            t, stamp = 0.02 * k, start + 20_000_000 * k
+            imu = types["sensor_msgs/msg/Imu"](
+                header(stamp, "imu_link"), turn(0.0, 0.0, 0.0, 1.0), np.zeros(9), vector(0.0, 0.0, 0.0), np.zeros(9),
+                vector(0.0, 0.0, 9.81 - w * w * np.sin(w * t)), np.zeros(9))
+            pose = types["geometry_msgs/msg/Pose"](point(2.2 * t, 0.0, np.sin(w * t)), turn(0.0, 0.0, 0.0, 1.0))
+            twist = types["geometry_msgs/msg/Twist"](vector(2.2, 0.0, w * np.cos(w * t)), vector(0.0, 0.0, 0.0))
+            odom = types["nav_msgs/msg/Odometry"](
+                header(stamp, "odom"), "base_link", types["geometry_msgs/msg/PoseWithCovariance"](pose, np.zeros(36)),
+                types["geometry_msgs/msg/TwistWithCovariance"](twist, np.zeros(36)))
+            for topic, message in (("/ship/imu/data", imu), ("/ship/odom", odom)):
+                data = bytes(STORE.serialize_cdr(message, message.__msgtype__))
+                writer.add(topic, message.__msgtype__, stamp, data)
+    return path

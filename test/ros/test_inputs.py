@@ -1,0 +1,190 @@
+"""Bad input at the topics, winch commands, jumps of the clock, a solver that gives up, services."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import pytest
+from conftest import poll
+
+pytest.importorskip("rclpy")
+pytestmark = pytest.mark.ros
+
+
+@pytest.fixture
+def running(world):
+    """A node that runs on a live ship: (world, node, ears, ship)."""
+    from diagnostic_msgs.msg import DiagnosticArray
+    from geometry_msgs.msg import PoseStamped
+    from sensor_msgs.msg import JointState
+
+    ears = world.ears()
+    ears.listen(DiagnosticArray, "/diagnostics")
+    ears.listen(PoseStamped, "towbody/pose")
+    ears.listen(JointState, "winch/state")
+    ears.listen(JointState, "sim/health")
+    ship = world.ship(ears).sail()
+    node = world.node().until("running")
+    poll(lambda: ears.heard["towbody/pose"] and ears.heard["/diagnostics"], 115.0, "poses and diagnostics")
+    return world, node, ears, ship
+
+
+def numbers(ears):
+    """Every number heard so far."""
+    for message in ears.heard["towbody/pose"]:
+        p, q = message.pose.position, message.pose.orientation
+        yield from (p.x, p.y, p.z, q.x, q.y, q.z, q.w)
+    for topic in ("winch/state", "sim/health"):
+        for message in ears.heard[topic]:
+            yield from (*message.position, *message.velocity, *message.effort)
+
+
+def test_bad_motion_is_refused_counted_and_never_published(running):
+    world, node, ears, ship = running
+    nan, inf = math.nan, math.inf
+
+    def bad_messages():
+        for place in range(8):
+            imu, odom = ship.messages(time.time_ns(), 0.0)
+            if place == 0:
+                imu.linear_acceleration.x = nan
+            elif place == 1:
+                imu.angular_velocity.y = inf
+            elif place == 2:
+                imu.orientation.w = 0.0
+            elif place == 3:
+                imu.orientation.w = 2.0
+            elif place == 4:
+                odom.pose.pose.position.x = nan
+            elif place == 5:
+                odom.pose.pose.orientation.w = 0.0
+            elif place == 6:
+                odom.header.stamp.sec -= 100
+                imu.header.stamp.sec += 100
+            else:
+                odom.twist.twist.linear.x = inf
+            yield imu, odom
+
+    for imu, odom in bad_messages():
+        ship.imu.publish(imu)
+        ship.odom.publish(odom)
+    same, _ = ship.messages(time.time_ns(), 0.0)
+    ship.imu.publish(same)
+    ship.imu.publish(same)
+
+    def counted():
+        values = ears.diagnostics().get("motion", (0, "", {}))[2]
+        return {key: int(value) for key, value in values.items() if key.startswith("dropped")}
+    poll(lambda: {"dropped: not_finite", "dropped: quaternion", "dropped: stamp_not_advancing",
+                  "dropped: stamp off the clock"} <= set(counted()), 15.0, "four causes in /diagnostics")
+    assert counted()["dropped: not_finite"] == 4
+    assert counted()["dropped: quaternion"] == 3
+    assert node.state()["state"] == "running"
+    assert all(map(math.isfinite, numbers(ears)))
+
+
+def test_stale_motion_is_told_and_taken_up_again(running):
+    world, node, ears, ship = running
+    ship.silent = True
+    level, text, _ = poll(lambda: (lambda m: m if m[0] == 2 else None)(ears.diagnostics().get("motion", (0, "", {}))),
+                          115.0, "an ERROR of the motion")
+    assert "stale" in text
+    before = len(ears.heard["towbody/pose"])
+    poll(lambda: len(ears.heard["towbody/pose"]) > before + 50, 15.0, "ticks without motion")
+    ship.silent = False
+    poll(lambda: ears.diagnostics()["motion"][0] == 0, 115.0, "motion OK again")
+    assert all(map(math.isfinite, numbers(ears)))
+
+
+def test_a_backward_jump_of_the_clock_maps_it_anew(running):
+    world, node, ears, ship = running
+    ship.shift = -3600 * 10**9
+    poll(lambda: ears.diagnostics()["motion"][2].get("clock_jumps") == "1", 115.0, "the jump in /diagnostics")
+    node.until("running", 5.0)
+
+    def on_new_clock():
+        message = ears.heard["towbody/pose"][-1]
+        return abs(time.time() - 3600.0 - message.header.stamp.sec) < 3.0
+    poll(on_new_clock, 15.0, "poses on the new clock")
+    assert node.process.poll() is None
+
+
+def command(ears, **arrays):
+    from sensor_msgs.msg import JointState
+
+    message = JointState(name=arrays.pop("name", ["payout"]))
+    for field, values in arrays.items():
+        setattr(message, field, values)
+    return message
+
+
+def test_winch_commands(running):
+    from sensor_msgs.msg import JointState
+
+    world, node, ears, ship = running
+    publisher = ears.node.create_publisher(JointState, "winch/command", 10)
+    poll(publisher.get_subscription_count, 15.0, "the node to listen")
+    state = ears.heard["winch/state"]
+
+    def send_until(message, condition, what):
+        def once():
+            publisher.publish(message)
+            return condition()
+        poll(once, 115.0, what, step=0.05)
+
+    send_until(command(ears, velocity=[0.5]), lambda: state[-1].velocity[0] == 0.5 and state[-1].position[0] > 0.2,
+               "a rate of 0.5 m/s")
+    poll(lambda: ears.diagnostics().get("command", (0,))[0] == 1, 15.0, "the stale command in /diagnostics")
+    assert "stale" in ears.diagnostics()["command"][1]
+    assert state[-1].velocity[0] == 0.0, "a silent source must hold the winch"
+    send_until(command(ears, position=[1.0], velocity=[math.nan]), lambda: abs(state[-1].position[0] - 1.0) < 0.01,
+               "a length of 1 m")
+
+    for bad in (command(ears, name=["drum"], velocity=[1.0]), command(ears, velocity=[1.0, 2.0]),
+                command(ears, velocity=[math.nan]), command(ears), command(ears, velocity=[math.inf])):
+        publisher.publish(bad)
+
+    def refused():
+        return {key for key in ears.diagnostics()["command"][2] if key.startswith("refused")}
+    poll(lambda: {"refused: joint name", "refused: array length", "refused: nothing commanded",
+                  "refused: infinite"} <= refused(), 15.0, "four causes in /diagnostics")
+    assert all(map(math.isfinite, numbers(ears)))
+
+
+def test_a_halt_stops_the_poses_until_reset(running):
+    from sensor_msgs.msg import JointState
+    from std_srvs.srv import Trigger
+
+    world, node, ears, ship = running
+    publisher = ears.node.create_publisher(JointState, "winch/command", 10)
+    poll(publisher.get_subscription_count, 15.0, "the node to listen")
+    publisher.publish(command(ears, position=[-1000.0]))     # what the stand-in gives up at
+    node.until("halted", 5.0)
+    poll(lambda: ears.diagnostics()["solver"][0] == 2, 15.0, "an ERROR of the solver")
+    assert "~/reset" in ears.diagnostics()["solver"][1]
+    count = len(ears.heard["towbody/pose"])
+    poll(lambda: len(ears.heard["/diagnostics"]) >= 3, 15.0, "three seconds")
+    assert len(ears.heard["towbody/pose"]) == count, "poses are published after the halt"
+    answer = ears.call(Trigger, "/tow_sim/cable_sim/reset", Trigger.Request())
+    assert answer.success, answer.message
+    poll(lambda: len(ears.heard["towbody/pose"]) > count + 20, 15.0, "poses after the reset")
+
+
+def test_record_service(running):
+    from std_srvs.srv import SetBool
+
+    from cable_sim_ros.io.bag import read_bag
+
+    world, node, ears, ship = running
+    answer = ears.call(SetBool, "/tow_sim/cable_sim/record", SetBool.Request(data=True))
+    assert answer.success, answer.message
+    assert not ears.call(SetBool, "/tow_sim/cable_sim/record", SetBool.Request(data=True)).success
+    count = len(ears.heard["towbody/pose"])
+    poll(lambda: len(ears.heard["towbody/pose"]) > count + 50, 15.0, "fifty ticks")
+    answer = ears.call(SetBool, "/tow_sim/cable_sim/record", SetBool.Request(data=False))
+    assert answer.success, answer.message
+    bags = list(world.folder.glob("tow_*"))
+    assert len(bags) == 1
+    assert sum(message.topic == "/tow_sim/towbody/pose" for message in read_bag(bags[0])) >= 40
+    assert not ears.call(SetBool, "/tow_sim/cable_sim/record", SetBool.Request(data=False)).success

@@ -1,0 +1,118 @@
+"""Parameters from the scene: what is declared, what may change, and every error text."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+pytest.importorskip("rclpy")
+pytestmark = pytest.mark.ros
+
+WRONG = [   # overrides, parts of the text
+    ({"water.density": 5000.0}, ["water.density", "5000", "kg/m^3", "900", "1100"]),
+    ({"water.density": 1000}, ["water.density", "integer 1000", "write 1000.0"]),
+    ({"water.densty": 1000.0}, ["water.densty", "Did you mean 'water.density'"]),
+    ({"no.such.thing.at.all": 1}, ["no.such.thing.at.all", "ros2 param list"]),
+    ({"setpoint.algorithm": "fast"}, ["setpoint.algorithm", "fast", "hold, simplified_sheave"]),
+    ({"ship.tow_speed": math.nan}, ["ship.tow_speed", "nan", "m/s"]),
+    ({"winch.position": [1.0, 2.0]}, ["winch.position", "3 floating-point numbers", "m"]),
+    ({"winch.position": [1.0, 2.0, 400.0]}, ["winch.position", "400", "200 m"]),
+    ({"cable.sections.bare.length": -3.0}, ["cable.sections.bare.length", "-3"]),
+    ({"cable.sections.bare.elements": 2.5}, ["cable.sections.bare.elements", "integer", "2.5"]),
+    ({"realtime.priority": 500}, ["realtime.priority", "500", "99"]),
+    ({"recording.enabled": 1}, ["recording.enabled", "true or false"]),
+    ({"scene": "nowhere"}, ["nowhere", "full_scale"]),
+    ({"sheave.position": [0.0, 0.0, 0.0]}, ["sheave.position"]),     # senseless only beside the other numbers
+]
+
+
+@pytest.mark.parametrize("overrides, parts", WRONG, ids=[next(iter(o)) + str(i) for i, (o, _) in enumerate(WRONG)])
+def test_error_texts(overrides, parts):
+    from cable_sim_ros.ros.params import ParameterError, settle
+
+    with pytest.raises(ParameterError) as error:
+        settle(overrides)
+    for part in parts:
+        assert part in str(error.value), str(error.value)
+
+
+def test_overrides_stand_above_the_scene_file():
+    from cable_sim_ros.ros.params import settle
+
+    settings = settle({"water.density": 1000.0, "setpoint.nominal_angle_deg": math.nan, "winch.position": [-28.0, 0.0, 3.0],
+                       "cable.sections.bare.elements": 20, "motion.convention": "ned", "input_delay": 0.05,
+                       "use_sim_time": False, "qos_overrides./x.subscription.depth": 3})
+    assert settings.scene.water.density == 1000.0
+    assert settings.scene.setpoint.nominal_angle_deg is None
+    assert settings.scene.winch.position == (-28.0, 0.0, 3.0)
+    assert settings.scene.cable.sections["bare"].elements == 20
+    assert settings.node.motion.convention.value == "ned"
+    assert settings.node.input_delay == 0.05
+
+
+def test_every_row_says_what_it_is():
+    from cable_sim_ros.ros.params import settle
+
+    rows = settle({}).rows
+    names = [row.name for row in rows]
+    assert len(names) == len(set(names)), "the node and the scene share a name"
+    assert all(row.doc for row in rows)
+
+
+def test_declared_parameters_and_changes_at_run_time(world):
+    from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+    from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
+
+    node = world.node(water__density=1010.0).until("waiting")
+    ears = world.ears()
+    names = ["water.density", "cable.sections.bare.length", "setpoint.algorithm", "setpoint.nominal_angle_deg",
+             "realtime.priority", "winch.position"]
+    answer = ears.call(DescribeParameters, "/tow_sim/cable_sim/describe_parameters",
+                       DescribeParameters.Request(names=names))
+    about = {item.name: item for item in answer.descriptors}
+    density = about["water.density"]
+    assert (density.floating_point_range[0].from_value, density.floating_point_range[0].to_value) == (900.0, 1100.0)
+    assert "kg/m^3" in density.description and "sea water" in density.description
+    assert density.read_only and not about["setpoint.algorithm"].read_only
+    assert about["realtime.priority"].integer_range[0].to_value == 99
+    assert "hold" in about["setpoint.algorithm"].additional_constraints
+    values = ears.call(GetParameters, "/tow_sim/cable_sim/get_parameters", GetParameters.Request(names=names)).values
+    assert values[0].double_value == 1010.0
+    assert math.isnan(values[3].double_value)
+    assert list(values[5].double_array_value) == [-28.8, 0.0, 3.1]
+
+    def change(name, **value):
+        request = SetParameters.Request(parameters=[Parameter(name=name, value=ParameterValue(**value))])
+        return ears.call(SetParameters, "/tow_sim/cable_sim/set_parameters", request).results[0]
+    text = ParameterType.PARAMETER_STRING
+    assert change("setpoint.algorithm", type=text, string_value="hold").successful
+    assert "one of" in change("setpoint.algorithm", type=text, string_value="fast").reason
+    assert not change("water.density", type=ParameterType.PARAMETER_DOUBLE, double_value=1000.0).successful
+    refused = change("winch.command_timeout", type=ParameterType.PARAMETER_DOUBLE, double_value=1.0)
+    assert not refused.successful and "start" in refused.reason
+    assert node.stop() == 0
+
+
+@pytest.mark.parametrize("body, parts", [
+    ("water: {density: 1000}", ["water.density", "write 1000.0"]),
+    ("watre: {density: 1000.0}", ["watre.density", "no such parameter"]),
+    ("water: {density: 2000.0}", ["water.density", "2000", "1100 kg/m^3"]),
+])
+def test_a_wrong_parameter_file_ends_with_2_and_one_line(world, body, parts):
+    path = world.folder / "wrong.yaml"
+    path.write_text("/**:\n  ros__parameters:\n    " + body + "\n")
+    node = world.node("--params-file", str(path))
+    assert node.wait(20.0) == 2
+    assert "Traceback" not in node.text
+    lines = [line for line in node.text.splitlines() if line.startswith("error: ")]
+    assert len(lines) == 1
+    for part in parts:
+        assert part in lines[0]
+
+
+def test_a_parameter_file_reaches_the_scene(world):
+    path = world.folder / "good.yaml"
+    path.write_text("/**:\n  ros__parameters:\n    water: {density: 1000.0}\n    winch: {position: [-28.0, 0.0, 3.0]}\n")
+    node = world.node("--params-file", str(path)).until("waiting")
+    assert node.stop() == 0
