@@ -26,7 +26,7 @@ REQUIRES = [
 # rclpy and its messages must come from one ROS distribution: these bounds hold Kilted together
 ROS = ["ros-rclpy[fastrtps]>=9.1,<10"] + [
     f"ros-{name}-msgs>=5,<6" for name in ("diagnostic", "geometry", "nav", "sensor", "std")
-] + ["ros-std-srvs>=5,<6", "ros-lifecycle-msgs>=2,<3", "ros-rosgraph-msgs>=2,<3"]
+] + ["ros-std-srvs>=5,<6", "ros-rcl-interfaces>=2,<3", "ros-lifecycle-msgs>=2,<3", "ros-rosgraph-msgs>=2,<3"]
 
 TEST = [
     "pytest>=8",

@@ -15,12 +15,13 @@ import numpy as np
 
 from .. import __version__
 from ..io.bag import BagError, BagWriter
-from ..io.channels import CHANNELS, Context, Encoder
+from ..io.channels import Context, Encoder
 from ..io.load import dump_scene, load_scene, override, scene_from_text
 from ..io.replay import Event, Feeder, RecordedTow, Residual, read_tow, recorded_frames, residuals
 from ..io.resources import find_bag
 from ..io.wire import KINDS, Refused, decode_imu, decode_odometry
 from ..physics.heave import MotionInput
+from ..sim.frame import FRAME
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator, SolverError
 from .summary import SKIP, summarize
@@ -188,7 +189,6 @@ class _Drive:
         recording = None
         if bag is not None:
             recording = _Recording(bag, self.scene, start, self.tow)
-            chunk = recording.chunk(self.scene.solver.tick, chunk)
         parts, done, stepping, problem, now = [], 0, 0.0, "", start.time
         try:
             while done < ticks and not problem:
@@ -206,14 +206,14 @@ class _Drive:
                     stepping += time.perf_counter() - begun
                 parts.append(frames.copy())
                 if recording is not None:
-                    recording.write(frames, self.sim.shape, self.sim.contact, self.pending)
+                    recording.write(frames, *self.sim.chunk_tables, self.pending)
                 self.pending = []
                 done += count
                 self.progress("simulating", done * self.tick * 1e-9, ticks * self.tick * 1e-9)
         finally:
             if recording is not None:
                 recording.close()
-        frames = np.concatenate(parts).view(np.recarray) if parts else np.recarray(0, self.sim.tick_dtype)
+        frames = np.concatenate(parts).view(np.recarray) if parts else np.zeros(0, FRAME).view(np.recarray)
         return frames, stepping, problem
 
     def _ring_limit(self) -> int:
@@ -234,16 +234,11 @@ class _Recording:
         self.writer = BagWriter(path, custom_data=about)
         self.encoder.declare(self.writer)
 
-    def chunk(self, tick_s: float, most: int) -> int:
-        """Ticks per call: the tables are those of the last tick, so every message with a table must be one."""
-        step = math.gcd(*(channel.every(tick_s) for channel in CHANNELS if channel.rate))
-        return max(1, min(most // step * step, step) or step)
-
-    def write(self, frames: np.recarray, shape: np.ndarray, contact: np.ndarray, events: list[Event]) -> None:
+    def write(self, frames: np.recarray, shapes: np.ndarray, contacts: np.ndarray, events: list[Event]) -> None:
         for event in events:
             msgtype, topic = KINDS[event.kind]
             self.writer.add(f"{self.context.namespace}/{topic}", msgtype, event.arrival, event.data, event.time)
-        for frame in frames:
+        for frame, shape, contact in zip(frames, shapes, contacts):
             for channel, topic, data in self.encoder.encode(frame, shape, contact):
                 self.writer.add(topic, channel.msgtype, int(frame["time"]), data)
 

@@ -1,0 +1,94 @@
+"""Floors import only downward; rclpy stays on the top one; nothing leaves its shape."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGE = ROOT / "cable_sim_ros"
+MODULES = sorted(PACKAGE.rglob("*.py"))
+FLOORS = {"physics": 0, "sim": 1, "io": 2, "lab": 3, "ros": 4, "cli": 5}
+MAY = {   # floor: what it may import of ours; lab is a side wing over 0-2
+    "physics": {"physics"}, "sim": {"physics", "sim"}, "io": {"physics", "sim", "io"},
+    "lab": {"physics", "sim", "io", "lab"}, "ros": {"physics", "sim", "io", "ros"},
+    "cli": {"physics", "sim", "io", "lab", "ros"},
+}
+PHYSICS_MAY = {"numpy", "scipy", "numba", "math", "cmath", "enum", "typing", "collections", "functools", "__future__"}
+PHYSICS_ALSO = {
+    "quantity.py": {"pydantic", "pydantic_core"},
+    "jit.py": {"os", "hashlib", "pathlib", "sys", "tempfile", "importlib", "platform", "types", "warnings", "llvmlite"},
+}
+ROS = {"rclpy", "sensor_msgs", "geometry_msgs", "nav_msgs", "std_msgs", "std_srvs", "diagnostic_msgs", "rosgraph_msgs",
+       "lifecycle_msgs", "rcl_interfaces", "builtin_interfaces", "tf2_msgs", "ament_index_python"}
+LONGEST = 400
+UPWARD = {("sim/simulator.py", "io")}   # Simulator(path): a convenience, imported when it is used
+
+
+def floor_of(path):
+    part = path.relative_to(PACKAGE).parts[0]
+    return part.removesuffix(".py")
+
+
+def imports(path):
+    """(first part of what is imported from outside, floor of ours or None) for every import anywhere in the file."""
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.Import):
+            for name in node.names:
+                yield name.name.split(".")
+        elif isinstance(node, ast.ImportFrom):
+            module = (node.module or "").split(".") if node.module else []
+            if node.level:
+                module = [*parts[:-node.level], *module]
+            if module == ["cable_sim_ros"]:
+                for name in node.names:
+                    yield [*module, name.name]
+            else:
+                yield module
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_imports_go_downward(path):
+    floor = floor_of(path)
+    if floor == "__init__":
+        return
+    for module in imports(path):
+        if module[0] == "cable_sim_ros":
+            target = module[1] if len(module) > 1 else "__init__"
+            allowed = MAY[floor] | {"__init__", "__version__"}
+            if (path.relative_to(PACKAGE).as_posix(), target) not in UPWARD:
+                assert target in allowed, f"{floor} imports {'.'.join(module)}"
+        elif floor == "physics":
+            assert module[0] in PHYSICS_MAY | PHYSICS_ALSO.get(path.name, set()), f"physics imports {module[0]}"
+        if floor != "ros" and module[0] in ROS:
+            assert floor == "cli" and module[0] == "rclpy", f"{floor} imports {module[0]}: only ros/ may"
+
+
+def test_the_walk_sees_an_upward_import(tmp_path, monkeypatch):
+    package = tmp_path / "cable_sim_ros"
+    (package / "physics").mkdir(parents=True)
+    bad = package / "physics" / "bad.py"
+    bad.write_text("def f():\n    from ..io import bag\n")
+    monkeypatch.setitem(globals(), "ROOT", tmp_path)
+    monkeypatch.setitem(globals(), "PACKAGE", package)
+    with pytest.raises(AssertionError, match="physics imports cable_sim_ros.io"):
+        test_imports_go_downward(bad)
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_no_module_is_longer_than_400_lines(path):
+    assert len(path.read_text("utf-8").splitlines()) <= LONGEST
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_modules_and_public_functions_say_what_they_do(path):
+    tree = ast.parse(path.read_text("utf-8"))
+    assert ast.get_docstring(tree), "no module docstring"
+    missing = []
+    for node in tree.body:
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)) and not node.name.startswith("_"):
+            says_itself = len(node.body) == 1 and isinstance(node.body[0], ast.Return)
+            if not ast.get_docstring(node) and not says_itself:
+                missing.append(node.name)
+    assert not missing, f"no docstring: {', '.join(missing)}"

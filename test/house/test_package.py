@@ -1,0 +1,121 @@
+"""What the two worlds are told about the package is the same, and true."""
+
+import ast
+import re
+import sys
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import pytest
+
+import cable_sim_ros
+from cable_sim_ros.io import resources
+from cable_sim_ros.io.load import load_scene
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGE_XML = ElementTree.parse(ROOT / "package.xml").getroot()
+PIP_ONLY = {"mcap", "rosbags"}             # no rosdep key
+XML_ONLY = set()
+MODULE_OF = {"pyyaml": "yaml"}
+ROS_WHEELS = {"ros-rclpy": "rclpy"}
+
+
+def setup_arguments():
+    """Arguments of setup(), without building anything."""
+    import setuptools
+    seen = {}
+    real, setuptools.setup = setuptools.setup, lambda **arguments: seen.update(arguments)
+    try:
+        exec(compile((ROOT / "setup.py").read_text("utf-8"), str(ROOT / "setup.py"), "exec"),
+             {"__file__": str(ROOT / "setup.py"), "__name__": "__main__"})
+    finally:
+        setuptools.setup = real
+    return seen
+
+
+def name_of(requirement):
+    return re.match(r"[A-Za-z0-9_-]+", requirement).group().lower()
+
+
+@pytest.fixture(scope="module")
+def arguments():
+    pytest.importorskip("setuptools")
+    return setup_arguments()
+
+
+def depends(kind):
+    return {element.text for element in PACKAGE_XML.findall(kind)}
+
+
+def test_package_xml_is_one_that_colcon_takes():
+    assert PACKAGE_XML.get("format") == "3"
+    assert PACKAGE_XML.findtext("export/build_type") == "ament_python"
+    mail = PACKAGE_XML.find("maintainer").get("email")   # an invalid one makes colcon treat it as plain Python
+    assert re.fullmatch(r"[\w.+-]+@[\w-]+(\.[\w-]+)+", mail)
+
+
+def test_version_is_the_same_everywhere(arguments):
+    assert PACKAGE_XML.findtext("version") == arguments["version"] == cable_sim_ros.__version__
+
+
+def test_name_and_licence_are_the_same_everywhere(arguments):
+    assert PACKAGE_XML.findtext("name") == arguments["name"] == resources.PACKAGE
+    assert PACKAGE_XML.findtext("license") == arguments["license"] == "MIT"
+    assert (ROOT / "LICENSE").read_text().startswith("MIT License")
+
+
+def test_python_dependencies_are_the_same_in_both_worlds(arguments):
+    pip = {name_of(r) for r in arguments["install_requires"]} - {"setuptools"} - PIP_ONLY
+    rosdep = {name.removeprefix("python3-") for name in depends("exec_depend") if name.startswith("python3-")}
+    assert {MODULE_OF.get(name, name) for name in pip} == rosdep
+
+
+def test_ros_dependencies_are_the_same_in_both_worlds(arguments):
+    wheels = {name_of(r).removeprefix("ros-").replace("-", "_") for r in arguments["extras_require"]["ros"]}
+    packages = {name for name in depends("exec_depend") if not name.startswith("python3-")}
+    assert wheels == packages
+
+
+def test_every_import_is_a_dependency(arguments):
+    declared = {MODULE_OF.get(name_of(r), name_of(r)) for r in arguments["install_requires"]}
+    ros = {name for name in depends("exec_depend") if not name.startswith("python3-")}
+    optional = {"matplotlib", "tf2_msgs", "llvmlite", "pydantic_core"}   # viz; a full ROS; of numba; of pydantic
+    for path in sorted((ROOT / "cable_sim_ros").rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            names = [a.name for a in node.names] if isinstance(node, ast.Import) else (
+                [node.module] if isinstance(node, ast.ImportFrom) and not node.level else [])
+            for name in names:
+                top = name.split(".")[0]
+                assert top in sys.stdlib_module_names | declared | ros | optional | {"cable_sim_ros"}, f"{path}: {name}"
+
+
+def test_no_pyproject_states_a_python_version():
+    path = ROOT / "pyproject.toml"
+    assert not path.exists() or "requires-python" not in path.read_text(), "it breaks colcon builds"
+
+
+def test_executables_lead_somewhere(arguments):
+    for line in arguments["entry_points"]["console_scripts"]:
+        module, function = line.split("=")[1].split("#")[0].strip().split(":")
+        path = ROOT / (module.replace(".", "/") + ".py")
+        names = {node.name for node in ast.parse(path.read_text("utf-8")).body if isinstance(node, ast.FunctionDef)}
+        assert function in names, line
+
+
+def test_every_scene_and_bag_is_installed(arguments):
+    installed = {Path(file) for _, files in arguments["data_files"] for file in files}
+    for folder in ("config", "bags"):
+        for path in (ROOT / folder).rglob("*"):
+            if path.is_file() and not path.name.startswith("."):
+                assert path.relative_to(ROOT) in installed, path
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "config").rglob("*.yaml")), ids=lambda p: p.stem)
+@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+def test_every_shipped_scene_loads_and_is_called_like_its_file(path):
+    assert load_scene(path).name == path.stem
+
+
+def test_changelog_has_the_version_or_says_unreleased():
+    text = (ROOT / "CHANGELOG.md").read_text("utf-8")
+    assert "## [Unreleased]" in text or f"## [{cable_sim_ros.__version__}]" in text
