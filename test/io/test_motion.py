@@ -355,6 +355,19 @@ def test_a_jump_of_position_shifts_the_origin_and_not_the_ship():
     assert it.counts["position_jump"] == 1
 
 
+def test_a_jump_without_twist_does_not_count_as_speed():
+    it = ingest()
+    for k in range(600):
+        stamp = T0 + k * STEP
+        it.imu(imu(stamp), stamp)
+        if k < 300:
+            x = 2.0 * k / 50 + (0.0 if k < 290 else 2000.0)
+            it.odometry(odometry(stamp, (x, 0, 0)), stamp)
+    _, rows = samples(it)
+    assert it.counts["position_jump"] == 1
+    assert rows[-1, SOURCE] == IMU and rows[-1, 6] == pytest.approx(2.0)
+
+
 def test_odometry_that_comes_back_elsewhere_does_not_move_the_ship():
     it = ingest()
     feed(it, 0, 5)
