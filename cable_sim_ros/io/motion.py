@@ -248,7 +248,6 @@ class MotionIngest:
             return message
         self.counts["position_jump"] += 1
         self._new_epoch |= self.source == ODOMETRY
-        self._before = None
         self._waiting.clear()
         self.origin = self.origin[0] - jump[0], self.origin[1] - jump[1]
         return message._replace(position=(x, y, message.position[2]))
