@@ -19,7 +19,7 @@ from collections.abc import Callable
 from ..io.motion import MotionIngest
 from ..physics.inputs import MOTION_ROWS, SOURCE
 from ..physics.setpoint import SetpointLaw
-from ..physics.system import make_output
+from ..sim.build import make_output
 from ..sim.frame import Source
 from ..sim.simulator import Simulator, StartError
 from .clock import DataClock
@@ -38,6 +38,20 @@ def stamp_of(data: bytes) -> int | None:
         return None
     sec, nanosec = _STAMP[0 if data[1] & 1 else 1].unpack_from(data, 4)
     return sec * SECOND + nanosec
+
+
+def carried_over(saved: dict, time_ns: int, position: tuple[float, float]) -> dict:
+    """A saved simulation on another clock and with the ship elsewhere, the cable hanging from it as it did.
+
+    saved: of Simulator.save(); only what changes is returned. The water is the same everywhere, so moving the tow frame
+    moves everything.
+    """
+    time, frame = saved["time"].copy(), saved["frame"].copy()
+    since = (time[0] - time[1]) * 1e-9
+    ship = frame[:2] + frame[2:4] * since + saved["ship"][:2]
+    frame[:2] += position - ship
+    time[[0, 1, 3]] += time_ns - time[0]     # now, start, clock of the motion; index 2 counts ticks
+    return {"time": time, "frame": frame}
 
 
 class Session:
@@ -71,7 +85,7 @@ class Session:
         self.sim = Simulator(self.scene)
         self.sim.warm_up(progress=lambda text: self.log("info", text))
         self.period = round(self.scene.solver.tick * SECOND)
-        output = make_output(self.sim.model, RING_ROWS)
+        output = make_output(self.sim.model, self.sim.nodes, RING_ROWS)
         self.loop = Loop(self.sim.model, self.sim.state, self.sim.inputs, output, period_ns=self.period,
                          priority=self.node.realtime.priority, max_catchup=self.node.realtime.max_catchup)
         self.log("info", "compiling the stepping loop")
@@ -169,8 +183,8 @@ class Session:
         ahead = (begin - stamp) * 1e-9
         position = float(sample[0] + sample[6] * ahead), float(sample[1] + sample[7] * ahead)
         try:
-            if self._keep_cable and hasattr(self.sim, "resume"):
-                self.sim.resume(time_ns=begin, position=position)
+            if self._keep_cable:
+                self.sim.restore(carried_over(self.sim.save(), begin, position))
             else:
                 self._static_start(begin, position, float(sample[5]))
         except StartError as error:

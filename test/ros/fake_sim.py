@@ -29,7 +29,9 @@ class Model(NamedTuple):
 
 
 class State(NamedTuple):
-    time: np.ndarray      # int64 [2]: time, ticks
+    time: np.ndarray      # int64 [4]: now, start, ticks, clock
+    frame: np.ndarray     # origin x y of the tow frame, its velocity
+    ship: np.ndarray      # x y z in the tow frame
     value: np.ndarray     # payout, rate, x, y, z, halted
 
 
@@ -45,7 +47,7 @@ def tick(model, state, inputs, output, slot):
     if value[5] > 0.0:
         return 1
     state.time[0] += model.period
-    state.time[1] += 1
+    state.time[2] += 1
     time = state.time[0]
     flags = 0
     frame = output.frame[slot]
@@ -76,7 +78,7 @@ def tick(model, state, inputs, output, slot):
         value[5] = 1.0
         flags |= 1
     frame.time = time
-    frame.tick = state.time[1]
+    frame.tick = state.time[2]
     frame.tension = 2000.0 + 100.0 * value[4]
     frame.payout = value[0]
     frame.payout_rate = value[1]
@@ -100,7 +102,7 @@ def tick(model, state, inputs, output, slot):
     return flags
 
 
-def make_output(model: Model, rows: int) -> Output:
+def make_output(model: Model, nodes: int, rows: int) -> Output:
     return Output(np.zeros(rows, FRAME), np.zeros((rows, NODES, len(SHAPE_COLUMNS))),
                   np.zeros((rows, STATIONS, len(CONTACT_COLUMNS))))
 
@@ -119,9 +121,10 @@ class Simulator:
     def __init__(self, scene) -> None:
         self.scene = scene
         self.model = Model(round(scene.solver.tick * 1e9), scene.winch.command_timeout, scene.winch.max_rate)
-        self.state = State(np.zeros(2, np.int64), np.zeros(6))
+        self.state = State(np.zeros(4, np.int64), np.zeros(4), np.zeros(34), np.zeros(6))
+        self.nodes = NODES
         self.inputs: Inputs = make_inputs()
-        self.output = make_output(self.model, 1)
+        self.output = make_output(self.model, NODES, 1)
 
     def warm_up(self, progress=None) -> None:
         if progress:
@@ -130,9 +133,16 @@ class Simulator:
     def start(self, time_ns: int = 0, position=(0.0, 0.0), heading=None) -> None:
         if os.environ.get("FAKE_START_FAILS"):
             raise StartError(123.0)
-        self.state.time[:] = time_ns, 0
+        self.state.time[:] = time_ns, time_ns, 0, time_ns
         self.state.value[:] = 0.0
         self.state.value[2:4] = position
+
+    def save(self) -> dict:
+        return {name: array.copy() for name, array in self.state._asdict().items()}
+
+    def restore(self, saved: dict) -> None:
+        for name, array in saved.items():
+            getattr(self.state, name)[...] = array
 
     def set_algorithm(self, law: SetpointLaw) -> None:
         self.law = SetpointLaw(law)
@@ -140,7 +150,10 @@ class Simulator:
 
 def install() -> None:
     system = types.ModuleType("cable_sim_ros.physics.system")
-    system.tick, system.make_output = tick, make_output
+    system.tick = tick
+    build = types.ModuleType("cable_sim_ros.sim.build")
+    build.make_output = make_output
+    sys.modules["cable_sim_ros.sim.build"] = build
     simulator = types.ModuleType("cable_sim_ros.sim.simulator")
     simulator.Simulator, simulator.StartError, simulator.SolverError = Simulator, StartError, SolverError
     sys.modules["cable_sim_ros.physics.system"] = system
