@@ -1,6 +1,6 @@
 """Motion messages on the wire: CDR bytes of sensor_msgs/Imu and nav_msgs/Odometry -> checked numbers in ENU axes.
 
-Read with `struct` at fixed places after the strings, 20x faster than a typed reader, and checked on the way: whatever
+Read with `struct` at fixed places after the strings, and checked on the way: whatever
 leaves here is finite, has a unit quaternion, and is what a ship can do. Source: OMG DDSI-RTPS 10 (plain CDR), REP-103,
 REP-145. `read_motion` brings the same bytes out of a bag of any kind.
 """

@@ -11,9 +11,8 @@ H = s^3 (s^2 + 5 w s + 10 w^2) / (s + w)^5: a constant bias leaves nothing, and 
 as 10 (w/omega)^3 and not as w/omega as in a plain high-pass of the same noise. w falls as 1/t after the
 start (an expanding memory) down to that of `period`; before three start periods the velocity at the start is not known
 well enough, so the answer is faded in between one and three. Roll- and pitch-induced motion is exact: the lever arm is
-part of the pseudo-measurement and passes no filter. Sources: double integration with a zero-mean pseudo-measurement as
-in Godhavn, Adaptive tuning of heave filter in motion sensor, OCEANS 1998; the poles and the schedule are this
-project's, with figures in docs/motion.md.
+part of the pseudo-measurement and passes no filter. Background: Godhavn, Adaptive tuning of heave filter in motion
+sensor, OCEANS 1998. States, poles and schedule here are this project's own, with figures in docs/motion.md.
 """
 
 from __future__ import annotations
