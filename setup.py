@@ -6,7 +6,7 @@ from pathlib import Path
 
 from setuptools import find_packages, setup
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).resolve().parent   # colcon --symlink-install runs a link to this file
 NAME = "cable_sim_ros"
 VERSION = re.search(r'__version__ = "([^"]+)"', (HERE / NAME / "__init__.py").read_text()).group(1)
 
@@ -46,7 +46,6 @@ def shared(*folders):
                 yield os.path.join("share", NAME, path), kept
 
 
-os.chdir(HERE)
 setup(
     name=NAME,
     version=VERSION,

@@ -1,6 +1,7 @@
 """What the two worlds are told about the package is the same, and true."""
 
 import ast
+import os
 import re
 import sys
 import xml.etree.ElementTree as ElementTree
@@ -25,11 +26,14 @@ def setup_arguments():
     import setuptools
     seen = {}
     real, setuptools.setup = setuptools.setup, lambda **arguments: seen.update(arguments)
+    before = os.getcwd()
     try:
+        os.chdir(ROOT)
         exec(compile((ROOT / "setup.py").read_text("utf-8"), str(ROOT / "setup.py"), "exec"),
              {"__file__": str(ROOT / "setup.py"), "__name__": "__main__"})
     finally:
         setuptools.setup = real
+        os.chdir(before)
     return seen
 
 

@@ -1,0 +1,98 @@
+"""The package in both worlds: built and installed by colcon, and by pip into a folder of its own."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PARTS = ("package.xml", "setup.py", "setup.cfg", "README.md", "MANIFEST.in", "LICENSE", "resource", "cable_sim_ros",
+         "config", "bags")
+WHERE = "from cable_sim_ros.io.resources import *; print(share_folder(), *shipped_scenes(), *shipped_bags())"
+
+
+def copied(folder):
+    """Fresh copy of what the package is made of."""
+    for part in PARTS:
+        source = ROOT / part
+        if source.is_dir():
+            shutil.copytree(source, folder / part, ignore=shutil.ignore_patterns("__pycache__", "*.nb[ic]"))
+        else:
+            shutil.copy(source, folder / part)
+    return folder
+
+
+def call(*command, cwd, **environment):
+    # the whole environment: rclpy from wheels does not start without what its own hook has put there
+    done = subprocess.run(command, cwd=cwd, env=os.environ | environment, text=True, capture_output=True, timeout=300)
+    assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}"
+    return done.stdout
+
+
+@pytest.fixture(scope="module", params=["", "--symlink-install"], ids=["copied", "symlinked"])
+def workspace(request, tmp_path_factory):
+    """Workspace with the package built by colcon."""
+    pytest.importorskip("colcon_core")
+    folder = tmp_path_factory.mktemp("workspace")
+    (folder / "src").mkdir()
+    copied(folder / "src")
+    colcon = str(Path(sys.executable).with_name("colcon"))
+    listed = call(colcon, "list", cwd=folder)
+    assert listed.split() == ["cable_sim_ros", "src", "(ros.ament_python)"]
+    call(colcon, "build", *filter(None, [request.param]), cwd=folder)
+    return folder
+
+
+def sourced(workspace, *command, **environment):
+    """Output of a command after ``source install/setup.bash``, run elsewhere."""
+    return call("bash", "-c", f'source "{workspace}/install/setup.bash" && exec "$@"', "bash", *command,
+                cwd=workspace.parent, PYTHONPATH="", **environment)
+
+
+@pytest.mark.colcon
+def test_colcon_installs_share_and_index(workspace):
+    prefix = workspace / "install" / "cable_sim_ros"
+    assert (prefix / "share" / "ament_index" / "resource_index" / "packages" / "cable_sim_ros").is_file()
+    for path in (ROOT / "config").glob("*.yaml"):
+        assert (prefix / "share" / "cable_sim_ros" / "config" / path.name).read_bytes() == path.read_bytes()
+    assert (prefix / "share" / "cable_sim_ros" / "package.xml").is_file()
+    assert sorted(p.name for p in (prefix / "lib" / "cable_sim_ros").iterdir()) == ["cable-sim", "node"]
+    assert str(prefix) in sourced(workspace, "bash", "-c", "echo $AMENT_PREFIX_PATH")
+
+
+@pytest.mark.colcon
+def test_executable_installed_by_colcon_runs(workspace):
+    executable = workspace / "install" / "cable_sim_ros" / "lib" / "cable_sim_ros" / "cable-sim"
+    assert "make-bags" in sourced(workspace, str(executable), "--help")
+
+
+@pytest.mark.colcon
+def test_scenes_and_bags_are_found_after_colcon(workspace):
+    share, *names = sourced(workspace, sys.executable, "-c", WHERE).split()
+    assert share.startswith(str(workspace)) and {"full_scale", "nbp1406"} <= set(names)
+
+
+@pytest.mark.colcon
+@pytest.mark.ros
+def test_node_installed_by_colcon_starts(workspace):
+    pytest.importorskip("rclpy")
+    executable = workspace / "install" / "cable_sim_ros" / "lib" / "cable_sim_ros" / "node"
+    done = subprocess.run(
+        ["bash", "-c", f'source "{workspace}/install/setup.bash" && exec "$@"', "bash", str(executable),
+         "--ros-args", "-p", "no_such_parameter:=1.0"],
+        cwd=workspace.parent, text=True, capture_output=True, timeout=120)
+    assert done.returncode == 2 and "no_such_parameter" in done.stderr, done.stderr
+
+
+@pytest.mark.slow
+def test_scenes_and_bags_are_found_after_pip(tmp_path):
+    (tmp_path / "source").mkdir()
+    copied(tmp_path / "source")
+    call(sys.executable, "-m", "pip", "install", "-qq", "--no-deps", "--target", str(tmp_path / "there"),
+         str(tmp_path / "source"), cwd=tmp_path)
+    share, *names = call(sys.executable, "-c", WHERE, cwd=tmp_path, PYTHONPATH=str(tmp_path / "there")).split()
+    assert share == str(tmp_path / "there" / "share" / "cable_sim_ros")
+    assert {"full_scale", "full_scale_westin", "nbp1406", "lmg1903"} <= set(names)
