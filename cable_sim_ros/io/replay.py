@@ -10,6 +10,7 @@ import math
 import os
 from collections import Counter
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -45,17 +46,17 @@ class RecordedTow:
     outputs: dict[str, list[bytes]] = field(default_factory=dict)   # name of the channel -> messages in order
     about: dict[str, str] = field(default_factory=dict)             # custom data of the bag
 
-    @property
+    @cached_property
     def start(self) -> int:
         """Stamp of the first motion message, ns."""
         return min(event.time for event in self.events if event.kind != "command")
 
-    @property
+    @cached_property
     def end(self) -> int:
         """Stamp of the last motion message, ns."""
         return max(event.time for event in self.events if event.kind != "command")
 
-    @property
+    @cached_property
     def rate(self) -> float:
         """Motion messages per second."""
         count = sum(event.kind != "command" for event in self.events)

@@ -1,0 +1,116 @@
+"""Every command helps, every mistake is one line on stderr and code 2."""
+
+import json
+import subprocess
+import sys
+
+import click
+import pytest
+from click.testing import CliRunner
+
+from cable_sim_ros import cli
+from cable_sim_ros.lab import offline
+
+COMMANDS = {"node", "run", "replay", "live", "play", "manual", "recover", "make-bags"}
+
+
+@pytest.fixture(autouse=True)
+def same_warnings(monkeypatch):
+    import warnings
+    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)   # main() replaces it
+
+
+def call(*arguments):
+    return CliRunner().invoke(cli.main, [str(a) for a in arguments])
+
+
+def test_the_commands_are_the_promised_ones():
+    assert set(cli.main.commands) == COMMANDS
+
+
+@pytest.mark.parametrize("command", sorted(COMMANDS))
+def test_every_command_helps(command):
+    result = call(command, "--help")
+    assert result.exit_code == 0 and result.output.startswith("Usage:")
+    options = [p for p in cli.main.commands[command].params if isinstance(p, click.Option)]
+    undocumented = [p.name for p in options if not p.help]
+    assert not undocumented
+
+
+@pytest.mark.parametrize("arguments, text", [
+    (("run", "no_such_scene"), "error: no_such_scene: no such scene file; nothing was started."),
+    (("run", "full_scale", "--motion", "no_such_bag"), "error: no_such_bag: no such bag file; nothing was started."),
+    (("run", "full_scale", "--setpoint", "holt"), "Did you mean hold?"),
+    (("run", "full_scale", "--duration", "0"), "Invalid value for '--duration'"),
+    (("run",), "Missing argument 'SCENE'"),
+    (("replay", "no_such_bag"), "error: no_such_bag: no such bag file"),
+    (("recover", "no_such_bag", "x"), "error: 'no_such_bag'"),
+    (("manual", "--out", "no/such/folder/x.md"), "error: "),
+])
+def test_a_mistake_is_told_in_one_line(arguments, text, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    result = call(*arguments)
+    assert result.exit_code == 2 and text in result.stderr and "Traceback" not in result.stderr
+    assert not result.stdout
+    if arguments[0] != "run" or len(arguments) > 2:
+        assert result.exception is None or isinstance(result.exception, SystemExit)
+
+
+def test_a_mistake_of_ours_keeps_its_traceback(monkeypatch):
+    def broken(*arguments, **options):
+        raise ValueError("ours")
+
+    monkeypatch.setattr(offline, "run", broken)
+    result = call("run", "full_scale")
+    assert isinstance(result.exception, ValueError)
+
+
+def test_json_is_all_that_is_printed():
+    result = call("run", "full_scale", "--motion", "none", "--duration", "0.1", "--json")
+    assert result.exit_code == 0, result.output
+    figures = json.loads(result.stdout)
+    assert figures["body_depth_m"] > 0 and len(figures["body_position_m"]) == 3
+
+
+def test_a_failed_run_is_code_1_and_still_has_figures(monkeypatch):
+    whole = offline.run("full_scale", duration=0.1)
+    whole.problem = "the solver gave up"
+    monkeypatch.setattr(offline, "run", lambda *a, **k: whole)
+    result = call("run", "full_scale", "--json")
+    assert result.exit_code == 1 and json.loads(result.stdout)["problem"] == "the solver gave up"
+    assert "error: the solver gave up; the figures are of the part before it" in result.stderr
+
+
+def test_a_replay_says_when_there_is_nothing_to_compare(monkeypatch):
+    real = offline._Drive._ticks
+    monkeypatch.setattr(offline._Drive, "_ticks", lambda self, start, duration: min(100, real(self, start, duration)))
+    result = call("replay", "lmg1903")
+    assert result.exit_code == 0 and "The bag recorded nothing of the tow" in result.stdout
+
+
+def test_out_has_bag_figures_and_picture(tmp_path):
+    pytest.importorskip("matplotlib")
+    result = call("run", "full_scale", "--duration", "2", "--out", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+    assert (tmp_path / "out" / "run.png").read_bytes()[:4] == b"\x89PNG"
+    assert (tmp_path / "out" / "tow" / "metadata.yaml").is_file() and (tmp_path / "out" / "summary.json").is_file()
+    for word in ("picture:", "recording:", "figures:", "tension_mean_n"):
+        assert word in result.stdout
+
+
+@pytest.mark.parametrize("command", [("node",), ("play", "nbp1406"), ("live",)])
+def test_without_ros_the_commands_that_need_it_say_so(command, monkeypatch):
+    monkeypatch.setitem(sys.modules, "rclpy", None)
+    result = call(*command)
+    assert result.exit_code == 2
+    assert "Error: this command needs ROS 2, and rclpy cannot be imported" in result.stderr
+    assert "nothing was started" in result.stderr and "pip install 'cable_sim_ros[ros]'" in result.stderr
+
+
+def test_help_loads_neither_ros_nor_the_compiler():
+    code = ("import sys; from cable_sim_ros.cli import main\n"
+            "try: main(['--help'])\n"
+            "except SystemExit: pass\n"
+            "print(sorted({'rclpy', 'numba', 'numpy', 'matplotlib'} & set(sys.modules)))")
+    done = subprocess.run([sys.executable, "-c", code], text=True, capture_output=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"

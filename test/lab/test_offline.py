@@ -1,0 +1,175 @@
+"""Offline runs: the same bag gives the same bytes, a replay gives the same numbers, a failure is told."""
+
+import json
+
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+from rosbags.highlevel import AnyReader
+
+from cable_sim_ros.io.bag import BagError
+from cable_sim_ros.io.channels import CHANNELS, Context, Encoder
+from cable_sim_ros.io.load import load_scene
+from cable_sim_ros.io.recording import load_run
+from cable_sim_ros.io.replay import Feeder, RecordedTow, read_tow, residuals
+from cable_sim_ros.lab import offline
+from cable_sim_ros.physics.inputs import MOTION_ROWS, make_inputs
+from cable_sim_ros.sim.simulator import SolverError
+
+pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+SECONDS = 4.0
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """A recorded run of a few seconds of the shipped motion."""
+    out = tmp_path_factory.mktemp("run")
+    return offline.run("full_scale", "nbp1406", duration=SECONDS, out=out), out
+
+
+def test_without_motion_the_tow_is_static():
+    result = offline.run("full_scale")
+    figures = result.figures
+    assert figures["motion"] == "none" and figures["duration_s"] == pytest.approx(offline.SETTLE, abs=0.011)
+    assert figures["tension_std_n"] < 1e-3 * figures["tension_mean_n"]
+    assert figures["body_depth_m"] == pytest.approx(-result.frames["body_position"][-1, 2], abs=1e-3)
+    assert 0 < figures["departure_angle_deg"] < 90 and figures["contact_resultant_n"] > 0
+
+
+def test_a_run_lasts_as_long_as_asked_and_at_most_as_the_bag(recorded):
+    result, _ = recorded
+    assert len(result.frames) == SECONDS / 0.01
+    time = result.frames["time"]
+    assert time[0] == read_tow(result.bag).started()[0] + 10_000_000
+    assert (np.diff(time) == 10_000_000).all()
+    assert not np.any(result.frames["status"] & 64), "motion went stale although the bag goes on"
+
+
+def test_the_setpoint_can_be_chosen():
+    held = offline.run("full_scale", "nbp1406", duration=SECONDS, algorithm="hold")
+    assert held.figures["setpoint"] == "hold" and np.ptp(held.frames["payout"]) < 1e-6
+
+
+def test_the_same_run_gives_the_same_bytes(recorded, tmp_path):
+    first, _ = recorded
+    second = offline.run("full_scale", "nbp1406", duration=SECONDS, out=tmp_path)
+    for path in sorted(first.bag.iterdir()):
+        assert path.read_bytes() == (second.bag / path.name).read_bytes(), path.name
+
+
+def test_chunks_leave_no_trace(recorded, monkeypatch):
+    monkeypatch.setattr(offline, "CHUNK", 0.07)
+    again = offline.run("full_scale", "nbp1406", duration=SECONDS)
+    assert again.frames.tobytes() == recorded[0].frames.tobytes()
+
+
+def test_a_replay_gives_the_same_numbers(recorded):
+    result = offline.replay(recorded[0].bag)
+    assert result.figures["largest_difference"] == {"field": "", "difference": 0.0, "ticks": len(recorded[0].frames)}
+    assert {row.channel for row in result.residuals} == {"sheave/tension", "towbody/pose", "winch/state"}
+    assert all(row.largest < 1e-9 and row.count == len(recorded[0].frames) for row in result.residuals)
+
+
+def test_a_replay_with_another_scene_has_residuals(recorded):
+    scene = offline.override(load_scene("full_scale"), {"towbody.net_weight": 545.0})
+    (tension, *_) = offline.replay(recorded[0].bag, scene).residuals
+    assert tension.quantity == "tension" and 10.0 < tension.mean < 200.0 and tension.rms >= abs(tension.mean)
+
+
+def test_the_bag_is_read_back_by_other_readers(recorded):
+    result, _ = recorded
+    ticks = len(result.frames)
+    with AnyReader([result.bag]) as reader:
+        counts = {c.topic: c.msgcount for c in reader.connections}
+        for connection, _, data in reader.messages():
+            reader.deserialize(data, connection.msgtype)
+    with (result.bag / "tow_0.mcap").open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+        assert summary.statistics.message_count == sum(counts.values())
+    for channel in CHANNELS:
+        assert counts[f"/tow_sim/{channel.topic}"] == ticks // channel.every(0.01), channel.topic
+    assert counts["/tow_sim/imu/data"] >= 50 * SECONDS and counts["/tow_sim/odom"] >= 50 * SECONDS
+    assert load_run(result.bag).frames.tobytes() == result.frames.tobytes()
+
+
+def test_figures_are_written_beside_the_bag(recorded):
+    result, out = recorded
+    assert json.loads((out / "summary.json").read_text()) == json.loads(json.dumps(result.figures))
+
+
+def test_a_bag_without_outputs_has_no_residuals():
+    tow = read_tow(offline.find_bag("lmg1903"))
+    assert tow.outputs == {} and residuals(np.zeros(3, offline.FRAME).view(np.recarray), tow) == []
+
+
+def test_a_recording_is_not_overwritten(recorded):
+    with pytest.raises(BagError, match="exists already: nothing was simulated"):
+        offline.run("full_scale", "nbp1406", out=recorded[1])
+
+
+def test_imu_alone_moves_the_ship():
+    result = offline.run("full_scale", "nbp1406", duration=SECONDS, imu_only=True)
+    assert set(result.frames["motion_source"]) == {2} and result.figures["imu_only"] is True
+
+
+def test_a_solver_that_gives_up_ends_the_run_with_what_there_is(monkeypatch):
+    run, calls = offline.Simulator.run, []
+
+    def fails(self, count):
+        calls.append(count)
+        if len(calls) == 3:
+            raise SolverError("residual 12 N")
+        return run(self, count)
+
+    monkeypatch.setattr(offline, "CHUNK", 0.1)
+    scene = load_scene("full_scale")
+    sim = offline._Drive(scene, None, None, offline._silent)
+    monkeypatch.setattr(offline.Simulator, "run", fails)
+    monkeypatch.setattr(sim.sim, "warm_up", lambda progress: None)
+    result = sim.go(1.0, None)
+    assert result.problem == "the solver gave up after 0.20 s: residual 12 N" and len(result.frames) == 20
+
+
+def test_residuals_are_ours_less_theirs_at_equal_stamps(recorded):
+    frames = recorded[0].frames.copy()
+    theirs = frames.copy()
+    theirs["tension_vector"] *= ((frames["tension"] - 7.0) / frames["tension"])[:, None]
+    theirs["tension"] -= 7.0
+    encoder, outputs = Encoder(Context(), 0.01), {}
+    empty = np.zeros((0, 5)), np.zeros((0, 9))
+    for frame in theirs:
+        frame["contact_stations"] = 0
+        for channel, _, data in encoder.encode(frame, *empty):
+            outputs.setdefault(channel.name, []).append(data)
+    rows = {row.quantity: row for row in residuals(frames[::2], RecordedTow("", [], outputs))}
+    assert rows["tension"].mean == pytest.approx(7.0, abs=0.05)
+    assert rows["z"].largest < 1e-3, "linear interpolation between every second tick"
+    assert rows["tension"].count == len(frames) - 1, "the last recorded tick is past our last"
+
+
+def test_the_ring_is_never_overrun():
+    tow = read_tow(offline.find_bag("nbp1406"))
+    fast = RecordedTow(tow.path, [event._replace(time=tow.start + (event.time - tow.start) // 20)
+                                  for event in tow.events[:8000]])
+    drive = offline._Drive(load_scene("full_scale"), fast, None, offline._silent)
+    chunk = drive._ring_limit()
+    assert fast.rate > 1900 and fast.rate * (chunk + offline.AHEAD) * 1e-9 < MOTION_ROWS
+
+
+def test_commands_of_the_bag_reach_the_ring():
+    from cable_sim_ros.io.cdr import header
+    from cable_sim_ros.io.channels import EMPTY, JointState
+    from cable_sim_ros.io.replay import Event
+    from cable_sim_ros.io.typestore import STORE
+
+    def event(time, names, position, velocity):
+        message = JointState(header(time, ""), names, np.array(position), np.array(velocity), EMPTY)
+        return Event(time, time, "command", bytes(STORE.serialize_cdr(message, "sensor_msgs/msg/JointState")))
+
+    events = [event(1, ["payout"], [2.0], []), event(2, ["drum"], [2.0], []), event(3, ["a", "payout"], [], [0.0, -0.5]),
+              event(3, ["payout"], [4.0], []), event(4, ["payout"], [np.inf], []), event(9, ["payout"], [5.0], [])]
+    inputs = make_inputs()
+    feeder = Feeder(inputs, RecordedTow("", events), load_scene("full_scale"))
+    assert feeder.until(4) == events[:5] and not feeder.done
+    assert inputs.command_head[0] == 2 and dict(feeder.dropped) == {"nothing commanded": 2, "stamp does not advance": 1}
+    assert np.array_equal(inputs.command[:2], [[2.0, np.nan], [np.nan, -0.5]], equal_nan=True)
