@@ -105,7 +105,7 @@ class Watch:
             values["motion_age_s"] = _text(float(frame["motion_age"]))
         if session.state == "waiting":
             return Status("motion", WARN, "waiting for motion", values)
-        if session.state == "running" and frame is not None and int(frame["flags"]) & Flag.MOTION_STALE:
+        if session.state == "running" and frame is not None and int(frame["status"]) & Flag.MOTION_STALE:
             return Status("motion", ERROR, f"motion stale: nothing usable for {float(frame['motion_age']):.1f} s, the "
                                            f"ship returns to its mean track", values)
         if new:
@@ -126,7 +126,7 @@ class Watch:
                   "age_s": "never" if commands.last_arrival is None else _text((now - commands.last_arrival) * 1e-9),
                   **{f"refused: {cause}": str(count) for cause, count in sorted(commands.dropped.items())}}
         frame = publisher.latest if publisher else None
-        if frame is not None and int(frame["flags"]) & Flag.COMMAND_STALE:
+        if frame is not None and int(frame["status"]) & Flag.COMMAND_STALE:
             return Status("command", WARN, f"command stale: the rate command is older than winch.command_timeout, the "
                                            f"winch holds at {float(frame['payout']):.2f} m", values)
         new = self._new("command drops", sum(commands.dropped.values()))
@@ -138,7 +138,7 @@ class Watch:
         session, values = self.session, {}
         frame = publisher.latest if publisher else None
         if frame is not None:
-            flags = Flag(int(frame["flags"]))
+            flags = Flag(int(frame["status"]))
             values = {"iterations": str(int(frame["iterations"])), "substeps": str(int(frame["substeps"])),
                       "residual_n": f"{float(frame['residual']):.3g}", "flags": flag_names(flags),
                       "tension_n": f"{float(frame['tension']):.1f}",
@@ -186,6 +186,9 @@ def final_figures(session: Session, publisher: TickPublisher | None, recorder_st
         counters = session.counters()
         figures |= counters | {"missed_ticks": counters["overruns"] + counters["skipped"],
                                "scheduler": session.loop.scheduler, "static_start_s": session.start_cost}
+        since = session.ended - session.running_since      # of the newest start
+        if not math.isnan(since) and not session.resets + session.restarts + session.clock.jumps:
+            figures["realtime_factor"] = counters["ticks"] * session.loop.period_ns * 1e-9 / max(since, 1e-3)
     if publisher is not None:
         late = publisher.lateness.percentiles(50, 99, 99.9, 100)
         work = publisher.work.percentiles(50, 99, 100)

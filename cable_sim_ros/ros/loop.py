@@ -173,6 +173,13 @@ class Loop:
             if was_running and not self.halted:
                 self._launch()
 
+    def clear(self) -> None:
+        """Forget what was counted; the loop must be stopped."""
+        self.control[:] = 0
+        self.stats[:] = 0
+        os.eventfd_write(self.eventfd, 1)
+        os.eventfd_read(self.eventfd)      # empties it
+
     def stop(self, timeout: float = 2.0) -> bool:
         """Ask the loop to end and wait for it; False when it did not end in time."""
         self.control[STOP] = 1

@@ -28,6 +28,7 @@ from .loop import MAPPING, RESYNCS, SKIPPED, TARGET, Loop
 from .params import Settings
 
 RING_ROWS = 128        # ticks a slow publisher may be behind
+REHEARSAL = 20         # ticks
 SECOND = 1_000_000_000
 _STAMP = struct.Struct("<iI"), struct.Struct(">iI")
 
@@ -75,6 +76,8 @@ class Session:
         self.sim: Simulator | None = None
         self.loop: Loop | None = None
         self.started: dict[str, str] = {}  # time, place and heading of the static start, for the recording
+        self.running_since = math.nan      # s, CLOCK_MONOTONIC
+        self.ended = math.nan
         self._keep_cable = False           # the next start keeps the cable as it hangs
         self._waiting_since = 0.0
 
@@ -82,16 +85,19 @@ class Session:
 
     def configure(self) -> None:
         """Build the model, compile, check the static start. Raises StartError."""
+        begun = time.monotonic()
+        self.log("info", "compiling the static start (up to a minute the first time, then from the cache)")
         self.sim = Simulator(self.scene)
-        self.sim.warm_up(progress=lambda text: self.log("info", text))
+        self._static_start(0, (0.0, 0.0), None)
         self.period = round(self.scene.solver.tick * SECOND)
         output = make_output(self.sim.model, self.sim.nodes, RING_ROWS)
         self.loop = Loop(self.sim.model, self.sim.state, self.sim.inputs, output, period_ns=self.period,
                          priority=self.node.realtime.priority, max_catchup=self.node.realtime.max_catchup)
         self.log("info", "compiling the stepping loop")
         self.loop.warm_up()
-        self.log("info", "solving the static start")
-        self._static_start(0, (0.0, 0.0), None)
+        self._rehearse()
+        self.log("info", f"static start solved in {self.start_cost:.2f} s; configured after "
+                         f"{time.monotonic() - begun:.1f} s")
         self.ingest = MotionIngest(self.sim.inputs, self.scene.ship, self.node.heave, self.node.motion,
                                    self.scene.gravity)
         self.commands = CommandIngest(self.sim.inputs)
@@ -99,6 +105,18 @@ class Session:
         gc.freeze()        # a full collection with all this loaded stops the process for a tenth of a second
         sys.setswitchinterval(5e-4)
         self.state = "ready"
+
+    def _rehearse(self) -> None:
+        """A few ticks without motion: the first ones otherwise overrun while memory is being mapped."""
+        self.loop.start(0, time.monotonic_ns())
+        while self.loop.count < REHEARSAL and not self.loop.halted:
+            time.sleep(0.01)
+        self.loop.stop()
+        halted = self.loop.halted
+        self.loop.clear()
+        if halted:
+            raise StartError("the first ticks after the static start cannot be solved", math.nan)
+        self._static_start(0, (0.0, 0.0), None)
 
     def _static_start(self, time_ns: int, position: tuple[float, float], heading: float | None) -> None:
         begun = time.monotonic()
@@ -120,7 +138,7 @@ class Session:
 
     def close(self) -> None:
         """Stop the loop for good."""
-        self.state = "closed"
+        self.state, self.ended = "closed", time.monotonic()
         if self.loop is not None:
             self.loop.stop()
 
@@ -194,6 +212,7 @@ class Session:
         self.started = self.started or {"start_time_ns": str(begin), "start_position_m": json.dumps(position),
                                         "start_heading_rad": repr(float(sample[5]))}
         self.loop.start(begin, target)
+        self.running_since = time.monotonic()
         self.state, self.problem = "running", ""
         self.log("info", f"running from stamp {begin / SECOND:.3f} s at ({position[0]:.1f}, {position[1]:.1f}) m, "
                          f"motion from {Source(int(sample[SOURCE])).name.lower()}")

@@ -201,8 +201,9 @@ class World:
     def __init__(self, folder: Path, cache: Path) -> None:
         self.folder, self.domain = folder, 1 + next(_domains) % 100
         self.environment = os.environ | {
-            "ROS_DOMAIN_ID": str(self.domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "ROS_PYTHON_CHECK_FIELDS": "1",
-            "NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]),
+            "ROS_DOMAIN_ID": str(self.domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+            "ROS_PYTHON_CHECK_FIELDS": "1", "NUMBA_CACHE_DIR": str(cache),
+            "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]),
             "ROS_LOG_DIR": str(folder / "log")}
         self.processes: list[Process] = []
         self.closing: list = []

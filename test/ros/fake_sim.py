@@ -88,7 +88,7 @@ def tick(model, state, inputs, output, slot):
     frame.iterations = 3
     frame.substeps = 1
     frame.residual = 1e-6
-    frame.flags = flags
+    frame.status = flags
     for k in range(3):
         frame.ship_position[k] = value[2 + k]
         frame.body_position[k] = value[2 + k]
@@ -108,8 +108,8 @@ def make_output(model: Model, nodes: int, rows: int) -> Output:
 
 
 class StartError(RuntimeError):
-    def __init__(self, residual: float) -> None:
-        super().__init__(f"no static equilibrium: residual {residual:g} N")
+    def __init__(self, text: str, residual: float) -> None:
+        super().__init__(text)
         self.residual = residual
 
 
@@ -132,7 +132,7 @@ class Simulator:
 
     def start(self, time_ns: int = 0, position=(0.0, 0.0), heading=None) -> None:
         if os.environ.get("FAKE_START_FAILS"):
-            raise StartError(123.0)
+            raise StartError("no static equilibrium: residual 123 N", 123.0)
         self.state.time[:] = time_ns, time_ns, 0, time_ns
         self.state.value[:] = 0.0
         self.state.value[2:4] = position

@@ -85,7 +85,11 @@ def test_topics_frames_stamps_and_recording(world, bag):
 def test_a_signal_ends_the_node_cleanly(world, number):
     ears = world.ears()
     world.ship(ears).sail()
+    from geometry_msgs.msg import PoseStamped
+
+    poses = ears.listen(PoseStamped, "towbody/pose")
     node = world.node().until("running")
+    poll(lambda: poses, 15.0, "the first pose")
     assert node.stop(number, within=3.0) == 0
     assert "Traceback" not in node.text
     assert "jitter p99" in node.text
@@ -112,7 +116,8 @@ def test_player_imu_only_and_faults(world, bag):
 
     ears = world.ears()
     imu, odom = ears.listen(Imu, "imu/data"), ears.listen(Odometry, "odom")
-    player = world.run("cable_sim_ros.ros.player", str(bag), "--duration", "2", "--imu-only", "--start", "1", "--keep-stamps")
+    player = world.run("cable_sim_ros.ros.player", str(bag), "--duration", "2", "--imu-only",
+                       "--start", "1", "--keep-stamps")
     assert player.wait(20.0) == 0, player.text
     poll(lambda: len(imu) >= 100, 5.0, f"100 messages, got {len(imu)}")
     assert not odom

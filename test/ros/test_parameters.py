@@ -40,8 +40,9 @@ def test_error_texts(overrides, parts):
 def test_overrides_stand_above_the_scene_file():
     from cable_sim_ros.ros.params import settle
 
-    settings = settle({"water.density": 1000.0, "setpoint.nominal_angle_deg": math.nan, "winch.position": [-28.0, 0.0, 3.0],
-                       "cable.sections.bare.elements": 20, "motion.convention": "ned", "input_delay": 0.05,
+    settings = settle({"water.density": 1000.0, "setpoint.nominal_angle_deg": math.nan,
+                       "winch.position": [-28.0, 0.0, 3.0], "cable.sections.bare.elements": 20,
+                       "motion.convention": "ned", "input_delay": 0.05,
                        "use_sim_time": False, "qos_overrides./x.subscription.depth": 3})
     assert settings.scene.water.density == 1000.0
     assert settings.scene.setpoint.nominal_angle_deg is None
@@ -113,6 +114,6 @@ def test_a_wrong_parameter_file_ends_with_2_and_one_line(world, body, parts):
 
 def test_a_parameter_file_reaches_the_scene(world):
     path = world.folder / "good.yaml"
-    path.write_text("/**:\n  ros__parameters:\n    water: {density: 1000.0}\n    winch: {position: [-28.0, 0.0, 3.0]}\n")
+    path.write_text("/**:\n  ros__parameters:\n    water: {density: 1000.0}\n    winch: {drum_radius: 0.31}\n")
     node = world.node("--params-file", str(path)).until("waiting")
     assert node.stop() == 0

@@ -1,0 +1,121 @@
+"""The stepping loop on its own: grid, overruns, resync, pause; and the clock of the data. In a process of their own,
+because the stand-in takes the place of the simulator's modules."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).parent
+pytestmark = pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1",
+                                reason="the loop calls libc from compiled code")
+
+SCRIPT = """
+import json, os, time
+import fake_sim
+fake_sim.install()
+import numpy as np
+from cable_sim_ros.ros import loop as L
+
+class Scene:
+    class solver: tick = 0.01
+    class winch: command_timeout = 0.5; max_rate = 5.0
+
+sim = fake_sim.Simulator(Scene)
+output = fake_sim.make_output(sim.model, 20, 128)
+loop = L.Loop(sim.model, sim.state, sim.inputs, output, period_ns=10_000_000, max_catchup=3)
+loop.warm_up()
+target = time.monotonic_ns() - 5_000_000_000
+loop.start(5_000_000_000, target)
+def until(count):
+    end = time.monotonic() + 20.0
+    while loop.count < count and time.monotonic() < end:
+        time.sleep(0.001)
+    assert loop.count >= count, "the loop stands still"
+until(40)
+with loop.paused():
+    before = loop.count
+    time.sleep(0.025)
+until(before + 10)
+caught_up = dict(count=loop.count, resyncs=int(loop.control[L.RESYNCS]))
+with loop.paused():
+    resyncs = int(loop.control[L.RESYNCS])
+    stalled = loop.count
+    time.sleep(0.2)
+    assert loop.count == stalled, "a tick ran during the pause"
+until(stalled + 5)
+lag = loop.row(stalled + 1).lag
+until(stalled + 80)
+later = loop.row(loop.count - 1).lag
+loop.stop()
+times = [loop.row(k).time for k in range(loop.count - 100, loop.count)]
+print(json.dumps(dict(steps=sorted(set(np.diff(times).tolist())), new_resyncs=int(loop.control[L.RESYNCS]) - resyncs,
+    skipped=int(loop.control[L.SKIPPED]), overruns=loop.overruns, lag=lag, later=later,
+    count=loop.count, reached=int(loop.control[L.REACHED]), hits=sum(L.run.stats.cache_hits.values()))))
+loop.close()
+"""
+
+
+def run_script(cache) -> dict:
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(cache),
+                                "PYTHONPATH": os.pathsep.join([str(HERE), str(HERE.parents[1])])}
+    done = subprocess.run([sys.executable, "-c", SCRIPT], env=environment, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def test_time_stays_on_the_grid_and_a_stall_is_counted_and_worked_off(kernel_cache):
+    told = run_script(kernel_cache)
+    assert told["steps"] == [10_000_000], "simulation time jumped"
+    assert told["reached"] == 5_000_000_000 + told["count"] * 10_000_000
+    assert told["new_resyncs"] >= 1 and told["skipped"] >= 15
+    assert told["overruns"] >= 1, "the ticks after a short pause are late"
+    assert told["lag"] > 100_000_000
+    assert told["later"] < told["lag"] - 5_000_000, "the lag is not worked off"
+
+
+def test_the_loop_is_cached_on_disk(tmp_path):
+    assert run_script(tmp_path)["hits"] == 0
+    assert run_script(tmp_path)["hits"] > 0, "the loop was compiled again"
+
+
+SECOND = 10**9
+
+
+def test_the_clock_takes_the_least_delay():
+    from cable_sim_ros.ros.clock import DataClock
+
+    clock = DataClock()
+    assert clock.now(0) is None
+    for k in range(100):
+        clock.update(1000 * SECOND + k * 20_000_000, 5 * SECOND + k * 20_000_000 + (k * 7919) % 3_000_000)
+    assert clock.offset == 5 * SECOND - 1000 * SECOND
+    assert clock.now(6 * SECOND) == 1001 * SECOND
+
+
+def test_the_clock_follows_a_drift_upwards():
+    from cable_sim_ros.ros.clock import DataClock
+
+    clock = DataClock()
+    for k in range(60):
+        clock.update(k * SECOND, k * SECOND + k * 1_000_000)     # the sender's clock is 1000 ppm slow
+    assert 29_000_000 <= clock.offset <= 31_000_000, "the window of 30 s is not kept"
+
+
+def test_one_wild_stamp_is_no_jump_but_five_are():
+    from cable_sim_ros.ros.clock import DataClock
+
+    clock = DataClock()
+    clock.update(100 * SECOND, 0)
+    assert not clock.suspicious(100 * SECOND + 500_000_000, 0)
+    assert clock.suspicious(50 * SECOND, 0)
+    assert not clock.jumped(50 * SECOND, 0)
+    assert not clock.jumped(900 * SECOND, 20_000_000), "two wild stamps that do not agree"
+    told = [clock.jumped(50 * SECOND + k * 20_000_000, (2 + k) * 20_000_000) for k in range(5)]
+    assert told == [False, False, False, False, True]
+    assert clock.jumps == 1
