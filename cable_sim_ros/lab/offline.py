@@ -32,6 +32,24 @@ CHUNK = 1.0                 # s, at most
 RING_SHARE = 400            # samples a chunk may bring: less than half the ring
 SETTLE = 5.0                # s of a run without motion
 HEADING_OVER = 60.0         # s of motion whose mean yaw is the heading of the start
+# JSON names beside those of lab/summary.py: name, unit, meaning
+FIGURES = (
+    ("departure_angle_deg", "deg", "mean angle of the departing cable from the downward vertical"),
+    ("contact_resultant_n", "N", "mean resultant of the cable on the sheave, whole run"),
+    ("ticks", "1", "ticks simulated"),
+    ("compile_s", "s", "wall time of compiling, or of loading the compiled kernels"),
+    ("start_s", "s", "wall time of the static start"),
+    ("stepping_s", "s", "wall time of the stepping alone; `realtime_factor` is made from it"),
+    ("scene", "", "name of the scene"),
+    ("motion", "", "name of the bag, or none"),
+    ("setpoint", "", "set-point algorithm"),
+    ("imu_only", "", "true: odometry was left out"),
+    ("motion_refused", "1", "motion messages refused or bridged, by cause"),
+    ("residuals", "", "`replay`: list of channel, quantity, unit, mean, rms, largest, count; ours less recorded"),
+    ("largest_difference", "", "`replay`: largest difference of any field of `sim/health` over the common ticks"),
+    ("node", "", "`live`: figures of the node, as in its statistics file"),
+    ("problem", "", "why the run ended early; absent when it did not"),
+)
 Progress = Callable[[str, float, float], None]   # what is done, seconds done, seconds in all (0 = not known)
 
 
@@ -104,6 +122,12 @@ def replay(bag: str | os.PathLike, scene: Scene | str | os.PathLike | None = Non
     return result
 
 
+def figures_markdown() -> str:
+    """FIGURES as a Markdown table, for the README."""
+    rows = [f"| `{name}` | {'' if unit == '1' else unit} | {meaning} |" for name, unit, meaning in FIGURES]
+    return "\n".join(["| field | unit | meaning |", "|---|---|---|", *rows])
+
+
 def largest_difference(ours: np.recarray, theirs: np.recarray | None) -> dict[str, Any] | None:
     """Largest difference of any Frame field over the ticks both have (by tick number); None without a common tick."""
     if theirs is None:
@@ -148,10 +172,10 @@ class _Drive:
             kept = frames[-1:] if self.tow is None else frames
             figures.update(
                 departure_angle_deg=float(np.degrees(kept["departure_angle"].mean())),
-                contact_resultant_n=float(kept["contact_resultant"].mean()),
-                compile_s=warm_up, start_s=start_cost, stepping_s=stepping, ticks=len(frames))
+                contact_resultant_n=float(kept["contact_resultant"].mean()))
         else:
-            figures = {"ticks": 0}
+            figures = {}
+        figures.update(ticks=len(frames), compile_s=warm_up, start_s=start_cost, stepping_s=stepping)
         if self.feeder is not None:
             figures["motion_refused"] = {k: v for k, v in self.feeder.ingest.counts.items() if v}
         return Run(frames, figures, problem, bag)
