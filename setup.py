@@ -30,6 +30,7 @@ ROS = ["ros-rclpy[fastrtps]>=9.1,<10"] + [
 
 TEST = [
     "pytest>=8",
+    "click>=8.2",            # its test runner keeps the two outputs apart
     "hypothesis>=6",
     "ruff>=0.17,<0.18",      # the set of rules changes with the minor version
     "colcon-common-extensions>=0.3",
