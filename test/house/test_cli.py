@@ -10,6 +10,7 @@ from click.testing import CliRunner
 
 from cable_sim_ros import cli
 from cable_sim_ros.lab import offline
+from cable_sim_ros.lab.drive import Drive
 
 COMMANDS = {"node", "run", "replay", "live", "play", "manual", "recover", "make-bags"}
 
@@ -82,8 +83,8 @@ def test_a_failed_run_is_code_1_and_still_has_figures(monkeypatch):
 
 
 def test_a_replay_says_when_there_is_nothing_to_compare(monkeypatch):
-    real = offline._Drive._ticks
-    monkeypatch.setattr(offline._Drive, "_ticks", lambda self, start, duration: min(100, real(self, start, duration)))
+    real = Drive._ticks
+    monkeypatch.setattr(Drive, "_ticks", lambda self, start, duration: min(100, real(self, start, duration)))
     result = call("replay", "lmg1903")
     assert result.exit_code == 0 and "The bag recorded nothing of the tow" in result.stdout
 

@@ -12,8 +12,9 @@ from cable_sim_ros.io.channels import CHANNELS, Context, Encoder
 from cable_sim_ros.io.load import load_scene
 from cable_sim_ros.io.recording import load_run
 from cable_sim_ros.io.replay import Feeder, RecordedTow, read_tow, residuals
-from cable_sim_ros.lab import offline
+from cable_sim_ros.lab import drive, offline
 from cable_sim_ros.physics.inputs import MOTION_ROWS, make_inputs
+from cable_sim_ros.sim.frame import FRAME
 from cable_sim_ros.sim.simulator import SolverError
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
@@ -30,7 +31,7 @@ def recorded(tmp_path_factory):
 def test_without_motion_the_tow_is_static():
     result = offline.run("full_scale")
     figures = result.figures
-    assert figures["motion"] == "none" and figures["duration_s"] == pytest.approx(offline.SETTLE, abs=0.011)
+    assert figures["motion"] == "none" and figures["duration_s"] == pytest.approx(drive.SETTLE, abs=0.011)
     assert figures["tension_std_n"] < 1e-3 * figures["tension_mean_n"]
     assert figures["body_depth_m"] == pytest.approx(-result.frames["body_position"][-1, 2], abs=1e-3)
     assert 0 < figures["departure_angle_deg"] < 90 and figures["contact_resultant_n"] > 0
@@ -58,7 +59,7 @@ def test_the_same_run_gives_the_same_bytes(recorded, tmp_path):
 
 
 def test_chunks_leave_no_trace(recorded, monkeypatch):
-    monkeypatch.setattr(offline, "CHUNK", 0.07)
+    monkeypatch.setattr(drive, "CHUNK", 0.07)
     again = offline.run("full_scale", "nbp1406", duration=SECONDS)
     assert again.frames.tobytes() == recorded[0].frames.tobytes()
 
@@ -68,6 +69,14 @@ def test_a_replay_gives_the_same_numbers(recorded):
     assert result.figures["largest_difference"] == {"field": "", "difference": 0.0, "ticks": len(recorded[0].frames)}
     assert {row.channel for row in result.residuals} == {"sheave/tension", "towbody/pose", "winch/state"}
     assert all(row.largest < 1e-9 and row.count == len(recorded[0].frames) for row in result.residuals)
+
+
+def test_a_replay_finds_the_start_from_the_frames_where_the_bag_does_not_tell_it(recorded, monkeypatch):
+    monkeypatch.setattr(RecordedTow, "started", lambda self: None)
+    result = offline.replay(recorded[0].bag)
+    assert result.figures["largest_difference"]["ticks"] == len(recorded[0].frames)
+    rows = {row.quantity: row for row in result.residuals}
+    assert rows["x"].largest < 1e-4 and rows["tension"].largest < 0.5
 
 
 def test_a_replay_with_another_scene_has_residuals(recorded):
@@ -99,7 +108,7 @@ def test_figures_are_written_beside_the_bag(recorded):
 
 def test_a_bag_without_outputs_has_no_residuals():
     tow = read_tow(offline.find_bag("lmg1903"))
-    assert tow.outputs == {} and residuals(np.zeros(3, offline.FRAME).view(np.recarray), tow) == []
+    assert tow.outputs == {} and residuals(np.zeros(3, FRAME).view(np.recarray), tow) == []
 
 
 def test_a_recording_is_not_overwritten(recorded):
@@ -113,7 +122,7 @@ def test_imu_alone_moves_the_ship():
 
 
 def test_a_solver_that_gives_up_ends_the_run_with_what_there_is(monkeypatch):
-    run, calls = offline.Simulator.run, []
+    run, calls = drive.Simulator.run, []
 
     def fails(self, count):
         calls.append(count)
@@ -121,12 +130,12 @@ def test_a_solver_that_gives_up_ends_the_run_with_what_there_is(monkeypatch):
             raise SolverError("residual 12 N")
         return run(self, count)
 
-    monkeypatch.setattr(offline, "CHUNK", 0.1)
+    monkeypatch.setattr(drive, "CHUNK", 0.1)
     scene = load_scene("full_scale")
-    sim = offline._Drive(scene, None, None, offline._silent)
-    monkeypatch.setattr(offline.Simulator, "run", fails)
-    monkeypatch.setattr(sim.sim, "warm_up", lambda progress: None)
-    result = sim.go(1.0, None)
+    one = drive.Drive(scene, None)
+    monkeypatch.setattr(drive.Simulator, "run", fails)
+    monkeypatch.setattr(one.sim, "warm_up", lambda progress: None)
+    result = one.go(1.0, None)
     assert result.problem == "the solver gave up after 0.20 s: residual 12 N" and len(result.frames) == 20
 
 
@@ -151,9 +160,8 @@ def test_the_ring_is_never_overrun():
     tow = read_tow(offline.find_bag("nbp1406"))
     fast = RecordedTow(tow.path, [event._replace(time=tow.start + (event.time - tow.start) // 20)
                                   for event in tow.events[:8000]])
-    drive = offline._Drive(load_scene("full_scale"), fast, None, offline._silent)
-    chunk = drive._ring_limit()
-    assert fast.rate > 1900 and fast.rate * (chunk + offline.AHEAD) * 1e-9 < MOTION_ROWS
+    chunk = drive.Drive(load_scene("full_scale"), fast)._ring_limit()
+    assert fast.rate > 1900 and fast.rate * (chunk + drive.AHEAD) * 1e-9 < MOTION_ROWS
 
 
 def test_commands_of_the_bag_reach_the_ring():
@@ -166,7 +174,8 @@ def test_commands_of_the_bag_reach_the_ring():
         message = JointState(header(time, ""), names, np.array(position), np.array(velocity), EMPTY)
         return Event(time, time, "command", bytes(STORE.serialize_cdr(message, "sensor_msgs/msg/JointState")))
 
-    events = [event(1, ["payout"], [2.0], []), event(2, ["drum"], [2.0], []), event(3, ["a", "payout"], [], [0.0, -0.5]),
+    events = [event(1, ["payout"], [2.0], []), event(2, ["drum"], [2.0], []),
+              event(3, ["a", "payout"], [], [0.0, -0.5]),
               event(3, ["payout"], [4.0], []), event(4, ["payout"], [np.inf], []), event(9, ["payout"], [5.0], [])]
     inputs = make_inputs()
     feeder = Feeder(inputs, RecordedTow("", events), load_scene("full_scale"))

@@ -1,0 +1,216 @@
+"""One pass of the simulator over recorded motion: start, chunks of ticks, recording, wall times of each."""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import __version__
+from ..io.bag import BagWriter
+from ..io.channels import Context, Encoder
+from ..io.load import SceneWarning, dump_scene
+from ..io.replay import Event, Feeder, RecordedTow
+from ..io.wire import KINDS, Refused, decode_imu, decode_odometry
+from ..physics.heave import MotionInput
+from ..sim import checks
+from ..sim.frame import FRAME
+from ..sim.scene import Scene
+from ..sim.simulator import Simulator, SolverError
+
+SECOND = 1_000_000_000
+AHEAD = SECOND // 10        # motion is pushed this far past the end of a chunk, so that no tick looks past the newest
+CHUNK = 1.0                 # s, at most
+RING_SHARE = 400            # samples a chunk may bring: less than half the ring
+SETTLE = 5.0                # s of a run without motion
+HEADING_OVER = 60.0         # s of motion whose mean yaw is the heading of the start
+Progress = Callable[[str, float, float], None]   # what is done, seconds done, seconds in all (0 = not known)
+
+
+def silent(what: str, done: float, total: float) -> None:
+    """Progress that tells nobody."""
+
+
+class Start(NamedTuple):
+    """Where and when the static start is: ns, m in odom, rad (None: the scene's heading)."""
+
+    time: int
+    position: tuple[float, float]
+    heading: float | None
+
+
+class Driven(NamedTuple):
+    """Frames of a pass, wall times [s] of compiling, static start and stepping, and why it ended early ("" = not)."""
+
+    frames: np.recarray
+    compile_s: float
+    start_s: float
+    stepping_s: float
+    problem: str
+
+
+class Drive:
+    """One pass of the simulator over its input.
+
+    tow: recorded motion, None for the mean track; recorded: Frames of the run to repeat, None for a fresh start.
+    """
+
+    def __init__(self, scene: Scene, tow: RecordedTow | None, recorded: np.recarray | None = None,
+                 progress: Progress = silent) -> None:
+        self.scene, self.tow, self.progress = scene, tow, progress
+        self.recorded = recorded
+        self.sim = Simulator(scene)
+        self.tick = round(scene.solver.tick * SECOND)
+        self.feeder = None if tow is None else Feeder(self.sim.inputs, tow, scene, _motion_input(tow))
+        self.pending: list[Event] = []
+
+    def go(self, duration: float | None, bag: Path | None) -> Driven:
+        """Simulate. duration: s, None for all there is; bag: directory to record to, or None. Raises StartError."""
+        begun = time.perf_counter()
+        self.sim.warm_up(progress=lambda text: self.progress(text, 0.0, 0.0))
+        compiled = time.perf_counter()
+        start = self._start()
+        self.progress("static start", 0.0, 0.0)
+        starting = time.perf_counter()
+        self.sim.start(time_ns=start.time, position=start.position, heading=start.heading)
+        started = time.perf_counter()
+        payout = float(self.sim.frame["payout"])
+        frames, stepping, problem = self._steps(start, self._ticks(start, duration), bag)
+        _warn_of_travel(self.scene, frames["payout"] - payout)
+        return Driven(frames, compiled - begun, started - starting, stepping, problem)
+
+    def _start(self) -> Start:
+        tow = self.tow
+        if tow is None:
+            return Start(0, (0.0, 0.0), None)
+        recorded = tow.started()
+        if recorded is not None:
+            return Start(*recorded)
+        end = tow.start
+        while self.feeder.ingest.first_pose is None and not self.feeder.done:
+            end += AHEAD
+            self.pending += self.feeder.until(end)
+        if self.feeder.ingest.first_pose is None:
+            return Start(tow.start, (0.0, 0.0), None)
+        first, x, y, yaw = self.feeder.ingest.first_pose
+        if self.recorded is not None and len(self.recorded):
+            return _start_before(self.recorded[0], self.scene, self.tick)
+        return Start(first, (x, y), _mean_yaw(tow, yaw, self.feeder.ingest.settings))
+
+    def _ticks(self, start: Start, duration: float | None) -> int:
+        if self.tow is None:
+            return max(1, round((SETTLE if duration is None else duration) * SECOND / self.tick))
+        length = self.tow.end - start.time
+        if self.recorded is not None and len(self.recorded):
+            length = max(0, int(self.recorded["time"][-1]) - start.time)
+        if duration is not None:
+            length = min(length, round(duration * SECOND))
+        return max(1, length // self.tick)
+
+    def _steps(self, start: Start, ticks: int, bag: Path | None) -> tuple[np.recarray, float, str]:
+        chunk = max(1, min(round(CHUNK * SECOND), self._ring_limit()) // self.tick)
+        recording = None
+        if bag is not None:
+            recording = _Recording(bag, self.scene, start, self.tow)
+        parts, done, stepping, problem, now = [], 0, 0.0, "", start.time
+        try:
+            while done < ticks and not problem:
+                count = min(chunk, ticks - done)
+                now += count * self.tick
+                if self.feeder is not None:
+                    self.pending += self.feeder.until(now + AHEAD)
+                begun = time.perf_counter()
+                try:
+                    frames = self.sim.run(count)
+                except SolverError as error:
+                    problem = f"the solver gave up after {done * self.tick * 1e-9:.2f} s: {error}"
+                    break
+                finally:
+                    stepping += time.perf_counter() - begun
+                parts.append(frames.copy())
+                if recording is not None:
+                    recording.write(frames, *self.sim.chunk_tables, self.pending)
+                self.pending = []
+                done += count
+                self.progress("simulating", done * self.tick * 1e-9, ticks * self.tick * 1e-9)
+        finally:
+            if recording is not None:
+                recording.close()
+        frames = np.concatenate(parts).view(np.recarray) if parts else np.zeros(0, FRAME).view(np.recarray)
+        return frames, stepping, problem
+
+    def _ring_limit(self) -> int:
+        return round(CHUNK * SECOND) if self.tow is None else round(RING_SHARE / max(1.0, self.tow.rate) * SECOND)
+
+
+class _Recording:
+    """Every channel and every input of a run in one bag; nothing from a clock: the same run has the same bytes."""
+
+    def __init__(self, path: Path, scene: Scene, start: Start, tow: RecordedTow | None) -> None:
+        self.context = Context()
+        self.encoder = Encoder(self.context, scene.solver.tick)
+        about = {"scene": scene.name, "scene_yaml": dump_scene(scene), "cable_sim_ros": __version__,
+                 "namespace": self.context.namespace, "motion": "none" if tow is None else Path(tow.path).name,
+                 "start_time_ns": str(start.time), "start_position_m": json.dumps(start.position)}
+        if start.heading is not None:
+            about["start_heading_rad"] = repr(start.heading)
+        self.writer = BagWriter(path, custom_data=about)
+        self.encoder.declare(self.writer)
+
+    def write(self, frames: np.recarray, shapes: np.ndarray, contacts: np.ndarray, events: list[Event]) -> None:
+        for event in events:
+            msgtype, topic = KINDS[event.kind]
+            self.writer.add(f"{self.context.namespace}/{topic}", msgtype, event.arrival, event.data, event.time)
+        for frame, shape, contact in zip(frames, shapes, contacts):
+            for channel, topic, data in self.encoder.encode(frame, shape, contact):
+                self.writer.add(topic, channel.msgtype, int(frame["time"]), data)
+
+    def close(self) -> None:
+        self.writer.close()
+
+
+def _motion_input(tow: RecordedTow) -> MotionInput:
+    """How the recording node took its motion in, where the bag says so."""
+    try:
+        node = json.loads(tow.about["node"])
+        return MotionInput(convention=node["imu"]["convention"], odometry_timeout=node["odometry_timeout"])
+    except (KeyError, ValueError, TypeError):
+        return MotionInput()
+
+
+def _start_before(frame: np.record, scene: Scene, tick: int) -> Start:
+    """Start of a run whose bag does not tell it, from its first Frame: there the ship is on its mean track to 1e-5 m."""
+    x, y, z, w = frame["ship_quaternion"]
+    yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    ahead = scene.ship.tow_speed * int(frame["tick"]) * tick * 1e-9
+    east, north = frame["ship_position"][0] - ahead * math.cos(yaw), frame["ship_position"][1] - ahead * math.sin(yaw)
+    return Start(int(frame["time"]) - int(frame["tick"]) * tick, (float(east), float(north)), yaw)
+
+
+def _warn_of_travel(scene: Scene, payout: np.ndarray) -> None:
+    """Warn where the winch took a coarse element onto the sheave, or had too little cable on the drum."""
+    if min(checks.fine_zone(scene)) > 0.0 and len(payout):   # else the scene itself has been warned of
+        for caution in checks.travel_cautions(scene, max(0.0, -payout.min()), max(0.0, payout.max())):
+            warnings.warn(f"{scene.name}: {caution.key} {caution.text}. {caution.remedy}", SceneWarning, stacklevel=3)
+
+
+def _mean_yaw(tow: RecordedTow, yaw: float, settings: MotionInput) -> float:
+    """Mean yaw [rad] of the first minute: the heading of a single sample would leave the tow 10 m to one side."""
+    until, total = tow.start + round(HEADING_OVER * SECOND), [0.0, 0.0]
+    for event in tow.events:
+        if event.kind == "command" or event.time > until:
+            continue
+        try:
+            decode = decode_imu if event.kind == "imu" else decode_odometry
+            angle = decode(event.data, settings.convention).angles[2]
+        except Refused:
+            continue
+        total[0] += math.cos(angle)
+        total[1] += math.sin(angle)
+    return math.atan2(total[1], total[0]) if any(total) else yaw
