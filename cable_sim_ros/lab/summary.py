@@ -115,7 +115,7 @@ def summarize(frames: np.recarray, *, skip_s: float = SKIP, **outside: float | N
         "sheave_heave_std_m": kept["sheave_position"][:, 2].std(),
         "duration_s": (frames["time"][-1] - frames["time"][0]) * 1e-9, "skip_s": skip,
         "steps": int(frames["substeps"].sum()), "iterations": int(frames["iterations"].sum()),
-        "flags": {flag.name: count for flag in Flag if flag and (count := int(np.sum(frames["flags"] & flag != 0)))},
+        "flags": {flag.name: count for flag in Flag if flag and (count := int(np.sum(frames["status"] & flag != 0)))},
         **{name: outside.get(name) for name in OUTSIDE},
     }
     return {name: float(figures[name]) if isinstance(figures[name], np.floating) else figures[name]

@@ -1,9 +1,49 @@
-"""The cable: material, sections, and the assembly of residual and tangent."""
+"""The cable: material, sections, and the assembly of residual and tangent, group by group of 16 elements.
+
+A group is gathered once; each physics adds its part to force[12, LANES] and k[144, LANES] where the group needs it;
+the group is scattered once into the block-tridiagonal system. Unknowns of a node: r [m] and g = dr/dp [1].
+"""
 
 from __future__ import annotations
 
-from .drag import DragLaw
+from typing import NamedTuple
+
+import numpy as np
+
+from .ancf import (
+    LENGTH,
+    PER_LENGTH,
+    ROWS,
+    elastic_lanes,
+    elastic_tangent_lanes,
+    inertia_lanes,
+)
+from .contact import contact_lanes, contact_point_lanes, contact_tangent_lanes
+from .drag import (
+    POINT_ROWS,
+    DragLaw,
+    coefficient_lanes,
+    load_lanes,
+    load_tangent_lanes,
+    point_lanes,
+    spread_force,
+    spread_matrix,
+)
+from .jit import LANES, driver
 from .quantity import REQUIRED, Block, quantity
+from .shape import W4, W5, X4, X5, shape, slope
+from .surface import AXIS, CENTRE, FADE_HIGH, NO_TOP, RADIUS
+from .waterline import waterline
+
+CONTACT_POINTS = 5
+_N4 = np.array([shape(x) for x in X4])
+_D4 = np.array([slope(x) for x in X4])
+_N5 = np.array([shape(x) for x in X5])
+# products N_i N_j and N_i N_j' that spread the matrices of the points over the 4x4 blocks
+_C4 = np.array([np.outer(n, n).ravel() for n in _N4] + [np.outer(n, d).ravel() for n, d in zip(_N4, _D4, strict=True)])
+_C5 = np.array([np.outer(n, n).ravel() for n in _N5])
+N4L = np.repeat(_N4[:, :, None], LANES, 2)   # [point, 4, LANES]
+D4L = np.repeat(_D4[:, :, None], LANES, 2)
 
 
 class Section(Block):
@@ -27,3 +67,198 @@ class Cable(Block):
     bending_damping: float = quantity(0.0, "N m^2 s", 0.0, 1e6, "Kelvin-Voigt: bending moment per curvature rate")
     added_mass_coefficient: float = quantity(1.0, "1", 0.0, 5.0, "C_m of the normal motion", "Westin (66)")
     sections: dict[str, Section] = quantity(REQUIRED, "", None, None, "sections from the drum end to the towbody")
+
+
+class Work(NamedTuple):
+    """Scratch of the assembly and the solver; nothing in it outlives a call."""
+
+    x: np.ndarray         # [36, LANES] scaled unknowns, velocities, accelerations
+    p: np.ndarray         # [ROWS, LANES]
+    force: np.ndarray     # [12, LANES]
+    k: np.ndarray         # [144, LANES]
+    k9: np.ndarray        # [81, LANES]
+    tension: np.ndarray   # [LANES]
+    energy: np.ndarray    # [LANES]
+    point: np.ndarray     # [POINT_ROWS, LANES]
+    load: np.ndarray      # [points, 3, LANES]
+    matrix: np.ndarray    # [2 points, 9, LANES]
+    weight: np.ndarray    # [LANES]
+    wet: np.ndarray       # [LANES] 1 wet, 0 dry, -1 crossing the surface
+    near: np.ndarray      # [LANES]
+    wet_x: np.ndarray
+    wet_p: np.ndarray
+    wet_n: np.ndarray
+    wet_d: np.ndarray
+    wet_z: np.ndarray
+    wet_bounds: np.ndarray
+    wet_at: np.ndarray
+    wet_side: np.ndarray
+    band: np.ndarray      # [nodes, 6, 16]
+    lower: np.ndarray     # [nodes, 6, 6]
+    step: np.ndarray      # [nodes, 6] solution
+
+
+def make_work(nodes: int) -> Work:
+    """Scratch for a cable of ``nodes`` nodes."""
+    z = np.zeros
+    return Work(z((36, LANES)), z((ROWS, LANES)), z((12, LANES)), z((144, LANES)), z((81, LANES)), z(LANES), z(LANES),
+                z((POINT_ROWS, LANES)), z((5, 3, LANES)), z((8, 9, LANES)), z(LANES), z(LANES), z(LANES),
+                z((36, LANES)), z((ROWS, LANES)), z((4, LANES)), z((4, LANES)), z(4), z((4, 2)), z(LANES), z(LANES),
+                z((nodes, 6, 16)), z((nodes, 6, 6)), z((nodes, 6)))
+
+
+@driver
+def gather(group, elements, arc, q, v, a, x, p):
+    """Element data of one group into lanes; the tail repeats the last element. Lengths come from the arc lengths."""
+    count = arc.shape[0] - 1
+    for row in range(ROWS):
+        for lane in range(LANES):
+            p[row, lane] = elements[group, row, lane]
+    for lane in range(LANES):
+        e = min(LANES * group + lane, count - 1)
+        length = arc[e + 1] - arc[e]
+        p[LENGTH, lane] = length
+        p[PER_LENGTH, lane] = 1.0 / length
+        for c in range(3):
+            x[c, lane] = q[e, c]
+            x[3 + c, lane] = length * q[e, 3 + c]
+            x[6 + c, lane] = q[e + 1, c]
+            x[9 + c, lane] = length * q[e + 1, 3 + c]
+            x[12 + c, lane] = v[e, c]
+            x[15 + c, lane] = length * v[e, 3 + c]
+            x[18 + c, lane] = v[e + 1, c]
+            x[21 + c, lane] = length * v[e + 1, 3 + c]
+            x[24 + c, lane] = a[e, c]
+            x[27 + c, lane] = length * a[e, 3 + c]
+            x[30 + c, lane] = a[e + 1, c]
+            x[33 + c, lane] = length * a[e + 1, 3 + c]
+
+
+@driver
+def scatter(group, p, force, k, tangent, band, lower):
+    """Add one group to the system; gradient rows and columns carry the element length."""
+    count = band.shape[0] - 1
+    for lane in range(min(LANES, count - LANES * group)):
+        e = LANES * group + lane
+        length = p[LENGTH, lane]
+        for c in range(3):
+            band[e, c, 12] -= force[c, lane]
+            band[e, 3 + c, 12] -= length * force[3 + c, lane]
+            band[e + 1, c, 12] -= force[6 + c, lane]
+            band[e + 1, 3 + c, 12] -= length * force[9 + c, lane]
+        if tangent:
+            for i in range(4):
+                si = length if i % 2 == 1 else 1.0
+                ri = 3 * (i % 2)
+                for j in range(4):
+                    s = si * (length if j % 2 == 1 else 1.0)
+                    rj = 3 * (j % 2)
+                    row = 9 * (4 * i + j)
+                    for c in range(3):
+                        for d in range(3):
+                            y = s * k[row + 3 * c + d, lane]
+                            if i < 2:
+                                if j < 2:
+                                    band[e, ri + c, rj + d] += y
+                                else:
+                                    band[e, ri + c, 6 + rj + d] += y
+                            elif j < 2:
+                                lower[e + 1, ri + c, rj + d] += y
+                            else:
+                                band[e + 1, ri + c, rj + d] += y
+
+
+@driver
+def immersion(x, wet):
+    """Per lane 1 (wet), 0 (dry), -1 (crossing): the element lies in the hull of its Bezier points. Returns wet, crossing."""
+    any_wet, any_crossing = False, False
+    for e in range(LANES):
+        z0, z3 = x[2, e], x[8, e]
+        z1, z2 = z0 + x[5, e] / 3.0, z3 - x[11, e] / 3.0
+        low, high = min(min(z0, z1), min(z2, z3)), max(max(z0, z1), max(z2, z3))
+        wet[e] = 1.0 if high < 0.0 else (0.0 if low >= 0.0 else -1.0)
+    for e in range(LANES):
+        any_wet = any_wet or wet[e] > 0.0
+        any_crossing = any_crossing or wet[e] < 0.0
+    return any_wet, any_crossing
+
+
+@driver
+def near_surface(x, s, near):
+    """Can any lane's element touch surface row s? Its Bezier points lie within a known distance of its midpoint."""
+    top = 0.0 if s[FADE_HIGH] >= NO_TOP else s[FADE_HIGH]
+    for e in range(LANES):
+        bound = 0.0
+        d2 = 0.0
+        ax = 0.0
+        for c in range(3):
+            r0, r3 = x[c, e], x[6 + c, e]
+            r1, r2 = r0 + x[3 + c, e] / 3.0, r3 - x[9 + c, e] / 3.0
+            m = 0.125 * (r0 + r3) + 0.375 * (r1 + r2)
+            far = max(max(abs(r0 - m), abs(r3 - m)), max(abs(r1 - m), abs(r2 - m)))
+            bound += far * far
+            rel = m - s[CENTRE + c]
+            d2 += rel * rel
+            ax += rel * s[AXIS + c]
+        reach = s[RADIUS] + top + bound ** 0.5
+        near[e] = 1.0 if d2 - ax * ax < reach * reach else 0.0
+    for e in range(LANES):
+        if near[e] > 0.0:
+            return True
+    return False
+
+
+@driver
+def assemble(elements, arc, q, v, a, current, surfaces, c1, c2, sigma, tangent, work, tension):
+    """Residual R = M a + Q_int - Q_ext as -R in band[:, :, 12] and, with tangent, dR/dq (c1, c2 folded in).
+
+    elements [groups, ROWS, LANES]; arc [nodes] unstretched arc length; q, v, a [nodes, 6]; current: surface current and
+    its gradient [4]; surfaces [n, SURFACE_COLUMNS]; sigma: mass damping of the static start [1/s]; tension [elements]
+    receives the element tensions [N]. Returns the strain energy [J].
+    """
+    x, p, force, k = work.x, work.p, work.force, work.k
+    work.band[:] = 0.0
+    if tangent:
+        work.lower[:] = 0.0
+    count = arc.shape[0] - 1
+    total = 0.0
+    for group in range(elements.shape[0]):
+        gather(group, elements, arc, q, v, a, x, p)
+        inertia_lanes(x, p, force, k, c1, c2, sigma, tangent)
+        elastic_lanes(x, p, force, work.tension, work.energy)
+        if tangent:
+            elastic_tangent_lanes(x, p, c1, work.k9, k)
+        for lane in range(min(LANES, count - LANES * group)):
+            tension[LANES * group + lane] = work.tension[lane]
+            total += work.energy[lane]
+        wet, crossing = immersion(x, work.wet)
+        if wet:
+            for g in range(4):
+                for e in range(LANES):
+                    work.weight[e] = p[LENGTH, e] * W4[g] if work.wet[e] > 0.0 else 0.0
+                point_lanes(x, p, N4L[g], D4L[g], current, work.point)
+                coefficient_lanes(p, work.point)
+                load_lanes(work.point, p, work.weight, work.load[g])
+                if tangent:
+                    load_tangent_lanes(work.point, p, c1, c2, current, work.weight, work.matrix[g], work.matrix[4 + g])
+            spread_force(_N4, work.load, 4, force)
+            if tangent:
+                spread_matrix(_C4, work.matrix, 8, k)
+        if crossing:
+            for e in range(LANES):
+                if work.wet[e] < 0.0:
+                    waterline(e, x, p, current, c1, c2, tangent, work, force, k)
+        for i in range(surfaces.shape[0]):
+            if near_surface(x, surfaces[i], work.near):
+                for g in range(CONTACT_POINTS):
+                    for e in range(LANES):
+                        work.weight[e] = p[LENGTH, e] * W5[g] * work.near[e]
+                    contact_point_lanes(x, _N5[g], work.point)
+                    contact_lanes(work.point, surfaces[i], work.weight, work.load[g])
+                    if tangent:
+                        contact_tangent_lanes(work.point, surfaces[i], c1, work.weight, work.matrix[g])
+                spread_force(_N5, work.load, CONTACT_POINTS, force)
+                if tangent:
+                    spread_matrix(_C5, work.matrix, CONTACT_POINTS, k)
+        scatter(group, p, force, k, tangent, work.band, work.lower)
+    return total

@@ -1,19 +1,324 @@
-"""Drag of a cable section: loading functions f_n, f_t of the angle of attack and C_D(Re).
+"""Hydrodynamic line load of a cable: drag by loading functions, normal added mass, buoyancy.
 
-Sources: Driscoll & Nahon as printed by Westin (2018) (58)-(62), ribbon fairing (145), with the corrections of
-the project's theory notes (thrust sign, tangential sign, second line of (145) read as f_t).
+Sources: Driscoll & Nahon as printed by Westin (2018) (58)-(69), ribbon fairing (145), Choo & Casarella C_D(Re)
+(61)-(62). Corrected against the print (project theory notes): the drag acts along +V with V = V_f - r_t; (58b) keeps one
+sign; G of (64) is the total factor, f = f_D(V_f - r_t) + (G-1) f_D(V_f); the second line of (145) is f_t;
+the Froude-Krylov part of (69b) is counted once (a horizontal, steady, sheared current has none).
+
+A law is two trigonometric polynomials in eta = atan(v_n/|v_t|): f_n up to 2 eta, f_t up to 5 eta. The quintic of (60b)
+is fitted by the latter to 1e-7 of its unit (test), so that no law needs an arc tangent. f_t below zero counts as zero.
 """
 
 from __future__ import annotations
 
 from enum import Enum
+from math import log, sqrt
+
+import numpy as np
+
+from .ancf import (
+    ADDED_MASS,
+    BUOYANCY,
+    CD_FIXED,
+    EXTRA_DRAG,
+    FN,
+    FT,
+    HALF_RHO_D,
+    PER_LENGTH,
+    RE_FACTOR,
+)
+from .jit import LANES, driver, inline
+from .vec import axpy, dot, get3, norm, put3, put_matrix, scale, sub
+
+SPEED_FLOOR = 1e-3     # m/s, regularises v_n, |v_t| and the sign of v_t
+RE_LEAST, RE_BLEND_1, RE_BLEND_2, RE_MOST = 1e-3, (0.8, 1.25), (25.0, 36.0), 1e5
+RE_TOP = RE_BLEND_2[1]
+
+# rows of the point table
+(POINT_R, POINT_V, POINT_W, POINT_A, POINT_G, POINT_CD, POINT_DCD, POINT_CD2, POINT_DCD2, POINT_X) = (
+    0, 3, 6, 9, 12, 15, 16, 17, 18, 19)
+POINT_ROWS = 20
 
 
 class DragLaw(str, Enum):
     """Loading functions of a section."""
 
     OFF = "off"
-    DRISCOLL_NAHON = "driscoll_nahon"                    # 0.011 on sin(2 eta): our default
-    DRISCOLL_NAHON_PRINTED = "driscoll_nahon_printed"    # 0.11 as printed by Westin (60a)
+    DRISCOLL_NAHON = "driscoll_nahon"                    # 0.011 on sin(2 eta): our default, a judgement
+    DRISCOLL_NAHON_PRINTED = "driscoll_nahon_printed"    # 0.11 as printed by Westin (60a); f_n < 0 below 8 deg
     RIBBON = "ribbon"                                    # ribbon fairing, Westin (145)
-    CROSSFLOW = "crossflow"                              # f_n = sin^2, f_t = 0
+    CROSSFLOW = "crossflow"                              # f_n = sin^2 eta, f_t = 0
+
+
+# fit of (60b) on [0, pi/2], cos 0..5 and sin 1..5, largest difference 7e-8; checked by a test
+_FT_BARE = (-0.154069822042428, 0.32370195471209123, -0.19768199976246204, 0.04699662080294466, 0.0025192226692795916,
+            -0.0013760002668004867, 0.024658849723673076, -0.0890678193267043, 0.07196180416171502,
+            -0.017956738489678433, 0.0011127654967487688)
+_NONE = (0.0,) * 11
+# law: f_n (1, cos, sin, cos 2, sin 2), f_t (1, cos .. cos 5, sin .. sin 5)
+LOADING: dict[DragLaw, tuple[tuple[float, ...], tuple[float, ...]]] = {
+    DragLaw.OFF: ((0.0,) * 5, _NONE),
+    DragLaw.DRISCOLL_NAHON: ((0.5, -0.1, 0.1, -0.4, -0.011), _FT_BARE),
+    DragLaw.DRISCOLL_NAHON_PRINTED: ((0.5, -0.1, 0.1, -0.4, -0.11), _FT_BARE),
+    DragLaw.RIBBON: ((0.498609, -0.2499, 0.2527, -0.2487, 0.0),
+                     (-0.2255, 0.3417, 0.0, 0.0, 0.0, 0.0, 0.255, -0.0811, 0.0, 0.0, 0.0)),
+    DragLaw.CROSSFLOW: ((0.5, 0.0, 0.0, -0.5, 0.0), _NONE),
+}
+
+
+@inline
+def smooth(x, low, high):
+    """Smoothstep from 0 at low to 1 at high and its derivative."""
+    t = min(max((x - low) / (high - low), 0.0), 1.0)
+    return t * t * (3.0 - 2.0 * t), 6.0 * t * (1.0 - t) / (high - low)
+
+
+@inline
+def choo_casarella(re):
+    """C_D(Re) of (61) and dC_D/dRe, blended over Re 0.8-1.25 and 25-36, held outside 1e-3..1e5."""
+    if re >= RE_MOST:
+        return 1.1 + 4.0 / sqrt(RE_MOST), 0.0
+    if re >= RE_TOP:
+        return 1.1 + 4.0 / sqrt(re), -2.0 / (re * sqrt(re))
+    x = max(re, RE_LEAST)
+    mid = 8.55 * x ** -0.9
+    cd, dcd = 1.45 + mid, -0.9 * mid / x
+    if x > RE_BLEND_2[0]:
+        t, dt = smooth(x, RE_BLEND_2[0], RE_BLEND_2[1])
+        top, dtop = 1.1 + 4.0 / sqrt(x), -2.0 / (x * sqrt(x))
+        return cd + t * (top - cd), dcd + t * (dtop - dcd) + dt * (top - cd)
+    if x < RE_BLEND_1[1]:
+        s = -0.077215665 + log(8.0 / x)
+        g = 8.0 * np.pi / (x * s)
+        low = g * (1.0 - 0.87 / (s * s))
+        dlow = g / x * (-1.0 + 1.0 / s + 0.87 / (s * s) - 2.61 / (s * s * s))
+        t, dt = smooth(x, RE_BLEND_1[0], RE_BLEND_1[1])
+        cd, dcd = low + t * (cd - low), dlow + t * (dcd - dlow) + dt * (cd - low)
+    return cd, (dcd if re > RE_LEAST else 0.0)
+
+
+@inline
+def normal_speed(v, u):
+    """Regularised |V_n| of velocity v past a cable with unit tangent u."""
+    w = axpy(-dot(v, u), u, v)
+    return sqrt(dot(w, w) + SPEED_FLOOR * SPEED_FLOOR)
+
+
+@inline
+def loading(c, s, p, e):
+    """f_n, df_n/deta, f_t, df_t/deta for cos eta = c, sin eta = s with the coefficients of lane e."""
+    c2, s2 = c * c - s * s, 2.0 * s * c
+    fn = p[FN, e] + p[FN + 1, e] * c + p[FN + 2, e] * s + p[FN + 3, e] * c2 + p[FN + 4, e] * s2
+    dn = p[FN + 2, e] * c - p[FN + 1, e] * s + 2.0 * (p[FN + 4, e] * c2 - p[FN + 3, e] * s2)
+    c3, s3 = c2 * c - s2 * s, s2 * c + c2 * s
+    c4, s4 = c2 * c2 - s2 * s2, 2.0 * s2 * c2
+    c5, s5 = c4 * c - s4 * s, s4 * c + c4 * s
+    ft = (p[FT, e] + p[FT + 1, e] * c + p[FT + 2, e] * c2 + p[FT + 3, e] * c3 + p[FT + 4, e] * c4 + p[FT + 5, e] * c5
+          + p[FT + 6, e] * s + p[FT + 7, e] * s2 + p[FT + 8, e] * s3 + p[FT + 9, e] * s4 + p[FT + 10, e] * s5)
+    dt = (p[FT + 6, e] * c - p[FT + 1, e] * s + 2.0 * (p[FT + 7, e] * c2 - p[FT + 2, e] * s2)
+          + 3.0 * (p[FT + 8, e] * c3 - p[FT + 3, e] * s3) + 4.0 * (p[FT + 9, e] * c4 - p[FT + 4, e] * s4)
+          + 5.0 * (p[FT + 10, e] * c5 - p[FT + 5, e] * s5))
+    return fn, dn, (ft if ft > 0.0 else 0.0), (dt if ft > 0.0 else 0.0)
+
+
+@inline
+def drag(v, u, half_rho_d, re_factor, cd, dcd, p, e):
+    """Drag per length of relative velocity v past unit tangent u, eq (58) with the thrust sign mended.
+
+    Returns alpha, beta, w, vt and the derivatives a1, a2, b1, b2 of
+    f = alpha w + beta u,  df/dV = alpha I + w (a1 w + a2 u)^T + u (b1 w + (b2 - alpha) u)^T.
+    """
+    vt = dot(v, u)
+    w = axpy(-vt, u, v)
+    vn = sqrt(dot(w, w) + SPEED_FLOOR * SPEED_FLOOR)
+    at = sqrt(vt * vt + SPEED_FLOOR * SPEED_FLOOR)
+    q2 = vn * vn + at * at
+    r = 1.0 / sqrt(q2)
+    fn, dn, ft, dt = loading(at * r, vn * r, p, e)
+    sign = vt / at
+    k = half_rho_d * cd
+    alpha = k * q2 * fn / vn
+    beta = k * q2 * ft * sign
+    dk = half_rho_d * dcd * re_factor * q2
+    a_vn = (dk * fn + k * (2.0 * vn * fn + dn * at)) / vn - alpha / vn
+    a_at = k * (2.0 * at * fn - dn * vn) / vn
+    b_vn = sign * (dk * ft + k * (2.0 * vn * ft + dt * at))
+    b_at = k * sign * (2.0 * at * ft - dt * vn)
+    b2 = b_at * sign + k * q2 * ft * SPEED_FLOOR * SPEED_FLOOR / (at * at * at)
+    return alpha, beta, w, vt, a_vn / vn, a_at * sign, b_vn / vn, b2
+
+
+@driver
+def point_lanes(x, p, n, d, current, t):
+    """Kinematics of one point a lane: t rows R, V (relative), W (water), A, G; n, d: N_i and N_i' [4, LANES]."""
+    if x.shape[1] != LANES or p.shape[1] != LANES or n.shape[1] != LANES or d.shape[1] != LANES or t.shape[1] != LANES:
+        raise ValueError("lanes")
+    for e in range(LANES):
+        n0, n1, n2, n3 = n[0, e], n[1, e], n[2, e], n[3, e]
+        r = axpy(n0, get3(x, 0, e), axpy(n1, get3(x, 3, e), axpy(n2, get3(x, 6, e), scale(n3, get3(x, 9, e)))))
+        v = axpy(n0, get3(x, 12, e), axpy(n1, get3(x, 15, e), axpy(n2, get3(x, 18, e), scale(n3, get3(x, 21, e)))))
+        a = axpy(n0, get3(x, 24, e), axpy(n1, get3(x, 27, e), axpy(n2, get3(x, 30, e), scale(n3, get3(x, 33, e)))))
+        g = axpy(d[0, e], get3(x, 0, e), axpy(d[1, e], get3(x, 3, e), axpy(
+            d[2, e], get3(x, 6, e), scale(d[3, e], get3(x, 9, e)))))
+        w = (current[0] - current[2] * r[2], current[1] - current[3] * r[2], 0.0)
+        put3(t, POINT_R, e, r)
+        put3(t, POINT_V, e, sub(w, v))
+        put3(t, POINT_W, e, w)
+        put3(t, POINT_A, e, a)
+        put3(t, POINT_G, e, scale(p[PER_LENGTH, e], g))
+
+
+@driver
+def coefficient_lanes(p, t):
+    """C_D and dC_D/dRe of both drag evaluations into rows CD.. of t; lanes outside the top branch one by one."""
+    if p.shape[1] != LANES or t.shape[1] != LANES:
+        raise ValueError("lanes")
+    for e in range(LANES):
+        g = get3(t, POINT_G, e)
+        u = scale(1.0 / norm(g), g)
+        re = p[RE_FACTOR, e] * normal_speed(get3(t, POINT_V, e), u)
+        re2 = p[RE_FACTOR, e] * normal_speed(get3(t, POINT_W, e), u)
+        fixed = p[CD_FIXED, e]
+        free = 1.0 if fixed < 0.0 else 0.0
+        t[POINT_X, e] = re if fixed < 0.0 else 100.0
+        q = 1.0 / sqrt(re)
+        t[POINT_CD, e] = free * (1.1 + 4.0 * q) + (1.0 - free) * fixed
+        t[POINT_DCD, e] = -2.0 * free * q / re
+        q2 = 1.0 / sqrt(re2)
+        t[POINT_CD2, e] = free * (1.1 + 4.0 * q2) + (1.0 - free) * fixed
+        t[POINT_DCD2, e] = -2.0 * free * q2 / re2
+        low = min(re, re2)
+        high = max(re, re2)
+        t[POINT_X, e] = 1.0 if fixed < 0.0 and (low < RE_TOP or high > RE_MOST) else 0.0
+    for e in range(LANES):
+        if t[POINT_X, e] > 0.0:
+            g = get3(t, POINT_G, e)
+            u = scale(1.0 / norm(g), g)
+            t[POINT_CD, e], t[POINT_DCD, e] = choo_casarella(
+                p[RE_FACTOR, e] * normal_speed(get3(t, POINT_V, e), u))
+            t[POINT_CD2, e], t[POINT_DCD2, e] = choo_casarella(
+                p[RE_FACTOR, e] * normal_speed(get3(t, POINT_W, e), u))
+
+
+@inline
+def line_load(t, p, e):
+    """Hydrodynamic load per length f [N/m] at the point of lane e: drag, amplified rest drag, added mass, buoyancy."""
+    g = get3(t, POINT_G, e)
+    u = scale(1.0 / norm(g), g)
+    a = get3(t, POINT_A, e)
+    al, be, w, _, _, _, _, _ = drag(get3(t, POINT_V, e), u, p[HALF_RHO_D, e], p[RE_FACTOR, e], t[POINT_CD, e],
+                                    t[POINT_DCD, e], p, e)
+    al2, be2, w2, _, _, _, _, _ = drag(get3(t, POINT_W, e), u, p[HALF_RHO_D, e], p[RE_FACTOR, e], t[POINT_CD2, e],
+                                       t[POINT_DCD2, e], p, e)
+    x, m = p[EXTRA_DRAG, e], p[ADDED_MASS, e]
+    f = axpy(al, w, scale(be + m * dot(a, u), u))
+    f = axpy(x * al2, w2, axpy(x * be2, u, f))
+    f = axpy(-m, a, f)
+    return (f[0], f[1], f[2] + p[BUOYANCY, e])
+
+
+@driver
+def load_lanes(t, p, weight, f):
+    """f[3, LANES] = weight * line load, weight [m] of the point of each lane."""
+    if t.shape[1] != LANES or p.shape[1] != LANES or weight.shape[0] != LANES or f.shape[1] != LANES:
+        raise ValueError("lanes")
+    for e in range(LANES):
+        put3(f, 0, e, scale(weight[e], line_load(t, p, e)))
+
+
+@driver
+def load_tangent_lanes(t, p, c1, c2, current, weight, ka, kb):
+    """Derivatives of load_lanes: ka (of N_j y_j, with c1, c2 folded in) and kb (of N_j' y_j), [9, LANES]."""
+    if t.shape[1] != LANES or p.shape[1] != LANES or weight.shape[0] != LANES or (
+            ka.shape[1] != LANES or kb.shape[1] != LANES):
+        raise ValueError("lanes")
+    for e in range(LANES):
+        g = get3(t, POINT_G, e)
+        rg = 1.0 / norm(g)
+        u = scale(rg, g)
+        a = get3(t, POINT_A, e)
+        al, be, w, vt, a1, a2, b1, b2 = drag(
+            get3(t, POINT_V, e), u, p[HALF_RHO_D, e], p[RE_FACTOR, e], t[POINT_CD, e], t[POINT_DCD, e], p, e)
+        y, z, w2, vt2, y1, y2, z1, z2 = drag(
+            get3(t, POINT_W, e), u, p[HALF_RHO_D, e], p[RE_FACTOR, e], t[POINT_CD2, e], t[POINT_DCD2, e], p, e)
+        x, m = p[EXTRA_DRAG, e], p[ADDED_MASS, e]
+        s = weight[e]
+        # d/dV and d/da:  -c1 (df/dV) - c2 m (I - u u^T)
+        q = axpy(a1, w, scale(a2, u))
+        r = axpy(b1, w, scale(b2 - al, u))
+        put_matrix(ka, 0, e, -s * (c1 * al + c2 * m), w, scale(-s * c1, q), u,
+                   axpy(-s * c1, r, scale(s * c2 * m, u)))
+        # d/dz through the current:  (df/dV + x df2/dV) dV_f/dz into the z column
+        c = (-current[2], -current[3], 0.0)
+        q2 = axpy(y1, w2, scale(y2, u))
+        r2 = axpy(z1, w2, scale(z2 - y, u))
+        dz = axpy(al + x * y, c, axpy(dot(q, c), w, axpy(dot(r, c) + x * dot(r2, c), u, scale(x * dot(q2, c), w2))))
+        ka[2, e] += s * dz[0]
+        ka[5, e] += s * dz[1]
+        ka[8, e] += s * dz[2]
+        # d/dg
+        k = s * rg * p[PER_LENGTH, e]
+        i1 = be - al * vt + m * dot(u, a)
+        put_matrix(kb, 0, e, k * (i1 + x * (z - y * vt2)),
+                   w, scale(k * (a2 - a1 * vt), w), u,
+                   axpy(k * (b2 - b1 * vt - al), w, axpy(k * m, a, scale(
+                       -k * (i1 + m * dot(u, a) + x * (z - y * vt2)), u))))
+        k2 = x * k
+        h = scale(k2 * (y2 - y1 * vt2), w2)
+        o = scale(k2 * (z2 - z1 * vt2 - y), w2)
+        kb[0, e] += w2[0] * h[0] + u[0] * o[0]
+        kb[1, e] += w2[0] * h[1] + u[0] * o[1]
+        kb[2, e] += w2[0] * h[2] + u[0] * o[2]
+        kb[3, e] += w2[1] * h[0] + u[1] * o[0]
+        kb[4, e] += w2[1] * h[1] + u[1] * o[1]
+        kb[5, e] += w2[1] * h[2] + u[1] * o[2]
+        kb[6, e] += w2[2] * h[0] + u[2] * o[0]
+        kb[7, e] += w2[2] * h[1] + u[2] * o[1]
+        kb[8, e] += w2[2] * h[2] + u[2] * o[2]
+
+
+@driver
+def spread_force(n, f, points, force):
+    """force_i -= sum over points of N_i f: n [points, 4], f [points, 3, LANES], force [12, LANES]."""
+    y, z = force.reshape(4, 3 * LANES), f.reshape(f.shape[0], 3 * LANES)
+    if y.shape[1] != 3 * LANES or z.shape[1] != 3 * LANES:
+        raise ValueError("lanes")
+    for g in range(points):
+        for i in range(4):
+            s = n[g, i]
+            for r in range(3 * LANES):
+                y[i, r] -= s * z[g, r]
+
+
+@driver
+def spread_matrix(c, m, points, k):
+    """k_ij -= sum over m of c[m, ij] times matrix m: c [points, 16], m [points, 9, LANES], k [144, LANES]."""
+    y, z = k.reshape(16, 9 * LANES), m.reshape(m.shape[0], 9 * LANES)
+    if y.shape[1] != 9 * LANES or z.shape[1] != 9 * LANES:
+        raise ValueError("lanes")
+    g = 0
+    while g + 4 <= points:   # four at a time: one load and store of k for four products
+        for i in range(16):
+            a, b, d, e = c[g, i], c[g + 1, i], c[g + 2, i], c[g + 3, i]
+            for r in range(9 * LANES):
+                y[i, r] -= a * z[g, r] + b * z[g + 1, r] + d * z[g + 2, r] + e * z[g + 3, r]
+        g += 4
+    while g < points:
+        for i in range(16):
+            a = c[g, i]
+            for r in range(9 * LANES):
+                y[i, r] -= a * z[g, r]
+        g += 1
+
+
+def element_rows(law: DragLaw, fixed_cd: float | None, amplification: float, diameter: float, density: float,
+                 viscosity: float, added_mass_coefficient: float, gravity: float) -> dict[int, float]:
+    """Hydrodynamic rows of the element table for one section; SI units, see the declarations of Section and Water."""
+    area = 0.25 * np.pi * diameter**2
+    rows = {HALF_RHO_D: 0.5 * density * diameter, RE_FACTOR: density * diameter / viscosity,
+            ADDED_MASS: density * area * added_mass_coefficient, BUOYANCY: density * area * gravity,
+            EXTRA_DRAG: amplification - 1.0, CD_FIXED: -1.0 if fixed_cd is None else fixed_cd}
+    normal, tangential = LOADING[law]
+    rows.update({FN + i: value for i, value in enumerate(normal)})
+    rows.update({FT + i: value for i, value in enumerate(tangential)})
+    return rows

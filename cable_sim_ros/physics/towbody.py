@@ -1,11 +1,24 @@
 """Towbody: lumped mass at the cable end with net weight, drag and added mass per axis, and hydrofoil lift.
 
-Westin (2018) (85)-(92). Axes: x along the horizontal local flow (forward), y left, z up.
+Westin (2018) (85)-(92). Axes: x along the horizontal local flow (forward), y left, z up: the body turns into the flow with a
+time constant and stays level (5.2: its orientation is constant). Crossing the surface, the wet share of every
+hydrodynamic term is a smoothstep in z over the size of the displaced volume.
 """
 
 from __future__ import annotations
 
+from math import atan2, sqrt
+
+import numpy as np
+
+from .drag import smooth
+from .jit import driver, inline
 from .quantity import REQUIRED, Block, quantity
+
+# rows of the body table
+MASS, BUOYANCY, ADDED, DRAG, LIFT, SIZE, FLOW_TIME = 0, 1, 2, 5, 8, 9, 10   # ADDED, DRAG: three each
+BODY_ROWS = 11
+SPEED_FLOOR = 1e-3
 
 
 class Towbody(Block):
@@ -19,3 +32,96 @@ class Towbody(Block):
         0.0, "m^2", -1e3, 1e3, "lift area S C_L of the hydrofoil, negative pressing down", "Westin 5.2")
     flow_time_constant: float = quantity(
         5.0, "s", 1e-2, 1e3, "time in which the body turns into the local flow", configure=False)
+
+
+def body_table(body: Towbody, gravity: float, density: float) -> np.ndarray:
+    """The body as numbers: drag and lift areas carry rho/2."""
+    row = np.zeros(BODY_ROWS)
+    row[MASS] = body.mass
+    row[BUOYANCY] = body.mass * gravity - body.net_weight
+    row[ADDED:ADDED + 3] = body.added_mass
+    row[DRAG:DRAG + 3] = 0.5 * density * np.array(body.drag_area)
+    row[LIFT] = 0.5 * density * body.lift_area
+    row[SIZE] = 0.5 * max(row[BUOYANCY] / (density * max(gravity, 1e-9)), 1e-6) ** (1.0 / 3.0)
+    row[FLOW_TIME] = body.flow_time_constant
+    return row
+
+
+@inline
+def flow_axes(flow):
+    """cos and sin of the body's heading: against the horizontal flow past it."""
+    n = sqrt(flow[0] * flow[0] + flow[1] * flow[1])
+    if n < 1e-9:
+        return 1.0, 0.0
+    return -flow[0] / n, -flow[1] / n
+
+
+@driver
+def load(row, gravity, q, v, a, current, flow, c1, c2, sigma, tangent, band):
+    """Subtract the body's load from the last node's residual and, with tangent, add its derivative; band [6, 16]."""
+    dry, dwet = smooth(q[2], -row[SIZE], row[SIZE])
+    wet, dwet = 1.0 - dry, -dwet
+    ux = current[0] - current[2] * q[2] - v[0]
+    uy = current[1] - current[3] * q[2] - v[1]
+    uz = -v[2]
+    c, s = flow_axes(flow)
+    bx, by, bz = c * ux + s * uy, c * uy - s * ux, uz
+    speed = sqrt(bx * bx + by * by + bz * bz + SPEED_FLOOR * SPEED_FLOOR)
+    kx, ky, kz = row[DRAG], row[DRAG + 1], row[DRAG + 2]
+    fx, fy, fz = kx * speed * bx, ky * speed * by, kz * speed * bz
+    horizontal = bx * bx + by * by
+    acc_x, acc_y = c * a[0] + s * a[1], c * a[1] - s * a[0]
+    mx, my, mz = row[ADDED], row[ADDED + 1], row[ADDED + 2]
+    lx, ly = fx - mx * acc_x, fy - my * acc_y
+    lz = fz - mz * a[2] + row[LIFT] * horizontal + row[BUOYANCY]
+    m = row[MASS]
+    wx, wy = c * lx - s * ly, s * lx + c * ly
+    band[0, 12] -= m * (a[0] + sigma * v[0]) - wet * wx
+    band[1, 12] -= m * (a[1] + sigma * v[1]) - wet * wy
+    band[2, 12] -= m * (a[2] + sigma * v[2] + gravity) - wet * lz
+    if not tangent:
+        return
+    # body-axes derivative of the wet load to u: diag(k) (speed I + u u^T / speed) + lift
+    b = (bx, by, bz)
+    k = (kx, ky, kz)
+    mm = (mx, my, mz)
+    jac = np.zeros((3, 3))
+    for i in range(3):
+        for j in range(3):
+            jac[i, j] = k[i] * b[i] * b[j] / speed
+        jac[i, i] += k[i] * speed
+    jac[2, 0] += 2.0 * row[LIFT] * bx
+    jac[2, 1] += 2.0 * row[LIFT] * by
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    world = np.zeros((3, 3))
+    mass = np.zeros((3, 3))
+    for i in range(3):
+        for j in range(3):
+            for p in range(3):
+                mass[i, j] += turn[i, p] * mm[p] * turn[j, p]
+                for r in range(3):
+                    world[i, j] += turn[i, p] * jac[p, r] * turn[j, r]
+    load_z = (wx, wy, lz)
+    for i in range(3):
+        for j in range(3):
+            band[i, j] += wet * (c1 * world[i, j] + c2 * mass[i, j])
+        band[i, i] += m * (c2 + sigma * c1)
+        band[i, 2] += wet * (world[i, 0] * current[2] + world[i, 1] * current[3]) - dwet * load_z[i]
+
+
+@driver
+def turn_into_flow(row, q, v, current, flow, h):
+    """Low-pass the flow past the body over a step h [s]: flow[3]."""
+    w = h / (row[FLOW_TIME] + h)
+    flow[0] += w * (current[0] - current[2] * q[2] - v[0] - flow[0])
+    flow[1] += w * (current[1] - current[3] * q[2] - v[1] - flow[1])
+    flow[2] += w * (-v[2] - flow[2])
+
+
+@inline
+def attitude(flow):
+    """Roll, pitch, yaw of the body: x against the low-passed flow past it."""
+    n = sqrt(flow[0] * flow[0] + flow[1] * flow[1])
+    if n < 1e-9:
+        return 0.0, 0.0, 0.0
+    return 0.0, atan2(flow[2], n), atan2(-flow[1], -flow[0])

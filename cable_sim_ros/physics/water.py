@@ -1,6 +1,7 @@
 """Water: density, viscosity, current. World frame ``odom``: ENU, z up, mean water surface at z = 0.
 
-The current varies linearly with depth: V(z) = V_surface - gradient * min(z, 0), Westin (2018) eq 140.
+The current varies linearly with depth: V(z) = V_surface - gradient z, Westin (2018) (140); the drag kernels carry it as
+four numbers, relative to the tow frame.
 """
 
 from __future__ import annotations

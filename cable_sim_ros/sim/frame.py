@@ -79,7 +79,7 @@ FIELDS = (
     ("motion_source", (), "i8", "1", "Source of the ship motion"),
     ("motion_age", (), "f8", "s", "simulation time less stamp of the newest motion sample (negative: ahead)"),
     ("command_age", (), "f8", "s", "simulation time less stamp of the newest winch command; negative: none yet"),
-    ("flags", (), "i8", "1", "Flag bits"),
+    ("status", (), "i8", "1", "Flag bits"),
 )
 
 FRAME = np.dtype([(name, kind, shape) for name, shape, kind, _, _ in FIELDS], align=True)

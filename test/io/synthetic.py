@@ -41,7 +41,7 @@ def make_frames(count: int, tick_s: float = 0.01, seed: int = 1, start: int = ST
     frames["contact_resultant"] = 1.2 * frames["tension"]
     frames["wrap_angle"] = 0.9 + 0.05 * wave
     frames["contact_stations"] = 40
-    frames["flags"] = 0
+    frames["status"] = 0
     frames["iterations"], frames["substeps"] = 3, 1
     return frames.view(np.recarray)
 

@@ -71,11 +71,11 @@ def test_health_of_another_version_is_read_by_name():
     frame = make_frames(1)[0]
     message = STORE.deserialize_cdr(serialize(BY_NAME["sim_health"], frame, None, None, CONTEXT),
                                     "sensor_msgs/msg/JointState")
-    keep = [k for k, name in enumerate(message.name) if name not in ("residual", "flags")][::-1]
+    keep = [k for k, name in enumerate(message.name) if name not in ("residual", "status")][::-1]
     message.name = [message.name[k] for k in keep] + ["unheard_of"]
     message.position = np.append(message.position[keep], 7.0)
     again = decode_frame(bytes(STORE.serialize_cdr(message, "sensor_msgs/msg/JointState")))
-    assert math.isnan(again["residual"]) and again["flags"] == 0
+    assert math.isnan(again["residual"]) and again["status"] == 0
     assert again["tension"] == frame["tension"] and again["time"] == frame["time"]
     assert again["substeps"] == frame["substeps"]
 

@@ -53,8 +53,8 @@ def test_figures_of_a_sine():
 def test_skipped_start_does_not_count_but_its_flags_do():
     frames = run(60.0)
     frames["tension"][:100] = 1e6
-    frames["flags"][3:5] = Flag.HALVED | Flag.MOTION_BLENDING
-    frames["flags"][-1] = Flag.HALVED
+    frames["status"][3:5] = Flag.HALVED | Flag.MOTION_BLENDING
+    frames["status"][-1] = Flag.HALVED
     figures = summarize(frames, skip_s=10.0)
     assert figures["tension_max_n"] < 11e3
     assert figures["flags"] == {"HALVED": 3, "MOTION_BLENDING": 2}

@@ -1,0 +1,294 @@
+"""The ANCF cable element: inertia, weight, decoupled axial strain, bending, objective Kelvin-Voigt damping.
+
+Sources: Westin (2018) 3.2 with the corrections of the project's theory notes; decoupled strain after Yue et al.,
+(42)-(47). Residual R = M a + Q_l + Q_t + Q_d - Q_g, tangent c2 M + c1 C + K, all terms differentiated by hand.
+
+Every elastic term depends on y only through h = r2 - r1, A = L g1, B = L g2: nine unknowns, not twelve.
+With G(xi) = L r_p = N2' h + N1' A + N3' B:
+
+* l = int |G| dxi, a = |A|/L, b = |B|/L, s = l/L, lambda = a N1' + s N2' + b N3', W = (EA L/8) int (lambda^2 - 1)^2 dxi
+* axial damping force c_a ds/dt along dl/dy
+* bending energy E = (EI/2L^3) y^T B0 y (the 1/2 is missing in (48))
+* bending damping tau dE/dt / (2 E + 2 E0) dE/dy, tau = c_b/EI: the rate of the *energy* is free of rigid rotation,
+  while tau B0 dy/dt (and (55), trap T1) is not once the element is curved. E0 belongs to a curvature of 1e-3 1/m.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .jit import LANES, driver, inline
+from .shape import GAUSS_4_W, GAUSS_4_X, GAUSS_5_W, GAUSS_5_X, MASS, WEIGHT
+from .vec import add, axpy, dot, get3, norm, plus3, scale, sub
+
+# rows of the element table P
+(LENGTH, PER_LENGTH, MASS_PER_LENGTH, EA, EI, AXIAL_DAMPING, BENDING_TIME, WEIGHT_PER_LENGTH,
+ HALF_RHO_D, RE_FACTOR, ADDED_MASS, BUOYANCY, EXTRA_DRAG, CD_FIXED) = range(14)
+FN = 14          # 5 rows: cos 0, cos 1, sin 1, cos 2, sin 2
+FT = 19          # 11 rows: cos 0..5, sin 1..5
+ROWS = 30
+
+# rows of the 9x9 tangent's blocks; numpy integers, for a literal compiles a version of its own
+ROW_HH, ROW_HA, ROW_HB, ROW_AH, ROW_AA, ROW_AB, ROW_BH, ROW_BA, ROW_BB = np.arange(0, 81, 9)
+
+CURVATURE_FLOOR = 1e-3   # 1/m
+ZERO = (0.0, 0.0, 0.0)
+S0, S1, S2, S3 = GAUSS_4_X
+V0, V1, V2, V3 = GAUSS_4_W
+E0, E1, E2, E3, E4 = GAUSS_5_X
+F0, F1, F2, F3, F4 = GAUSS_5_W
+
+
+@inline
+def arc_point(x, w, h, a, b, acc):
+    """One Gauss point of l and its gradient (h, A, B)."""
+    l, dh, da, db = acc
+    ph, pa, pb = 6.0 * x * (1.0 - x), 1.0 - 4.0 * x + 3.0 * x * x, x * (3.0 * x - 2.0)
+    g = axpy(ph, h, axpy(pa, a, scale(pb, b)))
+    s = norm(g)
+    u = scale(w / s, g)
+    return l + w * s, axpy(ph, u, dh), axpy(pa, u, da), axpy(pb, u, db)
+
+
+@inline
+def arc(h, a, b):
+    """Arc length l and dl/d(h, A, B)."""
+    acc = (0.0, ZERO, ZERO, ZERO)
+    acc = arc_point(S0, V0, h, a, b, acc)
+    acc = arc_point(S1, V1, h, a, b, acc)
+    acc = arc_point(S2, V2, h, a, b, acc)
+    return arc_point(S3, V3, h, a, b, acc)
+
+
+@inline
+def hess_point(x, w, h, a, b, acc):
+    """One Gauss point of d2l/dy2: six symmetric 3x3 blocks hh hA hB AA AB BB, six numbers each."""
+    hh, ha, hb, aa, ab, bb = acc
+    ph, pa, pb = 6.0 * x * (1.0 - x), 1.0 - 4.0 * x + 3.0 * x * x, x * (3.0 * x - 2.0)
+    g = axpy(ph, h, axpy(pa, a, scale(pb, b)))
+    r = 1.0 / norm(g)
+    u = scale(r, g)
+    k = w * r
+    m = (k - k * u[0] * u[0], -k * u[0] * u[1], -k * u[0] * u[2], k - k * u[1] * u[1], -k * u[1] * u[2],
+         k - k * u[2] * u[2])
+    return (sym_axpy(ph * ph, m, hh), sym_axpy(ph * pa, m, ha), sym_axpy(ph * pb, m, hb),
+            sym_axpy(pa * pa, m, aa), sym_axpy(pa * pb, m, ab), sym_axpy(pb * pb, m, bb))
+
+
+@inline
+def sym_axpy(s, m, n):
+    return (n[0] + s * m[0], n[1] + s * m[1], n[2] + s * m[2], n[3] + s * m[3], n[4] + s * m[4], n[5] + s * m[5])
+
+
+@inline
+def sym_dot(m, v):
+    return (m[0] * v[0] + m[1] * v[1] + m[2] * v[2], m[1] * v[0] + m[3] * v[1] + m[4] * v[2],
+            m[2] * v[0] + m[4] * v[1] + m[5] * v[2])
+
+
+@inline
+def arc_hessian(h, a, b):
+    z = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    acc = (z, z, z, z, z, z)
+    acc = hess_point(S0, V0, h, a, b, acc)
+    acc = hess_point(S1, V1, h, a, b, acc)
+    acc = hess_point(S2, V2, h, a, b, acc)
+    return hess_point(S3, V3, h, a, b, acc)
+
+
+@inline
+def stretch_point(x, w, a, s, b, acc):
+    """One Gauss point of int (lambda^2-1)lambda phi and int (3 lambda^2-1) phi phi, phi = (N1', N2', N3')."""
+    pa, ps, pb = 1.0 - 4.0 * x + 3.0 * x * x, 6.0 * x * (1.0 - x), x * (3.0 * x - 2.0)
+    m = a * pa + s * ps + b * pb
+    e = m * m - 1.0
+    f = w * e * m
+    k = w * (3.0 * e + 2.0)
+    return (acc[0] + f * pa, acc[1] + f * ps, acc[2] + f * pb,
+            acc[3] + k * pa * pa, acc[4] + k * pa * ps, acc[5] + k * pa * pb,
+            acc[6] + k * ps * ps, acc[7] + k * ps * pb, acc[8] + k * pb * pb, acc[9] + w * e * e)
+
+
+@inline
+def stretch(a, s, b):
+    """Gradient (a, s, b), Hessian (aa as ab ss sb bb) and value of int (lambda^2-1)^2, up to the factors of axial()."""
+    acc = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    acc = stretch_point(E0, F0, a, s, b, acc)
+    acc = stretch_point(E1, F1, a, s, b, acc)
+    acc = stretch_point(E2, F2, a, s, b, acc)
+    acc = stretch_point(E3, F3, a, s, b, acc)
+    return stretch_point(E4, F4, a, s, b, acc)
+
+
+@inline
+def bend(k, h, a, b):
+    """k B0 (h, A, B), k = EI/L^3."""
+    return (scale(k, axpy(12.0, h, axpy(-6.0, a, scale(-6.0, b)))),
+            scale(k, axpy(-6.0, h, axpy(4.0, a, scale(2.0, b)))),
+            scale(k, axpy(-6.0, h, axpy(2.0, a, scale(4.0, b)))))
+
+
+@inline
+def elastic(length, per_length, ea, ei, ca, tau, h, a, b, vh, va, vb):
+    """Forces on (h, A, B) and tension of one element. Returns fh, fa, fb [N], tension [N], strain energy [J]."""
+    l, dh, da, db = arc(h, a, b)
+    ra, rb = norm(a), norm(b)
+    w = stretch(ra * per_length, l * per_length, rb * per_length)
+    rate = (dot(dh, vh) + dot(da, va) + dot(db, vb)) * per_length
+    tension = 0.5 * ea * w[1] + ca * rate
+    k = ei * per_length * per_length * per_length
+    qh, qa, qb = bend(k, h, a, b)
+    energy = 0.5 * (dot(qh, h) + dot(qa, a) + dot(qb, b))
+    floor = 0.5 * ei * length * CURVATURE_FLOOR * CURVATURE_FLOOR + 1e-300
+    c = 1.0 + 0.5 * tau * (dot(qh, vh) + dot(qa, va) + dot(qb, vb)) / (energy + floor)
+    fh = axpy(tension, dh, scale(c, qh))
+    fa = axpy(0.5 * ea * w[0] / ra, a, axpy(tension, da, scale(c, qa)))
+    fb = axpy(0.5 * ea * w[2] / rb, b, axpy(tension, db, scale(c, qb)))
+    return fh, fa, fb, tension, 0.125 * ea * length * w[9] + energy
+
+
+@inline
+def store(k9, row, e, d, s, t, x, p, y, q, z, r):
+    """k9[row:row+9, e] = d I + t S + x p^T + y q^T + z r^T, S symmetric."""
+    k9[row, e] = d + t * s[0] + x[0] * p[0] + y[0] * q[0] + z[0] * r[0]
+    k9[row + 1, e] = t * s[1] + x[0] * p[1] + y[0] * q[1] + z[0] * r[1]
+    k9[row + 2, e] = t * s[2] + x[0] * p[2] + y[0] * q[2] + z[0] * r[2]
+    k9[row + 3, e] = t * s[1] + x[1] * p[0] + y[1] * q[0] + z[1] * r[0]
+    k9[row + 4, e] = d + t * s[3] + x[1] * p[1] + y[1] * q[1] + z[1] * r[1]
+    k9[row + 5, e] = t * s[4] + x[1] * p[2] + y[1] * q[2] + z[1] * r[2]
+    k9[row + 6, e] = t * s[2] + x[2] * p[0] + y[2] * q[0] + z[2] * r[0]
+    k9[row + 7, e] = t * s[4] + x[2] * p[1] + y[2] * q[1] + z[2] * r[1]
+    k9[row + 8, e] = d + t * s[5] + x[2] * p[2] + y[2] * q[2] + z[2] * r[2]
+
+
+@inline
+def elastic_tangent(k9, e, c1, length, per_length, ea, ei, ca, tau, h, a, b, vh, va, vb):
+    """9x9 tangent of elastic() into k9[81, e], blocks in the order hh hA hB Ah AA AB Bh BA BB."""
+    l, dh, da, db = arc(h, a, b)
+    hh, ha, hb, aa, ab, bb = arc_hessian(h, a, b)
+    ra, rb = 1.0 / norm(a), 1.0 / norm(b)
+    ua, ub = scale(ra, a), scale(rb, b)
+    w = stretch(per_length / ra, l * per_length, per_length / rb)
+    tension = 0.5 * ea * w[1] + ca * (dot(dh, vh) + dot(da, va) + dot(db, vb)) * per_length
+    q = 0.5 * ea * per_length
+    d = ca * per_length
+    # z: what multiplies dl in the first factor of the outer products; H v is the rate of dl
+    zh = axpy(q * w[6] + d * c1, dh, scale(d, add(sym_dot(hh, vh), add(sym_dot(ha, va), sym_dot(hb, vb)))))
+    za = axpy(q * w[6] + d * c1, da, scale(d, add(sym_dot(ha, vh), add(sym_dot(aa, va), sym_dot(ab, vb)))))
+    zb = axpy(q * w[6] + d * c1, db, scale(d, add(sym_dot(hb, vh), add(sym_dot(ab, va), sym_dot(bb, vb)))))
+    za = axpy(q * w[4], ua, za)
+    zb = axpy(q * w[7], ub, zb)
+    # rows of A and B: derivative of p_a u_a and p_b u_b
+    pa, pb = 0.5 * ea * w[0] * ra, 0.5 * ea * w[2] * rb
+    ah, ab_, aa_ = scale(q * w[4], dh), axpy(q * w[4], db, scale(q * w[5], ub)), axpy(
+        q * w[4], da, scale(q * w[3] - pa, ua))
+    bh, ba_, bb_ = scale(q * w[7], dh), axpy(q * w[7], da, scale(q * w[5], ua)), axpy(
+        q * w[7], db, scale(q * w[8] - pb, ub))
+    # bending with the damping of its energy rate
+    k = ei * per_length * per_length * per_length
+    fh, fa, fb = bend(k, h, a, b)
+    gh, ga, gb = bend(k, vh, va, vb)
+    energy = 0.5 * (dot(fh, h) + dot(fa, a) + dot(fb, b)) + (
+        0.5 * ei * length * CURVATURE_FLOOR * CURVATURE_FLOOR + 1e-300)
+    power = dot(fh, vh) + dot(fa, va) + dot(fb, vb)
+    t = 0.5 * tau / energy
+    c = k * (1.0 + t * power)
+    p = c1 - power / energy
+    gh, ga, gb = scale(t, axpy(p, fh, gh)), scale(t, axpy(p, fa, ga)), scale(t, axpy(p, fb, gb))
+    store(k9, ROW_HH, e, 12.0 * c, hh, tension, dh, zh, fh, gh, ZERO, ZERO)
+    store(k9, ROW_HA, e, -6.0 * c, ha, tension, dh, za, fh, ga, ZERO, ZERO)
+    store(k9, ROW_HB, e, -6.0 * c, hb, tension, dh, zb, fh, gb, ZERO, ZERO)
+    store(k9, ROW_AH, e, -6.0 * c, ha, tension, da, zh, fa, gh, ua, ah)
+    store(k9, ROW_AA, e, 4.0 * c + pa, aa, tension, da, za, fa, ga, ua, aa_)
+    store(k9, ROW_AB, e, 2.0 * c, ab, tension, da, zb, fa, gb, ua, ab_)
+    store(k9, ROW_BH, e, -6.0 * c, hb, tension, db, zh, fb, gh, ub, bh)
+    store(k9, ROW_BA, e, 2.0 * c, ab, tension, db, za, fb, ga, ub, ba_)
+    store(k9, ROW_BB, e, 4.0 * c + pb, bb, tension, db, zb, fb, gb, ub, bb_)
+
+
+@driver
+def inertia_lanes(x, p, f, k, c1, c2, sigma, tangent):
+    """Inertia and weight: sets f[12, LANES] and, with tangent, k[144, LANES]. sigma: mass damping [1/s]."""
+    if x.shape[1] != LANES or p.shape[1] != LANES or f.shape[1] != LANES or k.shape[1] != LANES:
+        raise ValueError("lanes")
+    for i in range(4):
+        w = WEIGHT[i]
+        for e in range(LANES):
+            f[3 * i, e] = 0.0
+            f[3 * i + 1, e] = 0.0
+            f[3 * i + 2, e] = w * p[WEIGHT_PER_LENGTH, e] * p[LENGTH, e]
+        for j in range(4):
+            m = MASS[i, j]
+            for e in range(LANES):
+                t = m * p[MASS_PER_LENGTH, e] * p[LENGTH, e]
+                f[3 * i, e] += t * (x[24 + 3 * j, e] + sigma * x[12 + 3 * j, e])
+                f[3 * i + 1, e] += t * (x[25 + 3 * j, e] + sigma * x[13 + 3 * j, e])
+                f[3 * i + 2, e] += t * (x[26 + 3 * j, e] + sigma * x[14 + 3 * j, e])
+    if tangent:
+        c = c2 + sigma * c1
+        for i in range(4):
+            for j in range(4):
+                row = 9 * (4 * i + j)
+                m = c * MASS[i, j]
+                for e in range(LANES):
+                    t = m * p[MASS_PER_LENGTH, e] * p[LENGTH, e]
+                    k[row, e] = t
+                    k[row + 1, e] = 0.0
+                    k[row + 2, e] = 0.0
+                    k[row + 3, e] = 0.0
+                    k[row + 4, e] = t
+                    k[row + 5, e] = 0.0
+                    k[row + 6, e] = 0.0
+                    k[row + 7, e] = 0.0
+                    k[row + 8, e] = t
+
+
+@driver
+def elastic_lanes(x, p, f, tension, energy):
+    """Axial and bending forces added to f[12, LANES]; tension [N] and strain energy [J] of each lane."""
+    if x.shape[1] != LANES or p.shape[1] != LANES or f.shape[1] != LANES or (
+            tension.shape[0] != LANES or energy.shape[0] != LANES):
+        raise ValueError("lanes")
+    for e in range(LANES):
+        fh, fa, fb, t, u = elastic(
+            p[LENGTH, e], p[PER_LENGTH, e], p[EA, e], p[EI, e], p[AXIAL_DAMPING, e], p[BENDING_TIME, e],
+            sub(get3(x, 6, e), get3(x, 0, e)), get3(x, 3, e), get3(x, 9, e),
+            sub(get3(x, 18, e), get3(x, 12, e)), get3(x, 15, e), get3(x, 21, e))
+        plus3(f, 0, e, scale(-1.0, fh))
+        plus3(f, 3, e, fa)
+        plus3(f, 6, e, fh)
+        plus3(f, 9, e, fb)
+        tension[e] = t
+        energy[e] = u
+
+
+@driver
+def elastic_tangent_lanes(x, p, c1, k9, k):
+    """Tangent of elastic_lanes added to k[144, LANES]; k9[81, LANES] is work space."""
+    if x.shape[1] != LANES or p.shape[1] != LANES or k9.shape[1] != LANES or k.shape[1] != LANES:
+        raise ValueError("lanes")
+    for e in range(LANES):
+        elastic_tangent(
+            k9, e, c1, p[LENGTH, e], p[PER_LENGTH, e], p[EA, e], p[EI, e], p[AXIAL_DAMPING, e], p[BENDING_TIME, e],
+            sub(get3(x, 6, e), get3(x, 0, e)), get3(x, 3, e), get3(x, 9, e),
+            sub(get3(x, 18, e), get3(x, 12, e)), get3(x, 15, e), get3(x, 21, e))
+    for c in range(9):   # nine unknowns to twelve: r1 = -h, r2 = +h
+        for e in range(LANES):
+            hh, ha, hb = k9[c, e], k9[9 + c, e], k9[18 + c, e]
+            ah, bh = k9[27 + c, e], k9[54 + c, e]
+            k[c, e] += hh
+            k[9 + c, e] -= ha
+            k[18 + c, e] -= hh
+            k[27 + c, e] -= hb
+            k[36 + c, e] -= ah
+            k[45 + c, e] += k9[36 + c, e]
+            k[54 + c, e] += ah
+            k[63 + c, e] += k9[45 + c, e]
+            k[72 + c, e] -= hh
+            k[81 + c, e] += ha
+            k[90 + c, e] += hh
+            k[99 + c, e] += hb
+            k[108 + c, e] -= bh
+            k[117 + c, e] += k9[63 + c, e]
+            k[126 + c, e] += bh
+            k[135 + c, e] += k9[72 + c, e]

@@ -1,0 +1,93 @@
+"""Compilation: decorators, lane count, and a cache folder that changes with the physics sources.
+
+Numba's own on-disk cache goes stale when a kernel in *another* file changes; its folder is therefore named by a
+hash of every source of this floor. ``NUMBA_CACHE_DIR`` moves the folder, as usual.
+
+Every compiled function is optimised anew inside each compiled function that calls it, so depth costs compile time. The
+heavy kernels are therefore called through :func:`opaque`: by symbol, without being linked into the caller.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from pathlib import Path
+
+import llvmlite.binding
+import numba
+import numpy as np
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+YES, NO = np.bool_(True), np.bool_(False)   # not literals: a literal argument compiles a second version
+LANES = 16   # elements per lane loop; 8 is unrolled before the vectoriser sees it
+
+
+def cache_folder() -> Path:
+    """Folder of the compiled kernels: user cache (or temporary folder) / hash of the physics sources."""
+    digest = hashlib.sha256(numba.__version__.encode())
+    for source in sorted(Path(__file__).parent.glob("**/*.py")):
+        digest.update(source.read_bytes())
+    base = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME")
+    root = Path(base) if base else Path.home() / ".cache"
+    try:
+        folder = root / "cable_sim_ros" / digest.hexdigest()[:16]
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:   # read-only or missing home
+        folder = Path(tempfile.gettempdir()) / f"cable_sim_ros-{os.getuid()}" / digest.hexdigest()[:16]
+        folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+numba.config.CACHE_DIR = str(cache_folder())
+
+inline = numba.njit(error_model="numpy", forceinline=True)                # physics: scalars and tuples in and out
+driver = numba.njit(error_model="numpy", nogil=True, cache=True)          # arrays and lane loops
+
+
+def symbol_of(dispatcher) -> str:
+    return "cable_sim_" + dispatcher.py_func.__name__.lstrip("_")
+
+
+def opaque(dispatcher):
+    """A function that calls ``dispatcher``'s one compiled version by symbol, for use inside compiled functions.
+
+    Its code is neither copied into the caller nor optimised again there. ``link`` must have been called with arguments
+    of the types in use before a caller runs. Without compilation it is the function itself.
+    """
+    if numba.config.DISABLE_JIT:
+        return dispatcher
+
+    def build(args):
+        types = tuple(numba.types.unliteral(a) for a in args)
+        dispatcher.compile(types)
+        result = dispatcher.overloads[types].signature.return_type
+
+        def code(context, builder, signature, values):
+            kind = context.call_conv.get_function_type(signature.return_type, signature.args)
+            function = cgutils.get_or_insert_function(builder.module, kind, symbol_of(dispatcher))
+            status, value = context.call_conv.call_function(
+                builder, function, signature.return_type, signature.args, values)
+            with cgutils.if_unlikely(builder, status.is_error):
+                context.call_conv.return_status_propagate(builder, status)
+            return value
+
+        return result(*types), code
+
+    names = ", ".join(dispatcher.py_func.__code__.co_varnames[:dispatcher.py_func.__code__.co_argcount])
+    namespace = {"build": build}   # an intrinsic needs its parameters by name
+    exec(f"def call(typing_context, {names}):\n    return build(({names},))", namespace)
+    return intrinsic(namespace["call"])
+
+
+def link(dispatcher, *args) -> None:
+    """Compile ``dispatcher`` for these arguments (or load it from the cache) and publish its address for opaque()."""
+    if numba.config.DISABLE_JIT:
+        return
+    types = tuple(numba.typeof(a) for a in args)
+    if types in dispatcher.overloads:
+        return
+    dispatcher.compile(types)
+    compiled = dispatcher.overloads[types]
+    llvmlite.binding.add_symbol(symbol_of(dispatcher), compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name))

@@ -1,0 +1,314 @@
+"""What one tick answers: tension, contact and shape read off the state into a Frame row and its two tables.
+
+Tension is the effective tension, conjugate to the arc length of an element (see ancf.py), interpolated between element
+middles at the point where the cable leaves the sheave.
+"""
+
+from __future__ import annotations
+
+from math import acos, atan2, cos, sin, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from .ancf import BUOYANCY, MASS_PER_LENGTH, WEIGHT_PER_LENGTH
+from .contact import touch
+from .jit import LANES, driver, inline
+from .shape import W5, X5, shape, slope
+from .ship import AGE, COORD, RATE, SOURCE_NOW, frame_shift, quaternion, spin, unrotate
+from .surface import AXIS, RADIUS
+from .towbody import BUOYANCY as BODY_BUOYANCY
+from .towbody import MASS as BODY_MASS
+from .towbody import attitude
+from .vec import dot, norm, scale, sub
+from .winch import ACCEL_NOW, ANGLE_0, COMMAND_AGE, LENGTH_NOW, PAYOUT_0, RATE_NOW, SEAT, TARGET
+from .winch import SIDE as WINCH_SIDE
+
+# sim.frame.Flag as plain numbers for kernels; a test holds the two equal
+(NEWTON_FAILED, HALVED, SLACK, DETACHED, PENETRATION, COARSE_AT_SURFACE, MOTION_STALE, MOTION_BLENDING, COMMAND_STALE,
+ DRUM_END, NOT_FINITE) = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024)
+
+SLACK_TENSION = 1e-3      # N below zero at which an element counts as slack
+COARSE = 0.25             # element length over radius
+LOADED = 1e-3             # line load [N/m] above which a station counts as loaded
+
+
+class Output(NamedTuple):
+    frame: np.ndarray      # records of sim.frame.FRAME [rows]
+    shape: np.ndarray      # [rows, nodes, 5]
+    contact: np.ndarray    # [rows, stations, 9]
+
+
+@inline
+def point_of(state, e, x):
+    """Position, velocity, tangent (not unit) of element e at xi = x."""
+    length = state.arc[e + 1] - state.arc[e]
+    n, d = shape(x), slope(x)
+    q, v = state.q, state.v
+    r = (n[0] * q[e, 0] + n[1] * length * q[e, 3] + n[2] * q[e + 1, 0] + n[3] * length * q[e + 1, 3],
+         n[0] * q[e, 1] + n[1] * length * q[e, 4] + n[2] * q[e + 1, 1] + n[3] * length * q[e + 1, 4],
+         n[0] * q[e, 2] + n[1] * length * q[e, 5] + n[2] * q[e + 1, 2] + n[3] * length * q[e + 1, 5])
+    w = (n[0] * v[e, 0] + n[1] * length * v[e, 3] + n[2] * v[e + 1, 0] + n[3] * length * v[e + 1, 3],
+         n[0] * v[e, 1] + n[1] * length * v[e, 4] + n[2] * v[e + 1, 1] + n[3] * length * v[e + 1, 4],
+         n[0] * v[e, 2] + n[1] * length * v[e, 5] + n[2] * v[e + 1, 2] + n[3] * length * v[e + 1, 5])
+    g = (d[0] * q[e, 0] + d[1] * length * q[e, 3] + d[2] * q[e + 1, 0] + d[3] * length * q[e + 1, 3],
+         d[0] * q[e, 1] + d[1] * length * q[e, 4] + d[2] * q[e + 1, 1] + d[3] * length * q[e + 1, 4],
+         d[0] * q[e, 2] + d[1] * length * q[e, 5] + d[2] * q[e + 1, 2] + d[3] * length * q[e + 1, 5])
+    return r, w, g
+
+
+@driver
+def locate(state, s):
+    """Element and xi at unstretched arc length s, clamped to the cable."""
+    low, high = 0, state.arc.shape[0] - 1
+    s = min(max(s, state.arc[0]), state.arc[high])
+    while high - low > 1:
+        mid = (low + high) // 2
+        if state.arc[mid] <= s:
+            low = mid
+        else:
+            high = mid
+    return low, (s - state.arc[low]) / (state.arc[low + 1] - state.arc[low])
+
+
+@driver
+def tension_at(state, s):
+    """Element tensions interpolated between element middles at arc length s."""
+    e, x = locate(state, s)
+    o = e + 1 if x > 0.5 else e - 1
+    if o < 0 or o >= state.tension.shape[0]:
+        return state.tension[e]
+    me, mo = 0.5 * (state.arc[e] + state.arc[e + 1]), 0.5 * (state.arc[o] + state.arc[o + 1])
+    w = (s - me) / (mo - me)
+    return state.tension[e] * (1.0 - w) + state.tension[o] * w
+
+
+@driver
+def direction_at(state, s):
+    """Unit tangent at arc length s, towards the towbody."""
+    e, x = locate(state, s)
+    _, _, g = point_of(state, e, x)
+    return scale(1.0 / norm(g), g)
+
+
+@driver
+def stations(model, state, table):
+    """Contact stations of the sheave into table rows; returns sums and limits used by observe().
+
+    (count, loaded, resultant on the sheave x y z, total of both flanks, first and last loaded arc length, nearest arc
+    length to the sheave top, deepest penetration, coarse, loaded length)
+    """
+    s = state.surfaces[model.sheave]
+    c = state.ship[COORD:COORD + 6]
+    count, loaded = 0, 0
+    fx, fy, fz, total = 0.0, 0.0, 0.0, 0.0
+    first, last, deepest, coarse, length_loaded = 0.0, 0.0, 0.0, False, 0.0
+    nearest, where = 1e300, 0.0
+    for e in range(state.tension.shape[0]):
+        length = state.arc[e + 1] - state.arc[e]
+        mid, _, _ = point_of(state, e, 0.5)
+        away = sub(mid, (s[0], s[1], s[2]))
+        if norm(away) - 0.55 * length > s[RADIUS] + model.groove_depth:   # 10 % for stretch and curvature
+            continue
+        for g in range(5):
+            r, v, _ = point_of(state, e, X5[g])
+            o = touch(r, v, s)
+            er, rho, h, d1, d2, n1, n2, f1, f2 = o[0], o[2], o[3], o[4], o[5], o[7], o[8], o[9], o[13]
+            rel = unrotate(c, sub(r, (s[0], s[1], s[2])))
+            angle = atan2(-rel[0], rel[2])
+            if abs(rho - s[RADIUS]) < nearest and rel[2] > 0.0:
+                nearest, where = abs(rho - s[RADIUS]), state.arc[e] + X5[g] * length
+            if f1 + f2 > LOADED:
+                if loaded == 0:
+                    first = state.arc[e] + X5[g] * length
+                last = state.arc[e] + X5[g] * length
+                loaded += 1
+                w = W5[g] * length
+                length_loaded += w
+                fx -= w * (f1 * n1[0] + f2 * n2[0])
+                fy -= w * (f1 * n1[1] + f2 * n2[1])
+                fz -= w * (f1 * n1[2] + f2 * n2[2])
+                total += w * (f1 + f2)
+                deepest = max(deepest, max(d1 if f1 > 0.0 else 0.0, d2 if f2 > 0.0 else 0.0))
+                coarse = coarse or length > COARSE * s[RADIUS]
+            if count < table.shape[0]:
+                table[count, 0], table[count, 1], table[count, 2] = rel
+                table[count, 3] = angle
+                table[count, 4], table[count, 5] = f2, f1
+                table[count, 6] = h
+                table[count, 7] = state.arc[e] + X5[g] * length
+                table[count, 8] = W5[g] * length
+                count += 1
+    return count, loaded, (fx, fy, fz), total, first, last, where, deepest, coarse, length_loaded
+
+
+@inline
+def quadratic(a, b, c, d):
+    """Mass form of one coordinate: N-weighted a, b, c, d with MASS."""
+    return (156.0 * (a * a + c * c) + 4.0 * (b * b + d * d) + 44.0 * (a * b - c * d) + 108.0 * a * c
+            - 26.0 * (a * d - b * c) - 6.0 * b * d) / 420.0
+
+
+@driver
+def energies(model, state):
+    """Kinetic and potential energy [J] of cable and towbody; potential of weight less buoyancy, zero at the surface."""
+    kinetic, potential = 0.0, 0.0
+    q, v = state.q, state.v
+    for e in range(state.tension.shape[0]):
+        p = model.elements[e // LANES]
+        lane = e % LANES
+        length = state.arc[e + 1] - state.arc[e]
+        m = 0.5 * p[MASS_PER_LENGTH, lane] * length
+        for k in range(3):
+            kinetic += m * quadratic(v[e, k], length * v[e, 3 + k], v[e + 1, k], length * v[e + 1, 3 + k])
+        z0, z1, z2, z3 = q[e, 2], length * q[e, 5], q[e + 1, 2], length * q[e + 1, 5]
+        weight, lift = p[WEIGHT_PER_LENGTH, lane], p[BUOYANCY, lane]
+        mean = 0.5 * (z0 + z2) + (z1 - z3) / 12.0
+        if max(z0, z2) < 0.0:
+            weight -= lift
+        elif min(z0, z2) < 0.0:   # crossing the surface
+            for g in range(5):
+                n = shape(X5[g])
+                z = n[0] * z0 + n[1] * z1 + n[2] * z2 + n[3] * z3
+                potential -= W5[g] * length * lift * min(z, 0.0)
+        potential += length * weight * mean
+    last = q.shape[0] - 1
+    for k in range(3):
+        kinetic += 0.5 * model.body[BODY_MASS] * v[last, k] * v[last, k]
+    z = q[last, 2]
+    potential += model.body[BODY_MASS] * model.gravity * z - model.body[BODY_BUOYANCY] * min(z, 0.0)
+    return kinetic, potential
+
+
+@inline
+def between(a, b):
+    """Angle between two unit vectors [rad]."""
+    return acos(min(max(dot(a, b), -1.0), 1.0))
+
+
+@driver
+def observe(model, state, output, slot, flags, blending):
+    """Fill row ``slot`` of the output from the state; returns the flags with what was seen added."""
+    f = output.frame[slot]
+    c, d = state.ship[COORD:COORD + 6], state.ship[RATE:RATE + 6]
+    omega, _ = spin(c, d, d)
+    quat = quaternion(c)
+    last = state.q.shape[0] - 1
+    ox, oy = frame_shift(state.frame, state.time[0], state.time[1])
+    f.time, f.tick = state.time[0], state.time[2]
+    for k in range(3):
+        o = ox if k == 0 else (oy if k == 1 else 0.0)
+        w = state.frame[2] if k == 0 else (state.frame[3] if k == 1 else 0.0)
+        f.ship_position[k] = c[k] + o
+        f.ship_velocity[k] = d[k] + w
+        f.ship_rate[k] = omega[k]
+        f.sheave_position[k] = state.sheave[k] + o
+        f.sheave_velocity[k] = state.sheave[3 + k] + w
+        f.body_position[k] = state.q[last, k] + o
+        f.body_velocity[k] = state.v[last, k] + w
+        f.body_acceleration[k] = state.a[last, k]
+    for k in range(4):
+        f.ship_quaternion[k] = quat[k]
+    count, loaded, force, total, first, end, where, deepest, coarse, length_loaded = stations(
+        model, state, output.contact[slot])
+    radius = state.surfaces[model.sheave, RADIUS]
+    if loaded == 0:
+        first, end = where, where
+    ahead = max(0.25 * radius, 4.0 * model.bending_length)
+    out = direction_at(state, end + ahead)
+    back = direction_at(state, first - ahead)
+    tension = tension_at(state, end + ahead)
+    wrap = between(back, out)
+    f.tension = tension
+    vec = unrotate(c, scale(tension, out))
+    res = unrotate(c, force)
+    for k in range(3):
+        f.tension_vector[k] = vec[k]
+        f.contact_force[k] = res[k]
+    f.departure_angle = acos(min(max(-out[2], -1.0), 1.0))
+    state.measured[0], state.measured[1] = f.departure_angle, tension
+    f.contact_resultant, f.contact_total = norm(force), total
+    f.wrap_angle = (end - first) / radius if loaded > 0 else 0.0
+    f.lifted_fraction = min(max(1.0 - length_loaded / max(wrap * radius, 1e-9), 0.0), 1.0)
+    # groove margin over the stations between the two tangent directions
+    body_out, body_back = unrotate(c, out), unrotate(c, back)
+    low, high = atan2(-body_back[2], -body_back[0]), atan2(-body_out[2], -body_out[0])
+    margin = model.groove_depth
+    for i in range(count):
+        angle = output.contact[slot, i, 3]
+        if min(low, high) <= angle <= max(low, high):
+            margin = min(margin, model.groove_depth - output.contact[slot, i, 6])
+    f.groove_margin = margin
+    f.contact_stations = count
+    # the drum: penetration of its elements
+    for i in range(state.surfaces.shape[0]):
+        if i == model.sheave:
+            continue
+        for e in range(state.tension.shape[0]):
+            length = state.arc[e + 1] - state.arc[e]
+            r, _, _ = point_of(state, e, 0.5)
+            if norm(sub(r, (state.surfaces[i, 0], state.surfaces[i, 1], state.surfaces[i, 2]))) > (
+                    state.surfaces[i, RADIUS] + length):
+                break   # the drum holds the first elements
+            for g in range(5):
+                r, _, _ = point_of(state, e, X5[g])
+                rel = sub(r, (state.surfaces[i, 0], state.surfaces[i, 1], state.surfaces[i, 2]))
+                y = dot(rel, (state.surfaces[i, AXIS], state.surfaces[i, AXIS + 1], state.surfaces[i, AXIS + 2]))
+                depth = state.surfaces[i, RADIUS] - sqrt(max(dot(rel, rel) - y * y, 0.0))
+                if depth > 0.0:
+                    deepest = max(deepest, depth)
+                    coarse = coarse or length > 4.0 * COARSE * state.surfaces[i, RADIUS]
+    f.penetration = deepest
+    least, most = 1e300, -1e300
+    for e in range(state.tension.shape[0]):
+        least, most = min(least, state.tension[e]), max(most, state.tension[e])
+    f.tension_least, f.tension_most = least, most
+    f.tension_drum, f.tension_body = state.tension[0], state.tension[last - 1]
+    roll, pitch, yaw = attitude(state.flow)
+    bq = quaternion((0.0, 0.0, 0.0, roll, pitch, yaw))
+    for k in range(4):
+        f.body_quaternion[k] = bq[k]
+    f.body_rate[0], f.body_rate[1], f.body_rate[2] = 0.0, 0.0, 0.0
+    f.payout = model.winch[PAYOUT_0] + state.winch[LENGTH_NOW]
+    f.payout_rate, f.payout_acceleration = state.winch[RATE_NOW], state.winch[ACCEL_NOW]
+    f.payout_setpoint = model.winch[PAYOUT_0] + state.winch[TARGET]
+    f.drum_angle = model.winch[ANGLE_0] - state.winch[LENGTH_NOW] / model.winch[SEAT]
+    f.drum_rate = -state.winch[RATE_NOW] / model.winch[SEAT]
+    # torque of the reaction about the drum axis: the cable pulls the drum round with minus the reaction
+    local = unrotate(c, (state.reaction[0], state.reaction[1], state.reaction[2]))
+    phi = f.drum_angle
+    f.drum_torque = model.winch[SEAT] * (model.winch[WINCH_SIDE] * cos(phi) * local[0] - sin(phi) * local[2])
+    kinetic, potential = energies(model, state)
+    f.kinetic_energy, f.strain_energy, f.potential_energy = kinetic, state.health[3], potential
+    f.iterations, f.substeps = np.int64(state.health[0]), np.int64(state.health[1])
+    f.residual = state.health[2]
+    f.motion_source = np.int64(state.ship[SOURCE_NOW])
+    f.motion_age = state.ship[AGE]
+    f.command_age = state.winch[COMMAND_AGE]
+    detached = loaded == 0 or margin <= 0.0
+    if detached and state.events[1] != 0:
+        state.events[0] += 1
+    state.events[1] = 0 if detached else 1
+    f.detachments = state.events[0]
+    if least < -SLACK_TENSION:
+        flags |= SLACK
+    if detached:
+        flags |= DETACHED
+    if deepest > model.penetration_limit:
+        flags |= PENETRATION
+    if coarse:
+        flags |= COARSE_AT_SURFACE
+    if state.ship[AGE] > model.stale_after:
+        flags |= MOTION_STALE
+    if blending:
+        flags |= MOTION_BLENDING
+    f.status = flags
+    table = output.shape[slot]
+    for n in range(last + 1):
+        table[n, 0], table[n, 1], table[n, 2] = state.q[n, 0] + ox, state.q[n, 1] + oy, state.q[n, 2]
+        e = min(n, last - 1)
+        table[n, 3] = 0.5 * (state.tension[max(n - 1, 0)] + state.tension[e])
+        table[n, 4] = state.arc[n]
+    return flags
+
+

@@ -1,0 +1,43 @@
+"""Hermite shape functions of the ANCF element, Westin (2018) (29) with the sign of its last function mended.
+
+Unknowns of an element are scaled: y = (r1, L g1, r2, L g2), g = dr/dp, so that tables carry no length.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .jit import inline
+
+
+@inline
+def shape(x):
+    """Values N_i at xi = x in [0, 1]."""
+    return (1.0 - x * x * (3.0 - 2.0 * x), x * (1.0 - x) * (1.0 - x), x * x * (3.0 - 2.0 * x), x * x * (x - 1.0))
+
+
+@inline
+def slope(x):
+    """Derivatives N_i' at xi = x."""
+    return (-6.0 * x * (1.0 - x), 1.0 - 4.0 * x + 3.0 * x * x, 6.0 * x * (1.0 - x), x * (3.0 * x - 2.0))
+
+
+@inline
+def curve(x):
+    """Second derivatives N_i'' at xi = x."""
+    return (12.0 * x - 6.0, 6.0 * x - 4.0, 6.0 - 12.0 * x, 6.0 * x - 2.0)
+
+
+# Gauss points on [0, 1] as literals: numpy's differ in the last bit between versions
+GAUSS_4_X = (0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970263)
+GAUSS_4_W = (0.17392742256872692, 0.32607257743127305, 0.32607257743127305, 0.17392742256872692)
+GAUSS_5_X = (0.04691007703066802, 0.23076534494715845, 0.5, 0.7692346550528415, 0.9530899229693319)
+GAUSS_5_W = (0.11846344252809454, 0.23931433524968324, 0.28444444444444444, 0.23931433524968324, 0.11846344252809454)
+
+X4, W4 = np.array(GAUSS_4_X), np.array(GAUSS_4_W)
+X5, W5 = np.array(GAUSS_5_X), np.array(GAUSS_5_W)
+
+# integrals over [0, 1]: mass int N_i N_j, bending int N_i'' N_j'', weight int N_i
+MASS = np.array([[156.0, 22.0, 54.0, -13.0], [22.0, 4.0, 13.0, -3.0],
+                 [54.0, 13.0, 156.0, -22.0], [-13.0, -3.0, -22.0, 4.0]]) / 420.0
+WEIGHT = np.array([0.5, 1.0 / 12.0, 0.5, -1.0 / 12.0])

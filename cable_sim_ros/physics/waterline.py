@@ -1,0 +1,142 @@
+"""The element that crosses the water surface: its load integrated exactly on the wet interval, Westin (2018) (78)-(84).
+
+The roots of z(xi) = 0 bound the wet intervals; Gauss points are mapped onto each, so the force is continuous for any
+element length and needs no smoothing width. The moving bound adds N_i f(xi*) (x) N_j e_z / z' to the tangent.
+"""
+
+from __future__ import annotations
+
+from .drag import coefficient_lanes, load_lanes, load_tangent_lanes, point_lanes
+from .jit import LANES, driver, inline
+from .shape import W4, X4, shape, slope
+
+
+@inline
+def height(z, x):
+    n = shape(x)
+    return n[0] * z[0] + n[1] * z[1] + n[2] * z[2] + n[3] * z[3]
+
+
+@inline
+def height_slope(z, x):
+    d = slope(x)
+    return d[0] * z[0] + d[1] * z[1] + d[2] * z[2] + d[3] * z[3]
+
+
+@driver
+def wet_intervals(z, bounds):
+    """Wet intervals (z < 0) of the cubic with Hermite data z[4]: rows (from, to) of bounds[4, 2]; returns their number."""
+    # monomials of z(x) and the interior extrema that split it into monotone pieces
+    c1, c2 = z[1], -3.0 * z[0] - 2.0 * z[1] + 3.0 * z[2] - z[3]
+    c3 = 2.0 * z[0] + z[1] - 2.0 * z[2] + z[3]
+    edges = (0.0, 1.0, 1.0, 1.0)
+    a, b, c = 3.0 * c3, 2.0 * c2, c1
+    disc = b * b - 4.0 * a * c
+    if disc > 0.0:
+        s = disc ** 0.5
+        q = -0.5 * (b + s) if b > 0.0 else -0.5 * (b - s)
+        e1 = q / a if a != 0.0 else 2.0
+        e2 = c / q if q != 0.0 else 2.0
+        low, high = min(e1, e2), max(e1, e2)
+        low = min(max(low, 0.0), 1.0)
+        high = min(max(high, 0.0), 1.0)
+        edges = (0.0, low, high, 1.0)
+    count = 0
+    start = 0.0
+    wet = height(z, 0.0) < 0.0
+    for i in range(3):
+        lo, hi = edges[i], edges[i + 1]
+        if hi <= lo:
+            continue
+        zl, zh = height(z, lo), height(z, hi)
+        if (zl < 0.0) == (zh < 0.0):
+            continue
+        for _ in range(60):   # bisection to the last bit: monotone piece, robust at tangency
+            mid = 0.5 * (lo + hi)
+            if (height(z, mid) < 0.0) == (zl < 0.0):
+                lo = mid
+            else:
+                hi = mid
+        x = 0.5 * (lo + hi)
+        if wet:
+            bounds[count, 0], bounds[count, 1] = start, x
+            count += 1
+        else:
+            start = x
+        wet = not wet
+    if wet:
+        bounds[count, 0], bounds[count, 1] = start, 1.0
+        count += 1
+    return count
+
+
+@driver
+def waterline(e, group_x, group_p, current, c1, c2, tangent, work, force, k):
+    """Load of the partly wet element in lane e of a group, subtracted from force[12, e] and k[144, e].
+
+    One Gauss point a lane of the work tables; the last lanes hold the moving bounds.
+    """
+    x, p, t, n, d = work.wet_x, work.wet_p, work.point, work.wet_n, work.wet_d
+    z = work.wet_z
+    z[0], z[1], z[2], z[3] = group_x[2, e], group_x[5, e], group_x[8, e], group_x[11, e]
+    count = wet_intervals(z, work.wet_bounds)
+    if count == 0:
+        return
+    for lane in range(LANES):
+        for row in range(x.shape[0]):
+            x[row, lane] = group_x[row, e]
+        for row in range(p.shape[0]):
+            p[row, lane] = group_p[row, e]
+        work.weight[lane] = 0.0
+        work.wet_at[lane] = 0.0
+        work.wet_side[lane] = 0.0
+    length = group_p[0, e]
+    lane = 0
+    for i in range(count):
+        low, high = work.wet_bounds[i, 0], work.wet_bounds[i, 1]
+        for g in range(4):
+            work.wet_at[lane] = low + (high - low) * X4[g]
+            work.weight[lane] = (high - low) * W4[g] * length
+            lane += 1
+        if low > 0.0:
+            work.wet_at[lane], work.wet_side[lane] = low, -1.0
+            lane += 1
+        if high < 1.0:
+            work.wet_at[lane], work.wet_side[lane] = high, 1.0
+            lane += 1
+    used = lane
+    for lane in range(LANES):
+        s, ds = shape(work.wet_at[lane]), slope(work.wet_at[lane])
+        n[0, lane], n[1, lane], n[2, lane], n[3, lane] = s
+        d[0, lane], d[1, lane], d[2, lane], d[3, lane] = ds
+    point_lanes(x, p, n, d, current, t)
+    coefficient_lanes(p, t)
+    load_lanes(t, p, work.weight, work.load[0])
+    for lane in range(used):
+        for i in range(4):
+            for c in range(3):
+                force[3 * i + c, e] -= n[i, lane] * work.load[0, c, lane]
+    if not tangent:
+        return
+    load_tangent_lanes(t, p, c1, c2, current, work.weight, work.matrix[0], work.matrix[1])
+    for lane in range(used):
+        for i in range(4):
+            for j in range(4):
+                for c in range(9):
+                    k[9 * (4 * i + j) + c, e] -= n[i, lane] * (
+                        n[j, lane] * work.matrix[0, c, lane] + d[j, lane] * work.matrix[1, c, lane])
+    for lane in range(LANES):
+        work.weight[lane] = length
+    load_lanes(t, p, work.weight, work.load[0])
+    for lane in range(used):
+        side = work.wet_side[lane]
+        if side == 0.0:
+            continue
+        rate = height_slope(z, work.wet_at[lane])
+        if abs(rate) < 1e-12:
+            continue
+        for i in range(4):
+            for j in range(4):
+                s = side * n[i, lane] * n[j, lane] / rate
+                for c in range(3):
+                    k[9 * (4 * i + j) + 3 * c + 2, e] += s * work.load[0, c, lane]

@@ -1,0 +1,153 @@
+"""The one compiled entry: static start, a number of ticks, or the real-time loop, free of the interpreter lock.
+
+One entry, because every compiled function is optimised anew inside each compiled function that calls it. In real time
+tick k takes the simulation to the time t_k on the clock of the motion data; it is due at t_k + mapping on
+CLOCK_MONOTONIC. The loop slews its mapping towards the wanted one, so that simulation time never jumps:
+
+* late by less than a period: the tick runs at once, the grid stays;
+* behind by 1 to max_catchup periods: the missed ticks run back to back (counted as overruns);
+* further behind: the mapping is moved by the whole periods lost (a resync, the deadlines are counted as skipped), and
+  the lag is worked off slowly by the slew.
+
+The libc symbols are external functions of the compiled code, not foreign-function pointers: those would keep the entry
+out of the on-disk cache.
+"""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+from numba import types
+
+from ..physics.integrate import residual, settle
+from ..physics.jit import NO, driver
+from ..physics.system import link_tick, observe, tick
+
+LINUX = sys.platform.startswith("linux")
+_INT64 = types.CPointer(types.int64)
+_sleep = types.ExternalFunction("clock_nanosleep", types.int32(types.int32, types.int32, _INT64, _INT64))
+_clock = types.ExternalFunction("clock_gettime", types.int32(types.int32, _INT64))
+_write = types.ExternalFunction("write", types.int64(types.int32, _INT64, types.uint64))
+
+CLOCK_MONOTONIC, TIMER_ABSTIME, SECOND = 1, 1, 1_000_000_000
+SLEEP_CHUNK = 50_000_000   # ns, so that a stop is seen soon
+SLEEP_LEAST = 200_000      # ns given to others by a tick that found its deadline already past
+HALT = 1 | 1024            # Flag.NEWTON_FAILED | Flag.NOT_FINITE
+
+SETTLE, TICKS, LIVE = 0, 1, 2                              # what to do
+TIME, DEADLINE, WAKE, DONE, FLAGS, LAG = range(6)          # columns of a stats row, ns
+STATS_COLUMNS = 6
+# control words: the first two are written by Python, the others by the loop; LIVE also reads the settings
+(STOP, TARGET, COUNT, MAPPING, OVERRUNS, SKIPPED, RESYNCS, HALTED, REACHED,
+ PERIOD, SLEW, MAX_CATCHUP, EVENTFD, BUFFER, ONE) = range(15)
+CONTROL_WORDS = 17         # BUFFER takes two; one word after ONE is spare
+
+if LINUX:
+    @driver
+    def monotonic(buffer):
+        """CLOCK_MONOTONIC in ns; buffer: int64 [2] scratch."""
+        _clock(CLOCK_MONOTONIC, buffer.ctypes)
+        return buffer[0] * SECOND + buffer[1]
+
+    @driver
+    def sleep_until(deadline, control, buffer):
+        """Sleep to an absolute deadline in chunks; returns the time of waking."""
+        now = monotonic(buffer)
+        while now < deadline and control[STOP] == 0:
+            until = min(deadline, now + SLEEP_CHUNK)
+            buffer[0] = until // SECOND
+            buffer[1] = until % SECOND
+            _sleep(CLOCK_MONOTONIC, TIMER_ABSTIME, buffer.ctypes, buffer.ctypes)
+            now = monotonic(buffer)
+        return now
+
+    @driver
+    def notify(eventfd, one):
+        """Add one to the eventfd."""
+        return _write(eventfd, one.ctypes, 8)
+else:   # offline only: real time needs Linux
+    @driver
+    def monotonic(buffer):
+        return buffer[0]
+
+    @driver
+    def sleep_until(deadline, control, buffer):
+        return deadline
+
+    @driver
+    def notify(eventfd, one):
+        return np.int64(0)
+
+
+@driver
+def live(model, state, inputs, output, control, stats, buffer, one):
+    """Tick in real time until control[STOP] or a halt."""
+    rows = stats.shape[0]
+    period, slew = control[PERIOD], control[SLEW]
+    due = control[REACHED] + period
+    while control[STOP] == 0 and control[HALTED] == 0:
+        mapping = control[MAPPING]
+        mapping += max(-slew, min(slew, control[TARGET] - mapping))
+        deadline = due + mapping
+        called = monotonic(buffer)
+        wake = sleep_until(deadline, control, buffer)
+        if control[STOP] != 0:
+            break
+        behind = (wake - deadline) // period
+        if behind > control[MAX_CATCHUP]:
+            mapping += behind * period
+            deadline += behind * period
+            control[RESYNCS] += 1
+            control[SKIPPED] += behind
+        if called >= deadline:     # no sleep above: leave the core a moment, a FIFO thread starves it otherwise
+            sleep_until(wake + SLEEP_LEAST, control, buffer)
+        control[MAPPING] = mapping
+        slot = control[COUNT] % rows
+        flags = tick(model, state, inputs, output, slot)
+        done = monotonic(buffer)
+        if done - deadline > period:
+            control[OVERRUNS] += 1
+        stats[slot, TIME] = due
+        stats[slot, DEADLINE] = deadline
+        stats[slot, WAKE] = wake
+        stats[slot, DONE] = done
+        stats[slot, FLAGS] = flags
+        stats[slot, LAG] = mapping - control[TARGET]
+        if flags & HALT:
+            control[HALTED] = 1
+        control[REACHED] = due
+        control[COUNT] += 1
+        notify(control[EVENTFD], one)
+        due += period
+
+
+@driver
+def _drive(model, state, inputs, output, what, count, sigma, control, stats):
+    """Do one thing with the simulation.
+
+    SETTLE: static start in at most ``count`` steps with mass damping sigma [1/s], Frame into row 0; returns the steps,
+    negative where it did not settle, and leaves iterations and residual [N] in state.health.
+    TICKS: ``count`` ticks into rows 0..count-1; returns the ticks done before a halt.
+    LIVE: the real-time loop on the control words and stats rows; returns its tick count.
+    """
+    if what == 0:
+        steps, iterations, rest = settle(model, state, sigma, count, 1000.0)
+        if steps >= 0:
+            residual(model, state, 0.0, 0.0, 0.0, NO)
+            observe(model, state, output, 0, 0, False)
+        state.health[0], state.health[1], state.health[2] = iterations, 0.0, rest
+        return np.int64(steps)
+    if what == 1:
+        for i in range(count):
+            if tick(model, state, inputs, output, i) & HALT:
+                return np.int64(i)
+        return np.int64(count)
+    live(model, state, inputs, output, control, stats, control[BUFFER:BUFFER + 2], control[ONE:ONE + 1])
+    return control[COUNT]
+
+
+def drive(model, state, inputs, output, what, count, sigma, control, stats) -> int:
+    """The compiled entry, see _drive; compiles it or loads it from the cache at the first call."""
+    link_tick(model, state, inputs, output)
+    return _drive(model, state, inputs, output, what, int(count), float(sigma), control, stats)

@@ -1,0 +1,167 @@
+"""Simulator: a thin Python skin over the compiled tick."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from math import cos, radians, sin
+from pathlib import Path
+
+import numpy as np
+
+from ..physics.inputs import make_inputs
+from ..physics.setpoint import ALGORITHM, ANGLE, HEIGHT, LAWS, TRACK, SetpointLaw
+from ..physics.ship import COORD, EPOCH_NOW, NO_EPOCH
+from .build import build_model, build_state, make_output
+from .drive import CONTROL_WORDS, SETTLE, STATS_COLUMNS, TICKS, drive
+from .frame import FRAME, Flag
+from .scene import Scene
+from .statics import FIRST_ANGLE, MASS_DAMPING, MOST_STEPS, Route, StartError
+
+
+class SolverError(RuntimeError):
+    """The tick could not be solved; the state is that before it."""
+
+
+class Simulator:
+    """One tow. ``scene``: a Scene or the path of a scene file.
+
+    Use: ``sim.start()``, then ``sim.tick()`` or ``sim.run(n)``; motion and commands go to ``sim.inputs``.
+    """
+
+    def __init__(self, scene: Scene | str | Path):
+        if not isinstance(scene, Scene):
+            from ..io.load import load_scene   # the only upward glance: a path is a convenience
+            scene = load_scene(scene)
+        self.scene = scene
+        self.model = build_model(scene)
+        self.state = build_state(scene)
+        self.inputs = make_inputs()
+        self.nodes = len(self.state.arc)
+        self.output = make_output(self.model, self.nodes, 1)
+        self._chunk = make_output(self.model, self.nodes, 1)
+        self._control = np.zeros(CONTROL_WORDS, np.int64)
+        self._stats = np.zeros((1, STATS_COLUMNS), np.int64)
+        self.start_report: dict[str, float] = {}
+
+    def warm_up(self, progress: Callable[[str], None] | None = None) -> float:
+        """Compile every kernel, or load it from the cache. Returns the seconds it took."""
+        begin = time.perf_counter()
+        if progress:
+            progress("compiling the kernels (a minute the first time, kept on disk)")
+        twin = Simulator(self.scene)
+        twin.start()
+        twin.run(1)
+        return time.perf_counter() - begin
+
+    def start(self, time_ns: int = 0, position: tuple[float, float] = (0.0, 0.0), heading: float | None = None) -> None:
+        """Static equilibrium wrapped on sheave and drum, at the ship's mean pose.
+
+        time_ns: simulation time of the start; position: x y of base_link in odom [m]; heading: yaw [rad], None: the scene's.
+        Raises StartError with the residual where it does not settle; nothing is simulated then.
+        """
+        scene, model, state = self.scene, self.model, self.state
+        yaw = radians(scene.ship.heading_deg) if heading is None else float(heading)
+        for name, array in state._asdict().items():
+            if name not in ("arc", "surfaces", "work"):
+                array[:] = 0
+        state.time[:] = (time_ns, time_ns, 0, time_ns)
+        speed = scene.ship.tow_speed
+        state.frame[:] = (*position, speed * cos(yaw), speed * sin(yaw))
+        state.current[:2] = np.array(scene.water.current) - state.frame[2:]
+        state.current[2:] = scene.water.current_gradient
+        model.mean[:] = (0.0, 0.0, scene.ship.reference_height, 0.0, 0.0, yaw)
+        state.ship[COORD:COORD + 6] = model.mean
+        state.ship[EPOCH_NOW] = NO_EPOCH
+        flow = float(np.hypot(*state.current[:2]))
+        state.flow[:2] = state.current[:2] if flow > 1e-6 else (-cos(yaw), -sin(yaw))
+        r, g = Route(scene).nodes(state.arc, FIRST_ANGLE if flow > 0.05 else 0.0)
+        turn = np.array([[cos(yaw), -sin(yaw), 0.0], [sin(yaw), cos(yaw), 0.0], [0.0, 0.0, 1.0]])
+        state.q[:, :3] = r @ turn.T + model.mean[:3]
+        state.q[:, 3:] = g @ turn.T
+        steps = self._drive(SETTLE, MOST_STEPS, self.output)
+        iterations, left = int(state.health[0]), float(state.health[2])
+        self.start_report = {"steps": abs(steps), "iterations": iterations, "residual_n": left}
+        if steps < 0 or not np.isfinite(state.q).all():
+            raise StartError(
+                f"{scene.name}: no static equilibrium after {abs(steps)} steps and {iterations} iterations, residual "
+                f"{left:.3g} N, allowed {model.tolerance:.3g} N; nothing was started. Remedy: check weight and drag of "
+                f"towbody and cable, or begin with a shorter cable or a coarser mesh", float(left))
+        state.health[:2] = 0.0
+        model.setpoint[HEIGHT] = state.sheave[2]
+        if scene.setpoint.nominal_angle_deg is None:
+            model.setpoint[ANGLE] = min(state.measured[0], radians(85.0))
+        state.setpoint[TRACK:TRACK + 3] = (state.sheave[0], state.sheave[1], yaw)
+
+    @property
+    def frame(self) -> np.record:
+        """The Frame of the last tick, or of the start."""
+        return self.output.frame.view(np.recarray)[0]
+
+    @property
+    def shape(self) -> np.ndarray:
+        """Cable shape of the last tick [nodes, 5], columns SHAPE_COLUMNS."""
+        return self.output.shape[0]
+
+    @property
+    def contact(self) -> np.ndarray:
+        """Contact stations of the last tick [stations, 9], columns CONTACT_COLUMNS."""
+        return self.output.contact[0, :int(self.output.frame[0]["contact_stations"])]
+
+    def tick(self, inputs=None) -> np.record:
+        """Advance one tick with ``inputs`` (default: self.inputs); returns its Frame. Raises SolverError."""
+        if self._drive(TICKS, 1, self.output, inputs) < 1:
+            raise self._halted()
+        return self.frame
+
+    def run(self, count: int) -> np.recarray:
+        """Advance ``count`` ticks in one compiled call; returns their Frames. Raises SolverError."""
+        if len(self._chunk.frame) < count:
+            self._chunk = make_output(self.model, self.nodes, count)
+        done = self._drive(TICKS, count, self._chunk)
+        frames = self._chunk.frame[:done].copy().view(np.recarray)
+        if done:
+            self.output.frame[0] = self._chunk.frame[done - 1]
+            self.output.shape[0] = self._chunk.shape[done - 1]
+            self.output.contact[0] = self._chunk.contact[done - 1]
+        if done < count:
+            raise self._halted()
+        return frames
+
+    @property
+    def chunk_tables(self) -> tuple[np.ndarray, np.ndarray]:
+        """Shape and contact tables of the last run(), one row a tick; overwritten by the next."""
+        return self._chunk.shape, self._chunk.contact
+
+    def set_algorithm(self, law: SetpointLaw | str) -> None:
+        """Choose the set-point algorithm; takes effect with the next tick."""
+        self.model.setpoint[ALGORITHM] = LAWS.index(SetpointLaw(law))
+
+    def save(self) -> dict[str, np.ndarray]:
+        """Everything that changes, as copies; restore() takes it back."""
+        saved = {name: array.copy() for name, array in self.state._asdict().items() if name != "work"}
+        saved.update({f"model.{n}": getattr(self.model, n).copy() for n in ("setpoint", "mean")})
+        saved.update({f"inputs.{n}": a.copy() for n, a in self.inputs._asdict().items()})
+        return saved
+
+    def restore(self, saved: dict[str, np.ndarray]) -> None:
+        """Take back a save() of a simulator of the same scene."""
+        for key, array in saved.items():
+            owner, _, name = key.rpartition(".")
+            target = {"": self.state, "model": self.model, "inputs": self.inputs}[owner]
+            getattr(target, name)[...] = array
+
+    def _drive(self, what: int, count: int, output, inputs=None) -> int:
+        return drive(self.model, self.state, self.inputs if inputs is None else inputs, output, what, int(count),
+                     MASS_DAMPING, self._control, self._stats)
+
+    def _halted(self) -> SolverError:
+        flags = int(self.state.halted[0])
+        when = self.state.time[0] * 1e-9
+        return SolverError(
+            f"{self.scene.name}: the tick after {when:.3f} s could not be solved ({Flag(flags)!r}) with "
+            f"{self.model.max_halvings} halvings of {self.scene.solver.tick} s; the run halted at the state before it. "
+            f"Remedy: start again; if it repeats, a smaller solver.tick or a finer mesh where the cable bends")
+
+
+__all__ = ["FRAME", "Simulator", "SolverError", "StartError"]

@@ -1,0 +1,74 @@
+"""Static start: the geometric route of the cable from drum to sheave and outboard, then equilibrium on it.
+
+The route lies in the ship's vertical plane through drum and sheave: drum arc, outer tangent, sheave arc, straight line.
+Westin's pull-through (5.3) is not needed: backward Euler with growing steps settles from here.
+"""
+
+from __future__ import annotations
+
+from math import asin, atan2, cos, hypot, pi, sin
+
+import numpy as np
+
+from .scene import Scene
+
+DRUM_RESERVE = 0.3    # rad of wrap that must stay on the drum
+FIRST_ANGLE = 1.2     # rad from the vertical of the straight line in a flow
+MASS_DAMPING = 0.2    # 1/s, of the pseudo-transient only; it has no part in the equilibrium (trap T8)
+MOST_STEPS = 400
+
+
+class StartError(RuntimeError):
+    """No static equilibrium was found; ``residual`` [N] is what is left."""
+
+    def __init__(self, message: str, residual: float):
+        super().__init__(message)
+        self.residual = residual
+
+
+class Route:
+    """Geometry of the route in coordinates X (from drum towards sheave) and Z (up), origin at the drum centre.
+
+    drum, sheave: radii of the cable's centreline [m]; side: +1 where the sheave lies aft (-x) of the drum; tilt: rise of
+    the outer tangent [rad]; on_drum: wound length at the start [m]; span: length of the tangent [m].
+    """
+
+    def __init__(self, scene: Scene):
+        half = 0.5 * scene.cable.diameter
+        self.drum, self.sheave = scene.winch.drum_radius + half, scene.sheave.radius + half
+        self.centre = np.array(scene.winch.position)
+        across = scene.sheave.position[0] - scene.winch.position[0]
+        self.side = 1.0 if across < 0.0 else -1.0
+        self.away, self.rise = abs(across), scene.sheave.position[2] - scene.winch.position[2]
+        self.offset = scene.sheave.position[1] - scene.winch.position[1]
+        distance = hypot(self.away, self.rise)
+        self.tilt = atan2(self.rise, self.away) - asin((self.drum - self.sheave) / distance)
+        self.span = distance * cos(asin((self.drum - self.sheave) / distance))
+        self.wrap = scene.winch.wrap
+        self.on_drum = self.drum * (self.wrap - self.tilt)
+
+    def place(self, s: float, angle: float) -> tuple[float, float, float, float]:
+        """X, Z and direction at arc length s for a straight line that leaves at ``angle`` from the vertical."""
+        if s < self.on_drum:
+            phi = self.wrap - s / self.drum
+            return -self.drum * sin(phi), self.drum * cos(phi), cos(phi), sin(phi)
+        s -= self.on_drum
+        if s < self.span:
+            return (-self.drum * sin(self.tilt) + s * cos(self.tilt), self.drum * cos(self.tilt) + s * sin(self.tilt),
+                    cos(self.tilt), sin(self.tilt))
+        s -= self.span
+        leave = 0.5 * pi - angle
+        psi = min(-self.tilt + s / self.sheave, leave)
+        x, z = self.away + self.sheave * sin(psi), self.rise + self.sheave * cos(psi)
+        rest = max(s - self.sheave * (leave + self.tilt), 0.0)
+        return x + rest * cos(psi), z - rest * sin(psi), cos(psi), -sin(psi)
+
+    def nodes(self, arc: np.ndarray, angle: float) -> tuple[np.ndarray, np.ndarray]:
+        """Positions and unit tangents [nodes, 3] in base_link."""
+        r, g = np.zeros((len(arc), 3)), np.zeros((len(arc), 3))
+        for i, s in enumerate(arc):
+            x, z, dx, dz = self.place(float(s), angle)
+            share = min(max(x / self.away, 0.0), 1.0)
+            r[i] = self.centre + (-self.side * x, self.offset * share, z)
+            g[i] = (-self.side * dx, 0.0, dz)
+        return r, g
