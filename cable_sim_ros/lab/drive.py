@@ -185,7 +185,7 @@ def _motion_input(tow: RecordedTow) -> MotionInput:
 
 
 def _start_before(frame: np.record, scene: Scene, tick: int) -> Start:
-    """Start of a run whose bag does not tell it, from its first Frame: there the ship is on its mean track to 1e-5 m."""
+    """Start of a run whose bag does not tell it, from its first Frame: the ship still is on its mean track there."""
     x, y, z, w = frame["ship_quaternion"]
     yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
     ahead = scene.ship.tow_speed * int(frame["tick"]) * tick * 1e-9
