@@ -1,16 +1,5 @@
-"""The stepping loop: one compiled function in its own thread that never needs the interpreter lock.
-
-Tick k takes the simulation to the time t_k on the clock of the motion data; it is due at t_k + mapping on
-CLOCK_MONOTONIC, where mapping = clock offset + input delay. The loop slews its mapping towards the wanted one, so that
-simulation time never jumps:
-
-* late by less than a period: the tick runs at once, the grid stays;
-* behind by 1 to max_catchup periods: the missed ticks run back to back (counted as overruns);
-* further behind: the mapping is moved by the whole periods lost (a resync, the deadlines are counted as skipped), and
-  the lag is worked off slowly by the slew.
-
-The libc symbols are external functions of the compiled code, not foreign-function pointers: those would keep the loop
-out of the on-disk cache.
+"""The stepping loop in its own thread: the compiled entry in its LIVE mode (sim/drive.py), which never needs the
+interpreter lock, with its control words, its stats rows and the eventfd that wakes the publisher.
 """
 
 from __future__ import annotations
@@ -23,89 +12,30 @@ from contextlib import contextmanager
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, types
 
-from ..physics.system import tick  # first: it decides where compiled code is cached
+from ..sim.drive import (
+    CONTROL_WORDS,
+    COUNT,
+    EVENTFD,
+    HALT,
+    HALTED,
+    LIVE,
+    MAPPING,
+    MAX_CATCHUP,
+    ONE,
+    OVERRUNS,
+    PERIOD,
+    REACHED,
+    RESYNCS,
+    SKIPPED,
+    SLEW,
+    STATS_COLUMNS,
+    STOP,
+    TARGET,
+    drive,
+)
 
-_INT64 = types.CPointer(types.int64)
-_sleep = types.ExternalFunction("clock_nanosleep", types.int32(types.int32, types.int32, _INT64, _INT64))
-_clock = types.ExternalFunction("clock_gettime", types.int32(types.int32, _INT64))
-_write = types.ExternalFunction("write", types.int64(types.int32, _INT64, types.uint64))
-
-CLOCK_MONOTONIC = 1
-TIMER_ABSTIME = 1
-SECOND = 1_000_000_000
-HALT = 1 | 1024          # Flag.NEWTON_FAILED | Flag.NOT_FINITE
-SLEEP_CHUNK = 50_000_000  # ns, so that a stop is seen soon
-SLEEP_LEAST = 200_000     # ns given to others by a tick that found its deadline already past
-
-# columns of a stats row, ns
-TIME, DEADLINE, WAKE, DONE, FLAGS, LAG = range(6)
-STATS_COLUMNS = 6
-# control words: the first two are written by Python, the others by the loop
-STOP, TARGET, COUNT, MAPPING, OVERRUNS, SKIPPED, RESYNCS, HALTED, REACHED = range(9)
-CONTROL_WORDS = 9
-
-
-@njit(nogil=True, cache=True)
-def monotonic(buffer):
-    """CLOCK_MONOTONIC in ns; buffer: int64 [2] scratch."""
-    _clock(CLOCK_MONOTONIC, buffer.ctypes)
-    return buffer[0] * SECOND + buffer[1]
-
-
-@njit(nogil=True, cache=True)
-def sleep_until(deadline, control, buffer):
-    """Sleep to an absolute deadline in chunks; returns the time of waking."""
-    now = monotonic(buffer)
-    while now < deadline and control[STOP] == 0:
-        until = min(deadline, now + SLEEP_CHUNK)
-        buffer[0] = until // SECOND
-        buffer[1] = until % SECOND
-        _sleep(CLOCK_MONOTONIC, TIMER_ABSTIME, buffer.ctypes, buffer.ctypes)
-        now = monotonic(buffer)
-    return now
-
-
-@njit(nogil=True, cache=True)
-def run(model, state, inputs, output, control, stats, buffer, one, eventfd, time, period, slew, max_catchup):
-    """Tick until control[STOP] or a halt; `time` is the simulation time of the state, ns."""
-    rows = stats.shape[0]
-    due = time + period
-    while control[STOP] == 0 and control[HALTED] == 0:
-        mapping = control[MAPPING]
-        mapping += max(-slew, min(slew, control[TARGET] - mapping))
-        deadline = due + mapping
-        called = monotonic(buffer)
-        wake = sleep_until(deadline, control, buffer)
-        if control[STOP] != 0:
-            break
-        behind = (wake - deadline) // period
-        if behind > max_catchup:
-            mapping += behind * period
-            deadline += behind * period
-            control[RESYNCS] += 1
-            control[SKIPPED] += behind
-        if called >= deadline:     # no sleep above: leave the core a moment, a FIFO thread starves it otherwise
-            sleep_until(wake + SLEEP_LEAST, control, buffer)
-        control[MAPPING] = mapping
-        slot = control[COUNT] % rows
-        flags = tick(model, state, inputs, output, slot)
-        done = monotonic(buffer)
-        if done - deadline > period:
-            control[OVERRUNS] += 1
-        stats[slot, TIME] = due
-        stats[slot, DEADLINE] = deadline
-        stats[slot, WAKE] = wake
-        stats[slot, DONE] = done
-        stats[slot, FLAGS] = flags
-        stats[slot, LAG] = mapping - control[TARGET]
-        if flags & HALT:
-            control[HALTED] = 1
-        control[REACHED] = due
-        control[COUNT] += 1
-        _write(eventfd, one.ctypes, 8)
-        due += period
+__all__ = ["HALT", "RESYNCS", "SKIPPED", "Loop", "Row", "take_priority"]
 
 
 class Row(NamedTuple):
@@ -133,6 +63,8 @@ class Loop:
         self.control = np.zeros(CONTROL_WORDS, np.int64)
         self.stats = np.zeros((self.rows, STATS_COLUMNS), np.int64)
         self.eventfd = os.eventfd(0, os.EFD_CLOEXEC)
+        self.control[[PERIOD, SLEW, MAX_CATCHUP, EVENTFD, ONE]] = (
+            self.period_ns, self.slew_ns, self.max_catchup, self.eventfd, 1)
         self.scheduler = "not running"
         self.warning = ""                            # why no real-time scheduling, with the remedy
         self.failure: BaseException | None = None
@@ -226,8 +158,7 @@ class Loop:
 
     def _run(self) -> None:
         model, state, inputs, output = self.parts
-        run(model, state, inputs, output, self.control, self.stats, np.zeros(2, np.int64), np.ones(1, np.int64),
-            self.eventfd, int(self.control[REACHED]), self.period_ns, self.slew_ns, self.max_catchup)
+        drive(model, state, inputs, output, LIVE, 0, 0.0, self.control, self.stats)
 
 
 def take_priority(priority: int) -> tuple[str, str]:
@@ -242,11 +173,16 @@ def take_priority(priority: int) -> tuple[str, str]:
         pass
     remedy = ("no permission for real-time scheduling: under load ticks may come some milliseconds late; allow it with "
               "'rtprio 80' for this user in /etc/security/limits.conf, or set realtime.priority:=0")
+    return ("other, nice -10" if raise_priority() else "other"), remedy
+
+
+def raise_priority() -> bool:
+    """Nice value -10 for the calling thread; False where it is not allowed (the loop tells of it)."""
     try:
         os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), -10)
-        return "other, nice -10", remedy
     except OSError:
-        return "other", remedy
+        return False
+    return True
 
 
 def _timer_slack() -> None:

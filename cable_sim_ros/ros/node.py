@@ -28,6 +28,7 @@ from ..io.channels import CHANNELS, Context, Encoder
 from .declare import declare, overrides_of
 from .diagnostics import Watch, final_figures
 from .figures import write_json
+from .loop import raise_priority
 from .params import ParameterError, settle
 from .publisher import TickPublisher
 from .recording import Recording
@@ -330,6 +331,8 @@ def main(args: list[str] | None = None) -> int:
         elif not stop.asked:
             executor = SingleThreadedExecutor()
             executor.add_node(node)
+            if node.settings.node.realtime.priority:
+                raise_priority()     # motion that is taken in late is motion extrapolated
             while not stop.asked and rclpy.ok():
                 executor.spin_once(timeout_sec=0.1)
             executor.shutdown(timeout_sec=1.0)

@@ -12,7 +12,7 @@ from rclpy._rclpy_pybind11 import RCLError
 from ..io.channels import Encoder
 from ..io.recorder import Recorder
 from .figures import Samples
-from .loop import HALT, Loop
+from .loop import HALT, Loop, raise_priority
 
 
 class TickPublisher(threading.Thread):
@@ -37,10 +37,7 @@ class TickPublisher(threading.Thread):
 
     def run(self) -> None:
         if self.loop.priority:
-            try:
-                os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), -10)
-            except OSError:
-                pass             # the loop has told of it
+            raise_priority()
         try:
             while not self._stopping.is_set():
                 os.eventfd_read(self.loop.eventfd)   # blocks without the interpreter lock

@@ -29,6 +29,7 @@ from .params import Settings
 
 RING_ROWS = 128        # ticks a slow publisher may be behind
 REHEARSAL = 20         # ticks
+START_MARGIN = 0.25    # s; messages that came during the static start must be in before the first tick
 SECOND = 1_000_000_000
 _STAMP = struct.Struct("<iI"), struct.Struct(">iI")
 
@@ -196,7 +197,7 @@ class Session:
         """Static start where the ship will be when it is solved, and the loop with it."""
         sample, stamp = self._newest_sample().copy(), self._newest_stamp()
         target = self.clock.offset + self.delay
-        cost = 0.0 if self._keep_cable else 1.2 * self.start_cost
+        cost = START_MARGIN + (0.0 if self._keep_cable else 1.5 * self.start_cost)
         begin = max(stamp, time.monotonic_ns() - target + round(cost * SECOND))
         ahead = (begin - stamp) * 1e-9
         position = float(sample[0] + sample[6] * ahead), float(sample[1] + sample[7] * ahead)
