@@ -35,7 +35,7 @@ from .shape import W4, W5, X4, X5, shape, slope
 from .surface import AXIS, CENTRE, FADE_HIGH, NO_TOP, RADIUS
 from .waterline import waterline
 
-CONTACT_POINTS = 5
+CONTACT_POINTS, DRAG_POINTS, DRAG_MATRICES = np.arange(0, 12)[[5, 4, 8]]   # numpy integers: no version per literal
 _N4 = np.array([shape(x) for x in X4])
 _D4 = np.array([slope(x) for x in X4])
 _N5 = np.array([shape(x) for x in X5])
@@ -77,34 +77,38 @@ class Work(NamedTuple):
     force: np.ndarray     # [12, LANES]
     k: np.ndarray         # [144, LANES]
     k9: np.ndarray        # [81, LANES]
-    tension: np.ndarray   # [LANES]
-    energy: np.ndarray    # [LANES]
     point: np.ndarray     # [POINT_ROWS, LANES]
     load: np.ndarray      # [points, 3, LANES]
     matrix: np.ndarray    # [2 points, 9, LANES]
-    weight: np.ndarray    # [LANES]
-    wet: np.ndarray       # [LANES] 1 wet, 0 dry, -1 crossing the surface
-    near: np.ndarray      # [LANES]
-    wet_x: np.ndarray
-    wet_p: np.ndarray
-    wet_n: np.ndarray
-    wet_d: np.ndarray
-    wet_z: np.ndarray
-    wet_bounds: np.ndarray
-    wet_at: np.ndarray
-    wet_side: np.ndarray
+    lane: np.ndarray      # [LANE_ROWS, LANES]: TENSION, ENERGY, WEIGHT, WET, NEAR
     band: np.ndarray      # [nodes, 6, 16]
     lower: np.ndarray     # [nodes, 6, 6]
     step: np.ndarray      # [nodes, 6] solution
 
 
+TENSION, ENERGY, WEIGHT, WET, NEAR = range(5)   # WET: 1 wet, 0 dry, -1 crossing the surface
+LANE_ROWS = 5
+
+
 def make_work(nodes: int) -> Work:
     """Scratch for a cable of ``nodes`` nodes."""
     z = np.zeros
-    return Work(z((36, LANES)), z((ROWS, LANES)), z((12, LANES)), z((144, LANES)), z((81, LANES)), z(LANES), z(LANES),
-                z((POINT_ROWS, LANES)), z((5, 3, LANES)), z((8, 9, LANES)), z(LANES), z(LANES), z(LANES),
-                z((36, LANES)), z((ROWS, LANES)), z((4, LANES)), z((4, LANES)), z(4), z((4, 2)), z(LANES), z(LANES),
-                z((nodes, 6, 16)), z((nodes, 6, 6)), z((nodes, 6)))
+    return Work(z((36, LANES)), z((ROWS, LANES)), z((12, LANES)), z((144, LANES)), z((81, LANES)), z((POINT_ROWS, LANES)),
+                z((5, 3, LANES)), z((8, 9, LANES)), z((LANE_ROWS, LANES)), z((nodes, 6, 16)), z((nodes, 6, 6)), z((nodes, 6)))
+
+
+@driver
+def clear(band, lower, tangent):
+    """Zero the system; without tangent only its right-hand side."""
+    for i in range(band.shape[0]):
+        for r in range(6):
+            if tangent:
+                for c in range(16):
+                    band[i, r, c] = 0.0
+                for c in range(6):
+                    lower[i, r, c] = 0.0
+            else:
+                band[i, r, 12] = 0.0
 
 
 @driver
@@ -217,46 +221,45 @@ def assemble(elements, arc, q, v, a, current, surfaces, c1, c2, sigma, tangent, 
     receives the element tensions [N]. Returns the strain energy [J].
     """
     x, p, force, k = work.x, work.p, work.force, work.k
-    work.band[:] = 0.0
-    if tangent:
-        work.lower[:] = 0.0
+    weight, wetness, near = work.lane[WEIGHT], work.lane[WET], work.lane[NEAR]
+    clear(work.band, work.lower, tangent)
     count = arc.shape[0] - 1
     total = 0.0
     for group in range(elements.shape[0]):
         gather(group, elements, arc, q, v, a, x, p)
         inertia_lanes(x, p, force, k, c1, c2, sigma, tangent)
-        elastic_lanes(x, p, force, work.tension, work.energy)
+        elastic_lanes(x, p, force, work.lane[TENSION], work.lane[ENERGY])
         if tangent:
             elastic_tangent_lanes(x, p, c1, work.k9, k)
         for lane in range(min(LANES, count - LANES * group)):
-            tension[LANES * group + lane] = work.tension[lane]
-            total += work.energy[lane]
-        wet, crossing = immersion(x, work.wet)
+            tension[LANES * group + lane] = work.lane[TENSION, lane]
+            total += work.lane[ENERGY, lane]
+        wet, crossing = immersion(x, wetness)
         if wet:
             for g in range(4):
                 for e in range(LANES):
-                    work.weight[e] = p[LENGTH, e] * W4[g] if work.wet[e] > 0.0 else 0.0
+                    weight[e] = p[LENGTH, e] * W4[g] if wetness[e] > 0.0 else 0.0
                 point_lanes(x, p, N4L[g], D4L[g], current, work.point)
                 coefficient_lanes(p, work.point)
-                load_lanes(work.point, p, work.weight, work.load[g])
+                load_lanes(work.point, p, weight, work.load[g])
                 if tangent:
-                    load_tangent_lanes(work.point, p, c1, c2, current, work.weight, work.matrix[g], work.matrix[4 + g])
-            spread_force(_N4, work.load, 4, force)
+                    load_tangent_lanes(work.point, p, c1, c2, current, weight, work.matrix[g], work.matrix[4 + g])
+            spread_force(_N4, work.load, DRAG_POINTS, force)
             if tangent:
-                spread_matrix(_C4, work.matrix, 8, k)
+                spread_matrix(_C4, work.matrix, DRAG_MATRICES, k)
         if crossing:
             for e in range(LANES):
-                if work.wet[e] < 0.0:
+                if wetness[e] < 0.0:
                     waterline(e, x, p, current, c1, c2, tangent, work, force, k)
         for i in range(surfaces.shape[0]):
-            if near_surface(x, surfaces[i], work.near):
+            if near_surface(x, surfaces[i], near):
                 for g in range(CONTACT_POINTS):
                     for e in range(LANES):
-                        work.weight[e] = p[LENGTH, e] * W5[g] * work.near[e]
+                        weight[e] = p[LENGTH, e] * W5[g] * near[e]
                     contact_point_lanes(x, _N5[g], work.point)
-                    contact_lanes(work.point, surfaces[i], work.weight, work.load[g])
+                    contact_lanes(work.point, surfaces[i], weight, work.load[g])
                     if tangent:
-                        contact_tangent_lanes(work.point, surfaces[i], c1, work.weight, work.matrix[g])
+                        contact_tangent_lanes(work.point, surfaces[i], c1, weight, work.matrix[g])
                 spread_force(_N5, work.load, CONTACT_POINTS, force)
                 if tangent:
                     spread_matrix(_C5, work.matrix, CONTACT_POINTS, k)

@@ -76,14 +76,7 @@ class State(NamedTuple):
     v: np.ndarray
     a: np.ndarray
     x: np.ndarray             # auxiliary acceleration
-    q_old: np.ndarray
-    v_old: np.ndarray
-    a_old: np.ndarray
-    x_old: np.ndarray
-    q_tick: np.ndarray
-    v_tick: np.ndarray
-    a_tick: np.ndarray
-    x_tick: np.ndarray
+    kept: np.ndarray          # [2, 4, nodes, 6] q v a x at the beginning of the step and of the tick
     tension: np.ndarray       # [elements] N
     reaction: np.ndarray      # [3] force of the drum on the cable end [N]
     ship: np.ndarray          # [SHIP_STATE]
@@ -91,15 +84,52 @@ class State(NamedTuple):
     sheave: np.ndarray        # [6] sheave centre and its velocity, tow frame
     surfaces: np.ndarray      # [n, SURFACE_COLUMNS] in the world
     winch: np.ndarray         # [WINCH_STATE]
-    winch_old: np.ndarray
-    winch_tick: np.ndarray
     setpoint: np.ndarray      # [SETPOINT_STATE]
-    setpoint_old: np.ndarray
-    setpoint_tick: np.ndarray
+    controls: np.ndarray      # [2, 2, 16] winch and set-point at the beginning of the step and of the tick
     flow: np.ndarray          # [3] low-passed flow past the body [m/s]
     measured: np.ndarray      # [2] departure angle [rad], tension [N] of the last tick: what instruments would show
     health: np.ndarray        # [6] iterations, substeps, residual [N], strain energy [J], deepest penetration [m], -
     work: Work
+
+
+STEP, TICK = 0, 1   # rows of State.kept and State.controls
+
+
+@driver
+def copy(a, b):
+    """b = a for two tables of the same shape."""
+    for i in range(a.shape[0]):
+        for j in range(a.shape[1]):
+            b[i, j] = a[i, j]
+
+
+@driver
+def copy_row(a, b):
+    """b = a for the length of the shorter."""
+    for i in range(min(a.shape[0], b.shape[0])):
+        b[i] = a[i]
+
+
+@driver
+def keep(q, v, a, x, winch, points, kept, controls):
+    """Remember the nodes, winch and set-point in one row of State.kept and State.controls."""
+    copy(q, kept[0])
+    copy(v, kept[1])
+    copy(a, kept[2])
+    copy(x, kept[3])
+    copy_row(winch, controls[0])
+    copy_row(points, controls[1])
+
+
+@driver
+def roll_back(q, v, a, x, winch, points, kept, controls):
+    """Take back what keep() remembered."""
+    copy(kept[0], q)
+    copy(kept[1], v)
+    copy(kept[2], a)
+    copy(kept[3], x)
+    copy_row(controls[0], winch)
+    copy_row(controls[1], points)
 
 
 @driver
@@ -193,12 +223,8 @@ def step(model, state, inputs, t, h, command_rate):
     am, af = (2.0 * rho - 1.0) / (rho + 1.0), rho / (rho + 1.0)
     gamma = 0.5 + af - am
     beta = 0.25 * (gamma + 0.5) ** 2
-    state.q_old[:] = state.q
-    state.v_old[:] = state.v
-    state.a_old[:] = state.a
-    state.x_old[:] = state.x
-    state.winch_old[:] = state.winch
-    state.setpoint_old[:] = state.setpoint
+    old = state.kept[STEP]
+    keep(state.q, state.v, state.a, state.x, state.winch, state.setpoint, old, state.controls[STEP])
     blending = evaluate(t, state.ship, state.time[3], inputs, state.frame, state.time[1], model.mean, model.stale_decay)
     place_surfaces(model, state)
     s = state.sheave
@@ -210,29 +236,33 @@ def step(model, state, inputs, t, h, command_rate):
     # predictor: constant acceleration
     for n in range(state.q.shape[0]):
         for k in range(6):
-            a, x = state.a_old[n, k], state.x_old[n, k]
+            a, x = old[2, n, k], old[3, n, k]
             new = (a - am * x) / (1.0 - am)
             state.a[n, k] = a
-            state.q[n, k] += h * state.v_old[n, k] + h * h * ((0.5 - beta) * x + beta * new)
+            state.q[n, k] += h * old[1, n, k] + h * h * ((0.5 - beta) * x + beta * new)
             state.v[n, k] += h * ((1.0 - gamma) * x + gamma * new)
     hold_end(model, state)
     c1 = gamma / (h * beta)
     c2 = (1.0 - am) / ((1.0 - af) * h * h * beta)
     used = newton(model, state, c1, c2, 0.0)
     if used < 0:
-        state.q[:] = state.q_old
-        state.v[:] = state.v_old
-        state.a[:] = state.a_old
-        state.x[:] = state.x_old
-        state.winch[:] = state.winch_old
-        state.setpoint[:] = state.setpoint_old
+        roll_back(state.q, state.v, state.a, state.x, state.winch, state.setpoint, old, state.controls[STEP])
         return False, blending
     for n in range(state.q.shape[0]):
         for k in range(6):
-            state.x[n, k] = ((1.0 - af) * state.a[n, k] + af * state.a_old[n, k] - am * state.x_old[n, k]) / (1.0 - am)
+            state.x[n, k] = ((1.0 - af) * state.a[n, k] + af * old[2, n, k] - am * old[3, n, k]) / (1.0 - am)
     state.health[0] += used
     state.health[1] += 1.0
     return True, blending
+
+
+@driver
+def rest_still(v, a):
+    """v = a = 0."""
+    for n in range(v.shape[0]):
+        for k in range(6):
+            v[n, k] = 0.0
+            a[n, k] = 0.0
 
 
 @driver
@@ -242,38 +272,37 @@ def settle(model, state, sigma, max_steps, step_most):
     Returns (steps, iterations, residual [N] at rest); steps < 0 where it did not settle.
     """
     place_surfaces(model, state)
-    state.v[:] = 0.0
-    state.a[:] = 0.0
+    old = state.kept[STEP]
+    rest_still(state.v, state.a)
     h, count, total = 0.02, 0, 0
     rest = np.inf
     for _ in range(max_steps):
         hold_end(model, state)
-        state.q_old[:] = state.q
-        state.v_old[:] = state.v
+        copy(state.q, old[0])
+        copy(state.v, old[1])
         for n in range(state.q.shape[0]):
             for k in range(6):
-                state.a[n, k] = -state.v_old[n, k] / h
+                state.a[n, k] = -old[1, n, k] / h
                 state.v[n, k] = 0.0
         hold_end(model, state)
         used = newton(model, state, 1.0 / h, 1.0 / (h * h), sigma)
         count += 1
         if used < 0:
-            state.q[:] = state.q_old
-            state.v[:] = state.v_old
+            copy(old[0], state.q)
+            copy(old[1], state.v)
             h *= 0.25
             if h < 1e-5:
                 break
             continue
         total += used
         if h >= step_most:
-            state.v_old[:] = state.v
-            state.v[:] = 0.0
-            state.a[:] = 0.0
+            copy(state.v, old[1])
+            rest_still(state.v, state.a)
             rest = residual(model, state, 0.0, 0.0, 0.0, NO)
             if rest <= model.tolerance:
-                state.x[:] = 0.0
+                rest_still(state.x, state.a)
                 return count, total, rest
-            state.v[:] = state.v_old
+            copy(old[1], state.v)
         h = min(1.7 * h, step_most)
     return -count, total, rest
 

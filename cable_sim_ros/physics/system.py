@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .integrate import link_solver, step
+from .integrate import TICK, keep, link_solver, roll_back, step
 from .jit import driver, link, opaque
 from .observe import COMMAND_STALE, DRUM_END, HALVED, NEWTON_FAILED, NOT_FINITE
 from .observe import observe as _observe
@@ -20,28 +20,6 @@ NOW, START, COUNT, CLOCK = 0, 1, 2, 3   # State.time [ns, ns, 1, ns]
 
 
 @driver
-def keep(state):
-    """Remember the beginning of a tick."""
-    state.q_tick[:] = state.q
-    state.v_tick[:] = state.v
-    state.a_tick[:] = state.a
-    state.x_tick[:] = state.x
-    state.winch_tick[:] = state.winch
-    state.setpoint_tick[:] = state.setpoint
-
-
-@driver
-def roll_back(state):
-    """Return to the beginning of the tick."""
-    state.q[:] = state.q_tick
-    state.v[:] = state.v_tick
-    state.a[:] = state.a_tick
-    state.x[:] = state.x_tick
-    state.winch[:] = state.winch_tick
-    state.setpoint[:] = state.setpoint_tick
-
-
-@driver
 def finite(x):
     """Is every number of a table finite?"""
     for i in range(x.shape[0]):
@@ -49,6 +27,15 @@ def finite(x):
             if not np.isfinite(x[i, j]):
                 return False
     return True
+
+
+@driver
+def halt(state, output, slot, flags):
+    """Roll the tick back and halt the run."""
+    roll_back(state.q, state.v, state.a, state.x, state.winch, state.setpoint, state.kept[TICK], state.controls[TICK])
+    state.halted[0] = flags
+    output.frame[slot].status = flags
+    return state.halted[0]
 
 
 @driver
@@ -64,7 +51,7 @@ def _tick(model, state, inputs, output, slot):
         return flags
     begin = state.time[NOW]
     end = begin + model.tick_ns
-    keep(state)
+    keep(state.q, state.v, state.a, state.x, state.winch, state.setpoint, state.kept[TICK], state.controls[TICK])
     state.health[0], state.health[1] = 0.0, 0.0
     state.time[CLOCK] = follow(
         begin, end, state.ship, state.time[CLOCK], inputs, state.frame, state.time[START], model.mean,
@@ -89,15 +76,9 @@ def _tick(model, state, inputs, output, slot):
             level += 1
             share *= 0.5
             if level > model.max_halvings:
-                roll_back(state)
-                state.halted[0] = NEWTON_FAILED | flags
-                output.frame[slot].status = state.halted[0]
-                return state.halted[0]
+                return halt(state, output, slot, NEWTON_FAILED | flags)
     if not (finite(state.q) and finite(state.v)):
-        roll_back(state)
-        state.halted[0] = NOT_FINITE | flags
-        output.frame[slot].status = state.halted[0]
-        return state.halted[0]
+        return halt(state, output, slot, NOT_FINITE | flags)
     h = model.tick_ns * 1e-9
     last = state.q.shape[0] - 1
     turn_into_flow(model.body, state.q[last], state.v[last], state.current, state.flow, h)

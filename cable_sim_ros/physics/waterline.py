@@ -6,6 +6,9 @@ element length and needs no smoothing width. The moving bound adds N_i f(xi*) (x
 
 from __future__ import annotations
 
+import numpy as np
+
+from .ancf import ROWS
 from .drag import coefficient_lanes, load_lanes, load_tangent_lanes, point_lanes
 from .jit import LANES, driver, inline
 from .shape import W4, X4, shape, slope
@@ -76,49 +79,52 @@ def waterline(e, group_x, group_p, current, c1, c2, tangent, work, force, k):
 
     One Gauss point a lane of the work tables; the last lanes hold the moving bounds.
     """
-    x, p, t, n, d = work.wet_x, work.wet_p, work.point, work.wet_n, work.wet_d
-    z = work.wet_z
-    z[0], z[1], z[2], z[3] = group_x[2, e], group_x[5, e], group_x[8, e], group_x[11, e]
-    count = wet_intervals(z, work.wet_bounds)
+    bounds = np.empty((4, 2))
+    z = (group_x[2, e], group_x[5, e], group_x[8, e], group_x[11, e])
+    count = wet_intervals(z, bounds)
     if count == 0:
         return
+    t = work.point
+    x, p = np.empty((36, LANES)), np.empty((ROWS, LANES))
+    n, d = np.empty((4, LANES)), np.empty((4, LANES))
+    weight, at, ends = np.empty(LANES), np.empty(LANES), np.empty(LANES)
     for lane in range(LANES):
         for row in range(x.shape[0]):
             x[row, lane] = group_x[row, e]
         for row in range(p.shape[0]):
             p[row, lane] = group_p[row, e]
-        work.weight[lane] = 0.0
-        work.wet_at[lane] = 0.0
-        work.wet_side[lane] = 0.0
+        weight[lane] = 0.0
+        at[lane] = 0.0
+        ends[lane] = 0.0
     length = group_p[0, e]
     lane = 0
     for i in range(count):
-        low, high = work.wet_bounds[i, 0], work.wet_bounds[i, 1]
+        low, high = bounds[i, 0], bounds[i, 1]
         for g in range(4):
-            work.wet_at[lane] = low + (high - low) * X4[g]
-            work.weight[lane] = (high - low) * W4[g] * length
+            at[lane] = low + (high - low) * X4[g]
+            weight[lane] = (high - low) * W4[g] * length
             lane += 1
         if low > 0.0:
-            work.wet_at[lane], work.wet_side[lane] = low, -1.0
+            at[lane], ends[lane] = low, -1.0
             lane += 1
         if high < 1.0:
-            work.wet_at[lane], work.wet_side[lane] = high, 1.0
+            at[lane], ends[lane] = high, 1.0
             lane += 1
     used = lane
     for lane in range(LANES):
-        s, ds = shape(work.wet_at[lane]), slope(work.wet_at[lane])
+        s, ds = shape(at[lane]), slope(at[lane])
         n[0, lane], n[1, lane], n[2, lane], n[3, lane] = s
         d[0, lane], d[1, lane], d[2, lane], d[3, lane] = ds
     point_lanes(x, p, n, d, current, t)
     coefficient_lanes(p, t)
-    load_lanes(t, p, work.weight, work.load[0])
+    load_lanes(t, p, weight, work.load[0])
     for lane in range(used):
         for i in range(4):
             for c in range(3):
                 force[3 * i + c, e] -= n[i, lane] * work.load[0, c, lane]
     if not tangent:
         return
-    load_tangent_lanes(t, p, c1, c2, current, work.weight, work.matrix[0], work.matrix[1])
+    load_tangent_lanes(t, p, c1, c2, current, weight, work.matrix[0], work.matrix[1])
     for lane in range(used):
         for i in range(4):
             for j in range(4):
@@ -126,13 +132,13 @@ def waterline(e, group_x, group_p, current, c1, c2, tangent, work, force, k):
                     k[9 * (4 * i + j) + c, e] -= n[i, lane] * (
                         n[j, lane] * work.matrix[0, c, lane] + d[j, lane] * work.matrix[1, c, lane])
     for lane in range(LANES):
-        work.weight[lane] = length
-    load_lanes(t, p, work.weight, work.load[0])
+        weight[lane] = length
+    load_lanes(t, p, weight, work.load[0])
     for lane in range(used):
-        side = work.wet_side[lane]
+        side = ends[lane]
         if side == 0.0:
             continue
-        rate = height_slope(z, work.wet_at[lane])
+        rate = height_slope(z, at[lane])
         if abs(rate) < 1e-12:
             continue
         for i in range(4):

@@ -118,11 +118,11 @@ def build_state(scene: Scene) -> State:
 
     z = np.zeros
     return State(
-        z(4, np.int64), z(1, np.int64), z(2, np.int64), z(4), z(4), arc, nodes(), nodes(), nodes(), nodes(), nodes(),
-        nodes(), nodes(), nodes(), nodes(), nodes(), nodes(), nodes(), z(n - 1), z(3), z(SHIP_STATE), z(SHIP_STATE), z(6),
-        surface_table(scene).reshape(-1, SURFACE_COLUMNS).copy(), z(winch.WINCH_STATE), z(winch.WINCH_STATE),
-        z(winch.WINCH_STATE), z(setpoint.SETPOINT_STATE), z(setpoint.SETPOINT_STATE), z(setpoint.SETPOINT_STATE), z(3), z(2),
-        z(6), make_work(n))
+        time=z(4, np.int64), halted=z(1, np.int64), events=z(2, np.int64), frame=z(4), current=z(4), arc=arc, q=nodes(),
+        v=nodes(), a=nodes(), x=nodes(), kept=z((2, 4, n, 6)), tension=z(n - 1), reaction=z(3), ship=z(SHIP_STATE),
+        ship_work=z(SHIP_STATE), sheave=z(6), surfaces=surface_table(scene).reshape(-1, SURFACE_COLUMNS).copy(),
+        winch=z(winch.WINCH_STATE), setpoint=z(setpoint.SETPOINT_STATE), controls=z((2, 2, 16)), flow=z(3), measured=z(2),
+        health=z(6), work=make_work(n))
 
 
 def make_output(model: Model, nodes: int, rows: int) -> Output:
