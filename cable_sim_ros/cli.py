@@ -239,9 +239,14 @@ def _tell(result, out: Path | None, as_json: bool) -> None:
     else:
         from rich.console import Console
 
-        from .lab.summary import summary_table
-        Console(width=None if sys.stdout.isatty() else 120).print(
-            summary_table(result.figures, f"{result.figures.get('scene', '')}, motion {result.figures.get('motion')}"))
+        from .lab.offline import FIGURES
+        from .lab.summary import format_value, summary_table
+        figures = result.figures
+        table = summary_table(figures, f"{figures.get('scene', '')}, motion {figures.get('motion')}")
+        for name, unit, meaning in FIGURES[:1]:
+            if name in figures:
+                table.add_row(name, format_value(figures[name]), unit, meaning)
+        Console(width=None if sys.stdout.isatty() else 120).print(table)
         for what, path in (("picture", picture), ("recording", result.bag),
                            ("figures", out / "summary.json" if out else None)):
             if path is not None:
