@@ -19,6 +19,8 @@ from cable_sim_ros.io.load import (
 )
 from cable_sim_ros.sim import checks
 
+pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")   # those expected are caught
+
 SCENE = """\
 name: short_tow
 ship: {tow_speed: 2.0}
