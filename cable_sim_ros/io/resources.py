@@ -48,7 +48,7 @@ def find_scene(path_or_name: str | os.PathLike) -> Path:
 
 
 def find_bag(path_or_name: str | os.PathLike) -> Path:
-    """Path of a bag: a bag directory or MCAP file, or the name of a shipped one (prefix is enough when unique)."""
+    """Path of a bag: a bag directory or MCAP file, or the name of a shipped one."""
     return _find(path_or_name, "bag", "bags", shipped_bags, ("",), Path.exists)
 
 
