@@ -114,14 +114,17 @@ def replay(bag, scene, out, as_json) -> None:
 def live(bag, scene, duration, imu_only, out, as_json) -> None:
     """Play BAG over real topics into the node, in real time: summary, picture, recorded bag."""
     _need_ros()
+    from .io.load import load_scene
     from .io.recording import load_run
     from .io.resources import find_bag
     from .lab.offline import Run
     from .lab.summary import OUTSIDE, summarize
     from .ros.live import live as run_live
+    path = find_bag(bag)
+    load_scene(scene)   # a mistake is told here, before any process is started
     out = out or Path("runs") / time.strftime("%Y%m%d_%H%M%S")
     quiet = (lambda *_: None) if as_json else None
-    told = run_live(find_bag(bag), scene, duration, out, imu_only=imu_only, progress=quiet)
+    told = run_live(path, scene, duration, out, imu_only=imu_only, progress=quiet)
     recorded = load_run(told["bag"])
     node_figures = told["node"]
     figures = summarize(recorded.frames, **{name: node_figures.get(name) for name in OUTSIDE})

@@ -46,9 +46,14 @@ def test_every_command_helps(command):
     (("run",), "Missing argument 'SCENE'"),
     (("replay", "no_such_bag"), "error: no_such_bag: no such bag file"),
     (("recover", "no_such_bag", "x"), "error: 'no_such_bag'"),
+    pytest.param(("live", "no_such_bag"), "error: no_such_bag: no such bag file", marks=pytest.mark.ros),
+    pytest.param(("live", "--scene", "no_such_scene"), "error: no_such_scene: no such scene file",
+                 marks=pytest.mark.ros),
     (("manual", "--out", "no/such/folder/x.md"), "error: "),
 ])
 def test_a_mistake_is_told_in_one_line(arguments, text, tmp_path, monkeypatch):
+    if arguments[0] == "live":
+        pytest.importorskip("rclpy")
     monkeypatch.chdir(tmp_path)
     result = call(*arguments)
     assert result.exit_code == 2 and text in result.stderr and "Traceback" not in result.stderr
