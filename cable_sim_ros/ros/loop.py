@@ -107,7 +107,7 @@ class Loop:
 
     def clear(self) -> None:
         """Forget what was counted; the loop must be stopped."""
-        self.control[:] = 0
+        self.control[:PERIOD] = 0          # the settings stay
         self.stats[:] = 0
         os.eventfd_write(self.eventfd, 1)
         os.eventfd_read(self.eventfd)      # empties it

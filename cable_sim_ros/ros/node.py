@@ -150,7 +150,7 @@ class CableSimNode(LifecycleNode):
         self._finish_recording()
         figures = final_figures(self.session, self.publisher, self.recording.stats())
         figures |= {"state": "stopped", "last": state}
-        if figures.get("ticks"):
+        if figures.get("published_ticks"):
             print(f"{figures['ticks']} ticks, {figures['missed_ticks']} missed, {figures['resyncs']} resyncs, "
                   f"jitter p99 {figures['jitter_p99_ms']:.2f} ms, "
                   f"stamp to tension p50 {figures['latency_p50_ms']:.1f} ms, "

@@ -87,14 +87,13 @@ class Session:
     def configure(self) -> None:
         """Build the model, compile, check the static start. Raises StartError."""
         begun = time.monotonic()
-        self.log("info", "compiling the static start (up to a minute the first time, then from the cache)")
+        self.log("info", "compiling (about a minute the first time, then from the cache)")
         self.sim = Simulator(self.scene)
         self._static_start(0, (0.0, 0.0), None)
         self.period = round(self.scene.solver.tick * SECOND)
         output = make_output(self.sim.model, self.sim.nodes, RING_ROWS)
         self.loop = Loop(self.sim.model, self.sim.state, self.sim.inputs, output, period_ns=self.period,
                          priority=self.node.realtime.priority, max_catchup=self.node.realtime.max_catchup)
-        self.log("info", "compiling the stepping loop")
         self.loop.warm_up()
         self._rehearse()
         self.log("info", f"static start solved in {self.start_cost:.2f} s; configured after "

@@ -33,6 +33,7 @@ class State(NamedTuple):
     frame: np.ndarray     # origin x y of the tow frame, its velocity
     ship: np.ndarray      # x y z in the tow frame
     value: np.ndarray     # payout, rate, x, y, z, halted
+    health: np.ndarray    # float64 [3], used by the static start
 
 
 class Output(NamedTuple):
@@ -102,6 +103,21 @@ def tick(model, state, inputs, output, slot):
     return flags
 
 
+@njit(nogil=True)
+def observe(model, state, output, slot, flags, blending):
+    return flags
+
+
+@njit(nogil=True)
+def settle(model, state, sigma, count, longest):
+    return 0, 0, 0.0
+
+
+@njit(nogil=True)
+def residual(model, state, t, sigma, load, damped):
+    return 0.0
+
+
 def make_output(model: Model, nodes: int, rows: int) -> Output:
     return Output(np.zeros(rows, FRAME), np.zeros((rows, NODES, len(SHAPE_COLUMNS))),
                   np.zeros((rows, STATIONS, len(CONTACT_COLUMNS))))
@@ -121,7 +137,7 @@ class Simulator:
     def __init__(self, scene) -> None:
         self.scene = scene
         self.model = Model(round(scene.solver.tick * 1e9), scene.winch.command_timeout, scene.winch.max_rate)
-        self.state = State(np.zeros(4, np.int64), np.zeros(4), np.zeros(34), np.zeros(6))
+        self.state = State(np.zeros(4, np.int64), np.zeros(4), np.zeros(34), np.zeros(6), np.zeros(3))
         self.nodes = NODES
         self.inputs: Inputs = make_inputs()
         self.output = make_output(self.model, NODES, 1)
@@ -150,7 +166,9 @@ class Simulator:
 
 def install() -> None:
     system = types.ModuleType("cable_sim_ros.physics.system")
-    system.tick = tick
+    system.tick, system.observe, system.link_tick = tick, observe, lambda *parts: None
+    from cable_sim_ros.physics import integrate
+    integrate.settle, integrate.residual = settle, residual      # sim.drive itself is the real one
     build = types.ModuleType("cable_sim_ros.sim.build")
     build.make_output = make_output
     sys.modules["cable_sim_ros.sim.build"] = build

@@ -99,7 +99,7 @@ def test_a_signal_ends_the_node_cleanly(world, number):
 def test_a_signal_during_configure_ends_at_once(world):
     node = world.node()
     poll(node.state, 20.0, "the first state")
-    assert node.stop(signal.SIGTERM, within=3.0) == 0
+    assert node.stop(signal.SIGTERM, within=3.0) == 0, node.text
     assert "Traceback" not in node.text
 
 
