@@ -219,7 +219,7 @@ class CableSimNode(LifecycleNode):
         return self.recording.stop(self.session.started)
 
     def _may_set(self, parameters) -> SetParametersResult:
-        live = ("setpoint.algorithm", "recording.enabled", "recording.path")
+        live = ("setpoint.algorithm", "recording.path")
         rows = {row.name: row for row in self.settings.rows}
         for parameter in parameters:
             row = rows.get(parameter.name)

@@ -33,7 +33,8 @@ class Realtime(Block):
 
 
 class Recording(Block):
-    enabled: bool = quantity(False, "", None, None, "record every input and output from activation on", configure=False)
+    enabled: bool = quantity(
+        False, "", None, None, "record every input and output from activation on; ~/record does so while running")
     path: str = quantity(
         "", "", None, None, "bag directory to make; empty: tow_<date and time> in the working directory. A second "
         "recording of one run gets _2, _3, ... behind the name", configure=False)

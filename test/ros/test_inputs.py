@@ -188,3 +188,29 @@ def test_record_service(running):
     assert len(bags) == 1
     assert sum(message.topic == "/tow_sim/towbody/pose" for message in read_bag(bags[0])) >= 40
     assert not ears.call(SetBool, "/tow_sim/cable_sim/record", SetBool.Request(data=False)).success
+
+
+def test_life_cycle_by_its_services(running):
+    from lifecycle_msgs.msg import Transition
+    from lifecycle_msgs.srv import ChangeState
+
+    world, node, ears, ship = running
+
+    def change(transition):
+        request = ChangeState.Request(transition=Transition(id=transition))
+        return ears.call(ChangeState, "/tow_sim/cable_sim/change_state", request, within=40.0).success
+
+    assert change(Transition.TRANSITION_DEACTIVATE)
+    node.until("ready", 5.0)
+    count = len(ears.heard["towbody/pose"])
+    assert change(Transition.TRANSITION_ACTIVATE)
+    poll(lambda: len(ears.heard["towbody/pose"]) > count + 20, 15.0, "poses after a second activation")
+    assert change(Transition.TRANSITION_DEACTIVATE)
+    assert change(Transition.TRANSITION_CLEANUP)
+    node.until("unconfigured", 5.0)
+    assert change(Transition.TRANSITION_CONFIGURE)
+    count = len(ears.heard["towbody/pose"])
+    assert change(Transition.TRANSITION_ACTIVATE)
+    poll(lambda: len(ears.heard["towbody/pose"]) > count + 20, 20.0, "poses after a second configure")
+    assert "Traceback" not in node.text
+    assert node.stop() == 0
