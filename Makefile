@@ -43,11 +43,11 @@ $(BIN)/python:
 
 # Installed in place: a change of the code needs no new install.
 $(VENV)/.run: $(PACKAGING) | $(BIN)/python
-	@echo "installing the simulator, ROS 2 (rclpy from wheels) and matplotlib: about a minute the first time"
+	@echo "installing the simulator, ROS 2 (rclpy from wheels) and matplotlib: a minute or two the first time"
 	@$(PIP) -e '.[ros,viz]'
 	@touch $@
 
 $(VENV)/.test: $(PACKAGING) | $(BIN)/python
-	@echo "installing the simulator with its test tools: about a minute the first time"
+	@echo "installing the simulator with its test tools: a minute or two the first time"
 	@$(PIP) -e '.[ros,viz,test]'
 	@touch $@ $(VENV)/.run
