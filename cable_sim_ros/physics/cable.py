@@ -151,25 +151,26 @@ def scatter(group, p, force, k, tangent, band, lower):
             band[e + 1, c, 12] -= force[6 + c, lane]
             band[e + 1, 3 + c, 12] -= length * force[9 + c, lane]
         if tangent:
-            for i in range(4):
-                si = length if i % 2 == 1 else 1.0
-                ri = 3 * (i % 2)
-                for j in range(4):
-                    s = si * (length if j % 2 == 1 else 1.0)
-                    rj = 3 * (j % 2)
-                    row = 9 * (4 * i + j)
-                    for c in range(3):
-                        for d in range(3):
-                            y = s * k[row + 3 * c + d, lane]
-                            if i < 2:
-                                if j < 2:
-                                    band[e, ri + c, rj + d] += y
-                                else:
-                                    band[e, ri + c, 6 + rj + d] += y
-                            elif j < 2:
-                                lower[e + 1, ri + c, rj + d] += y
-                            else:
-                                band[e + 1, ri + c, rj + d] += y
+            square = length * length
+            for c in range(3):
+                for d in range(3):
+                    r = 3 * c + d
+                    band[e, c, d] += k[r, lane]
+                    band[e, c, 3 + d] += length * k[9 + r, lane]
+                    band[e, c, 6 + d] += k[18 + r, lane]
+                    band[e, c, 9 + d] += length * k[27 + r, lane]
+                    band[e, 3 + c, d] += length * k[36 + r, lane]
+                    band[e, 3 + c, 3 + d] += square * k[45 + r, lane]
+                    band[e, 3 + c, 6 + d] += length * k[54 + r, lane]
+                    band[e, 3 + c, 9 + d] += square * k[63 + r, lane]
+                    lower[e + 1, c, d] += k[72 + r, lane]
+                    lower[e + 1, c, 3 + d] += length * k[81 + r, lane]
+                    band[e + 1, c, d] += k[90 + r, lane]
+                    band[e + 1, c, 3 + d] += length * k[99 + r, lane]
+                    lower[e + 1, 3 + c, d] += length * k[108 + r, lane]
+                    lower[e + 1, 3 + c, 3 + d] += square * k[117 + r, lane]
+                    band[e + 1, 3 + c, d] += length * k[126 + r, lane]
+                    band[e + 1, 3 + c, 3 + d] += square * k[135 + r, lane]
 
 
 @driver

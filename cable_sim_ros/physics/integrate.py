@@ -88,7 +88,7 @@ class State(NamedTuple):
     controls: np.ndarray      # [2, 2, 16] winch and set-point at the beginning of the step and of the tick
     flow: np.ndarray          # [3] low-passed flow past the body [m/s]
     measured: np.ndarray      # [2] departure angle [rad], tension [N] of the last tick: what instruments would show
-    health: np.ndarray        # [6] iterations, substeps, residual [N], strain energy [J], deepest penetration [m], -
+    health: np.ndarray        # [6] iterations, substeps, residual [N], strain energy [J], -, iterations of the step before
     work: Work
 
 
@@ -191,12 +191,16 @@ def residual(model, state, c1, c2, sigma, tangent):
 
 @driver
 def _newton(model, state, c1, c2, sigma):
-    """Solve the step for q with v += c1 dq, a += c2 dq. Returns the iterations used, or -1 where it does not converge."""
+    """Solve the step for q with v += c1 dq, a += c2 dq. Returns the iterations used, or -1 where it does not converge.
+
+    The residual is looked at alone only from the iteration on that solved the step before.
+    """
     x = state.work.step
+    expected = state.health[5]
     for i in range(model.max_iterations):
         r = residual(model, state, c1, c2, sigma, YES)
         if r <= model.tolerance:
-            state.health[2] = r
+            state.health[2], state.health[5] = r, i
             return i
         if not r < 1e200 or not solve(state.work.band, state.work.lower, x):
             return -1
@@ -206,9 +210,11 @@ def _newton(model, state, c1, c2, sigma):
                 state.q[n, k] += d
                 state.v[n, k] += c1 * d
                 state.a[n, k] += c2 * d
+        if i + 1 < expected:
+            continue
         r = residual(model, state, c1, c2, sigma, NO)
         if r <= model.tolerance:
-            state.health[2] = r
+            state.health[2], state.health[5] = r, i + 1
             return i + 1
     return -1
 
