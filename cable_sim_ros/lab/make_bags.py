@@ -28,7 +28,7 @@ SPEED = 2.2           # m/s, mean speed ahead: that of the tow, in place of the 
 RATE = 50             # Hz
 CUTOFF = 1.0 / 30.0   # Hz, horizontal displacement and yaw above it are kept
 EDGE = 30.0           # s dropped at each end, where the filter is not itself
-QUANTUM = 2.0 ** -22  # values are rounded to 2.4e-7 SI: below any sensor, and half the size of the bag
+QUANTUM = 2.0 ** -34  # values are rounded to 6e-11 SI: coarser steps shake the acceleration between samples
 IMU_TOPIC, ODOMETRY_TOPIC = "/tow_sim/imu/data", "/tow_sim/odom"
 NAMES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
