@@ -19,6 +19,7 @@ from collections.abc import Callable
 from ..io.motion import MotionIngest
 from ..physics.inputs import MOTION_ROWS, SOURCE
 from ..physics.setpoint import SetpointLaw
+from ..physics.ship import BLEND_LENGTH, COORD, EPOCH_NOW, NO_EPOCH, OFFSET, OFFSET_RATE, RATE
 from ..sim.build import make_output
 from ..sim.frame import Source
 from ..sim.simulator import Simulator, StartError
@@ -46,14 +47,18 @@ def carried_over(saved: dict, time_ns: int, position: tuple[float, float]) -> di
     """A saved simulation on another clock and with the ship elsewhere, the cable hanging from it as it did.
 
     saved: of Simulator.save(); only what changes is returned. The water is the same everywhere, so moving the tow frame
-    moves everything.
+    moves everything. The motion so far is gone from the ring: it stands in the blend, as an offset from the mean track.
     """
-    time, frame = saved["time"].copy(), saved["frame"].copy()
+    time, frame, ship = saved["time"].copy(), saved["frame"].copy(), saved["ship"].copy()
     since = (time[0] - time[1]) * 1e-9
-    ship = frame[:2] + frame[2:4] * since + saved["ship"][:2]
-    frame[:2] += position - ship
-    time[[0, 1, 3]] += time_ns - time[0]     # now, start, clock of the motion; index 2 counts ticks
-    return {"time": time, "frame": frame}
+    frame[:2] += position - (frame[:2] + frame[2:4] * since + ship[COORD:COORD + 2])
+    time[[0, 1]] += time_ns - time[0]        # now, start; index 2 counts ticks
+    time[3] = time_ns                        # the blend starts
+    ship[EPOCH_NOW] = NO_EPOCH
+    ship[OFFSET:OFFSET + 6] = ship[COORD:COORD + 6] - saved["model.mean"]
+    ship[OFFSET_RATE:OFFSET_RATE + 6] = ship[RATE:RATE + 6]
+    ship[BLEND_LENGTH] = 1.0                 # any: the first tick takes the offset whole
+    return {"time": time, "frame": frame, "ship": ship}
 
 
 class Session:

@@ -184,12 +184,12 @@ class Ship:
         return imu, odom
 
     def _sail(self) -> None:
-        begun, k = time.monotonic(), 0
+        begun, wall, k = time.monotonic(), time.time_ns(), 0     # stamps as even as the motion they belong to
         while not self._stop.wait(max(0.0, begun + 0.02 * k - time.monotonic())):
             k += 1
             if self.silent:
                 continue
-            imu, odom = self.messages(time.time_ns() + self.shift, 0.02 * k)
+            imu, odom = self.messages(wall + 20_000_000 * k + self.shift, 0.02 * k)
             self.imu.publish(imu)
             if self.odom is not None:
                 self.odom.publish(odom)

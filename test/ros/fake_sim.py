@@ -154,7 +154,7 @@ class Simulator:
         self.state.value[2:4] = position
 
     def save(self) -> dict:
-        return {name: array.copy() for name, array in self.state._asdict().items()}
+        return {name: array.copy() for name, array in self.state._asdict().items()} | {"model.mean": np.zeros(6)}
 
     def restore(self, saved: dict) -> None:
         for name, array in saved.items():
