@@ -1,0 +1,59 @@
+"""The complete hand-written tangent against central differences, every term on and each alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from bench_cable import Bench, touching
+
+C1, C2, SIGMA = 30.0, 900.0, 0.3
+
+
+def worst(bench: Bench, step: float = 1e-7) -> float:
+    exact = bench.tangent(C1, C2, SIGMA)
+    return float((np.abs(bench.difference(C1, C2, SIGMA, step) - exact) / np.abs(exact).max(0)).max())
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_every_term_on(seed):
+    bench = Bench(20, seed, current=(-2.0, 0.3, 0.1, 0.05))
+    bench.wander()
+    bench.surfaces = np.stack([touching(bench, 3, None), touching(bench, 8, np.pi / 3)])
+    bench.residual()
+    crossing = [e for e in range(20) if bench.q[e, 2] * bench.q[e + 1, 2] < 0.0]
+    assert crossing, "the case must have an element in the water surface"
+    free = Bench(20, seed, current=(-2.0, 0.3, 0.1, 0.05))
+    free.q, free.v, free.a = bench.q, bench.v, bench.a
+    loaded = np.abs(bench.residual() - free.residual()).max(1) > 1.0
+    assert loaded[2:5].any() and loaded[7:10].any(), "both surfaces must be touched"
+    assert worst(bench) < 1e-6
+
+
+@pytest.mark.parametrize("what", ["dry", "wet", "crossing", "drum", "groove"])
+def test_each_alone(what):
+    bench = Bench(6, 7, current=(-1.0, 0.4, 0.02, -0.01))
+    bench.wander(top={"wet": -5.0, "crossing": 0.25}.get(what, 5.0))
+    if what in ("drum", "groove"):
+        bench.surfaces = touching(bench, 3, None if what == "drum" else np.pi / 3)[None]
+    assert worst(bench) < 1e-6
+
+
+def test_fade_of_the_groove_top():
+    """In the fading part of the groove the force still has its exact derivative."""
+    bench = Bench(4, 3)
+    bench.wander(top=5.0)
+    row = touching(bench, 2, np.pi / 3, depth=-0.035)   # h between h_g/2 and h_g
+    row[0:3] += (0.0, 0.024, 0.0)                        # pressed against one flank
+    bench.surfaces = row[None]
+    free = bench.residual()
+    bench.surfaces = np.zeros((0, row.size))
+    assert np.abs(free - bench.residual()).max() > 0.1
+    bench.surfaces = row[None]
+    assert worst(bench) < 1e-6
+
+
+def test_slow_water_takes_the_low_branches_of_the_drag_coefficient():
+    bench = Bench(4, 5, current=(-0.002, 0.001, 0.0, 0.0))
+    bench.wander(top=-5.0)
+    bench.v *= 1e-3
+    assert worst(bench) < 1e-5
