@@ -1,6 +1,6 @@
 """Plays the IMU and odometry of a bag over real topics at real-time pace, as the ship's own sensors would send them.
 
-    cable-sim-player BAG [--rate R] [--loop] [--duration S] [--start S] [--imu-only] [--keep-stamps]
+    cable-sim play BAG [--rate R] [--loop] [--duration S] [--start S] [--imu-only] [--keep-stamps]
 
 Stamps are moved to now by default. Other arguments (`--ros-args ...`) go to rclpy; the namespace is /tow_sim unless
 remapped, so that a node started without arguments hears it.
@@ -144,6 +144,7 @@ def _bar(total: float | None):
 
 
 def parser() -> argparse.ArgumentParser:
+    """Options of the player; the bag is the one argument."""
     result = argparse.ArgumentParser(prog="player", description=__doc__.splitlines()[0])
     result.add_argument("bag", help="bag directory, or name of a shipped one")
     result.add_argument("--rate", type=float, default=1.0, help="speed of sending; stamps keep their spacing")
