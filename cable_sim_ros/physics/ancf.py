@@ -19,7 +19,7 @@ import numpy as np
 
 from .jit import LANES, driver, inline
 from .shape import GAUSS_4_W, GAUSS_4_X, GAUSS_5_W, GAUSS_5_X, MASS, WEIGHT
-from .vec import add, axpy, dot, get3, norm, plus3, scale, sub
+from .vec import add, axpy, dot, get3, norm, plus3, put3, scale, sub
 
 # rows of the element table P
 (LENGTH, PER_LENGTH, MASS_PER_LENGTH, EA, EI, AXIAL_DAMPING, BENDING_TIME, WEIGHT_PER_LENGTH,
@@ -30,6 +30,7 @@ ROWS = 30
 
 # rows of the 9x9 tangent's blocks; numpy integers, for a literal compiles a version of its own
 ROW_HH, ROW_HA, ROW_HB, ROW_AH, ROW_AA, ROW_AB, ROW_BH, ROW_BA, ROW_BB = np.arange(0, 81, 9)
+ROW_FORCE, K9_ROWS = np.int64(81), 92
 
 CURVATURE_FLOOR = 1e-3   # 1/m
 ZERO = (0.0, 0.0, 0.0)
@@ -163,7 +164,7 @@ def store(k9, row, e, d, s, t, x, p, y, q, z, r):
 
 @inline
 def elastic_tangent(k9, e, c1, length, per_length, ea, ei, ca, tau, h, a, b, vh, va, vb):
-    """9x9 tangent of elastic() into k9[81, e], blocks in the order hh hA hB Ah AA AB Bh BA BB."""
+    """elastic() with its 9x9 tangent into k9[81, e], blocks in the order hh hA hB Ah AA AB Bh BA BB."""
     l, dh, da, db = arc(h, a, b)
     hh, ha, hb, aa, ab, bb = arc_hessian(h, a, b)
     ra, rb = 1.0 / norm(a), 1.0 / norm(b)
@@ -188,11 +189,14 @@ def elastic_tangent(k9, e, c1, length, per_length, ea, ei, ca, tau, h, a, b, vh,
     k = ei * per_length * per_length * per_length
     fh, fa, fb = bend(k, h, a, b)
     gh, ga, gb = bend(k, vh, va, vb)
-    energy = 0.5 * (dot(fh, h) + dot(fa, a) + dot(fb, b)) + (
-        0.5 * ei * length * CURVATURE_FLOOR * CURVATURE_FLOOR + 1e-300)
+    bent = 0.5 * (dot(fh, h) + dot(fa, a) + dot(fb, b))
+    energy = bent + 0.5 * ei * length * CURVATURE_FLOOR * CURVATURE_FLOOR + 1e-300
     power = dot(fh, vh) + dot(fa, va) + dot(fb, vb)
     t = 0.5 * tau / energy
-    c = k * (1.0 + t * power)
+    c = 1.0 + t * power
+    force = (axpy(tension, dh, scale(c, fh)), axpy(0.5 * ea * w[0], ua, axpy(tension, da, scale(c, fa))),
+             axpy(0.5 * ea * w[2], ub, axpy(tension, db, scale(c, fb))))
+    c *= k
     p = c1 - power / energy
     gh, ga, gb = scale(t, axpy(p, fh, gh)), scale(t, axpy(p, fa, ga)), scale(t, axpy(p, fb, gb))
     store(k9, ROW_HH, e, 12.0 * c, hh, tension, dh, zh, fh, gh, ZERO, ZERO)
@@ -204,6 +208,7 @@ def elastic_tangent(k9, e, c1, length, per_length, ea, ei, ca, tau, h, a, b, vh,
     store(k9, ROW_BH, e, -6.0 * c, hb, tension, db, zh, fb, gh, ub, bh)
     store(k9, ROW_BA, e, 2.0 * c, ab, tension, db, za, fb, ga, ub, ba_)
     store(k9, ROW_BB, e, 4.0 * c + pb, bb, tension, db, zb, fb, gb, ub, bb_)
+    return force[0], force[1], force[2], tension, 0.125 * ea * length * w[9] + bent
 
 
 @driver
@@ -263,15 +268,30 @@ def elastic_lanes(x, p, f, tension, energy):
 
 
 @driver
-def elastic_tangent_lanes(x, p, c1, k9, k):
-    """Tangent of elastic_lanes added to k[144, LANES]; k9[81, LANES] is work space."""
-    if x.shape[1] != LANES or p.shape[1] != LANES or k9.shape[1] != LANES or k.shape[1] != LANES:
+def elastic_tangent_lanes(x, p, c1, f, tension, energy, k9, k):
+    """elastic_lanes with its tangent added to k[144, LANES]; k9[K9_ROWS, LANES] is work space."""
+    if x.shape[1] != LANES or p.shape[1] != LANES or f.shape[1] != LANES or k9.shape[1] != LANES or (
+            k.shape[1] != LANES or tension.shape[0] != LANES or energy.shape[0] != LANES):
         raise ValueError("lanes")
     for e in range(LANES):
-        elastic_tangent(
+        fh, fa, fb, t, u = elastic_tangent(
             k9, e, c1, p[LENGTH, e], p[PER_LENGTH, e], p[EA, e], p[EI, e], p[AXIAL_DAMPING, e], p[BENDING_TIME, e],
             sub(get3(x, 6, e), get3(x, 0, e)), get3(x, 3, e), get3(x, 9, e),
             sub(get3(x, 18, e), get3(x, 12, e)), get3(x, 15, e), get3(x, 21, e))
+        put3(k9, ROW_FORCE, e, fh)
+        put3(k9, ROW_FORCE + 3, e, fa)
+        put3(k9, ROW_FORCE + 6, e, fb)
+        k9[ROW_FORCE + 9, e] = t
+        k9[ROW_FORCE + 10, e] = u
+    for c in range(3):   # one array written above: with more, the overlap tests outgrow the vectoriser's limit
+        for e in range(LANES):
+            f[c, e] -= k9[ROW_FORCE + c, e]
+            f[3 + c, e] += k9[ROW_FORCE + 3 + c, e]
+            f[6 + c, e] += k9[ROW_FORCE + c, e]
+            f[9 + c, e] += k9[ROW_FORCE + 6 + c, e]
+    for e in range(LANES):
+        tension[e] = k9[ROW_FORCE + 9, e]
+        energy[e] = k9[ROW_FORCE + 10, e]
     for c in range(9):   # nine unknowns to twelve: r1 = -h, r2 = +h
         for e in range(LANES):
             hh, ha, hb = k9[c, e], k9[9 + c, e], k9[18 + c, e]

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .ancf import (
+    K9_ROWS,
     LENGTH,
     PER_LENGTH,
     ROWS,
@@ -76,7 +77,7 @@ class Work(NamedTuple):
     p: np.ndarray         # [ROWS, LANES]
     force: np.ndarray     # [12, LANES]
     k: np.ndarray         # [144, LANES]
-    k9: np.ndarray        # [81, LANES]
+    k9: np.ndarray        # [K9_ROWS, LANES]
     point: np.ndarray     # [POINT_ROWS, LANES]
     load: np.ndarray      # [points, 3, LANES]
     matrix: np.ndarray    # [2 points, 9, LANES]
@@ -93,7 +94,7 @@ LANE_ROWS = 5
 def make_work(nodes: int) -> Work:
     """Scratch for a cable of ``nodes`` nodes."""
     z = np.zeros
-    return Work(z((36, LANES)), z((ROWS, LANES)), z((12, LANES)), z((144, LANES)), z((81, LANES)), z((POINT_ROWS, LANES)),
+    return Work(z((36, LANES)), z((ROWS, LANES)), z((12, LANES)), z((144, LANES)), z((K9_ROWS, LANES)), z((POINT_ROWS, LANES)),
                 z((5, 3, LANES)), z((8, 9, LANES)), z((LANE_ROWS, LANES)), z((nodes, 6, 16)), z((nodes, 6, 6)), z((nodes, 6)))
 
 
@@ -229,9 +230,10 @@ def assemble(elements, arc, q, v, a, current, surfaces, c1, c2, sigma, tangent, 
     for group in range(elements.shape[0]):
         gather(group, elements, arc, q, v, a, x, p)
         inertia_lanes(x, p, force, k, c1, c2, sigma, tangent)
-        elastic_lanes(x, p, force, work.lane[TENSION], work.lane[ENERGY])
         if tangent:
-            elastic_tangent_lanes(x, p, c1, work.k9, k)
+            elastic_tangent_lanes(x, p, c1, force, work.lane[TENSION], work.lane[ENERGY], work.k9, k)
+        else:
+            elastic_lanes(x, p, force, work.lane[TENSION], work.lane[ENERGY])
         for lane in range(min(LANES, count - LANES * group)):
             tension[LANES * group + lane] = work.lane[TENSION, lane]
             total += work.lane[ENERGY, lane]
@@ -242,9 +244,11 @@ def assemble(elements, arc, q, v, a, current, surfaces, c1, c2, sigma, tangent, 
                     weight[e] = p[LENGTH, e] * W4[g] if wetness[e] > 0.0 else 0.0
                 point_lanes(x, p, N4L[g], D4L[g], current, work.point)
                 coefficient_lanes(p, work.point)
-                load_lanes(work.point, p, weight, work.load[g])
                 if tangent:
-                    load_tangent_lanes(work.point, p, c1, c2, current, weight, work.matrix[g], work.matrix[4 + g])
+                    load_tangent_lanes(work.point, p, c1, c2, current, weight, work.load[g], work.matrix[g],
+                                       work.matrix[4 + g])
+                else:
+                    load_lanes(work.point, p, weight, work.load[g])
             spread_force(_N4, work.load, DRAG_POINTS, force)
             if tangent:
                 spread_matrix(_C4, work.matrix, DRAG_MATRICES, k)
@@ -258,9 +262,10 @@ def assemble(elements, arc, q, v, a, current, surfaces, c1, c2, sigma, tangent, 
                     for e in range(LANES):
                         weight[e] = p[LENGTH, e] * W5[g] * near[e]
                     contact_point_lanes(x, _N5[g], work.point)
-                    contact_lanes(work.point, surfaces[i], weight, work.load[g])
                     if tangent:
-                        contact_tangent_lanes(work.point, surfaces[i], c1, weight, work.matrix[g])
+                        contact_tangent_lanes(work.point, surfaces[i], c1, weight, work.load[g], work.matrix[g])
+                    else:
+                        contact_lanes(work.point, surfaces[i], weight, work.load[g])
                 spread_force(_N5, work.load, CONTACT_POINTS, force)
                 if tangent:
                     spread_matrix(_C5, work.matrix, CONTACT_POINTS, k)

@@ -113,9 +113,9 @@ def flank_row(n, f, k, c, g, er, t, vr, slip, spin, c1):
 
 
 @driver
-def contact_tangent_lanes(t, s, c1, weight, ka):
-    """ka[9, LANES] = derivative of contact_lanes to position, with c1 for the velocity part."""
-    if t.shape[1] != LANES or weight.shape[0] != LANES or ka.shape[1] != LANES:
+def contact_tangent_lanes(t, s, c1, weight, f, ka):
+    """contact_lanes with ka[9, LANES], its derivative to position, with c1 for the velocity part."""
+    if t.shape[1] != LANES or weight.shape[0] != LANES or f.shape[1] != LANES or ka.shape[1] != LANES:
         raise ValueError("lanes")
     spin = (s[SPIN], s[SPIN + 1], s[SPIN + 2])
     for e in range(LANES):
@@ -127,6 +127,7 @@ def contact_tangent_lanes(t, s, c1, weight, ka):
         # n1 = m + l, n2 = m - l: two outer products carry both flanks, a third the turning of the normal
         m, l = scale(0.5, add(n1, n2)), scale(0.5, sub(n1, n2))
         w = weight[e]
+        put3(f, 0, e, scale(w, axpy(f1, n1, scale(f2, n2))))
         put_matrix(ka, 0, e, 0.0, m, scale(w, add(p1, p2)), l, scale(w, sub(p1, p2)))
         z = w * (f1 + f2) * slip
         a = scale(z, q)

@@ -227,10 +227,10 @@ def load_lanes(t, p, weight, f):
 
 
 @driver
-def load_tangent_lanes(t, p, c1, c2, current, weight, ka, kb):
-    """Derivatives of load_lanes: ka (of N_j y_j, with c1, c2 folded in) and kb (of N_j' y_j), [9, LANES]."""
+def load_tangent_lanes(t, p, c1, c2, current, weight, f, ka, kb):
+    """load_lanes with its derivatives: ka (of N_j y_j, with c1, c2 folded in) and kb (of N_j' y_j), [9, LANES]."""
     if t.shape[1] != LANES or p.shape[1] != LANES or weight.shape[0] != LANES or (
-            ka.shape[1] != LANES or kb.shape[1] != LANES):
+            f.shape[1] != LANES or ka.shape[1] != LANES or kb.shape[1] != LANES):
         raise ValueError("lanes")
     for e in range(LANES):
         g = get3(t, POINT_G, e)
@@ -243,6 +243,8 @@ def load_tangent_lanes(t, p, c1, c2, current, weight, ka, kb):
             get3(t, POINT_W, e), u, p[HALF_RHO_D, e], p[RE_FACTOR, e], t[POINT_CD2, e], t[POINT_DCD2, e], p, e)
         x, m = p[EXTRA_DRAG, e], p[ADDED_MASS, e]
         s = weight[e]
+        o = axpy(-m, a, axpy(al, w, axpy(x * y, w2, scale(be + x * z + m * dot(u, a), u))))
+        put3(f, 0, e, (s * o[0], s * o[1], s * (o[2] + p[BUOYANCY, e])))
         # d/dV and d/da:  -c1 (df/dV) - c2 m (I - u u^T)
         q = axpy(a1, w, scale(a2, u))
         r = axpy(b1, w, scale(b2 - al, u))

@@ -11,7 +11,9 @@ small however far the tow goes.
 
 from __future__ import annotations
 
-from math import cos, exp, pi, sin
+from math import cos, exp, floor, pi, sin
+
+import numpy as np
 
 from .inputs import EPOCH, MOTION_ROWS, SOURCE
 from .jit import driver, inline
@@ -193,26 +195,29 @@ def evaluate(t, ship, clock, inputs, frame, start, mean, decay):
 
 @driver
 def follow(t, t_next, ship, clock, inputs, frame, start, mean, decay, start_blend, source_blend, work):
-    """At tick start t: take up a new epoch whose samples reach t_next. Returns the time its blend starts, else clock."""
+    """At tick start t: take up a new epoch whose samples reach t_next, or late samples of this one.
+
+    Late: the tick before went past the newest sample, and there are newer ones now. Either way the difference between the
+    motion used so far and the new path becomes an offset that dies out C1. Returns the time its blend starts, else clock.
+    """
     head = inputs.motion_head[0]
-    epoch = ship[EPOCH_NOW]
+    old = ship[EPOCH_NOW]
+    epoch = old
     for back in range(1, min(head, MOTION_ROWS - 8) + 1):
         row = (head - back) % MOTION_ROWS
         if inputs.motion_time[row] <= t_next:
             epoch = inputs.motion[row, EPOCH]
             break
-    if epoch == ship[EPOCH_NOW]:
-        return clock
-    old = ship[EPOCH_NOW]
-    path(t, old, inputs, frame, start, mean, decay, work)
-    blend(t, ship, clock, work)
-    for i in range(12):
-        ship[OFFSET + i] = work[i]
+    if epoch == old:
+        newest = (head - 1) % MOTION_ROWS
+        if head == 0 or ship[AGE] <= 0.0 or inputs.motion[newest, EPOCH] != epoch or (
+                inputs.motion_time[newest] <= t - np.int64(ship[AGE] * 1e9) + 1000):
+            return clock
     path(t, epoch, inputs, frame, start, mean, decay, work)
     for i in range(12):
-        ship[OFFSET + i] -= work[i]
-    turns = ship[OFFSET + 5] / (2.0 * pi)
-    ship[OFFSET + 5] -= 2.0 * pi * (turns // 1.0 if turns - turns // 1.0 < 0.5 else turns // 1.0 + 1.0)
+        ship[OFFSET + i] = ship[COORD + i] - work[i]
+    turns = floor(ship[OFFSET + 5] / (2.0 * pi) + 0.5)
+    ship[OFFSET + 5] -= 2.0 * pi * turns
     ship[BLEND_LENGTH] = start_blend if old == NO_EPOCH else source_blend
     ship[EPOCH_NOW] = epoch
     return t

@@ -124,7 +124,7 @@ def waterline(e, group_x, group_p, current, c1, c2, tangent, work, force, k):
                 force[3 * i + c, e] -= n[i, lane] * work.load[0, c, lane]
     if not tangent:
         return
-    load_tangent_lanes(t, p, c1, c2, current, weight, work.matrix[0], work.matrix[1])
+    load_tangent_lanes(t, p, c1, c2, current, weight, work.load[0], work.matrix[0], work.matrix[1])
     for lane in range(used):
         for i in range(4):
             for j in range(4):
