@@ -219,6 +219,7 @@ def figures(name: str, moved: Displacement) -> list[str]:
 
 
 def main(argv: list[str] | None = None) -> int:
+    """Make the bags from the command line; returns the exit code."""
     parser = argparse.ArgumentParser(prog="python -m cable_sim_ros.lab.make_bags", description=__doc__.split("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("bags"), help="folder for the bags (default: bags)")
     parser.add_argument("--data", type=Path, default=Path("bags/source"), help="folder of the source CSV files")

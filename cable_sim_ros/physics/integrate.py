@@ -1,9 +1,9 @@
 """Time integration: generalised-alpha with the residual taken at the end of the step, and the static start.
 
-Arnold & Bruls (2007): the auxiliary acceleration x obeys (1-am) x1 + am x0 = (1-af) a1 + af a0, q and v follow x by Newmark;
-equilibrium holds exactly at the end of the step, so contact and configuration-dependent added mass need no averaging.
-rho_inf <= 0.5: 0.6 and above gain energy silently in snaps (trap T2). The static start is backward Euler with growing steps
-(pseudo-transient) on the same Newton core.
+Arnold & Bruls (2007): the auxiliary acceleration x obeys (1-am) x1 + am x0 = (1-af) a1 + af a0, q and v follow x by
+Newmark; equilibrium holds exactly at the end of the step, so contact and configuration-dependent added mass need no
+averaging. rho_inf <= 0.5: 0.6 and above gain energy silently in snaps (trap T2). The static start is backward Euler
+with growing steps (pseudo-transient) on the same Newton core.
 """
 
 from __future__ import annotations
@@ -23,7 +23,6 @@ from .ship import RATE as SHIP_RATE
 from .surface import AXIS, BODY, CENTRE, SPEED, SPIN
 from .towbody import load as body_load
 from .winch import ACCEL_NOW, COMMANDED, LENGTH_NOW, RATE_NOW, drum_point, servo
-
 
 assemble = opaque(_assemble)
 
@@ -71,7 +70,7 @@ class State(NamedTuple):
     events: np.ndarray        # int64 [2] detachments, was in contact
     frame: np.ndarray         # [4] tow frame: origin x y [m] at the start, velocity [m/s]
     current: np.ndarray       # [4] surface current relative to the tow frame [m/s], gradient [1/s]
-    arc: np.ndarray           # [nodes] unstretched arc length from the drum end [m]; data that may change (pay-out by flow)
+    arc: np.ndarray           # [nodes] unstretched arc length from the drum end [m]; may change (pay-out by flow)
     q: np.ndarray             # [nodes, 6] r [m, tow frame], g [1]
     v: np.ndarray
     a: np.ndarray
@@ -88,7 +87,7 @@ class State(NamedTuple):
     controls: np.ndarray      # [2, 2, 16] winch and set-point at the beginning of the step and of the tick
     flow: np.ndarray          # [3] low-passed flow past the body [m/s]
     measured: np.ndarray      # [2] departure angle [rad], tension [N] of the last tick: what instruments would show
-    health: np.ndarray        # [6] iterations, substeps, residual [N], strain energy [J], -, iterations of the step before
+    health: np.ndarray        # [6] iterations, substeps, residual N, strain energy J, -, iterations of the step before
     work: Work
 
 
@@ -234,7 +233,8 @@ def step(model, state, inputs, t, h, command_rate):
     blending = evaluate(t, state.ship, state.time[3], inputs, state.frame, state.time[1], model.mean, model.stale_decay)
     place_surfaces(model, state)
     s = state.sheave
-    length, rate = compensation(model.setpoint, state.setpoint, (s[0], s[1], s[2]), (s[3], s[4], s[5]), state.measured[0])
+    length, rate = compensation(model.setpoint, state.setpoint, (s[0], s[1], s[2]), (s[3], s[4], s[5]),
+                                state.measured[0])
     length += state.winch[COMMANDED]
     rate += command_rate
     servo(h, model.winch, state.winch, state.setpoint[LENGTH], state.setpoint[RATE], length, rate)
@@ -281,7 +281,6 @@ def settle(model, state, sigma, max_steps, step_most):
     old = state.kept[STEP]
     rest_still(state.v, state.a)
     h, count, total = 0.02, 0, 0
-    rest = np.inf
     for _ in range(max_steps):
         hold_end(model, state)
         copy(state.q, old[0])
@@ -310,7 +309,8 @@ def settle(model, state, sigma, max_steps, step_most):
                 return count, total, rest
             copy(old[1], state.v)
         h = min(1.7 * h, step_most)
-    return -count, total, rest
+    rest_still(state.v, state.a)
+    return -count, total, residual(model, state, 0.0, 0.0, 0.0, NO)
 
 
 def link_solver(model: Model, state: State) -> None:

@@ -1,7 +1,7 @@
 """Set-point algorithms for the winch: Westin (2018) (1)-(2), after Calnan.
 
-Displacements are those of the sheave from its mean track; the set-point is positive paying out. To add an algorithm, add
-its name to the enum and its branch to :func:`compensation`.
+Displacements are those of the sheave from its mean track; the set-point is positive paying out. To add an algorithm,
+add its name to the enum and its branch to :func:`compensation`.
 """
 
 from __future__ import annotations
@@ -60,7 +60,8 @@ def mean_track(row, state, x, y, yaw, h):
 
 @driver
 def compensation(row, state, p, v, angle):
-    """Set-point L [m] and its rate for the sheave centre at p with velocity v (tow frame), measured departure angle [rad]."""
+    """Set-point L [m] and its rate for the sheave centre at p with velocity v (tow frame), measured departure angle
+    [rad]."""
     law = int(row[ALGORITHM])
     if law == 0:
         return 0.0, 0.0

@@ -85,7 +85,8 @@ def quaternion(c):
 
 @inline
 def hull_point(c, d, dd, s, ds, dds):
-    """World position, velocity, acceleration of the hull point s [m, base_link] that moves with ds, dds in base_link."""
+    """World position, velocity, acceleration of the hull point s [m, base_link] that moves with ds, dds
+    in base_link."""
     omega, alpha = spin(c, d, dd)
     r, dr, ddr = rotate(c, s), rotate(c, ds), rotate(c, dds)
     turn = cross(omega, r)
@@ -101,7 +102,8 @@ def hermite(t, h, x0, v0, x1, v1):
     s = t / h
     b = 3.0 * (x1 - x0) - h * (2.0 * v0 + v1)
     c = -2.0 * (x1 - x0) + h * (v0 + v1)
-    return (x0 + s * (h * v0 + s * (b + s * c)), v0 + s * (2.0 * b + 3.0 * s * c) / h, (2.0 * b + 6.0 * s * c) / (h * h))
+    return (x0 + s * (h * v0 + s * (b + s * c)), v0 + s * (2.0 * b + 3.0 * s * c) / h,
+            (2.0 * b + 6.0 * s * c) / (h * h))
 
 
 @inline
@@ -115,8 +117,8 @@ def frame_shift(frame, t, start):
 def path(t, epoch, inputs, frame, start, mean, decay, out):
     """Unblended motion of one epoch at time t [ns] into out[18]; returns (source, age [s]).
 
-    mean: mean coordinates [6] in the tow frame; NO_EPOCH follows them. Past the newest sample of the epoch the motion dies
-    out: heave, roll, pitch to their mean, surge, sway, yaw to rest.
+    mean: mean coordinates [6] in the tow frame; NO_EPOCH follows them. Past the newest sample of the epoch the motion
+    dies out: heave, roll, pitch to their mean, surge, sway, yaw to rest.
     """
     for i in range(18):
         out[i] = mean[i] if i < 6 else 0.0
@@ -197,8 +199,9 @@ def evaluate(t, ship, clock, inputs, frame, start, mean, decay):
 def follow(t, t_next, ship, clock, inputs, frame, start, mean, decay, start_blend, source_blend, work):
     """At tick start t: take up a new epoch whose samples reach t_next, or late samples of this one.
 
-    Late: the tick before went past the newest sample, and there are newer ones now. Either way the difference between the
-    motion used so far and the new path becomes an offset that dies out C1. Returns the time its blend starts, else clock.
+    Late: the tick before went past the newest sample, and there are newer ones now. Either way the difference between
+    the motion used so far and the new path becomes an offset that dies out C1. Returns the time its blend starts,
+    else clock.
     """
     head = inputs.motion_head[0]
     old = ship[EPOCH_NOW]

@@ -1,10 +1,10 @@
 """Contact surfaces: gap, normal and surface speed of drum and two-flank V-groove sheave, Westin (2018) (94)-(102).
 
-Geometry apart from law. A surface is a row of numbers: centre, velocity, spin and axis in the world, radius of the seated
-centreline, slope s of the flanks. With rel = r - c: y = rel.e_y, e_r and rho from the remainder, h = rho - R. Flanks
-n = +-cos(s) e_y + sin(s) e_r, delta = -(+-y cos s + h sin s); (100) is printed in the wrong plane. A drum is the groove with
-s = 90 deg, one flank and no top. The groove top is a smooth fade from h_g/2 to h_g: the cut of (105) makes Newton
-unsolvable (trap T4). Beyond the width of the groove at its top there is no flank to press.
+Geometry apart from law. A surface is a row of numbers: centre, velocity, spin and axis in the world, radius of the
+seated centreline, slope s of the flanks. With rel = r - c: y = rel.e_y, e_r and rho from the remainder, h = rho - R.
+Flanks n = +-cos(s) e_y + sin(s) e_r, delta = -(+-y cos s + h sin s); (100) is printed in the wrong plane. A drum is
+the groove with s = 90 deg, one flank and no top. The groove top is a smooth fade from h_g/2 to h_g: the cut of (105)
+makes Newton unsolvable (trap T4). Beyond the width of the groove at its top there is no flank to press.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from .jit import inline
 from .quantity import REQUIRED, Block, quantity
 from .vec import axpy, cross, dot, scale
 
-(CENTRE, SPEED, SPIN, AXIS, RADIUS, SLOPE_SIN, SLOPE_COS, STIFFNESS, DAMPING, FADE_LOW, FADE_HIGH, LATERAL, SECOND_FLANK,
- BODY) = (0, 3, 6, 9, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21)   # BODY: centre in base_link
+(CENTRE, SPEED, SPIN, AXIS, RADIUS, SLOPE_SIN, SLOPE_COS, STIFFNESS, DAMPING, FADE_LOW, FADE_HIGH, LATERAL,
+ SECOND_FLANK, BODY) = (0, 3, 6, 9, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21)   # BODY: centre in base_link
 SURFACE_COLUMNS = 24
 NO_TOP = 1e30
 
@@ -33,7 +33,8 @@ class Sheave(Block):
 
 def surface_row(position, seat_radius: float, throat_angle: float | None, groove_depth: float, lateral_slack: float,
                 stiffness: float, damping: float) -> np.ndarray:
-    """One row: centre in base_link [m], radius of the seated centreline [m], throat angle [rad] (None: drum), SI units."""
+    """One row: centre in base_link [m], radius of the seated centreline [m], throat angle [rad] (None: drum), SI
+    units."""
     row = np.zeros(SURFACE_COLUMNS)
     half = 0.5 * pi if throat_angle is None else 0.5 * throat_angle
     row[BODY:BODY + 3] = position

@@ -42,8 +42,8 @@ def halt(state, output, slot, flags):
 def _tick(model, state, inputs, output, slot):
     """Advance one tick and fill row ``slot`` of the output. Returns the flags (sim.frame.Flag).
 
-    A step that Newton cannot solve is halved, max_halvings times at most; then the tick is rolled back and the run halts:
-    a halted simulation changes nothing and returns its flags again.
+    A step that Newton cannot solve is halved, max_halvings times at most; then the tick is rolled back and the run
+    halts: a halted simulation changes nothing and returns its flags again.
     """
     flags = state.halted[0]
     if flags != 0:

@@ -1,7 +1,7 @@
 """Towbody: lumped mass at the cable end with net weight, drag and added mass per axis, and hydrofoil lift.
 
-Westin (2018) (85)-(92). Axes: x along the horizontal local flow (forward), y left, z up: the body turns into the flow with a
-time constant and stays level (5.2: its orientation is constant). Crossing the surface, the wet share of every
+Westin (2018) (85)-(92). Axes: x along the horizontal local flow (forward), y left, z up: the body turns into the flow
+with a time constant and stays level (5.2: its orientation is constant). Crossing the surface, the wet share of every
 hydrodynamic term is a smoothstep in z over the size of the displaced volume.
 """
 

@@ -1,7 +1,7 @@
 """Winch: drum with the cable end on its surface, servo of Westin (2018) (136), commands for rate and length.
 
-The drum angle phi is positive hauling in; pay-out is positive cable out: payout = payout_0 + R (phi_0 - phi), R the radius
-of the cable's centreline on the drum. (136) is written in pay-out and integrated implicitly at 1 ms.
+The drum angle phi is positive hauling in; pay-out is positive cable out: payout = payout_0 + R (phi_0 - phi), R the
+radius of the cable's centreline on the drum. (136) is written in pay-out and integrated implicitly at 1 ms.
 """
 
 from __future__ import annotations
@@ -59,7 +59,8 @@ def drum_point(row, length, rate, accel):
 def command(t, h, row, inputs, winch):
     """Commanded length at the end of a tick of h [s] that ends at t [ns]: newest command not younger than the tick.
 
-    A length is approached at the largest rate and then held; a rate is integrated until its time-out. Returns the rate.
+    A length is approached at the largest rate and then held; a rate is integrated until its time-out. Returns the
+    rate.
     """
     head = inputs.command_head[0]
     winch[COMMAND_AGE], winch[STALE] = -1.0, 0.0

@@ -68,12 +68,14 @@ def surface_table(scene: Scene) -> np.ndarray:
     throat = radians(scene.sheave.throat_angle_deg)
     half = np.sin(0.5 * throat)
     return np.stack([
-        surface_row(scene.winch.position, drum, None, 0.0, 0.0, stiffness(c.working_tension, drum, 1.0, 1, depth), c.damping),
+        surface_row(scene.winch.position, drum, None, 0.0, 0.0, stiffness(c.working_tension, drum, 1.0, 1, depth),
+                    c.damping),
         surface_row(scene.sheave.position, sheave, throat, scene.sheave.groove_depth, 2.0 * d,
                     stiffness(c.working_tension, sheave, half, 2, depth), c.damping)])
 
 
 def winch_table(scene: Scene, route: Route, total: float) -> np.ndarray:
+    """Winch as numbers; the lengths that may be paid out and hauled in follow from route and total length [m]."""
     w, row = scene.winch, np.zeros(winch.WINCH_ROWS)
     row[winch.CENTRE:winch.CENTRE + 3] = w.position
     row[winch.SEAT], row[winch.ANGLE_0], row[winch.SIDE] = route.drum, w.wrap, route.side
@@ -121,8 +123,8 @@ def build_state(scene: Scene) -> State:
         time=z(4, np.int64), halted=z(1, np.int64), events=z(2, np.int64), frame=z(4), current=z(4), arc=arc, q=nodes(),
         v=nodes(), a=nodes(), x=nodes(), kept=z((2, 4, n, 6)), tension=z(n - 1), reaction=z(3), ship=z(SHIP_STATE),
         ship_work=z(SHIP_STATE), sheave=z(6), surfaces=surface_table(scene).reshape(-1, SURFACE_COLUMNS).copy(),
-        winch=z(winch.WINCH_STATE), setpoint=z(setpoint.SETPOINT_STATE), controls=z((2, 2, 16)), flow=z(3), measured=z(2),
-        health=z(6), work=make_work(n))
+        winch=z(winch.WINCH_STATE), setpoint=z(setpoint.SETPOINT_STATE), controls=z((2, 2, 16)), flow=z(3),
+        measured=z(2), health=z(6), work=make_work(n))
 
 
 def make_output(model: Model, nodes: int, rows: int) -> Output:

@@ -11,7 +11,7 @@ class Flag(IntFlag):
     """Health flags of a tick; several may be set."""
 
     NONE = 0
-    NEWTON_FAILED = 1        # the step could not be solved at the smallest step: the tick was rolled back, the run halted
+    NEWTON_FAILED = 1        # no solution at the smallest step: the tick was rolled back, the run halted
     HALVED = 2               # the tick needed shorter substeps
     SLACK = 4                # an element carries less than no tension
     DETACHED = 8             # the cable left the sheave or its groove

@@ -16,7 +16,7 @@ from .build import build_model, build_state, make_output
 from .drive import CONTROL_WORDS, SETTLE, STATS_COLUMNS, TICKS, drive
 from .frame import FRAME, Flag
 from .scene import Scene
-from .statics import FIRST_ANGLE, MASS_DAMPING, MOST_STEPS, Route, StartError
+from .statics import MASS_DAMPING, MOST_STEPS, Route, StartError, first_angle
 
 
 class SolverError(RuntimeError):
@@ -31,7 +31,7 @@ class Simulator:
 
     def __init__(self, scene: Scene | str | Path):
         if not isinstance(scene, Scene):
-            from ..io.load import load_scene   # the only upward glance: a path is a convenience
+            from ..io.load import load_scene  # the only upward glance: a path is a convenience
             scene = load_scene(scene)
         self.scene = scene
         self.model = build_model(scene)
@@ -57,8 +57,8 @@ class Simulator:
     def start(self, time_ns: int = 0, position: tuple[float, float] = (0.0, 0.0), heading: float | None = None) -> None:
         """Static equilibrium wrapped on sheave and drum, at the ship's mean pose.
 
-        time_ns: simulation time of the start; position: x y of base_link in odom [m]; heading: yaw [rad], None: the scene's.
-        Raises StartError with the residual where it does not settle; nothing is simulated then.
+        time_ns: simulation time of the start; position: x y of base_link in odom [m]; heading: yaw [rad], None: the
+        scene's. Raises StartError with the residual where it does not settle; nothing is simulated then.
         """
         scene, model, state = self.scene, self.model, self.state
         yaw = radians(scene.ship.heading_deg) if heading is None else float(heading)
@@ -75,7 +75,7 @@ class Simulator:
         state.ship[EPOCH_NOW] = NO_EPOCH
         flow = float(np.hypot(*state.current[:2]))
         state.flow[:2] = state.current[:2] if flow > 1e-6 else (-cos(yaw), -sin(yaw))
-        r, g = Route(scene).nodes(state.arc, FIRST_ANGLE if flow > 0.05 else 0.0)
+        r, g = Route(scene).nodes(state.arc, first_angle(scene, flow))
         turn = np.array([[cos(yaw), -sin(yaw), 0.0], [sin(yaw), cos(yaw), 0.0], [0.0, 0.0, 1.0]])
         state.q[:, :3] = r @ turn.T + model.mean[:3]
         state.q[:, 3:] = g @ turn.T

@@ -13,7 +13,7 @@ import numpy as np
 from .scene import Scene
 
 DRUM_RESERVE = 0.3    # rad of wrap that must stay on the drum
-FIRST_ANGLE = 1.2     # rad from the vertical of the straight line in a flow
+FIRST_DRAG = 1.2      # drag coefficient of the first guess
 MASS_DAMPING = 0.2    # 1/s, of the pseudo-transient only; it has no part in the equilibrium (trap T8)
 MOST_STEPS = 400
 
@@ -26,11 +26,27 @@ class StartError(RuntimeError):
         self.residual = residual
 
 
+def first_angle(scene: Scene, speed: float) -> float:
+    """Angle [rad] from the vertical of the straight line the start begins with: the critical angle of the free cable.
+
+    w cos b = q G sin^2 b for the angle b from the horizontal, mean G of the sections; speed of the water past it [m/s].
+    """
+    cable, water = scene.cable, scene.water
+    weight = (cable.mass_per_length - water.density * 0.25 * pi * cable.diameter**2) * scene.gravity
+    length = sum(s.length for s in cable.sections.values())
+    drag = 0.5 * FIRST_DRAG * water.density * cable.diameter * speed**2 * sum(
+        s.length * s.drag_amplification for s in cable.sections.values()) / length
+    if drag < 1e-9 * abs(weight):
+        return 0.0
+    k = max(weight, 1e-9) / (2.0 * drag)
+    return asin(hypot(k, 1.0) - k)
+
+
 class Route:
     """Geometry of the route in coordinates X (from drum towards sheave) and Z (up), origin at the drum centre.
 
-    drum, sheave: radii of the cable's centreline [m]; side: +1 where the sheave lies aft (-x) of the drum; tilt: rise of
-    the outer tangent [rad]; on_drum: wound length at the start [m]; span: length of the tangent [m].
+    drum, sheave: radii of the cable's centreline [m]; side: +1 where the sheave lies aft (-x) of the drum; tilt: rise
+    of the outer tangent [rad]; on_drum: wound length at the start [m]; span: length of the tangent [m].
     """
 
     def __init__(self, scene: Scene):

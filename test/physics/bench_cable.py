@@ -45,8 +45,8 @@ class Bench:
         self.q[:, :3] += 0.02 * rng.normal(size=(n, 3))
         tangent = np.gradient(self.q[:, :3], self.arc, axis=0)
         self.q[:, 3:] = tangent / np.linalg.norm(tangent, axis=1)[:, None] + 0.1 * rng.normal(size=(n, 3))
-        # slow against the stream: where the flow turns round inside the element that crosses the surface, the moving bound is
-        # exact for the integral, not for its quadrature
+        # slow against the stream: where the flow turns round inside the element that crosses the surface, the
+        # moving bound is exact for the integral, not for its quadrature
         self.v, self.a = 0.2 * rng.normal(size=(n, 6)), rng.normal(size=(n, 6))
 
     def residual(self, q=None, v=None, a=None, sigma=0.0) -> np.ndarray:
@@ -58,7 +58,8 @@ class Bench:
 
     def tangent(self, c1: float, c2: float, sigma: float = 0.0) -> np.ndarray:
         """dR/dq with v and a following by c1 and c2 [6 nodes, 6 nodes]."""
-        assemble(self.elements, self.arc, self.q, self.v, self.a, self.current, self.surfaces, c1, c2, sigma, YES, self.work,
+        assemble(self.elements, self.arc, self.q, self.v, self.a, self.current, self.surfaces, c1, c2, sigma, YES,
+                 self.work,
                  self.tension)
         n = self.n + 1
         k = np.zeros((6 * n, 6 * n))

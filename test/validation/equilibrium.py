@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "physics"))
-from bench_cable import Bench  # noqa: E402
+from bench_cable import Bench
 
 
 def settle(bench: Bench, held: list[int], load: np.ndarray, steps: int = 60, tolerance: float = 1e-8) -> np.ndarray:

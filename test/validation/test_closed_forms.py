@@ -10,7 +10,8 @@ from scipy.optimize import brentq
 
 
 def elastica_tip(load: float) -> tuple[float, float]:
-    """Tip of an inextensible cantilever of unit length with EI = 1 and a transverse dead tip load (Bisshopp-Drucker ODE)."""
+    """Tip of an inextensible cantilever of unit length with EI = 1 and a transverse dead tip load (Bisshopp-Drucker
+    ODE)."""
     def rhs(s, y):
         return np.vstack((y[1], -load * np.cos(y[0])))
     s = np.linspace(0.0, 1.0, 200)
@@ -34,7 +35,8 @@ def cantilever(n: int, load: float, ea: float = 3e7) -> np.ndarray:
 
 
 def test_elastica_converges_with_order_four():
-    """P L^2/EI = 10: an independent code found 2.0e-2, 1.7e-3, 9.7e-5, 6.6e-6 at 2, 4, 8, 16 elements (theory notes)."""
+    """P L^2/EI = 10: an independent code found 2.0e-2, 1.7e-3, 9.7e-5, 6.6e-6 at 2, 4, 8, 16 elements (theory
+    notes)."""
     exact = np.array(elastica_tip(10.0))
     errors = [float(np.hypot(*(cantilever(n, 10.0) - exact))) for n in (2, 4, 8, 16)]
     orders = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))

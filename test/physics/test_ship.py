@@ -1,0 +1,159 @@
+"""Ship motion: hull points against differences and rotations, C1 interpolation, staleness, changed and late sources."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from cable_sim_ros.physics.inputs import make_inputs, push_motion
+from cable_sim_ros.physics.ship import (
+    COORD,
+    EPOCH_NOW,
+    NO_EPOCH,
+    RATE,
+    SHIP_STATE,
+    evaluate,
+    follow,
+    hull_point,
+    quaternion,
+    rotate,
+    unrotate,
+)
+
+ARM = (-36.8, 0.4, 3.7)
+AMPLITUDE = np.array([0.8, 0.5, 1.5, 0.21, 0.087, 0.052])
+OMEGA = np.array([0.55, 0.43, 0.62, 0.5, 0.6, 0.2])
+PHASE = np.array([0.2, 1.1, 0.0, 0.7, 1.9, 0.4])
+
+
+def motion(t: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Six harmonics: coordinates, rates, accelerations."""
+    a = OMEGA * t + PHASE
+    return AMPLITUDE * np.sin(a), AMPLITUDE * OMEGA * np.cos(a), -AMPLITUDE * OMEGA**2 * np.sin(a)
+
+
+def sheave(t: float, slide: float = 0.0):
+    """Hull point that slides along x of base_link at ``slide`` m/s."""
+    return hull_point(*motion(t), (ARM[0] + slide * t, ARM[1], ARM[2]), (slide, 0.0, 0.0), (0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("t", [3.0, 17.5])
+@pytest.mark.parametrize("slide", [0.0, 1.3])
+def test_hull_point_against_rotation_and_differences(t, slide):
+    c, _, _ = motion(t)
+    turn = Rotation.from_euler("ZYX", c[[5, 4, 3]])
+    p, v, a = (np.array(x) for x in sheave(t, slide))
+    np.testing.assert_allclose(p, c[:3] + turn.apply((ARM[0] + slide * t, ARM[1], ARM[2])), atol=1e-12)
+    h = 1e-4
+    before, after = (np.array(sheave(t + s, slide)[0]) for s in (-h, h))
+    np.testing.assert_allclose(v, (after - before) / (2 * h), atol=1e-6)
+    before, after = (np.array(sheave(t + s, slide)[1]) for s in (-h, h))
+    np.testing.assert_allclose(a, (after - before) / (2 * h), atol=1e-6)
+    got = np.array(quaternion(c))
+    assert abs(abs(got @ turn.as_quat()) - 1.0) < 1e-12
+
+
+@given(st.tuples(*[st.floats(-3, 3)] * 6), st.tuples(*[st.floats(-50, 50)] * 3))
+@settings(max_examples=50, deadline=None)
+def test_rotation_there_and_back(c, s):
+    np.testing.assert_allclose(unrotate(np.array(c), rotate(np.array(c), s)), s, atol=1e-12)
+
+
+class Ship:
+    """A ship that is ticked every 10 ms, with a tow frame at rest in the origin."""
+
+    def __init__(self, start_blend=1.0, source_blend=0.5):
+        self.inputs, self.ship = make_inputs(), np.zeros(SHIP_STATE)
+        self.ship[EPOCH_NOW] = NO_EPOCH
+        self.frame, self.mean, self.work = np.zeros(4), np.zeros(6), np.zeros(SHIP_STATE)
+        self.now = self.clock = 0
+        self.blends = (start_blend, source_blend)
+
+    def push(self, t: float, epoch: float = 1.0, shift: float = 0.0) -> None:
+        c, d, _ = motion(t)
+        push_motion(self.inputs, round(t * 1e9), [c[0] + shift, *c[1:], *d, epoch, 1.0])
+
+    def tick(self) -> np.ndarray:
+        end = self.now + 10_000_000
+        self.clock = follow(self.now, end, self.ship, self.clock, self.inputs, self.frame, 0, self.mean, 3.0,
+                            *self.blends, self.work)
+        evaluate(end, self.ship, self.clock, self.inputs, self.frame, 0, self.mean, 3.0)
+        self.now = end
+        return self.ship[COORD:RATE + 6].copy()
+
+
+def smooth(rows: np.ndarray) -> float:
+    """Largest mismatch between the step of the coordinates and the mean of their rates: C1 means of order dt^2."""
+    step = np.diff(rows[:, :6], axis=0)
+    return float(np.abs(step - 0.005 * (rows[1:, 6:] + rows[:-1, 6:])).max())
+
+
+def test_interpolation_between_samples_is_exact_to_fourth_order_and_c1():
+    ship = Ship(start_blend=0.1)
+    for k in range(60):
+        ship.push(0.02 * k)
+    rows = np.array([ship.tick() for _ in range(100)])
+    for k in (30, 55, 99):
+        np.testing.assert_allclose(rows[k, :6], motion(0.01 * (k + 1))[0], atol=1e-9)
+        np.testing.assert_allclose(rows[k, 6:], motion(0.01 * (k + 1))[1], atol=1e-6)
+    assert smooth(rows[12:]) < 2e-4   # after the short start blend
+
+
+def test_start_is_taken_up_without_a_step():
+    ship = Ship()
+    for k in range(150):
+        ship.push(0.02 * k)
+    rows = np.array([ship.tick() for _ in range(200)])
+    assert np.abs(rows[0, :6]).max() < 2e-3 and np.abs(rows[0, 6:]).max() < 0.1, "begins on the mean track, at rest"
+    np.testing.assert_allclose(rows[-1, :6], motion(2.0)[0], atol=1e-9)
+    assert smooth(rows) < 1e-3
+
+
+def test_after_the_last_sample_the_ship_comes_to_its_mean():
+    ship = Ship(start_blend=0.1)
+    for k in range(60):
+        ship.push(0.02 * k)
+    rows = np.array([ship.tick() for _ in range(4000)])
+    assert smooth(rows[12:]) < 2e-4   # after the short start blend
+    assert np.abs(rows[-1, 2:5]).max() < 1e-3, "heave, roll and pitch have died out"
+    assert np.abs(rows[-1, 6:]).max() < 1e-3
+    assert np.isfinite(rows).all()
+
+
+@pytest.mark.parametrize("gap", [0.05, 0.2, 0.4, 1.0])
+def test_late_samples_make_no_jump(gap):
+    """The stream stalls, the ticks go on, then all samples come at once: no step, and back on the motion afterwards."""
+    ship = Ship(start_blend=0.1)
+    for k in range(101):
+        ship.push(0.02 * k)
+    rows = [ship.tick() for _ in range(200)]
+    rows += [ship.tick() for _ in range(round(gap * 100))]
+    for k in range(101, 300):
+        ship.push(0.02 * k)
+    rows = np.array(rows + [ship.tick() for _ in range(200)])
+    assert smooth(rows) < 1e-3
+    now = 0.01 * len(rows)
+    np.testing.assert_allclose(rows[-1, :6], motion(now)[0], atol=1e-9)
+
+
+def test_a_changed_source_is_taken_up_smoothly():
+    ship = Ship(start_blend=0.1)
+    for k in range(100):
+        ship.push(0.02 * k, epoch=1.0 if k < 50 else 2.0, shift=0.0 if k < 50 else 0.3)
+    rows = np.array([ship.tick() for _ in range(190)])
+    assert smooth(rows) < 1e-3
+    assert rows[-1, 0] == pytest.approx(motion(1.9)[0][0] + 0.3, abs=1e-9)
+
+
+@pytest.mark.parametrize("sample, time, text", [
+    ([np.nan] + [0.0] * 13, 10, "14 finite numbers"), ([0.0] * 13, 10, "14 finite numbers"),
+    ([0.0] * 14, 5, "does not advance past 5 ns")])
+def test_bad_samples_are_refused(sample, time, text):
+    inputs = make_inputs()
+    push_motion(inputs, 5, [0.0] * 14)
+    with pytest.raises(ValueError, match=text):
+        push_motion(inputs, time, sample)
+    assert inputs.motion_head[0] == 1
