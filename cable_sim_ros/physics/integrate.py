@@ -85,7 +85,7 @@ class State(NamedTuple):
     winch: np.ndarray         # [WINCH_STATE]
     setpoint: np.ndarray      # [SETPOINT_STATE]
     controls: np.ndarray      # [2, 2, 16] winch and set-point at the beginning of the step and of the tick
-    flow: np.ndarray          # [3] low-passed flow past the body [m/s]
+    flow: np.ndarray          # [6] low-passed flow past the body [m/s], turning rate of the body [rad/s]
     measured: np.ndarray      # [2] departure angle [rad], tension [N] of the last tick: what instruments would show
     health: np.ndarray        # [6] iterations, substeps, residual N, strain energy J, -, iterations of the step before
     work: Work

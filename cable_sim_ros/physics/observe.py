@@ -268,7 +268,7 @@ def observe(model, state, output, slot, flags, blending):
     bq = quaternion((0.0, 0.0, 0.0, roll, pitch, yaw))
     for k in range(4):
         f.body_quaternion[k] = bq[k]
-    f.body_rate[0], f.body_rate[1], f.body_rate[2] = 0.0, 0.0, 0.0
+    f.body_rate[0], f.body_rate[1], f.body_rate[2] = state.flow[3], state.flow[4], state.flow[5]
     f.payout = model.winch[PAYOUT_0] + state.winch[LENGTH_NOW]
     f.payout_rate, f.payout_acceleration = state.winch[RATE_NOW], state.winch[ACCEL_NOW]
     f.payout_setpoint = model.winch[PAYOUT_0] + state.winch[TARGET]

@@ -7,7 +7,7 @@ hydrodynamic term is a smoothstep in z over the size of the displaced volume.
 
 from __future__ import annotations
 
-from math import atan2, sqrt
+from math import atan2, cos, sin, sqrt
 
 import numpy as np
 
@@ -109,15 +109,6 @@ def load(row, gravity, q, v, a, current, flow, c1, c2, sigma, tangent, band):
         band[i, 2] += wet * (world[i, 0] * current[2] + world[i, 1] * current[3]) - dwet * load_z[i]
 
 
-@driver
-def turn_into_flow(row, q, v, current, flow, h):
-    """Low-pass the flow past the body over a step h [s]: flow[3]."""
-    w = h / (row[FLOW_TIME] + h)
-    flow[0] += w * (current[0] - current[2] * q[2] - v[0] - flow[0])
-    flow[1] += w * (current[1] - current[3] * q[2] - v[1] - flow[1])
-    flow[2] += w * (-v[2] - flow[2])
-
-
 @inline
 def attitude(flow):
     """Roll, pitch, yaw of the body: x against the low-passed flow past it."""
@@ -125,3 +116,16 @@ def attitude(flow):
     if n < 1e-9:
         return 0.0, 0.0, 0.0
     return 0.0, atan2(flow[2], n), atan2(-flow[1], -flow[0])
+
+
+@driver
+def turn_into_flow(row, q, v, current, flow, h):
+    """Low-pass the flow past the body over a step h [s]: flow[0:3]; the body's turning rate [rad/s] into flow[3:6]."""
+    w = h / (row[FLOW_TIME] + h)
+    _, pitch, yaw = attitude(flow)
+    flow[0] += w * (current[0] - current[2] * q[2] - v[0] - flow[0])
+    flow[1] += w * (current[1] - current[3] * q[2] - v[1] - flow[1])
+    flow[2] += w * (-v[2] - flow[2])
+    _, new_pitch, new_yaw = attitude(flow)
+    rise, turn = (new_pitch - pitch) / h, atan2(sin(new_yaw - yaw), cos(new_yaw - yaw)) / h
+    flow[3], flow[4], flow[5] = -rise * sin(new_yaw), rise * cos(new_yaw), turn

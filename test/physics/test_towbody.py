@@ -1,0 +1,78 @@
+"""Towbody: drag, lift and added mass along its axes, tangent against differences, turning into the flow."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cable_sim_ros.physics import towbody
+from cable_sim_ros.physics.jit import NO, YES
+from cable_sim_ros.physics.towbody import Towbody, attitude, body_table, load, turn_into_flow
+
+BODY = Towbody(mass=250.0, net_weight=445.0, added_mass=(11.0, 212.0, 200.0), drag_area=(0.0641, 0.9, 1.485),
+               lift_area=-0.29836)
+STILL = np.zeros(4)
+
+
+def force(q=(0.0, 0.0, -50.0), v=(0.0, 0.0, 0.0), a=(0.0, 0.0, 0.0), current=STILL, flow=(-2.2, 0.0, 0.0),
+          density=1000.0):
+    """Load on the body less its inertia, world axes [N]."""
+    band = np.zeros((6, 16))
+    row = body_table(BODY, 9.81, density)
+    load(row, 9.81, np.array(q, float), np.array(v, float), np.array(a, float), np.array(current, float),
+         np.array(flow, float), 0.0, 0.0, 0.0, NO, band)
+    return band[:3, 12]
+
+
+def test_lift_and_drag_of_the_thesis():
+    """Westin 5.2: 722 N down at 2.2 m/s in fresh water; drag along x rho/2 A C U^2, net weight 445 N."""
+    fx, fy, fz = force(current=(-2.2, 0.0, 0.0, 0.0))
+    assert fz == pytest.approx(-445.0 - 722.02, abs=0.2)
+    assert fx == pytest.approx(-0.5 * 1000.0 * 0.0641 * 2.2**2, rel=1e-6)
+    assert fy == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.7, 2.5])
+def test_axes_turn_with_the_flow(yaw):
+    """The same motion relative to the body on another heading: the same force, turned."""
+    c, s = np.cos(yaw), np.sin(yaw)
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    v, a = np.array((2.0, 0.3, -0.4)), np.array((0.5, -0.6, 0.7))
+    straight = force(v=v, a=a)
+    turned = force(v=turn @ v, a=turn @ a, flow=turn @ (-2.2, 0.0, 0.0))
+    np.testing.assert_allclose(turned, turn @ straight, atol=1e-9)
+
+
+def test_out_of_the_water_there_is_only_weight():
+    np.testing.assert_allclose(force(q=(0, 0, 10.0), v=(1, 2, 3)), (0.0, 0.0, -250.0 * 9.81), atol=1e-9)
+
+
+@pytest.mark.parametrize("z", [-50.0, 0.05])
+def test_tangent(z):
+    c1, c2, sigma = 30.0, 900.0, 0.4
+    q, v, a = np.array((0.0, 0.0, z)), np.array((1.2, 0.3, -0.5)), np.array((0.5, -0.2, 0.8))
+    current, flow = np.array((-2.0, 0.4, 0.02, -0.01)), np.array((-1.0, -0.6, 0.1))
+    row, band = body_table(BODY, 9.81, 1026.0), np.zeros((6, 16))
+    load(row, 9.81, q, v, a, current, flow, c1, c2, sigma, YES, band)
+    exact = band[:3, :3].copy()
+    for k in range(3):
+        r = []
+        for s in (1e-6, -1e-6):
+            d = np.eye(3)[k] * s
+            other = np.zeros((6, 16))
+            load(row, 9.81, q + d, v + c1 * d, a + c2 * d, current, flow, c1, c2, sigma, NO, other)
+            r.append(-other[:3, 12])
+        np.testing.assert_allclose((r[0] - r[1]) / 2e-6, exact[:, k], atol=1e-6 * np.abs(exact).max())
+
+
+def test_body_turns_into_the_flow_and_tells_its_rate():
+    row, flow = body_table(BODY, 9.81, 1026.0), np.array((-2.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    yaw = [0.0]
+    for _ in range(4000):
+        before = attitude(flow)[2]
+        turn_into_flow(row, np.array((0.0, 0.0, -50.0)), np.array((0.0, 2.0, -0.2)), STILL, flow, 0.01)
+        yaw.append(attitude(flow)[2])
+        assert flow[5] == pytest.approx((yaw[-1] - before) / 0.01, abs=1e-9)
+    assert yaw[-1] == pytest.approx(np.pi / 2, abs=0.01), "the nose points where the body goes"
+    assert attitude(flow)[1] == pytest.approx(np.arctan2(0.2, 2.0), abs=0.01), "sinking: nose down, pitch positive"
+    assert towbody.BODY_ROWS == row.size
