@@ -2,7 +2,8 @@
 
 Odometry is used while it is fresh. Otherwise the IMU alone: attitude from its message, translation by the heave
 filter about a mean track; the filter runs all the time, so that a change is warm. What cannot be right is refused and
-counted by cause; nothing that is not finite gets through. `io.wire` decodes the messages and reads them from bags.
+counted by cause; nothing that is not finite gets through. `io.wire` decodes the messages and reads them from bags,
+`io.stamps` makes jittering stamps regular, `io.consistent` makes positions and rates fit each other.
 """
 
 from __future__ import annotations
@@ -12,6 +13,8 @@ from math import cos, hypot, nan, pi, sin
 from ..physics.heave import Heave, HeaveFilter, MotionInput
 from ..physics.inputs import Inputs, push_motion
 from ..physics.ship import Ship
+from .consistent import Consistent
+from .stamps import RegularStamps
 from .wire import CAUSES, Odometry, Refused, decode_imu, decode_odometry
 
 SOURCES = ("mean", "odometry", "imu")   # sim.frame.Source
@@ -25,14 +28,16 @@ RETURN = 2.0             # odometry is taken again after this many time-outs wit
 class _Stream:
     """Stamps, arrivals and rate of one topic."""
 
-    def __init__(self) -> None:
+    def __init__(self, jitter: float) -> None:
         self.stamp = self.arrival = self.streak = None   # ns; streak: arrival since which there was no gap
+        self.regular = RegularStamps(jitter)
+        self.used: int | None = None                     # ns, the newest regular stamp
         self.period = nan                                # s between stamps, smoothed
         self.unstamped = False
         self.backwards = 0
 
-    def check(self, stamp: int, arrival: int) -> tuple[int, float]:
-        """Stamp to use and seconds since the one before (NaN for the first); Refused if it does not advance."""
+    def check(self, stamp: int, arrival: int) -> int:
+        """The stamp, or the arrival where there is none; Refused if it does not advance."""
         if stamp == 0:   # a driver without a clock; the first such message may also be a clock that starts at zero
             if not self.unstamped:
                 self.unstamped = True
@@ -40,26 +45,31 @@ class _Stream:
             stamp = arrival
         else:
             self.unstamped = False
-        if self.stamp is None:
-            return stamp, nan
-        if stamp <= self.stamp:
+        if self.stamp is not None and stamp <= self.stamp:
             far = self.stamp - stamp > BACKWARDS
             self.backwards = self.backwards + 1 if far else 0
             raise Refused("stamp_backwards" if far else "stamp_not_advancing")
-        return stamp, (stamp - self.stamp) * 1e-9
+        return stamp
 
-    def take(self, stamp: int, arrival: int, dt: float, timeout: float) -> None:
+    def take(self, stamp: int, arrival: int, timeout: float) -> tuple[int, float]:
+        """Stamp to use, made regular, and seconds since the one before (NaN for the first)."""
+        used = self.regular.take(stamp)
+        dt = nan if self.used is None else (used - self.used) * 1e-9
         if self.arrival is None or arrival - self.arrival > timeout * SECOND:
             self.streak = arrival
         if dt == dt:
             self.period = dt if self.period != self.period else self.period + 0.05 * (dt - self.period)
-        self.stamp, self.arrival, self.backwards = stamp, arrival, 0
+        self.stamp, self.used, self.arrival, self.backwards = stamp, used, arrival, 0
+        return used, dt
 
     def age(self, now: int) -> float:
         return nan if self.arrival is None else (now - self.arrival) * 1e-9
 
-    def report(self, now: int) -> tuple[float, float]:
-        return self.age(now), 1.0 / self.period if self.period > 0.0 else nan
+    def report(self, name: str, now: int) -> dict[str, object]:
+        regular = self.regular
+        return {f"{name}_age_s": self.age(now), f"{name}_rate_hz": 1.0 / self.period if self.period > 0.0 else nan,
+                f"{name}_stamp_period_s": regular.period * 1e-9, f"{name}_stamp_jitter_s": regular.jitter * 1e-9,
+                f"{name}_stamps_regular": regular.active}
 
 
 class _Slow:
@@ -120,7 +130,8 @@ class MotionIngest:
         self.source = MEAN
         self.first_pose: tuple[int, float, float, float] | None = None   # stamp, x, y, yaw of the first sample
         self.origin = (0.0, 0.0)         # m, added to the odometry's position
-        self._imu, self._odometry = _Stream(), _Stream()
+        self._imu, self._odometry = _Stream(self.settings.stamp_jitter), _Stream(self.settings.stamp_jitter)
+        self._consistent = Consistent(self.settings.position_time)
         self._began: int | None = None   # first arrival of an IMU message
         self._new_epoch = True
         self._yaw: float | None = None
@@ -141,10 +152,10 @@ class MotionIngest:
         """Take a sensor_msgs/Imu; see the class."""
         try:
             message = decode_imu(data, self.settings.convention)
-            stamp, dt = self._imu.check(message.stamp, arrival)
+            stamp = self._imu.check(message.stamp, arrival)
         except Refused as refusal:
             return self._refuse("imu", refusal.cause)
-        self._imu.take(stamp, arrival, dt, self.settings.odometry_timeout)
+        stamp, dt = self._imu.take(stamp, arrival, self.settings.odometry_timeout)
         self._began = arrival if self._began is None else self._began
         angles = (*message.angles[:2], self._unwrap(message.angles[2]))
         if dt > self.heave.max_gap:
@@ -203,13 +214,13 @@ class MotionIngest:
         """
         try:
             message = decode_odometry(data, self.settings.convention)
-            stamp, dt = self._odometry.check(message.stamp, arrival)
+            stamp = self._odometry.check(message.stamp, arrival)
             if abs(message.position[2] - self.ship.reference_height) > self.heave.max_displacement:
                 raise Refused("height")
         except Refused as refusal:
             return self._refuse("odometry", refusal.cause)
         timeout = self.settings.odometry_timeout
-        self._odometry.take(stamp, arrival, dt, timeout)
+        stamp, dt = self._odometry.take(stamp, arrival, timeout)
         x, y, z = message.position
         angles = (*message.angles[:2], self._unwrap(message.angles[2]))
         message = message._replace(stamp=stamp, position=(x + self.origin[0], y + self.origin[1], z), angles=angles)
@@ -260,8 +271,9 @@ class MotionIngest:
         if len(waiting) >= 2 and not waiting[-2].twist:
             first, middle, last = waiting[0], waiting[-2], waiting[-1]
             span = (last.stamp - first.stamp) * 1e-9
-            self._push(middle.stamp, [*middle.position, *middle.angles, *(
-                (b - a) / span for a, b in zip((*first.position, *first.angles), (*last.position, *last.angles)))])
+            ends = zip((*first.position, *first.angles), (*last.position, *last.angles))
+            rates = [(b - a) / span for a, b in ends]
+            self._push(middle.stamp, [*middle.position, *middle.angles, *rates], measured=False)
         if message.twist:
             self._push(message.stamp, [*message.position, *message.angles, *to_world(message.angles, message.velocity),
                                        *angle_rates(*message.angles[:2], message.rate)])
@@ -284,7 +296,8 @@ class MotionIngest:
             self.counts["source_change"] += 1
         self.source, self._new_epoch = source, True
 
-    def _push(self, stamp: int, row: list[float]) -> None:
+    def _push(self, stamp: int, row: list[float], measured: bool = True) -> None:
+        """Push a sample; measured: its rates are measured, not differences of the positions."""
         if self._last is not None:
             if stamp <= self._last[0]:   # the other source was ahead
                 self.counts["behind"] += 1
@@ -292,6 +305,10 @@ class MotionIngest:
             if stamp - self._last[0] > self.ship.max_gap * SECOND and not self._new_epoch:
                 self.counts["gap"] += 1
                 self._new_epoch = True
+        if self._new_epoch or not measured:
+            self._consistent.reset()
+        if measured:
+            row = self._consistent.push((stamp - self._last[0]) * 1e-9 if self._last else 0.0, row)
         epoch = self.epoch + (1 if self._new_epoch else 0)
         push_motion(self.inputs, stamp, [*row, float(epoch), self.source])
         self.epoch, self._new_epoch = epoch, False
@@ -305,8 +322,6 @@ class MotionIngest:
 
     def report(self, now: int) -> dict[str, object]:
         """Plain values for diagnostics. now: ns on the clock of the arrivals. NaN = not known."""
-        imu_age, imu_rate = self._imu.report(now)
-        odometry_age, odometry_rate = self._odometry.report(now)
         gravity = self._gravity.mean[0] if self._gravity.mean else nan
         mismatch = self._mismatch.mean[0] ** 0.5 if self._mismatch.mean else nan
         hint = ""
@@ -319,8 +334,9 @@ class MotionIngest:
                     f"samples is wrong; the twist must be in the axes of child_frame_id")
         return {
             "source": SOURCES[int(self.source)], "epoch": self.epoch, "samples": int(self.inputs.motion_head[0]),
-            "imu_age_s": imu_age, "imu_rate_hz": imu_rate,
-            "odometry_age_s": odometry_age, "odometry_rate_hz": odometry_rate,
+            **self._imu.report("imu", now), **self._odometry.report("odometry", now),
+            "integrated": self._consistent.names(self._consistent.integrated),
+            "smoothed": self._consistent.names(self._consistent.smoothed),
             "heave_valid": self.filter.valid, "heave_age_s": self.filter.age, "heave_bias_mps2": self.filter.bias[2],
             "vertical_force_mps2": gravity, "twist_mismatch_mps": mismatch,
             "origin_x_m": self.origin[0], "origin_y_m": self.origin[1], "time_jump": self.time_jump,

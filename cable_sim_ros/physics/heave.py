@@ -65,6 +65,12 @@ class MotionInput(Block):
         0.5, "s", 0.02, 60.0, "odometry silent for longer than this gives way to the IMU")
     max_jump: float = quantity(
         5.0, "m", 0.1, 1000.0, "a larger horizontal jump of the odometry shifts its origin instead of moving the ship")
+    stamp_jitter: float = quantity(
+        0.2, "1", 0.0, 0.25, "stamps of a periodic topic are made regular while they jitter by up to this part (rms) "
+        "of the period; 0: stamps are used as they are", "docs/motion.md")
+    position_time: float = quantity(
+        3.0, "s", 0.0, 60.0, "time constant with which positions and angles that do not fit their rates draw the "
+        "integral of the rates; 0: samples are used as they are", "docs/motion.md")
 
 
 # State: float64 [23]. Rows of three are axes x y z of odom.
