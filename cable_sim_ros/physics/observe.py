@@ -1,7 +1,8 @@
 """What one tick answers: tension, contact and shape read off the state into a Frame row and its two tables.
 
-Tension is the effective tension, conjugate to the arc length of an element (see ancf.py), interpolated between element
-middles at the point where the cable leaves the sheave.
+Tension is the effective tension. Aboard: conjugate to the arc length of an element (see ancf.py), interpolated between
+element middles, as at the point where the cable leaves the sheave. Outboard: from the gradient at the nodes. At the
+drum: from the force that holds the cable end.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .ancf import BUOYANCY, MASS_PER_LENGTH, WEIGHT_PER_LENGTH
+from .ancf import BUOYANCY, EA, MASS_PER_LENGTH, WEIGHT_PER_LENGTH
 from .contact import touch
 from .jit import LANES, driver, inline
 from .shape import W5, X5, shape, slope
@@ -84,6 +85,15 @@ def tension_at(state, s):
 
 
 @driver
+def node_tension(model, state, n):
+    """Tension at a node of a nearly straight cable from its gradient: continuous where the load per length jumps."""
+    e = min(n, state.tension.shape[0] - 1)
+    ea = model.elements[e // LANES, EA, e % LANES]
+    g2 = state.q[n, 3] ** 2 + state.q[n, 4] ** 2 + state.q[n, 5] ** 2
+    return 0.5 * ea * (g2 - 1.0) * sqrt(g2)
+
+
+@driver
 def direction_at(state, s):
     """Unit tangent at arc length s, towards the towbody."""
     e, x = locate(state, s)
@@ -113,7 +123,7 @@ def stations(model, state, table):
         for g in range(5):
             r, v, _ = point_of(state, e, X5[g])
             o = touch(r, v, s)
-            er, rho, h, d1, d2, n1, n2, f1, f2 = o[0], o[2], o[3], o[4], o[5], o[7], o[8], o[9], o[13]
+            rho, h, d1, d2, n1, n2, f1, f2 = o[2], o[3], o[4], o[5], o[7], o[8], o[9], o[13]
             rel = unrotate(c, sub(r, (s[0], s[1], s[2])))
             angle = atan2(-rel[0], rel[2])
             if abs(rho - s[RADIUS]) < nearest and rel[2] > 0.0:
@@ -263,7 +273,7 @@ def observe(model, state, output, slot, flags, blending):
     for e in range(state.tension.shape[0]):
         least, most = min(least, state.tension[e]), max(most, state.tension[e])
     f.tension_least, f.tension_most = least, most
-    f.tension_drum, f.tension_body = state.tension[0], state.tension[last - 1]
+    f.tension_body = node_tension(model, state, last)
     roll, pitch, yaw = attitude(state.flow)
     bq = quaternion((0.0, 0.0, 0.0, roll, pitch, yaw))
     for k in range(4):
@@ -278,6 +288,7 @@ def observe(model, state, output, slot, flags, blending):
     local = unrotate(c, (state.reaction[0], state.reaction[1], state.reaction[2]))
     phi = f.drum_angle
     f.drum_torque = model.winch[SEAT] * (model.winch[WINCH_SIDE] * cos(phi) * local[0] - sin(phi) * local[2])
+    f.tension_drum = f.drum_torque / model.winch[SEAT]
     kinetic, potential = energies(model, state)
     f.kinetic_energy, f.strain_energy, f.potential_energy = kinetic, state.health[3], potential
     f.iterations, f.substeps = np.int64(state.health[0]), np.int64(state.health[1])
@@ -306,8 +317,8 @@ def observe(model, state, output, slot, flags, blending):
     table = output.shape[slot]
     for n in range(last + 1):
         table[n, 0], table[n, 1], table[n, 2] = state.q[n, 0] + ox, state.q[n, 1] + oy, state.q[n, 2]
-        e = min(n, last - 1)
-        table[n, 3] = 0.5 * (state.tension[max(n - 1, 0)] + state.tension[e])
+        aboard = state.arc[n] < end + ahead   # curved over drum and sheave: the elements know better than the nodes
+        table[n, 3] = tension_at(state, state.arc[n]) if aboard else node_tension(model, state, n)
         table[n, 4] = state.arc[n]
     return flags
 
