@@ -102,8 +102,9 @@ def read_tow(path: str | os.PathLike, *, imu_only: bool = False) -> RecordedTow:
 class Feeder:
     """Pushes the events of a bag into the rings, in order, as far as it is told to."""
 
-    def __init__(self, inputs: Inputs, tow: RecordedTow, scene: Scene, motion: MotionInput | None = None) -> None:
-        self.ingest = MotionIngest(inputs, scene.ship, getattr(scene, "heave", Heave()), motion, scene.gravity)
+    def __init__(self, inputs: Inputs, tow: RecordedTow, scene: Scene, motion: MotionInput | None = None,
+                 heave: Heave | None = None) -> None:
+        self.ingest = MotionIngest(inputs, scene.ship, heave or Heave(), motion, scene.gravity)
         self.inputs, self.tow = inputs, tow
         self.dropped: Counter[str] = Counter()   # commands refused, by cause
         self._next = 0

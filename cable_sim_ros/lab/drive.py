@@ -18,7 +18,7 @@ from ..io.channels import Context, Encoder
 from ..io.load import SceneWarning, dump_scene
 from ..io.replay import Event, Feeder, RecordedTow
 from ..io.wire import KINDS, Refused, decode_imu, decode_odometry
-from ..physics.heave import MotionInput
+from ..physics.heave import Heave, MotionInput
 from ..sim import checks
 from ..sim.frame import FRAME
 from ..sim.scene import Scene
@@ -67,7 +67,7 @@ class Drive:
         self.recorded = recorded
         self.sim = Simulator(scene)
         self.tick = round(scene.solver.tick * SECOND)
-        self.feeder = None if tow is None else Feeder(self.sim.inputs, tow, scene, _motion_input(tow))
+        self.feeder = None if tow is None else Feeder(self.sim.inputs, tow, scene, *_taken_in(tow))
         self.pending: list[Event] = []
 
     def go(self, duration: float | None, bag: Path | None) -> Driven:
@@ -158,6 +158,8 @@ class _Recording:
         about = {"scene": scene.name, "scene_yaml": dump_scene(scene), "cable_sim_ros": __version__,
                  "namespace": self.context.namespace, "motion": "none" if tow is None else Path(tow.path).name,
                  "start_time_ns": str(start.time), "start_position_m": json.dumps(start.position)}
+        if tow is not None and "node" in tow.about:
+            about["node"] = tow.about["node"]   # so that this one can be replayed too
         if start.heading is not None:
             about["start_heading_rad"] = repr(start.heading)
         self.writer = BagWriter(path, custom_data=about)
@@ -175,13 +177,15 @@ class _Recording:
         self.writer.close()
 
 
-def _motion_input(tow: RecordedTow) -> MotionInput:
-    """How the recording node took its motion in, where the bag says so."""
+def _taken_in(tow: RecordedTow) -> tuple[MotionInput, Heave]:
+    """How the recording node took its motion in, where the bag says so; keys of other versions are left out."""
     try:
         node = json.loads(tow.about["node"])
-        return MotionInput(convention=node["imu"]["convention"], odometry_timeout=node["odometry_timeout"])
-    except (KeyError, ValueError, TypeError):
-        return MotionInput()
+        return tuple(block.model_validate({key: value for key, value in node.get(name, {}).items()
+                                           if key in block.model_fields})
+                     for name, block in (("motion", MotionInput), ("heave", Heave)))
+    except (KeyError, ValueError, TypeError, AttributeError):
+        return MotionInput(), Heave()
 
 
 def _start_before(frame: np.record, scene: Scene, tick: int) -> Start:

@@ -13,6 +13,7 @@ from cable_sim_ros.io.load import load_scene
 from cable_sim_ros.io.recording import load_run
 from cable_sim_ros.io.replay import Feeder, RecordedTow, read_tow, residuals
 from cable_sim_ros.lab import drive, offline
+from cable_sim_ros.physics.heave import Convention, Heave, MotionInput
 from cable_sim_ros.physics.inputs import MOTION_ROWS, make_inputs
 from cable_sim_ros.sim.frame import FRAME
 from cable_sim_ros.sim.simulator import SolverError
@@ -162,6 +163,19 @@ def test_the_ring_is_never_overrun():
                                   for event in tow.events[:8000]])
     chunk = drive.Drive(load_scene("full_scale"), fast)._ring_limit()
     assert fast.rate > 1900 and fast.rate * (chunk + drive.AHEAD) * 1e-9 < MOTION_ROWS
+
+
+def test_motion_is_taken_in_as_the_recording_node_did():
+    node = {"motion": {"convention": "ned", "odometry_timeout": 0.7, "position_time": 0.0, "of another version": 1},
+            "heave": {"period": 90.0}, "scene": "full_scale"}
+    motion, heave = drive._taken_in(RecordedTow("", [], about={"node": json.dumps(node)}))
+    assert (motion.convention, motion.odometry_timeout, motion.position_time) == (Convention.NED, 0.7, 0.0)
+    assert motion.max_jump == MotionInput().max_jump and heave == Heave(period=90.0)
+    for about in ({}, {"node": "{"}, {"node": "[]"}, {"node": '{"motion": 3}'}, {"node": "{}"}):
+        assert drive._taken_in(RecordedTow("", [], about=about)) == (MotionInput(), Heave())
+    event = read_tow(offline.find_bag("nbp1406")).events[0]
+    one = drive.Drive(load_scene("full_scale"), RecordedTow("", [event], about={"node": json.dumps(node)}))
+    assert one.feeder.ingest.settings == motion and one.feeder.ingest.heave == heave
 
 
 def test_commands_of_the_bag_reach_the_ring():
