@@ -14,11 +14,11 @@ REQUIRES = [
     "setuptools",
     "numpy>=1.26",
     "scipy>=1.11",
-    "numba>=0.60",
+    "numba>=0.60,<0.70",     # kernels call each other by symbol (physics/jit.py), on interfaces inside numba
     "pydantic>=2,<3",        # checks are written against the error types of version 2
     "pyyaml>=6",
-    "mcap>=1.2,<2",          # writer and records of the 1.x line
-    "rosbags>=0.10,<0.12",   # 0.x: the reader's interface changes with the minor version
+    "mcap>=1.5,<2",          # Writer.flush came with 1.5
+    "rosbags>=0.10.11,<0.12",   # 0.x: the reader's interface changes with the minor version
     "click>=8.1,<9",
     "rich>=13",
 ]

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..physics.heave import Heave, MotionInput
-from ..physics.inputs import Inputs, push_command
+from ..physics.inputs import MOTION_ROWS, Inputs, push_command
 from ..sim.scene import Scene
 from .bag import BagError, read_bag, read_metadata
 from .channels import CHANNELS, channel_of, decode, decode_frames
@@ -115,11 +115,13 @@ class Feeder:
         """True when every event has been pushed."""
         return self._next >= len(self.tow.events)
 
-    def until(self, time_ns: int) -> list[Event]:
-        """Push every event stamped up to this time; returns them."""
+    def until(self, time_ns: int, newest: int | None = None) -> list[Event]:
+        """Push every event stamped up to this time, but none after the motion sample `newest` [ns]; returns them."""
         first = self._next
         events = self.tow.events
         while self._next < len(events) and events[self._next].time <= time_ns:
+            if newest is not None and self._newest() >= newest:
+                break
             event = events[self._next]
             self._next += 1
             if event.kind == "imu":
@@ -129,6 +131,10 @@ class Feeder:
             else:
                 self._command(event)
         return events[first:self._next]
+
+    def _newest(self) -> int:
+        head = int(self.inputs.motion_head[0])
+        return int(self.inputs.motion_time[(head - 1) % MOTION_ROWS]) if head else NEVER
 
     def _command(self, event: Event) -> None:
         message = STORE.deserialize_cdr(event.data, KINDS["command"][0])
@@ -199,6 +205,15 @@ def residuals(frames: np.recarray, tow: RecordedTow) -> list[Residual]:
         rows.append(Residual(topic, quantity, unit, float(rest.mean()), float(np.sqrt(np.mean(rest ** 2))),
                              float(np.abs(rest).max()), int(both.sum())))
     return rows
+
+
+def late_ticks(frames: np.recarray | None) -> tuple[np.ndarray, np.ndarray]:
+    """Times of recorded ticks that had to go past the newest motion sample, and that sample's stamp, int64 ns."""
+    if frames is None:
+        return np.zeros(0, np.int64), np.zeros(0, np.int64)
+    late = frames[frames["motion_age"] > 0.0]
+    time = late["time"].astype(np.int64)
+    return time, time - np.round(late["motion_age"] * 1e9).astype(np.int64)
 
 
 def recorded_frames(tow: RecordedTow) -> np.recarray | None:

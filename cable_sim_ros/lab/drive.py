@@ -16,7 +16,7 @@ from .. import __version__
 from ..io.bag import BagWriter
 from ..io.channels import Context, Encoder
 from ..io.load import SceneWarning, dump_scene
-from ..io.replay import Event, Feeder, RecordedTow
+from ..io.replay import Event, Feeder, RecordedTow, late_ticks
 from ..io.wire import KINDS, Refused, decode_imu, decode_odometry
 from ..physics.heave import Heave, MotionInput
 from ..sim import checks
@@ -69,6 +69,7 @@ class Drive:
         self.tick = round(scene.solver.tick * SECOND)
         self.feeder = None if tow is None else Feeder(self.sim.inputs, tow, scene, *_taken_in(tow))
         self.pending: list[Event] = []
+        self._late, self._newest = late_ticks(recorded)
 
     def go(self, duration: float | None, bag: Path | None) -> Driven:
         """Simulate. duration: s, None for all there is; bag: directory to record to, or None. Raises StartError."""
@@ -121,10 +122,10 @@ class Drive:
         parts, done, stepping, problem, now = [], 0, 0.0, "", start.time
         try:
             while done < ticks and not problem:
-                count = min(chunk, ticks - done)
+                count, newest = self._shown(now, min(chunk, ticks - done))
                 now += count * self.tick
                 if self.feeder is not None:
-                    self.pending += self.feeder.until(now + AHEAD)
+                    self.pending += self.feeder.until(now + AHEAD, newest)
                 begun = time.perf_counter()
                 try:
                     frames = self.sim.run(count)
@@ -144,6 +145,14 @@ class Drive:
                 recording.close()
         frames = np.concatenate(parts).view(np.recarray) if parts else np.zeros(0, FRAME).view(np.recarray)
         return frames, stepping, problem
+
+    def _shown(self, now: int, count: int) -> tuple[int, int | None]:
+        """Ticks to run at once and the newest motion they may see [ns]: what came late in the recorded run stays late."""
+        following = int(np.searchsorted(self._late, now, side="right"))
+        if following == len(self._late):
+            return count, None
+        ahead = (int(self._late[following]) - now) // self.tick
+        return min(count, max(1, ahead - 1)), int(self._newest[following])
 
     def _ring_limit(self) -> int:
         return round(CHUNK * SECOND) if self.tow is None else round(RING_SHARE / max(1.0, self.tow.rate) * SECOND)

@@ -11,7 +11,7 @@ from cable_sim_ros.io.bag import BagError
 from cable_sim_ros.io.channels import CHANNELS, Context, Encoder
 from cable_sim_ros.io.load import load_scene
 from cable_sim_ros.io.recording import load_run
-from cable_sim_ros.io.replay import Feeder, RecordedTow, read_tow, residuals
+from cable_sim_ros.io.replay import Feeder, RecordedTow, late_ticks, read_tow, residuals
 from cable_sim_ros.lab import drive, offline
 from cable_sim_ros.physics.heave import Convention, Heave, MotionInput
 from cable_sim_ros.physics.inputs import MOTION_ROWS, make_inputs
@@ -163,6 +163,33 @@ def test_the_ring_is_never_overrun():
                                   for event in tow.events[:8000]])
     chunk = drive.Drive(load_scene("full_scale"), fast)._ring_limit()
     assert fast.rate > 1900 and fast.rate * (chunk + drive.AHEAD) * 1e-9 < MOTION_ROWS
+
+
+def test_samples_that_came_late_come_late_again():
+    """Late: the ticks of a live run whose newest sample was older than the tick."""
+    tow = read_tow(offline.find_bag("nbp1406"))
+    tow = RecordedTow(tow.path, [event for event in tow.events if event.kind == "odometry"][:300])
+    live = drive.Drive(load_scene("full_scale"), tow)
+    live.sim.warm_up()
+    start = live._start()
+    tow.about = {"start_time_ns": str(start.time), "start_position_m": json.dumps(start.position),
+                 "start_heading_rad": repr(start.heading)}
+    live.sim.start(time_ns=start.time, position=start.position, heading=start.heading)
+    frames, now = [], start.time
+    for k in range(250):
+        now += live.tick
+        silent = 80 <= k < 87 or k in (150, 151, 200)   # nothing comes in these ticks
+        live.feeder.until(now - live.tick if silent else now + 30_000_000, live.feeder._newest() if silent else None)
+        frames.append(live.sim.run(1).copy())
+    frames = np.concatenate(frames).view(np.recarray)
+    times, newest = late_ticks(frames)
+    assert len(times) >= 4 and set(newest) <= {event.time for event in tow.events}
+    again = drive.Drive(load_scene("full_scale"), tow, frames).go(None, None).frames
+    assert again["motion_age"][frames["motion_age"] > 0].tolist() == frames["motion_age"][
+        frames["motion_age"] > 0].tolist()
+    assert offline.largest_difference(again, frames)["difference"] == 0.0
+    unlike = drive.Drive(load_scene("full_scale"), tow).go(2.5, None).frames
+    assert np.abs(unlike["tension"] - frames["tension"]).max() > 0.1
 
 
 def test_motion_is_taken_in_as_the_recording_node_did():
