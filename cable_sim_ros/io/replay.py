@@ -208,10 +208,10 @@ def residuals(frames: np.recarray, tow: RecordedTow) -> list[Residual]:
 
 
 def late_ticks(frames: np.recarray | None) -> tuple[np.ndarray, np.ndarray]:
-    """Times of recorded ticks that had to go past the newest motion sample, and that sample's stamp, int64 ns."""
+    """Times of recorded ticks that had no motion sample after them, and the newest one's stamp, int64 ns."""
     if frames is None:
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
-    late = frames[frames["motion_age"] > 0.0]
+    late = frames[(frames["motion_age"] >= 0.0) & (frames["motion_source"] > 0)]   # source 0: none yet
     time = late["time"].astype(np.int64)
     return time, time - np.round(late["motion_age"] * 1e9).astype(np.int64)
 

@@ -147,7 +147,7 @@ class Drive:
         return frames, stepping, problem
 
     def _shown(self, now: int, count: int) -> tuple[int, int | None]:
-        """Ticks to run at once and the newest motion they may see [ns]: what came late in the recorded run stays late."""
+        """Ticks to run at once and the newest motion they may see [ns]: what came late in the recording stays late."""
         following = int(np.searchsorted(self._late, now, side="right"))
         if following == len(self._late):
             return count, None
