@@ -38,6 +38,9 @@ S0, S1, S2, S3 = GAUSS_4_X
 V0, V1, V2, V3 = GAUSS_4_W
 E0, E1, E2, E3, E4 = GAUSS_5_X
 F0, F1, F2, F3, F4 = GAUSS_5_W
+H0, H1, H2, H3 = (6.0 * x * (1.0 - x) for x in GAUSS_4_X)   # factors of h, A, B in G at the Gauss points
+A0, A1, A2, A3 = (1.0 - 4.0 * x + 3.0 * x * x for x in GAUSS_4_X)
+B0, B1, B2, B3 = (x * (3.0 * x - 2.0) for x in GAUSS_4_X)
 
 
 @inline
@@ -62,23 +65,23 @@ def arc(h, a, b):
 
 
 @inline
-def hess_point(x, w, h, a, b, acc):
-    """One Gauss point of d2l/dy2: six symmetric 3x3 blocks hh hA hB AA AB BB, six numbers each."""
-    hh, ha, hb, aa, ab, bb = acc
+def hess_point(x, w, h, a, b):
+    """(w/|G|) (I - u u^T) at one Gauss point: six numbers of a symmetric 3x3."""
     ph, pa, pb = 6.0 * x * (1.0 - x), 1.0 - 4.0 * x + 3.0 * x * x, x * (3.0 * x - 2.0)
     g = axpy(ph, h, axpy(pa, a, scale(pb, b)))
     r = 1.0 / norm(g)
     u = scale(r, g)
     k = w * r
-    m = (k - k * u[0] * u[0], -k * u[0] * u[1], -k * u[0] * u[2], k - k * u[1] * u[1], -k * u[1] * u[2],
-         k - k * u[2] * u[2])
-    return (sym_axpy(ph * ph, m, hh), sym_axpy(ph * pa, m, ha), sym_axpy(ph * pb, m, hb),
-            sym_axpy(pa * pa, m, aa), sym_axpy(pa * pb, m, ab), sym_axpy(pb * pb, m, bb))
+    return (k - k * u[0] * u[0], -k * u[0] * u[1], -k * u[0] * u[2], k - k * u[1] * u[1], -k * u[1] * u[2],
+            k - k * u[2] * u[2])
 
 
 @inline
-def sym_axpy(s, m, n):
-    return (n[0] + s * m[0], n[1] + s * m[1], n[2] + s * m[2], n[3] + s * m[3], n[4] + s * m[4], n[5] + s * m[5])
+def sym_sum(s, m, t, n, u, o, v, p):
+    """s m + t n + u o + v p of four symmetric 3x3."""
+    return (s * m[0] + t * n[0] + u * o[0] + v * p[0], s * m[1] + t * n[1] + u * o[1] + v * p[1],
+            s * m[2] + t * n[2] + u * o[2] + v * p[2], s * m[3] + t * n[3] + u * o[3] + v * p[3],
+            s * m[4] + t * n[4] + u * o[4] + v * p[4], s * m[5] + t * n[5] + u * o[5] + v * p[5])
 
 
 @inline
@@ -89,12 +92,15 @@ def sym_dot(m, v):
 
 @inline
 def arc_hessian(h, a, b):
-    z = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    acc = (z, z, z, z, z, z)
-    acc = hess_point(S0, V0, h, a, b, acc)
-    acc = hess_point(S1, V1, h, a, b, acc)
-    acc = hess_point(S2, V2, h, a, b, acc)
-    return hess_point(S3, V3, h, a, b, acc)
+    """d2l/dy2: six symmetric 3x3 blocks hh hA hB AA AB BB; block by block, so that few numbers are alive at a time."""
+    m, n = hess_point(S0, V0, h, a, b), hess_point(S1, V1, h, a, b)
+    o, p = hess_point(S2, V2, h, a, b), hess_point(S3, V3, h, a, b)
+    return (sym_sum(H0 * H0, m, H1 * H1, n, H2 * H2, o, H3 * H3, p),
+            sym_sum(H0 * A0, m, H1 * A1, n, H2 * A2, o, H3 * A3, p),
+            sym_sum(H0 * B0, m, H1 * B1, n, H2 * B2, o, H3 * B3, p),
+            sym_sum(A0 * A0, m, A1 * A1, n, A2 * A2, o, A3 * A3, p),
+            sym_sum(A0 * B0, m, A1 * B1, n, A2 * B2, o, A3 * B3, p),
+            sym_sum(B0 * B0, m, B1 * B1, n, B2 * B2, o, B3 * B3, p))
 
 
 @inline
@@ -212,9 +218,9 @@ def elastic_tangent(k9, e, c1, length, per_length, ea, ei, ca, tau, h, a, b, vh,
 
 
 @driver
-def inertia_lanes(x, p, f, k, c1, c2, sigma, tangent):
-    """Inertia and weight: sets f[12, LANES] and, with tangent, k[144, LANES]. sigma: mass damping [1/s]."""
-    if x.shape[1] != LANES or p.shape[1] != LANES or f.shape[1] != LANES or k.shape[1] != LANES:
+def inertia_lanes(x, p, f, sigma):
+    """Inertia and weight: sets f[12, LANES]. sigma: mass damping [1/s]."""
+    if x.shape[1] != LANES or p.shape[1] != LANES or f.shape[1] != LANES:
         raise ValueError("lanes")
     for i in range(4):
         w = WEIGHT[i]
@@ -229,23 +235,30 @@ def inertia_lanes(x, p, f, k, c1, c2, sigma, tangent):
                 f[3 * i, e] += t * (x[24 + 3 * j, e] + sigma * x[12 + 3 * j, e])
                 f[3 * i + 1, e] += t * (x[25 + 3 * j, e] + sigma * x[13 + 3 * j, e])
                 f[3 * i + 2, e] += t * (x[26 + 3 * j, e] + sigma * x[14 + 3 * j, e])
-    if tangent:
-        c = c2 + sigma * c1
-        for i in range(4):
-            for j in range(4):
-                row = 9 * (4 * i + j)
-                m = c * MASS[i, j]
-                for e in range(LANES):
-                    t = m * p[MASS_PER_LENGTH, e] * p[LENGTH, e]
-                    k[row, e] = t
-                    k[row + 1, e] = 0.0
-                    k[row + 2, e] = 0.0
-                    k[row + 3, e] = 0.0
-                    k[row + 4, e] = t
-                    k[row + 5, e] = 0.0
-                    k[row + 6, e] = 0.0
-                    k[row + 7, e] = 0.0
-                    k[row + 8, e] = t
+
+
+@driver
+def inertia_tangent_lanes(p, c, k):
+    """Derivative of inertia_lanes added to k[144, LANES]; c = c2 + sigma c1 [1/s^2]."""
+    if p.shape[1] != LANES or k.shape[1] != LANES:
+        raise ValueError("lanes")
+    for i in range(4):
+        row = 36 * i
+        m0, m1, m2, m3 = c * MASS[i, 0], c * MASS[i, 1], c * MASS[i, 2], c * MASS[i, 3]
+        for e in range(LANES):   # twelve rows in one body: with three the loop is unrolled and not vectorised
+            t = p[MASS_PER_LENGTH, e] * p[LENGTH, e]
+            k[row, e] += m0 * t
+            k[row + 4, e] += m0 * t
+            k[row + 8, e] += m0 * t
+            k[row + 9, e] += m1 * t
+            k[row + 13, e] += m1 * t
+            k[row + 17, e] += m1 * t
+            k[row + 18, e] += m2 * t
+            k[row + 22, e] += m2 * t
+            k[row + 26, e] += m2 * t
+            k[row + 27, e] += m3 * t
+            k[row + 31, e] += m3 * t
+            k[row + 35, e] += m3 * t
 
 
 @driver
@@ -269,7 +282,7 @@ def elastic_lanes(x, p, f, tension, energy):
 
 @driver
 def elastic_tangent_lanes(x, p, c1, f, tension, energy, k9, k):
-    """elastic_lanes with its tangent added to k[144, LANES]; k9[K9_ROWS, LANES] is work space."""
+    """elastic_lanes with its tangent: sets k[144, LANES]; k9[K9_ROWS, LANES] is work space."""
     if x.shape[1] != LANES or p.shape[1] != LANES or f.shape[1] != LANES or k9.shape[1] != LANES or (
             k.shape[1] != LANES or tension.shape[0] != LANES or energy.shape[0] != LANES):
         raise ValueError("lanes")
@@ -296,19 +309,19 @@ def elastic_tangent_lanes(x, p, c1, f, tension, energy, k9, k):
         for e in range(LANES):
             hh, ha, hb = k9[c, e], k9[9 + c, e], k9[18 + c, e]
             ah, bh = k9[27 + c, e], k9[54 + c, e]
-            k[c, e] += hh
-            k[9 + c, e] -= ha
-            k[18 + c, e] -= hh
-            k[27 + c, e] -= hb
-            k[36 + c, e] -= ah
-            k[45 + c, e] += k9[36 + c, e]
-            k[54 + c, e] += ah
-            k[63 + c, e] += k9[45 + c, e]
-            k[72 + c, e] -= hh
-            k[81 + c, e] += ha
-            k[90 + c, e] += hh
-            k[99 + c, e] += hb
-            k[108 + c, e] -= bh
-            k[117 + c, e] += k9[63 + c, e]
-            k[126 + c, e] += bh
-            k[135 + c, e] += k9[72 + c, e]
+            k[c, e] = hh
+            k[9 + c, e] = -ha
+            k[18 + c, e] = -hh
+            k[27 + c, e] = -hb
+            k[36 + c, e] = -ah
+            k[45 + c, e] = k9[36 + c, e]
+            k[54 + c, e] = ah
+            k[63 + c, e] = k9[45 + c, e]
+            k[72 + c, e] = -hh
+            k[81 + c, e] = ha
+            k[90 + c, e] = hh
+            k[99 + c, e] = hb
+            k[108 + c, e] = -bh
+            k[117 + c, e] = k9[63 + c, e]
+            k[126 + c, e] = bh
+            k[135 + c, e] = k9[72 + c, e]

@@ -18,6 +18,7 @@ from .ancf import (
     elastic_lanes,
     elastic_tangent_lanes,
     inertia_lanes,
+    inertia_tangent_lanes,
 )
 from .contact import contact_lanes, contact_point_lanes, contact_tangent_lanes
 from .drag import (
@@ -94,22 +95,9 @@ LANE_ROWS = 5
 def make_work(nodes: int) -> Work:
     """Scratch for a cable of ``nodes`` nodes."""
     z = np.zeros
-    return Work(z((36, LANES)), z((ROWS, LANES)), z((12, LANES)), z((144, LANES)), z((K9_ROWS, LANES)), z((POINT_ROWS, LANES)),
-                z((5, 3, LANES)), z((8, 9, LANES)), z((LANE_ROWS, LANES)), z((nodes, 6, 16)), z((nodes, 6, 6)), z((nodes, 6)))
-
-
-@driver
-def clear(band, lower, tangent):
-    """Zero the system; without tangent only its right-hand side."""
-    for i in range(band.shape[0]):
-        for r in range(6):
-            if tangent:
-                for c in range(16):
-                    band[i, r, c] = 0.0
-                for c in range(6):
-                    lower[i, r, c] = 0.0
-            else:
-                band[i, r, 12] = 0.0
+    return Work(x=z((36, LANES)), p=z((ROWS, LANES)), force=z((12, LANES)), k=z((144, LANES)), k9=z((K9_ROWS, LANES)),
+                point=z((POINT_ROWS, LANES)), load=z((5, 3, LANES)), matrix=z((8, 9, LANES)),
+                lane=z((LANE_ROWS, LANES)), band=z((nodes, 6, 16)), lower=z((nodes, 6, 6)), step=z((nodes, 6)))
 
 
 @driver
@@ -141,16 +129,21 @@ def gather(group, elements, arc, q, v, a, x, p):
 
 @driver
 def scatter(group, p, force, k, tangent, band, lower):
-    """Add one group to the system; gradient rows and columns carry the element length."""
+    """Add one group to the system; gradient rows and columns carry the element length.
+
+    Elements come in order: what the second node of an element holds is set, what the first holds is added to.
+    """
     count = band.shape[0] - 1
+    if group == 0:
+        open_end(band[0], tangent)
     for lane in range(min(LANES, count - LANES * group)):
         e = LANES * group + lane
         length = p[LENGTH, lane]
         for c in range(3):
             band[e, c, 12] -= force[c, lane]
             band[e, 3 + c, 12] -= length * force[3 + c, lane]
-            band[e + 1, c, 12] -= force[6 + c, lane]
-            band[e + 1, 3 + c, 12] -= length * force[9 + c, lane]
+            band[e + 1, c, 12] = -force[6 + c, lane]
+            band[e + 1, 3 + c, 12] = -length * force[9 + c, lane]
         if tangent:
             square = length * length
             for c in range(3):
@@ -158,25 +151,35 @@ def scatter(group, p, force, k, tangent, band, lower):
                     r = 3 * c + d
                     band[e, c, d] += k[r, lane]
                     band[e, c, 3 + d] += length * k[9 + r, lane]
-                    band[e, c, 6 + d] += k[18 + r, lane]
-                    band[e, c, 9 + d] += length * k[27 + r, lane]
+                    band[e, c, 6 + d] = k[18 + r, lane]
+                    band[e, c, 9 + d] = length * k[27 + r, lane]
                     band[e, 3 + c, d] += length * k[36 + r, lane]
                     band[e, 3 + c, 3 + d] += square * k[45 + r, lane]
-                    band[e, 3 + c, 6 + d] += length * k[54 + r, lane]
-                    band[e, 3 + c, 9 + d] += square * k[63 + r, lane]
-                    lower[e + 1, c, d] += k[72 + r, lane]
-                    lower[e + 1, c, 3 + d] += length * k[81 + r, lane]
-                    band[e + 1, c, d] += k[90 + r, lane]
-                    band[e + 1, c, 3 + d] += length * k[99 + r, lane]
-                    lower[e + 1, 3 + c, d] += length * k[108 + r, lane]
-                    lower[e + 1, 3 + c, 3 + d] += square * k[117 + r, lane]
-                    band[e + 1, 3 + c, d] += length * k[126 + r, lane]
-                    band[e + 1, 3 + c, 3 + d] += square * k[135 + r, lane]
+                    band[e, 3 + c, 6 + d] = length * k[54 + r, lane]
+                    band[e, 3 + c, 9 + d] = square * k[63 + r, lane]
+                    lower[e + 1, c, d] = k[72 + r, lane]
+                    lower[e + 1, c, 3 + d] = length * k[81 + r, lane]
+                    band[e + 1, c, d] = k[90 + r, lane]
+                    band[e + 1, c, 3 + d] = length * k[99 + r, lane]
+                    lower[e + 1, 3 + c, d] = length * k[108 + r, lane]
+                    lower[e + 1, 3 + c, 3 + d] = square * k[117 + r, lane]
+                    band[e + 1, 3 + c, d] = length * k[126 + r, lane]
+                    band[e + 1, 3 + c, 3 + d] = square * k[135 + r, lane]
+
+
+@driver
+def open_end(row, tangent):
+    """Zero the first node's row [6, 16] of the system; without tangent only its right-hand side."""
+    for r in range(6):
+        row[r, 12] = 0.0
+        if tangent:
+            for c in range(6):
+                row[r, c] = 0.0
 
 
 @driver
 def immersion(x, wet):
-    """Per lane 1 (wet), 0 (dry), -1 (crossing): the element lies in the hull of its Bezier points. Returns wet, crossing."""
+    """Per lane 1 (wet), 0 (dry), -1 (crossing), by the hull of its Bezier points. Returns wet, crossing of any lane."""
     any_wet, any_crossing = False, False
     for e in range(LANES):
         z0, z3 = x[2, e], x[8, e]
@@ -224,14 +227,14 @@ def assemble(elements, arc, q, v, a, current, surfaces, c1, c2, sigma, tangent, 
     """
     x, p, force, k = work.x, work.p, work.force, work.k
     weight, wetness, near = work.lane[WEIGHT], work.lane[WET], work.lane[NEAR]
-    clear(work.band, work.lower, tangent)
     count = arc.shape[0] - 1
     total = 0.0
     for group in range(elements.shape[0]):
         gather(group, elements, arc, q, v, a, x, p)
-        inertia_lanes(x, p, force, k, c1, c2, sigma, tangent)
+        inertia_lanes(x, p, force, sigma)
         if tangent:
             elastic_tangent_lanes(x, p, c1, force, work.lane[TENSION], work.lane[ENERGY], work.k9, k)
+            inertia_tangent_lanes(p, c2 + sigma * c1, k)
         else:
             elastic_lanes(x, p, force, work.lane[TENSION], work.lane[ENERGY])
         for lane in range(min(LANES, count - LANES * group)):

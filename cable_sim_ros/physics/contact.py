@@ -43,7 +43,7 @@ class Contact(Block):
 
 
 def stiffness(tension: float, radius: float, slope_sin: float, flanks: int, penetration: float) -> float:
-    """k [N/m^2.5] for which END_LOAD times the line load T/(flanks R sin s) of a flank presses in ``penetration`` [m]."""
+    """k [N/m^2.5] for which END_LOAD times the line load T/(flanks R sin s) of a flank presses in ``penetration``."""
     return END_LOAD * tension / (flanks * radius * slope_sin) / penetration**1.5
 
 
@@ -62,8 +62,8 @@ def press(delta, closing, k, d):
 def touch(r, v, s):
     """Both flanks of surface row s on a point at r with velocity v.
 
-    Returns geometry (er, t, rho, h), relative velocity, normals n1 n2, presses (f, df/ddelta, df/dclosing) of each with the
-    fade of the groove top in them, and f0 dfade/dh of each.
+    Returns geometry (er, t, rho, h), relative velocity, normals n1 n2, presses (f, df/ddelta, df/dclosing) of each with
+    the fade of the groove top in them, and f0 dfade/dh of each.
     """
     c = (s[CENTRE], s[CENTRE + 1], s[CENTRE + 2])
     ey = (s[AXIS], s[AXIS + 1], s[AXIS + 2])

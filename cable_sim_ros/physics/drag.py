@@ -1,8 +1,8 @@
 """Hydrodynamic line load of a cable: drag by loading functions, normal added mass, buoyancy.
 
 Sources: Driscoll & Nahon as printed by Westin (2018) (58)-(69), ribbon fairing (145), Choo & Casarella C_D(Re)
-(61)-(62). Corrected against the print (project theory notes): the drag acts along +V with V = V_f - r_t; (58b) keeps one
-sign; G of (64) is the total factor, f = f_D(V_f - r_t) + (G-1) f_D(V_f); the second line of (145) is f_t;
+(61)-(62). Corrected against the print (project theory notes): the drag acts along +V with V = V_f - r_t; (58b) keeps
+one sign; G of (64) is the total factor, f = f_D(V_f - r_t) + (G-1) f_D(V_f); the second line of (145) is f_t;
 the Froude-Krylov part of (69b) is counted once (a horizontal, steady, sheared current has none).
 
 A law is two trigonometric polynomials in eta = atan(v_n/|v_t|): f_n up to 2 eta, f_t up to 5 eta. The quintic of (60b)

@@ -90,4 +90,5 @@ def link(dispatcher, *args) -> None:
         return
     dispatcher.compile(types)
     compiled = dispatcher.overloads[types]
-    llvmlite.binding.add_symbol(symbol_of(dispatcher), compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name))
+    address = compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name)
+    llvmlite.binding.add_symbol(symbol_of(dispatcher), address)

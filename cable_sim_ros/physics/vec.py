@@ -50,6 +50,7 @@ def get3(x, row, e):
 
 @inline
 def put3(x, row, e, v):
+    """x[row:row+3, e] = v"""
     x[row, e] = v[0]
     x[row + 1, e] = v[1]
     x[row + 2, e] = v[2]
@@ -57,6 +58,7 @@ def put3(x, row, e, v):
 
 @inline
 def plus3(x, row, e, v):
+    """x[row:row+3, e] += v"""
     x[row, e] += v[0]
     x[row + 1, e] += v[1]
     x[row + 2, e] += v[2]

@@ -16,19 +16,21 @@ from .shape import W4, X4, shape, slope
 
 @inline
 def height(z, x):
+    """Cubic with Hermite data z[4] at x in [0, 1]."""
     n = shape(x)
     return n[0] * z[0] + n[1] * z[1] + n[2] * z[2] + n[3] * z[3]
 
 
 @inline
 def height_slope(z, x):
+    """Derivative of height() to x."""
     d = slope(x)
     return d[0] * z[0] + d[1] * z[1] + d[2] * z[2] + d[3] * z[3]
 
 
 @driver
 def wet_intervals(z, bounds):
-    """Wet intervals (z < 0) of the cubic with Hermite data z[4]: rows (from, to) of bounds[4, 2]; returns their number."""
+    """Wet intervals (z < 0) of the cubic with Hermite data z[4]: rows (from, to) of bounds[4, 2]; returns how many."""
     # monomials of z(x) and the interior extrema that split it into monotone pieces
     c1, c2 = z[1], -3.0 * z[0] - 2.0 * z[1] + 3.0 * z[2] - z[3]
     c3 = 2.0 * z[0] + z[1] - 2.0 * z[2] + z[3]
