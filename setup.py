@@ -14,7 +14,7 @@ REQUIRES = [
     "setuptools",
     "numpy>=1.26",
     "scipy>=1.11",
-    "numba>=0.60,<0.70",     # kernels call each other by symbol (physics/jit.py), on interfaces inside numba
+    "numba>=0.65,<0.70",     # kernels call each other by symbol (physics/jit.py), on interfaces inside numba
     "pydantic>=2,<3",        # checks are written against the error types of version 2
     "pyyaml>=6",
     "mcap>=1.5,<2",          # Writer.flush came with 1.5
