@@ -30,7 +30,7 @@ from .winch import SIDE as WINCH_SIDE
  DRUM_END, NOT_FINITE) = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024)
 
 SLACK_TENSION = 1e-3      # N below zero at which an element counts as slack
-COARSE = 0.25             # element length over radius
+COARSE, COARSE_DRUM = 0.4, 1.0   # element length over radius of sheave and drum
 LOADED = 1e-3             # line load [N/m] above which a station counts as loaded
 
 
@@ -41,11 +41,10 @@ class Output(NamedTuple):
 
 
 @inline
-def point_of(state, e, x):
+def point_of(arc, q, v, e, x):
     """Position, velocity, tangent (not unit) of element e at xi = x."""
-    length = state.arc[e + 1] - state.arc[e]
+    length = arc[e + 1] - arc[e]
     n, d = shape(x), slope(x)
-    q, v = state.q, state.v
     r = (n[0] * q[e, 0] + n[1] * length * q[e, 3] + n[2] * q[e + 1, 0] + n[3] * length * q[e + 1, 3],
          n[0] * q[e, 1] + n[1] * length * q[e, 4] + n[2] * q[e + 1, 1] + n[3] * length * q[e + 1, 4],
          n[0] * q[e, 2] + n[1] * length * q[e, 5] + n[2] * q[e + 1, 2] + n[3] * length * q[e + 1, 5])
@@ -59,45 +58,45 @@ def point_of(state, e, x):
 
 
 @driver
-def locate(state, s):
+def locate(arc, s):
     """Element and xi at unstretched arc length s, clamped to the cable."""
-    low, high = 0, state.arc.shape[0] - 1
-    s = min(max(s, state.arc[0]), state.arc[high])
+    low, high = 0, arc.shape[0] - 1
+    s = min(max(s, arc[0]), arc[high])
     while high - low > 1:
         mid = (low + high) // 2
-        if state.arc[mid] <= s:
+        if arc[mid] <= s:
             low = mid
         else:
             high = mid
-    return low, (s - state.arc[low]) / (state.arc[low + 1] - state.arc[low])
+    return low, (s - arc[low]) / (arc[low + 1] - arc[low])
 
 
 @driver
-def tension_at(state, s):
+def tension_at(arc, tension, s):
     """Element tensions interpolated between element middles at arc length s."""
-    e, x = locate(state, s)
+    e, x = locate(arc, s)
     o = e + 1 if x > 0.5 else e - 1
-    if o < 0 or o >= state.tension.shape[0]:
-        return state.tension[e]
-    me, mo = 0.5 * (state.arc[e] + state.arc[e + 1]), 0.5 * (state.arc[o] + state.arc[o + 1])
+    if o < 0 or o >= tension.shape[0]:
+        return tension[e]
+    me, mo = 0.5 * (arc[e] + arc[e + 1]), 0.5 * (arc[o] + arc[o + 1])
     w = (s - me) / (mo - me)
-    return state.tension[e] * (1.0 - w) + state.tension[o] * w
+    return tension[e] * (1.0 - w) + tension[o] * w
 
 
 @driver
-def node_tension(model, state, n):
+def node_tension(elements, q, last, n):
     """Tension at a node of a nearly straight cable from its gradient: continuous where the load per length jumps."""
-    e = min(n, state.tension.shape[0] - 1)
-    ea = model.elements[e // LANES, EA, e % LANES]
-    g2 = state.q[n, 3] ** 2 + state.q[n, 4] ** 2 + state.q[n, 5] ** 2
+    e = min(n, last - 1)
+    ea = elements[e // LANES, EA, e % LANES]
+    g2 = q[n, 3] ** 2 + q[n, 4] ** 2 + q[n, 5] ** 2
     return 0.5 * ea * (g2 - 1.0) * sqrt(g2)
 
 
 @driver
-def direction_at(state, s):
+def direction_at(arc, q, s):
     """Unit tangent at arc length s, towards the towbody."""
-    e, x = locate(state, s)
-    _, _, g = point_of(state, e, x)
+    e, x = locate(arc, s)
+    _, _, g = point_of(arc, q, q, e, x)
     return scale(1.0 / norm(g), g)
 
 
@@ -116,12 +115,12 @@ def stations(model, state, table):
     nearest, where = 1e300, 0.0
     for e in range(state.tension.shape[0]):
         length = state.arc[e + 1] - state.arc[e]
-        mid, _, _ = point_of(state, e, 0.5)
+        mid, _, _ = point_of(state.arc, state.q, state.v, e, 0.5)
         away = sub(mid, (s[0], s[1], s[2]))
         if norm(away) - 0.55 * length > s[RADIUS] + model.groove_depth:   # 10 % for stretch and curvature
             continue
         for g in range(5):
-            r, v, _ = point_of(state, e, X5[g])
+            r, v, _ = point_of(state.arc, state.q, state.v, e, X5[g])
             o = touch(r, v, s)
             rho, h, d1, d2, n1, n2, f1, f2 = o[2], o[3], o[4], o[5], o[7], o[8], o[9], o[13]
             rel = unrotate(c, sub(r, (s[0], s[1], s[2])))
@@ -160,14 +159,13 @@ def quadratic(a, b, c, d):
 
 
 @driver
-def energies(model, state):
+def energies(elements, body, gravity, arc, q, v):
     """Kinetic and potential energy [J] of cable and towbody; potential of weight less buoyancy, zero at the surface."""
     kinetic, potential = 0.0, 0.0
-    q, v = state.q, state.v
-    for e in range(state.tension.shape[0]):
-        p = model.elements[e // LANES]
+    for e in range(arc.shape[0] - 1):
+        p = elements[e // LANES]
         lane = e % LANES
-        length = state.arc[e + 1] - state.arc[e]
+        length = arc[e + 1] - arc[e]
         m = 0.5 * p[MASS_PER_LENGTH, lane] * length
         for k in range(3):
             kinetic += m * quadratic(v[e, k], length * v[e, 3 + k], v[e + 1, k], length * v[e + 1, 3 + k])
@@ -184,9 +182,9 @@ def energies(model, state):
         potential += length * weight * mean
     last = q.shape[0] - 1
     for k in range(3):
-        kinetic += 0.5 * model.body[BODY_MASS] * v[last, k] * v[last, k]
+        kinetic += 0.5 * body[BODY_MASS] * v[last, k] * v[last, k]
     z = q[last, 2]
-    potential += model.body[BODY_MASS] * model.gravity * z - model.body[BODY_BUOYANCY] * min(z, 0.0)
+    potential += body[BODY_MASS] * gravity * z - body[BODY_BUOYANCY] * min(z, 0.0)
     return kinetic, potential
 
 
@@ -225,9 +223,9 @@ def observe(model, state, output, slot, flags, blending):
     if loaded == 0:
         first, end = where, where
     ahead = max(0.25 * radius, 4.0 * model.bending_length)
-    out = direction_at(state, end + ahead)
-    back = direction_at(state, first - ahead)
-    tension = tension_at(state, end + ahead)
+    out = direction_at(state.arc, state.q, end + ahead)
+    back = direction_at(state.arc, state.q, first - ahead)
+    tension = tension_at(state.arc, state.tension, end + ahead)
     wrap = between(back, out)
     f.tension = tension
     vec = unrotate(c, scale(tension, out))
@@ -256,24 +254,24 @@ def observe(model, state, output, slot, flags, blending):
             continue
         for e in range(state.tension.shape[0]):
             length = state.arc[e + 1] - state.arc[e]
-            r, _, _ = point_of(state, e, 0.5)
+            r, _, _ = point_of(state.arc, state.q, state.v, e, 0.5)
             if norm(sub(r, (state.surfaces[i, 0], state.surfaces[i, 1], state.surfaces[i, 2]))) > (
                     state.surfaces[i, RADIUS] + length):
                 break   # the drum holds the first elements
             for g in range(5):
-                r, _, _ = point_of(state, e, X5[g])
+                r, _, _ = point_of(state.arc, state.q, state.v, e, X5[g])
                 rel = sub(r, (state.surfaces[i, 0], state.surfaces[i, 1], state.surfaces[i, 2]))
                 y = dot(rel, (state.surfaces[i, AXIS], state.surfaces[i, AXIS + 1], state.surfaces[i, AXIS + 2]))
                 depth = state.surfaces[i, RADIUS] - sqrt(max(dot(rel, rel) - y * y, 0.0))
                 if depth > 0.0:
                     deepest = max(deepest, depth)
-                    coarse = coarse or length > 4.0 * COARSE * state.surfaces[i, RADIUS]
+                    coarse = coarse or length > COARSE_DRUM * state.surfaces[i, RADIUS]
     f.penetration = deepest
     least, most = 1e300, -1e300
     for e in range(state.tension.shape[0]):
         least, most = min(least, state.tension[e]), max(most, state.tension[e])
     f.tension_least, f.tension_most = least, most
-    f.tension_body = node_tension(model, state, last)
+    f.tension_body = node_tension(model.elements, state.q, last, last)
     roll, pitch, yaw = attitude(state.flow)
     bq = quaternion((0.0, 0.0, 0.0, roll, pitch, yaw))
     for k in range(4):
@@ -289,7 +287,7 @@ def observe(model, state, output, slot, flags, blending):
     phi = f.drum_angle
     f.drum_torque = model.winch[SEAT] * (model.winch[WINCH_SIDE] * cos(phi) * local[0] - sin(phi) * local[2])
     f.tension_drum = f.drum_torque / model.winch[SEAT]
-    kinetic, potential = energies(model, state)
+    kinetic, potential = energies(model.elements, model.body, model.gravity, state.arc, state.q, state.v)
     f.kinetic_energy, f.strain_energy, f.potential_energy = kinetic, state.health[3], potential
     f.iterations, f.substeps = np.int64(state.health[0]), np.int64(state.health[1])
     f.residual = state.health[2]
@@ -318,7 +316,7 @@ def observe(model, state, output, slot, flags, blending):
     for n in range(last + 1):
         table[n, 0], table[n, 1], table[n, 2] = state.q[n, 0] + ox, state.q[n, 1] + oy, state.q[n, 2]
         aboard = state.arc[n] < end + ahead   # curved over drum and sheave: the elements know better than the nodes
-        table[n, 3] = tension_at(state, state.arc[n]) if aboard else node_tension(model, state, n)
+        table[n, 3] = tension_at(state.arc, state.tension, state.arc[n]) if aboard else node_tension(model.elements, state.q, last, n)
         table[n, 4] = state.arc[n]
     return flags
 

@@ -16,7 +16,7 @@ class Flag(IntFlag):
     SLACK = 4                # an element carries less than no tension
     DETACHED = 8             # the cable left the sheave or its groove
     PENETRATION = 16         # deepest contact above the limit of the scene
-    COARSE_AT_SURFACE = 32   # an element longer than a quarter of the radius touches sheave or drum
+    COARSE_AT_SURFACE = 32   # an element longer than 0.4 radii touches the sheave, or one longer than a radius the drum
     MOTION_STALE = 64        # newest motion sample older than ship.stale_after
     MOTION_BLENDING = 128    # a changed motion source (or the start) is being taken up
     COMMAND_STALE = 256      # a rate command ran into winch.command_timeout and is held at its length

@@ -327,7 +327,7 @@ def test_override_is_checked_like_a_file(key, value, text):
 CAUTIONS = {
     "coarse on the sheave": (
         "sheave: {length: 8.0, elements: 128}", "sheave: {length: 8.0, elements: 16}",
-        "tow.yaml:10: cable.sections.sheave lies on the sheave with elements of 0.5 m, longer than 0.0625 m, a quarter "
+        "tow.yaml:10: cable.sections.sheave lies on the sheave with elements of 0.5 m, longer than 0.1 m, 0.4 "
         "of sheave.radius: contact and tension will ripple. "
         "Give the part at the sheave more elements, or its own section"),
     "fine zone too short outboard": (
@@ -335,12 +335,12 @@ CAUTIONS = {
         "sheave: {length: 4.0, elements: 64}\n    rest: {length: 4, elements: 2}",
         "tow.yaml:8: cable.sections have 0.148 m of fine mesh outboard of the sheave, shorter than 1 m of hauling in: "
         "a coarser element comes onto the sheave and shows as a false change of tension. Make the section at the "
-        "sheave longer outboard, with elements of at most 0.0625 m"),
+        "sheave longer outboard, with elements of at most 0.1 m"),
     "fine zone too short inboard": (
         "drum: {length: 6.0, elements: 96}", "drum: {length: 9.0, elements: 3}",
         "tow.yaml:8: cable.sections have 0.852 m of fine mesh inboard of the sheave, shorter than 1 m of paying out: a "
         "coarser element comes onto the sheave and shows as a false change of tension. Make the section at the "
-        "sheave longer inboard, with elements of at most 0.0625 m"),
+        "sheave longer inboard, with elements of at most 0.1 m"),
     "little cable on the drum": (
         "wrap: 6.0", "wrap: 2.0",
         "tow.yaml:12: winch.wrap = 2 rad leaves 0.61 m on the drum, less than 1 m of paying out: the winch stops at "
