@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .banded import solve, solve_again
+from .banded import solve
 from .cable import Work
 from .cable import assemble as _assemble
 from .jit import NO, YES, driver, link, opaque
@@ -26,7 +26,6 @@ from .winch import ACCEL_NOW, COMMANDED, LENGTH_NOW, RATE_NOW, drum_point, servo
 
 assemble = opaque(_assemble)
 
-STRONG = 0.05   # contraction of the residual by which Newton's factors are taken again
 
 
 class Solver(Block):
@@ -194,34 +193,29 @@ def residual(model, state, c1, c2, sigma, tangent):
 def _newton(model, state, c1, c2, sigma):
     """Solve the step for q with v += c1 dq, a += c2 dq. Returns the iterations used, or -1 where it does not converge.
 
-    The end is always judged by the true residual. While an iteration leaves less than STRONG of the residual, the
-    factors of the tangent serve once more: a small part of the cost of a new tangent with its solution.
+    The residual is looked at alone only from the iteration on that solved the step before.
     """
     x = state.work.step
-    r = 0.0
-    fresh = True
+    expected = state.health[5]
     for i in range(model.max_iterations):
-        if fresh:
-            r = residual(model, state, c1, c2, sigma, YES)
-            if r <= model.tolerance:
-                state.health[2] = r
-                return i
-            if not r < 1e200 or not solve(state.work.band, state.work.lower, x):
-                return -1
-        else:
-            solve_again(state.work.band, state.work.lower, x)
+        r = residual(model, state, c1, c2, sigma, YES)
+        if r <= model.tolerance:
+            state.health[2], state.health[5] = r, i
+            return i
+        if not r < 1e200 or not solve(state.work.band, state.work.lower, x):
+            return -1
         for n in range(x.shape[0]):
             for k in range(6):
                 d = x[n, k]
                 state.q[n, k] += d
                 state.v[n, k] += c1 * d
                 state.a[n, k] += c2 * d
-        s = residual(model, state, c1, c2, sigma, NO)
-        if s <= model.tolerance:
-            state.health[2] = s
+        if i + 1 < expected:
+            continue
+        r = residual(model, state, c1, c2, sigma, NO)
+        if r <= model.tolerance:
+            state.health[2], state.health[5] = r, i + 1
             return i + 1
-        fresh = not s < STRONG * r
-        r = s
     return -1
 
 

@@ -40,7 +40,7 @@ def cache_folder() -> Path:
     return folder
 
 
-if tuple(int(x) for x in numba.__version__.split(".")[:2]) < (0, 65):   # an older one aborts inside LLVM, without a word
+if tuple(int(x) for x in numba.__version__.split(".")[:2]) < (0, 65):   # an older one aborts inside LLVM
     raise ImportError(f"numba {numba.__version__} is too old for the kernels' calls by symbol; nothing was compiled. "
                       f"Install numba >= 0.65")
 

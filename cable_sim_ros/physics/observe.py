@@ -316,7 +316,8 @@ def observe(model, state, output, slot, flags, blending):
     for n in range(last + 1):
         table[n, 0], table[n, 1], table[n, 2] = state.q[n, 0] + ox, state.q[n, 1] + oy, state.q[n, 2]
         aboard = state.arc[n] < end + ahead   # curved over drum and sheave: the elements know better than the nodes
-        table[n, 3] = tension_at(state.arc, state.tension, state.arc[n]) if aboard else node_tension(model.elements, state.q, last, n)
+        table[n, 3] = (tension_at(state.arc, state.tension, state.arc[n]) if aboard
+                       else node_tension(model.elements, state.q, last, n))
         table[n, 4] = state.arc[n]
     return flags
 

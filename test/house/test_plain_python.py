@@ -8,7 +8,8 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-SMALL = ["test/physics/test_tangent.py::test_each_alone", "test/physics/test_winch.py", "test/physics/test_invariants.py"]
+SMALL = ["test/physics/test_tangent.py::test_each_alone", "test/physics/test_winch.py",
+         "test/physics/test_invariants.py"]
 
 
 def test_small_cases_pass_without_the_compiler():

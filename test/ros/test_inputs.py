@@ -159,9 +159,9 @@ def test_a_halt_stops_the_poses_until_reset(running):
     world, node, ears, ship = running
     publisher = ears.node.create_publisher(JointState, "winch/command", 10)
     poll(publisher.get_subscription_count, 15.0, "the node to listen")
-    publisher.publish(command(ears, position=[-1000.0]))     # what the stand-in gives up at
+    fatal = command(ears, position=[-1000.0])     # what the stand-in gives up at; said again until it is heard
+    poll(lambda: publisher.publish(fatal) or ears.diagnostics()["solver"][0] == 2, 15.0, "an ERROR of the solver")
     node.until("halted", 5.0)
-    poll(lambda: ears.diagnostics()["solver"][0] == 2, 15.0, "an ERROR of the solver")
     assert "~/reset" in ears.diagnostics()["solver"][1]
     count = len(ears.heard["towbody/pose"])
     poll(lambda: len(ears.heard["/diagnostics"]) >= 3, 15.0, "three seconds")
