@@ -14,7 +14,7 @@ import numba
 import numpy as np
 import pytest
 
-from cable_sim_ros.physics import ancf, banded, contact, drag
+from cable_sim_ros.physics import ancf, contact, drag
 from cable_sim_ros.physics.cable import CONTACT_POINTS, make_work
 from cable_sim_ros.physics.surface import SURFACE_COLUMNS
 
@@ -37,7 +37,6 @@ KERNELS = {   # kernel: arguments, scalar multiplications allowed beyond the pac
     contact.contact_point_lanes: ((W.x, TABLE[0], W.point), 0),
     contact.contact_lanes: ((W.point, ROW, LANE, W.load[0]), 10),
     contact.contact_tangent_lanes: ((W.point, ROW, 1.0, LANE, W.load[0], W.matrix[0]), 10),
-    banded.solve: ((W.band, W.lower, W.step), 0),
 }
 
 
