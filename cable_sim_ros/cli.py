@@ -17,7 +17,7 @@ from . import __version__
 EXPECTED = {
     "cable_sim_ros.io.load.SceneError", "cable_sim_ros.io.bag.BagError", "cable_sim_ros.io.resources.ResourceError",
     "cable_sim_ros.sim.simulator.StartError", "cable_sim_ros.ros.live.LiveError", "cable_sim_ros.ros.player.PlayError",
-    "cable_sim_ros.ros.params.ParameterError",
+    "cable_sim_ros.ros.params.ParameterError", "cable_sim_ros.lab.cases.family.CaseError",
 }
 BAD_INPUT, FAILED = 2, 1
 SHIPPED_BAG, SHIPPED_SCENE = "nbp1406", "full_scale"
@@ -131,6 +131,33 @@ def live(bag, scene, duration, imu_only, out, as_json) -> None:
     figures.update(scene=recorded.custom_data.get("scene", str(scene)), motion=Path(bag).name, node=node_figures)
     (out / "summary.json").write_text(json.dumps(figures, indent=1) + "\n", "utf-8")
     _tell(Run(recorded.frames, figures, node_figures.get("problem", ""), Path(told["bag"])), out, as_json)
+
+
+@main.command()
+@click.argument("files", nargs=-1, required=True, metavar="FILE...")
+@click.option("--fidelity", type=click.Choice(["verification", "realtime"]), default="verification", show_default=True,
+              help="Refined until settled, or the shipped step on a mesh for real time.")
+@json_option
+def case(files, fidelity, as_json) -> None:
+    """Run verification cases: values from the product's own element, water, contact and integrator.
+
+    With --json one object for one FILE, a list for several. Leaves with code 1 where a value is missing.
+    """
+    from .lab.cases import Fidelity, load_case, run_case
+    cases = [load_case(path) for path in files]
+    done = []
+    with _progress(as_json) as progress:
+        for i, one in enumerate(cases):
+            progress(one.id, i, len(cases))
+            done.append(run_case(one, Fidelity(fidelity)))
+    if as_json:
+        told = [figures._asdict() for figures in done]
+        click.echo(json.dumps(told[0] if len(told) == 1 else told, indent=1))
+    else:
+        from .lab.cases.table import print_cases
+        print_cases(done, cases)
+    if any(o["value"] is None for figures in done for o in figures.outputs):
+        sys.exit(FAILED)
 
 
 @main.command(context_settings=PASS_ON)

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .ancf import (
+    HALF_RHO_D,
     K9_ROWS,
     LENGTH,
     PER_LENGTH,
@@ -58,6 +59,9 @@ class Section(Block):
         1.0, "1", 0.1, 10.0, "total drag factor G of a cable at rest, (58)-(65) with G the total", "Westin (64)")
     drag_coefficient: float | None = quantity(
         None, "1", 0.0, 10.0, "constant C_D; none: Choo-Casarella C_D(Re)", "Westin (61)")
+    tangential_coefficient: float = quantity(
+        0.0, "1", 0.0, 1.0, "C_t on the diameter, of the laws crossflow and pode; needs a constant C_D above zero",
+        "Dymore (12a): pi c_f; Pode: f C_D")
 
 
 class Cable(Block):
@@ -178,14 +182,17 @@ def open_end(row, tangent):
 
 
 @driver
-def immersion(x, wet):
-    """Per lane 1 (wet), 0 (dry), -1 (crossing), by the hull of its Bezier points. Returns wet, crossing of any lane."""
+def immersion(x, p, wet):
+    """Per lane 1 (wet), 0 (dry, or no water at all), -1 (crossing), by the hull of its Bezier points.
+
+    Returns wet, crossing of any lane.
+    """
     any_wet, any_crossing = False, False
     for e in range(LANES):
         z0, z3 = x[2, e], x[8, e]
         z1, z2 = z0 + x[5, e] / 3.0, z3 - x[11, e] / 3.0
         low, high = min(min(z0, z1), min(z2, z3)), max(max(z0, z1), max(z2, z3))
-        wet[e] = 1.0 if high < 0.0 else (0.0 if low >= 0.0 else -1.0)
+        wet[e] = 0.0 if low >= 0.0 or p[HALF_RHO_D, e] == 0.0 else (1.0 if high < 0.0 else -1.0)
     for e in range(LANES):
         any_wet = any_wet or wet[e] > 0.0
         any_crossing = any_crossing or wet[e] < 0.0
@@ -240,7 +247,7 @@ def assemble(elements, arc, q, v, a, current, surfaces, c1, c2, sigma, tangent, 
         for lane in range(min(LANES, count - LANES * group)):
             tension[LANES * group + lane] = work.lane[TENSION, lane]
             total += work.lane[ENERGY, lane]
-        wet, crossing = immersion(x, wetness)
+        wet, crossing = immersion(x, p, wetness)
         if wet:
             for g in range(4):
                 for e in range(LANES):

@@ -47,7 +47,8 @@ class DragLaw(str, Enum):
     DRISCOLL_NAHON = "driscoll_nahon"                    # 0.011 on sin(2 eta): our default, a judgement
     DRISCOLL_NAHON_PRINTED = "driscoll_nahon_printed"    # 0.11 as printed by Westin (60a); f_n < 0 below 8 deg
     RIBBON = "ribbon"                                    # ribbon fairing, Westin (145)
-    CROSSFLOW = "crossflow"                              # f_n = sin^2 eta, f_t = 0
+    CROSSFLOW = "crossflow"                              # f_n = sin^2 eta, f_t = C_t / C_D cos^2 eta
+    PODE = "pode"                                        # f_n = sin^2 eta, f_t = C_t / C_D at every angle
 
 
 # fit of (60b) on [0, pi/2], cos 0..5 and sin 1..5, largest difference 7e-8; checked by a test
@@ -63,6 +64,7 @@ LOADING: dict[DragLaw, tuple[tuple[float, ...], tuple[float, ...]]] = {
     DragLaw.RIBBON: ((0.498609, -0.2499, 0.2527, -0.2487, 0.0),
                      (-0.2255, 0.3417, 0.0, 0.0, 0.0, 0.0, 0.255, -0.0811, 0.0, 0.0, 0.0)),
     DragLaw.CROSSFLOW: ((0.5, 0.0, 0.0, -0.5, 0.0), _NONE),
+    DragLaw.PODE: ((0.5, 0.0, 0.0, -0.5, 0.0), _NONE),
 }
 
 
@@ -313,14 +315,21 @@ def spread_matrix(c, m, points, k):
         g += 1
 
 
+# f_t of the laws with a tangential coefficient, as a polynomial like those above
+TANGENTIAL = {DragLaw.CROSSFLOW: (0.5, 0.0, 0.5), DragLaw.PODE: (1.0, 0.0, 0.0)}
+
+
 def element_rows(law: DragLaw, fixed_cd: float | None, amplification: float, diameter: float, density: float,
-                 viscosity: float, added_mass_coefficient: float, gravity: float) -> dict[int, float]:
+                 viscosity: float, added_mass_coefficient: float, gravity: float,
+                 tangential: float = 0.0) -> dict[int, float]:
     """Hydrodynamic rows of the element table for one section; SI units, see the declarations of Section and Water."""
     area = 0.25 * np.pi * diameter**2
     rows = {HALF_RHO_D: 0.5 * density * diameter, RE_FACTOR: density * diameter / viscosity,
             ADDED_MASS: density * area * added_mass_coefficient, BUOYANCY: density * area * gravity,
             EXTRA_DRAG: amplification - 1.0, CD_FIXED: -1.0 if fixed_cd is None else fixed_cd}
-    normal, tangential = LOADING[law]
+    normal, polynomial = LOADING[law]
     rows.update({FN + i: value for i, value in enumerate(normal)})
-    rows.update({FT + i: value for i, value in enumerate(tangential)})
+    rows.update({FT + i: value for i, value in enumerate(polynomial)})
+    if tangential and law in TANGENTIAL:
+        rows.update({FT + i: tangential / fixed_cd * value for i, value in enumerate(TANGENTIAL[law])})
     return rows

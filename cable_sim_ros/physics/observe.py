@@ -272,22 +272,22 @@ def observe(model, state, output, slot, flags, blending):
         least, most = min(least, state.tension[e]), max(most, state.tension[e])
     f.tension_least, f.tension_most = least, most
     f.tension_body = node_tension(model.elements, state.q, last, last)
-    roll, pitch, yaw = attitude(state.flow)
+    roll, pitch, yaw = attitude(state.flow[0])
     bq = quaternion((0.0, 0.0, 0.0, roll, pitch, yaw))
     for k in range(4):
         f.body_quaternion[k] = bq[k]
-    f.body_rate[0], f.body_rate[1], f.body_rate[2] = state.flow[3], state.flow[4], state.flow[5]
+    f.body_rate[0], f.body_rate[1], f.body_rate[2] = state.flow[0, 3], state.flow[0, 4], state.flow[0, 5]
     f.payout = model.winch[PAYOUT_0] + state.winch[LENGTH_NOW]
     f.payout_rate, f.payout_acceleration = state.winch[RATE_NOW], state.winch[ACCEL_NOW]
     f.payout_setpoint = model.winch[PAYOUT_0] + state.winch[TARGET]
     f.drum_angle = model.winch[ANGLE_0] - state.winch[LENGTH_NOW] / model.winch[SEAT]
     f.drum_rate = -state.winch[RATE_NOW] / model.winch[SEAT]
     # torque of the reaction about the drum axis: the cable pulls the drum round with minus the reaction
-    local = unrotate(c, (state.reaction[0], state.reaction[1], state.reaction[2]))
+    local = unrotate(c, (state.reaction[0, 0], state.reaction[0, 1], state.reaction[0, 2]))
     phi = f.drum_angle
     f.drum_torque = model.winch[SEAT] * (model.winch[WINCH_SIDE] * cos(phi) * local[0] - sin(phi) * local[2])
     f.tension_drum = f.drum_torque / model.winch[SEAT]
-    kinetic, potential = energies(model.elements, model.body, model.gravity, state.arc, state.q, state.v)
+    kinetic, potential = energies(model.elements, model.bodies[0], model.gravity, state.arc, state.q, state.v)
     f.kinetic_energy, f.strain_energy, f.potential_energy = kinetic, state.health[3], potential
     f.iterations, f.substeps = np.int64(state.health[0]), np.int64(state.health[1])
     f.residual = state.health[2]

@@ -1,20 +1,21 @@
 """The order of physics: ship -> surfaces -> winch -> water -> cable -> towbody -> Frame, one tick in one compiled call.
 
-The types stand in integrate.py (Model, State), inputs.py and observe.py (Output); sim/drive.py is the compiled entry.
+The types stand in tow.py (Model, State), inputs.py and observe.py (Output); sim/drive.py is the compiled entry.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from .integrate import TICK, keep, link_solver, roll_back, step
+from .integrate import link_solver
 from .jit import driver, link, opaque
 from .observe import COMMAND_STALE, DRUM_END, HALVED, NEWTON_FAILED, NOT_FINITE
 from .observe import observe as _observe
 from .setpoint import mean_track
 from .ship import BLEND_LENGTH, COORD, follow
+from .tow import TICK, keep, roll_back, step, tow_line
 from .towbody import turn_into_flow
-from .winch import AT_END, COMMANDED, STALE, command
+from .winch import AT_END, COMMAND_AGE, COMMANDED, STALE, command
 
 NOW, START, COUNT, CLOCK = 0, 1, 2, 3   # State.time [ns, ns, 1, ns]
 
@@ -58,7 +59,7 @@ def _tick(model, state, inputs, output, slot):
         model.stale_decay, model.start_blend, model.source_blend, state.ship_work)
     commanded = state.winch[COMMANDED]
     rate = command(end, model.tick_ns * 1e-9, model.winch, inputs, state.winch)
-    stale, age = state.winch[STALE], state.winch[4]
+    stale, age = state.winch[STALE], state.winch[COMMAND_AGE]
     done, share, level = 0.0, 1.0, 0
     blending = False
     while done < 1.0:
@@ -81,7 +82,7 @@ def _tick(model, state, inputs, output, slot):
         return halt(state, output, slot, NOT_FINITE | flags)
     h = model.tick_ns * 1e-9
     last = state.q.shape[0] - 1
-    turn_into_flow(model.body, state.q[last], state.v[last], state.current, state.flow, h)
+    turn_into_flow(model.bodies[0], state.q[last], state.v[last], state.current, state.flow[0], h)
     mean_track(model.setpoint, state.setpoint, state.sheave[0], state.sheave[1], state.ship[COORD + 5], h)
     state.time[NOW] = end
     state.time[COUNT] += 1
@@ -89,7 +90,7 @@ def _tick(model, state, inputs, output, slot):
         flags |= COMMAND_STALE
     if state.winch[AT_END] != 0.0:
         flags |= DRUM_END
-    state.winch[4] = age
+    state.winch[COMMAND_AGE] = age
     if not blending:
         state.ship[BLEND_LENGTH] = 0.0
     return observe(model, state, output, slot, flags, blending)
@@ -101,6 +102,6 @@ tick = opaque(_tick)
 
 def link_tick(model, state, inputs, output) -> None:
     """Compile or load the tick and what it calls by symbol; call before a compiled function that ticks runs."""
-    link_solver(model, state)
+    link_solver(tow_line(model, state))
     link(_observe, model, state, output, 0, 0, False)
     link(_tick, model, state, inputs, output, 0)

@@ -7,16 +7,18 @@ from math import radians, sqrt
 import numpy as np
 
 from ..physics import ancf, setpoint, winch
-from ..physics.cable import make_work
+from ..physics.cable import Cable, make_work
 from ..physics.contact import stiffness
 from ..physics.drag import element_rows
-from ..physics.integrate import Model, State
 from ..physics.jit import LANES
+from ..physics.line import LOAD_COLUMNS
 from ..physics.observe import Output
 from ..physics.setpoint import LAWS
 from ..physics.ship import SHIP_STATE
 from ..physics.surface import SURFACE_COLUMNS, surface_row
+from ..physics.tow import Model, State
 from ..physics.towbody import body_table
+from ..physics.water import Water
 from .frame import CONTACT_COLUMNS, FRAME, MAX_STATIONS, SHAPE_COLUMNS
 from .scene import Scene
 from .statics import DRUM_RESERVE, Route
@@ -25,22 +27,22 @@ ROUND_OFF = 1e-12      # residual floor over EA
 LEAST_OUTBOARD = 1.0   # m of cable that stay outboard of the sheave when hauling in
 
 
-def lock(array: np.ndarray) -> np.ndarray:
-    """Read-only, C-contiguous float64: a kernel that writes the Model fails to compile."""
-    array = np.ascontiguousarray(array, float)
+def lock(array: np.ndarray, kind: type = float) -> np.ndarray:
+    """Read-only and C-contiguous: a kernel that writes the Model fails to compile."""
+    array = np.ascontiguousarray(array, kind)
     array.setflags(write=False)
     return array
 
 
-def arc_lengths(scene: Scene) -> np.ndarray:
+def arc_lengths(cable: Cable) -> np.ndarray:
     """Unstretched arc length of every node from the drum end [m]."""
-    lengths = [np.full(s.elements, s.length / s.elements) for s in scene.cable.sections.values()]
+    lengths = [np.full(s.elements, s.length / s.elements) for s in cable.sections.values()]
     return np.concatenate(([0.0], np.cumsum(np.concatenate(lengths))))
 
 
-def element_table(scene: Scene) -> np.ndarray:
+def element_table(cable: Cable, water: Water, gravity: float) -> np.ndarray:
     """[groups, ROWS, LANES]; the tail repeats the last element. Lengths are filled from State.arc at gather."""
-    cable, columns = scene.cable, []
+    columns = []
     for section in cable.sections.values():
         rows = np.zeros(ancf.ROWS)
         rows[ancf.MASS_PER_LENGTH] = cable.mass_per_length
@@ -48,10 +50,10 @@ def element_table(scene: Scene) -> np.ndarray:
         rows[ancf.AXIAL_DAMPING] = cable.axial_damping
         if cable.bending_stiffness > 0.0:
             rows[ancf.BENDING_TIME] = cable.bending_damping / cable.bending_stiffness
-        rows[ancf.WEIGHT_PER_LENGTH] = cable.mass_per_length * scene.gravity
+        rows[ancf.WEIGHT_PER_LENGTH] = cable.mass_per_length * gravity
         hydro = element_rows(
-            section.drag_law, section.drag_coefficient, section.drag_amplification, cable.diameter, scene.water.density,
-            scene.water.viscosity, cable.added_mass_coefficient, scene.gravity)
+            section.drag_law, section.drag_coefficient, section.drag_amplification, cable.diameter, water.density,
+            water.viscosity, cable.added_mass_coefficient, gravity, section.tangential_coefficient)
         for row, value in hydro.items():
             rows[row] = value
         columns += [rows] * section.elements
@@ -90,7 +92,10 @@ def winch_table(scene: Scene, route: Route, total: float) -> np.ndarray:
 
 def build_model(scene: Scene) -> Model:
     """The scene as numbers for kernels."""
-    total = float(arc_lengths(scene)[-1])
+    arc = arc_lengths(scene.cable)
+    nodes, total = len(arc), float(arc[-1])
+    held = np.zeros((nodes, 6))
+    held[0, :3] = 1.0
     route = Route(scene)
     points = np.zeros(setpoint.SETPOINT_ROWS)
     points[setpoint.ALGORITHM] = LAWS.index(scene.setpoint.algorithm)
@@ -98,8 +103,9 @@ def build_model(scene: Scene) -> Model:
     points[setpoint.WASHOUT] = scene.setpoint.washout_period
     tension = scene.contact.working_tension
     return Model(
-        elements=lock(element_table(scene)), surfaces=lock(surface_table(scene)),
-        body=lock(body_table(scene.towbody, scene.gravity, scene.water.density)),
+        elements=lock(element_table(scene.cable, scene.water, scene.gravity)), surfaces=lock(surface_table(scene)),
+        held=lock(held), bodies=lock(body_table(scene.towbody, scene.gravity, scene.water.density)[None]),
+        seats=lock(np.array([nodes - 1]), np.int64), loads=np.zeros((0, LOAD_COLUMNS)),
         winch=lock(winch_table(scene, route, total)), setpoint=points, mean=np.zeros(6), sheave=1,
         tick_ns=int(round(scene.solver.tick * 1e9)), max_iterations=int(scene.solver.max_iterations),
         max_halvings=int(scene.solver.max_halvings), gravity=float(scene.gravity), rho_inf=float(scene.solver.rho_inf),
@@ -112,7 +118,7 @@ def build_model(scene: Scene) -> Model:
 
 def build_state(scene: Scene) -> State:
     """Preallocated state for the scene's mesh, everything zero."""
-    arc = arc_lengths(scene)
+    arc = arc_lengths(scene.cable)
     n = len(arc)
 
     def nodes():
@@ -121,9 +127,9 @@ def build_state(scene: Scene) -> State:
     z = np.zeros
     return State(
         time=z(4, np.int64), halted=z(1, np.int64), events=z(2, np.int64), frame=z(4), current=z(4), arc=arc, q=nodes(),
-        v=nodes(), a=nodes(), x=nodes(), kept=z((2, 4, n, 6)), tension=z(n - 1), reaction=z(3), ship=z(SHIP_STATE),
+        v=nodes(), a=nodes(), x=nodes(), kept=z((2, 4, n, 6)), tension=z(n - 1), reaction=nodes(), ship=z(SHIP_STATE),
         ship_work=z(SHIP_STATE), sheave=z(6), surfaces=surface_table(scene).reshape(-1, SURFACE_COLUMNS).copy(),
-        winch=z(winch.WINCH_STATE), setpoint=z(setpoint.SETPOINT_STATE), controls=z((2, 2, 16)), flow=z(6),
+        winch=z(winch.WINCH_STATE), setpoint=z(setpoint.SETPOINT_STATE), controls=z((2, 2, 16)), flow=z((1, 6)),
         measured=z(2), health=z(6), work=make_work(n))
 
 

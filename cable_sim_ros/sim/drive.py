@@ -20,9 +20,9 @@ import sys
 import numpy as np
 from numba import types
 
-from ..physics.integrate import residual, settle
-from ..physics.jit import NO, driver
+from ..physics.jit import driver
 from ..physics.system import link_tick, observe, tick
+from ..physics.tow import rest
 
 LINUX = sys.platform.startswith("linux")
 _INT64 = types.CPointer(types.int64)
@@ -132,11 +132,10 @@ def _drive(model, state, inputs, output, what, count, sigma, control, stats):
     LIVE: the real-time loop on the control words and stats rows; returns its tick count.
     """
     if what == 0:
-        steps, iterations, rest = settle(model, state, sigma, count, 1000.0)
+        steps, iterations, left = rest(model, state, sigma, count, 1000.0)
         if steps >= 0:
-            residual(model, state, 0.0, 0.0, 0.0, NO)
             observe(model, state, output, 0, 0, False)
-        state.health[0], state.health[1], state.health[2] = iterations, 0.0, rest
+        state.health[0], state.health[1], state.health[2] = iterations, 0.0, left
         return np.int64(steps)
     if what == 1:
         for i in range(count):

@@ -74,7 +74,7 @@ class Simulator:
         state.ship[COORD:COORD + 6] = model.mean
         state.ship[EPOCH_NOW] = NO_EPOCH
         flow = float(np.hypot(*state.current[:2]))
-        state.flow[:2] = state.current[:2] if flow > 1e-6 else (-cos(yaw), -sin(yaw))
+        state.flow[0, :2] = state.current[:2] if flow > 1e-6 else (-cos(yaw), -sin(yaw))
         r, g = Route(scene).nodes(state.arc, first_angle(scene, flow))
         turn = np.array([[cos(yaw), -sin(yaw), 0.0], [sin(yaw), cos(yaw), 0.0], [0.0, 0.0, 1.0]])
         state.q[:, :3] = r @ turn.T + model.mean[:3]

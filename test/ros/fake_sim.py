@@ -109,13 +109,8 @@ def observe(model, state, output, slot, flags, blending):
 
 
 @njit(nogil=True)
-def settle(model, state, sigma, count, longest):
+def rest(model, state, sigma, count, longest):
     return 0, 0, 0.0
-
-
-@njit(nogil=True)
-def residual(model, state, t, sigma, load, damped):
-    return 0.0
 
 
 def make_output(model: Model, nodes: int, rows: int) -> Output:
@@ -167,8 +162,8 @@ class Simulator:
 def install() -> None:
     system = types.ModuleType("cable_sim_ros.physics.system")
     system.tick, system.observe, system.link_tick = tick, observe, lambda *parts: None
-    from cable_sim_ros.physics import integrate
-    integrate.settle, integrate.residual = settle, residual      # sim.drive itself is the real one
+    from cable_sim_ros.physics import tow
+    tow.rest = rest      # sim.drive itself is the real one
     build = types.ModuleType("cable_sim_ros.sim.build")
     build.make_output = make_output
     sys.modules["cable_sim_ros.sim.build"] = build

@@ -1,0 +1,47 @@
+"""Flexible pendulums: released level, planar or in space."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from ..rig import Rig, cable_of
+from .family import Case, CaseError, Level, Values, family
+
+ANGULAR = re.compile(r"([-+.\deE]+) rad/s \* x along \+y")
+
+
+@family("flexible pendulum", "length_m", "mass_per_length_kg_m", "EA_N", "EI_N_m2",
+        how="pinned at the origin, tangent free, no damping; gen-alpha with the shipped rho_inf")
+def pendulum(case: Case, level: Level) -> Values:
+    """Positions of tip and middle at the times asked for."""
+    length, n = case.number("length_m"), level.mesh(8)
+    times = sorted({float(m[3]) for _, m in case.asked(r"(tip|middle) ([xyz]) at ([\d.eE+-]+) s")})
+    mass, ea = case.number("mass_per_length_kg_m"), case.number("EA_N")
+    gravity = case.number("g", 9.81)
+    rig = Rig(cable_of([{"length": length, "elements": n}], mass_per_length=mass, axial_stiffness=ea,
+                       bending_stiffness=case.number("EI_N_m2")),
+              held={0: "r"}, tension=mass * length * gravity, gravity=gravity)
+    rig.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
+    spin = np.zeros((rig.nodes, 3))
+    if "initial_velocity" in case.inputs:
+        found = ANGULAR.match(str(case.inputs["initial_velocity"]))
+        if not found:
+            raise CaseError(f"{case.path}: inputs.initial_velocity = {case.inputs['initial_velocity']!r} is not "
+                            "understood ('<w> rad/s * x along +y'); the case was not run")
+        spin[:, 1] = float(found[1])
+    else:
+        spin[:, 2] = -case.number("initial_spin_rad_s", 0.0)
+    rig.line.v[:, :3], rig.line.v[:, 3:] = rig.arc[:, None] * spin, spin
+    rig.balance()
+    of, now, step = {}, 0.0, level.step(1e-3)
+    for t in times:
+        rig.run(t - now, step, every=max(int(round((t - now) / step)), 1))
+        now = t
+        for what, node in (("tip", -1), ("middle", n // 2)):
+            for k, axis in enumerate("xyz"):
+                of[f"{what} {axis} at {t} s"] = float(rig.line.q[node, k])
+    named = {name: of[f"{m[1]} {m[2]} at {float(m[3])} s"]
+             for name, m in case.asked(r"(tip|middle) ([xyz]) at ([\d.eE+-]+) s")}
+    return Values(named, n, step)

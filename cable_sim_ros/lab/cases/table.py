@@ -1,0 +1,30 @@
+"""Cases on the terminal."""
+
+from __future__ import annotations
+
+import sys
+
+from rich.console import Console
+from rich.table import Table
+
+from .family import Case
+
+
+def print_cases(done: list, cases: list[Case]) -> None:
+    """One table a case: output, value, unit; then mesh, step, time and notes."""
+    console = Console(width=None if sys.stdout.isatty() else 120)
+    for figures, case in zip(done, cases, strict=True):
+        table = Table(title=figures.id, title_justify="left")
+        table.add_column("output")
+        table.add_column("value", justify="right")
+        table.add_column("unit")
+        for output, told in zip(case.outputs, figures.outputs, strict=True):
+            value = told["value"]
+            text = "no value" if value is None else (
+                ", ".join(f"{x:.8g}" for x in value) if isinstance(value, (list, tuple)) else f"{value:.8g}")
+            table.add_row(output.name, text, output.unit)
+        console.print(table)
+        console.print(f"{figures.elements} elements, step {figures.dt_s:g} s, {figures.cpu_s:.2f} CPU s",
+                      highlight=False)
+        for note in figures.notes:
+            console.print(f"  {note}", highlight=False)

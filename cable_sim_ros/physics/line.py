@@ -1,0 +1,105 @@
+"""A line: the cable with what holds it, hangs on it and pulls it, and the balance of its forces.
+
+This is all the solver sees. The tow of a ship is one user of it (tow.py), the verification cases are another (lab/).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .cable import Work
+from .cable import assemble as _assemble
+from .jit import driver, link, opaque
+from .towbody import load as body_load
+
+assemble = opaque(_assemble)
+
+LOAD_NODE, LOAD_FORCE, LOAD_MOMENT, LOAD_COLUMNS = 0, 1, 4, 7   # columns of a nodal load
+
+
+class Line(NamedTuple):
+    """One cable as numbers for kernels. Unknowns of a node: position r [m] and gradient g = dr/dp [1]."""
+
+    elements: np.ndarray      # [groups, ROWS, LANES] element table, read-only
+    held: np.ndarray          # [nodes, 6], read-only: 1 where q, v and a are imposed from outside
+    bodies: np.ndarray        # [bodies, BODY_ROWS], read-only
+    seats: np.ndarray         # int64 [bodies], read-only: the node that carries the body
+    loads: np.ndarray         # [loads, LOAD_COLUMNS] node, dead force [N], moment [N m] on the tangent
+    arc: np.ndarray           # [nodes] unstretched arc length [m]
+    q: np.ndarray             # [nodes, 6] r, g
+    v: np.ndarray
+    a: np.ndarray
+    x: np.ndarray             # auxiliary acceleration
+    old: np.ndarray           # [4, nodes, 6] q v a x at the beginning of the step
+    current: np.ndarray       # [4] surface current [m/s], its gradient [1/s]
+    surfaces: np.ndarray      # [n, SURFACE_COLUMNS] contact surfaces in the world
+    flow: np.ndarray          # [bodies, 6] low-passed flow past each body [m/s], its turning rate [rad/s]
+    tension: np.ndarray       # [elements] N
+    reaction: np.ndarray      # [nodes, 6] what holds the held unknowns [N, N m]
+    health: np.ndarray        # [6] see State.health
+    work: Work
+    gravity: float            # m/s^2
+    tolerance: float          # N
+    max_iterations: int
+
+
+@driver
+def pull(load, q, tangent, band):
+    """Add one nodal load: a dead force on r, a moment m on the tangent: Q_g = m x g / |g|^2."""
+    n = int(load[LOAD_NODE])
+    gx, gy, gz = q[n, 3], q[n, 4], q[n, 5]
+    mx, my, mz = load[LOAD_MOMENT], load[LOAD_MOMENT + 1], load[LOAD_MOMENT + 2]
+    g2 = gx * gx + gy * gy + gz * gz
+    m = ((0.0, -mz, my), (mz, 0.0, -mx), (-my, mx, 0.0))
+    g = (gx, gy, gz)
+    for i in range(3):
+        band[n, i, 12] += load[LOAD_FORCE + i]
+        turn = (m[i][0] * gx + m[i][1] * gy + m[i][2] * gz) / g2
+        band[n, 3 + i, 12] += turn
+        if tangent:
+            for j in range(3):
+                band[n, 3 + i, 3 + j] -= m[i][j] / g2 - 2.0 * turn * g[j] / g2
+
+
+@driver
+def residual(line, c1, c2, sigma, tangent):
+    """Assemble the whole system for the present q, v, a; returns the largest residual force [N].
+
+    With tangent the system holds dR/dq, with c1 and c2 for v and a; sigma: mass damping of a static start [1/s].
+    """
+    band, lower = line.work.band, line.work.lower
+    line.health[3] = assemble(
+        line.elements, line.arc, line.q, line.v, line.a, line.current, line.surfaces, c1, c2, sigma, tangent,
+        line.work, line.tension)
+    for i in range(line.bodies.shape[0]):
+        n = line.seats[i]
+        body_load(line.bodies[i], line.gravity, line.q[n], line.v[n], line.a[n], line.current, line.flow[i], c1, c2,
+                  sigma, tangent, band[n])
+    for i in range(line.loads.shape[0]):
+        pull(line.loads[i], line.q, tangent, band)
+    last = band.shape[0] - 1
+    worst = 0.0
+    for i in range(last + 1):
+        per_length = 1.0 / (line.arc[min(i + 1, last)] - line.arc[max(i - 1, 0)])
+        for k in range(6):
+            if line.held[i, k] > 0.0:
+                line.reaction[i, k] = -band[i, k, 12]
+                for c in range(16):
+                    band[i, k, c] = 0.0
+                for c in range(6):
+                    lower[i, k, c] = 0.0
+                band[i, k, k] = 1.0
+            else:
+                f = abs(band[i, k, 12]) * (1.0 if k < 3 else per_length)
+                if not f < 1e300:
+                    return np.inf
+                worst = max(worst, f)
+    return worst
+
+
+def link_assembly(line: Line) -> None:
+    """Compile or load the assembly and publish it; call before anything that uses it runs."""
+    link(_assemble, line.elements, line.arc, line.q, line.v, line.a, line.current, line.surfaces, 0.0, 0.0, 0.0,
+         np.bool_(False), line.work, line.tension)
