@@ -113,7 +113,8 @@ class Rig:
     """One line, its supports and its loads. Lengths [m], forces [N], SI throughout.
 
     cable: the product's Cable block; water: none for a cable in air, at whatever height; held: unknowns imposed, as
-    {node: "rg"} with r the position and g the gradient; bodies: {node: Towbody} or {node: mass [kg]}; surfaces: rows of surface.surface_row, placed where they are;
+    {node: "rg"} with r the position and g the gradient; bodies: {node: Towbody} or {node: mass [kg]}; surfaces: rows
+    of surface.surface_row, placed where they are;
     tension: working tension [N] that scales the tolerance.
     """
 
