@@ -32,6 +32,8 @@ from .vec import add, axpy, cross, dot, get3, put3, put_matrix, scale, sub
 
 END_LOAD = 3.0   # line load at the ends of the arc over T/R: there bending adds a concentrated reaction
 
+LOADED = 1e-3   # N/m, line load above which a station counts as loaded
+
 
 class Contact(Block):
     penetration_limit: float = quantity(

@@ -91,16 +91,23 @@ newton = opaque(_newton)
 
 
 @driver
+def take_back(line):
+    """Return to the state at the beginning of the step."""
+    old = line.old
+    copy(old[0], line.q)
+    copy(old[1], line.v)
+    copy(old[2], line.a)
+    copy(old[3], line.x)
+
+
+@driver
 def advance(line, h, rho):
     """Solve the predicted step, held unknowns already at its end. Returns the iterations, or -1 and the old state."""
     am, af, _, _, c1, c2 = coefficients(h, rho)
     old = line.old
     used = newton(line, c1, c2, 0.0)
     if used < 0:
-        copy(old[0], line.q)
-        copy(old[1], line.v)
-        copy(old[2], line.a)
-        copy(old[3], line.x)
+        take_back(line)
         return used
     for n in range(line.q.shape[0]):
         for k in range(6):

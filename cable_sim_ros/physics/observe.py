@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from .ancf import BUOYANCY, EA, MASS_PER_LENGTH, WEIGHT_PER_LENGTH
-from .contact import touch
+from .contact import LOADED, touch
 from .jit import LANES, driver, inline
-from .shape import W5, X5, shape, slope
+from .shape import W5, X5, point_of, shape
 from .ship import AGE, COORD, RATE, SOURCE_NOW, frame_shift, quaternion, spin, unrotate
 from .surface import AXIS, RADIUS
 from .towbody import BUOYANCY as BODY_BUOYANCY
@@ -31,30 +31,12 @@ from .winch import SIDE as WINCH_SIDE
 
 SLACK_TENSION = 1e-3      # N below zero at which an element counts as slack
 COARSE, COARSE_DRUM = 0.4, 1.0   # element length over radius of sheave and drum
-LOADED = 1e-3             # line load [N/m] above which a station counts as loaded
 
 
 class Output(NamedTuple):
     frame: np.ndarray      # records of sim.frame.FRAME [rows]
     shape: np.ndarray      # [rows, nodes, 5]
     contact: np.ndarray    # [rows, stations, 9]
-
-
-@inline
-def point_of(arc, q, v, e, x):
-    """Position, velocity, tangent (not unit) of element e at xi = x."""
-    length = arc[e + 1] - arc[e]
-    n, d = shape(x), slope(x)
-    r = (n[0] * q[e, 0] + n[1] * length * q[e, 3] + n[2] * q[e + 1, 0] + n[3] * length * q[e + 1, 3],
-         n[0] * q[e, 1] + n[1] * length * q[e, 4] + n[2] * q[e + 1, 1] + n[3] * length * q[e + 1, 4],
-         n[0] * q[e, 2] + n[1] * length * q[e, 5] + n[2] * q[e + 1, 2] + n[3] * length * q[e + 1, 5])
-    w = (n[0] * v[e, 0] + n[1] * length * v[e, 3] + n[2] * v[e + 1, 0] + n[3] * length * v[e + 1, 3],
-         n[0] * v[e, 1] + n[1] * length * v[e, 4] + n[2] * v[e + 1, 1] + n[3] * length * v[e + 1, 4],
-         n[0] * v[e, 2] + n[1] * length * v[e, 5] + n[2] * v[e + 1, 2] + n[3] * length * v[e + 1, 5])
-    g = (d[0] * q[e, 0] + d[1] * length * q[e, 3] + d[2] * q[e + 1, 0] + d[3] * length * q[e + 1, 3],
-         d[0] * q[e, 1] + d[1] * length * q[e, 4] + d[2] * q[e + 1, 1] + d[3] * length * q[e + 1, 4],
-         d[0] * q[e, 2] + d[1] * length * q[e, 5] + d[2] * q[e + 1, 2] + d[3] * length * q[e + 1, 5])
-    return r, w, g
 
 
 @driver

@@ -7,13 +7,16 @@ from typing import NamedTuple
 import numpy as np
 
 from .cable import Work
-from .integrate import advance, copy, predict, settle
+from .contact import LOADED, touch
+from .integrate import advance, copy, predict, settle, take_back
 from .jit import driver, inline
 from .line import Line
 from .setpoint import LENGTH, RATE, compensation
+from .shape import X5, point_of
 from .ship import ACCEL, COORD, evaluate, hull_point, rotate, spin
 from .ship import RATE as SHIP_RATE
-from .surface import AXIS, BODY, CENTRE, SPEED, SPIN
+from .surface import AXIS, BODY, CENTRE, RADIUS, SPEED, SPIN
+from .vec import norm, sub
 from .winch import ACCEL_NOW, COMMANDED, LENGTH_NOW, RATE_NOW, drum_point, servo
 
 
@@ -75,6 +78,9 @@ class State(NamedTuple):
 
 
 STEP, TICK = 0, 1   # rows of State.kept and State.controls
+LEFT, SEATED = 0, 1   # State.events: detachments, was in contact
+# s; a longer step must not end off the sheave it began on: Newton may converge beside it (trap T5). Shorter ones may
+LEAVE_STEP = 2e-3
 
 
 def tow_line(model: Model, state: State) -> Line:
@@ -150,8 +156,27 @@ def hold_end(model, state):
 
 
 @driver
+def seated(arc, q, v, s, depth):
+    """Does the cable press on surface row s? depth: of its groove [m]."""
+    for e in range(arc.shape[0] - 1):
+        length = arc[e + 1] - arc[e]
+        mid, _, _ = point_of(arc, q, v, e, 0.5)
+        if norm(sub(mid, (s[0], s[1], s[2]))) - 0.55 * length > s[RADIUS] + depth:   # 10 % for stretch and curvature
+            continue
+        for g in range(5):
+            r, w, _ = point_of(arc, q, v, e, X5[g])
+            o = touch(r, w, s)
+            if o[9] + o[13] > LOADED:
+                return True
+    return False
+
+
+@driver
 def step(model, state, inputs, t, h, command_rate):
-    """One step of h [s] that ends at t [ns]. Returns (solved, blending); unsolved leaves the state as it was."""
+    """One step of h [s] that ends at t [ns]. Returns (solved, blending); unsolved leaves the state as it was.
+
+    A long step that leaves the sheave counts as unsolved, so that the halved steps decide whether the cable comes off.
+    """
     line = line_of(model, state)
     copy_row(state.winch, state.controls[STEP, 0])
     copy_row(state.setpoint, state.controls[STEP, 1])
@@ -167,6 +192,10 @@ def step(model, state, inputs, t, h, command_rate):
     state.setpoint[LENGTH], state.setpoint[RATE] = length, rate
     hold_end(model, state)
     used = advance(line, h, model.rho_inf)
+    if used >= 0 and h > LEAVE_STEP and state.events[SEATED] != 0 and not seated(
+            state.arc, state.q, state.v, state.surfaces[model.sheave], model.groove_depth):
+        take_back(line)
+        used = -1
     if used < 0:
         copy_row(state.controls[STEP, 0], state.winch)
         copy_row(state.controls[STEP, 1], state.setpoint)
