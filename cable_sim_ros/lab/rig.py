@@ -179,6 +179,12 @@ class Rig:
                            f"{left:.3g} N, allowed {self.line.tolerance:.3g} N")
         return done
 
+    def release(self, *nodes: int) -> None:
+        """Let go of nodes that were held, and drop all nodal loads."""
+        held = self.line.held.copy()
+        held[list(nodes)] = 0.0
+        self.line = self.line._replace(held=lock(held), loads=np.zeros((0, LOAD_COLUMNS)))
+
     def balance(self) -> None:
         """Accelerations of the first instant from q and v. Raises RigError."""
         left = accelerate(self.line)
