@@ -70,8 +70,7 @@ def node_tension(elements, q, last, n):
     """Tension at a node of a nearly straight cable from its gradient: continuous where the load per length jumps."""
     e = min(n, last - 1)
     ea = elements[e // LANES, EA, e % LANES]
-    g2 = q[n, 3] ** 2 + q[n, 4] ** 2 + q[n, 5] ** 2
-    return 0.5 * ea * (g2 - 1.0) * sqrt(g2)
+    return ea * (sqrt(q[n, 3] ** 2 + q[n, 4] ** 2 + q[n, 5] ** 2) - 1.0)
 
 
 @driver

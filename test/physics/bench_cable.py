@@ -29,6 +29,7 @@ class Bench:
             for index, value in rows.items():
                 row[index] = value
             row[ancf.MASS_PER_LENGTH], row[ancf.EA], row[ancf.EI] = mass, ea, ei
+            row[ancf.COMPRESSION] = 0.9
             row[ancf.AXIAL_DAMPING], row[ancf.BENDING_TIME], row[ancf.WEIGHT_PER_LENGTH] = ca, tau, mass * gravity
         self.elements.setflags(write=False)
         lengths = rng.uniform(0.1, 0.3, n) if lengths is None else np.full(n, lengths)
