@@ -33,7 +33,7 @@ ROWS = 31
 
 # rows of the 9x9 tangent's blocks; numpy integers, for a literal compiles a version of its own
 ROW_HH, ROW_HA, ROW_HB, ROW_AH, ROW_AA, ROW_AB, ROW_BH, ROW_BA, ROW_BB = np.arange(0, 81, 9)
-ROW_FORCE, K9_ROWS = np.int64(81), 92
+ROW_FORCE, K9_ROWS = np.int64(81), 93
 
 CURVATURE_FLOOR = 1e-3   # 1/m
 GRAM_AA, GRAM_AB, GRAM_AS, GRAM_SS = 2.0 / 15.0, -1.0 / 30.0, -0.1, 0.2   # int N_i' N_j', N2' less the mean stretch
@@ -128,21 +128,26 @@ def bend(k, h, a, b):
 
 @inline
 def elastic(length, per_length, ea, ei, ca, tau, compression, h, a, b, vh, va, vb):
-    """Forces on (h, A, B) and tension of one element. Returns fh, fa, fb [N], tension [N], strain energy [J]."""
+    """Forces on (h, A, B) of one element.
+
+    Returns fh, fa, fb [N], tension [N], strain energy [J], power lost in the material [W].
+    """
     l, dh, da, db = arc(h, a, b)
     ra, rb = norm(a), norm(b)
     w = stretch(ra * per_length, l * per_length, rb * per_length, compression)
     rate = (dot(dh, vh) + dot(da, va) + dot(db, vb)) * per_length
-    tension = ea * w[1] + w[4] * ca * rate
+    damped = w[4] * ca * rate
+    tension = ea * w[1] + damped
     k = ei * per_length * per_length * per_length
     qh, qa, qb = bend(k, h, a, b)
     energy = 0.5 * (dot(qh, h) + dot(qa, a) + dot(qb, b))
     floor = 0.5 * ei * length * CURVATURE_FLOOR * CURVATURE_FLOOR + 1e-300
-    c = 1.0 + 0.5 * tau * (dot(qh, vh) + dot(qa, va) + dot(qb, vb)) / (energy + floor)
+    power = dot(qh, vh) + dot(qa, va) + dot(qb, vb)
+    c = 1.0 + 0.5 * tau * power / (energy + floor)
     fh = axpy(tension, dh, scale(c, qh))
     fa = axpy(ea * w[0] / ra, a, axpy(tension, da, scale(c, qa)))
     fb = axpy(ea * w[2] / rb, b, axpy(tension, db, scale(c, qb)))
-    return fh, fa, fb, tension, ea * length * w[3] + energy
+    return fh, fa, fb, tension, ea * length * w[3] + energy, damped * rate * length + (c - 1.0) * power
 
 
 @inline
@@ -168,7 +173,8 @@ def elastic_tangent(k9, e, c1, length, per_length, ea, ei, ca, tau, compression,
     ua, ub = scale(ra, a), scale(rb, b)
     w = stretch(per_length / ra, l * per_length, per_length / rb, compression)
     ca *= w[4]
-    tension = ea * w[1] + ca * (dot(dh, vh) + dot(da, va) + dot(db, vb)) * per_length
+    rate = (dot(dh, vh) + dot(da, va) + dot(db, vb)) * per_length
+    tension = ea * w[1] + ca * rate
     q = ea * per_length
     d = ca * per_length
     # z: what multiplies dl in the first factor of the outer products; H v is the rate of dl
@@ -194,6 +200,7 @@ def elastic_tangent(k9, e, c1, length, per_length, ea, ei, ca, tau, compression,
     c = 1.0 + t * power
     force = (axpy(tension, dh, scale(c, fh)), axpy(ea * w[0], ua, axpy(tension, da, scale(c, fa))),
              axpy(ea * w[2], ub, axpy(tension, db, scale(c, fb))))
+    lost = ca * rate * rate * length + (c - 1.0) * power
     c *= k
     p = c1 - power / energy
     gh, ga, gb = scale(t, axpy(p, fh, gh)), scale(t, axpy(p, fa, ga)), scale(t, axpy(p, fb, gb))
@@ -206,7 +213,7 @@ def elastic_tangent(k9, e, c1, length, per_length, ea, ei, ca, tau, compression,
     store(k9, ROW_BH, e, -6.0 * c, hb, tension, db, zh, fb, gh, ub, bh)
     store(k9, ROW_BA, e, 2.0 * c, ab, tension, db, za, fb, ga, ub, ba_)
     store(k9, ROW_BB, e, 4.0 * c + pb, bb, tension, db, zb, fb, gb, ub, bb_)
-    return force[0], force[1], force[2], tension, ea * length * w[3] + bent
+    return force[0], force[1], force[2], tension, ea * length * w[3] + bent, lost
 
 
 @driver
@@ -254,13 +261,13 @@ def inertia_tangent_lanes(p, c, k):
 
 
 @driver
-def elastic_lanes(x, p, f, tension, energy):
-    """Axial and bending forces added to f[12, LANES]; tension [N] and strain energy [J] of each lane."""
+def elastic_lanes(x, p, f, tension, energy, lost):
+    """Axial and bending forces added to f[12, LANES]; tension [N], strain energy [J], power lost [W] of each lane."""
     if x.shape[1] != LANES or p.shape[1] != LANES or f.shape[1] != LANES or (
-            tension.shape[0] != LANES or energy.shape[0] != LANES):
+            tension.shape[0] != LANES or energy.shape[0] != LANES or lost.shape[0] != LANES):
         raise ValueError("lanes")
     for e in range(LANES):
-        fh, fa, fb, t, u = elastic(
+        fh, fa, fb, t, u, w = elastic(
             p[LENGTH, e], p[PER_LENGTH, e], p[EA, e], p[EI, e], p[AXIAL_DAMPING, e], p[BENDING_TIME, e],
             p[COMPRESSION, e], sub(get3(x, 6, e), get3(x, 0, e)), get3(x, 3, e), get3(x, 9, e),
             sub(get3(x, 18, e), get3(x, 12, e)), get3(x, 15, e), get3(x, 21, e))
@@ -270,16 +277,17 @@ def elastic_lanes(x, p, f, tension, energy):
         plus3(f, 9, e, fb)
         tension[e] = t
         energy[e] = u
+        lost[e] = w
 
 
 @driver
-def elastic_tangent_lanes(x, p, c1, f, tension, energy, k9, k):
+def elastic_tangent_lanes(x, p, c1, f, tension, energy, lost, k9, k):
     """elastic_lanes with its tangent: sets k[144, LANES]; k9[K9_ROWS, LANES] is work space."""
     if x.shape[1] != LANES or p.shape[1] != LANES or f.shape[1] != LANES or k9.shape[1] != LANES or (
-            k.shape[1] != LANES or tension.shape[0] != LANES or energy.shape[0] != LANES):
+            k.shape[1] != LANES or tension.shape[0] != LANES or energy.shape[0] != LANES or lost.shape[0] != LANES):
         raise ValueError("lanes")
     for e in range(LANES):
-        fh, fa, fb, t, u = elastic_tangent(
+        fh, fa, fb, t, u, w = elastic_tangent(
             k9, e, c1, p[LENGTH, e], p[PER_LENGTH, e], p[EA, e], p[EI, e], p[AXIAL_DAMPING, e], p[BENDING_TIME, e],
             p[COMPRESSION, e], sub(get3(x, 6, e), get3(x, 0, e)), get3(x, 3, e), get3(x, 9, e),
             sub(get3(x, 18, e), get3(x, 12, e)), get3(x, 15, e), get3(x, 21, e))
@@ -288,6 +296,7 @@ def elastic_tangent_lanes(x, p, c1, f, tension, energy, k9, k):
         put3(k9, ROW_FORCE + 6, e, fb)
         k9[ROW_FORCE + 9, e] = t
         k9[ROW_FORCE + 10, e] = u
+        k9[ROW_FORCE + 11, e] = w
     for c in range(3):   # one array written above: with more, the overlap tests outgrow the vectoriser's limit
         for e in range(LANES):
             f[c, e] -= k9[ROW_FORCE + c, e]
@@ -297,6 +306,7 @@ def elastic_tangent_lanes(x, p, c1, f, tension, energy, k9, k):
     for e in range(LANES):
         tension[e] = k9[ROW_FORCE + 9, e]
         energy[e] = k9[ROW_FORCE + 10, e]
+        lost[e] = k9[ROW_FORCE + 11, e]
     for c in range(9):   # nine unknowns to twelve: r1 = -h, r2 = +h
         for e in range(LANES):
             hh, ha, hb = k9[c, e], k9[9 + c, e], k9[18 + c, e]

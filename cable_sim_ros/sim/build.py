@@ -7,7 +7,7 @@ from math import radians, sqrt
 import numpy as np
 
 from ..physics import ancf, setpoint, winch
-from ..physics.cable import Cable, make_work
+from ..physics.cable import POWERS, Cable, make_work
 from ..physics.contact import stiffness
 from ..physics.drag import element_rows
 from ..physics.jit import LANES
@@ -151,7 +151,7 @@ def build_state(scene: Scene) -> State:
         v=nodes(), a=nodes(), x=nodes(), kept=z((2, 4, n, 6)), tension=z(n - 1), reaction=nodes(), ship=z(SHIP_STATE),
         ship_work=z(SHIP_STATE), sheave=z(6), surfaces=surface_table(scene).reshape(-1, SURFACE_COLUMNS).copy(),
         winch=z(winch.WINCH_STATE), setpoint=z(setpoint.SETPOINT_STATE), controls=z((2, 2, 16)), flow=z((1, 6)),
-        measured=z(2), health=z(6), work=make_work(n))
+        measured=z(2), account=z(POWERS + 1), before=z(POWERS), health=z(6), work=make_work(n))
 
 
 def make_output(model: Model, nodes: int, rows: int) -> Output:
