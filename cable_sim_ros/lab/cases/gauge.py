@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ...physics.shape import W4, X4, shape, slope
-from ..rig import Rig, lock
+from ..rig import History, Rig, lock
 
 
 def hold(rig: Rig, held: dict[int, str]) -> None:
@@ -48,6 +50,19 @@ def tension_along(rig: Rig, tension: np.ndarray, s: float) -> float:
 def moment(rig: Rig, node: int) -> np.ndarray:
     """Moment [N m] that holds a held tangent: g x Q_g, since Q_g does the work Q_g . (turn x g)."""
     return np.cross(rig.line.q[node, 3:], rig.line.reaction[node, 3:])
+
+
+def follow(rig: Rig, duration: float, step: float, pick: Callable[[History], list[np.ndarray]],
+           start: tuple[float, ...], chunk: int = 256) -> list[np.ndarray]:
+    """Run and sample every step: time [s] from 0 on and what ``pick`` takes of a History, with its value at the start.
+
+    In chunks, for the whole of a fine run would not fit into memory.
+    """
+    steps = max(int(round(duration / step)), 1)
+    h, parts = duration / steps, []
+    for done in range(0, steps, chunk):
+        parts.append(pick(rig.run(h * min(chunk, steps - done), h)))
+    return [h * np.arange(steps + 1)] + [np.concatenate(([a], *y)) for a, y in zip(start, zip(*parts))]
 
 
 def crossings(t: np.ndarray, y: np.ndarray, level: float) -> np.ndarray:
