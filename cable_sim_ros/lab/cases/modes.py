@@ -96,15 +96,16 @@ def swing(rig: Rig, rest, own, shape, weight, step: float, duration: float) -> f
 
 
 @family("hanging chain", "length_m", "mass_per_length_kg_m", "modes",
-        how=BOTH + f"; held at its upper end; EI = {LIMBER:g} m g l^3 of an element's length l, which vanishes with the "
-            "mesh: where the tension falls to nothing within one element, its end tangent needs it")
+        how=BOTH + f"; held at its upper end; EI = {LIMBER:g} m g l^3 of an element's length l, which vanishes with "
+            "the mesh: where the tension falls to nothing within one element, its end tangent needs it")
 def hanging_chain(case: Case, level: Level) -> Values:
     length, mass, gravity = case.number("length_m"), case.number("mass_per_length_kg_m"), case.number("g", 9.81)
-    n = level.mesh(24)
+    tip, n = case.number("tip_mass_kg", 0.0), level.mesh(24)
+    weight, limber = (mass * length + tip) * gravity, LIMBER * mass * gravity * (length / n)**3
     rig = Rig(cable_of([{"length": length, "elements": n}], mass_per_length=mass,
-                       axial_stiffness=case.number("EA_N", 1e5 * mass * gravity * length),
-                       bending_stiffness=case.number("EI_N_m2", LIMBER * mass * gravity * (length / n)**3)), held={0: "r"},
-              tension=mass * gravity * length, gravity=gravity)
+                       axial_stiffness=case.number("EA_N", 1e5 * weight),
+                       bending_stiffness=case.number("EI_N_m2", limber)),
+              held={0: "r"}, tension=weight, gravity=gravity, bodies={n: tip} if tip else {})
     rig.straight((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
     rig.settle()
     return Values(frequencies(case, rig, level), n, level.tick or 0.0)
@@ -151,7 +152,7 @@ def spinning_cable(case: Case, level: Level) -> Values:
     turn = 2.0 * np.pi / abs(case.number("spin_rad_s"))
     if not level.realtime:
         return _spin(case, level.mesh(4), turn, level.step(turn / PER_TURN))
-    values = _spin(case, 8, turn, level.tick / max(np.ceil(level.tick * PER_TURN / turn), 1.0))
+    values = _spin(case, 8, turn, level.tick / max(int(np.ceil(level.tick * PER_TURN / turn)), 1))
     if values.dt < level.tick:
         values.notes.extend(f"in steps of {values.dt:.3g} s; at {level.tick:g} s the integrator's dissipation makes "
                             f"'{name}' {value:.4g}" for name, value in _spin(case, 8, turn, level.tick).of.items()
