@@ -1,4 +1,4 @@
-"""Static families: catenaries, elastica, a long vertical cable."""
+"""Lines at rest: elastic catenary, cantilever elasticas, a very long cable hanging straight."""
 
 from __future__ import annotations
 
@@ -6,115 +6,145 @@ import numpy as np
 
 from ..rig import Rig, cable_of
 from .family import Case, CaseError, Level, Values, family
-from .measure import inextensible, point, stretched_length
+from .gauge import moment, nearest, numbers, point, stretched_length
 
-TURN = np.radians(15.0)     # of the tip, at most, between two static solutions of a roll-up
+INEXTENSIBLE = 1e7   # EA L^2 / EI of a cantilever meant to be inextensible; more only raises the round-off floor
 
 
-def load_named(case: Case, pattern: str, key: str) -> list[tuple[str, str, float]]:
-    """(output name, quantity, load) of outputs named after a load of the list inputs[key]; the nearest one is meant."""
-    given = case.inputs[key]
-    if not isinstance(given, list) or not given or not all(isinstance(x, (int, float)) for x in given):
-        raise CaseError(f"{case.path}: inputs.{key} = {given!r} is no list of numbers; the case was not run")
-    return [(name, m[1], min(given, key=lambda x, m=m: abs(x - float(m[2])))) for name, m in case.asked(pattern)]
+def hanging_shape(arc: np.ndarray, span: float, rise: float) -> tuple[np.ndarray, np.ndarray]:
+    """A start for settle(): inextensible catenary of length arc[-1] from the origin to (span, 0, rise), or the
+    straight line where the length does not reach. Returns positions and unit tangents [nodes, 3]."""
+    length, chord = arc[-1], float(np.hypot(span, rise))
+    s = arc / length
+    if length <= 1.00001 * chord:
+        end = np.array((span, 0.0, rise))
+        return s[:, None] * end, np.tile(end / length, (len(arc), 1))
+    wide = max(abs(span), 1e-2 * length)   # ends above each other: a slim loop
+    want = np.sqrt(length**2 - rise**2) / wide
+    low, high = 1e-6, 1.0
+    while np.sinh(high) / high < want:
+        high *= 2.0
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if np.sinh(middle) / middle < want else (low, middle)
+    a = 0.5 * wide / low
+    u0 = np.sinh(np.arctanh(rise / length) - low)   # slope at the origin; it grows with arc length over a
+    u = u0 + arc / a
+    x = a * (np.arcsinh(u) - np.arcsinh(u0)) * span / wide
+    z = a * (np.sqrt(1.0 + u * u) - np.sqrt(1.0 + u0 * u0))
+    tangent = np.stack((np.full_like(u, np.copysign(1.0, span)), 0.0 * u, u), 1) / np.sqrt(1.0 + u * u)[:, None]
+    return np.stack((x, 0.0 * x, z), 1), tangent
 
 
 @family("elastic catenary", "span_x_m", "rise_z_m", "unstretched_length_m", "weight_per_length_N_m", "EA_N",
-        how="both ends held, gradients free, EI = 0; static start of the product", growth=2.0)
+        how="both ends held, no bending stiffness, settled from an inextensible catenary; tensions at the ends are the "
+            "reactions of the held nodes")
 def catenary(case: Case, level: Level) -> Values:
-    """H, end tensions, stretched length and positions."""
-    span, rise = case.number("span_x_m"), case.number("rise_z_m")
-    length, weight, g = case.number("unstretched_length_m"), case.number("weight_per_length_N_m"), 9.81
-    n = level.mesh(16)
-    rig = Rig(cable_of([{"length": length, "elements": n}], mass_per_length=weight / g,
-                       axial_stiffness=case.number("EA_N")),
-              held={0: "r", -1: "r"}, tension=weight * length, gravity=g)
-    s = rig.arc / length
-    sag = 0.75 * np.sqrt(max(length**2 - span**2 - rise**2, 1e-4 * length**2) / 3.0)
-    rig.place(np.column_stack((span * s, 0 * s, rise * s - 4.0 * sag * s * (1.0 - s))),
-              np.column_stack((span + 0 * s, 0 * s, rise - 4.0 * sag * (1.0 - 2.0 * s))) / length)
+    length, n = case.number("unstretched_length_m"), level.mesh(16)
+    span, rise, weight = case.number("span_x_m"), case.number("rise_z_m"), case.number("weight_per_length_N_m")
+    gravity = case.number("g", 9.81)
+    rig = Rig(cable_of([{"length": length, "elements": n}], mass_per_length=weight / gravity,
+                       axial_stiffness=case.number("EA_N"), bending_stiffness=case.number("EI_N_m2", 0.0)),
+              held={0: "r", n: "r"}, tension=weight * length, gravity=gravity)
+    rig.place(*hanging_shape(rig.arc, span, rise))
+    rig.line.q[-1, :3] = (span, 0.0, rise)
     rig.settle()
-    force = rig.line.reaction[[0, -1], :3]
-    of = {"H horizontal tension": abs(force[0, 0]), "T at end A (origin)": np.linalg.norm(force[0]),
-          "T at end B": np.linalg.norm(force[1]), "stretched length": stretched_length(rig)}
-    for name, m in case.asked(r"([xz]) at s=([\d.]+) L0"):
-        of[name] = point(rig, float(m[2]) * length)["xz".index(m[1]) * 2]
-    return Values({k: float(v) for k, v in of.items()}, n, 0.0)
-
-
-def _cantilever(case: Case, level: Level, tension: float, coarsest: int = 8, **more) -> tuple[Rig, int]:
-    """Clamped at the origin along +x; mass only where the case gives one (else 1 kg/m that never moves)."""
-    length, ei, n = case.number("length_m"), case.number("EI_N_m2"), level.mesh(coarsest)
-    rig = Rig(cable_of([{"length": length, "elements": n}], mass_per_length=case.number("mass_per_length_kg_m", 1.0),
-                       axial_stiffness=max(inextensible(tension, ei, length), 1.0), bending_stiffness=ei,
-                       compression_share=1.0),
-              held={0: "rg"}, tension=tension, **more)
-    rig.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
-    return rig, n
-
-
-@family("elastica, tip force", "length_m", "EI_N_m2", "tip_force_N",
-        how="clamped along +x, dead tip force along -z in rising order, EA L^2/EI = 1e8", growth=2.0)
-def tip_force(case: Case, level: Level) -> Values:
-    """Deflection, abscissa and slope of the tip for each force."""
-    asked = load_named(case, r"(deflection|tip abscissa|tip slope), P=([\d.eE+-]+) N", "tip_force_N")
-    rig, n = _cantilever(case, level, max(map(abs, case.inputs["tip_force_N"])), gravity=0.0,
-                         loads=[(0.0,) * 7])
-    line, of = rig.line, {}
-    line.loads[0, 0] = n
-    for load in sorted({p for _, _, p in asked}, key=abs):
-        line.loads[0, 3] = -load
-        rig.settle()
-        tip = line.q[-1]
-        told = {"deflection": -tip[2], "tip abscissa": tip[0], "tip slope": np.arctan2(-tip[5], tip[3])}
-        of.update({name: float(told[what]) for name, what, p in asked if p == load})
+    first, last = rig.line.reaction[0, :3], rig.line.reaction[-1, :3]
+    of = {"H horizontal tension": float(np.hypot(first[0], first[1])),
+          "T at end A (origin)": float(np.linalg.norm(first)), "T at end B": float(np.linalg.norm(last)),
+          "stretched length": stretched_length(rig)}
+    for name, m in case.asked(r"([xyz]) at s=([\d.eE+-]+) L0"):
+        of[name] = float(point(rig, float(m[2]) * length)["xyz".index(m[1])])
     return Values(of, n, 0.0)
 
 
-@family("elastica, tip moment", "length_m", "EI_N_m2", "tip_moment_N_m",
-        how="clamped along +x, moment on the tip's tangent raised in steps of 15 degrees of tip rotation", growth=2.0)
-def tip_moment(case: Case, level: Level) -> Values:
-    """Tip of a cantilever rolled up by an end moment towards +z."""
-    asked = load_named(case, r"tip ([xz]), M=([\d.eE+-]+) N m.*", "tip_moment_N_m")
+def cantilever(case: Case, n: int, tension: float) -> Rig:
+    """A weightless, all but inextensible cantilever along +x from the origin, clamped in position and tangent."""
     length, ei = case.number("length_m"), case.number("EI_N_m2")
-    most = max(map(abs, case.inputs["tip_moment_N_m"]))
-    rig, n = _cantilever(case, level, most / length, coarsest=16, gravity=0.0, loads=[(0.0,) * 7])
-    line, of, now = rig.line, {}, 0.0
-    line.loads[0, 0] = n
-    for load in sorted({m for _, _, m in asked}, key=abs):
-        for part in np.linspace(now, load, 1 + int(np.ceil(abs(load - now) * length / ei / TURN)))[1:]:
-            line.loads[0, 5] = -part     # about -y: turns +x towards +z
-            rig.settle()
-        now = load
-        of.update({name: float(line.q[-1, "xz".index(axis) * 2]) for name, axis, m in asked if m == load})
+    rig = Rig(cable_of([{"length": length, "elements": n}], mass_per_length=ei / length**4,
+                       axial_stiffness=case.number("EA_N", INEXTENSIBLE * ei / length**2), bending_stiffness=ei),
+              held={0: "rg"}, tension=tension, gravity=0.0, loads=[[n, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
+    rig.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
+    return rig
+
+
+def no_gravity(case: Case) -> None:
+    """Raise CaseError where a weightless family is given gravity."""
+    for key in ("gravity", "g"):
+        if case.number(key, 0.0) != 0.0:
+            raise CaseError(f"{case.path}: inputs.{key} is not zero, but this family gives no mass; "
+                            "the case was not run")
+
+
+@family("cantilever under tip force", "length_m", "EI_N_m2", "tip_force_N",
+        how=f"clamped along +x, dead force along +z at the tip, EA = {INEXTENSIBLE:g} EI/L^2 where none is given; the "
+            "loads one after another")
+def tip_force(case: Case, level: Level) -> Values:
+    no_gravity(case)
+    given, n = numbers(case.inputs["tip_force_N"]), level.mesh(10)
+    asked = {name: (m[1], nearest(float(m[2]), given))
+             for name, m in case.asked(r"(deflection|tip abscissa|tip slope)(?:, P=([-\d.eE+]+) N)?") if m[2]}
+    rig = cantilever(case, n, max(map(abs, given), default=1.0))
+    of = {}
+    for force in sorted({p for _, p in asked.values()}):
+        rig.line.loads[0, 3] = force
+        rig.settle()
+        tip = rig.line.q[-1]
+        found = {"deflection": tip[2], "tip abscissa": tip[0], "tip slope": np.arctan2(tip[5], tip[3])}
+        of.update({name: float(found[what]) for name, (what, p) in asked.items() if p == force})
     return Values(of, n, 0.0)
 
 
-@family("elastica, tip mass", "length_m", "EI_N_m2", "tip_mass_kg", "mass_per_length_kg_m",
-        how="clamped level, in air, point mass at the tip, EA 1e6 times the weight", growth=2.0)
-def tip_mass(case: Case, level: Level) -> Values:
-    """Tip and clamp moment of a heavy line clamped level."""
-    g, mass = case.number("g", 9.81), case.number("tip_mass_kg")
-    weight = g * (mass + case.number("mass_per_length_kg_m") * case.number("length_m"))
-    rig, n = _cantilever(case, level, weight, coarsest=16, gravity=g, bodies={-1: mass})
+@family("cantilever under tip moment", "length_m", "EI_N_m2", "tip_moment_N_m",
+        how="clamped along +x, moment on the tip's tangent that turns it from +x to +z, raised by at most an eighth of "
+            f"a turn at a time; EA = {INEXTENSIBLE:g} EI/L^2 where none is given")
+def tip_moment(case: Case, level: Level) -> Values:
+    no_gravity(case)
+    given, n = numbers(case.inputs["tip_moment_N_m"]), level.mesh(20)
+    length, ei = case.number("length_m"), case.number("EI_N_m2")
+    asked = {name: ("xyz".index(m[1]), nearest(float(m[2]), given))
+             for name, m in case.asked(r"tip ([xyz]), M=([-\d.eE+]+) N m.*")}
+    rig = cantilever(case, n, ei / length**2)
+    of, now, most = {}, 0.0, 0.25 * np.pi * ei / length
+    for m in sorted({m for _, m in asked.values()}, key=abs):
+        steps = max(int(np.ceil(abs(m - now) / most - 1e-9)), 1)
+        for part in np.linspace(now, m, steps + 1)[1:]:
+            rig.line.loads[0, 5] = -part
+            rig.settle()
+        now = m
+        of.update({name: float(rig.line.q[-1, k]) for name, (k, p) in asked.items() if p == m})
+    return Values(of, n, 0.0)
+
+
+@family("clamped line with tip mass", "length_m", "EI_N_m2", "tip_mass_kg", "mass_per_length_kg_m",
+        how=f"clamped level along +x, the line's own weight counted, EA = {INEXTENSIBLE:g} EI/L^2 where none is given; "
+            "the moment is what holds the clamped tangent")
+def flume_line(case: Case, level: Level) -> Values:
+    length, ei, n = case.number("length_m"), case.number("EI_N_m2"), level.mesh(10)
+    mass, gravity = case.number("tip_mass_kg"), case.number("g", 9.81)
+    line_mass = case.number("mass_per_length_kg_m")
+    rig = Rig(cable_of([{"length": length, "elements": n}], mass_per_length=line_mass,
+                       axial_stiffness=case.number("EA_N", INEXTENSIBLE * ei / length**2), bending_stiffness=ei),
+              held={0: "rg"}, tension=(mass + line_mass * length) * gravity, gravity=gravity, bodies={n: mass})
+    rig.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
     rig.settle()
-    tip, clamp = rig.line.q[-1], rig.line.reaction[0]
-    moment = np.cross(rig.line.q[0, 3:], clamp[3:]) + np.cross(rig.line.q[0, :3], clamp[:3])
+    tip = rig.line.q[-1]
     return Values({"tip x": float(tip[0]), "tip drop": float(-tip[2]),
                    "tip slope below level": float(np.arctan2(-tip[5], tip[3])),
-                   "clamp moment": float(np.linalg.norm(moment))}, n, 0.0)
+                   "clamp moment": float(np.linalg.norm(moment(rig, 0)))}, n, 0.0)
 
 
 @family("vertical cable", "length_m", "wet_weight_N_m", "body_wet_weight_N", "EA_N",
-        how="hung from its upper end, weights as told, static start of the product", growth=2.0)
+        how="hung straight from a held node, weight in water as dead weight, the body's as a dead force")
 def vertical(case: Case, level: Level) -> Values:
-    """Top and middle tension and elongation of a vertical cable."""
-    length, weight, body = (case.number(k) for k in ("length_m", "wet_weight_N_m", "body_wet_weight_N"))
-    n, g = level.mesh(8), 9.81
-    rig = Rig(cable_of([{"length": length, "elements": n}], mass_per_length=weight / g,
-                       axial_stiffness=case.number("EA_N")), held={0: "r"}, tension=weight * length + body, gravity=g,
-              bodies={-1: body / g})
+    length, n = case.number("length_m"), level.mesh(16)
+    weight, body, gravity = case.number("wet_weight_N_m"), case.number("body_wet_weight_N"), case.number("g", 9.81)
+    rig = Rig(cable_of([{"length": length, "elements": n}], mass_per_length=weight / gravity,
+                       axial_stiffness=case.number("EA_N")),
+              held={0: "r"}, tension=weight * length + body, gravity=gravity,
+              loads=[[n, 0.0, 0.0, -body, 0.0, 0.0, 0.0]])
     rig.straight((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
     rig.settle()
-    return Values({"top tension": float(rig.line.reaction[0, 2]), "elongation": float(-rig.line.q[-1, 2] - length),
+    return Values({"top tension": float(np.linalg.norm(rig.line.reaction[0, :3])),
+                   "elongation": float(-rig.line.q[-1, 2] - length),
                    "tension at mid length": rig.tension_at(0.5 * length)}, n, 0.0)
