@@ -14,9 +14,10 @@ import numpy as np
 from ..physics.contact import END_LOAD, stiffness
 from ..physics.line import LOAD_COLUMNS
 from ..physics.surface import surface_row
-from .rig import Rig
+from .rig import Rig, RigError
 
 PENETRATION = 1e-4   # of the radius, under the line load T/R: does not show
+MOVING = 1e-3        # the same where cable runs on: a fifth of the shipped one; stiffer contact only chatters more
 
 
 class Bend(NamedTuple):
@@ -91,3 +92,43 @@ def reload(rig: Rig, rows: list[np.ndarray]) -> None:
     rig.line.loads[:] = 0.0
     for i, row in enumerate(rows):
         rig.line.loads[i] = row
+
+
+class Walk:
+    """Steps of a rig one by one; a step that Newton cannot solve is halved, as the product does."""
+
+    def __init__(self, rig: Rig, moved: tuple[int, ...] = (), motion=None, halvings: int = 8):
+        """motion(t [steps] since the beginning) -> [steps, len(moved), 9] of r, v, a of the moved nodes."""
+        self.rig, self.moved, self.motion, self.halvings = rig, moved, motion, halvings
+        self.time, self.smallest = 0.0, np.inf
+
+    def step(self, h: float, level: int = 0) -> None:
+        """Advance by h [s]. Raises RigError."""
+        begin = self.time
+        motion = None if self.motion is None else (lambda t: self.motion(begin + t))
+        try:
+            self.rig.run(h, h, moved=self.moved, motion=motion)
+        except RigError:
+            if level == self.halvings:
+                raise
+            self.step(0.5 * h, level + 1)
+            self.step(0.5 * h, level + 1)
+        else:
+            self.smallest = min(self.smallest, h)
+        self.time = begin + h
+
+    def to(self, end: float, step: float, look=None) -> list:
+        """Equal steps near ``step`` up to time ``end`` [s]; look(time) after each. Returns what it returned."""
+        count = max(int(round((end - self.time) / step)), 1)
+        h, seen = (end - self.time) / count, []
+        for _ in range(count):
+            self.step(h)
+            if look is not None:
+                seen.append(look(self.time))
+        return seen
+
+    def note(self, step: float) -> list[str]:
+        """What is to be told where steps were halved."""
+        if self.smallest > 0.75 * step:
+            return []
+        return [f"Newton asked for steps down to {self.smallest:.2g} s"]

@@ -87,6 +87,14 @@ class Stations(NamedTuple):
         values = self.load if what is None else what
         return float(self.weight[inside] @ values[inside] / self.weight[inside].sum())
 
+    def fit(self, low: float, high: float, at: float) -> float:
+        """Radial line load at an angle, of the parabola through the stations between two angles."""
+        inside = (self.angle >= low) & (self.angle <= high)
+        degree = min(2, int(inside.sum()) - 1)
+        if degree < 0:
+            return float("nan")
+        return float(np.polyfit(self.angle[inside] - at, self.load[inside], degree, w=self.weight[inside] ** 0.5)[-1])
+
     def edges(self) -> tuple[float, float] | None:
         """Angles where contact begins and ends: zero of the gap, between the stations where it changes sign."""
         on = np.flatnonzero((self.gap < 0.0) & (self.load > 0.0))

@@ -7,8 +7,8 @@ from math import pi, radians, sqrt
 import numpy as np
 
 from ...physics.surface import RADIUS, STIFFNESS
-from ..bend import Bend, drum, distributed, pieces, pulls
-from ..rig import Rig, RigError, cable_of
+from ..bend import MOVING, Bend, Walk, drum, pieces, pulls
+from ..rig import Rig, cable_of
 from ..stations import Stations, stations
 from .family import Case, Level, Values, family
 
@@ -17,12 +17,6 @@ MASS = 0.389        # kg/m where a case at rest gives none: it only carries the 
 STRETCH = 1e-5      # of an inextensible cable at its working tension
 TRACE = 1e-6        # penetration over radius where the ends of the contact are looked for
 FINEST = 48         # elements over the bending length; more only meets the round-off of EA
-
-
-def between(rig: Rig, bend: Bend, tension: float) -> None:
-    """Settle a cable pulled at both ends, along its two straight parts, with the same dead force [N]."""
-    rig.place(*bend.nodes(rig.arc))
-    rig.settle()
 
 
 def ends_of(bend: Bend, total: float, nodes: int, tension: float) -> list[np.ndarray]:
@@ -169,14 +163,13 @@ def heavy_static(case: Case, level: Level) -> Values:
     rig.place(*bend.nodes(rig.arc))
     rig.settle()
     table = stations(rig.line)
-    bin_ = 0.25 * FINE * 4.0 / level.mesh(1)
-    places = {"left tangent point": (-1.0, left), "top": (0.0, left + 0.5 * bend.contact),
-              "right tangent point": (1.0, left + bend.contact)}
-    of = {f"tension at the {where}": rig.tension_at(s) for where, (_, s) in places.items()}
-    of["line load at the top"] = table.mean(-bin_, bin_)
-    # at the tangent points from the inside: the load ends there
-    of["line load at the tangent points"] = 0.5 * (table.mean(-0.5 * pi, -0.5 * pi + bin_)
-                                                   + table.mean(0.5 * pi - bin_, 0.5 * pi))
+    places = {"left tangent point": left, "top": left + 0.5 * bend.contact,
+              "right tangent point": left + bend.contact}
+    of = {f"tension at the {where}": rig.tension_at(s) for where, s in places.items()}
+    # the load ends at the tangent points: there it is read off a parabola through the stations inside of them
+    of["line load at the top"] = table.fit(-0.25, 0.25, 0.0)
+    of["line load at the tangent points"] = 0.5 * (
+        table.fit(-0.5 * pi + 0.1, -0.5 * pi + 1.1, -0.5 * pi) + table.fit(0.5 * pi - 1.1, 0.5 * pi - 0.1, 0.5 * pi))
     of["total vertical contact force"] = float(table.resultant[2])
     hold = -float(rig.line.reaction[0, 2])
     return Values(of, rig.nodes - 1, 0.0, [f"the hand that holds the left end pulls down with {hold:.3g} N "
@@ -191,30 +184,29 @@ def running(case: Case, level: Level) -> Values:
     tension, mass, radius = (case.number("tension_N"), case.number("mass_per_length_kg_m"),
                              case.number("radius_to_centreline_m"))
     speed, wrap = case.number("speed_m_s"), radians(case.number("wrap_deg"))
-    of, elements, step = {}, 0, 0.0
+    of, elements, step, notes = {}, 0, 0.0, []
+    size, way = 2.0 * FINE * radius / level.mesh(1), 1.5 * radius
+    leg = way + 2.0 * radius
+    bend = Bend(radius, -0.5 * wrap, 0.5 * wrap, leg)
 
     def run(v: float) -> tuple[float, float]:
-        """Mean line load of the inner half and resultant while the cable moves by half a radius."""
+        """Mean line load of the inner half and resultant over the last third of a way of 1.5 radii."""
         nonlocal elements, step
-        size = 2.0 * FINE * radius / level.mesh(1)
-        step = level.step(0.1 * radius / max(v, speed))
-        way = 1.5 * radius
-        leg = way + 2.0 * radius
-        rig = symmetric(tension, radius, wrap, leg, size, drum(radius, tension), fine=leg, mass=mass,
-                        axial=1e-1 * tension / STRETCH)
+        rig = symmetric(tension, radius, wrap, leg, size, drum(radius, tension, penetration=MOVING), fine=leg,
+                        mass=mass, axial=0.1 * tension / STRETCH)
         rig.settle()
-        bend = Bend(radius, -0.5 * wrap, 0.5 * wrap, leg)
-        _, g = bend.nodes(rig.arc)
-        rig.line.v[:, :3], rig.line.v[:, 3:] = v * g, v * bend.turning(rig.arc)
+        rig.line.v[:, :3], rig.line.v[:, 3:] = v * bend.nodes(rig.arc)[1], v * bend.turning(rig.arc)
         rig.balance()
-        h = rig.run(way / v, min(step, 0.02 * way / v) if not level.realtime else min(step, 0.1 * way / v))
-        step = min(step, float(h.time[0]))
-        late = h.time >= (2.0 / 3.0) * h.time[-1]
-        found = [stations(rig.line, 0, q, w) for q, w in zip(h.q[late], h.v[late])]
-        elements = rig.nodes - 1
-        quarter = 0.25 * wrap
-        return (float(np.mean([t.mean(-quarter, quarter) for t in found])),
-                float(np.linalg.norm(np.mean([t.resultant for t in found], 0))))
+        walk, elements = Walk(rig), rig.nodes - 1
+        # in real time the way is sampled by 20 steps at least, whatever the shipped step
+        h = min(level.step(0.05 * size / v), 0.05 * way / v)
+        walk.to(way / 1.5 / v, h)
+        seen = walk.to(way / v, h, lambda t: stations(rig.line))
+        if v == speed:
+            step = h
+            notes.extend(walk.note(h))
+        return (float(np.mean([t.mean(-0.25 * wrap, 0.25 * wrap) for t in seen])),
+                float(np.linalg.norm(np.mean([t.resultant for t in seen], 0))))
 
     load, total = run(speed)
     for output in case.outputs:
@@ -225,7 +217,7 @@ def running(case: Case, level: Level) -> Values:
         elif output.name.startswith("lift-off speed"):
             _, rest = run(0.5 * speed)
             squares, forces = [0.25 * speed**2, speed**2], [rest, total]
-            for share in (0.5, 0.8):   # nearer and nearer, each from the two before
+            for share in (0.5, 0.6):   # nearer and nearer, each from the two before
                 zero = squares[-1] + forces[-1] * (squares[-1] - squares[-2]) / (forces[-2] - forces[-1])
                 if not zero > squares[-1]:
                     break
@@ -233,4 +225,4 @@ def running(case: Case, level: Level) -> Values:
                 forces.append(run(sqrt(squares[-1]))[1])
             zero = squares[-1] + forces[-1] * (squares[-1] - squares[-2]) / (forces[-2] - forces[-1])
             of[output.name] = sqrt(zero) if zero > 0.0 else None
-    return Values(of, elements, step)
+    return Values(of, elements, step, notes)
