@@ -66,7 +66,8 @@ def drum(radius: float, tension: float, damping: float = 0.3, penetration: float
     """
     sine, flanks = (1.0, 1) if half_angle is None else (np.sin(half_angle), 2)
     k = stiffness(tension / END_LOAD, radius, sine, flanks, penetration * radius)
-    return surface_row((0.0, 0.0, 0.0), radius, None if half_angle is None else 2.0 * half_angle, depth, 0.0, k, damping)
+    throat = None if half_angle is None else 2.0 * half_angle
+    return surface_row((0.0, 0.0, 0.0), radius, throat, depth, 0.0, k, damping)
 
 
 def pulls(*forces: tuple[int, tuple[float, float, float] | np.ndarray]) -> list[np.ndarray]:

@@ -21,8 +21,8 @@ CLOSE = 0.02          # deg to which the heel is bisected on the coarsest level
 
 
 @family("bounce", "mass_kg", "stiffness_N_m1p5", "approach_speed_m_s", "D_s_m",
-        how="a straight cable of 1 m falls flat along the axis of a drum of 1000 m radius: uniform penetration, so that "
-            "mass and contact stiffness per length times the length are those of the point mass; step 1/50 of the "
+        how="a straight cable of 1 m falls flat along the axis of a drum of 1000 m radius: uniform penetration, so "
+            "that mass and contact stiffness per length times the length are those of the point mass; step 1/50 of the "
             "contact's time scale, in real time too (the shipped step is longer than the contact)")
 def bounce(case: Case, level: Level) -> Values:
     """Rebound speed, largest penetration and time of contact of one bounce."""

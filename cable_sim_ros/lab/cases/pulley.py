@@ -14,12 +14,16 @@ from .family import Case, Level, Values, family
 
 FINE = 0.2          # element on the pulley over its radius on the coarsest mesh: half the shipped one
 COARSE = 20         # elements of a straight part beside it
+CALM = 5            # samples over which a line load is averaged
+LOOKS = 250         # at the line loads of a rope that lifts off
 STRETCH = 1e-4      # of an inextensible rope at its first tension
 
 
-def release(rig: Rig) -> None:
-    """Let go of what was held for the settling."""
-    held = np.zeros_like(rig.line.held)
+def hold(rig: Rig, *components: tuple[int, int]) -> None:
+    """Hold these unknowns (node, component) from now on and nothing else."""
+    held = np.zeros((rig.nodes, 6))
+    for node, component in components:
+        held[node, component] = 1.0
     held.setflags(write=False)
     rig.line = rig.line._replace(held=held)
 
@@ -75,7 +79,7 @@ def atwood(case: Case, level: Level) -> Values:
     rig = Rig(cable, held={0: "r"}, tension=tension, gravity=gravity, bodies=bodies,
               loads=[np.zeros(7)] * (nodes + 2), surfaces=[drum(radius, tension, penetration=MOVING)])
     settle_moving(rig, bend, first, mass, bodies)
-    release(rig)
+    hold(rig)
     rig.balance()
     step = level.step(2e-3)
     period = 2.0 * pi * sqrt(total / ea / (1.0 / (light + 0.5 * mass * total) + 1.0 / (heavy + 0.5 * mass * total)))
@@ -92,7 +96,9 @@ def atwood(case: Case, level: Level) -> Values:
         half = 0.5 * max(period, step)
         if walk.time < t - half:
             walk.to(t - half, step)
-        seen[t] = np.mean(walk.to(t + half, min(step, 0.25 * half) if not level.realtime else min(step, half), look), 0)
+        begin = look(walk.time)
+        table = np.array([begin, *walk.to(t + half, min(step, 0.25 * half), look)])
+        seen[t] = (table[1:-1].sum(0) + 0.5 * (table[0] + table[-1])) / (len(table) - 1)
     column = {"travel": 0, "speed": 1, "tension at heavy-side tangent": 2, "tension at light-side tangent": 3,
               "vertical contact force": 4}
     return Values({name: float(seen[float(m[2])][column[m[1]]]) for name, m in asked}, rig.nodes - 1, step,
@@ -110,7 +116,8 @@ def lift_off(case: Case, level: Level) -> Values:
     free, pull, wrap = (case.number("free_length_below_tangent_m"), case.number("pull_acceleration_m_s2"),
                         radians(case.number("wrap_deg")))
     bend = Bend(radius, -0.5 * pi, wrap - 0.5 * pi, free)
-    size, tail = 2.0 * FINE * radius / level.mesh(1), 2.0 * radius
+    # in real time too coarse a mesh lifts off early, and a step of half a radius of rope cannot show when
+    size, tail = (0.5 if level.realtime else 2.0) * FINE * radius / level.mesh(1), 2.0 * radius
     tension = mass * free * (gravity + pull)
     cable = cable_of(pieces((free + bend.contact + tail, size)), mass_per_length=mass,
                      axial_stiffness=tension / STRETCH)
@@ -127,14 +134,16 @@ def lift_off(case: Case, level: Level) -> Values:
         return np.concatenate(ramps, 1)[:, None, :]
 
     last = sqrt(2.0 * free / pull)
-    step = min(level.step(2e-3 * last), 0.025 * last)
+    step = min(level.step(2e-3 * last), 0.01 * last)
+    every = max(int(last / LOOKS / step), 1)
     places = np.linspace(0.0, wrap, max(int(round(wrap / radians(10.0))), 2) + 1)
     times, loads, speeds, lengths = [], [], [], []
     walk = Walk(rig, moved=(nodes - 1,), motion=motion)
     notes = []
     while walk.time < 0.95 * last:
         try:
-            walk.step(step)
+            for _ in range(every):
+                walk.step(step)
         except RigError as error:
             notes.append(f"stopped at {walk.time:.3g} s: {error}")
             break
@@ -148,7 +157,7 @@ def lift_off(case: Case, level: Level) -> Values:
         loads.append(now)
         speeds.append(float(np.linalg.norm(rig.line.v[0, :3])))
         lengths.append(level_of(rig, -1.0))
-        if np.min(now) < -0.05 * np.max(loads[0]) or np.mean(now) < 0.02 * np.mean(loads[0]):
+        if np.mean(loads[-CALM:], 0).min() < 0.0:
             break
     return Values(*_first_zero(case, np.array(times), np.array(loads), places, speeds, lengths, rig.nodes - 1, step,
                                notes + walk.note(step)))
@@ -157,8 +166,9 @@ def lift_off(case: Case, level: Level) -> Values:
 def _first_zero(case, times, loads, places, speeds, lengths, elements, step, notes):
     """Values of a lift-off from the line loads [time, place]."""
     found = []
+    calm = np.ones(CALM) / CALM
     for i, place in enumerate(places):
-        share = loads[:, i] / loads[0, i]
+        share = np.convolve(np.pad(loads[:, i] / loads[0, i], CALM // 2, mode="edge"), calm, "valid")
         below = np.flatnonzero(share < 0.1)
         stop = below[0] if len(below) else len(times)
         use = np.arange(stop)[(share[:stop] < 0.8)]
@@ -171,17 +181,21 @@ def _first_zero(case, times, loads, places, speeds, lengths, elements, step, not
     if not found:
         return {}, elements, step, [*notes, "no line load came to zero"]
     when, where = min(found)
-    told = {"lift-off time": when, "speed at lift-off": np.interp(when, times, speeds),
-            "free length left at lift-off": np.interp(when, times, lengths),
+
+    def then(series: list[float]) -> float:
+        ahead = max(when - times[-1], 0.0)
+        return np.interp(when, times, series) + ahead * (series[-1] - series[-2]) / (times[-1] - times[-2])
+
+    told = {"lift-off time": when, "speed at lift-off": then(speeds), "free length left at lift-off": then(lengths),
             "angular position of first lift-off from the free-side tangent": np.degrees(where)}
     return {o.name: float(told[o.name]) for o in case.outputs if o.name in told}, elements, step, notes
 
 
 @family("wrapping pendulum", "rope_length_from_top_of_pulley_m", "radius_to_centreline_m", "mass_kg",
         "initial_angle_from_vertical_deg",
-        how="held on top of the pulley, no bending stiffness; a positive angle is outward, away from the pulley, so that "
-            "wrap = 90 deg - angle; settled with the mass pulled along the rope only, then released; forces filtered "
-            "above 10 times the swing")
+        how="held along itself on top of the pulley, no bending stiffness; a positive angle is outward, away from the "
+            "pulley, so that wrap = 90 deg - angle; settled with the mass pulled along the rope only, then released; "
+            "forces filtered above 10 times the swing")
 def wrapping(case: Case, level: Level) -> Values:
     """Extremes, period and forces of a mass that swings on a rope which wraps on and off."""
     radius, length = case.number("radius_to_centreline_m"), case.number("rope_length_from_top_of_pulley_m")
@@ -197,6 +211,7 @@ def wrapping(case: Case, level: Level) -> Values:
     weight = mass * gravity
     rig = Rig(cable, held={0: "r"}, tension=weight, gravity=gravity, bodies={-1: mass}, loads=[np.zeros(7)],
               surfaces=[drum(radius, weight, penetration=MOVING)])
+    hold(rig, (0, 0), (0, 1))     # along the rope; across it the pulley bears it
     bend = Bend(radius, 0.0, wrap, 0.0)
     rig.place(*bend.nodes(rig.arc))
     along = np.array((sin(start), 0.0, -cos(start)))

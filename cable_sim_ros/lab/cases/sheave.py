@@ -42,8 +42,8 @@ def symmetric(tension: float, radius: float, wrap: float, leg: float, size: floa
 
 
 @family("static wrap", "tension_N", "wraps_deg", "sheave_root_radius_m", "cable_diameter_m",
-        how="no bending stiffness, both ends pulled by dead forces along the far lines, nothing held; contact stiffness "
-            "of the case; a cylinder, and a groove for the load of a flank")
+        how="no bending stiffness, both ends pulled by dead forces along the far lines, nothing held; contact "
+            "stiffness of the case; a cylinder, and a groove for the load of a flank")
 def static_wrap(case: Case, level: Level) -> Values:
     """Resultants for each wrap, line load and penetration in the middle of the widest, load of a groove's flank."""
     tension = case.number("tension_N")
@@ -177,8 +177,8 @@ def heavy_static(case: Case, level: Level) -> Values:
 
 
 @family("running cable", "tension_N", "mass_per_length_kg_m", "radius_to_centreline_m", "speed_m_s", "wrap_deg",
-        how="no weight, both ends pulled by dead forces; settled at rest, then given the speed along itself everywhere; "
-            "lift-off: the speed squared at which the resultant of several runs vanishes")
+        how="no weight, both ends pulled by dead forces; settled at rest, then given the speed along itself everywhere;"
+            " lift-off: the speed squared at which the resultant of several runs vanishes")
 def running(case: Case, level: Level) -> Values:
     """Line load and resultant of a cable that runs over a sheave, and the speed that lifts it off."""
     tension, mass, radius = (case.number("tension_N"), case.number("mass_per_length_kg_m"),
