@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..rig import SHIPPED, RigError, warm_up
-from . import pendulum  # noqa: F401 - the families declare themselves
+from . import frames, hydro, jumper, pendulum, tow  # noqa: F401 - the families declare themselves
 from .family import FAMILIES, Case, CaseError, Family, Level, Output, Values
 
 SETTLED = 0.2      # share of its tolerance by which an output may still move between the last two levels
