@@ -17,12 +17,16 @@ from typing import NamedTuple
 from ..rig import SHIPPED, RigError, warm_up
 from . import (  # noqa: F401 - the families declare themselves
     contact,
+    frames,
+    hydro,
+    jumper,
     modes,
     pendulum,
     pulley,
     sheave,
     slack,
     statics,
+    tow,
     waves,
 )
 from .family import FAMILIES, Case, CaseError, Family, Level, Output, Values
