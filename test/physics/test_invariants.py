@@ -273,7 +273,8 @@ def test_powers_are_the_forces_on_the_velocities(seed):
     dry = Bench(20, seed, gravity=0.0, mass=0.0)
     dry.q, dry.v, dry.arc = start, bench.v, bench.arc
     dry.residual()
-    assert dry.work.power[OWN] - dry.work.power[LOST_POWER] == pytest.approx((rate[1] - rate[0]) / (2.0 * step), rel=1e-4)
+    stored = (rate[1] - rate[0]) / (2.0 * step)
+    assert dry.work.power[OWN] - dry.work.power[LOST_POWER] == pytest.approx(stored, rel=1e-4)
 
 
 def test_a_cable_folds_where_a_rod_would_push():
