@@ -148,5 +148,5 @@ def drop_snap(case: Case, level: Level) -> Values:
                "time between first and second engagement": float(events[2] - events[0]),
                "largest tension at second engagement": float(tension[again].max())}
         notes.append(f"while it buckled the tether pushed with up to {max(-tension[loose].min(), 0.0):.0f} N, "
-                     f" {-np.minimum(tension[loose], 0.0).sum() * step:.2g} N s in all: its own inertia sideways")
+                     f"{-np.minimum(tension[loose], 0.0).sum() * step:.2g} N s in all: its own inertia sideways")
     return Values(of, n, step, notes)
