@@ -334,8 +334,8 @@ CAUTIONS = {
         "axial_stiffness: 6.786e+6", "axial_stiffness: 6.786e+6\n  bending_stiffness: 1.4",
         "tow.yaml:11: cable.sections.sheave lies on the sheave with elements of 0.0625 m, longer than 0.0281 m, 1.5 "
         "bending lengths sqrt(EI/T) at contact.working_tension: how the load spreads along the sheave and what its "
-        "ends bear is not resolved; tension, resultant and towbody do not depend on it. Where the spread matters, elements "
-        "of at most 0.0281 m there"),
+        "ends bear is not resolved; tension, resultant and towbody do not depend on it. Where the spread matters, "
+        "elements of at most 0.0281 m there"),
     "fine zone too short outboard": (
         "sheave: {length: 8.0, elements: 128}",
         "sheave: {length: 4.0, elements: 64}\n    rest: {length: 4, elements: 2}",
