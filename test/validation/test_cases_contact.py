@@ -1,4 +1,4 @@
-"""Cases of contact and pulleys against closed forms, with the tolerances of the case files and other numbers as well."""
+"""Cases of contact and pulleys against closed forms, with the tolerances of the case files; with other numbers too."""
 
 from math import cos, cosh, degrees, pi, radians, sin, sinh, sqrt
 
@@ -41,7 +41,8 @@ def test_static_wrap(tension, root, half):
     expected = {f"total contact force, wrap {w} deg": (2 * tension * sin(radians(w) / 2), 0.005, None)
                 for w in (25, 90, 180)}
     expected |= {"contact line load (mid wrap)": (line, 0.02, None),
-                 "penetration with line load kN*delta^1.5, kN=1e9, cylindrical surface": ((line / k)**(2 / 3), 0.02, None),
+                 "penetration with line load kN*delta^1.5, kN=1e9, cylindrical surface":
+                 ((line / k)**(2 / 3), 0.02, None),
                  f"normal line load on each flank, groove half angle {half} deg, no friction":
                  (tension / radius / (2 * sin(radians(half))), 0.02, None)}
     both({"tension_N": tension, "sheave_root_radius_m": root, "cable_diameter_m": 0.01, "wraps_deg": [25, 90, 180],
@@ -152,7 +153,8 @@ def test_lift_off(pull, radius):
                 "free length left at lift-off": (free - 0.5 * pull * time**2, 0.05, None),
                 "angular position of first lift-off from the free-side tangent": (0.0, None, 15.0)}
     one = case({"radius_to_centreline_m": radius, "rope_mass_per_length_kg_m": 0.1,
-                "free_length_below_tangent_m": free, "pull_acceleration_m_s2": pull, "g": G, "wrap_deg": 180.0}, expected)
+                "free_length_below_tangent_m": free, "pull_acceleration_m_s2": pull, "g": G, "wrap_deg": 180.0},
+               expected)
     check(family_of(one).solve(one, Level(2, None)).of, expected)
 
 
