@@ -54,8 +54,8 @@ def from_samples(case: Case, t: float) -> np.ndarray:
 
 
 @family("ship point", "offset_body_m", "harmonics",
-        how=f"the harmonics through the product's pose and point kinematics; in real time samples at {RATE} Hz with the "
-            "instant half-way between two of them, through the product's interpolation")
+        how=f"the harmonics through the product's pose and point kinematics; in real time samples at {RATE} Hz with "
+            "the instant half-way between two of them, through the product's interpolation")
 def ship_point(case: Case, level: Level) -> Values:
     offset = tuple(float(x) for x in case.inputs["offset_body_m"])
     still, of = (0.0, 0.0, 0.0), {}

@@ -122,16 +122,16 @@ def thread(case: Case, length: float, held: dict, stiffness: float, tension: flo
 def sinking_sphere(case: Case, level: Level) -> Values:
     gravity = case.number("g", 9.81)
     sphere = sphere_of(case, gravity)
-    net = abs(sphere.net_weight)
-    rig = thread(case, 0.01, {0: "g", 1: "g"}, net, net, gravity, sphere, 1)
+    net = max(abs(sphere.net_weight), 1e-3 * sphere.mass * gravity)
+    rig = thread(case, 0.01, {0: "g", 1: "g"}, max(net, 1.0), net, gravity, sphere, 1)
     rig.straight((0.0, 0.0, -DEEP), (0.0, 0.0, -1.0))
     step = level.step(0.01)
     return Values(fall(case, rig, 1, step), 1, step)
 
 
 @family("submerged pendulum", "sphere_radius_m", "mass_kg", "fluid_density", "Ca", "line_length_m", "amplitude_deg",
-        how="the product's body on one element of 1e-5 kg/m without drag, buoyancy and added mass; settled hanging, then "
-            "let go at the amplitude; frequency from the crossings of the vertical")
+        how="the product's body on one element of 1e-5 kg/m without drag, buoyancy and added mass; settled hanging, "
+            "then let go at the amplitude; frequency from the crossings of the vertical")
 def submerged_pendulum(case: Case, level: Level) -> Values:
     gravity, length = case.number("g", 9.81), case.number("line_length_m")
     sphere, top = sphere_of(case, gravity), np.array((0.0, 0.0, -DEEP))

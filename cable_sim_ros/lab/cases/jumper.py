@@ -54,8 +54,8 @@ def oscillation(case: Case) -> tuple[float, float]:
     found = [re.search(rf"{what}\s*=?\s*({NUMBER})\s*{unit}\b", text) for what, unit in (("amplitude", "m"),
                                                                                     ("period", "s"))]
     if not all(found):
-        raise CaseError(f"{case.path}: inputs.motion = {text!r} gives no 'amplitude <A> m' and 'period <T> s'; the case "
-                        "was not run")
+        raise CaseError(f"{case.path}: inputs.motion = {text!r} gives no 'amplitude <A> m' and 'period <T> s'; the "
+                        "case was not run")
     return float(found[0][1]), float(found[1][1])
 
 
@@ -80,9 +80,9 @@ def swaying(still: np.ndarray, axis: int, amplitude: float, period: float, since
 
 @family("swaying jumper", "end_fixed_m", "end_moved_m", "unstretched_length_m", "EA_N", "EI_N_m2", "diameter_m",
         "mass_per_length_kg_m", "fluid_density", "motion", growth=4.0,
-        how="pinned ends, settled, then the moved end sways; amplitude taken up over the first period; periods until the "
-            "extremes repeat, at least three; the water's surface is z = 0: what rises out of it is in air; tension: "
-            "the reaction at the end along the cable's tangent")
+        how="pinned ends, settled, then the moved end sways; amplitude taken up over the first period; periods until "
+            "the extremes repeat, at least three; the water's surface is z = 0: what rises out of it is in air; "
+            "tension: the reaction at the end along the cable's tangent")
 def jumper(case: Case, level: Level) -> Values:
     fixed, moved = vector(case, "end_fixed_m"), vector(case, "end_moved_m")
     gravity, length, n = case.number("g", 9.81), case.number("unstretched_length_m"), level.mesh(16)

@@ -12,8 +12,8 @@ from ..rig import Rig, cable_of
 from .family import Case, Level, Values, family
 from .wet import DEEP, STRAIN, crossflow, drag_law, graded, weigh
 
-STEADY = 1e-4          # share by which a steady turn may still change from one turn to the next
-MOST_TURNS = 40
+STEADY = 2e-5          # share by which a steady turn may still change from one turn to the next
+MOST_TURNS = 60
 
 
 class Tow:
@@ -44,7 +44,7 @@ class Tow:
 def critical_angle(case: Case, speed: float, law: dict) -> float:
     """Angle below the horizontal [deg] at which the product's load across a straight line in the stream is nothing.
 
-    Not the angle of a settled free line: where the drag along it is more than its weight along it, that one buckles.
+    A long line without a body settles at this angle too, but for its end without tension; this needs no such end.
     """
     density, wet = case.number("fluid_density"), case.number("wet_weight_N_m")
     rig = Rig(cable_of([{"length": 1.0, "elements": 1, **law}], mass_per_length=case.number("mass_per_length_kg_m"),
@@ -56,7 +56,7 @@ def critical_angle(case: Case, speed: float, law: dict) -> float:
     def across(angle: float) -> float:
         c, s = np.cos(angle), np.sin(angle)
         rig.straight((0.0, 0.0, -DEEP), (c, 0.0, -down * s))
-        rig.settle(steps=1, longest=0.02)   # everything is held: this only finds what holds it
+        rig.balance()   # everything is held: this only finds what holds it
         load = -rig.line.reaction[:, :3].sum(axis=0)
         return load[0] * s + down * load[2] * c
 
@@ -112,9 +112,9 @@ def turn_figures(rig: Rig) -> np.ndarray:
 
 @family("circle tow", "cable_length_m", "ship_speed_m_s", "ship_turn_radius_m", "body_wet_weight_N", "body_mass_kg",
         "body_drag_area_CdA_m2", "wet_weight_N_m", growth=4.0,
-        how=f"tow point moved on the circle from a settled straight tow, whole turns until nothing changes by more than "
-            f"{STEADY:g} a turn; steps of 0.5 s and finer, in real time the steady turn in steps of 0.5 s and then 1/8 "
-            f"turn in shipped steps; EI 0, EA {1 / STRAIN:g} times the working tension; body alike along all axes")
+        how=f"tow point moved on the circle from a settled straight tow, whole turns until nothing changes by more "
+            f"than {STEADY:g} a turn; steps of 0.5 s and finer, in real time the steady turn in steps of 0.5 s and "
+            f"then 1/8 turn in shipped; EI 0, EA {1 / STRAIN:g} times the working tension; body alike on all axes")
 def circle_tow(case: Case, level: Level) -> Values:
     speed, radius = case.number("ship_speed_m_s"), case.number("ship_turn_radius_m")
     tow = Tow(case, level, speed, crossflow(case.number("Cn"), case.number("Ct", 0.0)), case.number("body_mass_kg"),
