@@ -8,7 +8,7 @@ import numpy as np
 
 from ..rig import Rig, RigError, cable_of
 from .family import Case, CaseError, Level, Values, family
-from .gauge import crossings
+from .gauge import crossings, law_note
 from .statics import hanging_shape
 
 LIMBER = 5e-8        # EI over m g L^3 of a chain: in a coarse mesh the tangent of its free end needs some
@@ -92,7 +92,8 @@ def falling_chain(case: Case, level: Level) -> Values:
 def bowed(rig: Rig, chord: float) -> None:
     """Lay the line down from the origin in bights in x, its ends ``chord`` [m] apart, one above the other.
 
-    One bight over the whole length would whip: it takes 1 % of the speed of a load of a thousand times its mass.
+    One bight over the whole length would whip: it takes 1 % of the speed of a load of a thousand times its mass. Slack
+    close to the load takes less, but then the snap sets the cable ringing, and its peak grows with the mesh.
     """
     s, length = rig.arc / rig.arc[-1], rig.arc[-1]
     fine = np.linspace(0.0, 1.0, 4001)
@@ -134,7 +135,7 @@ def drop_snap(case: Case, level: Level) -> Values:
 
     t, apart, z, speed, tension = march(rig, step, 3.2 * fall + 2.0 * swing, look, lambda t, seen: False)
     events = crossings(t, apart, length)
-    of, notes = {}, []
+    of, notes = {}, law_note(float(tension.max()), ea)
     if len(events) < 4:
         notes.append(f"only {len(events)} of 4 events were seen: at {', '.join(f'{x:.4g} s' for x in events)}")
     if len(events) >= 2:

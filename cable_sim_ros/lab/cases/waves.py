@@ -10,16 +10,16 @@ from ..rig import Rig, cable_of
 from .family import Case, CaseError, Level, Values, family
 from .gauge import crossings, follow, hold, mean_between, point
 
-SAMPLES = 100   # least steps per transit L/c of a real-time run: a front cannot be timed with less
+SAMPLES = 200   # least steps per transit L/c of a real-time run: a front cannot be timed with less
 FRONT = 1.0 / 32.0   # width of the start's front over the length: a jump of no width rings by a seventh of its height
 
 
 def wave_step(level: Level, transit: float, coarsest: int) -> float:
     """Step [s]: verification transit / (coarsest 2^k); real time the shipped tick, or the even share of it that gives
-    SAMPLES steps per transit, never below a tenth."""
+    SAMPLES steps per transit, never below a twentieth."""
     if not level.realtime:
         return level.step(transit / coarsest)
-    return level.tick / min(max(math.ceil(level.tick * SAMPLES / transit), 1), 10)
+    return level.tick / min(max(math.ceil(level.tick * SAMPLES / transit), 1), 20)
 
 
 def bar(case: Case, n: int, tension: float, **extra) -> Rig:
