@@ -80,7 +80,8 @@ def test_heavy_rope_at_rest(mass, radius, left, right, end):
 
 
 @pytest.mark.parametrize("tension, mass, radius, speed, wrap",
-                         [(200.0, 0.389, 0.255, 5.0, 90.0), (120.0, 0.2, 0.4, 8.0, 60.0), (200.0, 0.389, 0.1, 18.0, 160.0)])
+                         [(200.0, 0.389, 0.255, 5.0, 90.0), (120.0, 0.2, 0.4, 8.0, 60.0),
+                          (200.0, 0.389, 0.1, 18.0, 160.0)])
 def test_running_cable(tension, mass, radius, speed, wrap):
     """T - mu v^2 bends the cable: q = (T - mu v^2)/R, 2 (T - mu v^2) sin(W/2), lift-off at sqrt(T/mu)."""
     left = tension - mass * speed**2
