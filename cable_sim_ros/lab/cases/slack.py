@@ -58,6 +58,7 @@ def fall_step(level: Level, fall: float, coarsest: int) -> float:
             f"EA = {INEXTENSIBLE:g} m g L; at least {FALL_STEPS} steps over sqrt(2 L/g); x from the end that stays, "
             "drop from the level of the ends")
 def falling_chain(case: Case, level: Level) -> Values:
+    """When, where and how fast the tip of a chain passes the drops asked for."""
     length, apart, mass = case.number("length_m"), case.number("end_separation_m"), case.number("mass_per_length_kg_m")
     if not 0.0 < apart <= length:
         raise CaseError(f"{case.path}: inputs.end_separation_m = {apart:g} lies outside 0..{length:g}; "
@@ -116,6 +117,7 @@ def bowed(rig: Rig, chord: float) -> None:
             f"by itself; engaged where its ends are further apart than its length; tension: mean along it; at least "
             f"{FALL_STEPS} steps over the free fall")
 def drop_snap(case: Case, level: Level) -> Values:
+    """Engagements, tensions and rebound of a weight that falls into its tether."""
     mass, length, ea = case.number("end_mass_kg"), case.number("tether_length_m"), case.number("EA_N")
     height, light = case.number("free_fall_height_m"), case.number("tether_mass_per_length_kg_m")
     gravity, n = case.number("g", 9.81), 16 if level.realtime else level.mesh(8)

@@ -41,6 +41,7 @@ def transit_time(case: Case) -> float:
             "speed: two lengths over the time between rise and fall of the reaction; end velocity: mean over "
             "0.2..1.8 L/c")
 def step_force(case: Case, level: Level) -> Values:
+    """Fronts along a bar: speed, displacements, support reaction."""
     length, force, unit = case.number("length_m"), case.number("step_force_N"), transit_time(case)
     n = level.mesh(32)
     rig = bar(case, n, abs(force), loads=[[n, force, 0.0, 0.0, 0.0, 0.0, 0.0]])
@@ -69,6 +70,7 @@ def step_force(case: Case, level: Level) -> Values:
             f"the front {FRONT:g} L wide; every step sampled; dynamic tension = reaction less static one; immediate "
             "rise: mean over 0.1..0.5 L/c; end-mass speed positive along the payout")
 def emergency_stop(case: Case, level: Level) -> Values:
+    """Tension at a winch that stops dead while cable and end mass go on."""
     values = _emergency_stop(case, level, wave_step(level, transit_time(case), 128))
     if level.realtime and values.dt < level.tick:
         shipped = _emergency_stop(case, level, level.tick).of
@@ -111,6 +113,7 @@ def _emergency_stop(case: Case, level: Level, step: float) -> Values:
         how="stretched by the tension, held at both ends, the plucked node set at its height, settled and let go; "
             "period from the zero crossings of the middle, wave speed two lengths over it; instants in the case's P")
 def pluck(case: Case, level: Level) -> Values:
+    """Middle of a string let go from a triangle."""
     length, tension, ea = case.number("length_m"), case.number("tension_N"), case.number("EA_N")
     at, height, mass = case.number("pluck_at_m"), case.number("pluck_height_m"), case.number("mass_per_length_kg_m")
     if not 0.0 < at < length:
