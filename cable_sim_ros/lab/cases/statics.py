@@ -63,7 +63,8 @@ def cantilever(case: Case, n: int, tension: float) -> Rig:
     """A weightless, all but inextensible cantilever along +x from the origin, clamped in position and tangent."""
     length, ei = case.number("length_m"), case.number("EI_N_m2")
     rig = Rig(cable_of([{"length": length, "elements": n}], mass_per_length=ei / length**4,
-                       axial_stiffness=case.number("EA_N", INEXTENSIBLE * ei / length**2), bending_stiffness=ei),
+                       axial_stiffness=case.number("EA_N", INEXTENSIBLE * ei / length**2), bending_stiffness=ei,
+                       compression_share=1.0),
               held={0: "rg"}, tension=tension, gravity=0.0, loads=[[n, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
     rig.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
     return rig
@@ -128,7 +129,8 @@ def flume_line(case: Case, level: Level) -> Values:
     mass, gravity = case.number("tip_mass_kg"), case.number("g", 9.81)
     line_mass = case.number("mass_per_length_kg_m")
     rig = Rig(cable_of([{"length": length, "elements": n}], mass_per_length=line_mass,
-                       axial_stiffness=case.number("EA_N", INEXTENSIBLE * ei / length**2), bending_stiffness=ei),
+                       axial_stiffness=case.number("EA_N", INEXTENSIBLE * ei / length**2), bending_stiffness=ei,
+                       compression_share=1.0),
               held={0: "rg"}, tension=(mass + line_mass * length) * gravity, gravity=gravity, bodies={n: mass})
     rig.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
     rig.settle()
