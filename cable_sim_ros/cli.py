@@ -161,6 +161,32 @@ def case(files, fidelity, as_json) -> None:
 
 
 @main.command()
+@click.argument("names", nargs=-1, type=click.Choice(["pulley"]), metavar="[NAME...]")
+@click.option("--duration", type=click.FloatRange(min=0.5), default=10.0, show_default=True, metavar="S",
+              help="Seconds of each experiment.")
+@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for plots and figures.")
+@json_option
+def validate(names, duration, out, as_json) -> None:
+    """Repeat experiments of the source documents (default: all): measured, ours, allowed and who says so."""
+    from .lab.experiments import EXPERIMENTS
+    from .lab.experiments import run as run_experiment
+    from .lab.experiments.table import as_data, print_result
+    with _progress(as_json) as progress:
+        results = [run_experiment(name, duration, progress) for name in names or EXPERIMENTS]
+    told = [as_data(result) for result in results]
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+        (out / "validate.json").write_text(json.dumps(told, indent=1) + "\n", "utf-8")
+        for result in results:
+            click.echo(f"plot:      {result.plot(out)}", err=True)
+    if as_json:
+        click.echo(json.dumps(told, indent=1))
+        return
+    for result in results:
+        print_result(result)
+
+
+@main.command()
 @click.argument("scenes", nargs=-1, type=click.Choice([f"P{i}" for i in range(1, 8)], case_sensitive=False),
                 metavar="[P1 ... P7]")
 @click.option("--peers", is_flag=True, help="Other codes beside ours, taking turns; needs the extra [peers].")
