@@ -1,10 +1,11 @@
 # make run   makes the environment and plays recorded ship motion through the node (about 90 s after the install)
 # make test  makes the environment and runs the tests;  make lint  runs the linter
+# make bench  run time against error beside other codes;  make validate  repeats the experiments (both into runs/)
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help run test lint clean
+.PHONY: help run test lint bench validate clean
 
 VENV ?= .venv
 BIN := $(VENV)/bin
@@ -24,6 +25,13 @@ test: $(VENV)/.test
 
 lint: $(VENV)/.test
 	$(BIN)/ruff check .
+
+bench: $(VENV)/.test
+	$(PIP) -e '.[peers]'
+	$(BIN)/cable-sim bench --peers --out runs/bench
+
+validate: $(VENV)/.test
+	$(BIN)/cable-sim validate --out runs/validate
 
 clean:
 	rm -rf $(VENV) build install log *.egg-info
