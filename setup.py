@@ -28,6 +28,7 @@ ROS = ["ros-rclpy[fastrtps]>=9.1,<10"] + [
     f"ros-{name}-msgs>=5,<6" for name in ("diagnostic", "geometry", "nav", "sensor", "std")
 ] + ["ros-std-srvs>=5,<6", "ros-rcl-interfaces>=2,<3", "ros-lifecycle-msgs>=2,<3", "ros-rosgraph-msgs>=2,<3"]
 
+PEERS = ["moordyn>=2.7", "mujoco>=3.3", "exudyn>=1.10", "cabledyn>=0.3"]   # other codes, for cable-sim bench --peers
 TEST = [
     "pytest>=8",
     "click>=8.2",            # its test runner keeps the two outputs apart
@@ -58,7 +59,7 @@ setup(
     maintainer_email="maintainers@cable-sim.org",
     license="MIT",
     packages=find_packages(include=[NAME, NAME + ".*"]),
-    package_data={NAME: ["**/*.html", "**/*.js", "**/*.css"]},
+    package_data={NAME: ["**/*.html", "**/*.js", "**/*.css", "lab/reference/*"]},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/" + NAME]),
         ("share/" + NAME, ["package.xml"]),
@@ -66,7 +67,7 @@ setup(
     ],
     python_requires=">=3.11",
     install_requires=REQUIRES,
-    extras_require={"ros": ROS, "viz": ["matplotlib>=3.8"], "test": TEST},
+    extras_require={"ros": ROS, "viz": ["matplotlib>=3.8"], "test": TEST, "peers": PEERS},
     zip_safe=False,
     entry_points={
         "console_scripts": [

@@ -160,6 +160,41 @@ def case(files, fidelity, as_json) -> None:
         sys.exit(FAILED)
 
 
+@main.command()
+@click.argument("scenes", nargs=-1, type=click.Choice([f"P{i}" for i in range(1, 8)], case_sensitive=False),
+                metavar="[P1 ... P7]")
+@click.option("--peers", is_flag=True, help="Other codes beside ours, taking turns; needs the extra [peers].")
+@click.option("--repeats", type=click.IntRange(min=1), default=5, show_default=True, help="Timed runs of each setting.")
+@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for table, JSON and plots.")
+@json_option
+def bench(scenes, peers, repeats, out, as_json) -> None:
+    """Run time against error on the benchmark scenes (default: all), medians of runs that take turns."""
+    from .lab import bench as benchmarks
+    with _progress(as_json) as progress:
+        rows = benchmarks.bench(tuple(scenes) or benchmarks.SCENES, with_peers=peers, repeats=repeats,
+                                progress=progress)
+    told = [benchmarks.as_json(row) for row in rows]
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+        about = benchmarks.about()
+        (out / "bench.json").write_text(json.dumps({"about": about, "rows": told}, indent=1) + "\n", "utf-8")
+        (out / "bench.md").write_text(benchmarks.markdown(rows) + "\n", "utf-8")
+        for path in benchmarks.plots(rows, out):
+            click.echo(f"plot:      {path}", err=True)
+    if as_json:
+        click.echo(json.dumps(told, indent=1))
+        return
+    from rich.console import Console
+    from rich.table import Table
+    table = Table(title="Run time against error", title_justify="left")
+    for name in ("scene", "code", "setting", "elements", "step ms", "tension", "position", "CPU s/s", "us/el/it",
+                 "it/step", "note"):
+        table.add_column(name)
+    for row in rows:
+        table.add_row(*benchmarks.cells(row))
+    Console(width=None if sys.stdout.isatty() else 160).print(table)
+
+
 @main.command(context_settings=PASS_ON)
 @click.argument("bag")
 @click.option("--rate", type=float, default=1.0, show_default=True, help="Speed of sending; stamps keep their spacing.")

@@ -59,7 +59,7 @@ def _sections(length: float, setting: Setting, **more) -> list[dict]:
 
 def _dry(p: dict, length: float, setting: Setting, held: dict, tension: float, **more) -> Rig:
     cable = cable_of(_sections(length, setting), mass_per_length=p["mu"], axial_stiffness=p["EA"],
-                     bending_stiffness=p["EI"], diameter=p.get("d", 0.01))
+                     bending_stiffness=p["EI"], diameter=p.get("d", 0.01), compression_share=1.0)
     return Rig(cable, held=held, tension=tension, gravity=p["g"], solver=Solver(rho_inf=setting.rho), **more)
 
 
@@ -90,8 +90,7 @@ def catenary(setting: Setting) -> Ours:
     steps = rig.settle()
     cpu = time.process_time() - begin
     q = rig.line.q
-    stretch = np.linalg.norm(q[:, 3:], axis=1)
-    tension = 0.5 * p["EA"] * (stretch**2 - 1.0) * stretch
+    tension = p["EA"] * (np.linalg.norm(q[:, 3:], axis=1) - 1.0)
     ends = np.linalg.norm(rig.line.reaction[[0, -1], :3], axis=1)
     tension[[0, -1]] = ends
     return Ours(str(setting), setting.elements, 0.0, np.column_stack((rig.arc, q[:, 0], q[:, 2], tension)), cpu, 1.0,

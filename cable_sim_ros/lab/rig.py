@@ -124,9 +124,6 @@ class Rig:
         self.cable, self.solver, self.gravity = cable, solver, gravity
         self.arc = arc_lengths(cable)
         nodes = len(self.arc)
-        mask = np.zeros((nodes, 6))
-        for node, what in held.items():
-            mask[node, :3], mask[node, 3:] = "r" in what, "g" in what
         rows = np.zeros((len(surfaces or ()), SURFACE_COLUMNS))
         for i, row in enumerate(surfaces or ()):
             rows[i] = row
@@ -141,9 +138,11 @@ class Rig:
         flow = z((len(carried), 6))
         flow[:, 0] = -1.0
         current = np.array((*water.current, *water.current_gradient))
-        elements = element_table(cable, water, gravity)
+        free = tuple(not (node in held or node in carried or node % nodes in carried or any(
+            row[0] == node % nodes for row in loads or ())) for node in (0, -1))
+        elements = element_table(cable, water, gravity, free)
         self.line = Line(
-            elements=lock(rows_in_air(elements) if air else elements), held=lock(mask),
+            elements=lock(rows_in_air(elements) if air else elements), held=lock(np.zeros((nodes, 6))),
             bodies=lock(np.array(table).reshape(-1, BODY_ROWS)), seats=lock(np.array(list(carried)), np.int64),
             loads=np.array(loads or (), float).reshape(-1, LOAD_COLUMNS), arc=self.arc, q=z((nodes, 6)),
             v=z((nodes, 6)), a=z((nodes, 6)), x=z((nodes, 6)), old=z((4, nodes, 6)), current=current, surfaces=rows,
@@ -151,6 +150,7 @@ class Rig:
             gravity=float(gravity),
             tolerance=float(max(solver.tolerance * tension, ROUND_OFF * cable.axial_stiffness)),
             max_iterations=int(solver.max_iterations))
+        self.hold(held)
         self.iterations = 0
         link_solver(self.line)
 
@@ -178,6 +178,13 @@ class Rig:
             raise RigError(f"no static equilibrium after {-done} steps and {iterations} iterations, residual "
                            f"{left:.3g} N, allowed {self.line.tolerance:.3g} N")
         return done
+
+    def hold(self, held: dict[int, str]) -> None:
+        """Hold these nodes where they are, and no others."""
+        mask = np.zeros((self.nodes, 6))
+        for node, what in held.items():
+            mask[node, :3], mask[node, 3:] = "r" in what, "g" in what
+        self.line = self.line._replace(held=lock(mask))
 
     def release(self, *nodes: int) -> None:
         """Let go of nodes that were held, and drop all nodal loads."""

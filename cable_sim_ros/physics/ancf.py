@@ -6,7 +6,9 @@ Sources: Westin (2018) 3.2 with the corrections of the project's theory notes; d
 Every elastic term depends on y only through h = r2 - r1, A = L g1, B = L g2: nine unknowns, not twelve.
 With G(xi) = L r_p = N2' h + N1' A + N3' B:
 
-* l = int |G| dxi, a = |A|/L, b = |B|/L, s = l/L, lambda = a N1' + s N2' + b N3', W = (EA L/8) int (lambda^2 - 1)^2 dxi
+* l = int |G| dxi, a = |A|/L, b = |B|/L, s = l/L, lambda = a N1' + s N2' + b N3', W = (EA L/2) int (lambda - 1)^2 dxi:
+  T = EA times the elongation per length, where (42)-(47) have Green's strain (1.5 strains stiffer: 0.4 % at 10 km)
+* a cable folds where it should push: shorter than unstretched, EA and c_a count with a small share only (trap T9)
 * axial damping force c_a ds/dt along dl/dy
 * bending energy E = (EI/2L^3) y^T B0 y (the 1/2 is missing in (48))
 * bending damping tau dE/dt / (2 E + 2 E0) dE/dy, tau = c_b/EI: the rate of the *energy* is free of rigid rotation,
@@ -18,7 +20,7 @@ from __future__ import annotations
 import numpy as np
 
 from .jit import LANES, driver, inline
-from .shape import GAUSS_4_W, GAUSS_4_X, GAUSS_5_W, GAUSS_5_X, MASS, WEIGHT
+from .shape import GAUSS_4_W, GAUSS_4_X, MASS, WEIGHT
 from .vec import add, axpy, dot, get3, norm, plus3, put3, scale, sub
 
 # rows of the element table P
@@ -26,18 +28,18 @@ from .vec import add, axpy, dot, get3, norm, plus3, put3, scale, sub
  HALF_RHO_D, RE_FACTOR, ADDED_MASS, BUOYANCY, EXTRA_DRAG, CD_FIXED) = range(14)
 FN = 14          # 5 rows: cos 0, cos 1, sin 1, cos 2, sin 2
 FT = 19          # 11 rows: cos 0..5, sin 1..5
-ROWS = 30
+COMPRESSION = 30
+ROWS = 31
 
 # rows of the 9x9 tangent's blocks; numpy integers, for a literal compiles a version of its own
 ROW_HH, ROW_HA, ROW_HB, ROW_AH, ROW_AA, ROW_AB, ROW_BH, ROW_BA, ROW_BB = np.arange(0, 81, 9)
-ROW_FORCE, K9_ROWS = np.int64(81), 92
+ROW_FORCE, K9_ROWS = np.int64(81), 93
 
 CURVATURE_FLOOR = 1e-3   # 1/m
+GRAM_AA, GRAM_AB, GRAM_AS, GRAM_SS = 2.0 / 15.0, -1.0 / 30.0, -0.1, 0.2   # int N_i' N_j', N2' less the mean stretch
 ZERO = (0.0, 0.0, 0.0)
 S0, S1, S2, S3 = GAUSS_4_X
 V0, V1, V2, V3 = GAUSS_4_W
-E0, E1, E2, E3, E4 = GAUSS_5_X
-F0, F1, F2, F3, F4 = GAUSS_5_W
 H0, H1, H2, H3 = (6.0 * x * (1.0 - x) for x in GAUSS_4_X)   # factors of h, A, B in G at the Gauss points
 A0, A1, A2, A3 = (1.0 - 4.0 * x + 3.0 * x * x for x in GAUSS_4_X)
 B0, B1, B2, B3 = (x * (3.0 * x - 2.0) for x in GAUSS_4_X)
@@ -104,27 +106,16 @@ def arc_hessian(h, a, b):
 
 
 @inline
-def stretch_point(x, w, a, s, b, acc):
-    """One Gauss point of int (lambda^2-1)lambda phi and int (3 lambda^2-1) phi phi, phi = (N1', N2', N3')."""
-    pa, ps, pb = 1.0 - 4.0 * x + 3.0 * x * x, 6.0 * x * (1.0 - x), x * (3.0 * x - 2.0)
-    m = a * pa + s * ps + b * pb
-    e = m * m - 1.0
-    f = w * e * m
-    k = w * (3.0 * e + 2.0)
-    return (acc[0] + f * pa, acc[1] + f * ps, acc[2] + f * pb,
-            acc[3] + k * pa * pa, acc[4] + k * pa * ps, acc[5] + k * pa * pb,
-            acc[6] + k * ps * ps, acc[7] + k * ps * pb, acc[8] + k * pb * pb, acc[9] + w * e * e)
+def stretch(a, s, b, compression):
+    """Gradient (a, s, b) of the axial energy over EA L, its value, and the share of EA and c_a that is at work.
 
-
-@inline
-def stretch(a, s, b):
-    """Gradient (a, s, b), Hessian (aa as ab ss sb bb) and value of int (lambda^2-1)^2, up to the factors of axial()."""
-    acc = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    acc = stretch_point(E0, F0, a, s, b, acc)
-    acc = stretch_point(E1, F1, a, s, b, acc)
-    acc = stretch_point(E2, F2, a, s, b, acc)
-    acc = stretch_point(E3, F3, a, s, b, acc)
-    return stretch_point(E4, F4, a, s, b, acc)
+    (s-1)^2/2, times ``compression`` where the element is shorter than unstretched, and int (lambda-s)^2/2, which is
+    quadratic: exact without quadrature.
+    """
+    share = 1.0 if s >= 1.0 else compression
+    da, ds, db = a - s, s - 1.0, b - s
+    wa, wb = GRAM_AA * da + GRAM_AB * db, GRAM_AB * da + GRAM_AA * db
+    return wa, share * ds - wa - wb, wb, 0.5 * (share * ds * ds + wa * da + wb * db), share
 
 
 @inline
@@ -136,22 +127,27 @@ def bend(k, h, a, b):
 
 
 @inline
-def elastic(length, per_length, ea, ei, ca, tau, h, a, b, vh, va, vb):
-    """Forces on (h, A, B) and tension of one element. Returns fh, fa, fb [N], tension [N], strain energy [J]."""
+def elastic(length, per_length, ea, ei, ca, tau, compression, h, a, b, vh, va, vb):
+    """Forces on (h, A, B) of one element.
+
+    Returns fh, fa, fb [N], tension [N], strain energy [J], power lost in the material [W].
+    """
     l, dh, da, db = arc(h, a, b)
     ra, rb = norm(a), norm(b)
-    w = stretch(ra * per_length, l * per_length, rb * per_length)
+    w = stretch(ra * per_length, l * per_length, rb * per_length, compression)
     rate = (dot(dh, vh) + dot(da, va) + dot(db, vb)) * per_length
-    tension = 0.5 * ea * w[1] + ca * rate
+    damped = w[4] * ca * rate
+    tension = ea * w[1] + damped
     k = ei * per_length * per_length * per_length
     qh, qa, qb = bend(k, h, a, b)
     energy = 0.5 * (dot(qh, h) + dot(qa, a) + dot(qb, b))
     floor = 0.5 * ei * length * CURVATURE_FLOOR * CURVATURE_FLOOR + 1e-300
-    c = 1.0 + 0.5 * tau * (dot(qh, vh) + dot(qa, va) + dot(qb, vb)) / (energy + floor)
+    power = dot(qh, vh) + dot(qa, va) + dot(qb, vb)
+    c = 1.0 + 0.5 * tau * power / (energy + floor)
     fh = axpy(tension, dh, scale(c, qh))
-    fa = axpy(0.5 * ea * w[0] / ra, a, axpy(tension, da, scale(c, qa)))
-    fb = axpy(0.5 * ea * w[2] / rb, b, axpy(tension, db, scale(c, qb)))
-    return fh, fa, fb, tension, 0.125 * ea * length * w[9] + energy
+    fa = axpy(ea * w[0] / ra, a, axpy(tension, da, scale(c, qa)))
+    fb = axpy(ea * w[2] / rb, b, axpy(tension, db, scale(c, qb)))
+    return fh, fa, fb, tension, ea * length * w[3] + energy, damped * rate * length + (c - 1.0) * power
 
 
 @inline
@@ -169,28 +165,30 @@ def store(k9, row, e, d, s, t, x, p, y, q, z, r):
 
 
 @inline
-def elastic_tangent(k9, e, c1, length, per_length, ea, ei, ca, tau, h, a, b, vh, va, vb):
+def elastic_tangent(k9, e, c1, length, per_length, ea, ei, ca, tau, compression, h, a, b, vh, va, vb):
     """elastic() with its 9x9 tangent into k9[81, e], blocks in the order hh hA hB Ah AA AB Bh BA BB."""
     l, dh, da, db = arc(h, a, b)
     hh, ha, hb, aa, ab, bb = arc_hessian(h, a, b)
     ra, rb = 1.0 / norm(a), 1.0 / norm(b)
     ua, ub = scale(ra, a), scale(rb, b)
-    w = stretch(per_length / ra, l * per_length, per_length / rb)
-    tension = 0.5 * ea * w[1] + ca * (dot(dh, vh) + dot(da, va) + dot(db, vb)) * per_length
-    q = 0.5 * ea * per_length
+    w = stretch(per_length / ra, l * per_length, per_length / rb, compression)
+    ca *= w[4]
+    rate = (dot(dh, vh) + dot(da, va) + dot(db, vb)) * per_length
+    tension = ea * w[1] + ca * rate
+    q = ea * per_length
     d = ca * per_length
     # z: what multiplies dl in the first factor of the outer products; H v is the rate of dl
-    zh = axpy(q * w[6] + d * c1, dh, scale(d, add(sym_dot(hh, vh), add(sym_dot(ha, va), sym_dot(hb, vb)))))
-    za = axpy(q * w[6] + d * c1, da, scale(d, add(sym_dot(ha, vh), add(sym_dot(aa, va), sym_dot(ab, vb)))))
-    zb = axpy(q * w[6] + d * c1, db, scale(d, add(sym_dot(hb, vh), add(sym_dot(ab, va), sym_dot(bb, vb)))))
-    za = axpy(q * w[4], ua, za)
-    zb = axpy(q * w[7], ub, zb)
+    zh = axpy(q * (w[4] + GRAM_SS) + d * c1, dh, scale(d, add(sym_dot(hh, vh), add(sym_dot(ha, va), sym_dot(hb, vb)))))
+    za = axpy(q * (w[4] + GRAM_SS) + d * c1, da, scale(d, add(sym_dot(ha, vh), add(sym_dot(aa, va), sym_dot(ab, vb)))))
+    zb = axpy(q * (w[4] + GRAM_SS) + d * c1, db, scale(d, add(sym_dot(hb, vh), add(sym_dot(ab, va), sym_dot(bb, vb)))))
+    za = axpy(q * GRAM_AS, ua, za)
+    zb = axpy(q * GRAM_AS, ub, zb)
     # rows of A and B: derivative of p_a u_a and p_b u_b
-    pa, pb = 0.5 * ea * w[0] * ra, 0.5 * ea * w[2] * rb
-    ah, ab_, aa_ = scale(q * w[4], dh), axpy(q * w[4], db, scale(q * w[5], ub)), axpy(
-        q * w[4], da, scale(q * w[3] - pa, ua))
-    bh, ba_, bb_ = scale(q * w[7], dh), axpy(q * w[7], da, scale(q * w[5], ua)), axpy(
-        q * w[7], db, scale(q * w[8] - pb, ub))
+    pa, pb = ea * w[0] * ra, ea * w[2] * rb
+    ah, ab_, aa_ = scale(q * GRAM_AS, dh), axpy(q * GRAM_AS, db, scale(q * GRAM_AB, ub)), axpy(
+        q * GRAM_AS, da, scale(q * GRAM_AA - pa, ua))
+    bh, ba_, bb_ = scale(q * GRAM_AS, dh), axpy(q * GRAM_AS, da, scale(q * GRAM_AB, ua)), axpy(
+        q * GRAM_AS, db, scale(q * GRAM_AA - pb, ub))
     # bending with the damping of its energy rate
     k = ei * per_length * per_length * per_length
     fh, fa, fb = bend(k, h, a, b)
@@ -200,8 +198,9 @@ def elastic_tangent(k9, e, c1, length, per_length, ea, ei, ca, tau, h, a, b, vh,
     power = dot(fh, vh) + dot(fa, va) + dot(fb, vb)
     t = 0.5 * tau / energy
     c = 1.0 + t * power
-    force = (axpy(tension, dh, scale(c, fh)), axpy(0.5 * ea * w[0], ua, axpy(tension, da, scale(c, fa))),
-             axpy(0.5 * ea * w[2], ub, axpy(tension, db, scale(c, fb))))
+    force = (axpy(tension, dh, scale(c, fh)), axpy(ea * w[0], ua, axpy(tension, da, scale(c, fa))),
+             axpy(ea * w[2], ub, axpy(tension, db, scale(c, fb))))
+    lost = ca * rate * rate * length + (c - 1.0) * power
     c *= k
     p = c1 - power / energy
     gh, ga, gb = scale(t, axpy(p, fh, gh)), scale(t, axpy(p, fa, ga)), scale(t, axpy(p, fb, gb))
@@ -214,7 +213,7 @@ def elastic_tangent(k9, e, c1, length, per_length, ea, ei, ca, tau, h, a, b, vh,
     store(k9, ROW_BH, e, -6.0 * c, hb, tension, db, zh, fb, gh, ub, bh)
     store(k9, ROW_BA, e, 2.0 * c, ab, tension, db, za, fb, ga, ub, ba_)
     store(k9, ROW_BB, e, 4.0 * c + pb, bb, tension, db, zb, fb, gb, ub, bb_)
-    return force[0], force[1], force[2], tension, 0.125 * ea * length * w[9] + bent
+    return force[0], force[1], force[2], tension, ea * length * w[3] + bent, lost
 
 
 @driver
@@ -262,15 +261,15 @@ def inertia_tangent_lanes(p, c, k):
 
 
 @driver
-def elastic_lanes(x, p, f, tension, energy):
-    """Axial and bending forces added to f[12, LANES]; tension [N] and strain energy [J] of each lane."""
+def elastic_lanes(x, p, f, tension, energy, lost):
+    """Axial and bending forces added to f[12, LANES]; tension [N], strain energy [J], power lost [W] of each lane."""
     if x.shape[1] != LANES or p.shape[1] != LANES or f.shape[1] != LANES or (
-            tension.shape[0] != LANES or energy.shape[0] != LANES):
+            tension.shape[0] != LANES or energy.shape[0] != LANES or lost.shape[0] != LANES):
         raise ValueError("lanes")
     for e in range(LANES):
-        fh, fa, fb, t, u = elastic(
+        fh, fa, fb, t, u, w = elastic(
             p[LENGTH, e], p[PER_LENGTH, e], p[EA, e], p[EI, e], p[AXIAL_DAMPING, e], p[BENDING_TIME, e],
-            sub(get3(x, 6, e), get3(x, 0, e)), get3(x, 3, e), get3(x, 9, e),
+            p[COMPRESSION, e], sub(get3(x, 6, e), get3(x, 0, e)), get3(x, 3, e), get3(x, 9, e),
             sub(get3(x, 18, e), get3(x, 12, e)), get3(x, 15, e), get3(x, 21, e))
         plus3(f, 0, e, scale(-1.0, fh))
         plus3(f, 3, e, fa)
@@ -278,24 +277,26 @@ def elastic_lanes(x, p, f, tension, energy):
         plus3(f, 9, e, fb)
         tension[e] = t
         energy[e] = u
+        lost[e] = w
 
 
 @driver
-def elastic_tangent_lanes(x, p, c1, f, tension, energy, k9, k):
+def elastic_tangent_lanes(x, p, c1, f, tension, energy, lost, k9, k):
     """elastic_lanes with its tangent: sets k[144, LANES]; k9[K9_ROWS, LANES] is work space."""
     if x.shape[1] != LANES or p.shape[1] != LANES or f.shape[1] != LANES or k9.shape[1] != LANES or (
-            k.shape[1] != LANES or tension.shape[0] != LANES or energy.shape[0] != LANES):
+            k.shape[1] != LANES or tension.shape[0] != LANES or energy.shape[0] != LANES or lost.shape[0] != LANES):
         raise ValueError("lanes")
     for e in range(LANES):
-        fh, fa, fb, t, u = elastic_tangent(
+        fh, fa, fb, t, u, w = elastic_tangent(
             k9, e, c1, p[LENGTH, e], p[PER_LENGTH, e], p[EA, e], p[EI, e], p[AXIAL_DAMPING, e], p[BENDING_TIME, e],
-            sub(get3(x, 6, e), get3(x, 0, e)), get3(x, 3, e), get3(x, 9, e),
+            p[COMPRESSION, e], sub(get3(x, 6, e), get3(x, 0, e)), get3(x, 3, e), get3(x, 9, e),
             sub(get3(x, 18, e), get3(x, 12, e)), get3(x, 15, e), get3(x, 21, e))
         put3(k9, ROW_FORCE, e, fh)
         put3(k9, ROW_FORCE + 3, e, fa)
         put3(k9, ROW_FORCE + 6, e, fb)
         k9[ROW_FORCE + 9, e] = t
         k9[ROW_FORCE + 10, e] = u
+        k9[ROW_FORCE + 11, e] = w
     for c in range(3):   # one array written above: with more, the overlap tests outgrow the vectoriser's limit
         for e in range(LANES):
             f[c, e] -= k9[ROW_FORCE + c, e]
@@ -305,6 +306,7 @@ def elastic_tangent_lanes(x, p, c1, f, tension, energy, k9, k):
     for e in range(LANES):
         tension[e] = k9[ROW_FORCE + 9, e]
         energy[e] = k9[ROW_FORCE + 10, e]
+        lost[e] = k9[ROW_FORCE + 11, e]
     for c in range(9):   # nine unknowns to twelve: r1 = -h, r2 = +h
         for e in range(LANES):
             hh, ha, hb = k9[c, e], k9[9 + c, e], k9[18 + c, e]

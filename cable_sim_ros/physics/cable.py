@@ -68,6 +68,8 @@ class Cable(Block):
     diameter: float = quantity(REQUIRED, "m", 1e-4, 1.0, "outer diameter", "Westin Table 8")
     mass_per_length: float = quantity(REQUIRED, "kg/m", 1e-5, 1e3, "dry mass per length", "Westin Table 8")
     axial_stiffness: float = quantity(REQUIRED, "N", 1.0, 1e11, "EA", "Westin 5.1")
+    compression_share: float = quantity(
+        1e-4, "1", 0.0, 1.0, "share of EA that resists compression: a cable folds where a rod (1) would push")
     bending_stiffness: float = quantity(0.0, "N m^2", 0.0, 1e8, "EI", "Westin (144)")
     axial_damping: float = quantity(0.0, "N s", 0.0, 1e8, "Kelvin-Voigt: axial force per strain rate", "Westin 5.1")
     bending_damping: float = quantity(0.0, "N m^2 s", 0.0, 1e6, "Kelvin-Voigt: bending moment per curvature rate")
@@ -86,14 +88,19 @@ class Work(NamedTuple):
     point: np.ndarray     # [POINT_ROWS, LANES]
     load: np.ndarray      # [points, 3, LANES]
     matrix: np.ndarray    # [2 points, 9, LANES]
-    lane: np.ndarray      # [LANE_ROWS, LANES]: TENSION, ENERGY, WEIGHT, WET, NEAR
+    lane: np.ndarray      # [LANE_ROWS, LANES]: TENSION, ENERGY, WEIGHT, WET, NEAR, LOST, SUM
+    power: np.ndarray     # [POWERS] W, of the last assembly
     band: np.ndarray      # [nodes, 6, 16]
     lower: np.ndarray     # [nodes, 6, 6]
     step: np.ndarray      # [nodes, 6] solution
 
 
-TENSION, ENERGY, WEIGHT, WET, NEAR = range(5)   # WET: 1 wet, 0 dry, -1 crossing the surface
-LANE_ROWS = 5
+TENSION, ENERGY, WEIGHT, WET, NEAR, LOST, SUM = range(7)   # WET: 1 wet, 0 dry, -1 crossing the surface
+LANE_ROWS = 7
+# Work.power [W]: what the cable's own forces take (inertia, weight, stiffness, damping), what damping loses of it, and
+# what water, surfaces, and in line.py held nodes and loads, give to the cable; body counts with water and own
+OWN, LOST_POWER, WATER, SURFACES, HELD, LOADS = range(6)
+POWERS = 6
 
 
 def make_work(nodes: int) -> Work:
@@ -101,7 +108,8 @@ def make_work(nodes: int) -> Work:
     z = np.zeros
     return Work(x=z((36, LANES)), p=z((ROWS, LANES)), force=z((12, LANES)), k=z((144, LANES)), k9=z((K9_ROWS, LANES)),
                 point=z((POINT_ROWS, LANES)), load=z((5, 3, LANES)), matrix=z((8, 9, LANES)),
-                lane=z((LANE_ROWS, LANES)), band=z((nodes, 6, 16)), lower=z((nodes, 6, 6)), step=z((nodes, 6)))
+                lane=z((LANE_ROWS, LANES)), power=z(POWERS),
+                band=z((nodes, 6, 16)), lower=z((nodes, 6, 6)), step=z((nodes, 6)))
 
 
 @driver
@@ -225,13 +233,30 @@ def near_surface(x, s, near):
 
 
 @driver
+def power_of(x, force, count, total):
+    """Power [W] of force[12, LANES] on the velocities of the first ``count`` lanes; total [LANES] is work space."""
+    if x.shape[1] != LANES or force.shape[1] != LANES or total.shape[0] != LANES:
+        raise ValueError("lanes")
+    for e in range(LANES):
+        total[e] = (force[0, e] * x[12, e] + force[1, e] * x[13, e] + force[2, e] * x[14, e]
+                    + force[3, e] * x[15, e] + force[4, e] * x[16, e] + force[5, e] * x[17, e]
+                    + force[6, e] * x[18, e] + force[7, e] * x[19, e] + force[8, e] * x[20, e]
+                    + force[9, e] * x[21, e] + force[10, e] * x[22, e] + force[11, e] * x[23, e])
+    s = 0.0
+    for e in range(count):
+        s += total[e]
+    return s
+
+
+@driver
 def assemble(elements, arc, q, v, a, current, surfaces, c1, c2, sigma, tangent, work, tension):
     """Residual R = M a + Q_int - Q_ext as -R in band[:, :, 12] and, with tangent, dR/dq (c1, c2 folded in).
 
     elements [groups, ROWS, LANES]; arc [nodes] unstretched arc length; q, v, a [nodes, 6]; current: surface current and
     its gradient [4]; surfaces [n, SURFACE_COLUMNS]; sigma: mass damping of the static start [1/s]; tension [elements]
-    receives the element tensions [N]. Returns the strain energy [J].
+    receives the element tensions [N], work.power the powers of the parts. Returns the strain energy [J].
     """
+    own, lost, water, pressed = 0.0, 0.0, 0.0, 0.0
     x, p, force, k = work.x, work.p, work.force, work.k
     weight, wetness, near = work.lane[WEIGHT], work.lane[WET], work.lane[NEAR]
     count = arc.shape[0] - 1
@@ -240,13 +265,18 @@ def assemble(elements, arc, q, v, a, current, surfaces, c1, c2, sigma, tangent, 
         gather(group, elements, arc, q, v, a, x, p)
         inertia_lanes(x, p, force, sigma)
         if tangent:
-            elastic_tangent_lanes(x, p, c1, force, work.lane[TENSION], work.lane[ENERGY], work.k9, k)
+            elastic_tangent_lanes(x, p, c1, force, work.lane[TENSION], work.lane[ENERGY],
+                                  work.lane[LOST], work.k9, k)
             inertia_tangent_lanes(p, c2 + sigma * c1, k)
         else:
-            elastic_lanes(x, p, force, work.lane[TENSION], work.lane[ENERGY])
-        for lane in range(min(LANES, count - LANES * group)):
+            elastic_lanes(x, p, force, work.lane[TENSION], work.lane[ENERGY], work.lane[LOST])
+        real = min(LANES, count - LANES * group)
+        for lane in range(real):
             tension[LANES * group + lane] = work.lane[TENSION, lane]
             total += work.lane[ENERGY, lane]
+            lost += work.lane[LOST, lane]
+        before = power_of(x, force, real, work.lane[SUM])
+        own += before
         wet, crossing = immersion(x, p, wetness)
         if wet:
             for g in range(4):
@@ -266,6 +296,11 @@ def assemble(elements, arc, q, v, a, current, surfaces, c1, c2, sigma, tangent, 
             for e in range(LANES):
                 if wetness[e] < 0.0:
                     waterline(e, x, p, current, c1, c2, tangent, work, force, k)
+        if wet or crossing:
+            after = power_of(x, force, real, work.lane[SUM])
+            water += before - after
+            before = after
+        touched = False
         for i in range(surfaces.shape[0]):
             if near_surface(x, surfaces[i], near):
                 for g in range(CONTACT_POINTS):
@@ -279,5 +314,9 @@ def assemble(elements, arc, q, v, a, current, surfaces, c1, c2, sigma, tangent, 
                 spread_force(_N5, work.load, CONTACT_POINTS, force)
                 if tangent:
                     spread_matrix(_C5, work.matrix, CONTACT_POINTS, k)
+                touched = True
+        if touched:
+            pressed += before - power_of(x, force, real, work.lane[SUM])
         scatter(group, p, force, k, tangent, work.band, work.lower)
+    work.power[OWN], work.power[LOST_POWER], work.power[WATER], work.power[SURFACES] = own, lost, water, pressed
     return total

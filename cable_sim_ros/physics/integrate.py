@@ -150,7 +150,7 @@ def settle(line, sigma, max_steps, step_most):
                 break
             continue
         total += used
-        if h >= step_most:
+        if h >= min(1.0, step_most):   # balanced at rest is settled; a free end without tension needs no longer one
             copy(line.v, old[1])
             rest_still(line.v, line.a)
             rest = residual(line, 0.0, 0.0, 0.0, NO)

@@ -50,6 +50,9 @@ inline = numba.njit(error_model="numpy", forceinline=True)                # phys
 driver = numba.njit(error_model="numpy", nogil=True, cache=True)          # arrays and lane loops
 
 
+_published: set = set()
+
+
 def symbol_of(dispatcher) -> str:
     return "cable_sim_" + dispatcher.py_func.__name__.lstrip("_")
 
@@ -90,8 +93,9 @@ def link(dispatcher, *args) -> None:
     if numba.config.DISABLE_JIT:
         return
     types = tuple(numba.typeof(a) for a in args)
-    if types in dispatcher.overloads:
+    if (dispatcher, types) in _published:   # not: compiled, a direct call compiles without publishing
         return
+    _published.add((dispatcher, types))
     dispatcher.compile(types)
     compiled = dispatcher.overloads[types]
     address = compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .cable import Work
+from .cable import HELD, LOADS, WATER, Work
 from .cable import assemble as _assemble
 from .jit import driver, link, opaque
 from .towbody import load as body_load
@@ -75,17 +75,19 @@ def residual(line, c1, c2, sigma, tangent):
         line.work, line.tension)
     for i in range(line.bodies.shape[0]):
         n = line.seats[i]
-        body_load(line.bodies[i], line.gravity, line.q[n], line.v[n], line.a[n], line.current, line.flow[i], c1, c2,
-                  sigma, tangent, band[n])
+        line.work.power[WATER] += body_load(
+            line.bodies[i], line.gravity, line.q[n], line.v[n], line.a[n], line.current, line.flow[i], c1, c2, sigma,
+            tangent, band[n])
     for i in range(line.loads.shape[0]):
         pull(line.loads[i], line.q, tangent, band)
     last = band.shape[0] - 1
-    worst = 0.0
+    worst, held, given = 0.0, 0.0, 0.0
     for i in range(last + 1):
         per_length = 1.0 / (line.arc[min(i + 1, last)] - line.arc[max(i - 1, 0)])
         for k in range(6):
             if line.held[i, k] > 0.0:
                 line.reaction[i, k] = -band[i, k, 12]
+                held -= band[i, k, 12] * line.v[i, k]
                 for c in range(16):
                     band[i, k, c] = 0.0
                 for c in range(6):
@@ -96,6 +98,11 @@ def residual(line, c1, c2, sigma, tangent):
                 if not f < 1e300:
                     return np.inf
                 worst = max(worst, f)
+    for i in range(line.loads.shape[0]):
+        n = int(line.loads[i, LOAD_NODE])
+        for k in range(3):
+            given += line.loads[i, LOAD_FORCE + k] * line.v[n, k]
+    line.work.power[HELD], line.work.power[LOADS] = held, given
     return worst
 
 

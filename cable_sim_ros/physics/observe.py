@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .ancf import BUOYANCY, EA, MASS_PER_LENGTH, WEIGHT_PER_LENGTH
+from .cable import HELD, LOST_POWER, POWERS, SURFACES, WATER
 from .contact import LOADED, touch
 from .jit import LANES, driver, inline
 from .shape import W5, X5, point_of, shape
@@ -29,6 +30,7 @@ from .winch import SIDE as WINCH_SIDE
 (NEWTON_FAILED, HALVED, SLACK, DETACHED, PENETRATION, COARSE_AT_SURFACE, MOTION_STALE, MOTION_BLENDING, COMMAND_STALE,
  DRUM_END, NOT_FINITE) = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024)
 
+STORED = POWERS           # entry of State.account: energy [J] stored at the start
 SLACK_TENSION = 1e-3      # N below zero at which an element counts as slack
 COARSE, COARSE_DRUM = 0.4, 1.0   # element length over radius of sheave and drum
 
@@ -70,8 +72,7 @@ def node_tension(elements, q, last, n):
     """Tension at a node of a nearly straight cable from its gradient: continuous where the load per length jumps."""
     e = min(n, last - 1)
     ea = elements[e // LANES, EA, e % LANES]
-    g2 = q[n, 3] ** 2 + q[n, 4] ** 2 + q[n, 5] ** 2
-    return 0.5 * ea * (g2 - 1.0) * sqrt(g2)
+    return ea * (sqrt(q[n, 3] ** 2 + q[n, 4] ** 2 + q[n, 5] ** 2) - 1.0)
 
 
 @driver
@@ -142,8 +143,11 @@ def quadratic(a, b, c, d):
 
 @driver
 def energies(elements, body, gravity, arc, q, v):
-    """Kinetic and potential energy [J] of cable and towbody; potential of weight less buoyancy, zero at the surface."""
-    kinetic, potential = 0.0, 0.0
+    """Kinetic energy, potential of weight less buoyancy, potential of the weight alone [J], zero at the surface.
+
+    Of cable and towbody.
+    """
+    kinetic, potential, dry = 0.0, 0.0, 0.0
     for e in range(arc.shape[0] - 1):
         p = elements[e // LANES]
         lane = e % LANES
@@ -154,6 +158,7 @@ def energies(elements, body, gravity, arc, q, v):
         z0, z1, z2, z3 = q[e, 2], length * q[e, 5], q[e + 1, 2], length * q[e + 1, 5]
         weight, lift = p[WEIGHT_PER_LENGTH, lane], p[BUOYANCY, lane]
         mean = 0.5 * (z0 + z2) + (z1 - z3) / 12.0
+        dry += length * weight * mean
         if max(z0, z2) < 0.0:
             weight -= lift
         elif min(z0, z2) < 0.0:   # crossing the surface
@@ -167,7 +172,7 @@ def energies(elements, body, gravity, arc, q, v):
         kinetic += 0.5 * body[BODY_MASS] * v[last, k] * v[last, k]
     z = q[last, 2]
     potential += body[BODY_MASS] * gravity * z - body[BODY_BUOYANCY] * min(z, 0.0)
-    return kinetic, potential
+    return kinetic, potential, dry + body[BODY_MASS] * gravity * z
 
 
 @inline
@@ -269,8 +274,15 @@ def observe(model, state, output, slot, flags, blending):
     phi = f.drum_angle
     f.drum_torque = model.winch[SEAT] * (model.winch[WINCH_SIDE] * cos(phi) * local[0] - sin(phi) * local[2])
     f.tension_drum = f.drum_torque / model.winch[SEAT]
-    kinetic, potential = energies(model.elements, model.bodies[0], model.gravity, state.arc, state.q, state.v)
+    kinetic, potential, dry = energies(model.elements, model.bodies[0], model.gravity, state.arc, state.q, state.v)
     f.kinetic_energy, f.strain_energy, f.potential_energy = kinetic, state.health[3], potential
+    stored, account = kinetic + state.health[3] + dry, state.account
+    if state.time[2] == 0:
+        account[STORED] = stored
+    f.work_supplied, f.work_water, f.work_contact, f.dissipated = (
+        account[HELD], account[WATER], account[SURFACES], account[LOST_POWER])
+    f.energy_residual = stored - account[STORED] + account[LOST_POWER] - (
+        account[HELD] + account[WATER] + account[SURFACES])
     f.iterations, f.substeps = np.int64(state.health[0]), np.int64(state.health[1])
     f.residual = state.health[2]
     f.motion_source = np.int64(state.ship[SOURCE_NOW])

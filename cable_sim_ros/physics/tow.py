@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .cable import Work
+from .cable import POWERS, Work
 from .contact import LOADED, touch
 from .integrate import advance, copy, predict, settle, take_back
 from .jit import driver, inline
@@ -73,6 +73,8 @@ class State(NamedTuple):
     controls: np.ndarray      # [2, 2, 16] winch and set-point at the beginning of the step and of the tick
     flow: np.ndarray          # [1, 6] low-passed flow past the body [m/s], turning rate of the body [rad/s]
     measured: np.ndarray      # [2] departure angle [rad], tension [N] of the last tick: what instruments would show
+    account: np.ndarray       # [POWERS + 1] work [J] of Work.power since the start, energy stored at the start
+    before: np.ndarray        # [POWERS] W, powers at the end of the last step
     health: np.ndarray        # [6] iterations, substeps, residual N, strain energy J, -, iterations of the last solve
     work: Work
 
@@ -200,6 +202,9 @@ def step(model, state, inputs, t, h, command_rate):
         copy_row(state.controls[STEP, 0], state.winch)
         copy_row(state.controls[STEP, 1], state.setpoint)
         return False, blending
+    for i in range(POWERS):   # trapezium; the powers of the last residual are those of the end of the step
+        state.account[i] += 0.5 * h * (state.before[i] + state.work.power[i])
+        state.before[i] = state.work.power[i]
     state.health[0] += used
     state.health[1] += 1.0
     return True, blending

@@ -58,7 +58,10 @@ def flow_axes(flow):
 
 @driver
 def load(row, gravity, q, v, a, current, flow, c1, c2, sigma, tangent, band):
-    """Subtract the body's load from the last node's residual and, with tangent, add its derivative; band [6, 16]."""
+    """Subtract the body's load from the last node's residual and, with tangent, add its derivative; band [6, 16].
+
+    Returns the power [W] the water gives to the body.
+    """
     dry, dwet = smooth(q[2], -row[SIZE], row[SIZE])
     wet, dwet = 1.0 - dry, -dwet
     ux = current[0] - current[2] * q[2] - v[0]
@@ -79,8 +82,9 @@ def load(row, gravity, q, v, a, current, flow, c1, c2, sigma, tangent, band):
     band[0, 12] -= m * (a[0] + sigma * v[0]) - wet * wx
     band[1, 12] -= m * (a[1] + sigma * v[1]) - wet * wy
     band[2, 12] -= m * (a[2] + sigma * v[2] + gravity) - wet * lz
+    power = wet * (wx * v[0] + wy * v[1] + lz * v[2])
     if not tangent:
-        return
+        return power
     # body-axes derivative of the wet load to u: diag(k) (speed I + u u^T / speed) + lift
     b = (bx, by, bz)
     k = (kx, ky, kz)
@@ -107,6 +111,7 @@ def load(row, gravity, q, v, a, current, flow, c1, c2, sigma, tangent, band):
             band[i, j] += wet * (c1 * world[i, j] + c2 * mass[i, j])
         band[i, i] += m * (c2 + sigma * c1)
         band[i, 2] += wet * (world[i, 0] * current[2] + world[i, 1] * current[3]) - dwet * load_z[i]
+    return power
 
 
 @inline

@@ -7,7 +7,7 @@ from math import radians, sqrt
 import numpy as np
 
 from ..physics import ancf, setpoint, winch
-from ..physics.cable import Cable, make_work
+from ..physics.cable import POWERS, Cable, make_work
 from ..physics.contact import stiffness
 from ..physics.drag import element_rows
 from ..physics.jit import LANES
@@ -24,6 +24,9 @@ from .scene import Scene
 from .statics import DRUM_RESERVE, Route
 
 ROUND_OFF = 1e-12      # residual floor over EA
+# EI of an element over w L^3 where its end carries no tension: the gradient of a free end has a rotational stiffness of
+# -T/30 there (T = w L/2), more than wL^3/240 makes it stable; it vanishes with the third power of the mesh
+END_STIFFNESS = 1.0 / 60.0
 LEAST_OUTBOARD = 1.0   # m of cable that stay outboard of the sheave when hauling in
 
 
@@ -40,13 +43,17 @@ def arc_lengths(cable: Cable) -> np.ndarray:
     return np.concatenate(([0.0], np.cumsum(np.concatenate(lengths))))
 
 
-def element_table(cable: Cable, water: Water, gravity: float) -> np.ndarray:
-    """[groups, ROWS, LANES]; the tail repeats the last element. Lengths are filled from State.arc at gather."""
+def element_table(cable: Cable, water: Water, gravity: float, free_ends: tuple[bool, bool]) -> np.ndarray:
+    """[groups, ROWS, LANES]; the tail repeats the last element. Lengths are filled from State.arc at gather.
+
+    free_ends: is the first, the last element free of tension at its end? Such an element gets at least END_STIFFNESS.
+    """
     columns = []
     for section in cable.sections.values():
         rows = np.zeros(ancf.ROWS)
         rows[ancf.MASS_PER_LENGTH] = cable.mass_per_length
         rows[ancf.EA], rows[ancf.EI] = cable.axial_stiffness, cable.bending_stiffness
+        rows[ancf.COMPRESSION] = cable.compression_share
         rows[ancf.AXIAL_DAMPING] = cable.axial_damping
         if cable.bending_stiffness > 0.0:
             rows[ancf.BENDING_TIME] = cable.bending_damping / cable.bending_stiffness
@@ -57,9 +64,22 @@ def element_table(cable: Cable, water: Water, gravity: float) -> np.ndarray:
         for row, value in hydro.items():
             rows[row] = value
         columns += [rows] * section.elements
+    lengths = np.diff(arc_lengths(cable))
+    for end, free in zip((0, -1), free_ends, strict=True):
+        if free:
+            columns[end] = columns[end].copy()
+            columns[end][ancf.EI] = max(columns[end][ancf.EI], END_STIFFNESS * columns[end][ancf.WEIGHT_PER_LENGTH]
+                                        * lengths[end] ** 3)
     groups = -(-len(columns) // LANES)
     columns += [columns[-1]] * (groups * LANES - len(columns))
     return np.stack(columns, 1).reshape(ancf.ROWS, groups, LANES).transpose(1, 0, 2)
+
+
+def light_end(scene: Scene) -> bool:
+    """Does the towbody pull less than the last element weighs?"""
+    last = list(scene.cable.sections.values())[-1]
+    weight = scene.cable.mass_per_length * scene.gravity * last.length / last.elements
+    return abs(scene.towbody.net_weight) < weight
 
 
 def surface_table(scene: Scene) -> np.ndarray:
@@ -103,7 +123,8 @@ def build_model(scene: Scene) -> Model:
     points[setpoint.WASHOUT] = scene.setpoint.washout_period
     tension = scene.contact.working_tension
     return Model(
-        elements=lock(element_table(scene.cable, scene.water, scene.gravity)), surfaces=lock(surface_table(scene)),
+        elements=lock(element_table(scene.cable, scene.water, scene.gravity, (False, light_end(scene)))),
+        surfaces=lock(surface_table(scene)),
         held=lock(held), bodies=lock(body_table(scene.towbody, scene.gravity, scene.water.density)[None]),
         seats=lock(np.array([nodes - 1]), np.int64), loads=np.zeros((0, LOAD_COLUMNS)),
         winch=lock(winch_table(scene, route, total)), setpoint=points, mean=np.zeros(6), sheave=1,
@@ -130,7 +151,7 @@ def build_state(scene: Scene) -> State:
         v=nodes(), a=nodes(), x=nodes(), kept=z((2, 4, n, 6)), tension=z(n - 1), reaction=nodes(), ship=z(SHIP_STATE),
         ship_work=z(SHIP_STATE), sheave=z(6), surfaces=surface_table(scene).reshape(-1, SURFACE_COLUMNS).copy(),
         winch=z(winch.WINCH_STATE), setpoint=z(setpoint.SETPOINT_STATE), controls=z((2, 2, 16)), flow=z((1, 6)),
-        measured=z(2), health=z(6), work=make_work(n))
+        measured=z(2), account=z(POWERS + 1), before=z(POWERS), health=z(6), work=make_work(n))
 
 
 def make_output(model: Model, nodes: int, rows: int) -> Output:

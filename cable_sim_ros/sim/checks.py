@@ -15,6 +15,10 @@ from .scene import Scene
 # longest element on the sheave over its radius: with compensation on, ripple of the tension above 1 Hz was measured as
 # 0.03 % at 0.25, 0.05 % at 0.4, 0.15 % at 0.6, 0.36 % at 1.2 (full scale, docs/accuracy.md)
 FINE_ELEMENT = 0.4
+# longest element on the sheave over the bending length sqrt(EI/T): line load, its edges and the reactions at the ends
+# of the contact within 5 % at the shipped contact stiffness, resultant 0.001 %; at 5 they are off by 12 to 86 %, the
+# resultant by 0.03 % (python -m cable_sim_ros.lab.sheave, docs/accuracy.md)
+RESOLVED = 1.5
 FINE_ZONE = 1.0            # m of fine mesh (and of cable on the drum) wanted when a compensation drives the winch
 SECTION_NAME = re.compile(r"[a-z][a-z0-9_]*")
 
@@ -139,6 +143,13 @@ def cautions(scene: Scene) -> list[Problem]:
             "Give the part at the sheave more elements, or its own section"))
     elif scene.setpoint.algorithm != "hold":
         found += travel_cautions(scene, FINE_ZONE, FINE_ZONE)
+    resolved = RESOLVED * math.sqrt(scene.cable.bending_stiffness / scene.contact.working_tension)
+    if 0.0 < resolved * (1 + 1e-9) < size <= FINE_ELEMENT * radius * (1 + 1e-9):   # longer ones have their caution
+        found.append(Problem(
+            f"cable.sections.{name}", f"lies on the sheave with elements of {size:.3g} m, longer than {resolved:.3g} "
+            f"m, {RESOLVED:g} bending lengths sqrt(EI/T) at contact.working_tension: how the load spreads along the "
+            "sheave and what its ends bear is not resolved; tension, resultant and towbody do not depend on it",
+            f"Where the spread matters, elements of at most {resolved:.3g} m there"))
     if downforce(scene) <= 0.0:
         found.append(Problem(
             "towbody.net_weight", f"and the wet weight of the cable add up to {downforce(scene):.4g} N, not above 0 N: "

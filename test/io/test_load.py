@@ -330,6 +330,12 @@ CAUTIONS = {
         "tow.yaml:10: cable.sections.sheave lies on the sheave with elements of 0.5 m, longer than 0.1 m, 0.4 "
         "of sheave.radius: contact and tension will ripple. "
         "Give the part at the sheave more elements, or its own section"),
+    "too coarse for the spread of the contact": (
+        "axial_stiffness: 6.786e+6", "axial_stiffness: 6.786e+6\n  bending_stiffness: 1.4",
+        "tow.yaml:11: cable.sections.sheave lies on the sheave with elements of 0.0625 m, longer than 0.0281 m, 1.5 "
+        "bending lengths sqrt(EI/T) at contact.working_tension: how the load spreads along the sheave and what its "
+        "ends bear is not resolved; tension, resultant and towbody do not depend on it. Where the spread matters, "
+        "elements of at most 0.0281 m there"),
     "fine zone too short outboard": (
         "sheave: {length: 8.0, elements: 128}",
         "sheave: {length: 4.0, elements: 64}\n    rest: {length: 4, elements: 2}",
@@ -366,6 +372,13 @@ def test_caution(old, new, text):
     with pytest.warns(SceneWarning) as caught:
         scene_from_text(compensated, "tow.yaml")
     assert [str(item.message) for item in caught] == [text]
+
+
+def test_elements_that_resolve_the_bending_length_are_no_caution():
+    stiff = SCENE.replace("axial_stiffness: 6.786e+6", "axial_stiffness: 6.786e+6\n  bending_stiffness: 7.0")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        scene_from_text(stiff, "tow.yaml")   # 1.5 sqrt(7 / 4000) = 0.0627 m
 
 
 def test_a_held_winch_needs_no_travel():

@@ -15,7 +15,8 @@ class Bench:
     """A cable of n elements with everything the assembly needs, and its dense residual and tangent."""
 
     def __init__(self, n: int = 20, seed: int = 1, *, ea=1e4, ei=1.4, ca=20.0, tau=0.01, mass=0.389, gravity=9.81,
-                 law=None, amplification=1.7, density=1026.0, surfaces=(), current=(0.0, 0.0, 0.0, 0.0), lengths=None):
+                 compression=1.0, law=None, amplification=1.7, density=1026.0, surfaces=(),
+                 current=(0.0, 0.0, 0.0, 0.0), lengths=None):
         rng = np.random.default_rng(seed)
         self.n, self.rng = n, rng
         groups = -(-n // LANES)
@@ -29,6 +30,7 @@ class Bench:
             for index, value in rows.items():
                 row[index] = value
             row[ancf.MASS_PER_LENGTH], row[ancf.EA], row[ancf.EI] = mass, ea, ei
+            row[ancf.COMPRESSION] = compression
             row[ancf.AXIAL_DAMPING], row[ancf.BENDING_TIME], row[ancf.WEIGHT_PER_LENGTH] = ca, tau, mass * gravity
         self.elements.setflags(write=False)
         lengths = rng.uniform(0.1, 0.3, n) if lengths is None else np.full(n, lengths)

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from cable_sim_ros.physics import drag as drag_module
 from cable_sim_ros.physics import observe, surface
 from cable_sim_ros.physics.banded import solve
+from cable_sim_ros.physics.cable import LOST_POWER, OWN, SURFACES, WATER
 from cable_sim_ros.physics.contact import press
 from cable_sim_ros.physics.drag import LOADING, DragLaw, choo_casarella
 from cable_sim_ros.sim.frame import Flag
@@ -246,3 +247,41 @@ def test_touching_helper_presses():
     pressed = bench.residual()
     bench.surfaces = np.zeros((0, surface.SURFACE_COLUMNS))
     assert np.abs(pressed - bench.residual()).max() > 1.0
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_powers_are_the_forces_on_the_velocities(seed):
+    """Work.power, with and without tangent: own = inertia + d(stored)/dt + lost, and the parts sum to R . v."""
+    bench = Bench(20, seed, current=(-2.0, 0.3, 0.1, 0.05))
+    bench.wander()
+    bench.surfaces = touching(bench, 3, None)[None]
+    r = bench.residual()
+    powers = bench.work.power.copy()
+    own, lost, water, pressed = powers[[OWN, LOST_POWER, WATER, SURFACES]]
+    assert own - water - pressed == pytest.approx(float(np.sum(r * bench.v)), rel=1e-9)
+    assert lost > 0.0 and water != 0.0 and pressed != 0.0
+    bench.tangent(30.0, 900.0)
+    bench.residual()
+    np.testing.assert_array_equal(bench.work.power, powers)
+    step = 1e-6     # strain energy along the motion
+    start, rate = bench.q.copy(), []
+    for sign in (-1.0, 1.0):
+        bench.q = start + sign * step * bench.v
+        bench.residual()
+        rate.append(bench.energy)
+    bench.q, bench.a = start, np.zeros_like(bench.a)
+    dry = Bench(20, seed, gravity=0.0, mass=0.0)
+    dry.q, dry.v, dry.arc = start, bench.v, bench.arc
+    dry.residual()
+    stored = (rate[1] - rate[0]) / (2.0 * step)
+    assert dry.work.power[OWN] - dry.work.power[LOST_POWER] == pytest.approx(stored, rel=1e-4)
+
+
+def test_a_cable_folds_where_a_rod_would_push():
+    """Shorter than unstretched an element resists with a share of EA, and its tangent is exact."""
+    push = []
+    for share in (1.0, 0.01):
+        bench = Bench(1, 0, ea=1e4, ei=0.0, ca=0.0, tau=0.0, gravity=0.0, compression=share, lengths=1.0)
+        bench.q[:, 0], bench.q[:, 2], bench.q[:, 3] = (0.0, 0.9), 10.0, 0.9
+        push.append(bench.residual()[1, 0])
+    assert push[0] == pytest.approx(-1e3, rel=1e-9) and push[1] == pytest.approx(-10.0, rel=1e-9)

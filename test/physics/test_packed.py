@@ -14,7 +14,7 @@ import numba
 import numpy as np
 import pytest
 
-from cable_sim_ros.physics import ancf, contact, drag
+from cable_sim_ros.physics import ancf, cable, contact, drag
 from cable_sim_ros.physics.cable import CONTACT_POINTS, make_work
 from cable_sim_ros.physics.surface import SURFACE_COLUMNS
 
@@ -27,8 +27,9 @@ LANE, TABLE, ROW = W.lane[0], np.zeros((4, 16)), np.zeros(SURFACE_COLUMNS)
 KERNELS = {   # kernel: arguments, scalar multiplications allowed beyond the packed ones
     ancf.inertia_lanes: ((W.x, W.p, W.force, 0.0), 0),
     ancf.inertia_tangent_lanes: ((W.p, 1.0, W.k), 20),
-    ancf.elastic_lanes: ((W.x, W.p, W.force, LANE, W.lane[1]), 0),
-    ancf.elastic_tangent_lanes: ((W.x, W.p, 1.0, W.force, LANE, W.lane[1], W.k9, W.k), 0),
+    ancf.elastic_lanes: ((W.x, W.p, W.force, LANE, W.lane[1], W.lane[2]), 0),
+    ancf.elastic_tangent_lanes: ((W.x, W.p, 1.0, W.force, LANE, W.lane[1], W.lane[2], W.k9, W.k), 0),
+    cable.power_of: ((W.x, W.force, 16, LANE), 0),
     drag.point_lanes: ((W.x, W.p, TABLE, TABLE, TABLE[0], W.point), 0),
     drag.load_lanes: ((W.point, W.p, LANE, W.load[0]), 0),
     drag.load_tangent_lanes: ((W.point, W.p, 1.0, 1.0, TABLE[0], LANE, W.load[0], W.matrix[0], W.matrix[1]), 0),

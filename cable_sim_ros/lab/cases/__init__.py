@@ -15,7 +15,20 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..rig import SHIPPED, RigError, warm_up
-from . import pendulum  # noqa: F401 - the families declare themselves
+from . import (  # noqa: F401 - the families declare themselves
+    contact,
+    frames,
+    hydro,
+    jumper,
+    modes,
+    pendulum,
+    pulley,
+    sheave,
+    slack,
+    statics,
+    tow,
+    waves,
+)
 from .family import FAMILIES, Case, CaseError, Family, Level, Output, Values
 
 SETTLED = 0.2      # share of its tolerance by which an output may still move between the last two levels

@@ -13,7 +13,7 @@ ANGULAR = re.compile(r"([-+.\deE]+) rad/s \* x along \+y")
 
 
 @family("flexible pendulum", "length_m", "mass_per_length_kg_m", "EA_N", "EI_N_m2",
-        how="pinned at the origin, tangent free, no damping; gen-alpha with the shipped rho_inf")
+        how="pinned at the origin, tangent free, no damping, a rod: full EA in compression")
 def pendulum(case: Case, level: Level) -> Values:
     """Positions of tip and middle at the times asked for."""
     length, n = case.number("length_m"), level.mesh(8)
@@ -21,7 +21,7 @@ def pendulum(case: Case, level: Level) -> Values:
     mass, ea = case.number("mass_per_length_kg_m"), case.number("EA_N")
     gravity = case.number("g", 9.81)
     rig = Rig(cable_of([{"length": length, "elements": n}], mass_per_length=mass, axial_stiffness=ea,
-                       bending_stiffness=case.number("EI_N_m2")),
+                       bending_stiffness=case.number("EI_N_m2"), compression_share=1.0),
               held={0: "r"}, tension=mass * length * gravity, gravity=gravity)
     rig.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
     spin = np.zeros((rig.nodes, 3))

@@ -1,0 +1,217 @@
+"""Run time against error: ``cable-sim bench``. The product on P1 to P7, other codes beside it in the same process.
+
+Each setting is run once to warm up and then REPEATS times, taking turns with the other settings and codes of its scene;
+the figure is the median of the CPU time. A speed stands in one row with its mesh, step and error.
+"""
+
+from __future__ import annotations
+
+import platform
+import statistics
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+
+from .. import __version__
+from ..io.load import load_scene, override
+from ..io.replay import read_tow
+from ..io.resources import find_bag
+from . import ours
+from .drive import Drive
+from .ours import Setting, even
+from .scenes import errors
+
+REPEATS = 5
+TOW_SECONDS, TOW_SKIP = 40.0, 10.0       # P7: of nbp1406, and what of it is left out of the statistics
+# P7 meshes: elements of the sections drum, span, sheave, bare, faired; the first is the refined reference
+REFINED = ((52, 4, 144, 48, 36), 0.005)
+TOW_MESHES = (((26, 2, 48, 16, 12), 0.01), ((26, 2, 48, 16, 12), 0.02), ((26, 2, 48, 16, 12), 0.05),
+              ((16, 2, 32, 12, 10), 0.02), ((16, 2, 32, 8, 12), 0.05))
+
+
+class Row(NamedTuple):
+    """One line of the table; errors are fractions, of position in P7 metres."""
+
+    scene: str
+    code: str
+    setting: str
+    elements: int
+    dt_s: float
+    error_tension: float
+    error_position: float
+    cpu_s_per_sim_s: float
+    us_per_element_iteration: float | None
+    iterations_per_step: float | None
+    note: str = ""
+
+
+SWEEPS: dict[str, tuple[Callable, tuple[Setting, ...]]] = {
+    "P1": (ours.catenary, tuple(even(n) for n in (4, 8, 16, 32, 64))),
+    "P2": (ours.released, tuple(even(n, dt, 0.5) for n, dt in (
+        (6, 0.01), (8, 0.005), (10, 0.005), (12, 0.0025), (16, 0.01 / 3.0), (20, 0.0025), (40, 0.001)))),
+    "P3": (ours.cantilever, tuple(even(n, dt, 0.5) for n, dt in ((4, 0.01), (6, 0.005), (8, 0.0025), (16, 0.001)))),
+    "P4": (ours.pulled_over, tuple(even(n, dt) for n, dt in ((64, 0.01), (80, 0.01), (96, 0.01), (96, 0.005),
+                                                             (192, 0.005)))),
+    "P5": (ours.towed, (
+        Setting(((0.5, 4), (0.3, 4), (0.2, 6)), 0.2, 0.5), Setting(((0.5, 4), (0.3, 4), (0.2, 6)), 0.1, 0.5),
+        Setting(((0.6, 5), (0.3, 6), (0.1, 6)), 0.1, 0.5), even(10, 0.1, 0.5), even(20, 0.1, 0.5),
+        even(40, 0.1, 0.5), even(40, 0.05, 0.5))),
+    "P6": (ours.towed, (
+        even(69, 0.1, 0.5), even(69, 0.1 / 1.5, 0.5), even(69, 0.05, 0.5),
+        Setting(((0.7, 25), (0.3, 44)), 0.1, 0.5))),
+}
+SCENES = (*SWEEPS, "P7")
+PEER_SCENES = ("P2", "P4", "P5", "P6")
+
+
+def bench(scenes: tuple[str, ...] = SCENES, *, with_peers: bool = False, repeats: int = REPEATS,
+          progress: Callable[[str, float, float], None] = lambda *_: None) -> list[Row]:
+    """Rows of the chosen scenes. The lumped chain always runs where it can; the other codes with ``with_peers``."""
+    rows = []
+    for i, scene in enumerate(scenes):
+        progress(scene, i, len(scenes))
+        rows += _whole_tow() if scene == "P7" else _scene(scene, with_peers, repeats)
+    return rows
+
+
+def _scene(scene: str, with_peers: bool, repeats: int) -> list[Row]:
+    solve, settings = SWEEPS[scene]
+    jobs: list[tuple[str, Any, Callable]] = [("cable_sim_ros", s, solve) for s in settings]
+    rows: list[Row] = []
+    if scene in PEER_SCENES:
+        from .peers import jobs_of
+        more, missing = jobs_of(scene, all_codes=with_peers)
+        jobs += more
+        rows += [Row(scene, code, "", 0, 0.0, float("nan"), float("nan"), float("nan"), None, None, why)
+                 for code, why in missing]
+    times: list[list[float]] = [[] for _ in jobs]
+    last: list[Any] = [None] * len(jobs)
+    problem = [""] * len(jobs)
+    for turn in range(repeats + 1):
+        for k, (_, setting, run) in enumerate(jobs):
+            if problem[k]:
+                continue
+            try:
+                last[k] = run(setting)
+            except Exception as error:   # another code's failure is a result of the table, not the end of it
+                problem[k] = f"failed: {str(error).splitlines()[0][:160]}"
+                continue
+            if turn:
+                times[k].append(last[k].cpu_s / last[k].simulated_s)
+    for k, (code, setting, _) in enumerate(jobs):
+        if problem[k]:
+            rows.append(Row(scene, code, str(setting), 0, 0.0, float("nan"), float("nan"), float("nan"), None, None,
+                            problem[k]))
+            continue
+        run, cpu = last[k], statistics.median(times[k])
+        tension, position = errors(scene, run.history)
+        iterations, steps = getattr(run, "iterations", None), getattr(run, "steps", None)
+        each = 1e6 * cpu * run.simulated_s / (run.elements * iterations) if iterations else None
+        rows.append(Row(scene, code, run.setting, run.elements, run.dt_s, float(tension), float(position), cpu, each,
+                        iterations / steps if iterations and steps else None, getattr(run, "note", "")))
+    return rows
+
+
+def tow_at(mesh: tuple[int, ...], tick: float, algorithm: str):
+    """The full-scale scene on a mesh (elements of its sections) and a tick [s], TOW_SECONDS of nbp1406."""
+    base = load_scene("full_scale")
+    scene = override(base, {"solver.tick": tick, "setpoint.algorithm": algorithm} | {
+        f"cable.sections.{name}.elements": n for name, n in zip(base.cable.sections, mesh, strict=True)})
+    return Drive(scene, read_tow(find_bag("nbp1406"))).go(TOW_SECONDS, None)
+
+
+def _whole_tow() -> list[Row]:
+    rows = []
+    for algorithm in ("hold", "simplified_sheave"):
+        fine = _sampled(tow_at(*REFINED, algorithm).frames, REFINED[1])
+        for mesh, tick in TOW_MESHES:
+            driven = tow_at(mesh, tick, algorithm)
+            frames = driven.frames
+            got = _sampled(frames, tick)
+            late = got.time - got.time[0] >= TOW_SKIP * 1e9
+            mean, std = got.tension[late].mean(), got.tension[late].std()
+            of_mean = abs(mean / fine.tension[late].mean() - 1.0)
+            of_std = abs(std - fine.tension[late].std()) / fine.tension[late].mean()
+            away = np.linalg.norm(got.body_position[late] - fine.body_position[late], axis=1).max()
+            iterations, steps = float(frames.iterations.sum()), float(frames.substeps.sum())
+            cpu = driven.stepping_s / (len(frames) * tick)
+            rows.append(Row("P7", "cable_sim_ros",
+                            f"{algorithm}, {'-'.join(map(str, mesh))}, {1e3 * tick:g} ms", sum(mesh),
+                            tick, float(max(of_mean, of_std)), float(away), cpu,
+                            1e6 * driven.stepping_s / (sum(mesh) * iterations), iterations / steps,
+                            f"{1.0 / cpu:.0f} x real time; std {std:.1f} N, "
+                            f"reference {fine.tension[late].std():.1f} N"))
+    return rows
+
+
+def _sampled(frames: np.recarray, tick: float) -> np.recarray:
+    """Every 0.1 s."""
+    every = round(0.1 / tick)
+    return frames[every - 1::every]
+
+
+def as_json(row: Row) -> dict[str, Any]:
+    """A row for JSON: what is not a number is null."""
+    return {k: None if isinstance(v, float) and not np.isfinite(v) else v for k, v in row._asdict().items()}
+
+
+def about() -> dict[str, str]:
+    """Machine and versions that belong to the figures."""
+    model = next((line.split(":", 1)[1].strip() for line in Path("/proc/cpuinfo").read_text().splitlines()
+                  if line.startswith("model name")), platform.processor()) if Path("/proc/cpuinfo").exists() else ""
+    return {"machine": model, "threads": "1", "python": platform.python_version(), "numba": numba.__version__,
+            "numpy": np.__version__, "cable_sim_ros": __version__, "date": time.strftime("%Y-%m-%d")}
+
+
+def markdown(rows: list[Row]) -> str:
+    """The table of docs/benchmarks.md."""
+    head = ("| scene | code | setting | elements | step [ms] | error tension | error position | CPU s per s | us per "
+            "element and iteration | iterations per step | note |\n|---|---|---|---|---|---|---|---|---|---|---|")
+    return "\n".join([head, *("| " + " | ".join(cells(r)) + " |" for r in rows)])
+
+
+def cells(r: Row) -> tuple[str, ...]:
+    """A row as text: errors in percent (P7: position in cm)."""
+    def number(x, form):
+        return "-" if x is None or not np.isfinite(x) else form.format(x)
+    where = number(100.0 * r.error_position, "{:.2g} cm" if r.scene == "P7" else "{:.2g} %")
+    return (r.scene, r.code, r.setting, str(r.elements or "-"), number(1e3 * r.dt_s, "{:.3g}") if r.dt_s else "-",
+            number(100.0 * r.error_tension, "{:.2g} %"), where, number(r.cpu_s_per_sim_s, "{:.2g}"),
+            number(r.us_per_element_iteration, "{:.2g}"), number(r.iterations_per_step, "{:.2f}"), r.note)
+
+
+def plots(rows: list[Row], folder: Path) -> list[Path]:
+    """One work-precision plot a scene; RuntimeError where matplotlib is missing."""
+    try:
+        import matplotlib
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise RuntimeError("matplotlib is not installed: no plot was drawn; install cable_sim_ros[viz]") from None
+    from .picture import STYLE
+    made = []
+    for scene in dict.fromkeys(r.scene for r in rows):
+        mine = [r for r in rows if r.scene == scene and np.isfinite(r.cpu_s_per_sim_s)]
+        with matplotlib.rc_context(STYLE):
+            figure = Figure(figsize=(12.0, 5.0), dpi=100, facecolor="white", layout="constrained")
+            FigureCanvasAgg(figure)
+            for axis, what in zip(figure.subplots(1, 2), ("error_tension", "error_position"), strict=True):
+                for code in dict.fromkeys(r.code for r in mine):
+                    points = sorted((r.cpu_s_per_sim_s, getattr(r, what)) for r in mine if r.code == code
+                                    and np.isfinite(getattr(r, what)))
+                    if points:
+                        x, y = zip(*points, strict=True)
+                        axis.loglog(x, np.maximum(y, 1e-9), "o-" if code == "cable_sim_ros" else "s--",
+                                    label=code, lw=2.0 if code == "cable_sim_ros" else 1.0, ms=6)
+                unit = "m" if scene == "P7" and what == "error_position" else "fraction"
+                axis.set_xlabel("CPU s per simulated s" if scene != "P1" else "CPU s")
+                axis.set_title(f"{scene}: {what.replace('_', ' of ')} [{unit}]")
+                axis.legend()
+            path = folder / f"bench_{scene.lower()}.png"
+            figure.savefig(path, metadata={"Software": None})
+        made.append(path)
+    return made
