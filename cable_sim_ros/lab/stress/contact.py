@@ -132,24 +132,25 @@ def climb(quick: bool) -> Found:
     figures = [Figure("heel at climb-out of a slack cable against 90 deg less the half angle",
                       None if got[heel] is None else got[heel] - (90.0 - WALL), "deg", 2.0, WITHIN)]
     notes = notes[1:]
-    for name, speed, side in (("towed, to port", 2.2, 1.0), ("hanging, to port", 0.0, 1.0),
-                              ("towed, to starboard", 2.2, -1.0))[:2 if quick else 3]:
-        found, told = _heeled(speed, side)
+    roll, yaw, quick_roll = ({"roll": (np.radians(70.0), 80.0, 0.0)}, {"yaw": (np.radians(60.0), 80.0, 0.0)},
+                             {"roll": (np.radians(-70.0), 16.0, 0.0)})
+    for name, speed, sea in (("towed, heel to 70 deg in 20 s", 2.2, roll), ("hanging, heel to 70 deg in 20 s", 0.0, roll),
+                             ("towed, fleet angle to 60 deg in 20 s", 2.2, yaw),
+                             ("towed, heel to -70 deg in 4 s", 2.2, quick_roll))[:3 if quick else 4]:
+        found, told = _heeled(speed, sea)
         figures += [f._replace(name=f"{name}: {f.name}") for f in found]
         notes += [f"{name}: {note}" for note in told]
     return Found(figures, notes)
 
 
-def _heeled(speed: float, side: float) -> tuple[list[Figure], list[str]]:
+def _heeled(speed: float, waves: dict) -> tuple[list[Figure], list[str]]:
     scene = held(ship__tow_speed=speed)
-    sim, period = started(scene), 80.0
-    # 70 deg at a quarter of the period, back to 0 at half of it
-    sea = Sea(scene, roll=(side * np.radians(70.0), period, 0.0))
+    sim, sea = started(scene), Sea(scene, **waves)
     surface, depth = sim.model.surfaces[sim.model.sheave], sim.model.groove_depth
     x, y, z, gap = (next(i for i, (n, _) in enumerate(CONTACT_COLUMNS) if n == c) for c in ("x", "y", "z", "gap"))
     missed, unlatched, through, out_at, last, notes = 0, 0, 0.0, None, 0, []
     try:
-        for k in range(round(period / 2 / 0.5)):
+        for _ in range(80):     # 40 s: up and back, or more
             frames = sail(sim, sea, 0.5)
             tables = sim.chunk_tables[1]
             for i, f in enumerate(frames):
@@ -161,7 +162,8 @@ def _heeled(speed: float, side: float) -> tuple[list[Figure], list[str]]:
                 last = max(last, int(f.detachments))
                 missed += bool(out and last == 0)
                 if out and out_at is None:
-                    out_at = abs(np.degrees(2.0 * np.arcsin(np.clip(f.ship_quaternion[0], -1, 1))))
+                    angle = np.abs(2.0 * np.arcsin(f.ship_quaternion[:3])).max()
+                    out_at = (f.time * 1e-9, float(np.degrees(angle)))
                 # between the flanks, below where they fade: what is pressed into them
                 inside = (np.abs(rows[:, y]) < surface[LATERAL]) & (rows[:, gap] < 0.5 * depth)
                 rows = rows[inside]
@@ -174,7 +176,7 @@ def _heeled(speed: float, side: float) -> tuple[list[Figure], list[str]]:
                Figure("events taken back", unlatched, "", 0),
                Figure("deepest into a flank or the root, over the diameter", through / scene.cable.diameter, "", 1.0),
                Figure("ran to its end", not notes, "", True, IS)]
-    notes.append("stayed in the groove" if out_at is None else f"out of the groove from {out_at:.1f} deg of roll on")
+    notes.append("stayed in the groove" if out_at is None else f"out of the groove after {out_at[0]:.1f} s at {out_at[1]:.1f} deg of the ship")
     return figures, notes
 
 
