@@ -19,11 +19,11 @@ from ..physics.surface import SURFACE_COLUMNS, surface_row
 from ..physics.tow import Model, State
 from ..physics.towbody import body_table
 from ..physics.water import Water
+from .checks import ROUND_OFF
 from .frame import CONTACT_COLUMNS, FRAME, MAX_STATIONS, SHAPE_COLUMNS
 from .scene import Scene
 from .statics import DRUM_RESERVE, Route
 
-ROUND_OFF = 1e-12      # residual floor over EA
 # EI of an element over w L^3 where its end carries no tension: the gradient of a free end has a rotational stiffness of
 # -T/30 there (T = w L/2), more than wL^3/240 makes it stable; it vanishes with the third power of the mesh
 END_STIFFNESS = 1.0 / 60.0

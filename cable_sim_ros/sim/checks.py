@@ -20,6 +20,9 @@ FINE_ELEMENT = 0.4
 # resultant by 0.03 % (python -m cable_sim_ros.lab.sheave, docs/accuracy.md)
 RESOLVED = 1.5
 FINE_ZONE = 1.0            # m of fine mesh (and of cable on the drum) wanted when a compensation drives the winch
+MOST_STRAIN = 0.1          # under the weight of the tow
+ROUND_OFF = 1e-12          # least residual that can be asked for, over EA
+MOST_FLOOR = 1e-4          # that residual over the working tension
 SECTION_NAME = re.compile(r"[a-z][a-z0-9_]*")
 
 
@@ -127,6 +130,20 @@ def problems(scene: Scene) -> list[Problem]:
             "towbody.net_weight", f"and the wet weight of the cable add up to {downforce(scene):.4g} N, must be above "
             "0 N while the ship is at rest in the water: nothing pulls the cable straight",
             "Make the body or the cable heavier, or give ship.tow_speed"))
+    pull, stiffness = downforce(scene), scene.cable.axial_stiffness
+    if pull > MOST_STRAIN * stiffness:
+        found.append(Problem(
+            "cable.axial_stiffness", f"= {stiffness:g} N is stretched by {100.0 * pull / stiffness:.3g} % by the "
+            f"{pull:.4g} N that pull the tow down, more than {100.0 * MOST_STRAIN:g} %: the element's law is one of "
+            f"small strain, and no step (solver.tick = {scene.solver.tick:g} s) makes up for it",
+            f"Make it at least {pull / MOST_STRAIN:.3g} N, or the tow lighter; check its unit (EA in N)"))
+    floor, working = ROUND_OFF * stiffness, scene.contact.working_tension
+    if floor > MOST_FLOOR * working:
+        found.append(Problem(
+            "cable.axial_stiffness", f"= {stiffness:g} N leaves a round-off of {floor:.3g} N in every force, more than "
+            f"{100.0 * MOST_FLOOR:g} % of contact.working_tension = {working:g} N: a step (solver.tick = "
+            f"{scene.solver.tick:g} s) cannot be solved to less",
+            f"Make it at most {MOST_FLOOR * working / ROUND_OFF:.3g} N; a cable that does not stretch needs no more"))
     return found
 
 

@@ -16,7 +16,7 @@ from .build import build_model, build_state, make_output
 from .drive import CONTROL_WORDS, SETTLE, STATS_COLUMNS, TICKS, drive
 from .frame import FRAME, Flag
 from .scene import Scene
-from .statics import MASS_DAMPING, MOST_STEPS, Route, StartError, first_angle
+from .statics import MASS_DAMPING, MOST_STEPS, Route, StartError, first_angle, first_strain
 
 
 class SolverError(RuntimeError):
@@ -75,18 +75,25 @@ class Simulator:
         state.ship[EPOCH_NOW] = NO_EPOCH
         flow = float(np.hypot(*state.current[:2]))
         state.flow[0, :2] = state.current[:2] if flow > 1e-6 else (-cos(yaw), -sin(yaw))
-        r, g = Route(scene).nodes(state.arc, first_angle(scene, flow))
         turn = np.array([[cos(yaw), -sin(yaw), 0.0], [sin(yaw), cos(yaw), 0.0], [0.0, 0.0, 1.0]])
-        state.q[:, :3] = r @ turn.T + model.mean[:3]
-        state.q[:, 3:] = g @ turn.T
-        steps = self._drive(SETTLE, MOST_STEPS, self.output)
-        iterations, left = int(state.health[0]), float(state.health[2])
-        self.start_report = {"steps": abs(steps), "iterations": iterations, "residual_n": left}
-        if steps < 0 or not np.isfinite(state.q).all():
+        tried, iterations = 0, 0
+        # a soft cable does not settle from its unstretched length: it is loose while it is drawn out
+        for strain in (0.0, first_strain(scene)):
+            r, g = Route(scene).nodes(state.arc * (1.0 + strain), first_angle(scene, flow))
+            state.q[:, :3] = r @ turn.T + model.mean[:3]
+            state.q[:, 3:] = (1.0 + strain) * g @ turn.T
+            steps = self._drive(SETTLE, MOST_STEPS, self.output)
+            tried, iterations, left = tried + abs(steps), iterations + int(state.health[0]), float(state.health[2])
+            settled = steps >= 0 and bool(np.isfinite(state.q).all())
+            if settled:
+                break
+        self.start_report = {"steps": tried, "iterations": iterations, "residual_n": left}
+        if not settled:
             raise StartError(
-                f"{scene.name}: no static equilibrium after {abs(steps)} steps and {iterations} iterations, residual "
-                f"{left:.3g} N, allowed {model.tolerance:.3g} N; nothing was started. Remedy: check weight and drag of "
-                f"towbody and cable, or begin with a shorter cable or a coarser mesh", float(left))
+                f"{scene.name}: no static equilibrium after {tried} steps and {iterations} iterations, residual "
+                f"{left:.3g} N, allowed {model.tolerance:.3g} N, with {self._stiffness()}; nothing was started. "
+                f"Remedy: check weight and drag of towbody and cable, or begin with a shorter cable or a coarser mesh",
+                float(left))
         state.health[:2] = 0.0
         model.setpoint[HEIGHT] = state.sheave[2]
         if scene.setpoint.nominal_angle_deg is None:
@@ -155,12 +162,17 @@ class Simulator:
         return drive(self.model, self.state, self.inputs if inputs is None else inputs, output, what, int(count),
                      MASS_DAMPING, self._control, self._stats)
 
+    def _stiffness(self) -> str:
+        """What most often decides whether a step can be solved, in words."""
+        return (f"cable.axial_stiffness = {self.scene.cable.axial_stiffness:g} N and "
+                f"solver.tick = {self.scene.solver.tick:g} s")
+
     def _halted(self) -> SolverError:
         flags = int(self.state.halted[0])
         when = self.state.time[0] * 1e-9
         return SolverError(
             f"{self.scene.name}: the tick after {when:.3f} s could not be solved ({Flag(flags)!r}) with "
-            f"{self.model.max_halvings} halvings of {self.scene.solver.tick} s; the run halted at the state before it. "
+            f"{self.model.max_halvings} halvings, with {self._stiffness()}; the run halted at the state before it. "
             f"Remedy: start again; if it repeats, a smaller solver.tick or a finer mesh where the cable bends")
 
 

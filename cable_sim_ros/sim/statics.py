@@ -16,6 +16,7 @@ DRUM_RESERVE = 0.3    # rad of wrap that must stay on the drum
 FIRST_DRAG = 1.2      # drag coefficient of the first guess
 MASS_DAMPING = 0.2    # 1/s, of the pseudo-transient only; it has no part in the equilibrium (trap T8)
 MOST_STEPS = 400
+MOST_STRAIN = 0.01     # of the first guess
 
 
 class StartError(RuntimeError):
@@ -40,6 +41,11 @@ def first_angle(scene: Scene, speed: float) -> float:
         return 0.0
     k = max(weight, 1e-9) / (2.0 * drag)
     return asin(hypot(k, 1.0) - k)
+
+
+def first_strain(scene: Scene) -> float:
+    """Strain [1] of a stretched first guess: that of the working tension."""
+    return min(scene.contact.working_tension / scene.cable.axial_stiffness, MOST_STRAIN)
 
 
 class Route:

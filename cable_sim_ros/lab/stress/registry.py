@@ -1,0 +1,124 @@
+"""Registry of the stress tests: stimulus, measured figures, limits, verdict."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from typing import NamedTuple
+
+MOST, LEAST, WITHIN, IS = "<=", ">=", "within", "=="
+
+
+class Figure(NamedTuple):
+    """One measured number and what it is held against. ``limit`` None: told, not judged."""
+
+    name: str
+    value: float | str | bool | None
+    unit: str = ""
+    limit: float | str | bool | None = None
+    how: str = MOST
+
+    @property
+    def passed(self) -> bool | None:
+        """None where nothing is judged. A number that is not finite never passes."""
+        if self.limit is None:
+            return None
+        if self.how == IS:
+            return self.value == self.limit
+        value = self.value
+        if value is None or not math.isfinite(value):
+            return False
+        if self.how == WITHIN:
+            return abs(value) <= self.limit
+        return value <= self.limit if self.how == MOST else value >= self.limit
+
+    @property
+    def bound(self) -> str:
+        """The limit as text."""
+        if self.limit is None:
+            return ""
+        if self.how == IS:
+            return told(self.limit)
+        sign = {MOST: "<= ", LEAST: ">= ", WITHIN: "+-"}[self.how]
+        return f"{sign}{told(self.limit)}{' ' + self.unit if self.unit else ''}"
+
+
+def told(value) -> str:
+    """A number in four digits, a truth as yes or no."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    return str(value)
+
+
+class Verdict(NamedTuple):
+    """What one stress test found."""
+
+    id: str
+    stimulus: str
+    criterion: str
+    figures: list[Figure]
+    passed: bool | None      # None: not measurable yet
+    notes: list[str]
+    cpu_s: float
+
+    def as_dict(self) -> dict:
+        """Plain data for JSON: measured {name: value}, limits {name: text}."""
+        return {"id": self.id, "stimulus": self.stimulus, "criterion": self.criterion, "passed": self.passed,
+                "measured": {f.name: _plain(f.value) for f in self.figures},
+                "units": {f.name: f.unit for f in self.figures},
+                "limits": {f.name: f.bound for f in self.figures if f.limit is not None},
+                "failed": [f.name for f in self.figures if f.passed is False], "notes": self.notes,
+                "cpu_s": round(self.cpu_s, 2)}
+
+
+def _plain(value):
+    """JSON has no NaN and no infinity: they are told as text."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    return value.item() if hasattr(value, "item") else value
+
+
+class Found(NamedTuple):
+    """What a test returns. ``missing``: why its figures cannot be measured yet, in place of a verdict."""
+
+    figures: list[Figure]
+    notes: list[str] = []
+    missing: str = ""
+
+
+class Stress(NamedTuple):
+    id: str
+    stimulus: str
+    criterion: str
+    run: Callable[[bool], Found]
+
+
+TESTS: dict[str, Stress] = {}
+
+
+def stress(id: str, stimulus: str, criterion: str):
+    """Declare a test ``run(quick) -> Found``."""
+    def declare(run):
+        TESTS[id] = Stress(id, stimulus, criterion, run)
+        return run
+    return declare
+
+
+def run_test(test: Stress, quick: bool = False) -> Verdict:
+    """Run one test; an exception is a failure that is told, with its text."""
+    begin = time.process_time()
+    try:
+        found = test.run(quick)
+    except Exception as error:   # a stress test that breaks is a finding, and the others must go on
+        found = Found([Figure("ran to its end", False, "", True, IS)], [f"{type(error).__name__}: {error}"])
+    verdicts = [f.passed for f in found.figures if f.passed is not None]
+    passed = bool(verdicts) and all(verdicts)
+    notes = list(found.notes)
+    if found.missing:
+        notes.append(f"not measurable yet: {found.missing}")
+        passed = None if all(verdicts) else False
+    return Verdict(test.id, test.stimulus, test.criterion, found.figures, passed, notes,
+                   time.process_time() - begin)

@@ -1,0 +1,96 @@
+"""Tows for the stress tests: scenes from the shipped one, and ship motion as exact analytic samples."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+
+from ...io.load import SceneWarning, load_scene, override
+from ...physics.inputs import EPOCH, MOTION_COLUMNS, SOURCE, push_motion
+from ...sim.scene import Scene
+from ...sim.simulator import Simulator
+
+RATE = 50.0           # Hz of the motion samples; between them the ship moves on cubics of position and rate
+CHUNK = 10.0          # s of motion pushed at a time: the ring of inputs holds 1024 samples
+
+
+def shipped(**values) -> Scene:
+    """The shipped full-scale scene with other values, ``__`` in a name standing for the dot."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SceneWarning)   # a stress scene is doubtful by intent
+        scene = load_scene("full_scale")
+        return override(scene, {key.replace("__", "."): value for key, value in values.items()})
+
+
+def held(**values) -> Scene:
+    """The shipped tow with its winch held, 20 ms ticks."""
+    return shipped(**{"setpoint__algorithm": "hold", "solver__tick": 0.02} | values)
+
+
+class Sea:
+    """Ship motion of sines: amplitude [m, rad], period [s] and phase [rad] of each of x y z roll pitch yaw.
+
+    Samples carry value and rate, exact; ``ahead`` [m/s] along ``heading`` [rad] from ``place`` [m] is added.
+    """
+
+    def __init__(self, scene: Scene, place=(0.0, 0.0), heading: float = 0.0, **waves):
+        self.mean = np.array((*place, scene.ship.reference_height, 0.0, 0.0, heading))
+        self.ahead = scene.ship.tow_speed * np.array((np.cos(heading), np.sin(heading)))
+        self.waves = np.zeros((6, 3))
+        self.waves[:, 1] = 1.0
+        for name, wave in waves.items():
+            self.waves[("surge", "sway", "heave", "roll", "pitch", "yaw").index(name)] = wave
+        self.turn = heading
+
+    def samples(self, t: np.ndarray) -> np.ndarray:
+        """[times, MOTION_COLUMNS]; surge and sway are those along and across the heading."""
+        a, period, phase = self.waves.T
+        w = 2.0 * np.pi / period
+        angle = w * t[:, None] + phase
+        q, v = a * np.sin(angle), a * w * np.cos(angle)
+        c, s = np.cos(self.turn), np.sin(self.turn)
+        for table in (q, v):
+            table[:, 0], table[:, 1] = c * table[:, 0] - s * table[:, 1], s * table[:, 0] + c * table[:, 1]
+        out = np.zeros((len(t), MOTION_COLUMNS))
+        out[:, :6], out[:, 6:12] = q + self.mean, v
+        out[:, :2] += self.ahead * t[:, None]
+        out[:, 6:8] += self.ahead
+        out[:, EPOCH], out[:, SOURCE] = 1.0, 1.0
+        return out
+
+    def push(self, sim: Simulator, first: int, last: int, rate: float = RATE) -> None:
+        """Samples number ``first`` to ``last`` - 1 at ``rate`` [Hz] into the inputs."""
+        step = round(1e9 / rate)
+        for i, row in enumerate(self.samples(np.arange(first, last) / rate), first):
+            push_motion(sim.inputs, i * step, row)
+
+
+def sail(sim: Simulator, sea: Sea | None, seconds: float, rate: float = RATE, keep=None) -> list | np.ndarray:
+    """Run a started tow through ``seconds`` of a sea; returns all Frames, or what ``keep(frames)`` makes of each part.
+
+    Samples go one second ahead of the tow. The tow may have run before: the sea goes on.
+    """
+    tick = sim.scene.solver.tick
+    left, parts = round(seconds / tick), []
+    while left > 0:
+        count = min(left, max(round(CHUNK / tick), 1))
+        end = (int(sim.state.time[2]) + count) * tick
+        if sea is not None:
+            sea.push(sim, int(sim.inputs.motion_head[0]), int(np.ceil((end + 1.0) * rate)), rate)
+        frames = sim.run(count)
+        parts.append(frames if keep is None else keep(frames))
+        left -= count
+    return np.concatenate(parts).view(np.recarray) if keep is None else parts
+
+
+def started(scene: Scene, **how) -> Simulator:
+    """A started tow."""
+    sim = Simulator(scene)
+    sim.start(**how)
+    return sim
+
+
+def finite(frames: np.ndarray) -> bool:
+    """No NaN or infinity in any number of the Frames."""
+    return all(bool(np.isfinite(frames[name]).all()) for name in frames.dtype.names)
