@@ -187,6 +187,31 @@ def validate(names, duration, out, as_json) -> None:
 
 
 @main.command()
+@click.argument("ids", nargs=-1, type=click.Choice([f"N{i}" for i in range(1, 20)], case_sensitive=False),
+                metavar="[N1 ... N19]")
+@click.option("--quick", is_flag=True, help="Shorter runs; what was shortened is in the notes.")
+@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for table and JSON.")
+@json_option
+def stress(ids, quick, out, as_json) -> None:
+    """Stability stress (default: all): measured against the limits. Leaves with code 1 where one is missed."""
+    from .lab import stress as stresses
+    from .lab.stress.table import markdown, print_verdicts
+    with _progress(as_json) as progress:
+        verdicts = stresses.run(tuple(ids), quick, progress)
+    told = [verdict.as_dict() for verdict in verdicts]
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+        (out / "stress.json").write_text(json.dumps(told, indent=1, default=float) + "\n", "utf-8")
+        (out / "stress.md").write_text(markdown(verdicts) + "\n", "utf-8")
+    if as_json:
+        click.echo(json.dumps(told, indent=1, default=float))
+    else:
+        print_verdicts(verdicts)
+    if not all(verdict.passed for verdict in verdicts):
+        sys.exit(FAILED)
+
+
+@main.command()
 @click.argument("scenes", nargs=-1, type=click.Choice([f"P{i}" for i in range(1, 8)], case_sensitive=False),
                 metavar="[P1 ... P7]")
 @click.option("--peers", is_flag=True, help="Other codes beside ours, taking turns; needs the extra [peers].")

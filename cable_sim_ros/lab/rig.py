@@ -32,6 +32,7 @@ from ..physics.towbody import BODY_ROWS, Towbody, body_table
 from ..physics.water import Water
 from ..sim.build import ROUND_OFF, arc_lengths, element_table, lock
 
+FOLDING = 1e-4            # cable.compression_share on the bench
 SHIPPED = Solver()        # the defaults of the product: step, rho_inf, tolerance
 
 
@@ -107,9 +108,12 @@ def bring_to_rest(line, sigma, steps, longest):
 
 
 def cable_of(sections: list[dict], **numbers) -> Cable:
-    """A Cable of the product from plain numbers; a section without a drag law has none."""
+    """A Cable of the product from plain numbers; a section without a drag law has none.
+
+    Slack elements fold (FOLDING); in scenes they push by default, which is the more robust with contact.
+    """
     named = {f"s{i}": Section(**({"drag_law": DragLaw.OFF} | s)) for i, s in enumerate(sections)}
-    return Cable(sections=named, **({"diameter": 0.01} | numbers))
+    return Cable(sections=named, **({"diameter": 0.01, "compression_share": FOLDING} | numbers))
 
 
 def rows_in_air(elements: np.ndarray) -> np.ndarray:

@@ -69,7 +69,7 @@ class Cable(Block):
     mass_per_length: float = quantity(REQUIRED, "kg/m", 1e-5, 1e3, "dry mass per length", "Westin Table 8")
     axial_stiffness: float = quantity(REQUIRED, "N", 1.0, 1e11, "EA", "Westin 5.1")
     compression_share: float = quantity(
-        1e-4, "1", 0.0, 1.0, "share of EA that resists compression: a cable folds where a rod (1) would push")
+        1.0, "1", 0.0, 1.0, "share of EA that resists compression; small: a slack element folds where it would push")
     bending_stiffness: float = quantity(0.0, "N m^2", 0.0, 1e8, "EI", "Westin (144)")
     axial_damping: float = quantity(0.0, "N s", 0.0, 1e8, "Kelvin-Voigt: axial force per strain rate", "Westin 5.1")
     bending_damping: float = quantity(0.0, "N m^2 s", 0.0, 1e6, "Kelvin-Voigt: bending moment per curvature rate")
