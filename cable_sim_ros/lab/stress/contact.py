@@ -109,7 +109,7 @@ def reversals(quick: bool) -> Found:
         [
             f"bench: {count} reversals at {1e3 * step:g} ms on two masses of {mass:g} kg, drum of 0.25 m, the shipped "
             "contact (1 mm at 4 kN, D = 0.3)",
-            "tow: the shipped one, 2 ms ticks, its ship thrown up and down with random accelerations of up to 25 m/s^2; "
+            "tow: the shipped one, 2 ms ticks, its ship thrown up and down with random accelerations up to 25 m/s^2; "
             "an event: a change of the flag DETACHED after 20 ms without one",
             *told,
         ],
