@@ -6,12 +6,13 @@ import json
 import sys
 import time
 import warnings
-from contextlib import contextmanager
 from pathlib import Path
 
 import click
 
 from . import __version__
+from .lab.commands import COMMANDS as LAB_COMMANDS
+from .lab.progress import progress_bar as _progress
 
 # mistakes of the user or the data: their text is the whole message. Anything else is ours and keeps its traceback
 EXPECTED = {
@@ -133,119 +134,6 @@ def live(bag, scene, duration, imu_only, out, as_json) -> None:
     _tell(Run(recorded.frames, figures, node_figures.get("problem", ""), Path(told["bag"])), out, as_json)
 
 
-@main.command()
-@click.argument("files", nargs=-1, required=True, metavar="FILE...")
-@click.option("--fidelity", type=click.Choice(["verification", "realtime"]), default="verification", show_default=True,
-              help="Refined until settled, or the shipped step on a mesh for real time.")
-@json_option
-def case(files, fidelity, as_json) -> None:
-    """Run verification cases: values from the product's own element, water, contact and integrator.
-
-    With --json one object for one FILE, a list for several. Leaves with code 1 where a value is missing.
-    """
-    from .lab.cases import Fidelity, load_case, run_case
-    cases = [load_case(path) for path in files]
-    done = []
-    with _progress(as_json) as progress:
-        for i, one in enumerate(cases):
-            progress(one.id, i, len(cases))
-            done.append(run_case(one, Fidelity(fidelity)))
-    if as_json:
-        told = [figures._asdict() for figures in done]
-        click.echo(json.dumps(told[0] if len(told) == 1 else told, indent=1))
-    else:
-        from .lab.cases.table import print_cases
-        print_cases(done, cases)
-    if any(o["value"] is None for figures in done for o in figures.outputs):
-        sys.exit(FAILED)
-
-
-@main.command()
-@click.argument("names", nargs=-1, type=click.Choice(["pulley"]), metavar="[NAME...]")
-@click.option("--duration", type=click.FloatRange(min=0.5), default=10.0, show_default=True, metavar="S",
-              help="Seconds of each experiment.")
-@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for plots and figures.")
-@json_option
-def validate(names, duration, out, as_json) -> None:
-    """Repeat experiments of the source documents (default: all): measured, ours, allowed and who says so."""
-    from .lab.experiments import EXPERIMENTS
-    from .lab.experiments import run as run_experiment
-    from .lab.experiments.table import as_data, print_result
-    with _progress(as_json) as progress:
-        results = [run_experiment(name, duration, progress) for name in names or EXPERIMENTS]
-    told = [as_data(result) for result in results]
-    if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
-        (out / "validate.json").write_text(json.dumps(told, indent=1) + "\n", "utf-8")
-        for result in results:
-            click.echo(f"plot:      {result.plot(out)}", err=True)
-    if as_json:
-        click.echo(json.dumps(told, indent=1))
-        return
-    for result in results:
-        print_result(result)
-
-
-@main.command()
-@click.argument("ids", nargs=-1, type=click.Choice([f"N{i}" for i in range(1, 20)], case_sensitive=False),
-                metavar="[N1 ... N19]")
-@click.option("--quick", is_flag=True, help="Shorter runs; what was shortened is in the notes.")
-@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for table and JSON.")
-@json_option
-def stress(ids, quick, out, as_json) -> None:
-    """Stability stress (default: all): measured against the limits. Leaves with code 1 where one is missed."""
-    from .lab import stress as stresses
-    from .lab.stress.table import markdown, print_verdicts
-    with _progress(as_json) as progress:
-        verdicts = stresses.run(tuple(ids), quick, progress)
-    told = [verdict.as_dict() for verdict in verdicts]
-    if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
-        (out / "stress.json").write_text(json.dumps(told, indent=1, default=float) + "\n", "utf-8")
-        (out / "stress.md").write_text(markdown(verdicts) + "\n", "utf-8")
-    if as_json:
-        click.echo(json.dumps(told, indent=1, default=float))
-    else:
-        print_verdicts(verdicts)
-    if not all(verdict.passed for verdict in verdicts):
-        sys.exit(FAILED)
-
-
-@main.command()
-@click.argument("scenes", nargs=-1, type=click.Choice([f"P{i}" for i in range(1, 8)], case_sensitive=False),
-                metavar="[P1 ... P7]")
-@click.option("--peers", is_flag=True, help="Other codes beside ours, taking turns; needs the extra [peers].")
-@click.option("--repeats", type=click.IntRange(min=1), default=5, show_default=True, help="Timed runs of each setting.")
-@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for table, JSON and plots.")
-@json_option
-def bench(scenes, peers, repeats, out, as_json) -> None:
-    """Run time against error on the benchmark scenes (default: all), medians of runs that take turns."""
-    from .lab import bench as benchmarks
-    with _progress(as_json) as progress:
-        rows = benchmarks.bench(tuple(scenes) or benchmarks.SCENES, with_peers=peers, repeats=repeats,
-                                progress=progress)
-    told = [benchmarks.as_json(row) for row in rows]
-    if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
-        about = benchmarks.about()
-        (out / "bench.json").write_text(json.dumps({"about": about, "rows": told}, indent=1) + "\n", "utf-8")
-        (out / "bench.md").write_text(benchmarks.markdown(rows) + "\n", "utf-8")
-        for path in benchmarks.plots(rows, out):
-            click.echo(f"plot:      {path}", err=True)
-    if as_json:
-        click.echo(json.dumps(told, indent=1))
-        return
-    from rich.console import Console
-    from rich.table import Table
-    table = Table(title="Run time against error", title_justify="left")
-    for name in ("scene", "code", "setting", "elements", "step ms", "tension", "position", "CPU s/s", "us/el/it",
-                 "it/step", "note"):
-        table.add_column(name)
-    for row in rows:
-        table.add_row(*benchmarks.cells(row))
-    Console(width=None if sys.stdout.isatty() else 160).print(table)
-
-
 @main.command(context_settings=PASS_ON)
 @click.argument("bag")
 @click.option("--rate", type=float, default=1.0, show_default=True, help="Speed of sending; stamps keep their spacing.")
@@ -303,6 +191,9 @@ def make_bags(out, data, speed, only, force) -> None:
     sys.exit(make(arguments))
 
 
+for _command in LAB_COMMANDS:
+    main.add_command(_command)
+
 NODE_MANUAL = """## Node
 
 Parameters that only the node has, set like those of the scene (`--ros-args -p input_delay:=0.05`).
@@ -329,22 +220,6 @@ def _need_ros() -> None:
         raise NoRos(
             f"this command needs ROS 2, and rclpy cannot be imported ({error}); nothing was started. Source your ROS "
             "installation, or: pip install 'cable_sim_ros[ros]'. `run` and `replay` work without it") from None
-
-
-@contextmanager
-def _progress(quiet: bool):
-    """Function (what, seconds done, seconds in all) that shows a bar on a terminal, else nothing."""
-    if quiet or not sys.stderr.isatty():
-        yield lambda what, done, total: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-    columns = TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[now]}"), TimeElapsedColumn()
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("loading", total=None, now="")
-        yield lambda what, done, total: bar.update(
-            task, description=what, completed=done, total=total or None,
-            now=f"{done:.0f} of {total:.0f} s" if total else "")
 
 
 def _tell(result, out: Path | None, as_json: bool) -> None:

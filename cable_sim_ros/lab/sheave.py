@@ -16,7 +16,7 @@ import numpy as np
 from ..physics.contact import Contact, stiffness
 from ..physics.surface import STIFFNESS
 from .bend import Bend, drum, pieces, pulls
-from .rig import Rig, RigError, cable_of
+from .rig import FOLDING, Rig, RigError, cable_of
 from .stations import Stations, stations
 
 TENSION, STIFF, RADIUS, MASS = 3190.0, 1.4, 0.255, 0.389     # N, N m^2, m, kg/m: config/full_scale.yaml
@@ -41,6 +41,16 @@ def solve(wrap: float, ratio: float, phase: float, limit: float | None) -> Stati
 
     limit: contact.penetration_limit of the scene's groove; None: the hard cylinder.
     """
+    # taut throughout: the share that resists compression only changes how the start gets there
+    for share in (1.0, FOLDING):
+        table = _solve(wrap, ratio, phase, limit, share)
+        if table is not None:
+            return table
+    return None
+
+
+def _solve(wrap: float, ratio: float, phase: float, limit: float | None, share: float) -> Stations | None:
+    """One try of solve()."""
     size = ratio * scale()
     count = ceil((RADIUS * wrap + 12.0 * scale()) / size) + 1
     leg, zone = EDGE * scale(), count * size
@@ -48,7 +58,8 @@ def solve(wrap: float, ratio: float, phase: float, limit: float | None) -> Stati
     total = zone + 2.0 * rest
     bend = Bend(RADIUS, 0.0, wrap, leg + (phase - 0.5) * size)
     cable = cable_of(pieces((rest, max(2.0 * scale(), size)), (zone, size), (rest, max(2.0 * scale(), size))),
-                     mass_per_length=MASS, axial_stiffness=1e5 * TENSION, bending_stiffness=STIFF)
+                     mass_per_length=MASS, axial_stiffness=1e5 * TENSION, bending_stiffness=STIFF,
+                     compression_share=share)
     nodes = 1 + sum(s.elements for s in cable.sections.values())
     _, g = bend.nodes(np.array([0.0, total]))
     surface = drum(RADIUS, TENSION)

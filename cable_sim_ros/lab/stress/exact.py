@@ -25,6 +25,7 @@ def _swell(scene, **more) -> Sea:
 
 @stress("N13", "same input three times; save and resume; copy and fork", "bit-identical; resume 1e-12")
 def repeat(quick: bool) -> Found:
+    """N13: same input three times; save and resume; copy and fork."""
     seconds = 4.0 if quick else 60.0
     scene = shipped()
     sea = _swell(scene)

@@ -96,6 +96,7 @@ class Found(NamedTuple):
 
 
 class Stress(NamedTuple):
+    """Stress."""
     id: str
     stimulus: str
     criterion: str

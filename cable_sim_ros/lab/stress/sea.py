@@ -176,6 +176,7 @@ def swinging(tick: float) -> Simulator:
     "<= 0.5 % of work over 10 min; a passive system never gains more than 1e-4",
 )
 def energy(quick: bool) -> Found:
+    """N12: energy: stored + dissipated - supplied."""
     figures, notes = [], []
     for tick in (0.002, 0.01):
         sim = swinging(tick)

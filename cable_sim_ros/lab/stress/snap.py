@@ -155,6 +155,7 @@ CHAIN_ALLOWED = {
 
 @stress("N1", "slack: dropped and falling cables, snap", "case tolerances; tension never below -0.001 T0")
 def slack(quick: bool) -> Found:
+    """N1: slack: dropped and falling cables, snap."""
     figures, notes = [], []
     chain = dict(zip(CHAIN_ALLOWED, chain_times(40 if quick else 80)))
     fidelity = Fidelity.REALTIME if quick else Fidelity.VERIFICATION
@@ -190,6 +191,7 @@ def slack(quick: bool) -> Found:
     "verification peak within 4 %, realtime within 15 % and not low by more than 10 %",
 )
 def dead_stop(quick: bool) -> Found:
+    """N2: snap and winch dead stop (the first reflection from the body makes 3 rho c V)."""
     wave = 3.0 * np.sqrt(STOP["EA_N"] * STOP["mass_per_length_kg_m"]) * STOP["payout_speed_m_s"]
     snap = "largest tension"
     figures, notes = [], []

@@ -1,0 +1,130 @@
+"""Commands of the laboratory: cases, experiments, stress and benchmarks."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import click
+
+from .progress import progress_bar
+
+FAILED = 1     # exit code where a value is missing or a limit is not kept
+json_option = click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
+
+
+@click.command()
+@click.argument("files", nargs=-1, required=True, metavar="FILE...")
+@click.option("--fidelity", type=click.Choice(["verification", "realtime"]), default="verification", show_default=True,
+              help="Refined until settled, or the shipped step on a mesh for real time.")
+@json_option
+def case(files, fidelity, as_json) -> None:
+    """Run verification cases: values from the product's own element, water, contact and integrator.
+
+    With --json one object for one FILE, a list for several. Leaves with code 1 where a value is missing.
+    """
+    from .cases import Fidelity, load_case, run_case
+    cases = [load_case(path) for path in files]
+    done = []
+    with progress_bar(as_json) as progress:
+        for i, one in enumerate(cases):
+            progress(one.id, i, len(cases))
+            done.append(run_case(one, Fidelity(fidelity)))
+    if as_json:
+        told = [figures._asdict() for figures in done]
+        click.echo(json.dumps(told[0] if len(told) == 1 else told, indent=1))
+    else:
+        from .cases.table import print_cases
+        print_cases(done, cases)
+    if any(o["value"] is None for figures in done for o in figures.outputs):
+        sys.exit(FAILED)
+
+
+@click.command()
+@click.argument("names", nargs=-1, type=click.Choice(["pulley"]), metavar="[NAME...]")
+@click.option("--duration", type=click.FloatRange(min=0.5), default=10.0, show_default=True, metavar="S",
+              help="Seconds of each experiment.")
+@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for plots and figures.")
+@json_option
+def validate(names, duration, out, as_json) -> None:
+    """Repeat experiments of the source documents (default: all): measured, ours, allowed and who says so."""
+    from .experiments import EXPERIMENTS
+    from .experiments import run as run_experiment
+    from .experiments.table import as_data, print_result
+    with progress_bar(as_json) as progress:
+        results = [run_experiment(name, duration, progress) for name in names or EXPERIMENTS]
+    told = [as_data(result) for result in results]
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+        (out / "validate.json").write_text(json.dumps(told, indent=1) + "\n", "utf-8")
+        for result in results:
+            click.echo(f"plot:      {result.plot(out)}", err=True)
+    if as_json:
+        click.echo(json.dumps(told, indent=1))
+        return
+    for result in results:
+        print_result(result)
+
+
+@click.command()
+@click.argument("ids", nargs=-1, type=click.Choice([f"N{i}" for i in range(1, 20)], case_sensitive=False),
+                metavar="[N1 ... N19]")
+@click.option("--quick", is_flag=True, help="Shorter runs; what was shortened is in the notes.")
+@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for table and JSON.")
+@json_option
+def stress(ids, quick, out, as_json) -> None:
+    """Stability stress (default: all): measured against the limits. Leaves with code 1 where one is missed."""
+    from . import stress as stresses
+    from .stress.table import markdown, print_verdicts
+    with progress_bar(as_json) as progress:
+        verdicts = stresses.run(tuple(ids), quick, progress)
+    told = [verdict.as_dict() for verdict in verdicts]
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+        (out / "stress.json").write_text(json.dumps(told, indent=1, default=float) + "\n", "utf-8")
+        (out / "stress.md").write_text(markdown(verdicts) + "\n", "utf-8")
+    if as_json:
+        click.echo(json.dumps(told, indent=1, default=float))
+    else:
+        print_verdicts(verdicts)
+    if not all(verdict.passed for verdict in verdicts):
+        sys.exit(FAILED)
+
+
+@click.command()
+@click.argument("scenes", nargs=-1, type=click.Choice([f"P{i}" for i in range(1, 8)], case_sensitive=False),
+                metavar="[P1 ... P7]")
+@click.option("--peers", is_flag=True, help="Other codes beside ours, taking turns; needs the extra [peers].")
+@click.option("--repeats", type=click.IntRange(min=1), default=5, show_default=True, help="Timed runs of each setting.")
+@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for table, JSON and plots.")
+@json_option
+def bench(scenes, peers, repeats, out, as_json) -> None:
+    """Run time against error on the benchmark scenes (default: all), medians of runs that take turns."""
+    from . import bench as benchmarks
+    with progress_bar(as_json) as progress:
+        rows = benchmarks.bench(tuple(scenes) or benchmarks.SCENES, with_peers=peers, repeats=repeats,
+                                progress=progress)
+    told = [benchmarks.as_json(row) for row in rows]
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+        about = benchmarks.about()
+        (out / "bench.json").write_text(json.dumps({"about": about, "rows": told}, indent=1) + "\n", "utf-8")
+        (out / "bench.md").write_text(benchmarks.markdown(rows) + "\n", "utf-8")
+        for path in benchmarks.plots(rows, out):
+            click.echo(f"plot:      {path}", err=True)
+    if as_json:
+        click.echo(json.dumps(told, indent=1))
+        return
+    from rich.console import Console
+    from rich.table import Table
+    table = Table(title="Run time against error", title_justify="left")
+    for name in ("scene", "code", "setting", "elements", "step ms", "tension", "position", "CPU s/s", "us/el/it",
+                 "it/step", "note"):
+        table.add_column(name)
+    for row in rows:
+        table.add_row(*benchmarks.cells(row))
+    Console(width=None if sys.stdout.isatty() else 160).print(table)
+
+
+COMMANDS = (case, validate, stress, bench)

@@ -1,0 +1,22 @@
+"""The progress bar of the command line."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import contextmanager
+
+
+@contextmanager
+def progress_bar(quiet: bool):
+    """Function (what, seconds done, seconds in all) that shows a bar on a terminal, else nothing."""
+    if quiet or not sys.stderr.isatty():
+        yield lambda what, done, total: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+    columns = TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[now]}"), TimeElapsedColumn()
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("loading", total=None, now="")
+        yield lambda what, done, total: bar.update(
+            task, description=what, completed=done, total=total or None,
+            now=f"{done:.0f} of {total:.0f} s" if total else "")
