@@ -1,10 +1,11 @@
 # make run   makes the environment and plays recorded ship motion through the node (about 90 s after the install)
+# make stress  runs the stress tests: docs/stress.md and runs/stress.json
 # make test  makes the environment and runs the tests;  make lint  runs the linter
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help run test lint clean
+.PHONY: help run test stress lint clean
 
 VENV ?= .venv
 BIN := $(VENV)/bin
@@ -21,6 +22,9 @@ run: $(VENV)/.run
 
 test: $(VENV)/.test
 	$(BIN)/python -m pytest $(PYTEST_ARGS)
+
+stress: $(VENV)/.test
+	$(BIN)/cable-sim stress --page docs/stress.md --data runs/stress.json
 
 lint: $(VENV)/.test
 	$(BIN)/ruff check .

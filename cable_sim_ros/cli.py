@@ -18,6 +18,7 @@ EXPECTED = {
     "cable_sim_ros.io.load.SceneError", "cable_sim_ros.io.bag.BagError", "cable_sim_ros.io.resources.ResourceError",
     "cable_sim_ros.sim.simulator.StartError", "cable_sim_ros.ros.live.LiveError", "cable_sim_ros.ros.player.PlayError",
     "cable_sim_ros.ros.params.ParameterError", "cable_sim_ros.lab.cases.family.CaseError",
+    "cable_sim_ros.lab.stress.StressError",
 }
 BAD_INPUT, FAILED = 2, 1
 SHIPPED_BAG, SHIPPED_SCENE = "nbp1406", "full_scale"
@@ -193,6 +194,30 @@ def bench(scenes, peers, repeats, out, as_json) -> None:
     for row in rows:
         table.add_row(*benchmarks.cells(row))
     Console(width=None if sys.stdout.isatty() else 160).print(table)
+
+
+@main.command()
+@click.argument("ids", nargs=-1, metavar="[ID]...")
+@click.option("--quick", is_flag=True, help="Shortened: minutes for all instead of the better part of an hour.")
+@click.option("--page", type=click.Path(dir_okay=False, path_type=Path), help="Markdown page to write.")
+@click.option("--data", type=click.Path(dir_okay=False, path_type=Path), help="JSON file to write.")
+@json_option
+def stress(ids, quick, page, data, as_json) -> None:
+    """Stability stress: N1 to N19, or those named. Leaves with code 1 where one fails."""
+    from .lab.stress import chosen, run_test
+    from .lab.stress.report import print_verdicts, write
+    tests, done = chosen(ids), []
+    with _progress(as_json) as progress:
+        for i, test in enumerate(tests):
+            progress(test.id, i, len(tests))
+            done.append(run_test(test, quick))
+            write(done, quick, page, data)     # what is done is kept if the rest is broken off
+    if as_json:
+        click.echo(json.dumps([verdict.as_dict() for verdict in done], indent=1))
+    else:
+        print_verdicts(done)
+    if any(verdict.passed is False for verdict in done):
+        sys.exit(FAILED)
 
 
 @main.command(context_settings=PASS_ON)

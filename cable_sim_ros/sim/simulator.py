@@ -16,7 +16,7 @@ from .build import build_model, build_state, make_output
 from .drive import CONTROL_WORDS, SETTLE, STATS_COLUMNS, TICKS, drive
 from .frame import FRAME, Flag
 from .scene import Scene
-from .statics import MASS_DAMPING, MOST_STEPS, Route, StartError, first_angle, first_strain
+from .statics import MASS_DAMPING, MOST_PUSH, MOST_STEPS, Route, StartError, first_angle, first_strain
 
 
 class SolverError(RuntimeError):
@@ -94,6 +94,13 @@ class Simulator:
                 f"{left:.3g} N, allowed {model.tolerance:.3g} N, with {self._stiffness()}; nothing was started. "
                 f"Remedy: check weight and drag of towbody and cable, or begin with a shorter cable or a coarser mesh",
                 float(left))
+        pushed, most = int(state.tension.argmin()), float(state.tension.max())
+        if state.tension[pushed] < -MOST_PUSH * most:
+            raise StartError(
+                f"{scene.name}: at rest the cable would have to push with {-state.tension[pushed]:.4g} N at arc length "
+                f"{state.arc[pushed]:.4g} m, more than {100.0 * MOST_PUSH:g} % of its largest tension {most:.4g} N: it "
+                f"folds there, and where it would come to lie cannot be told; nothing was started. Remedy: more weight "
+                f"at the body (towbody.net_weight), or a ship under way (ship.tow_speed)", float(left))
         state.health[:2] = 0.0
         model.setpoint[HEIGHT] = state.sheave[2]
         if scene.setpoint.nominal_angle_deg is None:

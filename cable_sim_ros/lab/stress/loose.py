@@ -1,0 +1,153 @@
+"""N8, N14: winch at its limits, cold starts at any pay-out."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...io.load import SceneError
+from ...physics.cable import Cable
+from ...physics.inputs import push_command
+from ...physics.winch import LENGTH_LEAST
+from ...sim.frame import Flag
+from ...sim.scene import Scene
+from ...sim.simulator import Simulator, SolverError, StartError
+from .registry import IS, LEAST, WITHIN, Figure, Found, stress
+from .tows import finite, held, started
+
+FINE = 0.1          # m, elements that come over sheave and drum
+
+
+def short(outboard: float, wound: float, speed: float = 0.0, **values) -> Scene:
+    """A tow of so many metres outboard and on the drum, all of it meshed for the sheave."""
+    length = wound + 8.02 + outboard
+    sections = {"all": {"length": length, "elements": round(length / FINE)}}
+    return held(**{"ship__tow_speed": speed, "solver__tick": 0.01, "cable__sections": sections,
+                   "winch__wrap": (wound - 0.1) / 0.305, "towbody__lift_area": 0.0,
+                   "winch__command_timeout": 3600.0} | values)
+
+
+def _reel(sim: Simulator, rate: float, seconds: float) -> np.ndarray:
+    push_command(sim.inputs, int(sim.state.time[0]) + 1, np.nan, rate)
+    return sim.run(round(seconds / sim.scene.solver.tick))
+
+
+def _weights(sim: Simulator) -> float:
+    """Weight that hangs below the tangent point in still water [N], from where the cable lies."""
+    scene, line = sim.scene, sim.shape
+    cable, water = scene.cable, scene.water
+    dry = cable.mass_per_length * scene.gravity
+    wet = dry - water.density * 0.25 * np.pi * cable.diameter**2 * scene.gravity
+    hanging = line[int(line[:, 2].argmax()):]      # from the top of the sheave on
+    top = float(np.interp(-sim.frame.sheave_position[2], -hanging[:, 2], hanging[:, 4]))
+    surface = float(np.interp(0.0, -hanging[:, 2], hanging[:, 4]))
+    surface = max(surface, top)
+    body = scene.towbody.net_weight if line[-1, 2] < 0.0 else scene.towbody.mass * scene.gravity
+    return body + dry * (surface - top) + wet * (line[-1, 4] - surface)
+
+
+@stress("N8", "winch overspeed, slack at the fish, haul-in to the last metre", "slack reported, recovers to within 2 %")
+def winch(quick: bool) -> Found:
+    """Hanging in still water: pay-out faster than the fish sinks, then a stop; and hauling in all there is."""
+    figures, notes = [], []
+    for share in (Cable.model_fields["compression_share"].default, 1.0):
+        found, told = _overspeed(share, 30.0 if quick else 120.0)
+        name = f"overspeed, compression_share {share:g}"
+        judged = share < 1.0      # that of the shipped scene; a rod is told beside it
+        figures += [f._replace(name=f"{name}: {f.name}", limit=f.limit if judged else None) for f in found]
+        notes += [f"{name}: {note}" for note in told]
+    scene = short(15.0, 4.0, winch__max_acceleration=0.3)
+    sim = started(scene)
+    try:
+        least = float(-sim.model.winch[LENGTH_LEAST])       # length that may be hauled in
+        hauled = _reel(sim, -1.0, least + 5.0)
+        rest = _reel(sim, 0.0, 20.0 if quick else 60.0)
+        figures += [Figure("haul-in, cable left outboard", float(15.0 + hauled.payout[-1] - hauled.payout[0]), "m"),
+                    Figure("haul-in, end reported", bool((hauled.status & Flag.DRUM_END > 0).any()), "", True, IS),
+                    Figure("haul-in, numbers finite", finite(hauled) and finite(rest), "", True, IS),
+                    Figure("haul-in, mean tension against the weights that hang", float(
+                        rest.tension[-500:].mean() / _weights(sim) - 1.0), "", 0.02, WITHIN)]
+        out = _reel(sim, 1.0, least)
+        rest = _reel(sim, 0.0, 20.0 if quick else 60.0)
+        figures.append(Figure("paid out again, mean tension against the weights that hang", float(
+            rest.tension[-500:].mean() / _weights(sim) - 1.0), "", 0.02, WITHIN))
+    except SolverError as error:
+        figures.append(Figure("haul-in ran to its end", False, "", True, IS))
+        notes.append(f"haul-in: {error}")
+    return Found(figures, notes)
+
+
+def _overspeed(share: float, wait: float) -> tuple[list[Figure], list[str]]:
+    """A light fish of much drag that sinks at 1 m/s, a winch told to pay out at ten times what it can."""
+    scene = short(12.0, 16.0, towbody__mass=40.0, towbody__net_weight=150.0, towbody__drag_area=[0.3, 0.3, 0.3],
+                  towbody__added_mass=[10.0, 40.0, 40.0], cable__compression_share=share)
+    sim = started(scene)
+    figures, notes = [], []
+    try:
+        still = sim.run(10)[-1]
+        out = _reel(sim, 50.0, 2.5)
+        figures += [Figure("largest rate of pay-out over winch.max_rate", float(
+            np.abs(out.payout_rate).max() / scene.winch.max_rate), "", 1.0 + 1e-9),
+            Figure("slack reported", bool((out.status & Flag.SLACK > 0).any()), "", True, IS)]
+        notes.append(f"{out.payout[-1] - still.payout:.1f} m paid out, slack in {int((out.status & Flag.SLACK > 0).sum())} "
+                     f"of {len(out)} ticks, least element tension {out.tension_least.min():.3g} N, at the fish "
+                     f"{out.tension_body.min():.3g} of {still.tension_body:.3g} N")
+        settling, last = _reel(sim, 0.0, wait), sim.run(1000)
+        figures += [Figure("numbers finite", all(finite(f) for f in (out, settling, last)), "", True, IS),
+                    Figure("recovered, mean tension against the weights that hang", float(
+                        last.tension.mean() / _weights(sim) - 1.0), "", 0.02, WITHIN),
+                    Figure("recovered, swing of the tension", float(np.ptp(last.tension) / last.tension.mean()), "", 0.02),
+                    Figure("recovered, no slack reported", not bool((last.status & Flag.SLACK).any()), "", True, IS)]
+    except SolverError as error:
+        figures.append(Figure("ran to its end", False, "", True, IS))
+        notes.append(str(error))
+    return figures, notes
+
+
+@stress("N14", "cold start at 1 m, half, full pay-out; slack in still water", "settled or a clear error, never a "
+        "plausible wrong state")
+def cold(quick: bool) -> Found:
+    """Each start is judged by itself: a refusal must say why; a state must stay, and balance the weights if nothing flows."""
+    figures, notes = [], []
+
+    def full(outboard: float, speed: float, **values) -> Scene:
+        far = {"far": {"length": outboard - 2.5, "elements": 28, "drag_amplification": 2.37}} if outboard > 5.0 else {}
+        return held(**{"ship__tow_speed": speed, "cable__sections": {
+            "drum": {"length": 5.2, "elements": 26}, "span": {"length": 3.6, "elements": 2},
+            "sheave": {"length": 2.27 + min(outboard, 2.5), "elements": 48}} | far} | values)
+    light = {"towbody__lift_area": 0.0}
+    # the body floats up and the cable hangs in a loop; a cable lighter than water; a body that weighs nothing
+    cases = [(f"{length:g} m, {speed:g} m/s", length, speed, {}) for speed in (0.0, 2.2) for length in (1.0, 225.0, 450.0)]
+    cases += [("slack, body floats, loop of cable", 225.0, 0.0, light | {"towbody__net_weight": -200.0}),
+              ("slack, weightless body", 225.0, 0.0, light | {"towbody__net_weight": 0.0}),
+              ("slack, cable and body lighter than water", 225.0, 0.0, light | {
+                  "towbody__net_weight": -10.0, "cable__mass_per_length": 0.07})]
+    for name, length, speed, values in cases:
+        try:
+            sim = started(full(length, speed, **values))
+        except (SceneError, StartError) as error:
+            text = str(error)
+            clear = "nothing was started" in text and any(c.isdigit() for c in text)
+            figures.append(Figure(f"{name}: the error says why", clear, "", True, IS))
+            notes.append(f"{name}: refused: {text}")
+            continue
+        first, depth = sim.frame.copy(), sim.shape[-1, 2]
+        if speed == 0.0 and not values and length > 4.0:
+            figures.append(Figure(f"{name}: tension against the weights that hang", float(
+                first["tension"] / _weights(sim) - 1.0), "", 0.02, WITHIN))
+        scale = max(abs(float(first["tension"])), 1.0)
+        figures.append(Figure(f"{name}: least element tension over that at the sheave", float(
+            first["tension_least"] / scale), "", -0.01, LEAST))
+        figures.append(Figure(f"{name}: residual over tension", float(first["residual"] / scale), "", 1e-5))
+        try:
+            frames = sim.run(round((10.0 if quick else 60.0) / sim.scene.solver.tick))
+        except SolverError as error:
+            figures.append(Figure(f"{name}: stays where it settled", False, "", True, IS))
+            notes.append(f"{name}: {error}")
+            continue
+        figures += [Figure(f"{name}: change of the tension when let run", float(
+            np.abs(frames.tension - first["tension"]).max() / scale), "", 1e-3),
+            Figure(f"{name}: change of the depth over the length", float(
+                np.abs(frames.body_position[:, 2] - depth).max() / length), "", 1e-3)]
+        notes.append(f"{name}: {first['tension']:.1f} N, body at {first['body_position'][2]:.2f} m, least element tension "
+                     f"{first['tension_least']:.3g} N, {sim.start_report['steps']} steps")
+    return Found(figures, notes)
