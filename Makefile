@@ -1,11 +1,12 @@
 # make run   makes the environment and plays recorded ship motion through the node (about 90 s after the install)
-# make stress  runs the stress tests: docs/stress.md and runs/stress.json
 # make test  makes the environment and runs the tests;  make lint  runs the linter
+# make bench  run time against error beside other codes;  make validate  repeats the experiments (both into runs/)
+# make stress  stability stress N1 to N19 at full size (an hour or more), into runs/
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help run test stress lint clean
+.PHONY: help run test lint bench validate stress clean
 
 VENV ?= .venv
 BIN := $(VENV)/bin
@@ -23,11 +24,18 @@ run: $(VENV)/.run
 test: $(VENV)/.test
 	$(BIN)/python -m pytest $(PYTEST_ARGS)
 
-stress: $(VENV)/.test
-	$(BIN)/cable-sim stress --page docs/stress.md --data runs/stress.json
-
 lint: $(VENV)/.test
 	$(BIN)/ruff check .
+
+bench: $(VENV)/.test
+	$(PIP) -e '.[peers]'
+	$(BIN)/cable-sim bench --peers --out runs/bench
+
+stress: $(VENV)/.test
+	$(BIN)/cable-sim stress --out runs/stress
+
+validate: $(VENV)/.test
+	$(BIN)/cable-sim validate --out runs/validate
 
 clean:
 	rm -rf $(VENV) build install log *.egg-info

@@ -10,18 +10,29 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..physics.ancf import ADDED_MASS, BUOYANCY, HALF_RHO_D, RE_FACTOR
+from ..physics.ancf import (
+    ADDED_MASS,
+    AXIAL_DAMPING,
+    BUOYANCY,
+    EA,
+    EI,
+    HALF_RHO_D,
+    MASS_PER_LENGTH,
+    RE_FACTOR,
+    WEIGHT_PER_LENGTH,
+)
 from ..physics.banded import solve
 from ..physics.cable import Cable, Section, make_work
 from ..physics.drag import DragLaw
 from ..physics.integrate import Solver, advance, link_solver, predict, settle
-from ..physics.jit import NO, YES, driver
-from ..physics.line import LOAD_COLUMNS, Line, residual
+from ..physics.jit import LANES, NO, YES, driver
+from ..physics.line import LOAD_COLUMNS, STRUT_COLUMNS, Line, residual
 from ..physics.surface import AXIS, BODY, CENTRE, SURFACE_COLUMNS
 from ..physics.towbody import BODY_ROWS, Towbody, body_table
 from ..physics.water import Water
 from ..sim.build import ROUND_OFF, arc_lengths, element_table, lock
 
+FOLDING = 1e-4            # cable.compression_share on the bench
 SHIPPED = Solver()        # the defaults of the product: step, rho_inf, tolerance
 
 
@@ -97,9 +108,12 @@ def bring_to_rest(line, sigma, steps, longest):
 
 
 def cable_of(sections: list[dict], **numbers) -> Cable:
-    """A Cable of the product from plain numbers; a section without a drag law has none."""
+    """A Cable of the product from plain numbers; a section without a drag law has none.
+
+    Slack elements fold (FOLDING); in scenes they push by default, which is the more robust with contact.
+    """
     named = {f"s{i}": Section(**({"drag_law": DragLaw.OFF} | s)) for i, s in enumerate(sections)}
-    return Cable(sections=named, **({"diameter": 0.01} | numbers))
+    return Cable(sections=named, **({"diameter": 0.01, "compression_share": FOLDING} | numbers))
 
 
 def rows_in_air(elements: np.ndarray) -> np.ndarray:
@@ -120,7 +134,7 @@ class Rig:
 
     def __init__(self, cable: Cable, *, held: dict[int, str], tension: float, water: Water | None = None,
                  gravity: float = 9.81, bodies: dict | None = None, surfaces: list[np.ndarray] | None = None,
-                 loads: list | None = None, solver: Solver = SHIPPED):
+                 loads: list | None = None, struts: list | None = None, solver: Solver = SHIPPED):
         self.cable, self.solver, self.gravity = cable, solver, gravity
         self.arc = arc_lengths(cable)
         nodes = len(self.arc)
@@ -139,12 +153,14 @@ class Rig:
         flow[:, 0] = -1.0
         current = np.array((*water.current, *water.current_gradient))
         free = tuple(not (node in held or node in carried or node % nodes in carried or any(
-            row[0] == node % nodes for row in loads or ())) for node in (0, -1))
+            row[0] == node % nodes for row in (*(loads or ()), *((s[0] + 1,) for s in struts or ()))))
+            for node in (0, -1))
         elements = element_table(cable, water, gravity, free)
         self.line = Line(
             elements=lock(rows_in_air(elements) if air else elements), held=lock(np.zeros((nodes, 6))),
             bodies=lock(np.array(table).reshape(-1, BODY_ROWS)), seats=lock(np.array(list(carried)), np.int64),
-            loads=np.array(loads or (), float).reshape(-1, LOAD_COLUMNS), arc=self.arc, q=z((nodes, 6)),
+            loads=np.array(loads or (), float).reshape(-1, LOAD_COLUMNS),
+            struts=lock(np.array(struts or (), float).reshape(-1, STRUT_COLUMNS)), arc=self.arc, q=z((nodes, 6)),
             v=z((nodes, 6)), a=z((nodes, 6)), x=z((nodes, 6)), old=z((4, nodes, 6)), current=current, surfaces=rows,
             flow=flow, tension=z(nodes - 1), reaction=z((nodes, 6)), health=z(6), work=make_work(nodes),
             gravity=float(gravity),
@@ -185,6 +201,26 @@ class Rig:
         for node, what in held.items():
             mask[node, :3], mask[node, 3:] = "r" in what, "g" in what
         self.line = self.line._replace(held=lock(mask))
+
+    def empty_element(self, element: int) -> None:
+        """Leave an element only its unknowns, next to no mass and stiffness: it carries the far end of a strut."""
+        table = self.line.elements.copy()
+        e = element % (self.nodes - 1)
+        lanes = [divmod(k, LANES) for k in range(table.shape[0] * LANES) if k == e or (
+            e == self.nodes - 2 and k > e)]
+        for group, lane in lanes:
+            table[group, [MASS_PER_LENGTH, EA], lane] = 1e-9, 1e-6
+            table[group, [EI, AXIAL_DAMPING, WEIGHT_PER_LENGTH], lane] = 0.0
+        self.line = self.line._replace(elements=lock(table))
+
+    def add_load(self, node: int, force: np.ndarray) -> None:
+        """One more dead force [N] on a node."""
+        row = (node % self.nodes, *force, 0.0, 0.0, 0.0)
+        self.line = self.line._replace(loads=np.vstack((self.line.loads, row)))
+
+    def release_loads(self) -> None:
+        """Drop all nodal loads."""
+        self.line = self.line._replace(loads=np.zeros((0, LOAD_COLUMNS)))
 
     def release(self, *nodes: int) -> None:
         """Let go of nodes that were held, and drop all nodal loads."""

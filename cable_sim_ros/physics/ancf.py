@@ -8,7 +8,7 @@ With G(xi) = L r_p = N2' h + N1' A + N3' B:
 
 * l = int |G| dxi, a = |A|/L, b = |B|/L, s = l/L, lambda = a N1' + s N2' + b N3', W = (EA L/2) int (lambda - 1)^2 dxi:
   T = EA times the elongation per length, where (42)-(47) have Green's strain (1.5 strains stiffer: 0.4 % at 10 km)
-* a cable folds where it should push: shorter than unstretched, EA and c_a count with a small share only (trap T9)
+* shorter than unstretched, EA and c_a count with the share cable.compression_share (1: a rod; small: it folds, trap T9)
 * axial damping force c_a ds/dt along dl/dy
 * bending energy E = (EI/2L^3) y^T B0 y (the 1/2 is missing in (48))
 * bending damping tau dE/dt / (2 E + 2 E0) dE/dy, tau = c_b/EI: the rate of the *energy* is free of rigid rotation,

@@ -25,12 +25,12 @@ from .contact import contact_lanes, contact_point_lanes, contact_tangent_lanes
 from .drag import (
     POINT_ROWS,
     DragLaw,
-    coefficient_lanes,
-    load_lanes,
-    load_tangent_lanes,
+    amplified,
     point_lanes,
     spread_force,
     spread_matrix,
+    water_load,
+    water_tangent,
 )
 from .jit import LANES, driver
 from .quantity import REQUIRED, Block, quantity
@@ -69,7 +69,7 @@ class Cable(Block):
     mass_per_length: float = quantity(REQUIRED, "kg/m", 1e-5, 1e3, "dry mass per length", "Westin Table 8")
     axial_stiffness: float = quantity(REQUIRED, "N", 1.0, 1e11, "EA", "Westin 5.1")
     compression_share: float = quantity(
-        1e-4, "1", 0.0, 1.0, "share of EA that resists compression: a cable folds where a rod (1) would push")
+        1.0, "1", 0.0, 1.0, "share of EA that resists compression; small: a slack element folds where it would push")
     bending_stiffness: float = quantity(0.0, "N m^2", 0.0, 1e8, "EI", "Westin (144)")
     axial_damping: float = quantity(0.0, "N s", 0.0, 1e8, "Kelvin-Voigt: axial force per strain rate", "Westin 5.1")
     bending_damping: float = quantity(0.0, "N m^2 s", 0.0, 1e6, "Kelvin-Voigt: bending moment per curvature rate")
@@ -279,16 +279,16 @@ def assemble(elements, arc, q, v, a, current, surfaces, c1, c2, sigma, tangent, 
         own += before
         wet, crossing = immersion(x, p, wetness)
         if wet:
+            second = amplified(p)
             for g in range(4):
                 for e in range(LANES):
                     weight[e] = p[LENGTH, e] * W4[g] if wetness[e] > 0.0 else 0.0
                 point_lanes(x, p, N4L[g], D4L[g], current, work.point)
-                coefficient_lanes(p, work.point)
                 if tangent:
-                    load_tangent_lanes(work.point, p, c1, c2, current, weight, work.load[g], work.matrix[g],
-                                       work.matrix[4 + g])
+                    water_tangent(work.point, p, c1, c2, current, weight, second, work.load[g], work.matrix[g],
+                                  work.matrix[4 + g])
                 else:
-                    load_lanes(work.point, p, weight, work.load[g])
+                    water_load(work.point, p, weight, second, work.load[g])
             spread_force(_N4, work.load, DRAG_POINTS, force)
             if tangent:
                 spread_matrix(_C4, work.matrix, DRAG_MATRICES, k)

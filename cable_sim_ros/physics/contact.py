@@ -77,10 +77,13 @@ def touch(r, v, s):
     f1, k1, c1 = press(d1, -dot(n1, vr), s[STIFFNESS], s[DAMPING])
     f2, k2, c2 = press(d2, -dot(n2, vr), s[STIFFNESS], s[DAMPING])
     step, dstep = smooth(h, s[FADE_LOW], s[FADE_HIGH])
-    inside = 1.0 if abs(y) < s[LATERAL] else 0.0
+    side, dside = smooth(abs(y), 0.5 * s[LATERAL], s[LATERAL])   # beyond the width of the groove there is no flank
+    inside = 1.0 - side
     w1, w2 = (1.0 - step) * inside, (1.0 - step) * inside * s[SECOND_FLANK]
     g1, g2 = -f1 * dstep * inside, -f2 * dstep * inside * s[SECOND_FLANK]
-    return er, t, rho, h, d1, d2, vr, n1, n2, w1 * f1, w1 * k1, w1 * c1, g1, w2 * f2, w2 * k2, w2 * c2, g2
+    dside = -(1.0 - step) * dside * (1.0 if y > 0.0 else -1.0)
+    return (er, t, rho, h, d1, d2, vr, n1, n2, w1 * f1, w1 * k1, w1 * c1, g1, w2 * f2, w2 * k2, w2 * c2, g2,
+            f1 * dside, f2 * dside * s[SECOND_FLANK])
 
 
 @driver
@@ -107,11 +110,11 @@ def contact_lanes(t, s, weight, f):
 
 
 @inline
-def flank_row(n, f, k, c, g, er, t, vr, slip, spin, c1):
-    """Row vector p of the tangent n p^T of one flank."""
+def flank_row(n, f, k, c, g, er, l, ey, t, vr, slip, spin, c1):
+    """Row vector p of the tangent n p^T of one flank; g, l: derivatives of the fades along e_r and e_y."""
     p = scale(-k - c1 * c, n)
     p = axpy(c, axpy(-slip * dot(t, vr), t, cross(n, spin)), p)
-    return axpy(g, er, p)
+    return axpy(g, er, axpy(l, ey, p))
 
 
 @driver
@@ -119,13 +122,13 @@ def contact_tangent_lanes(t, s, c1, weight, f, ka):
     """contact_lanes with ka[9, LANES], its derivative to position, with c1 for the velocity part."""
     if t.shape[1] != LANES or weight.shape[0] != LANES or f.shape[1] != LANES or ka.shape[1] != LANES:
         raise ValueError("lanes")
-    spin = (s[SPIN], s[SPIN + 1], s[SPIN + 2])
+    spin, ey = (s[SPIN], s[SPIN + 1], s[SPIN + 2]), (s[AXIS], s[AXIS + 1], s[AXIS + 2])
     for e in range(LANES):
-        er, q, rho, _, _, _, vr, n1, n2, f1, k1, x1, g1, f2, k2, x2, g2 = touch(
+        er, q, rho, _, _, _, vr, n1, n2, f1, k1, x1, g1, f2, k2, x2, g2, l1, l2 = touch(
             get3(t, POINT_R, e), get3(t, POINT_V, e), s)
         slip = s[SLOPE_SIN] / rho
-        p1 = flank_row(n1, f1, k1, x1, g1, er, q, vr, slip, spin, c1)
-        p2 = flank_row(n2, f2, k2, x2, g2, er, q, vr, slip, spin, c1)
+        p1 = flank_row(n1, f1, k1, x1, g1, er, l1, ey, q, vr, slip, spin, c1)
+        p2 = flank_row(n2, f2, k2, x2, g2, er, l2, ey, q, vr, slip, spin, c1)
         # n1 = m + l, n2 = m - l: two outer products carry both flanks, a third the turning of the normal
         m, l = scale(0.5, add(n1, n2)), scale(0.5, sub(n1, n2))
         w = weight[e]

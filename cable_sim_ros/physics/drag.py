@@ -28,16 +28,15 @@ from .ancf import (
     RE_FACTOR,
 )
 from .jit import LANES, driver, inline
-from .vec import axpy, dot, get3, norm, put3, put_matrix, scale, sub
+from .vec import axpy, dot, get3, norm, plus3, put3, put_matrix, scale, sub
 
 SPEED_FLOOR = 1e-3     # m/s, regularises v_n, |v_t| and the sign of v_t
 RE_LEAST, RE_BLEND_1, RE_BLEND_2, RE_MOST = 1e-3, (0.8, 1.25), (25.0, 36.0), 1e5
 RE_TOP = RE_BLEND_2[1]
 
 # rows of the point table
-(POINT_R, POINT_V, POINT_W, POINT_A, POINT_G, POINT_CD, POINT_DCD, POINT_CD2, POINT_DCD2, POINT_X) = (
-    0, 3, 6, 9, 12, 15, 16, 17, 18, 19)
-POINT_ROWS = 20
+POINT_R, POINT_V, POINT_W, POINT_A, POINT_G, POINT_CD, POINT_DCD, POINT_X = np.array((0, 3, 6, 9, 12, 15, 16, 17))
+POINT_ROWS = 18
 
 
 class DragLaw(str, Enum):
@@ -171,61 +170,40 @@ def point_lanes(x, p, n, d, current, t):
 
 
 @driver
-def coefficient_lanes(p, t):
-    """C_D and dC_D/dRe of both drag evaluations into rows CD.. of t; lanes outside the top branch one by one."""
+def coefficient_lanes(p, t, row):
+    """C_D and dC_D/dRe for the velocity in ``row`` (POINT_V or POINT_W) of t; lanes off the top branch one by one."""
     if p.shape[1] != LANES or t.shape[1] != LANES:
         raise ValueError("lanes")
     for e in range(LANES):
         g = get3(t, POINT_G, e)
         u = scale(1.0 / norm(g), g)
-        re = p[RE_FACTOR, e] * normal_speed(get3(t, POINT_V, e), u)
-        re2 = p[RE_FACTOR, e] * normal_speed(get3(t, POINT_W, e), u)
+        re = p[RE_FACTOR, e] * normal_speed(get3(t, row, e), u)
         fixed = p[CD_FIXED, e]
         free = 1.0 if fixed < 0.0 else 0.0
-        t[POINT_X, e] = re if fixed < 0.0 else 100.0
         q = 1.0 / sqrt(re)
         t[POINT_CD, e] = free * (1.1 + 4.0 * q) + (1.0 - free) * fixed
         t[POINT_DCD, e] = -2.0 * free * q / re
-        q2 = 1.0 / sqrt(re2)
-        t[POINT_CD2, e] = free * (1.1 + 4.0 * q2) + (1.0 - free) * fixed
-        t[POINT_DCD2, e] = -2.0 * free * q2 / re2
-        low = min(re, re2)
-        high = max(re, re2)
-        t[POINT_X, e] = 1.0 if fixed < 0.0 and (low < RE_TOP or high > RE_MOST) else 0.0
+        t[POINT_X, e] = 1.0 if fixed < 0.0 and (re < RE_TOP or re > RE_MOST) else 0.0
     for e in range(LANES):
         if t[POINT_X, e] > 0.0:
             g = get3(t, POINT_G, e)
             u = scale(1.0 / norm(g), g)
-            t[POINT_CD, e], t[POINT_DCD, e] = choo_casarella(
-                p[RE_FACTOR, e] * normal_speed(get3(t, POINT_V, e), u))
-            t[POINT_CD2, e], t[POINT_DCD2, e] = choo_casarella(
-                p[RE_FACTOR, e] * normal_speed(get3(t, POINT_W, e), u))
-
-
-@inline
-def line_load(t, p, e):
-    """Hydrodynamic load per length f [N/m] at the point of lane e: drag, amplified rest drag, added mass, buoyancy."""
-    g = get3(t, POINT_G, e)
-    u = scale(1.0 / norm(g), g)
-    a = get3(t, POINT_A, e)
-    al, be, w, _, _, _, _, _ = drag(get3(t, POINT_V, e), u, p[HALF_RHO_D, e], p[RE_FACTOR, e], t[POINT_CD, e],
-                                    t[POINT_DCD, e], p, e)
-    al2, be2, w2, _, _, _, _, _ = drag(get3(t, POINT_W, e), u, p[HALF_RHO_D, e], p[RE_FACTOR, e], t[POINT_CD2, e],
-                                       t[POINT_DCD2, e], p, e)
-    x, m = p[EXTRA_DRAG, e], p[ADDED_MASS, e]
-    f = axpy(al, w, scale(be + m * dot(a, u), u))
-    f = axpy(x * al2, w2, axpy(x * be2, u, f))
-    f = axpy(-m, a, f)
-    return (f[0], f[1], f[2] + p[BUOYANCY, e])
+            t[POINT_CD, e], t[POINT_DCD, e] = choo_casarella(p[RE_FACTOR, e] * normal_speed(get3(t, row, e), u))
 
 
 @driver
 def load_lanes(t, p, weight, f):
-    """f[3, LANES] = weight * line load, weight [m] of the point of each lane."""
+    """f[3, LANES] = weight * line load less the extra rest drag; weight [m] of the point of each lane."""
     if t.shape[1] != LANES or p.shape[1] != LANES or weight.shape[0] != LANES or f.shape[1] != LANES:
         raise ValueError("lanes")
     for e in range(LANES):
-        put3(f, 0, e, scale(weight[e], line_load(t, p, e)))
+        g = get3(t, POINT_G, e)
+        u = scale(1.0 / norm(g), g)
+        a, m, s = get3(t, POINT_A, e), p[ADDED_MASS, e], weight[e]
+        al, be, w, _, _, _, _, _ = drag(get3(t, POINT_V, e), u, p[HALF_RHO_D, e], p[RE_FACTOR, e], t[POINT_CD, e],
+                                        t[POINT_DCD, e], p, e)
+        o = axpy(-m, a, axpy(al, w, scale(be + m * dot(u, a), u)))
+        put3(f, 0, e, (s * o[0], s * o[1], s * (o[2] + p[BUOYANCY, e])))
 
 
 @driver
@@ -241,44 +219,103 @@ def load_tangent_lanes(t, p, c1, c2, current, weight, f, ka, kb):
         a = get3(t, POINT_A, e)
         al, be, w, vt, a1, a2, b1, b2 = drag(
             get3(t, POINT_V, e), u, p[HALF_RHO_D, e], p[RE_FACTOR, e], t[POINT_CD, e], t[POINT_DCD, e], p, e)
-        y, z, w2, vt2, y1, y2, z1, z2 = drag(
-            get3(t, POINT_W, e), u, p[HALF_RHO_D, e], p[RE_FACTOR, e], t[POINT_CD2, e], t[POINT_DCD2, e], p, e)
-        x, m = p[EXTRA_DRAG, e], p[ADDED_MASS, e]
+        m = p[ADDED_MASS, e]
         s = weight[e]
-        o = axpy(-m, a, axpy(al, w, axpy(x * y, w2, scale(be + x * z + m * dot(u, a), u))))
+        o = axpy(-m, a, axpy(al, w, scale(be + m * dot(u, a), u)))
         put3(f, 0, e, (s * o[0], s * o[1], s * (o[2] + p[BUOYANCY, e])))
         # d/dV and d/da:  -c1 (df/dV) - c2 m (I - u u^T)
         q = axpy(a1, w, scale(a2, u))
         r = axpy(b1, w, scale(b2 - al, u))
         put_matrix(ka, 0, e, -s * (c1 * al + c2 * m), w, scale(-s * c1, q), u,
                    axpy(-s * c1, r, scale(s * c2 * m, u)))
-        # d/dz through the current:  (df/dV + x df2/dV) dV_f/dz into the z column
+        # d/dz through the current:  df/dV dV_f/dz into the z column
         c = (-current[2], -current[3], 0.0)
-        q2 = axpy(y1, w2, scale(y2, u))
-        r2 = axpy(z1, w2, scale(z2 - y, u))
-        dz = axpy(al + x * y, c, axpy(dot(q, c), w, axpy(dot(r, c) + x * dot(r2, c), u, scale(x * dot(q2, c), w2))))
+        dz = axpy(al, c, axpy(dot(q, c), w, scale(dot(r, c), u)))
         ka[2, e] += s * dz[0]
         ka[5, e] += s * dz[1]
         ka[8, e] += s * dz[2]
         # d/dg
         k = s * rg * p[PER_LENGTH, e]
         i1 = be - al * vt + m * dot(u, a)
-        put_matrix(kb, 0, e, k * (i1 + x * (z - y * vt2)),
-                   w, scale(k * (a2 - a1 * vt), w), u,
-                   axpy(k * (b2 - b1 * vt - al), w, axpy(k * m, a, scale(
-                       -k * (i1 + m * dot(u, a) + x * (z - y * vt2)), u))))
-        k2 = x * k
-        h = scale(k2 * (y2 - y1 * vt2), w2)
-        o = scale(k2 * (z2 - z1 * vt2 - y), w2)
-        kb[0, e] += w2[0] * h[0] + u[0] * o[0]
-        kb[1, e] += w2[0] * h[1] + u[0] * o[1]
-        kb[2, e] += w2[0] * h[2] + u[0] * o[2]
-        kb[3, e] += w2[1] * h[0] + u[1] * o[0]
-        kb[4, e] += w2[1] * h[1] + u[1] * o[1]
-        kb[5, e] += w2[1] * h[2] + u[1] * o[2]
-        kb[6, e] += w2[2] * h[0] + u[2] * o[0]
-        kb[7, e] += w2[2] * h[1] + u[2] * o[1]
-        kb[8, e] += w2[2] * h[2] + u[2] * o[2]
+        put_matrix(kb, 0, e, k * i1, w, scale(k * (a2 - a1 * vt), w), u,
+                   axpy(k * (b2 - b1 * vt - al), w, axpy(k * m, a, scale(-k * (i1 + m * dot(u, a)), u))))
+
+
+@driver
+def rest_lanes(t, p, weight, f):
+    """Add weight * (G-1) f_D(V_f), the extra drag of a cable at rest, to f[3, LANES]."""
+    if t.shape[1] != LANES or p.shape[1] != LANES or weight.shape[0] != LANES or f.shape[1] != LANES:
+        raise ValueError("lanes")
+    for e in range(LANES):
+        g = get3(t, POINT_G, e)
+        u = scale(1.0 / norm(g), g)
+        al, be, w, _, _, _, _, _ = drag(get3(t, POINT_W, e), u, p[HALF_RHO_D, e], p[RE_FACTOR, e], t[POINT_CD, e],
+                                        t[POINT_DCD, e], p, e)
+        plus3(f, 0, e, scale(weight[e] * p[EXTRA_DRAG, e], axpy(al, w, scale(be, u))))
+
+
+@driver
+def rest_tangent_lanes(t, p, current, weight, f, ka, kb):
+    """rest_lanes with its derivatives added to ka and kb; a cable at rest has no velocity part."""
+    if t.shape[1] != LANES or p.shape[1] != LANES or weight.shape[0] != LANES or (
+            f.shape[1] != LANES or ka.shape[1] != LANES or kb.shape[1] != LANES):
+        raise ValueError("lanes")
+    for e in range(LANES):
+        g = get3(t, POINT_G, e)
+        rg = 1.0 / norm(g)
+        u = scale(rg, g)
+        y, z, w, vt, y1, y2, z1, z2 = drag(
+            get3(t, POINT_W, e), u, p[HALF_RHO_D, e], p[RE_FACTOR, e], t[POINT_CD, e], t[POINT_DCD, e], p, e)
+        s = weight[e] * p[EXTRA_DRAG, e]
+        plus3(f, 0, e, scale(s, axpy(y, w, scale(z, u))))
+        c = (-current[2], -current[3], 0.0)
+        q, r = axpy(y1, w, scale(y2, u)), axpy(z1, w, scale(z2 - y, u))
+        dz = axpy(y, c, axpy(dot(q, c), w, scale(dot(r, c), u)))
+        ka[2, e] += s * dz[0]
+        ka[5, e] += s * dz[1]
+        ka[8, e] += s * dz[2]
+        k = s * rg * p[PER_LENGTH, e]
+        i = k * (z - y * vt)
+        h = scale(k * (y2 - y1 * vt), w)
+        o = axpy(k * (z2 - z1 * vt - y), w, scale(-i, u))
+        kb[0, e] += i + w[0] * h[0] + u[0] * o[0]
+        kb[1, e] += w[0] * h[1] + u[0] * o[1]
+        kb[2, e] += w[0] * h[2] + u[0] * o[2]
+        kb[3, e] += w[1] * h[0] + u[1] * o[0]
+        kb[4, e] += i + w[1] * h[1] + u[1] * o[1]
+        kb[5, e] += w[1] * h[2] + u[1] * o[2]
+        kb[6, e] += w[2] * h[0] + u[2] * o[0]
+        kb[7, e] += w[2] * h[1] + u[2] * o[1]
+        kb[8, e] += i + w[2] * h[2] + u[2] * o[2]
+
+
+@driver
+def amplified(p):
+    """Has any lane a drag factor other than 1? Without one the second drag evaluation is left out."""
+    for e in range(LANES):
+        if p[EXTRA_DRAG, e] != 0.0:
+            return True
+    return False
+
+
+@driver
+def water_load(t, p, weight, second, f):
+    """Line load of one point a lane, f[3, LANES] = weight * f; second: with the extra rest drag."""
+    coefficient_lanes(p, t, POINT_V)
+    load_lanes(t, p, weight, f)
+    if second:
+        coefficient_lanes(p, t, POINT_W)
+        rest_lanes(t, p, weight, f)
+
+
+@driver
+def water_tangent(t, p, c1, c2, current, weight, second, f, ka, kb):
+    """water_load with its derivatives, see load_tangent_lanes."""
+    coefficient_lanes(p, t, POINT_V)
+    load_tangent_lanes(t, p, c1, c2, current, weight, f, ka, kb)
+    if second:
+        coefficient_lanes(p, t, POINT_W)
+        rest_tangent_lanes(t, p, current, weight, f, ka, kb)
 
 
 @driver

@@ -16,6 +16,8 @@ from .towbody import load as body_load
 
 assemble = opaque(_assemble)
 
+# columns of a strut, a rigid or elastic load between a node and the next: node, length [m], stiffness [N], masses [kg]
+STRUT_NODE, STRUT_LENGTH, STRUT_STIFFNESS, STRUT_AA, STRUT_AB, STRUT_BB, STRUT_COLUMNS = range(7)
 LOAD_NODE, LOAD_FORCE, LOAD_MOMENT, LOAD_COLUMNS = 0, 1, 4, 7   # columns of a nodal load
 
 
@@ -27,6 +29,7 @@ class Line(NamedTuple):
     bodies: np.ndarray        # [bodies, BODY_ROWS], read-only
     seats: np.ndarray         # int64 [bodies], read-only: the node that carries the body
     loads: np.ndarray         # [loads, LOAD_COLUMNS] node, dead force [N], moment [N m] on the tangent
+    struts: np.ndarray        # [struts, STRUT_COLUMNS], read-only
     arc: np.ndarray           # [nodes] unstretched arc length [m]
     q: np.ndarray             # [nodes, 6] r, g
     v: np.ndarray
@@ -64,6 +67,36 @@ def pull(load, q, tangent, band):
 
 
 @driver
+def strut(row, gravity, q, v, a, c1, c2, sigma, tangent, band, lower):
+    """Add one two-point load, Westin (138)-(139) with the direction normalised: a spring between two masses.
+
+    Force k (l - L)/L along the line; mass matrix of two points [[aa, ab], [ab, bb]] and its weight.
+    """
+    i = int(row[STRUT_NODE])
+    j = i + 1
+    length, k = row[STRUT_LENGTH], row[STRUT_STIFFNESS]
+    dx, dy, dz = q[j, 0] - q[i, 0], q[j, 1] - q[i, 1], q[j, 2] - q[i, 2]
+    l = (dx * dx + dy * dy + dz * dz) ** 0.5
+    u = (dx / l, dy / l, dz / l)
+    f = k * (l - length) / length
+    aa, ab, bb = row[STRUT_AA], row[STRUT_AB], row[STRUT_BB]
+    for r in range(3):
+        fall = gravity if r == 2 else 0.0
+        at_i, at_j = a[i, r] + sigma * v[i, r], a[j, r] + sigma * v[j, r]
+        band[i, r, 12] += f * u[r] - aa * at_i - ab * at_j - (aa + ab) * fall
+        band[j, r, 12] += -f * u[r] - ab * at_i - bb * at_j - (ab + bb) * fall
+        if tangent:
+            m = c2 + sigma * c1
+            for c in range(3):
+                e = 1.0 if r == c else 0.0
+                s = k / length * u[r] * u[c] + f / l * (e - u[r] * u[c])
+                band[i, r, c] += s + m * aa * e
+                band[j, r, c] += s + m * bb * e
+                band[i, r, 6 + c] += m * ab * e - s
+                lower[j, r, c] += m * ab * e - s
+
+
+@driver
 def residual(line, c1, c2, sigma, tangent):
     """Assemble the whole system for the present q, v, a; returns the largest residual force [N].
 
@@ -78,6 +111,8 @@ def residual(line, c1, c2, sigma, tangent):
         line.work.power[WATER] += body_load(
             line.bodies[i], line.gravity, line.q[n], line.v[n], line.a[n], line.current, line.flow[i], c1, c2, sigma,
             tangent, band[n])
+    for i in range(line.struts.shape[0]):
+        strut(line.struts[i], line.gravity, line.q, line.v, line.a, c1, c2, sigma, tangent, band, lower)
     for i in range(line.loads.shape[0]):
         pull(line.loads[i], line.q, tangent, band)
     last = band.shape[0] - 1

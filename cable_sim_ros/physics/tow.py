@@ -29,6 +29,7 @@ class Model(NamedTuple):
     bodies: np.ndarray        # [1, BODY_ROWS] towbody
     seats: np.ndarray         # int64 [1] its node
     loads: np.ndarray         # [0, LOAD_COLUMNS] nodal loads: none in a tow
+    struts: np.ndarray        # [0, STRUT_COLUMNS]: none in a tow
     winch: np.ndarray         # [WINCH_ROWS]
     setpoint: np.ndarray      # [SETPOINT_ROWS], writeable
     mean: np.ndarray          # [6], writeable: mean coordinates of base_link in the tow frame
@@ -88,8 +89,8 @@ LEAVE_STEP = 2e-3
 def tow_line(model: Model, state: State) -> Line:
     """The tow as the solver sees it."""
     return Line(
-        model.elements, model.held, model.bodies, model.seats, model.loads, state.arc, state.q, state.v, state.a,
-        state.x, state.kept[STEP], state.current, state.surfaces, state.flow, state.tension, state.reaction,
+        model.elements, model.held, model.bodies, model.seats, model.loads, model.struts, state.arc, state.q, state.v,
+        state.a, state.x, state.kept[STEP], state.current, state.surfaces, state.flow, state.tension, state.reaction,
         state.health, state.work, model.gravity, model.tolerance, model.max_iterations)
 
 

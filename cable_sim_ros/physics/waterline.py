@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from .ancf import ROWS
-from .drag import coefficient_lanes, load_lanes, load_tangent_lanes, point_lanes
+from .drag import amplified, point_lanes, water_load, water_tangent
 from .jit import LANES, driver, inline
 from .shape import W4, X4, shape, slope
 
@@ -118,15 +118,15 @@ def waterline(e, group_x, group_p, current, c1, c2, tangent, work, force, k):
         n[0, lane], n[1, lane], n[2, lane], n[3, lane] = s
         d[0, lane], d[1, lane], d[2, lane], d[3, lane] = ds
     point_lanes(x, p, n, d, current, t)
-    coefficient_lanes(p, t)
-    load_lanes(t, p, weight, work.load[0])
+    second = amplified(p)
+    water_load(t, p, weight, second, work.load[0])
     for lane in range(used):
         for i in range(4):
             for c in range(3):
                 force[3 * i + c, e] -= n[i, lane] * work.load[0, c, lane]
     if not tangent:
         return
-    load_tangent_lanes(t, p, c1, c2, current, weight, work.load[0], work.matrix[0], work.matrix[1])
+    water_tangent(t, p, c1, c2, current, weight, second, work.load[0], work.matrix[0], work.matrix[1])
     for lane in range(used):
         for i in range(4):
             for j in range(4):
@@ -135,7 +135,7 @@ def waterline(e, group_x, group_p, current, c1, c2, tangent, work, force, k):
                         n[j, lane] * work.matrix[0, c, lane] + d[j, lane] * work.matrix[1, c, lane])
     for lane in range(LANES):
         weight[lane] = length
-    load_lanes(t, p, weight, work.load[0])
+    water_load(t, p, weight, second, work.load[0])
     for lane in range(used):
         side = ends[lane]
         if side == 0.0:

@@ -11,7 +11,7 @@ from ..physics.cable import POWERS, Cable, make_work
 from ..physics.contact import stiffness
 from ..physics.drag import element_rows
 from ..physics.jit import LANES
-from ..physics.line import LOAD_COLUMNS
+from ..physics.line import LOAD_COLUMNS, STRUT_COLUMNS
 from ..physics.observe import Output
 from ..physics.setpoint import LAWS
 from ..physics.ship import SHIP_STATE
@@ -127,6 +127,7 @@ def build_model(scene: Scene) -> Model:
         surfaces=lock(surface_table(scene)),
         held=lock(held), bodies=lock(body_table(scene.towbody, scene.gravity, scene.water.density)[None]),
         seats=lock(np.array([nodes - 1]), np.int64), loads=np.zeros((0, LOAD_COLUMNS)),
+        struts=lock(np.zeros((0, STRUT_COLUMNS))),
         winch=lock(winch_table(scene, route, total)), setpoint=points, mean=np.zeros(6), sheave=1,
         tick_ns=int(round(scene.solver.tick * 1e9)), max_iterations=int(scene.solver.max_iterations),
         max_halvings=int(scene.solver.max_halvings), gravity=float(scene.gravity), rho_inf=float(scene.solver.rho_inf),

@@ -12,7 +12,8 @@ from cable_sim_ros import cli
 from cable_sim_ros.lab import offline
 from cable_sim_ros.lab.drive import Drive
 
-COMMANDS = {"node", "run", "replay", "live", "play", "manual", "recover", "make-bags"}
+COMMANDS = {"node", "run", "replay", "live", "play", "case", "bench", "stress", "validate", "manual", "recover",
+            "make-bags"}
 
 
 @pytest.fixture(autouse=True)

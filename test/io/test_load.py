@@ -152,7 +152,8 @@ TEXTS = {
     "unknown law": (
         "drag_law: ribbon", "drag_law: ribbons",
         "tow.yaml:11: cable.sections.free.drag_law = 'ribbons' is none of its laws (loading functions); nothing was "
-        "started. Did you mean ribbon? Known: off, driscoll_nahon, driscoll_nahon_printed, ribbon, crossflow"),
+        "started. Did you mean ribbon? Known: off, driscoll_nahon, driscoll_nahon_printed, ribbon, crossflow, "
+        "pode"),
     "missing number": (
         "towbody: {mass: 250.0, net_weight: 445.0}", "towbody: {mass: 250.0}",
         "tow.yaml:14: towbody.net_weight is missing (weight less buoyancy in water); nothing was started. "

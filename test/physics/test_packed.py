@@ -33,6 +33,8 @@ KERNELS = {   # kernel: arguments, scalar multiplications allowed beyond the pac
     drag.point_lanes: ((W.x, W.p, TABLE, TABLE, TABLE[0], W.point), 0),
     drag.load_lanes: ((W.point, W.p, LANE, W.load[0]), 0),
     drag.load_tangent_lanes: ((W.point, W.p, 1.0, 1.0, TABLE[0], LANE, W.load[0], W.matrix[0], W.matrix[1]), 0),
+    drag.rest_lanes: ((W.point, W.p, LANE, W.load[0]), 0),
+    drag.rest_tangent_lanes: ((W.point, W.p, TABLE[0], LANE, W.load[0], W.matrix[0], W.matrix[1]), 0),
     drag.spread_force: ((np.zeros((5, 4)), W.load, CONTACT_POINTS, W.force), 0),
     drag.spread_matrix: ((np.zeros((8, 16)), W.matrix, CONTACT_POINTS, W.k), 0),
     contact.contact_point_lanes: ((W.x, TABLE[0], W.point), 0),

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from bench_cable import Bench, touching
 
+from cable_sim_ros.physics.surface import LATERAL
+
 C1, C2, SIGMA = 30.0, 900.0, 0.3
 
 
@@ -57,3 +59,17 @@ def test_slow_water_takes_the_low_branches_of_the_drag_coefficient():
     bench.wander(top=-5.0)
     bench.v *= 1e-3
     assert worst(bench) < 1e-5
+
+
+def test_fade_beside_the_groove():
+    """Beyond the width of the groove the flank fades in y too; the force still has its exact derivative."""
+    bench = Bench(4, 3)
+    bench.wander(top=5.0)
+    row = touching(bench, 2, np.pi / 3)
+    row[0:3] += (0.0, 0.75 * row[LATERAL], 0.0)          # between half the lateral limit and the limit
+    bench.surfaces = row[None]
+    pressed = bench.residual()
+    bench.surfaces = np.zeros((0, row.size))
+    assert np.abs(pressed - bench.residual()).max() > 0.1
+    bench.surfaces = row[None]
+    assert worst(bench) < 1e-6

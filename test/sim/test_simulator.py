@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cable_sim_ros.io.load import load_scene, override
+from cable_sim_ros.io.load import SceneError, load_scene, override
 from cable_sim_ros.physics.inputs import push_command, push_motion
 from cable_sim_ros.sim.drive import _drive
 from cable_sim_ros.sim.frame import FRAME, Flag
@@ -197,10 +197,27 @@ def test_least_tension_turns_into_slack_and_is_flagged(scene):
 def test_no_equilibrium_is_an_error_with_the_residual(scene):
     """With two Newton iterations a step nothing settles: the error says so, and what is left."""
     sim = Simulator(override(scene, {"solver.max_iterations": 2}))
-    text = (r"no static equilibrium after \d+ steps .* residual .* N, allowed .* N; nothing was started. Remedy")
+    text = (r"no static equilibrium after \d+ steps .* residual .* N, allowed .* N, with cable.axial_.*; nothing was "
+            r"started. Remedy")
     with pytest.raises(StartError, match=text) as caught:
         sim.start()
     assert sim.model.tolerance < caught.value.residual < 1e9
+
+
+def test_a_cable_that_would_have_to_push_at_rest_is_refused(scene):
+    """A floating body in still water: the cable hangs in a loop that no straight start finds."""
+    sim = Simulator(override(scene, {"towbody.net_weight": -200.0, "towbody.lift_area": 0.0, "ship.tow_speed": 0.0}))
+    text = r"at rest the cable would have to push with .* N at arc length .* m, more than 1 % .*; nothing was started"
+    with pytest.raises(StartError, match=text):
+        sim.start()
+
+
+@pytest.mark.parametrize("stiffness, text", [
+    (2e3, r"cable.axial_stiffness = 2000 N is stretched by .* more than 10 %: .*solver.tick = 0.01 s.* at least"),
+    (1e12 * 0.1, r"cable.axial_stiffness = 1e\+11 N leaves a round-off of 0.1 N .* more than 0.01 % .* at most")])
+def test_a_cable_too_soft_or_too_stiff_is_refused_naming_stiffness_and_step(scene, stiffness, text):
+    with pytest.raises(SceneError, match=text):
+        override(scene, {"cable.axial_stiffness": stiffness, "contact.working_tension": 900.0})
 
 
 def test_an_unsolvable_tick_halts_the_run_at_the_state_before(scene):
@@ -210,8 +227,8 @@ def test_an_unsolvable_tick_halts_the_run_at_the_state_before(scene):
     sim.model = model._replace(tolerance=1e-14, max_halvings=1)   # below the round-off: cannot be reached
     before = sim.state.q.copy()
     heave(sim, 1.0)
-    text = (r"could not be solved .*NEWTON_FAILED.* 1 halvings of 0.01 s; the run halted at the state before it. "
-            r"Remedy")
+    text = (r"could not be solved .*NEWTON_FAILED.* with 1 halvings, with cable.axial_stiffness = .* N and solver.tick "
+            r"= 0.01 s; the run halted at the state before it. Remedy")
     with pytest.raises(SolverError, match=text):
         sim.run(20)
     assert (sim.state.q == before).all()

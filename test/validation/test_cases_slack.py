@@ -70,19 +70,7 @@ def tether(mass, length, ea, light, height):
             "free_fall_height_m": height, "g": 9.81}
 
 
-MOVES = ("speed at engagement", "height of rebound above engagement", "largest tension at second engagement")
-
-
 @pytest.mark.parametrize("numbers", [(100.0, 10.0, 1e5, 0.5), (150.0, 12.0, 1.5e5, 0.6)])
-def test_dropped_weight_moves(numbers):
+def test_dropped_weight(numbers):
     mass, length, ea, height = numbers
-    found = bouncing(mass, length, ea, height)
-    check(tether(mass, length, ea, 1e-3 * mass / length, height), {name: found[name] for name in MOVES})
-
-
-@pytest.mark.xfail(strict=True, reason="the element's energy is EA/8 (lambda^2-1)^2: at 4 % strain it pulls 6 % more "
-                                       "than T = EA e, which shortens the taut phase and raises its peak by 3 %")
-@pytest.mark.parametrize("name", ["largest tension", "duration of the first taut phase",
-                                  "time between first and second engagement"])
-def test_dropped_weight_against_the_linear_law(name):
-    check(tether(100.0, 10.0, 1e5, 0.01, 0.5), {name: bouncing(100.0, 10.0, 1e5, 0.5)[name]})
+    check(tether(mass, length, ea, 1e-3 * mass / length, height), bouncing(mass, length, ea, height))

@@ -57,6 +57,7 @@ def from_samples(case: Case, t: float) -> np.ndarray:
         how=f"the harmonics through the product's pose and point kinematics; in real time samples at {RATE} Hz with "
             "the instant half-way between two of them, through the product's interpolation")
 def ship_point(case: Case, level: Level) -> Values:
+    """Pose and motion of a point of the ship in six-degree-of-freedom harmonics."""
     offset = tuple(float(x) for x in case.inputs["offset_body_m"])
     still, of = (0.0, 0.0, 0.0), {}
     for name, m in case.asked(rf"(.*?)\b(position|velocity|acceleration|quaternion)\b.* at ({NUMBER}) s(?: .*)?"):

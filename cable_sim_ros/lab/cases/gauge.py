@@ -88,10 +88,3 @@ def nearest(asked: float, given: list[float]) -> float:
     """The given number an output's rounded one means; the asked itself where none is within 1e-3 of it."""
     best = min(given, key=lambda v: abs(v - asked), default=asked)
     return best if abs(best - asked) <= 1e-3 * max(abs(asked), abs(best)) else asked
-
-
-def law_note(tension: float, ea: float) -> list[str]:
-    """A word where the element's T = EA e (1 + 3/2 e + ..), from its energy EA/8 (lambda^2-1)^2, is not T = EA e."""
-    e = tension / ea
-    return [f"at up to {100.0 * e:.2g} % strain the element pulls {150.0 * e:.2g} % more than T = EA e: its energy is "
-            "EA/8 (lambda^2-1)^2"] if e > 1e-3 else []

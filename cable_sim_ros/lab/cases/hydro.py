@@ -82,6 +82,7 @@ def fall(case: Case, rig: Rig, node: int, step: float) -> dict[str, float]:
 @family("sinking level cable", "length_m", "diameter_m", "mass_per_length_kg_m", "fluid_density", "Cn", "Ca",
         how="both ends free, level and at rest deep in still water, EI 0; the middle node is told")
 def sinking_cable(case: Case, level: Level) -> Values:
+    """A level free cable that sinks broadside."""
     length, n, gravity = case.number("length_m"), level.mesh(4), case.number("g", 9.81)
     mass = case.number("mass_per_length_kg_m")
     weight = mass * gravity * length
@@ -120,6 +121,7 @@ def thread(case: Case, length: float, held: dict, stiffness: float, tension: flo
 @family("sinking sphere", "sphere_radius_m", "mass_kg", "fluid_density", "Ca", "Cd",
         how="the product's body deep in still water, at the lower end of one free element of 10 mm that weighs 1e-7 kg")
 def sinking_sphere(case: Case, level: Level) -> Values:
+    """A sphere let go in still water."""
     gravity = case.number("g", 9.81)
     sphere = sphere_of(case, gravity)
     net = max(abs(sphere.net_weight), 1e-3 * sphere.mass * gravity)
@@ -133,6 +135,7 @@ def sinking_sphere(case: Case, level: Level) -> Values:
         how="the product's body on one element of 1e-5 kg/m without drag, buoyancy and added mass; settled hanging, "
             "then let go at the amplitude; frequency from the crossings of the vertical")
 def submerged_pendulum(case: Case, level: Level) -> Values:
+    """Small swing of a submerged sphere."""
     gravity, length = case.number("g", 9.81), case.number("line_length_m")
     sphere, top = sphere_of(case, gravity), np.array((0.0, 0.0, -DEEP))
     if sphere.net_weight <= 0.0:

@@ -84,6 +84,7 @@ def swaying(still: np.ndarray, axis: int, amplitude: float, period: float, since
             "the extremes repeat, at least three; the water's surface is z = 0: what rises out of it is in air; "
             "tension: the reaction at the end along the cable's tangent")
 def jumper(case: Case, level: Level) -> Values:
+    """A jumper whose upper end sways."""
     fixed, moved = vector(case, "end_fixed_m"), vector(case, "end_moved_m")
     gravity, length, n = case.number("g", 9.81), case.number("unstretched_length_m"), level.mesh(16)
     density, diameter, mass = (case.number(k) for k in ("fluid_density", "diameter_m", "mass_per_length_kg_m"))

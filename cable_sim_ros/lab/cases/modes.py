@@ -99,6 +99,7 @@ def swing(rig: Rig, rest, own, shape, weight, step: float, duration: float) -> f
         how=BOTH + f"; held at its upper end; EI = {LIMBER:g} m g l^3 of an element's length l, which vanishes with "
             "the mesh: where the tension falls to nothing within one element, its end tangent needs it")
 def hanging_chain(case: Case, level: Level) -> Values:
+    """Natural frequencies of a chain held at its upper end."""
     length, mass, gravity = case.number("length_m"), case.number("mass_per_length_kg_m"), case.number("g", 9.81)
     tip, n = case.number("tip_mass_kg", 0.0), level.mesh(24)
     weight, limber = (mass * length + tip) * gravity, LIMBER * mass * gravity * (length / n)**3
@@ -115,6 +116,7 @@ def hanging_chain(case: Case, level: Level) -> Values:
         "body_wet_weight_N", "body_mass_kg", "body_transverse_added_mass_kg",
         how=BOTH + "; wholly under water, no drag, added mass normal to the cable and transverse of the body")
 def submerged_cable(case: Case, level: Level) -> Values:
+    """Natural frequencies of a cable and body hanging in still water."""
     length, mass, gravity = case.number("length_m"), case.number("mass_per_length_kg_m"), case.number("g", 9.81)
     weight, added, n = case.number("body_wet_weight_N"), case.number("body_transverse_added_mass_kg"), level.mesh(24)
     working = mass * gravity * length + weight
@@ -133,6 +135,7 @@ def submerged_cable(case: Case, level: Level) -> Values:
         how=BOTH + "; hung vertically under the gravity that makes the difference of tensions, stretched by the lower "
             "one, then held at both ends")
 def linear_tension(case: Case, level: Level) -> Values:
+    """Natural frequencies of a string with weight along it."""
     length, mass, n = case.number("length_m"), case.number("mass_per_length_kg_m"), level.mesh(24)
     low, high = sorted((case.number("T_low_N"), case.number("T_high_N")))
     rig = Rig(cable_of([{"length": length, "elements": n}], mass_per_length=mass,
@@ -149,6 +152,7 @@ def linear_tension(case: Case, level: Level) -> Values:
             f"tensions as means over the last turn, energy and spin at the end of the turns; at least {PER_TURN} steps "
             "a turn")
 def spinning_cable(case: Case, level: Level) -> Values:
+    """Tensions, energy and spin of a cable that turns about its end."""
     turn = 2.0 * np.pi / abs(case.number("spin_rad_s"))
     if not level.realtime:
         return _spin(case, level.mesh(4), turn, level.step(turn / PER_TURN))

@@ -241,7 +241,8 @@ def wrapping(case: Case, level: Level) -> Values:
     low_pass = butter(4, 10.0 / period, output="sos", fs=1.0 / float(np.median(np.diff(t))))
     tension, contact = (sosfiltfilt(low_pass, table[:, k], padlen=len(t) // 4) for k in (2, 3))
     once = t <= period
-    told = {"full period": period, "other extreme angle from vertical": extreme(t[once], angle[once], -1.0),
+    other = extreme(t[once], angle[once], -1.0 if start >= 0.0 else 1.0)
+    told = {"full period": period, "other extreme angle from vertical": other,
             "smallest wrap": 90.0 - angle[once].max(), "largest wrap": 90.0 - extreme(t[once], angle[once], -1.0),
             "largest tension": tension[once].max(), "smallest tension": tension[once].min()}
     of = {o.name: float(told[o.name]) for o in case.outputs if o.name in told}

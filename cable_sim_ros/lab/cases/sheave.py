@@ -144,7 +144,7 @@ def boundary(table: Stations, wrap: float, reach: float) -> dict[str, float | No
 
 
 @family("heavy rope at rest", "hanging_left_m", "hanging_right_m", "end_mass_right_kg", "radius_to_centreline_m",
-        how="no bending stiffness, half wrap; the left end is held where it hangs, its force is told", growth=3.0)
+        how="no bending stiffness, half wrap; the end of the lighter side is held, its force is told", growth=3.0)
 def heavy_static(case: Case, level: Level) -> Values:
     """Tensions and line loads of a heavy rope over a sheave, both sides hanging."""
     radius, gravity, mass = (case.number("radius_to_centreline_m"), case.number("g", 9.81),
@@ -158,7 +158,10 @@ def heavy_static(case: Case, level: Level) -> Values:
                           mass * right + case.number("end_mass_right_kg"))
     cable = cable_of(pieces(*(p for p in parts if p[0] > 0.0)), mass_per_length=mass, axial_stiffness=heavy / STRETCH)
     ends = {0: case.number("end_mass_left_kg", 0.0), -1: case.number("end_mass_right_kg")}
-    rig = Rig(cable, held={0: "r"}, tension=heavy, gravity=gravity, bodies={n: m for n, m in ends.items() if m > 0.0},
+    light = 0 if mass * left + ends[0] < mass * right + ends[-1] else -1     # held there the rope stays taut
+    nodes = 1 + sum(s.elements for s in cable.sections.values())
+    rig = Rig(cable, held={light % nodes: "r"}, tension=heavy, gravity=gravity,
+              bodies={n: m for n, m in ends.items() if m > 0.0},
               surfaces=[drum(radius, heavy)])
     rig.place(*bend.nodes(rig.arc))
     rig.settle()
@@ -171,14 +174,15 @@ def heavy_static(case: Case, level: Level) -> Values:
     of["line load at the tangent points"] = 0.5 * (
         table.fit(-0.5 * pi + 0.1, -0.5 * pi + 1.1, -0.5 * pi) + table.fit(0.5 * pi - 1.1, 0.5 * pi - 0.1, 0.5 * pi))
     of["total vertical contact force"] = float(table.resultant[2])
-    hold = -float(rig.line.reaction[0, 2])
-    return Values(of, rig.nodes - 1, 0.0, [f"the hand that holds the left end pulls down with {hold:.3g} N "
-                                           f"(0: the rope is balanced)"])
+    hold = -float(rig.line.reaction[light, 2])
+    which = "left" if light == 0 else "right"
+    return Values(of, rig.nodes - 1, 0.0, [f"the hand that holds the {which} end pulls down with {hold:.3g} N (0: the "
+                                           "rope is balanced)"])
 
 
 @family("running cable", "tension_N", "mass_per_length_kg_m", "radius_to_centreline_m", "speed_m_s", "wrap_deg",
         how="no weight, both ends pulled by dead forces; settled at rest, then given the speed along itself everywhere;"
-            " lift-off: the speed squared at which the resultant of several runs vanishes")
+            " lift-off: the speed squared to which the resultants of several runs extrapolate as zero")
 def running(case: Case, level: Level) -> Values:
     """Line load and resultant of a cable that runs over a sheave, and the speed that lifts it off."""
     tension, mass, radius = (case.number("tension_N"), case.number("mass_per_length_kg_m"),
@@ -194,7 +198,12 @@ def running(case: Case, level: Level) -> Values:
         nonlocal elements, step
         rig = symmetric(tension, radius, wrap, leg, size, drum(radius, tension, penetration=MOVING), fine=leg,
                         mass=mass, axial=0.1 * tension / STRETCH)
+        # at rest the whole tension presses, running only what is left of it: settled on a stiffer surface the cable
+        # begins at its running depth
+        k = rig.line.surfaces[0, STIFFNESS]
+        rig.line.surfaces[0, STIFFNESS] = k * tension / max(tension - mass * v * v, 0.02 * tension)
         rig.settle()
+        rig.line.surfaces[0, STIFFNESS] = k
         rig.line.v[:, :3], rig.line.v[:, 3:] = v * bend.nodes(rig.arc)[1], v * bend.turning(rig.arc)
         rig.balance()
         walk, elements = Walk(rig), rig.nodes - 1
@@ -217,12 +226,16 @@ def running(case: Case, level: Level) -> Values:
         elif output.name.startswith("lift-off speed"):
             _, rest = run(0.5 * speed)
             squares, forces = [0.25 * speed**2, speed**2], [rest, total]
-            for share in (0.5, 0.6):   # nearer and nearer, each from the two before
-                zero = squares[-1] + forces[-1] * (squares[-1] - squares[-2]) / (forces[-2] - forces[-1])
-                if not zero > squares[-1]:
-                    break
-                squares.append(squares[-1] + share * (zero - squares[-1]))
+            zero = line_to_zero(squares, forces)
+            if squares[-1] < 0.4 * zero:     # a far way to go: once more from half way
+                squares.append(0.5 * zero)
                 forces.append(run(sqrt(squares[-1]))[1])
-            zero = squares[-1] + forces[-1] * (squares[-1] - squares[-2]) / (forces[-2] - forces[-1])
+                zero = line_to_zero(squares, forces)
             of[output.name] = sqrt(zero) if zero > 0.0 else None
     return Values(of, elements, step, notes)
+
+
+def line_to_zero(x: list[float], y: list[float]) -> float:
+    """Where the straight line through the last two points comes to zero; 0 where it does not fall."""
+    fall = y[-2] - y[-1]
+    return x[-1] + y[-1] * (x[-1] - x[-2]) / fall if fall > 0.0 else 0.0

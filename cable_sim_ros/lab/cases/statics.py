@@ -6,7 +6,7 @@ import numpy as np
 
 from ..rig import Rig, cable_of
 from .family import Case, CaseError, Level, Values, family
-from .gauge import law_note, moment, nearest, numbers, point, stretched_length
+from .gauge import moment, nearest, numbers, point, stretched_length
 
 INEXTENSIBLE = 1e7   # EA L^2 / EI of a cantilever meant to be inextensible; more only raises the round-off floor
 
@@ -40,6 +40,7 @@ def hanging_shape(arc: np.ndarray, span: float, rise: float) -> tuple[np.ndarray
         how="both ends held, no bending stiffness, settled from an inextensible catenary; tensions at the ends are the "
             "reactions of the held nodes")
 def catenary(case: Case, level: Level) -> Values:
+    """Tensions, length and points of a cable between two held ends."""
     length, n = case.number("unstretched_length_m"), level.mesh(16)
     span, rise, weight = case.number("span_x_m"), case.number("rise_z_m"), case.number("weight_per_length_N_m")
     gravity = case.number("g", 9.81)
@@ -81,6 +82,7 @@ def no_gravity(case: Case) -> None:
         how=f"clamped along +x, dead force along +z at the tip, EA = {INEXTENSIBLE:g} EI/L^2 where none is given; the "
             "loads one after another")
 def tip_force(case: Case, level: Level) -> Values:
+    """Deflection, abscissa and slope of the tip at every load asked for."""
     no_gravity(case)
     given, n = numbers(case.inputs["tip_force_N"]), level.mesh(10)
     asked = {name: (m[1], nearest(float(m[2]), given))
@@ -100,6 +102,7 @@ def tip_force(case: Case, level: Level) -> Values:
         how="clamped along +x, moment on the tip's tangent that turns it from +x to +z, raised by at most an eighth of "
             f"a turn at a time; EA = {INEXTENSIBLE:g} EI/L^2 where none is given")
 def tip_moment(case: Case, level: Level) -> Values:
+    """Tip of the rolled-up cantilever at every moment asked for."""
     no_gravity(case)
     given, n = numbers(case.inputs["tip_moment_N_m"]), level.mesh(20)
     length, ei = case.number("length_m"), case.number("EI_N_m2")
@@ -121,6 +124,7 @@ def tip_moment(case: Case, level: Level) -> Values:
         how=f"clamped level along +x, the line's own weight counted, EA = {INEXTENSIBLE:g} EI/L^2 where none is given; "
             "the moment is what holds the clamped tangent")
 def flume_line(case: Case, level: Level) -> Values:
+    """Tip and clamp moment of a line that bends under the mass at its end."""
     length, ei, n = case.number("length_m"), case.number("EI_N_m2"), level.mesh(10)
     mass, gravity = case.number("tip_mass_kg"), case.number("g", 9.81)
     line_mass = case.number("mass_per_length_kg_m")
@@ -139,6 +143,7 @@ def flume_line(case: Case, level: Level) -> Values:
 @family("vertical cable", "length_m", "wet_weight_N_m", "body_wet_weight_N", "EA_N",
         how="hung straight from a held node, weight in water as dead weight, the body's as a dead force")
 def vertical(case: Case, level: Level) -> Values:
+    """Tensions and elongation of a cable that hangs straight."""
     length, n = case.number("length_m"), level.mesh(16)
     weight, body, gravity = case.number("wet_weight_N_m"), case.number("body_wet_weight_N"), case.number("g", 9.81)
     rig = Rig(cable_of([{"length": length, "elements": n}], mass_per_length=weight / gravity,
@@ -149,5 +154,4 @@ def vertical(case: Case, level: Level) -> Values:
     rig.settle()
     return Values({"top tension": float(np.linalg.norm(rig.line.reaction[0, :3])),
                    "elongation": float(-rig.line.q[-1, 2] - length),
-                   "tension at mid length": rig.tension_at(0.5 * length)}, n, 0.0,
-                  law_note(float(rig.line.tension.max()), case.number("EA_N")))
+                   "tension at mid length": rig.tension_at(0.5 * length)}, n, 0.0)

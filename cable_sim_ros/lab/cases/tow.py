@@ -72,6 +72,7 @@ def critical_angle(case: Case, speed: float, law: dict) -> float:
                         "tension, settled from the line of the body's pull; half of the elements near the body; "
                         "critical angle: where the load across one straight, held element is nothing")
 def straight_tow(case: Case, level: Level) -> Values:
+    """A cable and body towed straight."""
     speed, law = case.number("speed_m_s"), drag_law(case)
     weight, gravity = case.number("body_wet_weight_N"), case.number("g", 9.81)
     tow = Tow(case, level, speed, law, max(abs(weight) / gravity, 1e-3), 0.0, 0.0)
@@ -116,6 +117,7 @@ def turn_figures(rig: Rig) -> np.ndarray:
             f"than {STEADY:g} a turn; steps of 0.5 s and finer, in real time the steady turn in steps of 0.5 s and "
             f"then 1/8 turn in shipped; EI 0, EA {1 / STRAIN:g} times the working tension; body alike on all axes")
 def circle_tow(case: Case, level: Level) -> Values:
+    """A cable and body towed in a circle."""
     speed, radius = case.number("ship_speed_m_s"), case.number("ship_turn_radius_m")
     tow = Tow(case, level, speed, crossflow(case.number("Cn"), case.number("Ct", 0.0)), case.number("body_mass_kg"),
               case.number("body_added_mass_kg", 0.0), case.number("Ca_normal", 0.0))

@@ -11,6 +11,7 @@ from .family import Case, CaseError, Level, Values, family
 from .gauge import crossings, follow, hold, mean_between, point
 
 SAMPLES = 200   # least steps per transit L/c of a real-time run: a front cannot be timed with less
+TAUT = 3.0      # static tension of a bar over its step force
 FRONT = 1.0 / 32.0   # width of the start's front over the length: a jump of no width rings by a seventh of its height
 
 
@@ -37,21 +38,28 @@ def transit_time(case: Case) -> float:
 
 
 @family("bar under step force", "EA_N", "mass_per_length_kg_m", "length_m", "step_force_N",
-        how="one end held, dead force on the other from t = 0, every step sampled; instants in the case's L/c; wave "
+        how=f"one end held, taut under {TAUT:g} times the force and that subtracted, for a cable cannot "
+            "push; dead force on the other from t = 0, every step sampled; instants in the case's L/c; wave "
             "speed: two lengths over the time between rise and fall of the reaction; end velocity: mean over "
             "0.2..1.8 L/c")
 def step_force(case: Case, level: Level) -> Values:
+    """Fronts along a bar: speed, displacements, support reaction."""
     length, force, unit = case.number("length_m"), case.number("step_force_N"), transit_time(case)
     n = level.mesh(32)
-    rig = bar(case, n, abs(force), loads=[[n, force, 0.0, 0.0, 0.0, 0.0, 0.0]])
+    taut = TAUT * abs(force)
+    rig = bar(case, n, taut, loads=[[n, taut, 0.0, 0.0, 0.0, 0.0, 0.0]])
+    rig.settle()
+    end, still = float(rig.line.q[-1, 0]), -float(rig.line.reaction[0, 0])
+    rig.line.loads[0, 1] += force
     rig.balance()
     means = {name: (float(m[1]), float(m[2]))
              for name, m in case.asked(r"support reaction, mean over ([\d.]+)\.\.([\d.]+) L/c")}
     moments = {name: float(m[1] or 1.0) for name, m in case.asked(r"free-end displacement at t=([\d.]*)L/c.*")}
     last = max([3.3, *moments.values(), *(b for _, b in means.values())])
     step = wave_step(level, unit, 128)
-    t, x, v, held = follow(rig, (last + 0.1) * unit, step, lambda run: [run.q[:, -1, 0], run.v[:, -1, 0],
-                                                                        -run.reaction[:, 0, 0]], (length, 0.0, 0.0))
+    t, x, v, held = follow(
+        rig, (last + 0.1) * unit, step,
+        lambda run: [run.q[:, -1, 0], run.v[:, -1, 0], -run.reaction[:, 0, 0] - still], (end, 0.0, 0.0))
     plateau = mean_between(t, held, 1.2 * unit, 2.8 * unit)
     arrival = crossings(t, held, 0.5 * plateau)
     of = {"free-end velocity before first reflection": mean_between(t, v, 0.2 * unit, 1.8 * unit)}
@@ -59,7 +67,7 @@ def step_force(case: Case, level: Level) -> Values:
         of["arrival time at the support (half-amplitude)"] = float(arrival[0])
     if len(arrival) > 1:
         of["wave speed"] = float(2.0 * length / (arrival[1] - arrival[0]))
-    of.update({name: float(np.interp(at * unit, t, x) - length) for name, at in moments.items()})
+    of.update({name: float(np.interp(at * unit, t, x) - end) for name, at in moments.items()})
     of.update({name: mean_between(t, held, a * unit, b * unit) for name, (a, b) in means.items()})
     return Values(of, n, step)
 
@@ -69,6 +77,7 @@ def step_force(case: Case, level: Level) -> Values:
             f"the front {FRONT:g} L wide; every step sampled; dynamic tension = reaction less static one; immediate "
             "rise: mean over 0.1..0.5 L/c; end-mass speed positive along the payout")
 def emergency_stop(case: Case, level: Level) -> Values:
+    """Tension at a winch that stops dead while cable and end mass go on."""
     values = _emergency_stop(case, level, wave_step(level, transit_time(case), 128))
     if level.realtime and values.dt < level.tick:
         shipped = _emergency_stop(case, level, level.tick).of
@@ -111,6 +120,7 @@ def _emergency_stop(case: Case, level: Level, step: float) -> Values:
         how="stretched by the tension, held at both ends, the plucked node set at its height, settled and let go; "
             "period from the zero crossings of the middle, wave speed two lengths over it; instants in the case's P")
 def pluck(case: Case, level: Level) -> Values:
+    """Middle of a string let go from a triangle."""
     length, tension, ea = case.number("length_m"), case.number("tension_N"), case.number("EA_N")
     at, height, mass = case.number("pluck_at_m"), case.number("pluck_height_m"), case.number("mass_per_length_kg_m")
     if not 0.0 < at < length:

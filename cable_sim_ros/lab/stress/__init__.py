@@ -1,27 +1,20 @@
-"""Stress tests N1 to N19: ``cable-sim stress``. Each has a stimulus, a limit that is not tuned, and measured figures."""
+"""Stability stress N1 to N19: stimulus, measured, limit. ``cable-sim stress``."""
 
 from __future__ import annotations
 
-from . import contact, endure, exact, loose, sea, snap, stiff  # noqa: F401 - the tests declare themselves
-from .registry import TESTS, Stress, Verdict, run_test
+from collections.abc import Callable
+
+from . import contact, endure, exact, loose, sea, snap, stiff, tows  # noqa: F401 - the tests declare themselves
+from .registry import TESTS, Verdict, run_test
+
+ORDER = tuple(sorted(TESTS, key=lambda name: int(name[1:])))
 
 
-class StressError(ValueError):
-    """A stress test that is asked for and does not exist."""
-
-
-def chosen(ids: tuple[str, ...] = ()) -> list[Stress]:
-    """The tests of these ids, or all, in the order of their numbers. Raises StressError."""
-    unknown = [i for i in ids if i.upper() not in TESTS]
-    if unknown:
-        raise StressError(f"there is no stress test {', '.join(unknown)}; nothing was run. There are {', '.join(order())}")
-    wanted = {i.upper() for i in ids}
-    return [TESTS[i] for i in order() if not wanted or i in wanted]
-
-
-def order() -> list[str]:
-    """All ids by number."""
-    return sorted(TESTS, key=lambda i: int(i[1:]))
-
-
-__all__ = ["StressError", "Verdict", "chosen", "run_test"]
+def run(ids: tuple[str, ...], quick: bool, progress: Callable = lambda *_: None) -> list[Verdict]:
+    """Run the chosen tests (all where none are named), in their order."""
+    chosen = [name for name in ORDER if not ids or name in ids]
+    verdicts = []
+    for i, name in enumerate(chosen):
+        progress(f"{name} {TESTS[name].stimulus}", i, len(chosen))
+        verdicts.append(run_test(TESTS[name], quick))
+    return verdicts

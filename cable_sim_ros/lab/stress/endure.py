@@ -19,32 +19,53 @@ DAY = 86400.0
 @stress("N7", "10 km cable", "ready <= 60 s, tension 0.1 %")
 def long_cable(quick: bool) -> Found:
     """Hanging in still water from the sheave, mesh of the shipped tow aboard, 100 m elements outboard."""
-    sections = {"drum": {"length": 5.2, "elements": 26}, "span": {"length": 3.6, "elements": 2},
-                "sheave": {"length": 4.8, "elements": 48}, "deep": {"length": 10000.0, "elements": 100}}
+    sections = {
+        "drum": {"length": 5.2, "elements": 26},
+        "span": {"length": 3.6, "elements": 2},
+        "sheave": {"length": 4.8, "elements": 48},
+        "deep": {"length": 10000.0, "elements": 100},
+    }
     begin = time.perf_counter()
-    scene = held(ship__tow_speed=0.0, cable__sections=sections, contact__working_tension=40000.0,
-                 towbody__lift_area=0.0)
+    scene = held(
+        ship__tow_speed=0.0, cable__sections=sections, contact__working_tension=40000.0, towbody__lift_area=0.0
+    )
     sim = started(scene)
     ready = time.perf_counter() - begin
     frame, cable, water = sim.frame, scene.cable, scene.water
     # wet weight below the surface, dry weight above it, of unstretched length; the weight is there stretched or not
     line = sim.shape
-    at = float(np.interp(0.0, -line[60:, 2], line[60:, 4]))         # arc length at the waterline
+    at = float(np.interp(0.0, -line[60:, 2], line[60:, 4]))  # arc length at the waterline
     leaves = float(np.interp(0.0, -(line[60:, 2] - frame.sheave_position[2]), line[60:, 4]))
     dry = cable.mass_per_length * scene.gravity
     wet = dry - water.density * 0.25 * np.pi * cable.diameter**2 * scene.gravity
     want = scene.towbody.net_weight + wet * (line[-1, 4] - at) + dry * (at - leaves)
     strain = (scene.towbody.net_weight * 10000.0 + 0.5 * wet * 10000.0**2) / cable.axial_stiffness
-    figures = [Figure("ready after", ready, "s", 60.0),
-               Figure("tension at the sheave against the weights below it", float(frame.tension / want - 1.0), "", 1e-3,
-                      WITHIN),
-               Figure("depth of the body against unstretched length and stretch",
-                      float(-frame.body_position[2] / (line[-1, 4] - at + strain) - 1.0), "", 1e-3, WITHIN)]
+    figures = [
+        Figure("ready after", ready, "s", 60.0),
+        Figure(
+            "tension at the sheave against the weights below it", float(frame.tension / want - 1.0), "", 1e-3, WITHIN
+        ),
+        Figure(
+            "depth of the body against unstretched length and stretch",
+            float(-frame.body_position[2] / (line[-1, 4] - at + strain) - 1.0),
+            "",
+            1e-3,
+            WITHIN,
+        ),
+    ]
     seconds = 5.0 if quick else 60.0
     frames = sim.run(round(seconds / scene.solver.tick))
-    figures.append(Figure(f"change of the tension in {seconds:g} s", float(
-        np.abs(frames.tension / frame.tension - 1.0).max()), "", 1e-3))
-    return Found(figures, [f"{frame.tension:.1f} N, want {want:.1f} N, {len(line) - 1} elements; kernels compiled before"])
+    figures.append(
+        Figure(
+            f"change of the tension in {seconds:g} s",
+            float(np.abs(frames.tension / frame.tension - 1.0).max()),
+            "",
+            1e-3,
+        )
+    )
+    return Found(
+        figures, [f"{frame.tension:.1f} N, want {want:.1f} N, {len(line) - 1} elements; kernels compiled before"]
+    )
 
 
 def resident() -> float:
@@ -56,10 +77,13 @@ def resident() -> float:
 def day(quick: bool) -> Found:
     """A tow on a coarse mesh in a long swell: every whole period must be as the first settled one."""
     seconds, period, tick = (1200.0 if quick else DAY), 10.0, 0.05
-    sections = {"drum": {"length": 5.2, "elements": 10}, "span": {"length": 6.0, "elements": 2},
-                "sheave": {"length": 1.6, "elements": 8},
-                "bare": {"length": 300.0, "elements": 6, "drag_amplification": 2.37},
-                "faired": {"length": 150.0, "elements": 4, "drag_law": "ribbon", "drag_amplification": 2.37}}
+    sections = {
+        "drum": {"length": 5.2, "elements": 10},
+        "span": {"length": 6.0, "elements": 2},
+        "sheave": {"length": 1.6, "elements": 8},
+        "bare": {"length": 300.0, "elements": 6, "drag_amplification": 2.37},
+        "faired": {"length": 150.0, "elements": 4, "drag_law": "ribbon", "drag_amplification": 2.37},
+    }
     scene = held(solver__tick=tick, cable__sections=sections)
     sim: Simulator = started(scene)
     sea = Sea(scene, heave=(0.5, period, 0.0))
@@ -67,23 +91,33 @@ def day(quick: bool) -> Found:
     start, settled = int(sim.state.time[0]), 300.0
     while done < seconds:
         # five samples a second: exact at the samples, cubic between
-        means += sail(sim, sea, 100.0, rate=5.0, keep=lambda f: (float(f.tension.mean()), float(f.tension_body.mean()),
-                                                               float(f.body_position[:, 2].mean())))
+        means += sail(
+            sim,
+            sea,
+            100.0,
+            rate=5.0,
+            keep=lambda f: (float(f.tension.mean()), float(f.tension_body.mean()), float(f.body_position[:, 2].mean())),
+        )
         done += 100.0
         if done >= settled and round(done) % 300 == 0:
             gc.collect()
             memory.append(resident())
     means = np.array(means)
-    base = means[int(settled / 10.0):int(settled / 10.0) + 10].mean(0)
-    drift = np.abs(means[int(settled / 10.0):] / base - 1.0).max(0)
+    base = means[int(settled / 10.0) : int(settled / 10.0) + 10].mean(0)
+    drift = np.abs(means[int(settled / 10.0) :] / base - 1.0).max(0)
     wanted = start + round(done / tick) * round(tick * 1e9)
-    return Found([
-        Figure("drift of the mean tension of a period", float(drift[0]), "", 1e-3),
-        Figure("drift of the mean tension at the body", float(drift[1]), "", 1e-3),
-        Figure("drift of the mean depth", float(drift[2]), "", 1e-3),
-        Figure("nanoseconds beside ticks times step", int(sim.frame.time) - wanted, "ns", 0),
-        Figure("stamp is an integer", sim.frame.time.dtype == np.dtype("i8"), "", True, IS),
-        Figure("memory gained after the first 300 s", (max(memory) - memory[0]) / 1e6, "MB", 5.0),
-        Figure("memory gained at the end", (memory[-1] - memory[0]) / 1e6, "MB", 5.0),
-    ], [f"{done:g} s in ticks of {1e3 * tick:g} ms, {len(sim.state.arc) - 1} elements, heave of 0.5 m and {period:g} s; "
-        "means over each period" + ("; shortened from 24 h" if quick else "")])
+    return Found(
+        [
+            Figure("drift of the mean tension of a period", float(drift[0]), "", 1e-3),
+            Figure("drift of the mean tension at the body", float(drift[1]), "", 1e-3),
+            Figure("drift of the mean depth", float(drift[2]), "", 1e-3),
+            Figure("nanoseconds beside ticks times step", int(sim.frame.time) - wanted, "ns", 0),
+            Figure("stamp is an integer", sim.frame.time.dtype == np.dtype("i8"), "", True, IS),
+            Figure("memory gained after the first 300 s", (max(memory) - memory[0]) / 1e6, "MB", 5.0),
+            Figure("memory gained at the end", (memory[-1] - memory[0]) / 1e6, "MB", 5.0),
+        ],
+        [
+            f"{done:g} s in ticks of {1e3 * tick:g} ms, {len(sim.state.arc) - 1} elements, heave 0.5 m, {period:g} s; "
+            "means over each period" + ("; shortened from 24 h" if quick else "")
+        ],
+    )

@@ -60,18 +60,24 @@ class Verdict(NamedTuple):
     stimulus: str
     criterion: str
     figures: list[Figure]
-    passed: bool | None      # None: not measurable yet
+    passed: bool | None  # None: not measurable yet
     notes: list[str]
     cpu_s: float
 
     def as_dict(self) -> dict:
         """Plain data for JSON: measured {name: value}, limits {name: text}."""
-        return {"id": self.id, "stimulus": self.stimulus, "criterion": self.criterion, "passed": self.passed,
-                "measured": {f.name: _plain(f.value) for f in self.figures},
-                "units": {f.name: f.unit for f in self.figures},
-                "limits": {f.name: f.bound for f in self.figures if f.limit is not None},
-                "failed": [f.name for f in self.figures if f.passed is False], "notes": self.notes,
-                "cpu_s": round(self.cpu_s, 2)}
+        return {
+            "id": self.id,
+            "stimulus": self.stimulus,
+            "criterion": self.criterion,
+            "passed": self.passed,
+            "measured": {f.name: _plain(f.value) for f in self.figures},
+            "units": {f.name: f.unit for f in self.figures},
+            "limits": {f.name: f.bound for f in self.figures if f.limit is not None},
+            "failed": [f.name for f in self.figures if f.passed is False],
+            "notes": self.notes,
+            "cpu_s": round(self.cpu_s, 2),
+        }
 
 
 def _plain(value):
@@ -101,9 +107,11 @@ TESTS: dict[str, Stress] = {}
 
 def stress(id: str, stimulus: str, criterion: str):
     """Declare a test ``run(quick) -> Found``."""
+
     def declare(run):
         TESTS[id] = Stress(id, stimulus, criterion, run)
         return run
+
     return declare
 
 
@@ -112,7 +120,7 @@ def run_test(test: Stress, quick: bool = False) -> Verdict:
     begin = time.process_time()
     try:
         found = test.run(quick)
-    except Exception as error:   # a stress test that breaks is a finding, and the others must go on
+    except Exception as error:  # a stress test that breaks is a finding, and the others must go on
         found = Found([Figure("ran to its end", False, "", True, IS)], [f"{type(error).__name__}: {error}"])
     verdicts = [f.passed for f in found.figures if f.passed is not None]
     passed = bool(verdicts) and all(verdicts)
@@ -120,5 +128,4 @@ def run_test(test: Stress, quick: bool = False) -> Verdict:
     if found.missing:
         notes.append(f"not measurable yet: {found.missing}")
         passed = None if all(verdicts) else False
-    return Verdict(test.id, test.stimulus, test.criterion, found.figures, passed, notes,
-                   time.process_time() - begin)
+    return Verdict(test.id, test.stimulus, test.criterion, found.figures, passed, notes, time.process_time() - begin)

@@ -12,7 +12,7 @@ from .registry import IS, Figure, Found, stress
 from .tows import Sea, finite, held, sail, shipped, started
 
 SUPPLIED, LOST = "work_supplied", ("work_water", "work_contact", "dissipated")
-RESIDUAL = "energy_residual"     # J, cumulative since the start: stored + dissipated - supplied
+RESIDUAL = "energy_residual"  # J, cumulative since the start: stored + dissipated - supplied
 ACCOUNT = (SUPPLIED, *LOST, RESIDUAL)
 
 
@@ -56,11 +56,16 @@ def _heavy(depth: float, seconds: float) -> tuple[list[Figure], list[str], bool]
     except SolverError as error:
         notes.append(f"groove {1e3 * depth:g} mm: {error}")
     name = f"groove {1e3 * depth:g} mm"
-    figures = [Figure(f"{name}, simulated", done, "s", seconds, ">="), Figure(f"{name}, numbers finite", good, "", True, IS)]
+    figures = [
+        Figure(f"{name}, simulated", done, "s", seconds, ">="),
+        Figure(f"{name}, numbers finite", good, "", True, IS),
+    ]
     if share is not None:
         figures.append(Figure(f"{name}, energy residual over work", share, "", 0.01))
-    notes.append(f"{name}: element tensions {least:.0f} to {most:.0f} N, {np.mean(parts) if parts else 0.0:.1f} iterations "
-                 f"a tick, {Flag(flags)!r}")
+    notes.append(
+        f"{name}: element tensions {least:.0f} to {most:.0f} N, {np.mean(parts) if parts else 0.0:.1f} iterations "
+        f"a tick, {Flag(flags)!r}"
+    )
     return figures, notes, share is not None
 
 
@@ -94,19 +99,31 @@ def steps(quick: bool) -> Found:
             notes.append(f"step x{factor}: {error}")
             continue
         shift = reference["tension"].mean()
-        error = {"tension": np.abs(told["tension"] - reference["tension"]).max() / shift,
-                 "body": np.linalg.norm(told["body"] - reference["body"], axis=1).max()}
+        error = {
+            "tension": np.abs(told["tension"] - reference["tension"]).max() / shift,
+            "body": np.linalg.norm(told["body"] - reference["body"], axis=1).max(),
+        }
         if factor == 1:
             shipped_error = error
         flagged = told["halved"] > 0
-        for name, unit in (("tension", ""), ("body", "m")):
+        for name, _ in (("tension", ""), ("body", "m")):
             ratio = float(error[name] / shipped_error[name])
-            figures.append(Figure(f"step x{factor}, largest error of {name} over that of the shipped step", ratio, "",
-                                  None if factor == 1 or (flagged and ratio > 2.0) else 2.0))
-        notes.append(f"step x{factor}: largest error of the tension {100 * error['tension']:.3g} %, of the body "
-                     f"{1e3 * error['body']:.3g} mm; {told['halved']} of {told['ticks']} ticks sub-stepped")
-    notes.append(f"{seconds:g} s, compared every 0.1 s from {settle:g} s on, against twice the elements at 2 ms; errors "
-                 "are those of mesh and step together. Above 2 a step with sub-stepped ticks (flag HALVED) would be told, not judged")
+            figures.append(
+                Figure(
+                    f"step x{factor}, largest error of {name} over that of the shipped step",
+                    ratio,
+                    "",
+                    None if factor == 1 or (flagged and ratio > 2.0) else 2.0,
+                )
+            )
+        notes.append(
+            f"step x{factor}: largest error of the tension {100 * error['tension']:.3g} %, of the body "
+            f"{1e3 * error['body']:.3g} mm; {told['halved']} of {told['ticks']} ticks sub-stepped"
+        )
+    notes.append(
+        f"{seconds:g} s, compared every 0.1 s from {settle:g} s on, against twice the elements at 2 ms; errors "
+        "are those of mesh and step together. Above 2 a step with sub-stepped ticks (flag HALVED) is told, not judged"
+    )
     return Found(figures, notes)
 
 
@@ -114,21 +131,37 @@ def _trace(scene, sea: dict, seconds: float, settle: float) -> dict:
     sim = started(scene)
     frames = sail(sim, Sea(scene, **sea), seconds)
     every = round(0.1 / scene.solver.tick)
-    kept = frames[every - 1::every]
+    kept = frames[every - 1 :: every]
     kept = kept[kept.time > settle * 1e9]
-    return {"tension": kept.tension.copy(), "body": kept.body_position.copy(), "ticks": len(frames),
-            "halved": int((frames.status & Flag.HALVED > 0).sum())}
+    return {
+        "tension": kept.tension.copy(),
+        "body": kept.body_position.copy(),
+        "ticks": len(frames),
+        "halved": int((frames.status & Flag.HALVED > 0).sum()),
+    }
 
 
 def swinging(tick: float) -> Simulator:
     """A bare, undamped cable pinned on the drum, far above the water, pulled aside by 30 degrees."""
-    sim = Simulator(scene_from_dict({
-        "name": "swing", "ship": {"reference_height": 40.0},
-        "cable": {"diameter": 0.01, "mass_per_length": 0.389, "axial_stiffness": 6.8e6,
-                  "sections": {"all": {"length": 10.0, "elements": 16, "drag_law": "off"}}},
-        "winch": {"position": [0.0, 0.0, 0.0], "drum_radius": 0.01, "wrap": 0.5},
-        "sheave": {"position": [-1.0, 0.0, 0.0], "radius": 0.02},
-        "towbody": {"mass": 1e-6, "net_weight": 1e-6}, "solver": {"tick": tick}}, "swing"))
+    sim = Simulator(
+        scene_from_dict(
+            {
+                "name": "swing",
+                "ship": {"reference_height": 40.0},
+                "cable": {
+                    "diameter": 0.01,
+                    "mass_per_length": 0.389,
+                    "axial_stiffness": 6.8e6,
+                    "sections": {"all": {"length": 10.0, "elements": 16, "drag_law": "off"}},
+                },
+                "winch": {"position": [0.0, 0.0, 0.0], "drum_radius": 0.01, "wrap": 0.5},
+                "sheave": {"position": [-1.0, 0.0, 0.0], "radius": 0.02},
+                "towbody": {"mass": 1e-6, "net_weight": 1e-6},
+                "solver": {"tick": tick},
+            },
+            "swing",
+        )
+    )
     sim.state.surfaces[:, STIFFNESS] = 0.0
     sim.start()
     down = np.array((-0.5, 0.0, -np.sqrt(0.75)))
@@ -137,8 +170,11 @@ def swinging(tick: float) -> Simulator:
     return sim
 
 
-@stress("N12", "energy: stored + dissipated - supplied", "<= 0.5 % of work over 10 min; a passive system never gains "
-        "more than 1e-4")
+@stress(
+    "N12",
+    "energy: stored + dissipated - supplied",
+    "<= 0.5 % of work over 10 min; a passive system never gains more than 1e-4",
+)
 def energy(quick: bool) -> Found:
     figures, notes = [], []
     for tick in (0.002, 0.01):
@@ -151,8 +187,9 @@ def energy(quick: bool) -> Found:
             left = (frames.kinetic_energy + frames.strain_energy + frames.potential_energy - lowest) / swing - 1.0
             gain, least = max(gain, float(left.max())), min(least, float(left.min()))
         figures.append(Figure(f"undamped swing, largest gain over its energy, {1e3 * tick:g} ms", gain, "", 1e-4))
-        notes.append(f"undamped swing of 30 deg at {1e3 * tick:g} ms: {-100 * least:.3g} % lost in "
-                     f"{20 if quick else 600} s")
+        notes.append(
+            f"undamped swing of 30 deg at {1e3 * tick:g} ms: {-100 * least:.3g} % lost in {20 if quick else 600} s"
+        )
     if not accounted():
         return Found(figures, notes, NOT_YET)
     seconds = 60.0 if quick else 600.0
@@ -164,6 +201,9 @@ def energy(quick: bool) -> Found:
             frames = sail(sim, sea, 10.0)
             first = frames[0].copy() if first is None else first
             work, done = work + turned_over(frames), done + 10.0
-        figures.append(Figure(f"tow in a sea, {name}, energy residual over work", residual_share(first, frames[-1], work),
-                              "", 5e-3))
+        figures.append(
+            Figure(
+                f"tow in a sea, {name}, energy residual over work", residual_share(first, frames[-1], work), "", 5e-3
+            )
+        )
     return Found(figures, notes)

@@ -16,7 +16,7 @@ from .registry import IS, WITHIN, Figure, Found, stress
 from .snap import values
 from .tows import Sea, finite, sail, shipped, started
 
-REFUSED_IN = 1.0       # s
+REFUSED_IN = 1.0  # s
 
 
 @stress("N5", "EI = 0 everywhere", "runs, case tolerances")
@@ -33,29 +33,55 @@ def limp(quick: bool) -> Found:
     figures = [
         Figure("tow, numbers finite", finite(limp_t), "", True, IS),
         Figure("tow, static tension against EI = 1.4", float(limp_0.tension / stiff_0.tension - 1.0), "", 0.01, WITHIN),
-        Figure("tow, largest difference of the tension over the sea against EI = 1.4",
-               float(np.abs(limp_t.tension - stiff_t.tension).max() / stiff_0.tension), "", 0.01)]
+        Figure(
+            "tow, largest difference of the tension over the sea against EI = 1.4",
+            float(np.abs(limp_t.tension - stiff_t.tension).max() / stiff_0.tension),
+            "",
+            0.01,
+        ),
+    ]
     length, mass, span = 10.0, 0.389, 8.0
-    rig = Rig(cable_of([{"length": length, "elements": 32}], mass_per_length=mass, axial_stiffness=1e8),
-              held={0: "r", -1: "r"}, tension=mass * 9.81 * length)
+    rig = Rig(
+        cable_of([{"length": length, "elements": 32}], mass_per_length=mass, axial_stiffness=1e8),
+        held={0: "r", -1: "r"},
+        tension=mass * 9.81 * length,
+    )
     s = rig.arc / length
     sag = 0.3 * length
     g = np.column_stack((np.full_like(s, span), 0.0 * s, -4.0 * sag * (1.0 - 2.0 * s)))
     rig.place(np.column_stack((span * s, 0.0 * s, -4.0 * sag * s * (1.0 - s))), g / np.linalg.norm(g, axis=1)[:, None])
     rig.settle()
-    low, high = 0.01, 100.0      # span = 2 H/w asinh(w L / 2 H)
+    low, high = 0.01, 100.0  # span = 2 H/w asinh(w L / 2 H)
     for _ in range(80):
         h = np.sqrt(low * high)
         low, high = (h, high) if 2.0 * h * np.arcsinh(0.5 * length / h) < span else (low, h)
-    figures.append(Figure("catenary, horizontal tension", float(
-        abs(rig.line.reaction[0, 0]) / (mass * 9.81 * h) - 1.0), "", 2e-3, WITHIN))
+    figures.append(
+        Figure(
+            "catenary, horizontal tension",
+            float(abs(rig.line.reaction[0, 0]) / (mass * 9.81 * h) - 1.0),
+            "",
+            2e-3,
+            WITHIN,
+        )
+    )
     modes = {f"omega_{k}": 0.005 if k < 4 else 0.01 for k in range(1, 4)}
-    got, notes = values("chain", {"length_m": length, "mass_per_length_kg_m": mass, "g": 9.81, "modes": 3,
-                                  "EI_N_m2": 0.0}, modes, Fidelity.REALTIME if quick else Fidelity.VERIFICATION)
+    got, notes = values(
+        "chain",
+        {"length_m": length, "mass_per_length_kg_m": mass, "g": 9.81, "modes": 3, "EI_N_m2": 0.0},
+        modes,
+        Fidelity.REALTIME if quick else Fidelity.VERIFICATION,
+    )
     for k, (name, allowed) in enumerate(modes.items()):
         truth = 0.5 * jn_zeros(0, 3)[k] * np.sqrt(9.81 / length)
-        figures.append(Figure(f"hanging chain, {name}", None if got[name] is None else float(got[name] / truth - 1.0),
-                              "", allowed, WITHIN))
+        figures.append(
+            Figure(
+                f"hanging chain, {name}",
+                None if got[name] is None else float(got[name] / truth - 1.0),
+                "",
+                allowed,
+                WITHIN,
+            )
+        )
     return Found(figures, notes[1:])
 
 
@@ -65,7 +91,7 @@ def stiffness(quick: bool) -> Found:
     seconds = 2.0 if quick else 60.0
     figures, notes = [], []
     for power in range(3, 11):
-        ea = 10.0 ** power
+        ea = 10.0**power
         begin = time.perf_counter()
         try:
             scene = shipped(cable__axial_stiffness=ea)
@@ -75,23 +101,37 @@ def stiffness(quick: bool) -> Found:
         except (SceneError, StartError, SolverError) as error:
             late, text = time.perf_counter() - begin, str(error)
             named = "axial_stiffness" in text and ("solver.tick" in text or "step" in text)
-            figures += [Figure(f"EA 1e{power}: refused after", late, "s", REFUSED_IN),
-                        Figure(f"EA 1e{power}: the refusal names EA and step", named, "", True, IS)]
+            figures += [
+                Figure(f"EA 1e{power}: refused after", late, "s", REFUSED_IN),
+                Figure(f"EA 1e{power}: the refusal names EA and step", named, "", True, IS),
+            ]
             notes.append(f"EA 1e{power}: {text}")
             continue
         strain = float(frames.tension_most.max() / ea)
         figures.append(Figure(f"EA 1e{power}: numbers finite", finite(frames), "", True, IS))
-        notes.append(f"EA 1e{power}: tension {frames.tension.min():.0f} to {frames.tension.max():.0f} N, largest strain "
-                     f"{strain:.2g}, {frames.iterations.mean():.1f} iterations a tick")
+        notes.append(
+            f"EA 1e{power}: tension {frames.tension.min():.0f} to {frames.tension.max():.0f} N, largest strain "
+            f"{strain:.2g}, {frames.iterations.mean():.1f} iterations a tick"
+        )
     return Found(figures, notes)
 
 
 def tip(elements: int, share: float = 1.0) -> np.ndarray:
     """Tip of a clamped rod under a dead load P across it, P L^2 / EI = 10; share: Cable.compression_share."""
     length, ei = 1.0, 1.0
-    rig = Rig(cable_of([{"length": length, "elements": elements}], mass_per_length=0.1, axial_stiffness=1e6 * ei,
-                       bending_stiffness=ei, compression_share=share), held={0: "rg"}, tension=10.0, gravity=0.0,
-              loads=[(elements, 0.0, 0.0, -10.0 * ei / length**2, 0.0, 0.0, 0.0)])
+    rig = Rig(
+        cable_of(
+            [{"length": length, "elements": elements}],
+            mass_per_length=0.1,
+            axial_stiffness=1e6 * ei,
+            bending_stiffness=ei,
+            compression_share=share,
+        ),
+        held={0: "rg"},
+        tension=10.0,
+        gravity=0.0,
+        loads=[(elements, 0.0, 0.0, -10.0 * ei / length**2, 0.0, 0.0, 0.0)],
+    )
     rig.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
     rig.settle()
     return rig.line.q[-1, [0, 2]].copy()
@@ -105,10 +145,19 @@ def order(quick: bool) -> Found:
         tips = [tip(n, share) for n in (4, 8, 16, 32)]
         for k, n in enumerate((4, 8)):
             coarse, fine = np.linalg.norm(tips[k] - tips[k + 1]), np.linalg.norm(tips[k + 1] - tips[k + 2])
-            figures.append(Figure(f"order less 4, {n}, {2 * n}, {4 * n} elements, compression_share {share:g}",
-                                  float(np.log2(coarse / fine) - 4.0), "", 0.3 if judged else None, WITHIN))
-    notes.append("clamped under P L^2/EI = 10, EA L^2/EI = 1e6, place of the tip; theory: order 4 (theory notes, section "
-                 "4). Judged for a rod (compression_share 1); with the share of a cable the root, where the tension is "
-                 "zero, folds more the finer the mesh, and the tip does not converge: told, not judged. Beyond 32 "
-                 "elements the difference is below what the residual allows")
+            figures.append(
+                Figure(
+                    f"order less 4, {n}, {2 * n}, {4 * n} elements, compression_share {share:g}",
+                    float(np.log2(coarse / fine) - 4.0),
+                    "",
+                    0.3 if judged else None,
+                    WITHIN,
+                )
+            )
+    notes.append(
+        "clamped under P L^2/EI = 10, EA L^2/EI = 1e6, place of the tip; theory: order 4 (theory notes, section "
+        "4). Judged for a rod (compression_share 1); with the share of a cable the root, where the tension is "
+        "zero, folds more the finer the mesh, and the tip does not converge: told, not judged. Beyond 32 "
+        "elements the difference is below what the residual allows"
+    )
     return Found(figures, notes)

@@ -11,14 +11,14 @@ from ...physics.inputs import EPOCH, MOTION_COLUMNS, SOURCE, push_motion
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator
 
-RATE = 50.0           # Hz of the motion samples; between them the ship moves on cubics of position and rate
-CHUNK = 10.0          # s of motion pushed at a time: the ring of inputs holds 1024 samples
+RATE = 50.0  # Hz of the motion samples; between them the ship moves on cubics of position and rate
+CHUNK = 10.0  # s of motion pushed at a time: the ring of inputs holds 1024 samples
 
 
 def shipped(**values) -> Scene:
     """The shipped full-scale scene with other values, ``__`` in a name standing for the dot."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)   # a stress scene is doubtful by intent
+        warnings.simplefilter("ignore", SceneWarning)  # a stress scene is doubtful by intent
         scene = load_scene("full_scale")
         return override(scene, {key.replace("__", "."): value for key, value in values.items()})
 

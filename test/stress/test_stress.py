@@ -1,0 +1,35 @@
+"""A handful of the stress tests in their quick size; all of them at full size are `make stress`."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from click.testing import CliRunner
+
+from cable_sim_ros import cli
+from cable_sim_ros.lab.stress import ORDER, run
+from cable_sim_ros.lab.stress.registry import IS, WITHIN, Figure
+
+
+@pytest.mark.parametrize("name", ["N5", "N6", "N7", "N10", "N12", "N13", "N15", "N16", "N17", "N18", "N19"])
+def test_quick(name):
+    verdict = run((name,), quick=True)[0]
+    assert verdict.passed, [f"{f.name}: {f.value} ({f.bound})" for f in verdict.figures if f.passed is False]
+
+
+def test_all_nineteen_are_declared():
+    assert tuple(f"N{i}" for i in range(1, 20)) == ORDER
+
+
+def test_a_figure_that_is_not_finite_never_passes():
+    assert Figure("x", float("nan"), "", 1.0).passed is False
+    assert Figure("x", -2.0, "", 1.0, WITHIN).passed is False
+    assert Figure("x", True, "", True, IS).passed is True
+
+
+def test_the_command_tells_measured_and_limit():
+    done = CliRunner().invoke(cli.main, ["stress", "N19", "--quick", "--json"])
+    assert done.exit_code == 0, done.output
+    told = json.loads(done.stdout)[0]
+    assert told["id"] == "N19" and told["passed"] is True and set(told["limits"]) <= set(told["measured"])
