@@ -1,7 +1,7 @@
 # make run   makes the environment and plays recorded ship motion through the node (about 90 s after the install)
 # make test  makes the environment and runs the tests;  make lint  runs the linter
 # make bench  run time against error beside other codes;  make validate  repeats the experiments (both into runs/)
-# make stress  stability stress N1 to N19 at full size (an hour or more), into runs/
+# make stress  stability stress N1 to N19 at full size (ten CPU minutes or more), into runs/
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
