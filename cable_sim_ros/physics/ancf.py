@@ -52,7 +52,7 @@ def arc_point(x, w, h, a, b, acc):
     ph, pa, pb = 6.0 * x * (1.0 - x), 1.0 - 4.0 * x + 3.0 * x * x, x * (3.0 * x - 2.0)
     g = axpy(ph, h, axpy(pa, a, scale(pb, b)))
     s = norm(g)
-    u = scale(w / s, g)
+    u = scale(w * (1.0 / s), g)   # 1/s serves hess_point too
     return l + w * s, axpy(ph, u, dh), axpy(pa, u, da), axpy(pb, u, db)
 
 
@@ -196,13 +196,14 @@ def elastic_tangent(k9, e, c1, length, per_length, ea, ei, ca, tau, compression,
     bent = 0.5 * (dot(fh, h) + dot(fa, a) + dot(fb, b))
     energy = bent + 0.5 * ei * length * CURVATURE_FLOOR * CURVATURE_FLOOR + 1e-300
     power = dot(fh, vh) + dot(fa, va) + dot(fb, vb)
-    t = 0.5 * tau / energy
+    per_energy = 1.0 / energy
+    t = 0.5 * tau * per_energy
     c = 1.0 + t * power
     force = (axpy(tension, dh, scale(c, fh)), axpy(ea * w[0], ua, axpy(tension, da, scale(c, fa))),
              axpy(ea * w[2], ub, axpy(tension, db, scale(c, fb))))
     lost = ca * rate * rate * length + (c - 1.0) * power
     c *= k
-    p = c1 - power / energy
+    p = c1 - power * per_energy
     gh, ga, gb = scale(t, axpy(p, fh, gh)), scale(t, axpy(p, fa, ga)), scale(t, axpy(p, fb, gb))
     store(k9, ROW_HH, e, 12.0 * c, hh, tension, dh, zh, fh, gh, ZERO, ZERO)
     store(k9, ROW_HA, e, -6.0 * c, ha, tension, dh, za, fh, ga, ZERO, ZERO)
@@ -216,24 +217,27 @@ def elastic_tangent(k9, e, c1, length, per_length, ea, ei, ca, tau, compression,
     return force[0], force[1], force[2], tension, ea * length * w[3] + bent, lost
 
 
+@inline
+def inertia_row(i, t, w, sigma, x, e):
+    """Force i of inertia and weight: t mass of the element [kg], w its weight [N]."""
+    m0, m1, m2, m3 = t * MASS[i, 0], t * MASS[i, 1], t * MASS[i, 2], t * MASS[i, 3]
+    f = axpy(m0, get3(x, 24, e), axpy(m1, get3(x, 27, e), axpy(m2, get3(x, 30, e), scale(m3, get3(x, 33, e)))))
+    m0, m1, m2, m3 = sigma * m0, sigma * m1, sigma * m2, sigma * m3
+    f = axpy(m0, get3(x, 12, e), axpy(m1, get3(x, 15, e), axpy(m2, get3(x, 18, e), axpy(m3, get3(x, 21, e), f))))
+    return (f[0], f[1], f[2] + w * WEIGHT[i])
+
+
 @driver
 def inertia_lanes(x, p, f, sigma):
     """Inertia and weight: sets f[12, LANES]. sigma: mass damping [1/s]."""
     if x.shape[1] != LANES or p.shape[1] != LANES or f.shape[1] != LANES:
         raise ValueError("lanes")
-    for i in range(4):
-        w = WEIGHT[i]
-        for e in range(LANES):
-            f[3 * i, e] = 0.0
-            f[3 * i + 1, e] = 0.0
-            f[3 * i + 2, e] = w * p[WEIGHT_PER_LENGTH, e] * p[LENGTH, e]
-        for j in range(4):
-            m = MASS[i, j]
-            for e in range(LANES):
-                t = m * p[MASS_PER_LENGTH, e] * p[LENGTH, e]
-                f[3 * i, e] += t * (x[24 + 3 * j, e] + sigma * x[12 + 3 * j, e])
-                f[3 * i + 1, e] += t * (x[25 + 3 * j, e] + sigma * x[13 + 3 * j, e])
-                f[3 * i + 2, e] += t * (x[26 + 3 * j, e] + sigma * x[14 + 3 * j, e])
+    for e in range(LANES):
+        t, w = p[MASS_PER_LENGTH, e] * p[LENGTH, e], p[WEIGHT_PER_LENGTH, e] * p[LENGTH, e]
+        put3(f, 0, e, inertia_row(0, t, w, sigma, x, e))
+        put3(f, 3, e, inertia_row(1, t, w, sigma, x, e))
+        put3(f, 6, e, inertia_row(2, t, w, sigma, x, e))
+        put3(f, 9, e, inertia_row(3, t, w, sigma, x, e))
 
 
 @driver

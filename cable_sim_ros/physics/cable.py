@@ -38,13 +38,12 @@ from .shape import W4, W5, X4, X5, shape, slope
 from .surface import AXIS, CENTRE, FADE_HIGH, NO_TOP, RADIUS
 from .waterline import waterline
 
-CONTACT_POINTS, DRAG_POINTS, DRAG_MATRICES = np.arange(0, 12)[[5, 4, 8]]   # numpy integers: no version per literal
+THIRD = 1.0 / 3.0
+CONTACT_POINTS, DRAG_POINTS = np.arange(0, 12)[[5, 4]]   # numpy integers: no version per literal
 _N4 = np.array([shape(x) for x in X4])
 _D4 = np.array([slope(x) for x in X4])
 _N5 = np.array([shape(x) for x in X5])
-# products N_i N_j and N_i N_j' that spread the matrices of the points over the 4x4 blocks
-_C4 = np.array([np.outer(n, n).ravel() for n in _N4] + [np.outer(n, d).ravel() for n, d in zip(_N4, _D4, strict=True)])
-_C5 = np.array([np.outer(n, n).ravel() for n in _N5])
+_NONE = np.zeros((5, 4))
 N4L = np.repeat(_N4[:, :, None], LANES, 2)   # [point, 4, LANES]
 D4L = np.repeat(_D4[:, :, None], LANES, 2)
 
@@ -87,8 +86,15 @@ class Work(NamedTuple):
     k9: np.ndarray        # [K9_ROWS, LANES]
     point: np.ndarray     # [POINT_ROWS, LANES]
     load: np.ndarray      # [points, 3, LANES]
-    matrix: np.ndarray    # [2 points, 9, LANES]
+    by_place: np.ndarray  # [points, 9, LANES] derivative of the load of a point to N_j y_j
+    by_slope: np.ndarray  # [points, 9, LANES] the same to N_j' y_j
+    mixed: np.ndarray     # [points, 9, LANES]
     lane: np.ndarray      # [LANE_ROWS, LANES]: TENSION, ENERGY, WEIGHT, WET, NEAR, LOST, SUM
+    cut_x: np.ndarray     # [36, LANES], cut_p [ROWS, LANES], cut_n and cut_d [4, LANES], cut [4, LANES]: the element
+    cut_p: np.ndarray     # that crosses the water surface, a point a lane: unknowns, rows, N_i, N_i', and weight, xi,
+    cut_n: np.ndarray     # side of the moving bound, bounds of the wet intervals
+    cut_d: np.ndarray
+    cut: np.ndarray
     power: np.ndarray     # [POWERS] W, of the last assembly
     band: np.ndarray      # [nodes, 6, 16]
     lower: np.ndarray     # [nodes, 6, 6]
@@ -107,8 +113,11 @@ def make_work(nodes: int) -> Work:
     """Scratch for a cable of ``nodes`` nodes."""
     z = np.zeros
     return Work(x=z((36, LANES)), p=z((ROWS, LANES)), force=z((12, LANES)), k=z((144, LANES)), k9=z((K9_ROWS, LANES)),
-                point=z((POINT_ROWS, LANES)), load=z((5, 3, LANES)), matrix=z((8, 9, LANES)),
-                lane=z((LANE_ROWS, LANES)), power=z(POWERS),
+                point=z((POINT_ROWS, LANES)), load=z((5, 3, LANES)), by_place=z((5, 9, LANES)),
+                by_slope=z((5, 9, LANES)), mixed=z((5, 9, LANES)),
+                lane=z((LANE_ROWS, LANES)),
+                cut_x=z((36, LANES)), cut_p=z((ROWS, LANES)), cut_n=z((4, LANES)), cut_d=z((4, LANES)),
+                cut=z((4, LANES)), power=z(POWERS),
                 band=z((nodes, 6, 16)), lower=z((nodes, 6, 6)), step=z((nodes, 6)))
 
 
@@ -198,7 +207,7 @@ def immersion(x, p, wet):
     any_wet, any_crossing = False, False
     for e in range(LANES):
         z0, z3 = x[2, e], x[8, e]
-        z1, z2 = z0 + x[5, e] / 3.0, z3 - x[11, e] / 3.0
+        z1, z2 = z0 + THIRD * x[5, e], z3 - THIRD * x[11, e]
         low, high = min(min(z0, z1), min(z2, z3)), max(max(z0, z1), max(z2, z3))
         wet[e] = 0.0 if low >= 0.0 or p[HALF_RHO_D, e] == 0.0 else (1.0 if high < 0.0 else -1.0)
     for e in range(LANES):
@@ -211,21 +220,20 @@ def immersion(x, p, wet):
 def near_surface(x, s, near):
     """Can any lane's element touch surface row s? Its Bezier points lie within a known distance of its midpoint."""
     top = 0.0 if s[FADE_HIGH] >= NO_TOP else s[FADE_HIGH]
+    radius = s[RADIUS] + top
     for e in range(LANES):
-        bound = 0.0
-        d2 = 0.0
-        ax = 0.0
-        for c in range(3):
-            r0, r3 = x[c, e], x[6 + c, e]
-            r1, r2 = r0 + x[3 + c, e] / 3.0, r3 - x[9 + c, e] / 3.0
-            m = 0.125 * (r0 + r3) + 0.375 * (r1 + r2)
-            far = max(max(abs(r0 - m), abs(r3 - m)), max(abs(r1 - m), abs(r2 - m)))
+        bound, d2, ax = 0.0, 0.0, 0.0
+        for c in range(3):   # control points -+h/2 - t, -+(h/2 - g/3) - t about the midpoint, t = (A - B)/8
+            h = 0.5 * (x[6 + c, e] - x[c, e])
+            a, b = x[3 + c, e], x[9 + c, e]
+            t = 0.125 * (a - b)
+            far = max(abs(h), max(abs(h - THIRD * a), abs(h - THIRD * b))) + abs(t)
             bound += far * far
-            rel = m - s[CENTRE + c]
+            rel = 0.5 * (x[c, e] + x[6 + c, e]) + t - s[CENTRE + c]
             d2 += rel * rel
             ax += rel * s[AXIS + c]
-        reach = s[RADIUS] + top + bound ** 0.5
-        near[e] = 1.0 if d2 - ax * ax < reach * reach else 0.0
+        out = d2 - ax * ax - radius * radius - bound   # distance from the axis > radius + sqrt(bound), without roots
+        near[e] = 0.0 if out > 0.0 and out * out > 4.0 * radius * radius * bound else 1.0
     for e in range(LANES):
         if near[e] > 0.0:
             return True
@@ -283,15 +291,15 @@ def assemble(elements, arc, q, v, a, current, surfaces, c1, c2, sigma, tangent, 
             for g in range(4):
                 for e in range(LANES):
                     weight[e] = p[LENGTH, e] * W4[g] if wetness[e] > 0.0 else 0.0
-                point_lanes(x, p, N4L[g], D4L[g], current, work.point)
+                point_lanes(x, N4L[g], D4L[g], current, work.point)
                 if tangent:
-                    water_tangent(work.point, p, c1, c2, current, weight, second, work.load[g], work.matrix[g],
-                                  work.matrix[4 + g])
+                    water_tangent(work.point, p, c1, c2, current, weight, second, work.load[g], work.by_place[g],
+                                  work.by_slope[g])
                 else:
                     water_load(work.point, p, weight, second, work.load[g])
             spread_force(_N4, work.load, DRAG_POINTS, force)
             if tangent:
-                spread_matrix(_C4, work.matrix, DRAG_MATRICES, k)
+                spread_matrix(_N4, _D4, work.by_place, work.by_slope, DRAG_POINTS, work.mixed, k)
         if crossing:
             for e in range(LANES):
                 if wetness[e] < 0.0:
@@ -308,12 +316,12 @@ def assemble(elements, arc, q, v, a, current, surfaces, c1, c2, sigma, tangent, 
                         weight[e] = p[LENGTH, e] * W5[g] * near[e]
                     contact_point_lanes(x, _N5[g], work.point)
                     if tangent:
-                        contact_tangent_lanes(work.point, surfaces[i], c1, weight, work.load[g], work.matrix[g])
+                        contact_tangent_lanes(work.point, surfaces[i], c1, weight, work.load[g], work.by_place[g])
                     else:
                         contact_lanes(work.point, surfaces[i], weight, work.load[g])
                 spread_force(_N5, work.load, CONTACT_POINTS, force)
                 if tangent:
-                    spread_matrix(_C5, work.matrix, CONTACT_POINTS, k)
+                    spread_matrix(_N5, _NONE, work.by_place, work.by_place, CONTACT_POINTS, work.mixed, k)
                 touched = True
         if touched:
             pressed += before - power_of(x, force, real, work.lane[SUM])

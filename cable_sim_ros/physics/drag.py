@@ -24,19 +24,20 @@ from .ancf import (
     FN,
     FT,
     HALF_RHO_D,
-    PER_LENGTH,
     RE_FACTOR,
 )
 from .jit import LANES, driver, inline
-from .vec import axpy, dot, get3, norm, plus3, put3, put_matrix, scale, sub
+from .vec import axpy, dot, get3, norm, plus3, plus_matrix, put3, put_matrix, scale, sub
 
 SPEED_FLOOR = 1e-3     # m/s, regularises v_n, |v_t| and the sign of v_t
 RE_LEAST, RE_BLEND_1, RE_BLEND_2, RE_MOST = 1e-3, (0.8, 1.25), (25.0, 36.0), 1e5
 RE_TOP = RE_BLEND_2[1]
 
-# rows of the point table
-POINT_R, POINT_V, POINT_W, POINT_A, POINT_G, POINT_CD, POINT_DCD, POINT_X = np.array((0, 3, 6, 9, 12, 15, 16, 17))
-POINT_ROWS = 18
+# rows of the point table: position, relative velocity, water velocity, acceleration, unit tangent, 1/|dr/dxi|, V_n,
+# C_D, dC_D/dRe, is the lane off the top branch of C_D(Re)
+(POINT_R, POINT_V, POINT_W, POINT_A, POINT_U, POINT_PER_G, POINT_VN, POINT_CD, POINT_DCD, POINT_X) = np.array(
+    (0, 3, 6, 9, 12, 15, 16, 17, 18, 19))
+POINT_ROWS = 20
 
 
 class DragLaw(str, Enum):
@@ -99,13 +100,6 @@ def choo_casarella(re):
 
 
 @inline
-def normal_speed(v, u):
-    """Regularised |V_n| of velocity v past a cable with unit tangent u."""
-    w = axpy(-dot(v, u), u, v)
-    return sqrt(dot(w, w) + SPEED_FLOOR * SPEED_FLOOR)
-
-
-@inline
 def loading(c, s, p, e):
     """f_n, df_n/deta, f_t, df_t/deta for cos eta = c, sin eta = s with the coefficients of lane e."""
     c2, s2 = c * c - s * s, 2.0 * s * c
@@ -123,72 +117,81 @@ def loading(c, s, p, e):
 
 
 @inline
-def drag(v, u, half_rho_d, re_factor, cd, dcd, p, e):
-    """Drag per length of relative velocity v past unit tangent u, eq (58) with the thrust sign mended.
+def drag(v, u, vn, half_rho_d, re_factor, cd, dcd, p, e):
+    """Drag per length of relative velocity v past unit tangent u, eq (58) with the thrust sign mended; vn regularised.
 
     Returns alpha, beta, w, vt and the derivatives a1, a2, b1, b2 of
     f = alpha w + beta u,  df/dV = alpha I + w (a1 w + a2 u)^T + u (b1 w + (b2 - alpha) u)^T.
     """
     vt = dot(v, u)
     w = axpy(-vt, u, v)
-    vn = sqrt(dot(w, w) + SPEED_FLOOR * SPEED_FLOOR)
     at = sqrt(vt * vt + SPEED_FLOOR * SPEED_FLOOR)
     q2 = vn * vn + at * at
-    r = 1.0 / sqrt(q2)
-    fn, dn, ft, dt = loading(at * r, vn * r, p, e)
-    sign = vt / at
+    q = sqrt(q2)
+    r = 1.0 / (vn * at * q)   # one division for 1/vn, 1/at and 1/q
+    per_n, per_t, per_q = r * at * q, r * vn * q, r * vn * at
+    fn, dn, ft, dt = loading(at * per_q, vn * per_q, p, e)
+    sign = vt * per_t
     k = half_rho_d * cd
-    alpha = k * q2 * fn / vn
+    alpha = k * q2 * fn * per_n
     beta = k * q2 * ft * sign
     dk = half_rho_d * dcd * re_factor * q2
-    a_vn = (dk * fn + k * (2.0 * vn * fn + dn * at)) / vn - alpha / vn
-    a_at = k * (2.0 * at * fn - dn * vn) / vn
+    a_vn = (dk * fn + k * (2.0 * vn * fn + dn * at) - alpha) * per_n
+    a_at = k * (2.0 * at * fn - dn * vn) * per_n
     b_vn = sign * (dk * ft + k * (2.0 * vn * ft + dt * at))
     b_at = k * sign * (2.0 * at * ft - dt * vn)
-    b2 = b_at * sign + k * q2 * ft * SPEED_FLOOR * SPEED_FLOOR / (at * at * at)
-    return alpha, beta, w, vt, a_vn / vn, a_at * sign, b_vn / vn, b2
+    b2 = b_at * sign + k * q2 * ft * SPEED_FLOOR * SPEED_FLOOR * per_t * per_t * per_t
+    return alpha, beta, w, vt, a_vn * per_n, a_at * sign, b_vn * per_n, b2
 
 
 @driver
-def point_lanes(x, p, n, d, current, t):
-    """Kinematics of one point a lane: t rows R, V (relative), W (water), A, G; n, d: N_i and N_i' [4, LANES]."""
-    if x.shape[1] != LANES or p.shape[1] != LANES or n.shape[1] != LANES or d.shape[1] != LANES or t.shape[1] != LANES:
+def point_lanes(x, n, d, current, t):
+    """Kinematics of one point a lane: rows V (relative), W (water), A, U, PER_G of t; n, d: N_i and N_i' [4, LANES]."""
+    if x.shape[1] != LANES or n.shape[1] != LANES or d.shape[1] != LANES or t.shape[1] != LANES:
         raise ValueError("lanes")
     for e in range(LANES):
         n0, n1, n2, n3 = n[0, e], n[1, e], n[2, e], n[3, e]
-        r = axpy(n0, get3(x, 0, e), axpy(n1, get3(x, 3, e), axpy(n2, get3(x, 6, e), scale(n3, get3(x, 9, e)))))
+        z = n0 * x[2, e] + n1 * x[5, e] + n2 * x[8, e] + n3 * x[11, e]
         v = axpy(n0, get3(x, 12, e), axpy(n1, get3(x, 15, e), axpy(n2, get3(x, 18, e), scale(n3, get3(x, 21, e)))))
         a = axpy(n0, get3(x, 24, e), axpy(n1, get3(x, 27, e), axpy(n2, get3(x, 30, e), scale(n3, get3(x, 33, e)))))
         g = axpy(d[0, e], get3(x, 0, e), axpy(d[1, e], get3(x, 3, e), axpy(
             d[2, e], get3(x, 6, e), scale(d[3, e], get3(x, 9, e)))))
-        w = (current[0] - current[2] * r[2], current[1] - current[3] * r[2], 0.0)
-        put3(t, POINT_R, e, r)
+        w = (current[0] - current[2] * z, current[1] - current[3] * z, 0.0)
         put3(t, POINT_V, e, sub(w, v))
         put3(t, POINT_W, e, w)
         put3(t, POINT_A, e, a)
-        put3(t, POINT_G, e, scale(p[PER_LENGTH, e], g))
+        r = 1.0 / norm(g)
+        put3(t, POINT_U, e, scale(r, g))
+        t[POINT_PER_G, e] = r
 
 
 @driver
 def coefficient_lanes(p, t, row):
-    """C_D and dC_D/dRe for the velocity in ``row`` (POINT_V or POINT_W) of t; lanes off the top branch one by one."""
+    """V_n, C_D and dC_D/dRe for the velocity in ``row`` (POINT_V or POINT_W) of t; lanes off the top branch singly."""
     if p.shape[1] != LANES or t.shape[1] != LANES:
         raise ValueError("lanes")
     for e in range(LANES):
-        g = get3(t, POINT_G, e)
-        u = scale(1.0 / norm(g), g)
-        re = p[RE_FACTOR, e] * normal_speed(get3(t, row, e), u)
+        u, v = get3(t, POINT_U, e), get3(t, row, e)
+        w = axpy(-dot(v, u), u, v)
+        vn = sqrt(dot(w, w) + SPEED_FLOOR * SPEED_FLOOR)
+        re = p[RE_FACTOR, e] * vn
         fixed = p[CD_FIXED, e]
         free = 1.0 if fixed < 0.0 else 0.0
         q = 1.0 / sqrt(re)
+        t[POINT_VN, e] = vn
         t[POINT_CD, e] = free * (1.1 + 4.0 * q) + (1.0 - free) * fixed
-        t[POINT_DCD, e] = -2.0 * free * q / re
+        t[POINT_DCD, e] = -2.0 * free * q * q * q
         t[POINT_X, e] = 1.0 if fixed < 0.0 and (re < RE_TOP or re > RE_MOST) else 0.0
     for e in range(LANES):
         if t[POINT_X, e] > 0.0:
-            g = get3(t, POINT_G, e)
-            u = scale(1.0 / norm(g), g)
-            t[POINT_CD, e], t[POINT_DCD, e] = choo_casarella(p[RE_FACTOR, e] * normal_speed(get3(t, row, e), u))
+            t[POINT_CD, e], t[POINT_DCD, e] = choo_casarella(p[RE_FACTOR, e] * t[POINT_VN, e])
+
+
+@inline
+def drag_of(t, row, p, e):
+    """drag() of lane e for the velocity in ``row`` of t."""
+    return drag(get3(t, row, e), get3(t, POINT_U, e), t[POINT_VN, e], p[HALF_RHO_D, e], p[RE_FACTOR, e], t[POINT_CD, e],
+                t[POINT_DCD, e], p, e)
 
 
 @driver
@@ -197,11 +200,8 @@ def load_lanes(t, p, weight, f):
     if t.shape[1] != LANES or p.shape[1] != LANES or weight.shape[0] != LANES or f.shape[1] != LANES:
         raise ValueError("lanes")
     for e in range(LANES):
-        g = get3(t, POINT_G, e)
-        u = scale(1.0 / norm(g), g)
-        a, m, s = get3(t, POINT_A, e), p[ADDED_MASS, e], weight[e]
-        al, be, w, _, _, _, _, _ = drag(get3(t, POINT_V, e), u, p[HALF_RHO_D, e], p[RE_FACTOR, e], t[POINT_CD, e],
-                                        t[POINT_DCD, e], p, e)
+        u, a, m, s = get3(t, POINT_U, e), get3(t, POINT_A, e), p[ADDED_MASS, e], weight[e]
+        al, be, w, _, _, _, _, _ = drag_of(t, POINT_V, p, e)
         o = axpy(-m, a, axpy(al, w, scale(be + m * dot(u, a), u)))
         put3(f, 0, e, (s * o[0], s * o[1], s * (o[2] + p[BUOYANCY, e])))
 
@@ -213,15 +213,12 @@ def load_tangent_lanes(t, p, c1, c2, current, weight, f, ka, kb):
             f.shape[1] != LANES or ka.shape[1] != LANES or kb.shape[1] != LANES):
         raise ValueError("lanes")
     for e in range(LANES):
-        g = get3(t, POINT_G, e)
-        rg = 1.0 / norm(g)
-        u = scale(rg, g)
-        a = get3(t, POINT_A, e)
-        al, be, w, vt, a1, a2, b1, b2 = drag(
-            get3(t, POINT_V, e), u, p[HALF_RHO_D, e], p[RE_FACTOR, e], t[POINT_CD, e], t[POINT_DCD, e], p, e)
+        u, a = get3(t, POINT_U, e), get3(t, POINT_A, e)
+        al, be, w, vt, a1, a2, b1, b2 = drag_of(t, POINT_V, p, e)
         m = p[ADDED_MASS, e]
         s = weight[e]
-        o = axpy(-m, a, axpy(al, w, scale(be + m * dot(u, a), u)))
+        i0 = m * dot(u, a)
+        o = axpy(-m, a, axpy(al, w, scale(be + i0, u)))
         put3(f, 0, e, (s * o[0], s * o[1], s * (o[2] + p[BUOYANCY, e])))
         # d/dV and d/da:  -c1 (df/dV) - c2 m (I - u u^T)
         q = axpy(a1, w, scale(a2, u))
@@ -235,10 +232,10 @@ def load_tangent_lanes(t, p, c1, c2, current, weight, f, ka, kb):
         ka[5, e] += s * dz[1]
         ka[8, e] += s * dz[2]
         # d/dg
-        k = s * rg * p[PER_LENGTH, e]
-        i1 = be - al * vt + m * dot(u, a)
+        k = s * t[POINT_PER_G, e]
+        i1 = be - al * vt + i0
         put_matrix(kb, 0, e, k * i1, w, scale(k * (a2 - a1 * vt), w), u,
-                   axpy(k * (b2 - b1 * vt - al), w, axpy(k * m, a, scale(-k * (i1 + m * dot(u, a)), u))))
+                   axpy(k * (b2 - b1 * vt - al), w, axpy(k * m, a, scale(-k * (i1 + i0), u))))
 
 
 @driver
@@ -247,11 +244,8 @@ def rest_lanes(t, p, weight, f):
     if t.shape[1] != LANES or p.shape[1] != LANES or weight.shape[0] != LANES or f.shape[1] != LANES:
         raise ValueError("lanes")
     for e in range(LANES):
-        g = get3(t, POINT_G, e)
-        u = scale(1.0 / norm(g), g)
-        al, be, w, _, _, _, _, _ = drag(get3(t, POINT_W, e), u, p[HALF_RHO_D, e], p[RE_FACTOR, e], t[POINT_CD, e],
-                                        t[POINT_DCD, e], p, e)
-        plus3(f, 0, e, scale(weight[e] * p[EXTRA_DRAG, e], axpy(al, w, scale(be, u))))
+        al, be, w, _, _, _, _, _ = drag_of(t, POINT_W, p, e)
+        plus3(f, 0, e, scale(weight[e] * p[EXTRA_DRAG, e], axpy(al, w, scale(be, get3(t, POINT_U, e)))))
 
 
 @driver
@@ -261,11 +255,8 @@ def rest_tangent_lanes(t, p, current, weight, f, ka, kb):
             f.shape[1] != LANES or ka.shape[1] != LANES or kb.shape[1] != LANES):
         raise ValueError("lanes")
     for e in range(LANES):
-        g = get3(t, POINT_G, e)
-        rg = 1.0 / norm(g)
-        u = scale(rg, g)
-        y, z, w, vt, y1, y2, z1, z2 = drag(
-            get3(t, POINT_W, e), u, p[HALF_RHO_D, e], p[RE_FACTOR, e], t[POINT_CD, e], t[POINT_DCD, e], p, e)
+        u = get3(t, POINT_U, e)
+        y, z, w, vt, y1, y2, z1, z2 = drag_of(t, POINT_W, p, e)
         s = weight[e] * p[EXTRA_DRAG, e]
         plus3(f, 0, e, scale(s, axpy(y, w, scale(z, u))))
         c = (-current[2], -current[3], 0.0)
@@ -274,19 +265,11 @@ def rest_tangent_lanes(t, p, current, weight, f, ka, kb):
         ka[2, e] += s * dz[0]
         ka[5, e] += s * dz[1]
         ka[8, e] += s * dz[2]
-        k = s * rg * p[PER_LENGTH, e]
+        k = s * t[POINT_PER_G, e]
         i = k * (z - y * vt)
         h = scale(k * (y2 - y1 * vt), w)
         o = axpy(k * (z2 - z1 * vt - y), w, scale(-i, u))
-        kb[0, e] += i + w[0] * h[0] + u[0] * o[0]
-        kb[1, e] += w[0] * h[1] + u[0] * o[1]
-        kb[2, e] += w[0] * h[2] + u[0] * o[2]
-        kb[3, e] += w[1] * h[0] + u[1] * o[0]
-        kb[4, e] += i + w[1] * h[1] + u[1] * o[1]
-        kb[5, e] += w[1] * h[2] + u[1] * o[2]
-        kb[6, e] += w[2] * h[0] + u[2] * o[0]
-        kb[7, e] += w[2] * h[1] + u[2] * o[1]
-        kb[8, e] += i + w[2] * h[2] + u[2] * o[2]
+        plus_matrix(kb, 0, e, i, w, h, u, o)
 
 
 @driver
@@ -332,24 +315,33 @@ def spread_force(n, f, points, force):
 
 
 @driver
-def spread_matrix(c, m, points, k):
-    """k_ij -= sum over m of c[m, ij] times matrix m: c [points, 16], m [points, 9, LANES], k [144, LANES]."""
-    y, z = k.reshape(16, 9 * LANES), m.reshape(m.shape[0], 9 * LANES)
-    if y.shape[1] != 9 * LANES or z.shape[1] != 9 * LANES:
+def spread_matrix(n, d, ka, kb, points, mixed, k):
+    """k_ij -= sum over points g of N_i (N_j ka[g] + N_j' kb[g]): n, d [points, 4]; the others [points, 9, LANES].
+
+    Column by column of k [144, LANES]; two rows and four points at a time, so that loads do not outnumber products.
+    """
+    y, z = k.reshape(16, 9 * LANES), mixed.reshape(mixed.shape[0], 9 * LANES)
+    za, zb = ka.reshape(ka.shape[0], 9 * LANES), kb.reshape(kb.shape[0], 9 * LANES)
+    if y.shape[1] != 9 * LANES or z.shape[1] != 9 * LANES or za.shape[1] != 9 * LANES or zb.shape[1] != 9 * LANES:
         raise ValueError("lanes")
-    g = 0
-    while g + 4 <= points:   # four at a time: one load and store of k for four products
-        for i in range(16):
-            a, b, d, e = c[g, i], c[g + 1, i], c[g + 2, i], c[g + 3, i]
+    for j in range(4):
+        for g in range(points):   # one array written a loop, else the overlap tests outgrow the vectoriser's limit
+            a, b = n[g, j], d[g, j]
             for r in range(9 * LANES):
-                y[i, r] -= a * z[g, r] + b * z[g + 1, r] + d * z[g + 2, r] + e * z[g + 3, r]
-        g += 4
-    while g < points:
-        for i in range(16):
-            a = c[g, i]
+                z[g, r] = a * za[g, r] + b * zb[g, r]
+        for i in range(j, j + 16, 8):
+            row = i // 4
+            a0, a1, a2, a3 = n[0, row], n[1, row], n[2, row], n[3, row]
+            b0, b1, b2, b3 = n[0, row + 1], n[1, row + 1], n[2, row + 1], n[3, row + 1]
             for r in range(9 * LANES):
-                y[i, r] -= a * z[g, r]
-        g += 1
+                m0, m1, m2, m3 = z[0, r], z[1, r], z[2, r], z[3, r]
+                y[i, r] -= a0 * m0 + a1 * m1 + a2 * m2 + a3 * m3
+                y[i + 4, r] -= b0 * m0 + b1 * m1 + b2 * m2 + b3 * m3
+        for g in range(4, points):
+            for i in range(4):
+                a = n[g, i]
+                for r in range(9 * LANES):
+                    y[4 * i + j, r] -= a * z[g, r]
 
 
 # f_t of the laws with a tangential coefficient, as a polynomial like those above

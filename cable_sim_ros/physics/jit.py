@@ -46,8 +46,11 @@ if tuple(int(x) for x in numba.__version__.split(".")[:2]) < (0, 65):   # an old
 
 numba.config.CACHE_DIR = str(cache_folder())
 
-inline = numba.njit(error_model="numpy", forceinline=True)                # physics: scalars and tuples in and out
-driver = numba.njit(error_model="numpy", nogil=True, cache=True)          # arrays and lane loops
+# No function here makes an array or hands one to Python, so views need no reference counts: atomic, 5 ns each. It must
+# hold for all of them: a caller that counts would free what a callee that does not returns.
+_options = {"error_model": "numpy", "_nrt": False}
+inline = numba.njit(forceinline=True, **_options)          # physics: scalars and tuples in and out
+driver = numba.njit(nogil=True, cache=True, **_options)    # arrays and lane loops
 
 
 _published: set = set()

@@ -14,6 +14,7 @@ import numpy as np
 from .drag import smooth
 from .jit import driver, inline
 from .quantity import REQUIRED, Block, quantity
+from .vec import axpy, dot, scale
 
 # rows of the body table
 MASS, BUOYANCY, ADDED, DRAG, LIFT, SIZE, FLOW_TIME = 0, 1, 2, 5, 8, 9, 10   # ADDED, DRAG: three each
@@ -85,32 +86,22 @@ def load(row, gravity, q, v, a, current, flow, c1, c2, sigma, tangent, band):
     power = wet * (wx * v[0] + wy * v[1] + lz * v[2])
     if not tangent:
         return power
-    # body-axes derivative of the wet load to u: diag(k) (speed I + u u^T / speed) + lift
-    b = (bx, by, bz)
-    k = (kx, ky, kz)
-    mm = (mx, my, mz)
-    jac = np.zeros((3, 3))
-    for i in range(3):
-        for j in range(3):
-            jac[i, j] = k[i] * b[i] * b[j] / speed
-        jac[i, i] += k[i] * speed
-    jac[2, 0] += 2.0 * row[LIFT] * bx
-    jac[2, 1] += 2.0 * row[LIFT] * by
-    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    world = np.zeros((3, 3))
-    mass = np.zeros((3, 3))
-    for i in range(3):
-        for j in range(3):
-            for p in range(3):
-                mass[i, j] += turn[i, p] * mm[p] * turn[j, p]
-                for r in range(3):
-                    world[i, j] += turn[i, p] * jac[p, r] * turn[j, r]
+    # body-axes derivative of the wet load to u, diag(k) (speed I + u u^T / speed) + lift, turned into the world
+    per_speed = 1.0 / speed
+    jac = ((kx * (speed + bx * bx * per_speed), kx * bx * by * per_speed, kx * bx * bz * per_speed),
+           (ky * by * bx * per_speed, ky * (speed + by * by * per_speed), ky * by * bz * per_speed),
+           (kz * bz * bx * per_speed + 2.0 * row[LIFT] * bx, kz * bz * by * per_speed + 2.0 * row[LIFT] * by,
+            kz * (speed + bz * bz * per_speed)))
+    turn = ((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0))
     load_z = (wx, wy, lz)
     for i in range(3):
+        t = turn[i]
+        mass = (t[0] * mx, t[1] * my, t[2] * mz)
+        half = axpy(t[0], jac[0], axpy(t[1], jac[1], scale(t[2], jac[2])))
         for j in range(3):
-            band[i, j] += wet * (c1 * world[i, j] + c2 * mass[i, j])
+            band[i, j] += wet * (c1 * dot(half, turn[j]) + c2 * dot(mass, turn[j]))
         band[i, i] += m * (c2 + sigma * c1)
-        band[i, 2] += wet * (world[i, 0] * current[2] + world[i, 1] * current[3]) - dwet * load_z[i]
+        band[i, 2] += wet * (dot(half, turn[0]) * current[2] + dot(half, turn[1]) * current[3]) - dwet * load_z[i]
     return power
 
 

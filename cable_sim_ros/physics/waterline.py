@@ -6,9 +6,6 @@ element length and needs no smoothing width. The moving bound adds N_i f(xi*) (x
 
 from __future__ import annotations
 
-import numpy as np
-
-from .ancf import ROWS
 from .drag import amplified, point_lanes, water_load, water_tangent
 from .jit import LANES, driver, inline
 from .shape import W4, X4, shape, slope
@@ -30,7 +27,7 @@ def height_slope(z, x):
 
 @driver
 def wet_intervals(z, bounds):
-    """Wet intervals (z < 0) of the cubic with Hermite data z[4]: rows (from, to) of bounds[4, 2]; returns how many."""
+    """Wet intervals (z < 0) of the cubic with Hermite data z[4]: bounds: from, to, from, to ...; returns how many."""
     # monomials of z(x) and the interior extrema that split it into monotone pieces
     c1, c2 = z[1], -3.0 * z[0] - 2.0 * z[1] + 3.0 * z[2] - z[3]
     c3 = 2.0 * z[0] + z[1] - 2.0 * z[2] + z[3]
@@ -64,13 +61,13 @@ def wet_intervals(z, bounds):
                 hi = mid
         x = 0.5 * (lo + hi)
         if wet:
-            bounds[count, 0], bounds[count, 1] = start, x
+            bounds[2 * count], bounds[2 * count + 1] = start, x
             count += 1
         else:
             start = x
         wet = not wet
     if wet:
-        bounds[count, 0], bounds[count, 1] = start, 1.0
+        bounds[2 * count], bounds[2 * count + 1] = start, 1.0
         count += 1
     return count
 
@@ -81,15 +78,13 @@ def waterline(e, group_x, group_p, current, c1, c2, tangent, work, force, k):
 
     One Gauss point a lane of the work tables; the last lanes hold the moving bounds.
     """
-    bounds = np.empty((4, 2))
+    x, p, n, d = work.cut_x, work.cut_p, work.cut_n, work.cut_d
+    weight, at, ends, bounds = work.cut[0], work.cut[1], work.cut[2], work.cut[3]
     z = (group_x[2, e], group_x[5, e], group_x[8, e], group_x[11, e])
     count = wet_intervals(z, bounds)
     if count == 0:
         return
     t = work.point
-    x, p = np.empty((36, LANES)), np.empty((ROWS, LANES))
-    n, d = np.empty((4, LANES)), np.empty((4, LANES))
-    weight, at, ends = np.empty(LANES), np.empty(LANES), np.empty(LANES)
     for lane in range(LANES):
         for row in range(x.shape[0]):
             x[row, lane] = group_x[row, e]
@@ -101,7 +96,7 @@ def waterline(e, group_x, group_p, current, c1, c2, tangent, work, force, k):
     length = group_p[0, e]
     lane = 0
     for i in range(count):
-        low, high = bounds[i, 0], bounds[i, 1]
+        low, high = bounds[2 * i], bounds[2 * i + 1]
         for g in range(4):
             at[lane] = low + (high - low) * X4[g]
             weight[lane] = (high - low) * W4[g] * length
@@ -117,7 +112,7 @@ def waterline(e, group_x, group_p, current, c1, c2, tangent, work, force, k):
         s, ds = shape(at[lane]), slope(at[lane])
         n[0, lane], n[1, lane], n[2, lane], n[3, lane] = s
         d[0, lane], d[1, lane], d[2, lane], d[3, lane] = ds
-    point_lanes(x, p, n, d, current, t)
+    point_lanes(x, n, d, current, t)
     second = amplified(p)
     water_load(t, p, weight, second, work.load[0])
     for lane in range(used):
@@ -126,13 +121,13 @@ def waterline(e, group_x, group_p, current, c1, c2, tangent, work, force, k):
                 force[3 * i + c, e] -= n[i, lane] * work.load[0, c, lane]
     if not tangent:
         return
-    water_tangent(t, p, c1, c2, current, weight, second, work.load[0], work.matrix[0], work.matrix[1])
+    water_tangent(t, p, c1, c2, current, weight, second, work.load[0], work.by_place[0], work.by_slope[0])
     for lane in range(used):
         for i in range(4):
             for j in range(4):
                 for c in range(9):
                     k[9 * (4 * i + j) + c, e] -= n[i, lane] * (
-                        n[j, lane] * work.matrix[0, c, lane] + d[j, lane] * work.matrix[1, c, lane])
+                        n[j, lane] * work.by_place[0, c, lane] + d[j, lane] * work.by_slope[0, c, lane])
     for lane in range(LANES):
         weight[lane] = length
     water_load(t, p, weight, second, work.load[0])

@@ -30,23 +30,23 @@ KERNELS = {   # kernel: arguments, scalar multiplications allowed beyond the pac
     ancf.elastic_lanes: ((W.x, W.p, W.force, LANE, W.lane[1], W.lane[2]), 0),
     ancf.elastic_tangent_lanes: ((W.x, W.p, 1.0, W.force, LANE, W.lane[1], W.lane[2], W.k9, W.k), 0),
     cable.power_of: ((W.x, W.force, 16, LANE), 0),
-    drag.point_lanes: ((W.x, W.p, TABLE, TABLE, TABLE[0], W.point), 0),
+    drag.point_lanes: ((W.x, TABLE, TABLE, TABLE[0], W.point), 0),
     drag.load_lanes: ((W.point, W.p, LANE, W.load[0]), 0),
-    drag.load_tangent_lanes: ((W.point, W.p, 1.0, 1.0, TABLE[0], LANE, W.load[0], W.matrix[0], W.matrix[1]), 0),
+    drag.load_tangent_lanes: ((W.point, W.p, 1.0, 1.0, TABLE[0], LANE, W.load[0], W.by_place[0], W.by_slope[0]), 0),
     drag.rest_lanes: ((W.point, W.p, LANE, W.load[0]), 0),
-    drag.rest_tangent_lanes: ((W.point, W.p, TABLE[0], LANE, W.load[0], W.matrix[0], W.matrix[1]), 0),
+    drag.rest_tangent_lanes: ((W.point, W.p, TABLE[0], LANE, W.load[0], W.by_place[0], W.by_slope[0]), 0),
     drag.spread_force: ((np.zeros((5, 4)), W.load, CONTACT_POINTS, W.force), 0),
-    drag.spread_matrix: ((np.zeros((8, 16)), W.matrix, CONTACT_POINTS, W.k), 0),
+    drag.spread_matrix: ((np.zeros((5, 4)), np.zeros((5, 4)), W.by_place, W.by_slope, CONTACT_POINTS, W.mixed, W.k), 0),
     contact.contact_point_lanes: ((W.x, TABLE[0], W.point), 0),
     contact.contact_lanes: ((W.point, ROW, LANE, W.load[0]), 10),
-    contact.contact_tangent_lanes: ((W.point, ROW, 1.0, LANE, W.load[0], W.matrix[0]), 10),
+    contact.contact_tangent_lanes: ((W.point, ROW, 1.0, LANE, W.load[0], W.by_place[0]), 10),
 }
 
 
 @pytest.mark.parametrize("kernel", KERNELS, ids=lambda k: k.py_func.__name__)
 def test_packed(kernel):
     args, beside = KERNELS[kernel]
-    fresh = numba.njit(error_model="numpy", nogil=True)(kernel.py_func)   # machine code from the cache cannot be read
+    fresh = numba.njit(error_model="numpy", nogil=True, _nrt=False)(kernel.py_func)   # machine code from the cache cannot be read
     fresh.compile(tuple(numba.typeof(a) for a in args))
     code = fresh.inspect_asm(fresh.signatures[0])
     packed, scalar = len(re.findall(r"\bv?mulpd\b", code)), len(re.findall(r"\bv?mulsd\b", code))
