@@ -62,7 +62,7 @@ def accelerate(line):
         if worst <= line.tolerance:
             break
         residual(line, 0.0, big, 0.0, YES)
-        if not solve(line.work.band, line.work.lower, line.work.step):
+        if not solve(line.work.band, line.work.lower, line.work.factor, line.work.step):
             return np.inf
         for n in range(line.q.shape[0]):
             for k in range(6):

@@ -21,6 +21,7 @@ from .ancf import (
     inertia_lanes,
     inertia_tangent_lanes,
 )
+from .banded import COLUMNS, FACTOR_COLUMNS
 from .contact import contact_lanes, contact_point_lanes, contact_tangent_lanes
 from .drag import (
     POINT_ROWS,
@@ -96,8 +97,9 @@ class Work(NamedTuple):
     cut_d: np.ndarray
     cut: np.ndarray
     power: np.ndarray     # [POWERS] W, of the last assembly
-    band: np.ndarray      # [nodes, 6, 16]
+    band: np.ndarray      # [nodes, 6, COLUMNS]
     lower: np.ndarray     # [nodes, 6, 6]
+    factor: np.ndarray    # [nodes, 6, FACTOR_COLUMNS] of the solve
     step: np.ndarray      # [nodes, 6] solution
 
 
@@ -118,7 +120,8 @@ def make_work(nodes: int) -> Work:
                 lane=z((LANE_ROWS, LANES)),
                 cut_x=z((36, LANES)), cut_p=z((ROWS, LANES)), cut_n=z((4, LANES)), cut_d=z((4, LANES)),
                 cut=z((4, LANES)), power=z(POWERS),
-                band=z((nodes, 6, 16)), lower=z((nodes, 6, 6)), step=z((nodes, 6)))
+                band=z((nodes, 6, COLUMNS)), lower=z((nodes, 6, 6)),
+                factor=z((nodes, 6, FACTOR_COLUMNS)), step=z((nodes, 6)))
 
 
 @driver

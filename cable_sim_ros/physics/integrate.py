@@ -8,7 +8,9 @@ with growing steps (pseudo-transient) on the same Newton core.
 
 from __future__ import annotations
 
-from .banded import solve
+import numpy as np
+
+from .banded import solve, solve_again
 from .jit import NO, YES, driver, inline, link, opaque
 from .line import link_assembly, residual
 from .quantity import Block, quantity
@@ -59,31 +61,42 @@ def predict(line, h, rho):
 
 @driver
 def _newton(line, c1, c2, sigma):
-    """Solve the step for q with v += c1 dq, a += c2 dq. Returns the iterations used, or -1 where it does not converge.
+    """Solve the step for q with v += c1 dq, a += c2 dq. Returns the corrections used, or -1 where it does not converge.
 
-    The residual is looked at alone only from the iteration on that solved the step before.
+    A tangent serves again where one more correction as good as its last meets the tolerance. health[5], the tangents
+    that the step before needed, tells from which correction on the residual is looked at without one.
     """
-    x = line.work.step
-    expected = line.health[5]
+    work, x = line.work, line.work.step
+    wanted, enough = line.health[5], 0.0
+    tangents, r, again = 0, np.inf, False
     for i in range(line.max_iterations):
-        r = residual(line, c1, c2, sigma, YES)
-        if r <= line.tolerance:
-            line.health[2], line.health[5] = r, i
-            return i
-        if not r < 1e200 or not solve(line.work.band, line.work.lower, x):
-            return -1
+        before = r
+        if again:
+            solve_again(work.band, work.lower, work.factor, x)
+        else:
+            r = residual(line, c1, c2, sigma, YES)
+            if r <= line.tolerance:
+                line.health[2], line.health[5] = r, tangents
+                return i
+            if not r < 1e200 or not solve(work.band, work.lower, work.factor, x):
+                return -1
+            if enough == 0.0 and tangents > 0 and r * r <= line.tolerance * before:
+                enough = tangents
+            before = r
+            tangents += 1
         for n in range(x.shape[0]):
             for k in range(6):
                 d = x[n, k]
                 line.q[n, k] += d
                 line.v[n, k] += c1 * d
                 line.a[n, k] += c2 * d
-        if i + 1 < expected:
+        if not again and tangents < wanted:
             continue
         r = residual(line, c1, c2, sigma, NO)
         if r <= line.tolerance:
-            line.health[2], line.health[5] = r, i + 1
+            line.health[2], line.health[5] = r, enough if enough > 0.0 else tangents
             return i + 1
+        again = r * r <= line.tolerance * before
     return -1
 
 

@@ -20,6 +20,11 @@ import numpy as np
 from numba.core import cgutils
 from numba.extending import intrinsic
 
+try:   # types as bytes, 300 times faster than typeof: 8 us instead of 2.3 ms for model and state
+    from numba._dispatcher import compute_fingerprint as _fingerprint
+except ImportError:
+    _fingerprint = numba.typeof
+
 YES, NO = np.bool_(True), np.bool_(False)   # not literals: a literal argument compiles a second version
 LANES = 16   # elements per lane loop; 8 is unrolled before the vectoriser sees it
 
@@ -95,10 +100,11 @@ def link(dispatcher, *args) -> None:
     """Compile ``dispatcher`` for these arguments (or load it from the cache) and publish its address for opaque()."""
     if numba.config.DISABLE_JIT:
         return
-    types = tuple(numba.typeof(a) for a in args)
-    if (dispatcher, types) in _published:   # not: compiled, a direct call compiles without publishing
+    key = dispatcher, _fingerprint(args)
+    if key in _published:   # not: compiled, a direct call compiles without publishing
         return
-    _published.add((dispatcher, types))
+    _published.add(key)
+    types = tuple(numba.typeof(a) for a in args)
     dispatcher.compile(types)
     compiled = dispatcher.overloads[types]
     address = compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name)

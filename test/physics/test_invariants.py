@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from cable_sim_ros.physics import drag as drag_module
 from cable_sim_ros.physics import observe, surface
-from cable_sim_ros.physics.banded import solve
+from cable_sim_ros.physics.banded import FACTOR_COLUMNS, solve, solve_again
 from cable_sim_ros.physics.cable import LOST_POWER, OWN, SURFACES, WATER
 from cable_sim_ros.physics.contact import press
 from cable_sim_ros.physics.drag import LOADING, DragLaw, choo_casarella
@@ -226,12 +226,15 @@ def test_solver_against_dense():
         if i:
             dense[6 * i:6 * i + 6, 6 * i - 6:6 * i] = lower[i]
     want = np.linalg.solve(dense, band[:, :, 12].ravel())
-    x = np.zeros((n, 6))
-    assert solve(band.copy(), lower, x)
+    x, factor, work = np.zeros((n, 6)), np.zeros((n, 6, FACTOR_COLUMNS)), band.copy()
+    assert solve(work, lower, factor, x)
     np.testing.assert_allclose(x.ravel(), want, rtol=1e-8)
+    work[:, :, 12] = rng.normal(size=(n, 6))
+    solve_again(work, lower, factor, x)
+    np.testing.assert_allclose(x.ravel(), np.linalg.solve(dense, work[:, :, 12].ravel()), rtol=1e-8)
     band[5] = 0.0
     lower[5] = 0.0
-    assert not solve(band, lower, x), "a singular block is told"
+    assert not solve(band, lower, factor, x), "a singular block is told"
 
 
 def test_flags_of_the_kernels_are_those_of_the_frame():
