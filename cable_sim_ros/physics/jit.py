@@ -53,7 +53,7 @@ numba.config.CACHE_DIR = str(cache_folder())
 
 # No function here makes an array or hands one to Python, so views need no reference counts: atomic, 5 ns each. It must
 # hold for all of them: a caller that counts would free what a callee that does not returns.
-_options = {"error_model": "numpy", "_nrt": False}
+_options = {"error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
 inline = numba.njit(forceinline=True, **_options)          # physics: scalars and tuples in and out
 driver = numba.njit(nogil=True, cache=True, **_options)    # arrays and lane loops
 
