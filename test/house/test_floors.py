@@ -17,6 +17,7 @@ MAY = {   # floor: what it may import of ours; lab is a side wing over 0-2
 PHYSICS_MAY = {"numpy", "scipy", "numba", "math", "cmath", "enum", "typing", "collections", "functools", "__future__"}
 PHYSICS_ALSO = {
     "quantity.py": {"pydantic", "pydantic_core"},
+    "rows.py": {"llvmlite"},
     "jit.py": {"os", "hashlib", "pathlib", "sys", "tempfile", "importlib", "platform", "types", "warnings", "llvmlite"},
 }
 ROS = {"rclpy", "sensor_msgs", "geometry_msgs", "nav_msgs", "std_msgs", "std_srvs", "diagnostic_msgs", "rosgraph_msgs",
