@@ -46,7 +46,8 @@ KERNELS = {   # kernel: arguments, scalar multiplications allowed beyond the pac
 @pytest.mark.parametrize("kernel", KERNELS, ids=lambda k: k.py_func.__name__)
 def test_packed(kernel):
     args, beside = KERNELS[kernel]
-    fresh = numba.njit(error_model="numpy", nogil=True, _nrt=False)(kernel.py_func)   # machine code from the cache cannot be read
+    # machine code from the cache cannot be read
+    fresh = numba.njit(error_model="numpy", nogil=True, _nrt=False)(kernel.py_func)
     fresh.compile(tuple(numba.typeof(a) for a in args))
     code = fresh.inspect_asm(fresh.signatures[0])
     packed, scalar = len(re.findall(r"\bv?mulpd\b", code)), len(re.findall(r"\bv?mulsd\b", code))
