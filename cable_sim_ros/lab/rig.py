@@ -161,7 +161,7 @@ class Rig:
             bodies=lock(np.array(table).reshape(-1, BODY_ROWS)), seats=lock(np.array(list(carried)), np.int64),
             loads=np.array(loads or (), float).reshape(-1, LOAD_COLUMNS),
             struts=lock(np.array(struts or (), float).reshape(-1, STRUT_COLUMNS)), arc=self.arc, q=z((nodes, 6)),
-            v=z((nodes, 6)), a=z((nodes, 6)), x=z((nodes, 6)), old=z((4, nodes, 6)), current=current, surfaces=rows,
+            v=z((nodes, 6)), a=z((nodes, 6)), x=z((nodes, 6)), old=z((4, nodes, 6)), gain=z((nodes, 6)), current=current, surfaces=rows,
             flow=flow, tension=z(nodes - 1), reaction=z((nodes, 6)), health=z(6), work=make_work(nodes),
             gravity=float(gravity),
             tolerance=float(max(solver.tolerance * tension, ROUND_OFF * cable.axial_stiffness)),

@@ -43,9 +43,29 @@ def copy(a, b):
 
 
 @driver
+def trend(line, h):
+    """Share (0 or 1) of the last gain in acceleration that the next step begins with; line.gain takes the new gain.
+
+    1 where the acceleration of the step before, had it gone on to change like that, would have been the better guess.
+    """
+    old = line.old[2]
+    alike, size = 0.0, 0.0
+    for n in range(old.shape[0]):
+        for k in range(6):
+            new = line.a[n, k] - old[n, k]
+            if k < 3:
+                alike += new * line.gain[n, k]
+                size += line.gain[n, k] * line.gain[n, k]
+            line.gain[n, k] = new
+    same, line.health[4] = line.health[4] == h, h
+    return 1.0 if same and alike > 0.5 * size else 0.0
+
+
+@driver
 def predict(line, h, rho):
-    """Begin a step: remember the old state, extrapolate with constant acceleration."""
-    am, _, beta, gamma, _, _ = coefficients(h, rho)
+    """Begin a step: remember the old state, extrapolate with an acceleration that stays or goes on changing."""
+    am, af, beta, gamma, _, _ = coefficients(h, rho)
+    share = trend(line, h)
     old = line.old
     copy(line.q, old[0])
     copy(line.v, old[1])
@@ -53,10 +73,11 @@ def predict(line, h, rho):
     copy(line.x, old[3])
     for n in range(line.q.shape[0]):
         for k in range(6):
-            a, x = old[2, n, k], old[3, n, k]
-            new = (a - am * x) / (1.0 - am)
+            rise, x = share * line.gain[n, k], old[3, n, k]
+            new = (old[2, n, k] + (1.0 - af) * rise - am * x) / (1.0 - am)
             line.q[n, k] += h * old[1, n, k] + h * h * ((0.5 - beta) * x + beta * new)
             line.v[n, k] += h * ((1.0 - gamma) * x + gamma * new)
+            line.a[n, k] += rise
 
 
 @driver

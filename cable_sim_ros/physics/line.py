@@ -36,6 +36,7 @@ class Line(NamedTuple):
     a: np.ndarray
     x: np.ndarray             # auxiliary acceleration
     old: np.ndarray           # [4, nodes, 6] q v a x at the beginning of the step
+    gain: np.ndarray          # [nodes, 6] what a gained in the step before
     current: np.ndarray       # [4] surface current [m/s], its gradient [1/s]
     surfaces: np.ndarray      # [n, SURFACE_COLUMNS] contact surfaces in the world
     flow: np.ndarray          # [bodies, 6] low-passed flow past each body [m/s], its turning rate [rad/s]

@@ -63,6 +63,7 @@ class State(NamedTuple):
     a: np.ndarray
     x: np.ndarray             # auxiliary acceleration
     kept: np.ndarray          # [2, 4, nodes, 6] q v a x at the beginning of the step and of the tick
+    gain: np.ndarray          # [nodes, 6] what a gained in the step before
     tension: np.ndarray       # [elements] N
     reaction: np.ndarray      # [nodes, 6] force of the drum on the cable end [N], the other rows zero
     ship: np.ndarray          # [SHIP_STATE]
@@ -76,7 +77,7 @@ class State(NamedTuple):
     measured: np.ndarray      # [2] departure angle [rad], tension [N] of the last tick: what instruments would show
     account: np.ndarray       # [POWERS + 1] work [J] of Work.power since the start, energy stored at the start
     before: np.ndarray        # [POWERS] W, powers at the end of the last step
-    health: np.ndarray        # [6] iterations, substeps, residual N, strain energy J, -, iterations of the last solve
+    health: np.ndarray        # [6] iterations, substeps, residual N, strain energy J, last step s, tangents of its solve
     work: Work
 
 
@@ -90,7 +91,7 @@ def tow_line(model: Model, state: State) -> Line:
     """The tow as the solver sees it."""
     return Line(
         model.elements, model.held, model.bodies, model.seats, model.loads, model.struts, state.arc, state.q, state.v,
-        state.a, state.x, state.kept[STEP], state.current, state.surfaces, state.flow, state.tension, state.reaction,
+        state.a, state.x, state.kept[STEP], state.gain, state.current, state.surfaces, state.flow, state.tension, state.reaction,
         state.health, state.work, model.gravity, model.tolerance, model.max_iterations)
 
 

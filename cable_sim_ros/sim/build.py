@@ -149,7 +149,7 @@ def build_state(scene: Scene) -> State:
     z = np.zeros
     return State(
         time=z(4, np.int64), halted=z(1, np.int64), events=z(2, np.int64), frame=z(4), current=z(4), arc=arc, q=nodes(),
-        v=nodes(), a=nodes(), x=nodes(), kept=z((2, 4, n, 6)), tension=z(n - 1), reaction=nodes(), ship=z(SHIP_STATE),
+        v=nodes(), a=nodes(), x=nodes(), kept=z((2, 4, n, 6)), gain=nodes(), tension=z(n - 1), reaction=nodes(), ship=z(SHIP_STATE),
         ship_work=z(SHIP_STATE), sheave=z(6), surfaces=surface_table(scene).reshape(-1, SURFACE_COLUMNS).copy(),
         winch=z(winch.WINCH_STATE), setpoint=z(setpoint.SETPOINT_STATE), controls=z((2, 2, 16)), flow=z((1, 6)),
         measured=z(2), account=z(POWERS + 1), before=z(POWERS), health=z(6), work=make_work(n))
