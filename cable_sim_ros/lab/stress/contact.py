@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...physics.inputs import push_motion
-from ...physics.surface import LATERAL, SLOPE_COS, SLOPE_SIN
-from ...sim.frame import CONTACT_COLUMNS, Flag
+from ...sim.frame import Flag
 from ...sim.simulator import SolverError
 from ..bend import drum
 from ..cases import Fidelity
@@ -15,6 +14,7 @@ from ..rig import Rig, cable_of
 from ..stations import FORCE, POINTS, WEIGHT, touched
 from .registry import IS, LEAST, WITHIN, Figure, Found, stress
 from .snap import values
+from .solid import Watch
 from .tows import Sea, held, sail, started
 
 WINDOW = 0.020  # s after an event
@@ -201,15 +201,11 @@ def climb(quick: bool) -> Found:
 def _heeled(speed: float, waves: dict) -> tuple[list[Figure], list[str]]:
     scene = held(ship__tow_speed=speed)
     sim, sea = started(scene), Sea(scene, **waves)
-    surface, depth = sim.model.surfaces[sim.model.sheave], sim.model.groove_depth
-    x, y, z, gap = (next(i for i, (n, _) in enumerate(CONTACT_COLUMNS) if n == c) for c in ("x", "y", "z", "gap"))
-    missed, unlatched, through, out_at, last, notes = 0, 0, 0.0, None, 0, []
+    watch = Watch(sim)
+    missed, unlatched, out_at, last, notes = 0, 0, None, 0, []
     try:
         for _ in range(80):  # 40 s: up and back, or more
-            frames = sail(sim, sea, 0.5)
-            tables = sim.chunk_tables[1]
-            for i, f in enumerate(frames):
-                rows = tables[i, : int(f.contact_stations)]
+            for f in watch.look(sail(sim, sea, 0.5)):
                 flagged = bool(int(f.status) & Flag.DETACHED)
                 out = f.groove_margin <= 0.0 or f.contact_total <= 0.0
                 missed += bool(out and not flagged)
@@ -219,18 +215,12 @@ def _heeled(speed: float, waves: dict) -> tuple[list[Figure], list[str]]:
                 if out and out_at is None:
                     angle = np.abs(2.0 * np.arcsin(f.ship_quaternion[:3])).max()
                     out_at = (f.time * 1e-9, float(np.degrees(angle)))
-                # between the flanks, below where they fade: what is pressed into them
-                inside = (np.abs(rows[:, y]) < surface[LATERAL]) & (rows[:, gap] < 0.5 * depth)
-                rows = rows[inside]
-                if len(rows):
-                    into = np.abs(rows[:, y]) * surface[SLOPE_COS] - rows[:, gap] * surface[SLOPE_SIN]
-                    through = max(through, float(into.max()))
     except SolverError as error:
         notes.append(str(error))
     figures = [
         Figure("Frames out of the groove without flag or event", missed, "", 0),
         Figure("events taken back", unlatched, "", 0),
-        Figure("deepest into a flank or the root, over the diameter", through / scene.cable.diameter, "", 1.0),
+        *watch.figures(scene.cable.diameter),
         Figure("ran to its end", not notes, "", True, IS),
     ]
     notes.append(
