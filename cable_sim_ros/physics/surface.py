@@ -32,7 +32,7 @@ class Sheave(Block):
     groove_depth: float = quantity(0.01, "m", 1e-4, 1.0, "depth of the groove", "Westin Table 8")
     throat_angle_deg: float = quantity(60.0, "deg", 5.0, 170.0, "angle between the flanks", "Westin Table 8")
     rim_radius: float = quantity(
-        0.005, "m", 0.0, 0.5, "rounding of the rim, from the flank into the cheek; it reaches at most half way down the "
+        0.005, "m", 0.0, 0.5, "rounding of the rim, from the flank into the cheek; reaching at most half-way down the "
         "groove", "no source: half the shipped cable's diameter")
 
 

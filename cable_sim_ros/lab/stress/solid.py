@@ -1,4 +1,4 @@
-"""How deep a cable is in its sheave, anywhere: from the contact tables of the ticks and the shape of the sheave alone."""
+"""How deep a cable is in its sheave, anywhere: from the contact tables of the ticks and the shape of the sheave."""
 
 from __future__ import annotations
 
