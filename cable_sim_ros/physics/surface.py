@@ -4,9 +4,9 @@ Geometry apart from law. A surface is a row of numbers: centre, velocity, spin a
 seated centreline, slope s of the flanks. With rel = r - c: y = rel.e_y, e_r and rho from the remainder, h = rho - R.
 The sheave is two halves, mirror images, each a solid ring as the centreline meets it: its flank n = -+cos(s) e_y +
 sin(s) e_r, delta = |y| cos s - h sin s, a round rim, and its cheek, delta = half width - |y|; (100) is printed in the
-wrong plane. Where planes meet inside, the nearer one counts. The rim is what (105) cuts off, which makes Newton
-unsolvable (trap T4); there the normal turns from flank to cheek and the force keeps its direction across both joints.
-A drum is the groove with s = 90 deg, one flank and no rim.
+wrong plane. Flank and cheek meet inside below the crest, nowhere nearer to the outside than the rim is round. The rim
+is what (105) cuts off, which makes Newton unsolvable (trap T4); on it the normal turns from that of the flank to that
+of the cheek. A drum is the groove with s = 90 deg, one flank and no rim.
 """
 
 from __future__ import annotations
@@ -76,21 +76,18 @@ def own_half(side, y, h, er, ey, s):
     """
     u, w = side * y - s[CREST], h - (s[TOP] - s[RIM])   # from the middle of the round rim
     reach = sqrt(u * u + w * w + 1e-30)
-    flank, cheek = side * y * s[SLOPE_COS] - h * s[SLOPE_SIN], s[RIM] - u
-    rim, beside = w > 0.0 and u * s[SLOPE_SIN] + w * s[SLOPE_COS] > 0.0, cheek < flank
-    across = u / reach if rim else (1.0 if beside else -s[SLOPE_COS])
-    out = w / reach if rim else (0.0 if beside else s[SLOPE_SIN])
-    delta = s[RIM] - reach if rim else min(flank, cheek)
-    return delta, axpy(side * across, ey, scale(out, er)), (1.0 / reach if rim else 0.0)
+    rim, cheek = w > 0.0 and u * s[SLOPE_SIN] + w * s[SLOPE_COS] > 0.0, u > 0.0
+    across = u / reach if rim else (1.0 if cheek else -s[SLOPE_COS])
+    out = w / reach if rim else (0.0 if cheek else s[SLOPE_SIN])
+    flat = s[RIM] - u if cheek else side * y * s[SLOPE_COS] - h * s[SLOPE_SIN]
+    return s[RIM] - reach if rim else flat, axpy(side * across, ey, scale(out, er)), (1.0 / reach if rim else 0.0)
 
 
 @inline
 def other_half(side, y, h, er, ey, s):
-    """Penetration delta and normal n of the half across the groove: its flank, as far as the crest of the own half."""
-    flank, edge = -(side * y * s[SLOPE_COS] + h * s[SLOPE_SIN]), s[CREST] - side * y
-    beside = edge < flank
-    across, out = (1.0 if beside else s[SLOPE_COS]), (0.0 if beside else s[SLOPE_SIN])
-    return min(flank, edge), axpy(side * across, ey, scale(out, er))
+    """Penetration delta and normal n of the half across the groove: its flank, up to the crest of the own half."""
+    delta = -(side * y * s[SLOPE_COS] + h * s[SLOPE_SIN])
+    return delta if side * y < s[CREST] else 0.0, axpy(side * s[SLOPE_COS], ey, scale(s[SLOPE_SIN], er))
 
 
 @inline

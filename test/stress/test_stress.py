@@ -12,7 +12,8 @@ from cable_sim_ros.lab.stress import ORDER, run
 from cable_sim_ros.lab.stress.registry import IS, WITHIN, Figure
 
 
-@pytest.mark.parametrize("name", ["N3", "N4", "N5", "N6", "N7", "N9", "N10", "N12", "N13", "N15", "N16", "N17", "N18", "N19"])
+@pytest.mark.parametrize("name", [
+    "N3", "N4", "N5", "N6", "N7", "N9", "N10", "N12", "N13", "N15", "N16", "N17", "N18", "N19"])
 def test_quick(name):
     verdict = run((name,), quick=True)[0]
     assert verdict.passed, [f"{f.name}: {f.value} ({f.bound})" for f in verdict.figures if f.passed is False]
