@@ -74,7 +74,7 @@ def _heavy(depth: float, seconds: float) -> tuple[list[Figure], list[str], bool]
 
 @stress("N9", "heave +-6 m at 8 s, roll +-35 deg, 30 min", "finite, energy residual <= 1 % of work")
 def heavy(quick: bool) -> Found:
-    """The shipped tow, winch held, 20 ms ticks; with a groove ten times as deep the cable stays in it."""
+    """The shipped tow, winch held, 20 ms ticks, in its own groove and in one ten times as deep."""
     seconds = 120.0 if quick else 1800.0
     figures, notes, measured = [], [], True
     for depth in (0.01, 0.1):
