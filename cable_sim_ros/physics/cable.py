@@ -36,7 +36,7 @@ from .drag import (
 from .jit import LANES, driver
 from .quantity import REQUIRED, Block, quantity
 from .shape import W4, W5, X4, X5, shape, slope
-from .surface import AXIS, CENTRE, FADE_HIGH, NO_TOP, RADIUS
+from .surface import AXIS, CENTRE, NO_TOP, RADIUS, TOP
 from .waterline import waterline
 
 THIRD = 1.0 / 3.0
@@ -222,7 +222,7 @@ def immersion(x, p, wet):
 @driver
 def near_surface(x, s, near):
     """Can any lane's element touch surface row s? Its Bezier points lie within a known distance of its midpoint."""
-    top = 0.0 if s[FADE_HIGH] >= NO_TOP else s[FADE_HIGH]
+    top = 0.0 if s[TOP] >= NO_TOP else s[TOP]
     radius = s[RADIUS] + top
     for e in range(LANES):
         bound, d2, ax = 0.0, 0.0, 0.0

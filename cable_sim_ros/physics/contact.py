@@ -8,27 +8,23 @@ from __future__ import annotations
 
 from math import sqrt
 
-from .drag import POINT_R, POINT_V, smooth
+from .drag import POINT_R, POINT_V
 from .jit import LANES, driver, inline
 from .quantity import Block, quantity
 from .surface import (
     AXIS,
     CENTRE,
     DAMPING,
-    FADE_HIGH,
-    FADE_LOW,
-    LATERAL,
     RADIUS,
     SECOND_FLANK,
-    SLOPE_COS,
-    SLOPE_SIN,
     SPEED,
     SPIN,
     STIFFNESS,
-    flank,
+    other_half,
+    own_half,
     place,
 )
-from .vec import add, axpy, cross, dot, get3, put3, put_matrix, scale, sub
+from .vec import at3, axpy, cross, dot, get3, plus_matrix, put3, put_matrix, scale, sub
 
 END_LOAD = 3.0   # line load at the ends of the arc over T/R: there bending adds a concentrated reaction
 
@@ -42,6 +38,9 @@ class Contact(Block):
     working_tension: float = quantity(
         4000.0, "N", 1e-3, 1e7, "tension at which the penetration limit holds", "highest static tension expected")
     damping: float = quantity(0.3, "s/m", 0.0, 100.0, "Hunt-Crossley damping D", "Westin (93)")
+    reseat_time: float = quantity(
+        0.02, "s", 0.0, 10.0, "time the cable must press in its groove without a break before a detachment is over; a "
+        "rebound within it belongs to the same event", "window within which one event shows at most two changes")
 
 
 def stiffness(tension: float, radius: float, slope_sin: float, flanks: int, penetration: float) -> float:
@@ -62,28 +61,44 @@ def press(delta, closing, k, d):
 
 @inline
 def touch(r, v, s):
-    """Both flanks of surface row s on a point at r with velocity v.
+    """Both halves of surface row s on a point at r with velocity v.
 
-    Returns geometry (er, t, rho, h), relative velocity, normals n1 n2, presses (f, df/ddelta, df/dclosing) of each with
-    the fade of the groove top in them, and f0 dfade/dh of each.
+    Returns geometry (e_r, t, rho, h), penetrations of own and other half, relative velocity, their normals, the press
+    (f, df/ddelta, df/dclosing) and curvature of the own half, that press of the other, side, y.
     """
-    c = (s[CENTRE], s[CENTRE + 1], s[CENTRE + 2])
-    ey = (s[AXIS], s[AXIS + 1], s[AXIS + 2])
-    rel = sub(r, c)
+    ey = at3(s, AXIS)
+    rel = sub(r, at3(s, CENTRE))
     y, er, t, rho, h = place(rel, ey, s[RADIUS])
-    vr = sub(sub(v, (s[SPEED], s[SPEED + 1], s[SPEED + 2])), cross((s[SPIN], s[SPIN + 1], s[SPIN + 2]), rel))
-    d1, n1 = flank(1.0, y, h, er, ey, s[SLOPE_SIN], s[SLOPE_COS])
-    d2, n2 = flank(-1.0, y, h, er, ey, s[SLOPE_SIN], s[SLOPE_COS])
+    vr = sub(sub(v, at3(s, SPEED)), cross(at3(s, SPIN), rel))
+    side = 1.0 if y > 0.0 else -1.0
+    d1, n1, bend = own_half(side, y, h, er, ey, s)
+    d2, n2 = other_half(side, y, h, er, ey, s)
     f1, k1, c1 = press(d1, -dot(n1, vr), s[STIFFNESS], s[DAMPING])
-    f2, k2, c2 = press(d2, -dot(n2, vr), s[STIFFNESS], s[DAMPING])
-    step, dstep = smooth(h, s[FADE_LOW], s[FADE_HIGH])
-    side, dside = smooth(abs(y), 0.5 * s[LATERAL], s[LATERAL])   # beyond the width of the groove there is no flank
-    inside = 1.0 - side
-    w1, w2 = (1.0 - step) * inside, (1.0 - step) * inside * s[SECOND_FLANK]
-    g1, g2 = -f1 * dstep * inside, -f2 * dstep * inside * s[SECOND_FLANK]
-    dside = -(1.0 - step) * dside * (1.0 if y > 0.0 else -1.0)
-    return (er, t, rho, h, d1, d2, vr, n1, n2, w1 * f1, w1 * k1, w1 * c1, g1, w2 * f2, w2 * k2, w2 * c2, g2,
-            f1 * dside, f2 * dside * s[SECOND_FLANK])
+    f2, k2, c2 = press(d2, -dot(n2, vr), s[STIFFNESS] * s[SECOND_FLANK], s[DAMPING])
+    return er, t, rho, h, d1, d2, vr, n1, n2, f1, k1, c1, bend, f2, k2, c2, side, y
+
+
+@inline
+def loads(o):
+    """What touch() found as line loads [N/m] of the half at -e_y (it pushes to +e_y in the groove) and that at +e_y."""
+    return (o[13], o[9]) if o[16] > 0.0 else (o[9], o[13])
+
+
+@inline
+def latch(pressed, events, now, hold):
+    """Detachments as events: left at once, back only after ``hold`` [ns] of pressing without a break; is it off?
+
+    events: count of detachments, 1 while seated, time [ns] since when it presses, -1 while it does not.
+    """
+    if not pressed:
+        events[0] += events[1]
+        events[1], events[2] = 0, -1
+    elif events[1] == 0:
+        if events[2] < 0:
+            events[2] = now
+        if now - events[2] >= hold:
+            events[1] = 1
+    return events[1] == 0
 
 
 @driver
@@ -110,11 +125,10 @@ def contact_lanes(t, s, weight, f):
 
 
 @inline
-def flank_row(n, f, k, c, g, er, l, ey, t, vr, slip, spin, c1):
-    """Row vector p of the tangent n p^T of one flank; g, l: derivatives of the fades along e_r and e_y."""
-    p = scale(-k - c1 * c, n)
-    p = axpy(c, axpy(-slip * dot(t, vr), t, cross(n, spin)), p)
-    return axpy(g, er, axpy(l, ey, p))
+def half_row(n, k, c, t, m, slip, bend, vr, spin, c1):
+    """Row vector p of the tangent n p^T of one half; slip, bend: turning of n per way along t and m."""
+    p = axpy(-slip * dot(t, vr), t, axpy(-bend * dot(m, vr), m, cross(n, spin)))
+    return axpy(c, p, scale(-k - c1 * c, n))
 
 
 @driver
@@ -122,26 +136,13 @@ def contact_tangent_lanes(t, s, c1, weight, f, ka):
     """contact_lanes with ka[9, LANES], its derivative to position, with c1 for the velocity part."""
     if t.shape[1] != LANES or weight.shape[0] != LANES or f.shape[1] != LANES or ka.shape[1] != LANES:
         raise ValueError("lanes")
-    spin, ey = (s[SPIN], s[SPIN + 1], s[SPIN + 2]), (s[AXIS], s[AXIS + 1], s[AXIS + 2])
+    spin = at3(s, SPIN)
     for e in range(LANES):
-        er, q, rho, _, _, _, vr, n1, n2, f1, k1, x1, g1, f2, k2, x2, g2, l1, l2 = touch(
+        er, q, rho, _, _, _, vr, n1, n2, f1, k1, x1, bend, f2, k2, x2, _, _ = touch(
             get3(t, POINT_R, e), get3(t, POINT_V, e), s)
-        slip = s[SLOPE_SIN] / rho
-        p1 = flank_row(n1, f1, k1, x1, g1, er, l1, ey, q, vr, slip, spin, c1)
-        p2 = flank_row(n2, f2, k2, x2, g2, er, l2, ey, q, vr, slip, spin, c1)
-        # n1 = m + l, n2 = m - l: two outer products carry both flanks, a third the turning of the normal
-        m, l = scale(0.5, add(n1, n2)), scale(0.5, sub(n1, n2))
-        w = weight[e]
+        slip1, slip2, m, w = dot(n1, er) / rho, dot(n2, er) / rho, cross(n1, q), weight[e]
+        p1 = half_row(n1, k1, x1, q, m, slip1, bend, vr, spin, c1)
+        p2 = half_row(n2, k2, x2, q, m, slip2, 0.0, vr, spin, c1)
         put3(f, 0, e, scale(w, axpy(f1, n1, scale(f2, n2))))
-        put_matrix(ka, 0, e, 0.0, m, scale(w, add(p1, p2)), l, scale(w, sub(p1, p2)))
-        z = w * (f1 + f2) * slip
-        a = scale(z, q)
-        ka[0, e] += q[0] * a[0]
-        ka[1, e] += q[0] * a[1]
-        ka[2, e] += q[0] * a[2]
-        ka[3, e] += q[1] * a[0]
-        ka[4, e] += q[1] * a[1]
-        ka[5, e] += q[1] * a[2]
-        ka[6, e] += q[2] * a[0]
-        ka[7, e] += q[2] * a[1]
-        ka[8, e] += q[2] * a[2]
+        put_matrix(ka, 0, e, 0.0, scale(w, n1), p1, scale(w, n2), p2)
+        plus_matrix(ka, 0, e, 0.0, scale(w * (f1 * slip1 + f2 * slip2), q), q, scale(w * f1 * bend, m), m)   # n turns

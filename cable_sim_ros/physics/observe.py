@@ -14,11 +14,11 @@ import numpy as np
 
 from .ancf import BUOYANCY, EA, MASS_PER_LENGTH, WEIGHT_PER_LENGTH
 from .cable import HELD, LOST_POWER, POWERS, SURFACES, WATER
-from .contact import LOADED, touch
+from .contact import LOADED, latch, loads, touch
 from .jit import LANES, driver, inline
 from .shape import W5, X5, point_of, shape
 from .ship import AGE, COORD, RATE, SOURCE_NOW, frame_shift, quaternion, spin, unrotate
-from .surface import AXIS, RADIUS
+from .surface import AXIS, RADIUS, margin
 from .towbody import BUOYANCY as BODY_BUOYANCY
 from .towbody import MASS as BODY_MASS
 from .towbody import attitude
@@ -87,15 +87,15 @@ def direction_at(arc, q, s):
 def stations(model, state, table):
     """Contact stations of the sheave into table rows; returns sums and limits used by observe().
 
-    (count, loaded, resultant on the sheave x y z, total of both flanks, first and last loaded arc length, nearest arc
-    length to the sheave top, deepest penetration, coarse, loaded length)
+    (count, stations loaded in the groove, resultant on the sheave x y z, total of both halves, first and last loaded
+    arc length, nearest arc length to the sheave top and its margin, deepest penetration, coarse, loaded length)
     """
     s = state.surfaces[model.sheave]
     c = state.ship[COORD:COORD + 6]
     count, loaded = 0, 0
     fx, fy, fz, total = 0.0, 0.0, 0.0, 0.0
     first, last, deepest, coarse, length_loaded = 0.0, 0.0, 0.0, False, 0.0
-    nearest, where = 1e300, 0.0
+    nearest, where, spare = 1e300, 0.0, -model.groove_depth
     for e in range(state.tension.shape[0]):
         length = state.arc[e + 1] - state.arc[e]
         mid, _, _ = point_of(state.arc, state.q, state.v, e, 0.5)
@@ -105,33 +105,33 @@ def stations(model, state, table):
         for g in range(5):
             r, v, _ = point_of(state.arc, state.q, state.v, e, X5[g])
             o = touch(r, v, s)
-            rho, h, d1, d2, n1, n2, f1, f2 = o[2], o[3], o[4], o[5], o[7], o[8], o[9], o[13]
+            h, d1, d2, n1, n2, f1, f2 = o[3], o[4], o[5], o[7], o[8], o[9], o[13]
+            below, w, place = margin(o[17], h, s), W5[g] * length, state.arc[e] + X5[g] * length
             rel = unrotate(c, sub(r, (s[0], s[1], s[2])))
             angle = atan2(-rel[0], rel[2])
-            if abs(rho - s[RADIUS]) < nearest and rel[2] > 0.0:
-                nearest, where = abs(rho - s[RADIUS]), state.arc[e] + X5[g] * length
+            if abs(h) < nearest and rel[2] > 0.0:
+                nearest, where, spare = abs(h), place, below
             if f1 + f2 > LOADED:
-                if loaded == 0:
-                    first = state.arc[e] + X5[g] * length
-                last = state.arc[e] + X5[g] * length
-                loaded += 1
-                w = W5[g] * length
-                length_loaded += w
                 fx -= w * (f1 * n1[0] + f2 * n2[0])
                 fy -= w * (f1 * n1[1] + f2 * n2[1])
                 fz -= w * (f1 * n1[2] + f2 * n2[2])
                 total += w * (f1 + f2)
                 deepest = max(deepest, max(d1 if f1 > 0.0 else 0.0, d2 if f2 > 0.0 else 0.0))
                 coarse = coarse or length > COARSE * s[RADIUS]
+                if below > 0.0:
+                    first = place if loaded == 0 else first
+                    last = place
+                    loaded += 1
+                    length_loaded += w
             if count < table.shape[0]:
                 table[count, 0], table[count, 1], table[count, 2] = rel
                 table[count, 3] = angle
-                table[count, 4], table[count, 5] = f2, f1
+                table[count, 5], table[count, 4] = loads(o)
                 table[count, 6] = h
-                table[count, 7] = state.arc[e] + X5[g] * length
-                table[count, 8] = W5[g] * length
+                table[count, 7] = place
+                table[count, 8] = w
                 count += 1
-    return count, loaded, (fx, fy, fz), total, first, last, where, deepest, coarse, length_loaded
+    return count, loaded, (fx, fy, fz), total, first, last, where, spare, deepest, coarse, length_loaded
 
 
 @inline
@@ -204,7 +204,7 @@ def observe(model, state, output, slot, flags, blending):
         f.body_acceleration[k] = state.a[last, k]
     for k in range(4):
         f.ship_quaternion[k] = quat[k]
-    count, loaded, force, total, first, end, where, deepest, coarse, length_loaded = stations(
+    count, loaded, force, total, first, end, where, spare, deepest, coarse, length_loaded = stations(
         model, state, output.contact[slot])
     radius = state.surfaces[model.sheave, RADIUS]
     if loaded == 0:
@@ -225,15 +225,15 @@ def observe(model, state, output, slot, flags, blending):
     f.contact_resultant, f.contact_total = norm(force), total
     f.wrap_angle = (end - first) / radius if loaded > 0 else 0.0
     f.lifted_fraction = min(max(1.0 - length_loaded / max(wrap * radius, 1e-9), 0.0), 1.0)
-    # groove margin over the stations between the two tangent directions
+    # groove margin over the stations between the two tangent directions, and the nearest one
     body_out, body_back = unrotate(c, out), unrotate(c, back)
     low, high = atan2(-body_back[2], -body_back[0]), atan2(-body_out[2], -body_out[0])
-    margin = model.groove_depth
+    sheave = state.surfaces[model.sheave]
     for i in range(count):
-        angle = output.contact[slot, i, 3]
-        if min(low, high) <= angle <= max(low, high):
-            margin = min(margin, model.groove_depth - output.contact[slot, i, 6])
-    f.groove_margin = margin
+        row = output.contact[slot, i]
+        if min(low, high) <= row[3] <= max(low, high):
+            spare = min(spare, margin(row[1], row[6], sheave))
+    f.groove_margin = max(spare, -model.groove_depth)
     f.contact_stations = count
     # the drum: penetration of its elements
     for i in range(state.surfaces.shape[0]):
@@ -288,10 +288,8 @@ def observe(model, state, output, slot, flags, blending):
     f.motion_source = np.int64(state.ship[SOURCE_NOW])
     f.motion_age = state.ship[AGE]
     f.command_age = state.winch[COMMAND_AGE]
-    detached = loaded == 0 or margin <= 0.0
-    if detached and state.events[1] != 0:
-        state.events[0] += 1
-    state.events[1] = 0 if detached else 1
+    detached = latch(loaded > 0 and spare > 0.0, state.events, state.time[0],
+                     model.reseat_ns if state.time[2] > 0 else 0)
     f.detachments = state.events[0]
     if least < -SLACK_TENSION:
         flags |= SLACK

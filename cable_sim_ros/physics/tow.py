@@ -15,8 +15,8 @@ from .setpoint import LENGTH, RATE, compensation
 from .shape import X5, point_of
 from .ship import ACCEL, COORD, evaluate, hull_point, rotate, spin
 from .ship import RATE as SHIP_RATE
-from .surface import AXIS, BODY, CENTRE, RADIUS, SPEED, SPIN
-from .vec import norm, sub
+from .surface import AXIS, BODY, CENTRE, RADIUS, RIM, SPEED, SPIN, TOP, beside, margin, place
+from .vec import at3, axpy, cross, norm, sub
 from .winch import ACCEL_NOW, COMMANDED, LENGTH_NOW, RATE_NOW, drum_point, servo
 
 
@@ -46,6 +46,7 @@ class Model(NamedTuple):
     source_blend: float       # s
     penetration_limit: float  # m
     groove_depth: float       # m
+    reseat_ns: int            # ns
     bending_length: float     # m, sqrt(EI/T) at working tension
 
 
@@ -54,7 +55,7 @@ class State(NamedTuple):
 
     time: np.ndarray          # int64 [4] now, start [ns], ticks, start of the blend [ns]
     halted: np.ndarray        # int64 [1] flags of a halted run
-    events: np.ndarray        # int64 [2] detachments, was in contact
+    events: np.ndarray        # int64 [3] detachments, seated, since when it presses [ns], see latch()
     frame: np.ndarray         # [4] tow frame: origin x y [m] at the start, velocity [m/s]
     current: np.ndarray       # [4] surface current relative to the tow frame [m/s], gradient [1/s]
     arc: np.ndarray           # [nodes] unstretched arc length from the drum end [m]; may change (pay-out by flow)
@@ -82,8 +83,9 @@ class State(NamedTuple):
 
 
 STEP, TICK = 0, 1   # rows of State.kept and State.controls
-LEFT, SEATED = 0, 1   # State.events: detachments, was in contact
-# s; a longer step must not end off the sheave it began on: Newton may converge beside it (trap T5). Shorter ones may
+LEFT, SEATED, SINCE = 0, 1, 2   # State.events, see contact.latch
+# s; a longer step must not end off the sheave it began on, nor with a cable deeper in it than its rim is round: Newton
+# may converge on the wrong side (trap T5). Shorter ones may
 LEAVE_STEP = 2e-3
 
 
@@ -159,27 +161,71 @@ def hold_end(model, state):
         state.a[0, k] = a[k]
 
 
+@inline
+def clear_of(arc, q, v, e, s):
+    """Is element e out of reach of surface row s? 10 % for stretch and curvature."""
+    mid, _, _ = point_of(arc, q, v, e, 0.5)
+    return norm(sub(mid, at3(s, CENTRE))) - 0.55 * (arc[e + 1] - arc[e]) > s[RADIUS] + s[TOP]
+
+
 @driver
-def seated(arc, q, v, s, depth):
-    """Does the cable press on surface row s? depth: of its groove [m]."""
+def seated(arc, q, v, s):
+    """Does the cable press in the groove of surface row s?"""
     for e in range(arc.shape[0] - 1):
-        length = arc[e + 1] - arc[e]
-        mid, _, _ = point_of(arc, q, v, e, 0.5)
-        if norm(sub(mid, (s[0], s[1], s[2]))) - 0.55 * length > s[RADIUS] + depth:   # 10 % for stretch and curvature
+        if clear_of(arc, q, v, e, s):
             continue
         for g in range(5):
             r, w, _ = point_of(arc, q, v, e, X5[g])
             o = touch(r, w, s)
-            if o[9] + o[13] > LOADED:
+            if o[9] + o[13] > LOADED and margin(o[17], o[3], s) > 0.0:
                 return True
     return False
+
+
+@driver
+def pierced(arc, q, v, old, s, h):
+    """How the cable got into the sheave of row s in a step of h [s] from positions ``old``.
+
+    0: not; 1: deeper than its rim is round; 2: through it, from beside it to beside it on the other side. The sheave is
+    taken back to the beginning of the step by its present speed and spin.
+    """
+    found = 0
+    c, speed, turn = at3(s, CENTRE), at3(s, SPEED), at3(s, SPIN)
+    axis = at3(s, AXIS)
+    before, was = axpy(-h, speed, c), axpy(-h, cross(turn, axis), axis)
+    for e in range(arc.shape[0] - 1):
+        if clear_of(arc, q, v, e, s):
+            continue
+        for g in range(5):
+            r, w, _ = point_of(arc, q, v, e, X5[g])
+            o = touch(r, w, s)
+            if o[4] > s[RIM]:
+                found = 1
+            side = beside(o[17], o[3], s)
+            if side != 0.0:
+                r, _, _ = point_of(arc, old, v, e, X5[g])
+                y, _, _, _, gap = place(sub(r, before), was, s[RADIUS])
+                if side * beside(y, gap, s) < 0.0:
+                    return 2
+    return found
+
+
+@driver
+def astray(model, state, h):
+    """Did Newton converge on the wrong side of the sheave in a step of h [s]?"""
+    s = state.surfaces[model.sheave]
+    through = pierced(state.arc, state.q, state.v, state.kept[STEP, 0], s, h)
+    if through == 2 or h <= LEAVE_STEP:
+        return through == 2
+    return through == 1 or (state.events[SINCE] >= 0 and not seated(state.arc, state.q, state.v, s))
 
 
 @driver
 def step(model, state, inputs, t, h, command_rate):
     """One step of h [s] that ends at t [ns]. Returns (solved, blending); unsolved leaves the state as it was.
 
-    A long step that leaves the sheave counts as unsolved, so that the halved steps decide whether the cable comes off.
+    A long step that leaves the sheave or goes deep into it counts as unsolved, so that the halved steps decide whether
+    the cable comes off; so does any step that goes through it.
     """
     line = line_of(model, state)
     copy_row(state.winch, state.controls[STEP, 0])
@@ -196,8 +242,7 @@ def step(model, state, inputs, t, h, command_rate):
     state.setpoint[LENGTH], state.setpoint[RATE] = length, rate
     hold_end(model, state)
     used = advance(line, h, model.rho_inf)
-    if used >= 0 and h > LEAVE_STEP and state.events[SEATED] != 0 and not seated(
-            state.arc, state.q, state.v, state.surfaces[model.sheave], model.groove_depth):
+    if used >= 0 and astray(model, state, h):
         take_back(line)
         used = -1
     if used < 0:

@@ -65,6 +65,11 @@ def plus3(x, row, e, v):
 
 
 @inline
+def at3(x, i):
+    return (x[i], x[i + 1], x[i + 2])
+
+
+@inline
 def row3(x, i):
     return (x[i, 0], x[i, 1], x[i, 2])
 

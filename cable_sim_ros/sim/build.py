@@ -88,11 +88,11 @@ def surface_table(scene: Scene) -> np.ndarray:
     depth = c.penetration_limit * d
     drum, sheave = scene.winch.drum_radius + 0.5 * d, scene.sheave.radius + 0.5 * d
     throat = radians(scene.sheave.throat_angle_deg)
-    half = np.sin(0.5 * throat)
+    half, rim = np.sin(0.5 * throat), scene.sheave.rim_radius + 0.5 * d
     return np.stack([
         surface_row(scene.winch.position, drum, None, 0.0, 0.0, stiffness(c.working_tension, drum, 1.0, 1, depth),
                     c.damping),
-        surface_row(scene.sheave.position, sheave, throat, scene.sheave.groove_depth, 2.0 * d,
+        surface_row(scene.sheave.position, sheave, throat, scene.sheave.groove_depth, rim,
                     stiffness(c.working_tension, sheave, half, 2, depth), c.damping)])
 
 
@@ -135,7 +135,8 @@ def build_model(scene: Scene) -> Model:
         stale_after=float(scene.ship.stale_after), stale_decay=float(scene.ship.stale_decay),
         start_blend=float(scene.ship.start_blend), source_blend=float(scene.ship.source_blend),
         penetration_limit=float(scene.contact.penetration_limit * scene.cable.diameter),
-        groove_depth=float(scene.sheave.groove_depth), bending_length=sqrt(scene.cable.bending_stiffness / tension))
+        groove_depth=float(scene.sheave.groove_depth), reseat_ns=int(round(scene.contact.reseat_time * 1e9)),
+        bending_length=sqrt(scene.cable.bending_stiffness / tension))
 
 
 def build_state(scene: Scene) -> State:
@@ -148,8 +149,9 @@ def build_state(scene: Scene) -> State:
 
     z = np.zeros
     return State(
-        time=z(4, np.int64), halted=z(1, np.int64), events=z(2, np.int64), frame=z(4), current=z(4), arc=arc, q=nodes(),
-        v=nodes(), a=nodes(), x=nodes(), kept=z((2, 4, n, 6)), gain=nodes(), tension=z(n - 1), reaction=nodes(), ship=z(SHIP_STATE),
+        time=z(4, np.int64), halted=z(1, np.int64), events=z(3, np.int64), frame=z(4), current=z(4), arc=arc, q=nodes(),
+        v=nodes(), a=nodes(), x=nodes(), kept=z((2, 4, n, 6)), gain=nodes(),
+        tension=z(n - 1), reaction=nodes(), ship=z(SHIP_STATE),
         ship_work=z(SHIP_STATE), sheave=z(6), surfaces=surface_table(scene).reshape(-1, SURFACE_COLUMNS).copy(),
         winch=z(winch.WINCH_STATE), setpoint=z(setpoint.SETPOINT_STATE), controls=z((2, 2, 16)), flow=z((1, 6)),
         measured=z(2), account=z(POWERS + 1), before=z(POWERS), health=z(6), work=make_work(n))

@@ -63,13 +63,15 @@ FIELDS = (
     ("drum_torque", (), "f8", "N m", "torque of the cable on the drum, positive turning it out"),
     ("contact_force", (3,), "f8", "N", "resultant of the cable on the sheave, axes of sheave_link"),
     ("contact_resultant", (), "f8", "N", "norm of contact_force"),
-    ("contact_total", (), "f8", "N", "sum of the line loads of both flanks, no directions"),
+    ("contact_total", (), "f8", "N", "sum of the line loads of flanks, rims and cheeks, no directions"),
     ("wrap_angle", (), "f8", "rad", "arc between the first and the last loaded station on the sheave"),
     ("lifted_fraction", (), "f8", "1", "part of the geometric wrap that carries no load"),
-    ("groove_margin", (), "f8", "m", "least distance below the groove top along the wrap"),
+    ("groove_margin", (), "f8", "m",
+     "least distance below the groove top along the wrap; past a rim minus the way from it; -depth: that far or more"),
     ("contact_stations", (), "i8", "1", "rows of the contact table that are filled"),
     ("penetration", (), "f8", "m", "deepest penetration of a contact surface"),
-    ("detachments", (), "i8", "1", "detachment events since the start"),
+    ("detachments", (), "i8", "1",
+     "detachments since the start; each lasts until the cable has pressed for contact.reseat_time"),
     ("kinetic_energy", (), "f8", "J", "of cable and towbody"),
     ("strain_energy", (), "f8", "J", "axial and bending"),
     ("potential_energy", (), "f8", "J", "of weight less buoyancy"),
@@ -94,7 +96,7 @@ SHAPE_COLUMNS = (("x", "m"), ("y", "m"), ("z", "m"), ("tension", "N"), ("arc_len
 CONTACT_COLUMNS = (   # sheave_link axes, one row a contact station of the sheave, inboard to outboard
     ("x", "m"), ("y", "m"), ("z", "m"),
     ("wrap_angle", "rad"),        # about the sheave axis from its top, positive outboard (aft)
-    ("load_port", "N/m"), ("load_starboard", "N/m"),   # line load of each flank
+    ("load_port", "N/m"), ("load_starboard", "N/m"),   # line load of each half: flank, rim, cheek
     ("gap", "m"),                 # distance of the centreline from its seat in the groove; negative: pressed in
     ("arc_length", "m"),          # unstretched arc length from the drum end
     ("length", "m"),              # length of cable the station stands for

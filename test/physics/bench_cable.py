@@ -98,7 +98,7 @@ def bench():
 
 def touching(bench: Bench, node: int, throat: float | None, radius: float = 0.3, depth: float = 0.007) -> np.ndarray:
     """A moving, turning surface that the cable presses by ``depth`` at ``node``."""
-    row = surface.surface_row((0.0, 0.0, 0.0), radius, throat, 0.05, 0.05, 1e6, 0.2)
+    row = surface.surface_row((0.0, 0.0, 0.0), radius, throat, 0.05, 0.03, 1e6, 0.2)
     row[surface.CENTRE:surface.CENTRE + 3] = bench.q[node, :3] + np.array([0.01, 0.003, depth - radius])
     row[surface.SPEED:surface.SPEED + 3] = (0.1, -0.2, 0.15)
     row[surface.SPIN:surface.SPIN + 3] = (0.1, 0.2, 0.3)

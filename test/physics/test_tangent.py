@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from bench_cable import Bench, touching
 
-from cable_sim_ros.physics.surface import LATERAL
+from cable_sim_ros.physics.contact import touch
+from cable_sim_ros.physics.surface import CENTRE, CREST, RADIUS, RIM, TOP
 
 C1, C2, SIGMA = 30.0, 900.0, 0.3
 
@@ -40,17 +41,20 @@ def test_each_alone(what):
     assert worst(bench) < 1e-6
 
 
-def test_fade_of_the_groove_top():
-    """In the fading part of the groove the force still has its exact derivative."""
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("where", ["flank", "rim", "cheek"])
+def test_each_part_of_the_sheave(where, side):
+    """On flank, round rim and cheek of either half the force has its exact derivative."""
     bench = Bench(4, 3)
     bench.wander(top=5.0)
-    row = touching(bench, 2, np.pi / 3, depth=-0.035)   # h between h_g/2 and h_g
-    row[0:3] += (0.0, 0.024, 0.0)                        # pressed against one flank
+    row = touching(bench, 2, np.pi / 3)
+    y, gap = {"flank": (0.3 * row[CREST], 0.0), "cheek": (row[CREST] + 0.5 * row[RIM], -0.1),
+              "rim": (row[CREST] + 0.1 * row[RIM], row[TOP] - 0.2 * row[RIM])}[where]
+    row[CENTRE:CENTRE + 3] = bench.q[2, :3] - (0.0, side * y, row[RADIUS] + gap)
     bench.surfaces = row[None]
-    free = bench.residual()
-    bench.surfaces = np.zeros((0, row.size))
-    assert np.abs(free - bench.residual()).max() > 0.1
-    bench.surfaces = row[None]
+    o = touch(tuple(bench.q[2, :3]), tuple(bench.v[2, :3]), row)
+    assert o[9] > 0.1 and o[16] == side and (o[12] > 0.0) == (where == "rim")
+    assert (abs(o[7][1]) == 1.0) == (where == "cheek")
     assert worst(bench) < 1e-6
 
 
@@ -59,17 +63,3 @@ def test_slow_water_takes_the_low_branches_of_the_drag_coefficient():
     bench.wander(top=-5.0)
     bench.v *= 1e-3
     assert worst(bench) < 1e-5
-
-
-def test_fade_beside_the_groove():
-    """Beyond the width of the groove the flank fades in y too; the force still has its exact derivative."""
-    bench = Bench(4, 3)
-    bench.wander(top=5.0)
-    row = touching(bench, 2, np.pi / 3)
-    row[0:3] += (0.0, 0.75 * row[LATERAL], 0.0)          # between half the lateral limit and the limit
-    bench.surfaces = row[None]
-    pressed = bench.residual()
-    bench.surfaces = np.zeros((0, row.size))
-    assert np.abs(pressed - bench.residual()).max() > 0.1
-    bench.surfaces = row[None]
-    assert worst(bench) < 1e-6

@@ -19,15 +19,18 @@ BIGHTS = 2           # half waves in which a slack tether is laid
 FALL_STEPS = 400     # steps of a real-time run over the time of a free fall, at least
 
 
-def stride(rig: Rig, step: float, halvings: int = HALVINGS) -> None:
-    """One step [s], halved where Newton does not solve it, as the product does. Raises RigError."""
+def stride(rig: Rig, step: float, halvings: int = HALVINGS, seen: Callable[[float], None] = lambda h: None) -> None:
+    """One step [s], halved where Newton does not solve it, as the product does; ``seen`` is called with the length of
+    every step solved. Raises RigError."""
     try:
         rig.run(step, step)
     except RigError:
         if halvings == 0 or not np.isfinite(rig.line.q).all():
             raise
-        stride(rig, 0.5 * step, halvings - 1)
-        stride(rig, 0.5 * step, halvings - 1)
+        stride(rig, 0.5 * step, halvings - 1, seen)
+        stride(rig, 0.5 * step, halvings - 1, seen)
+    else:
+        seen(step)
 
 
 def march(rig: Rig, step: float, longest: float, look: Callable[[Rig], tuple[float, ...]],

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from . import contact, endure, exact, loose, sea, snap, stiff, tows  # noqa: F401 - the tests declare themselves
+from . import contact, detach, endure, exact, loose, sea, snap, stiff, tows  # noqa: F401 - the tests declare themselves
 from .registry import TESTS, Verdict, run_test
 
 ORDER = tuple(sorted(TESTS, key=lambda name: int(name[1:])))

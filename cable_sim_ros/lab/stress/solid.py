@@ -1,0 +1,59 @@
+"""How deep a cable is in its sheave, anywhere: from the contact tables of the ticks and the shape of the sheave."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...physics.surface import CREST, RIM, SLOPE_COS, SLOPE_SIN, TOP
+from ...sim.frame import CONTACT_COLUMNS
+from .registry import Figure
+
+Y, GAP, ARC = ([name for name, _ in CONTACT_COLUMNS].index(name) for name in ("y", "gap", "arc_length"))
+BETWEEN = np.linspace(0.0, 1.0, 5)[:-1]  # places looked at between two stations, on their chord
+
+
+def depth(surface: np.ndarray, y, gap):
+    """Way out of the sheave [m] of a centreline at y [m] along the axis, gap [m] above the seat; negative outside."""
+    u, w = np.abs(y) - surface[CREST], gap - (surface[TOP] - surface[RIM])
+    flank, cheek = np.abs(y) * surface[SLOPE_COS] - gap * surface[SLOPE_SIN], surface[RIM] - u
+    rim = (w > 0.0) & (u * surface[SLOPE_SIN] + w * surface[SLOPE_COS] > 0.0)
+    return np.where(rim, surface[RIM] - np.hypot(u, w), np.minimum(flank, cheek))
+
+
+class Watch:
+    """Looks at the tables of a run: deepest [m], when [s], and how often a station went through the disc."""
+
+    def __init__(self, sim):
+        self.sim, self.surface = sim, sim.model.surfaces[sim.model.sheave]
+        self.deepest, self.when, self.through = -np.inf, 0.0, 0
+        self._sides = {}  # of each station beside the sheave when last seen there, by arc length
+
+    def look(self, frames):
+        """Look at the part of the run just made; returns its Frames."""
+        for frame, rows in zip(frames, self.sim.chunk_tables[1], strict=False):
+            rows = rows[: int(frame.contact_stations)]
+            if len(rows):
+                self._deep(frame.time * 1e-9, rows)
+            self._passing(rows)
+        return frames
+
+    def figures(self, diameter: float) -> list[Figure]:
+        """Neither deeper than a diameter [m] anywhere nor through."""
+        return [Figure("deepest into the sheave, over the diameter", self.deepest / diameter, "", 1.0),
+                Figure("stations through the sheave", self.through, "", 0)]
+
+    def _deep(self, time: float, rows: np.ndarray) -> None:
+        points = rows[:, (Y, GAP)]
+        near = np.diff(rows[:, ARC]) < 0.5  # stations of elements side by side
+        chords = points[:-1][near, None] + BETWEEN[:, None] * np.diff(points, axis=0)[near, None]
+        points = np.concatenate((points, chords.reshape(-1, 2)))
+        into = float(depth(self.surface, points[:, 0], points[:, 1]).max())
+        if into > self.deepest:
+            self.deepest, self.when = into, time
+
+    def _passing(self, rows: np.ndarray) -> None:
+        """A station is through when it is beside on one side in one tick and beside on the other in the next."""
+        aside = (np.abs(rows[:, Y]) > self.surface[CREST]) & (rows[:, GAP] < 0.0)
+        sides = {s: np.sign(y) for s, y in rows[aside][:, (ARC, Y)]}
+        self.through += sum(self._sides.get(s, side) != side for s, side in sides.items())
+        self._sides = sides
