@@ -15,7 +15,7 @@ from .setpoint import LENGTH, RATE, compensation
 from .shape import X5, point_of
 from .ship import ACCEL, COORD, evaluate, hull_point, rotate, spin
 from .ship import RATE as SHIP_RATE
-from .surface import AXIS, BODY, CENTRE, RADIUS, RIM, SPEED, SPIN, TOP, beside, margin, place
+from .surface import AXIS, BODY, CENTRE, NO_TOP, RADIUS, RIM, SPEED, SPIN, TOP, beside, margin, place
 from .vec import at3, axpy, cross, norm, sub
 from .winch import ACCEL_NOW, COMMANDED, LENGTH_NOW, RATE_NOW, drum_point, servo
 
@@ -75,7 +75,7 @@ class State(NamedTuple):
     setpoint: np.ndarray      # [SETPOINT_STATE]
     controls: np.ndarray      # [2, 2, 16] winch and set-point at the beginning of the step and of the tick
     flow: np.ndarray          # [1, 6] low-passed flow past the body [m/s], turning rate of the body [rad/s]
-    measured: np.ndarray      # [2] departure angle [rad], tension [N] of the last tick: what instruments would show
+    measured: np.ndarray      # [3] departure angle [rad], tension [N] of the last tick, as instruments show; seat() [m]
     account: np.ndarray       # [POWERS + 1] work [J] of Work.power since the start, energy stored at the start
     before: np.ndarray        # [POWERS] W, powers at the end of the last step
     health: np.ndarray        # [6] iterations, substeps, residual N, strain energy J, last step s, tangents of its solve
@@ -84,8 +84,8 @@ class State(NamedTuple):
 
 STEP, TICK = 0, 1   # rows of State.kept and State.controls
 LEFT, SEATED, SINCE = 0, 1, 2   # State.events, see contact.latch
-# s; a longer step must not end off the sheave it began on, nor with a cable deeper in it than its rim is round: Newton
-# may converge on the wrong side (trap T5). Shorter ones may
+# s; a longer step must not end off the sheave it began on, nor higher than half-way up the groove that it began in, nor
+# with a cable deeper in it than its rim is round: Newton may converge on the wrong side (trap T5). Shorter ones may
 LEAVE_STEP = 2e-3
 
 
@@ -169,17 +169,19 @@ def clear_of(arc, q, v, e, s):
 
 
 @driver
-def seated(arc, q, v, s):
-    """Does the cable press in the groove of surface row s?"""
+def seat(arc, q, v, s):
+    """How far [m] below the top of the groove of surface row s the cable presses at its highest; -1: nowhere in it."""
+    least = NO_TOP
     for e in range(arc.shape[0] - 1):
         if clear_of(arc, q, v, e, s):
             continue
         for g in range(5):
             r, w, _ = point_of(arc, q, v, e, X5[g])
             o = touch(r, w, s)
-            if o[9] + o[13] > LOADED and margin(o[17], o[3], s) > 0.0:
-                return True
-    return False
+            below = margin(o[17], o[3], s)
+            if o[9] + o[13] > LOADED and below > 0.0:
+                least = min(least, below)
+    return -1.0 if least == NO_TOP else least
 
 
 @driver
@@ -211,21 +213,24 @@ def pierced(arc, q, v, old, s, h):
 
 
 @driver
-def astray(model, state, h):
-    """Did Newton converge on the wrong side of the sheave in a step of h [s]?"""
+def astray(model, state, h, now):
+    """Did Newton converge on the wrong side of the sheave in a step of h [s]? now: seat() at its end."""
     s = state.surfaces[model.sheave]
     through = pierced(state.arc, state.q, state.v, state.kept[STEP, 0], s, h)
     if through == 2 or h <= LEAVE_STEP:
         return through == 2
-    return through == 1 or (state.events[SINCE] >= 0 and not seated(state.arc, state.q, state.v, s))
+    if through == 1 or (state.events[SINCE] >= 0 and now < 0.0):
+        return True
+    high = 0.5 * s[TOP]   # where the rim begins at the latest
+    return now < high and state.measured[2] >= high
 
 
 @driver
 def step(model, state, inputs, t, h, command_rate):
     """One step of h [s] that ends at t [ns]. Returns (solved, blending); unsolved leaves the state as it was.
 
-    A long step that leaves the sheave or goes deep into it counts as unsolved, so that the halved steps decide whether
-    the cable comes off; so does any step that goes through it.
+    A long step that leaves the sheave, goes deep into it or begins to climb over its rim counts as unsolved, so that
+    the halved steps decide whether the cable comes off; so does any step that goes through it.
     """
     line = line_of(model, state)
     copy_row(state.winch, state.controls[STEP, 0])
@@ -242,7 +247,8 @@ def step(model, state, inputs, t, h, command_rate):
     state.setpoint[LENGTH], state.setpoint[RATE] = length, rate
     hold_end(model, state)
     used = advance(line, h, model.rho_inf)
-    if used >= 0 and astray(model, state, h):
+    now = seat(state.arc, state.q, state.v, state.surfaces[model.sheave])
+    if used >= 0 and astray(model, state, h, now):
         take_back(line)
         used = -1
     if used < 0:
@@ -252,6 +258,7 @@ def step(model, state, inputs, t, h, command_rate):
     for i in range(POWERS):   # trapezium; the powers of the last residual are those of the end of the step
         state.account[i] += 0.5 * h * (state.before[i] + state.work.power[i])
         state.before[i] = state.work.power[i]
+    state.measured[2] = now
     state.health[0] += used
     state.health[1] += 1.0
     return True, blending
