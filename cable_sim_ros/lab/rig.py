@@ -32,7 +32,7 @@ from ..physics.towbody import BODY_ROWS, Towbody, body_table
 from ..physics.water import Water
 from ..sim.build import ROUND_OFF, arc_lengths, element_table, lock
 
-FOLDING = 0            # cable.compression_share on the bench
+FOLDING = 0.0            # cable.compression_share on the bench
 SHIPPED = Solver()        # the defaults of the product: step, rho_inf, tolerance
 
 
