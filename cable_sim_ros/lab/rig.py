@@ -32,7 +32,7 @@ from ..physics.towbody import BODY_ROWS, Towbody, body_table
 from ..physics.water import Water
 from ..sim.build import ROUND_OFF, arc_lengths, element_table, lock
 
-FOLDING = 0.0            # cable.compression_share on the bench
+FOLDING = 1e-6            # cable.compression_share of a cable that goes slack
 SHIPPED = Solver()        # the defaults of the product: step, rho_inf, tolerance
 
 
@@ -110,10 +110,10 @@ def bring_to_rest(line, sigma, steps, longest):
 def cable_of(sections: list[dict], **numbers) -> Cable:
     """A Cable of the product from plain numbers; a section without a drag law has none.
 
-    Slack elements fold (FOLDING); in scenes they push by default, which is the more robust with contact.
+    Slack elements push, as in scenes by default; a case whose cable goes slack lets them fold (FOLDING).
     """
     named = {f"s{i}": Section(**({"drag_law": DragLaw.OFF} | s)) for i, s in enumerate(sections)}
-    return Cable(sections=named, **({"diameter": 0.01, "compression_share": FOLDING} | numbers))
+    return Cable(sections=named, **({"diameter": 0.01} | numbers))
 
 
 def rows_in_air(elements: np.ndarray) -> np.ndarray:

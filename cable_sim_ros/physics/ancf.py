@@ -8,7 +8,7 @@ With G(xi) = L r_p = N2' h + N1' A + N3' B:
 
 * l = int |G| dxi, a = |A|/L, b = |B|/L, s = l/L, lambda = a N1' + s N2' + b N3', W = (EA L/2) int (lambda - 1)^2 dxi:
   T = EA times the elongation per length, where (42)-(47) have Green's strain (1.5 strains stiffer: 0.4 % at 10 km)
-* where that would push, it counts with the share cable.compression_share (1: a rod; 0: a cable, which folds), and
+* where lambda < 1 EA counts with the share cable.compression_share (1: a rod; small: it folds and does not push), and
   but for that share axial damping is no larger than the elastic tension (trap T9)
 * axial damping force c_a ds/dt along dl/dy
 * bending energy E = (EI/2L^3) y^T B0 y (the 1/2 is missing in (48))
@@ -37,7 +37,7 @@ ROW_HH, ROW_HA, ROW_HB, ROW_AH, ROW_AA, ROW_AB, ROW_BH, ROW_BA, ROW_BB = np.aran
 ROW_FORCE, K9_ROWS = np.int64(81), 93
 
 CURVATURE_FLOOR = 1e-3   # 1/m
-GRAM_AA, GRAM_AB, GRAM_AS, RIGID_SS = 2.0 / 15.0, -1.0 / 30.0, -0.1, 1.2   # int N_i' N_j', of N1' N3' less the mean
+GRAM_AA, GRAM_AB, GRAM_AS, GRAM_SS = 2.0 / 15.0, -1.0 / 30.0, -0.1, 0.2   # int N_i' N_j', N2' less the mean stretch
 ZERO = (0.0, 0.0, 0.0)
 S0, S1, S2, S3 = GAUSS_4_X
 V0, V1, V2, V3 = GAUSS_4_W
@@ -107,22 +107,35 @@ def arc_hessian(h, a, b):
 
 
 @inline
-def stretch(a, s, b, compression):
-    """Axial energy over EA L, its gradient (a, s, b) and Hessian (aa, ab, as, ss); bb is aa and bs is as.
+def fold_point(x, w, a, s, b, acc):
+    """One Gauss point of int <lambda - 1>^2/2 over what is shorter than unstretched: value, gradient, Hessian."""
+    ps, pa, pb = 6.0 * x * (1.0 - x), 1.0 - 4.0 * x + 3.0 * x * x, x * (3.0 * x - 2.0)
+    n = min(pa * (a - 1.0) + ps * (s - 1.0) + pb * (b - 1.0), 0.0)
+    m = w if n < 0.0 else 0.0
+    u, ga, gs, gb, aa, ab, sa, bb, sb, ss = acc
+    f = w * n
+    return (u + 0.5 * f * n, ga + pa * f, gs + ps * f, gb + pb * f, aa + m * pa * pa, ab + m * pa * pb,
+            sa + m * ps * pa, bb + m * pb * pb, sb + m * ps * pb, ss + m * ps * ps)
 
-    A rod's is (s-1)^2/2 + int (lambda-s)^2/2, quadratic: exact without quadrature. Where a rod would push, the share
-    1 - ``compression`` of it is relaxed to its least over all greater s (tension field, Pipkin 1986): the cable folds
-    sideways until it pushes no longer. One time differentiable, convex, and the rod's own where it pulls.
+
+@inline
+def stretch(a, s, b, compression):
+    """Axial energy over EA L, its gradient (a, s, b) and Hessian (aa, ab, sa, bb, sb, ss).
+
+    (s-1)^2/2 + int (lambda-s)^2/2 is exact without quadrature; what of it belongs to lambda < 1 counts with the share
+    ``compression``, so that with a small one an element never pushes: T = int N2' EA <lambda-1>, N2' > 0.
     """
     da, ds, db = a - s, s - 1.0, b - s
     wa, wb = GRAM_AA * da + GRAM_AB * db, GRAM_AB * da + GRAM_AA * db
-    pull = ds - wa - wb
-    cut = 0.0 if pull >= 0.0 else 1.0 - compression
-    less = cut * pull
-    w = 0.5 * (ds * ds + wa * da + wb * db) - 0.5 / RIGID_SS * less * pull
-    tie = cut * GRAM_AS * GRAM_AS / RIGID_SS
-    wa, wb = wa - GRAM_AS / RIGID_SS * less, wb - GRAM_AS / RIGID_SS * less
-    return w, wa, pull - less, wb, GRAM_AA - tie, GRAM_AB - tie, (1.0 - cut) * GRAM_AS, (1.0 - cut) * RIGID_SS
+    acc = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    acc = fold_point(S0, V0, a, s, b, acc)
+    acc = fold_point(S1, V1, a, s, b, acc)
+    acc = fold_point(S2, V2, a, s, b, acc)
+    u, ga, gs, gb, aa, ab, sa, bb, sb, ss = fold_point(S3, V3, a, s, b, acc)
+    c = compression - 1.0
+    return (0.5 * (ds * ds + wa * da + wb * db) + c * u, wa + c * ga, ds - wa - wb + c * gs, wb + c * gb,
+            GRAM_AA + c * aa, GRAM_AB + c * ab, GRAM_AS + c * sa, GRAM_AA + c * bb, GRAM_AS + c * sb,
+            1.0 + GRAM_SS + c * ss)
 
 
 @inline
@@ -193,7 +206,7 @@ def elastic_tangent(k9, e, c1, length, per_length, ea, ei, ca, tau, compression,
     hh, ha, hb, aa, ab, bb = arc_hessian(h, a, b)
     ra, rb = 1.0 / norm(a), 1.0 / norm(b)
     ua, ub = scale(ra, a), scale(rb, b)
-    u, wa, ws, wb, waa, wab, was, wss = stretch(per_length / ra, l * per_length, per_length / rb, compression)
+    u, wa, ws, wb, waa, wab, wsa, wbb, wsb, wss = stretch(per_length / ra, l * per_length, per_length / rb, compression)
     rate = (dot(dh, vh) + dot(da, va) + dot(db, vb)) * per_length
     damped, by_rate, by_tension = damping(ca * rate, ea * ws, compression)
     tension = ea * ws + damped
@@ -205,14 +218,14 @@ def elastic_tangent(k9, e, c1, length, per_length, ea, ei, ca, tau, compression,
     zh = axpy(p, dh, scale(d, add(sym_dot(hh, vh), add(sym_dot(ha, va), sym_dot(hb, vb)))))
     za = axpy(p, da, scale(d, add(sym_dot(ha, vh), add(sym_dot(aa, va), sym_dot(ab, vb)))))
     zb = axpy(p, db, scale(d, add(sym_dot(hb, vh), add(sym_dot(ab, va), sym_dot(bb, vb)))))
-    za = axpy(t * was, ua, za)
-    zb = axpy(t * was, ub, zb)
+    za = axpy(t * wsa, ua, za)
+    zb = axpy(t * wsb, ub, zb)
     # rows of A and B: derivative of p_a u_a and p_b u_b
     pa, pb = ea * wa * ra, ea * wb * rb
-    ah, ab_, aa_ = scale(q * was, dh), axpy(q * was, db, scale(q * wab, ub)), axpy(
-        q * was, da, scale(q * waa - pa, ua))
-    bh, ba_, bb_ = scale(q * was, dh), axpy(q * was, da, scale(q * wab, ua)), axpy(
-        q * was, db, scale(q * waa - pb, ub))
+    ah, ab_, aa_ = scale(q * wsa, dh), axpy(q * wsa, db, scale(q * wab, ub)), axpy(
+        q * wsa, da, scale(q * waa - pa, ua))
+    bh, ba_, bb_ = scale(q * wsb, dh), axpy(q * wsb, da, scale(q * wab, ua)), axpy(
+        q * wsb, db, scale(q * wbb - pb, ub))
     # bending with the damping of its energy rate
     k = ei * per_length * per_length * per_length
     fh, fa, fb = bend(k, h, a, b)
