@@ -84,6 +84,7 @@ STEP, TICK = 0, 1   # rows of State.kept and State.controls
 LEFT, SEATED = 0, 1   # State.events: detachments, was in contact
 # s; a longer step must not end off the sheave it began on: Newton may converge beside it (trap T5). Shorter ones may
 LEAVE_STEP = 2e-3
+TURN_MOST = 0.5   # change of a gradient in one of these longer steps: slack cable that whips is not resolved by them
 
 
 def tow_line(model: Model, state: State) -> Line:
@@ -175,15 +176,27 @@ def seated(arc, q, v, s, depth):
 
 
 @driver
+def whipped(q, old):
+    """Did any gradient change by more than TURN_MOST?"""
+    for n in range(q.shape[0]):
+        for k in range(3, 6):
+            if abs(q[n, k] - old[n, k]) > TURN_MOST:
+                return True
+    return False
+
+
+@driver
 def step(model, state, inputs, t, h, command_rate):
     """One step of h [s] that ends at t [ns]. Returns (solved, blending); unsolved leaves the state as it was.
 
-    A long step that leaves the sheave counts as unsolved, so that the halved steps decide whether the cable comes off.
+    A long step that leaves the sheave or turns the cable far counts as unsolved, so that the halved steps decide where
+    it goes.
     """
     line = line_of(model, state)
+    rho = model.rho_inf if h > 0.75e-9 * model.tick_ns else 0.0
     copy_row(state.winch, state.controls[STEP, 0])
     copy_row(state.setpoint, state.controls[STEP, 1])
-    predict(line, h, model.rho_inf)
+    predict(line, h, rho)
     blending = evaluate(t, state.ship, state.time[3], inputs, state.frame, state.time[1], model.mean, model.stale_decay)
     place_surfaces(model, state)
     s = state.sheave
@@ -194,9 +207,10 @@ def step(model, state, inputs, t, h, command_rate):
     servo(h, model.winch, state.winch, state.setpoint[LENGTH], state.setpoint[RATE], length, rate)
     state.setpoint[LENGTH], state.setpoint[RATE] = length, rate
     hold_end(model, state)
-    used = advance(line, h, model.rho_inf)
-    if used >= 0 and h > LEAVE_STEP and state.events[SEATED] != 0 and not seated(
-            state.arc, state.q, state.v, state.surfaces[model.sheave], model.groove_depth):
+    used = advance(line, h, rho)
+    if used >= 0 and h > LEAVE_STEP and (whipped(state.q, state.kept[STEP, 0]) or state.events[SEATED] != 0 and not
+                                         seated(state.arc, state.q, state.v, state.surfaces[model.sheave],
+                                                model.groove_depth)):
         take_back(line)
         used = -1
     if used < 0:
