@@ -84,7 +84,7 @@ STEP, TICK = 0, 1   # rows of State.kept and State.controls
 LEFT, SEATED = 0, 1   # State.events: detachments, was in contact
 # s; a longer step must not end off the sheave it began on: Newton may converge beside it (trap T5). Shorter ones may
 LEAVE_STEP = 2e-3
-TURN_MOST = 0.5   # change of a gradient in one of these longer steps: slack cable that whips is not resolved by them
+TURN_MOST = 0.2   # change of a gradient in one of these longer steps: slack cable that whips is not resolved by them
 
 
 def tow_line(model: Model, state: State) -> Line:
