@@ -193,10 +193,9 @@ def step(model, state, inputs, t, h, command_rate):
     it goes.
     """
     line = line_of(model, state)
-    rho = model.rho_inf if h > 0.75e-9 * model.tick_ns else 0.0
     copy_row(state.winch, state.controls[STEP, 0])
     copy_row(state.setpoint, state.controls[STEP, 1])
-    predict(line, h, rho)
+    predict(line, h, model.rho_inf)
     blending = evaluate(t, state.ship, state.time[3], inputs, state.frame, state.time[1], model.mean, model.stale_decay)
     place_surfaces(model, state)
     s = state.sheave
@@ -207,7 +206,7 @@ def step(model, state, inputs, t, h, command_rate):
     servo(h, model.winch, state.winch, state.setpoint[LENGTH], state.setpoint[RATE], length, rate)
     state.setpoint[LENGTH], state.setpoint[RATE] = length, rate
     hold_end(model, state)
-    used = advance(line, h, rho)
+    used = advance(line, h, model.rho_inf)
     if used >= 0 and h > LEAVE_STEP and (whipped(state.q, state.kept[STEP, 0]) or state.events[SEATED] != 0 and not
                                          seated(state.arc, state.q, state.v, state.surfaces[model.sheave],
                                                 model.groove_depth)):

@@ -11,7 +11,7 @@ from ...sim.simulator import SolverError
 from ..bend import drum
 from ..cases import Fidelity
 from ..cases.slack import stride
-from ..rig import Rig, cable_of
+from ..rig import FOLDING, Rig, cable_of
 from ..stations import FORCE, POINTS, WEIGHT, touched
 from .registry import IS, LEAST, WITHIN, Figure, Found, stress
 from .snap import values
@@ -45,6 +45,7 @@ def reversals(quick: bool) -> Found:
             bending_stiffness=1.4,
             axial_damping=310.0,
             bending_damping=6.4e-5,
+            compression_share=FOLDING,
         ),
         held={},
         tension=200.0,
