@@ -32,7 +32,7 @@ from ..physics.towbody import BODY_ROWS, Towbody, body_table
 from ..physics.water import Water
 from ..sim.build import ROUND_OFF, arc_lengths, element_table, lock
 
-FOLDING = 1e-4            # cable.compression_share on the bench
+FOLDING = 1e-6            # cable.compression_share of a cable that goes slack
 SHIPPED = Solver()        # the defaults of the product: step, rho_inf, tolerance
 
 
@@ -110,10 +110,10 @@ def bring_to_rest(line, sigma, steps, longest):
 def cable_of(sections: list[dict], **numbers) -> Cable:
     """A Cable of the product from plain numbers; a section without a drag law has none.
 
-    Slack elements fold (FOLDING); in scenes they push by default, which is the more robust with contact.
+    Slack elements push, as in scenes by default; a case whose cable goes slack lets them fold (FOLDING).
     """
     named = {f"s{i}": Section(**({"drag_law": DragLaw.OFF} | s)) for i, s in enumerate(sections)}
-    return Cable(sections=named, **({"diameter": 0.01, "compression_share": FOLDING} | numbers))
+    return Cable(sections=named, **({"diameter": 0.01} | numbers))
 
 
 def rows_in_air(elements: np.ndarray) -> np.ndarray:
@@ -161,7 +161,8 @@ class Rig:
             bodies=lock(np.array(table).reshape(-1, BODY_ROWS)), seats=lock(np.array(list(carried)), np.int64),
             loads=np.array(loads or (), float).reshape(-1, LOAD_COLUMNS),
             struts=lock(np.array(struts or (), float).reshape(-1, STRUT_COLUMNS)), arc=self.arc, q=z((nodes, 6)),
-            v=z((nodes, 6)), a=z((nodes, 6)), x=z((nodes, 6)), old=z((4, nodes, 6)), gain=z((nodes, 6)), current=current, surfaces=rows,
+            v=z((nodes, 6)), a=z((nodes, 6)), x=z((nodes, 6)), old=z((4, nodes, 6)), gain=z((nodes, 6)),
+            current=current, surfaces=rows,
             flow=flow, tension=z(nodes - 1), reaction=z((nodes, 6)), health=z(6), work=make_work(nodes),
             gravity=float(gravity),
             tolerance=float(max(solver.tolerance * tension, ROUND_OFF * cable.axial_stiffness)),

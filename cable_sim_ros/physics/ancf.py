@@ -8,7 +8,8 @@ With G(xi) = L r_p = N2' h + N1' A + N3' B:
 
 * l = int |G| dxi, a = |A|/L, b = |B|/L, s = l/L, lambda = a N1' + s N2' + b N3', W = (EA L/2) int (lambda - 1)^2 dxi:
   T = EA times the elongation per length, where (42)-(47) have Green's strain (1.5 strains stiffer: 0.4 % at 10 km)
-* shorter than unstretched, EA and c_a count with the share cable.compression_share (1: a rod; small: it folds, trap T9)
+* where lambda < 1 EA counts with the share cable.compression_share (1: a rod; small: it folds and does not push), and
+  but for that share axial damping is no larger than the elastic tension (trap T9)
 * axial damping force c_a ds/dt along dl/dy
 * bending energy E = (EI/2L^3) y^T B0 y (the 1/2 is missing in (48))
 * bending damping tau dE/dt / (2 E + 2 E0) dE/dy, tau = c_b/EI: the rate of the *energy* is free of rigid rotation,
@@ -106,16 +107,50 @@ def arc_hessian(h, a, b):
 
 
 @inline
-def stretch(a, s, b, compression):
-    """Gradient (a, s, b) of the axial energy over EA L, its value, and the share of EA and c_a that is at work.
+def fold_point(x, w, a, s, b, acc):
+    """One Gauss point of int <lambda - 1>^2/2 over what is shorter than unstretched: value, gradient, Hessian."""
+    ps, pa, pb = 6.0 * x * (1.0 - x), 1.0 - 4.0 * x + 3.0 * x * x, x * (3.0 * x - 2.0)
+    n = min(pa * (a - 1.0) + ps * (s - 1.0) + pb * (b - 1.0), 0.0)
+    m = w if n < 0.0 else 0.0
+    u, ga, gs, gb, aa, ab, sa, bb, sb, ss = acc
+    f = w * n
+    return (u + 0.5 * f * n, ga + pa * f, gs + ps * f, gb + pb * f, aa + m * pa * pa, ab + m * pa * pb,
+            sa + m * ps * pa, bb + m * pb * pb, sb + m * ps * pb, ss + m * ps * ps)
 
-    (s-1)^2/2, times ``compression`` where the element is shorter than unstretched, and int (lambda-s)^2/2, which is
-    quadratic: exact without quadrature.
+
+@inline
+def stretch(a, s, b, compression):
+    """Axial energy over EA L, its gradient (a, s, b) and Hessian (aa, ab, sa, bb, sb, ss).
+
+    (s-1)^2/2 + int (lambda-s)^2/2 is exact without quadrature; what of it belongs to lambda < 1 counts with the share
+    ``compression``, so that with a small one an element never pushes: T = int N2' EA <lambda-1>, N2' > 0.
     """
-    share = 1.0 if s >= 1.0 else compression
     da, ds, db = a - s, s - 1.0, b - s
     wa, wb = GRAM_AA * da + GRAM_AB * db, GRAM_AB * da + GRAM_AA * db
-    return wa, share * ds - wa - wb, wb, 0.5 * (share * ds * ds + wa * da + wb * db), share
+    acc = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    acc = fold_point(S0, V0, a, s, b, acc)
+    acc = fold_point(S1, V1, a, s, b, acc)
+    acc = fold_point(S2, V2, a, s, b, acc)
+    u, ga, gs, gb, aa, ab, sa, bb, sb, ss = fold_point(S3, V3, a, s, b, acc)
+    c = compression - 1.0
+    return (0.5 * (ds * ds + wa * da + wb * db) + c * u, wa + c * ga, ds - wa - wb + c * gs, wb + c * gb,
+            GRAM_AA + c * aa, GRAM_AB + c * ab, GRAM_AS + c * sa, GRAM_AA + c * bb, GRAM_AS + c * sb,
+            1.0 + GRAM_SS + c * ss)
+
+
+@inline
+def damping(viscous, tension, compression):
+    """Axial damping force [N] of a Kelvin-Voigt force ``viscous`` beside an elastic ``tension`` [N].
+
+    What is not a rod's (share ``compression``) is cut off at the tension: a cable neither pushes nor drags when slack.
+    Returns the force and its derivatives for viscous and tension.
+    """
+    most = max(tension, 0.0)
+    free = 1.0 - compression
+    cut = 1.0 if abs(viscous) > most else 0.0
+    side = 1.0 if viscous > 0.0 else -1.0
+    return (viscous + free * cut * (side * most - viscous), 1.0 - free * cut,
+            free * cut * side * (1.0 if tension > 0.0 else 0.0))
 
 
 @inline
@@ -134,10 +169,10 @@ def elastic(length, per_length, ea, ei, ca, tau, compression, h, a, b, vh, va, v
     """
     l, dh, da, db = arc(h, a, b)
     ra, rb = norm(a), norm(b)
-    w = stretch(ra * per_length, l * per_length, rb * per_length, compression)
+    u, wa, ws, wb = stretch(ra * per_length, l * per_length, rb * per_length, compression)[:4]
     rate = (dot(dh, vh) + dot(da, va) + dot(db, vb)) * per_length
-    damped = w[4] * ca * rate
-    tension = ea * w[1] + damped
+    damped = damping(ca * rate, ea * ws, compression)[0]
+    tension = ea * ws + damped
     k = ei * per_length * per_length * per_length
     qh, qa, qb = bend(k, h, a, b)
     energy = 0.5 * (dot(qh, h) + dot(qa, a) + dot(qb, b))
@@ -145,9 +180,9 @@ def elastic(length, per_length, ea, ei, ca, tau, compression, h, a, b, vh, va, v
     power = dot(qh, vh) + dot(qa, va) + dot(qb, vb)
     c = 1.0 + 0.5 * tau * power / (energy + floor)
     fh = axpy(tension, dh, scale(c, qh))
-    fa = axpy(ea * w[0] / ra, a, axpy(tension, da, scale(c, qa)))
-    fb = axpy(ea * w[2] / rb, b, axpy(tension, db, scale(c, qb)))
-    return fh, fa, fb, tension, ea * length * w[3] + energy, damped * rate * length + (c - 1.0) * power
+    fa = axpy(ea * wa / ra, a, axpy(tension, da, scale(c, qa)))
+    fb = axpy(ea * wb / rb, b, axpy(tension, db, scale(c, qb)))
+    return fh, fa, fb, tension, ea * length * u + energy, damped * rate * length + (c - 1.0) * power
 
 
 @inline
@@ -171,24 +206,26 @@ def elastic_tangent(k9, e, c1, length, per_length, ea, ei, ca, tau, compression,
     hh, ha, hb, aa, ab, bb = arc_hessian(h, a, b)
     ra, rb = 1.0 / norm(a), 1.0 / norm(b)
     ua, ub = scale(ra, a), scale(rb, b)
-    w = stretch(per_length / ra, l * per_length, per_length / rb, compression)
-    ca *= w[4]
+    u, wa, ws, wb, waa, wab, wsa, wbb, wsb, wss = stretch(per_length / ra, l * per_length, per_length / rb, compression)
     rate = (dot(dh, vh) + dot(da, va) + dot(db, vb)) * per_length
-    tension = ea * w[1] + ca * rate
+    damped, by_rate, by_tension = damping(ca * rate, ea * ws, compression)
+    tension = ea * ws + damped
     q = ea * per_length
-    d = ca * per_length
+    d = by_rate * ca * per_length
     # z: what multiplies dl in the first factor of the outer products; H v is the rate of dl
-    zh = axpy(q * (w[4] + GRAM_SS) + d * c1, dh, scale(d, add(sym_dot(hh, vh), add(sym_dot(ha, va), sym_dot(hb, vb)))))
-    za = axpy(q * (w[4] + GRAM_SS) + d * c1, da, scale(d, add(sym_dot(ha, vh), add(sym_dot(aa, va), sym_dot(ab, vb)))))
-    zb = axpy(q * (w[4] + GRAM_SS) + d * c1, db, scale(d, add(sym_dot(hb, vh), add(sym_dot(ab, va), sym_dot(bb, vb)))))
-    za = axpy(q * GRAM_AS, ua, za)
-    zb = axpy(q * GRAM_AS, ub, zb)
+    t = q * (1.0 + by_tension)
+    p = t * wss + d * c1
+    zh = axpy(p, dh, scale(d, add(sym_dot(hh, vh), add(sym_dot(ha, va), sym_dot(hb, vb)))))
+    za = axpy(p, da, scale(d, add(sym_dot(ha, vh), add(sym_dot(aa, va), sym_dot(ab, vb)))))
+    zb = axpy(p, db, scale(d, add(sym_dot(hb, vh), add(sym_dot(ab, va), sym_dot(bb, vb)))))
+    za = axpy(t * wsa, ua, za)
+    zb = axpy(t * wsb, ub, zb)
     # rows of A and B: derivative of p_a u_a and p_b u_b
-    pa, pb = ea * w[0] * ra, ea * w[2] * rb
-    ah, ab_, aa_ = scale(q * GRAM_AS, dh), axpy(q * GRAM_AS, db, scale(q * GRAM_AB, ub)), axpy(
-        q * GRAM_AS, da, scale(q * GRAM_AA - pa, ua))
-    bh, ba_, bb_ = scale(q * GRAM_AS, dh), axpy(q * GRAM_AS, da, scale(q * GRAM_AB, ua)), axpy(
-        q * GRAM_AS, db, scale(q * GRAM_AA - pb, ub))
+    pa, pb = ea * wa * ra, ea * wb * rb
+    ah, ab_, aa_ = scale(q * wsa, dh), axpy(q * wsa, db, scale(q * wab, ub)), axpy(
+        q * wsa, da, scale(q * waa - pa, ua))
+    bh, ba_, bb_ = scale(q * wsb, dh), axpy(q * wsb, da, scale(q * wab, ua)), axpy(
+        q * wsb, db, scale(q * wbb - pb, ub))
     # bending with the damping of its energy rate
     k = ei * per_length * per_length * per_length
     fh, fa, fb = bend(k, h, a, b)
@@ -199,9 +236,9 @@ def elastic_tangent(k9, e, c1, length, per_length, ea, ei, ca, tau, compression,
     per_energy = 1.0 / energy
     t = 0.5 * tau * per_energy
     c = 1.0 + t * power
-    force = (axpy(tension, dh, scale(c, fh)), axpy(ea * w[0], ua, axpy(tension, da, scale(c, fa))),
-             axpy(ea * w[2], ub, axpy(tension, db, scale(c, fb))))
-    lost = ca * rate * rate * length + (c - 1.0) * power
+    force = (axpy(tension, dh, scale(c, fh)), axpy(ea * wa, ua, axpy(tension, da, scale(c, fa))),
+             axpy(ea * wb, ub, axpy(tension, db, scale(c, fb))))
+    lost = damped * rate * length + (c - 1.0) * power
     c *= k
     p = c1 - power * per_energy
     gh, ga, gb = scale(t, axpy(p, fh, gh)), scale(t, axpy(p, fa, ga)), scale(t, axpy(p, fb, gb))
@@ -214,7 +251,7 @@ def elastic_tangent(k9, e, c1, length, per_length, ea, ei, ca, tau, compression,
     store(k9, ROW_BH, e, -6.0 * c, hb, tension, db, zh, fb, gh, ub, bh)
     store(k9, ROW_BA, e, 2.0 * c, ab, tension, db, za, fb, ga, ub, ba_)
     store(k9, ROW_BB, e, 4.0 * c + pb, bb, tension, db, zb, fb, gb, ub, bb_)
-    return force[0], force[1], force[2], tension, ea * length * w[3] + bent, lost
+    return force[0], force[1], force[2], tension, ea * length * u + bent, lost
 
 
 @inline

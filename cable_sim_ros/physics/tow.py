@@ -78,7 +78,7 @@ class State(NamedTuple):
     measured: np.ndarray      # [3] departure angle [rad], tension [N] of the last tick, as instruments show; seat() [m]
     account: np.ndarray       # [POWERS + 1] work [J] of Work.power since the start, energy stored at the start
     before: np.ndarray        # [POWERS] W, powers at the end of the last step
-    health: np.ndarray        # [6] iterations, substeps, residual N, strain energy J, last step s, tangents of its solve
+    health: np.ndarray        # [6] iterations, substeps, residual N, strain energy J, last step s, its tangents
     work: Work
 
 
@@ -87,14 +87,15 @@ LEFT, SEATED, SINCE = 0, 1, 2   # State.events, see contact.latch
 # s; a longer step must not end off the sheave it began on, nor higher than half-way up the groove that it began in, nor
 # with a cable deeper in it than its rim is round: Newton may converge on the wrong side (trap T5). Shorter ones may
 LEAVE_STEP = 2e-3
+TURN_MOST = 0.2   # change of a gradient in one of these longer steps: slack cable that whips is not resolved by them
 
 
 def tow_line(model: Model, state: State) -> Line:
     """The tow as the solver sees it."""
     return Line(
         model.elements, model.held, model.bodies, model.seats, model.loads, model.struts, state.arc, state.q, state.v,
-        state.a, state.x, state.kept[STEP], state.gain, state.current, state.surfaces, state.flow, state.tension, state.reaction,
-        state.health, state.work, model.gravity, model.tolerance, model.max_iterations)
+        state.a, state.x, state.kept[STEP], state.gain, state.current, state.surfaces, state.flow, state.tension,
+        state.reaction, state.health, state.work, model.gravity, model.tolerance, model.max_iterations)
 
 
 line_of = inline(tow_line)
@@ -213,8 +214,18 @@ def pierced(arc, q, v, old, s, h):
 
 
 @driver
+def whipped(q, old):
+    """Did any gradient change by more than TURN_MOST?"""
+    for n in range(q.shape[0]):
+        for k in range(3, 6):
+            if abs(q[n, k] - old[n, k]) > TURN_MOST:
+                return True
+    return False
+
+
+@driver
 def astray(model, state, h, now):
-    """Did Newton converge on the wrong side of the sheave in a step of h [s]? now: seat() at its end."""
+    """Did Newton converge where a step of h [s] cannot be trusted to have led? now: seat() at its end."""
     s = state.surfaces[model.sheave]
     through = pierced(state.arc, state.q, state.v, state.kept[STEP, 0], s, h)
     if through == 2 or h <= LEAVE_STEP:
@@ -222,15 +233,15 @@ def astray(model, state, h, now):
     if through == 1 or (state.events[SINCE] >= 0 and now < 0.0):
         return True
     high = 0.5 * s[TOP]   # where the rim begins at the latest
-    return now < high and state.measured[2] >= high
+    return now < high and state.measured[2] >= high or whipped(state.q, state.kept[STEP, 0])
 
 
 @driver
 def step(model, state, inputs, t, h, command_rate):
     """One step of h [s] that ends at t [ns]. Returns (solved, blending); unsolved leaves the state as it was.
 
-    A long step that leaves the sheave, goes deep into it or begins to climb over its rim counts as unsolved, so that
-    the halved steps decide whether the cable comes off; so does any step that goes through it.
+    A long step that leaves the sheave, goes deep into it, begins to climb over its rim or turns the cable far counts as
+    unsolved, so that the halved steps decide where it goes; so does any step that goes through the sheave.
     """
     line = line_of(model, state)
     copy_row(state.winch, state.controls[STEP, 0])

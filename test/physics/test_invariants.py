@@ -288,3 +288,38 @@ def test_a_cable_folds_where_a_rod_would_push():
         bench.q[:, 0], bench.q[:, 2], bench.q[:, 3] = (0.0, 0.9), 10.0, 0.9
         push.append(bench.residual()[1, 0])
     assert push[0] == pytest.approx(-1e3, rel=1e-9) and push[1] == pytest.approx(-10.0, rel=1e-9)
+
+
+def slack_and_taut(seed: int, share: float, ca: float = 20.0) -> Bench:
+    """Dry elements in every state between folded and stretched, end gradients of any length."""
+    bench = Bench(20, seed, compression=share, ca=ca, ei=0.01, tau=0.0, gravity=0.0, mass=0.0)
+    bench.wander(top=50.0)
+    bench.q[:, :3] += 0.03 * bench.rng.normal(size=(21, 3))
+    return bench
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_cable_never_pushes(seed):
+    """Without a share in compression no element pushes, however uneven its stretch and however fast it shortens."""
+    rod, cable = slack_and_taut(seed, 1.0), slack_and_taut(seed, 0.0)
+    rod.residual()
+    cable.residual()
+    assert rod.tension.min() < -1.0 and cable.tension.max() > 1.0, "the case must have slack and taut elements"
+    assert cable.tension.min() >= -1e-9 * rod.tension.max()
+    assert cable.work.power[LOST_POWER] >= 0.0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_force_of_a_folding_cable_is_the_gradient_of_its_energy(seed):
+    bench, step = slack_and_taut(seed, 0.01, ca=0.0), 1e-6
+    bench.v[:], bench.a[:] = 0.0, 0.0
+    force = bench.residual()
+    start = bench.q.copy()
+    for node, k in ((3, 0), (7, 2), (9, 3), (12, 5), (15, 4)):
+        energy = []
+        for sign in (1.0, -1.0):
+            bench.q = start.copy()
+            bench.q[node, k] += sign * step
+            bench.residual()
+            energy.append(bench.energy)
+        assert force[node, k] == pytest.approx((energy[0] - energy[1]) / (2.0 * step), rel=1e-5, abs=1e-4)

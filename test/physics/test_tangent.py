@@ -63,3 +63,13 @@ def test_slow_water_takes_the_low_branches_of_the_drag_coefficient():
     bench.wander(top=-5.0)
     bench.v *= 1e-3
     assert worst(bench) < 1e-5
+
+
+@pytest.mark.parametrize("share", [0.0, 0.01])
+def test_folding_elements_with_axial_damping(share):
+    """Elements between folded and stretched, some with their damping cut off at the tension."""
+    bench = Bench(20, 4, compression=share, ca=20.0)
+    bench.wander(top=50.0)
+    bench.residual()
+    assert (bench.tension < 0.01).any() and (bench.tension > 1.0).any()
+    assert worst(bench) < 1e-6

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..rig import Rig, RigError, cable_of
+from ..rig import FOLDING, Rig, RigError, cable_of
 from .family import Case, CaseError, Level, Values, family
 from .gauge import crossings
 from .statics import hanging_shape
@@ -70,7 +70,8 @@ def falling_chain(case: Case, level: Level) -> Values:
     weight = mass * gravity * length
     rig = Rig(cable_of([{"length": length, "elements": n}], mass_per_length=mass,
                        axial_stiffness=case.number("EA_N", INEXTENSIBLE * weight),
-                       bending_stiffness=case.number("EI_N_m2", LIMBER * weight * length**2)),
+                       bending_stiffness=case.number("EI_N_m2", LIMBER * weight * length**2),
+                       compression_share=FOLDING),
               held={0: "r", n: "r"}, tension=weight, gravity=gravity)
     rig.place(*hanging_shape(rig.arc, apart, 0.0))
     rig.line.q[-1, :3] = (apart, 0.0, 0.0)
@@ -127,7 +128,8 @@ def drop_snap(case: Case, level: Level) -> Values:
     if not 0.0 < height < 0.5 * length:
         raise CaseError(f"{case.path}: inputs.free_fall_height_m = {height:g} lies outside 0..{0.5 * length:g}, half "
                         "the tether; the case was not run")
-    rig = Rig(cable_of([{"length": length, "elements": n}], mass_per_length=light, axial_stiffness=ea),
+    rig = Rig(cable_of([{"length": length, "elements": n}], mass_per_length=light, axial_stiffness=ea,
+                       compression_share=FOLDING),
               held={0: "r"}, tension=mass * gravity, gravity=gravity, bodies={n: mass})
     bowed(rig, length - height)
     fall, swing = float(np.sqrt(2.0 * height / gravity)), float(2.0 * np.pi * np.sqrt(mass * length / ea))

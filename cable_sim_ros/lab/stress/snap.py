@@ -9,7 +9,7 @@ from ..cases import Fidelity, run_case
 from ..cases.family import Case, Output
 from ..cases.slack import bowed, stride
 from ..cases.statics import hanging_shape
-from ..rig import Rig, cable_of
+from ..rig import FOLDING, Rig, cable_of
 from .registry import LEAST, WITHIN, Figure, Found, stress
 
 GRAVITY = 9.81
@@ -51,6 +51,7 @@ def least_of_drop(elements: int, step: float) -> float:
             [{"length": length, "elements": elements}],
             mass_per_length=p["tether_mass_per_length_kg_m"],
             axial_stiffness=p["EA_N"],
+            compression_share=FOLDING,
         ),
         held={0: "r"},
         tension=weight,
@@ -79,6 +80,7 @@ def least_of_chain(elements: int, step: float) -> float:
             mass_per_length=p["mass_per_length_kg_m"],
             axial_stiffness=1e4 * weight,
             bending_stiffness=5e-8 * weight * length**2,
+            compression_share=FOLDING,
         ),
         held={0: "r", elements: "r"},
         tension=weight,
