@@ -29,14 +29,15 @@ COARSE, FINE = ((0.6, 5), (0.3, 4), (0.1, 4)), ((0.6, 5), (0.3, 6), (0.1, 6))
 FINE_END = ((0.7, 25), (0.3, 44))     # the 69 elements of P6
 RIGID = {"points": 1, "note": "RK4, native fluid force, one slide for the stretch"}
 ALPHA = {"points": 2, "note": "generalised-alpha 0.5, sparse, Newton to 1e-6, drag with Jacobian compiled"}
-SHEAVE = {"note": "generalised-alpha 0.3, sparse, Newton to 1e-6"}
+SHEAVE = {"points": 4, "penalty": 1e5, "note": "generalised-alpha 0.3, sparse, Newton to 1e-6"}
 DAMPED, POINT = {"note": "RK2, axial damping 0.5 of critical"}, {"note": "towbody as a point mass"}
 
 RUNS: dict[tuple[str, str], tuple[Callable, tuple[Setting, ...]]] = {
     ("exudyn", "P2"): (exudyn_released, tuple(even(n, dt, note="generalised-alpha 0.5, sparse, Newton to 1e-6")
                                               for n, dt in ((10, 0.005), (20, 0.005), (20, 0.0025)))),
-    ("exudyn", "P4"): (exudyn_pulled_over, tuple(even(n, 0.01, points=4, penalty=1e5, **SHEAVE) for n in (48, 64, 96))),
-    ("exudyn", "P5"): (exudyn_towed, (Setting(FINE, 0.2, **ALPHA), Setting(FINE, 0.1, **ALPHA), even(40, 0.1, **ALPHA))),
+    ("exudyn", "P4"): (exudyn_pulled_over, tuple(even(n, 0.01, **SHEAVE) for n in (48, 64, 96))),
+    ("exudyn", "P5"): (exudyn_towed, (Setting(FINE, 0.2, **ALPHA), Setting(FINE, 0.1, **ALPHA),
+                                      even(40, 0.1, **ALPHA))),
     ("exudyn", "P6"): (exudyn_towed, (even(69, 0.2, **ALPHA), even(69, 0.1, **ALPHA))),
     ("mujoco", "P2"): (mujoco_released, tuple(even(n, dt, note="RK4, no stretch") for n, dt in (
         (20, 0.005), (40, 0.005), (80, 0.00125)))),

@@ -15,7 +15,7 @@ from ..scenes import static_shape
 
 class Setting(NamedTuple):
     """Mesh as ((length share, elements), ...) from the top, step [s] of the caller; what only some codes have: own
-    step [s], points an element at which drag is taken, penalty of a contact [N/m]. ``note``: what else was chosen."""
+    step [s], points an element for drag or contact, penalty of a contact [N/m]. ``note``: what else was chosen."""
 
     mesh: tuple[tuple[float, int], ...]
     dt: float
@@ -34,7 +34,7 @@ class Setting(NamedTuple):
             (share * length / n, n) for share, n in self.mesh), strict=True)))))
 
     def __str__(self) -> str:
-        more = ((self.inner, f"inner step {1e3 * self.inner:g} ms"), (self.points, f"drag at {self.points} points"),
+        more = ((self.inner, f"inner step {1e3 * self.inner:g} ms"), (self.points, f"{self.points} points an element"),
                 (self.penalty, f"contact {self.penalty:g} N/m"))
         return ", ".join((mesh_text(self.mesh), f"{1e3 * self.dt:g} ms", *(text for value, text in more if value)))
 

@@ -85,7 +85,8 @@ def _see(model: Any, data: Any, q, v, gravity, wind) -> _Seen:
         velocity = moving + np.cross(turning, arm)
         # spatial acceleration, gravity subtracted, at the centre of the whole; the material one of each piece
         acceleration = data.cacc[1:, 3:] + np.cross(data.cacc[1:, :3], arm) + np.cross(turning, velocity)
-        seen.append((data.site_xpos[0].copy(), model.body_mass[1:] @ acceleration, velocity, data.xmat[1:, 0::3].copy()))
+        seen.append((data.site_xpos[0].copy(), model.body_mass[1:] @ acceleration, velocity,
+                     data.xmat[1:, 0::3].copy()))
     return _Seen(*(np.array(x)[..., [0, 2]] for x in zip(*seen, strict=True)))
 
 
@@ -147,7 +148,8 @@ def mujoco_towed(setting: Setting) -> Ours:
     times = p["dt_out"] * np.arange(len(q))
     top = ramped_heave(p, times)[:, 0]
     seen = _see(model, data, q, v, -p["g"] - top[:, 8], -top[:, 5])
-    force = seen.force - (0.0, lift.sum()) - _drag(seen, np.repeat(np.diff(arc) / setting.points, setting.points), top, p)
+    pieces = np.repeat(np.diff(arc) / setting.points, setting.points)
+    force = seen.force - (0.0, lift.sum()) - _drag(seen, pieces, top, p)
     told = np.column_stack((times, seen.tip + top[:, [0, 2]] - (0.0, DEEP), np.linalg.norm(force, axis=1)))
     return Ours(str(setting), setting.elements, setting.dt, told, cpu, p["T"], 0, count)
 
