@@ -10,8 +10,9 @@ from typing import Any
 
 from .. import chain
 from .common import Setting, even, installed
+from .in_cabledyn import cabledyn_towed
 from .in_exudyn import exudyn_pulled_over, exudyn_released, exudyn_towed
-from .in_moordyn import cabledyn_towed, moordyn_towed
+from .in_moordyn import moordyn_towed
 from .in_mujoco import mujoco_released, mujoco_towed
 
 __all__ = ["CANNOT", "CODES", "RUNS", "Setting", "even", "installed", "jobs_of"]
@@ -24,13 +25,15 @@ CANNOT = {
     ("cabledyn", "P4"): "no sheave", ("mujoco", "P4"): "rigid links over a sheave: not built",
     ("lumped chain", "P4"): "no contact in the plain chain",
 }
-# towed: 13 to 17 elements, finest at the towbody, where the cable is most curved
+# towed: 13 to 26 elements, finest at the towbody, where the cable is most curved
 COARSE, FINE = ((0.6, 5), (0.3, 4), (0.1, 4)), ((0.6, 5), (0.3, 6), (0.1, 6))
+FINER = ((0.6, 8), (0.3, 9), (0.1, 9))
 FINE_END = ((0.7, 25), (0.3, 44))     # the 69 elements of P6
 RIGID = {"points": 1, "note": "RK4, native fluid force, one slide for the stretch"}
 ALPHA = {"points": 2, "note": "generalised-alpha 0.5, sparse, Newton to 1e-6, drag with Jacobian compiled"}
 SHEAVE = {"points": 4, "penalty": 1e5, "note": "generalised-alpha 0.3, sparse, Newton to 1e-6"}
-DAMPED, POINT = {"note": "RK2, axial damping 0.5 of critical"}, {"note": "towbody as a point mass"}
+DAMPED = {"note": "RK2, axial damping 0.5 of critical"}
+SECTION = {"note": "generalised-alpha 0.4, Newton to 1e-4, towbody as a heavy section of 0.5 m"}
 
 RUNS: dict[tuple[str, str], tuple[Callable, tuple[Setting, ...]]] = {
     ("exudyn", "P2"): (exudyn_released, tuple(even(n, dt, note="generalised-alpha 0.5, sparse, Newton to 1e-6")
@@ -46,8 +49,10 @@ RUNS: dict[tuple[str, str], tuple[Callable, tuple[Setting, ...]]] = {
     ("mujoco", "P6"): (mujoco_towed, (even(69, 0.05, **RIGID), Setting(FINE_END, 0.05, **RIGID))),
     ("moordyn", "P5"): (moordyn_towed, (even(20, 0.02, inner=0.002, **DAMPED), even(40, 0.02, inner=0.001, **DAMPED))),
     ("moordyn", "P6"): (moordyn_towed, (even(69, 0.02, inner=0.0005, **DAMPED),)),
-    ("cabledyn", "P5"): (cabledyn_towed, (even(20, 0.1, **POINT), even(20, 0.02, **POINT))),
-    ("cabledyn", "P6"): (cabledyn_towed, (even(69, 0.1, **POINT),)),
+    ("cabledyn", "P5"): (cabledyn_towed, (Setting(FINER, 0.2, **SECTION), even(40, 0.2, **SECTION),
+                                          even(40, 0.1, **SECTION))),
+    ("cabledyn", "P6"): (cabledyn_towed, (even(69, 0.2, **SECTION), even(69, 0.1, **SECTION),
+                                          Setting(FINE_END, 0.1, **SECTION))),
 }
 CODES = ("moordyn", "mujoco", "exudyn", "cabledyn")
 

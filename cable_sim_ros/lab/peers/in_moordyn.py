@@ -1,4 +1,4 @@
-"""MoorDyn v2 and CableDyn on P5 and P6: the same input, driven through their tow point.
+"""MoorDyn v2 on P5 and P6, driven through its tow point.
 
 A uniform stream is made by towing at its speed through still water, after SPIN_UP seconds of straight tow, not timed.
 """
@@ -20,31 +20,43 @@ SPIN_UP, GATHER = 1000.0, 20.0    # s of straight tow before the heave; of them 
 TOP = -50.0                        # m, depth of the tow point
 
 
-def deck(setting: Setting, more: str) -> str:
-    """Input of MoorDyn v2 and CableDyn for P5: one line, body as a free point, tow point driven from outside."""
+def cable_row(p: dict) -> str:
+    """The cable as a row of LINE TYPES."""
+    return f'cable {p["d"]} {p["mu"]} {p["EA"]} -0.5 0 {p["Cdn"]} 0.0 {p["Cdt"]} 0.0'
+
+
+def body_volume(p: dict) -> float:
+    """Displaced volume [m^3] of the towbody."""
+    return (p["M"] * p["g"] - p["Wnet"]) / p["rho"] / p["g"]
+
+
+def _deck(setting: Setting) -> str:
+    """P5: one line, body as a free point, tow point driven from outside."""
     p = reference("P5").params
-    volume = (p["M"] * p["g"] - p["Wnet"]) / p["rho"] / p["g"]
     rule = "-" * 20
     return f"""P5
 {rule} LINE TYPES {rule}
 TypeName Diam Mass/m EA BA/-zeta EI Cd Ca CdAx CaAx
 (name) (m) (kg/m) (N) (N-s/-) (N-m^2) (-) (-) (-) (-)
-cable {p["d"]} {p["mu"]} {p["EA"]} -0.5 0 {p["Cdn"]} 0.0 {p["Cdt"]} 0.0
+{cable_row(p)}
 {rule} POINTS {rule}
 ID Attachment X Y Z Mass Volume CdA Ca
 (#) (-) (m) (m) (m) (kg) (m^3) (m^2) (-)
-1 Free {0.92 * p["L"]} 0 {TOP - 0.36 * p["L"]} {p["M"]} {volume} 0 0
+1 Free {0.92 * p["L"]} 0 {TOP - 0.36 * p["L"]} {p["M"]} {body_volume(p)} 0 0
 2 Coupled 0 0 {TOP} 0 0 0 0
 {rule} LINES {rule}
 ID LineType AttachA AttachB UnstrLen NumSegs Outputs
 (#) (name) (#) (#) (m) (-) (-)
 1 cable 1 2 {p["L"]} {setting.elements} -
 {rule} OPTIONS {rule}
-{setting.inner or setting.dt} dtM
+{setting.inner} dtM
 {p["g"]} g
 {p["rho"]} rhoW
 1000 WtrDpth
-{more}
+2 dtIC
+0.5 TmaxIC
+0.01 threshIC
+0 writeLog
 {rule} OUTPUTS {rule}
 FairTen1
 {rule} need this line {rule}
@@ -81,7 +93,7 @@ def _towed(setting: Setting, step: Callable, look: Callable) -> Ours:
         if (i + 1) % every == 0:
             told.append(((i + 1) * setting.dt, *look(np.array((row[0], 0.0, TOP)))))
     cpu = time.process_time() - begin
-    return Ours(str(setting), setting.elements, setting.inner or setting.dt, np.array(told), cpu, p["T"], 0, len(path))
+    return Ours(str(setting), setting.elements, setting.inner, np.array(told), cpu, p["T"], 0, len(path))
 
 
 def moordyn_towed(setting: Setting) -> Ours:
@@ -89,7 +101,7 @@ def moordyn_towed(setting: Setting) -> Ours:
     import moordyn
     with silent(), tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "p5.txt"
-        path.write_text(deck(setting, "2 dtIC\n0.5 TmaxIC\n0.01 threshIC\n0 writeLog"))
+        path.write_text(_deck(setting))
         system = moordyn.Create(str(path))
         moordyn.Init(system, [0.0, 0.0, TOP], [0.0, 0.0, 0.0])
         line, body = moordyn.GetLine(system, 1), moordyn.GetPoint(system, 1)
@@ -104,27 +116,3 @@ def moordyn_towed(setting: Setting) -> Ours:
             return _towed(setting, step, look)
         finally:
             moordyn.Close(system)
-
-
-def cabledyn_towed(setting: Setting) -> Ours:
-    """P5 and P6 in CableDyn: finite elements, generalised-alpha, the body as a point mass."""
-    from cabledyn import CableDyn
-    with silent(), tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "p5.dat"
-        path.write_text(deck(setting, f"{SPIN_UP + 200.0} TMax"))
-        system = CableDyn(str(path))
-        host = system.host_dofs()
-        q, v, a = (x.copy() for x in system.get_coupled_motion())
-        line, body = system.lines[0], system.points[0]
-
-        def step(row, t):
-            q[host], v[host], a[host] = row[:3], row[3:6], row[6:]
-            system.step(setting.dt, q, v, a)
-
-        def look(top):
-            x = np.array(body.position()) - top
-            return abs(x[0]), x[2], max(line.fairlead_tension(), line.anchor_tension())
-        try:
-            return _towed(setting, step, look)
-        finally:
-            system.close()
