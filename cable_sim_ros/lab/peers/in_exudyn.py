@@ -91,8 +91,8 @@ def _settings(dt: float, duration: float, interval: float, rho: float, start: fl
     march.newton.relativeTolerance = TOLERANCE
     march.verboseMode = 0
     settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
-    settings.solutionSettings.writeSolutionToFile = False
-    settings.solutionSettings.sensorsWritePeriod = interval
+    settings.solution.file.write = False
+    settings.solution.sensors.writePeriod = interval
     settings.parallel.numberOfThreads = 1
     return settings
 
