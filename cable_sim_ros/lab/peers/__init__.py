@@ -22,7 +22,7 @@ INSTALL = "not installed: pip install 'cable_sim_ros[peers]'"
 CANNOT = {
     ("moordyn", "P2"): "starts from its own hanging equilibrium, not from a straight level line",
     ("moordyn", "P4"): "no sheave", ("cabledyn", "P2"): "starts from its own hanging equilibrium",
-    ("cabledyn", "P4"): "no sheave", ("mujoco", "P4"): "rigid links over a sheave: not built",
+    ("cabledyn", "P4"): "no sheave", ("mujoco", "P4"): "not built: rigid links go over a round sheave as a polygon",
     ("lumped chain", "P4"): "no contact in the plain chain",
 }
 # towed: 13 to 26 elements, finest at the towbody, where the cable is most curved
@@ -32,7 +32,7 @@ FINE_END = ((0.7, 25), (0.3, 44))     # the 69 elements of P6
 RIGID = {"points": 1, "note": "RK4, native fluid force, one slide for the stretch"}
 ALPHA = {"points": 2, "note": "generalised-alpha 0.5, sparse, Newton to 1e-6, drag with Jacobian compiled"}
 SHEAVE = {"points": 4, "penalty": 1e5, "note": "generalised-alpha 0.3, sparse, Newton to 1e-6"}
-DAMPED = {"note": "RK2, axial damping 0.5 of critical"}
+DAMPED = {"note": "RK2, axial damping 0.05 of critical"}
 SECTION = {"note": "generalised-alpha 0.4, Newton to 1e-4, towbody as a heavy section of 0.5 m"}
 
 RUNS: dict[tuple[str, str], tuple[Callable, tuple[Setting, ...]]] = {

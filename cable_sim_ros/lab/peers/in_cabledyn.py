@@ -35,7 +35,7 @@ def _deck(setting: Setting) -> str:
 TypeName Diam Mass/m EA BA/-zeta EI Cd Ca CdAx CaAx
 (name) (m) (kg/m) (N) (N-s/-) (N-m^2) (-) (-) (-) (-)
 {cable_row(p)}
-body {across} {p["M"] / BODY} {10.0 * p["EA"]} -0.5 0 1e-9 0.0 1e-9 0.0
+body {across} {p["M"] / BODY} {10.0 * p["EA"]} -0.05 0 1e-9 0.0 1e-9 0.0
 tail 1e-4 1e-4 {TAIL_PULL / TAIL_STRAIN} 0 0 1e-9 0.0 1e-9 0.0
 {rule} POINTS {rule}
 ID Attachment X Y Z Mass Volume CdA Ca

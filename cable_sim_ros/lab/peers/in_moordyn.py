@@ -22,7 +22,7 @@ TOP = -50.0                        # m, depth of the tow point
 
 def cable_row(p: dict) -> str:
     """The cable as a row of LINE TYPES."""
-    return f'cable {p["d"]} {p["mu"]} {p["EA"]} -0.5 0 {p["Cdn"]} 0.0 {p["Cdt"]} 0.0'
+    return f'cable {p["d"]} {p["mu"]} {p["EA"]} -0.05 0 {p["Cdn"]} 0.0 {p["Cdt"]} 0.0'
 
 
 def body_volume(p: dict) -> float:
@@ -97,7 +97,7 @@ def _towed(setting: Setting, step: Callable, look: Callable) -> Ours:
 
 
 def moordyn_towed(setting: Setting) -> Ours:
-    """P5 and P6 in MoorDyn: lumped masses, explicit, axial damping 0.5 of critical."""
+    """P5 and P6 in MoorDyn: lumped masses, explicit, axial damping 0.05 of critical."""
     import moordyn
     with silent(), tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "p5.txt"
