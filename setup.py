@@ -28,7 +28,7 @@ ROS = ["ros-rclpy[fastrtps]>=9.1,<10"] + [
     f"ros-{name}-msgs>=5,<6" for name in ("diagnostic", "geometry", "nav", "sensor", "std")
 ] + ["ros-std-srvs>=5,<6", "ros-rcl-interfaces>=2,<3", "ros-lifecycle-msgs>=2,<3", "ros-rosgraph-msgs>=2,<3"]
 
-PEERS = ["moordyn>=2.7", "mujoco>=3.3", "exudyn>=1.10", "cabledyn>=0.3"]   # other codes, for cable-sim bench --peers
+PEERS = ["moordyn>=2.7", "mujoco>=3.3", "exudyn>=1.13", "cabledyn>=0.3"]   # other codes, for cable-sim bench --peers
 TEST = [
     "pytest>=8",
     "click>=8.2",            # its test runner keeps the two outputs apart

@@ -112,7 +112,7 @@ def _scene(scene: str, with_peers: bool, repeats: int) -> list[Row]:
         iterations, steps = getattr(run, "iterations", None), getattr(run, "steps", None)
         each = 1e6 * cpu * run.simulated_s / (run.elements * iterations) if iterations else None
         rows.append(Row(scene, code, run.setting, run.elements, run.dt_s, float(tension), float(position), cpu, each,
-                        iterations / steps if iterations and steps else None, getattr(run, "note", "")))
+                        iterations / steps if iterations and steps else None, getattr(jobs[k][1], "note", "")))
     return rows
 
 

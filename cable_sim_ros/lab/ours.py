@@ -16,6 +16,7 @@ from .rig import Rig, cable_of
 from .scenes import reference
 
 DEEP = -1000.0     # m, where the stream scenes are set up: everything is wet
+CLEAR = 0.5        # m of straight cable next to the sheave of P4 that is not read
 PRESSED = 1e-5     # m of penetration wanted under the load of P4
 
 
@@ -44,8 +45,12 @@ class Setting(NamedTuple):
         return sum(n for _, n in self.mesh)
 
     def __str__(self) -> str:
-        mesh = " + ".join(f"{n} on {share:g}" for share, n in self.mesh) if len(self.mesh) > 1 else f"{self.elements}"
-        return mesh + (f", {1e3 * self.dt:g} ms, rho_inf {self.rho:g}" if self.dt else "")
+        return mesh_text(self.mesh) + (f", {1e3 * self.dt:g} ms, rho_inf {self.rho:g}" if self.dt else "")
+
+
+def mesh_text(mesh: tuple[tuple[float, int], ...]) -> str:
+    """A mesh as told in the tables."""
+    return " + ".join(f"{n} on {share:g}" for share, n in mesh) if len(mesh) > 1 else f"{mesh[0][1]}"
 
 
 def even(n: int, dt: float = 0.0, rho: float = Solver().rho_inf) -> Setting:
@@ -140,13 +145,20 @@ def pulled_over(setting: Setting) -> Ours:
     rig.balance()
     start, middle = rig.line.q[-1, 2], 0.5 * (rig.arc[1:] + rig.arc[:-1])
     tangent = p["l1"] + half_turn   # arc length of the material at the right tangent point before it moves
-    first = (0.0, 0.0, float(np.interp(tangent, middle, rig.line.tension)))
+    first = (0.0, 0.0, leaving_tension(middle, tangent, rig.line.tension))
 
     def columns(h):
         travel = start - h.q[:, -1, 2]
-        return np.column_stack((travel, [np.interp(tangent - x, middle, row) for x, row in zip(
+        return np.column_stack((travel, [leaving_tension(middle, tangent - x, row) for x, row in zip(
             travel, h.tension, strict=True)]))
     return _run(rig, setting, p["T"], p["dt_out"], columns, first)
+
+
+def leaving_tension(middle: np.ndarray, tangent: float, tension: np.ndarray) -> float:
+    """Tension [N] at arc length tangent [m], where the cable leaves the sheave of P4, from that of the elements
+    (middle [m]): it is linear along the straight part, and near the jump of curvature an element's own varies."""
+    clear = middle > tangent + CLEAR
+    return float(np.polyval(np.polyfit(middle[clear], tension[clear], 1), tangent))
 
 
 def ramped_heave(p: dict, times: np.ndarray) -> np.ndarray:
