@@ -32,7 +32,7 @@ from ..physics.towbody import BODY_ROWS, Towbody, body_table
 from ..physics.water import Water
 from ..sim.build import ROUND_OFF, arc_lengths, element_table, lock
 
-FOLDING = 1e-6            # cable.compression_share of a cable that goes slack
+FOLDING = 1e-7            # cable.compression_share of a cable that goes slack
 SHIPPED = Solver()        # the defaults of the product: step, rho_inf, tolerance
 
 

@@ -11,7 +11,7 @@ from ...sim.frame import Flag
 from ...sim.simulator import SolverError
 from ..bend import drum
 from ..cases.slack import stride
-from ..rig import FOLDING, Rig, cable_of
+from ..rig import Rig, cable_of
 from ..stations import FORCE, POINTS, WEIGHT, touched
 from .registry import IS, LEAST, WITHIN, Figure, Found, stress
 from .solid import Watch
@@ -61,8 +61,7 @@ class Bench:
         self.at, self.time = step, 0.0
         rig = Rig(
             cable_of([{"length": LENGTH, "elements": n}], mass_per_length=LINEAR, axial_stiffness=6.786e6,
-                     bending_stiffness=1.4, axial_damping=310.0, bending_damping=6.4e-5,
-                     compression_share=FOLDING),
+                     bending_stiffness=1.4, axial_damping=310.0, bending_damping=6.4e-5),
             held={}, tension=200.0, bodies={0: MASS, n: MASS},
             surfaces=[drum(0.255, 4000.0, penetration=1e-3 / 0.255)],
             loads=[np.zeros(7), np.eye(7)[0] * n],
