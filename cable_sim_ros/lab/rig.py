@@ -24,7 +24,7 @@ from ..physics.ancf import (
 from ..physics.banded import solve
 from ..physics.cable import Cable, Section, make_work
 from ..physics.drag import DragLaw
-from ..physics.integrate import Solver, advance, link_solver, predict, settle
+from ..physics.integrate import TURN_MOST, Solver, advance, link_solver, predict, settle, take_back, whipped
 from ..physics.jit import LANES, NO, YES, driver
 from ..physics.line import LOAD_COLUMNS, STRUT_COLUMNS, Line, residual
 from ..physics.surface import AXIS, BODY, CENTRE, SURFACE_COLUMNS
@@ -255,6 +255,13 @@ class Rig:
             raise RigError(f"step {done + 1} of {steps} ({h:g} s) could not be solved in {self.line.max_iterations} "
                            f"iterations; remedy: a smaller step or a finer mesh")
         return History(h * every * np.arange(1, samples + 1), q, v, tension, reaction, strain, int(count[0]), steps)
+
+    def refuse_whip(self, step: float) -> None:
+        """Take a last step [s] back that turned the cable too far, see integrate.whipped. Raises RigError."""
+        line = self.line
+        if whipped(line.q, line.old, float(step)):
+            take_back(line)
+            raise RigError(f"a step of {step:g} s turned the cable by more than {TURN_MOST:g}; remedy: a smaller step")
 
     def tension_at(self, s: float) -> float:
         """Element tension at unstretched arc length s [m], interpolated between element middles."""

@@ -25,6 +25,12 @@ class Solver(Block):
     max_iterations: int = quantity(20, "1", 2, 200, "Newton iterations before a step is halved")
     max_halvings: int = quantity(8, "1", 0, 20, "halvings of a step before the solver gives up")
 
+
+# change of a gradient in one step, and the step [s] below which it may change by more: long steps that turn slack cable
+# farther gain energy until one has no solution
+TURN_MOST, TURN_STEP = 0.2, 4e-4
+
+
 @inline
 def coefficients(h, rho):
     """am, af, beta, gamma of generalised-alpha and c1 = dv/dq, c2 = da/dq of a step h [s]."""
@@ -147,6 +153,18 @@ def advance(line, h, rho):
         for k in range(6):
             line.x[n, k] = ((1.0 - af) * line.a[n, k] + af * old[2, n, k] - am * old[3, n, k]) / (1.0 - am)
     return used
+
+
+@driver
+def whipped(q, old, h):
+    """Did a step of h [s], longer than TURN_STEP, turn a gradient by more than TURN_MOST? old: what predict kept."""
+    if h <= TURN_STEP:
+        return False
+    for n in range(q.shape[0]):
+        for k in range(3, 6):
+            if abs(q[n, k] - old[0, n, k]) > TURN_MOST:
+                return True
+    return False
 
 
 @driver

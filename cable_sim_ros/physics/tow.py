@@ -8,7 +8,7 @@ import numpy as np
 
 from .cable import POWERS, Work
 from .contact import LOADED, touch
-from .integrate import advance, copy, predict, settle, take_back
+from .integrate import advance, copy, predict, settle, take_back, whipped
 from .jit import driver, inline
 from .line import Line
 from .setpoint import LENGTH, RATE, compensation
@@ -87,7 +87,6 @@ LEFT, SEATED, SINCE = 0, 1, 2   # State.events, see contact.latch
 # s; a longer step must not end off the sheave it began on, nor higher than half-way up the groove that it began in, nor
 # with a cable deeper in it than its rim is round: Newton may converge on the wrong side (trap T5). Shorter ones may
 LEAVE_STEP = 2e-3
-TURN_MOST = 0.2   # change of a gradient in one of these longer steps: slack cable that whips is not resolved by them
 
 
 def tow_line(model: Model, state: State) -> Line:
@@ -214,26 +213,18 @@ def pierced(arc, q, v, old, s, h):
 
 
 @driver
-def whipped(q, old):
-    """Did any gradient change by more than TURN_MOST?"""
-    for n in range(q.shape[0]):
-        for k in range(3, 6):
-            if abs(q[n, k] - old[n, k]) > TURN_MOST:
-                return True
-    return False
-
-
-@driver
 def astray(model, state, h, now):
     """Did Newton converge where a step of h [s] cannot be trusted to have led? now: seat() at its end."""
     s = state.surfaces[model.sheave]
     through = pierced(state.arc, state.q, state.v, state.kept[STEP, 0], s, h)
-    if through == 2 or h <= LEAVE_STEP:
-        return through == 2
+    if through == 2 or whipped(state.q, state.kept[STEP], h):
+        return True
+    if h <= LEAVE_STEP:
+        return False
     if through == 1 or (state.events[SINCE] >= 0 and now < 0.0):
         return True
     high = 0.5 * s[TOP]   # where the rim begins at the latest
-    return now < high and state.measured[2] >= high or whipped(state.q, state.kept[STEP, 0])
+    return now < high and state.measured[2] >= high
 
 
 @driver

@@ -20,10 +20,11 @@ FALL_STEPS = 400     # steps of a real-time run over the time of a free fall, at
 
 
 def stride(rig: Rig, step: float, halvings: int = HALVINGS, seen: Callable[[float], None] = lambda h: None) -> None:
-    """One step [s], halved where Newton does not solve it, as the product does; ``seen`` is called with the length of
-    every step solved. Raises RigError."""
+    """One step [s], halved where Newton does not solve it or the cable whips, as in the product; ``seen`` is called
+    with the length of every step solved. Raises RigError."""
     try:
         rig.run(step, step)
+        rig.refuse_whip(step)
     except RigError:
         if halvings == 0 or not np.isfinite(rig.line.q).all():
             raise
