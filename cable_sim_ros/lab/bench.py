@@ -31,6 +31,8 @@ TOW_SECONDS, TOW_SKIP = 40.0, 10.0       # P7: of nbp1406, and what of it is lef
 REFINED = ((52, 4, 144, 48, 36), 0.005)
 TOW_MESHES = (((26, 2, 48, 16, 12), 0.01), ((26, 2, 48, 16, 12), 0.02), ((26, 2, 48, 16, 12), 0.05),
               ((16, 2, 28, 6, 12), 0.05), ((16, 2, 64, 8, 12), 0.02))
+# P4 meshes: before, on and after the sheave
+OVER_SHEAVE_COARSE, OVER_SHEAVE = ((0.33, 1), (0.29, 12), (0.38, 2)), ((0.32, 2), (0.32, 27), (0.36, 3))
 
 
 class Row(NamedTuple):
@@ -55,8 +57,9 @@ SWEEPS: dict[str, tuple[Callable, tuple[Setting, ...]]] = {
         (6, 0.01), (8, 0.005), (10, 0.005), (12, 0.0025), (16, 0.01 / 3.0), (20, 0.0025), (40, 0.001)))),
     "P3": (ours.cantilever, tuple(even(n, dt, 0.5) for n, dt in ((4, 0.01), (6, 0.005), (8, 0.0025), (16, 0.001)))),
     "P4": (ours.pulled_over, (
-        Setting(((0.32, 2), (0.32, 36), (0.36, 4)), 0.01), Setting(((0.32, 2), (0.31, 30), (0.37, 4)), 0.0125),
-        even(64, 0.01), even(96, 0.01), even(192, 0.005))),
+        Setting(OVER_SHEAVE_COARSE, 0.05), Setting(OVER_SHEAVE_COARSE, 0.04), Setting(OVER_SHEAVE_COARSE, 0.02),
+        Setting(OVER_SHEAVE, 0.1 / 3.0), Setting(OVER_SHEAVE, 0.0125), even(64, 0.01), even(96, 0.01),
+        even(192, 0.005))),
     "P5": (ours.towed, (
         Setting(((0.5, 4), (0.3, 4), (0.2, 6)), 0.2, 0.5), Setting(((0.5, 4), (0.3, 4), (0.2, 6)), 0.1, 0.5),
         Setting(((0.6, 5), (0.3, 6), (0.1, 6)), 0.1, 0.5), even(10, 0.1, 0.5), even(20, 0.1, 0.5),

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..physics.contact import Contact
 from ..physics.drag import DragLaw
 from ..physics.integrate import Solver
 from ..physics.surface import surface_row
@@ -17,7 +18,6 @@ from .scenes import reference
 
 DEEP = -1000.0     # m, where the stream scenes are set up: everything is wet
 CLEAR = 0.5        # m of straight cable next to the sheave of P4 that is not read
-PRESSED = 1e-5     # m of penetration wanted under the load of P4
 
 
 class Ours(NamedTuple):
@@ -75,7 +75,8 @@ def _every(interval: float, dt: float) -> int:
 def _run(rig: Rig, setting: Setting, duration: float, interval: float, columns, first, **more) -> Ours:
     """March and time it; ``columns(history)`` -> [samples, columns], ``first``: the row at t = 0."""
     begin = time.process_time()
-    told = rig.run(duration, setting.dt, every=_every(interval, setting.dt), **more)
+    told = rig.run(duration, setting.dt, every=_every(interval, setting.dt), halvings=Solver().max_halvings,
+                   **more)
     cpu = time.process_time() - begin
     history = np.vstack((first, np.column_stack((told.time, columns(told)))))
     return Ours(str(setting), setting.elements, setting.dt, history, cpu, duration, told.iterations, told.steps)
@@ -128,7 +129,7 @@ def pulled_over(setting: Setting) -> Ours:
     rc, weight = p["Rc"], p["g"] * max(p["m1"], p["m2"])
     half_turn = np.pi * rc
     length = p["l1"] + half_turn + p["l2"]
-    stiffness = weight / rc / PRESSED**1.5
+    stiffness = weight / rc / (Contact().penetration_limit * p["d"])**1.5
     # at rest with the tension of the first instant (massless cable): left mass held, right one partly carried
     start_tension = 2.0 * p["m1"] * p["m2"] / (p["m1"] + p["m2"]) * p["g"]
     rig = _dry(p, length, setting, {0: "r"}, tension=weight, bodies={0: p["m1"], -1: p["m2"]},

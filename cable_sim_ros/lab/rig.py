@@ -75,16 +75,46 @@ def accelerate(line):
 
 
 @driver
-def march(line, rho, h, steps, every, moved, motion, q, v, tension, reaction, strain, count):
+def moved_step(line, h, rho, nodes, motion):
+    """One step of h [s], nodes [m] at its end where motion [m, 9] (r, v, a) says. Returns the iterations, or -1."""
+    predict(line, h, rho)
+    for m in range(nodes.shape[0]):
+        for k in range(3):
+            line.q[nodes[m], k] = motion[m, k]
+            line.v[nodes[m], k] = motion[m, 3 + k]
+            line.a[nodes[m], k] = motion[m, 6 + k]
+    return advance(line, h, rho)
+
+
+@driver
+def halved_step(line, h, rho, halvings):
+    """One step of h [s], halved where Newton does not solve it, as in the tow. Returns the iterations, or -1."""
+    done, share, level, total = 0.0, 1.0, 0, 0
+    while done < 1.0:
+        predict(line, share * h, rho)
+        used = advance(line, share * h, rho)
+        if used < 0:
+            level += 1
+            share *= 0.5
+            if level > halvings:
+                return used
+            continue
+        total += used
+        done += share
+        if share < 1.0 and (done / (2.0 * share)) % 1.0 == 0.0:
+            share *= 2.0
+            level -= 1
+    return total
+
+
+@driver
+def march(line, rho, h, steps, every, halvings, moved, motion, q, v, tension, reaction, strain, count):
     """``steps`` steps of h [s]; moved [m] nodes follow motion [steps, m, 9] (r, v, a). Returns the steps done."""
     for i in range(steps):
-        predict(line, h, rho)
-        for m in range(moved.shape[0]):
-            for k in range(3):
-                line.q[moved[m], k] = motion[i, m, k]
-                line.v[moved[m], k] = motion[i, m, 3 + k]
-                line.a[moved[m], k] = motion[i, m, 6 + k]
-        used = advance(line, h, rho)
+        if moved.shape[0] > 0:
+            used = moved_step(line, h, rho, moved, motion[i])
+        else:
+            used = halved_step(line, h, rho, halvings)
         if used < 0:
             return i
         count[0] += used
@@ -235,10 +265,12 @@ class Rig:
         if not left <= max(self.line.tolerance, 1e-9 * np.abs(self.line.tension).max()):
             raise RigError(f"no accelerations balance the start: residual {left:.3g} N")
 
-    def run(self, duration: float, step: float, every: int = 1, moved: tuple[int, ...] = (), motion=None) -> History:
+    def run(self, duration: float, step: float, every: int = 1, moved: tuple[int, ...] = (), motion=None,
+            halvings: int = 0) -> History:
         """Advance ``duration`` in equal steps near ``step`` [s]; ``every`` steps one sample.
 
-        motion(t [steps]) -> array [steps, len(moved), 9] of r, v, a of the moved nodes. Raises RigError.
+        motion(t [steps]) -> array [steps, len(moved), 9] of r, v, a of the moved nodes; without moved nodes a step that
+        Newton does not solve is halved, ``halvings`` times at most. Raises RigError.
         """
         steps = max(int(round(duration / step)), 1)
         steps = -(-steps // every) * every
@@ -248,8 +280,8 @@ class Rig:
         q, v, reaction = (z((samples, self.nodes, 6)) for _ in range(3))
         tension, strain, count = z((samples, self.nodes - 1)), z(samples), z(1, np.int64)
         nodes = np.array([n % self.nodes for n in moved], np.int64)
-        done = march(self.line, self.solver.rho_inf, h, steps, int(every), nodes, table, q, v, tension, reaction,
-                     strain, count)
+        done = march(self.line, self.solver.rho_inf, h, steps, int(every), int(halvings), nodes, table, q, v, tension,
+                     reaction, strain, count)
         self.iterations += int(count[0])
         if done < steps or not np.isfinite(self.line.q).all():
             raise RigError(f"step {done + 1} of {steps} ({h:g} s) could not be solved in {self.line.max_iterations} "
