@@ -79,6 +79,15 @@ def touch(r, v, s):
 
 
 @inline
+def touch_drum(r, v, s):
+    """touch() of a surface without a groove: e_r, t, rho, relative velocity and the press."""
+    rel = sub(r, at3(s, CENTRE))
+    _, er, t, rho, h = place(rel, at3(s, AXIS), s[RADIUS])
+    vr = sub(sub(v, at3(s, SPEED)), cross(at3(s, SPIN), rel))
+    return er, t, rho, vr, *press(-h, -dot(er, vr), s[STIFFNESS], s[DAMPING])
+
+
+@inline
 def loads(o):
     """What touch() found as line loads [N/m] of the half at -e_y (it pushes to +e_y in the groove) and that at +e_y."""
     return (o[13], o[9]) if o[16] > 0.0 else (o[9], o[13])
@@ -119,6 +128,11 @@ def contact_lanes(t, s, weight, f):
     """f[3, LANES] = weight * contact load of surface row s at the point of each lane (rows R and V of t)."""
     if t.shape[1] != LANES or weight.shape[0] != LANES or f.shape[1] != LANES:
         raise ValueError("lanes")
+    if s[SECOND_FLANK] == 0.0:
+        for e in range(LANES):
+            er, _, _, _, f1, _, _ = touch_drum(get3(t, POINT_R, e), get3(t, POINT_V, e), s)
+            put3(f, 0, e, scale(weight[e] * f1, er))
+        return
     for e in range(LANES):
         o = touch(get3(t, POINT_R, e), get3(t, POINT_V, e), s)
         put3(f, 0, e, scale(weight[e], axpy(o[9], o[7], scale(o[13], o[8]))))
@@ -137,6 +151,14 @@ def contact_tangent_lanes(t, s, c1, weight, f, ka):
     if t.shape[1] != LANES or weight.shape[0] != LANES or f.shape[1] != LANES or ka.shape[1] != LANES:
         raise ValueError("lanes")
     spin = at3(s, SPIN)
+    if s[SECOND_FLANK] == 0.0:
+        for e in range(LANES):
+            er, q, rho, vr, f1, k1, x1 = touch_drum(get3(t, POINT_R, e), get3(t, POINT_V, e), s)
+            w = weight[e]
+            put3(f, 0, e, scale(w * f1, er))
+            put_matrix(ka, 0, e, 0.0, scale(w, er), half_row(er, k1, x1, q, er, 1.0 / rho, 0.0, vr, spin, c1),
+                       scale(w * f1 / rho, q), q)
+        return
     for e in range(LANES):
         er, q, rho, _, _, _, vr, n1, n2, f1, k1, x1, bend, f2, k2, x2, _, _ = touch(
             get3(t, POINT_R, e), get3(t, POINT_V, e), s)
