@@ -30,7 +30,7 @@ TOW_SECONDS, TOW_SKIP = 40.0, 10.0       # P7: of nbp1406, and what of it is lef
 # P7 meshes: elements of the sections drum, span, sheave, bare, faired; the first is the refined reference
 REFINED = ((52, 4, 144, 48, 36), 0.005)
 TOW_MESHES = (((26, 2, 48, 16, 12), 0.01), ((26, 2, 48, 16, 12), 0.02), ((26, 2, 48, 16, 12), 0.05),
-              ((16, 2, 28, 6, 12), 0.05), ((16, 2, 64, 8, 12), 0.02))
+              ((20, 2, 40, 6, 12), 0.05), ((16, 2, 80, 8, 12), 0.02))
 # P4 meshes: before, on and after the sheave
 OVER_SHEAVE_COARSE, OVER_SHEAVE = ((0.33, 1), (0.29, 12), (0.38, 2)), ((0.32, 2), (0.32, 27), (0.36, 3))
 
@@ -139,7 +139,7 @@ def _whole_tow() -> list[Row]:
             late = got.time - got.time[0] >= TOW_SKIP * 1e9
             mean, std = got.tension[late].mean(), got.tension[late].std()
             of_mean = abs(mean / fine.tension[late].mean() - 1.0)
-            of_std = abs(std - fine.tension[late].std()) / fine.tension[late].mean()
+            of_std = abs(std / fine.tension[late].std() - 1.0)
             away = np.linalg.norm(got.body_position[late] - fine.body_position[late], axis=1).max()
             iterations, steps = float(frames.iterations.sum()), float(frames.substeps.sum())
             cpu = driven.stepping_s / (len(frames) * tick)

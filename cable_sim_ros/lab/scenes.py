@@ -21,7 +21,7 @@ WHAT = {
     "P4": ("RMS at the right mass over its mean, 0.2 to 1 s", "RMS travel over the last travel"),
     "P5": ("worse of mean and std of the top tension, 60 to 100 s", "heave amplitude of the towbody"),
     "P6": ("worse of mean and std of the top tension, 60 to 100 s", "heave amplitude of the towbody"),
-    "P7": ("worse of mean and std of the tension", "largest distance of the towbody [m]"),
+    "P7": ("worse of mean and std of the tension, each over its own", "largest distance of the towbody [m]"),
 }
 
 
