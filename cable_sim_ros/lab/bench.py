@@ -29,8 +29,8 @@ REPEATS = 5
 TOW_SECONDS, TOW_SKIP = 40.0, 10.0       # P7: of nbp1406, and what of it is left out of the statistics
 # P7 meshes: elements of the sections drum, span, sheave, bare, faired; the first is the refined reference
 REFINED = ((52, 4, 144, 48, 36), 0.005)
-TOW_MESHES = (((26, 2, 48, 16, 12), 0.01), ((26, 2, 48, 16, 12), 0.02), ((26, 2, 48, 16, 12), 0.05),
-              ((20, 2, 40, 6, 12), 0.05), ((16, 2, 80, 8, 12), 0.02))
+TOW_MESHES = (((22, 2, 80, 12, 12), 0.01), ((22, 2, 80, 12, 12), 0.02), ((22, 2, 80, 12, 12), 0.05),
+              ((16, 2, 80, 8, 12), 0.02), ((20, 2, 40, 6, 12), 0.05))
 # P4 meshes: before, on and after the sheave
 OVER_SHEAVE_COARSE, OVER_SHEAVE = ((0.33, 1), (0.29, 12), (0.38, 2)), ((0.32, 2), (0.32, 27), (0.36, 3))
 
