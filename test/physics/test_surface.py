@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cable_sim_ros.lab.stress.solid import depth
-from cable_sim_ros.physics.contact import latch, loads, touch
-from cable_sim_ros.physics.surface import AXIS, CREST, RIM, TOP, beside, margin, surface_row
+from cable_sim_ros.physics.contact import latch, loads, touch, touch_drum
+from cable_sim_ros.physics.surface import AXIS, CREST, RIM, SPIN, TOP, beside, margin, surface_row
 from cable_sim_ros.physics.tow import pierced
 
 STIFFNESS, SEAT = 1e9, 0.255
@@ -85,6 +85,17 @@ def test_no_step_where_rim_meets_flank_and_cheek(joint, share):
         return force(*(middle + inner * np.array((np.cos(angle + turn), np.sin(angle + turn)))))
 
     assert at(1e-9) == pytest.approx(at(-1e-9), rel=1e-6, abs=1e-3)
+
+
+@given(st.tuples(*[st.floats(-0.4, 0.4)] * 3), st.tuples(*[st.floats(-2.0, 2.0)] * 3))
+@settings(max_examples=100, deadline=None)
+def test_a_drum_is_the_groove_without_a_second_flank(place, speed):
+    row = surface_row((0, 0, 0), SEAT, None, 0.0, 0.0, STIFFNESS, 0.3)
+    row[AXIS + 1], row[SPIN + 1] = 1.0, 0.7
+    er, t, rho, vr, f, stiff, damped = touch_drum(place, speed, row)
+    o = touch(place, speed, row)
+    assert (f, stiff, damped, rho) == (o[9], o[10], o[11], o[2]) and o[13] == 0.0
+    np.testing.assert_array_equal((er, t, vr), (o[0], o[1], o[6]))
 
 
 def test_margin_tells_of_a_cable_beside():
