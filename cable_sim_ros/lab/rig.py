@@ -26,7 +26,7 @@ from ..physics.cable import Cable, Section, make_work
 from ..physics.drag import DragLaw
 from ..physics.integrate import TURN_MOST, Solver, advance, link_solver, predict, settle, take_back, whipped
 from ..physics.jit import LANES, NO, YES, driver
-from ..physics.line import LOAD_COLUMNS, STRUT_COLUMNS, Line, residual
+from ..physics.line import HEALTH, LOAD_COLUMNS, STRAIN, STRUT_COLUMNS, Line, residual
 from ..physics.surface import AXIS, BODY, CENTRE, SURFACE_COLUMNS
 from ..physics.towbody import BODY_ROWS, Towbody, body_table
 from ..physics.water import Water
@@ -127,7 +127,7 @@ def march(line, rho, h, steps, every, halvings, moved, motion, q, v, tension, re
                     reaction[s, n, k] = line.reaction[n, k]
             for e in range(line.tension.shape[0]):
                 tension[s, e] = line.tension[e]
-            strain[s] = line.health[3]
+            strain[s] = line.health[STRAIN]
     return steps
 
 
@@ -193,7 +193,7 @@ class Rig:
             struts=lock(np.array(struts or (), float).reshape(-1, STRUT_COLUMNS)), arc=self.arc, q=z((nodes, 6)),
             v=z((nodes, 6)), a=z((nodes, 6)), x=z((nodes, 6)), old=z((4, nodes, 6)), gain=z((nodes, 6)),
             current=current, surfaces=rows,
-            flow=flow, tension=z(nodes - 1), reaction=z((nodes, 6)), health=z(6), work=make_work(nodes),
+            flow=flow, tension=z(nodes - 1), reaction=z((nodes, 6)), health=z(HEALTH), work=make_work(nodes),
             gravity=float(gravity),
             tolerance=float(max(solver.tolerance * tension, ROUND_OFF * cable.axial_stiffness)),
             max_iterations=int(solver.max_iterations))

@@ -12,7 +12,7 @@ import numpy as np
 
 from .banded import solve, solve_again
 from .jit import NO, YES, driver, inline, link, opaque
-from .line import link_assembly, residual
+from .line import LAST_STEP, RESIDUAL, TANGENTS, link_assembly, residual
 from .quantity import Block, quantity
 
 
@@ -63,13 +63,17 @@ def trend(line, h):
                 alike += new * line.gain[n, k]
                 size += line.gain[n, k] * line.gain[n, k]
             line.gain[n, k] = new
-    same, line.health[4] = line.health[4] == h, h
+    same, line.health[LAST_STEP] = line.health[LAST_STEP] == h, h
     return 1.0 if same and alike > 0.5 * size else 0.0
 
 
 @driver
 def predict(line, h, rho):
-    """Begin a step: remember the old state, extrapolate with an acceleration that stays or goes on changing."""
+    """Begin a step: remember the old state, extrapolate with an acceleration that stays or goes on changing.
+
+    In a step of another length, so after a halving, it stays (see trend): one that goes on changing may foresee stiff
+    cable as pushing, where the tangent is next to singular.
+    """
     am, af, beta, gamma, _, _ = coefficients(h, rho)
     share = trend(line, h)
     old = line.old
@@ -90,11 +94,11 @@ def predict(line, h, rho):
 def _newton(line, c1, c2, sigma):
     """Solve the step for q with v += c1 dq, a += c2 dq. Returns the corrections used, or -1 where it does not converge.
 
-    A tangent serves again where one more correction as good as its last meets the tolerance. health[5], the tangents
+    A tangent serves again where one more correction as good as its last meets the tolerance. health[TANGENTS], those
     that the step before needed, tells from which correction on the residual is looked at without one.
     """
     work, x = line.work, line.work.step
-    wanted, enough = line.health[5], 0.0
+    wanted, enough = line.health[TANGENTS], 0.0
     tangents, r, again = 0, np.inf, False
     for i in range(line.max_iterations):
         before = r
@@ -103,7 +107,7 @@ def _newton(line, c1, c2, sigma):
         else:
             r = residual(line, c1, c2, sigma, YES)
             if r <= line.tolerance:
-                line.health[2], line.health[5] = r, tangents
+                line.health[RESIDUAL], line.health[TANGENTS] = r, tangents
                 return i
             if not r < 1e200 or not solve(work.band, work.lower, work.factor, x):
                 return -1
@@ -121,7 +125,7 @@ def _newton(line, c1, c2, sigma):
             continue
         r = residual(line, c1, c2, sigma, NO)
         if r <= line.tolerance:
-            line.health[2], line.health[5] = r, enough if enough > 0.0 else tangents
+            line.health[RESIDUAL], line.health[TANGENTS] = r, enough if enough > 0.0 else tangents
             return i + 1
         again = r * r <= line.tolerance * before
     return -1

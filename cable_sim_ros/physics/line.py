@@ -18,6 +18,9 @@ assemble = opaque(_assemble)
 
 # columns of a strut, a rigid or elastic load between a node and the next: node, length [m], stiffness [N], masses [kg]
 STRUT_NODE, STRUT_LENGTH, STRUT_STIFFNESS, STRUT_AA, STRUT_AB, STRUT_BB, STRUT_COLUMNS = range(7)
+# health of the solver: Newton corrections and substeps of a tick, residual [N], strain energy [J], and of the last step
+# its length [s] and the tangents it needed
+ITERATIONS, SUBSTEPS, RESIDUAL, STRAIN, LAST_STEP, TANGENTS, HEALTH = range(7)
 LOAD_NODE, LOAD_FORCE, LOAD_MOMENT, LOAD_COLUMNS = 0, 1, 4, 7   # columns of a nodal load
 
 
@@ -42,7 +45,7 @@ class Line(NamedTuple):
     flow: np.ndarray          # [bodies, 6] low-passed flow past each body [m/s], its turning rate [rad/s]
     tension: np.ndarray       # [elements] N
     reaction: np.ndarray      # [nodes, 6] what holds the held unknowns [N, N m]
-    health: np.ndarray        # [6] see State.health
+    health: np.ndarray        # [HEALTH]
     work: Work
     gravity: float            # m/s^2
     tolerance: float          # N
@@ -104,7 +107,7 @@ def residual(line, c1, c2, sigma, tangent):
     With tangent the system holds dR/dq, with c1 and c2 for v and a; sigma: mass damping of a static start [1/s].
     """
     band, lower = line.work.band, line.work.lower
-    line.health[3] = assemble(
+    line.health[STRAIN] = assemble(
         line.elements, line.arc, line.q, line.v, line.a, line.current, line.surfaces, c1, c2, sigma, tangent,
         line.work, line.tension)
     for i in range(line.bodies.shape[0]):

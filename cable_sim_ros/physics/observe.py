@@ -16,6 +16,7 @@ from .ancf import BUOYANCY, EA, MASS_PER_LENGTH, WEIGHT_PER_LENGTH
 from .cable import HELD, LOST_POWER, POWERS, SURFACES, WATER
 from .contact import LOADED, latch, loads, touch
 from .jit import LANES, driver, inline
+from .line import ITERATIONS, RESIDUAL, STRAIN, SUBSTEPS
 from .shape import W5, X5, point_of, shape
 from .ship import AGE, COORD, RATE, SOURCE_NOW, frame_shift, quaternion, spin, unrotate
 from .surface import AXIS, RADIUS, margin
@@ -275,16 +276,16 @@ def observe(model, state, output, slot, flags, blending):
     f.drum_torque = model.winch[SEAT] * (model.winch[WINCH_SIDE] * cos(phi) * local[0] - sin(phi) * local[2])
     f.tension_drum = f.drum_torque / model.winch[SEAT]
     kinetic, potential, dry = energies(model.elements, model.bodies[0], model.gravity, state.arc, state.q, state.v)
-    f.kinetic_energy, f.strain_energy, f.potential_energy = kinetic, state.health[3], potential
-    stored, account = kinetic + state.health[3] + dry, state.account
+    f.kinetic_energy, f.strain_energy, f.potential_energy = kinetic, state.health[STRAIN], potential
+    stored, account = kinetic + state.health[STRAIN] + dry, state.account
     if state.time[2] == 0:
         account[STORED] = stored
     f.work_supplied, f.work_water, f.work_contact, f.dissipated = (
         account[HELD], account[WATER], account[SURFACES], account[LOST_POWER])
     f.energy_residual = stored - account[STORED] + account[LOST_POWER] - (
         account[HELD] + account[WATER] + account[SURFACES])
-    f.iterations, f.substeps = np.int64(state.health[0]), np.int64(state.health[1])
-    f.residual = state.health[2]
+    f.iterations, f.substeps = np.int64(state.health[ITERATIONS]), np.int64(state.health[SUBSTEPS])
+    f.residual = state.health[RESIDUAL]
     f.motion_source = np.int64(state.ship[SOURCE_NOW])
     f.motion_age = state.ship[AGE]
     f.command_age = state.winch[COMMAND_AGE]

@@ -9,6 +9,7 @@ import numpy as np
 
 from .integrate import link_solver
 from .jit import driver, link, opaque
+from .line import ITERATIONS, SUBSTEPS
 from .observe import COMMAND_STALE, DRUM_END, HALVED, NEWTON_FAILED, NOT_FINITE
 from .observe import observe as _observe
 from .setpoint import mean_track
@@ -53,7 +54,7 @@ def _tick(model, state, inputs, output, slot):
     begin = state.time[NOW]
     end = begin + model.tick_ns
     keep(state.q, state.v, state.a, state.x, state.winch, state.setpoint, state.kept[TICK], state.controls[TICK])
-    state.health[0], state.health[1] = 0.0, 0.0
+    state.health[ITERATIONS], state.health[SUBSTEPS] = 0.0, 0.0
     state.time[CLOCK] = follow(
         begin, end, state.ship, state.time[CLOCK], inputs, state.frame, state.time[START], model.mean,
         model.stale_decay, model.start_blend, model.source_blend, state.ship_work)

@@ -10,7 +10,7 @@ from .cable import POWERS, Work
 from .contact import LOADED, touch
 from .integrate import advance, copy, predict, settle, take_back, whipped
 from .jit import driver, inline
-from .line import Line
+from .line import ITERATIONS, SUBSTEPS, Line
 from .setpoint import LENGTH, RATE, compensation
 from .shape import X5, point_of
 from .ship import ACCEL, COORD, evaluate, hull_point, rotate, spin
@@ -78,7 +78,7 @@ class State(NamedTuple):
     measured: np.ndarray      # [3] departure angle [rad], tension [N] of the last tick, as instruments show; seat() [m]
     account: np.ndarray       # [POWERS + 1] work [J] of Work.power since the start, energy stored at the start
     before: np.ndarray        # [POWERS] W, powers at the end of the last step
-    health: np.ndarray        # [6] iterations, substeps, residual N, strain energy J, last step s, its tangents
+    health: np.ndarray        # [HEALTH] see line.py
     work: Work
 
 
@@ -261,8 +261,8 @@ def step(model, state, inputs, t, h, command_rate):
         state.account[i] += 0.5 * h * (state.before[i] + state.work.power[i])
         state.before[i] = state.work.power[i]
     state.measured[2] = now
-    state.health[0] += used
-    state.health[1] += 1.0
+    state.health[ITERATIONS] += used
+    state.health[SUBSTEPS] += 1.0
     return True, blending
 
 

@@ -11,7 +11,7 @@ from ..physics.cable import POWERS, Cable, make_work
 from ..physics.contact import stiffness
 from ..physics.drag import element_rows
 from ..physics.jit import LANES
-from ..physics.line import LOAD_COLUMNS, STRUT_COLUMNS
+from ..physics.line import HEALTH, LOAD_COLUMNS, STRUT_COLUMNS
 from ..physics.observe import Output
 from ..physics.setpoint import LAWS
 from ..physics.ship import SHIP_STATE
@@ -154,7 +154,7 @@ def build_state(scene: Scene) -> State:
         tension=z(n - 1), reaction=nodes(), ship=z(SHIP_STATE),
         ship_work=z(SHIP_STATE), sheave=z(6), surfaces=surface_table(scene).reshape(-1, SURFACE_COLUMNS).copy(),
         winch=z(winch.WINCH_STATE), setpoint=z(setpoint.SETPOINT_STATE), controls=z((2, 2, 16)), flow=z((1, 6)),
-        measured=z(3), account=z(POWERS + 1), before=z(POWERS), health=z(6), work=make_work(n))
+        measured=z(3), account=z(POWERS + 1), before=z(POWERS), health=z(HEALTH), work=make_work(n))
 
 
 def make_output(model: Model, nodes: int, rows: int) -> Output:

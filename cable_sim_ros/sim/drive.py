@@ -21,6 +21,7 @@ import numpy as np
 from numba import types
 
 from ..physics.jit import driver
+from ..physics.line import ITERATIONS, RESIDUAL, SUBSTEPS
 from ..physics.system import link_tick, observe, tick
 from ..physics.tow import rest
 
@@ -135,7 +136,7 @@ def _drive(model, state, inputs, output, what, count, sigma, control, stats):
         steps, iterations, left = rest(model, state, sigma, count, 1000.0)
         if steps >= 0:
             observe(model, state, output, 0, 0, False)
-        state.health[0], state.health[1], state.health[2] = iterations, 0.0, left
+        state.health[ITERATIONS], state.health[SUBSTEPS], state.health[RESIDUAL] = iterations, 0.0, left
         return np.int64(steps)
     if what == 1:
         for i in range(count):

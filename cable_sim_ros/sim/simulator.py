@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ..physics.inputs import make_inputs
+from ..physics.line import ITERATIONS, RESIDUAL, SUBSTEPS
 from ..physics.setpoint import ALGORITHM, ANGLE, HEIGHT, LAWS, TRACK, SetpointLaw
 from ..physics.ship import COORD, EPOCH_NOW, NO_EPOCH
 from .build import build_model, build_state, make_output
@@ -83,7 +84,8 @@ class Simulator:
             state.q[:, :3] = r @ turn.T + model.mean[:3]
             state.q[:, 3:] = (1.0 + strain) * g @ turn.T
             steps = self._drive(SETTLE, MOST_STEPS, self.output)
-            tried, iterations, left = tried + abs(steps), iterations + int(state.health[0]), float(state.health[2])
+            tried, left = tried + abs(steps), float(state.health[RESIDUAL])
+            iterations += int(state.health[ITERATIONS])
             settled = steps >= 0 and bool(np.isfinite(state.q).all())
             if settled:
                 break
@@ -101,7 +103,7 @@ class Simulator:
                 f"{state.arc[pushed]:.4g} m, more than {100.0 * MOST_PUSH:g} % of its largest tension {most:.4g} N: it "
                 f"folds there, and where it would come to lie cannot be told; nothing was started. Remedy: more weight "
                 f"at the body (towbody.net_weight), or a ship under way (ship.tow_speed)", float(left))
-        state.health[:2] = 0.0
+        state.health[[ITERATIONS, SUBSTEPS]] = 0.0
         model.setpoint[HEIGHT] = state.sheave[2]
         if scene.setpoint.nominal_angle_deg is None:
             model.setpoint[ANGLE] = min(state.measured[0], radians(85.0))

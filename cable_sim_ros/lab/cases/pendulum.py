@@ -10,6 +10,7 @@ from ..rig import Rig, cable_of
 from .family import Case, CaseError, Level, Values, family
 
 ANGULAR = re.compile(r"([-+.\deE]+) rad/s \* x along \+y")
+SWING_STEPS = 50   # of a real-time run over sqrt(L/g), at least
 
 
 @family("flexible pendulum", "length_m", "mass_per_length_kg_m", "EA_N", "EI_N_m2",
@@ -36,6 +37,8 @@ def pendulum(case: Case, level: Level) -> Values:
     rig.line.v[:, :3], rig.line.v[:, 3:] = rig.arc[:, None] * spin, spin
     rig.balance()
     of, now, step = {}, 0.0, level.step(1e-3)
+    if level.realtime:
+        step /= max(int(np.ceil(step * SWING_STEPS / np.sqrt(length / gravity))), 1)
     for t in times:
         rig.run(t - now, step, every=max(int(round((t - now) / step)), 1))
         now = t
@@ -44,4 +47,5 @@ def pendulum(case: Case, level: Level) -> Values:
                 of[f"{what} {axis} at {t} s"] = float(rig.line.q[node, k])
     named = {name: of[f"{m[1]} {m[2]} at {float(m[3])} s"]
              for name, m in case.asked(r"(tip|middle) ([xyz]) at ([\d.eE+-]+) s")}
-    return Values(named, n, step)
+    notes = [f"in steps of {step:.3g} s: {SWING_STEPS} over sqrt(L/g)"] if level.realtime and step < level.tick else []
+    return Values(named, n, step, notes)

@@ -12,21 +12,20 @@ from .registry import Verdict, told
 WORD = {True: "pass", False: "MISS", None: "not measurable"}
 
 
-def _figures(v: Verdict) -> list[str]:
-    """Judged figures as text; the failed ones first."""
-    judged = sorted((f for f in v.figures if f.limit is not None), key=lambda f: f.passed is not False)
-    return [
-        f"{'**' if f.passed is False else ''}{f.name}: {told(f.value)} ({f.bound}){'**' if f.passed is False else ''}"
-        for f in judged
-    ]
-
-
 def markdown(verdicts: list[Verdict]) -> str:
-    """Rows of docs/stress.md."""
-    rows = [
-        f"| {v.id} | {v.stimulus} | {'; '.join(_figures(v))} | {WORD[v.passed]} | {v.cpu_s:.0f} |" for v in verdicts
-    ]
-    return "\n".join(["| id | stimulus | measured (limit) | verdict | CPU s |", "|---|---|---|---|---|", *rows])
+    """The two tables of docs/stress.md: one row a test, and one row a figure, those without a limit for information."""
+    tests = [f"| {v.id} | {v.stimulus} | {v.criterion} | {WORD[v.passed]} | {v.cpu_s:.0f} |" for v in verdicts]
+    rows = []
+    for v in verdicts:
+        for i, f in enumerate(v.figures):
+            unit = f" {f.unit}" if f.unit and f.limit is None else ""
+            word = WORD[f.passed] if f.bound else ""
+            cells = ("" if i else v.id, f.name, f"{told(f.value)}{unit}", f.bound, word)
+            mark = "**" if f.passed is False else ""
+            rows.append("| " + " | ".join(f"{mark}{c}{mark}" if c else "" for c in cells) + " |")
+    return "\n".join([
+        "| id | stimulus | pass | verdict | CPU s |", "|---|---|---|---|---|", *tests, "",
+        "| id | figure | measured | limit | verdict |", "|---|---|---|---|---|", *rows])
 
 
 def print_verdicts(verdicts: list[Verdict]) -> None:
