@@ -188,8 +188,22 @@ def cells(r: Row) -> tuple[str, ...]:
             number(r.us_per_element_iteration, "{:.2g}"), number(r.iterations_per_step, "{:.2f}"), r.note)
 
 
+def series(row: Row) -> str:
+    """What a plot tells apart: the codes, and in P7 the set-point algorithms."""
+    return f"{row.code}, {row.setting.split(',')[0]}" if row.scene == "P7" else row.code
+
+
+def front(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Of (cost, error), sorted by cost, those that no cheaper one undercuts: what the line of a code joins."""
+    best = [points[0]]
+    for point in points[1:]:
+        if point[1] < best[-1][1]:
+            best.append(point)
+    return best
+
+
 def plots(rows: list[Row], folder: Path) -> list[Path]:
-    """One work-precision plot a scene; RuntimeError where matplotlib is missing."""
+    """One work-precision plot a scene, a point a setting; RuntimeError where matplotlib is missing."""
     try:
         import matplotlib
         from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -204,17 +218,19 @@ def plots(rows: list[Row], folder: Path) -> list[Path]:
             figure = Figure(figsize=(12.0, 5.0), dpi=100, facecolor="white", layout="constrained")
             FigureCanvasAgg(figure)
             for axis, what in zip(figure.subplots(1, 2), ("error_tension", "error_position"), strict=True):
-                for code in dict.fromkeys(r.code for r in mine):
-                    points = sorted((r.cpu_s_per_sim_s, getattr(r, what)) for r in mine if r.code == code
+                for name in dict.fromkeys(series(r) for r in mine):
+                    points = sorted((r.cpu_s_per_sim_s, max(getattr(r, what), 1e-9)) for r in mine if series(r) == name
                                     and np.isfinite(getattr(r, what)))
                     if points:
-                        x, y = zip(*points, strict=True)
-                        axis.loglog(x, np.maximum(y, 1e-9), "o-" if code == "cable_sim_ros" else "s--",
-                                    label=code, lw=2.0 if code == "cable_sim_ros" else 1.0, ms=6)
+                        own = name.startswith("cable_sim_ros")
+                        drawn = axis.loglog(*zip(*points, strict=True), "o" if own else "s", label=name, ms=6)
+                        axis.loglog(*zip(*front(points), strict=True), "-" if own else "--", lw=2.0 if own else 1.0,
+                                    color=drawn[0].get_color())
                 unit = "m" if scene == "P7" and what == "error_position" else "fraction"
                 axis.set_xlabel("CPU s per simulated s" if scene != "P1" else "CPU s")
                 axis.set_title(f"{scene}: {what.replace('_', ' of ')} [{unit}]")
-                axis.legend()
+            handles = axis.get_legend_handles_labels()
+            figure.legend(*handles, loc="outside lower center", ncols=max(len(handles[0]), 1))
             path = folder / f"bench_{scene.lower()}.png"
             figure.savefig(path, metadata={"Software": None})
         made.append(path)
