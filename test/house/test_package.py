@@ -4,6 +4,7 @@ import ast
 import os
 import re
 import sys
+import tomllib
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
@@ -96,7 +97,13 @@ def test_every_import_is_a_dependency(arguments):
 
 def test_no_pyproject_states_a_python_version():
     path = ROOT / "pyproject.toml"
-    assert not path.exists() or "requires-python" not in path.read_text(), "it breaks colcon builds"
+    assert "requires-python =" not in path.read_text("utf-8"), "it breaks colcon builds"
+
+
+def test_every_pip_builds_a_wheel():
+    """An old pip without pyproject.toml runs setup.py develop: by setup.cfg the commands then miss the path."""
+    build = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["build-system"]
+    assert build["build-backend"] == "setuptools.build_meta" and "setuptools" in {name_of(r) for r in build["requires"]}
 
 
 def test_executables_lead_somewhere(arguments):
