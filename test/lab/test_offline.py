@@ -30,7 +30,7 @@ def recorded(tmp_path_factory):
 
 
 def test_the_shipped_cable_stays_in_its_groove_when_begun_like_a_node():
-    """Along the ship's first heading, where an offline run takes the mean: out of 10 mm the cable climbed after 11 s."""
+    """Along the first heading, where an offline run takes the mean: out of 10 mm the cable climbed after 11 s."""
     begun = drive.Drive(load_scene("full_scale"), read_tow(offline.find_bag("nbp1406")))
     assert begun._start().heading is not None
     time, x, y, yaw = begun.feeder.ingest.first_pose

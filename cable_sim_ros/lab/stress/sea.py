@@ -80,7 +80,7 @@ def heavy(quick: bool) -> Found:
     for depth in (0.01, 0.1):
         found, told, energy = _heavy(depth, seconds)
         figures, notes, measured = figures + found, notes + told, measured and energy
-    notes.append("roll of 11 s; the groove of the shipped scene is 10 mm deep")
+    notes.append(f"roll of 11 s; the groove of the shipped scene is {1e3 * held().sheave.groove_depth:g} mm deep")
     return Found(figures, notes, "" if measured else NOT_YET)
 
 
