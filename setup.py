@@ -6,7 +6,7 @@ from pathlib import Path
 
 from setuptools import find_packages, setup
 
-HERE = Path(__file__).resolve().parent   # colcon --symlink-install runs a link to this file
+HERE = Path(__file__).resolve().parent  # colcon --symlink-install runs a link to this file
 NAME = "cable_sim_ros"
 VERSION = re.search(r'__version__ = "([^"]+)"', (HERE / NAME / "__init__.py").read_text()).group(1)
 
@@ -14,28 +14,30 @@ REQUIRES = [
     "setuptools",
     "numpy>=1.26",
     "scipy>=1.11",
-    "numba>=0.65,<0.70",     # kernels call each other by symbol (physics/jit.py), on interfaces inside numba
-    "pydantic>=2,<3",        # checks are written against the error types of version 2
+    "numba>=0.65,<0.70",  # kernels call each other by symbol (physics/jit.py), on interfaces inside numba
+    "pydantic>=2,<3",  # checks are written against the error types of version 2
     "pyyaml>=6",
-    "mcap>=1.5,<2",          # Writer.flush came with 1.5
-    "rosbags>=0.10.11,<0.12",   # 0.x: the reader's interface changes with the minor version
+    "mcap>=1.5,<2",  # Writer.flush came with 1.5
+    "rosbags>=0.10.11,<0.12",  # 0.x: the reader's interface changes with the minor version
     "click>=8.1,<9",
     "rich>=13",
 ]
 
 # rclpy and its messages must come from one ROS distribution: these bounds hold Kilted together
-ROS = ["ros-rclpy[fastrtps]>=9.1,<10"] + [
-    f"ros-{name}-msgs>=5,<6" for name in ("diagnostic", "geometry", "nav", "sensor", "std")
-] + ["ros-std-srvs>=5,<6", "ros-rcl-interfaces>=2,<3", "ros-lifecycle-msgs>=2,<3", "ros-rosgraph-msgs>=2,<3"]
+ROS = (
+    ["ros-rclpy[fastrtps]>=9.1,<10"]
+    + [f"ros-{name}-msgs>=5,<6" for name in ("diagnostic", "geometry", "nav", "sensor", "std")]
+    + ["ros-std-srvs>=5,<6", "ros-rcl-interfaces>=2,<3", "ros-lifecycle-msgs>=2,<3", "ros-rosgraph-msgs>=2,<3"]
+)
 
-PEERS = ["moordyn>=2.7", "mujoco>=3.3", "exudyn>=1.13", "cabledyn>=0.3"]   # other codes, for cable-sim bench --peers
+PEERS = ["moordyn>=2.7", "mujoco>=3.3", "exudyn>=1.13", "cabledyn>=0.3"]  # other codes, for cable-sim bench --peers
 TEST = [
     "pytest>=8",
-    "click>=8.2",            # its test runner keeps the two outputs apart
+    "click>=8.2",  # its test runner keeps the two outputs apart
     "hypothesis>=6",
-    "ruff>=0.17,<0.18",      # the set of rules changes with the minor version
+    "ruff>=0.17,<0.18",  # the set of rules changes with the minor version
     "colcon-common-extensions>=0.3",
-    "setuptools<80",         # colcon-core: `setup.py develop` and `install` as they were before 80
+    "setuptools<80",  # colcon-core: `setup.py develop` and `install` as they were before 80
 ]
 
 
@@ -72,7 +74,7 @@ setup(
     entry_points={
         "console_scripts": [
             "cable-sim = cable_sim_ros.cli:main",
-            "node = cable_sim_ros.ros.node:main",   # ros2 run cable_sim_ros node
-        ],
+            "node = cable_sim_ros.ros.node:main",  # ros2 run cable_sim_ros node
+        ]
     },
 )

@@ -12,13 +12,18 @@ import click
 
 from . import __version__
 from .lab.commands import COMMANDS as LAB_COMMANDS
-from .lab.progress import progress_bar as _progress
+from .runs.progress import progress_bar as _progress
 
 # mistakes of the user or the data: their text is the whole message. Anything else is ours and keeps its traceback
 EXPECTED = {
-    "cable_sim_ros.io.load.SceneError", "cable_sim_ros.io.bag.BagError", "cable_sim_ros.io.resources.ResourceError",
-    "cable_sim_ros.sim.simulator.StartError", "cable_sim_ros.ros.live.LiveError", "cable_sim_ros.ros.player.PlayError",
-    "cable_sim_ros.ros.params.ParameterError", "cable_sim_ros.lab.cases.family.CaseError",
+    "cable_sim_ros.io.load.SceneError",
+    "cable_sim_ros.io.bag.BagError",
+    "cable_sim_ros.io.resources.ResourceError",
+    "cable_sim_ros.sim.simulator.StartError",
+    "cable_sim_ros.ros.live.LiveError",
+    "cable_sim_ros.ros.player.PlayError",
+    "cable_sim_ros.ros.params.ParameterError",
+    "cable_sim_ros.lab.cases.family.CaseError",
 }
 BAD_INPUT, FAILED = 2, 1
 SHIPPED_BAG, SHIPPED_SCENE = "nbp1406", "full_scale"
@@ -41,8 +46,9 @@ class Commands(click.Group):
 
 
 def _expected(error: BaseException) -> bool:
-    return isinstance(error, OSError) or any(f"{kind.__module__}.{kind.__qualname__}" in EXPECTED
-                                             for kind in type(error).__mro__)
+    return isinstance(error, OSError) or any(
+        f"{kind.__module__}.{kind.__qualname__}" in EXPECTED for kind in type(error).__mro__
+    )
 
 
 def _warn(message, category, filename, lineno, file=None, line=None) -> None:
@@ -56,8 +62,9 @@ def main() -> None:
 
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
-out_option = click.option("--out", type=click.Path(file_okay=False, path_type=Path),
-                          help="Folder for the bag, figures and picture.")
+out_option = click.option(
+    "--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for the bag, figures and picture."
+)
 
 
 @main.command(context_settings=PASS_ON)
@@ -66,15 +73,25 @@ def node(ros_arguments: tuple[str, ...]) -> None:
     """The real-time ROS 2 node; ROS arguments are passed on, as in: --ros-args -p scene:=full_scale."""
     _need_ros()
     from .ros.node import main as node_main
+
     sys.exit(node_main(["node", *ros_arguments]))
 
 
 @main.command()
 @click.argument("scene")
-@click.option("--motion", default=SHIPPED_BAG, show_default=True, metavar="BAG|none",
-              help="Bag with the ship motion, or none: the static tow.")
-@click.option("--duration", type=click.FloatRange(min=0, min_open=True), metavar="S",
-              help="Seconds to simulate. Default: the whole bag; without motion a short settling.")
+@click.option(
+    "--motion",
+    default=SHIPPED_BAG,
+    show_default=True,
+    metavar="BAG|none",
+    help="Bag with the ship motion, or none: the static tow.",
+)
+@click.option(
+    "--duration",
+    type=click.FloatRange(min=0, min_open=True),
+    metavar="S",
+    help="Seconds to simulate. Default: the whole bag; without motion a short settling.",
+)
 @click.option("--setpoint", "algorithm", metavar="NAME", help="Set-point algorithm in place of the scene's.")
 @click.option("--imu-only", is_flag=True, help="Leave the odometry of the bag out.")
 @out_option
@@ -82,9 +99,17 @@ def node(ros_arguments: tuple[str, ...]) -> None:
 def run(scene, motion, duration, algorithm, imu_only, out, as_json) -> None:
     """Simulate SCENE offline, as fast as it goes."""
     with _progress(as_json) as progress:
-        from .lab import offline
-        result = offline.run(scene, None if motion == "none" else motion, duration=duration, algorithm=algorithm,
-                             imu_only=imu_only, out=out, progress=progress)
+        from .runs import offline
+
+        result = offline.run(
+            scene,
+            None if motion == "none" else motion,
+            duration=duration,
+            algorithm=algorithm,
+            imu_only=imu_only,
+            out=out,
+            progress=progress,
+        )
     _tell(result, out, as_json)
 
 
@@ -96,7 +121,8 @@ def run(scene, motion, duration, algorithm, imu_only, out, as_json) -> None:
 def replay(bag, scene, out, as_json) -> None:
     """Simulate a recorded BAG again and print the residuals against what it recorded of the tow."""
     with _progress(as_json) as progress:
-        from .lab import offline
+        from .runs import offline
+
         result = offline.replay(bag, scene, out=out, progress=progress)
     _tell(result, out, as_json)
     if not as_json:
@@ -106,11 +132,20 @@ def replay(bag, scene, out, as_json) -> None:
 @main.command()
 @click.argument("bag", default=SHIPPED_BAG)
 @click.option("--scene", default=SHIPPED_SCENE, show_default=True, help="Scene to simulate.")
-@click.option("--duration", type=click.FloatRange(min=1), default=60.0, show_default=True, metavar="S",
-              help="Seconds of the bag to play.")
+@click.option(
+    "--duration",
+    type=click.FloatRange(min=1),
+    default=60.0,
+    show_default=True,
+    metavar="S",
+    help="Seconds of the bag to play.",
+)
 @click.option("--imu-only", is_flag=True, help="Leave the odometry of the bag out.")
-@click.option("--out", type=click.Path(file_okay=False, path_type=Path),
-              help="Folder for the bag, figures and picture. Default: runs/<date and time>.")
+@click.option(
+    "--out",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Folder for the bag, figures and picture. Default: runs/<date and time>.",
+)
 @json_option
 def live(bag, scene, duration, imu_only, out, as_json) -> None:
     """Play BAG over real topics into the node, in real time: summary, picture, recorded bag."""
@@ -118,11 +153,12 @@ def live(bag, scene, duration, imu_only, out, as_json) -> None:
     from .io.load import load_scene
     from .io.recording import load_run
     from .io.resources import find_bag
-    from .lab.offline import Run
-    from .lab.summary import OUTSIDE, summarize
     from .ros.live import live as run_live
+    from .runs.offline import Run
+    from .runs.summary import OUTSIDE, summarize
+
     path = find_bag(bag)
-    load_scene(scene)   # a mistake is told here, before any process is started
+    load_scene(scene)  # a mistake is told here, before any process is started
     out = out or Path("runs") / time.strftime("%Y%m%d_%H%M%S")
     quiet = (lambda *_: None) if as_json else None
     told = run_live(path, scene, duration, out, imu_only=imu_only, progress=quiet)
@@ -147,6 +183,7 @@ def play(bag, rate, loop, start, duration, imu_only, keep_stamps, ros_arguments)
     """Play the ship motion of BAG over real topics, as the ship's own sensors would send it."""
     _need_ros()
     from .ros.player import main as player_main
+
     arguments = ["play", bag, "--rate", str(rate), "--start", str(start)]
     arguments += ["--duration", str(duration)] if duration is not None else []
     flags = ("--loop", loop), ("--imu-only", imu_only), ("--keep-stamps", keep_stamps)
@@ -171,9 +208,12 @@ def manual(out) -> None:
 def recover(source, target) -> None:
     """Copy what can be read of the cut-off bag SOURCE into a new bag TARGET."""
     from .io.bag import recover as recover_bag
+
     result = recover_bag(source, target)
-    click.echo(f"{target}: {result.messages} messages over {result.duration:.2f} s; "
-               + (f"reading ended by {result.ended_by}" if result.ended_by else "the source was whole"))
+    click.echo(
+        f"{target}: {result.messages} messages over {result.duration:.2f} s; "
+        + (f"reading ended by {result.ended_by}" if result.ended_by else "the source was whole")
+    )
 
 
 @main.command("make-bags")
@@ -185,7 +225,8 @@ def recover(source, target) -> None:
 def make_bags(out, data, speed, only, force) -> None:
     """Make the shipped bags of recorded ship motion from their 1 Hz sources."""
     from .io.resources import share_folder
-    from .lab.make_bags import main as make
+    from .runs.make_bags import main as make
+
     arguments = ["--out", out, "--data", data or str(share_folder() / "bags" / "source"), "--speed", str(speed)]
     arguments += [word for name in only for word in ("--only", name)] + (["--force"] if force else [])
     sys.exit(make(arguments))
@@ -202,8 +243,9 @@ Parameters that only the node has, set like those of the scene (`--ros-args -p i
 
 def manual_text() -> str:
     """The whole parameter manual: scene and node."""
-    from .lab import manual as writer
     from .ros.params import NodeBlock
+    from .runs import manual as writer
+
     return writer.text([(NODE_MANUAL, NodeBlock)])
 
 
@@ -219,7 +261,8 @@ def _need_ros() -> None:
     except ImportError as error:
         raise NoRos(
             f"this command needs ROS 2, and rclpy cannot be imported ({error}); nothing was started. Source your ROS "
-            "installation, or: pip install 'cable_sim_ros[ros]'. `run` and `replay` work without it") from None
+            "installation, or: pip install 'cable_sim_ros[ros]'. `run` and `replay` work without it"
+        ) from None
 
 
 def _tell(result, out: Path | None, as_json: bool) -> None:
@@ -230,16 +273,20 @@ def _tell(result, out: Path | None, as_json: bool) -> None:
     else:
         from rich.console import Console
 
-        from .lab.offline import FIGURES
-        from .lab.summary import format_value, summary_table
+        from .runs.offline import FIGURES
+        from .runs.summary import format_value, summary_table
+
         figures = result.figures
         table = summary_table(figures, f"{figures.get('scene', '')}, motion {figures.get('motion')}")
         for name, unit, meaning in FIGURES[:1]:
             if name in figures:
                 table.add_row(name, format_value(figures[name]), unit, meaning)
         Console(width=None if sys.stdout.isatty() else 120).print(table)
-        for what, path in (("picture", picture), ("recording", result.bag),
-                           ("figures", out / "summary.json" if out else None)):
+        for what, path in (
+            ("picture", picture),
+            ("recording", result.bag),
+            ("figures", out / "summary.json" if out else None),
+        ):
             if path is not None:
                 click.echo(f"{what + ':':11}{path}")
     if result.problem:
@@ -250,32 +297,52 @@ def _tell(result, out: Path | None, as_json: bool) -> None:
 def _picture(result, out: Path | None) -> Path | None:
     if out is None or not len(result.frames):
         return None
-    from .lab.picture import draw_run
+    from .runs.picture import draw_run
+
     try:
         return draw_run(result.bag, out / "run.png")
-    except RuntimeError as error:   # matplotlib is an extra
+    except RuntimeError as error:  # matplotlib is an extra
         click.echo(f"warning: {error}", err=True)
         return None
 
 
 def _residual_table(rows, difference) -> None:
     if not rows and difference is None:
-        click.echo("The bag recorded nothing of the tow (no sheave/tension, towbody/pose or winch/state): "
-                   "there is nothing to compare with.")
+        click.echo(
+            "The bag recorded nothing of the tow (no sheave/tension, towbody/pose or winch/state): "
+            "there is nothing to compare with."
+        )
         return
     from rich.console import Console
     from rich.table import Table
+
     table = Table(title="Residuals: simulated less recorded", title_justify="left")
-    for name, justify in (("topic", "left"), ("quantity", "left"), ("mean", "right"), ("rms", "right"),
-                          ("largest", "right"), ("unit", "left"), ("messages", "right")):
+    for name, justify in (
+        ("topic", "left"),
+        ("quantity", "left"),
+        ("mean", "right"),
+        ("rms", "right"),
+        ("largest", "right"),
+        ("unit", "left"),
+        ("messages", "right"),
+    ):
         table.add_column(name, justify=justify)
     for row in rows:
-        table.add_row(row.channel, row.quantity, f"{row.mean:.4g}", f"{row.rms:.4g}", f"{row.largest:.4g}", row.unit,
-                      str(row.count))
+        table.add_row(
+            row.channel,
+            row.quantity,
+            f"{row.mean:.4g}",
+            f"{row.rms:.4g}",
+            f"{row.largest:.4g}",
+            row.unit,
+            str(row.count),
+        )
     Console(width=None if sys.stdout.isatty() else 120).print(table)
     if difference is not None:
-        click.echo(f"Largest difference of any figure of a Frame over {difference['ticks']} common ticks: "
-                   f"{difference['difference']:.3g}" + (f" ({difference['field']})" if difference["field"] else ""))
+        click.echo(
+            f"Largest difference of any figure of a Frame over {difference['ticks']} common ticks: "
+            f"{difference['difference']:.3g}" + (f" ({difference['field']})" if difference["field"] else "")
+        )
 
 
 if __name__ == "__main__":

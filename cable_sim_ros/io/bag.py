@@ -22,7 +22,7 @@ from rosbags.rosbag2 import ReaderError
 from .. import __version__
 from .typestore import ROS_DISTRO, definition, type_hash
 
-CHUNK_SIZE = 256 * 1024   # bytes; larger chunks compress no better and stall the writer longer
+CHUNK_SIZE = 256 * 1024  # bytes; larger chunks compress no better and stall the writer longer
 INFINITE = {"sec": 9223372036, "nsec": 854775807}
 
 
@@ -44,13 +44,23 @@ def qos_profile(name: str) -> list[dict]:
     if not name:
         return []
     depth, reliability = {"reliable": (10, "reliable"), "sensor": (5, "best_effort")}[name]
-    return [{"history": "keep_last", "depth": depth, "reliability": reliability, "durability": "volatile",
-             "deadline": INFINITE, "lifespan": INFINITE, "liveliness": "automatic",
-             "liveliness_lease_duration": INFINITE, "avoid_ros_namespace_conventions": False}]
+    return [
+        {
+            "history": "keep_last",
+            "depth": depth,
+            "reliability": reliability,
+            "durability": "volatile",
+            "deadline": INFINITE,
+            "lifespan": INFINITE,
+            "liveliness": "automatic",
+            "liveliness_lease_duration": INFINITE,
+            "avoid_ros_namespace_conventions": False,
+        }
+    ]
 
 
 class _Dumper(yaml.SafeDumper):
-    def ignore_aliases(self, data):   # an anchor is legal YAML, but no rosbag2 writes one
+    def ignore_aliases(self, data):  # an anchor is legal YAML, but no rosbag2 writes one
         return True
 
 
@@ -66,17 +76,20 @@ class BagWriter:
     Only `close` writes index and counts; without it `recover` gives back what was flushed.
     """
 
-    def __init__(self, path: str | os.PathLike, *, custom_data: dict[str, str] | None = None,
-                 chunk_size: int = CHUNK_SIZE) -> None:
+    def __init__(
+        self, path: str | os.PathLike, *, custom_data: dict[str, str] | None = None, chunk_size: int = CHUNK_SIZE
+    ) -> None:
         self.path = Path(path)
         self.custom_data = {str(key): str(value) for key, value in (custom_data or {}).items()}
         try:
             self.path.mkdir(parents=True)
         except FileExistsError:
-            raise BagError(f"bag '{self.path}' exists already: it is not overwritten, nothing was recorded; "
-                           f"give another path or remove the old bag") from None
+            raise BagError(
+                f"bag '{self.path}' exists already: it is not overwritten, nothing was recorded; "
+                f"give another path or remove the old bag"
+            ) from None
         self.file_name = f"{self.path.name}_0.mcap"
-        self._topics: dict[str, dict] = {}   # topic -> its metadata, in order of registration
+        self._topics: dict[str, dict] = {}  # topic -> its metadata, in order of registration
         self._channels: dict[str, int] = {}
         self._schemas: dict[str, int] = {}
         self._first, self._last = None, None
@@ -95,8 +108,16 @@ class BagWriter:
         """Messages added so far."""
         return sum(topic["message_count"] for topic in self._topics.values())
 
-    def declare(self, topic: str, msgtype: str, qos: str = "", *, schema: str | None = None,
-                digest: str | None = None, profiles: str | None = None) -> None:
+    def declare(
+        self,
+        topic: str,
+        msgtype: str,
+        qos: str = "",
+        *,
+        schema: str | None = None,
+        digest: str | None = None,
+        profiles: str | None = None,
+    ) -> None:
         """Register a topic; repeated calls are ignored.
 
         msgtype: "package/msg/Name"; qos: see `qos_profile`. schema, digest, profiles: text, type hash and QoS YAML
@@ -109,30 +130,49 @@ class BagWriter:
         offered = qos_profile(qos) if profiles is None else yaml.safe_load(profiles) or []
         if msgtype not in self._schemas:
             self._schemas[msgtype] = self._mcap.register_schema(msgtype, "ros2msg", schema.encode())
-        self._channels[topic] = self._mcap.register_channel(topic, "cdr", self._schemas[msgtype], {
-            "offered_qos_profiles": _dump(offered).strip() if offered else "", "topic_type_hash": digest})
+        self._channels[topic] = self._mcap.register_channel(
+            topic,
+            "cdr",
+            self._schemas[msgtype],
+            {"offered_qos_profiles": _dump(offered).strip() if offered else "", "topic_type_hash": digest},
+        )
         self._topics[topic] = {
-            "topic_metadata": {"name": topic, "type": msgtype, "serialization_format": "cdr",
-                               "offered_qos_profiles": offered, "type_description_hash": digest},
-            "message_count": 0}
+            "topic_metadata": {
+                "name": topic,
+                "type": msgtype,
+                "serialization_format": "cdr",
+                "offered_qos_profiles": offered,
+                "type_description_hash": digest,
+            },
+            "message_count": 0,
+        }
 
     def add(self, topic: str, msgtype: str, time_ns: int, data: bytes, publish_time_ns: int | None = None) -> None:
         """Append one message. time_ns: log time; publish_time_ns: source time, log time if not given; data: CDR."""
         if self._file.closed:
-            raise BagError(f"bag '{self.path}' is closed: a message of '{topic}' was not recorded; "
-                           f"start a new recording")
+            raise BagError(
+                f"bag '{self.path}' is closed: a message of '{topic}' was not recorded; start a new recording"
+            )
         if time_ns < 0:
-            raise ValueError(f"time {time_ns} ns of a message of '{topic}' is negative: a bag cannot hold it; "
-                             f"start the simulation clock at 0 or later")
+            raise ValueError(
+                f"time {time_ns} ns of a message of '{topic}' is negative: a bag cannot hold it; "
+                f"start the simulation clock at 0 or later"
+            )
         if topic not in self._topics:
             self.declare(topic, msgtype)
         entry = self._topics[topic]
         if msgtype != entry["topic_metadata"]["type"]:
-            raise ValueError(f"topic '{topic}' was recorded as {entry['topic_metadata']['type']} and now comes as "
-                             f"{msgtype}: the message is refused; one topic has one type")
-        self._mcap.add_message(self._channels[topic], time_ns, bytes(data),
-                               time_ns if publish_time_ns is None else publish_time_ns,
-                               sequence=entry["message_count"])
+            raise ValueError(
+                f"topic '{topic}' was recorded as {entry['topic_metadata']['type']} and now comes as "
+                f"{msgtype}: the message is refused; one topic has one type"
+            )
+        self._mcap.add_message(
+            self._channels[topic],
+            time_ns,
+            bytes(data),
+            time_ns if publish_time_ns is None else publish_time_ns,
+            sequence=entry["message_count"],
+        )
         entry["message_count"] += 1
         self._first = time_ns if self._first is None else min(self._first, time_ns)
         self._last = time_ns if self._last is None else max(self._last, time_ns)
@@ -159,7 +199,7 @@ class BagWriter:
         try:
             self._file.close()
         except OSError:
-            pass   # what could not be written before cannot be written now
+            pass  # what could not be written before cannot be written now
 
     def __enter__(self) -> BagWriter:
         return self
@@ -171,19 +211,31 @@ class BagWriter:
         start = {"nanoseconds_since_epoch": self._first or 0}
         duration = {"nanoseconds": (self._last or 0) - (self._first or 0)}
         return {
-            "version": 9, "storage_identifier": "mcap", "duration": duration, "starting_time": start,
-            "message_count": self.message_count, "topics_with_message_count": list(self._topics.values()),
-            "compression_format": "", "compression_mode": "",   # the chunks are compressed, not files or messages
+            "version": 9,
+            "storage_identifier": "mcap",
+            "duration": duration,
+            "starting_time": start,
+            "message_count": self.message_count,
+            "topics_with_message_count": list(self._topics.values()),
+            "compression_format": "",
+            "compression_mode": "",  # the chunks are compressed, not files or messages
             "relative_file_paths": [self.file_name],
-            "files": [{"path": self.file_name, "starting_time": start, "duration": duration,
-                       "message_count": self.message_count}],
-            "custom_data": self.custom_data, "ros_distro": ROS_DISTRO,
+            "files": [
+                {
+                    "path": self.file_name,
+                    "starting_time": start,
+                    "duration": duration,
+                    "message_count": self.message_count,
+                }
+            ],
+            "custom_data": self.custom_data,
+            "ros_distro": ROS_DISTRO,
         }
 
     def _write_metadata(self) -> None:
         scratch = self.path / "metadata.yaml.tmp"
         scratch.write_text(_dump({"rosbag2_bagfile_information": self._metadata()}), "utf-8")
-        scratch.replace(self.path / "metadata.yaml")   # at no time half a file
+        scratch.replace(self.path / "metadata.yaml")  # at no time half a file
 
 
 def read_metadata(path: str | os.PathLike) -> dict:
@@ -191,14 +243,16 @@ def read_metadata(path: str | os.PathLike) -> dict:
     try:
         return yaml.safe_load((Path(path) / "metadata.yaml").read_text("utf-8"))["rosbag2_bagfile_information"]
     except (OSError, yaml.YAMLError, KeyError, TypeError) as error:
-        raise BagError(f"'{path}' is not a bag directory ({type(error).__name__}: {error}): nothing was read; "
-                       f"give the directory that holds metadata.yaml") from None
+        raise BagError(
+            f"'{path}' is not a bag directory ({type(error).__name__}: {error}): nothing was read; "
+            f"give the directory that holds metadata.yaml"
+        ) from None
 
 
 def read_bag(path: str | os.PathLike) -> Iterator[Message]:
     """Messages of a bag in order of log time, of any rosbag2 storage; BagError if it cannot be read."""
     if Path(path).is_dir():
-        read_metadata(path)   # tells plainly what is wrong with it, readers do not
+        read_metadata(path)  # tells plainly what is wrong with it, readers do not
     try:
         with AnyReader([Path(path)]) as reader:
             for connection, time, data in reader.messages():
@@ -206,8 +260,9 @@ def read_bag(path: str | os.PathLike) -> Iterator[Message]:
     except FileNotFoundError:
         raise BagError(f"bag '{path}' does not exist: nothing was read; give the directory of a bag") from None
     except (AnyReaderError, ReaderError) as error:
-        raise BagError(f"bag '{path}' cannot be read ({error}): if the recording was cut off, "
-                       f"recover it into a new bag first") from None
+        raise BagError(
+            f"bag '{path}' cannot be read ({error}): if the recording was cut off, recover it into a new bag first"
+        ) from None
 
 
 class Recovery(NamedTuple):
@@ -242,13 +297,22 @@ def recover(src: str | os.PathLike, dst: str | os.PathLike) -> Recovery:
                 elif isinstance(record, records.Channel):
                     channels[record.id] = record
                     schema = schemas[record.schema_id]
-                    writer.declare(record.topic, schema.name, schema=schema.data.decode(),
-                                   digest=record.metadata.get("topic_type_hash", ""),
-                                   profiles=record.metadata.get("offered_qos_profiles", ""))
+                    writer.declare(
+                        record.topic,
+                        schema.name,
+                        schema=schema.data.decode(),
+                        digest=record.metadata.get("topic_type_hash", ""),
+                        profiles=record.metadata.get("offered_qos_profiles", ""),
+                    )
                 elif isinstance(record, records.Message):
                     channel = channels[record.channel_id]
-                    writer.add(channel.topic, schemas[channel.schema_id].name, record.log_time, record.data,
-                               record.publish_time)
+                    writer.add(
+                        channel.topic,
+                        schemas[channel.schema_id].name,
+                        record.log_time,
+                        record.data,
+                        record.publish_time,
+                    )
                     first = record.log_time if first is None else min(first, record.log_time)
                     last = record.log_time if last is None else max(last, record.log_time)
                 elif isinstance(record, Exception):
@@ -265,6 +329,6 @@ def _records(file: Path) -> Iterator[object]:
                 yield next(reader)
             except StopIteration:
                 return
-            except Exception as error:   # a torn record may fail in any way: end of file, zstd, checksum, unpacking
+            except Exception as error:  # a torn record may fail in any way: end of file, zstd, checksum, unpacking
                 yield error
                 return

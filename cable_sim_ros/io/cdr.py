@@ -44,12 +44,23 @@ def cloud(time_ns: int, frame_id: str, columns: tuple, table: np.ndarray, name: 
     data = np.ascontiguousarray(table, dtype="<f4")
     if not np.isfinite(data).all():
         row, column = np.argwhere(~np.isfinite(data))[0]
-        raise ValueError(f"'{columns[column][0]}' of {name}, row {row}, is {table[row, column]} at time {time_ns} ns: "
-                         f"nothing of this tick is published; the tick must roll back and set NOT_FINITE instead")
+        raise ValueError(
+            f"'{columns[column][0]}' of {name}, row {row}, is {table[row, column]} at time {time_ns} ns: "
+            f"nothing of this tick is published; the tick must roll back and set NOT_FINITE instead"
+        )
     fields = [PointField(label, 4 * k, PointField.FLOAT32, 1) for k, (label, _) in enumerate(columns)]
     step = 4 * len(columns)
-    return PointCloud2(header(time_ns, frame_id), 1, len(data), fields, False, step, step * len(data),
-                       data.reshape(-1).view(np.uint8), True)
+    return PointCloud2(
+        header(time_ns, frame_id),
+        1,
+        len(data),
+        fields,
+        False,
+        step,
+        step * len(data),
+        data.reshape(-1).view(np.uint8),
+        True,
+    )
 
 
 def cloud_table(message, columns: tuple) -> np.ndarray:
@@ -61,7 +72,7 @@ def cloud_table(message, columns: tuple) -> np.ndarray:
     for field in message.fields:
         for k, (label, _) in enumerate(columns):
             if field.name == label and field.datatype == PointField.FLOAT32 and points:
-                table[:, k] = raw[:, field.offset:field.offset + 4].copy().view(order)[:, 0]
+                table[:, k] = raw[:, field.offset : field.offset + 4].copy().view(order)[:, 0]
     return table
 
 
@@ -89,7 +100,7 @@ class JointTemplate:
         """Bytes with this stamp; numbers: all of position, then of velocity, then of effort."""
         struct.pack_into("<iI", self._bytes, 4, *divmod(time_ns, SECOND))
         for k, start in enumerate(self._starts):
-            self._numbers.pack_into(self._bytes, start, *numbers[k * self._count:(k + 1) * self._count])
+            self._numbers.pack_into(self._bytes, start, *numbers[k * self._count : (k + 1) * self._count])
         return bytes(self._bytes)
 
     def read(self, data: bytes) -> tuple[int, np.ndarray] | None:

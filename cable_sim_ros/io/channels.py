@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..sim.frame import CONTACT_COLUMNS, FRAME, SHAPE_COLUMNS
+from ..physics.frame import CONTACT_COLUMNS, FRAME, SHAPE_COLUMNS
 from .cdr import JointTemplate, cloud, cloud_table, header, header_time, store_type
 from .plain import NAMES, PLACES, Plain, plain
 from .typestore import STORE
@@ -36,12 +36,13 @@ WrenchStamped = store_type("geometry_msgs/msg/WrenchStamped")
 Odometry = store_type("nav_msgs/msg/Odometry")
 JointState = store_type("sensor_msgs/msg/JointState")
 
-EXACT = np.zeros(36)   # covariance: a simulated pose has none
+EXACT = np.zeros(36)  # covariance: a simulated pose has none
 EMPTY = np.zeros(0)
 JOINTS = ("payout", "drum")
-HEALTH = NAMES[1:]     # all but time
-HEALTH_PLACES = [(name, slice(at.start - 1, at.stop - 1) if isinstance(at, slice) else at - 1)
-                 for name, at in PLACES[1:]]
+HEALTH = NAMES[1:]  # all but time
+HEALTH_PLACES = [
+    (name, slice(at.start - 1, at.stop - 1) if isinstance(at, slice) else at - 1) for name, at in PLACES[1:]
+]
 
 
 @dataclass(frozen=True)
@@ -95,17 +96,29 @@ def _xyz(vector) -> tuple[float, float, float]:
 
 # ---- functions of the rows
 
+
 def winch_state(f, shape, contact, context: Context):
     """``payout``: m, m/s, tension at the drum N. ``drum``: rad, rad/s, N m, positive hauling in."""
-    return JointState(header(f.time, ""), list(JOINTS), np.array([f.payout, f.drum_angle]),
-                      np.array([f.payout_rate, f.drum_rate]), np.array([f.tension_drum, f.drum_torque]))
+    return JointState(
+        header(f.time, ""),
+        list(JOINTS),
+        np.array([f.payout, f.drum_angle]),
+        np.array([f.payout_rate, f.drum_rate]),
+        np.array([f.tension_drum, f.drum_torque]),
+    )
 
 
 def read_winch_state(m) -> dict:
     """Back to Frame fields."""
     payout, drum = m.name.index("payout"), m.name.index("drum")
-    return {"payout": m.position[payout], "payout_rate": m.velocity[payout], "tension_drum": m.effort[payout],
-            "drum_angle": m.position[drum], "drum_rate": m.velocity[drum], "drum_torque": m.effort[drum]}
+    return {
+        "payout": m.position[payout],
+        "payout_rate": m.velocity[payout],
+        "tension_drum": m.effort[payout],
+        "drum_angle": m.position[drum],
+        "drum_rate": m.velocity[drum],
+        "drum_torque": m.effort[drum],
+    }
 
 
 def towbody_pose(f, shape, contact, context: Context):
@@ -122,10 +135,12 @@ def read_towbody_pose(m) -> dict:
 def towbody_odom(f, shape, contact, context: Context):
     """Pose of the towbody in odom, its velocities in towbody_link (nav_msgs/Odometry: twist in the child frame)."""
     back = _inverse(f.body_quaternion)
-    return Odometry(header(f.time, context.odom), context.towbody_link,
-                    PoseWithCovariance(Pose(Point(*f.body_position), Quaternion(*f.body_quaternion)), EXACT),
-                    TwistWithCovariance(Twist(Vector3(*rotate(back, f.body_velocity)),
-                                              Vector3(*rotate(back, f.body_rate))), EXACT))
+    return Odometry(
+        header(f.time, context.odom),
+        context.towbody_link,
+        PoseWithCovariance(Pose(Point(*f.body_position), Quaternion(*f.body_quaternion)), EXACT),
+        TwistWithCovariance(Twist(Vector3(*rotate(back, f.body_velocity)), Vector3(*rotate(back, f.body_rate))), EXACT),
+    )
 
 
 def read_towbody_odom(m) -> dict:
@@ -137,8 +152,9 @@ def read_towbody_odom(m) -> dict:
 
 def sheave_tension(f, shape, contact, context: Context):
     """Pull of the outboard cable on the sheave; its norm is the tension, its direction the departure angle."""
-    return WrenchStamped(header(f.time, context.sheave_link),
-                         Wrench(Vector3(*f.tension_vector), Vector3(0.0, 0.0, 0.0)))
+    return WrenchStamped(
+        header(f.time, context.sheave_link), Wrench(Vector3(*f.tension_vector), Vector3(0.0, 0.0, 0.0))
+    )
 
 
 def read_sheave_tension(m) -> dict:
@@ -149,7 +165,7 @@ def read_sheave_tension(m) -> dict:
 
 def sheave_contact(f, shape, contact, context: Context):
     """One point per contact station, inboard to outboard: the filled rows of the contact table."""
-    return cloud(f.time, context.sheave_link, CONTACT_COLUMNS, contact[:f.contact_stations], "sheave/contact")
+    return cloud(f.time, context.sheave_link, CONTACT_COLUMNS, contact[: f.contact_stations], "sheave/contact")
 
 
 def cable_shape(f, shape, contact, context: Context):
@@ -175,8 +191,9 @@ def read_sim_health(m) -> dict:
 
 def _winch_template() -> Callable[[Plain], bytes]:
     joints = JointTemplate(JOINTS, arrays=3)
-    return lambda f: joints.write(f.time, f.payout, f.drum_angle, f.payout_rate, f.drum_rate,
-                                  f.tension_drum, f.drum_torque)
+    return lambda f: joints.write(
+        f.time, f.payout, f.drum_angle, f.payout_rate, f.drum_rate, f.tension_drum, f.drum_torque
+    )
 
 
 def _health_template() -> Callable[[Plain], bytes]:
@@ -185,20 +202,63 @@ def _health_template() -> Callable[[Plain], bytes]:
 
 
 CHANNELS = (
-    Channel("winch_state", "winch/state", "sensor_msgs/msg/JointState", 0.0, "reliable",
-            winch_state, read_winch_state, _winch_template),
-    Channel("towbody_pose", "towbody/pose", "geometry_msgs/msg/PoseStamped", 0.0, "reliable",
-            towbody_pose, read_towbody_pose),
-    Channel("towbody_odom", "towbody/odom", "nav_msgs/msg/Odometry", 0.0, "reliable",
-            towbody_odom, read_towbody_odom),
-    Channel("sheave_tension", "sheave/tension", "geometry_msgs/msg/WrenchStamped", 0.0, "reliable",
-            sheave_tension, read_sheave_tension),
-    Channel("sheave_contact", "sheave/contact", "sensor_msgs/msg/PointCloud2", 20.0, "sensor",
-            sheave_contact, lambda m: {"contact": cloud_table(m, CONTACT_COLUMNS)}),
-    Channel("cable_shape", "cable/shape", "sensor_msgs/msg/PointCloud2", 10.0, "sensor",
-            cable_shape, lambda m: {"shape": cloud_table(m, SHAPE_COLUMNS)}),
-    Channel("sim_health", "sim/health", "sensor_msgs/msg/JointState", 0.0, "reliable",
-            sim_health, read_sim_health, _health_template),
+    Channel(
+        "winch_state",
+        "winch/state",
+        "sensor_msgs/msg/JointState",
+        0.0,
+        "reliable",
+        winch_state,
+        read_winch_state,
+        _winch_template,
+    ),
+    Channel(
+        "towbody_pose",
+        "towbody/pose",
+        "geometry_msgs/msg/PoseStamped",
+        0.0,
+        "reliable",
+        towbody_pose,
+        read_towbody_pose,
+    ),
+    Channel("towbody_odom", "towbody/odom", "nav_msgs/msg/Odometry", 0.0, "reliable", towbody_odom, read_towbody_odom),
+    Channel(
+        "sheave_tension",
+        "sheave/tension",
+        "geometry_msgs/msg/WrenchStamped",
+        0.0,
+        "reliable",
+        sheave_tension,
+        read_sheave_tension,
+    ),
+    Channel(
+        "sheave_contact",
+        "sheave/contact",
+        "sensor_msgs/msg/PointCloud2",
+        20.0,
+        "sensor",
+        sheave_contact,
+        lambda m: {"contact": cloud_table(m, CONTACT_COLUMNS)},
+    ),
+    Channel(
+        "cable_shape",
+        "cable/shape",
+        "sensor_msgs/msg/PointCloud2",
+        10.0,
+        "sensor",
+        cable_shape,
+        lambda m: {"shape": cloud_table(m, SHAPE_COLUMNS)},
+    ),
+    Channel(
+        "sim_health",
+        "sim/health",
+        "sensor_msgs/msg/JointState",
+        0.0,
+        "reliable",
+        sim_health,
+        read_sim_health,
+        _health_template,
+    ),
 )
 
 
@@ -272,7 +332,7 @@ def decode_frames(messages: list[bytes]) -> np.recarray:
     frames = np.zeros(len(messages), FRAME)
     read = [_HEALTH_READER.read(data) for data in messages]
     ours = [k for k, numbers in enumerate(read) if numbers is not None]
-    if ours:   # the names are ours: all frames at once, 40 times quicker than the general way
+    if ours:  # the names are ours: all frames at once, 40 times quicker than the general way
         frames["time"][ours] = [read[k][0] for k in ours]
         values = np.array([read[k][1] for k in ours])
         for name, place in HEALTH_PLACES:

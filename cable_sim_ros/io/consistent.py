@@ -17,16 +17,22 @@ from math import exp
 
 import numpy as np
 
-LIMIT = np.array([0.05] * 3 + [1.2e-3] * 3)   # m/s^2, rad/s^2 (40 m off): rms of false acceleration that is let pass
+LIMIT = np.array([0.05] * 3 + [1.2e-3] * 3)  # m/s^2, rad/s^2 (40 m off): rms of false acceleration that is let pass
 COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw")
-SLOW_ROUGH, SLOW_MISFIT = 0.1, 0.5   # s; for longer intervals the limit grows: noise does less, differences err more
-PLAIN = 10.0       # limits; so large a misfit counts from the second sample on
-WATCHED = 5.0      # s of memory of the rms
-CORNER = 8.0       # rad/s, poles of the rate tracker: error 4 (omega / CORNER)^3
+SLOW_ROUGH, SLOW_MISFIT = 0.1, 0.5  # s; for longer intervals the limit grows: noise does less, differences err more
+PLAIN = 10.0  # limits; so large a misfit counts from the second sample on
+WATCHED = 5.0  # s of memory of the rms
+CORNER = 8.0  # rad/s, poles of the rate tracker: error 4 (omega / CORNER)^3
 
 # rates: v' = a + 1.5 w q, a' = j + w^2 q, j' = w^3 q / 4, q' = 4 w (input - v - q): four poles at -w
-_RATE = np.array([[0.0, 1.0, 0.0, 1.5 * CORNER], [0.0, 0.0, 1.0, CORNER ** 2], [0.0, 0.0, 0.0, CORNER ** 3 / 4.0],
-                  [-4.0 * CORNER, 0.0, 0.0, -4.0 * CORNER]])
+_RATE = np.array(
+    [
+        [0.0, 1.0, 0.0, 1.5 * CORNER],
+        [0.0, 0.0, 1.0, CORNER**2],
+        [0.0, 0.0, 0.0, CORNER**3 / 4.0],
+        [-4.0 * CORNER, 0.0, 0.0, -4.0 * CORNER],
+    ]
+)
 
 
 def _powers(matrix: np.ndarray, pole: float) -> list[np.ndarray]:
@@ -39,7 +45,7 @@ def _powers(matrix: np.ndarray, pole: float) -> list[np.ndarray]:
 
 
 def _decay(powers: list[np.ndarray], pole: float, h: float) -> np.ndarray:
-    return exp(-pole * h) * sum(power * h ** k for k, power in enumerate(powers))
+    return exp(-pole * h) * sum(power * h**k for k, power in enumerate(powers))
 
 
 class Consistent:
@@ -47,7 +53,7 @@ class Consistent:
 
     def __init__(self, time: float) -> None:
         self.pole = 1.0 / time if time > 0.0 else 0.0
-        w = self.pole   # position: d' = b + w q, b' = w^2 q / 3, q' = 3 w (measured - d - q): three poles at -w
+        w = self.pole  # position: d' = b + w q, b' = w^2 q / 3, q' = 3 w (measured - d - q): three poles at -w
         self._position = _powers(np.array([[0.0, 1.0, w], [0.0, 0.0, w * w / 3.0], [-3.0 * w, 0.0, -3.0 * w]]), w)
         self._rate = _powers(_RATE, CORNER)
         self.reset()
@@ -55,13 +61,13 @@ class Consistent:
     def reset(self) -> None:
         """A new epoch: everything passes until it is seen not to fit."""
         self.smoothed, self.integrated, self._following = np.zeros(6, bool), np.zeros(6, bool), np.zeros(6, bool)
-        self._x = self._out = None                  # newest position: measured, given out
-        self._velocities: list[np.ndarray] = []     # newest first, at most four
-        self._steps: list[float] = []               # s between them
-        self._roughness, self._misfit = np.zeros(6), np.zeros(6)   # mean squares, (m/s^2)^2
+        self._x = self._out = None  # newest position: measured, given out
+        self._velocities: list[np.ndarray] = []  # newest first, at most four
+        self._steps: list[float] = []  # s between them
+        self._roughness, self._misfit = np.zeros(6), np.zeros(6)  # mean squares, (m/s^2)^2
         self._age = 0.0
-        self._tracked = np.zeros((4, 6))            # v a j q
-        self._drawn = np.zeros((2, 6))              # b q
+        self._tracked = np.zeros((4, 6))  # v a j q
+        self._drawn = np.zeros((2, 6))  # b q
 
     @staticmethod
     def names(which: np.ndarray) -> str:
@@ -91,15 +97,15 @@ class Consistent:
         """Divided differences of first to third order of the velocities, newest first; 0 as yet unknown."""
         steps, now, found = self._steps, self._velocities, []
         for order in range(1, len(now)):
-            now = [(a - b) / sum(steps[i:i + order]) for i, (a, b) in enumerate(zip(now, now[1:]))]
+            now = [(a - b) / sum(steps[i : i + order]) for i, (a, b) in enumerate(zip(now, now[1:]))]
             found.append(now[0])
         return found + [np.zeros(6)] * (3 - len(found))
 
     def _fitted(self, h: float, x, v, moved, slope, bend) -> list[float]:
         """moved: integral of the measured rates; slope, bend: derivatives of their quadratic, now."""
         v1, zero = self._velocities[1], np.zeros(6)
-        new, old = np.array([v, slope, bend, zero]), np.array([v1, slope - bend * h, bend, zero])   # tracked exactly
-        calm = np.array([v1, (v - self._velocities[-1]) / sum(self._steps), zero, zero])            # to begin with
+        new, old = np.array([v, slope, bend, zero]), np.array([v1, slope - bend * h, bend, zero])  # tracked exactly
+        calm = np.array([v1, (v - self._velocities[-1]) / sum(self._steps), zero, zero])  # to begin with
         before = np.where(self._following, self._tracked, calm)
         after = new + _decay(self._rate, CORNER, h) @ (before - old)
         rate0, rate1 = (s[1] + 1.5 * CORNER * s[3] for s in (before, after))
@@ -110,7 +116,8 @@ class Consistent:
         drift = (z1 - z0) / h
         b, q = self._drawn
         d, b, q = np.array([z1, drift, 0.0 * q]) + (
-            _decay(self._position, self.pole, h) @ np.array([-z0, b - drift, q]))
+            _decay(self._position, self.pole, h) @ np.array([-z0, b - drift, q])
+        )
         self._drawn = np.where(self.integrated, [b, q], 0.0)
         self._out = np.where(self.integrated, self._out + moved + d, x)
         v = np.where(self.integrated, v + b + self.pole * q, v)

@@ -41,11 +41,13 @@ def load_scene(path_or_name: str | os.PathLike) -> Scene:
     except resources.ResourceError as error:
         raise SceneError([str(error)]) from None
     except UnicodeDecodeError as error:
-        raise SceneError([f"{path_or_name}: is not UTF-8 text (byte {error.start}); {CONSEQUENCE}. "
-                          "Save the scene as UTF-8"]) from None
+        raise SceneError(
+            [f"{path_or_name}: is not UTF-8 text (byte {error.start}); {CONSEQUENCE}. Save the scene as UTF-8"]
+        ) from None
     except OSError as error:
-        raise SceneError([f"{path_or_name}: cannot be read ({error.strerror}); {CONSEQUENCE}. "
-                          "Check the path and its permissions"]) from None
+        raise SceneError(
+            [f"{path_or_name}: cannot be read ({error.strerror}); {CONSEQUENCE}. Check the path and its permissions"]
+        ) from None
     return scene_from_text(text, str(path))
 
 
@@ -54,11 +56,16 @@ def scene_from_text(text: str, origin: str) -> Scene:
     try:
         data, lines = yaml12.parse(text)
     except yaml12.YamlError as error:
-        raise SceneError([f"{place(origin, line)}: {what}; {CONSEQUENCE}. Correct the YAML"
-                          for line, what in error.problems]) from None
+        raise SceneError(
+            [f"{place(origin, line)}: {what}; {CONSEQUENCE}. Correct the YAML" for line, what in error.problems]
+        ) from None
     if data is None:
-        raise SceneError([f"{origin}: is empty; {CONSEQUENCE}. Begin with a copy of a shipped scene: "
-                          f"{', '.join(resources.shipped_scenes())}"])
+        raise SceneError(
+            [
+                f"{origin}: is empty; {CONSEQUENCE}. Begin with a copy of a shipped scene: "
+                f"{', '.join(resources.shipped_scenes())}"
+            ]
+        )
     return scene_from_dict(data, origin, lines)
 
 
@@ -69,9 +76,13 @@ def scene_from_dict(data: Mapping[str, Any], origin: str, lines: Mapping[tuple, 
     """
     lines = lines or {}
     if not isinstance(data, Mapping):
-        raise SceneError([f"{place(origin, lines.get((), 0))}: is {kind_of(data)}, expected keys and values such as "
-                          f"`name: my_tow`; {CONSEQUENCE}. Begin with a copy of a shipped scene: "
-                          f"{', '.join(resources.shipped_scenes())}"])
+        raise SceneError(
+            [
+                f"{place(origin, lines.get((), 0))}: is {kind_of(data)}, expected keys and values such as "
+                f"`name: my_tow`; {CONSEQUENCE}. Begin with a copy of a shipped scene: "
+                f"{', '.join(resources.shipped_scenes())}"
+            ]
+        )
     try:
         scene = Scene.model_validate(data)
     except ValidationError as error:
@@ -111,8 +122,9 @@ def _known_keys(scene: Scene) -> list[str]:
     """Dotted keys of one scene, its own section names in place of ``<name>``."""
     keys = []
     for item in declared(Scene):
-        keys += ([item.key.replace("<name>", name) for name in scene.cable.sections]
-                 if "<name>" in item.key else [item.key])
+        keys += (
+            [item.key.replace("<name>", name) for name in scene.cable.sections] if "<name>" in item.key else [item.key]
+        )
     return keys
 
 

@@ -17,28 +17,28 @@ from .consistent import Consistent
 from .stamps import RegularStamps
 from .wire import CAUSES, Odometry, Refused, decode_imu, decode_odometry
 
-SOURCES = ("mean", "odometry", "imu")   # sim.frame.Source
+SOURCES = ("mean", "odometry", "imu")  # sim.frame.Source
 MEAN, ODOMETRY, IMU = 0.0, 1.0, 2.0
 SECOND = 1_000_000_000
-BACKWARDS = SECOND       # ns; a stamp further back than this is a jump of the clock, not a late message
-JUMPED = 10              # backward stamps in a row that make a time jump
-RETURN = 2.0             # odometry is taken again after this many time-outs without a gap: no flapping at low rates
+BACKWARDS = SECOND  # ns; a stamp further back than this is a jump of the clock, not a late message
+JUMPED = 10  # backward stamps in a row that make a time jump
+RETURN = 2.0  # odometry is taken again after this many time-outs without a gap: no flapping at low rates
 
 
 class _Stream:
     """Stamps, arrivals and rate of one topic."""
 
     def __init__(self, jitter: float) -> None:
-        self.stamp = self.arrival = self.streak = None   # ns; streak: arrival since which there was no gap
+        self.stamp = self.arrival = self.streak = None  # ns; streak: arrival since which there was no gap
         self.regular = RegularStamps(jitter)
-        self.used: int | None = None                     # ns, the newest regular stamp
-        self.period = nan                                # s between stamps, smoothed
+        self.used: int | None = None  # ns, the newest regular stamp
+        self.period = nan  # s between stamps, smoothed
         self.unstamped = False
         self.backwards = 0
 
     def check(self, stamp: int, arrival: int) -> int:
         """The stamp, or the arrival where there is none; Refused if it does not advance."""
-        if stamp == 0:   # a driver without a clock; the first such message may also be a clock that starts at zero
+        if stamp == 0:  # a driver without a clock; the first such message may also be a clock that starts at zero
             if not self.unstamped:
                 self.unstamped = True
                 raise Refused("no_stamp")
@@ -67,9 +67,13 @@ class _Stream:
 
     def report(self, name: str, now: int) -> dict[str, object]:
         regular = self.regular
-        return {f"{name}_age_s": self.age(now), f"{name}_rate_hz": 1.0 / self.period if self.period > 0.0 else nan,
-                f"{name}_stamp_period_s": regular.period * 1e-9, f"{name}_stamp_jitter_s": regular.jitter * 1e-9,
-                f"{name}_stamps_regular": regular.active}
+        return {
+            f"{name}_age_s": self.age(now),
+            f"{name}_rate_hz": 1.0 / self.period if self.period > 0.0 else nan,
+            f"{name}_stamp_period_s": regular.period * 1e-9,
+            f"{name}_stamp_jitter_s": regular.jitter * 1e-9,
+            f"{name}_stamps_regular": regular.active,
+        }
 
 
 class _Slow:
@@ -111,8 +115,9 @@ class MotionIngest:
     message in ns, None for a refused one. `counts` has the refusals by cause and the events.
     """
 
-    def __init__(self, inputs: Inputs, ship: Ship, heave: Heave, motion: MotionInput | None = None,
-                 gravity: float = 9.81) -> None:
+    def __init__(
+        self, inputs: Inputs, ship: Ship, heave: Heave, motion: MotionInput | None = None, gravity: float = 9.81
+    ) -> None:
         self.inputs, self.ship, self.heave = inputs, ship, heave
         self.settings = motion or MotionInput()
         self.filter = HeaveFilter(heave, gravity)
@@ -128,22 +133,22 @@ class MotionIngest:
         """
         self.inputs.motion_head[0] = 0
         self.source = MEAN
-        self.first_pose: tuple[int, float, float, float] | None = None   # stamp, x, y, yaw of the first sample
-        self.origin = (0.0, 0.0)         # m, added to the odometry's position
+        self.first_pose: tuple[int, float, float, float] | None = None  # stamp, x, y, yaw of the first sample
+        self.origin = (0.0, 0.0)  # m, added to the odometry's position
         self._imu, self._odometry = _Stream(self.settings.stamp_jitter), _Stream(self.settings.stamp_jitter)
         self._consistent = Consistent(self.settings.position_time)
-        self._began: int | None = None   # first arrival of an IMU message
+        self._began: int | None = None  # first arrival of an IMU message
         self._new_epoch = True
         self._yaw: float | None = None
-        self._last: tuple[int, list[float]] | None = None   # newest pushed sample
-        self._track: list[float] | None = None              # x y of the mean track while the IMU is the source
+        self._last: tuple[int, list[float]] | None = None  # newest pushed sample
+        self._track: list[float] | None = None  # x y of the mean track while the IMU is the source
         self._track_velocity = (0.0, 0.0)
-        self._heading = _Slow(self.heave.period)            # cos and sin of the yaw
-        self._velocity = _Slow(self.heave.period)           # of the odometry
-        self._gravity = _Slow(10.0)                         # specific force along the vertical
-        self._mismatch = _Slow(10.0)                        # squared difference of odometry twist and moved position
-        self._before: Odometry | None = None                # newest odometry
-        self._waiting: list[Odometry] = []                  # without twist: newest two, for a central difference
+        self._heading = _Slow(self.heave.period)  # cos and sin of the yaw
+        self._velocity = _Slow(self.heave.period)  # of the odometry
+        self._gravity = _Slow(10.0)  # specific force along the vertical
+        self._mismatch = _Slow(10.0)  # squared difference of odometry twist and moved position
+        self._before: Odometry | None = None  # newest odometry
+        self._waiting: list[Odometry] = []  # without twist: newest two, for a central difference
         self.filter.reset()
 
     # IMU
@@ -186,13 +191,13 @@ class MotionIngest:
         length = hypot(*heading) or 1.0
         ahead = heading[0] / length, heading[1] / length
         speed = self.ship.tow_speed
-        if self._velocity.time > 0.0:   # the odometry knew better
+        if self._velocity.time > 0.0:  # the odometry knew better
             speed = self._velocity.mean[0] * ahead[0] + self._velocity.mean[1] * ahead[1]
         velocity = speed * ahead[0], speed * ahead[1]
         if self.source != IMU or self._track is None:
             self._change_source(IMU)
-            self._track = list(self.origin)   # only used before the first sample of any source
-            if self._last is not None:   # goes on where the ship is
+            self._track = list(self.origin)  # only used before the first sample of any source
+            if self._last is not None:  # goes on where the ship is
                 before, row = self._last
                 since = (stamp - before) * 1e-9
                 self._track = [row[0] + velocity[0] * since - moved[0], row[1] + velocity[1] * since - moved[1]]
@@ -200,9 +205,19 @@ class MotionIngest:
             for i in range(2):
                 self._track[i] += 0.5 * dt * (velocity[i] + self._track_velocity[i])
         self._track_velocity = velocity
-        self._push(stamp, [self._track[0] + moved[0], self._track[1] + moved[1],
-                           self.ship.reference_height + moved[2], *angles,
-                           velocity[0] + moved[3], velocity[1] + moved[4], moved[5], *rates])
+        self._push(
+            stamp,
+            [
+                self._track[0] + moved[0],
+                self._track[1] + moved[1],
+                self.ship.reference_height + moved[2],
+                *angles,
+                velocity[0] + moved[3],
+                velocity[1] + moved[4],
+                moved[5],
+                *rates,
+            ],
+        )
 
     # odometry
 
@@ -247,8 +262,8 @@ class MotionIngest:
             if message.twist and dt <= self.ship.max_gap:
                 wx, wy, _ = to_world(message.angles, message.velocity)
                 offset = message.position[0] - x - wx * dt, message.position[1] - y - wy * dt
-                self._mismatch.add(((offset[0] ** 2 + offset[1] ** 2) / dt ** 2,), dt)
-        elif self._last is not None:   # comes back
+                self._mismatch.add(((offset[0] ** 2 + offset[1] ** 2) / dt**2,), dt)
+        elif self._last is not None:  # comes back
             (before, row), (vx, vy) = self._last, self._track_velocity
             x, y, dt = row[0], row[1], (message.stamp - before) * 1e-9
         else:
@@ -275,8 +290,15 @@ class MotionIngest:
             rates = [(b - a) / span for a, b in ends]
             self._push(middle.stamp, [*middle.position, *middle.angles, *rates], measured=False)
         if message.twist:
-            self._push(message.stamp, [*message.position, *message.angles, *to_world(message.angles, message.velocity),
-                                       *angle_rates(*message.angles[:2], message.rate)])
+            self._push(
+                message.stamp,
+                [
+                    *message.position,
+                    *message.angles,
+                    *to_world(message.angles, message.velocity),
+                    *angle_rates(*message.angles[:2], message.rate),
+                ],
+            )
         del waiting[:-2]
 
     # both
@@ -299,7 +321,7 @@ class MotionIngest:
     def _push(self, stamp: int, row: list[float], measured: bool = True) -> None:
         """Push a sample; measured: its rates are measured, not differences of the positions."""
         if self._last is not None:
-            if stamp <= self._last[0]:   # the other source was ahead
+            if stamp <= self._last[0]:  # the other source was ahead
                 self.counts["behind"] += 1
                 return
             if stamp - self._last[0] > self.ship.max_gap * SECOND and not self._new_epoch:
@@ -326,20 +348,33 @@ class MotionIngest:
         mismatch = self._mismatch.mean[0] ** 0.5 if self._mismatch.mean else nan
         hint = ""
         if self._gravity.time >= 5.0 and gravity < 0.5 * self.filter.gravity:
-            hint = (f"specific force along the vertical is {gravity:.2f} m/s^2, at rest it must be "
-                    f"+{self.filter.gravity:g}: heave from the IMU is wrong; set convention to the axes of the driver, "
-                    f"or let it send gravity too")
+            hint = (
+                f"specific force along the vertical is {gravity:.2f} m/s^2, at rest it must be "
+                f"+{self.filter.gravity:g}: heave from the IMU is wrong; set convention to the axes of the driver, "
+                f"or let it send gravity too"
+            )
         elif mismatch > 1.0:
-            hint = (f"odometry twist differs from the moved position by {mismatch:.2f} m/s rms: the motion between "
-                    f"samples is wrong; the twist must be in the axes of child_frame_id")
+            hint = (
+                f"odometry twist differs from the moved position by {mismatch:.2f} m/s rms: the motion between "
+                f"samples is wrong; the twist must be in the axes of child_frame_id"
+            )
         return {
-            "source": SOURCES[int(self.source)], "epoch": self.epoch, "samples": int(self.inputs.motion_head[0]),
-            **self._imu.report("imu", now), **self._odometry.report("odometry", now),
+            "source": SOURCES[int(self.source)],
+            "epoch": self.epoch,
+            "samples": int(self.inputs.motion_head[0]),
+            **self._imu.report("imu", now),
+            **self._odometry.report("odometry", now),
             "integrated": self._consistent.names(self._consistent.integrated),
             "smoothed": self._consistent.names(self._consistent.smoothed),
-            "heave_valid": self.filter.valid, "heave_age_s": self.filter.age, "heave_bias_mps2": self.filter.bias[2],
-            "vertical_force_mps2": gravity, "twist_mismatch_mps": mismatch,
-            "origin_x_m": self.origin[0], "origin_y_m": self.origin[1], "time_jump": self.time_jump,
+            "heave_valid": self.filter.valid,
+            "heave_age_s": self.filter.age,
+            "heave_bias_mps2": self.filter.bias[2],
+            "vertical_force_mps2": gravity,
+            "twist_mismatch_mps": mismatch,
+            "origin_x_m": self.origin[0],
+            "origin_y_m": self.origin[1],
+            "time_jump": self.time_jump,
             "refused": sum(self.counts[cause] for cause, text in CAUSES.items() if text),
-            "last_refusal": self.last_refusal, "hint": hint,
+            "last_refusal": self.last_refusal,
+            "hint": hint,
         }

@@ -11,13 +11,15 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from ..sim.frame import FIELDS, FRAME
+from ..physics.frame import FIELDS, FRAME
 
 _CODES = {"i8": "q", "f8": "d"}
 _WORDS = struct.Struct("<" + "".join(_CODES[kind] * int(np.prod(shape)) for _, shape, kind, *_ in FIELDS))
 if _WORDS.size != FRAME.itemsize:
-    raise TypeError(f"FRAME has {FRAME.itemsize} bytes and its 8-byte fields {_WORDS.size}: "
-                    f"no channel could be written; declare every field i8 or f8")
+    raise TypeError(
+        f"FRAME has {FRAME.itemsize} bytes and its 8-byte fields {_WORDS.size}: "
+        f"no channel could be written; declare every field i8 or f8"
+    )
 
 
 def _components(name: str, shape: tuple[int, ...]) -> list[str]:
@@ -30,7 +32,7 @@ def _components(name: str, shape: tuple[int, ...]) -> list[str]:
 # every number of a Frame in order: "tension", "body_position.x", ...
 NAMES = tuple(part for name, shape, *_ in FIELDS for part in _components(name, shape))
 
-PLACES = []   # field -> its place among the numbers: an index, or a slice for a vector
+PLACES = []  # field -> its place among the numbers: an index, or a slice for a vector
 for _name, _shape, *_ in FIELDS:
     _first = NAMES.index(_components(_name, _shape)[0])
     PLACES.append((_name, slice(_first, _first + _shape[0]) if _shape else _first))
@@ -46,11 +48,13 @@ def plain(frame: np.void) -> Plain:
     ValueError names the first field that is not finite: such a frame must not be published or recorded.
     """
     numbers = _WORDS.unpack(frame.tobytes())
-    if not isfinite(sum(numbers)):   # one pass; only then look for the culprit, the sum alone may have overflowed
+    if not isfinite(sum(numbers)):  # one pass; only then look for the culprit, the sum alone may have overflowed
         for name, number in zip(NAMES, numbers):
             if not isfinite(number):
-                raise ValueError(f"frame field '{name}' is {number} at time {numbers[0]} ns: nothing of this tick is "
-                                 f"published; the tick must roll back and set NOT_FINITE instead")
+                raise ValueError(
+                    f"frame field '{name}' is {number} at time {numbers[0]} ns: nothing of this tick is "
+                    f"published; the tick must roll back and set NOT_FINITE instead"
+                )
     result = Plain(**{name: numbers[place] for name, place in PLACES})
     result.numbers = numbers
     return result

@@ -36,7 +36,7 @@ def texts_of(error: ValidationError, data, origin: str, lines) -> list[str]:
     for item in error.errors():
         path = item["loc"]
         field, owner = _field(path)
-        if path and isinstance(path[-1], int) and field is not None:   # one text for a vector
+        if path and isinstance(path[-1], int) and field is not None:  # one text for a vector
             path = path[:-1]
         if path not in out:
             out[path] = _text(item, path, field, owner, data, origin, lines)
@@ -49,11 +49,13 @@ def _text(item, path, field, owner, data, origin, lines) -> str:
     where = place(origin, line_of(lines, path[:-1] if value is _ABSENT else path))
     if kind == "extra_forbidden":
         return unknown_key(where, path, value, [d.key for d in declared(Scene)], owner)
-    if kind == "value_error":   # a validator of the scene: its text says what and how
+    if kind == "value_error":  # a validator of the scene: its text says what and how
         return f"{where}: {key} {str(item['msg']).removeprefix('Value error, ')}; {CONSEQUENCE}"
-    if field is None and kind in ("model_type", "dict_type"):   # a free name, such as that of a section
-        return (f"{where}: {key} = {_show(value)} is {kind_of(value)}, expected a block of keys; {CONSEQUENCE}. "
-                f"Write for example `{path[-1]}: {{length: 10.0, elements: 4}}`")
+    if field is None and kind in ("model_type", "dict_type"):  # a free name, such as that of a section
+        return (
+            f"{where}: {key} = {_show(value)} is {kind_of(value)}, expected a block of keys; {CONSEQUENCE}. "
+            f"Write for example `{path[-1]}: {{length: 10.0, elements: 4}}`"
+        )
     if field is None:
         return f"{where}: {key} = {_show(value)}: {item['msg']}; {CONSEQUENCE}. See the parameter manual"
     wanted, example = _wanted(field), _example(path, field)
@@ -65,21 +67,29 @@ def _text(item, path, field, owner, data, origin, lines) -> str:
     if kind == "out_of_range":
         which = item["ctx"]["components"]
         part = f", component {', '.join(str(i) for i in which)}," if isinstance(value, list | tuple) else ""
-        return (f"{where}: {key} = {_show(value)}{unit}{part} is outside {item['ctx']['interval']}{unit} ({about}); "
-                f"{CONSEQUENCE}. Give a value in {item['ctx']['interval']}{unit}")
+        return (
+            f"{where}: {key} = {_show(value)}{unit}{part} is outside {item['ctx']['interval']}{unit} ({about}); "
+            f"{CONSEQUENCE}. Give a value in {item['ctx']['interval']}{unit}"
+        )
     if kind == "finite_number":
-        return (f"{where}: {key} = {_show(value)}{unit} is not finite ({about}); {CONSEQUENCE}. "
-                f"Give {wanted}, for example `{example}`")
+        return (
+            f"{where}: {key} = {_show(value)}{unit} is not finite ({about}); {CONSEQUENCE}. "
+            f"Give {wanted}, for example `{example}`"
+        )
     if kind == "enum":
         words = [member.value for member in _enum(field.annotation)]
         near = difflib.get_close_matches(str(value), words, 1)
         hint = f"did you mean {near[0]}? " if near else ""
-        return (f"{where}: {key} = {_show(value)} is none of its laws ({about}); {CONSEQUENCE}. "
-                f"{hint.capitalize()}Known: {', '.join(words)}")
+        return (
+            f"{where}: {key} = {_show(value)} is none of its laws ({about}); {CONSEQUENCE}. "
+            f"{hint.capitalize()}Known: {', '.join(words)}"
+        )
     text = _looks_like_number(value)
     hint = f"{text}. " if text else ""
-    return (f"{where}: {key} = {_show(value)} is {kind_of(value)}, expected {wanted} ({about}); {CONSEQUENCE}. "
-            f"{hint}Write for example `{example}`")
+    return (
+        f"{where}: {key} = {_show(value)} is {kind_of(value)}, expected {wanted} ({about}); {CONSEQUENCE}. "
+        f"{hint}Write for example `{example}`"
+    )
 
 
 def unknown_key(where: str, path: tuple, value, known: list[str], owner: type[Block] | None = None) -> str:
@@ -89,11 +99,14 @@ def unknown_key(where: str, path: tuple, value, known: list[str], owner: type[Bl
     near = difflib.get_close_matches(str(path[-1]), siblings, 1, 0.6)
     if near:
         nearest = dotted((*path[:-1], near[0]))
-    else:   # the whole key, then the right name in the wrong block
+    else:  # the whole key, then the right name in the wrong block
         same = [k for k in known if k.split(".")[-1] == path[-1]]
         nearest = (difflib.get_close_matches(key, known, 1, 0.6) or same or [""])[0]
-    remedy = f"Did you mean {nearest}?" if nearest else (
-        f"Known here: {', '.join(siblings)}" if siblings else "See the parameter manual")
+    remedy = (
+        f"Did you mean {nearest}?"
+        if nearest
+        else (f"Known here: {', '.join(siblings)}" if siblings else "See the parameter manual")
+    )
     return f"{where}: {key} = {_show(value)}: there is no such key; {CONSEQUENCE}. {remedy}"
 
 
@@ -114,9 +127,9 @@ def _field(path: tuple):
     block: type[Block] | None = Scene
     owner, field, table = None, None, False
     for part in path:
-        if isinstance(part, int):   # component of a vector: the vector's own declaration
+        if isinstance(part, int):  # component of a vector: the vector's own declaration
             break
-        if table:                   # a free name
+        if table:  # a free name
             owner, field, table = None, None, False
             continue
         owner, field = block, (block.model_fields.get(part) if block else None)
@@ -125,8 +138,9 @@ def _field(path: tuple):
 
 
 def _enum(annotation):
-    return next(part for part in (annotation, *get_args(annotation))
-                if isinstance(part, type) and issubclass(part, enum.Enum))
+    return next(
+        part for part in (annotation, *get_args(annotation)) if isinstance(part, type) and issubclass(part, enum.Enum)
+    )
 
 
 def _wanted(field) -> str:
@@ -143,8 +157,11 @@ def _wanted(field) -> str:
         elif isinstance(part, type) and issubclass(part, enum.Enum):
             kinds.append("one of " + ", ".join(member.value for member in part))
         else:
-            kinds.append({float: "a number", int: "a whole number", str: "text", bool: "true or false",
-                          type(None): "null"}.get(part, str(part)))
+            kinds.append(
+                {float: "a number", int: "a whole number", str: "text", bool: "true or false", type(None): "null"}.get(
+                    part, str(part)
+                )
+            )
     bounds = interval(extra["low"], extra["high"], extra["above"])
     unit = f" {extra['unit']}" if extra["unit"] not in ("", "1") else ""
     return " or ".join(kinds) + (f" in {bounds}{unit}" if bounds else "")
@@ -189,8 +206,13 @@ def _show(value) -> str:
 
 def kind_of(value) -> str:
     """What a value is, in words: ``text``, ``a list of 3``."""
-    for kind, word in ((bool, "true or false"), (str, "text"), (int, "a number"), (float, "a number"),
-                       (Mapping, "a block of keys")):
+    for kind, word in (
+        (bool, "true or false"),
+        (str, "text"),
+        (int, "a number"),
+        (float, "a number"),
+        (Mapping, "a block of keys"),
+    ):
         if isinstance(value, kind):
             return word
     if isinstance(value, list | tuple):

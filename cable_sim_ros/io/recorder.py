@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 from .bag import BagWriter
 
-POLL = 0.05    # s; the feeding thread never wakes anyone, it only appends
-FLUSH = 1.0    # s of wall time: the most a crash may cost
+POLL = 0.05  # s; the feeding thread never wakes anyone, it only appends
+FLUSH = 1.0  # s of wall time: the most a crash may cost
 
 
 class RecorderStats(NamedTuple):
@@ -35,13 +35,20 @@ class Recorder:
     Afterwards no call raises: a failing disk ends the recording, is counted, and the simulation goes on.
     """
 
-    def __init__(self, path: str | os.PathLike, *, queue_size: int = 4096, flush_s: float = FLUSH,
-                 custom_data: dict[str, str] | None = None, poll_s: float = POLL) -> None:
+    def __init__(
+        self,
+        path: str | os.PathLike,
+        *,
+        queue_size: int = 4096,
+        flush_s: float = FLUSH,
+        custom_data: dict[str, str] | None = None,
+        poll_s: float = POLL,
+    ) -> None:
         self.writer = BagWriter(path, custom_data=custom_data)
         self.queue_size, self.flush_s, self.poll_s = queue_size, flush_s, poll_s
         self._queue: deque = deque()
         self._declared: deque = deque()
-        self._lock = threading.Lock()    # held for an append or a swap of the queue only
+        self._lock = threading.Lock()  # held for an append or a swap of the queue only
         self._stop = threading.Event()
         self._failed = False
         self._written = self._dropped = self._most = self._errors = 0
@@ -52,7 +59,7 @@ class Recorder:
     def declare(self, topic: str, msgtype: str, qos: str = "") -> None:
         """Register a topic with its QoS before its first `put`; see `BagWriter.declare`."""
         with self._lock:
-            self._declared.append((topic, msgtype, qos))   # only the recording thread touches the writer
+            self._declared.append((topic, msgtype, qos))  # only the recording thread touches the writer
 
     def put(self, topic: str, msgtype: str, time_ns: int, data: bytes, publish_time_ns: int | None = None) -> None:
         """Queue one message and return at once; when the queue is full the oldest one is dropped and counted."""
@@ -69,8 +76,9 @@ class Recorder:
     def stats(self) -> RecorderStats:
         """Counts so far; may be called from any thread."""
         with self._lock:
-            return RecorderStats(self._written, self._dropped, len(self._queue), self._most, self._errors,
-                                 self._error, self._slowest)
+            return RecorderStats(
+                self._written, self._dropped, len(self._queue), self._most, self._errors, self._error, self._slowest
+            )
 
     def close(self, timeout: float = 10.0) -> RecorderStats:
         """Write what waits, finish the bag and return the final counts; a second call only returns them."""
@@ -105,21 +113,23 @@ class Recorder:
                 if stopping:
                     self.writer.close()
                     return
-        except Exception as error:   # nobody else would see it: a thread that dies silently loses the recording
+        except Exception as error:  # nobody else would see it: a thread that dies silently loses the recording
             with self._lock:
                 self._failed = True
                 self._errors += 1
                 self._dropped += len(self._queue)
                 self._queue.clear()
-                self._error = (f"recording to '{self.writer.path}' ended ({type(error).__name__}: {error}): "
-                               f"the simulation goes on unrecorded; free the disk, recover this bag, record anew")
+                self._error = (
+                    f"recording to '{self.writer.path}' ended ({type(error).__name__}: {error}): "
+                    f"the simulation goes on unrecorded; free the disk, recover this bag, record anew"
+                )
             self.writer.abort()
 
     def _write(self, batch: deque) -> None:
         while self._declared:
             try:
                 self.writer.declare(*self._declared.popleft())
-            except ValueError as error:   # a type nobody knows: its messages will be refused one by one
+            except ValueError as error:  # a type nobody knows: its messages will be refused one by one
                 with self._lock:
                     self._errors += 1
                     self._error = str(error)
@@ -127,7 +137,7 @@ class Recorder:
             item = batch.popleft()
             try:
                 self.writer.add(*item)
-            except ValueError as error:   # one bad message, not a bad disk
+            except ValueError as error:  # one bad message, not a bad disk
                 with self._lock:
                     self._errors += 1
                     self._dropped += 1

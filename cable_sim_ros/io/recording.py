@@ -15,7 +15,7 @@ HEALTH = next(channel for channel in CHANNELS if channel.name == "sim_health")
 
 class Recording(NamedTuple):
     """A run: ``frames`` recarray of FRAME [ticks]; ``shapes`` and ``contacts``: (time [ns], table) pairs, columns as in
-    sim/frame.py; ``custom_data`` of the bag: scene name and whatever the recorder was given."""
+    physics/frame.py; ``custom_data`` of the bag: scene name and whatever the recorder was given."""
 
     frames: np.recarray
     shapes: list[tuple[int, np.ndarray]]
@@ -37,6 +37,8 @@ def load_run(path: str | os.PathLike) -> Recording:
             fields = decode(channel, message.data)
             (shapes if "shape" in fields else contacts).append((fields.pop("time"), *fields.values()))
     if not frames:
-        raise BagError(f"bag '{path}' has no topic '{HEALTH.topic}' of type {HEALTH.msgtype}: there is no run to "
-                       f"summarise; give a bag that the node or the offline run recorded")
+        raise BagError(
+            f"bag '{path}' has no topic '{HEALTH.topic}' of type {HEALTH.msgtype}: there is no run to "
+            f"summarise; give a bag that the node or the offline run recorded"
+        )
     return Recording(decode_frames(frames), shapes, contacts, read_metadata(path).get("custom_data") or {})

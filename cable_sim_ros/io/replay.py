@@ -25,7 +25,7 @@ from .typestore import STORE
 from .wire import KINDS, read_motion
 
 JOINT = "payout"
-NEVER = -(2 ** 62)
+NEVER = -(2**62)
 
 
 class Event(NamedTuple):
@@ -43,8 +43,8 @@ class RecordedTow:
 
     path: str
     events: list[Event]
-    outputs: dict[str, list[bytes]] = field(default_factory=dict)   # name of the channel -> messages in order
-    about: dict[str, str] = field(default_factory=dict)             # custom data of the bag
+    outputs: dict[str, list[bytes]] = field(default_factory=dict)  # name of the channel -> messages in order
+    about: dict[str, str] = field(default_factory=dict)  # custom data of the bag
 
     @cached_property
     def start(self) -> int:
@@ -65,8 +65,11 @@ class RecordedTow:
     def started(self) -> tuple[int, tuple[float, float], float] | None:
         """Time [ns], place [m] and heading [rad] of the recorded static start, None where the bag does not say."""
         try:
-            return (int(self.about["start_time_ns"]), tuple(json.loads(self.about["start_position_m"])),
-                    float(self.about["start_heading_rad"]))
+            return (
+                int(self.about["start_time_ns"]),
+                tuple(json.loads(self.about["start_position_m"])),
+                float(self.about["start_heading_rad"]),
+            )
         except (KeyError, ValueError):
             return None
 
@@ -76,17 +79,22 @@ def stamp_of(data: bytes) -> int:
     if len(data) < 12:
         raise ValueError(f"a message of {len(data)} bytes has no header")
     order = "little" if data[1] & 1 else "big"
-    return (int.from_bytes(data[4:8], order, signed=True) * 1_000_000_000 + int.from_bytes(data[8:12], order))
+    return int.from_bytes(data[4:8], order, signed=True) * 1_000_000_000 + int.from_bytes(data[8:12], order)
 
 
 def read_tow(path: str | os.PathLike, *, imu_only: bool = False) -> RecordedTow:
     """Read a bag. imu_only: leave odometry out. BagError if it cannot be read or holds no motion."""
     path = os.fspath(path)
-    events = [Event(stamp_of(data) or time, time, kind, data) for time, kind, data in read_motion(path)
-              if not (imu_only and kind == "odometry")]
+    events = [
+        Event(stamp_of(data) or time, time, kind, data)
+        for time, kind, data in read_motion(path)
+        if not (imu_only and kind == "odometry")
+    ]
     if not any(event.kind != "command" for event in events):
-        raise BagError(f"bag '{path}' holds no {KINDS['imu'][0]}: nothing was simulated; leave --imu-only out, or give "
-                       "a bag with an IMU")
+        raise BagError(
+            f"bag '{path}' holds no {KINDS['imu'][0]}: nothing was simulated; leave --imu-only out, or give "
+            "a bag with an IMU"
+        )
     outputs: dict[str, list[bytes]] = {}
     try:
         about = read_metadata(path).get("custom_data") or {}
@@ -94,7 +102,7 @@ def read_tow(path: str | os.PathLike, *, imu_only: bool = False) -> RecordedTow:
             channel = channel_of(message.topic, message.msgtype)
             if channel is not None:
                 outputs.setdefault(channel.name, []).append(message.data)
-    except BagError:   # a lone file or one of ROS 1 can hold nothing of ours
+    except BagError:  # a lone file or one of ROS 1 can hold nothing of ours
         about = {}
     return RecordedTow(path, events, outputs, about)
 
@@ -102,11 +110,17 @@ def read_tow(path: str | os.PathLike, *, imu_only: bool = False) -> RecordedTow:
 class Feeder:
     """Pushes the events of a bag into the rings, in order, as far as it is told to."""
 
-    def __init__(self, inputs: Inputs, tow: RecordedTow, scene: Scene, motion: MotionInput | None = None,
-                 heave: Heave | None = None) -> None:
+    def __init__(
+        self,
+        inputs: Inputs,
+        tow: RecordedTow,
+        scene: Scene,
+        motion: MotionInput | None = None,
+        heave: Heave | None = None,
+    ) -> None:
         self.ingest = MotionIngest(inputs, scene.ship, heave or Heave(), motion, scene.gravity)
         self.inputs, self.tow = inputs, tow
-        self.dropped: Counter[str] = Counter()   # commands refused, by cause
+        self.dropped: Counter[str] = Counter()  # commands refused, by cause
         self._next = 0
         self._last_command = NEVER
 
@@ -130,7 +144,7 @@ class Feeder:
                 self.ingest.odometry(event.data, event.arrival)
             else:
                 self._command(event)
-        return events[first:self._next]
+        return events[first : self._next]
 
     def _newest(self) -> int:
         head = int(self.inputs.motion_head[0])
@@ -165,7 +179,7 @@ class Residual(NamedTuple):
     count: int
 
 
-COMPARED = (   # channel, quantity, unit, field of the Frame, component or None
+COMPARED = (  # channel, quantity, unit, field of the Frame, component or None
     ("sheave/tension", "tension", "N", "tension", None),
     ("towbody/pose", "x", "m", "body_position", 0),
     ("towbody/pose", "y", "m", "body_position", 1),
@@ -200,10 +214,19 @@ def residuals(frames: np.recarray, tow: RecordedTow) -> list[Residual]:
         if not both.any():
             continue
         ours = frames[name] if part is None else frames[name][:, part]
-        origin = ours_time[0]   # differences of nanoseconds are exact in float64, the stamps are not
+        origin = ours_time[0]  # differences of nanoseconds are exact in float64, the stamps are not
         rest = np.interp((time[both] - origin).astype(float), (ours_time - origin).astype(float), ours) - value[both]
-        rows.append(Residual(topic, quantity, unit, float(rest.mean()), float(np.sqrt(np.mean(rest ** 2))),
-                             float(np.abs(rest).max()), int(both.sum())))
+        rows.append(
+            Residual(
+                topic,
+                quantity,
+                unit,
+                float(rest.mean()),
+                float(np.sqrt(np.mean(rest**2))),
+                float(np.abs(rest).max()),
+                int(both.sum()),
+            )
+        )
     return rows
 
 
@@ -211,7 +234,7 @@ def late_ticks(frames: np.recarray | None) -> tuple[np.ndarray, np.ndarray]:
     """Times of recorded ticks that had no motion sample after them, and the newest one's stamp, int64 ns."""
     if frames is None:
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
-    late = frames[(frames["motion_age"] >= 0.0) & (frames["motion_source"] > 0)]   # source 0: none yet
+    late = frames[(frames["motion_age"] >= 0.0) & (frames["motion_source"] > 0)]  # source 0: none yet
     time = late["time"].astype(np.int64)
     return time, time - np.round(late["motion_age"] * 1e9).astype(np.int64)
 

@@ -29,7 +29,8 @@ def share_folder(code: Path = CODE, environ=os.environ) -> Path:
             return folder
     raise ResourceError(
         f"no folder share/{PACKAGE} with config/ beside the code in {code}; nothing was started. "
-        "Install the package again, or give full paths of files")
+        "Install the package again, or give full paths of files"
+    )
 
 
 def shipped_scenes() -> list[str]:
@@ -64,4 +65,5 @@ def _find(path_or_name, what, folder, shipped, suffixes, test) -> Path:
     names = ", ".join(shipped()) or "none"
     raise ResourceError(
         f"{given}: no such {what} file; nothing was started. "
-        f"Give the path of a {what}, or the name of a shipped one: {names}")
+        f"Give the path of a {what}, or the name of a shipped one: {names}"
+    )

@@ -10,14 +10,14 @@ from __future__ import annotations
 from math import nan, sqrt
 from statistics import median
 
-SOUGHT = 16        # stamps from which a fit is begun
-MEMORY = 200       # stamps, the memory of the fit
-EXACT = 1_000      # ns; a stamp so near to the line is used as it is: an exactly periodic stream stays untouched
-WIDEST = 0.45      # periods off the line that can still be told from a dropped sample
-LEAST = 0.02       # periods; a stamp further off than this and five times the rms does not fit
-MISFITS = 3        # end the fit
-FORGIVEN = 0.1     # misfits that a stamp which fits takes off
-LONGEST = 50       # periods without a stamp end the fit
+SOUGHT = 16  # stamps from which a fit is begun
+MEMORY = 200  # stamps, the memory of the fit
+EXACT = 1_000  # ns; a stamp so near to the line is used as it is: an exactly periodic stream stays untouched
+WIDEST = 0.45  # periods off the line that can still be told from a dropped sample
+LEAST = 0.02  # periods; a stamp further off than this and five times the rms does not fit
+MISFITS = 3  # end the fit
+FORGIVEN = 0.1  # misfits that a stamp which fits takes off
+LONGEST = 50  # periods without a stamp end the fit
 
 
 class RegularStamps:
@@ -29,10 +29,10 @@ class RegularStamps:
 
     def reset(self) -> None:
         """Forget the fit; the next stamp is the first."""
-        self.period = self.jitter = nan          # ns; jitter: rms off the line
-        self._recent: list[int] = []             # stamps, while a fit is sought
-        self._line = self._last = 0              # ns: the line at the newest stamp that fits, newest stamp given out
-        self._count = 0                          # stamps in the fit, 0 = none
+        self.period = self.jitter = nan  # ns; jitter: rms off the line
+        self._recent: list[int] = []  # stamps, while a fit is sought
+        self._line = self._last = 0  # ns: the line at the newest stamp that fits, newest stamp given out
+        self._count = 0  # stamps in the fit, 0 = none
         self._misfits = 0.0
 
     @property
@@ -45,7 +45,7 @@ class RegularStamps:
         if self.largest <= 0.0:
             return stamp
         used = self._fitted(stamp) if self._count else self._seek(stamp)
-        if self._last and used <= self._last:    # from the line back to the stamps
+        if self._last and used <= self._last:  # from the line back to the stamps
             used = self._last + max(1, round(0.1 * self.period)) if self.period > 0.0 else self._last + 1
         self._last = used
         return used
@@ -54,7 +54,7 @@ class RegularStamps:
         ahead = (stamp - self._line) / self.period
         if ahead > LONGEST:
             return self._anew(stamp)
-        steps = max(1, int(ahead + 0.3))   # too few heal with the next stamp, too many would not
+        steps = max(1, int(ahead + 0.3))  # too few heal with the next stamp, too many would not
         line = self._line + round(steps * self.period)
         off = stamp - line
         if abs(off) > self.period * WIDEST or abs(off) > max(5.0 * self.jitter, LEAST * self.period):
@@ -68,7 +68,7 @@ class RegularStamps:
         n = self._count
         self._line = line + round(off * 2.0 * (2.0 * n - 1.0) / (n * (n + 1.0)))
         self.period += off / steps * 6.0 / (n * (n + 1.0))
-        self.jitter = sqrt(self.jitter ** 2 + (off * off - self.jitter ** 2) / n)
+        self.jitter = sqrt(self.jitter**2 + (off * off - self.jitter**2) / n)
         if self.jitter > self.largest * self.period:
             return self._anew(line + off)
         return line + off if abs(off) <= EXACT else self._line
@@ -87,8 +87,9 @@ class RegularStamps:
         for a, b in zip(recent, recent[1:]):
             index.append(index[-1] + max(1, int((b - a) / period + 0.5)))
         mean_i, mean_s = sum(index) / SOUGHT, sum(s - recent[0] for s in recent) / SOUGHT
-        slope = (sum((i - mean_i) * (s - recent[0] - mean_s) for i, s in zip(index, recent))
-                 / sum((i - mean_i) ** 2 for i in index))
+        slope = sum((i - mean_i) * (s - recent[0] - mean_s) for i, s in zip(index, recent)) / sum(
+            (i - mean_i) ** 2 for i in index
+        )
         off = [s - recent[0] - mean_s - slope * (i - mean_i) for i, s in zip(index, recent)]
         jitter = sqrt(sum(o * o for o in off) / (SOUGHT - 2))
         if jitter > self.largest * slope or max(map(abs, off)) > WIDEST * slope:

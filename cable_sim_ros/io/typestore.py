@@ -21,8 +21,10 @@ def definition(msgtype: str) -> str:
     try:
         return STORE.generate_msgdef(msgtype, ros_version=2)[0]
     except (TypesysError, KeyError):
-        raise ValueError(f"message type '{msgtype}' is not known: nothing can be recorded or published with it; "
-                         f"use a standard type written as package/msg/Name") from None
+        raise ValueError(
+            f"message type '{msgtype}' is not known: nothing can be recorded or published with it; "
+            f"use a standard type written as package/msg/Name"
+        ) from None
 
 
 @cache

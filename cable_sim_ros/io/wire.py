@@ -20,12 +20,12 @@ from ..physics.heave import Convention
 from .bag import BagError
 from .typestore import STORE
 
-MOST_FORCE = 50.0           # m/s^2
-MOST_RATE = 5.0             # rad/s
-MOST_SPEED = 50.0           # m/s
+MOST_FORCE = 50.0  # m/s^2
+MOST_RATE = 5.0  # rad/s
+MOST_SPEED = 50.0  # m/s
 MOST_PITCH = radians(80.0)  # roll and yaw have no meaning near 90 deg
-MOST_POSITION = 1e7         # m
-NORM_WITHIN = 1e-2          # a quaternion nearer to norm 1 is renormalised
+MOST_POSITION = 1e7  # m
+NORM_WITHIN = 1e-2  # a quaternion nearer to norm 1 is renormalised
 
 # cause -> what to say ("" = an event, nothing was refused)
 CAUSES = {
@@ -34,16 +34,20 @@ CAUSES = {
     "not_finite": "a number is NaN or infinite: dropped; check the sensor",
     "quaternion": "the orientation is not a unit quaternion: dropped; check the driver",
     "no_orientation": "orientation_covariance[0] is -1, so there is no attitude, and none is estimated here: dropped; "
-                      "use a sensor with attitude, or odometry",
+    "use a sensor with attitude, or odometry",
     "out_of_range": "a number is beyond what a ship does (50 m/s^2, 5 rad/s, 50 m/s, 80 deg pitch, 1e7 m): dropped; "
-                    "check sensor and units",
+    "check sensor and units",
     "height": "odometry z is further from ship.reference_height than heave.max_displacement: dropped; z must be the "
-              "height of base_link above the mean water surface",
+    "height of base_link above the mean water surface",
     "no_stamp": "the stamp is zero: dropped; if it stays zero, arrival times are used",
     "stamp_not_advancing": "the stamp does not advance: dropped",
     "stamp_backwards": "the stamp went back by more than 1 s: dropped; after a restart of the sender's clock, reset",
     "behind": "the stamp is behind the other source's newest: dropped",
-    "imu_gap": "", "gap": "", "source_change": "", "position_jump": "", "heave_diverged": "",
+    "imu_gap": "",
+    "gap": "",
+    "source_change": "",
+    "position_jump": "",
+    "heave_diverged": "",
 }
 
 
@@ -56,22 +60,22 @@ class Refused(ValueError):
 
 
 class Imu(NamedTuple):
-    stamp: int                            # ns
-    angles: tuple[float, float, float]    # roll pitch yaw, rad, of Rz Ry Rx in ENU
-    rate: tuple[float, float, float]      # rad/s in base_link
-    force: tuple[float, float, float]     # m/s^2 in base_link, +g upwards at rest
+    stamp: int  # ns
+    angles: tuple[float, float, float]  # roll pitch yaw, rad, of Rz Ry Rx in ENU
+    rate: tuple[float, float, float]  # rad/s in base_link
+    force: tuple[float, float, float]  # m/s^2 in base_link, +g upwards at rest
 
 
 class Odometry(NamedTuple):
-    stamp: int                              # ns
-    position: tuple[float, float, float]    # m, ENU
-    angles: tuple[float, float, float]      # roll pitch yaw, rad
-    velocity: tuple[float, float, float]    # m/s in base_link
-    rate: tuple[float, float, float]        # rad/s in base_link
-    twist: bool                             # False: the message has none (six exact zeros)
+    stamp: int  # ns
+    position: tuple[float, float, float]  # m, ENU
+    angles: tuple[float, float, float]  # roll pitch yaw, rad
+    velocity: tuple[float, float, float]  # m/s in base_link
+    rate: tuple[float, float, float]  # rad/s in base_link
+    twist: bool  # False: the message has none (six exact zeros)
 
 
-_HEADER = {order: Struct(order + "iII") for order in "<>"}   # sec, nanosec, length of frame_id
+_HEADER = {order: Struct(order + "iII") for order in "<>"}  # sec, nanosec, length of frame_id
 _LENGTH = {order: Struct(order + "I") for order in "<>"}
 _IMU = {order: Struct(order + "37d") for order in "<>"}
 _ODOMETRY = {order: Struct(order + "85d") for order in "<>"}
@@ -91,7 +95,7 @@ def _open(data: bytes, strings: int, body: dict[str, Struct]) -> tuple[int, tupl
         if at + 4 > len(data):
             raise Refused("size")
         at += 4 + _LENGTH[order].unpack_from(data, at)[0]
-    at += (4 - at) % 8   # doubles are aligned from the fourth byte on
+    at += (4 - at) % 8  # doubles are aligned from the fourth byte on
     if len(data) != at + body[order].size:
         raise Refused("size")
     if sec < 0 or nanosec >= 10**9:
@@ -107,8 +111,11 @@ def _angles(x: float, y: float, z: float, w: float) -> tuple[float, float, float
     pitch = asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x))))
     if abs(pitch) > MOST_PITCH:
         raise Refused("out_of_range")
-    return (atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)), pitch,
-            atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
+    return (
+        atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
+        pitch,
+        atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
+    )
 
 
 def _check(values, most: float) -> None:
@@ -158,12 +165,12 @@ def decode_odometry(data: bytes, convention: Convention = Convention.ENU) -> Odo
     return Odometry(stamp, position, angles, velocity, rate, any(velocity) or any(rate))
 
 
-KINDS = {   # kind -> type, how its topic's name ends
+KINDS = {  # kind -> type, how its topic's name ends
     "imu": ("sensor_msgs/msg/Imu", "imu/data"),
     "odometry": ("nav_msgs/msg/Odometry", "odom"),
     "command": ("sensor_msgs/msg/JointState", "winch/command"),
 }
-OWN = ("towbody/odom", "winch/state")   # what this project publishes is no motion of a ship
+OWN = ("towbody/odom", "winch/state")  # what this project publishes is no motion of a ship
 
 
 def find_topics(topics: dict[str, str], asked: dict[str, str] | None = None) -> dict[str, str]:
@@ -177,8 +184,10 @@ def find_topics(topics: dict[str, str], asked: dict[str, str] | None = None) -> 
         name = (asked or {}).get(kind)
         if name:
             if topics.get(name) != msgtype:
-                raise BagError(f"topic '{name}' is {topics.get(name, 'not in the bag')}, {kind} needs {msgtype}: "
-                               f"nothing was read; the bag has {', '.join(sorted(topics)) or 'no topics'}")
+                raise BagError(
+                    f"topic '{name}' is {topics.get(name, 'not in the bag')}, {kind} needs {msgtype}: "
+                    f"nothing was read; the bag has {', '.join(sorted(topics)) or 'no topics'}"
+                )
             found[kind] = name
             continue
         fit = sorted(n for n, t in topics.items() if t == msgtype and not f"/{n}".endswith(tuple(f"/{o}" for o in OWN)))
@@ -215,22 +224,27 @@ def read_motion(path: str | os.PathLike, topics: dict[str, str] | None = None) -
         with AnyReader([path], default_typestore=STORE) as reader:
             names = find_topics({c.topic: c.msgtype for c in reader.connections}, topics)
             if not {"imu", "odometry"} & set(names):
-                raise BagError(f"bag '{path}' has neither {KINDS['imu'][0]} nor {KINDS['odometry'][0]}: no ship motion "
-                               f"was read; record imu/data or odom")
+                raise BagError(
+                    f"bag '{path}' has neither {KINDS['imu'][0]} nor {KINDS['odometry'][0]}: no ship motion "
+                    f"was read; record imu/data or odom"
+                )
             kinds = {name: kind for kind, name in names.items()}
             chosen = [c for c in reader.connections if c.topic in kinds]
-            same: list[tuple[str, bytes]] = []   # messages of one time
+            same: list[tuple[str, bytes]] = []  # messages of one time
             now = None
             for connection, time, raw in reader.messages(connections=chosen):
                 data = bytes(raw)
                 if not reader.is2:
                     data = STORE.serialize_cdr(
-                        _rebuilt(reader.deserialize(raw, connection.msgtype), connection.msgtype), connection.msgtype)
+                        _rebuilt(reader.deserialize(raw, connection.msgtype), connection.msgtype), connection.msgtype
+                    )
                 if time != now:
                     yield from ((now, kinds[topic], data) for topic, data in sorted(same, key=lambda item: item[0]))
                     same, now = [], time
                 same.append((connection.topic, bytes(data)))
             yield from ((now, kinds[topic], data) for topic, data in sorted(same, key=lambda item: item[0]))
     except (AnyReaderError, FileNotFoundError) as error:
-        raise BagError(f"bag '{path}' cannot be read ({error}): give the directory of a bag or a .bag file; "
-                       f"if the recording was cut off, recover it first") from None
+        raise BagError(
+            f"bag '{path}' cannot be read ({error}): give the directory of a bag or a .bag file; "
+            f"if the recording was cut off, recover it first"
+        ) from None

@@ -11,13 +11,12 @@ from typing import Any
 
 import yaml
 
-Path = tuple   # of str and int: the way to a value
+Path = tuple  # of str and int: the way to a value
 
 _NULL = re.compile(r"~|null|Null|NULL|")
 _BOOL = re.compile(r"true|True|TRUE|false|False|FALSE")
 _INT = re.compile(r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+")
-_FLOAT = re.compile(
-    r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
+_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 
 
 class YamlError(ValueError):
@@ -37,7 +36,7 @@ def resolve(text: str) -> Any:
     if _INT.fullmatch(text):
         return int(text, 0) if text[:2] in ("0x", "0o") else int(text)
     if _FLOAT.fullmatch(text):
-        return float(re.sub(r"\.(?=[iInN])", "", text))   # .inf and .nan as Python writes them
+        return float(re.sub(r"\.(?=[iInN])", "", text))  # .inf and .nan as Python writes them
     return text
 
 
@@ -51,7 +50,7 @@ def parse(text: str) -> tuple[Any, dict[Path, int]]:
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         raise YamlError([(mark.line + 1 if mark else 0, error.problem or error.context or "no YAML")]) from None
-    except yaml.YAMLError as error:   # a character that YAML does not allow
+    except yaml.YAMLError as error:  # a character that YAML does not allow
         raise YamlError([(0, str(error).splitlines()[0])]) from None
     lines: dict[Path, int] = {}
     problems: list[tuple[int, str]] = []
@@ -68,7 +67,7 @@ def _build(node, path: Path, lines, problems, above) -> Any:
         return None
     above = (*above, id(node))
     if isinstance(node, yaml.ScalarNode):
-        return node.value if node.style else resolve(node.value)   # quoted is always text
+        return node.value if node.style else resolve(node.value)  # quoted is always text
     if isinstance(node, yaml.SequenceNode):
         return [_build(item, (*path, i), lines, problems, above) for i, item in enumerate(node.value)]
     out: dict[str, Any] = {}
@@ -100,8 +99,9 @@ class Dumper(yaml.SafeDumper):
 
 def _represent_str(dumper, value):
     plain = re.fullmatch(r"[A-Za-z_][A-Za-z0-9_ ./-]*", value) and isinstance(yaml.safe_load(value), str)
-    return dumper.represent_scalar("tag:yaml.org,2002:str", value,
-                                   style=None if plain and isinstance(resolve(value), str) else '"')
+    return dumper.represent_scalar(
+        "tag:yaml.org,2002:str", value, style=None if plain and isinstance(resolve(value), str) else '"'
+    )
 
 
 def _represent_list(dumper, value):

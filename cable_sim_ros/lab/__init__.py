@@ -1,1 +1,1 @@
-"""Side wing over floors 0-2: bags made from recorded data, pictures, summaries, experiments."""
+"""Laboratory over floors 0 to 2: cases, experiments, stress, benchmark with peers, rig; no product imports it."""

@@ -20,17 +20,22 @@ from .. import __version__
 from ..io.load import load_scene, override
 from ..io.replay import read_tow
 from ..io.resources import find_bag
+from ..runs.passes import Pass
 from . import ours
-from .drive import Drive
 from .ours import Setting, even
 from .scenes import errors
 
 REPEATS = 5
-TOW_SECONDS, TOW_SKIP = 40.0, 10.0       # P7: of nbp1406, and what of it is left out of the statistics
+TOW_SECONDS, TOW_SKIP = 40.0, 10.0  # P7: of nbp1406, and what of it is left out of the statistics
 # P7 meshes: elements of the sections drum, span, sheave, bare, faired; the first is the refined reference
 REFINED = ((52, 4, 144, 48, 36), 0.005)
-TOW_MESHES = (((22, 2, 80, 12, 12), 0.01), ((22, 2, 80, 12, 12), 0.02), ((22, 2, 80, 12, 12), 0.05),
-              ((16, 2, 80, 8, 12), 0.02), ((20, 2, 40, 6, 12), 0.05))
+TOW_MESHES = (
+    ((22, 2, 80, 12, 12), 0.01),
+    ((22, 2, 80, 12, 12), 0.02),
+    ((22, 2, 80, 12, 12), 0.05),
+    ((16, 2, 80, 8, 12), 0.02),
+    ((20, 2, 40, 6, 12), 0.05),
+)
 # P4 meshes: before, on and after the sheave
 OVER_SHEAVE_COARSE, OVER_SHEAVE = ((0.33, 1), (0.29, 12), (0.38, 2)), ((0.32, 2), (0.32, 27), (0.36, 3))
 
@@ -53,27 +58,55 @@ class Row(NamedTuple):
 
 SWEEPS: dict[str, tuple[Callable, tuple[Setting, ...]]] = {
     "P1": (ours.catenary, tuple(even(n) for n in (4, 8, 16, 32, 64))),
-    "P2": (ours.released, tuple(even(n, dt, 0.5) for n, dt in (
-        (6, 0.01), (8, 0.005), (10, 0.005), (12, 0.0025), (16, 0.01 / 3.0), (20, 0.0025), (40, 0.001)))),
+    "P2": (
+        ours.released,
+        tuple(
+            even(n, dt, 0.5)
+            for n, dt in ((6, 0.01), (8, 0.005), (10, 0.005), (12, 0.0025), (16, 0.01 / 3.0), (20, 0.0025), (40, 0.001))
+        ),
+    ),
     "P3": (ours.cantilever, tuple(even(n, dt, 0.5) for n, dt in ((4, 0.01), (6, 0.005), (8, 0.0025), (16, 0.001)))),
-    "P4": (ours.pulled_over, (
-        Setting(OVER_SHEAVE_COARSE, 0.05), Setting(OVER_SHEAVE_COARSE, 0.04), Setting(OVER_SHEAVE_COARSE, 0.02),
-        Setting(OVER_SHEAVE, 0.1 / 3.0), Setting(OVER_SHEAVE, 0.0125), even(64, 0.01), even(96, 0.01),
-        even(192, 0.005))),
-    "P5": (ours.towed, (
-        Setting(((0.5, 4), (0.3, 4), (0.2, 6)), 0.2, 0.5), Setting(((0.5, 4), (0.3, 4), (0.2, 6)), 0.1, 0.5),
-        Setting(((0.6, 5), (0.3, 6), (0.1, 6)), 0.1, 0.5), even(10, 0.1, 0.5), even(20, 0.1, 0.5),
-        even(40, 0.1, 0.5), even(40, 0.05, 0.5))),
-    "P6": (ours.towed, (
-        even(69, 0.1, 0.5), even(69, 0.1 / 1.5, 0.5), even(69, 0.05, 0.5),
-        Setting(((0.7, 25), (0.3, 44)), 0.1, 0.5))),
+    "P4": (
+        ours.pulled_over,
+        (
+            Setting(OVER_SHEAVE_COARSE, 0.05),
+            Setting(OVER_SHEAVE_COARSE, 0.04),
+            Setting(OVER_SHEAVE_COARSE, 0.02),
+            Setting(OVER_SHEAVE, 0.1 / 3.0),
+            Setting(OVER_SHEAVE, 0.0125),
+            even(64, 0.01),
+            even(96, 0.01),
+            even(192, 0.005),
+        ),
+    ),
+    "P5": (
+        ours.towed,
+        (
+            Setting(((0.5, 4), (0.3, 4), (0.2, 6)), 0.2, 0.5),
+            Setting(((0.5, 4), (0.3, 4), (0.2, 6)), 0.1, 0.5),
+            Setting(((0.6, 5), (0.3, 6), (0.1, 6)), 0.1, 0.5),
+            even(10, 0.1, 0.5),
+            even(20, 0.1, 0.5),
+            even(40, 0.1, 0.5),
+            even(40, 0.05, 0.5),
+        ),
+    ),
+    "P6": (
+        ours.towed,
+        (even(69, 0.1, 0.5), even(69, 0.1 / 1.5, 0.5), even(69, 0.05, 0.5), Setting(((0.7, 25), (0.3, 44)), 0.1, 0.5)),
+    ),
 }
 SCENES = (*SWEEPS, "P7")
 PEER_SCENES = ("P2", "P4", "P5", "P6")
 
 
-def bench(scenes: tuple[str, ...] = SCENES, *, with_peers: bool = False, repeats: int = REPEATS,
-          progress: Callable[[str, float, float], None] = lambda *_: None) -> list[Row]:
+def bench(
+    scenes: tuple[str, ...] = SCENES,
+    *,
+    with_peers: bool = False,
+    repeats: int = REPEATS,
+    progress: Callable[[str, float, float], None] = lambda *_: None,
+) -> list[Row]:
     """Rows of the chosen scenes. The lumped chain always runs where it can; the other codes with ``with_peers``."""
     rows = []
     for i, scene in enumerate(scenes):
@@ -88,10 +121,13 @@ def _scene(scene: str, with_peers: bool, repeats: int) -> list[Row]:
     rows: list[Row] = []
     if scene in PEER_SCENES:
         from .peers import jobs_of
+
         more, missing = jobs_of(scene, all_codes=with_peers)
         jobs += more
-        rows += [Row(scene, code, "", 0, 0.0, float("nan"), float("nan"), float("nan"), None, None, why)
-                 for code, why in missing]
+        rows += [
+            Row(scene, code, "", 0, 0.0, float("nan"), float("nan"), float("nan"), None, None, why)
+            for code, why in missing
+        ]
     times: list[list[float]] = [[] for _ in jobs]
     last: list[Any] = [None] * len(jobs)
     problem = [""] * len(jobs)
@@ -101,31 +137,48 @@ def _scene(scene: str, with_peers: bool, repeats: int) -> list[Row]:
                 continue
             try:
                 last[k] = run(setting)
-            except Exception as error:   # another code's failure is a result of the table, not the end of it
+            except Exception as error:  # another code's failure is a result of the table, not the end of it
                 problem[k] = f"failed: {str(error).splitlines()[0][:160]}"
                 continue
             if turn:
                 times[k].append(last[k].cpu_s / last[k].simulated_s)
     for k, (code, setting, _) in enumerate(jobs):
         if problem[k]:
-            rows.append(Row(scene, code, str(setting), 0, 0.0, float("nan"), float("nan"), float("nan"), None, None,
-                            problem[k]))
+            rows.append(
+                Row(scene, code, str(setting), 0, 0.0, float("nan"), float("nan"), float("nan"), None, None, problem[k])
+            )
             continue
         run, cpu = last[k], statistics.median(times[k])
         tension, position = errors(scene, run.history)
         iterations, steps = getattr(run, "iterations", None), getattr(run, "steps", None)
         each = 1e6 * cpu * run.simulated_s / (run.elements * iterations) if iterations else None
-        rows.append(Row(scene, code, run.setting, run.elements, run.dt_s, float(tension), float(position), cpu, each,
-                        iterations / steps if iterations and steps else None, getattr(jobs[k][1], "note", "")))
+        rows.append(
+            Row(
+                scene,
+                code,
+                run.setting,
+                run.elements,
+                run.dt_s,
+                float(tension),
+                float(position),
+                cpu,
+                each,
+                iterations / steps if iterations and steps else None,
+                getattr(jobs[k][1], "note", ""),
+            )
+        )
     return rows
 
 
 def tow_at(mesh: tuple[int, ...], tick: float, algorithm: str):
     """The full-scale scene on a mesh (elements of its sections) and a tick [s], TOW_SECONDS of nbp1406."""
     base = load_scene("full_scale")
-    scene = override(base, {"solver.tick": tick, "setpoint.algorithm": algorithm} | {
-        f"cable.sections.{name}.elements": n for name, n in zip(base.cable.sections, mesh, strict=True)})
-    return Drive(scene, read_tow(find_bag("nbp1406"))).go(TOW_SECONDS, None)
+    scene = override(
+        base,
+        {"solver.tick": tick, "setpoint.algorithm": algorithm}
+        | {f"cable.sections.{name}.elements": n for name, n in zip(base.cable.sections, mesh, strict=True)},
+    )
+    return Pass(scene, read_tow(find_bag("nbp1406"))).go(TOW_SECONDS, None)
 
 
 def _whole_tow() -> list[Row]:
@@ -143,19 +196,28 @@ def _whole_tow() -> list[Row]:
             away = np.linalg.norm(got.body_position[late] - fine.body_position[late], axis=1).max()
             iterations, steps = float(frames.iterations.sum()), float(frames.substeps.sum())
             cpu = driven.stepping_s / (len(frames) * tick)
-            rows.append(Row("P7", "cable_sim_ros",
-                            f"{algorithm}, {'-'.join(map(str, mesh))}, {1e3 * tick:g} ms", sum(mesh),
-                            tick, float(max(of_mean, of_std)), float(away), cpu,
-                            1e6 * driven.stepping_s / (sum(mesh) * iterations), iterations / steps,
-                            f"{1.0 / cpu:.0f} x real time; std {std:.1f} N, "
-                            f"reference {fine.tension[late].std():.1f} N"))
+            rows.append(
+                Row(
+                    "P7",
+                    "cable_sim_ros",
+                    f"{algorithm}, {'-'.join(map(str, mesh))}, {1e3 * tick:g} ms",
+                    sum(mesh),
+                    tick,
+                    float(max(of_mean, of_std)),
+                    float(away),
+                    cpu,
+                    1e6 * driven.stepping_s / (sum(mesh) * iterations),
+                    iterations / steps,
+                    f"{1.0 / cpu:.0f} x real time; std {std:.1f} N, reference {fine.tension[late].std():.1f} N",
+                )
+            )
     return rows
 
 
 def _sampled(frames: np.recarray, tick: float) -> np.recarray:
     """Every 0.1 s."""
     every = round(0.1 / tick)
-    return frames[every - 1::every]
+    return frames[every - 1 :: every]
 
 
 def as_json(row: Row) -> dict[str, Any]:
@@ -165,27 +227,58 @@ def as_json(row: Row) -> dict[str, Any]:
 
 def about() -> dict[str, str]:
     """Machine and versions that belong to the figures."""
-    model = next((line.split(":", 1)[1].strip() for line in Path("/proc/cpuinfo").read_text().splitlines()
-                  if line.startswith("model name")), platform.processor()) if Path("/proc/cpuinfo").exists() else ""
-    return {"machine": model, "threads": "1", "python": platform.python_version(), "numba": numba.__version__,
-            "numpy": np.__version__, "cable_sim_ros": __version__, "date": time.strftime("%Y-%m-%d")}
+    model = (
+        next(
+            (
+                line.split(":", 1)[1].strip()
+                for line in Path("/proc/cpuinfo").read_text().splitlines()
+                if line.startswith("model name")
+            ),
+            platform.processor(),
+        )
+        if Path("/proc/cpuinfo").exists()
+        else ""
+    )
+    return {
+        "machine": model,
+        "threads": "1",
+        "python": platform.python_version(),
+        "numba": numba.__version__,
+        "numpy": np.__version__,
+        "cable_sim_ros": __version__,
+        "date": time.strftime("%Y-%m-%d"),
+    }
 
 
 def markdown(rows: list[Row]) -> str:
     """The table of docs/benchmarks.md."""
-    head = ("| scene | code | setting | elements | step [ms] | error tension | error position | CPU s per s | us per "
-            "element and iteration | iterations per step | note |\n|---|---|---|---|---|---|---|---|---|---|---|")
+    head = (
+        "| scene | code | setting | elements | step [ms] | error tension | error position | CPU s per s | us per "
+        "element and iteration | iterations per step | note |\n|---|---|---|---|---|---|---|---|---|---|---|"
+    )
     return "\n".join([head, *("| " + " | ".join(cells(r)) + " |" for r in rows)])
 
 
 def cells(r: Row) -> tuple[str, ...]:
     """A row as text: errors in percent (P7: position in cm)."""
+
     def number(x, form):
         return "-" if x is None or not np.isfinite(x) else form.format(x)
+
     where = number(100.0 * r.error_position, "{:.2g} cm" if r.scene == "P7" else "{:.2g} %")
-    return (r.scene, r.code, r.setting, str(r.elements or "-"), number(1e3 * r.dt_s, "{:.3g}") if r.dt_s else "-",
-            number(100.0 * r.error_tension, "{:.2g} %"), where, number(r.cpu_s_per_sim_s, "{:.2g}"),
-            number(r.us_per_element_iteration, "{:.2g}"), number(r.iterations_per_step, "{:.2f}"), r.note)
+    return (
+        r.scene,
+        r.code,
+        r.setting,
+        str(r.elements or "-"),
+        number(1e3 * r.dt_s, "{:.3g}") if r.dt_s else "-",
+        number(100.0 * r.error_tension, "{:.2g} %"),
+        where,
+        number(r.cpu_s_per_sim_s, "{:.2g}"),
+        number(r.us_per_element_iteration, "{:.2g}"),
+        number(r.iterations_per_step, "{:.2f}"),
+        r.note,
+    )
 
 
 def series(row: Row) -> str:
@@ -210,7 +303,8 @@ def plots(rows: list[Row], folder: Path) -> list[Path]:
         from matplotlib.figure import Figure
     except ImportError:
         raise RuntimeError("matplotlib is not installed: no plot was drawn; install cable_sim_ros[viz]") from None
-    from .picture import STYLE
+    from ..runs.picture import STYLE
+
     made = []
     for scene in dict.fromkeys(r.scene for r in rows):
         mine = [r for r in rows if r.scene == scene and np.isfinite(r.cpu_s_per_sim_s)]
@@ -219,13 +313,20 @@ def plots(rows: list[Row], folder: Path) -> list[Path]:
             FigureCanvasAgg(figure)
             for axis, what in zip(figure.subplots(1, 2), ("error_tension", "error_position"), strict=True):
                 for name in dict.fromkeys(series(r) for r in mine):
-                    points = sorted((r.cpu_s_per_sim_s, max(getattr(r, what), 1e-9)) for r in mine if series(r) == name
-                                    and np.isfinite(getattr(r, what)))
+                    points = sorted(
+                        (r.cpu_s_per_sim_s, max(getattr(r, what), 1e-9))
+                        for r in mine
+                        if series(r) == name and np.isfinite(getattr(r, what))
+                    )
                     if points:
                         own = name.startswith("cable_sim_ros")
                         drawn = axis.loglog(*zip(*points, strict=True), "o" if own else "s", label=name, ms=6)
-                        axis.loglog(*zip(*front(points), strict=True), "-" if own else "--", lw=2.0 if own else 1.0,
-                                    color=drawn[0].get_color())
+                        axis.loglog(
+                            *zip(*front(points), strict=True),
+                            "-" if own else "--",
+                            lw=2.0 if own else 1.0,
+                            color=drawn[0].get_color(),
+                        )
                 unit = "m" if scene == "P7" and what == "error_position" else "fraction"
                 axis.set_xlabel("CPU s per simulated s" if scene != "P1" else "CPU s")
                 axis.set_title(f"{scene}: {what.replace('_', ' of ')} [{unit}]")

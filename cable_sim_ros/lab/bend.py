@@ -16,14 +16,14 @@ from ..physics.line import LOAD_COLUMNS
 from ..physics.surface import surface_row
 from .rig import Rig, RigError
 
-PENETRATION = 1e-4   # of the radius, under the line load T/R: does not show
-MOVING = 1e-3        # the same where cable runs on: a fifth of the shipped one; stiffer contact only chatters more
+PENETRATION = 1e-4  # of the radius, under the line load T/R: does not show
+MOVING = 1e-3  # the same where cable runs on: a fifth of the shipped one; stiffer contact only chatters more
 
 
 class Bend(NamedTuple):
     """Route of a cable that meets the sheave at ``first`` after ``lead`` [m] and leaves it at ``last``."""
 
-    radius: float   # of the centreline [m]
+    radius: float  # of the centreline [m]
     first: float
     last: float
     lead: float
@@ -58,8 +58,14 @@ def pieces(*parts: tuple[float, float]) -> list[dict]:
     return [{"length": length, "elements": max(int(ceil(length / size - 1e-9)), 1)} for length, size in parts]
 
 
-def drum(radius: float, tension: float, damping: float = 0.3, penetration: float = PENETRATION,
-         half_angle: float | None = None, depth: float = 0.0) -> np.ndarray:
+def drum(
+    radius: float,
+    tension: float,
+    damping: float = 0.3,
+    penetration: float = PENETRATION,
+    half_angle: float | None = None,
+    depth: float = 0.0,
+) -> np.ndarray:
     """Surface at the origin (a cylinder, or a groove of this half angle [rad] and depth [m]).
 
     penetration: of the radius, that the line load tension/radius presses in. damping: Hunt-Crossley D [s/m].

@@ -16,9 +16,9 @@ from numba import njit
 from .ours import DEEP, Ours, _every, ramped_heave
 from .scenes import reference, static_shape
 
-SHARE = 0.5          # of the largest stable step
-DAMPING = 0.02       # of critical, of one segment's axial mode
-SETTLE = 60.0        # s before the heave of P5 begins
+SHARE = 0.5  # of the largest stable step
+DAMPING = 0.02  # of critical, of one segment's axial mode
+SETTLE = 60.0  # s before the heave of P5 begins
 
 
 class Chain(NamedTuple):
@@ -58,7 +58,7 @@ def _forces(x, v, mass, k, c, length, ei, gravity, weight, stream, kn, kt, f):
             f[i, 1] += hz
             f[i + 1, 0] += hx
             f[i + 1, 1] += hz
-    if ei > 0.0:   # bending: moment EI (t1 - t0) / L at every inner mass, small angles between segments
+    if ei > 0.0:  # bending: moment EI (t1 - t0) / L at every inner mass, small angles between segments
         for i in range(1, n - 1):
             for d in range(2):
                 b = ei / length**3 * (x[i - 1, d] - 2.0 * x[i, d] + x[i + 1, d])
@@ -103,11 +103,29 @@ def released(setting: Chain) -> Ours:
     h, steps = p["dt_out"] / every, every * int(round(p["T"] / p["dt_out"]))
     out = np.zeros((steps // every, 3))
     begin = time.process_time()
-    _march(x, v, mass, k, c, length, p["EI"], p["g"], mass * p["g"], 0.0, 0.0, 0.0, h, steps, every,
-           np.zeros((0, 2, 2)), out)
+    _march(
+        x,
+        v,
+        mass,
+        k,
+        c,
+        length,
+        p["EI"],
+        p["g"],
+        mass * p["g"],
+        0.0,
+        0.0,
+        0.0,
+        h,
+        steps,
+        every,
+        np.zeros((0, 2, 2)),
+        out,
+    )
     cpu = time.process_time() - begin
-    history = np.vstack(((0.0, p["L"], 0.0, mass[0] * p["g"]), np.column_stack((
-        p["dt_out"] * np.arange(1, len(out) + 1), out))))
+    history = np.vstack(
+        ((0.0, p["L"], 0.0, mass[0] * p["g"]), np.column_stack((p["dt_out"] * np.arange(1, len(out) + 1), out)))
+    )
     return Ours(str(setting), n, h, history, cpu, p["T"], 0, steps)
 
 
@@ -121,7 +139,7 @@ def towed(setting: Chain) -> Ours:
     mass[-1] += p["M"]
     weight[-1] += p["Wnet"]
     start = reference("P5").data
-    for d, column in enumerate((1, 2)):   # begin on the static shape of the reference, then settle on the chain's own
+    for d, column in enumerate((1, 2)):  # begin on the static shape of the reference, then settle on the chain's own
         x[:, d] = np.interp(np.linspace(0.0, p["L"], n + 1), static_shape()[:, 0], static_shape()[:, column])
     every = _every(p["dt_out"], h) + 1
     h = p["dt_out"] / every

@@ -8,16 +8,21 @@ from pathlib import Path
 
 import click
 
-from .progress import progress_bar
+from ..runs.progress import progress_bar
 
-FAILED = 1     # exit code where a value is missing or a limit is not kept
+FAILED = 1  # exit code where a value is missing or a limit is not kept
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
 
 
 @click.command()
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
-@click.option("--fidelity", type=click.Choice(["verification", "realtime"]), default="verification", show_default=True,
-              help="Refined until settled, or the shipped step on a mesh for real time.")
+@click.option(
+    "--fidelity",
+    type=click.Choice(["verification", "realtime"]),
+    default="verification",
+    show_default=True,
+    help="Refined until settled, or the shipped step on a mesh for real time.",
+)
 @json_option
 def case(files, fidelity, as_json) -> None:
     """Run verification cases: values from the product's own element, water, contact and integrator.
@@ -25,6 +30,7 @@ def case(files, fidelity, as_json) -> None:
     With --json one object for one FILE, a list for several. Leaves with code 1 where a value is missing.
     """
     from .cases import Fidelity, load_case, run_case
+
     cases = [load_case(path) for path in files]
     done = []
     with progress_bar(as_json) as progress:
@@ -36,6 +42,7 @@ def case(files, fidelity, as_json) -> None:
         click.echo(json.dumps(told[0] if len(told) == 1 else told, indent=1))
     else:
         from .cases.table import print_cases
+
         print_cases(done, cases)
     if any(o["value"] is None for figures in done for o in figures.outputs):
         sys.exit(FAILED)
@@ -43,8 +50,14 @@ def case(files, fidelity, as_json) -> None:
 
 @click.command()
 @click.argument("names", nargs=-1, type=click.Choice(["pulley"]), metavar="[NAME...]")
-@click.option("--duration", type=click.FloatRange(min=0.5), default=10.0, show_default=True, metavar="S",
-              help="Seconds of each experiment.")
+@click.option(
+    "--duration",
+    type=click.FloatRange(min=0.5),
+    default=10.0,
+    show_default=True,
+    metavar="S",
+    help="Seconds of each experiment.",
+)
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for plots and figures.")
 @json_option
 def validate(names, duration, out, as_json) -> None:
@@ -52,6 +65,7 @@ def validate(names, duration, out, as_json) -> None:
     from .experiments import EXPERIMENTS
     from .experiments import run as run_experiment
     from .experiments.table import as_data, print_result
+
     with progress_bar(as_json) as progress:
         results = [run_experiment(name, duration, progress) for name in names or EXPERIMENTS]
     told = [as_data(result) for result in results]
@@ -68,8 +82,9 @@ def validate(names, duration, out, as_json) -> None:
 
 
 @click.command()
-@click.argument("ids", nargs=-1, type=click.Choice([f"N{i}" for i in range(1, 20)], case_sensitive=False),
-                metavar="[N1 ... N19]")
+@click.argument(
+    "ids", nargs=-1, type=click.Choice([f"N{i}" for i in range(1, 20)], case_sensitive=False), metavar="[N1 ... N19]"
+)
 @click.option("--quick", is_flag=True, help="Shorter runs; what was shortened is in the notes.")
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for table and JSON.")
 @json_option
@@ -77,6 +92,7 @@ def stress(ids, quick, out, as_json) -> None:
     """Stability stress (default: all): measured against the limits. Leaves with code 1 where one is missed."""
     from . import stress as stresses
     from .stress.table import markdown, print_verdicts
+
     with progress_bar(as_json) as progress:
         verdicts = stresses.run(tuple(ids), quick, progress)
     told = [verdict.as_dict() for verdict in verdicts]
@@ -93,8 +109,9 @@ def stress(ids, quick, out, as_json) -> None:
 
 
 @click.command()
-@click.argument("scenes", nargs=-1, type=click.Choice([f"P{i}" for i in range(1, 8)], case_sensitive=False),
-                metavar="[P1 ... P7]")
+@click.argument(
+    "scenes", nargs=-1, type=click.Choice([f"P{i}" for i in range(1, 8)], case_sensitive=False), metavar="[P1 ... P7]"
+)
 @click.option("--peers", is_flag=True, help="Other codes beside ours, taking turns; needs the extra [peers].")
 @click.option("--repeats", type=click.IntRange(min=1), default=5, show_default=True, help="Timed runs of each setting.")
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for table, JSON and plots.")
@@ -102,9 +119,11 @@ def stress(ids, quick, out, as_json) -> None:
 def bench(scenes, peers, repeats, out, as_json) -> None:
     """Run time against error on the benchmark scenes (default: all), medians of runs that take turns."""
     from . import bench as benchmarks
+
     with progress_bar(as_json) as progress:
-        rows = benchmarks.bench(tuple(scenes) or benchmarks.SCENES, with_peers=peers, repeats=repeats,
-                                progress=progress)
+        rows = benchmarks.bench(
+            tuple(scenes) or benchmarks.SCENES, with_peers=peers, repeats=repeats, progress=progress
+        )
     told = [benchmarks.as_json(row) for row in rows]
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
@@ -118,9 +137,21 @@ def bench(scenes, peers, repeats, out, as_json) -> None:
         return
     from rich.console import Console
     from rich.table import Table
+
     table = Table(title="Run time against error", title_justify="left")
-    for name in ("scene", "code", "setting", "elements", "step ms", "tension", "position", "CPU s/s", "us/el/it",
-                 "it/step", "note"):
+    for name in (
+        "scene",
+        "code",
+        "setting",
+        "elements",
+        "step ms",
+        "tension",
+        "position",
+        "CPU s/s",
+        "us/el/it",
+        "it/step",
+        "note",
+    ):
         table.add_column(name)
     for row in rows:
         table.add_row(*benchmarks.cells(row))

@@ -39,15 +39,35 @@ class Cost(NamedTuple):
         return 100.0 * (self.on_us / self.absent_us - 1.0)
 
 
-def hung(water: bool = False, depth: float = -10.0, ei: float = 0.0, ca: float = 0.0, law: DragLaw = DragLaw.OFF,
-         amplification: float = 1.0, gradient: float = 0.0, surfaces: list | None = None, loads: list | None = None,
-         bodies: dict | None = None) -> Rig:
+def hung(
+    water: bool = False,
+    depth: float = -10.0,
+    ei: float = 0.0,
+    ca: float = 0.0,
+    law: DragLaw = DragLaw.OFF,
+    amplification: float = 1.0,
+    gradient: float = 0.0,
+    surfaces: list | None = None,
+    loads: list | None = None,
+    bodies: dict | None = None,
+) -> Rig:
     """A cable of 64 elements hanging in air or water, swaying a little."""
-    section = {"length": LENGTH, "elements": ELEMENTS, "drag_law": law, "drag_coefficient": 1.2,
-               "drag_amplification": amplification}
-    rig = Rig(cable_of([section], mass_per_length=0.389, axial_stiffness=6.8e6, bending_stiffness=ei, axial_damping=ca),
-              held={0: "r"}, tension=500.0, bodies={-1: 50.0} if bodies is None else bodies, surfaces=surfaces,
-              loads=loads, water=Water(current=(0.5, 0.0), current_gradient=(gradient, 0.0)) if water else None)
+    section = {
+        "length": LENGTH,
+        "elements": ELEMENTS,
+        "drag_law": law,
+        "drag_coefficient": 1.2,
+        "drag_amplification": amplification,
+    }
+    rig = Rig(
+        cable_of([section], mass_per_length=0.389, axial_stiffness=6.8e6, bending_stiffness=ei, axial_damping=ca),
+        held={0: "r"},
+        tension=500.0,
+        bodies={-1: 50.0} if bodies is None else bodies,
+        surfaces=surfaces,
+        loads=loads,
+        water=Water(current=(0.5, 0.0), current_gradient=(gradient, 0.0)) if water else None,
+    )
     rig.straight((0.0, 0.0, depth), (0.05, 0.0, -1.0))
     rig.balance()
     return rig
@@ -61,20 +81,32 @@ def drum(position) -> np.ndarray:
 FEATURES: dict[str, tuple[Callable, Callable, Callable]] = {
     # name: without, switched off, at work
     "water: drag, added mass, buoyancy": (
-        lambda: hung(), lambda: hung(True, depth=80.0, law=DragLaw.CROSSFLOW),
-        lambda: hung(True, law=DragLaw.CROSSFLOW)),
+        lambda: hung(),
+        lambda: hung(True, depth=80.0, law=DragLaw.CROSSFLOW),
+        lambda: hung(True, law=DragLaw.CROSSFLOW),
+    ),
     "second drag evaluation (G)": (
-        lambda: hung(True, law=DragLaw.CROSSFLOW), lambda: hung(True, law=DragLaw.CROSSFLOW, amplification=1.0),
-        lambda: hung(True, law=DragLaw.CROSSFLOW, amplification=2.0)),
+        lambda: hung(True, law=DragLaw.CROSSFLOW),
+        lambda: hung(True, law=DragLaw.CROSSFLOW, amplification=1.0),
+        lambda: hung(True, law=DragLaw.CROSSFLOW, amplification=2.0),
+    ),
     "current profile": (
-        lambda: hung(True, law=DragLaw.CROSSFLOW), lambda: hung(True, law=DragLaw.CROSSFLOW, gradient=0.0),
-        lambda: hung(True, law=DragLaw.CROSSFLOW, gradient=0.002)),
+        lambda: hung(True, law=DragLaw.CROSSFLOW),
+        lambda: hung(True, law=DragLaw.CROSSFLOW, gradient=0.0),
+        lambda: hung(True, law=DragLaw.CROSSFLOW, gradient=0.002),
+    ),
     "bending stiffness": (lambda: hung(), lambda: hung(ei=0.0), lambda: hung(ei=1.4)),
     "axial damping": (lambda: hung(), lambda: hung(ca=0.0), lambda: hung(ca=310.0)),
     "one contact surface": (
-        lambda: hung(), lambda: hung(surfaces=[drum(FAR)]), lambda: hung(surfaces=[drum((-0.25, 0.0, -20.0))])),
-    "nodal load": (lambda: hung(), lambda: hung(loads=[(ELEMENTS,) + (0.0,) * 6]),
-                   lambda: hung(loads=[(ELEMENTS, 5.0, 0.0, 0.0, 0.0, 0.0, 0.0)])),
+        lambda: hung(),
+        lambda: hung(surfaces=[drum(FAR)]),
+        lambda: hung(surfaces=[drum((-0.25, 0.0, -20.0))]),
+    ),
+    "nodal load": (
+        lambda: hung(),
+        lambda: hung(loads=[(ELEMENTS,) + (0.0,) * 6]),
+        lambda: hung(loads=[(ELEMENTS, 5.0, 0.0, 0.0, 0.0, 0.0, 0.0)]),
+    ),
 }
 
 

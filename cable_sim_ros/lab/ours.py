@@ -16,8 +16,8 @@ from ..physics.water import Water
 from .rig import Rig, cable_of
 from .scenes import reference
 
-DEEP = -1000.0     # m, where the stream scenes are set up: everything is wet
-CLEAR = 0.5        # m of straight cable next to the sheave of P4 that is not read
+DEEP = -1000.0  # m, where the stream scenes are set up: everything is wet
+CLEAR = 0.5  # m of straight cable next to the sheave of P4 that is not read
 
 
 class Ours(NamedTuple):
@@ -25,10 +25,10 @@ class Ours(NamedTuple):
 
     setting: str
     elements: int
-    dt_s: float            # 0: statics
+    dt_s: float  # 0: statics
     history: np.ndarray
-    cpu_s: float           # stepping only
-    simulated_s: float     # 1 for statics
+    cpu_s: float  # stepping only
+    simulated_s: float  # 1 for statics
     iterations: int
     steps: int
 
@@ -63,8 +63,14 @@ def _sections(length: float, setting: Setting, **more) -> list[dict]:
 
 
 def _dry(p: dict, length: float, setting: Setting, held: dict, tension: float, **more) -> Rig:
-    cable = cable_of(_sections(length, setting), mass_per_length=p["mu"], axial_stiffness=p["EA"],
-                     bending_stiffness=p["EI"], diameter=p.get("d", 0.01), compression_share=1.0)
+    cable = cable_of(
+        _sections(length, setting),
+        mass_per_length=p["mu"],
+        axial_stiffness=p["EA"],
+        bending_stiffness=p["EI"],
+        diameter=p.get("d", 0.01),
+        compression_share=1.0,
+    )
     return Rig(cable, held=held, tension=tension, gravity=p["g"], solver=Solver(rho_inf=setting.rho), **more)
 
 
@@ -75,8 +81,7 @@ def _every(interval: float, dt: float) -> int:
 def _run(rig: Rig, setting: Setting, duration: float, interval: float, columns, first, **more) -> Ours:
     """March and time it; ``columns(history)`` -> [samples, columns], ``first``: the row at t = 0."""
     begin = time.process_time()
-    told = rig.run(duration, setting.dt, every=_every(interval, setting.dt), halvings=Solver().max_halvings,
-                   **more)
+    told = rig.run(duration, setting.dt, every=_every(interval, setting.dt), halvings=Solver().max_halvings, **more)
     cpu = time.process_time() - begin
     history = np.vstack((first, np.column_stack((told.time, columns(told)))))
     return Ours(str(setting), setting.elements, setting.dt, history, cpu, duration, told.iterations, told.steps)
@@ -99,8 +104,16 @@ def catenary(setting: Setting) -> Ours:
     tension = p["EA"] * (np.linalg.norm(q[:, 3:], axis=1) - 1.0)
     ends = np.linalg.norm(rig.line.reaction[[0, -1], :3], axis=1)
     tension[[0, -1]] = ends
-    return Ours(str(setting), setting.elements, 0.0, np.column_stack((rig.arc, q[:, 0], q[:, 2], tension)), cpu, 1.0,
-                rig.iterations, steps)
+    return Ours(
+        str(setting),
+        setting.elements,
+        0.0,
+        np.column_stack((rig.arc, q[:, 0], q[:, 2], tension)),
+        cpu,
+        1.0,
+        rig.iterations,
+        steps,
+    )
 
 
 def released(setting: Setting) -> Ours:
@@ -110,8 +123,14 @@ def released(setting: Setting) -> Ours:
     rig.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
     rig.balance()
     first = (0.0, p["L"], 0.0, float(np.linalg.norm(rig.line.reaction[0, :3])))
-    return _run(rig, setting, p["T"], p["dt_out"], lambda h: np.column_stack(
-        (h.q[:, -1, 0], h.q[:, -1, 2], np.linalg.norm(h.reaction[:, 0, :3], axis=1))), first)
+    return _run(
+        rig,
+        setting,
+        p["T"],
+        p["dt_out"],
+        lambda h: np.column_stack((h.q[:, -1, 0], h.q[:, -1, 2], np.linalg.norm(h.reaction[:, 0, :3], axis=1))),
+        first,
+    )
 
 
 def cantilever(setting: Setting) -> Ours:
@@ -129,12 +148,19 @@ def pulled_over(setting: Setting) -> Ours:
     rc, weight = p["Rc"], p["g"] * max(p["m1"], p["m2"])
     half_turn = np.pi * rc
     length = p["l1"] + half_turn + p["l2"]
-    stiffness = weight / rc / (Contact().penetration_limit * p["d"])**1.5
+    stiffness = weight / rc / (Contact().penetration_limit * p["d"]) ** 1.5
     # at rest with the tension of the first instant (massless cable): left mass held, right one partly carried
     start_tension = 2.0 * p["m1"] * p["m2"] / (p["m1"] + p["m2"]) * p["g"]
-    rig = _dry(p, length, setting, {0: "r"}, tension=weight, bodies={0: p["m1"], -1: p["m2"]},
-               surfaces=[surface_row((0.0, 0.0, 0.0), rc, None, 0.0, 0.0, stiffness, 0.3)],
-               loads=[(setting.elements, 0.0, 0.0, p["m2"] * p["g"] - start_tension, 0.0, 0.0, 0.0)])
+    rig = _dry(
+        p,
+        length,
+        setting,
+        {0: "r"},
+        tension=weight,
+        bodies={0: p["m1"], -1: p["m2"]},
+        surfaces=[surface_row((0.0, 0.0, 0.0), rc, None, 0.0, 0.0, stiffness, 0.3)],
+        loads=[(setting.elements, 0.0, 0.0, p["m2"] * p["g"] - start_tension, 0.0, 0.0, 0.0)],
+    )
     s = rig.arc - p["l1"]
     angle = np.clip(s / rc, 0.0, np.pi)
     down_left, down_right = np.maximum(-s, 0.0), np.maximum(s - half_turn, 0.0)
@@ -145,13 +171,15 @@ def pulled_over(setting: Setting) -> Ours:
     rig.release(0)
     rig.balance()
     start, middle = rig.line.q[-1, 2], 0.5 * (rig.arc[1:] + rig.arc[:-1])
-    tangent = p["l1"] + half_turn   # arc length of the material at the right tangent point before it moves
+    tangent = p["l1"] + half_turn  # arc length of the material at the right tangent point before it moves
     first = (0.0, 0.0, leaving_tension(middle, tangent, rig.line.tension))
 
     def columns(h):
         travel = start - h.q[:, -1, 2]
-        return np.column_stack((travel, [leaving_tension(middle, tangent - x, row) for x, row in zip(
-            travel, h.tension, strict=True)]))
+        return np.column_stack(
+            (travel, [leaving_tension(middle, tangent - x, row) for x, row in zip(travel, h.tension, strict=True)])
+        )
+
     return _run(rig, setting, p["T"], p["dt_out"], columns, first)
 
 
@@ -180,15 +208,34 @@ def towed(setting: Setting) -> Ours:
     """P5 and P6: t, tip_x, tip_z, top_tension of a cable in a stream whose top heaves."""
     p = reference("P5").params
     law = {"drag_law": DragLaw.CROSSFLOW, "drag_coefficient": p["Cdn"], "tangential_coefficient": np.pi * p["Cdt"]}
-    cable = cable_of(_sections(p["L"], setting, **law), mass_per_length=p["mu"], axial_stiffness=p["EA"],
-                     bending_stiffness=p["EI"], diameter=p["d"], added_mass_coefficient=p["Ca"])
+    cable = cable_of(
+        _sections(p["L"], setting, **law),
+        mass_per_length=p["mu"],
+        axial_stiffness=p["EA"],
+        bending_stiffness=p["EI"],
+        diameter=p["d"],
+        added_mass_coefficient=p["Ca"],
+    )
     tension = p["Wnet"] + p["w"] * p["L"]
-    rig = Rig(cable, held={0: "r"}, tension=tension, gravity=p["g"], solver=Solver(rho_inf=setting.rho),
-              water=Water(density=p["rho"], current=(p["U"], 0.0)),
-              bodies={-1: Towbody(mass=p["M"], net_weight=p["Wnet"])})
+    rig = Rig(
+        cable,
+        held={0: "r"},
+        tension=tension,
+        gravity=p["g"],
+        solver=Solver(rho_inf=setting.rho),
+        water=Water(density=p["rho"], current=(p["U"], 0.0)),
+        bodies={-1: Towbody(mass=p["M"], net_weight=p["Wnet"])},
+    )
     rig.straight((0.0, 0.0, DEEP), (1.0, 0.0, -0.5))
     rig.settle()
     first = (0.0, rig.line.q[-1, 0], rig.line.q[-1, 2] - DEEP, float(np.linalg.norm(rig.line.reaction[0, :3])))
-    return _run(rig, setting, p["T"], p["dt_out"], lambda h: np.column_stack(
-        (h.q[:, -1, 0], h.q[:, -1, 2] - DEEP, np.linalg.norm(h.reaction[:, 0, :3], axis=1))), first,
-        moved=(0,), motion=lambda t: ramped_heave(p, t))
+    return _run(
+        rig,
+        setting,
+        p["T"],
+        p["dt_out"],
+        lambda h: np.column_stack((h.q[:, -1, 0], h.q[:, -1, 2] - DEEP, np.linalg.norm(h.reaction[:, 0, :3], axis=1))),
+        first,
+        moved=(0,),
+        motion=lambda t: ramped_heave(p, t),
+    )

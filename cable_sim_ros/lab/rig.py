@@ -32,8 +32,8 @@ from ..physics.towbody import BODY_ROWS, Towbody, body_table
 from ..physics.water import Water
 from ..sim.build import ROUND_OFF, arc_lengths, element_table, lock
 
-FOLDING = 1e-7            # cable.compression_share of a cable that goes slack
-SHIPPED = Solver()        # the defaults of the product: step, rho_inf, tolerance
+FOLDING = 1e-7  # cable.compression_share of a cable that goes slack
+SHIPPED = Solver()  # the defaults of the product: step, rho_inf, tolerance
 
 
 class RigError(RuntimeError):
@@ -43,20 +43,20 @@ class RigError(RuntimeError):
 class History(NamedTuple):
     """Samples of a run: ``every`` steps one, the first after ``every`` steps."""
 
-    time: np.ndarray       # [samples] s
-    q: np.ndarray          # [samples, nodes, 6]
-    v: np.ndarray          # [samples, nodes, 6]
-    tension: np.ndarray    # [samples, elements] N
-    reaction: np.ndarray   # [samples, nodes, 6] N, N m
-    strain: np.ndarray     # [samples] J
-    iterations: int        # Newton iterations of the whole run
+    time: np.ndarray  # [samples] s
+    q: np.ndarray  # [samples, nodes, 6]
+    v: np.ndarray  # [samples, nodes, 6]
+    tension: np.ndarray  # [samples, elements] N
+    reaction: np.ndarray  # [samples, nodes, 6] N, N m
+    strain: np.ndarray  # [samples] J
+    iterations: int  # Newton iterations of the whole run
     steps: int
 
 
 @driver
 def accelerate(line):
     """Accelerations that balance the present q and v; returns the residual left [N]."""
-    big = 1e14   # inertia over stiffness: the solution is an acceleration, the shape stays
+    big = 1e14  # inertia over stiffness: the solution is an acceleration, the shape stays
     worst = residual(line, 0.0, 0.0, 0.0, NO)
     for _ in range(6):
         if worst <= line.tolerance:
@@ -162,19 +162,32 @@ class Rig:
     tension: working tension [N] that scales the tolerance.
     """
 
-    def __init__(self, cable: Cable, *, held: dict[int, str], tension: float, water: Water | None = None,
-                 gravity: float = 9.81, bodies: dict | None = None, surfaces: list[np.ndarray] | None = None,
-                 loads: list | None = None, struts: list | None = None, solver: Solver = SHIPPED):
+    def __init__(
+        self,
+        cable: Cable,
+        *,
+        held: dict[int, str],
+        tension: float,
+        water: Water | None = None,
+        gravity: float = 9.81,
+        bodies: dict | None = None,
+        surfaces: list[np.ndarray] | None = None,
+        loads: list | None = None,
+        struts: list | None = None,
+        solver: Solver = SHIPPED,
+    ):
         self.cable, self.solver, self.gravity = cable, solver, gravity
         self.arc = arc_lengths(cable)
         nodes = len(self.arc)
         rows = np.zeros((len(surfaces or ()), SURFACE_COLUMNS))
         for i, row in enumerate(surfaces or ()):
             rows[i] = row
-            rows[i, CENTRE:CENTRE + 3] = row[BODY:BODY + 3]
-            rows[i, AXIS:AXIS + 3] = (0.0, 1.0, 0.0)
-        carried = {node % nodes: body if isinstance(body, Towbody) else Towbody(mass=body, net_weight=body * gravity)
-                   for node, body in (bodies or {}).items()}
+            rows[i, CENTRE : CENTRE + 3] = row[BODY : BODY + 3]
+            rows[i, AXIS : AXIS + 3] = (0.0, 1.0, 0.0)
+        carried = {
+            node % nodes: body if isinstance(body, Towbody) else Towbody(mass=body, net_weight=body * gravity)
+            for node, body in (bodies or {}).items()
+        }
         air = water is None
         water = water or Water()
         table = [body_table(body, gravity, water.density) for body in carried.values()]
@@ -182,21 +195,41 @@ class Rig:
         flow = z((len(carried), 6))
         flow[:, 0] = -1.0
         current = np.array((*water.current, *water.current_gradient))
-        free = tuple(not (node in held or node in carried or node % nodes in carried or any(
-            row[0] == node % nodes for row in (*(loads or ()), *((s[0] + 1,) for s in struts or ()))))
-            for node in (0, -1))
+        free = tuple(
+            not (
+                node in held
+                or node in carried
+                or node % nodes in carried
+                or any(row[0] == node % nodes for row in (*(loads or ()), *((s[0] + 1,) for s in struts or ())))
+            )
+            for node in (0, -1)
+        )
         elements = element_table(cable, water, gravity, free)
         self.line = Line(
-            elements=lock(rows_in_air(elements) if air else elements), held=lock(np.zeros((nodes, 6))),
-            bodies=lock(np.array(table).reshape(-1, BODY_ROWS)), seats=lock(np.array(list(carried)), np.int64),
+            elements=lock(rows_in_air(elements) if air else elements),
+            held=lock(np.zeros((nodes, 6))),
+            bodies=lock(np.array(table).reshape(-1, BODY_ROWS)),
+            seats=lock(np.array(list(carried)), np.int64),
             loads=np.array(loads or (), float).reshape(-1, LOAD_COLUMNS),
-            struts=lock(np.array(struts or (), float).reshape(-1, STRUT_COLUMNS)), arc=self.arc, q=z((nodes, 6)),
-            v=z((nodes, 6)), a=z((nodes, 6)), x=z((nodes, 6)), old=z((4, nodes, 6)), gain=z((nodes, 6)),
-            current=current, surfaces=rows,
-            flow=flow, tension=z(nodes - 1), reaction=z((nodes, 6)), health=z(HEALTH), work=make_work(nodes),
+            struts=lock(np.array(struts or (), float).reshape(-1, STRUT_COLUMNS)),
+            arc=self.arc,
+            q=z((nodes, 6)),
+            v=z((nodes, 6)),
+            a=z((nodes, 6)),
+            x=z((nodes, 6)),
+            old=z((4, nodes, 6)),
+            gain=z((nodes, 6)),
+            current=current,
+            surfaces=rows,
+            flow=flow,
+            tension=z(nodes - 1),
+            reaction=z((nodes, 6)),
+            health=z(HEALTH),
+            work=make_work(nodes),
             gravity=float(gravity),
             tolerance=float(max(solver.tolerance * tension, ROUND_OFF * cable.axial_stiffness)),
-            max_iterations=int(solver.max_iterations))
+            max_iterations=int(solver.max_iterations),
+        )
         self.hold(held)
         self.iterations = 0
         link_solver(self.line)
@@ -222,8 +255,10 @@ class Rig:
         done, iterations, left = bring_to_rest(self.line, float(sigma), int(steps), float(longest))
         self.iterations += iterations
         if done < 0 or not np.isfinite(self.line.q).all():
-            raise RigError(f"no static equilibrium after {-done} steps and {iterations} iterations, residual "
-                           f"{left:.3g} N, allowed {self.line.tolerance:.3g} N")
+            raise RigError(
+                f"no static equilibrium after {-done} steps and {iterations} iterations, residual "
+                f"{left:.3g} N, allowed {self.line.tolerance:.3g} N"
+            )
         return done
 
     def hold(self, held: dict[int, str]) -> None:
@@ -237,8 +272,7 @@ class Rig:
         """Leave an element only its unknowns, next to no mass and stiffness: it carries the far end of a strut."""
         table = self.line.elements.copy()
         e = element % (self.nodes - 1)
-        lanes = [divmod(k, LANES) for k in range(table.shape[0] * LANES) if k == e or (
-            e == self.nodes - 2 and k > e)]
+        lanes = [divmod(k, LANES) for k in range(table.shape[0] * LANES) if k == e or (e == self.nodes - 2 and k > e)]
         for group, lane in lanes:
             table[group, [MASS_PER_LENGTH, EA], lane] = 1e-9, 1e-6
             table[group, [EI, AXIAL_DAMPING, WEIGHT_PER_LENGTH], lane] = 0.0
@@ -265,8 +299,9 @@ class Rig:
         if not left <= max(self.line.tolerance, 1e-9 * np.abs(self.line.tension).max()):
             raise RigError(f"no accelerations balance the start: residual {left:.3g} N")
 
-    def run(self, duration: float, step: float, every: int = 1, moved: tuple[int, ...] = (), motion=None,
-            halvings: int = 0) -> History:
+    def run(
+        self, duration: float, step: float, every: int = 1, moved: tuple[int, ...] = (), motion=None, halvings: int = 0
+    ) -> History:
         """Advance ``duration`` in equal steps near ``step`` [s]; ``every`` steps one sample.
 
         motion(t [steps]) -> array [steps, len(moved), 9] of r, v, a of the moved nodes; without moved nodes a step that
@@ -280,12 +315,28 @@ class Rig:
         q, v, reaction = (z((samples, self.nodes, 6)) for _ in range(3))
         tension, strain, count = z((samples, self.nodes - 1)), z(samples), z(1, np.int64)
         nodes = np.array([n % self.nodes for n in moved], np.int64)
-        done = march(self.line, self.solver.rho_inf, h, steps, int(every), int(halvings), nodes, table, q, v, tension,
-                     reaction, strain, count)
+        done = march(
+            self.line,
+            self.solver.rho_inf,
+            h,
+            steps,
+            int(every),
+            int(halvings),
+            nodes,
+            table,
+            q,
+            v,
+            tension,
+            reaction,
+            strain,
+            count,
+        )
         self.iterations += int(count[0])
         if done < steps or not np.isfinite(self.line.q).all():
-            raise RigError(f"step {done + 1} of {steps} ({h:g} s) could not be solved in {self.line.max_iterations} "
-                           f"iterations; remedy: a smaller step or a finer mesh")
+            raise RigError(
+                f"step {done + 1} of {steps} ({h:g} s) could not be solved in {self.line.max_iterations} "
+                f"iterations; remedy: a smaller step or a finer mesh"
+            )
         return History(h * every * np.arange(1, samples + 1), q, v, tension, reaction, strain, int(count[0]), steps)
 
     def refuse_whip(self, step: float) -> None:
@@ -303,8 +354,11 @@ class Rig:
 
 def warm_up() -> None:
     """Compile what a case runs, or load it from the cache, so that it does not count as the time of a case."""
-    rig = Rig(cable_of([{"length": 1.0, "elements": 2}], mass_per_length=1.0, axial_stiffness=1e5), held={0: "r"},
-              tension=10.0)
+    rig = Rig(
+        cable_of([{"length": 1.0, "elements": 2}], mass_per_length=1.0, axial_stiffness=1e5),
+        held={0: "r"},
+        tension=10.0,
+    )
     rig.straight((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
     rig.settle()
     rig.balance()

@@ -27,8 +27,8 @@ WHAT = {
 
 class Reference(NamedTuple):
     params: dict[str, float]
-    data: dict[str, Any]       # the whole file
-    history: np.ndarray        # [samples, columns]
+    data: dict[str, Any]  # the whole file
+    history: np.ndarray  # [samples, columns]
     columns: tuple[str, ...]
 
 
@@ -63,13 +63,14 @@ def errors(scene: str, history: np.ndarray) -> tuple[float, float]:
         return tension, _rms(tip) / p["L"]
     if scene == "P4":
         late = want[:, 0] >= 0.2 - 1e-9
-        return (_rms(got[late, 2] - want[late, 2]) / want[late, 2].mean(),
-                _rms(got[:, 1] - want[:, 1]) / want[-1, 1])
+        return (_rms(got[late, 2] - want[late, 2]) / want[late, 2].mean(), _rms(got[:, 1] - want[:, 1]) / want[-1, 1])
     late = want[:, 0] >= ref.data["params"]["t_stat"] - 1e-9
     mean, std = got[late, 3].mean(), got[late, 3].std()
     heave = 0.5 * np.ptp(got[late, 2])
-    return (max(abs(mean / ref.data["tension_mean"] - 1.0), abs(std / ref.data["tension_std"] - 1.0)),
-            abs(heave / ref.data["towbody_heave_amplitude"] - 1.0))
+    return (
+        max(abs(mean / ref.data["tension_mean"] - 1.0), abs(std / ref.data["tension_std"] - 1.0)),
+        abs(heave / ref.data["towbody_heave_amplitude"] - 1.0),
+    )
 
 
 def _rms(x: np.ndarray) -> float:

@@ -19,15 +19,15 @@ from .bend import Bend, drum, pieces, pulls
 from .rig import FOLDING, Rig, RigError, cable_of
 from .stations import Stations, stations
 
-TENSION, STIFF, RADIUS, MASS = 3190.0, 1.4, 0.255, 0.389     # N, N m^2, m, kg/m: config/full_scale.yaml
+TENSION, STIFF, RADIUS, MASS = 3190.0, 1.4, 0.255, 0.389  # N, N m^2, m, kg/m: config/full_scale.yaml
 DIAMETER, HALF_THROAT = 0.010, radians(30.0)
-WRAPS = (12.0, 90.0)                                         # deg: the full-scale scene, and a wrap that is all sheave
-RATIOS = (6.0, 5.0, 4.0, 3.0, 2.0, 1.5, 1.0, 0.75, 0.5, 0.35, 0.25, 0.15, 0.1)   # element over sqrt(EI/T)
+WRAPS = (12.0, 90.0)  # deg: the full-scale scene, and a wrap that is all sheave
+RATIOS = (6.0, 5.0, 4.0, 3.0, 2.0, 1.5, 1.0, 0.75, 0.5, 0.35, 0.25, 0.15, 0.1)  # element over sqrt(EI/T)
 PHASES = (0.0, 0.25, 0.5, 0.75)
-HARD = (1e-4, 1e-5, 1e-6, 1e-7)                              # penetration over radius, settled one after the other
-LIMITS = (Contact().penetration_limit, 0.03, 0.01, 1e-3, 1e-4)     # contact.penetration_limit, shipped first
+HARD = (1e-4, 1e-5, 1e-6, 1e-7)  # penetration over radius, settled one after the other
+LIMITS = (Contact().penetration_limit, 0.03, 0.01, 1e-3, 1e-4)  # contact.penetration_limit, shipped first
 ENOUGH = 0.05
-EDGE = 20.0              # sqrt(EI/T) of free span
+EDGE = 20.0  # sqrt(EI/T) of free span
 ANSWERS = ("resultant", "contact_deg", "lost_deg", "end_reaction", "inside", "distribution")
 
 
@@ -57,19 +57,29 @@ def _solve(wrap: float, ratio: float, phase: float, limit: float | None, share: 
     rest = leg + 0.5 * (RADIUS * wrap - zone)
     total = zone + 2.0 * rest
     bend = Bend(RADIUS, 0.0, wrap, leg + (phase - 0.5) * size)
-    cable = cable_of(pieces((rest, max(2.0 * scale(), size)), (zone, size), (rest, max(2.0 * scale(), size))),
-                     mass_per_length=MASS, axial_stiffness=1e5 * TENSION, bending_stiffness=STIFF,
-                     compression_share=share)
+    cable = cable_of(
+        pieces((rest, max(2.0 * scale(), size)), (zone, size), (rest, max(2.0 * scale(), size))),
+        mass_per_length=MASS,
+        axial_stiffness=1e5 * TENSION,
+        bending_stiffness=STIFF,
+        compression_share=share,
+    )
     nodes = 1 + sum(s.elements for s in cable.sections.values())
     _, g = bend.nodes(np.array([0.0, total]))
     surface = drum(RADIUS, TENSION)
     if limit is not None:
         surface = drum(RADIUS, TENSION, half_angle=HALF_THROAT, depth=RADIUS)
         surface[STIFFNESS] = stiffness(Contact().working_tension, RADIUS, sin(HALF_THROAT), 2, limit * DIAMETER)
-    rig = Rig(cable, held={}, tension=TENSION, gravity=0.0, surfaces=[surface],
-              loads=pulls((0, -TENSION * g[0]), (nodes - 1, TENSION * g[1])))
+    rig = Rig(
+        cable,
+        held={},
+        tension=TENSION,
+        gravity=0.0,
+        surfaces=[surface],
+        loads=pulls((0, -TENSION * g[0]), (nodes - 1, TENSION * g[1])),
+    )
     held = np.zeros((nodes, 6))
-    held[0, 0] = 1.0     # level there: keeps the mesh where it is against the sheave, and bears nothing
+    held[0, 0] = 1.0  # level there: keeps the mesh where it is against the sheave, and bears nothing
     held.setflags(write=False)
     rig.line = rig.line._replace(held=held)
     rig.place(*bend.nodes(rig.arc))
@@ -127,19 +137,32 @@ def sweep(wrap_deg: float, limit: float | None) -> dict:
             for name, value in answers(table, wrap).items():
                 worst[name] = np.fmax(worst[name], abs(value / exact[name] - 1.0)) if value == value else float("nan")
             worst["distribution"] = max(worst["distribution"], float(np.abs(accumulated(table, places) - shape).max()))
-        rows.append({"element_over_bending_length": ratio, "element_mm": round(1e3 * ratio * scale(), 2),
-                     **{name: _plain(worst[name]) for name in ANSWERS}})
-    return {"wrap_deg": wrap_deg, "penetration_limit": limit, "converged": {
-        name: _plain(value) for name, value in exact.items()}, "errors": rows,
-        "longest_element_within_5_percent": {name: _longest(rows, name) for name in ANSWERS}}
+        rows.append(
+            {
+                "element_over_bending_length": ratio,
+                "element_mm": round(1e3 * ratio * scale(), 2),
+                **{name: _plain(worst[name]) for name in ANSWERS},
+            }
+        )
+    return {
+        "wrap_deg": wrap_deg,
+        "penetration_limit": limit,
+        "converged": {name: _plain(value) for name, value in exact.items()},
+        "errors": rows,
+        "longest_element_within_5_percent": {name: _longest(rows, name) for name in ANSWERS},
+    }
 
 
 def softness(wrap_deg: float, limit: float) -> dict:
     """Converged answers for a contact.penetration_limit."""
     table = solve(radians(wrap_deg), RATIOS[-1], 0.0, limit)
     found = dict.fromkeys(ANSWERS[:-1], float("nan")) if table is None else answers(table, radians(wrap_deg))
-    return {"wrap_deg": wrap_deg, "penetration_limit": limit, **{name: _plain(x) for name, x in found.items()},
-            "largest_line_load": None if table is None else _plain(float(table.load.max()))}
+    return {
+        "wrap_deg": wrap_deg,
+        "penetration_limit": limit,
+        **{name: _plain(x) for name, x in found.items()},
+        "largest_line_load": None if table is None else _plain(float(table.load.max())),
+    }
 
 
 def _plain(x: float) -> float | None:
@@ -159,11 +182,22 @@ def _longest(rows: list[dict], name: str) -> float | None:
 def main() -> None:
     """Print the sweep."""
     phi = 2.0 * np.arcsin(0.5 * scale() / RADIUS)
-    rigid = {"bending_length_mm": 1e3 * scale(), "lost_deg": degrees(phi), "end_reaction": TENSION * sin(phi),
-             "inside": TENSION * cos(phi) / RADIUS}
-    print(json.dumps({"rigid_cylinder": {k: _plain(v) for k, v in rigid.items()},
-                      "sweeps": [sweep(wrap, limit) for limit in (None, LIMITS[0]) for wrap in WRAPS],
-                      "softness": [softness(wrap, limit) for wrap in WRAPS for limit in LIMITS]}, indent=1))
+    rigid = {
+        "bending_length_mm": 1e3 * scale(),
+        "lost_deg": degrees(phi),
+        "end_reaction": TENSION * sin(phi),
+        "inside": TENSION * cos(phi) / RADIUS,
+    }
+    print(
+        json.dumps(
+            {
+                "rigid_cylinder": {k: _plain(v) for k, v in rigid.items()},
+                "sweeps": [sweep(wrap, limit) for limit in (None, LIMITS[0]) for wrap in WRAPS],
+                "softness": [softness(wrap, limit) for wrap in WRAPS for limit in LIMITS],
+            },
+            indent=1,
+        )
+    )
 
 
 if __name__ == "__main__":

@@ -42,7 +42,7 @@ def touched(arc, q, v, surface, table):
 class Stations(NamedTuple):
     """Table of one line on one surface. Lengths [m], angles [rad] from the vertical towards +x, line loads [N/m]."""
 
-    table: np.ndarray   # [stations, COLUMNS]
+    table: np.ndarray  # [stations, COLUMNS]
 
     @property
     def s(self) -> np.ndarray:
@@ -77,7 +77,7 @@ class Stations(NamedTuple):
     @property
     def resultant(self) -> np.ndarray:
         """Total force of the surface on the cable [N]."""
-        return self.weight @ self.table[:, FORCE:FORCE + 3]
+        return self.weight @ self.table[:, FORCE : FORCE + 3]
 
     def mean(self, low: float, high: float, what: np.ndarray | None = None) -> float:
         """Line load (or another column) averaged over the stations between two angles round the surface."""
@@ -139,6 +139,11 @@ class Stations(NamedTuple):
 def stations(line, surface: int = 0, q: np.ndarray | None = None, v: np.ndarray | None = None) -> Stations:
     """Contact of a line (Rig.line) on one of its surfaces, of the present state or of a sample of a run."""
     table = np.zeros((POINTS * (len(line.arc) - 1), COLUMNS))
-    touched(line.arc, line.q if q is None else np.ascontiguousarray(q),
-            line.v if v is None else np.ascontiguousarray(v), line.surfaces[surface], table)
+    touched(
+        line.arc,
+        line.q if q is None else np.ascontiguousarray(q),
+        line.v if v is None else np.ascontiguousarray(v),
+        line.surfaces[surface],
+        table,
+    )
     return Stations(table)

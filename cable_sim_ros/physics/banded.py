@@ -13,7 +13,7 @@ from .rows import row_update
 COLUMNS = 16
 RHS = 12
 SWAP, FACTOR_COLUMNS = 6, 7
-GROWTH = 10.0   # a pivot this much smaller than another of its column is exchanged for it
+GROWTH = 10.0  # a pivot this much smaller than another of its column is exchanged for it
 
 less_1, less_2, less_4, less_row = row_update(1), row_update(2), row_update(4), row_update(COLUMNS)
 

@@ -23,16 +23,7 @@ from .ancf import (
 )
 from .banded import COLUMNS, FACTOR_COLUMNS
 from .contact import contact_lanes, contact_point_lanes, contact_tangent_lanes
-from .drag import (
-    POINT_ROWS,
-    DragLaw,
-    amplified,
-    point_lanes,
-    spread_force,
-    spread_matrix,
-    water_load,
-    water_tangent,
-)
+from .drag import POINT_ROWS, DragLaw, amplified, point_lanes, spread_force, spread_matrix, water_load, water_tangent
 from .jit import LANES, driver
 from .quantity import REQUIRED, Block, quantity
 from .shape import W4, W5, X4, X5, shape, slope
@@ -40,12 +31,12 @@ from .surface import AXIS, CENTRE, NO_TOP, RADIUS, TOP
 from .waterline import waterline
 
 THIRD = 1.0 / 3.0
-CONTACT_POINTS, DRAG_POINTS = np.arange(0, 12)[[5, 4]]   # numpy integers: no version per literal
+CONTACT_POINTS, DRAG_POINTS = np.arange(0, 12)[[5, 4]]  # numpy integers: no version per literal
 _N4 = np.array([shape(x) for x in X4])
 _D4 = np.array([slope(x) for x in X4])
 _N5 = np.array([shape(x) for x in X5])
 _NONE = np.zeros((5, 4))
-N4L = np.repeat(_N4[:, :, None], LANES, 2)   # [point, 4, LANES]
+N4L = np.repeat(_N4[:, :, None], LANES, 2)  # [point, 4, LANES]
 D4L = np.repeat(_D4[:, :, None], LANES, 2)
 
 
@@ -56,12 +47,19 @@ class Section(Block):
     elements: int = quantity(REQUIRED, "1", 1, 4000, "number of equal elements")
     drag_law: DragLaw = quantity(DragLaw.DRISCOLL_NAHON, "", None, None, "loading functions", "Westin (60), (145)")
     drag_amplification: float = quantity(
-        1.0, "1", 0.1, 10.0, "total drag factor G of a cable at rest, (58)-(65) with G the total", "Westin (64)")
+        1.0, "1", 0.1, 10.0, "total drag factor G of a cable at rest, (58)-(65) with G the total", "Westin (64)"
+    )
     drag_coefficient: float | None = quantity(
-        None, "1", 0.0, 10.0, "constant C_D; none: Choo-Casarella C_D(Re)", "Westin (61)")
+        None, "1", 0.0, 10.0, "constant C_D; none: Choo-Casarella C_D(Re)", "Westin (61)"
+    )
     tangential_coefficient: float = quantity(
-        0.0, "1", 0.0, 1.0, "C_t on the diameter, of the laws crossflow and pode; needs a constant C_D above zero",
-        "Dymore (12a): pi c_f; Pode: f C_D")
+        0.0,
+        "1",
+        0.0,
+        1.0,
+        "C_t on the diameter, of the laws crossflow and pode; needs a constant C_D above zero",
+        "Dymore (12a): pi c_f; Pode: f C_D",
+    )
 
 
 class Cable(Block):
@@ -69,7 +67,8 @@ class Cable(Block):
     mass_per_length: float = quantity(REQUIRED, "kg/m", 1e-5, 1e3, "dry mass per length", "Westin Table 8")
     axial_stiffness: float = quantity(REQUIRED, "N", 1.0, 1e11, "EA", "Westin 5.1")
     compression_share: float = quantity(
-        1.0, "1", 0.0, 1.0, "share of EA that resists compression; small: a slack element folds where it would push")
+        1.0, "1", 0.0, 1.0, "share of EA that resists compression; small: a slack element folds where it would push"
+    )
     bending_stiffness: float = quantity(0.0, "N m^2", 0.0, 1e8, "EI", "Westin (144)")
     axial_damping: float = quantity(0.0, "N s", 0.0, 1e8, "Kelvin-Voigt: axial force per strain rate", "Westin 5.1")
     bending_damping: float = quantity(0.0, "N m^2 s", 0.0, 1e6, "Kelvin-Voigt: bending moment per curvature rate")
@@ -80,30 +79,30 @@ class Cable(Block):
 class Work(NamedTuple):
     """Scratch of the assembly and the solver; nothing in it outlives a call."""
 
-    x: np.ndarray         # [36, LANES] scaled unknowns, velocities, accelerations
-    p: np.ndarray         # [ROWS, LANES]
-    force: np.ndarray     # [12, LANES]
-    k: np.ndarray         # [144, LANES]
-    k9: np.ndarray        # [K9_ROWS, LANES]
-    point: np.ndarray     # [POINT_ROWS, LANES]
-    load: np.ndarray      # [points, 3, LANES]
+    x: np.ndarray  # [36, LANES] scaled unknowns, velocities, accelerations
+    p: np.ndarray  # [ROWS, LANES]
+    force: np.ndarray  # [12, LANES]
+    k: np.ndarray  # [144, LANES]
+    k9: np.ndarray  # [K9_ROWS, LANES]
+    point: np.ndarray  # [POINT_ROWS, LANES]
+    load: np.ndarray  # [points, 3, LANES]
     by_place: np.ndarray  # [points, 9, LANES] derivative of the load of a point to N_j y_j
     by_slope: np.ndarray  # [points, 9, LANES] the same to N_j' y_j
-    mixed: np.ndarray     # [points, 9, LANES]
-    lane: np.ndarray      # [LANE_ROWS, LANES]: TENSION, ENERGY, WEIGHT, WET, NEAR, LOST, SUM
-    cut_x: np.ndarray     # [36, LANES], cut_p [ROWS, LANES], cut_n and cut_d [4, LANES], cut [4, LANES]: the element
-    cut_p: np.ndarray     # that crosses the water surface, a point a lane: unknowns, rows, N_i, N_i', and weight, xi,
-    cut_n: np.ndarray     # side of the moving bound, bounds of the wet intervals
+    mixed: np.ndarray  # [points, 9, LANES]
+    lane: np.ndarray  # [LANE_ROWS, LANES]: TENSION, ENERGY, WEIGHT, WET, NEAR, LOST, SUM
+    cut_x: np.ndarray  # [36, LANES], cut_p [ROWS, LANES], cut_n and cut_d [4, LANES], cut [4, LANES]: the element
+    cut_p: np.ndarray  # that crosses the water surface, a point a lane: unknowns, rows, N_i, N_i', and weight, xi,
+    cut_n: np.ndarray  # side of the moving bound, bounds of the wet intervals
     cut_d: np.ndarray
     cut: np.ndarray
-    power: np.ndarray     # [POWERS] W, of the last assembly
-    band: np.ndarray      # [nodes, 6, COLUMNS]
-    lower: np.ndarray     # [nodes, 6, 6]
-    factor: np.ndarray    # [nodes, 6, FACTOR_COLUMNS] of the solve
-    step: np.ndarray      # [nodes, 6] solution
+    power: np.ndarray  # [POWERS] W, of the last assembly
+    band: np.ndarray  # [nodes, 6, COLUMNS]
+    lower: np.ndarray  # [nodes, 6, 6]
+    factor: np.ndarray  # [nodes, 6, FACTOR_COLUMNS] of the solve
+    step: np.ndarray  # [nodes, 6] solution
 
 
-TENSION, ENERGY, WEIGHT, WET, NEAR, LOST, SUM = range(7)   # WET: 1 wet, 0 dry, -1 crossing the surface
+TENSION, ENERGY, WEIGHT, WET, NEAR, LOST, SUM = range(7)  # WET: 1 wet, 0 dry, -1 crossing the surface
 LANE_ROWS = 7
 # Work.power [W]: what the cable's own forces take (inertia, weight, stiffness, damping), what damping loses of it, and
 # what water, surfaces, and in line.py held nodes and loads, give to the cable; body counts with water and own
@@ -114,14 +113,29 @@ POWERS = 6
 def make_work(nodes: int) -> Work:
     """Scratch for a cable of ``nodes`` nodes."""
     z = np.zeros
-    return Work(x=z((36, LANES)), p=z((ROWS, LANES)), force=z((12, LANES)), k=z((144, LANES)), k9=z((K9_ROWS, LANES)),
-                point=z((POINT_ROWS, LANES)), load=z((5, 3, LANES)), by_place=z((5, 9, LANES)),
-                by_slope=z((5, 9, LANES)), mixed=z((5, 9, LANES)),
-                lane=z((LANE_ROWS, LANES)),
-                cut_x=z((36, LANES)), cut_p=z((ROWS, LANES)), cut_n=z((4, LANES)), cut_d=z((4, LANES)),
-                cut=z((4, LANES)), power=z(POWERS),
-                band=z((nodes, 6, COLUMNS)), lower=z((nodes, 6, 6)),
-                factor=z((nodes, 6, FACTOR_COLUMNS)), step=z((nodes, 6)))
+    return Work(
+        x=z((36, LANES)),
+        p=z((ROWS, LANES)),
+        force=z((12, LANES)),
+        k=z((144, LANES)),
+        k9=z((K9_ROWS, LANES)),
+        point=z((POINT_ROWS, LANES)),
+        load=z((5, 3, LANES)),
+        by_place=z((5, 9, LANES)),
+        by_slope=z((5, 9, LANES)),
+        mixed=z((5, 9, LANES)),
+        lane=z((LANE_ROWS, LANES)),
+        cut_x=z((36, LANES)),
+        cut_p=z((ROWS, LANES)),
+        cut_n=z((4, LANES)),
+        cut_d=z((4, LANES)),
+        cut=z((4, LANES)),
+        power=z(POWERS),
+        band=z((nodes, 6, COLUMNS)),
+        lower=z((nodes, 6, 6)),
+        factor=z((nodes, 6, FACTOR_COLUMNS)),
+        step=z((nodes, 6)),
+    )
 
 
 @driver
@@ -226,7 +240,7 @@ def near_surface(x, s, near):
     radius = s[RADIUS] + top
     for e in range(LANES):
         bound, d2, ax = 0.0, 0.0, 0.0
-        for c in range(3):   # control points -+h/2 - t, -+(h/2 - g/3) - t about the midpoint, t = (A - B)/8
+        for c in range(3):  # control points -+h/2 - t, -+(h/2 - g/3) - t about the midpoint, t = (A - B)/8
             h = 0.5 * (x[6 + c, e] - x[c, e])
             a, b = x[3 + c, e], x[9 + c, e]
             t = 0.125 * (a - b)
@@ -235,7 +249,7 @@ def near_surface(x, s, near):
             rel = 0.5 * (x[c, e] + x[6 + c, e]) + t - s[CENTRE + c]
             d2 += rel * rel
             ax += rel * s[AXIS + c]
-        out = d2 - ax * ax - radius * radius - bound   # distance from the axis > radius + sqrt(bound), without roots
+        out = d2 - ax * ax - radius * radius - bound  # distance from the axis > radius + sqrt(bound), without roots
         near[e] = 0.0 if out > 0.0 and out * out > 4.0 * radius * radius * bound else 1.0
     for e in range(LANES):
         if near[e] > 0.0:
@@ -249,10 +263,20 @@ def power_of(x, force, count, total):
     if x.shape[1] != LANES or force.shape[1] != LANES or total.shape[0] != LANES:
         raise ValueError("lanes")
     for e in range(LANES):
-        total[e] = (force[0, e] * x[12, e] + force[1, e] * x[13, e] + force[2, e] * x[14, e]
-                    + force[3, e] * x[15, e] + force[4, e] * x[16, e] + force[5, e] * x[17, e]
-                    + force[6, e] * x[18, e] + force[7, e] * x[19, e] + force[8, e] * x[20, e]
-                    + force[9, e] * x[21, e] + force[10, e] * x[22, e] + force[11, e] * x[23, e])
+        total[e] = (
+            force[0, e] * x[12, e]
+            + force[1, e] * x[13, e]
+            + force[2, e] * x[14, e]
+            + force[3, e] * x[15, e]
+            + force[4, e] * x[16, e]
+            + force[5, e] * x[17, e]
+            + force[6, e] * x[18, e]
+            + force[7, e] * x[19, e]
+            + force[8, e] * x[20, e]
+            + force[9, e] * x[21, e]
+            + force[10, e] * x[22, e]
+            + force[11, e] * x[23, e]
+        )
     s = 0.0
     for e in range(count):
         s += total[e]
@@ -276,8 +300,7 @@ def assemble(elements, arc, q, v, a, current, surfaces, c1, c2, sigma, tangent, 
         gather(group, elements, arc, q, v, a, x, p)
         inertia_lanes(x, p, force, sigma)
         if tangent:
-            elastic_tangent_lanes(x, p, c1, force, work.lane[TENSION], work.lane[ENERGY],
-                                  work.lane[LOST], work.k9, k)
+            elastic_tangent_lanes(x, p, c1, force, work.lane[TENSION], work.lane[ENERGY], work.lane[LOST], work.k9, k)
             inertia_tangent_lanes(p, c2 + sigma * c1, k)
         else:
             elastic_lanes(x, p, force, work.lane[TENSION], work.lane[ENERGY], work.lane[LOST])
@@ -296,8 +319,9 @@ def assemble(elements, arc, q, v, a, current, surfaces, c1, c2, sigma, tangent, 
                     weight[e] = p[LENGTH, e] * W4[g] if wetness[e] > 0.0 else 0.0
                 point_lanes(x, N4L[g], D4L[g], current, work.point)
                 if tangent:
-                    water_tangent(work.point, p, c1, c2, current, weight, second, work.load[g], work.by_place[g],
-                                  work.by_slope[g])
+                    water_tangent(
+                        work.point, p, c1, c2, current, weight, second, work.load[g], work.by_place[g], work.by_slope[g]
+                    )
                 else:
                     water_load(work.point, p, weight, second, work.load[g])
             spread_force(_N4, work.load, DRAG_POINTS, force)

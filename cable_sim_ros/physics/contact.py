@@ -11,36 +11,36 @@ from math import sqrt
 from .drag import POINT_R, POINT_V
 from .jit import LANES, driver, inline
 from .quantity import Block, quantity
-from .surface import (
-    AXIS,
-    CENTRE,
-    DAMPING,
-    RADIUS,
-    SECOND_FLANK,
-    SPEED,
-    SPIN,
-    STIFFNESS,
-    other_half,
-    own_half,
-    place,
-)
+from .surface import AXIS, CENTRE, DAMPING, RADIUS, SECOND_FLANK, SPEED, SPIN, STIFFNESS, other_half, own_half, place
 from .vec import at3, axpy, cross, dot, get3, plus_matrix, put3, put_matrix, scale, sub
 
-END_LOAD = 3.0   # line load at the ends of the arc over T/R: there bending adds a concentrated reaction
+END_LOAD = 3.0  # line load at the ends of the arc over T/R: there bending adds a concentrated reaction
 
-LOADED = 1e-3   # N/m, line load above which a station counts as loaded
+LOADED = 1e-3  # N/m, line load above which a station counts as loaded
 
 
 class Contact(Block):
     penetration_limit: float = quantity(
-        0.1, "1", 1e-4, 0.5, "largest penetration at working tension, as a fraction of the cable diameter; "
-        "it sets the stiffness", "trap T3: Westin's Table 9 stiffness lets the cable sink 60 mm")
+        0.1,
+        "1",
+        1e-4,
+        0.5,
+        "largest penetration at working tension, as a fraction of the cable diameter; it sets the stiffness",
+        "trap T3: Westin's Table 9 stiffness lets the cable sink 60 mm",
+    )
     working_tension: float = quantity(
-        4000.0, "N", 1e-3, 1e7, "tension at which the penetration limit holds", "highest static tension expected")
+        4000.0, "N", 1e-3, 1e7, "tension at which the penetration limit holds", "highest static tension expected"
+    )
     damping: float = quantity(0.3, "s/m", 0.0, 100.0, "Hunt-Crossley damping D", "Westin (93)")
     reseat_time: float = quantity(
-        0.02, "s", 0.0, 10.0, "time the cable must press in its groove without a break before a detachment is over; a "
-        "rebound within it belongs to the same event", "window within which one event shows at most two changes")
+        0.02,
+        "s",
+        0.0,
+        10.0,
+        "time the cable must press in its groove without a break before a detachment is over; a "
+        "rebound within it belongs to the same event",
+        "window within which one event shows at most two changes",
+    )
 
 
 def stiffness(tension: float, radius: float, slope_sin: float, flanks: int, penetration: float) -> float:
@@ -117,10 +117,18 @@ def contact_point_lanes(x, n, t):
         raise ValueError("lanes")
     n0, n1, n2, n3 = n[0], n[1], n[2], n[3]
     for e in range(LANES):
-        put3(t, POINT_R, e, axpy(n0, get3(x, 0, e), axpy(n1, get3(x, 3, e), axpy(
-            n2, get3(x, 6, e), scale(n3, get3(x, 9, e))))))
-        put3(t, POINT_V, e, axpy(n0, get3(x, 12, e), axpy(n1, get3(x, 15, e), axpy(
-            n2, get3(x, 18, e), scale(n3, get3(x, 21, e))))))
+        put3(
+            t,
+            POINT_R,
+            e,
+            axpy(n0, get3(x, 0, e), axpy(n1, get3(x, 3, e), axpy(n2, get3(x, 6, e), scale(n3, get3(x, 9, e))))),
+        )
+        put3(
+            t,
+            POINT_V,
+            e,
+            axpy(n0, get3(x, 12, e), axpy(n1, get3(x, 15, e), axpy(n2, get3(x, 18, e), scale(n3, get3(x, 21, e))))),
+        )
 
 
 @driver
@@ -156,15 +164,24 @@ def contact_tangent_lanes(t, s, c1, weight, f, ka):
             er, q, rho, vr, f1, k1, x1 = touch_drum(get3(t, POINT_R, e), get3(t, POINT_V, e), s)
             w = weight[e]
             put3(f, 0, e, scale(w * f1, er))
-            put_matrix(ka, 0, e, 0.0, scale(w, er), half_row(er, k1, x1, q, er, 1.0 / rho, 0.0, vr, spin, c1),
-                       scale(w * f1 / rho, q), q)
+            put_matrix(
+                ka,
+                0,
+                e,
+                0.0,
+                scale(w, er),
+                half_row(er, k1, x1, q, er, 1.0 / rho, 0.0, vr, spin, c1),
+                scale(w * f1 / rho, q),
+                q,
+            )
         return
     for e in range(LANES):
         er, q, rho, _, _, _, vr, n1, n2, f1, k1, x1, bend, f2, k2, x2, _, _ = touch(
-            get3(t, POINT_R, e), get3(t, POINT_V, e), s)
+            get3(t, POINT_R, e), get3(t, POINT_V, e), s
+        )
         slip1, slip2, m, w = dot(n1, er) / rho, dot(n2, er) / rho, cross(n1, q), weight[e]
         p1 = half_row(n1, k1, x1, q, m, slip1, bend, vr, spin, c1)
         p2 = half_row(n2, k2, x2, q, m, slip2, 0.0, vr, spin, c1)
         put3(f, 0, e, scale(w, axpy(f1, n1, scale(f2, n2))))
         put_matrix(ka, 0, e, 0.0, scale(w, n1), p1, scale(w, n2), p2)
-        plus_matrix(ka, 0, e, 0.0, scale(w * (f1 * slip1 + f2 * slip2), q), q, scale(w * f1 * bend, m), m)   # n turns
+        plus_matrix(ka, 0, e, 0.0, scale(w * (f1 * slip1 + f2 * slip2), q), q, scale(w * f1 * bend, m), m)  # n turns

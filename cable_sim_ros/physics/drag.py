@@ -16,16 +16,7 @@ from math import log, sqrt
 
 import numpy as np
 
-from .ancf import (
-    ADDED_MASS,
-    BUOYANCY,
-    CD_FIXED,
-    EXTRA_DRAG,
-    FN,
-    FT,
-    HALF_RHO_D,
-    RE_FACTOR,
-)
+from .ancf import ADDED_MASS, BUOYANCY, CD_FIXED, EXTRA_DRAG, FN, FT, HALF_RHO_D, RE_FACTOR
 from .jit import LANES, driver, inline
 from .vec import axpy, dot, get3, norm, plus3, plus_matrix, put3, put_matrix, scale, sub
 

@@ -26,51 +26,74 @@ from .jit import driver, inline
 from .quantity import Block, quantity
 from .vec import cross
 
-MEMORY = 10.0       # w = MEMORY / age while the memory expands
-SETTLED = 1.5       # periods after which the filter counts as settled
-LONGEST_STEP = 0.05   # s; longer sample intervals are divided
+MEMORY = 10.0  # w = MEMORY / age while the memory expands
+SETTLED = 1.5  # periods after which the filter counts as settled
+LONGEST_STEP = 0.05  # s; longer sample intervals are divided
 
 
 class Heave(Block):
     """Parameters of the heave filter: translation from an IMU alone."""
 
     period: float = quantity(
-        60.0, "s", 20.0, 600.0, "corner period of the settled heave filter: about six times the longest wave period",
-        "docs/motion.md")
+        60.0,
+        "s",
+        20.0,
+        600.0,
+        "corner period of the settled heave filter: about six times the longest wave period",
+        "docs/motion.md",
+    )
     start_period: float = quantity(
-        15.0, "s", 5.0, 600.0, "corner period of the heave filter right after its start; at most `period` is used")
+        15.0, "s", 5.0, 600.0, "corner period of the heave filter right after its start; at most `period` is used"
+    )
     imu_position: tuple[float, float, float] = quantity(
-        (0.0, 0.0, 0.0), "m", -200.0, 200.0, "IMU in base_link (x forward, y left, z up)")
+        (0.0, 0.0, 0.0), "m", -200.0, 200.0, "IMU in base_link (x forward, y left, z up)"
+    )
     max_gap: float = quantity(1.0, "s", 0.02, 10.0, "a longer gap between IMU samples restarts the heave filter")
     max_bias: float = quantity(
-        0.3, "m/s^2", 0.001, 10.0, "a larger vertical bias estimate (accelerometer and gravity) makes heave not valid")
+        0.3, "m/s^2", 0.001, 10.0, "a larger vertical bias estimate (accelerometer and gravity) makes heave not valid"
+    )
     max_displacement: float = quantity(
-        20.0, "m", 0.1, 100.0, "a larger displacement from the mean track restarts the heave filter")
+        20.0, "m", 0.1, 100.0, "a larger displacement from the mean track restarts the heave filter"
+    )
 
 
 class Convention(str, Enum):
     """Axes that the motion drivers speak."""
 
-    ENU = "enu"   # REP 103: east north up, x forward y left z up
-    NED = "ned"   # north east down, x forward y starboard z down; gravity reads -g
+    ENU = "enu"  # REP 103: east north up, x forward y left z up
+    NED = "ned"  # north east down, x forward y starboard z down; gravity reads -g
 
 
 class MotionInput(Block):
     """Parameters of the topics that bring the ship motion."""
 
     convention: Convention = quantity(
-        Convention.ENU, "", None, None, "axes of IMU and odometry messages; ned is turned into enu here",
-        "REP 103")
+        Convention.ENU, "", None, None, "axes of IMU and odometry messages; ned is turned into enu here", "REP 103"
+    )
     odometry_timeout: float = quantity(
-        0.5, "s", 0.02, 60.0, "odometry silent for longer than this gives way to the IMU")
+        0.5, "s", 0.02, 60.0, "odometry silent for longer than this gives way to the IMU"
+    )
     max_jump: float = quantity(
-        5.0, "m", 0.1, 1000.0, "a larger horizontal jump of the odometry shifts its origin instead of moving the ship")
+        5.0, "m", 0.1, 1000.0, "a larger horizontal jump of the odometry shifts its origin instead of moving the ship"
+    )
     stamp_jitter: float = quantity(
-        0.2, "1", 0.0, 0.25, "stamps of a periodic topic are made regular while they jitter by up to this part (rms) "
-        "of the period; 0: stamps are used as they are", "docs/motion.md")
+        0.2,
+        "1",
+        0.0,
+        0.25,
+        "stamps of a periodic topic are made regular while they jitter by up to this part (rms) "
+        "of the period; 0: stamps are used as they are",
+        "docs/motion.md",
+    )
     position_time: float = quantity(
-        3.0, "s", 0.0, 60.0, "time constant with which positions and angles that do not fit their rates draw the "
-        "integral of the rates; 0: samples are used as they are", "docs/motion.md")
+        3.0,
+        "s",
+        0.0,
+        60.0,
+        "time constant with which positions and angles that do not fit their rates draw the "
+        "integral of the rates; 0: samples are used as they are",
+        "docs/motion.md",
+    )
 
 
 # State: float64 [23]. Rows of three are axes x y z of odom.
@@ -103,8 +126,15 @@ def axis_step(state, i, dt, w0, w1, a1, m1):
     Between samples both are linear, and p is the exact integral of the published velocity v - k1 q to O(dt^4): the
     simulator interpolates with a cubic through both, and a mismatch would show as false acceleration.
     """
-    p0, v0, b0, q0, r0, a0, m0 = (state[P + i], state[V + i], state[B + i], state[Q + i], state[R + i], state[A + i],
-                                  state[M + i])
+    p0, v0, b0, q0, r0, a0, m0 = (
+        state[P + i],
+        state[V + i],
+        state[B + i],
+        state[Q + i],
+        state[R + i],
+        state[A + i],
+        state[M + i],
+    )
     c1, c2, k2, k3 = 5.0 * w0, 10.0 * w0 * w0, 0.5 * w0 * w0, 0.1 * w0 * w0 * w0
     e0 = p0 - m0
     e1 = p0 + dt * (v0 - w0 * q0 + dt * (2.0 * a0 + a1) / 6.0) - m1
@@ -148,10 +178,17 @@ def step(state, out, dt, start, settled, gravity, force, angles, rate, lever):
             state[AGE] += h
             w1 = corner(state[AGE], start, settled)
             for i in range(3):
-                axis_step(state, i, h, w0, w1, state[A + i] + x * (a[i] - state[A + i]),
-                          state[M + i] + x * (m[i] - state[M + i]))
+                axis_step(
+                    state,
+                    i,
+                    h,
+                    w0,
+                    w1,
+                    state[A + i] + x * (a[i] - state[A + i]),
+                    state[M + i] + x * (m[i] - state[M + i]),
+                )
     w = corner(state[AGE], start, settled)
-    rise = start / (4.0 * pi)   # 1 / (two start periods)
+    rise = start / (4.0 * pi)  # 1 / (two start periods)
     x = max(0.0, min(1.0, state[AGE] * rise - 0.5))
     fade, growth = x * x * (3.0 - 2.0 * x), 6.0 * x * (1.0 - x) * rise
     for i in range(3):
@@ -182,8 +219,18 @@ class HeaveFilter:
 
     def push(self, dt: float, force, angles, rate) -> np.ndarray:
         """Take one sample, see `step`; returns displacement and velocity from the mean track, float64 [6]."""
-        step(self._state, self._out, float(dt), self._start, self._settled, self.gravity,
-             np.asarray(force, float), np.asarray(angles, float), np.asarray(rate, float), self._lever)
+        step(
+            self._state,
+            self._out,
+            float(dt),
+            self._start,
+            self._settled,
+            self.gravity,
+            np.asarray(force, float),
+            np.asarray(angles, float),
+            np.asarray(rate, float),
+            self._lever,
+        )
         return self._out.copy()
 
     @property
@@ -194,7 +241,7 @@ class HeaveFilter:
     @property
     def bias(self) -> tuple[float, float, float]:
         """Estimated bias of the acceleration in odom, m/s^2: what the sensor reads too much."""
-        return tuple(0.0 - float(b) for b in self._state[B:B + 3])
+        return tuple(0.0 - float(b) for b in self._state[B : B + 3])
 
     @property
     def settled(self) -> bool:
@@ -210,10 +257,10 @@ class HeaveFilter:
     def diverged(self) -> bool:
         """True when the displacement is not one of a ship at sea, or not finite."""
         distance = hypot(self._out[0], self._out[1], self._out[2])
-        return not distance <= self.heave.max_displacement   # also for NaN
+        return not distance <= self.heave.max_displacement  # also for NaN
 
 
 def response(period: float, corner_period: float) -> complex:
     """Estimated over true displacement of the settled filter at a wave period, both in s."""
     s, w = 2j * pi / period, 2.0 * pi / corner_period
-    return s**3 * (s**2 + 5.0 * w * s + 10.0 * w**2) / (s + w)**5
+    return s**3 * (s**2 + 5.0 * w * s + 10.0 * w**2) / (s + w) ** 5

@@ -11,24 +11,29 @@ import numpy as np
 
 MOTION_ROWS = 1024
 COMMAND_ROWS = 256
-MOTION_COLUMNS = 14   # x y z roll pitch yaw, their six rates, epoch, source
+MOTION_COLUMNS = 14  # x y z roll pitch yaw, their six rates, epoch, source
 EPOCH, SOURCE = 12, 13
 
 
 class Inputs(NamedTuple):
-    motion_time: np.ndarray    # int64 [MOTION_ROWS], ns
-    motion: np.ndarray         # float64 [MOTION_ROWS, MOTION_COLUMNS]
-    motion_head: np.ndarray    # int64 [1], samples written since the start
-    command_time: np.ndarray   # int64 [COMMAND_ROWS], ns
-    command: np.ndarray        # float64 [COMMAND_ROWS, 2]: pay-out m, rate m/s; NaN = not commanded
-    command_head: np.ndarray   # int64 [1]
+    motion_time: np.ndarray  # int64 [MOTION_ROWS], ns
+    motion: np.ndarray  # float64 [MOTION_ROWS, MOTION_COLUMNS]
+    motion_head: np.ndarray  # int64 [1], samples written since the start
+    command_time: np.ndarray  # int64 [COMMAND_ROWS], ns
+    command: np.ndarray  # float64 [COMMAND_ROWS, 2]: pay-out m, rate m/s; NaN = not commanded
+    command_head: np.ndarray  # int64 [1]
 
 
 def make_inputs() -> Inputs:
     """Empty rings: the ship follows its mean track, the winch holds."""
     return Inputs(
-        np.zeros(MOTION_ROWS, np.int64), np.zeros((MOTION_ROWS, MOTION_COLUMNS)), np.zeros(1, np.int64),
-        np.zeros(COMMAND_ROWS, np.int64), np.zeros((COMMAND_ROWS, 2)), np.zeros(1, np.int64))
+        np.zeros(MOTION_ROWS, np.int64),
+        np.zeros((MOTION_ROWS, MOTION_COLUMNS)),
+        np.zeros(1, np.int64),
+        np.zeros(COMMAND_ROWS, np.int64),
+        np.zeros((COMMAND_ROWS, 2)),
+        np.zeros(1, np.int64),
+    )
 
 
 def push_motion(inputs: Inputs, time_ns: int, sample) -> None:
@@ -41,8 +46,10 @@ def push_motion(inputs: Inputs, time_ns: int, sample) -> None:
     if row.shape != (MOTION_COLUMNS,) or not np.isfinite(row).all():
         raise ValueError(f"motion sample at {time_ns} ns must be {MOTION_COLUMNS} finite numbers, got {sample!r}")
     if head and time_ns <= inputs.motion_time[(head - 1) % MOTION_ROWS]:
-        raise ValueError(f"motion stamp {time_ns} ns does not advance past "
-                         f"{int(inputs.motion_time[(head - 1) % MOTION_ROWS])} ns; drop the sample")
+        raise ValueError(
+            f"motion stamp {time_ns} ns does not advance past "
+            f"{int(inputs.motion_time[(head - 1) % MOTION_ROWS])} ns; drop the sample"
+        )
     inputs.motion[head % MOTION_ROWS] = row
     inputs.motion_time[head % MOTION_ROWS] = time_ns
     inputs.motion_head[0] = head + 1

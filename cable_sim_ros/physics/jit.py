@@ -20,13 +20,13 @@ import numpy as np
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-try:   # types as bytes, 300 times faster than typeof: 8 us instead of 2.3 ms for model and state
+try:  # types as bytes, 300 times faster than typeof: 8 us instead of 2.3 ms for model and state
     from numba._dispatcher import compute_fingerprint as _fingerprint
 except ImportError:
     _fingerprint = numba.typeof
 
-YES, NO = np.bool_(True), np.bool_(False)   # not literals: a literal argument compiles a second version
-LANES = 16   # elements per lane loop; 8 is unrolled before the vectoriser sees it
+YES, NO = np.bool_(True), np.bool_(False)  # not literals: a literal argument compiles a second version
+LANES = 16  # elements per lane loop; 8 is unrolled before the vectoriser sees it
 
 
 def cache_folder() -> Path:
@@ -39,23 +39,25 @@ def cache_folder() -> Path:
     try:
         folder = root / "cable_sim_ros" / digest.hexdigest()[:16]
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError:   # read-only or missing home
+    except OSError:  # read-only or missing home
         folder = Path(tempfile.gettempdir()) / f"cable_sim_ros-{os.getuid()}" / digest.hexdigest()[:16]
         folder.mkdir(parents=True, exist_ok=True)
     return folder
 
 
-if tuple(int(x) for x in numba.__version__.split(".")[:2]) < (0, 65):   # an older one aborts inside LLVM
-    raise ImportError(f"numba {numba.__version__} is too old for the kernels' calls by symbol; nothing was compiled. "
-                      f"Install numba >= 0.65")
+if tuple(int(x) for x in numba.__version__.split(".")[:2]) < (0, 65):  # an older one aborts inside LLVM
+    raise ImportError(
+        f"numba {numba.__version__} is too old for the kernels' calls by symbol; nothing was compiled. "
+        f"Install numba >= 0.65"
+    )
 
 numba.config.CACHE_DIR = str(cache_folder())
 
 # No function here makes an array or hands one to Python, so views need no reference counts: atomic, 5 ns each. It must
 # hold for all of them: a caller that counts would free what a callee that does not returns.
 _options = {"error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
-inline = numba.njit(forceinline=True, **_options)          # physics: scalars and tuples in and out
-driver = numba.njit(nogil=True, cache=True, **_options)    # arrays and lane loops
+inline = numba.njit(forceinline=True, **_options)  # physics: scalars and tuples in and out
+driver = numba.njit(nogil=True, cache=True, **_options)  # arrays and lane loops
 
 
 _published: set = set()
@@ -83,15 +85,16 @@ def opaque(dispatcher):
             kind = context.call_conv.get_function_type(signature.return_type, signature.args)
             function = cgutils.get_or_insert_function(builder.module, kind, symbol_of(dispatcher))
             status, value = context.call_conv.call_function(
-                builder, function, signature.return_type, signature.args, values)
+                builder, function, signature.return_type, signature.args, values
+            )
             with cgutils.if_unlikely(builder, status.is_error):
                 context.call_conv.return_status_propagate(builder, status)
             return value
 
         return result(*types), code
 
-    names = ", ".join(dispatcher.py_func.__code__.co_varnames[:dispatcher.py_func.__code__.co_argcount])
-    namespace = {"build": build}   # an intrinsic needs its parameters by name
+    names = ", ".join(dispatcher.py_func.__code__.co_varnames[: dispatcher.py_func.__code__.co_argcount])
+    namespace = {"build": build}  # an intrinsic needs its parameters by name
     exec(f"def call(typing_context, {names}):\n    return build(({names},))", namespace)
     return intrinsic(namespace["call"])
 
@@ -101,7 +104,7 @@ def link(dispatcher, *args) -> None:
     if numba.config.DISABLE_JIT:
         return
     key = dispatcher, _fingerprint(args)
-    if key in _published:   # not: compiled, a direct call compiles without publishing
+    if key in _published:  # not: compiled, a direct call compiles without publishing
         return
     _published.add(key)
     types = tuple(numba.typeof(a) for a in args)

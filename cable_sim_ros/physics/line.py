@@ -21,34 +21,34 @@ STRUT_NODE, STRUT_LENGTH, STRUT_STIFFNESS, STRUT_AA, STRUT_AB, STRUT_BB, STRUT_C
 # health of the solver: Newton corrections and substeps of a tick, residual [N], strain energy [J], and of the last step
 # its length [s] and the tangents it needed
 ITERATIONS, SUBSTEPS, RESIDUAL, STRAIN, LAST_STEP, TANGENTS, HEALTH = range(7)
-LOAD_NODE, LOAD_FORCE, LOAD_MOMENT, LOAD_COLUMNS = 0, 1, 4, 7   # columns of a nodal load
+LOAD_NODE, LOAD_FORCE, LOAD_MOMENT, LOAD_COLUMNS = 0, 1, 4, 7  # columns of a nodal load
 
 
 class Line(NamedTuple):
     """One cable as numbers for kernels. Unknowns of a node: position r [m] and gradient g = dr/dp [1]."""
 
-    elements: np.ndarray      # [groups, ROWS, LANES] element table, read-only
-    held: np.ndarray          # [nodes, 6], read-only: 1 where q, v and a are imposed from outside
-    bodies: np.ndarray        # [bodies, BODY_ROWS], read-only
-    seats: np.ndarray         # int64 [bodies], read-only: the node that carries the body
-    loads: np.ndarray         # [loads, LOAD_COLUMNS] node, dead force [N], moment [N m] on the tangent
-    struts: np.ndarray        # [struts, STRUT_COLUMNS], read-only
-    arc: np.ndarray           # [nodes] unstretched arc length [m]
-    q: np.ndarray             # [nodes, 6] r, g
+    elements: np.ndarray  # [groups, ROWS, LANES] element table, read-only
+    held: np.ndarray  # [nodes, 6], read-only: 1 where q, v and a are imposed from outside
+    bodies: np.ndarray  # [bodies, BODY_ROWS], read-only
+    seats: np.ndarray  # int64 [bodies], read-only: the node that carries the body
+    loads: np.ndarray  # [loads, LOAD_COLUMNS] node, dead force [N], moment [N m] on the tangent
+    struts: np.ndarray  # [struts, STRUT_COLUMNS], read-only
+    arc: np.ndarray  # [nodes] unstretched arc length [m]
+    q: np.ndarray  # [nodes, 6] r, g
     v: np.ndarray
     a: np.ndarray
-    x: np.ndarray             # auxiliary acceleration
-    old: np.ndarray           # [4, nodes, 6] q v a x at the beginning of the step
-    gain: np.ndarray          # [nodes, 6] what a gained in the step before
-    current: np.ndarray       # [4] surface current [m/s], its gradient [1/s]
-    surfaces: np.ndarray      # [n, SURFACE_COLUMNS] contact surfaces in the world
-    flow: np.ndarray          # [bodies, 6] low-passed flow past each body [m/s], its turning rate [rad/s]
-    tension: np.ndarray       # [elements] N
-    reaction: np.ndarray      # [nodes, 6] what holds the held unknowns [N, N m]
-    health: np.ndarray        # [HEALTH]
+    x: np.ndarray  # auxiliary acceleration
+    old: np.ndarray  # [4, nodes, 6] q v a x at the beginning of the step
+    gain: np.ndarray  # [nodes, 6] what a gained in the step before
+    current: np.ndarray  # [4] surface current [m/s], its gradient [1/s]
+    surfaces: np.ndarray  # [n, SURFACE_COLUMNS] contact surfaces in the world
+    flow: np.ndarray  # [bodies, 6] low-passed flow past each body [m/s], its turning rate [rad/s]
+    tension: np.ndarray  # [elements] N
+    reaction: np.ndarray  # [nodes, 6] what holds the held unknowns [N, N m]
+    health: np.ndarray  # [HEALTH]
     work: Work
-    gravity: float            # m/s^2
-    tolerance: float          # N
+    gravity: float  # m/s^2
+    tolerance: float  # N
     max_iterations: int
 
 
@@ -108,13 +108,36 @@ def residual(line, c1, c2, sigma, tangent):
     """
     band, lower = line.work.band, line.work.lower
     line.health[STRAIN] = assemble(
-        line.elements, line.arc, line.q, line.v, line.a, line.current, line.surfaces, c1, c2, sigma, tangent,
-        line.work, line.tension)
+        line.elements,
+        line.arc,
+        line.q,
+        line.v,
+        line.a,
+        line.current,
+        line.surfaces,
+        c1,
+        c2,
+        sigma,
+        tangent,
+        line.work,
+        line.tension,
+    )
     for i in range(line.bodies.shape[0]):
         n = line.seats[i]
         line.work.power[WATER] += body_load(
-            line.bodies[i], line.gravity, line.q[n], line.v[n], line.a[n], line.current, line.flow[i], c1, c2, sigma,
-            tangent, band[n])
+            line.bodies[i],
+            line.gravity,
+            line.q[n],
+            line.v[n],
+            line.a[n],
+            line.current,
+            line.flow[i],
+            c1,
+            c2,
+            sigma,
+            tangent,
+            band[n],
+        )
     for i in range(line.struts.shape[0]):
         strut(line.struts[i], line.gravity, line.q, line.v, line.a, c1, c2, sigma, tangent, band, lower)
     for i in range(line.loads.shape[0]):
@@ -147,5 +170,19 @@ def residual(line, c1, c2, sigma, tangent):
 
 def link_assembly(line: Line) -> None:
     """Compile or load the assembly and publish it; call before anything that uses it runs."""
-    link(_assemble, line.elements, line.arc, line.q, line.v, line.a, line.current, line.surfaces, 0.0, 0.0, 0.0,
-         np.bool_(False), line.work, line.tension)
+    link(
+        _assemble,
+        line.elements,
+        line.arc,
+        line.q,
+        line.v,
+        line.a,
+        line.current,
+        line.surfaces,
+        0.0,
+        0.0,
+        0.0,
+        np.bool_(False),
+        line.work,
+        line.tension,
+    )

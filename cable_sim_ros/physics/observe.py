@@ -28,18 +28,29 @@ from .winch import ACCEL_NOW, ANGLE_0, COMMAND_AGE, LENGTH_NOW, PAYOUT_0, RATE_N
 from .winch import SIDE as WINCH_SIDE
 
 # sim.frame.Flag as plain numbers for kernels; a test holds the two equal
-(NEWTON_FAILED, HALVED, SLACK, DETACHED, PENETRATION, COARSE_AT_SURFACE, MOTION_STALE, MOTION_BLENDING, COMMAND_STALE,
- DRUM_END, NOT_FINITE) = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024)
+(
+    NEWTON_FAILED,
+    HALVED,
+    SLACK,
+    DETACHED,
+    PENETRATION,
+    COARSE_AT_SURFACE,
+    MOTION_STALE,
+    MOTION_BLENDING,
+    COMMAND_STALE,
+    DRUM_END,
+    NOT_FINITE,
+) = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024)
 
-STORED = POWERS           # entry of State.account: energy [J] stored at the start
-SLACK_TENSION = 1e-3      # N below zero at which an element counts as slack
-COARSE, COARSE_DRUM = 0.4, 1.0   # element length over radius of sheave and drum
+STORED = POWERS  # entry of State.account: energy [J] stored at the start
+SLACK_TENSION = 1e-3  # N below zero at which an element counts as slack
+COARSE, COARSE_DRUM = 0.4, 1.0  # element length over radius of sheave and drum
 
 
 class Output(NamedTuple):
-    frame: np.ndarray      # records of sim.frame.FRAME [rows]
-    shape: np.ndarray      # [rows, nodes, 5]
-    contact: np.ndarray    # [rows, stations, 9]
+    frame: np.ndarray  # records of sim.frame.FRAME [rows]
+    shape: np.ndarray  # [rows, nodes, 5]
+    contact: np.ndarray  # [rows, stations, 9]
 
 
 @driver
@@ -92,7 +103,7 @@ def stations(model, state, table):
     arc length, nearest arc length to the sheave top and its margin, deepest penetration, coarse, loaded length)
     """
     s = state.surfaces[model.sheave]
-    c = state.ship[COORD:COORD + 6]
+    c = state.ship[COORD : COORD + 6]
     count, loaded = 0, 0
     fx, fy, fz, total = 0.0, 0.0, 0.0, 0.0
     first, last, deepest, coarse, length_loaded = 0.0, 0.0, 0.0, False, 0.0
@@ -101,7 +112,7 @@ def stations(model, state, table):
         length = state.arc[e + 1] - state.arc[e]
         mid, _, _ = point_of(state.arc, state.q, state.v, e, 0.5)
         away = sub(mid, (s[0], s[1], s[2]))
-        if norm(away) - 0.55 * length > s[RADIUS] + model.groove_depth:   # 10 % for stretch and curvature
+        if norm(away) - 0.55 * length > s[RADIUS] + model.groove_depth:  # 10 % for stretch and curvature
             continue
         for g in range(5):
             r, v, _ = point_of(state.arc, state.q, state.v, e, X5[g])
@@ -138,8 +149,14 @@ def stations(model, state, table):
 @inline
 def quadratic(a, b, c, d):
     """Mass form of one coordinate: N-weighted a, b, c, d with MASS."""
-    return (156.0 * (a * a + c * c) + 4.0 * (b * b + d * d) + 44.0 * (a * b - c * d) + 108.0 * a * c
-            - 26.0 * (a * d - b * c) - 6.0 * b * d) / 420.0
+    return (
+        156.0 * (a * a + c * c)
+        + 4.0 * (b * b + d * d)
+        + 44.0 * (a * b - c * d)
+        + 108.0 * a * c
+        - 26.0 * (a * d - b * c)
+        - 6.0 * b * d
+    ) / 420.0
 
 
 @driver
@@ -162,7 +179,7 @@ def energies(elements, body, gravity, arc, q, v):
         dry += length * weight * mean
         if max(z0, z2) < 0.0:
             weight -= lift
-        elif min(z0, z2) < 0.0:   # crossing the surface
+        elif min(z0, z2) < 0.0:  # crossing the surface
             for g in range(5):
                 n = shape(X5[g])
                 z = n[0] * z0 + n[1] * z1 + n[2] * z2 + n[3] * z3
@@ -186,7 +203,7 @@ def between(a, b):
 def observe(model, state, output, slot, flags, blending):
     """Fill row ``slot`` of the output from the state; returns the flags with what was seen added."""
     f = output.frame[slot]
-    c, d = state.ship[COORD:COORD + 6], state.ship[RATE:RATE + 6]
+    c, d = state.ship[COORD : COORD + 6], state.ship[RATE : RATE + 6]
     omega, _ = spin(c, d, d)
     quat = quaternion(c)
     last = state.q.shape[0] - 1
@@ -206,7 +223,8 @@ def observe(model, state, output, slot, flags, blending):
     for k in range(4):
         f.ship_quaternion[k] = quat[k]
     count, loaded, force, total, first, end, where, spare, deepest, coarse, length_loaded = stations(
-        model, state, output.contact[slot])
+        model, state, output.contact[slot]
+    )
     radius = state.surfaces[model.sheave, RADIUS]
     if loaded == 0:
         first, end = where, where
@@ -244,8 +262,9 @@ def observe(model, state, output, slot, flags, blending):
             length = state.arc[e + 1] - state.arc[e]
             r, _, _ = point_of(state.arc, state.q, state.v, e, 0.5)
             if norm(sub(r, (state.surfaces[i, 0], state.surfaces[i, 1], state.surfaces[i, 2]))) > (
-                    state.surfaces[i, RADIUS] + length):
-                break   # the drum holds the first elements
+                state.surfaces[i, RADIUS] + length
+            ):
+                break  # the drum holds the first elements
             for g in range(5):
                 r, _, _ = point_of(state.arc, state.q, state.v, e, X5[g])
                 rel = sub(r, (state.surfaces[i, 0], state.surfaces[i, 1], state.surfaces[i, 2]))
@@ -281,16 +300,22 @@ def observe(model, state, output, slot, flags, blending):
     if state.time[2] == 0:
         account[STORED] = stored
     f.work_supplied, f.work_water, f.work_contact, f.dissipated = (
-        account[HELD], account[WATER], account[SURFACES], account[LOST_POWER])
-    f.energy_residual = stored - account[STORED] + account[LOST_POWER] - (
-        account[HELD] + account[WATER] + account[SURFACES])
+        account[HELD],
+        account[WATER],
+        account[SURFACES],
+        account[LOST_POWER],
+    )
+    f.energy_residual = (
+        stored - account[STORED] + account[LOST_POWER] - (account[HELD] + account[WATER] + account[SURFACES])
+    )
     f.iterations, f.substeps = np.int64(state.health[ITERATIONS]), np.int64(state.health[SUBSTEPS])
     f.residual = state.health[RESIDUAL]
     f.motion_source = np.int64(state.ship[SOURCE_NOW])
     f.motion_age = state.ship[AGE]
     f.command_age = state.winch[COMMAND_AGE]
-    detached = latch(loaded > 0 and spare > 0.0, state.events, state.time[0],
-                     model.reseat_ns if state.time[2] > 0 else 0)
+    detached = latch(
+        loaded > 0 and spare > 0.0, state.events, state.time[0], model.reseat_ns if state.time[2] > 0 else 0
+    )
     f.detachments = state.events[0]
     if least < -SLACK_TENSION:
         flags |= SLACK
@@ -308,10 +333,11 @@ def observe(model, state, output, slot, flags, blending):
     table = output.shape[slot]
     for n in range(last + 1):
         table[n, 0], table[n, 1], table[n, 2] = state.q[n, 0] + ox, state.q[n, 1] + oy, state.q[n, 2]
-        aboard = state.arc[n] < end + ahead   # curved over drum and sheave: the elements know better than the nodes
-        table[n, 3] = (tension_at(state.arc, state.tension, state.arc[n]) if aboard
-                       else node_tension(model.elements, state.q, last, n))
+        aboard = state.arc[n] < end + ahead  # curved over drum and sheave: the elements know better than the nodes
+        table[n, 3] = (
+            tension_at(state.arc, state.tension, state.arc[n])
+            if aboard
+            else node_tension(model.elements, state.q, last, n)
+        )
         table[n, 4] = state.arc[n]
     return flags
-
-

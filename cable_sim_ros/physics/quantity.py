@@ -18,8 +18,9 @@ REQUIRED = ...
 class Block(BaseModel):
     """Base of every group of scene parameters: frozen, no unknown keys, no NaN or infinity, bounds checked."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, use_enum_values=False,
-                              validate_default=True)
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, allow_inf_nan=False, use_enum_values=False, validate_default=True
+    )
 
     @field_validator("*", mode="before")
     @classmethod
@@ -39,14 +40,28 @@ class Block(BaseModel):
         outside = [i for i, part in enumerate(parts) if _outside(part, extra)]
         if outside:
             raise PydanticCustomError(
-                "out_of_range", "outside {interval} {unit}",
-                {"interval": interval(extra["low"], extra["high"], extra["above"]), "unit": extra["unit"],
-                 "components": outside})
+                "out_of_range",
+                "outside {interval} {unit}",
+                {
+                    "interval": interval(extra["low"], extra["high"], extra["above"]),
+                    "unit": extra["unit"],
+                    "components": outside,
+                },
+            )
         return value
 
 
-def quantity(default: Any, unit: str, low: float | None, high: float | None, doc: str,
-             source: str = "", *, above: float | None = None, configure: bool = True) -> Any:
+def quantity(
+    default: Any,
+    unit: str,
+    low: float | None,
+    high: float | None,
+    doc: str,
+    source: str = "",
+    *,
+    above: float | None = None,
+    configure: bool = True,
+) -> Any:
     """Declare one scene number.
 
     default: value, or REQUIRED; unit: SI unit ("1" for a pure number, "" for what is no number); low, high: closed
@@ -75,8 +90,11 @@ def _outside(value: Any, extra: dict) -> bool:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return False
     low, high, above = extra["low"], extra["high"], extra["above"]
-    return ((above is not None and value <= above) or (above is None and low is not None and value < low)
-            or (high is not None and value > high))
+    return (
+        (above is not None and value <= above)
+        or (above is None and low is not None and value < low)
+        or (high is not None and value > high)
+    )
 
 
 class Declared(NamedTuple):
@@ -84,7 +102,7 @@ class Declared(NamedTuple):
 
     key: str
     annotation: Any
-    default: Any           # REQUIRED when the scene must give it
+    default: Any  # REQUIRED when the scene must give it
     unit: str
     low: float | None
     high: float | None

@@ -18,9 +18,11 @@ def row_update(width: int):
     x and y are C-contiguous tables of float64; neither bounds nor overlap are checked.
     """
     if numba.config.DISABLE_JIT:
+
         def plain(x, i, a, s, y, j, b):
             for k, f in enumerate(s):
-                x[i, a:a + width] -= f * y[j + k, b:b + width]
+                x[i, a : a + width] -= f * y[j + k, b : b + width]
+
         return plain
     vector, index = ir.VectorType(ir.DoubleType(), width), ir.IntType(32)
     blank, first = ir.Constant(vector, ir.Undefined), ir.Constant(ir.VectorType(index, width), [0] * width)
@@ -36,8 +38,9 @@ def row_update(width: int):
         for k in range(signature.args[3].count):
             factor = builder.insert_element(blank, builder.extract_value(args[3], k), index(0))
             source = place(4, builder.add(args[5], ir.Constant(args[5].type, k)), args[6])
-            total = builder.fsub(total, builder.fmul(builder.shuffle_vector(factor, blank, first),
-                                                     builder.load(source, align=8)))
+            total = builder.fsub(
+                total, builder.fmul(builder.shuffle_vector(factor, blank, first), builder.load(source, align=8))
+            )
         builder.store(total, target, align=8)
         return context.get_dummy_value()
 

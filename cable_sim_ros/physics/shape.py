@@ -38,8 +38,12 @@ X4, W4 = np.array(GAUSS_4_X), np.array(GAUSS_4_W)
 X5, W5 = np.array(GAUSS_5_X), np.array(GAUSS_5_W)
 
 # integrals over [0, 1]: mass int N_i N_j, bending int N_i'' N_j'', weight int N_i
-MASS = np.array([[156.0, 22.0, 54.0, -13.0], [22.0, 4.0, 13.0, -3.0],
-                 [54.0, 13.0, 156.0, -22.0], [-13.0, -3.0, -22.0, 4.0]]) / 420.0
+MASS = (
+    np.array(
+        [[156.0, 22.0, 54.0, -13.0], [22.0, 4.0, 13.0, -3.0], [54.0, 13.0, 156.0, -22.0], [-13.0, -3.0, -22.0, 4.0]]
+    )
+    / 420.0
+)
 WEIGHT = np.array([0.5, 1.0 / 12.0, 0.5, -1.0 / 12.0])
 
 
@@ -48,13 +52,19 @@ def point_of(arc, q, v, e, x):
     """Position, velocity, tangent (not unit) of element e at xi = x."""
     length = arc[e + 1] - arc[e]
     n, d = shape(x), slope(x)
-    r = (n[0] * q[e, 0] + n[1] * length * q[e, 3] + n[2] * q[e + 1, 0] + n[3] * length * q[e + 1, 3],
-         n[0] * q[e, 1] + n[1] * length * q[e, 4] + n[2] * q[e + 1, 1] + n[3] * length * q[e + 1, 4],
-         n[0] * q[e, 2] + n[1] * length * q[e, 5] + n[2] * q[e + 1, 2] + n[3] * length * q[e + 1, 5])
-    w = (n[0] * v[e, 0] + n[1] * length * v[e, 3] + n[2] * v[e + 1, 0] + n[3] * length * v[e + 1, 3],
-         n[0] * v[e, 1] + n[1] * length * v[e, 4] + n[2] * v[e + 1, 1] + n[3] * length * v[e + 1, 4],
-         n[0] * v[e, 2] + n[1] * length * v[e, 5] + n[2] * v[e + 1, 2] + n[3] * length * v[e + 1, 5])
-    g = (d[0] * q[e, 0] + d[1] * length * q[e, 3] + d[2] * q[e + 1, 0] + d[3] * length * q[e + 1, 3],
-         d[0] * q[e, 1] + d[1] * length * q[e, 4] + d[2] * q[e + 1, 1] + d[3] * length * q[e + 1, 4],
-         d[0] * q[e, 2] + d[1] * length * q[e, 5] + d[2] * q[e + 1, 2] + d[3] * length * q[e + 1, 5])
+    r = (
+        n[0] * q[e, 0] + n[1] * length * q[e, 3] + n[2] * q[e + 1, 0] + n[3] * length * q[e + 1, 3],
+        n[0] * q[e, 1] + n[1] * length * q[e, 4] + n[2] * q[e + 1, 1] + n[3] * length * q[e + 1, 4],
+        n[0] * q[e, 2] + n[1] * length * q[e, 5] + n[2] * q[e + 1, 2] + n[3] * length * q[e + 1, 5],
+    )
+    w = (
+        n[0] * v[e, 0] + n[1] * length * v[e, 3] + n[2] * v[e + 1, 0] + n[3] * length * v[e + 1, 3],
+        n[0] * v[e, 1] + n[1] * length * v[e, 4] + n[2] * v[e + 1, 1] + n[3] * length * v[e + 1, 4],
+        n[0] * v[e, 2] + n[1] * length * v[e, 5] + n[2] * v[e + 1, 2] + n[3] * length * v[e + 1, 5],
+    )
+    g = (
+        d[0] * q[e, 0] + d[1] * length * q[e, 3] + d[2] * q[e + 1, 0] + d[3] * length * q[e + 1, 3],
+        d[0] * q[e, 1] + d[1] * length * q[e, 4] + d[2] * q[e + 1, 1] + d[3] * length * q[e + 1, 4],
+        d[0] * q[e, 2] + d[1] * length * q[e, 5] + d[2] * q[e + 1, 2] + d[3] * length * q[e + 1, 5],
+    )
     return r, w, g

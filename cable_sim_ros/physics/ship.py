@@ -28,19 +28,25 @@ NO_EPOCH = -1.0
 
 class Ship(Block):
     tow_speed: float = quantity(
-        0.0, "m/s", -15.0, 15.0, "mean speed ahead through the world frame, used by the start and by IMU-only motion")
+        0.0, "m/s", -15.0, 15.0, "mean speed ahead through the world frame, used by the start and by IMU-only motion"
+    )
     heading_deg: float = quantity(
-        0.0, "deg", -360.0, 360.0, "mean yaw at the start (ENU, from east to north), where no motion source gives it")
+        0.0, "deg", -360.0, 360.0, "mean yaw at the start (ENU, from east to north), where no motion source gives it"
+    )
     reference_height: float = quantity(
-        0.0, "m", -50.0, 50.0, "mean height of base_link above the water", "Westin 5: origin on the waterline")
+        0.0, "m", -50.0, 50.0, "mean height of base_link above the water", "Westin 5: origin on the waterline"
+    )
     start_blend: float = quantity(
-        10.0, "s", 0.1, 600.0, "time over which recorded motion is taken up from the static start")
+        10.0, "s", 0.1, 600.0, "time over which recorded motion is taken up from the static start"
+    )
     source_blend: float = quantity(2.0, "s", 0.1, 600.0, "time over which a changed motion source is taken up")
     stale_decay: float = quantity(
-        3.0, "s", 0.05, 600.0, "time constant with which motion dies out after the newest sample")
+        3.0, "s", 0.05, 600.0, "time constant with which motion dies out after the newest sample"
+    )
     stale_after: float = quantity(0.5, "s", 0.01, 60.0, "age of the newest sample at which motion counts as stale")
     max_gap: float = quantity(
-        1.5, "s", 0.02, 60.0, "a longer gap between samples begins a new epoch instead of being interpolated")
+        1.5, "s", 0.02, 60.0, "a longer gap between samples begins a new epoch instead of being interpolated"
+    )
 
 
 @inline
@@ -77,10 +83,20 @@ def spin(c, d, dd):
 @inline
 def quaternion(c):
     """Unit quaternion x y z w of the attitude c[3:6]."""
-    cr, sr, cp, sp, cy, sy = (cos(0.5 * c[3]), sin(0.5 * c[3]), cos(0.5 * c[4]), sin(0.5 * c[4]),
-                              cos(0.5 * c[5]), sin(0.5 * c[5]))
-    return (sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy,
-            cr * cp * cy + sr * sp * sy)
+    cr, sr, cp, sp, cy, sy = (
+        cos(0.5 * c[3]),
+        sin(0.5 * c[3]),
+        cos(0.5 * c[4]),
+        sin(0.5 * c[4]),
+        cos(0.5 * c[5]),
+        sin(0.5 * c[5]),
+    )
+    return (
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+        cr * cp * cy + sr * sp * sy,
+    )
 
 
 @inline
@@ -102,8 +118,11 @@ def hermite(t, h, x0, v0, x1, v1):
     s = t / h
     b = 3.0 * (x1 - x0) - h * (2.0 * v0 + v1)
     c = -2.0 * (x1 - x0) + h * (v0 + v1)
-    return (x0 + s * (h * v0 + s * (b + s * c)), v0 + s * (2.0 * b + 3.0 * s * c) / h,
-            (2.0 * b + 6.0 * s * c) / (h * h))
+    return (
+        x0 + s * (h * v0 + s * (b + s * c)),
+        v0 + s * (2.0 * b + 3.0 * s * c) / h,
+        (2.0 * b + 6.0 * s * c) / (h * h),
+    )
 
 
 @inline
@@ -143,7 +162,7 @@ def path(t, epoch, inputs, frame, start, mean, decay, out):
         return 0.0, 0.0
     row = before if before >= 0 else newest
     fx, fy = frame_shift(frame, inputs.motion_time[row], start)
-    if before >= 0 and newest != before:   # newest is now the first sample after t
+    if before >= 0 and newest != before:  # newest is now the first sample after t
         h = (inputs.motion_time[newest] - inputs.motion_time[before]) * 1e-9
         gx, gy = frame_shift(frame, inputs.motion_time[newest], start)
         for i in range(6):
@@ -151,8 +170,13 @@ def path(t, epoch, inputs, frame, start, mean, decay, out):
             g = gx if i == 0 else (gy if i == 1 else 0.0)
             w = frame[2] if i == 0 else (frame[3] if i == 1 else 0.0)
             out[i], out[6 + i], out[12 + i] = hermite(
-                (t - inputs.motion_time[before]) * 1e-9, h, inputs.motion[before, i] - f,
-                inputs.motion[before, 6 + i] - w, inputs.motion[newest, i] - g, inputs.motion[newest, 6 + i] - w)
+                (t - inputs.motion_time[before]) * 1e-9,
+                h,
+                inputs.motion[before, i] - f,
+                inputs.motion[before, 6 + i] - w,
+                inputs.motion[newest, i] - g,
+                inputs.motion[newest, 6 + i] - w,
+            )
         return inputs.motion[before, SOURCE], (t - inputs.motion_time[newest]) * 1e-9
     tau = (t - inputs.motion_time[row]) * 1e-9
     fade = exp(-tau / decay) if tau > 0.0 else 1.0
@@ -160,7 +184,7 @@ def path(t, epoch, inputs, frame, start, mean, decay, out):
         f = fx if i == 0 else (fy if i == 1 else 0.0)
         w = frame[2] if i == 0 else (frame[3] if i == 1 else 0.0)
         x, v = inputs.motion[row, i] - f, inputs.motion[row, 6 + i] - w
-        if tau <= 0.0:   # before the first sample of the epoch: straight back
+        if tau <= 0.0:  # before the first sample of the epoch: straight back
             out[i], out[6 + i] = x + v * tau, v
         else:
             rest = mean[i] if 2 <= i <= 4 else x
@@ -213,8 +237,12 @@ def follow(t, t_next, ship, clock, inputs, frame, start, mean, decay, start_blen
             break
     if epoch == old:
         newest = (head - 1) % MOTION_ROWS
-        if head == 0 or ship[AGE] <= 0.0 or inputs.motion[newest, EPOCH] != epoch or (
-                inputs.motion_time[newest] <= t - np.int64(ship[AGE] * 1e9) + 1000):
+        if (
+            head == 0
+            or ship[AGE] <= 0.0
+            or inputs.motion[newest, EPOCH] != epoch
+            or (inputs.motion_time[newest] <= t - np.int64(ship[AGE] * 1e9) + 1000)
+        ):
             return clock
     path(t, epoch, inputs, frame, start, mean, decay, work)
     for i in range(12):

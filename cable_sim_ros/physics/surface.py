@@ -19,25 +19,52 @@ from .jit import inline
 from .quantity import REQUIRED, Block, quantity
 from .vec import axpy, cross, dot, scale
 
-(CENTRE, SPEED, SPIN, AXIS, RADIUS, SLOPE_SIN, SLOPE_COS, STIFFNESS, DAMPING, RIM, TOP, CREST, SECOND_FLANK,
- BODY) = (0, 3, 6, 9, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21)   # BODY: centre in base_link
+(CENTRE, SPEED, SPIN, AXIS, RADIUS, SLOPE_SIN, SLOPE_COS, STIFFNESS, DAMPING, RIM, TOP, CREST, SECOND_FLANK, BODY) = (
+    0,
+    3,
+    6,
+    9,
+    12,
+    13,
+    14,
+    15,
+    16,
+    17,
+    18,
+    19,
+    20,
+    21,
+)  # BODY: centre in base_link
 SURFACE_COLUMNS = 24
 NO_TOP = 1e30
 
 
 class Sheave(Block):
     position: tuple[float, float, float] = quantity(
-        REQUIRED, "m", -200.0, 200.0, "sheave centre in base_link (x forward, y left, z up)", "Westin Table 8")
+        REQUIRED, "m", -200.0, 200.0, "sheave centre in base_link (x forward, y left, z up)", "Westin Table 8"
+    )
     radius: float = quantity(REQUIRED, "m", 0.005, 10.0, "radius at the root of the groove", "Westin Table 8")
     groove_depth: float = quantity(0.01, "m", 1e-4, 1.0, "depth of the groove", "Westin Table 8")
     throat_angle_deg: float = quantity(60.0, "deg", 5.0, 170.0, "angle between the flanks", "Westin Table 8")
     rim_radius: float = quantity(
-        0.005, "m", 0.0, 0.5, "rounding of the rim, from the flank into the cheek; reaching at most half-way down the "
-        "groove", "no source: half the shipped cable's diameter")
+        0.005,
+        "m",
+        0.0,
+        0.5,
+        "rounding of the rim, from the flank into the cheek; reaching at most half-way down the groove",
+        "no source: half the shipped cable's diameter",
+    )
 
 
-def surface_row(position, seat_radius: float, throat_angle: float | None, groove_depth: float, rim: float,
-                stiffness: float, damping: float) -> np.ndarray:
+def surface_row(
+    position,
+    seat_radius: float,
+    throat_angle: float | None,
+    groove_depth: float,
+    rim: float,
+    stiffness: float,
+    damping: float,
+) -> np.ndarray:
     """One row: centre in base_link [m], radius of the seated centreline [m], throat angle [rad] (None: drum), SI
     units.
 
@@ -45,7 +72,7 @@ def surface_row(position, seat_radius: float, throat_angle: float | None, groove
     """
     row = np.zeros(SURFACE_COLUMNS)
     half = 0.5 * pi if throat_angle is None else 0.5 * throat_angle
-    row[BODY:BODY + 3] = position
+    row[BODY : BODY + 3] = position
     row[RADIUS], row[STIFFNESS], row[DAMPING] = seat_radius, stiffness, damping
     if throat_angle is None:
         row[SLOPE_SIN], row[SLOPE_COS], row[SECOND_FLANK] = 1.0, 0.0, 0.0
@@ -74,7 +101,7 @@ def own_half(side, y, h, er, ey, s):
 
     side: 1 where the point is at +e_y, -1 at -e_y.
     """
-    u, w = side * y - s[CREST], h - (s[TOP] - s[RIM])   # from the middle of the round rim
+    u, w = side * y - s[CREST], h - (s[TOP] - s[RIM])  # from the middle of the round rim
     reach = sqrt(u * u + w * w + 1e-30)
     rim, cheek = w > 0.0 and u * s[SLOPE_SIN] + w * s[SLOPE_COS] > 0.0, u > 0.0
     across = u / reach if rim else (1.0 if cheek else -s[SLOPE_COS])

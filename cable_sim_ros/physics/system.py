@@ -1,6 +1,6 @@
 """The order of physics: ship -> surfaces -> winch -> water -> cable -> towbody -> Frame, one tick in one compiled call.
 
-The types stand in tow.py (Model, State), inputs.py and observe.py (Output); sim/drive.py is the compiled entry.
+The types stand in tow.py (Model, State), inputs.py and observe.py (Output); sim/entry.py is the compiled entry.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from .tow import TICK, keep, roll_back, step, tow_line
 from .towbody import turn_into_flow
 from .winch import AT_END, COMMAND_AGE, COMMANDED, STALE, command
 
-NOW, START, COUNT, CLOCK = 0, 1, 2, 3   # State.time [ns, ns, 1, ns]
+NOW, START, COUNT, CLOCK = 0, 1, 2, 3  # State.time [ns, ns, 1, ns]
 
 
 @driver
@@ -56,8 +56,19 @@ def _tick(model, state, inputs, output, slot):
     keep(state.q, state.v, state.a, state.x, state.winch, state.setpoint, state.kept[TICK], state.controls[TICK])
     state.health[ITERATIONS], state.health[SUBSTEPS] = 0.0, 0.0
     state.time[CLOCK] = follow(
-        begin, end, state.ship, state.time[CLOCK], inputs, state.frame, state.time[START], model.mean,
-        model.stale_decay, model.start_blend, model.source_blend, state.ship_work)
+        begin,
+        end,
+        state.ship,
+        state.time[CLOCK],
+        inputs,
+        state.frame,
+        state.time[START],
+        model.mean,
+        model.stale_decay,
+        model.start_blend,
+        model.source_blend,
+        state.ship_work,
+    )
     commanded = state.winch[COMMANDED]
     rate = command(end, model.tick_ns * 1e-9, model.winch, inputs, state.winch)
     stale, age = state.winch[STALE], state.winch[COMMAND_AGE]

@@ -23,67 +23,67 @@ from .winch import ACCEL_NOW, COMMANDED, LENGTH_NOW, RATE_NOW, drum_point, servo
 class Model(NamedTuple):
     """The scene as numbers for kernels; arrays are read-only except the two that may be set between ticks."""
 
-    elements: np.ndarray      # [groups, ROWS, LANES] element table
-    surfaces: np.ndarray      # [n, SURFACE_COLUMNS] contact surfaces in base_link
-    held: np.ndarray          # [nodes, 6] 1 where an unknown is imposed: the end on the drum
-    bodies: np.ndarray        # [1, BODY_ROWS] towbody
-    seats: np.ndarray         # int64 [1] its node
-    loads: np.ndarray         # [0, LOAD_COLUMNS] nodal loads: none in a tow
-    struts: np.ndarray        # [0, STRUT_COLUMNS]: none in a tow
-    winch: np.ndarray         # [WINCH_ROWS]
-    setpoint: np.ndarray      # [SETPOINT_ROWS], writeable
-    mean: np.ndarray          # [6], writeable: mean coordinates of base_link in the tow frame
-    sheave: int               # row of the sheave in surfaces
-    tick_ns: int              # ns
+    elements: np.ndarray  # [groups, ROWS, LANES] element table
+    surfaces: np.ndarray  # [n, SURFACE_COLUMNS] contact surfaces in base_link
+    held: np.ndarray  # [nodes, 6] 1 where an unknown is imposed: the end on the drum
+    bodies: np.ndarray  # [1, BODY_ROWS] towbody
+    seats: np.ndarray  # int64 [1] its node
+    loads: np.ndarray  # [0, LOAD_COLUMNS] nodal loads: none in a tow
+    struts: np.ndarray  # [0, STRUT_COLUMNS]: none in a tow
+    winch: np.ndarray  # [WINCH_ROWS]
+    setpoint: np.ndarray  # [SETPOINT_ROWS], writeable
+    mean: np.ndarray  # [6], writeable: mean coordinates of base_link in the tow frame
+    sheave: int  # row of the sheave in surfaces
+    tick_ns: int  # ns
     max_iterations: int
     max_halvings: int
-    gravity: float            # m/s^2
+    gravity: float  # m/s^2
     rho_inf: float
-    tolerance: float          # N
-    stale_after: float        # s
-    stale_decay: float        # s
-    start_blend: float        # s
-    source_blend: float       # s
+    tolerance: float  # N
+    stale_after: float  # s
+    stale_decay: float  # s
+    start_blend: float  # s
+    source_blend: float  # s
     penetration_limit: float  # m
-    groove_depth: float       # m
-    reseat_ns: int            # ns
-    bending_length: float     # m, sqrt(EI/T) at working tension
+    groove_depth: float  # m
+    reseat_ns: int  # ns
+    bending_length: float  # m, sqrt(EI/T) at working tension
 
 
 class State(NamedTuple):
     """Everything that changes, preallocated and updated in place."""
 
-    time: np.ndarray          # int64 [4] now, start [ns], ticks, start of the blend [ns]
-    halted: np.ndarray        # int64 [1] flags of a halted run
-    events: np.ndarray        # int64 [3] detachments, seated, since when it presses [ns], see latch()
-    frame: np.ndarray         # [4] tow frame: origin x y [m] at the start, velocity [m/s]
-    current: np.ndarray       # [4] surface current relative to the tow frame [m/s], gradient [1/s]
-    arc: np.ndarray           # [nodes] unstretched arc length from the drum end [m]; may change (pay-out by flow)
-    q: np.ndarray             # [nodes, 6] r [m, tow frame], g [1]
+    time: np.ndarray  # int64 [4] now, start [ns], ticks, start of the blend [ns]
+    halted: np.ndarray  # int64 [1] flags of a halted run
+    events: np.ndarray  # int64 [3] detachments, seated, since when it presses [ns], see latch()
+    frame: np.ndarray  # [4] tow frame: origin x y [m] at the start, velocity [m/s]
+    current: np.ndarray  # [4] surface current relative to the tow frame [m/s], gradient [1/s]
+    arc: np.ndarray  # [nodes] unstretched arc length from the drum end [m]; may change (pay-out by flow)
+    q: np.ndarray  # [nodes, 6] r [m, tow frame], g [1]
     v: np.ndarray
     a: np.ndarray
-    x: np.ndarray             # auxiliary acceleration
-    kept: np.ndarray          # [2, 4, nodes, 6] q v a x at the beginning of the step and of the tick
-    gain: np.ndarray          # [nodes, 6] what a gained in the step before
-    tension: np.ndarray       # [elements] N
-    reaction: np.ndarray      # [nodes, 6] force of the drum on the cable end [N], the other rows zero
-    ship: np.ndarray          # [SHIP_STATE]
-    ship_work: np.ndarray     # [SHIP_STATE]
-    sheave: np.ndarray        # [6] sheave centre and its velocity, tow frame
-    surfaces: np.ndarray      # [n, SURFACE_COLUMNS] in the world
-    winch: np.ndarray         # [WINCH_STATE]
-    setpoint: np.ndarray      # [SETPOINT_STATE]
-    controls: np.ndarray      # [2, 2, 16] winch and set-point at the beginning of the step and of the tick
-    flow: np.ndarray          # [1, 6] low-passed flow past the body [m/s], turning rate of the body [rad/s]
-    measured: np.ndarray      # [3] departure angle [rad], tension [N] of the last tick, as instruments show; seat() [m]
-    account: np.ndarray       # [POWERS + 1] work [J] of Work.power since the start, energy stored at the start
-    before: np.ndarray        # [POWERS] W, powers at the end of the last step
-    health: np.ndarray        # [HEALTH] see line.py
+    x: np.ndarray  # auxiliary acceleration
+    kept: np.ndarray  # [2, 4, nodes, 6] q v a x at the beginning of the step and of the tick
+    gain: np.ndarray  # [nodes, 6] what a gained in the step before
+    tension: np.ndarray  # [elements] N
+    reaction: np.ndarray  # [nodes, 6] force of the drum on the cable end [N], the other rows zero
+    ship: np.ndarray  # [SHIP_STATE]
+    ship_work: np.ndarray  # [SHIP_STATE]
+    sheave: np.ndarray  # [6] sheave centre and its velocity, tow frame
+    surfaces: np.ndarray  # [n, SURFACE_COLUMNS] in the world
+    winch: np.ndarray  # [WINCH_STATE]
+    setpoint: np.ndarray  # [SETPOINT_STATE]
+    controls: np.ndarray  # [2, 2, 16] winch and set-point at the beginning of the step and of the tick
+    flow: np.ndarray  # [1, 6] low-passed flow past the body [m/s], turning rate of the body [rad/s]
+    measured: np.ndarray  # [3] departure angle [rad], tension [N] of the last tick, as instruments show; seat() [m]
+    account: np.ndarray  # [POWERS + 1] work [J] of Work.power since the start, energy stored at the start
+    before: np.ndarray  # [POWERS] W, powers at the end of the last step
+    health: np.ndarray  # [HEALTH] see line.py
     work: Work
 
 
-STEP, TICK = 0, 1   # rows of State.kept and State.controls
-LEFT, SEATED, SINCE = 0, 1, 2   # State.events, see contact.latch
+STEP, TICK = 0, 1  # rows of State.kept and State.controls
+LEFT, SEATED, SINCE = 0, 1, 2  # State.events, see contact.latch
 # s; a longer step must not end off the sheave it began on, nor higher than half-way up the groove that it began in, nor
 # with a cable deeper in it than its rim is round: Newton may converge on the wrong side (trap T5). Shorter ones may
 LEAVE_STEP = 2e-3
@@ -92,9 +92,30 @@ LEAVE_STEP = 2e-3
 def tow_line(model: Model, state: State) -> Line:
     """The tow as the solver sees it."""
     return Line(
-        model.elements, model.held, model.bodies, model.seats, model.loads, model.struts, state.arc, state.q, state.v,
-        state.a, state.x, state.kept[STEP], state.gain, state.current, state.surfaces, state.flow, state.tension,
-        state.reaction, state.health, state.work, model.gravity, model.tolerance, model.max_iterations)
+        model.elements,
+        model.held,
+        model.bodies,
+        model.seats,
+        model.loads,
+        model.struts,
+        state.arc,
+        state.q,
+        state.v,
+        state.a,
+        state.x,
+        state.kept[STEP],
+        state.gain,
+        state.current,
+        state.surfaces,
+        state.flow,
+        state.tension,
+        state.reaction,
+        state.health,
+        state.work,
+        model.gravity,
+        model.tolerance,
+        model.max_iterations,
+    )
 
 
 line_of = inline(tow_line)
@@ -132,7 +153,7 @@ def roll_back(q, v, a, x, winch, points, kept, controls):
 @driver
 def place_surfaces(model, state):
     """Contact surfaces and sheave at the ship's present pose."""
-    c, d, dd = state.ship[COORD:COORD + 6], state.ship[SHIP_RATE:SHIP_RATE + 6], state.ship[ACCEL:ACCEL + 6]
+    c, d, dd = state.ship[COORD : COORD + 6], state.ship[SHIP_RATE : SHIP_RATE + 6], state.ship[ACCEL : ACCEL + 6]
     omega, _ = spin(c, d, dd)
     axis = rotate(c, (0.0, 1.0, 0.0))
     zero = (0.0, 0.0, 0.0)
@@ -153,8 +174,9 @@ def place_surfaces(model, state):
 def hold_end(model, state):
     """Position, velocity and acceleration of the cable end on the drum, imposed exactly."""
     p, v, a = drum_point(model.winch, state.winch[LENGTH_NOW], state.winch[RATE_NOW], state.winch[ACCEL_NOW])
-    p, v, a = hull_point(state.ship[COORD:COORD + 6], state.ship[SHIP_RATE:SHIP_RATE + 6],
-                         state.ship[ACCEL:ACCEL + 6], p, v, a)
+    p, v, a = hull_point(
+        state.ship[COORD : COORD + 6], state.ship[SHIP_RATE : SHIP_RATE + 6], state.ship[ACCEL : ACCEL + 6], p, v, a
+    )
     for k in range(3):
         state.q[0, k] = p[k]
         state.v[0, k] = v[k]
@@ -223,7 +245,7 @@ def astray(model, state, h, now):
         return False
     if through == 1 or (state.events[SINCE] >= 0 and now < 0.0):
         return True
-    high = 0.5 * s[TOP]   # where the rim begins at the latest
+    high = 0.5 * s[TOP]  # where the rim begins at the latest
     return now < high and state.measured[2] >= high
 
 
@@ -241,8 +263,9 @@ def step(model, state, inputs, t, h, command_rate):
     blending = evaluate(t, state.ship, state.time[3], inputs, state.frame, state.time[1], model.mean, model.stale_decay)
     place_surfaces(model, state)
     s = state.sheave
-    length, rate = compensation(model.setpoint, state.setpoint, (s[0], s[1], s[2]), (s[3], s[4], s[5]),
-                                state.measured[0])
+    length, rate = compensation(
+        model.setpoint, state.setpoint, (s[0], s[1], s[2]), (s[3], s[4], s[5]), state.measured[0]
+    )
     length += state.winch[COMMANDED]
     rate += command_rate
     servo(h, model.winch, state.winch, state.setpoint[LENGTH], state.setpoint[RATE], length, rate)
@@ -257,7 +280,7 @@ def step(model, state, inputs, t, h, command_rate):
         copy_row(state.controls[STEP, 0], state.winch)
         copy_row(state.controls[STEP, 1], state.setpoint)
         return False, blending
-    for i in range(POWERS):   # trapezium; the powers of the last residual are those of the end of the step
+    for i in range(POWERS):  # trapezium; the powers of the last residual are those of the end of the step
         state.account[i] += 0.5 * h * (state.before[i] + state.work.power[i])
         state.before[i] = state.work.power[i]
     state.measured[2] = now

@@ -17,7 +17,7 @@ from .quantity import REQUIRED, Block, quantity
 from .vec import axpy, dot, scale
 
 # rows of the body table
-MASS, BUOYANCY, ADDED, DRAG, LIFT, SIZE, FLOW_TIME = 0, 1, 2, 5, 8, 9, 10   # ADDED, DRAG: three each
+MASS, BUOYANCY, ADDED, DRAG, LIFT, SIZE, FLOW_TIME = 0, 1, 2, 5, 8, 9, 10  # ADDED, DRAG: three each
 BODY_ROWS = 11
 SPEED_FLOOR = 1e-3
 
@@ -26,13 +26,17 @@ class Towbody(Block):
     mass: float = quantity(REQUIRED, "kg", 1e-6, 1e6, "dry mass", "Westin Table 8")
     net_weight: float = quantity(REQUIRED, "N", -1e6, 1e7, "weight less buoyancy in water", "Westin Table 8")
     added_mass: tuple[float, float, float] = quantity(
-        (0.0, 0.0, 0.0), "kg", 0.0, 1e7, "added mass along x, y, z: rho V C_m", "Westin (89)")
+        (0.0, 0.0, 0.0), "kg", 0.0, 1e7, "added mass along x, y, z: rho V C_m", "Westin (89)"
+    )
     drag_area: tuple[float, float, float] = quantity(
-        (0.0, 0.0, 0.0), "m^2", 0.0, 1e4, "drag area A C_D along x, y, z", "Westin (87)")
+        (0.0, 0.0, 0.0), "m^2", 0.0, 1e4, "drag area A C_D along x, y, z", "Westin (87)"
+    )
     lift_area: float = quantity(
-        0.0, "m^2", -1e3, 1e3, "lift area S C_L of the hydrofoil, negative pressing down", "Westin 5.2")
+        0.0, "m^2", -1e3, 1e3, "lift area S C_L of the hydrofoil, negative pressing down", "Westin 5.2"
+    )
     flow_time_constant: float = quantity(
-        5.0, "s", 1e-2, 1e3, "time in which the body turns into the local flow", configure=False)
+        5.0, "s", 1e-2, 1e3, "time in which the body turns into the local flow", configure=False
+    )
 
 
 def body_table(body: Towbody, gravity: float, density: float) -> np.ndarray:
@@ -40,8 +44,8 @@ def body_table(body: Towbody, gravity: float, density: float) -> np.ndarray:
     row = np.zeros(BODY_ROWS)
     row[MASS] = body.mass
     row[BUOYANCY] = body.mass * gravity - body.net_weight
-    row[ADDED:ADDED + 3] = body.added_mass
-    row[DRAG:DRAG + 3] = 0.5 * density * np.array(body.drag_area)
+    row[ADDED : ADDED + 3] = body.added_mass
+    row[DRAG : DRAG + 3] = 0.5 * density * np.array(body.drag_area)
     row[LIFT] = 0.5 * density * body.lift_area
     row[SIZE] = 0.5 * max(row[BUOYANCY] / (density * max(gravity, 1e-9)), 1e-6) ** (1.0 / 3.0)
     row[FLOW_TIME] = body.flow_time_constant
@@ -88,10 +92,15 @@ def load(row, gravity, q, v, a, current, flow, c1, c2, sigma, tangent, band):
         return power
     # body-axes derivative of the wet load to u, diag(k) (speed I + u u^T / speed) + lift, turned into the world
     per_speed = 1.0 / speed
-    jac = ((kx * (speed + bx * bx * per_speed), kx * bx * by * per_speed, kx * bx * bz * per_speed),
-           (ky * by * bx * per_speed, ky * (speed + by * by * per_speed), ky * by * bz * per_speed),
-           (kz * bz * bx * per_speed + 2.0 * row[LIFT] * bx, kz * bz * by * per_speed + 2.0 * row[LIFT] * by,
-            kz * (speed + bz * bz * per_speed)))
+    jac = (
+        (kx * (speed + bx * bx * per_speed), kx * bx * by * per_speed, kx * bx * bz * per_speed),
+        (ky * by * bx * per_speed, ky * (speed + by * by * per_speed), ky * by * bz * per_speed),
+        (
+            kz * bz * bx * per_speed + 2.0 * row[LIFT] * bx,
+            kz * bz * by * per_speed + 2.0 * row[LIFT] * by,
+            kz * (speed + bz * bz * per_speed),
+        ),
+    )
     turn = ((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0))
     load_z = (wx, wy, lz)
     for i in range(3):

@@ -12,7 +12,7 @@ from .quantity import Block, quantity
 class Water(Block):
     density: float = quantity(1026.0, "kg/m^3", 900.0, 1100.0, "density of the water", "sea water")
     viscosity: float = quantity(1.2e-3, "Pa s", 1e-4, 1e-2, "dynamic viscosity", "sea water at 13 deg C")
-    current: tuple[float, float] = quantity(
-        (0.0, 0.0), "m/s", -10.0, 10.0, "current at the surface, east and north")
+    current: tuple[float, float] = quantity((0.0, 0.0), "m/s", -10.0, 10.0, "current at the surface, east and north")
     current_gradient: tuple[float, float] = quantity(
-        (0.0, 0.0), "1/s", -1.0, 1.0, "growth of the current per metre of depth, east and north", "Westin (140)")
+        (0.0, 0.0), "1/s", -1.0, 1.0, "growth of the current per metre of depth, east and north", "Westin (140)"
+    )

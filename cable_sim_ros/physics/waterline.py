@@ -35,7 +35,7 @@ def wet_intervals(z, bounds):
     a, b, c = 3.0 * c3, 2.0 * c2, c1
     disc = b * b - 4.0 * a * c
     if disc > 0.0:
-        s = disc ** 0.5
+        s = disc**0.5
         q = -0.5 * (b + s) if b > 0.0 else -0.5 * (b - s)
         e1 = q / a if a != 0.0 else 2.0
         e2 = c / q if q != 0.0 else 2.0
@@ -53,7 +53,7 @@ def wet_intervals(z, bounds):
         zl, zh = height(z, lo), height(z, hi)
         if (zl < 0.0) == (zh < 0.0):
             continue
-        for _ in range(60):   # bisection to the last bit: monotone piece, robust at tangency
+        for _ in range(60):  # bisection to the last bit: monotone piece, robust at tangency
             mid = 0.5 * (lo + hi)
             if (height(z, mid) < 0.0) == (zl < 0.0):
                 lo = mid
@@ -127,7 +127,8 @@ def waterline(e, group_x, group_p, current, c1, c2, tangent, work, force, k):
             for j in range(4):
                 for c in range(9):
                     k[9 * (4 * i + j) + c, e] -= n[i, lane] * (
-                        n[j, lane] * work.by_place[0, c, lane] + d[j, lane] * work.by_slope[0, c, lane])
+                        n[j, lane] * work.by_place[0, c, lane] + d[j, lane] * work.by_slope[0, c, lane]
+                    )
     for lane in range(LANES):
         weight[lane] = length
     water_load(t, p, weight, second, work.load[0])

@@ -15,26 +15,41 @@ from .quantity import REQUIRED, Block, quantity
 # State.winch (float64), lengths relative to the start, positive out
 LENGTH_NOW, RATE_NOW, ACCEL_NOW, COMMANDED, COMMAND_AGE, STALE, AT_END, TARGET, TARGET_RATE = range(9)
 WINCH_STATE = 9
-SERVO_STEP = 1e-3   # s
+SERVO_STEP = 1e-3  # s
 
 # Model.winch (float64)
 (CENTRE, SEAT, ANGLE_0, SIDE, GAIN_P, GAIN_D, RATE_MOST, ACCEL_MOST, TIMEOUT, PAYOUT_0, LENGTH_LEAST, LENGTH_MOST) = (
-    0, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13)
+    0,
+    3,
+    4,
+    5,
+    6,
+    7,
+    8,
+    9,
+    10,
+    11,
+    12,
+    13,
+)
 WINCH_ROWS = 14
 
 
 class Winch(Block):
     position: tuple[float, float, float] = quantity(
-        REQUIRED, "m", -200.0, 200.0, "drum centre in base_link (x forward, y left, z up)", "Westin Table 8")
+        REQUIRED, "m", -200.0, 200.0, "drum centre in base_link (x forward, y left, z up)", "Westin Table 8"
+    )
     drum_radius: float = quantity(REQUIRED, "m", 0.01, 10.0, "radius of the drum surface", "Westin Table 8")
     wrap: float = quantity(
-        3.8, "rad", 0.1, 600.0, "angle from the top of the drum to the fixed cable end at the start", "Westin 5.4")
+        3.8, "rad", 0.1, 600.0, "angle from the top of the drum to the fixed cable end at the start", "Westin 5.4"
+    )
     proportional_gain: float = quantity(250.0, "1/s^2", 0.0, 1e5, "servo gain k1", "Westin Table 9")
     derivative_gain: float = quantity(50.0, "1/s", 0.0, 1e4, "servo gain k2", "Westin Table 9")
     max_rate: float = quantity(5.0, "m/s", 1e-3, 50.0, "largest pay-out speed")
     max_acceleration: float = quantity(20.0, "m/s^2", 1e-3, 500.0, "largest pay-out acceleration")
     command_timeout: float = quantity(
-        0.5, "s", 0.01, 3600.0, "a rate command older than this is held at its length", configure=False)
+        0.5, "s", 0.01, 3600.0, "a rate command older than this is held at its length", configure=False
+    )
 
 
 @inline
@@ -80,7 +95,7 @@ def command(t, h, row, inputs, winch):
             elif rate != 0.0:
                 winch[STALE] = 1.0
         else:
-            continue   # nothing commanded: the one before holds
+            continue  # nothing commanded: the one before holds
         winch[COMMANDED] += move
         return move / h
     return 0.0
@@ -103,7 +118,8 @@ def servo(h, row, winch, x0, v0, x1, v1):
             target, rate = clip(target, row[LENGTH_LEAST], row[LENGTH_MOST]), 0.0
             winch[AT_END] = 1.0
         new = (k1 * (target - x - d * v - 0.25 * d * d * a) + k2 * (rate - v - 0.5 * d * a)) / (
-            1.0 + 0.25 * k1 * d * d + 0.5 * k2 * d)
+            1.0 + 0.25 * k1 * d * d + 0.5 * k2 * d
+        )
         new = clip(new, -row[ACCEL_MOST], row[ACCEL_MOST])
         speed = clip(v + 0.5 * d * (a + new), -row[RATE_MOST], row[RATE_MOST])
         x += 0.5 * d * (v + speed)

@@ -9,8 +9,8 @@ from __future__ import annotations
 SECOND = 1_000_000_000
 BUCKET = SECOND
 BUCKETS = 30
-JUMP = SECOND        # ns; a larger step of the stamps against arrival is a jump of the clock
-CONFIRM = 5          # stamps in a row that must agree before a jump is believed
+JUMP = SECOND  # ns; a larger step of the stamps against arrival is a jump of the clock
+CONFIRM = 5  # stamps in a row that must agree before a jump is believed
 
 
 class DataClock:

@@ -8,8 +8,8 @@ from collections import Counter
 from ..physics.inputs import Inputs, push_command
 
 JOINT = "payout"
-FOREIGN_STAMP = 1_000_000_000   # ns; a stamp further off the data's clock is of another clock: arrival counts
-LIMIT = 1e5                     # m, m/s: a number beyond this is no command
+FOREIGN_STAMP = 1_000_000_000  # ns; a stamp further off the data's clock is of another clock: arrival counts
+LIMIT = 1e5  # m, m/s: a number beyond this is no command
 
 
 class CommandIngest:
@@ -19,7 +19,7 @@ class CommandIngest:
         self.inputs = inputs
         self.accepted = 0
         self.dropped: Counter[str] = Counter()
-        self.last_arrival: int | None = None   # ns, CLOCK_MONOTONIC
+        self.last_arrival: int | None = None  # ns, CLOCK_MONOTONIC
         self._last_stamp = -(2**62)
 
     def reset(self) -> None:

@@ -10,16 +10,20 @@ from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValu
 
 from .params import ParameterError, Row
 
-TYPES = {float: ParameterType.PARAMETER_DOUBLE, int: ParameterType.PARAMETER_INTEGER,
-         bool: ParameterType.PARAMETER_BOOL, str: ParameterType.PARAMETER_STRING,
-         list: ParameterType.PARAMETER_DOUBLE_ARRAY}
-HUGE = sys.float_info.max     # a ROS range has no open end
+TYPES = {
+    float: ParameterType.PARAMETER_DOUBLE,
+    int: ParameterType.PARAMETER_INTEGER,
+    bool: ParameterType.PARAMETER_BOOL,
+    str: ParameterType.PARAMETER_STRING,
+    list: ParameterType.PARAMETER_DOUBLE_ARRAY,
+}
+HUGE = sys.float_info.max  # a ROS range has no open end
 HUGE_INT = 2**63 - 1
 
 
 def overrides_of(node) -> dict[str, Any]:
     """Values given to this node by parameter files and `-p`; {} where rclpy no longer tells."""
-    given = getattr(node, "_parameter_overrides", None)   # not public, but the only place that knows the unknown names
+    given = getattr(node, "_parameter_overrides", None)  # not public, but the only place that knows the unknown names
     return {} if given is None else {name: parameter.value for name, parameter in given.items()}
 
 
@@ -30,18 +34,30 @@ def descriptor(row: Row) -> ParameterDescriptor:
         text += "; nan: none"
     if row.source:
         text += f" (source: {row.source})"
-    result = ParameterDescriptor(name=row.name, type=TYPES[row.kind], description=text, read_only=row.configure,
-                                 additional_constraints=row.range_text)
+    result = ParameterDescriptor(
+        name=row.name,
+        type=TYPES[row.kind],
+        description=text,
+        read_only=row.configure,
+        additional_constraints=row.range_text,
+    )
     low = row.above if row.above is not None else row.low
     if row.nullable or (low is None and row.high is None):
-        return result     # rclpy holds nan to be out of every range
+        return result  # rclpy holds nan to be out of every range
     if row.kind is float:
-        result.floating_point_range = [FloatingPointRange(
-            from_value=float(-HUGE if low is None else low), to_value=float(HUGE if row.high is None else row.high))]
+        result.floating_point_range = [
+            FloatingPointRange(
+                from_value=float(-HUGE if low is None else low), to_value=float(HUGE if row.high is None else row.high)
+            )
+        ]
     elif row.kind is int:
-        result.integer_range = [IntegerRange(
-            from_value=int(-HUGE_INT if low is None else low), to_value=int(HUGE_INT if row.high is None else row.high),
-            step=1)]
+        result.integer_range = [
+            IntegerRange(
+                from_value=int(-HUGE_INT if low is None else low),
+                to_value=int(HUGE_INT if row.high is None else row.high),
+                step=1,
+            )
+        ]
     return result
 
 

@@ -11,14 +11,14 @@ from collections import Counter
 from typing import NamedTuple
 
 from ..io.wire import CAUSES
-from ..sim.frame import Flag, Source
+from ..physics.frame import Flag, Source
 from .figures import Rate
 from .publisher import TickPublisher
 from .session import Session
 
 OK, WARN, ERROR = 0, 1, 2
-NEWEST = 1000        # ticks the percentiles of /diagnostics look back
-ALARMS = {           # flags of a Frame that are worth a warning, and what they mean
+NEWEST = 1000  # ticks the percentiles of /diagnostics look back
+ALARMS = {  # flags of a Frame that are worth a warning, and what they mean
     Flag.SLACK: "a cable element carries no tension",
     Flag.DETACHED: "the cable has left the sheave or its groove",
     Flag.PENETRATION: "contact deeper than the limit of the scene",
@@ -48,8 +48,13 @@ class Watch:
     def statuses(self, publisher: TickPublisher | None, recorder_stats, recording: bool) -> list[Status]:
         """All tasks; publisher: None while there is no loop; recorder_stats: RecorderStats or None."""
         now = time.monotonic_ns()
-        result = [self._loop(publisher, now), self._motion(publisher, now), self._command(publisher, now),
-                  self._solver(publisher), self._recorder(recorder_stats, recording)]
+        result = [
+            self._loop(publisher, now),
+            self._motion(publisher, now),
+            self._command(publisher, now),
+            self._solver(publisher),
+            self._recorder(recorder_stats, recording),
+        ]
         return result
 
     def _new(self, key: str, count: int) -> int:
@@ -67,20 +72,34 @@ class Watch:
         late = publisher.lateness.percentiles(50, 99, 100, newest=NEWEST)
         work = publisher.work.percentiles(50, 99, newest=NEWEST)
         latency = publisher.latency.percentiles(50, 99, newest=NEWEST)
-        values = {"state": session.state, "rate_hz": _text(rate), "lateness_p50_ms": _text(late[0]),
-                  "lateness_p99_ms": _text(late[1]), "lateness_max_ms": _text(late[2]), "work_p50_ms": _text(work[0]),
-                  "work_p99_ms": _text(work[1]), "latency_p50_ms": _text(latency[0]),
-                  "latency_p99_ms": _text(latency[1]), "lag_ms": _text(session.lag() * 1e3),
-                  "scheduler": loop.scheduler, "publisher_skipped": str(publisher.skipped),
-                  **{key: str(value) for key, value in counters.items()}}
+        values = {
+            "state": session.state,
+            "rate_hz": _text(rate),
+            "lateness_p50_ms": _text(late[0]),
+            "lateness_p99_ms": _text(late[1]),
+            "lateness_max_ms": _text(late[2]),
+            "work_p50_ms": _text(work[0]),
+            "work_p99_ms": _text(work[1]),
+            "latency_p50_ms": _text(latency[0]),
+            "latency_p99_ms": _text(latency[1]),
+            "lag_ms": _text(session.lag() * 1e3),
+            "scheduler": loop.scheduler,
+            "publisher_skipped": str(publisher.skipped),
+            **{key: str(value) for key, value in counters.items()},
+        }
         if session.state in ("halted", "failed"):
             return Status("loop", ERROR, session.problem, values)
         if publisher.failure is not None or not publisher.is_alive():
             return Status("loop", ERROR, f"the publisher thread ended: {publisher.failure}", values)
         resyncs, overruns = self._new("resyncs", counters["resyncs"]), self._new("overruns", counters["overruns"])
         if resyncs:
-            return Status("loop", WARN, f"resynchronised {resyncs} times in the last second: the machine is too slow "
-                                        f"or too busy for this scene", values)
+            return Status(
+                "loop",
+                WARN,
+                f"resynchronised {resyncs} times in the last second: the machine is too slow "
+                f"or too busy for this scene",
+                values,
+            )
         if overruns:
             return Status("loop", WARN, f"{overruns} ticks overran in the last second", values)
         return Status("loop", OK, session.state, values)
@@ -106,29 +125,46 @@ class Watch:
         if session.state == "waiting":
             return Status("motion", WARN, "waiting for motion", values)
         if session.state == "running" and frame is not None and int(frame["status"]) & Flag.MOTION_STALE:
-            return Status("motion", ERROR, f"motion stale: nothing usable for {float(frame['motion_age']):.1f} s, the "
-                                           f"ship returns to its mean track", values)
+            return Status(
+                "motion",
+                ERROR,
+                f"motion stale: nothing usable for {float(frame['motion_age']):.1f} s, the "
+                f"ship returns to its mean track",
+                values,
+            )
         if new:
-            return Status("motion", WARN, f"{new} messages refused in the last second; "
-                                          f"{report.get('last_refusal', '')}", values)
+            return Status(
+                "motion", WARN, f"{new} messages refused in the last second; {report.get('last_refusal', '')}", values
+            )
         if report.get("hint"):
             return Status("motion", WARN, str(report["hint"]), values)
         if report.get("source") == "imu" and not report.get("heave_valid"):
-            return Status("motion", WARN, f"heave filter settling for {report['heave_age_s']:.0f} s: heave of the "
-                                          f"IMU is not yet valid", values)
+            return Status(
+                "motion",
+                WARN,
+                f"heave filter settling for {report['heave_age_s']:.0f} s: heave of the IMU is not yet valid",
+                values,
+            )
         return Status("motion", OK, "motion arrives" if session.state == "running" else session.state, values)
 
     def _command(self, publisher: TickPublisher | None, now: int) -> Status:
         commands = getattr(self.session, "commands", None)
         if commands is None:
             return Status("command", OK, "not yet listening", {})
-        values = {"accepted": str(commands.accepted),
-                  "age_s": "never" if commands.last_arrival is None else _text((now - commands.last_arrival) * 1e-9),
-                  **{f"refused: {cause}": str(count) for cause, count in sorted(commands.dropped.items())}}
+        values = {
+            "accepted": str(commands.accepted),
+            "age_s": "never" if commands.last_arrival is None else _text((now - commands.last_arrival) * 1e-9),
+            **{f"refused: {cause}": str(count) for cause, count in sorted(commands.dropped.items())},
+        }
         frame = publisher.latest if publisher else None
         if frame is not None and int(frame["status"]) & Flag.COMMAND_STALE:
-            return Status("command", WARN, f"command stale: the rate command is older than winch.command_timeout, the "
-                                           f"winch holds at {float(frame['payout']):.2f} m", values)
+            return Status(
+                "command",
+                WARN,
+                f"command stale: the rate command is older than winch.command_timeout, the "
+                f"winch holds at {float(frame['payout']):.2f} m",
+                values,
+            )
         new = self._new("command drops", sum(commands.dropped.values()))
         if new:
             return Status("command", WARN, f"{new} commands refused in the last second", values)
@@ -139,11 +175,15 @@ class Watch:
         frame = publisher.latest if publisher else None
         if frame is not None:
             flags = Flag(int(frame["status"]))
-            values = {"iterations": str(int(frame["iterations"])), "substeps": str(int(frame["substeps"])),
-                      "residual_n": f"{float(frame['residual']):.3g}", "flags": flag_names(flags),
-                      "tension_n": f"{float(frame['tension']):.1f}",
-                      "penetration_m": f"{float(frame['penetration']):.3g}",
-                      "detachments": str(int(frame["detachments"]))}
+            values = {
+                "iterations": str(int(frame["iterations"])),
+                "substeps": str(int(frame["substeps"])),
+                "residual_n": f"{float(frame['residual']):.3g}",
+                "flags": flag_names(flags),
+                "tension_n": f"{float(frame['tension']):.1f}",
+                "penetration_m": f"{float(frame['penetration']):.3g}",
+                "detachments": str(int(frame["detachments"])),
+            }
         if session.state in ("halted", "failed"):
             return Status("solver", ERROR, session.problem, values)
         if publisher is not None and publisher.fault:
@@ -157,9 +197,15 @@ class Watch:
     def _recorder(self, stats, recording: bool) -> Status:
         if stats is None:
             return Status("recorder", OK, "not recording", {})
-        values = {"recording": str(recording).lower(), "written": str(stats.written), "dropped": str(stats.dropped),
-                  "waiting": str(stats.waiting), "most_waiting": str(stats.most_waiting), "errors": str(stats.errors),
-                  "slowest_flush_ms": _text(stats.slowest_flush * 1e3)}
+        values = {
+            "recording": str(recording).lower(),
+            "written": str(stats.written),
+            "dropped": str(stats.dropped),
+            "waiting": str(stats.waiting),
+            "most_waiting": str(stats.most_waiting),
+            "errors": str(stats.errors),
+            "slowest_flush_ms": _text(stats.slowest_flush * 1e3),
+        }
         if stats.error:
             return Status("recorder", ERROR, stats.error, values)
         if self._new("recorder drops", stats.dropped) > 0:
@@ -184,19 +230,32 @@ def final_figures(session: Session, publisher: TickPublisher | None, recorder_st
     figures: dict = {"state": session.state, "problem": session.problem}
     if session.loop is not None:
         counters = session.counters()
-        figures |= counters | {"missed_ticks": counters["overruns"] + counters["skipped"],
-                               "scheduler": session.loop.scheduler, "static_start_s": session.start_cost}
-        since = session.ended - session.running_since      # of the newest start
+        figures |= counters | {
+            "missed_ticks": counters["overruns"] + counters["skipped"],
+            "scheduler": session.loop.scheduler,
+            "static_start_s": session.start_cost,
+        }
+        since = session.ended - session.running_since  # of the newest start
         if not math.isnan(since) and not session.resets + session.restarts + session.clock.jumps:
             figures["realtime_factor"] = counters["ticks"] * session.loop.period_ns * 1e-9 / max(since, 1e-3)
     if publisher is not None:
         late = publisher.lateness.percentiles(50, 99, 99.9, 100)
         work = publisher.work.percentiles(50, 99, 100)
         latency = publisher.latency.percentiles(50, 99, 100)
-        figures |= {"published_ticks": publisher.published, "publisher_skipped": publisher.skipped,
-                    "jitter_p50_ms": late[0], "jitter_p99_ms": late[1], "jitter_p999_ms": late[2],
-                    "jitter_max_ms": late[3], "work_p50_ms": work[0], "work_p99_ms": work[1], "work_max_ms": work[2],
-                    "latency_p50_ms": latency[0], "latency_p99_ms": latency[1], "latency_max_ms": latency[2]}
+        figures |= {
+            "published_ticks": publisher.published,
+            "publisher_skipped": publisher.skipped,
+            "jitter_p50_ms": late[0],
+            "jitter_p99_ms": late[1],
+            "jitter_p999_ms": late[2],
+            "jitter_max_ms": late[3],
+            "work_p50_ms": work[0],
+            "work_p99_ms": work[1],
+            "work_max_ms": work[2],
+            "latency_p50_ms": latency[0],
+            "latency_p99_ms": latency[1],
+            "latency_max_ms": latency[2],
+        }
     figures["input_delay_ms"] = session.node.input_delay * 1e3
     figures["received"] = dict(session.received)
     figures["dropped"] = dict(drop_counts(session))

@@ -1,6 +1,6 @@
 """A live run: the node in one process, the player in another, real topics between them.
 
-    live("nbp1406", "full_scale", duration=60.0, out="run") -> {"node": {...}, "bag": "run/tow", ...}
+live("nbp1406", "full_scale", duration=60.0, out="run") -> {"node": {...}, "bag": "run/tow", ...}
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from collections.abc import Callable
 from contextlib import nullcontext
 from pathlib import Path
 
-READY_WITHIN = 300.0     # s; compiling everything from nothing takes up to a minute on a slow machine
-START_WITHIN = 60.0      # s from the first message to the first tick
-STOP_WITHIN = 10.0       # s from SIGINT to the end; then the process is killed
-POLL = 0.1               # s
+READY_WITHIN = 300.0  # s; compiling everything from nothing takes up to a minute on a slow machine
+START_WITHIN = 60.0  # s from the first message to the first tick
+STOP_WITHIN = 10.0  # s from SIGINT to the end; then the process is killed
+POLL = 0.1  # s
 
 
 class LiveError(RuntimeError):
@@ -33,8 +33,15 @@ class Child:
     def __init__(self, name: str, command: list[str], environment: dict[str, str]) -> None:
         self.name = name
         self.lines: deque[str] = deque(maxlen=40)
-        self.process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                                        text=True, errors="replace", stdin=subprocess.DEVNULL)
+        self.process = subprocess.Popen(
+            command,
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
+            stdin=subprocess.DEVNULL,
+        )
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
@@ -74,9 +81,18 @@ def environment(domain: int | None) -> dict[str, str]:
     return os.environ | {"ROS_DOMAIN_ID": str(number), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
 
 
-def live(bag, scene, duration: float, out, *, domain: int | None = None, parameters: dict | None = None,
-         imu_only: bool = False, progress: Callable[[str, float, float | None], None] | None = None,
-         node_command: list[str] | None = None) -> dict:
+def live(
+    bag,
+    scene,
+    duration: float,
+    out,
+    *,
+    domain: int | None = None,
+    parameters: dict | None = None,
+    imu_only: bool = False,
+    progress: Callable[[str, float, float | None], None] | None = None,
+    node_command: list[str] | None = None,
+) -> dict:
     """Play a bag into the node in real time, recorded to `out`/tow.
 
     bag, scene: paths or names of shipped ones; duration: s of the bag; out: directory to make; domain: ROS domain,
@@ -90,8 +106,12 @@ def live(bag, scene, duration: float, out, *, domain: int | None = None, paramet
     if tow.exists():
         raise LiveError(f"'{tow}' exists already: a recording is not overwritten; give another directory")
     figures.unlink(missing_ok=True)
-    settings = {"scene": str(scene), "recording.enabled": True, "recording.path": str(tow),
-                "statistics_file": str(figures)} | (parameters or {})
+    settings = {
+        "scene": str(scene),
+        "recording.enabled": True,
+        "recording.path": str(tow),
+        "statistics_file": str(figures),
+    } | (parameters or {})
     command = (node_command or [sys.executable, "-m", "cable_sim_ros.ros.node"]) + ["--ros-args"]
     for name, value in settings.items():
         command += ["-p", f"{name}:={json.dumps(value)}"]
@@ -103,10 +123,19 @@ def live(bag, scene, duration: float, out, *, domain: int | None = None, paramet
         with context:
             node = Child("node", command, own)
             children.append(node)
-            _await(node, figures, ("waiting",), READY_WITHIN, lambda waited: tell("compiling and solving the start",
-                                                                                 waited, None))
-            player = Child("player", [sys.executable, "-m", "cable_sim_ros.ros.player", str(bag),
-                                      "--duration", str(duration)] + (["--imu-only"] if imu_only else []), own)
+            _await(
+                node,
+                figures,
+                ("waiting",),
+                READY_WITHIN,
+                lambda waited: tell("compiling and solving the start", waited, None),
+            )
+            player = Child(
+                "player",
+                [sys.executable, "-m", "cable_sim_ros.ros.player", str(bag), "--duration", str(duration)]
+                + (["--imu-only"] if imu_only else []),
+                own,
+            )
             children.append(player)
             _follow(node, player, figures, duration, tell)
             player_exit = player.stop()
@@ -121,8 +150,14 @@ def live(bag, scene, duration: float, out, *, domain: int | None = None, paramet
     result = read_state(figures)
     if result.get("state") != "stopped":
         raise node.failed("left no final figures")
-    return {"bag": str(tow), "node": result, "node_exit": node_exit, "player_exit": player_exit,
-            "played_s": float(duration), "wall_s": time.monotonic() - begun}
+    return {
+        "bag": str(tow),
+        "node": result,
+        "node_exit": node_exit,
+        "player_exit": player_exit,
+        "played_s": float(duration),
+        "wall_s": time.monotonic() - begun,
+    }
 
 
 def read_state(path: Path) -> dict:
@@ -185,4 +220,5 @@ def _bar():
         if phase not in told:
             told.append(phase)
             print(phase + (f", {total:g} s" if total else "") + " ...", file=sys.stderr, flush=True)
+
     return nullcontext(), line

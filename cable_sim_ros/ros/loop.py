@@ -1,4 +1,4 @@
-"""The stepping loop in its own thread: the compiled entry in its LIVE mode (sim/drive.py), which never needs the
+"""The stepping loop in its own thread: the compiled entry in its LIVE mode (sim/entry.py), which never needs the
 interpreter lock, with its control words, its stats rows and the eventfd that wakes the publisher.
 """
 
@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..sim.drive import (
+from ..sim.entry import (
     CONTROL_WORDS,
     COUNT,
     EVENTFD,
@@ -58,15 +58,20 @@ class Loop:
         self.period_ns = int(period_ns)
         self.priority = int(priority)
         self.max_catchup = int(max_catchup)
-        self.slew_ns = self.period_ns // 50          # 2 %: a lag of 0.1 s is worked off in 5 s
+        self.slew_ns = self.period_ns // 50  # 2 %: a lag of 0.1 s is worked off in 5 s
         self.rows = len(output.frame)
         self.control = np.zeros(CONTROL_WORDS, np.int64)
         self.stats = np.zeros((self.rows, STATS_COLUMNS), np.int64)
         self.eventfd = os.eventfd(0, os.EFD_CLOEXEC)
         self.control[[PERIOD, SLEW, MAX_CATCHUP, EVENTFD, ONE]] = (
-            self.period_ns, self.slew_ns, self.max_catchup, self.eventfd, 1)
+            self.period_ns,
+            self.slew_ns,
+            self.max_catchup,
+            self.eventfd,
+            1,
+        )
         self.scheduler = "not running"
-        self.warning = ""                            # why no real-time scheduling, with the remedy
+        self.warning = ""  # why no real-time scheduling, with the remedy
         self.failure: BaseException | None = None
         self._thread: threading.Thread | None = None
 
@@ -107,10 +112,10 @@ class Loop:
 
     def clear(self) -> None:
         """Forget what was counted; the loop must be stopped."""
-        self.control[:PERIOD] = 0          # the settings stay
+        self.control[:PERIOD] = 0  # the settings stay
         self.stats[:] = 0
         os.eventfd_write(self.eventfd, 1)
-        os.eventfd_read(self.eventfd)      # empties it
+        os.eventfd_read(self.eventfd)  # empties it
 
     def stop(self, timeout: float = 2.0) -> bool:
         """Ask the loop to end and wait for it; False when it did not end in time."""
@@ -151,7 +156,7 @@ class Loop:
         self.scheduler, self.warning = take_priority(self.priority)
         try:
             self._run()
-        except BaseException as error:   # a thread's exception would vanish: diagnostics show it
+        except BaseException as error:  # a thread's exception would vanish: diagnostics show it
             self.failure = error
             self.control[HALTED] = 1
             self.wake_reader()
@@ -167,12 +172,14 @@ def take_priority(priority: int) -> tuple[str, str]:
     if priority <= 0:
         return "other", ""
     try:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))   # pid 0: this thread only
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))  # pid 0: this thread only
         return f"fifo {priority}", ""
     except (OSError, AttributeError):
         pass
-    remedy = ("no permission for real-time scheduling: under load ticks may come some milliseconds late; allow it with "
-              "'rtprio 80' for this user in /etc/security/limits.conf, or set realtime.priority:=0")
+    remedy = (
+        "no permission for real-time scheduling: under load ticks may come some milliseconds late; allow it with "
+        "'rtprio 80' for this user in /etc/security/limits.conf, or set realtime.priority:=0"
+    )
     return ("other, nice -10" if raise_priority() else "other"), remedy
 
 
@@ -188,4 +195,4 @@ def raise_priority() -> bool:
 def _timer_slack() -> None:
     """Ask for exact timers: a normal thread is otherwise woken up to 50 us late on purpose."""
     if sys.platform.startswith("linux"):
-        ctypes.CDLL(None).prctl(29, 1, 0, 0, 0)   # PR_SET_TIMERSLACK, 1 ns
+        ctypes.CDLL(None).prctl(29, 1, 0, 0, 0)  # PR_SET_TIMERSLACK, 1 ns

@@ -36,7 +36,7 @@ from .session import Session
 from .topics import message_class, transform_publisher
 
 NAME, NAMESPACE = "cable_sim", "/tow_sim"
-INPUT_QOS = QoSProfile(depth=200, reliability=ReliabilityPolicy.BEST_EFFORT)   # deep: a static start takes a second
+INPUT_QOS = QoSProfile(depth=200, reliability=ReliabilityPolicy.BEST_EFFORT)  # deep: a static start takes a second
 QOS = {"reliable": QoSProfile(depth=10), "sensor": QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)}
 DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
 
@@ -87,19 +87,29 @@ class CableSimNode(LifecycleNode):
         context = Context(frames.odom, frames.base_link, frames.sheave_link, frames.towbody_link, self.get_namespace())
         rates = {"sheave_contact": node.publish.contact_rate, "cable_shape": node.publish.shape_rate}
         channels = tuple(row._replace(rate=rates.get(row.name, node.publish.state_rate)) for row in CHANNELS)
-        publishers = {context.topic(row): self.create_publisher(message_class(row.msgtype), row.topic, QOS[row.qos])
-                      for row in channels}
+        publishers = {
+            context.topic(row): self.create_publisher(message_class(row.msgtype), row.topic, QOS[row.qos])
+            for row in channels
+        }
         transforms = transform_publisher(self, context, self.settings.scene)
         clock = self.session.clock
-        self.publisher = TickPublisher(self.session.loop, Encoder(context, self.settings.scene.solver.tick, channels),
-                                       publishers, lambda: clock.offset, transforms)
+        self.publisher = TickPublisher(
+            self.session.loop,
+            Encoder(context, self.settings.scene.solver.tick, channels),
+            publishers,
+            lambda: clock.offset,
+            transforms,
+        )
         self.publisher.start()
         self._entities = [
-            self.create_subscription(Imu, "imu/data", self._input("imu", "imu/data", "sensor_msgs/msg/Imu"),
-                                     INPUT_QOS, raw=True),
-            self.create_subscription(Odometry, "odom", self._input("odom", "odom", "nav_msgs/msg/Odometry"),
-                                     INPUT_QOS, raw=True),
-            self.create_subscription(JointState, "winch/command", self._on_command, INPUT_QOS, raw=True)]
+            self.create_subscription(
+                Imu, "imu/data", self._input("imu", "imu/data", "sensor_msgs/msg/Imu"), INPUT_QOS, raw=True
+            ),
+            self.create_subscription(
+                Odometry, "odom", self._input("odom", "odom", "nav_msgs/msg/Odometry"), INPUT_QOS, raw=True
+            ),
+            self.create_subscription(JointState, "winch/command", self._on_command, INPUT_QOS, raw=True),
+        ]
         self.tell_state()
         return TransitionCallbackReturn.SUCCESS
 
@@ -112,8 +122,9 @@ class CableSimNode(LifecycleNode):
                 return TransitionCallbackReturn.FAILURE
             self.publisher.recorder = self.recording.recorder
         self.session.activate()
-        self.get_logger().info(f"waiting for motion on {self.resolve_topic_name('imu/data')} and "
-                               f"{self.resolve_topic_name('odom')}")
+        self.get_logger().info(
+            f"waiting for motion on {self.resolve_topic_name('imu/data')} and {self.resolve_topic_name('odom')}"
+        )
         self.tell_state()
         return super().on_activate(state)
 
@@ -151,10 +162,14 @@ class CableSimNode(LifecycleNode):
         figures = final_figures(self.session, self.publisher, self.recording.stats())
         figures |= {"state": "stopped", "last": state}
         if figures.get("published_ticks"):
-            print(f"{figures['ticks']} ticks, {figures['missed_ticks']} missed, {figures['resyncs']} resyncs, "
-                  f"jitter p99 {figures['jitter_p99_ms']:.2f} ms, "
-                  f"stamp to tension p50 {figures['latency_p50_ms']:.1f} ms, "
-                  f"p99 {figures['latency_p99_ms']:.1f} ms, {figures['scheduler']}", file=sys.stderr, flush=True)
+            print(
+                f"{figures['ticks']} ticks, {figures['missed_ticks']} missed, {figures['resyncs']} resyncs, "
+                f"jitter p99 {figures['jitter_p99_ms']:.2f} ms, "
+                f"stamp to tension p50 {figures['latency_p50_ms']:.1f} ms, "
+                f"p99 {figures['latency_p99_ms']:.1f} ms, {figures['scheduler']}",
+                file=sys.stderr,
+                flush=True,
+            )
         self._write_statistics(figures)
 
     def _stop_threads(self) -> None:
@@ -173,19 +188,22 @@ class CableSimNode(LifecycleNode):
             arrival = arrival_of(info)
             self._record(topic, msgtype, data, arrival)
             self.session.motion(kind, data, arrival)
+
         return callback
 
     def _on_command(self, data: bytes, info: dict) -> None:
         try:
             message = deserialize_message(data, JointState)
-        except Exception:     # a message that is no JointState after all
+        except Exception:  # a message that is no JointState after all
             self.session.commands.dropped["not readable"] += 1
             return
         arrival = arrival_of(info)
         cause = self.session.command(message, arrival)
         if cause:
-            self.get_logger().warning(f"winch command refused: {cause}; joint 'payout' with position [m] or velocity "
-                                      f"[m/s] is expected", throttle_duration_sec=5.0)
+            self.get_logger().warning(
+                f"winch command refused: {cause}; joint 'payout' with position [m] or velocity [m/s] is expected",
+                throttle_duration_sec=5.0,
+            )
         self._record(self.resolve_topic_name("winch/command"), "sensor_msgs/msg/JointState", data, arrival)
 
     def _record(self, topic: str, msgtype: str, data: bytes, arrival: int | None = None) -> None:
@@ -228,8 +246,10 @@ class CableSimNode(LifecycleNode):
             if row.choices and parameter.value not in row.choices:
                 return SetParametersResult(successful=False, reason=f"{parameter.name} must be {row.range_text}")
             if parameter.name not in live:
-                return SetParametersResult(successful=False, reason=(
-                    f"{parameter.name} takes effect at the start; give it in a parameter file or with -p"))
+                return SetParametersResult(
+                    successful=False,
+                    reason=(f"{parameter.name} takes effect at the start; give it in a parameter file or with -p"),
+                )
         return SetParametersResult(successful=True)
 
     def _was_set(self, parameters) -> None:
@@ -254,10 +274,15 @@ class CableSimNode(LifecycleNode):
         array = DiagnosticArray()
         array.header.stamp = self.get_clock().now().to_msg()
         for status in self.watch.statuses(self.publisher, self.recording.stats(), self.recording.recorder is not None):
-            array.status.append(DiagnosticStatus(
-                level=bytes([status.level]), name=f"{self.get_name()}: {status.name}", message=status.message,
-                hardware_id="cable_sim_ros",
-                values=[KeyValue(key=key, value=text) for key, text in status.values.items()]))
+            array.status.append(
+                DiagnosticStatus(
+                    level=bytes([status.level]),
+                    name=f"{self.get_name()}: {status.name}",
+                    message=status.message,
+                    hardware_id="cable_sim_ros",
+                    values=[KeyValue(key=key, value=text) for key, text in status.values.items()],
+                )
+            )
         data = serialize_message(array)
         self._diagnostics.publish(data)
         self._record("/diagnostics", DIAGNOSTICS, data)
@@ -316,8 +341,11 @@ def autostart(node: CableSimNode, stop: Stop) -> bool:
         thread.join(0.05)
     if stop.asked:
         return True
-    return bool(done) and done[0] == TransitionCallbackReturn.SUCCESS and (
-        node.trigger_activate() == TransitionCallbackReturn.SUCCESS)
+    return (
+        bool(done)
+        and done[0] == TransitionCallbackReturn.SUCCESS
+        and (node.trigger_activate() == TransitionCallbackReturn.SUCCESS)
+    )
 
 
 def main(args: list[str] | None = None) -> int:
@@ -332,7 +360,7 @@ def main(args: list[str] | None = None) -> int:
             executor = SingleThreadedExecutor()
             executor.add_node(node)
             if node.settings.node.realtime.priority:
-                raise_priority()     # motion that is taken in late is motion extrapolated
+                raise_priority()  # motion that is taken in late is motion extrapolated
             while not stop.asked and rclpy.ok():
                 executor.spin_once(timeout_sec=0.1)
             executor.shutdown(timeout_sec=1.0)
@@ -346,7 +374,7 @@ def main(args: list[str] | None = None) -> int:
             node.close()
         if any(thread.name == "configure" for thread in threading.enumerate()):
             sys.stderr.flush()
-            os._exit(code)       # the compiler cannot be interrupted, and has nothing to lose
+            os._exit(code)  # the compiler cannot be interrupted, and has nothing to lose
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()

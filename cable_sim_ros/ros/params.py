@@ -19,25 +19,33 @@ from ..physics.heave import Heave, MotionInput
 from ..physics.quantity import Block, quantity
 from ..sim.scene import Scene
 
-FOREIGN = ("use_sim_time", "start_type_description_service")   # declared by rclpy itself
+FOREIGN = ("use_sim_time", "start_type_description_service")  # declared by rclpy itself
 FOREIGN_PREFIX = ("qos_overrides.",)
 
 
 class Realtime(Block):
-    priority: int = quantity(
-        40, "1", 0, 99, "SCHED_FIFO priority of the stepping loop; 0: off", "sched(7)")
+    priority: int = quantity(40, "1", 0, 99, "SCHED_FIFO priority of the stepping loop; 0: off", "sched(7)")
     max_catchup: int = quantity(
-        3, "1", 0, 100, "missed ticks that are run back to back; further behind, deadlines are skipped and counted")
+        3, "1", 0, 100, "missed ticks that are run back to back; further behind, deadlines are skipped and counted"
+    )
     max_lag: float = quantity(
-        2.0, "s", 0.1, 5.0, "lag behind the motion at which the simulation starts again from a static start")
+        2.0, "s", 0.1, 5.0, "lag behind the motion at which the simulation starts again from a static start"
+    )
 
 
 class Recording(Block):
     enabled: bool = quantity(
-        False, "", None, None, "record every input and output from activation on; ~/record does so while running")
+        False, "", None, None, "record every input and output from activation on; ~/record does so while running"
+    )
     path: str = quantity(
-        "", "", None, None, "bag directory to make; empty: tow_<date and time> in the working directory. A second "
-        "recording of one run gets _2, _3, ... behind the name", configure=False)
+        "",
+        "",
+        None,
+        None,
+        "bag directory to make; empty: tow_<date and time> in the working directory. A second "
+        "recording of one run gets _2, _3, ... behind the name",
+        configure=False,
+    )
 
 
 class Publish(Block):
@@ -59,11 +67,20 @@ class NodeBlock(Block):
     scene: str = quantity("full_scale", "", None, None, "scene: path of a YAML file or name of a shipped scene")
     autostart: bool = quantity(True, "", None, None, "configure and activate at the start, without a manager")
     input_delay: float = quantity(
-        0.03, "s", 0.0, 1.0, "the simulation runs this far behind the clock of the motion data, so that each tick lies "
-        "between samples; at least one and a half sample intervals")
+        0.03,
+        "s",
+        0.0,
+        1.0,
+        "the simulation runs this far behind the clock of the motion data, so that each tick lies "
+        "between samples; at least one and a half sample intervals",
+    )
     statistics_file: str = quantity(
-        "", "", None, None, "JSON file with the state of the node, rewritten as it changes, with the final figures at "
-        "the end; empty: none")
+        "",
+        "",
+        None,
+        None,
+        "JSON file with the state of the node, rewritten as it changes, with the final figures at the end; empty: none",
+    )
     realtime: Realtime = quantity(Realtime(), "", None, None, "real-time loop")
     recording: Recording = quantity(Recording(), "", None, None, "recording")
     publish: Publish = quantity(Publish(), "", None, None, "rates")
@@ -81,10 +98,10 @@ class Row(NamedTuple):
 
     name: str
     value: Any
-    kind: type            # float, int, bool, str or list (of floats)
-    length: int           # of a list
+    kind: type  # float, int, bool, str or list (of floats)
+    length: int  # of a list
     choices: tuple[str, ...]
-    nullable: bool        # nan stands for "none"
+    nullable: bool  # nan stands for "none"
     doc: str
     unit: str
     low: float | None
@@ -129,9 +146,21 @@ def _row(name: str, value: Any, field) -> Row:
         value = value.value
     elif isinstance(value, tuple):
         value = [float(part) for part in value]
-    return Row(name, value, kind, length, choices, nullable, field.description or "", extra.get("unit", ""),
-               extra.get("low"), extra.get("high"), extra.get("above"), extra.get("source", ""),
-               extra.get("configure", True))
+    return Row(
+        name,
+        value,
+        kind,
+        length,
+        choices,
+        nullable,
+        field.description or "",
+        extra.get("unit", ""),
+        extra.get("low"),
+        extra.get("high"),
+        extra.get("above"),
+        extra.get("source", ""),
+        extra.get("configure", True),
+    )
 
 
 def _kind(annotation) -> tuple[type, int, tuple[str, ...], bool]:
@@ -183,19 +212,25 @@ def settle(overrides: dict[str, Any]) -> Settings:
                 else:
                     scene_values[name] = value
             if scene_values:
-                caught.clear()       # those of the file alone
+                caught.clear()  # those of the file alone
                 scene = override(scene, scene_values)
         except SceneError as error:
             raise ParameterError(str(error)) from None
     node = NodeBlock.model_validate(node_tree)
-    return Settings(scene, str(find_scene(given)), node, rows(node) + rows(scene),
-                    [str(item.message) for item in caught if issubclass(item.category, SceneWarning)])
+    return Settings(
+        scene,
+        str(find_scene(given)),
+        node,
+        rows(node) + rows(scene),
+        [str(item.message) for item in caught if issubclass(item.category, SceneWarning)],
+    )
 
 
 def _unknown(name: str, value: Any, table: dict) -> str:
     near = difflib.get_close_matches(name, table, 1, 0.6)
-    return (f"parameter '{name}' = {value!r}: there is no such parameter; nothing was started. "
-            + (f"Did you mean '{near[0]}'?" if near else "Known are those of the scene and the node: ros2 param list"))
+    return f"parameter '{name}' = {value!r}: there is no such parameter; nothing was started. " + (
+        f"Did you mean '{near[0]}'?" if near else "Known are those of the scene and the node: ros2 param list"
+    )
 
 
 def _plant(tree: dict, name: str, value: Any) -> None:
@@ -213,22 +248,29 @@ def _checked(row: Row, value: Any) -> Any:
     if row.kind is list:
         numbers = list(value) if isinstance(value, (list, tuple)) or hasattr(value, "tolist") else None
         if numbers is None or len(numbers) != row.length or not all(isinstance(part, float) for part in numbers):
-            raise ParameterError(f"parameter '{row.name}' must be {row.length} floating-point numbers{unit}, "
-                                 f"got {value!r}; write each with a decimal point, as in {row.value!r}")
+            raise ParameterError(
+                f"parameter '{row.name}' must be {row.length} floating-point numbers{unit}, "
+                f"got {value!r}; write each with a decimal point, as in {row.value!r}"
+            )
         _check_bounds(row, numbers)
         return numbers
     if row.kind is float and type(value) is int:
-        raise ParameterError(f"parameter '{row.name}' must be a floating-point number{unit}, got the integer {value}; "
-                             f"write {float(value)!r}")
+        raise ParameterError(
+            f"parameter '{row.name}' must be a floating-point number{unit}, got the integer {value}; "
+            f"write {float(value)!r}"
+        )
     if type(value) is not row.kind:
         word = {float: "a floating-point number", int: "an integer", bool: "true or false", str: "text"}[row.kind]
-        raise ParameterError(f"parameter '{row.name}' must be {word}{unit}, got {value!r}"
-                             + (f"; {row.range_text}" if row.range_text else ""))
+        raise ParameterError(
+            f"parameter '{row.name}' must be {word}{unit}, got {value!r}"
+            + (f"; {row.range_text}" if row.range_text else "")
+        )
     if row.nullable and isinstance(value, float) and math.isnan(value):
         return None
     if row.choices and value not in row.choices:
-        raise ParameterError(f"parameter '{row.name}' = '{value}' is not known ({row.doc}); nothing was started. "
-                             f"Give {row.range_text}")
+        raise ParameterError(
+            f"parameter '{row.name}' = '{value}' is not known ({row.doc}); nothing was started. Give {row.range_text}"
+        )
     if row.kind in (float, int):
         _check_bounds(row, [value])
     return value
@@ -236,8 +278,14 @@ def _checked(row: Row, value: Any) -> Any:
 
 def _check_bounds(row: Row, numbers: list) -> None:
     for number in numbers:
-        if (not math.isfinite(number) or (row.low is not None and number < row.low)
-                or (row.high is not None and number > row.high) or (row.above is not None and number <= row.above)):
+        if (
+            not math.isfinite(number)
+            or (row.low is not None and number < row.low)
+            or (row.high is not None and number > row.high)
+            or (row.above is not None and number <= row.above)
+        ):
             unit = f" {row.unit}" if row.unit not in ("", "1") else ""
-            raise ParameterError(f"parameter '{row.name}' = {number:g}{unit} is out of range ({row.doc}); nothing was "
-                                 f"started. Give a value {row.range_text}")
+            raise ParameterError(
+                f"parameter '{row.name}' = {number:g}{unit} is out of range ({row.doc}); nothing was "
+                f"started. Give a value {row.range_text}"
+            )

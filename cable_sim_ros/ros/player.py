@@ -22,7 +22,7 @@ from ..io.resources import ResourceError, find_bag
 
 SECOND = 1_000_000_000
 TOPICS = {"sensor_msgs/msg/Imu": "imu/data", "nav_msgs/msg/Odometry": "odom"}
-SLEEP_CHUNK = 0.1      # s, so that a signal is seen soon
+SLEEP_CHUNK = 0.1  # s, so that a signal is seen soon
 
 
 class PlayError(ValueError):
@@ -87,8 +87,9 @@ def sleep_until(deadline: int, alive) -> bool:
         libc.clock_nanosleep(1, 1, ctypes.byref(_Timespec(until // SECOND, until % SECOND)), None)
 
 
-def play(node, items: list[Item], *, rate: float = 1.0, loop: bool = False, keep_stamps: bool = False, alive,
-         progress) -> int:
+def play(
+    node, items: list[Item], *, rate: float = 1.0, loop: bool = False, keep_stamps: bool = False, alive, progress
+) -> int:
     """Send the items; returns how many were sent. progress(seconds played) is called some ten times a second."""
     from nav_msgs.msg import Odometry
     from rclpy.qos import QoSProfile
@@ -96,12 +97,14 @@ def play(node, items: list[Item], *, rate: float = 1.0, loop: bool = False, keep
 
     classes = {"imu/data": Imu, "odom": Odometry}
     # reliable is heard by every subscriber; a sensor that sends best effort is heard by the node as well
-    publishers = {topic: node.create_publisher(classes[topic], topic, QoSProfile(depth=50))
-                  for topic in {item.topic for item in items}}
+    publishers = {
+        topic: node.create_publisher(classes[topic], topic, QoSProfile(depth=50))
+        for topic in {item.topic for item in items}
+    }
     wait = time.monotonic() + 10.0
     while alive() and time.monotonic() < wait and not all(p.get_subscription_count() for p in publishers.values()):
         time.sleep(0.02)
-    time.sleep(0.3)      # the other side may learn of us a little later than we of it
+    time.sleep(0.3)  # the other side may learn of us a little later than we of it
     length = items[-1].due + _interval(items)
     begun, sent, told = time.monotonic_ns() + SECOND // 50, 0, 0
     base = time.time_ns() + SECOND // 50
@@ -120,7 +123,7 @@ def play(node, items: list[Item], *, rate: float = 1.0, loop: bool = False, keep
         lap += 1
         if not loop:
             break
-    for publisher in publishers.values():      # let the last messages out before the process ends
+    for publisher in publishers.values():  # let the last messages out before the process ends
         publisher.wait_for_all_acked()
     return sent
 
@@ -177,8 +180,15 @@ def main(args: list[str] | None = None) -> int:
         node = rclpy.create_node("motion_player", namespace="/tow_sim")
         bar, progress = _bar(None if options.loop else items[-1].due / SECOND)
         with bar:
-            sent = play(node, items, rate=options.rate, loop=options.loop, keep_stamps=options.keep_stamps,
-                        alive=rclpy.ok, progress=progress)
+            sent = play(
+                node,
+                items,
+                rate=options.rate,
+                loop=options.loop,
+                keep_stamps=options.keep_stamps,
+                alive=rclpy.ok,
+                progress=progress,
+            )
         print(f"played {sent} messages", file=sys.stderr)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass

@@ -22,17 +22,23 @@ class TickPublisher(threading.Thread):
     `recorder` may be set and cleared at any time.
     """
 
-    def __init__(self, loop: Loop, encoder: Encoder, publishers: dict, offset: Callable[[], int | None],
-                 extra: Callable | None = None) -> None:
+    def __init__(
+        self,
+        loop: Loop,
+        encoder: Encoder,
+        publishers: dict,
+        offset: Callable[[], int | None],
+        extra: Callable | None = None,
+    ) -> None:
         super().__init__(name="publisher", daemon=True)
         self.loop, self.encoder, self.publishers, self.offset, self.extra = loop, encoder, publishers, offset, extra
         self.recorder: Recorder | None = None
         self.next = loop.count
         self.published = self.skipped = 0
-        self.latest = None                   # newest Frame that was published, a copy
-        self.fault = ""                      # why the newest frame could not be published, or ""
+        self.latest = None  # newest Frame that was published, a copy
+        self.fault = ""  # why the newest frame could not be published, or ""
         self.failure: BaseException | None = None
-        self.lateness, self.work, self.latency = Samples(), Samples(), Samples()   # ms
+        self.lateness, self.work, self.latency = Samples(), Samples(), Samples()  # ms
         self._stopping = threading.Event()
 
     def run(self) -> None:
@@ -40,7 +46,7 @@ class TickPublisher(threading.Thread):
             raise_priority()
         try:
             while not self._stopping.is_set():
-                os.eventfd_read(self.loop.eventfd)   # blocks without the interpreter lock
+                os.eventfd_read(self.loop.eventfd)  # blocks without the interpreter lock
                 self.drain()
         except RCLError as error:
             # a signal shuts the context down while we publish; anything else is a fault worth showing
@@ -53,7 +59,7 @@ class TickPublisher(threading.Thread):
         """Publish every tick that is done and still in the ring."""
         loop, rows = self.loop, self.loop.rows
         while self.next < loop.count and not self._stopping.is_set():
-            if loop.count - self.next >= rows:      # overtaken: go on with the newer half
+            if loop.count - self.next >= rows:  # overtaken: go on with the newer half
                 target = loop.count - rows // 2
                 self.skipped += target - self.next
                 self.next = target
@@ -65,14 +71,14 @@ class TickPublisher(threading.Thread):
         loop, slot = self.loop, index % self.loop.rows
         row = loop.row(index)
         if row.flags & HALT:
-            return               # the tick was rolled back: there is nothing new to say
+            return  # the tick was rolled back: there is nothing new to say
         frame = loop.output.frame[slot].copy()
         try:
             messages = self.encoder.encode(frame, loop.output.shape[slot], loop.output.contact[slot])
-        except ValueError as error:      # a number that is not finite
+        except ValueError as error:  # a number that is not finite
             self.fault = str(error)
             return
-        if loop.count >= index + loop.rows:         # the loop came round while we read
+        if loop.count >= index + loop.rows:  # the loop came round while we read
             self.skipped += 1
             return
         recorder = self.recorder

@@ -28,14 +28,20 @@ class Recording:
             return f"already recording to {self.path}"
         path = Path(self.wanted or time.strftime("tow_%Y%m%d_%H%M%S"))
         number = 1
-        while path.exists() and self._last is not None:    # a second recording of this run
+        while path.exists() and self._last is not None:  # a second recording of this run
             number += 1
             path = path.with_name(f"{Path(self.wanted or path.name).name}_{number}")
         try:
-            self.recorder = Recorder(path, custom_data={
-                "scene": self.settings.scene.name, "scene_yaml": dump_scene(self.settings.scene),
-                "cable_sim_ros": __version__, "namespace": self.namespace,
-                "node": self.settings.node.model_dump_json()})
+            self.recorder = Recorder(
+                path,
+                custom_data={
+                    "scene": self.settings.scene.name,
+                    "scene_yaml": dump_scene(self.settings.scene),
+                    "cable_sim_ros": __version__,
+                    "namespace": self.namespace,
+                    "node": self.settings.node.model_dump_json(),
+                },
+            )
         except (BagError, OSError) as error:
             return f"no recording: {error}"
         self.path = path

@@ -17,20 +17,20 @@ from collections import Counter
 from collections.abc import Callable
 
 from ..io.motion import MotionIngest
+from ..physics.frame import Source
 from ..physics.inputs import MOTION_ROWS, SOURCE
 from ..physics.setpoint import SetpointLaw
 from ..physics.ship import BLEND_LENGTH, COORD, EPOCH_NOW, NO_EPOCH, OFFSET, OFFSET_RATE, RATE
 from ..sim.build import make_output
-from ..sim.frame import Source
 from ..sim.simulator import Simulator, StartError
 from .clock import DataClock
 from .commands import CommandIngest
 from .loop import MAPPING, RESYNCS, SKIPPED, TARGET, Loop
 from .params import Settings
 
-RING_ROWS = 128        # ticks a slow publisher may be behind
-REHEARSAL = 20         # ticks
-START_MARGIN = 0.25    # s; messages that came during the static start must be in before the first tick
+RING_ROWS = 128  # ticks a slow publisher may be behind
+REHEARSAL = 20  # ticks
+START_MARGIN = 0.25  # s; messages that came during the static start must be in before the first tick
 SECOND = 1_000_000_000
 _STAMP = struct.Struct("<iI"), struct.Struct(">iI")
 
@@ -51,13 +51,13 @@ def carried_over(saved: dict, time_ns: int, position: tuple[float, float]) -> di
     """
     time, frame, ship = saved["time"].copy(), saved["frame"].copy(), saved["ship"].copy()
     since = (time[0] - time[1]) * 1e-9
-    frame[:2] += position - (frame[:2] + frame[2:4] * since + ship[COORD:COORD + 2])
-    time[[0, 1]] += time_ns - time[0]        # now, start; index 2 counts ticks
-    time[3] = time_ns                        # the blend starts
+    frame[:2] += position - (frame[:2] + frame[2:4] * since + ship[COORD : COORD + 2])
+    time[[0, 1]] += time_ns - time[0]  # now, start; index 2 counts ticks
+    time[3] = time_ns  # the blend starts
     ship[EPOCH_NOW] = NO_EPOCH
-    ship[OFFSET:OFFSET + 6] = ship[COORD:COORD + 6] - saved["model.mean"]
-    ship[OFFSET_RATE:OFFSET_RATE + 6] = ship[RATE:RATE + 6]
-    ship[BLEND_LENGTH] = 1.0                 # any: the first tick takes the offset whole
+    ship[OFFSET : OFFSET + 6] = ship[COORD : COORD + 6] - saved["model.mean"]
+    ship[OFFSET_RATE : OFFSET_RATE + 6] = ship[RATE : RATE + 6]
+    ship[BLEND_LENGTH] = 1.0  # any: the first tick takes the offset whole
     return {"time": time, "frame": frame, "ship": ship}
 
 
@@ -70,21 +70,21 @@ class Session:
         self.scene, self.node = settings.scene, settings.node
         self.delay = round(self.node.input_delay * SECOND)
         self.state = "unconfigured"
-        self.problem = ""                  # why it is halted or failed
+        self.problem = ""  # why it is halted or failed
         self.clock = DataClock()
-        self.refused: Counter[str] = Counter()    # motion messages refused before the ingest
+        self.refused: Counter[str] = Counter()  # motion messages refused before the ingest
         self.restarts = self.resets = 0
-        self.start_cost = 0.3              # s, of the last static start
+        self.start_cost = 0.3  # s, of the last static start
         self.residual_start = math.nan
-        self.wall = time.time_ns() - time.monotonic_ns()     # once: arrivals as wall time, for messages without a stamp
-        self.arrivals: dict[str, int | None] = {"imu": None, "odom": None}    # newest, CLOCK_MONOTONIC ns
+        self.wall = time.time_ns() - time.monotonic_ns()  # once: arrivals as wall time, for messages without a stamp
+        self.arrivals: dict[str, int | None] = {"imu": None, "odom": None}  # newest, CLOCK_MONOTONIC ns
         self.received = {"imu": 0, "odom": 0}
         self.sim: Simulator | None = None
         self.loop: Loop | None = None
         self.started: dict[str, str] = {}  # time, place and heading of the static start, for the recording
-        self.running_since = math.nan      # s, CLOCK_MONOTONIC
+        self.running_since = math.nan  # s, CLOCK_MONOTONIC
         self.ended = math.nan
-        self._keep_cable = False           # the next start keeps the cable as it hangs
+        self._keep_cable = False  # the next start keeps the cable as it hangs
         self._waiting_since = 0.0
 
     # ---- configure
@@ -97,17 +97,26 @@ class Session:
         self._static_start(0, (0.0, 0.0), None)
         self.period = round(self.scene.solver.tick * SECOND)
         output = make_output(self.sim.model, self.sim.nodes, RING_ROWS)
-        self.loop = Loop(self.sim.model, self.sim.state, self.sim.inputs, output, period_ns=self.period,
-                         priority=self.node.realtime.priority, max_catchup=self.node.realtime.max_catchup)
+        self.loop = Loop(
+            self.sim.model,
+            self.sim.state,
+            self.sim.inputs,
+            output,
+            period_ns=self.period,
+            priority=self.node.realtime.priority,
+            max_catchup=self.node.realtime.max_catchup,
+        )
         self.loop.warm_up()
         self._rehearse()
-        self.log("info", f"static start solved in {self.start_cost:.2f} s; configured after "
-                         f"{time.monotonic() - begun:.1f} s")
-        self.ingest = MotionIngest(self.sim.inputs, self.scene.ship, self.node.heave, self.node.motion,
-                                   self.scene.gravity)
+        self.log(
+            "info", f"static start solved in {self.start_cost:.2f} s; configured after {time.monotonic() - begun:.1f} s"
+        )
+        self.ingest = MotionIngest(
+            self.sim.inputs, self.scene.ship, self.node.heave, self.node.motion, self.scene.gravity
+        )
         self.commands = CommandIngest(self.sim.inputs)
         gc.collect()
-        gc.freeze()        # a full collection with all this loaded stops the process for a tenth of a second
+        gc.freeze()  # a full collection with all this loaded stops the process for a tenth of a second
         sys.setswitchinterval(5e-4)
         self.state = "ready"
 
@@ -214,13 +223,19 @@ class Session:
             self.fail(f"no static start: {error}; nothing is simulated until ~/reset")
             return
         self._keep_cable = False
-        self.started = self.started or {"start_time_ns": str(begin), "start_position_m": json.dumps(position),
-                                        "start_heading_rad": repr(float(sample[5]))}
+        self.started = self.started or {
+            "start_time_ns": str(begin),
+            "start_position_m": json.dumps(position),
+            "start_heading_rad": repr(float(sample[5])),
+        }
         self.loop.start(begin, target)
         self.running_since = time.monotonic()
         self.state, self.problem = "running", ""
-        self.log("info", f"running from stamp {begin / SECOND:.3f} s at ({position[0]:.1f}, {position[1]:.1f}) m, "
-                         f"motion from {Source(int(sample[SOURCE])).name.lower()}")
+        self.log(
+            "info",
+            f"running from stamp {begin / SECOND:.3f} s at ({position[0]:.1f}, {position[1]:.1f}) m, "
+            f"motion from {Source(int(sample[SOURCE])).name.lower()}",
+        )
 
     def fail(self, problem: str) -> None:
         self.state, self.problem = "failed", problem
@@ -259,13 +274,19 @@ class Session:
         if self.loop.halted:
             self.state = "halted"
             failure = self.loop.failure
-            self.problem = (f"the stepping loop ended: {type(failure).__name__}: {failure}" if failure else
-                            "the solver gave up: the last tick was rolled back and nothing more is published; "
-                            "~/reset starts again")
+            self.problem = (
+                f"the stepping loop ended: {type(failure).__name__}: {failure}"
+                if failure
+                else "the solver gave up: the last tick was rolled back and nothing more is published; "
+                "~/reset starts again"
+            )
             self.log("error", self.problem)
         elif self.lag() > self.node.realtime.max_lag:
-            self.log("error", f"the simulation lags {self.lag():.1f} s behind the motion: this machine does not hold "
-                              f"real time; starting again from the static equilibrium")
+            self.log(
+                "error",
+                f"the simulation lags {self.lag():.1f} s behind the motion: this machine does not hold "
+                f"real time; starting again from the static equilibrium",
+            )
             self.restarts += 1
             self.reset()
 
@@ -276,6 +297,12 @@ class Session:
 
     def counters(self) -> dict[str, int]:
         control = self.loop.control
-        return {"ticks": self.loop.count, "overruns": self.loop.overruns, "skipped": int(control[SKIPPED]),
-                "resyncs": int(control[RESYNCS]), "clock_jumps": self.clock.jumps, "resets": self.resets,
-                "restarts": self.restarts}
+        return {
+            "ticks": self.loop.count,
+            "overruns": self.loop.overruns,
+            "skipped": int(control[SKIPPED]),
+            "resyncs": int(control[RESYNCS]),
+            "clock_jumps": self.clock.jumps,
+            "resets": self.resets,
+            "restarts": self.restarts,
+        }

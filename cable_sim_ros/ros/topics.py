@@ -34,13 +34,16 @@ def transform_publisher(node, context: Context, scene: Scene) -> Callable | None
     body.header.frame_id, body.child_frame_id = context.odom, context.towbody_link
 
     def publish(frame) -> None:
-        poses = ((ship, frame["ship_position"], frame["ship_quaternion"]),
-                 (sheave, scene.sheave.position, (0.0, 0.0, 0.0, 1.0)),
-                 (body, frame["body_position"], frame["body_quaternion"]))
+        poses = (
+            (ship, frame["ship_position"], frame["ship_quaternion"]),
+            (sheave, scene.sheave.position, (0.0, 0.0, 0.0, 1.0)),
+            (body, frame["body_position"], frame["body_quaternion"]),
+        )
         for item, position, quaternion in poses:
             item.header.stamp.sec, item.header.stamp.nanosec = divmod(int(frame["time"]), 1_000_000_000)
             place, turn = item.transform.translation, item.transform.rotation
             place.x, place.y, place.z = map(float, position)
             turn.x, turn.y, turn.z, turn.w = map(float, quaternion)
         publisher.publish(message)
+
     return publish

@@ -10,6 +10,7 @@ from ..physics import ancf, setpoint, winch
 from ..physics.cable import POWERS, Cable, make_work
 from ..physics.contact import stiffness
 from ..physics.drag import element_rows
+from ..physics.frame import CONTACT_COLUMNS, FRAME, MAX_STATIONS, SHAPE_COLUMNS
 from ..physics.jit import LANES
 from ..physics.line import HEALTH, LOAD_COLUMNS, STRUT_COLUMNS
 from ..physics.observe import Output
@@ -20,14 +21,13 @@ from ..physics.tow import Model, State
 from ..physics.towbody import body_table
 from ..physics.water import Water
 from .checks import ROUND_OFF
-from .frame import CONTACT_COLUMNS, FRAME, MAX_STATIONS, SHAPE_COLUMNS
 from .scene import Scene
 from .statics import DRUM_RESERVE, Route
 
 # EI of an element over w L^3 where its end carries no tension: the gradient of a free end has a rotational stiffness of
 # -T/30 there (T = w L/2), more than wL^3/240 makes it stable; it vanishes with the third power of the mesh
 END_STIFFNESS = 1.0 / 60.0
-LEAST_OUTBOARD = 1.0   # m of cable that stay outboard of the sheave when hauling in
+LEAST_OUTBOARD = 1.0  # m of cable that stay outboard of the sheave when hauling in
 
 
 def lock(array: np.ndarray, kind: type = float) -> np.ndarray:
@@ -59,8 +59,16 @@ def element_table(cable: Cable, water: Water, gravity: float, free_ends: tuple[b
             rows[ancf.BENDING_TIME] = cable.bending_damping / cable.bending_stiffness
         rows[ancf.WEIGHT_PER_LENGTH] = cable.mass_per_length * gravity
         hydro = element_rows(
-            section.drag_law, section.drag_coefficient, section.drag_amplification, cable.diameter, water.density,
-            water.viscosity, cable.added_mass_coefficient, gravity, section.tangential_coefficient)
+            section.drag_law,
+            section.drag_coefficient,
+            section.drag_amplification,
+            cable.diameter,
+            water.density,
+            water.viscosity,
+            cable.added_mass_coefficient,
+            gravity,
+            section.tangential_coefficient,
+        )
         for row, value in hydro.items():
             rows[row] = value
         columns += [rows] * section.elements
@@ -68,8 +76,9 @@ def element_table(cable: Cable, water: Water, gravity: float, free_ends: tuple[b
     for end, free in zip((0, -1), free_ends, strict=True):
         if free:
             columns[end] = columns[end].copy()
-            columns[end][ancf.EI] = max(columns[end][ancf.EI], END_STIFFNESS * columns[end][ancf.WEIGHT_PER_LENGTH]
-                                        * lengths[end] ** 3)
+            columns[end][ancf.EI] = max(
+                columns[end][ancf.EI], END_STIFFNESS * columns[end][ancf.WEIGHT_PER_LENGTH] * lengths[end] ** 3
+            )
     groups = -(-len(columns) // LANES)
     columns += [columns[-1]] * (groups * LANES - len(columns))
     return np.stack(columns, 1).reshape(ancf.ROWS, groups, LANES).transpose(1, 0, 2)
@@ -89,17 +98,28 @@ def surface_table(scene: Scene) -> np.ndarray:
     drum, sheave = scene.winch.drum_radius + 0.5 * d, scene.sheave.radius + 0.5 * d
     throat = radians(scene.sheave.throat_angle_deg)
     half, rim = np.sin(0.5 * throat), scene.sheave.rim_radius + 0.5 * d
-    return np.stack([
-        surface_row(scene.winch.position, drum, None, 0.0, 0.0, stiffness(c.working_tension, drum, 1.0, 1, depth),
-                    c.damping),
-        surface_row(scene.sheave.position, sheave, throat, scene.sheave.groove_depth, rim,
-                    stiffness(c.working_tension, sheave, half, 2, depth), c.damping)])
+    return np.stack(
+        [
+            surface_row(
+                scene.winch.position, drum, None, 0.0, 0.0, stiffness(c.working_tension, drum, 1.0, 1, depth), c.damping
+            ),
+            surface_row(
+                scene.sheave.position,
+                sheave,
+                throat,
+                scene.sheave.groove_depth,
+                rim,
+                stiffness(c.working_tension, sheave, half, 2, depth),
+                c.damping,
+            ),
+        ]
+    )
 
 
 def winch_table(scene: Scene, route: Route, total: float) -> np.ndarray:
     """Winch as numbers; the lengths that may be paid out and hauled in follow from route and total length [m]."""
     w, row = scene.winch, np.zeros(winch.WINCH_ROWS)
-    row[winch.CENTRE:winch.CENTRE + 3] = w.position
+    row[winch.CENTRE : winch.CENTRE + 3] = w.position
     row[winch.SEAT], row[winch.ANGLE_0], row[winch.SIDE] = route.drum, w.wrap, route.side
     row[winch.GAIN_P], row[winch.GAIN_D] = w.proportional_gain, w.derivative_gain
     row[winch.RATE_MOST], row[winch.ACCEL_MOST] = w.max_rate, w.max_acceleration
@@ -125,18 +145,30 @@ def build_model(scene: Scene) -> Model:
     return Model(
         elements=lock(element_table(scene.cable, scene.water, scene.gravity, (False, light_end(scene)))),
         surfaces=lock(surface_table(scene)),
-        held=lock(held), bodies=lock(body_table(scene.towbody, scene.gravity, scene.water.density)[None]),
-        seats=lock(np.array([nodes - 1]), np.int64), loads=np.zeros((0, LOAD_COLUMNS)),
+        held=lock(held),
+        bodies=lock(body_table(scene.towbody, scene.gravity, scene.water.density)[None]),
+        seats=lock(np.array([nodes - 1]), np.int64),
+        loads=np.zeros((0, LOAD_COLUMNS)),
         struts=lock(np.zeros((0, STRUT_COLUMNS))),
-        winch=lock(winch_table(scene, route, total)), setpoint=points, mean=np.zeros(6), sheave=1,
-        tick_ns=int(round(scene.solver.tick * 1e9)), max_iterations=int(scene.solver.max_iterations),
-        max_halvings=int(scene.solver.max_halvings), gravity=float(scene.gravity), rho_inf=float(scene.solver.rho_inf),
+        winch=lock(winch_table(scene, route, total)),
+        setpoint=points,
+        mean=np.zeros(6),
+        sheave=1,
+        tick_ns=int(round(scene.solver.tick * 1e9)),
+        max_iterations=int(scene.solver.max_iterations),
+        max_halvings=int(scene.solver.max_halvings),
+        gravity=float(scene.gravity),
+        rho_inf=float(scene.solver.rho_inf),
         tolerance=max(scene.solver.tolerance * tension, ROUND_OFF * scene.cable.axial_stiffness),
-        stale_after=float(scene.ship.stale_after), stale_decay=float(scene.ship.stale_decay),
-        start_blend=float(scene.ship.start_blend), source_blend=float(scene.ship.source_blend),
+        stale_after=float(scene.ship.stale_after),
+        stale_decay=float(scene.ship.stale_decay),
+        start_blend=float(scene.ship.start_blend),
+        source_blend=float(scene.ship.source_blend),
         penetration_limit=float(scene.contact.penetration_limit * scene.cable.diameter),
-        groove_depth=float(scene.sheave.groove_depth), reseat_ns=int(round(scene.contact.reseat_time * 1e9)),
-        bending_length=sqrt(scene.cable.bending_stiffness / tension))
+        groove_depth=float(scene.sheave.groove_depth),
+        reseat_ns=int(round(scene.contact.reseat_time * 1e9)),
+        bending_length=sqrt(scene.cable.bending_stiffness / tension),
+    )
 
 
 def build_state(scene: Scene) -> State:
@@ -149,17 +181,40 @@ def build_state(scene: Scene) -> State:
 
     z = np.zeros
     return State(
-        time=z(4, np.int64), halted=z(1, np.int64), events=z(3, np.int64), frame=z(4), current=z(4), arc=arc, q=nodes(),
-        v=nodes(), a=nodes(), x=nodes(), kept=z((2, 4, n, 6)), gain=nodes(),
-        tension=z(n - 1), reaction=nodes(), ship=z(SHIP_STATE),
-        ship_work=z(SHIP_STATE), sheave=z(6), surfaces=surface_table(scene).reshape(-1, SURFACE_COLUMNS).copy(),
-        winch=z(winch.WINCH_STATE), setpoint=z(setpoint.SETPOINT_STATE), controls=z((2, 2, 16)), flow=z((1, 6)),
-        measured=z(3), account=z(POWERS + 1), before=z(POWERS), health=z(HEALTH), work=make_work(n))
+        time=z(4, np.int64),
+        halted=z(1, np.int64),
+        events=z(3, np.int64),
+        frame=z(4),
+        current=z(4),
+        arc=arc,
+        q=nodes(),
+        v=nodes(),
+        a=nodes(),
+        x=nodes(),
+        kept=z((2, 4, n, 6)),
+        gain=nodes(),
+        tension=z(n - 1),
+        reaction=nodes(),
+        ship=z(SHIP_STATE),
+        ship_work=z(SHIP_STATE),
+        sheave=z(6),
+        surfaces=surface_table(scene).reshape(-1, SURFACE_COLUMNS).copy(),
+        winch=z(winch.WINCH_STATE),
+        setpoint=z(setpoint.SETPOINT_STATE),
+        controls=z((2, 2, 16)),
+        flow=z((1, 6)),
+        measured=z(3),
+        account=z(POWERS + 1),
+        before=z(POWERS),
+        health=z(HEALTH),
+        work=make_work(n),
+    )
 
 
 def make_output(model: Model, nodes: int, rows: int) -> Output:
     """A ring of ``rows`` Frames with their shape and contact tables."""
-    return Output(np.zeros(rows, FRAME), np.zeros((rows, nodes, len(SHAPE_COLUMNS))),
-                  np.zeros((rows, MAX_STATIONS, len(CONTACT_COLUMNS))))
-
-
+    return Output(
+        np.zeros(rows, FRAME),
+        np.zeros((rows, nodes, len(SHAPE_COLUMNS))),
+        np.zeros((rows, MAX_STATIONS, len(CONTACT_COLUMNS))),
+    )

@@ -19,10 +19,10 @@ FINE_ELEMENT = 0.4
 # of the contact within 5 % at the shipped contact stiffness, resultant 0.001 %; at 5 they are off by 12 to 86 %, the
 # resultant by 0.03 % (python -m cable_sim_ros.lab.sheave, docs/accuracy.md)
 RESOLVED = 1.5
-FINE_ZONE = 1.0            # m of fine mesh (and of cable on the drum) wanted when a compensation drives the winch
-MOST_STRAIN = 0.1          # under the weight of the tow
-ROUND_OFF = 1e-12          # least residual that can be asked for, over EA
-MOST_FLOOR = 1e-4          # that residual over the working tension
+FINE_ZONE = 1.0  # m of fine mesh (and of cable on the drum) wanted when a compensation drives the winch
+MOST_STRAIN = 0.1  # under the weight of the tow
+ROUND_OFF = 1e-12  # least residual that can be asked for, over EA
+MOST_FLOOR = 1e-4  # that residual over the working tension
 SECTION_NAME = re.compile(r"[a-z][a-z0-9_]*")
 
 
@@ -37,9 +37,9 @@ class Problem(NamedTuple):
 class Layout(NamedTuple):
     """Where the cable lies before it hangs free: arc lengths [m] from the fixed end."""
 
-    wound: float       # leaves the drum
-    tangent: float     # meets the sheave
-    total: float       # ends
+    wound: float  # leaves the drum
+    tangent: float  # meets the sheave
+    total: float  # ends
 
 
 def layout(scene: Scene) -> Layout:
@@ -84,7 +84,7 @@ def fine_zone(scene: Scene) -> tuple[float, float]:
 def downforce(scene: Scene) -> float:
     """Force [N] that pulls the tow down: wet weight of the cable past the sheave, net weight and lift of the body."""
     cable, water = scene.cable, scene.water
-    area = math.pi / 4 * cable.diameter ** 2
+    area = math.pi / 4 * cable.diameter**2
     free = max(0.0, layout(scene).total - layout(scene).tangent)
     wet = (cable.mass_per_length - water.density * area) * scene.gravity * free
     lift = 0.5 * water.density * scene.towbody.lift_area * _speed(scene) ** 2
@@ -94,8 +94,7 @@ def downforce(scene: Scene) -> float:
 def _speed(scene: Scene) -> float:
     heading = math.radians(scene.ship.heading_deg)
     east, north = scene.water.current
-    return math.hypot(scene.ship.tow_speed * math.cos(heading) - east,
-                      scene.ship.tow_speed * math.sin(heading) - north)
+    return math.hypot(scene.ship.tow_speed * math.cos(heading) - east, scene.ship.tow_speed * math.sin(heading) - north)
 
 
 def problems(scene: Scene) -> list[Problem]:
@@ -106,44 +105,74 @@ def problems(scene: Scene) -> list[Problem]:
         return [Problem("cable.sections", "has no section", "Give at least one section, from the drum end outward")]
     for name in sections:
         if not SECTION_NAME.fullmatch(name):
-            found.append(Problem(
-                f"cable.sections.{name}", "is not a section name",
-                "Use lower-case letters, digits and _, beginning with a letter: names become parts of parameter names"))
+            found.append(
+                Problem(
+                    f"cable.sections.{name}",
+                    "is not a section name",
+                    "Use lower-case letters, digits and _, beginning with a letter: names are parts of parameter names",
+                )
+            )
     place, winch, sheave = layout(scene), scene.winch, scene.sheave
     apart = math.hypot(*(sheave.position[i] - winch.position[i] for i in (0, 2)))
     if apart <= winch.drum_radius + sheave.radius:
-        found.append(Problem(
-            "sheave.position", f"is {apart:.4g} m from winch.position, but drum and sheave of radius "
-            f"{winch.drum_radius:g} m and {sheave.radius:g} m need more than {winch.drum_radius + sheave.radius:.4g} m",
-            "Move them apart, or make the radii smaller"))
+        found.append(
+            Problem(
+                "sheave.position",
+                f"is {apart:.4g} m from winch.position, but drum and sheave of radius "
+                f"{winch.drum_radius:g} m and {sheave.radius:g} m "
+                f"need more than {winch.drum_radius + sheave.radius:.4g} m",
+                "Move them apart, or make the radii smaller",
+            )
+        )
     if sheave.position[0] >= winch.position[0]:
-        found.append(Problem(
-            "sheave.position", f"has x = {sheave.position[0]:g} m, not aft of winch.position with x = "
-            f"{winch.position[0]:g} m; the cable leaves the drum aft", "Give the sheave the smaller x"))
+        found.append(
+            Problem(
+                "sheave.position",
+                f"has x = {sheave.position[0]:g} m, not aft of winch.position with x = "
+                f"{winch.position[0]:g} m; the cable leaves the drum aft",
+                "Give the sheave the smaller x",
+            )
+        )
     if place.total <= place.tangent:
-        found.append(Problem(
-            "cable.sections", f"add up to {place.total:.4g} m, but {place.tangent:.4g} m are needed to reach the "
-            f"sheave ({place.wound:.4g} m on the drum, {place.tangent - place.wound:.4g} m to the sheave)",
-            f"Make the cable longer than {place.tangent:.4g} m, or winch.wrap smaller"))
+        found.append(
+            Problem(
+                "cable.sections",
+                f"add up to {place.total:.4g} m, but {place.tangent:.4g} m are needed to reach the "
+                f"sheave ({place.wound:.4g} m on the drum, {place.tangent - place.wound:.4g} m to the sheave)",
+                f"Make the cable longer than {place.tangent:.4g} m, or winch.wrap smaller",
+            )
+        )
     elif downforce(scene) <= 0.0 and _speed(scene) == 0.0:
-        found.append(Problem(
-            "towbody.net_weight", f"and the wet weight of the cable add up to {downforce(scene):.4g} N, must be above "
-            "0 N while the ship is at rest in the water: nothing pulls the cable straight",
-            "Make the body or the cable heavier, or give ship.tow_speed"))
+        found.append(
+            Problem(
+                "towbody.net_weight",
+                f"and the wet weight of the cable add up to {downforce(scene):.4g} N, must be above "
+                "0 N while the ship is at rest in the water: nothing pulls the cable straight",
+                "Make the body or the cable heavier, or give ship.tow_speed",
+            )
+        )
     pull, stiffness = downforce(scene), scene.cable.axial_stiffness
     if pull > MOST_STRAIN * stiffness:
-        found.append(Problem(
-            "cable.axial_stiffness", f"= {stiffness:g} N is stretched by {100.0 * pull / stiffness:.3g} % by the "
-            f"{pull:.4g} N that pull the tow down, more than {100.0 * MOST_STRAIN:g} %: the element's law is one of "
-            f"small strain, and no step (solver.tick = {scene.solver.tick:g} s) makes up for it",
-            f"Make it at least {pull / MOST_STRAIN:.3g} N, or the tow lighter; check its unit (EA in N)"))
+        found.append(
+            Problem(
+                "cable.axial_stiffness",
+                f"= {stiffness:g} N is stretched by {100.0 * pull / stiffness:.3g} % by the "
+                f"{pull:.4g} N that pull the tow down, more than {100.0 * MOST_STRAIN:g} %: the element's law is one "
+                f"of small strain, and no step (solver.tick = {scene.solver.tick:g} s) makes up for it",
+                f"Make it at least {pull / MOST_STRAIN:.3g} N, or the tow lighter; check its unit (EA in N)",
+            )
+        )
     floor, working = ROUND_OFF * stiffness, scene.contact.working_tension
     if floor > MOST_FLOOR * working:
-        found.append(Problem(
-            "cable.axial_stiffness", f"= {stiffness:g} N leaves a round-off of {floor:.3g} N in every force, more than "
-            f"{100.0 * MOST_FLOOR:g} % of contact.working_tension = {working:g} N: a step (solver.tick = "
-            f"{scene.solver.tick:g} s) cannot be solved to less",
-            f"Make it at most {MOST_FLOOR * working / ROUND_OFF:.3g} N; a cable that does not stretch needs no more"))
+        found.append(
+            Problem(
+                "cable.axial_stiffness",
+                f"= {stiffness:g} N leaves a round-off of {floor:.3g} N in every force, more than "
+                f"{100.0 * MOST_FLOOR:g} % of contact.working_tension = {working:g} N: a step (solver.tick = "
+                f"{scene.solver.tick:g} s) cannot be solved to less",
+                f"Make it at most {MOST_FLOOR * working / ROUND_OFF:.3g} N; a cable without stretch needs no more",
+            )
+        )
     return found
 
 
@@ -151,36 +180,63 @@ def cautions(scene: Scene) -> list[Problem]:
     """Numbers that can be run but will show in the results; each names number, threshold and remedy."""
     found = []
     place, radius = layout(scene), scene.sheave.radius
-    size, name = max(((last - first, name) for first, last, name in elements(scene)
-                      if first <= place.tangent + FINE_ELEMENT * radius and last >= place.tangent), default=(0.0, ""))
+    size, name = max(
+        (
+            (last - first, name)
+            for first, last, name in elements(scene)
+            if first <= place.tangent + FINE_ELEMENT * radius and last >= place.tangent
+        ),
+        default=(0.0, ""),
+    )
     if size > FINE_ELEMENT * radius * (1 + 1e-9):
-        found.append(Problem(
-            f"cable.sections.{name}", f"lies on the sheave with elements of {size:.3g} m, longer than "
-            f"{FINE_ELEMENT * radius:.3g} m, {FINE_ELEMENT:g} of sheave.radius: contact and tension will ripple",
-            "Give the part at the sheave more elements, or its own section"))
+        found.append(
+            Problem(
+                f"cable.sections.{name}",
+                f"lies on the sheave with elements of {size:.3g} m, longer than "
+                f"{FINE_ELEMENT * radius:.3g} m, {FINE_ELEMENT:g} of sheave.radius: contact and tension will ripple",
+                "Give the part at the sheave more elements, or its own section",
+            )
+        )
     elif scene.setpoint.algorithm != "hold":
         found += travel_cautions(scene, FINE_ZONE, FINE_ZONE)
     resolved = RESOLVED * math.sqrt(scene.cable.bending_stiffness / scene.contact.working_tension)
-    if 0.0 < resolved * (1 + 1e-9) < size <= FINE_ELEMENT * radius * (1 + 1e-9):   # longer ones have their caution
-        found.append(Problem(
-            f"cable.sections.{name}", f"lies on the sheave with elements of {size:.3g} m, longer than {resolved:.3g} "
-            f"m, {RESOLVED:g} bending lengths sqrt(EI/T) at contact.working_tension: how the load spreads along the "
-            "sheave and what its ends bear is not resolved; tension, resultant and towbody do not depend on it",
-            f"Where the spread matters, elements of at most {resolved:.3g} m there"))
+    if 0.0 < resolved * (1 + 1e-9) < size <= FINE_ELEMENT * radius * (1 + 1e-9):  # longer ones have their caution
+        found.append(
+            Problem(
+                f"cable.sections.{name}",
+                f"lies on the sheave with elements of {size:.3g} m, longer than {resolved:.3g} "
+                f"m, {RESOLVED:g} bending lengths sqrt(EI/T) at contact.working_tension: how the load spreads along "
+                "the sheave and what its ends bear is not resolved; tension, resultant and towbody do not depend on it",
+                f"Where the spread matters, elements of at most {resolved:.3g} m there",
+            )
+        )
     if downforce(scene) <= 0.0:
-        found.append(Problem(
-            "towbody.net_weight", f"and the wet weight of the cable add up to {downforce(scene):.4g} N, not above 0 N: "
-            "the tow rises to the surface, where the towbody model does not hold",
-            "Make the body heavier or its lift_area negative"))
+        found.append(
+            Problem(
+                "towbody.net_weight",
+                f"and the wet weight of the cable add up to {downforce(scene):.4g} N, not above 0 N: "
+                "the tow rises to the surface, where the towbody model does not hold",
+                "Make the body heavier or its lift_area negative",
+            )
+        )
     if scene.gravity > 0 and scene.towbody.net_weight > 1.02 * scene.towbody.mass * scene.gravity:
-        found.append(Problem(
-            "towbody.net_weight", f"= {scene.towbody.net_weight:g} N is more than the dry weight "
-            f"{scene.towbody.mass * scene.gravity:.5g} N of towbody.mass", "Check the units of both"))
+        found.append(
+            Problem(
+                "towbody.net_weight",
+                f"= {scene.towbody.net_weight:g} N is more than the dry weight "
+                f"{scene.towbody.mass * scene.gravity:.5g} N of towbody.mass",
+                "Check the units of both",
+            )
+        )
     height = scene.sheave.position[2] + scene.ship.reference_height - radius
     if height < 0:
-        found.append(Problem(
-            "sheave.position", f"puts the lowest point of the sheave at {height:.3g} m, below 0 m, the water surface",
-            "Check the sign of z (up) and ship.reference_height"))
+        found.append(
+            Problem(
+                "sheave.position",
+                f"puts the lowest point of the sheave at {height:.3g} m, below 0 m, the water surface",
+                "Check the sign of z (up) and ship.reference_height",
+            )
+        )
     return found
 
 
@@ -191,14 +247,23 @@ def travel_cautions(scene: Scene, hauled: float, paid: float) -> list[Problem]:
     sides = ((outboard, hauled, "outboard", "hauling in"), (inboard, paid, "inboard", "paying out"))
     for have, want, side, how in sides:
         if have < want:
-            found.append(Problem(
-                "cable.sections", f"have {have:.3g} m of fine mesh {side} of the sheave, shorter than {want:.3g} m of "
-                f"{how}: a coarser element comes onto the sheave and shows as a false change of tension",
-                f"Make the section at the sheave longer {side}, with elements of at most "
-                f"{FINE_ELEMENT * scene.sheave.radius:.3g} m"))
+            found.append(
+                Problem(
+                    "cable.sections",
+                    f"have {have:.3g} m of fine mesh {side} of the sheave, shorter than {want:.3g} m of "
+                    f"{how}: a coarser element comes onto the sheave and shows as a false change of tension",
+                    f"Make the section at the sheave longer {side}, with elements of at most "
+                    f"{FINE_ELEMENT * scene.sheave.radius:.3g} m",
+                )
+            )
     wound = layout(scene).wound
     if wound < paid:
-        found.append(Problem(
-            "winch.wrap", f"= {scene.winch.wrap:g} rad leaves {wound:.3g} m on the drum, less than {paid:.3g} m of "
-            "paying out: the winch stops at the cable end", "Make winch.wrap larger, and the first section with it"))
+        found.append(
+            Problem(
+                "winch.wrap",
+                f"= {scene.winch.wrap:g} rad leaves {wound:.3g} m on the drum, less than {paid:.3g} m of "
+                "paying out: the winch stops at the cable end",
+                "Make winch.wrap larger, and the first section with it",
+            )
+        )
     return found

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
+from ..physics.frame import FRAME, Flag
 from ..physics.inputs import make_inputs
 from ..physics.line import ITERATIONS, RESIDUAL, SUBSTEPS
 from ..physics.setpoint import ALGORITHM, ANGLE, HEIGHT, LAWS, TRACK, SetpointLaw
 from ..physics.ship import COORD, EPOCH_NOW, NO_EPOCH
 from .build import build_model, build_state, make_output
-from .drive import CONTROL_WORDS, SETTLE, STATS_COLUMNS, TICKS, drive
-from .frame import FRAME, Flag
+from .entry import CONTROL_WORDS, SETTLE, STATS_COLUMNS, TICKS, drive
 from .scene import Scene
 from .statics import MASS_DAMPING, MOST_PUSH, MOST_STEPS, Route, StartError, first_angle, first_strain
 
@@ -33,6 +33,7 @@ class Simulator:
     def __init__(self, scene: Scene | str | Path):
         if not isinstance(scene, Scene):
             from ..io.load import load_scene  # the only upward glance: a path is a convenience
+
             scene = load_scene(scene)
         self.scene = scene
         self.model = build_model(scene)
@@ -72,7 +73,7 @@ class Simulator:
         state.current[:2] = np.array(scene.water.current) - state.frame[2:]
         state.current[2:] = scene.water.current_gradient
         model.mean[:] = (0.0, 0.0, scene.ship.reference_height, 0.0, 0.0, yaw)
-        state.ship[COORD:COORD + 6] = model.mean
+        state.ship[COORD : COORD + 6] = model.mean
         state.ship[EPOCH_NOW] = NO_EPOCH
         flow = float(np.hypot(*state.current[:2]))
         state.flow[0, :2] = state.current[:2] if flow > 1e-6 else (-cos(yaw), -sin(yaw))
@@ -95,19 +96,22 @@ class Simulator:
                 f"{scene.name}: no static equilibrium after {tried} steps and {iterations} iterations, residual "
                 f"{left:.3g} N, allowed {model.tolerance:.3g} N, with {self._stiffness()}; nothing was started. "
                 f"Remedy: check weight and drag of towbody and cable, or begin with a shorter cable or a coarser mesh",
-                float(left))
+                float(left),
+            )
         pushed, most = int(state.tension.argmin()), float(state.tension.max())
         if state.tension[pushed] < -MOST_PUSH * most:
             raise StartError(
                 f"{scene.name}: at rest the cable would have to push with {-state.tension[pushed]:.4g} N at arc length "
                 f"{state.arc[pushed]:.4g} m, more than {100.0 * MOST_PUSH:g} % of its largest tension {most:.4g} N: it "
                 f"folds there, and where it would come to lie cannot be told; nothing was started. Remedy: more weight "
-                f"at the body (towbody.net_weight), or a ship under way (ship.tow_speed)", float(left))
+                f"at the body (towbody.net_weight), or a ship under way (ship.tow_speed)",
+                float(left),
+            )
         state.health[[ITERATIONS, SUBSTEPS]] = 0.0
         model.setpoint[HEIGHT] = state.sheave[2]
         if scene.setpoint.nominal_angle_deg is None:
             model.setpoint[ANGLE] = min(state.measured[0], radians(85.0))
-        state.setpoint[TRACK:TRACK + 3] = (state.sheave[0], state.sheave[1], yaw)
+        state.setpoint[TRACK : TRACK + 3] = (state.sheave[0], state.sheave[1], yaw)
 
     @property
     def frame(self) -> np.record:
@@ -122,7 +126,7 @@ class Simulator:
     @property
     def contact(self) -> np.ndarray:
         """Contact stations of the last tick [stations, 9], columns CONTACT_COLUMNS."""
-        return self.output.contact[0, :int(self.output.frame[0]["contact_stations"])]
+        return self.output.contact[0, : int(self.output.frame[0]["contact_stations"])]
 
     def tick(self, inputs=None) -> np.record:
         """Advance one tick with ``inputs`` (default: self.inputs); returns its Frame. Raises SolverError."""
@@ -168,13 +172,24 @@ class Simulator:
             getattr(target, name)[...] = array
 
     def _drive(self, what: int, count: int, output, inputs=None) -> int:
-        return drive(self.model, self.state, self.inputs if inputs is None else inputs, output, what, int(count),
-                     MASS_DAMPING, self._control, self._stats)
+        return drive(
+            self.model,
+            self.state,
+            self.inputs if inputs is None else inputs,
+            output,
+            what,
+            int(count),
+            MASS_DAMPING,
+            self._control,
+            self._stats,
+        )
 
     def _stiffness(self) -> str:
         """What most often decides whether a step can be solved, in words."""
-        return (f"cable.axial_stiffness = {self.scene.cable.axial_stiffness:g} N and "
-                f"solver.tick = {self.scene.solver.tick:g} s")
+        return (
+            f"cable.axial_stiffness = {self.scene.cable.axial_stiffness:g} N and "
+            f"solver.tick = {self.scene.solver.tick:g} s"
+        )
 
     def _halted(self) -> SolverError:
         flags = int(self.state.halted[0])
@@ -182,7 +197,8 @@ class Simulator:
         return SolverError(
             f"{self.scene.name}: the tick after {when:.3f} s could not be solved ({Flag(flags)!r}) with "
             f"{self.model.max_halvings} halvings, with {self._stiffness()}; the run halted at the state before it. "
-            f"Remedy: start again; if it repeats, a smaller solver.tick or a finer mesh where the cable bends")
+            f"Remedy: start again; if it repeats, a smaller solver.tick or a finer mesh where the cable bends"
+        )
 
 
 __all__ = ["FRAME", "Simulator", "SolverError", "StartError"]

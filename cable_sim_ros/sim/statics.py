@@ -12,12 +12,12 @@ import numpy as np
 
 from .scene import Scene
 
-DRUM_RESERVE = 0.3    # rad of wrap that must stay on the drum
-FIRST_DRAG = 1.2      # drag coefficient of the first guess
-MASS_DAMPING = 0.2    # 1/s, of the pseudo-transient only; it has no part in the equilibrium (trap T8)
+DRUM_RESERVE = 0.3  # rad of wrap that must stay on the drum
+FIRST_DRAG = 1.2  # drag coefficient of the first guess
+MASS_DAMPING = 0.2  # 1/s, of the pseudo-transient only; it has no part in the equilibrium (trap T8)
 MOST_STEPS = 400
-MOST_STRAIN = 0.01     # of the first guess
-MOST_PUSH = 0.01       # push in a cable at rest over its largest tension: more is no state a cable stays in
+MOST_STRAIN = 0.01  # of the first guess
+MOST_PUSH = 0.01  # push in a cable at rest over its largest tension: more is no state a cable stays in
 
 
 class StartError(RuntimeError):
@@ -36,8 +36,15 @@ def first_angle(scene: Scene, speed: float) -> float:
     cable, water = scene.cable, scene.water
     weight = (cable.mass_per_length - water.density * 0.25 * pi * cable.diameter**2) * scene.gravity
     length = sum(s.length for s in cable.sections.values())
-    drag = 0.5 * FIRST_DRAG * water.density * cable.diameter * speed**2 * sum(
-        s.length * s.drag_amplification for s in cable.sections.values()) / length
+    drag = (
+        0.5
+        * FIRST_DRAG
+        * water.density
+        * cable.diameter
+        * speed**2
+        * sum(s.length * s.drag_amplification for s in cable.sections.values())
+        / length
+    )
     if drag < 1e-9 * abs(weight):
         return 0.0
     k = max(weight, 1e-9) / (2.0 * drag)
@@ -77,8 +84,12 @@ class Route:
             return -self.drum * sin(phi), self.drum * cos(phi), cos(phi), sin(phi)
         s -= self.on_drum
         if s < self.span:
-            return (-self.drum * sin(self.tilt) + s * cos(self.tilt), self.drum * cos(self.tilt) + s * sin(self.tilt),
-                    cos(self.tilt), sin(self.tilt))
+            return (
+                -self.drum * sin(self.tilt) + s * cos(self.tilt),
+                self.drum * cos(self.tilt) + s * sin(self.tilt),
+                cos(self.tilt),
+                sin(self.tilt),
+            )
         s -= self.span
         leave = 0.5 * pi - angle
         psi = min(-self.tilt + s / self.sheave, leave)

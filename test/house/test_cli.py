@@ -9,17 +9,30 @@ import pytest
 from click.testing import CliRunner
 
 from cable_sim_ros import cli
-from cable_sim_ros.lab import offline
-from cable_sim_ros.lab.drive import Drive
+from cable_sim_ros.runs import offline
+from cable_sim_ros.runs.passes import Pass
 
-COMMANDS = {"node", "run", "replay", "live", "play", "case", "bench", "stress", "validate", "manual", "recover",
-            "make-bags"}
+COMMANDS = {
+    "node",
+    "run",
+    "replay",
+    "live",
+    "play",
+    "case",
+    "bench",
+    "stress",
+    "validate",
+    "manual",
+    "recover",
+    "make-bags",
+}
 
 
 @pytest.fixture(autouse=True)
 def same_warnings(monkeypatch):
     import warnings
-    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)   # main() replaces it
+
+    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)  # main() replaces it
 
 
 def call(*arguments):
@@ -39,19 +52,26 @@ def test_every_command_helps(command):
     assert not undocumented
 
 
-@pytest.mark.parametrize("arguments, text", [
-    (("run", "no_such_scene"), "error: no_such_scene: no such scene file; nothing was started."),
-    (("run", "full_scale", "--motion", "no_such_bag"), "error: no_such_bag: no such bag file; nothing was started."),
-    (("run", "full_scale", "--setpoint", "holt"), "Did you mean hold?"),
-    (("run", "full_scale", "--duration", "0"), "Invalid value for '--duration'"),
-    (("run",), "Missing argument 'SCENE'"),
-    (("replay", "no_such_bag"), "error: no_such_bag: no such bag file"),
-    (("recover", "no_such_bag", "x"), "error: 'no_such_bag'"),
-    pytest.param(("live", "no_such_bag"), "error: no_such_bag: no such bag file", marks=pytest.mark.ros),
-    pytest.param(("live", "--scene", "no_such_scene"), "error: no_such_scene: no such scene file",
-                 marks=pytest.mark.ros),
-    (("manual", "--out", "no/such/folder/x.md"), "error: "),
-])
+@pytest.mark.parametrize(
+    "arguments, text",
+    [
+        (("run", "no_such_scene"), "error: no_such_scene: no such scene file; nothing was started."),
+        (
+            ("run", "full_scale", "--motion", "no_such_bag"),
+            "error: no_such_bag: no such bag file; nothing was started.",
+        ),
+        (("run", "full_scale", "--setpoint", "holt"), "Did you mean hold?"),
+        (("run", "full_scale", "--duration", "0"), "Invalid value for '--duration'"),
+        (("run",), "Missing argument 'SCENE'"),
+        (("replay", "no_such_bag"), "error: no_such_bag: no such bag file"),
+        (("recover", "no_such_bag", "x"), "error: 'no_such_bag'"),
+        pytest.param(("live", "no_such_bag"), "error: no_such_bag: no such bag file", marks=pytest.mark.ros),
+        pytest.param(
+            ("live", "--scene", "no_such_scene"), "error: no_such_scene: no such scene file", marks=pytest.mark.ros
+        ),
+        (("manual", "--out", "no/such/folder/x.md"), "error: "),
+    ],
+)
 def test_a_mistake_is_told_in_one_line(arguments, text, tmp_path, monkeypatch):
     if arguments[0] == "live":
         pytest.importorskip("rclpy")
@@ -89,8 +109,8 @@ def test_a_failed_run_is_code_1_and_still_has_figures(monkeypatch):
 
 
 def test_a_replay_says_when_there_is_nothing_to_compare(monkeypatch):
-    real = Drive._ticks
-    monkeypatch.setattr(Drive, "_ticks", lambda self, start, duration: min(100, real(self, start, duration)))
+    real = Pass._ticks
+    monkeypatch.setattr(Pass, "_ticks", lambda self, start, duration: min(100, real(self, start, duration)))
     result = call("replay", "lmg1903")
     assert result.exit_code == 0 and "The bag recorded nothing of the tow" in result.stdout
 
@@ -115,9 +135,11 @@ def test_without_ros_the_commands_that_need_it_say_so(command, monkeypatch):
 
 
 def test_help_loads_neither_ros_nor_the_compiler():
-    code = ("import sys; from cable_sim_ros.cli import main\n"
-            "try: main(['--help'])\n"
-            "except SystemExit: pass\n"
-            "print(sorted({'rclpy', 'numba', 'numpy', 'matplotlib'} & set(sys.modules)))")
+    code = (
+        "import sys; from cable_sim_ros.cli import main\n"
+        "try: main(['--help'])\n"
+        "except SystemExit: pass\n"
+        "print(sorted({'rclpy', 'numba', 'numpy', 'matplotlib'} & set(sys.modules)))"
+    )
     done = subprocess.run([sys.executable, "-c", code], text=True, capture_output=True, check=True)
     assert done.stdout.splitlines()[-1] == "[]"

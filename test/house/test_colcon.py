@@ -9,8 +9,18 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-PARTS = ("package.xml", "setup.py", "setup.cfg", "README.md", "MANIFEST.in", "LICENSE", "resource", "cable_sim_ros",
-         "config", "bags")
+PARTS = (
+    "package.xml",
+    "setup.py",
+    "setup.cfg",
+    "README.md",
+    "MANIFEST.in",
+    "LICENSE",
+    "resource",
+    "cable_sim_ros",
+    "config",
+    "bags",
+)
 WHERE = "from cable_sim_ros.io.resources import *; print(share_folder(), *shipped_scenes(), *shipped_bags())"
 
 
@@ -48,8 +58,16 @@ def workspace(request, tmp_path_factory):
 
 def sourced(workspace, *command, **environment):
     """Output of a command after ``source install/setup.bash``, run elsewhere."""
-    return call("bash", "-c", f'source "{workspace}/install/setup.bash" && exec "$@"', "bash", *command,
-                cwd=workspace.parent, PYTHONPATH="", **environment)
+    return call(
+        "bash",
+        "-c",
+        f'source "{workspace}/install/setup.bash" && exec "$@"',
+        "bash",
+        *command,
+        cwd=workspace.parent,
+        PYTHONPATH="",
+        **environment,
+    )
 
 
 @pytest.mark.colcon
@@ -81,9 +99,21 @@ def test_node_installed_by_colcon_starts(workspace):
     pytest.importorskip("rclpy")
     executable = workspace / "install" / "cable_sim_ros" / "lib" / "cable_sim_ros" / "node"
     done = subprocess.run(
-        ["bash", "-c", f'source "{workspace}/install/setup.bash" && exec "$@"', "bash", str(executable),
-         "--ros-args", "-p", "no_such_parameter:=1.0"],
-        cwd=workspace.parent, text=True, capture_output=True, timeout=120)
+        [
+            "bash",
+            "-c",
+            f'source "{workspace}/install/setup.bash" && exec "$@"',
+            "bash",
+            str(executable),
+            "--ros-args",
+            "-p",
+            "no_such_parameter:=1.0",
+        ],
+        cwd=workspace.parent,
+        text=True,
+        capture_output=True,
+        timeout=120,
+    )
     assert done.returncode == 2 and "no_such_parameter" in done.stderr, done.stderr
 
 
@@ -91,8 +121,18 @@ def test_node_installed_by_colcon_starts(workspace):
 def test_scenes_and_bags_are_found_after_pip(tmp_path):
     (tmp_path / "source").mkdir()
     copied(tmp_path / "source")
-    call(sys.executable, "-m", "pip", "install", "-qq", "--no-deps", "--target", str(tmp_path / "there"),
-         str(tmp_path / "source"), cwd=tmp_path)
+    call(
+        sys.executable,
+        "-m",
+        "pip",
+        "install",
+        "-qq",
+        "--no-deps",
+        "--target",
+        str(tmp_path / "there"),
+        str(tmp_path / "source"),
+        cwd=tmp_path,
+    )
     share, *names = call(sys.executable, "-c", WHERE, cwd=tmp_path, PYTHONPATH=str(tmp_path / "there")).split()
     assert share == str(tmp_path / "there" / "share" / "cable_sim_ros")
     assert {"full_scale", "full_scale_westin", "nbp1406", "lmg1903"} <= set(names)

@@ -16,7 +16,7 @@ from cable_sim_ros.io.load import load_scene
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE_XML = ElementTree.parse(ROOT / "package.xml").getroot()
-PIP_ONLY = {"mcap", "rosbags"}             # no rosdep key
+PIP_ONLY = {"mcap", "rosbags"}  # no rosdep key
 XML_ONLY = set()
 MODULE_OF = {"pyyaml": "yaml"}
 ROS_WHEELS = {"ros-rclpy": "rclpy"}
@@ -25,13 +25,16 @@ ROS_WHEELS = {"ros-rclpy": "rclpy"}
 def setup_arguments():
     """Arguments of setup(), without building anything."""
     import setuptools
+
     seen = {}
     real, setuptools.setup = setuptools.setup, lambda **arguments: seen.update(arguments)
     before = os.getcwd()
     try:
         os.chdir(ROOT)
-        exec(compile((ROOT / "setup.py").read_text("utf-8"), str(ROOT / "setup.py"), "exec"),
-             {"__file__": str(ROOT / "setup.py"), "__name__": "__main__"})
+        exec(
+            compile((ROOT / "setup.py").read_text("utf-8"), str(ROOT / "setup.py"), "exec"),
+            {"__file__": str(ROOT / "setup.py"), "__name__": "__main__"},
+        )
     finally:
         setuptools.setup = real
         os.chdir(before)
@@ -55,7 +58,7 @@ def depends(kind):
 def test_package_xml_is_one_that_colcon_takes():
     assert PACKAGE_XML.get("format") == "3"
     assert PACKAGE_XML.findtext("export/build_type") == "ament_python"
-    mail = PACKAGE_XML.find("maintainer").get("email")   # an invalid one makes colcon treat it as plain Python
+    mail = PACKAGE_XML.find("maintainer").get("email")  # an invalid one makes colcon treat it as plain Python
     assert re.fullmatch(r"[\w.+-]+@[\w-]+(\.[\w-]+)+", mail)
 
 
@@ -84,12 +87,15 @@ def test_ros_dependencies_are_the_same_in_both_worlds(arguments):
 def test_every_import_is_a_dependency(arguments):
     declared = {MODULE_OF.get(name_of(r), name_of(r)) for r in arguments["install_requires"]}
     ros = {name for name in depends("exec_depend") if not name.startswith("python3-")}
-    optional = {"matplotlib", "tf2_msgs", "llvmlite", "pydantic_core"}   # viz; a full ROS; of numba; of pydantic
+    optional = {"matplotlib", "tf2_msgs", "llvmlite", "pydantic_core"}  # viz; a full ROS; of numba; of pydantic
     optional |= {MODULE_OF.get(name_of(r), name_of(r)) for r in arguments["extras_require"]["peers"]}
     for path in sorted((ROOT / "cable_sim_ros").rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text("utf-8"))):
-            names = [a.name for a in node.names] if isinstance(node, ast.Import) else (
-                [node.module] if isinstance(node, ast.ImportFrom) and not node.level else [])
+            names = (
+                [a.name for a in node.names]
+                if isinstance(node, ast.Import)
+                else ([node.module] if isinstance(node, ast.ImportFrom) and not node.level else [])
+            )
             for name in names:
                 top = name.split(".")[0]
                 assert top in sys.stdlib_module_names | declared | ros | optional | {"cable_sim_ros"}, f"{path}: {name}"

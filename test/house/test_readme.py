@@ -10,8 +10,8 @@ import pytest
 from cable_sim_ros import cli
 from cable_sim_ros.io.channels import CHANNELS
 from cable_sim_ros.io.resources import shipped_bags, shipped_scenes
-from cable_sim_ros.lab import offline
-from cable_sim_ros.lab.summary import SUMMARY, summary_markdown
+from cable_sim_ros.runs import offline
+from cable_sim_ros.runs.summary import SUMMARY, summary_markdown
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text("utf-8")
@@ -32,7 +32,7 @@ def test_commands_exist_with_their_options(text):
     _, name, *arguments = shlex.split(text)
     command = cli.main.commands[name]
     parser = command.make_parser(click.Context(command))
-    parser.parse_args(arguments)   # raises for an unknown option; argument types are the command's own matter
+    parser.parse_args(arguments)  # raises for an unknown option; argument types are the command's own matter
 
 
 def test_every_command_is_in_the_readme():
@@ -83,5 +83,7 @@ def test_files_named_in_the_readme_exist():
         assert (ROOT / "cable_sim_ros" / path).exists(), path
     for name in ("DragLaw", "LOADING", "surface_row", "SetpointLaw", "compensation", "CHANNELS"):
         assert f"`{name}`" in README
-        assert any(re.search(rf"^(class |def )?{name}\b", path.read_text("utf-8"), re.M)
-                   for path in (ROOT / "cable_sim_ros").rglob("*.py")), name
+        assert any(
+            re.search(rf"^(class |def )?{name}\b", path.read_text("utf-8"), re.M)
+            for path in (ROOT / "cable_sim_ros").rglob("*.py")
+        ), name

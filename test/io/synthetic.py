@@ -6,14 +6,14 @@ import numpy as np
 
 from cable_sim_ros.io.bag import BagWriter
 from cable_sim_ros.io.channels import Context, Encoder
-from cable_sim_ros.sim.frame import CONTACT_COLUMNS, FIELDS, FRAME, SHAPE_COLUMNS
+from cable_sim_ros.physics.frame import CONTACT_COLUMNS, FIELDS, FRAME, SHAPE_COLUMNS
 
 START = 1_700_000_000_000_000_000
-SPEED = 2.5          # m/s
-PERIOD = 10.0        # s, of the heave
-HEAVE = 1.5          # m, amplitude
-TENSION = 9000.0     # N, mean
-DEPTH = 180.0        # m, mean
+SPEED = 2.5  # m/s
+PERIOD = 10.0  # s, of the heave
+HEAVE = 1.5  # m, amplitude
+TENSION = 9000.0  # N, mean
+DEPTH = 180.0  # m, mean
 
 
 def make_frames(count: int, tick_s: float = 0.01, seed: int = 1, start: int = START) -> np.recarray:
@@ -62,8 +62,19 @@ def make_contact(frame: np.void) -> np.ndarray:
     n = int(frame["contact_stations"])
     wrap = np.linspace(-0.1, 0.9, n)
     bulge = np.clip(np.sin(np.pi * (wrap + 0.1) / frame["wrap_angle"]), 0, None) * frame["tension"]
-    return np.column_stack([0.5 * np.sin(wrap), 0 * wrap, 0.5 * np.cos(wrap), wrap, 1.1 * bulge, 0.9 * bulge,
-                            0.001 - 1e-7 * bulge, 40 + 0.5 * wrap, np.full(n, 0.0125)])
+    return np.column_stack(
+        [
+            0.5 * np.sin(wrap),
+            0 * wrap,
+            0.5 * np.cos(wrap),
+            wrap,
+            1.1 * bulge,
+            0.9 * bulge,
+            0.001 - 1e-7 * bulge,
+            40 + 0.5 * wrap,
+            np.full(n, 0.0125),
+        ]
+    )
 
 
 assert len(CONTACT_COLUMNS) == 9

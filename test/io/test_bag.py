@@ -32,14 +32,26 @@ SECOND = 10**9
 
 
 def run_child(code: str, *args, **popen):
-    return subprocess.Popen([sys.executable, "-c", textwrap.dedent(code), *map(str, args)], text=True, cwd=ROOT,
-                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=dict(os.environ), **popen)
+    return subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(code), *map(str, args)],
+        text=True,
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env=dict(os.environ),
+        **popen,
+    )
 
 
 # ---- round trips
 
-@given(st.lists(st.tuples(st.sampled_from(["/a", "/b/c"]), st.integers(0, 2**62), st.binary(min_size=4, max_size=64)),
-                max_size=30))
+
+@given(
+    st.lists(
+        st.tuples(st.sampled_from(["/a", "/b/c"]), st.integers(0, 2**62), st.binary(min_size=4, max_size=64)),
+        max_size=30,
+    )
+)
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_what_is_added_is_read_in_order_of_time(tmp_path_factory, messages):
     path = tmp_path_factory.mktemp("bag") / "run"
@@ -63,8 +75,11 @@ def test_run_reads_back_with_rosbags_and_with_mcap(tmp_path):
         assert reader.message_count == 5 * 100 + 20 + 10
         assert {c.topic for c in reader.connections} == {Context().topic(c) for c in CHANNELS}
     with AnyReader([tmp_path / "run"]) as reader:
-        x = [reader.deserialize(data, connection.msgtype).pose.position.x
-             for connection, _, data in reader.messages() if connection.topic == "/tow_sim/towbody/pose"]
+        x = [
+            reader.deserialize(data, connection.msgtype).pose.position.x
+            for connection, _, data in reader.messages()
+            if connection.topic == "/tow_sim/towbody/pose"
+        ]
     assert x == frames["body_position"][:, 0].tolist()
     with open(tmp_path / "run" / "run_0.mcap", "rb") as file:
         reader = make_reader(file)
@@ -101,22 +116,35 @@ def test_bag_without_frames_is_no_run(tmp_path):
 def test_metadata_is_what_rosbag2_writes(tmp_path):
     write_run(tmp_path / "run", 0.2)
     info = yaml.safe_load((tmp_path / "run" / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
-    assert list(info) == ["version", "storage_identifier", "duration", "starting_time", "message_count",
-                          "topics_with_message_count", "compression_format", "compression_mode",
-                          "relative_file_paths", "files", "custom_data", "ros_distro"]
+    assert list(info) == [
+        "version",
+        "storage_identifier",
+        "duration",
+        "starting_time",
+        "message_count",
+        "topics_with_message_count",
+        "compression_format",
+        "compression_mode",
+        "relative_file_paths",
+        "files",
+        "custom_data",
+        "ros_distro",
+    ]
     assert (info["version"], info["storage_identifier"], info["compression_mode"]) == (9, "mcap", "")
     assert info["relative_file_paths"] == ["run_0.mcap"] == [file["path"] for file in info["files"]]
     topic = info["topics_with_message_count"][0]
     assert topic["message_count"] == 20
     assert topic["topic_metadata"]["offered_qos_profiles"][0]["reliability"] == "reliable"
     assert topic["topic_metadata"]["type_description_hash"].startswith("RIHS01_")
-    assert "&" not in (tmp_path / "run" / "metadata.yaml").read_text()   # no YAML anchors
+    assert "&" not in (tmp_path / "run" / "metadata.yaml").read_text()  # no YAML anchors
 
 
 def test_type_hashes_are_those_the_ros_wheels_announce():
-    hashes = {"sensor_msgs/msg/Imu": "7d9a00ff131080897a5ec7e26e315954b8eae3353c3f995c55faf71574000b5b",
-              "nav_msgs/msg/Odometry": "3cc97dc7fb7502f8714462c526d369e35b603cfc34d946e3f2eda2766dfec6e0",
-              "sensor_msgs/msg/JointState": "a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e"}
+    hashes = {
+        "sensor_msgs/msg/Imu": "7d9a00ff131080897a5ec7e26e315954b8eae3353c3f995c55faf71574000b5b",
+        "nav_msgs/msg/Odometry": "3cc97dc7fb7502f8714462c526d369e35b603cfc34d946e3f2eda2766dfec6e0",
+        "sensor_msgs/msg/JointState": "a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e",
+    }
     for msgtype, digest in hashes.items():
         assert type_hash(msgtype) == f"RIHS01_{digest}"
 
@@ -130,6 +158,7 @@ def test_same_messages_same_bytes(tmp_path):
 
 
 # ---- refusals
+
 
 def test_existing_bag_is_not_overwritten(tmp_path):
     write_run(tmp_path / "run", 0.1)
@@ -171,6 +200,7 @@ def test_what_is_no_bag_is_named(tmp_path, content):
 
 # ---- recorder
 
+
 def test_recorder_writes_everything(tmp_path):
     with Recorder(tmp_path / "run", custom_data={"a": "b"}) as recorder:
         recorder.declare("/a", JOINT, "sensor")
@@ -188,7 +218,7 @@ def test_recorder_writes_everything(tmp_path):
 
 
 def test_full_queue_drops_the_oldest_and_counts(tmp_path):
-    recorder = Recorder(tmp_path / "run", queue_size=10, poll_s=30.0)   # the thread sleeps until closed
+    recorder = Recorder(tmp_path / "run", queue_size=10, poll_s=30.0)  # the thread sleeps until closed
     for k in range(25):
         recorder.put("/a", JOINT, k, DATA)
     assert recorder.stats()[:4] == (0, 15, 10, 10)
@@ -221,7 +251,7 @@ def test_stuck_disk_does_not_hold_up_the_end(tmp_path):
     recorder.put("/a", JOINT, 1, DATA)
     stats = recorder.close(timeout=0.02)
     assert stats.errors == 1 and "the disk did not take the last messages within 0.02 s" in stats.error
-    assert recorder.close(timeout=5.0).written == 1   # it was late, not lost
+    assert recorder.close(timeout=5.0).written == 1  # it was late, not lost
 
 
 FULL_DISK = """
@@ -278,7 +308,7 @@ def test_killed_recording_loses_at_most_a_second(tmp_path):
     saved = recover(tmp_path / "run", tmp_path / "saved")
     messages = list(read_bag(tmp_path / "saved"))
     assert len(messages) == saved.messages and messages[0].time == first
-    assert last - messages[-1].time < 1.25 * SECOND   # a second, and the poll of a loaded machine
+    assert last - messages[-1].time < 1.25 * SECOND  # a second, and the poll of a loaded machine
     assert all(m.data == DATA for m in messages)
     assert "EndOfFile" in saved.ended_by
     assert read_metadata(tmp_path / "saved")["custom_data"] == {"scene": "s"}

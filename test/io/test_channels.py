@@ -22,7 +22,7 @@ from cable_sim_ros.io.channels import (
 )
 from cable_sim_ros.io.plain import NAMES, plain
 from cable_sim_ros.io.typestore import STORE
-from cable_sim_ros.sim.frame import CONTACT_COLUMNS, FIELDS, FRAME, SHAPE_COLUMNS
+from cable_sim_ros.physics.frame import CONTACT_COLUMNS, FIELDS, FRAME, SHAPE_COLUMNS
 
 CONTEXT = Context()
 BY_NAME = {channel.name: channel for channel in CHANNELS}
@@ -69,8 +69,9 @@ def test_health_names_are_fields_with_components():
 
 def test_health_of_another_version_is_read_by_name():
     frame = make_frames(1)[0]
-    message = STORE.deserialize_cdr(serialize(BY_NAME["sim_health"], frame, None, None, CONTEXT),
-                                    "sensor_msgs/msg/JointState")
+    message = STORE.deserialize_cdr(
+        serialize(BY_NAME["sim_health"], frame, None, None, CONTEXT), "sensor_msgs/msg/JointState"
+    )
     keep = [k for k, name in enumerate(message.name) if name not in ("residual", "status")][::-1]
     message.name = [message.name[k] for k in keep] + ["unheard_of"]
     message.position = np.append(message.position[keep], 7.0)
@@ -84,7 +85,7 @@ def test_health_of_another_version_is_read_by_name():
 @given(frame=frames())
 @settings(max_examples=20, deadline=None)
 def test_encoder_writes_the_bytes_of_the_serializer(channel, frame):
-    frame["tick"] = 0   # every channel is due
+    frame["tick"] = 0  # every channel is due
     shape, contact = tables(make_frames(1)[0])
     frame["contact_stations"] = len(contact) - 3
     quick = {row.name: data for row, _, data in Encoder(CONTEXT, 0.01).encode(frame, shape, contact)}
@@ -113,19 +114,22 @@ def test_fixed_channels_read_back(frame):
 
 def test_odometry_twist_is_in_the_child_frame():
     frame = make_frames(1)[0]
-    frame["body_quaternion"] = [0, 0, math.sqrt(0.5), math.sqrt(0.5)]   # heading along +y
+    frame["body_quaternion"] = [0, 0, math.sqrt(0.5), math.sqrt(0.5)]  # heading along +y
     frame["body_velocity"] = [0, 2, 1]
     frame["body_rate"] = [0.1, 0, 0]
-    message = STORE.deserialize_cdr(serialize(BY_NAME["towbody_odom"], frame, None, None, CONTEXT),
-                                    "nav_msgs/msg/Odometry")
+    message = STORE.deserialize_cdr(
+        serialize(BY_NAME["towbody_odom"], frame, None, None, CONTEXT), "nav_msgs/msg/Odometry"
+    )
     linear, angular = message.twist.twist.linear, message.twist.twist.angular
     assert (linear.x, linear.y, linear.z) == pytest.approx((2, 0, 1))
     assert (angular.x, angular.y, angular.z) == pytest.approx((0, -0.1, 0))
     assert (message.header.frame_id, message.child_frame_id) == ("odom", "towbody_link")
 
 
-@given(arrays.arrays(float, 4, elements=st.floats(-1, 1)).filter(lambda q: np.linalg.norm(q) > 0.1),
-       arrays.arrays(float, (2, 3), elements=st.floats(-100, 100)))
+@given(
+    arrays.arrays(float, 4, elements=st.floats(-1, 1)).filter(lambda q: np.linalg.norm(q) > 0.1),
+    arrays.arrays(float, (2, 3), elements=st.floats(-100, 100)),
+)
 def test_odometry_velocity_reads_back(q, velocity):
     frame = make_frames(1)[0]
     frame["body_quaternion"] = q / np.linalg.norm(q)
@@ -137,27 +141,36 @@ def test_odometry_velocity_reads_back(q, velocity):
 
 def test_rotation_agrees_with_scipy():
     from scipy.spatial.transform import Rotation
+
     q = np.array([0.1, -0.5, 0.3, 0.8]) / np.linalg.norm([0.1, -0.5, 0.3, 0.8])
     assert rotate(tuple(q), (1.0, 2.0, 3.0)) == pytest.approx(Rotation.from_quat(q).apply([1, 2, 3]))
 
 
-@given(arrays.arrays(np.float32, st.tuples(st.integers(0, 30), st.just(9)),
-                     elements=st.floats(allow_nan=False, allow_infinity=False, width=32)))
+@given(
+    arrays.arrays(
+        np.float32,
+        st.tuples(st.integers(0, 30), st.just(9)),
+        elements=st.floats(allow_nan=False, allow_infinity=False, width=32),
+    )
+)
 def test_clouds_read_back(table):
     frame = make_frames(1)[0]
     frame["contact_stations"] = max(0, len(table) - 1)
     data = serialize(BY_NAME["sheave_contact"], frame, None, table, CONTEXT)
-    assert np.array_equal(decode(BY_NAME["sheave_contact"], data)["contact"], table[:frame["contact_stations"]])
+    assert np.array_equal(decode(BY_NAME["sheave_contact"], data)["contact"], table[: frame["contact_stations"]])
     data = serialize(BY_NAME["cable_shape"], frame, table[:, :5], None, CONTEXT)
     assert np.array_equal(decode(BY_NAME["cable_shape"], data)["shape"], table[:, :5])
 
 
 def test_cloud_fields_carry_the_names_of_the_contract():
     frame = make_frames(1)[0]
-    for name, frame_id, columns in (("sheave_contact", "sheave_link", CONTACT_COLUMNS),
-                                    ("cable_shape", "odom", SHAPE_COLUMNS)):
-        message = STORE.deserialize_cdr(serialize(BY_NAME[name], frame, *tables(frame), CONTEXT),
-                                        "sensor_msgs/msg/PointCloud2")
+    for name, frame_id, columns in (
+        ("sheave_contact", "sheave_link", CONTACT_COLUMNS),
+        ("cable_shape", "odom", SHAPE_COLUMNS),
+    ):
+        message = STORE.deserialize_cdr(
+            serialize(BY_NAME[name], frame, *tables(frame), CONTEXT), "sensor_msgs/msg/PointCloud2"
+        )
         assert [field.name for field in message.fields] == [label for label, _ in columns]
         assert {field.datatype for field in message.fields} == {7}
         assert message.header.frame_id == frame_id
@@ -206,7 +219,7 @@ def test_rows_past_the_filled_stations_are_not_looked_at():
 
 def test_huge_finite_frame_is_no_false_alarm():
     frame = make_frames(1)[0]
-    frame["kinetic_energy"] = frame["strain_energy"] = 1.7e308   # their sum overflows
+    frame["kinetic_energy"] = frame["strain_energy"] = 1.7e308  # their sum overflows
     assert plain(frame).kinetic_energy == 1.7e308
 
 
@@ -215,16 +228,24 @@ def test_rates():
     for frame in make_frames(100):
         for channel, *_ in encoder.encode(frame, *tables(frame)):
             counts[channel.name] = counts.get(channel.name, 0) + 1
-    assert counts == {"winch_state": 100, "towbody_pose": 100, "towbody_odom": 100, "sheave_tension": 100,
-                      "sim_health": 100, "sheave_contact": 20, "cable_shape": 10}
+    assert counts == {
+        "winch_state": 100,
+        "towbody_pose": 100,
+        "towbody_odom": 100,
+        "sheave_tension": 100,
+        "sim_health": 100,
+        "sheave_contact": 20,
+        "cable_shape": 10,
+    }
     assert BY_NAME["sheave_contact"].every(0.2) == 1
 
 
 def test_names_come_from_the_context():
     context = Context(odom="map", towbody_link="fish", namespace="/other")
     frame = make_frames(1)[0]
-    message = STORE.deserialize_cdr(serialize(BY_NAME["towbody_odom"], frame, None, None, context),
-                                    "nav_msgs/msg/Odometry")
+    message = STORE.deserialize_cdr(
+        serialize(BY_NAME["towbody_odom"], frame, None, None, context), "nav_msgs/msg/Odometry"
+    )
     assert (message.header.frame_id, message.child_frame_id) == ("map", "fish")
     assert context.topic(BY_NAME["towbody_odom"]) == "/other/towbody/odom"
     assert channel_of("/other/towbody/odom") is BY_NAME["towbody_odom"]
@@ -234,8 +255,9 @@ def test_names_come_from_the_context():
 
 def test_winch_joints_are_those_of_the_contract():
     frame = make_frames(1)[0]
-    message = STORE.deserialize_cdr(serialize(BY_NAME["winch_state"], frame, None, None, CONTEXT),
-                                    "sensor_msgs/msg/JointState")
+    message = STORE.deserialize_cdr(
+        serialize(BY_NAME["winch_state"], frame, None, None, CONTEXT), "sensor_msgs/msg/JointState"
+    )
     assert message.name == ["payout", "drum"]
     assert message.position.tolist() == [frame["payout"], frame["drum_angle"]]
     assert message.velocity.tolist() == [frame["payout_rate"], frame["drum_rate"]]
@@ -246,6 +268,7 @@ def test_ros_reads_the_bytes_and_writes_them_back():
     """Where rclpy is present: through its own reader and writer (whose padding is random, at the end too)."""
     serialization = pytest.importorskip("rclpy.serialization")
     from importlib import import_module
+
     frame = make_frames(1)[0]
     for channel in CHANNELS:
         data = serialize(channel, frame, *tables(frame), CONTEXT)
@@ -253,4 +276,4 @@ def test_ros_reads_the_bytes_and_writes_them_back():
         msgtype = getattr(import_module(f"{package}.msg"), name)
         again = serialization.serialize_message(serialization.deserialize_message(data, msgtype))
         for field, value in decode(channel, data).items():
-            assert np.array_equal(value, decode(channel, again[:len(data)])[field]), (channel.name, field)
+            assert np.array_equal(value, decode(channel, again[: len(data)])[field]), (channel.name, field)

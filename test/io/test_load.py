@@ -19,7 +19,7 @@ from cable_sim_ros.io.load import (
 )
 from cable_sim_ros.sim import checks
 
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")   # those expected are caught
+pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")  # those expected are caught
 
 SCENE = """\
 name: short_tow
@@ -58,145 +58,217 @@ def test_the_sample_loads_without_a_warning():
 
 TEXTS = {
     "out of range": (
-        "density: 1026.0", "density: 12.0",
+        "density: 1026.0",
+        "density: 12.0",
         "tow.yaml:3: water.density = 12.0 kg/m^3 is outside [900, 1100] kg/m^3 (density of the water); "
-        "nothing was started. Give a value in [900, 1100] kg/m^3"),
+        "nothing was started. Give a value in [900, 1100] kg/m^3",
+    ),
     "whole number out of range": (
-        "elements: 10,", "elements: 0,",
+        "elements: 10,",
+        "elements: 0,",
         "tow.yaml:11: cable.sections.free.elements = 0 is outside [1, 4000] (number of equal elements); "
-        "nothing was started. Give a value in [1, 4000]"),
+        "nothing was started. Give a value in [1, 4000]",
+    ),
     "vector out of range": (
-        "position: [-28.8, 0.0, 3.1]", "position: [-28.8, 0.0, 3100]",
+        "position: [-28.8, 0.0, 3.1]",
+        "position: [-28.8, 0.0, 3100]",
         "tow.yaml:12: winch.position = [-28.8, 0.0, 3100] m, component 2, is outside [-200, 200] m (drum centre in "
-        "base_link (x forward, y left, z up)); nothing was started. Give a value in [-200, 200] m"),
+        "base_link (x forward, y left, z up)); nothing was started. Give a value in [-200, 200] m",
+    ),
     "unknown key": (
-        "tow_speed: 2.0", "tow_sped: 2.0",
-        "tow.yaml:2: ship.tow_sped = 2.0: there is no such key; nothing was started. Did you mean ship.tow_speed?"),
+        "tow_speed: 2.0",
+        "tow_sped: 2.0",
+        "tow.yaml:2: ship.tow_sped = 2.0: there is no such key; nothing was started. Did you mean ship.tow_speed?",
+    ),
     "right key in the wrong block": (
-        "name: short_tow", "name: short_tow\nlift_area: 1.0",
-        "tow.yaml:2: lift_area = 1.0: there is no such key; nothing was started. Did you mean towbody.lift_area?"),
+        "name: short_tow",
+        "name: short_tow\nlift_area: 1.0",
+        "tow.yaml:2: lift_area = 1.0: there is no such key; nothing was started. Did you mean towbody.lift_area?",
+    ),
     "unknown key unlike any": (
-        "tow_speed: 2.0", "qqqqq: 2.0",
+        "tow_speed: 2.0",
+        "qqqqq: 2.0",
         "tow.yaml:2: ship.qqqqq = 2.0: there is no such key; nothing was started. Known here: tow_speed, heading_deg, "
-        "reference_height, start_blend, source_blend, stale_decay, stale_after, max_gap"),
+        "reference_height, start_blend, source_blend, stale_decay, stale_after, max_gap",
+    ),
     "unknown key of a section": (
-        "drag_law: ribbon", "drag_lay: ribbon",
+        "drag_law: ribbon",
+        "drag_lay: ribbon",
         "tow.yaml:11: cable.sections.free.drag_lay = 'ribbon': there is no such key; nothing was started. "
-        "Did you mean cable.sections.free.drag_law?"),
+        "Did you mean cable.sections.free.drag_law?",
+    ),
     "text for a number": (
-        "density: 1026.0", "density: '1026'",
+        "density: 1026.0",
+        "density: '1026'",
         "tow.yaml:3: water.density = '1026' is text, expected a number in [900, 1100] kg/m^3 (density of the water); "
-        "nothing was started. A number is written without quotes. Write for example `density: 1026.0`"),
+        "nothing was started. A number is written without quotes. Write for example `density: 1026.0`",
+    ),
     "number with its unit": (
-        "6.786e+6", "6.786 MN",
+        "6.786e+6",
+        "6.786 MN",
         "tow.yaml:7: cable.axial_stiffness = '6.786 MN' is text, expected a number in [1, 1e+11] N (EA); nothing was "
-        "started. A number is written without its unit. Write for example `axial_stiffness: 300000.0`"),
+        "started. A number is written without its unit. Write for example `axial_stiffness: 300000.0`",
+    ),
     "decimal comma": (
-        "radius: 0.25", "radius: '0,25'",
+        "radius: 0.25",
+        "radius: '0,25'",
         "tow.yaml:13: sheave.radius = '0,25' is text, expected a number in [0.005, 10] m (radius at the root of the "
-        "groove); nothing was started. The decimal sign is a point. Write for example `radius: 0.2`"),
+        "groove); nothing was started. The decimal sign is a point. Write for example `radius: 0.2`",
+    ),
     "underscore": (
-        "6.786e+6", "6_786_000",
+        "6.786e+6",
+        "6_786_000",
         "tow.yaml:7: cable.axial_stiffness = '6_786_000' is text, expected a number in [1, 1e+11] N (EA); nothing was "
-        "started. YAML numbers have no _. Write for example `axial_stiffness: 300000.0`"),
+        "started. YAML numbers have no _. Write for example `axial_stiffness: 300000.0`",
+    ),
     "truth for a number": (
-        "tow_speed: 2.0", "tow_speed: true",
+        "tow_speed: 2.0",
+        "tow_speed: true",
         "tow.yaml:2: ship.tow_speed = true is true or false, expected a number in [-15, 15] m/s (mean speed ahead "
         "through the world frame, used by the start and by IMU-only motion); nothing was started. "
-        "Write for example `tow_speed: 0.0`"),
+        "Write for example `tow_speed: 0.0`",
+    ),
     "fraction for a count": (
-        "elements: 10,", "elements: 2.5,",
+        "elements: 10,",
+        "elements: 2.5,",
         "tow.yaml:11: cable.sections.free.elements = 2.5 is a number, expected a whole number in [1, 4000] (number of "
-        "equal elements); nothing was started. Write for example `elements: 60`"),
+        "equal elements); nothing was started. Write for example `elements: 60`",
+    ),
     "empty value": (
-        "radius: 0.25", "radius: ",
+        "radius: 0.25",
+        "radius: ",
         "tow.yaml:13: sheave.radius = null is empty, expected a number in [0.005, 10] m (radius at the root of the "
-        "groove); nothing was started. Write for example `radius: 0.2`"),
+        "groove); nothing was started. Write for example `radius: 0.2`",
+    ),
     "vector too short": (
-        "position: [-28.8, 0.0, 3.1]", "position: [-28.8, 3.1]",
+        "position: [-28.8, 0.0, 3.1]",
+        "position: [-28.8, 3.1]",
         "tow.yaml:12: winch.position = [-28.8, 3.1] is a list of 2, expected 3 numbers in [-200, 200] m (drum centre "
-        "in base_link (x forward, y left, z up)); nothing was started. Write for example `position: [1.0, 1.0, 1.0]`"),
+        "in base_link (x forward, y left, z up)); nothing was started. Write for example `position: [1.0, 1.0, 1.0]`",
+    ),
     "vector too long": (
-        "position: [-28.8, 0.0, 3.1]", "position: [-28.8, 0.0, 3.1, 1]",
+        "position: [-28.8, 0.0, 3.1]",
+        "position: [-28.8, 0.0, 3.1, 1]",
         "tow.yaml:12: winch.position = [-28.8, 0.0, 3.1, 1] is a list of 4, expected 3 numbers in [-200, 200] m (drum "
         "centre in base_link (x forward, y left, z up)); nothing was started. "
-        "Write for example `position: [1.0, 1.0, 1.0]`"),
+        "Write for example `position: [1.0, 1.0, 1.0]`",
+    ),
     "number for a vector": (
-        "position: [-28.8, 0.0, 3.1]", "position: 3",
+        "position: [-28.8, 0.0, 3.1]",
+        "position: 3",
         "tow.yaml:12: winch.position = 3 is a number, expected 3 numbers in [-200, 200] m (drum centre in base_link "
-        "(x forward, y left, z up)); nothing was started. Write for example `position: [1.0, 1.0, 1.0]`"),
+        "(x forward, y left, z up)); nothing was started. Write for example `position: [1.0, 1.0, 1.0]`",
+    ),
     "block for a number": (
-        "radius: 0.25", "radius: {m: 1}",
+        "radius: 0.25",
+        "radius: {m: 1}",
         "tow.yaml:13: sheave.radius = {'m': 1} is a block of keys, expected a number in [0.005, 10] m (radius at the "
-        "root of the groove); nothing was started. Write for example `radius: 0.2`"),
+        "root of the groove); nothing was started. Write for example `radius: 0.2`",
+    ),
     "number for a block": (
-        "ship: {tow_speed: 2.0}", "ship: 2.0",
+        "ship: {tow_speed: 2.0}",
+        "ship: 2.0",
         "tow.yaml:2: ship = 2.0 is a number, expected a block of keys (ship); nothing was started. "
-        "Write for example `ship: {tow_speed: 0.0, ...}`"),
+        "Write for example `ship: {tow_speed: 0.0, ...}`",
+    ),
     "number for a section": (
-        "free: {length: 100, elements: 10, drag_law: ribbon}", "free: 100",
+        "free: {length: 100, elements: 10, drag_law: ribbon}",
+        "free: 100",
         "tow.yaml:11: cable.sections.free = 100 is a number, expected a block of keys; nothing was started. "
-        "Write for example `free: {length: 10.0, elements: 4}`"),
+        "Write for example `free: {length: 10.0, elements: 4}`",
+    ),
     "number for a name": (
-        "name: short_tow", "name: 12",
+        "name: short_tow",
+        "name: 12",
         "tow.yaml:1: name = 12 is a number, expected text (name of the scene); nothing was started. "
-        "Write for example `name: my_tow`"),
+        "Write for example `name: my_tow`",
+    ),
     "NaN": (
-        "mass_per_length: 0.389", "mass_per_length: .nan",
+        "mass_per_length: 0.389",
+        "mass_per_length: .nan",
         "tow.yaml:6: cable.mass_per_length = nan kg/m is not finite (dry mass per length); nothing was started. "
-        "Give a number in [1e-05, 1000] kg/m, for example `mass_per_length: 0.1`"),
+        "Give a number in [1e-05, 1000] kg/m, for example `mass_per_length: 0.1`",
+    ),
     "infinity in a vector": (
-        "position: [-28.8, 0.0, 3.1]", "position: [-28.8, -.inf, 3.1]",
+        "position: [-28.8, 0.0, 3.1]",
+        "position: [-28.8, -.inf, 3.1]",
         "tow.yaml:12: winch.position = [-28.8, -inf, 3.1] m is not finite (drum centre in base_link (x forward, y "
-        "left, z up)); nothing was started. Give 3 numbers in [-200, 200] m, for example `position: [1.0, 1.0, 1.0]`"),
+        "left, z up)); nothing was started. Give 3 numbers in [-200, 200] m, for example `position: [1.0, 1.0, 1.0]`",
+    ),
     "unknown law": (
-        "drag_law: ribbon", "drag_law: ribbons",
+        "drag_law: ribbon",
+        "drag_law: ribbons",
         "tow.yaml:11: cable.sections.free.drag_law = 'ribbons' is none of its laws (loading functions); nothing was "
         "started. Did you mean ribbon? Known: off, driscoll_nahon, driscoll_nahon_printed, ribbon, crossflow, "
-        "pode"),
+        "pode",
+    ),
     "missing number": (
-        "towbody: {mass: 250.0, net_weight: 445.0}", "towbody: {mass: 250.0}",
+        "towbody: {mass: 250.0, net_weight: 445.0}",
+        "towbody: {mass: 250.0}",
         "tow.yaml:14: towbody.net_weight is missing (weight less buoyancy in water); nothing was started. "
-        "Give a number in [-1e+06, 1e+07] N, for example `net_weight: 1.0`"),
+        "Give a number in [-1e+06, 1e+07] N, for example `net_weight: 1.0`",
+    ),
     "missing block": (
-        "towbody: {mass: 250.0, net_weight: 445.0}\n", "",
+        "towbody: {mass: 250.0, net_weight: 445.0}\n",
+        "",
         "tow.yaml: towbody is missing (towbody); nothing was started. "
-        "Give a block of keys, for example `towbody: {mass: 1.0, ...}`"),
+        "Give a block of keys, for example `towbody: {mass: 1.0, ...}`",
+    ),
     "key given twice": (
-        "water: {density: 1026.0", "water: {density: 1000.0, density: 1026.0",
-        "tow.yaml:3: water.density is given twice, first on line 3; nothing was started. Correct the YAML"),
+        "water: {density: 1026.0",
+        "water: {density: 1000.0, density: 1026.0",
+        "tow.yaml:3: water.density is given twice, first on line 3; nothing was started. Correct the YAML",
+    ),
     "key that is no word": (
-        "ship: {tow_speed: 2.0}", "ship: {[1, 2]: 2.0}",
-        "tow.yaml:2: ship has a key that is not a plain word; nothing was started. Correct the YAML"),
+        "ship: {tow_speed: 2.0}",
+        "ship: {[1, 2]: 2.0}",
+        "tow.yaml:2: ship has a key that is not a plain word; nothing was started. Correct the YAML",
+    ),
     "alias into itself": (
-        "ship: {tow_speed: 2.0}", "ship: &a {tow_speed: *a}",
-        "tow.yaml:2: ship.tow_speed contains itself through an alias; nothing was started. Correct the YAML"),
+        "ship: {tow_speed: 2.0}",
+        "ship: &a {tow_speed: *a}",
+        "tow.yaml:2: ship.tow_speed contains itself through an alias; nothing was started. Correct the YAML",
+    ),
     "syntax": (
-        "ship: {tow_speed: 2.0}", "ship: {tow_speed: 2.0",
-        "tow.yaml:3: expected ',' or '}', but got ':'; nothing was started. Correct the YAML"),
+        "ship: {tow_speed: 2.0}",
+        "ship: {tow_speed: 2.0",
+        "tow.yaml:3: expected ',' or '}', but got ':'; nothing was started. Correct the YAML",
+    ),
     "two documents": (
-        "ship: {tow_speed: 2.0}", "---\nship: {tow_speed: 2.0}",
-        "tow.yaml:2: but found another document; nothing was started. Correct the YAML"),
+        "ship: {tow_speed: 2.0}",
+        "---\nship: {tow_speed: 2.0}",
+        "tow.yaml:2: but found another document; nothing was started. Correct the YAML",
+    ),
     "no sections": (
-        SCENE[SCENE.index("  sections:"):SCENE.index("winch:")], "  sections: {}\n",
+        SCENE[SCENE.index("  sections:") : SCENE.index("winch:")],
+        "  sections: {}\n",
         "tow.yaml:8: cable.sections has no section; nothing was started. "
-        "Give at least one section, from the drum end outward"),
+        "Give at least one section, from the drum end outward",
+    ),
     "name of a section": (
-        "free: {", "Free Part: {",
+        "free: {",
+        "Free Part: {",
         "tow.yaml:11: cable.sections.Free Part is not a section name; nothing was started. Use lower-case letters, "
-        "digits and _, beginning with a letter: names become parts of parameter names"),
+        "digits and _, beginning with a letter: names become parts of parameter names",
+    ),
     "cable too short": (
-        "wrap: 6.0", "wrap: 600.0",
+        "wrap: 6.0",
+        "wrap: 600.0",
         "tow.yaml:8: cable.sections add up to 114 m, but 191 m are needed to reach the sheave (183 m on the drum, "
-        "8.022 m to the sheave); nothing was started. Make the cable longer than 191 m, or winch.wrap smaller"),
+        "8.022 m to the sheave); nothing was started. Make the cable longer than 191 m, or winch.wrap smaller",
+    ),
     "sheave forward of the drum": (
-        "position: [-36.8, 0.0, 3.7]", "position: [-20.0, 0.0, 3.7]",
+        "position: [-36.8, 0.0, 3.7]",
+        "position: [-20.0, 0.0, 3.7]",
         "tow.yaml:13: sheave.position has x = -20 m, not aft of winch.position with x = -28.8 m; the cable leaves the "
-        "drum aft; nothing was started. Give the sheave the smaller x"),
+        "drum aft; nothing was started. Give the sheave the smaller x",
+    ),
     "drum and sheave overlap": (
-        "position: [-36.8, 0.0, 3.7]", "position: [-29.2, 0.0, 3.1]",
+        "position: [-36.8, 0.0, 3.7]",
+        "position: [-29.2, 0.0, 3.1]",
         "tow.yaml:13: sheave.position is 0.4 m from winch.position, but drum and sheave of radius 0.3 m and 0.25 m "
-        "need more than 0.55 m; nothing was started. Move them apart, or make the radii smaller"),
+        "need more than 0.55 m; nothing was started. Move them apart, or make the radii smaller",
+    ),
 }
 
 
@@ -213,13 +285,18 @@ def test_nothing_pulls_the_cable_straight():
     assert re.fullmatch(
         r"tow.yaml:14: towbody.net_weight and the wet weight of the cable add up to -129.9 N, must be above 0 N while "
         r"the ship is at rest in the water: nothing pulls the cable straight; nothing was started. Make the body or "
-        r"the cable heavier, or give ship.tow_speed", problem), problem
+        r"the cable heavier, or give ship.tow_speed",
+        problem,
+    ), problem
 
 
 def test_all_problems_of_a_file_are_told_in_its_order():
     found = problems("winch:", "winch: {position: 1}\nwinsch:", 3)
     assert [re.match(r"tow.yaml:(\d+): ([\w.]+)", p).groups() for p in found] == [
-        ("12", "winch.drum_radius"), ("12", "winch.position"), ("13", "winsch")]
+        ("12", "winch.drum_radius"),
+        ("12", "winch.position"),
+        ("13", "winsch"),
+    ]
 
 
 def test_several_duplicates_are_all_told():
@@ -229,8 +306,11 @@ def test_several_duplicates_are_all_told():
 
 # --- YAML 1.2 ---------------------------------------------------------------------------------------------------
 
-@pytest.mark.parametrize("written, value", [
-    ("1e-3", 1e-3), ("1E-3", 1e-3), ("1.2e-3", 1.2e-3), ("2E-03", 2e-3), (".002", 0.002), ("+1.2e-3", 1.2e-3)])
+
+@pytest.mark.parametrize(
+    "written, value",
+    [("1e-3", 1e-3), ("1E-3", 1e-3), ("1.2e-3", 1.2e-3), ("2E-03", 2e-3), (".002", 0.002), ("+1.2e-3", 1.2e-3)],
+)
 def test_floats_are_read_as_yaml_1_2_reads_them(written, value):
     scene = scene_from_text(SCENE.replace("viscosity: 1e-3", f"viscosity: {written}"), "tow.yaml")
     assert scene.water.viscosity == value
@@ -250,6 +330,7 @@ def test_off_is_a_law_and_not_a_boolean():
 
 # --- files ------------------------------------------------------------------------------------------------------
 
+
 def told(path):
     with pytest.raises(SceneError) as caught:
         load_scene(path)
@@ -258,19 +339,30 @@ def told(path):
 
 
 def test_missing_file_lists_the_shipped_scenes():
-    assert told("no_such_tow") == ("no_such_tow: no such scene file; nothing was started. Give the path of a scene, or "
-                                   f"the name of a shipped one: {', '.join(resources.shipped_scenes())}")
+    assert told("no_such_tow") == (
+        "no_such_tow: no such scene file; nothing was started. Give the path of a scene, or "
+        f"the name of a shipped one: {', '.join(resources.shipped_scenes())}"
+    )
 
 
-@pytest.mark.parametrize("content, text", [
-    (b"", "{path}: is empty; nothing was started. Begin with a copy of a shipped scene: {names}"),
-    (b"# only a comment\n", "{path}: is empty; nothing was started. Begin with a copy of a shipped scene: {names}"),
-    (b"- 1\n", "{path}:1: is a list of 1, expected keys and values such as `name: my_tow`; nothing was started. "
-               "Begin with a copy of a shipped scene: {names}"),
-    (b"name: \xff\n", "{path}: is not UTF-8 text (byte 6); nothing was started. Save the scene as UTF-8"),
-    (b"name: \x07\n", "{path}: unacceptable character #x0007: special characters are not allowed; nothing was "
-                      "started. Correct the YAML"),
-])
+@pytest.mark.parametrize(
+    "content, text",
+    [
+        (b"", "{path}: is empty; nothing was started. Begin with a copy of a shipped scene: {names}"),
+        (b"# only a comment\n", "{path}: is empty; nothing was started. Begin with a copy of a shipped scene: {names}"),
+        (
+            b"- 1\n",
+            "{path}:1: is a list of 1, expected keys and values such as `name: my_tow`; nothing was started. "
+            "Begin with a copy of a shipped scene: {names}",
+        ),
+        (b"name: \xff\n", "{path}: is not UTF-8 text (byte 6); nothing was started. Save the scene as UTF-8"),
+        (
+            b"name: \x07\n",
+            "{path}: unacceptable character #x0007: special characters are not allowed; nothing was "
+            "started. Correct the YAML",
+        ),
+    ],
+)
 def test_file_that_is_no_scene(tmp_path, content, text):
     path = tmp_path / "tow.yaml"
     path.write_bytes(content)
@@ -287,6 +379,7 @@ def test_shipped_scenes_are_found_by_name_and_by_file_name():
 
 
 # --- there and back ---------------------------------------------------------------------------------------------
+
 
 @pytest.mark.parametrize("name", resources.shipped_scenes())
 def test_dumped_scene_is_read_back_the_same(name):
@@ -307,16 +400,35 @@ def test_override_sets_values_by_dotted_key():
     assert scene.water.density == 1026.0
 
 
-@pytest.mark.parametrize("key, value, text", [
-    ("water.densty", 1000.0, "override of short_tow: water.densty = 1000.0: there is no such key; nothing was started. "
-                             "Did you mean water.density?"),
-    ("density", 1000.0, "override of short_tow: density = 1000.0: there is no such key; nothing was started. "
-                        "Did you mean water.density?"),
-    ("cable.sections.fre.length", 1.0, "override of short_tow: cable.sections.fre.length = 1.0: there is no such key; "
-                                       "nothing was started. Did you mean cable.sections.free.length?"),
-    ("water.density", 1.0, "override of short_tow: water.density = 1.0 kg/m^3 is outside [900, 1100] kg/m^3 (density "
-                           "of the water); nothing was started. Give a value in [900, 1100] kg/m^3"),
-])
+@pytest.mark.parametrize(
+    "key, value, text",
+    [
+        (
+            "water.densty",
+            1000.0,
+            "override of short_tow: water.densty = 1000.0: there is no such key; nothing was started. "
+            "Did you mean water.density?",
+        ),
+        (
+            "density",
+            1000.0,
+            "override of short_tow: density = 1000.0: there is no such key; nothing was started. "
+            "Did you mean water.density?",
+        ),
+        (
+            "cable.sections.fre.length",
+            1.0,
+            "override of short_tow: cable.sections.fre.length = 1.0: there is no such key; "
+            "nothing was started. Did you mean cable.sections.free.length?",
+        ),
+        (
+            "water.density",
+            1.0,
+            "override of short_tow: water.density = 1.0 kg/m^3 is outside [900, 1100] kg/m^3 (density "
+            "of the water); nothing was started. Give a value in [900, 1100] kg/m^3",
+        ),
+    ],
+)
 def test_override_is_checked_like_a_file(key, value, text):
     with pytest.raises(SceneError) as caught:
         override(scene_from_text(SCENE, "tow.yaml"), {key: value})
@@ -327,43 +439,58 @@ def test_override_is_checked_like_a_file(key, value, text):
 
 CAUTIONS = {
     "coarse on the sheave": (
-        "sheave: {length: 8.0, elements: 128}", "sheave: {length: 8.0, elements: 16}",
+        "sheave: {length: 8.0, elements: 128}",
+        "sheave: {length: 8.0, elements: 16}",
         "tow.yaml:10: cable.sections.sheave lies on the sheave with elements of 0.5 m, longer than 0.1 m, 0.4 "
         "of sheave.radius: contact and tension will ripple. "
-        "Give the part at the sheave more elements, or its own section"),
+        "Give the part at the sheave more elements, or its own section",
+    ),
     "too coarse for the spread of the contact": (
-        "axial_stiffness: 6.786e+6", "axial_stiffness: 6.786e+6\n  bending_stiffness: 1.4",
+        "axial_stiffness: 6.786e+6",
+        "axial_stiffness: 6.786e+6\n  bending_stiffness: 1.4",
         "tow.yaml:11: cable.sections.sheave lies on the sheave with elements of 0.0625 m, longer than 0.0281 m, 1.5 "
         "bending lengths sqrt(EI/T) at contact.working_tension: how the load spreads along the sheave and what its "
         "ends bear is not resolved; tension, resultant and towbody do not depend on it. Where the spread matters, "
-        "elements of at most 0.0281 m there"),
+        "elements of at most 0.0281 m there",
+    ),
     "fine zone too short outboard": (
         "sheave: {length: 8.0, elements: 128}",
         "sheave: {length: 4.0, elements: 64}\n    rest: {length: 4, elements: 2}",
         "tow.yaml:8: cable.sections have 0.148 m of fine mesh outboard of the sheave, shorter than 1 m of hauling in: "
         "a coarser element comes onto the sheave and shows as a false change of tension. Make the section at the "
-        "sheave longer outboard, with elements of at most 0.1 m"),
+        "sheave longer outboard, with elements of at most 0.1 m",
+    ),
     "fine zone too short inboard": (
-        "drum: {length: 6.0, elements: 96}", "drum: {length: 9.0, elements: 3}",
+        "drum: {length: 6.0, elements: 96}",
+        "drum: {length: 9.0, elements: 3}",
         "tow.yaml:8: cable.sections have 0.852 m of fine mesh inboard of the sheave, shorter than 1 m of paying out: a "
         "coarser element comes onto the sheave and shows as a false change of tension. Make the section at the "
-        "sheave longer inboard, with elements of at most 0.1 m"),
+        "sheave longer inboard, with elements of at most 0.1 m",
+    ),
     "little cable on the drum": (
-        "wrap: 6.0", "wrap: 2.0",
+        "wrap: 6.0",
+        "wrap: 2.0",
         "tow.yaml:12: winch.wrap = 2 rad leaves 0.61 m on the drum, less than 1 m of paying out: the winch stops at "
-        "the cable end. Make winch.wrap larger, and the first section with it"),
+        "the cable end. Make winch.wrap larger, and the first section with it",
+    ),
     "body heavier in water than in air": (
-        "mass: 250.0", "mass: 25.0",
+        "mass: 250.0",
+        "mass: 25.0",
         "tow.yaml:14: towbody.net_weight = 445 N is more than the dry weight 245.25 N of towbody.mass. "
-        "Check the units of both"),
+        "Check the units of both",
+    ),
     "tow rises": (
-        "net_weight: 445.0", "net_weight: -1000.0",
+        "net_weight: 445.0",
+        "net_weight: -1000.0",
         "tow.yaml:14: towbody.net_weight and the wet weight of the cable add up to -684.9 N, not above 0 N: the tow "
-        "rises to the surface, where the towbody model does not hold. Make the body heavier or its lift_area negative"),
+        "rises to the surface, where the towbody model does not hold. Make the body heavier or its lift_area negative",
+    ),
     "sheave under water": (
-        "ship: {tow_speed: 2.0}", "ship: {tow_speed: 2.0, reference_height: -5.0}",
+        "ship: {tow_speed: 2.0}",
+        "ship: {tow_speed: 2.0, reference_height: -5.0}",
         "tow.yaml:13: sheave.position puts the lowest point of the sheave at -1.55 m, below 0 m, the water surface. "
-        "Check the sign of z (up) and ship.reference_height"),
+        "Check the sign of z (up) and ship.reference_height",
+    ),
 }
 
 
@@ -379,7 +506,7 @@ def test_elements_that_resolve_the_bending_length_are_no_caution():
     stiff = SCENE.replace("axial_stiffness: 6.786e+6", "axial_stiffness: 6.786e+6\n  bending_stiffness: 7.0")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        scene_from_text(stiff, "tow.yaml")   # 1.5 sqrt(7 / 4000) = 0.0627 m
+        scene_from_text(stiff, "tow.yaml")  # 1.5 sqrt(7 / 4000) = 0.0627 m
 
 
 def test_a_held_winch_needs_no_travel():
@@ -390,7 +517,7 @@ def test_a_held_winch_needs_no_travel():
 
 def test_the_fine_zone_of_the_thesis_is_the_known_one():
     inboard, outboard = checks.fine_zone(load_scene("full_scale_westin"))
-    assert outboard == pytest.approx(0.84, abs=0.005)   # trap T6
+    assert outboard == pytest.approx(0.84, abs=0.005)  # trap T6
     assert inboard == pytest.approx(2.5 - 0.84, abs=0.005)
 
 

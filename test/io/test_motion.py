@@ -16,14 +16,7 @@ from rosbags.typesys import Stores, get_typestore
 from cable_sim_ros.io.bag import BagError, BagWriter
 from cable_sim_ros.io.motion import IMU, ODOMETRY, MotionIngest
 from cable_sim_ros.io.typestore import STORE
-from cable_sim_ros.io.wire import (
-    CAUSES,
-    Refused,
-    decode_imu,
-    decode_odometry,
-    find_topics,
-    read_motion,
-)
+from cable_sim_ros.io.wire import CAUSES, Refused, decode_imu, decode_odometry, find_topics, read_motion
 from cable_sim_ros.physics.heave import Convention, Heave, MotionInput
 from cable_sim_ros.physics.inputs import EPOCH, MOTION_ROWS, SOURCE, make_inputs
 from cable_sim_ros.physics.ship import Ship
@@ -37,12 +30,20 @@ STEP = S // 50
 
 def quaternion(roll, pitch, yaw):
     """x y z w of Rz Ry Rx as a product of quaternions, not as in the code under test."""
+
     def times(a, b):
         (ax, ay, az, aw), (bx, by, bz, bw) = a, b
-        return (aw * bx + ax * bw + ay * bz - az * by, aw * by - ax * bz + ay * bw + az * bx,
-                aw * bz + ax * by - ay * bx + az * bw, aw * bw - ax * bx - ay * by - az * bz)
-    return times(times((0, 0, sin(yaw / 2), cos(yaw / 2)), (0, sin(pitch / 2), 0, cos(pitch / 2))),
-                 (sin(roll / 2), 0, 0, cos(roll / 2)))
+        return (
+            aw * bx + ax * bw + ay * bz - az * by,
+            aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw,
+            aw * bw - ax * bx - ay * by - az * bz,
+        )
+
+    return times(
+        times((0, 0, sin(yaw / 2), cos(yaw / 2)), (0, sin(pitch / 2), 0, cos(pitch / 2))),
+        (sin(roll / 2), 0, 0, cos(roll / 2)),
+    )
 
 
 def parts(store, stamp, frame):
@@ -53,24 +54,44 @@ def parts(store, stamp, frame):
     return t, head, t["geometry_msgs/msg/Vector3"], t["geometry_msgs/msg/Quaternion"]
 
 
-def imu_message(stamp, angles=(0, 0, 0), force=(0, 0, G), rate=(0, 0, 0), q=None, absent=False, frame="imu_link",
-                store=STORE):
+def imu_message(
+    stamp, angles=(0, 0, 0), force=(0, 0, G), rate=(0, 0, 0), q=None, absent=False, frame="imu_link", store=STORE
+):
     t, head, vector, rotor = parts(store, stamp, frame)
     covariance = np.zeros(9)
     covariance[0] = -1.0 if absent else 0.0
-    return t["sensor_msgs/msg/Imu"](head, rotor(*map(float, q or quaternion(*angles))), covariance,
-                                    vector(*map(float, rate)), np.zeros(9), vector(*map(float, force)), np.zeros(9))
+    return t["sensor_msgs/msg/Imu"](
+        head,
+        rotor(*map(float, q or quaternion(*angles))),
+        covariance,
+        vector(*map(float, rate)),
+        np.zeros(9),
+        vector(*map(float, force)),
+        np.zeros(9),
+    )
 
 
-def odometry_message(stamp, position=(0, 0, 0), angles=(0, 0, 0), velocity=(0, 0, 0), rate=(0, 0, 0), q=None,
-                     frame="odom", child="base_link", store=STORE):
+def odometry_message(
+    stamp,
+    position=(0, 0, 0),
+    angles=(0, 0, 0),
+    velocity=(0, 0, 0),
+    rate=(0, 0, 0),
+    q=None,
+    frame="odom",
+    child="base_link",
+    store=STORE,
+):
     t, head, vector, rotor = parts(store, stamp, frame)
-    g = {name: t[f"geometry_msgs/msg/{name}"] for name in ("Point", "Pose", "PoseWithCovariance", "Twist",
-                                                          "TwistWithCovariance")}
+    g = {
+        name: t[f"geometry_msgs/msg/{name}"]
+        for name in ("Point", "Pose", "PoseWithCovariance", "Twist", "TwistWithCovariance")
+    }
     pose = g["Pose"](g["Point"](*map(float, position)), rotor(*map(float, q or quaternion(*angles))))
     twist = g["Twist"](vector(*map(float, velocity)), vector(*map(float, rate)))
-    return t["nav_msgs/msg/Odometry"](head, child, g["PoseWithCovariance"](pose, np.zeros(36)),
-                                      g["TwistWithCovariance"](twist, np.zeros(36)))
+    return t["nav_msgs/msg/Odometry"](
+        head, child, g["PoseWithCovariance"](pose, np.zeros(36)), g["TwistWithCovariance"](twist, np.zeros(36))
+    )
 
 
 def imu(*args, little_endian=True, **kw):
@@ -109,8 +130,9 @@ attitude = st.tuples(st.floats(-3, 3), st.floats(-1.3, 1.3), st.floats(-3, 3))
 @given(attitude, small, small, small, st.text("abc_/", max_size=9), st.text("abc_/", max_size=9), st.booleans())
 @settings(max_examples=60, deadline=None)
 def test_numbers_come_back_whatever_the_names_and_byte_order(angles, position, velocity, rate, frame, child, order):
-    got = decode_odometry(odometry(T0 + 5, position, angles, velocity, rate, frame=frame, child=child,
-                                   little_endian=order))
+    got = decode_odometry(
+        odometry(T0 + 5, position, angles, velocity, rate, frame=frame, child=child, little_endian=order)
+    )
     assert got.stamp == T0 + 5 and got.position == position and got.velocity == velocity and got.rate == rate
     assert np.allclose(got.angles, angles, atol=1e-9)
     got = decode_imu(imu(T0 + 7, angles, velocity, rate, frame=frame, little_endian=order))
@@ -136,9 +158,9 @@ def test_no_number_gets_a_sample_that_is_not_finite_through(i, a, k, b):
     it = ingest()
     good = odometry(T0 + STEP), imu(T0 + STEP)
     it.odometry(odometry(T0), T0)
-    it.odometry(good[0][:-680] + struct.pack("<d", a).join([good[0][-680:][:8 * i], good[0][-680:][8 * i + 8:]]), T0)
+    it.odometry(good[0][:-680] + struct.pack("<d", a).join([good[0][-680:][: 8 * i], good[0][-680:][8 * i + 8 :]]), T0)
     it.imu(imu(T0), T0)
-    it.imu(good[1][:-296] + struct.pack("<d", b).join([good[1][-296:][:8 * k], good[1][-296:][8 * k + 8:]]), T0)
+    it.imu(good[1][:-296] + struct.pack("<d", b).join([good[1][-296:][: 8 * k], good[1][-296:][8 * k + 8 :]]), T0)
     it.imu(imu(T0 + 2 * STEP), T0 + S)
     assert np.isfinite(samples(it)[1]).all()
 
@@ -146,28 +168,34 @@ def test_no_number_gets_a_sample_that_is_not_finite_through(i, a, k, b):
 def test_known_roll_port_side_up():
     """Roll 0.1 with the port side up is positive in both conventions; pitch and yaw turn round."""
     for convention, angles, force in (
-            ("enu", (0.1, 0.0, 0.0), (0, G * sin(0.1), G * cos(0.1))),
-            ("ned", (0.1, 0.0, pi / 2), (0, -G * sin(0.1), -G * cos(0.1)))):   # heading east
+        ("enu", (0.1, 0.0, 0.0), (0, G * sin(0.1), G * cos(0.1))),
+        ("ned", (0.1, 0.0, pi / 2), (0, -G * sin(0.1), -G * cos(0.1))),
+    ):  # heading east
         got = decode_imu(imu(T0, angles, force), Convention(convention))
         assert np.allclose(got.angles, (0.1, 0, 0), atol=1e-12)
-        assert np.allclose(got.force, (0, G * sin(0.1), G * cos(0.1)))   # +g along the port-up vertical
+        assert np.allclose(got.force, (0, G * sin(0.1), G * cos(0.1)))  # +g along the port-up vertical
 
 
 @given(attitude, small, small)
 @settings(max_examples=40, deadline=None)
 def test_ned_is_the_same_motion_in_other_axes(angles, vector, position):
     """Rotate a body vector into the world in NED, then change axes: must be what the converted message gives."""
+
     def turned(a, v):
         (sr, cr), (sp, cp), (sy, cy) = ((sin(x), cos(x)) for x in a)
         rx, ry = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]]), np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
         return np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]]) @ ry @ rx @ v
+
     north, east, down = turned(angles, vector)
     got = decode_odometry(odometry(T0, position, angles, vector, vector), Convention.NED)
     assert np.allclose(turned(got.angles, got.velocity), (east, north, -down), atol=1e-9)
     assert np.allclose(turned(got.angles, got.rate), (east, north, -down), atol=1e-9)
     assert got.position == (position[1], position[0], -position[2])
-    assert np.allclose(turned(decode_imu(imu(T0, angles, vector), Convention.NED).angles, got.velocity),
-                       (east, north, -down), atol=1e-9)
+    assert np.allclose(
+        turned(decode_imu(imu(T0, angles, vector), Convention.NED).angles, got.velocity),
+        (east, north, -down),
+        atol=1e-9,
+    )
 
 
 def test_a_quaternion_within_a_hundredth_is_renormalised():
@@ -177,6 +205,7 @@ def test_a_quaternion_within_a_hundredth_is_renormalised():
 
 
 # refusals
+
 
 def prepared():
     """An ingest that has taken both topics at T0 + 10 s."""
@@ -188,29 +217,40 @@ def prepared():
 
 LATER = T0 + 10 * S + STEP
 BAD = [
-    ("size", "imu", b""), ("size", "imu", imu(LATER)[:-1]), ("size", "imu", imu(LATER) + b"\0"),
-    ("size", "odometry", imu(LATER)), ("size", "odometry", odometry(LATER)[:30]), ("size", "imu", odometry(LATER)),
+    ("size", "imu", b""),
+    ("size", "imu", imu(LATER)[:-1]),
+    ("size", "imu", imu(LATER) + b"\0"),
+    ("size", "odometry", imu(LATER)),
+    ("size", "odometry", odometry(LATER)[:30]),
+    ("size", "imu", odometry(LATER)),
     ("encoding", "imu", b"\0\7" + imu(LATER)[2:]),
-    ("not_finite", "imu", imu(LATER, force=(nan, 0, G))), ("not_finite", "imu", imu(LATER, rate=(0, np.inf, 0))),
-    ("not_finite", "imu", imu(LATER, q=(nan, 0, 0, 1))), ("not_finite", "odometry", odometry(LATER, (0, -np.inf, 0))),
+    ("not_finite", "imu", imu(LATER, force=(nan, 0, G))),
+    ("not_finite", "imu", imu(LATER, rate=(0, np.inf, 0))),
+    ("not_finite", "imu", imu(LATER, q=(nan, 0, 0, 1))),
+    ("not_finite", "odometry", odometry(LATER, (0, -np.inf, 0))),
     ("not_finite", "odometry", odometry(LATER, velocity=(0, 0, nan))),
     ("not_finite", "odometry", odometry(LATER, q=(0, 0, nan, 1))),
-    ("quaternion", "imu", imu(LATER, q=(0, 0, 0, 0))), ("quaternion", "odometry", odometry(LATER, q=(0, 0, 0, 0))),
+    ("quaternion", "imu", imu(LATER, q=(0, 0, 0, 0))),
+    ("quaternion", "odometry", odometry(LATER, q=(0, 0, 0, 0))),
     ("quaternion", "imu", imu(LATER, q=(0, 0, 0, 1.02))),
     ("quaternion", "odometry", odometry(LATER, q=(0, 0, 0, 0.98))),
     ("no_orientation", "imu", imu(LATER, absent=True)),
     ("no_orientation", "imu", imu(LATER, absent=True, q=(0, 0, 0, 0))),
-    ("out_of_range", "imu", imu(LATER, force=(0, 0, 50.1))), ("out_of_range", "imu", imu(LATER, rate=(-5.1, 0, 0))),
+    ("out_of_range", "imu", imu(LATER, force=(0, 0, 50.1))),
+    ("out_of_range", "imu", imu(LATER, rate=(-5.1, 0, 0))),
     ("out_of_range", "odometry", odometry(LATER, rate=(0, 5.1, 0))),
     ("out_of_range", "odometry", odometry(LATER, velocity=(51, 0, 0))),
     ("out_of_range", "odometry", odometry(LATER, (2e7, 0, 0))),
     ("out_of_range", "imu", imu(LATER, (0, radians(85), 0))),
     ("out_of_range", "imu", struct.pack("<4sI", imu(LATER)[:4], 1) + struct.pack("<I", S) + imu(LATER)[12:]),
     ("height", "odometry", odometry(LATER, (0, 0, 35.0))),
-    ("no_stamp", "imu", imu(0)), ("no_stamp", "odometry", odometry(0)),
-    ("stamp_not_advancing", "imu", imu(T0 + 10 * S)), ("stamp_not_advancing", "odometry", odometry(T0 + 10 * S)),
+    ("no_stamp", "imu", imu(0)),
+    ("no_stamp", "odometry", odometry(0)),
+    ("stamp_not_advancing", "imu", imu(T0 + 10 * S)),
+    ("stamp_not_advancing", "odometry", odometry(T0 + 10 * S)),
     ("stamp_not_advancing", "odometry", odometry(T0 + 9 * S)),
-    ("stamp_backwards", "imu", imu(T0 + 9 * S - 1)), ("stamp_backwards", "odometry", odometry(T0)),
+    ("stamp_backwards", "imu", imu(T0 + 9 * S - 1)),
+    ("stamp_backwards", "odometry", odometry(T0)),
 ]
 
 
@@ -223,7 +263,7 @@ def test_bad_input_is_refused_and_counted_by_cause(cause, topic, data):
     assert {k: v - counted[k] for k, v in it.counts.items() if v != counted[k]} == {cause: 1}
     report = it.report(LATER)
     assert report["refused"] == 1 and report["last_refusal"] == f"{topic}: {CAUSES[cause]}"
-    assert it.odometry(odometry(LATER, velocity=(1, 0, 0)), LATER) == LATER   # and the next good one is taken
+    assert it.odometry(odometry(LATER, velocity=(1, 0, 0)), LATER) == LATER  # and the next good one is taken
     assert it.imu(imu(LATER), LATER) == LATER
 
 
@@ -237,7 +277,7 @@ def test_stamps_behind_the_other_source_are_counted_and_not_pushed():
     it = ingest()
     it.odometry(odometry(T0 + S, velocity=(1, 0, 0)), T0)
     it.imu(imu(T0), T0)
-    assert it.imu(imu(T0 + STEP), T0 + S) == T0 + STEP   # odometry is silent, but its newest stamp is ahead
+    assert it.imu(imu(T0 + STEP), T0 + S) == T0 + STEP  # odometry is silent, but its newest stamp is ahead
     assert it.counts["behind"] == 1 and it.inputs.motion_head[0] == 1
     it.imu(imu(T0 + S + STEP), T0 + 2 * S)
     assert newest(it)[0] == T0 + S + STEP
@@ -252,6 +292,7 @@ def test_without_stamps_the_arrival_counts():
 
 # samples
 
+
 def drive(it, t, **kw):
     """Odometry of a ship that heaves, rolls, pitches and goes ahead while it turns; exact twist."""
     stamp = T0 + round(t * S)
@@ -259,8 +300,13 @@ def drive(it, t, **kw):
     da = np.array([0.06 * cos(0.6 * t), 0.025 * cos(0.5 * t + 1), 0.05])
     p, v = np.array([2.0 * t, 0.3 * t, sin(0.6 * t)]), np.array([2.0, 0.3, 0.6 * cos(0.6 * t)])
     (sr, sp, sy), (cr, cp, cy) = np.sin(a), np.cos(a)
-    turn = np.array([[cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-                     [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr], [-sp, cp * sr, cp * cr]])
+    turn = np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
     body = (da[0] - da[2] * sp, da[1] * cr + da[2] * cp * sr, da[2] * cp * cr - da[1] * sr)
     twist = {"velocity": turn.T @ v, "rate": body} if kw.pop("twist", True) else {}
     it.odometry(odometry(stamp, p, a, **twist), stamp)
@@ -269,7 +315,7 @@ def drive(it, t, **kw):
 
 def test_odometry_twist_becomes_velocity_and_angle_rates_and_yaw_is_unwrapped():
     it = ingest()
-    for k in range(500):   # the yaw passes pi
+    for k in range(500):  # the yaw passes pi
         p, a, v, da = drive(it, 0.02 * k)
         assert np.allclose(newest(it)[1], [*p, *a, *v, *da, 1.0, ODOMETRY], atol=1e-9)
     assert it.report(T0 + round(9.98 * S))["odometry_rate_hz"] == pytest.approx(50.0)
@@ -284,7 +330,7 @@ def test_a_twist_of_zeros_is_replaced_by_central_differences_one_sample_later():
         p, a, v, da = known[k]
         assert np.allclose(rows[k, :12], [*p, *a, *v, *da], atol=2e-4)
     assert abs(rows[1:, 2:3] - [[k[0][2]] for k in known[1:99]]).max() < 1e-12
-    drive(it, 2.0)   # a twist comes: the waiting sample and the new one
+    drive(it, 2.0)  # a twist comes: the waiting sample and the new one
     assert list(samples(it)[0][-2:]) == [T0 + 99 * STEP, T0 + 100 * STEP]
     assert len(np.unique(samples(it)[1][:, EPOCH])) == 1
 
@@ -322,11 +368,11 @@ def test_odometry_lost_and_found_goes_over_without_a_jump_and_with_new_epochs():
     times, rows = samples(it)
     assert rows[-1, SOURCE] == IMU and it.epoch == 2 and it.report(T0 + 30 * S)["source"] == "imu"
     first = np.flatnonzero(rows[:, SOURCE] == IMU)[0]
-    assert (times[first] - times[first - 1]) * 1e-9 == pytest.approx(0.52)   # odometry_timeout, and not sooner
-    assert np.allclose(rows[-1, :3], [2 * 29.98, 0, 0], atol=0.05)           # goes on as fast as it went, not at 5 m/s
-    assert it.filter.age == pytest.approx(29.98)                             # warm
+    assert (times[first] - times[first - 1]) * 1e-9 == pytest.approx(0.52)  # odometry_timeout, and not sooner
+    assert np.allclose(rows[-1, :3], [2 * 29.98, 0, 0], atol=0.05)  # goes on as fast as it went, not at 5 m/s
+    assert it.filter.age == pytest.approx(29.98)  # warm
     feed(it, 30, 30.98)
-    assert newest(it)[1][SOURCE] == IMU                                      # not yet trusted
+    assert newest(it)[1][SOURCE] == IMU  # not yet trusted
     feed(it, 30.98, 32)
     assert newest(it)[1][SOURCE] == ODOMETRY and it.epoch == 3 and it.counts["source_change"] == 2
     assert it.counts["position_jump"] == 0 and np.isfinite(samples(it)[1]).all()
@@ -351,7 +397,7 @@ def test_a_jump_of_position_shifts_the_origin_and_not_the_ship():
     assert it.counts["position_jump"] == 1 and rows[-1, EPOCH] == 2
     report = it.report(T0 + 6 * S)
     assert (report["origin_x_m"], report["origin_y_m"]) == (pytest.approx(-1000, abs=0.1), pytest.approx(500, abs=0.1))
-    feed(it, 6, 7, imu_on=False, position=(1003.0, -500.0))   # a small one is blended by the simulator
+    feed(it, 6, 7, imu_on=False, position=(1003.0, -500.0))  # a small one is blended by the simulator
     assert it.counts["position_jump"] == 1
 
 
@@ -389,7 +435,7 @@ def test_gaps_begin_new_epochs():
     assert it.epoch == 2 and it.counts["gap"] == 1
     only = ingest()
     feed(only, 0, 3, odometry_on=False)
-    feed(only, 4.2, 5, odometry_on=False)   # longer than heave.max_gap: the filter starts anew
+    feed(only, 4.2, 5, odometry_on=False)  # longer than heave.max_gap: the filter starts anew
     assert only.counts["imu_gap"] == 1 and only.epoch == 2 and only.filter.age == pytest.approx(0.78)
 
 
@@ -409,8 +455,9 @@ def test_imu_alone_follows_the_tow_speed_along_its_heading():
         it.imu(imu(stamp, angles=(0, 0, 2.0)), stamp)
     times, rows = samples(it)
     ahead = 2.0 * (times[-1] - times[0]) * 1e-9
-    assert np.allclose(rows[-1, :12], [ahead * cos(2), ahead * sin(2), 1.5, 0, 0, 2, 2 * cos(2), 2 * sin(2), *[0] * 4],
-                       atol=1e-9)
+    assert np.allclose(
+        rows[-1, :12], [ahead * cos(2), ahead * sin(2), 1.5, 0, 0, 2, 2 * cos(2), 2 * sin(2), *[0] * 4], atol=1e-9
+    )
 
 
 def test_a_clock_set_back_shows_and_reset_takes_it_up():
@@ -451,6 +498,7 @@ def test_report_has_plain_values():
 
 # both bags through bytes
 
+
 @pytest.mark.parametrize("name", ["nbp1406", "lmg1903"])
 def test_imu_only_from_bytes_within_five_percent_of_the_odometry(name):
     """Required: RMS heave error <= max(5 cm, 5 % Hs) after 180 s with 1 mg of bias and 100 ug/sqrt(Hz) of noise."""
@@ -481,11 +529,19 @@ def test_imu_only_from_bytes_within_five_percent_of_the_odometry(name):
 
 # bags
 
+
 def test_topics_are_found_by_type_and_name():
     i, o, j = "sensor_msgs/msg/Imu", "nav_msgs/msg/Odometry", "sensor_msgs/msg/JointState"
-    assert find_topics({"/ship/imu/data": i, "/ship/imu/data_raw": i, "/x/odom": o, "/tow_sim/towbody/odom": o,
-                        "/tow_sim/winch/state": j, "/tow_sim/winch/command": j}) == {
-        "imu": "/ship/imu/data", "odometry": "/x/odom", "command": "/tow_sim/winch/command"}
+    assert find_topics(
+        {
+            "/ship/imu/data": i,
+            "/ship/imu/data_raw": i,
+            "/x/odom": o,
+            "/tow_sim/towbody/odom": o,
+            "/tow_sim/winch/state": j,
+            "/tow_sim/winch/command": j,
+        }
+    ) == {"imu": "/ship/imu/data", "odometry": "/x/odom", "command": "/tow_sim/winch/command"}
     assert find_topics({"/mru": i, "/tow_sim/towbody/odom": o, "/joints": j}) == {"imu": "/mru"}
     assert find_topics({"/a": i, "/b": i}, {"imu": "/b"}) == {"imu": "/b"}
     with pytest.raises(BagError, match="imu could be any of /a, /b: nothing was read; say which topic it is"):
@@ -522,10 +578,12 @@ def test_bags_of_any_kind_give_the_same_bytes_in_the_same_order(kind, tmp_path):
     path = tmp_path / ("old.bag" if kind == "ros1" else "bag")
     bag_of_any_kind(kind, path)
     assert list(read_motion(path)) == [
-        (T0, "imu", imu(T0, angles=(0.1, 0, 0))), (T0, "odometry", odometry(T0, angles=(0.1, 0, 0))),
+        (T0, "imu", imu(T0, angles=(0.1, 0, 0))),
+        (T0, "odometry", odometry(T0, angles=(0.1, 0, 0))),
         (T0 + STEP, "imu", imu(T0 + STEP, angles=(0.1, 0, 0))),
         (T0 + 2 * STEP, "imu", imu(T0 + 2 * STEP, angles=(0.1, 0, 0))),
-        (T0 + 2 * STEP, "odometry", odometry(T0 + 2 * STEP, angles=(0.1, 0, 0)))]
+        (T0 + 2 * STEP, "odometry", odometry(T0 + 2 * STEP, angles=(0.1, 0, 0))),
+    ]
 
 
 def test_bags_that_cannot_be_used(tmp_path):

@@ -16,7 +16,7 @@ from cable_sim_ros.physics.heave import Heave, MotionInput
 from cable_sim_ros.physics.inputs import EPOCH, SOURCE, make_inputs
 from cable_sim_ros.physics.ship import Ship
 
-ARM = np.array([1.0, 1, 1, 40, 40, 40])   # m: what an angle moves at the sheave
+ARM = np.array([1.0, 1, 1, 40, 40, 40])  # m: what an angle moves at the sheave
 
 
 def sea(t):
@@ -63,10 +63,11 @@ def rms(values):
 
 # stamps
 
+
 @pytest.mark.parametrize("period", [STEP, S // 3, 33_333_333 + 1 / 3, 5_000_000, S])
 def test_exactly_periodic_stamps_stay(period):
     line = RegularStamps(0.2)
-    stamps = [T0 + round(k * period) for k in range(400) if k % 17]   # with dropped ones
+    stamps = [T0 + round(k * period) for k in range(400) if k % 17]  # with dropped ones
     assert [line.take(stamp) for stamp in stamps] == stamps
     assert line.period == pytest.approx(period, abs=1.0) and line.jitter < 1e3 and not line.active
 
@@ -92,7 +93,7 @@ def test_another_rate_is_followed(after, jitter):
     used = (np.array([line.take(stamp) for stamp in jittered(t, jitter).tolist()]) - T0) * 1e-9
     off = np.abs(used - t)
     assert off.max() <= (1e-6 if jitter == 0.0 else 0.5 * 0.02)
-    assert rms((used - t)[500 + 3 * SOUGHT:]) <= (1e-6 if jitter == 0.0 else 0.6 * jitter)
+    assert rms((used - t)[500 + 3 * SOUGHT :]) <= (1e-6 if jitter == 0.0 else 0.6 * jitter)
 
 
 @pytest.mark.parametrize("gap", [0.31, 0.9, 7.0])
@@ -114,6 +115,7 @@ def test_stamps_without_a_period_and_with_the_parameter_at_zero_stay():
 
 # positions and rates
 
+
 @pytest.mark.parametrize("rate", [1, 2, 5, 10, 20, 50, 100, 200])
 def test_a_clean_stream_stays_as_it_is(rate):
     t = np.arange(0, 60, 1 / rate)
@@ -124,10 +126,19 @@ def test_a_clean_stream_stays_as_it_is(rate):
     assert not fit.integrated.any() and not fit.smoothed.any() and not line.active
 
 
-@pytest.mark.parametrize("jitter, grain, speed, angle, bound", [
-    (1e-3, 0.0, 0.0, 0.0, 0.02), (2e-3, 0.0, 0.0, 0.0, 0.02), (3e-3, 0.0, 0.0, 0.0, 0.03),
-    (0.0, 0.01, 0.0, 0.0, 0.005), (2e-3, 0.005, 0.0, 0.0, 0.02), (0.0, 0.0, 0.005, 0.0, 0.05),
-    (0.0, 0.0, 0.0, 0.01, 0.005), (3e-3, 0.01, 0.005, 0.01, 0.05)])
+@pytest.mark.parametrize(
+    "jitter, grain, speed, angle, bound",
+    [
+        (1e-3, 0.0, 0.0, 0.0, 0.02),
+        (2e-3, 0.0, 0.0, 0.0, 0.02),
+        (3e-3, 0.0, 0.0, 0.0, 0.03),
+        (0.0, 0.01, 0.0, 0.0, 0.005),
+        (2e-3, 0.005, 0.0, 0.0, 0.02),
+        (0.0, 0.0, 0.005, 0.0, 0.05),
+        (0.0, 0.0, 0.0, 0.01, 0.005),
+        (3e-3, 0.01, 0.005, 0.01, 0.05),
+    ],
+)
 def test_the_false_acceleration_of_a_rough_stream_is_bounded(jitter, grain, speed, angle, bound):
     """jitter [s], grain of the position [m], noise of velocity [m/s] and attitude [deg] at 50 Hz."""
     random, t = np.random.default_rng(4), np.arange(0, 60, 0.02)
@@ -163,6 +174,7 @@ def test_a_velocity_with_a_bias_does_not_carry_the_ship_away():
 
 
 # through the ingest
+
 
 def send(it, t, x, v, *, stamps=None, imu_too=False, odometry_too=True):
     for k in range(len(t)):
@@ -226,7 +238,7 @@ def test_a_small_step_of_the_position_is_gone_over_slowly():
     it = ingest()
     rows = []
     for k in range(len(t)):
-        send(it, t[k:k + 1], x[k:k + 1], v[k:k + 1])
+        send(it, t[k : k + 1], x[k : k + 1], v[k : k + 1])
         rows.append(newest(it)[1][:12].copy())
     rows = np.array(rows)
     assert it.epoch == 1 and np.abs(np.diff(rows[:, 6] - v[:, 0])).max() / 0.02 < 1.5
@@ -285,6 +297,7 @@ def test_the_shipped_motion_stays_as_it_is(name):
 
 # through the simulator
 
+
 def rough(event, random):
     """A message of odometry with 2 ms of jitter on its stamp and a grain of 5 mm in its position."""
     stamp = event.time + round(2e-3 * S * random.standard_normal())
@@ -298,14 +311,17 @@ def rough(event, random):
 @pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
 def test_rough_odometry_tows_as_clean_odometry_does():
     from cable_sim_ros.io.load import load_scene
-    from cable_sim_ros.lab.drive import Drive
+    from cable_sim_ros.runs.passes import Pass
 
     random = np.random.default_rng(6)
-    clean = [Event(time, time, kind, data) for time, kind, data in read_motion(BAGS / "nbp1406")
-             if kind == "odometry"][:1100]
+    clean = [Event(time, time, kind, data) for time, kind, data in read_motion(BAGS / "nbp1406") if kind == "odometry"][
+        :1100
+    ]
     scene = load_scene(str(Path(__file__).parents[2] / "config" / "full_scale.yaml"))
-    runs = [Drive(scene, RecordedTow(name, events)).go(20.0, None).frames
-            for name, events in (("clean", clean), ("rough", [rough(event, random) for event in clean]))]
+    runs = [
+        Pass(scene, RecordedTow(name, events)).go(20.0, None).frames
+        for name, events in (("clean", clean), ("rough", [rough(event, random) for event in clean]))
+    ]
     tension, other = (run["tension"] for run in runs)
     assert len(tension) == len(other) == 2000
     assert np.abs(other - tension).max() < 50.0

@@ -9,8 +9,11 @@ from click.testing import CliRunner
 
 from cable_sim_ros import cli
 
-CASE = {"id": "x", "inputs": {"length_m": 100.0, "wet_weight_N_m": 3.0, "body_wet_weight_N": 500.0, "EA_N": 1e6},
-        "outputs": [{"name": "top tension", "unit": "N", "tol_rel": 0.001}, {"name": "colour", "unit": ""}]}
+CASE = {
+    "id": "x",
+    "inputs": {"length_m": 100.0, "wet_weight_N_m": 3.0, "body_wet_weight_N": 500.0, "EA_N": 1e6},
+    "outputs": [{"name": "top tension", "unit": "N", "tol_rel": 0.001}, {"name": "colour", "unit": ""}],
+}
 
 
 def run(tmp_path, data, *more):
@@ -34,11 +37,18 @@ def test_a_missing_value_is_null_with_a_note_and_code_1(tmp_path):
     assert told["outputs"][1]["value"] is None and any("no value for: colour" in n for n in told["notes"])
 
 
-@pytest.mark.parametrize("data, text", [
-    ("{", "this is no JSON"), ({"id": "x", "inputs": {}}, "the key 'outputs' is missing or no list; nothing was run"),
-    (CASE | {"outputs": [{}]}, "outputs: every entry needs a 'name'; nothing was run"),
-    (CASE | {"inputs": CASE["inputs"] | {"length_m": "long"}},
-     "inputs.length_m = 'long' is no finite number; the case was not run")])
+@pytest.mark.parametrize(
+    "data, text",
+    [
+        ("{", "this is no JSON"),
+        ({"id": "x", "inputs": {}}, "the key 'outputs' is missing or no list; nothing was run"),
+        (CASE | {"outputs": [{}]}, "outputs: every entry needs a 'name'; nothing was run"),
+        (
+            CASE | {"inputs": CASE["inputs"] | {"length_m": "long"}},
+            "inputs.length_m = 'long' is no finite number; the case was not run",
+        ),
+    ],
+)
 def test_refusals(tmp_path, data, text):
     done = run(tmp_path, data)
     assert done.exit_code == 2 and text in done.stderr

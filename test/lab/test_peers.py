@@ -79,6 +79,7 @@ def test_tension_where_the_cable_leaves_is_read_from_its_straight_part():
 def test_fluid_force_of_a_rigid_link_is_the_drag_law():
     mujoco = pytest.importorskip("mujoco")
     from cable_sim_ros.lab.peers.in_mujoco import _towed_model
+
     model = _towed_model(even(2, 0.1, points=1), np.array((225.0, 225.0)), P)
     data = mujoco.MjData(model)
     # first link straight down, second on along it: the stream is across both
@@ -94,8 +95,18 @@ def test_fluid_force_of_a_rigid_link_is_the_drag_law():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("code", "scene"), [("mujoco", "P5"), ("mujoco", "P6"), ("exudyn", "P2"), ("exudyn", "P4"),
-                                             ("exudyn", "P5"), ("exudyn", "P6"), ("cabledyn", "P5"),
-                                             ("cabledyn", "P6")])
+@pytest.mark.parametrize(
+    ("code", "scene"),
+    [
+        ("mujoco", "P5"),
+        ("mujoco", "P6"),
+        ("exudyn", "P2"),
+        ("exudyn", "P4"),
+        ("exudyn", "P5"),
+        ("exudyn", "P6"),
+        ("cabledyn", "P5"),
+        ("cabledyn", "P6"),
+    ],
+)
 def test_a_code_reaches_one_percent_with_a_setting_it_is_shown_with(code, scene):
     assert best_of(code, scene).max(1).min() < 0.01

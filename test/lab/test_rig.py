@@ -14,19 +14,34 @@ LENGTH, NODES = 2.0, 5
 
 def rod(speed: float = 0.0, gravity: float = 0.0, iterations: int = 20) -> Rig:
     """A level rod that turns at ``speed`` [rad/s] about its first node."""
-    rig = Rig(cable_of([{"length": LENGTH, "elements": NODES - 1}], mass_per_length=0.4, axial_stiffness=1e6,
-                       bending_stiffness=1.0), held={0: "r"}, tension=1e3, gravity=gravity,
-              solver=Solver(max_iterations=iterations))
+    rig = Rig(
+        cable_of(
+            [{"length": LENGTH, "elements": NODES - 1}], mass_per_length=0.4, axial_stiffness=1e6, bending_stiffness=1.0
+        ),
+        held={0: "r"},
+        tension=1e3,
+        gravity=gravity,
+        solver=Solver(max_iterations=iterations),
+    )
     s = rig.arc[:, None]
-    rig.place(s * (1.0, 0.0, 0.0), np.tile((1.0, 0.0, 0.0), (NODES, 1)), v=speed * s * (0.0, 0.0, 1.0),
-              vg=speed * np.tile((0.0, 0.0, 1.0), (NODES, 1)))
+    rig.place(
+        s * (1.0, 0.0, 0.0),
+        np.tile((1.0, 0.0, 0.0), (NODES, 1)),
+        v=speed * s * (0.0, 0.0, 1.0),
+        vg=speed * np.tile((0.0, 0.0, 1.0), (NODES, 1)),
+    )
     rig.balance()
     return rig
 
 
-@pytest.mark.parametrize(("turn", "step", "refused"), [
-    (1.5 * TURN_MOST, 2.0 * TURN_STEP, True), (0.5 * TURN_MOST, 2.0 * TURN_STEP, False),
-    (1.5 * TURN_MOST, 0.9 * TURN_STEP, False)])
+@pytest.mark.parametrize(
+    ("turn", "step", "refused"),
+    [
+        (1.5 * TURN_MOST, 2.0 * TURN_STEP, True),
+        (0.5 * TURN_MOST, 2.0 * TURN_STEP, False),
+        (1.5 * TURN_MOST, 0.9 * TURN_STEP, False),
+    ],
+)
 def test_a_step_that_turns_the_cable_far_is_taken_back(turn, step, refused):
     rig = rod(turn / step)
     before = rig.line.q.copy()

@@ -8,7 +8,7 @@ import pytest
 from cable_sim_ros.lab.sheave import LIMITS, RADIUS, TENSION, accumulated, answers, scale, solve
 from cable_sim_ros.sim.checks import RESOLVED
 
-PHI = 2.0 * np.arcsin(0.5 * scale() / RADIUS)   # free elastica: EI / 2 R^2 = T (1 - cos phi)
+PHI = 2.0 * np.arcsin(0.5 * scale() / RADIUS)  # free elastica: EI / 2 R^2 = T (1 - cos phi)
 RIGHT = radians(90.0)
 
 

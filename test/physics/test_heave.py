@@ -12,14 +12,14 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import csd, welch
 
 from cable_sim_ros.io.wire import decode_imu, decode_odometry, read_motion
-from cable_sim_ros.lab.make_bags import rotation
 from cable_sim_ros.physics.heave import SETTLED, Heave, HeaveFilter, response
+from cable_sim_ros.runs.make_bags import rotation
 
 BAGS = Path(__file__).parents[2] / "bags"
 G = 9.81
-BIAS = 1e-3 * G                  # 1 mg on every axis
-FORCE_NOISE = 100e-6 * G         # m/s^2/sqrt(Hz), white: 100 ug/sqrt(Hz)
-RATE_NOISE = radians(0.005)      # rad/s/sqrt(Hz), white
+BIAS = 1e-3 * G  # 1 mg on every axis
+FORCE_NOISE = 100e-6 * G  # m/s^2/sqrt(Hz), white: 100 ug/sqrt(Hz)
+RATE_NOISE = radians(0.005)  # rad/s/sqrt(Hz), white
 LEVEL = np.zeros(3)
 
 
@@ -49,12 +49,12 @@ def test_at_rest_in_any_attitude_nothing_moves(angles):
 def test_a_sinusoid_comes_out_as_the_transfer_function_says(period):
     t, w = np.arange(0, 800, 0.02), 2 * pi / period
     out, _ = run(Heave(), t, *heaving(t, -w * w * np.sin(w * t)))
-    n = int(round(int(240 / period) * period / 0.02))   # whole periods, long after the start
+    n = int(round(int(240 / period) * period / 0.02))  # whole periods, long after the start
     tail, wave = slice(len(t) - n, None), np.exp(-1j * w * t)
     got = 2j * np.mean(out[tail, 2] * wave[tail])
     assert abs(got - response(period, 60.0)) < 2e-3
     slope = 2j * np.mean(out[tail, 5] * wave[tail]) / (1j * w)
-    assert abs(slope - got) < 2e-3   # velocity is the derivative of the displacement
+    assert abs(slope - got) < 2e-3  # velocity is the derivative of the displacement
 
 
 def test_error_at_wave_periods_falls_with_the_cube():
@@ -80,10 +80,15 @@ def test_roll_and_pitch_about_base_link_move_the_imu_only(lever):
     acceleration = CubicSpline(t, turned @ lever)(t, 2)
     force = np.einsum("nji,nj->ni", turned, acceleration + [0, 0, G])
     (sr, sp, _), (cr, cp, _) = np.sin(angles).T, np.cos(angles).T
-    rate = np.column_stack([first[:, 0] - first[:, 2] * sp, first[:, 1] * cr + first[:, 2] * cp * sr,
-                            first[:, 2] * cp * cr - first[:, 1] * sr])
+    rate = np.column_stack(
+        [
+            first[:, 0] - first[:, 2] * sp,
+            first[:, 1] * cr + first[:, 2] * cp * sr,
+            first[:, 2] * cp * cr - first[:, 1] * sr,
+        ]
+    )
     out, _ = run(Heave(imu_position=lever), t, force, angles, rate)
-    assert abs(out[:, :3]).max() < 2e-3   # where the IMU itself moves by up to 4 m
+    assert abs(out[:, :3]).max() < 2e-3  # where the IMU itself moves by up to 4 m
     wrong, _ = run(Heave(), t, force, angles, rate)
     if np.abs(lever).max() > 5:
         assert abs(wrong[:, :3]).max() > 0.05
@@ -96,7 +101,7 @@ def test_displacement_is_the_integral_of_the_velocity_between_samples():
     p, v = out[:, 2], out[:, 5]
     slope = CubicSpline(t, v)(t, 1)
     excess = np.diff(p) / 0.02 - 0.5 * (v[1:] + v[:-1]) + 0.02 / 12 * np.diff(slope)
-    assert abs(excess[2:-2]).max() < 2e-5   # 6/dt of it would be false acceleration; kinks where the fade ends
+    assert abs(excess[2:-2]).max() < 2e-5  # 6/dt of it would be false acceleration; kinks where the fade ends
     assert abs(excess[t[1:] > 100][:-2]).max() < 1e-7
 
 
@@ -124,7 +129,7 @@ def test_settled_valid_and_diverged():
     for _ in range(4):
         filter_.push(0.1, up, LEVEL, LEVEL)
     assert filter_.settled and filter_.valid and not filter_.diverged
-    for _ in range(3000):   # a sensor without gravity: all of it goes into the bias
+    for _ in range(3000):  # a sensor without gravity: all of it goes into the bias
         filter_.push(0.1, LEVEL, LEVEL, LEVEL)
     assert filter_.settled and not filter_.valid
     for _ in range(100):
@@ -145,14 +150,19 @@ def recorded(request):
             odometry.append(decode_odometry(data))
     assert [m.stamp for m in imu] == [m.stamp for m in odometry]
     t = (np.array([m.stamp for m in imu]) - imu[0].stamp) * 1e-9
-    return (t, np.array([m.force for m in imu]), np.array([m.angles for m in imu]), np.array([m.rate for m in imu]),
-            np.array([m.position[2] for m in odometry]))
+    return (
+        t,
+        np.array([m.force for m in imu]),
+        np.array([m.angles for m in imu]),
+        np.array([m.rate for m in imu]),
+        np.array([m.position[2] for m in odometry]),
+    )
 
 
 def heave_error(recorded, seed, **parameters):
     t, force, angles, rate, height = recorded
     random = np.random.default_rng(seed)
-    white = np.sqrt(0.5 / 0.02)   # density to standard deviation at 50 Hz
+    white = np.sqrt(0.5 / 0.02)  # density to standard deviation at 50 Hz
     force = force + BIAS + FORCE_NOISE * white * random.standard_normal(force.shape)
     out, _ = run(Heave(**parameters), t, force, angles, rate + RATE_NOISE * white * random.standard_normal(rate.shape))
     return out[:, 2], height
@@ -167,8 +177,10 @@ def test_imu_only_heave_within_five_percent_of_the_significant_heave(recorded, s
     f, cross = csd(height[t >= 180.0], estimate[t >= 180.0], 50.0, nperseg=6400)
     peak = 1 + welch(height[t >= 180.0], 50.0, nperseg=6400)[1][1:].argmax()
     phase = degrees(cmath.phase(cross[peak]))
-    print(f"Hs {significant:.2f} m, RMS {100 * error:.1f} cm = {100 * error / significant:.1f} % of Hs, "
-          f"phase at {1 / f[peak]:.1f} s {phase:+.1f} deg")
+    print(
+        f"Hs {significant:.2f} m, RMS {100 * error:.1f} cm = {100 * error / significant:.1f} % of Hs, "
+        f"phase at {1 / f[peak]:.1f} s {phase:+.1f} deg"
+    )
     assert error <= max(0.05, 0.05 * significant)
     assert abs(phase) < 3.0
 
@@ -179,5 +191,5 @@ def test_the_requirement_is_not_met_by_any_filter(recorded):
     for period in (20.0, 240.0):
         estimate, height = heave_error(recorded, 1, period=period)
         error = (estimate - height)[recorded[0] >= 180.0]
-        worst.append(np.sqrt(np.mean(error ** 2)) / max(0.05, 0.2 * height.std()))
+        worst.append(np.sqrt(np.mean(error**2)) / max(0.05, 0.2 * height.std()))
     assert max(worst) > 1.0

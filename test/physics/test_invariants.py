@@ -16,7 +16,7 @@ from cable_sim_ros.physics.banded import FACTOR_COLUMNS, solve, solve_again
 from cable_sim_ros.physics.cable import LOST_POWER, OWN, SURFACES, WATER
 from cable_sim_ros.physics.contact import press
 from cable_sim_ros.physics.drag import LOADING, DragLaw, choo_casarella
-from cable_sim_ros.sim.frame import Flag
+from cable_sim_ros.physics.frame import Flag
 
 angles = st.floats(-3.0, 3.0)
 
@@ -51,7 +51,7 @@ def test_internal_damping_is_objective(spin):
     bench = bare(ca=200.0, tau=0.5)
     still = bench.residual()
     for c in (0, 3):
-        bench.v[:, c:c + 3] = np.cross(spin, bench.q[:, c:c + 3])
+        bench.v[:, c : c + 3] = np.cross(spin, bench.q[:, c : c + 3])
     bench.v[:, :3] += (0.3, -0.2, 0.1)
     np.testing.assert_allclose(bench.residual(), still, atol=1e-9 * np.abs(still).max())
 
@@ -117,6 +117,7 @@ def test_contact_never_pulls(delta, closing, damping):
 @settings(max_examples=100, deadline=None)
 def test_groove_pushes_away_from_its_flanks_and_out(y, h, vy, vh):
     from cable_sim_ros.physics.contact import touch
+
     row = surface.surface_row((0, 0, 0), 0.25, np.pi / 3, 0.01, 0.02, 1e9, 0.3)
     row[surface.AXIS + 1] = 1.0
     o = touch((0.0, y, 0.25 + h), (0.0, vy, vh), row)
@@ -129,6 +130,7 @@ def test_groove_pushes_away_from_its_flanks_and_out(y, h, vy, vh):
 
 def test_drum_is_a_groove_of_one_flank():
     from cable_sim_ros.physics.contact import touch
+
     row = surface.surface_row((0, 0, 0), 0.3, None, 0.0, 0.0, 1e9, 0.0)
     row[surface.AXIS + 1] = 1.0
     o = touch((0.0, 5.0, 0.299), (0.0, 0.0, 0.0), row)
@@ -160,11 +162,19 @@ def test_tangential_loading_is_the_printed_quintic():
     assert np.abs(fit - quintic).max() < 1e-7
 
 
-@pytest.mark.parametrize("law, angle, fn, ft", [
-    (DragLaw.DRISCOLL_NAHON_PRINTED, 10, 0.0054, 0.0198), (DragLaw.DRISCOLL_NAHON_PRINTED, 5, -0.0039, 0.0199),
-    (DragLaw.DRISCOLL_NAHON, 20, 0.1267, 0.0198), (DragLaw.DRISCOLL_NAHON, 60, 0.7271, 0.0165),
-    (DragLaw.RIBBON, 10, 0.0627, 0.1276), (DragLaw.RIBBON, 45, 0.5006, 0.1153), (DragLaw.RIBBON, 90, 1.0, 0.0295),
-    (DragLaw.CROSSFLOW, 30, 0.25, 0.0)])
+@pytest.mark.parametrize(
+    "law, angle, fn, ft",
+    [
+        (DragLaw.DRISCOLL_NAHON_PRINTED, 10, 0.0054, 0.0198),
+        (DragLaw.DRISCOLL_NAHON_PRINTED, 5, -0.0039, 0.0199),
+        (DragLaw.DRISCOLL_NAHON, 20, 0.1267, 0.0198),
+        (DragLaw.DRISCOLL_NAHON, 60, 0.7271, 0.0165),
+        (DragLaw.RIBBON, 10, 0.0627, 0.1276),
+        (DragLaw.RIBBON, 45, 0.5006, 0.1153),
+        (DragLaw.RIBBON, 90, 1.0, 0.0295),
+        (DragLaw.CROSSFLOW, 30, 0.25, 0.0),
+    ],
+)
 def test_loading_functions_against_the_table(law, angle, fn, ft):
     p = np.zeros((40, 1))
     for row, value in drag_module.element_rows(law, None, 1.0, 0.01, 1026.0, 1.2e-3, 1.0, 9.81).items():
@@ -207,7 +217,7 @@ def test_a_lane_does_not_depend_on_its_neighbours():
     assert (force == again).all()
     slow = many.v.copy()
     many.v[15:] = 0.0
-    many.v[15:, 0] = -2.0        # lanes in the low branch of the drag coefficient
+    many.v[15:, 0] = -2.0  # lanes in the low branch of the drag coefficient
     other = many.residual()
     assert (other[:14] == force[:14]).all()
     many.v = slow
@@ -217,14 +227,14 @@ def test_solver_against_dense():
     rng = np.random.default_rng(0)
     n = 12
     band, lower = rng.normal(size=(n, 6, 16)), rng.normal(size=(n, 6, 6))
-    band[3, 0, 0] = 0.0                     # needs a row exchange
+    band[3, 0, 0] = 0.0  # needs a row exchange
     dense = np.zeros((6 * n, 6 * n))
     for i in range(n):
-        dense[6 * i:6 * i + 6, 6 * i:6 * i + 6] = band[i, :, :6]
+        dense[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] = band[i, :, :6]
         if i < n - 1:
-            dense[6 * i:6 * i + 6, 6 * i + 6:6 * i + 12] = band[i, :, 6:12]
+            dense[6 * i : 6 * i + 6, 6 * i + 6 : 6 * i + 12] = band[i, :, 6:12]
         if i:
-            dense[6 * i:6 * i + 6, 6 * i - 6:6 * i] = lower[i]
+            dense[6 * i : 6 * i + 6, 6 * i - 6 : 6 * i] = lower[i]
     want = np.linalg.solve(dense, band[:, :, 12].ravel())
     x, factor, work = np.zeros((n, 6)), np.zeros((n, 6, FACTOR_COLUMNS)), band.copy()
     assert solve(work, lower, factor, x)
@@ -266,7 +276,7 @@ def test_powers_are_the_forces_on_the_velocities(seed):
     bench.tangent(30.0, 900.0)
     bench.residual()
     np.testing.assert_array_equal(bench.work.power, powers)
-    step = 1e-6     # strain energy along the motion
+    step = 1e-6  # strain energy along the motion
     start, rate = bench.q.copy(), []
     for sign in (-1.0, 1.0):
         bench.q = start + sign * step * bench.v

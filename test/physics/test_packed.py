@@ -20,11 +20,12 @@ from cable_sim_ros.physics.surface import SURFACE_COLUMNS
 
 pytestmark = pytest.mark.skipif(
     bool(numba.config.DISABLE_JIT) or not llvmlite.binding.get_host_cpu_features().get("avx2", False),
-    reason="needs compilation and AVX2")
+    reason="needs compilation and AVX2",
+)
 
 W = make_work(4)
 LANE, TABLE, ROW = W.lane[0], np.zeros((4, 16)), np.zeros(SURFACE_COLUMNS)
-KERNELS = {   # kernel: arguments, scalar multiplications allowed beyond the packed ones
+KERNELS = {  # kernel: arguments, scalar multiplications allowed beyond the packed ones
     ancf.inertia_lanes: ((W.x, W.p, W.force, 0.0), 0),
     ancf.inertia_tangent_lanes: ((W.p, 1.0, W.k), 20),
     ancf.elastic_lanes: ((W.x, W.p, W.force, LANE, W.lane[1], W.lane[2]), 0),

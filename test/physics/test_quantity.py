@@ -30,21 +30,43 @@ def refused(kind, **values):
     return [error for error in caught.value.errors() if error["type"] == kind]
 
 
-@pytest.mark.parametrize("values", [
-    {"closed": 0.0}, {"closed": 2.0}, {"closed": 1}, {"strict": 1e-300}, {"strict": 2.0}, {"below": -1e300},
-    {"count": 1}, {"count": 4}, {"maybe": None}, {"maybe": 2.0}, {"vector": (1.0, -1.0)}, {"vector": [1, -1]},
-])
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"closed": 0.0},
+        {"closed": 2.0},
+        {"closed": 1},
+        {"strict": 1e-300},
+        {"strict": 2.0},
+        {"below": -1e300},
+        {"count": 1},
+        {"count": 4},
+        {"maybe": None},
+        {"maybe": 2.0},
+        {"vector": (1.0, -1.0)},
+        {"vector": [1, -1]},
+    ],
+)
 def test_bounds_belong_to_the_interval(values):
     sample = Sample(**values)
     key, value = next(iter(values.items()))
     assert getattr(sample, key) == (tuple(value) if isinstance(value, list) else value)
 
 
-@pytest.mark.parametrize("values, text", [
-    ({"closed": -1e-9}, "[0, 2]"), ({"closed": 2.000001}, "[0, 2]"), ({"strict": 0.0}, "(0, 2]"),
-    ({"strict": 3.0}, "(0, 2]"), ({"below": 3.0}, "(-inf, 2]"), ({"count": 0}, "[1, 4]"), ({"count": 5}, "[1, 4]"),
-    ({"maybe": -1.0}, "[0, 2]"), ({"vector": (0.0, 1.5)}, "[-1, 1]"),
-])
+@pytest.mark.parametrize(
+    "values, text",
+    [
+        ({"closed": -1e-9}, "[0, 2]"),
+        ({"closed": 2.000001}, "[0, 2]"),
+        ({"strict": 0.0}, "(0, 2]"),
+        ({"strict": 3.0}, "(0, 2]"),
+        ({"below": 3.0}, "(-inf, 2]"),
+        ({"count": 0}, "[1, 4]"),
+        ({"count": 5}, "[1, 4]"),
+        ({"maybe": -1.0}, "[0, 2]"),
+        ({"vector": (0.0, 1.5)}, "[-1, 1]"),
+    ],
+)
 def test_outside_is_refused_with_the_interval(values, text):
     (error,) = refused("out_of_range", **values)
     assert error["ctx"]["interval"] == text and error["ctx"]["unit"]
@@ -55,14 +77,25 @@ def test_every_component_outside_is_named():
     assert error["ctx"]["components"] == [0, 1]
 
 
-@pytest.mark.parametrize("values", [{"closed": "1"}, {"closed": True}, {"count": "2"}, {"count": False},
-                                    {"maybe": "1"}, {"vector": ("0", 0.0)}, {"vector": [True, 0.0]}])
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"closed": "1"},
+        {"closed": True},
+        {"count": "2"},
+        {"count": False},
+        {"maybe": "1"},
+        {"vector": ("0", 0.0)},
+        {"vector": [True, 0.0]},
+    ],
+)
 def test_text_and_truth_are_no_numbers(values):
     assert refused("not_a_number", **values)
 
 
-@pytest.mark.parametrize("values", [{"closed": math.nan}, {"closed": math.inf}, {"vector": (0.0, -math.inf)},
-                                    {"maybe": math.nan}])
+@pytest.mark.parametrize(
+    "values", [{"closed": math.nan}, {"closed": math.inf}, {"vector": (0.0, -math.inf)}, {"maybe": math.nan}]
+)
 def test_nan_and_infinity_are_refused(values):
     assert refused("finite_number", **values)
 
@@ -90,9 +123,15 @@ def test_a_default_outside_its_bounds_is_refused():
         Wrong()
 
 
-@pytest.mark.parametrize("bounds, text", [
-    ((None, None), ""), ((0.0, None), "[0, inf)"),
-    ((None, 1e11), "(-inf, 1e+11]"), ((0.1234567, 1), "[0.1234567, 1]")])
+@pytest.mark.parametrize(
+    "bounds, text",
+    [
+        ((None, None), ""),
+        ((0.0, None), "[0, inf)"),
+        ((None, 1e11), "(-inf, 1e+11]"),
+        ((0.1234567, 1), "[0.1234567, 1]"),
+    ],
+)
 def test_interval_as_text(bounds, text):
     assert interval(*bounds) == text
 

@@ -78,11 +78,12 @@ class Ship:
 
     def tick(self) -> np.ndarray:
         end = self.now + 10_000_000
-        self.clock = follow(self.now, end, self.ship, self.clock, self.inputs, self.frame, 0, self.mean, 3.0,
-                            *self.blends, self.work)
+        self.clock = follow(
+            self.now, end, self.ship, self.clock, self.inputs, self.frame, 0, self.mean, 3.0, *self.blends, self.work
+        )
         evaluate(end, self.ship, self.clock, self.inputs, self.frame, 0, self.mean, 3.0)
         self.now = end
-        return self.ship[COORD:RATE + 6].copy()
+        return self.ship[COORD : RATE + 6].copy()
 
 
 def smooth(rows: np.ndarray) -> float:
@@ -99,7 +100,7 @@ def test_interpolation_between_samples_is_exact_to_fourth_order_and_c1():
     for k in (30, 55, 99):
         np.testing.assert_allclose(rows[k, :6], motion(0.01 * (k + 1))[0], atol=1e-9)
         np.testing.assert_allclose(rows[k, 6:], motion(0.01 * (k + 1))[1], atol=1e-6)
-    assert smooth(rows[12:]) < 2e-4   # after the short start blend
+    assert smooth(rows[12:]) < 2e-4  # after the short start blend
 
 
 def test_start_is_taken_up_without_a_step():
@@ -117,7 +118,7 @@ def test_after_the_last_sample_the_ship_comes_to_its_mean():
     for k in range(60):
         ship.push(0.02 * k)
     rows = np.array([ship.tick() for _ in range(4000)])
-    assert smooth(rows[12:]) < 2e-4   # after the short start blend
+    assert smooth(rows[12:]) < 2e-4  # after the short start blend
     assert np.abs(rows[-1, 2:5]).max() < 1e-3, "heave, roll and pitch have died out"
     assert np.abs(rows[-1, 6:]).max() < 1e-3
     assert np.isfinite(rows).all()
@@ -148,9 +149,14 @@ def test_a_changed_source_is_taken_up_smoothly():
     assert rows[-1, 0] == pytest.approx(motion(1.9)[0][0] + 0.3, abs=1e-9)
 
 
-@pytest.mark.parametrize("sample, time, text", [
-    ([np.nan] + [0.0] * 13, 10, "14 finite numbers"), ([0.0] * 13, 10, "14 finite numbers"),
-    ([0.0] * 14, 5, "does not advance past 5 ns")])
+@pytest.mark.parametrize(
+    "sample, time, text",
+    [
+        ([np.nan] + [0.0] * 13, 10, "14 finite numbers"),
+        ([0.0] * 13, 10, "14 finite numbers"),
+        ([0.0] * 14, 5, "does not advance past 5 ns"),
+    ],
+)
 def test_bad_samples_are_refused(sample, time, text):
     inputs = make_inputs()
     push_motion(inputs, 5, [0.0] * 14)

@@ -104,11 +104,17 @@ def test_margin_tells_of_a_cable_beside():
     assert margin(0.0, 0.02, ROW) == pytest.approx(-0.01)
     assert margin(0.05, -0.2, ROW) == margin(-0.05, -0.2, ROW) == pytest.approx(ROW[CREST] - 0.05)
     assert (beside(0.05, -0.1, ROW), beside(-0.05, -0.1, ROW), beside(0.05, 0.1, ROW), beside(0.0, -0.1, ROW)) == (
-        1.0, -1.0, 0.0, 0.0)
+        1.0,
+        -1.0,
+        0.0,
+        0.0,
+    )
 
 
-@pytest.mark.parametrize(("before", "after", "found"), [
-    (0.05, 0.03, 0), (0.05, -0.05, 2), (-0.03, 0.05, 2), (0.05, 0.0, 1), (0.03, WIDTH - 1e-3, 0)])
+@pytest.mark.parametrize(
+    ("before", "after", "found"),
+    [(0.05, 0.03, 0), (0.05, -0.05, 2), (-0.03, 0.05, 2), (0.05, 0.0, 1), (0.03, WIDTH - 1e-3, 0)],
+)
 def test_a_step_through_the_disc_is_seen(before, after, found):
     arc = np.linspace(0.0, 0.4, 5)
     old, q = np.zeros((5, 6)), np.zeros((5, 6))

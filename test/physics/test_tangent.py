@@ -48,9 +48,12 @@ def test_each_part_of_the_sheave(where, side):
     bench = Bench(4, 3)
     bench.wander(top=5.0)
     row = touching(bench, 2, np.pi / 3)
-    y, gap = {"flank": (0.3 * row[CREST], 0.0), "cheek": (row[CREST] + 0.5 * row[RIM], -0.1),
-              "rim": (row[CREST] + 0.1 * row[RIM], row[TOP] - 0.2 * row[RIM])}[where]
-    row[CENTRE:CENTRE + 3] = bench.q[2, :3] - (0.0, side * y, row[RADIUS] + gap)
+    y, gap = {
+        "flank": (0.3 * row[CREST], 0.0),
+        "cheek": (row[CREST] + 0.5 * row[RIM], -0.1),
+        "rim": (row[CREST] + 0.1 * row[RIM], row[TOP] - 0.2 * row[RIM]),
+    }[where]
+    row[CENTRE : CENTRE + 3] = bench.q[2, :3] - (0.0, side * y, row[RADIUS] + gap)
     bench.surfaces = row[None]
     o = touch(tuple(bench.q[2, :3]), tuple(bench.v[2, :3]), row)
     assert o[9] > 0.1 and o[16] == side and (o[12] > 0.0) == (where == "rim")

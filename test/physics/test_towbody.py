@@ -9,18 +9,32 @@ from cable_sim_ros.physics import towbody
 from cable_sim_ros.physics.jit import NO, YES
 from cable_sim_ros.physics.towbody import Towbody, attitude, body_table, load, turn_into_flow
 
-BODY = Towbody(mass=250.0, net_weight=445.0, added_mass=(11.0, 212.0, 200.0), drag_area=(0.0641, 0.9, 1.485),
-               lift_area=-0.29836)
+BODY = Towbody(
+    mass=250.0, net_weight=445.0, added_mass=(11.0, 212.0, 200.0), drag_area=(0.0641, 0.9, 1.485), lift_area=-0.29836
+)
 STILL = np.zeros(4)
 
 
-def force(q=(0.0, 0.0, -50.0), v=(0.0, 0.0, 0.0), a=(0.0, 0.0, 0.0), current=STILL, flow=(-2.2, 0.0, 0.0),
-          density=1000.0):
+def force(
+    q=(0.0, 0.0, -50.0), v=(0.0, 0.0, 0.0), a=(0.0, 0.0, 0.0), current=STILL, flow=(-2.2, 0.0, 0.0), density=1000.0
+):
     """Load on the body less its inertia, world axes [N]."""
     band = np.zeros((6, 16))
     row = body_table(BODY, 9.81, density)
-    load(row, 9.81, np.array(q, float), np.array(v, float), np.array(a, float), np.array(current, float),
-         np.array(flow, float), 0.0, 0.0, 0.0, NO, band)
+    load(
+        row,
+        9.81,
+        np.array(q, float),
+        np.array(v, float),
+        np.array(a, float),
+        np.array(current, float),
+        np.array(flow, float),
+        0.0,
+        0.0,
+        0.0,
+        NO,
+        band,
+    )
     return band[:3, 12]
 
 

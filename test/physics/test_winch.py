@@ -69,7 +69,7 @@ def test_rate_command_runs_until_its_time_out_then_holds():
         command((k + 1) * 10_000_000, 0.01, row, inputs, state)
     assert state[winch.COMMANDED] == pytest.approx(0.2 * 0.5, abs=1e-9)
     assert state[winch.STALE] == 1.0
-    push_command(inputs, 1_000_000_000, np.nan, np.nan)   # nothing commanded: the one before holds
+    push_command(inputs, 1_000_000_000, np.nan, np.nan)  # nothing commanded: the one before holds
     command(1_010_000_000, 0.01, row, inputs, state)
     assert state[winch.STALE] == 1.0
 
@@ -94,11 +94,18 @@ def test_a_command_of_the_future_waits():
     assert command(60_000_000, 0.01, row, inputs, state) == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize("law, moved, length", [
-    (0, (1.0, 0.0, 1.0), 0.0),
-    (1, (1.0, 0.0, 0.0), np.sin(1.3)), (1, (0.0, 0.0, 1.0), np.cos(1.3)), (1, (0.0, 1.0, 0.0), 0.0),
-    (2, (0.0, 0.0, 1.0), np.cos(1.0)), (3, (0.0, 0.0, 1.0), 1.0 / np.cos(1.3)),
-    (4, (0.0, 0.0, 0.0), 3.7 / np.cos(1.0) - 3.7 / np.cos(1.3))])
+@pytest.mark.parametrize(
+    "law, moved, length",
+    [
+        (0, (1.0, 0.0, 1.0), 0.0),
+        (1, (1.0, 0.0, 0.0), np.sin(1.3)),
+        (1, (0.0, 0.0, 1.0), np.cos(1.3)),
+        (1, (0.0, 1.0, 0.0), 0.0),
+        (2, (0.0, 0.0, 1.0), np.cos(1.0)),
+        (3, (0.0, 0.0, 1.0), 1.0 / np.cos(1.3)),
+        (4, (0.0, 0.0, 0.0), 3.7 / np.cos(1.0) - 3.7 / np.cos(1.3)),
+    ],
+)
 def test_set_points_pay_out_when_the_sheave_goes_up_and_ahead(law, moved, length):
     """(2) L = dx sin + dz cos, (1) L = H/cos - H_nom/cos_nom; nominal angle 1.3, measured 1.0, nominal height 3.7."""
     row, state = np.zeros(setpoint.SETPOINT_ROWS), np.zeros(setpoint.SETPOINT_STATE)

@@ -42,8 +42,14 @@ class Process:
     def __init__(self, command: list[str], log: Path, environment: dict[str, str]) -> None:
         self.log = log
         self._stream = open(log, "w")
-        self.process = subprocess.Popen(command, cwd=log.parent, env=environment, stdin=subprocess.DEVNULL,
-                                        stdout=self._stream, stderr=subprocess.STDOUT)
+        self.process = subprocess.Popen(
+            command,
+            cwd=log.parent,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=self._stream,
+            stderr=subprocess.STDOUT,
+        )
 
     @property
     def text(self) -> str:
@@ -88,6 +94,7 @@ class Node(Process):
             if self.process.poll() is not None:
                 pytest.fail(f"the node ended with {self.process.returncode}:\n{self.text}")
             return self.state().get("state") == state
+
         poll(there, within, f"state {state}")
         return self
 
@@ -134,8 +141,10 @@ class Ears:
         box = self.heard["/diagnostics"]
         if not box:
             return {}
-        return {status.name.split(": ")[1]: (status.level[0], status.message, {v.key: v.value for v in status.values})
-                for status in box[-1].status}
+        return {
+            status.name.split(": ")[1]: (status.level[0], status.message, {v.key: v.value for v in status.values})
+            for status in box[-1].status
+        }
 
     def close(self) -> None:
         self._stop.set()
@@ -156,7 +165,7 @@ class Ship:
         self.imu_class, self.odometry_class = Imu, Odometry
         self.imu = ears.node.create_publisher(Imu, "imu/data", qos_profile_sensor_data)
         self.odom = ears.node.create_publisher(Odometry, "odom", qos_profile_sensor_data) if odometry else None
-        self.shift = 0            # ns added to the stamps
+        self.shift = 0  # ns added to the stamps
         self.silent = False
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._sail, daemon=True)
@@ -184,7 +193,7 @@ class Ship:
         return imu, odom
 
     def _sail(self) -> None:
-        begun, wall, k = time.monotonic(), time.time_ns(), 0     # stamps as even as the motion they belong to
+        begun, wall, k = time.monotonic(), time.time_ns(), 0  # stamps as even as the motion they belong to
         while not self._stop.wait(max(0.0, begun + 0.02 * k - time.monotonic())):
             k += 1
             if self.silent:
@@ -201,10 +210,13 @@ class World:
     def __init__(self, folder: Path, cache: Path) -> None:
         self.folder, self.domain = folder, 1 + next(_domains) % 100
         self.environment = os.environ | {
-            "ROS_DOMAIN_ID": str(self.domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-            "ROS_PYTHON_CHECK_FIELDS": "1", "NUMBA_CACHE_DIR": str(cache),
+            "ROS_DOMAIN_ID": str(self.domain),
+            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+            "ROS_PYTHON_CHECK_FIELDS": "1",
+            "NUMBA_CACHE_DIR": str(cache),
             "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]),
-            "ROS_LOG_DIR": str(folder / "log")}
+            "ROS_LOG_DIR": str(folder / "log"),
+        }
         self.processes: list[Process] = []
         self.closing: list = []
 
@@ -215,8 +227,11 @@ class World:
         return process
 
     def run(self, module: str, *arguments: str) -> Process:
-        process = Process([sys.executable, "-m", module, *arguments],
-                          self.folder / f"process{len(self.processes)}.log", self.environment)
+        process = Process(
+            [sys.executable, "-m", module, *arguments],
+            self.folder / f"process{len(self.processes)}.log",
+            self.environment,
+        )
         self.processes.append(process)
         return process
 
@@ -270,13 +285,22 @@ def bag(tmp_path_factory) -> Path:
         for k in range(600):
             t, stamp = 0.02 * k, start + 20_000_000 * k
             imu = types["sensor_msgs/msg/Imu"](
-                header(stamp, "imu_link"), turn(0.0, 0.0, 0.0, 1.0), np.zeros(9), vector(0.0, 0.0, 0.0), np.zeros(9),
-                vector(0.0, 0.0, 9.81 - w * w * np.sin(w * t)), np.zeros(9))
+                header(stamp, "imu_link"),
+                turn(0.0, 0.0, 0.0, 1.0),
+                np.zeros(9),
+                vector(0.0, 0.0, 0.0),
+                np.zeros(9),
+                vector(0.0, 0.0, 9.81 - w * w * np.sin(w * t)),
+                np.zeros(9),
+            )
             pose = types["geometry_msgs/msg/Pose"](point(2.2 * t, 0.0, np.sin(w * t)), turn(0.0, 0.0, 0.0, 1.0))
             twist = types["geometry_msgs/msg/Twist"](vector(2.2, 0.0, w * np.cos(w * t)), vector(0.0, 0.0, 0.0))
             odom = types["nav_msgs/msg/Odometry"](
-                header(stamp, "odom"), "base_link", types["geometry_msgs/msg/PoseWithCovariance"](pose, np.zeros(36)),
-                types["geometry_msgs/msg/TwistWithCovariance"](twist, np.zeros(36)))
+                header(stamp, "odom"),
+                "base_link",
+                types["geometry_msgs/msg/PoseWithCovariance"](pose, np.zeros(36)),
+                types["geometry_msgs/msg/TwistWithCovariance"](twist, np.zeros(36)),
+            )
             for topic, message in (("/ship/imu/data", imu), ("/ship/odom", odom)):
                 data = bytes(STORE.serialize_cdr(message, message.__msgtype__))
                 writer.add(topic, message.__msgtype__, stamp, data)

@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from cable_sim_ros.physics.frame import CONTACT_COLUMNS, FRAME, SHAPE_COLUMNS
 from cable_sim_ros.physics.inputs import Inputs, make_inputs
 from cable_sim_ros.physics.setpoint import SetpointLaw
-from cable_sim_ros.sim.frame import CONTACT_COLUMNS, FRAME, SHAPE_COLUMNS
 
 NODES, STATIONS = 20, 8
 TEMPLATE = np.zeros(1, FRAME)
@@ -29,11 +29,11 @@ class Model(NamedTuple):
 
 
 class State(NamedTuple):
-    time: np.ndarray      # int64 [4]: now, start, ticks, clock
-    frame: np.ndarray     # origin x y of the tow frame, its velocity
-    ship: np.ndarray      # x y z in the tow frame
-    value: np.ndarray     # payout, rate, x, y, z, halted
-    health: np.ndarray    # float64 [3], used by the static start
+    time: np.ndarray  # int64 [4]: now, start, ticks, clock
+    frame: np.ndarray  # origin x y of the tow frame, its velocity
+    ship: np.ndarray  # x y z in the tow frame
+    value: np.ndarray  # payout, rate, x, y, z, halted
+    health: np.ndarray  # float64 [3], used by the static start
 
 
 class Output(NamedTuple):
@@ -75,7 +75,7 @@ def tick(model, state, inputs, output, slot):
         elif not math.isnan(payout):
             value[1] = max(-model.max_rate, min(model.max_rate, 5.0 * (payout - value[0])))
     value[0] += value[1] * model.period * 1e-9
-    if head > 0 and payout < -900.0 and command_age < 0.2:      # the test's way to a solver that gives up
+    if head > 0 and payout < -900.0 and command_age < 0.2:  # the test's way to a solver that gives up
         value[5] = 1.0
         flags |= 1
     frame.time = time
@@ -114,8 +114,11 @@ def rest(model, state, sigma, count, longest):
 
 
 def make_output(model: Model, nodes: int, rows: int) -> Output:
-    return Output(np.zeros(rows, FRAME), np.zeros((rows, NODES, len(SHAPE_COLUMNS))),
-                  np.zeros((rows, STATIONS, len(CONTACT_COLUMNS))))
+    return Output(
+        np.zeros(rows, FRAME),
+        np.zeros((rows, NODES, len(SHAPE_COLUMNS))),
+        np.zeros((rows, STATIONS, len(CONTACT_COLUMNS))),
+    )
 
 
 class StartError(RuntimeError):
@@ -163,7 +166,8 @@ def install() -> None:
     system = types.ModuleType("cable_sim_ros.physics.system")
     system.tick, system.observe, system.link_tick = tick, observe, lambda *parts: None
     from cable_sim_ros.physics import tow
-    tow.rest = rest      # sim.drive itself is the real one
+
+    tow.rest = rest  # sim.entry itself is the real one
     build = types.ModuleType("cable_sim_ros.sim.build")
     build.make_output = make_output
     sys.modules["cable_sim_ros.sim.build"] = build
@@ -173,7 +177,7 @@ def install() -> None:
     sys.modules["cable_sim_ros.sim.simulator"] = simulator
 
 
-if __name__ == "__main__":     # python -m test.ros.fake_sim MODULE ARGS: run a module of the package on the stand-in
+if __name__ == "__main__":  # python -m test.ros.fake_sim MODULE ARGS: run a module of the package on the stand-in
     import importlib
 
     sys.path.insert(0, os.getcwd())

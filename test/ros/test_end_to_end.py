@@ -68,7 +68,7 @@ def test_topics_frames_stamps_and_recording(world, bag):
 
     figures = node.state()
     assert figures["state"] == "stopped" and figures["last"] == "running"
-    assert figures["latency_p50_ms"] > 25.0      # the input delay is part of it
+    assert figures["latency_p50_ms"] > 25.0  # the input delay is part of it
     assert figures["recorder"]["errors"] == 0 and figures["recorder"]["dropped"] == 0
     assert read_metadata(path)["custom_data"]["scene"] == "full_scale"
     assert int(read_metadata(path)["custom_data"]["start_time_ns"]) == stamps[0] - TICK or len(pose) < figures["ticks"]
@@ -116,8 +116,9 @@ def test_player_imu_only_and_faults(world, bag):
 
     ears = world.ears()
     imu, odom = ears.listen(Imu, "imu/data"), ears.listen(Odometry, "odom")
-    player = world.run("cable_sim_ros.ros.player", str(bag), "--duration", "2", "--imu-only",
-                       "--start", "1", "--keep-stamps")
+    player = world.run(
+        "cable_sim_ros.ros.player", str(bag), "--duration", "2", "--imu-only", "--start", "1", "--keep-stamps"
+    )
     assert player.wait(20.0) == 0, player.text
     poll(lambda: len(imu) >= 100, 5.0, f"100 messages, got {len(imu)}")
     assert not odom

@@ -76,8 +76,20 @@ def test_bad_motion_is_refused_counted_and_never_published(running):
     def counted():
         values = ears.diagnostics().get("motion", (0, "", {}))[2]
         return {key: int(value) for key, value in values.items() if key.startswith("dropped")}
-    poll(lambda: {"dropped: not_finite", "dropped: quaternion", "dropped: stamp_not_advancing",
-                  "dropped: stamp off the clock"} <= set(counted()), 15.0, "four causes in /diagnostics")
+
+    poll(
+        lambda: (
+            {
+                "dropped: not_finite",
+                "dropped: quaternion",
+                "dropped: stamp_not_advancing",
+                "dropped: stamp off the clock",
+            }
+            <= set(counted())
+        ),
+        15.0,
+        "four causes in /diagnostics",
+    )
     assert counted()["dropped: not_finite"] == 4
     assert counted()["dropped: quaternion"] == 3
     assert node.state()["state"] == "running"
@@ -87,8 +99,11 @@ def test_bad_motion_is_refused_counted_and_never_published(running):
 def test_stale_motion_is_told_and_taken_up_again(running):
     world, node, ears, ship = running
     ship.silent = True
-    level, text, _ = poll(lambda: (lambda m: m if m[0] == 2 else None)(ears.diagnostics().get("motion", (0, "", {}))),
-                          115.0, "an ERROR of the motion")
+    level, text, _ = poll(
+        lambda: (lambda m: m if m[0] == 2 else None)(ears.diagnostics().get("motion", (0, "", {}))),
+        115.0,
+        "an ERROR of the motion",
+    )
     assert "stale" in text
     before = len(ears.heard["towbody/pose"])
     poll(lambda: len(ears.heard["towbody/pose"]) > before + 50, 15.0, "ticks without motion")
@@ -106,6 +121,7 @@ def test_a_backward_jump_of_the_clock_maps_it_anew(running):
     def on_new_clock():
         message = ears.heard["towbody/pose"][-1]
         return abs(time.time() - 3600.0 - message.header.stamp.sec) < 3.0
+
     poll(on_new_clock, 15.0, "poses on the new clock")
     assert node.process.poll() is None
 
@@ -131,24 +147,43 @@ def test_winch_commands(running):
         def once():
             publisher.publish(message)
             return condition()
+
         poll(once, 115.0, what, step=0.05)
 
-    send_until(command(ears, velocity=[0.5]), lambda: state[-1].velocity[0] == 0.5 and state[-1].position[0] > 0.2,
-               "a rate of 0.5 m/s")
+    send_until(
+        command(ears, velocity=[0.5]),
+        lambda: state[-1].velocity[0] == 0.5 and state[-1].position[0] > 0.2,
+        "a rate of 0.5 m/s",
+    )
     poll(lambda: ears.diagnostics().get("command", (0,))[0] == 1, 15.0, "the stale command in /diagnostics")
     assert "stale" in ears.diagnostics()["command"][1]
     assert state[-1].velocity[0] == 0.0, "a silent source must hold the winch"
-    send_until(command(ears, position=[1.0], velocity=[math.nan]), lambda: abs(state[-1].position[0] - 1.0) < 0.01,
-               "a length of 1 m")
+    send_until(
+        command(ears, position=[1.0], velocity=[math.nan]),
+        lambda: abs(state[-1].position[0] - 1.0) < 0.01,
+        "a length of 1 m",
+    )
 
-    for bad in (command(ears, name=["drum"], velocity=[1.0]), command(ears, velocity=[1.0, 2.0]),
-                command(ears, velocity=[math.nan]), command(ears), command(ears, velocity=[math.inf])):
+    for bad in (
+        command(ears, name=["drum"], velocity=[1.0]),
+        command(ears, velocity=[1.0, 2.0]),
+        command(ears, velocity=[math.nan]),
+        command(ears),
+        command(ears, velocity=[math.inf]),
+    ):
         publisher.publish(bad)
 
     def refused():
         return {key for key in ears.diagnostics()["command"][2] if key.startswith("refused")}
-    poll(lambda: {"refused: joint name", "refused: array length", "refused: nothing commanded",
-                  "refused: infinite"} <= refused(), 15.0, "four causes in /diagnostics")
+
+    poll(
+        lambda: (
+            {"refused: joint name", "refused: array length", "refused: nothing commanded", "refused: infinite"}
+            <= refused()
+        ),
+        15.0,
+        "four causes in /diagnostics",
+    )
     assert all(map(math.isfinite, numbers(ears)))
 
 
@@ -159,7 +194,7 @@ def test_a_halt_stops_the_poses_until_reset(running):
     world, node, ears, ship = running
     publisher = ears.node.create_publisher(JointState, "winch/command", 10)
     poll(publisher.get_subscription_count, 15.0, "the node to listen")
-    fatal = command(ears, position=[-1000.0])     # what the stand-in gives up at; said again until it is heard
+    fatal = command(ears, position=[-1000.0])  # what the stand-in gives up at; said again until it is heard
     poll(lambda: publisher.publish(fatal) or ears.diagnostics()["solver"][0] == 2, 15.0, "an ERROR of the solver")
     node.until("halted", 5.0)
     assert "~/reset" in ears.diagnostics()["solver"][1]

@@ -25,8 +25,15 @@ def test_live_returns_figures_and_a_bag(own, bag):
     from cable_sim_ros.ros.live import live
 
     phases = []
-    told = live(bag, "full_scale", 4.0, own.folder / "out", domain=own.domain, node_command=FAKE,
-                progress=lambda phase, done, total: phases.append(phase))
+    told = live(
+        bag,
+        "full_scale",
+        4.0,
+        own.folder / "out",
+        domain=own.domain,
+        node_command=FAKE,
+        progress=lambda phase, done, total: phases.append(phase),
+    )
     assert told["node_exit"] == told["player_exit"] == 0
     figures = told["node"]
     assert figures["ticks"] >= 300
@@ -48,8 +55,15 @@ def test_a_bag_that_is_none_is_told(own):
     from cable_sim_ros.ros.live import LiveError, live
 
     with pytest.raises(LiveError, match="(?s)player.*no such bag"):
-        live("no_such_bag", "full_scale", 4.0, own.folder / "out", domain=own.domain, node_command=FAKE,
-             progress=lambda *_: None)
+        live(
+            "no_such_bag",
+            "full_scale",
+            4.0,
+            own.folder / "out",
+            domain=own.domain,
+            node_command=FAKE,
+            progress=lambda *_: None,
+        )
 
 
 def test_an_old_recording_is_not_overwritten(own, bag):

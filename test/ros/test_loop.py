@@ -12,8 +12,9 @@ from pathlib import Path
 import pytest
 
 HERE = Path(__file__).parent
-pytestmark = pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1",
-                                reason="the loop calls libc from compiled code")
+pytestmark = pytest.mark.skipif(
+    os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="the loop calls libc from compiled code"
+)
 
 SCRIPT = """
 import json, os, time
@@ -63,8 +64,10 @@ loop.close()
 
 
 def run_script(cache) -> dict:
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(cache),
-                                "PYTHONPATH": os.pathsep.join([str(HERE), str(HERE.parents[1])])}
+    environment = os.environ | {
+        "NUMBA_CACHE_DIR": str(cache),
+        "PYTHONPATH": os.pathsep.join([str(HERE), str(HERE.parents[1])]),
+    }
     done = subprocess.run([sys.executable, "-c", SCRIPT], env=environment, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout.splitlines()[-1])
@@ -104,7 +107,7 @@ def test_the_clock_follows_a_drift_upwards():
 
     clock = DataClock()
     for k in range(60):
-        clock.update(k * SECOND, k * SECOND + k * 1_000_000)     # the sender's clock is 1000 ppm slow
+        clock.update(k * SECOND, k * SECOND + k * 1_000_000)  # the sender's clock is 1000 ppm slow
     assert 29_000_000 <= clock.offset <= 31_000_000, "the window of 30 s is not kept"
 
 

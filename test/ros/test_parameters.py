@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip("rclpy")
 pytestmark = pytest.mark.ros
 
-WRONG = [   # overrides, parts of the text
+WRONG = [  # overrides, parts of the text
     ({"water.density": 5000.0}, ["water.density", "5000", "kg/m^3", "900", "1100"]),
     ({"water.density": 1000}, ["water.density", "integer 1000", "write 1000.0"]),
     ({"water.densty": 1000.0}, ["water.densty", "Did you mean 'water.density'"]),
@@ -23,7 +23,7 @@ WRONG = [   # overrides, parts of the text
     ({"realtime.priority": 500}, ["realtime.priority", "500", "99"]),
     ({"recording.enabled": 1}, ["recording.enabled", "true or false"]),
     ({"scene": "nowhere"}, ["nowhere", "full_scale"]),
-    ({"sheave.position": [0.0, 0.0, 0.0]}, ["sheave.position"]),     # senseless only beside the other numbers
+    ({"sheave.position": [0.0, 0.0, 0.0]}, ["sheave.position"]),  # senseless only beside the other numbers
 ]
 
 
@@ -40,10 +40,18 @@ def test_error_texts(overrides, parts):
 def test_overrides_stand_above_the_scene_file():
     from cable_sim_ros.ros.params import settle
 
-    settings = settle({"water.density": 1000.0, "setpoint.nominal_angle_deg": math.nan,
-                       "winch.position": [-28.0, 0.0, 3.0], "cable.sections.bare.elements": 20,
-                       "motion.convention": "ned", "input_delay": 0.05,
-                       "use_sim_time": False, "qos_overrides./x.subscription.depth": 3})
+    settings = settle(
+        {
+            "water.density": 1000.0,
+            "setpoint.nominal_angle_deg": math.nan,
+            "winch.position": [-28.0, 0.0, 3.0],
+            "cable.sections.bare.elements": 20,
+            "motion.convention": "ned",
+            "input_delay": 0.05,
+            "use_sim_time": False,
+            "qos_overrides./x.subscription.depth": 3,
+        }
+    )
     assert settings.scene.water.density == 1000.0
     assert settings.scene.setpoint.nominal_angle_deg is None
     assert settings.scene.winch.position == (-28.0, 0.0, 3.0)
@@ -67,10 +75,17 @@ def test_declared_parameters_and_changes_at_run_time(world):
 
     node = world.node(water__density=1010.0).until("waiting")
     ears = world.ears()
-    names = ["water.density", "cable.sections.bare.length", "setpoint.algorithm", "setpoint.nominal_angle_deg",
-             "realtime.priority", "winch.position"]
-    answer = ears.call(DescribeParameters, "/tow_sim/cable_sim/describe_parameters",
-                       DescribeParameters.Request(names=names))
+    names = [
+        "water.density",
+        "cable.sections.bare.length",
+        "setpoint.algorithm",
+        "setpoint.nominal_angle_deg",
+        "realtime.priority",
+        "winch.position",
+    ]
+    answer = ears.call(
+        DescribeParameters, "/tow_sim/cable_sim/describe_parameters", DescribeParameters.Request(names=names)
+    )
     about = {item.name: item for item in answer.descriptors}
     density = about["water.density"]
     assert (density.floating_point_range[0].from_value, density.floating_point_range[0].to_value) == (900.0, 1100.0)
@@ -86,6 +101,7 @@ def test_declared_parameters_and_changes_at_run_time(world):
     def change(name, **value):
         request = SetParameters.Request(parameters=[Parameter(name=name, value=ParameterValue(**value))])
         return ears.call(SetParameters, "/tow_sim/cable_sim/set_parameters", request).results[0]
+
     text = ParameterType.PARAMETER_STRING
     assert change("setpoint.algorithm", type=text, string_value="hold").successful
     assert "one of" in change("setpoint.algorithm", type=text, string_value="fast").reason
@@ -95,11 +111,14 @@ def test_declared_parameters_and_changes_at_run_time(world):
     assert node.stop() == 0
 
 
-@pytest.mark.parametrize("body, parts", [
-    ("water: {density: 1000}", ["water.density", "write 1000.0"]),
-    ("watre: {density: 1000.0}", ["watre.density", "no such parameter"]),
-    ("water: {density: 2000.0}", ["water.density", "2000", "1100 kg/m^3"]),
-])
+@pytest.mark.parametrize(
+    "body, parts",
+    [
+        ("water: {density: 1000}", ["water.density", "write 1000.0"]),
+        ("watre: {density: 1000.0}", ["watre.density", "no such parameter"]),
+        ("water: {density: 2000.0}", ["water.density", "2000", "1100 kg/m^3"]),
+    ],
+)
 def test_a_wrong_parameter_file_ends_with_2_and_one_line(world, body, parts):
     path = world.folder / "wrong.yaml"
     path.write_text("/**:\n  ros__parameters:\n    " + body + "\n")

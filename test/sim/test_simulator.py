@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.io.load import SceneError, load_scene, override
+from cable_sim_ros.physics.frame import FRAME, Flag
 from cable_sim_ros.physics.inputs import push_command, push_motion
-from cable_sim_ros.sim.drive import _drive
-from cable_sim_ros.sim.frame import FRAME, Flag
+from cable_sim_ros.sim.entry import _drive
 from cable_sim_ros.sim.simulator import Simulator, SolverError, StartError
 
 ROOT = Path(__file__).parents[2]
@@ -29,8 +29,11 @@ def heave(sim: Simulator, seconds: float, amplitude: float = 1.0, pitch: float =
     for t in start + np.arange(0.0, seconds, 0.02):
         s, c = np.sin(w * t), np.cos(w * t)
         speed = sim.scene.ship.tow_speed
-        push_motion(sim.inputs, round(t * 1e9), [
-            speed * t, 0, amplitude * s, 0, pitch * s, 0, speed, 0, amplitude * w * c, 0, pitch * w * c, 0, 1.0, 1.0])
+        push_motion(
+            sim.inputs,
+            round(t * 1e9),
+            [speed * t, 0, amplitude * s, 0, pitch * s, 0, speed, 0, amplitude * w * c, 0, pitch * w * c, 0, 1.0, 1.0],
+        )
 
 
 @pytest.fixture(scope="module")
@@ -47,13 +50,17 @@ def sim(started):
     return sim
 
 
-@pytest.mark.parametrize("name, depth, angle, tension", [
-    # every reading of the thesis: printed 108 m, 74.0 deg, 3.71 kN; an independent code of the same readings 107.7 m,
-    # 74.4 deg, 3.78 kN (theory notes, section 3)
-    ("full_scale_westin", 107.7, 74.4, 3780.0),
-    # 0.011, G 2.37 on both parts: 108.0 m, 78.1 deg, 3167 N without bending, drum and sheave (theory notes of the
-    # water)
-    ("full_scale", 108.0, 78.1, 3167.0)])
+@pytest.mark.parametrize(
+    "name, depth, angle, tension",
+    [
+        # every reading of the thesis: printed 108 m, 74.0 deg, 3.71 kN; an independent code of the same 107.7 m,
+        # 74.4 deg, 3.78 kN (theory notes, section 3)
+        ("full_scale_westin", 107.7, 74.4, 3780.0),
+        # 0.011, G 2.37 on both parts: 108.0 m, 78.1 deg, 3167 N without bending, drum and sheave (theory notes of the
+        # water)
+        ("full_scale", 108.0, 78.1, 3167.0),
+    ],
+)
 def test_static_tow_against_the_expected_figures(name, depth, angle, tension):
     sim = Simulator(load_scene(ROOT / "config" / f"{name}.yaml"))
     sim.start()
@@ -121,9 +128,26 @@ def test_yaw_and_place_of_the_tow_do_not_matter(scene):
         s, c = np.sin(yaw), np.cos(yaw)
         for t in np.arange(0.0, 1.5, 0.02):
             z, w = np.sin(t), np.cos(t)
-            push_motion(sim.inputs, round(t * 1e9), [
-                place[0] + 2.2 * t * c, place[1] + 2.2 * t * s, z, 0.02 * z, 0.03 * z, yaw, 2.2 * c, 2.2 * s, w,
-                0.02 * w, 0.03 * w, 0, 1, 1])
+            push_motion(
+                sim.inputs,
+                round(t * 1e9),
+                [
+                    place[0] + 2.2 * t * c,
+                    place[1] + 2.2 * t * s,
+                    z,
+                    0.02 * z,
+                    0.03 * z,
+                    yaw,
+                    2.2 * c,
+                    2.2 * s,
+                    w,
+                    0.02 * w,
+                    0.03 * w,
+                    0,
+                    1,
+                    1,
+                ],
+            )
         tensions.append(sim.run(130).tension)
     np.testing.assert_allclose(tensions[1], tensions[0], rtol=1e-6)
 
@@ -184,8 +208,18 @@ def test_a_stalled_stream_makes_no_false_tension(sim, stall):
 
 def test_least_tension_turns_into_slack_and_is_flagged(scene):
     """A light tow whose ship drops faster than the body sinks goes slack: flagged, finite, and it goes on."""
-    sim = Simulator(override(scene, {"towbody.net_weight": 20.0, "towbody.lift_area": 0.0, "ship.tow_speed": 0.3,
-                                     "setpoint.algorithm": "hold", "contact.working_tension": 1000.0}))
+    sim = Simulator(
+        override(
+            scene,
+            {
+                "towbody.net_weight": 20.0,
+                "towbody.lift_area": 0.0,
+                "ship.tow_speed": 0.3,
+                "setpoint.algorithm": "hold",
+                "contact.working_tension": 1000.0,
+            },
+        )
+    )
     sim.start()
     heave(sim, 8.0, amplitude=4.0, pitch=0.15)
     frames = sim.run(700)
@@ -197,8 +231,10 @@ def test_least_tension_turns_into_slack_and_is_flagged(scene):
 def test_no_equilibrium_is_an_error_with_the_residual(scene):
     """With two Newton iterations a step nothing settles: the error says so, and what is left."""
     sim = Simulator(override(scene, {"solver.max_iterations": 2}))
-    text = (r"no static equilibrium after \d+ steps .* residual .* N, allowed .* N, with cable.axial_.*; nothing was "
-            r"started. Remedy")
+    text = (
+        r"no static equilibrium after \d+ steps .* residual .* N, allowed .* N, with cable.axial_.*; nothing was "
+        r"started. Remedy"
+    )
     with pytest.raises(StartError, match=text) as caught:
         sim.start()
     assert sim.model.tolerance < caught.value.residual < 1e9
@@ -212,9 +248,13 @@ def test_a_cable_that_would_have_to_push_at_rest_is_refused(scene):
         sim.start()
 
 
-@pytest.mark.parametrize("stiffness, text", [
-    (2e3, r"cable.axial_stiffness = 2000 N is stretched by .* more than 10 %: .*solver.tick = 0.01 s.* at least"),
-    (1e12 * 0.1, r"cable.axial_stiffness = 1e\+11 N leaves a round-off of 0.1 N .* more than 0.01 % .* at most")])
+@pytest.mark.parametrize(
+    "stiffness, text",
+    [
+        (2e3, r"cable.axial_stiffness = 2000 N is stretched by .* more than 10 %: .*solver.tick = 0.01 s.* at least"),
+        (1e12 * 0.1, r"cable.axial_stiffness = 1e\+11 N leaves a round-off of 0.1 N .* more than 0.01 % .* at most"),
+    ],
+)
 def test_a_cable_too_soft_or_too_stiff_is_refused_naming_stiffness_and_step(scene, stiffness, text):
     with pytest.raises(SceneError, match=text):
         override(scene, {"cable.axial_stiffness": stiffness, "contact.working_tension": 900.0})
@@ -224,11 +264,13 @@ def test_an_unsolvable_tick_halts_the_run_at_the_state_before(scene):
     sim = Simulator(scene)
     sim.start()
     model = sim.model
-    sim.model = model._replace(tolerance=1e-14, max_halvings=1)   # below the round-off: cannot be reached
+    sim.model = model._replace(tolerance=1e-14, max_halvings=1)  # below the round-off: cannot be reached
     before = sim.state.q.copy()
     heave(sim, 1.0)
-    text = (r"could not be solved .*NEWTON_FAILED.* with 1 halvings, with cable.axial_stiffness = .* N and solver.tick "
-            r"= 0.01 s; the run halted at the state before it. Remedy")
+    text = (
+        r"could not be solved .*NEWTON_FAILED.* with 1 halvings, with cable.axial_stiffness = .* N and solver.tick "
+        r"= 0.01 s; the run halted at the state before it. Remedy"
+    )
     with pytest.raises(SolverError, match=text):
         sim.run(20)
     assert (sim.state.q == before).all()

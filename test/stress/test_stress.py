@@ -14,13 +14,14 @@ from cable_sim_ros.lab.stress.detach import Impulse, changes, most_within
 from cable_sim_ros.lab.stress.loose import LIGHT_FISH, OUTBOARD, WOUND, short
 from cable_sim_ros.lab.stress.registry import IS, WITHIN, Figure
 from cable_sim_ros.lab.stress.tows import finite, started
+from cable_sim_ros.physics.frame import Flag
 from cable_sim_ros.physics.inputs import push_command
 from cable_sim_ros.physics.integrate import coefficients
-from cable_sim_ros.sim.frame import Flag
 
 
-@pytest.mark.parametrize("name", [
-    "N1", "N3", "N4", "N5", "N6", "N7", "N9", "N10", "N12", "N13", "N15", "N16", "N17", "N18", "N19"])
+@pytest.mark.parametrize(
+    "name", ["N1", "N3", "N4", "N5", "N6", "N7", "N9", "N10", "N12", "N13", "N15", "N16", "N17", "N18", "N19"]
+)
 def test_quick(name):
     verdict = run((name,), quick=True)[0]
     assert verdict.passed, [f"{f.name}: {f.value} ({f.bound})" for f in verdict.figures if f.passed is False]

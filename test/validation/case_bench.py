@@ -11,8 +11,13 @@ BOTH = tuple(Fidelity)
 def check(inputs: dict, expected: dict, fidelities=BOTH) -> None:
     """expected: {output: (value, relative tolerance, absolute tolerance)}, at every fidelity."""
     for fidelity in fidelities:
-        case = Case("a case", inputs, [Output(name, "", rel or None, size or None)
-                                       for name, (_, rel, size) in expected.items()], [], "inline")
+        case = Case(
+            "a case",
+            inputs,
+            [Output(name, "", rel or None, size or None) for name, (_, rel, size) in expected.items()],
+            [],
+            "inline",
+        )
         figures = run_case(case, fidelity)
         got = {o["name"]: o["value"] for o in figures.outputs}
         for name, (value, rel, size) in expected.items():

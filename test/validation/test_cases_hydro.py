@@ -22,8 +22,9 @@ FIDELITIES = tuple(Fidelity)
 
 def solve(inputs: dict, names: dict, fidelity: Fidelity) -> dict:
     """Values of a case; names: output -> relative tolerance, or (absolute,)."""
-    outputs = [Output(n, "", t, None) if not isinstance(t, tuple) else Output(n, "", None, t[0])
-               for n, t in names.items()]
+    outputs = [
+        Output(n, "", t, None) if not isinstance(t, tuple) else Output(n, "", None, t[0]) for n, t in names.items()
+    ]
     return {o["name"]: o["value"] for o in run_case(Case("any", inputs, outputs, [], "any"), fidelity).outputs}
 
 
@@ -40,6 +41,7 @@ def westin(constant):
         c, s = np.cos(eta), np.sin(eta)
         quintic = 0.01 * np.polyval((-1.1873, 3.5064, -4.1615, 1.9159, -0.3858, 2.009), eta)
         return 0.5 - 0.1 * c + 0.1 * s - 0.4 * np.cos(2 * eta) - constant * np.sin(2 * eta), quintic
+
     return f
 
 
@@ -70,25 +72,42 @@ BOTH = "normal 0.5 rho d Cn (U sin)^2, tangential 0.5 rho d Ct (U cos)^2, Cn=1.5
 PRINTED = "loading functions exactly as printed (0.11 on sin(2 eta)), Cd=1.2; f_n is negative below eta=7.96 deg"
 TOWS = [
     (BOTH, 1.5, two(1.5, 0.03)),
-    ("normal 0.5 rho D c_d V_perp^2, tangential 0.5 rho pi D c_f V_par^2, c_d=1.1, c_f=0.012", 1.1,
-     two(1.1, 0.012 * pi)),
+    (
+        "normal 0.5 rho D c_d V_perp^2, tangential 0.5 rho pi D c_f V_par^2, c_d=1.1, c_f=0.012",
+        1.1,
+        two(1.1, 0.012 * pi),
+    ),
     ("Pode (DTMB 687): normal R sin^2, tangential constant f R, R=0.5 rho d Cd U^2, Cd=1.3, f=0.025", 1.3, pode(0.025)),
     ("loading functions with coefficient 0.011 on sin(2 eta) in f_n, polynomial f_t, Cd=1.4", 1.4, westin(0.011)),
     (PRINTED, 1.2, westin(0.11)),
-    ("ribbon-fairing loading functions as printed (second one is the tangential function), Cd=0.9", 0.9, ribbon)]
-TOW = {"cable_length_m": 380.0, "diameter_m": 0.012, "mass_per_length_kg_m": 0.5, "fluid_density": 1020.0,
-       "body_wet_weight_N": 700.0, "body_drag_area_CdA_m2": 0.08, "g": 9.8}
+    ("ribbon-fairing loading functions as printed (second one is the tangential function), Cd=0.9", 0.9, ribbon),
+]
+TOW = {
+    "cable_length_m": 380.0,
+    "diameter_m": 0.012,
+    "mass_per_length_kg_m": 0.5,
+    "fluid_density": 1020.0,
+    "body_wet_weight_N": 700.0,
+    "body_drag_area_CdA_m2": 0.08,
+    "g": 9.8,
+}
 TOW["wet_weight_N_m"] = 9.8 * (0.5 - 0.25 * pi * 0.012**2 * 1020.0)
-TOW_NAMES = {"tension at the tow point": 0.005, "cable angle from horizontal at the tow point": (0.2,),
-             "body depth below the tow point": 0.005, "layback": 0.005, "critical angle from horizontal": (0.05,)}
+TOW_NAMES = {
+    "tension at the tow point": 0.005,
+    "cable angle from horizontal at the tow point": (0.2,),
+    "body depth below the tow point": 0.005,
+    "layback": 0.005,
+    "critical angle from horizontal": (0.05,),
+}
 
 
 def tow_by_scipy(inputs: dict, cd: float, law) -> dict:
     """Inextensible line in a uniform stream, from the body up: d(T t)/ds = -load, dr/ds = t."""
     speed, wet = np.array((inputs["speed_m_s"], 0.0)), inputs["wet_weight_N_m"]
     half = 0.5 * inputs["fluid_density"] * inputs["diameter_m"]
-    pull = np.array((-0.5 * inputs["fluid_density"] * inputs["body_drag_area_CdA_m2"] * speed[0] ** 2,
-                     inputs["body_wet_weight_N"]))
+    pull = np.array(
+        (-0.5 * inputs["fluid_density"] * inputs["body_drag_area_CdA_m2"] * speed[0] ** 2, inputs["body_wet_weight_N"])
+    )
 
     def slope(_, y):
         t = y[:2] / np.linalg.norm(y[:2])
@@ -101,10 +120,13 @@ def tow_by_scipy(inputs: dict, cd: float, law) -> dict:
         load = line_load(speed, t, half, cd, law) - (0.0, wet)
         return load @ (np.sin(angle), np.cos(angle))
 
-    return {"tension at the tow point": hypot(*y[:2]),
-            "cable angle from horizontal at the tow point": degrees(atan2(y[1], -y[0])),
-            "body depth below the tow point": y[3], "layback": -y[2],
-            "critical angle from horizontal": degrees(brentq(across, 0.01, 1.57))}
+    return {
+        "tension at the tow point": hypot(*y[:2]),
+        "cable angle from horizontal at the tow point": degrees(atan2(y[1], -y[0])),
+        "body depth below the tow point": y[3],
+        "layback": -y[2],
+        "critical angle from horizontal": degrees(brentq(across, 0.01, 1.57)),
+    }
 
 
 @pytest.mark.parametrize("speed", [0.9, 2.5])
@@ -119,7 +141,8 @@ def test_a_line_without_a_body_lies_at_the_critical_angle():
     inputs = {**TOW, "drag_law": TOWS[0][0], "speed_m_s": 2.0, "body_wet_weight_N": 0.0, "body_drag_area_CdA_m2": 0.0}
     told = solve(inputs, TOW_NAMES, Fidelity.VERIFICATION)
     assert told["cable angle from horizontal at the tow point"] == pytest.approx(
-        told["critical angle from horizontal"], abs=0.01)
+        told["critical angle from horizontal"], abs=0.01
+    )
 
 
 def test_a_wet_weight_that_does_not_fit_is_taken_and_said():
@@ -135,8 +158,11 @@ def test_words_of_a_drag_law():
         return drag_law(Case("any", {"drag_law": text}, [], [], "any.json"))
 
     assert told(PRINTED)["drag_law"] is DragLaw.DRISCOLL_NAHON_PRINTED
-    assert told(TOWS[3][0]) == {"drag_law": DragLaw.DRISCOLL_NAHON, "drag_coefficient": 1.4,
-                                "tangential_coefficient": 0.0}
+    assert told(TOWS[3][0]) == {
+        "drag_law": DragLaw.DRISCOLL_NAHON,
+        "drag_coefficient": 1.4,
+        "tangential_coefficient": 0.0,
+    }
     assert told(TOWS[1][0])["tangential_coefficient"] == pytest.approx(0.012 * pi)
     assert told(BOTH)["tangential_coefficient"] == 0.03
     assert told(TOWS[2][0])["tangential_coefficient"] == pytest.approx(0.025 * 1.3)
@@ -145,11 +171,25 @@ def test_words_of_a_drag_law():
             told(text)
 
 
-CIRCLE = {"mass_per_length_kg_m": 0.389, "wet_weight_N_m": 3.025582036151488, "diameter_m": 0.01,
-          "fluid_density": 1026.0, "Cn": 1.2, "Ct": 0.02, "cable_length_m": 300.0, "body_wet_weight_N": 1000.0,
-          "body_mass_kg": 250.0, "body_drag_area_CdA_m2": 0.05, "g": 9.81}
-CIRCLE_NAMES = {"body circle radius": 0.01, "body depth": 0.01,
-                "angle by which the body trails the ship on the circle": (1.0,), "tow-point tension": 0.01}
+CIRCLE = {
+    "mass_per_length_kg_m": 0.389,
+    "wet_weight_N_m": 3.025582036151488,
+    "diameter_m": 0.01,
+    "fluid_density": 1026.0,
+    "Cn": 1.2,
+    "Ct": 0.02,
+    "cable_length_m": 300.0,
+    "body_wet_weight_N": 1000.0,
+    "body_mass_kg": 250.0,
+    "body_drag_area_CdA_m2": 0.05,
+    "g": 9.81,
+}
+CIRCLE_NAMES = {
+    "body circle radius": 0.01,
+    "body depth": 0.01,
+    "angle by which the body trails the ship on the circle": (1.0,),
+    "tow-point tension": 0.01,
+}
 
 
 def circle_by_scipy(inputs: dict) -> dict:
@@ -161,7 +201,7 @@ def circle_by_scipy(inputs: dict) -> dict:
 
     def shoot(radius):
         r = np.array((radius, 0.0, 0.0))
-        v, a = rate * np.array((0.0, radius, 0.0)), -rate**2 * r
+        v, a = rate * np.array((0.0, radius, 0.0)), -(rate**2) * r
         drag = -0.5 * rho * inputs["body_drag_area_CdA_m2"] * np.linalg.norm(v) * v
         mass = inputs["body_mass_kg"] + inputs["body_added_mass_kg"]
         pull = mass * a - drag + (0.0, 0.0, inputs["body_wet_weight_N"])
@@ -169,7 +209,7 @@ def circle_by_scipy(inputs: dict) -> dict:
         def slope(_, y):
             t, p = y[:3] / np.linalg.norm(y[:3]), y[3:]
             flow = -rate * np.array((-p[1], p[0], 0.0))
-            acc = -rate**2 * np.array((p[0], p[1], 0.0))
+            acc = -(rate**2) * np.array((p[0], p[1], 0.0))
             load = line_load(flow, t, 0.5 * rho * d, inputs["Cn"], law) - added * (acc - (acc @ t) * t)
             return np.concatenate((mu * acc - load + (0.0, 0.0, inputs["wet_weight_N_m"]), t))
 
@@ -179,32 +219,52 @@ def circle_by_scipy(inputs: dict) -> dict:
     radius = brentq(lambda x: hypot(*shoot(x).y[3:5, -1]) - want, 1e-3, want, xtol=1e-6)
     y = shoot(radius).y
     bearing = np.unwrap(np.arctan2(y[4], y[3]))
-    return dict(zip(CIRCLE_NAMES, (radius, y[5, -1], degrees(bearing[-1] - bearing[0]), np.linalg.norm(y[:3, -1])),
-                    strict=True))
+    return dict(
+        zip(CIRCLE_NAMES, (radius, y[5, -1], degrees(bearing[-1] - bearing[0]), np.linalg.norm(y[:3, -1])), strict=True)
+    )
 
 
-@pytest.mark.parametrize("speed, radius, ca, added", [(2.5, 300.0, 0.0, 0.0), (2.5, 200.0, 1.0, 200.0),
-                                                      (2.0, 70.0, 1.0, 100.0)])
+@pytest.mark.parametrize(
+    "speed, radius, ca, added", [(2.5, 300.0, 0.0, 0.0), (2.5, 200.0, 1.0, 200.0), (2.0, 70.0, 1.0, 100.0)]
+)
 def test_circle_tow_is_the_line_that_turns_as_a_whole(speed, radius, ca, added):
-    inputs = {**CIRCLE, "ship_speed_m_s": speed, "ship_turn_radius_m": radius, "Ca_normal": ca,
-              "body_added_mass_kg": added}
+    inputs = {
+        **CIRCLE,
+        "ship_speed_m_s": speed,
+        "ship_turn_radius_m": radius,
+        "Ca_normal": ca,
+        "body_added_mass_kg": added,
+    }
     for fidelity in FIDELITIES:
         compare(solve(inputs, CIRCLE_NAMES, fidelity), circle_by_scipy(inputs), CIRCLE_NAMES)
 
 
-@pytest.mark.parametrize("length, diameter, mass, cd, speed, depths", [
-    (10.0, 0.01, 0.389, 1.2, 1.0, (0.0, 0.37, 5.0, 10.0)), (24.0, 0.03, 2.0, 1.5, 0.7, (1.0, 9.167, 23.99))])
+@pytest.mark.parametrize(
+    "length, diameter, mass, cd, speed, depths",
+    [(10.0, 0.01, 0.389, 1.2, 1.0, (0.0, 0.37, 5.0, 10.0)), (24.0, 0.03, 2.0, 1.5, 0.7, (1.0, 9.167, 23.99))],
+)
 def test_reactions_of_a_cable_through_the_surface(length, diameter, mass, cd, speed, depths):
     """Weight less the water displaced; 0.5 rho d Cd U^2 on the wet length."""
-    inputs = {"length_m": length, "diameter_m": diameter, "mass_per_length_kg_m": mass, "fluid_density": 1010.0,
-              "Cd": cd, "current_m_s": speed, "g": 9.81}
+    inputs = {
+        "length_m": length,
+        "diameter_m": diameter,
+        "mass_per_length_kg_m": mass,
+        "fluid_density": 1010.0,
+        "Cd": cd,
+        "current_m_s": speed,
+        "g": 9.81,
+    }
     names, meant = {}, {}
     for wet in depths:
         pull = f"top tension, {wet} m of the cable under water"
         push = f"horizontal reaction at the top, {wet} m under water, current {speed:g} m/s, cable kept vertical"
         names.update({pull: 0.002, push: (0.005 * 505.0 * diameter * cd * speed**2 * wet + 0.001,)})
-        meant.update({pull: 9.81 * (mass * length - 0.25 * pi * diameter**2 * 1010.0 * wet),
-                      push: 505.0 * diameter * cd * speed**2 * wet})
+        meant.update(
+            {
+                pull: 9.81 * (mass * length - 0.25 * pi * diameter**2 * 1010.0 * wet),
+                push: 505.0 * diameter * cd * speed**2 * wet,
+            }
+        )
     for fidelity in FIDELITIES:
         compare(solve(inputs, names, fidelity), meant, names)
 
@@ -217,8 +277,15 @@ def sinking(net: float, mass: float, drag: float):
 
 @pytest.mark.parametrize("diameter, mass, ca, length", [(0.01, 0.389, 1.0, 50.0), (0.04, 2.2, 0.8, 12.0)])
 def test_a_level_cable_sinks_as_a_tanh(diameter, mass, ca, length):
-    inputs = {"diameter_m": diameter, "mass_per_length_kg_m": mass, "fluid_density": 1026.0, "Cn": 1.2, "Ca": ca,
-              "length_m": length, "g": 9.81}
+    inputs = {
+        "diameter_m": diameter,
+        "mass_per_length_kg_m": mass,
+        "fluid_density": 1026.0,
+        "Cn": 1.2,
+        "Ca": ca,
+        "length_m": length,
+        "g": 9.81,
+    }
     water = 0.25 * pi * diameter**2 * 1026.0
     top, speed, drop = sinking((mass - water) * 9.81, mass + ca * water, 0.5 * 1026.0 * diameter * 1.2)
     names = {"terminal speed": 0.003, "speed at 0.1 s": 0.01, "drop at 1.0 s": 0.005, "drop at 0.25 s": 0.005}
@@ -241,8 +308,16 @@ def test_a_sphere_sinks_as_a_tanh(radius, mass, ca, cd):
 @pytest.mark.parametrize("radius, mass, length, ca", [(0.1, 10.0, 2.0, 0.5), (0.2, 60.0, 9.0, 0.5)])
 def test_a_submerged_pendulum_swings_with_its_added_mass(radius, mass, length, ca):
     """omega^2 = (m - m_w) g / ((m + C_a m_w) l)."""
-    inputs = {"sphere_radius_m": radius, "mass_kg": mass, "fluid_density": 1026.0, "Ca": ca, "Cd": 0.0,
-              "line_length_m": length, "g": 9.81, "amplitude_deg": 2.0}
+    inputs = {
+        "sphere_radius_m": radius,
+        "mass_kg": mass,
+        "fluid_density": 1026.0,
+        "Ca": ca,
+        "Cd": 0.0,
+        "line_length_m": length,
+        "g": 9.81,
+        "amplitude_deg": 2.0,
+    }
     water = 4.0 / 3.0 * pi * radius**3 * 1026.0
     net = (mass - water) * 9.81
     names = {"angular frequency": 0.005, "static line tension": 0.001}
@@ -254,26 +329,41 @@ def test_a_submerged_pendulum_swings_with_its_added_mass(radius, mass, length, c
 @pytest.mark.parametrize("offset, size", [((-36.8, 0.0, 3.7), 1.0), ((12.0, -4.0, 9.0), 1.6)])
 def test_a_point_of_the_ship_moves_with_six_harmonics(offset, size):
     """R = Rz(yaw) Ry(pitch) Rx(roll) of scipy; velocity and acceleration by central differences of the position."""
-    given = {"surge": (0.8, 0.55, 0.2), "sway": (0.5, 0.43, 1.1), "heave": (1.5, 0.62, 0.0), "roll": (0.21, 0.5, 0.7),
-             "pitch": (0.09, 0.6, 1.9), "yaw": (0.05, 0.2, 0.4)}
-    inputs = {"offset_body_m": list(offset), "convention": "x = a sin(w t + ph)", "harmonics": {
-        k: {"amplitude": size * a, "omega_rad_s": w, "phase_rad": p} for k, (a, w, p) in given.items()}}
+    given = {
+        "surge": (0.8, 0.55, 0.2),
+        "sway": (0.5, 0.43, 1.1),
+        "heave": (1.5, 0.62, 0.0),
+        "roll": (0.21, 0.5, 0.7),
+        "pitch": (0.09, 0.6, 1.9),
+        "yaw": (0.05, 0.2, 0.4),
+    }
+    inputs = {
+        "offset_body_m": list(offset),
+        "convention": "x = a sin(w t + ph)",
+        "harmonics": {k: {"amplitude": size * a, "omega_rad_s": w, "phase_rad": p} for k, (a, w, p) in given.items()},
+    }
 
     def pose(t):
         x = [size * a * sin(w * t + p) for a, w, p in given.values()]
         turn = Rotation.from_euler("ZYX", (x[5], x[4], x[3]))
         return np.array(x[:3]) + turn.apply(offset), turn.as_quat()
 
-    names = {f"sheave centre {what} at {t} s": tolerance for t in (3.0, 17.503)
-             for what, tolerance in (("position", (1e-6,)), ("velocity", (1e-4,)), ("acceleration", (5e-3,)))}
+    names = {
+        f"sheave centre {what} at {t} s": tolerance
+        for t in (3.0, 17.503)
+        for what, tolerance in (("position", (1e-6,)), ("velocity", (1e-4,)), ("acceleration", (5e-3,)))
+    }
     turns = {f"orientation quaternion x,y,z,w at {t} s (sign free)": t for t in (3.0, 17.503)}
     for fidelity in FIDELITIES:
         told = solve(inputs, {**names, **dict.fromkeys(turns, (1e-9,))}, fidelity)
         for t in (3.0, 17.503):
             h = 1e-3
             before, now, after = (pose(t + k * h)[0] for k in (-1, 0, 1))
-            meant = {"position": now, "velocity": (after - before) / (2 * h),
-                     "acceleration": (after - 2 * now + before) / h**2}
+            meant = {
+                "position": now,
+                "velocity": (after - before) / (2 * h),
+                "acceleration": (after - 2 * now + before) / h**2,
+            }
             for what, (tolerance,) in (("position", (1e-6,)), ("velocity", (1e-4,)), ("acceleration", (5e-3,))):
                 assert told[f"sheave centre {what} at {t} s"] == pytest.approx(meant[what], abs=tolerance, rel=0)
         for name, t in turns.items():

@@ -14,25 +14,51 @@ from scipy.optimize import brentq
 from cable_sim_ros.lab.cases import Case, CaseError, Fidelity, Output, run_case
 
 PUBLISHED = {
-    "diameter_m": 0.396, "mass_per_length_kg_m": 165.0, "EA_N": 5e8, "EI_N_m2": 120800.0, "Cd_normal": 1.0,
-    "Ca_normal": 1.0, "Cd_axial": 0.0, "Ca_axial": 0.0, "end_fixed_m": [-100.0, 0.0, -55.0],
-    "end_moved_m": [0.0, 0.0, -5.0], "unstretched_length_m": 170.0, "water_depth_m": 100.0, "fluid_density": 1000.0,
-    "g": 9.807, "motion": "top end moved sinusoidally, amplitude 10 m, period 27 s, still water"}
-OTHER = {**PUBLISHED, "diameter_m": 0.25, "mass_per_length_kg_m": 90.0, "EI_N_m2": 20000.0, "Cd_normal": 1.2,
-         "end_fixed_m": [70.0, 0.0, -60.0], "end_moved_m": [0.0, 0.0, -30.0], "unstretched_length_m": 120.0,
-         "fluid_density": 1025.0, "g": 9.81, "motion": "top end moved sinusoidally, amplitude 5 m, period 16 s"}
+    "diameter_m": 0.396,
+    "mass_per_length_kg_m": 165.0,
+    "EA_N": 5e8,
+    "EI_N_m2": 120800.0,
+    "Cd_normal": 1.0,
+    "Ca_normal": 1.0,
+    "Cd_axial": 0.0,
+    "Ca_axial": 0.0,
+    "end_fixed_m": [-100.0, 0.0, -55.0],
+    "end_moved_m": [0.0, 0.0, -5.0],
+    "unstretched_length_m": 170.0,
+    "water_depth_m": 100.0,
+    "fluid_density": 1000.0,
+    "g": 9.807,
+    "motion": "top end moved sinusoidally, amplitude 10 m, period 27 s, still water",
+}
+OTHER = {
+    **PUBLISHED,
+    "diameter_m": 0.25,
+    "mass_per_length_kg_m": 90.0,
+    "EI_N_m2": 20000.0,
+    "Cd_normal": 1.2,
+    "end_fixed_m": [70.0, 0.0, -60.0],
+    "end_moved_m": [0.0, 0.0, -30.0],
+    "unstretched_length_m": 120.0,
+    "fluid_density": 1025.0,
+    "g": 9.81,
+    "motion": "top end moved sinusoidally, amplitude 5 m, period 16 s",
+}
 
 
 def at_rest(inputs: dict) -> dict:
     """End forces of the inextensible catenary."""
     low, high = np.array(inputs["end_fixed_m"]), np.array(inputs["end_moved_m"])
     span, rise, length = abs(high[0] - low[0]), high[2] - low[2], inputs["unstretched_length_m"]
-    w = inputs["g"] * (inputs["mass_per_length_kg_m"] - 0.25 * pi * inputs["diameter_m"]**2 * inputs["fluid_density"])
+    w = inputs["g"] * (inputs["mass_per_length_kg_m"] - 0.25 * pi * inputs["diameter_m"] ** 2 * inputs["fluid_density"])
     a = brentq(lambda a: 2.0 * a * sinh(0.5 * span / a) - sqrt(length**2 - rise**2), 0.1 * span, 100.0 * span)
-    middle = a * asinh(rise / (2.0 * a * sinh(0.5 * span / a)))   # x of the chord's middle from the lowest point
+    middle = a * asinh(rise / (2.0 * a * sinh(0.5 * span / a)))  # x of the chord's middle from the lowest point
     up = w * a * sinh((middle + 0.5 * span) / a)
-    return {"static force at the top end, horizontal": w * a, "static force at the bottom end, horizontal": w * a,
-            "static force at the top end, vertical": up, "static force at the bottom end, vertical": w * length - up}
+    return {
+        "static force at the top end, horizontal": w * a,
+        "static force at the bottom end, horizontal": w * a,
+        "static force at the top end, vertical": up,
+        "static force at the bottom end, vertical": w * length - up,
+    }
 
 
 def chain(inputs: dict, axis: int, amplitude: float, period: float, parts: int = 20) -> tuple[float, float]:
@@ -53,7 +79,7 @@ def chain(inputs: dict, axis: int, amplitude: float, period: float, parts: int =
         t = i * h - still
         u = min(max(t / period, 0.0), 1.0)
         w = 2.0 * pi / period
-        up, d_up = u**3 * (10 - 15 * u + 6 * u * u), 30 * u * u * (1 - u)**2 / period
+        up, d_up = u**3 * (10 - 15 * u + 6 * u * u), 30 * u * u * (1 - u) ** 2 / period
         r[-1] = last
         r[-1, axis] += amplitude * up * np.sin(w * t) * (t > 0.0)
         v[-1] = 0.0
@@ -68,8 +94,11 @@ def chain(inputs: dict, axis: int, amplitude: float, period: float, parts: int =
         t_node /= np.sqrt(np.einsum("ij,ij->i", t_node, t_node))[:, None]
         flow = -v[1:-1]
         flow = flow - np.einsum("ij,ij->i", flow, t_node)[:, None] * t_node
-        force = pull[1:] - pull[:-1] + 0.5 * rho * d * part * inputs["Cd_normal"] * flow * np.sqrt(
-            np.einsum("ij,ij->i", flow, flow))[:, None]
+        force = (
+            pull[1:]
+            - pull[:-1]
+            + 0.5 * rho * d * part * inputs["Cd_normal"] * flow * np.sqrt(np.einsum("ij,ij->i", flow, flow))[:, None]
+        )
         force[:, 2] -= (mu - water) * g * part
         force -= (0.05 if t < -10.0 else 0.0) * mu * part * v[1:-1]
         m, ma = mu * part, inputs["Ca_normal"] * water * part
@@ -91,8 +120,10 @@ def test_end_forces_at_rest_are_those_of_the_catenary(inputs):
             assert output["value"] == pytest.approx(meant[output["name"]], abs=200.0), output["name"]
 
 
-@pytest.mark.parametrize("inputs, axis, amplitude, period", [
-    (PUBLISHED, "x", 10.0, 27.0), (PUBLISHED, "y", 10.0, 27.0), (PUBLISHED, "z", 10.0, 27.0), (OTHER, "z", 5.0, 16.0)])
+@pytest.mark.parametrize(
+    "inputs, axis, amplitude, period",
+    [(PUBLISHED, "x", 10.0, 27.0), (PUBLISHED, "y", 10.0, 27.0), (PUBLISHED, "z", 10.0, 27.0), (OTHER, "z", 5.0, 16.0)],
+)
 def test_tension_extremes_are_those_of_a_lumped_chain(inputs, axis, amplitude, period):
     names = [f"{what} top-end tension over the last cycles, motion along {axis}" for what in ("largest", "smallest")]
     case = Case("any", inputs, [Output(name, "N", None, 1300.0) for name in names], [], "any")
@@ -103,7 +134,12 @@ def test_tension_extremes_are_those_of_a_lumped_chain(inputs, axis, amplitude, p
 
 
 def test_a_motion_that_is_not_understood_is_refused():
-    case = Case("any", {**PUBLISHED, "motion": "as it likes"}, [
-        Output("largest top-end tension over the last cycles, motion along x", "N", None, 1300.0)], [], "any.json")
+    case = Case(
+        "any",
+        {**PUBLISHED, "motion": "as it likes"},
+        [Output("largest top-end tension over the last cycles, motion along x", "N", None, 1300.0)],
+        [],
+        "any.json",
+    )
     with pytest.raises(CaseError, match="any.json: inputs.motion"):
         run_case(case)

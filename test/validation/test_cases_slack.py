@@ -28,29 +28,49 @@ def falling_links(length, apart, gravity, drops, count=48):
 
     def tip(y):
         angle, w = y[:count], y[count:]
-        return (link * np.cos(angle).sum(), link * np.sin(angle).sum(),
-                link * np.hypot((np.sin(angle) * w).sum(), (np.cos(angle) * w).sum()))
+        return (
+            link * np.cos(angle).sum(),
+            link * np.sin(angle).sum(),
+            link * np.hypot((np.sin(angle) * w).sum(), (np.cos(angle) * w).sum()),
+        )
 
     level = tip(np.concatenate((start, start)))[1]
     events = [lambda t, y, d=d: level - tip(y)[1] - d * length for d in drops]
     for event in events:
         event.direction = 1
     events[-1].terminal = True
-    sol = solve_ivp(rate, (0, 2 * np.sqrt(2 * length / gravity)), np.concatenate((start, 0 * start)), rtol=1e-7,
-                    atol=1e-7, events=events)
+    sol = solve_ivp(
+        rate,
+        (0, 2 * np.sqrt(2 * length / gravity)),
+        np.concatenate((start, 0 * start)),
+        rtol=1e-7,
+        atol=1e-7,
+        events=events,
+    )
     return [(t[0], *(tip(y[0])[i] for i in (0, 2))) for t, y in zip(sol.t_events, sol.y_events)]
 
 
-@pytest.mark.parametrize(("length", "apart", "mass", "drops"), [
-    (1.0, 0.5, 0.02, (0.25, 0.5, 0.75)), (3.0, 2.1, 0.4, (0.3, 0.6))])
+@pytest.mark.parametrize(
+    ("length", "apart", "mass", "drops"), [(1.0, 0.5, 0.02, (0.25, 0.5, 0.75)), (3.0, 2.1, 0.4, (0.3, 0.6))]
+)
 def test_chain_let_go(length, apart, mass, drops):
     expected = {}
     for drop, (t, x, v) in zip(drops, falling_links(length, apart, 9.81, drops)):
-        expected |= {f"time for the tip to drop {drop:.2f} L": (t, 0.01, 0),
-                     f"tip x when it has dropped {drop:.2f} L": (x, 0, 0.01 * length),
-                     f"tip speed when it has dropped {drop:.2f} L": (v, 0.02, 0)}
-    check({"length_m": length, "end_separation_m": apart, "mass_per_length_kg_m": mass, "g": 9.81,
-           "start": "inextensible catenary at rest"}, expected)
+        expected |= {
+            f"time for the tip to drop {drop:.2f} L": (t, 0.01, 0),
+            f"tip x when it has dropped {drop:.2f} L": (x, 0, 0.01 * length),
+            f"tip speed when it has dropped {drop:.2f} L": (v, 0.02, 0),
+        }
+    check(
+        {
+            "length_m": length,
+            "end_separation_m": apart,
+            "mass_per_length_kg_m": mass,
+            "g": 9.81,
+            "start": "inextensible catenary at rest",
+        },
+        expected,
+    )
 
 
 def bouncing(mass, length, ea, height, gravity=9.81):
@@ -58,16 +78,25 @@ def bouncing(mass, length, ea, height, gravity=9.81):
     omega, speed = np.sqrt(ea / length / mass), np.sqrt(2 * gravity * height)
     rest, top = gravity / omega**2, mass * gravity + mass * np.hypot(gravity, speed * omega)
     taut = 2 / omega * (np.pi / 2 + np.arctan(rest * omega / speed))
-    return {"speed at engagement": (speed, 5e-3, 0), "largest tension": (top, 0.01, 0),
-            "duration of the first taut phase": (taut, 0.01, 0),
-            "height of rebound above engagement": (height, 0.03, 0),
-            "time between first and second engagement": (taut + 2 * speed / gravity, 0.01, 0),
-            "largest tension at second engagement": (top, 0.03, 0)}
+    return {
+        "speed at engagement": (speed, 5e-3, 0),
+        "largest tension": (top, 0.01, 0),
+        "duration of the first taut phase": (taut, 0.01, 0),
+        "height of rebound above engagement": (height, 0.03, 0),
+        "time between first and second engagement": (taut + 2 * speed / gravity, 0.01, 0),
+        "largest tension at second engagement": (top, 0.03, 0),
+    }
 
 
 def tether(mass, length, ea, light, height):
-    return {"end_mass_kg": mass, "tether_length_m": length, "EA_N": ea, "tether_mass_per_length_kg_m": light,
-            "free_fall_height_m": height, "g": 9.81}
+    return {
+        "end_mass_kg": mass,
+        "tether_length_m": length,
+        "EA_N": ea,
+        "tether_mass_per_length_kg_m": light,
+        "free_fall_height_m": height,
+        "g": 9.81,
+    }
 
 
 @pytest.mark.parametrize("numbers", [(100.0, 10.0, 1e5, 0.5), (150.0, 12.0, 1.5e5, 0.6)])

@@ -12,8 +12,10 @@ from scipy.optimize import brentq
 def elastica_tip(load: float) -> tuple[float, float]:
     """Tip of an inextensible cantilever of unit length with EI = 1 and a transverse dead tip load (Bisshopp-Drucker
     ODE)."""
+
     def rhs(s, y):
         return np.vstack((y[1], -load * np.cos(y[0])))
+
     s = np.linspace(0.0, 1.0, 200)
     guess = np.vstack((1.2 * s * (2.0 - s), 2.4 * (1.0 - s)))
     sol = solve_bvp(rhs, lambda a, b: np.array((a[0], b[1])), s, guess, tol=1e-10, max_nodes=20000)
@@ -51,6 +53,7 @@ def catenary_ends(length: float, span: float, weight: float, ea: float) -> tuple
 
     def miss(h):
         return 2.0 * (h * v / (ea * weight) + h / weight * np.arcsinh(v / h)) - span
+
     return brentq(miss, 1.0, 1e5, xtol=1e-12), v
 
 

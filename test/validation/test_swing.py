@@ -16,13 +16,25 @@ LENGTH, MASS, GRAVITY = 10.0, 0.389, 9.81
 
 def hanging(tick: float, elements: int = 16) -> Simulator:
     """A bare, undamped cable pinned on the drum, far above the water; its surfaces do not press."""
-    sim = Simulator(scene_from_dict({
-        "name": "swing", "ship": {"reference_height": 40.0},
-        "cable": {"diameter": 0.01, "mass_per_length": MASS, "axial_stiffness": 6.8e6,
-                  "sections": {"all": {"length": LENGTH, "elements": elements, "drag_law": "off"}}},
-        "winch": {"position": [0.0, 0.0, 0.0], "drum_radius": 0.01, "wrap": 0.5},
-        "sheave": {"position": [-1.0, 0.0, 0.0], "radius": 0.02},
-        "towbody": {"mass": 1e-6, "net_weight": 1e-6}, "solver": {"tick": tick}}, "swing"))
+    sim = Simulator(
+        scene_from_dict(
+            {
+                "name": "swing",
+                "ship": {"reference_height": 40.0},
+                "cable": {
+                    "diameter": 0.01,
+                    "mass_per_length": MASS,
+                    "axial_stiffness": 6.8e6,
+                    "sections": {"all": {"length": LENGTH, "elements": elements, "drag_law": "off"}},
+                },
+                "winch": {"position": [0.0, 0.0, 0.0], "drum_radius": 0.01, "wrap": 0.5},
+                "sheave": {"position": [-1.0, 0.0, 0.0], "radius": 0.02},
+                "towbody": {"mass": 1e-6, "net_weight": 1e-6},
+                "solver": {"tick": tick},
+            },
+            "swing",
+        )
+    )
     sim.state.surfaces[:, STIFFNESS] = 0.0
     sim.start()
     return sim

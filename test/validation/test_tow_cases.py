@@ -28,7 +28,7 @@ def profile(scene):
 
     def rhs(s, y):
         x, z, fx, fz = y
-        t = np.array((fx, fz)) / np.hypot(fx, fz)       # upwards along the cable
+        t = np.array((fx, fz)) / np.hypot(fx, fz)  # upwards along the cable
         section = sections[min(int(np.searchsorted(ends, s)), len(sections) - 1)]
         eta = np.arctan2(abs(t[1]), abs(t[0]))
         n, f = LOADING[section.drag_law]
@@ -42,13 +42,20 @@ def profile(scene):
         stretch = 1.0 + np.hypot(fx, fz) / cable.axial_stiffness
         return [stretch * t[0], stretch * t[1], -load[0], weight - load[1]]
 
-    return solve_ivp(rhs, (0.0, ends[-1]), np.array((0.0, 0.0, *force)), rtol=1e-9, atol=1e-9, max_step=1.0,
-                     dense_output=True)
+    return solve_ivp(
+        rhs, (0.0, ends[-1]), np.array((0.0, 0.0, *force)), rtol=1e-9, atol=1e-9, max_step=1.0, dense_output=True
+    )
 
 
-@pytest.mark.parametrize("changes", [
-    {}, {"ship.tow_speed": 1.0}, {"cable.sections.bare.drag_amplification": 1.0,
-                                  "cable.sections.faired.drag_amplification": 1.0}, {"towbody.lift_area": 0.0}])
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"ship.tow_speed": 1.0},
+        {"cable.sections.bare.drag_amplification": 1.0, "cable.sections.faired.drag_amplification": 1.0},
+        {"towbody.lift_area": 0.0},
+    ],
+)
 def test_static_tow_against_the_differential_equation(changes):
     """From the body upwards to where the product's cable leaves the water: same shape and tension.
 
@@ -65,5 +72,5 @@ def test_static_tow_against_the_differential_equation(changes):
     np.testing.assert_allclose(shape[below, 2] - shape[-1, 2], want[1], atol=2e-3 * depth)
     np.testing.assert_allclose(shape[below, 0] - shape[-1, 0], want[0], atol=2e-3 * 450.0)
     got = shape[below[:-1], 3]
-    np.testing.assert_allclose(got, np.hypot(want[2], want[3])[:-1], rtol=3e-3)   # 12.5 m elements near the body
+    np.testing.assert_allclose(got, np.hypot(want[2], want[3])[:-1], rtol=3e-3)  # 12.5 m elements near the body
     print(f"{changes}: top tension {got[0]:.1f} N, equation {np.hypot(*want[2:, 0]):.1f} N")

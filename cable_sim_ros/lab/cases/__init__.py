@@ -15,25 +15,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..rig import SHIPPED, RigError, warm_up
-from . import (  # noqa: F401 - the families declare themselves
-    contact,
-    frames,
-    hydro,
-    jumper,
-    modes,
-    pendulum,
-    pulley,
-    sheave,
-    slack,
-    statics,
-    tow,
-    waves,
-)
+from . import contact, frames, hydro, jumper, modes, pendulum, pulley, sheave, slack, statics, tow, waves  # noqa: F401 - the families declare themselves
 from .family import FAMILIES, Case, CaseError, Family, Level, Output, Values
 
-SETTLED = 0.2      # share of its tolerance by which an output may still move between the last two levels
+SETTLED = 0.2  # share of its tolerance by which an output may still move between the last two levels
 MOST_LEVELS = 6
-CPU_BUDGET = 240.0     # s of one case, beyond which no finer level is begun
+CPU_BUDGET = 240.0  # s of one case, beyond which no finer level is begun
 
 
 class Fidelity(str, Enum):
@@ -60,8 +47,10 @@ def load_case(path: str | Path) -> Case:
         raise CaseError(f"{path}: this is no JSON ({error}); nothing was run") from None
     for key, kind in (("id", str), ("inputs", dict), ("outputs", list)):
         if not isinstance(data, dict) or not isinstance(data.get(key), kind):
-            raise CaseError(f"{path}: the key '{key}' is missing or no {kind.__name__}; nothing was run. "
-                            f"See the cases' contract in docs/cases.md")
+            raise CaseError(
+                f"{path}: the key '{key}' is missing or no {kind.__name__}; nothing was run. "
+                f"See the cases' contract in docs/cases.md"
+            )
     try:
         outputs = [Output(o["name"], o.get("unit", ""), o.get("tol_rel"), o.get("tol_abs")) for o in data["outputs"]]
     except (TypeError, KeyError):
@@ -90,8 +79,14 @@ def run_case(case: Case, fidelity: Fidelity = Fidelity.VERIFICATION) -> Figures:
     missing = [o["name"] for o in outputs if o["value"] is None]
     if missing:
         notes.append(f"no value for: {'; '.join(missing)}")
-    return Figures(case.id, outputs, values.elements, values.dt, time.process_time() - begin,
-                   [f"{family.name}: {family.how}", *values.notes, *notes])
+    return Figures(
+        case.id,
+        outputs,
+        values.elements,
+        values.dt,
+        time.process_time() - begin,
+        [f"{family.name}: {family.how}", *values.notes, *notes],
+    )
 
 
 def _realtime(family: Family, case: Case) -> tuple[Values, int, list[str]]:
@@ -111,11 +106,18 @@ def _refined(family: Family, case: Case) -> tuple[Values, int, list[str]]:
             return before, level - 1, [f"level {level} was not solved ({error}); the values are of level {level - 1}"]
         spent = time.process_time() - spent
         if before is not None:
-            moved = max((share_moved(o, before.of.get(o.name), values.of.get(o.name)) for o in case.outputs),
-                        default=0.0)
+            moved = max(
+                (share_moved(o, before.of.get(o.name), values.of.get(o.name)) for o in case.outputs), default=0.0
+            )
             if moved <= SETTLED:
-                return values, level, [f"settled at level {level}: the last refinement moved the outputs by at most "
-                                       f"{moved:.2g} of their tolerances"]
+                return (
+                    values,
+                    level,
+                    [
+                        f"settled at level {level}: the last refinement moved the outputs by at most "
+                        f"{moved:.2g} of their tolerances"
+                    ],
+                )
         if time.process_time() - begin + family.growth * spent > CPU_BUDGET:
             break
     return values, level, [f"not settled: the last refinement still moved an output by {moved:.2g} of its tolerance"]

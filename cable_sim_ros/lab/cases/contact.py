@@ -12,18 +12,24 @@ from ..rig import Rig, RigError, cable_of
 from ..stations import stations
 from .family import Case, Level, Values, family
 
-LENGTH = 1.0          # m of the straight cable that falls flat
-SAMPLES = 50          # steps of the coarsest mesh over the time scale of the contact
-PATCH = 0.02          # cable on the crest of the groove over the radius
-SEATED = 1e-3         # penetration over radius of the groove's flanks
-CLIMBED = 0.05        # height over radius that counts as climbing out
-CLOSE = 0.02          # deg to which the heel is bisected on the coarsest level
+LENGTH = 1.0  # m of the straight cable that falls flat
+SAMPLES = 50  # steps of the coarsest mesh over the time scale of the contact
+PATCH = 0.02  # cable on the crest of the groove over the radius
+SEATED = 1e-3  # penetration over radius of the groove's flanks
+CLIMBED = 0.05  # height over radius that counts as climbing out
+CLOSE = 0.02  # deg to which the heel is bisected on the coarsest level
 
 
-@family("bounce", "mass_kg", "stiffness_N_m1p5", "approach_speed_m_s", "D_s_m",
-        how="a straight cable of 1 m falls flat along the axis of a drum of 1000 m radius: uniform penetration, so "
-            "that mass and contact stiffness per length times the length are those of the point mass; step 1/50 of the "
-            "contact's time scale, in real time too (the shipped step is longer than the contact)")
+@family(
+    "bounce",
+    "mass_kg",
+    "stiffness_N_m1p5",
+    "approach_speed_m_s",
+    "D_s_m",
+    how="a straight cable of 1 m falls flat along the axis of a drum of 1000 m radius: uniform penetration, so "
+    "that mass and contact stiffness per length times the length are those of the point mass; step 1/50 of the "
+    "contact's time scale, in real time too (the shipped step is longer than the contact)",
+)
 def bounce(case: Case, level: Level) -> Values:
     """Rebound speed, largest penetration and time of contact of one bounce."""
     if case.number("exponent", 1.5) != 1.5:
@@ -33,9 +39,10 @@ def bounce(case: Case, level: Level) -> Values:
     surface = drum(radius, 1.0)
     surface[STIFFNESS], surface[DAMPING] = k / LENGTH, case.number("D_s_m")
     cable = cable_of([{"length": LENGTH, "elements": 1}], mass_per_length=mass / LENGTH, axial_stiffness=1e3 * mass)
-    scale = (mass * mass / (k * k * speed)) ** 0.2     # s, of the undamped bounce
-    rig = Rig(cable, held={}, tension=k * (speed * scale) ** 1.5, gravity=case.number("gravity", 0.0),
-              surfaces=[surface])
+    scale = (mass * mass / (k * k * speed)) ** 0.2  # s, of the undamped bounce
+    rig = Rig(
+        cable, held={}, tension=k * (speed * scale) ** 1.5, gravity=case.number("gravity", 0.0), surfaces=[surface]
+    )
     rig.place(*crosswise(rig.arc - 0.5 * LENGTH, radius), v=np.tile((0.0, 0.0, -speed), (2, 1)))
     rig.balance()
     step = scale / (SAMPLES << level.k)
@@ -53,8 +60,11 @@ def bounce(case: Case, level: Level) -> Values:
     share = d0 / (d0 - d1)
     # largest penetration: the cubic through position and speed of the two samples about the turn
     i = next(n for n in range(1, len(seen)) if seen[n][2] >= 0.0)
-    told = {"rebound speed": v0 + share * (v1 - v0), "largest penetration": turn(seen[i - 1], seen[i], deep),
-            "contact time": t0 + share * (t1 - t0)}
+    told = {
+        "rebound speed": v0 + share * (v1 - v0),
+        "largest penetration": turn(seen[i - 1], seen[i], deep),
+        "contact time": t0 + share * (t1 - t0),
+    }
     return Values(told, 1, step, walk.note(step))
 
 
@@ -67,15 +77,26 @@ def turn(before: tuple, after: tuple, deep: float) -> float:
     """Largest depth between two samples (time, depth, rise) by Hermite interpolation."""
     (t0, d0, v0), (t1, d1, v1) = before, after
     h, x = t1 - t0, np.linspace(0.0, 1.0, 201)
-    depth = ((1 + 2 * x) * (1 - x) ** 2 * d0 - h * x * (1 - x) ** 2 * v0 + x * x * (3 - 2 * x) * d1
-             - h * x * x * (x - 1) * v1)
+    depth = (
+        (1 + 2 * x) * (1 - x) ** 2 * d0
+        - h * x * (1 - x) ** 2 * v0
+        + x * x * (3 - 2 * x) * d1
+        - h * x * x * (x - 1) * v1
+    )
     return max(deep, float(depth.max()))
 
 
-@family("groove climb", "groove_half_angle_deg", "mass_per_length_kg_m", "radius_to_centreline_m", "tension_N",
-        how="a piece of cable of 2 % of the radius on the crest of a groove as deep as four radii, held along the "
-            "groove only; the sheave is heeled (or a line load across grows) and the piece settled anew, bisected "
-            "between rest and climbing by 5 % of the radius", growth=2.0)
+@family(
+    "groove climb",
+    "groove_half_angle_deg",
+    "mass_per_length_kg_m",
+    "radius_to_centreline_m",
+    "tension_N",
+    how="a piece of cable of 2 % of the radius on the crest of a groove as deep as four radii, held along the "
+    "groove only; the sheave is heeled (or a line load across grows) and the piece settled anew, bisected "
+    "between rest and climbing by 5 % of the radius",
+    growth=2.0,
+)
 def climb(case: Case, level: Level) -> Values:
     """Heel and line loads beyond which a cable does not stay in its groove."""
     half, radius = radians(case.number("groove_half_angle_deg")), case.number("radius_to_centreline_m")
@@ -100,8 +121,9 @@ def climb(case: Case, level: Level) -> Values:
         tension = float(found[1])
         loaded = Crest(radius, half, mass, gravity, tension, elements)
         weight = tension / radius + mass * gravity
-        low, high = bisect(lambda p, crest=loaded: crest.stays(0.0, p), 0.0, 100.0 * weight, 1e-3 * weight / (
-            1 << level.k))
+        low, high = bisect(
+            lambda p, crest=loaded: crest.stays(0.0, p), 0.0, 100.0 * weight, 1e-3 * weight / (1 << level.k)
+        )
         of[name] = 0.5 * (low + high)
     return Values(of, elements, 0.0)
 
@@ -124,13 +146,19 @@ class Crest:
         arc = PATCH * radius
         self.bend = Bend(radius, -0.5 * PATCH, 0.5 * PATCH, 0.0)
         line_load = tension / radius + mass * gravity
-        cable = cable_of([{"length": arc, "elements": elements}], mass_per_length=mass,
-                         axial_stiffness=1e4 * line_load * radius)
-        self.rig = Rig(cable, held={}, tension=line_load * arc, gravity=gravity, loads=[np.zeros(7)] * (elements + 3),
-                       surfaces=[drum(radius, line_load * radius, half_angle=half, depth=4.0 * radius,
-                                      penetration=SEATED)])
+        cable = cable_of(
+            [{"length": arc, "elements": elements}], mass_per_length=mass, axial_stiffness=1e4 * line_load * radius
+        )
+        self.rig = Rig(
+            cable,
+            held={},
+            tension=line_load * arc,
+            gravity=gravity,
+            loads=[np.zeros(7)] * (elements + 3),
+            surfaces=[drum(radius, line_load * radius, half_angle=half, depth=4.0 * radius, penetration=SEATED)],
+        )
         held = np.zeros((elements + 1, 6))
-        held[:, 0] = 1.0     # along the groove: there is no friction, and the crest is a hill
+        held[:, 0] = 1.0  # along the groove: there is no friction, and the crest is a hill
         self.rig.line = self.rig.line._replace(held=held)
         held.setflags(write=False)
         self.radius, self.tension = radius, tension
@@ -140,7 +168,7 @@ class Crest:
         """Does the piece, settled from its seat, rest there under this heel [rad] and line load across [N/m]?"""
         rig, line = self.rig, self.rig.line
         ey, ez = np.array((0.0, cos(heel), -sin(heel))), np.array((0.0, sin(heel), cos(heel)))
-        line.surfaces[0, AXIS:AXIS + 3], line.surfaces[0, CENTRE:CENTRE + 3] = ey, 0.0
+        line.surfaces[0, AXIS : AXIS + 3], line.surfaces[0, CENTRE : CENTRE + 3] = ey, 0.0
         r, g = self.bend.nodes(rig.arc)
         turned = np.stack([np.array((1.0, 0.0, 0.0)), ey, ez])
         r, g = r @ turned, g @ turned
@@ -156,13 +184,13 @@ class Crest:
         try:
             rig.settle(longest=self.wait, steps=60)
         except RigError:
-            pass     # still moving: how far it came decides
+            pass  # still moving: how far it came decides
         gap = stations(line).gap
         return bool(np.isfinite(gap).all() and np.abs(gap).max() < CLIMBED * self.radius)
 
     def ratio(self) -> float:
         """Line load across over line load outward of the state at hand, as the groove gives it."""
         line = self.rig.line
-        force, ey = stations(line).resultant, line.surfaces[0, AXIS:AXIS + 3]
+        force, ey = stations(line).resultant, line.surfaces[0, AXIS : AXIS + 3]
         across = float(force @ ey)
         return abs(across) / float(np.linalg.norm(force - across * ey))

@@ -67,9 +67,9 @@ class Values(NamedTuple):
 
 class Family(NamedTuple):
     name: str
-    keys: frozenset[str]          # inputs that make a case one of the family
-    how: str                      # one line: what is built and what was chosen
-    growth: float                 # cost of a level over that before it
+    keys: frozenset[str]  # inputs that make a case one of the family
+    how: str  # one line: what is built and what was chosen
+    growth: float  # cost of a level over that before it
     solve: Callable[[Case, Level], Values]
 
 
@@ -78,7 +78,9 @@ FAMILIES: list[Family] = []
 
 def family(name: str, *keys: str, how: str, growth: float = 4.0):
     """Declare a family: the decorated function solves one case at one level."""
+
     def add(solve):
         FAMILIES.append(Family(name, frozenset(keys), how, growth, solve))
         return solve
+
     return add

@@ -12,8 +12,8 @@ from .family import Case, CaseError, Level, Values, family
 from .wet import NUMBER
 
 COORDINATES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
-RATE = 100             # samples/s of an odometry, in real time
-BEFORE, AFTER = 1.0, 1.0   # s of samples around the instant
+RATE = 100  # samples/s of an odometry, in real time
+BEFORE, AFTER = 1.0, 1.0  # s of samples around the instant
 
 
 def harmonics(case: Case, t: float) -> np.ndarray:
@@ -21,8 +21,10 @@ def harmonics(case: Case, t: float) -> np.ndarray:
     convention = re.sub(r"\s", "", str(case.inputs.get("convention", "x = a sin(w t + ph)"))).lower()
     shift = {"sin": 0.0, "cos": 0.5 * np.pi}.get(next(iter(re.findall(r"sin|cos", convention)), ""))
     if shift is None:
-        raise CaseError(f"{case.path}: inputs.convention is not understood ('x = a sin(w t + ph)' or with cos); "
-                        "the case was not run")
+        raise CaseError(
+            f"{case.path}: inputs.convention is not understood ('x = a sin(w t + ph)' or with cos); "
+            "the case was not run"
+        )
     out = np.zeros(18)
     for i, name in enumerate(COORDINATES):
         parts = case.inputs["harmonics"].get(name, [])
@@ -30,8 +32,10 @@ def harmonics(case: Case, t: float) -> np.ndarray:
             try:
                 a, w, ph = (float(part[k]) for k in ("amplitude", "omega_rad_s", "phase_rad"))
             except (TypeError, KeyError, ValueError):
-                raise CaseError(f"{case.path}: inputs.harmonics.{name} needs amplitude, omega_rad_s and phase_rad; the "
-                                "case was not run") from None
+                raise CaseError(
+                    f"{case.path}: inputs.harmonics.{name} needs amplitude, omega_rad_s and phase_rad; the "
+                    "case was not run"
+                ) from None
             x = w * t + ph + shift
             out[i::6] += a * np.sin(x), a * w * np.cos(x), -a * w * w * np.sin(x)
     return out
@@ -44,7 +48,7 @@ def from_samples(case: Case, t: float) -> np.ndarray:
     first = int(np.floor((t - BEFORE) * RATE))
     origin = int(first / RATE * 1e9)
     for i in range(first, first + int((BEFORE + AFTER) * RATE)):
-        at = (i + 0.5) / RATE   # the instants asked for lie between two samples
+        at = (i + 0.5) / RATE  # the instants asked for lie between two samples
         row = np.zeros(MOTION_COLUMNS)
         row[:12], row[EPOCH] = harmonics(case, at)[:12], epoch
         push_motion(inputs, int(round(at * 1e9)) - origin, row)
@@ -53,9 +57,13 @@ def from_samples(case: Case, t: float) -> np.ndarray:
     return ship[:18].copy()
 
 
-@family("ship point", "offset_body_m", "harmonics",
-        how=f"the harmonics through the product's pose and point kinematics; in real time samples at {RATE} Hz with "
-            "the instant half-way between two of them, through the product's interpolation")
+@family(
+    "ship point",
+    "offset_body_m",
+    "harmonics",
+    how=f"the harmonics through the product's pose and point kinematics; in real time samples at {RATE} Hz with "
+    "the instant half-way between two of them, through the product's interpolation",
+)
 def ship_point(case: Case, level: Level) -> Values:
     """Pose and motion of a point of the ship in six-degree-of-freedom harmonics."""
     offset = tuple(float(x) for x in case.inputs["offset_body_m"])
@@ -63,7 +71,7 @@ def ship_point(case: Case, level: Level) -> Values:
     for name, m in case.asked(rf"(.*?)\b(position|velocity|acceleration|quaternion)\b.* at ({NUMBER}) s(?: .*)?"):
         t = float(m[3])
         x = from_samples(case, t) if level.realtime else harmonics(case, t)
-        c, d, dd = (tuple(float(y) for y in x[i:i + 6]) for i in (0, 6, 12))
+        c, d, dd = (tuple(float(y) for y in x[i : i + 6]) for i in (0, 6, 12))
         if m[2] == "quaternion":
             of[name] = [float(y) for y in quaternion(c)]
         else:

@@ -24,8 +24,12 @@ def point(rig: Rig, s: float, q: np.ndarray | None = None) -> np.ndarray:
     e = int(np.clip(np.searchsorted(rig.arc, s, "right") - 1, 0, rig.nodes - 2))
     length = rig.arc[e + 1] - rig.arc[e]
     n = shape(float((s - rig.arc[e]) / length))
-    return (n[0] * q[..., e, :3] + n[1] * length * q[..., e, 3:]
-            + n[2] * q[..., e + 1, :3] + n[3] * length * q[..., e + 1, 3:])
+    return (
+        n[0] * q[..., e, :3]
+        + n[1] * length * q[..., e, 3:]
+        + n[2] * q[..., e + 1, :3]
+        + n[3] * length * q[..., e + 1, 3:]
+    )
 
 
 def stretched_length(rig: Rig) -> float:
@@ -34,7 +38,7 @@ def stretched_length(rig: Rig) -> float:
     total = 0.0
     for x, w in zip(X4, W4):
         d = slope(float(x))
-        along = (d[0] * q[:-1, :3] + d[1] * length * q[:-1, 3:] + d[2] * q[1:, :3] + d[3] * length * q[1:, 3:])
+        along = d[0] * q[:-1, :3] + d[1] * length * q[:-1, 3:] + d[2] * q[1:, :3] + d[3] * length * q[1:, 3:]
         total += w * np.linalg.norm(along, axis=1).sum()
     return float(total)
 
@@ -52,8 +56,14 @@ def moment(rig: Rig, node: int) -> np.ndarray:
     return np.cross(rig.line.q[node, 3:], rig.line.reaction[node, 3:])
 
 
-def follow(rig: Rig, duration: float, step: float, pick: Callable[[History], list[np.ndarray]],
-           start: tuple[float, ...], chunk: int = 256) -> list[np.ndarray]:
+def follow(
+    rig: Rig,
+    duration: float,
+    step: float,
+    pick: Callable[[History], list[np.ndarray]],
+    start: tuple[float, ...],
+    chunk: int = 256,
+) -> list[np.ndarray]:
     """Run and sample every step: time [s] from 0 on and what ``pick`` takes of a History, with its value at the start.
 
     In chunks, for the whole of a fine run would not fit into memory.

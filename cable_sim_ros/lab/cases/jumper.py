@@ -12,7 +12,7 @@ from ..rig import Rig, cable_of
 from .family import Case, CaseError, Level, Values, family
 from .wet import NUMBER, crossflow
 
-REPEATS = 2e-3         # share of the working tension by which extremes may differ from one period to the next
+REPEATS = 2e-3  # share of the working tension by which extremes may differ from one period to the next
 MOST_PERIODS = 12
 
 
@@ -51,11 +51,13 @@ def vector(case: Case, key: str) -> np.ndarray:
 def oscillation(case: Case) -> tuple[float, float]:
     """Amplitude [m] and period [s] of the motion told in words. Raises CaseError."""
     text = str(case.inputs["motion"])
-    found = [re.search(rf"{what}\s*=?\s*({NUMBER})\s*{unit}\b", text) for what, unit in (("amplitude", "m"),
-                                                                                    ("period", "s"))]
+    found = [
+        re.search(rf"{what}\s*=?\s*({NUMBER})\s*{unit}\b", text) for what, unit in (("amplitude", "m"), ("period", "s"))
+    ]
     if not all(found):
-        raise CaseError(f"{case.path}: inputs.motion = {text!r} gives no 'amplitude <A> m' and 'period <T> s'; the "
-                        "case was not run")
+        raise CaseError(
+            f"{case.path}: inputs.motion = {text!r} gives no 'amplitude <A> m' and 'period <T> s'; the case was not run"
+        )
     return float(found[0][1]), float(found[1][1])
 
 
@@ -66,8 +68,11 @@ def swaying(still: np.ndarray, axis: int, amplitude: float, period: float, since
     def motion(t: np.ndarray) -> np.ndarray:
         t = t + since
         u = np.minimum(t / period, 1.0)
-        up, d, dd = (u**3 * (10.0 - 15.0 * u + 6.0 * u * u), 30.0 * u * u * (1.0 - u) ** 2 / period,
-                     60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) / period**2)
+        up, d, dd = (
+            u**3 * (10.0 - 15.0 * u + 6.0 * u * u),
+            30.0 * u * u * (1.0 - u) ** 2 / period,
+            60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) / period**2,
+        )
         s, c, rows = np.sin(w * t), np.cos(w * t), np.zeros((len(t), 1, 9))
         rows[:, 0, :3] = still
         rows[:, 0, axis] += amplitude * up * s
@@ -78,22 +83,43 @@ def swaying(still: np.ndarray, axis: int, amplitude: float, period: float, since
     return motion
 
 
-@family("swaying jumper", "end_fixed_m", "end_moved_m", "unstretched_length_m", "EA_N", "EI_N_m2", "diameter_m",
-        "mass_per_length_kg_m", "fluid_density", "motion", growth=4.0,
-        how="pinned ends, settled, then the moved end sways; amplitude taken up over the first period; periods until "
-            "the extremes repeat, at least three; the water's surface is z = 0: what rises out of it is in air; "
-            "tension: the reaction at the end along the cable's tangent")
+@family(
+    "swaying jumper",
+    "end_fixed_m",
+    "end_moved_m",
+    "unstretched_length_m",
+    "EA_N",
+    "EI_N_m2",
+    "diameter_m",
+    "mass_per_length_kg_m",
+    "fluid_density",
+    "motion",
+    growth=4.0,
+    how="pinned ends, settled, then the moved end sways; amplitude taken up over the first period; periods until "
+    "the extremes repeat, at least three; the water's surface is z = 0: what rises out of it is in air; "
+    "tension: the reaction at the end along the cable's tangent",
+)
 def jumper(case: Case, level: Level) -> Values:
     """A jumper whose upper end sways."""
     fixed, moved = vector(case, "end_fixed_m"), vector(case, "end_moved_m")
     gravity, length, n = case.number("g", 9.81), case.number("unstretched_length_m"), level.mesh(16)
     density, diameter, mass = (case.number(k) for k in ("fluid_density", "diameter_m", "mass_per_length_kg_m"))
     wet = abs(mass - 0.25 * pi * diameter**2 * density) * gravity * length
-    law = crossflow(case.number("Cd_normal"), pi * case.number("Cd_axial", 0.0))   # along: on the circumference
-    rig = Rig(cable_of([{"length": length, "elements": n, **law}], diameter=diameter, mass_per_length=mass,
-                       axial_stiffness=case.number("EA_N"), bending_stiffness=case.number("EI_N_m2"),
-                       added_mass_coefficient=case.number("Ca_normal", 0.0)),
-              held={0: "r", n: "r"}, tension=wet, gravity=gravity, water=Water(density=density))
+    law = crossflow(case.number("Cd_normal"), pi * case.number("Cd_axial", 0.0))  # along: on the circumference
+    rig = Rig(
+        cable_of(
+            [{"length": length, "elements": n, **law}],
+            diameter=diameter,
+            mass_per_length=mass,
+            axial_stiffness=case.number("EA_N"),
+            bending_stiffness=case.number("EI_N_m2"),
+            added_mass_coefficient=case.number("Ca_normal", 0.0),
+        ),
+        held={0: "r", n: "r"},
+        tension=wet,
+        gravity=gravity,
+        water=Water(density=density),
+    )
     start, tangent = sagging(rig.arc, fixed, moved)
     start[0], start[-1] = fixed, moved
     rig.place(start, tangent)

@@ -17,16 +17,18 @@ from ..rig import Rig, RigError, cable_of
 from .family import Case, Level, Values, family
 from .gauge import crossings, follow, hold, tension_along
 
-SWING = 1e-4      # largest displacement of mode k over length / k: small against the stretch it causes
-PERIODS = 4       # of a real-time run of one mode
+SWING = 1e-4  # largest displacement of mode k over length / k: small against the stretch it causes
+PERIODS = 4  # of a real-time run of one mode
 # EI over m g l^3. A free end hangs unstable in its tangent below 0.004: the element's strain is one parabola, so that
 # the tension's fall over its length pulls -T/6 on the end's tangent, against the 2 T/15 of its mean
 LIMBER = 0.02
-PER_TURN = 500    # least steps of a spinning cable: a hundred lose 2 % of the spin in a hundred turns
-HALVINGS = Solver().max_halvings   # stiff cable foreseen as pushing has no solution at 10 ms now and then
+PER_TURN = 500  # least steps of a spinning cable: a hundred lose 2 % of the spin in a hundred turns
+HALVINGS = Solver().max_halvings  # stiff cable foreseen as pushing has no solution at 10 ms now and then
 MASS_SCALE = 1e6  # 1/s^2, share of mass in the second tangent
-BOTH = ("verification: eigenvalues of the product's assembled tangent and mass; real time: free oscillation from each "
-        "of these shapes in the shipped step, zero crossings")
+BOTH = (
+    "verification: eigenvalues of the product's assembled tangent and mass; real time: free oscillation from each "
+    "of these shapes in the shipped step, zero crossings"
+)
 
 
 def system(rig: Rig) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -81,8 +83,18 @@ def frequencies(case: Case, rig: Rig, level: Level) -> dict[str, float]:
     if not level.realtime:
         return {name: float(omega[k - 1]) for name, k in asked.items()}
     rest, own = rig.line.q.copy(), free_of(rig, 0)
-    return {name: swing(rig, rest, own, SWING / k * rig.arc[-1] * shapes[:, k - 1], weights[:, k - 1], level.tick,
-                        PERIODS * 2.0 * np.pi / omega[k - 1]) for name, k in asked.items()}
+    return {
+        name: swing(
+            rig,
+            rest,
+            own,
+            SWING / k * rig.arc[-1] * shapes[:, k - 1],
+            weights[:, k - 1],
+            level.tick,
+            PERIODS * 2.0 * np.pi / omega[k - 1],
+        )
+        for name, k in asked.items()
+    }
 
 
 def swing(rig: Rig, rest, own, shape, weight, step: float, duration: float) -> float | None:
@@ -91,68 +103,123 @@ def swing(rig: Rig, rest, own, shape, weight, step: float, duration: float) -> f
     rig.line.q.reshape(-1)[own] += shape
     rig.line.v[:], rig.line.a[:], rig.line.x[:] = 0.0, 0.0, 0.0
     rig.balance()
-    t, y = follow(rig, duration, step,
-                  lambda run: [(run.q - rest).reshape(len(run.time), -1)[:, own] @ weight], (float(shape @ weight),))
+    t, y = follow(
+        rig,
+        duration,
+        step,
+        lambda run: [(run.q - rest).reshape(len(run.time), -1)[:, own] @ weight],
+        (float(shape @ weight),),
+    )
     zeros = crossings(t, y, 0.0)
     return float(np.pi * (len(zeros) - 1) / (zeros[-1] - zeros[0])) if len(zeros) > 1 else None
 
 
-@family("hanging chain", "length_m", "mass_per_length_kg_m", "modes",
-        how=BOTH + f"; held at its upper end; EI = {LIMBER:g} m g l^3 of an element's length l, which vanishes with "
-            "the mesh: where the tension falls to nothing within one element, its end tangent needs it")
+@family(
+    "hanging chain",
+    "length_m",
+    "mass_per_length_kg_m",
+    "modes",
+    how=BOTH + f"; held at its upper end; EI = {LIMBER:g} m g l^3 of an element's length l, which vanishes with "
+    "the mesh: where the tension falls to nothing within one element, its end tangent needs it",
+)
 def hanging_chain(case: Case, level: Level) -> Values:
     """Natural frequencies of a chain held at its upper end."""
     length, mass, gravity = case.number("length_m"), case.number("mass_per_length_kg_m"), case.number("g", 9.81)
     tip, n = case.number("tip_mass_kg", 0.0), level.mesh(24)
-    weight, limber = (mass * length + tip) * gravity, LIMBER * mass * gravity * (length / n)**3
-    rig = Rig(cable_of([{"length": length, "elements": n}], mass_per_length=mass,
-                       axial_stiffness=case.number("EA_N", 1e5 * weight),
-                       bending_stiffness=case.number("EI_N_m2", limber)),
-              held={0: "r"}, tension=weight, gravity=gravity, bodies={n: tip} if tip else {})
+    weight, limber = (mass * length + tip) * gravity, LIMBER * mass * gravity * (length / n) ** 3
+    rig = Rig(
+        cable_of(
+            [{"length": length, "elements": n}],
+            mass_per_length=mass,
+            axial_stiffness=case.number("EA_N", 1e5 * weight),
+            bending_stiffness=case.number("EI_N_m2", limber),
+        ),
+        held={0: "r"},
+        tension=weight,
+        gravity=gravity,
+        bodies={n: tip} if tip else {},
+    )
     rig.straight((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
     rig.settle()
     return Values(frequencies(case, rig, level), n, level.tick or 0.0)
 
 
-@family("submerged hanging cable", "length_m", "mass_per_length_kg_m", "diameter_m", "fluid_density", "Ca_normal",
-        "body_wet_weight_N", "body_mass_kg", "body_transverse_added_mass_kg",
-        how=BOTH + "; wholly under water, no drag, added mass normal to the cable and transverse of the body")
+@family(
+    "submerged hanging cable",
+    "length_m",
+    "mass_per_length_kg_m",
+    "diameter_m",
+    "fluid_density",
+    "Ca_normal",
+    "body_wet_weight_N",
+    "body_mass_kg",
+    "body_transverse_added_mass_kg",
+    how=BOTH + "; wholly under water, no drag, added mass normal to the cable and transverse of the body",
+)
 def submerged_cable(case: Case, level: Level) -> Values:
     """Natural frequencies of a cable and body hanging in still water."""
     length, mass, gravity = case.number("length_m"), case.number("mass_per_length_kg_m"), case.number("g", 9.81)
     weight, added, n = case.number("body_wet_weight_N"), case.number("body_transverse_added_mass_kg"), level.mesh(24)
     working = mass * gravity * length + weight
-    rig = Rig(cable_of([{"length": length, "elements": n}], mass_per_length=mass, diameter=case.number("diameter_m"),
-                       added_mass_coefficient=case.number("Ca_normal"),
-                       axial_stiffness=case.number("EA_N", 1e5 * working)),
-              held={0: "r"}, tension=working, gravity=gravity, water=Water(density=case.number("fluid_density")),
-              bodies={n: Towbody(mass=case.number("body_mass_kg"), net_weight=weight, added_mass=(added, added, 0.0))})
+    rig = Rig(
+        cable_of(
+            [{"length": length, "elements": n}],
+            mass_per_length=mass,
+            diameter=case.number("diameter_m"),
+            added_mass_coefficient=case.number("Ca_normal"),
+            axial_stiffness=case.number("EA_N", 1e5 * working),
+        ),
+        held={0: "r"},
+        tension=working,
+        gravity=gravity,
+        water=Water(density=case.number("fluid_density")),
+        bodies={n: Towbody(mass=case.number("body_mass_kg"), net_weight=weight, added_mass=(added, added, 0.0))},
+    )
     rig.straight((0.0, 0.0, -10.0 - 0.1 * length), (0.0, 0.0, -1.0))
     rig.settle()
     notes = [] if case.number("Cd", 0.0) == 0.0 else ["drag is left out: it changes no frequency of small motion"]
     return Values(frequencies(case, rig, level), n, level.tick or 0.0, notes)
 
 
-@family("string under linear tension", "length_m", "mass_per_length_kg_m", "T_low_N", "T_high_N",
-        how=BOTH + "; hung vertically under the gravity that makes the difference of tensions, stretched by the lower "
-            "one, then held at both ends")
+@family(
+    "string under linear tension",
+    "length_m",
+    "mass_per_length_kg_m",
+    "T_low_N",
+    "T_high_N",
+    how=BOTH + "; hung vertically under the gravity that makes the difference of tensions, stretched by the lower "
+    "one, then held at both ends",
+)
 def linear_tension(case: Case, level: Level) -> Values:
     """Natural frequencies of a string with weight along it."""
     length, mass, n = case.number("length_m"), case.number("mass_per_length_kg_m"), level.mesh(24)
     low, high = sorted((case.number("T_low_N"), case.number("T_high_N")))
-    rig = Rig(cable_of([{"length": length, "elements": n}], mass_per_length=mass,
-                       axial_stiffness=case.number("EA_N", 1e4 * high)), held={0: "r"}, tension=high,
-              gravity=(high - low) / (mass * length), loads=[[n, 0.0, 0.0, -low, 0.0, 0.0, 0.0]])
+    rig = Rig(
+        cable_of(
+            [{"length": length, "elements": n}], mass_per_length=mass, axial_stiffness=case.number("EA_N", 1e4 * high)
+        ),
+        held={0: "r"},
+        tension=high,
+        gravity=(high - low) / (mass * length),
+        loads=[[n, 0.0, 0.0, -low, 0.0, 0.0, 0.0]],
+    )
     rig.straight((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
     rig.settle()
     hold(rig, {0: "r", n: "r"})
     return Values(frequencies(case, rig, level), n, level.tick or 0.0)
 
 
-@family("spinning cable", "length_m", "mass_per_length_kg_m", "tip_mass_kg", "spin_rad_s", "EA_N",
-        how="hub held, tangent free, in the plane, started in its stretched equilibrium at that spin; no damping; "
-            f"tensions as means over the last turn, energy and spin at the end of the turns; at least {PER_TURN} steps "
-            "a turn")
+@family(
+    "spinning cable",
+    "length_m",
+    "mass_per_length_kg_m",
+    "tip_mass_kg",
+    "spin_rad_s",
+    "EA_N",
+    how="hub held, tangent free, in the plane, started in its stretched equilibrium at that spin; no damping; "
+    f"tensions as means over the last turn, energy and spin at the end of the turns; at least {PER_TURN} steps "
+    "a turn",
+)
 def spinning_cable(case: Case, level: Level) -> Values:
     """Tensions, energy and spin of a cable that turns about its end."""
     turn = 2.0 * np.pi / abs(case.number("spin_rad_s"))
@@ -160,22 +227,30 @@ def spinning_cable(case: Case, level: Level) -> Values:
         return _spin(case, level.mesh(4), turn, level.step(turn / PER_TURN))
     values = _spin(case, 8, turn, level.tick / max(int(np.ceil(level.tick * PER_TURN / turn)), 1))
     if values.dt < level.tick:
-        values.notes.extend(f"in steps of {values.dt:.3g} s; at {level.tick:g} s the integrator's dissipation makes "
-                            f"'{name}' {value:.4g}" for name, value in _spin(case, 8, turn, level.tick).of.items()
-                            if name.startswith("spin kept"))
+        values.notes.extend(
+            f"in steps of {values.dt:.3g} s; at {level.tick:g} s the integrator's dissipation makes "
+            f"'{name}' {value:.4g}"
+            for name, value in _spin(case, 8, turn, level.tick).of.items()
+            if name.startswith("spin kept")
+        )
     return values
 
 
 def _spin(case: Case, n: int, turn: float, step: float) -> Values:
     length, spin, ea = case.number("length_m"), case.number("spin_rad_s"), case.number("EA_N")
     mass, tip = case.number("mass_per_length_kg_m"), case.number("tip_mass_kg")
-    rig = Rig(cable_of([{"length": length, "elements": n}], mass_per_length=mass, axial_stiffness=ea), held={0: "r"},
-              tension=(tip + mass * length) * spin**2 * length, gravity=0.0, bodies={n: tip})
+    rig = Rig(
+        cable_of([{"length": length, "elements": n}], mass_per_length=mass, axial_stiffness=ea),
+        held={0: "r"},
+        tension=(tip + mass * length) * spin**2 * length,
+        gravity=0.0,
+        bodies={n: tip},
+    )
     rig.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
     line, axial = rig.line, free_of(rig, 0)
     on = np.ix_(axial, axial)
-    for _ in range(6):   # radial equilibrium: a = -spin^2 r
-        line.a[:] = -spin**2 * line.q
+    for _ in range(6):  # radial equilibrium: a = -spin^2 r
+        line.a[:] = -(spin**2) * line.q
         k, m, r = system(rig)
         line.q.reshape(-1)[axial] -= np.linalg.solve(k[on] - spin**2 * m[on], r[axial])
     line.v[:, [1, 4]] = spin * line.q[:, [0, 3]]
@@ -188,8 +263,15 @@ def _spin(case: Case, n: int, turn: float, step: float) -> Values:
     _, m, _ = system(rig)
     v, tip, tension = line.v.ravel(), line.q[-1], run.tension.mean(axis=0)
     around = float((tip[0] * line.v[-1, 1] - tip[1] * line.v[-1, 0]) / (tip[:3] @ tip[:3]))
-    return Values({"tension at the hub": float(np.linalg.norm(run.reaction[:, 0, :3], axis=1).mean()),
-                   "tension at mid length": tension_along(rig, tension, 0.5 * length),
-                   "tension at the tip": tension_along(rig, tension, length),
-                   "kinetic energy (constant)": float(0.5 * v @ m @ v)} | {name: around for name, _ in asked},
-                  n, step, [])
+    return Values(
+        {
+            "tension at the hub": float(np.linalg.norm(run.reaction[:, 0, :3], axis=1).mean()),
+            "tension at mid length": tension_along(rig, tension, 0.5 * length),
+            "tension at the tip": tension_along(rig, tension, length),
+            "kinetic energy (constant)": float(0.5 * v @ m @ v),
+        }
+        | {name: around for name, _ in asked},
+        n,
+        step,
+        [],
+    )

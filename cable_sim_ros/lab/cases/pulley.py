@@ -12,11 +12,11 @@ from ..rig import Rig, RigError, cable_of
 from ..stations import stations
 from .family import Case, Level, Values, family
 
-FINE = 0.2          # element on the pulley over its radius on the coarsest mesh: half the shipped one
-COARSE = 20         # elements of a straight part beside it
-CALM = 5            # samples over which a line load is averaged
-LOOKS = 250         # at the line loads of a rope that lifts off
-STRETCH = 1e-4      # of an inextensible rope at its first tension
+FINE = 0.2  # element on the pulley over its radius on the coarsest mesh: half the shipped one
+COARSE = 20  # elements of a straight part beside it
+CALM = 5  # samples over which a line load is averaged
+LOOKS = 250  # at the line loads of a rope that lifts off
+STRETCH = 1e-4  # of an inextensible rope at its first tension
 
 
 def hold(rig: Rig, *components: tuple[int, int]) -> None:
@@ -49,23 +49,35 @@ def level_of(rig: Rig, side: float) -> float:
     raise RigError("the rope does not pass the height of the axis")
 
 
-@family("Atwood machine", "m_right_kg", "m_left_kg", "rope_mass_per_length_kg_m", "right_hanging_m", "left_hanging_m",
-        "radius_to_centreline_m",
-        how="half wrap, no bending stiffness; settled under the inertia of the first instant, then released; averaged "
-            "over one axial period of rope and masses")
+@family(
+    "Atwood machine",
+    "m_right_kg",
+    "m_left_kg",
+    "rope_mass_per_length_kg_m",
+    "right_hanging_m",
+    "left_hanging_m",
+    "radius_to_centreline_m",
+    how="half wrap, no bending stiffness; settled under the inertia of the first instant, then released; averaged "
+    "over one axial period of rope and masses",
+)
 def atwood(case: Case, level: Level) -> Values:
     """Travel, speed, tensions and contact force at the times asked for."""
-    radius, mass, gravity = (case.number("radius_to_centreline_m"), case.number("rope_mass_per_length_kg_m"),
-                             case.number("g", 9.81))
+    radius, mass, gravity = (
+        case.number("radius_to_centreline_m"),
+        case.number("rope_mass_per_length_kg_m"),
+        case.number("g", 9.81),
+    )
     right, left = case.number("right_hanging_m"), case.number("left_hanging_m")
     heavy, light, ea = case.number("m_right_kg"), case.number("m_left_kg"), case.number("EA_N", 1e7)
-    asked = case.asked(r"(travel|speed|tension at heavy-side tangent|tension at light-side tangent|"
-                       r"vertical contact force) at ([\d.eE+-]+) s")
+    asked = case.asked(
+        r"(travel|speed|tension at heavy-side tangent|tension at light-side tangent|"
+        r"vertical contact force) at ([\d.eE+-]+) s"
+    )
     times = sorted({float(m[2]) for _, m in asked})
     bend = Bend(radius, -0.5 * pi, 0.5 * pi, left)
     total = left + bend.contact + right
     first = gravity * (heavy + mass * right - light - mass * left) / (heavy + light + mass * total)
-    side = 1.0 if first >= 0.0 else -1.0     # of the heavy mass
+    side = 1.0 if first >= 0.0 else -1.0  # of the heavy mass
     way = radius + 0.75 * abs(first) * (times[-1] if times else 0.0) ** 2
     size = FINE * radius / level.mesh(1)
     before = max(left - (way if side > 0.0 else radius), 0.0)
@@ -76,8 +88,15 @@ def atwood(case: Case, level: Level) -> Values:
     cable = cable_of(pieces(*(p for p in parts if p[0] > 1e-6)), mass_per_length=mass, axial_stiffness=ea)
     nodes = 1 + sum(s.elements for s in cable.sections.values())
     tension = gravity * max(light + mass * left, heavy + mass * right)
-    rig = Rig(cable, held={0: "r"}, tension=tension, gravity=gravity, bodies=bodies,
-              loads=[np.zeros(7)] * (nodes + 2), surfaces=[drum(radius, tension, penetration=MOVING)])
+    rig = Rig(
+        cable,
+        held={0: "r"},
+        tension=tension,
+        gravity=gravity,
+        bodies=bodies,
+        loads=[np.zeros(7)] * (nodes + 2),
+        surfaces=[drum(radius, tension, penetration=MOVING)],
+    )
     settle_moving(rig, bend, first, mass, bodies)
     hold(rig)
     rig.balance()
@@ -88,8 +107,13 @@ def atwood(case: Case, level: Level) -> Values:
     walk = Walk(rig)
 
     def look(_: float) -> tuple[float, ...]:
-        return (start - rig.line.q[node, 2], -rig.line.v[node, 2], rig.tension_at(level_of(rig, side)),
-                rig.tension_at(level_of(rig, -side)), stations(rig.line).resultant[2])
+        return (
+            start - rig.line.q[node, 2],
+            -rig.line.v[node, 2],
+            rig.tension_at(level_of(rig, side)),
+            rig.tension_at(level_of(rig, -side)),
+            stations(rig.line).resultant[2],
+        )
 
     seen = {}
     for t in times:
@@ -99,30 +123,55 @@ def atwood(case: Case, level: Level) -> Values:
         begin = look(walk.time)
         table = np.array([begin, *walk.to(t + half, min(step, 0.25 * half), look)])
         seen[t] = (table[1:-1].sum(0) + 0.5 * (table[0] + table[-1])) / (len(table) - 1)
-    column = {"travel": 0, "speed": 1, "tension at heavy-side tangent": 2, "tension at light-side tangent": 3,
-              "vertical contact force": 4}
-    return Values({name: float(seen[float(m[2])][column[m[1]]]) for name, m in asked}, rig.nodes - 1, step,
-                  walk.note(step))
+    column = {
+        "travel": 0,
+        "speed": 1,
+        "tension at heavy-side tangent": 2,
+        "tension at light-side tangent": 3,
+        "vertical contact force": 4,
+    }
+    return Values(
+        {name: float(seen[float(m[2])][column[m[1]]]) for name, m in asked}, rig.nodes - 1, step, walk.note(step)
+    )
 
 
-@family("lift-off", "radius_to_centreline_m", "rope_mass_per_length_kg_m", "free_length_below_tangent_m",
-        "pull_acceleration_m_s2", "wrap_deg",
-        how="no bending stiffness; settled under the inertia of the first instant, the pulled end moved along its "
-            "straight part; lift-off: the first line load round the pulley that a parabola in time takes to zero")
+@family(
+    "lift-off",
+    "radius_to_centreline_m",
+    "rope_mass_per_length_kg_m",
+    "free_length_below_tangent_m",
+    "pull_acceleration_m_s2",
+    "wrap_deg",
+    how="no bending stiffness; settled under the inertia of the first instant, the pulled end moved along its "
+    "straight part; lift-off: the first line load round the pulley that a parabola in time takes to zero",
+)
 def lift_off(case: Case, level: Level) -> Values:
     """When and where a rope pulled over a pulley leaves it."""
-    radius, mass, gravity = (case.number("radius_to_centreline_m"), case.number("rope_mass_per_length_kg_m"),
-                             case.number("g", 9.81))
-    free, pull, wrap = (case.number("free_length_below_tangent_m"), case.number("pull_acceleration_m_s2"),
-                        radians(case.number("wrap_deg")))
+    radius, mass, gravity = (
+        case.number("radius_to_centreline_m"),
+        case.number("rope_mass_per_length_kg_m"),
+        case.number("g", 9.81),
+    )
+    free, pull, wrap = (
+        case.number("free_length_below_tangent_m"),
+        case.number("pull_acceleration_m_s2"),
+        radians(case.number("wrap_deg")),
+    )
     bend = Bend(radius, -0.5 * pi, wrap - 0.5 * pi, free)
     size, tail = (0.5 if level.realtime else 2.0) * FINE * radius / level.mesh(1), 2.0 * radius
     tension = mass * free * (gravity + pull)
-    cable = cable_of(pieces((free + bend.contact + tail, size)), mass_per_length=mass,
-                     axial_stiffness=tension / STRETCH)
+    cable = cable_of(
+        pieces((free + bend.contact + tail, size)), mass_per_length=mass, axial_stiffness=tension / STRETCH
+    )
     nodes = 1 + sum(s.elements for s in cable.sections.values())
-    rig = Rig(cable, held={nodes - 1: "r"}, tension=tension, gravity=gravity, loads=[np.zeros(7)] * nodes,
-              surfaces=[drum(radius, tension, penetration=MOVING)])
+    rig = Rig(
+        cable,
+        held={nodes - 1: "r"},
+        tension=tension,
+        gravity=gravity,
+        loads=[np.zeros(7)] * nodes,
+        surfaces=[drum(radius, tension, penetration=MOVING)],
+    )
     settle_moving(rig, bend, pull, mass, {})
     end, along = rig.line.q[-1, :3].copy(), bend.nodes(rig.arc)[1][-1]
     rig.line.a[-1, :3] = rig.line.x[-1, :3] = pull * along
@@ -151,16 +200,32 @@ def lift_off(case: Case, level: Level) -> Values:
         now = []
         for place in places - 0.5 * pi:
             low, high = max(place - 0.3, 0.1 - 0.5 * pi), min(place + 0.3, wrap - 0.5 * pi - 0.1)
-            now.append(table.fit(low - max(0.6 - high + low, 0.0) * (high < place + 0.29),
-                                 high + max(0.6 - high + low, 0.0) * (low > place - 0.29), place))
+            now.append(
+                table.fit(
+                    low - max(0.6 - high + low, 0.0) * (high < place + 0.29),
+                    high + max(0.6 - high + low, 0.0) * (low > place - 0.29),
+                    place,
+                )
+            )
         times.append(walk.time)
         loads.append(now)
         speeds.append(float(np.linalg.norm(rig.line.v[0, :3])))
         lengths.append(level_of(rig, -1.0))
         if np.mean(loads[-CALM:], 0).min() < 0.0:
             break
-    return Values(*_first_zero(case, np.array(times), np.array(loads), places, speeds, lengths, rig.nodes - 1, step,
-                               notes + walk.note(step)))
+    return Values(
+        *_first_zero(
+            case,
+            np.array(times),
+            np.array(loads),
+            places,
+            speeds,
+            lengths,
+            rig.nodes - 1,
+            step,
+            notes + walk.note(step),
+        )
+    )
 
 
 def _first_zero(case, times, loads, places, speeds, lengths, elements, step, notes):
@@ -186,32 +251,54 @@ def _first_zero(case, times, loads, places, speeds, lengths, elements, step, not
         ahead = max(when - times[-1], 0.0)
         return np.interp(when, times, series) + ahead * (series[-1] - series[-2]) / (times[-1] - times[-2])
 
-    told = {"lift-off time": when, "speed at lift-off": then(speeds), "free length left at lift-off": then(lengths),
-            "angular position of first lift-off from the free-side tangent": np.degrees(where)}
+    told = {
+        "lift-off time": when,
+        "speed at lift-off": then(speeds),
+        "free length left at lift-off": then(lengths),
+        "angular position of first lift-off from the free-side tangent": np.degrees(where),
+    }
     return {o.name: float(told[o.name]) for o in case.outputs if o.name in told}, elements, step, notes
 
 
-@family("wrapping pendulum", "rope_length_from_top_of_pulley_m", "radius_to_centreline_m", "mass_kg",
-        "initial_angle_from_vertical_deg",
-        how="held along itself on top of the pulley, no bending stiffness; a positive angle is outward, away from the "
-            "pulley, so that wrap = 90 deg - angle; settled with the mass pulled along the rope only, then released; "
-            "forces filtered above 10 times the swing")
+@family(
+    "wrapping pendulum",
+    "rope_length_from_top_of_pulley_m",
+    "radius_to_centreline_m",
+    "mass_kg",
+    "initial_angle_from_vertical_deg",
+    how="held along itself on top of the pulley, no bending stiffness; a positive angle is outward, away from the "
+    "pulley, so that wrap = 90 deg - angle; settled with the mass pulled along the rope only, then released; "
+    "forces filtered above 10 times the swing",
+)
 def wrapping(case: Case, level: Level) -> Values:
     """Extremes, period and forces of a mass that swings on a rope which wraps on and off."""
     radius, length = case.number("radius_to_centreline_m"), case.number("rope_length_from_top_of_pulley_m")
-    mass, gravity, start = (case.number("mass_kg"), case.number("g", 9.81),
-                            radians(case.number("initial_angle_from_vertical_deg")))
+    mass, gravity, start = (
+        case.number("mass_kg"),
+        case.number("g", 9.81),
+        radians(case.number("initial_angle_from_vertical_deg")),
+    )
     rope = case.number("rope_mass_per_length_kg_m", 1e-3 * mass / length)
     wrap = 0.5 * pi - start
     most = min(0.5 * pi + 1.3 * abs(start) + 0.3, 2.0 * pi)
     fine = min(radius * most + radius, 0.9 * length)
     size = FINE * radius / level.mesh(1)
-    cable = cable_of(pieces((fine, size), (length - fine, 4.0 * size)), mass_per_length=rope,
-                     axial_stiffness=case.number("EA_N", mass * gravity / STRETCH))
+    cable = cable_of(
+        pieces((fine, size), (length - fine, 4.0 * size)),
+        mass_per_length=rope,
+        axial_stiffness=case.number("EA_N", mass * gravity / STRETCH),
+    )
     weight = mass * gravity
-    rig = Rig(cable, held={0: "r"}, tension=weight, gravity=gravity, bodies={-1: mass}, loads=[np.zeros(7)],
-              surfaces=[drum(radius, weight, penetration=MOVING)])
-    hold(rig, (0, 0), (0, 1))     # along the rope; across it the pulley bears it
+    rig = Rig(
+        cable,
+        held={0: "r"},
+        tension=weight,
+        gravity=gravity,
+        bodies={-1: mass},
+        loads=[np.zeros(7)],
+        surfaces=[drum(radius, weight, penetration=MOVING)],
+    )
+    hold(rig, (0, 0), (0, 1))  # along the rope; across it the pulley bears it
     bend = Bend(radius, 0.0, wrap, 0.0)
     rig.place(*bend.nodes(rig.arc))
     along = np.array((sin(start), 0.0, -cos(start)))
@@ -221,12 +308,16 @@ def wrapping(case: Case, level: Level) -> Values:
     rig.balance()
     step = level.step(2e-3)
     walk, first = Walk(rig), int(np.searchsorted(rig.arc, fine))
-    swing = 2.0 * pi * sqrt(length / gravity)     # only to know when to give up, and the steps between two looks
+    swing = 2.0 * pi * sqrt(length / gravity)  # only to know when to give up, and the steps between two looks
 
     def look(now: float) -> tuple[float, ...]:
         chord = rig.line.q[-1, :3] - rig.line.q[first, :3]
-        return (now, float(np.arctan2(chord[0], -chord[2])), float(rig.line.tension[first:].mean()),
-                float(np.linalg.norm(stations(rig.line).resultant)))
+        return (
+            now,
+            float(np.arctan2(chord[0], -chord[2])),
+            float(rig.line.tension[first:].mean()),
+            float(np.linalg.norm(stations(rig.line).resultant)),
+        )
 
     seen = [look(0.0)]
     period = None
@@ -242,9 +333,14 @@ def wrapping(case: Case, level: Level) -> Values:
     tension, contact = (sosfiltfilt(low_pass, table[:, k], padlen=len(t) // 4) for k in (2, 3))
     once = t <= period
     other = extreme(t[once], angle[once], -1.0 if start >= 0.0 else 1.0)
-    told = {"full period": period, "other extreme angle from vertical": other,
-            "smallest wrap": 90.0 - angle[once].max(), "largest wrap": 90.0 - extreme(t[once], angle[once], -1.0),
-            "largest tension": tension[once].max(), "smallest tension": tension[once].min()}
+    told = {
+        "full period": period,
+        "other extreme angle from vertical": other,
+        "smallest wrap": 90.0 - angle[once].max(),
+        "largest wrap": 90.0 - extreme(t[once], angle[once], -1.0),
+        "largest tension": tension[once].max(),
+        "smallest tension": tension[once].min(),
+    }
     of = {o.name: float(told[o.name]) for o in case.outputs if o.name in told}
     series = {"wrap": 90.0 - angle, "tension": tension, "total contact force": contact, "angle from vertical": angle}
     for name, m in case.asked(r"(wrap|tension|total contact force|angle from vertical) at ([\d.eE+-]+) period"):
@@ -271,5 +367,5 @@ def extreme(t: np.ndarray, x: np.ndarray, sign: float) -> float:
     i = int(np.argmax(sign * x))
     if not 0 < i < len(t) - 1:
         return float(x[i])
-    fit = np.polyfit(t[i - 1:i + 2] - t[i], x[i - 1:i + 2], 2)
+    fit = np.polyfit(t[i - 1 : i + 2] - t[i], x[i - 1 : i + 2], 2)
     return float(np.polyval(fit, -0.5 * fit[1] / fit[0]))

@@ -12,11 +12,11 @@ from ..rig import Rig, cable_of
 from ..stations import Stations, stations
 from .family import Case, Level, Values, family
 
-FINE = 0.1          # element at the sheave over its radius on the coarsest mesh: the shipped mesh is at 0.4
-MASS = 0.389        # kg/m where a case at rest gives none: it only carries the way to rest
-STRETCH = 1e-5      # of an inextensible cable at its working tension
-TRACE = 1e-6        # penetration over radius where the ends of the contact are looked for
-FINEST = 48         # elements over the bending length; more only meets the round-off of EA
+FINE = 0.1  # element at the sheave over its radius on the coarsest mesh: the shipped mesh is at 0.4
+MASS = 0.389  # kg/m where a case at rest gives none: it only carries the way to rest
+STRETCH = 1e-5  # of an inextensible cable at its working tension
+TRACE = 1e-6  # penetration over radius where the ends of the contact are looked for
+FINEST = 48  # elements over the bending length; more only meets the round-off of EA
 
 
 def ends_of(bend: Bend, total: float, nodes: int, tension: float) -> list[np.ndarray]:
@@ -25,25 +25,48 @@ def ends_of(bend: Bend, total: float, nodes: int, tension: float) -> list[np.nda
     return pulls((0, -tension * g[0]), (nodes - 1, tension * g[1]))
 
 
-def symmetric(tension: float, radius: float, wrap: float, leg: float, size: float, surface: np.ndarray,
-              stiff: float = 0.0, fine: float = 0.0, mass: float = MASS, axial: float | None = None) -> Rig:
+def symmetric(
+    tension: float,
+    radius: float,
+    wrap: float,
+    leg: float,
+    size: float,
+    surface: np.ndarray,
+    stiff: float = 0.0,
+    fine: float = 0.0,
+    mass: float = MASS,
+    axial: float | None = None,
+) -> Rig:
     """Weightless cable over the top of a sheave, both ends pulled; elements of ``size`` to ``fine`` [m] beyond."""
     bend = Bend(radius, -0.5 * wrap, 0.5 * wrap, leg)
     parts = [(2.0 * fine + bend.contact, size)]
     if leg > fine:
         parts = [(leg - fine, 4.0 * size), *parts, (leg - fine, 4.0 * size)]
-    cable = cable_of(pieces(*parts), mass_per_length=mass, axial_stiffness=axial or tension / STRETCH,
-                     bending_stiffness=stiff)
+    cable = cable_of(
+        pieces(*parts), mass_per_length=mass, axial_stiffness=axial or tension / STRETCH, bending_stiffness=stiff
+    )
     nodes = 1 + sum(s.elements for s in cable.sections.values())
-    rig = Rig(cable, held={}, tension=tension, gravity=0.0, surfaces=[surface],
-              loads=ends_of(bend, 2.0 * leg + bend.contact, nodes, tension))
+    rig = Rig(
+        cable,
+        held={},
+        tension=tension,
+        gravity=0.0,
+        surfaces=[surface],
+        loads=ends_of(bend, 2.0 * leg + bend.contact, nodes, tension),
+    )
     rig.place(*bend.nodes(rig.arc))
     return rig
 
 
-@family("static wrap", "tension_N", "wraps_deg", "sheave_root_radius_m", "cable_diameter_m",
-        how="no bending stiffness, both ends pulled by dead forces along the far lines, nothing held; contact "
-            "stiffness of the case; a cylinder, and a groove for the load of a flank")
+@family(
+    "static wrap",
+    "tension_N",
+    "wraps_deg",
+    "sheave_root_radius_m",
+    "cable_diameter_m",
+    how="no bending stiffness, both ends pulled by dead forces along the far lines, nothing held; contact "
+    "stiffness of the case; a cylinder, and a groove for the load of a flank",
+)
 def static_wrap(case: Case, level: Level) -> Values:
     """Resultants for each wrap, line load and penetration in the middle of the widest, load of a groove's flank."""
     tension = case.number("tension_N")
@@ -83,18 +106,33 @@ def static_wrap(case: Case, level: Level) -> Values:
     return Values(of, elements, 0.0, notes)
 
 
-@family("bending boundary", "far_tension_N", "EI_N_m2", "radius_to_centreline_m", "angle_between_far_lines_deg",
-        how="no weight, both ends pulled by dead forces along the far lines 25 sqrt(EI/T) from the sheave; penalty of "
-            "1e-6 radius; ends of the contact: the rigid load with the force and moment of the computed one over "
-            "3 sqrt(EI/T)", growth=3.0)
+@family(
+    "bending boundary",
+    "far_tension_N",
+    "EI_N_m2",
+    "radius_to_centreline_m",
+    "angle_between_far_lines_deg",
+    how="no weight, both ends pulled by dead forces along the far lines 25 sqrt(EI/T) from the sheave; penalty of "
+    "1e-6 radius; ends of the contact: the rigid load with the force and moment of the computed one over "
+    "3 sqrt(EI/T)",
+    growth=3.0,
+)
 def bending_boundary(case: Case, level: Level) -> Values:
     """Ends of the contact of a stiff cable, load inside, resultant."""
     tension, radius = case.number("far_tension_N"), case.number("radius_to_centreline_m")
     stiff, wrap = case.number("EI_N_m2"), radians(case.number("angle_between_far_lines_deg"))
     scale = sqrt(stiff / tension)
     size = min(scale / min(level.mesh(2), FINEST), FINE * radius)
-    rig = symmetric(tension, radius, wrap, 25.0 * scale, size, drum(radius, tension, penetration=TRACE), stiff=stiff,
-                    fine=6.0 * scale)
+    rig = symmetric(
+        tension,
+        radius,
+        wrap,
+        25.0 * scale,
+        size,
+        drum(radius, tension, penetration=TRACE),
+        stiff=stiff,
+        fine=6.0 * scale,
+    )
     soften(rig, tension)
     table = stations(rig.line)
     told = boundary(table, wrap, 3.0 * scale)
@@ -111,8 +149,10 @@ def bending_boundary(case: Case, level: Level) -> Values:
     if told["gap"] is not None:
         notes.append(f"the gap of the penalty closes {told['gap']:.3g} deg short of the geometric tangent")
     if told["end"] is None:
-        notes.append("the contact has no stretch of constant load between two end reactions: too little wrap, or too "
-                     "coarse a mesh for sqrt(EI/T)")
+        notes.append(
+            "the contact has no stretch of constant load between two end reactions: too little wrap, or too "
+            "coarse a mesh for sqrt(EI/T)"
+        )
     return Values(of, rig.nodes - 1, 0.0, notes)
 
 
@@ -139,54 +179,88 @@ def boundary(table: Stations, wrap: float, reach: float) -> dict[str, float | No
     if ends is None:
         return {"lost": None, "end": None, "inside": inside, "gap": gap}
     (low, first), (high, last) = ends
-    return {"lost": float(np.degrees(0.5 * (wrap - high + low))), "end": 0.5 * (first + last), "inside": inside,
-            "gap": gap}
+    return {
+        "lost": float(np.degrees(0.5 * (wrap - high + low))),
+        "end": 0.5 * (first + last),
+        "inside": inside,
+        "gap": gap,
+    }
 
 
-@family("heavy rope at rest", "hanging_left_m", "hanging_right_m", "end_mass_right_kg", "radius_to_centreline_m",
-        how="no bending stiffness, half wrap; the end of the lighter side is held, its force is told", growth=3.0)
+@family(
+    "heavy rope at rest",
+    "hanging_left_m",
+    "hanging_right_m",
+    "end_mass_right_kg",
+    "radius_to_centreline_m",
+    how="no bending stiffness, half wrap; the end of the lighter side is held, its force is told",
+    growth=3.0,
+)
 def heavy_static(case: Case, level: Level) -> Values:
     """Tensions and line loads of a heavy rope over a sheave, both sides hanging."""
-    radius, gravity, mass = (case.number("radius_to_centreline_m"), case.number("g", 9.81),
-                             case.number("mass_per_length_kg_m"))
+    radius, gravity, mass = (
+        case.number("radius_to_centreline_m"),
+        case.number("g", 9.81),
+        case.number("mass_per_length_kg_m"),
+    )
     left, right = case.number("hanging_left_m"), case.number("hanging_right_m")
     size = FINE * radius / level.mesh(1)
     bend = Bend(radius, -0.5 * pi, 0.5 * pi, left)
     near = min(radius, left, right)
     parts = [(left - near, 8.0 * size), (2.0 * near + bend.contact, size), (right - near, 8.0 * size)]
-    heavy = gravity * max(mass * left + case.number("end_mass_left_kg", 0.0),
-                          mass * right + case.number("end_mass_right_kg"))
+    heavy = gravity * max(
+        mass * left + case.number("end_mass_left_kg", 0.0), mass * right + case.number("end_mass_right_kg")
+    )
     cable = cable_of(pieces(*(p for p in parts if p[0] > 0.0)), mass_per_length=mass, axial_stiffness=heavy / STRETCH)
     ends = {0: case.number("end_mass_left_kg", 0.0), -1: case.number("end_mass_right_kg")}
-    light = 0 if mass * left + ends[0] < mass * right + ends[-1] else -1     # held there the rope stays taut
+    light = 0 if mass * left + ends[0] < mass * right + ends[-1] else -1  # held there the rope stays taut
     nodes = 1 + sum(s.elements for s in cable.sections.values())
-    rig = Rig(cable, held={light % nodes: "r"}, tension=heavy, gravity=gravity,
-              bodies={n: m for n, m in ends.items() if m > 0.0},
-              surfaces=[drum(radius, heavy)])
+    rig = Rig(
+        cable,
+        held={light % nodes: "r"},
+        tension=heavy,
+        gravity=gravity,
+        bodies={n: m for n, m in ends.items() if m > 0.0},
+        surfaces=[drum(radius, heavy)],
+    )
     rig.place(*bend.nodes(rig.arc))
     rig.settle()
     table = stations(rig.line)
-    places = {"left tangent point": left, "top": left + 0.5 * bend.contact,
-              "right tangent point": left + bend.contact}
+    places = {"left tangent point": left, "top": left + 0.5 * bend.contact, "right tangent point": left + bend.contact}
     of = {f"tension at the {where}": rig.tension_at(s) for where, s in places.items()}
     # the load ends at the tangent points: there it is read off a parabola through the stations inside of them
     of["line load at the top"] = table.fit(-0.25, 0.25, 0.0)
     of["line load at the tangent points"] = 0.5 * (
-        table.fit(-0.5 * pi + 0.1, -0.5 * pi + 1.1, -0.5 * pi) + table.fit(0.5 * pi - 1.1, 0.5 * pi - 0.1, 0.5 * pi))
+        table.fit(-0.5 * pi + 0.1, -0.5 * pi + 1.1, -0.5 * pi) + table.fit(0.5 * pi - 1.1, 0.5 * pi - 0.1, 0.5 * pi)
+    )
     of["total vertical contact force"] = float(table.resultant[2])
     hold = -float(rig.line.reaction[light, 2])
     which = "left" if light == 0 else "right"
-    return Values(of, rig.nodes - 1, 0.0, [f"the hand that holds the {which} end pulls down with {hold:.3g} N (0: the "
-                                           "rope is balanced)"])
+    return Values(
+        of,
+        rig.nodes - 1,
+        0.0,
+        [f"the hand that holds the {which} end pulls down with {hold:.3g} N (0: the rope is balanced)"],
+    )
 
 
-@family("running cable", "tension_N", "mass_per_length_kg_m", "radius_to_centreline_m", "speed_m_s", "wrap_deg",
-        how="no weight, both ends pulled by dead forces; settled at rest, then given the speed along itself everywhere;"
-            " lift-off: the speed squared to which the resultants of several runs extrapolate as zero")
+@family(
+    "running cable",
+    "tension_N",
+    "mass_per_length_kg_m",
+    "radius_to_centreline_m",
+    "speed_m_s",
+    "wrap_deg",
+    how="no weight, both ends pulled by dead forces; settled at rest, then given the speed along itself everywhere;"
+    " lift-off: the speed squared to which the resultants of several runs extrapolate as zero",
+)
 def running(case: Case, level: Level) -> Values:
     """Line load and resultant of a cable that runs over a sheave, and the speed that lifts it off."""
-    tension, mass, radius = (case.number("tension_N"), case.number("mass_per_length_kg_m"),
-                             case.number("radius_to_centreline_m"))
+    tension, mass, radius = (
+        case.number("tension_N"),
+        case.number("mass_per_length_kg_m"),
+        case.number("radius_to_centreline_m"),
+    )
     speed, wrap = case.number("speed_m_s"), radians(case.number("wrap_deg"))
     of, elements, step, notes = {}, 0, 0.0, []
     size, way = 2.0 * FINE * radius / level.mesh(1), 1.5 * radius
@@ -196,8 +270,17 @@ def running(case: Case, level: Level) -> Values:
     def run(v: float) -> tuple[float, float]:
         """Mean line load of the inner half and resultant over the last third of a way of 1.5 radii."""
         nonlocal elements, step
-        rig = symmetric(tension, radius, wrap, leg, size, drum(radius, tension, penetration=MOVING), fine=leg,
-                        mass=mass, axial=0.1 * tension / STRETCH)
+        rig = symmetric(
+            tension,
+            radius,
+            wrap,
+            leg,
+            size,
+            drum(radius, tension, penetration=MOVING),
+            fine=leg,
+            mass=mass,
+            axial=0.1 * tension / STRETCH,
+        )
         # at rest the whole tension presses, running only what is left of it: settled on a stiffer surface the cable
         # begins at its running depth
         k = rig.line.surfaces[0, STIFFNESS]
@@ -214,8 +297,10 @@ def running(case: Case, level: Level) -> Values:
         if v == speed:
             step = h
             notes.extend(walk.note(h))
-        return (float(np.mean([t.mean(-0.25 * wrap, 0.25 * wrap) for t in seen])),
-                float(np.linalg.norm(np.mean([t.resultant for t in seen], 0))))
+        return (
+            float(np.mean([t.mean(-0.25 * wrap, 0.25 * wrap) for t in seen])),
+            float(np.linalg.norm(np.mean([t.resultant for t in seen], 0))),
+        )
 
     load, total = run(speed)
     for output in case.outputs:
@@ -227,7 +312,7 @@ def running(case: Case, level: Level) -> Values:
             _, rest = run(0.5 * speed)
             squares, forces = [0.25 * speed**2, speed**2], [rest, total]
             zero = line_to_zero(squares, forces)
-            if squares[-1] < 0.4 * zero:     # a far way to go: once more from half way
+            if squares[-1] < 0.4 * zero:  # a far way to go: once more from half way
                 squares.append(0.5 * zero)
                 forces.append(run(sqrt(squares[-1]))[1])
                 zero = line_to_zero(squares, forces)

@@ -20,11 +20,15 @@ def print_cases(done: list, cases: list[Case]) -> None:
         table.add_column("unit")
         for output, told in zip(case.outputs, figures.outputs, strict=True):
             value = told["value"]
-            text = "no value" if value is None else (
-                ", ".join(f"{x:.8g}" for x in value) if isinstance(value, (list, tuple)) else f"{value:.8g}")
+            text = (
+                "no value"
+                if value is None
+                else (", ".join(f"{x:.8g}" for x in value) if isinstance(value, (list, tuple)) else f"{value:.8g}")
+            )
             table.add_row(output.name, text, output.unit)
         console.print(table)
-        console.print(f"{figures.elements} elements, step {figures.dt_s:g} s, {figures.cpu_s:.2f} CPU s",
-                      highlight=False)
+        console.print(
+            f"{figures.elements} elements, step {figures.dt_s:g} s, {figures.cpu_s:.2f} CPU s", highlight=False
+        )
         for note in figures.notes:
             console.print(f"  {note}", highlight=False)

@@ -12,7 +12,7 @@ from ..rig import Rig, cable_of
 from .family import Case, Level, Values, family
 from .wet import DEEP, STRAIN, crossflow, drag_law, graded, weigh
 
-STEADY = 2e-5          # share by which a steady turn may still change from one turn to the next
+STEADY = 2e-5  # share by which a steady turn may still change from one turn to the next
 MOST_TURNS = 60
 
 
@@ -28,11 +28,19 @@ class Tow:
         self.end = np.array((drag, 0.0, -weight)) if weight or drag else np.array((0.0, 0.0, -1.0))
         working = hypot(weight, drag) + abs(wet) * length
         self.rig = Rig(
-            cable_of(graded(length, level.mesh(16), 2.0 * hypot(weight, drag) / per_length, **law), diameter=diameter,
-                     mass_per_length=case.number("mass_per_length_kg_m"), axial_stiffness=working / STRAIN,
-                     added_mass_coefficient=ca),
-            held={0: "r"}, tension=working, gravity=gravity, water=Water(density=density, current=(speed, 0.0)),
-            bodies={-1: Towbody(mass=mass, net_weight=weight, added_mass=(added,) * 3, drag_area=(area,) * 3)})
+            cable_of(
+                graded(length, level.mesh(16), 2.0 * hypot(weight, drag) / per_length, **law),
+                diameter=diameter,
+                mass_per_length=case.number("mass_per_length_kg_m"),
+                axial_stiffness=working / STRAIN,
+                added_mass_coefficient=ca,
+            ),
+            held={0: "r"},
+            tension=working,
+            gravity=gravity,
+            water=Water(density=density, current=(speed, 0.0)),
+            bodies={-1: Towbody(mass=mass, net_weight=weight, added_mass=(added,) * 3, drag_area=(area,) * 3)},
+        )
         self.notes = weigh(self.rig, wet)
         self.rig.straight((0.0, 0.0, -DEEP), self.end)
 
@@ -47,16 +55,25 @@ def critical_angle(case: Case, speed: float, law: dict) -> float:
     A long line without a body settles at this angle too, but for its end without tension; this needs no such end.
     """
     density, wet = case.number("fluid_density"), case.number("wet_weight_N_m")
-    rig = Rig(cable_of([{"length": 1.0, "elements": 1, **law}], mass_per_length=case.number("mass_per_length_kg_m"),
-                       diameter=case.number("diameter_m"), axial_stiffness=1e3), held={0: "rg", 1: "rg"}, tension=1.0,
-              gravity=case.number("g", 9.81), water=Water(density=density, current=(speed, 0.0)))
+    rig = Rig(
+        cable_of(
+            [{"length": 1.0, "elements": 1, **law}],
+            mass_per_length=case.number("mass_per_length_kg_m"),
+            diameter=case.number("diameter_m"),
+            axial_stiffness=1e3,
+        ),
+        held={0: "rg", 1: "rg"},
+        tension=1.0,
+        gravity=case.number("g", 9.81),
+        water=Water(density=density, current=(speed, 0.0)),
+    )
     weigh(rig, wet)
     down = 1.0 if wet >= 0.0 else -1.0
 
     def across(angle: float) -> float:
         c, s = np.cos(angle), np.sin(angle)
         rig.straight((0.0, 0.0, -DEEP), (c, 0.0, -down * s))
-        rig.balance()   # everything is held: this only finds what holds it
+        rig.balance()  # everything is held: this only finds what holds it
         load = -rig.line.reaction[:, :3].sum(axis=0)
         return load[0] * s + down * load[2] * c
 
@@ -67,10 +84,18 @@ def critical_angle(case: Case, speed: float, law: dict) -> float:
     return degrees(0.5 * (low + high))
 
 
-@family("steady tow", "cable_length_m", "body_wet_weight_N", "body_drag_area_CdA_m2", "wet_weight_N_m", "speed_m_s",
-        "drag_law", how=f"uniform stream past a cable held at its upper end, EI 0, EA {1 / STRAIN:g} times the working "
-                        "tension, settled from the line of the body's pull; half of the elements near the body; "
-                        "critical angle: where the load across one straight, held element is nothing")
+@family(
+    "steady tow",
+    "cable_length_m",
+    "body_wet_weight_N",
+    "body_drag_area_CdA_m2",
+    "wet_weight_N_m",
+    "speed_m_s",
+    "drag_law",
+    how=f"uniform stream past a cable held at its upper end, EI 0, EA {1 / STRAIN:g} times the working "
+    "tension, settled from the line of the body's pull; half of the elements near the body; "
+    "critical angle: where the load across one straight, held element is nothing",
+)
 def straight_tow(case: Case, level: Level) -> Values:
     """A cable and body towed straight."""
     speed, law = case.number("speed_m_s"), drag_law(case)
@@ -78,11 +103,13 @@ def straight_tow(case: Case, level: Level) -> Values:
     tow = Tow(case, level, speed, law, max(abs(weight) / gravity, 1e-3), 0.0, 0.0)
     tow.rig.settle()
     top, body, tangent = tow.rig.line.q[0, :3], tow.rig.line.q[-1, :3], tow.rig.line.q[0, 3:]
-    of = {"tension at the tow point": tow.tension,
-          "tension at the body": float(tow.rig.line.tension[-1]),
-          "cable angle from horizontal at the tow point": degrees(atan2(-tangent[2], hypot(*tangent[:2]))),
-          "body depth below the tow point": float(top[2] - body[2]),
-          "layback": float(hypot(*(body - top)[:2]))}
+    of = {
+        "tension at the tow point": tow.tension,
+        "tension at the body": float(tow.rig.line.tension[-1]),
+        "cable angle from horizontal at the tow point": degrees(atan2(-tangent[2], hypot(*tangent[:2]))),
+        "body depth below the tow point": float(top[2] - body[2]),
+        "layback": float(hypot(*(body - top)[:2])),
+    }
     if case.asked(r"critical angle.*"):
         angle = critical_angle(case, speed, law)
         of.update({name: angle for name, _ in case.asked(r"critical angle from horizontal.*")})
@@ -106,21 +133,38 @@ def around(radius: float, speed: float):
 def turn_figures(rig: Rig) -> np.ndarray:
     """Radius and depth of the body, angle by which it trails [rad], tension at the tow point."""
     r = rig.line.q[:, :3]
-    bearing = np.unwrap(np.arctan2(r[:, 1], r[:, 0]))   # along the cable, so that it may trail by more than half a turn
-    return np.array((hypot(*r[-1, :2]), r[0, 2] - r[-1, 2], bearing[0] - bearing[-1],
-                     np.linalg.norm(rig.line.reaction[0, :3])))
+    bearing = np.unwrap(np.arctan2(r[:, 1], r[:, 0]))  # along the cable, so that it may trail by more than half a turn
+    return np.array(
+        (hypot(*r[-1, :2]), r[0, 2] - r[-1, 2], bearing[0] - bearing[-1], np.linalg.norm(rig.line.reaction[0, :3]))
+    )
 
 
-@family("circle tow", "cable_length_m", "ship_speed_m_s", "ship_turn_radius_m", "body_wet_weight_N", "body_mass_kg",
-        "body_drag_area_CdA_m2", "wet_weight_N_m", growth=4.0,
-        how=f"tow point moved on the circle from a settled straight tow, whole turns until nothing changes by more "
-            f"than {STEADY:g} a turn; steps of 0.5 s and finer, in real time the steady turn in steps of 0.5 s and "
-            f"then 1/8 turn in shipped; EI 0, EA {1 / STRAIN:g} times the working tension; body alike on all axes")
+@family(
+    "circle tow",
+    "cable_length_m",
+    "ship_speed_m_s",
+    "ship_turn_radius_m",
+    "body_wet_weight_N",
+    "body_mass_kg",
+    "body_drag_area_CdA_m2",
+    "wet_weight_N_m",
+    growth=4.0,
+    how=f"tow point moved on the circle from a settled straight tow, whole turns until nothing changes by more "
+    f"than {STEADY:g} a turn; steps of 0.5 s and finer, in real time the steady turn in steps of 0.5 s and "
+    f"then 1/8 turn in shipped; EI 0, EA {1 / STRAIN:g} times the working tension; body alike on all axes",
+)
 def circle_tow(case: Case, level: Level) -> Values:
     """A cable and body towed in a circle."""
     speed, radius = case.number("ship_speed_m_s"), case.number("ship_turn_radius_m")
-    tow = Tow(case, level, speed, crossflow(case.number("Cn"), case.number("Ct", 0.0)), case.number("body_mass_kg"),
-              case.number("body_added_mass_kg", 0.0), case.number("Ca_normal", 0.0))
+    tow = Tow(
+        case,
+        level,
+        speed,
+        crossflow(case.number("Cn"), case.number("Ct", 0.0)),
+        case.number("body_mass_kg"),
+        case.number("body_added_mass_kg", 0.0),
+        case.number("Ca_normal", 0.0),
+    )
     rig = tow.rig
     rig.settle()
     # from the stream to still water: the straight tow of the settled shape along +y begins the turn
@@ -149,7 +193,12 @@ def circle_tow(case: Case, level: Level) -> Values:
         steps = int(round(0.125 * turn / dt))
         rig.run(steps * dt, dt, every=steps, moved=(0,), motion=motion)
         now = turn_figures(rig)
-    of = {"body circle radius": now[0], "body depth": now[1], "body depth below the tow point": now[1],
-          "angle by which the body trails the ship on the circle": degrees(now[2]), "tow-point tension": now[3],
-          "body speed": float(np.linalg.norm(rig.line.v[-1, :3]))}
+    of = {
+        "body circle radius": now[0],
+        "body depth": now[1],
+        "body depth below the tow point": now[1],
+        "angle by which the body trails the ship on the circle": degrees(now[2]),
+        "tow-point tension": now[3],
+        "body speed": float(np.linalg.norm(rig.line.v[-1, :3])),
+    }
     return Values({k: float(v) for k, v in of.items()}, rig.nodes - 1, dt, notes)

@@ -12,8 +12,8 @@ from ..rig import Rig
 from .family import Case, CaseError
 
 NUMBER = r"[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?"
-DEEP = 100.0           # m below the surface where a case only asks for "submerged"
-STRAIN = 1e-5          # strain under the working tension of a cable meant to be inextensible
+DEEP = 100.0  # m below the surface where a case only asks for "submerged"
+STRAIN = 1e-5  # strain under the working tension of a cable meant to be inextensible
 
 
 def crossflow(cn: float, ct: float = 0.0) -> dict:
@@ -43,10 +43,12 @@ def drag_law(case: Case, key: str = "drag_law") -> dict:
         for constant, kind in ((r"0\.011", DragLaw.DRISCOLL_NAHON), (r"0\.11", DragLaw.DRISCOLL_NAHON_PRINTED)):
             if re.search(rf"(?<![\d.]){constant}(?!\d)", text):
                 return law(kind)
-    if "tangential" in words:   # a coefficient on the circumference is pi times as large on the diameter
+    if "tangential" in words:  # a coefficient on the circumference is pi times as large on the diameter
         return law(DragLaw.CROSSFLOW, given("Ct", "c_f") * (pi if re.search(r"rho pi d\b", words) else 1.0))
-    raise CaseError(f"{case.path}: inputs.{key} = {text!r} names no drag law known here (ribbon, Pode, loading "
-                    f"functions with 0.11 or 0.011, normal and tangential); the case was not run")
+    raise CaseError(
+        f"{case.path}: inputs.{key} = {text!r} names no drag law known here (ribbon, Pode, loading "
+        f"functions with 0.11 or 0.011, normal and tangential); the case was not run"
+    )
 
 
 def weigh(rig: Rig, wet_weight: float) -> list[str]:
@@ -58,8 +60,10 @@ def weigh(rig: Rig, wet_weight: float) -> list[str]:
     elements = rig.line.elements.copy()
     elements[:, BUOYANCY] = weight - wet_weight
     rig.line = rig.line._replace(elements=lock(elements))
-    return [f"the wet weight given is {off:.3g} N/m less than mass, diameter and density give; the buoyancy was set so "
-            "that the given one holds"]
+    return [
+        f"the wet weight given is {off:.3g} N/m less than mass, diameter and density give; the buoyancy was set so "
+        "that the given one holds"
+    ]
 
 
 def graded(length: float, elements: int, fine: float, **settings) -> list[dict]:

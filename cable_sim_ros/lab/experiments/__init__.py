@@ -14,14 +14,14 @@ class Comparison(NamedTuple):
     unit: str
     ours: float
     measured: float | None
-    allowed: float | None       # largest difference the source reports for its own model; None: not printed
+    allowed: float | None  # largest difference the source reports for its own model; None: not printed
     source: str
 
 
 class Result(NamedTuple):
     experiment: str
     rows: list[Comparison]
-    choices: list[dict]         # what had to be chosen, and what choosing otherwise changes
+    choices: list[dict]  # what had to be chosen, and what choosing otherwise changes
     plot: Callable[[Path], Path]
 
 
@@ -32,6 +32,7 @@ def run(name: str, duration: float, progress=lambda *_: None) -> Result:
 
 def _pulley(duration: float, progress) -> Result:
     from . import pulley
+
     return pulley.experiment(duration, progress)
 
 

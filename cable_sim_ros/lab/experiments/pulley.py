@@ -20,38 +20,41 @@ from ..rig import Rig, cable_of
 from . import Comparison, Result
 
 RADIUS, DIAMETER, DENSITY, MODULUS, SECOND_MOMENT, DAMPING = 0.0462, 0.00884, 0.059, 2.0e9, 4.0e-14, 1e-3
-ROPE = 0.44                    # m, from the top of the pulley to the load
-CONFIGURATIONS = {             # m_L [kg], L_PI [m], L_PG [m], first wrap angle [deg]
-    1: (9.43, 0.269, 0.258, 34.9), 2: (18.50, 0.259, 0.245, 40.4), 3: (27.57, 0.245, 0.232, 49.4)}
+ROPE = 0.44  # m, from the top of the pulley to the load
+CONFIGURATIONS = {  # m_L [kg], L_PI [m], L_PG [m], first wrap angle [deg]
+    1: (9.43, 0.269, 0.258, 34.9),
+    2: (18.50, 0.259, 0.245, 40.4),
+    3: (27.57, 0.245, 0.232, 49.4),
+}
 MEASURED = {1: {"wrap": (36.7, 146.0), "tension": (49.2, 162.0)}, 3: {"wrap": (52.4, 129.0)}}
-ALLOWED = {1: {"wrap": 2.77, "tension": 21.2}, 3: {"wrap": 4.30}}     # Westin's own largest errors
+ALLOWED = {1: {"wrap": 2.77, "tension": 21.2}, 3: {"wrap": 4.30}}  # Westin's own largest errors
 SOURCE = "Westin (2018) 4.1"
 
 
 class Choice(NamedTuple):
     """What the source leaves open."""
 
-    element: float = 0.011       # m, element on the rope: a quarter of the pulley's radius
-    step: float = 0.001          # s
-    lead: float = 0.05           # m, of rope between the pin and the top of the pulley
-    penetration: float = 1e-3    # of the radius, under the load's weight
-    contact_damping: float = 0.3   # s/m
-    stiffness: float = 1e6       # N, of the load element
-    bending: float = 1.0         # factor on E I
+    element: float = 0.011  # m, element on the rope: a quarter of the pulley's radius
+    step: float = 0.001  # s
+    lead: float = 0.05  # m, of rope between the pin and the top of the pulley
+    penetration: float = 1e-3  # of the radius, under the load's weight
+    contact_damping: float = 0.3  # s/m
+    stiffness: float = 1e6  # N, of the load element
+    bending: float = 1.0  # factor on E I
     rho_inf: float = Solver().rho_inf
-    cutoff: float = 10.0         # Hz, of the low-pass on the tension
-    order: int = 4               # of the Butterworth filter, forward and backward
+    cutoff: float = 10.0  # Hz, of the low-pass on the tension
+    order: int = 4  # of the Butterworth filter, forward and backward
 
 
 CHOSEN = Choice()
 
 
 class Swing(NamedTuple):
-    time: np.ndarray       # s
-    wrap: np.ndarray       # deg, angle of the rope below the horizontal
-    tension: np.ndarray    # N, at the pin
-    smooth: np.ndarray     # N, low-passed
-    energy: np.ndarray     # J, kinetic and potential of the load, from the start
+    time: np.ndarray  # s
+    wrap: np.ndarray  # deg, angle of the rope below the horizontal
+    tension: np.ndarray  # N, at the pin
+    smooth: np.ndarray  # N, low-passed
+    energy: np.ndarray  # J, kinetic and potential of the load, from the start
 
 
 def build(number: int, choice: Choice) -> Rig:
@@ -63,15 +66,28 @@ def build(number: int, choice: Choice) -> Rig:
     rope = max(round(ROPE / choice.element), 4)
     lead = max(round(choice.lead / choice.element), 1)
     ea, ei = MODULUS * area, MODULUS * SECOND_MOMENT * choice.bending
-    cable = cable_of([{"length": choice.lead, "elements": lead}, {"length": ROPE, "elements": rope},
-                      {"length": inertia, "elements": 1}], mass_per_length=DENSITY, axial_stiffness=ea,
-                     bending_stiffness=ei, axial_damping=DAMPING, diameter=DIAMETER)
+    cable = cable_of(
+        [
+            {"length": choice.lead, "elements": lead},
+            {"length": ROPE, "elements": rope},
+            {"length": inertia, "elements": 1},
+        ],
+        mass_per_length=DENSITY,
+        axial_stiffness=ea,
+        bending_stiffness=ei,
+        axial_damping=DAMPING,
+        diameter=DIAMETER,
+    )
     share = gravity_centre / inertia
-    load = lead + rope     # its first point; the last element only carries the unknowns of the second
-    rig = Rig(cable, held={0: "r", -1: "g"}, tension=pull,
-              surfaces=[drum(radius, pull, choice.contact_damping, choice.penetration)],
-              struts=[(load, inertia, choice.stiffness, 2.0 * mass * (1.0 - share), mass * (share - 1.0), mass)],
-              solver=Solver(rho_inf=choice.rho_inf))
+    load = lead + rope  # its first point; the last element only carries the unknowns of the second
+    rig = Rig(
+        cable,
+        held={0: "r", -1: "g"},
+        tension=pull,
+        surfaces=[drum(radius, pull, choice.contact_damping, choice.penetration)],
+        struts=[(load, inertia, choice.stiffness, 2.0 * mass * (1.0 - share), mass * (share - 1.0), mass)],
+        solver=Solver(rho_inf=choice.rho_inf),
+    )
     rig.empty_element(-1)
     s = rig.arc - choice.lead
     psi = np.clip(s / radius, 0.0, angle)
@@ -96,6 +112,7 @@ def build(number: int, choice: Choice) -> Rig:
 def swing(number: int, duration: float, choice: Choice = CHOSEN) -> Swing:
     """Let one configuration swing for ``duration`` [s]."""
     from scipy.signal import butter, sosfiltfilt
+
     mass, inertia, gravity_centre, _ = CONFIGURATIONS[number]
     rig = build(number, choice)
     told = rig.run(duration, choice.step)
@@ -109,8 +126,9 @@ def swing(number: int, duration: float, choice: Choice = CHOSEN) -> Swing:
     share = gravity_centre / inertia
     p, i = told.q[:, load], told.q[:, load + 1]
     vp, vi = told.v[:, load, :3], told.v[:, load + 1, :3]
-    kinetic = mass * ((1.0 - share) * np.sum(vp * vp, 1) + (share - 1.0) * np.sum(vp * vi, 1)
-                      + 0.5 * np.sum(vi * vi, 1))
+    kinetic = mass * (
+        (1.0 - share) * np.sum(vp * vp, 1) + (share - 1.0) * np.sum(vp * vi, 1) + 0.5 * np.sum(vi * vi, 1)
+    )
     height = p[:, 2] + share * (i[:, 2] - p[:, 2])
     energy = kinetic + mass * 9.81 * height
     return Swing(told.time, wrap, tension, smooth, energy - energy[0])
@@ -119,18 +137,28 @@ def swing(number: int, duration: float, choice: Choice = CHOSEN) -> Swing:
 def ranges(s: Swing) -> dict[str, tuple[float, float]]:
     """Smallest and largest wrap [deg] and tension [N]; the filter's first and last half second left out where long."""
     inner = slice(None) if s.time[-1] < 2.0 else (s.time > 0.1) & (s.time < s.time[-1] - 0.1)
-    return {"wrap": (float(s.wrap.min()), float(s.wrap.max())),
-            "tension": (float(s.smooth[inner].min()), float(s.smooth[inner].max())),
-            "raw tension": (float(s.tension.min()), float(s.tension.max()))}
+    return {
+        "wrap": (float(s.wrap.min()), float(s.wrap.max())),
+        "tension": (float(s.smooth[inner].min()), float(s.smooth[inner].max())),
+        "raw tension": (float(s.tension.min()), float(s.tension.max())),
+    }
 
 
 OTHERWISE = {
-    "20 elements on the rope (0.5 of a radius)": {"element": 0.022}, "elements half as long": {"element": 0.0055},
-    "step of 0.5 ms": {"step": 0.0005}, "lead of 0.1 m": {"lead": 0.1}, "penetration a tenth": {"penetration": 1e-4},
-    "no contact damping": {"contact_damping": 0.0}, "load ten times stiffer": {"stiffness": 1e7},
-    "rope without bending stiffness": {"bending": 0.0}, "bending stiffness times 100": {"bending": 100.0},
-    "rho_inf 0": {"rho_inf": 0.0}, "rho_inf 0.5": {"rho_inf": 0.5}, "low-pass at 5 Hz": {"cutoff": 5.0},
-    "low-pass at 20 Hz": {"cutoff": 20.0}, "filter of order 2": {"order": 2},
+    "20 elements on the rope (0.5 of a radius)": {"element": 0.022},
+    "elements half as long": {"element": 0.0055},
+    "step of 0.5 ms": {"step": 0.0005},
+    "lead of 0.1 m": {"lead": 0.1},
+    "penetration a tenth": {"penetration": 1e-4},
+    "no contact damping": {"contact_damping": 0.0},
+    "load ten times stiffer": {"stiffness": 1e7},
+    "rope without bending stiffness": {"bending": 0.0},
+    "bending stiffness times 100": {"bending": 100.0},
+    "rho_inf 0": {"rho_inf": 0.0},
+    "rho_inf 0.5": {"rho_inf": 0.5},
+    "low-pass at 5 Hz": {"cutoff": 5.0},
+    "low-pass at 20 Hz": {"cutoff": 20.0},
+    "filter of order 2": {"order": 2},
 }
 
 
@@ -144,14 +172,30 @@ def experiment(duration: float, progress) -> Result:
         for what, unit in (("wrap", "deg"), ("tension", "N"), ("raw tension", "N")):
             for k, end in enumerate(("smallest", "largest")):
                 measured = MEASURED.get(n, {}).get(what)
-                rows.append(Comparison(f"configuration {n}, {end} {what}", unit, got[what][k],
-                                       measured[k] if measured else None, ALLOWED.get(n, {}).get(what), SOURCE))
+                rows.append(
+                    Comparison(
+                        f"configuration {n}, {end} {what}",
+                        unit,
+                        got[what][k],
+                        measured[k] if measured else None,
+                        ALLOWED.get(n, {}).get(what),
+                        SOURCE,
+                    )
+                )
     base = ranges(swings[1])
     for i, (name, change) in enumerate(OTHERWISE.items()):
         progress(name, 3 + i, 3 + len(OTHERWISE))
         other = ranges(swing(1, duration, Choice()._replace(**change)))
-        choices.append({"choice": name, **{f"{end} {what}": other[what][k] - base[what][k] for what in (
-            "wrap", "tension") for k, end in enumerate(("smallest", "largest"))}})
+        choices.append(
+            {
+                "choice": name,
+                **{
+                    f"{end} {what}": other[what][k] - base[what][k]
+                    for what in ("wrap", "tension")
+                    for k, end in enumerate(("smallest", "largest"))
+                },
+            }
+        )
     return Result("pulley", rows, choices, lambda folder: draw(swings, folder / "pulley.png"))
 
 
@@ -163,7 +207,8 @@ def draw(swings: dict[int, Swing], path: Path) -> Path:
         from matplotlib.figure import Figure
     except ImportError:
         raise RuntimeError("matplotlib is not installed: no plot was drawn; install cable_sim_ros[viz]") from None
-    from ..picture import BLUE, FAINT, ORANGE, STYLE
+    from ...runs.picture import BLUE, FAINT, ORANGE, STYLE
+
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(14.0, 9.0), dpi=80, facecolor="white", layout="constrained")
         FigureCanvasAgg(figure)

@@ -20,14 +20,28 @@ def as_data(result: Result) -> dict[str, Any]:
 
 def markdown(result: Result) -> str:
     """Both tables for docs/validation.md."""
+
     def text(x):
         return "-" if x is None else f"{x:.4g}"
-    rows = [f"| {r.name} | {r.unit} | {text(r.measured)} | {text(r.ours)} | {text(r.allowed)} | {r.source} |"
-            for r in result.rows]
-    choices = ["| " + " | ".join((c["choice"], *(f"{c[k]:+.2f}" for k in CHOICE_COLUMNS))) + " |"
-               for c in result.choices]
-    return "\n".join(["| figure | unit | measured | ours | allowed | who |", "|---|---|---|---|---|---|", *rows, "",
-                      "| chosen otherwise | " + " | ".join(CHOICE_COLUMNS) + " |", "|---|---|---|---|---|", *choices])
+
+    rows = [
+        f"| {r.name} | {r.unit} | {text(r.measured)} | {text(r.ours)} | {text(r.allowed)} | {r.source} |"
+        for r in result.rows
+    ]
+    choices = [
+        "| " + " | ".join((c["choice"], *(f"{c[k]:+.2f}" for k in CHOICE_COLUMNS))) + " |" for c in result.choices
+    ]
+    return "\n".join(
+        [
+            "| figure | unit | measured | ours | allowed | who |",
+            "|---|---|---|---|---|---|",
+            *rows,
+            "",
+            "| chosen otherwise | " + " | ".join(CHOICE_COLUMNS) + " |",
+            "|---|---|---|---|---|",
+            *choices,
+        ]
+    )
 
 
 def print_result(result: Result) -> None:
@@ -37,8 +51,9 @@ def print_result(result: Result) -> None:
     for name in ("figure", "unit", "measured", "ours", "allowed", "who"):
         table.add_column(name, justify="right" if name in ("measured", "ours", "allowed") else "left")
     for r in result.rows:
-        table.add_row(r.name, r.unit, *("-" if x is None else f"{x:.4g}" for x in (r.measured, r.ours, r.allowed)),
-                      r.source)
+        table.add_row(
+            r.name, r.unit, *("-" if x is None else f"{x:.4g}" for x in (r.measured, r.ours, r.allowed)), r.source
+        )
     console.print(table)
     other = Table(title="configuration 1, chosen otherwise: what changes", title_justify="left")
     other.add_column("choice")

@@ -21,7 +21,8 @@ INSTALL = "not installed: pip install 'cable_sim_ros[peers]'"
 # why a code has no row on a scene
 CANNOT = {
     ("moordyn", "P2"): "starts from its own hanging equilibrium, not from a straight level line",
-    ("moordyn", "P4"): "no sheave", ("cabledyn", "P2"): "starts from its own hanging equilibrium",
+    ("moordyn", "P4"): "no sheave",
+    ("cabledyn", "P2"): "starts from its own hanging equilibrium",
     ("cabledyn", "P4"): "no sheave",
     ("mujoco", "P4"): "rigid links over the sheave: 10 % in tension with 64 links at 0.5 and 1 ms, unstable with 128",
     ("lumped chain", "P4"): "no contact in the plain chain",
@@ -29,7 +30,7 @@ CANNOT = {
 # towed: 13 to 26 elements, finest at the towbody, where the cable is most curved
 COARSE, FINE = ((0.6, 5), (0.3, 4), (0.1, 4)), ((0.6, 5), (0.3, 6), (0.1, 6))
 FINER = ((0.6, 8), (0.3, 9), (0.1, 9))
-FINE_END = ((0.7, 25), (0.3, 44))     # the 69 elements of P6
+FINE_END = ((0.7, 25), (0.3, 44))  # the 69 elements of P6
 RIGID = {"points": 1, "note": "RK4, native fluid force, one slide for the stretch"}
 ALPHA = {"points": 2, "note": "generalised-alpha 0.5, sparse, Newton to 1e-6, drag with Jacobian compiled"}
 # over the sheave: the cheapest found at most 0.5 % and 0.2 % off, and finer ones
@@ -39,27 +40,47 @@ DAMPED = {"note": "RK2, axial damping 0.05 of critical"}
 SECTION = {"note": "generalised-alpha 0.4, Newton to 1e-4, towbody as a heavy section of 0.5 m"}
 
 RUNS: dict[tuple[str, str], tuple[Callable, tuple[Setting, ...]]] = {
-    ("exudyn", "P2"): (exudyn_released, tuple(even(n, dt, note="generalised-alpha 0.5, sparse, Newton to 1e-6")
-                                              for n, dt in ((10, 0.005), (20, 0.005), (20, 0.0025)))),
-    ("exudyn", "P4"): (exudyn_pulled_over, (
-        Setting(((0.32, 2), (0.32, 16), (0.36, 2)), 0.05, **HALVES),
-        Setting(((0.32, 2), (0.32, 20), (0.36, 2)), 0.04, **HALVES),
-        Setting(((0.32, 2), (0.3, 30), (0.38, 4)), 0.025, **QUARTERS), even(48, 0.0125, **QUARTERS),
-        even(96, 0.01, **QUARTERS))),
-    ("exudyn", "P5"): (exudyn_towed, (Setting(FINE, 0.2, **ALPHA), Setting(FINE, 0.1, **ALPHA),
-                                      even(40, 0.1, **ALPHA))),
+    ("exudyn", "P2"): (
+        exudyn_released,
+        tuple(
+            even(n, dt, note="generalised-alpha 0.5, sparse, Newton to 1e-6")
+            for n, dt in ((10, 0.005), (20, 0.005), (20, 0.0025))
+        ),
+    ),
+    ("exudyn", "P4"): (
+        exudyn_pulled_over,
+        (
+            Setting(((0.32, 2), (0.32, 16), (0.36, 2)), 0.05, **HALVES),
+            Setting(((0.32, 2), (0.32, 20), (0.36, 2)), 0.04, **HALVES),
+            Setting(((0.32, 2), (0.3, 30), (0.38, 4)), 0.025, **QUARTERS),
+            even(48, 0.0125, **QUARTERS),
+            even(96, 0.01, **QUARTERS),
+        ),
+    ),
+    ("exudyn", "P5"): (
+        exudyn_towed,
+        (Setting(FINE, 0.2, **ALPHA), Setting(FINE, 0.1, **ALPHA), even(40, 0.1, **ALPHA)),
+    ),
     ("exudyn", "P6"): (exudyn_towed, (even(69, 0.2, **ALPHA), even(69, 0.1, **ALPHA))),
-    ("mujoco", "P2"): (mujoco_released, tuple(even(n, dt, note="RK4, no stretch") for n, dt in (
-        (20, 0.005), (40, 0.005), (80, 0.00125)))),
-    ("mujoco", "P5"): (mujoco_towed, (Setting(COARSE, 0.05, **RIGID), Setting(FINE, 0.05, **RIGID),
-                                      even(40, 0.05, **RIGID))),
+    ("mujoco", "P2"): (
+        mujoco_released,
+        tuple(even(n, dt, note="RK4, no stretch") for n, dt in ((20, 0.005), (40, 0.005), (80, 0.00125))),
+    ),
+    ("mujoco", "P5"): (
+        mujoco_towed,
+        (Setting(COARSE, 0.05, **RIGID), Setting(FINE, 0.05, **RIGID), even(40, 0.05, **RIGID)),
+    ),
     ("mujoco", "P6"): (mujoco_towed, (even(69, 0.05, **RIGID), Setting(FINE_END, 0.05, **RIGID))),
     ("moordyn", "P5"): (moordyn_towed, (even(20, 0.02, inner=0.002, **DAMPED), even(40, 0.02, inner=0.001, **DAMPED))),
     ("moordyn", "P6"): (moordyn_towed, (even(69, 0.02, inner=0.0005, **DAMPED),)),
-    ("cabledyn", "P5"): (cabledyn_towed, (Setting(FINER, 0.2, **SECTION), even(40, 0.2, **SECTION),
-                                          even(40, 0.1, **SECTION))),
-    ("cabledyn", "P6"): (cabledyn_towed, (even(69, 0.2, **SECTION), even(69, 0.1, **SECTION),
-                                          Setting(FINE_END, 0.1, **SECTION))),
+    ("cabledyn", "P5"): (
+        cabledyn_towed,
+        (Setting(FINER, 0.2, **SECTION), even(40, 0.2, **SECTION), even(40, 0.1, **SECTION)),
+    ),
+    ("cabledyn", "P6"): (
+        cabledyn_towed,
+        (even(69, 0.2, **SECTION), even(69, 0.1, **SECTION), Setting(FINE_END, 0.1, **SECTION)),
+    ),
 }
 CODES = ("moordyn", "mujoco", "exudyn", "cabledyn")
 

@@ -30,12 +30,16 @@ class Setting(NamedTuple):
 
     def arc(self, length: float) -> np.ndarray:
         """Arc length [m] of the nodes."""
-        return np.concatenate(([0.0], np.cumsum(np.repeat(*zip(*(
-            (share * length / n, n) for share, n in self.mesh), strict=True)))))
+        return np.concatenate(
+            ([0.0], np.cumsum(np.repeat(*zip(*((share * length / n, n) for share, n in self.mesh), strict=True))))
+        )
 
     def __str__(self) -> str:
-        more = ((self.inner, f"inner step {1e3 * self.inner:g} ms"), (self.points, f"{self.points} points an element"),
-                (self.penalty, f"contact {self.penalty:g} N/m"))
+        more = (
+            (self.inner, f"inner step {1e3 * self.inner:g} ms"),
+            (self.points, f"{self.points} points an element"),
+            (self.penalty, f"contact {self.penalty:g} N/m"),
+        )
         return ", ".join((mesh_text(self.mesh), f"{1e3 * self.dt:g} ms", *(text for value, text in more if value)))
 
 

@@ -19,17 +19,17 @@ from ..scenes import reference
 from .common import Setting, silent
 from .in_moordyn import TOP, body_volume, cable_row
 
-BODY = 0.5                                       # m, length of the section that is the towbody
+BODY = 0.5  # m, length of the section that is the towbody
 TAIL, TAIL_STRAIN, TAIL_PULL = 100.0, 0.05, 0.1  # m; its strain and pull [N] when the towbody hangs still
-SETTLE = 100.0                                   # s before the heave, from its own statics
-TOLERANCE = 1e-4                                 # of Newton
+SETTLE = 100.0  # s before the heave, from its own statics
+TOLERANCE = 1e-4  # of Newton
 
 
 def _deck(setting: Setting) -> str:
     p = reference("P5").params
     rule, across = "-" * 20, sqrt(4.0 * body_volume(p) / BODY / pi)
     x, z = reference("P5").history[0, 1:3]
-    cable = "\n".join(f'1 cable {share * p["L"]} {n}' for share, n in setting.mesh)
+    cable = "\n".join(f"1 cable {share * p['L']} {n}" for share, n in setting.mesh)
     return f"""P5
 {rule} LINE TYPES {rule}
 TypeName Diam Mass/m EA BA/-zeta EI Cd Ca CdAx CaAx
@@ -68,6 +68,7 @@ FairTen1
 def cabledyn_towed(setting: Setting) -> Ours:
     """P5 and P6: t, tip_x, tip_z, top_tension."""
     from cabledyn import CableDyn
+
     p = reference("P5").params
     every, count = max(int(round(p["dt_out"] / setting.dt)), 1), int(round(p["T"] / setting.dt))
     path = ramped_heave(p, setting.dt * np.arange(1, count + 1))[:, 0] + np.eye(9)[2] * (TOP - DEEP)

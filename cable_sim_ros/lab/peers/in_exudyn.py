@@ -21,9 +21,9 @@ from ..scenes import reference
 from .common import Setting, silent, static_places, static_tension
 from .stream import Stream
 
-APPROACH, APPROACH_STEP = 20.0, 0.05   # s, from the reference's static shape until its own statics converge
-TOLERANCE = 1e-6                       # of Newton
-RHO, RHO_SHEAVE = 0.5, 0.3             # spectral radius; of P4
+APPROACH, APPROACH_STEP = 20.0, 0.05  # s, from the reference's static shape until its own statics converge
+TOLERANCE = 1e-6  # of Newton
+RHO, RHO_SHEAVE = 0.5, 0.3  # spectral radius; of P4
 
 
 @cache
@@ -40,13 +40,21 @@ def _cable(system: Any, arc: np.ndarray, places: np.ndarray, slopes: np.ndarray,
     first node, whose displacement therefore is zero)."""
     items = _library()[1]
     line = places[0] + np.column_stack((arc, 0.0 * arc))
-    nodes = [system.AddNode(items.NodePoint2DSlope1(
-        referenceCoordinates=[*at, 1.0, 0.0], initialCoordinates=[*(r - at), *(g - (1.0, 0.0))]))
-        for at, r, g in zip(line, places, slopes, strict=True)]
+    nodes = [
+        system.AddNode(
+            items.NodePoint2DSlope1(
+                referenceCoordinates=[*at, 1.0, 0.0], initialCoordinates=[*(r - at), *(g - (1.0, 0.0))]
+            )
+        )
+        for at, r, g in zip(line, places, slopes, strict=True)
+    ]
     more = {"massPerLength": p["mu"], "bendingStiffness": p["EI"], "axialStiffness": p["EA"]}
-    return nodes, [system.AddObject(items.ObjectANCFCable2D(
-        length=length, nodeNumbers=[a, b], useReducedOrderIntegration=1, **more))
-        for length, a, b in zip(np.diff(arc), nodes[:-1], nodes[1:], strict=True)]
+    return nodes, [
+        system.AddObject(
+            items.ObjectANCFCable2D(length=length, nodeNumbers=[a, b], useReducedOrderIntegration=1, **more)
+        )
+        for length, a, b in zip(np.diff(arc), nodes[:-1], nodes[1:], strict=True)
+    ]
 
 
 def _weigh(system: Any, cables: list, gravity: float) -> None:
@@ -67,18 +75,25 @@ def _sparse(triplets, size: int) -> Any:
 def _pin(system: Any, node: int) -> tuple[list, list]:
     """Holds a node's place; its two constraints and the sensors of their forces."""
     exu, items = _library()
-    ground, *moving = (system.AddMarker(items.MarkerNodeCoordinate(nodeNumber=n, coordinate=k)) for n, k in (
-        (system.AddNode(items.NodePointGround()), 0), (node, 0), (node, 1)))
+    ground, *moving = (
+        system.AddMarker(items.MarkerNodeCoordinate(nodeNumber=n, coordinate=k))
+        for n, k in ((system.AddNode(items.NodePointGround()), 0), (node, 0), (node, 1))
+    )
     pins = [system.AddObject(items.CoordinateConstraint(markerNumbers=[ground, marker])) for marker in moving]
-    return pins, [system.AddSensor(items.SensorObject(
-        objectNumber=pin, storeInternal=True, outputVariableType=exu.OutputVariableType.Force)) for pin in pins]
+    return pins, [
+        system.AddSensor(
+            items.SensorObject(objectNumber=pin, storeInternal=True, outputVariableType=exu.OutputVariableType.Force)
+        )
+        for pin in pins
+    ]
 
 
 def _watch(system: Any, node: int) -> int:
     """Sensor of a node's place."""
     exu, items = _library()
-    return system.AddSensor(items.SensorNode(
-        nodeNumber=node, storeInternal=True, outputVariableType=exu.OutputVariableType.Position))
+    return system.AddSensor(
+        items.SensorNode(nodeNumber=node, storeInternal=True, outputVariableType=exu.OutputVariableType.Position)
+    )
 
 
 def _settings(dt: float, duration: float, interval: float, rho: float, start: float = 0.0) -> Any:
@@ -149,11 +164,16 @@ def exudyn_towed(setting: Setting) -> Ours:
         nodes, _ = _cable(system, arc, places, slopes, p)
         size = 4 * len(arc)
         body = _sparse([(size - 4, size - 4, p["M"]), (size - 3, size - 3, p["M"])], size)
-        system.AddObject(items.ObjectGenericODE2(
-            nodeNumbers=nodes, massMatrix=body,
-            forceUserFunction=lambda mbs, t, item, q, v: wet.force(t, np.asarray(q), np.asarray(v)),
-            jacobianUserFunction=lambda mbs, t, item, q, v, a, b: _sparse(
-                wet.jacobian(t, np.asarray(q), np.asarray(v), a, b), size)))
+        system.AddObject(
+            items.ObjectGenericODE2(
+                nodeNumbers=nodes,
+                massMatrix=body,
+                forceUserFunction=lambda mbs, t, item, q, v: wet.force(t, np.asarray(q), np.asarray(v)),
+                jacobianUserFunction=lambda mbs, t, item, q, v, a, b: _sparse(
+                    wet.jacobian(t, np.asarray(q), np.asarray(v), a, b), size
+                ),
+            )
+        )
         (_, pulls), tip = _pin(system, nodes[0]), _watch(system, nodes[-1])
         system.Assemble()
         _settle(system, size, APPROACH, APPROACH_STEP)
@@ -169,9 +189,12 @@ def _over_sheave(s: np.ndarray, radius: float, start: float, strain: float) -> t
     on the left."""
     along = (1.0 + strain) * (s - start)
     angle, right = np.clip(along / radius, 0.0, np.pi), along - np.pi * radius
-    return (np.column_stack((-radius * np.cos(angle),
-                             radius * np.sin(angle) + np.minimum(along, 0.0) - np.maximum(right, 0.0))),
-            (1.0 + strain) * np.column_stack((np.sin(angle), np.cos(angle))))
+    return (
+        np.column_stack(
+            (-radius * np.cos(angle), radius * np.sin(angle) + np.minimum(along, 0.0) - np.maximum(right, 0.0))
+        ),
+        (1.0 + strain) * np.column_stack((np.sin(angle), np.cos(angle))),
+    )
 
 
 def _sheave(system: Any, cables: list, wrapped: np.ndarray, setting: Setting, radius: float) -> None:
@@ -181,11 +204,18 @@ def _sheave(system: Any, cables: list, wrapped: np.ndarray, setting: Setting, ra
     circle = system.AddMarker(items.MarkerBodyRigid(bodyNumber=ground))
     for cable, on in zip(cables, wrapped, strict=True):
         shape = system.AddMarker(items.MarkerBodyCable2DShape(bodyNumber=cable, numberOfSegments=n))
-        state = system.AddNode(items.NodeGenericData(
-            initialCoordinates=[-1e-6 if on else 0.1] * n, numberOfDataCoordinates=n))
-        system.AddObject(items.ObjectContactCircleCable2D(
-            markerNumbers=[circle, shape], nodeNumber=state, numberOfContactSegments=n, circleRadius=radius,
-            contactStiffness=setting.penalty))
+        state = system.AddNode(
+            items.NodeGenericData(initialCoordinates=[-1e-6 if on else 0.1] * n, numberOfDataCoordinates=n)
+        )
+        system.AddObject(
+            items.ObjectContactCircleCable2D(
+                markerNumbers=[circle, shape],
+                nodeNumber=state,
+                numberOfContactSegments=n,
+                circleRadius=radius,
+                contactStiffness=setting.penalty,
+            )
+        )
 
 
 def _hang(system: Any, node: int, mass: float, load: float) -> int:
@@ -210,13 +240,22 @@ def exudyn_pulled_over(setting: Setting) -> Ours:
         nodes, cables = _cable(system, arc, *_over_sheave(arc, radius, p["l1"], start_tension / p["EA"]), p)
         _weigh(system, cables, p["g"])
         _sheave(system, cables, (middle > p["l1"]) & (middle < tangent), setting, radius)
-        ends = [_hang(system, nodes[k], mass, load) for k, mass, load in (
-            (0, p["m1"], 0.0), (-1, p["m2"], start_tension))]
+        ends = [
+            _hang(system, nodes[k], mass, load) for k, mass, load in ((0, p["m1"], 0.0), (-1, p["m2"], start_tension))
+        ]
         pins, _ = _pin(system, nodes[0])
         tip = _watch(system, nodes[-1])
-        pulls = [system.AddSensor(items.SensorBody(
-            bodyNumber=cables[e], localPosition=[middle[e] - arc[e], 0.0, 0.0], storeInternal=True,
-            outputVariableType=exu.OutputVariableType.ForceLocal)) for e in seen]
+        pulls = [
+            system.AddSensor(
+                items.SensorBody(
+                    bodyNumber=cables[e],
+                    localPosition=[middle[e] - arc[e], 0.0, 0.0],
+                    storeInternal=True,
+                    outputVariableType=exu.OutputVariableType.ForceLocal,
+                )
+            )
+            for e in seen
+        ]
         system.Assemble()
         settings = _settings(setting.dt, p["T"], p["dt_out"], RHO_SHEAVE)
         system.SolveStatic(settings, updateInitialValues=True)
@@ -229,5 +268,13 @@ def exudyn_pulled_over(setting: Setting) -> Ours:
         tension = np.column_stack([system.GetSensorStoredData(s)[:, 1] for s in pulls])
     travel = place[0, 2] - place[:, 2]
     left = [leaving_tension(middle[seen], tangent - x, row) for x, row in zip(travel, tension, strict=True)]
-    return Ours(str(setting), setting.elements, setting.dt, np.column_stack((place[:, 0], travel, left)), cpu, p["T"],
-                0, len(place) - 1)
+    return Ours(
+        str(setting),
+        setting.elements,
+        setting.dt,
+        np.column_stack((place[:, 0], travel, left)),
+        cpu,
+        p["T"],
+        0,
+        len(place) - 1,
+    )

@@ -16,13 +16,13 @@ from ..ours import DEEP, Ours, ramped_heave
 from ..scenes import reference
 from .common import Setting, silent
 
-SPIN_UP, GATHER = 1000.0, 20.0    # s of straight tow before the heave; of them getting up to speed
-TOP = -50.0                        # m, depth of the tow point
+SPIN_UP, GATHER = 1000.0, 20.0  # s of straight tow before the heave; of them getting up to speed
+TOP = -50.0  # m, depth of the tow point
 
 
 def cable_row(p: dict) -> str:
     """The cable as a row of LINE TYPES."""
-    return f'cable {p["d"]} {p["mu"]} {p["EA"]} -0.05 0 {p["Cdn"]} 0.0 {p["Cdt"]} 0.0'
+    return f"cable {p['d']} {p['mu']} {p['EA']} -0.05 0 {p['Cdn']} 0.0 {p['Cdt']} 0.0"
 
 
 def body_volume(p: dict) -> float:
@@ -99,6 +99,7 @@ def _towed(setting: Setting, step: Callable, look: Callable) -> Ours:
 def moordyn_towed(setting: Setting) -> Ours:
     """P5 and P6 in MoorDyn: lumped masses, explicit, axial damping 0.05 of critical."""
     import moordyn
+
     with silent(), tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "p5.txt"
         path.write_text(_deck(setting))
@@ -112,6 +113,7 @@ def moordyn_towed(setting: Setting) -> Ours:
         def look(top):
             x = np.array(moordyn.GetPointPos(body)) - top
             return abs(x[0]), x[2], moordyn.GetLineFairTen(line)
+
         try:
             return _towed(setting, step, look)
         finally:

@@ -18,7 +18,7 @@ from ..ours import DEEP, Ours, ramped_heave
 from ..scenes import reference
 from .common import Setting, static_places
 
-SETTLE = 400.0     # s before the heave, from the reference's static shape: the last of the approach takes 50 s by e
+SETTLE = 400.0  # s before the heave, from the reference's static shape: the last of the approach takes 50 s by e
 
 
 class _Seen(NamedTuple):
@@ -42,6 +42,7 @@ def _inertial(x: float, mass: float, moments) -> str:
 def _model(links, options: str, end: str = "") -> Any:
     """Links as (length, joints, inertials of its rigid pieces), one hanging from the other; ``end``: what ends them."""
     import mujoco
+
     inner, outer, at = "", "", 0.0
     for length, joints, (first, *others) in links:
         inner += f'<body pos="{at:.17g} 0 0">{joints}{first}' + "".join(f"<body>{piece}</body>" for piece in others)
@@ -49,13 +50,15 @@ def _model(links, options: str, end: str = "") -> Any:
     return mujoco.MjModel.from_xml_string(
         f'<mujoco><compiler balanceinertia="true"/><option integrator="RK4" {options}>'
         '<flag contact="disable" constraint="disable"/></option>'
-        f'<worldbody>{inner}{end}<site name="tip" pos="{at:.17g} 0 0"/>{outer}</worldbody></mujoco>')
+        f'<worldbody>{inner}{end}<site name="tip" pos="{at:.17g} 0 0"/>{outer}</worldbody></mujoco>'
+    )
 
 
 def _march(model: Any, data: Any, setting: Setting, p: dict, gravity=None, wind=None):
     """Coordinates and velocities [instants, joints] every dt_out, and CPU time [s]. gravity, wind: their vertical
     component, one a step."""
     import mujoco
+
     every, count = max(int(round(p["dt_out"] / setting.dt)), 1), int(round(p["T"] / setting.dt))
     q, v = np.zeros((2, count // every + 1, model.nv))
     q[0], v[0] = data.qpos, data.qvel
@@ -74,6 +77,7 @@ def _march(model: Any, data: Any, setting: Setting, p: dict, gravity=None, wind=
 def _see(model: Any, data: Any, q, v, gravity, wind) -> _Seen:
     """Replays the told states with gravity and wind of their instants [each]; not timed."""
     import mujoco
+
     seen = []
     for q_k, v_k, gravity_k, wind_k in zip(q, v, gravity, wind, strict=True):
         data.qpos[:], data.qvel[:] = q_k, v_k
@@ -85,19 +89,27 @@ def _see(model: Any, data: Any, q, v, gravity, wind) -> _Seen:
         velocity = moving + np.cross(turning, arm)
         # spatial acceleration, gravity subtracted, at the centre of the whole; the material one of each piece
         acceleration = data.cacc[1:, 3:] + np.cross(data.cacc[1:, :3], arm) + np.cross(turning, velocity)
-        seen.append((data.site_xpos[0].copy(), model.body_mass[1:] @ acceleration, velocity,
-                     data.xmat[1:, 0::3].copy()))
+        seen.append(
+            (data.site_xpos[0].copy(), model.body_mass[1:] @ acceleration, velocity, data.xmat[1:, 0::3].copy())
+        )
     return _Seen(*(np.array(x)[..., [0, 2]] for x in zip(*seen, strict=True)))
 
 
 def mujoco_released(setting: Setting) -> Ours:
     """P2: t, tip_x, tip_z, top_tension."""
     import mujoco
+
     p, n = reference("P2").params, setting.elements
     link, mass = p["L"] / n, p["mu"] * p["L"] / n
     inertia = mass * link**2 / 12.0
-    links = [(link, f'<joint type="hinge" axis="0 1 0" stiffness="{p["EI"] / link if i else 0.0}"/>',
-              [_inertial(0.5 * link, mass, (1e-9, inertia, inertia))]) for i in range(n)]
+    links = [
+        (
+            link,
+            f'<joint type="hinge" axis="0 1 0" stiffness="{p["EI"] / link if i else 0.0}"/>',
+            [_inertial(0.5 * link, mass, (1e-9, inertia, inertia))],
+        )
+        for i in range(n)
+    ]
     model = _model(links, f'timestep="{setting.dt}" gravity="0 0 {-p["g"]}"')
     data = mujoco.MjData(model)
     q, v, cpu = _march(model, data, setting, p)
@@ -121,16 +133,23 @@ def _towed_model(setting: Setting, lengths: np.ndarray, p: dict) -> Any:
     for i, length in enumerate(lengths):
         piece = length / setting.points
         stretch = f'<joint type="slide" axis="1 0 0" stiffness="{p["EA"] / p["L"]}"/>' if i == middle else ""
-        links.append((length, stretch + '<joint type="hinge" axis="0 1 0"/>',
-                      [_wet_piece((j + 0.5) * piece, piece, p) for j in range(setting.points)]))
+        links.append(
+            (
+                length,
+                stretch + '<joint type="hinge" axis="0 1 0"/>',
+                [_wet_piece((j + 0.5) * piece, piece, p) for j in range(setting.points)],
+            )
+        )
     end = f'<body pos="{lengths[-1]:.17g} 0 0">{_inertial(0.0, p["M"], (1e-9, 1e-9, 1e-9))}</body>'
-    return _model(links, f'timestep="{setting.dt}" gravity="0 0 {-p["g"]}" density="{p["rho"]}" wind="{p["U"]} 0 0"',
-                  end)
+    return _model(
+        links, f'timestep="{setting.dt}" gravity="0 0 {-p["g"]}" density="{p["rho"]}" wind="{p["U"]} 0 0"', end
+    )
 
 
 def mujoco_towed(setting: Setting) -> Ours:
     """P5 and P6: t, tip_x, tip_z, top_tension."""
     import mujoco
+
     p = reference("P5").params
     arc = setting.arc(p["L"])
     model = _towed_model(setting, np.diff(arc), p)
@@ -156,8 +175,8 @@ def mujoco_towed(setting: Setting) -> Ours:
 
 def _drag(seen: _Seen, lengths: np.ndarray, top: np.ndarray, p: dict) -> np.ndarray:
     """Drag [instants, 2] (N) of the whole cable by the law of the scene, at the pieces."""
-    flow = np.array((p["U"], 0.0)) - seen.velocity[:, :len(lengths)] - top[:, None, [3, 5]]
-    tangent = seen.tangent[:, :len(lengths)]
+    flow = np.array((p["U"], 0.0)) - seen.velocity[:, : len(lengths)] - top[:, None, [3, 5]]
+    tangent = seen.tangent[:, : len(lengths)]
     along = (flow * tangent).sum(2, keepdims=True) * tangent
     across = flow - along
     size_along, size_across = (np.linalg.norm(x, axis=2, keepdims=True) for x in (along, across))

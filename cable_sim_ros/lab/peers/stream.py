@@ -11,7 +11,7 @@ from math import pi, sqrt
 import numpy as np
 from numba import njit
 
-TINY = 1e-200      # in place of zeros, which sparse matrices may not contain
+TINY = 1e-200  # in place of zeros, which sparse matrices may not contain
 
 
 @njit(error_model="numpy", cache=True)
@@ -59,8 +59,11 @@ def hermite(points: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     x, weight = np.polynomial.legendre.leggauss(points)
     x, one = 0.5 * (x + 1.0), np.ones(points)
     cubic = np.array(((1, 0, -3, 2), (0, 1, -2, 1), (0, 0, 3, -2), (0, 0, -1, 1)), float)
-    return (0.5 * weight, np.stack((one, x, x**2, x**3), 1) @ cubic.T,
-            np.stack((0 * one, one, 2 * x, 3 * x**2), 1) @ cubic.T)
+    return (
+        0.5 * weight,
+        np.stack((one, x, x**2, x**3), 1) @ cubic.T,
+        np.stack((0 * one, one, 2 * x, 3 * x**2), 1) @ cubic.T,
+    )
 
 
 class Stream:
@@ -72,7 +75,7 @@ class Stream:
         self.rule = hermite(points)
         self.drag = 0.5 * p["rho"] * p["d"] * p["Cdn"], 0.5 * p["rho"] * p["d"] * pi * p["Cdt"]
         length = np.diff(arc)
-        spread = np.zeros((len(arc), 4))      # of a unit load down the cable
+        spread = np.zeros((len(arc), 4))  # of a unit load down the cable
         for k, at in ((0, slice(None, -1)), (1, slice(1, None))):
             spread[at, 1] += 0.5 * length
             spread[at, 3] += (1.0, -1.0)[k] * length**2 / 12.0
@@ -82,8 +85,9 @@ class Stream:
         self.blocks = np.zeros((len(length), 8, 8))
         mine = 4 * np.arange(len(length))[:, None] + np.arange(8)
         # row, column, value of the blocks; shared places are summed
-        self.triplets = np.column_stack((np.repeat(mine, 8, axis=1).ravel(), np.tile(mine, 8).ravel(),
-                                         self.blocks.ravel()))
+        self.triplets = np.column_stack(
+            (np.repeat(mine, 8, axis=1).ravel(), np.tile(mine, 8).ravel(), self.blocks.ravel())
+        )
 
     def _state(self, t: float) -> tuple[float, float]:
         return np.interp(t, self.times, self.motion[:, 0]), np.interp(t, self.times, self.motion[:, 1])
@@ -98,7 +102,18 @@ class Stream:
     def jacobian(self, t: float, q: np.ndarray, v: np.ndarray, by_q: float, by_v: float) -> np.ndarray:
         """Derivative of the left-hand side, by_q and by_v its factors, as [entries, 3]: row, column, value."""
         self.blocks[:] = TINY
-        _wet(q, v, self.arc, *self.rule, self.p["U"], self._state(t)[0], *self.drag, np.zeros(len(q)), self.blocks,
-             by_q, by_v)
+        _wet(
+            q,
+            v,
+            self.arc,
+            *self.rule,
+            self.p["U"],
+            self._state(t)[0],
+            *self.drag,
+            np.zeros(len(q)),
+            self.blocks,
+            by_q,
+            by_v,
+        )
         self.triplets[:, 2] = self.blocks.ravel()
         return self.triplets

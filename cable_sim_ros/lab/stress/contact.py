@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...sim.frame import Flag
+from ...physics.frame import Flag
 from ...sim.simulator import SolverError
 from ..cases import Fidelity
 from .registry import IS, WITHIN, Figure, Found, stress
@@ -101,14 +101,14 @@ def pressed(quick: bool) -> Found:
     """Static tows at nearly the tension the contact is made for, the sheave raised until the cable hardly bends."""
     figures, notes = [], []
     for speed, rise in ((2.2, 0.6), (2.6, 0.6), (2.6, -0.6), (2.6, -1.0), (2.6, -1.4), (2.6, 2.0))[: 3 if quick else 6]:
-        scene = held(ship__tow_speed=speed, sheave__position=[-36.8, 0.0, 3.1 + rise],
-                     contact__working_tension=HIGHEST)
+        scene = held(ship__tow_speed=speed, sheave__position=[-36.8, 0.0, 3.1 + rise], contact__working_tension=HIGHEST)
         frame = started(scene).frame
         name = f"{speed:g} m/s, sheave {rise:+g} m above the drum"
         figures += [
             Figure(f"penetration over diameter, {name}", float(frame.penetration / scene.cable.diameter), "", 0.1),
-            Figure(f"largest tension over contact.working_tension, {name}", float(frame.tension_most / HIGHEST), "",
-                   1.0),
+            Figure(
+                f"largest tension over contact.working_tension, {name}", float(frame.tension_most / HIGHEST), "", 1.0
+            ),
         ]
         notes.append(
             f"{name}: {frame.tension:.0f} N at the sheave, largest {frame.tension_most:.0f} N, wrap "

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ...physics.contact import LOADED, Contact, latch
+from ...physics.frame import Flag
 from ...physics.inputs import push_motion
 from ...physics.integrate import coefficients
-from ...sim.frame import Flag
 from ...sim.simulator import SolverError
 from ..bend import drum
 from ..cases.slack import stride
@@ -60,9 +60,17 @@ class Bench:
         n = ELEMENTS
         self.at, self.time = step, 0.0
         rig = Rig(
-            cable_of([{"length": LENGTH, "elements": n}], mass_per_length=LINEAR, axial_stiffness=6.786e6,
-                     bending_stiffness=1.4, axial_damping=310.0, bending_damping=6.4e-5),
-            held={}, tension=200.0, bodies={0: MASS, n: MASS},
+            cable_of(
+                [{"length": LENGTH, "elements": n}],
+                mass_per_length=LINEAR,
+                axial_stiffness=6.786e6,
+                bending_stiffness=1.4,
+                axial_damping=310.0,
+                bending_damping=6.4e-5,
+            ),
+            held={},
+            tension=200.0,
+            bodies={0: MASS, n: MASS},
             surfaces=[drum(0.255, 4000.0, penetration=1e-3 / 0.255)],
             loads=[np.zeros(7), np.eye(7)[0] * n],
         )
@@ -88,8 +96,7 @@ class Bench:
         """Upward force of the drum, and of loads and weight [N]."""
         line = self.rig.line
         touched(self.rig.arc, line.q, line.v, line.surfaces[0], self.table)
-        return np.array((self.table[:, WEIGHT] @ self.table[:, FORCE + 2],
-                         line.loads[:, 3].sum() - self.weight))
+        return np.array((self.table[:, WEIGHT] @ self.table[:, FORCE + 2], line.loads[:, 3].sum() - self.weight))
 
     def run(self, seconds: float) -> None:
         """Run on with the present load."""
@@ -148,18 +155,21 @@ def reversals(quick: bool) -> Found:
     rng, bench = np.random.default_rng(3), Bench()
     impulses, least, finite = reversed_loads(bench, count, rng)
     given, told, wanted = impulses.T
-    off, sampled = (np.abs(x - wanted) / np.maximum(np.abs(wanted), 0.1 * np.median(np.abs(wanted)))
-                    for x in (given, told))
+    off, sampled = (
+        np.abs(x - wanted) / np.maximum(np.abs(wanted), 0.1 * np.median(np.abs(wanted))) for x in (given, told)
+    )
     contact, flag, events = bench.events()
     tow = Thrown()
     notes = tow.throw(throws, rng)
     return Found(
         [
             Figure("bench, least line load of a flank", least, "N/m", 0.0, LEAST),
-            Figure("bench, impulse against momentum change, all", float(given.sum() / wanted.sum() - 1.0), "", 0.02,
-                   WITHIN),
-            Figure("bench, impulse against momentum change, worst of one detachment and return", float(off.max()), "",
-                   0.02),
+            Figure(
+                "bench, impulse against momentum change, all", float(given.sum() / wanted.sum() - 1.0), "", 0.02, WITHIN
+            ),
+            Figure(
+                "bench, impulse against momentum change, worst of one detachment and return", float(off.max()), "", 0.02
+            ),
             Figure("bench, the same with step times force at its end for the impulse", float(sampled.max())),
             Figure("bench, most changes of the flag within 20 ms of one", most_within(flag), "", 2),
             Figure("bench, most changes of the bare contact within 20 ms of one", most_within(contact)),

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ...io.load import SceneError
+from ...physics.frame import Flag
 from ...physics.inputs import push_command
 from ...physics.winch import LENGTH_LEAST
-from ...sim.frame import Flag
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator, SolverError, StartError
 from .registry import IS, LEAST, WITHIN, Figure, Found, stress

@@ -97,6 +97,7 @@ class Found(NamedTuple):
 
 class Stress(NamedTuple):
     """Stress."""
+
     id: str
     stimulus: str
     criterion: str

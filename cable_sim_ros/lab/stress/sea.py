@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ...io.load import scene_from_dict
+from ...physics.frame import FRAME, Flag
 from ...physics.surface import STIFFNESS
-from ...sim.frame import FRAME, Flag
 from ...sim.simulator import Simulator, SolverError
 from .registry import IS, Figure, Found, stress
 from .solid import Watch

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...physics.frame import CONTACT_COLUMNS
 from ...physics.surface import CREST, RIM, SLOPE_COS, SLOPE_SIN, TOP
-from ...sim.frame import CONTACT_COLUMNS
 from .registry import Figure
 
 Y, GAP, ARC = ([name for name, _ in CONTACT_COLUMNS].index(name) for name in ("y", "gap", "arc_length"))
@@ -39,8 +39,10 @@ class Watch:
 
     def figures(self, diameter: float) -> list[Figure]:
         """Neither deeper than a diameter [m] anywhere nor through."""
-        return [Figure("deepest into the sheave, over the diameter", self.deepest / diameter, "", 1.0),
-                Figure("stations through the sheave", self.through, "", 0)]
+        return [
+            Figure("deepest into the sheave, over the diameter", self.deepest / diameter, "", 1.0),
+            Figure("stations through the sheave", self.through, "", 0),
+        ]
 
     def _deep(self, time: float, rows: np.ndarray) -> None:
         points = rows[:, (Y, GAP)]

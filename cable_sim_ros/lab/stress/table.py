@@ -23,9 +23,17 @@ def markdown(verdicts: list[Verdict]) -> str:
             cells = ("" if i else v.id, f.name, f"{told(f.value)}{unit}", f.bound, word)
             mark = "**" if f.passed is False else ""
             rows.append("| " + " | ".join(f"{mark}{c}{mark}" if c else "" for c in cells) + " |")
-    return "\n".join([
-        "| id | stimulus | pass | verdict | CPU s |", "|---|---|---|---|---|", *tests, "",
-        "| id | figure | measured | limit | verdict |", "|---|---|---|---|---|", *rows])
+    return "\n".join(
+        [
+            "| id | stimulus | pass | verdict | CPU s |",
+            "|---|---|---|---|---|",
+            *tests,
+            "",
+            "| id | figure | measured | limit | verdict |",
+            "|---|---|---|---|---|",
+            *rows,
+        ]
+    )
 
 
 def print_verdicts(verdicts: list[Verdict]) -> None:

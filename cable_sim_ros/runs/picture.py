@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ..io.recording import Recording, load_run
-from ..sim.frame import CONTACT_COLUMNS
+from ..physics.frame import CONTACT_COLUMNS
 from .summary import SKIP, after_start, summarize, tow_axes
 
 SIZE = (16.0, 10.0)   # inches; 1600 x 1000 at 100 dots per inch

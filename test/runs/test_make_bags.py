@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 
 from cable_sim_ros.io.bag import read_bag, read_metadata
 from cable_sim_ros.io.wire import decode_imu, decode_odometry
-from cable_sim_ros.lab.make_bags import (
+from cable_sim_ros.runs.make_bags import (
     GRAVITY,
     IMU_TOPIC,
     ODOMETRY_TOPIC,

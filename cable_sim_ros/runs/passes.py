@@ -20,7 +20,7 @@ from ..io.replay import Event, Feeder, RecordedTow, late_ticks
 from ..io.wire import KINDS, Refused, decode_imu, decode_odometry
 from ..physics.heave import Heave, MotionInput
 from ..sim import checks
-from ..sim.frame import FRAME
+from ..physics.frame import FRAME
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator, SolverError
 
@@ -55,7 +55,7 @@ class Driven(NamedTuple):
     problem: str
 
 
-class Drive:
+class Pass:
     """One pass of the simulator over its input.
 
     tow: recorded motion, None for the mean track; recorded: Frames of the run to repeat, None for a fresh start.

@@ -15,7 +15,7 @@ from ..io.load import load_scene, override, scene_from_text
 from ..io.replay import Residual, read_tow, recorded_frames, residuals
 from ..io.resources import find_bag
 from ..sim.scene import Scene
-from .drive import Drive, Driven, Progress, silent
+from .passes import Pass, Driven, Progress, silent
 from .summary import SKIP, summarize
 
 DELIVERY = ("motion_age", "command_age")   # of a Frame: how its inputs came, not how the tow is
@@ -64,8 +64,8 @@ def run(scene: Scene | str | os.PathLike, motion: str | os.PathLike | None = Non
     if algorithm is not None:
         scene = override(scene, {"setpoint.algorithm": algorithm})
     tow = None if motion is None else read_tow(find_bag(motion), imu_only=imu_only)
-    drive = Drive(scene, tow, progress=progress)
-    result = _run_of(drive, drive.go(duration, bag), bag)
+    one = Pass(scene, tow, progress=progress)
+    result = _run_of(one, one.go(duration, bag), bag)
     result.figures["imu_only"] = imu_only
     _write_summary(out, result)
     return result
@@ -86,8 +86,8 @@ def replay(bag: str | os.PathLike, scene: Scene | str | os.PathLike | None = Non
     elif not isinstance(scene, Scene):
         scene = load_scene(scene)
     frames = recorded_frames(tow)
-    drive = Drive(scene, tow, frames, progress)
-    result = _run_of(drive, drive.go(None, target), target)
+    one = Pass(scene, tow, frames, progress)
+    result = _run_of(one, one.go(None, target), target)
     result.residuals = residuals(result.frames, tow)
     result.figures.update(
         residuals=[row._asdict() for row in result.residuals],
@@ -118,11 +118,11 @@ def largest_difference(ours: np.recarray, theirs: np.recarray | None) -> dict[st
     return worst
 
 
-def _run_of(drive: Drive, driven: Driven, bag: Path | None) -> Run:
-    frames, tow, scene = driven.frames, drive.tow, drive.scene
+def _run_of(one: Pass, driven: Driven, bag: Path | None) -> Run:
+    frames, tow, scene = driven.frames, one.tow, one.scene
     figures: dict[str, Any] = {}
     if len(frames):
-        simulated = len(frames) * drive.tick * 1e-9
+        simulated = len(frames) * one.tick * 1e-9
         figures = summarize(frames, skip_s=0.0 if tow is None else SKIP, realtime_factor=simulated / driven.stepping_s)
         kept = frames[-1:] if tow is None else frames
         figures.update(departure_angle_deg=float(np.degrees(kept["departure_angle"].mean())),
@@ -130,8 +130,8 @@ def _run_of(drive: Drive, driven: Driven, bag: Path | None) -> Run:
     figures.update(ticks=len(frames), compile_s=driven.compile_s, start_s=driven.start_s, stepping_s=driven.stepping_s,
                    scene=scene.name, motion="none" if tow is None else Path(tow.path).name,
                    setpoint=scene.setpoint.algorithm.value)
-    if drive.feeder is not None:
-        figures["motion_refused"] = {cause: count for cause, count in drive.feeder.ingest.counts.items() if count}
+    if one.feeder is not None:
+        figures["motion_refused"] = {cause: count for cause, count in one.feeder.ingest.counts.items() if count}
     return Run(frames, figures, driven.problem, bag)
 
 

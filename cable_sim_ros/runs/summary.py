@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.stats import chi2
 
-from ..sim.frame import Flag
+from ..physics.frame import Flag
 
 SKIP = 20.0       # s
 SHARE = 0.95      # of the towbody positions inside the ellipsoid

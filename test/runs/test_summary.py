@@ -15,7 +15,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
 from synthetic import DEPTH, HEAVE, TENSION, make_frames, write_run
 
 from cable_sim_ros.io.recording import load_run
-from cable_sim_ros.lab.summary import (
+from cable_sim_ros.runs.summary import (
     OUTSIDE,
     SUMMARY,
     ellipsoid_volume,
@@ -24,7 +24,7 @@ from cable_sim_ros.lab.summary import (
     summary_table,
     tow_axes,
 )
-from cable_sim_ros.sim.frame import Flag
+from cable_sim_ros.physics.frame import Flag
 
 
 def run(seconds=60.0, tick_s=0.1):

@@ -32,19 +32,35 @@ _clock = types.ExternalFunction("clock_gettime", types.int32(types.int32, _INT64
 _write = types.ExternalFunction("write", types.int64(types.int32, _INT64, types.uint64))
 
 CLOCK_MONOTONIC, TIMER_ABSTIME, SECOND = 1, 1, 1_000_000_000
-SLEEP_CHUNK = 50_000_000   # ns, so that a stop is seen soon
-SLEEP_LEAST = 200_000      # ns given to others by a tick that found its deadline already past
-HALT = 1 | 1024            # Flag.NEWTON_FAILED | Flag.NOT_FINITE
+SLEEP_CHUNK = 50_000_000  # ns, so that a stop is seen soon
+SLEEP_LEAST = 200_000  # ns given to others by a tick that found its deadline already past
+HALT = 1 | 1024  # Flag.NEWTON_FAILED | Flag.NOT_FINITE
 
-SETTLE, TICKS, LIVE = 0, 1, 2                              # what to do
-TIME, DEADLINE, WAKE, DONE, FLAGS, LAG = range(6)          # columns of a stats row, ns
+SETTLE, TICKS, LIVE = 0, 1, 2  # what to do
+TIME, DEADLINE, WAKE, DONE, FLAGS, LAG = range(6)  # columns of a stats row, ns
 STATS_COLUMNS = 6
 # control words: the first two are written by Python, the others by the loop; LIVE also reads the settings
-(STOP, TARGET, COUNT, MAPPING, OVERRUNS, SKIPPED, RESYNCS, HALTED, REACHED,
- PERIOD, SLEW, MAX_CATCHUP, EVENTFD, BUFFER, ONE) = range(15)
-CONTROL_WORDS = 17         # BUFFER takes two; one word after ONE is spare
+(
+    STOP,
+    TARGET,
+    COUNT,
+    MAPPING,
+    OVERRUNS,
+    SKIPPED,
+    RESYNCS,
+    HALTED,
+    REACHED,
+    PERIOD,
+    SLEW,
+    MAX_CATCHUP,
+    EVENTFD,
+    BUFFER,
+    ONE,
+) = range(15)
+CONTROL_WORDS = 17  # BUFFER takes two; one word after ONE is spare
 
 if LINUX:
+
     @driver
     def monotonic(buffer):
         """CLOCK_MONOTONIC in ns; buffer: int64 [2] scratch."""
@@ -67,7 +83,8 @@ if LINUX:
     def notify(eventfd, one):
         """Add one to the eventfd."""
         return _write(eventfd, one.ctypes, 8)
-else:   # offline only: real time needs Linux
+else:  # offline only: real time needs Linux
+
     @driver
     def monotonic(buffer):
         return buffer[0]
@@ -101,7 +118,7 @@ def live(model, state, inputs, output, control, stats, buffer, one):
             deadline += behind * period
             control[RESYNCS] += 1
             control[SKIPPED] += behind
-        if called >= deadline:     # no sleep above: leave the core a moment, a FIFO thread starves it otherwise
+        if called >= deadline:  # no sleep above: leave the core a moment, a FIFO thread starves it otherwise
             sleep_until(wake + SLEEP_LEAST, control, buffer)
         control[MAPPING] = mapping
         slot = control[COUNT] % rows
@@ -143,7 +160,7 @@ def _drive(model, state, inputs, output, what, count, sigma, control, stats):
             if tick(model, state, inputs, output, i) & HALT:
                 return np.int64(i)
         return np.int64(count)
-    live(model, state, inputs, output, control, stats, control[BUFFER:BUFFER + 2], control[ONE:ONE + 1])
+    live(model, state, inputs, output, control, stats, control[BUFFER : BUFFER + 2], control[ONE : ONE + 1])
     return control[COUNT]
 
 

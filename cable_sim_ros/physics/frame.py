@@ -11,23 +11,23 @@ class Flag(IntFlag):
     """Health flags of a tick; several may be set."""
 
     NONE = 0
-    NEWTON_FAILED = 1        # no solution at the smallest step: the tick was rolled back, the run halted
-    HALVED = 2               # the tick needed shorter substeps
-    SLACK = 4                # an element carries less than no tension
-    DETACHED = 8             # the cable left the sheave or its groove
-    PENETRATION = 16         # deepest contact above the limit of the scene
-    COARSE_AT_SURFACE = 32   # an element longer than 0.4 radii touches the sheave, or one longer than a radius the drum
-    MOTION_STALE = 64        # newest motion sample older than ship.stale_after
-    MOTION_BLENDING = 128    # a changed motion source (or the start) is being taken up
-    COMMAND_STALE = 256      # a rate command ran into winch.command_timeout and is held at its length
-    DRUM_END = 512           # the cable end on the drum has come to the drum's tangent point: pay-out stopped
-    NOT_FINITE = 1024        # a non-finite number was found: the tick was rolled back, the run halted
+    NEWTON_FAILED = 1  # no solution at the smallest step: the tick was rolled back, the run halted
+    HALVED = 2  # the tick needed shorter substeps
+    SLACK = 4  # an element carries less than no tension
+    DETACHED = 8  # the cable left the sheave or its groove
+    PENETRATION = 16  # deepest contact above the limit of the scene
+    COARSE_AT_SURFACE = 32  # an element longer than 0.4 radii touches the sheave, or one longer than a radius the drum
+    MOTION_STALE = 64  # newest motion sample older than ship.stale_after
+    MOTION_BLENDING = 128  # a changed motion source (or the start) is being taken up
+    COMMAND_STALE = 256  # a rate command ran into winch.command_timeout and is held at its length
+    DRUM_END = 512  # the cable end on the drum has come to the drum's tangent point: pay-out stopped
+    NOT_FINITE = 1024  # a non-finite number was found: the tick was rolled back, the run halted
 
 
 class Source(IntFlag):
     """Where the ship motion of a tick came from."""
 
-    MEAN = 0       # mean track of the scene
+    MEAN = 0  # mean track of the scene
     ODOMETRY = 1
     IMU = 2
 
@@ -66,12 +66,22 @@ FIELDS = (
     ("contact_total", (), "f8", "N", "sum of the line loads of flanks, rims and cheeks, no directions"),
     ("wrap_angle", (), "f8", "rad", "arc between the first and the last loaded station on the sheave"),
     ("lifted_fraction", (), "f8", "1", "part of the geometric wrap that carries no load"),
-    ("groove_margin", (), "f8", "m",
-     "least distance below the groove top along the wrap; past a rim minus the way from it; -depth: that far or more"),
+    (
+        "groove_margin",
+        (),
+        "f8",
+        "m",
+        "least distance below the groove top along the wrap; past a rim minus the way from it; -depth: so far or more",
+    ),
     ("contact_stations", (), "i8", "1", "rows of the contact table that are filled"),
     ("penetration", (), "f8", "m", "deepest penetration of a contact surface"),
-    ("detachments", (), "i8", "1",
-     "detachments since the start; each lasts until the cable has pressed for contact.reseat_time"),
+    (
+        "detachments",
+        (),
+        "i8",
+        "1",
+        "detachments since the start; each lasts until the cable has pressed for contact.reseat_time",
+    ),
     ("kinetic_energy", (), "f8", "J", "of cable and towbody"),
     ("strain_energy", (), "f8", "J", "axial and bending"),
     ("potential_energy", (), "f8", "J", "of weight less buoyancy"),
@@ -92,13 +102,16 @@ FIELDS = (
 FRAME = np.dtype([(name, kind, shape) for name, shape, kind, _, _ in FIELDS], align=True)
 
 # columns of the two tables that go with a Frame
-SHAPE_COLUMNS = (("x", "m"), ("y", "m"), ("z", "m"), ("tension", "N"), ("arc_length", "m"))   # odom, one row a node
-CONTACT_COLUMNS = (   # sheave_link axes, one row a contact station of the sheave, inboard to outboard
-    ("x", "m"), ("y", "m"), ("z", "m"),
-    ("wrap_angle", "rad"),        # about the sheave axis from its top, positive outboard (aft)
-    ("load_port", "N/m"), ("load_starboard", "N/m"),   # line load of each half: flank, rim, cheek
-    ("gap", "m"),                 # distance of the centreline from its seat in the groove; negative: pressed in
-    ("arc_length", "m"),          # unstretched arc length from the drum end
-    ("length", "m"),              # length of cable the station stands for
+SHAPE_COLUMNS = (("x", "m"), ("y", "m"), ("z", "m"), ("tension", "N"), ("arc_length", "m"))  # odom, one row a node
+CONTACT_COLUMNS = (  # sheave_link axes, one row a contact station of the sheave, inboard to outboard
+    ("x", "m"),
+    ("y", "m"),
+    ("z", "m"),
+    ("wrap_angle", "rad"),  # about the sheave axis from its top, positive outboard (aft)
+    ("load_port", "N/m"),
+    ("load_starboard", "N/m"),  # line load of each half: flank, rim, cheek
+    ("gap", "m"),  # distance of the centreline from its seat in the groove; negative: pressed in
+    ("arc_length", "m"),  # unstretched arc length from the drum end
+    ("length", "m"),  # length of cable the station stands for
 )
 MAX_STATIONS = 512

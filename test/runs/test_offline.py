@@ -12,10 +12,10 @@ from cable_sim_ros.io.channels import CHANNELS, Context, Encoder
 from cable_sim_ros.io.load import load_scene
 from cable_sim_ros.io.recording import load_run
 from cable_sim_ros.io.replay import Feeder, RecordedTow, late_ticks, read_tow, residuals
-from cable_sim_ros.lab import drive, offline
+from cable_sim_ros.runs import offline, passes
 from cable_sim_ros.physics.heave import Convention, Heave, MotionInput
 from cable_sim_ros.physics.inputs import MOTION_ROWS, make_inputs
-from cable_sim_ros.sim.frame import FRAME, Flag
+from cable_sim_ros.physics.frame import FRAME, Flag
 from cable_sim_ros.sim.simulator import SolverError
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
@@ -31,10 +31,10 @@ def recorded(tmp_path_factory):
 
 def test_the_shipped_cable_stays_in_its_groove_when_begun_like_a_node():
     """Along the first heading, where an offline run takes the mean: out of 10 mm the cable climbed after 11 s."""
-    begun = drive.Drive(load_scene("full_scale"), read_tow(offline.find_bag("nbp1406")))
+    begun = passes.Pass(load_scene("full_scale"), read_tow(offline.find_bag("nbp1406")))
     assert begun._start().heading is not None
     time, x, y, yaw = begun.feeder.ingest.first_pose
-    begun._start = lambda: drive.Start(time, (x, y), yaw)
+    begun._start = lambda: passes.Start(time, (x, y), yaw)
     frames = begun.go(14.0, None).frames
     assert frames.groove_margin.min() > 0.02 and not (frames.status & (Flag.DETACHED | Flag.HALVED)).any()
     assert np.degrees(frames.wrap_angle.min()) < 8.0, "the sheave must come down to the water"
@@ -43,7 +43,7 @@ def test_the_shipped_cable_stays_in_its_groove_when_begun_like_a_node():
 def test_without_motion_the_tow_is_static():
     result = offline.run("full_scale")
     figures = result.figures
-    assert figures["motion"] == "none" and figures["duration_s"] == pytest.approx(drive.SETTLE, abs=0.011)
+    assert figures["motion"] == "none" and figures["duration_s"] == pytest.approx(passes.SETTLE, abs=0.011)
     assert figures["tension_std_n"] < 1e-3 * figures["tension_mean_n"]
     assert figures["body_depth_m"] == pytest.approx(-result.frames["body_position"][-1, 2], abs=1e-3)
     assert 0 < figures["departure_angle_deg"] < 90 and figures["contact_resultant_n"] > 0
@@ -71,7 +71,7 @@ def test_the_same_run_gives_the_same_bytes(recorded, tmp_path):
 
 
 def test_chunks_leave_no_trace(recorded, monkeypatch):
-    monkeypatch.setattr(drive, "CHUNK", 0.07)
+    monkeypatch.setattr(passes, "CHUNK", 0.07)
     again = offline.run("full_scale", "nbp1406", duration=SECONDS)
     assert again.frames.tobytes() == recorded[0].frames.tobytes()
 
@@ -134,7 +134,7 @@ def test_imu_alone_moves_the_ship():
 
 
 def test_a_solver_that_gives_up_ends_the_run_with_what_there_is(monkeypatch):
-    run, calls = drive.Simulator.run, []
+    run, calls = passes.Simulator.run, []
 
     def fails(self, count):
         calls.append(count)
@@ -142,10 +142,10 @@ def test_a_solver_that_gives_up_ends_the_run_with_what_there_is(monkeypatch):
             raise SolverError("residual 12 N")
         return run(self, count)
 
-    monkeypatch.setattr(drive, "CHUNK", 0.1)
+    monkeypatch.setattr(passes, "CHUNK", 0.1)
     scene = load_scene("full_scale")
-    one = drive.Drive(scene, None)
-    monkeypatch.setattr(drive.Simulator, "run", fails)
+    one = passes.Pass(scene, None)
+    monkeypatch.setattr(passes.Simulator, "run", fails)
     monkeypatch.setattr(one.sim, "warm_up", lambda progress: None)
     result = one.go(1.0, None)
     assert result.problem == "the solver gave up after 0.20 s: residual 12 N" and len(result.frames) == 20
@@ -172,15 +172,15 @@ def test_the_ring_is_never_overrun():
     tow = read_tow(offline.find_bag("nbp1406"))
     fast = RecordedTow(tow.path, [event._replace(time=tow.start + (event.time - tow.start) // 20)
                                   for event in tow.events[:8000]])
-    chunk = drive.Drive(load_scene("full_scale"), fast)._ring_limit()
-    assert fast.rate > 1900 and fast.rate * (chunk + drive.AHEAD) * 1e-9 < MOTION_ROWS
+    chunk = passes.Pass(load_scene("full_scale"), fast)._ring_limit()
+    assert fast.rate > 1900 and fast.rate * (chunk + passes.AHEAD) * 1e-9 < MOTION_ROWS
 
 
 def test_samples_that_came_late_come_late_again():
     """Late: the ticks of a live run whose newest sample was older than the tick."""
     tow = read_tow(offline.find_bag("nbp1406"))
     tow = RecordedTow(tow.path, [event for event in tow.events if event.kind == "odometry"][:300])
-    live = drive.Drive(load_scene("full_scale"), tow)
+    live = passes.Pass(load_scene("full_scale"), tow)
     live.sim.warm_up()
     start = live._start()
     tow.about = {"start_time_ns": str(start.time), "start_position_m": json.dumps(start.position),
@@ -195,24 +195,24 @@ def test_samples_that_came_late_come_late_again():
     frames = np.concatenate(frames).view(np.recarray)
     times, newest = late_ticks(frames)
     assert len(times) >= 4 and set(newest) <= {event.time for event in tow.events}
-    again = drive.Drive(load_scene("full_scale"), tow, frames).go(None, None).frames
+    again = passes.Pass(load_scene("full_scale"), tow, frames).go(None, None).frames
     assert again["motion_age"][frames["motion_age"] > 0].tolist() == frames["motion_age"][
         frames["motion_age"] > 0].tolist()
     assert offline.largest_difference(again, frames)["difference"] == 0.0
-    unlike = drive.Drive(load_scene("full_scale"), tow).go(2.5, None).frames
+    unlike = passes.Pass(load_scene("full_scale"), tow).go(2.5, None).frames
     assert np.abs(unlike["tension"] - frames["tension"]).max() > 0.1
 
 
 def test_motion_is_taken_in_as_the_recording_node_did():
     node = {"motion": {"convention": "ned", "odometry_timeout": 0.7, "position_time": 0.0, "of another version": 1},
             "heave": {"period": 90.0}, "scene": "full_scale"}
-    motion, heave = drive._taken_in(RecordedTow("", [], about={"node": json.dumps(node)}))
+    motion, heave = passes._taken_in(RecordedTow("", [], about={"node": json.dumps(node)}))
     assert (motion.convention, motion.odometry_timeout, motion.position_time) == (Convention.NED, 0.7, 0.0)
     assert motion.max_jump == MotionInput().max_jump and heave == Heave(period=90.0)
     for about in ({}, {"node": "{"}, {"node": "[]"}, {"node": '{"motion": 3}'}, {"node": "{}"}):
-        assert drive._taken_in(RecordedTow("", [], about=about)) == (MotionInput(), Heave())
+        assert passes._taken_in(RecordedTow("", [], about=about)) == (MotionInput(), Heave())
     event = read_tow(offline.find_bag("nbp1406")).events[0]
-    one = drive.Drive(load_scene("full_scale"), RecordedTow("", [event], about={"node": json.dumps(node)}))
+    one = passes.Pass(load_scene("full_scale"), RecordedTow("", [event], about={"node": json.dumps(node)}))
     assert one.feeder.ingest.settings == motion and one.feeder.ingest.heave == heave
 
 

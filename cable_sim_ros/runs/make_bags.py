@@ -1,6 +1,6 @@
 """Bags of recorded ship motion: 1 Hz records of two research ships -> sensor_msgs/Imu and nav_msgs/Odometry at 50 Hz.
 
-    python -m cable_sim_ros.lab.make_bags --out bags --data bags/source
+    python -m cable_sim_ros.runs.make_bags --out bags --data bags/source
 
 One C2 cubic spline per degree of freedom goes through the 1 Hz record; attitude, velocity, body rates and specific
 force are its analytic values and derivatives, so the two topics agree with each other. The records are NED-like
@@ -220,7 +220,7 @@ def figures(name: str, moved: Displacement) -> list[str]:
 
 def main(argv: list[str] | None = None) -> int:
     """Make the bags from the command line; returns the exit code."""
-    parser = argparse.ArgumentParser(prog="python -m cable_sim_ros.lab.make_bags", description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(prog="python -m cable_sim_ros.runs.make_bags", description=__doc__.split("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("bags"), help="folder for the bags (default: bags)")
     parser.add_argument("--data", type=Path, default=Path("bags/source"), help="folder of the source CSV files")
     parser.add_argument("--speed", type=float, default=SPEED, help="mean speed ahead in m/s (default: %(default)s)")
