@@ -6,13 +6,10 @@ the group is scattered once into the block-tridiagonal system. Unknowns of a nod
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from .ancf import (
     HALF_RHO_D,
-    K9_ROWS,
     LENGTH,
     PER_LENGTH,
     ROWS,
@@ -21,14 +18,15 @@ from .ancf import (
     inertia_lanes,
     inertia_tangent_lanes,
 )
-from .banded import COLUMNS, FACTOR_COLUMNS
 from .contact import contact_lanes, contact_point_lanes, contact_tangent_lanes
-from .drag import POINT_ROWS, DragLaw, amplified, point_lanes, spread_force, spread_matrix, water_load, water_tangent
+from .drag import DragLaw, amplified, mean_lanes, point_lanes, spread_force, spread_matrix, water_load, water_tangent
 from .jit import LANES, driver
 from .quantity import REQUIRED, Block, quantity
 from .shape import W4, W5, X4, X5, shape, slope
-from .surface import AXIS, CENTRE, NO_TOP, RADIUS, TOP
+from .state import ARC, MEAN, NOW, A, Q, V
+from .surface import FLOOR, NO_TOP, solid
 from .waterline import waterline
+from .work import ENERGY, LOST, LOST_POWER, NEAR, OWN, SUM, SURFACES, TENSION, WATER, WEIGHT, WET
 
 THIRD = 1.0 / 3.0
 CONTACT_POINTS, DRAG_POINTS = np.arange(0, 12)[[5, 4]]  # numpy integers: no version per literal
@@ -72,75 +70,24 @@ class Cable(Block):
     bending_stiffness: float = quantity(0.0, "N m^2", 0.0, 1e8, "EI", "Westin (144)")
     axial_damping: float = quantity(0.0, "N s", 0.0, 1e8, "Kelvin-Voigt: axial force per strain rate", "Westin 5.1")
     bending_damping: float = quantity(0.0, "N m^2 s", 0.0, 1e6, "Kelvin-Voigt: bending moment per curvature rate")
+    mean_flow_time: float = quantity(
+        60.0,
+        "s",
+        1.0,
+        36000.0,
+        "time constant of the cable's own mean velocity, with which the mean flow past it acts "
+        "on the extra drag of amplification; several waves long",
+        "docs/theory.md; Westin (64) in a steady tow",
+    )
     added_mass_coefficient: float = quantity(1.0, "1", 0.0, 5.0, "C_m of the normal motion", "Westin (66)")
     sections: dict[str, Section] = quantity(REQUIRED, "", None, None, "sections from the drum end to the towbody")
 
 
-class Work(NamedTuple):
-    """Scratch of the assembly and the solver; nothing in it outlives a call."""
-
-    x: np.ndarray  # [36, LANES] scaled unknowns, velocities, accelerations
-    p: np.ndarray  # [ROWS, LANES]
-    force: np.ndarray  # [12, LANES]
-    k: np.ndarray  # [144, LANES]
-    k9: np.ndarray  # [K9_ROWS, LANES]
-    point: np.ndarray  # [POINT_ROWS, LANES]
-    load: np.ndarray  # [points, 3, LANES]
-    by_place: np.ndarray  # [points, 9, LANES] derivative of the load of a point to N_j y_j
-    by_slope: np.ndarray  # [points, 9, LANES] the same to N_j' y_j
-    mixed: np.ndarray  # [points, 9, LANES]
-    lane: np.ndarray  # [LANE_ROWS, LANES]: TENSION, ENERGY, WEIGHT, WET, NEAR, LOST, SUM
-    cut_x: np.ndarray  # [36, LANES], cut_p [ROWS, LANES], cut_n and cut_d [4, LANES], cut [4, LANES]: the element
-    cut_p: np.ndarray  # that crosses the water surface, a point a lane: unknowns, rows, N_i, N_i', and weight, xi,
-    cut_n: np.ndarray  # side of the moving bound, bounds of the wet intervals
-    cut_d: np.ndarray
-    cut: np.ndarray
-    power: np.ndarray  # [POWERS] W, of the last assembly
-    band: np.ndarray  # [nodes, 6, COLUMNS]
-    lower: np.ndarray  # [nodes, 6, 6]
-    factor: np.ndarray  # [nodes, 6, FACTOR_COLUMNS] of the solve
-    step: np.ndarray  # [nodes, 6] solution
-
-
-TENSION, ENERGY, WEIGHT, WET, NEAR, LOST, SUM = range(7)  # WET: 1 wet, 0 dry, -1 crossing the surface
-LANE_ROWS = 7
-# Work.power [W]: what the cable's own forces take (inertia, weight, stiffness, damping), what damping loses of it, and
-# what water, surfaces, and in line.py held nodes and loads, give to the cable; body counts with water and own
-OWN, LOST_POWER, WATER, SURFACES, HELD, LOADS = range(6)
-POWERS = 6
-
-
-def make_work(nodes: int) -> Work:
-    """Scratch for a cable of ``nodes`` nodes."""
-    z = np.zeros
-    return Work(
-        x=z((36, LANES)),
-        p=z((ROWS, LANES)),
-        force=z((12, LANES)),
-        k=z((144, LANES)),
-        k9=z((K9_ROWS, LANES)),
-        point=z((POINT_ROWS, LANES)),
-        load=z((5, 3, LANES)),
-        by_place=z((5, 9, LANES)),
-        by_slope=z((5, 9, LANES)),
-        mixed=z((5, 9, LANES)),
-        lane=z((LANE_ROWS, LANES)),
-        cut_x=z((36, LANES)),
-        cut_p=z((ROWS, LANES)),
-        cut_n=z((4, LANES)),
-        cut_d=z((4, LANES)),
-        cut=z((4, LANES)),
-        power=z(POWERS),
-        band=z((nodes, 6, COLUMNS)),
-        lower=z((nodes, 6, 6)),
-        factor=z((nodes, 6, FACTOR_COLUMNS)),
-        step=z((nodes, 6)),
-    )
-
-
 @driver
-def gather(group, elements, arc, q, v, a, x, p):
+def gather(group, elements, state):
     """Element data of one group into lanes; the tail repeats the last element. Lengths come from the arc lengths."""
+    q, v, a, arc = state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[NOW, A], state.nodes[NOW, ARC, :, 0]
+    x, p = state.work.x, state.work.p
     count = arc.shape[0] - 1
     for row in range(ROWS):
         for lane in range(LANES):
@@ -166,11 +113,30 @@ def gather(group, elements, arc, q, v, a, x, p):
 
 
 @driver
-def scatter(group, p, force, k, tangent, band, lower):
+def gather_mean(group, state, share):
+    """Running mean of the scaled velocities into lanes, at the end of a step of which it takes up ``share``."""
+    m, x, p, mean = state.nodes[NOW, MEAN], state.work.x, state.work.p, state.work.mean
+    count = m.shape[0] - 1
+    for lane in range(LANES):
+        e = min(LANES * group + lane, count - 1)
+        length = p[LENGTH, lane]
+        for c in range(3):
+            mean[c, lane] = m[e, c]
+            mean[3 + c, lane] = length * m[e, 3 + c]
+            mean[6 + c, lane] = m[e + 1, c]
+            mean[9 + c, lane] = length * m[e + 1, 3 + c]
+    for c in range(12):
+        for lane in range(LANES):
+            mean[c, lane] += share * (x[12 + c, lane] - mean[c, lane])
+
+
+@driver
+def scatter(group, work, tangent):
     """Add one group to the system; gradient rows and columns carry the element length.
 
     Elements come in order: what the second node of an element holds is set, what the first holds is added to.
     """
+    p, force, k, band, lower = work.p, work.force, work.k, work.band, work.lower
     count = band.shape[0] - 1
     if group == 0:
         open_end(band[0], tangent)
@@ -234,23 +200,29 @@ def immersion(x, p, wet):
 
 
 @driver
-def near_surface(x, s, near):
-    """Can any lane's element touch surface row s? Its Bezier points lie within a known distance of its midpoint."""
-    top = 0.0 if s[TOP] >= NO_TOP else s[TOP]
-    radius = s[RADIUS] + top
-    for e in range(LANES):
-        bound, d2, ax = 0.0, 0.0, 0.0
-        for c in range(3):  # control points -+h/2 - t, -+(h/2 - g/3) - t about the midpoint, t = (A - B)/8
-            h = 0.5 * (x[6 + c, e] - x[c, e])
-            a, b = x[3 + c, e], x[9 + c, e]
-            t = 0.125 * (a - b)
-            far = max(abs(h), max(abs(h - THIRD * a), abs(h - THIRD * b))) + abs(t)
-            bound += far * far
-            rel = 0.5 * (x[c, e] + x[6 + c, e]) + t - s[CENTRE + c]
-            d2 += rel * rel
-            ax += rel * s[AXIS + c]
-        out = d2 - ax * ax - radius * radius - bound  # distance from the axis > radius + sqrt(bound), without roots
-        near[e] = 0.0 if out > 0.0 and out * out > 4.0 * radius * radius * bound else 1.0
+def near_surface(x, surface, near):
+    """Can any lane's element touch a surface? Its Bezier points lie within a known distance of its midpoint."""
+    s = solid(surface)
+    if s.kind == FLOOR:
+        for e in range(LANES):
+            low, third = min(x[2, e], x[8, e]), THIRD
+            low = min(low, min(x[2, e] + third * x[5, e], x[8, e] - third * x[11, e]))
+            near[e] = 1.0 if low < s.centre[2] else 0.0
+    else:
+        radius = s.radius + (0.0 if s.top >= NO_TOP else s.top)
+        for e in range(LANES):
+            bound, d2, ax = 0.0, 0.0, 0.0
+            for c in range(3):  # control points -+h/2 - t, -+(h/2 - g/3) - t about the midpoint, t = (A - B)/8
+                h = 0.5 * (x[6 + c, e] - x[c, e])
+                a, b = x[3 + c, e], x[9 + c, e]
+                t = 0.125 * (a - b)
+                far = max(abs(h), max(abs(h - THIRD * a), abs(h - THIRD * b))) + abs(t)
+                bound += far * far
+                rel = 0.5 * (x[c, e] + x[6 + c, e]) + t - surface.centre[c]
+                d2 += rel * rel
+                ax += rel * surface.axis[c]
+            out = d2 - ax * ax - radius * radius - bound  # distance from the axis > radius + sqrt(bound), no roots
+            near[e] = 0.0 if out > 0.0 and out * out > 4.0 * radius * radius * bound else 1.0
     for e in range(LANES):
         if near[e] > 0.0:
             return True
@@ -284,20 +256,81 @@ def power_of(x, force, count, total):
 
 
 @driver
-def assemble(elements, arc, q, v, a, current, surfaces, c1, c2, sigma, tangent, work, tension):
-    """Residual R = M a + Q_int - Q_ext as -R in band[:, :, 12] and, with tangent, dR/dq (c1, c2 folded in).
+def water_part(state, group, change, tangent):
+    """Drag, added mass and buoyancy of the group in the lanes into force and k. Returns whether anything was wet."""
+    work, x, p = state.work, state.work.x, state.work.p
+    weight, wetness = work.lane[WEIGHT], work.lane[WET]
+    wet, crossing = immersion(x, p, wetness)
+    if not (wet or crossing):
+        return False
+    m = state.memory[NOW].current
+    current = (m[0], m[1], m[2], m[3])
+    second = amplified(p)
+    if second:
+        gather_mean(group, state, change.share)
+    if wet:
+        for g in range(4):
+            for e in range(LANES):
+                weight[e] = p[LENGTH, e] * W4[g] if wetness[e] > 0.0 else 0.0
+            point_lanes(x, N4L[g], D4L[g], current, work.point)
+            if second:
+                mean_lanes(work.mean, N4L[g], work.point)
+            if tangent:
+                water_tangent(
+                    work.point, p, change, current, weight, second, (work.load[g], work.by_place[g], work.by_slope[g])
+                )
+            else:
+                water_load(work.point, p, weight, second, work.load[g])
+        spread_force(_N4, work.load, DRAG_POINTS, work.force)
+        if tangent:
+            spread_matrix(_N4, _D4, (work.by_place, work.by_slope), DRAG_POINTS, work.mixed, work.k)
+    if crossing:
+        for e in range(LANES):
+            if wetness[e] < 0.0:
+                waterline(e, work, current, change, tangent)
+    return True
 
-    elements [groups, ROWS, LANES]; arc [nodes] unstretched arc length; q, v, a [nodes, 6]; current: surface current and
-    its gradient [4]; surfaces [n, SURFACE_COLUMNS]; sigma: mass damping of the static start [1/s]; tension [elements]
-    receives the element tensions [N], work.power the powers of the parts. Returns the strain energy [J].
+
+@driver
+def contact_part(state, change, tangent):
+    """Contact of the group in the lanes into force and k. Returns whether any surface is near."""
+    work, x, p = state.work, state.work.x, state.work.p
+    weight, near = work.lane[WEIGHT], work.lane[NEAR]
+    touched = False
+    for i in range(state.surfaces.shape[0]):
+        if near_surface(x, state.surfaces[i], near):
+            for g in range(CONTACT_POINTS):
+                for e in range(LANES):
+                    weight[e] = p[LENGTH, e] * W5[g] * near[e]
+                contact_point_lanes(x, _N5[g], work.point)
+                if tangent:
+                    contact_tangent_lanes(
+                        work.point, state.surfaces[i], change.velocity, weight, work.load[g], work.by_place[g]
+                    )
+                else:
+                    contact_lanes(work.point, state.surfaces[i], weight, work.load[g])
+            spread_force(_N5, work.load, CONTACT_POINTS, work.force)
+            if tangent:
+                spread_matrix(_N5, _NONE, (work.by_place, work.by_place), CONTACT_POINTS, work.mixed, work.k)
+            touched = True
+    return touched
+
+
+@driver
+def assemble(elements, state, change, tangent):
+    """Residual R = M a + Q_int - Q_ext as -R in band[:, :, 12] and, with tangent, dR/dq.
+
+    elements [groups, ROWS, LANES]; change: see state.Change. state.tension receives the element tensions [N],
+    work.power the powers of the parts. Returns the strain energy [J].
     """
     own, lost, water, pressed = 0.0, 0.0, 0.0, 0.0
-    x, p, force, k = work.x, work.p, work.force, work.k
-    weight, wetness, near = work.lane[WEIGHT], work.lane[WET], work.lane[NEAR]
-    count = arc.shape[0] - 1
+    work, tension = state.work, state.tension
+    x, p, force, k, lane_sum = work.x, work.p, work.force, work.k, work.lane[SUM]
+    c1, c2, sigma = change.velocity, change.acceleration, change.damping
+    count = tension.shape[0]
     total = 0.0
     for group in range(elements.shape[0]):
-        gather(group, elements, arc, q, v, a, x, p)
+        gather(group, elements, state)
         inertia_lanes(x, p, force, sigma)
         if tangent:
             elastic_tangent_lanes(x, p, c1, force, work.lane[TENSION], work.lane[ENERGY], work.lane[LOST], work.k9, k)
@@ -309,49 +342,14 @@ def assemble(elements, arc, q, v, a, current, surfaces, c1, c2, sigma, tangent, 
             tension[LANES * group + lane] = work.lane[TENSION, lane]
             total += work.lane[ENERGY, lane]
             lost += work.lane[LOST, lane]
-        before = power_of(x, force, real, work.lane[SUM])
+        before = power_of(x, force, real, lane_sum)
         own += before
-        wet, crossing = immersion(x, p, wetness)
-        if wet:
-            second = amplified(p)
-            for g in range(4):
-                for e in range(LANES):
-                    weight[e] = p[LENGTH, e] * W4[g] if wetness[e] > 0.0 else 0.0
-                point_lanes(x, N4L[g], D4L[g], current, work.point)
-                if tangent:
-                    water_tangent(
-                        work.point, p, c1, c2, current, weight, second, work.load[g], work.by_place[g], work.by_slope[g]
-                    )
-                else:
-                    water_load(work.point, p, weight, second, work.load[g])
-            spread_force(_N4, work.load, DRAG_POINTS, force)
-            if tangent:
-                spread_matrix(_N4, _D4, work.by_place, work.by_slope, DRAG_POINTS, work.mixed, k)
-        if crossing:
-            for e in range(LANES):
-                if wetness[e] < 0.0:
-                    waterline(e, x, p, current, c1, c2, tangent, work, force, k)
-        if wet or crossing:
-            after = power_of(x, force, real, work.lane[SUM])
+        if water_part(state, group, change, tangent):
+            after = power_of(x, force, real, lane_sum)
             water += before - after
             before = after
-        touched = False
-        for i in range(surfaces.shape[0]):
-            if near_surface(x, surfaces[i], near):
-                for g in range(CONTACT_POINTS):
-                    for e in range(LANES):
-                        weight[e] = p[LENGTH, e] * W5[g] * near[e]
-                    contact_point_lanes(x, _N5[g], work.point)
-                    if tangent:
-                        contact_tangent_lanes(work.point, surfaces[i], c1, weight, work.load[g], work.by_place[g])
-                    else:
-                        contact_lanes(work.point, surfaces[i], weight, work.load[g])
-                spread_force(_N5, work.load, CONTACT_POINTS, force)
-                if tangent:
-                    spread_matrix(_N5, _NONE, work.by_place, work.by_place, CONTACT_POINTS, work.mixed, k)
-                touched = True
-        if touched:
-            pressed += before - power_of(x, force, real, work.lane[SUM])
-        scatter(group, p, force, k, tangent, work.band, work.lower)
+        if contact_part(state, change, tangent):
+            pressed += before - power_of(x, force, real, lane_sum)
+        scatter(group, work, tangent)
     work.power[OWN], work.power[LOST_POWER], work.power[WATER], work.power[SURFACES] = own, lost, water, pressed
     return total

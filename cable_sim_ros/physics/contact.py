@@ -2,20 +2,33 @@
 
 f = k delta^1.5 max(0, 1 + D ddelta/dt) n: smooth where contact opens and closes, and never attractive.
 The stiffness follows from a penetration limit, not from Table 9 (trap T3: 60 mm). Geometry is in surface.py.
+A floor also drags: Coulomb friction against the slip v, f_t = -mu f v / sqrt(v^2 + v_s^2), smooth at rest.
 """
 
 from __future__ import annotations
 
 from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
 
 from .drag import POINT_R, POINT_V
 from .jit import LANES, driver, inline
 from .quantity import Block, quantity
-from .surface import AXIS, CENTRE, DAMPING, RADIUS, SECOND_FLANK, SPEED, SPIN, STIFFNESS, other_half, own_half, place
-from .vec import at3, axpy, cross, dot, get3, plus_matrix, put3, put_matrix, scale, sub
+from .surface import DRUM, GROOVE, Gap, drum_gap, floor_gap, gap, groove_gap, solid
+from .vec import axpy, cross, dot, get3, plus_matrix, put3, put_matrix, scale
 
 END_LOAD = 3.0  # line load at the ends of the arc over T/R: there bending adds a concentrated reaction
 
+EVENTS = np.dtype(
+    [
+        ("detachments", "i8"),
+        ("seated", "i8"),  # 1 while on the sheave
+        ("pressed_since", "i8"),  # ns, -1: it does not press
+        ("clearance", "f8"),  # m, groove clearance at the end of the last step, see survey.py
+    ],
+    align=True,
+)
 LOADED = 1e-3  # N/m, line load above which a station counts as loaded
 
 
@@ -59,55 +72,77 @@ def press(delta, closing, k, d):
     return f * m, 1.5 * k * root * m, (f * d if m > 0.0 else 0.0)
 
 
-@inline
-def touch(r, v, s):
-    """Both halves of surface row s on a point at r with velocity v.
+class Press(NamedTuple):
+    """What the law makes of one half: load [N/m, of a point N], its derivatives to penetration and closing speed."""
 
-    Returns geometry (e_r, t, rho, h), penetrations of own and other half, relative velocity, their normals, the press
-    (f, df/ddelta, df/dclosing) and curvature of the own half, that press of the other, side, y.
-    """
-    ey = at3(s, AXIS)
-    rel = sub(r, at3(s, CENTRE))
-    y, er, t, rho, h = place(rel, ey, s[RADIUS])
-    vr = sub(sub(v, at3(s, SPEED)), cross(at3(s, SPIN), rel))
-    side = 1.0 if y > 0.0 else -1.0
-    d1, n1, bend = own_half(side, y, h, er, ey, s)
-    d2, n2 = other_half(side, y, h, er, ey, s)
-    f1, k1, c1 = press(d1, -dot(n1, vr), s[STIFFNESS], s[DAMPING])
-    f2, k2, c2 = press(d2, -dot(n2, vr), s[STIFFNESS] * s[SECOND_FLANK], s[DAMPING])
-    return er, t, rho, h, d1, d2, vr, n1, n2, f1, k1, c1, bend, f2, k2, c2, side, y
+    load: float
+    by_depth: float
+    by_closing: float
+
+
+class Touch(NamedTuple):
+    """A point on a surface: where it is, and what each half presses with."""
+
+    gap: Gap
+    own: Press
+    other: Press
 
 
 @inline
-def touch_drum(r, v, s):
-    """touch() of a surface without a groove: e_r, t, rho, relative velocity and the press."""
-    rel = sub(r, at3(s, CENTRE))
-    _, er, t, rho, h = place(rel, at3(s, AXIS), s[RADIUS])
-    vr = sub(sub(v, at3(s, SPEED)), cross(at3(s, SPIN), rel))
-    return er, t, rho, vr, *press(-h, -dot(er, vr), s[STIFFNESS], s[DAMPING])
+def law(s, half, slip):
+    """Press of one half of a Solid on a point that moves with ``slip`` relative to it."""
+    load, by_depth, by_closing = press(half.depth, -dot(half.normal, slip), s.stiffness, s.damping)
+    return Press(load, by_depth, by_closing)
 
 
 @inline
-def loads(o):
-    """What touch() found as line loads [N/m] of the half at -e_y (it pushes to +e_y in the groove) and that at +e_y."""
-    return (o[13], o[9]) if o[16] > 0.0 else (o[9], o[13])
+def touch(s, r, v):
+    """A Solid of any kind and a point at r with velocity v. The normal load only, see floor_load for friction."""
+    g = gap(s, r, v)
+    other = law(s, g.other, g.slip) if s.kind == GROOVE else Press(0.0, 0.0, 0.0)
+    return Touch(g, law(s, g.own, g.slip), other)
+
+
+@inline
+def loads(touched):
+    """Line loads [N/m] of the half at -e_y (it pushes to +e_y in the groove) and of that at +e_y."""
+    own, other = touched.own.load, touched.other.load
+    return (other, own) if touched.gap.side > 0.0 else (own, other)
+
+
+@inline
+def drag_along(s, slip):
+    """Direction of slip along a floor, less than a unit vector below the slip speed, and 1 / sqrt(slip^2 + floor^2)."""
+    along = axpy(-dot(slip, s.axis), s.axis, slip)
+    per_speed = 1.0 / sqrt(dot(along, along) + s.slip * s.slip)
+    return scale(per_speed, along), per_speed
+
+
+@inline
+def floor_load(s, stiffness, r, v):
+    """Load of a floor with Coulomb friction on a point: what acts, Press, direction of slip, 1/speed."""
+    g = floor_gap(s, r, v)
+    load, by_depth, by_closing = press(g.own.depth, -dot(g.own.normal, g.slip), stiffness, s.damping)
+    p = Press(load, by_depth, by_closing)
+    along, per_speed = drag_along(s, g.slip)
+    return scale(p.load, axpy(-s.friction, along, s.axis)), p, along, per_speed
 
 
 @inline
 def latch(pressed, events, now, hold):
     """Detachments as events: left at once, back only after ``hold`` [ns] of pressing without a break; is it off?
 
-    events: count of detachments, 1 while seated, time [ns] since when it presses, -1 while it does not.
+    events: an EVENTS record.
     """
     if not pressed:
-        events[0] += events[1]
-        events[1], events[2] = 0, -1
-    elif events[1] == 0:
-        if events[2] < 0:
-            events[2] = now
-        if now - events[2] >= hold:
-            events[1] = 1
-    return events[1] == 0
+        events.detachments += events.seated
+        events.seated, events.pressed_since = 0, -1
+    elif events.seated == 0:
+        if events.pressed_since < 0:
+            events.pressed_since = now
+        if now - events.pressed_since >= hold:
+            events.seated = 1
+    return events.seated == 0
 
 
 @driver
@@ -132,56 +167,65 @@ def contact_point_lanes(x, n, t):
 
 
 @driver
-def contact_lanes(t, s, weight, f):
-    """f[3, LANES] = weight * contact load of surface row s at the point of each lane (rows R and V of t)."""
+def contact_lanes(t, surface, weight, f):
+    """f[3, LANES] = weight * contact load of a surface at the point of each lane (rows R and V of t)."""
     if t.shape[1] != LANES or weight.shape[0] != LANES or f.shape[1] != LANES:
         raise ValueError("lanes")
-    if s[SECOND_FLANK] == 0.0:
+    s = solid(surface)
+    if s.kind == DRUM:
         for e in range(LANES):
-            er, _, _, _, f1, _, _ = touch_drum(get3(t, POINT_R, e), get3(t, POINT_V, e), s)
-            put3(f, 0, e, scale(weight[e] * f1, er))
-        return
-    for e in range(LANES):
-        o = touch(get3(t, POINT_R, e), get3(t, POINT_V, e), s)
-        put3(f, 0, e, scale(weight[e], axpy(o[9], o[7], scale(o[13], o[8]))))
+            g = drum_gap(s, get3(t, POINT_R, e), get3(t, POINT_V, e))
+            put3(f, 0, e, scale(weight[e] * law(s, g.own, g.slip).load, g.radial))
+    elif s.kind == GROOVE:
+        for e in range(LANES):
+            g = groove_gap(s, get3(t, POINT_R, e), get3(t, POINT_V, e))
+            own, other = law(s, g.own, g.slip), law(s, g.other, g.slip)
+            put3(f, 0, e, scale(weight[e], axpy(own.load, g.own.normal, scale(other.load, g.other.normal))))
+    else:
+        for e in range(LANES):
+            acts, _, _, _ = floor_load(s, s.stiffness, get3(t, POINT_R, e), get3(t, POINT_V, e))
+            put3(f, 0, e, scale(weight[e], acts))
 
 
 @inline
-def half_row(n, k, c, t, m, slip, bend, vr, spin, c1):
-    """Row vector p of the tangent n p^T of one half; slip, bend: turning of n per way along t and m."""
-    p = axpy(-slip * dot(t, vr), t, axpy(-bend * dot(m, vr), m, cross(n, spin)))
-    return axpy(c, p, scale(-k - c1 * c, n))
+def half_row(n, p, t, m, slip, bend, vr, spin, c1):
+    """Row vector of the tangent n row^T of one half; slip, bend: turning of n per way along t and m."""
+    row = axpy(-slip * dot(t, vr), t, axpy(-bend * dot(m, vr), m, cross(n, spin)))
+    return axpy(p.by_closing, row, scale(-p.by_depth - c1 * p.by_closing, n))
 
 
 @driver
-def contact_tangent_lanes(t, s, c1, weight, f, ka):
+def contact_tangent_lanes(t, surface, c1, weight, f, ka):
     """contact_lanes with ka[9, LANES], its derivative to position, with c1 for the velocity part."""
     if t.shape[1] != LANES or weight.shape[0] != LANES or f.shape[1] != LANES or ka.shape[1] != LANES:
         raise ValueError("lanes")
-    spin = at3(s, SPIN)
-    if s[SECOND_FLANK] == 0.0:
+    s = solid(surface)
+    spin = s.spin
+    if s.kind == DRUM:
         for e in range(LANES):
-            er, q, rho, vr, f1, k1, x1 = touch_drum(get3(t, POINT_R, e), get3(t, POINT_V, e), s)
-            w = weight[e]
-            put3(f, 0, e, scale(w * f1, er))
-            put_matrix(
-                ka,
-                0,
-                e,
-                0.0,
-                scale(w, er),
-                half_row(er, k1, x1, q, er, 1.0 / rho, 0.0, vr, spin, c1),
-                scale(w * f1 / rho, q),
-                q,
-            )
-        return
-    for e in range(LANES):
-        er, q, rho, _, _, _, vr, n1, n2, f1, k1, x1, bend, f2, k2, x2, _, _ = touch(
-            get3(t, POINT_R, e), get3(t, POINT_V, e), s
-        )
-        slip1, slip2, m, w = dot(n1, er) / rho, dot(n2, er) / rho, cross(n1, q), weight[e]
-        p1 = half_row(n1, k1, x1, q, m, slip1, bend, vr, spin, c1)
-        p2 = half_row(n2, k2, x2, q, m, slip2, 0.0, vr, spin, c1)
-        put3(f, 0, e, scale(w, axpy(f1, n1, scale(f2, n2))))
-        put_matrix(ka, 0, e, 0.0, scale(w, n1), p1, scale(w, n2), p2)
-        plus_matrix(ka, 0, e, 0.0, scale(w * (f1 * slip1 + f2 * slip2), q), q, scale(w * f1 * bend, m), m)  # n turns
+            g = drum_gap(s, get3(t, POINT_R, e), get3(t, POINT_V, e))
+            p, er, q, w = law(s, g.own, g.slip), g.radial, g.around, weight[e]
+            put3(f, 0, e, scale(w * p.load, er))
+            row = half_row(er, p, q, er, 1.0 / g.rho, 0.0, g.slip, spin, c1)
+            put_matrix(ka, 0, e, 0.0, scale(w, er), row, scale(w * p.load / g.rho, q), q)
+    elif s.kind == GROOVE:
+        for e in range(LANES):
+            g = groove_gap(s, get3(t, POINT_R, e), get3(t, POINT_V, e))
+            p1, p2 = law(s, g.own, g.slip), law(s, g.other, g.slip)
+            n1, n2, q, w = g.own.normal, g.other.normal, g.around, weight[e]
+            slip1, slip2, m = dot(n1, g.radial) / g.rho, dot(n2, g.radial) / g.rho, cross(n1, q)
+            row1 = half_row(n1, p1, q, m, slip1, g.own.bend, g.slip, spin, c1)
+            row2 = half_row(n2, p2, q, m, slip2, 0.0, g.slip, spin, c1)
+            put3(f, 0, e, scale(w, axpy(p1.load, n1, scale(p2.load, n2))))
+            put_matrix(ka, 0, e, 0.0, scale(w, n1), row1, scale(w, n2), row2)
+            turns = w * (p1.load * slip1 + p2.load * slip2)  # n turns
+            plus_matrix(ka, 0, e, 0.0, scale(turns, q), q, scale(w * p1.load * g.own.bend, m), m)
+    else:
+        for e in range(LANES):
+            acts, p, along, per_speed = floor_load(s, s.stiffness, get3(t, POINT_R, e), get3(t, POINT_V, e))
+            n, w = s.axis, weight[e]
+            put3(f, 0, e, scale(w, acts))
+            k = w * s.friction * p.load * c1 * per_speed
+            direction = scale(w, axpy(-s.friction, along, n))
+            put_matrix(ka, 0, e, -k, direction, scale(-p.by_depth - c1 * p.by_closing, n), scale(k, n), n)
+            plus_matrix(ka, 0, e, 0.0, scale(k, along), along, (0.0, 0.0, 0.0), n)

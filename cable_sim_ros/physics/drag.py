@@ -2,7 +2,8 @@
 
 Sources: Driscoll & Nahon as printed by Westin (2018) (58)-(69), ribbon fairing (145), Choo & Casarella C_D(Re)
 (61)-(62). Corrected against the print (project theory notes): the drag acts along +V with V = V_f - r_t; (58b) keeps
-one sign; G of (64) is the total factor, f = f_D(V_f - r_t) + (G-1) f_D(V_f); the second line of (145) is f_t;
+one sign; G of (64) is the total factor, f = f_D(V_f - r_t) + (G-1) f_D(mean of V_f - r_t): printed for a cable at
+rest in a steady stream, taken here with its own mean velocity; the second line of (145) is f_t;
 the Froude-Krylov part of (69b) is counted once (a horizontal, steady, sheared current has none).
 
 A law is two trigonometric polynomials in eta = atan(v_n/|v_t|): f_n up to 2 eta, f_t up to 5 eta. The quintic of (60b)
@@ -157,6 +158,17 @@ def point_lanes(x, n, d, current, t):
 
 
 @driver
+def mean_lanes(m, n, t):
+    """Row W of t less the cable's own mean velocity: the mean flow past it; m: that of the unknowns [12, LANES]."""
+    if m.shape[1] != LANES or n.shape[1] != LANES or t.shape[1] != LANES:
+        raise ValueError("lanes")
+    for e in range(LANES):
+        v = axpy(n[0, e], get3(m, 0, e), axpy(n[1, e], get3(m, 3, e), axpy(
+            n[2, e], get3(m, 6, e), scale(n[3, e], get3(m, 9, e)))))
+        put3(t, POINT_W, e, sub(get3(t, POINT_W, e), v))
+
+
+@driver
 def coefficient_lanes(p, t, row):
     """V_n, C_D and dC_D/dRe for the velocity in ``row`` (POINT_V or POINT_W) of t; lanes off the top branch singly."""
     if p.shape[1] != LANES or t.shape[1] != LANES:
@@ -230,8 +242,8 @@ def load_tangent_lanes(t, p, c1, c2, current, weight, f, ka, kb):
 
 
 @driver
-def rest_lanes(t, p, weight, f):
-    """Add weight * (G-1) f_D(V_f), the extra drag of a cable at rest, to f[3, LANES]."""
+def mean_load_lanes(t, p, weight, f):
+    """Add weight * (G-1) f_D of the mean flow (row W of t), the extra drag of amplification, to f[3, LANES]."""
     if t.shape[1] != LANES or p.shape[1] != LANES or weight.shape[0] != LANES or f.shape[1] != LANES:
         raise ValueError("lanes")
     for e in range(LANES):
@@ -240,8 +252,8 @@ def rest_lanes(t, p, weight, f):
 
 
 @driver
-def rest_tangent_lanes(t, p, current, weight, f, ka, kb):
-    """rest_lanes with its derivatives added to ka and kb; a cable at rest has no velocity part."""
+def mean_tangent_lanes(t, p, c1, current, weight, f, ka, kb):
+    """mean_load_lanes with its derivatives added to ka and kb; c1: change of the mean velocity with position [1/s]."""
     if t.shape[1] != LANES or p.shape[1] != LANES or weight.shape[0] != LANES or (
             f.shape[1] != LANES or ka.shape[1] != LANES or kb.shape[1] != LANES):
         raise ValueError("lanes")
@@ -256,6 +268,8 @@ def rest_tangent_lanes(t, p, current, weight, f, ka, kb):
         ka[2, e] += s * dz[0]
         ka[5, e] += s * dz[1]
         ka[8, e] += s * dz[2]
+        o = -s * c1
+        plus_matrix(ka, 0, e, o * y, w, scale(o, q), u, scale(o, r))
         k = s * t[POINT_PER_G, e]
         i = k * (z - y * vt)
         h = scale(k * (y2 - y1 * vt), w)
@@ -274,22 +288,23 @@ def amplified(p):
 
 @driver
 def water_load(t, p, weight, second, f):
-    """Line load of one point a lane, f[3, LANES] = weight * f; second: with the extra rest drag."""
+    """Line load of one point a lane, f[3, LANES] = weight * f; second: with the extra drag of the mean flow."""
     coefficient_lanes(p, t, POINT_V)
     load_lanes(t, p, weight, f)
     if second:
         coefficient_lanes(p, t, POINT_W)
-        rest_lanes(t, p, weight, f)
+        mean_load_lanes(t, p, weight, f)
 
 
 @driver
-def water_tangent(t, p, c1, c2, current, weight, second, f, ka, kb):
-    """water_load with its derivatives, see load_tangent_lanes."""
+def water_tangent(t, p, change, current, weight, second, out):
+    """water_load with its derivatives, see load_tangent_lanes; change: state.Change; out: f, ka, kb."""
+    f, ka, kb = out
     coefficient_lanes(p, t, POINT_V)
-    load_tangent_lanes(t, p, c1, c2, current, weight, f, ka, kb)
+    load_tangent_lanes(t, p, change.velocity, change.acceleration, current, weight, f, ka, kb)
     if second:
         coefficient_lanes(p, t, POINT_W)
-        rest_tangent_lanes(t, p, current, weight, f, ka, kb)
+        mean_tangent_lanes(t, p, change.share * change.velocity, current, weight, f, ka, kb)
 
 
 @driver
@@ -306,11 +321,12 @@ def spread_force(n, f, points, force):
 
 
 @driver
-def spread_matrix(n, d, ka, kb, points, mixed, k):
-    """k_ij -= sum over points g of N_i (N_j ka[g] + N_j' kb[g]): n, d [points, 4]; the others [points, 9, LANES].
+def spread_matrix(n, d, loads, points, mixed, k):
+    """k_ij -= sum over points g of N_i (N_j ka[g] + N_j' kb[g]): n, d [points, 4]; loads: ka and kb [points, 9, LANES].
 
     Column by column of k [144, LANES]; two rows and four points at a time, so that loads do not outnumber products.
     """
+    ka, kb = loads
     y, z = k.reshape(16, 9 * LANES), mixed.reshape(mixed.shape[0], 9 * LANES)
     za, zb = ka.reshape(ka.shape[0], 9 * LANES), kb.reshape(kb.shape[0], 9 * LANES)
     if y.shape[1] != 9 * LANES or z.shape[1] != 9 * LANES or za.shape[1] != 9 * LANES or zb.shape[1] != 9 * LANES:

@@ -22,6 +22,24 @@ class Flag(IntFlag):
     COMMAND_STALE = 256  # a rate command ran into winch.command_timeout and is held at its length
     DRUM_END = 512  # the cable end on the drum has come to the drum's tangent point: pay-out stopped
     NOT_FINITE = 1024  # a non-finite number was found: the tick was rolled back, the run halted
+    SEABED = 2048  # cable or towbody lies on the seabed
+
+
+# the same as plain numbers, in the same order: kernels know no enums
+(
+    NEWTON_FAILED,
+    HALVED,
+    SLACK,
+    DETACHED,
+    PENETRATION,
+    COARSE_AT_SURFACE,
+    MOTION_STALE,
+    MOTION_BLENDING,
+    COMMAND_STALE,
+    DRUM_END,
+    NOT_FINITE,
+    SEABED,
+) = (int(flag) for flag in Flag if flag)
 
 
 class Source(IntFlag):
@@ -74,7 +92,8 @@ FIELDS = (
         "least distance below the groove top along the wrap; past a rim minus the way from it; -depth: so far or more",
     ),
     ("contact_stations", (), "i8", "1", "rows of the contact table that are filled"),
-    ("penetration", (), "f8", "m", "deepest penetration of a contact surface"),
+    ("penetration", (), "f8", "m", "deepest penetration of drum and sheave"),
+    ("seabed_length", (), "f8", "m", "unstretched length of cable that lies on the seabed"),
     (
         "detachments",
         (),

@@ -12,8 +12,9 @@ import numpy as np
 
 from .banded import solve, solve_again
 from .jit import NO, YES, driver, inline, link, opaque
-from .line import LAST_STEP, RESIDUAL, TANGENTS, link_assembly, residual
+from .line import AT_REST, link_assembly, residual
 from .quantity import Block, quantity
+from .state import GAIN, MEAN, NOW, STEP, A, Change, Q, V, X, keep
 
 
 class Solver(Block):
@@ -28,11 +29,6 @@ class Solver(Block):
     max_halvings: int = quantity(8, "1", 0, 20, "halvings of a step before the solver gives up")
 
 
-# change of a gradient in one step, and the step [s] below which it may change by more: long steps that turn slack cable
-# farther gain energy until one has no solution
-TURN_MOST, TURN_STEP = 0.2, 4e-4
-
-
 @inline
 def coefficients(h, rho):
     """am, af, beta, gamma of generalised-alpha and c1 = dv/dq, c2 = da/dq of a step h [s]."""
@@ -40,6 +36,12 @@ def coefficients(h, rho):
     gamma = 0.5 + af - am
     beta = 0.25 * (gamma + 0.5) ** 2
     return am, af, beta, gamma, gamma / (h * beta), (1.0 - am) / ((1.0 - af) * h * h * beta)
+
+
+@inline
+def mean_share(line, h):
+    """Share of a step of h [s] that the running mean of the velocity takes up: backward Euler of m' = (v - m) / tau."""
+    return h / (line.settings[0].mean_flow_time + h)
 
 
 @driver
@@ -51,85 +53,84 @@ def copy(a, b):
 
 
 @driver
-def trend(line, h):
-    """Share (0 or 1) of the last gain in acceleration that the next step begins with; line.gain takes the new gain.
+def trend(state, h):
+    """Share (0 or 1) of the last gain in acceleration that the next step begins with; row GAIN takes the new gain.
 
     1 where the acceleration of the step before, had it gone on to change like that, would have been the better guess.
     """
-    old = line.old[2]
+    old, a, gain, health = state.nodes[STEP, A], state.nodes[NOW, A], state.nodes[NOW, GAIN], state.memory[NOW].health
     alike, size = 0.0, 0.0
     for n in range(old.shape[0]):
         for k in range(6):
-            new = line.a[n, k] - old[n, k]
+            new = a[n, k] - old[n, k]
             if k < 3:
-                alike += new * line.gain[n, k]
-                size += line.gain[n, k] * line.gain[n, k]
-            line.gain[n, k] = new
-    same, line.health[LAST_STEP] = line.health[LAST_STEP] == h, h
+                alike += new * gain[n, k]
+                size += gain[n, k] * gain[n, k]
+            gain[n, k] = new
+    same, health.last_step = health.last_step == h, h
     return 1.0 if same and alike > 0.5 * size else 0.0
 
 
 @driver
-def predict(line, h, rho):
-    """Begin a step: remember the old state, extrapolate with an acceleration that stays or goes on changing.
+def predict(line, state, h):
+    """Begin a step: keep the present in slot STEP, extrapolate with an acceleration that stays or goes on changing.
 
     In a step of another length, so after a halving, it stays (see trend): one that goes on changing may foresee stiff
     cable as pushing, where the tangent is next to singular.
     """
-    am, af, beta, gamma, _, _ = coefficients(h, rho)
-    share = trend(line, h)
-    old = line.old
-    copy(line.q, old[0])
-    copy(line.v, old[1])
-    copy(line.a, old[2])
-    copy(line.x, old[3])
-    for n in range(line.q.shape[0]):
+    am, af, beta, gamma, _, _ = coefficients(h, line.settings[0].rho_inf)
+    share = trend(state, h)
+    keep(state, STEP)
+    q, v, a, gain = state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[NOW, A], state.nodes[NOW, GAIN]
+    old_v, old_a, old_x = state.nodes[STEP, V], state.nodes[STEP, A], state.nodes[STEP, X]
+    for n in range(q.shape[0]):
         for k in range(6):
-            rise, x = share * line.gain[n, k], old[3, n, k]
-            new = (old[2, n, k] + (1.0 - af) * rise - am * x) / (1.0 - am)
-            line.q[n, k] += h * old[1, n, k] + h * h * ((0.5 - beta) * x + beta * new)
-            line.v[n, k] += h * ((1.0 - gamma) * x + gamma * new)
-            line.a[n, k] += rise
+            rise, x = share * gain[n, k], old_x[n, k]
+            new = (old_a[n, k] + (1.0 - af) * rise - am * x) / (1.0 - am)
+            q[n, k] += h * old_v[n, k] + h * h * ((0.5 - beta) * x + beta * new)
+            v[n, k] += h * ((1.0 - gamma) * x + gamma * new)
+            a[n, k] += rise
 
 
 @driver
-def _newton(line, c1, c2, sigma):
-    """Solve the step for q with v += c1 dq, a += c2 dq. Returns the corrections used, or -1 where it does not converge.
+def _newton(line, state, change):
+    """Solve the step for q; v and a follow by change. Returns the corrections used, or -1 where it does not converge.
 
-    A tangent serves again where one more correction as good as its last meets the tolerance. health[TANGENTS], those
+    A tangent serves again where one more correction as good as its last meets the tolerance. health.tangents, those
     that the step before needed, tells from which correction on the residual is looked at without one.
     """
-    work, x = line.work, line.work.step
-    wanted, enough = line.health[TANGENTS], 0.0
+    work, x, health, tolerance = state.work, state.work.step, state.memory[NOW].health, line.settings[0].tolerance
+    q, v, a = state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[NOW, A]
+    wanted, enough = health.tangents, 0
     tangents, r, again = 0, np.inf, False
-    for i in range(line.max_iterations):
+    for i in range(line.settings[0].max_iterations):
         before = r
         if again:
             solve_again(work.band, work.lower, work.factor, x)
         else:
-            r = residual(line, c1, c2, sigma, YES)
-            if r <= line.tolerance:
-                line.health[RESIDUAL], line.health[TANGENTS] = r, tangents
+            r = residual(line, state, change, YES)
+            if r <= tolerance:
+                health.residual, health.tangents = r, tangents
                 return i
             if not r < 1e200 or not solve(work.band, work.lower, work.factor, x):
                 return -1
-            if enough == 0.0 and tangents > 0 and r * r <= line.tolerance * before:
+            if enough == 0 and tangents > 0 and r * r <= tolerance * before:
                 enough = tangents
             before = r
             tangents += 1
         for n in range(x.shape[0]):
             for k in range(6):
                 d = x[n, k]
-                line.q[n, k] += d
-                line.v[n, k] += c1 * d
-                line.a[n, k] += c2 * d
+                q[n, k] += d
+                v[n, k] += change.velocity * d
+                a[n, k] += change.acceleration * d
         if not again and tangents < wanted:
             continue
-        r = residual(line, c1, c2, sigma, NO)
-        if r <= line.tolerance:
-            line.health[RESIDUAL], line.health[TANGENTS] = r, enough if enough > 0.0 else tangents
+        r = residual(line, state, change, NO)
+        if r <= tolerance:
+            health.residual, health.tangents = r, enough if enough > 0 else tangents
             return i + 1
-        again = r * r <= line.tolerance * before
+        again = r * r <= tolerance * before
     return -1
 
 
@@ -137,91 +138,73 @@ newton = opaque(_newton)
 
 
 @driver
-def take_back(line):
-    """Return to the state at the beginning of the step."""
-    old = line.old
-    copy(old[0], line.q)
-    copy(old[1], line.v)
-    copy(old[2], line.a)
-    copy(old[3], line.x)
-
-
-@driver
-def advance(line, h, rho):
-    """Solve the predicted step, held unknowns already at its end. Returns the iterations, or -1 and the old state."""
-    am, af, _, _, c1, c2 = coefficients(h, rho)
-    old = line.old
-    used = newton(line, c1, c2, 0.0)
+def advance(line, state, h):
+    """Solve the predicted step, held unknowns already at its end. Returns the iterations, or -1 and no valid state."""
+    am, af, _, _, c1, c2 = coefficients(h, line.settings[0].rho_inf)
+    share = mean_share(line, h)
+    used = newton(line, state, Change(c1, c2, 0.0, share))
     if used < 0:
-        take_back(line)
         return used
-    for n in range(line.q.shape[0]):
+    v, a, x, mean = state.nodes[NOW, V], state.nodes[NOW, A], state.nodes[NOW, X], state.nodes[NOW, MEAN]
+    old_a, old_x = state.nodes[STEP, A], state.nodes[STEP, X]
+    for n in range(x.shape[0]):
         for k in range(6):
-            line.x[n, k] = ((1.0 - af) * line.a[n, k] + af * old[2, n, k] - am * old[3, n, k]) / (1.0 - am)
+            x[n, k] = ((1.0 - af) * a[n, k] + af * old_a[n, k] - am * old_x[n, k]) / (1.0 - am)
+            mean[n, k] += share * (v[n, k] - mean[n, k])
     return used
 
 
 @driver
-def whipped(q, old, h):
-    """Did a step of h [s], longer than TURN_STEP, turn a gradient by more than TURN_MOST? old: what predict kept."""
-    if h <= TURN_STEP:
-        return False
-    for n in range(q.shape[0]):
-        for k in range(3, 6):
-            if abs(q[n, k] - old[0, n, k]) > TURN_MOST:
-                return True
-    return False
+def rest_still(state):
+    """No velocity, no acceleration, and none in the mean."""
+    for row in (V, A, MEAN):
+        table = state.nodes[NOW, row]
+        for n in range(table.shape[0]):
+            for k in range(6):
+                table[n, k] = 0.0
 
 
 @driver
-def rest_still(v, a):
-    """v = a = 0."""
-    for n in range(v.shape[0]):
-        for k in range(6):
-            v[n, k] = 0.0
-            a[n, k] = 0.0
-
-
-@driver
-def settle(line, sigma, max_steps, step_most):
+def settle(line, state, sigma, max_steps, step_most):
     """Static equilibrium with the held unknowns where they are: backward Euler, step 0.02 s growing by 1.7.
 
     sigma: mass damping [1/s]. Returns (steps, iterations, residual [N] at rest); steps < 0 where it did not settle.
     """
-    old = line.old
-    rest_still(line.v, line.a)
+    q, v, a, x = state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[NOW, A], state.nodes[NOW, X]
+    old_q, old_v = state.nodes[STEP, Q], state.nodes[STEP, V]
+    rest_still(state)
     h, count, total = 0.02, 0, 0
     for _ in range(max_steps):
-        copy(line.q, old[0])
-        copy(line.v, old[1])
-        for n in range(line.q.shape[0]):
+        copy(q, old_q)
+        copy(v, old_v)
+        for n in range(q.shape[0]):
             for k in range(6):
-                line.a[n, k] = -old[1, n, k] / h
-                line.v[n, k] = 0.0
-        used = newton(line, 1.0 / h, 1.0 / (h * h), sigma)
+                a[n, k] = -old_v[n, k] / h
+                v[n, k] = 0.0
+        used = newton(line, state, Change(1.0 / h, 1.0 / (h * h), sigma, 0.0))
         count += 1
         if used < 0:
-            copy(old[0], line.q)
-            copy(old[1], line.v)
+            copy(old_q, q)
+            copy(old_v, v)
             h *= 0.25
             if h < 1e-5:
                 break
             continue
         total += used
         if h >= min(1.0, step_most):  # balanced at rest is settled; a free end without tension needs no longer one
-            copy(line.v, old[1])
-            rest_still(line.v, line.a)
-            rest = residual(line, 0.0, 0.0, 0.0, NO)
-            if rest <= line.tolerance:
-                rest_still(line.x, line.a)
+            copy(v, old_v)
+            rest_still(state)
+            rest = residual(line, state, AT_REST, NO)
+            if rest <= line.settings[0].tolerance:
+                copy(a, x)
                 return count, total, rest
-            copy(old[1], line.v)
+            copy(old_v, v)
         h = min(1.7 * h, step_most)
-    rest_still(line.v, line.a)
-    return -count, total, residual(line, 0.0, 0.0, 0.0, NO)
+    rest_still(state)
+    return -count, total, residual(line, state, AT_REST, NO)
 
 
-def link_solver(line) -> None:
+def link_solver(line, state) -> None:
     """Compile or load the assembly and the Newton solve and publish them; call before anything that uses them runs."""
-    link_assembly(line)
-    link(_newton, line, 0.0, 0.0, 0.0)
+    link_assembly(line, state)
+    link(_newton, line, state, AT_REST)

@@ -9,16 +9,24 @@ from __future__ import annotations
 from enum import Enum
 from math import cos, pi, sin
 
+import numpy as np
+
 from .jit import driver
 from .quantity import Block, quantity
 
-# State.setpoint (float64): mean track of the sheave x, y, yaw; their rates; set-point and rate at the last tick
-TRACK, TRACK_RATE, LENGTH, RATE = 0, 3, 6, 7
-SETPOINT_STATE = 8
-
-# Model.setpoint (float64, writeable: the algorithm may be changed between ticks)
-ALGORITHM, ANGLE, HEIGHT, WASHOUT = 0, 1, 2, 3
-SETPOINT_ROWS = 4
+SETPOINT = np.dtype(
+    [
+        ("algorithm", "i8"),  # place in LAWS; may be changed between ticks
+        ("angle", "f8"),  # rad, nominal departure angle
+        ("height", "f8"),  # m, of the sheave at the start
+        ("washout", "f8"),  # s
+        ("track", "f8", 3),  # mean track of the sheave x, y, yaw, and their rates
+        ("track_rate", "f8", 3),
+        ("length", "f8"),  # m, set-point at the last step, and its rate
+        ("rate", "f8"),
+    ],
+    align=True,
+)
 
 
 class SetpointLaw(str, Enum):
@@ -57,31 +65,32 @@ class Setpoint(Block):
 
 
 @driver
-def mean_track(row, state, x, y, yaw, h):
+def mean_track(state, sheave, yaw, h):
     """Follow the mean track of the sheave over a tick h [s]: second-order tracker, damping 0.707."""
-    if row[WASHOUT] <= 0.0:
+    if state.washout <= 0.0:
         return
-    w = 2.0 * pi / row[WASHOUT]
+    w = 2.0 * pi / state.washout
     for i in range(3):
-        e = (x if i == 0 else (y if i == 1 else yaw)) - state[TRACK + i]
+        e = (yaw if i == 2 else sheave.position[i]) - state.track[i]
         k = 1.0 + 1.414 * w * h + w * w * h * h
-        e = (e - h * state[TRACK_RATE + i]) / k
-        state[TRACK_RATE + i] += w * w * h * e
-        state[TRACK + i] += h * (state[TRACK_RATE + i] + 1.414 * w * e)
+        e = (e - h * state.track_rate[i]) / k
+        state.track_rate[i] += w * w * h * e
+        state.track[i] += h * (state.track_rate[i] + 1.414 * w * e)
 
 
 @driver
-def compensation(row, state, p, v, angle):
-    """Set-point L [m] and its rate for the sheave centre at p with velocity v (tow frame), measured departure angle
-    [rad]."""
-    law = int(row[ALGORITHM])
+def compensation(state, sheave, angle):
+    """Set-point L [m] and its rate for a SETPOINT record, the sheave's place and velocity (tow frame), the measured
+    departure angle [rad]."""
+    law = state.algorithm
     if law == 0:
         return 0.0, 0.0
-    c, s = cos(state[TRACK + 2]), sin(state[TRACK + 2])
-    dx = c * (p[0] - state[TRACK]) + s * (p[1] - state[TRACK + 1])
-    dz = p[2] - row[HEIGHT]
-    vx = c * (v[0] - state[TRACK_RATE]) + s * (v[1] - state[TRACK_RATE + 1])
-    theta = row[ANGLE] if law == 1 or law == 3 else min(max(angle, 0.0), ANGLE_MOST)
+    p, v = sheave.position, sheave.velocity
+    c, s = cos(state.track[2]), sin(state.track[2])
+    dx = c * (p[0] - state.track[0]) + s * (p[1] - state.track[1])
+    dz = p[2] - state.height
+    vx = c * (v[0] - state.track_rate[0]) + s * (v[1] - state.track_rate[1])
+    theta = state.angle if law == 1 or law == 3 else min(max(angle, 0.0), ANGLE_MOST)
     if law <= 2:
         return dx * sin(theta) + dz * cos(theta), vx * sin(theta) + v[2] * cos(theta)
-    return p[2] / cos(theta) - row[HEIGHT] / cos(row[ANGLE]), v[2] / cos(theta)
+    return p[2] / cos(theta) - state.height / cos(state.angle), v[2] / cos(theta)

@@ -20,9 +20,26 @@ from .jit import driver, inline
 from .quantity import Block, quantity
 from .vec import add, cross, scale
 
-# State.ship (float64): six coordinates, rates, accelerations of base_link, then the blend
-COORD, RATE, ACCEL, EPOCH_NOW, SOURCE_NOW, AGE, BLEND_LENGTH, OFFSET, OFFSET_RATE = 0, 6, 12, 18, 19, 20, 21, 22, 28
-SHIP_STATE = 34
+MOTION = np.dtype([("coord", "f8", 6), ("rate", "f8", 6), ("accel", "f8", 6)])  # x y z roll pitch yaw of base_link
+SHIP = np.dtype(
+    [
+        ("motion", MOTION),  # now, tow frame
+        ("mean_coord", "f8", 6),  # mean coordinates, tow frame
+        ("epoch", "f8"),  # of the samples that are followed
+        ("source", "f8"),  # Source of the newest sample used
+        ("age", "f8"),  # s, simulation time less its stamp
+        ("blend_length", "f8"),  # s, 0: no blend
+        ("offset", "f8", 6),  # what dies out in a blend
+        ("offset_rate", "f8", 6),
+        ("unblended", MOTION),  # scratch of follow()
+    ],
+    align=True,
+)
+TOW_FRAME = np.dtype([("origin", "f8", 2), ("velocity", "f8", 2)])  # m at the start, m/s
+TIME = np.dtype([("now", "i8"), ("start", "i8"), ("ticks", "i8"), ("blend", "i8")])  # ns, ns, 1, ns: a blend begins
+SHIP_TIMES = np.dtype(
+    [("stale_after", "f8"), ("stale_decay", "f8"), ("start_blend", "f8"), ("source_blend", "f8")]
+)  # s
 NO_EPOCH = -1.0
 
 
@@ -68,8 +85,9 @@ def unrotate(c, s):
 
 
 @inline
-def spin(c, d, dd):
-    """Angular velocity and acceleration in the world from angles c[3:6], their rates and accelerations."""
+def spin(motion):
+    """Angular velocity and acceleration in the world of a MOTION."""
+    c, d, dd = motion.coord, motion.rate, motion.accel
     cp, sp, cy, sy = cos(c[4]), sin(c[4]), cos(c[5]), sin(c[5])
     axis_pitch, axis_roll = (-sy, cy, 0.0), (cy * cp, sy * cp, -sp)
     yaw = (0.0, 0.0, d[5])
@@ -100,10 +118,11 @@ def quaternion(c):
 
 
 @inline
-def hull_point(c, d, dd, s, ds, dds):
+def hull_point(motion, s, ds, dds):
     """World position, velocity, acceleration of the hull point s [m, base_link] that moves with ds, dds
-    in base_link."""
-    omega, alpha = spin(c, d, dd)
+    in base_link; motion: a MOTION."""
+    c, d, dd = motion.coord, motion.rate, motion.accel
+    omega, alpha = spin(motion)
     r, dr, ddr = rotate(c, s), rotate(c, ds), rotate(c, dds)
     turn = cross(omega, r)
     p = add((c[0], c[1], c[2]), r)
@@ -113,8 +132,10 @@ def hull_point(c, d, dd, s, ds, dds):
 
 
 @inline
-def hermite(t, h, x0, v0, x1, v1):
-    """Value, rate, acceleration of the cubic through (x0, v0) at 0 and (x1, v1) at h, at time t."""
+def hermite(t, h, at_0, at_h):
+    """Value, rate, acceleration at time t of the cubic through (x0, v0) at 0 and (x1, v1) at h."""
+    x0, v0 = at_0
+    x1, v1 = at_h
     s = t / h
     b = 3.0 * (x1 - x0) - h * (2.0 * v0 + v1)
     c = -2.0 * (x1 - x0) + h * (v0 + v1)
@@ -126,21 +147,29 @@ def hermite(t, h, x0, v0, x1, v1):
 
 
 @inline
-def frame_shift(frame, t, start):
-    """Position of the tow frame at time t [ns]: origin + velocity (t - start)."""
-    s = (t - start) * 1e-9
-    return frame[0] + frame[2] * s, frame[1] + frame[3] * s
+def frame_shift(memory, t):
+    """Position x y of the tow frame at time t [ns]: origin + velocity (t - start)."""
+    s = (t - memory.time.start) * 1e-9
+    frame = memory.frame
+    return frame.origin[0] + frame.velocity[0] * s, frame.origin[1] + frame.velocity[1] * s
+
+
+@inline
+def axis_of(pair, i):
+    """Component i of six coordinates of what only x and y have: pair [2]."""
+    return pair[0] if i == 0 else (pair[1] if i == 1 else 0.0)
 
 
 @driver
-def path(t, epoch, inputs, frame, start, mean, decay, out):
-    """Unblended motion of one epoch at time t [ns] into out[18]; returns (source, age [s]).
+def path(t, epoch, inputs, memory, decay, out):
+    """Unblended motion of one epoch at time t [ns] into the MOTION out; returns (source, age [s]).
 
-    mean: mean coordinates [6] in the tow frame; NO_EPOCH follows them. Past the newest sample of the epoch the motion
-    dies out: heave, roll, pitch to their mean, surge, sway, yaw to rest.
+    NO_EPOCH follows the mean coordinates. Past the newest sample of the epoch the motion dies out with time constant
+    decay [s]: heave, roll, pitch to their mean, surge, sway, yaw to rest.
     """
-    for i in range(18):
-        out[i] = mean[i] if i < 6 else 0.0
+    mean, velocity = memory.ship.mean_coord, memory.frame.velocity
+    for i in range(6):
+        out.coord[i], out.rate[i], out.accel[i] = mean[i], 0.0, 0.0
     if epoch == NO_EPOCH:
         return 0.0, 0.0
     head = inputs.motion_head[0]
@@ -161,74 +190,67 @@ def path(t, epoch, inputs, frame, start, mean, decay, out):
     if newest < 0:
         return 0.0, 0.0
     row = before if before >= 0 else newest
-    fx, fy = frame_shift(frame, inputs.motion_time[row], start)
+    first = frame_shift(memory, inputs.motion_time[row])
     if before >= 0 and newest != before:  # newest is now the first sample after t
         h = (inputs.motion_time[newest] - inputs.motion_time[before]) * 1e-9
-        gx, gy = frame_shift(frame, inputs.motion_time[newest], start)
+        second = frame_shift(memory, inputs.motion_time[newest])
         for i in range(6):
-            f = fx if i == 0 else (fy if i == 1 else 0.0)
-            g = gx if i == 0 else (gy if i == 1 else 0.0)
-            w = frame[2] if i == 0 else (frame[3] if i == 1 else 0.0)
-            out[i], out[6 + i], out[12 + i] = hermite(
+            f, g, w = axis_of(first, i), axis_of(second, i), axis_of(velocity, i)
+            out.coord[i], out.rate[i], out.accel[i] = hermite(
                 (t - inputs.motion_time[before]) * 1e-9,
                 h,
-                inputs.motion[before, i] - f,
-                inputs.motion[before, 6 + i] - w,
-                inputs.motion[newest, i] - g,
-                inputs.motion[newest, 6 + i] - w,
+                (inputs.motion[before, i] - f, inputs.motion[before, 6 + i] - w),
+                (inputs.motion[newest, i] - g, inputs.motion[newest, 6 + i] - w),
             )
         return inputs.motion[before, SOURCE], (t - inputs.motion_time[newest]) * 1e-9
     tau = (t - inputs.motion_time[row]) * 1e-9
     fade = exp(-tau / decay) if tau > 0.0 else 1.0
     for i in range(6):
-        f = fx if i == 0 else (fy if i == 1 else 0.0)
-        w = frame[2] if i == 0 else (frame[3] if i == 1 else 0.0)
-        x, v = inputs.motion[row, i] - f, inputs.motion[row, 6 + i] - w
+        x, v = inputs.motion[row, i] - axis_of(first, i), inputs.motion[row, 6 + i] - axis_of(velocity, i)
         if tau <= 0.0:  # before the first sample of the epoch: straight back
-            out[i], out[6 + i] = x + v * tau, v
+            out.coord[i], out.rate[i] = x + v * tau, v
         else:
             rest = mean[i] if 2 <= i <= 4 else x
             d = x - rest
             k = v + d / decay if 2 <= i <= 4 else v
-            out[i] = rest + (d + k * tau) * fade
-            out[6 + i] = (k - (d + k * tau) / decay) * fade
-            out[12 + i] = (-2.0 * k + (d + k * tau) / decay) / decay * fade
+            out.coord[i] = rest + (d + k * tau) * fade
+            out.rate[i] = (k - (d + k * tau) / decay) * fade
+            out.accel[i] = (-2.0 * k + (d + k * tau) / decay) / decay * fade
     return inputs.motion[row, SOURCE], tau
 
 
 @driver
-def blend(t, ship, clock, out):
-    """Add the dying offset of a changed source to out[18]."""
-    length = ship[BLEND_LENGTH]
-    tau = (t - clock) * 1e-9
+def blend(t, began, ship):
+    """Add the dying offset of a changed source to the ship's motion at t [ns]; began: ns. True while it lasts."""
+    length, out = ship.blend_length, ship.motion
+    tau = (t - began) * 1e-9
     if length > 0.0 and tau < length:
         for i in range(6):
-            x, v, a = hermite(tau, length, ship[OFFSET + i], ship[OFFSET_RATE + i], 0.0, 0.0)
-            out[i] += x
-            out[6 + i] += v
-            out[12 + i] += a
+            x, v, a = hermite(tau, length, (ship.offset[i], ship.offset_rate[i]), (0.0, 0.0))
+            out.coord[i] += x
+            out.rate[i] += v
+            out.accel[i] += a
         return True
     return False
 
 
 @driver
-def evaluate(t, ship, clock, inputs, frame, start, mean, decay):
-    """Motion of base_link at time t [ns] into ship[COORD..]; ship also receives source and age. True while blending."""
-    source, age = path(t, ship[EPOCH_NOW], inputs, frame, start, mean, decay, ship)
-    ship[SOURCE_NOW], ship[AGE] = source, age
-    return blend(t, ship, clock, ship)
+def evaluate(t, inputs, memory, decay):
+    """Motion of base_link at time t [ns] into memory.ship, with source and age. True while blending."""
+    ship = memory.ship
+    ship.source, ship.age = path(t, ship.epoch, inputs, memory, decay, ship.motion)
+    return blend(t, memory.time.blend, ship)
 
 
 @driver
-def follow(t, t_next, ship, clock, inputs, frame, start, mean, decay, start_blend, source_blend, work):
+def follow(t, t_next, inputs, memory, times):
     """At tick start t: take up a new epoch whose samples reach t_next, or late samples of this one.
 
     Late: the tick before went past the newest sample, and there are newer ones now. Either way the difference between
-    the motion used so far and the new path becomes an offset that dies out C1. Returns the time its blend starts,
-    else clock.
+    the motion used so far and the new path becomes an offset that dies out C1, from now on. times: SHIP_TIMES.
     """
-    head = inputs.motion_head[0]
-    old = ship[EPOCH_NOW]
+    ship, head = memory.ship, inputs.motion_head[0]
+    old = ship.epoch
     epoch = old
     for back in range(1, min(head, MOTION_ROWS - 8) + 1):
         row = (head - back) % MOTION_ROWS
@@ -239,16 +261,17 @@ def follow(t, t_next, ship, clock, inputs, frame, start, mean, decay, start_blen
         newest = (head - 1) % MOTION_ROWS
         if (
             head == 0
-            or ship[AGE] <= 0.0
+            or ship.age <= 0.0
             or inputs.motion[newest, EPOCH] != epoch
-            or (inputs.motion_time[newest] <= t - np.int64(ship[AGE] * 1e9) + 1000)
+            or inputs.motion_time[newest] <= t - np.int64(ship.age * 1e9) + 1000
         ):
-            return clock
-    path(t, epoch, inputs, frame, start, mean, decay, work)
-    for i in range(12):
-        ship[OFFSET + i] = ship[COORD + i] - work[i]
-    turns = floor(ship[OFFSET + 5] / (2.0 * pi) + 0.5)
-    ship[OFFSET + 5] -= 2.0 * pi * turns
-    ship[BLEND_LENGTH] = start_blend if old == NO_EPOCH else source_blend
-    ship[EPOCH_NOW] = epoch
-    return t
+            return
+    path(t, epoch, inputs, memory, times.stale_decay, ship.unblended)
+    for i in range(6):
+        ship.offset[i] = ship.motion.coord[i] - ship.unblended.coord[i]
+        ship.offset_rate[i] = ship.motion.rate[i] - ship.unblended.rate[i]
+    turns = floor(ship.offset[5] / (2.0 * pi) + 0.5)
+    ship.offset[5] -= 2.0 * pi * turns
+    ship.blend_length = times.start_blend if old == NO_EPOCH else times.source_blend
+    ship.epoch = epoch
+    memory.time.blend = t

@@ -1,42 +1,53 @@
-"""Contact surfaces: gap, normal and surface speed of drum and two-flank V-groove sheave, Westin (2018) (94)-(102).
+"""Contact surfaces: gap, normal and surface speed of drum, V-groove sheave and seabed, Westin (2018) (94)-(102).
 
-Geometry apart from law. A surface is a row of numbers: centre, velocity, spin and axis in the world, radius of the
-seated centreline, slope s of the flanks. With rel = r - c: y = rel.e_y, e_r and rho from the remainder, h = rho - R.
-The sheave is two halves, mirror images, each a solid ring as the centreline meets it: its flank n = -+cos(s) e_y +
-sin(s) e_r, delta = |y| cos s - h sin s, a round rim, and its cheek, delta = half width - |y|; (100) is printed in the
-wrong plane. Flank and cheek meet inside below the crest, nowhere nearer to the outside than the rim is round. The rim
-is what (105) cuts off, which makes Newton unsolvable (trap T4); on it the normal turns from that of the flank to that
-of the cheek. A drum is the groove with s = 90 deg, one flank and no rim.
+Geometry apart from law (contact.py). A surface is a record of a kind: centre, velocity, spin and axis in the world,
+radius of the seated centreline, slope s of the flanks. With rel = r - c: y = rel.e_y, e_r and rho from the remainder,
+h = rho - R.
+
+GROOVE: two halves, mirror images, each a solid ring as the centreline meets it: its flank n = -+cos(s) e_y + sin(s)
+e_r, delta = |y| cos s - h sin s, a round rim, and its cheek, delta = half width - |y|; (100) is printed in the wrong
+plane. Flank and cheek meet inside below the crest, nowhere nearer to the outside than the rim is round. The rim is what
+(105) cuts off, which makes Newton unsolvable (trap T4); on it the normal turns from that of the flank to that of the
+cheek. DRUM: the groove with s = 90 deg, one flank and no rim. FLOOR: a level plane through the centre.
 """
 
 from __future__ import annotations
 
-from math import cos, pi, sin, sqrt
+from math import cos, sin, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
 from .jit import inline
 from .quantity import REQUIRED, Block, quantity
-from .vec import axpy, cross, dot, scale
+from .vec import at3, axpy, cross, dot, scale, sub
 
-(CENTRE, SPEED, SPIN, AXIS, RADIUS, SLOPE_SIN, SLOPE_COS, STIFFNESS, DAMPING, RIM, TOP, CREST, SECOND_FLANK, BODY) = (
-    0,
-    3,
-    6,
-    9,
-    12,
-    13,
-    14,
-    15,
-    16,
-    17,
-    18,
-    19,
-    20,
-    21,
-)  # BODY: centre in base_link
-SURFACE_COLUMNS = 24
+DRUM, GROOVE, FLOOR = range(3)  # kinds
+ON_SHIP, ON_GROUND = range(2)  # what carries a surface
 NO_TOP = 1e30
+
+SURFACE = np.dtype(
+    [
+        ("kind", "i8"),
+        ("carrier", "i8"),
+        ("centre", "f8", 3),  # m, and its velocity [m/s], where the cable is simulated
+        ("speed", "f8", 3),
+        ("spin", "f8", 3),  # rad/s
+        ("axis", "f8", 3),  # unit
+        ("body", "f8", 3),  # m, the centre in axes of the carrier
+        ("radius", "f8"),  # m, of the seated centreline
+        ("slope_sin", "f8"),
+        ("slope_cos", "f8"),
+        ("rim", "f8"),  # m, radius of the round rim as the centreline meets it
+        ("top", "f8"),  # m, height of the top of the groove over the seat
+        ("crest", "f8"),  # m, |y| beyond which a point is beside the groove
+        ("stiffness", "f8"),  # N/m^2.5
+        ("damping", "f8"),  # s/m
+        ("friction", "f8"),  # Coulomb fraction of the normal load
+        ("slip", "f8"),  # m/s, slip at which 0.7 of the friction acts
+    ],
+    align=True,
+)
 
 
 class Sheave(Block):
@@ -56,6 +67,22 @@ class Sheave(Block):
     )
 
 
+class Seabed(Block):
+    depth: float | None = quantity(
+        None, "m", 0.1, 12000.0, "depth of the level seabed below the mean water surface; none: no seabed"
+    )
+    friction: float = quantity(
+        0.3, "1", 0.0, 2.0, "Coulomb friction of cable and towbody on the seabed, of the normal load", "no source: sand"
+    )
+    slip_speed: float = quantity(
+        0.01, "m/s", 1e-4, 1.0, "slip at which 0.71 of the friction acts; below it what lies there creeps"
+    )
+    penetration: float = quantity(
+        0.05, "m", 1e-3, 1.0, "how deep cable and towbody settle under their own wet weight; it sets the stiffness"
+    )
+    damping: float = quantity(1.0, "s/m", 0.0, 100.0, "Hunt-Crossley damping of the seabed")
+
+
 def surface_row(
     position,
     seat_radius: float,
@@ -65,24 +92,100 @@ def surface_row(
     stiffness: float,
     damping: float,
 ) -> np.ndarray:
-    """One row: centre in base_link [m], radius of the seated centreline [m], throat angle [rad] (None: drum), SI
-    units.
+    """A drum or sheave as a SURFACE record: centre in base_link [m], radius of the seated centreline [m], throat angle
+    [rad] (None: drum), SI units. It stands where its carrier's origin is the world's until it is placed.
 
     rim: radius of the round rim as the centreline meets it, the sheave's own and half a diameter.
     """
-    row = np.zeros(SURFACE_COLUMNS)
-    half = 0.5 * pi if throat_angle is None else 0.5 * throat_angle
-    row[BODY : BODY + 3] = position
-    row[RADIUS], row[STIFFNESS], row[DAMPING] = seat_radius, stiffness, damping
+    row = np.zeros((), SURFACE)
+    row["kind"], row["carrier"] = (DRUM if throat_angle is None else GROOVE), ON_SHIP
+    row["body"], row["centre"], row["axis"] = position, position, (0.0, 1.0, 0.0)
+    row["radius"], row["stiffness"], row["damping"] = seat_radius, stiffness, damping
     if throat_angle is None:
-        row[SLOPE_SIN], row[SLOPE_COS], row[SECOND_FLANK] = 1.0, 0.0, 0.0
-        row[RIM], row[TOP], row[CREST] = 0.0, NO_TOP, NO_TOP
+        row["slope_sin"], row["rim"], row["top"], row["crest"] = 1.0, 0.0, NO_TOP, NO_TOP
     else:
-        row[SLOPE_SIN], row[SLOPE_COS], row[SECOND_FLANK] = sin(half), cos(half), 1.0
-        rim = min(rim, 0.5 * groove_depth / (1.0 - sin(half)))
-        row[RIM], row[TOP] = rim, groove_depth
-        row[CREST] = (rim + (groove_depth - rim) * sin(half)) / cos(half)
+        slope_sin, slope_cos = sin(0.5 * throat_angle), cos(0.5 * throat_angle)
+        rim = min(rim, 0.5 * groove_depth / (1.0 - slope_sin))
+        row["slope_sin"], row["slope_cos"], row["rim"], row["top"] = slope_sin, slope_cos, rim, groove_depth
+        row["crest"] = (rim + (groove_depth - rim) * slope_sin) / slope_cos
     return row
+
+
+def floor_row(height: float, stiffness: float, damping: float, friction: float, slip: float) -> np.ndarray:
+    """A level floor as a SURFACE record: the height z [m] at which a centreline touches it; stiffness [N/m^2.5], SI."""
+    row = np.zeros((), SURFACE)
+    row["kind"], row["carrier"] = FLOOR, ON_GROUND
+    row["body"] = row["centre"] = (0.0, 0.0, height)
+    row["axis"], row["slope_sin"], row["top"], row["crest"] = (0.0, 0.0, 1.0), 1.0, NO_TOP, NO_TOP
+    row["stiffness"], row["damping"], row["friction"], row["slip"] = stiffness, damping, friction, slip
+    return row
+
+
+class Solid(NamedTuple):
+    """A SURFACE record as plain numbers: what is read once before a loop over points."""
+
+    kind: int
+    centre: tuple
+    speed: tuple
+    spin: tuple
+    axis: tuple
+    radius: float
+    slope_sin: float
+    slope_cos: float
+    rim: float
+    top: float
+    crest: float
+    stiffness: float
+    damping: float
+    friction: float
+    slip: float
+
+
+@inline
+def solid(s):
+    """A SURFACE record as a Solid."""
+    return Solid(
+        s.kind,
+        at3(s.centre, 0),
+        at3(s.speed, 0),
+        at3(s.spin, 0),
+        at3(s.axis, 0),
+        s.radius,
+        s.slope_sin,
+        s.slope_cos,
+        s.rim,
+        s.top,
+        s.crest,
+        s.stiffness,
+        s.damping,
+        s.friction,
+        s.slip,
+    )
+
+
+class Half(NamedTuple):
+    """One half of a surface and a point: penetration [m], unit normal, curvature [1/m] across the groove."""
+
+    depth: float
+    normal: tuple
+    bend: float
+
+
+class Gap(NamedTuple):
+    """Where a point is to a surface, without forces. A drum or floor has its own half only."""
+
+    own: Half
+    other: Half
+    slip: tuple  # m/s, velocity of the point relative to the surface
+    radial: tuple  # e_r; floor: its normal
+    around: tuple  # t = e_y x e_r
+    rho: float  # m, distance from the axis
+    height: float  # m, over the seat
+    side: float  # 1 where the point is at +e_y, -1 at -e_y
+    y: float  # m, along the axis
+
+
+NOWHERE = (0.0, 0.0, 0.0)
 
 
 @inline
@@ -96,38 +199,74 @@ def place(rel, ey, radius):
 
 
 @inline
-def own_half(side, y, h, er, ey, s):
-    """Penetration delta, normal n and curvature [1/m] of the half on the point's own side: flank, rim or cheek.
-
-    side: 1 where the point is at +e_y, -1 at -e_y.
-    """
-    u, w = side * y - s[CREST], h - (s[TOP] - s[RIM])  # from the middle of the round rim
+def own_half(side, y, h, er, s):
+    """The half on the point's own side: flank, rim or cheek."""
+    u, w = side * y - s.crest, h - (s.top - s.rim)  # from the middle of the round rim
     reach = sqrt(u * u + w * w + 1e-30)
-    rim, cheek = w > 0.0 and u * s[SLOPE_SIN] + w * s[SLOPE_COS] > 0.0, u > 0.0
-    across = u / reach if rim else (1.0 if cheek else -s[SLOPE_COS])
-    out = w / reach if rim else (0.0 if cheek else s[SLOPE_SIN])
-    flat = s[RIM] - u if cheek else side * y * s[SLOPE_COS] - h * s[SLOPE_SIN]
-    return s[RIM] - reach if rim else flat, axpy(side * across, ey, scale(out, er)), (1.0 / reach if rim else 0.0)
+    rim, cheek = w > 0.0 and u * s.slope_sin + w * s.slope_cos > 0.0, u > 0.0
+    across = u / reach if rim else (1.0 if cheek else -s.slope_cos)
+    out = w / reach if rim else (0.0 if cheek else s.slope_sin)
+    flat = s.rim - u if cheek else side * y * s.slope_cos - h * s.slope_sin
+    return Half(
+        s.rim - reach if rim else flat, axpy(side * across, s.axis, scale(out, er)), (1.0 / reach if rim else 0.0)
+    )
 
 
 @inline
-def other_half(side, y, h, er, ey, s):
-    """Penetration delta and normal n of the half across the groove: its flank, up to the crest of the own half."""
-    delta = -(side * y * s[SLOPE_COS] + h * s[SLOPE_SIN])
-    return delta if side * y < s[CREST] else 0.0, axpy(side * s[SLOPE_COS], ey, scale(s[SLOPE_SIN], er))
+def other_half(side, y, h, er, s):
+    """The half across the groove: its flank, up to the crest of the own half."""
+    delta = -(side * y * s.slope_cos + h * s.slope_sin)
+    normal = axpy(side * s.slope_cos, s.axis, scale(s.slope_sin, er))
+    return Half(delta if side * y < s.crest else 0.0, normal, 0.0)
 
 
 @inline
-def margin(y, h, s):
+def groove_gap(s, r, v):
+    """Both halves of a groove at a point r with velocity v."""
+    rel = sub(r, s.centre)
+    y, er, t, rho, h = place(rel, s.axis, s.radius)
+    slip = sub(sub(v, s.speed), cross(s.spin, rel))
+    side = 1.0 if y > 0.0 else -1.0
+    return Gap(own_half(side, y, h, er, s), other_half(side, y, h, er, s), slip, er, t, rho, h, side, y)
+
+
+@inline
+def drum_gap(s, r, v):
+    """A surface without a groove at a point r with velocity v."""
+    rel = sub(r, s.centre)
+    y, er, t, rho, h = place(rel, s.axis, s.radius)
+    slip = sub(sub(v, s.speed), cross(s.spin, rel))
+    return Gap(Half(-h, er, 0.0), Half(0.0, NOWHERE, 0.0), slip, er, t, rho, h, 1.0, y)
+
+
+@inline
+def floor_gap(s, r, v):
+    """A level plane at a point r with velocity v."""
+    h = dot(sub(r, s.centre), s.axis)
+    return Gap(Half(-h, s.axis, 0.0), Half(0.0, NOWHERE, 0.0), sub(v, s.speed), s.axis, NOWHERE, 1e30, h, 1.0, 0.0)
+
+
+@inline
+def gap(s, r, v):
+    """Gap of a Solid of any kind at a point r with velocity v."""
+    if s.kind == GROOVE:
+        return groove_gap(s, r, v)
+    if s.kind == DRUM:
+        return drum_gap(s, r, v)
+    return floor_gap(s, r, v)
+
+
+@inline
+def clearance(gap, s):
     """Distance [m] of a centreline below the top of its groove; beyond a crest minus the distance from it."""
-    below = s[TOP] - h
-    beyond = s[CREST] - abs(y)
+    below = s.top - gap.height
+    beyond = s.crest - abs(gap.y)
     return below if beyond >= 0.0 else min(below, beyond)
 
 
 @inline
 def beside(y, h, s):
     """1 or -1 where a centreline is beside the sheave, beyond a crest and nearer the axis than the seat; else 0."""
-    if h >= 0.0 or abs(y) <= s[CREST]:
+    if h >= 0.0 or abs(y) <= s.crest:
         return 0.0
     return 1.0 if y > 0.0 else -1.0

@@ -11,14 +11,27 @@ from math import atan2, cos, sin, sqrt
 
 import numpy as np
 
+from .contact import floor_load
 from .drag import smooth
 from .jit import driver, inline
 from .quantity import REQUIRED, Block, quantity
-from .vec import axpy, dot, scale
+from .surface import solid
+from .vec import at3, axpy, dot, scale
 
-# rows of the body table
-MASS, BUOYANCY, ADDED, DRAG, LIFT, SIZE, FLOW_TIME = 0, 1, 2, 5, 8, 9, 10  # ADDED, DRAG: three each
-BODY_ROWS = 11
+BODY = np.dtype(
+    [
+        ("mass", "f8"),  # kg
+        ("gravity", "f8"),  # m/s^2
+        ("buoyancy", "f8"),  # N
+        ("added", "f8", 3),  # kg
+        ("drag", "f8", 3),  # kg/m: rho/2 A C_D
+        ("lift", "f8"),  # kg/m
+        ("half_height", "f8"),  # m, half of that over which it leaves the water
+        ("flow_time", "f8"),  # s
+        ("floor_stiffness", "f8"),  # N/m^1.5 of a floor under it
+    ],
+    align=True,
+)
 SPEED_FLOOR = 1e-3
 
 
@@ -39,16 +52,16 @@ class Towbody(Block):
     )
 
 
-def body_table(body: Towbody, gravity: float, density: float) -> np.ndarray:
-    """The body as numbers: drag and lift areas carry rho/2."""
-    row = np.zeros(BODY_ROWS)
-    row[MASS] = body.mass
-    row[BUOYANCY] = body.mass * gravity - body.net_weight
-    row[ADDED : ADDED + 3] = body.added_mass
-    row[DRAG : DRAG + 3] = 0.5 * density * np.array(body.drag_area)
-    row[LIFT] = 0.5 * density * body.lift_area
-    row[SIZE] = 0.5 * max(row[BUOYANCY] / (density * max(gravity, 1e-9)), 1e-6) ** (1.0 / 3.0)
-    row[FLOW_TIME] = body.flow_time_constant
+def body_record(body: Towbody, gravity: float, density: float) -> np.ndarray:
+    """The body as a BODY record: drag and lift areas carry rho/2. It stands on no floor."""
+    row = np.zeros((), BODY)
+    row["mass"], row["gravity"] = body.mass, gravity
+    row["buoyancy"] = body.mass * gravity - body.net_weight
+    row["added"] = body.added_mass
+    row["drag"] = 0.5 * density * np.array(body.drag_area)
+    row["lift"] = 0.5 * density * body.lift_area
+    row["half_height"] = 0.5 * max(float(row["buoyancy"]) / (density * max(gravity, 1e-9)), 1e-6) ** (1.0 / 3.0)
+    row["flow_time"] = body.flow_time_constant
     return row
 
 
@@ -62,12 +75,15 @@ def flow_axes(flow):
 
 
 @driver
-def load(row, gravity, q, v, a, current, flow, c1, c2, sigma, tangent, band):
-    """Subtract the body's load from the last node's residual and, with tangent, add its derivative; band [6, 16].
+def load(body, node, current, change, tangent, band):
+    """Subtract the body's load from its node's row of the system, band [6, 16], and with tangent add its derivative.
 
-    Returns the power [W] the water gives to the body.
+    body: a BODY; node: q, v, a of the node and the low-passed flow past the body, each [6]; current [4]; change: see
+    state.Change. Returns the power [W] the water gives to the body.
     """
-    dry, dwet = smooth(q[2], -row[SIZE], row[SIZE])
+    q, v, a, flow = node
+    c1, c2, sigma = change.velocity, change.acceleration, change.damping
+    dry, dwet = smooth(q[2], -body.half_height, body.half_height)
     wet, dwet = 1.0 - dry, -dwet
     ux = current[0] - current[2] * q[2] - v[0]
     uy = current[1] - current[3] * q[2] - v[1]
@@ -75,18 +91,18 @@ def load(row, gravity, q, v, a, current, flow, c1, c2, sigma, tangent, band):
     c, s = flow_axes(flow)
     bx, by, bz = c * ux + s * uy, c * uy - s * ux, uz
     speed = sqrt(bx * bx + by * by + bz * bz + SPEED_FLOOR * SPEED_FLOOR)
-    kx, ky, kz = row[DRAG], row[DRAG + 1], row[DRAG + 2]
+    kx, ky, kz = body.drag[0], body.drag[1], body.drag[2]
     fx, fy, fz = kx * speed * bx, ky * speed * by, kz * speed * bz
     horizontal = bx * bx + by * by
     acc_x, acc_y = c * a[0] + s * a[1], c * a[1] - s * a[0]
-    mx, my, mz = row[ADDED], row[ADDED + 1], row[ADDED + 2]
+    mx, my, mz = body.added[0], body.added[1], body.added[2]
     lx, ly = fx - mx * acc_x, fy - my * acc_y
-    lz = fz - mz * a[2] + row[LIFT] * horizontal + row[BUOYANCY]
-    m = row[MASS]
+    lz = fz - mz * a[2] + body.lift * horizontal + body.buoyancy
+    m = body.mass
     wx, wy = c * lx - s * ly, s * lx + c * ly
     band[0, 12] -= m * (a[0] + sigma * v[0]) - wet * wx
     band[1, 12] -= m * (a[1] + sigma * v[1]) - wet * wy
-    band[2, 12] -= m * (a[2] + sigma * v[2] + gravity) - wet * lz
+    band[2, 12] -= m * (a[2] + sigma * v[2] + body.gravity) - wet * lz
     power = wet * (wx * v[0] + wy * v[1] + lz * v[2])
     if not tangent:
         return power
@@ -96,8 +112,8 @@ def load(row, gravity, q, v, a, current, flow, c1, c2, sigma, tangent, band):
         (kx * (speed + bx * bx * per_speed), kx * bx * by * per_speed, kx * bx * bz * per_speed),
         (ky * by * bx * per_speed, ky * (speed + by * by * per_speed), ky * by * bz * per_speed),
         (
-            kz * bz * bx * per_speed + 2.0 * row[LIFT] * bx,
-            kz * bz * by * per_speed + 2.0 * row[LIFT] * by,
+            kz * bz * bx * per_speed + 2.0 * body.lift * bx,
+            kz * bz * by * per_speed + 2.0 * body.lift * by,
             kz * (speed + bz * bz * per_speed),
         ),
     )
@@ -114,6 +130,26 @@ def load(row, gravity, q, v, a, current, flow, c1, c2, sigma, tangent, band):
     return power
 
 
+@driver
+def lie(body, surface, node, change, tangent, band):
+    """Add the load of a floor on the body to its node's row of the system, as load() does; returns its power [W]."""
+    q, v = at3(node[0], 0), at3(node[1], 0)
+    s = solid(surface)
+    acts, p, along, per_speed = floor_load(s, body.floor_stiffness, q, v)
+    for i in range(3):
+        band[i, 12] += acts[i]
+    if tangent:
+        n, c1 = s.axis, change.velocity
+        row = scale(-p.by_depth - c1 * p.by_closing, n)
+        direction = axpy(-s.friction, along, n)
+        k = s.friction * p.load * c1 * per_speed
+        for i in range(3):
+            for j in range(3):
+                same = 1.0 if i == j else 0.0
+                band[i, j] -= direction[i] * row[j] - k * (same - n[i] * n[j] - along[i] * along[j])
+    return dot(acts, v)
+
+
 @inline
 def attitude(flow):
     """Roll, pitch, yaw of the body: x against the low-passed flow past it."""
@@ -124,9 +160,13 @@ def attitude(flow):
 
 
 @driver
-def turn_into_flow(row, q, v, current, flow, h):
-    """Low-pass the flow past the body over a step h [s]: flow[0:3]; the body's turning rate [rad/s] into flow[3:6]."""
-    w = h / (row[FLOW_TIME] + h)
+def turn_into_flow(body, node, current, h):
+    """Low-pass the flow past the body over a step h [s]: flow[0:3]; the body's turning rate [rad/s] into flow[3:6].
+
+    node: q, v of the node and flow, each [6].
+    """
+    q, v, flow = node
+    w = h / (body.flow_time + h)
     _, pitch, yaw = attitude(flow)
     flow[0] += w * (current[0] - current[2] * q[2] - v[0] - flow[0])
     flow[1] += w * (current[1] - current[3] * q[2] - v[1] - flow[1])

@@ -6,7 +6,8 @@ element length and needs no smoothing width. The moving bound adds N_i f(xi*) (x
 
 from __future__ import annotations
 
-from .drag import amplified, point_lanes, water_load, water_tangent
+from .ancf import LENGTH
+from .drag import amplified, mean_lanes, point_lanes, water_load, water_tangent
 from .jit import LANES, driver, inline
 from .shape import W4, X4, shape, slope
 
@@ -73,27 +74,28 @@ def wet_intervals(z, bounds):
 
 
 @driver
-def waterline(e, group_x, group_p, current, c1, c2, tangent, work, force, k):
-    """Load of the partly wet element in lane e of a group, subtracted from force[12, e] and k[144, e].
+def waterline(e, work, current, change, tangent):
+    """Load of the partly wet element in lane e of a group, subtracted from force[12, e] and k[144, e] of the work.
 
     One Gauss point a lane of the work tables; the last lanes hold the moving bounds.
     """
-    x, p, n, d = work.cut_x, work.cut_p, work.cut_n, work.cut_d
+    x, p, n, d, t, force, k = work.cut_x, work.cut_p, work.cut_n, work.cut_d, work.point, work.force, work.k
     weight, at, ends, bounds = work.cut[0], work.cut[1], work.cut[2], work.cut[3]
-    z = (group_x[2, e], group_x[5, e], group_x[8, e], group_x[11, e])
+    z = (work.x[2, e], work.x[5, e], work.x[8, e], work.x[11, e])
     count = wet_intervals(z, bounds)
     if count == 0:
         return
-    t = work.point
     for lane in range(LANES):
         for row in range(x.shape[0]):
-            x[row, lane] = group_x[row, e]
+            x[row, lane] = work.x[row, e]
         for row in range(p.shape[0]):
-            p[row, lane] = group_p[row, e]
+            p[row, lane] = work.p[row, e]
+        for row in range(work.mean.shape[0]):
+            work.cut_mean[row, lane] = work.mean[row, e]
         weight[lane] = 0.0
         at[lane] = 0.0
         ends[lane] = 0.0
-    length = group_p[0, e]
+    length = work.p[LENGTH, e]
     lane = 0
     for i in range(count):
         low, high = bounds[2 * i], bounds[2 * i + 1]
@@ -114,6 +116,8 @@ def waterline(e, group_x, group_p, current, c1, c2, tangent, work, force, k):
         d[0, lane], d[1, lane], d[2, lane], d[3, lane] = ds
     point_lanes(x, n, d, current, t)
     second = amplified(p)
+    if second:
+        mean_lanes(work.cut_mean, n, t)
     water_load(t, p, weight, second, work.load[0])
     for lane in range(used):
         for i in range(4):
@@ -121,14 +125,13 @@ def waterline(e, group_x, group_p, current, c1, c2, tangent, work, force, k):
                 force[3 * i + c, e] -= n[i, lane] * work.load[0, c, lane]
     if not tangent:
         return
-    water_tangent(t, p, c1, c2, current, weight, second, work.load[0], work.by_place[0], work.by_slope[0])
+    ka, kb = work.by_place[0], work.by_slope[0]
+    water_tangent(t, p, change, current, weight, second, (work.load[0], ka, kb))
     for lane in range(used):
         for i in range(4):
             for j in range(4):
                 for c in range(9):
-                    k[9 * (4 * i + j) + c, e] -= n[i, lane] * (
-                        n[j, lane] * work.by_place[0, c, lane] + d[j, lane] * work.by_slope[0, c, lane]
-                    )
+                    k[9 * (4 * i + j) + c, e] -= n[i, lane] * (n[j, lane] * ka[c, lane] + d[j, lane] * kb[c, lane])
     for lane in range(LANES):
         weight[lane] = length
     water_load(t, p, weight, second, work.load[0])

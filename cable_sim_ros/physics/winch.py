@@ -8,31 +8,45 @@ from __future__ import annotations
 
 from math import cos, isnan, sin
 
+import numpy as np
+
 from .inputs import COMMAND_ROWS
 from .jit import driver, inline
 from .quantity import REQUIRED, Block, quantity
 
-# State.winch (float64), lengths relative to the start, positive out
-LENGTH_NOW, RATE_NOW, ACCEL_NOW, COMMANDED, COMMAND_AGE, STALE, AT_END, TARGET, TARGET_RATE = range(9)
-WINCH_STATE = 9
-SERVO_STEP = 1e-3  # s
-
-# Model.winch (float64)
-(CENTRE, SEAT, ANGLE_0, SIDE, GAIN_P, GAIN_D, RATE_MOST, ACCEL_MOST, TIMEOUT, PAYOUT_0, LENGTH_LEAST, LENGTH_MOST) = (
-    0,
-    3,
-    4,
-    5,
-    6,
-    7,
-    8,
-    9,
-    10,
-    11,
-    12,
-    13,
+# lengths relative to the start, positive out
+WINCH = np.dtype(
+    [
+        ("length", "f8"),  # m, paid out
+        ("rate", "f8"),  # m/s
+        ("accel", "f8"),  # m/s^2
+        ("commanded", "f8"),  # m, what the commands add up to
+        ("command_age", "f8"),  # s, -1: none yet
+        ("stale", "i8"),  # 1: a rate command ran into its time-out
+        ("at_end", "i8"),  # 1: pay-out stopped at either end
+        ("target", "f8"),  # m, what the servo steers to, and its rate
+        ("target_rate", "f8"),
+    ],
+    align=True,
 )
-WINCH_ROWS = 14
+DRUM = np.dtype(
+    [
+        ("centre", "f8", 3),  # m, base_link
+        ("radius", "f8"),  # m, of the cable's centreline on the drum
+        ("angle_0", "f8"),  # rad, drum angle at the start
+        ("side", "f8"),  # 1: the sheave lies aft of the drum, else -1
+        ("gain_p", "f8"),
+        ("gain_d", "f8"),
+        ("rate_most", "f8"),
+        ("accel_most", "f8"),
+        ("timeout", "f8"),  # s
+        ("payout_0", "f8"),  # m off the drum at the start
+        ("length_least", "f8"),
+        ("length_most", "f8"),
+    ],
+    align=True,
+)
+SERVO_STEP = 1e-3  # s
 
 
 class Winch(Block):
@@ -58,71 +72,73 @@ def clip(x, low, high):
 
 
 @inline
-def drum_point(row, length, rate, accel):
-    """Cable end in base_link, its velocity and acceleration there, for pay-out length, rate, accel since the start."""
-    r = row[SEAT]
-    phi, w, dw = row[ANGLE_0] - length / r, -rate / r, -accel / r
+def drum_point(drum, winch):
+    """Cable end in base_link, its velocity and acceleration there, for a DRUM and the WINCH record of now."""
+    r = drum.radius
+    phi, w, dw = drum.angle_0 - winch.length / r, -winch.rate / r, -winch.accel / r
     s, c = sin(phi), cos(phi)
-    x = row[SIDE]
-    p = (row[CENTRE] + x * r * s, row[CENTRE + 1], row[CENTRE + 2] + r * c)
+    x = drum.side
+    p = (drum.centre[0] + x * r * s, drum.centre[1], drum.centre[2] + r * c)
     v = (x * r * w * c, 0.0, -r * w * s)
     a = (x * r * (dw * c - w * w * s), 0.0, -r * (dw * s + w * w * c))
     return p, v, a
 
 
 @driver
-def command(t, h, row, inputs, winch):
+def command(t, h, drum, inputs, winch):
     """Commanded length at the end of a tick of h [s] that ends at t [ns]: newest command not younger than the tick.
 
     A length is approached at the largest rate and then held; a rate is integrated until its time-out. Returns the
     rate.
     """
     head = inputs.command_head[0]
-    winch[COMMAND_AGE], winch[STALE] = -1.0, 0.0
+    winch.command_age, winch.stale = -1.0, 0
     for back in range(1, min(head, COMMAND_ROWS - 8) + 1):
         i = (head - back) % COMMAND_ROWS
         if inputs.command_time[i] > t:
             continue
         age = (t - inputs.command_time[i]) * 1e-9
-        winch[COMMAND_AGE] = age
+        winch.command_age = age
         payout, rate = inputs.command[i, 0], inputs.command[i, 1]
         move = 0.0
         if not isnan(payout):
-            move = clip(payout - row[PAYOUT_0] - winch[COMMANDED], -row[RATE_MOST] * h, row[RATE_MOST] * h)
+            move = clip(payout - drum.payout_0 - winch.commanded, -drum.rate_most * h, drum.rate_most * h)
         elif not isnan(rate):
-            if age <= row[TIMEOUT]:
-                move = clip(rate, -row[RATE_MOST], row[RATE_MOST]) * h
+            if age <= drum.timeout:
+                move = clip(rate, -drum.rate_most, drum.rate_most) * h
             elif rate != 0.0:
-                winch[STALE] = 1.0
+                winch.stale = 1
         else:
             continue  # nothing commanded: the one before holds
-        winch[COMMANDED] += move
+        winch.commanded += move
         return move / h
     return 0.0
 
 
 @driver
-def servo(h, row, winch, x0, v0, x1, v1):
-    """Advance (136) by h [s] towards a set-point that goes from (x0, v0) to (x1, v1), relative to the start."""
+def servo(h, drum, winch, begin, end):
+    """Advance (136) by h [s] towards a set-point that goes from begin to end (length, rate), relative to the start."""
     count = max(1, int(h / SERVO_STEP + 0.999))
     d = h / count
-    k1, k2 = row[GAIN_P], row[GAIN_D]
-    x, v, a = winch[LENGTH_NOW], winch[RATE_NOW], winch[ACCEL_NOW]
-    winch[AT_END] = 0.0
+    x0, v0 = begin
+    x1, v1 = end
+    k1, k2 = drum.gain_p, drum.gain_d
+    x, v, a = winch.length, winch.rate, winch.accel
+    winch.at_end = 0
     b, c = 3.0 * (x1 - x0) - h * (2.0 * v0 + v1), -2.0 * (x1 - x0) + h * (v0 + v1)
     for i in range(count):
         s = (i + 1.0) / count
         target = x0 + s * (h * v0 + s * (b + s * c))
         rate = v0 + s * (2.0 * b + 3.0 * s * c) / h
-        if target > row[LENGTH_MOST] or target < row[LENGTH_LEAST]:
-            target, rate = clip(target, row[LENGTH_LEAST], row[LENGTH_MOST]), 0.0
-            winch[AT_END] = 1.0
+        if target > drum.length_most or target < drum.length_least:
+            target, rate = clip(target, drum.length_least, drum.length_most), 0.0
+            winch.at_end = 1
         new = (k1 * (target - x - d * v - 0.25 * d * d * a) + k2 * (rate - v - 0.5 * d * a)) / (
             1.0 + 0.25 * k1 * d * d + 0.5 * k2 * d
         )
-        new = clip(new, -row[ACCEL_MOST], row[ACCEL_MOST])
-        speed = clip(v + 0.5 * d * (a + new), -row[RATE_MOST], row[RATE_MOST])
+        new = clip(new, -drum.accel_most, drum.accel_most)
+        speed = clip(v + 0.5 * d * (a + new), -drum.rate_most, drum.rate_most)
         x += 0.5 * d * (v + speed)
         v, a = speed, new
-        winch[TARGET], winch[TARGET_RATE] = target, rate
-    winch[LENGTH_NOW], winch[RATE_NOW], winch[ACCEL_NOW] = x, v, a
+        winch.target, winch.target_rate = target, rate
+    winch.length, winch.rate, winch.accel = x, v, a

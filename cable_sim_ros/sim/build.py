@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 from math import radians, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
-from ..physics import ancf, setpoint, winch
-from ..physics.cable import POWERS, Cable, make_work
+from ..physics import ancf
+from ..physics.cable import Cable
 from ..physics.contact import stiffness
 from ..physics.drag import element_rows
 from ..physics.frame import CONTACT_COLUMNS, FRAME, MAX_STATIONS, SHAPE_COLUMNS
+from ..physics.integrate import Solver
 from ..physics.jit import LANES
-from ..physics.line import HEALTH, LOAD_COLUMNS, STRUT_COLUMNS
 from ..physics.observe import Output
-from ..physics.setpoint import LAWS
-from ..physics.ship import SHIP_STATE
-from ..physics.surface import SURFACE_COLUMNS, surface_row
-from ..physics.tow import Model, State
-from ..physics.towbody import body_table
+from ..physics.state import LINE_SETTINGS, LOAD, STRUT, TOW_SETTINGS, LineModel, Model, State, make_state
+from ..physics.step import LEAVE_STEP, TURN_MOST
+from ..physics.surface import floor_row, surface_row
+from ..physics.towbody import BODY, body_record
 from ..physics.water import Water
+from ..physics.winch import DRUM
 from .checks import ROUND_OFF
 from .scene import Scene
 from .statics import DRUM_RESERVE, Route
@@ -27,10 +28,19 @@ from .statics import DRUM_RESERVE, Route
 # EI of an element over w L^3 where its end carries no tension: the gradient of a free end has a rotational stiffness of
 # -T/30 there (T = w L/2), more than wL^3/240 makes it stable; it vanishes with the third power of the mesh
 END_STIFFNESS = 1.0 / 60.0
+SHEAVE_ROW = 1  # of the table of surfaces
 LEAST_OUTBOARD = 1.0  # m of cable that stay outboard of the sheave when hauling in
 
 
-def lock(array: np.ndarray, kind: type = float) -> np.ndarray:
+class Rules(NamedTuple):
+    """What the stepper does with a step it cannot trust, see physics/step.py. NO_LIMIT switches a rule off."""
+
+    max_halvings: int
+    turn_most: float = TURN_MOST
+    leave_step: float = LEAVE_STEP  # s
+
+
+def lock(array: np.ndarray, kind=float) -> np.ndarray:
     """Read-only and C-contiguous: a kernel that writes the Model fails to compile."""
     array = np.ascontiguousarray(array, kind)
     array.setflags(write=False)
@@ -92,42 +102,91 @@ def light_end(scene: Scene) -> bool:
 
 
 def surface_table(scene: Scene) -> np.ndarray:
-    """Drum and sheave, stiffness from the penetration limit."""
+    """Drum, sheave and, where there is one, the seabed; stiffness from the penetration limits."""
     c, d = scene.contact, scene.cable.diameter
     depth = c.penetration_limit * d
     drum, sheave = scene.winch.drum_radius + 0.5 * d, scene.sheave.radius + 0.5 * d
     throat = radians(scene.sheave.throat_angle_deg)
     half, rim = np.sin(0.5 * throat), scene.sheave.rim_radius + 0.5 * d
-    return np.stack(
-        [
-            surface_row(
-                scene.winch.position, drum, None, 0.0, 0.0, stiffness(c.working_tension, drum, 1.0, 1, depth), c.damping
-            ),
-            surface_row(
-                scene.sheave.position,
-                sheave,
-                throat,
-                scene.sheave.groove_depth,
-                rim,
-                stiffness(c.working_tension, sheave, half, 2, depth),
-                c.damping,
-            ),
-        ]
-    )
+    rows = [
+        surface_row(
+            scene.winch.position, drum, None, 0.0, 0.0, stiffness(c.working_tension, drum, 1.0, 1, depth), c.damping
+        ),
+        surface_row(
+            scene.sheave.position,
+            sheave,
+            throat,
+            scene.sheave.groove_depth,
+            rim,
+            stiffness(c.working_tension, sheave, half, 2, depth),
+            c.damping,
+        ),
+    ]
+    bed = scene.seabed
+    if bed.depth is not None:
+        k = abs(wet_weight(scene)) / bed.penetration**1.5
+        rows.append(floor_row(0.5 * d - bed.depth, k, bed.damping, bed.friction, bed.slip_speed))
+    return np.stack(rows)
 
 
-def winch_table(scene: Scene, route: Route, total: float) -> np.ndarray:
+def wet_weight(scene: Scene) -> float:
+    """Weight of the cable in water [N/m]."""
+    area = 0.25 * np.pi * scene.cable.diameter**2
+    return (scene.cable.mass_per_length - scene.water.density * area) * scene.gravity
+
+
+def body_table(scene: Scene) -> np.ndarray:
+    """The towbody, standing on the seabed where there is one."""
+    row = body_record(scene.towbody, scene.gravity, scene.water.density)
+    if scene.seabed.depth is not None:
+        row["floor_stiffness"] = abs(scene.towbody.net_weight) / scene.seabed.penetration**1.5
+    return row.reshape(1)
+
+
+def drum_record(scene: Scene, route: Route, total: float) -> np.ndarray:
     """Winch as numbers; the lengths that may be paid out and hauled in follow from route and total length [m]."""
-    w, row = scene.winch, np.zeros(winch.WINCH_ROWS)
-    row[winch.CENTRE : winch.CENTRE + 3] = w.position
-    row[winch.SEAT], row[winch.ANGLE_0], row[winch.SIDE] = route.drum, w.wrap, route.side
-    row[winch.GAIN_P], row[winch.GAIN_D] = w.proportional_gain, w.derivative_gain
-    row[winch.RATE_MOST], row[winch.ACCEL_MOST] = w.max_rate, w.max_acceleration
-    row[winch.TIMEOUT] = w.command_timeout
-    row[winch.PAYOUT_0] = total - route.on_drum
-    row[winch.LENGTH_MOST] = route.on_drum - DRUM_RESERVE * route.drum
-    row[winch.LENGTH_LEAST] = -(total - route.on_drum - route.span - LEAST_OUTBOARD)
+    w, row = scene.winch, np.zeros((), DRUM)
+    row["centre"] = w.position
+    row["radius"], row["angle_0"], row["side"] = route.drum, w.wrap, route.side
+    row["gain_p"], row["gain_d"] = w.proportional_gain, w.derivative_gain
+    row["rate_most"], row["accel_most"] = w.max_rate, w.max_acceleration
+    row["timeout"] = w.command_timeout
+    row["payout_0"] = total - route.on_drum
+    row["length_most"] = route.on_drum - DRUM_RESERVE * route.drum
+    row["length_least"] = -(total - route.on_drum - route.span - LEAST_OUTBOARD)
     return row
+
+
+def line_settings(cable: Cable, solver: Solver, gravity: float, tension: float, rules: Rules) -> np.ndarray:
+    """LINE_SETTINGS [1]; tension: working tension [N] that scales the tolerance."""
+    row = np.zeros(1, LINE_SETTINGS)
+    row["gravity"], row["rho_inf"] = gravity, solver.rho_inf
+    row["tolerance"] = max(solver.tolerance * tension, ROUND_OFF * cable.axial_stiffness)
+    row["mean_flow_time"] = cable.mean_flow_time
+    row["max_iterations"] = solver.max_iterations
+    row["max_halvings"], row["turn_most"], row["leave_step"] = rules
+    return row
+
+
+def build_line(
+    elements: np.ndarray,
+    held: np.ndarray,
+    bodies: np.ndarray,
+    body_nodes,
+    settings: np.ndarray,
+    loads: np.ndarray | None = None,
+    struts: np.ndarray | None = None,
+) -> LineModel:
+    """A line as numbers for kernels, in the one place that coerces them: every line has one type signature."""
+    return LineModel(
+        elements=lock(elements),
+        held=lock(held),
+        bodies=lock(bodies, BODY),
+        body_nodes=lock(np.asarray(body_nodes), np.int64),
+        loads=np.zeros(0, LOAD) if loads is None else np.ascontiguousarray(loads, LOAD),
+        struts=lock(np.zeros(0, STRUT) if struts is None else struts, STRUT),
+        settings=lock(settings, LINE_SETTINGS),
+    )
 
 
 def build_model(scene: Scene) -> Model:
@@ -136,79 +195,33 @@ def build_model(scene: Scene) -> Model:
     nodes, total = len(arc), float(arc[-1])
     held = np.zeros((nodes, 6))
     held[0, :3] = 1.0
-    route = Route(scene)
-    points = np.zeros(setpoint.SETPOINT_ROWS)
-    points[setpoint.ALGORITHM] = LAWS.index(scene.setpoint.algorithm)
-    points[setpoint.ANGLE] = radians(scene.setpoint.nominal_angle_deg or 0.0)
-    points[setpoint.WASHOUT] = scene.setpoint.washout_period
-    tension = scene.contact.working_tension
+    tension, ship = scene.contact.working_tension, scene.ship
+    settings = np.zeros(1, TOW_SETTINGS)
+    settings["sheave"] = SHEAVE_ROW
+    settings["tick_ns"] = round(scene.solver.tick * 1e9)
+    settings["reseat_ns"] = round(scene.contact.reseat_time * 1e9)
+    settings["penetration_limit"] = scene.contact.penetration_limit * scene.cable.diameter
+    settings["groove_depth"] = scene.sheave.groove_depth
+    settings["bending_length"] = sqrt(scene.cable.bending_stiffness / tension)
+    settings["ship"] = (ship.stale_after, ship.stale_decay, ship.start_blend, ship.source_blend)
+    settings["drum"] = drum_record(scene, Route(scene), total)
+    elements = element_table(scene.cable, scene.water, scene.gravity, (False, light_end(scene)))
+    rules = Rules(scene.solver.max_halvings)
     return Model(
-        elements=lock(element_table(scene.cable, scene.water, scene.gravity, (False, light_end(scene)))),
-        surfaces=lock(surface_table(scene)),
-        held=lock(held),
-        bodies=lock(body_table(scene.towbody, scene.gravity, scene.water.density)[None]),
-        seats=lock(np.array([nodes - 1]), np.int64),
-        loads=np.zeros((0, LOAD_COLUMNS)),
-        struts=lock(np.zeros((0, STRUT_COLUMNS))),
-        winch=lock(winch_table(scene, route, total)),
-        setpoint=points,
-        mean=np.zeros(6),
-        sheave=1,
-        tick_ns=int(round(scene.solver.tick * 1e9)),
-        max_iterations=int(scene.solver.max_iterations),
-        max_halvings=int(scene.solver.max_halvings),
-        gravity=float(scene.gravity),
-        rho_inf=float(scene.solver.rho_inf),
-        tolerance=max(scene.solver.tolerance * tension, ROUND_OFF * scene.cable.axial_stiffness),
-        stale_after=float(scene.ship.stale_after),
-        stale_decay=float(scene.ship.stale_decay),
-        start_blend=float(scene.ship.start_blend),
-        source_blend=float(scene.ship.source_blend),
-        penetration_limit=float(scene.contact.penetration_limit * scene.cable.diameter),
-        groove_depth=float(scene.sheave.groove_depth),
-        reseat_ns=int(round(scene.contact.reseat_time * 1e9)),
-        bending_length=sqrt(scene.cable.bending_stiffness / tension),
+        line=build_line(
+            elements,
+            held,
+            body_table(scene),
+            [nodes - 1],
+            line_settings(scene.cable, scene.solver, scene.gravity, tension, rules),
+        ),
+        settings=lock(settings, TOW_SETTINGS),
     )
 
 
 def build_state(scene: Scene) -> State:
     """Preallocated state for the scene's mesh, everything zero."""
-    arc = arc_lengths(scene.cable)
-    n = len(arc)
-
-    def nodes():
-        return np.zeros((n, 6))
-
-    z = np.zeros
-    return State(
-        time=z(4, np.int64),
-        halted=z(1, np.int64),
-        events=z(3, np.int64),
-        frame=z(4),
-        current=z(4),
-        arc=arc,
-        q=nodes(),
-        v=nodes(),
-        a=nodes(),
-        x=nodes(),
-        kept=z((2, 4, n, 6)),
-        gain=nodes(),
-        tension=z(n - 1),
-        reaction=nodes(),
-        ship=z(SHIP_STATE),
-        ship_work=z(SHIP_STATE),
-        sheave=z(6),
-        surfaces=surface_table(scene).reshape(-1, SURFACE_COLUMNS).copy(),
-        winch=z(winch.WINCH_STATE),
-        setpoint=z(setpoint.SETPOINT_STATE),
-        controls=z((2, 2, 16)),
-        flow=z((1, 6)),
-        measured=z(3),
-        account=z(POWERS + 1),
-        before=z(POWERS),
-        health=z(HEALTH),
-        work=make_work(n),
-    )
+    return make_state(arc_lengths(scene.cable), surface_table(scene))
 
 
 def make_output(model: Model, nodes: int, rows: int) -> Output:

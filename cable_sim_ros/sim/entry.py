@@ -20,8 +20,9 @@ import sys
 import numpy as np
 from numba import types
 
+from ..physics.frame import NEWTON_FAILED, NOT_FINITE
 from ..physics.jit import driver
-from ..physics.line import ITERATIONS, RESIDUAL, SUBSTEPS
+from ..physics.state import NOW
 from ..physics.system import link_tick, observe, tick
 from ..physics.tow import rest
 
@@ -34,7 +35,7 @@ _write = types.ExternalFunction("write", types.int64(types.int32, _INT64, types.
 CLOCK_MONOTONIC, TIMER_ABSTIME, SECOND = 1, 1, 1_000_000_000
 SLEEP_CHUNK = 50_000_000  # ns, so that a stop is seen soon
 SLEEP_LEAST = 200_000  # ns given to others by a tick that found its deadline already past
-HALT = 1 | 1024  # Flag.NEWTON_FAILED | Flag.NOT_FINITE
+HALT = NEWTON_FAILED | NOT_FINITE
 
 SETTLE, TICKS, LIVE = 0, 1, 2  # what to do
 TIME, DEADLINE, WAKE, DONE, FLAGS, LAG = range(6)  # columns of a stats row, ns
@@ -145,7 +146,7 @@ def _drive(model, state, inputs, output, what, count, sigma, control, stats):
     """Do one thing with the simulation.
 
     SETTLE: static start in at most ``count`` steps with mass damping sigma [1/s], Frame into row 0; returns the steps,
-    negative where it did not settle, and leaves iterations and residual [N] in state.health.
+    negative where it did not settle, and leaves iterations and residual [N] in the health.
     TICKS: ``count`` ticks into rows 0..count-1; returns the ticks done before a halt.
     LIVE: the real-time loop on the control words and stats rows; returns its tick count.
     """
@@ -153,7 +154,8 @@ def _drive(model, state, inputs, output, what, count, sigma, control, stats):
         steps, iterations, left = rest(model, state, sigma, count, 1000.0)
         if steps >= 0:
             observe(model, state, output, 0, 0, False)
-        state.health[ITERATIONS], state.health[SUBSTEPS], state.health[RESIDUAL] = iterations, 0.0, left
+        health = state.memory[NOW].health
+        health.iterations, health.substeps, health.residual = iterations, 0, left
         return np.int64(steps)
     if what == 1:
         for i in range(count):

@@ -8,7 +8,7 @@ from ..physics.integrate import Solver
 from ..physics.quantity import REQUIRED, Block, quantity
 from ..physics.setpoint import Setpoint
 from ..physics.ship import Ship
-from ..physics.surface import Sheave
+from ..physics.surface import Seabed, Sheave
 from ..physics.towbody import Towbody
 from ..physics.water import Water
 from ..physics.winch import Winch
@@ -25,6 +25,7 @@ class Scene(Block):
     winch: Winch = quantity(REQUIRED, "", None, None, "winch")
     setpoint: Setpoint = quantity(Setpoint(), "", None, None, "set-point of the winch")
     sheave: Sheave = quantity(REQUIRED, "", None, None, "sheave")
+    seabed: Seabed = quantity(Seabed(), "", None, None, "seabed under the tow")
     contact: Contact = quantity(Contact(), "", None, None, "contact of the cable with drum and sheave")
     towbody: Towbody = quantity(REQUIRED, "", None, None, "towbody")
     solver: Solver = quantity(Solver(), "", None, None, "time integration")

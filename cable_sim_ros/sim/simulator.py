@@ -11,9 +11,9 @@ import numpy as np
 
 from ..physics.frame import FRAME, Flag
 from ..physics.inputs import make_inputs
-from ..physics.line import ITERATIONS, RESIDUAL, SUBSTEPS
-from ..physics.setpoint import ALGORITHM, ANGLE, HEIGHT, LAWS, TRACK, SetpointLaw
-from ..physics.ship import COORD, EPOCH_NOW, NO_EPOCH
+from ..physics.setpoint import LAWS, SetpointLaw
+from ..physics.ship import NO_EPOCH
+from ..physics.state import ARC, FLOW, MEMORY, NOW, STEP
 from .build import build_model, build_state, make_output
 from .entry import CONTROL_WORDS, SETTLE, STATS_COLUMNS, TICKS, drive
 from .scene import Scene
@@ -39,6 +39,7 @@ class Simulator:
         self.model = build_model(scene)
         self.state = build_state(scene)
         self.inputs = make_inputs()
+        self._algorithm = LAWS.index(scene.setpoint.algorithm)
         self.nodes = len(self.state.arc)
         self.output = make_output(self.model, self.nodes, 1)
         self._chunk = make_output(self.model, self.nodes, 1)
@@ -62,31 +63,33 @@ class Simulator:
         time_ns: simulation time of the start; position: x y of base_link in odom [m]; heading: yaw [rad], None: the
         scene's. Raises StartError with the residual where it does not settle; nothing is simulated then.
         """
-        scene, model, state = self.scene, self.model, self.state
+        scene, state = self.scene, self.state
         yaw = radians(scene.ship.heading_deg) if heading is None else float(heading)
-        for name, array in state._asdict().items():
-            if name not in ("arc", "surfaces", "work"):
-                array[:] = 0
-        state.time[:] = (time_ns, time_ns, 0, time_ns)
+        now = self._clear()
+        now.time.now = now.time.start = now.time.blend = time_ns
         speed = scene.ship.tow_speed
-        state.frame[:] = (*position, speed * cos(yaw), speed * sin(yaw))
-        state.current[:2] = np.array(scene.water.current) - state.frame[2:]
-        state.current[2:] = scene.water.current_gradient
-        model.mean[:] = (0.0, 0.0, scene.ship.reference_height, 0.0, 0.0, yaw)
-        state.ship[COORD : COORD + 6] = model.mean
-        state.ship[EPOCH_NOW] = NO_EPOCH
-        flow = float(np.hypot(*state.current[:2]))
-        state.flow[0, :2] = state.current[:2] if flow > 1e-6 else (-cos(yaw), -sin(yaw))
+        now.frame.origin[:] = position
+        now.frame.velocity[:] = (speed * cos(yaw), speed * sin(yaw))
+        now.current[:2] = np.array(scene.water.current) - now.frame.velocity
+        now.current[2:] = scene.water.current_gradient
+        now.ship.mean_coord[:] = (0.0, 0.0, scene.ship.reference_height, 0.0, 0.0, yaw)
+        now.ship.motion.coord[:] = now.ship.mean_coord
+        now.ship.epoch = NO_EPOCH
+        now.setpoint.algorithm = self._algorithm
+        now.setpoint.angle = radians(scene.setpoint.nominal_angle_deg or 0.0)
+        now.setpoint.washout = scene.setpoint.washout_period
+        flow = float(np.hypot(*now.current[:2]))
+        state.nodes[NOW, FLOW, -1, :2] = now.current[:2] if flow > 1e-6 else (-cos(yaw), -sin(yaw))
         turn = np.array([[cos(yaw), -sin(yaw), 0.0], [sin(yaw), cos(yaw), 0.0], [0.0, 0.0, 1.0]])
         tried, iterations = 0, 0
         # a soft cable does not settle from its unstretched length: it is loose while it is drawn out
         for strain in (0.0, first_strain(scene)):
             r, g = Route(scene).nodes(state.arc * (1.0 + strain), first_angle(scene, flow))
-            state.q[:, :3] = r @ turn.T + model.mean[:3]
+            state.q[:, :3] = r @ turn.T + now.ship.mean_coord[:3]
             state.q[:, 3:] = (1.0 + strain) * g @ turn.T
             steps = self._drive(SETTLE, MOST_STEPS, self.output)
-            tried, left = tried + abs(steps), float(state.health[RESIDUAL])
-            iterations += int(state.health[ITERATIONS])
+            tried, left = tried + abs(steps), float(now.health.residual)
+            iterations += int(now.health.iterations)
             settled = steps >= 0 and bool(np.isfinite(state.q).all())
             if settled:
                 break
@@ -94,7 +97,7 @@ class Simulator:
         if not settled:
             raise StartError(
                 f"{scene.name}: no static equilibrium after {tried} steps and {iterations} iterations, residual "
-                f"{left:.3g} N, allowed {model.tolerance:.3g} N, with {self._stiffness()}; nothing was started. "
+                f"{left:.3g} N, allowed {self.tolerance:.3g} N, with {self._stiffness()}; nothing was started. "
                 f"Remedy: check weight and drag of towbody and cable, or begin with a shorter cable or a coarser mesh",
                 float(left),
             )
@@ -107,11 +110,23 @@ class Simulator:
                 f"at the body (towbody.net_weight), or a ship under way (ship.tow_speed)",
                 float(left),
             )
-        state.health[[ITERATIONS, SUBSTEPS]] = 0.0
-        model.setpoint[HEIGHT] = state.sheave[2]
+        now.health.iterations = now.health.substeps = 0
+        now.setpoint.height = now.sheave.position[2]
         if scene.setpoint.nominal_angle_deg is None:
-            model.setpoint[ANGLE] = min(state.measured[0], radians(85.0))
-        state.setpoint[TRACK : TRACK + 3] = (state.sheave[0], state.sheave[1], yaw)
+            now.setpoint.angle = min(now.measured.departure_angle, radians(85.0))
+        now.setpoint.track[:] = (*now.sheave.position[:2], yaw)
+
+    def _clear(self) -> np.record:
+        """Nothing has happened yet; returns the present memory."""
+        self.state.memory[:] = np.zeros((), MEMORY)
+        self.state.nodes[:, :ARC] = 0.0
+        self.state.tension[:], self.state.reaction[:] = 0.0, 0.0
+        return self.state.now
+
+    @property
+    def tolerance(self) -> float:
+        """Largest residual force of a solved step [N]."""
+        return float(self.model.line.settings["tolerance"][0])
 
     @property
     def frame(self) -> np.record:
@@ -155,21 +170,27 @@ class Simulator:
 
     def set_algorithm(self, law: SetpointLaw | str) -> None:
         """Choose the set-point algorithm; takes effect with the next tick."""
-        self.model.setpoint[ALGORITHM] = LAWS.index(SetpointLaw(law))
+        self._algorithm = LAWS.index(SetpointLaw(law))
+        self.state.now.setpoint.algorithm = self._algorithm
 
-    def save(self) -> dict[str, np.ndarray]:
+    def snapshot(self) -> dict[str, np.ndarray]:
         """Everything that changes, as copies; restore() takes it back."""
-        saved = {name: array.copy() for name, array in self.state._asdict().items() if name != "work"}
-        saved.update({f"model.{n}": getattr(self.model, n).copy() for n in ("setpoint", "mean")})
-        saved.update({f"inputs.{n}": a.copy() for n, a in self.inputs._asdict().items()})
+        saved = {"memory": self.state.memory[NOW].copy(), "nodes": self.state.nodes[NOW].copy()}
+        saved.update({f"step_{n}": getattr(self.state, n)[STEP].copy() for n in ("memory", "nodes")})
+        saved.update({f"frame_{n}": a[0].copy() for n, a in self.output._asdict().items()})
+        saved.update({f"inputs_{n}": a.copy() for n, a in self.inputs._asdict().items()})
         return saved
 
     def restore(self, saved: dict[str, np.ndarray]) -> None:
-        """Take back a save() of a simulator of the same scene."""
-        for key, array in saved.items():
-            owner, _, name = key.rpartition(".")
-            target = {"": self.state, "model": self.model, "inputs": self.inputs}[owner]
-            getattr(target, name)[...] = array
+        """Take back a snapshot() of a simulator of the same scene."""
+        for name in ("memory", "nodes"):
+            getattr(self.state, name)[NOW] = saved[name]
+            getattr(self.state, name)[STEP] = saved[f"step_{name}"]
+        for name, array in self.output._asdict().items():
+            array[0] = saved[f"frame_{name}"]
+        for name, array in self.inputs._asdict().items():
+            array[...] = saved[f"inputs_{name}"]
+        self._algorithm = int(self.state.now.setpoint.algorithm)
 
     def _drive(self, what: int, count: int, output, inputs=None) -> int:
         return drive(
@@ -192,12 +213,12 @@ class Simulator:
         )
 
     def _halted(self) -> SolverError:
-        flags = int(self.state.halted[0])
-        when = self.state.time[0] * 1e-9
+        now = self.state.now
+        flags, when = int(now.halted), now.time.now * 1e-9
         return SolverError(
             f"{self.scene.name}: the tick after {when:.3f} s could not be solved ({Flag(flags)!r}) with "
-            f"{self.model.max_halvings} halvings, with {self._stiffness()}; the run halted at the state before it. "
-            f"Remedy: start again; if it repeats, a smaller solver.tick or a finer mesh where the cable bends"
+            f"{self.scene.solver.max_halvings} halvings, with {self._stiffness()}; the run halted at the state before "
+            f"it. Remedy: start again; if it repeats, a smaller solver.tick or a finer mesh where the cable bends"
         )
 
 

@@ -1,0 +1,76 @@
+"""Instruments: what a controller aboard can measure, and what it is told at the next tick.
+
+Tension is the effective tension. Aboard: conjugate to the arc length of an element (see ancf.py), interpolated between
+element middles, as at the point where the cable leaves the sheave. Outboard: from the gradient at the nodes. At the
+drum: from the force that holds the cable end.
+"""
+
+from __future__ import annotations
+
+from math import acos, cos, sin, sqrt
+
+from .ancf import EA
+from .jit import LANES, driver, inline
+from .shape import point_of
+from .ship import unrotate
+from .state import ARC, NOW, Q
+from .vec import norm, scale
+
+
+@inline
+def locate(arc, s):
+    """Element and xi at unstretched arc length s, clamped to the cable."""
+    low, high = 0, arc.shape[0] - 1
+    s = min(max(s, arc[0]), arc[high])
+    while high - low > 1:
+        mid = (low + high) // 2
+        if arc[mid] <= s:
+            low = mid
+        else:
+            high = mid
+    return low, (s - arc[low]) / (arc[low + 1] - arc[low])
+
+
+@driver
+def tension_at(state, s):
+    """Element tensions interpolated between element middles at arc length s."""
+    arc, tension = state.nodes[NOW, ARC, :, 0], state.tension
+    e, x = locate(arc, s)
+    o = e + 1 if x > 0.5 else e - 1
+    if o < 0 or o >= tension.shape[0]:
+        return tension[e]
+    me, mo = 0.5 * (arc[e] + arc[e + 1]), 0.5 * (arc[o] + arc[o + 1])
+    w = (s - me) / (mo - me)
+    return tension[e] * (1.0 - w) + tension[o] * w
+
+
+@driver
+def node_tension(elements, q, n):
+    """Tension at a node of a nearly straight cable from its gradient: continuous where the load per length jumps."""
+    e = min(n, q.shape[0] - 2)
+    ea = elements[e // LANES, EA, e % LANES]
+    return ea * (sqrt(q[n, 3] ** 2 + q[n, 4] ** 2 + q[n, 5] ** 2) - 1.0)
+
+
+@driver
+def direction_at(state, s):
+    """Unit tangent at arc length s, towards the towbody."""
+    arc, q = state.nodes[NOW, ARC, :, 0], state.nodes[NOW, Q]
+    e, x = locate(arc, s)
+    _, _, g = point_of(arc, q, q, e, x)
+    return scale(1.0 / norm(g), g)
+
+
+@driver
+def measure(state, out, tension):
+    """Keep what the instruments show of the departing cable: its direction ``out`` and tension [N]."""
+    measured = state.memory[NOW].measured
+    measured.departure_angle, measured.tension = acos(min(max(-out[2], -1.0), 1.0)), tension
+
+
+@inline
+def drum_torque(drum, phi, state):
+    """Torque of the cable's reaction about the drum axis [N m]: it pulls the drum round with minus the reaction."""
+    coord, reaction = state.memory[NOW].ship.motion.coord, state.reaction
+    local = unrotate(coord, (reaction[0, 0], reaction[0, 1], reaction[0, 2]))
+    return drum.radius * (drum.side * cos(phi) * local[0] - sin(phi) * local[2])

@@ -1,0 +1,98 @@
+"""Contact read-out: what the stations of a survey say of the sheave, and how deep drum and sheave are pressed in."""
+
+from __future__ import annotations
+
+from math import atan2
+from typing import NamedTuple
+
+from .contact import LOADED
+from .jit import driver
+from .ship import unrotate
+from .state import ARC, NOW, Q
+from .surface import DRUM, FLOOR
+from .vec import at3
+
+COARSE, COARSE_DRUM = 0.4, 1.0  # element length over radius of sheave and drum
+
+
+class Reading(NamedTuple):
+    """The sheave as its stations show it; lengths are of unstretched cable."""
+
+    rows: int  # of the contact table
+    loaded: int  # stations loaded in the groove
+    force: tuple  # N, resultant on the sheave, world axes
+    total: float  # N, of both halves, without direction
+    first: float  # m, first and last loaded arc length
+    last: float
+    nearest: float  # m, arc length nearest to the sheave above its axis
+    clearance: float  # m, groove clearance there
+    deepest: float  # m
+    coarse: bool
+    length: float  # m, loaded
+
+
+@driver
+def read_sheave(model, state, table):
+    """Stations of the sheave into the rows of a contact table; returns a Reading."""
+    i = model.settings[0].sheave
+    surface, found, arc = state.surfaces[i], state.survey[i], state.nodes[NOW, ARC, :, 0]
+    coord = state.memory[NOW].ship.motion.coord
+    rows, loaded = 0, 0
+    fx, fy, fz, total = 0.0, 0.0, 0.0, 0.0
+    first, last, deepest, coarse, length = 0.0, 0.0, 0.0, False, 0.0
+    nearest, where, spare = 1e300, 0.0, -model.settings[0].groove_depth
+    for j in range(found.first, found.end):
+        s = state.stations[j]
+        f1, f2, n1, n2 = s.load_own, s.load_other, s.normal_own, s.normal_other
+        rel = unrotate(coord, at3(s.rel, 0))
+        if abs(s.height) < nearest and rel[2] > 0.0:
+            nearest, where, spare = abs(s.height), s.place, s.clearance
+        if f1 + f2 > LOADED:
+            fx -= s.length * (f1 * n1[0] + f2 * n2[0])
+            fy -= s.length * (f1 * n1[1] + f2 * n2[1])
+            fz -= s.length * (f1 * n1[2] + f2 * n2[2])
+            total += s.length * (f1 + f2)
+            deepest = max(deepest, max(s.depth_own if f1 > 0.0 else 0.0, s.depth_other if f2 > 0.0 else 0.0))
+            coarse = coarse or arc[s.element + 1] - arc[s.element] > COARSE * surface.radius
+            if s.clearance > 0.0:
+                first = s.place if loaded == 0 else first
+                last = s.place
+                loaded += 1
+                length += s.length
+        if rows < table.shape[0]:
+            table[rows, 0], table[rows, 1], table[rows, 2] = rel
+            table[rows, 3] = atan2(-rel[0], rel[2])
+            table[rows, 4], table[rows, 5] = (f1, f2) if s.side > 0.0 else (f2, f1)  # port is at +e_y
+            table[rows, 6] = s.height
+            table[rows, 7] = s.place
+            table[rows, 8] = s.length
+            rows += 1
+    return Reading(rows, loaded, (fx, fy, fz), total, first, last, where, spare, deepest, coarse, length)
+
+
+@driver
+def read_drums(state):
+    """Deepest penetration of the drums [m], and whether an element too long for its drum lies on one."""
+    deepest, coarse, arc = 0.0, False, state.nodes[NOW, ARC, :, 0]
+    for i in range(state.surfaces.shape[0]):
+        if state.surfaces[i].kind == DRUM:
+            for j in range(state.survey[i].first, state.survey[i].end):
+                s = state.stations[j]
+                if s.depth_own > 0.0:
+                    deepest = max(deepest, s.depth_own)
+                    length = arc[s.element + 1] - arc[s.element]
+                    coarse = coarse or length > COARSE_DRUM * state.surfaces[i].radius
+    return deepest, coarse
+
+
+@driver
+def read_floor(line, state):
+    """Length of cable that touches a floor [m], and whether a body does."""
+    length, body = 0.0, False
+    for i in range(state.surfaces.shape[0]):
+        if state.surfaces[i].kind == FLOOR:
+            for j in range(state.survey[i].first, state.survey[i].end):
+                length += state.stations[j].length if state.stations[j].depth_own > 0.0 else 0.0
+            for k in range(line.bodies.shape[0]):
+                body = body or state.nodes[NOW, Q, line.body_nodes[k], 2] < state.surfaces[i].centre[2]
+    return length, body

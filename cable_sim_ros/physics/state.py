@@ -1,0 +1,228 @@
+"""The types that kernels work on: what the scene fixes (models) and what changes (state), by name.
+
+Everything that a halved step, a rolled back tick, save and fork must restore lies in two arrays: a record MEMORY and
+one block of what stands on nodes. Each has three slots, so that keeping is two copies and nothing can be forgotten.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .contact import EVENTS
+from .jit import driver
+from .setpoint import SETPOINT
+from .ship import SHIP, SHIP_TIMES, TIME, TOW_FRAME
+from .surface import SURFACE
+from .winch import DRUM, WINCH
+from .work import POWERS, Work, make_work
+
+NOW, STEP, TICK = range(3)  # slots: the present, the beginning of the step, that of the tick
+SLOTS = 3
+
+# rows of State.nodes, six numbers a node: position and gradient, their rates, accelerations, auxiliary
+# accelerations, their gain in the step before, the running mean of the rates, of a body the low-passed flow
+# past it and its turning rate, and arc length (first column)
+Q, V, A, X, GAIN, MEAN, FLOW, ARC = range(8)
+NODE_ROWS = 8
+
+HEALTH = np.dtype(
+    [
+        ("iterations", "i8"),  # Newton corrections of the tick
+        ("substeps", "i8"),
+        ("tangents", "i8"),  # that the last step needed
+        ("residual", "f8"),  # N
+        ("strain", "f8"),  # J
+        ("last_step", "f8"),  # s
+    ],
+    align=True,
+)
+ACCOUNT = np.dtype([("work", "f8", POWERS), ("power", "f8", POWERS), ("stored", "f8")])  # J since the start; W; J then
+SHEAVE = np.dtype([("position", "f8", 3), ("velocity", "f8", 3)])  # of its centre, tow frame
+MEASURED = np.dtype([("departure_angle", "f8"), ("tension", "f8")])  # rad, N: what instruments showed at the last tick
+MEMORY = np.dtype(
+    [
+        ("time", TIME),
+        ("halted", "i8"),  # flags of a halted run
+        ("frame", TOW_FRAME),
+        ("current", "f8", 4),  # surface current relative to the tow frame [m/s], its gradient [1/s]
+        ("ship", SHIP),
+        ("sheave", SHEAVE),
+        ("winch", WINCH),
+        ("setpoint", SETPOINT),
+        ("measured", MEASURED),
+        ("events", EVENTS),
+        ("account", ACCOUNT),
+        ("health", HEALTH),
+    ],
+    align=True,
+)
+
+LINE_SETTINGS = np.dtype(
+    [
+        ("gravity", "f8"),  # m/s^2
+        ("tolerance", "f8"),  # N
+        ("rho_inf", "f8"),
+        ("mean_flow_time", "f8"),  # s
+        ("turn_most", "f8"),  # change of a gradient in one step
+        ("leave_step", "f8"),  # s, a longer step must not leave a groove
+        ("max_iterations", "i8"),
+        ("max_halvings", "i8"),
+    ],
+    align=True,
+)
+TOW_SETTINGS = np.dtype(
+    [
+        ("sheave", "i8"),  # its row among the surfaces
+        ("tick_ns", "i8"),
+        ("reseat_ns", "i8"),
+        ("penetration_limit", "f8"),  # m
+        ("groove_depth", "f8"),  # m
+        ("bending_length", "f8"),  # m, sqrt(EI/T) at working tension
+        ("ship", SHIP_TIMES),
+        ("drum", DRUM),
+    ],
+    align=True,
+)
+LOAD = np.dtype([("node", "i8"), ("force", "f8", 3), ("moment", "f8", 3)])  # N, N m on the tangent
+# a rigid or elastic load between a node and the next: its mass matrix is [[aa, ab], [ab, bb]]
+STRUT = np.dtype(
+    [("node", "i8"), ("length", "f8"), ("stiffness", "f8"), ("aa", "f8"), ("ab", "f8"), ("bb", "f8")]
+)  # m, N, kg
+STATIONS_PER_ELEMENT = 5
+STATION = np.dtype(
+    [
+        ("surface", "i8"),
+        ("element", "i8"),
+        ("place", "f8"),  # m, unstretched arc length
+        ("length", "f8"),  # m of cable it stands for
+        ("rel", "f8", 3),  # m from the centre of the surface, world axes
+        ("normal_own", "f8", 3),
+        ("normal_other", "f8", 3),
+        ("depth_own", "f8"),  # m
+        ("depth_other", "f8"),
+        ("load_own", "f8"),  # N/m
+        ("load_other", "f8"),
+        ("side", "f8"),
+        ("height", "f8"),  # m over the seat
+        ("clearance", "f8"),  # m below the top of the groove
+    ],
+    align=True,
+)
+SURVEY = np.dtype(
+    [
+        ("first", "i8"),  # its rows in the table of stations
+        ("end", "i8"),
+        ("clearance", "f8"),  # m below the top of the groove where the cable presses highest; -1: nowhere in it
+        ("entered", "i8"),  # 1: deeper than the rim is round; 2: through it from side to side
+    ],
+    align=True,
+)
+
+
+class Change(NamedTuple):
+    """What velocity [1/s], acceleration [1/s^2] and running mean of the velocity [1] of a node change by with its
+    position in one step, and the mass damping of a static start [1/s]."""
+
+    velocity: float
+    acceleration: float
+    damping: float
+    share: float
+
+
+PLAN = np.dtype([("done", "f8"), ("share", "f8"), ("level", "i8"), ("halved", "i8"), ("used", "i8")])
+
+
+class LineModel(NamedTuple):
+    """One cable with what holds it, hangs on it and pulls it; read-only but for loads."""
+
+    elements: np.ndarray  # [groups, ROWS, LANES] element table
+    held: np.ndarray  # [nodes, 6] 1 where q, v and a are imposed from outside
+    bodies: np.ndarray  # BODY [bodies]
+    body_nodes: np.ndarray  # int64 [bodies] the node that carries each
+    loads: np.ndarray  # LOAD [loads]
+    struts: np.ndarray  # STRUT [struts]
+    settings: np.ndarray  # LINE_SETTINGS [1]
+
+
+class State(NamedTuple):
+    """Everything that changes, preallocated. Only memory and nodes carry over from step to step."""
+
+    memory: np.ndarray  # MEMORY [SLOTS]
+    nodes: np.ndarray  # [SLOTS, NODE_ROWS, nodes, 6]
+    surfaces: np.ndarray  # SURFACE [n], where they are now: made from the ship's motion
+    survey: np.ndarray  # SURVEY [n], of the last step
+    stations: np.ndarray  # STATION [most], those that the survey found
+    plan: np.ndarray  # PLAN [1], how far the step asked for has come
+    tension: np.ndarray  # [elements] N
+    reaction: np.ndarray  # [nodes, 6] what holds the held unknowns [N, N m]
+    work: Work
+
+    @property
+    def now(self) -> np.record:
+        """The present MEMORY, fields as attributes."""
+        return self.memory.view(np.recarray)[NOW]
+
+    @property
+    def q(self) -> np.ndarray:
+        """Positions [m] and gradients of the nodes [nodes, 6]."""
+        return self.nodes[NOW, Q]
+
+    @property
+    def v(self) -> np.ndarray:
+        """Rates of q [nodes, 6]."""
+        return self.nodes[NOW, V]
+
+    @property
+    def a(self) -> np.ndarray:
+        """Accelerations of q [nodes, 6]."""
+        return self.nodes[NOW, A]
+
+    @property
+    def arc(self) -> np.ndarray:
+        """Unstretched arc length of every node [nodes], m."""
+        return self.nodes[NOW, ARC, :, 0]
+
+
+class Model(NamedTuple):
+    """The tow as numbers for kernels, read-only."""
+
+    line: LineModel
+    settings: np.ndarray  # TOW_SETTINGS [1]
+
+
+def make_state(arc: np.ndarray, surfaces: np.ndarray) -> State:
+    """State of a line with these arc lengths [nodes] and SURFACE records, everything else zero."""
+    nodes, z = len(arc), np.zeros
+    state = State(
+        memory=z(SLOTS, MEMORY),
+        nodes=z((SLOTS, NODE_ROWS, nodes, 6)),
+        surfaces=np.array(surfaces, SURFACE).reshape(-1),
+        survey=z(len(surfaces), SURVEY),
+        stations=z(len(surfaces) * STATIONS_PER_ELEMENT * (nodes - 1), STATION),
+        plan=z(1, PLAN),
+        tension=z(nodes - 1),
+        reaction=z((nodes, 6)),
+        work=make_work(nodes),
+    )
+    state.nodes[:, ARC, :, 0] = arc
+    return state
+
+
+@driver
+def keep(state, slot):
+    """Remember the present in a slot."""
+    nodes = state.nodes.reshape(SLOTS, state.nodes.size // SLOTS)
+    for i in range(nodes.shape[1]):
+        nodes[slot, i] = nodes[NOW, i]
+    state.memory[slot] = state.memory[NOW]
+
+
+@driver
+def take_back(state, slot):
+    """Return to what a slot remembers."""
+    nodes = state.nodes.reshape(SLOTS, state.nodes.size // SLOTS)
+    for i in range(nodes.shape[1]):
+        nodes[NOW, i] = nodes[slot, i]
+    state.memory[NOW] = state.memory[slot]

@@ -1,0 +1,126 @@
+"""The one stepper: a step that is asked for, taken whole or in halves by one set of rules.
+
+    start(state)
+    while unfinished(state):
+        h = begin(line, state, length)     # keeps the present, predicts
+        ...                                # what is held or moved goes to where it is at the end of h
+        if not finish(line, state, h):     # solves, surveys, judges: takes the step, or takes it back and halves it
+            return failed
+
+Used by the tow, by lines of one's own, by the cases and by the stress tests.
+"""
+
+from __future__ import annotations
+
+from .integrate import advance, predict
+from .jit import driver, inline
+from .state import GAIN, NOW, STEP, Q, take_back
+from .surface import GROOVE
+from .survey import DEEP, THROUGH, survey
+from .work import POWERS
+
+# change of a gradient in one step, and the step [s] below which it may change by more: long steps that turn slack cable
+# farther gain energy until one has no solution
+TURN_MOST, TURN_STEP = 0.2, 4e-4
+# s; a longer step must not end off the sheave it began on, nor higher than half-way up the groove that it began in, nor
+# with a cable deeper in it than its rim is round: Newton may converge on the wrong side (trap T5). Shorter ones may
+LEAVE_STEP = 2e-3
+NO_LIMIT = 1e300
+
+
+@driver
+def turned_far(line, state, h):
+    """Did the step of h [s] turn a gradient by more than it may?"""
+    most = line.settings[0].turn_most
+    if h <= TURN_STEP or most >= NO_LIMIT:
+        return False
+    q, old = state.nodes[NOW, Q], state.nodes[STEP, Q]
+    for n in range(q.shape[0]):
+        for k in range(3, 6):
+            if abs(q[n, k] - old[n, k]) > most:
+                return True
+    return False
+
+
+@driver
+def left_groove(line, state, h):
+    """Did the step of h [s] end where it cannot be trusted to have led: through, deep in, off or high up a sheave?"""
+    events, leave = state.memory[NOW].events, line.settings[0].leave_step
+    for i in range(state.surfaces.shape[0]):
+        s, found = state.surfaces[i], state.survey[i]
+        if s.kind != GROOVE or leave >= NO_LIMIT:
+            continue
+        if found.entered == THROUGH:
+            return True
+        if h <= leave:
+            continue
+        if found.entered == DEEP or (events.pressed_since >= 0 and found.clearance < 0.0):
+            return True
+        high = 0.5 * s.top  # where the rim begins at the latest
+        if found.clearance < high and events.clearance >= high:
+            return True
+    return False
+
+
+@inline
+def start(state):
+    """A step is asked for."""
+    plan = state.plan[0]
+    plan.done, plan.share, plan.level, plan.halved, plan.used = 0.0, 1.0, 0, 0, 0
+
+
+@inline
+def unfinished(state):
+    """Is there more of the step to take?"""
+    return state.plan[0].done < 1.0
+
+
+@driver
+def begin(line, state, length):
+    """Begin what is to be taken next of a step of ``length`` [s]; returns its own length."""
+    h = state.plan[0].share * length
+    predict(line, state, h)
+    return h
+
+
+@driver
+def halve(line, state):
+    """Take the step back; the next will be half as long. False where it has been halved often enough."""
+    plan = state.plan[0]
+    take_back(state, STEP)
+    gain = state.nodes[NOW, GAIN]
+    for n in range(gain.shape[0]):  # of no use for a step of another length
+        for k in range(6):
+            gain[n, k] = 0.0
+    plan.halved = 1
+    plan.level += 1
+    plan.share *= 0.5
+    return plan.level <= line.settings[0].max_halvings
+
+
+@driver
+def finish(line, state, h):
+    """Solve the step of h [s] begun, held unknowns at its end, and take it or halve it. False: no halving left."""
+    plan, now = state.plan[0], state.memory[NOW]
+    used = advance(line, state, h)
+    if used >= 0 and state.surfaces.shape[0] > 0 and line.settings[0].leave_step < NO_LIMIT:
+        survey(state, h)
+        if left_groove(line, state, h):
+            used = -1
+    if used < 0 or turned_far(line, state, h):
+        return halve(line, state)
+    account = now.account
+    for i in range(POWERS):  # trapezium; the powers of the last residual are those of the end of the step
+        account.work[i] += 0.5 * h * (account.power[i] + state.work.power[i])
+        account.power[i] = state.work.power[i]
+    for i in range(state.surfaces.shape[0]):
+        if state.surfaces[i].kind == GROOVE:
+            now.events.clearance = state.survey[i].clearance
+    now.health.iterations += used
+    now.health.substeps += 1
+    plan.used += used
+    plan.done += plan.share
+    if plan.share < 1.0 and (plan.done / (2.0 * plan.share)) % 1.0 == 0.0:
+        plan.share *= 2.0
+        plan.level -= 1
+    return True

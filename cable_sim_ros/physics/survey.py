@@ -1,0 +1,93 @@
+"""One survey of contact: every station of every surface is visited once a step, and all that is asked of it read off.
+
+A station is a Gauss point of an element within reach of a surface. Groove clearance, a cable that entered its sheave,
+depth on the drum, the Frame and its contact table are read from the table of stations, see readout.py.
+"""
+
+from __future__ import annotations
+
+from .contact import LOADED, touch
+from .jit import driver, inline
+from .shape import W5, X5, point_of
+from .state import ARC, NOW, STEP, Q, V
+from .surface import FLOOR, GROOVE, NO_TOP, beside, clearance, place, solid
+from .vec import axpy, cross, dot, norm, sub
+
+NOT_ENTERED, DEEP, THROUGH = range(3)  # SURVEY.entered
+
+
+@inline
+def out_of_reach(mid, length, s):
+    """Is an element of this length [m] with this midpoint out of reach of a Solid? 10 % for stretch and curvature."""
+    if s.kind == FLOOR:
+        return mid[2] - s.centre[2] > 0.55 * length
+    rel = sub(mid, s.centre)
+    if s.kind == GROOVE:
+        return norm(rel) - 0.55 * length > s.radius + s.top
+    return norm(axpy(-dot(rel, s.axis), s.axis, rel)) - 0.55 * length > s.radius
+
+
+@inline
+def crossed(s, r, side, h):
+    """Was the point that is at ``side`` now on the other side of the sheave h [s] ago, at r?
+
+    The sheave is taken back by its present speed and spin.
+    """
+    centre, axis = axpy(-h, s.speed, s.centre), axpy(-h, cross(s.spin, s.axis), s.axis)
+    y, _, _, _, height = place(sub(r, centre), axis, s.radius)
+    return side * beside(y, height, s) < 0.0
+
+
+@inline
+def note(station, surface, element, s, r, touched):
+    """Fill one STATION record but for its place and length."""
+    station.surface, station.element = surface, element
+    g = touched.gap
+    rel = sub(r, s.centre)
+    for k in range(3):
+        station.rel[k] = rel[k]
+        station.normal_own[k] = g.own.normal[k]
+        station.normal_other[k] = g.other.normal[k]
+    station.depth_own, station.depth_other = g.own.depth, g.other.depth
+    station.load_own, station.load_other = touched.own.load, touched.other.load
+    station.side, station.height = g.side, g.height
+
+
+@driver
+def survey(state, h):
+    """Visit every station of every surface after a step of h [s]: state.stations and state.survey.
+
+    h: 0 where there is no step to compare with, so that nothing can have gone through a surface.
+    """
+    arc, q, v, old = state.nodes[NOW, ARC, :, 0], state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[STEP, Q]
+    count = 0
+    for i in range(state.surfaces.shape[0]):
+        s, found = solid(state.surfaces[i]), state.survey[i]
+        found.first, found.entered, least = count, NOT_ENTERED, NO_TOP
+        for e in range(arc.shape[0] - 1):
+            length = arc[e + 1] - arc[e]
+            mid, _, _ = point_of(arc, q, v, e, 0.5)
+            if out_of_reach(mid, length, s):
+                continue
+            for g in range(5):
+                r, w, _ = point_of(arc, q, v, e, X5[g])
+                touched, station = touch(s, r, w), state.stations[count]
+                note(station, i, e, s, r, touched)
+                station.place, station.length = arc[e] + X5[g] * length, W5[g] * length
+                count += 1
+                if s.kind != GROOVE:
+                    station.clearance = NO_TOP
+                    continue
+                below = clearance(touched.gap, s)
+                station.clearance = below
+                if touched.own.load + touched.other.load > LOADED and below > 0.0:
+                    least = min(least, below)
+                if touched.gap.own.depth > s.rim:
+                    found.entered = max(found.entered, DEEP)
+                side = beside(touched.gap.y, touched.gap.height, s)
+                if h > 0.0 and side != 0.0:
+                    was, _, _ = point_of(arc, old, v, e, X5[g])
+                    if crossed(s, was, side, h):
+                        found.entered = THROUGH
+        found.clearance = -1.0 if least == NO_TOP else least
+        found.end = count
