@@ -182,13 +182,19 @@ def live(bag, scene, duration, imu_only, out, as_json) -> None:
 def play(bag, rate, loop, start, duration, imu_only, keep_stamps, ros_arguments) -> None:
     """Play the ship motion of BAG over real topics, as the ship's own sensors would send it."""
     _need_ros()
-    from .ros.player import main as player_main
+    from .ros.player import play_bag
 
-    arguments = ["play", bag, "--rate", str(rate), "--start", str(start)]
-    arguments += ["--duration", str(duration)] if duration is not None else []
-    flags = ("--loop", loop), ("--imu-only", imu_only), ("--keep-stamps", keep_stamps)
-    arguments += [flag for flag, on in flags if on]
-    sys.exit(player_main([*arguments, *ros_arguments]))
+    sent = play_bag(
+        bag,
+        rate=rate,
+        loop=loop,
+        start=start,
+        duration=duration,
+        imu_only=imu_only,
+        keep_stamps=keep_stamps,
+        ros_arguments=ros_arguments,
+    )
+    click.echo(f"played {sent} messages", err=True)
 
 
 @main.command()
@@ -224,12 +230,10 @@ def recover(source, target) -> None:
 @click.option("--force", is_flag=True, help="Replace bags that exist.")
 def make_bags(out, data, speed, only, force) -> None:
     """Make the shipped bags of recorded ship motion from their 1 Hz sources."""
-    from .io.resources import share_folder
-    from .runs.make_bags import main as make
+    from .runs.make_bags import make_bags as make
 
-    arguments = ["--out", out, "--data", data or str(share_folder() / "bags" / "source"), "--speed", str(speed)]
-    arguments += [word for name in only for word in ("--only", name)] + (["--force"] if force else [])
-    sys.exit(make(arguments))
+    for row in make(out, data, speed=speed, only=only, force=force):
+        click.echo(row)
 
 
 for _command in LAB_COMMANDS:

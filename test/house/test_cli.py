@@ -70,10 +70,23 @@ def test_every_command_helps(command):
             ("live", "--scene", "no_such_scene"), "error: no_such_scene: no such scene file", marks=pytest.mark.ros
         ),
         (("manual", "--out", "no/such/folder/x.md"), "error: "),
+        (("make-bags", "--only", "nbp"), "error: there is no record 'nbp': nothing was written"),
+        (("bench", "P1", "--features"), "--features and --sheave-mesh each stand alone"),
+        (("bench", "--features", "--sheave-mesh"), "--features and --sheave-mesh each stand alone"),
+        (("bench", "--sheave-mesh", "--repeats", "2"), "--sheave-mesh is no timing"),
+        pytest.param(
+            ("play", "nbp1406", "--lop"), "error: --lop: no option of play; nothing was played.", marks=pytest.mark.ros
+        ),
+        pytest.param(
+            ("play", "nbp1406", "--rate", "0"),
+            "error: --rate 0 is out of range; nothing was played",
+            marks=pytest.mark.ros,
+        ),
+        pytest.param(("play", "no_such_bag"), "error: no_such_bag: no such bag file", marks=pytest.mark.ros),
     ],
 )
 def test_a_mistake_is_told_in_one_line(arguments, text, tmp_path, monkeypatch):
-    if arguments[0] == "live":
+    if arguments[0] in ("live", "play"):
         pytest.importorskip("rclpy")
     monkeypatch.chdir(tmp_path)
     result = call(*arguments)
