@@ -18,6 +18,7 @@ from .runs.progress import progress_bar as _progress
 EXPECTED = {
     "cable_sim_ros.io.load.SceneError",
     "cable_sim_ros.io.bag.BagError",
+    "cable_sim_ros.io.motion_table.MotionError",
     "cable_sim_ros.io.resources.ResourceError",
     "cable_sim_ros.sim.simulator.StartError",
     "cable_sim_ros.ros.live.LiveError",
@@ -55,6 +56,20 @@ def _warn(message, category, filename, lineno, file=None, line=None) -> None:
     click.echo(f"warning: {message}", err=True)
 
 
+class Heave(click.ParamType):
+    """Amplitude [m] and period [s] of a heave, as in 1.2,8."""
+
+    name = "M,S"
+
+    def convert(self, value, param, context) -> tuple[float, float]:
+        """The two numbers."""
+        try:
+            amplitude, period = map(float, value.split(","))
+        except ValueError:
+            self.fail(f"{value!r} is not an amplitude in m and a period in s, as in 1.2,8; nothing was simulated")
+        return amplitude, period
+
+
 @click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="cable-sim")
 def main() -> None:
@@ -81,29 +96,35 @@ def node(ros_arguments: tuple[str, ...]) -> None:
 @click.argument("scene")
 @click.option(
     "--motion",
-    default=SHIPPED_BAG,
-    show_default=True,
-    metavar="BAG|none",
-    help="Bag with the ship motion, or none: the static tow.",
+    metavar="BAG|CSV|none",
+    help="Ship motion: a bag, a table in a CSV file, or none: the static tow. Default: the bag nbp1406.",
+)
+@click.option(
+    "--heave", type=Heave(), help="Sinusoidal heave in place of --motion: amplitude in m, period in s, as in 1.2,8."
 )
 @click.option(
     "--duration",
     type=click.FloatRange(min=0, min_open=True),
     metavar="S",
-    help="Seconds to simulate. Default: the whole bag; without motion a short settling.",
+    help="Seconds to simulate. Default: all the motion there is; 60 s of a --heave; without motion a short settling.",
 )
 @click.option("--setpoint", "algorithm", metavar="NAME", help="Set-point algorithm in place of the scene's.")
 @click.option("--imu-only", is_flag=True, help="Leave the odometry of the bag out.")
 @out_option
 @json_option
-def run(scene, motion, duration, algorithm, imu_only, out, as_json) -> None:
+def run(scene, motion, heave, duration, algorithm, imu_only, out, as_json) -> None:
     """Simulate SCENE offline, as fast as it goes."""
+    if motion == "none" and heave is not None:
+        raise click.UsageError("--heave and --motion none contradict each other; nothing was simulated; leave one out")
+    if motion is None and heave is None:
+        motion = SHIPPED_BAG
     with _progress(as_json) as progress:
         from .runs import offline
 
         result = offline.run(
             scene,
             None if motion == "none" else motion,
+            heave=heave,
             duration=duration,
             algorithm=algorithm,
             imu_only=imu_only,

@@ -24,6 +24,7 @@ from scipy.signal import butter, sosfiltfilt, welch
 from ..io.bag import BagError, BagWriter
 from ..io.resources import share_folder
 from ..io.typestore import STORE
+from ..sim.attitude import body_rates, quaternion, rotation
 
 GRAVITY = 9.81        # m/s^2, as in the scenes
 SPEED = 2.2           # m/s, mean speed ahead: that of the tow, in place of the ship's own
@@ -132,21 +133,6 @@ def displacement(record: Record, data: Path) -> Displacement:
     return Displacement(start, seconds[keep], motion[keep], float(mean))
 
 
-def rotation(angles: np.ndarray) -> np.ndarray:
-    """R = Rz(yaw) Ry(pitch) Rx(roll), [n, 3, 3] from [n, 3] roll, pitch, yaw in rad."""
-    (sr, sp, sy), (cr, cp, cy) = np.sin(angles).T, np.cos(angles).T
-    return np.stack([np.stack([cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr], -1),
-                     np.stack([sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr], -1),
-                     np.stack([-sp, cp * sr, cp * cr], -1)], -2)
-
-
-def quaternion(angles: np.ndarray) -> np.ndarray:
-    """x y z w [n, 4] of the same rotation."""
-    (sr, sp, sy), (cr, cp, cy) = np.sin(angles / 2).T, np.cos(angles / 2).T
-    return np.column_stack([sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy,
-                            cr * cp * sy - sr * sp * cy, cr * cp * cy + sr * sp * sy])
-
-
 def interpolate(moved: Displacement, *, speed: float = SPEED, rate: int = RATE) -> Motion:
     """Motion at `rate` Hz: the displacement about a track at `speed` m/s along the mean heading."""
     step = 10**9 // rate
@@ -161,9 +147,7 @@ def interpolate(moved: Displacement, *, speed: float = SPEED, rate: int = RATE) 
     to_body = np.swapaxes(rotation(value[:, 3:]), 1, 2)
     position = value[:, :3] + np.outer(speed * t, ahead)
     force = second[:, :3] + [0.0, 0.0, GRAVITY]
-    (sr, sp, _), (cr, cp, _) = np.sin(value[:, 3:]).T, np.cos(value[:, 3:]).T
-    droll, dpitch, dyaw = first[:, 3:].T
-    body_rate = np.column_stack([droll - dyaw * sp, dpitch * cr + dyaw * cp * sr, dyaw * cp * cr - dpitch * sr])
+    body_rate = np.column_stack(body_rates(value[:, 3], value[:, 4], first[:, 3:].T))
     return Motion(moved.start + time, position, value[:, 3:], quaternion(value[:, 3:]),
                   np.einsum("nij,nj->ni", to_body, first[:, :3] + speed * ahead), body_rate,
                   np.einsum("nij,nj->ni", to_body, force))

@@ -25,10 +25,9 @@ from cable_sim_ros.runs.make_bags import (
     figures,
     interpolate,
     make_bags,
-    quaternion,
     read_csv,
-    rotation,
 )
+from cable_sim_ros.sim.attitude import quaternion, rotation
 
 BAGS = Path(__file__).parents[2] / "bags"
 SOURCE = BAGS / "source"
