@@ -55,7 +55,7 @@ class Run:
 def run(scene: Scene | str | os.PathLike, motion: str | os.PathLike | None = None, *,
         heave: tuple[float, float] | None = None, duration: float | None = None, algorithm: str | None = None,
         imu_only: bool = False, out: str | os.PathLike | None = None, progress: Progress = silent) -> Run:
-    """Simulate a scene under the motion of a bag or a CSV table, a sinusoidal heave, or on its mean track (motion None).
+    """Simulate a scene under the motion of a bag or CSV table, a sinusoidal heave, or on its mean track (motion None).
 
     heave: amplitude [m] and period [s], in place of ``motion``; duration: s, default all the motion there is, or a
     short settling without any; algorithm: set-point in place of the scene's; imu_only: leave odometry out; out: folder

@@ -267,7 +267,7 @@ def test_a_heave_is_taken_up_from_the_static_tow_and_then_followed():
 @pytest.mark.parametrize(
     ("given", "text"),
     [
-        ({"motion": "nbp1406", "heave": (1.0, 8.0)}, "heave and the motion 'nbp1406' were both given: nothing was simul"),
+        ({"motion": "nbp1406", "heave": (1.0, 8.0)}, "heave and the motion 'nbp1406' were both given: nothing was"),
         ({"heave": (1.0, 8.0), "imu_only": True}, "--heave gives no IMU messages: .* leave --imu-only out"),
         ({"motion": "own.csv", "imu_only": True}, "own.csv gives no IMU messages"),
         ({"motion": "own.csv"}, "own.csv: no such file"),
