@@ -1,3 +1,37 @@
-"""A shipboard tow simulated in real time: ANCF cable, drum and sheave contact, moving water, ROS 2."""
+"""A shipboard tow simulated in real time: ANCF cable, drum and sheave contact, moving water, ROS 2.
+
+The names a user needs are here, each imported when it is first used: the package alone loads neither the compiler
+nor ROS.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
 
 __version__ = "0.1.0"
+
+_FACE = {  # name -> module
+    "Rig": "sim.rig",
+    "ShipMotion": "sim.inputs",
+    "Simulator": "face",
+    "WinchCommand": "sim.inputs",
+    "load_scene": "io.load",
+}
+__all__ = ["Rig", "ShipMotion", "Simulator", "WinchCommand", "__version__", "load_scene"]
+
+if TYPE_CHECKING:
+    from .face import Simulator
+    from .io.load import load_scene
+    from .sim.inputs import ShipMotion, WinchCommand
+    from .sim.rig import Rig
+
+
+def __getattr__(name: str):
+    """Import a name of the public face."""
+    if name not in _FACE:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}; it has {', '.join(_FACE)}")
+    value = globals()[name] = getattr(import_module(f"{__name__}.{_FACE[name]}"), name)
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_FACE})

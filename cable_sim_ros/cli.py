@@ -18,6 +18,7 @@ from .runs.progress import progress_bar as _progress
 EXPECTED = {
     "cable_sim_ros.io.load.SceneError",
     "cable_sim_ros.io.bag.BagError",
+    "cable_sim_ros.io.motion_table.MotionError",
     "cable_sim_ros.io.resources.ResourceError",
     "cable_sim_ros.sim.simulator.StartError",
     "cable_sim_ros.ros.live.LiveError",
@@ -55,6 +56,20 @@ def _warn(message, category, filename, lineno, file=None, line=None) -> None:
     click.echo(f"warning: {message}", err=True)
 
 
+class Heave(click.ParamType):
+    """Amplitude [m] and period [s] of a heave, as in 1.2,8."""
+
+    name = "M,S"
+
+    def convert(self, value, param, context) -> tuple[float, float]:
+        """The two numbers."""
+        try:
+            amplitude, period = map(float, value.split(","))
+        except ValueError:
+            self.fail(f"{value!r} is not an amplitude in m and a period in s, as in 1.2,8; nothing was simulated")
+        return amplitude, period
+
+
 @click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="cable-sim")
 def main() -> None:
@@ -81,29 +96,35 @@ def node(ros_arguments: tuple[str, ...]) -> None:
 @click.argument("scene")
 @click.option(
     "--motion",
-    default=SHIPPED_BAG,
-    show_default=True,
-    metavar="BAG|none",
-    help="Bag with the ship motion, or none: the static tow.",
+    metavar="BAG|CSV|none",
+    help="Ship motion: a bag, a table in a CSV file, or none: the static tow. Default: the bag nbp1406.",
+)
+@click.option(
+    "--heave", type=Heave(), help="Sinusoidal heave in place of --motion: amplitude in m, period in s, as in 1.2,8."
 )
 @click.option(
     "--duration",
     type=click.FloatRange(min=0, min_open=True),
     metavar="S",
-    help="Seconds to simulate. Default: the whole bag; without motion a short settling.",
+    help="Seconds to simulate. Default: all the motion there is; 60 s of a --heave; without motion a short settling.",
 )
 @click.option("--setpoint", "algorithm", metavar="NAME", help="Set-point algorithm in place of the scene's.")
 @click.option("--imu-only", is_flag=True, help="Leave the odometry of the bag out.")
 @out_option
 @json_option
-def run(scene, motion, duration, algorithm, imu_only, out, as_json) -> None:
+def run(scene, motion, heave, duration, algorithm, imu_only, out, as_json) -> None:
     """Simulate SCENE offline, as fast as it goes."""
+    if motion == "none" and heave is not None:
+        raise click.UsageError("--heave and --motion none contradict each other; nothing was simulated; leave one out")
+    if motion is None and heave is None:
+        motion = SHIPPED_BAG
     with _progress(as_json) as progress:
         from .runs import offline
 
         result = offline.run(
             scene,
             None if motion == "none" else motion,
+            heave=heave,
             duration=duration,
             algorithm=algorithm,
             imu_only=imu_only,
@@ -182,13 +203,19 @@ def live(bag, scene, duration, imu_only, out, as_json) -> None:
 def play(bag, rate, loop, start, duration, imu_only, keep_stamps, ros_arguments) -> None:
     """Play the ship motion of BAG over real topics, as the ship's own sensors would send it."""
     _need_ros()
-    from .ros.player import main as player_main
+    from .ros.player import play_bag
 
-    arguments = ["play", bag, "--rate", str(rate), "--start", str(start)]
-    arguments += ["--duration", str(duration)] if duration is not None else []
-    flags = ("--loop", loop), ("--imu-only", imu_only), ("--keep-stamps", keep_stamps)
-    arguments += [flag for flag, on in flags if on]
-    sys.exit(player_main([*arguments, *ros_arguments]))
+    sent = play_bag(
+        bag,
+        rate=rate,
+        loop=loop,
+        start=start,
+        duration=duration,
+        imu_only=imu_only,
+        keep_stamps=keep_stamps,
+        ros_arguments=ros_arguments,
+    )
+    click.echo(f"played {sent} messages", err=True)
 
 
 @main.command()
@@ -224,12 +251,10 @@ def recover(source, target) -> None:
 @click.option("--force", is_flag=True, help="Replace bags that exist.")
 def make_bags(out, data, speed, only, force) -> None:
     """Make the shipped bags of recorded ship motion from their 1 Hz sources."""
-    from .io.resources import share_folder
-    from .runs.make_bags import main as make
+    from .runs.make_bags import make_bags as make
 
-    arguments = ["--out", out, "--data", data or str(share_folder() / "bags" / "source"), "--speed", str(speed)]
-    arguments += [word for name in only for word in ("--only", name)] + (["--force"] if force else [])
-    sys.exit(make(arguments))
+    for row in make(out, data, speed=speed, only=only, force=force):
+        click.echo(row)
 
 
 for _command in LAB_COMMANDS:

@@ -13,6 +13,7 @@ from math import cos, hypot, nan, pi, sin
 from ..physics.heave import Heave, HeaveFilter, MotionInput
 from ..physics.inputs import Inputs, push_motion
 from ..physics.ship import Ship
+from ..sim.attitude import angle_rates, to_world
 from .consistent import Consistent
 from .stamps import RegularStamps
 from .wire import CAUSES, Odometry, Refused, decode_imu, decode_odometry
@@ -90,21 +91,6 @@ class _Slow:
         x = min(1.0, dt / self.time)
         self.mean = tuple(m + x * (v - m) for m, v in zip(self.mean, values))
         return self.mean
-
-
-def angle_rates(roll: float, pitch: float, body_rate) -> tuple[float, float, float]:
-    """Rates of roll, pitch, yaw from body rates, rad/s; pitch away from +-90 deg."""
-    p, q, r = body_rate
-    across = q * sin(roll) + r * cos(roll)
-    return p + across * sin(pitch) / cos(pitch), q * cos(roll) - r * sin(roll), across / cos(pitch)
-
-
-def to_world(angles, vector) -> tuple[float, float, float]:
-    """Rz(yaw) Ry(pitch) Rx(roll) vector."""
-    (roll, pitch, yaw), (x, y, z) = angles, vector
-    y, z = y * cos(roll) - z * sin(roll), y * sin(roll) + z * cos(roll)
-    x, z = x * cos(pitch) + z * sin(pitch), z * cos(pitch) - x * sin(pitch)
-    return x * cos(yaw) - y * sin(yaw), x * sin(yaw) + y * cos(yaw), z
 
 
 class MotionIngest:

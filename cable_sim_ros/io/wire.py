@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from math import asin, atan2, isfinite, pi, radians, sqrt
+from math import isfinite, pi, sqrt
 from pathlib import Path
 from struct import Struct
 from typing import NamedTuple
@@ -17,15 +17,12 @@ from typing import NamedTuple
 from rosbags.highlevel import AnyReader, AnyReaderError
 
 from ..physics.heave import Convention
+from ..sim.attitude import angles_of
+from ..sim.inputs import MOST_PITCH, MOST_POSITION, MOST_RATE, MOST_SPEED, NORM_WITHIN
 from .bag import BagError
 from .typestore import STORE
 
 MOST_FORCE = 50.0  # m/s^2
-MOST_RATE = 5.0  # rad/s
-MOST_SPEED = 50.0  # m/s
-MOST_PITCH = radians(80.0)  # roll and yaw have no meaning near 90 deg
-MOST_POSITION = 1e7  # m
-NORM_WITHIN = 1e-2  # a quaternion nearer to norm 1 is renormalised
 
 # cause -> what to say ("" = an event, nothing was refused)
 CAUSES = {
@@ -107,15 +104,10 @@ def _angles(x: float, y: float, z: float, w: float) -> tuple[float, float, float
     norm = sqrt(x * x + y * y + z * z + w * w)
     if abs(norm - 1.0) > NORM_WITHIN:
         raise Refused("quaternion")
-    x, y, z, w = x / norm, y / norm, z / norm, w / norm
-    pitch = asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x))))
-    if abs(pitch) > MOST_PITCH:
+    angles = angles_of(x / norm, y / norm, z / norm, w / norm)
+    if abs(angles[1]) > MOST_PITCH:
         raise Refused("out_of_range")
-    return (
-        atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
-        pitch,
-        atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
-    )
+    return angles
 
 
 def _check(values, most: float) -> None:

@@ -113,16 +113,28 @@ def stress(ids, quick, out, as_json) -> None:
     "scenes", nargs=-1, type=click.Choice([f"P{i}" for i in range(1, 8)], case_sensitive=False), metavar="[P1 ... P7]"
 )
 @click.option("--peers", is_flag=True, help="Other codes beside ours, taking turns; needs the extra [peers].")
-@click.option("--repeats", type=click.IntRange(min=1), default=5, show_default=True, help="Timed runs of each setting.")
+@click.option("--repeats", type=click.IntRange(min=1), help="Timed runs of each setting. Default: 5, of --features 15.")
+@click.option("--features", is_flag=True, help="In place of scenes: what each feature of a scene costs a step.")
+@click.option("--sheave-mesh", is_flag=True, help="In place of scenes: how fine a mesh the answers at the sheave need.")
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for table, JSON and plots.")
 @json_option
-def bench(scenes, peers, repeats, out, as_json) -> None:
+def bench(scenes, peers, repeats, features, sheave_mesh, out, as_json) -> None:
     """Run time against error on the benchmark scenes (default: all), medians of runs that take turns."""
+    if features or sheave_mesh:
+        if features and sheave_mesh or scenes or peers:
+            raise click.UsageError("--features and --sheave-mesh each stand alone: no scene and no --peers beside them")
+        if sheave_mesh and repeats:
+            raise click.UsageError("--sheave-mesh is no timing: nothing is repeated; leave --repeats out")
+        _study(features, repeats, out, as_json)
+        return
     from . import bench as benchmarks
 
     with progress_bar(as_json) as progress:
         rows = benchmarks.bench(
-            tuple(scenes) or benchmarks.SCENES, with_peers=peers, repeats=repeats, progress=progress
+            tuple(scenes) or benchmarks.SCENES,
+            with_peers=peers,
+            repeats=repeats or benchmarks.REPEATS,
+            progress=progress,
         )
     told = [benchmarks.as_json(row) for row in rows]
     if out is not None:
@@ -156,6 +168,26 @@ def bench(scenes, peers, repeats, out, as_json) -> None:
     for row in rows:
         table.add_row(*benchmarks.cells(row))
     Console(width=None if sys.stdout.isatty() else 160).print(table)
+
+
+def _study(features: bool, repeats: int | None, out: Path | None, as_json: bool) -> None:
+    """The cost of each feature, or the mesh at the sheave: Markdown or JSON, both into the folder."""
+    if features:
+        from . import features as study
+
+        found = study.costs(repeats or study.TURNS)
+        name, data = "features", [row._asdict() for row in found]
+    else:
+        from . import sheave as study
+
+        found = data = study.sweeps()
+        name = "sheave_mesh"
+    text = study.markdown(found)
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+        (out / f"{name}.json").write_text(json.dumps(data, indent=1) + "\n", "utf-8")
+        (out / f"{name}.md").write_text(text + "\n", "utf-8")
+    click.echo(json.dumps(data, indent=1) if as_json else text)
 
 
 COMMANDS = (case, validate, stress, bench)

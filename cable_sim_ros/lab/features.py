@@ -1,4 +1,5 @@
 """What each feature of a scene costs: the same line with it switched on and off, runs taking turns, medians.
+``cable-sim bench --features``.
 
 ``absent``: the time of a step without the feature; ``off``: with it in the scene but switched off or out of reach (rows
 of zero, surfaces far away, no current gradient); ``on``: at work.
@@ -131,7 +132,3 @@ def markdown(rows: list[Cost]) -> str:
     """The table of docs/benchmarks.md."""
     head = "| feature | absent [us] | switched off | at work |\n|---|---|---|---|"
     return "\n".join([head, *(f"| {r.feature} | {r.absent_us:.1f} | {r.off:+.1f} % | {r.on:+.0f} % |" for r in rows)])
-
-
-if __name__ == "__main__":
-    print(markdown(costs()))

@@ -1,14 +1,13 @@
-"""How fine a mesh the answers at the sheave need: ``python -m cable_sim_ros.lab.sheave`` prints the sweep as JSON.
+"""How fine a mesh the answers at the sheave need: ``cable-sim bench --sheave-mesh``.
 
 Tension, bending stiffness and sheave of the full-scale scene on the bench: weightless, both far lines pulled by dead
-forces. Elements of one length over sheave and 6 sqrt(EI/T) beyond, in four positions against the sheave; told is the
-worst of the four against the finest mesh of the sweep. Two surfaces: the scene's own groove and contact stiffness, and
-a cylinder so hard that it shows what a rigid sheave would carry.
+forces. Elements of one length over sheave and 6 sqrt(EI/T) beyond, in four positions against the sheave; the error
+is that of the worst, against the finest mesh of the sweep. Two surfaces: the scene's own groove and contact stiffness,
+and a cylinder so hard that it shows what a rigid sheave would carry.
 """
 
 from __future__ import annotations
 
-import json
 from math import ceil, cos, degrees, radians, sin, sqrt
 
 import numpy as np
@@ -179,8 +178,8 @@ def _longest(rows: list[dict], name: str) -> float | None:
     return good
 
 
-def main() -> None:
-    """Print the sweep."""
+def sweeps() -> dict:
+    """The rigid cylinder in closed form, the sweeps over the mesh, and converged answers by penetration limit."""
     phi = 2.0 * np.arcsin(0.5 * scale() / RADIUS)
     rigid = {
         "bending_length_mm": 1e3 * scale(),
@@ -188,17 +187,25 @@ def main() -> None:
         "end_reaction": TENSION * sin(phi),
         "inside": TENSION * cos(phi) / RADIUS,
     }
-    print(
-        json.dumps(
-            {
-                "rigid_cylinder": {k: _plain(v) for k, v in rigid.items()},
-                "sweeps": [sweep(wrap, limit) for limit in (None, LIMITS[0]) for wrap in WRAPS],
-                "softness": [softness(wrap, limit) for wrap in WRAPS for limit in LIMITS],
-            },
-            indent=1,
-        )
-    )
+    return {
+        "rigid_cylinder": {k: _plain(v) for k, v in rigid.items()},
+        "sweeps": [sweep(wrap, limit) for limit in (None, LIMITS[0]) for wrap in WRAPS],
+        "softness": [softness(wrap, limit) for wrap in WRAPS for limit in LIMITS],
+    }
 
 
-if __name__ == "__main__":
-    main()
+def markdown(found: dict) -> str:
+    """Longest elements and converged answers as tables, as in docs/accuracy.md. found: of `sweeps`."""
+    columns = [
+        f"{'nearly rigid' if s['penetration_limit'] is None else 'shipped contact'}, {s['wrap_deg']:g} deg"
+        for s in found["sweeps"]
+    ]
+    lines = [f"| longest element over sqrt(EI/T) | {' | '.join(columns)} |", "|---" * (len(columns) + 1) + "|"]
+    for name in ANSWERS:
+        cells = (s["longest_element_within_5_percent"][name] for s in found["sweeps"])
+        lines.append(f"| {name} | {' | '.join('-' if x is None else f'{x:g}' for x in cells)} |")
+    columns = list(found["softness"][0])
+    lines += ["", f"| {' | '.join(columns)} |", "|---" * len(columns) + "|"]
+    for row in found["softness"]:
+        lines.append(f"| {' | '.join('-' if x is None else f'{x:g}' for x in row.values())} |")
+    return "\n".join(lines)

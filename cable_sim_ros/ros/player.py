@@ -1,24 +1,24 @@
 """Plays the IMU and odometry of a bag over real topics at real-time pace, as the ship's own sensors would send them.
 
-    cable-sim play BAG [--rate R] [--loop] [--duration S] [--start S] [--imu-only] [--keep-stamps]
+    cable-sim play BAG [--rate R] [--loop] [--duration S] [--start S] [--imu-only] [--keep-stamps] [--ros-args ...]
 
-Stamps are moved to now by default. Other arguments (`--ros-args ...`) go to rclpy; the namespace is /tow_sim unless
-remapped, so that a node started without arguments hears it.
+Stamps are moved to now by default. The namespace is /tow_sim unless remapped, so that a node started without arguments
+hears it.
 """
 
 from __future__ import annotations
 
-import argparse
 import ctypes
 import struct
 import sys
 import time
+from collections.abc import Sequence
 from contextlib import nullcontext
 from pathlib import Path
 from typing import NamedTuple
 
-from ..io.bag import BagError, read_bag
-from ..io.resources import ResourceError, find_bag
+from ..io.bag import read_bag
+from ..io.resources import find_bag
 
 SECOND = 1_000_000_000
 TOPICS = {"sensor_msgs/msg/Imu": "imu/data", "nav_msgs/msg/Odometry": "odom"}
@@ -26,7 +26,7 @@ SLEEP_CHUNK = 0.1  # s, so that a signal is seen soon
 
 
 class PlayError(ValueError):
-    """A bag that cannot be played; the text says why and what to do."""
+    """A bag or an option that cannot be used; the text says why and what to do."""
 
 
 class Item(NamedTuple):
@@ -146,58 +146,46 @@ def _bar(total: float | None):
     return bar, lambda seconds: bar.update(task, completed=seconds)
 
 
-def parser() -> argparse.ArgumentParser:
-    """Options of the player; the bag is the one argument."""
-    result = argparse.ArgumentParser(prog="player", description=__doc__.splitlines()[0])
-    result.add_argument("bag", help="bag directory, or name of a shipped one")
-    result.add_argument("--rate", type=float, default=1.0, help="speed of sending; stamps keep their spacing")
-    result.add_argument("--loop", action="store_true", help="begin again at the end, stamps going on")
-    result.add_argument("--duration", type=float, help="stop after so many seconds of the bag")
-    result.add_argument("--start", type=float, default=0.0, help="skip so many seconds of the bag")
-    result.add_argument("--imu-only", action="store_true", help="leave the odometry out")
-    result.add_argument("--keep-stamps", action="store_true", help="send the recorded stamps instead of present ones")
-    return result
+def play_bag(
+    bag: str,
+    *,
+    rate: float = 1.0,
+    loop: bool = False,
+    start: float = 0.0,
+    duration: float | None = None,
+    imu_only: bool = False,
+    keep_stamps: bool = False,
+    ros_arguments: Sequence[str] = (),
+) -> int:
+    """Play the motion of a bag (path or name of a shipped one) until its end or a signal; returns messages sent.
 
-
-def main(args: list[str] | None = None) -> int:
-    """Entry point: 0 at the end or after a signal, 2 for a bag or an option that cannot be used."""
+    rate: speed of sending, stamps keep their spacing; loop: begin again at the end; start, duration: part of the bag,
+    s; ros_arguments: passed on to rclpy. Raises PlayError, BagError, ResourceError before a node is made.
+    """
     import rclpy
     from rclpy.executors import ExternalShutdownException
     from rclpy.utilities import remove_ros_args
 
-    given = sys.argv if args is None else ["player", *args] if not args or args[0].startswith("-") else args
-    options = parser().parse_args(remove_ros_args(given)[1:])
-    try:
-        if not 0.0 < options.rate <= 100.0:
-            raise PlayError(f"--rate {options.rate:g} is out of range; give a value above 0 and up to 100")
-        items = load(find_bag(options.bag), start=options.start, duration=options.duration, imu_only=options.imu_only)
-    except (PlayError, BagError, ResourceError) as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
-    node = None
+    given = ["play", *ros_arguments]
+    unknown = remove_ros_args(given)[1:]
+    if unknown:
+        raise PlayError(
+            f"{' '.join(unknown)}: no option of play; nothing was played. See --help; ROS arguments follow --ros-args"
+        )
+    if not 0.0 < rate <= 100.0:
+        raise PlayError(f"--rate {rate:g} is out of range; nothing was played; give a value above 0 and up to 100")
+    items = load(find_bag(bag), start=start, duration=duration, imu_only=imu_only)
+    node, sent = None, 0
     try:
         rclpy.init(args=given)
         node = rclpy.create_node("motion_player", namespace="/tow_sim")
-        bar, progress = _bar(None if options.loop else items[-1].due / SECOND)
+        bar, progress = _bar(None if loop else items[-1].due / SECOND)
         with bar:
-            sent = play(
-                node,
-                items,
-                rate=options.rate,
-                loop=options.loop,
-                keep_stamps=options.keep_stamps,
-                alive=rclpy.ok,
-                progress=progress,
-            )
-        print(f"played {sent} messages", file=sys.stderr)
+            sent = play(node, items, rate=rate, loop=loop, keep_stamps=keep_stamps, alive=rclpy.ok, progress=progress)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     finally:
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+    return sent

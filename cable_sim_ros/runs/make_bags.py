@@ -1,6 +1,6 @@
 """Bags of recorded ship motion: 1 Hz records of two research ships -> sensor_msgs/Imu and nav_msgs/Odometry at 50 Hz.
 
-    python -m cable_sim_ros.runs.make_bags --out bags --data bags/source
+    cable-sim make-bags --out bags
 
 One C2 cubic spline per degree of freedom goes through the 1 Hz record; attitude, velocity, body rates and specific
 force are its analytic values and derivatives, so the two topics agree with each other. The records are NED-like
@@ -10,8 +10,9 @@ are turned into ENU and x forward, y left, z up here, once. The same data give t
 
 from __future__ import annotations
 
-import argparse
+import os
 import shutil
+from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import NamedTuple
@@ -20,8 +21,10 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfiltfilt, welch
 
-from ..io.bag import BagWriter
+from ..io.bag import BagError, BagWriter
+from ..io.resources import share_folder
 from ..io.typestore import STORE
+from ..sim.attitude import body_rates, quaternion, rotation
 
 GRAVITY = 9.81        # m/s^2, as in the scenes
 SPEED = 2.2           # m/s, mean speed ahead: that of the tow, in place of the ship's own
@@ -130,21 +133,6 @@ def displacement(record: Record, data: Path) -> Displacement:
     return Displacement(start, seconds[keep], motion[keep], float(mean))
 
 
-def rotation(angles: np.ndarray) -> np.ndarray:
-    """R = Rz(yaw) Ry(pitch) Rx(roll), [n, 3, 3] from [n, 3] roll, pitch, yaw in rad."""
-    (sr, sp, sy), (cr, cp, cy) = np.sin(angles).T, np.cos(angles).T
-    return np.stack([np.stack([cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr], -1),
-                     np.stack([sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr], -1),
-                     np.stack([-sp, cp * sr, cp * cr], -1)], -2)
-
-
-def quaternion(angles: np.ndarray) -> np.ndarray:
-    """x y z w [n, 4] of the same rotation."""
-    (sr, sp, sy), (cr, cp, cy) = np.sin(angles / 2).T, np.cos(angles / 2).T
-    return np.column_stack([sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy,
-                            cr * cp * sy - sr * sp * cy, cr * cp * cy + sr * sp * sy])
-
-
 def interpolate(moved: Displacement, *, speed: float = SPEED, rate: int = RATE) -> Motion:
     """Motion at `rate` Hz: the displacement about a track at `speed` m/s along the mean heading."""
     step = 10**9 // rate
@@ -159,9 +147,7 @@ def interpolate(moved: Displacement, *, speed: float = SPEED, rate: int = RATE) 
     to_body = np.swapaxes(rotation(value[:, 3:]), 1, 2)
     position = value[:, :3] + np.outer(speed * t, ahead)
     force = second[:, :3] + [0.0, 0.0, GRAVITY]
-    (sr, sp, _), (cr, cp, _) = np.sin(value[:, 3:]).T, np.cos(value[:, 3:]).T
-    droll, dpitch, dyaw = first[:, 3:].T
-    body_rate = np.column_stack([droll - dyaw * sp, dpitch * cr + dyaw * cp * sr, dyaw * cp * cr - dpitch * sr])
+    body_rate = np.column_stack(body_rates(value[:, 3], value[:, 4], first[:, 3:].T))
     return Motion(moved.start + time, position, value[:, 3:], quaternion(value[:, 3:]),
                   np.einsum("nij,nj->ni", to_body, first[:, :3] + speed * ahead), body_rate,
                   np.einsum("nij,nj->ni", to_body, force))
@@ -218,29 +204,29 @@ def figures(name: str, moved: Displacement) -> list[str]:
     return rows
 
 
-def main(argv: list[str] | None = None) -> int:
-    """Make the bags from the command line; returns the exit code."""
-    parser = argparse.ArgumentParser(prog="python -m cable_sim_ros.runs.make_bags", description=__doc__.split("\n")[0])
-    parser.add_argument("--out", type=Path, default=Path("bags"), help="folder for the bags (default: bags)")
-    parser.add_argument("--data", type=Path, default=Path("bags/source"), help="folder of the source CSV files")
-    parser.add_argument("--speed", type=float, default=SPEED, help="mean speed ahead in m/s (default: %(default)s)")
-    parser.add_argument("--only", choices=sorted(RECORDS), action="append", help="make this bag only; may be repeated")
-    parser.add_argument("--force", action="store_true", help="replace bags that exist")
-    args = parser.parse_args(argv)
-    for name in args.only or RECORDS:
-        path = args.out / name
-        if path.exists() and not args.force:
-            parser.error(f"'{path}' exists already: nothing was written to it; give --force to replace it")
+def make_bags(out: str | os.PathLike, data: str | os.PathLike | None = None, *, speed: float = SPEED,
+              only: Sequence[str] = (), force: bool = False) -> list[str]:
+    """Write the bags into the folder ``out``; returns the rows of the table in bags/README.md.
+
+    data: folder of the source CSV files, None: the shipped ones; speed: mean speed ahead, m/s; only: names of RECORDS,
+    none: all; force: replace bags that exist. Raises BagError.
+    """
+    rows: list[str] = []
+    source = share_folder() / "bags" / "source" if data is None else Path(data)
+    chosen = only or tuple(RECORDS)
+    for name in chosen:
+        if name not in RECORDS:
+            raise BagError(f"there is no record '{name}': nothing was written; choose from {', '.join(RECORDS)}")
+        if (Path(out) / name).exists() and not force:
+            raise BagError(f"'{Path(out) / name}' exists already: nothing was written; give --force to replace it")
+    for name in chosen:
+        path = Path(out) / name
         try:
-            moved = displacement(RECORDS[name], args.data)
+            moved = displacement(RECORDS[name], source)
         except (OSError, ValueError) as error:
-            parser.error(f"{error}; '{name}' was not made; give the folder of the source files with --data")
+            raise BagError(f"{error}; '{name}' was not made; give the folder of the source files with --data") from None
         if path.exists():
             shutil.rmtree(path)
-        write(path, interpolate(moved, speed=args.speed), provenance(name, moved, args.speed))
-        print("\n".join(figures(name, moved)), flush=True)
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())
+        write(path, interpolate(moved, speed=speed), provenance(name, moved, speed))
+        rows += figures(name, moved)
+    return rows

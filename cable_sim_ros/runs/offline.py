@@ -12,12 +12,14 @@ import numpy as np
 
 from ..io.bag import BagError
 from ..io.load import load_scene, override, scene_from_text
-from ..io.replay import Residual, read_tow, recorded_frames, residuals
+from ..io.motion_table import MotionError, read_table, sine_heave
+from ..io.replay import RecordedTow, Residual, read_tow, recorded_frames, residuals
 from ..io.resources import find_bag
 from ..sim.scene import Scene
 from .passes import Pass, Driven, Progress, silent
 from .summary import SKIP, summarize
 
+HEAVE_SECONDS = 60.0   # s of a run under a sinusoidal heave where no duration is given
 DELIVERY = ("motion_age", "command_age")   # of a Frame: how its inputs came, not how the tow is
 # JSON names beside those of lab/summary.py: name, unit, meaning
 FIGURES = (
@@ -28,7 +30,7 @@ FIGURES = (
     ("start_s", "s", "wall time of the static start"),
     ("stepping_s", "s", "wall time of the stepping alone; `realtime_factor` is made from it"),
     ("scene", "", "name of the scene"),
-    ("motion", "", "name of the bag, or none"),
+    ("motion", "", "name of the bag or table, the heave, or none"),
     ("setpoint", "", "set-point algorithm"),
     ("imu_only", "", "true: odometry was left out"),
     ("motion_refused", "1", "motion messages refused or bridged, by cause"),
@@ -50,21 +52,23 @@ class Run:
     residuals: list[Residual] = field(default_factory=list)
 
 
-def run(scene: Scene | str | os.PathLike, motion: str | os.PathLike | None = None, *, duration: float | None = None,
-        algorithm: str | None = None, imu_only: bool = False, out: str | os.PathLike | None = None,
-        progress: Progress = silent) -> Run:
-    """Simulate a scene under the motion of a bag, or on its mean track (motion None).
+def run(scene: Scene | str | os.PathLike, motion: str | os.PathLike | None = None, *,
+        heave: tuple[float, float] | None = None, duration: float | None = None, algorithm: str | None = None,
+        imu_only: bool = False, out: str | os.PathLike | None = None, progress: Progress = silent) -> Run:
+    """Simulate a scene under the motion of a bag or CSV table, a sinusoidal heave, or on its mean track (motion None).
 
-    duration: s, default the whole bag, or a short settling without motion; algorithm: set-point in place of the
-    scene's; imu_only: leave odometry out; out: folder to make, with the bag ``tow`` of every channel and
-    ``summary.json``. Raises SceneError, BagError, ResourceError, StartError; a solver that gives up ends the run.
+    heave: amplitude [m] and period [s], in place of ``motion``; duration: s, default all the motion there is, or a
+    short settling without any; algorithm: set-point in place of the scene's; imu_only: leave odometry out; out: folder
+    to make, with the bag ``tow`` of every channel and ``summary.json``. Raises SceneError, BagError, MotionError,
+    ResourceError, StartError; a solver that gives up ends the run.
     """
     bag = _bag_path(out)
     scene = scene if isinstance(scene, Scene) else load_scene(scene)
     if algorithm is not None:
         scene = override(scene, {"setpoint.algorithm": algorithm})
-    tow = None if motion is None else read_tow(find_bag(motion), imu_only=imu_only)
-    one = Pass(scene, tow, progress=progress)
+    if heave is not None and duration is None:
+        duration = HEAVE_SECONDS
+    one = Pass(scene, _motion_of(scene, motion, heave, duration, imu_only), progress=progress)
     result = _run_of(one, one.go(duration, bag), bag)
     result.figures["imu_only"] = imu_only
     _write_summary(out, result)
@@ -116,6 +120,20 @@ def largest_difference(ours: np.recarray, theirs: np.recarray | None) -> dict[st
         if value > worst["difference"]:
             worst.update(field=name, difference=value)
     return worst
+
+
+def _motion_of(scene: Scene, motion, heave, duration, imu_only: bool) -> RecordedTow | None:
+    """Messages of the ship's motion, whatever they come from."""
+    table = motion is not None and Path(motion).suffix.lower() == ".csv"
+    if heave is not None and motion is not None:
+        raise MotionError(f"heave and the motion '{motion}' were both given: nothing was simulated; give one of them")
+    if imu_only and (table or heave is not None):
+        raise MotionError(f"{motion or '--heave'} gives no IMU messages: nothing was simulated; leave --imu-only out")
+    if heave is not None:
+        return sine_heave(*heave, duration, scene.ship)
+    if table:
+        return read_table(motion, scene.ship)
+    return None if motion is None else read_tow(find_bag(motion), imu_only=imu_only)
 
 
 def _run_of(one: Pass, driven: Driven, bag: Path | None) -> Run:

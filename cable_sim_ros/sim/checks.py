@@ -17,7 +17,7 @@ from .scene import Scene
 FINE_ELEMENT = 0.4
 # longest element on the sheave over the bending length sqrt(EI/T): line load, its edges and the reactions at the ends
 # of the contact within 5 % at the shipped contact stiffness, resultant 0.001 %; at 5 they are off by 12 to 86 %, the
-# resultant by 0.03 % (python -m cable_sim_ros.lab.sheave, docs/accuracy.md)
+# resultant by 0.03 % (cable-sim bench --sheave-mesh, docs/accuracy.md)
 RESOLVED = 1.5
 FINE_ZONE = 1.0  # m of fine mesh (and of cable on the drum) wanted when a compensation drives the winch
 MOST_STRAIN = 0.1  # under the weight of the tow

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from math import cos, radians, sin
-from pathlib import Path
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from ..physics.ship import NO_EPOCH
 from ..physics.state import ARC, FLOW, MEMORY, NOW, STEP
 from .build import build_model, build_state, make_output
 from .entry import CONTROL_WORDS, SETTLE, STATS_COLUMNS, TICKS, drive
+from .inputs import InputError, ShipMotion, WinchCommand, push
 from .scene import Scene
 from .statics import MASS_DAMPING, MOST_PUSH, MOST_STEPS, Route, StartError, first_angle, first_strain
 
@@ -25,16 +25,17 @@ class SolverError(RuntimeError):
 
 
 class Simulator:
-    """One tow. ``scene``: a Scene or the path of a scene file.
+    """One tow of a Scene; `cable_sim_ros.Simulator` takes names, files and plain data too.
 
-    Use: ``sim.start()``, then ``sim.tick()`` or ``sim.run(n)``; motion and commands go to ``sim.inputs``.
+    Use: ``sim.start()``, then ``sim.push(...)`` and ``sim.tick()`` or ``sim.run(n)``.
     """
 
-    def __init__(self, scene: Scene | str | Path):
+    def __init__(self, scene: Scene):
         if not isinstance(scene, Scene):
-            from ..io.load import load_scene  # the only upward glance: a path is a convenience
-
-            scene = load_scene(scene)
+            raise TypeError(
+                f"scene = {scene!r:.60} is a {type(scene).__name__}, expected a Scene; nothing was built. "
+                f"cable_sim_ros.Simulator takes the name or file of a scene and plain data"
+            )
         self.scene = scene
         self.model = build_model(scene)
         self.state = build_state(scene)
@@ -143,6 +144,10 @@ class Simulator:
         """Contact stations of the last tick [stations, 9], columns CONTACT_COLUMNS."""
         return self.output.contact[0, : int(self.output.frame[0]["contact_stations"])]
 
+    def push(self, item: ShipMotion | WinchCommand) -> None:
+        """Queue one sample of ship motion or one winch command. Raises InputError."""
+        push(self.inputs, item, int(self.frame["time"]), self.scene.ship.max_gap)
+
     def tick(self, inputs=None) -> np.record:
         """Advance one tick with ``inputs`` (default: self.inputs); returns its Frame. Raises SolverError."""
         if self._drive(TICKS, 1, self.output, inputs) < 1:
@@ -222,4 +227,4 @@ class Simulator:
         )
 
 
-__all__ = ["FRAME", "Simulator", "SolverError", "StartError"]
+__all__ = ["FRAME", "InputError", "Simulator", "SolverError", "StartError"]

@@ -61,6 +61,15 @@ def test_every_command_helps(command):
             "error: no_such_bag: no such bag file; nothing was started.",
         ),
         (("run", "full_scale", "--setpoint", "holt"), "Did you mean hold?"),
+        (("run", "full_scale", "--motion", "none.csv"), "error: none.csv: no such file; nothing was simulated."),
+        (("run", "full_scale", "--heave", "1.2"), "'1.2' is not an amplitude in m and a period in s, as in 1.2,8"),
+        (("run", "full_scale", "--heave", "a,b"), "'a,b' is not an amplitude in m and a period in s"),
+        (("run", "full_scale", "--heave", "1.2,0"), "error: heave of 1.2 m in 0 s: the period is outside [1, 600] s"),
+        (("run", "full_scale", "--heave", "1,8", "--motion", "nbp1406"), "error: heave and the motion 'nbp1406' were"),
+        (
+            ("run", "full_scale", "--heave", "1,8", "--motion", "none"),
+            "--heave and --motion none contradict each other",
+        ),
         (("run", "full_scale", "--duration", "0"), "Invalid value for '--duration'"),
         (("run",), "Missing argument 'SCENE'"),
         (("replay", "no_such_bag"), "error: no_such_bag: no such bag file"),
@@ -70,10 +79,23 @@ def test_every_command_helps(command):
             ("live", "--scene", "no_such_scene"), "error: no_such_scene: no such scene file", marks=pytest.mark.ros
         ),
         (("manual", "--out", "no/such/folder/x.md"), "error: "),
+        (("make-bags", "--only", "nbp"), "error: there is no record 'nbp': nothing was written"),
+        (("bench", "P1", "--features"), "--features and --sheave-mesh each stand alone"),
+        (("bench", "--features", "--sheave-mesh"), "--features and --sheave-mesh each stand alone"),
+        (("bench", "--sheave-mesh", "--repeats", "2"), "--sheave-mesh is no timing"),
+        pytest.param(
+            ("play", "nbp1406", "--lop"), "error: --lop: no option of play; nothing was played.", marks=pytest.mark.ros
+        ),
+        pytest.param(
+            ("play", "nbp1406", "--rate", "0"),
+            "error: --rate 0 is out of range; nothing was played",
+            marks=pytest.mark.ros,
+        ),
+        pytest.param(("play", "no_such_bag"), "error: no_such_bag: no such bag file", marks=pytest.mark.ros),
     ],
 )
 def test_a_mistake_is_told_in_one_line(arguments, text, tmp_path, monkeypatch):
-    if arguments[0] == "live":
+    if arguments[0] in ("live", "play"):
         pytest.importorskip("rclpy")
     monkeypatch.chdir(tmp_path)
     result = call(*arguments)

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cable_sim_ros import cli
+from cable_sim_ros.lab import features, sheave
 from cable_sim_ros.lab.bench import Row, front, series
 
 
@@ -44,3 +45,26 @@ def test_the_set_point_algorithms_of_the_whole_tow_are_told_apart():
     row = Row("P7", "cable_sim_ros", "hold, 1-2-3, 10 ms", 6, 0.01, 0.0, 0.0, 1.0, 1.0, 1.0)
     assert series(row) == "cable_sim_ros, hold"
     assert series(row._replace(scene="P5")) == "cable_sim_ros"
+
+
+def test_the_cost_of_each_feature_is_a_command(monkeypatch, tmp_path):
+    monkeypatch.setattr(features, "STEPS", 2)
+    done = CliRunner().invoke(cli.main, ["bench", "--features", "--repeats", "1", "--out", str(tmp_path)])
+    assert done.exit_code == 0, done.output
+    rows = json.loads((tmp_path / "features.json").read_text())
+    assert [row["feature"] for row in rows] == list(features.FEATURES)
+    assert all(row[k] > 0.0 for row in rows for k in ("absent_us", "off_us", "on_us"))
+    assert done.stdout == (tmp_path / "features.md").read_text() and len(done.stdout.splitlines()) == 2 + len(rows)
+
+
+def test_the_mesh_at_the_sheave_is_a_command(monkeypatch):
+    monkeypatch.setattr(sheave, "RATIOS", (6.0, 1.0, 0.15))
+    monkeypatch.setattr(sheave, "PHASES", (0.0,))
+    monkeypatch.setattr(sheave, "LIMITS", sheave.LIMITS[:1])
+    done = CliRunner().invoke(cli.main, ["bench", "--sheave-mesh", "--json"])
+    assert done.exit_code == 0, done.output
+    found = json.loads(done.stdout)
+    assert found["rigid_cylinder"]["lost_deg"] == pytest.approx(4.71, abs=0.01)
+    assert len(found["sweeps"]) == 4 and len(found["softness"]) == 2
+    text = CliRunner().invoke(cli.main, ["bench", "--sheave-mesh"]).stdout
+    assert "| resultant | 6 | 6 | 6 | 6 |" in text and "largest_line_load" in text

@@ -13,7 +13,7 @@ from scipy.signal import csd, welch
 
 from cable_sim_ros.io.wire import decode_imu, decode_odometry, read_motion
 from cable_sim_ros.physics.heave import SETTLED, Heave, HeaveFilter, response
-from cable_sim_ros.runs.make_bags import rotation
+from cable_sim_ros.sim.attitude import rotation
 
 BAGS = Path(__file__).parents[2] / "bags"
 G = 9.81

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cable_sim_ros.lab.stress.solid import depth
+from cable_sim_ros.lab.stress.sheave_depth import depth
 from cable_sim_ros.physics.contact import latch, loads, touch, touch_drum
 from cable_sim_ros.physics.surface import AXIS, CREST, RIM, SPIN, TOP, beside, margin, surface_row
 from cable_sim_ros.physics.tow import pierced

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from rosbags.highlevel import AnyReader
 from scipy.interpolate import CubicSpline
 
-from cable_sim_ros.io.bag import read_bag, read_metadata
+from cable_sim_ros.io.bag import BagError, read_bag, read_metadata
 from cable_sim_ros.io.wire import decode_imu, decode_odometry
 from cable_sim_ros.runs.make_bags import (
     GRAVITY,
@@ -24,11 +24,10 @@ from cable_sim_ros.runs.make_bags import (
     displacement,
     figures,
     interpolate,
-    main,
-    quaternion,
+    make_bags,
     read_csv,
-    rotation,
 )
+from cable_sim_ros.sim.attitude import quaternion, rotation
 
 BAGS = Path(__file__).parents[2] / "bags"
 SOURCE = BAGS / "source"
@@ -37,7 +36,8 @@ SOURCE = BAGS / "source"
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     out = tmp_path_factory.mktemp("bags")
-    assert main(["--out", str(out), "--data", str(SOURCE)]) == 0
+    rows = make_bags(out)
+    assert len(rows) == 12 and all(row in (BAGS / "README.md").read_text("utf-8") for row in rows)
     return out
 
 
@@ -52,7 +52,7 @@ def doubles(message):
 
 
 def test_the_same_bytes_twice(made, tmp_path):
-    main(["--out", str(tmp_path), "--data", str(SOURCE), "--only", "lmg1903"])
+    make_bags(tmp_path, SOURCE, only=("lmg1903",))
     assert digest(tmp_path / "lmg1903") == digest(made / "lmg1903")
     assert not (tmp_path / "nbp1406").exists()
 
@@ -178,13 +178,13 @@ def test_imu_and_odometry_of_a_message_pair_agree(made):
     assert odometry.twist
 
 
-def test_bad_calls_name_the_remedy(made, tmp_path, capsys):
-    for argv, text in (
-            (["--out", str(made)], "exists already: nothing was written to it; give --force to replace it"),
-            (["--out", str(tmp_path), "--data", str(tmp_path)], "give the folder of the source files with --data")):
-        with pytest.raises(SystemExit, match="2"):
-            main([*argv, "--only", "lmg1903"] + ([] if "--data" in argv else ["--data", str(SOURCE)]))
-        assert text in capsys.readouterr().err
+def test_bad_calls_name_the_remedy(made, tmp_path):
+    for out, data, only, text in (
+            (made, SOURCE, "lmg1903", "exists already: nothing was written; give --force to replace it"),
+            (tmp_path, tmp_path, "lmg1903", "'lmg1903' was not made; give the folder of the source files with --data"),
+            (tmp_path, SOURCE, "nbp", "there is no record 'nbp': nothing was written; choose from nbp1406, lmg1903")):
+        with pytest.raises(BagError, match=text):
+            make_bags(out, data, only=(only,))
     broken = tmp_path / "lmg1903_seapath_1hz.csv"
     broken.write_text("t_s,roll_rad\n0,0\n")
     with pytest.raises(ValueError, match="has no comment 't_s: ... after <UTC>Z': the bag would have no time"):
@@ -194,7 +194,7 @@ def test_bad_calls_name_the_remedy(made, tmp_path, capsys):
 def test_force_replaces(made, tmp_path):
     (tmp_path / "lmg1903").mkdir()
     (tmp_path / "lmg1903" / "junk").write_text("x")
-    main(["--out", str(tmp_path), "--data", str(SOURCE), "--only", "lmg1903", "--force", "--speed", "3"])
+    make_bags(tmp_path, SOURCE, only=("lmg1903",), force=True, speed=3.0)
     assert not (tmp_path / "lmg1903" / "junk").exists()
     first = next(m for m in read_bag(tmp_path / "lmg1903") if m.topic == ODOMETRY_TOPIC)
     reference = next(m for m in read_bag(made / "lmg1903") if m.topic == ODOMETRY_TOPIC)

@@ -10,6 +10,7 @@ from rosbags.highlevel import AnyReader
 from cable_sim_ros.io.bag import BagError
 from cable_sim_ros.io.channels import CHANNELS, Context, Encoder
 from cable_sim_ros.io.load import load_scene
+from cable_sim_ros.io.motion_table import MotionError
 from cable_sim_ros.io.recording import load_run
 from cable_sim_ros.io.replay import Feeder, RecordedTow, late_ticks, read_tow, residuals
 from cable_sim_ros.runs import offline, passes
@@ -234,3 +235,44 @@ def test_commands_of_the_bag_reach_the_ring():
     assert feeder.until(4) == events[:5] and not feeder.done
     assert inputs.command_head[0] == 2 and dict(feeder.dropped) == {"nothing commanded": 2, "stamp does not advance": 1}
     assert np.array_equal(inputs.command[:2], [[2.0, np.nan], [np.nan, -0.5]], equal_nan=True)
+
+
+@pytest.mark.parametrize("kind", ["table", "heave"])
+def test_motion_of_ones_own_is_recorded_and_replays_as_it_ran(kind, tmp_path):
+    given = {"heave": (1.2, 8.0)}
+    if kind == "table":
+        table = tmp_path / "own.csv"
+        rows = (f"{t},{np.sin(t)},{3 * np.cos(t)}" for t in np.arange(0.0, 6.0, 0.5))
+        table.write_text("time_s,heave_m,roll_deg\n" + "\n".join(rows) + "\n")
+        given = {"motion": table}
+    ran = offline.run("full_scale", **given, duration=4.0, out=tmp_path / "out")
+    assert not ran.problem and len(ran.frames) == 400 and (ran.frames.motion_source == 1).all()
+    assert ran.figures["motion"] == ("own.csv" if kind == "table" else "heave 1.2 m, 8 s")
+    assert ran.figures["motion_refused"] == {} and np.ptp(ran.frames.ship_position[:, 2]) > 0.1
+    again = offline.replay(ran.bag)
+    assert again.figures["largest_difference"] == {"field": "", "difference": 0.0, "ticks": 400}
+
+
+def test_a_heave_is_taken_up_from_the_static_tow_and_then_followed():
+    frames = offline.run("full_scale", heave=(0.8, 8.0), duration=14.0).frames
+    scene = load_scene("full_scale")
+    t = (frames.time - frames.time[0]) * 1e-9 + 0.01
+    wanted = 0.8 * np.sin(2.0 * np.pi / 8.0 * t)
+    followed = t > scene.ship.start_blend + 0.1
+    assert frames.ship_position[followed, 2] == pytest.approx(scene.ship.reference_height + wanted[followed], abs=1e-5)
+    assert abs(frames.ship_velocity[0, 2]) < 0.02 and abs(frames.ship_position[0, 2]) < 1e-3
+    assert frames.ship_position[-1, :2] == pytest.approx((scene.ship.tow_speed * t[-1], 0.0), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("given", "text"),
+    [
+        ({"motion": "nbp1406", "heave": (1.0, 8.0)}, "heave and the motion 'nbp1406' were both given: nothing was"),
+        ({"heave": (1.0, 8.0), "imu_only": True}, "--heave gives no IMU messages: .* leave --imu-only out"),
+        ({"motion": "own.csv", "imu_only": True}, "own.csv gives no IMU messages"),
+        ({"motion": "own.csv"}, "own.csv: no such file"),
+    ],
+)
+def test_motion_that_cannot_be_used_stops_before_the_run(given, text):
+    with pytest.raises(MotionError, match=text):
+        offline.run("full_scale", **given)

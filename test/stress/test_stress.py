@@ -9,11 +9,11 @@ import pytest
 from click.testing import CliRunner
 
 from cable_sim_ros import cli
-from cable_sim_ros.lab.stress import ORDER, run
-from cable_sim_ros.lab.stress.detach import Impulse, changes, most_within
-from cable_sim_ros.lab.stress.loose import LIGHT_FISH, OUTBOARD, WOUND, short
-from cable_sim_ros.lab.stress.registry import IS, WITHIN, Figure
+from cable_sim_ros.lab.stress import STRESS, run
+from cable_sim_ros.lab.stress.n03_load_reversals import Impulse, changes, most_within
+from cable_sim_ros.lab.stress.n08_n14_overspeed_and_cold_start import LIGHT_FISH, OUTBOARD, WOUND, short
 from cable_sim_ros.lab.stress.tows import finite, started
+from cable_sim_ros.lab.stress.verdict import IS, WITHIN, Figure
 from cable_sim_ros.physics.frame import Flag
 from cable_sim_ros.physics.inputs import push_command
 from cable_sim_ros.physics.integrate import coefficients
@@ -27,8 +27,11 @@ def test_quick(name):
     assert verdict.passed, [f"{f.name}: {f.value} ({f.bound})" for f in verdict.figures if f.passed is False]
 
 
-def test_all_nineteen_are_declared():
-    assert tuple(f"N{i}" for i in range(1, 20)) == ORDER
+def test_all_nineteen_are_in_the_table_and_each_module_is_named_by_its_numbers():
+    assert list(STRESS) == [f"N{i}" for i in range(1, 20)]
+    assert len({test.run for test in STRESS.values()}) == len(STRESS)
+    for name, test in STRESS.items():
+        assert f"n{int(name[1:]):02d}_" in test.run.__module__.rpartition(".")[2], name
 
 
 def test_a_figure_that_is_not_finite_never_passes():

@@ -1,4 +1,4 @@
-"""What a family of cases is, and the list of them."""
+"""What a family of cases is; the table of them is FAMILIES in `lab.cases`."""
 
 from __future__ import annotations
 
@@ -73,14 +73,6 @@ class Family(NamedTuple):
     solve: Callable[[Case, Level], Values]
 
 
-FAMILIES: list[Family] = []
-
-
-def family(name: str, *keys: str, how: str, growth: float = 4.0):
-    """Declare a family: the decorated function solves one case at one level."""
-
-    def add(solve):
-        FAMILIES.append(Family(name, frozenset(keys), how, growth, solve))
-        return solve
-
-    return add
+def family(name: str, *keys: str, how: str, growth: float = 4.0) -> Callable[[Callable[[Case, Level], Values]], Family]:
+    """Make a Family of the decorated function, which solves one case at one level."""
+    return lambda solve: Family(name, frozenset(keys), how, growth, solve)

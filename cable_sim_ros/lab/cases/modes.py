@@ -15,7 +15,7 @@ from ...physics.towbody import Towbody
 from ...physics.water import Water
 from ..rig import Rig, RigError, cable_of
 from .family import Case, Level, Values, family
-from .gauge import crossings, follow, hold, tension_along
+from .measure import crossings, follow, hold, tension_along
 
 SWING = 1e-4  # largest displacement of mode k over length / k: small against the stretch it causes
 PERIODS = 4  # of a real-time run of one mode

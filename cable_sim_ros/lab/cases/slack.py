@@ -8,7 +8,7 @@ import numpy as np
 
 from ..rig import FOLDING, Rig, RigError, cable_of
 from .family import Case, CaseError, Level, Values, family
-from .gauge import crossings
+from .measure import crossings
 from .statics import hanging_shape
 
 LIMBER = 5e-8  # EI over m g L^3 of a chain: in a coarse mesh the tangent of its free end needs some

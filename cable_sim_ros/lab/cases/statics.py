@@ -6,7 +6,7 @@ import numpy as np
 
 from ..rig import Rig, cable_of
 from .family import Case, CaseError, Level, Values, family
-from .gauge import moment, nearest, numbers, point, stretched_length
+from .measure import moment, nearest, numbers, point, stretched_length
 
 INEXTENSIBLE = 1e7  # EA L^2 / EI of a cantilever meant to be inextensible; more only raises the round-off floor
 

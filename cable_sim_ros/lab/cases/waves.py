@@ -8,7 +8,7 @@ import numpy as np
 
 from ..rig import Rig, cable_of
 from .family import Case, CaseError, Level, Values, family
-from .gauge import crossings, follow, hold, mean_between, point
+from .measure import crossings, follow, hold, mean_between, point
 
 SAMPLES = 200  # least steps per transit L/c of a real-time run: a front cannot be timed with less
 TAUT = 3.0  # static tension of a bar over its step force

@@ -4,17 +4,46 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from . import contact, detach, endure, exact, loose, sea, snap, stiff, tows  # noqa: F401 - the tests declare themselves
-from .registry import TESTS, Verdict, run_test
+from . import (
+    n01_n02_slack_and_dead_stop,
+    n03_load_reversals,
+    n04_n18_climbing_and_pressing,
+    n05_n06_n15_stiffness_and_order,
+    n07_n11_long_cable_and_long_run,
+    n08_n14_overspeed_and_cold_start,
+    n09_n10_n12_heavy_sea_and_energy,
+    n13_n16_n17_n19_exactness,
+)
+from .verdict import Stress, Verdict, run_test
 
-ORDER = tuple(sorted(TESTS, key=lambda name: int(name[1:])))
+STRESS: dict[str, Stress] = {
+    "N1": n01_n02_slack_and_dead_stop.slack,
+    "N2": n01_n02_slack_and_dead_stop.dead_stop,
+    "N3": n03_load_reversals.reversals,
+    "N4": n04_n18_climbing_and_pressing.climb,
+    "N5": n05_n06_n15_stiffness_and_order.limp,
+    "N6": n05_n06_n15_stiffness_and_order.stiffness,
+    "N7": n07_n11_long_cable_and_long_run.long_cable,
+    "N8": n08_n14_overspeed_and_cold_start.winch,
+    "N9": n09_n10_n12_heavy_sea_and_energy.heavy,
+    "N10": n09_n10_n12_heavy_sea_and_energy.steps,
+    "N11": n07_n11_long_cable_and_long_run.day,
+    "N12": n09_n10_n12_heavy_sea_and_energy.energy,
+    "N13": n13_n16_n17_n19_exactness.repeat,
+    "N14": n08_n14_overspeed_and_cold_start.cold,
+    "N15": n05_n06_n15_stiffness_and_order.order,
+    "N16": n13_n16_n17_n19_exactness.symmetries,
+    "N17": n13_n16_n17_n19_exactness.waterline,
+    "N18": n04_n18_climbing_and_pressing.pressed,
+    "N19": n13_n16_n17_n19_exactness.spin,
+}
 
 
 def run(ids: tuple[str, ...], quick: bool, progress: Callable = lambda *_: None) -> list[Verdict]:
-    """Run the chosen tests (all where none are named), in their order."""
-    chosen = [name for name in ORDER if not ids or name in ids]
+    """Run the chosen tests (all where none are named), in the order of STRESS."""
+    chosen = [name for name in STRESS if not ids or name in ids]
     verdicts = []
     for i, name in enumerate(chosen):
-        progress(f"{name} {TESTS[name].stimulus}", i, len(chosen))
-        verdicts.append(run_test(TESTS[name], quick))
+        progress(f"{name} {STRESS[name].stimulus}", i, len(chosen))
+        verdicts.append(run_test(name, STRESS[name], quick))
     return verdicts

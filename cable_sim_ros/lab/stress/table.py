@@ -7,7 +7,7 @@ import sys
 from rich.console import Console
 from rich.table import Table
 
-from .registry import Verdict, told
+from .verdict import Verdict, told
 
 WORD = {True: "pass", False: "MISS", None: "not measurable"}
 

@@ -13,8 +13,8 @@ from ...physics.line import residual
 from ...physics.water import Water
 from ...sim.simulator import Simulator
 from ..rig import Rig, cable_of
-from .registry import IS, MOST, WITHIN, Figure, Found, stress
 from .tows import Sea, sail, shipped, started
+from .verdict import IS, MOST, WITHIN, Figure, Found, stress
 
 TURN, FAR = 2.4, (1e5, -1e5)  # rad, m
 
@@ -23,7 +23,7 @@ def _swell(scene, **more) -> Sea:
     return Sea(scene, heave=(1.0, 8.0, 0.0), pitch=(0.03, 7.0, 1.0), roll=(0.1, 9.0, 0.5), **more)
 
 
-@stress("N13", "same input three times; save and resume; copy and fork", "bit-identical; resume 1e-12")
+@stress("same input three times; save and resume; copy and fork", "bit-identical; resume 1e-12")
 def repeat(quick: bool) -> Found:
     """N13: same input three times; save and resume; copy and fork."""
     seconds = 4.0 if quick else 60.0
@@ -77,7 +77,7 @@ def repeat(quick: bool) -> Found:
     )
 
 
-@stress("N16", "yaw, mirror, shift by 1e5 m", "tensions equal to 1e-6")
+@stress("yaw, mirror, shift by 1e5 m", "tensions equal to 1e-6")
 def symmetries(quick: bool) -> Found:
     """The same tow turned, moved far away, and seen in a mirror (roll, sway and yaw change their sign)."""
     seconds = 5.0 if quick else 120.0
@@ -125,7 +125,7 @@ def _force(line) -> np.ndarray:
     return line.work.band[:, :3, 12].sum(0)
 
 
-@stress("N17", "element crossing the waterline, 200 positions", "no jump above 1.5x the smooth increment")
+@stress("element crossing the waterline, 200 positions", "no jump above 1.5x the smooth increment")
 def waterline(quick: bool) -> Found:
     """Straight elements, steep, flat and curved, lowered through the surface in a current."""
     figures = []
@@ -162,7 +162,7 @@ def waterline(quick: bool) -> Found:
     return Found(figures, ["2 m element in 2.2 m/s; the smooth increment is the upper quartile of the 200 steps"])
 
 
-@stress("N19", "rigid spin, 100 turns, damping on", "spin kept to 0.1 %")
+@stress("rigid spin, 100 turns, damping on", "spin kept to 0.1 %")
 def spin(quick: bool) -> Found:
     """Straight cable with a tip mass about one end, no gravity, internal damping far above any cable's."""
     length, mu, tip, omega, ea = 10.0, 0.389, 5.0, 6.0, 1e9

@@ -10,8 +10,8 @@ from ...physics.inputs import push_command
 from ...physics.winch import LENGTH_LEAST
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator, SolverError, StartError
-from .registry import IS, LEAST, WITHIN, Figure, Found, stress
 from .tows import finite, held, started
+from .verdict import IS, LEAST, WITHIN, Figure, Found, stress
 
 FINE = 0.1  # m, elements that come over sheave and drum
 OUTBOARD, WOUND = 12.0, 16.0  # m
@@ -60,7 +60,7 @@ def _weights(sim: Simulator) -> float:
     return body + dry * (surface - top) + wet * (line[-1, 4] - surface)
 
 
-@stress("N8", "winch overspeed, slack at the fish, haul-in to the last metre", "slack reported, recovers to within 2 %")
+@stress("winch overspeed, slack at the fish, haul-in to the last metre", "slack reported, recovers to within 2 %")
 def winch(quick: bool) -> Found:
     """Hanging in still water: pay-out faster than the fish sinks, then a stop; and hauling in all there is."""
     figures, notes = [], []
@@ -148,7 +148,6 @@ def winch(quick: bool) -> Found:
 
 
 @stress(
-    "N14",
     "cold start at 1 m, half, full pay-out; slack in still water",
     "settled or a clear error, never a plausible wrong state",
 )

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...physics.frame import CONTACT_COLUMNS
 from ...physics.surface import CREST, RIM, SLOPE_COS, SLOPE_SIN, TOP
-from .registry import Figure
+from .verdict import Figure
 
 Y, GAP, ARC = ([name for name, _ in CONTACT_COLUMNS].index(name) for name in ("y", "gap", "arc_length"))
 BETWEEN = np.linspace(0.0, 1.0, 5)[:-1]  # places looked at between two stations, on their chord

@@ -8,9 +8,9 @@ from ...io.load import scene_from_dict
 from ...physics.frame import FRAME, Flag
 from ...physics.surface import STIFFNESS
 from ...sim.simulator import Simulator, SolverError
-from .registry import IS, Figure, Found, stress
-from .solid import Watch
+from .sheave_depth import Watch
 from .tows import Sea, finite, held, sail, shipped, started
+from .verdict import IS, Figure, Found, stress
 
 SUPPLIED, LOST = "work_supplied", ("work_water", "work_contact", "dissipated")
 RESIDUAL = "energy_residual"  # J, cumulative since the start: stored + dissipated - supplied
@@ -72,7 +72,7 @@ def _heavy(depth: float, seconds: float) -> tuple[list[Figure], list[str], bool]
     return figures, notes, share is not None
 
 
-@stress("N9", "heave +-6 m at 8 s, roll +-35 deg, 30 min", "finite, energy residual <= 1 % of work")
+@stress("heave +-6 m at 8 s, roll +-35 deg, 30 min", "finite, energy residual <= 1 % of work")
 def heavy(quick: bool) -> Found:
     """The shipped tow, winch held, 20 ms ticks, in Westin's groove of 10 mm, in its own and in one of 100 mm."""
     seconds = 120.0 if quick else 1800.0
@@ -85,7 +85,7 @@ def heavy(quick: bool) -> Found:
     return Found(figures, notes, "" if measured else NOT_YET)
 
 
-@stress("N10", "step x2, x5, x10", "within 2x the error, or sub-stepped or refused with a flag")
+@stress("step x2, x5, x10", "within 2x the error, or sub-stepped or refused with a flag")
 def steps(quick: bool) -> Found:
     """The shipped tow with compensation in a sea, against a mesh twice as fine at 2 ms."""
     seconds, settle = (20.0, 12.0) if quick else (60.0, 12.0)
@@ -175,7 +175,6 @@ def swinging(tick: float) -> Simulator:
 
 
 @stress(
-    "N12",
     "energy: stored + dissipated - supplied",
     "<= 0.5 % of work over 10 min; a passive system never gains more than 1e-4",
 )

@@ -10,7 +10,7 @@ from ..cases.family import Case, Output
 from ..cases.slack import bowed, stride
 from ..cases.statics import hanging_shape
 from ..rig import FOLDING, Rig, cable_of
-from .registry import LEAST, WITHIN, Figure, Found, stress
+from .verdict import LEAST, WITHIN, Figure, Found, stress
 
 GRAVITY = 9.81
 DROP = {
@@ -155,7 +155,7 @@ CHAIN_ALLOWED = {
 }
 
 
-@stress("N1", "slack: dropped and falling cables, snap", "case tolerances; tension never below -0.001 T0")
+@stress("slack: dropped and falling cables, snap", "case tolerances; tension never below -0.001 T0")
 def slack(quick: bool) -> Found:
     """N1: slack: dropped and falling cables, snap."""
     figures, notes = [], []
@@ -188,7 +188,6 @@ def slack(quick: bool) -> Found:
 
 
 @stress(
-    "N2",
     "snap and winch dead stop (the first reflection from the body makes 3 rho c V)",
     "verification peak within 4 %, realtime within 15 % and not low by more than 10 %",
 )

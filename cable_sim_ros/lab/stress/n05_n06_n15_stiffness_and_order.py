@@ -12,14 +12,14 @@ from ...physics.cable import Cable
 from ...sim.simulator import Simulator, SolverError, StartError
 from ..cases import Fidelity
 from ..rig import Rig, cable_of
-from .registry import IS, WITHIN, Figure, Found, stress
-from .snap import values
+from .n01_n02_slack_and_dead_stop import values
 from .tows import Sea, finite, sail, shipped, started
+from .verdict import IS, WITHIN, Figure, Found, stress
 
 REFUSED_IN = 1.0  # s
 
 
-@stress("N5", "EI = 0 everywhere", "runs, case tolerances")
+@stress("EI = 0 everywhere", "runs, case tolerances")
 def limp(quick: bool) -> Found:
     """A tow in a sea without bending stiffness, a catenary and a hanging chain against their closed forms."""
     seconds = 5.0 if quick else 120.0
@@ -85,7 +85,7 @@ def limp(quick: bool) -> Found:
     return Found(figures, notes[1:])
 
 
-@stress("N6", "EA 1e3 ... 1e10 N", "finite, or refused within 1 s naming EA and step")
+@stress("EA 1e3 ... 1e10 N", "finite, or refused within 1 s naming EA and step")
 def stiffness(quick: bool) -> Found:
     """The shipped tow in a sea at every decade of EA: a run whose answer is finite and settled, or a refusal."""
     seconds = 2.0 if quick else 60.0
@@ -137,7 +137,7 @@ def tip(elements: int, share: float = 1.0) -> np.ndarray:
     return rig.line.q[-1, [0, 2]].copy()
 
 
-@stress("N15", "n, 2n, 4n elements", "observed order within 0.3 of theory")
+@stress("n, 2n, 4n elements", "observed order within 0.3 of theory")
 def order(quick: bool) -> Found:
     """Large bending: the tip converges with the fourth power of the element's length."""
     figures, notes = [], []

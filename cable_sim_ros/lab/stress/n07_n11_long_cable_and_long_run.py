@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 
 from ...sim.simulator import Simulator
-from .registry import IS, WITHIN, Figure, Found, stress
 from .tows import Sea, held, sail, started
+from .verdict import IS, WITHIN, Figure, Found, stress
 
 DAY = 86400.0
 
 
-@stress("N7", "10 km cable", "ready <= 60 s, tension 0.1 %")
+@stress("10 km cable", "ready <= 60 s, tension 0.1 %")
 def long_cable(quick: bool) -> Found:
     """Hanging in still water from the sheave, mesh of the shipped tow aboard, 100 m elements outboard."""
     sections = {
@@ -73,7 +73,7 @@ def resident() -> float:
     return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
 
-@stress("N11", "24 h simulated", "drift <= 0.1 %, time exact in integer ns, memory +5 MB at most")
+@stress("24 h simulated", "drift <= 0.1 %, time exact in integer ns, memory +5 MB at most")
 def day(quick: bool) -> Found:
     """A tow on a coarse mesh in a long swell: every whole period must be as the first settled one."""
     seconds, period, tick = (1200.0 if quick else DAY), 10.0, 0.05

@@ -7,17 +7,16 @@ import numpy as np
 from ...physics.frame import Flag
 from ...sim.simulator import SolverError
 from ..cases import Fidelity
-from .registry import IS, WITHIN, Figure, Found, stress
-from .snap import values
-from .solid import Watch
+from .n01_n02_slack_and_dead_stop import values
+from .sheave_depth import Watch
 from .tows import Sea, held, sail, started
+from .verdict import IS, WITHIN, Figure, Found, stress
 
 WALL = 30.0  # deg, half of the shipped throat angle
 HIGHEST = 4200.0  # N, contact.working_tension of the tows of N18: their highest static tension is 4.12 kN
 
 
 @stress(
-    "N4",
     "groove climb-out: fleet angle, heel +-70 deg",
     "threshold within 2 deg; latched flag in the next Frame; the cable never passes through the sheave",
 )
@@ -96,7 +95,7 @@ def _heeled(speed: float, waves: dict) -> tuple[list[Figure], list[str]]:
     return figures, notes
 
 
-@stress("N18", "highest tension, least wrap", "penetration <= 0.1 diameter")
+@stress("highest tension, least wrap", "penetration <= 0.1 diameter")
 def pressed(quick: bool) -> Found:
     """Static tows at nearly the tension the contact is made for, the sheave raised until the cable hardly bends."""
     figures, notes = [], []

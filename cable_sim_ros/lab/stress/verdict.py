@@ -1,4 +1,4 @@
-"""Registry of the stress tests: stimulus, measured figures, limits, verdict."""
+"""What a stress test is: stimulus, criterion, measured figures with their limits, verdict."""
 
 from __future__ import annotations
 
@@ -96,29 +96,20 @@ class Found(NamedTuple):
 
 
 class Stress(NamedTuple):
-    """Stress."""
+    """A stress test; its number stands in the table of `lab.stress`."""
 
-    id: str
     stimulus: str
     criterion: str
     run: Callable[[bool], Found]
 
 
-TESTS: dict[str, Stress] = {}
+def stress(stimulus: str, criterion: str) -> Callable[[Callable[[bool], Found]], Stress]:
+    """Make a Stress of the decorated ``run(quick) -> Found``."""
+    return lambda run: Stress(stimulus, criterion, run)
 
 
-def stress(id: str, stimulus: str, criterion: str):
-    """Declare a test ``run(quick) -> Found``."""
-
-    def declare(run):
-        TESTS[id] = Stress(id, stimulus, criterion, run)
-        return run
-
-    return declare
-
-
-def run_test(test: Stress, quick: bool = False) -> Verdict:
-    """Run one test; an exception is a failure that is told, with its text."""
+def run_test(id: str, test: Stress, quick: bool = False) -> Verdict:
+    """Run one test; an exception is a failure that is reported with its text."""
     begin = time.process_time()
     try:
         found = test.run(quick)
@@ -130,4 +121,4 @@ def run_test(test: Stress, quick: bool = False) -> Verdict:
     if found.missing:
         notes.append(f"not measurable yet: {found.missing}")
         passed = None if all(verdicts) else False
-    return Verdict(test.id, test.stimulus, test.criterion, found.figures, passed, notes, time.process_time() - begin)
+    return Verdict(id, test.stimulus, test.criterion, found.figures, passed, notes, time.process_time() - begin)

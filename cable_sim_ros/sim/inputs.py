@@ -1,0 +1,243 @@
+"""What a user pushes into a simulation: samples of ship motion and winch commands, checked when they are made.
+
+`push` writes them into the rings that the compiled tick reads (physics/inputs.py).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isfinite, isnan, nan, pi, radians, sqrt
+from operator import index
+
+from ..physics.frame import Source
+from ..physics.inputs import COMMAND_ROWS, EPOCH, MOTION_ROWS, SOURCE, Inputs, push_command, push_motion
+from .attitude import angle_rates, angles_of
+
+MOST_POSITION = 1e7  # m
+MOST_SPEED = 50.0  # m/s
+MOST_RATE = 5.0  # rad/s
+MOST_PITCH = radians(80.0)  # roll and yaw have no meaning near 90 deg
+MOST_TURNS = 1e3  # rad, of roll and yaw: an angle beyond it is no attitude
+NORM_WITHIN = 1e-2  # a quaternion nearer to norm 1 is renormalised
+MOST_COMMAND = 1e5  # m, m/s: a number beyond this is no command
+SPARE = 16  # rows of a ring that stay free of samples ahead: the tick needs those around the present
+YAW = 5  # column of a motion sample
+
+
+class InputError(ValueError):
+    """A sample or command that cannot be taken; the text names field, value, unit, bound and remedy."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShipMotion:
+    """One sample of the ship's motion: base_link (x forward, y left, z up) in odom (ENU, z = 0 mean water surface).
+
+    time_ns: stamp on the clock of the simulation, integer ns; every sample later than the one before.
+    position: x, y, z of base_link in odom, m.
+    attitude: roll, pitch, yaw of Rz Ry Rx, rad; roll + port side up, pitch + bow down, yaw from east to north.
+    quaternion: x, y, z, w of the same rotation, in place of ``attitude``; exactly one of the two is given.
+    velocity: of base_link in odom, m/s: the derivative of ``position`` (not in the ship's axes as a ROS twist).
+    rate: angular velocity in base_link, rad/s, as a gyro measures it.
+    source: what it counts as in the Frame's ``motion_source``.
+    jump: True where the motion does not go on from the sample before (another sensor, another place): it is then taken
+    up over ``ship.source_blend``. A gap above ``ship.max_gap`` and another source are jumps by themselves.
+
+    Between samples the tick interpolates by the cubic through position and velocity, so these must fit each other.
+    Raises InputError.
+    """
+
+    time_ns: int
+    position: tuple[float, float, float]
+    velocity: tuple[float, float, float]
+    rate: tuple[float, float, float]
+    attitude: tuple[float, float, float] | None = None
+    quaternion: tuple[float, float, float, float] | None = None
+    source: Source = Source.ODOMETRY
+    jump: bool = False
+
+    def __post_init__(self) -> None:
+        _set(self, time_ns=_stamp(self, self.time_ns))
+        _set(self, position=_vector(self, "position", "m", (MOST_POSITION,) * 3))
+        _set(self, velocity=_vector(self, "velocity", "m/s", (MOST_SPEED,) * 3))
+        _set(self, rate=_vector(self, "rate", "rad/s", (MOST_RATE,) * 3))
+        if (self.attitude is None) == (self.quaternion is None):
+            raise InputError(
+                f"ShipMotion.attitude = {self.attitude!r} and quaternion = {self.quaternion!r}: exactly one of them is "
+                f"needed; nothing was pushed. Give attitude=(roll, pitch, yaw) in rad, or quaternion=(x, y, z, w)"
+            )
+        if self.attitude is not None:
+            _set(self, attitude=_vector(self, "attitude", "rad", (MOST_TURNS, MOST_PITCH, MOST_TURNS)))
+        else:
+            _set(self, quaternion=_unit(self))
+        if self.source not in (Source.ODOMETRY, Source.IMU):
+            raise InputError(
+                f"ShipMotion.source = {self.source!r} is neither Source.ODOMETRY nor Source.IMU: nothing was pushed. "
+                f"Give one of them, of cable_sim_ros.physics.frame, or leave it out"
+            )
+
+    @property
+    def angles(self) -> tuple[float, float, float]:
+        """Roll, pitch, yaw, rad, however the attitude was given."""
+        return self.attitude if self.attitude is not None else angles_of(*self.quaternion)
+
+    def row(self, epoch: float, near: float = 0.0) -> list[float]:
+        """The 14 numbers of `physics.inputs.push_motion`; yaw by whole turns as close as can be to ``near`` [rad]."""
+        roll, pitch, yaw = self.angles
+        yaw += 2.0 * pi * round((near - yaw) / (2.0 * pi))
+        rates = angle_rates(roll, pitch, self.rate)
+        return [*self.position, roll, pitch, yaw, *self.velocity, *rates, epoch, float(self.source)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class WinchCommand:
+    """One command to the winch; pay-out positive = cable out, unstretched metres off the drum.
+
+    payout: length to go to, m, counted as the Frame's ``payout``: approached at ``winch.max_rate``, then held.
+    rate: rate of pay-out, m/s, kept for ``winch.command_timeout``: repeat it in time. Not used where payout is given.
+    time_ns: from when on it holds, integer ns; None: from the next tick on. Raises InputError.
+    """
+
+    payout: float | None = None
+    rate: float | None = None
+    time_ns: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.time_ns is not None:
+            _set(self, time_ns=_stamp(self, self.time_ns))
+        if self.payout is None and self.rate is None:
+            raise InputError(
+                "WinchCommand has neither payout nor rate: nothing was pushed. Give payout=... in m or rate=... in "
+                "m/s, positive out; rate=0.0 stops the winch"
+            )
+        for name, unit in (("payout", "m"), ("rate", "m/s")):
+            if getattr(self, name) is not None:
+                _set(self, **{name: _number(self, name, getattr(self, name), unit, MOST_COMMAND)})
+
+
+def push(inputs: Inputs, item: ShipMotion | WinchCommand, now_ns: int, max_gap: float) -> None:
+    """Write one sample or command into its ring. now_ns: time of the last tick; max_gap: `ship.max_gap`, s.
+
+    Raises InputError for a stamp that does not advance or a full ring, TypeError for anything else.
+    """
+    if isinstance(item, ShipMotion):
+        _push_motion(inputs, item, now_ns, max_gap)
+    elif isinstance(item, WinchCommand):
+        _push_command(inputs, item, now_ns)
+    else:
+        raise TypeError(f"{item!r:.60} is a {type(item).__name__}: push a ShipMotion or a WinchCommand")
+
+
+def _push_motion(inputs: Inputs, item: ShipMotion, now_ns: int, max_gap: float) -> None:
+    head = int(inputs.motion_head[0])
+    epoch, near = 1.0, 0.0
+    if head:
+        last = (head - 1) % MOTION_ROWS
+        before = int(inputs.motion_time[last])
+        _advances("ShipMotion", item.time_ns, before)
+        _room("ShipMotion", "samples", inputs.motion_time, head, MOTION_ROWS, now_ns)
+        row = inputs.motion[last]
+        jump = item.jump or item.source != int(row[SOURCE]) or (item.time_ns - before) * 1e-9 > max_gap
+        epoch, near = float(row[EPOCH]) + jump, float(row[YAW])
+    push_motion(inputs, item.time_ns, item.row(epoch, near))
+
+
+def _push_command(inputs: Inputs, item: WinchCommand, now_ns: int) -> None:
+    head, stamp = int(inputs.command_head[0]), item.time_ns
+    if head:
+        before = int(inputs.command_time[(head - 1) % COMMAND_ROWS])
+        if stamp is None:
+            stamp = max(now_ns, before + 1)
+        _advances("WinchCommand", stamp, before)
+        _room("WinchCommand", "commands", inputs.command_time, head, COMMAND_ROWS, now_ns)
+    push_command(
+        inputs,
+        now_ns if stamp is None else stamp,
+        nan if item.payout is None else item.payout,
+        nan if item.rate is None else item.rate,
+    )
+
+
+def _advances(owner: str, stamp: int, before: int) -> None:
+    if stamp <= before:
+        raise InputError(
+            f"{owner}.time_ns = {stamp} ns is not after the newest one, {before} ns: nothing was pushed. Push in order "
+            f"of time, or leave the sample out"
+        )
+
+
+def _room(owner: str, what: str, times, head: int, rows: int, now_ns: int) -> None:
+    ahead = rows - SPARE
+    if head >= ahead and int(times[(head - ahead) % rows]) > now_ns:
+        raise InputError(
+            f"{owner}: {ahead} {what} lie ahead of the simulation at {now_ns} ns already, as many as are kept: nothing "
+            f"was pushed. Tick in between"
+        )
+
+
+def _set(item, **values) -> None:
+    for name, value in values.items():
+        object.__setattr__(item, name, value)
+
+
+def _stamp(owner, value) -> int:
+    try:
+        stamp = index(value)
+    except TypeError:
+        stamp = -1
+    if isinstance(value, bool) or not 0 <= stamp < 2**63:
+        raise InputError(
+            f"{type(owner).__name__}.time_ns = {value!r} is no whole number of nanoseconds in [0, 2^63): nothing was "
+            f"pushed. Give round(seconds * 1e9)"
+        )
+    return stamp
+
+
+def _vector(owner, name: str, unit: str, most: tuple[float, ...]) -> tuple[float, ...]:
+    value = getattr(owner, name)
+    try:
+        parts = tuple(value)
+    except TypeError:
+        parts = ()
+    if len(parts) != len(most) or isinstance(value, str):
+        raise InputError(
+            f"{type(owner).__name__}.{name} = {value!r} is not {len(most)} numbers in {unit}: nothing was pushed. "
+            f"Give for example {name}=({', '.join(['0.0'] * len(most))})"
+        )
+    return tuple(_number(owner, f"{name}[{i}]", part, unit, limit) for i, (part, limit) in enumerate(zip(parts, most)))
+
+
+def _number(owner, name: str, value, unit: str, most: float) -> float:
+    try:
+        number = nan if isinstance(value, (bool, str)) else float(value)
+    except (TypeError, ValueError):
+        number = nan
+    if not isfinite(number):
+        what = "not a number" if isnan(number) else "infinite"
+        raise InputError(
+            f"{type(owner).__name__}.{name} = {value!r} {unit} is {what}: nothing was pushed. Leave the sample out, or "
+            f"give a number in [{-most:.4g}, {most:.4g}] {unit}"
+        )
+    if abs(number) > most:
+        raise InputError(
+            f"{type(owner).__name__}.{name} = {number:g} {unit} is outside [{-most:.4g}, {most:.4g}] {unit}: nothing "
+            f"was pushed. Check its unit and axes"
+        )
+    return number
+
+
+def _unit(item: ShipMotion) -> tuple[float, ...]:
+    parts = _vector(item, "quaternion", "1", (1.0 + NORM_WITHIN,) * 4)
+    norm = sqrt(sum(part * part for part in parts))
+    if abs(norm - 1.0) > NORM_WITHIN:
+        raise InputError(
+            f"ShipMotion.quaternion = {item.quaternion!r} has the norm {norm:.4g}, allowed 1 +- {NORM_WITHIN:g}: "
+            f"nothing was pushed. Give x, y, z, w of a rotation, w last"
+        )
+    parts = tuple(part / norm for part in parts)
+    pitch = angles_of(*parts)[1]
+    if abs(pitch) > MOST_PITCH:
+        raise InputError(
+            f"ShipMotion.quaternion = {item.quaternion!r} is a pitch of {pitch:.4g} rad, outside "
+            f"[{-MOST_PITCH:.4g}, {MOST_PITCH:.4g}] rad: nothing was pushed. Check the order of its components (w last)"
+        )
+    return parts
