@@ -2,8 +2,8 @@
 
 Odometry is used while it is fresh. Otherwise the IMU alone: attitude from its message, translation by the heave
 filter about a mean track; the filter runs all the time, so that a change is warm. What cannot be right is refused and
-counted by cause; nothing that is not finite gets through. `io.wire` decodes the messages and reads them from bags,
-`io.stamps` makes jittering stamps regular, `io.consistent` makes positions and rates fit each other.
+counted by cause; nothing that is not finite gets through. `io.messages` decodes the messages and reads them from bags,
+`io.stamps` makes jittering stamps regular, `io.position_rate_fit` makes positions and rates fit each other.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from math import cos, hypot, nan, pi, sin
 from ..physics.heave import Heave, HeaveFilter, MotionInput
 from ..physics.inputs import Inputs, push_motion
 from ..physics.ship import Ship
-from .consistent import Consistent
+from .messages import CAUSES, Odometry, Refused, decode_imu, decode_odometry
+from .position_rate_fit import PositionRateFit
 from .stamps import RegularStamps
-from .wire import CAUSES, Odometry, Refused, decode_imu, decode_odometry
 
 SOURCES = ("mean", "odometry", "imu")  # sim.frame.Source
 MEAN, ODOMETRY, IMU = 0.0, 1.0, 2.0
@@ -136,7 +136,7 @@ class MotionIngest:
         self.first_pose: tuple[int, float, float, float] | None = None  # stamp, x, y, yaw of the first sample
         self.origin = (0.0, 0.0)  # m, added to the odometry's position
         self._imu, self._odometry = _Stream(self.settings.stamp_jitter), _Stream(self.settings.stamp_jitter)
-        self._consistent = Consistent(self.settings.position_time)
+        self._fit = PositionRateFit(self.settings.position_time)
         self._began: int | None = None  # first arrival of an IMU message
         self._new_epoch = True
         self._yaw: float | None = None
@@ -328,9 +328,9 @@ class MotionIngest:
                 self.counts["gap"] += 1
                 self._new_epoch = True
         if self._new_epoch or not measured:
-            self._consistent.reset()
+            self._fit.reset()
         if measured:
-            row = self._consistent.push((stamp - self._last[0]) * 1e-9 if self._last else 0.0, row)
+            row = self._fit.push((stamp - self._last[0]) * 1e-9 if self._last else 0.0, row)
         epoch = self.epoch + (1 if self._new_epoch else 0)
         push_motion(self.inputs, stamp, [*row, float(epoch), self.source])
         self.epoch, self._new_epoch = epoch, False
@@ -364,8 +364,8 @@ class MotionIngest:
             "samples": int(self.inputs.motion_head[0]),
             **self._imu.report("imu", now),
             **self._odometry.report("odometry", now),
-            "integrated": self._consistent.names(self._consistent.integrated),
-            "smoothed": self._consistent.names(self._consistent.smoothed),
+            "integrated": self._fit.names(self._fit.integrated),
+            "smoothed": self._fit.names(self._fit.smoothed),
             "heave_valid": self.filter.valid,
             "heave_age_s": self.filter.age,
             "heave_bias_mps2": self.filter.bias[2],

@@ -1,6 +1,6 @@
 """Recorded bags as input: motion and commands in order of arrival, and what the bag recorded of the tow.
 
-Motion is found by `wire.find_topics`. Stamps are those of the messages' headers, arrivals the log times of the bag.
+Motion is found by `messages.find_topics`. Stamps are those of the messages' headers, arrivals the log times of the bag.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from ..physics.inputs import MOTION_ROWS, Inputs, push_command
 from ..sim.scene import Scene
 from .bag import BagError, read_bag, read_metadata
 from .channels import CHANNELS, channel_of, decode, decode_frames
+from .messages import KINDS, read_motion
 from .motion import MotionIngest
 from .typestore import STORE
-from .wire import KINDS, read_motion
 
 JOINT = "payout"
 NEVER = -(2**62)

@@ -10,7 +10,7 @@ import time
 from collections import Counter
 from typing import NamedTuple
 
-from ..io.wire import CAUSES
+from ..io.messages import CAUSES
 from ..physics.frame import Flag, Source
 from .figures import Rate
 from .publisher import TickPublisher

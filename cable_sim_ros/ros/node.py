@@ -31,7 +31,7 @@ from .figures import write_json
 from .loop import raise_priority
 from .params import ParameterError, settle
 from .publisher import TickPublisher
-from .recording import Recording
+from .recording_control import RecordingControl
 from .session import Session
 from .topics import message_class, transform_publisher
 
@@ -61,7 +61,7 @@ class CableSimNode(LifecycleNode):
         self.session = Session(self.settings, self._log)
         self.watch = Watch(self.session)
         self.publisher: TickPublisher | None = None
-        self.recording = Recording(self.settings, self.get_namespace())
+        self.recording = RecordingControl(self.settings, self.get_namespace())
         self._entities: list = []
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)

@@ -16,6 +16,8 @@ import time
 from collections import Counter
 from collections.abc import Callable
 
+from ..io.clock import DataClock
+from ..io.commands import CommandIngest
 from ..io.motion import MotionIngest
 from ..physics.frame import Source
 from ..physics.inputs import MOTION_ROWS, SOURCE
@@ -23,8 +25,6 @@ from ..physics.setpoint import SetpointLaw
 from ..physics.ship import BLEND_LENGTH, COORD, EPOCH_NOW, NO_EPOCH, OFFSET, OFFSET_RATE, RATE
 from ..sim.build import make_output
 from ..sim.simulator import Simulator, StartError
-from .clock import DataClock
-from .commands import CommandIngest
 from .loop import MAPPING, RESYNCS, SKIPPED, TARGET, Loop
 from .params import Settings
 

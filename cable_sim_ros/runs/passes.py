@@ -17,7 +17,7 @@ from ..io.bag import BagWriter
 from ..io.channels import Context, Encoder
 from ..io.load import SceneWarning, dump_scene
 from ..io.replay import Event, Feeder, RecordedTow, late_ticks
-from ..io.wire import KINDS, Refused, decode_imu, decode_odometry
+from ..io.messages import KINDS, Refused, decode_imu, decode_odometry
 from ..physics.heave import Heave, MotionInput
 from ..sim import checks
 from ..physics.frame import FRAME
@@ -118,7 +118,7 @@ class Pass:
         chunk = max(1, min(round(CHUNK * SECOND), self._ring_limit()) // self.tick)
         recording = None
         if bag is not None:
-            recording = _Recording(bag, self.scene, start, self.tow)
+            recording = _RunRecorder(bag, self.scene, start, self.tow)
         parts, done, stepping, problem, now = [], 0, 0.0, "", start.time
         try:
             while done < ticks and not problem:
@@ -158,7 +158,7 @@ class Pass:
         return round(CHUNK * SECOND) if self.tow is None else round(RING_SHARE / max(1.0, self.tow.rate) * SECOND)
 
 
-class _Recording:
+class _RunRecorder:
     """Every channel and every input of a run in one bag; nothing from a clock: the same run has the same bytes."""
 
     def __init__(self, path: Path, scene: Scene, start: Start, tow: RecordedTow | None) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..io.recording import Recording, load_run
+from ..io.recorded_run import RecordedRun, load_run
 from ..physics.frame import CONTACT_COLUMNS
 from .summary import SKIP, after_start, summarize, tow_axes
 
@@ -27,7 +27,7 @@ STYLE = {
 }
 
 
-def draw_run(run: Recording | str | os.PathLike, out: str | os.PathLike, *, title: str | None = None,
+def draw_run(run: RecordedRun | str | os.PathLike, out: str | os.PathLike, *, title: str | None = None,
              skip_s: float = SKIP) -> Path:
     """Draw a run to an image file and return its path.
 
@@ -39,14 +39,14 @@ def draw_run(run: Recording | str | os.PathLike, out: str | os.PathLike, *, titl
         import matplotlib
     except ImportError:
         raise RuntimeError("matplotlib is not installed: no picture was drawn; install cable_sim_ros[viz]") from None
-    run = run if isinstance(run, Recording) else load_run(run)
+    run = run if isinstance(run, RecordedRun) else load_run(run)
     with matplotlib.rc_context(STYLE):
         metadata = {"Software": None} if Path(out).suffix == ".png" else None   # same run, same bytes
         compose(run, title or run.custom_data.get("scene", "Cable tow"), skip_s).savefig(out, metadata=metadata)
     return Path(out)
 
 
-def compose(run: Recording, title: str, skip_s: float):
+def compose(run: RecordedRun, title: str, skip_s: float):
     """The matplotlib Figure of a run; no pyplot, so no window system, no state, any thread."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -64,7 +64,7 @@ def compose(run: Recording, title: str, skip_s: float):
     return figure
 
 
-def caption(run: Recording, skip_s: float) -> str:
+def caption(run: RecordedRun, skip_s: float) -> str:
     """Key figures of the run in a few sentences, numbers tied to their units."""
     s = summarize(run.frames, skip_s=skip_s)
     text = (f"{s['duration_s']:.0f} s simulated, the first {s['skip_s']:.0f} s (grey) left out of these figures. "
@@ -79,12 +79,12 @@ def caption(run: Recording, skip_s: float) -> str:
     return re.sub(r"(?<=\d) (?=(s|kN|m|m³|%)\b)", "\u00a0", text)
 
 
-def seconds(run: Recording) -> np.ndarray:
+def seconds(run: RecordedRun) -> np.ndarray:
     """Time of the Frames from the first one [s]."""
     return (run.frames["time"] - run.frames["time"][0]) * 1e-9
 
 
-def side_view(axes, run: Recording) -> None:
+def side_view(axes, run: RecordedRun) -> None:
     """Cable at the end of the run, coloured by tension, earlier ones faint; sheave at 0, water surface, ship."""
     from matplotlib.collections import LineCollection
     axes.set_title("Cable from the side, end of the run")
@@ -143,14 +143,14 @@ def _least_span(axes, span: float) -> None:
         axes.set_ylim(0.5 * (low + high - span), 0.5 * (low + high + span))
 
 
-def _shade(axes, run: Recording, skip_s: float) -> None:
+def _shade(axes, run: RecordedRun, skip_s: float) -> None:
     skip = after_start(run.frames, skip_s)[1]
     axes.set_xlim(0, max(seconds(run)[-1], 1e-3))
     axes.axvspan(0, skip, color="#eef0f2", lw=0, zorder=0)
     axes.set_xlabel("time [s]")
 
 
-def tension(axes, run: Recording, skip_s: float) -> None:
+def tension(axes, run: RecordedRun, skip_s: float) -> None:
     """Tension at the sheave over time with its mean and standard deviation."""
     axes.set_title("Tension at the sheave")
     axes.set_ylabel("tension [kN]")
@@ -165,7 +165,7 @@ def tension(axes, run: Recording, skip_s: float) -> None:
     _shade(axes, run, skip_s)
 
 
-def heave(axes, run: Recording, skip_s: float) -> None:
+def heave(axes, run: RecordedRun, skip_s: float) -> None:
     """Depth of the towbody on the left axis, height of the sheave on the right one."""
     axes.set_title("Towbody depth and sheave heave")
     time, kept = seconds(run), after_start(run.frames, skip_s)[0]
@@ -185,7 +185,7 @@ def heave(axes, run: Recording, skip_s: float) -> None:
     _shade(axes, run, skip_s)
 
 
-def contact_bands(run: Recording, skip_s: float, points: int = 181) -> tuple[np.ndarray, np.ndarray] | None:
+def contact_bands(run: RecordedRun, skip_s: float, points: int = 181) -> tuple[np.ndarray, np.ndarray] | None:
     """Wrap angles [points] rad and line load [messages, 2 flanks, points] N/m of every contact message after the start;
     None if no station was ever in the table. Outside the stations the load is 0."""
     start = after_start(run.frames, skip_s)[0]["time"][0]
@@ -202,7 +202,7 @@ def contact_bands(run: Recording, skip_s: float, points: int = 181) -> tuple[np.
     return grid, loads
 
 
-def contact(axes, run: Recording, skip_s: float) -> None:
+def contact(axes, run: RecordedRun, skip_s: float) -> None:
     """Line load of both flanks against the wrap angle: mean, and band from least to largest."""
     axes.set_title("Contact along the sheave")
     axes.set_xlabel("angle about the sheave axis from its top, outboard positive [°]")

@@ -14,9 +14,9 @@ from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_typestore
 
 from cable_sim_ros.io.bag import BagError, BagWriter
+from cable_sim_ros.io.messages import CAUSES, Refused, decode_imu, decode_odometry, find_topics, read_motion
 from cable_sim_ros.io.motion import IMU, ODOMETRY, MotionIngest
 from cable_sim_ros.io.typestore import STORE
-from cable_sim_ros.io.wire import CAUSES, Refused, decode_imu, decode_odometry, find_topics, read_motion
 from cable_sim_ros.physics.heave import Convention, Heave, MotionInput
 from cable_sim_ros.physics.inputs import EPOCH, MOTION_ROWS, SOURCE, make_inputs
 from cable_sim_ros.physics.ship import Ship

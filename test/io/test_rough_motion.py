@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from test_motion import BAGS, IMU, ODOMETRY, STEP, T0, S, imu, ingest, newest, odometry, samples
 
-from cable_sim_ros.io.consistent import Consistent
+from cable_sim_ros.io.messages import read_motion
 from cable_sim_ros.io.motion import MotionIngest
+from cable_sim_ros.io.position_rate_fit import PositionRateFit
 from cable_sim_ros.io.replay import Event, RecordedTow
 from cable_sim_ros.io.stamps import SOUGHT, RegularStamps
-from cable_sim_ros.io.wire import read_motion
 from cable_sim_ros.physics.heave import Heave, MotionInput
 from cable_sim_ros.physics.inputs import EPOCH, SOURCE, make_inputs
 from cable_sim_ros.physics.ship import Ship
@@ -39,7 +39,7 @@ def jittered(t, jitter, seed=1):
 
 def through(t, stamps, measured, regular=0.2, time=3.0):
     """(time used [s], rows [n, 12], stage) of samples through both stages."""
-    line, fit, rows, used = RegularStamps(regular), Consistent(time), [], []
+    line, fit, rows, used = RegularStamps(regular), PositionRateFit(time), [], []
     for stamp, row in zip(stamps.tolist(), measured):
         used.append(line.take(stamp))
         rows.append(fit.push((used[-1] - used[-2]) * 1e-9 if len(used) > 1 else 0.0, row))

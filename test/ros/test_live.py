@@ -21,7 +21,7 @@ def own(world, monkeypatch):
 
 
 def test_live_returns_figures_and_a_bag(own, bag):
-    from cable_sim_ros.io.recording import load_run
+    from cable_sim_ros.io.recorded_run import load_run
     from cable_sim_ros.ros.live import live
 
     phases = []

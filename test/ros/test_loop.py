@@ -92,7 +92,7 @@ SECOND = 10**9
 
 
 def test_the_clock_takes_the_least_delay():
-    from cable_sim_ros.ros.clock import DataClock
+    from cable_sim_ros.io.clock import DataClock
 
     clock = DataClock()
     assert clock.now(0) is None
@@ -103,7 +103,7 @@ def test_the_clock_takes_the_least_delay():
 
 
 def test_the_clock_follows_a_drift_upwards():
-    from cable_sim_ros.ros.clock import DataClock
+    from cable_sim_ros.io.clock import DataClock
 
     clock = DataClock()
     for k in range(60):
@@ -112,7 +112,7 @@ def test_the_clock_follows_a_drift_upwards():
 
 
 def test_one_wild_stamp_is_no_jump_but_five_are():
-    from cable_sim_ros.ros.clock import DataClock
+    from cable_sim_ros.io.clock import DataClock
 
     clock = DataClock()
     clock.update(100 * SECOND, 0)

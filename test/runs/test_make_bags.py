@@ -11,7 +11,7 @@ from rosbags.highlevel import AnyReader
 from scipy.interpolate import CubicSpline
 
 from cable_sim_ros.io.bag import read_bag, read_metadata
-from cable_sim_ros.io.wire import decode_imu, decode_odometry
+from cable_sim_ros.io.messages import decode_imu, decode_odometry
 from cable_sim_ros.runs.make_bags import (
     GRAVITY,
     IMU_TOPIC,

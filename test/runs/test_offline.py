@@ -10,7 +10,7 @@ from rosbags.highlevel import AnyReader
 from cable_sim_ros.io.bag import BagError
 from cable_sim_ros.io.channels import CHANNELS, Context, Encoder
 from cable_sim_ros.io.load import load_scene
-from cable_sim_ros.io.recording import load_run
+from cable_sim_ros.io.recorded_run import load_run
 from cable_sim_ros.io.replay import Feeder, RecordedTow, late_ticks, read_tow, residuals
 from cable_sim_ros.runs import offline, passes
 from cable_sim_ros.physics.heave import Convention, Heave, MotionInput

@@ -11,7 +11,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
 from synthetic import make_contact, make_frames, make_shape
 
 from cable_sim_ros.io.bag import BagError
-from cable_sim_ros.io.recording import Recording
+from cable_sim_ros.io.recorded_run import RecordedRun
 from cable_sim_ros.runs.picture import STYLE, caption, compose, contact_bands, draw_run
 from cable_sim_ros.physics.frame import CONTACT_COLUMNS
 
@@ -22,7 +22,7 @@ COLUMNS = [name for name, _ in CONTACT_COLUMNS]
 def run(seconds=60.0, tick_s=0.1, **custom):
     frames = make_frames(round(seconds / tick_s), tick_s)
     frames["ship_velocity"] = [2.165, 1.25, 0.0]
-    return Recording(frames, [(int(f["time"]), make_shape(f)) for f in frames[::5]],
+    return RecordedRun(frames, [(int(f["time"]), make_shape(f)) for f in frames[::5]],
                      [(int(f["time"]), make_contact(f)) for f in frames[::2]], custom)
 
 
