@@ -1,63 +1,59 @@
-"""Winch commands: sensor_msgs/JointState of the joint `payout` to the command ring, faults counted by cause."""
+"""Winch commands: bytes of sensor_msgs/JointState to the command ring, the same for topic and bag.
+
+A command counts from its stamp where that is of the clock of the motion, else from its arrival on that clock
+(`io.clock`). What cannot be right is refused and counted by cause, in the words of `messages.CAUSES`.
+"""
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 
 from ..physics.inputs import Inputs, push_command
+from .messages import Command, Refused, decode_command
 
-JOINT = "payout"
 FOREIGN_STAMP = 1_000_000_000  # ns; a stamp further off the data's clock is of another clock: arrival counts
-LIMIT = 1e5  # m, m/s: a number beyond this is no command
+NEVER = -(2**62)
 
 
 class CommandIngest:
-    """Writes commands to the ring. Velocity or position alone may be commanded; NaN or an empty array = not."""
+    """Writes commands to the ring. One writer: call it from one thread.
+
+    `refused` has the refusals by cause, `accepted` the others, `last_arrival` the arrival of the newest of those, ns.
+    """
 
     def __init__(self, inputs: Inputs) -> None:
         self.inputs = inputs
         self.accepted = 0
-        self.dropped: Counter[str] = Counter()
-        self.last_arrival: int | None = None  # ns, CLOCK_MONOTONIC
-        self._last_stamp = -(2**62)
+        self.refused: Counter[str] = Counter()
+        self.last_arrival: int | None = None
+        self.reset()
 
     def reset(self) -> None:
         """Forget the last stamp, after a jump of the clock."""
-        self._last_stamp = -(2**62)
+        self._last_stamp = NEVER
 
-    def take(self, message, data_now: int | None, arrival: int) -> str:
-        """One JointState; data_now: time of arrival on the data's clock [ns]. Returns "" or the cause of refusal."""
-        cause = self._take(message, data_now)
-        if cause:
-            self.dropped[cause] += 1
-        else:
-            self.accepted += 1
-            self.last_arrival = arrival
-        return cause
+    def take(self, data: bytes, arrival: int, data_now: int | None) -> str:
+        """CDR bytes of one JointState. Returns "" or the cause of refusal, a key of `messages.CAUSES`.
 
-    def _take(self, message, data_now: int | None) -> str:
-        if data_now is None:
-            return "before the first motion"
-        names = list(message.name)
-        if names.count(JOINT) != 1:
-            return "joint name"
-        arrays = message.position, message.velocity
-        if any(len(array) not in (0, len(names)) for array in arrays):
-            return "array length"
-        index = names.index(JOINT)
-        payout, rate = (float(array[index]) if len(array) else math.nan for array in arrays)
-        if math.isinf(payout) or math.isinf(rate):
-            return "infinite"
-        if math.isnan(payout) and math.isnan(rate):
-            return "nothing commanded"
-        if abs(payout) > LIMIT or abs(rate) > LIMIT:
-            return "absurd"
-        stamp = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
-        if stamp == 0 or abs(stamp - data_now) > FOREIGN_STAMP:
-            stamp = data_now
-        if stamp <= self._last_stamp:
-            return "stamp does not advance"
-        self._last_stamp = stamp
-        push_command(self.inputs, stamp, payout, rate)
+        arrival: ns; data_now: the same on the clock of the motion data, None before the first motion.
+        """
+        try:
+            command = decode_command(data)
+            stamp = self._stamp(command, data_now)
+        except Refused as refusal:
+            self.refused[refusal.cause] += 1
+            return refusal.cause
+        self._last_stamp, self.last_arrival = stamp, arrival
+        self.accepted += 1
+        push_command(self.inputs, stamp, command.payout, command.rate)
         return ""
+
+    def _stamp(self, command: Command, data_now: int | None) -> int:
+        """Time from which the command counts, ns; Refused before the first motion, or if it does not advance."""
+        if data_now is None:
+            raise Refused("before_motion")
+        foreign = command.stamp == 0 or abs(command.stamp - data_now) > FOREIGN_STAMP
+        stamp = data_now if foreign else command.stamp
+        if stamp <= self._last_stamp:
+            raise Refused("stamp_not_advancing")
+        return stamp

@@ -32,6 +32,7 @@ FIGURES = (
     ("setpoint", "", "set-point algorithm"),
     ("imu_only", "", "true: odometry was left out"),
     ("motion_refused", "1", "motion messages refused or bridged, by cause"),
+    ("commands_refused", "1", "winch commands refused, by cause"),
     ("residuals", "", "`replay`: list of channel, quantity, unit, mean, rms, largest, count; ours less recorded"),
     ("largest_difference", "", "`replay`: largest difference of any field of `sim/health` over the common ticks"),
     ("node", "", "`live`: figures of the node, as in its statistics file"),
@@ -75,7 +76,7 @@ def replay(bag: str | os.PathLike, scene: Scene | str | os.PathLike | None = Non
            out: str | os.PathLike | None = None, progress: Progress = silent) -> Run:
     """Simulate a recorded bag again and compare with what it recorded of the tow.
 
-    scene: default the one kept in the bag, else ``full_scale``. The start is the recorded one where the bag tells it.
+    scene: default the one kept in the bag, else ``full_scale``. The start is the recorded one where the bag has it.
     Raises as `run`.
     """
     target = _bag_path(out)
@@ -132,6 +133,7 @@ def _run_of(one: Pass, driven: Driven, bag: Path | None) -> Run:
                    setpoint=scene.setpoint.algorithm.value)
     if one.feeder is not None:
         figures["motion_refused"] = {cause: count for cause, count in one.feeder.ingest.counts.items() if count}
+        figures["commands_refused"] = dict(one.feeder.commands.refused)
     return Run(frames, figures, driven.problem, bag)
 
 

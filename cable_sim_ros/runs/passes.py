@@ -34,7 +34,7 @@ Progress = Callable[[str, float, float], None]   # what is done, seconds done, s
 
 
 def silent(what: str, done: float, total: float) -> None:
-    """Progress that tells nobody."""
+    """Progress that is not reported."""
 
 
 class Start(NamedTuple):
@@ -198,7 +198,7 @@ def _taken_in(tow: RecordedTow) -> tuple[MotionInput, Heave]:
 
 
 def _start_before(frame: np.record, scene: Scene, tick: int) -> Start:
-    """Start of a run whose bag does not tell it, from its first Frame: the ship still is on its mean track there."""
+    """Start of a run whose bag does not have it, from its first Frame: the ship still is on its mean track there."""
     x, y, z, w = frame["ship_quaternion"]
     yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
     ahead = scene.ship.tow_speed * int(frame["tick"]) * tick * 1e-9

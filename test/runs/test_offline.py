@@ -1,4 +1,4 @@
-"""Offline runs: the same bag gives the same bytes, a replay gives the same numbers, a failure is told."""
+"""Offline runs: the same bag gives the same bytes, a replay gives the same numbers, a failure is reported."""
 
 import json
 
@@ -226,11 +226,15 @@ def test_commands_of_the_bag_reach_the_ring():
         message = JointState(header(time, ""), names, np.array(position), np.array(velocity), EMPTY)
         return Event(time, time, "command", bytes(STORE.serialize_cdr(message, "sensor_msgs/msg/JointState")))
 
-    events = [event(1, ["payout"], [2.0], []), event(2, ["drum"], [2.0], []),
-              event(3, ["a", "payout"], [], [0.0, -0.5]),
-              event(3, ["payout"], [4.0], []), event(4, ["payout"], [np.inf], []), event(9, ["payout"], [5.0], [])]
+    first = next(event for event in read_tow(offline.find_bag("nbp1406")).events if event.kind == "odometry")
+    now = first.time
+    events = [event(now - 1, ["payout"], [2.0], []), first,
+              event(now + 1, ["payout"], [2.0], []), event(now + 2, ["drum"], [2.0], []),
+              event(now + 3, ["a", "payout"], [], [0.0, -0.5]), event(now + 3, ["payout"], [4.0], []),
+              event(now + 4, ["payout"], [np.inf], []), event(now + 9, ["payout"], [5.0], [])]
     inputs = make_inputs()
     feeder = Feeder(inputs, RecordedTow("", events), load_scene("full_scale"))
-    assert feeder.until(4) == events[:5] and not feeder.done
-    assert inputs.command_head[0] == 2 and dict(feeder.dropped) == {"nothing commanded": 2, "stamp does not advance": 1}
+    assert feeder.until(now + 4) == events[:7] and not feeder.done
+    assert inputs.command_head[0] == 2 and dict(feeder.commands.refused) == {
+        "before_motion": 1, "joint_name": 1, "stamp_not_advancing": 1, "not_finite": 1}
     assert np.array_equal(inputs.command[:2], [[2.0, np.nan], [np.nan, -0.5]], equal_nan=True)
