@@ -22,7 +22,7 @@ import fake_sim
 fake_sim.install()
 import numpy as np
 from cable_sim_ros.ros import loop as L
-from cable_sim_ros.sim import drive
+from cable_sim_ros.sim import entry
 
 class Scene:
     class solver: tick = 0.01
@@ -58,7 +58,7 @@ loop.stop()
 times = [loop.row(k).time for k in range(loop.count - 100, loop.count)]
 print(json.dumps(dict(steps=sorted(set(np.diff(times).tolist())), new_resyncs=int(loop.control[L.RESYNCS]) - resyncs,
     skipped=int(loop.control[L.SKIPPED]), overruns=loop.overruns, lag=lag, later=later,
-    count=loop.count, reached=int(loop.control[L.REACHED]), hits=sum(drive._drive.stats.cache_hits.values()))))
+    count=loop.count, reached=int(loop.control[L.REACHED]), hits=sum(entry._drive.stats.cache_hits.values()))))
 loop.close()
 """
 

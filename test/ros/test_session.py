@@ -23,6 +23,7 @@ fake_sim.install()
 from cable_sim_ros.io.messages import stamp_of
 from cable_sim_ros.io.replay import Event, Feeder, RecordedTow
 from cable_sim_ros.physics.inputs import make_inputs
+from cable_sim_ros.ros.diagnostics import Watch, final_figures
 from cable_sim_ros.ros.params import settle
 from cable_sim_ros.ros.session import Session
 from test_commands import command, decisions, odd_tow, pushed
@@ -48,6 +49,8 @@ def live(event):
 
 wanted = decisions(tow, live)
 state = session.state
+watched = {status.name: status.values for status in Watch(session).statuses(None, None, False)}
+figures = final_figures(session, None, None)
 session.close()
 session.loop.close()
 
@@ -55,7 +58,8 @@ bag = RecordedTow("", [event._replace(arrival=event.arrival + session.wall) for 
 feeder = Feeder(make_inputs(), bag, session.scene, session.node.motion, session.node.heave)
 feeder.until(10**30)
 print(json.dumps(dict(
-    state=state, motion_refused=session.refused, jumps=[session.clock.jumps, feeder.clock.jumps],
+    state=state, watched=watched, figures=figures,
+    motion_refused=session.refused, jumps=[session.clock.jumps, feeder.clock.jumps],
     refused=[session.commands.refused, feeder.commands.refused],
     accepted=[session.commands.accepted, feeder.commands.accepted],
     taken=[[row for row in wanted if not isinstance(row, str)], pushed(feeder.inputs)])))
@@ -75,5 +79,15 @@ def test_a_bag_with_odd_commands_decides_as_the_session_did(kernel_cache):
     live, replayed = found["refused"]
     assert live == replayed and live["before_motion"] == 2 and len(live) == 8
     assert found["accepted"][0] == found["accepted"][1] == len(found["taken"][0]) >= 30
+    assert found["figures"]["commands_refused"] == live and found["figures"]["received"] == {
+        "imu": 200,
+        "odometry": 211,
+    }
+    assert found["figures"]["dropped"] == {"stamp_off_clock": 6}
+    counted = {key: int(text) for key, text in found["watched"]["command"].items() if key.startswith("refused")}
+    assert counted == {f"refused: {cause}": count for cause, count in live.items()}
+    motion = found["watched"]["motion"]
+    assert motion["dropped: stamp_off_clock"] == "6" and motion["source"] == "odometry"
+    assert {"imu_received_hz", "imu_rate_hz", "odometry_received_age_s", "odometry_age_s"} <= set(motion)
     live, replayed = found["taken"]
     assert str(live) == str(replayed), "NaN is not equal to itself, its text is"

@@ -116,6 +116,7 @@ def test_the_bag_is_read_back_by_other_readers(recorded):
 def test_figures_are_written_beside_the_bag(recorded):
     result, out = recorded
     assert json.loads((out / "summary.json").read_text()) == json.loads(json.dumps(result.figures))
+    assert result.figures["commands_refused"] == {}
 
 
 def test_a_bag_without_outputs_has_no_residuals():
