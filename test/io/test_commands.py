@@ -275,6 +275,19 @@ def test_the_time_a_bag_was_recorded_at_does_not_matter():
         assert np.array_equal(ring, rings[0], equal_nan=True)
 
 
+def test_the_map_of_arrivals_forgets_at_the_same_time_whatever_their_clock():
+    """Over minutes, with the sender's clock drifting and the least delays leaving the memory of 30 s."""
+    delays = np.random.default_rng(9).exponential(3e6, 5000).astype(int).tolist()
+    runs = []
+    for shift in (0, 370_000_000, 10**18 + 1):
+        clock, offsets = DataClock(), []
+        for k, delay in enumerate(delays):
+            clock.update(T0 + k * STEP, T0 + k * STEP + delay + k * 1000 + shift)
+            offsets.append(clock.offset - shift)
+        runs.append(offsets)
+    assert runs[0] == runs[1] == runs[2] and len(set(runs[0][2000:])) > 3, "the least delay must leave the memory"
+
+
 def test_a_jump_of_the_clock_forgets_the_stamps_of_commands():
     events = [
         Event(T0 + k * STEP, T0 + k * STEP, "odometry", odometry(T0 + k * STEP, velocity=(1, 0, 0))) for k in range(9)
