@@ -16,8 +16,8 @@ from .. import __version__
 from ..io.bag import BagWriter
 from ..io.channels import Context, Encoder
 from ..io.load import SceneWarning, dump_scene
-from ..io.replay import Event, Feeder, RecordedTow, late_ticks
 from ..io.messages import KINDS, Refused, decode_imu, decode_odometry
+from ..io.replay import Event, Feeder, RecordedTow, late_ticks
 from ..physics.heave import Heave, MotionInput
 from ..sim import checks
 from ..physics.frame import FRAME
