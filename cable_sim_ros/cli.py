@@ -172,7 +172,7 @@ def live(bag, scene, duration, imu_only, out, as_json) -> None:
     """Play BAG over real topics into the node, in real time: summary, picture, recorded bag."""
     _need_ros()
     from .io.load import load_scene
-    from .io.recording import load_run
+    from .io.recorded_run import load_run
     from .io.resources import find_bag
     from .ros.live import live as run_live
     from .runs.offline import Run

@@ -252,7 +252,7 @@ def read_metadata(path: str | os.PathLike) -> dict:
 def read_bag(path: str | os.PathLike) -> Iterator[Message]:
     """Messages of a bag in order of log time, of any rosbag2 storage; BagError if it cannot be read."""
     if Path(path).is_dir():
-        read_metadata(path)  # tells plainly what is wrong with it, readers do not
+        read_metadata(path)  # says plainly what is wrong with it, readers do not
     try:
         with AnyReader([Path(path)]) as reader:
             for connection, time, data in reader.messages():

@@ -20,7 +20,7 @@ import numpy as np
 
 from ..physics.frame import CONTACT_COLUMNS, FRAME, SHAPE_COLUMNS
 from .cdr import JointTemplate, cloud, cloud_table, header, header_time, store_type
-from .plain import NAMES, PLACES, Plain, plain
+from .frame_numbers import NAMES, PLACES, FrameNumbers, numbers_of
 from .typestore import STORE
 
 Point = store_type("geometry_msgs/msg/Point")
@@ -189,14 +189,14 @@ def read_sim_health(m) -> dict:
     return {name: int(value) if FRAME[name].kind == "i" else value for name, value in fields.items()}
 
 
-def _winch_template() -> Callable[[Plain], bytes]:
+def _winch_template() -> Callable[[FrameNumbers], bytes]:
     joints = JointTemplate(JOINTS, arrays=3)
     return lambda f: joints.write(
         f.time, f.payout, f.drum_angle, f.payout_rate, f.drum_rate, f.tension_drum, f.drum_torque
     )
 
 
-def _health_template() -> Callable[[Plain], bytes]:
+def _health_template() -> Callable[[FrameNumbers], bytes]:
     joints = JointTemplate(HEALTH, arrays=1)
     return lambda f: joints.write(*f.numbers)
 
@@ -267,7 +267,7 @@ def serialize(channel: Channel, frame, shape, contact, context: Context) -> byte
 
     frame: record of dtype FRAME; shape [nodes, 5]; contact [stations, 9]. ValueError names what is not finite.
     """
-    message = channel.write(plain(frame), shape, contact, context)
+    message = channel.write(numbers_of(frame), shape, contact, context)
     return bytes(STORE.serialize_cdr(message, channel.msgtype))
 
 
@@ -291,7 +291,7 @@ class Encoder:
 
         ValueError names a number that is not finite; then nothing of the tick is to be published.
         """
-        f, due = plain(frame), []
+        f, due = numbers_of(frame), []
         for channel, topic, every, template in self._rows:
             if f.tick % every:
                 continue

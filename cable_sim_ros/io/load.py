@@ -1,4 +1,4 @@
-"""Scenes from YAML and back. Every problem of a file is found and told in one text each; nothing half-right loads."""
+"""Scenes from YAML and back. Every problem of a file is reported in one text each; nothing half-right loads."""
 
 from __future__ import annotations
 

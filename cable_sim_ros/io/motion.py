@@ -2,24 +2,23 @@
 
 Odometry is used while it is fresh. Otherwise the IMU alone: attitude from its message, translation by the heave
 filter about a mean track; the filter runs all the time, so that a change is warm. What cannot be right is refused and
-counted by cause; nothing that is not finite gets through. `io.wire` decodes the messages and reads them from bags,
-`io.stamps` makes jittering stamps regular, `io.consistent` makes positions and rates fit each other.
+counted by cause; nothing that is not finite gets through. `io.messages` decodes the messages and reads them from bags,
+`io.stamps` makes jittering stamps regular, `io.position_rate_fit` makes positions and rates fit each other.
 """
 
 from __future__ import annotations
 
 from math import cos, hypot, nan, pi, sin
 
+from ..physics.frame import Source
 from ..physics.heave import Heave, HeaveFilter, MotionInput
 from ..physics.inputs import Inputs, push_motion
 from ..physics.ship import Ship
 from ..sim.attitude import angle_rates, to_world
-from .consistent import Consistent
+from .messages import CAUSES, Odometry, Refused, decode_imu, decode_odometry
+from .position_rate_fit import PositionRateFit
 from .stamps import RegularStamps
-from .wire import CAUSES, Odometry, Refused, decode_imu, decode_odometry
 
-SOURCES = ("mean", "odometry", "imu")  # sim.frame.Source
-MEAN, ODOMETRY, IMU = 0.0, 1.0, 2.0
 SECOND = 1_000_000_000
 BACKWARDS = SECOND  # ns; a stamp further back than this is a jump of the clock, not a late message
 JUMPED = 10  # backward stamps in a row that make a time jump
@@ -118,11 +117,11 @@ class MotionIngest:
         Counts are kept; the next sample begins a new epoch.
         """
         self.inputs.motion_head[0] = 0
-        self.source = MEAN
+        self.source = Source.MEAN
         self.first_pose: tuple[int, float, float, float] | None = None  # stamp, x, y, yaw of the first sample
         self.origin = (0.0, 0.0)  # m, added to the odometry's position
         self._imu, self._odometry = _Stream(self.settings.stamp_jitter), _Stream(self.settings.stamp_jitter)
-        self._consistent = Consistent(self.settings.position_time)
+        self._fit = PositionRateFit(self.settings.position_time)
         self._began: int | None = None  # first arrival of an IMU message
         self._new_epoch = True
         self._yaw: float | None = None
@@ -136,6 +135,10 @@ class MotionIngest:
         self._before: Odometry | None = None  # newest odometry
         self._waiting: list[Odometry] = []  # without twist: newest two, for a central difference
         self.filter.reset()
+
+    def take(self, kind: str, data: bytes, arrival: int) -> int | None:
+        """Take a message of the kind "imu" or "odometry"; see the class."""
+        return (self.imu if kind == "imu" else self.odometry)(data, arrival)
 
     # IMU
 
@@ -153,13 +156,13 @@ class MotionIngest:
             self.counts["imu_gap"] += 1
         if not dt <= self.heave.max_gap:
             self.filter.reset()
-            self._new_epoch |= self.source == IMU
+            self._new_epoch |= self.source == Source.IMU
         moved = self.filter.push(dt if dt == dt else 0.0, message.force, angles, message.rate).tolist()
         if self.filter.diverged:
             self.counts["heave_diverged"] += 1
             self.filter.reset()
             moved = self.filter.push(0.0, message.force, angles, message.rate).tolist()
-            self._new_epoch |= self.source == IMU
+            self._new_epoch |= self.source == Source.IMU
         self._gravity.add((to_world(angles, message.force)[2],), dt)
         heading = self._heading.add((cos(angles[2]), sin(angles[2])), dt)
         if self._imu_leads(arrival):
@@ -168,10 +171,10 @@ class MotionIngest:
 
     def _imu_leads(self, arrival: int) -> bool:
         timeout = self.settings.odometry_timeout
-        if self.source == ODOMETRY:
+        if self.source == Source.ODOMETRY:
             return self._odometry.age(arrival) > timeout
         # at the start odometry gets the time to show up, lest every start begin with a change of source
-        return self.source == IMU or (arrival - self._began) * 1e-9 >= timeout
+        return self.source == Source.IMU or (arrival - self._began) * 1e-9 >= timeout
 
     def _push_imu(self, stamp: int, dt: float, angles, rates, moved, heading) -> None:
         length = hypot(*heading) or 1.0
@@ -180,8 +183,8 @@ class MotionIngest:
         if self._velocity.time > 0.0:  # the odometry knew better
             speed = self._velocity.mean[0] * ahead[0] + self._velocity.mean[1] * ahead[1]
         velocity = speed * ahead[0], speed * ahead[1]
-        if self.source != IMU or self._track is None:
-            self._change_source(IMU)
+        if self.source != Source.IMU or self._track is None:
+            self._change_source(Source.IMU)
             self._track = list(self.origin)  # only used before the first sample of any source
             if self._last is not None:  # goes on where the ship is
                 before, row = self._last
@@ -232,17 +235,17 @@ class MotionIngest:
         elif message.twist:
             self._velocity.add(to_world(angles, message.velocity)[:2], dt)
         self._before = message
-        if self.source == IMU and (arrival - self._odometry.streak) * 1e-9 < RETURN * timeout:
+        if self.source == Source.IMU and (arrival - self._odometry.streak) * 1e-9 < RETURN * timeout:
             return stamp
-        if self.source != ODOMETRY:
-            self._change_source(ODOMETRY)
+        if self.source != Source.ODOMETRY:
+            self._change_source(Source.ODOMETRY)
             self._waiting.clear()
         self._push_odometry(message, dt)
         return stamp
 
     def _anchored(self, message: Odometry, dt: float) -> Odometry:
         """The message with its origin shifted if its position jumped, so that the ship does not."""
-        if self.source == ODOMETRY and self._before is not None:
+        if self.source == Source.ODOMETRY and self._before is not None:
             x, y, _ = self._before.position
             vx, vy = self._velocity.mean or (0.0, 0.0)
             if message.twist and dt <= self.ship.max_gap:
@@ -259,7 +262,7 @@ class MotionIngest:
         if hypot(*jump) <= self.settings.max_jump:
             return message
         self.counts["position_jump"] += 1
-        self._new_epoch |= self.source == ODOMETRY
+        self._new_epoch |= self.source == Source.ODOMETRY
         self._waiting.clear()
         self.origin = self.origin[0] - jump[0], self.origin[1] - jump[1]
         return message._replace(position=(x, y, message.position[2]))
@@ -299,8 +302,8 @@ class MotionIngest:
         self._yaw = yaw
         return yaw
 
-    def _change_source(self, source: float) -> None:
-        if self.source != MEAN:
+    def _change_source(self, source: Source) -> None:
+        if self.source != Source.MEAN:
             self.counts["source_change"] += 1
         self.source, self._new_epoch = source, True
 
@@ -314,11 +317,11 @@ class MotionIngest:
                 self.counts["gap"] += 1
                 self._new_epoch = True
         if self._new_epoch or not measured:
-            self._consistent.reset()
+            self._fit.reset()
         if measured:
-            row = self._consistent.push((stamp - self._last[0]) * 1e-9 if self._last else 0.0, row)
+            row = self._fit.push((stamp - self._last[0]) * 1e-9 if self._last else 0.0, row)
         epoch = self.epoch + (1 if self._new_epoch else 0)
-        push_motion(self.inputs, stamp, [*row, float(epoch), self.source])
+        push_motion(self.inputs, stamp, [*row, float(epoch), float(self.source)])
         self.epoch, self._new_epoch = epoch, False
         self._last = stamp, row
         self.first_pose = self.first_pose or (stamp, row[0], row[1], row[5])
@@ -345,13 +348,13 @@ class MotionIngest:
                 f"samples is wrong; the twist must be in the axes of child_frame_id"
             )
         return {
-            "source": SOURCES[int(self.source)],
+            "source": self.source.name.lower(),
             "epoch": self.epoch,
             "samples": int(self.inputs.motion_head[0]),
             **self._imu.report("imu", now),
             **self._odometry.report("odometry", now),
-            "integrated": self._consistent.names(self._consistent.integrated),
-            "smoothed": self._consistent.names(self._consistent.smoothed),
+            "integrated": self._fit.names(self._fit.integrated),
+            "smoothed": self._fit.names(self._fit.smoothed),
             "heave_valid": self.filter.valid,
             "heave_age_s": self.filter.age,
             "heave_bias_mps2": self.filter.bias[2],

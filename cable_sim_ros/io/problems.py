@@ -31,7 +31,7 @@ def line_of(lines: Mapping[tuple, int], path: tuple) -> int:
 
 
 def texts_of(error: ValidationError, data, origin: str, lines) -> list[str]:
-    """One text for each problem pydantic found, in the order of the file; a vector is told once."""
+    """One text for each problem pydantic found, in the order of the file; a vector is reported once."""
     out: dict[tuple, str] = {}
     for item in error.errors():
         path = item["loc"]

@@ -1,14 +1,14 @@
 """Recorded bags as input: motion and commands in order of arrival, and what the bag recorded of the tow.
 
-Motion is found by `wire.find_topics`. Stamps are those of the messages' headers, arrivals the log times of the bag.
+Inputs are found by `messages.find_topics`. Stamps are those of the messages' headers, arrivals the log times of the
+bag. Commands are taken in as the live node does: same decoder, same ingest, same map of arrivals to the clock of the
+motion (`io.clock`), so that the same are refused and the others count from the same time.
 """
 
 from __future__ import annotations
 
 import json
-import math
 import os
-from collections import Counter
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
@@ -16,16 +16,14 @@ from typing import NamedTuple
 import numpy as np
 
 from ..physics.heave import Heave, MotionInput
-from ..physics.inputs import MOTION_ROWS, Inputs, push_command
+from ..physics.inputs import MOTION_ROWS, Inputs
 from ..sim.scene import Scene
 from .bag import BagError, read_bag, read_metadata
 from .channels import CHANNELS, channel_of, decode, decode_frames
+from .clock import DataClock
+from .commands import NEVER, CommandIngest
+from .messages import KINDS, read_motion, stamp_of
 from .motion import MotionIngest
-from .typestore import STORE
-from .wire import KINDS, read_motion
-
-JOINT = "payout"
-NEVER = -(2**62)
 
 
 class Event(NamedTuple):
@@ -74,14 +72,6 @@ class RecordedTow:
             return None
 
 
-def stamp_of(data: bytes) -> int:
-    """Stamp [ns] of a CDR message that begins with a std_msgs/Header; ValueError when it is too short."""
-    if len(data) < 12:
-        raise ValueError(f"a message of {len(data)} bytes has no header")
-    order = "little" if data[1] & 1 else "big"
-    return int.from_bytes(data[4:8], order, signed=True) * 1_000_000_000 + int.from_bytes(data[8:12], order)
-
-
 def read_tow(path: str | os.PathLike, *, imu_only: bool = False) -> RecordedTow:
     """Read a bag. imu_only: leave odometry out. BagError if it cannot be read or holds no motion."""
     path = os.fspath(path)
@@ -108,7 +98,11 @@ def read_tow(path: str | os.PathLike, *, imu_only: bool = False) -> RecordedTow:
 
 
 class Feeder:
-    """Pushes the events of a bag into the rings, in order, as far as it is told to."""
+    """Pushes the events of a bag into the rings, in order, up to a time.
+
+    `ingest` and `commands` count what they refuse. Motion that a live node drops because its stamp is off the clock is
+    taken here, as a bag's log times need not be arrivals; it does not move the clock.
+    """
 
     def __init__(
         self,
@@ -119,10 +113,10 @@ class Feeder:
         heave: Heave | None = None,
     ) -> None:
         self.ingest = MotionIngest(inputs, scene.ship, heave or Heave(), motion, scene.gravity)
+        self.commands = CommandIngest(inputs)
+        self.clock = DataClock()
         self.inputs, self.tow = inputs, tow
-        self.dropped: Counter[str] = Counter()  # commands refused, by cause
         self._next = 0
-        self._last_command = NEVER
 
     @property
     def done(self) -> bool:
@@ -130,41 +124,43 @@ class Feeder:
         return self._next >= len(self.tow.events)
 
     def until(self, time_ns: int, newest: int | None = None) -> list[Event]:
-        """Push every event stamped up to this time, but none after the motion sample `newest` [ns]; returns them."""
+        """Push every event up to this time, but none after the motion sample `newest` [ns]; returns them.
+
+        The time of motion is its stamp, that of a command its arrival on the clock of the motion.
+        """
         first = self._next
         events = self.tow.events
-        while self._next < len(events) and events[self._next].time <= time_ns:
+        while self._next < len(events) and self._due(events[self._next]) <= time_ns:
             if newest is not None and self._newest() >= newest:
                 break
             event = events[self._next]
             self._next += 1
-            if event.kind == "imu":
-                self.ingest.imu(event.data, event.arrival)
-            elif event.kind == "odometry":
-                self.ingest.odometry(event.data, event.arrival)
+            if event.kind == "command":
+                self.commands.take(event.data, event.arrival, self.clock.now(event.arrival))
             else:
-                self._command(event)
+                self._motion(event)
         return events[first : self._next]
 
     def _newest(self) -> int:
         head = int(self.inputs.motion_head[0])
         return int(self.inputs.motion_time[(head - 1) % MOTION_ROWS]) if head else NEVER
 
-    def _command(self, event: Event) -> None:
-        message = STORE.deserialize_cdr(event.data, KINDS["command"][0])
-        values = [math.nan, math.nan]
-        if list(message.name).count(JOINT) == 1:
-            index = list(message.name).index(JOINT)
-            for k, array in enumerate((message.position, message.velocity)):
-                if len(array) == len(message.name):
-                    values[k] = float(array[index])
-        if all(math.isnan(value) for value in values) or any(math.isinf(value) for value in values):
-            self.dropped["nothing commanded"] += 1
-        elif event.time <= self._last_command:
-            self.dropped["stamp does not advance"] += 1
-        else:
-            self._last_command = event.time
-            push_command(self.inputs, event.time, *values)
+    def _due(self, event: Event) -> int:
+        if event.kind != "command":
+            return event.time
+        now = self.clock.now(event.arrival)
+        return NEVER if now is None else now
+
+    def _motion(self, event: Event) -> None:
+        stamp = stamp_of(event.data)
+        off = bool(stamp) and self.clock.suspicious(stamp, event.arrival)
+        if off and self.clock.jumped(stamp, event.arrival):
+            self.clock.reset()
+            self.commands.reset()
+        before = self._newest()
+        self.ingest.take(event.kind, event.data, event.arrival)
+        if self._newest() != before and not off:
+            self.clock.update(self._newest(), event.arrival)
 
 
 class Residual(NamedTuple):

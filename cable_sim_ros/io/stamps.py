@@ -13,7 +13,7 @@ from statistics import median
 SOUGHT = 16  # stamps from which a fit is begun
 MEMORY = 200  # stamps, the memory of the fit
 EXACT = 1_000  # ns; a stamp so near to the line is used as it is: an exactly periodic stream stays untouched
-WIDEST = 0.45  # periods off the line that can still be told from a dropped sample
+WIDEST = 0.45  # periods off the line that can still be distinguished from a dropped sample
 LEAST = 0.02  # periods; a stamp further off than this and five times the rms does not fit
 MISFITS = 3  # end the fit
 FORGIVEN = 0.1  # misfits that a stamp which fits takes off

@@ -22,7 +22,7 @@ HUGE_INT = 2**63 - 1
 
 
 def overrides_of(node) -> dict[str, Any]:
-    """Values given to this node by parameter files and `-p`; {} where rclpy no longer tells."""
+    """Values given to this node by parameter files and `-p`; {} where rclpy no longer gives them."""
     given = getattr(node, "_parameter_overrides", None)  # not public, but the only place that knows the unknown names
     return {} if given is None else {name: parameter.value for name, parameter in given.items()}
 

@@ -10,7 +10,7 @@ import time
 from collections import Counter
 from typing import NamedTuple
 
-from ..io.wire import CAUSES
+from ..io.messages import CAUSES
 from ..physics.frame import Flag, Source
 from .figures import Rate
 from .publisher import TickPublisher
@@ -42,7 +42,7 @@ class Watch:
 
     def __init__(self, session: Session) -> None:
         self.session = session
-        self._rates = {"tick": Rate(), "imu": Rate(), "odom": Rate()}
+        self._rates = {"tick": Rate(), "imu": Rate(), "odometry": Rate()}
         self._seen: dict[str, int] = {}
 
     def statuses(self, publisher: TickPublisher | None, recorder_stats, recording: bool) -> list[Status]:
@@ -107,8 +107,8 @@ class Watch:
     def _motion(self, publisher: TickPublisher | None, now: int) -> Status:
         session, values, new = self.session, {}, 0
         for kind, arrival in session.arrivals.items():
-            values[f"{kind}_rate_hz"] = _text(self._rates[kind].of(session.received[kind], now))
-            values[f"{kind}_age_s"] = "never" if arrival is None else _text((now - arrival) * 1e-9)
+            values[f"{kind}_received_hz"] = _text(self._rates[kind].of(session.received[kind], now))
+            values[f"{kind}_received_age_s"] = "never" if arrival is None else _text((now - arrival) * 1e-9)
         report: dict = {}
         if getattr(session, "ingest", None) is not None:
             report = session.ingest.report(now + session.wall)
@@ -154,7 +154,7 @@ class Watch:
         values = {
             "accepted": str(commands.accepted),
             "age_s": "never" if commands.last_arrival is None else _text((now - commands.last_arrival) * 1e-9),
-            **{f"refused: {cause}": str(count) for cause, count in sorted(commands.dropped.items())},
+            **{f"refused: {cause}": str(count) for cause, count in sorted(commands.refused.items())},
         }
         frame = publisher.latest if publisher else None
         if frame is not None and int(frame["status"]) & Flag.COMMAND_STALE:
@@ -165,7 +165,7 @@ class Watch:
                 f"winch holds at {float(frame['payout']):.2f} m",
                 values,
             )
-        new = self._new("command drops", sum(commands.dropped.values()))
+        new = self._new("command drops", sum(commands.refused.values()))
         if new:
             return Status("command", WARN, f"{new} commands refused in the last second", values)
         return Status("command", OK, "commanded" if commands.accepted else "no command yet: the winch holds", values)
@@ -259,6 +259,8 @@ def final_figures(session: Session, publisher: TickPublisher | None, recorder_st
     figures["input_delay_ms"] = session.node.input_delay * 1e3
     figures["received"] = dict(session.received)
     figures["dropped"] = dict(drop_counts(session))
+    if getattr(session, "commands", None) is not None:
+        figures["commands_refused"] = dict(session.commands.refused)
     if recorder_stats is not None:
         figures["recorder"] = recorder_stats._asdict()
     return figures

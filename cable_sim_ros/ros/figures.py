@@ -1,4 +1,4 @@
-"""Figures of the running node: rings of the newest samples, and the JSON file that tells how it stands."""
+"""Figures of the running node: rings of the newest samples, and the JSON file that reports its state."""
 
 from __future__ import annotations
 

@@ -118,7 +118,7 @@ def live(
     own = environment(domain)
     begun = time.monotonic()
     children: list[Child] = []
-    context, tell = (nullcontext(), progress) if progress else _bar()
+    context, report = (nullcontext(), progress) if progress else _bar()
     try:
         with context:
             node = Child("node", command, own)
@@ -128,7 +128,7 @@ def live(
                 figures,
                 ("waiting",),
                 READY_WITHIN,
-                lambda waited: tell("compiling and solving the start", waited, None),
+                lambda waited: report("compiling and solving the start", waited, None),
             )
             player = Child(
                 "player",
@@ -137,7 +137,7 @@ def live(
                 own,
             )
             children.append(player)
-            _follow(node, player, figures, duration, tell)
+            _follow(node, player, figures, duration, report)
             player_exit = player.stop()
             if player_exit != 0:
                 raise player.failed(f"ended with code {player_exit}")
@@ -168,7 +168,7 @@ def read_state(path: Path) -> dict:
         return {}
 
 
-def _await(node: Child, figures: Path, states: tuple[str, ...], within: float, tell: Callable[[float], None]) -> None:
+def _await(node: Child, figures: Path, states: tuple[str, ...], within: float, report: Callable[[float], None]) -> None:
     begun = time.monotonic()
     while True:
         waited = time.monotonic() - begun
@@ -181,11 +181,11 @@ def _await(node: Child, figures: Path, states: tuple[str, ...], within: float, t
             raise node.failed(f"is {state['state']}: {state.get('problem', '')}")
         if waited > within:
             raise node.failed(f"was not ready within {within:g} s (state {state.get('state', 'unknown')})")
-        tell(waited)
+        report(waited)
         time.sleep(POLL)
 
 
-def _follow(node: Child, player: Child, figures: Path, duration: float, tell) -> None:
+def _follow(node: Child, player: Child, figures: Path, duration: float, report) -> None:
     """Until the player has ended by itself."""
     running = None
     begun = time.monotonic()
@@ -199,7 +199,7 @@ def _follow(node: Child, player: Child, figures: Path, duration: float, tell) ->
             raise node.failed(f"is {state}: {read_state(figures).get('problem', '')}")
         if running is None and time.monotonic() - begun > START_WITHIN:
             raise node.failed(f"did not start within {START_WITHIN:g} s of the first motion message")
-        tell("running in real time", 0.0 if running is None else min(duration, time.monotonic() - running), duration)
+        report("running in real time", 0.0 if running is None else min(duration, time.monotonic() - running), duration)
         time.sleep(POLL)
     if running is None and player.code == 0:
         raise node.failed("never started: the motion ended before it did")
@@ -214,11 +214,11 @@ def _bar():
         bar = Progress(TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), console=Console(stderr=True))
         task = bar.add_task("starting", total=None)
         return bar, lambda phase, done, total: bar.update(task, description=phase, completed=done, total=total)
-    told: list[str] = []
+    reported: list[str] = []
 
     def line(phase: str, done: float, total: float | None) -> None:
-        if phase not in told:
-            told.append(phase)
+        if phase not in reported:
+            reported.append(phase)
             print(phase + (f", {total:g} s" if total else "") + " ...", file=sys.stderr, flush=True)
 
     return nullcontext(), line

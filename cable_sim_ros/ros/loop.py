@@ -184,7 +184,7 @@ def take_priority(priority: int) -> tuple[str, str]:
 
 
 def raise_priority() -> bool:
-    """Nice value -10 for the calling thread; False where it is not allowed (the loop tells of it)."""
+    """Nice value -10 for the calling thread; False where it is not allowed (the loop reports it)."""
     try:
         os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), -10)
     except OSError:

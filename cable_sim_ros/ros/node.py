@@ -13,25 +13,24 @@ import time
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.serialization import serialize_message
 from rclpy.signals import SignalHandlerOptions
-from sensor_msgs.msg import Imu, JointState
 from std_srvs.srv import SetBool, Trigger
 
 from ..io.channels import CHANNELS, Context, Encoder
+from ..io.messages import CAUSES, KINDS
 from .declare import declare, overrides_of
 from .diagnostics import Watch, final_figures
 from .figures import write_json
 from .loop import raise_priority
 from .params import ParameterError, settle
 from .publisher import TickPublisher
-from .recording import Recording
+from .recording_control import RecordingControl
 from .session import Session
 from .topics import message_class, transform_publisher
 
@@ -61,7 +60,7 @@ class CableSimNode(LifecycleNode):
         self.session = Session(self.settings, self._log)
         self.watch = Watch(self.session)
         self.publisher: TickPublisher | None = None
-        self.recording = Recording(self.settings, self.get_namespace())
+        self.recording = RecordingControl(self.settings, self.get_namespace())
         self._entities: list = []
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
@@ -69,9 +68,9 @@ class CableSimNode(LifecycleNode):
         self.create_service(SetBool, "~/record", self._on_record)
         self.create_timer(0.05, self._on_poll, clock=self._steady)
         self.create_timer(1.0, self._on_diagnostics, clock=self._steady)
-        self._told = ""
+        self._reported_state = ""
         self._warned_scheduler = False
-        self.tell_state()
+        self.report_state()
 
     # ---- life cycle
 
@@ -81,7 +80,7 @@ class CableSimNode(LifecycleNode):
             self.session.configure()
         except Exception as error:
             self.session.fail(f"not configured: {error} ({type(error).__name__}); nothing is simulated")
-            self.tell_state()
+            self.report_state()
             return TransitionCallbackReturn.FAILURE
         node, frames = self.settings.node, self.settings.node.frame
         context = Context(frames.odom, frames.base_link, frames.sheave_link, frames.towbody_link, self.get_namespace())
@@ -102,15 +101,10 @@ class CableSimNode(LifecycleNode):
         )
         self.publisher.start()
         self._entities = [
-            self.create_subscription(
-                Imu, "imu/data", self._input("imu", "imu/data", "sensor_msgs/msg/Imu"), INPUT_QOS, raw=True
-            ),
-            self.create_subscription(
-                Odometry, "odom", self._input("odom", "odom", "nav_msgs/msg/Odometry"), INPUT_QOS, raw=True
-            ),
-            self.create_subscription(JointState, "winch/command", self._on_command, INPUT_QOS, raw=True),
+            self.create_subscription(message_class(msgtype), topic, self._input(kind), INPUT_QOS, raw=True)
+            for kind, (msgtype, topic) in KINDS.items()
         ]
-        self.tell_state()
+        self.report_state()
         return TransitionCallbackReturn.SUCCESS
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -123,16 +117,17 @@ class CableSimNode(LifecycleNode):
             self.publisher.recorder = self.recording.recorder
         self.session.activate()
         self.get_logger().info(
-            f"waiting for motion on {self.resolve_topic_name('imu/data')} and {self.resolve_topic_name('odom')}"
+            "waiting for motion on "
+            + " and ".join(self.resolve_topic_name(KINDS[kind][1]) for kind in ("imu", "odometry"))
         )
-        self.tell_state()
+        self.report_state()
         return super().on_activate(state)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Stop the loop and finish a recording."""
         self.session.deactivate()
         self._finish_recording()
-        self.tell_state()
+        self.report_state()
         return super().on_deactivate(state)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -144,7 +139,7 @@ class CableSimNode(LifecycleNode):
             self.destroy_publisher(publisher)
         self.session = Session(self.settings, self._log)
         self.watch, self.publisher, self._entities = Watch(self.session), None, []
-        self.tell_state()
+        self.report_state()
         return TransitionCallbackReturn.SUCCESS
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -153,7 +148,7 @@ class CableSimNode(LifecycleNode):
         return TransitionCallbackReturn.SUCCESS
 
     def close(self) -> None:
-        """Stop loop and publisher, finish the recording, tell the final figures. A second call does nothing."""
+        """Stop loop and publisher, finish the recording, report the final figures. A second call does nothing."""
         if self.session.state == "closed":
             return
         state = self.session.state
@@ -181,30 +176,24 @@ class CableSimNode(LifecycleNode):
 
     # ---- inputs
 
-    def _input(self, kind: str, name: str, msgtype: str):
+    def _input(self, kind: str):
+        msgtype, name = KINDS[kind]
         topic = self.resolve_topic_name(name)
 
         def callback(data: bytes, info: dict) -> None:
             arrival = arrival_of(info)
             self._record(topic, msgtype, data, arrival)
-            self.session.motion(kind, data, arrival)
+            if kind == "command":
+                self._command(data, arrival)
+            else:
+                self.session.motion(kind, data, arrival)
 
         return callback
 
-    def _on_command(self, data: bytes, info: dict) -> None:
-        try:
-            message = deserialize_message(data, JointState)
-        except Exception:  # a message that is no JointState after all
-            self.session.commands.dropped["not readable"] += 1
-            return
-        arrival = arrival_of(info)
-        cause = self.session.command(message, arrival)
+    def _command(self, data: bytes, arrival: int) -> None:
+        cause = self.session.command(data, arrival)
         if cause:
-            self.get_logger().warning(
-                f"winch command refused: {cause}; joint 'payout' with position [m] or velocity [m/s] is expected",
-                throttle_duration_sec=5.0,
-            )
-        self._record(self.resolve_topic_name("winch/command"), "sensor_msgs/msg/JointState", data, arrival)
+            self.get_logger().warning(f"winch command refused: {CAUSES[cause]}", throttle_duration_sec=5.0)
 
     def _record(self, topic: str, msgtype: str, data: bytes, arrival: int | None = None) -> None:
         recorder = self.recording.recorder
@@ -215,7 +204,7 @@ class CableSimNode(LifecycleNode):
 
     def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.success, response.message = self.session.reset()
-        self.tell_state()
+        self.report_state()
         return response
 
     def _on_record(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
@@ -267,8 +256,8 @@ class CableSimNode(LifecycleNode):
         if loop is not None and loop.warning and not self._warned_scheduler:
             self._warned_scheduler = True
             self.get_logger().warning(loop.warning)
-        if self.session.state != self._told:
-            self.tell_state()
+        if self.session.state != self._reported_state:
+            self.report_state()
 
     def _on_diagnostics(self) -> None:
         array = DiagnosticArray()
@@ -287,9 +276,9 @@ class CableSimNode(LifecycleNode):
         self._diagnostics.publish(data)
         self._record("/diagnostics", DIAGNOSTICS, data)
 
-    def tell_state(self) -> None:
+    def report_state(self) -> None:
         """Write the state to statistics_file, for whoever started this process."""
-        self._told = self.session.state
+        self._reported_state = self.session.state
         self._write_statistics({"state": self.session.state, "problem": self.session.problem, "pid": os.getpid()})
 
     def _write_statistics(self, tree: dict) -> None:

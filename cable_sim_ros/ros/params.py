@@ -33,7 +33,7 @@ class Realtime(Block):
     )
 
 
-class Recording(Block):
+class RecordingParameters(Block):
     enabled: bool = quantity(
         False, "", None, None, "record every input and output from activation on; ~/record does so while running"
     )
@@ -82,7 +82,7 @@ class NodeBlock(Block):
         "JSON file with the state of the node, rewritten as it changes, with the final figures at the end; empty: none",
     )
     realtime: Realtime = quantity(Realtime(), "", None, None, "real-time loop")
-    recording: Recording = quantity(Recording(), "", None, None, "recording")
+    recording: RecordingParameters = quantity(RecordingParameters(), "", None, None, "recording")
     publish: Publish = quantity(Publish(), "", None, None, "rates")
     frame: Frames = quantity(Frames(), "", None, None, "frame names")
     motion: MotionInput = quantity(MotionInput(), "", None, None, "motion messages")

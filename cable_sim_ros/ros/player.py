@@ -17,11 +17,11 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import NamedTuple
 
-from ..io.bag import read_bag
+from ..io.messages import KINDS, read_motion, stamp_of
 from ..io.resources import find_bag
+from .topics import message_class
 
 SECOND = 1_000_000_000
-TOPICS = {"sensor_msgs/msg/Imu": "imu/data", "nav_msgs/msg/Odometry": "odom"}
 SLEEP_CHUNK = 0.1  # s, so that a signal is seen soon
 
 
@@ -30,10 +30,10 @@ class PlayError(ValueError):
 
 
 class Item(NamedTuple):
-    """One message to send: time from the first [ns], relative topic, CDR bytes, its stamp [ns]."""
+    """One message to send: time from the first [ns], kind (imu, odometry), CDR bytes, its stamp [ns]."""
 
     due: int
-    topic: str
+    kind: str
     data: bytes
     stamp: int
 
@@ -42,21 +42,21 @@ def load(path: Path, *, start: float = 0.0, duration: float | None = None, imu_o
     """Motion messages of a bag, start [s] after its first one, duration [s] long. PlayError when there are none."""
     items: list[Item] = []
     first = None
-    for message in read_bag(path):
-        topic = TOPICS.get(message.msgtype)
-        if topic is None or (imu_only and topic == "odom"):
+    for log_time, kind, data in read_motion(path):
+        if kind == "command" or (imu_only and kind == "odometry"):
             continue
-        data = message.data
-        if len(data) < 12 or not data[1] & 1:
-            raise PlayError(f"bag '{path}': a message of '{message.topic}' is not little-endian CDR; convert the bag")
-        first = message.time if first is None else first
-        due = message.time - first - round(start * SECOND)
+        stamp = stamp_of(data)
+        if stamp is None or not data[1] & 1:
+            raise PlayError(
+                f"bag '{path}': a message of {kind} is not little-endian CDR; nothing was played; convert the bag"
+            )
+        first = log_time if first is None else first
+        due = log_time - first - round(start * SECOND)
         if due < 0:
             continue
         if duration is not None and due > duration * SECOND:
             break
-        sec, nanosec = struct.unpack_from("<iI", data, 4)
-        items.append(Item(due, topic, data, sec * SECOND + nanosec))
+        items.append(Item(due, kind, data, stamp))
     if not items:
         wanted = "sensor_msgs/Imu" if imu_only else "sensor_msgs/Imu or nav_msgs/Odometry"
         raise PlayError(f"bag '{path}' has no {wanted} in the part asked for (from {start:g} s on); nothing was played")
@@ -91,22 +91,19 @@ def play(
     node, items: list[Item], *, rate: float = 1.0, loop: bool = False, keep_stamps: bool = False, alive, progress
 ) -> int:
     """Send the items; returns how many were sent. progress(seconds played) is called some ten times a second."""
-    from nav_msgs.msg import Odometry
     from rclpy.qos import QoSProfile
-    from sensor_msgs.msg import Imu
 
-    classes = {"imu/data": Imu, "odom": Odometry}
     # reliable is heard by every subscriber; a sensor that sends best effort is heard by the node as well
     publishers = {
-        topic: node.create_publisher(classes[topic], topic, QoSProfile(depth=50))
-        for topic in {item.topic for item in items}
+        kind: node.create_publisher(message_class(KINDS[kind][0]), KINDS[kind][1], QoSProfile(depth=50))
+        for kind in {item.kind for item in items}
     }
     wait = time.monotonic() + 10.0
     while alive() and time.monotonic() < wait and not all(p.get_subscription_count() for p in publishers.values()):
         time.sleep(0.02)
     time.sleep(0.3)  # the other side may learn of us a little later than we of it
     length = items[-1].due + _interval(items)
-    begun, sent, told = time.monotonic_ns() + SECOND // 50, 0, 0
+    begun, sent, reported = time.monotonic_ns() + SECOND // 50, 0, 0
     base = time.time_ns() + SECOND // 50
     lap = 0
     while True:
@@ -115,10 +112,10 @@ def play(
             played = lap * length + item.due
             if not sleep_until(begun + round(played / rate), alive):
                 return sent
-            publishers[item.topic].publish(restamped(item, shift) if shift else item.data)
+            publishers[item.kind].publish(restamped(item, shift) if shift else item.data)
             sent += 1
-            if played - told > SECOND // 10:
-                told = played
+            if played - reported > SECOND // 10:
+                reported = played
                 progress(played / SECOND)
         lap += 1
         if not loop:
@@ -129,8 +126,8 @@ def play(
 
 
 def _interval(items: list[Item]) -> int:
-    """Typical time between messages of the first topic, ns: what a lap adds at its seam."""
-    times = [item.due for item in items if item.topic == items[0].topic]
+    """Typical time between messages of the first kind, ns: what a lap adds at its seam."""
+    times = [item.due for item in items if item.kind == items[0].kind]
     return (times[-1] - times[0]) // max(1, len(times) - 1)
 
 

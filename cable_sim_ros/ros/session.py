@@ -10,12 +10,14 @@ from __future__ import annotations
 import gc
 import json
 import math
-import struct
 import sys
 import time
 from collections import Counter
 from collections.abc import Callable
 
+from ..io.clock import DataClock
+from ..io.commands import CommandIngest
+from ..io.messages import stamp_of
 from ..io.motion import MotionIngest
 from ..physics.frame import Source
 from ..physics.inputs import MOTION_ROWS, SOURCE
@@ -23,8 +25,6 @@ from ..physics.setpoint import SetpointLaw
 from ..physics.ship import BLEND_LENGTH, COORD, EPOCH_NOW, NO_EPOCH, OFFSET, OFFSET_RATE, RATE
 from ..sim.build import make_output
 from ..sim.simulator import Simulator, StartError
-from .clock import DataClock
-from .commands import CommandIngest
 from .loop import MAPPING, RESYNCS, SKIPPED, TARGET, Loop
 from .params import Settings
 
@@ -32,15 +32,6 @@ RING_ROWS = 128  # ticks a slow publisher may be behind
 REHEARSAL = 20  # ticks
 START_MARGIN = 0.25  # s; messages that came during the static start must be in before the first tick
 SECOND = 1_000_000_000
-_STAMP = struct.Struct("<iI"), struct.Struct(">iI")
-
-
-def stamp_of(data: bytes) -> int | None:
-    """Stamp [ns] of a CDR message that begins with a std_msgs/Header; None when it is too short."""
-    if len(data) < 12:
-        return None
-    sec, nanosec = _STAMP[0 if data[1] & 1 else 1].unpack_from(data, 4)
-    return sec * SECOND + nanosec
 
 
 def carried_over(saved: dict, time_ns: int, position: tuple[float, float]) -> dict:
@@ -72,13 +63,13 @@ class Session:
         self.state = "unconfigured"
         self.problem = ""  # why it is halted or failed
         self.clock = DataClock()
-        self.refused: Counter[str] = Counter()  # motion messages refused before the ingest
+        self.refused: Counter[str] = Counter()  # motion messages refused before the ingest, by cause
         self.restarts = self.resets = 0
         self.start_cost = 0.3  # s, of the last static start
         self.residual_start = math.nan
         self.wall = time.time_ns() - time.monotonic_ns()  # once: arrivals as wall time, for messages without a stamp
-        self.arrivals: dict[str, int | None] = {"imu": None, "odom": None}  # newest, CLOCK_MONOTONIC ns
-        self.received = {"imu": 0, "odom": 0}
+        self.arrivals: dict[str, int | None] = {"imu": None, "odometry": None}  # newest, CLOCK_MONOTONIC ns
+        self.received = {"imu": 0, "odometry": 0}
         self.sim: Simulator | None = None
         self.loop: Loop | None = None
         self.started: dict[str, str] = {}  # time, place and heading of the static start, for the recording
@@ -159,21 +150,21 @@ class Session:
     # ---- inputs
 
     def motion(self, kind: str, data: bytes, arrival: int) -> None:
-        """One message of kind "imu" or "odom" as CDR bytes; arrival: CLOCK_MONOTONIC, ns."""
+        """One message of kind "imu" or "odometry" as CDR bytes; arrival: CLOCK_MONOTONIC, ns."""
         self.received[kind] += 1
         self.arrivals[kind] = arrival
         stamp = stamp_of(data)
         if stamp is None:
-            self.refused["too short"] += 1
+            self.refused["size"] += 1
             return
         if stamp and self.clock.suspicious(stamp, arrival):
-            self.refused["stamp off the clock"] += 1
+            self.refused["stamp_off_clock"] += 1
             if self.clock.jumped(stamp, arrival):
                 self._clock_jumped()
             return
         head = self.sim.inputs.motion_head
         before = int(head[0])
-        (self.ingest.imu if kind == "imu" else self.ingest.odometry)(data, arrival + self.wall)
+        self.ingest.take(kind, data, arrival + self.wall)
         if int(head[0]) != before:
             self.clock.update(self._newest_stamp(), arrival)
             if self.state == "running":
@@ -181,9 +172,9 @@ class Session:
             elif self.state == "waiting":
                 self._start()
 
-    def command(self, message, arrival: int) -> str:
-        """One sensor_msgs/JointState; returns "" or why it is refused."""
-        return self.commands.take(message, self.clock.now(arrival), arrival)
+    def command(self, data: bytes, arrival: int) -> str:
+        """One winch command as CDR bytes; arrival: CLOCK_MONOTONIC, ns. Returns "" or the cause of its refusal."""
+        return self.commands.take(data, arrival, self.clock.now(arrival))
 
     def _newest_stamp(self) -> int:
         return int(self.sim.inputs.motion_time[(int(self.sim.inputs.motion_head[0]) - 1) % MOTION_ROWS])

@@ -26,12 +26,12 @@ from ..io.resources import share_folder
 from ..io.typestore import STORE
 from ..sim.attitude import body_rates, quaternion, rotation
 
-GRAVITY = 9.81        # m/s^2, as in the scenes
-SPEED = 2.2           # m/s, mean speed ahead: that of the tow, in place of the ship's own
-RATE = 50             # Hz
-CUTOFF = 1.0 / 30.0   # Hz, horizontal displacement and yaw above it are kept
-EDGE = 30.0           # s dropped at each end, where the filter is not itself
-QUANTUM = 2.0 ** -34  # values are rounded to 6e-11 SI: coarser steps shake the acceleration between samples
+GRAVITY = 9.81  # m/s^2, as in the scenes
+SPEED = 2.2  # m/s, mean speed ahead: that of the tow, in place of the ship's own
+RATE = 50  # Hz
+CUTOFF = 1.0 / 30.0  # Hz, horizontal displacement and yaw above it are kept
+EDGE = 30.0  # s dropped at each end, where the filter is not itself
+QUANTUM = 2.0**-34  # values are rounded to 6e-11 SI: coarser steps shake the acceleration between samples
 IMU_TOPIC, ODOMETRY_TOPIC = "/tow_sim/imu/data", "/tow_sim/odom"
 NAMES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
@@ -39,39 +39,44 @@ NAMES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 class Record(NamedTuple):
     """Where a bag comes from."""
 
-    seapath: str      # CSV of the motion sensor, 1 Hz
-    derived: str      # CSV of the 6-DOF displacement derived from it, "" = derive it here
-    duration: float   # s at most
+    seapath: str  # CSV of the motion sensor, 1 Hz
+    derived: str  # CSV of the 6-DOF displacement derived from it, "" = derive it here
+    duration: float  # s at most
     ship: str
 
 
 RECORDS = {
-    "nbp1406": Record("nbp1406_seapath330_1hz.csv", "nbp1406_6dof_derived_1hz.csv", 564.0,
-                      "RVIB Nathaniel B. Palmer, cruise NBP1406, Seapath 330, 2014-08-01, South Atlantic"),
-    "lmg1903": Record("lmg1903_seapath_1hz.csv", "", 600.0,
-                      "ARSV Laurence M. Gould, cruise LMG1903, Seapath, 2019-03-26, calm water"),
+    "nbp1406": Record(
+        "nbp1406_seapath330_1hz.csv",
+        "nbp1406_6dof_derived_1hz.csv",
+        564.0,
+        "RVIB Nathaniel B. Palmer, cruise NBP1406, Seapath 330, 2014-08-01, South Atlantic",
+    ),
+    "lmg1903": Record(
+        "lmg1903_seapath_1hz.csv", "", 600.0, "ARSV Laurence M. Gould, cruise LMG1903, Seapath, 2019-03-26, calm water"
+    ),
 }
 
 
 class Displacement(NamedTuple):
     """Displacement from the mean track, still NED-like."""
 
-    start: int            # UTC of the first row, ns
-    t: np.ndarray         # s, [n]
-    motion: np.ndarray    # m and rad, [n, 6]: surge fwd, sway to starboard, heave down, roll, pitch, yaw clockwise
-    heading: float        # mean true heading, rad clockwise from north
+    start: int  # UTC of the first row, ns
+    t: np.ndarray  # s, [n]
+    motion: np.ndarray  # m and rad, [n, 6]: surge fwd, sway to starboard, heave down, roll, pitch, yaw clockwise
+    heading: float  # mean true heading, rad clockwise from north
 
 
 class Motion(NamedTuple):
     """Ship motion, ENU world and x forward, y left, z up; one row a stamp."""
 
-    time: np.ndarray              # int64 [n], UTC ns
-    position: np.ndarray          # m, [n, 3], base_link in odom
-    angles: np.ndarray            # rad, [n, 3]: roll, pitch, yaw of Rz Ry Rx
-    quaternion: np.ndarray        # [n, 4] x y z w
-    velocity: np.ndarray          # m/s, [n, 3], in base_link
-    rate: np.ndarray              # rad/s, [n, 3], in base_link
-    specific_force: np.ndarray    # m/s^2, [n, 3], in base_link: +g upwards at rest
+    time: np.ndarray  # int64 [n], UTC ns
+    position: np.ndarray  # m, [n, 3], base_link in odom
+    angles: np.ndarray  # rad, [n, 3]: roll, pitch, yaw of Rz Ry Rx
+    quaternion: np.ndarray  # [n, 4] x y z w
+    velocity: np.ndarray  # m/s, [n, 3], in base_link
+    rate: np.ndarray  # rad/s, [n, 3], in base_link
+    specific_force: np.ndarray  # m/s^2, [n, 3], in base_link: +g upwards at rest
 
 
 def read_csv(path: Path) -> tuple[int, dict[str, np.ndarray]]:
@@ -80,8 +85,10 @@ def read_csv(path: Path) -> tuple[int, dict[str, np.ndarray]]:
     comments = [line for line in lines if line.startswith("#")]
     origins = [line.split("t_s:")[1].split("after ")[1].split("Z")[0] for line in comments if "t_s:" in line]
     if not origins:
-        raise ValueError(f"'{path}' has no comment 't_s: ... after <UTC>Z': the bag would have no time; "
-                         f"take the file as it is in bags/source")
+        raise ValueError(
+            f"'{path}' has no comment 't_s: ... after <UTC>Z': the bag would have no time; "
+            f"take the file as it is in bags/source"
+        )
     whole, _, part = origins[0].partition(".")
     utc = int(datetime.fromisoformat(whole + "+00:00").timestamp()) * 10**9 + int(part.ljust(9, "0") or 0)
     names, *rows = [line.split(",") for line in lines if not line.startswith("#")]
@@ -94,7 +101,7 @@ def derive(t, east, north, heading, attitude) -> np.ndarray:
     Horizontal position less a straight line, above 1/30 Hz (4th-order Butterworth, both directions), turned by the
     heading below 1/30 Hz; yaw likewise; attitude [n, 3] (heave down, roll, pitch) as measured. The edges are kept.
     """
-    whole = np.arange(int(t[-1] - t[0]) + 1) + t[0]   # stamps may step by 1.01 s: at 6 m/s that would be 6 cm
+    whole = np.arange(int(t[-1] - t[0]) + 1) + t[0]  # stamps may step by 1.01 s: at 6 m/s that would be 6 cm
 
     def at(values):
         return CubicSpline(t, values)(whole) if np.ptp(np.diff(t)) > 1e-6 else np.array(values, float)
@@ -120,11 +127,12 @@ def displacement(record: Record, data: Path) -> Displacement:
     if record.derived:
         start, rows = read_csv(data / record.derived)
         seconds = rows["t_s"]
-        motion = np.column_stack([rows[name] for name in (
-            "surge_fwd_m", "sway_stbd_m", "heave_down_m", "roll_rad", "pitch_rad", "yaw_rad")])
+        motion = np.column_stack(
+            [rows[name] for name in ("surge_fwd_m", "sway_stbd_m", "heave_down_m", "roll_rad", "pitch_rad", "yaw_rad")]
+        )
     else:
         attitude = np.column_stack([raw["heave_down_m"], raw["roll_rad"], raw["pitch_rad"]])
-        motion = derive(t, raw["east_m"], raw["north_m"], heading, attitude)[int(EDGE):-int(EDGE)]
+        motion = derive(t, raw["east_m"], raw["north_m"], heading, attitude)[int(EDGE) : -int(EDGE)]
         seconds = np.arange(len(motion), dtype=float)
         start = origin + round((t[0] + EDGE) * 1e9)
     keep = seconds <= record.duration
@@ -138,7 +146,7 @@ def interpolate(moved: Displacement, *, speed: float = SPEED, rate: int = RATE) 
     step = 10**9 // rate
     time = np.arange(0, round(moved.t[-1] * 1e9) + 1, step)
     surge, sway, heave, roll, pitch, yaw = moved.motion.T
-    track = np.pi / 2 - moved.heading            # ENU yaw: from east, anticlockwise
+    track = np.pi / 2 - moved.heading  # ENU yaw: from east, anticlockwise
     ahead, left = np.array([np.cos(track), np.sin(track), 0.0]), np.array([-np.sin(track), np.cos(track), 0.0])
     place = np.outer(surge, ahead) - np.outer(sway, left) - np.outer(heave, [0.0, 0.0, 1.0])
     angles = np.column_stack([roll, -pitch, track - yaw])
@@ -148,46 +156,84 @@ def interpolate(moved: Displacement, *, speed: float = SPEED, rate: int = RATE) 
     position = value[:, :3] + np.outer(speed * t, ahead)
     force = second[:, :3] + [0.0, 0.0, GRAVITY]
     body_rate = np.column_stack(body_rates(value[:, 3], value[:, 4], first[:, 3:].T))
-    return Motion(moved.start + time, position, value[:, 3:], quaternion(value[:, 3:]),
-                  np.einsum("nij,nj->ni", to_body, first[:, :3] + speed * ahead), body_rate,
-                  np.einsum("nij,nj->ni", to_body, force))
+    return Motion(
+        moved.start + time,
+        position,
+        value[:, 3:],
+        quaternion(value[:, 3:]),
+        np.einsum("nij,nj->ni", to_body, first[:, :3] + speed * ahead),
+        body_rate,
+        np.einsum("nij,nj->ni", to_body, force),
+    )
 
 
 def write(path: Path, motion: Motion, custom_data: dict[str, str]) -> None:
     """Write the bag directory. Covariances are zero: REP-145 for not known."""
     kinds = STORE.types
-    header, stamp, imu, odometry, vector, point, rotor = (kinds[name] for name in (
-        "std_msgs/msg/Header", "builtin_interfaces/msg/Time", "sensor_msgs/msg/Imu", "nav_msgs/msg/Odometry",
-        "geometry_msgs/msg/Vector3", "geometry_msgs/msg/Point", "geometry_msgs/msg/Quaternion"))
-    pose, posed, twist, twisted = (kinds[f"geometry_msgs/msg/{name}"] for name in (
-        "Pose", "PoseWithCovariance", "Twist", "TwistWithCovariance"))
+    header, stamp, imu, odometry, vector, point, rotor = (
+        kinds[name]
+        for name in (
+            "std_msgs/msg/Header",
+            "builtin_interfaces/msg/Time",
+            "sensor_msgs/msg/Imu",
+            "nav_msgs/msg/Odometry",
+            "geometry_msgs/msg/Vector3",
+            "geometry_msgs/msg/Point",
+            "geometry_msgs/msg/Quaternion",
+        )
+    )
+    pose, posed, twist, twisted = (
+        kinds[f"geometry_msgs/msg/{name}"] for name in ("Pose", "PoseWithCovariance", "Twist", "TwistWithCovariance")
+    )
     none9, none36 = np.zeros(9), np.zeros(36)
-    place, turn, velocity, rate, force = ((np.round(values / QUANTUM) * QUANTUM + 0.0).tolist() for values in (
-        motion.position, motion.quaternion, motion.velocity, motion.rate, motion.specific_force))
+    place, turn, velocity, rate, force = (
+        (np.round(values / QUANTUM) * QUANTUM + 0.0).tolist()
+        for values in (motion.position, motion.quaternion, motion.velocity, motion.rate, motion.specific_force)
+    )
     with BagWriter(path, custom_data=custom_data, chunk_size=2**20) as bag:
         bag.declare(IMU_TOPIC, imu.__msgtype__, "sensor")
         bag.declare(ODOMETRY_TOPIC, odometry.__msgtype__, "sensor")
         for k, time in enumerate(motion.time.tolist()):
             at = stamp(time // 10**9, time % 10**9)
             attitude, spin = rotor(*turn[k]), vector(*rate[k])
-            bag.add(IMU_TOPIC, imu.__msgtype__, time, STORE.serialize_cdr(imu(
-                header(at, "base_link"), attitude, none9, spin, none9, vector(*force[k]), none9), imu.__msgtype__))
-            bag.add(ODOMETRY_TOPIC, odometry.__msgtype__, time, STORE.serialize_cdr(odometry(
-                header(at, "odom"), "base_link", posed(pose(point(*place[k]), attitude), none36),
-                twisted(twist(vector(*velocity[k]), spin), none36)), odometry.__msgtype__))
+            bag.add(
+                IMU_TOPIC,
+                imu.__msgtype__,
+                time,
+                STORE.serialize_cdr(
+                    imu(header(at, "base_link"), attitude, none9, spin, none9, vector(*force[k]), none9),
+                    imu.__msgtype__,
+                ),
+            )
+            bag.add(
+                ODOMETRY_TOPIC,
+                odometry.__msgtype__,
+                time,
+                STORE.serialize_cdr(
+                    odometry(
+                        header(at, "odom"),
+                        "base_link",
+                        posed(pose(point(*place[k]), attitude), none36),
+                        twisted(twist(vector(*velocity[k]), spin), none36),
+                    ),
+                    odometry.__msgtype__,
+                ),
+            )
 
 
 def provenance(name: str, moved: Displacement, speed: float) -> dict[str, str]:
     """What the metadata of the bag says about its origin."""
     record = RECORDS[name]
     return {
-        "ship": record.ship, "source": record.derived or record.seapath,
+        "ship": record.ship,
+        "source": record.derived or record.seapath,
         "origin": "github.com/OceanDataTools/openrvdas, MIT licence, see bags/source/LICENSE.txt",
         "processing": f"interpolated from 1 Hz to {RATE} Hz by a C2 cubic spline; horizontal displacement and yaw "
-                      f"above 1/30 Hz; not a recording of an IMU",
+        f"above 1/30 Hz; not a recording of an IMU",
         "mean_speed_mps": f"{speed:g} (put in; not the ship's own)",
         "mean_heading_deg": f"{np.degrees(moved.heading) % 360:.2f} (recorded, true)",
-        "gravity_mps2": f"{GRAVITY:g}", "licence": "MIT",
+        "gravity_mps2": f"{GRAVITY:g}",
+        "licence": "MIT",
     }
 
 
@@ -199,13 +245,21 @@ def figures(name: str, moved: Displacement) -> list[str]:
         scale, unit = (1.0, "m") if column < 3 else (np.degrees(1.0), "deg")
         x = motion[:, column] - motion[:, column].mean()
         f, p = welch(x, RATE, nperseg=128 * RATE)
-        rows.append(f"| {name} | {label} | {x.std() * scale:.2f} {unit} | {abs(x).max() * scale:.2f} {unit} "
-                    f"| {1 / f[1:][p[1:].argmax()]:.1f} s |")
+        rows.append(
+            f"| {name} | {label} | {x.std() * scale:.2f} {unit} | {abs(x).max() * scale:.2f} {unit} "
+            f"| {1 / f[1:][p[1:].argmax()]:.1f} s |"
+        )
     return rows
 
 
-def make_bags(out: str | os.PathLike, data: str | os.PathLike | None = None, *, speed: float = SPEED,
-              only: Sequence[str] = (), force: bool = False) -> list[str]:
+def make_bags(
+    out: str | os.PathLike,
+    data: str | os.PathLike | None = None,
+    *,
+    speed: float = SPEED,
+    only: Sequence[str] = (),
+    force: bool = False,
+) -> list[str]:
     """Write the bags into the folder ``out``; returns the rows of the table in bags/README.md.
 
     data: folder of the source CSV files, None: the shipped ones; speed: mean speed ahead, m/s; only: names of RECORDS,

@@ -49,8 +49,15 @@ def _tables(block: type[Block]) -> list[str]:
 
 def _row(item: Declared) -> str:
     unit = {"": "", "1": "-"}.get(item.unit, item.unit)
-    cells = (f"`{item.key}`", _default(item.default), unit, item.interval or _words(item.annotation),
-             "fixed" if item.configure else "live", item.doc, item.source)
+    cells = (
+        f"`{item.key}`",
+        _default(item.default),
+        unit,
+        item.interval or _words(item.annotation),
+        "fixed" if item.configure else "live",
+        item.doc,
+        item.source,
+    )
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 

@@ -16,11 +16,11 @@ from ..io.motion_table import MotionError, read_table, sine_heave
 from ..io.replay import RecordedTow, Residual, read_tow, recorded_frames, residuals
 from ..io.resources import find_bag
 from ..sim.scene import Scene
-from .passes import Pass, Driven, Progress, silent
+from .passes import Driven, Pass, Progress, silent
 from .summary import SKIP, summarize
 
-HEAVE_SECONDS = 60.0   # s of a run under a sinusoidal heave where no duration is given
-DELIVERY = ("motion_age", "command_age")   # of a Frame: how its inputs came, not how the tow is
+HEAVE_SECONDS = 60.0  # s of a run under a sinusoidal heave where no duration is given
+DELIVERY = ("motion_age", "command_age")  # of a Frame: how its inputs came, not how the tow is
 # JSON names beside those of lab/summary.py: name, unit, meaning
 FIGURES = (
     ("departure_angle_deg", "deg", "mean angle of the departing cable from the downward vertical"),
@@ -34,6 +34,7 @@ FIGURES = (
     ("setpoint", "", "set-point algorithm"),
     ("imu_only", "", "true: odometry was left out"),
     ("motion_refused", "1", "motion messages refused or bridged, by cause"),
+    ("commands_refused", "1", "winch commands refused, by cause"),
     ("residuals", "", "`replay`: list of channel, quantity, unit, mean, rms, largest, count; ours less recorded"),
     ("largest_difference", "", "`replay`: largest difference of any field of `sim/health` over the common ticks"),
     ("node", "", "`live`: figures of the node, as in its statistics file"),
@@ -52,9 +53,17 @@ class Run:
     residuals: list[Residual] = field(default_factory=list)
 
 
-def run(scene: Scene | str | os.PathLike, motion: str | os.PathLike | None = None, *,
-        heave: tuple[float, float] | None = None, duration: float | None = None, algorithm: str | None = None,
-        imu_only: bool = False, out: str | os.PathLike | None = None, progress: Progress = silent) -> Run:
+def run(
+    scene: Scene | str | os.PathLike,
+    motion: str | os.PathLike | None = None,
+    *,
+    heave: tuple[float, float] | None = None,
+    duration: float | None = None,
+    algorithm: str | None = None,
+    imu_only: bool = False,
+    out: str | os.PathLike | None = None,
+    progress: Progress = silent,
+) -> Run:
     """Simulate a scene under the motion of a bag or CSV table, a sinusoidal heave, or on its mean track (motion None).
 
     heave: amplitude [m] and period [s], in place of ``motion``; duration: s, default all the motion there is, or a
@@ -75,11 +84,16 @@ def run(scene: Scene | str | os.PathLike, motion: str | os.PathLike | None = Non
     return result
 
 
-def replay(bag: str | os.PathLike, scene: Scene | str | os.PathLike | None = None, *,
-           out: str | os.PathLike | None = None, progress: Progress = silent) -> Run:
+def replay(
+    bag: str | os.PathLike,
+    scene: Scene | str | os.PathLike | None = None,
+    *,
+    out: str | os.PathLike | None = None,
+    progress: Progress = silent,
+) -> Run:
     """Simulate a recorded bag again and compare with what it recorded of the tow.
 
-    scene: default the one kept in the bag, else ``full_scale``. The start is the recorded one where the bag tells it.
+    scene: default the one kept in the bag, else ``full_scale``. The start is the recorded one where the bag has it.
     Raises as `run`.
     """
     target = _bag_path(out)
@@ -95,7 +109,8 @@ def replay(bag: str | os.PathLike, scene: Scene | str | os.PathLike | None = Non
     result.residuals = residuals(result.frames, tow)
     result.figures.update(
         residuals=[row._asdict() for row in result.residuals],
-        largest_difference=largest_difference(result.frames, frames))
+        largest_difference=largest_difference(result.frames, frames),
+    )
     _write_summary(out, result)
     return result
 
@@ -143,13 +158,22 @@ def _run_of(one: Pass, driven: Driven, bag: Path | None) -> Run:
         simulated = len(frames) * one.tick * 1e-9
         figures = summarize(frames, skip_s=0.0 if tow is None else SKIP, realtime_factor=simulated / driven.stepping_s)
         kept = frames[-1:] if tow is None else frames
-        figures.update(departure_angle_deg=float(np.degrees(kept["departure_angle"].mean())),
-                       contact_resultant_n=float(kept["contact_resultant"].mean()))
-    figures.update(ticks=len(frames), compile_s=driven.compile_s, start_s=driven.start_s, stepping_s=driven.stepping_s,
-                   scene=scene.name, motion="none" if tow is None else Path(tow.path).name,
-                   setpoint=scene.setpoint.algorithm.value)
+        figures.update(
+            departure_angle_deg=float(np.degrees(kept["departure_angle"].mean())),
+            contact_resultant_n=float(kept["contact_resultant"].mean()),
+        )
+    figures.update(
+        ticks=len(frames),
+        compile_s=driven.compile_s,
+        start_s=driven.start_s,
+        stepping_s=driven.stepping_s,
+        scene=scene.name,
+        motion="none" if tow is None else Path(tow.path).name,
+        setpoint=scene.setpoint.algorithm.value,
+    )
     if one.feeder is not None:
         figures["motion_refused"] = {cause: count for cause, count in one.feeder.ingest.counts.items() if count}
+        figures["commands_refused"] = dict(one.feeder.commands.refused)
     return Run(frames, figures, driven.problem, bag)
 
 
@@ -157,9 +181,11 @@ def _bag_path(out) -> Path | None:
     if out is None:
         return None
     bag = Path(out) / "tow"
-    if bag.exists():   # said before the run, not after it
-        raise BagError(f"'{bag}' exists already: nothing was simulated, a recording is not overwritten; "
-                       "give another folder with --out, or remove it")
+    if bag.exists():  # said before the run, not after it
+        raise BagError(
+            f"'{bag}' exists already: nothing was simulated, a recording is not overwritten; "
+            "give another folder with --out, or remove it"
+        )
     Path(out).mkdir(parents=True, exist_ok=True)
     return bag
 

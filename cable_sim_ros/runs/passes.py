@@ -16,25 +16,25 @@ from .. import __version__
 from ..io.bag import BagWriter
 from ..io.channels import Context, Encoder
 from ..io.load import SceneWarning, dump_scene
+from ..io.messages import KINDS, Refused, decode_imu, decode_odometry
 from ..io.replay import Event, Feeder, RecordedTow, late_ticks
-from ..io.wire import KINDS, Refused, decode_imu, decode_odometry
+from ..physics.frame import FRAME
 from ..physics.heave import Heave, MotionInput
 from ..sim import checks
-from ..physics.frame import FRAME
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator, SolverError
 
 SECOND = 1_000_000_000
-AHEAD = SECOND // 10        # motion is pushed this far past the end of a chunk, so that no tick looks past the newest
-CHUNK = 1.0                 # s, at most
-RING_SHARE = 400            # samples a chunk may bring: less than half the ring
-SETTLE = 5.0                # s of a run without motion
-HEADING_OVER = 60.0         # s of motion whose mean yaw is the heading of the start
-Progress = Callable[[str, float, float], None]   # what is done, seconds done, seconds in all (0 = not known)
+AHEAD = SECOND // 10  # motion is pushed this far past the end of a chunk, so that no tick looks past the newest
+CHUNK = 1.0  # s, at most
+RING_SHARE = 400  # samples a chunk may bring: less than half the ring
+SETTLE = 5.0  # s of a run without motion
+HEADING_OVER = 60.0  # s of motion whose mean yaw is the heading of the start
+Progress = Callable[[str, float, float], None]  # what is done, seconds done, seconds in all (0 = not known)
 
 
 def silent(what: str, done: float, total: float) -> None:
-    """Progress that tells nobody."""
+    """Progress that is not reported."""
 
 
 class Start(NamedTuple):
@@ -61,8 +61,9 @@ class Pass:
     tow: recorded motion, None for the mean track; recorded: Frames of the run to repeat, None for a fresh start.
     """
 
-    def __init__(self, scene: Scene, tow: RecordedTow | None, recorded: np.recarray | None = None,
-                 progress: Progress = silent) -> None:
+    def __init__(
+        self, scene: Scene, tow: RecordedTow | None, recorded: np.recarray | None = None, progress: Progress = silent
+    ) -> None:
         self.scene, self.tow, self.progress = scene, tow, progress
         self.recorded = recorded
         self.sim = Simulator(scene)
@@ -118,7 +119,7 @@ class Pass:
         chunk = max(1, min(round(CHUNK * SECOND), self._ring_limit()) // self.tick)
         recording = None
         if bag is not None:
-            recording = _Recording(bag, self.scene, start, self.tow)
+            recording = _RunRecorder(bag, self.scene, start, self.tow)
         parts, done, stepping, problem, now = [], 0, 0.0, "", start.time
         try:
             while done < ticks and not problem:
@@ -158,17 +159,23 @@ class Pass:
         return round(CHUNK * SECOND) if self.tow is None else round(RING_SHARE / max(1.0, self.tow.rate) * SECOND)
 
 
-class _Recording:
+class _RunRecorder:
     """Every channel and every input of a run in one bag; nothing from a clock: the same run has the same bytes."""
 
     def __init__(self, path: Path, scene: Scene, start: Start, tow: RecordedTow | None) -> None:
         self.context = Context()
         self.encoder = Encoder(self.context, scene.solver.tick)
-        about = {"scene": scene.name, "scene_yaml": dump_scene(scene), "cable_sim_ros": __version__,
-                 "namespace": self.context.namespace, "motion": "none" if tow is None else Path(tow.path).name,
-                 "start_time_ns": str(start.time), "start_position_m": json.dumps(start.position)}
+        about = {
+            "scene": scene.name,
+            "scene_yaml": dump_scene(scene),
+            "cable_sim_ros": __version__,
+            "namespace": self.context.namespace,
+            "motion": "none" if tow is None else Path(tow.path).name,
+            "start_time_ns": str(start.time),
+            "start_position_m": json.dumps(start.position),
+        }
         if tow is not None and "node" in tow.about:
-            about["node"] = tow.about["node"]   # so that this one can be replayed too
+            about["node"] = tow.about["node"]  # so that this one can be replayed too
         if start.heading is not None:
             about["start_heading_rad"] = repr(start.heading)
         self.writer = BagWriter(path, custom_data=about)
@@ -190,15 +197,16 @@ def _taken_in(tow: RecordedTow) -> tuple[MotionInput, Heave]:
     """How the recording node took its motion in, where the bag says so; keys of other versions are left out."""
     try:
         node = json.loads(tow.about["node"])
-        return tuple(block.model_validate({key: value for key, value in node.get(name, {}).items()
-                                           if key in block.model_fields})
-                     for name, block in (("motion", MotionInput), ("heave", Heave)))
+        return tuple(
+            block.model_validate({key: value for key, value in node.get(name, {}).items() if key in block.model_fields})
+            for name, block in (("motion", MotionInput), ("heave", Heave))
+        )
     except (KeyError, ValueError, TypeError, AttributeError):
         return MotionInput(), Heave()
 
 
 def _start_before(frame: np.record, scene: Scene, tick: int) -> Start:
-    """Start of a run whose bag does not tell it, from its first Frame: the ship still is on its mean track there."""
+    """Start of a run whose bag does not have it, from its first Frame: the ship still is on its mean track there."""
     x, y, z, w = frame["ship_quaternion"]
     yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
     ahead = scene.ship.tow_speed * int(frame["tick"]) * tick * 1e-9
@@ -208,7 +216,7 @@ def _start_before(frame: np.record, scene: Scene, tick: int) -> Start:
 
 def _warn_of_travel(scene: Scene, payout: np.ndarray) -> None:
     """Warn where the winch took a coarse element onto the sheave, or had too little cable on the drum."""
-    if min(checks.fine_zone(scene)) > 0.0 and len(payout):   # else the scene itself has been warned of
+    if min(checks.fine_zone(scene)) > 0.0 and len(payout):  # else the scene itself has been warned of
         for caution in checks.travel_cautions(scene, max(0.0, -payout.min()), max(0.0, payout.max())):
             warnings.warn(f"{scene.name}: {caution.key} {caution.text}. {caution.remedy}", SceneWarning, stacklevel=3)
 

@@ -9,26 +9,41 @@ from pathlib import Path
 
 import numpy as np
 
-from ..io.recording import Recording, load_run
+from ..io.recorded_run import RecordedRun, load_run
 from ..physics.frame import CONTACT_COLUMNS
 from .summary import SKIP, after_start, summarize, tow_axes
 
-SIZE = (16.0, 10.0)   # inches; 1600 x 1000 at 100 dots per inch
+SIZE = (16.0, 10.0)  # inches; 1600 x 1000 at 100 dots per inch
 INK, FAINT = "#1b2733", "#8a949e"
 BLUE, ORANGE, PURPLE, WATER = "#1f6fb2", "#d4651b", "#6a4c9c", "#9cc4e4"
-PORT, STARBOARD = "#c23b33", "#2a8a5e"   # as the side lights
+PORT, STARBOARD = "#c23b33", "#2a8a5e"  # as the side lights
 COLUMN = {name: k for k, (name, _) in enumerate(CONTACT_COLUMNS)}
 STYLE = {
-    "font.family": "DejaVu Sans", "font.size": 12, "axes.titlesize": 14, "axes.titleweight": "bold",
-    "axes.titlelocation": "left", "axes.labelsize": 12, "axes.edgecolor": FAINT, "axes.labelcolor": INK,
-    "text.color": INK, "xtick.color": INK, "ytick.color": INK, "axes.grid": True, "grid.color": "#e3e7eb",
-    "axes.spines.top": False, "axes.spines.right": False, "axes.axisbelow": True, "legend.frameon": False,
-    "axes.formatter.useoffset": False, "lines.solid_capstyle": "round",
+    "font.family": "DejaVu Sans",
+    "font.size": 12,
+    "axes.titlesize": 14,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelsize": 12,
+    "axes.edgecolor": FAINT,
+    "axes.labelcolor": INK,
+    "text.color": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "axes.grid": True,
+    "grid.color": "#e3e7eb",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "legend.frameon": False,
+    "axes.formatter.useoffset": False,
+    "lines.solid_capstyle": "round",
 }
 
 
-def draw_run(run: Recording | str | os.PathLike, out: str | os.PathLike, *, title: str | None = None,
-             skip_s: float = SKIP) -> Path:
+def draw_run(
+    run: RecordedRun | str | os.PathLike, out: str | os.PathLike, *, title: str | None = None, skip_s: float = SKIP
+) -> Path:
     """Draw a run to an image file and return its path.
 
     run: recording or path of a bag; out: file, its suffix says the format; title: scene name if not given;
@@ -39,17 +54,18 @@ def draw_run(run: Recording | str | os.PathLike, out: str | os.PathLike, *, titl
         import matplotlib
     except ImportError:
         raise RuntimeError("matplotlib is not installed: no picture was drawn; install cable_sim_ros[viz]") from None
-    run = run if isinstance(run, Recording) else load_run(run)
+    run = run if isinstance(run, RecordedRun) else load_run(run)
     with matplotlib.rc_context(STYLE):
-        metadata = {"Software": None} if Path(out).suffix == ".png" else None   # same run, same bytes
+        metadata = {"Software": None} if Path(out).suffix == ".png" else None  # same run, same bytes
         compose(run, title or run.custom_data.get("scene", "Cable tow"), skip_s).savefig(out, metadata=metadata)
     return Path(out)
 
 
-def compose(run: Recording, title: str, skip_s: float):
+def compose(run: RecordedRun, title: str, skip_s: float):
     """The matplotlib Figure of a run; no pyplot, so no window system, no state, any thread."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
+
     figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
     FigureCanvasAgg(figure)
     panels = figure.subplots(2, 2, gridspec_kw={"width_ratios": [1.12, 1.0]})
@@ -59,50 +75,61 @@ def compose(run: Recording, title: str, skip_s: float):
     heave(panels[1, 0], run, skip_s)
     contact(panels[1, 1], run, skip_s)
     figure.text(0.065, 0.945, title, size=20, weight="bold")
-    figure.text(0.065, 0.025, "\n".join(textwrap.wrap(caption(run, skip_s), 172)), size=12, linespacing=1.5,
-                va="bottom")
+    figure.text(
+        0.065, 0.025, "\n".join(textwrap.wrap(caption(run, skip_s), 172)), size=12, linespacing=1.5, va="bottom"
+    )
     return figure
 
 
-def caption(run: Recording, skip_s: float) -> str:
+def caption(run: RecordedRun, skip_s: float) -> str:
     """Key figures of the run in a few sentences, numbers tied to their units."""
     s = summarize(run.frames, skip_s=skip_s)
-    text = (f"{s['duration_s']:.0f} s simulated, the first {s['skip_s']:.0f} s (grey) left out of these figures. "
-            f"Tension at the sheave {s['tension_mean_n'] / 1e3:.2f} kN mean, {s['tension_std_n'] / 1e3:.3f} kN std, "
-            f"{s['tension_min_n'] / 1e3:.2f} to {s['tension_max_n'] / 1e3:.2f} kN. "
-            f"Towbody {s['body_depth_m']:.1f} m deep, std {s['body_depth_std_m']:.2f} m, "
-            f"{-s['body_position_m'][0]:.1f} m astern of the sheave; "
-            f"95 % ellipsoid {s['ellipsoid_volume_m3']:.3g} m³. "
-            f"Sheave heave std {s['sheave_heave_std_m']:.2f} m. "
-            f"Contact resultant {s['contact_resultant_mean_n'] / 1e3:.2f} kN mean, "
-            f"wrap {s['wrap_angle_mean_deg']:.0f}° mean.")
+    text = (
+        f"{s['duration_s']:.0f} s simulated, the first {s['skip_s']:.0f} s (grey) left out of these figures. "
+        f"Tension at the sheave {s['tension_mean_n'] / 1e3:.2f} kN mean, {s['tension_std_n'] / 1e3:.3f} kN std, "
+        f"{s['tension_min_n'] / 1e3:.2f} to {s['tension_max_n'] / 1e3:.2f} kN. "
+        f"Towbody {s['body_depth_m']:.1f} m deep, std {s['body_depth_std_m']:.2f} m, "
+        f"{-s['body_position_m'][0]:.1f} m astern of the sheave; "
+        f"95 % ellipsoid {s['ellipsoid_volume_m3']:.3g} m³. "
+        f"Sheave heave std {s['sheave_heave_std_m']:.2f} m. "
+        f"Contact resultant {s['contact_resultant_mean_n'] / 1e3:.2f} kN mean, "
+        f"wrap {s['wrap_angle_mean_deg']:.0f}° mean."
+    )
     return re.sub(r"(?<=\d) (?=(s|kN|m|m³|%)\b)", "\u00a0", text)
 
 
-def seconds(run: Recording) -> np.ndarray:
+def seconds(run: RecordedRun) -> np.ndarray:
     """Time of the Frames from the first one [s]."""
     return (run.frames["time"] - run.frames["time"][0]) * 1e-9
 
 
-def side_view(axes, run: Recording) -> None:
+def side_view(axes, run: RecordedRun) -> None:
     """Cable at the end of the run, coloured by tension, earlier ones faint; sheave at 0, water surface, ship."""
     from matplotlib.collections import LineCollection
+
     axes.set_title("Cable from the side, end of the run")
     axes.set_xlabel("along the tow, from the sheave [m]")
     axes.set_ylabel("height above the water [m]")
     forward = tow_axes(run.frames)[0]
     at = np.searchsorted(run.frames["time"], [time for time, _ in run.shapes])
     frames = run.frames[np.minimum(at, len(run.frames) - 1)]
-    curves = [np.column_stack([(table[:, :2] - frame["sheave_position"][:2]) @ forward, table[:, 2]])
-              for (_, table), frame in zip(run.shapes, frames)]
-    for curve in curves[::max(1, len(curves) // 20)]:
+    curves = [
+        np.column_stack([(table[:, :2] - frame["sheave_position"][:2]) @ forward, table[:, 2]])
+        for (_, table), frame in zip(run.shapes, frames)
+    ]
+    for curve in curves[:: max(1, len(curves) // 20)]:
         axes.plot(*curve.T, color=FAINT, lw=0.6, alpha=0.5)
     last = run.frames[-1]
     if curves:
         tension_kn = run.shapes[-1][1][:, 3] / 1e3
         points = curves[-1][:, None]
-        line = LineCollection(np.concatenate([points[:-1], points[1:]], axis=1), cmap="viridis", lw=3,
-                              array=0.5 * (tension_kn[:-1] + tension_kn[1:]), capstyle="round")
+        line = LineCollection(
+            np.concatenate([points[:-1], points[1:]], axis=1),
+            cmap="viridis",
+            lw=3,
+            array=0.5 * (tension_kn[:-1] + tension_kn[1:]),
+            capstyle="round",
+        )
         axes.add_collection(line)
         bar = axes.figure.colorbar(line, ax=axes, pad=0.015, fraction=0.04)
         bar.set_label("tension [kN]")
@@ -112,18 +139,32 @@ def side_view(axes, run: Recording) -> None:
     length = 2.0 * max((last["ship_position"] - last["sheave_position"])[:2] @ forward, 5.0)
     hull = np.array([[0.02, 0.05], [0.9, 0.06], [1.05, 0.10], [0.92, -0.07], [0.12, -0.07], [0.02, -0.02]]) * length
     axes.fill(*hull.T, color="#b4bcc4", zorder=2, lw=0)
-    axes.annotate("ship", (0.55 * length, 0.10 * length), xytext=(0, 5), textcoords="offset points",
-                  ha="center", color=FAINT)
+    axes.annotate(
+        "ship", (0.55 * length, 0.10 * length), xytext=(0, 5), textcoords="offset points", ha="center", color=FAINT
+    )
     axes.axhline(0.0, color=WATER, lw=2, zorder=1)
     axes.plot(*sheave, "o", color=INK, ms=7, mfc="white", mew=2, zorder=4)
     axes.plot(*body, "D", color=ORANGE, ms=9, zorder=4)
-    axes.annotate("towbody", body, xytext=(0, 12), textcoords="offset points", ha="center",
-                  color=ORANGE, weight="bold")
+    axes.annotate("towbody", body, xytext=(0, 12), textcoords="offset points", ha="center", color=ORANGE, weight="bold")
     axes.annotate("sheave", sheave, xytext=(-8, 9), textcoords="offset points", ha="right", weight="bold")
-    axes.annotate("water surface", (0.01, 0.0), xycoords=axes.get_yaxis_transform(), xytext=(0, -16),
-                  textcoords="offset points", color=BLUE)
-    axes.annotate("tow direction", (0.99, 0.5), xycoords="axes fraction", xytext=(0.80, 0.5), va="center", ha="right",
-                  arrowprops={"arrowstyle": "->", "color": FAINT, "lw": 1.5}, color=FAINT)
+    axes.annotate(
+        "water surface",
+        (0.01, 0.0),
+        xycoords=axes.get_yaxis_transform(),
+        xytext=(0, -16),
+        textcoords="offset points",
+        color=BLUE,
+    )
+    axes.annotate(
+        "tow direction",
+        (0.99, 0.5),
+        xycoords="axes fraction",
+        xytext=(0.80, 0.5),
+        va="center",
+        ha="right",
+        arrowprops={"arrowstyle": "->", "color": FAINT, "lw": 1.5},
+        color=FAINT,
+    )
     _equal_scales(axes, (body[0], 1.05 * length), (body[1], 0.15 * length), margin=0.1)
 
 
@@ -143,14 +184,14 @@ def _least_span(axes, span: float) -> None:
         axes.set_ylim(0.5 * (low + high - span), 0.5 * (low + high + span))
 
 
-def _shade(axes, run: Recording, skip_s: float) -> None:
+def _shade(axes, run: RecordedRun, skip_s: float) -> None:
     skip = after_start(run.frames, skip_s)[1]
     axes.set_xlim(0, max(seconds(run)[-1], 1e-3))
     axes.axvspan(0, skip, color="#eef0f2", lw=0, zorder=0)
     axes.set_xlabel("time [s]")
 
 
-def tension(axes, run: Recording, skip_s: float) -> None:
+def tension(axes, run: RecordedRun, skip_s: float) -> None:
     """Tension at the sheave over time with its mean and standard deviation."""
     axes.set_title("Tension at the sheave")
     axes.set_ylabel("tension [kN]")
@@ -159,13 +200,20 @@ def tension(axes, run: Recording, skip_s: float) -> None:
     mean, std = kept.mean(), kept.std()
     axes.axhspan(mean - std, mean + std, color=BLUE, alpha=0.10, lw=0)
     axes.axhline(mean, color=INK, lw=1, ls=(0, (6, 4)))
-    axes.annotate("mean\n± std", (1.0, mean), xycoords=axes.get_yaxis_transform(), xytext=(6, 0),
-                  textcoords="offset points", va="center", size=11)
+    axes.annotate(
+        "mean\n± std",
+        (1.0, mean),
+        xycoords=axes.get_yaxis_transform(),
+        xytext=(6, 0),
+        textcoords="offset points",
+        va="center",
+        size=11,
+    )
     _least_span(axes, 0.02 * abs(mean))
     _shade(axes, run, skip_s)
 
 
-def heave(axes, run: Recording, skip_s: float) -> None:
+def heave(axes, run: RecordedRun, skip_s: float) -> None:
     """Depth of the towbody on the left axis, height of the sheave on the right one."""
     axes.set_title("Towbody depth and sheave heave")
     time, kept = seconds(run), after_start(run.frames, skip_s)[0]
@@ -185,7 +233,7 @@ def heave(axes, run: Recording, skip_s: float) -> None:
     _shade(axes, run, skip_s)
 
 
-def contact_bands(run: Recording, skip_s: float, points: int = 181) -> tuple[np.ndarray, np.ndarray] | None:
+def contact_bands(run: RecordedRun, skip_s: float, points: int = 181) -> tuple[np.ndarray, np.ndarray] | None:
     """Wrap angles [points] rad and line load [messages, 2 flanks, points] N/m of every contact message after the start;
     None if no station was ever in the table. Outside the stations the load is 0."""
     start = after_start(run.frames, skip_s)[0]["time"][0]
@@ -202,7 +250,7 @@ def contact_bands(run: Recording, skip_s: float, points: int = 181) -> tuple[np.
     return grid, loads
 
 
-def contact(axes, run: Recording, skip_s: float) -> None:
+def contact(axes, run: RecordedRun, skip_s: float) -> None:
     """Line load of both flanks against the wrap angle: mean, and band from least to largest."""
     axes.set_title("Contact along the sheave")
     axes.set_xlabel("angle about the sheave axis from its top, outboard positive [°]")
@@ -218,5 +266,5 @@ def contact(axes, run: Recording, skip_s: float) -> None:
         axes.plot(grid, loads[:, side].mean(axis=0), color=color, lw=2, ls=style, label=f"{label}, mean")
     axes.fill_between([], [], color=FAINT, alpha=0.3, lw=0, label="least to largest")
     axes.set_xlim(grid[0], grid[-1])
-    axes.set_ylim(0, 1.2 * max(loads.max(), 1e-3))   # room for the legend
+    axes.set_ylim(0, 1.2 * max(loads.max(), 1e-3))  # room for the legend
     axes.legend(loc="upper center", ncols=3, fontsize=11, borderaxespad=0.2)

@@ -14,9 +14,14 @@ def progress_bar(quiet: bool):
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
     columns = TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[now]}"), TimeElapsedColumn()
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("loading", total=None, now="")
         yield lambda what, done, total: bar.update(
-            task, description=what, completed=done, total=total or None,
-            now=f"{done:.0f} of {total:.0f} s" if total else "")
+            task,
+            description=what,
+            completed=done,
+            total=total or None,
+            now=f"{done:.0f} of {total:.0f} s" if total else "",
+        )

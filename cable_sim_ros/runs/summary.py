@@ -11,10 +11,10 @@ from scipy.stats import chi2
 
 from ..physics.frame import Flag
 
-SKIP = 20.0       # s
-SHARE = 0.95      # of the towbody positions inside the ellipsoid
-FLAT = 1e-6       # m; an ellipsoid whose least standard deviation is below this has no volume
-AT_REST = 0.05    # m/s; a slower ship has no track, its heading is taken instead
+SKIP = 20.0  # s
+SHARE = 0.95  # of the towbody positions inside the ellipsoid
+FLAT = 1e-6  # m; an ellipsoid whose least standard deviation is below this has no volume
+AT_REST = 0.05  # m/s; a slower ship has no track, its heading is taken instead
 
 # name, unit, meaning
 SUMMARY = (
@@ -24,12 +24,23 @@ SUMMARY = (
     ("tension_max_n", "N", "its largest value"),
     ("body_depth_m", "m", "mean depth of the towbody below the mean water surface"),
     ("body_depth_std_m", "m", "its standard deviation"),
-    ("body_position_m", "m", "mean towbody position: forward and to port of the sheave along the mean tow, "
-                             "height above the water"),
-    ("ellipsoid_volume_m3", "m^3", "volume of the ellipsoid of the covariance of the towbody positions, in the frame "
-                                   "of the mean tow, that holds 95 % of normally distributed ones (chi-square, 3)"),
-    ("ellipsoid_volume_points_m3", "m^3", "volume of the ellipsoid of the same shape that holds 95 % of the positions "
-                                          "themselves (Westin 2018, section 4.3)"),
+    (
+        "body_position_m",
+        "m",
+        "mean towbody position: forward and to port of the sheave along the mean tow, height above the water",
+    ),
+    (
+        "ellipsoid_volume_m3",
+        "m^3",
+        "volume of the ellipsoid of the covariance of the towbody positions, in the frame "
+        "of the mean tow, that holds 95 % of normally distributed ones (chi-square, 3)",
+    ),
+    (
+        "ellipsoid_volume_points_m3",
+        "m^3",
+        "volume of the ellipsoid of the same shape that holds 95 % of the positions "
+        "themselves (Westin 2018, section 4.3)",
+    ),
     ("contact_resultant_mean_n", "N", "mean resultant of the cable on the sheave"),
     ("contact_resultant_max_n", "N", "its largest value"),
     ("wrap_angle_mean_deg", "deg", "mean arc between the first and the last loaded station"),
@@ -93,8 +104,9 @@ def summarize(frames: np.recarray, *, skip_s: float = SKIP, **outside: float | N
     what the Frames do not know, by the names in OUTSIDE, None where unknown. ValueError for no Frames or a bad skip.
     """
     if unknown := set(outside) - set(OUTSIDE):
-        raise TypeError(f"no summary field is called {', '.join(sorted(unknown))}: known from outside are "
-                        f"{', '.join(OUTSIDE)}")
+        raise TypeError(
+            f"no summary field is called {', '.join(sorted(unknown))}: known from outside are {', '.join(OUTSIDE)}"
+        )
     if not len(frames):
         raise ValueError("no frames: there is nothing to summarise; record at least one tick")
     if not skip_s >= 0:
@@ -104,22 +116,29 @@ def summarize(frames: np.recarray, *, skip_s: float = SKIP, **outside: float | N
     offset = (kept["body_position"] - kept["sheave_position"])[:, :2].mean(axis=0)
     volume, volume_points = ellipsoid_volume((kept["time"] - kept["time"][0]) * 1e-9, kept["body_position"])
     figures = {
-        "tension_mean_n": tension.mean(), "tension_std_n": tension.std(),
-        "tension_min_n": tension.min(), "tension_max_n": tension.max(),
-        "body_depth_m": depth.mean(), "body_depth_std_m": depth.std(),
+        "tension_mean_n": tension.mean(),
+        "tension_std_n": tension.std(),
+        "tension_min_n": tension.min(),
+        "tension_max_n": tension.max(),
+        "body_depth_m": depth.mean(),
+        "body_depth_std_m": depth.std(),
         "body_position_m": [*map(float, tow_axes(kept) @ offset), float(-depth.mean())],
-        "ellipsoid_volume_m3": volume, "ellipsoid_volume_points_m3": volume_points,
+        "ellipsoid_volume_m3": volume,
+        "ellipsoid_volume_points_m3": volume_points,
         "contact_resultant_mean_n": kept["contact_resultant"].mean(),
         "contact_resultant_max_n": kept["contact_resultant"].max(),
         "wrap_angle_mean_deg": np.degrees(kept["wrap_angle"].mean()),
         "sheave_heave_std_m": kept["sheave_position"][:, 2].std(),
-        "duration_s": (frames["time"][-1] - frames["time"][0]) * 1e-9, "skip_s": skip,
-        "steps": int(frames["substeps"].sum()), "iterations": int(frames["iterations"].sum()),
+        "duration_s": (frames["time"][-1] - frames["time"][0]) * 1e-9,
+        "skip_s": skip,
+        "steps": int(frames["substeps"].sum()),
+        "iterations": int(frames["iterations"].sum()),
         "flags": {flag.name: count for flag in Flag if flag and (count := int(np.sum(frames["status"] & flag != 0)))},
         **{name: outside.get(name) for name in OUTSIDE},
     }
-    return {name: float(figures[name]) if isinstance(figures[name], np.floating) else figures[name]
-            for name, *_ in SUMMARY}
+    return {
+        name: float(figures[name]) if isinstance(figures[name], np.floating) else figures[name] for name, *_ in SUMMARY
+    }
 
 
 def format_value(value: object) -> str:
@@ -134,6 +153,7 @@ def format_value(value: object) -> str:
 def summary_table(summary: dict, title: str = "Summary"):
     """The summary as a `rich` table; figures that are not known are left out."""
     from rich.table import Table
+
     table = Table(title=title, title_justify="left")
     table.add_column("figure")
     table.add_column("value", justify="right")

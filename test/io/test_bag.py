@@ -20,8 +20,8 @@ from synthetic import make_frames, write_run
 
 from cable_sim_ros.io.bag import BagError, BagWriter, Message, read_bag, read_metadata, recover
 from cable_sim_ros.io.channels import CHANNELS, Context, decode, serialize
+from cable_sim_ros.io.recorded_run import load_run
 from cable_sim_ros.io.recorder import Recorder
-from cable_sim_ros.io.recording import load_run
 from cable_sim_ros.io.typestore import STORE, definition, type_hash
 
 ROOT = Path(__file__).parents[2]

@@ -20,7 +20,7 @@ from cable_sim_ros.io.channels import (
     rotate,
     serialize,
 )
-from cable_sim_ros.io.plain import NAMES, plain
+from cable_sim_ros.io.frame_numbers import NAMES, numbers_of
 from cable_sim_ros.io.typestore import STORE
 from cable_sim_ros.physics.frame import CONTACT_COLUMNS, FIELDS, FRAME, SHAPE_COLUMNS
 
@@ -220,7 +220,7 @@ def test_rows_past_the_filled_stations_are_not_looked_at():
 def test_huge_finite_frame_is_no_false_alarm():
     frame = make_frames(1)[0]
     frame["kinetic_energy"] = frame["strain_energy"] = 1.7e308  # their sum overflows
-    assert plain(frame).kinetic_energy == 1.7e308
+    assert numbers_of(frame).kinetic_energy == 1.7e308
 
 
 def test_rates():

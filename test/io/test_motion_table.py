@@ -8,8 +8,8 @@ from math import cos, pi, radians, sin
 import numpy as np
 import pytest
 
+from cable_sim_ros.io.messages import decode_odometry
 from cable_sim_ros.io.motion_table import COLUMNS, MotionError, MotionWarning, read_table, sine_heave
-from cable_sim_ros.io.wire import decode_odometry
 from cable_sim_ros.physics.ship import Ship
 from cable_sim_ros.sim.attitude import angle_rates, to_world
 

@@ -5,13 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_motion import BAGS, IMU, ODOMETRY, STEP, T0, S, imu, ingest, newest, odometry, samples
+from test_motion import BAGS, STEP, T0, S, imu, ingest, newest, odometry, samples
 
-from cable_sim_ros.io.consistent import Consistent
+from cable_sim_ros.io.messages import read_motion
 from cable_sim_ros.io.motion import MotionIngest
+from cable_sim_ros.io.position_rate_fit import PositionRateFit
 from cable_sim_ros.io.replay import Event, RecordedTow
 from cable_sim_ros.io.stamps import SOUGHT, RegularStamps
-from cable_sim_ros.io.wire import read_motion
+from cable_sim_ros.physics.frame import Source
 from cable_sim_ros.physics.heave import Heave, MotionInput
 from cable_sim_ros.physics.inputs import EPOCH, SOURCE, make_inputs
 from cable_sim_ros.physics.ship import Ship
@@ -39,7 +40,7 @@ def jittered(t, jitter, seed=1):
 
 def through(t, stamps, measured, regular=0.2, time=3.0):
     """(time used [s], rows [n, 12], stage) of samples through both stages."""
-    line, fit, rows, used = RegularStamps(regular), Consistent(time), [], []
+    line, fit, rows, used = RegularStamps(regular), PositionRateFit(time), [], []
     for stamp, row in zip(stamps.tolist(), measured):
         used.append(line.take(stamp))
         rows.append(fit.push((used[-1] - used[-2]) * 1e-9 if len(used) > 1 else 0.0, row))
@@ -261,8 +262,8 @@ def test_the_imu_takes_over_from_rough_odometry_and_has_its_own_stamps():
     send(it, t[:500], x[:500], v[:500], stamps=stamps[:500], imu_too=True)
     send(it, t[500:], x[500:], v[500:], stamps=stamps[500:], imu_too=True, odometry_too=False)
     times, rows = samples(it)
-    taken = rows[:, SOURCE] == IMU
-    assert rows[0, SOURCE] == ODOMETRY and taken[-1] and it.epoch == 2 and np.all(np.diff(times) > 0)
+    taken = rows[:, SOURCE] == Source.IMU
+    assert rows[0, SOURCE] == Source.ODOMETRY and taken[-1] and it.epoch == 2 and np.all(np.diff(times) > 0)
     assert rms(np.diff(times[taken]) * 1e-9 - 0.02) < 1e-4
     assert it.report(T0)["imu_stamps_regular"]
 

@@ -1,4 +1,4 @@
-"""The live run: node and player in processes of their own, and what is told when one of them fails."""
+"""The live run: node and player in processes of their own, and what is reported when one of them fails."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def own(world, monkeypatch):
 
 
 def test_live_returns_figures_and_a_bag(own, bag):
-    from cable_sim_ros.io.recording import load_run
+    from cable_sim_ros.io.recorded_run import load_run
     from cable_sim_ros.ros.live import live
 
     phases = []
@@ -43,7 +43,7 @@ def test_live_returns_figures_and_a_bag(own, bag):
     assert phases[-1] == "running in real time"
 
 
-def test_a_node_that_fails_is_told_with_its_last_lines(own, bag, monkeypatch):
+def test_a_node_that_fails_is_reported_with_its_last_lines(own, bag, monkeypatch):
     from cable_sim_ros.ros.live import LiveError, live
 
     monkeypatch.setenv("FAKE_START_FAILS", "1")
@@ -51,7 +51,7 @@ def test_a_node_that_fails_is_told_with_its_last_lines(own, bag, monkeypatch):
         live(bag, "full_scale", 4.0, own.folder / "out", domain=own.domain, node_command=FAKE, progress=lambda *_: None)
 
 
-def test_a_bag_that_is_none_is_told(own):
+def test_a_bag_that_is_none_is_reported(own):
     from cable_sim_ros.ros.live import LiveError, live
 
     with pytest.raises(LiveError, match="(?s)player.*no such bag"):

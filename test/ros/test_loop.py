@@ -22,7 +22,7 @@ import fake_sim
 fake_sim.install()
 import numpy as np
 from cable_sim_ros.ros import loop as L
-from cable_sim_ros.sim import drive
+from cable_sim_ros.sim import entry
 
 class Scene:
     class solver: tick = 0.01
@@ -58,7 +58,7 @@ loop.stop()
 times = [loop.row(k).time for k in range(loop.count - 100, loop.count)]
 print(json.dumps(dict(steps=sorted(set(np.diff(times).tolist())), new_resyncs=int(loop.control[L.RESYNCS]) - resyncs,
     skipped=int(loop.control[L.SKIPPED]), overruns=loop.overruns, lag=lag, later=later,
-    count=loop.count, reached=int(loop.control[L.REACHED]), hits=sum(drive._drive.stats.cache_hits.values()))))
+    count=loop.count, reached=int(loop.control[L.REACHED]), hits=sum(entry._drive.stats.cache_hits.values()))))
 loop.close()
 """
 
@@ -92,7 +92,7 @@ SECOND = 10**9
 
 
 def test_the_clock_takes_the_least_delay():
-    from cable_sim_ros.ros.clock import DataClock
+    from cable_sim_ros.io.clock import DataClock
 
     clock = DataClock()
     assert clock.now(0) is None
@@ -103,7 +103,7 @@ def test_the_clock_takes_the_least_delay():
 
 
 def test_the_clock_follows_a_drift_upwards():
-    from cable_sim_ros.ros.clock import DataClock
+    from cable_sim_ros.io.clock import DataClock
 
     clock = DataClock()
     for k in range(60):
@@ -112,7 +112,7 @@ def test_the_clock_follows_a_drift_upwards():
 
 
 def test_one_wild_stamp_is_no_jump_but_five_are():
-    from cable_sim_ros.ros.clock import DataClock
+    from cable_sim_ros.io.clock import DataClock
 
     clock = DataClock()
     clock.update(100 * SECOND, 0)

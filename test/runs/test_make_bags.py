@@ -11,7 +11,7 @@ from rosbags.highlevel import AnyReader
 from scipy.interpolate import CubicSpline
 
 from cable_sim_ros.io.bag import BagError, read_bag, read_metadata
-from cable_sim_ros.io.wire import decode_imu, decode_odometry
+from cable_sim_ros.io.messages import decode_imu, decode_odometry
 from cable_sim_ros.runs.make_bags import (
     GRAVITY,
     IMU_TOPIC,
@@ -74,7 +74,9 @@ def test_shipped_bags_are_what_the_script_makes(made, name):
 def test_shipped_bags_are_rosbag2_with_their_provenance(name):
     with AnyReader([BAGS / name]) as reader:
         assert {(c.topic, c.msgtype) for c in reader.connections} == {
-            (IMU_TOPIC, "sensor_msgs/msg/Imu"), (ODOMETRY_TOPIC, "nav_msgs/msg/Odometry")}
+            (IMU_TOPIC, "sensor_msgs/msg/Imu"),
+            (ODOMETRY_TOPIC, "nav_msgs/msg/Odometry"),
+        }
         connection, time, raw = next(reader.messages())
         message = reader.deserialize(raw, connection.msgtype)
     assert message.header.stamp.sec * 10**9 + message.header.stamp.nanosec == time
@@ -116,19 +118,21 @@ def body(signal, column):
 
 def test_signs_of_the_source_are_turned_once():
     """surge fwd, sway to starboard, heave down, roll + port up, pitch + bow up, yaw clockwise -> ENU, x fwd, y left."""
+
     def up(t):
         return 0.1 * np.sin(0.3 * t) ** 2
+
     k = 5 * RATE
     half = np.sqrt(0.5)
     value = 0.1 * np.sin(1.5) ** 2
-    assert body(up, 0).position[k] == pytest.approx([value * half, value * half, 0])      # forward: north-east
-    assert body(up, 1).position[k] == pytest.approx([value * half, -value * half, 0])     # starboard: south-east
+    assert body(up, 0).position[k] == pytest.approx([value * half, value * half, 0])  # forward: north-east
+    assert body(up, 1).position[k] == pytest.approx([value * half, -value * half, 0])  # starboard: south-east
     assert body(up, 2).position[k] == pytest.approx([0, 0, -value])
     port, bow = [0, 1, 0], [1, 0, 0]
-    assert (rotation(body(up, 3).angles)[k] @ port)[2] == pytest.approx(np.sin(value))    # port side goes up
-    assert (rotation(body(up, 4).angles)[k] @ bow)[2] == pytest.approx(np.sin(value))     # bow goes up
+    assert (rotation(body(up, 3).angles)[k] @ port)[2] == pytest.approx(np.sin(value))  # port side goes up
+    assert (rotation(body(up, 4).angles)[k] @ bow)[2] == pytest.approx(np.sin(value))  # bow goes up
     turned = rotation(body(up, 5).angles)[k] @ bow
-    assert np.arctan2(turned[0], turned[1]) == pytest.approx(np.pi / 4 + value)           # heading grows
+    assert np.arctan2(turned[0], turned[1]) == pytest.approx(np.pi / 4 + value)  # heading grows
 
 
 def test_at_rest_the_imu_feels_g_upwards_and_the_track_goes_on():
@@ -136,7 +140,7 @@ def test_at_rest_the_imu_feels_g_upwards_and_the_track_goes_on():
     motion = interpolate(moved, speed=2.2)
     assert motion.specific_force == pytest.approx(np.tile([0, 0, GRAVITY], (501, 1)))
     assert motion.velocity == pytest.approx(np.tile([2.2, 0, 0], (501, 1))) and not motion.rate.any()
-    assert motion.position[-1] == pytest.approx([22, 0, 0])   # due east
+    assert motion.position[-1] == pytest.approx([22, 0, 0])  # due east
 
 
 def test_a_sinusoid_has_its_specific_force():
@@ -148,7 +152,8 @@ def test_a_sinusoid_has_its_specific_force():
     inner = slice(5 * RATE, -5 * RATE)
     lift = GRAVITY - w * w * np.sin(w * got.time * 1e-9)
     assert got.specific_force[inner] == pytest.approx(
-        np.column_stack([0 * lift, lift * np.sin(0.2), lift * np.cos(0.2)])[inner], abs=1e-3)
+        np.column_stack([0 * lift, lift * np.sin(0.2), lift * np.cos(0.2)])[inner], abs=1e-3
+    )
 
 
 @given(st.lists(st.tuples(*[st.floats(-0.5, 0.5)] * 6), min_size=8, max_size=8))
@@ -162,12 +167,14 @@ def test_force_twist_and_pose_agree(points):
     acceleration = np.gradient(np.einsum("nij,nj->ni", turned, motion.velocity), t, axis=0)
     felt = np.einsum("nij,nj->ni", turned, motion.specific_force) - [0, 0, GRAVITY]
     assert felt[5:-5] == pytest.approx(acceleration[5:-5], abs=5e-2)
-    spin = np.einsum("nji,njk->nik", turned, np.gradient(turned, t, axis=0))   # R^T R' is skew
+    spin = np.einsum("nji,njk->nik", turned, np.gradient(turned, t, axis=0))  # R^T R' is skew
     assert motion.rate[5:-5] == pytest.approx(
-        np.column_stack([spin[:, 2, 1], spin[:, 0, 2], spin[:, 1, 0]])[5:-5], abs=2e-3)
+        np.column_stack([spin[:, 2, 1], spin[:, 0, 2], spin[:, 1, 0]])[5:-5], abs=2e-3
+    )
     x, y, z, w = motion.quaternion.T
     assert 1 - 2 * (y * y + z * z) == pytest.approx(turned[:, 0, 0]) and 2 * (x * y + z * w) == pytest.approx(
-        turned[:, 1, 0])
+        turned[:, 1, 0]
+    )
     assert quaternion(motion.angles) == pytest.approx(motion.quaternion)
 
 
@@ -180,9 +187,10 @@ def test_imu_and_odometry_of_a_message_pair_agree(made):
 
 def test_bad_calls_name_the_remedy(made, tmp_path):
     for out, data, only, text in (
-            (made, SOURCE, "lmg1903", "exists already: nothing was written; give --force to replace it"),
-            (tmp_path, tmp_path, "lmg1903", "'lmg1903' was not made; give the folder of the source files with --data"),
-            (tmp_path, SOURCE, "nbp", "there is no record 'nbp': nothing was written; choose from nbp1406, lmg1903")):
+        (made, SOURCE, "lmg1903", "exists already: nothing was written; give --force to replace it"),
+        (tmp_path, tmp_path, "lmg1903", "'lmg1903' was not made; give the folder of the source files with --data"),
+        (tmp_path, SOURCE, "nbp", "there is no record 'nbp': nothing was written; choose from nbp1406, lmg1903"),
+    ):
         with pytest.raises(BagError, match=text):
             make_bags(out, data, only=(only,))
     broken = tmp_path / "lmg1903_seapath_1hz.csv"
@@ -199,4 +207,5 @@ def test_force_replaces(made, tmp_path):
     first = next(m for m in read_bag(tmp_path / "lmg1903") if m.topic == ODOMETRY_TOPIC)
     reference = next(m for m in read_bag(made / "lmg1903") if m.topic == ODOMETRY_TOPIC)
     assert decode_odometry(first.data).velocity[0] - decode_odometry(reference.data).velocity[0] == pytest.approx(
-        0.8, abs=1e-3)
+        0.8, abs=1e-3
+    )

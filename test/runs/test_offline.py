@@ -1,4 +1,4 @@
-"""Offline runs: the same bag gives the same bytes, a replay gives the same numbers, a failure is told."""
+"""Offline runs: the same bag gives the same bytes, a replay gives the same numbers, a failure is reported."""
 
 import json
 
@@ -11,12 +11,12 @@ from cable_sim_ros.io.bag import BagError
 from cable_sim_ros.io.channels import CHANNELS, Context, Encoder
 from cable_sim_ros.io.load import load_scene
 from cable_sim_ros.io.motion_table import MotionError
-from cable_sim_ros.io.recording import load_run
+from cable_sim_ros.io.recorded_run import load_run
 from cable_sim_ros.io.replay import Feeder, RecordedTow, late_ticks, read_tow, residuals
-from cable_sim_ros.runs import offline, passes
+from cable_sim_ros.physics.frame import FRAME, Flag
 from cable_sim_ros.physics.heave import Convention, Heave, MotionInput
 from cable_sim_ros.physics.inputs import MOTION_ROWS, make_inputs
-from cable_sim_ros.physics.frame import FRAME, Flag
+from cable_sim_ros.runs import offline, passes
 from cable_sim_ros.sim.simulator import SolverError
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
@@ -117,6 +117,7 @@ def test_the_bag_is_read_back_by_other_readers(recorded):
 def test_figures_are_written_beside_the_bag(recorded):
     result, out = recorded
     assert json.loads((out / "summary.json").read_text()) == json.loads(json.dumps(result.figures))
+    assert result.figures["commands_refused"] == {}
 
 
 def test_a_bag_without_outputs_has_no_residuals():
@@ -171,8 +172,9 @@ def test_residuals_are_ours_less_theirs_at_equal_stamps(recorded):
 
 def test_the_ring_is_never_overrun():
     tow = read_tow(offline.find_bag("nbp1406"))
-    fast = RecordedTow(tow.path, [event._replace(time=tow.start + (event.time - tow.start) // 20)
-                                  for event in tow.events[:8000]])
+    fast = RecordedTow(
+        tow.path, [event._replace(time=tow.start + (event.time - tow.start) // 20) for event in tow.events[:8000]]
+    )
     chunk = passes.Pass(load_scene("full_scale"), fast)._ring_limit()
     assert fast.rate > 1900 and fast.rate * (chunk + passes.AHEAD) * 1e-9 < MOTION_ROWS
 
@@ -184,29 +186,37 @@ def test_samples_that_came_late_come_late_again():
     live = passes.Pass(load_scene("full_scale"), tow)
     live.sim.warm_up()
     start = live._start()
-    tow.about = {"start_time_ns": str(start.time), "start_position_m": json.dumps(start.position),
-                 "start_heading_rad": repr(start.heading)}
+    tow.about = {
+        "start_time_ns": str(start.time),
+        "start_position_m": json.dumps(start.position),
+        "start_heading_rad": repr(start.heading),
+    }
     live.sim.start(time_ns=start.time, position=start.position, heading=start.heading)
     frames, now = [], start.time
     for k in range(250):
         now += live.tick
-        silent = 80 <= k < 87 or k in (150, 151, 200)   # nothing comes in these ticks
+        silent = 80 <= k < 87 or k in (150, 151, 200)  # nothing comes in these ticks
         live.feeder.until(now - live.tick if silent else now + 30_000_000, live.feeder._newest() if silent else None)
         frames.append(live.sim.run(1).copy())
     frames = np.concatenate(frames).view(np.recarray)
     times, newest = late_ticks(frames)
     assert len(times) >= 4 and set(newest) <= {event.time for event in tow.events}
     again = passes.Pass(load_scene("full_scale"), tow, frames).go(None, None).frames
-    assert again["motion_age"][frames["motion_age"] > 0].tolist() == frames["motion_age"][
-        frames["motion_age"] > 0].tolist()
+    assert (
+        again["motion_age"][frames["motion_age"] > 0].tolist()
+        == frames["motion_age"][frames["motion_age"] > 0].tolist()
+    )
     assert offline.largest_difference(again, frames)["difference"] == 0.0
     unlike = passes.Pass(load_scene("full_scale"), tow).go(2.5, None).frames
     assert np.abs(unlike["tension"] - frames["tension"]).max() > 0.1
 
 
 def test_motion_is_taken_in_as_the_recording_node_did():
-    node = {"motion": {"convention": "ned", "odometry_timeout": 0.7, "position_time": 0.0, "of another version": 1},
-            "heave": {"period": 90.0}, "scene": "full_scale"}
+    node = {
+        "motion": {"convention": "ned", "odometry_timeout": 0.7, "position_time": 0.0, "of another version": 1},
+        "heave": {"period": 90.0},
+        "scene": "full_scale",
+    }
     motion, heave = passes._taken_in(RecordedTow("", [], about={"node": json.dumps(node)}))
     assert (motion.convention, motion.odometry_timeout, motion.position_time) == (Convention.NED, 0.7, 0.0)
     assert motion.max_jump == MotionInput().max_jump and heave == Heave(period=90.0)
@@ -227,13 +237,27 @@ def test_commands_of_the_bag_reach_the_ring():
         message = JointState(header(time, ""), names, np.array(position), np.array(velocity), EMPTY)
         return Event(time, time, "command", bytes(STORE.serialize_cdr(message, "sensor_msgs/msg/JointState")))
 
-    events = [event(1, ["payout"], [2.0], []), event(2, ["drum"], [2.0], []),
-              event(3, ["a", "payout"], [], [0.0, -0.5]),
-              event(3, ["payout"], [4.0], []), event(4, ["payout"], [np.inf], []), event(9, ["payout"], [5.0], [])]
+    first = next(event for event in read_tow(offline.find_bag("nbp1406")).events if event.kind == "odometry")
+    now = first.time
+    events = [
+        event(now - 1, ["payout"], [2.0], []),
+        first,
+        event(now + 1, ["payout"], [2.0], []),
+        event(now + 2, ["drum"], [2.0], []),
+        event(now + 3, ["a", "payout"], [], [0.0, -0.5]),
+        event(now + 3, ["payout"], [4.0], []),
+        event(now + 4, ["payout"], [np.inf], []),
+        event(now + 9, ["payout"], [5.0], []),
+    ]
     inputs = make_inputs()
     feeder = Feeder(inputs, RecordedTow("", events), load_scene("full_scale"))
-    assert feeder.until(4) == events[:5] and not feeder.done
-    assert inputs.command_head[0] == 2 and dict(feeder.dropped) == {"nothing commanded": 2, "stamp does not advance": 1}
+    assert feeder.until(now + 4) == events[:7] and not feeder.done
+    assert inputs.command_head[0] == 2 and dict(feeder.commands.refused) == {
+        "before_motion": 1,
+        "joint_name": 1,
+        "stamp_not_advancing": 1,
+        "not_finite": 1,
+    }
     assert np.array_equal(inputs.command[:2], [[2.0, np.nan], [np.nan, -0.5]], equal_nan=True)
 
 

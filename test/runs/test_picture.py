@@ -11,9 +11,9 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
 from synthetic import make_contact, make_frames, make_shape
 
 from cable_sim_ros.io.bag import BagError
-from cable_sim_ros.io.recording import Recording
-from cable_sim_ros.runs.picture import STYLE, caption, compose, contact_bands, draw_run
+from cable_sim_ros.io.recorded_run import RecordedRun
 from cable_sim_ros.physics.frame import CONTACT_COLUMNS
+from cable_sim_ros.runs.picture import STYLE, caption, compose, contact_bands, draw_run
 
 matplotlib = pytest.importorskip("matplotlib")
 COLUMNS = [name for name, _ in CONTACT_COLUMNS]
@@ -22,8 +22,12 @@ COLUMNS = [name for name, _ in CONTACT_COLUMNS]
 def run(seconds=60.0, tick_s=0.1, **custom):
     frames = make_frames(round(seconds / tick_s), tick_s)
     frames["ship_velocity"] = [2.165, 1.25, 0.0]
-    return Recording(frames, [(int(f["time"]), make_shape(f)) for f in frames[::5]],
-                     [(int(f["time"]), make_contact(f)) for f in frames[::2]], custom)
+    return RecordedRun(
+        frames,
+        [(int(f["time"]), make_shape(f)) for f in frames[::5]],
+        [(int(f["time"]), make_contact(f)) for f in frames[::2]],
+        custom,
+    )
 
 
 def still(recording):
@@ -74,8 +78,10 @@ def test_file_is_written_and_the_same_each_time(tmp_path):
 
 def test_title_is_that_of_the_scene(monkeypatch, tmp_path):
     titles = []
-    monkeypatch.setattr("cable_sim_ros.runs.picture.compose",
-                        lambda recording, title, skip_s: titles.append(title) or matplotlib.figure.Figure())
+    monkeypatch.setattr(
+        "cable_sim_ros.runs.picture.compose",
+        lambda recording, title, skip_s: titles.append(title) or matplotlib.figure.Figure(),
+    )
     draw_run(run(scene="a scene"), tmp_path / "a.png")
     draw_run(run(scene="a scene"), tmp_path / "a.png", title="mine")
     draw_run(run(), tmp_path / "a.png")
@@ -84,15 +90,20 @@ def test_title_is_that_of_the_scene(monkeypatch, tmp_path):
 
 def test_caption_has_the_figures_of_the_summary():
     text = caption(run(), 20.0).replace("\u00a0", " ")
-    for part in ("60 s simulated, the first 20 s (grey) left out", "9.00 kN mean, 1.061 kN std, 7.50 to 10.50 kN",
-                 "180.0 m deep, std 0.42 m, 320.0 m astern", "heave std 1.06 m", "10.80 kN mean"):
+    for part in (
+        "60 s simulated, the first 20 s (grey) left out",
+        "9.00 kN mean, 1.061 kN std, 7.50 to 10.50 kN",
+        "180.0 m deep, std 0.42 m, 320.0 m astern",
+        "heave std 1.06 m",
+        "10.80 kN mean",
+    ):
         assert part in text
 
 
 def test_contact_bands_leave_out_the_start_and_end_at_the_stations():
     recording = run(10.0)
     first, last = recording.contacts[0], recording.contacts[-1]
-    first[1][:, COLUMNS.index("load_port")] = 1e9   # in the start-up
+    first[1][:, COLUMNS.index("load_port")] = 1e9  # in the start-up
     last[1][:, COLUMNS.index("wrap_angle")] += 0.5
     grid, loads = contact_bands(recording, 5.0)
     assert loads.max() < 1e8

@@ -14,7 +14,8 @@ from rich.console import Console
 sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
 from synthetic import DEPTH, HEAVE, TENSION, make_frames, write_run
 
-from cable_sim_ros.io.recording import load_run
+from cable_sim_ros.io.recorded_run import load_run
+from cable_sim_ros.physics.frame import Flag
 from cable_sim_ros.runs.summary import (
     OUTSIDE,
     SUMMARY,
@@ -24,7 +25,6 @@ from cable_sim_ros.runs.summary import (
     summary_table,
     tow_axes,
 )
-from cable_sim_ros.physics.frame import Flag
 
 
 def run(seconds=60.0, tick_s=0.1):
@@ -34,7 +34,7 @@ def run(seconds=60.0, tick_s=0.1):
 
 
 def test_figures_of_a_sine():
-    figures = summarize(run(60.0))   # 20 s to 60 s: four whole waves
+    figures = summarize(run(60.0))  # 20 s to 60 s: four whole waves
     assert figures["tension_mean_n"] == pytest.approx(TENSION, abs=0.01)
     assert figures["tension_std_n"] == pytest.approx(1500 / math.sqrt(2), rel=1e-6)
     assert figures["tension_max_n"] == pytest.approx(TENSION + 1500, rel=1e-3)
@@ -47,7 +47,7 @@ def test_figures_of_a_sine():
     assert figures["wrap_angle_mean_deg"] == pytest.approx(math.degrees(0.9))
     assert (figures["steps"], figures["iterations"]) == (600, 1800)
     assert (figures["duration_s"], figures["skip_s"]) == (pytest.approx(59.9), 20.0)
-    assert figures["ellipsoid_volume_m3"] == 0.0   # the made-up towbody only heaves
+    assert figures["ellipsoid_volume_m3"] == 0.0  # the made-up towbody only heaves
 
 
 def test_skipped_start_does_not_count_but_its_flags_do():
@@ -64,7 +64,7 @@ def test_skipped_start_does_not_count_but_its_flags_do():
 def test_short_run_keeps_its_second_half():
     figures = summarize(run(10.1), skip_s=20.0)
     assert figures["skip_s"] == pytest.approx(5.0)
-    assert summarize(run(0.1))["tension_std_n"] == 0.0   # one frame
+    assert summarize(run(0.1))["tension_std_n"] == 0.0  # one frame
 
 
 def test_figures_are_the_declared_ones_and_plain_json():
@@ -75,12 +75,15 @@ def test_figures_are_the_declared_ones_and_plain_json():
     assert (again["missed_ticks"], again["latency_p99_ms"], again["realtime_factor"]) == (2, 3.5, None)
 
 
-@pytest.mark.parametrize(("call", "error", "text"), [
-    (lambda: summarize(run()[:0]), ValueError, "no frames: there is nothing to summarise"),
-    (lambda: summarize(run(), skip_s=-1.0), ValueError, "skip_s is -1.0 s: the summary was not made"),
-    (lambda: summarize(run(), skip_s=math.nan), ValueError, "skip_s is nan s"),
-    (lambda: summarize(run(), speed=1.0), TypeError, "no summary field is called speed"),
-])
+@pytest.mark.parametrize(
+    ("call", "error", "text"),
+    [
+        (lambda: summarize(run()[:0]), ValueError, "no frames: there is nothing to summarise"),
+        (lambda: summarize(run(), skip_s=-1.0), ValueError, "skip_s is -1.0 s: the summary was not made"),
+        (lambda: summarize(run(), skip_s=math.nan), ValueError, "skip_s is nan s"),
+        (lambda: summarize(run(), speed=1.0), TypeError, "no summary field is called speed"),
+    ],
+)
 def test_refusals(call, error, text):
     with pytest.raises(error, match=text):
         call()
@@ -92,7 +95,7 @@ def test_ellipsoid_of_normal_positions():
     std = np.array([0.5, 0.2, 0.3])
     turn = np.linalg.qr(random.normal(size=(3, 3)))[0]
     positions = random.normal(size=(len(time), 3)) * std @ turn + [5, 6, -100] + np.outer(time, [2.0, -1.0, 0.0])
-    exact = 4 / 3 * math.pi * std.prod() * 7.814728 ** 1.5   # chi-square, 3 degrees, 95 %: tables
+    exact = 4 / 3 * math.pi * std.prod() * 7.814728**1.5  # chi-square, 3 degrees, 95 %: tables
     assert ellipsoid_volume(time, positions) == pytest.approx((exact, exact), rel=0.03)
 
 
@@ -100,7 +103,7 @@ def test_ellipsoid_of_points_holds_its_share():
     time = np.linspace(0, 100, 2001)
     waves = np.array([np.sin(time), 0.4 * np.cos(1.3 * time), 0.2 * np.sin(0.7 * time + 1)]).T
     normal, points = ellipsoid_volume(time, waves)
-    assert 0 < points < normal   # sines have no tails
+    assert 0 < points < normal  # sines have no tails
     rest = waves - waves.mean(axis=0)
     scale = (points / normal) ** (2 / 3) * 7.814728
     inside = np.einsum("ij,jk,ik->i", rest, np.linalg.inv(np.cov(rest.T)), rest) < scale
@@ -117,8 +120,15 @@ def test_ellipsoid_scales_with_the_cube_and_ignores_place_heading_and_speed(scal
     assert ellipsoid_volume(time, moved) == pytest.approx(np.array(ellipsoid_volume(time, waves)) * scale**3, rel=1e-6)
 
 
-@pytest.mark.parametrize("positions", [np.zeros((50, 3)), np.outer(np.arange(50), [1, 2, 3]), np.ones((3, 3)),
-                                       np.random.default_rng(0).normal(size=(50, 3)) * [1, 0, 1] + 1e4])
+@pytest.mark.parametrize(
+    "positions",
+    [
+        np.zeros((50, 3)),
+        np.outer(np.arange(50), [1, 2, 3]),
+        np.ones((3, 3)),
+        np.random.default_rng(0).normal(size=(50, 3)) * [1, 0, 1] + 1e4,
+    ],
+)
 def test_degenerate_ellipsoid_is_zero(positions):
     assert ellipsoid_volume(np.arange(len(positions)) * 1.0, np.asarray(positions, float)) == (0.0, 0.0)
 
@@ -127,7 +137,7 @@ def test_tow_axes_follow_the_track_or_else_the_heading():
     frames = run()
     assert tow_axes(frames) == pytest.approx(np.array([[math.cos(math.pi / 6), 0.5], [-0.5, math.cos(math.pi / 6)]]))
     frames["ship_velocity"] = 0
-    assert tow_axes(frames)[0] == pytest.approx([math.cos(math.pi / 6), 0.5])   # heading 30 degrees
+    assert tow_axes(frames)[0] == pytest.approx([math.cos(math.pi / 6), 0.5])  # heading 30 degrees
 
 
 def test_summary_of_a_bag_is_that_of_its_frames(tmp_path):

@@ -1,7 +1,8 @@
-"""The clock of the motion data, seen from CLOCK_MONOTONIC: offset = running minimum of (arrival - stamp).
+"""The clock of the motion data, seen from that of the arrivals: offset = running minimum of (arrival - stamp).
 
 The minimum over the last half minute is free of transport and queueing delays and follows the drift of the
-sender's clock.
+sender's clock. Live, arrivals are CLOCK_MONOTONIC; in a replay they are the log times of the bag, which the node
+writes a constant apart from them. Only differences of arrivals count, so a replay maps and decides as the run did.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ CONFIRM = 5  # stamps in a row that must agree before a jump is believed
 
 
 class DataClock:
-    """Map of stamps to monotonic time. Not thread safe: one writer; `offset` may be read anywhere."""
+    """Map of stamps to times of arrival [ns]. Not thread safe: one writer; `offset` may be read anywhere."""
 
     def __init__(self) -> None:
         self.jumps = 0
@@ -24,6 +25,7 @@ class DataClock:
         """Forget the mapping; the next stamp starts a new one."""
         self.offset: int | None = None
         self.last_stamp: int | None = None
+        self._first: int | None = None  # arrival
         self._buckets: dict[int, int] = {}
         self._suspects: list[tuple[int, int]] = []
 
@@ -35,7 +37,7 @@ class DataClock:
         return True
 
     def jumped(self, stamp: int, arrival: int) -> bool:
-        """Tell of a suspicious stamp; True once enough of them agree that the clock has jumped."""
+        """Count a suspicious stamp; True once enough of them agree that the clock has jumped."""
         suspects = self._suspects
         if suspects:
             before, came = suspects[-1]
@@ -48,9 +50,10 @@ class DataClock:
         return True
 
     def update(self, stamp: int, arrival: int) -> None:
-        """Take in an accepted stamp and its arrival on CLOCK_MONOTONIC, ns."""
+        """Take in an accepted stamp and its arrival, ns."""
         self.last_stamp = stamp
-        bucket = arrival // BUCKET
+        self._first = arrival if self._first is None else self._first
+        bucket = (arrival - self._first) // BUCKET
         delay = arrival - stamp
         best = self._buckets.get(bucket)
         if best is None:
@@ -62,6 +65,6 @@ class DataClock:
             self._buckets[bucket] = delay
             self.offset = min(self._buckets.values())
 
-    def now(self, monotonic: int) -> int | None:
-        """Time on the data's clock, ns; None before the first stamp."""
-        return None if self.offset is None else monotonic - self.offset
+    def now(self, arrival: int) -> int | None:
+        """Time on the data's clock, ns, at a time of the clock of the arrivals; None before the first stamp."""
+        return None if self.offset is None else arrival - self.offset

@@ -48,7 +48,7 @@ def _decay(powers: list[np.ndarray], pole: float, h: float) -> np.ndarray:
     return exp(-pole * h) * sum(power * h**k for k, power in enumerate(powers))
 
 
-class Consistent:
+class PositionRateFit:
     """Six coordinates and their rates made to fit each other. time: s in which positions draw, 0 = pass everything."""
 
     def __init__(self, time: float) -> None:

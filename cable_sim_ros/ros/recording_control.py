@@ -12,7 +12,7 @@ from ..io.recorder import Recorder, RecorderStats
 from .params import Settings
 
 
-class Recording:
+class RecordingControl:
     """At most one Recorder at a time; `recorder` is None while nothing is recorded."""
 
     def __init__(self, settings: Settings, namespace: str) -> None:

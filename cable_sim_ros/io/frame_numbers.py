@@ -38,11 +38,11 @@ for _name, _shape, *_ in FIELDS:
     PLACES.append((_name, slice(_first, _first + _shape[0]) if _shape else _first))
 
 
-class Plain(SimpleNamespace):
+class FrameNumbers(SimpleNamespace):
     """Fields of a Frame as attributes: int, float, or tuple of floats; ``numbers``: all of them in order of NAMES."""
 
 
-def plain(frame: np.void) -> Plain:
+def numbers_of(frame: np.void) -> FrameNumbers:
     """Unpack one Frame (record of dtype FRAME).
 
     ValueError names the first field that is not finite: such a frame must not be published or recorded.
@@ -55,6 +55,6 @@ def plain(frame: np.void) -> Plain:
                     f"frame field '{name}' is {number} at time {numbers[0]} ns: nothing of this tick is "
                     f"published; the tick must roll back and set NOT_FINITE instead"
                 )
-    result = Plain(**{name: numbers[place] for name, place in PLACES})
+    result = FrameNumbers(**{name: numbers[place] for name, place in PLACES})
     result.numbers = numbers
     return result

@@ -13,7 +13,7 @@ from .channels import CHANNELS, channel_of, decode, decode_frames
 HEALTH = next(channel for channel in CHANNELS if channel.name == "sim_health")
 
 
-class Recording(NamedTuple):
+class RecordedRun(NamedTuple):
     """A run: ``frames`` recarray of FRAME [ticks]; ``shapes`` and ``contacts``: (time [ns], table) pairs, columns as in
     physics/frame.py; ``custom_data`` of the bag: scene name and whatever the recorder was given."""
 
@@ -23,7 +23,7 @@ class Recording(NamedTuple):
     custom_data: dict[str, str]
 
 
-def load_run(path: str | os.PathLike) -> Recording:
+def load_run(path: str | os.PathLike) -> RecordedRun:
     """Read a bag that this package recorded, in whatever namespace.
 
     BagError if it cannot be read, or has no Frames (no ``sim/health``).
@@ -41,4 +41,4 @@ def load_run(path: str | os.PathLike) -> Recording:
             f"bag '{path}' has no topic '{HEALTH.topic}' of type {HEALTH.msgtype}: there is no run to "
             f"summarise; give a bag that the node or the offline run recorded"
         )
-    return Recording(decode_frames(frames), shapes, contacts, read_metadata(path).get("custom_data") or {})
+    return RecordedRun(decode_frames(frames), shapes, contacts, read_metadata(path).get("custom_data") or {})

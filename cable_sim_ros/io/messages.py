@@ -1,15 +1,16 @@
-"""Motion messages on the wire: CDR bytes of sensor_msgs/Imu and nav_msgs/Odometry -> checked numbers in ENU axes.
+"""Input messages: CDR bytes of sensor_msgs/Imu, nav_msgs/Odometry and sensor_msgs/JointState -> checked numbers.
 
-Read with `struct` at fixed places after the strings, and checked on the way: whatever
-leaves here is finite, has a unit quaternion, and is what a ship can do. Source: OMG DDSI-RTPS 10 (plain CDR), REP-103,
-REP-145. `read_motion` brings the same bytes out of a bag of any kind.
+Read with `struct` at fixed places after the strings, and checked on the way: whatever leaves here is finite, has a
+unit quaternion in ENU axes, and is what a ship can do, or is what a winch may be commanded. Live topics and bags give
+the same bytes, so both are read by the same decoder. Source: OMG DDSI-RTPS 10 (plain CDR), REP-103, REP-145.
+`read_motion` reads the bytes from a bag of any kind.
 """
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from math import isfinite, pi, sqrt
+from math import degrees, isfinite, isinf, isnan, nan, pi, sqrt
 from pathlib import Path
 from struct import Struct
 from typing import NamedTuple
@@ -18,28 +19,39 @@ from rosbags.highlevel import AnyReader, AnyReaderError
 
 from ..physics.heave import Convention
 from ..sim.attitude import angles_of
-from ..sim.inputs import MOST_PITCH, MOST_POSITION, MOST_RATE, MOST_SPEED, NORM_WITHIN
+from ..sim.inputs import MOST_COMMAND, MOST_PITCH, MOST_POSITION, MOST_RATE, MOST_SPEED, NORM_WITHIN
 from .bag import BagError
 from .typestore import STORE
 
 MOST_FORCE = 50.0  # m/s^2
+JOINT = "payout"  # of a winch command
 
-# cause -> what to say ("" = an event, nothing was refused)
+# the one vocabulary of refusals, live and replayed: cause -> what to say ("" = an event, nothing was refused)
 CAUSES = {
     "size": "the bytes are not a message of this type: dropped; check the type of the topic",
     "encoding": "the bytes are not plain CDR: dropped; use a driver or bag with CDR messages",
-    "not_finite": "a number is NaN or infinite: dropped; check the sensor",
+    "not_finite": "a number is NaN or infinite (in a winch command: infinite): dropped; check the sender",
     "quaternion": "the orientation is not a unit quaternion: dropped; check the driver",
     "no_orientation": "orientation_covariance[0] is -1, so there is no attitude, and none is estimated here: dropped; "
     "use a sensor with attitude, or odometry",
-    "out_of_range": "a number is beyond what a ship does (50 m/s^2, 5 rad/s, 50 m/s, 80 deg pitch, 1e7 m): dropped; "
-    "check sensor and units",
+    "out_of_range": "a number is beyond what a ship does "
+    f"({MOST_FORCE:g} m/s^2, {MOST_RATE:g} rad/s, {MOST_SPEED:g} m/s, {degrees(MOST_PITCH):g} deg pitch, "
+    f"{MOST_POSITION:g} m) or a winch is commanded ({MOST_COMMAND:g} m or m/s): dropped; check sender and units",
     "height": "odometry z is further from ship.reference_height than heave.max_displacement: dropped; z must be the "
     "height of base_link above the mean water surface",
     "no_stamp": "the stamp is zero: dropped; if it stays zero, arrival times are used",
     "stamp_not_advancing": "the stamp does not advance: dropped",
     "stamp_backwards": "the stamp went back by more than 1 s: dropped; after a restart of the sender's clock, reset",
+    "stamp_off_clock": "the stamp is more than 1 s off the clock of the motion: dropped; check the sender's clock "
+    "(five such stamps that agree are a jump of the clock, which is followed)",
     "behind": "the stamp is behind the other source's newest: dropped",
+    "before_motion": "no motion has come before it, so its time on the clock of the motion is not known: dropped; send "
+    "it again once there is motion",
+    "joint_name": f"the joint '{JOINT}' is not named exactly once: dropped; other joints may stand beside it",
+    "array_length": "position or velocity is neither empty nor as long as the list of names: dropped; give NaN for "
+    "what is not commanded",
+    "nothing_commanded": f"neither position [m] nor velocity [m/s] of the joint '{JOINT}' is a number: dropped; "
+    "give one",
     "imu_gap": "",
     "gap": "",
     "source_change": "",
@@ -72,19 +84,39 @@ class Odometry(NamedTuple):
     twist: bool  # False: the message has none (six exact zeros)
 
 
+class Command(NamedTuple):
+    stamp: int  # ns; 0: none
+    payout: float  # m, positive out; NaN: not commanded
+    rate: float  # m/s, positive out; NaN: not commanded
+
+
+_STAMP = {order: Struct(order + "iI") for order in "<>"}
 _HEADER = {order: Struct(order + "iII") for order in "<>"}  # sec, nanosec, length of frame_id
 _LENGTH = {order: Struct(order + "I") for order in "<>"}
 _IMU = {order: Struct(order + "37d") for order in "<>"}
 _ODOMETRY = {order: Struct(order + "85d") for order in "<>"}
 
 
-def _open(data: bytes, strings: int, body: dict[str, Struct]) -> tuple[int, tuple[float, ...]]:
-    """Stamp [ns] and doubles of a message that is a header, `strings` - 1 more strings, and doubles."""
+def stamp_of(data: bytes) -> int | None:
+    """Stamp [ns] of a CDR message that begins with a std_msgs/Header; None when it is too short."""
+    if len(data) < 12:
+        return None
+    sec, nanosec = _STAMP["<" if data[1] & 1 else ">"].unpack_from(data, 4)
+    return sec * 10**9 + nanosec
+
+
+def _order(data: bytes) -> str:
+    """Byte order of a message that has room for a header; Refused for other bytes."""
     if len(data) < 16:
         raise Refused("size")
     if data[0] != 0 or data[1] not in (0, 1):
         raise Refused("encoding")
-    order = "<" if data[1] else ">"
+    return "<" if data[1] else ">"
+
+
+def _open(data: bytes, strings: int, body: dict[str, Struct]) -> tuple[int, tuple[float, ...]]:
+    """Stamp [ns] and doubles of a message that is a header, `strings` - 1 more strings, and doubles."""
+    order = _order(data)
     sec, nanosec, length = _HEADER[order].unpack_from(data, 4)
     at = 16 + length
     for _ in range(strings - 1):
@@ -155,6 +187,62 @@ def decode_odometry(data: bytes, convention: Convention = Convention.ENU) -> Odo
         position = position[1], position[0], -position[2]
         angles, rate, velocity = _world_angles(angles), _body(rate), _body(velocity)
     return Odometry(stamp, position, angles, velocity, rate, any(velocity) or any(rate))
+
+
+class _Sequences:
+    """Strings and sequences of doubles of a message, one after another; Refused where they leave the bytes."""
+
+    def __init__(self, data: bytes, order: str, at: int) -> None:
+        self.data, self.order, self.at = data, order, at
+
+    def _next(self, size: int) -> int:
+        """Where the next `size` bytes begin; goes past them."""
+        at, self.at = self.at, self.at + size
+        if self.at > len(self.data):
+            raise Refused("size")
+        return at
+
+    def count(self) -> int:
+        self.at += -self.at % 4
+        return _LENGTH[self.order].unpack_from(self.data, self._next(4))[0]
+
+    def string(self) -> bytes:
+        size = self.count()
+        at = self._next(size)
+        return self.data[at : at + size].removesuffix(b"\0")
+
+    def doubles(self) -> tuple[float, ...]:
+        count = self.count()
+        if not count:  # an empty sequence is its length, without the padding before doubles
+            return ()
+        self.at += (4 - self.at) % 8
+        at = self._next(8 * count)
+        return Struct(f"{self.order}{count}d").unpack_from(self.data, at)
+
+
+def decode_command(data: bytes) -> Command:
+    """Checked numbers of a winch command, a sensor_msgs/JointState; Refused if it cannot be used.
+
+    A joint `payout` with position or velocity or both; NaN or an empty array = not commanded. Effort is not read.
+    """
+    order = _order(data)
+    parts = _Sequences(data, order, 12)
+    parts.string()  # frame_id
+    names = [parts.string() for _ in range(parts.count())]
+    position, velocity, _ = (parts.doubles() for _ in range(3))  # rclpy may leave padding after them
+    if names.count(JOINT.encode()) != 1:
+        raise Refused("joint_name")
+    if any(len(array) not in (0, len(names)) for array in (position, velocity)):
+        raise Refused("array_length")
+    index = names.index(JOINT.encode())
+    payout, rate = (array[index] if array else nan for array in (position, velocity))
+    if isinf(payout) or isinf(rate):
+        raise Refused("not_finite")
+    if isnan(payout) and isnan(rate):
+        raise Refused("nothing_commanded")
+    if abs(payout) > MOST_COMMAND or abs(rate) > MOST_COMMAND:
+        raise Refused("out_of_range")
+    return Command(stamp_of(data), payout, rate)
 
 
 KINDS = {  # kind -> type, how its topic's name ends

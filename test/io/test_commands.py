@@ -1,0 +1,319 @@
+"""Winch commands into Inputs: every cause of refusal, stamps, and the same decisions from a bag as from a topic."""
+
+from math import inf, nan
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rosbags.rosbag2 import StoragePlugin, Writer
+from test_motion import STEP, T0, S, imu, odometry
+
+from cable_sim_ros.io.clock import DataClock
+from cable_sim_ros.io.commands import CommandIngest
+from cable_sim_ros.io.messages import CAUSES, KINDS, Refused, decode_command, decode_imu, decode_odometry, stamp_of
+from cable_sim_ros.io.motion import MotionIngest
+from cable_sim_ros.io.replay import Event, Feeder, RecordedTow, read_tow
+from cable_sim_ros.io.typestore import STORE
+from cable_sim_ros.physics.heave import Heave
+from cable_sim_ros.physics.inputs import make_inputs
+from cable_sim_ros.physics.ship import Ship
+
+NOW = T0 + 100 * S
+
+
+class Scene:
+    """What a Feeder asks of a scene."""
+
+    ship, gravity = Ship(), 9.81
+
+
+def command(stamp, position=(), velocity=(), names=("payout",), effort=(), frame="", little_endian=True):
+    """CDR bytes of a JointState."""
+    types = STORE.types
+    header = types["std_msgs/msg/Header"](types["builtin_interfaces/msg/Time"](*divmod(stamp, S)), frame)
+    arrays = (np.array(values, float) for values in (position, velocity, effort))
+    message = types["sensor_msgs/msg/JointState"](header, list(names), *arrays)
+    return bytes(STORE.serialize_cdr(message, "sensor_msgs/msg/JointState", little_endian=little_endian))
+
+
+def pushed(inputs, since=0):
+    """Commands in the ring: (stamp, pay-out, rate)."""
+    return [
+        (int(inputs.command_time[i]), *inputs.command[i].tolist()) for i in range(since, int(inputs.command_head[0]))
+    ]
+
+
+# decoding
+
+
+@given(
+    st.floats(-1e5, 1e5),
+    st.floats(-1e5, 1e5),
+    st.lists(st.text("abp_", max_size=9), max_size=4),
+    st.integers(0, 4),
+    st.integers(0, 7),
+    st.text("abc_/", max_size=9),
+    st.booleans(),
+)
+def test_numbers_come_out_of_any_layout(payout, rate, others, place, given_arrays, frame, little_endian):
+    names = [*others[:place], "payout", *others[place:]]
+    index = names.index("payout")
+    arrays = [[9.0] * len(names) if given_arrays & (1 << k) else [] for k in range(3)]
+    for array, value in zip(arrays, (payout, rate)):
+        array[index : index + 1] = [value] if array else []
+    data = command(T0, arrays[0], arrays[1], names, arrays[2], frame, little_endian)
+    if not arrays[0] and not arrays[1]:
+        with pytest.raises(Refused, match="neither position"):
+            decode_command(data)
+        return
+    wanted = T0, payout if arrays[0] else nan, rate if arrays[1] else nan
+    for padding in (b"", bytes(8)):  # as rclpy leaves it
+        assert np.array_equal(decode_command(data + padding), wanted, equal_nan=True)
+
+
+def test_what_rclpy_serializes_is_read():
+    pytest.importorskip("rclpy")
+    from rclpy.serialization import serialize_message
+    from sensor_msgs.msg import JointState
+
+    for position, velocity, effort in (([1.5], [], []), ([], [-0.5], []), ([1.5], [-0.5], [7.0]), ([], [-0.5], [7.0])):
+        message = JointState(name=["payout"], position=position, velocity=velocity, effort=effort)
+        message.header.stamp.sec = 5
+        wanted = 5 * S, position[0] if position else nan, velocity[0] if velocity else nan
+        assert np.array_equal(decode_command(serialize_message(message)), wanted, equal_nan=True)
+
+
+@pytest.mark.parametrize("decode", [decode_command, decode_imu, decode_odometry])
+@given(data=st.data())
+def test_random_bytes_are_refused_and_nothing_else_is_raised(decode, data):
+    start = data.draw(st.sampled_from([b"", b"\0\1\0\0", b"\0\0\0\0", command(NOW, [1.0], [2.0], ["a", "payout"])]))
+    cut = data.draw(st.integers(0, len(start)))
+    raw = start[:cut] + data.draw(st.binary(max_size=200))
+    try:
+        decode(raw)
+    except Refused as refusal:
+        assert CAUSES[refusal.cause]
+
+
+@given(st.data())
+def test_a_damaged_command_is_refused_or_within_its_bounds(data):
+    raw = bytearray(command(NOW, [1.0, 2.0], [3.0, 4.0], ["a", "payout"], frame="winch"))
+    for _ in range(data.draw(st.integers(1, 4))):
+        raw[data.draw(st.integers(0, len(raw) - 1))] = data.draw(st.integers(0, 255))
+    try:
+        _, payout, rate = decode_command(bytes(raw))
+    except Refused as refusal:
+        assert CAUSES[refusal.cause]
+    else:
+        assert not abs(payout) > 1e5 and not abs(rate) > 1e5
+
+
+def test_a_message_without_room_for_a_stamp_has_none():
+    assert stamp_of(imu(T0)[:11]) is None and stamp_of(imu(T0)[:12]) == T0
+    assert stamp_of(imu(T0, little_endian=False)) == T0
+
+
+# refusals: cause -> bytes that come at NOW, after a command of the stamp NOW - 1
+
+BAD = [
+    ("size", b""),
+    ("size", command(NOW, [1.0])[:-1]),
+    ("size", imu(NOW)[:40]),
+    ("encoding", b"\0\7" + command(NOW, [1.0])[2:]),
+    ("joint_name", command(NOW, [1.0], names=["drum"])),
+    ("joint_name", command(NOW, [1.0, 1.0], names=["payout", "payout"])),
+    ("joint_name", command(NOW, names=[])),
+    ("array_length", command(NOW, [1.0, 2.0])),
+    ("array_length", command(NOW, [1.0], [1.0], names=["payout", "drum"])),
+    ("array_length", command(NOW, [1.0], [1.0, 2.0])),
+    ("not_finite", command(NOW, [inf])),
+    ("not_finite", command(NOW, [1.0], [-inf])),
+    ("nothing_commanded", command(NOW)),
+    ("nothing_commanded", command(NOW, [nan], [nan])),
+    ("nothing_commanded", command(NOW, effort=[1.0])),
+    ("out_of_range", command(NOW, [1.1e5])),
+    ("out_of_range", command(NOW, [1.0], [-1e6])),
+    ("stamp_not_advancing", command(NOW - 1, [1.0])),
+    ("stamp_not_advancing", command(NOW - S, [1.0])),
+]
+
+
+def prepared():
+    """An ingest that has taken a command of the stamp NOW - 1."""
+    it = CommandIngest(make_inputs())
+    assert it.take(command(NOW - 1, [7.0]), 0, NOW - 1) == ""
+    return it
+
+
+@pytest.mark.parametrize("cause, data", BAD)
+def test_a_bad_command_is_refused_and_counted_by_cause(cause, data):
+    it = prepared()
+    assert it.take(data, 5, NOW) == cause
+    assert dict(it.refused) == {cause: 1} and it.accepted == 1 and it.last_arrival == 0
+    assert pushed(it.inputs) == [(NOW - 1, 7.0, pytest.approx(nan, nan_ok=True))]
+    assert it.take(command(NOW, velocity=[0.5]), 6, NOW) == ""  # and the next good one is taken
+    assert it.last_arrival == 6 and pushed(it.inputs)[1] == (NOW, pytest.approx(nan, nan_ok=True), 0.5)
+
+
+def test_before_the_first_motion_a_command_has_no_time():
+    it = CommandIngest(make_inputs())
+    assert it.take(command(NOW, [1.0]), 5, None) == "before_motion"
+    assert dict(it.refused) == {"before_motion": 1} and it.inputs.command_head[0] == 0
+
+
+def test_every_cause_of_a_command_has_a_test_and_a_text():
+    causes = {cause for cause, _ in BAD} | {"before_motion"}
+    assert {"size", "encoding", "joint_name", "array_length", "nothing_commanded", "out_of_range"} <= causes
+    assert all("dropped" in CAUSES[cause] for cause in causes)
+    assert "100000 m or m/s" in CAUSES["out_of_range"] and "80 deg pitch" in CAUSES["out_of_range"]
+
+
+@pytest.mark.parametrize(
+    "stamp, counts_from",
+    [(0, NOW), (NOW - S, NOW - S), (NOW + S, NOW + S), (NOW - S - 1, NOW), (NOW + S + 1, NOW), (1, NOW)],
+)
+def test_a_stamp_of_another_clock_counts_from_its_arrival(stamp, counts_from):
+    it = CommandIngest(make_inputs())
+    assert it.take(command(stamp, [1.0]), 0, NOW) == ""
+    assert pushed(it.inputs)[0][0] == counts_from
+
+
+def test_after_a_jump_of_the_clock_older_stamps_are_taken():
+    it = prepared()
+    it.reset()
+    assert it.take(command(NOW - 50 * S, [1.0]), 0, NOW - 50 * S) == ""
+
+
+# a bag
+
+
+def odd_tow(offset=0):
+    """Events of 4 s of motion and odd commands among them; arrivals are stamps plus offset and up to 8 ms."""
+    delay = np.random.default_rng(8).integers(0, 8_000_000, 10_000).tolist()
+    events = [Event(T0 - STEP, T0 - STEP + offset, "command", command(T0 - STEP, [1.0]))]  # before the first motion
+    odd = [
+        lambda now: command(now, velocity=[0.5]),
+        lambda now: command(now, [1e9]),
+        lambda now: command(now, [1.0, 2.0]),
+        lambda now: command(now, [nan], [nan]),
+        lambda now: command(now + 3600 * S, [2.0]),  # foreign stamp
+        lambda now: command(now - S // 2, [3.0]),  # older than the ones before
+        lambda now: command(0, [4.0], [nan]),
+        lambda now: command(now, [nan, nan], [0.2, nan], ["payout", "drum"]),
+        lambda now: command(now, [inf]),
+        lambda now: command(now, [1.0], names=["drum"]),
+        lambda now: b"\0\1\0\0",
+    ]
+    for k in range(200):
+        now = T0 + k * STEP
+        arrival = now + offset + delay.pop()
+        data = odometry(now, (0.04 * k, 0, 0), velocity=(2.0, 0, 0))
+        events.append(Event(now, arrival, "odometry", data))
+        events.append(Event(now, arrival + 1, "imu", imu(now + (3600 * S if k == 60 else 0))))  # one wild stamp
+        if k % 3 == 0:
+            sent = odd[k // 3 % len(odd)](now + 1_000_000)
+            events.append(Event(now, arrival + 2_000_000, "command", sent))
+    return RecordedTow("", events)
+
+
+def decisions(tow, take):
+    """Of every command: its cause of refusal, or what came into the ring. take(event) -> (cause, ring)."""
+    found = []
+    for event in tow.events:
+        cause, inputs = take(event)
+        if event.kind == "command":
+            found.append(cause or pushed(inputs, int(inputs.command_head[0]) - 1)[0])
+    return found
+
+
+def test_a_bag_decides_as_the_ingest_of_the_node():
+    """The rule of the live session in a few lines; test/ros/test_session.py holds the session itself against a bag."""
+    inputs = make_inputs()
+    motion, commands, clock = MotionIngest(inputs, Ship(), Heave()), CommandIngest(inputs), DataClock()
+
+    def live(event):
+        if event.kind == "command":
+            return commands.take(event.data, event.arrival, clock.now(event.arrival)), inputs
+        stamp, head = stamp_of(event.data), int(inputs.motion_head[0])
+        if not clock.suspicious(stamp, event.arrival):
+            motion.take(event.kind, event.data, event.arrival)
+            if inputs.motion_head[0] > head:
+                clock.update(stamp, event.arrival)
+        return "", inputs
+
+    tow = odd_tow(offset=123_456_789)
+    wanted = decisions(tow, live)
+    feeder = Feeder(make_inputs(), tow, Scene)
+    assert feeder.until(10**30) == tow.events and feeder.done
+    assert feeder.commands.refused == commands.refused and feeder.commands.accepted == commands.accepted
+    assert set(commands.refused) == {
+        *("before_motion", "out_of_range", "array_length", "nothing_commanded", "stamp_not_advancing"),
+        *("not_finite", "joint_name", "size"),
+    }
+    taken = [row for row in wanted if not isinstance(row, str)]
+    assert len(taken) >= 20 and np.array_equal(pushed(feeder.inputs), taken, equal_nan=True)
+
+
+def test_a_foreign_stamp_does_not_hold_up_what_comes_after_it():
+    tow = odd_tow()
+    feeder = Feeder(make_inputs(), tow, Scene)
+    reached = feeder.until(T0 + 3 * S)
+    assert all(event.arrival < T0 + 3 * S + 20_000_000 for event in reached)
+    assert int(feeder.inputs.motion_time[(int(feeder.inputs.motion_head[0]) - 1)]) == T0 + 3 * S
+    assert {"command"} <= {event.kind for event in reached[-8:]}
+
+
+def test_the_time_a_bag_was_recorded_at_does_not_matter():
+    """Log times a constant apart, as CLOCK_MONOTONIC of the run is from them: the same stamps, to the nanosecond."""
+    rings = []
+    for offset in (0, 987_654_321, -T0 + 5):
+        feeder = Feeder(make_inputs(), odd_tow(offset), Scene)
+        feeder.until(10**30)
+        rings.append(pushed(feeder.inputs))
+    for ring in rings[1:]:
+        assert np.array_equal(ring, rings[0], equal_nan=True)
+
+
+def test_the_map_of_arrivals_forgets_at_the_same_time_whatever_their_clock():
+    """Over minutes, with the sender's clock drifting and the least delays leaving the memory of 30 s."""
+    delays = np.random.default_rng(9).exponential(3e6, 5000).astype(int).tolist()
+    runs = []
+    for shift in (0, 370_000_000, 10**18 + 1):
+        clock, offsets = DataClock(), []
+        for k, delay in enumerate(delays):
+            clock.update(T0 + k * STEP, T0 + k * STEP + delay + k * 1000 + shift)
+            offsets.append(clock.offset - shift)
+        runs.append(offsets)
+    assert runs[0] == runs[1] == runs[2] and len(set(runs[0][2000:])) > 3, "the least delay must leave the memory"
+
+
+def test_a_jump_of_the_clock_forgets_the_stamps_of_commands():
+    events = [
+        Event(T0 + k * STEP, T0 + k * STEP, "odometry", odometry(T0 + k * STEP, velocity=(1, 0, 0))) for k in range(9)
+    ]
+    events.append(Event(T0, T0 + 9 * STEP, "command", command(T0 + 9 * STEP, [1.0])))
+    for k in range(10, 17):  # the stamps go back by 100 s
+        stamp = T0 - 100 * S + k * STEP
+        events.append(Event(stamp, T0 + k * STEP, "odometry", odometry(stamp, velocity=(1, 0, 0))))
+        if k == 14:
+            events.append(Event(stamp, T0 + k * STEP + 1, "command", command(stamp, [2.0])))
+    feeder = Feeder(make_inputs(), RecordedTow("", events), Scene)
+    feeder.until(10**30)
+    assert feeder.clock.jumps == 1 and dict(feeder.commands.refused) == {"before_motion": 1}
+
+
+def test_messages_that_are_cut_short_are_counted_and_do_not_end_a_replay(tmp_path):
+    with Writer(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        topics = {
+            kind: writer.add_connection(f"/{topic}", msgtype, typestore=STORE)
+            for kind, (msgtype, topic) in KINDS.items()
+        }
+        writer.write(topics["odometry"], T0, odometry(T0, velocity=(1, 0, 0)))
+        writer.write(topics["imu"], T0 + 1, b"\0\1\0\0")
+        writer.write(topics["command"], T0 + 2, b"\0\1\0\0\5")
+    tow = read_tow(tmp_path / "bag")
+    assert [event.time for event in tow.events] == [T0, T0 + 1, T0 + 2]
+    feeder = Feeder(make_inputs(), tow, Scene)
+    feeder.until(T0 + S)
+    assert feeder.ingest.counts["size"] == 1 and dict(feeder.commands.refused) == {"size": 1}

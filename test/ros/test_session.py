@@ -1,0 +1,93 @@
+"""The live session against a bag of the same messages: the same winch commands are refused, the others count from the
+same time. In a process of its own, because the stand-in takes the place of the simulator's modules; no network."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).parent
+pytestmark = pytest.mark.skipif(
+    os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="the loop calls libc from compiled code"
+)
+
+SCRIPT = """
+import json, time
+import fake_sim
+fake_sim.install()
+from cable_sim_ros.io.messages import stamp_of
+from cable_sim_ros.io.replay import Event, Feeder, RecordedTow
+from cable_sim_ros.physics.inputs import make_inputs
+from cable_sim_ros.ros.diagnostics import Watch, final_figures
+from cable_sim_ros.ros.params import settle
+from cable_sim_ros.ros.session import Session
+from test_commands import command, decisions, odd_tow, pushed
+from test_motion import STEP, T0, S, odometry
+
+session = Session(settle({}), lambda level, text: None)
+session.configure()
+session.activate()
+begun = time.monotonic_ns()
+tow = odd_tow(begun - T0)
+last = tow.events[-1].arrival
+for k in range(1, 12):  # at last the clock jumps ahead by 50 s
+    stamp = T0 + 250 * STEP + 50 * S + k * STEP
+    arrival = last + k * STEP
+    tow.events.append(Event(stamp, arrival, "odometry", odometry(stamp, (10.0, 0, 0), velocity=(2.0, 0, 0))))
+    tow.events.append(Event(stamp, arrival + 1, "command", command(stamp, [float(k)])))
+
+def live(event):
+    if event.kind == "command":
+        return session.command(event.data, event.arrival), session.sim.inputs
+    session.motion(event.kind, event.data, event.arrival)
+    return "", session.sim.inputs
+
+wanted = decisions(tow, live)
+state = session.state
+watched = {status.name: status.values for status in Watch(session).statuses(None, None, False)}
+figures = final_figures(session, None, None)
+session.close()
+session.loop.close()
+
+bag = RecordedTow("", [event._replace(arrival=event.arrival + session.wall) for event in tow.events])
+feeder = Feeder(make_inputs(), bag, session.scene, session.node.motion, session.node.heave)
+feeder.until(10**30)
+print(json.dumps(dict(
+    state=state, watched=watched, figures=figures,
+    motion_refused=session.refused, jumps=[session.clock.jumps, feeder.clock.jumps],
+    refused=[session.commands.refused, feeder.commands.refused],
+    accepted=[session.commands.accepted, feeder.commands.accepted],
+    taken=[[row for row in wanted if not isinstance(row, str)], pushed(feeder.inputs)])))
+"""
+
+
+def test_a_bag_with_odd_commands_decides_as_the_session_did(kernel_cache):
+    environment = os.environ | {
+        "NUMBA_CACHE_DIR": str(kernel_cache),
+        "PYTHONPATH": os.pathsep.join([str(HERE), str(HERE.parent / "io"), str(HERE.parents[1])]),
+    }
+    done = subprocess.run([sys.executable, "-c", SCRIPT], env=environment, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout.splitlines()[-1])
+    assert found["state"] == "running" and found["motion_refused"] == {"stamp_off_clock": 6}, "one wild, five of a jump"
+    assert found["jumps"] == [1, 1]
+    live, replayed = found["refused"]
+    assert live == replayed and live["before_motion"] == 2 and len(live) == 8
+    assert found["accepted"][0] == found["accepted"][1] == len(found["taken"][0]) >= 30
+    assert found["figures"]["commands_refused"] == live and found["figures"]["received"] == {
+        "imu": 200,
+        "odometry": 211,
+    }
+    assert found["figures"]["dropped"] == {"stamp_off_clock": 6}
+    counted = {key: int(text) for key, text in found["watched"]["command"].items() if key.startswith("refused")}
+    assert counted == {f"refused: {cause}": count for cause, count in live.items()}
+    motion = found["watched"]["motion"]
+    assert motion["dropped: stamp_off_clock"] == "6" and motion["source"] == "odometry"
+    assert {"imu_received_hz", "imu_rate_hz", "odometry_received_age_s", "odometry_age_s"} <= set(motion)
+    live, replayed = found["taken"]
+    assert str(live) == str(replayed), "NaN is not equal to itself, its text is"
