@@ -1,4 +1,4 @@
-"""What the README says is so: commands, Python, tables, files."""
+"""What README and docs/json.md say is so: commands, Python, tables, files."""
 
 import re
 import shlex
@@ -15,6 +15,7 @@ from cable_sim_ros.runs.summary import SUMMARY, summary_markdown
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text("utf-8")
+JSON = (ROOT / "docs" / "json.md").read_text("utf-8")
 MAKEFILE = (ROOT / "Makefile").read_text("utf-8")
 
 
@@ -54,7 +55,7 @@ def test_the_python_of_the_readme_runs(capsys):
 
 
 def test_tables_of_json_names_are_the_declared_ones():
-    assert summary_markdown() in README and offline.figures_markdown() in README
+    assert summary_markdown() in JSON and offline.figures_markdown() in JSON
 
 
 @pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
@@ -73,17 +74,28 @@ def test_every_channel_has_its_row():
 def test_shipped_names_are_right():
     for name in ("nbp1406", "lmg1903"):
         assert name in shipped_bags() and f"`{name}`" in README
-    assert "full_scale" in shipped_scenes()
+    assert all(f"`{name}`" in README for name in shipped_scenes())
 
 
-def test_files_named_in_the_readme_exist():
-    for path in re.findall(r"\]\(((?!http)[^)]+)\)", README):
+@pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md"])
+def test_files_named_in_a_page_exist(page):
+    text = (ROOT / page).read_text("utf-8")
+    for path in re.findall(r"\]\(((?!http)[^)]+)\)", text):
         assert (ROOT / path.partition("#")[0]).exists(), path
-    for path in re.findall(r"`((?:physics|sim|io|lab|ros)/\w+\.py)`", README):
+    for path in re.findall(r"`((?:physics|sim|io|runs|lab|ros)/\w+\.py)`", text):
         assert (ROOT / "cable_sim_ros" / path).exists(), path
-    for name in ("DragLaw", "LOADING", "surface_row", "SetpointLaw", "compensation", "CHANNELS"):
-        assert f"`{name}`" in README
-        assert any(
-            re.search(rf"^(class |def )?{name}\b", path.read_text("utf-8"), re.M)
-            for path in (ROOT / "cable_sim_ros").rglob("*.py")
-        ), name
+    for path in re.findall(r"`((?:test|docs|config|bags|\.ci)/[\w/.]*)`", text):
+        assert (ROOT / path).exists(), path
+
+
+def test_the_readme_has_six_figures_and_the_others_stand_elsewhere():
+    table = README[README.index("\n## Figures\n") :].split("\n\n")[2].splitlines()
+    assert len(table) == 2 + 6
+    others = (ROOT / "docs" / "figures.md").read_text("utf-8")
+    assert not [row for row in table[2:] if row in others]
+
+
+def test_targets_of_contributing_exist():
+    text = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
+    for target in set(re.findall(r"`make (\w+)", text)):
+        assert re.search(rf"^{target}:", MAKEFILE, re.M), target
