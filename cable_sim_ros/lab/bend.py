@@ -14,7 +14,7 @@ import numpy as np
 from ..physics.contact import END_LOAD, stiffness
 from ..physics.line import LOAD_COLUMNS
 from ..physics.surface import surface_row
-from .rig import Rig, RigError
+from ..sim.rig import Rig, RigError
 
 PENETRATION = 1e-4  # of the radius, under the line load T/R: does not show
 MOVING = 1e-3  # the same where cable runs on: a fifth of the shipped one; stiffer contact only chatters more
@@ -96,9 +96,9 @@ def distributed(arc: np.ndarray, per_length: np.ndarray) -> list[np.ndarray]:
 
 def reload(rig: Rig, rows: list[np.ndarray]) -> None:
     """Other nodal loads on the same rig, as many rows as it had; missing ones pull with nothing."""
-    rig.line.loads[:] = 0.0
+    rig.model.loads[:] = 0.0
     for i, row in enumerate(rows):
-        rig.line.loads[i] = row
+        rig.model.loads[i] = row
 
 
 class Walk:

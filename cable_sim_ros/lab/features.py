@@ -17,7 +17,7 @@ import numpy as np
 from ..physics.drag import DragLaw
 from ..physics.surface import surface_row
 from ..physics.water import Water
-from .rig import Rig, cable_of
+from ..sim.rig import Rig, cable_of
 
 ELEMENTS, LENGTH, STEP, STEPS, TURNS = 64, 64.0, 0.01, 400, 15
 FAR = (0.0, 500.0, 0.0)

@@ -13,7 +13,7 @@ from ..physics.integrate import Solver
 from ..physics.surface import surface_row
 from ..physics.towbody import Towbody
 from ..physics.water import Water
-from .rig import Rig, cable_of
+from ..sim.rig import Rig, cable_of
 from .scenes import reference
 
 DEEP = -1000.0  # m, where the stream scenes are set up: everything is wet
@@ -100,9 +100,9 @@ def catenary(setting: Setting) -> Ours:
     begin = time.process_time()
     steps = rig.settle()
     cpu = time.process_time() - begin
-    q = rig.line.q
+    q = rig.state.q
     tension = p["EA"] * (np.linalg.norm(q[:, 3:], axis=1) - 1.0)
-    ends = np.linalg.norm(rig.line.reaction[[0, -1], :3], axis=1)
+    ends = np.linalg.norm(rig.state.reaction[[0, -1], :3], axis=1)
     tension[[0, -1]] = ends
     return Ours(
         str(setting),
@@ -122,7 +122,7 @@ def released(setting: Setting) -> Ours:
     rig = _dry(p, p["L"], setting, {0: "r"}, tension=p["mu"] * p["g"] * p["L"])
     rig.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
     rig.balance()
-    first = (0.0, p["L"], 0.0, float(np.linalg.norm(rig.line.reaction[0, :3])))
+    first = (0.0, p["L"], 0.0, float(np.linalg.norm(rig.state.reaction[0, :3])))
     return _run(
         rig,
         setting,
@@ -170,9 +170,9 @@ def pulled_over(setting: Setting) -> Ours:
     rig.settle()
     rig.release(0)
     rig.balance()
-    start, middle = rig.line.q[-1, 2], 0.5 * (rig.arc[1:] + rig.arc[:-1])
+    start, middle = rig.state.q[-1, 2], 0.5 * (rig.arc[1:] + rig.arc[:-1])
     tangent = p["l1"] + half_turn  # arc length of the material at the right tangent point before it moves
-    first = (0.0, 0.0, leaving_tension(middle, tangent, rig.line.tension))
+    first = (0.0, 0.0, leaving_tension(middle, tangent, rig.state.tension))
 
     def columns(h):
         travel = start - h.q[:, -1, 2]
@@ -228,7 +228,7 @@ def towed(setting: Setting) -> Ours:
     )
     rig.straight((0.0, 0.0, DEEP), (1.0, 0.0, -0.5))
     rig.settle()
-    first = (0.0, rig.line.q[-1, 0], rig.line.q[-1, 2] - DEEP, float(np.linalg.norm(rig.line.reaction[0, :3])))
+    first = (0.0, rig.state.q[-1, 0], rig.state.q[-1, 2] - DEEP, float(np.linalg.norm(rig.state.reaction[0, :3])))
     return _run(
         rig,
         setting,

@@ -14,8 +14,8 @@ import numpy as np
 
 from ..physics.contact import Contact, stiffness
 from ..physics.surface import STIFFNESS
+from ..sim.rig import FOLDING, Rig, RigError, cable_of
 from .bend import Bend, drum, pieces, pulls
-from .rig import FOLDING, Rig, RigError, cable_of
 from .stations import Stations, stations
 
 TENSION, STIFF, RADIUS, MASS = 3190.0, 1.4, 0.255, 0.389  # N, N m^2, m, kg/m: config/full_scale.yaml
@@ -85,11 +85,11 @@ def _solve(wrap: float, ratio: float, phase: float, limit: float | None, share: 
     try:
         rig.settle()
         for p in () if limit is not None else HARD:
-            rig.line.surfaces[0, STIFFNESS] = drum(RADIUS, TENSION, penetration=p)[STIFFNESS]
+            rig.state.surfaces[0, STIFFNESS] = drum(RADIUS, TENSION, penetration=p)[STIFFNESS]
             rig.settle()
     except RigError:
         return None
-    return stations(rig.line)
+    return stations(rig)
 
 
 def answers(table: Stations, wrap: float) -> dict[str, float]:

@@ -13,7 +13,7 @@ Used by the tow, by lines of one's own, by the cases and by the stress tests.
 from __future__ import annotations
 
 from .integrate import advance, predict
-from .jit import driver, inline
+from .jit import NO, driver, inline
 from .state import GAIN, NOW, STEP, Q, take_back
 from .surface import GROOVE
 from .survey import DEEP, THROUGH, survey
@@ -104,7 +104,7 @@ def finish(line, state, h):
     plan, now = state.plan[0], state.memory[NOW]
     used = advance(line, state, h)
     if used >= 0 and state.surfaces.shape[0] > 0 and line.settings[0].leave_step < NO_LIMIT:
-        survey(state, h)
+        survey(state, h, NO)
         if left_groove(line, state, h):
             used = -1
     if used < 0 or turned_far(line, state, h):

@@ -54,10 +54,11 @@ def note(station, surface, element, s, r, touched):
 
 
 @driver
-def survey(state, h):
+def survey(state, h, everywhere):
     """Visit every station of every surface after a step of h [s]: state.stations and state.survey.
 
-    h: 0 where there is no step to compare with, so that nothing can have gone through a surface.
+    h: 0 where there is no step to compare with, so that nothing can have gone through a surface; everywhere: out of
+    reach too.
     """
     arc, q, v, old = state.nodes[NOW, ARC, :, 0], state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[STEP, Q]
     count = 0
@@ -67,7 +68,7 @@ def survey(state, h):
         for e in range(arc.shape[0] - 1):
             length = arc[e + 1] - arc[e]
             mid, _, _ = point_of(arc, q, v, e, 0.5)
-            if out_of_reach(mid, length, s):
+            if not everywhere and out_of_reach(mid, length, s):
                 continue
             for g in range(5):
                 r, w, _ = point_of(arc, q, v, e, X5[g])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from .integrate import settle
-from .jit import driver
+from .jit import NO, driver
 from .setpoint import compensation
 from .ship import evaluate, hull_point, rotate, spin
 from .state import NOW, A, Q, V
@@ -86,5 +86,5 @@ def rest(model, state, sigma, max_steps, step_most):
     place_surfaces(model, state)
     hold_end(model, state)
     result = settle(model.line, state, sigma, max_steps, step_most)
-    survey(state, 0.0)
+    survey(state, 0.0, NO)
     return result

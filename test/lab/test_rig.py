@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.lab.cases.slack import stride
-from cable_sim_ros.lab.rig import Rig, RigError, cable_of
 from cable_sim_ros.physics.integrate import TURN_MOST, TURN_STEP, Solver
+from cable_sim_ros.sim.rig import Rig, RigError, cable_of
 
 LENGTH, NODES = 2.0, 5
 
@@ -44,15 +44,15 @@ def rod(speed: float = 0.0, gravity: float = 0.0, iterations: int = 20) -> Rig:
 )
 def test_a_step_that_turns_the_cable_far_is_taken_back(turn, step, refused):
     rig = rod(turn / step)
-    before = rig.line.q.copy()
+    before = rig.state.q.copy()
     rig.run(step, step)
     if refused:
         with pytest.raises(RigError, match=f"turned the cable by more than {TURN_MOST:g}.*a smaller step"):
             rig.refuse_whip(step)
-        assert np.array_equal(rig.line.q, before)
+        assert np.array_equal(rig.state.q, before)
     else:
         rig.refuse_whip(step)
-        assert not np.array_equal(rig.line.q, before)
+        assert not np.array_equal(rig.state.q, before)
 
 
 def test_a_step_that_turns_the_cable_far_goes_in_halves():
@@ -68,4 +68,4 @@ def test_a_step_that_newton_does_not_solve_is_halved_where_allowed():
     halved, whole = rod(gravity=9.81, iterations=2), rod(gravity=9.81)
     told, other = halved.run(0.4, 0.1, halvings=8), whole.run(0.4, 0.1)
     assert told.steps == other.steps == len(told.time) == 4 and told.iterations > other.iterations
-    assert np.abs(halved.line.q[:, :3] - whole.line.q[:, :3]).max() < 0.05 * LENGTH
+    assert np.abs(halved.state.q[:, :3] - whole.state.q[:, :3]).max() < 0.05 * LENGTH

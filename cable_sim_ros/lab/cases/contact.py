@@ -7,8 +7,8 @@ from math import cos, pi, radians, sin, sqrt
 import numpy as np
 
 from ...physics.surface import AXIS, CENTRE, DAMPING, STIFFNESS
+from ...sim.rig import Rig, RigError, cable_of
 from ..bend import Bend, Walk, distributed, drum, reload
-from ..rig import Rig, RigError, cable_of
 from ..stations import stations
 from .family import Case, Level, Values, family
 
@@ -49,7 +49,7 @@ def bounce(case: Case, level: Level) -> Values:
     walk, deep, seen = Walk(rig), 0.0, [(0.0, 0.0, -speed)]
     while walk.time < 20.0 * scale:
         walk.step(step)
-        depth, rise = -float(stations(rig.line).gap.mean()), float(rig.line.v[0, 2])
+        depth, rise = -float(stations(rig).gap.mean()), float(rig.state.v[0, 2])
         seen.append((walk.time, depth, rise))
         deep = max(deep, depth)
         if depth <= 0.0:

@@ -11,7 +11,7 @@ from ...physics.drag import DragLaw
 from ...physics.towbody import Towbody
 from ...physics.water import Water
 from ...sim.build import lock
-from ..rig import Rig, RigError, cable_of
+from ...sim.rig import Rig, RigError, cable_of
 from .family import Case, Level, Values, family
 from .wet import DEEP, NUMBER, STRAIN, crossflow
 
@@ -65,7 +65,7 @@ def through_the_surface(case: Case, level: Level) -> Values:
     ):
         speed = float(m[2]) if m[2] else case.number("current_m_s")
         rig = rig_at(float(m[1]), speed, {i: "rg" for i in range(n + 1)})
-        of[name] = abs(float(rig.line.reaction[:, 0].sum()))
+        of[name] = abs(float(rig.state.reaction[:, 0].sum()))
     return Values(of, n, 0.0)
 
 
@@ -84,7 +84,7 @@ def until(rig: Rig, speed, step: float, change: float = 1e-5) -> float:
 def fall(case: Case, rig: Rig, node: int, step: float) -> dict[str, float]:
     """Speeds and depths at the times asked for, then the terminal speed."""
     asked = case.asked(rf"(speed|drop|depth|acceleration) at ({NUMBER}) s")
-    start, of, now = rig.line.q[node, 2], {}, 0.0
+    start, of, now = rig.state.q[node, 2], {}, 0.0
     rig.balance()
     for t in sorted({float(m[2]) for _, m in asked}):
         if t > now:
@@ -92,14 +92,14 @@ def fall(case: Case, rig: Rig, node: int, step: float) -> dict[str, float]:
             rig.run(t - now, (t - now) / steps, every=steps)
             now = t
         told = {
-            "speed": -rig.line.v[node, 2],
-            "drop": start - rig.line.q[node, 2],
-            "depth": start - rig.line.q[node, 2],
-            "acceleration": -rig.line.a[node, 2],
+            "speed": -rig.state.v[node, 2],
+            "drop": start - rig.state.q[node, 2],
+            "depth": start - rig.state.q[node, 2],
+            "acceleration": -rig.state.a[node, 2],
         }
         of.update({name: float(told[m[1]]) for name, m in asked if float(m[2]) == t})
     for name, _ in case.asked("terminal speed"):
-        of[name] = float(until(rig, lambda: -rig.line.v[node, 2], step))
+        of[name] = float(until(rig, lambda: -rig.state.v[node, 2], step))
     return of
 
 
@@ -134,7 +134,7 @@ def sinking_cable(case: Case, level: Level) -> Values:
     rig.straight((0.0, 0.0, -DEEP), (1.0, 0.0, 0.0))
     step = level.step(0.01)
     of = fall(case, rig, n // 2, step)
-    sag = float(np.ptp(rig.line.q[:, 2]))
+    sag = float(np.ptp(rig.state.q[:, 2]))
     return Values(of, n, step, [f"height differs by {sag:.1g} m along the cable at the end"])
 
 
@@ -163,7 +163,7 @@ def thread(
         bodies={node: body},
         water=Water(density=case.number("fluid_density")),
     )
-    elements = rig.line.elements.copy()
+    elements = rig.model.elements.copy()
     elements[:, BUOYANCY] = 0.0
     rig.line = rig.line._replace(elements=lock(elements))
     return rig
@@ -209,7 +209,7 @@ def submerged_pendulum(case: Case, level: Level) -> Values:
     rig = thread(case, length, {0: "r"}, sphere.net_weight / STRAIN, sphere.net_weight, gravity, sphere, 1)
     rig.straight(top, (0.0, 0.0, -1.0))
     rig.settle()
-    tension = float(np.linalg.norm(rig.line.reaction[0, :3]))
+    tension = float(np.linalg.norm(rig.state.reaction[0, :3]))
     stretch = 1.0 + tension / rig.cable.axial_stiffness
     angle = radians(case.number("amplitude_deg"))
     rig.straight(top, (np.sin(angle), 0.0, -np.cos(angle)), stretch)

@@ -8,7 +8,7 @@ from math import hypot, pi
 import numpy as np
 
 from ...physics.water import Water
-from ..rig import Rig, cable_of
+from ...sim.rig import Rig, cable_of
 from .family import Case, CaseError, Level, Values, family
 from .wet import NUMBER, crossflow
 
@@ -127,12 +127,12 @@ def jumper(case: Case, level: Level) -> Values:
     ends = {"top": n if moved[2] >= fixed[2] else 0, "bottom": 0 if moved[2] >= fixed[2] else n}
     of, notes = {}, []
     for end, node in ends.items():
-        force = rig.line.reaction[node, :3]
+        force = rig.state.reaction[node, :3]
         of[f"static force at the {end} end, horizontal"] = float(hypot(force[0], force[1]))
         of[f"static force at the {end} end, vertical"] = float(force[2])
     if case.number("Ca_axial", 0.0):
         notes.append("the product's cable has no added mass along itself; Ca_axial was left out")
-    rest, step = rig.line.q.copy(), level.step(0.1)
+    rest, step = rig.state.q.copy(), level.step(0.1)
     asked = case.asked(r"(largest|smallest) (top|bottom)-end tension .*motion along ([xyz])")
     for axis in sorted({m[3] for _, m in asked}):
         rig.place(rest[:, :3], rest[:, 3:])

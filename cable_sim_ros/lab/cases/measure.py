@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ...physics.shape import W4, X4, shape, slope
-from ..rig import History, Rig, lock
+from ...sim.rig import History, Rig, lock
 
 
 def hold(rig: Rig, held: dict[int, str]) -> None:
@@ -20,7 +20,7 @@ def hold(rig: Rig, held: dict[int, str]) -> None:
 
 def point(rig: Rig, s: float, q: np.ndarray | None = None) -> np.ndarray:
     """Position [.., 3] at unstretched arc length s [m] by the element's own shape functions; q [.., nodes, 6]."""
-    q = rig.line.q if q is None else q
+    q = rig.state.q if q is None else q
     e = int(np.clip(np.searchsorted(rig.arc, s, "right") - 1, 0, rig.nodes - 2))
     length = rig.arc[e + 1] - rig.arc[e]
     n = shape(float((s - rig.arc[e]) / length))
@@ -34,7 +34,7 @@ def point(rig: Rig, s: float, q: np.ndarray | None = None) -> np.ndarray:
 
 def stretched_length(rig: Rig) -> float:
     """Arc length of the deformed line [m], by the quadrature the element uses for its strain."""
-    q, length = rig.line.q, np.diff(rig.arc)[:, None]
+    q, length = rig.state.q, np.diff(rig.arc)[:, None]
     total = 0.0
     for x, w in zip(X4, W4):
         d = slope(float(x))
@@ -53,7 +53,7 @@ def tension_along(rig: Rig, tension: np.ndarray, s: float) -> float:
 
 def moment(rig: Rig, node: int) -> np.ndarray:
     """Moment [N m] that holds a held tangent: g x Q_g, since Q_g does the work Q_g . (turn x g)."""
-    return np.cross(rig.line.q[node, 3:], rig.line.reaction[node, 3:])
+    return np.cross(rig.state.q[node, 3:], rig.state.reaction[node, 3:])
 
 
 def follow(

@@ -13,7 +13,7 @@ from ...physics.jit import YES
 from ...physics.line import residual
 from ...physics.towbody import Towbody
 from ...physics.water import Water
-from ..rig import Rig, RigError, cable_of
+from ...sim.rig import Rig, RigError, cable_of
 from .family import Case, Level, Values, family
 from .measure import crossings, follow, hold, tension_along
 
@@ -39,7 +39,7 @@ def system(rig: Rig) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     n, found = rig.nodes, []
     for c2 in (0.0, MASS_SCALE):
         residual(rig.line, 0.0, c2, 0.0, YES)
-        band, lower = rig.line.work.band, rig.line.work.lower
+        band, lower = rig.state.work.band, rig.state.work.lower
         full = np.zeros((n, 6, n, 6))
         for i in range(n):
             full[i, :, i] = band[i, :, :6]
@@ -47,13 +47,13 @@ def system(rig: Rig) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
                 full[i, :, i + 1] = band[i, :, 6:12]
                 full[i + 1, :, i] = lower[i + 1]
         found.append(full.reshape(6 * n, 6 * n))
-    return found[0], (found[1] - found[0]) / MASS_SCALE, -rig.line.work.band[:, :, 12].ravel().copy()
+    return found[0], (found[1] - found[0]) / MASS_SCALE, -rig.state.work.band[:, :, 12].ravel().copy()
 
 
 def free_of(rig: Rig, axis: int) -> np.ndarray:
     """Indices of the unknowns along one axis that are not held."""
     mask = np.zeros((rig.nodes, 6), bool)
-    mask[:, [axis, 3 + axis]] = rig.line.held[:, [axis, 3 + axis]] == 0.0
+    mask[:, [axis, 3 + axis]] = rig.model.held[:, [axis, 3 + axis]] == 0.0
     return np.flatnonzero(mask)
 
 
@@ -62,7 +62,7 @@ def transverse(rig: Rig, axis: int = 0) -> tuple[np.ndarray, np.ndarray, np.ndar
     a line at rest and straight along another. Raises RigError where the axes are not apart."""
     k, m, _ = system(rig)
     own = free_of(rig, axis)
-    other = np.setdiff1d(np.flatnonzero(rig.line.held.ravel() == 0.0), own)
+    other = np.setdiff1d(np.flatnonzero(rig.model.held.ravel() == 0.0), own)
     k_own, m_own = k[np.ix_(own, own)], m[np.ix_(own, own)]
     if len(other) and np.abs(k[np.ix_(own, other)]).max() > 1e-9 * np.abs(k_own).max():
         raise RigError("the line is not straight: its transverse motion is coupled to the axial one")
@@ -82,7 +82,7 @@ def frequencies(case: Case, rig: Rig, level: Level) -> dict[str, float]:
     asked = {name: int(m[1]) for name, m in case.asked(r"omega_(\d+)") if 1 <= int(m[1]) <= len(omega)}
     if not level.realtime:
         return {name: float(omega[k - 1]) for name, k in asked.items()}
-    rest, own = rig.line.q.copy(), free_of(rig, 0)
+    rest, own = rig.state.q.copy(), free_of(rig, 0)
     return {
         name: swing(
             rig,
@@ -99,9 +99,9 @@ def frequencies(case: Case, rig: Rig, level: Level) -> dict[str, float]:
 
 def swing(rig: Rig, rest, own, shape, weight, step: float, duration: float) -> float | None:
     """Frequency [rad/s] of the free oscillation let go from a shape, by the zero crossings of its modal coordinate."""
-    rig.line.q[:] = rest
-    rig.line.q.reshape(-1)[own] += shape
-    rig.line.v[:], rig.line.a[:], rig.line.x[:] = 0.0, 0.0, 0.0
+    rig.state.q[:] = rest
+    rig.state.q.reshape(-1)[own] += shape
+    rig.state.v[:], rig.state.a[:], rig.state.nodes[NOW, X][:] = 0.0, 0.0, 0.0
     rig.balance()
     t, y = follow(
         rig,

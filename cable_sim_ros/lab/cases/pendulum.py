@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 
-from ..rig import Rig, cable_of
+from ...sim.rig import Rig, cable_of
 from .family import Case, CaseError, Level, Values, family
 
 ANGULAR = re.compile(r"([-+.\deE]+) rad/s \* x along \+y")
@@ -51,7 +51,7 @@ def pendulum(case: Case, level: Level) -> Values:
         spin[:, 1] = float(found[1])
     else:
         spin[:, 2] = -case.number("initial_spin_rad_s", 0.0)
-    rig.line.v[:, :3], rig.line.v[:, 3:] = rig.arc[:, None] * spin, spin
+    rig.state.v[:, :3], rig.state.v[:, 3:] = rig.arc[:, None] * spin, spin
     rig.balance()
     of, now, step = {}, 0.0, level.step(1e-3)
     if level.realtime:
@@ -61,7 +61,7 @@ def pendulum(case: Case, level: Level) -> Values:
         now = t
         for what, node in (("tip", -1), ("middle", n // 2)):
             for k, axis in enumerate("xyz"):
-                of[f"{what} {axis} at {t} s"] = float(rig.line.q[node, k])
+                of[f"{what} {axis} at {t} s"] = float(rig.state.q[node, k])
     named = {
         name: of[f"{m[1]} {m[2]} at {float(m[3])} s"]
         for name, m in case.asked(r"(tip|middle) ([xyz]) at ([\d.eE+-]+) s")

@@ -7,8 +7,8 @@ from math import cos, pi, radians, sin, sqrt
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
+from ...sim.rig import Rig, RigError, cable_of
 from ..bend import MOVING, Bend, Walk, distributed, drum, pieces, pulls, reload
-from ..rig import Rig, RigError, cable_of
 from ..stations import stations
 from .family import Case, Level, Values, family
 
@@ -41,7 +41,7 @@ def settle_moving(rig: Rig, bend: Bend, acceleration: float, mass: float, bodies
 
 def level_of(rig: Rig, side: float) -> float:
     """Arc length [m] at which the rope passes the height of the axis on the side of x < 0 or x > 0."""
-    r, arc = rig.line.q[:, :3], rig.arc
+    r, arc = rig.state.q[:, :3], rig.arc
     for n in range(rig.nodes - 1):
         a, b = r[n, 2], r[n + 1, 2]
         if (a < 0.0) != (b < 0.0) and side * r[n, 0] > 0.0:
@@ -103,16 +103,16 @@ def atwood(case: Case, level: Level) -> Values:
     step = level.step(2e-3)
     period = 2.0 * pi * sqrt(total / ea / (1.0 / (light + 0.5 * mass * total) + 1.0 / (heavy + 0.5 * mass * total)))
     node = -1 if side > 0.0 else 0
-    start = rig.line.q[node, 2]
+    start = rig.state.q[node, 2]
     walk = Walk(rig)
 
     def look(_: float) -> tuple[float, ...]:
         return (
-            start - rig.line.q[node, 2],
-            -rig.line.v[node, 2],
+            start - rig.state.q[node, 2],
+            -rig.state.v[node, 2],
             rig.tension_at(level_of(rig, side)),
             rig.tension_at(level_of(rig, -side)),
-            stations(rig.line).resultant[2],
+            stations(rig).resultant[2],
         )
 
     seen = {}
@@ -173,8 +173,8 @@ def lift_off(case: Case, level: Level) -> Values:
         surfaces=[drum(radius, tension, penetration=MOVING)],
     )
     settle_moving(rig, bend, pull, mass, {})
-    end, along = rig.line.q[-1, :3].copy(), bend.nodes(rig.arc)[1][-1]
-    rig.line.a[-1, :3] = rig.line.x[-1, :3] = pull * along
+    end, along = rig.state.q[-1, :3].copy(), bend.nodes(rig.arc)[1][-1]
+    rig.state.a[-1, :3] = rig.state.nodes[NOW, X][-1, :3] = pull * along
     rig.balance()
 
     def motion(t: np.ndarray) -> np.ndarray:
@@ -196,7 +196,7 @@ def lift_off(case: Case, level: Level) -> Values:
         except RigError as error:
             notes.append(f"stopped at {walk.time:.3g} s: {error}")
             break
-        table = stations(rig.line)
+        table = stations(rig)
         now = []
         for place in places - 0.5 * pi:
             low, high = max(place - 0.3, 0.1 - 0.5 * pi), min(place + 0.3, wrap - 0.5 * pi - 0.1)
@@ -209,7 +209,7 @@ def lift_off(case: Case, level: Level) -> Values:
             )
         times.append(walk.time)
         loads.append(now)
-        speeds.append(float(np.linalg.norm(rig.line.v[0, :3])))
+        speeds.append(float(np.linalg.norm(rig.state.v[0, :3])))
         lengths.append(level_of(rig, -1.0))
         if np.mean(loads[-CALM:], 0).min() < 0.0:
             break
@@ -311,12 +311,12 @@ def wrapping(case: Case, level: Level) -> Values:
     swing = 2.0 * pi * sqrt(length / gravity)  # only to know when to give up, and the steps between two looks
 
     def look(now: float) -> tuple[float, ...]:
-        chord = rig.line.q[-1, :3] - rig.line.q[first, :3]
+        chord = rig.state.q[-1, :3] - rig.state.q[first, :3]
         return (
             now,
             float(np.arctan2(chord[0], -chord[2])),
-            float(rig.line.tension[first:].mean()),
-            float(np.linalg.norm(stations(rig.line).resultant)),
+            float(rig.state.tension[first:].mean()),
+            float(np.linalg.norm(stations(rig).resultant)),
         )
 
     seen = [look(0.0)]

@@ -7,8 +7,8 @@ from math import pi, radians, sqrt
 import numpy as np
 
 from ...physics.surface import RADIUS, STIFFNESS
+from ...sim.rig import Rig, cable_of
 from ..bend import MOVING, Bend, Walk, drum, pieces, pulls
-from ..rig import Rig, cable_of
 from ..stations import Stations, stations
 from .family import Case, Level, Values, family
 
@@ -86,7 +86,7 @@ def static_wrap(case: Case, level: Level) -> Values:
         rig = symmetric(tension, radius, radians(wrap), 2.0 * radius, size, surface, fine=2.0 * radius)
         elements = rig.nodes - 1
         rig.settle()
-        return stations(rig.line)
+        return stations(rig)
 
     if case.number("exponent", 1.5) != 1.5:
         return Values({}, 0, 0.0, ["the product's contact law has the exponent 1.5 only"])
@@ -134,7 +134,7 @@ def bending_boundary(case: Case, level: Level) -> Values:
         fine=6.0 * scale,
     )
     soften(rig, tension)
-    table = stations(rig.line)
+    table = stations(rig)
     told = boundary(table, wrap, 3.0 * scale)
     of, notes = {}, []
     for output in case.outputs:
@@ -158,13 +158,13 @@ def bending_boundary(case: Case, level: Level) -> Values:
 
 def soften(rig: Rig, tension: float, penetration: float = TRACE) -> None:
     """Settle with a soft surface first, then stiffer up to the wanted penetration [radius]: Newton's way is short."""
-    radius = rig.line.surfaces[0, RADIUS]
+    radius = rig.state.surfaces[0, RADIUS]
     for p in (1e-4, 1e-5, 1e-6, 1e-7):
         if p < 3.0 * penetration:
             break
-        rig.line.surfaces[0, STIFFNESS] = drum(radius, tension, penetration=p)[STIFFNESS]
+        rig.state.surfaces[0, STIFFNESS] = drum(radius, tension, penetration=p)[STIFFNESS]
         rig.settle()
-    rig.line.surfaces[0, STIFFNESS] = drum(radius, tension, penetration=penetration)[STIFFNESS]
+    rig.state.surfaces[0, STIFFNESS] = drum(radius, tension, penetration=penetration)[STIFFNESS]
     rig.settle()
 
 
@@ -225,7 +225,7 @@ def heavy_static(case: Case, level: Level) -> Values:
     )
     rig.place(*bend.nodes(rig.arc))
     rig.settle()
-    table = stations(rig.line)
+    table = stations(rig)
     places = {"left tangent point": left, "top": left + 0.5 * bend.contact, "right tangent point": left + bend.contact}
     of = {f"tension at the {where}": rig.tension_at(s) for where, s in places.items()}
     # the load ends at the tangent points: there it is read off a parabola through the stations inside of them
@@ -234,7 +234,7 @@ def heavy_static(case: Case, level: Level) -> Values:
         table.fit(-0.5 * pi + 0.1, -0.5 * pi + 1.1, -0.5 * pi) + table.fit(0.5 * pi - 1.1, 0.5 * pi - 0.1, 0.5 * pi)
     )
     of["total vertical contact force"] = float(table.resultant[2])
-    hold = -float(rig.line.reaction[light, 2])
+    hold = -float(rig.state.reaction[light, 2])
     which = "left" if light == 0 else "right"
     return Values(
         of,
@@ -283,17 +283,17 @@ def running(case: Case, level: Level) -> Values:
         )
         # at rest the whole tension presses, running only what is left of it: settled on a stiffer surface the cable
         # begins at its running depth
-        k = rig.line.surfaces[0, STIFFNESS]
-        rig.line.surfaces[0, STIFFNESS] = k * tension / max(tension - mass * v * v, 0.02 * tension)
+        k = rig.state.surfaces[0, STIFFNESS]
+        rig.state.surfaces[0, STIFFNESS] = k * tension / max(tension - mass * v * v, 0.02 * tension)
         rig.settle()
-        rig.line.surfaces[0, STIFFNESS] = k
-        rig.line.v[:, :3], rig.line.v[:, 3:] = v * bend.nodes(rig.arc)[1], v * bend.turning(rig.arc)
+        rig.state.surfaces[0, STIFFNESS] = k
+        rig.state.v[:, :3], rig.state.v[:, 3:] = v * bend.nodes(rig.arc)[1], v * bend.turning(rig.arc)
         rig.balance()
         walk, elements = Walk(rig), rig.nodes - 1
         # in real time the way is sampled by 20 steps at least, whatever the shipped step
         h = min(level.step(0.05 * size / v), 0.05 * way / v)
         walk.to(way / 1.5 / v, h)
-        seen = walk.to(way / v, h, lambda t: stations(rig.line))
+        seen = walk.to(way / v, h, lambda t: stations(rig))
         if v == speed:
             step = h
             notes.extend(walk.note(h))

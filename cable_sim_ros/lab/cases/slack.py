@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..rig import FOLDING, Rig, RigError, cable_of
+from ...sim.rig import FOLDING, Rig, RigError, cable_of
 from .family import Case, CaseError, Level, Values, family
 from .measure import crossings
 from .statics import hanging_shape
@@ -26,7 +26,7 @@ def stride(rig: Rig, step: float, halvings: int = HALVINGS, seen: Callable[[floa
         rig.run(step, step)
         rig.refuse_whip(step)
     except RigError:
-        if halvings == 0 or not np.isfinite(rig.line.q).all():
+        if halvings == 0 or not np.isfinite(rig.state.q).all():
             raise
         stride(rig, 0.5 * step, halvings - 1, seen)
         stride(rig, 0.5 * step, halvings - 1, seen)
@@ -93,7 +93,7 @@ def falling_chain(case: Case, level: Level) -> Values:
         gravity=gravity,
     )
     rig.place(*hanging_shape(rig.arc, apart, 0.0))
-    rig.line.q[-1, :3] = (apart, 0.0, 0.0)
+    rig.state.q[-1, :3] = (apart, 0.0, 0.0)
     rig.settle()
     rig.release(n)
     drops = {
@@ -108,7 +108,7 @@ def falling_chain(case: Case, level: Level) -> Values:
         rig,
         step,
         3.0 * fall,
-        lambda rig: (rig.line.q[-1, 0], -rig.line.q[-1, 2], float(np.linalg.norm(rig.line.v[-1, :3]))),
+        lambda rig: (rig.state.q[-1, 0], -rig.state.q[-1, 2], float(np.linalg.norm(rig.state.v[-1, :3]))),
         lambda t, seen: seen[1] > most * length,
     )
     of = {}
@@ -176,12 +176,12 @@ def drop_snap(case: Case, level: Level) -> Values:
     step = fall_step(level, fall, 2 * FALL_STEPS)
 
     def look(rig: Rig) -> tuple[float, ...]:
-        end = rig.line.q[-1, :3]
+        end = rig.state.q[-1, :3]
         return (
             float(np.linalg.norm(end)),
             float(end[2]),
-            float(np.linalg.norm(rig.line.v[-1, :3])),
-            float(rig.line.tension.mean()),
+            float(np.linalg.norm(rig.state.v[-1, :3])),
+            float(rig.state.tension.mean()),
         )
 
     t, apart, z, speed, tension = march(rig, step, 3.2 * fall + 2.0 * swing, look, lambda t, seen: False)

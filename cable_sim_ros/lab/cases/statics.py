@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..rig import Rig, cable_of
+from ...sim.rig import Rig, cable_of
 from .family import Case, CaseError, Level, Values, family
 from .measure import moment, nearest, numbers, point, stretched_length
 
@@ -63,9 +63,9 @@ def catenary(case: Case, level: Level) -> Values:
         gravity=gravity,
     )
     rig.place(*hanging_shape(rig.arc, span, rise))
-    rig.line.q[-1, :3] = (span, 0.0, rise)
+    rig.state.q[-1, :3] = (span, 0.0, rise)
     rig.settle()
-    first, last = rig.line.reaction[0, :3], rig.line.reaction[-1, :3]
+    first, last = rig.state.reaction[0, :3], rig.state.reaction[-1, :3]
     of = {
         "H horizontal tension": float(np.hypot(first[0], first[1])),
         "T at end A (origin)": float(np.linalg.norm(first)),
@@ -126,9 +126,9 @@ def tip_force(case: Case, level: Level) -> Values:
     rig = cantilever(case, n, max(map(abs, given), default=1.0))
     of = {}
     for force in sorted({p for _, p in asked.values()}):
-        rig.line.loads[0, 3] = force
+        rig.model.loads[0, 3] = force
         rig.settle()
-        tip = rig.line.q[-1]
+        tip = rig.state.q[-1]
         found = {"deflection": tip[2], "tip abscissa": tip[0], "tip slope": np.arctan2(tip[5], tip[3])}
         of.update({name: float(found[what]) for name, (what, p) in asked.items() if p == force})
     return Values(of, n, 0.0)
@@ -156,10 +156,10 @@ def tip_moment(case: Case, level: Level) -> Values:
     for m in sorted({m for _, m in asked.values()}, key=abs):
         steps = max(int(np.ceil(abs(m - now) / most - 1e-9)), 1)
         for part in np.linspace(now, m, steps + 1)[1:]:
-            rig.line.loads[0, 5] = -part
+            rig.model.loads[0, 5] = -part
             rig.settle()
         now = m
-        of.update({name: float(rig.line.q[-1, k]) for name, (k, p) in asked.items() if p == m})
+        of.update({name: float(rig.state.q[-1, k]) for name, (k, p) in asked.items() if p == m})
     return Values(of, n, 0.0)
 
 
@@ -192,7 +192,7 @@ def flume_line(case: Case, level: Level) -> Values:
     )
     rig.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
     rig.settle()
-    tip = rig.line.q[-1]
+    tip = rig.state.q[-1]
     return Values(
         {
             "tip x": float(tip[0]),
@@ -230,8 +230,8 @@ def vertical(case: Case, level: Level) -> Values:
     rig.settle()
     return Values(
         {
-            "top tension": float(np.linalg.norm(rig.line.reaction[0, :3])),
-            "elongation": float(-rig.line.q[-1, 2] - length),
+            "top tension": float(np.linalg.norm(rig.state.reaction[0, :3])),
+            "elongation": float(-rig.state.q[-1, 2] - length),
             "tension at mid length": rig.tension_at(0.5 * length),
         },
         n,

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...physics.towbody import Towbody
 from ...physics.water import Water
-from ..rig import Rig, cable_of
+from ...sim.rig import Rig, cable_of
 from .family import Case, Level, Values, family
 from .wet import DEEP, STRAIN, crossflow, drag_law, graded, weigh
 
@@ -46,7 +46,7 @@ class Tow:
 
     @property
     def tension(self) -> float:
-        return float(np.linalg.norm(self.rig.line.reaction[0, :3]))
+        return float(np.linalg.norm(self.rig.state.reaction[0, :3]))
 
 
 def critical_angle(case: Case, speed: float, law: dict) -> float:
@@ -74,7 +74,7 @@ def critical_angle(case: Case, speed: float, law: dict) -> float:
         c, s = np.cos(angle), np.sin(angle)
         rig.straight((0.0, 0.0, -DEEP), (c, 0.0, -down * s))
         rig.balance()  # everything is held: this only finds what holds it
-        load = -rig.line.reaction[:, :3].sum(axis=0)
+        load = -rig.state.reaction[:, :3].sum(axis=0)
         return load[0] * s + down * load[2] * c
 
     low, high = 0.0, 0.5 * pi
@@ -102,10 +102,10 @@ def straight_tow(case: Case, level: Level) -> Values:
     weight, gravity = case.number("body_wet_weight_N"), case.number("g", 9.81)
     tow = Tow(case, level, speed, law, max(abs(weight) / gravity, 1e-3), 0.0, 0.0)
     tow.rig.settle()
-    top, body, tangent = tow.rig.line.q[0, :3], tow.rig.line.q[-1, :3], tow.rig.line.q[0, 3:]
+    top, body, tangent = tow.rig.state.q[0, :3], tow.rig.state.q[-1, :3], tow.rig.state.q[0, 3:]
     of = {
         "tension at the tow point": tow.tension,
-        "tension at the body": float(tow.rig.line.tension[-1]),
+        "tension at the body": float(tow.rig.state.tension[-1]),
         "cable angle from horizontal at the tow point": degrees(atan2(-tangent[2], hypot(*tangent[:2]))),
         "body depth below the tow point": float(top[2] - body[2]),
         "layback": float(hypot(*(body - top)[:2])),
@@ -132,10 +132,10 @@ def around(radius: float, speed: float):
 
 def turn_figures(rig: Rig) -> np.ndarray:
     """Radius and depth of the body, angle by which it trails [rad], tension at the tow point."""
-    r = rig.line.q[:, :3]
+    r = rig.state.q[:, :3]
     bearing = np.unwrap(np.arctan2(r[:, 1], r[:, 0]))  # along the cable, so that it may trail by more than half a turn
     return np.array(
-        (hypot(*r[-1, :2]), r[0, 2] - r[-1, 2], bearing[0] - bearing[-1], np.linalg.norm(rig.line.reaction[0, :3]))
+        (hypot(*r[-1, :2]), r[0, 2] - r[-1, 2], bearing[0] - bearing[-1], np.linalg.norm(rig.state.reaction[0, :3]))
     )
 
 
@@ -168,11 +168,11 @@ def circle_tow(case: Case, level: Level) -> Values:
     rig = tow.rig
     rig.settle()
     # from the stream to still water: the straight tow of the settled shape along +y begins the turn
-    shape = rig.line.q.copy()
+    shape = rig.state.q.copy()
     r, g = shape[:, :3] + (0.0, 0.0, DEEP), shape[:, 3:]
     turned = np.stack((r[:, 1] + radius, -r[:, 0], r[:, 2] - DEEP), 1)
     rig.place(turned, np.stack((g[:, 1], -g[:, 0], g[:, 2]), 1), v=np.tile((0.0, speed, 0.0), (rig.nodes, 1)))
-    rig.line.current[:] = 0.0
+    rig.state.now.current[:] = 0.0
     turn, motion = 2.0 * pi * radius / abs(speed), around(radius, speed)
     step = 0.5 if level.realtime else level.step(0.5)
     # whole turns end where they began, so that the table of the motion is the same for each
@@ -199,6 +199,6 @@ def circle_tow(case: Case, level: Level) -> Values:
         "body depth below the tow point": now[1],
         "angle by which the body trails the ship on the circle": degrees(now[2]),
         "tow-point tension": now[3],
-        "body speed": float(np.linalg.norm(rig.line.v[-1, :3])),
+        "body speed": float(np.linalg.norm(rig.state.v[-1, :3])),
     }
     return Values({k: float(v) for k, v in of.items()}, rig.nodes - 1, dt, notes)

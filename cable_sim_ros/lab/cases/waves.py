@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ..rig import Rig, cable_of
+from ...sim.rig import Rig, cable_of
 from .family import Case, CaseError, Level, Values, family
 from .measure import crossings, follow, hold, mean_between, point
 
@@ -63,8 +63,8 @@ def step_force(case: Case, level: Level) -> Values:
     taut = TAUT * abs(force)
     rig = bar(case, n, taut, loads=[[n, taut, 0.0, 0.0, 0.0, 0.0, 0.0]])
     rig.settle()
-    end, still = float(rig.line.q[-1, 0]), -float(rig.line.reaction[0, 0])
-    rig.line.loads[0, 1] += force
+    end, still = float(rig.state.q[-1, 0]), -float(rig.state.reaction[0, 0])
+    rig.model.loads[0, 1] += force
     rig.balance()
     means = {
         name: (float(m[1]), float(m[2]))
@@ -128,10 +128,10 @@ def _emergency_stop(case: Case, level: Level, step: float) -> Values:
         loads=[[n, pull, 0.0, 0.0, 0.0, 0.0, 0.0]],
     )
     rig.settle()
-    still = -float(rig.line.reaction[0, 0])
+    still = -float(rig.state.reaction[0, 0])
     turn = 0.5 * np.pi * np.minimum(rig.arc / (FRONT * rig.arc[-1]), 1.0)
-    rig.line.v[:, 0] = speed * np.sin(turn)
-    rig.line.v[:, 3] = speed * np.cos(turn) * np.gradient(turn, rig.arc)
+    rig.state.v[:, 0] = speed * np.sin(turn)
+    rig.state.v[:, 3] = speed * np.cos(turn) * np.gradient(turn, rig.arc)
     rig.balance()
     instants = {name: float(m[1]) for name, m in case.asked(r"dynamic tension at the winch at t=([\d.]+) L/c.*")}
     speeds = {name: float(m[1]) for name, m in case.asked(r"end-mass speed at t=([\d.]+) L/c.*")}
@@ -187,7 +187,7 @@ def pluck(case: Case, level: Level) -> Values:
     rig.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), 1.0 / slack)
     rig.settle()
     hold(rig, {0: "r", left: "r", n: "r"})
-    rig.line.q[left, 2] = height
+    rig.state.q[left, 2] = height
     rig.settle()
     hold(rig, {0: "r", n: "r"})
     rig.balance()

@@ -8,7 +8,7 @@ from math import pi
 from ...physics.ancf import BUOYANCY
 from ...physics.drag import DragLaw
 from ...sim.build import lock
-from ..rig import Rig
+from ...sim.rig import Rig
 from .family import Case, CaseError
 
 NUMBER = r"[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?"
@@ -54,10 +54,10 @@ def drag_law(case: Case, key: str = "drag_law") -> dict:
 def weigh(rig: Rig, wet_weight: float) -> list[str]:
     """Make weight less buoyancy that of the case [N/m]; a note where diameter and density give another one."""
     weight = rig.cable.mass_per_length * rig.gravity
-    off = weight - rig.line.elements[0, BUOYANCY, 0] - wet_weight
+    off = weight - rig.model.elements[0, BUOYANCY, 0] - wet_weight
     if abs(off) <= 1e-6 * weight:
         return []
-    elements = rig.line.elements.copy()
+    elements = rig.model.elements.copy()
     elements[:, BUOYANCY] = weight - wet_weight
     rig.line = rig.line._replace(elements=lock(elements))
     return [

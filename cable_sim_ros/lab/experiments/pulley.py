@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...physics.integrate import Solver
+from ...sim.rig import Rig, cable_of
 from ..bend import drum
-from ..rig import Rig, cable_of
 from . import Comparison, Result
 
 RADIUS, DIAMETER, DENSITY, MODULUS, SECOND_MOMENT, DAMPING = 0.0462, 0.00884, 0.059, 2.0e9, 4.0e-14, 1e-3

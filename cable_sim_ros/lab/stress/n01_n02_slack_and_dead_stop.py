@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from ...sim.rig import FOLDING, Rig, cable_of
 from ..cases import Fidelity, run_case
 from ..cases.family import Case, Output
 from ..cases.slack import bowed, stride
 from ..cases.statics import hanging_shape
-from ..rig import FOLDING, Rig, cable_of
 from .verdict import LEAST, WITHIN, Figure, Found, stress
 
 GRAVITY = 9.81
@@ -66,7 +66,7 @@ def least_along(rig: Rig, step: float, seconds: float) -> float:
     least = np.inf
     for _ in range(round(seconds / step)):
         stride(rig, step)
-        least = min(least, float(rig.line.tension.min()))
+        least = min(least, float(rig.state.tension.min()))
     return least
 
 
@@ -86,9 +86,9 @@ def least_of_chain(elements: int, step: float) -> float:
         tension=weight,
     )
     rig.place(*hanging_shape(rig.arc, p["end_separation_m"], 0.0))
-    rig.line.q[-1, :3] = (p["end_separation_m"], 0.0, 0.0)
+    rig.state.q[-1, :3] = (p["end_separation_m"], 0.0, 0.0)
     rig.settle()
-    top = float(np.linalg.norm(rig.line.reaction[0, :3]))
+    top = float(np.linalg.norm(rig.state.reaction[0, :3]))
     rig.release(elements)
     return least_along(rig, step, 0.4) / top
 

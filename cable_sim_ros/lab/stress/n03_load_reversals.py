@@ -8,10 +8,10 @@ from ...physics.contact import LOADED, Contact, latch
 from ...physics.frame import Flag
 from ...physics.inputs import push_motion
 from ...physics.integrate import coefficients
+from ...sim.rig import Rig, cable_of
 from ...sim.simulator import SolverError
 from ..bend import drum
 from ..cases.slack import stride
-from ..rig import Rig, cable_of
 from ..stations import FORCE, POINTS, WEIGHT, touched
 from .sheave_depth import Watch
 from .tows import held, started
@@ -90,7 +90,7 @@ class Bench:
 
     def pull(self, load: float) -> None:
         """Upward force on each end [N]."""
-        self.rig.line.loads[:, 3] = load
+        self.rig.model.loads[:, 3] = load
 
     def forces(self) -> np.ndarray:
         """Upward force of the drum, and of loads and weight [N]."""
@@ -115,7 +115,7 @@ class Bench:
     def momentum(self) -> float:
         """Of the cable and its two end masses, upward [N s]."""
         rig = self.rig
-        size, u, w = np.diff(rig.arc), rig.line.v[:, 2], rig.line.v[:, 5]
+        size, u, w = np.diff(rig.arc), rig.state.v[:, 2], rig.state.v[:, 5]
         cable = 0.5 * (u[:-1] + u[1:]) * size + (w[:-1] - w[1:]) * size**2 / 12.0
         return float(LINEAR * cable.sum() + MASS * (u[0] + u[-1]))
 

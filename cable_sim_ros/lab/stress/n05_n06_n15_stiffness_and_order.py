@@ -9,9 +9,9 @@ from scipy.special import jn_zeros
 
 from ...io.load import SceneError
 from ...physics.cable import Cable
+from ...sim.rig import Rig, cable_of
 from ...sim.simulator import Simulator, SolverError, StartError
 from ..cases import Fidelity
-from ..rig import Rig, cable_of
 from .n01_n02_slack_and_dead_stop import values
 from .tows import Sea, finite, sail, shipped, started
 from .verdict import IS, WITHIN, Figure, Found, stress
@@ -58,7 +58,7 @@ def limp(quick: bool) -> Found:
     figures.append(
         Figure(
             "catenary, horizontal tension",
-            float(abs(rig.line.reaction[0, 0]) / (mass * 9.81 * h) - 1.0),
+            float(abs(rig.state.reaction[0, 0]) / (mass * 9.81 * h) - 1.0),
             "",
             2e-3,
             WITHIN,
@@ -134,7 +134,7 @@ def tip(elements: int, share: float = 1.0) -> np.ndarray:
     )
     rig.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
     rig.settle()
-    return rig.line.q[-1, [0, 2]].copy()
+    return rig.state.q[-1, [0, 2]].copy()
 
 
 @stress("n, 2n, 4n elements", "observed order within 0.3 of theory")

@@ -11,8 +11,8 @@ from ...physics.inputs import push_command
 from ...physics.jit import NO
 from ...physics.line import residual
 from ...physics.water import Water
+from ...sim.rig import Rig, cable_of
 from ...sim.simulator import Simulator
-from ..rig import Rig, cable_of
 from .tows import Sea, sail, shipped, started
 from .verdict import IS, MOST, WITHIN, Figure, Found, stress
 
@@ -141,7 +141,7 @@ def waterline(quick: bool) -> Found:
             water=Water(current=(-2.2, 0.0)),
         )
         rig.straight((0.0, 0.0, 0.0), (-np.sqrt(1.0 - slope**2), 0.0, -slope))
-        q = rig.line.q
+        q = rig.state.q
         q[0, 5] += bow
         q[1, 5] -= bow
         depth, total = 2.0 * slope + 0.3 * bow, []

@@ -1,0 +1,442 @@
+"""A line of one's own: the product's element, water, contact and integrator without ship, drum and winch.
+
+A Rig holds what a line needs: ends that are held, moved or free, point bodies, nodal loads, fixed surfaces. Nothing of
+the physics stands here; every force and every step is that of ``physics``. A weight on a cable, let go:
+
+    cable = cable_of([{"length": 10.0, "elements": 16}], mass_per_length=0.4, axial_stiffness=1e6, diameter=0.01)
+    rig = Rig(cable, held={0: "r"}, bodies={-1: 20.0}, tension=200.0)
+    rig.straight(start=(0, 0, 0), direction=(1, 0, -1))
+    rig.balance()                                       # accelerations of the first instant; settle() for a rest
+    history = rig.run(duration=5.0, step=0.01)
+    print(history.q[-1, -1, :3], history.tension[-1, 0])
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from ..physics.ancf import (
+    ADDED_MASS,
+    AXIAL_DAMPING,
+    BUOYANCY,
+    EA,
+    EI,
+    HALF_RHO_D,
+    MASS_PER_LENGTH,
+    RE_FACTOR,
+    WEIGHT_PER_LENGTH,
+)
+from ..physics.banded import solve
+from ..physics.cable import Cable, Section
+from ..physics.drag import DragLaw
+from ..physics.integrate import Solver, link_solver, settle
+from ..physics.jit import LANES, NO, YES, driver
+from ..physics.line import AT_REST, residual
+from ..physics.state import FLOW, LOAD, NOW, STRUT, A, Change, Q, V, X, make_state
+from ..physics.step import NO_LIMIT, TURN_MOST, begin, finish, start, unfinished
+from ..physics.surface import SURFACE
+from ..physics.survey import survey
+from ..physics.towbody import BODY, Towbody, body_record
+from ..physics.water import Water
+from .build import Rules, arc_lengths, build_line, element_table, line_settings, lock
+
+FOLDING = 1e-7  # cable.compression_share of a cable that goes slack
+SHIPPED = Solver()  # the defaults of the product: step, rho_inf, tolerance
+WHOLE = Rules(0, NO_LIMIT, NO_LIMIT)  # steps as asked for, or not at all
+HALVED = Rules(SHIPPED.max_halvings, NO_LIMIT, NO_LIMIT)  # halved where Newton does not solve them
+WHIPPING = Rules(10, TURN_MOST, NO_LIMIT)  # and where they turn the cable far: for one that goes slack
+COMPONENTS = {"x": [0], "y": [1], "z": [2], "r": [0, 1, 2], "gx": [3], "gy": [4], "gz": [5], "g": [3, 4, 5]}
+
+
+class RigError(RuntimeError):
+    """A line that could not be solved; nothing of it is given as a value."""
+
+
+class Moved(NamedTuple):
+    """Nodes that follow a motion: their numbers, and position, velocity, acceleration [steps + 1, nodes, 9] at the
+    beginning and at the end of every step."""
+
+    nodes: np.ndarray
+    table: np.ndarray
+
+
+class Samples(NamedTuple):
+    """What march() fills, one row a sample."""
+
+    q: np.ndarray
+    v: np.ndarray
+    reaction: np.ndarray
+    tension: np.ndarray
+    strain: np.ndarray
+
+
+class History(NamedTuple):
+    """Samples of a run: ``every`` steps one, the first after ``every`` steps."""
+
+    time: np.ndarray  # [samples] s
+    q: np.ndarray  # [samples, nodes, 6]
+    v: np.ndarray  # [samples, nodes, 6]
+    tension: np.ndarray  # [samples, elements] N
+    reaction: np.ndarray  # [samples, nodes, 6] N, N m
+    strain: np.ndarray  # [samples] J
+    iterations: int  # Newton iterations of the whole run
+    steps: int
+
+
+@driver
+def accelerate(line, state):
+    """Accelerations that balance the present q and v; returns the residual left [N]."""
+    big = 1e14  # inertia over stiffness: the solution is an acceleration, the shape stays
+    a, x, tolerance = state.nodes[NOW, A], state.nodes[NOW, X], line.settings[0].tolerance
+    worst = residual(line, state, AT_REST, NO)
+    for _ in range(6):
+        if worst <= tolerance:
+            break
+        residual(line, state, Change(0.0, big, 0.0, 0.0), YES)
+        if not solve(state.work.band, state.work.lower, state.work.factor, state.work.step):
+            return np.inf
+        for n in range(a.shape[0]):
+            for k in range(6):
+                a[n, k] += big * state.work.step[n, k]
+        worst = residual(line, state, AT_REST, NO)
+    for n in range(a.shape[0]):
+        for k in range(6):
+            x[n, k] = a[n, k]
+    return worst
+
+
+@driver
+def between(first, last, h, s):
+    """Value, rate, acceleration at the share s of a step of h [s] of the quintic through those (x, v, a) at its ends."""
+    x0, v0, a0 = first
+    x1, v1, a1 = last
+    d, v0, v1, a0, a1 = x1 - x0, h * v0, h * v1, h * h * a0, h * h * a1
+    c3 = 10.0 * d - 6.0 * v0 - 4.0 * v1 - 1.5 * a0 + 0.5 * a1
+    c4 = -15.0 * d + 8.0 * v0 + 7.0 * v1 + 1.5 * a0 - a1
+    c5 = 6.0 * d - 3.0 * (v0 + v1) - 0.5 * (a0 - a1)
+    x = x0 + s * (v0 + s * (0.5 * a0 + s * (c3 + s * (c4 + s * c5))))
+    v = v0 + s * (a0 + s * (3.0 * c3 + s * (4.0 * c4 + s * 5.0 * c5)))
+    a = a0 + s * (6.0 * c3 + s * (12.0 * c4 + s * 20.0 * c5))
+    return x, v / h, a / (h * h)
+
+
+@driver
+def move(state, moved, i, length):
+    """Put the moved nodes where they are at the end of what is being taken of step i of ``length`` [s]."""
+    plan, nodes = state.plan[0], state.nodes[NOW]
+    s = plan.done + plan.share
+    for m in range(moved.nodes.shape[0]):
+        n, first, last = moved.nodes[m], moved.table[i, m], moved.table[i + 1, m]
+        for k in range(3):
+            x, v, a = last[k], last[3 + k], last[6 + k]
+            if s < 1.0:
+                x, v, a = between((first[k], first[3 + k], first[6 + k]), (x, v, a), length, s)
+            nodes[Q, n, k], nodes[V, n, k], nodes[A, n, k] = x, v, a
+
+
+@driver
+def take(line, state, moved, i, length):
+    """Take what is to be taken next of step i of ``length`` [s]. Returns its own length, negative: not solved."""
+    h = begin(line, state, length)
+    move(state, moved, i, length)
+    before = state.plan[0].done
+    if not finish(line, state, h):
+        return -1.0
+    return h if state.plan[0].done > before else 0.0
+
+
+@driver
+def march(line, state, h, every, moved, out):
+    """Steps of h [s], as many as ``moved`` has, into the Samples out. Returns the steps done, the iterations."""
+    steps, used = moved.table.shape[0] - 1, 0
+    for i in range(steps):
+        start(state)
+        while unfinished(state):
+            if take(line, state, moved, i, h) < 0.0:
+                return i, used
+        used += state.plan[0].used
+        if (i + 1) % every == 0:
+            s = (i + 1) // every - 1
+            for n in range(state.reaction.shape[0]):
+                for k in range(6):
+                    out.q[s, n, k] = state.nodes[NOW, Q, n, k]
+                    out.v[s, n, k] = state.nodes[NOW, V, n, k]
+                    out.reaction[s, n, k] = state.reaction[n, k]
+            for e in range(state.tension.shape[0]):
+                out.tension[s, e] = state.tension[e]
+            out.strain[s] = state.memory[NOW].health.strain
+    return steps, used
+
+
+@driver
+def begin_step(state):
+    """step.start as an entry of its own."""
+    start(state)
+
+
+@driver
+def bring_to_rest(line, state, sigma, steps, longest):
+    """integrate.settle as an entry of its own."""
+    return settle(line, state, sigma, steps, longest)
+
+
+def cable_of(sections: list[dict], **numbers) -> Cable:
+    """A Cable of the product from plain numbers; a section without a drag law has none.
+
+    Slack elements push, as in scenes by default; a case whose cable goes slack lets them fold (FOLDING).
+    """
+    named = {f"s{i}": Section(**({"drag_law": DragLaw.OFF} | s)) for i, s in enumerate(sections)}
+    return Cable(sections=named, **({"diameter": 0.01} | numbers))
+
+
+def load_of(node: int, force=(0.0, 0.0, 0.0), moment=(0.0, 0.0, 0.0)) -> np.ndarray:
+    """A LOAD record: dead force [N] on a node, moment [N m] on its tangent."""
+    row = np.zeros((), LOAD)
+    row["node"], row["force"], row["moment"] = node, force, moment
+    return row
+
+
+def rows_in_air(elements: np.ndarray) -> np.ndarray:
+    """The element table without water: no drag, added mass and buoyancy at any height."""
+    elements = elements.copy()
+    elements[:, [HALF_RHO_D, RE_FACTOR, ADDED_MASS, BUOYANCY]] = 0.0
+    return elements
+
+
+class Rig:
+    """One line, its supports and its loads. Lengths [m], forces [N], SI throughout; z is up.
+
+    cable: the product's Cable block, see cable_of(); water: none for a cable in air, at whatever height;
+    held: {node: components}, see hold(); bodies: {node: Towbody} or {node: mass [kg]}; surfaces: SURFACE records, see
+    physics/surface.py, standing where they are; loads: LOAD records, see load_of(); struts: STRUT records;
+    tension: working tension [N] that scales the tolerance. Nodes count from 0, negative ones from the end.
+    """
+
+    def __init__(
+        self,
+        cable: Cable,
+        *,
+        held: dict[int, str],
+        tension: float,
+        water: Water | None = None,
+        gravity: float = 9.81,
+        bodies: dict | None = None,
+        surfaces: list[np.ndarray] | None = None,
+        loads: list[np.ndarray] | None = None,
+        struts: list[np.ndarray] | None = None,
+        solver: Solver = SHIPPED,
+    ):
+        self.cable, self.solver, self.gravity, self._working = cable, solver, gravity, tension
+        arc = arc_lengths(cable)
+        nodes = len(arc)
+        carried = {
+            node % nodes: body if isinstance(body, Towbody) else Towbody(mass=body, net_weight=body * gravity)
+            for node, body in (bodies or {}).items()
+        }
+        air = water is None
+        water = water or Water()
+        loads, struts = np.array(loads or [], LOAD), np.array(struts or [], STRUT)
+        loads["node"] %= nodes
+        borne = {n % nodes for n in held} | set(carried) | {int(n) for n in loads["node"]}
+        borne |= {int(n) + 1 for n in struts["node"]}
+        elements = element_table(cable, water, gravity, tuple(node not in borne for node in (0, nodes - 1)))
+        self.model = build_line(
+            rows_in_air(elements) if air else elements,
+            np.zeros((nodes, 6)),
+            np.array([body_record(body, gravity, water.density) for body in carried.values()], BODY),
+            list(carried),
+            line_settings(cable, solver, gravity, tension, WHOLE),
+            loads,
+            struts,
+        )
+        self.state = make_state(arc, np.array(surfaces or [], SURFACE))
+        self.state.now.current[:] = (*water.current, *water.current_gradient)
+        self.state.nodes[:, FLOW, list(carried), 0] = -1.0
+        self.hold(held)
+        self.iterations = 0
+        link_solver(self.model, self.state)
+
+    @property
+    def nodes(self) -> int:
+        """How many nodes the line has."""
+        return len(self.arc)
+
+    @property
+    def arc(self) -> np.ndarray:
+        """Unstretched arc length of every node [nodes], m."""
+        return self.state.arc
+
+    @property
+    def tolerance(self) -> float:
+        """Largest residual force of a solved step [N]."""
+        return float(self.model.settings["tolerance"][0])
+
+    def place(self, r: np.ndarray, g: np.ndarray, v: np.ndarray | None = None, vg: np.ndarray | None = None) -> None:
+        """Set positions and gradients [nodes, 3], and their rates (default: rest)."""
+        state = self.state
+        state.q[:, :3], state.q[:, 3:] = r, g
+        state.v[:, :3], state.v[:, 3:] = (0.0 if v is None else v), (0.0 if vg is None else vg)
+        state.a[:], state.nodes[NOW, X] = 0.0, 0.0
+
+    def straight(self, start, direction, stretch: float = 1.0) -> None:
+        """Lay the cable straight from ``start`` along ``direction``, stretched by a factor."""
+        d = np.asarray(direction, float) / np.linalg.norm(direction)
+        self.place(np.asarray(start, float) + self.arc[:, None] * stretch * d, np.tile(stretch * d, (self.nodes, 1)))
+
+    def settle(self, sigma: float = 0.2, steps: int = 400, longest: float = 1000.0) -> int:
+        """Static equilibrium with the held unknowns where they are; returns the steps. Raises RigError."""
+        done, iterations, left = bring_to_rest(self.model, self.state, float(sigma), int(steps), float(longest))
+        self.iterations += iterations
+        if done < 0 or not np.isfinite(self.state.q).all():
+            raise RigError(
+                f"no static equilibrium after {-done} steps and {iterations} iterations, residual "
+                f"{left:.3g} N, allowed {self.tolerance:.3g} N"
+            )
+        return done
+
+    def hold(self, held: dict[int, str]) -> None:
+        """Hold these components of these nodes where they are, and no others.
+
+        Components: ``r`` the position, ``g`` the gradient, or single ones: ``x y z gx gy gz``, as in "rg" or "xy".
+        """
+        mask = np.zeros((self.nodes, 6))
+        for node, what in held.items():
+            names = re.findall("g[xyz]|[rgxyz]", what)
+            if not names or "".join(names) != re.sub("[ ,]", "", what):
+                raise ValueError(f"node {node}: '{what}' holds nothing: components are {', '.join(COMPONENTS)}")
+            for name in names:
+                mask[node, COMPONENTS[name]] = 1.0
+        self.model = self.model._replace(held=lock(mask))
+
+    def load(self, node: int, force=(0.0, 0.0, 0.0), moment=(0.0, 0.0, 0.0)) -> None:
+        """One more dead force [N] on a node, and moment [N m] on its tangent."""
+        self.model = self.model._replace(loads=np.append(self.model.loads, load_of(node % self.nodes, force, moment)))
+
+    def release_loads(self) -> None:
+        """Drop all nodal loads."""
+        self.model = self.model._replace(loads=np.zeros(0, LOAD))
+
+    def release(self, *nodes: int) -> None:
+        """Let go of nodes that were held, and drop all nodal loads."""
+        held = self.model.held.copy()
+        held[list(nodes)] = 0.0
+        self.model = self.model._replace(held=lock(held))
+        self.release_loads()
+
+    def change_elements(self, rows: dict[int, float], element: int | None = None) -> None:
+        """Other numbers in rows of the element table (physics/ancf.py), of one element or of all of them."""
+        table = self.model.elements.copy()
+        if element is None:
+            for row, value in rows.items():
+                table[:, row] = value
+        else:
+            e, last = element % (self.nodes - 1), self.nodes - 2
+            for k in range(table.shape[0] * LANES):
+                if k == e or (e == last and k > e):  # the tail repeats the last element
+                    for row, value in rows.items():
+                        table[k // LANES, row, k % LANES] = value
+        self.model = self.model._replace(elements=lock(table))
+
+    def empty_element(self, element: int) -> None:
+        """Leave an element only its unknowns, next to no mass and stiffness: it carries the far end of a strut."""
+        none = {EI: 0.0, AXIAL_DAMPING: 0.0, WEIGHT_PER_LENGTH: 0.0}
+        self.change_elements({MASS_PER_LENGTH: 1e-9, EA: 1e-6} | none, element)
+
+    def balance(self) -> None:
+        """Accelerations of the first instant from q and v. Raises RigError."""
+        left = accelerate(self.model, self.state)
+        if not left <= max(self.tolerance, 1e-9 * np.abs(self.state.tension).max()):
+            raise RigError(f"no accelerations balance the start: residual {left:.3g} N")
+
+    def run(
+        self,
+        duration: float,
+        step: float,
+        every: int = 1,
+        moved: tuple[int, ...] = (),
+        motion: Callable | None = None,
+        rules: Rules = WHOLE,
+    ) -> History:
+        """Advance ``duration`` in equal steps near ``step`` [s]; ``every`` steps one sample.
+
+        motion(t [times]) -> array [times, len(moved), 9] of r, v, a of the moved nodes; rules: WHOLE, HALVED,
+        WHIPPING or one's own. Raises RigError.
+        """
+        steps = max(int(round(duration / step)), 1)
+        steps = -(-steps // every) * every
+        h, samples, z = duration / steps, steps // every, np.zeros
+        out = Samples(
+            *(z((samples, self.nodes, 6)) for _ in range(3)), tension=z((samples, self.nodes - 1)), strain=z(samples)
+        )
+        follow = self._moved(h * np.arange(steps + 1), moved, motion)
+        done, iterations = march(self._under(rules), self.state, h, int(every), follow, out)
+        self.iterations += iterations
+        if done < steps or not np.isfinite(self.state.q).all():
+            raise self._stuck(done, steps, h)
+        time = h * every * np.arange(1, samples + 1)
+        return History(time, out.q, out.v, out.tension, out.reaction, out.strain, iterations, steps)
+
+    def steps(
+        self, step: float, moved: tuple[int, ...] = (), motion: Callable | None = None, rules: Rules = HALVED
+    ) -> Iterator[float]:
+        """One step [s] piece by piece: yields the length of every piece taken, see run(). Raises RigError."""
+        line, follow = self._under(rules), self._moved(np.array((0.0, step)), moved, motion)
+        begin_step(self.state)
+        plan = self.state.plan
+        while plan["done"][0] < 1.0:
+            h = take(line, self.state, follow, 0, float(step))
+            if h < 0.0 or not np.isfinite(self.state.q).all():
+                raise self._stuck(0, 1, step)
+            if h > 0.0:
+                yield h
+        self.iterations += int(plan["used"][0])
+
+    def survey(self, q: np.ndarray | None = None, v: np.ndarray | None = None) -> np.ndarray:
+        """STATION records of every Gauss point on every surface, of the present or of a sample q, v of a History."""
+        kept = self.state.nodes[NOW, [Q, V]].copy()
+        try:
+            if q is not None:
+                self.state.q[:] = q
+            if v is not None:
+                self.state.v[:] = v
+            survey(self.state, 0.0, YES)
+        finally:
+            self.state.q[:], self.state.v[:] = kept
+        return self.state.stations
+
+    def _moved(self, times: np.ndarray, nodes: tuple[int, ...], motion: Callable | None) -> Moved:
+        table = np.zeros((len(times), 0, 9)) if motion is None else np.ascontiguousarray(motion(times), float)
+        return Moved(np.array([n % self.nodes for n in nodes], np.int64), table)
+
+    def _under(self, rules: Rules):
+        settings = self.model.settings.copy()
+        settings["max_halvings"], settings["turn_most"], settings["leave_step"] = rules
+        return self.model._replace(settings=lock(settings, settings.dtype))
+
+    def _stuck(self, done: int, steps: int, h: float) -> RigError:
+        return RigError(
+            f"step {done + 1} of {steps} ({h:g} s) could not be solved in {self.solver.max_iterations} "
+            f"iterations; remedy: a smaller step or a finer mesh"
+        )
+
+    def tension_at(self, s: float) -> float:
+        """Element tension at unstretched arc length s [m], interpolated between element middles."""
+        middle = 0.5 * (self.arc[1:] + self.arc[:-1])
+        return float(np.interp(s, middle, self.state.tension))
+
+
+def warm_up() -> None:
+    """Compile what a line runs, or load it from the cache, so that it does not count as its time."""
+    rig = Rig(
+        cable_of([{"length": 1.0, "elements": 2}], mass_per_length=1.0, axial_stiffness=1e5),
+        held={0: "r"},
+        tension=10.0,
+    )
+    rig.straight((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
+    rig.settle()
+    rig.balance()
+    rig.run(0.02, 0.01)
