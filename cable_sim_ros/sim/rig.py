@@ -111,7 +111,7 @@ def accelerate(line, state):
 
 @driver
 def between(first, last, h, s):
-    """Value, rate, acceleration at the share s of a step of h [s] of the quintic through those (x, v, a) at its ends."""
+    """Value, rate, acceleration at share s of a step of h [s]: the quintic through those (x, v, a) at its ends."""
     x0, v0, a0 = first
     x1, v1, a1 = last
     d, v0, v1, a0, a1 = x1 - x0, h * v0, h * v1, h * h * a0, h * h * a1
