@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from bench_cable import Bench, touching
+from bench_cable import Bench, record, touching
 
 from cable_sim_ros.physics.contact import touch
-from cable_sim_ros.physics.surface import CENTRE, CREST, RADIUS, RIM, TOP
+from cable_sim_ros.physics.surface import solid
 
 C1, C2, SIGMA = 30.0, 900.0, 0.3
 
@@ -49,15 +49,15 @@ def test_each_part_of_the_sheave(where, side):
     bench.wander(top=5.0)
     row = touching(bench, 2, np.pi / 3)
     y, gap = {
-        "flank": (0.3 * row[CREST], 0.0),
-        "cheek": (row[CREST] + 0.5 * row[RIM], -0.1),
-        "rim": (row[CREST] + 0.1 * row[RIM], row[TOP] - 0.2 * row[RIM]),
+        "flank": (0.3 * row["crest"], 0.0),
+        "cheek": (row["crest"] + 0.5 * row["rim"], -0.1),
+        "rim": (row["crest"] + 0.1 * row["rim"], row["top"] - 0.2 * row["rim"]),
     }[where]
-    row[CENTRE : CENTRE + 3] = bench.q[2, :3] - (0.0, side * y, row[RADIUS] + gap)
+    row["centre"] = bench.q[2, :3] - (0.0, side * y, row["radius"] + gap)
     bench.surfaces = row[None]
-    o = touch(tuple(bench.q[2, :3]), tuple(bench.v[2, :3]), row)
-    assert o[9] > 0.1 and o[16] == side and (o[12] > 0.0) == (where == "rim")
-    assert (abs(o[7][1]) == 1.0) == (where == "cheek")
+    found, own, _ = touch(solid(record(row)), tuple(bench.q[2, :3]), tuple(bench.v[2, :3]))
+    assert own.load > 0.1 and found.side == side and (found.own.bend > 0.0) == (where == "rim")
+    assert (abs(found.own.normal[1]) == 1.0) == (where == "cheek")
     assert worst(bench) < 1e-6
 
 
