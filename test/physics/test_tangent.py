@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from bench_cable import Bench, record, touching
+from bench_cable import Bench, floor_under, record, touching
 
 from cable_sim_ros.physics.contact import touch
 from cable_sim_ros.physics.surface import solid
@@ -75,4 +75,45 @@ def test_folding_elements_with_axial_damping(share):
     bench.wander(top=50.0)
     bench.residual()
     assert (bench.tension < 0.01).any() and (bench.tension > 1.0).any()
+    assert worst(bench) < 1e-6
+
+
+@pytest.mark.parametrize("share", [0.01, 0.3, 1.0])
+@pytest.mark.parametrize("top", [-5.0, 0.25], ids=["wet", "crossing"])
+def test_the_mean_flow_of_the_amplified_drag(top, share):
+    """The mean velocity takes up a share of the velocity within the step; the drag of the mean flow has its part."""
+    bench = Bench(20, 4, current=(-2.0, 0.4, 0.02, -0.01))
+    bench.wander(top=top)
+    bench.mean = 0.4 * bench.rng.normal(size=bench.mean.shape)
+    still = bench.residual()
+    bench.share = share
+    assert np.abs(bench.residual() - still).max() > 1e-3, "the mean flow must matter"
+    assert worst(bench) < 1e-6
+
+
+def test_without_amplification_the_mean_flow_has_no_part():
+    bench = Bench(20, 6, current=(-1.0, 0.4, 0.02, -0.01), amplification=1.0)
+    bench.wander(top=0.25)
+    before, tangent = bench.residual(), bench.tangent(C1, C2)
+    bench.mean, bench.share = bench.rng.normal(size=bench.mean.shape), 0.5
+    assert (bench.residual() == before).all() and (bench.tangent(C1, C2) == tangent).all()
+
+
+@pytest.mark.parametrize("share", [0.01, 1.0])
+@pytest.mark.parametrize("slip", ["sliding", "creeping", "at rest"])
+def test_a_floor_under_the_cable(slip, share):
+    """Normal press and friction, sliding far above the slip speed, below it, and next to rest on the floor."""
+    bench = Bench(6, 8, current=(-1.0, 0.4, 0.02, -0.01))
+    bench.wander(top=-5.0, slope=0.05)
+    bench.surfaces = floor_under(bench, 3, slip=0.01 if slip == "sliding" else 0.5)
+    free = Bench(6, 8, current=(-1.0, 0.4, 0.02, -0.01))
+    if slip != "sliding":
+        bench.v = 0.2 * bench.v if slip == "creeping" else 1e-3 * bench.v
+        bench.v[:, :3] += bench.surfaces[0].speed
+    free.q, free.v, free.a = bench.q, bench.v, bench.a
+    pressed = bench.residual() - free.residual()
+    assert pressed[:, 2].min() < -1.0, "it must press up"
+    along = np.abs(pressed[:, :2]).max() / np.abs(pressed[:, 2]).max()
+    assert {"sliding": along > 0.2, "creeping": 0.01 < along < 0.2, "at rest": along < 0.01}[slip]
+    bench.share = share
     assert worst(bench) < 1e-6

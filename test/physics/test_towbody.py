@@ -9,7 +9,8 @@ from bench_cable import record
 from cable_sim_ros.physics.jit import NO, YES
 from cable_sim_ros.physics.line import AT_REST
 from cable_sim_ros.physics.state import Change
-from cable_sim_ros.physics.towbody import Towbody, attitude, body_record, load, turn_into_flow
+from cable_sim_ros.physics.surface import floor_row
+from cable_sim_ros.physics.towbody import Towbody, attitude, body_record, lie, load, turn_into_flow
 
 BODY = Towbody(
     mass=250.0, net_weight=445.0, added_mass=(11.0, 212.0, 200.0), drag_area=(0.0641, 0.9, 1.485), lift_area=-0.29836
@@ -66,6 +67,30 @@ def test_tangent(z):
             load(row, (q + d, v + c1 * d, a + c2 * d, flow), current, change, NO, other)
             r.append(-other[:3, 12])
         np.testing.assert_allclose((r[0] - r[1]) / 2e-6, exact[:, k], atol=1e-6 * np.abs(exact).max())
+
+
+@pytest.mark.parametrize("speed", [(0.9, -0.4, -0.1), (0.11, -0.201, 0.0)], ids=["sliding", "nearly at rest"])
+def test_tangent_of_the_floor_under_the_body(speed):
+    """Normal press and friction against a floor that drifts."""
+    c1, floor = 30.0, record(floor_row(-50.0, 1e6, 0.2, 0.4, 0.05))
+    floor.speed[:] = 0.1, -0.2, 0.0
+    row = record(body_record(BODY, 9.81, 1026.0))
+    row.floor_stiffness = 2e5
+    q, v, zero = np.array((3.0, 1.0, -50.02)), np.array(speed), np.zeros(3)
+
+    def pushed(d, tangent):
+        band = np.zeros((6, 16))
+        power = lie(row, floor, (q + d, v + c1 * d, zero, zero), Change(c1, 0.0, 0.0, 0.0), tangent, band)
+        assert power == pytest.approx(band[:3, 12] @ (v + c1 * d), rel=1e-12)
+        return band
+
+    band = pushed(zero, YES)
+    exact, load = band[:3, :3], band[:3, 12]
+    assert load[2] > 100.0 and (np.hypot(load[0], load[1]) > 0.3 * load[2]) == (speed[0] > 0.5)
+    for k in range(3):
+        d = np.eye(3)[k] * 1e-7
+        slope = (pushed(-d, NO)[:3, 12] - pushed(d, NO)[:3, 12]) / 2e-7
+        np.testing.assert_allclose(slope, exact[:, k], atol=1e-6 * np.abs(exact).max())
 
 
 def test_body_turns_into_the_flow_and_tells_its_rate():
