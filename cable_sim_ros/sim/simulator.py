@@ -233,11 +233,11 @@ class Simulator:
         )
 
     def _halted(self) -> SolverError:
-        now = self.state.now
+        now, settings = self.state.now, self.model.line.settings[0]
         flags, when = int(now.halted), now.time.now * 1e-9
         return SolverError(
             f"{self.scene.name}: the tick after {when:.3f} s could not be solved ({Flag(flags)!r}) with "
-            f"{self.scene.solver.max_halvings} halvings, with {self._stiffness()}; the run halted at the state before "
+            f"{settings.max_halvings} halvings, with {self._stiffness()}; the run halted at the state before "
             f"it. Remedy: start again; if it repeats, a smaller solver.tick or a finer mesh where the cable bends"
         )
 

@@ -317,3 +317,22 @@ def test_frames_of_a_run_are_finite(sim):
     assert np.isfinite(sim.shape).all() and np.isfinite(sim.contact).all()
     assert (np.abs(np.linalg.norm(frames.body_quaternion, axis=1) - 1.0) < 1e-12).all()
     assert (frames.penetration < 0.1 * sim.scene.cable.diameter).all()
+
+
+def test_a_towbody_paid_out_onto_the_seabed_is_dragged_along_and_flagged():
+    changes = {"seabed.depth": 54.5, "winch.max_rate": 0.5}
+    sim = Simulator(override(load_scene("side_scan"), changes))
+    sim.start()
+    assert sim.frame.body_position[2] > -54.4 and not sim.frame.status & Flag.SEABED and sim.frame.seabed_length == 0.0
+    push_command(sim.inputs, 0, sim.frame.payout + 9.0, np.nan)
+    frames = sim.run(3000)
+    aground = (frames.status & Flag.SEABED) != 0
+    assert not aground[:20].any() and aground[-500:].all()
+    assert ((frames.seabed_length > 0.0) <= aground).all()
+    settled = sim.scene.seabed.penetration
+    assert (frames.body_position[-500:, 2] + 54.5 < 0.0).all() and frames.body_position[
+        :, 2
+    ].min() > -54.5 - 2 * settled
+    assert frames.body_velocity[-500:, 0].mean() == pytest.approx(sim.scene.ship.tow_speed, rel=0.01)
+    for name in FRAME.names:
+        assert np.isfinite(frames[name]).all(), name
