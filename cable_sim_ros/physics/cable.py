@@ -6,6 +6,8 @@ the group is scattered once into the block-tridiagonal system. Unknowns of a nod
 
 from __future__ import annotations
 
+from math import sqrt
+
 import numpy as np
 
 from .ancf import (
@@ -20,11 +22,11 @@ from .ancf import (
 )
 from .contact import contact_lanes, contact_point_lanes, contact_tangent_lanes
 from .drag import DragLaw, amplified, mean_lanes, point_lanes, spread_force, spread_matrix, water_load, water_tangent
-from .jit import LANES, driver
+from .jit import LANES, driver, inline
 from .quantity import REQUIRED, Block, quantity
 from .shape import W4, W5, X4, X5, shape, slope
 from .state import ARC, MEAN, NOW, A, Q, V
-from .surface import FLOOR, NO_TOP, solid
+from .surface import DRUM, GROOVE, NO_TOP, out_of_reach, solid
 from .waterline import waterline
 from .work import ENERGY, LOST, LOST_POWER, NEAR, OWN, SUM, SURFACES, TENSION, WATER, WEIGHT, WET
 
@@ -203,30 +205,37 @@ def immersion(x, p, wet):
 def near_surface(x, surface, near):
     """Can any lane's element touch a surface? Its Bezier points lie within a known distance of its midpoint."""
     s = solid(surface)
-    if s.kind == FLOOR:
-        for e in range(LANES):
-            low, third = min(x[2, e], x[8, e]), THIRD
-            low = min(low, min(x[2, e] + third * x[5, e], x[8, e] - third * x[11, e]))
-            near[e] = 1.0 if low < s.centre[2] else 0.0
-    else:
-        radius = s.radius + (0.0 if s.top >= NO_TOP else s.top)
-        for e in range(LANES):
-            bound, d2, ax = 0.0, 0.0, 0.0
-            for c in range(3):  # control points -+h/2 - t, -+(h/2 - g/3) - t about the midpoint, t = (A - B)/8
-                h = 0.5 * (x[6 + c, e] - x[c, e])
-                a, b = x[3 + c, e], x[9 + c, e]
-                t = 0.125 * (a - b)
-                far = max(abs(h), max(abs(h - THIRD * a), abs(h - THIRD * b))) + abs(t)
-                bound += far * far
-                rel = 0.5 * (x[c, e] + x[6 + c, e]) + t - surface.centre[c]
-                d2 += rel * rel
-                ax += rel * surface.axis[c]
+    radius, round_one = s.radius + (0.0 if s.top >= NO_TOP else s.top), s.kind == DRUM or s.kind == GROOVE
+    for e in range(LANES):
+        bound, d2, ax = 0.0, 0.0, 0.0
+        for c in range(3):  # control points -+h/2 - t, -+(h/2 - g/3) - t about the midpoint, t = (A - B)/8
+            h = 0.5 * (x[6 + c, e] - x[c, e])
+            a, b = x[3 + c, e], x[9 + c, e]
+            t = 0.125 * (a - b)
+            far = max(abs(h), max(abs(h - THIRD * a), abs(h - THIRD * b))) + abs(t)
+            bound += far * far
+            rel = 0.5 * (x[c, e] + x[6 + c, e]) + t - surface.centre[c]
+            d2 += rel * rel
+            ax += rel * surface.axis[c]
+        if round_one:
             out = d2 - ax * ax - radius * radius - bound  # distance from the axis > radius + sqrt(bound), no roots
             near[e] = 0.0 if out > 0.0 and out * out > 4.0 * radius * radius * bound else 1.0
+        else:
+            near[e] = sqrt(bound)
+    if not round_one:
+        for e in range(LANES):
+            middle = (middle_of(x, 0, e), middle_of(x, 1, e), middle_of(x, 2, e))
+            near[e] = 0.0 if out_of_reach(s, middle, near[e]) else 1.0
     for e in range(LANES):
         if near[e] > 0.0:
             return True
     return False
+
+
+@inline
+def middle_of(x, c, e):
+    """Coordinate c of the middle of the element in lane e."""
+    return 0.5 * (x[c, e] + x[6 + c, e]) + 0.125 * (x[3 + c, e] - x[9 + c, e])
 
 
 @driver

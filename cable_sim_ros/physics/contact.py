@@ -15,10 +15,8 @@ import numpy as np
 from .drag import POINT_R, POINT_V
 from .jit import LANES, driver, inline
 from .quantity import Block, quantity
-from .surface import DRUM, GROOVE, Gap, drum_gap, floor_gap, gap, groove_gap, solid
+from .surface import DRUM, GROOVE, Gap, drum_gap, gap, groove_gap, solid
 from .vec import axpy, cross, dot, get3, plus_matrix, put3, put_matrix, scale
-
-END_LOAD = 3.0  # line load at the ends of the arc over T/R: there bending adds a concentrated reaction
 
 EVENTS = np.dtype(
     [
@@ -54,11 +52,6 @@ class Contact(Block):
         "rebound within it belongs to the same event",
         "window within which one event shows at most two changes",
     )
-
-
-def stiffness(tension: float, radius: float, slope_sin: float, flanks: int, penetration: float) -> float:
-    """k [N/m^2.5] for which END_LOAD times the line load T/(flanks R sin s) of a flank presses in ``penetration``."""
-    return END_LOAD * tension / (flanks * radius * slope_sin) / penetration**1.5
 
 
 @inline
@@ -97,7 +90,7 @@ def law(s, half, slip):
 
 @inline
 def touch(s, r, v):
-    """A Solid of any kind and a point at r with velocity v. The normal load only, see floor_load for friction."""
+    """A Solid of any kind and a point at r with velocity v. The normal load only, see rubbing() for friction."""
     g = gap(s, r, v)
     other = law(s, g.other, g.slip) if s.kind == GROOVE else Press(0.0, 0.0, 0.0)
     return Touch(g, law(s, g.own, g.slip), other)
@@ -111,21 +104,18 @@ def loads(touched):
 
 
 @inline
-def drag_along(s, slip):
-    """Direction of slip along a floor, less than a unit vector below the slip speed, and 1 / sqrt(slip^2 + floor^2)."""
-    along = axpy(-dot(slip, s.axis), s.axis, slip)
-    per_speed = 1.0 / sqrt(dot(along, along) + s.slip * s.slip)
-    return scale(per_speed, along), per_speed
+def rubbing(s, stiffness, r, v):
+    """Load of a one-sided Solid with Coulomb friction on a point: what acts, Gap, Press, direction of slip, 1/speed.
 
-
-@inline
-def floor_load(s, stiffness, r, v):
-    """Load of a floor with Coulomb friction on a point: what acts, Press, direction of slip, 1/speed."""
-    g = floor_gap(s, r, v)
+    stiffness: in place of its own, as that of a body is per point and not per length.
+    """
+    g = gap(s, r, v)
     load, by_depth, by_closing = press(g.own.depth, -dot(g.own.normal, g.slip), stiffness, s.damping)
+    along = axpy(-dot(g.slip, g.own.normal), g.own.normal, g.slip)
+    per_speed = 1.0 / sqrt(dot(along, along) + s.slip * s.slip)
+    along = scale(per_speed, along)
     p = Press(load, by_depth, by_closing)
-    along, per_speed = drag_along(s, g.slip)
-    return scale(p.load, axpy(-s.friction, along, s.axis)), p, along, per_speed
+    return scale(load, axpy(-s.friction, along, g.own.normal)), g, p, along, per_speed
 
 
 @inline
@@ -183,7 +173,7 @@ def contact_lanes(t, surface, weight, f):
             put3(f, 0, e, scale(weight[e], axpy(own.load, g.own.normal, scale(other.load, g.other.normal))))
     else:
         for e in range(LANES):
-            acts, _, _, _ = floor_load(s, s.stiffness, get3(t, POINT_R, e), get3(t, POINT_V, e))
+            acts, _, _, _, _ = rubbing(s, s.stiffness, get3(t, POINT_R, e), get3(t, POINT_V, e))
             put3(f, 0, e, scale(weight[e], acts))
 
 
@@ -222,10 +212,13 @@ def contact_tangent_lanes(t, surface, c1, weight, f, ka):
             plus_matrix(ka, 0, e, 0.0, scale(turns, q), q, scale(w * p1.load * g.own.bend, m), m)
     else:
         for e in range(LANES):
-            acts, p, along, per_speed = floor_load(s, s.stiffness, get3(t, POINT_R, e), get3(t, POINT_V, e))
-            n, w = s.axis, weight[e]
+            acts, g, p, along, per_speed = rubbing(s, s.stiffness, get3(t, POINT_R, e), get3(t, POINT_V, e))
+            n, q, w = g.own.normal, g.around, weight[e]
+            m = cross(n, q)
             put3(f, 0, e, scale(w, acts))
             k = w * s.friction * p.load * c1 * per_speed
             direction = scale(w, axpy(-s.friction, along, n))
-            put_matrix(ka, 0, e, -k, direction, scale(-p.by_depth - c1 * p.by_closing, n), scale(k, n), n)
-            plus_matrix(ka, 0, e, 0.0, scale(k, along), along, (0.0, 0.0, 0.0), n)
+            row = half_row(n, p, q, m, g.turn, g.own.bend, g.slip, spin, c1)
+            put_matrix(ka, 0, e, -k, direction, row, scale(k, n), n)
+            plus_matrix(ka, 0, e, 0.0, scale(k, along), along, scale(w * p.load * g.turn, q), q)
+            plus_matrix(ka, 0, e, 0.0, scale(w * p.load * g.own.bend, m), m, q, (0.0, 0.0, 0.0))

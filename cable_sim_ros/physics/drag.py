@@ -355,17 +355,19 @@ def spread_matrix(n, d, loads, points, mixed, k):
 TANGENTIAL = {DragLaw.CROSSFLOW: (0.5, 0.0, 0.5), DragLaw.PODE: (1.0, 0.0, 0.0)}
 
 
-def element_rows(law: DragLaw, fixed_cd: float | None, amplification: float, diameter: float, density: float,
-                 viscosity: float, added_mass_coefficient: float, gravity: float,
-                 tangential: float = 0.0) -> dict[int, float]:
-    """Hydrodynamic rows of the element table for one section; SI units, see the declarations of Section and Water."""
-    area = 0.25 * np.pi * diameter**2
-    rows = {HALF_RHO_D: 0.5 * density * diameter, RE_FACTOR: density * diameter / viscosity,
-            ADDED_MASS: density * area * added_mass_coefficient, BUOYANCY: density * area * gravity,
-            EXTRA_DRAG: amplification - 1.0, CD_FIXED: -1.0 if fixed_cd is None else fixed_cd}
-    normal, polynomial = LOADING[law]
+def element_rows(section, cable, water, gravity: float) -> dict[int, float]:
+    """Hydrodynamic rows of the element table for one section: blocks Section, Cable and Water; gravity [m/s^2]."""
+    d, density = cable.diameter, water.density
+    area = 0.25 * np.pi * d**2
+    rows = {HALF_RHO_D: 0.5 * density * d, RE_FACTOR: density * d / water.viscosity,
+            ADDED_MASS: density * area * cable.added_mass_coefficient, BUOYANCY: density * area * gravity,
+            EXTRA_DRAG: section.drag_amplification - 1.0,
+            CD_FIXED: -1.0 if section.drag_coefficient is None else section.drag_coefficient}
+    normal, polynomial = LOADING[section.drag_law]
     rows.update({FN + i: value for i, value in enumerate(normal)})
     rows.update({FT + i: value for i, value in enumerate(polynomial)})
-    if tangential and law in TANGENTIAL:
-        rows.update({FT + i: tangential / fixed_cd * value for i, value in enumerate(TANGENTIAL[law])})
+    tangential = section.tangential_coefficient
+    if tangential and section.drag_law in TANGENTIAL:
+        rows.update({FT + i: tangential / section.drag_coefficient * value
+                     for i, value in enumerate(TANGENTIAL[section.drag_law])})
     return rows

@@ -10,7 +10,7 @@ import numpy as np
 from .cable import assemble as _assemble
 from .jit import driver, link, opaque
 from .state import ARC, FLOW, NOW, A, Change, Q, V
-from .surface import FLOOR
+from .surface import ON_GROUND
 from .towbody import lie
 from .towbody import load as body_load
 from .work import HELD, LOADS, SURFACES, WATER
@@ -70,7 +70,7 @@ def strut(strut, gravity, state, change, tangent):
 
 @driver
 def bodies(line, state, change, tangent):
-    """Add the bodies: their own forces, the water's, a floor's."""
+    """Add the bodies: their own forces, the water's, the ground's."""
     band, power = state.work.band, state.work.power
     q, v, a, flow = state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[NOW, A], state.nodes[NOW, FLOW]
     m = state.memory[NOW].current
@@ -80,7 +80,7 @@ def bodies(line, state, change, tangent):
         node = (q[n], v[n], a[n], flow[n])
         power[WATER] += body_load(body, node, current, change, tangent, band[n])
         for k in range(state.surfaces.shape[0]):
-            if state.surfaces[k].kind == FLOOR and body.floor_stiffness > 0.0:
+            if state.surfaces[k].carrier == ON_GROUND and body.floor_stiffness > 0.0:
                 power[SURFACES] += lie(body, state.surfaces[k], node, change, tangent, band[n])
 
 

@@ -15,7 +15,7 @@ from .energy import fill_energy
 from .frame import COARSE_AT_SURFACE, DETACHED, MOTION_BLENDING, MOTION_STALE, PENETRATION, SEABED, SLACK
 from .instruments import direction_at, drum_torque, measure, node_tension, tension_at
 from .jit import driver, inline
-from .readout import read_drums, read_floor, read_sheave
+from .readout import read_drums, read_ground, read_sheave
 from .ship import frame_shift, quaternion, spin, unrotate
 from .state import ARC, FLOW, NOW, A, Q, V
 from .towbody import attitude
@@ -141,7 +141,7 @@ def fill_cable(line, state, f, body):
         least, most = min(least, state.tension[e]), max(most, state.tension[e])
     f.tension_least, f.tension_most = least, most
     f.tension_body = node_tension(line.elements, state.nodes[NOW, Q], body)
-    f.seabed_length, aground = read_floor(line, state)
+    f.seabed_length, aground = read_ground(line, state)
     f.iterations, f.substeps, f.residual = health.iterations, health.substeps, health.residual
     if least < -SLACK_TENSION:
         flags |= SLACK

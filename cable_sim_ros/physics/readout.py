@@ -9,9 +9,10 @@ from .contact import LOADED
 from .jit import driver
 from .ship import unrotate
 from .state import ARC, NOW, Q
-from .surface import DRUM, FLOOR
-from .vec import at3
+from .surface import DRUM, ON_GROUND, gap, solid
+from .vec import at3, row3
 
+NOT_MOVING = (0.0, 0.0, 0.0)
 COARSE, COARSE_DRUM = 0.4, 1.0  # element length over radius of sheave and drum
 
 
@@ -86,13 +87,14 @@ def read_drums(state):
 
 
 @driver
-def read_floor(line, state):
-    """Length of cable that touches a floor [m], and whether a body does."""
+def read_ground(line, state):
+    """Length of cable that lies on the ground [m], and whether a body does."""
     length, body = 0.0, False
     for i in range(state.surfaces.shape[0]):
-        if state.surfaces[i].kind == FLOOR:
+        s = solid(state.surfaces[i])
+        if state.surfaces[i].carrier == ON_GROUND:
             for j in range(state.survey[i].first, state.survey[i].end):
                 length += state.stations[j].length if state.stations[j].depth_own > 0.0 else 0.0
             for k in range(line.bodies.shape[0]):
-                body = body or state.nodes[NOW, Q, line.body_nodes[k], 2] < state.surfaces[i].centre[2]
+                body = body or gap(s, row3(state.nodes[NOW, Q], line.body_nodes[k]), NOT_MOVING).own.depth > 0.0
     return length, body

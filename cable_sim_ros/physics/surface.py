@@ -13,18 +13,19 @@ cheek. DRUM: the groove with s = 90 deg, one flank and no rim. FLOOR: a level pl
 
 from __future__ import annotations
 
-from math import cos, sin, sqrt
+from math import cos, radians, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from .jit import inline
 from .quantity import REQUIRED, Block, quantity
-from .vec import at3, axpy, cross, dot, scale, sub
+from .vec import at3, axpy, cross, dot, norm, scale, sub
 
 DRUM, GROOVE, FLOOR = range(3)  # kinds
 ON_SHIP, ON_GROUND = range(2)  # what carries a surface
 NO_TOP = 1e30
+SHEAVE_ROW = 1  # of the surfaces of a scene
 
 SURFACE = np.dtype(
     [
@@ -83,6 +84,14 @@ class Seabed(Block):
     damping: float = quantity(1.0, "s/m", 0.0, 100.0, "Hunt-Crossley damping of the seabed")
 
 
+END_LOAD = 3.0  # line load at the ends of the arc over T/R: there bending adds a concentrated reaction
+
+
+def stiffness(tension: float, radius: float, slope_sin: float, flanks: int, penetration: float) -> float:
+    """k [N/m^2.5] for which END_LOAD times the line load T/(flanks R sin s) of a flank presses in ``penetration``."""
+    return END_LOAD * tension / (flanks * radius * slope_sin) / penetration**1.5
+
+
 def surface_row(
     position,
     seat_radius: float,
@@ -119,6 +128,30 @@ def floor_row(height: float, stiffness: float, damping: float, friction: float, 
     row["axis"], row["slope_sin"], row["top"], row["crest"] = (0.0, 0.0, 1.0), 1.0, NO_TOP, NO_TOP
     row["stiffness"], row["damping"], row["friction"], row["slip"] = stiffness, damping, friction, slip
     return row
+
+
+def surfaces_of(scene) -> np.ndarray:
+    """SURFACE records of a Scene: drum, sheave and, where there is one, the seabed; stiffness from penetration limits.
+
+    The sheave stands at SHEAVE_ROW.
+    """
+    c, d, bed = scene.contact, scene.cable.diameter, scene.seabed
+    depth, tension = c.penetration_limit * d, c.working_tension
+    drum, sheave = scene.winch.drum_radius + 0.5 * d, scene.sheave.radius + 0.5 * d
+    throat = radians(scene.sheave.throat_angle_deg)
+    k_drum = stiffness(tension, drum, 1.0, 1, depth)
+    k_sheave = stiffness(tension, sheave, np.sin(0.5 * throat), 2, depth)
+    rim = scene.sheave.rim_radius + 0.5 * d
+    rows = [
+        surface_row(scene.winch.position, drum, None, 0.0, 0.0, k_drum, c.damping),
+        surface_row(scene.sheave.position, sheave, throat, scene.sheave.groove_depth, rim, k_sheave, c.damping),
+    ]
+    if bed.depth is not None:
+        area = 0.25 * np.pi * d**2
+        weight = abs(scene.cable.mass_per_length - scene.water.density * area) * scene.gravity
+        k = weight / bed.penetration**1.5
+        rows.append(floor_row(0.5 * d - bed.depth, k, bed.damping, bed.friction, bed.slip_speed))
+    return np.stack(rows)
 
 
 class Solid(NamedTuple):
@@ -178,7 +211,8 @@ class Gap(NamedTuple):
     other: Half
     slip: tuple  # m/s, velocity of the point relative to the surface
     radial: tuple  # e_r; floor: its normal
-    around: tuple  # t = e_y x e_r
+    around: tuple  # t = e_y x e_r: the way along which the normal of a round surface turns
+    turn: float  # 1/m, how much it does
     rho: float  # m, distance from the axis
     height: float  # m, over the seat
     side: float  # 1 where the point is at +e_y, -1 at -e_y
@@ -227,7 +261,7 @@ def groove_gap(s, r, v):
     y, er, t, rho, h = place(rel, s.axis, s.radius)
     slip = sub(sub(v, s.speed), cross(s.spin, rel))
     side = 1.0 if y > 0.0 else -1.0
-    return Gap(own_half(side, y, h, er, s), other_half(side, y, h, er, s), slip, er, t, rho, h, side, y)
+    return Gap(own_half(side, y, h, er, s), other_half(side, y, h, er, s), slip, er, t, 1.0 / rho, rho, h, side, y)
 
 
 @inline
@@ -236,14 +270,15 @@ def drum_gap(s, r, v):
     rel = sub(r, s.centre)
     y, er, t, rho, h = place(rel, s.axis, s.radius)
     slip = sub(sub(v, s.speed), cross(s.spin, rel))
-    return Gap(Half(-h, er, 0.0), Half(0.0, NOWHERE, 0.0), slip, er, t, rho, h, 1.0, y)
+    return Gap(Half(-h, er, 0.0), Half(0.0, NOWHERE, 0.0), slip, er, t, 1.0 / rho, rho, h, 1.0, y)
 
 
 @inline
 def floor_gap(s, r, v):
     """A level plane at a point r with velocity v."""
     h = dot(sub(r, s.centre), s.axis)
-    return Gap(Half(-h, s.axis, 0.0), Half(0.0, NOWHERE, 0.0), sub(v, s.speed), s.axis, NOWHERE, 1e30, h, 1.0, 0.0)
+    none = Half(0.0, NOWHERE, 0.0)
+    return Gap(Half(-h, s.axis, 0.0), none, sub(v, s.speed), s.axis, NOWHERE, 0.0, 1e30, h, 1.0, 0.0)
 
 
 @inline
@@ -254,6 +289,17 @@ def gap(s, r, v):
     if s.kind == DRUM:
         return drum_gap(s, r, v)
     return floor_gap(s, r, v)
+
+
+@inline
+def out_of_reach(s, middle, reach):
+    """Is everything within ``reach`` [m] of a point out of reach of a Solid?"""
+    rel = sub(middle, s.centre)
+    if s.kind == GROOVE:
+        return norm(rel) - reach > s.radius + s.top
+    if s.kind == DRUM:
+        return norm(axpy(-dot(rel, s.axis), s.axis, rel)) - reach > s.radius
+    return dot(rel, s.axis) > reach
 
 
 @inline

@@ -10,21 +10,10 @@ from .contact import LOADED, touch
 from .jit import driver, inline
 from .shape import W5, X5, point_of
 from .state import ARC, NOW, STEP, Q, V
-from .surface import FLOOR, GROOVE, NO_TOP, beside, clearance, place, solid
-from .vec import axpy, cross, dot, norm, sub
+from .surface import GROOVE, NO_TOP, beside, clearance, out_of_reach, place, solid
+from .vec import axpy, cross, sub
 
 NOT_ENTERED, DEEP, THROUGH = range(3)  # SURVEY.entered
-
-
-@inline
-def out_of_reach(mid, length, s):
-    """Is an element of this length [m] with this midpoint out of reach of a Solid? 10 % for stretch and curvature."""
-    if s.kind == FLOOR:
-        return mid[2] - s.centre[2] > 0.55 * length
-    rel = sub(mid, s.centre)
-    if s.kind == GROOVE:
-        return norm(rel) - 0.55 * length > s.radius + s.top
-    return norm(axpy(-dot(rel, s.axis), s.axis, rel)) - 0.55 * length > s.radius
 
 
 @inline
@@ -68,7 +57,7 @@ def survey(state, h, everywhere):
         for e in range(arc.shape[0] - 1):
             length = arc[e + 1] - arc[e]
             mid, _, _ = point_of(arc, q, v, e, 0.5)
-            if not everywhere and out_of_reach(mid, length, s):
+            if not everywhere and out_of_reach(s, mid, 0.55 * length):  # 10 % for stretch and curvature
                 continue
             for g in range(5):
                 r, w, _ = point_of(arc, q, v, e, X5[g])

@@ -11,7 +11,7 @@ from math import atan2, cos, sin, sqrt
 
 import numpy as np
 
-from .contact import floor_load
+from .contact import rubbing
 from .drag import smooth
 from .jit import driver, inline
 from .quantity import REQUIRED, Block, quantity
@@ -132,14 +132,14 @@ def load(body, node, current, change, tangent, band):
 
 @driver
 def lie(body, surface, node, change, tangent, band):
-    """Add the load of a floor on the body to its node's row of the system, as load() does; returns its power [W]."""
+    """Add the load of the ground on the body to its node's row of the system, as load() does; returns its power [W]."""
     q, v = at3(node[0], 0), at3(node[1], 0)
     s = solid(surface)
-    acts, p, along, per_speed = floor_load(s, body.floor_stiffness, q, v)
+    acts, g, p, along, per_speed = rubbing(s, body.floor_stiffness, q, v)
     for i in range(3):
         band[i, 12] += acts[i]
     if tangent:
-        n, c1 = s.axis, change.velocity
+        n, c1 = g.own.normal, change.velocity
         row = scale(-p.by_depth - c1 * p.by_closing, n)
         direction = axpy(-s.friction, along, n)
         k = s.friction * p.load * c1 * per_speed

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from math import radians, sqrt
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from ..physics import ancf
 from ..physics.cable import Cable
-from ..physics.contact import stiffness
 from ..physics.drag import element_rows
 from ..physics.frame import CONTACT_COLUMNS, FRAME, MAX_STATIONS, SHAPE_COLUMNS
 from ..physics.integrate import Solver
@@ -17,7 +16,7 @@ from ..physics.jit import LANES
 from ..physics.observe import Output
 from ..physics.state import LINE_SETTINGS, LOAD, STRUT, TOW_SETTINGS, LineModel, Model, State, make_state, records
 from ..physics.step import LEAVE_STEP, TURN_MOST
-from ..physics.surface import floor_row, surface_row
+from ..physics.surface import SHEAVE_ROW, surfaces_of
 from ..physics.towbody import BODY, body_record
 from ..physics.water import Water
 from ..physics.winch import DRUM
@@ -28,7 +27,6 @@ from .statics import DRUM_RESERVE, Route
 # EI of an element over w L^3 where its end carries no tension: the gradient of a free end has a rotational stiffness of
 # -T/30 there (T = w L/2), more than wL^3/240 makes it stable; it vanishes with the third power of the mesh
 END_STIFFNESS = 1.0 / 60.0
-SHEAVE_ROW = 1  # of the table of surfaces
 LEAST_OUTBOARD = 1.0  # m of cable that stay outboard of the sheave when hauling in
 
 
@@ -70,19 +68,8 @@ def element_table(cable: Cable, water: Water, gravity: float, free_ends: tuple[b
         if cable.bending_stiffness > 0.0:
             rows[ancf.BENDING_TIME] = cable.bending_damping / cable.bending_stiffness
         rows[ancf.WEIGHT_PER_LENGTH] = cable.mass_per_length * gravity
-        hydro = element_rows(
-            section.drag_law,
-            section.drag_coefficient,
-            section.drag_amplification,
-            cable.diameter,
-            water.density,
-            water.viscosity,
-            cable.added_mass_coefficient,
-            gravity,
-            section.tangential_coefficient,
-        )
-        for row, value in hydro.items():
-            rows[row] = value
+        hydro = element_rows(section, cable, water, gravity)
+        rows[list(hydro)] = list(hydro.values())
         columns += [rows] * section.elements
     lengths = np.diff(arc_lengths(cable))
     for end, free in zip((0, -1), free_ends, strict=True):
@@ -101,40 +88,6 @@ def light_end(scene: Scene) -> bool:
     last = list(scene.cable.sections.values())[-1]
     weight = scene.cable.mass_per_length * scene.gravity * last.length / last.elements
     return abs(scene.towbody.net_weight) < weight
-
-
-def surface_table(scene: Scene) -> np.ndarray:
-    """Drum, sheave and, where there is one, the seabed; stiffness from the penetration limits."""
-    c, d = scene.contact, scene.cable.diameter
-    depth = c.penetration_limit * d
-    drum, sheave = scene.winch.drum_radius + 0.5 * d, scene.sheave.radius + 0.5 * d
-    throat = radians(scene.sheave.throat_angle_deg)
-    half, rim = np.sin(0.5 * throat), scene.sheave.rim_radius + 0.5 * d
-    rows = [
-        surface_row(
-            scene.winch.position, drum, None, 0.0, 0.0, stiffness(c.working_tension, drum, 1.0, 1, depth), c.damping
-        ),
-        surface_row(
-            scene.sheave.position,
-            sheave,
-            throat,
-            scene.sheave.groove_depth,
-            rim,
-            stiffness(c.working_tension, sheave, half, 2, depth),
-            c.damping,
-        ),
-    ]
-    bed = scene.seabed
-    if bed.depth is not None:
-        k = abs(wet_weight(scene)) / bed.penetration**1.5
-        rows.append(floor_row(0.5 * d - bed.depth, k, bed.damping, bed.friction, bed.slip_speed))
-    return np.stack(rows)
-
-
-def wet_weight(scene: Scene) -> float:
-    """Weight of the cable in water [N/m]."""
-    area = 0.25 * np.pi * scene.cable.diameter**2
-    return (scene.cable.mass_per_length - scene.water.density * area) * scene.gravity
 
 
 def body_table(scene: Scene) -> np.ndarray:
@@ -223,7 +176,7 @@ def build_model(scene: Scene) -> Model:
 
 def build_state(scene: Scene) -> State:
     """Preallocated state for the scene's mesh, everything zero."""
-    return make_state(arc_lengths(scene.cable), surface_table(scene))
+    return make_state(arc_lengths(scene.cable), surfaces_of(scene))
 
 
 def make_output(model: Model, nodes: int, rows: int) -> Output:

@@ -23,6 +23,7 @@ FINE_ZONE = 1.0  # m of fine mesh (and of cable on the drum) wanted when a compe
 MOST_STRAIN = 0.1  # under the weight of the tow
 ROUND_OFF = 1e-12  # least residual that can be asked for, over EA
 MOST_FLOOR = 1e-4  # that residual over the working tension
+LEAST_FLOOR_GAP = 10.0  # penetrations that a seabed must lie below the sheave
 SECTION_NAME = re.compile(r"[a-z][a-z0-9_]*")
 
 
@@ -151,6 +152,7 @@ def problems(scene: Scene) -> list[Problem]:
                 "Make the body or the cable heavier, or give ship.tow_speed",
             )
         )
+    found += seabed_problems(scene)
     pull, stiffness = downforce(scene), scene.cable.axial_stiffness
     if pull > MOST_STRAIN * stiffness:
         found.append(
@@ -171,6 +173,35 @@ def problems(scene: Scene) -> list[Problem]:
                 f"{100.0 * MOST_FLOOR:g} % of contact.working_tension = {working:g} N: a step (solver.tick = "
                 f"{scene.solver.tick:g} s) cannot be solved to less",
                 f"Make it at most {MOST_FLOOR * working / ROUND_OFF:.3g} N; a cable without stretch needs no more",
+            )
+        )
+    return found
+
+
+def seabed_problems(scene: Scene) -> list[Problem]:
+    """What makes a seabed senseless."""
+    bed, found = scene.seabed, []
+    if bed.depth is None:
+        return found
+    lowest = scene.sheave.position[2] - scene.sheave.radius + scene.ship.reference_height
+    if -bed.depth > lowest - LEAST_FLOOR_GAP * bed.penetration:
+        found.append(
+            Problem(
+                "seabed.depth",
+                f"= {bed.depth:g} m lies above the sheave, whose lowest point is at {lowest:.4g} m: the cable would "
+                "leave it through the ground",
+                f"Make it more than {LEAST_FLOOR_GAP * bed.penetration - lowest:.4g} m",
+            )
+        )
+    area = 0.25 * math.pi * scene.cable.diameter**2
+    wet = scene.cable.mass_per_length - scene.water.density * area
+    if wet <= 0.0 or scene.towbody.net_weight <= 0.0:
+        found.append(
+            Problem(
+                "seabed.depth",
+                f"is given, but what floats does not lie on it: the cable weighs {wet * scene.gravity:.4g} N/m in "
+                f"water, the towbody {scene.towbody.net_weight:g} N; both must be above 0, they set its stiffness",
+                "Leave the seabed out, or make cable and towbody heavier than water",
             )
         )
     return found

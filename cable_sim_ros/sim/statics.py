@@ -76,6 +76,8 @@ class Route:
         self.span = distance * cos(asin((self.drum - self.sheave) / distance))
         self.wrap = scene.winch.wrap
         self.on_drum = self.drum * (self.wrap - self.tilt)
+        bed = scene.seabed.depth
+        self.bottom = -np.inf if bed is None else half - bed - scene.ship.reference_height - self.centre[2]
 
     def place(self, s: float, angle: float) -> tuple[float, float, float, float]:
         """X, Z and direction at arc length s for a straight line that leaves at ``angle`` from the vertical."""
@@ -95,6 +97,9 @@ class Route:
         psi = min(-self.tilt + s / self.sheave, leave)
         x, z = self.away + self.sheave * sin(psi), self.rise + self.sheave * cos(psi)
         rest = max(s - self.sheave * (leave + self.tilt), 0.0)
+        if z - rest * sin(psi) < self.bottom:  # laid down along the seabed
+            down = (z - self.bottom) / sin(psi)
+            return x + down * cos(psi) + rest - down, self.bottom, 1.0, 0.0
         return x + rest * cos(psi), z - rest * sin(psi), cos(psi), -sin(psi)
 
     def nodes(self, arc: np.ndarray, angle: float) -> tuple[np.ndarray, np.ndarray]:
