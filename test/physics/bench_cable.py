@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.physics import ancf, drag
-from cable_sim_ros.physics.cable import assemble
+from cable_sim_ros.physics.cable import Cable, Section, assemble
 from cable_sim_ros.physics.drag import DragLaw
 from cable_sim_ros.physics.jit import LANES, NO, YES
 from cable_sim_ros.physics.state import ARC, MEAN, NOW, A, Change, Q, V, make_state
 from cable_sim_ros.physics.surface import SURFACE, floor_row, surface_row
+from cable_sim_ros.physics.water import Water
 
 
 def record(row: np.ndarray) -> np.record:
@@ -25,6 +26,13 @@ def node_rows(row: int) -> property:
         self.state.nodes[NOW, row] = value
 
     return property(lambda self: self.state.nodes[NOW, row], put)
+
+
+def hydro(law: DragLaw, fixed_cd: float | None, amplification: float, density: float = 1026.0, gravity: float = 9.81):
+    """Hydrodynamic rows of a cable of 10 mm with this law."""
+    section = Section(length=1.0, elements=1, drag_law=law, drag_coefficient=fixed_cd, drag_amplification=amplification)
+    cable = Cable(diameter=0.01, mass_per_length=0.389, axial_stiffness=1e4, sections={"all": section})
+    return drag.element_rows(section, cable, Water(density=density, viscosity=1.2e-3), gravity)
 
 
 class Bench:
@@ -58,9 +66,7 @@ class Bench:
         for lane in range(groups * LANES):
             e = min(lane, n - 1)
             row = self.elements[lane // LANES, :, lane % LANES]
-            rows = drag.element_rows(
-                law or laws[e % len(laws)], None if e % 3 else 1.2, amplification, 0.01, density, 1.2e-3, 1.0, gravity
-            )
+            rows = hydro(law or laws[e % len(laws)], None if e % 3 else 1.2, amplification, density, gravity)
             for index, value in rows.items():
                 row[index] = value
             row[ancf.MASS_PER_LENGTH], row[ancf.EA], row[ancf.EI] = mass, ea, ei

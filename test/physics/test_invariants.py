@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from bench_cable import Bench, record, touching
+from bench_cable import Bench, hydro, record, touching
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
@@ -172,7 +172,7 @@ def test_tangential_loading_is_the_printed_quintic():
 )
 def test_loading_functions_against_the_table(law, angle, fn, ft):
     p = np.zeros((40, 1))
-    for row, value in drag_module.element_rows(law, None, 1.0, 0.01, 1026.0, 1.2e-3, 1.0, 9.81).items():
+    for row, value in hydro(law, None, 1.0).items():
         p[row, 0] = value
     eta = np.radians(angle)
     got = drag_module.loading(np.cos(eta), np.sin(eta), p, 0)

@@ -49,7 +49,8 @@ KERNELS = {  # kernel: arguments, scalar multiplications allowed beyond the pack
     drag.spread_matrix: ((np.zeros((5, 4)), np.zeros((5, 4)), BOTH, CONTACT_POINTS, W.mixed, W.k), 0),
     contact.contact_point_lanes: ((W.x, TABLE[0], W.point), 0),
     contact.contact_lanes: ((W.point, ROW, LANE, W.load[0]), 10),
-    contact.contact_tangent_lanes: ((W.point, ROW, 1.0, LANE, W.load[0], W.by_place[0]), 10),
+    # ten of each kind: what does not change in its loop, see below
+    contact.contact_tangent_lanes: ((W.point, ROW, 1.0, LANE, W.load[0], W.by_place[0]), 30),
 }
 
 
@@ -88,4 +89,5 @@ def test_packed_for_each_kind_of_surface(kernel, kind, monkeypatch):
     monkeypatch.setattr(cable, "solid", of_kind)
     packed, scalar = counted(kernel, KERNELS[kernel][0])
     assert packed > 0
-    assert packed + 10 >= scalar, f"{packed} packed, {scalar} scalar multiplications"
+    beside = 16 if kind == FLOOR else 10  # a plane has one normal: its products with the spin stand beside the loop
+    assert packed + beside >= scalar, f"{packed} packed, {scalar} scalar multiplications"
