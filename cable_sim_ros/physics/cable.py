@@ -22,10 +22,10 @@ from .ancf import (
 )
 from .contact import contact_lanes, contact_point_lanes, contact_tangent_lanes
 from .drag import DragLaw, amplified, mean_lanes, point_lanes, spread_force, spread_matrix, water_load, water_tangent
-from .jit import LANES, driver, inline
+from .jit import LANES, driver, inline, link, opaque
 from .quantity import REQUIRED, Block, quantity
 from .shape import W4, W5, X4, X5, shape, slope
-from .state import ARC, MEAN, NOW, A, Q, V
+from .state import ARC, AT_REST, MEAN, NOW, A, Q, V
 from .surface import DRUM, GROOVE, NO_TOP, out_of_reach, solid
 from .vec import add, dot, get3, scale, sub
 from .waterline import waterline
@@ -90,7 +90,7 @@ class Cable(Block):
 def gather(group, elements, state):
     """Element data of one group into lanes; the tail repeats the last element. Lengths come from the arc lengths."""
     q, v, a, arc = state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[NOW, A], state.nodes[NOW, ARC, :, 0]
-    x, p = state.work.x, state.work.p
+    x, p = state.work.lanes[0].x, state.work.lanes[0].p
     count = arc.shape[0] - 1
     for row in range(ROWS):
         for lane in range(LANES):
@@ -118,7 +118,8 @@ def gather(group, elements, state):
 @driver
 def gather_mean(group, state, share):
     """Running mean of the scaled velocities into lanes, at the end of a step of which it takes up ``share``."""
-    m, x, p, mean = state.nodes[NOW, MEAN], state.work.x, state.work.p, state.work.mean
+    tables = state.work.lanes[0]
+    m, x, p, mean = state.nodes[NOW, MEAN], tables.x, tables.p, tables.mean
     count = m.shape[0] - 1
     for lane in range(LANES):
         e = min(LANES * group + lane, count - 1)
@@ -139,7 +140,8 @@ def scatter(group, work, tangent):
 
     Elements come in order: what the second node of an element holds is set, what the first holds is added to.
     """
-    p, force, k, band, lower = work.p, work.force, work.k, work.band, work.lower
+    tables, band, lower = work.lanes[0], work.band, work.lower
+    p, force, k = tables.p, tables.force, tables.k
     count = band.shape[0] - 1
     if group == 0:
         open_end(band[0], tangent)
@@ -268,9 +270,10 @@ def power_of(x, force, count, total):
 
 
 @driver
-def water_part(state, group, change, tangent):
+def _water_part(state, group, change, tangent):
     """Drag, added mass and buoyancy of the group in the lanes into force and k. Returns whether anything was wet."""
-    work, x, p = state.work, state.work.x, state.work.p
+    work = state.work.lanes[0]
+    x, p = work.x, work.p
     weight, wetness = work.lane[WEIGHT], work.lane[WET]
     wet, crossing = immersion(x, p, wetness)
     if not (wet or crossing):
@@ -303,10 +306,14 @@ def water_part(state, group, change, tangent):
     return True
 
 
+water_part = opaque(_water_part)
+
+
 @driver
-def contact_part(state, change, tangent):
+def _contact_part(state, change, tangent):
     """Contact of the group in the lanes into force and k. Returns whether any surface is near."""
-    work, x, p = state.work, state.work.x, state.work.p
+    work = state.work.lanes[0]
+    x, p = work.x, work.p
     weight, near = work.lane[WEIGHT], work.lane[NEAR]
     touched = False
     for i in range(state.surfaces.shape[0]):
@@ -328,15 +335,18 @@ def contact_part(state, change, tangent):
     return touched
 
 
+contact_part = opaque(_contact_part)
+
+
 @driver
-def assemble(elements, state, change, tangent):
+def _assemble(elements, state, change, tangent):
     """Residual R = M a + Q_int - Q_ext as -R in band[:, :, 12] and, with tangent, dR/dq.
 
     elements [groups, ROWS, LANES]; change: see state.Change. state.tension receives the element tensions [N],
     work.power the powers of the parts. Returns the strain energy [J].
     """
     own, lost, water, pressed = 0.0, 0.0, 0.0, 0.0
-    work, tension = state.work, state.tension
+    work, tension = state.work.lanes[0], state.tension
     x, p, force, k, lane_sum = work.x, work.p, work.force, work.k, work.lane[SUM]
     c1, c2, sigma = change.velocity, change.acceleration, change.damping
     count = tension.shape[0]
@@ -362,6 +372,17 @@ def assemble(elements, state, change, tangent):
             before = after
         if contact_part(state, change, tangent):
             pressed += before - power_of(x, force, real, lane_sum)
-        scatter(group, work, tangent)
+        scatter(group, state.work, tangent)
     work.power[OWN], work.power[LOST_POWER], work.power[WATER], work.power[SURFACES] = own, lost, water, pressed
     return total
+
+
+assemble = opaque(_assemble)
+
+
+def link_assembly(line, state) -> None:
+    """Compile or load the assembly and publish it; call before anything that uses it runs."""
+    tangent = np.bool_(False)
+    link(_water_part, state, 0, AT_REST, tangent)
+    link(_contact_part, state, AT_REST, tangent)
+    link(_assemble, line.elements, state, AT_REST, tangent)

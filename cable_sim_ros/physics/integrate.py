@@ -12,9 +12,9 @@ import numpy as np
 
 from .banded import solve, solve_again
 from .jit import NO, YES, driver, inline, link, opaque
-from .line import AT_REST, link_assembly, residual
+from .line import link_residual, residual
 from .quantity import Block, quantity
-from .state import GAIN, MEAN, NOW, STEP, A, Change, Q, V, X, keep
+from .state import AT_REST, GAIN, MEAN, NOW, STEP, A, Change, Q, V, X, keep
 
 
 class Solver(Block):
@@ -72,7 +72,7 @@ def trend(state, h):
 
 
 @driver
-def predict(line, state, h):
+def _predict(line, state, h):
     """Begin a step: keep the present in slot STEP, extrapolate with an acceleration that stays or goes on changing.
 
     In a step of another length, so after a halving, it stays (see trend): one that goes on changing may foresee stiff
@@ -135,6 +135,7 @@ def _newton(line, state, change):
 
 
 newton = opaque(_newton)
+predict = opaque(_predict)
 
 
 @driver
@@ -165,7 +166,7 @@ def rest_still(state):
 
 
 @driver
-def settle(line, state, sigma, max_steps, step_most):
+def _settle(line, state, sigma, max_steps, step_most):
     """Static equilibrium with the held unknowns where they are: backward Euler, step 0.02 s growing by 1.7.
 
     sigma: mass damping [1/s]. Returns (steps, iterations, residual [N] at rest); steps < 0 where it did not settle.
@@ -204,7 +205,12 @@ def settle(line, state, sigma, max_steps, step_most):
     return -count, total, residual(line, state, AT_REST, NO)
 
 
+settle = opaque(_settle)
+
+
 def link_solver(line, state) -> None:
     """Compile or load the assembly and the Newton solve and publish them; call before anything that uses them runs."""
-    link_assembly(line, state)
+    link_residual(line, state)
     link(_newton, line, state, AT_REST)
+    link(_predict, line, state, 0.0)
+    link(_settle, line, state, 0.0, 0, 0.0)

@@ -7,15 +7,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from .cable import assemble as _assemble
+from .cable import assemble, link_assembly
 from .jit import driver, link, opaque
-from .state import ARC, FLOW, NOW, A, Change, Q, V
+from .state import ARC, AT_REST, FLOW, NOW, A, Q, V
 from .surface import ON_GROUND
 from .towbody import lie
 from .towbody import load as body_load
 from .work import HELD, LOADS, SURFACES, WATER
-
-assemble = opaque(_assemble)
 
 
 @driver
@@ -71,7 +69,7 @@ def strut(strut, gravity, state, change, tangent):
 @driver
 def bodies(line, state, change, tangent):
     """Add the bodies: their own forces, the water's, the ground's."""
-    band, power = state.work.band, state.work.power
+    band, power = state.work.band, state.work.lanes[0].power
     q, v, a, flow = state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[NOW, A], state.nodes[NOW, FLOW]
     m = state.memory[NOW].current
     current = (m[0], m[1], m[2], m[3])
@@ -85,7 +83,7 @@ def bodies(line, state, change, tangent):
 
 
 @driver
-def residual(line, state, change, tangent):
+def _residual(line, state, change, tangent):
     """Assemble the whole system for the present q, v, a; returns the largest residual force [N].
 
     With tangent the system holds dR/dq, with the change of v and a.
@@ -120,13 +118,14 @@ def residual(line, state, change, tangent):
         load = line.loads[i]
         for k in range(3):
             given += load.force[k] * v[load.node, k]
-    state.work.power[HELD], state.work.power[LOADS] = held, given
+    state.work.lanes[0].power[HELD], state.work.lanes[0].power[LOADS] = held, given
     return worst
 
 
-AT_REST = Change(0.0, 0.0, 0.0, 0.0)
+residual = opaque(_residual)
 
 
-def link_assembly(line, state) -> None:
-    """Compile or load the assembly and publish it; call before anything that uses it runs."""
-    link(_assemble, line.elements, state, AT_REST, np.bool_(False))
+def link_residual(line, state) -> None:
+    """Compile or load the residual and publish it; call before anything that uses it runs."""
+    link_assembly(line, state)
+    link(_residual, line, state, AT_REST, np.bool_(False))

@@ -18,13 +18,14 @@ from .surface import SURFACE
 from .winch import DRUM, WINCH
 from .work import POWERS, Work, make_work
 
-NOW, STEP, TICK = range(3)  # slots: the present, the beginning of the step, that of the tick
+# numpy integers: a literal argument compiles a version of its own
+NOW, STEP, TICK = np.arange(3)  # slots: the present, the beginning of the step, that of the tick
 SLOTS = 3
 
 # rows of State.nodes, six numbers a node: position and gradient, their rates, accelerations, auxiliary
 # accelerations, their gain in the step before, the running mean of the rates, of a body the low-passed flow
 # past it and its turning rate, and arc length (first column)
-Q, V, A, X, GAIN, MEAN, FLOW, ARC = range(8)
+Q, V, A, X, GAIN, MEAN, FLOW, ARC = np.arange(8)
 NODE_ROWS = 8
 
 HEALTH = np.dtype(
@@ -131,6 +132,7 @@ class Change(NamedTuple):
     share: float
 
 
+AT_REST = Change(0.0, 0.0, 0.0, 0.0)
 PLAN = np.dtype([("done", "f8"), ("share", "f8"), ("level", "i8"), ("halved", "i8"), ("used", "i8")])
 
 

@@ -12,11 +12,11 @@ Used by the tow, by lines of one's own, by the cases and by the stress tests.
 
 from __future__ import annotations
 
-from .integrate import advance, predict
-from .jit import NO, driver, inline
+from .integrate import advance, link_solver, predict
+from .jit import NO, driver, inline, link, opaque
 from .state import GAIN, NOW, STEP, Q, take_back
 from .surface import GROOVE
-from .survey import DEEP, THROUGH, survey
+from .survey import DEEP, THROUGH, link_survey, survey
 from .work import POWERS
 
 # change of a gradient in one step, and the step [s] below which it may change by more: long steps that turn slack cable
@@ -99,7 +99,7 @@ def halve(line, state):
 
 
 @driver
-def finish(line, state, h):
+def _finish(line, state, h):
     """Solve the step of h [s] begun, held unknowns at its end, and take it or halve it. False: no halving left."""
     plan, now = state.plan[0], state.memory[NOW]
     used = advance(line, state, h)
@@ -111,8 +111,8 @@ def finish(line, state, h):
         return halve(line, state)
     account = now.account
     for i in range(POWERS):  # trapezium; the powers of the last residual are those of the end of the step
-        account.work[i] += 0.5 * h * (account.power[i] + state.work.power[i])
-        account.power[i] = state.work.power[i]
+        account.work[i] += 0.5 * h * (account.power[i] + state.work.lanes[0].power[i])
+        account.power[i] = state.work.lanes[0].power[i]
     for i in range(state.surfaces.shape[0]):
         if state.surfaces[i].kind == GROOVE:
             now.events.clearance = state.survey[i].clearance
@@ -124,3 +124,13 @@ def finish(line, state, h):
         plan.share *= 2.0
         plan.level -= 1
     return True
+
+
+finish = opaque(_finish)
+
+
+def link_stepper(line, state) -> None:
+    """Compile or load solver, survey and stepper and publish them; call before anything that uses them runs."""
+    link_solver(line, state)
+    link_survey(state)
+    link(_finish, line, state, 0.0)

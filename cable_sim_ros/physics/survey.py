@@ -6,8 +6,10 @@ depth on the drum, the Frame and its contact table are read from the table of st
 
 from __future__ import annotations
 
+import numpy as np
+
 from .contact import LOADED, touch
-from .jit import driver, inline
+from .jit import driver, inline, link, opaque
 from .shape import W5, X5, point_of
 from .state import ARC, NOW, STEP, Q, V
 from .surface import GROOVE, NO_TOP, beside, clearance, out_of_reach, place, solid
@@ -43,7 +45,7 @@ def note(station, surface, element, s, r, touched):
 
 
 @driver
-def survey(state, h, everywhere):
+def _survey(state, h, everywhere):
     """Visit every station of every surface after a step of h [s]: state.stations and state.survey.
 
     h: 0 where there is no step to compare with, so that nothing can have gone through a surface; everywhere: out of
@@ -81,3 +83,11 @@ def survey(state, h, everywhere):
                         found.entered = THROUGH
         found.clearance = -1.0 if least == NO_TOP else least
         found.end = count
+
+
+survey = opaque(_survey)
+
+
+def link_survey(state) -> None:
+    """Compile or load the survey and publish it; call before anything that uses it runs."""
+    link(_survey, state, 0.0, np.bool_(False))

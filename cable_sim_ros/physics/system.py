@@ -8,13 +8,12 @@ from __future__ import annotations
 import numpy as np
 
 from .frame import COMMAND_STALE, DRUM_END, HALVED, NEWTON_FAILED, NOT_FINITE
-from .integrate import link_solver
 from .jit import driver, link, opaque
 from .observe import observe as _observe
 from .setpoint import mean_track
 from .ship import follow
 from .state import FLOW, NOW, TICK, Q, V, keep, take_back
-from .step import start, unfinished
+from .step import link_stepper, start, unfinished
 from .tow import advance_tow, place_surfaces
 from .towbody import turn_into_flow
 from .winch import command
@@ -94,6 +93,6 @@ tick = opaque(_tick)
 
 def link_tick(model, state, inputs, output) -> None:
     """Compile or load the tick and what it calls by symbol; call before a compiled function that ticks runs."""
-    link_solver(model.line, state)
+    link_stepper(model.line, state)
     link(_observe, model, state, output, 0, 0, False)
     link(_tick, model, state, inputs, output, 0)

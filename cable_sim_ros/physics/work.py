@@ -21,28 +21,39 @@ TENSION, ENERGY, WEIGHT, WET, NEAR, LOST, SUM = range(7)  # WET: 1 wet, 0 dry, -
 LANE_ROWS = 7
 
 
+# one group of elements in lanes
+LANE_TABLES = np.dtype(
+    [
+        ("x", "f8", (UNKNOWNS, LANES)),  # scaled unknowns, velocities, accelerations
+        ("mean", "f8", (MEAN_UNKNOWNS, LANES)),  # running mean of the scaled velocities
+        ("p", "f8", (ROWS, LANES)),  # element table
+        ("force", "f8", (12, LANES)),
+        ("k", "f8", (144, LANES)),
+        ("k9", "f8", (K9_ROWS, LANES)),
+        ("point", "f8", (POINT_ROWS, LANES)),
+        ("load", "f8", (5, 3, LANES)),  # of each point
+        ("by_place", "f8", (5, 9, LANES)),  # derivative of the load of a point to N_j y_j
+        ("by_slope", "f8", (5, 9, LANES)),  # the same to N_j' y_j
+        ("mixed", "f8", (5, 9, LANES)),
+        ("lane", "f8", (LANE_ROWS, LANES)),  # TENSION, ENERGY, WEIGHT, WET, NEAR, LOST, SUM
+        # the element that crosses the water surface, a point a lane: unknowns, mean, rows, N_i, N_i', and weight, xi,
+        # side of the moving bound, bounds of the wet intervals
+        ("cut_x", "f8", (UNKNOWNS, LANES)),
+        ("cut_mean", "f8", (MEAN_UNKNOWNS, LANES)),
+        ("cut_p", "f8", (ROWS, LANES)),
+        ("cut_n", "f8", (4, LANES)),
+        ("cut_d", "f8", (4, LANES)),
+        ("cut", "f8", (4, LANES)),
+        ("power", "f8", POWERS),  # W, of the last assembly
+    ],
+    align=True,
+)
+
+
 class Work(NamedTuple):
     """Scratch of the assembly and the solver; nothing in it outlives a call."""
 
-    x: np.ndarray  # [36, LANES] scaled unknowns, velocities, accelerations
-    mean: np.ndarray  # [12, LANES] running mean of the scaled velocities
-    p: np.ndarray  # [ROWS, LANES]
-    force: np.ndarray  # [12, LANES]
-    k: np.ndarray  # [144, LANES]
-    k9: np.ndarray  # [K9_ROWS, LANES]
-    point: np.ndarray  # [POINT_ROWS, LANES]
-    load: np.ndarray  # [points, 3, LANES]
-    by_place: np.ndarray  # [points, 9, LANES] derivative of the load of a point to N_j y_j
-    by_slope: np.ndarray  # [points, 9, LANES] the same to N_j' y_j
-    mixed: np.ndarray  # [points, 9, LANES]
-    lane: np.ndarray  # [LANE_ROWS, LANES]: TENSION, ENERGY, WEIGHT, WET, NEAR, LOST, SUM
-    cut_x: np.ndarray  # [36, LANES], cut_mean [12, LANES], cut_p [ROWS, LANES], cut_n and cut_d [4, LANES],
-    cut_mean: np.ndarray  # cut [4, LANES]: the element that crosses the water surface, a point a lane: unknowns, rows,
-    cut_p: np.ndarray  # N_i, N_i', and weight, xi, side of the moving bound, bounds of the wet intervals
-    cut_n: np.ndarray
-    cut_d: np.ndarray
-    cut: np.ndarray
-    power: np.ndarray  # [POWERS] W, of the last assembly
+    lanes: np.ndarray  # LANE_TABLES [1]
     band: np.ndarray  # [nodes, 6, COLUMNS]
     lower: np.ndarray  # [nodes, 6, 6]
     factor: np.ndarray  # [nodes, 6, FACTOR_COLUMNS] of the solve
@@ -53,25 +64,7 @@ def make_work(nodes: int) -> Work:
     """Scratch for a cable of ``nodes`` nodes."""
     z = np.zeros
     return Work(
-        x=z((UNKNOWNS, LANES)),
-        mean=z((MEAN_UNKNOWNS, LANES)),
-        p=z((ROWS, LANES)),
-        force=z((12, LANES)),
-        k=z((144, LANES)),
-        k9=z((K9_ROWS, LANES)),
-        point=z((POINT_ROWS, LANES)),
-        load=z((5, 3, LANES)),
-        by_place=z((5, 9, LANES)),
-        by_slope=z((5, 9, LANES)),
-        mixed=z((5, 9, LANES)),
-        lane=z((LANE_ROWS, LANES)),
-        cut_x=z((UNKNOWNS, LANES)),
-        cut_mean=z((MEAN_UNKNOWNS, LANES)),
-        cut_p=z((ROWS, LANES)),
-        cut_n=z((4, LANES)),
-        cut_d=z((4, LANES)),
-        cut=z((4, LANES)),
-        power=z(POWERS),
+        lanes=z(1, LANE_TABLES),
         band=z((nodes, 6, COLUMNS)),
         lower=z((nodes, 6, 6)),
         factor=z((nodes, 6, FACTOR_COLUMNS)),

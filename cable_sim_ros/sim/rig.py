@@ -33,11 +33,11 @@ from ..physics.ancf import (
 from ..physics.banded import solve
 from ..physics.cable import Cable, Section
 from ..physics.drag import DragLaw
-from ..physics.integrate import Solver, link_solver, settle
+from ..physics.integrate import Solver, settle
 from ..physics.jit import LANES, NO, YES, driver
-from ..physics.line import AT_REST, residual
-from ..physics.state import FLOW, LOAD, NOW, STRUT, A, Change, Q, V, X, make_state
-from ..physics.step import NO_LIMIT, TURN_MOST, begin, finish, start, unfinished
+from ..physics.line import residual
+from ..physics.state import AT_REST, FLOW, LOAD, NOW, STRUT, A, Change, Q, V, X, make_state
+from ..physics.step import NO_LIMIT, TURN_MOST, begin, finish, link_stepper, start, unfinished
 from ..physics.surface import SURFACE
 from ..physics.survey import survey
 from ..physics.towbody import BODY, Towbody, body_record
@@ -258,7 +258,7 @@ class Rig:
         self.state.nodes[:, FLOW, list(carried), 0] = -1.0
         self.hold(held)
         self.iterations = 0
-        link_solver(self.model, self.state)
+        link_stepper(self.model, self.state)
 
     @property
     def nodes(self) -> int:
