@@ -27,6 +27,7 @@ from .quantity import REQUIRED, Block, quantity
 from .shape import W4, W5, X4, X5, shape, slope
 from .state import ARC, AT_REST, MEAN, NOW, A, Q, V
 from .surface import DRUM, GROOVE, NO_TOP, out_of_reach, solid
+from .vec import add, dot, get3, scale, sub
 from .waterline import waterline
 from .work import ENERGY, LOST, LOST_POWER, NEAR, OWN, SUM, SURFACES, TENSION, WATER, WEIGHT, WET
 
@@ -203,41 +204,43 @@ def immersion(x, p, wet):
     return any_wet, any_crossing
 
 
+@inline
+def hull_of(x, e):
+    """Middle of the element in lane e, and the square of the length [m] within which its Bezier points lie about it.
+
+    Control points -+h/2 - t, -+(h/2 - g/3) - t about the middle, t = (A - B)/8.
+    """
+    a, b = get3(x, 3, e), get3(x, 9, e)
+    begin, end = get3(x, 0, e), get3(x, 6, e)
+    t = scale(0.125, sub(a, b))
+    middle = add(scale(0.5, add(begin, end)), t)
+    h = scale(0.5, sub(end, begin))
+    fx = max(abs(h[0]), max(abs(h[0] - THIRD * a[0]), abs(h[0] - THIRD * b[0]))) + abs(t[0])
+    fy = max(abs(h[1]), max(abs(h[1] - THIRD * a[1]), abs(h[1] - THIRD * b[1]))) + abs(t[1])
+    fz = max(abs(h[2]), max(abs(h[2] - THIRD * a[2]), abs(h[2] - THIRD * b[2]))) + abs(t[2])
+    return middle, fx * fx + fy * fy + fz * fz
+
+
 @driver
 def near_surface(x, surface, near):
-    """Can any lane's element touch a surface? Its Bezier points lie within a known distance of its midpoint."""
+    """Can any lane's element touch a surface? Its Bezier points lie within a known distance of its middle."""
     s = solid(surface)
-    radius, round_one = s.radius + (0.0 if s.top >= NO_TOP else s.top), s.kind == DRUM or s.kind == GROOVE
-    for e in range(LANES):
-        bound, d2, ax = 0.0, 0.0, 0.0
-        for c in range(3):  # control points -+h/2 - t, -+(h/2 - g/3) - t about the midpoint, t = (A - B)/8
-            h = 0.5 * (x[6 + c, e] - x[c, e])
-            a, b = x[3 + c, e], x[9 + c, e]
-            t = 0.125 * (a - b)
-            far = max(abs(h), max(abs(h - THIRD * a), abs(h - THIRD * b))) + abs(t)
-            bound += far * far
-            rel = 0.5 * (x[c, e] + x[6 + c, e]) + t - surface.centre[c]
-            d2 += rel * rel
-            ax += rel * surface.axis[c]
-        if round_one:
-            out = d2 - ax * ax - radius * radius - bound  # distance from the axis > radius + sqrt(bound), no roots
-            near[e] = 0.0 if out > 0.0 and out * out > 4.0 * radius * radius * bound else 1.0
-        else:
-            near[e] = sqrt(bound)
-    if not round_one:
+    if s.kind == DRUM or s.kind == GROOVE:
+        radius = s.radius + (0.0 if s.top >= NO_TOP else s.top)
         for e in range(LANES):
-            middle = (middle_of(x, 0, e), middle_of(x, 1, e), middle_of(x, 2, e))
-            near[e] = 0.0 if out_of_reach(s, middle, near[e]) else 1.0
+            middle, bound = hull_of(x, e)
+            rel = sub(middle, s.centre)
+            ax = dot(rel, s.axis)
+            out = dot(rel, rel) - ax * ax - radius * radius - bound  # distance from the axis > radius + sqrt(bound),
+            near[e] = 0.0 if out > 0.0 and out * out > 4.0 * radius * radius * bound else 1.0  # without roots
+    else:
+        for e in range(LANES):
+            middle, bound = hull_of(x, e)
+            near[e] = 0.0 if out_of_reach(s, middle, sqrt(bound)) else 1.0
     for e in range(LANES):
         if near[e] > 0.0:
             return True
     return False
-
-
-@inline
-def middle_of(x, c, e):
-    """Coordinate c of the middle of the element in lane e."""
-    return 0.5 * (x[c, e] + x[6 + c, e]) + 0.125 * (x[3 + c, e] - x[9 + c, e])
 
 
 @driver

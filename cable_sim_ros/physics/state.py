@@ -164,7 +164,7 @@ class State(NamedTuple):
     @property
     def now(self) -> np.record:
         """The present MEMORY, fields as attributes."""
-        return self.memory.view(np.recarray)[NOW]
+        return self.memory[NOW]
 
     @property
     def q(self) -> np.ndarray:
@@ -194,16 +194,21 @@ class Model(NamedTuple):
     settings: np.ndarray  # TOW_SETTINGS [1]
 
 
+def records(count: int, kind: np.dtype) -> np.recarray:
+    """Records of a kind, all zero, whose fields are attributes in plain Python as in compiled code."""
+    return np.zeros(count, kind).view(np.recarray)
+
+
 def make_state(arc: np.ndarray, surfaces: np.ndarray) -> State:
     """State of a line with these arc lengths [nodes] and SURFACE records, everything else zero."""
     nodes, z = len(arc), np.zeros
     state = State(
-        memory=z(SLOTS, MEMORY),
+        memory=records(SLOTS, MEMORY),
         nodes=z((SLOTS, NODE_ROWS, nodes, 6)),
-        surfaces=np.array(surfaces, SURFACE).reshape(-1),
-        survey=z(len(surfaces), SURVEY),
-        stations=z(len(surfaces) * STATIONS_PER_ELEMENT * (nodes - 1), STATION),
-        plan=z(1, PLAN),
+        surfaces=np.array(surfaces, SURFACE).reshape(-1).view(np.recarray),
+        survey=records(len(surfaces), SURVEY),
+        stations=records(len(surfaces) * STATIONS_PER_ELEMENT * (nodes - 1), STATION),
+        plan=records(1, PLAN),
         tension=z(nodes - 1),
         reaction=z((nodes, 6)),
         work=make_work(nodes),

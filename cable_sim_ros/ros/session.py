@@ -22,7 +22,7 @@ from ..io.motion import MotionIngest
 from ..physics.frame import Source
 from ..physics.inputs import MOTION_ROWS, SOURCE
 from ..physics.setpoint import SetpointLaw
-from ..physics.ship import BLEND_LENGTH, COORD, EPOCH_NOW, NO_EPOCH, OFFSET, OFFSET_RATE, RATE
+from ..physics.ship import NO_EPOCH
 from ..sim.build import make_output
 from ..sim.simulator import Simulator, StartError
 from .loop import MAPPING, RESYNCS, SKIPPED, TARGET, Loop
@@ -35,21 +35,25 @@ SECOND = 1_000_000_000
 
 
 def carried_over(saved: dict, time_ns: int, position: tuple[float, float]) -> dict:
-    """A saved simulation on another clock and with the ship elsewhere, the cable hanging from it as it did.
+    """A snapshot() on another clock and with the ship elsewhere, the cable hanging from it as it did.
 
-    saved: of Simulator.save(); only what changes is returned. The water is the same everywhere, so moving the tow frame
-    moves everything. The motion so far is gone from the ring: it stands in the blend, as an offset from the mean track.
+    The water is the same everywhere, so moving the tow frame moves everything. The motion so far is gone from the ring:
+    it stands in the blend, as an offset from the mean track.
     """
-    time, frame, ship = saved["time"].copy(), saved["frame"].copy(), saved["ship"].copy()
-    since = (time[0] - time[1]) * 1e-9
-    frame[:2] += position - (frame[:2] + frame[2:4] * since + ship[COORD : COORD + 2])
-    time[[0, 1]] += time_ns - time[0]  # now, start; index 2 counts ticks
-    time[3] = time_ns  # the blend starts
-    ship[EPOCH_NOW] = NO_EPOCH
-    ship[OFFSET : OFFSET + 6] = ship[COORD : COORD + 6] - saved["model.mean"]
-    ship[OFFSET_RATE : OFFSET_RATE + 6] = ship[RATE : RATE + 6]
-    ship[BLEND_LENGTH] = 1.0  # any: the first tick takes the offset whole
-    return {"time": time, "frame": frame, "ship": ship}
+    memory = saved["memory"].copy()
+    time, frame, ship, events = memory.time, memory.frame, memory.ship, memory.events
+    since, later = (time.now - time.start) * 1e-9, time_ns - time.now
+    frame.origin += position - (frame.origin + frame.velocity * since + ship.motion.coord[:2])
+    time.now += later
+    time.start += later
+    time.blend = time_ns
+    if events.pressed_since >= 0:
+        events.pressed_since += later
+    ship.epoch = NO_EPOCH
+    ship.offset[:] = ship.motion.coord - ship.mean_coord
+    ship.offset_rate[:] = ship.motion.rate
+    ship.blend_length = 1.0  # any: the first tick takes the offset whole
+    return saved | {"memory": memory, "step_memory": memory}
 
 
 class Session:
@@ -207,7 +211,7 @@ class Session:
         position = float(sample[0] + sample[6] * ahead), float(sample[1] + sample[7] * ahead)
         try:
             if self._keep_cable:
-                self.sim.restore(carried_over(self.sim.save(), begin, position))
+                self.sim.restore(carried_over(self.sim.snapshot(), begin, position))
             else:
                 self._static_start(begin, position, float(sample[5]))
         except StartError as error:

@@ -14,7 +14,7 @@ from ..physics.frame import CONTACT_COLUMNS, FRAME, MAX_STATIONS, SHAPE_COLUMNS
 from ..physics.integrate import Solver
 from ..physics.jit import LANES
 from ..physics.observe import Output
-from ..physics.state import LINE_SETTINGS, LOAD, STRUT, TOW_SETTINGS, LineModel, Model, State, make_state
+from ..physics.state import LINE_SETTINGS, LOAD, STRUT, TOW_SETTINGS, LineModel, Model, State, make_state, records
 from ..physics.step import LEAVE_STEP, TURN_MOST
 from ..physics.surface import SHEAVE_ROW, surfaces_of
 from ..physics.towbody import BODY, body_record
@@ -41,6 +41,8 @@ class Rules(NamedTuple):
 def lock(array: np.ndarray, kind=float) -> np.ndarray:
     """Read-only and C-contiguous: a kernel that writes the Model fails to compile."""
     array = np.ascontiguousarray(array, kind)
+    if array.dtype.names:
+        array = array.view(np.recarray)
     array.setflags(write=False)
     return array
 
@@ -136,7 +138,7 @@ def build_line(
         held=lock(held),
         bodies=lock(bodies, BODY),
         body_nodes=lock(np.asarray(body_nodes), np.int64),
-        loads=np.zeros(0, LOAD) if loads is None else np.ascontiguousarray(loads, LOAD),
+        loads=records(0, LOAD) if loads is None else np.ascontiguousarray(loads, LOAD).view(np.recarray),
         struts=lock(np.zeros(0, STRUT) if struts is None else struts, STRUT),
         settings=lock(settings, LINE_SETTINGS),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable
 from math import cos, radians, sin
@@ -13,9 +14,11 @@ from ..physics.inputs import make_inputs
 from ..physics.setpoint import LAWS, SetpointLaw
 from ..physics.ship import NO_EPOCH
 from ..physics.state import ARC, FLOW, MEMORY, NOW, STEP
+from . import savefile
 from .build import build_model, build_state, make_output
 from .entry import CONTROL_WORDS, SETTLE, STATS_COLUMNS, TICKS, drive
 from .inputs import InputError, ShipMotion, WinchCommand, push
+from .savefile import SaveError
 from .scene import Scene
 from .statics import MASS_DAMPING, MOST_PUSH, MOST_STEPS, Route, StartError, first_angle, first_strain
 
@@ -197,6 +200,18 @@ class Simulator:
             array[...] = saved[f"inputs_{name}"]
         self._algorithm = int(self.state.now.setpoint.algorithm)
 
+    def save(self, path: str | os.PathLike) -> None:
+        """Write scene and snapshot to one .npz file, whole or not at all. Raises SaveError."""
+        savefile.write(path, self.scene, self.snapshot())
+
+    @classmethod
+    def load(cls, path: str | os.PathLike) -> Simulator:
+        """The Simulator of a file of save(), to go on where it was. Raises SaveError."""
+        scene, arrays = savefile.read(path)
+        sim = cls(scene)
+        sim.restore(savefile.fitting(path, arrays, sim.snapshot()))
+        return sim
+
     def _drive(self, what: int, count: int, output, inputs=None) -> int:
         return drive(
             self.model,
@@ -218,13 +233,13 @@ class Simulator:
         )
 
     def _halted(self) -> SolverError:
-        now = self.state.now
+        now, settings = self.state.now, self.model.line.settings[0]
         flags, when = int(now.halted), now.time.now * 1e-9
         return SolverError(
             f"{self.scene.name}: the tick after {when:.3f} s could not be solved ({Flag(flags)!r}) with "
-            f"{self.scene.solver.max_halvings} halvings, with {self._stiffness()}; the run halted at the state before "
+            f"{settings.max_halvings} halvings, with {self._stiffness()}; the run halted at the state before "
             f"it. Remedy: start again; if it repeats, a smaller solver.tick or a finer mesh where the cable bends"
         )
 
 
-__all__ = ["FRAME", "InputError", "Simulator", "SolverError", "StartError"]
+__all__ = ["FRAME", "InputError", "SaveError", "Simulator", "SolverError", "StartError"]

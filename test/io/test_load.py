@@ -249,7 +249,7 @@ TEXTS = {
         "free: {",
         "Free Part: {",
         "tow.yaml:11: cable.sections.Free Part is not a section name; nothing was started. Use lower-case letters, "
-        "digits and _, beginning with a letter: names become parts of parameter names",
+        "digits and _, beginning with a letter: names are parts of parameter names",
     ),
     "cable too short": (
         "wrap: 6.0",

@@ -1,18 +1,44 @@
-"""Random cables in every state the kernels know: dry, wet, crossing the surface, touching drum and groove."""
+"""Random cables in every state the kernels know: dry, wet, crossing the surface, touching drum, groove and floor."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from cable_sim_ros.physics import ancf, drag, surface
-from cable_sim_ros.physics.cable import assemble, make_work
+from cable_sim_ros.physics import ancf, drag
+from cable_sim_ros.physics.cable import Cable, Section, assemble
 from cable_sim_ros.physics.drag import DragLaw
 from cable_sim_ros.physics.jit import LANES, NO, YES
+from cable_sim_ros.physics.state import ARC, MEAN, NOW, A, Change, Q, V, make_state
+from cable_sim_ros.physics.surface import SURFACE, floor_row, surface_row
+from cable_sim_ros.physics.water import Water
+
+
+def record(row: np.ndarray) -> np.record:
+    """One record, its fields as attributes, in the memory of ``row`` [1] or []."""
+    return np.atleast_1d(row).view(np.recarray)[0]
+
+
+def node_rows(row: int) -> property:
+    """A row of State.nodes of the present as an attribute [nodes, 6] that may be assigned."""
+
+    def put(self, value) -> None:
+        self.state.nodes[NOW, row] = value
+
+    return property(lambda self: self.state.nodes[NOW, row], put)
+
+
+def hydro(law: DragLaw, fixed_cd: float | None, amplification: float, density: float = 1026.0, gravity: float = 9.81):
+    """Hydrodynamic rows of a cable of 10 mm with this law."""
+    section = Section(length=1.0, elements=1, drag_law=law, drag_coefficient=fixed_cd, drag_amplification=amplification)
+    cable = Cable(diameter=0.01, mass_per_length=0.389, axial_stiffness=1e4, sections={"all": section})
+    return drag.element_rows(section, cable, Water(density=density, viscosity=1.2e-3), gravity)
 
 
 class Bench:
     """A cable of n elements with everything the assembly needs, and its dense residual and tangent."""
+
+    q, v, a, mean = node_rows(Q), node_rows(V), node_rows(A), node_rows(MEAN)
 
     def __init__(
         self,
@@ -29,7 +55,6 @@ class Bench:
         law=None,
         amplification=1.7,
         density=1026.0,
-        surfaces=(),
         current=(0.0, 0.0, 0.0, 0.0),
         lengths=None,
     ):
@@ -41,9 +66,7 @@ class Bench:
         for lane in range(groups * LANES):
             e = min(lane, n - 1)
             row = self.elements[lane // LANES, :, lane % LANES]
-            rows = drag.element_rows(
-                law or laws[e % len(laws)], None if e % 3 else 1.2, amplification, 0.01, density, 1.2e-3, 1.0, gravity
-            )
+            rows = hydro(law or laws[e % len(laws)], None if e % 3 else 1.2, amplification, density, gravity)
             for index, value in rows.items():
                 row[index] = value
             row[ancf.MASS_PER_LENGTH], row[ancf.EA], row[ancf.EI] = mass, ea, ei
@@ -51,11 +74,33 @@ class Bench:
             row[ancf.AXIAL_DAMPING], row[ancf.BENDING_TIME], row[ancf.WEIGHT_PER_LENGTH] = ca, tau, mass * gravity
         self.elements.setflags(write=False)
         lengths = rng.uniform(0.1, 0.3, n) if lengths is None else np.full(n, lengths)
-        self.arc = np.concatenate(([0.0], np.cumsum(lengths)))
-        self.current = np.array(current, float)
-        self.surfaces = np.array(surfaces, float).reshape(-1, surface.SURFACE_COLUMNS)
-        self.work, self.tension = make_work(n + 1), np.zeros(n)
-        self.q, self.v, self.a = (np.zeros((n + 1, 6)) for _ in range(3))
+        self.state = make_state(np.concatenate(([0.0], np.cumsum(lengths))), [])
+        self.state.now.current[:] = current
+        self.share = 0.0  # of the running mean that a step takes up
+
+    @property
+    def arc(self) -> np.ndarray:
+        return self.state.arc
+
+    @arc.setter
+    def arc(self, value) -> None:
+        self.state.nodes[NOW, ARC, :, 0] = value
+
+    @property
+    def surfaces(self) -> np.ndarray:
+        return self.state.surfaces
+
+    @surfaces.setter
+    def surfaces(self, rows) -> None:
+        self.state = self.state._replace(surfaces=np.array(rows, SURFACE).reshape(-1).view(np.recarray))
+
+    @property
+    def work(self):
+        return self.state.work
+
+    @property
+    def tension(self) -> np.ndarray:
+        return self.state.tension
 
     def wander(self, slope: float = 0.35, top: float = 0.6) -> None:
         """A wavy line that begins at height ``top`` and falls by ``slope``; random velocities and accelerations."""
@@ -68,42 +113,14 @@ class Bench:
         # moving bound is exact for the integral, not for its quadrature
         self.v, self.a = 0.2 * rng.normal(size=(n, 6)), rng.normal(size=(n, 6))
 
-    def residual(self, q=None, v=None, a=None, sigma=0.0) -> np.ndarray:
+    def residual(self, sigma=0.0) -> np.ndarray:
         """R [nodes, 6]."""
-        self.energy = assemble(
-            self.elements,
-            self.arc,
-            self.q if q is None else q,
-            self.v if v is None else v,
-            self.a if a is None else a,
-            self.current,
-            self.surfaces,
-            0.0,
-            0.0,
-            sigma,
-            NO,
-            self.work,
-            self.tension,
-        )
+        self.energy = assemble(self.elements, self.state, Change(0.0, 0.0, sigma, self.share), NO)
         return -self.work.band[:, :, 12].copy()
 
     def tangent(self, c1: float, c2: float, sigma: float = 0.0) -> np.ndarray:
         """dR/dq with v and a following by c1 and c2 [6 nodes, 6 nodes]."""
-        assemble(
-            self.elements,
-            self.arc,
-            self.q,
-            self.v,
-            self.a,
-            self.current,
-            self.surfaces,
-            c1,
-            c2,
-            sigma,
-            YES,
-            self.work,
-            self.tension,
-        )
+        assemble(self.elements, self.state, Change(c1, c2, sigma, self.share), YES)
         n = self.n + 1
         k = np.zeros((6 * n, 6 * n))
         for i in range(n):
@@ -118,15 +135,16 @@ class Bench:
         """The same by central differences."""
         n = self.n + 1
         k = np.zeros((6 * n, 6 * n))
+        start = self.state.nodes[NOW].copy()
         for i in range(n):
             for c in range(6):
                 r = []
                 for s in (step, -step):
-                    q, v, a = self.q.copy(), self.v.copy(), self.a.copy()
-                    q[i, c] += s
-                    v[i, c] += c1 * s
-                    a[i, c] += c2 * s
-                    r.append(self.residual(q, v, a, sigma))
+                    self.q[i, c] += s
+                    self.v[i, c] += c1 * s
+                    self.a[i, c] += c2 * s
+                    r.append(self.residual(sigma))
+                    self.state.nodes[NOW] = start
                 k[:, 6 * i + c] = ((r[0] - r[1]) / (2 * step)).ravel()
         return k
 
@@ -139,9 +157,14 @@ def bench():
 
 def touching(bench: Bench, node: int, throat: float | None, radius: float = 0.3, depth: float = 0.007) -> np.ndarray:
     """A moving, turning surface that the cable presses by ``depth`` at ``node``."""
-    row = surface.surface_row((0.0, 0.0, 0.0), radius, throat, 0.05, 0.03, 1e6, 0.2)
-    row[surface.CENTRE : surface.CENTRE + 3] = bench.q[node, :3] + np.array([0.01, 0.003, depth - radius])
-    row[surface.SPEED : surface.SPEED + 3] = (0.1, -0.2, 0.15)
-    row[surface.SPIN : surface.SPIN + 3] = (0.1, 0.2, 0.3)
-    row[surface.AXIS : surface.AXIS + 3] = (0.0, 1.0, 0.0)
+    row = surface_row((0.0, 0.0, 0.0), radius, throat, 0.05, 0.03, 1e6, 0.2)
+    row["centre"] = bench.q[node, :3] + np.array([0.01, 0.003, depth - radius])
+    row["speed"], row["spin"], row["axis"] = (0.1, -0.2, 0.15), (0.1, 0.2, 0.3), (0.0, 1.0, 0.0)
+    return row
+
+
+def floor_under(bench: Bench, node: int, slip: float = 0.01, depth: float = 0.007) -> np.ndarray:
+    """A drifting floor that the cable presses by ``depth`` at ``node``; slip: speed [m/s] of 0.7 of the friction."""
+    row = floor_row(bench.q[node, 2] + depth, 1e6, 0.2, 0.4, slip)
+    row["speed"] = (0.1, -0.2, 0.0)
     return row

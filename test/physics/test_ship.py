@@ -10,11 +10,9 @@ from scipy.spatial.transform import Rotation
 
 from cable_sim_ros.physics.inputs import make_inputs, push_motion
 from cable_sim_ros.physics.ship import (
-    COORD,
-    EPOCH_NOW,
+    MOTION,
     NO_EPOCH,
-    RATE,
-    SHIP_STATE,
+    SHIP_TIMES,
     evaluate,
     follow,
     hull_point,
@@ -22,6 +20,7 @@ from cable_sim_ros.physics.ship import (
     rotate,
     unrotate,
 )
+from cable_sim_ros.physics.state import MEMORY, records
 
 ARM = (-36.8, 0.4, 3.7)
 AMPLITUDE = np.array([0.8, 0.5, 1.5, 0.21, 0.087, 0.052])
@@ -37,7 +36,9 @@ def motion(t: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def sheave(t: float, slide: float = 0.0):
     """Hull point that slides along x of base_link at ``slide`` m/s."""
-    return hull_point(*motion(t), (ARM[0] + slide * t, ARM[1], ARM[2]), (slide, 0.0, 0.0), (0.0, 0.0, 0.0))
+    now = records(1, MOTION)[0]
+    now.coord[:], now.rate[:], now.accel[:] = motion(t)
+    return hull_point(now, (ARM[0] + slide * t, ARM[1], ARM[2]), (slide, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
 @pytest.mark.parametrize("t", [3.0, 17.5])
@@ -66,24 +67,21 @@ class Ship:
     """A ship that is ticked every 10 ms, with a tow frame at rest in the origin."""
 
     def __init__(self, start_blend=1.0, source_blend=0.5):
-        self.inputs, self.ship = make_inputs(), np.zeros(SHIP_STATE)
-        self.ship[EPOCH_NOW] = NO_EPOCH
-        self.frame, self.mean, self.work = np.zeros(4), np.zeros(6), np.zeros(SHIP_STATE)
-        self.now = self.clock = 0
-        self.blends = (start_blend, source_blend)
+        self.inputs, self.memory, self.times = make_inputs(), records(1, MEMORY)[0], records(1, SHIP_TIMES)[0]
+        self.memory.ship.epoch = NO_EPOCH
+        self.times.stale_decay, self.times.start_blend, self.times.source_blend = 3.0, start_blend, source_blend
 
     def push(self, t: float, epoch: float = 1.0, shift: float = 0.0) -> None:
         c, d, _ = motion(t)
         push_motion(self.inputs, round(t * 1e9), [c[0] + shift, *c[1:], *d, epoch, 1.0])
 
     def tick(self) -> np.ndarray:
-        end = self.now + 10_000_000
-        self.clock = follow(
-            self.now, end, self.ship, self.clock, self.inputs, self.frame, 0, self.mean, 3.0, *self.blends, self.work
-        )
-        evaluate(end, self.ship, self.clock, self.inputs, self.frame, 0, self.mean, 3.0)
-        self.now = end
-        return self.ship[COORD : RATE + 6].copy()
+        now, ship = self.memory.time, self.memory.ship
+        end = now.now + 10_000_000
+        follow(now.now, end, self.inputs, self.memory, self.times)
+        evaluate(end, self.inputs, self.memory, self.times.stale_decay)
+        now.now = end
+        return np.concatenate((ship.motion.coord, ship.motion.rate))
 
 
 def smooth(rows: np.ndarray) -> float:

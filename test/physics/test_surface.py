@@ -4,34 +4,37 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from bench_cable import record
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cable_sim_ros.lab.stress.sheave_depth import depth
-from cable_sim_ros.physics.contact import latch, loads, touch, touch_drum
-from cable_sim_ros.physics.surface import AXIS, CREST, RIM, SPIN, TOP, beside, margin, surface_row
-from cable_sim_ros.physics.tow import pierced
+from cable_sim_ros.physics.contact import EVENTS, latch, law, loads, touch
+from cable_sim_ros.physics.jit import NO
+from cable_sim_ros.physics.state import NOW, STEP, Q, make_state
+from cable_sim_ros.physics.surface import beside, clearance, groove_gap, solid, surface_row
+from cable_sim_ros.physics.survey import survey
 
 STIFFNESS, SEAT = 1e9, 0.255
-ROW = surface_row((0, 0, 0), SEAT, np.pi / 3, 0.01, 0.008, STIFFNESS, 0.0)
-ROW[AXIS + 1] = 1.0
-WIDTH = ROW[CREST] + ROW[RIM]
-AROUND = (st.floats(-1.2 * WIDTH, 1.2 * WIDTH), st.floats(-0.1, 1.2 * ROW[TOP]))
+ROW = record(surface_row((0, 0, 0), SEAT, np.pi / 3, 0.01, 0.008, STIFFNESS, 0.0))
+SOLID = solid(ROW)
+WIDTH = ROW.crest + ROW.rim
+AROUND = (st.floats(-1.2 * WIDTH, 1.2 * WIDTH), st.floats(-0.1, 1.2 * ROW.top))
 
 
 def looked(y: float, h: float):
-    return touch((0.0, y, SEAT + h), (0.0, 0.0, 0.0), ROW)
+    return touch(SOLID, (0.0, y, SEAT + h), (0.0, 0.0, 0.0))
 
 
 def force(y: float, h: float) -> np.ndarray:
     """Line load along the axis and outward."""
-    o = looked(y, h)
-    return o[9] * np.array(o[7])[1:] + o[13] * np.array(o[8])[1:]
+    gap, own, other = looked(y, h)
+    return own.load * np.array(gap.own.normal)[1:] + other.load * np.array(gap.other.normal)[1:]
 
 
 def energy(y: float, h: float) -> float:
-    o = looked(y, h)
-    return 0.4 * STIFFNESS * (max(o[4], 0.0) ** 2.5 + max(o[5], 0.0) ** 2.5)
+    gap = looked(y, h).gap
+    return 0.4 * STIFFNESS * (max(gap.own.depth, 0.0) ** 2.5 + max(gap.other.depth, 0.0) ** 2.5)
 
 
 @given(*AROUND)
@@ -39,7 +42,7 @@ def energy(y: float, h: float) -> float:
 def test_the_force_is_that_of_a_potential(y, h):
     """Going round and back through rim and cheek neither gains nor loses; inside, where normals change, is left out."""
     step = 1e-8
-    if looked(y, h)[4] > 0.9 * ROW[RIM] or abs(y) < 10.0 * step:
+    if looked(y, h).gap.own.depth > 0.9 * ROW.rim or abs(y) < 10.0 * step:
         return
     slope = np.array((energy(y + step, h) - energy(y - step, h), energy(y, h + step) - energy(y, h - step)))
     assert force(y, h) == pytest.approx(-slope / (2.0 * step), rel=1e-4, abs=1.0)
@@ -61,7 +64,7 @@ def test_it_pushes_where_the_way_out_says_there_is_a_sheave(y, h):
     way, pushed = depth(ROW, y, h), force(y, h)
     if way < -1e-12:
         assert not pushed.any()
-    elif way > 1e-9 and h > -0.01 and way < 0.9 * ROW[RIM]:
+    elif way > 1e-9 and h > -0.01 and way < 0.9 * ROW.rim:
         ahead = np.array((y, h)) + 1e-6 * way * pushed / np.linalg.norm(pushed)
         assert depth(ROW, *ahead) < way
 
@@ -69,17 +72,17 @@ def test_it_pushes_where_the_way_out_says_there_is_a_sheave(y, h):
 def test_cheek_and_rim():
     pressed = STIFFNESS * 1e-3**1.5
     assert force(WIDTH - 1e-3, -0.1) == pytest.approx((pressed, 0.0)), "the cheek pushes along the axis alone"
-    assert force(ROW[CREST], ROW[TOP] - 1e-3) == pytest.approx((0.0, pressed)), "the crest straight outward"
-    assert not force(WIDTH + 1e-6, -0.1).any() and not force(ROW[CREST], ROW[TOP] + 1e-6).any()
+    assert force(ROW.crest, ROW.top - 1e-3) == pytest.approx((0.0, pressed)), "the crest straight outward"
+    assert not force(WIDTH + 1e-6, -0.1).any() and not force(ROW.crest, ROW.top + 1e-6).any()
 
 
 @pytest.mark.parametrize("share", [0.5, 1.0])
 @pytest.mark.parametrize("joint", ["flank", "cheek"])
 def test_no_step_where_rim_meets_flank_and_cheek(joint, share):
     """Across both joints the force goes on, at a depth of half and of nearly the whole rim."""
-    inner = ROW[RIM] - share * 0.9 * ROW[RIM]
+    inner = ROW.rim - share * 0.9 * ROW.rim
     angle = {"flank": np.radians(150.0), "cheek": 0.0}[joint]
-    middle = np.array((ROW[CREST], ROW[TOP] - ROW[RIM]))
+    middle = np.array((ROW.crest, ROW.top - ROW.rim))
 
     def at(turn: float) -> np.ndarray:
         return force(*(middle + inner * np.array((np.cos(angle + turn), np.sin(angle + turn)))))
@@ -90,25 +93,26 @@ def test_no_step_where_rim_meets_flank_and_cheek(joint, share):
 @given(st.tuples(*[st.floats(-0.4, 0.4)] * 3), st.tuples(*[st.floats(-2.0, 2.0)] * 3))
 @settings(max_examples=100, deadline=None)
 def test_a_drum_is_the_groove_without_a_second_flank(place, speed):
-    row = surface_row((0, 0, 0), SEAT, None, 0.0, 0.0, STIFFNESS, 0.3)
-    row[AXIS + 1], row[SPIN + 1] = 1.0, 0.7
-    er, t, rho, vr, f, stiff, damped = touch_drum(place, speed, row)
-    o = touch(place, speed, row)
-    assert (f, stiff, damped, rho) == (o[9], o[10], o[11], o[2]) and o[13] == 0.0
-    np.testing.assert_array_equal((er, t, vr), (o[0], o[1], o[6]))
+    row = record(surface_row((0, 0, 0), SEAT, None, 0.0, 0.0, STIFFNESS, 0.3))
+    row.spin[1] = 0.7
+    drum = solid(row)
+    gap, own, other = touch(drum, place, speed)
+    groove = groove_gap(drum, place, speed)
+    assert own == law(drum, groove.own, groove.slip) and gap.rho == groove.rho and other.load == 0.0
+    np.testing.assert_array_equal((gap.radial, gap.around, gap.slip), (groove.radial, groove.around, groove.slip))
+    assert gap.own.depth == groove.own.depth and gap.own.normal == groove.own.normal
 
 
-def test_margin_tells_of_a_cable_beside():
-    assert margin(0.0, -1e-4, ROW) == pytest.approx(0.0101)
-    assert margin(0.004, 0.007, ROW) == pytest.approx(0.003)
-    assert margin(0.0, 0.02, ROW) == pytest.approx(-0.01)
-    assert margin(0.05, -0.2, ROW) == margin(-0.05, -0.2, ROW) == pytest.approx(ROW[CREST] - 0.05)
-    assert (beside(0.05, -0.1, ROW), beside(-0.05, -0.1, ROW), beside(0.05, 0.1, ROW), beside(0.0, -0.1, ROW)) == (
-        1.0,
-        -1.0,
-        0.0,
-        0.0,
-    )
+def test_clearance_tells_of_a_cable_beside():
+    def below(y: float, h: float) -> float:
+        return clearance(looked(y, h).gap, SOLID)
+
+    assert below(0.0, -1e-4) == pytest.approx(0.0101)
+    assert below(0.004, 0.007) == pytest.approx(0.003)
+    assert below(0.0, 0.02) == pytest.approx(-0.01)
+    assert below(0.05, -0.2) == below(-0.05, -0.2) == pytest.approx(ROW.crest - 0.05)
+    found = [beside(y, h, SOLID) for y, h in ((0.05, -0.1), (-0.05, -0.1), (0.05, 0.1), (0.0, -0.1))]
+    assert found == [1.0, -1.0, 0.0, 0.0]
 
 
 @pytest.mark.parametrize(
@@ -116,16 +120,17 @@ def test_margin_tells_of_a_cable_beside():
     [(0.05, 0.03, 0), (0.05, -0.05, 2), (-0.03, 0.05, 2), (0.05, 0.0, 1), (0.03, WIDTH - 1e-3, 0)],
 )
 def test_a_step_through_the_disc_is_seen(before, after, found):
-    arc = np.linspace(0.0, 0.4, 5)
-    old, q = np.zeros((5, 6)), np.zeros((5, 6))
-    for table, y in ((old, before), (q, after)):
-        table[:, 1], table[:, 2], table[:, 5] = y, -arc, -1.0
-    assert pierced(arc, q, np.zeros((5, 6)), old, ROW, 0.01) == found
+    state = make_state(np.linspace(0.0, 0.4, 5), [ROW])
+    for slot, y in ((STEP, before), (NOW, after)):
+        q = state.nodes[slot, Q]
+        q[:, 1], q[:, 2], q[:, 5] = y, -state.arc, -1.0
+    survey(state, 0.01, NO)
+    assert state.survey[0].entered == found
 
 
 def test_a_detachment_with_its_rebounds_is_one_event():
-    events = np.array((0, 1, 0))
+    events = record(np.array([(0, 1, 0, 0.0)], EVENTS))
     pressed = [True, False, True, True, False] + 30 * [True] + [False, True]
     off = [latch(on, events, 1_000_000 * t, 20_000_000) for t, on in enumerate(pressed)]
     assert off == [False] + 24 * [True] + 10 * [False] + 2 * [True]
-    assert events[0] == 2
+    assert events.detachments == 2

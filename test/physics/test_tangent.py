@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from bench_cable import Bench, touching
+from bench_cable import Bench, floor_under, record, touching
 
 from cable_sim_ros.physics.contact import touch
-from cable_sim_ros.physics.surface import CENTRE, CREST, RADIUS, RIM, TOP
+from cable_sim_ros.physics.surface import solid
 
 C1, C2, SIGMA = 30.0, 900.0, 0.3
 
@@ -49,15 +49,15 @@ def test_each_part_of_the_sheave(where, side):
     bench.wander(top=5.0)
     row = touching(bench, 2, np.pi / 3)
     y, gap = {
-        "flank": (0.3 * row[CREST], 0.0),
-        "cheek": (row[CREST] + 0.5 * row[RIM], -0.1),
-        "rim": (row[CREST] + 0.1 * row[RIM], row[TOP] - 0.2 * row[RIM]),
+        "flank": (0.3 * row["crest"], 0.0),
+        "cheek": (row["crest"] + 0.5 * row["rim"], -0.1),
+        "rim": (row["crest"] + 0.1 * row["rim"], row["top"] - 0.2 * row["rim"]),
     }[where]
-    row[CENTRE : CENTRE + 3] = bench.q[2, :3] - (0.0, side * y, row[RADIUS] + gap)
+    row["centre"] = bench.q[2, :3] - (0.0, side * y, row["radius"] + gap)
     bench.surfaces = row[None]
-    o = touch(tuple(bench.q[2, :3]), tuple(bench.v[2, :3]), row)
-    assert o[9] > 0.1 and o[16] == side and (o[12] > 0.0) == (where == "rim")
-    assert (abs(o[7][1]) == 1.0) == (where == "cheek")
+    found, own, _ = touch(solid(record(row)), tuple(bench.q[2, :3]), tuple(bench.v[2, :3]))
+    assert own.load > 0.1 and found.side == side and (found.own.bend > 0.0) == (where == "rim")
+    assert (abs(found.own.normal[1]) == 1.0) == (where == "cheek")
     assert worst(bench) < 1e-6
 
 
@@ -75,4 +75,45 @@ def test_folding_elements_with_axial_damping(share):
     bench.wander(top=50.0)
     bench.residual()
     assert (bench.tension < 0.01).any() and (bench.tension > 1.0).any()
+    assert worst(bench) < 1e-6
+
+
+@pytest.mark.parametrize("share", [0.01, 0.3, 1.0])
+@pytest.mark.parametrize("top", [-5.0, 0.25], ids=["wet", "crossing"])
+def test_the_mean_flow_of_the_amplified_drag(top, share):
+    """The mean velocity takes up a share of the velocity within the step; the drag of the mean flow has its part."""
+    bench = Bench(20, 4, current=(-2.0, 0.4, 0.02, -0.01))
+    bench.wander(top=top)
+    bench.mean = 0.4 * bench.rng.normal(size=bench.mean.shape)
+    still = bench.residual()
+    bench.share = share
+    assert np.abs(bench.residual() - still).max() > 1e-3, "the mean flow must matter"
+    assert worst(bench) < 1e-6
+
+
+def test_without_amplification_the_mean_flow_has_no_part():
+    bench = Bench(20, 6, current=(-1.0, 0.4, 0.02, -0.01), amplification=1.0)
+    bench.wander(top=0.25)
+    before, tangent = bench.residual(), bench.tangent(C1, C2)
+    bench.mean, bench.share = bench.rng.normal(size=bench.mean.shape), 0.5
+    assert (bench.residual() == before).all() and (bench.tangent(C1, C2) == tangent).all()
+
+
+@pytest.mark.parametrize("share", [0.01, 1.0])
+@pytest.mark.parametrize("slip", ["sliding", "creeping", "at rest"])
+def test_a_floor_under_the_cable(slip, share):
+    """Normal press and friction, sliding far above the slip speed, below it, and next to rest on the floor."""
+    bench = Bench(6, 8, current=(-1.0, 0.4, 0.02, -0.01))
+    bench.wander(top=-5.0, slope=0.05)
+    bench.surfaces = floor_under(bench, 3, slip=0.01 if slip == "sliding" else 0.5)
+    free = Bench(6, 8, current=(-1.0, 0.4, 0.02, -0.01))
+    if slip != "sliding":
+        bench.v = 0.2 * bench.v if slip == "creeping" else 1e-3 * bench.v
+        bench.v[:, :3] += bench.surfaces[0].speed
+    free.q, free.v, free.a = bench.q, bench.v, bench.a
+    pressed = bench.residual() - free.residual()
+    assert pressed[:, 2].min() < -1.0, "it must press up"
+    along = np.abs(pressed[:, :2]).max() / np.abs(pressed[:, 2]).max()
+    assert {"sliding": along > 0.2, "creeping": 0.01 < along < 0.2, "at rest": along < 0.01}[slip]
+    bench.share = share
     assert worst(bench) < 1e-6

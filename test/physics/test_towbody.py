@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from bench_cable import record
 
-from cable_sim_ros.physics import towbody
 from cable_sim_ros.physics.jit import NO, YES
-from cable_sim_ros.physics.towbody import Towbody, attitude, body_table, load, turn_into_flow
+from cable_sim_ros.physics.line import AT_REST
+from cable_sim_ros.physics.state import Change
+from cable_sim_ros.physics.surface import floor_row
+from cable_sim_ros.physics.towbody import Towbody, attitude, body_record, lie, load, turn_into_flow
 
 BODY = Towbody(
     mass=250.0, net_weight=445.0, added_mass=(11.0, 212.0, 200.0), drag_area=(0.0641, 0.9, 1.485), lift_area=-0.29836
 )
-STILL = np.zeros(4)
+STILL = (0.0, 0.0, 0.0, 0.0)
 
 
 def force(
@@ -20,21 +23,8 @@ def force(
 ):
     """Load on the body less its inertia, world axes [N]."""
     band = np.zeros((6, 16))
-    row = body_table(BODY, 9.81, density)
-    load(
-        row,
-        9.81,
-        np.array(q, float),
-        np.array(v, float),
-        np.array(a, float),
-        np.array(current, float),
-        np.array(flow, float),
-        0.0,
-        0.0,
-        0.0,
-        NO,
-        band,
-    )
+    node = tuple(np.array(x, float) for x in (q, v, a, flow))
+    load(record(body_record(BODY, 9.81, density)), node, current, AT_REST, NO, band)
     return band[:3, 12]
 
 
@@ -65,28 +55,51 @@ def test_out_of_the_water_there_is_only_weight():
 def test_tangent(z):
     c1, c2, sigma = 30.0, 900.0, 0.4
     q, v, a = np.array((0.0, 0.0, z)), np.array((1.2, 0.3, -0.5)), np.array((0.5, -0.2, 0.8))
-    current, flow = np.array((-2.0, 0.4, 0.02, -0.01)), np.array((-1.0, -0.6, 0.1))
-    row, band = body_table(BODY, 9.81, 1026.0), np.zeros((6, 16))
-    load(row, 9.81, q, v, a, current, flow, c1, c2, sigma, YES, band)
+    current, flow = (-2.0, 0.4, 0.02, -0.01), np.array((-1.0, -0.6, 0.1))
+    row, band, change = record(body_record(BODY, 9.81, 1026.0)), np.zeros((6, 16)), Change(c1, c2, sigma, 0.0)
+    load(row, (q, v, a, flow), current, change, YES, band)
     exact = band[:3, :3].copy()
     for k in range(3):
         r = []
         for s in (1e-6, -1e-6):
             d = np.eye(3)[k] * s
             other = np.zeros((6, 16))
-            load(row, 9.81, q + d, v + c1 * d, a + c2 * d, current, flow, c1, c2, sigma, NO, other)
+            load(row, (q + d, v + c1 * d, a + c2 * d, flow), current, change, NO, other)
             r.append(-other[:3, 12])
         np.testing.assert_allclose((r[0] - r[1]) / 2e-6, exact[:, k], atol=1e-6 * np.abs(exact).max())
 
 
+@pytest.mark.parametrize("speed", [(0.9, -0.4, -0.1), (0.11, -0.201, 0.0)], ids=["sliding", "nearly at rest"])
+def test_tangent_of_the_floor_under_the_body(speed):
+    """Normal press and friction against a floor that drifts."""
+    c1, floor = 30.0, record(floor_row(-50.0, 1e6, 0.2, 0.4, 0.05))
+    floor.speed[:] = 0.1, -0.2, 0.0
+    row = record(body_record(BODY, 9.81, 1026.0))
+    row.floor_stiffness = 2e5
+    q, v, zero = np.array((3.0, 1.0, -50.02)), np.array(speed), np.zeros(3)
+
+    def pushed(d, tangent):
+        band = np.zeros((6, 16))
+        power = lie(row, floor, (q + d, v + c1 * d, zero, zero), Change(c1, 0.0, 0.0, 0.0), tangent, band)
+        assert power == pytest.approx(band[:3, 12] @ (v + c1 * d), rel=1e-12)
+        return band
+
+    band = pushed(zero, YES)
+    exact, load = band[:3, :3], band[:3, 12]
+    assert load[2] > 100.0 and (np.hypot(load[0], load[1]) > 0.3 * load[2]) == (speed[0] > 0.5)
+    for k in range(3):
+        d = np.eye(3)[k] * 1e-7
+        slope = (pushed(-d, NO)[:3, 12] - pushed(d, NO)[:3, 12]) / 2e-7
+        np.testing.assert_allclose(slope, exact[:, k], atol=1e-6 * np.abs(exact).max())
+
+
 def test_body_turns_into_the_flow_and_tells_its_rate():
-    row, flow = body_table(BODY, 9.81, 1026.0), np.array((-2.0, 0.0, 0.0, 0.0, 0.0, 0.0))
-    yaw = [0.0]
+    row, flow = record(body_record(BODY, 9.81, 1026.0)), np.array((-2.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    yaw, q, v = [0.0], np.array((0.0, 0.0, -50.0)), np.array((0.0, 2.0, -0.2))
     for _ in range(4000):
         before = attitude(flow)[2]
-        turn_into_flow(row, np.array((0.0, 0.0, -50.0)), np.array((0.0, 2.0, -0.2)), STILL, flow, 0.01)
+        turn_into_flow(row, (q, v, flow), STILL, 0.01)
         yaw.append(attitude(flow)[2])
         assert flow[5] == pytest.approx((yaw[-1] - before) / 0.01, abs=1e-9)
     assert yaw[-1] == pytest.approx(np.pi / 2, abs=0.01), "the nose points where the body goes"
     assert attitude(flow)[1] == pytest.approx(np.arctan2(0.2, 2.0), abs=0.01), "sinking: nose down, pitch positive"
-    assert towbody.BODY_ROWS == row.size

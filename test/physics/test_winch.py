@@ -6,21 +6,25 @@ import numpy as np
 import pytest
 from scipy.signal import lsim
 
-from cable_sim_ros.physics import setpoint, winch
 from cable_sim_ros.physics.inputs import make_inputs, push_command
-from cable_sim_ros.physics.setpoint import compensation, mean_track
-from cable_sim_ros.physics.winch import command, drum_point, servo
+from cable_sim_ros.physics.setpoint import SETPOINT, compensation, mean_track
+from cable_sim_ros.physics.state import SHEAVE, records
+from cable_sim_ros.physics.winch import DRUM, WINCH, command, drum_point, servo
 
 
-def table(**values) -> np.ndarray:
-    row = np.zeros(winch.WINCH_ROWS)
-    row[[winch.SEAT, winch.ANGLE_0, winch.SIDE]] = 0.305, 3.8, 1.0
-    row[[winch.GAIN_P, winch.GAIN_D]] = 250.0, 50.0
-    row[[winch.RATE_MOST, winch.ACCEL_MOST, winch.TIMEOUT]] = 5.0, 20.0, 0.5
-    row[[winch.PAYOUT_0, winch.LENGTH_LEAST, winch.LENGTH_MOST]] = 450.0, -400.0, 1.0
+def filled(kind: np.dtype, **values) -> np.record:
+    """One record of a kind, zero but for these fields."""
+    row = records(1, kind)[0]
     for name, value in values.items():
-        row[getattr(winch, name)] = value
+        row[name] = value
     return row
+
+
+def drum_of(**values) -> np.record:
+    """A drum of the full-scale winch."""
+    usual = {"radius": 0.305, "angle_0": 3.8, "side": 1.0, "gain_p": 250.0, "gain_d": 50.0, "rate_most": 5.0}
+    usual |= {"accel_most": 20.0, "timeout": 0.5, "payout_0": 450.0, "length_least": -400.0, "length_most": 1.0}
+    return filled(DRUM, **(usual | values))
 
 
 def test_servo_follows_the_printed_equation():
@@ -28,70 +32,74 @@ def test_servo_follows_the_printed_equation():
     t = np.arange(0.0, 8.0, 0.01)
     wanted, rate = 0.4 * np.sin(0.6 * t), 0.24 * np.cos(0.6 * t)
     _, exact, _ = lsim(([50.0, 250.0], [1.0, 50.0, 250.0]), wanted, t)
-    state, row, got = np.zeros(winch.WINCH_STATE), table(), [0.0]
+    winch, drum, got = filled(WINCH), drum_of(), [0.0]
     for k in range(1, t.size):
-        servo(0.01, row, state, wanted[k - 1], rate[k - 1], wanted[k], rate[k])
-        got.append(state[winch.LENGTH_NOW])
+        servo(0.01, drum, winch, (wanted[k - 1], rate[k - 1]), (wanted[k], rate[k]))
+        got.append(winch.length)
     assert np.abs(np.array(got[200:]) - exact[200:]).max() < 2e-4
 
 
 def test_servo_keeps_its_limits_and_stops_at_the_end_of_the_drum():
-    state, row = np.zeros(winch.WINCH_STATE), table(RATE_MOST=0.5, ACCEL_MOST=2.0, LENGTH_MOST=0.3)
+    winch, drum = filled(WINCH), drum_of(rate_most=0.5, accel_most=2.0, length_most=0.3)
     rates = [0.0]
     for _ in range(400):
-        servo(0.01, row, state, 5.0, 0.0, 5.0, 0.0)
-        rates.append(state[winch.RATE_NOW])
-        assert state[winch.AT_END] == 1.0
+        servo(0.01, drum, winch, (5.0, 0.0), (5.0, 0.0))
+        rates.append(winch.rate)
+        assert winch.at_end == 1
     rates = np.array(rates)
     assert np.abs(rates).max() <= 0.5 + 1e-12
     assert np.abs(np.diff(rates)).max() <= 2.0 * 0.01 * 1.05
-    assert state[winch.LENGTH_NOW] == pytest.approx(0.3, abs=1e-3)
+    assert winch.length == pytest.approx(0.3, abs=1e-3)
 
 
 def test_paying_out_turns_the_drum_from_the_end_towards_its_top():
-    row = table()
-    p0, _, _ = drum_point(row, 0.0, 0.0, 0.0)
-    p1, v, _ = drum_point(row, 0.1, 1.0, 0.0)
+    drum = drum_of()
+
+    def end(length: float, rate: float, accel: float):
+        return drum_point(drum, filled(WINCH, length=length, rate=rate, accel=accel))
+
+    p0, _, _ = end(0.0, 0.0, 0.0)
+    p1, v, _ = end(0.1, 1.0, 0.0)
     assert p0 == pytest.approx((0.305 * np.sin(3.8), 0.0, 0.305 * np.cos(3.8)))
     assert np.hypot(p1[0], p1[2]) == pytest.approx(0.305)
     assert np.linalg.norm(v) == pytest.approx(1.0), "rim speed is the pay-out rate"
     assert np.dot(np.subtract(p1, p0), v) > 0.0
     h = 1e-5
-    a = drum_point(row, 0.1, 1.0, 0.4)[2]
-    ahead, behind = (drum_point(row, 0.1 + s * h + 0.2 * h * h, 1.0 + 0.4 * s * h, 0.4)[1] for s in (1, -1))
+    a = end(0.1, 1.0, 0.4)[2]
+    ahead, behind = (end(0.1 + s * h + 0.2 * h * h, 1.0 + 0.4 * s * h, 0.4)[1] for s in (1, -1))
     np.testing.assert_allclose(a, np.subtract(ahead, behind) / (2 * h), atol=1e-6)
 
 
 def test_rate_command_runs_until_its_time_out_then_holds():
-    inputs, state, row = make_inputs(), np.zeros(winch.WINCH_STATE), table()
+    inputs, winch, drum = make_inputs(), filled(WINCH), drum_of()
     push_command(inputs, 0, np.nan, 0.2)
     for k in range(100):
-        command((k + 1) * 10_000_000, 0.01, row, inputs, state)
-    assert state[winch.COMMANDED] == pytest.approx(0.2 * 0.5, abs=1e-9)
-    assert state[winch.STALE] == 1.0
+        command((k + 1) * 10_000_000, 0.01, drum, inputs, winch)
+    assert winch.commanded == pytest.approx(0.2 * 0.5, abs=1e-9)
+    assert winch.stale == 1
     push_command(inputs, 1_000_000_000, np.nan, np.nan)  # nothing commanded: the one before holds
-    command(1_010_000_000, 0.01, row, inputs, state)
-    assert state[winch.STALE] == 1.0
+    command(1_010_000_000, 0.01, drum, inputs, winch)
+    assert winch.stale == 1
 
 
 def test_length_command_is_approached_at_the_largest_rate_and_held():
-    inputs, state, row = make_inputs(), np.zeros(winch.WINCH_STATE), table(RATE_MOST=0.5)
+    inputs, winch, drum = make_inputs(), filled(WINCH), drum_of(rate_most=0.5)
     push_command(inputs, 0, 450.4, np.nan)
     lengths = []
     for k in range(300):
-        command((k + 1) * 10_000_000, 0.01, row, inputs, state)
-        lengths.append(state[winch.COMMANDED])
+        command((k + 1) * 10_000_000, 0.01, drum, inputs, winch)
+        lengths.append(winch.commanded)
     assert np.diff(lengths).max() <= 0.5 * 0.01 + 1e-12
     assert lengths[-1] == pytest.approx(0.4)
-    assert state[winch.STALE] == 0.0, "a length is held for as long as nothing else comes"
+    assert winch.stale == 0, "a length is held for as long as nothing else comes"
 
 
 def test_a_command_of_the_future_waits():
-    inputs, state, row = make_inputs(), np.zeros(winch.WINCH_STATE), table()
+    inputs, winch, drum = make_inputs(), filled(WINCH), drum_of()
     push_command(inputs, 50_000_000, np.nan, 1.0)
-    assert command(10_000_000, 0.01, row, inputs, state) == 0.0
-    assert state[winch.COMMAND_AGE] == -1.0
-    assert command(60_000_000, 0.01, row, inputs, state) == pytest.approx(1.0)
+    assert command(10_000_000, 0.01, drum, inputs, winch) == 0.0
+    assert winch.command_age == -1.0
+    assert command(60_000_000, 0.01, drum, inputs, winch) == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(
@@ -108,24 +116,27 @@ def test_a_command_of_the_future_waits():
 )
 def test_set_points_pay_out_when_the_sheave_goes_up_and_ahead(law, moved, length):
     """(2) L = dx sin + dz cos, (1) L = H/cos - H_nom/cos_nom; nominal angle 1.3, measured 1.0, nominal height 3.7."""
-    row, state = np.zeros(setpoint.SETPOINT_ROWS), np.zeros(setpoint.SETPOINT_STATE)
-    row[[setpoint.ALGORITHM, setpoint.ANGLE, setpoint.HEIGHT]] = law, 1.3, 3.7
-    got, rate = compensation(row, state, (moved[0], moved[1], 3.7 + moved[2]), (0.0, 0.0, 0.0), 1.0)
+    state = filled(SETPOINT, algorithm=law, angle=1.3, height=3.7)
+
+    def wanted(dx: float, dy: float, dz: float, velocity=(0.0, 0.0, 0.0)):
+        position = (moved[0] + dx, moved[1] + dy, 3.7 + moved[2] + dz)
+        return compensation(state, filled(SHEAVE, position=position, velocity=velocity), 1.0)
+
+    got, rate = wanted(0.0, 0.0, 0.0)
     assert got == pytest.approx(length) and rate == 0.0
-    ahead, _ = compensation(row, state, (moved[0] + 1e-6, moved[1], 3.7 + moved[2] + 2e-6), (0, 0, 0), 1.0)
-    _, rate = compensation(row, state, (moved[0], moved[1], 3.7 + moved[2]), (1.0, 0.0, 2.0), 1.0)
+    ahead, _ = wanted(1e-6, 0.0, 2e-6)
+    _, rate = wanted(0.0, 0.0, 0.0, (1.0, 0.0, 2.0))
     assert rate == pytest.approx((ahead - got) / 1e-6, abs=1e-6)
 
 
 def test_mean_track_follows_a_drift_and_lets_waves_through():
-    row, state = np.zeros(setpoint.SETPOINT_ROWS), np.zeros(setpoint.SETPOINT_STATE)
-    row[setpoint.WASHOUT] = 300.0
-    left = []
+    state, left = filled(SETPOINT, washout=300.0), []
+    sheave = filled(SHEAVE)
     for k in range(120_000):
         t = 0.01 * k
-        x = 0.1 * t + 0.5 * np.sin(2 * np.pi * t / 10.0)
-        mean_track(row, state, x, 0.0, 0.0, 0.01)
-        left.append(x - state[setpoint.TRACK])
+        x = sheave.position[0] = 0.1 * t + 0.5 * np.sin(2 * np.pi * t / 10.0)
+        mean_track(state, sheave, 0.0, 0.01)
+        left.append(x - state.track[0])
     left = np.array(left[60_000:])
     assert abs(left.mean()) < 0.02, "a steady drift of 0.1 m/s is followed"
     assert left.std() * np.sqrt(2) == pytest.approx(0.5, rel=0.03), "a wave of 10 s is not"

@@ -17,6 +17,7 @@ from numba import njit
 from cable_sim_ros.physics.frame import CONTACT_COLUMNS, FRAME, SHAPE_COLUMNS
 from cable_sim_ros.physics.inputs import Inputs, make_inputs
 from cable_sim_ros.physics.setpoint import SetpointLaw
+from cable_sim_ros.physics.state import MEMORY, records
 
 NODES, STATIONS = 20, 8
 TEMPLATE = np.zeros(1, FRAME)
@@ -29,11 +30,8 @@ class Model(NamedTuple):
 
 
 class State(NamedTuple):
-    time: np.ndarray  # int64 [4]: now, start, ticks, clock
-    frame: np.ndarray  # origin x y of the tow frame, its velocity
-    ship: np.ndarray  # x y z in the tow frame
+    memory: np.ndarray  # MEMORY [1]
     value: np.ndarray  # payout, rate, x, y, z, halted
-    health: np.ndarray  # float64 [3], used by the static start
 
 
 class Output(NamedTuple):
@@ -47,9 +45,10 @@ def tick(model, state, inputs, output, slot):
     value = state.value
     if value[5] > 0.0:
         return 1
-    state.time[0] += model.period
-    state.time[2] += 1
-    time = state.time[0]
+    now = state.memory[0]
+    now.time.now += model.period
+    now.time.ticks += 1
+    time = now.time.now
     flags = 0
     frame = output.frame[slot]
     head = inputs.motion_head[0]
@@ -79,7 +78,7 @@ def tick(model, state, inputs, output, slot):
         value[5] = 1.0
         flags |= 1
     frame.time = time
-    frame.tick = state.time[2]
+    frame.tick = now.time.ticks
     frame.tension = 2000.0 + 100.0 * value[4]
     frame.payout = value[0]
     frame.payout_rate = value[1]
@@ -135,7 +134,7 @@ class Simulator:
     def __init__(self, scene) -> None:
         self.scene = scene
         self.model = Model(round(scene.solver.tick * 1e9), scene.winch.command_timeout, scene.winch.max_rate)
-        self.state = State(np.zeros(4, np.int64), np.zeros(4), np.zeros(34), np.zeros(6), np.zeros(3))
+        self.state = State(records(1, MEMORY), np.zeros(6))
         self.nodes = NODES
         self.inputs: Inputs = make_inputs()
         self.output = make_output(self.model, NODES, 1)
@@ -147,16 +146,16 @@ class Simulator:
     def start(self, time_ns: int = 0, position=(0.0, 0.0), heading=None) -> None:
         if os.environ.get("FAKE_START_FAILS"):
             raise StartError("no static equilibrium: residual 123 N", 123.0)
-        self.state.time[:] = time_ns, time_ns, 0, time_ns
+        time = self.state.memory[0].time
+        time.now, time.start, time.ticks, time.blend = time_ns, time_ns, 0, time_ns
         self.state.value[:] = 0.0
         self.state.value[2:4] = position
 
-    def save(self) -> dict:
-        return {name: array.copy() for name, array in self.state._asdict().items()} | {"model.mean": np.zeros(6)}
+    def snapshot(self) -> dict:
+        return {"memory": self.state.memory[0].copy(), "value": self.state.value.copy()}
 
     def restore(self, saved: dict) -> None:
-        for name, array in saved.items():
-            getattr(self.state, name)[...] = array
+        self.state.memory[0], self.state.value[:] = saved["memory"], saved["value"]
 
     def set_algorithm(self, law: SetpointLaw) -> None:
         self.law = SetpointLaw(law)

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from cable_sim_ros.physics.frame import Source
 from cable_sim_ros.physics.inputs import COMMAND_ROWS, EPOCH, MOTION_ROWS, SOURCE, make_inputs
-from cable_sim_ros.physics.ship import quaternion, spin
+from cable_sim_ros.physics.ship import MOTION, quaternion, spin
+from cable_sim_ros.physics.state import records
 from cable_sim_ros.sim.attitude import angle_rates, angles_of, body_rates, to_world
 from cable_sim_ros.sim.inputs import InputError, ShipMotion, WinchCommand, push
 
@@ -28,7 +29,9 @@ def moved(time_ns=0, **values):
 @given(st.tuples(angle, angle, st.floats(-3.0, 3.0)), st.tuples(angle, angle, angle))
 def test_body_rates_become_the_rates_that_the_kernels_turn_by(angles, rate):
     rates = angle_rates(*angles[:2], rate)
-    omega, _ = spin((0.0, 0.0, 0.0, *angles), (0.0, 0.0, 0.0, *rates), (0.0,) * 6)
+    motion = records(1, MOTION)[0]
+    motion.coord[3:], motion.rate[3:] = angles, rates
+    omega, _ = spin(motion)
     assert omega == pytest.approx(to_world(angles, rate), abs=1e-9)
     assert body_rates(*angles[:2], rates) == pytest.approx(rate, abs=1e-9)
     assert angles_of(*quaternion((0.0, 0.0, 0.0, *angles))) == pytest.approx(angles, abs=1e-9)

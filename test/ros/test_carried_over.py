@@ -1,0 +1,56 @@
+"""A running tow on another clock and at another place: the cable hangs as it did, and nothing jumps."""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+import pytest
+
+from cable_sim_ros.io.load import load_scene
+from cable_sim_ros.physics.inputs import push_motion
+from cable_sim_ros.ros.session import carried_over
+from cable_sim_ros.sim.simulator import Simulator
+
+pytestmark = [
+    pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning"),
+    pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="too slow without compilation"),
+]
+SECOND = 1_000_000_000
+
+
+def heave(sim: Simulator, begin: int, place: tuple[float, float], phase: float) -> None:
+    """Two seconds of motion from the stamp ``begin``; phase: of the heave then [rad]."""
+    speed = sim.scene.ship.tow_speed
+    for t in np.arange(0.0, 2.0, 0.02):
+        up, rate = np.sin(phase + 0.6 * t), 0.6 * np.cos(phase + 0.6 * t)
+        row = [place[0] + speed * t, place[1], up, 0, 0, 0, speed, 0, rate, 0, 0, 0, 1, 1]
+        push_motion(sim.inputs, begin + round(t * 1e9), row)
+
+
+@pytest.mark.parametrize("begin", [1000 * SECOND, 20_000_000], ids=["later", "earlier"])
+def test_the_tow_goes_on_on_another_clock_and_elsewhere(begin):
+    sim = Simulator(load_scene("side_scan"))
+    sim.start(100 * SECOND, (5.0, -7.0))
+    heave(sim, 100 * SECOND, (5.0, -7.0), 0.0)
+    sim.run(150)
+    before, shape, saved = sim.frame.copy(), sim.shape.copy(), sim.snapshot()
+    held = saved["memory"].time.now
+    sim.inputs.motion_head[0] = sim.inputs.command_head[0] = 0
+    sim.restore(carried_over(sim.snapshot(), begin, (3e4, 2e4)))
+    assert saved["memory"].time.now == held, "the snapshot itself stays as it is"
+    assert sim.state.now.time.ticks == 150 and (sim.state.q == saved["nodes"][0]).all()
+    frame = sim.tick()
+    assert frame.time == begin + 10_000_000 and frame.tick == 151
+    moved = np.array((3e4, 2e4)) - before.ship_position[:2]
+    step = 0.01 * sim.scene.ship.tow_speed
+    for name in ("ship_position", "sheave_position", "body_position"):
+        went = frame[name] - before[name]
+        assert went[:2] - moved == pytest.approx((step, 0.0), abs=2e-3), name
+    went = sim.shape[:, :3] - shape[:, :3]
+    assert np.abs(went - (*(moved + (step, 0.0)), 0.0)).max() < 0.02
+    assert frame.tension == pytest.approx(before.tension, abs=5.0)
+    assert frame.detachments == before.detachments and not frame.status & ~(64 | 128)
+    frames = sim.run(100)  # without motion the ship comes to its mean track
+    assert np.abs(np.diff(frames.tension)).max() < 20.0
+    assert np.abs(np.diff(frames.ship_position[:, 2])).max() < 0.02

@@ -1,0 +1,147 @@
+"""Saved simulations: what goes on from a file is what would have gone on, and every refusal."""
+
+from __future__ import annotations
+
+import io
+import json
+import warnings
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cable_sim_ros
+from cable_sim_ros import ShipMotion, WinchCommand
+from cable_sim_ros.io.load import load_scene, override
+from cable_sim_ros.sim import savefile
+from cable_sim_ros.sim.simulator import SaveError, Simulator
+
+pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+PLACE = (1e5, -3e4)  # m, in odom
+
+
+def heave(sim, first: int, last: int) -> None:
+    for k in range(first, last):
+        t = 0.02 * k
+        up, rate = 0.5 * np.sin(0.8 * t), 0.4 * np.cos(0.8 * t)
+        place, velocity = (PLACE[0] + sim.scene.ship.tow_speed * t, PLACE[1], up), (sim.scene.ship.tow_speed, 0, rate)
+        still = (0.0, 0.0, 0.0)
+        sim.push(ShipMotion(time_ns=k * 20_000_000, position=place, velocity=velocity, attitude=still, rate=still))
+
+
+@pytest.fixture(scope="module")
+def underway():
+    """A tow over a seabed, 0.6 s after its start, with motion and a command still to come."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        scene = override(load_scene("full_scale"), {"seabed.depth": 150.0, "setpoint.algorithm": "rigorous_sheave"})
+    sim = Simulator(scene)
+    sim.start(5, PLACE)
+    heave(sim, 1, 80)
+    sim.push(WinchCommand(rate=0.2))
+    sim.run(60)
+    sim.set_algorithm("simplified_sheave")
+    return sim
+
+
+@pytest.fixture(scope="module")
+def saved(underway, tmp_path_factory) -> Path:
+    path = tmp_path_factory.mktemp("saved") / "tow.npz"
+    underway.save(path)
+    return path
+
+
+def test_a_run_from_a_file_is_the_run_that_was_not_interrupted(underway, saved):
+    begun = underway.snapshot()
+    whole = underway.run(40)
+    underway.restore(begun)
+    for face in (Simulator, cable_sim_ros.Simulator):
+        sim = face.load(saved)
+        assert type(sim) is face and sim.scene == underway.scene
+        for name in ("frame", "shape", "contact"):
+            assert getattr(sim, name).tobytes() == getattr(underway, name).tobytes(), name
+        assert sim.run(15).tobytes() + sim.run(25).tobytes() == whole.tobytes()
+        heave(sim, 80, 100)  # and it takes up inputs where it was
+        assert sim.tick().tick == 101
+
+
+def test_a_file_keeps_its_name_and_is_whole_or_not_there(underway, tmp_path):
+    path = tmp_path / "no suffix"
+    underway.save(str(path))
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
+    before = path.read_bytes()
+    underway.save(path)
+    assert path.read_bytes() == before or Simulator.load(path).state.now == underway.state.now
+    text = r"gone/tow: cannot be written \(No such file or directory\); nothing was saved. Check the folder, its perm"
+    with pytest.raises(SaveError, match=text):
+        underway.save(tmp_path / "gone" / "tow")
+
+
+def rewritten(saved: Path, path: Path, **members) -> Path:
+    """The file with some members replaced; None: left out."""
+    with np.load(saved) as archive:
+        arrays = {name: archive[name] for name in archive.files} | members
+    with open(path, "wb") as file:
+        np.savez(file, **{name: array for name, array in arrays.items() if array is not None})
+    return path
+
+
+def test_what_is_no_save_is_refused(saved, tmp_path):
+    text = "is no saved simulation; nothing was loaded. Simulator.load takes a file of Simulator.save"
+    for name, content in (("scene.yaml", b"name: tow\n"), ("empty", b"")):
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(SaveError, match=f"{name}: {text}"):
+            Simulator.load(tmp_path / name)
+    for about in (None, np.array("{}"), np.array("3"), np.array("no JSON")):
+        with pytest.raises(SaveError, match=text):
+            Simulator.load(rewritten(saved, tmp_path / "other.npz", about=about))
+    with zipfile.ZipFile(tmp_path / "bag.zip", "w") as archive:
+        archive.writestr("metadata.yaml", "x")
+    with pytest.raises(SaveError, match="bag.zip: is no saved simulation"):
+        Simulator.load(tmp_path / "bag.zip")
+    with pytest.raises(SaveError, match=r"nowhere: cannot be read \(No such file or directory\); nothing was loaded"):
+        Simulator.load(tmp_path / "nowhere")
+
+
+def test_another_layout_of_the_state_is_refused(saved, tmp_path):
+    about = json.dumps({"format": savefile.FORMAT, "version": "0.0.9", "layout": "0123"})
+    text = (
+        r"old.npz: was saved by version 0.0.9 with the state layout 0123, this is version \S+ with [0-9a-f]{12}: its "
+        r"numbers would stand for others; nothing was loaded. Load it with version 0.0.9, or start its scene again"
+    )
+    with pytest.raises(SaveError, match=text):
+        Simulator.load(rewritten(saved, tmp_path / "old.npz", about=np.array(about)))
+
+
+@pytest.mark.parametrize(
+    ("members", "text"),
+    [
+        ({"nodes": None}, r"'nodes' is missing, expected f\[8, \d+, 6\]"),
+        ({"nodes": np.zeros((8, 2, 6))}, r"'nodes' is f\[8, 2, 6\], expected f\[8, \d+, 6\]"),
+        ({"memory": np.zeros(3)}, r"'memory' is f\[3\], expected V\[\]"),
+        ({"scene": None}, "its scene cannot be read, KeyError"),
+        ({"scene": np.array("{")}, "its scene cannot be read, ValidationError"),
+    ],
+)
+def test_a_member_that_does_not_fit_is_refused(saved, tmp_path, members, text):
+    with pytest.raises(SaveError, match=rf"tow.npz: is damaged \({text}\); nothing was loaded. Take another copy, or"):
+        Simulator.load(rewritten(saved, tmp_path / "tow.npz", **members))
+
+
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.999])
+def test_a_file_cut_short_is_refused(saved, tmp_path, share):
+    data = saved.read_bytes()
+    (tmp_path / "cut.npz").write_bytes(data[: int(share * len(data))])
+    with pytest.raises(SaveError, match=r"cut.npz: is damaged \(its end is missing\); nothing was loaded"):
+        Simulator.load(tmp_path / "cut.npz")
+
+
+def test_a_changed_byte_is_noticed(saved, tmp_path):
+    data = bytearray(saved.read_bytes())
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        info = archive.getinfo("nodes.npy")
+    data[info.header_offset + info.file_size // 2] ^= 1
+    (tmp_path / "bit.npz").write_bytes(data)
+    with pytest.raises(SaveError, match=r"bit.npz: is damaged \(.*CRC.*\); nothing was loaded"):
+        Simulator.load(tmp_path / "bit.npz")
