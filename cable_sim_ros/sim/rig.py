@@ -316,9 +316,15 @@ class Rig:
         """One more dead force [N] on a node, and moment [N m] on its tangent."""
         self.model = self.model._replace(loads=np.append(self.model.loads, load_of(node % self.nodes, force, moment)))
 
+    def reload(self, loads: list[np.ndarray]) -> None:
+        """These nodal loads in place of those before: LOAD records, see load_of()."""
+        rows = np.array(loads, LOAD)
+        rows["node"] %= self.nodes
+        self.model = self.model._replace(loads=rows)
+
     def release_loads(self) -> None:
         """Drop all nodal loads."""
-        self.model = self.model._replace(loads=np.zeros(0, LOAD))
+        self.reload([])
 
     def release(self, *nodes: int) -> None:
         """Let go of nodes that were held, and drop all nodal loads."""
