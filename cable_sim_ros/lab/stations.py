@@ -17,7 +17,7 @@ from ..sim.rig import Rig
 
 
 class Stations:
-    """Stations of one line on one surface. Lengths [m], angles [rad] from the vertical towards +x, line loads [N/m]."""
+    """Stations of one line on one drum or sheave. Lengths [m], angles [rad] from the vertical towards +x, line loads [N/m]."""
 
     def __init__(self, rows: np.ndarray, axis: np.ndarray):
         """rows: STATION records [stations] of the surface; axis: its unit axis [3]."""
@@ -38,7 +38,7 @@ class Stations:
         """Unit vectors from the axis to the stations [stations, 3]."""
         rel = self.rows["rel"]
         out = rel - (rel @ self.axis)[:, None] * self.axis
-        return out / np.linalg.norm(out, axis=1)[:, None]
+        return out / np.sqrt(np.sum(out * out, axis=1) + 1e-30)[:, None]  # never over zero on the axis
 
     @cached_property
     def angle(self) -> np.ndarray:
