@@ -17,7 +17,7 @@ from ..sim.rig import Rig
 
 
 class Stations:
-    """Stations of one line on one drum or sheave. Lengths [m], angles [rad] from the vertical to +x, line loads [N/m]."""
+    """Stations of a line on a drum or sheave. Lengths [m], angles [rad] from the vertical to +x, line loads [N/m]."""
 
     def __init__(self, rows: np.ndarray, axis: np.ndarray):
         """rows: STATION records [stations] of the surface; axis: its unit axis [3]."""
