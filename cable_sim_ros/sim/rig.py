@@ -190,6 +190,18 @@ def bring_to_rest(line, state, sigma, steps, longest):
     return settle(line, state, sigma, steps, longest)
 
 
+@driver
+def look(state):
+    """survey.survey of every station as an entry of its own."""
+    survey(state, 0.0, YES)
+
+
+@driver
+def weigh_up(line, state, change, tangent):
+    """line.residual as an entry of its own."""
+    return residual(line, state, change, tangent)
+
+
 def cable_of(sections: list[dict], **numbers) -> Cable:
     """A Cable of the product from plain numbers; a section without a drag law has none.
 
@@ -406,6 +418,11 @@ class Rig:
             if h > 0.0:
                 yield h
         self.iterations += int(plan["used"][0])
+
+    def residual(self, change: Change = AT_REST, tangent: bool = False) -> float:
+        """Largest force [N] out of balance at the present q, v, a; forces, and with ``tangent`` their derivative by a
+        change of position, are left in state.work.band and lower."""
+        return weigh_up(self.model, self.state, change, YES if tangent else NO)
 
     def survey(self, q: np.ndarray | None = None, v: np.ndarray | None = None) -> np.ndarray:
         """STATION records of every Gauss point on every surface, of the present or of a sample q, v of a History."""

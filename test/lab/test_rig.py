@@ -161,3 +161,10 @@ def test_stations_of_each_surface_and_of_a_sample_of_a_run():
     lifted_off = stations(rig, q=q)
     assert not lifted_off.load.any() and lifted_off.gap.min() > 0.0
     assert np.array_equal(stations(rig).load, table.load), "the present is as it was"
+
+
+def test_residual_is_what_is_out_of_balance():
+    rig = rod()
+    rig.reload([load_of(-1, (0.0, 0.0, 7.0))])
+    assert rig.residual() == pytest.approx(7.0)
+    assert rig.state.work.band[-1, 2, 12] == pytest.approx(7.0)

@@ -8,8 +8,6 @@ import numpy as np
 
 from ...physics.drag import DragLaw
 from ...physics.inputs import push_command
-from ...physics.jit import NO
-from ...physics.line import AT_REST, residual
 from ...physics.water import Water
 from ...sim.rig import Rig, cable_of
 from ...sim.simulator import Simulator
@@ -121,7 +119,7 @@ def symmetries(quick: bool) -> Found:
 
 
 def _force(rig: Rig) -> np.ndarray:
-    residual(rig.model, rig.state, AT_REST, NO)
+    rig.residual()
     return rig.state.work.band[:, :3, 12].sum(0)
 
 
