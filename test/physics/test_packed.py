@@ -25,7 +25,7 @@ pytestmark = pytest.mark.skipif(
     reason="needs compilation and AVX2",
 )
 
-W = make_work(4)
+W = make_work(4).lanes[0]
 LANE, TABLE, ROW = W.lane[0], np.zeros((4, 16)), np.zeros(1, SURFACE)[0]
 CURRENT = (0.0, 0.0, 0.0, 0.0)
 OUT = (W.load[0], W.by_place[0], W.by_slope[0])
@@ -38,7 +38,7 @@ KERNELS = {  # kernel: arguments, scalar multiplications allowed beyond the pack
     cable.power_of: ((W.x, W.force, 16, LANE), 0),
     cable.near_surface: ((W.x, ROW, LANE), 0),
     drag.point_lanes: ((W.x, TABLE, TABLE, CURRENT, W.point), 0),
-    drag.mean_lanes: ((W.mean, TABLE, W.point), 0),
+    drag.mean_lanes: ((W.mean_v, TABLE, W.point), 0),
     drag.coefficient_lanes: ((W.p, W.point, POINT_V), 10),
     drag.load_lanes: ((W.point, W.p, LANE, W.load[0]), 0),
     drag.load_tangent_lanes: ((W.point, W.p, 1.0, 1.0, CURRENT, LANE, *OUT), 0),
