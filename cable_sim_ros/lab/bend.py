@@ -12,9 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..physics.contact import END_LOAD, stiffness
-from ..physics.line import LOAD_COLUMNS
 from ..physics.surface import surface_row
-from ..sim.rig import Rig, RigError
+from ..sim.rig import Rig, load_of
 
 PENETRATION = 1e-4  # of the radius, under the line load T/R: does not show
 MOVING = 1e-3  # the same where cable runs on: a fifth of the shipped one; stiffer contact only chatters more
@@ -77,13 +76,8 @@ def drum(
 
 
 def pulls(*forces: tuple[int, tuple[float, float, float] | np.ndarray]) -> list[np.ndarray]:
-    """Dead forces [N] on nodes, as rows of Rig.loads."""
-    rows = []
-    for node, force in forces:
-        row = np.zeros(LOAD_COLUMNS)
-        row[0], row[1:4] = node, force
-        rows.append(row)
-    return rows
+    """Dead forces [N] on nodes, as LOAD records."""
+    return [load_of(node, force) for node, force in forces]
 
 
 def distributed(arc: np.ndarray, per_length: np.ndarray) -> list[np.ndarray]:
@@ -94,34 +88,20 @@ def distributed(arc: np.ndarray, per_length: np.ndarray) -> list[np.ndarray]:
     return pulls(*((n, share[n] * per_length[n]) for n in range(len(arc))))
 
 
-def reload(rig: Rig, rows: list[np.ndarray]) -> None:
-    """Other nodal loads on the same rig, as many rows as it had; missing ones pull with nothing."""
-    rig.model.loads[:] = 0.0
-    for i, row in enumerate(rows):
-        rig.model.loads[i] = row
-
-
 class Walk:
-    """Steps of a rig one by one; a step that Newton cannot solve is halved, as the product does."""
+    """The clock of a rig that is stepped one by one; a step that Newton cannot solve goes in halves."""
 
-    def __init__(self, rig: Rig, moved: tuple[int, ...] = (), motion=None, halvings: int = 8):
-        """motion(t [steps] since the beginning) -> [steps, len(moved), 9] of r, v, a of the moved nodes."""
-        self.rig, self.moved, self.motion, self.halvings = rig, moved, motion, halvings
+    def __init__(self, rig: Rig, moved: tuple[int, ...] = (), motion=None):
+        """motion(t [times] since the beginning) -> [times, len(moved), 9] of r, v, a of the moved nodes."""
+        self.rig, self.moved, self.motion = rig, moved, motion
         self.time, self.smallest = 0.0, np.inf
 
-    def step(self, h: float, level: int = 0) -> None:
+    def step(self, h: float) -> None:
         """Advance by h [s]. Raises RigError."""
         begin = self.time
         motion = None if self.motion is None else (lambda t: self.motion(begin + t))
-        try:
-            self.rig.run(h, h, moved=self.moved, motion=motion)
-        except RigError:
-            if level == self.halvings:
-                raise
-            self.step(0.5 * h, level + 1)
-            self.step(0.5 * h, level + 1)
-        else:
-            self.smallest = min(self.smallest, h)
+        for piece in self.rig.steps(h, moved=self.moved, motion=motion):
+            self.smallest = min(self.smallest, piece)
         self.time = begin + h
 
     def to(self, end: float, step: float, look=None) -> list:
@@ -135,7 +115,7 @@ class Walk:
         return seen
 
     def note(self, step: float) -> list[str]:
-        """What is to be told where steps were halved."""
+        """What is to be reported where steps were halved."""
         if self.smallest > 0.75 * step:
             return []
         return [f"Newton asked for steps down to {self.smallest:.2g} s"]

@@ -17,7 +17,7 @@ import numpy as np
 from ..physics.drag import DragLaw
 from ..physics.surface import surface_row
 from ..physics.water import Water
-from ..sim.rig import Rig, cable_of
+from ..sim.rig import Rig, cable_of, load_of
 
 ELEMENTS, LENGTH, STEP, STEPS, TURNS = 64, 64.0, 0.01, 400, 15
 FAR = (0.0, 500.0, 0.0)
@@ -105,8 +105,8 @@ FEATURES: dict[str, tuple[Callable, Callable, Callable]] = {
     ),
     "nodal load": (
         lambda: hung(),
-        lambda: hung(loads=[(ELEMENTS,) + (0.0,) * 6]),
-        lambda: hung(loads=[(ELEMENTS, 5.0, 0.0, 0.0, 0.0, 0.0, 0.0)]),
+        lambda: hung(loads=[load_of(-1)]),
+        lambda: hung(loads=[load_of(-1, (5.0, 0.0, 0.0))]),
     ),
 }
 

@@ -13,7 +13,7 @@ from ..physics.integrate import Solver
 from ..physics.surface import surface_row
 from ..physics.towbody import Towbody
 from ..physics.water import Water
-from ..sim.rig import Rig, cable_of
+from ..sim.rig import HALVED, Rig, cable_of, load_of
 from .scenes import reference
 
 DEEP = -1000.0  # m, where the stream scenes are set up: everything is wet
@@ -81,7 +81,7 @@ def _every(interval: float, dt: float) -> int:
 def _run(rig: Rig, setting: Setting, duration: float, interval: float, columns, first, **more) -> Ours:
     """March and time it; ``columns(history)`` -> [samples, columns], ``first``: the row at t = 0."""
     begin = time.process_time()
-    told = rig.run(duration, setting.dt, every=_every(interval, setting.dt), halvings=Solver().max_halvings, **more)
+    told = rig.run(duration, setting.dt, every=_every(interval, setting.dt), rules=HALVED, **more)
     cpu = time.process_time() - begin
     history = np.vstack((first, np.column_stack((told.time, columns(told)))))
     return Ours(str(setting), setting.elements, setting.dt, history, cpu, duration, told.iterations, told.steps)
@@ -159,7 +159,7 @@ def pulled_over(setting: Setting) -> Ours:
         tension=weight,
         bodies={0: p["m1"], -1: p["m2"]},
         surfaces=[surface_row((0.0, 0.0, 0.0), rc, None, 0.0, 0.0, stiffness, 0.3)],
-        loads=[(setting.elements, 0.0, 0.0, p["m2"] * p["g"] - start_tension, 0.0, 0.0, 0.0)],
+        loads=[load_of(-1, (0.0, 0.0, p["m2"] * p["g"] - start_tension))],
     )
     s = rig.arc - p["l1"]
     angle = np.clip(s / rc, 0.0, np.pi)

@@ -13,7 +13,6 @@ from math import ceil, cos, degrees, radians, sin, sqrt
 import numpy as np
 
 from ..physics.contact import Contact, stiffness
-from ..physics.surface import STIFFNESS
 from ..sim.rig import FOLDING, Rig, RigError, cable_of
 from .bend import Bend, drum, pieces, pulls
 from .stations import Stations, stations
@@ -68,24 +67,20 @@ def _solve(wrap: float, ratio: float, phase: float, limit: float | None, share: 
     surface = drum(RADIUS, TENSION)
     if limit is not None:
         surface = drum(RADIUS, TENSION, half_angle=HALF_THROAT, depth=RADIUS)
-        surface[STIFFNESS] = stiffness(Contact().working_tension, RADIUS, sin(HALF_THROAT), 2, limit * DIAMETER)
+        surface["stiffness"] = stiffness(Contact().working_tension, RADIUS, sin(HALF_THROAT), 2, limit * DIAMETER)
     rig = Rig(
         cable,
-        held={},
+        held={0: "x"},  # level there: keeps the mesh where it is against the sheave, and bears nothing
         tension=TENSION,
         gravity=0.0,
         surfaces=[surface],
         loads=pulls((0, -TENSION * g[0]), (nodes - 1, TENSION * g[1])),
     )
-    held = np.zeros((nodes, 6))
-    held[0, 0] = 1.0  # level there: keeps the mesh where it is against the sheave, and bears nothing
-    held.setflags(write=False)
-    rig.line = rig.line._replace(held=held)
     rig.place(*bend.nodes(rig.arc))
     try:
         rig.settle()
         for p in () if limit is not None else HARD:
-            rig.state.surfaces[0, STIFFNESS] = drum(RADIUS, TENSION, penetration=p)[STIFFNESS]
+            rig.state.surfaces["stiffness"][0] = drum(RADIUS, TENSION, penetration=p)["stiffness"]
             rig.settle()
     except RigError:
         return None

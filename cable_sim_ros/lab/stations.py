@@ -1,83 +1,75 @@
-"""Contact of a line on one surface, station by station along the cable, from the product's own contact law.
+"""Contact of a line on one surface, station by station along the cable, read from the product's own survey.
 
 A station is a Gauss point of the assembly. Line loads of single stations swing about their mean where elements are
-coarser than the bending boundary layer sqrt(EI/T); what is told of a stretch is therefore the sum of load times weight.
+coarser than the bending boundary layer sqrt(EI/T); what is reported of a stretch is therefore the sum of load times
+weight.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from functools import cached_property
 
 import numpy as np
 
-from ..physics.contact import touch
-from ..physics.jit import driver
-from ..physics.observe import point_of
 from ..physics.shape import W5, X5
-
-S, WEIGHT, ANGLE, FIRST, SECOND, GAP, DEPTH, FORCE, RADIAL = 0, 1, 2, 3, 4, 5, 6, 7, 10
-COLUMNS = 11
-POINTS = 5
+from ..physics.state import STATIONS_PER_ELEMENT
+from ..sim.rig import Rig
 
 
-@driver
-def touched(arc, q, v, surface, table):
-    """Fill table [5 elements, COLUMNS] for every Gauss point of the cable, in order."""
-    for e in range(arc.shape[0] - 1):
-        length = arc[e + 1] - arc[e]
-        for g in range(5):
-            r, w, _ = point_of(arc, q, v, e, X5[g])
-            o = touch(r, w, surface)
-            er, n1, n2, f1, f2 = o[0], o[7], o[8], o[9], o[13]
-            row = table[5 * e + g]
-            row[0], row[1] = arc[e] + X5[g] * length, W5[g] * length
-            row[2] = np.arctan2(er[0], er[2])
-            row[3], row[4], row[5] = f1, f2, o[3]
-            row[6] = max(o[4], o[5])
-            for k in range(3):
-                row[7 + k] = f1 * n1[k] + f2 * n2[k]
-            row[10] = row[7] * er[0] + row[8] * er[1] + row[9] * er[2]
+class Stations:
+    """Stations of a line on a drum or sheave. Lengths [m], angles [rad] from the vertical to +x, line loads [N/m]."""
 
-
-class Stations(NamedTuple):
-    """Table of one line on one surface. Lengths [m], angles [rad] from the vertical towards +x, line loads [N/m]."""
-
-    table: np.ndarray  # [stations, COLUMNS]
+    def __init__(self, rows: np.ndarray, axis: np.ndarray):
+        """rows: STATION records [stations] of the surface; axis: its unit axis [3]."""
+        self.rows, self.axis = rows, axis
 
     @property
     def s(self) -> np.ndarray:
         """Unstretched arc length."""
-        return self.table[:, S]
+        return self.rows["place"]
 
     @property
     def weight(self) -> np.ndarray:
         """Length of cable a station stands for."""
-        return self.table[:, WEIGHT]
+        return self.rows["length"]
 
-    @property
+    @cached_property
+    def radial(self) -> np.ndarray:
+        """Unit vectors from the axis to the stations [stations, 3]."""
+        rel = self.rows["rel"]
+        out = rel - (rel @ self.axis)[:, None] * self.axis
+        return out / np.sqrt(np.sum(out * out, axis=1) + 1e-30)[:, None]  # never over zero on the axis
+
+    @cached_property
     def angle(self) -> np.ndarray:
         """Place round the surface."""
-        return self.table[:, ANGLE]
+        return np.arctan2(self.radial[:, 0], self.radial[:, 2])
 
     @property
     def flanks(self) -> np.ndarray:
-        """Normal line load of both flanks [stations, 2]."""
-        return self.table[:, [FIRST, SECOND]]
+        """Normal line load of the half on the station's own side and of the other one [stations, 2]."""
+        return np.column_stack((self.rows["load_own"], self.rows["load_other"]))
 
     @property
     def gap(self) -> np.ndarray:
         """Height of the centreline above its seat, negative where it presses in."""
-        return self.table[:, GAP]
+        return self.rows["height"]
 
-    @property
+    @cached_property
+    def force(self) -> np.ndarray:
+        """Line load of the surface on the cable [stations, 3]."""
+        r = self.rows
+        return r["load_own"][:, None] * r["normal_own"] + r["load_other"][:, None] * r["normal_other"]
+
+    @cached_property
     def load(self) -> np.ndarray:
         """Radial line load."""
-        return self.table[:, RADIAL]
+        return np.sum(self.force * self.radial, axis=1)
 
     @property
     def resultant(self) -> np.ndarray:
         """Total force of the surface on the cable [N]."""
-        return self.weight @ self.table[:, FORCE : FORCE + 3]
+        return self.weight @ self.force
 
     def mean(self, low: float, high: float, what: np.ndarray | None = None) -> float:
         """Line load (or another column) averaged over the stations between two angles round the surface."""
@@ -113,7 +105,7 @@ class Stations(NamedTuple):
         """Both ends of the contact as (place [rad], concentrated reaction [N]), first the one at the smaller angle.
 
         A rigid cylinder carries the line load ``inside`` up to the end and a point force there. A penalty spreads that
-        over a length of its own; told is the rigid load with the same force and the same moment as the computed one
+        over a length of its own; reported is the rigid load with the same force and the same moment as the computed one
         from the edge to ``reach`` [m] inside, never beyond the middle. None where there is no such load.
         """
         edges = self.edges()
@@ -136,14 +128,8 @@ class Stations(NamedTuple):
         return found
 
 
-def stations(line, surface: int = 0, q: np.ndarray | None = None, v: np.ndarray | None = None) -> Stations:
-    """Contact of a line (Rig.line) on one of its surfaces, of the present state or of a sample of a run."""
-    table = np.zeros((POINTS * (len(line.arc) - 1), COLUMNS))
-    touched(
-        line.arc,
-        line.q if q is None else np.ascontiguousarray(q),
-        line.v if v is None else np.ascontiguousarray(v),
-        line.surfaces[surface],
-        table,
-    )
-    return Stations(table)
+def stations(rig: Rig, surface: int = 0, q: np.ndarray | None = None, v: np.ndarray | None = None) -> Stations:
+    """Contact on one of a rig's surfaces, of the present state or of a sample q, v of a run."""
+    count = STATIONS_PER_ELEMENT * (rig.nodes - 1)
+    rows = rig.survey(q, v)[surface * count : (surface + 1) * count]
+    return Stations(rows.copy(), rig.state.surfaces["axis"][surface].copy())

@@ -179,6 +179,12 @@ def begin_step(state):
 
 
 @driver
+def look(state):
+    """survey as an entry of its own: every station, out of reach too."""
+    survey(state, 0.0, YES)
+
+
+@driver
 def bring_to_rest(line, state, sigma, steps, longest):
     """integrate.settle as an entry of its own."""
     return settle(line, state, sigma, steps, longest)
@@ -316,9 +322,15 @@ class Rig:
         """One more dead force [N] on a node, and moment [N m] on its tangent."""
         self.model = self.model._replace(loads=np.append(self.model.loads, load_of(node % self.nodes, force, moment)))
 
+    def reload(self, loads: list[np.ndarray]) -> None:
+        """These nodal loads in place of those before: LOAD records, see load_of()."""
+        rows = np.array(loads, LOAD)
+        rows["node"] %= self.nodes
+        self.model = self.model._replace(loads=rows)
+
     def release_loads(self) -> None:
         """Drop all nodal loads."""
-        self.model = self.model._replace(loads=np.zeros(0, LOAD))
+        self.reload([])
 
     def release(self, *nodes: int) -> None:
         """Let go of nodes that were held, and drop all nodal loads."""
@@ -376,7 +388,7 @@ class Rig:
         done, iterations = march(self._under(rules), self.state, h, int(every), follow, out)
         self.iterations += iterations
         if done < steps or not np.isfinite(self.state.q).all():
-            raise self._stuck(done, steps, h)
+            raise self._stuck(done, steps, h, rules)
         time = h * every * np.arange(1, samples + 1)
         return History(time, out.q, out.v, out.tension, out.reaction, out.strain, iterations, steps)
 
@@ -390,7 +402,7 @@ class Rig:
         while plan["done"][0] < 1.0:
             h = take(line, self.state, follow, 0, float(step))
             if h < 0.0 or not np.isfinite(self.state.q).all():
-                raise self._stuck(0, 1, step)
+                raise self._stuck(0, 1, step, rules)
             if h > 0.0:
                 yield h
         self.iterations += int(plan["used"][0])
@@ -403,7 +415,7 @@ class Rig:
                 self.state.q[:] = q
             if v is not None:
                 self.state.v[:] = v
-            survey(self.state, 0.0, YES)
+            look(self.state)
         finally:
             self.state.q[:], self.state.v[:] = kept
         return self.state.stations
@@ -417,10 +429,11 @@ class Rig:
         settings["max_halvings"], settings["turn_most"], settings["leave_step"] = rules
         return self.model._replace(settings=lock(settings, settings.dtype))
 
-    def _stuck(self, done: int, steps: int, h: float) -> RigError:
+    def _stuck(self, done: int, steps: int, h: float, rules: Rules) -> RigError:
+        turn = f" without turning a gradient by more than {rules.turn_most:g}" if rules.turn_most < NO_LIMIT else ""
         return RigError(
             f"step {done + 1} of {steps} ({h:g} s) could not be solved in {self.solver.max_iterations} "
-            f"iterations; remedy: a smaller step or a finer mesh"
+            f"iterations{turn}, {rules.max_halvings} halvings allowed; remedy: a smaller step or a finer mesh"
         )
 
     def tension_at(self, s: float) -> float:

@@ -25,7 +25,7 @@ def test_it_starts_where_the_table_says_and_gains_nothing(number):
 def test_the_load_is_the_rigid_body_of_the_source():
     """Mass, first and second moment about the rope's end: m, m L_PG, m L_PI^2 (its swing has the right inertia)."""
     mass, inertia, centre, _ = CONFIGURATIONS[2]
-    _, length, _, aa, ab, bb = build(2, Choice()).line.struts[0]
+    length, aa, ab, bb = (build(2, Choice()).model.struts[name][0] for name in ("length", "aa", "ab", "bb"))
     assert aa + 2.0 * ab + bb == pytest.approx(mass)
     assert (ab + bb) * length == pytest.approx(mass * centre)
     assert bb * length**2 == pytest.approx(mass * inertia**2)

@@ -8,7 +8,6 @@ import pytest
 from scipy.special import j0, jn_zeros
 
 from cable_sim_ros.io.load import scene_from_dict
-from cable_sim_ros.physics.surface import STIFFNESS
 from cable_sim_ros.sim.simulator import Simulator
 
 LENGTH, MASS, GRAVITY = 10.0, 0.389, 9.81
@@ -35,7 +34,7 @@ def hanging(tick: float, elements: int = 16) -> Simulator:
             "swing",
         )
     )
-    sim.state.surfaces[:, STIFFNESS] = 0.0
+    sim.state.surfaces["stiffness"][:] = 0.0
     sim.start()
     return sim
 

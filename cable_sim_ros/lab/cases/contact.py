@@ -6,9 +6,8 @@ from math import cos, pi, radians, sin, sqrt
 
 import numpy as np
 
-from ...physics.surface import AXIS, CENTRE, DAMPING, STIFFNESS
-from ...sim.rig import Rig, RigError, cable_of
-from ..bend import Bend, Walk, distributed, drum, reload
+from ...sim.rig import Rig, RigError, cable_of, load_of
+from ..bend import Bend, Walk, distributed, drum
 from ..stations import stations
 from .family import Case, Level, Values, family
 
@@ -37,7 +36,7 @@ def bounce(case: Case, level: Level) -> Values:
     mass, k, speed = case.number("mass_kg"), case.number("stiffness_N_m1p5"), case.number("approach_speed_m_s")
     radius = 1000.0
     surface = drum(radius, 1.0)
-    surface[STIFFNESS], surface[DAMPING] = k / LENGTH, case.number("D_s_m")
+    surface["stiffness"], surface["damping"] = k / LENGTH, case.number("D_s_m")
     cable = cable_of([{"length": LENGTH, "elements": 1}], mass_per_length=mass / LENGTH, axial_stiffness=1e3 * mass)
     scale = (mass * mass / (k * k * speed)) ** 0.2  # s, of the undamped bounce
     rig = Rig(
@@ -151,46 +150,39 @@ class Crest:
         )
         self.rig = Rig(
             cable,
-            held={},
+            # along the groove: there is no friction, and the crest is a hill
+            held={n: "x" for n in range(elements + 1)},
             tension=line_load * arc,
             gravity=gravity,
-            loads=[np.zeros(7)] * (elements + 3),
             surfaces=[drum(radius, line_load * radius, half_angle=half, depth=4.0 * radius, penetration=SEATED)],
         )
-        held = np.zeros((elements + 1, 6))
-        held[:, 0] = 1.0  # along the groove: there is no friction, and the crest is a hill
-        self.rig.line = self.rig.line._replace(held=held)
-        held.setflags(write=False)
         self.radius, self.tension = radius, tension
         self.wait = 8.0 * sqrt(radius * mass / max(line_load, 1e-9))
 
     def stays(self, heel: float, across: float) -> bool:
         """Does the piece, settled from its seat, rest there under this heel [rad] and line load across [N/m]?"""
-        rig, line = self.rig, self.rig.line
+        rig, surface = self.rig, self.rig.state.surfaces[0]
         ey, ez = np.array((0.0, cos(heel), -sin(heel))), np.array((0.0, sin(heel), cos(heel)))
-        line.surfaces[0, AXIS : AXIS + 3], line.surfaces[0, CENTRE : CENTRE + 3] = ey, 0.0
+        surface["axis"] = ey
         r, g = self.bend.nodes(rig.arc)
         turned = np.stack([np.array((1.0, 0.0, 0.0)), ey, ez])
         r, g = r @ turned, g @ turned
         rig.place(r, g)
         rows = distributed(rig.arc, np.tile(across * ey, (rig.nodes, 1)))
         for node, sign in ((0, -1.0), (rig.nodes - 1, 1.0)):
-            row = np.zeros(7)
-            row[0], row[1:4] = node, sign * self.tension * g[node]
             # the lumped line load turns an end: the moment of the consistent load against it
-            row[4:7] = -sign * across * (rig.arc[1] - rig.arc[0]) ** 2 / 12.0 * np.cross(g[node], ey)
-            rows.append(row)
-        reload(rig, rows)
+            moment = -sign * across * (rig.arc[1] - rig.arc[0]) ** 2 / 12.0 * np.cross(g[node], ey)
+            rows.append(load_of(node, sign * self.tension * g[node], moment))
+        rig.reload(rows)
         try:
             rig.settle(longest=self.wait, steps=60)
         except RigError:
             pass  # still moving: how far it came decides
-        gap = stations(line).gap
+        gap = stations(rig).gap
         return bool(np.isfinite(gap).all() and np.abs(gap).max() < CLIMBED * self.radius)
 
     def ratio(self) -> float:
         """Line load across over line load outward of the state at hand, as the groove gives it."""
-        line = self.rig.line
-        force, ey = stations(line).resultant, line.surfaces[0, AXIS : AXIS + 3]
+        force, ey = stations(self.rig).resultant, self.rig.state.surfaces["axis"][0]
         across = float(force @ ey)
         return abs(across) / float(np.linalg.norm(force - across * ey))

@@ -7,7 +7,8 @@ import re
 import numpy as np
 
 from ...physics.inputs import EPOCH, MOTION_COLUMNS, make_inputs, push_motion
-from ...physics.ship import EPOCH_NOW, SHIP_STATE, evaluate, hull_point, quaternion
+from ...physics.ship import MOTION, Ship, evaluate, hull_point, quaternion
+from ...physics.state import MEMORY
 from .family import Case, CaseError, Level, Values, family
 from .wet import NUMBER
 
@@ -16,8 +17,8 @@ RATE = 100  # samples/s of an odometry, in real time
 BEFORE, AFTER = 1.0, 1.0  # s of samples around the instant
 
 
-def harmonics(case: Case, t: float) -> np.ndarray:
-    """Coordinates, rates and accelerations [18] at time t. Raises CaseError."""
+def harmonics(case: Case, t: float) -> np.record:
+    """Coordinates, rates and accelerations at time t, a MOTION record. Raises CaseError."""
     convention = re.sub(r"\s", "", str(case.inputs.get("convention", "x = a sin(w t + ph)"))).lower()
     shift = {"sin": 0.0, "cos": 0.5 * np.pi}.get(next(iter(re.findall(r"sin|cos", convention)), ""))
     if shift is None:
@@ -25,7 +26,7 @@ def harmonics(case: Case, t: float) -> np.ndarray:
             f"{case.path}: inputs.convention is not understood ('x = a sin(w t + ph)' or with cos); "
             "the case was not run"
         )
-    out = np.zeros(18)
+    out = np.zeros(1, MOTION).view(np.recarray)[0]
     for i, name in enumerate(COORDINATES):
         parts = case.inputs["harmonics"].get(name, [])
         for part in parts if isinstance(parts, list) else [parts]:
@@ -37,24 +38,27 @@ def harmonics(case: Case, t: float) -> np.ndarray:
                     "case was not run"
                 ) from None
             x = w * t + ph + shift
-            out[i::6] += a * np.sin(x), a * w * np.cos(x), -a * w * w * np.sin(x)
+            out.coord[i] += a * np.sin(x)
+            out.rate[i] += a * w * np.cos(x)
+            out.accel[i] -= a * w * w * np.sin(x)
     return out
 
 
-def from_samples(case: Case, t: float) -> np.ndarray:
+def from_samples(case: Case, t: float) -> np.record:
     """The same, as the node has it: odometry samples around t, through the product's interpolation."""
-    inputs, ship, epoch = make_inputs(), np.zeros(SHIP_STATE), 1.0
-    ship[EPOCH_NOW] = epoch
+    inputs, memory, epoch = make_inputs(), np.zeros(1, MEMORY).view(np.recarray)[0], 1.0
+    memory.ship.epoch = epoch
     first = int(np.floor((t - BEFORE) * RATE))
     origin = int(first / RATE * 1e9)
     for i in range(first, first + int((BEFORE + AFTER) * RATE)):
         at = (i + 0.5) / RATE  # the instants asked for lie between two samples
         row = np.zeros(MOTION_COLUMNS)
-        row[:12], row[EPOCH] = harmonics(case, at)[:12], epoch
+        motion = harmonics(case, at)
+        row[:6], row[6:12], row[EPOCH] = motion.coord, motion.rate, epoch
         push_motion(inputs, int(round(at * 1e9)) - origin, row)
     now = int(round(t * 1e9)) - origin
-    evaluate(now, ship, 0, inputs, np.zeros(4), 0, np.zeros(6), 3.0)
-    return ship[:18].copy()
+    evaluate(now, inputs, memory, Ship().stale_decay)
+    return memory.ship.motion
 
 
 @family(
@@ -70,11 +74,10 @@ def ship_point(case: Case, level: Level) -> Values:
     still, of = (0.0, 0.0, 0.0), {}
     for name, m in case.asked(rf"(.*?)\b(position|velocity|acceleration|quaternion)\b.* at ({NUMBER}) s(?: .*)?"):
         t = float(m[3])
-        x = from_samples(case, t) if level.realtime else harmonics(case, t)
-        c, d, dd = (tuple(float(y) for y in x[i : i + 6]) for i in (0, 6, 12))
+        motion = from_samples(case, t) if level.realtime else harmonics(case, t)
         if m[2] == "quaternion":
-            of[name] = [float(y) for y in quaternion(c)]
+            of[name] = [float(y) for y in quaternion(motion.coord)]
         else:
-            point = hull_point(c, d, dd, offset, still, still)
+            point = hull_point(motion, offset, still, still)
             of[name] = [float(y) for y in point[("position", "velocity", "acceleration").index(m[2])]]
     return Values(of, 0, 1.0 / RATE if level.realtime else 0.0)

@@ -10,7 +10,6 @@ from ...physics.ancf import BUOYANCY
 from ...physics.drag import DragLaw
 from ...physics.towbody import Towbody
 from ...physics.water import Water
-from ...sim.build import lock
 from ...sim.rig import Rig, RigError, cable_of
 from .family import Case, Level, Values, family
 from .wet import DEEP, NUMBER, STRAIN, crossflow
@@ -58,7 +57,7 @@ def through_the_surface(case: Case, level: Level) -> Values:
 
     of = {}
     for name, m in case.asked(rf"top tension, ({NUMBER}) m.* under water"):
-        of[name] = float(rig_at(float(m[1]), 0.0, {0: "r"}).line.reaction[0, 2])
+        of[name] = float(rig_at(float(m[1]), 0.0, {0: "r"}).state.reaction[0, 2])
     for name, m in case.asked(
         rf"horizontal reaction at the top, ({NUMBER}) m under water(?:, current ({NUMBER}) m/s)?"
         r".*"
@@ -163,9 +162,7 @@ def thread(
         bodies={node: body},
         water=Water(density=case.number("fluid_density")),
     )
-    elements = rig.model.elements.copy()
-    elements[:, BUOYANCY] = 0.0
-    rig.line = rig.line._replace(elements=lock(elements))
+    rig.change_elements({BUOYANCY: 0.0})
     return rig
 
 

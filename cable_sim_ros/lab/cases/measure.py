@@ -1,4 +1,4 @@
-"""What the families read off a line: points, tensions, reactions, crossings; and how they hold it anew."""
+"""What the families read off a line: points, tensions, reactions, crossings."""
 
 from __future__ import annotations
 
@@ -7,15 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ...physics.shape import W4, X4, shape, slope
-from ...sim.rig import History, Rig, lock
-
-
-def hold(rig: Rig, held: dict[int, str]) -> None:
-    """Hold exactly these unknowns from now on, as {node: "rg"}, where they are."""
-    mask = np.zeros((rig.nodes, 6))
-    for node, what in held.items():
-        mask[node, :3], mask[node, 3:] = "r" in what, "g" in what
-    rig.line = rig.line._replace(held=lock(mask))
+from ...sim.rig import History, Rig
 
 
 def point(rig: Rig, s: float, q: np.ndarray | None = None) -> np.ndarray:

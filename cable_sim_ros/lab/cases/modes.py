@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...physics.integrate import Solver
 from ...physics.jit import YES
 from ...physics.line import residual
+from ...physics.state import Change
 from ...physics.towbody import Towbody
 from ...physics.water import Water
-from ...sim.rig import Rig, RigError, cable_of
+from ...sim.rig import HALVED, Rig, RigError, cable_of, load_of
 from .family import Case, Level, Values, family
-from .measure import crossings, follow, hold, tension_along
+from .measure import crossings, follow, tension_along
 
 SWING = 1e-4  # largest displacement of mode k over length / k: small against the stretch it causes
 PERIODS = 4  # of a real-time run of one mode
@@ -23,7 +23,6 @@ PERIODS = 4  # of a real-time run of one mode
 # the tension's fall over its length pulls -T/6 on the end's tangent, against the 2 T/15 of its mean
 LIMBER = 0.02
 PER_TURN = 500  # least steps of a spinning cable: a hundred lose 2 % of the spin in a hundred turns
-HALVINGS = Solver().max_halvings  # stiff cable foreseen as pushing has no solution at 10 ms now and then
 MASS_SCALE = 1e6  # 1/s^2, share of mass in the second tangent
 BOTH = (
     "verification: eigenvalues of the product's assembled tangent and mass; real time: free oscillation from each "
@@ -38,7 +37,7 @@ def system(rig: Rig) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """
     n, found = rig.nodes, []
     for c2 in (0.0, MASS_SCALE):
-        residual(rig.line, 0.0, c2, 0.0, YES)
+        residual(rig.model, rig.state, Change(0.0, c2, 0.0, 0.0), YES)
         band, lower = rig.state.work.band, rig.state.work.lower
         full = np.zeros((n, 6, n, 6))
         for i in range(n):
@@ -99,9 +98,8 @@ def frequencies(case: Case, rig: Rig, level: Level) -> dict[str, float]:
 
 def swing(rig: Rig, rest, own, shape, weight, step: float, duration: float) -> float | None:
     """Frequency [rad/s] of the free oscillation let go from a shape, by the zero crossings of its modal coordinate."""
-    rig.state.q[:] = rest
+    rig.place(rest[:, :3], rest[:, 3:])
     rig.state.q.reshape(-1)[own] += shape
-    rig.state.v[:], rig.state.a[:], rig.state.nodes[NOW, X][:] = 0.0, 0.0, 0.0
     rig.balance()
     t, y = follow(
         rig,
@@ -201,11 +199,11 @@ def linear_tension(case: Case, level: Level) -> Values:
         held={0: "r"},
         tension=high,
         gravity=(high - low) / (mass * length),
-        loads=[[n, 0.0, 0.0, -low, 0.0, 0.0, 0.0]],
+        loads=[load_of(n, (0.0, 0.0, -low))],
     )
     rig.straight((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
     rig.settle()
-    hold(rig, {0: "r", n: "r"})
+    rig.hold({0: "r", n: "r"})
     return Values(frequencies(case, rig, level), n, level.tick or 0.0)
 
 
@@ -247,22 +245,22 @@ def _spin(case: Case, n: int, turn: float, step: float) -> Values:
         bodies={n: tip},
     )
     rig.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
-    line, axial = rig.line, free_of(rig, 0)
+    state, axial = rig.state, free_of(rig, 0)
     on = np.ix_(axial, axial)
     for _ in range(6):  # radial equilibrium: a = -spin^2 r
-        line.a[:] = -(spin**2) * line.q
+        state.a[:] = -(spin**2) * state.q
         k, m, r = system(rig)
-        line.q.reshape(-1)[axial] -= np.linalg.solve(k[on] - spin**2 * m[on], r[axial])
-    line.v[:, [1, 4]] = spin * line.q[:, [0, 3]]
+        state.q.reshape(-1)[axial] -= np.linalg.solve(k[on] - spin**2 * m[on], r[axial])
+    state.v[:, [1, 4]] = spin * state.q[:, [0, 3]]
     rig.balance()
     asked = case.asked(r"spin kept after ([\d.]+) turns?")
     turns = max([1.0, *(float(m[1]) for _, m in asked)])
     if turns > 1.0:
-        rig.run((turns - 1.0) * turn, step, every=max(int(round((turns - 1.0) * turn / step)), 1), halvings=HALVINGS)
-    run = rig.run(turn, step, halvings=HALVINGS)
+        rig.run((turns - 1.0) * turn, step, every=max(int(round((turns - 1.0) * turn / step)), 1), rules=HALVED)
+    run = rig.run(turn, step, rules=HALVED)
     _, m, _ = system(rig)
-    v, tip, tension = line.v.ravel(), line.q[-1], run.tension.mean(axis=0)
-    around = float((tip[0] * line.v[-1, 1] - tip[1] * line.v[-1, 0]) / (tip[:3] @ tip[:3]))
+    v, tip, tension = state.v.ravel(), state.q[-1], run.tension.mean(axis=0)
+    around = float((tip[0] * state.v[-1, 1] - tip[1] * state.v[-1, 0]) / (tip[:3] @ tip[:3]))
     return Values(
         {
             "tension at the hub": float(np.linalg.norm(run.reaction[:, 0, :3], axis=1).mean()),

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from ...sim.rig import Rig, RigError, cable_of
-from ..bend import MOVING, Bend, Walk, distributed, drum, pieces, pulls, reload
+from ..bend import MOVING, Bend, Walk, distributed, drum, pieces, pulls
 from ..stations import stations
 from .family import Case, Level, Values, family
 
@@ -19,24 +19,15 @@ LOOKS = 250  # at the line loads of a rope that lifts off
 STRETCH = 1e-4  # of an inextensible rope at its first tension
 
 
-def hold(rig: Rig, *components: tuple[int, int]) -> None:
-    """Hold these unknowns (node, component) from now on and nothing else."""
-    held = np.zeros((rig.nodes, 6))
-    for node, component in components:
-        held[node, component] = 1.0
-    held.setflags(write=False)
-    rig.line = rig.line._replace(held=held)
-
-
 def settle_moving(rig: Rig, bend: Bend, acceleration: float, mass: float, bodies: dict[int, float]) -> None:
     """Settle under the inertia of an acceleration along the rope [m/s^2]: the stretch of the first instant."""
     rig.place(*bend.nodes(rig.arc))
     _, g = bend.nodes(rig.arc)
     rows = distributed(rig.arc, -mass * acceleration * g)
     rows += pulls(*((n % rig.nodes, -m * acceleration * g[n]) for n, m in bodies.items()))
-    reload(rig, rows)
+    rig.reload(rows)
     rig.settle()
-    reload(rig, [])
+    rig.release_loads()
 
 
 def level_of(rig: Rig, side: float) -> float:
@@ -86,7 +77,6 @@ def atwood(case: Case, level: Level) -> Values:
     parts = [(before, before / coarse), (total - before - after, size), (after, after / coarse)]
     bodies = {n: m for n, m in ((0, light), (-1, heavy)) if m > 0.0}
     cable = cable_of(pieces(*(p for p in parts if p[0] > 1e-6)), mass_per_length=mass, axial_stiffness=ea)
-    nodes = 1 + sum(s.elements for s in cable.sections.values())
     tension = gravity * max(light + mass * left, heavy + mass * right)
     rig = Rig(
         cable,
@@ -94,11 +84,10 @@ def atwood(case: Case, level: Level) -> Values:
         tension=tension,
         gravity=gravity,
         bodies=bodies,
-        loads=[np.zeros(7)] * (nodes + 2),
         surfaces=[drum(radius, tension, penetration=MOVING)],
     )
     settle_moving(rig, bend, first, mass, bodies)
-    hold(rig)
+    rig.hold({})
     rig.balance()
     step = level.step(2e-3)
     period = 2.0 * pi * sqrt(total / ea / (1.0 / (light + 0.5 * mass * total) + 1.0 / (heavy + 0.5 * mass * total)))
@@ -169,12 +158,12 @@ def lift_off(case: Case, level: Level) -> Values:
         held={nodes - 1: "r"},
         tension=tension,
         gravity=gravity,
-        loads=[np.zeros(7)] * nodes,
+        loads=pulls((0, (0.0, 0.0, 0.0))),
         surfaces=[drum(radius, tension, penetration=MOVING)],
     )
     settle_moving(rig, bend, pull, mass, {})
     end, along = rig.state.q[-1, :3].copy(), bend.nodes(rig.arc)[1][-1]
-    rig.state.a[-1, :3] = rig.state.nodes[NOW, X][-1, :3] = pull * along
+    rig.state.a[-1, :3] = pull * along
     rig.balance()
 
     def motion(t: np.ndarray) -> np.ndarray:
@@ -291,20 +280,18 @@ def wrapping(case: Case, level: Level) -> Values:
     weight = mass * gravity
     rig = Rig(
         cable,
-        held={0: "r"},
+        held={0: "xy"},  # along the rope; across it the pulley bears it
         tension=weight,
         gravity=gravity,
         bodies={-1: mass},
-        loads=[np.zeros(7)],
         surfaces=[drum(radius, weight, penetration=MOVING)],
     )
-    hold(rig, (0, 0), (0, 1))  # along the rope; across it the pulley bears it
     bend = Bend(radius, 0.0, wrap, 0.0)
     rig.place(*bend.nodes(rig.arc))
     along = np.array((sin(start), 0.0, -cos(start)))
-    reload(rig, pulls((rig.nodes - 1, weight * cos(start) * along + np.array((0.0, 0.0, weight)))))
+    rig.load(-1, weight * cos(start) * along + np.array((0.0, 0.0, weight)))
     rig.settle()
-    reload(rig, [])
+    rig.release_loads()
     rig.balance()
     step = level.step(2e-3)
     walk, first = Walk(rig), int(np.searchsorted(rig.arc, fine))

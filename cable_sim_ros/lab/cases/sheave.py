@@ -6,7 +6,6 @@ from math import pi, radians, sqrt
 
 import numpy as np
 
-from ...physics.surface import RADIUS, STIFFNESS
 from ...sim.rig import Rig, cable_of
 from ..bend import MOVING, Bend, Walk, drum, pieces, pulls
 from ..stations import Stations, stations
@@ -82,7 +81,7 @@ def static_wrap(case: Case, level: Level) -> Values:
         nonlocal elements
         surface = drum(radius, tension, half_angle=half, depth=radius)
         if "contact_stiffness_kN" in case.inputs:
-            surface[STIFFNESS] = case.number("contact_stiffness_kN")
+            surface["stiffness"] = case.number("contact_stiffness_kN")
         rig = symmetric(tension, radius, radians(wrap), 2.0 * radius, size, surface, fine=2.0 * radius)
         elements = rig.nodes - 1
         rig.settle()
@@ -158,13 +157,14 @@ def bending_boundary(case: Case, level: Level) -> Values:
 
 def soften(rig: Rig, tension: float, penetration: float = TRACE) -> None:
     """Settle with a soft surface first, then stiffer up to the wanted penetration [radius]: Newton's way is short."""
-    radius = rig.state.surfaces[0, RADIUS]
+    surface = rig.state.surfaces[0]
+    radius = float(surface["radius"])
     for p in (1e-4, 1e-5, 1e-6, 1e-7):
         if p < 3.0 * penetration:
             break
-        rig.state.surfaces[0, STIFFNESS] = drum(radius, tension, penetration=p)[STIFFNESS]
+        surface["stiffness"] = drum(radius, tension, penetration=p)["stiffness"]
         rig.settle()
-    rig.state.surfaces[0, STIFFNESS] = drum(radius, tension, penetration=penetration)[STIFFNESS]
+    surface["stiffness"] = drum(radius, tension, penetration=penetration)["stiffness"]
     rig.settle()
 
 
@@ -283,10 +283,11 @@ def running(case: Case, level: Level) -> Values:
         )
         # at rest the whole tension presses, running only what is left of it: settled on a stiffer surface the cable
         # begins at its running depth
-        k = rig.state.surfaces[0, STIFFNESS]
-        rig.state.surfaces[0, STIFFNESS] = k * tension / max(tension - mass * v * v, 0.02 * tension)
+        surface = rig.state.surfaces[0]
+        k = float(surface["stiffness"])
+        surface["stiffness"] = k * tension / max(tension - mass * v * v, 0.02 * tension)
         rig.settle()
-        rig.state.surfaces[0, STIFFNESS] = k
+        surface["stiffness"] = k
         rig.state.v[:, :3], rig.state.v[:, 3:] = v * bend.nodes(rig.arc)[1], v * bend.turning(rig.arc)
         rig.balance()
         walk, elements = Walk(rig), rig.nodes - 1

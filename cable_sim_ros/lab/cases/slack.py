@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ...sim.rig import FOLDING, Rig, RigError, cable_of
+from ...sim.rig import FOLDING, WHIPPING, Rig, cable_of
 from .family import Case, CaseError, Level, Values, family
 from .measure import crossings
 from .statics import hanging_shape
@@ -14,24 +14,8 @@ from .statics import hanging_shape
 LIMBER = 5e-8  # EI over m g L^3 of a chain: in a coarse mesh the tangent of its free end needs some
 INEXTENSIBLE = 1e4  # EA over the weight of a chain
 EASE = 10  # parts of the first step, each twice the one before: what was held lets go with an elastic jolt
-HALVINGS = 10  # of a step that Newton does not solve, as in the product
 BIGHTS = 2  # half waves in which a slack tether is laid
 FALL_STEPS = 400  # steps of a real-time run over the time of a free fall, at least
-
-
-def stride(rig: Rig, step: float, halvings: int = HALVINGS, seen: Callable[[float], None] = lambda h: None) -> None:
-    """One step [s], halved where Newton does not solve it or the cable whips, as in the product; ``seen`` is called
-    with the length of every step solved. Raises RigError."""
-    try:
-        rig.run(step, step)
-        rig.refuse_whip(step)
-    except RigError:
-        if halvings == 0 or not np.isfinite(rig.state.q).all():
-            raise
-        stride(rig, 0.5 * step, halvings - 1, seen)
-        stride(rig, 0.5 * step, halvings - 1, seen)
-    else:
-        seen(step)
 
 
 def march(
@@ -50,7 +34,7 @@ def march(
     parts = 2.0 ** np.arange(EASE)
     while rows[-1][0] < longest and not done(rows[-1][0], rows[-1][1:]):
         for part in parts / parts.sum() if len(rows) == 1 else (1.0,):
-            stride(rig, step * part)
+            rig.run(step * part, step * part, rules=WHIPPING)
         rows.append((len(rows) * step, *look(rig)))
     return np.array(rows).T
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...sim.rig import Rig, cable_of
+from ...sim.rig import Rig, cable_of, load_of
 from .family import Case, CaseError, Level, Values, family
 from .measure import moment, nearest, numbers, point, stretched_length
 
@@ -91,7 +91,7 @@ def cantilever(case: Case, n: int, tension: float) -> Rig:
         held={0: "rg"},
         tension=tension,
         gravity=0.0,
-        loads=[[n, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]],
+        loads=[load_of(n)],
     )
     rig.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
     return rig
@@ -126,7 +126,7 @@ def tip_force(case: Case, level: Level) -> Values:
     rig = cantilever(case, n, max(map(abs, given), default=1.0))
     of = {}
     for force in sorted({p for _, p in asked.values()}):
-        rig.model.loads[0, 3] = force
+        rig.model.loads["force"][0, 2] = force
         rig.settle()
         tip = rig.state.q[-1]
         found = {"deflection": tip[2], "tip abscissa": tip[0], "tip slope": np.arctan2(tip[5], tip[3])}
@@ -156,7 +156,7 @@ def tip_moment(case: Case, level: Level) -> Values:
     for m in sorted({m for _, m in asked.values()}, key=abs):
         steps = max(int(np.ceil(abs(m - now) / most - 1e-9)), 1)
         for part in np.linspace(now, m, steps + 1)[1:]:
-            rig.model.loads[0, 5] = -part
+            rig.model.loads["moment"][0, 1] = -part
             rig.settle()
         now = m
         of.update({name: float(rig.state.q[-1, k]) for name, (k, p) in asked.items() if p == m})
@@ -224,7 +224,7 @@ def vertical(case: Case, level: Level) -> Values:
         held={0: "r"},
         tension=weight * length + body,
         gravity=gravity,
-        loads=[[n, 0.0, 0.0, -body, 0.0, 0.0, 0.0]],
+        loads=[load_of(n, (0.0, 0.0, -body))],
     )
     rig.straight((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
     rig.settle()

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from ...sim.rig import Rig, cable_of
+from ...sim.rig import Rig, cable_of, load_of
 from .family import Case, CaseError, Level, Values, family
-from .measure import crossings, follow, hold, mean_between, point
+from .measure import crossings, follow, mean_between, point
 
 SAMPLES = 200  # least steps per transit L/c of a real-time run: a front cannot be timed with less
 TAUT = 3.0  # static tension of a bar over its step force
@@ -61,10 +61,10 @@ def step_force(case: Case, level: Level) -> Values:
     length, force, unit = case.number("length_m"), case.number("step_force_N"), transit_time(case)
     n = level.mesh(32)
     taut = TAUT * abs(force)
-    rig = bar(case, n, taut, loads=[[n, taut, 0.0, 0.0, 0.0, 0.0, 0.0]])
+    rig = bar(case, n, taut, loads=[load_of(n, (taut, 0.0, 0.0))])
     rig.settle()
     end, still = float(rig.state.q[-1, 0]), -float(rig.state.reaction[0, 0])
-    rig.model.loads[0, 1] += force
+    rig.model.loads["force"][0, 0] += force
     rig.balance()
     means = {
         name: (float(m[1]), float(m[2]))
@@ -125,7 +125,7 @@ def _emergency_stop(case: Case, level: Level, step: float) -> Values:
         n,
         max(abs(pull), 1e-3 * case.number("EA_N")),
         bodies={n: case.number("end_mass_kg")},
-        loads=[[n, pull, 0.0, 0.0, 0.0, 0.0, 0.0]],
+        loads=[load_of(n, (pull, 0.0, 0.0))],
     )
     rig.settle()
     still = -float(rig.state.reaction[0, 0])
@@ -182,14 +182,14 @@ def pluck(case: Case, level: Level) -> Values:
         held={0: "r"},
         tension=tension,
         gravity=0.0,
-        loads=[[n, tension, 0.0, 0.0, 0.0, 0.0, 0.0]],
+        loads=[load_of(n, (tension, 0.0, 0.0))],
     )
     rig.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), 1.0 / slack)
     rig.settle()
-    hold(rig, {0: "r", left: "r", n: "r"})
+    rig.hold({0: "r", left: "r", n: "r"})
     rig.state.q[left, 2] = height
     rig.settle()
-    hold(rig, {0: "r", n: "r"})
+    rig.hold({0: "r", n: "r"})
     rig.balance()
     middle = 0.5 * rig.arc[-1]
     start = point(rig, middle)[2]

@@ -7,7 +7,6 @@ from math import pi
 
 from ...physics.ancf import BUOYANCY
 from ...physics.drag import DragLaw
-from ...sim.build import lock
 from ...sim.rig import Rig
 from .family import Case, CaseError
 
@@ -57,9 +56,7 @@ def weigh(rig: Rig, wet_weight: float) -> list[str]:
     off = weight - rig.model.elements[0, BUOYANCY, 0] - wet_weight
     if abs(off) <= 1e-6 * weight:
         return []
-    elements = rig.model.elements.copy()
-    elements[:, BUOYANCY] = weight - wet_weight
-    rig.line = rig.line._replace(elements=lock(elements))
+    rig.change_elements({BUOYANCY: weight - wet_weight})
     return [
         f"the wet weight given is {off:.3g} N/m less than mass, diameter and density give; the buoyancy was set so "
         "that the given one holds"

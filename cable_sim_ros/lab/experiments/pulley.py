@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...physics.integrate import Solver
+from ...physics.state import STRUT
 from ...sim.rig import Rig, cable_of
 from ..bend import drum
 from . import Comparison, Result
@@ -80,12 +81,15 @@ def build(number: int, choice: Choice) -> Rig:
     )
     share = gravity_centre / inertia
     load = lead + rope  # its first point; the last element only carries the unknowns of the second
+    strut = np.zeros((), STRUT)
+    strut["node"], strut["length"], strut["stiffness"] = load, inertia, choice.stiffness
+    strut["aa"], strut["ab"], strut["bb"] = 2.0 * mass * (1.0 - share), mass * (share - 1.0), mass
     rig = Rig(
         cable,
         held={0: "r", -1: "g"},
         tension=pull,
         surfaces=[drum(radius, pull, choice.contact_damping, choice.penetration)],
-        struts=[(load, inertia, choice.stiffness, 2.0 * mass * (1.0 - share), mass * (share - 1.0), mass)],
+        struts=[strut],
         solver=Solver(rho_inf=choice.rho_inf),
     )
     rig.empty_element(-1)
@@ -102,7 +106,7 @@ def build(number: int, choice: Choice) -> Rig:
     across = np.array((sin(angle), 0.0, cos(angle)))
     carried = pull * cos(angle)
     for node, part in ((load, 1.0 - share), (load + 1, share)):
-        rig.add_load(node, carried * part * across)
+        rig.load(node, carried * part * across)
     rig.settle(steps=800)
     rig.release_loads()
     rig.balance()

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...physics.contact import LOADED, Contact, latch
+from ...physics.contact import EVENTS, LOADED, Contact, latch
 from ...physics.frame import Flag
 from ...physics.inputs import push_motion
 from ...physics.integrate import coefficients
-from ...sim.rig import Rig, cable_of
+from ...sim.rig import WHIPPING, Rig, cable_of, load_of
 from ...sim.simulator import SolverError
 from ..bend import drum
-from ..cases.slack import stride
-from ..stations import FORCE, POINTS, WEIGHT, touched
+from ..stations import Stations, stations
 from .sheave_depth import Watch
 from .tows import held, started
 from .verdict import IS, LEAST, WITHIN, Figure, Found, stress
@@ -68,47 +67,42 @@ class Bench:
                 axial_damping=310.0,
                 bending_damping=6.4e-5,
             ),
-            held={},
+            held={0: "xy", n: "xy"},  # ends run in upright guides
             tension=200.0,
             bodies={0: MASS, n: MASS},
             surfaces=[drum(0.255, 4000.0, penetration=1e-3 / 0.255)],
-            loads=[np.zeros(7), np.eye(7)[0] * n],
+            loads=[load_of(0), load_of(n)],
         )
-        guide = np.zeros((n + 1, 6))
-        guide[[0, -1], :2] = 1.0  # ends run in upright guides
-        guide.setflags(write=False)
-        rig.line = rig.line._replace(held=guide)
         s = rig.arc - 0.5 * LENGTH
         rig.place(np.column_stack((s, 0.0 * s, 0.0 * s + 0.2549)), np.tile((1.0, 0.0, 0.0), (n + 1, 1)))
-        self.rig, self.table = rig, np.zeros((POINTS * n, 11))
+        self.rig = rig
         self.weight = 9.81 * (2.0 * MASS + LINEAR * LENGTH)
         self.pull(-40.0)
         rig.settle()
-        self.impulse = Impulse(self.forces(), rig.solver.rho_inf)
-        self.told = 0.0  # N s, step times force at its end
+        self.impulse = Impulse(self.forces(stations(rig)), rig.solver.rho_inf)
+        self.sampled = 0.0  # N s, step times force at its end
         self.least, self.seen = 0.0, []
 
     def pull(self, load: float) -> None:
         """Upward force on each end [N]."""
-        self.rig.model.loads[:, 3] = load
+        self.rig.model.loads["force"][:, 2] = load
 
-    def forces(self) -> np.ndarray:
+    def forces(self, table: Stations) -> np.ndarray:
         """Upward force of the drum, and of loads and weight [N]."""
-        line = self.rig.line
-        touched(self.rig.arc, line.q, line.v, line.surfaces[0], self.table)
-        return np.array((self.table[:, WEIGHT] @ self.table[:, FORCE + 2], line.loads[:, 3].sum() - self.weight))
+        return np.array((table.resultant[2], self.rig.model.loads["force"][:, 2].sum() - self.weight))
 
     def run(self, seconds: float) -> None:
         """Run on with the present load."""
         for _ in range(round(seconds / self.at)):
-            stride(self.rig, self.at, seen=self._look)
+            for h in self.rig.steps(self.at, rules=WHIPPING):
+                self._look(h)
 
     def _look(self, h: float) -> None:
-        force = self.forces()
+        table = stations(self.rig)
+        force, flanks = self.forces(table), table.flanks
         self.impulse.step(h, force)
         self.time += h
-        self.told += h * force[0]
-        flanks = self.table[:, 3:5]
+        self.sampled += h * force[0]
         self.least = min(self.least, float(flanks.min()))
         self.seen.append((self.time, float(flanks.sum(1).max()) > LOADED))
 
@@ -122,9 +116,10 @@ class Bench:
     def events(self) -> tuple[np.ndarray, np.ndarray, int]:
         """Times [s] at which the contact changed, at which the product's flag would have, and its detachments."""
         time, pressed = np.array([t for t, _ in self.seen]), np.array([on for _, on in self.seen])
-        state, hold = np.array((0, 1, 0)), round(Contact().reseat_time * 1e9)
-        off = np.array([latch(bool(on), state, round(t * 1e9), hold) for t, on in self.seen])
-        return time[changes(pressed)], time[changes(off)], int(state[0])
+        record, hold = np.zeros(1, EVENTS).view(np.recarray)[0], round(Contact().reseat_time * 1e9)
+        record.seated = 1
+        off = np.array([latch(bool(on), record, round(t * 1e9), hold) for t, on in self.seen])
+        return time[changes(pressed)], time[changes(off)], int(record.detachments)
 
 
 def reversed_loads(bench: Bench, count: int, rng) -> tuple[np.ndarray, float, bool]:
@@ -133,13 +128,13 @@ def reversed_loads(bench: Bench, count: int, rng) -> tuple[np.ndarray, float, bo
     rows, finite = [], True
     for i in range(count):
         up = i % 2 == 0
-        momentum, told, given = bench.momentum(), bench.told, bench.impulse.total
+        momentum, sampled, given = bench.momentum(), bench.sampled, bench.impulse.total
         bench.pull(bench.weight * (rng.uniform(0.55, 0.9) if up else -rng.uniform(0.1, 2.0)))
         bench.run(rng.uniform(0.02, 0.06) if up else rng.uniform(0.1, 0.3))
         given = bench.impulse.total - given
-        rows.append((given[0], bench.told - told, bench.momentum() - momentum - given[1]))
-        line = bench.rig.line
-        finite = finite and bool(np.isfinite(line.q).all() and np.isfinite(line.tension).all())
+        rows.append((given[0], bench.sampled - sampled, bench.momentum() - momentum - given[1]))
+        state = bench.rig.state
+        finite = finite and bool(np.isfinite(state.q).all() and np.isfinite(state.tension).all())
     rows = np.array(rows)
     return rows[::2] + rows[1::2], bench.least, finite
 
@@ -206,7 +201,7 @@ class Thrown:
         for _ in range(12):
             self._move(0.0, 1.0)
         self.sim.run(round(11.0 / TICK))  # the start's blend is over after 10 s
-        self.rest = self.sim.save(), self.ship.copy()
+        self.rest = self.sim.snapshot(), self.ship.copy()
         self.detachments, self.returned, self.flag, self.contact = [], True, [], []
 
     def _move(self, a: float, seconds: float) -> None:
@@ -226,7 +221,7 @@ class Thrown:
             for way, time in ((-a, seconds), (a, seconds), (gentle, 0.5 * back), (-gentle, 0.5 * back), (0.0, 2.0)):
                 self._move(way, time)
             try:
-                self._see(int((self.ship[0] - 0.5) / TICK) - int(self.sim.state.time[2]))
+                self._see(int((self.ship[0] - 0.5) / TICK) - int(self.sim.state.now.time.ticks))
             except SolverError as error:
                 self.returned = False
                 notes.append(f"tow, {a:.3g} m/s^2 for {seconds:.3g} s: {error}")

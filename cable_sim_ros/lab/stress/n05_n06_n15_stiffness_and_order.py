@@ -9,7 +9,7 @@ from scipy.special import jn_zeros
 
 from ...io.load import SceneError
 from ...physics.cable import Cable
-from ...sim.rig import Rig, cable_of
+from ...sim.rig import Rig, cable_of, load_of
 from ...sim.simulator import Simulator, SolverError, StartError
 from ..cases import Fidelity
 from .n01_n02_slack_and_dead_stop import values
@@ -130,7 +130,7 @@ def tip(elements: int, share: float = 1.0) -> np.ndarray:
         held={0: "rg"},
         tension=10.0,
         gravity=0.0,
-        loads=[(elements, 0.0, 0.0, -10.0 * ei / length**2, 0.0, 0.0, 0.0)],
+        loads=[load_of(elements, (0.0, 0.0, -10.0 * ei / length**2))],
     )
     rig.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
     rig.settle()

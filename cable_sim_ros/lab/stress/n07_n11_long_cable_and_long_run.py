@@ -88,7 +88,7 @@ def day(quick: bool) -> Found:
     sim: Simulator = started(scene)
     sea = Sea(scene, heave=(0.5, period, 0.0))
     means, memory, done = [], [], 0.0
-    start, settled = int(sim.state.time[0]), 300.0
+    start, settled = int(sim.state.now.time.now), 300.0
     while done < seconds:
         # five samples a second: exact at the samples, cubic between
         means += sail(

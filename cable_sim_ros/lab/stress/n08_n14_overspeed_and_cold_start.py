@@ -7,7 +7,6 @@ import numpy as np
 from ...io.load import SceneError
 from ...physics.frame import Flag
 from ...physics.inputs import push_command
-from ...physics.winch import LENGTH_LEAST
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator, SolverError, StartError
 from .tows import finite, held, started
@@ -42,7 +41,7 @@ def short(outboard: float, wound: float, speed: float = 0.0, **values) -> Scene:
 
 
 def _reel(sim: Simulator, rate: float, seconds: float) -> np.ndarray:
-    push_command(sim.inputs, int(sim.state.time[0]) + 1, np.nan, rate)
+    push_command(sim.inputs, int(sim.state.now.time.now) + 1, np.nan, rate)
     return sim.run(round(seconds / sim.scene.solver.tick))
 
 
@@ -111,7 +110,7 @@ def winch(quick: bool) -> Found:
     scene = short(15.0, 4.0)
     sim = started(scene)
     try:
-        least = float(-sim.model.winch[LENGTH_LEAST])  # length that may be hauled in
+        least = float(-sim.model.settings["drum"]["length_least"][0])  # length that may be hauled in
         hauled = _reel(sim, -1.0, least + 3.0)
         rest = _reel(sim, 0.0, 20.0 if quick else 60.0)
         figures += [

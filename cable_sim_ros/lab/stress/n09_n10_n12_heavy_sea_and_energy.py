@@ -6,7 +6,6 @@ import numpy as np
 
 from ...io.load import scene_from_dict
 from ...physics.frame import FRAME, Flag
-from ...physics.surface import STIFFNESS
 from ...sim.simulator import Simulator, SolverError
 from .sheave_depth import Watch
 from .tows import Sea, finite, held, sail, shipped, started
@@ -166,7 +165,7 @@ def swinging(tick: float) -> Simulator:
             "swing",
         )
     )
-    sim.state.surfaces[:, STIFFNESS] = 0.0
+    sim.state.surfaces["stiffness"][:] = 0.0
     sim.start()
     down = np.array((-0.5, 0.0, -np.sqrt(0.75)))
     sim.state.q[:, :3] = sim.state.q[0, :3] + sim.state.arc[:, None] * down

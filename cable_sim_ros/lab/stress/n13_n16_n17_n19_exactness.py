@@ -9,7 +9,7 @@ import numpy as np
 from ...physics.drag import DragLaw
 from ...physics.inputs import push_command
 from ...physics.jit import NO
-from ...physics.line import residual
+from ...physics.line import AT_REST, residual
 from ...physics.water import Water
 from ...sim.rig import Rig, cable_of
 from ...sim.simulator import Simulator
@@ -39,7 +39,7 @@ def repeat(quick: bool) -> Found:
     sim = fresh()
     sail(sim, sea, seconds / 2)
     with io.BytesIO() as file:  # as it would come back from a disk
-        np.savez(file, **sim.save())
+        np.savez(file, **sim.snapshot())
         file.seek(0)
         saved = dict(np.load(file))
     straight = sail(sim, sea, seconds / 2)
@@ -49,7 +49,7 @@ def repeat(quick: bool) -> Found:
     # a fork goes its own way and leaves the one it came from alone
     twin.restore(saved)
     resumed.restore(saved)
-    push_command(twin.inputs, int(twin.state.time[0]) + 500_000_000, np.nan, 0.5)
+    push_command(twin.inputs, int(twin.state.now.time.now) + 500_000_000, np.nan, 0.5)
     parts = []
     for _ in range(4):
         other = sail(twin, sea, seconds / 8)
@@ -120,9 +120,9 @@ def symmetries(quick: bool) -> Found:
     )
 
 
-def _force(line) -> np.ndarray:
-    residual(line, 0.0, 0.0, 0.0, NO)
-    return line.work.band[:, :3, 12].sum(0)
+def _force(rig: Rig) -> np.ndarray:
+    residual(rig.model, rig.state, AT_REST, NO)
+    return rig.state.work.band[:, :3, 12].sum(0)
 
 
 @stress("element crossing the waterline, 200 positions", "no jump above 1.5x the smooth increment")
@@ -147,7 +147,7 @@ def waterline(quick: bool) -> Found:
         depth, total = 2.0 * slope + 0.3 * bow, []
         for top in np.linspace(-0.08 * depth, 1.08 * depth, 201):
             q[:, 2] = top - slope * rig.arc
-            total.append(_force(rig.line))
+            total.append(_force(rig))
         step = np.abs(np.diff(total, axis=0)).max(1)
         smooth = np.percentile(step[step > 1e-9 * step.max()], 75)
         figures.append(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from ...physics.frame import CONTACT_COLUMNS
-from ...physics.surface import CREST, RIM, SLOPE_COS, SLOPE_SIN, TOP
 from .verdict import Figure
 
 Y, GAP, ARC = ([name for name, _ in CONTACT_COLUMNS].index(name) for name in ("y", "gap", "arc_length"))
@@ -13,18 +12,22 @@ BETWEEN = np.linspace(0.0, 1.0, 5)[:-1]  # places looked at between two stations
 
 
 def depth(surface: np.ndarray, y, gap):
-    """Way out of the sheave [m] of a centreline at y [m] along the axis, gap [m] above the seat; negative outside."""
-    u, w = np.abs(y) - surface[CREST], gap - (surface[TOP] - surface[RIM])
-    flank, cheek = np.abs(y) * surface[SLOPE_COS] - gap * surface[SLOPE_SIN], surface[RIM] - u
-    rim = (w > 0.0) & (u * surface[SLOPE_SIN] + w * surface[SLOPE_COS] > 0.0)
-    return np.where(rim, surface[RIM] - np.hypot(u, w), np.minimum(flank, cheek))
+    """Way out of the sheave [m] of a centreline at y [m] along the axis, gap [m] above the seat; negative outside.
+
+    surface: the SURFACE record of the sheave.
+    """
+    sine, cosine, round_rim = surface["slope_sin"], surface["slope_cos"], surface["rim"]
+    u, w = np.abs(y) - surface["crest"], gap - (surface["top"] - round_rim)
+    flank, cheek = np.abs(y) * cosine - gap * sine, round_rim - u
+    rim = (w > 0.0) & (u * sine + w * cosine > 0.0)
+    return np.where(rim, round_rim - np.hypot(u, w), np.minimum(flank, cheek))
 
 
 class Watch:
     """Looks at the tables of a run: deepest [m], when [s], and how often a station went through the disc."""
 
     def __init__(self, sim):
-        self.sim, self.surface = sim, sim.model.surfaces[sim.model.sheave]
+        self.sim, self.surface = sim, sim.state.surfaces[int(sim.model.settings["sheave"][0])]
         self.deepest, self.when, self.through = -np.inf, 0.0, 0
         self._sides = {}  # of each station beside the sheave when last seen there, by arc length
 
@@ -55,7 +58,7 @@ class Watch:
 
     def _passing(self, rows: np.ndarray) -> None:
         """A station is through when it is beside on one side in one tick and beside on the other in the next."""
-        aside = (np.abs(rows[:, Y]) > self.surface[CREST]) & (rows[:, GAP] < 0.0)
+        aside = (np.abs(rows[:, Y]) > self.surface["crest"]) & (rows[:, GAP] < 0.0)
         sides = {s: np.sign(y) for s, y in rows[aside][:, (ARC, Y)]}
         self.through += sum(self._sides.get(s, side) != side for s, side in sides.items())
         self._sides = sides

@@ -75,7 +75,7 @@ def sail(sim: Simulator, sea: Sea | None, seconds: float, rate: float = RATE, ke
     left, parts = round(seconds / tick), []
     while left > 0:
         count = min(left, max(round(CHUNK / tick), 1))
-        end = (int(sim.state.time[2]) + count) * tick
+        end = (int(sim.state.now.time.ticks) + count) * tick
         if sea is not None:
             sea.push(sim, int(sim.inputs.motion_head[0]), int(np.ceil((end + 1.0) * rate)), rate)
         frames = sim.run(count)
