@@ -119,7 +119,7 @@ def gather(group, elements, state):
 def gather_mean(group, state, share):
     """Running mean of the scaled velocities into lanes, at the end of a step of which it takes up ``share``."""
     tables = state.work.lanes[0]
-    m, x, p, mean = state.nodes[NOW, MEAN], tables.x, tables.p, tables.mean
+    m, x, p, mean = state.nodes[NOW, MEAN], tables.x, tables.p, tables.mean_v
     count = m.shape[0] - 1
     for lane in range(LANES):
         e = min(LANES * group + lane, count - 1)
@@ -289,7 +289,7 @@ def _water_part(state, group, change, tangent):
                 weight[e] = p[LENGTH, e] * W4[g] if wetness[e] > 0.0 else 0.0
             point_lanes(x, N4L[g], D4L[g], current, work.point)
             if second:
-                mean_lanes(work.mean, N4L[g], work.point)
+                mean_lanes(work.mean_v, N4L[g], work.point)
             if tangent:
                 water_tangent(
                     work.point, p, change, current, weight, second, (work.load[g], work.by_place[g], work.by_slope[g])

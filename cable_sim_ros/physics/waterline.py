@@ -90,8 +90,8 @@ def waterline(e, work, current, change, tangent):
             x[row, lane] = work.x[row, e]
         for row in range(p.shape[0]):
             p[row, lane] = work.p[row, e]
-        for row in range(work.mean.shape[0]):
-            work.cut_mean[row, lane] = work.mean[row, e]
+        for row in range(work.mean_v.shape[0]):
+            work.cut_mean[row, lane] = work.mean_v[row, e]
         weight[lane] = 0.0
         at[lane] = 0.0
         ends[lane] = 0.0

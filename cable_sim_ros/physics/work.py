@@ -25,7 +25,7 @@ LANE_ROWS = 7
 LANE_TABLES = np.dtype(
     [
         ("x", "f8", (UNKNOWNS, LANES)),  # scaled unknowns, velocities, accelerations
-        ("mean", "f8", (MEAN_UNKNOWNS, LANES)),  # running mean of the scaled velocities
+        ("mean_v", "f8", (MEAN_UNKNOWNS, LANES)),  # running mean of the scaled velocities; "mean" is one of numpy's own
         ("p", "f8", (ROWS, LANES)),  # element table
         ("force", "f8", (12, LANES)),
         ("k", "f8", (144, LANES)),
@@ -64,7 +64,7 @@ def make_work(nodes: int) -> Work:
     """Scratch for a cable of ``nodes`` nodes."""
     z = np.zeros
     return Work(
-        lanes=z(1, LANE_TABLES),
+        lanes=z(1, LANE_TABLES).view(np.recarray),
         band=z((nodes, 6, COLUMNS)),
         lower=z((nodes, 6, 6)),
         factor=z((nodes, 6, FACTOR_COLUMNS)),

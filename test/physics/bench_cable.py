@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.physics import ancf, drag
-from cable_sim_ros.physics.cable import Cable, Section, assemble
+from cable_sim_ros.physics.cable import Cable, Section, _assemble, link_assembly
 from cable_sim_ros.physics.drag import DragLaw
 from cable_sim_ros.physics.jit import LANES, NO, YES
 from cable_sim_ros.physics.state import ARC, MEAN, NOW, A, Change, Q, V, make_state
@@ -113,14 +113,24 @@ class Bench:
         # moving bound is exact for the integral, not for its quadrature
         self.v, self.a = 0.2 * rng.normal(size=(n, 6)), rng.normal(size=(n, 6))
 
+    @property
+    def power(self) -> np.ndarray:
+        """Of the parts in the last assembly [W]."""
+        return self.work.lanes[0].power
+
+    def assemble(self, change: Change, tangent: np.bool_) -> float:
+        """The system into work.band and work.lower; returns the strain energy [J]."""
+        link_assembly(self, self.state)
+        return _assemble(self.elements, self.state, change, tangent)
+
     def residual(self, sigma=0.0) -> np.ndarray:
         """R [nodes, 6]."""
-        self.energy = assemble(self.elements, self.state, Change(0.0, 0.0, sigma, self.share), NO)
+        self.energy = self.assemble(Change(0.0, 0.0, sigma, self.share), NO)
         return -self.work.band[:, :, 12].copy()
 
     def tangent(self, c1: float, c2: float, sigma: float = 0.0) -> np.ndarray:
         """dR/dq with v and a following by c1 and c2 [6 nodes, 6 nodes]."""
-        assemble(self.elements, self.state, Change(c1, c2, sigma, self.share), YES)
+        self.assemble(Change(c1, c2, sigma, self.share), YES)
         n = self.n + 1
         k = np.zeros((6 * n, 6 * n))
         for i in range(n):

@@ -264,13 +264,13 @@ def test_powers_are_the_forces_on_the_velocities(seed):
     bench.wander()
     bench.surfaces = touching(bench, 3, None)[None]
     r = bench.residual()
-    powers = bench.work.lanes[0]["power"].copy()
+    powers = bench.power.copy()
     own, lost, water, pressed = powers[[OWN, LOST_POWER, WATER, SURFACES]]
     assert own - water - pressed == pytest.approx(float(np.sum(r * bench.v)), rel=1e-9)
     assert lost > 0.0 and water != 0.0 and pressed != 0.0
     bench.tangent(30.0, 900.0)
     bench.residual()
-    np.testing.assert_array_equal(bench.work.lanes[0]["power"], powers)
+    np.testing.assert_array_equal(bench.power, powers)
     step = 1e-6  # strain energy along the motion
     start, rate = bench.q.copy(), []
     for sign in (-1.0, 1.0):
@@ -282,7 +282,7 @@ def test_powers_are_the_forces_on_the_velocities(seed):
     dry.q, dry.v, dry.arc = start, bench.v, bench.arc
     dry.residual()
     stored = (rate[1] - rate[0]) / (2.0 * step)
-    assert dry.work.lanes[0]["power"][OWN] - dry.work.lanes[0]["power"][LOST_POWER] == pytest.approx(stored, rel=1e-4)
+    assert dry.power[OWN] - dry.power[LOST_POWER] == pytest.approx(stored, rel=1e-4)
 
 
 def test_a_cable_folds_where_a_rod_would_push():
@@ -311,7 +311,7 @@ def test_a_cable_never_pushes(seed):
     cable.residual()
     assert rod.tension.min() < -1.0 and cable.tension.max() > 1.0, "the case must have slack and taut elements"
     assert cable.tension.min() >= -1e-9 * rod.tension.max()
-    assert cable.work.lanes[0]["power"][LOST_POWER] >= 0.0
+    assert cable.power[LOST_POWER] >= 0.0
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -25,50 +25,39 @@ pytestmark = pytest.mark.skipif(
     reason="needs compilation and AVX2",
 )
 
-TABLES = make_work(4).lanes
-
-
-class Fields:
-    """Types of the lane tables as kernels get them: fields of a record."""
-
-    def __getattr__(self, name):
-        return numba.typeof(TABLES).dtype.typeof(name)
-
-
-W = Fields()
-LANES_OF, LOAD, BY_PLACE, BY_SLOPE = (TABLES[0][name] for name in ("lane", "load", "by_place", "by_slope"))
-LANE, TABLE, ROW = LANES_OF[0], np.zeros((4, 16)), np.zeros(1, SURFACE)[0]
+W = make_work(4).lanes[0]
+LANE, TABLE, ROW = W.lane[0], np.zeros((4, 16)), np.zeros(1, SURFACE)[0]
 CURRENT = (0.0, 0.0, 0.0, 0.0)
-OUT = (LOAD[0], BY_PLACE[0], BY_SLOPE[0])
-BOTH = numba.types.Tuple((W.by_place, W.by_slope))
+OUT = (W.load[0], W.by_place[0], W.by_slope[0])
+BOTH = (W.by_place, W.by_slope)
 KERNELS = {  # kernel: arguments, scalar multiplications allowed beyond the packed ones
     ancf.inertia_lanes: ((W.x, W.p, W.force, 0.0), 0),
     ancf.inertia_tangent_lanes: ((W.p, 1.0, W.k), 20),
-    ancf.elastic_lanes: ((W.x, W.p, W.force, LANE, LANES_OF[1], LANES_OF[2]), 0),
-    ancf.elastic_tangent_lanes: ((W.x, W.p, 1.0, W.force, LANE, LANES_OF[1], LANES_OF[2], W.k9, W.k), 0),
+    ancf.elastic_lanes: ((W.x, W.p, W.force, LANE, W.lane[1], W.lane[2]), 0),
+    ancf.elastic_tangent_lanes: ((W.x, W.p, 1.0, W.force, LANE, W.lane[1], W.lane[2], W.k9, W.k), 0),
     cable.power_of: ((W.x, W.force, 16, LANE), 0),
     cable.near_surface: ((W.x, ROW, LANE), 0),
     drag.point_lanes: ((W.x, TABLE, TABLE, CURRENT, W.point), 0),
-    drag.mean_lanes: ((W.mean, TABLE, W.point), 0),
+    drag.mean_lanes: ((W.mean_v, TABLE, W.point), 0),
     drag.coefficient_lanes: ((W.p, W.point, POINT_V), 10),
-    drag.load_lanes: ((W.point, W.p, LANE, LOAD[0]), 0),
+    drag.load_lanes: ((W.point, W.p, LANE, W.load[0]), 0),
     drag.load_tangent_lanes: ((W.point, W.p, 1.0, 1.0, CURRENT, LANE, *OUT), 0),
-    drag.mean_load_lanes: ((W.point, W.p, LANE, LOAD[0]), 0),
+    drag.mean_load_lanes: ((W.point, W.p, LANE, W.load[0]), 0),
     drag.mean_tangent_lanes: ((W.point, W.p, 1.0, CURRENT, LANE, *OUT), 0),
     # in vectors of eight, 48 numbers a row are half as many packed multiplications as in vectors of four
     drag.spread_force: ((np.zeros((5, 4)), W.load, CONTACT_POINTS, W.force), 24),
     drag.spread_matrix: ((np.zeros((5, 4)), np.zeros((5, 4)), BOTH, CONTACT_POINTS, W.mixed, W.k), 0),
     contact.contact_point_lanes: ((W.x, TABLE[0], W.point), 0),
-    contact.contact_lanes: ((W.point, ROW, LANE, LOAD[0]), 10),
+    contact.contact_lanes: ((W.point, ROW, LANE, W.load[0]), 10),
     # ten of each kind: what does not change in its loop, see below
-    contact.contact_tangent_lanes: ((W.point, ROW, 1.0, LANE, LOAD[0], BY_PLACE[0]), 30),
+    contact.contact_tangent_lanes: ((W.point, ROW, 1.0, LANE, W.load[0], W.by_place[0]), 30),
 }
 
 
 def counted(kernel, args) -> tuple[int, int]:
     """Packed and scalar multiplications of a kernel; machine code from the cache cannot be read."""
     fresh = numba.njit(error_model="numpy", nogil=True, _nrt=False)(kernel.py_func)
-    fresh.compile(tuple(a if isinstance(a, numba.types.Type) else numba.typeof(a) for a in args))
+    fresh.compile(tuple(numba.typeof(a) for a in args))
     code = fresh.inspect_asm(fresh.signatures[0])
     return len(re.findall(r"\bv?mulpd\b", code)), len(re.findall(r"\bv?mulsd\b", code))
 

@@ -13,7 +13,7 @@ from cable_sim_ros.physics.contact import EVENTS, latch, law, loads, touch
 from cable_sim_ros.physics.jit import NO
 from cable_sim_ros.physics.state import NOW, STEP, Q, make_state
 from cable_sim_ros.physics.surface import beside, clearance, groove_gap, solid, surface_row
-from cable_sim_ros.physics.survey import survey
+from cable_sim_ros.physics.survey import _survey
 
 STIFFNESS, SEAT = 1e9, 0.255
 ROW = record(surface_row((0, 0, 0), SEAT, np.pi / 3, 0.01, 0.008, STIFFNESS, 0.0))
@@ -124,7 +124,7 @@ def test_a_step_through_the_disc_is_seen(before, after, found):
     for slot, y in ((STEP, before), (NOW, after)):
         q = state.nodes[slot, Q]
         q[:, 1], q[:, 2], q[:, 5] = y, -state.arc, -1.0
-    survey(state, 0.01, NO)
+    _survey(state, 0.01, NO)
     assert state.survey[0].entered == found
 
 
