@@ -56,8 +56,24 @@ numba.config.CACHE_DIR = str(cache_folder())
 # No function here makes an array or hands one to Python, so views need no reference counts: atomic, 5 ns each. It must
 # hold for all of them: a caller that counts would free what a callee that does not returns.
 _options = {"error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
-inline = numba.njit(forceinline=True, **_options)  # physics: scalars and tuples in and out
-driver = numba.njit(nogil=True, cache=True, **_options)  # arrays and lane loops
+
+
+def _compiler(**options):
+    """A decorator like numba.njit(**options) under which literal arguments do not compile versions of their own."""
+    decorate = numba.njit(**_options, **options)
+
+    def compiled(function):
+        dispatcher = decorate(function)
+        if not numba.config.DISABLE_JIT:
+            typed = dispatcher.get_call_template
+            dispatcher.get_call_template = lambda args, kws: typed([numba.types.unliteral(a) for a in args], kws)
+        return dispatcher
+
+    return compiled
+
+
+inline = _compiler(forceinline=True)  # physics: scalars and tuples in and out
+driver = _compiler(nogil=True, cache=True)  # arrays and lane loops
 
 
 _published: set = set()
