@@ -339,14 +339,14 @@ contact_part = opaque(_contact_part)
 
 
 @driver
-def _assemble(elements, state, change, tangent):
+def _assemble(line, state, change, tangent):
     """Residual R = M a + Q_int - Q_ext as -R in band[:, :, 12] and, with tangent, dR/dq.
 
-    elements [groups, ROWS, LANES]; change: see state.Change. state.tension receives the element tensions [N],
+    line: a LineModel; change: see state.Change. state.tension receives the element tensions [N],
     work.power the powers of the parts. Returns the strain energy [J].
     """
     own, lost, water, pressed = 0.0, 0.0, 0.0, 0.0
-    work, tension = state.work.lanes[0], state.tension
+    elements, work, tension = line.elements, state.work.lanes[0], state.tension
     x, p, force, k, lane_sum = work.x, work.p, work.force, work.k, work.lane[SUM]
     c1, c2, sigma = change.velocity, change.acceleration, change.damping
     count = tension.shape[0]
@@ -385,4 +385,4 @@ def link_assembly(line, state) -> None:
     tangent = np.bool_(False)
     link(_water_part, state, 0, AT_REST, tangent)
     link(_contact_part, state, AT_REST, tangent)
-    link(_assemble, line.elements, state, AT_REST, tangent)
+    link(_assemble, line, state, AT_REST, tangent)

@@ -90,7 +90,7 @@ def _residual(line, state, change, tangent):
     """
     band, lower, v = state.work.band, state.work.lower, state.nodes[NOW, V]
     gravity, arc = line.settings[0].gravity, state.nodes[NOW, ARC, :, 0]
-    state.memory[NOW].health.strain = assemble(line.elements, state, change, tangent)
+    state.memory[NOW].health.strain = assemble(line, state, change, tangent)
     bodies(line, state, change, tangent)
     for i in range(line.struts.shape[0]):
         strut(line.struts[i], gravity, state, change, tangent)

@@ -1,12 +1,16 @@
 """A line of one's own: the product's element, water, contact and integrator without ship, drum and winch.
 
 A Rig holds what a line needs: ends that are held, moved or free, point bodies, nodal loads, fixed surfaces. Nothing of
-the physics stands here; every force and every step is that of ``physics``. A weight on a cable, let go:
+the physics stands here; every force and every step is that of ``physics``. A weight on a cable, pulled aside by a force
+and let go:
 
-    cable = cable_of([{"length": 10.0, "elements": 16}], mass_per_length=0.4, axial_stiffness=1e6, diameter=0.01)
+    cable = cable_of([{"length": 10.0, "elements": 16}], mass_per_length=0.4, axial_stiffness=1e5)
     rig = Rig(cable, held={0: "r"}, bodies={-1: 20.0}, tension=200.0)
-    rig.straight(start=(0, 0, 0), direction=(1, 0, -1))
-    rig.balance()                                       # accelerations of the first instant; settle() for a rest
+    rig.straight(start=(0, 0, 0), direction=(0, 0, -1))
+    rig.load(-1, force=(50.0, 0.0, 0.0))
+    rig.settle()                                        # the rest under the force
+    rig.release_loads()
+    rig.balance()                                       # accelerations of the first instant without it
     history = rig.run(duration=5.0, step=0.01)
     print(history.q[-1, -1, :3], history.tension[-1, 0])
 """

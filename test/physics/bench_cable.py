@@ -9,9 +9,11 @@ from cable_sim_ros.physics import ancf, drag
 from cable_sim_ros.physics.cable import Cable, Section, _assemble, link_assembly
 from cable_sim_ros.physics.drag import DragLaw
 from cable_sim_ros.physics.jit import LANES, NO, YES
-from cable_sim_ros.physics.state import ARC, MEAN, NOW, A, Change, Q, V, make_state
+from cable_sim_ros.physics.state import ARC, LINE_SETTINGS, MEAN, NOW, A, Change, Q, V, make_state
 from cable_sim_ros.physics.surface import SURFACE, floor_row, surface_row
+from cable_sim_ros.physics.towbody import BODY
 from cable_sim_ros.physics.water import Water
+from cable_sim_ros.sim.build import build_line
 
 
 def record(row: np.ndarray) -> np.record:
@@ -120,8 +122,9 @@ class Bench:
 
     def assemble(self, change: Change, tangent: np.bool_) -> float:
         """The system into work.band and work.lower; returns the strain energy [J]."""
-        link_assembly(self, self.state)
-        return _assemble(self.elements, self.state, change, tangent)
+        line = build_line(self.elements, np.zeros((self.n + 1, 6)), np.zeros(0, BODY), [], np.zeros(1, LINE_SETTINGS))
+        link_assembly(line, self.state)
+        return _assemble(line, self.state, change, tangent)
 
     def residual(self, sigma=0.0) -> np.ndarray:
         """R [nodes, 6]."""
