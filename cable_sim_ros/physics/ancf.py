@@ -1,6 +1,6 @@
 """The ANCF cable element: inertia, weight, decoupled axial strain, bending, objective Kelvin-Voigt damping.
 
-Sources: Westin (2018) 3.2 with the corrections of the project's theory notes; decoupled strain after Yue et al.,
+Sources: Westin (2018) 3.2 with the corrections of docs/theory.md, section 6; decoupled strain after Yue et al.,
 (42)-(47). Residual R = M a + Q_l + Q_t + Q_d - Q_g, tangent c2 M + c1 C + K, all terms differentiated by hand.
 
 Every elastic term depends on y only through h = r2 - r1, A = L g1, B = L g2: nine unknowns, not twelve.

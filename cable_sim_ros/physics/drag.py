@@ -1,7 +1,7 @@
 """Hydrodynamic line load of a cable: drag by loading functions, normal added mass, buoyancy.
 
 Sources: Driscoll & Nahon as printed by Westin (2018) (58)-(69), ribbon fairing (145), Choo & Casarella C_D(Re)
-(61)-(62). Corrected against the print (project theory notes): the drag acts along +V with V = V_f - r_t; (58b) keeps
+(61)-(62). Corrected against the print (docs/theory.md, 5): the drag acts along +V with V = V_f - r_t; (58b) keeps
 one sign; G of (64) is the total factor, f = f_D(V_f - r_t) + (G-1) f_D(mean of V_f - r_t): printed for a cable at
 rest in a steady stream, taken here with its own mean velocity; the second line of (145) is f_t;
 the Froude-Krylov part of (69b) is counted once (a horizontal, steady, sheared current has none).
