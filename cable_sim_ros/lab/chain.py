@@ -31,10 +31,26 @@ class Chain(NamedTuple):
         return f"{self.segments} segments" + (f", EA / {self.soften:g}" if self.soften != 1.0 else "")
 
 
+class Links(NamedTuple):
+    """A chain as numbers: masses and weights [points], spring, damper, length, EI, stream, drag of a segment; SI."""
+
+    mass: np.ndarray
+    weight: np.ndarray
+    k: float
+    c: float
+    length: float
+    ei: float
+    stream: float
+    kn: float
+    kt: float
+
+
 @njit(error_model="numpy", cache=True)
-def _forces(x, v, mass, k, c, length, ei, gravity, weight, stream, kn, kt, f):
+def _forces(links, x, v, f):
     """Forces [N] on the masses: springs, weight, drag of each segment shared by its ends. Planar, x and z."""
     n = x.shape[0]
+    weight, k, c, length, ei = links.weight, links.k, links.c, links.length, links.ei
+    stream, kn, kt = links.stream, links.kn, links.kt
     for i in range(n):
         f[i, 0], f[i, 1] = 0.0, -weight[i]
     for i in range(n - 1):
@@ -65,16 +81,16 @@ def _forces(x, v, mass, k, c, length, ei, gravity, weight, stream, kn, kt, f):
                 f[i - 1, d] -= b
                 f[i, d] += 2.0 * b
                 f[i + 1, d] -= b
-    return k
 
 
 @njit(error_model="numpy", cache=True)
-def _march(x, v, mass, k, c, length, ei, gravity, weight, stream, kn, kt, h, steps, every, moved, out):
+def _march(links, x, v, h, steps, every, moved, out):
     """Semi-implicit Euler; the first mass is pinned or follows moved [steps, 2, 2] (position, velocity)."""
     n = x.shape[0]
+    mass, weight, k, c, length = links.mass, links.weight, links.k, links.c, links.length
     f = np.empty((n, 2))
     for i in range(steps):
-        _forces(x, v, mass, k, c, length, ei, gravity, weight, stream, kn, kt, f)
+        _forces(links, x, v, f)
         for m in range(1, n):
             for d in range(2):
                 v[m, d] += h * f[m, d] / mass[m]
@@ -103,25 +119,8 @@ def released(setting: Chain) -> Ours:
     h, steps = p["dt_out"] / every, every * int(round(p["T"] / p["dt_out"]))
     out = np.zeros((steps // every, 3))
     begin = time.process_time()
-    _march(
-        x,
-        v,
-        mass,
-        k,
-        c,
-        length,
-        p["EI"],
-        p["g"],
-        mass * p["g"],
-        0.0,
-        0.0,
-        0.0,
-        h,
-        steps,
-        every,
-        np.zeros((0, 2, 2)),
-        out,
-    )
+    links = Links(mass, mass * p["g"], k, c, length, float(p["EI"]), 0.0, 0.0, 0.0)
+    _march(links, x, v, h, steps, every, np.zeros((0, 2, 2)), out)
     cpu = time.process_time() - begin
     history = np.vstack(
         ((0.0, p["L"], 0.0, mass[0] * p["g"]), np.column_stack((p["dt_out"] * np.arange(1, len(out) + 1), out)))
@@ -144,13 +143,14 @@ def towed(setting: Chain) -> Ours:
     every = _every(p["dt_out"], h) + 1
     h = p["dt_out"] / every
     nothing, settle = np.zeros((0, 2, 2)), int(round(SETTLE / h))
-    _march(x, v, mass, k, c, length, 0.0, p["g"], weight, p["U"], kn, kt, h, settle, settle, nothing, np.zeros((1, 3)))
+    links = Links(mass, weight, k, c, length, 0.0, float(p["U"]), kn, kt)
+    _march(links, x, v, h, settle, settle, nothing, np.zeros((1, 3)))
     steps = every * int(round(p["T"] / p["dt_out"]))
     path = ramped_heave(p, h * np.arange(1, steps + 1))[:, 0]
     moved = np.ascontiguousarray(np.stack((path[:, [0, 2]] - (0.0, DEEP), path[:, [3, 5]]), 1))
     out = np.zeros((steps // every, 3))
     begin = time.process_time()
-    _march(x, v, mass, k, c, length, 0.0, p["g"], weight, p["U"], kn, kt, h, steps, every, moved, out)
+    _march(links, x, v, h, steps, every, moved, out)
     cpu = time.process_time() - begin
     first = (0.0, start["params"]["L"], 0.0, out[0, 2])
     history = np.vstack((first, np.column_stack((p["dt_out"] * np.arange(1, len(out) + 1), out))))

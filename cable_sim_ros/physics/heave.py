@@ -96,13 +96,17 @@ class MotionInput(Block):
     )
 
 
-# State: float64 [23]. Rows of three are axes x y z of odom.
-P, V, B, Q, R, A, M, AGE, STARTED = 0, 3, 6, 9, 12, 15, 18, 21, 22
+# rows of three are axes x y z of odom: displacement, velocity, bias, low-passed innovation and its rate, acceleration
+# and lever arm of the sample before
+HEAVE = np.dtype(
+    [("p", "f8", 3), ("v", "f8", 3), ("b", "f8", 3), ("q", "f8", 3), ("r", "f8", 3), ("a", "f8", 3), ("m", "f8", 3)]
+    + [("age", "f8"), ("started", "i8")]
+)
 
 
 def make_state() -> np.ndarray:
-    """State of a filter that has not seen a sample, float64 [23]."""
-    return np.zeros(23)
+    """State of a filter that has not seen a sample, HEAVE [1]."""
+    return np.zeros(1, HEAVE).view(np.recarray)
 
 
 @inline
@@ -126,15 +130,7 @@ def axis_step(state, i, dt, w0, w1, a1, m1):
     Between samples both are linear, and p is the exact integral of the published velocity v - k1 q to O(dt^4): the
     simulator interpolates with a cubic through both, and a mismatch would show as false acceleration.
     """
-    p0, v0, b0, q0, r0, a0, m0 = (
-        state[P + i],
-        state[V + i],
-        state[B + i],
-        state[Q + i],
-        state[R + i],
-        state[A + i],
-        state[M + i],
-    )
+    p0, v0, b0, q0, r0, a0, m0 = (state.p[i], state.v[i], state.b[i], state.q[i], state.r[i], state.a[i], state.m[i])
     c1, c2, k2, k3 = 5.0 * w0, 10.0 * w0 * w0, 0.5 * w0 * w0, 0.1 * w0 * w0 * w0
     e0 = p0 - m0
     e1 = p0 + dt * (v0 - w0 * q0 + dt * (2.0 * a0 + a1) / 6.0) - m1
@@ -145,55 +141,49 @@ def axis_step(state, i, dt, w0, w1, a1, m1):
     q = 0.5 * (q0 + q1)
     b1 = b0 - k3 * dt * q
     v1 = v0 + dt * (0.5 * (a0 + a1 + b0 + b1) - k2 * q)
-    state[P + i] = p0 + 0.5 * dt * (v0 + v1 - w0 * q0 - w1 * q1) - dt * dt * (a1 - a0 - w0 * (r1 - r0)) / 12.0
-    state[V + i], state[B + i], state[Q + i], state[R + i], state[A + i], state[M + i] = v1, b1, q1, r1, a1, m1
+    state.p[i] = p0 + 0.5 * dt * (v0 + v1 - w0 * q0 - w1 * q1) - dt * dt * (a1 - a0 - w0 * (r1 - r0)) / 12.0
+    state.v[i], state.b[i], state.q[i], state.r[i], state.a[i], state.m[i] = v1, b1, q1, r1, a1, m1
 
 
 @driver
-def step(state, out, dt, start, settled, gravity, force, angles, rate, lever):
+def step(states, out, dt, tuning, sample):
     """Take one IMU sample.
 
-    state: float64 [23]; out: float64 [6], displacement [m] and velocity [m/s] of base_link from the mean track, in
-    odom; dt: s since the sample before (ignored for the first); start, settled: poles [rad/s]; gravity: m/s^2;
-    force: specific force of the IMU point [m/s^2]; angles: roll pitch yaw [rad]; rate: body rates [rad/s];
-    lever: IMU in base_link [m]; the last four float64 [3], force, rate and lever in base_link.
+    states: HEAVE [1]; out: float64 [6], displacement [m] and velocity [m/s] of base_link from the mean track, in
+    odom; dt: s since the sample before (ignored for the first); tuning: poles of start and settled [rad/s], gravity
+    [m/s^2], IMU in base_link [m, 3]; sample: specific force of the IMU point in base_link [m/s^2], roll pitch yaw
+    [rad], body rates [rad/s], three each.
     """
-    f = (force[0], force[1], force[2])
-    arm = (lever[0], lever[1], lever[2])
-    spin = (rate[0], rate[1], rate[2])
+    state = states[0]
+    start, settled, gravity, arm = tuning
+    f, angles, spin = sample
     a = turn(angles[0], angles[1], angles[2], f)
     a = (a[0], a[1], a[2] - gravity)
     m = turn(angles[0], angles[1], angles[2], arm)
     swing = turn(angles[0], angles[1], angles[2], cross(spin, arm))
-    if state[STARTED] == 0.0:
-        state[STARTED] = 1.0
+    if state.started == 0:
+        state.started = 1
         for i in range(3):
-            state[P + i], state[V + i], state[A + i], state[M + i] = m[i], swing[i], a[i], m[i]
+            state.p[i], state.v[i], state.a[i], state.m[i] = m[i], swing[i], a[i], m[i]
     else:
         n = max(1, int(ceil(dt / LONGEST_STEP - 1e-9)))
         h = dt / n
         for k in range(n):
             x = 1.0 / (n - k)
-            w0 = corner(state[AGE], start, settled)
-            state[AGE] += h
-            w1 = corner(state[AGE], start, settled)
+            w0 = corner(state.age, start, settled)
+            state.age += h
+            w1 = corner(state.age, start, settled)
             for i in range(3):
                 axis_step(
-                    state,
-                    i,
-                    h,
-                    w0,
-                    w1,
-                    state[A + i] + x * (a[i] - state[A + i]),
-                    state[M + i] + x * (m[i] - state[M + i]),
+                    state, i, h, w0, w1, state.a[i] + x * (a[i] - state.a[i]), state.m[i] + x * (m[i] - state.m[i])
                 )
-    w = corner(state[AGE], start, settled)
+    w = corner(state.age, start, settled)
     rise = start / (4.0 * pi)  # 1 / (two start periods)
-    x = max(0.0, min(1.0, state[AGE] * rise - 0.5))
+    x = max(0.0, min(1.0, state.age * rise - 0.5))
     fade, growth = x * x * (3.0 - 2.0 * x), 6.0 * x * (1.0 - x) * rise
     for i in range(3):
-        out[i] = fade * (state[P + i] - m[i])
-        out[3 + i] = fade * (state[V + i] - w * state[Q + i] - swing[i]) + growth * (state[P + i] - m[i])
+        out[i] = fade * (state.p[i] - m[i])
+        out[3 + i] = fade * (state.v[i] - w * state.q[i] - swing[i]) + growth * (state.p[i] - m[i])
 
 
 class HeaveFilter:
@@ -204,9 +194,9 @@ class HeaveFilter:
 
     def __init__(self, heave: Heave, gravity: float = 9.81) -> None:
         self.heave, self.gravity = heave, float(gravity)
-        self._settled = 2.0 * pi / heave.period
-        self._start = max(2.0 * pi / heave.start_period, self._settled)
-        self._lever = np.array(heave.imu_position, float)
+        settled = 2.0 * pi / heave.period
+        start = max(2.0 * pi / heave.start_period, settled)
+        self._tuning = (start, settled, float(gravity), tuple(float(x) for x in heave.imu_position))
         self._out = np.zeros(6)
         self.reset()
         self.push(0.0, np.zeros(3), np.zeros(3), np.zeros(3))
@@ -219,29 +209,19 @@ class HeaveFilter:
 
     def push(self, dt: float, force, angles, rate) -> np.ndarray:
         """Take one sample, see `step`; returns displacement and velocity from the mean track, float64 [6]."""
-        step(
-            self._state,
-            self._out,
-            float(dt),
-            self._start,
-            self._settled,
-            self.gravity,
-            np.asarray(force, float),
-            np.asarray(angles, float),
-            np.asarray(rate, float),
-            self._lever,
-        )
+        sample = tuple(tuple(float(x) for x in vector) for vector in (force, angles, rate))
+        step(self._state, self._out, float(dt), self._tuning, sample)
         return self._out.copy()
 
     @property
     def age(self) -> float:
         """Seconds since the start."""
-        return float(self._state[AGE])
+        return float(self._state[0].age)
 
     @property
     def bias(self) -> tuple[float, float, float]:
         """Estimated bias of the acceleration in odom, m/s^2: what the sensor reads too much."""
-        return tuple(0.0 - float(b) for b in self._state[B : B + 3])
+        return tuple(0.0 - float(b) for b in self._state[0].b)
 
     @property
     def settled(self) -> bool:
@@ -251,7 +231,7 @@ class HeaveFilter:
     @property
     def valid(self) -> bool:
         """True when settled and the vertical bias is one that an accelerometer may have."""
-        return self.settled and abs(float(self._state[B + 2])) <= self.heave.max_bias
+        return self.settled and abs(float(self._state[0].b[2])) <= self.heave.max_bias
 
     @property
     def diverged(self) -> bool:

@@ -163,7 +163,7 @@ class Loop:
 
     def _run(self) -> None:
         model, state, inputs, output = self.parts
-        drive(model, state, inputs, output, LIVE, 0, 0.0, self.control, self.stats)
+        drive(model, state, inputs, output, LIVE, 0, self.control, self.stats)
 
 
 def take_priority(priority: int) -> tuple[str, str]:

@@ -35,6 +35,8 @@ _write = types.ExternalFunction("write", types.int64(types.int32, _INT64, types.
 CLOCK_MONOTONIC, TIMER_ABSTIME, SECOND = 1, 1, 1_000_000_000
 SLEEP_CHUNK = 50_000_000  # ns, so that a stop is seen soon
 SLEEP_LEAST = 200_000  # ns given to others by a tick that found its deadline already past
+MASS_DAMPING = 0.2  # 1/s, of the pseudo-transient only; it has no part in the equilibrium (trap T8)
+LONGEST_STEP = 1000.0  # s, of the pseudo-transient
 HALT = NEWTON_FAILED | NOT_FINITE
 
 SETTLE, TICKS, LIVE = 0, 1, 2  # what to do
@@ -142,16 +144,16 @@ def live(model, state, inputs, output, control, stats, buffer, one):
 
 
 @driver
-def _drive(model, state, inputs, output, what, count, sigma, control, stats):
+def _drive(model, state, inputs, output, what, count, control, stats):
     """Do one thing with the simulation.
 
-    SETTLE: static start in at most ``count`` steps with mass damping sigma [1/s], Frame into row 0; returns the steps,
+    SETTLE: static start in at most ``count`` steps, Frame into row 0; returns the steps,
     negative where it did not settle, and leaves iterations and residual [N] in the health.
     TICKS: ``count`` ticks into rows 0..count-1; returns the ticks done before a halt.
     LIVE: the real-time loop on the control words and stats rows; returns its tick count.
     """
     if what == 0:
-        steps, iterations, left = rest(model, state, sigma, count, 1000.0)
+        steps, iterations, left = rest(model, state, MASS_DAMPING, count, LONGEST_STEP)
         if steps >= 0:
             observe(model, state, output, 0, 0, False)
         health = state.memory[NOW].health
@@ -166,7 +168,7 @@ def _drive(model, state, inputs, output, what, count, sigma, control, stats):
     return control[COUNT]
 
 
-def drive(model, state, inputs, output, what, count, sigma, control, stats) -> int:
+def drive(model, state, inputs, output, what, count, control, stats) -> int:
     """The compiled entry, see _drive; compiles it or loads it from the cache at the first call."""
     link_tick(model, state, inputs, output)
-    return _drive(model, state, inputs, output, what, int(count), float(sigma), control, stats)
+    return _drive(model, state, inputs, output, what, int(count), control, stats)

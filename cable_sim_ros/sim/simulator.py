@@ -20,7 +20,7 @@ from .entry import CONTROL_WORDS, SETTLE, STATS_COLUMNS, TICKS, drive
 from .inputs import InputError, ShipMotion, WinchCommand, push
 from .savefile import SaveError
 from .scene import Scene
-from .statics import MASS_DAMPING, MOST_PUSH, MOST_STEPS, Route, StartError, first_angle, first_strain
+from .statics import MOST_PUSH, MOST_STEPS, Route, StartError, first_angle, first_strain
 
 
 class SolverError(RuntimeError):
@@ -220,7 +220,6 @@ class Simulator:
             output,
             what,
             int(count),
-            MASS_DAMPING,
             self._control,
             self._stats,
         )

@@ -14,7 +14,6 @@ from .scene import Scene
 
 DRUM_RESERVE = 0.3  # rad of wrap that must stay on the drum
 FIRST_DRAG = 1.2  # drag coefficient of the first guess
-MASS_DAMPING = 0.2  # 1/s, of the pseudo-transient only; it has no part in the equilibrium (trap T8)
 MOST_STEPS = 400
 MOST_STRAIN = 0.01  # of the first guess
 MOST_PUSH = 0.01  # push in a cable at rest over its largest tension: more is no state a cable stays in
