@@ -8,7 +8,7 @@ import time
 import warnings
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from ..io.messages import KINDS, Refused, decode_imu, decode_odometry
 from ..io.replay import Event, Feeder, RecordedTow, late_ticks
 from ..physics.frame import FRAME
 from ..physics.heave import Heave, MotionInput
+from ..physics.quantity import Block
 from ..sim import checks
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator, SolverError
@@ -88,22 +89,22 @@ class Pass:
         return Driven(frames, compiled - begun, started - starting, stepping, problem)
 
     def _start(self) -> Start:
-        tow = self.tow
-        if tow is None:
+        tow, feeder = self.tow, self.feeder
+        if tow is None or feeder is None:
             return Start(0, (0.0, 0.0), None)
         recorded = tow.started()
         if recorded is not None:
             return Start(*recorded)
         end = tow.start
-        while self.feeder.ingest.first_pose is None and not self.feeder.done:
+        while feeder.ingest.first_pose is None and not feeder.done:
             end += AHEAD
-            self.pending += self.feeder.until(end)
-        if self.feeder.ingest.first_pose is None:
+            self.pending += feeder.until(end)
+        if feeder.ingest.first_pose is None:
             return Start(tow.start, (0.0, 0.0), None)
-        first, x, y, yaw = self.feeder.ingest.first_pose
+        first, x, y, yaw = feeder.ingest.first_pose
         if self.recorded is not None and len(self.recorded):
             return _start_before(self.recorded[0], self.scene, self.tick)
-        return Start(first, (x, y), _mean_yaw(tow, yaw, self.feeder.ingest.settings))
+        return Start(first, (x, y), _mean_yaw(tow, yaw, feeder.ingest.settings))
 
     def _ticks(self, start: Start, duration: float | None) -> int:
         if self.tow is None:
@@ -197,12 +198,16 @@ def _taken_in(tow: RecordedTow) -> tuple[MotionInput, Heave]:
     """How the recording node took its motion in, where the bag says so; keys of other versions are left out."""
     try:
         node = json.loads(tow.about["node"])
-        return tuple(
-            block.model_validate({key: value for key, value in node.get(name, {}).items() if key in block.model_fields})
-            for name, block in (("motion", MotionInput), ("heave", Heave))
+        return (
+            MotionInput.model_validate(_known(MotionInput, node.get("motion", {}))),
+            Heave.model_validate(_known(Heave, node.get("heave", {}))),
         )
     except (KeyError, ValueError, TypeError, AttributeError):
         return MotionInput(), Heave()
+
+
+def _known(block: type[Block], values: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in values.items() if key in block.model_fields}
 
 
 def _start_before(frame: np.record, scene: Scene, tick: int) -> Start:

@@ -180,7 +180,7 @@ def problems(scene: Scene) -> list[Problem]:
 
 def seabed_problems(scene: Scene) -> list[Problem]:
     """What makes a seabed senseless."""
-    bed, found = scene.seabed, []
+    bed, found = scene.seabed, list[Problem]()
     if bed.depth is None:
         return found
     lowest = scene.sheave.position[2] - scene.sheave.radius + scene.ship.reference_height
