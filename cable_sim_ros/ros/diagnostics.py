@@ -23,7 +23,7 @@ ALARMS = {  # flags of a Frame that are worth a warning, and what they mean
     Flag.DETACHED: "the cable has left the sheave or its groove",
     Flag.PENETRATION: "contact deeper than the limit of the scene",
     Flag.COARSE_AT_SURFACE: "an element too long for the sheave or drum touches it",
-    Flag.DRUM_END: "the drum is empty: pay-out stopped",
+    Flag.DRUM_END: "an end of the winch's travel is reached (drum empty, or hauled in to the last metre): it stopped",
     Flag.SEABED: "cable or towbody lies on the seabed",
     Flag.HALVED: "the time step had to be shortened",
 }
