@@ -1,5 +1,5 @@
 # make run   makes the environment and plays recorded ship motion through the node (about 90 s after the install)
-# make test  makes the environment and runs the tests;  make lint  runs the linter
+# make test  makes the environment and runs the tests;  make lint  runs the linter and the type checks
 # make bench  run time against error beside other codes;  make validate  repeats the experiments (both into runs/)
 # make stress  stability stress N1 to N19 at full size (ten CPU minutes or more), into runs/
 SHELL := bash
@@ -27,6 +27,7 @@ test: $(VENV)/.test
 lint: $(VENV)/.test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/mypy
 
 bench: $(VENV)/.test
 	$(PIP) -e '.[peers]'

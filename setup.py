@@ -36,6 +36,8 @@ TEST = [
     "click>=8.2",  # its test runner keeps the two outputs apart
     "hypothesis>=6",
     "ruff>=0.17,<0.18",  # the set of rules changes with the minor version
+    "mypy>=2.4,<2.5",  # likewise what it finds
+    "types-PyYAML>=6",
     "colcon-common-extensions>=0.3",
     "setuptools<80",  # colcon-core: `setup.py develop` and `install` as they were before 80
 ]

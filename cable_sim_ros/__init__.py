@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from .sim.rig import Rig
 
 
-def __getattr__(name: str):
+def __getattr__(name: str) -> object:
     """Import a name of the public face."""
     if name not in _FACE:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}; it has {', '.join(_FACE)}")

@@ -338,11 +338,11 @@ def _residual_table(rows, difference) -> None:
             "there is nothing to compare with."
         )
         return
-    from rich.console import Console
+    from rich.console import Console, JustifyMethod
     from rich.table import Table
 
     table = Table(title="Residuals: simulated less recorded", title_justify="left")
-    for name, justify in (
+    columns: tuple[tuple[str, JustifyMethod], ...] = (
         ("topic", "left"),
         ("quantity", "left"),
         ("mean", "right"),
@@ -350,7 +350,8 @@ def _residual_table(rows, difference) -> None:
         ("largest", "right"),
         ("unit", "left"),
         ("messages", "right"),
-    ):
+    )
+    for name, justify in columns:
         table.add_column(name, justify=justify)
     for row in rows:
         table.add_row(

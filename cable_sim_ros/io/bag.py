@@ -92,7 +92,8 @@ class BagWriter:
         self._topics: dict[str, dict] = {}  # topic -> its metadata, in order of registration
         self._channels: dict[str, int] = {}
         self._schemas: dict[str, int] = {}
-        self._first, self._last = None, None
+        self._first: int | None = None  # log times, ns
+        self._last: int | None = None
         self._file = open(self.path / self.file_name, "wb")
         try:
             self._mcap = Writer(self._file, chunk_size=chunk_size, compression=CompressionType.ZSTD)
@@ -147,7 +148,9 @@ class BagWriter:
             "message_count": 0,
         }
 
-    def add(self, topic: str, msgtype: str, time_ns: int, data: bytes, publish_time_ns: int | None = None) -> None:
+    def add(
+        self, topic: str, msgtype: str, time_ns: int, data: bytes | memoryview, publish_time_ns: int | None = None
+    ) -> None:
         """Append one message. time_ns: log time; publish_time_ns: source time, log time if not given; data: CDR."""
         if self._file.closed:
             raise BagError(

@@ -7,14 +7,15 @@ once and then only writes the numbers; the bytes are the same.
 from __future__ import annotations
 
 import struct
+from typing import Any
 
 import numpy as np
 
 from .typestore import STORE
 
 
-def store_type(msgtype: str) -> type:
-    """Message class of the typestore."""
+def store_type(msgtype: str) -> Any:
+    """Message class of the typestore; made at run time, so no type checker knows its fields."""
     return STORE.types[msgtype]
 
 

@@ -14,7 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from math import hypot
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -317,7 +317,7 @@ _HEALTH_READER = JointTemplate(HEALTH, arrays=1)
 
 def decode(channel: Channel, data: bytes) -> dict:
     """CDR bytes -> dict of the Frame fields the channel carries, ``time`` [ns] first; tables as float64 arrays."""
-    message = STORE.deserialize_cdr(data, channel.msgtype)
+    message: Any = STORE.deserialize_cdr(data, channel.msgtype)
     return {"time": header_time(message.header), **channel.read(message)}
 
 
@@ -331,14 +331,15 @@ def decode_frames(messages: list[bytes]) -> np.recarray:
     """Messages of ``sim/health`` in order -> recarray of FRAME [messages]; see `decode_frame`."""
     frames = np.zeros(len(messages), FRAME)
     read = [_HEALTH_READER.read(data) for data in messages]
-    ours = [k for k, numbers in enumerate(read) if numbers is not None]
+    ours = {k: numbers for k, numbers in enumerate(read) if numbers is not None}
     if ours:  # the names are ours: all frames at once, 40 times quicker than the general way
-        frames["time"][ours] = [read[k][0] for k in ours]
-        values = np.array([read[k][1] for k in ours])
+        rows = list(ours)
+        frames["time"][rows] = [time for time, _ in ours.values()]
+        values = np.array([numbers for _, numbers in ours.values()])
         for name, place in HEALTH_PLACES:
-            frames[name][ours] = values[:, place]
-    for k in (k for k, numbers in enumerate(read) if numbers is None):
+            frames[name][rows] = values[:, place]
+    for k in (k for k in range(len(read)) if k not in ours):
         fields = decode(CHANNELS[-1], messages[k])
-        for name in FRAME.names:
+        for name in FRAME.names or ():
             frames[name][k] = fields.get(name, np.nan if FRAME[name].base.kind == "f" else 0)
     return frames.view(np.recarray)

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from math import degrees, isfinite, isinf, isnan, nan, pi, sqrt
 from pathlib import Path
 from struct import Struct
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rosbags.highlevel import AnyReader, AnyReaderError
 
@@ -114,7 +114,7 @@ def _order(data: bytes) -> str:
     return "<" if data[1] else ">"
 
 
-def _open(data: bytes, strings: int, body: dict[str, Struct]) -> tuple[int, tuple[float, ...]]:
+def _open(data: bytes, strings: int, body: dict[str, Struct]) -> tuple[int, Any]:
     """Stamp [ns] and doubles of a message that is a header, `strings` - 1 more strings, and doubles."""
     order = _order(data)
     sec, nanosec, length = _HEADER[order].unpack_from(data, 4)
@@ -242,7 +242,7 @@ def decode_command(data: bytes) -> Command:
         raise Refused("nothing_commanded")
     if abs(payout) > MOST_COMMAND or abs(rate) > MOST_COMMAND:
         raise Refused("out_of_range")
-    return Command(stamp_of(data), payout, rate)
+    return Command(stamp_of(data) or 0, payout, rate)
 
 
 KINDS = {  # kind -> type, how its topic's name ends
@@ -281,13 +281,13 @@ def find_topics(topics: dict[str, str], asked: dict[str, str] | None = None) -> 
     return found
 
 
-def _rebuilt(message: object, msgtype: str) -> object:
+def _rebuilt(message: object, msgtype: str) -> Any:
     """A ROS 1 message as its ROS 2 type, by field name: ROS 1 headers have one field more."""
-    cls = STORE.types[msgtype]
-    values = {}
+    cls: Any = STORE.types[msgtype]
+    values: dict[str, Any] = {}
     for name, (node, what) in STORE.get_msgdef(msgtype).fields:
         value = getattr(message, name)
-        values[name] = _rebuilt(value, what) if node.name == "NAME" else value
+        values[name] = _rebuilt(value, str(what)) if node.name == "NAME" else value
     return cls(**values)
 
 
@@ -311,17 +311,16 @@ def read_motion(path: str | os.PathLike, topics: dict[str, str] | None = None) -
             kinds = {name: kind for kind, name in names.items()}
             chosen = [c for c in reader.connections if c.topic in kinds]
             same: list[tuple[str, bytes]] = []  # messages of one time
-            now = None
+            now = 0
             for connection, time, raw in reader.messages(connections=chosen):
                 data = bytes(raw)
                 if not reader.is2:
-                    data = STORE.serialize_cdr(
-                        _rebuilt(reader.deserialize(raw, connection.msgtype), connection.msgtype), connection.msgtype
-                    )
+                    message = _rebuilt(reader.deserialize(raw, connection.msgtype), connection.msgtype)
+                    data = bytes(STORE.serialize_cdr(message, connection.msgtype))
                 if time != now:
                     yield from ((now, kinds[topic], data) for topic, data in sorted(same, key=lambda item: item[0]))
                     same, now = [], time
-                same.append((connection.topic, bytes(data)))
+                same.append((connection.topic, data))
             yield from ((now, kinds[topic], data) for topic, data in sorted(same, key=lambda item: item[0]))
     except (AnyReaderError, FileNotFoundError) as error:
         raise BagError(

@@ -29,7 +29,9 @@ class _Stream:
     """Stamps, arrivals and rate of one topic."""
 
     def __init__(self, jitter: float) -> None:
-        self.stamp = self.arrival = self.streak = None  # ns; streak: arrival since which there was no gap
+        self.stamp: int | None = None  # ns, as the arrival
+        self.arrival: int | None = None
+        self.streak = 0  # ns, arrival since which there was no gap
         self.regular = RegularStamps(jitter)
         self.used: int | None = None  # ns, the newest regular stamp
         self.period = nan  # s between stamps, smoothed
@@ -80,7 +82,8 @@ class _Slow:
     """Mean of a vector over an expanding memory of at most `memory` seconds."""
 
     def __init__(self, memory: float) -> None:
-        self.memory, self.time, self.mean = memory, 0.0, None
+        self.memory, self.time = memory, 0.0
+        self.mean: tuple[float, ...] | None = None
 
     def add(self, values: tuple[float, ...], dt: float) -> tuple[float, ...]:
         if self.mean is None or not dt > 0.0:
@@ -148,7 +151,8 @@ class MotionIngest:
             message = decode_imu(data, self.settings.convention)
             stamp = self._imu.check(message.stamp, arrival)
         except Refused as refusal:
-            return self._refuse("imu", refusal.cause)
+            self._refuse("imu", refusal.cause)
+            return None
         stamp, dt = self._imu.take(stamp, arrival, self.settings.odometry_timeout)
         self._began = arrival if self._began is None else self._began
         angles = (*message.angles[:2], self._unwrap(message.angles[2]))
@@ -174,14 +178,16 @@ class MotionIngest:
         if self.source == Source.ODOMETRY:
             return self._odometry.age(arrival) > timeout
         # at the start odometry gets the time to show up, lest every start begin with a change of source
-        return self.source == Source.IMU or (arrival - self._began) * 1e-9 >= timeout
+        began = arrival if self._began is None else self._began
+        return self.source == Source.IMU or (arrival - began) * 1e-9 >= timeout
 
     def _push_imu(self, stamp: int, dt: float, angles, rates, moved, heading) -> None:
         length = hypot(*heading) or 1.0
         ahead = heading[0] / length, heading[1] / length
         speed = self.ship.tow_speed
-        if self._velocity.time > 0.0:  # the odometry knew better
-            speed = self._velocity.mean[0] * ahead[0] + self._velocity.mean[1] * ahead[1]
+        known = self._velocity.mean
+        if known is not None and self._velocity.time > 0.0:  # the odometry knew better
+            speed = known[0] * ahead[0] + known[1] * ahead[1]
         velocity = speed * ahead[0], speed * ahead[1]
         if self.source != Source.IMU or self._track is None:
             self._change_source(Source.IMU)
@@ -222,7 +228,8 @@ class MotionIngest:
             if abs(message.position[2] - self.ship.reference_height) > self.heave.max_displacement:
                 raise Refused("height")
         except Refused as refusal:
-            return self._refuse("odometry", refusal.cause)
+            self._refuse("odometry", refusal.cause)
+            return None
         timeout = self.settings.odometry_timeout
         stamp, dt = self._odometry.take(stamp, arrival, timeout)
         x, y, z = message.position
@@ -348,7 +355,7 @@ class MotionIngest:
                 f"samples is wrong; the twist must be in the axes of child_frame_id"
             )
         return {
-            "source": self.source.name.lower(),
+            "source": str(self.source.name).lower(),
             "epoch": self.epoch,
             "samples": int(self.inputs.motion_head[0]),
             **self._imu.report("imu", now),

@@ -45,7 +45,7 @@ def _powers(matrix: np.ndarray, pole: float) -> list[np.ndarray]:
 
 
 def _decay(powers: list[np.ndarray], pole: float, h: float) -> np.ndarray:
-    return exp(-pole * h) * sum(power * h**k for k, power in enumerate(powers))
+    return exp(-pole * h) * sum((power * h**k for k, power in enumerate(powers)), np.zeros_like(powers[0]))
 
 
 class PositionRateFit:
@@ -61,7 +61,8 @@ class PositionRateFit:
     def reset(self) -> None:
         """A new epoch: everything passes until it is seen not to fit."""
         self.smoothed, self.integrated, self._following = np.zeros(6, bool), np.zeros(6, bool), np.zeros(6, bool)
-        self._x = self._out = None  # newest position: measured, given out
+        self._x: np.ndarray | None = None  # newest position: measured
+        self._out = np.zeros(6)  # and given out
         self._velocities: list[np.ndarray] = []  # newest first, at most four
         self._steps: list[float] = []  # s between them
         self._roughness, self._misfit = np.zeros(6), np.zeros(6)  # mean squares, (m/s^2)^2
@@ -83,15 +84,17 @@ class PositionRateFit:
         if self._x is None:
             self._x = self._out = x
             return list(row)
+        step = x - self._x
         self._steps = [h, *self._steps[:2]]
         slope, curve, third = self._differences()
         h2 = self._steps[1] if len(self._steps) > 1 else 0.0
         moved = h * (v - h * (slope / 2.0 + h * (curve / 6.0 + third * ((h + h2) / 6.0 - h / 12.0))))
-        self._watch(h, (x - self._x - moved) * (6.0 / (h * h)), third * (1.9 * (sum(self._steps) / 3.0) ** 2))
+        self._watch(h, (step - moved) * (6.0 / (h * h)), third * (1.9 * (sum(self._steps) / 3.0) ** 2))
         if not self.integrated.any():
             self._x = self._out = x
             return list(row)
-        return self._fitted(h, x, v, moved, slope + curve * h, 2.0 * curve)
+        before, self._x = self._x, x
+        return self._fitted(h, before, x, v, moved, slope + curve * h, 2.0 * curve)
 
     def _differences(self) -> list[np.ndarray]:
         """Divided differences of first to third order of the velocities, newest first; 0 as yet unknown."""
@@ -101,8 +104,8 @@ class PositionRateFit:
             found.append(now[0])
         return found + [np.zeros(6)] * (3 - len(found))
 
-    def _fitted(self, h: float, x, v, moved, slope, bend) -> list[float]:
-        """moved: integral of the measured rates; slope, bend: derivatives of their quadratic, now."""
+    def _fitted(self, h: float, x0, x, v, moved, slope, bend) -> list[float]:
+        """x0, x: measured before, now; moved: integral of the rates; slope, bend: derivatives of their quadratic."""
         v1, zero = self._velocities[1], np.zeros(6)
         new, old = np.array([v, slope, bend, zero]), np.array([v1, slope - bend * h, bend, zero])  # tracked exactly
         calm = np.array([v1, (v - self._velocities[-1]) / sum(self._steps), zero, zero])  # to begin with
@@ -112,7 +115,7 @@ class PositionRateFit:
         smooth = h * (before[0] + after[0]) / 2.0 - h * h * (rate1 - rate0) / 12.0
         self._tracked, self._following = after, self.smoothed.copy()
         moved, v = np.where(self.smoothed, smooth, moved), np.where(self.smoothed, after[0], v)
-        z0, z1 = self._x - self._out, x - self._out - moved
+        z0, z1 = x0 - self._out, x - self._out - moved
         drift = (z1 - z0) / h
         b, q = self._drawn
         d, b, q = np.array([z1, drift, 0.0 * q]) + (
@@ -121,7 +124,6 @@ class PositionRateFit:
         self._drawn = np.where(self.integrated, [b, q], 0.0)
         self._out = np.where(self.integrated, self._out + moved + d, x)
         v = np.where(self.integrated, v + b + self.pole * q, v)
-        self._x = x
         return [*self._out.tolist(), *v.tolist()]
 
     def _watch(self, h: float, misfit, roughness) -> None:

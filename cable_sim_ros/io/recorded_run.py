@@ -28,7 +28,9 @@ def load_run(path: str | os.PathLike) -> RecordedRun:
 
     BagError if it cannot be read, or has no Frames (no ``sim/health``).
     """
-    frames, shapes, contacts = [], [], []
+    frames: list[bytes] = []
+    shapes: list[tuple[int, np.ndarray]] = []
+    contacts: list[tuple[int, np.ndarray]] = []
     for message in read_bag(path):
         channel = channel_of(message.topic, message.msgtype)
         if channel is HEALTH:

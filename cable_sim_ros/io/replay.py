@@ -152,8 +152,8 @@ class Feeder:
         return NEVER if now is None else now
 
     def _motion(self, event: Event) -> None:
-        stamp = stamp_of(event.data)
-        off = bool(stamp) and self.clock.suspicious(stamp, event.arrival)
+        stamp = stamp_of(event.data) or 0
+        off = stamp != 0 and self.clock.suspicious(stamp, event.arrival)
         if off and self.clock.jumped(stamp, event.arrival):
             self.clock.reset()
             self.commands.reset()
@@ -172,7 +172,7 @@ class Residual(NamedTuple):
     mean: float
     rms: float
     largest: float
-    count: int
+    count: int  # type: ignore[assignment]  # a tuple's own count() is not used here
 
 
 COMPARED = (  # channel, quantity, unit, field of the Frame, component or None

@@ -23,7 +23,7 @@ ALARMS = {  # flags of a Frame that are worth a warning, and what they mean
     Flag.DETACHED: "the cable has left the sheave or its groove",
     Flag.PENETRATION: "contact deeper than the limit of the scene",
     Flag.COARSE_AT_SURFACE: "an element too long for the sheave or drum touches it",
-    Flag.DRUM_END: "the drum is empty: pay-out stopped",
+    Flag.DRUM_END: "an end of the winch's travel is reached (drum empty, or hauled in to the last metre): it stopped",
     Flag.SEABED: "cable or towbody lies on the seabed",
     Flag.HALVED: "the time step had to be shortened",
 }
@@ -106,7 +106,7 @@ class Watch:
         return Status("loop", OK, session.state, values)
 
     def _motion(self, publisher: TickPublisher | None, now: int) -> Status:
-        session, values, new = self.session, {}, 0
+        session, values = self.session, dict[str, str]()
         for kind, arrival in session.arrivals.items():
             values[f"{kind}_received_hz"] = _text(self._rates[kind].of(session.received[kind], now))
             values[f"{kind}_received_age_s"] = "never" if arrival is None else _text((now - arrival) * 1e-9)
@@ -121,7 +121,7 @@ class Watch:
         values["clock_jumps"] = str(session.clock.jumps)
         frame = publisher.latest if publisher else None
         if frame is not None:
-            values["source_of_tick"] = Source(int(frame["motion_source"])).name.lower()
+            values["source_of_tick"] = str(Source(int(frame["motion_source"])).name).lower()
             values["motion_age_s"] = _text(float(frame["motion_age"]))
         if session.state == "waiting":
             return Status("motion", WARN, "waiting for motion", values)
@@ -172,7 +172,7 @@ class Watch:
         return Status("command", OK, "commanded" if commands.accepted else "no command yet: the winch holds", values)
 
     def _solver(self, publisher: TickPublisher | None) -> Status:
-        session, values = self.session, {}
+        session, values = self.session, dict[str, str]()
         frame = publisher.latest if publisher else None
         if frame is not None:
             flags = Flag(int(frame["status"]))
@@ -223,7 +223,7 @@ def drop_counts(session: Session) -> Counter:
 
 
 def flag_names(flags: Flag) -> str:
-    return ", ".join(flag.name.lower() for flag in Flag if flag and flags & flag) or "none"
+    return ", ".join(str(flag.name).lower() for flag in Flag if flag and flags & flag) or "none"
 
 
 def final_figures(session: Session, publisher: TickPublisher | None, recorder_stats) -> dict:

@@ -93,7 +93,7 @@ class CableSimNode(LifecycleNode):
         transforms = transform_publisher(self, context, self.settings.scene)
         clock = self.session.clock
         self.publisher = TickPublisher(
-            self.session.loop,
+            self.session.built_loop,
             Encoder(context, self.settings.scene.solver.tick, channels),
             publishers,
             lambda: clock.offset,
@@ -114,7 +114,8 @@ class CableSimNode(LifecycleNode):
             if text:
                 self.get_logger().error(text)
                 return TransitionCallbackReturn.FAILURE
-            self.publisher.recorder = self.recording.recorder
+            if self.publisher is not None:
+                self.publisher.recorder = self.recording.recorder
         self.session.activate()
         self.get_logger().info(
             "waiting for motion on "

@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Callable
 
+import numpy as np
 from rclpy._rclpy_pybind11 import RCLError
 
 from ..io.channels import Encoder
@@ -35,7 +36,7 @@ class TickPublisher(threading.Thread):
         self.recorder: Recorder | None = None
         self.next = loop.count
         self.published = self.skipped = 0
-        self.latest = None  # newest Frame that was published, a copy
+        self.latest: np.record | None = None  # newest Frame that was published, a copy
         self.fault = ""  # why the newest frame could not be published, or ""
         self.failure: BaseException | None = None
         self.lateness, self.work, self.latency = Samples(), Samples(), Samples()  # ms

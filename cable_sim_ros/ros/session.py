@@ -15,6 +15,8 @@ import time
 from collections import Counter
 from collections.abc import Callable
 
+import numpy as np
+
 from ..io.clock import DataClock
 from ..io.commands import CommandIngest
 from ..io.messages import stamp_of
@@ -82,6 +84,18 @@ class Session:
         self._keep_cable = False  # the next start keeps the cable as it hangs
         self._waiting_since = 0.0
 
+    @property
+    def built_sim(self) -> Simulator:
+        """The simulator, which `configure` has made."""
+        assert self.sim is not None, self.state
+        return self.sim
+
+    @property
+    def built_loop(self) -> Loop:
+        """The loop, which `configure` has made."""
+        assert self.loop is not None, self.state
+        return self.loop
+
     # ---- configure
 
     def configure(self) -> None:
@@ -117,19 +131,19 @@ class Session:
 
     def _rehearse(self) -> None:
         """A few ticks without motion: the first ones otherwise overrun while memory is being mapped."""
-        self.loop.start(0, time.monotonic_ns())
-        while self.loop.count < REHEARSAL and not self.loop.halted:
+        self.built_loop.start(0, time.monotonic_ns())
+        while self.built_loop.count < REHEARSAL and not self.built_loop.halted:
             time.sleep(0.01)
-        self.loop.stop()
-        halted = self.loop.halted
-        self.loop.clear()
+        self.built_loop.stop()
+        halted = self.built_loop.halted
+        self.built_loop.clear()
         if halted:
             raise StartError("the first ticks after the static start cannot be solved", math.nan)
         self._static_start(0, (0.0, 0.0), None)
 
     def _static_start(self, time_ns: int, position: tuple[float, float], heading: float | None) -> None:
         begun = time.monotonic()
-        self.sim.start(time_ns=time_ns, position=position, heading=heading)
+        self.built_sim.start(time_ns=time_ns, position=position, heading=heading)
         self.start_cost = time.monotonic() - begun
 
     # ---- activate, deactivate
@@ -141,7 +155,7 @@ class Session:
 
     def deactivate(self) -> None:
         """Stop the loop; the motion is still listened to."""
-        self.loop.stop()
+        self.built_loop.stop()
         self.state = "ready"
         self._keep_cable = False
 
@@ -166,13 +180,13 @@ class Session:
             if self.clock.jumped(stamp, arrival):
                 self._clock_jumped()
             return
-        head = self.sim.inputs.motion_head
+        head = self.built_sim.inputs.motion_head
         before = int(head[0])
         self.ingest.take(kind, data, arrival + self.wall)
         if int(head[0]) != before:
             self.clock.update(self._newest_stamp(), arrival)
             if self.state == "running":
-                self.loop.control[TARGET] = self.clock.offset + self.delay
+                self.built_loop.control[TARGET] = self._target()
             elif self.state == "waiting":
                 self._start()
 
@@ -181,20 +195,27 @@ class Session:
         return self.commands.take(data, arrival, self.clock.now(arrival))
 
     def _newest_stamp(self) -> int:
-        return int(self.sim.inputs.motion_time[(int(self.sim.inputs.motion_head[0]) - 1) % MOTION_ROWS])
+        inputs = self.built_sim.inputs
+        return int(inputs.motion_time[(int(inputs.motion_head[0]) - 1) % MOTION_ROWS])
 
-    def _newest_sample(self):
-        return self.sim.inputs.motion[(int(self.sim.inputs.motion_head[0]) - 1) % MOTION_ROWS]
+    def _newest_sample(self) -> np.ndarray:
+        inputs = self.built_sim.inputs
+        return inputs.motion[(int(inputs.motion_head[0]) - 1) % MOTION_ROWS]
+
+    def _target(self) -> int:
+        """Mapping wanted of the loop [ns]: the clock's offset, known from the first sample on, and the delay."""
+        assert self.clock.offset is not None, self.state
+        return self.clock.offset + self.delay
 
     def _clock_jumped(self) -> None:
         """The stamps jumped: forget the motion, map the clock anew, keep the cable as it hangs."""
         self.log("warn", "the clock of the motion data has jumped by more than 1 s: waiting for motion on it")
         running = self.state == "running"
-        self.loop.stop()
+        self.built_loop.stop()
         self.clock.reset()
         self.ingest.reset()
         self.commands.reset()
-        self.sim.inputs.command_head[0] = 0
+        self.built_sim.inputs.command_head[0] = 0
         if running:
             self._keep_cable = True
             self.activate()
@@ -204,14 +225,14 @@ class Session:
     def _start(self) -> None:
         """Static start where the ship will be when it is solved, and the loop with it."""
         sample, stamp = self._newest_sample().copy(), self._newest_stamp()
-        target = self.clock.offset + self.delay
+        target = self._target()
         cost = START_MARGIN + (0.0 if self._keep_cable else 1.5 * self.start_cost)
         begin = max(stamp, time.monotonic_ns() - target + round(cost * SECOND))
         ahead = (begin - stamp) * 1e-9
         position = float(sample[0] + sample[6] * ahead), float(sample[1] + sample[7] * ahead)
         try:
             if self._keep_cable:
-                self.sim.restore(carried_over(self.sim.snapshot(), begin, position))
+                self.built_sim.restore(carried_over(self.built_sim.snapshot(), begin, position))
             else:
                 self._static_start(begin, position, float(sample[5]))
         except StartError as error:
@@ -223,13 +244,13 @@ class Session:
             "start_position_m": json.dumps(position),
             "start_heading_rad": repr(float(sample[5])),
         }
-        self.loop.start(begin, target)
+        self.built_loop.start(begin, target)
         self.running_since = time.monotonic()
         self.state, self.problem = "running", ""
         self.log(
             "info",
             f"running from stamp {begin / SECOND:.3f} s at ({position[0]:.1f}, {position[1]:.1f}) m, "
-            f"motion from {Source(int(sample[SOURCE])).name.lower()}",
+            f"motion from {str(Source(int(sample[SOURCE])).name).lower()}",
         )
 
     def fail(self, problem: str) -> None:
@@ -252,10 +273,10 @@ class Session:
     def set_algorithm(self, name: str) -> None:
         """Change the set-point algorithm between two ticks."""
         if self.state != "running":
-            self.sim.set_algorithm(SetpointLaw(name))
+            self.built_sim.set_algorithm(SetpointLaw(name))
             return
-        with self.loop.paused():
-            self.sim.set_algorithm(SetpointLaw(name))
+        with self.built_loop.paused():
+            self.built_sim.set_algorithm(SetpointLaw(name))
 
     # ---- watch
 
@@ -266,9 +287,9 @@ class Session:
             self.log("info", "waiting for motion on imu/data and odom")
         if self.state != "running":
             return
-        if self.loop.halted:
+        if self.built_loop.halted:
             self.state = "halted"
-            failure = self.loop.failure
+            failure = self.built_loop.failure
             self.problem = (
                 f"the stepping loop ended: {type(failure).__name__}: {failure}"
                 if failure
@@ -287,14 +308,14 @@ class Session:
 
     def lag(self) -> float:
         """How far the simulation is behind where it should be, s (0 in step)."""
-        control = self.loop.control
+        control = self.built_loop.control
         return max(0.0, int(control[MAPPING] - control[TARGET]) * 1e-9)
 
     def counters(self) -> dict[str, int]:
-        control = self.loop.control
+        control = self.built_loop.control
         return {
-            "ticks": self.loop.count,
-            "overruns": self.loop.overruns,
+            "ticks": self.built_loop.count,
+            "overruns": self.built_loop.overruns,
             "skipped": int(control[SKIPPED]),
             "resyncs": int(control[RESYNCS]),
             "clock_jumps": self.clock.jumps,

@@ -95,7 +95,7 @@ def read_csv(path: Path) -> tuple[int, dict[str, np.ndarray]]:
     return utc, dict(zip(names, np.array(rows, float).T, strict=True))
 
 
-def derive(t, east, north, heading, attitude) -> np.ndarray:
+def derive(t: np.ndarray, east: np.ndarray, north: np.ndarray, heading: np.ndarray, attitude: np.ndarray) -> np.ndarray:
     """Wave-frequency displacement [n, 6] at the whole seconds after t[0], as the source describes its derived file.
 
     Horizontal position less a straight line, above 1/30 Hz (4th-order Butterworth, both directions), turned by the

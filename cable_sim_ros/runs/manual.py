@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 import types
 from collections.abc import Sequence
-from typing import Union, get_args, get_origin
+from typing import Any, Union, get_args, get_origin
 
 from ..physics.quantity import REQUIRED, Block, Declared, declared
 from ..sim.scene import Scene
@@ -27,7 +27,8 @@ Keys of a scene file. The same dotted names are ROS parameters of the node, wher
 def text(more: Sequence[tuple[str, type[Block]]] = ()) -> str:
     """Manual in Markdown: the scene, then further (introduction with its heading, Block) pairs."""
     parts = [TITLE]
-    for introduction, block in ((SCENE, Scene), *more):
+    pairs: list[tuple[str, type[Block]]] = [(SCENE, Scene), *more]
+    for introduction, block in pairs:
         parts.append(introduction)
         parts += _tables(block)
     return "\n".join(parts)
@@ -61,7 +62,7 @@ def _row(item: Declared) -> str:
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 
-def _default(value) -> str:
+def _default(value: object) -> str:
     if value is REQUIRED:
         return "**required**"
     if value is None:
@@ -77,7 +78,7 @@ def _default(value) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-def _words(annotation) -> str:
+def _words(annotation: Any) -> str:
     for part in get_args(annotation) if get_origin(annotation) in (Union, types.UnionType) else (annotation,):
         if isinstance(part, type) and issubclass(part, enum.Enum):
             return ", ".join(f"`{member.value}`" for member in part)

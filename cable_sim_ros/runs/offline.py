@@ -128,8 +128,8 @@ def largest_difference(ours: np.recarray, theirs: np.recarray | None) -> dict[st
     _, mine, other = np.intersect1d(ours["time"], theirs["time"], return_indices=True)
     if not len(mine):
         return None
-    worst = {"field": "", "difference": 0.0, "ticks": len(mine)}
-    for name in (name for name in ours.dtype.names if name not in DELIVERY):
+    worst: dict[str, Any] = {"field": "", "difference": 0.0, "ticks": len(mine)}
+    for name in (name for name in ours.dtype.names or () if name not in DELIVERY):
         gap = np.abs(np.asarray(ours[name][mine], float) - np.asarray(theirs[name][other], float))
         value = float(np.nanmax(gap)) if np.isfinite(gap).any() else 0.0
         if value > worst["difference"]:
@@ -137,17 +137,24 @@ def largest_difference(ours: np.recarray, theirs: np.recarray | None) -> dict[st
     return worst
 
 
-def _motion_of(scene: Scene, motion, heave, duration, imu_only: bool) -> RecordedTow | None:
+def _motion_of(
+    scene: Scene,
+    motion: str | os.PathLike | None,
+    heave: tuple[float, float] | None,
+    duration: float | None,
+    imu_only: bool,
+) -> RecordedTow | None:
     """Messages of the ship's motion, whatever they come from."""
-    table = motion is not None and Path(motion).suffix.lower() == ".csv"
+    table = motion if motion is not None and Path(motion).suffix.lower() == ".csv" else None
     if heave is not None and motion is not None:
         raise MotionError(f"heave and the motion '{motion}' were both given: nothing was simulated; give one of them")
-    if imu_only and (table or heave is not None):
+    if imu_only and (table is not None or heave is not None):
         raise MotionError(f"{motion or '--heave'} gives no IMU messages: nothing was simulated; leave --imu-only out")
     if heave is not None:
-        return sine_heave(*heave, duration, scene.ship)
-    if table:
-        return read_table(motion, scene.ship)
+        amplitude, period = heave
+        return sine_heave(amplitude, period, HEAVE_SECONDS if duration is None else duration, scene.ship)
+    if table is not None:
+        return read_table(table, scene.ship)
     return None if motion is None else read_tow(find_bag(motion), imu_only=imu_only)
 
 
@@ -177,7 +184,7 @@ def _run_of(one: Pass, driven: Driven, bag: Path | None) -> Run:
     return Run(frames, figures, driven.problem, bag)
 
 
-def _bag_path(out) -> Path | None:
+def _bag_path(out: str | os.PathLike | None) -> Path | None:
     if out is None:
         return None
     bag = Path(out) / "tow"
@@ -190,6 +197,6 @@ def _bag_path(out) -> Path | None:
     return bag
 
 
-def _write_summary(out, result: Run) -> None:
+def _write_summary(out: str | os.PathLike | None, result: Run) -> None:
     if out is not None:
         (Path(out) / "summary.json").write_text(json.dumps(result.figures, indent=1) + "\n", "utf-8")

@@ -8,7 +8,7 @@ import time
 import warnings
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from ..io.messages import KINDS, Refused, decode_imu, decode_odometry
 from ..io.replay import Event, Feeder, RecordedTow, late_ticks
 from ..physics.frame import FRAME
 from ..physics.heave import Heave, MotionInput
+from ..physics.quantity import Block
 from ..sim import checks
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator, SolverError
@@ -30,6 +31,9 @@ CHUNK = 1.0  # s, at most
 RING_SHARE = 400  # samples a chunk may bring: less than half the ring
 SETTLE = 5.0  # s of a run without motion
 HEADING_OVER = 60.0  # s of motion whose mean yaw is the heading of the start
+MEAN_OVER = 30.0  # s, at least, for a mean of the motion: less is the waves'
+SPEED_WITHIN = 0.05, 0.1  # of the speed of the scene, m/s; the larger one counts
+HEADING_WITHIN = 5.0  # deg
 Progress = Callable[[str, float, float], None]  # what is done, seconds done, seconds in all (0 = not known)
 
 
@@ -85,25 +89,27 @@ class Pass:
         payout = float(self.sim.frame["payout"])
         frames, stepping, problem = self._steps(start, self._ticks(start, duration), bag)
         _warn_of_travel(self.scene, frames["payout"] - payout)
+        if self.tow is not None:
+            _warn_of_mean_track(self.scene, start.heading, frames)
         return Driven(frames, compiled - begun, started - starting, stepping, problem)
 
     def _start(self) -> Start:
-        tow = self.tow
-        if tow is None:
+        tow, feeder = self.tow, self.feeder
+        if tow is None or feeder is None:
             return Start(0, (0.0, 0.0), None)
         recorded = tow.started()
         if recorded is not None:
             return Start(*recorded)
         end = tow.start
-        while self.feeder.ingest.first_pose is None and not self.feeder.done:
+        while feeder.ingest.first_pose is None and not feeder.done:
             end += AHEAD
-            self.pending += self.feeder.until(end)
-        if self.feeder.ingest.first_pose is None:
+            self.pending += feeder.until(end)
+        if feeder.ingest.first_pose is None:
             return Start(tow.start, (0.0, 0.0), None)
-        first, x, y, yaw = self.feeder.ingest.first_pose
+        first, x, y, yaw = feeder.ingest.first_pose
         if self.recorded is not None and len(self.recorded):
             return _start_before(self.recorded[0], self.scene, self.tick)
-        return Start(first, (x, y), _mean_yaw(tow, yaw, self.feeder.ingest.settings))
+        return Start(first, (x, y), _mean_yaw(tow, yaw, feeder.ingest.settings))
 
     def _ticks(self, start: Start, duration: float | None) -> int:
         if self.tow is None:
@@ -197,12 +203,16 @@ def _taken_in(tow: RecordedTow) -> tuple[MotionInput, Heave]:
     """How the recording node took its motion in, where the bag says so; keys of other versions are left out."""
     try:
         node = json.loads(tow.about["node"])
-        return tuple(
-            block.model_validate({key: value for key, value in node.get(name, {}).items() if key in block.model_fields})
-            for name, block in (("motion", MotionInput), ("heave", Heave))
+        return (
+            MotionInput.model_validate(_known(MotionInput, node.get("motion", {}))),
+            Heave.model_validate(_known(Heave, node.get("heave", {}))),
         )
     except (KeyError, ValueError, TypeError, AttributeError):
         return MotionInput(), Heave()
+
+
+def _known(block: type[Block], values: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in values.items() if key in block.model_fields}
 
 
 def _start_before(frame: np.record, scene: Scene, tick: int) -> Start:
@@ -219,6 +229,40 @@ def _warn_of_travel(scene: Scene, payout: np.ndarray) -> None:
     if min(checks.fine_zone(scene)) > 0.0 and len(payout):  # else the scene itself has been warned of
         for caution in checks.travel_cautions(scene, max(0.0, -payout.min()), max(0.0, payout.max())):
             warnings.warn(f"{scene.name}: {caution.key} {caution.text}. {caution.remedy}", SceneWarning, stacklevel=3)
+
+
+def _warn_of_mean_track(scene: Scene, heading: float | None, frames: np.recarray) -> None:
+    """Warn where ship and mean track go apart: the set-point laws take the difference for motion to compensate.
+
+    heading: of the start, rad; None: the scene's. The take-up after the start is left out.
+    """
+    blend, tick = scene.ship.start_blend, scene.solver.tick
+    kept = frames[round(blend / tick) :]
+    seconds = (len(kept) - 1) * tick
+    if seconds < MEAN_OVER:
+        return
+    x, y, z, w = kept["ship_quaternion"].T
+    yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    ahead = np.stack([np.cos(yaw), np.sin(yaw)], axis=1)
+    speed = float(np.sum(np.diff(kept["ship_position"][:, :2], axis=0) * ahead[1:])) / seconds
+    begun = math.radians(scene.ship.heading_deg) if heading is None else heading
+    mean = math.atan2(ahead[:, 1].mean(), ahead[:, 0].mean())
+    turned = math.degrees(math.remainder(mean - begun, 2.0 * math.pi))
+    wanted, found, ways = scene.ship.tow_speed, [], []
+    if abs(speed - wanted) > max(SPEED_WITHIN[0] * abs(wanted), SPEED_WITHIN[1]):
+        found.append(f"mean speed of the motion is {speed:.3g} m/s, ship.tow_speed is {wanted:.3g} m/s")
+        ways.append(f"Set ship.tow_speed to {speed:.3g} m/s")
+    if abs(turned) > HEADING_WITHIN:
+        began = math.degrees(begun)
+        found.append(f"mean heading of the motion is {began + turned:.4g} deg, that of the start is {began:.4g} deg")
+        ways.append("Give motion along one heading")
+    if found:
+        warnings.warn(
+            f"{scene.name}: {', '.join(found)}: the ship follows the motion, but the static start and the mean track "
+            f"of the set-point laws begin with the second number. {'. '.join(ways)}",
+            SceneWarning,
+            stacklevel=3,
+        )
 
 
 def _mean_yaw(tow: RecordedTow, yaw: float, settings: MotionInput) -> float:

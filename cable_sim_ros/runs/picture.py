@@ -6,12 +6,17 @@ import os
 import re
 import textwrap
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..io.recorded_run import RecordedRun, load_run
 from ..physics.frame import CONTACT_COLUMNS
 from .summary import SKIP, after_start, summarize, tow_axes
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 SIZE = (16.0, 10.0)  # inches; 1600 x 1000 at 100 dots per inch
 INK, FAINT = "#1b2733", "#8a949e"
@@ -61,7 +66,7 @@ def draw_run(
     return Path(out)
 
 
-def compose(run: RecordedRun, title: str, skip_s: float):
+def compose(run: RecordedRun, title: str, skip_s: float) -> Figure:
     """The matplotlib Figure of a run; no pyplot, so no window system, no state, any thread."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -103,7 +108,7 @@ def seconds(run: RecordedRun) -> np.ndarray:
     return (run.frames["time"] - run.frames["time"][0]) * 1e-9
 
 
-def side_view(axes, run: RecordedRun) -> None:
+def side_view(axes: Axes, run: RecordedRun) -> None:
     """Cable at the end of the run, coloured by tension, earlier ones faint; sheave at 0, water surface, ship."""
     from matplotlib.collections import LineCollection
 
@@ -168,7 +173,7 @@ def side_view(axes, run: RecordedRun) -> None:
     _equal_scales(axes, (body[0], 1.05 * length), (body[1], 0.15 * length), margin=0.1)
 
 
-def _equal_scales(axes, x: tuple[float, float], y: tuple[float, float], margin: float) -> None:
+def _equal_scales(axes: Axes, x: tuple[float, float], y: tuple[float, float], margin: float) -> None:
     """Limits that show x and y with a margin, a metre as long across as up, without changing the panel."""
     box = axes.get_position()
     width, height = box.width * SIZE[0], box.height * SIZE[1]
@@ -177,21 +182,21 @@ def _equal_scales(axes, x: tuple[float, float], y: tuple[float, float], margin: 
     axes.set_ylim(np.mean(y) - 0.5 * scale * height, np.mean(y) + 0.5 * scale * height)
 
 
-def _least_span(axes, span: float) -> None:
+def _least_span(axes: Axes, span: float) -> None:
     """Widen the y axis to ``span``: what hardly moves shall look so."""
     low, high = axes.get_ylim()
     if high - low < span:
         axes.set_ylim(0.5 * (low + high - span), 0.5 * (low + high + span))
 
 
-def _shade(axes, run: RecordedRun, skip_s: float) -> None:
+def _shade(axes: Axes, run: RecordedRun, skip_s: float) -> None:
     skip = after_start(run.frames, skip_s)[1]
     axes.set_xlim(0, max(seconds(run)[-1], 1e-3))
     axes.axvspan(0, skip, color="#eef0f2", lw=0, zorder=0)
     axes.set_xlabel("time [s]")
 
 
-def tension(axes, run: RecordedRun, skip_s: float) -> None:
+def tension(axes: Axes, run: RecordedRun, skip_s: float) -> None:
     """Tension at the sheave over time with its mean and standard deviation."""
     axes.set_title("Tension at the sheave")
     axes.set_ylabel("tension [kN]")
@@ -213,7 +218,7 @@ def tension(axes, run: RecordedRun, skip_s: float) -> None:
     _shade(axes, run, skip_s)
 
 
-def heave(axes, run: RecordedRun, skip_s: float) -> None:
+def heave(axes: Axes, run: RecordedRun, skip_s: float) -> None:
     """Depth of the towbody on the left axis, height of the sheave on the right one."""
     axes.set_title("Towbody depth and sheave heave")
     time, kept = seconds(run), after_start(run.frames, skip_s)[0]
@@ -250,7 +255,7 @@ def contact_bands(run: RecordedRun, skip_s: float, points: int = 181) -> tuple[n
     return grid, loads
 
 
-def contact(axes, run: RecordedRun, skip_s: float) -> None:
+def contact(axes: Axes, run: RecordedRun, skip_s: float) -> None:
     """Line load of both flanks against the wrap angle: mean, and band from least to largest."""
     axes.set_title("Contact along the sheave")
     axes.set_xlabel("angle about the sheave axis from its top, outboard positive [°]")

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 
 @contextmanager
-def progress_bar(quiet: bool):
+def progress_bar(quiet: bool) -> Iterator[Callable[[str, float, float], None]]:
     """Function (what, seconds done, seconds in all) that shows a bar on a terminal, else nothing."""
     if quiet or not sys.stderr.isatty():
         yield lambda what, done, total: None

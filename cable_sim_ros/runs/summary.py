@@ -6,10 +6,15 @@ the first ``skip_s`` seconds, in which the tow finds its rhythm; counts and dura
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from scipy.stats import chi2
 
 from ..physics.frame import Flag
+
+if TYPE_CHECKING:
+    from rich.table import Table
 
 SKIP = 20.0  # s
 SHARE = 0.95  # of the towbody positions inside the ellipsoid
@@ -94,7 +99,8 @@ def ellipsoid_volume(time: np.ndarray, positions: np.ndarray) -> tuple[float, fl
         return 0.0, 0.0
     distance2 = np.sum((rest @ axes) ** 2 / variance, axis=1)
     unit = 4.0 / 3.0 * np.pi * np.sqrt(np.prod(variance))
-    return tuple(float(unit * scale2**1.5) for scale2 in (chi2.ppf(SHARE, 3), np.quantile(distance2, SHARE)))
+    normal, found = (float(unit * scale2**1.5) for scale2 in (chi2.ppf(SHARE, 3), np.quantile(distance2, SHARE)))
+    return normal, found
 
 
 def summarize(frames: np.recarray, *, skip_s: float = SKIP, **outside: float | None) -> dict:
@@ -150,7 +156,7 @@ def format_value(value: object) -> str:
     return str(value) if isinstance(value, int) else f"{value:.5g}"
 
 
-def summary_table(summary: dict, title: str = "Summary"):
+def summary_table(summary: dict, title: str = "Summary") -> Table:
     """The summary as a `rich` table; figures that are not known are left out."""
     from rich.table import Table
 

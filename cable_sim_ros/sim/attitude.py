@@ -6,11 +6,14 @@ For messages, samples and tables; kernels have their own in physics/ship.py.
 from __future__ import annotations
 
 from math import asin, atan2, cos, sin
+from typing import Any
 
 import numpy as np
 
+Vector = tuple[float, float, float]
 
-def angles_of(x: float, y: float, z: float, w: float) -> tuple[float, float, float]:
+
+def angles_of(x: float, y: float, z: float, w: float) -> Vector:
     """Roll, pitch, yaw [rad] of a unit quaternion; pitch in [-pi/2, pi/2], the others in (-pi, pi]."""
     return (
         atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
@@ -19,21 +22,21 @@ def angles_of(x: float, y: float, z: float, w: float) -> tuple[float, float, flo
     )
 
 
-def angle_rates(roll: float, pitch: float, body_rate) -> tuple[float, float, float]:
+def angle_rates(roll: float, pitch: float, body_rate: Vector) -> Vector:
     """Rates of roll, pitch, yaw from body rates, rad/s; pitch away from +-90 deg."""
     p, q, r = body_rate
     across = q * sin(roll) + r * cos(roll)
     return p + across * sin(pitch) / cos(pitch), q * cos(roll) - r * sin(roll), across / cos(pitch)
 
 
-def body_rates(roll, pitch, rates) -> tuple:
+def body_rates(roll: Any, pitch: Any, rates: Any) -> tuple[Any, Any, Any]:
     """Body rates from the rates of roll, pitch, yaw, rad/s, numbers or arrays: the inverse of `angle_rates`."""
     droll, dpitch, dyaw = rates
     across, sr, cr = dyaw * np.cos(pitch), np.sin(roll), np.cos(roll)
     return droll - dyaw * np.sin(pitch), dpitch * cr + across * sr, across * cr - dpitch * sr
 
 
-def to_world(angles, vector) -> tuple[float, float, float]:
+def to_world(angles: Vector, vector: Vector) -> Vector:
     """Rz(yaw) Ry(pitch) Rx(roll) vector."""
     (roll, pitch, yaw), (x, y, z) = angles, vector
     y, z = y * cos(roll) - z * sin(roll), y * sin(roll) + z * cos(roll)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from ..physics import ancf
 from ..physics.cable import Cable
@@ -38,7 +40,7 @@ class Rules(NamedTuple):
     leave_step: float = LEAVE_STEP  # s
 
 
-def lock(array: np.ndarray, kind=float) -> np.ndarray:
+def lock(array: np.ndarray, kind: npt.DTypeLike = float) -> np.ndarray:
     """Read-only and C-contiguous: a kernel that writes the Model fails to compile."""
     array = np.ascontiguousarray(array, kind)
     if array.dtype.names:
@@ -127,7 +129,7 @@ def build_line(
     elements: np.ndarray,
     held: np.ndarray,
     bodies: np.ndarray,
-    body_nodes,
+    body_nodes: Sequence[int],
     settings: np.ndarray,
     loads: np.ndarray | None = None,
     struts: np.ndarray | None = None,

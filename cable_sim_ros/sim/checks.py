@@ -11,6 +11,7 @@ import re
 from typing import NamedTuple
 
 from .scene import Scene
+from .statics import Route, first_angle
 
 # longest element on the sheave over its radius: with compensation on, ripple of the tension above 1 Hz was measured as
 # 0.03 % at 0.25, 0.05 % at 0.4, 0.15 % at 0.6, 0.36 % at 1.2 (full scale, docs/accuracy.md)
@@ -40,16 +41,19 @@ class Layout(NamedTuple):
 
     wound: float  # leaves the drum
     tangent: float  # meets the sheave
+    leaves: float  # leaves the sheave, as the static start begins
     total: float  # ends
 
 
 def layout(scene: Scene) -> Layout:
-    """Cable on the drum, straight to the sheave along the upper tangent, then free."""
-    winch, sheave, half = scene.winch, scene.sheave, scene.cable.diameter / 2
-    wound = winch.wrap * (winch.drum_radius + half)
-    dx, dz = (sheave.position[i] - winch.position[i] for i in (0, 2))
-    span = math.sqrt(max(0.0, dx * dx + dz * dz - (winch.drum_radius - sheave.radius) ** 2))
-    return Layout(wound, wound + span, sum(section.length for section in scene.cable.sections.values()))
+    """Cable on the drum, straight to the sheave along the upper tangent, over it, then free: the route of the start.
+
+    Drum and sheave must be apart, see problems().
+    """
+    route = Route(scene)
+    tangent = route.on_drum + route.span
+    leaves = tangent + route.on_sheave(first_angle(scene, water_speed(scene)))
+    return Layout(route.on_drum, tangent, leaves, sum(section.length for section in scene.cable.sections.values()))
 
 
 def elements(scene: Scene) -> list[tuple[float, float, str]]:
@@ -63,13 +67,13 @@ def elements(scene: Scene) -> list[tuple[float, float, str]]:
 
 
 def fine_zone(scene: Scene) -> tuple[float, float]:
-    """Lengths [m] of the zone with elements fine enough for the sheave, inboard and outboard of its tangent point.
+    """Lengths [m] of the zone with elements fine enough for the sheave, on its inboard and its outboard side.
 
-    It is what the winch may pay out, and haul in, before a coarser element comes onto the sheave (trap T6). (0, 0)
-    when the element at the tangent point is itself too long.
+    It is what the winch may pay out, and haul in, before a coarser element comes onto the sheave (trap T6): what lies
+    on the sheave belongs to neither. (0, 0) when the element at the tangent point is itself too long.
     """
     limit = FINE_ELEMENT * scene.sheave.radius * (1 + 1e-9)
-    tangent = layout(scene).tangent
+    _, tangent, leaves, _ = layout(scene)
     table = elements(scene)
     here = next((i for i, (first, last, _) in enumerate(table) if first <= tangent < last), None)
     if here is None or table[here][1] - table[here][0] > limit:
@@ -79,7 +83,7 @@ def fine_zone(scene: Scene) -> tuple[float, float]:
         low -= 1
     while high + 1 < len(table) and table[high + 1][1] - table[high + 1][0] <= limit:
         high += 1
-    return tangent - table[low][0], table[high][1] - tangent
+    return tangent - table[low][0], max(0.0, table[high][1] - leaves)
 
 
 def downforce(scene: Scene) -> float:
@@ -88,11 +92,12 @@ def downforce(scene: Scene) -> float:
     area = math.pi / 4 * cable.diameter**2
     free = max(0.0, layout(scene).total - layout(scene).tangent)
     wet = (cable.mass_per_length - water.density * area) * scene.gravity * free
-    lift = 0.5 * water.density * scene.towbody.lift_area * _speed(scene) ** 2
+    lift = 0.5 * water.density * scene.towbody.lift_area * water_speed(scene) ** 2
     return wet + scene.towbody.net_weight - lift
 
 
-def _speed(scene: Scene) -> float:
+def water_speed(scene: Scene) -> float:
+    """Speed [m/s] of the ship through the water at its surface."""
     heading = math.radians(scene.ship.heading_deg)
     east, north = scene.water.current
     return math.hypot(scene.ship.tow_speed * math.cos(heading) - east, scene.ship.tow_speed * math.sin(heading) - north)
@@ -113,7 +118,7 @@ def problems(scene: Scene) -> list[Problem]:
                     "Use lower-case letters, digits and _, beginning with a letter: names are parts of parameter names",
                 )
             )
-    place, winch, sheave = layout(scene), scene.winch, scene.sheave
+    winch, sheave = scene.winch, scene.sheave
     apart = math.hypot(*(sheave.position[i] - winch.position[i] for i in (0, 2)))
     if apart <= winch.drum_radius + sheave.radius:
         found.append(
@@ -134,6 +139,19 @@ def problems(scene: Scene) -> list[Problem]:
                 "Give the sheave the smaller x",
             )
         )
+    if apart <= winch.drum_radius + sheave.radius:
+        return found  # there is no route to measure along
+    place = layout(scene)
+    if place.wound <= 0.0:
+        least = winch.wrap - place.wound / Route(scene).drum
+        found.append(
+            Problem(
+                "winch.wrap",
+                f"= {winch.wrap:g} rad ends before the cable leaves the drum, {least:.4g} rad from its top: no cable "
+                "lies on the drum",
+                f"Make it larger than {least:.4g} rad, by half a turn or more",
+            )
+        )
     if place.total <= place.tangent:
         found.append(
             Problem(
@@ -143,7 +161,7 @@ def problems(scene: Scene) -> list[Problem]:
                 f"Make the cable longer than {place.tangent:.4g} m, or winch.wrap smaller",
             )
         )
-    elif downforce(scene) <= 0.0 and _speed(scene) == 0.0:
+    elif downforce(scene) <= 0.0 and water_speed(scene) == 0.0:
         found.append(
             Problem(
                 "towbody.net_weight",
@@ -180,7 +198,7 @@ def problems(scene: Scene) -> list[Problem]:
 
 def seabed_problems(scene: Scene) -> list[Problem]:
     """What makes a seabed senseless."""
-    bed, found = scene.seabed, []
+    bed, found = scene.seabed, list[Problem]()
     if bed.depth is None:
         return found
     lowest = scene.sheave.position[2] - scene.sheave.radius + scene.ship.reference_height
@@ -215,7 +233,7 @@ def cautions(scene: Scene) -> list[Problem]:
         (
             (last - first, name)
             for first, last, name in elements(scene)
-            if first <= place.tangent + FINE_ELEMENT * radius and last >= place.tangent
+            if first <= max(place.leaves, place.tangent + FINE_ELEMENT * radius) and last >= place.tangent
         ),
         default=(0.0, ""),
     )

@@ -8,6 +8,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import isfinite, isnan, nan, pi, radians, sqrt
 from operator import index
+from typing import Any
+
+import numpy as np
 
 from ..physics.frame import Source
 from ..physics.inputs import COMMAND_ROWS, EPOCH, MOTION_ROWS, SOURCE, Inputs, push_command, push_motion
@@ -78,7 +81,10 @@ class ShipMotion:
     @property
     def angles(self) -> tuple[float, float, float]:
         """Roll, pitch, yaw, rad, however the attitude was given."""
-        return self.attitude if self.attitude is not None else angles_of(*self.quaternion)
+        if self.attitude is not None:
+            return self.attitude
+        assert self.quaternion is not None  # __post_init__ saw to it
+        return angles_of(*self.quaternion)
 
     def row(self, epoch: float, near: float = 0.0) -> list[float]:
         """The 14 numbers of `physics.inputs.push_motion`; yaw by whole turns as close as can be to ``near`` [rad]."""
@@ -165,7 +171,7 @@ def _advances(owner: str, stamp: int, before: int) -> None:
         )
 
 
-def _room(owner: str, what: str, times, head: int, rows: int, now_ns: int) -> None:
+def _room(owner: str, what: str, times: np.ndarray, head: int, rows: int, now_ns: int) -> None:
     ahead = rows - SPARE
     if head >= ahead and int(times[(head - ahead) % rows]) > now_ns:
         raise InputError(
@@ -174,12 +180,12 @@ def _room(owner: str, what: str, times, head: int, rows: int, now_ns: int) -> No
         )
 
 
-def _set(item, **values) -> None:
+def _set(item: object, **values: object) -> None:
     for name, value in values.items():
         object.__setattr__(item, name, value)
 
 
-def _stamp(owner, value) -> int:
+def _stamp(owner: object, value: Any) -> int:
     try:
         stamp = index(value)
     except TypeError:
@@ -192,7 +198,7 @@ def _stamp(owner, value) -> int:
     return stamp
 
 
-def _vector(owner, name: str, unit: str, most: tuple[float, ...]) -> tuple[float, ...]:
+def _vector(owner: object, name: str, unit: str, most: tuple[float, ...]) -> tuple[float, ...]:
     value = getattr(owner, name)
     try:
         parts = tuple(value)
@@ -206,7 +212,7 @@ def _vector(owner, name: str, unit: str, most: tuple[float, ...]) -> tuple[float
     return tuple(_number(owner, f"{name}[{i}]", part, unit, limit) for i, (part, limit) in enumerate(zip(parts, most)))
 
 
-def _number(owner, name: str, value, unit: str, most: float) -> float:
+def _number(owner: object, name: str, value: Any, unit: str, most: float) -> float:
     try:
         number = nan if isinstance(value, (bool, str)) else float(value)
     except (TypeError, ValueError):

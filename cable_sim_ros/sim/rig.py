@@ -19,9 +19,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from ..physics.ancf import (
     ADDED_MASS,
@@ -38,7 +39,7 @@ from ..physics.cable import Cable, Section
 from ..physics.drag import DragLaw
 from ..physics.integrate import Solver
 from ..physics.jit import LANES, NO, YES
-from ..physics.state import AT_REST, FLOW, LOAD, NOW, STRUT, Change, Q, V, X, make_state
+from ..physics.state import AT_REST, FLOW, LOAD, NOW, STRUT, Change, LineModel, Q, V, X, make_state
 from ..physics.step import NO_LIMIT, TURN_MOST, link_stepper
 from ..physics.surface import SURFACE
 from ..physics.towbody import BODY, Towbody, body_record
@@ -71,7 +72,7 @@ class History(NamedTuple):
     steps: int
 
 
-def cable_of(sections: list[dict], **numbers) -> Cable:
+def cable_of(sections: list[dict], **numbers: Any) -> Cable:
     """A Cable of the product from plain numbers; a section without a drag law has none.
 
     Slack elements push, as in scenes by default; a case whose cable goes slack lets them fold (FOLDING).
@@ -80,7 +81,7 @@ def cable_of(sections: list[dict], **numbers) -> Cable:
     return Cable(sections=named, **({"diameter": 0.01} | numbers))
 
 
-def load_of(node: int, force=(0.0, 0.0, 0.0), moment=(0.0, 0.0, 0.0)) -> np.ndarray:
+def load_of(node: int, force: npt.ArrayLike = (0.0, 0.0, 0.0), moment: npt.ArrayLike = (0.0, 0.0, 0.0)) -> np.ndarray:
     """A LOAD record: dead force [N] on a node, moment [N m] on its tangent."""
     row = np.zeros((), LOAD)
     row["node"], row["force"], row["moment"] = node, force, moment
@@ -126,19 +127,19 @@ class Rig:
         }
         air = water is None
         water = water or Water()
-        loads, struts = np.array(loads or [], LOAD), np.array(struts or [], STRUT)
-        loads["node"] %= nodes
-        borne = {n % nodes for n in held} | set(carried) | {int(n) for n in loads["node"]}
-        borne |= {int(n) + 1 for n in struts["node"]}
-        elements = element_table(cable, water, gravity, tuple(node not in borne for node in (0, nodes - 1)))
+        pulls, rods = np.array(loads or [], LOAD), np.array(struts or [], STRUT)
+        pulls["node"] %= nodes
+        borne = {n % nodes for n in held} | set(carried) | {int(n) for n in pulls["node"]}
+        borne |= {int(n) + 1 for n in rods["node"]}
+        elements = element_table(cable, water, gravity, (0 not in borne, nodes - 1 not in borne))
         self.model = build_line(
             rows_in_air(elements) if air else elements,
             np.zeros((nodes, 6)),
             np.array([body_record(body, gravity, water.density) for body in carried.values()], BODY),
             list(carried),
             line_settings(cable, solver, gravity, tension, WHOLE),
-            loads,
-            struts,
+            pulls,
+            rods,
         )
         self.state = make_state(arc, np.array(surfaces or [], SURFACE))
         self.state.now.current[:] = (*water.current, *water.current_gradient)
@@ -169,7 +170,7 @@ class Rig:
         state.v[:, :3], state.v[:, 3:] = (0.0 if v is None else v), (0.0 if vg is None else vg)
         state.a[:], state.nodes[NOW, X] = 0.0, 0.0
 
-    def straight(self, start, direction, stretch: float = 1.0) -> None:
+    def straight(self, start: npt.ArrayLike, direction: npt.ArrayLike, stretch: float = 1.0) -> None:
         """Lay the cable straight from ``start`` along ``direction``, stretched by a factor."""
         d = np.asarray(direction, float) / np.linalg.norm(direction)
         self.place(np.asarray(start, float) + self.arc[:, None] * stretch * d, np.tile(stretch * d, (self.nodes, 1)))
@@ -199,7 +200,7 @@ class Rig:
                 mask[node, COMPONENTS[name]] = 1.0
         self.model = self.model._replace(held=lock(mask))
 
-    def load(self, node: int, force=(0.0, 0.0, 0.0), moment=(0.0, 0.0, 0.0)) -> None:
+    def load(self, node: int, force: npt.ArrayLike = (0.0, 0.0, 0.0), moment: npt.ArrayLike = (0.0, 0.0, 0.0)) -> None:
         """One more dead force [N] on a node, and moment [N m] on its tangent."""
         self.model = self.model._replace(loads=np.append(self.model.loads, load_of(node % self.nodes, force, moment)))
 
@@ -263,7 +264,11 @@ class Rig:
         steps = -(-steps // every) * every
         h, samples, z = duration / steps, steps // every, np.zeros
         out = Samples(
-            *(z((samples, self.nodes, 6)) for _ in range(3)), tension=z((samples, self.nodes - 1)), strain=z(samples)
+            q=z((samples, self.nodes, 6)),
+            v=z((samples, self.nodes, 6)),
+            reaction=z((samples, self.nodes, 6)),
+            tension=z((samples, self.nodes - 1)),
+            strain=z(samples),
         )
         follow = self._moved(h * np.arange(steps + 1), moved, motion)
         done, iterations = march(self._under(rules), self.state, h, int(every), follow, out)
@@ -310,7 +315,7 @@ class Rig:
         table = np.zeros((len(times), 0, 9)) if motion is None else np.ascontiguousarray(motion(times), float)
         return Moved(np.array([n % self.nodes for n in nodes], np.int64), table)
 
-    def _under(self, rules: Rules):
+    def _under(self, rules: Rules) -> LineModel:
         settings = self.model.settings.copy()
         settings["max_halvings"], settings["turn_most"], settings["leave_step"] = rules
         return self.model._replace(settings=lock(settings, settings.dtype))

@@ -10,6 +10,7 @@ import os
 import zipfile
 import zlib
 from pathlib import Path
+from typing import Any, BinaryIO
 
 import numpy as np
 from pydantic import ValidationError
@@ -36,9 +37,10 @@ def write(path: str | os.PathLike, scene: Scene, snapshot: dict[str, np.ndarray]
     path = Path(path)
     part = path.with_name(path.name + ".part")
     about = json.dumps({"format": FORMAT, "version": __version__, "layout": LAYOUT})
+    members: dict[str, Any] = {ABOUT: np.array(about), SCENE: np.array(scene.model_dump_json()), **snapshot}
     try:
         with open(part, "wb") as file:  # by name, numpy would add its suffix
-            np.savez(file, **{ABOUT: np.array(about), SCENE: np.array(scene.model_dump_json())}, **snapshot)
+            np.savez(file, **members)
         os.replace(part, path)
     except OSError as error:
         part.unlink(missing_ok=True)
@@ -86,7 +88,7 @@ def damaged(path: str | os.PathLike, what: str) -> SaveError:
     return SaveError(f"{path}: is damaged ({what}); nothing was loaded. Take another copy, or start its scene again")
 
 
-def _about(path, members: dict) -> dict:
+def _about(path: str | os.PathLike, members: dict) -> dict:
     """What a file says of itself; SaveError where it is no saved simulation."""
     try:
         about = json.loads(str(members.pop(ABOUT)))
@@ -97,13 +99,13 @@ def _about(path, members: dict) -> dict:
     raise _foreign(path)
 
 
-def _foreign(path) -> SaveError:
+def _foreign(path: str | os.PathLike) -> SaveError:
     return SaveError(
         f"{path}: is no saved simulation; nothing was loaded. Simulator.load takes a file of Simulator.save"
     )
 
 
-def _members(path, file) -> dict[str, np.ndarray]:
+def _members(path: str | os.PathLike, file: BinaryIO) -> dict[str, np.ndarray]:
     """Every array of an .npz file; their check sums are looked at on the way."""
     if not zipfile.is_zipfile(file):  # its directory stands at the end: a file cut short has none
         file.seek(0)

@@ -10,7 +10,8 @@ from math import cos, radians, sin
 import numpy as np
 
 from ..physics.frame import FRAME, Flag
-from ..physics.inputs import make_inputs
+from ..physics.inputs import Inputs, make_inputs
+from ..physics.observe import Output
 from ..physics.setpoint import LAWS, SetpointLaw
 from ..physics.ship import NO_EPOCH
 from ..physics.state import ARC, FLOW, MEMORY, NOW, STEP
@@ -151,7 +152,7 @@ class Simulator:
         """Queue one sample of ship motion or one winch command. Raises InputError."""
         push(self.inputs, item, int(self.frame["time"]), self.scene.ship.max_gap)
 
-    def tick(self, inputs=None) -> np.record:
+    def tick(self, inputs: Inputs | None = None) -> np.record:
         """Advance one tick with ``inputs`` (default: self.inputs); returns its Frame. Raises SolverError."""
         if self._drive(TICKS, 1, self.output, inputs) < 1:
             raise self._halted()
@@ -212,7 +213,7 @@ class Simulator:
         sim.restore(savefile.fitting(path, arrays, sim.snapshot()))
         return sim
 
-    def _drive(self, what: int, count: int, output, inputs=None) -> int:
+    def _drive(self, what: int, count: int, output: Output, inputs: Inputs | None = None) -> int:
         return drive(
             self.model,
             self.state,

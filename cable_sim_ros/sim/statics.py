@@ -78,6 +78,10 @@ class Route:
         bed = scene.seabed.depth
         self.bottom = -np.inf if bed is None else half - bed - scene.ship.reference_height - self.centre[2]
 
+    def on_sheave(self, angle: float) -> float:
+        """Length [m] that lies on the sheave under a line that leaves at ``angle`` [rad] from the vertical."""
+        return max(self.sheave * (0.5 * pi - angle + self.tilt), 0.0)
+
     def place(self, s: float, angle: float) -> tuple[float, float, float, float]:
         """X, Z and direction at arc length s for a straight line that leaves at ``angle`` from the vertical."""
         if s < self.on_drum:
@@ -95,7 +99,7 @@ class Route:
         leave = 0.5 * pi - angle
         psi = min(-self.tilt + s / self.sheave, leave)
         x, z = self.away + self.sheave * sin(psi), self.rise + self.sheave * cos(psi)
-        rest = max(s - self.sheave * (leave + self.tilt), 0.0)
+        rest = max(s - self.on_sheave(angle), 0.0)
         if z - rest * sin(psi) < self.bottom:  # laid down along the seabed
             down = (z - self.bottom) / sin(psi)
             return x + down * cos(psi) + rest - down, self.bottom, 1.0, 0.0

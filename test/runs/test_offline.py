@@ -1,6 +1,7 @@
 """Offline runs: the same bag gives the same bytes, a replay gives the same numbers, a failure is reported."""
 
 import json
+import warnings
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from rosbags.highlevel import AnyReader
 
 from cable_sim_ros.io.bag import BagError
 from cable_sim_ros.io.channels import CHANNELS, Context, Encoder
-from cable_sim_ros.io.load import load_scene
+from cable_sim_ros.io.load import SceneWarning, load_scene, override
 from cable_sim_ros.io.motion_table import MotionError
 from cable_sim_ros.io.recorded_run import load_run
 from cable_sim_ros.io.replay import Feeder, RecordedTow, late_ticks, read_tow, residuals
@@ -300,3 +301,70 @@ def test_a_heave_is_taken_up_from_the_static_tow_and_then_followed():
 def test_motion_that_cannot_be_used_stops_before_the_run(given, text):
     with pytest.raises(MotionError, match=text):
         offline.run("full_scale", **given)
+
+
+def on_a_track(speed, heading_deg, seconds=60.0, turn_deg=0.0):
+    """Frames of a ship that surges by waves about a straight track; turn_deg: change of heading halfway."""
+    t = 0.01 * np.arange(round(seconds / 0.01))
+    frames = np.zeros(len(t), FRAME).view(np.recarray)
+    yaw = np.radians(heading_deg + turn_deg * (t > 0.5 * seconds))
+    step = 0.01 * (speed + 0.5 * np.cos(0.2 * np.pi * t))
+    frames.ship_position[:, :2] = 1000.0 + np.cumsum(np.stack([step * np.cos(yaw), step * np.sin(yaw)], 1), axis=0)
+    frames.ship_quaternion[:, 2:] = np.stack([np.sin(0.5 * yaw), np.cos(0.5 * yaw)], 1)
+    return frames
+
+
+@pytest.mark.parametrize("speed, turn", [(2.2, 0.0), (2.3, 0.0), (2.1, 0.0), (2.2, 8.0), (2.2, -8.0)])
+def test_motion_along_the_mean_track_of_the_scene_is_no_caution(speed, turn):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        passes._warn_of_mean_track(
+            load_quietly("full_scale"), np.radians(179.0), on_a_track(speed, 179.0, turn_deg=turn)
+        )
+        passes._warn_of_mean_track(load_quietly("full_scale"), 0.0, on_a_track(9.0, 90.0, seconds=39.0))  # too short
+
+
+def load_quietly(name):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return load_scene(name)
+
+
+@pytest.mark.parametrize(
+    "heading, frames, text",
+    [
+        (
+            0.0,
+            on_a_track(2.5, 0.0),
+            "full_scale: mean speed of the motion is 2.5 m/s, ship.tow_speed is 2.2 m/s: the ship follows the motion, "
+            "but the static start and the mean track of the set-point laws begin with the second number. "
+            "Set ship.tow_speed to 2.5 m/s",
+        ),
+        (
+            np.radians(176.0),
+            on_a_track(2.2, -178.0),
+            "full_scale: mean heading of the motion is 182 deg, that of the start is 176 deg: the ship follows the "
+            "motion, but the static start and the mean track of the set-point laws begin with the second number. "
+            "Give motion along one heading",
+        ),
+        (
+            None,
+            on_a_track(1.0, 30.0),
+            "full_scale: mean speed of the motion is 1 m/s, ship.tow_speed is 2.2 m/s, mean heading of the motion is "
+            "30 deg, that of the start is 0 deg: the ship follows the motion, but the static start and the mean track "
+            "of the set-point laws begin with the second number. Set ship.tow_speed to 1 m/s. Give motion along one "
+            "heading",
+        ),
+    ],
+    ids=["speed", "heading", "both"],
+)
+def test_motion_off_the_mean_track_of_the_scene(heading, frames, text):
+    with pytest.warns(SceneWarning) as caught:
+        passes._warn_of_mean_track(load_quietly("full_scale"), heading, frames)
+    assert [str(item.message) for item in caught] == [text]
+
+
+def test_a_run_off_the_mean_track_says_so():
+    scene = override(load_quietly("full_scale"), {"ship.tow_speed": 1.9})
+    with pytest.warns(SceneWarning, match="ship.tow_speed is 1.9 m/s: the ship follows the motion"):
+        offline.run(scene, "nbp1406", duration=45.0)
