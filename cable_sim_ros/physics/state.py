@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .contact import EVENTS
-from .jit import driver
+from .jit import driver, inline
 from .setpoint import SETPOINT
 from .ship import SHIP, SHIP_TIMES, TIME, TOW_FRAME
 from .surface import SURFACE
@@ -218,18 +218,21 @@ def make_state(arc: np.ndarray, surfaces: np.ndarray) -> State:
 
 
 @driver
+def copy_slot(state, source, target):
+    """Everything that carries over, from one slot to another."""
+    nodes = state.nodes.reshape(SLOTS, state.nodes.size // SLOTS)
+    for i in range(nodes.shape[1]):
+        nodes[target, i] = nodes[source, i]
+    state.memory[target] = state.memory[source]
+
+
+@inline
 def keep(state, slot):
     """Remember the present in a slot."""
-    nodes = state.nodes.reshape(SLOTS, state.nodes.size // SLOTS)
-    for i in range(nodes.shape[1]):
-        nodes[slot, i] = nodes[NOW, i]
-    state.memory[slot] = state.memory[NOW]
+    copy_slot(state, NOW, slot)
 
 
-@driver
+@inline
 def take_back(state, slot):
     """Return to what a slot remembers."""
-    nodes = state.nodes.reshape(SLOTS, state.nodes.size // SLOTS)
-    for i in range(nodes.shape[1]):
-        nodes[NOW, i] = nodes[slot, i]
-    state.memory[NOW] = state.memory[slot]
+    copy_slot(state, slot, NOW)

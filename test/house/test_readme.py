@@ -54,6 +54,12 @@ def test_the_python_of_the_readme_runs(capsys):
     assert tension > 100.0
 
 
+def test_the_python_of_the_rig_page_runs(capsys):
+    (code,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "rig.md").read_text("utf-8"), re.S)
+    exec(compile(code, "rig.md", "exec"), {})
+    assert float(capsys.readouterr().out.split()[-1]) > 150.0  # N at the top; the body weighs 196
+
+
 def test_tables_of_json_names_are_the_declared_ones():
     assert summary_markdown() in JSON and offline.figures_markdown() in JSON
 
