@@ -32,7 +32,7 @@ PASS_ON = {"ignore_unknown_options": True, "allow_extra_args": True}
 
 
 class Commands(click.Group):
-    """Group that tells a mistake in one line and leaves with code 2."""
+    """Group that reports a mistake in one line and leaves with code 2."""
 
     def invoke(self, context: click.Context):
         """Run a command; expected errors become one line on stderr."""
@@ -179,7 +179,7 @@ def live(bag, scene, duration, imu_only, out, as_json) -> None:
     from .runs.summary import OUTSIDE, summarize
 
     path = find_bag(bag)
-    load_scene(scene)  # a mistake is told here, before any process is started
+    load_scene(scene)  # a mistake is reported here, before any process is started
     out = out or Path("runs") / time.strftime("%Y%m%d_%H%M%S")
     quiet = (lambda *_: None) if as_json else None
     told = run_live(path, scene, duration, out, imu_only=imu_only, progress=quiet)

@@ -282,7 +282,7 @@ def cells(r: Row) -> tuple[str, ...]:
 
 
 def series(row: Row) -> str:
-    """What a plot tells apart: the codes, and in P7 the set-point algorithms."""
+    """What a plot distinguishes: the codes, and in P7 the set-point algorithms."""
     return f"{row.code}, {row.setting.split(',')[0]}" if row.scene == "P7" else row.code
 
 

@@ -49,7 +49,7 @@ class Setting(NamedTuple):
 
 
 def mesh_text(mesh: tuple[tuple[float, int], ...]) -> str:
-    """A mesh as told in the tables."""
+    """A mesh as the tables show it."""
     return " + ".join(f"{n} on {share:g}" for share, n in mesh) if len(mesh) > 1 else f"{mesh[0][1]}"
 
 

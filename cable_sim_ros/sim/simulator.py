@@ -111,7 +111,7 @@ class Simulator:
             raise StartError(
                 f"{scene.name}: at rest the cable would have to push with {-state.tension[pushed]:.4g} N at arc length "
                 f"{state.arc[pushed]:.4g} m, more than {100.0 * MOST_PUSH:g} % of its largest tension {most:.4g} N: it "
-                f"folds there, and where it would come to lie cannot be told; nothing was started. Remedy: more weight "
+                f"folds there, and where it would come to lie is not known; nothing was started. Remedy: more weight "
                 f"at the body (towbody.net_weight), or a ship under way (ship.tow_speed)",
                 float(left),
             )

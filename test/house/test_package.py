@@ -1,4 +1,4 @@
-"""What the two worlds are told about the package is the same, and true."""
+"""What pip and colcon read about the package is the same, and true."""
 
 import ast
 import os

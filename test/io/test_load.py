@@ -1,4 +1,4 @@
-"""Every mistake in a scene is told once: file, line, key, value, unit, bound, consequence, remedy."""
+"""Every mistake in a scene is reported once: file, line, key, value, unit, bound, consequence, remedy."""
 
 import re
 import warnings

@@ -85,7 +85,7 @@ def test_a_replay_gives_the_same_numbers(recorded):
     assert all(row.largest < 1e-9 and row.count == len(recorded[0].frames) for row in result.residuals)
 
 
-def test_a_replay_finds_the_start_from_the_frames_where_the_bag_does_not_tell_it(recorded, monkeypatch):
+def test_a_replay_finds_the_start_from_the_frames_where_the_bag_does_not_have_it(recorded, monkeypatch):
     monkeypatch.setattr(RecordedTow, "started", lambda self: None)
     result = offline.replay(recorded[0].bag)
     assert result.figures["largest_difference"]["ticks"] == len(recorded[0].frames)

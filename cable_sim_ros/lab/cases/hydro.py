@@ -110,7 +110,7 @@ def fall(case: Case, rig: Rig, node: int, step: float) -> dict[str, float]:
     "fluid_density",
     "Cn",
     "Ca",
-    how="both ends free, level and at rest deep in still water, EI 0; the middle node is told",
+    how="both ends free, level and at rest deep in still water, EI 0; the middle node is the answer",
 )
 def sinking_cable(case: Case, level: Level) -> Values:
     """A level free cable that sinks broadside."""

@@ -49,7 +49,7 @@ def vector(case: Case, key: str) -> np.ndarray:
 
 
 def oscillation(case: Case) -> tuple[float, float]:
-    """Amplitude [m] and period [s] of the motion told in words. Raises CaseError."""
+    """Amplitude [m] and period [s] of the motion given in words. Raises CaseError."""
     text = str(case.inputs["motion"])
     found = [
         re.search(rf"{what}\s*=?\s*({NUMBER})\s*{unit}\b", text) for what, unit in (("amplitude", "m"), ("period", "s"))

@@ -193,7 +193,7 @@ def boundary(table: Stations, wrap: float, reach: float) -> dict[str, float | No
     "hanging_right_m",
     "end_mass_right_kg",
     "radius_to_centreline_m",
-    how="no bending stiffness, half wrap; the end of the lighter side is held, its force is told",
+    how="no bending stiffness, half wrap; the end of the lighter side is held, its force is the answer",
     growth=3.0,
 )
 def heavy_static(case: Case, level: Level) -> Values:

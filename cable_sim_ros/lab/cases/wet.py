@@ -1,4 +1,4 @@
-"""What the cases under water share: drag laws told in words, wet weights, meshes finer near a body."""
+"""What the cases under water share: drag laws given in words, wet weights, meshes finer near a body."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def crossflow(cn: float, ct: float = 0.0) -> dict:
 
 
 def drag_law(case: Case, key: str = "drag_law") -> dict:
-    """Section settings for a drag law told in words. Raises CaseError where it is not understood."""
+    """Section settings for a drag law given in words. Raises CaseError where it is not understood."""
     text = str(case.inputs[key])
 
     def given(*names: str) -> float:

@@ -1,6 +1,6 @@
 """Other codes on the benchmark scenes, as jobs for bench.py. The lumped chain is always run, the others on request.
 
-Each is used as its manual shows, one thread, with the settings told; a scene it cannot honestly do is told as such.
+Each is used as its manual shows, one thread, with the settings listed; a scene it cannot honestly do is listed so.
 """
 
 from __future__ import annotations

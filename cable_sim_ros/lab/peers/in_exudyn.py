@@ -28,7 +28,7 @@ RHO, RHO_SHEAVE = 0.5, 0.3  # spectral radius; of P4
 
 @cache
 def _library() -> tuple[Any, Any]:
-    """The compiled module without range checks, which it offers for speed, and its items; its greeting is not told."""
+    """The compiled module without range checks, which it offers for speed, and its items; its greeting is not shown."""
     sys.exudynFast = True
     with redirect_stdout(StringIO()):
         import exudyn

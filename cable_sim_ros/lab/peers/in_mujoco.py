@@ -22,7 +22,7 @@ SETTLE = 400.0  # s before the heave, from the reference's static shape: the las
 
 
 class _Seen(NamedTuple):
-    """At the told instants, planar (x, z): tip [m], force [N] that gravity and inertia ask of everything else; of the
+    """At the given instants, planar (x, z): tip [m], force [N] that gravity and inertia ask of everything else; of the
     pieces (first axis after time) velocity [m/s] in the frame and direction."""
 
     tip: np.ndarray
@@ -75,7 +75,7 @@ def _march(model: Any, data: Any, setting: Setting, p: dict, gravity=None, wind=
 
 
 def _see(model: Any, data: Any, q, v, gravity, wind) -> _Seen:
-    """Replays the told states with gravity and wind of their instants [each]; not timed."""
+    """Replays the given states with gravity and wind of their instants [each]; not timed."""
     import mujoco
 
     seen = []

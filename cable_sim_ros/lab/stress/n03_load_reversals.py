@@ -228,7 +228,7 @@ class Thrown:
         return notes
 
     def _see(self, ticks: int) -> None:
-        """Run one throw and count what is told of it: it begins seated."""
+        """Run one throw and count what is reported of it: it begins seated."""
         frames = self.watch.look(self.sim.run(ticks))
         time, off = frames.time * 1e-9, frames.status & Flag.DETACHED > 0
         self.detachments.append(int(frames.detachments[-1]) - int(frames.detachments[0]))

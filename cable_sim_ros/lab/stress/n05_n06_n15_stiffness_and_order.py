@@ -157,7 +157,7 @@ def order(quick: bool) -> Found:
     notes.append(
         "clamped under P L^2/EI = 10, EA L^2/EI = 1e6, place of the tip; theory: order 4 (docs/theory.md, "
         "section 6). Judged for a rod (compression_share 1); with the share of a cable the root, where the tension is "
-        "zero, folds more the finer the mesh, and the tip does not converge: told, not judged. Beyond 32 "
+        "zero, folds more the finer the mesh, and the tip does not converge: reported, not judged. Beyond 32 "
         "elements the difference is below what the residual allows"
     )
     return Found(figures, notes)

@@ -125,7 +125,7 @@ def steps(quick: bool) -> Found:
         )
     notes.append(
         f"{seconds:g} s, compared every 0.1 s from {settle:g} s on, against twice the elements at 2 ms; errors "
-        "are those of mesh and step together. Above 2 a step with sub-stepped ticks (flag HALVED) is told, not judged"
+        "are those of mesh and step together. Above 2 a step with sub-stepped ticks (flag HALVED) is shown, not judged"
     )
     return Found(figures, notes)
 

@@ -219,6 +219,6 @@ def spin(quick: bool) -> Found:
         "axial damping 1e5 N s (shipped 310), bending damping 0.1 N m^2 s (shipped 6.4e-5), rho_inf as shipped"
     )
     notes.append(
-        "judged at 2 ms; at the shipped 10 ms the integrator's own loss (rho_inf 0.3, w h = 0.06) is told beside it"
+        "judged at 2 ms; at the shipped 10 ms the integrator's own loss (rho_inf 0.3, w h = 0.06) is shown beside it"
     )
     return Found(figures, notes)

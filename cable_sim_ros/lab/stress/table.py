@@ -7,7 +7,7 @@ import sys
 from rich.console import Console
 from rich.table import Table
 
-from .verdict import Verdict, told
+from .verdict import Verdict, as_text
 
 WORD = {True: "pass", False: "MISS", None: "not measurable"}
 
@@ -20,7 +20,7 @@ def markdown(verdicts: list[Verdict]) -> str:
         for i, f in enumerate(v.figures):
             unit = f" {f.unit}" if f.unit and f.limit is None else ""
             word = WORD[f.passed] if f.bound else ""
-            cells = ("" if i else v.id, f.name, f"{told(f.value)}{unit}", f.bound, word)
+            cells = ("" if i else v.id, f.name, f"{as_text(f.value)}{unit}", f.bound, word)
             mark = "**" if f.passed is False else ""
             rows.append("| " + " | ".join(f"{mark}{c}{mark}" if c else "" for c in cells) + " |")
     return "\n".join(
@@ -43,7 +43,7 @@ def print_verdicts(verdicts: list[Verdict]) -> None:
         table.add_column(name, justify="right" if name == "measured" else "left")
     for v in verdicts:
         for i, f in enumerate(f for f in v.figures if f.limit is not None):
-            table.add_row(v.id if not i else "", f.name, told(f.value), f.bound, WORD[f.passed])
+            table.add_row(v.id if not i else "", f.name, as_text(f.value), f.bound, WORD[f.passed])
     console = Console(width=None if sys.stdout.isatty() else 150)
     console.print(table)
     for v in verdicts:

@@ -11,7 +11,7 @@ MOST, LEAST, WITHIN, IS = "<=", ">=", "within", "=="
 
 
 class Figure(NamedTuple):
-    """One measured number and what it is held against. ``limit`` None: told, not judged."""
+    """One measured number and what it is held against. ``limit`` None: shown, not judged."""
 
     name: str
     value: float | str | bool | None
@@ -39,12 +39,12 @@ class Figure(NamedTuple):
         if self.limit is None:
             return ""
         if self.how == IS:
-            return told(self.limit)
+            return as_text(self.limit)
         sign = {MOST: "<= ", LEAST: ">= ", WITHIN: "+-"}[self.how]
-        return f"{sign}{told(self.limit)}{' ' + self.unit if self.unit else ''}"
+        return f"{sign}{as_text(self.limit)}{' ' + self.unit if self.unit else ''}"
 
 
-def told(value) -> str:
+def as_text(value) -> str:
     """A number in four digits, a truth as yes or no."""
     if isinstance(value, bool):
         return "yes" if value else "no"
@@ -81,7 +81,7 @@ class Verdict(NamedTuple):
 
 
 def _plain(value):
-    """JSON has no NaN and no infinity: they are told as text."""
+    """JSON has no NaN and no infinity: they are written as text."""
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
     return value.item() if hasattr(value, "item") else value
