@@ -21,7 +21,7 @@ from .entry import CONTROL_WORDS, SETTLE, STATS_COLUMNS, TICKS, drive
 from .inputs import InputError, ShipMotion, WinchCommand, push
 from .savefile import SaveError
 from .scene import Scene
-from .statics import MOST_PUSH, MOST_STEPS, Route, StartError, first_angle, first_strain
+from .statics import MOST_PUSH, MOST_STEPS, Route, StartError, first_angle, first_strain, laid_angle
 
 
 class SolverError(RuntimeError):
@@ -86,10 +86,10 @@ class Simulator:
         flow = float(np.hypot(*now.current[:2]))
         state.nodes[NOW, FLOW, -1, :2] = now.current[:2] if flow > 1e-6 else (-cos(yaw), -sin(yaw))
         turn = np.array([[cos(yaw), -sin(yaw), 0.0], [sin(yaw), cos(yaw), 0.0], [0.0, 0.0, 1.0]])
-        tried, iterations = 0, 0
+        tried, iterations, angle = 0, 0, laid_angle(scene, first_angle(scene, flow))
         # a soft cable does not settle from its unstretched length: it is loose while it is drawn out
         for strain in (0.0, first_strain(scene)):
-            r, g = Route(scene).nodes(state.arc * (1.0 + strain), first_angle(scene, flow))
+            r, g = Route(scene).nodes(state.arc * (1.0 + strain), angle)
             state.q[:, :3] = r @ turn.T + now.ship.mean_coord[:3]
             state.q[:, 3:] = (1.0 + strain) * g @ turn.T
             steps = self._drive(SETTLE, MOST_STEPS, self.output)
@@ -103,7 +103,8 @@ class Simulator:
             raise StartError(
                 f"{scene.name}: no static equilibrium after {tried} steps and {iterations} iterations, residual "
                 f"{left:.3g} N, allowed {self.tolerance:.3g} N, with {self._stiffness()}; nothing was started. "
-                f"Remedy: check weight and drag of towbody and cable, or begin with a shorter cable or a coarser mesh",
+                f"Remedy: check weight and drag of towbody and cable, or begin with a shorter cable or a coarser mesh"
+                + self._on_ground(),
                 float(left),
             )
         pushed, most = int(state.tension.argmin()), float(state.tension.max())
@@ -223,6 +224,14 @@ class Simulator:
             int(count),
             self._control,
             self._stats,
+        )
+
+    def _on_ground(self) -> str:
+        """A further remedy where there is a seabed."""
+        if self.scene.seabed.depth is None:
+            return ""
+        return (
+            "; cable that lies slack on the seabed has no one place: a ship under way (ship.tow_speed) draws it tight"
         )
 
     def _stiffness(self) -> str:

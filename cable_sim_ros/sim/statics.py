@@ -15,6 +15,7 @@ from .scene import Scene
 DRUM_RESERVE = 0.3  # rad of wrap that must stay on the drum
 FIRST_DRAG = 1.2  # drag coefficient of the first guess
 MOST_STEPS = 400
+LAID_OUT = 1.22  # rad from the vertical, of a first guess that lies on the seabed
 MOST_STRAIN = 0.01  # of the first guess
 MOST_PUSH = 0.01  # push in a cable at rest over its largest tension: more is no state a cable stays in
 
@@ -48,6 +49,16 @@ def first_angle(scene: Scene, speed: float) -> float:
         return 0.0
     k = max(weight, 1e-9) / (2.0 * drag)
     return asin(hypot(k, 1.0) - k)
+
+
+def laid_angle(scene: Scene, angle: float) -> float:
+    """The same angle, or a flatter one where that line would reach the seabed: cable that is laid out tight comes to
+    rest, cable let down in a bight folds on the ground."""
+    if scene.seabed.depth is None:
+        return angle
+    free = sum(s.length for s in scene.cable.sections.values()) - Route(scene).on_drum - Route(scene).span
+    down = scene.seabed.depth + scene.sheave.position[2] + scene.ship.reference_height
+    return max(angle, LAID_OUT) if free * cos(angle) > down else angle
 
 
 def first_strain(scene: Scene) -> float:

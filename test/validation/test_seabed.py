@@ -8,7 +8,7 @@ from cable_sim_ros.physics.frame import Flag
 from cable_sim_ros.physics.surface import floor_row
 from cable_sim_ros.runs import offline
 from cable_sim_ros.sim.rig import HALVED, Rig, cable_of, load_of
-from cable_sim_ros.sim.simulator import Simulator
+from cable_sim_ros.sim.simulator import Simulator, StartError
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
 
@@ -68,7 +68,7 @@ def test_a_chain_dragged_over_a_floor_pulls_with_its_friction():
     assert history.reaction[-100:, 0, 0].mean() == pytest.approx(wanted, rel=1e-4)
 
 
-@pytest.mark.parametrize("speed, depth", [(2.2, 100.0), (1.0, 100.0)])
+@pytest.mark.parametrize("speed, depth", [(2.2, 100.0), (1.0, 100.0), (0.3, 100.0)])
 def test_a_tow_lies_down_and_is_dragged_along(speed, depth):
     scene = override(
         load_scene("full_scale"),
@@ -90,3 +90,9 @@ def test_without_a_seabed_nothing_lies_down():
     sim = Simulator(load_scene("full_scale"))
     sim.start()
     assert sim.frame.seabed_length == 0.0 and not sim.frame.status & Flag.SEABED
+
+
+def test_cable_laid_slack_under_a_ship_at_rest_is_refused_with_the_remedy():
+    sim = Simulator(override(load_scene("full_scale"), {"ship.tow_speed": 0.0, "seabed.depth": 100.0}))
+    with pytest.raises(StartError, match="cable that lies slack on the seabed has no one place: a ship under way"):
+        sim.start()
