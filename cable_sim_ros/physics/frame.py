@@ -106,7 +106,7 @@ FIELDS = (
     ("potential_energy", (), "f8", "J", "of weight less buoyancy"),
     ("work_supplied", (), "f8", "J", "work of the winch and hull on the cable end since the start, tow frame"),
     ("work_water", (), "f8", "J", "work of the water since the start: drag, buoyancy, added mass, lift"),
-    ("work_contact", (), "f8", "J", "work of drum and sheave on the cable since the start"),
+    ("work_contact", (), "f8", "J", "work of drum, sheave and seabed on cable and towbody since the start"),
     ("dissipated", (), "f8", "J", "energy lost in the cable's material since the start"),
     ("energy_residual", (), "f8", "J", "stored less start, plus dissipated, less work: error of the integration"),
     ("iterations", (), "i8", "1", "Newton iterations of the tick"),

@@ -148,7 +148,7 @@ def test_drag_never_adds_energy(vx, vy, vz, law):
 
 
 def test_tangential_loading_is_the_printed_quintic():
-    """The trigonometric fit of (60b) against the quintic, and f_n against its printed values (theory notes, section
+    """The trigonometric fit of (60b) against the quintic, and f_n against its printed values (docs/theory.md, section
     4)."""
     eta = np.linspace(0.0, np.pi / 2, 2001)
     quintic = 0.01 * np.polynomial.polynomial.polyval(eta, (2.009, -0.3858, 1.9159, -4.1615, 3.5064, -1.1873))

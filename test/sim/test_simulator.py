@@ -63,9 +63,9 @@ def sim(started):
     "name, depth, angle, tension",
     [
         # every reading of the thesis: printed 108 m, 74.0 deg, 3.71 kN; an independent code of the same 107.7 m,
-        # 74.4 deg, 3.78 kN (theory notes, section 3)
+        # 74.4 deg, 3.78 kN (docs/theory.md, section 3)
         ("full_scale_westin", 107.7, 74.4, 3780.0),
-        # 0.011, G 2.37 on both parts: 108.0 m, 78.1 deg, 3167 N without bending, drum and sheave (theory notes of the
+        # 0.011, G 2.37 on both parts: 108.0 m, 78.1 deg, 3167 N without bending, drum and sheave (theory of the
         # water)
         ("full_scale", 108.0, 78.1, 3167.0),
     ],

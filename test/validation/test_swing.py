@@ -41,7 +41,7 @@ def hanging(tick: float, elements: int = 16) -> Simulator:
 
 @pytest.mark.parametrize("tick, loss", [(0.002, 1e-3), (0.01, 2e-2)])
 def test_undamped_swing_keeps_its_energy(tick, loss):
-    """30 degrees, 10 s. An independent code with the same method lost 2e-4 at 2 ms (theory notes, section 4)."""
+    """30 degrees, 10 s. An independent code with the same method lost 2e-4 at 2 ms (docs/theory.md, section 4)."""
     sim, angle = hanging(tick), np.radians(30.0)
     down = np.array((-np.sin(angle), 0.0, -np.cos(angle)))
     sim.state.q[:, :3] = sim.state.q[0, :3] + sim.state.arc[:, None] * down
