@@ -84,7 +84,8 @@ class Simulator:
         now.setpoint.angle = radians(scene.setpoint.nominal_angle_deg or 0.0)
         now.setpoint.washout = scene.setpoint.washout_period
         flow = float(np.hypot(*now.current[:2]))
-        state.nodes[NOW, FLOW, -1, :2] = now.current[:2] if flow > 1e-6 else (-cos(yaw), -sin(yaw))
+        past = now.current[:2] if flow > 1e-6 else (-cos(yaw), -sin(yaw))
+        state.nodes[NOW, FLOW, self.model.line.body_nodes, :2] = past
         turn = np.array([[cos(yaw), -sin(yaw), 0.0], [sin(yaw), cos(yaw), 0.0], [0.0, 0.0, 1.0]])
         tried, iterations, angle = 0, 0, laid_angle(scene, first_angle(scene, flow))
         # a soft cable does not settle from its unstretched length: it is loose while it is drawn out
