@@ -74,8 +74,6 @@ def test_every_step_runs_in_order(folder, capsys):
 
 
 def test_the_step_with_heave_runs(folder):
-    if not any("--heave" in option.opts for option in cli.main.commands["run"].params):
-        pytest.skip("cable-sim run has no option --heave")
     (text,) = [text for marked, _, text in BLOCKS if marked]
     shell(text)
 

@@ -4,7 +4,7 @@ from math import cos, hypot, radians, sin
 
 import pytest
 
-from cable_sim_ros.io.load import load_scene
+from cable_sim_ros.io.load import SceneError, load_scene, override
 from cable_sim_ros.sim import checks
 from cable_sim_ros.sim.statics import Route, first_angle
 
@@ -33,3 +33,23 @@ def test_the_fine_zone_of_the_thesis_is_the_known_one():
     assert wrapped == pytest.approx(0.25 * radians(14.0), abs=0.002)  # nearly level: the critical angle
     assert outboard + wrapped == pytest.approx(0.86, abs=0.005)  # trap T6
     assert inboard == pytest.approx(2.5 - 0.86, abs=0.005)
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        (
+            {"seabed.depth": 0.5, "ship.reference_height": -4.0},
+            r"seabed.depth = 0.5 m lies above the sheave, whose lowest point is at -0.55 m: the cable would leave it "
+            r"through the ground; nothing was started. Make it more than 1.05 m",
+        ),
+        (
+            {"seabed.depth": 50.0, "towbody.net_weight": -20.0},
+            r"seabed.depth is given, but what floats does not lie on it: the cable weighs 3.026 N/m in water, the "
+            r"towbody -20 N; both must be above 0, they set its stiffness; nothing was started. Leave the seabed out",
+        ),
+    ],
+)
+def test_a_seabed_that_makes_no_sense_stops_the_load(changes, text):
+    with pytest.raises(SceneError, match=text):
+        override(load_scene("full_scale"), changes)
