@@ -143,6 +143,7 @@ class Rig:
         )
         self.state = make_state(arc, np.array(surfaces or [], SURFACE))
         self.state.now.current[:] = (*water.current, *water.current_gradient)
+        self.state.now.events.pressed_since = -1  # nobody says that it begins in a groove
         self.state.nodes[:, FLOW, list(carried), 0] = -1.0
         self.hold(held)
         self.iterations = 0

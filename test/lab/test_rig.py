@@ -8,7 +8,8 @@ import pytest
 from cable_sim_ros.lab.bend import Walk, drum, pulls
 from cable_sim_ros.lab.stations import stations
 from cable_sim_ros.physics.integrate import Solver
-from cable_sim_ros.physics.step import NO_LIMIT, TURN_MOST, TURN_STEP
+from cable_sim_ros.physics.step import LEAVE_STEP, NO_LIMIT, TURN_MOST, TURN_STEP
+from cable_sim_ros.physics.surface import surface_row
 from cable_sim_ros.sim.build import Rules
 from cable_sim_ros.sim.rig import HALVED, WHIPPING, Rig, RigError, cable_of, load_of
 
@@ -168,3 +169,14 @@ def test_residual_is_what_is_out_of_balance():
     rig.reload([load_of(-1, (0.0, 0.0, 7.0))])
     assert rig.residual() == pytest.approx(7.0)
     assert rig.state.work.band[-1, 2, 12] == pytest.approx(7.0)
+
+
+def test_the_rule_of_the_groove_lets_a_cable_be_that_is_in_none():
+    """A step longer than leave_step must not leave a groove; a cable far from one leaves none."""
+    cable = cable_of([{"length": 2.0, "elements": 4}], mass_per_length=0.4, axial_stiffness=1e5)
+    groove = surface_row((5.0, 0.0, 0.0), 0.25, 1.0, 0.03, 0.005, 1e9, 0.3)
+    rig = Rig(cable, held={0: "r"}, bodies={-1: 5.0}, tension=50.0, surfaces=[groove])
+    rig.straight((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
+    rig.settle()
+    history = rig.run(0.1, 0.01, rules=Rules(0, leave_step=LEAVE_STEP))
+    assert history.steps == 10 and np.abs(history.q[-1, :, :3] - rig.state.q[:, :3]).max() == 0.0
