@@ -30,7 +30,9 @@ from .vec import add, axpy, dot, get3, norm, plus3, put3, scale, sub
 FN = 14          # 5 rows: cos 0, cos 1, sin 1, cos 2, sin 2
 FT = 19          # 11 rows: cos 0..5, sin 1..5
 COMPRESSION = 30
-ROWS = 31
+# rates of the mesh through the material over the length of the element, at its two ends, see flow.py: s'/L, s''/L
+FLOW_0, FLOW_1, FLOW_RATE_0, FLOW_RATE_1 = range(31, 35)
+ROWS = 35
 
 # rows of the 9x9 tangent's blocks; numpy integers, for a literal compiles a version of its own
 ROW_HH, ROW_HA, ROW_HB, ROW_AH, ROW_AA, ROW_AB, ROW_BH, ROW_BA, ROW_BB = np.arange(0, 81, 9)
@@ -200,8 +202,22 @@ def store(k9, row, e, d, s, t, x, p, y, q, z, r):
 
 
 @inline
-def elastic_tangent(k9, e, c1, length, per_length, ea, ei, ca, tau, compression, h, a, b, vh, va, vb):
-    """elastic() with its 9x9 tangent into k9[81, e], blocks in the order hh hA hB Ah AA AB Bh BA BB."""
+def turned(p, h, a, b):
+    """B^T (h, a, b), B the derivative of the flow's part of the rates of (r_2 - r_1, L g_1, L g_2) to these."""
+    s, t = p
+    return (
+        axpy(-6.0 * s, a, scale(6.0 * t, b)),
+        axpy(s, h, axpy(4.0 * s, a, scale(-2.0 * t, b))),
+        axpy(-t, h, axpy(2.0 * s, a, scale(-4.0 * t, b))),
+    )
+
+
+@inline
+def elastic_tangent(k9, e, c1, flow, length, per_length, ea, ei, ca, tau, compression, h, a, b, vh, va, vb):
+    """elastic() with its 9x9 tangent into k9[81, e], blocks in the order hh hA hB Ah AA AB Bh BA BB.
+
+    c1, flow: how the material's rates vh, va, vb change with h, a, b, see turned().
+    """
     l, dh, da, db = arc(h, a, b)
     hh, ha, hb, aa, ab, bb = arc_hessian(h, a, b)
     ra, rb = 1.0 / norm(a), 1.0 / norm(b)
@@ -218,6 +234,8 @@ def elastic_tangent(k9, e, c1, length, per_length, ea, ei, ca, tau, compression,
     zh = axpy(p, dh, scale(d, add(sym_dot(hh, vh), add(sym_dot(ha, va), sym_dot(hb, vb)))))
     za = axpy(p, da, scale(d, add(sym_dot(ha, vh), add(sym_dot(aa, va), sym_dot(ab, vb)))))
     zb = axpy(p, db, scale(d, add(sym_dot(hb, vh), add(sym_dot(ab, va), sym_dot(bb, vb)))))
+    xh, xa, xb = turned(flow, dh, da, db)
+    zh, za, zb = axpy(d, xh, zh), axpy(d, xa, za), axpy(d, xb, zb)
     za = axpy(t * wsa, ua, za)
     zb = axpy(t * wsb, ub, zb)
     # rows of A and B: derivative of p_a u_a and p_b u_b
@@ -230,6 +248,8 @@ def elastic_tangent(k9, e, c1, length, per_length, ea, ei, ca, tau, compression,
     k = ei * per_length * per_length * per_length
     fh, fa, fb = bend(k, h, a, b)
     gh, ga, gb = bend(k, vh, va, vb)
+    xh, xa, xb = turned(flow, fh, fa, fb)
+    gh, ga, gb = add(gh, xh), add(ga, xa), add(gb, xb)
     bent = 0.5 * (dot(fh, h) + dot(fa, a) + dot(fb, b))
     energy = bent + 0.5 * ei * length * CURVATURE_FLOOR * CURVATURE_FLOOR + 1e-300
     power = dot(fh, vh) + dot(fa, va) + dot(fb, vb)
@@ -329,7 +349,7 @@ def elastic_tangent_lanes(x, p, c1, f, tension, energy, lost, k9, k):
         raise ValueError("lanes")
     for e in range(LANES):
         fh, fa, fb, t, u, w = elastic_tangent(
-            k9, e, c1, p[LENGTH, e], p[PER_LENGTH, e], p[EA, e], p[EI, e], p[AXIAL_DAMPING, e], p[BENDING_TIME, e],
+            k9, e, c1, (p[FLOW_0, e], p[FLOW_1, e]), p[LENGTH, e], p[PER_LENGTH, e], p[EA, e], p[EI, e], p[AXIAL_DAMPING, e], p[BENDING_TIME, e],
             p[COMPRESSION, e], sub(get3(x, 6, e), get3(x, 0, e)), get3(x, 3, e), get3(x, 9, e),
             sub(get3(x, 18, e), get3(x, 12, e)), get3(x, 15, e), get3(x, 21, e))
         put3(k9, ROW_FORCE, e, fh)

@@ -11,6 +11,10 @@ from math import sqrt
 import numpy as np
 
 from .ancf import (
+    FLOW_0,
+    FLOW_1,
+    FLOW_RATE_0,
+    FLOW_RATE_1,
     HALF_RHO_D,
     LENGTH,
     PER_LENGTH,
@@ -22,6 +26,7 @@ from .ancf import (
 )
 from .contact import contact_lanes, contact_point_lanes, contact_tangent_lanes
 from .drag import DragLaw, amplified, mean_lanes, point_lanes, spread_force, spread_matrix, water_load, water_tangent
+from .flow import convective_tangent_lanes, material_lanes
 from .jit import LANES, driver, inline, link, opaque
 from .quantity import REQUIRED, Block, quantity
 from .shape import W4, W5, X4, X5, shape, slope
@@ -36,16 +41,18 @@ CONTACT_POINTS, DRAG_POINTS = np.arange(0, 12)[[5, 4]]  # numpy integers: no ver
 _N4 = np.array([shape(x) for x in X4])
 _D4 = np.array([slope(x) for x in X4])
 _N5 = np.array([shape(x) for x in X5])
-_NONE = np.zeros((5, 4))
+_D5 = np.array([slope(x) for x in X5])
 N4L = np.repeat(_N4[:, :, None], LANES, 2)  # [point, 4, LANES]
 D4L = np.repeat(_D4[:, :, None], LANES, 2)
 
 
 class Section(Block):
-    """A length of cable meshed with equal elements, counted from the drum end."""
+    """A length of cable, counted from the drum end."""
 
     length: float = quantity(REQUIRED, "m", 1e-4, 2e4, "unstretched length")
-    elements: int = quantity(REQUIRED, "1", 1, 4000, "number of equal elements")
+    elements: int | None = quantity(
+        None, "1", 1, 4000, "number of equal elements where winch.drum is contact; a winch that feeds has `mesh`"
+    )
     drag_law: DragLaw = quantity(DragLaw.DRISCOLL_NAHON, "", None, None, "loading functions", "Westin (60), (145)")
     drag_amplification: float = quantity(
         1.0, "1", 0.1, 10.0, "total drag factor G of a cable at rest, (58)-(65) with G the total", "Westin (64)"
@@ -88,18 +95,26 @@ class Cable(Block):
 
 @driver
 def gather(group, elements, state):
-    """Element data of one group into lanes; the tail repeats the last element. Lengths come from the arc lengths."""
-    q, v, a, arc = state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[NOW, A], state.nodes[NOW, ARC, :, 0]
+    """Element data of one group into lanes; the tail repeats the last element. Lengths come from the arc lengths.
+
+    Velocities and accelerations are those of the material. Returns whether it moves through the mesh.
+    """
+    q, v, a, arc = state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[NOW, A], state.nodes[NOW, ARC]
     x, p = state.work.lanes[0].x, state.work.lanes[0].p
     count = arc.shape[0] - 1
     for row in range(ROWS):
         for lane in range(LANES):
             p[row, lane] = elements[group, row, lane]
+    flows = False
     for lane in range(LANES):
         e = min(LANES * group + lane, count - 1)
-        length = arc[e + 1] - arc[e]
+        length = arc[e + 1, 0] - arc[e, 0]
+        per_length = 1.0 / length
         p[LENGTH, lane] = length
-        p[PER_LENGTH, lane] = 1.0 / length
+        p[PER_LENGTH, lane] = per_length
+        p[FLOW_0, lane], p[FLOW_1, lane] = arc[e, 1] * per_length, arc[e + 1, 1] * per_length
+        p[FLOW_RATE_0, lane], p[FLOW_RATE_1, lane] = arc[e, 2] * per_length, arc[e + 1, 2] * per_length
+        flows = flows or arc[e, 1] != 0.0 or arc[e + 1, 1] != 0.0 or arc[e, 2] != 0.0 or arc[e + 1, 2] != 0.0
         for c in range(3):
             x[c, lane] = q[e, c]
             x[3 + c, lane] = length * q[e, 3 + c]
@@ -113,25 +128,32 @@ def gather(group, elements, state):
             x[27 + c, lane] = length * a[e, 3 + c]
             x[30 + c, lane] = a[e + 1, c]
             x[33 + c, lane] = length * a[e + 1, 3 + c]
+    if flows:
+        material_lanes(x, p)
+    return flows
+
+
+@inline
+def mean_at(nodes, n, c, share):
+    """Running mean of the material's velocity at node n, and of the rate of its gradient, after a step that takes up
+    ``share``: component c."""
+    v = nodes[NOW, V, n, c] - (nodes[NOW, ARC, n, 1] * nodes[NOW, Q, n, 3 + c] if c < 3 else 0.0)
+    return nodes[NOW, MEAN, n, c] + share * (v - nodes[NOW, MEAN, n, c])
 
 
 @driver
 def gather_mean(group, state, share):
     """Running mean of the scaled velocities into lanes, at the end of a step of which it takes up ``share``."""
-    tables = state.work.lanes[0]
-    m, x, p, mean = state.nodes[NOW, MEAN], tables.x, tables.p, tables.mean_v
-    count = m.shape[0] - 1
+    tables, nodes = state.work.lanes[0], state.nodes
+    p, mean = tables.p, tables.mean_v
+    count = nodes.shape[2] - 1
     for lane in range(LANES):
         e = min(LANES * group + lane, count - 1)
         length = p[LENGTH, lane]
-        for c in range(3):
-            mean[c, lane] = m[e, c]
-            mean[3 + c, lane] = length * m[e, 3 + c]
-            mean[6 + c, lane] = m[e + 1, c]
-            mean[9 + c, lane] = length * m[e + 1, 3 + c]
-    for c in range(12):
-        for lane in range(LANES):
-            mean[c, lane] += share * (x[12 + c, lane] - mean[c, lane])
+        for c in range(6):
+            scaled = length if c >= 3 else 1.0
+            mean[c, lane] = scaled * mean_at(nodes, e, c, share)
+            mean[6 + c, lane] = scaled * mean_at(nodes, e + 1, c, share)
 
 
 @driver
@@ -287,7 +309,7 @@ def _water_part(state, group, change, tangent):
         for g in range(4):
             for e in range(LANES):
                 weight[e] = p[LENGTH, e] * W4[g] if wetness[e] > 0.0 else 0.0
-            point_lanes(x, N4L[g], D4L[g], current, work.point)
+            point_lanes(x, p, N4L[g], D4L[g], current, work.point)
             if second:
                 mean_lanes(work.mean_v, N4L[g], work.point)
             if tangent:
@@ -321,16 +343,20 @@ def _contact_part(state, change, tangent):
             for g in range(CONTACT_POINTS):
                 for e in range(LANES):
                     weight[e] = p[LENGTH, e] * W5[g] * near[e]
-                contact_point_lanes(x, _N5[g], work.point)
+                contact_point_lanes(x, p, _N5[g], work.point)
                 if tangent:
                     contact_tangent_lanes(
-                        work.point, state.surfaces[i], change.velocity, weight, work.load[g], work.by_place[g]
+                        work.point,
+                        state.surfaces[i],
+                        change.velocity,
+                        weight,
+                        (work.load[g], work.by_place[g], work.by_slope[g]),
                     )
                 else:
                     contact_lanes(work.point, state.surfaces[i], weight, work.load[g])
             spread_force(_N5, work.load, CONTACT_POINTS, work.force)
             if tangent:
-                spread_matrix(_N5, _NONE, (work.by_place, work.by_place), CONTACT_POINTS, work.mixed, work.k)
+                spread_matrix(_N5, _D5, (work.by_place, work.by_slope), CONTACT_POINTS, work.mixed, work.k)
             touched = True
     return touched
 
@@ -352,11 +378,13 @@ def _assemble(line, state, change, tangent):
     count = tension.shape[0]
     total = 0.0
     for group in range(elements.shape[0]):
-        gather(group, elements, state)
+        flows = gather(group, elements, state)
         inertia_lanes(x, p, force, sigma)
         if tangent:
             elastic_tangent_lanes(x, p, c1, force, work.lane[TENSION], work.lane[ENERGY], work.lane[LOST], work.k9, k)
             inertia_tangent_lanes(p, c2 + sigma * c1, k)
+            if flows:
+                convective_tangent_lanes(p, c1, k)
         else:
             elastic_lanes(x, p, force, work.lane[TENSION], work.lane[ENERGY], work.lane[LOST])
         real = min(LANES, count - LANES * group)

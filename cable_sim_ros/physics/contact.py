@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .drag import POINT_R, POINT_V
+from .drag import POINT_FLOW, POINT_R, POINT_V, flow_at
 from .jit import LANES, driver, inline
 from .quantity import Block, quantity
 from .surface import DRUM, GROOVE, Gap, drum_gap, gap, groove_gap, solid
@@ -27,6 +27,7 @@ EVENTS = np.dtype(
     ],
     align=True,
 )
+NOTHING = (0.0, 0.0, 0.0)
 LOADED = 1e-3  # N/m, line load above which a station counts as loaded
 
 
@@ -136,8 +137,8 @@ def latch(pressed, events, now, hold):
 
 
 @driver
-def contact_point_lanes(x, n, t):
-    """Position and velocity of one point a lane: rows R and V of t; n: N_i [4]."""
+def contact_point_lanes(x, p, n, t):
+    """Position and velocity of one point a lane: rows R, V and FLOW of t; n: N_i [4]."""
     if x.shape[1] != LANES or t.shape[1] != LANES:
         raise ValueError("lanes")
     n0, n1, n2, n3 = n[0], n[1], n[2], n[3]
@@ -154,6 +155,7 @@ def contact_point_lanes(x, n, t):
             e,
             axpy(n0, get3(x, 12, e), axpy(n1, get3(x, 15, e), axpy(n2, get3(x, 18, e), scale(n3, get3(x, 21, e))))),
         )
+        t[POINT_FLOW, e] = flow_at(p, n1 + n2 + n3, e)
 
 
 @driver
@@ -185,9 +187,13 @@ def half_row(n, p, t, m, slip, bend, vr, spin, c1):
 
 
 @driver
-def contact_tangent_lanes(t, surface, c1, weight, f, ka):
-    """contact_lanes with ka[9, LANES], its derivative to position, with c1 for the velocity part."""
-    if t.shape[1] != LANES or weight.shape[0] != LANES or f.shape[1] != LANES or ka.shape[1] != LANES:
+def contact_tangent_lanes(t, surface, c1, weight, out):
+    """contact_lanes with its derivatives: f, ka to position, with c1 for the velocity part, kb to the slope through the
+    velocity of the material, which changes with xi' dr/dxi (flow.py); each [., LANES]."""
+    f, ka, kb = out
+    if t.shape[1] != LANES or weight.shape[0] != LANES or f.shape[1] != LANES or ka.shape[1] != LANES or (
+        kb.shape[1] != LANES
+    ):
         raise ValueError("lanes")
     s = solid(surface)
     spin = s.spin
@@ -198,6 +204,8 @@ def contact_tangent_lanes(t, surface, c1, weight, f, ka):
             put3(f, 0, e, scale(w * p.load, er))
             row = half_row(er, p, q, er, 1.0 / g.rho, 0.0, g.slip, spin, c1)
             put_matrix(ka, 0, e, 0.0, scale(w, er), row, scale(w * p.load / g.rho, q), q)
+            flow = w * t[POINT_FLOW, e]
+            put_matrix(kb, 0, e, 0.0, scale(-flow * p.by_closing, er), er, er, NOTHING)
     elif s.kind == GROOVE:
         for e in range(LANES):
             g = groove_gap(s, get3(t, POINT_R, e), get3(t, POINT_V, e))
@@ -210,6 +218,8 @@ def contact_tangent_lanes(t, surface, c1, weight, f, ka):
             put_matrix(ka, 0, e, 0.0, scale(w, n1), row1, scale(w, n2), row2)
             turns = w * (p1.load * slip1 + p2.load * slip2)  # n turns
             plus_matrix(ka, 0, e, 0.0, scale(turns, q), q, scale(w * p1.load * g.own.bend, m), m)
+            flow = w * t[POINT_FLOW, e]
+            put_matrix(kb, 0, e, 0.0, scale(-flow * p1.by_closing, n1), n1, scale(-flow * p2.by_closing, n2), n2)
     else:
         for e in range(LANES):
             acts, g, p, along, per_speed = rubbing(s, s.stiffness, get3(t, POINT_R, e), get3(t, POINT_V, e))
@@ -221,4 +231,8 @@ def contact_tangent_lanes(t, surface, c1, weight, f, ka):
             row = half_row(n, p, q, m, g.turn, g.own.bend, g.slip, spin, c1)
             put_matrix(ka, 0, e, -k, direction, row, scale(k, n), n)
             plus_matrix(ka, 0, e, 0.0, scale(k, along), along, scale(w * p.load * g.turn, q), q)
-            plus_matrix(ka, 0, e, 0.0, scale(w * p.load * g.own.bend, m), m, q, (0.0, 0.0, 0.0))
+            plus_matrix(ka, 0, e, 0.0, scale(w * p.load * g.own.bend, m), m, q, NOTHING)
+            flow = t[POINT_FLOW, e]
+            k = flow * w * s.friction * p.load * per_speed
+            put_matrix(kb, 0, e, -k, scale(-flow * p.by_closing, direction), n, scale(k, n), n)
+            plus_matrix(kb, 0, e, 0.0, scale(k, along), along, q, NOTHING)

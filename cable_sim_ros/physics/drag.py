@@ -17,7 +17,7 @@ from math import log, sqrt
 
 import numpy as np
 
-from .ancf import ADDED_MASS, BUOYANCY, CD_FIXED, EXTRA_DRAG, FN, FT, HALF_RHO_D, RE_FACTOR
+from .ancf import ADDED_MASS, BUOYANCY, CD_FIXED, EXTRA_DRAG, FLOW_0, FLOW_1, FN, FT, HALF_RHO_D, RE_FACTOR
 from .jit import LANES, driver, inline
 from .vec import axpy, dot, get3, norm, plus3, plus_matrix, put3, put_matrix, scale, sub
 
@@ -26,10 +26,10 @@ RE_LEAST, RE_BLEND_1, RE_BLEND_2, RE_MOST = 1e-3, (0.8, 1.25), (25.0, 36.0), 1e5
 RE_TOP = RE_BLEND_2[1]
 
 # rows of the point table: position, relative velocity, water velocity, acceleration, unit tangent, 1/|dr/dxi|, V_n,
-# C_D, dC_D/dRe, is the lane off the top branch of C_D(Re)
-(POINT_R, POINT_V, POINT_W, POINT_A, POINT_U, POINT_PER_G, POINT_VN, POINT_CD, POINT_DCD, POINT_X) = np.array(
-    (0, 3, 6, 9, 12, 15, 16, 17, 18, 19))
-POINT_ROWS = 20
+# C_D, dC_D/dRe, is the lane off the top branch of C_D(Re), xi' = -w/L of the material (flow.py)
+(POINT_R, POINT_V, POINT_W, POINT_A, POINT_U, POINT_PER_G, POINT_VN, POINT_CD, POINT_DCD, POINT_X,
+ POINT_FLOW) = np.array((0, 3, 6, 9, 12, 15, 16, 17, 18, 19, 20))
+POINT_ROWS = 21
 
 
 class DragLaw(str, Enum):
@@ -136,9 +136,18 @@ def drag(v, u, vn, half_rho_d, re_factor, cd, dcd, p, e):
     return alpha, beta, w, vt, a_vn * per_n, a_at * sign, b_vn * per_n, b2
 
 
+@inline
+def flow_at(p, xi, e):
+    """xi' of the material [1/s] at xi in the element of lane e; xi = N_2 + N_3 + N_4."""
+    return -(p[FLOW_0, e] + (p[FLOW_1, e] - p[FLOW_0, e]) * xi)
+
+
 @driver
-def point_lanes(x, n, d, current, t):
-    """Kinematics of one point a lane: rows V (relative), W (water), A, U, PER_G of t; n, d: N_i and N_i' [4, LANES]."""
+def point_lanes(x, p, n, d, current, t):
+    """Kinematics of one point a lane: rows V (relative), W (water), A, U, PER_G, FLOW of t.
+
+    n, d: N_i and N_i' [4, LANES].
+    """
     if x.shape[1] != LANES or n.shape[1] != LANES or d.shape[1] != LANES or t.shape[1] != LANES:
         raise ValueError("lanes")
     for e in range(LANES):
@@ -155,6 +164,7 @@ def point_lanes(x, n, d, current, t):
         r = 1.0 / norm(g)
         put3(t, POINT_U, e, scale(r, g))
         t[POINT_PER_G, e] = r
+        t[POINT_FLOW, e] = flow_at(p, n1 + n2 + n3, e)
 
 
 @driver
@@ -239,6 +249,10 @@ def load_tangent_lanes(t, p, c1, c2, current, weight, f, ka, kb):
         i1 = be - al * vt + i0
         put_matrix(kb, 0, e, k * i1, w, scale(k * (a2 - a1 * vt), w), u,
                    axpy(k * (b2 - b1 * vt - al), w, axpy(k * m, a, scale(-k * (i1 + i0), u))))
+        # through the flow: V changes with xi' g, a with 2 c1 xi' g
+        z = -s * t[POINT_FLOW, e]
+        y = 2.0 * c1 * m
+        plus_matrix(kb, 0, e, z * (al + y), w, scale(z, q), u, axpy(z, r, scale(-z * y, u)))
 
 
 @driver

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from .ancf import BUOYANCY, MASS_PER_LENGTH, WEIGHT_PER_LENGTH
+from math import sqrt
+
+from .ancf import BUOYANCY, EA, EI, MASS_PER_LENGTH, WEIGHT_PER_LENGTH
+from .flow import convective, second
 from .jit import LANES, driver, inline
 from .shape import W5, X5, shape
 from .state import ARC, NOW, Q, V
-from .work import HELD, LOADS, LOST_POWER, SURFACES, WATER
+from .work import FED, HELD, LOADS, LOST_POWER, SURFACES, WATER
 
 
 @inline
@@ -28,15 +31,19 @@ def energies(line, state):
 
     Of cable and towbodies.
     """
-    q, v, arc = state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[NOW, ARC, :, 0]
+    q, v, arc = state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[NOW, ARC]
     kinetic, potential, dry = 0.0, 0.0, 0.0
     for e in range(arc.shape[0] - 1):
         p = line.elements[e // LANES]
         lane = e % LANES
-        length = arc[e + 1] - arc[e]
+        length = arc[e + 1, 0] - arc[e, 0]
+        flow = (arc[e, 1] / length, arc[e + 1, 1] / length)
         m = 0.5 * p[MASS_PER_LENGTH, lane] * length
         for k in range(3):
-            kinetic += m * quadratic(v[e, k], length * v[e, 3 + k], v[e + 1, k], length * v[e + 1, 3 + k])
+            a, b, c, d = convective(flow, (q[e, k], length * q[e, 3 + k], q[e + 1, k], length * q[e + 1, 3 + k]))
+            kinetic += m * quadratic(
+                v[e, k] + a, length * v[e, 3 + k] + b, v[e + 1, k] + c, length * v[e + 1, 3 + k] + d
+            )
         z0, z1, z2, z3 = q[e, 2], length * q[e, 5], q[e + 1, 2], length * q[e + 1, 5]
         weight, lift = p[WEIGHT_PER_LENGTH, lane], p[BUOYANCY, lane]
         mean = 0.5 * (z0 + z2) + (z1 - z3) / 12.0
@@ -60,6 +67,24 @@ def energies(line, state):
 
 
 @driver
+def fed(line, state):
+    """Energy of the material that enters at the first node, its weight's included [W]; leaving counts negative."""
+    q, v, arc = state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[NOW, ARC]
+    rate = -arc[0, 1]
+    if rate == 0.0:
+        return 0.0
+    p, length = line.elements[0], arc[1, 0] - arc[0, 0]
+    motion, bent, stretched = 0.0, 0.0, 0.0
+    for k in range(3):
+        w = v[0, k] + rate * q[0, 3 + k]
+        r, _ = second((q[0, k], length * q[0, 3 + k], q[1, k], length * q[1, 3 + k]))
+        motion, bent, stretched = motion + w * w, bent + r * r, stretched + q[0, 3 + k] * q[0, 3 + k]
+    strain = sqrt(stretched) - 1.0
+    density = 0.5 * (p[MASS_PER_LENGTH, 0] * motion + p[EA, 0] * strain * strain + p[EI, 0] * bent / length**4)
+    return rate * (density + p[WEIGHT_PER_LENGTH, 0] * q[0, 2])
+
+
+@driver
 def fill_energy(line, state, f):
     """Energy fields of a Frame record; the account begins with the first Frame."""
     now = state.memory[NOW]
@@ -71,10 +96,10 @@ def fill_energy(line, state, f):
         account.stored = stored
     work = account.work
     f.work_supplied, f.work_water, f.work_contact, f.dissipated = (
-        work[HELD],
+        work[HELD] + work[FED],
         work[WATER],
         work[SURFACES],
         work[LOST_POWER],
     )
-    supplied = work[HELD] + work[WATER] + work[SURFACES] + work[LOADS]
+    supplied = work[HELD] + work[FED] + work[WATER] + work[SURFACES] + work[LOADS]
     f.energy_residual = stored - account.stored + work[LOST_POWER] - supplied

@@ -23,6 +23,7 @@ class Flag(IntFlag):
     DRUM_END = 512  # the winch is at an end of its travel, drum empty or hauled in to the last metre: it stopped
     NOT_FINITE = 1024  # a non-finite number was found: the tick was rolled back, the run halted
     SEABED = 2048  # cable or towbody lies on the seabed
+    WINCH_LIMIT = 4096  # the winch is at a soft limit of the scene (winch.least_scope, winch.most_scope): it stopped
 
 
 # the same as plain numbers, in the same order: kernels know no enums
@@ -39,6 +40,7 @@ class Flag(IntFlag):
     DRUM_END,
     NOT_FINITE,
     SEABED,
+    WINCH_LIMIT,
 ) = (int(flag) for flag in Flag if flag)
 
 
@@ -76,6 +78,7 @@ FIELDS = (
     ("payout_rate", (), "f8", "m/s", "rate of pay-out"),
     ("payout_acceleration", (), "f8", "m/s^2", "acceleration of pay-out"),
     ("payout_setpoint", (), "f8", "m", "pay-out the servo is steering to"),
+    ("payout_counter", (), "f8", "m", "payout as a counter on the drum shows it: stretched as the cable was wound"),
     ("drum_angle", (), "f8", "rad", "drum angle, positive hauling in"),
     ("drum_rate", (), "f8", "rad/s", "drum speed, positive hauling in"),
     ("drum_torque", (), "f8", "N m", "torque of the cable on the drum, positive turning it out"),

@@ -52,11 +52,17 @@ def node_tension(elements, q, n):
     return ea * (sqrt(q[n, 3] ** 2 + q[n, 4] ** 2 + q[n, 5] ** 2) - 1.0)
 
 
+@inline
+def end_strain(elements, state):
+    """Strain of the first element: what the drum winds on."""
+    return state.tension[0] / elements[0, EA, 0]
+
+
 @driver
 def direction_at(state, s):
     """Unit tangent at arc length s, towards the towbody."""
-    arc, q = state.nodes[NOW, ARC, :, 0], state.nodes[NOW, Q]
-    e, x = locate(arc, s)
+    arc, q = state.nodes[NOW, ARC], state.nodes[NOW, Q]
+    e, x = locate(arc[:, 0], s)
     _, _, g = point_of(arc, q, q, e, x)
     return scale(1.0 / norm(g), g)
 
@@ -70,7 +76,11 @@ def measure(state, out, tension):
 
 @inline
 def drum_torque(drum, phi, state):
-    """Torque of the cable's reaction about the drum axis [N m]: it pulls the drum round with minus the reaction."""
+    """Torque of the cable's reaction about the drum axis [N m]: it pulls the drum round with minus the reaction.
+
+    phi: angle [rad] at which the first node stands. A drum that feeds bears T R and no more: the momentum that the
+    material carries onto it, mu w^2 R a second, is what the turning drum gains in angular momentum.
+    """
     coord, reaction = state.memory[NOW].ship.motion.coord, state.reaction
     local = unrotate(coord, (reaction[0, 0], reaction[0, 1], reaction[0, 2]))
     return drum.radius * (drum.side * cos(phi) * local[0] - sin(phi) * local[2])

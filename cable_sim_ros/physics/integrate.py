@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from .banded import solve, solve_again
+from .cable import mean_at
 from .jit import NO, YES, driver, inline, link, opaque
 from .line import link_residual, residual
 from .quantity import Block, quantity
@@ -146,12 +147,12 @@ def advance(line, state, h):
     used = newton(line, state, Change(c1, c2, 0.0, share))
     if used < 0:
         return used
-    v, a, x, mean = state.nodes[NOW, V], state.nodes[NOW, A], state.nodes[NOW, X], state.nodes[NOW, MEAN]
+    a, x, mean = state.nodes[NOW, A], state.nodes[NOW, X], state.nodes[NOW, MEAN]
     old_a, old_x = state.nodes[STEP, A], state.nodes[STEP, X]
     for n in range(x.shape[0]):
         for k in range(6):
             x[n, k] = ((1.0 - af) * a[n, k] + af * old_a[n, k] - am * old_x[n, k]) / (1.0 - am)
-            mean[n, k] += share * (v[n, k] - mean[n, k])
+            mean[n, k] = mean_at(state.nodes, n, k, share)
     return used
 
 

@@ -8,12 +8,13 @@ from __future__ import annotations
 import numpy as np
 
 from .cable import assemble, link_assembly
+from .energy import fed
 from .jit import driver, link, opaque
 from .state import ARC, AT_REST, FLOW, NOW, A, Q, V
 from .surface import ON_GROUND
 from .towbody import lie
 from .towbody import load as body_load
-from .work import HELD, LOADS, SURFACES, WATER
+from .work import FED, HELD, LOADS, SURFACES, WATER
 
 
 @driver
@@ -88,22 +89,23 @@ def _residual(line, state, change, tangent):
 
     With tangent the system holds dR/dq, with the change of v and a.
     """
-    band, lower, v = state.work.band, state.work.lower, state.nodes[NOW, V]
-    gravity, arc = line.settings[0].gravity, state.nodes[NOW, ARC, :, 0]
+    band, lower, q, v = state.work.band, state.work.lower, state.nodes[NOW, Q], state.nodes[NOW, V]
+    gravity, arc = line.settings[0].gravity, state.nodes[NOW, ARC]
     state.memory[NOW].health.strain = assemble(line, state, change, tangent)
     bodies(line, state, change, tangent)
     for i in range(line.struts.shape[0]):
         strut(line.struts[i], gravity, state, change, tangent)
     for i in range(line.loads.shape[0]):
-        pull(line.loads[i], state.nodes[NOW, Q], tangent, band)
+        pull(line.loads[i], q, tangent, band)
     last = band.shape[0] - 1
     worst, held, given = 0.0, 0.0, 0.0
     for i in range(last + 1):
-        per_length = 1.0 / (arc[min(i + 1, last)] - arc[max(i - 1, 0)])
+        per_length = 1.0 / (arc[min(i + 1, last), 0] - arc[max(i - 1, 0), 0])
         for k in range(6):
             if line.held[i, k] > 0.0:
                 state.reaction[i, k] = -band[i, k, 12]
-                held -= band[i, k, 12] * v[i, k]
+                through = arc[i, 1] * q[i, 3 + k] if k < 3 else 0.0  # the material moves on through the held node
+                held -= band[i, k, 12] * (v[i, k] - through)
                 for c in range(16):
                     band[i, k, c] = 0.0
                 for c in range(6):
@@ -118,7 +120,8 @@ def _residual(line, state, change, tangent):
         load = line.loads[i]
         for k in range(3):
             given += load.force[k] * v[load.node, k]
-    state.work.lanes[0].power[HELD], state.work.lanes[0].power[LOADS] = held, given
+    power = state.work.lanes[0].power
+    power[HELD], power[LOADS], power[FED] = held, given, fed(line, state)
     return worst
 
 

@@ -20,6 +20,7 @@ from .ship import frame_shift, quaternion, spin, unrotate
 from .state import ARC, FLOW, NOW, A, Q, V
 from .towbody import attitude
 from .vec import dot, norm, scale
+from .winch import cell
 
 SLACK_TENSION = 1e-3  # N below zero at which an element counts as slack
 
@@ -125,9 +126,13 @@ def fill_winch(drum, state, f):
     f.payout = drum.payout_0 + winch.length
     f.payout_rate, f.payout_acceleration = winch.rate, winch.accel
     f.payout_setpoint = drum.payout_0 + winch.target
-    f.drum_angle = drum.angle_0 - winch.length / drum.radius
-    f.drum_rate = -winch.rate / drum.radius
-    f.drum_torque = drum_torque(drum, f.drum_angle, state)
+    surface, stretch = winch.length, 1.0
+    if drum.feeds != 0:
+        surface, stretch = winch.surface, 1.0 + winch.wound[cell(drum, drum.total - f.payout)]
+    f.payout_counter = drum.payout_0 + surface
+    f.drum_angle = drum.angle_0 - surface / drum.radius
+    f.drum_rate = -winch.rate * stretch / drum.radius
+    f.drum_torque = drum_torque(drum, drum.tangent if drum.feeds != 0 else f.drum_angle, state)
     f.tension_drum = f.drum_torque / drum.radius
     f.command_age = winch.command_age
 

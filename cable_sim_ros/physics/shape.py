@@ -49,8 +49,11 @@ WEIGHT = np.array([0.5, 1.0 / 12.0, 0.5, -1.0 / 12.0])
 
 @inline
 def point_of(arc, q, v, e, x):
-    """Position, velocity, tangent (not unit) of element e at xi = x."""
-    length = arc[e + 1] - arc[e]
+    """Position, velocity, tangent (not unit) of element e at xi = x; arc: s and s' of the nodes [nodes, 2 or more].
+
+    The velocity is that of the material: v = N q' + L' (h_1 g_1 + h_3 g_2) + xi' dr/dxi, see flow.py.
+    """
+    length = arc[e + 1, 0] - arc[e, 0]
     n, d = shape(x), slope(x)
     r = (
         n[0] * q[e, 0] + n[1] * length * q[e, 3] + n[2] * q[e + 1, 0] + n[3] * length * q[e + 1, 3],
@@ -66,5 +69,12 @@ def point_of(arc, q, v, e, x):
         d[0] * q[e, 0] + d[1] * length * q[e, 3] + d[2] * q[e + 1, 0] + d[3] * length * q[e + 1, 3],
         d[0] * q[e, 1] + d[1] * length * q[e, 4] + d[2] * q[e + 1, 1] + d[3] * length * q[e + 1, 4],
         d[0] * q[e, 2] + d[1] * length * q[e, 5] + d[2] * q[e + 1, 2] + d[3] * length * q[e + 1, 5],
+    )
+    grows, xi_rate = arc[e + 1, 1] - arc[e, 1], -(arc[e, 1] * (1.0 - x) + arc[e + 1, 1] * x) / length
+    a, b = grows * n[1], grows * n[3]
+    w = (
+        w[0] + a * q[e, 3] + b * q[e + 1, 3] + xi_rate * g[0],
+        w[1] + a * q[e, 4] + b * q[e + 1, 4] + xi_rate * g[1],
+        w[2] + a * q[e, 5] + b * q[e + 1, 5] + xi_rate * g[2],
     )
     return r, w, g

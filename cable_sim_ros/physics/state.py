@@ -23,8 +23,8 @@ NOW, STEP, TICK = np.arange(3)  # slots: the present, the beginning of the step,
 SLOTS = 3
 
 # rows of State.nodes, six numbers a node: position and gradient, their rates, accelerations, auxiliary
-# accelerations, their gain in the step before, the running mean of the rates, of a body the low-passed flow
-# past it and its turning rate, and arc length (first column)
+# accelerations, their gain in the step before, the running mean of the material's rates, of a body the low-passed
+# flow past it and its turning rate, and arc length with its first and second rate (columns 0 to 2)
 Q, V, A, X, GAIN, MEAN, FLOW, ARC = np.arange(8)
 NODE_ROWS = 8
 
@@ -133,11 +133,12 @@ class Change(NamedTuple):
 
 
 AT_REST = Change(0.0, 0.0, 0.0, 0.0)
-PLAN = np.dtype([("done", "f8"), ("share", "f8"), ("level", "i8"), ("halved", "i8"), ("used", "i8")])
+PLAN = np.dtype([("done", "f8"), ("share", "f8"), ("level", "i8"), ("halved", "i8"), ("used", "i8"), ("taken", "i8")])
 
 
 class LineModel(NamedTuple):
-    """One cable with what holds it, hangs on it and pulls it; read-only but for loads."""
+    """One cable with what holds it, hangs on it and pulls it; read-only but for loads and, where a winch feeds cable,
+    the element table, which follows from the arc lengths."""
 
     elements: np.ndarray  # [groups, ROWS, LANES] element table
     held: np.ndarray  # [nodes, 6] 1 where q, v and a are imposed from outside
@@ -146,6 +147,25 @@ class LineModel(NamedTuple):
     loads: np.ndarray  # LOAD [loads]
     struts: np.ndarray  # STRUT [struts]
     settings: np.ndarray  # LINE_SETTINGS [1]
+
+
+FEED_NODE = np.dtype([("zone", "i8"), ("place", "f8")])  # zone or -1, aboard; m from the tangent point, or share of it
+ZONE = np.dtype(
+    [
+        ("end", "f8"),  # m, arc length at which its section ends
+        ("least", "f8"),  # m, from the last node aboard: nearer its end does not come
+    ],
+    align=True,
+)
+
+
+class Feed(NamedTuple):
+    """What a winch that feeds cable needs, see feed.py; no zones: the mesh is fixed to the material."""
+
+    nodes: np.ndarray  # FEED_NODE [nodes]
+    zones: np.ndarray  # ZONE [zones], one a section
+    materials: np.ndarray  # [sections, ROWS] rows of the element table
+    content: np.ndarray  # int64 [elements] section that the element's rows are of now, -1: several, or not known
 
 
 class State(NamedTuple):
@@ -192,6 +212,7 @@ class Model(NamedTuple):
 
     line: LineModel
     settings: np.ndarray  # TOW_SETTINGS [1]
+    feed: Feed
 
 
 def records(count: int, kind: np.dtype) -> np.recarray:

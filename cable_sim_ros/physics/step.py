@@ -66,7 +66,7 @@ def left_groove(line, state, h):
 def start(state):
     """A step is asked for."""
     plan = state.plan[0]
-    plan.done, plan.share, plan.level, plan.halved, plan.used = 0.0, 1.0, 0, 0, 0
+    plan.done, plan.share, plan.level, plan.halved, plan.used, plan.taken = 0.0, 1.0, 0, 0, 0, 0
 
 
 @inline
@@ -92,7 +92,7 @@ def halve(line, state):
     for n in range(gain.shape[0]):  # of no use for a step of another length
         for k in range(6):
             gain[n, k] = 0.0
-    plan.halved = 1
+    plan.halved, plan.taken = 1, 0
     plan.level += 1
     plan.share *= 0.5
     return plan.level <= line.settings[0].max_halvings
@@ -119,6 +119,7 @@ def _finish(line, state, h):
     now.health.iterations += used
     now.health.substeps += 1
     plan.used += used
+    plan.taken = 1
     plan.done += plan.share
     if plan.share < 1.0 and (plan.done / (2.0 * plan.share)) % 1.0 == 0.0:
         plan.share *= 2.0

@@ -21,11 +21,12 @@ import numpy as np
 from .jit import inline
 from .quantity import REQUIRED, Block, quantity
 from .vec import at3, axpy, cross, dot, norm, scale, sub
+from .winch import DrumModel
 
 DRUM, GROOVE, FLOOR = range(3)  # kinds
 ON_SHIP, ON_GROUND = range(2)  # what carries a surface
 NO_TOP = 1e30
-SHEAVE_ROW = 1  # of the surfaces of a scene
+SHEAVE_ROW = 0  # of the surfaces of a scene
 
 SURFACE = np.dtype(
     [
@@ -131,7 +132,9 @@ def floor_row(height: float, stiffness: float, damping: float, friction: float, 
 
 
 def surfaces_of(scene) -> np.ndarray:
-    """SURFACE records of a Scene: drum, sheave and, where there is one, the seabed; stiffness from penetration limits.
+    """SURFACE records of a Scene: sheave, drum where cable lies on its surface, seabed where there is one.
+
+    Stiffness from penetration limits.
 
     The sheave stands at SHEAVE_ROW.
     """
@@ -143,9 +146,10 @@ def surfaces_of(scene) -> np.ndarray:
     k_sheave = stiffness(tension, sheave, np.sin(0.5 * throat), 2, depth)
     rim = scene.sheave.rim_radius + 0.5 * d
     rows = [
-        surface_row(scene.winch.position, drum, None, 0.0, 0.0, k_drum, c.damping),
         surface_row(scene.sheave.position, sheave, throat, scene.sheave.groove_depth, rim, k_sheave, c.damping),
     ]
+    if scene.winch.drum == DrumModel.CONTACT:
+        rows.append(surface_row(scene.winch.position, drum, None, 0.0, 0.0, k_drum, c.damping))
     if bed.depth is not None:
         area = 0.25 * np.pi * d**2
         weight = abs(scene.cable.mass_per_length - scene.water.density * area) * scene.gravity

@@ -51,13 +51,13 @@ def _survey(state, h, everywhere):
     h: 0 where there is no step to compare with, so that nothing can have gone through a surface; everywhere: out of
     reach too.
     """
-    arc, q, v, old = state.nodes[NOW, ARC, :, 0], state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[STEP, Q]
+    arc, q, v, old = state.nodes[NOW, ARC], state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[STEP, Q]
     count = 0
     for i in range(state.surfaces.shape[0]):
         s, found = solid(state.surfaces[i]), state.survey[i]
         found.first, found.entered, least = count, NOT_ENTERED, NO_TOP
         for e in range(arc.shape[0] - 1):
-            length = arc[e + 1] - arc[e]
+            length = arc[e + 1, 0] - arc[e, 0]
             mid, _, _ = point_of(arc, q, v, e, 0.5)
             if not everywhere and out_of_reach(s, mid, 0.55 * length):  # 10 % for stretch and curvature
                 continue
@@ -65,7 +65,7 @@ def _survey(state, h, everywhere):
                 r, w, _ = point_of(arc, q, v, e, X5[g])
                 touched, station = touch(s, r, w), state.stations[count]
                 note(station, i, e, s, r, touched)
-                station.place, station.length = arc[e] + X5[g] * length, W5[g] * length
+                station.place, station.length = arc[e, 0] + X5[g] * length, W5[g] * length
                 count += 1
                 if s.kind != GROOVE:
                     station.clearance = NO_TOP

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .frame import COMMAND_STALE, DRUM_END, HALVED, NEWTON_FAILED, NOT_FINITE
+from .frame import COMMAND_STALE, DRUM_END, HALVED, NEWTON_FAILED, NOT_FINITE, WINCH_LIMIT
 from .jit import driver, link, opaque
 from .observe import observe as _observe
 from .setpoint import mean_track
@@ -82,6 +82,8 @@ def _tick(model, state, inputs, output, slot):
         flags |= COMMAND_STALE
     if now.winch.at_end != 0:
         flags |= DRUM_END
+    if now.winch.at_limit != 0:
+        flags |= WINCH_LIMIT
     if not blending:
         now.ship.blend_length = 0.0
     return observe(model, state, output, slot, flags, blending)

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from .feed import lay_mesh
+from .instruments import end_strain
 from .integrate import settle
 from .jit import NO, driver
 from .setpoint import compensation
 from .ship import evaluate, hull_point, rotate, spin
-from .state import NOW, A, Q, V
+from .state import ARC, NOW, STEP, A, Q, V
 from .step import begin, finish
 from .surface import ON_SHIP
 from .survey import survey
 from .vec import at3
-from .winch import drum_point, servo
+from .winch import WOUND, drum_point, servo, wind
 
 NOT_MOVING = (0.0, 0.0, 0.0)
 
@@ -41,8 +43,9 @@ def place_surfaces(model, state):
 
 @driver
 def hold_end(model, state):
-    """Position, velocity and acceleration of the cable end on the drum, imposed exactly."""
+    """Position, velocity and acceleration of the first node, imposed exactly, and the mesh for the pay-out of now."""
     now, nodes = state.memory[NOW], state.nodes[NOW]
+    lay_mesh(model.feed, model.settings[0].drum, now.winch, nodes[ARC], model.line.elements)
     p, v, a = drum_point(model.settings[0].drum, now.winch)
     p, v, a = hull_point(now.ship.motion, p, v, a)
     for k in range(3):
@@ -77,7 +80,12 @@ def advance_tow(model, state, inputs, commanded, rate):
     now.winch.commanded = commanded + rate * (plan.done + plan.share) * tick_ns * 1e-9
     h = begin(model.line, state, tick_ns * 1e-9)
     blending = impose(model, state, inputs, now.time.now + int(until), h, rate)
-    return finish(model.line, state, h), blending
+    if not finish(model.line, state, h):
+        return False, blending
+    if state.plan[0].taken != 0:
+        moved = now.winch.length - state.memory[STEP].winch.length
+        wind(model.settings[0].drum, now.winch, moved, end_strain(model.line.elements, state))
+    return True, blending
 
 
 @driver
@@ -86,5 +94,8 @@ def rest(model, state, sigma, max_steps, step_most):
     place_surfaces(model, state)
     hold_end(model, state)
     result = settle(model.line, state, sigma, max_steps, step_most)
+    strain = end_strain(model.line.elements, state)
+    for i in range(WOUND):
+        state.memory[NOW].winch.wound[i] = strain
     survey(state, 0.0, NO)
     return result

@@ -114,7 +114,7 @@ def waterline(e, work, current, change, tangent):
         s, ds = shape(at[lane]), slope(at[lane])
         n[0, lane], n[1, lane], n[2, lane], n[3, lane] = s
         d[0, lane], d[1, lane], d[2, lane], d[3, lane] = ds
-    point_lanes(x, n, d, current, t)
+    point_lanes(x, p, n, d, current, t)
     second = amplified(p)
     if second:
         mean_lanes(work.cut_mean, n, t)

@@ -6,7 +6,8 @@ radius of the cable's centreline on the drum. (136) is written in pay-out and in
 
 from __future__ import annotations
 
-from math import cos, isnan, sin
+from enum import Enum
+from math import cos, isnan, sin, sqrt
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from .inputs import COMMAND_ROWS
 from .jit import driver, inline
 from .quantity import REQUIRED, Block, quantity
 
+WOUND = 256  # cells of the cable's length that remember the strain they were wound with
 # lengths relative to the start, positive out
 WINCH = np.dtype(
     [
@@ -26,6 +28,9 @@ WINCH = np.dtype(
         ("at_end", "i8"),  # 1: pay-out stopped at either end
         ("target", "f8"),  # m, what the servo steers to, and its rate
         ("target_rate", "f8"),
+        ("at_limit", "i8"),  # 1: stopped at a soft limit of the scene
+        ("surface", "f8"),  # m, length over the drum's surface since the start, as a counter on it shows
+        ("wound", "f8", WOUND),  # strain with which the cable was wound, by arc length
     ],
     align=True,
 )
@@ -40,13 +45,30 @@ DRUM = np.dtype(
         ("rate_most", "f8"),
         ("accel_most", "f8"),
         ("timeout", "f8"),  # s
+        ("feeds", "i8"),  # 1: the cable leaves at the tangent point, 0: its end is on the drum
+        ("tangent", "f8"),  # rad, angle of the tangent point
+        ("total", "f8"),  # m of cable
         ("payout_0", "f8"),  # m off the drum at the start
-        ("length_least", "f8"),
+        ("inboard", "f8"),  # m from the tangent point to above the sheave's axis
+        ("length_least", "f8"),  # end stops
         ("length_most", "f8"),
+        ("limit_least", "f8"),  # soft limits
+        ("limit_most", "f8"),
+        ("blend", "f8"),  # m, see feed.at_least
+        ("end_stiffness", "f8"),  # EI of the last element over w L^3, see sim/build.py
     ],
     align=True,
 )
 SERVO_STEP = 1e-3  # s
+END_WITHIN = 1e-9  # m; a set-point this near to an end of the travel is at it
+BRAKING = 0.8  # share of the largest acceleration with which the winch brakes ahead of an end
+
+
+class DrumModel(str, Enum):
+    """What the drum is to the cable."""
+
+    FEED = "feed"  # material runs through the drum's tangent point, the mesh rides with the ship
+    CONTACT = "contact"  # the cable's end is fixed on its surface, the mesh to the material: short travel
 
 
 class Winch(Block):
@@ -54,6 +76,25 @@ class Winch(Block):
         REQUIRED, "m", -200.0, 200.0, "drum centre in base_link (x forward, y left, z up)", "Westin Table 8"
     )
     drum_radius: float = quantity(REQUIRED, "m", 0.01, 10.0, "radius of the drum surface", "Westin Table 8")
+    drum: DrumModel = quantity(
+        DrumModel.FEED,
+        "",
+        None,
+        None,
+        "feed: cable runs in and out at the drum's tangent point, any length; contact: its end is fixed on the drum's "
+        "surface, for travel of a few metres and as a check",
+    )
+    cable_on_drum: float | None = quantity(
+        None, "m", 0.0, 2e4, "unstretched cable on the drum at the start; none: what scope, else wrap leaves there"
+    )
+    scope: float | None = quantity(
+        None, "m", 0.0, 2e4, "unstretched cable from above the sheave's axis to the towbody at the start"
+    )
+    least_scope: float | None = quantity(None, "m", 0.0, 2e4, "soft limit of hauling in; none: the end stop alone")
+    most_scope: float | None = quantity(None, "m", 0.0, 2e4, "soft limit of paying out; none: the end stop alone")
+    dead_length: float = quantity(
+        0.0, "m", 0.0, 1e3, "cable that stays on the drum: paying out ends there, besides a reserve of 0.3 rad"
+    )
     wrap: float = quantity(
         3.8, "rad", 0.1, 600.0, "angle from the top of the drum to the fixed cable end at the start", "Westin 5.4"
     )
@@ -73,9 +114,15 @@ def clip(x, low, high):
 
 @inline
 def drum_point(drum, winch):
-    """Cable end in base_link, its velocity and acceleration there, for a DRUM and the WINCH record of now."""
+    """First node in base_link, its velocity and acceleration there, for a DRUM and the WINCH record of now.
+
+    The cable's end on the drum, or the point where the drum feeds it: that stands.
+    """
     r = drum.radius
-    phi, w, dw = drum.angle_0 - winch.length / r, -winch.rate / r, -winch.accel / r
+    if drum.feeds != 0:
+        phi, w, dw = drum.tangent, 0.0, 0.0
+    else:
+        phi, w, dw = drum.angle_0 - winch.length / r, -winch.rate / r, -winch.accel / r
     s, c = sin(phi), cos(phi)
     x = drum.side
     p = (drum.centre[0] + x * r * s, drum.centre[1], drum.centre[2] + r * c)
@@ -110,6 +157,7 @@ def command(t, h, drum, inputs, winch):
                 winch.stale = 1
         else:
             continue  # nothing commanded: the one before holds
+        move = clip(winch.commanded + move, drum.limit_least, drum.limit_most) - winch.commanded
         winch.commanded += move
         return move / h
     return 0.0
@@ -124,21 +172,50 @@ def servo(h, drum, winch, begin, end):
     x1, v1 = end
     k1, k2 = drum.gain_p, drum.gain_d
     x, v, a = winch.length, winch.rate, winch.accel
-    winch.at_end = 0
+    winch.at_end, winch.at_limit = 0, 0
+    low, high = max(drum.limit_least, drum.length_least), min(drum.limit_most, drum.length_most)
+    brake = 2.0 * BRAKING * drum.accel_most
     b, c = 3.0 * (x1 - x0) - h * (2.0 * v0 + v1), -2.0 * (x1 - x0) + h * (v0 + v1)
     for i in range(count):
         s = (i + 1.0) / count
         target = x0 + s * (h * v0 + s * (b + s * c))
         rate = v0 + s * (2.0 * b + 3.0 * s * c) / h
-        if target > drum.length_most or target < drum.length_least:
-            target, rate = clip(target, drum.length_least, drum.length_most), 0.0
-            winch.at_end = 1
+        if target >= high - END_WITHIN or target <= low + END_WITHIN:
+            out = target >= high - END_WITHIN
+            end, stop = (high, drum.length_most) if out else (low, drum.length_least)
+            target, rate = end, 0.0
+            winch.at_end, winch.at_limit = (1, 0) if end == stop else (0, 1)
         new = (k1 * (target - x - d * v - 0.25 * d * d * a) + k2 * (rate - v - 0.5 * d * a)) / (
             1.0 + 0.25 * k1 * d * d + 0.5 * k2 * d
         )
         new = clip(new, -drum.accel_most, drum.accel_most)
-        speed = clip(v + 0.5 * d * (a + new), -drum.rate_most, drum.rate_most)
-        x += 0.5 * d * (v + speed)
+        most = min(drum.rate_most, sqrt(brake * max(high - x, 0.0)))
+        least = -min(drum.rate_most, sqrt(brake * max(x - low, 0.0)))
+        speed = v + 0.5 * d * (a + new)
+        if speed > most or speed < least:
+            speed = clip(speed, least, most)
+            new = clip((speed - v) / d, -drum.accel_most, drum.accel_most)
+        x = clip(x + 0.5 * d * (v + speed), drum.length_least, drum.length_most)
         v, a = speed, new
         winch.target, winch.target_rate = target, rate
     winch.length, winch.rate, winch.accel = x, v, a
+
+
+@inline
+def cell(drum, s):
+    """Cell of WINCH.wound at arc length s."""
+    return min(max(int(s / drum.total * WOUND), 0), WOUND - 1)
+
+
+@driver
+def wind(drum, winch, moved, strain):
+    """Count ``moved`` [m, unstretched, positive out] on the drum's surface.
+
+    Cable leaves the drum with the strain it was wound with; what is wound now has ``strain``.
+    """
+    s = drum.total - drum.payout_0 - winch.length
+    if moved < 0.0:
+        for i in range(cell(drum, s + moved), cell(drum, s)):
+            winch.wound[i] = strain
+        winch.wound[cell(drum, s)] = strain
+    winch.surface += moved * (1.0 + winch.wound[cell(drum, s)])

@@ -12,9 +12,10 @@ from .drag import POINT_ROWS
 from .jit import LANES
 
 # powers [W] and works [J]: what the cable's own forces take (inertia, weight, stiffness, damping), what damping loses
-# of it, and what water, surfaces, held nodes and loads give to the cable; a body counts with water, surfaces and own
-OWN, LOST_POWER, WATER, SURFACES, HELD, LOADS = range(6)
-POWERS = 6
+# of it, and what water, surfaces, held nodes, loads and the energy of material that enters give to the cable; a body
+# counts with water, surfaces and own
+OWN, LOST_POWER, WATER, SURFACES, HELD, LOADS, FED = range(7)
+POWERS = 7
 
 UNKNOWNS, MEAN_UNKNOWNS = 36, 12
 TENSION, ENERGY, WEIGHT, WET, NEAR, LOST, SUM = range(7)  # WET: 1 wet, 0 dry, -1 crossing the surface

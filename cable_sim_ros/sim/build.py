@@ -10,19 +10,34 @@ import numpy as np
 import numpy.typing as npt
 
 from ..physics import ancf
-from ..physics.cable import Cable
+from ..physics.cable import Cable, Section
 from ..physics.drag import element_rows
+from ..physics.feed import ABOARD
 from ..physics.frame import CONTACT_COLUMNS, FRAME, MAX_STATIONS, SHAPE_COLUMNS
 from ..physics.integrate import Solver
 from ..physics.jit import LANES
 from ..physics.observe import Output
-from ..physics.state import LINE_SETTINGS, LOAD, STRUT, TOW_SETTINGS, LineModel, Model, State, make_state, records
+from ..physics.state import (
+    FEED_NODE,
+    LINE_SETTINGS,
+    LOAD,
+    STRUT,
+    TOW_SETTINGS,
+    ZONE,
+    Feed,
+    LineModel,
+    Model,
+    State,
+    make_state,
+    records,
+)
 from ..physics.step import LEAVE_STEP, TURN_MOST
 from ..physics.surface import SHEAVE_ROW, surfaces_of
 from ..physics.towbody import BODY, body_record
 from ..physics.water import Water
 from ..physics.winch import DRUM
 from .checks import ROUND_OFF
+from .mesh import FeedMesh, feed_mesh
 from .scene import Scene
 from .statics import DRUM_RESERVE, Route
 
@@ -55,6 +70,21 @@ def arc_lengths(cable: Cable) -> np.ndarray:
     return np.concatenate(([0.0], np.cumsum(np.concatenate(lengths))))
 
 
+def material_rows(cable: Cable, section: Section, water: Water, gravity: float) -> np.ndarray:
+    """Rows of the element table [ROWS] of one section's cable."""
+    rows = np.zeros(ancf.ROWS)
+    rows[ancf.MASS_PER_LENGTH] = cable.mass_per_length
+    rows[ancf.EA], rows[ancf.EI] = cable.axial_stiffness, cable.bending_stiffness
+    rows[ancf.COMPRESSION] = cable.compression_share
+    rows[ancf.AXIAL_DAMPING] = cable.axial_damping
+    if cable.bending_stiffness > 0.0:
+        rows[ancf.BENDING_TIME] = cable.bending_damping / cable.bending_stiffness
+    rows[ancf.WEIGHT_PER_LENGTH] = cable.mass_per_length * gravity
+    hydro = element_rows(section, cable, water, gravity)
+    rows[list(hydro)] = list(hydro.values())
+    return rows
+
+
 def element_table(cable: Cable, water: Water, gravity: float, free_ends: tuple[bool, bool]) -> np.ndarray:
     """[groups, ROWS, LANES]; the tail repeats the last element. Lengths are filled from State.arc at gather.
 
@@ -62,17 +92,7 @@ def element_table(cable: Cable, water: Water, gravity: float, free_ends: tuple[b
     """
     columns = []
     for section in cable.sections.values():
-        rows = np.zeros(ancf.ROWS)
-        rows[ancf.MASS_PER_LENGTH] = cable.mass_per_length
-        rows[ancf.EA], rows[ancf.EI] = cable.axial_stiffness, cable.bending_stiffness
-        rows[ancf.COMPRESSION] = cable.compression_share
-        rows[ancf.AXIAL_DAMPING] = cable.axial_damping
-        if cable.bending_stiffness > 0.0:
-            rows[ancf.BENDING_TIME] = cable.bending_damping / cable.bending_stiffness
-        rows[ancf.WEIGHT_PER_LENGTH] = cable.mass_per_length * gravity
-        hydro = element_rows(section, cable, water, gravity)
-        rows[list(hydro)] = list(hydro.values())
-        columns += [rows] * section.elements
+        columns += [material_rows(cable, section, water, gravity)] * section.elements
     lengths = np.diff(arc_lengths(cable))
     for end, free in zip((0, -1), free_ends, strict=True):
         if free:
@@ -85,11 +105,11 @@ def element_table(cable: Cable, water: Water, gravity: float, free_ends: tuple[b
     return np.stack(columns, 1).reshape(ancf.ROWS, groups, LANES).transpose(1, 0, 2)
 
 
-def light_end(scene: Scene) -> bool:
-    """Does the towbody pull less than the last element weighs?"""
+def light_end(scene: Scene, mesh: FeedMesh | None) -> bool:
+    """Does the towbody pull less than the last element weighs, at the longest that it may become?"""
     last = list(scene.cable.sections.values())[-1]
-    weight = scene.cable.mass_per_length * scene.gravity * last.length / last.elements
-    return abs(scene.towbody.net_weight) < weight
+    size = last.length / last.elements if mesh is None else last.length * (1.0 - mesh.shares[-1][-2])
+    return abs(scene.towbody.net_weight) < scene.cable.mass_per_length * scene.gravity * size
 
 
 def body_table(scene: Scene) -> np.ndarray:
@@ -100,18 +120,41 @@ def body_table(scene: Scene) -> np.ndarray:
     return row.reshape(1)
 
 
-def drum_record(scene: Scene, route: Route, total: float) -> np.ndarray:
-    """Winch as numbers; the lengths that may be paid out and hauled in follow from route and total length [m]."""
+def drum_record(scene: Scene, route: Route, mesh: FeedMesh | None) -> np.ndarray:
+    """Winch as numbers; the lengths that may be paid out and hauled in follow from the route, and from the mesh."""
     w, row = scene.winch, np.zeros((), DRUM)
     row["centre"] = w.position
     row["radius"], row["angle_0"], row["side"] = route.drum, w.wrap, route.side
     row["gain_p"], row["gain_d"] = w.proportional_gain, w.derivative_gain
     row["rate_most"], row["accel_most"] = w.max_rate, w.max_acceleration
     row["timeout"] = w.command_timeout
-    row["payout_0"] = total - route.on_drum
-    row["length_most"] = route.on_drum - DRUM_RESERVE * route.drum
-    row["length_least"] = -(total - route.on_drum - route.span - LEAST_OUTBOARD)
+    row["total"], row["payout_0"], row["inboard"] = route.total, route.total - route.wound, route.inboard
+    row["feeds"], row["tangent"] = route.feeds, route.tilt
+    row["length_most"] = route.wound - w.dead_length - DRUM_RESERVE * route.drum
+    row["length_least"] = -(route.total - route.wound - route.span - LEAST_OUTBOARD)
+    if mesh is not None:
+        row["blend"] = mesh.blend
+        row["length_least"] = mesh.aboard[-1] + mesh.least[-1] - row["payout_0"]
+        row["end_stiffness"] = END_STIFFNESS if light_end(scene, mesh) else 0.0
+    inboard = route.inboard - row["payout_0"]
+    row["limit_least"] = row["length_least"] if w.least_scope is None else w.least_scope + inboard
+    row["limit_most"] = row["length_most"] if w.most_scope is None else w.most_scope + inboard
     return row
+
+
+def feed_of(scene: Scene, mesh: FeedMesh | None) -> Feed:
+    """What the winch feeds, as numbers for kernels; empty where the mesh is fixed to the material."""
+    cable, zones, nodes = scene.cable, np.zeros(0, ZONE), np.zeros(0, FEED_NODE)
+    materials = np.array([material_rows(cable, s, scene.water, scene.gravity) for s in cable.sections.values()])
+    if mesh is not None:
+        zones, nodes = np.zeros(len(mesh.shares), ZONE), np.zeros(mesh.nodes, FEED_NODE)
+        zones["end"], zones["least"] = np.cumsum([s.length for s in cable.sections.values()]), mesh.least
+        aboard = len(mesh.aboard)
+        nodes["zone"] = np.repeat([ABOARD, *range(len(zones))], [aboard, *map(len, mesh.shares)])
+        nodes["place"] = np.concatenate([mesh.aboard, *mesh.shares])
+    return Feed(
+        lock(nodes, FEED_NODE), lock(zones, ZONE), lock(materials), np.full(max(len(nodes) - 1, 0), -1, np.int64)
+    )
 
 
 def line_settings(cable: Cable, solver: Solver, gravity: float, tension: float, rules: Rules) -> np.ndarray:
@@ -136,7 +179,7 @@ def build_line(
 ) -> LineModel:
     """A line as numbers for kernels, in the one place that coerces them: every line has one type signature."""
     return LineModel(
-        elements=lock(elements),
+        elements=np.ascontiguousarray(elements, float),
         held=lock(held),
         bodies=lock(bodies, BODY),
         body_nodes=lock(np.asarray(body_nodes), np.int64),
@@ -148,8 +191,8 @@ def build_line(
 
 def build_model(scene: Scene) -> Model:
     """The scene as numbers for kernels."""
-    arc = arc_lengths(scene.cable)
-    nodes, total = len(arc), float(arc[-1])
+    mesh = feed_mesh(scene)
+    nodes = len(arc_lengths(scene.cable)) if mesh is None else mesh.nodes
     held = np.zeros((nodes, 6))
     held[0, :3] = 1.0
     tension, ship = scene.contact.working_tension, scene.ship
@@ -161,8 +204,11 @@ def build_model(scene: Scene) -> Model:
     settings["groove_depth"] = scene.sheave.groove_depth
     settings["bending_length"] = sqrt(scene.cable.bending_stiffness / tension)
     settings["ship"] = (ship.stale_after, ship.stale_decay, ship.start_blend, ship.source_blend)
-    settings["drum"] = drum_record(scene, Route(scene), total)
-    elements = element_table(scene.cable, scene.water, scene.gravity, (False, light_end(scene)))
+    settings["drum"] = drum_record(scene, Route(scene), mesh)
+    if mesh is None:
+        elements = element_table(scene.cable, scene.water, scene.gravity, (False, light_end(scene, None)))
+    else:  # filled for the pay-out, see feed.py
+        elements = np.zeros((-(-(nodes - 1) // LANES), ancf.ROWS, LANES))
     rules = Rules(scene.solver.max_halvings)
     return Model(
         line=build_line(
@@ -173,12 +219,14 @@ def build_model(scene: Scene) -> Model:
             line_settings(scene.cable, scene.solver, scene.gravity, tension, rules),
         ),
         settings=lock(settings, TOW_SETTINGS),
+        feed=feed_of(scene, mesh),
     )
 
 
 def build_state(scene: Scene) -> State:
-    """Preallocated state for the scene's mesh, everything zero."""
-    return make_state(arc_lengths(scene.cable), surfaces_of(scene))
+    """Preallocated state for the scene's mesh, everything zero but for arc lengths that stay."""
+    mesh = feed_mesh(scene)
+    return make_state(arc_lengths(scene.cable) if mesh is None else np.zeros(mesh.nodes), surfaces_of(scene))
 
 
 def make_output(model: Model, nodes: int, rows: int) -> Output:

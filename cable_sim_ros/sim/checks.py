@@ -10,6 +10,7 @@ import math
 import re
 from typing import NamedTuple
 
+from .mesh import feed_mesh
 from .scene import Scene
 from .statics import Route, first_angle
 
@@ -51,14 +52,16 @@ def layout(scene: Scene) -> Layout:
     Drum and sheave must be apart, see problems().
     """
     route = Route(scene)
-    tangent = route.on_drum + route.span
+    tangent = route.wound + route.span
     leaves = tangent + route.on_sheave(first_angle(scene, water_speed(scene)))
-    return Layout(route.on_drum, tangent, leaves, sum(section.length for section in scene.cable.sections.values()))
+    return Layout(route.wound, tangent, leaves, sum(section.length for section in scene.cable.sections.values()))
 
 
 def elements(scene: Scene) -> list[tuple[float, float, str]]:
-    """Every element as (first, last arc length [m], name of its section), from the drum end."""
-    start, out = 0.0, []
+    """Every element as (first, last arc length [m], name of its section), from the drum end, as the start has them."""
+    mesh, start, out = feed_mesh(scene), 0.0, []
+    if mesh is not None:
+        raise NotImplementedError
     for name, section in scene.cable.sections.items():
         size = section.length / section.elements
         out += [(start + k * size, start + (k + 1) * size, name) for k in range(section.elements)]

@@ -9,6 +9,7 @@ from math import cos, radians, sin
 
 import numpy as np
 
+from ..physics.feed import lay_mesh
 from ..physics.frame import FRAME, Flag
 from ..physics.inputs import Inputs, make_inputs
 from ..physics.observe import Output
@@ -88,9 +89,11 @@ class Simulator:
         state.nodes[NOW, FLOW, self.model.line.body_nodes, :2] = past
         turn = np.array([[cos(yaw), -sin(yaw), 0.0], [sin(yaw), cos(yaw), 0.0], [0.0, 0.0, 1.0]])
         tried, iterations, angle = 0, 0, laid_angle(scene, first_angle(scene, flow))
+        drum = self.model.settings[0].drum
+        lay_mesh(self.model.feed, drum, now.winch, state.nodes[NOW, ARC], self.model.line.elements)
         # a soft cable does not settle from its unstretched length: it is loose while it is drawn out
         for strain in (0.0, first_strain(scene)):
-            r, g = Route(scene).nodes(state.arc * (1.0 + strain), angle)
+            r, g = Route(scene).nodes((state.arc - state.arc[0]) * (1.0 + strain), angle)
             state.q[:, :3] = r @ turn.T + now.ship.mean_coord[:3]
             state.q[:, 3:] = (1.0 + strain) * g @ turn.T
             steps = self._drive(SETTLE, MOST_STEPS, self.output)

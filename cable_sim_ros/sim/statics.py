@@ -6,10 +6,11 @@ Westin's pull-through (5.3) is not needed: backward Euler with growing steps set
 
 from __future__ import annotations
 
-from math import asin, atan2, cos, hypot, pi, sin
+from math import asin, atan2, cos, hypot, pi, sin, tan
 
 import numpy as np
 
+from ..physics.winch import DrumModel
 from .scene import Scene
 
 DRUM_RESERVE = 0.3  # rad of wrap that must stay on the drum
@@ -56,7 +57,7 @@ def laid_angle(scene: Scene, angle: float) -> float:
     rest, cable let down in a bight folds on the ground."""
     if scene.seabed.depth is None:
         return angle
-    free = sum(s.length for s in scene.cable.sections.values()) - Route(scene).on_drum - Route(scene).span
+    free = sum(s.length for s in scene.cable.sections.values()) - Route(scene).wound - Route(scene).span
     down = scene.seabed.depth + scene.sheave.position[2] + scene.ship.reference_height
     return max(angle, LAID_OUT) if free * cos(angle) > down else angle
 
@@ -70,7 +71,8 @@ class Route:
     """Geometry of the route in coordinates X (from drum towards sheave) and Z (up), origin at the drum centre.
 
     drum, sheave: radii of the cable's centreline [m]; side: +1 where the sheave lies aft (-x) of the drum; tilt: rise
-    of the outer tangent [rad]; on_drum: wound length at the start [m]; span: length of the tangent [m].
+    of the outer tangent [rad]; wound: length on the drum at the start [m]; on_drum: that part of it which is meshed;
+    span: length of the tangent [m].
     """
 
     def __init__(self, scene: Scene):
@@ -85,16 +87,30 @@ class Route:
         self.tilt = atan2(self.rise, self.away) - asin((self.drum - self.sheave) / distance)
         self.span = distance * cos(asin((self.drum - self.sheave) / distance))
         self.wrap = scene.winch.wrap
-        self.on_drum = self.drum * (self.wrap - self.tilt)
+        wrapped = self.drum * (self.wrap - self.tilt)
+        self.feeds = scene.winch.drum == DrumModel.FEED
+        self.total = sum(s.length for s in scene.cable.sections.values())
+        self.wound = wrapped
+        if self.feeds and scene.winch.cable_on_drum is not None:
+            self.wound = scene.winch.cable_on_drum
+        elif self.feeds and scene.winch.scope is not None:
+            self.wound = self.total - self.inboard - scene.winch.scope
+        self.on_drum = 0.0 if self.feeds else wrapped
         bed = scene.seabed.depth
         self.bottom = -np.inf if bed is None else half - bed - scene.ship.reference_height - self.centre[2]
+
+    @property
+    def inboard(self) -> float:
+        """Length [m] from leaving the drum to the point above the sheave's axis; the scope begins there."""
+        return self.span + self.sheave * (self.tilt if self.tilt > 0.0 else tan(self.tilt))
 
     def on_sheave(self, angle: float) -> float:
         """Length [m] that lies on the sheave under a line that leaves at ``angle`` [rad] from the vertical."""
         return max(self.sheave * (0.5 * pi - angle + self.tilt), 0.0)
 
     def place(self, s: float, angle: float) -> tuple[float, float, float, float]:
-        """X, Z and direction at arc length s for a straight line that leaves at ``angle`` from the vertical."""
+        """X, Z and direction at arc length s, from the first node, for a straight line that leaves at ``angle`` from the
+        vertical."""
         if s < self.on_drum:
             phi = self.wrap - s / self.drum
             return -self.drum * sin(phi), self.drum * cos(phi), cos(phi), sin(phi)
@@ -117,7 +133,7 @@ class Route:
         return x + rest * cos(psi), z - rest * sin(psi), cos(psi), -sin(psi)
 
     def nodes(self, arc: np.ndarray, angle: float) -> tuple[np.ndarray, np.ndarray]:
-        """Positions and unit tangents [nodes, 3] in base_link."""
+        """Positions and unit tangents [nodes, 3] in base_link at arc lengths from the first node."""
         r, g = np.zeros((len(arc), 3)), np.zeros((len(arc), 3))
         for i, s in enumerate(arc):
             x, z, dx, dz = self.place(float(s), angle)
