@@ -31,13 +31,29 @@ def at_least(d, least, width):
 
 
 @driver
+def flow_of(h, coefficients, old, winch):
+    """Rate and acceleration of the pay-out at the end of a step of h [s] from its length alone: WINCH.flow.
+
+    Nodes follow the pay-out as its own unknowns would, by the formulas of the time integration (integrate.py). The
+    servo's acceleration is that of its last instant, which says nothing of a step: where the rate of a set-point is not
+    quite that of its length it changes within every tick and comes back.
+    """
+    am, af, beta, gamma, _, _ = coefficients
+    v, a, x = old.flow[0], old.flow[1], old.flow[2]
+    new = ((winch.length - old.length - h * v) / (h * h) - (0.5 - beta) * x) / beta
+    winch.flow[0] = v + h * ((1.0 - gamma) * x + gamma * new)
+    winch.flow[1] = ((1.0 - am) * new + am * x - af * a) / (1.0 - af)
+    winch.flow[2] = new
+
+
+@driver
 def lay_mesh(feed, drum, winch, arc, elements):
     """Arc lengths of the nodes and their rates, arc[nodes, 3 or more], for the pay-out of now; the element table."""
     zones, nodes = feed.zones, feed.nodes
     if zones.shape[0] == 0:
         return
     tangent = drum.total - drum.payout_0 - winch.length  # arc length there, and its rates
-    rate, accel = -winch.rate, -winch.accel
+    rate, accel = -winch.flow[0], -winch.flow[1]
     last = -1
     for n in range(nodes.shape[0]):
         if nodes[n].zone == ABOARD:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from .feed import lay_mesh
+from .feed import flow_of, lay_mesh
 from .instruments import end_strain
-from .integrate import settle
+from .integrate import coefficients, settle
 from .jit import NO, driver
 from .setpoint import compensation
 from .ship import evaluate, hull_point, rotate, spin
@@ -65,6 +65,7 @@ def impose(model, state, inputs, t, h, command_rate):
     rate += command_rate
     servo(h, settings.drum, now.winch, (now.setpoint.length, now.setpoint.rate), (length, rate))
     now.setpoint.length, now.setpoint.rate = length, rate
+    flow_of(h, coefficients(h, model.line.settings[0].rho_inf), state.memory[STEP].winch, now.winch)
     hold_end(model, state)
     return blending
 
