@@ -41,6 +41,8 @@ DRUM = np.dtype(
         ("accel_most", "f8"),
         ("timeout", "f8"),  # s
         ("payout_0", "f8"),  # m off the drum at the start
+        ("total", "f8"),  # m of cable in all
+        ("inboard", "f8"),  # m from leaving the drum to the point above the sheave's axis, along the route of the start
         ("length_least", "f8"),
         ("length_most", "f8"),
     ],

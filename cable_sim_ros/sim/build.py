@@ -109,6 +109,7 @@ def drum_record(scene: Scene, route: Route, total: float) -> np.ndarray:
     row["rate_most"], row["accel_most"] = w.max_rate, w.max_acceleration
     row["timeout"] = w.command_timeout
     row["payout_0"] = total - route.on_drum
+    row["total"], row["inboard"] = total, route.inboard
     row["length_most"] = route.on_drum - DRUM_RESERVE * route.drum
     row["length_least"] = -(total - route.on_drum - route.span - LEAST_OUTBOARD)
     return row

@@ -6,7 +6,7 @@ Westin's pull-through (5.3) is not needed: backward Euler with growing steps set
 
 from __future__ import annotations
 
-from math import asin, atan2, cos, hypot, pi, sin
+from math import asin, atan2, cos, hypot, pi, sin, tan
 
 import numpy as np
 
@@ -88,6 +88,11 @@ class Route:
         self.on_drum = self.drum * (self.wrap - self.tilt)
         bed = scene.seabed.depth
         self.bottom = -np.inf if bed is None else half - bed - scene.ship.reference_height - self.centre[2]
+
+    @property
+    def inboard(self) -> float:
+        """Length [m] from leaving the drum to the point above the sheave's axis; the scope begins there."""
+        return self.span + self.sheave * (self.tilt if self.tilt > 0.0 else tan(self.tilt))
 
     def on_sheave(self, angle: float) -> float:
         """Length [m] that lies on the sheave under a line that leaves at ``angle`` [rad] from the vertical."""
