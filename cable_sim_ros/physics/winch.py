@@ -49,6 +49,7 @@ DRUM = np.dtype(
     align=True,
 )
 SERVO_STEP = 1e-3  # s
+END_WITHIN = 1e-9  # m; a set-point this near to an end of the travel is at it
 
 
 class Winch(Block):
@@ -90,8 +91,8 @@ def drum_point(drum, winch):
 def command(t, h, drum, inputs, winch):
     """Commanded length at the end of a tick of h [s] that ends at t [ns]: newest command not younger than the tick.
 
-    A length is approached at the largest rate and then held; a rate is integrated until its time-out. Returns the
-    rate.
+    A length is approached at the largest rate and then held, and hides a rate given with it; a rate is integrated until
+    its time-out. Neither goes past an end of the travel, so the way back begins at once. Returns the rate.
     """
     head = inputs.command_head[0]
     winch.command_age, winch.stale = -1.0, 0
@@ -112,6 +113,8 @@ def command(t, h, drum, inputs, winch):
                 winch.stale = 1
         else:
             continue  # nothing commanded: the one before holds
+        done = winch.commanded
+        move = clip(move, min(drum.length_least - done, 0.0), max(drum.length_most - done, 0.0))
         winch.commanded += move
         return move / h
     return 0.0
@@ -132,7 +135,7 @@ def servo(h, drum, winch, begin, end):
         s = (i + 1.0) / count
         target = x0 + s * (h * v0 + s * (b + s * c))
         rate = v0 + s * (2.0 * b + 3.0 * s * c) / h
-        if target > drum.length_most or target < drum.length_least:
+        if target > drum.length_most - END_WITHIN or target < drum.length_least + END_WITHIN:
             target, rate = clip(target, drum.length_least, drum.length_most), 0.0
             winch.at_end = 1
         new = (k1 * (target - x - d * v - 0.25 * d * d * a) + k2 * (rate - v - 0.5 * d * a)) / (
