@@ -19,6 +19,7 @@ EXPECTED = {
     "cable_sim_ros.io.load.SceneError",
     "cable_sim_ros.io.bag.BagError",
     "cable_sim_ros.io.motion_table.MotionError",
+    "cable_sim_ros.io.winch_plan.PlanError",
     "cable_sim_ros.io.resources.ResourceError",
     "cable_sim_ros.sim.simulator.StartError",
     "cable_sim_ros.ros.live.LiveError",
@@ -106,13 +107,20 @@ def node(ros_arguments: tuple[str, ...]) -> None:
     "--duration",
     type=click.FloatRange(min=0, min_open=True),
     metavar="S",
-    help="Seconds to simulate. Default: all the motion there is; 60 s of a --heave; without motion a short settling.",
+    help="Seconds to simulate. Default: all the motion there is; 60 s of a --heave; without motion a short settling; "
+    "without a bag at least a minute more than --winch.",
+)
+@click.option(
+    "--winch",
+    metavar="PLAN|FILE",
+    help="What the winch is to do, times in s from the start: '0 hold, 60 rate 0.5, 360 hold'; also length M and "
+    "scope M. Positive is cable out. Compensation goes on and adds to it.",
 )
 @click.option("--setpoint", "algorithm", metavar="NAME", help="Set-point algorithm in place of the scene's.")
 @click.option("--imu-only", is_flag=True, help="Leave the odometry of the bag out.")
 @out_option
 @json_option
-def run(scene, motion, heave, duration, algorithm, imu_only, out, as_json) -> None:
+def run(scene, motion, heave, duration, winch, algorithm, imu_only, out, as_json) -> None:
     """Simulate SCENE offline, as fast as it goes."""
     if motion == "none" and heave is not None:
         raise click.UsageError("--heave and --motion none contradict each other; nothing was simulated; leave one out")
@@ -128,6 +136,7 @@ def run(scene, motion, heave, duration, algorithm, imu_only, out, as_json) -> No
             duration=duration,
             algorithm=algorithm,
             imu_only=imu_only,
+            winch=winch,
             out=out,
             progress=progress,
         )
