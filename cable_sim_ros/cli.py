@@ -301,7 +301,7 @@ def _need_ros() -> None:
 
 def _tell(result, out: Path | None, as_json: bool) -> None:
     """Figures, picture and paths of a run; leaves with code 1 when it ended early."""
-    picture = _picture(result, out)
+    pictures = _pictures(result, out)
     if as_json:
         click.echo(json.dumps(result.figures | ({"problem": result.problem} if result.problem else {}), indent=1))
     else:
@@ -317,7 +317,7 @@ def _tell(result, out: Path | None, as_json: bool) -> None:
                 table.add_row(name, format_value(figures[name]), unit, meaning)
         Console(width=None if sys.stdout.isatty() else 120).print(table)
         for what, path in (
-            ("picture", picture),
+            *(("picture", path) for path in pictures),
             ("recording", result.bag),
             ("figures", out / "summary.json" if out else None),
         ):
@@ -328,16 +328,21 @@ def _tell(result, out: Path | None, as_json: bool) -> None:
         sys.exit(FAILED)
 
 
-def _picture(result, out: Path | None) -> Path | None:
+def _pictures(result, out: Path | None) -> list[Path]:
+    """Draw the run, and its haul where the winch had a plan."""
     if out is None or not len(result.frames):
-        return None
+        return []
+    from .io.recorded_run import load_run
+    from .runs.haul import draw_haul
     from .runs.picture import draw_run
 
     try:
-        return draw_run(result.bag, out / "run.png")
+        run = load_run(result.bag)
+        hauls = [draw_haul(run, out / "haul.png")] if "winch_plan" in run.custom_data else []
+        return [draw_run(run, out / "run.png"), *hauls]
     except RuntimeError as error:  # matplotlib is an extra
         click.echo(f"warning: {error}", err=True)
-        return None
+        return []
 
 
 def _residual_table(rows, difference) -> None:
