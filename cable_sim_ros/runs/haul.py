@@ -85,7 +85,7 @@ def _shortened(text: str, most: int) -> str:
 def _shape_frames(run: RecordedRun) -> np.recarray:
     """The Frame of every shape table."""
     at = np.searchsorted(run.frames["time"], [time for time, _ in run.shapes])
-    return run.frames[np.minimum(at, len(run.frames) - 1)]
+    return run.frames[np.minimum(at, len(run.frames) - 1)].view(np.recarray)
 
 
 def shapes(axes: Axes, run: RecordedRun) -> None:
