@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -58,7 +59,7 @@ def compose(run: RecordedRun, title: str) -> Figure:
     depth(figure.add_subplot(right[1]), run)
     lengths(figure.add_subplot(right[2]), run)
     figure.text(0.065, 0.945, title, size=20, weight="bold")
-    figure.text(0.065, 0.028, caption(run), size=12, linespacing=1.5, va="bottom")
+    figure.text(0.065, 0.028, caption(run), size=12, linespacing=1.4, va="bottom")
     return figure
 
 
@@ -71,11 +72,11 @@ def caption(run: RecordedRun) -> str:
         low, high = s[f"{name}_min_m"], s[f"{name}_max_m"]
         return "not recorded" if low is None or high is None else f"{low:.1f} to {high:.1f} m"
 
-    return (
+    text = (
         f"Whole run: scope {span('scope')}, towbody {span('body_depth')} deep, layback {span('layback')}, tension at "
         f"the sheave {least_kn:.2f} to {most_kn:.2f} kN, cable on the drum {span('cable_on_drum')}."
-        + (f"\nWinch plan: {_shortened(plan, 150)}" if plan else "")
     )
+    return textwrap.fill(text, 165) + (f"\nWinch plan: {_shortened(plan, 150)}" if plan else "")
 
 
 def _shortened(text: str, most: int) -> str:
@@ -112,7 +113,7 @@ def shapes(axes: Axes, run: RecordedRun) -> None:
     axes.plot(0.0, frames[-1]["sheave_position"][2], "o", color=INK, ms=7, mfc="white", mew=2, zorder=5)
     low, high = np.min(corners, axis=0), np.max(corners, axis=0)
     equal_scales(axes, (low[0], high[0]), (low[1], high[1]), margin=0.08)
-    axes.legend(title="time, scope", fontsize=10, loc="lower right")
+    axes.legend(title="time, scope", fontsize=10, loc="best")
 
 
 def nodes(axes: Axes, run: RecordedRun) -> None:

@@ -119,6 +119,8 @@ def test_caption_has_the_figures_of_the_summary():
 def test_caption_of_a_haul_has_its_extremes():
     recording = reeled(run())
     text = haul.caption(recording._replace(custom_data={"winch_plan": "0 hold, 5 rate -5"}))
+    assert max(map(len, text.splitlines())) <= 165
+    text = text.replace("\n", " ").replace(" Winch", "\nWinch")
     for part in (
         "scope 142.0 to 442.0 m, towbody 179.4 to 180.6 m deep, layback 99.4 to 309.4 m",
         "tension at the sheave 7.50 to 10.50 kN, cable on the drum 58.0 to 358.0 m.",
