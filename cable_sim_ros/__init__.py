@@ -14,13 +14,15 @@ _FACE = {  # name -> module
     "ShipMotion": "sim.inputs",
     "Simulator": "face",
     "WinchCommand": "sim.inputs",
+    "WinchPlan": "io.winch_plan",
     "load_scene": "io.load",
 }
-__all__ = ["Rig", "ShipMotion", "Simulator", "WinchCommand", "__version__", "load_scene"]
+__all__ = ["Rig", "ShipMotion", "Simulator", "WinchCommand", "WinchPlan", "__version__", "load_scene"]
 
 if TYPE_CHECKING:
     from .face import Simulator
     from .io.load import load_scene
+    from .io.winch_plan import WinchPlan
     from .sim.inputs import ShipMotion, WinchCommand
     from .sim.rig import Rig
 

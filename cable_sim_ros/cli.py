@@ -19,6 +19,7 @@ EXPECTED = {
     "cable_sim_ros.io.load.SceneError",
     "cable_sim_ros.io.bag.BagError",
     "cable_sim_ros.io.motion_table.MotionError",
+    "cable_sim_ros.io.winch_plan.PlanError",
     "cable_sim_ros.io.resources.ResourceError",
     "cable_sim_ros.sim.simulator.StartError",
     "cable_sim_ros.ros.live.LiveError",
@@ -106,13 +107,20 @@ def node(ros_arguments: tuple[str, ...]) -> None:
     "--duration",
     type=click.FloatRange(min=0, min_open=True),
     metavar="S",
-    help="Seconds to simulate. Default: all the motion there is; 60 s of a --heave; without motion a short settling.",
+    help="Seconds to simulate. Default: all the motion there is; 60 s of a --heave; without motion a short settling; "
+    "without a bag at least a minute more than --winch.",
+)
+@click.option(
+    "--winch",
+    metavar="PLAN|FILE",
+    help="What the winch is to do, times in s from the start: '0 hold, 60 rate 0.5, 360 hold'; also length M and "
+    "scope M. Positive is cable out. Compensation goes on and adds to it.",
 )
 @click.option("--setpoint", "algorithm", metavar="NAME", help="Set-point algorithm in place of the scene's.")
 @click.option("--imu-only", is_flag=True, help="Leave the odometry of the bag out.")
 @out_option
 @json_option
-def run(scene, motion, heave, duration, algorithm, imu_only, out, as_json) -> None:
+def run(scene, motion, heave, duration, winch, algorithm, imu_only, out, as_json) -> None:
     """Simulate SCENE offline, as fast as it goes."""
     if motion == "none" and heave is not None:
         raise click.UsageError("--heave and --motion none contradict each other; nothing was simulated; leave one out")
@@ -128,6 +136,7 @@ def run(scene, motion, heave, duration, algorithm, imu_only, out, as_json) -> No
             duration=duration,
             algorithm=algorithm,
             imu_only=imu_only,
+            winch=winch,
             out=out,
             progress=progress,
         )
@@ -292,7 +301,7 @@ def _need_ros() -> None:
 
 def _tell(result, out: Path | None, as_json: bool) -> None:
     """Figures, picture and paths of a run; leaves with code 1 when it ended early."""
-    picture = _picture(result, out)
+    pictures = _pictures(result, out)
     if as_json:
         click.echo(json.dumps(result.figures | ({"problem": result.problem} if result.problem else {}), indent=1))
     else:
@@ -308,7 +317,7 @@ def _tell(result, out: Path | None, as_json: bool) -> None:
                 table.add_row(name, format_value(figures[name]), unit, meaning)
         Console(width=None if sys.stdout.isatty() else 120).print(table)
         for what, path in (
-            ("picture", picture),
+            *(("picture", path) for path in pictures),
             ("recording", result.bag),
             ("figures", out / "summary.json" if out else None),
         ):
@@ -319,16 +328,21 @@ def _tell(result, out: Path | None, as_json: bool) -> None:
         sys.exit(FAILED)
 
 
-def _picture(result, out: Path | None) -> Path | None:
+def _pictures(result, out: Path | None) -> list[Path]:
+    """Draw the run, and its haul where the winch had a plan."""
     if out is None or not len(result.frames):
-        return None
+        return []
+    from .io.recorded_run import load_run
+    from .runs.haul import draw_haul
     from .runs.picture import draw_run
 
     try:
-        return draw_run(result.bag, out / "run.png")
+        run = load_run(result.bag)
+        hauls = [draw_haul(run, out / "haul.png")] if "winch_plan" in run.custom_data else []
+        return [draw_run(run, out / "run.png"), *hauls]
     except RuntimeError as error:  # matplotlib is an extra
         click.echo(f"warning: {error}", err=True)
-        return None
+        return []
 
 
 def _residual_table(rows, difference) -> None:

@@ -6,9 +6,14 @@ import os
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from .io.load import load_scene, scene_from_dict
+from .io.winch_plan import WinchPlan
 from .sim import simulator
 from .sim.scene import Scene
+
+PIECE = 50.0  # command time-outs whose commands are pushed at once: fewer than the ring holds
 
 
 class Simulator(simulator.Simulator):
@@ -23,3 +28,22 @@ class Simulator(simulator.Simulator):
         elif isinstance(scene, (str, os.PathLike)):
             scene = load_scene(scene)
         super().__init__(scene)
+
+    def run(self, count: int, winch: WinchPlan | str | os.PathLike | None = None) -> np.recarray:
+        """Advance ``count`` ticks; returns their Frames. Raises SolverError, PlanError.
+
+        winch: a plan, its text or file, its times in s from the start of the simulation; give it again to go on with
+        it. What else is pushed as a winch command meanwhile must not be newer than the plan's.
+        """
+        if winch is None:
+            return super().run(count)
+        plan, drum = WinchPlan.of(winch), self.model.settings[0].drum
+        plan.check(drum)
+        tick, parts = int(self.model.settings[0].tick_ns), []
+        piece = max(1, int(PIECE * drum.timeout * 1e9) // tick)
+        for done in range(0, count, piece):
+            now, ticks = int(self.frame.time), min(piece, count - done)
+            for command in plan.commands(drum, int(self.state.now.time.start), now, now + ticks * tick):
+                self.push(command)
+            parts.append(super().run(ticks))
+        return np.concatenate(parts).view(np.recarray) if parts else super().run(0)

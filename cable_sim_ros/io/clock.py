@@ -25,7 +25,7 @@ class DataClock:
         """Forget the mapping; the next stamp starts a new one."""
         self.offset: int | None = None
         self.last_stamp: int | None = None
-        self._first: int | None = None  # arrival
+        self.first: int | None = None  # arrival of the first stamp
         self._buckets: dict[int, int] = {}
         self._suspects: list[tuple[int, int]] = []
 
@@ -52,8 +52,8 @@ class DataClock:
     def update(self, stamp: int, arrival: int) -> None:
         """Take in an accepted stamp and its arrival, ns."""
         self.last_stamp = stamp
-        self._first = arrival if self._first is None else self._first
-        bucket = (arrival - self._first) // BUCKET
+        self.first = arrival if self.first is None else self.first
+        bucket = (arrival - self.first) // BUCKET
         delay = arrival - stamp
         best = self._buckets.get(bucket)
         if best is None:

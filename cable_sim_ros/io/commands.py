@@ -8,11 +8,23 @@ from __future__ import annotations
 
 from collections import Counter
 
+import numpy as np
+
 from ..physics.inputs import Inputs, push_command
-from .messages import Command, Refused, decode_command
+from .messages import JOINT, KINDS, Command, Refused, decode_command
+from .typestore import STORE
 
 FOREIGN_STAMP = 1_000_000_000  # ns; a stamp further off the data's clock is of another clock: arrival counts
 NEVER = -(2**62)
+
+
+def encode_command(stamp: int, payout: float | None, rate: float | None) -> bytes:
+    """CDR bytes of a command as a sensor_msgs/JointState; stamp: ns; payout: m, rate: m/s, None: not commanded."""
+    types = STORE.types
+    header = types["std_msgs/msg/Header"](types["builtin_interfaces/msg/Time"](*divmod(stamp, 1_000_000_000)), "")
+    arrays = (np.array([] if value is None else [value], float) for value in (payout, rate, None))
+    kind = KINDS["command"][0]
+    return bytes(STORE.serialize_cdr(types[kind](header, [JOINT], *arrays), kind))
 
 
 class CommandIngest:

@@ -124,16 +124,16 @@ class Feeder:
         return self._next >= len(self.tow.events)
 
     def until(self, time_ns: int, newest: int | None = None) -> list[Event]:
-        """Push every event up to this time, but none after the motion sample `newest` [ns]; returns them.
+        """Push every event up to this time, but no motion after the sample `newest` [ns]; returns them.
 
         The time of motion is its stamp, that of a command its arrival on the clock of the motion.
         """
         first = self._next
         events = self.tow.events
         while self._next < len(events) and self._due(events[self._next]) <= time_ns:
-            if newest is not None and self._newest() >= newest:
-                break
             event = events[self._next]
+            if newest is not None and event.kind != "command" and self._newest() >= newest:
+                break  # a command in a gap of the motion still comes in the gap
             self._next += 1
             if event.kind == "command":
                 self.commands.take(event.data, event.arrival, self.clock.now(event.arrival))

@@ -349,7 +349,8 @@ def elastic_tangent_lanes(x, p, c1, f, tension, energy, lost, k9, k):
         raise ValueError("lanes")
     for e in range(LANES):
         fh, fa, fb, t, u, w = elastic_tangent(
-            k9, e, c1, (p[FLOW_0, e], p[FLOW_1, e]), p[LENGTH, e], p[PER_LENGTH, e], p[EA, e], p[EI, e], p[AXIAL_DAMPING, e], p[BENDING_TIME, e],
+            k9, e, c1, (p[FLOW_0, e], p[FLOW_1, e]), p[LENGTH, e], p[PER_LENGTH, e], p[EA, e], p[EI, e],
+            p[AXIAL_DAMPING, e], p[BENDING_TIME, e],
             p[COMPRESSION, e], sub(get3(x, 6, e), get3(x, 0, e)), get3(x, 3, e), get3(x, 9, e),
             sub(get3(x, 18, e), get3(x, 12, e)), get3(x, 15, e), get3(x, 21, e))
         put3(k9, ROW_FORCE, e, fh)

@@ -1,12 +1,13 @@
 """Material flow: what the material does where it runs through a mesh that moves along it.
 
 Node i stands at arc length s_i(t) of the material, an element spans L = s_2 - s_1 between two nodes. With
-w = s_1' (1 - xi) + s_2' xi a point of material moves at xi' = -w/L, and its velocity v = r' - w r_s is, for a linear w and
-a cubic r, again a cubic in xi: v = sum N_k V_k, exactly. So is its acceleration a = v' - w v_s. The unknowns' rates are
-turned into V and A once, where an element is gathered; inertia, added mass, drag, damping and contact know of no mesh.
+w = s_1' (1 - xi) + s_2' xi a point of material moves at xi' = -w/L, and its velocity v = r' - w r_s is, for a linear w
+and a cubic r, again a cubic in xi: v = sum N_k V_k, exactly. So is its acceleration a = v' - w v_s. The unknowns' rates
+are turned into V and A once, where an element is gathered; inertia, added mass, drag, damping and contact know of no
+mesh.
 
-Scaled unknowns y = (r_1, L g_1, r_2, L g_2), their rates u = (r_1', L g_1', ...) and z likewise; p = s'/L, q = s''/L at the
-two ends, l = L'/L = p_2 - p_1, and the second derivatives R_0 = 6 (y_3 - y_1) - 4 y_2 - 2 y_4,
+Scaled unknowns y = (r_1, L g_1, r_2, L g_2), their rates u = (r_1', L g_1', ...) and z likewise; p = s'/L, q = s''/L at
+the two ends, l = L'/L = p_2 - p_1, and the second derivatives R_0 = 6 (y_3 - y_1) - 4 y_2 - 2 y_4,
 R_1 = -6 (y_3 - y_1) + 2 y_2 + 4 y_4 at xi = 0 and 1:
 
     V = u - (p_1 y_2, p_1 R_0, p_2 y_4, p_2 R_1)(y)
@@ -66,7 +67,7 @@ def convective_columns(flow, c1, j):
 
 @driver
 def material_lanes(x, p):
-    """Rates and accelerations of the scaled unknowns in x[12:36, LANES] become those of the material, as Hermite data."""
+    """Rates and accelerations of the scaled unknowns in x[12:36, LANES] become the material's, as Hermite data."""
     if x.shape[1] != LANES or p.shape[1] != LANES:
         raise ValueError("lanes")
     for c in range(3):

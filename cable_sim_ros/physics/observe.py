@@ -5,7 +5,7 @@ Each part is filled by one function; what is read is in instruments.py, readout.
 
 from __future__ import annotations
 
-from math import acos, atan2
+from math import acos, atan2, hypot, pi
 from typing import NamedTuple
 
 import numpy as np
@@ -67,6 +67,7 @@ def fill_motion(state, f, body):
     for k in range(4):
         f.ship_quaternion[k] = quat[k]
         f.body_quaternion[k] = bq[k]
+    f.layback = hypot(f.body_position[0] - f.sheave_position[0], f.body_position[1] - f.sheave_position[1])
     f.motion_source = np.int64(now.ship.source)
     f.motion_age = now.ship.age
 
@@ -120,15 +121,18 @@ def fill_sheave(model, state, f, table):
 
 @driver
 def fill_winch(drum, state, f):
-    """Pay-out, drum and the torque of the cable on it."""
+    """Pay-out, scope, what is left on the drum, and the torque of the cable on it."""
     now = state.memory[NOW]
     winch = now.winch
     f.payout = drum.payout_0 + winch.length
     f.payout_rate, f.payout_acceleration = winch.rate, winch.accel
     f.payout_setpoint = drum.payout_0 + winch.target
+    f.scope = f.payout - drum.inboard
+    f.cable_on_drum = drum.total - f.payout
+    f.drum_turns = f.cable_on_drum / (2.0 * pi * drum.radius)
     surface, stretch = winch.length, 1.0
     if drum.feeds != 0:
-        surface, stretch = winch.surface, 1.0 + winch.wound[cell(drum, drum.total - f.payout)]
+        surface, stretch = winch.surface, 1.0 + winch.wound[cell(drum, f.cable_on_drum)]
     f.payout_counter = drum.payout_0 + surface
     f.drum_angle = drum.angle_0 - surface / drum.radius
     f.drum_rate = -winch.rate * stretch / drum.radius

@@ -136,8 +136,8 @@ def drum_point(drum, winch):
 def command(t, h, drum, inputs, winch):
     """Commanded length at the end of a tick of h [s] that ends at t [ns]: newest command not younger than the tick.
 
-    A length is approached at the largest rate and then held; a rate is integrated until its time-out. Returns the
-    rate.
+    A length is approached at the largest rate and then held, and hides a rate given with it; a rate is integrated until
+    its time-out. Neither goes past an end of the travel, so the way back begins at once. Returns the rate.
     """
     head = inputs.command_head[0]
     winch.command_age, winch.stale = -1.0, 0
@@ -158,7 +158,8 @@ def command(t, h, drum, inputs, winch):
                 winch.stale = 1
         else:
             continue  # nothing commanded: the one before holds
-        move = clip(winch.commanded + move, drum.limit_least, drum.limit_most) - winch.commanded
+        done = winch.commanded
+        move = clip(move, min(drum.limit_least - done, 0.0), max(drum.limit_most - done, 0.0))
         winch.commanded += move
         return move / h
     return 0.0

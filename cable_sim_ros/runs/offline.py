@@ -15,11 +15,13 @@ from ..io.load import load_scene, override, scene_from_text
 from ..io.motion_table import MotionError, read_table, sine_heave
 from ..io.replay import RecordedTow, Residual, read_tow, recorded_frames, residuals
 from ..io.resources import find_bag
+from ..io.winch_plan import WinchPlan
 from ..sim.scene import Scene
 from .passes import Driven, Pass, Progress, silent
 from .summary import SKIP, summarize
 
 HEAVE_SECONDS = 60.0  # s of a run under a sinusoidal heave where no duration is given
+AFTER_PLAN = 60.0  # s of a run after the last item of a winch plan, without a bag, where no duration is given
 DELIVERY = ("motion_age", "command_age")  # of a Frame: how its inputs came, not how the tow is
 # JSON names beside those of lab/summary.py: name, unit, meaning
 FIGURES = (
@@ -33,6 +35,7 @@ FIGURES = (
     ("motion", "", "name of the bag or table, the heave, or none"),
     ("setpoint", "", "set-point algorithm"),
     ("imu_only", "", "true: odometry was left out"),
+    ("winch", "", "winch plan; absent without one"),
     ("motion_refused", "1", "motion messages refused or bridged, by cause"),
     ("commands_refused", "1", "winch commands refused, by cause"),
     ("residuals", "", "`replay`: list of channel, quantity, unit, mean, rms, largest, count; ours less recorded"),
@@ -61,25 +64,34 @@ def run(
     duration: float | None = None,
     algorithm: str | None = None,
     imu_only: bool = False,
+    winch: WinchPlan | str | os.PathLike | None = None,
     out: str | os.PathLike | None = None,
     progress: Progress = silent,
 ) -> Run:
     """Simulate a scene under the motion of a bag or CSV table, a sinusoidal heave, or on its mean track (motion None).
 
     heave: amplitude [m] and period [s], in place of ``motion``; duration: s, default all the motion there is, or a
-    short settling without any; algorithm: set-point in place of the scene's; imu_only: leave odometry out; out: folder
-    to make, with the bag ``tow`` of every channel and ``summary.json``. Raises SceneError, BagError, MotionError,
-    ResourceError, StartError; a solver that gives up ends the run.
+    short settling without any, or a minute after the last item of a winch plan; algorithm: set-point in place of the
+    scene's; imu_only: leave odometry out; winch: a plan, its text or file, in place of the winch commands of the bag;
+    out: folder to make, with the bag ``tow`` of every channel and ``summary.json``. Raises SceneError, BagError,
+    MotionError, PlanError, ResourceError, StartError; a solver that gives up ends the run.
     """
+    plan = None if winch is None else WinchPlan.of(winch)
     bag = _bag_path(out)
     scene = scene if isinstance(scene, Scene) else load_scene(scene)
     if algorithm is not None:
         scene = override(scene, {"setpoint.algorithm": algorithm})
-    if heave is not None and duration is None:
-        duration = HEAVE_SECONDS
-    one = Pass(scene, _motion_of(scene, motion, heave, duration, imu_only), progress=progress)
+    if duration is None and motion is None:
+        after = 0.0 if plan is None else plan.last + AFTER_PLAN
+        duration = (max(HEAVE_SECONDS, after) if heave is not None else after) or None
+    tow = _motion_of(scene, motion, heave, duration, imu_only)
+    if plan is not None and tow is not None:
+        tow.events = [event for event in tow.events if event.kind != "command"]
+    one = Pass(scene, tow, progress=progress, winch=plan)
     result = _run_of(one, one.go(duration, bag), bag)
     result.figures["imu_only"] = imu_only
+    if plan is not None:
+        result.figures["winch"] = str(plan)
     _write_summary(out, result)
     return result
 

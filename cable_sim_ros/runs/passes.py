@@ -15,9 +15,11 @@ import numpy as np
 from .. import __version__
 from ..io.bag import BagWriter
 from ..io.channels import Context, Encoder
+from ..io.commands import CommandIngest, encode_command
 from ..io.load import SceneWarning, dump_scene
 from ..io.messages import KINDS, Refused, decode_imu, decode_odometry
 from ..io.replay import Event, Feeder, RecordedTow, late_ticks
+from ..io.winch_plan import WinchPlan
 from ..physics.frame import FRAME
 from ..physics.heave import Heave, MotionInput
 from ..physics.quantity import Block
@@ -62,11 +64,17 @@ class Driven(NamedTuple):
 class Pass:
     """One pass of the simulator over its input.
 
-    tow: recorded motion, None for the mean track; recorded: Frames of the run to repeat, None for a fresh start.
+    tow: recorded motion, None for the mean track; recorded: Frames of the run to repeat, None for a fresh start; winch:
+    a plan that commands the winch.
     """
 
     def __init__(
-        self, scene: Scene, tow: RecordedTow | None, recorded: np.recarray | None = None, progress: Progress = silent
+        self,
+        scene: Scene,
+        tow: RecordedTow | None,
+        recorded: np.recarray | None = None,
+        progress: Progress = silent,
+        winch: WinchPlan | None = None,
     ) -> None:
         self.scene, self.tow, self.progress = scene, tow, progress
         self.recorded = recorded
@@ -74,6 +82,10 @@ class Pass:
         self.tick = round(scene.solver.tick * SECOND)
         self.feeder = None if tow is None else Feeder(self.sim.inputs, tow, scene, *_taken_in(tow))
         self.pending: list[Event] = []
+        self.commands = CommandIngest(self.sim.inputs) if self.feeder is None else self.feeder.commands
+        self.winch = winch
+        if winch is not None:
+            winch.check(self.sim.model.settings[0].drum)
         self._late, self._newest = late_ticks(recorded)
 
     def go(self, duration: float | None, bag: Path | None) -> Driven:
@@ -125,14 +137,20 @@ class Pass:
         chunk = max(1, min(round(CHUNK * SECOND), self._ring_limit()) // self.tick)
         recording = None
         if bag is not None:
-            recording = _RunRecorder(bag, self.scene, start, self.tow)
+            recording = _RunRecorder(bag, self.scene, start, self.tow, self.winch)
         parts, done, stepping, problem, now = [], 0, 0.0, "", start.time
+        planned = start.time  # commands before it are pushed
+        if self.winch is not None:
+            _warn_of_plan(self.scene, self.winch, ticks * self.tick * 1e-9)
         try:
             while done < ticks and not problem:
                 count, newest = self._shown(now, min(chunk, ticks - done))
                 now += count * self.tick
                 if self.feeder is not None:
                     self.pending += self.feeder.until(now + AHEAD, newest)
+                if self.winch is not None:
+                    self._command(self.winch, start.time, planned, now + AHEAD)
+                    planned = now + AHEAD
                 begun = time.perf_counter()
                 try:
                     frames = self.sim.run(count)
@@ -153,6 +171,21 @@ class Pass:
         frames = np.concatenate(parts).view(np.recarray) if parts else np.zeros(0, FRAME).view(np.recarray)
         return frames, stepping, problem
 
+    def _command(self, plan: WinchPlan, start: int, begin: int, end: int) -> None:
+        """Push the plan's commands with stamps in [begin, end) ns, as messages that a recording has and a replay takes.
+
+        Their arrival is on the clock of the bag, and after that of the motion which the run began with.
+        """
+        offset, least = 0, 0
+        if self.feeder is not None:
+            offset, least = self.feeder.clock.offset or 0, (self.feeder.clock.first or 0) + 1
+        for command in plan.commands(self.sim.model.settings[0].drum, start, begin, end):
+            stamp = int(command.time_ns or 0)
+            data, arrival = encode_command(stamp, command.payout, command.rate), max(stamp + offset, least)
+            self.commands.take(data, arrival, stamp)
+            self.pending.append(Event(stamp, arrival, "command", data))
+        self.pending.sort(key=lambda event: event.arrival)
+
     def _shown(self, now: int, count: int) -> tuple[int, int | None]:
         """Ticks to run at once and the newest motion they may see [ns]: what came late in the recording stays late."""
         following = int(np.searchsorted(self._late, now, side="right"))
@@ -168,7 +201,9 @@ class Pass:
 class _RunRecorder:
     """Every channel and every input of a run in one bag; nothing from a clock: the same run has the same bytes."""
 
-    def __init__(self, path: Path, scene: Scene, start: Start, tow: RecordedTow | None) -> None:
+    def __init__(
+        self, path: Path, scene: Scene, start: Start, tow: RecordedTow | None, winch: WinchPlan | None
+    ) -> None:
         self.context = Context()
         self.encoder = Encoder(self.context, scene.solver.tick)
         about = {
@@ -180,6 +215,8 @@ class _RunRecorder:
             "start_time_ns": str(start.time),
             "start_position_m": json.dumps(start.position),
         }
+        if winch is not None:
+            about["winch_plan"] = str(winch)
         if tow is not None and "node" in tow.about:
             about["node"] = tow.about["node"]  # so that this one can be replayed too
         if start.heading is not None:
@@ -229,6 +266,18 @@ def _warn_of_travel(scene: Scene, payout: np.ndarray) -> None:
     if min(checks.fine_zone(scene)) > 0.0 and len(payout):  # else the scene itself has been warned of
         for caution in checks.travel_cautions(scene, max(0.0, -payout.min()), max(0.0, payout.max())):
             warnings.warn(f"{scene.name}: {caution.key} {caution.text}. {caution.remedy}", SceneWarning, stacklevel=3)
+
+
+def _warn_of_plan(scene: Scene, plan: WinchPlan, seconds: float) -> None:
+    """Warn of items that the run is too short for."""
+    late = [str(item) for item in plan.items if item.time >= seconds]
+    if late:
+        warnings.warn(
+            f"{scene.name}: the run ends after {seconds:g} s, before item{'s' if len(late) > 1 else ''} "
+            f"'{', '.join(late)}' of the winch plan: not carried out. A longer --duration, and motion for it",
+            SceneWarning,
+            stacklevel=4,
+        )
 
 
 def _warn_of_mean_track(scene: Scene, heading: float | None, frames: np.recarray) -> None:

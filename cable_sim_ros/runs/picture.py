@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import textwrap
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -55,6 +56,16 @@ def draw_run(
     skip_s: start-up, shaded in the time series and left out of the figures. BagError if the bag has no run,
     RuntimeError if matplotlib is missing.
     """
+    return render(run, out, lambda recorded: compose(recorded, title or scene_name(recorded), skip_s))
+
+
+def scene_name(run: RecordedRun) -> str:
+    """Title of a picture: the scene's name where the recording has it."""
+    return run.custom_data.get("scene", "Cable tow")
+
+
+def render(run: RecordedRun | str | os.PathLike, out: str | os.PathLike, make: Callable[[RecordedRun], Figure]) -> Path:
+    """Save the Figure that ``make`` composes of a run; arguments and errors as `draw_run`."""
     try:
         import matplotlib
     except ImportError:
@@ -62,7 +73,7 @@ def draw_run(
     run = run if isinstance(run, RecordedRun) else load_run(run)
     with matplotlib.rc_context(STYLE):
         metadata = {"Software": None} if Path(out).suffix == ".png" else None  # same run, same bytes
-        compose(run, title or run.custom_data.get("scene", "Cable tow"), skip_s).savefig(out, metadata=metadata)
+        make(run).savefig(out, metadata=metadata)
     return Path(out)
 
 
@@ -170,10 +181,10 @@ def side_view(axes: Axes, run: RecordedRun) -> None:
         arrowprops={"arrowstyle": "->", "color": FAINT, "lw": 1.5},
         color=FAINT,
     )
-    _equal_scales(axes, (body[0], 1.05 * length), (body[1], 0.15 * length), margin=0.1)
+    equal_scales(axes, (body[0], 1.05 * length), (body[1], 0.15 * length), margin=0.1)
 
 
-def _equal_scales(axes: Axes, x: tuple[float, float], y: tuple[float, float], margin: float) -> None:
+def equal_scales(axes: Axes, x: tuple[float, float], y: tuple[float, float], margin: float) -> None:
     """Limits that show x and y with a margin, a metre as long across as up, without changing the panel."""
     box = axes.get_position()
     width, height = box.width * SIZE[0], box.height * SIZE[1]
@@ -182,7 +193,7 @@ def _equal_scales(axes: Axes, x: tuple[float, float], y: tuple[float, float], ma
     axes.set_ylim(np.mean(y) - 0.5 * scale * height, np.mean(y) + 0.5 * scale * height)
 
 
-def _least_span(axes: Axes, span: float) -> None:
+def least_span(axes: Axes, span: float) -> None:
     """Widen the y axis to ``span``: what hardly moves shall look so."""
     low, high = axes.get_ylim()
     if high - low < span:
@@ -214,7 +225,7 @@ def tension(axes: Axes, run: RecordedRun, skip_s: float) -> None:
         va="center",
         size=11,
     )
-    _least_span(axes, 0.02 * abs(mean))
+    least_span(axes, 0.02 * abs(mean))
     _shade(axes, run, skip_s)
 
 
@@ -223,7 +234,7 @@ def heave(axes: Axes, run: RecordedRun, skip_s: float) -> None:
     axes.set_title("Towbody depth and sheave heave")
     time, kept = seconds(run), after_start(run.frames, skip_s)[0]
     axes.plot(time, -run.frames["body_position"][:, 2], color=ORANGE, lw=1.6)
-    _least_span(axes, 0.2)
+    least_span(axes, 0.2)
     axes.invert_yaxis()
     axes.set_ylabel("towbody depth [m]", color=ORANGE)
     axes.tick_params(axis="y", colors=ORANGE)
@@ -232,7 +243,7 @@ def heave(axes: Axes, run: RecordedRun, skip_s: float) -> None:
     right.spines["right"].set_visible(True)
     mean = kept["sheave_position"][:, 2].mean()
     right.plot(time, run.frames["sheave_position"][:, 2] - mean, color=PURPLE, lw=1.0)
-    _least_span(right, 0.2)
+    least_span(right, 0.2)
     right.set_ylabel("sheave heave [m]", color=PURPLE)
     right.tick_params(axis="y", colors=PURPLE)
     _shade(axes, run, skip_s)

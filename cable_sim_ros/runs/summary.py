@@ -21,6 +21,14 @@ SHARE = 0.95  # of the towbody positions inside the ellipsoid
 FLAT = 1e-6  # m; an ellipsoid whose least standard deviation is below this has no volume
 AT_REST = 0.05  # m/s; a slower ship has no track, its heading is taken instead
 
+EXTREMES = (  # of a haul: name, meaning
+    ("body_depth", "depth of the towbody"),
+    ("payout", "pay-out: unstretched cable off the drum"),
+    ("scope", "scope: unstretched cable outboard of the sheave"),
+    ("layback", "layback: horizontal distance from sheave to towbody"),
+    ("cable_on_drum", "length of cable on the drum"),
+)
+
 # name, unit, meaning
 SUMMARY = (
     ("tension_mean_n", "N", "mean tension where the cable leaves the sheave"),
@@ -50,6 +58,12 @@ SUMMARY = (
     ("contact_resultant_max_n", "N", "its largest value"),
     ("wrap_angle_mean_deg", "deg", "mean arc between the first and the last loaded station"),
     ("sheave_heave_std_m", "m", "standard deviation of the height of the sheave"),
+    *(
+        (f"{name}_{end}_m", "m", f"{which} {what}, whole run")
+        for name, what in EXTREMES
+        for end, which in (("min", "least"), ("max", "largest"))
+    ),
+    ("drum_end_s", "s", "time in which the winch stood at an end of its travel, whole run"),
     ("duration_s", "s", "simulated time, whole run"),
     ("skip_s", "s", "start-up left out of the statistics, at most half the run"),
     ("steps", "1", "time steps of the integrator, whole run"),
@@ -135,6 +149,8 @@ def summarize(frames: np.recarray, *, skip_s: float = SKIP, **outside: float | N
         "contact_resultant_max_n": kept["contact_resultant"].max(),
         "wrap_angle_mean_deg": np.degrees(kept["wrap_angle"].mean()),
         "sheave_heave_std_m": kept["sheave_position"][:, 2].std(),
+        **extremes(frames),
+        "drum_end_s": float(np.sum(frames["status"] & Flag.DRUM_END != 0)) * tick_length(frames),
         "duration_s": (frames["time"][-1] - frames["time"][0]) * 1e-9,
         "skip_s": skip,
         "steps": int(frames["substeps"].sum()),
@@ -145,6 +161,22 @@ def summarize(frames: np.recarray, *, skip_s: float = SKIP, **outside: float | N
     return {
         name: float(figures[name]) if isinstance(figures[name], np.floating) else figures[name] for name, *_ in SUMMARY
     }
+
+
+def extremes(frames: np.recarray) -> dict[str, float | None]:
+    """Least and largest of EXTREMES; None where the Frames are of a version that did not have the field."""
+    found: dict[str, float | None] = {}
+    for name, _ in EXTREMES:
+        values = -frames["body_position"][:, 2] if name == "body_depth" else frames[name]
+        known = bool(np.isfinite(values).all())
+        for end, of in (("min", np.min), ("max", np.max)):
+            found[f"{name}_{end}_m"] = float(of(values)) if known else None
+    return found
+
+
+def tick_length(frames: np.recarray) -> float:
+    """Seconds between Frames; 0 for a single one."""
+    return float(np.median(np.diff(frames["time"]))) * 1e-9 if len(frames) > 1 else 0.0
 
 
 def format_value(value: object) -> str:

@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..physics.quantity import Block, quantity
 from .scene import Scene
 from .statics import Route
 

@@ -70,6 +70,12 @@ def test_every_command_helps(command):
             ("run", "full_scale", "--heave", "1,8", "--motion", "none"),
             "--heave and --motion none contradict each other",
         ),
+        (
+            ("run", "full_scale", "--winch", "0 stop"),
+            "error: winch plan, item 1 '0 stop': 'stop' is no order; nothing was",
+        ),
+        (("run", "full_scale", "--winch", "haul.txt"), "error: winch plan haul.txt: cannot be read (No such file or"),
+        (("run", "full_scale", "--winch", "0 rate 9"), "rate = 9 m/s is beyond winch.max_rate = 5 m/s; nothing was"),
         (("run", "full_scale", "--duration", "0"), "Invalid value for '--duration'"),
         (("run",), "Missing argument 'SCENE'"),
         (("replay", "no_such_bag"), "error: no_such_bag: no such bag file"),
@@ -145,6 +151,18 @@ def test_out_has_bag_figures_and_picture(tmp_path):
     assert (tmp_path / "out" / "tow" / "metadata.yaml").is_file() and (tmp_path / "out" / "summary.json").is_file()
     for word in ("picture:", "recording:", "figures:", "tension_mean_n"):
         assert word in result.stdout
+
+
+def test_a_plan_leaves_the_picture_of_a_haul(tmp_path):
+    pytest.importorskip("matplotlib")
+    plan = tmp_path / "plan.txt"
+    plan.write_text("0 hold\n0.5 rate 0.1\n")
+    result = call(
+        "run", "full_scale", "--heave", "0.5,8", "--duration", "1", "--winch", plan, "--out", tmp_path / "out"
+    )
+    assert result.exit_code == 0, result.output
+    assert (tmp_path / "out" / "haul.png").read_bytes()[:4] == b"\x89PNG" and "haul.png" in result.stdout
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["winch"] == "0 hold, 0.5 rate 0.1"
 
 
 @pytest.mark.parametrize("command", [("node",), ("play", "nbp1406"), ("live",)])

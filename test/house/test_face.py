@@ -4,6 +4,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
@@ -87,3 +88,16 @@ def test_motion_and_commands_reach_the_tow():
         frame = sim.tick()
     assert frame.payout - before == pytest.approx(0.2, abs=0.03)
     assert frame.motion_source == 1 and frame.command_age == pytest.approx(0.4, abs=0.02)
+
+
+def test_the_simulator_follows_a_plan_however_it_is_cut():
+    sims = [cable_sim_ros.Simulator("full_scale") for _ in range(2)]
+    for sim in sims:
+        sim.start(time_ns=5)
+    plan = "0 hold, 0.2 rate 0.5, 0.6 hold"
+    whole = sims[0].run(100, winch=plan)
+    cut = [frame for n in (13, 1, 46, 40) for frame in sims[1].run(n, winch=cable_sim_ros.WinchPlan(plan))]
+    assert np.array(cut).tobytes() == whole.tobytes()
+    out = whole["payout_setpoint"] - whole["payout_setpoint"][0]
+    assert out[19] == 0.0 and out[59] == pytest.approx(0.2, abs=5e-3) and out[-1] == pytest.approx(0.2, abs=1e-9)
+    assert len(sims[0].run(0, winch=plan)) == 0

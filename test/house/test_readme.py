@@ -10,6 +10,7 @@ import pytest
 from cable_sim_ros import cli
 from cable_sim_ros.io.channels import CHANNELS
 from cable_sim_ros.io.resources import shipped_bags, shipped_scenes
+from cable_sim_ros.io.winch_plan import WinchPlan
 from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.summary import SUMMARY, summary_markdown
 
@@ -58,6 +59,18 @@ def test_the_python_of_the_rig_page_runs(capsys):
     (code,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "rig.md").read_text("utf-8"), re.S)
     exec(compile(code, "rig.md", "exec"), {})
     assert float(capsys.readouterr().out.split()[-1]) > 150.0  # N at the top; the body weighs 196
+
+
+def test_the_python_of_the_winch_page_runs(capsys):
+    (code,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "winch.md").read_text("utf-8"), re.S)
+    exec(compile(code, "winch.md", "exec"), {})
+    assert float(capsys.readouterr().out) == pytest.approx(0.2, abs=1e-3)
+
+
+def test_the_plans_of_the_pages_are_plans():
+    for page in (README, (ROOT / "docs" / "winch.md").read_text("utf-8")):
+        plans = re.findall(r'--winch "([^"]*)"', page)
+        assert plans and all(str(WinchPlan(plan)) == plan for plan in plans)
 
 
 def test_tables_of_json_names_are_the_declared_ones():

@@ -264,6 +264,15 @@ def test_a_foreign_stamp_does_not_hold_up_what_comes_after_it():
     assert {"command"} <= {event.kind for event in reached[-8:]}
 
 
+def test_a_command_in_a_gap_of_the_motion_comes_in_the_gap():
+    """Motion newer than the newest one of that tick waits, a command before it does not."""
+    motion = [Event(t, t, "odometry", odometry(t, velocity=(1, 0, 0))) for t in (T0, T0 + STEP, T0 + 2 * S)]
+    events = [*motion[:2], Event(T0 + S, T0 + S, "command", command(T0 + S, velocity=[0.5])), motion[2]]
+    feeder = Feeder(make_inputs(), RecordedTow("", events), Scene)
+    assert feeder.until(T0 + 3 * S, newest=T0 + STEP) == events[:3]
+    assert pushed(feeder.inputs)[0][0] == T0 + S and feeder.until(T0 + 3 * S) == events[3:]
+
+
 def test_the_time_a_bag_was_recorded_at_does_not_matter():
     """Log times a constant apart, as CLOCK_MONOTONIC of the run is from them: the same stamps, to the nanosecond."""
     rings = []

@@ -94,6 +94,40 @@ def test_length_command_is_approached_at_the_largest_rate_and_held():
     assert winch.stale == 0, "a length is held for as long as nothing else comes"
 
 
+def test_a_length_wins_over_a_rate_of_the_same_message():
+    inputs, winch, drum = make_inputs(), filled(WINCH), drum_of(rate_most=0.5)
+    push_command(inputs, 0, 449.0, 0.5)
+    assert command(10_000_000, 0.01, drum, inputs, winch) == pytest.approx(-0.5)
+
+
+def test_the_newest_command_wins_from_where_the_winch_is():
+    """A rate takes over half way to a length, and rate 0 stops it."""
+    inputs, winch, drum = make_inputs(), filled(WINCH), drum_of(rate_most=0.5)
+    push_command(inputs, 0, 440.0, np.nan)
+    for k in range(100):
+        command((k + 1) * 10_000_000, 0.01, drum, inputs, winch)
+    push_command(inputs, 1_000_000_001, np.nan, 0.0)
+    assert command(1_010_000_000, 0.01, drum, inputs, winch) == 0.0
+    assert winch.commanded == pytest.approx(-0.5) and winch.stale == 0
+
+
+@pytest.mark.parametrize("payout, rate", [(np.nan, 0.5), (900.0, np.nan)], ids=["rate", "length"])
+def test_a_command_past_the_end_does_not_pile_up(payout, rate):
+    """Ten seconds against the end of the drum: the first tick of the way back hauls in."""
+    inputs, winch, drum = make_inputs(), filled(WINCH), drum_of(rate_most=0.5, length_most=0.3, timeout=60.0)
+    push_command(inputs, 0, payout, rate)
+    for k in range(1000):
+        before = winch.commanded
+        now = command((k + 1) * 10_000_000, 0.01, drum, inputs, winch)
+        servo(0.01, drum, winch, (before, 0.0), (winch.commanded, now))
+    assert winch.commanded == pytest.approx(0.3, abs=1e-12) and now == 0.0
+    assert winch.at_end == 1, "standing at the end is reported for as long as it lasts"
+    push_command(inputs, 10_000_000_001, np.nan, -0.5)
+    assert command(10_010_000_000, 0.01, drum, inputs, winch) == pytest.approx(-0.5)
+    servo(0.01, drum, winch, (0.3, 0.0), (winch.commanded, -0.5))
+    assert winch.at_end == 0
+
+
 def test_a_command_of_the_future_waits():
     inputs, winch, drum = make_inputs(), filled(WINCH), drum_of()
     push_command(inputs, 50_000_000, np.nan, 1.0)

@@ -14,6 +14,7 @@ from cable_sim_ros.io.load import SceneWarning, load_scene, override
 from cable_sim_ros.io.motion_table import MotionError
 from cable_sim_ros.io.recorded_run import load_run
 from cable_sim_ros.io.replay import Feeder, RecordedTow, late_ticks, read_tow, residuals
+from cable_sim_ros.io.winch_plan import PlanError
 from cable_sim_ros.physics.frame import FRAME, Flag
 from cable_sim_ros.physics.heave import Convention, Heave, MotionInput
 from cable_sim_ros.physics.inputs import MOTION_ROWS, make_inputs
@@ -368,3 +369,67 @@ def test_a_run_off_the_mean_track_says_so():
     scene = override(load_quietly("full_scale"), {"ship.tow_speed": 1.9})
     with pytest.warns(SceneWarning, match="ship.tow_speed is 1.9 m/s: the ship follows the motion"):
         offline.run(scene, "nbp1406", duration=45.0)
+
+
+HAUL = "0 hold, 1 rate 0.2, 2 hold, 2.5 rate -0.4, 3 hold"  # pays out 0.2 m and takes them in again
+
+
+@pytest.fixture(scope="module")
+def hauled(tmp_path_factory):
+    """A run of the shipped motion with the winch working, without compensation."""
+    out = tmp_path_factory.mktemp("haul")
+    return offline.run("full_scale", "nbp1406", duration=SECONDS, algorithm="hold", winch=HAUL, out=out)
+
+
+def test_the_winch_follows_its_plan(hauled):
+    frames, figures = hauled.frames, hauled.figures
+    out = frames["payout_setpoint"] - frames["payout_setpoint"][0]
+    assert out[98] == 0.0 and out[149] == pytest.approx(0.1, abs=0.002) and out[199] == pytest.approx(0.2, abs=0.002)
+    assert out[-1] == pytest.approx(0.0, abs=1e-9) and frames["payout"][-1] == pytest.approx(
+        frames["payout"][0], abs=1e-3
+    )
+    assert np.ptp(frames["payout"] - frames["scope"]) < 1e-9 and figures["winch"] == HAUL
+    assert figures["scope_max_m"] - figures["scope_min_m"] == pytest.approx(0.2, abs=0.01)
+    assert figures["commands_refused"] == {} and not (frames["status"] & Flag.COMMAND_STALE).any()
+
+
+def test_compensation_adds_to_the_plan(hauled, recorded):
+    both = offline.run("full_scale", "nbp1406", duration=SECONDS, winch=HAUL).frames["payout_setpoint"]
+    alone, plan = recorded[0].frames["payout_setpoint"], hauled.frames["payout_setpoint"]
+    assert both - alone == pytest.approx(plan - plan[0], abs=2e-3) and np.ptp(alone) > 0.02
+
+
+def test_a_replay_of_a_plan_gives_the_same_numbers(hauled):
+    result = offline.replay(hauled.bag, offline.override(load_scene("full_scale"), {"setpoint.algorithm": "hold"}))
+    assert result.figures["largest_difference"]["difference"] == 0.0
+    assert "winch" not in result.figures and result.figures["commands_refused"] == {}
+    assert read_tow(hauled.bag).about["winch_plan"] == HAUL
+
+
+def test_chunks_leave_no_trace_of_a_plan(hauled, monkeypatch):
+    monkeypatch.setattr(passes, "CHUNK", 0.07)
+    again = offline.run("full_scale", "nbp1406", duration=SECONDS, algorithm="hold", winch=HAUL)
+    assert again.frames.tobytes() == hauled.frames.tobytes()
+
+
+def test_a_plan_takes_the_place_of_the_commands_of_a_bag(hauled):
+    held = offline.run("full_scale", hauled.bag, duration=3.0, algorithm="hold", winch="0 hold")
+    assert np.ptp(held.frames["payout_setpoint"]) == 0.0
+
+
+def test_a_plan_without_motion_runs_a_minute_longer(monkeypatch):
+    asked = []
+    monkeypatch.setattr(passes.Pass, "go", lambda self, duration, bag: asked.append(duration) or self.stop())
+    for heave, plan in ((None, "0 hold, 100 hold"), ((0.5, 8.0), "0 hold"), ((0.5, 8.0), "100 hold"), (None, None)):
+        with pytest.raises(AttributeError):
+            offline.run("full_scale", heave=heave, winch=plan)
+    assert asked == [160.0, 60.0, 160.0, None]
+
+
+def test_a_plan_longer_than_the_run_is_said():
+    with pytest.warns(
+        SceneWarning, match=r"the run ends after 0.1 s, before items '1 rate 0.2, 2 hold' of the winch plan"
+    ):
+        offline.run("full_scale", duration=0.1, winch="0 hold, 1 rate 0.2, 2 hold")
+    with pytest.raises(PlanError, match="rate = 9 m/s is beyond winch.max_rate = 5 m/s; nothing was simulated"):
+        offline.run("full_scale", winch="0 rate 9")

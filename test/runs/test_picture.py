@@ -13,6 +13,7 @@ from synthetic import make_contact, make_frames, make_shape
 from cable_sim_ros.io.bag import BagError
 from cable_sim_ros.io.recorded_run import RecordedRun
 from cable_sim_ros.physics.frame import CONTACT_COLUMNS
+from cable_sim_ros.runs import haul
 from cable_sim_ros.runs.picture import STYLE, caption, compose, contact_bands, draw_run
 
 matplotlib = pytest.importorskip("matplotlib")
@@ -38,6 +39,15 @@ def still(recording):
     return recording._replace(frames=frames)
 
 
+def reeled(recording):
+    """The same tow with 300 m hauled in of 450 m."""
+    frames = recording.frames.copy()
+    frames["scope"] = np.linspace(442.0, 142.0, len(frames))
+    frames["payout"], frames["cable_on_drum"] = frames["scope"] + 8.0, 500.0 - frames["scope"]
+    frames["layback"], frames["payout_rate"] = 0.7 * frames["scope"], -5.0
+    return recording._replace(frames=frames)
+
+
 CASES = {
     "whole": run,
     "still": lambda: still(run()),
@@ -50,16 +60,22 @@ CASES = {
 
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.filterwarnings("error")
-def test_every_text_is_inside_and_every_axis_has_a_unit(case):
+@pytest.mark.parametrize("kind", ["run", "haul", "haul with a plan"])
+def test_every_text_is_inside_and_every_axis_has_a_unit(case, kind):
+    recording, count = CASES[case](), 4 if kind == "run" else 5
     with matplotlib.rc_context(STYLE):
-        figure = compose(CASES[case](), "full_scale, simplified_sheave", 20.0)
+        if kind == "run":
+            figure = compose(recording, "full_scale, simplified_sheave", 20.0)
+        else:
+            plan = {"winch_plan": ", ".join(f"{k} rate -0.1" for k in range(40))} if "plan" in kind else {}
+            figure = haul.compose(reeled(recording)._replace(custom_data=plan), "full_scale")
         figure.canvas.draw()
         assert figure.canvas.get_width_height() == (1600, 1000)
         for axes in figure.axes:
             for label in (axes.get_xlabel(), axes.get_ylabel()):
                 assert label == "" or label.endswith("]"), label
         titles = [axes.get_title(loc="left") for axes in figure.axes if axes.get_title(loc="left")]
-        assert len(titles) == 4
+        assert len(titles) == count
         both = [axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)]
         ticks = {label for axis in both for label in axis.get_ticklabels()}
         for text in figure.findobj(matplotlib.text.Text):
@@ -98,6 +114,37 @@ def test_caption_has_the_figures_of_the_summary():
         "10.80 kN mean",
     ):
         assert part in text
+
+
+def test_caption_of_a_haul_has_its_extremes():
+    recording = reeled(run())
+    text = haul.caption(recording._replace(custom_data={"winch_plan": "0 hold, 5 rate -5"}))
+    assert max(map(len, text.splitlines())) <= 165
+    text = text.replace("\n", " ").replace(" Winch", "\nWinch")
+    for part in (
+        "scope 142.0 to 442.0 m, towbody 179.4 to 180.6 m deep, layback 99.4 to 309.4 m",
+        "tension at the sheave 7.50 to 10.50 kN, cable on the drum 58.0 to 358.0 m.",
+        "\nWinch plan: 0 hold, 5 rate -5",
+    ):
+        assert part in text
+    recording.frames["scope"] = np.nan
+    assert "scope not recorded" in haul.caption(recording)
+
+
+def test_nodes_are_drawn_by_their_length_past_the_sheave():
+    recording = reeled(run())
+    with matplotlib.rc_context(STYLE):
+        axes = haul.compose(recording, "a").axes[1]
+        (lines,) = axes.collections
+        first = np.array([segment[0] for segment in lines.get_segments()])
+    assert axes.get_title(loc="left") == "Nodes along the cable" and len(first) == len(recording.shapes[0][1])
+    assert first[-1] == pytest.approx((0.0, 442.0)) and first[0] == pytest.approx((0.0, 442.0 - 450.0))
+
+
+def test_a_haul_is_written_to_a_file(tmp_path):
+    recording = reeled(run(10.0))
+    first = haul.draw_haul(recording, tmp_path / "a.png")
+    assert first.read_bytes() == haul.draw_haul(recording, tmp_path / "b.png").read_bytes()
 
 
 def test_contact_bands_leave_out_the_start_and_end_at_the_stations():

@@ -61,6 +61,26 @@ def test_skipped_start_does_not_count_but_its_flags_do():
     assert summarize(frames, skip_s=9.8)["tension_max_n"] == 1e6
 
 
+def test_extremes_of_a_haul_are_those_of_the_whole_run():
+    frames = run(60.0)
+    frames["payout"] = np.linspace(400.0, 100.0, len(frames))
+    frames["body_position"][5, 2] = -500.0
+    frames["status"][7:17] = Flag.DRUM_END
+    figures = summarize(frames)
+    assert (figures["payout_min_m"], figures["payout_max_m"]) == (100.0, 400.0)
+    assert figures["body_depth_max_m"] == 500.0 and figures["body_depth_min_m"] == pytest.approx(DEPTH - 0.6, abs=1e-3)
+    assert figures["layback_max_m"] == frames["layback"].max() and figures["scope_min_m"] == frames["scope"].min()
+    assert figures["cable_on_drum_max_m"] == frames["cable_on_drum"].max()
+    assert figures["drum_end_s"] == pytest.approx(1.0)
+
+
+def test_a_length_that_an_older_recording_lacks_is_unknown():
+    frames = run(60.0)
+    frames["scope"] = np.nan
+    figures = summarize(frames)
+    assert figures["scope_min_m"] is None and figures["scope_max_m"] is None and figures["payout_min_m"] is not None
+
+
 def test_short_run_keeps_its_second_half():
     figures = summarize(run(10.1), skip_s=20.0)
     assert figures["skip_s"] == pytest.approx(5.0)

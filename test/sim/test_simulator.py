@@ -14,6 +14,7 @@ from cable_sim_ros.physics.inputs import push_command, push_motion
 from cable_sim_ros.sim.build import lock
 from cable_sim_ros.sim.entry import _drive
 from cable_sim_ros.sim.simulator import Simulator, SolverError, StartError
+from cable_sim_ros.sim.statics import Route
 
 ROOT = Path(__file__).parents[2]
 SCENES = sorted((ROOT / "config").glob("*.yaml"))
@@ -94,6 +95,29 @@ def test_static_contact_carries_the_tension_round_the_sheave(sim):
     assert frame.tension_vector[0] < 0.0 and frame.tension_vector[2] < 0.0, "aft and down"
     assert np.linalg.norm(frame.tension_vector) == pytest.approx(frame.tension)
     assert frame.drum_torque == pytest.approx(frame.tension_drum * 0.305, rel=0.03)
+
+
+def test_lengths_from_the_drum_to_the_towbody_add_up(sim):
+    """Scope: what the payout has past the point above the sheave's axis; layback: as far as the cable can reach."""
+    frame, total = sim.frame, float(sim.state.arc[-1])
+    drum, sheave, tilt = 0.305, 0.255, np.arctan2(0.6, 8.0) - np.arcsin(0.05 / np.hypot(0.6, 8.0))
+    span = np.sqrt(8.0**2 + 0.6**2 - (drum - sheave) ** 2)
+    assert frame.payout - frame.scope == pytest.approx(span + sheave * tilt, abs=1e-9)
+    assert frame.payout + frame.cable_on_drum == pytest.approx(total, abs=1e-9)
+    assert frame.drum_turns == pytest.approx(frame.cable_on_drum / (2 * np.pi * drum), rel=1e-12)
+    assert frame.layback == pytest.approx(np.hypot(*(frame.body_position - frame.sheave_position)[:2]), rel=1e-12)
+    assert 0.9 * frame.scope < np.hypot(frame.layback, (frame.sheave_position - frame.body_position)[2]) < frame.scope
+
+
+def test_the_scope_of_a_sheave_below_the_drum_begins_on_the_tangent():
+    """The line comes down to the sheave and passes over its axis before it touches it."""
+    scene = load_scene(ROOT / "config" / "full_scale.yaml")
+    route = Route(override(scene, {"sheave.position": [-36.8, 0.0, 2.1]}))
+    assert route.tilt < 0.0
+    assert route.place(route.on_drum + route.inboard, 0.3)[0] == pytest.approx(route.away, abs=1e-12)
+    level = Route(override(scene, {"sheave.position": [-36.8, 0.0, 4.7]}))
+    assert level.tilt > 0.0
+    assert level.place(level.on_drum + level.inboard, 0.3)[0] == pytest.approx(level.away, abs=1e-12)
 
 
 def test_static_tow_stays_where_it_is(sim):
