@@ -54,7 +54,11 @@ class Mesh(Block):
         None, "m", 0.0, 100.0, "fine mesh inboard of where the cable meets the sheave; none: made from accuracy"
     )
     after: float | None = quantity(
-        None, "m", 0.0, 100.0, "fine mesh outboard of where the cable leaves the sheave at the start; none: from accuracy"
+        None,
+        "m",
+        0.0,
+        100.0,
+        "fine mesh outboard of where the cable leaves the sheave at the start; none: from accuracy",
     )
     sections: dict[str, Outboard] = quantity(
         {}, "", None, None, "outboard elements by the name of a section of the cable"

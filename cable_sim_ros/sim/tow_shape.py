@@ -20,8 +20,8 @@ from .statics import Route
 
 STEP = 0.06  # of the length over which the tension vector turns
 LEAST_STEPS = 160  # in all
-SHOTS = 8
-SETTLED = 1e-4  # of the scope
+SHOTS = 12
+SETTLED = 2e-5  # of the scope
 
 
 class TowShape(NamedTuple):
@@ -33,6 +33,7 @@ class TowShape(NamedTuple):
     bend: np.ndarray  # [n, 3] 1/m, d2r/ds2
     section: np.ndarray  # [n] index of the section
     wet: np.ndarray  # [n] in the water?
+    drag: np.ndarray  # [n] N/m, of the cable across the water that passes
     angle: float  # rad from the vertical where it leaves the sheave
     scope: float  # m
 
@@ -136,9 +137,7 @@ def _march(cables, spans, y, flow, bottom):
             k2 = _slope(c, tuple(a + 0.5 * h * b for a, b in zip(y, k1, strict=True)), flow)
             k3 = _slope(c, tuple(a + 0.5 * h * b for a, b in zip(y, k2, strict=True)), flow)
             k4 = _slope(c, tuple(a + h * b for a, b in zip(y, k3, strict=True)), flow)
-            y = tuple(
-                a + h / 6.0 * (p + 2.0 * (q + r) + w) for a, p, q, r, w in zip(y, k1, k2, k3, k4, strict=True)
-            )
+            y = tuple(a + h / 6.0 * (p + 2.0 * (q + r) + w) for a, p, q, r, w in zip(y, k1, k2, k3, k4, strict=True))
             if y[2] < bottom:  # what would go below the ground lies on it, straight
                 y = (*y[:2], bottom, *y[3:5], max(y[5], 0.0))
             done += h
@@ -162,7 +161,7 @@ def tow_shape(scene: Scene, scope: float) -> TowShape:
     bed = scene.seabed.depth
     bottom = -np.inf if bed is None else -bed
     body = body_record(scene.towbody, scene.gravity, water.density)
-    angle, z = 0.5 * pi, top - 0.5 * scope
+    angle, z, tried = 0.5 * pi, top - 0.5 * scope, list[tuple[float, float]]()
     for _ in range(SHOTS):
         free = max(scope - route.on_sheave(angle) + route.inboard - route.span, 0.01 * scope)
         spans, left = [], free
@@ -188,7 +187,11 @@ def tow_shape(scene: Scene, scope: float) -> TowShape:
         gap = top + route.sheave * sin(angle) - end[2]
         if abs(gap) < SETTLED * scope or z <= bottom and gap > 0.0:
             break
-        z = min(z + gap, 0.0 if z < 0.0 else top)
+        rate = 1.0
+        if tried and abs(z - tried[-1][0]) > 1e-9 * scope:  # secant: a flat tow rises more than its body
+            rate = min(max((tried[-1][1] - gap) / (z - tried[-1][0]), 0.2), 20.0)
+        tried.append((z, gap))
+        z = min(z + gap / rate, top)
     s = np.array([row[0] for row in rows])
     y = np.array([row[1] for row in rows])
     section = np.array([row[2] for row in rows])
@@ -197,7 +200,10 @@ def tow_shape(scene: Scene, scope: float) -> TowShape:
     load = np.array([_load(cables[i], row[2], row[3:], flow) for i, row in zip(section, y, strict=True)])
     tangent = force / tension[:, None]
     across = load - (load * tangent).sum(1)[:, None] * tangent
-    return TowShape(s, y[:, :3], force, -across / tension[:, None], section, y[:, 2] < 0.0, angle, scope)
+    wet = y[:, 2] < 0.0
+    speeds = np.array([hypot(*flow(row[2])) for row in y])
+    broad = np.array([1.2 * c.half_rho_d * c.factor for c in cables])[section] * speeds**2 * wet
+    return TowShape(s, y[:, :3], force, -across / tension[:, None], section, wet, broad, angle, scope)
 
 
 def fourth_derivative(shape: TowShape) -> np.ndarray:
