@@ -29,7 +29,7 @@ WINCH = np.dtype(
         ("target", "f8"),  # m, what the servo steers to, and its rate
         ("target_rate", "f8"),
         ("at_limit", "i8"),  # 1: stopped at a soft limit of the scene
-        ("flow", "f8", 3),  # rate, acceleration and auxiliary acceleration of length as the solver takes them, see feed.py
+        ("flow", "f8", 3),  # rate, acceleration, auxiliary acceleration of length as the solver has them, see feed.py
         ("surface", "f8"),  # m, length over the drum's surface since the start, as a counter on it shows
         ("wound", "f8", WOUND),  # strain with which the cable was wound, by arc length
     ],

@@ -12,6 +12,7 @@ from ..physics.surface import Seabed, Sheave
 from ..physics.towbody import Towbody
 from ..physics.water import Water
 from ..physics.winch import Winch
+from .mesh_blocks import Accuracy, Mesh
 
 
 class Scene(Block):
@@ -29,3 +30,5 @@ class Scene(Block):
     contact: Contact = quantity(Contact(), "", None, None, "contact of the cable with drum and sheave")
     towbody: Towbody = quantity(REQUIRED, "", None, None, "towbody")
     solver: Solver = quantity(Solver(), "", None, None, "time integration")
+    accuracy: Accuracy = quantity(Accuracy(), "", None, None, "errors that the mesh may add")
+    mesh: Mesh = quantity(Mesh(), "", None, None, "mesh written by hand, for a winch that feeds cable")

@@ -1,0 +1,226 @@
+"""Static shape of the tow by integration from the towbody upward: the mesh is made from it before anything compiles.
+
+No mesh, no bending, no sheave: dF/ds = -f for the tension vector F, dr/ds = (1 + T/EA) F/T, by Runge-Kutta in s from the
+body; the depth of the body is shifted until the upper end comes to the sheave. Where there is a seabed, what would lie
+below it is laid straight on it. Independent of the kernels, plain Python.
+"""
+
+from __future__ import annotations
+
+from math import acos, cos, hypot, pi, radians, sin, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from ..physics.ancf import BUOYANCY, CD_FIXED, EXTRA_DRAG, FN, FT, HALF_RHO_D, RE_FACTOR
+from ..physics.drag import element_rows
+from ..physics.towbody import body_record
+from .scene import Scene
+from .statics import Route
+
+STEP = 0.06  # of the length over which the tension vector turns
+LEAST_STEPS = 160  # in all
+SHOTS = 12
+SETTLED = 2e-5  # of the scope
+
+
+class TowShape(NamedTuple):
+    """The free cable from the towbody upward; s [n] m from the body."""
+
+    s: np.ndarray
+    place: np.ndarray  # [n, 3] m, x y from the body, z above the water
+    force: np.ndarray  # [n, 3] N, tension times unit tangent, pointing up the cable
+    bend: np.ndarray  # [n, 3] 1/m, d2r/ds2
+    section: np.ndarray  # [n] index of the section
+    wet: np.ndarray  # [n] in the water?
+    drag: np.ndarray  # [n] N/m, of the cable across the water that passes
+    angle: float  # rad from the vertical where it leaves the sheave
+    scope: float  # m
+
+    @property
+    def tension(self) -> np.ndarray:
+        """[n] N."""
+        return np.linalg.norm(self.force, axis=1)
+
+
+class _Cable(NamedTuple):
+    """One section's numbers for loads."""
+
+    weight: float  # N/m dry
+    buoyancy: float  # N/m
+    half_rho_d: float
+    factor: float  # G
+    re: float  # Reynolds number of 1 m/s
+    cd: float  # below 0: of the Reynolds number
+    normal: tuple[float, ...]
+    tangential: tuple[float, ...]
+    ea: float
+
+
+def _cables(scene: Scene) -> list[_Cable]:
+    cable, found = scene.cable, []
+    for section in cable.sections.values():
+        rows = element_rows(section, cable, scene.water, scene.gravity)
+        found.append(
+            _Cable(
+                cable.mass_per_length * scene.gravity,
+                rows[BUOYANCY],
+                rows[HALF_RHO_D],
+                1.0 + rows[EXTRA_DRAG],
+                rows[RE_FACTOR],
+                rows[CD_FIXED],
+                tuple(rows[FN + i] for i in range(5)),
+                tuple(rows[FT + i] for i in range(11)),
+                cable.axial_stiffness,
+            )
+        )
+    return found
+
+
+def _load(c: _Cable, z: float, force, flow) -> tuple[float, float, float]:
+    """Load per length [N/m] on cable with tension vector ``force`` at height z; flow(z): water past it."""
+    if z >= 0.0:
+        return 0.0, 0.0, -c.weight
+    fx, fy, fz = force
+    t = sqrt(fx * fx + fy * fy + fz * fz) or 1e-12
+    ux, uy, uz = fx / t, fy / t, fz / t
+    vx, vy = flow(z)
+    vt = vx * ux + vy * uy
+    wx, wy, wz = vx - vt * ux, vy - vt * uy, -vt * uz
+    vn = sqrt(wx * wx + wy * wy + wz * wz) + 1e-9
+    q2 = vn * vn + vt * vt
+    re = max(c.re * vn, 1e-2)
+    cd = c.cd if c.cd >= 0.0 else (1.1 + 4.0 / sqrt(re) if re > 30.0 else 1.45 + 8.55 * re**-0.9)
+    q = sqrt(q2)
+    co, si = abs(vt) / q, vn / q
+    c2, s2 = co * co - si * si, 2.0 * si * co
+    n, h = c.normal, c.tangential
+    fn = n[0] + n[1] * co + n[2] * si + n[3] * c2 + n[4] * s2
+    c3, s3 = c2 * co - s2 * si, s2 * co + c2 * si
+    c4, s4 = c2 * c2 - s2 * s2, 2.0 * s2 * c2
+    c5, s5 = c4 * co - s4 * si, s4 * co + c4 * si
+    ft = (
+        h[0] + h[1] * co + h[2] * c2 + h[3] * c3 + h[4] * c4 + h[5] * c5
+        + h[6] * si + h[7] * s2 + h[8] * s3 + h[9] * s4 + h[10] * s5
+    )  # fmt: skip
+    k = c.half_rho_d * c.factor * cd * q2
+    a, b = k * fn / vn, k * max(ft, 0.0) * (1.0 if vt >= 0.0 else -1.0)
+    return a * wx + b * ux, a * wy + b * uy, a * wz + b * uz - c.weight + c.buoyancy
+
+
+def _slope(c: _Cable, y, flow):
+    """d/ds of (x, y, z, Fx, Fy, Fz) up the cable."""
+    force = y[3:]
+    t = sqrt(force[0] ** 2 + force[1] ** 2 + force[2] ** 2) or 1e-12
+    f = _load(c, y[2], force, flow)
+    e = (1.0 + t / c.ea) / t
+    return (e * force[0], e * force[1], e * force[2], -f[0], -f[1], -f[2])
+
+
+def _march(cables, spans, y, flow, bottom):
+    """From the body up over spans [(length, index of section)]; rows of s, y, section."""
+    total = sum(length for length, _ in spans)
+    out, s = [], 0.0
+    for length, i in spans:
+        c, done = cables[i], 0.0
+        while done < length - 1e-9 * total:
+            out.append((s + done, y, i))
+            t = sqrt(y[3] ** 2 + y[4] ** 2 + y[5] ** 2)
+            f = _load(c, y[2], y[3:], flow)
+            vx, vy = flow(y[2])
+            scale = hypot(hypot(f[0], f[1]), f[2]) + 0.3 * c.half_rho_d * c.factor * (vx * vx + vy * vy) * (y[2] < 0.0)
+            h = min(STEP * t / max(scale, 1e-12) + 1e-5 * total, total / LEAST_STEPS, length - done)
+            h = max(h, 1e-4 * length)
+            if length - done - h < 0.3 * h:
+                h = length - done
+            k1 = _slope(c, y, flow)
+            k2 = _slope(c, tuple(a + 0.5 * h * b for a, b in zip(y, k1, strict=True)), flow)
+            k3 = _slope(c, tuple(a + 0.5 * h * b for a, b in zip(y, k2, strict=True)), flow)
+            k4 = _slope(c, tuple(a + h * b for a, b in zip(y, k3, strict=True)), flow)
+            y = tuple(a + h / 6.0 * (p + 2.0 * (q + r) + w) for a, p, q, r, w in zip(y, k1, k2, k3, k4, strict=True))
+            if y[2] < bottom:  # what would go below the ground lies on it, straight
+                y = (*y[:2], bottom, *y[3:5], max(y[5], 0.0))
+            done += h
+        s += length
+        out.append((s, y, i))
+    return out
+
+
+def tow_shape(scene: Scene, scope: float) -> TowShape:
+    """Static shape of the tow with ``scope`` [m] out. The sheave stands at its mean place."""
+    route, cables = Route(scene), _cables(scene)
+    yaw, water = radians(scene.ship.heading_deg), scene.water
+    east = water.current[0] - scene.ship.tow_speed * cos(yaw)
+    north = water.current[1] - scene.ship.tow_speed * sin(yaw)
+    shear = water.current_gradient
+
+    def flow(z):
+        return east - shear[0] * z, north - shear[1] * z
+
+    top = scene.sheave.position[2] + scene.ship.reference_height
+    bed = scene.seabed.depth
+    bottom = -np.inf if bed is None else -bed
+    body = body_record(scene.towbody, scene.gravity, water.density)
+    angle, z, tried = 0.5 * pi, top - 0.5 * scope, list[tuple[float, float]]()
+    for _ in range(SHOTS):
+        free = max(scope - route.on_sheave(angle) + route.inboard - route.span, 0.01 * scope)
+        spans, left = [], free
+        for i in reversed(range(len(cables))):
+            length = min(left, list(scene.cable.sections.values())[i].length)
+            if length > 0.0:
+                spans.append((length, i))
+            left -= length
+        z = max(z, bottom)
+        vx, vy = flow(z)
+        speed = hypot(vx, vy)
+        drag = float(body["drag"][0]) * speed
+        up = scene.towbody.net_weight - float(body["lift"]) * speed * speed
+        if z <= bottom:  # it lies there
+            up = max(up, 0.0) * 1e-3
+        force = (-drag * vx, -drag * vy, up)
+        if hypot(hypot(*force[:2]), up) < 1e-9:
+            force = (0.0, 0.0, 1e-9)
+        rows = _march(cables, spans, (0.0, 0.0, z, *force), flow, bottom)
+        end = rows[-1][1]
+        t = sqrt(sum(f * f for f in end[3:])) or 1e-12
+        angle = min(acos(max(-1.0, min(1.0, end[5] / t))), 0.5 * pi)
+        gap = top + route.sheave * sin(angle) - end[2]
+        if abs(gap) < SETTLED * scope or z <= bottom and gap > 0.0:
+            break
+        rate = 1.0
+        if tried and abs(z - tried[-1][0]) > 1e-9 * scope:  # secant: a flat tow rises more than its body
+            rate = min(max((tried[-1][1] - gap) / (z - tried[-1][0]), 0.2), 20.0)
+        tried.append((z, gap))
+        z = min(z + gap / rate, top)
+    s = np.array([row[0] for row in rows])
+    y = np.array([row[1] for row in rows])
+    section = np.array([row[2] for row in rows])
+    force = y[:, 3:]
+    tension = np.maximum(np.linalg.norm(force, axis=1), 1e-12)
+    load = np.array([_load(cables[i], row[2], row[3:], flow) for i, row in zip(section, y, strict=True)])
+    tangent = force / tension[:, None]
+    across = load - (load * tangent).sum(1)[:, None] * tangent
+    wet = y[:, 2] < 0.0
+    speeds = np.array([hypot(*flow(row[2])) for row in y])
+    broad = np.array([1.2 * c.half_rho_d * c.factor for c in cables])[section] * speeds**2 * wet
+    return TowShape(s, y[:, :3], force, -across / tension[:, None], section, wet, broad, angle, scope)
+
+
+def fourth_derivative(shape: TowShape) -> np.ndarray:
+    """|d4r/ds4| [n] 1/m^3, piece by piece between ends of sections and the water surface, where it has no meaning."""
+    out = np.zeros(len(shape.s))
+    cut = np.flatnonzero((np.diff(shape.section) != 0) | (np.diff(shape.wet.astype(int)) != 0)) + 1
+    for piece in np.split(np.arange(len(shape.s)), cut):
+        if len(piece) < 4:
+            continue
+        s, b = shape.s[piece], shape.bend[piece]
+        keep = np.concatenate(([True], np.diff(s) > 1e-12))
+        s, b = s[keep], b[keep]
+        if len(s) < 4:
+            continue
+        second = np.gradient(np.gradient(b, s, axis=0), s, axis=0)
+        size = np.linalg.norm(second, axis=1)
+        size[0], size[1] = size[2], size[2]  # one-sided differences of differences
+        size[-1], size[-2] = size[-3], size[-3]
+        out[piece] = np.interp(shape.s[piece], s, size)
+    return out
