@@ -1,8 +1,9 @@
-"""Energy of cable and towbodies, and its balance: stored less start, plus lost in the material, less work done."""
+"""Energy of cable, bodies and beads, and its balance: stored less start, plus lost in the material, less work done."""
 
 from __future__ import annotations
 
 from .ancf import BUOYANCY, MASS_PER_LENGTH, WEIGHT_PER_LENGTH
+from .bead import carried
 from .jit import LANES, driver, inline
 from .shape import W5, X5, shape
 from .state import ARC, NOW, Q, V
@@ -26,7 +27,7 @@ def quadratic(a, b, c, d):
 def energies(line, state):
     """Kinetic energy, potential of weight less buoyancy, potential of the weight alone [J], zero at the surface.
 
-    Of cable and towbodies.
+    Of cable, bodies and beads.
     """
     q, v, arc = state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[NOW, ARC, :, 0]
     kinetic, potential, dry = 0.0, 0.0, 0.0
@@ -56,6 +57,12 @@ def energies(line, state):
         z = q[n, 2]
         potential += body.mass * body.gravity * z - body.buoyancy * min(z, 0.0)
         dry += body.mass * body.gravity * z
+    for i in range(line.beads.shape[0]):
+        bead = line.beads[i]
+        _, _, r, v, _ = carried(bead.place, state)
+        kinetic += 0.5 * bead.mass * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+        potential += bead.mass * bead.gravity * r[2] - bead.buoyancy * min(r[2], 0.0)
+        dry += bead.mass * bead.gravity * r[2]
     return kinetic, potential, dry
 
 

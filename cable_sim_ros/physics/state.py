@@ -143,6 +143,7 @@ class LineModel(NamedTuple):
     held: np.ndarray  # [nodes, 6] 1 where q, v and a are imposed from outside
     bodies: np.ndarray  # BODY [bodies]
     body_nodes: np.ndarray  # int64 [bodies] the node that carries each
+    beads: np.ndarray  # BEAD [beads]
     loads: np.ndarray  # LOAD [loads]
     struts: np.ndarray  # STRUT [struts]
     settings: np.ndarray  # LINE_SETTINGS [1]

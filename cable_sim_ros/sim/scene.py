@@ -9,7 +9,7 @@ from ..physics.quantity import REQUIRED, Block, quantity
 from ..physics.setpoint import Setpoint
 from ..physics.ship import Ship
 from ..physics.surface import Seabed, Sheave
-from ..physics.towbody import Towbody
+from ..physics.towbody import LineBody, Towbody
 from ..physics.water import Water
 from ..physics.winch import Winch
 
@@ -28,4 +28,5 @@ class Scene(Block):
     seabed: Seabed = quantity(Seabed(), "", None, None, "seabed under the tow")
     contact: Contact = quantity(Contact(), "", None, None, "contact of the cable with drum and sheave")
     towbody: Towbody = quantity(REQUIRED, "", None, None, "towbody")
+    bodies: dict[str, LineBody] = quantity({}, "", None, None, "bodies on the line between drum and towbody")
     solver: Solver = quantity(Solver(), "", None, None, "time integration")
