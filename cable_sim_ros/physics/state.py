@@ -70,6 +70,7 @@ LINE_SETTINGS = np.dtype(
         ("leave_step", "f8"),  # s, a longer step must not leave a groove
         ("max_iterations", "i8"),
         ("max_halvings", "i8"),
+        ("jumps", "i8"),  # 1: tension or stretch may jump at a node inside, see observe.fill_shape
     ],
     align=True,
 )

@@ -137,6 +137,8 @@ def line_settings(cable: Cable, solver: Solver, gravity: float, tension: float, 
     row["mean_flow_time"] = cable.mean_flow_time
     row["max_iterations"] = solver.max_iterations
     row["max_halvings"], row["turn_most"], row["leave_step"] = rules
+    alike = extreme(cable, "axial_stiffness")[1] == extreme(cable, "axial_stiffness", max)[1]
+    row["jumps"] = not alike or any(section.termination_mass > 0.0 for section in cable.sections.values())
     return row
 
 
@@ -181,13 +183,15 @@ def build_model(scene: Scene) -> Model:
     settings["drum"] = drum_record(scene, Route(scene), total)
     elements = element_table(scene.cable, scene.water, scene.gravity, (False, light_end(scene)))
     rules = Rules(scene.solver.max_halvings)
+    line = line_settings(scene.cable, scene.solver, scene.gravity, tension, rules)
+    line["jumps"] |= bool(scene.bodies)
     return Model(
         line=build_line(
             elements,
             held,
             body_table(scene),
             body_nodes(scene),
-            line_settings(scene.cable, scene.solver, scene.gravity, tension, rules),
+            line,
             beads=bead_table(scene.cable, scene.water, scene.gravity),
         ),
         settings=lock(settings, TOW_SETTINGS),

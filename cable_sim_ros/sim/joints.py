@@ -128,8 +128,8 @@ def seat_problems(scene: Scene, leaves: float) -> list[Problem]:
             own = material_of(scene.cable, section).diameter
             text = (
                 f"= {own:g} m would sit {abs(rise):.3g} m {'above' if rise > 0.0 else 'below'} the seat of "
-                f"cable.diameter = {scene.cable.diameter:g} m on drum or sheave, must be less than sheave.groove_depth = "
-                f"{scene.sheave.groove_depth:g} m: it does not fit the groove"
+                f"cable.diameter = {scene.cable.diameter:g} m on drum or sheave, must be less than "
+                f"sheave.groove_depth = {scene.sheave.groove_depth:g} m: it does not fit the groove"
             )
             remedy = "Make the groove deeper, the diameters more alike, or keep this section outboard"
             found.append(Problem(f"cable.sections.{name}.diameter", text, remedy))

@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 
 from cable_sim_ros.io.load import load_scene, override
 from cable_sim_ros.physics.drag import LOADING, choo_casarella
+from cable_sim_ros.physics.fairing import dressed
 from cable_sim_ros.sim.simulator import Simulator
 
 CONFIG = Path(__file__).parents[2] / "config"
@@ -23,7 +24,7 @@ def profile(scene):
     q = 0.5 * water.density * speed**2
     # pull of the cable on the body: up and ahead
     force = np.array((q * body.drag_area[0], body.net_weight - q * body.lift_area))
-    sections = list(cable.sections.values())[::-1]
+    sections = [dressed(section) for section in cable.sections.values()][::-1]
     ends = np.cumsum([s.length for s in sections])
 
     def rhs(s, y):
