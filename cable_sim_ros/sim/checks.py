@@ -256,7 +256,7 @@ def cautions(scene: Scene) -> list[Problem]:
                 "Make the body heavier or its lift_area negative",
             )
         )
-    found += weight_cautions(scene)
+    found += weight_cautions(scene) + seat_problems(scene, place.total)  # those that may be hauled in
     height = scene.sheave.position[2] + scene.ship.reference_height - radius
     if height < 0:
         found.append(

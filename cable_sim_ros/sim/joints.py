@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from ..physics.drag import TANGENTIAL
-from ..physics.fairing import dressed
+from ..physics.fairing import Fairing, dressed, fairing_weight
 from ..physics.section import Section, material_of
 from .material import section_ends
 from .scene import Scene
@@ -43,7 +43,8 @@ def section_problems(scene: Scene) -> list[Problem]:
     sections = scene.cable.sections
     found = name_problems("cable.sections", "section", sections) + name_problems("bodies", "body", scene.bodies)
     for name, section in sections.items():
-        found += _mesh_problems(name, section) + _water_problems(name, section) + _termination_problems(name, section)
+        found += _mesh_problems(name, section) + _water_problems(name, section)
+        found += _fairing_problems(scene, name, section) + _termination_problems(name, section)
     last, taken = list(sections)[-1], Counter(body.at for body in scene.bodies.values())
     for name, body in scene.bodies.items():
         key = f"bodies.{name}.at"
@@ -85,6 +86,22 @@ def _water_problems(name: str, section: Section) -> list[Problem]:
             )
         )
     return found
+
+
+def _fairing_problems(scene: Scene, name: str, section: Section) -> list[Problem]:
+    key, diameter = f"cable.sections.{name}.fairing", material_of(scene.cable, section).diameter
+    mass, net = fairing_weight(section, diameter, scene.water.density, scene.gravity)
+    if section.fairing is Fairing.NONE and section.fairing_mass and section.fairing_net_weight is None:
+        text = (
+            f"= {section.fairing_mass:g} kg/m is of no known material, for fairing is none: its buoyancy is not known"
+        )
+        return [Problem(f"{key}_mass", text, "Give fairing_net_weight, or the fairing")]
+    if net > 1.02 * mass * scene.gravity and scene.gravity > 0.0:
+        text = (
+            f"= {net:g} N/m is more than the dry weight {mass * scene.gravity:.4g} N/m of the fairing: nothing sinks so"
+        )
+        return [Problem(f"{key}_net_weight", text, "Check the units of it and of fairing_mass")]
+    return []
 
 
 def _termination_problems(name: str, section: Section) -> list[Problem]:

@@ -36,6 +36,18 @@ WRONG = {
         "the law pode takes C_t as a share of a constant C_D above 0; nothing was started. Give drag_coefficient, or "
         "leave the tangential one out",
     ),
+    "fairing of no material": (
+        {"bare": {"fairing_mass": 0.2}},
+        {},
+        "tow.yaml: cable.sections.bare.fairing_mass = 0.2 kg/m is of no known material, for fairing is none: its "
+        "buoyancy is not known; nothing was started. Give fairing_net_weight, or the fairing",
+    ),
+    "fairing that sinks too well": (
+        {"bare": {"fairing": "hair", "fairing_mass": 0.1, "fairing_net_weight": 2.0}},
+        {},
+        "tow.yaml: cable.sections.bare.fairing_net_weight = 2 N/m is more than the dry weight 0.981 N/m of the "
+        "fairing: nothing sinks so; nothing was started. Check the units of it and of fairing_mass",
+    ),
     "termination without mass": (
         {"bare": {"termination_net_weight": 10.0}},
         {},
@@ -117,13 +129,14 @@ def test_a_section_that_floats_over_a_seabed():
         scene({"faired": {"diameter": 0.025}}, seabed={"depth": 500.0})
 
 
-def test_a_thick_section_outboard_of_the_sheave_is_none():
-    scene({"faired": {"diameter": 0.02}})
-
-
 @pytest.mark.parametrize(
     "sections, bodies, text",
     [
+        (
+            {"faired": {"diameter": 0.05, "mass_per_length": 5.0}},
+            {},
+            "cable.sections.faired.diameter = 0.05 m would sit 0.04 m above the seat of cable.diameter = 0.01 m",
+        ),
         ({}, {"pod": POD | {"net_weight": 500.0}}, "bodies.pod.net_weight = 500 N is more than the dry weight 196.2 N"),
         (
             {"bare": {"termination_mass": 1.0, "termination_net_weight": 20.0}},
