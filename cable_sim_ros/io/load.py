@@ -119,12 +119,11 @@ def dump_scene(scene: Scene) -> str:
 
 
 def _known_keys(scene: Scene) -> list[str]:
-    """Dotted keys of one scene, its own section names in place of ``<name>``."""
+    """Dotted keys of one scene, the names of its own sections and bodies in place of ``<name>``."""
     keys = []
     for item in declared(Scene):
-        keys += (
-            [item.key.replace("<name>", name) for name in scene.cable.sections] if "<name>" in item.key else [item.key]
-        )
+        names = scene.bodies if item.key.startswith("bodies.") else scene.cable.sections
+        keys += [item.key.replace("<name>", name) for name in names] if "<name>" in item.key else [item.key]
     return keys
 
 

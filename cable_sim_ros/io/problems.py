@@ -16,6 +16,10 @@ from ..sim.scene import Scene
 from .yaml12 import dotted
 
 CONSEQUENCE = "nothing was started"
+ENTRIES = {  # of tables by free names, as examples
+    "sections": "{length: 10.0, elements: 4}",
+    "bodies": "{at: first, mass: 50.0, net_weight: 300.0}",
+}
 
 
 def place(origin: str, line: int) -> str:
@@ -51,10 +55,10 @@ def _text(item, path, field, owner, data, origin, lines) -> str:
         return unknown_key(where, path, value, [d.key for d in declared(Scene)], owner)
     if kind == "value_error":  # a validator of the scene: its text says what and how
         return f"{where}: {key} {str(item['msg']).removeprefix('Value error, ')}; {CONSEQUENCE}"
-    if field is None and kind in ("model_type", "dict_type"):  # a free name, such as that of a section
+    if field is None and kind in ("model_type", "dict_type"):  # a free name: of a section or a body
         return (
             f"{where}: {key} = {_show(value)} is {kind_of(value)}, expected a block of keys; {CONSEQUENCE}. "
-            f"Write for example `{path[-1]}: {{length: 10.0, elements: 4}}`"
+            f"Write for example `{path[-1]}: {ENTRIES[path[-2]]}`"
         )
     if field is None:
         return f"{where}: {key} = {_show(value)}: {item['msg']}; {CONSEQUENCE}. See the parameter manual"
@@ -188,7 +192,7 @@ def _sample(field):
     number = 1.0
     if low is not None and high is not None:
         number = float(f"{math.sqrt(low * high):.1g}") if low > 0 else 1.0 if low <= 1.0 <= high else low
-    if field.annotation is int:
+    if int in (field.annotation, *get_args(field.annotation)):
         return round(number)
     return [number] * len(get_args(field.annotation)) if get_origin(field.annotation) is tuple else number
 

@@ -25,10 +25,11 @@ from .ancf import (
     inertia_tangent_lanes,
 )
 from .contact import contact_lanes, contact_point_lanes, contact_tangent_lanes
-from .drag import DragLaw, amplified, mean_lanes, point_lanes, spread_force, spread_matrix, water_load, water_tangent
+from .drag import amplified, mean_lanes, point_lanes, spread_force, spread_matrix, water_load, water_tangent
 from .flow import convective_tangent_lanes, material_lanes
 from .jit import LANES, driver, inline, link, opaque
-from .quantity import REQUIRED, Block, quantity
+from .quantity import REQUIRED, quantity
+from .section import Material, Section
 from .shape import W4, W5, X4, X5, shape, slope
 from .state import ARC, AT_REST, MEAN, NOW, A, Q, V
 from .surface import DRUM, GROOVE, NO_TOP, out_of_reach, solid
@@ -46,40 +47,9 @@ N4L = np.repeat(_N4[:, :, None], LANES, 2)  # [point, 4, LANES]
 D4L = np.repeat(_D4[:, :, None], LANES, 2)
 
 
-class Section(Block):
-    """A length of cable, counted from the drum end."""
+class Cable(Material):
+    """The cable: its material where a section gives none of its own, and its sections."""
 
-    length: float = quantity(REQUIRED, "m", 1e-4, 2e4, "unstretched length")
-    elements: int | None = quantity(
-        None, "1", 1, 4000, "number of equal elements where winch.drum is contact; a winch that feeds has `mesh`"
-    )
-    drag_law: DragLaw = quantity(DragLaw.DRISCOLL_NAHON, "", None, None, "loading functions", "Westin (60), (145)")
-    drag_amplification: float = quantity(
-        1.0, "1", 0.1, 10.0, "total drag factor G of a cable at rest, (58)-(65) with G the total", "Westin (64)"
-    )
-    drag_coefficient: float | None = quantity(
-        None, "1", 0.0, 10.0, "constant C_D; none: Choo-Casarella C_D(Re)", "Westin (61)"
-    )
-    tangential_coefficient: float = quantity(
-        0.0,
-        "1",
-        0.0,
-        1.0,
-        "C_t on the diameter, of the laws crossflow and pode; needs a constant C_D above zero",
-        "Dymore (12a): pi c_f; Pode: f C_D",
-    )
-
-
-class Cable(Block):
-    diameter: float = quantity(REQUIRED, "m", 1e-4, 1.0, "outer diameter", "Westin Table 8")
-    mass_per_length: float = quantity(REQUIRED, "kg/m", 1e-5, 1e3, "dry mass per length", "Westin Table 8")
-    axial_stiffness: float = quantity(REQUIRED, "N", 1.0, 1e11, "EA", "Westin 5.1")
-    compression_share: float = quantity(
-        1.0, "1", 0.0, 1.0, "share of EA that resists compression; small: a slack element folds where it would push"
-    )
-    bending_stiffness: float = quantity(0.0, "N m^2", 0.0, 1e8, "EI", "Westin (144)")
-    axial_damping: float = quantity(0.0, "N s", 0.0, 1e8, "Kelvin-Voigt: axial force per strain rate", "Westin 5.1")
-    bending_damping: float = quantity(0.0, "N m^2 s", 0.0, 1e6, "Kelvin-Voigt: bending moment per curvature rate")
     mean_flow_time: float = quantity(
         60.0,
         "s",
@@ -89,7 +59,6 @@ class Cable(Block):
         "on the extra drag of amplification; several waves long",
         "docs/theory.md; Westin (64) in a steady tow",
     )
-    added_mass_coefficient: float = quantity(1.0, "1", 0.0, 5.0, "C_m of the normal motion", "Westin (66)")
     sections: dict[str, Section] = quantity(REQUIRED, "", None, None, "sections from the drum end to the towbody")
 
 

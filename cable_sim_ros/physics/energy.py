@@ -1,14 +1,15 @@
-"""Energy of cable and towbodies, and its balance: stored less start, plus lost in the material, less work done."""
+"""Energy of cable, bodies and beads, and its balance: stored less start, plus lost in the material, less work done."""
 
 from __future__ import annotations
 
 from math import sqrt
 
 from .ancf import BUOYANCY, EA, EI, MASS_PER_LENGTH, WEIGHT_PER_LENGTH
+from .bead import aboard, carried
 from .flow import convective, second
 from .jit import LANES, driver, inline
 from .shape import W5, X5, shape
-from .state import ARC, NOW, Q, V
+from .state import ARC, NOW, STEP, Q, V
 from .work import FED, HELD, LOADS, LOST_POWER, SURFACES, WATER
 
 
@@ -29,7 +30,7 @@ def quadratic(a, b, c, d):
 def energies(line, state):
     """Kinetic energy, potential of weight less buoyancy, potential of the weight alone [J], zero at the surface.
 
-    Of cable and towbodies.
+    Of cable, bodies and beads.
     """
     q, v, arc = state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[NOW, ARC]
     kinetic, potential, dry = 0.0, 0.0, 0.0
@@ -63,7 +64,33 @@ def energies(line, state):
         z = q[n, 2]
         potential += body.mass * body.gravity * z - body.buoyancy * min(z, 0.0)
         dry += body.mass * body.gravity * z
+    for i in range(line.beads.shape[0]):
+        bead = line.beads[i]
+        if not aboard(bead.place, state, NOW):
+            motion, weight, lift = bead_energy(bead, state)
+            kinetic, potential, dry = kinetic + motion, potential + weight - lift, dry + weight
     return kinetic, potential, dry
+
+
+@inline
+def bead_energy(bead, state):
+    """Kinetic energy of a bead, potential of its weight and, to be taken off, of its buoyancy [J]."""
+    _, _, r, v, _ = carried(bead.place, state)
+    motion = 0.5 * bead.mass * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+    return motion, bead.mass * bead.gravity * r[2], bead.buoyancy * min(r[2], 0.0)
+
+
+@driver
+def beads_fed(line, state):
+    """Energy of the beads that came off the drum in the last step [J]; of those wound on, negative."""
+    energy = 0.0
+    for i in range(line.beads.shape[0]):
+        bead = line.beads[i]
+        came = aboard(bead.place, state, STEP) - aboard(bead.place, state, NOW)
+        if came != 0:
+            motion, weight, _ = bead_energy(bead, state)
+            energy += came * (motion + weight)
+    return energy
 
 
 @driver

@@ -108,7 +108,7 @@ FIELDS = (
         "1",
         "detachments since the start; each lasts until the cable has pressed for contact.reseat_time",
     ),
-    ("kinetic_energy", (), "f8", "J", "of cable and towbody"),
+    ("kinetic_energy", (), "f8", "J", "of cable, bodies and terminations"),
     ("strain_energy", (), "f8", "J", "axial and bending"),
     ("potential_energy", (), "f8", "J", "of weight less buoyancy"),
     ("work_supplied", (), "f8", "J", "work of the winch and hull on the cable end since the start, tow frame"),

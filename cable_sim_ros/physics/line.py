@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from .bead import carry
 from .cable import assemble, link_assembly
 from .energy import fed
 from .jit import driver, link, opaque
@@ -69,7 +70,7 @@ def strut(strut, gravity, state, change, tangent):
 
 @driver
 def bodies(line, state, change, tangent):
-    """Add the bodies: their own forces, the water's, the ground's."""
+    """Add bodies and beads: their own forces, the water's, the ground's."""
     band, power = state.work.band, state.work.lanes[0].power
     q, v, a, flow = state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[NOW, A], state.nodes[NOW, FLOW]
     m = state.memory[NOW].current
@@ -81,6 +82,8 @@ def bodies(line, state, change, tangent):
         for k in range(state.surfaces.shape[0]):
             if state.surfaces[k].carrier == ON_GROUND and body.floor_stiffness > 0.0:
                 power[SURFACES] += lie(body, state.surfaces[k], node, change, tangent, band[n])
+    for i in range(line.beads.shape[0]):
+        power[WATER] += carry(line.beads[i], state, change, tangent)
 
 
 @driver

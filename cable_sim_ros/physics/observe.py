@@ -163,13 +163,15 @@ def fill_cable(line, state, f, body):
 def fill_shape(line, state, aboard, table):
     """Rows of the shape table: place, tension and arc length of every node; aboard: arc length of the last bent part.
 
-    Curved over drum and sheave the elements know the tension better than the nodes.
+    Curved over drum and sheave the elements know the tension better than the nodes. So they do along a line on which it
+    jumps, or the stretch does: the one gradient of a node is between both sides, and those beside it make up for it.
     """
     now, q, arc = state.memory[NOW], state.nodes[NOW, Q], state.nodes[NOW, ARC, :, 0]
+    inside = arc[arc.shape[0] - 1] if line.settings[0].jumps != 0 else aboard
     ox, oy = frame_shift(now, now.time.now)
     for n in range(arc.shape[0]):
         table[n, 0], table[n, 1], table[n, 2] = q[n, 0] + ox, q[n, 1] + oy, q[n, 2]
-        table[n, 3] = tension_at(state, arc[n]) if arc[n] < aboard else node_tension(line.elements, q, n)
+        table[n, 3] = tension_at(state, arc[n]) if arc[n] < inside else node_tension(line.elements, q, n)
         table[n, 4] = arc[n]
 
 

@@ -73,6 +73,15 @@ def quantity(
     return Field(default, description=doc, json_schema_extra=extra)
 
 
+def again(block: type[Block], name: str, without: str) -> Any:
+    """Declare a number of another Block once more, as one that may be left out: its unit, bounds, meaning and source.
+
+    without: what counts where it is none, in words.
+    """
+    field = block.model_fields[name]
+    return Field(None, description=f"{field.description}; none: {without}", json_schema_extra=field.json_schema_extra)
+
+
 def interval(low: float | None, high: float | None, above: float | None = None) -> str:
     """Bounds as text: ``[0, 5]``, ``(0, 5]`` for a strict lower bound, ``[0, inf)`` for an open end; "" if none."""
     if low is None and high is None and above is None:

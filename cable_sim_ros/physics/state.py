@@ -70,6 +70,7 @@ LINE_SETTINGS = np.dtype(
         ("leave_step", "f8"),  # s, a longer step must not leave a groove
         ("max_iterations", "i8"),
         ("max_halvings", "i8"),
+        ("jumps", "i8"),  # 1: tension or stretch may jump at a node inside, see observe.fill_shape
     ],
     align=True,
 )
@@ -144,6 +145,7 @@ class LineModel(NamedTuple):
     held: np.ndarray  # [nodes, 6] 1 where q, v and a are imposed from outside
     bodies: np.ndarray  # BODY [bodies]
     body_nodes: np.ndarray  # int64 [bodies] the node that carries each
+    beads: np.ndarray  # BEAD [beads]
     loads: np.ndarray  # LOAD [loads]
     struts: np.ndarray  # STRUT [struts]
     settings: np.ndarray  # LINE_SETTINGS [1]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from .energy import beads_fed
 from .feed import flow_of, lay_mesh
 from .instruments import end_strain
 from .integrate import coefficients, settle
@@ -14,6 +15,7 @@ from .surface import ON_SHIP
 from .survey import survey
 from .vec import at3
 from .winch import WOUND, drum_point, servo, wind
+from .work import FED
 
 NOT_MOVING = (0.0, 0.0, 0.0)
 
@@ -86,6 +88,7 @@ def advance_tow(model, state, inputs, commanded, rate):
     if state.plan[0].taken != 0:
         moved = now.winch.length - state.memory[STEP].winch.length
         wind(model.settings[0].drum, now.winch, moved, end_strain(model.line.elements, state))
+        now.account.work[FED] += beads_fed(model.line, state)
     return True, blending
 
 

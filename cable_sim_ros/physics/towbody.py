@@ -1,4 +1,4 @@
-"""Towbody: lumped mass at the cable end with net weight, drag and added mass per axis, and hydrofoil lift.
+"""Towbody, and bodies on the line: lumped masses with net weight, drag and added mass per axis, and hydrofoil lift.
 
 Westin (2018) (85)-(92). Axes: x along the horizontal local flow (forward), y left, z up: the body turns into the flow
 with a time constant and stays level (5.2: its orientation is constant). Crossing the surface, the wet share of every
@@ -11,6 +11,7 @@ from math import atan2, cos, sin, sqrt
 
 import numpy as np
 
+from .bead import half_height
 from .contact import rubbing
 from .drag import smooth
 from .jit import driver, inline
@@ -52,6 +53,12 @@ class Towbody(Block):
     )
 
 
+class LineBody(Towbody):
+    """A body on the line: depressor, pod, float. The physics is that of the towbody."""
+
+    at: str = quantity(REQUIRED, "", None, None, "section at whose outboard end it sits; not the last one")
+
+
 def body_record(body: Towbody, gravity: float, density: float) -> np.ndarray:
     """The body as a BODY record: drag and lift areas carry rho/2. It stands on no floor."""
     row = np.zeros((), BODY)
@@ -60,7 +67,7 @@ def body_record(body: Towbody, gravity: float, density: float) -> np.ndarray:
     row["added"] = body.added_mass
     row["drag"] = 0.5 * density * np.array(body.drag_area)
     row["lift"] = 0.5 * density * body.lift_area
-    row["half_height"] = 0.5 * max(float(row["buoyancy"]) / (density * max(gravity, 1e-9)), 1e-6) ** (1.0 / 3.0)
+    row["half_height"] = half_height(float(row["buoyancy"]), gravity, density)
     row["flow_time"] = body.flow_time_constant
     return row
 

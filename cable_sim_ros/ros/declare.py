@@ -8,7 +8,7 @@ from typing import Any
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, ParameterType
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 
-from .params import ParameterError, Row
+from .params import NONE, ParameterError, Row
 
 TYPES = {
     float: ParameterType.PARAMETER_DOUBLE,
@@ -31,7 +31,7 @@ def descriptor(row: Row) -> ParameterDescriptor:
     """Descriptor with description, unit, source, range and whether a change needs a new configure."""
     text = row.doc + (f" [{row.unit}]" if row.unit not in ("", "1") else "")
     if row.nullable:
-        text += "; nan: none"
+        text += f"; {'empty text' if row.kind is str else NONE[row.kind]}: none"
     if row.source:
         text += f" (source: {row.source})"
     result = ParameterDescriptor(

@@ -20,6 +20,7 @@ from ..physics.quantity import Block, quantity
 from ..sim.scene import Scene
 
 FOREIGN = ("use_sim_time", "start_type_description_service")  # declared by rclpy itself
+NONE: dict[type, Any] = {float: math.nan, int: 0, str: ""}  # what stands for "none" in a parameter that may be none
 FOREIGN_PREFIX = ("qos_overrides.",)
 
 
@@ -101,7 +102,7 @@ class Row(NamedTuple):
     kind: type  # float, int, bool, str or list (of floats)
     length: int  # of a list
     choices: tuple[str, ...]
-    nullable: bool  # nan stands for "none"
+    nullable: bool  # NONE of its kind stands for "none"
     doc: str
     unit: str
     low: float | None
@@ -141,7 +142,7 @@ def _row(name: str, value: Any, field) -> Row:
     kind, length, choices, nullable = _kind(field.annotation)
     extra = field.json_schema_extra or {}
     if value is None:
-        value = math.nan
+        value = NONE[kind]
     elif isinstance(value, Enum):
         value = value.value
     elif isinstance(value, tuple):
@@ -265,7 +266,7 @@ def _checked(row: Row, value: Any) -> Any:
             f"parameter '{row.name}' must be {word}{unit}, got {value!r}"
             + (f"; {row.range_text}" if row.range_text else "")
         )
-    if row.nullable and isinstance(value, float) and math.isnan(value):
+    if row.nullable and (value == NONE[row.kind] or value != value):
         return None
     if row.choices and value not in row.choices:
         raise ParameterError(

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..physics import ancf
-from ..physics.cable import Cable, Section
-from ..physics.drag import element_rows
+from ..physics.bead import BEAD, bead_record
+from ..physics.cable import Cable
 from ..physics.feed import ABOARD
 from ..physics.frame import CONTACT_COLUMNS, FRAME, MAX_STATIONS, SHAPE_COLUMNS
 from ..physics.integrate import Solver
@@ -33,10 +33,11 @@ from ..physics.state import (
 )
 from ..physics.step import LEAVE_STEP, TURN_MOST
 from ..physics.surface import SHEAVE_ROW, surfaces_of
-from ..physics.towbody import BODY, body_record
+from ..physics.towbody import BODY, Towbody, body_record
 from ..physics.water import Water
 from ..physics.winch import DRUM
 from .checks import ROUND_OFF
+from .material import extreme, material_rows, section_ends, termination_weight
 from .mesh import FeedMesh, feed_mesh
 from .scene import Scene
 from .statics import DRUM_RESERVE, Route
@@ -66,23 +67,8 @@ def lock(array: np.ndarray, kind: npt.DTypeLike = float) -> np.ndarray:
 
 def arc_lengths(cable: Cable) -> np.ndarray:
     """Unstretched arc length of every node from the drum end [m]."""
-    lengths = [np.full(s.elements, s.length / s.elements) for s in cable.sections.values()]
+    lengths = [np.full(s.meshed, s.length / s.meshed) for s in cable.sections.values()]
     return np.concatenate(([0.0], np.cumsum(np.concatenate(lengths))))
-
-
-def material_rows(cable: Cable, section: Section, water: Water, gravity: float) -> np.ndarray:
-    """Rows of the element table [ROWS] of one section's cable."""
-    rows = np.zeros(ancf.ROWS)
-    rows[ancf.MASS_PER_LENGTH] = cable.mass_per_length
-    rows[ancf.EA], rows[ancf.EI] = cable.axial_stiffness, cable.bending_stiffness
-    rows[ancf.COMPRESSION] = cable.compression_share
-    rows[ancf.AXIAL_DAMPING] = cable.axial_damping
-    if cable.bending_stiffness > 0.0:
-        rows[ancf.BENDING_TIME] = cable.bending_damping / cable.bending_stiffness
-    rows[ancf.WEIGHT_PER_LENGTH] = cable.mass_per_length * gravity
-    hydro = element_rows(section, cable, water, gravity)
-    rows[list(hydro)] = list(hydro.values())
-    return rows
 
 
 def element_table(cable: Cable, water: Water, gravity: float, free_ends: tuple[bool, bool]) -> np.ndarray:
@@ -92,7 +78,7 @@ def element_table(cable: Cable, water: Water, gravity: float, free_ends: tuple[b
     """
     columns = []
     for section in cable.sections.values():
-        columns += [material_rows(cable, section, water, gravity)] * section.elements
+        columns += [material_rows(cable, section, water, gravity)] * section.meshed
     lengths = np.diff(arc_lengths(cable))
     for end, free in zip((0, -1), free_ends, strict=True):
         if free:
@@ -108,16 +94,41 @@ def element_table(cable: Cable, water: Water, gravity: float, free_ends: tuple[b
 def light_end(scene: Scene, mesh: FeedMesh | None) -> bool:
     """Does the towbody pull less than the last element weighs, at the longest that it may become?"""
     last = list(scene.cable.sections.values())[-1]
-    size = last.length / last.elements if mesh is None else last.length * (1.0 - mesh.shares[-1][-2])
-    return abs(scene.towbody.net_weight) < scene.cable.mass_per_length * scene.gravity * size
+    size = last.length / last.meshed if mesh is None else last.length * (1.0 - mesh.shares[-1][-2])
+    rows = material_rows(scene.cable, last, scene.water, scene.gravity)
+    return bool(abs(scene.towbody.net_weight) < rows[ancf.MASS_PER_LENGTH] * scene.gravity * size)
 
 
 def body_table(scene: Scene) -> np.ndarray:
-    """The towbody, standing on the seabed where there is one."""
-    row = body_record(scene.towbody, scene.gravity, scene.water.density)
-    if scene.seabed.depth is not None:
-        row["floor_stiffness"] = abs(scene.towbody.net_weight) / scene.seabed.penetration**1.5
-    return row.reshape(1)
+    """The towbody and the bodies on the line [bodies]; what sinks stands on the seabed where there is one."""
+    rows = [_body_row(scene, scene.towbody)] + [_body_row(scene, body) for body in scene.bodies.values()]
+    return np.stack(rows)
+
+
+def _body_row(scene: Scene, body: Towbody) -> np.ndarray:
+    row = body_record(body, scene.gravity, scene.water.density)
+    if scene.seabed.depth is not None and body.net_weight > 0.0:
+        row["floor_stiffness"] = abs(body.net_weight) / scene.seabed.penetration**1.5
+    return row
+
+
+def body_nodes(scene: Scene, mesh: FeedMesh | None) -> list[int]:
+    """Node of every body: the last for the towbody, that of its section's outboard end for one on the line."""
+    sections = scene.cable.sections
+    nodes = np.cumsum([s.meshed for s in sections.values()]) if mesh is None else mesh.boundaries
+    ends = dict(zip(sections, nodes.tolist(), strict=True))
+    return [max(ends.values())] + [ends[body.at] for body in scene.bodies.values()]
+
+
+def bead_table(cable: Cable, water: Water, gravity: float) -> np.ndarray:
+    """The terminations of the sections [beads]."""
+    ends = section_ends(cable)
+    rows = [
+        bead_record(ends[name], section.termination_mass, termination_weight(section, gravity), gravity, water.density)
+        for name, section in cable.sections.items()
+        if section.termination_mass > 0.0
+    ]
+    return np.array(rows, BEAD)
 
 
 def drum_record(scene: Scene, route: Route, mesh: FeedMesh | None) -> np.ndarray:
@@ -134,12 +145,21 @@ def drum_record(scene: Scene, route: Route, mesh: FeedMesh | None) -> np.ndarray
     row["length_least"] = -(route.total - route.wound - route.span - LEAST_OUTBOARD)
     if mesh is not None:
         row["blend"] = mesh.blend
-        row["length_least"] = mesh.aboard[-1] + mesh.least[-1] - row["payout_0"]
+        row["length_least"] = hauled_in(scene, mesh) - row["payout_0"]
         row["end_stiffness"] = END_STIFFNESS if light_end(scene, mesh) else 0.0
     inboard = route.inboard - row["payout_0"]
     row["limit_least"] = row["length_least"] if w.least_scope is None else w.least_scope + inboard
     row["limit_most"] = row["length_most"] if w.most_scope is None else w.most_scope + inboard
     return row
+
+
+def hauled_in(scene: Scene, mesh: FeedMesh) -> float:
+    """Pay-out [m] at which hauling in ends: the towbody or a body on the line is next to the mesh at the sheave."""
+    ends, last = section_ends(scene.cable), mesh.aboard[-1]
+    least = dict(zip(ends, mesh.least + mesh.blend, strict=True))
+    total = max(ends.values())
+    stops = [last + mesh.least[-1]]
+    return float(max(stops + [total - ends[body.at] + last + least[body.at] for body in scene.bodies.values()]))
 
 
 def feed_of(scene: Scene, mesh: FeedMesh | None) -> Feed:
@@ -161,10 +181,12 @@ def line_settings(cable: Cable, solver: Solver, gravity: float, tension: float, 
     """LINE_SETTINGS [1]; tension: working tension [N] that scales the tolerance."""
     row = np.zeros(1, LINE_SETTINGS)
     row["gravity"], row["rho_inf"] = gravity, solver.rho_inf
-    row["tolerance"] = max(solver.tolerance * tension, ROUND_OFF * cable.axial_stiffness)
+    row["tolerance"] = max(solver.tolerance * tension, ROUND_OFF * extreme(cable, "axial_stiffness", max)[1])
     row["mean_flow_time"] = cable.mean_flow_time
     row["max_iterations"] = solver.max_iterations
     row["max_halvings"], row["turn_most"], row["leave_step"] = rules
+    alike = extreme(cable, "axial_stiffness")[1] == extreme(cable, "axial_stiffness", max)[1]
+    row["jumps"] = not alike or any(section.termination_mass > 0.0 for section in cable.sections.values())
     return row
 
 
@@ -176,6 +198,7 @@ def build_line(
     settings: np.ndarray,
     loads: np.ndarray | None = None,
     struts: np.ndarray | None = None,
+    beads: np.ndarray | None = None,
 ) -> LineModel:
     """A line as numbers for kernels, in the one place that coerces them: every line has one type signature."""
     return LineModel(
@@ -183,6 +206,7 @@ def build_line(
         held=lock(held),
         bodies=lock(bodies, BODY),
         body_nodes=lock(np.asarray(body_nodes), np.int64),
+        beads=lock(np.zeros(0, BEAD) if beads is None else beads, BEAD),
         loads=records(0, LOAD) if loads is None else np.ascontiguousarray(loads, LOAD).view(np.recarray),
         struts=lock(np.zeros(0, STRUT) if struts is None else struts, STRUT),
         settings=lock(settings, LINE_SETTINGS),
@@ -202,7 +226,7 @@ def build_model(scene: Scene) -> Model:
     settings["reseat_ns"] = round(scene.contact.reseat_time * 1e9)
     settings["penetration_limit"] = scene.contact.penetration_limit * scene.cable.diameter
     settings["groove_depth"] = scene.sheave.groove_depth
-    settings["bending_length"] = sqrt(scene.cable.bending_stiffness / tension)
+    settings["bending_length"] = sqrt(extreme(scene.cable, "bending_stiffness", max)[1] / tension)
     settings["ship"] = (ship.stale_after, ship.stale_decay, ship.start_blend, ship.source_blend)
     settings["drum"] = drum_record(scene, Route(scene), mesh)
     if mesh is None:
@@ -210,13 +234,16 @@ def build_model(scene: Scene) -> Model:
     else:  # filled for the pay-out, see feed.py
         elements = np.zeros((-(-(nodes - 1) // LANES), ancf.ROWS, LANES))
     rules = Rules(scene.solver.max_halvings)
+    line = line_settings(scene.cable, scene.solver, scene.gravity, tension, rules)
+    line["jumps"] |= bool(scene.bodies)
     return Model(
         line=build_line(
             elements,
             held,
             body_table(scene),
-            [nodes - 1],
-            line_settings(scene.cable, scene.solver, scene.gravity, tension, rules),
+            body_nodes(scene, mesh),
+            line,
+            beads=bead_table(scene.cable, scene.water, scene.gravity),
         ),
         settings=lock(settings, TOW_SETTINGS),
         feed=feed_of(scene, mesh),

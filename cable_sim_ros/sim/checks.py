@@ -7,9 +7,11 @@ unstretched cable counted from its fixed end on the drum; drum, span and sheave 
 from __future__ import annotations
 
 import math
-import re
 from typing import NamedTuple
 
+from ..physics.section import material_of
+from .joints import Problem, body_problems, seat_problems, section_problems
+from .material import extreme, hung, outboard, termination_weight, wet_weight
 from .mesh import feed_mesh
 from .scene import Scene
 from .statics import Route, first_angle
@@ -26,15 +28,6 @@ MOST_STRAIN = 0.1  # under the weight of the tow
 ROUND_OFF = 1e-12  # least residual that can be asked for, over EA
 MOST_FLOOR = 1e-4  # that residual over the working tension
 LEAST_FLOOR_GAP = 10.0  # penetrations that a seabed must lie below the sheave
-SECTION_NAME = re.compile(r"[a-z][a-z0-9_]*")
-
-
-class Problem(NamedTuple):
-    """What is wrong (or doubtful) with which key, and the way out. ``number`` and ``threshold`` stand in the text."""
-
-    key: str
-    text: str
-    remedy: str
 
 
 class Layout(NamedTuple):
@@ -63,8 +56,8 @@ def elements(scene: Scene) -> list[tuple[float, float, str]]:
     if mesh is not None:
         return []
     for name, section in scene.cable.sections.items():
-        size = section.length / section.elements
-        out += [(start + k * size, start + (k + 1) * size, name) for k in range(section.elements)]
+        size = section.length / section.meshed
+        out += [(start + k * size, start + (k + 1) * size, name) for k in range(section.meshed)]
         start += section.length
     return out
 
@@ -90,13 +83,13 @@ def fine_zone(scene: Scene) -> tuple[float, float]:
 
 
 def downforce(scene: Scene) -> float:
-    """Force [N] that pulls the tow down: wet weight of the cable past the sheave, net weight and lift of the body."""
-    cable, water = scene.cable, scene.water
-    area = math.pi / 4 * cable.diameter**2
-    free = max(0.0, layout(scene).total - layout(scene).tangent)
-    wet = (cable.mass_per_length - water.density * area) * scene.gravity * free
-    lift = 0.5 * water.density * scene.towbody.lift_area * water_speed(scene) ** 2
-    return wet + scene.towbody.net_weight - lift
+    """Force [N] that pulls the tow down: wet weight of the cable past the sheave, net weights and lifts of what hangs
+    there."""
+    start, pressure = layout(scene).tangent, 0.5 * scene.water.density * water_speed(scene) ** 2
+    cable = sum(wet_weight(scene, section) * length for length, section in outboard(scene, start))
+    things = sum(thing.net_weight for thing in hung(scene) if thing.place > start)
+    lift = pressure * sum(body.lift_area for body in (scene.towbody, *scene.bodies.values()))
+    return cable + things + scene.towbody.net_weight - lift
 
 
 def water_speed(scene: Scene) -> float:
@@ -108,19 +101,13 @@ def water_speed(scene: Scene) -> float:
 
 def problems(scene: Scene) -> list[Problem]:
     """What makes the scene senseless; empty when it can be started."""
-    found = []
+    found = list[Problem]()
     sections = scene.cable.sections
     if not sections:
         return [Problem("cable.sections", "has no section", "Give at least one section, from the drum end outward")]
-    for name in sections:
-        if not SECTION_NAME.fullmatch(name):
-            found.append(
-                Problem(
-                    f"cable.sections.{name}",
-                    "is not a section name",
-                    "Use lower-case letters, digits and _, beginning with a letter: names are parts of parameter names",
-                )
-            )
+    found += section_problems(scene)
+    if any(body.at not in sections for body in scene.bodies.values()):
+        return found  # where they hang is not known
     winch, sheave = scene.winch, scene.sheave
     apart = math.hypot(*(sheave.position[i] - winch.position[i] for i in (0, 2)))
     if apart <= winch.drum_radius + sheave.radius:
@@ -173,23 +160,24 @@ def problems(scene: Scene) -> list[Problem]:
                 "Make the body or the cable heavier, or give ship.tow_speed",
             )
         )
-    found += seabed_problems(scene)
-    pull, stiffness = downforce(scene), scene.cable.axial_stiffness
+    found += seabed_problems(scene) + seat_problems(scene, place.leaves) + body_problems(scene, place.leaves)
+    pull, (key, stiffness) = downforce(scene), extreme(scene.cable, "axial_stiffness")
     if pull > MOST_STRAIN * stiffness:
         found.append(
             Problem(
-                "cable.axial_stiffness",
+                key,
                 f"= {stiffness:g} N is stretched by {100.0 * pull / stiffness:.3g} % by the "
                 f"{pull:.4g} N that pull the tow down, more than {100.0 * MOST_STRAIN:g} %: the element's law is one "
                 f"of small strain, and no step (solver.tick = {scene.solver.tick:g} s) makes up for it",
                 f"Make it at least {pull / MOST_STRAIN:.3g} N, or the tow lighter; check its unit (EA in N)",
             )
         )
+    key, stiffness = extreme(scene.cable, "axial_stiffness", max)
     floor, working = ROUND_OFF * stiffness, scene.contact.working_tension
     if floor > MOST_FLOOR * working:
         found.append(
             Problem(
-                "cable.axial_stiffness",
+                key,
                 f"= {stiffness:g} N leaves a round-off of {floor:.3g} N in every force, more than "
                 f"{100.0 * MOST_FLOOR:g} % of contact.working_tension = {working:g} N: a step (solver.tick = "
                 f"{scene.solver.tick:g} s) cannot be solved to less",
@@ -214,13 +202,12 @@ def seabed_problems(scene: Scene) -> list[Problem]:
                 f"Make it more than {LEAST_FLOOR_GAP * bed.penetration - lowest:.4g} m",
             )
         )
-    area = 0.25 * math.pi * scene.cable.diameter**2
-    wet = scene.cable.mass_per_length - scene.water.density * area
+    wet = min(wet_weight(scene, section) for section in scene.cable.sections.values())
     if wet <= 0.0 or scene.towbody.net_weight <= 0.0:
         found.append(
             Problem(
                 "seabed.depth",
-                f"is given, but what floats does not lie on it: the cable weighs {wet * scene.gravity:.4g} N/m in "
+                f"is given, but what floats does not lie on it: the cable weighs {wet:.4g} N/m in "
                 f"water, the towbody {scene.towbody.net_weight:g} N; both must be above 0, they set its stiffness",
                 "Leave the seabed out, or make cable and towbody heavier than water",
             )
@@ -251,7 +238,8 @@ def cautions(scene: Scene) -> list[Problem]:
         )
     elif scene.setpoint.algorithm != "hold":
         found += travel_cautions(scene, FINE_ZONE, FINE_ZONE)
-    resolved = RESOLVED * math.sqrt(scene.cable.bending_stiffness / scene.contact.working_tension)
+    stiff = material_of(scene.cable, scene.cable.sections[name]).bending_stiffness if name else 0.0
+    resolved = RESOLVED * math.sqrt(stiff / scene.contact.working_tension)
     if 0.0 < resolved * (1 + 1e-9) < size <= FINE_ELEMENT * radius * (1 + 1e-9):  # longer ones have their caution
         found.append(
             Problem(
@@ -271,15 +259,7 @@ def cautions(scene: Scene) -> list[Problem]:
                 "Make the body heavier or its lift_area negative",
             )
         )
-    if scene.gravity > 0 and scene.towbody.net_weight > 1.02 * scene.towbody.mass * scene.gravity:
-        found.append(
-            Problem(
-                "towbody.net_weight",
-                f"= {scene.towbody.net_weight:g} N is more than the dry weight "
-                f"{scene.towbody.mass * scene.gravity:.5g} N of towbody.mass",
-                "Check the units of both",
-            )
-        )
+    found += weight_cautions(scene) + seat_problems(scene, place.total)  # those that may be hauled in
     height = scene.sheave.position[2] + scene.ship.reference_height - radius
     if height < 0:
         found.append(
@@ -290,6 +270,25 @@ def cautions(scene: Scene) -> list[Problem]:
             )
         )
     return found
+
+
+def weight_cautions(scene: Scene) -> list[Problem]:
+    """What hangs on the line and is heavier in water than its mass is in air."""
+    things = [("towbody.net_weight", "towbody.mass", scene.towbody.net_weight, scene.towbody.mass)]
+    for name, body in scene.bodies.items():
+        things.append((f"bodies.{name}.net_weight", f"bodies.{name}.mass", body.net_weight, body.mass))
+    for name, section in scene.cable.sections.items():
+        key, net = f"cable.sections.{name}.termination", termination_weight(section, scene.gravity)
+        things.append((f"{key}_net_weight", f"{key}_mass", net, section.termination_mass))
+    return [
+        Problem(
+            key,
+            f"= {net:g} N is more than the dry weight {mass * scene.gravity:.5g} N of {mass_key}",
+            "Check the units of both",
+        )
+        for key, mass_key, net, mass in things
+        if scene.gravity > 0.0 and net > 1.02 * mass * scene.gravity
+    ]
 
 
 def travel_cautions(scene: Scene, hauled: float, paid: float) -> list[Problem]:

@@ -44,7 +44,7 @@ from ..physics.step import NO_LIMIT, TURN_MOST, link_stepper
 from ..physics.surface import SURFACE
 from ..physics.towbody import BODY, Towbody, body_record
 from ..physics.water import Water
-from .build import Rules, arc_lengths, build_line, element_table, line_settings, lock
+from .build import Rules, arc_lengths, bead_table, build_line, element_table, line_settings, lock
 from .march import Moved, Samples, accelerate, begin_step, bring_to_rest, look, march, take, weigh_up
 
 FOLDING = 1e-7  # cable.compression_share of a cable that goes slack
@@ -131,6 +131,9 @@ class Rig:
         pulls["node"] %= nodes
         borne = {n % nodes for n in held} | set(carried) | {int(n) for n in pulls["node"]}
         borne |= {int(n) + 1 for n in rods["node"]}
+        beads = bead_table(cable, water, gravity)
+        if air:
+            beads["buoyancy"] = 0.0
         elements = element_table(cable, water, gravity, (0 not in borne, nodes - 1 not in borne))
         self.model = build_line(
             rows_in_air(elements) if air else elements,
@@ -140,6 +143,7 @@ class Rig:
             line_settings(cable, solver, gravity, tension, WHOLE),
             pulls,
             rods,
+            beads,
         )
         self.state = make_state(arc, np.array(surfaces or [], SURFACE))
         self.state.now.current[:] = (*water.current, *water.current_gradient)

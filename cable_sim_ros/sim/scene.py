@@ -9,7 +9,7 @@ from ..physics.quantity import REQUIRED, Block, quantity
 from ..physics.setpoint import Setpoint
 from ..physics.ship import Ship
 from ..physics.surface import Seabed, Sheave
-from ..physics.towbody import Towbody
+from ..physics.towbody import LineBody, Towbody
 from ..physics.water import Water
 from ..physics.winch import Winch
 from .mesh_blocks import Accuracy, Mesh
@@ -29,6 +29,7 @@ class Scene(Block):
     seabed: Seabed = quantity(Seabed(), "", None, None, "seabed under the tow")
     contact: Contact = quantity(Contact(), "", None, None, "contact of the cable with drum and sheave")
     towbody: Towbody = quantity(REQUIRED, "", None, None, "towbody")
+    bodies: dict[str, LineBody] = quantity({}, "", None, None, "bodies on the line between drum and towbody")
     solver: Solver = quantity(Solver(), "", None, None, "time integration")
     accuracy: Accuracy = quantity(Accuracy(), "", None, None, "errors that the mesh may add")
     mesh: Mesh = quantity(Mesh(), "", None, None, "mesh written by hand, for a winch that feeds cable")

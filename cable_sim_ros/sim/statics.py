@@ -10,7 +10,11 @@ from math import asin, atan2, cos, hypot, pi, sin, tan
 
 import numpy as np
 
+from ..physics.cable import Cable
+from ..physics.fairing import PRESETS
+from ..physics.section import Section, material_of
 from ..physics.winch import DrumModel
+from .material import extreme, hung, wet_weight
 from .scene import Scene
 
 DRUM_RESERVE = 0.3  # rad of wrap that must stay on the drum
@@ -35,21 +39,24 @@ def first_angle(scene: Scene, speed: float) -> float:
     w cos b = q G sin^2 b for the angle b from the horizontal, mean G of the sections; speed of the water past it [m/s].
     """
     cable, water = scene.cable, scene.water
-    weight = (cable.mass_per_length - water.density * 0.25 * pi * cable.diameter**2) * scene.gravity
-    length = sum(s.length for s in cable.sections.values())
-    drag = (
-        0.5
-        * FIRST_DRAG
-        * water.density
-        * cable.diameter
-        * speed**2
-        * sum(s.length * s.drag_amplification for s in cable.sections.values())
-        / length
-    )
+    sections = cable.sections.values()
+    length = sum(s.length for s in sections)
+    weight = wet_weight(scene, next(iter(sections)))  # and what the others weigh more
+    weight += sum((wet_weight(scene, s) - weight) * s.length for s in sections) / length
+    weight += sum(thing.net_weight for thing in hung(scene)) / length
+    drag = 0.5 * FIRST_DRAG * water.density * cable.diameter * speed**2
+    drag *= sum(s.length * s.drag_amplification * drag_share(cable, s) for s in sections) / length
     if drag < 1e-9 * abs(weight):
         return 0.0
     k = max(weight, 1e-9) / (2.0 * drag)
     return asin(hypot(k, 1.0) - k)
+
+
+def drag_share(cable: Cable, section: Section) -> float:
+    """Drag of the first guess of a section over that of the bare cable, without amplification [1]."""
+    preset = PRESETS[section.fairing]
+    faired = 1.0 if preset.drag_coefficient is None else preset.drag_coefficient / FIRST_DRAG
+    return material_of(cable, section).diameter / cable.diameter * preset.thickness * faired
 
 
 def laid_angle(scene: Scene, angle: float) -> float:
@@ -63,8 +70,8 @@ def laid_angle(scene: Scene, angle: float) -> float:
 
 
 def first_strain(scene: Scene) -> float:
-    """Strain [1] of a stretched first guess: that of the working tension."""
-    return min(scene.contact.working_tension / scene.cable.axial_stiffness, MOST_STRAIN)
+    """Strain [1] of a stretched first guess: that of the working tension in the softest section."""
+    return min(scene.contact.working_tension / extreme(scene.cable, "axial_stiffness")[1], MOST_STRAIN)
 
 
 class Route:

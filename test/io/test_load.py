@@ -130,8 +130,8 @@ TEXTS = {
     "fraction for a count": (
         "elements: 10,",
         "elements: 2.5,",
-        "tow.yaml:11: cable.sections.free.elements = 2.5 is a number, expected a whole number in [1, 4000] (number of "
-        "equal elements); nothing was started. Write for example `elements: 60`",
+        "tow.yaml:11: cable.sections.free.elements = 2.5 is a number, expected a whole number or null in [1, 4000] "
+        "(number of equal elements); nothing was started. Write for example `elements: 60`",
     ),
     "empty value": (
         "radius: 0.25",
@@ -197,9 +197,9 @@ TEXTS = {
     "unknown law": (
         "drag_law: ribbon",
         "drag_law: ribbons",
-        "tow.yaml:11: cable.sections.free.drag_law = 'ribbons' is none of its laws (loading functions); nothing was "
-        "started. Did you mean ribbon? Known: off, driscoll_nahon, driscoll_nahon_printed, ribbon, crossflow, "
-        "pode",
+        "tow.yaml:11: cable.sections.free.drag_law = 'ribbons' is none of its laws (loading functions; none: those "
+        "of the fairing, driscoll_nahon without one); nothing was started. Did you mean ribbon? Known: off, "
+        "driscoll_nahon, driscoll_nahon_printed, ribbon, crossflow, pode",
     ),
     "missing number": (
         "towbody: {mass: 250.0, net_weight: 445.0}",

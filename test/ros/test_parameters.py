@@ -20,6 +20,8 @@ WRONG = [  # overrides, parts of the text
     ({"winch.position": [1.0, 2.0, 400.0]}, ["winch.position", "400", "200 m"]),
     ({"cable.sections.bare.length": -3.0}, ["cable.sections.bare.length", "-3"]),
     ({"cable.sections.bare.elements": 2.5}, ["cable.sections.bare.elements", "integer", "2.5"]),
+    ({"cable.sections.bare.elements": 0}, ["cable.sections.bare.elements", "is missing", "elements: 10"]),
+    ({"cable.sections.bare.drag_law": "ribon"}, ["cable.sections.bare.drag_law", "ribon", "ribbon"]),
     ({"realtime.priority": 500}, ["realtime.priority", "500", "99"]),
     ({"recording.enabled": 1}, ["recording.enabled", "true or false"]),
     ({"scene": "nowhere"}, ["nowhere", "full_scale"]),
@@ -46,6 +48,10 @@ def test_overrides_stand_above_the_scene_file():
             "setpoint.nominal_angle_deg": math.nan,
             "winch.position": [-28.0, 0.0, 3.0],
             "cable.sections.bare.elements": 20,
+            "cable.sections.bare.diameter": math.nan,
+            "cable.sections.bare.mass_per_length": 0.4,
+            "cable.sections.faired.drag_law": "",
+            "cable.sections.faired.fairing": "hair",
             "motion.convention": "ned",
             "input_delay": 0.05,
             "use_sim_time": False,
@@ -56,6 +62,12 @@ def test_overrides_stand_above_the_scene_file():
     assert settings.scene.setpoint.nominal_angle_deg is None
     assert settings.scene.winch.position == (-28.0, 0.0, 3.0)
     assert settings.scene.cable.sections["bare"].elements == 20
+    assert settings.scene.cable.sections["bare"].diameter is None
+    assert settings.scene.cable.sections["bare"].mass_per_length == 0.4
+    assert settings.scene.cable.sections["faired"].drag_law is None
+    assert settings.scene.cable.sections["faired"].fairing == "hair"
+    values = {row.name: row.value for row in settings.rows}
+    assert values["cable.sections.faired.drag_law"] == "" and math.isnan(values["cable.sections.bare.diameter"])
     assert settings.node.motion.convention.value == "ned"
     assert settings.node.input_delay == 0.05
 

@@ -8,43 +8,66 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from cable_sim_ros.io.load import load_scene, override
-from cable_sim_ros.physics.drag import LOADING, choo_casarella
+from cable_sim_ros.io.load import load_scene, override, scene_from_dict
+from cable_sim_ros.physics.drag import LOADING, DragLaw, choo_casarella
+from cable_sim_ros.physics.fairing import PRESETS, dressed
+from cable_sim_ros.physics.section import material_of
 from cable_sim_ros.sim.simulator import Simulator
 
 CONFIG = Path(__file__).parents[2] / "config"
 
 
 def profile(scene):
-    """Solution (x, z, F_x, F_z) over the unstretched length from the body upwards, no bending, fully wet."""
-    cable, water, body = scene.cable, scene.water, scene.towbody
-    speed, d = scene.ship.tow_speed, cable.diameter
-    weight = (cable.mass_per_length - water.density * 0.25 * np.pi * d**2) * scene.gravity
-    q = 0.5 * water.density * speed**2
-    # pull of the cable on the body: up and ahead
-    force = np.array((q * body.drag_area[0], body.net_weight - q * body.lift_area))
-    sections = list(cable.sections.values())[::-1]
-    ends = np.cumsum([s.length for s in sections])
+    """Solution (x, z, F_x, F_z) over the unstretched length from the body upwards, no bending, fully wet.
 
-    def rhs(s, y):
-        x, z, fx, fz = y
-        t = np.array((fx, fz)) / np.hypot(fx, fz)  # upwards along the cable
-        section = sections[min(int(np.searchsorted(ends, s)), len(sections) - 1)]
-        eta = np.arctan2(abs(t[1]), abs(t[0]))
-        n, f = LOADING[section.drag_law]
-        fn = n[0] + n[1] * np.cos(eta) + n[2] * np.sin(eta) + n[3] * np.cos(2 * eta) + n[4] * np.sin(2 * eta)
-        ft = f[0] + sum(f[k] * np.cos(k * eta) + f[5 + k] * np.sin(k * eta) for k in range(1, 6))
-        cd = section.drag_coefficient or choo_casarella(water.density * d * speed * np.sin(eta) / water.viscosity)[0]
-        k = section.drag_amplification * q * d * cd
-        stream = np.array((-1.0, 0.0))
-        normal = stream - np.dot(stream, t) * t
-        load = k * (fn * normal / np.linalg.norm(normal) + max(ft, 0.0) * np.sign(np.dot(stream, t)) * t)
-        stretch = 1.0 + np.hypot(fx, fz) / cable.axial_stiffness
-        return [stretch * t[0], stretch * t[1], -load[0], weight - load[1]]
+    Section by section; what hangs at the outboard end of one adds its net weight, drag and lift to the pull.
+    """
+    cable, water = scene.cable, scene.water
+    speed, density = scene.ship.tow_speed, water.density
+    q = 0.5 * density * speed**2
 
-    return solve_ivp(
-        rhs, (0.0, ends[-1]), np.array((0.0, 0.0, *force)), rtol=1e-9, atol=1e-9, max_step=1.0, dense_output=True
-    )
+    def pull(body):
+        """Pull of the cable on a body: up and ahead."""
+        return np.array((q * body.drag_area[0], body.net_weight - q * body.lift_area))
+
+    def rhs(section):
+        own, preset, section = material_of(cable, section), PRESETS[section.fairing], dressed(section)
+        weight = (own.mass_per_length - density * 0.25 * np.pi * own.diameter**2) * scene.gravity
+        weight += 0.25 * np.pi * own.diameter**2 * preset.volume * (preset.density - density) * scene.gravity
+        d, law = own.diameter * preset.thickness, section.drag_law
+
+        def slope(s, y):
+            x, z, fx, fz = y
+            t = np.array((fx, fz)) / np.hypot(fx, fz)  # upwards along the cable
+            eta = np.arctan2(abs(t[1]), abs(t[0]))
+            n, f = LOADING[law]
+            fn = n[0] + n[1] * np.cos(eta) + n[2] * np.sin(eta) + n[3] * np.cos(2 * eta) + n[4] * np.sin(2 * eta)
+            ft = f[0] + sum(f[k] * np.cos(k * eta) + f[5 + k] * np.sin(k * eta) for k in range(1, 6))
+            cd = section.drag_coefficient or choo_casarella(density * d * speed * np.sin(eta) / water.viscosity)[0]
+            if law is DragLaw.CROSSFLOW:
+                ft = section.tangential_coefficient / cd * np.cos(eta) ** 2
+            k = section.drag_amplification * q * d * cd
+            stream = np.array((-1.0, 0.0))
+            normal = stream - np.dot(stream, t) * t
+            load = k * (fn * normal / np.linalg.norm(normal) + max(ft, 0.0) * np.sign(np.dot(stream, t)) * t)
+            stretch = 1.0 + np.hypot(fx, fz) / own.axial_stiffness
+            return [stretch * t[0], stretch * t[1], -load[0], weight - load[1]]
+
+        return slope
+
+    start, y, pieces = 0.0, np.array((0.0, 0.0, *pull(scene.towbody))), []
+    for name, section in list(cable.sections.items())[::-1]:
+        y[2:] += sum((pull(body) for body in scene.bodies.values() if body.at == name), np.zeros(2))
+        y[3] += section.termination_net_weight or 0.0
+        span = (start, start + section.length)
+        pieces.append(solve_ivp(rhs(section), span, y, rtol=1e-9, atol=1e-9, max_step=1.0, dense_output=True))
+        start, y = span[1], pieces[-1].y[:, -1]
+
+    def at(arc):
+        ends = [piece.t[-1] for piece in pieces]
+        return np.array([pieces[min(int(np.searchsorted(ends, s)), len(ends) - 1)].sol(s) for s in arc]).T
+
+    return at
 
 
 @pytest.mark.parametrize(
@@ -67,10 +90,39 @@ def test_static_tow_against_the_differential_equation(changes):
     shape = sim.shape
     below = np.flatnonzero(shape[:, 2] < -1.0)
     arc = shape[-1, 4] - shape[below, 4]
-    want = profile(scene).sol(arc)
+    want = profile(scene)(arc)
     depth = -shape[-1, 2]
     np.testing.assert_allclose(shape[below, 2] - shape[-1, 2], want[1], atol=2e-3 * depth)
     np.testing.assert_allclose(shape[below, 0] - shape[-1, 0], want[0], atol=2e-3 * 450.0)
     got = shape[below[:-1], 3]
     np.testing.assert_allclose(got, np.hypot(want[2], want[3])[:-1], rtol=3e-3)  # 12.5 m elements near the body
     print(f"{changes}: top tension {got[0]:.1f} N, equation {np.hypot(*want[2:, 0]):.1f} N")
+
+
+@pytest.mark.parametrize("fairing", ["ribbon", "airfoil", "hair"])
+def test_static_tow_of_several_cables_against_the_differential_equation(fairing):
+    """Two materials, a fairing with its weight, a termination and a depressor between; elements of 5 m.
+
+    Allowed as above; the tension only two elements away from the joint, where it jumps.
+    """
+    data = load_scene(CONFIG / "full_scale.yaml").model_dump(mode="json")
+    bare, faired = data["cable"]["sections"]["bare"], data["cable"]["sections"]["faired"]
+    bare |= {"elements": 60, "diameter": 0.012, "mass_per_length": 0.5, "axial_stiffness": 3e6}
+    bare |= {"termination_mass": 6.0, "termination_net_weight": 40.0}
+    faired |= {"elements": 30, "drag_law": None, "fairing": fairing, "drag_amplification": 1.0}
+    pod = {"at": "bare", "mass": 60.0, "net_weight": 300.0, "drag_area": [0.05, 0.1, 0.1], "lift_area": -0.05}
+    data["setpoint"]["algorithm"] = "hold"
+    sim = Simulator(scene_from_dict(data | {"bodies": {"depressor": pod}}, "test"))
+    sim.start()
+    shape = sim.shape
+    below = np.flatnonzero(shape[:, 2] < -1.0)
+    want = profile(sim.scene)(shape[-1, 4] - shape[below, 4])
+    depth = -shape[-1, 2]
+    np.testing.assert_allclose(shape[below, 2] - shape[-1, 2], want[1], atol=2e-3 * depth)
+    np.testing.assert_allclose(shape[below, 0] - shape[-1, 0], want[0], atol=2e-3 * 450.0)
+    clear = np.abs(below - (len(shape) - 31)) > 2
+    clear[-1] = False
+    np.testing.assert_allclose(shape[below[clear], 3], np.hypot(want[2], want[3])[clear], rtol=3e-3)
+    jump = np.diff(np.hypot(want[2], want[3]))[len(shape) - 32 - below[0]]
+    print(f"{fairing}: depth {depth:.2f} m, {jump:.1f} N at the joint")
+    assert abs(jump) > 20.0

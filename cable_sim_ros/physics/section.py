@@ -1,0 +1,99 @@
+"""What a length of cable is made of: its material, its fairing, its mesh and what ends it.
+
+A section may be of another cable than the rest: each of its material keys stands above that of the cable.
+"""
+
+from __future__ import annotations
+
+from .drag import DragLaw
+from .fairing import Fairing
+from .quantity import REQUIRED, Block, again, quantity
+
+
+class Material(Block):
+    """A cable per length of itself."""
+
+    diameter: float = quantity(REQUIRED, "m", 1e-4, 1.0, "outer diameter", "Westin Table 8")
+    mass_per_length: float = quantity(REQUIRED, "kg/m", 1e-5, 1e3, "dry mass per length", "Westin Table 8")
+    axial_stiffness: float = quantity(REQUIRED, "N", 1.0, 1e11, "EA", "Westin 5.1")
+    compression_share: float = quantity(
+        1.0, "1", 0.0, 1.0, "share of EA that resists compression; small: a slack element folds where it would push"
+    )
+    bending_stiffness: float = quantity(0.0, "N m^2", 0.0, 1e8, "EI", "Westin (144)")
+    axial_damping: float = quantity(0.0, "N s", 0.0, 1e8, "Kelvin-Voigt: axial force per strain rate", "Westin 5.1")
+    bending_damping: float = quantity(0.0, "N m^2 s", 0.0, 1e6, "Kelvin-Voigt: bending moment per curvature rate")
+    added_mass_coefficient: float = quantity(1.0, "1", 0.0, 5.0, "C_m of the normal motion", "Westin (66)")
+
+
+class Section(Block):
+    """A length of cable, counted from the drum end. The last two keys are of what joins it to the next."""
+
+    length: float = quantity(REQUIRED, "m", 1e-4, 2e4, "unstretched length")
+    elements: int | None = quantity(None, "1", 1, 4000, "number of equal elements")
+    diameter: float | None = again(Material, "diameter", "that of the cable")
+    mass_per_length: float | None = again(Material, "mass_per_length", "that of the cable")
+    axial_stiffness: float | None = again(Material, "axial_stiffness", "that of the cable")
+    compression_share: float | None = again(Material, "compression_share", "that of the cable")
+    bending_stiffness: float | None = again(Material, "bending_stiffness", "that of the cable")
+    axial_damping: float | None = again(Material, "axial_damping", "that of the cable")
+    bending_damping: float | None = again(Material, "bending_damping", "that of the cable")
+    added_mass_coefficient: float | None = again(Material, "added_mass_coefficient", "that of the cable")
+    fairing: Fairing = quantity(
+        Fairing.NONE, "", None, None, "fairing: drag law, its coefficients and weight", "docs/theory.md, section 5"
+    )
+    fairing_mass: float | None = quantity(
+        None, "kg/m", 0.0, 1e3, "dry mass of the fairing per length; none: that of the preset"
+    )
+    fairing_net_weight: float | None = quantity(
+        None, "N/m", -1e4, 1e4, "weight less buoyancy of the fairing in water; none: that of its mass in the material"
+    )
+    drag_law: DragLaw | None = quantity(
+        None,
+        "",
+        None,
+        None,
+        "loading functions; none: those of the fairing, driscoll_nahon without one",
+        "Westin (60), (145)",
+    )
+    drag_amplification: float = quantity(
+        1.0, "1", 0.1, 10.0, "total drag factor G of a cable at rest, (58)-(65) with G the total", "Westin (64)"
+    )
+    drag_coefficient: float | None = quantity(
+        None,
+        "1",
+        0.0,
+        10.0,
+        "constant C_D; none: that of the fairing, without one Choo-Casarella C_D(Re)",
+        "Westin (61)",
+    )
+    tangential_coefficient: float | None = quantity(
+        None,
+        "1",
+        0.0,
+        1.0,
+        "C_t on the diameter, of the laws crossflow and pode; needs a constant C_D above zero; none: that of the "
+        "fairing, 0 without one",
+        "Dymore (12a): pi c_f; Pode: f C_D",
+    )
+    termination_mass: float = quantity(
+        0.0, "kg", 0.0, 1e5, "dry mass of the termination at the outboard end, a point on the cable"
+    )
+    termination_net_weight: float | None = quantity(
+        None, "N", -1e6, 1e6, "weight less buoyancy of the termination in water; none: its dry weight"
+    )
+
+    @property
+    def meshed(self) -> int:
+        """Elements of a hand-made mesh. Raises ValueError where the section gives none."""
+        if self.elements is None:
+            raise ValueError(
+                "a section has no number of elements, and nobody makes a mesh here; nothing was built. Give it "
+                "`elements`, 1 or more"
+            )
+        return self.elements
+
+
+def material_of(cable: Material, section: Section) -> Material:
+    """What a section is made of: its own numbers, those of the cable where it gives none."""
+    own = {name: getattr(section, name) for name in Material.model_fields}
+    return Material(**{name: getattr(cable, name) if value is None else value for name, value in own.items()})

@@ -1,0 +1,186 @@
+"""Sections of their own cable, terminations and bodies on the line: what stops a scene, and what is only a caution."""
+
+import warnings
+from math import pi
+
+import pytest
+
+from cable_sim_ros.io.load import SceneError, SceneWarning, dump_scene, load_scene, override, scene_from_dict
+from cable_sim_ros.io.load import scene_from_text as read
+from cable_sim_ros.sim import checks
+from cable_sim_ros.sim.build import build_model
+
+pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+POD = {"at": "bare", "mass": 20.0, "net_weight": 50.0}
+
+
+def scene(sections=None, bodies=None, **changes):
+    """full_scale with other keys of its sections and these bodies."""
+    data = load_scene("full_scale").model_dump(mode="json")
+    for name, keys in (sections or {}).items():
+        data["cable"]["sections"][name] |= keys
+    return scene_from_dict(data | {"bodies": bodies or {}} | changes, "tow.yaml")
+
+
+WRONG = {
+    "no mesh": (
+        {"bare": {"elements": None}},
+        {},
+        "tow.yaml: cable.sections.bare.elements is missing: the 300 m of this section have no mesh; nothing was "
+        "started. Give the number of equal elements, for example `elements: 10`",
+    ),
+    "tangential without a constant": (
+        {"bare": {"drag_law": "pode", "tangential_coefficient": 0.02}},
+        {},
+        "tow.yaml: cable.sections.bare.tangential_coefficient = 0.02 has no meaning beside drag_coefficient = none: "
+        "the law pode takes C_t as a share of a constant C_D above 0; nothing was started. Give drag_coefficient, or "
+        "leave the tangential one out",
+    ),
+    "fairing of no material": (
+        {"bare": {"fairing_mass": 0.2}},
+        {},
+        "tow.yaml: cable.sections.bare.fairing_mass = 0.2 kg/m is of no known material, for fairing is none: its "
+        "buoyancy is not known; nothing was started. Give fairing_net_weight, or the fairing",
+    ),
+    "fairing that sinks too well": (
+        {"bare": {"fairing": "hair", "fairing_mass": 0.1, "fairing_net_weight": 2.0}},
+        {},
+        "tow.yaml: cable.sections.bare.fairing_net_weight = 2 N/m is more than the dry weight 0.981 N/m of the "
+        "fairing: nothing sinks so; nothing was started. Check the units of it and of fairing_mass",
+    ),
+    "termination without mass": (
+        {"bare": {"termination_net_weight": 10.0}},
+        {},
+        "tow.yaml: cable.sections.bare.termination_net_weight = 10 N belongs to a termination without mass: "
+        "termination_mass is 0 kg, must be above 0 kg; nothing was started. Give termination_mass, or leave the net "
+        "weight out",
+    ),
+    "nowhere": (
+        {},
+        {"pod": POD | {"at": "tail"}},
+        "tow.yaml: bodies.pod.at = 'tail' is no section of the cable; nothing was started. Give one of drum, span, "
+        "sheave, bare, faired",
+    ),
+    "at the towbody": (
+        {},
+        {"pod": POD | {"at": "faired"}},
+        "tow.yaml: bodies.pod.at = 'faired' is the last section, at whose end the towbody is; nothing was started. Add "
+        "its numbers to the towbody, or divide the section where the body sits",
+    ),
+    "inboard": ({}, {"pod": POD | {"at": "drum"}}, "tow.yaml: bodies.pod.at = 'drum' puts it at "),
+    "name": (
+        {},
+        {"Pod 1": POD},
+        "tow.yaml: bodies.Pod 1 is not a body name; nothing was started. Use lower-case letters, digits and _, "
+        "beginning with a letter: names are parts of parameter names",
+    ),
+    "thick on the sheave": (
+        {"sheave": {"diameter": 0.05}},
+        {},
+        "tow.yaml: cable.sections.sheave.diameter = 0.05 m would sit 0.04 m above the seat of cable.diameter = 0.01 m "
+        "on drum or sheave, must be less than sheave.groove_depth = 0.03 m: it does not fit the groove; nothing was "
+        "started. Make the groove deeper, the diameters more alike, or keep this section outboard",
+    ),
+    "soft section": (
+        {"bare": {"axial_stiffness": 5000.0}},
+        {},
+        "tow.yaml: cable.sections.bare.axial_stiffness = 5000 N is stretched by ",
+    ),
+    "stiff section": (
+        {"bare": {"axial_stiffness": 1e12}},
+        {},
+        "tow.yaml: cable.sections.bare.axial_stiffness = 1000000000000.0 N is outside [1, 1e+11] N (EA; none: that of "
+        "the cable); nothing was started. Give a value in [1, 1e+11] N",
+    ),
+    "no block": (
+        {},
+        {"pod": 3.0},
+        "tow.yaml: bodies.pod = 3.0 is a number, expected a block of keys; nothing was started. Write for example "
+        "`pod: {at: first, mass: 50.0, net_weight: 300.0}`",
+    ),
+}
+
+
+@pytest.mark.parametrize("sections, bodies, text", WRONG.values(), ids=WRONG)
+def test_problem(sections, bodies, text):
+    with pytest.raises(SceneError) as caught:
+        scene(sections, bodies)
+    (found,) = caught.value.problems
+    assert found == text or (text.endswith(" ") and found.startswith(text)), found
+
+
+def test_inboard_says_where_the_sheave_is_left():
+    with pytest.raises(
+        SceneError, match=r"from the drum end, must be above \d+\.\d+ m: it would hang inboard of where"
+    ):
+        scene(bodies={"pod": POD | {"at": "drum"}})
+
+
+def test_two_bodies_at_one_end():
+    with pytest.raises(SceneError) as caught:
+        scene(bodies={"a": POD, "b": POD})
+    assert [p.partition(";")[0] for p in caught.value.problems] == [
+        f"tow.yaml: bodies.{name}.at = 'bare' is given to 2 bodies, a section's end carries one" for name in "ab"
+    ]
+
+
+def test_a_section_that_floats_over_a_seabed():
+    with pytest.raises(SceneError, match="what floats does not lie on it: the cable weighs -1.125 N/m"):
+        scene({"faired": {"diameter": 0.025}}, seabed={"depth": 500.0})
+
+
+@pytest.mark.parametrize(
+    "sections, bodies, text",
+    [
+        (
+            {"faired": {"diameter": 0.05, "mass_per_length": 5.0}},
+            {},
+            "cable.sections.faired.diameter = 0.05 m would sit 0.04 m above the seat of cable.diameter = 0.01 m",
+        ),
+        ({}, {"pod": POD | {"net_weight": 500.0}}, "bodies.pod.net_weight = 500 N is more than the dry weight 196.2 N"),
+        (
+            {"bare": {"termination_mass": 1.0, "termination_net_weight": 20.0}},
+            {},
+            "cable.sections.bare.termination_net_weight = 20 N is more than the dry weight 9.81 N",
+        ),
+    ],
+)
+def test_caution(sections, bodies, text):
+    with pytest.warns(SceneWarning) as caught:
+        scene(sections, bodies)
+    assert any(text in str(item.message) for item in caught)
+
+
+def test_downforce_counts_every_section_and_what_hangs_on_it():
+    """By hand: wet weight past the tangent point, pods, terminations and lifts in still water and under way."""
+    plain = checks.downforce(scene())
+    area = 0.25 * pi
+    assert plain == checks.downforce(load_scene("full_scale"))
+    hung = scene({"bare": {"termination_mass": 3.0, "termination_net_weight": 20.0}}, {"pod": POD | {"lift_area": 0.1}})
+    lift = 0.5 * hung.water.density * 0.1 * hung.ship.tow_speed**2
+    assert checks.downforce(hung) == pytest.approx(plain + 20.0 + 50.0 - lift, rel=1e-12)
+    thick = scene({"faired": {"diameter": 0.02, "mass_per_length": 1.5}})
+    more = 150.0 * 9.81 * (1.5 - 0.389 - thick.water.density * area * (0.02**2 - 0.01**2))
+    assert checks.downforce(thick) == pytest.approx(plain + more, rel=1e-9)
+
+
+def test_bodies_stand_at_the_ends_of_their_sections():
+    model = build_model(scene({"bare": {"termination_mass": 3.0}}, {"pod": POD}))
+    nodes = model.line.held.shape[0]
+    sections = load_scene("full_scale").cable.sections
+    assert list(model.line.body_nodes) == [nodes - 1, nodes - 1 - sections["faired"].elements]
+    assert list(model.line.bodies["mass"]) == [250.0, 20.0]
+    assert model.line.beads["mass"] == [3.0] and model.line.beads["buoyancy"] == [0.0]
+    assert model.line.beads["place"][0] == pytest.approx(sum(sections[name].length for name in list(sections)[:-1]))
+
+
+def test_a_body_is_read_back_and_overridden():
+    first = scene({"bare": {"fairing": "hair", "termination_mass": 3.0}}, {"pod": POD})
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        assert read(dump_scene(first), "again.yaml") == first
+    assert override(first, {"bodies.pod.mass": 30.0}).bodies["pod"].mass == 30.0
+    with pytest.raises(
+        SceneError, match="bodies.pod.mas = 1.0: there is no such key; .* Did you mean bodies.pod.mass?"
+    ):
+        override(first, {"bodies.pod.mas": 1.0})
