@@ -10,9 +10,15 @@ import math
 import re
 from typing import NamedTuple
 
-from .mesh import feed_mesh
+import numpy as np
+
+from ..physics.winch import DrumModel
+from .feed_checks import drum_problems, mesh_problems
+from .mesh import arc_lengths_at_start
+from .mesh_blocks import SheaveAnswer
+from .problem import Problem
 from .scene import Scene
-from .statics import Route, first_angle
+from .statics import DRUM_RESERVE, Route, first_angle
 
 # longest element on the sheave over its radius: with compensation on, ripple of the tension above 1 Hz was measured as
 # 0.03 % at 0.25, 0.05 % at 0.4, 0.15 % at 0.6, 0.36 % at 1.2 (full scale, docs/accuracy.md)
@@ -27,14 +33,6 @@ ROUND_OFF = 1e-12  # least residual that can be asked for, over EA
 MOST_FLOOR = 1e-4  # that residual over the working tension
 LEAST_FLOOR_GAP = 10.0  # penetrations that a seabed must lie below the sheave
 SECTION_NAME = re.compile(r"[a-z][a-z0-9_]*")
-
-
-class Problem(NamedTuple):
-    """What is wrong (or doubtful) with which key, and the way out. ``number`` and ``threshold`` stand in the text."""
-
-    key: str
-    text: str
-    remedy: str
 
 
 class Layout(NamedTuple):
@@ -59,9 +57,12 @@ def layout(scene: Scene) -> Layout:
 
 def elements(scene: Scene) -> list[tuple[float, float, str]]:
     """Every element as (first, last arc length [m], name of its section), from the drum end, as the start has them."""
-    mesh, start, out = feed_mesh(scene), 0.0, []
-    if mesh is not None:
-        raise NotImplementedError
+    start, out = 0.0, []
+    if scene.winch.drum == DrumModel.FEED:
+        arc, names = arc_lengths_at_start(scene), list(scene.cable.sections)
+        ends = np.cumsum([section.length for section in scene.cable.sections.values()])
+        held = np.minimum(np.searchsorted(ends, 0.5 * (arc[1:] + arc[:-1])), len(names) - 1)
+        return [(float(a), float(b), names[i]) for a, b, i in zip(arc[:-1], arc[1:], held, strict=True)]
     for name, section in scene.cable.sections.items():
         size = section.length / section.elements
         out += [(start + k * size, start + (k + 1) * size, name) for k in range(section.elements)]
@@ -144,8 +145,12 @@ def problems(scene: Scene) -> list[Problem]:
         )
     if apart <= winch.drum_radius + sheave.radius:
         return found  # there is no route to measure along
+    found += drum_problems(scene)
+    feeds = scene.winch.drum == DrumModel.FEED
+    if feeds and found:
+        return found
     place = layout(scene)
-    if place.wound <= 0.0:
+    if place.wound <= 0.0 and not feeds:
         least = winch.wrap - place.wound / Route(scene).drum
         found.append(
             Problem(
@@ -155,7 +160,7 @@ def problems(scene: Scene) -> list[Problem]:
                 f"Make it larger than {least:.4g} rad, by half a turn or more",
             )
         )
-    if place.total <= place.tangent:
+    if place.total <= place.tangent and not feeds:
         found.append(
             Problem(
                 "cable.sections",
@@ -196,7 +201,7 @@ def problems(scene: Scene) -> list[Problem]:
                 f"Make it at most {MOST_FLOOR * working / ROUND_OFF:.3g} N; a cable without stretch needs no more",
             )
         )
-    return found
+    return found if found else mesh_problems(scene)
 
 
 def seabed_problems(scene: Scene) -> list[Problem]:
@@ -231,7 +236,7 @@ def seabed_problems(scene: Scene) -> list[Problem]:
 def cautions(scene: Scene) -> list[Problem]:
     """Numbers that can be run but will show in the results; each names number, threshold and remedy."""
     found = []
-    place, radius = layout(scene), scene.sheave.radius
+    place, radius, feeds = layout(scene), scene.sheave.radius, scene.winch.drum == DrumModel.FEED
     size, name = max(
         (
             (last - first, name)
@@ -246,13 +251,18 @@ def cautions(scene: Scene) -> list[Problem]:
                 f"cable.sections.{name}",
                 f"lies on the sheave with elements of {size:.3g} m, longer than "
                 f"{FINE_ELEMENT * radius:.3g} m, {FINE_ELEMENT:g} of sheave.radius: contact and tension will ripple",
-                "Give the part at the sheave more elements, or its own section",
+                "Give mesh.sheave more elements, or leave it out"
+                if feeds
+                else "Give the part at the sheave more elements, or its own section",
             )
         )
     elif scene.setpoint.algorithm != "hold":
         found += travel_cautions(scene, FINE_ZONE, FINE_ZONE)
     resolved = RESOLVED * math.sqrt(scene.cable.bending_stiffness / scene.contact.working_tension)
-    if 0.0 < resolved * (1 + 1e-9) < size <= FINE_ELEMENT * radius * (1 + 1e-9):  # longer ones have their caution
+    spread = not feeds or scene.accuracy.sheave is not SheaveAnswer.RESULTANT  # is it asked for?
+    if spread and 0.0 < resolved * (1 + 1e-9) < size <= FINE_ELEMENT * radius * (
+        1 + 1e-9
+    ):  # longer ones have their caution
         found.append(
             Problem(
                 f"cable.sections.{name}",
@@ -295,6 +305,18 @@ def cautions(scene: Scene) -> list[Problem]:
 def travel_cautions(scene: Scene, hauled: float, paid: float) -> list[Problem]:
     """Cautions for a winch that hauls in and pays out by these lengths [m, both positive] from the start."""
     found = []
+    wound = layout(scene).wound
+    if scene.winch.drum == DrumModel.FEED:  # the fine mesh stays at the sheave, whatever runs through it
+        travel = wound - scene.winch.dead_length - DRUM_RESERVE * Route(scene).drum
+        if travel < paid * (1 - 1e-9):
+            found.append(
+                Problem(
+                    "winch.cable_on_drum" if scene.winch.scope is None else "winch.scope",
+                    f"leaves {travel:.3g} m to be paid out, less than {paid:.3g} m: the winch stops at the end",
+                    "Leave more cable on the drum",
+                )
+            )
+        return found
     inboard, outboard = fine_zone(scene)
     sides = ((outboard, hauled, "outboard", "hauling in"), (inboard, paid, "inboard", "paying out"))
     for have, want, side, how in sides:
@@ -308,7 +330,6 @@ def travel_cautions(scene: Scene, hauled: float, paid: float) -> list[Problem]:
                     f"{FINE_ELEMENT * scene.sheave.radius:.3g} m",
                 )
             )
-    wound = layout(scene).wound
     if wound < paid:
         found.append(
             Problem(
