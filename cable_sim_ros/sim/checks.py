@@ -9,12 +9,18 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from ..physics.section import material_of
-from .joints import Problem, body_problems, seat_problems, section_problems
+from ..physics.winch import DrumModel
+from .feed_checks import drum_problems, mesh_problems
+from .joints import body_problems, seat_problems, section_problems
 from .material import extreme, hung, outboard, termination_weight, wet_weight
-from .mesh import feed_mesh
+from .mesh import arc_lengths_at_start
+from .mesh_blocks import SheaveAnswer
+from .problem import Problem
 from .scene import Scene
-from .statics import Route, first_angle
+from .statics import DRUM_RESERVE, Route, first_angle
 
 # longest element on the sheave over its radius: with compensation on, ripple of the tension above 1 Hz was measured as
 # 0.03 % at 0.25, 0.05 % at 0.4, 0.15 % at 0.6, 0.36 % at 1.2 (full scale, docs/accuracy.md)
@@ -52,9 +58,12 @@ def layout(scene: Scene) -> Layout:
 
 def elements(scene: Scene) -> list[tuple[float, float, str]]:
     """Every element as (first, last arc length [m], name of its section), from the drum end, as the start has them."""
-    mesh, start, out = feed_mesh(scene), 0.0, []
-    if mesh is not None:
-        return []
+    start, out = 0.0, []
+    if scene.winch.drum == DrumModel.FEED:
+        arc, names = arc_lengths_at_start(scene), list(scene.cable.sections)
+        ends = np.cumsum([section.length for section in scene.cable.sections.values()])
+        held = np.minimum(np.searchsorted(ends, 0.5 * (arc[1:] + arc[:-1])), len(names) - 1)
+        return [(float(a), float(b), names[i]) for a, b, i in zip(arc[:-1], arc[1:], held, strict=True)]
     for name, section in scene.cable.sections.items():
         size = section.length / section.meshed
         out += [(start + k * size, start + (k + 1) * size, name) for k in range(section.meshed)]
@@ -131,8 +140,12 @@ def problems(scene: Scene) -> list[Problem]:
         )
     if apart <= winch.drum_radius + sheave.radius:
         return found  # there is no route to measure along
+    found += drum_problems(scene)
+    feeds = scene.winch.drum == DrumModel.FEED
+    if feeds and found:
+        return found
     place = layout(scene)
-    if place.wound <= 0.0:
+    if place.wound <= 0.0 and not feeds:
         least = winch.wrap - place.wound / Route(scene).drum
         found.append(
             Problem(
@@ -142,7 +155,7 @@ def problems(scene: Scene) -> list[Problem]:
                 f"Make it larger than {least:.4g} rad, by half a turn or more",
             )
         )
-    if place.total <= place.tangent:
+    if place.total <= place.tangent and not feeds:
         found.append(
             Problem(
                 "cable.sections",
@@ -184,7 +197,7 @@ def problems(scene: Scene) -> list[Problem]:
                 f"Make it at most {MOST_FLOOR * working / ROUND_OFF:.3g} N; a cable without stretch needs no more",
             )
         )
-    return found
+    return found if found else mesh_problems(scene)
 
 
 def seabed_problems(scene: Scene) -> list[Problem]:
@@ -218,7 +231,7 @@ def seabed_problems(scene: Scene) -> list[Problem]:
 def cautions(scene: Scene) -> list[Problem]:
     """Numbers that can be run but will show in the results; each names number, threshold and remedy."""
     found = []
-    place, radius = layout(scene), scene.sheave.radius
+    place, radius, feeds = layout(scene), scene.sheave.radius, scene.winch.drum == DrumModel.FEED
     size, name = max(
         (
             (last - first, name)
@@ -233,14 +246,18 @@ def cautions(scene: Scene) -> list[Problem]:
                 f"cable.sections.{name}",
                 f"lies on the sheave with elements of {size:.3g} m, longer than "
                 f"{FINE_ELEMENT * radius:.3g} m, {FINE_ELEMENT:g} of sheave.radius: contact and tension will ripple",
-                "Give the part at the sheave more elements, or its own section",
+                "Give mesh.sheave more elements, or leave it out"
+                if feeds
+                else "Give the part at the sheave more elements, or its own section",
             )
         )
     elif scene.setpoint.algorithm != "hold":
         found += travel_cautions(scene, FINE_ZONE, FINE_ZONE)
     stiff = material_of(scene.cable, scene.cable.sections[name]).bending_stiffness if name else 0.0
     resolved = RESOLVED * math.sqrt(stiff / scene.contact.working_tension)
-    if 0.0 < resolved * (1 + 1e-9) < size <= FINE_ELEMENT * radius * (1 + 1e-9):  # longer ones have their caution
+    spread = not feeds or scene.accuracy.sheave is not SheaveAnswer.RESULTANT  # is it asked for?
+    # longer ones have their caution
+    if spread and 0.0 < resolved * (1 + 1e-9) < size <= FINE_ELEMENT * radius * (1 + 1e-9):
         found.append(
             Problem(
                 f"cable.sections.{name}",
@@ -294,6 +311,18 @@ def weight_cautions(scene: Scene) -> list[Problem]:
 def travel_cautions(scene: Scene, hauled: float, paid: float) -> list[Problem]:
     """Cautions for a winch that hauls in and pays out by these lengths [m, both positive] from the start."""
     found = []
+    wound = layout(scene).wound
+    if scene.winch.drum == DrumModel.FEED:  # the fine mesh stays at the sheave, whatever runs through it
+        travel = wound - scene.winch.dead_length - DRUM_RESERVE * Route(scene).drum
+        if travel < paid * (1 - 1e-9):
+            found.append(
+                Problem(
+                    "winch.cable_on_drum" if scene.winch.scope is None else "winch.scope",
+                    f"leaves {travel:.3g} m to be paid out, less than {paid:.3g} m: the winch stops at the end",
+                    "Leave more cable on the drum",
+                )
+            )
+        return found
     inboard, outboard = fine_zone(scene)
     sides = ((outboard, hauled, "outboard", "hauling in"), (inboard, paid, "inboard", "paying out"))
     for have, want, side, how in sides:
@@ -307,7 +336,6 @@ def travel_cautions(scene: Scene, hauled: float, paid: float) -> list[Problem]:
                     f"{FINE_ELEMENT * scene.sheave.radius:.3g} m",
                 )
             )
-    wound = layout(scene).wound
     if wound < paid:
         found.append(
             Problem(

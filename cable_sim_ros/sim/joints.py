@@ -6,23 +6,15 @@ import math
 import re
 from collections import Counter
 from collections.abc import Iterable
-from typing import NamedTuple
 
 from ..physics.drag import TANGENTIAL
 from ..physics.fairing import Fairing, dressed, fairing_weight
 from ..physics.section import Section, material_of
 from .material import section_ends
+from .problem import Problem
 from .scene import Scene
 
 NAME = re.compile(r"[a-z][a-z0-9_]*")
-
-
-class Problem(NamedTuple):
-    """What is wrong (or doubtful) with which key, and the way out. ``number`` and ``threshold`` stand in the text."""
-
-    key: str
-    text: str
-    remedy: str
 
 
 def name_problems(prefix: str, kind: str, names: Iterable[str]) -> list[Problem]:

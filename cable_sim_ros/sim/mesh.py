@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..physics.feed import at_least as _at_least
 from .mesh_blocks import SheaveAnswer
 from .scene import Scene
 from .statics import Route
@@ -104,6 +105,32 @@ def mesh_plan(scene: Scene) -> MeshPlan | None:
     return _plan(scene.model_dump_json()) if Route(scene).feeds else None
 
 
+def arc_lengths_at_start(scene: Scene) -> np.ndarray:
+    """Arc lengths [nodes] of a fed mesh at the start, m from the cable's inner end. Raises MeshError."""
+    plan, route = mesh_plan(scene), Route(scene)
+    if plan is None:
+        raise ValueError("the mesh of winch.drum = contact is cable.sections.*.elements")
+    out = places_outboard(
+        plan.mesh, route.total, np.cumsum([s.length for s in scene.cable.sections.values()]), route.wound
+    )
+    return np.concatenate((route.wound + plan.mesh.aboard, out[1:]))
+
+
+_smooth = getattr(_at_least, "py_func", _at_least)  # plain Python: a scene loads without compiling
+
+
+def places_outboard(mesh: FeedMesh, total: float, boundaries: np.ndarray, tangent: float) -> np.ndarray:
+    """Arc lengths from the last node aboard on, as physics/feed.py lays them, with ``tangent`` m on the drum."""
+    last = tangent + mesh.aboard[-1]
+    ends = np.array([_smooth(float(b - last), float(low), mesh.blend)[0] for b, low in zip(boundaries, mesh.least)])
+    ends[-1] = total - last
+    places, begin = [np.zeros(1)], 0.0
+    for end, share in zip(ends, mesh.shares, strict=True):
+        places.append(begin + share * (end - begin))
+        begin = end
+    return last + np.concatenate(places)
+
+
 @lru_cache(32)
 def _plan(text: str) -> MeshPlan:
     return Maker(Scene.model_validate_json(text)).plan()
@@ -138,6 +165,7 @@ class Maker:
     def plan(self) -> MeshPlan:
         """Mesh with as few elements as keep the promise at every scope."""
         size, accuracy = self.sheave_size(), self.scene.accuracy
+        self.check_sections(size)
         aboard = self.aboard(size)
         share = accuracy.position / PER_SHAPE
         while True:
@@ -239,6 +267,25 @@ class Maker:
 
     # outboard
 
+    def check_sections(self, size: float) -> None:
+        """Refuse sections too short for their mesh."""
+        shortest = SHORTEST * size
+        for name, length in zip(self.names, self.lengths, strict=True):
+            written = self.scene.mesh.sections.get(name)
+            count = 1 if written is None or written.elements is None else written.elements
+            if length < count * shortest:
+                key, value = (f"cable.sections.{name}.length", f"{length:g} m")
+                if count > 1:
+                    key, value = f"mesh.sections.{name}.elements", f"{count} of {length:g} m"
+                raise MeshError(
+                    key,
+                    f"= {value} makes elements of {length / count:.3g} m, shorter than {shortest:.3g} m, {SHORTEST:g} "
+                    f"of an element at the sheave ({size:.3g} m): they are too stiff against those beside them",
+                    f"Give at most {max(1, int(length / shortest))} elements"
+                    if count > 1 and length >= shortest
+                    else f"Make it {shortest:.3g} m or longer, or part of the section beside it",
+                )
+
     def density(self, scope: float, size: float, share: float) -> np.ndarray:
         """Elements per length along the shape at ``scope``, from the body; share [m]: error by the shape."""
         shape, curve, cable = self.shapes[scope], self.curves[scope], self.scene.cable
@@ -287,15 +334,8 @@ class Maker:
 
     def arcs(self, mesh: FeedMesh, scope: float) -> np.ndarray:
         """Distance [m] of the outboard nodes from the body at ``scope``, from the last node aboard on."""
-        out = scope + self.route.inboard - mesh.aboard[-1]
-        ends = out - (self.lengths.sum() - np.cumsum(self.lengths))
-        ends = np.maximum(ends, mesh.least)
-        ends[-1] = out
-        places, begin = [np.zeros(1)], 0.0
-        for end, share in zip(ends, mesh.shares, strict=True):
-            places.append(begin + share * (end - begin))
-            begin = end
-        return out - np.concatenate(places)
+        total = self.route.total
+        return total - places_outboard(mesh, total, np.cumsum(self.lengths), total - scope - self.route.inboard)
 
     def expected_position(self, mesh: FeedMesh, scope: float) -> float:
         """Error [m] of the body's place with ``scope`` out."""

@@ -7,14 +7,15 @@ below it is laid straight on it. Independent of the kernels, plain Python.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import acos, cos, hypot, pi, radians, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
-from ..physics.ancf import BUOYANCY, CD_FIXED, EXTRA_DRAG, FN, FT, HALF_RHO_D, RE_FACTOR
-from ..physics.drag import element_rows
-from ..physics.towbody import body_record
+from ..physics.ancf import BUOYANCY, CD_FIXED, EA, EXTRA_DRAG, FN, FT, HALF_RHO_D, RE_FACTOR, WEIGHT_PER_LENGTH
+from ..physics.towbody import Towbody, body_record
+from .material import hung, material_rows, section_ends
 from .scene import Scene
 from .statics import Route
 
@@ -60,10 +61,10 @@ class _Cable(NamedTuple):
 def _cables(scene: Scene) -> list[_Cable]:
     cable, found = scene.cable, []
     for section in cable.sections.values():
-        rows = element_rows(section, cable, scene.water, scene.gravity)
+        rows = material_rows(cable, section, scene.water, scene.gravity)
         found.append(
             _Cable(
-                cable.mass_per_length * scene.gravity,
+                rows[WEIGHT_PER_LENGTH],
                 rows[BUOYANCY],
                 rows[HALF_RHO_D],
                 1.0 + rows[EXTRA_DRAG],
@@ -71,7 +72,7 @@ def _cables(scene: Scene) -> list[_Cable]:
                 rows[CD_FIXED],
                 tuple(rows[FN + i] for i in range(5)),
                 tuple(rows[FT + i] for i in range(11)),
-                cable.axial_stiffness,
+                rows[EA],
             )
         )
     return found
@@ -117,12 +118,43 @@ def _slope(c: _Cable, y, flow):
     return (e * force[0], e * force[1], e * force[2], -f[0], -f[1], -f[2])
 
 
-def _march(cables, spans, y, flow, bottom):
+def _joints(scene: Scene, flow) -> dict[int, Callable[[float], tuple[float, float, float]]]:
+    """By section: force [N] that what hangs at its outboard end adds to the tension vector above it, at height z."""
+    ends, found = list(section_ends(scene.cable).values()), {}
+    bodies = {f"bodies.{name}": body for name, body in scene.bodies.items()}
+
+    def pull(things):
+        def at(z):
+            force = np.array([0.0, 0.0, sum(thing.net_weight for thing in things)])
+            for thing in things:
+                if thing.key in bodies:
+                    force += _held(bodies[thing.key], flow(z), scene)
+            return tuple(force.tolist())
+
+        return at
+
+    for i, end in enumerate(ends):
+        things = [thing for thing in hung(scene) if thing.place == end]
+        if things:
+            found[i] = pull(things)
+    return found
+
+
+def _held(body: Towbody, water, scene: Scene) -> np.ndarray:
+    """Force [N] that holds a body against drag and lift; water: flow past it."""
+    row, speed = body_record(body, scene.gravity, scene.water.density), hypot(*water)
+    along = float(row["drag"][0]) * speed
+    return np.array([-along * water[0], -along * water[1], -float(row["lift"]) * speed * speed])
+
+
+def _march(cables, spans, y, flow, bottom, joints):
     """From the body up over spans [(length, index of section)]; rows of s, y, section."""
     total = sum(length for length, _ in spans)
     out, s = [], 0.0
     for length, i in spans:
         c, done = cables[i], 0.0
+        if i in joints:
+            y = (*y[:3], *(a + b for a, b in zip(y[3:], joints[i](y[2]), strict=True)))
         while done < length - 1e-9 * total:
             out.append((s + done, y, i))
             t = sqrt(y[3] ** 2 + y[4] ** 2 + y[5] ** 2)
@@ -160,7 +192,7 @@ def tow_shape(scene: Scene, scope: float) -> TowShape:
     top = scene.sheave.position[2] + scene.ship.reference_height
     bed = scene.seabed.depth
     bottom = -np.inf if bed is None else -bed
-    body = body_record(scene.towbody, scene.gravity, water.density)
+    joints = _joints(scene, flow)
     angle, z, tried = 0.5 * pi, top - 0.5 * scope, list[tuple[float, float]]()
     for _ in range(SHOTS):
         free = max(scope - route.on_sheave(angle) + route.inboard - route.span, 0.01 * scope)
@@ -171,16 +203,14 @@ def tow_shape(scene: Scene, scope: float) -> TowShape:
                 spans.append((length, i))
             left -= length
         z = max(z, bottom)
-        vx, vy = flow(z)
-        speed = hypot(vx, vy)
-        drag = float(body["drag"][0]) * speed
-        up = scene.towbody.net_weight - float(body["lift"]) * speed * speed
+        force = tuple((_held(scene.towbody, flow(z), scene) + (0.0, 0.0, scene.towbody.net_weight)).tolist())
+        up = force[2]
         if z <= bottom:  # it lies there
             up = max(up, 0.0) * 1e-3
-        force = (-drag * vx, -drag * vy, up)
+            force = (*force[:2], up)
         if hypot(hypot(*force[:2]), up) < 1e-9:
             force = (0.0, 0.0, 1e-9)
-        rows = _march(cables, spans, (0.0, 0.0, z, *force), flow, bottom)
+        rows = _march(cables, spans, (0.0, 0.0, z, *force), flow, bottom, joints)
         end = rows[-1][1]
         t = sqrt(sum(f * f for f in end[3:])) or 1e-12
         angle = min(acos(max(-1.0, min(1.0, end[5] / t))), 0.5 * pi)
