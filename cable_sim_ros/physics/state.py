@@ -149,7 +149,9 @@ class Change(NamedTuple):
 
 
 AT_REST = Change(0.0, 0.0, 0.0, 0.0)
-PLAN = np.dtype([("done", "f8"), ("share", "f8"), ("level", "i8"), ("halved", "i8"), ("used", "i8"), ("factored", "i8")])
+PLAN = np.dtype(
+    [("done", "f8"), ("share", "f8"), ("level", "i8"), ("halved", "i8"), ("used", "i8"), ("factored", "i8")]
+)
 
 
 class LineModel(NamedTuple):

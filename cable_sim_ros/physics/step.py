@@ -28,8 +28,8 @@ TURN_MOST, TURN_STEP = 0.2, 4e-4
 LEAVE_STEP = 2e-3
 NO_LIMIT = 1e300
 # error of a chosen step over what it may be, up to which the next is twice as long: it goes with the third power of the
-# step; and steps between a refused one and the next longer one
-GROW, WAIT = 0.1, 10
+# step; corrections up to which a step is worth doubling; and steps between a refused one and the next longer one
+GROW, EASY, WAIT = 0.1, 4, 10
 
 
 @driver
@@ -140,7 +140,7 @@ def _finish(line, state, h):
     plan.used += used
     plan.done += plan.share
     now.control.wait = max(now.control.wait - 1, 0)
-    longer = error <= GROW and now.control.wait == 0
+    longer = not chosen or (error <= GROW and used <= EASY and now.control.wait == 0)
     if longer and plan.share < 1.0 and (plan.done / (2.0 * plan.share)) % 1.0 == 0.0:
         plan.share *= 2.0
         plan.level -= 1

@@ -101,7 +101,7 @@ def _tick(model, state, inputs, output, slot):
             going_on, blending = advance_tow(model, state, inputs, commanded, rate)
         if not going_on:
             return halt(model, state, output, slot, NEWTON_FAILED | HALVED)
-    if state.plan[0].halved != 0:
+    if state.plan[0].halved != 0 and not chosen:
         flags |= HALVED
     if not (finite(state.nodes[NOW, Q]) and finite(state.nodes[NOW, V])):
         return halt(model, state, output, slot, NOT_FINITE | flags)

@@ -15,10 +15,12 @@ from ..io.load import load_scene, override, scene_from_text
 from ..io.motion_table import MotionError, read_table, sine_heave
 from ..io.replay import RecordedTow, Residual, read_tow, recorded_frames, residuals
 from ..io.resources import find_bag
+from ..physics.integrate import Solver
 from ..sim.scene import Scene
 from .passes import Driven, Pass, Progress, silent
 from .summary import SKIP, summarize
 
+EVERY, TENSION_ERROR = 0.1, 0.005  # s between Frames, 1: of a run whose steps are chosen, where the scene does not say
 HEAVE_SECONDS = 60.0  # s of a run under a sinusoidal heave where no duration is given
 DELIVERY = ("motion_age", "command_age")  # of a Frame: how its inputs came, not how the tow is
 # JSON names beside those of lab/summary.py: name, unit, meaning
@@ -26,6 +28,13 @@ FIGURES = (
     ("departure_angle_deg", "deg", "mean angle of the departing cable from the downward vertical"),
     ("contact_resultant_n", "N", "mean resultant of the cable on the sheave, whole run"),
     ("ticks", "1", "ticks simulated"),
+    ("step_least_s", "s", "shortest step taken; `steps` counts them"),
+    ("step_median_s", "s", "median of the steps taken: half of the steps are no longer"),
+    ("step_largest_s", "s", "longest step taken"),
+    ("steps_refused", "1", "steps taken back and halved because of their error"),
+    ("steps_unsolved", "1", "steps taken back and halved because they had no solution or none that can be trusted"),
+    ("step_tension_error", "1", "`solver.tension_error` that the steps were chosen to; null: a tick is one step"),
+    ("step_position_error_m", "m", "`solver.position_error` that the steps were chosen to; null: a tick is one step"),
     ("compile_s", "s", "wall time of compiling, or of loading the compiled kernels"),
     ("start_s", "s", "wall time of the static start"),
     ("stepping_s", "s", "wall time of the stepping alone; `realtime_factor` is made from it"),
@@ -61,20 +70,23 @@ def run(
     duration: float | None = None,
     algorithm: str | None = None,
     imu_only: bool = False,
+    step: str | None = None,
+    every: float | None = None,
     out: str | os.PathLike | None = None,
     progress: Progress = silent,
 ) -> Run:
     """Simulate a scene under the motion of a bag or CSV table, a sinusoidal heave, or on its mean track (motion None).
 
     heave: amplitude [m] and period [s], in place of ``motion``; duration: s, default all the motion there is, or a
-    short settling without any; algorithm: set-point in place of the scene's; imu_only: leave odometry out; out: folder
-    to make, with the bag ``tow`` of every channel and ``summary.json``. Raises SceneError, BagError, MotionError,
+    short settling without any; algorithm: set-point in place of the scene's; imu_only: leave odometry out; step, every:
+    see `stepped`; out: folder to make, with the bag ``tow`` of every channel and ``summary.json``. Raises SceneError, BagError, MotionError,
     ResourceError, StartError; a solver that gives up ends the run.
     """
     bag = _bag_path(out)
     scene = scene if isinstance(scene, Scene) else load_scene(scene)
     if algorithm is not None:
         scene = override(scene, {"setpoint.algorithm": algorithm})
+    scene = stepped(scene, step, every)
     if heave is not None and duration is None:
         duration = HEAVE_SECONDS
     one = Pass(scene, _motion_of(scene, motion, heave, duration, imu_only), progress=progress)
@@ -113,6 +125,23 @@ def replay(
     )
     _write_summary(out, result)
     return result
+
+
+def stepped(scene: Scene, step: str | None, every: float | None) -> Scene:
+    """The scene with other steps: "chosen" by their error, "fixed": one a Frame, None: as the scene says.
+
+    every: s between Frames; default: the scene's tick, of steps chosen that the scene did not choose EVERY.
+    """
+    if step not in (None, "chosen", "fixed"):
+        raise ValueError(f"step = {step!r} is not known: nothing was simulated; give 'chosen', 'fixed' or None")
+    solver, values = scene.solver, {}
+    if step == "fixed" and solver.tension_error is not None:
+        values["solver.tension_error"] = None
+    if step == "chosen" and solver.tension_error is None:
+        values |= {"solver.tension_error": TENSION_ERROR, "solver.tick": EVERY}
+    if every is not None:
+        values["solver.tick"] = every
+    return override(scene, values) if values else scene
 
 
 def figures_markdown() -> str:
@@ -178,10 +207,26 @@ def _run_of(one: Pass, driven: Driven, bag: Path | None) -> Run:
         motion="none" if tow is None else Path(tow.path).name,
         setpoint=scene.setpoint.algorithm.value,
     )
+    figures.update(_figures_of_steps(one.sim.steps, one.sim.state.now.control, scene.solver))
     if one.feeder is not None:
         figures["motion_refused"] = {cause: count for cause, count in one.feeder.ingest.counts.items() if count}
         figures["commands_refused"] = dict(one.feeder.commands.refused)
     return Run(frames, figures, driven.problem, bag)
+
+
+def _figures_of_steps(steps: dict[float, int], control: np.record, solver: Solver) -> dict[str, Any]:
+    """How the time was divided, for the JSON; steps: length [s] -> how many, longest first."""
+    lengths = np.repeat(list(steps), list(steps.values()))[::-1]
+    chosen = solver.tension_error is not None
+    return {
+        "step_least_s": float(lengths[0]) if len(lengths) else None,
+        "step_median_s": float(lengths[(len(lengths) - 1) // 2]) if len(lengths) else None,
+        "step_largest_s": float(lengths[-1]) if len(lengths) else None,
+        "steps_refused": int(control.refused),
+        "steps_unsolved": int(control.unsolved),
+        "step_tension_error": solver.tension_error,
+        "step_position_error_m": solver.position_error if chosen else None,
+    }
 
 
 def _bag_path(out: str | os.PathLike | None) -> Path | None:

@@ -17,6 +17,7 @@ from ..io.bag import BagWriter
 from ..io.channels import Context, Encoder
 from ..io.load import SceneWarning, dump_scene
 from ..io.messages import KINDS, Refused, decode_imu, decode_odometry
+from ..io.motion_table import MotionError
 from ..io.replay import Event, Feeder, RecordedTow, late_ticks
 from ..physics.frame import FRAME
 from ..physics.heave import Heave, MotionInput
@@ -28,6 +29,7 @@ from ..sim.simulator import Simulator, SolverError
 SECOND = 1_000_000_000
 AHEAD = SECOND // 10  # motion is pushed this far past the end of a chunk, so that no tick looks past the newest
 CHUNK = 1.0  # s, at most
+RING_MOST = 800  # samples a tick may last: the ring holds 1024, with those of AHEAD and the one before
 RING_SHARE = 400  # samples a chunk may bring: less than half the ring
 SETTLE = 5.0  # s of a run without motion
 HEADING_OVER = 60.0  # s of motion whose mean yaw is the heading of the start
@@ -72,6 +74,7 @@ class Pass:
         self.recorded = recorded
         self.sim = Simulator(scene)
         self.tick = round(scene.solver.tick * SECOND)
+        self._check_ring()
         self.feeder = None if tow is None else Feeder(self.sim.inputs, tow, scene, *_taken_in(tow))
         self.pending: list[Event] = []
         self._late, self._newest = late_ticks(recorded)
@@ -160,6 +163,16 @@ class Pass:
             return count, None
         ahead = (int(self._late[following]) - now) // self.tick
         return min(count, max(1, ahead - 1)), int(self._newest[following])
+
+    def _check_ring(self) -> None:
+        """A tick needs all the motion it lasts, and what comes before and after it, in the ring of inputs."""
+        most = RING_MOST / max(1.0, 0.0 if self.tow is None else self.tow.rate)
+        if self.scene.solver.tick > most:
+            raise MotionError(
+                f"{Path(self.tow.path).name if self.tow else 'none'} has {self.tow.rate if self.tow else 0.0:.4g} motion "
+                f"messages a second: more than are kept in a tick of {self.scene.solver.tick:g} s; nothing was "
+                f"simulated. Give --every (solver.tick) of at most {most:.2g} s"
+            )
 
     def _ring_limit(self) -> int:
         return round(CHUNK * SECOND) if self.tow is None else round(RING_SHARE / max(1.0, self.tow.rate) * SECOND)
