@@ -78,9 +78,9 @@ def run(
     """Simulate a scene under the motion of a bag or CSV table, a sinusoidal heave, or on its mean track (motion None).
 
     heave: amplitude [m] and period [s], in place of ``motion``; duration: s, default all the motion there is, or a
-    short settling without any; algorithm: set-point in place of the scene's; imu_only: leave odometry out; step, every:
-    see `stepped`; out: folder to make, with the bag ``tow`` of every channel and ``summary.json``. Raises SceneError, BagError, MotionError,
-    ResourceError, StartError; a solver that gives up ends the run.
+    short settling without any; algorithm: set-point in place of the scene's; imu_only: leave odometry out; step and
+    every: see `stepped`; out: folder to make, with the bag ``tow`` of every channel and ``summary.json``. Raises
+    SceneError, BagError, MotionError, ResourceError, StartError; a solver that gives up ends the run.
     """
     bag = _bag_path(out)
     scene = scene if isinstance(scene, Scene) else load_scene(scene)

@@ -166,12 +166,14 @@ class Pass:
 
     def _check_ring(self) -> None:
         """A tick needs all the motion it lasts, and what comes before and after it, in the ring of inputs."""
-        most = RING_MOST / max(1.0, 0.0 if self.tow is None else self.tow.rate)
-        if self.scene.solver.tick > most:
+        if self.tow is None:
+            return
+        tick, rate = self.scene.solver.tick, self.tow.rate
+        if min(tick * rate, len(self.tow.events)) > RING_MOST:
             raise MotionError(
-                f"{Path(self.tow.path).name if self.tow else 'none'} has {self.tow.rate if self.tow else 0.0:.4g} motion "
-                f"messages a second: more than are kept in a tick of {self.scene.solver.tick:g} s; nothing was "
-                f"simulated. Give --every (solver.tick) of at most {most:.2g} s"
+                f"{self.tow.path}: {rate:.4g} motion messages a second are {tick * rate:.4g} in a tick (solver.tick, "
+                f"--every) of {tick:g} s, more than the {RING_MOST} that are kept for it; nothing was simulated. Give "
+                f"--every of at most {RING_MOST / rate:.2g} s"
             )
 
     def _ring_limit(self) -> int:
