@@ -2,10 +2,10 @@
 
 With jerk j the auxiliary acceleration x of generalised-alpha lags, x = a + (am - af) h j, and q1 = q0 + h v0
 + h^2 ((1/2 - beta) x0 + beta x1) misses the Taylor series of q by c h^3 j, c = beta + (am - af)/2 - 1/6: so h^2 c
-(a1 - a0), as Zienkiewicz and Xie (1991) for Newmark, where am = af, and Hulbert and Jang (1995) for generalised-alpha.
+(a1 - a0), as Zienkiewicz and Xie (1991) for Newmark, where x = a, and Hulbert and Jang (1995) for generalised-alpha.
 Of a mode that a step does not resolve that is no error, the end of the step is in balance: S^-1 c2 M, S the matrix of
-the step, leaves slow modes as they are and takes a stiff one down by 1 + (its frequency times h)^2 (Shampine and
-Baca 1984). M is lumped: an estimate needs no more.
+the step, leaves slow modes as they are and takes a stiff one down by 1 + (its frequency times h)^2, after
+Shampine and Baca (1984). M is lumped: an estimate needs no more.
 """
 
 from __future__ import annotations

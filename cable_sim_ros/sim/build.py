@@ -130,11 +130,11 @@ def line_settings(cable: Cable, solver: Solver, gravity: float, tension: float, 
     row["gravity"], row["rho_inf"] = gravity, solver.rho_inf
     row["tolerance"] = max(solver.tolerance * tension, ROUND_OFF * cable.axial_stiffness)
     row["mean_flow_time"] = cable.mean_flow_time
+    row["max_iterations"] = solver.max_iterations
+    row["max_halvings"], row["turn_most"], row["leave_step"] = rules
     if solver.tension_error is not None:
         row["step_position"] = POSITION_PER_STEP * solver.position_error
         row["step_tension"] = TENSION_PER_STEP * solver.tension_error * tension
-    row["max_iterations"] = solver.max_iterations
-    row["max_halvings"], row["turn_most"], row["leave_step"] = rules
     return row
 
 
