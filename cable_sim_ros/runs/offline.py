@@ -134,7 +134,8 @@ def stepped(scene: Scene, step: str | None, every: float | None) -> Scene:
     """
     if step not in (None, "chosen", "fixed"):
         raise ValueError(f"step = {step!r} is not known: nothing was simulated; give 'chosen', 'fixed' or None")
-    solver, values = scene.solver, {}
+    solver = scene.solver
+    values: dict[str, float | None] = {}
     if step == "fixed" and solver.tension_error is not None:
         values["solver.tension_error"] = None
     if step == "chosen" and solver.tension_error is None:
