@@ -1,4 +1,4 @@
-"""A winch that feeds cable: closed forms of material flow, mass and energy, and the winch with the cable on its drum."""
+"""A winch that feeds cable: closed forms of material flow, mass and energy, and the drum that was beside it."""
 
 from __future__ import annotations
 
