@@ -36,10 +36,9 @@ from ..physics.surface import SHEAVE_ROW, surfaces_of
 from ..physics.towbody import BODY, body_record
 from ..physics.water import Water
 from ..physics.winch import DRUM
-from .checks import ROUND_OFF
 from .mesh import FeedMesh, feed_mesh
 from .scene import Scene
-from .statics import DRUM_RESERVE, Route
+from .statics import DRUM_RESERVE, ROUND_OFF, Route
 
 # EI of an element over w L^3 where its end carries no tension: the gradient of a free end has a rotational stiffness of
 # -T/30 there (T = w L/2), more than wL^3/240 makes it stable; it vanishes with the third power of the mesh
