@@ -188,9 +188,9 @@ def build_line(
     )
 
 
-def build_model(scene: Scene) -> Model:
-    """The scene as numbers for kernels."""
-    mesh = feed_mesh(scene)
+def build_model(scene: Scene, mesh: FeedMesh | None = None) -> Model:
+    """The scene as numbers for kernels. mesh: in place of the one made for the scene."""
+    mesh = feed_mesh(scene) if mesh is None else mesh
     nodes = len(arc_lengths(scene.cable)) if mesh is None else mesh.nodes
     held = np.zeros((nodes, 6))
     held[0, :3] = 1.0
@@ -222,9 +222,9 @@ def build_model(scene: Scene) -> Model:
     )
 
 
-def build_state(scene: Scene) -> State:
-    """Preallocated state for the scene's mesh, everything zero but for arc lengths that stay."""
-    mesh = feed_mesh(scene)
+def build_state(scene: Scene, mesh: FeedMesh | None = None) -> State:
+    """Preallocated state for the scene's mesh, or another; everything zero but for arc lengths that stay."""
+    mesh = feed_mesh(scene) if mesh is None else mesh
     return make_state(arc_lengths(scene.cable) if mesh is None else np.zeros(mesh.nodes), surfaces_of(scene))
 
 

@@ -40,6 +40,12 @@ class FeedMesh(NamedTuple):
         return int(self.boundaries[-1]) + 1
 
     @property
+    def doubled(self) -> FeedMesh:
+        """Every element halved."""
+        cut = [halved(np.concatenate(([0.0], share)))[1:] for share in self.shares]
+        return FeedMesh(halved(self.aboard), tuple(cut), self.least)
+
+    @property
     def blend(self) -> float:
         """Way [m] over which the end of a zone lets go of the end of its section."""
         return 0.5 * float(self.least[0])
@@ -82,6 +88,13 @@ def places_outboard(mesh: FeedMesh, total: float, boundaries: np.ndarray, tangen
         places.append(begin + share * (end - begin))
         begin = end
     return last + np.concatenate(places)
+
+
+def halved(places: np.ndarray) -> np.ndarray:
+    """Places with one more in the middle between each two."""
+    out = np.empty(2 * len(places) - 1)
+    out[::2], out[1::2] = places, 0.5 * (places[1:] + places[:-1])
+    return out
 
 
 def ends(sizes: np.ndarray) -> tuple[float, float]:

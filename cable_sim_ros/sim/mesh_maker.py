@@ -27,22 +27,27 @@ from .tow_shape import TowShape, fourth_derivative, tow_shape
 SHORTEST_PERIOD = 4.0  # s, of ship motion at a sheave: shorter waves do not move a ship
 SWING = radians(10.0)  # departure angle against the static one under way in waves
 SCOPES = (1.0, 0.3, 0.1)  # of the scope at the start; the largest that the winch pays out besides
-RADII_PER_TENSION = 80.0  # sheave element over its radius, per relative error of tension; 0.4 radii at 0.005
-FINEST = 0.04  # radii; what 0.0005 asks for
+RADII_PER_TENSION = 50.0  # sheave element over its radius, per relative error of tension; 0.25 radii at 0.005
+FINEST = 0.025  # radii; what 0.0005 asks for
 COARSEST = 0.4
 PER_BENDING = {SheaveAnswer.DISTRIBUTION: 1.5, SheaveAnswer.ENDS: 0.75}  # element over sqrt(EI/T)
 SOFTEST_ENDS = 0.01  # penetration limit with which the ends of the contact are those of a rigid sheave
 NO_BENDING = 0.2  # radii: element where a load along the sheave is wanted of a cable without bending stiffness
 LAYER = 4.0  # bending lengths of fine mesh beside the sheave
 PER_WAVE = 2.0  # elements per wave along the cable; of 2 and of 5 the tension's deviation is the same to 1e-3
+LAYERS = 2.0  # first element outboard over the length within which drag damps the cable's sideways motion
+BROADSIDE_DRAG = 1.2  # C_D of that estimate
+HEAVE_MOST, HEAVE_PER_SCOPE = 1.0, 0.01  # m; and of the scope where that is less
+SMOOTH = 2.0  # an element beside one of length h is no longer than h + SMOOTH times the way between
 KINK_SHARE = 0.3  # of the error of the place may come from one jump of the curvature
-PER_TOLERANCE = 0.11  # error of the body's place per residual of every node, over the tension along the cable
+PER_TOLERANCE = 0.5  # error of the body's place per residual of every node below, over the tension along the cable
 # error of the body's place per sum of h^4 |d4r/ds4| over the elements, and per h^2 times a jump of the curvature inside
 # one: the largest found over 22 tows of 8 m to 6 km on 5 meshes each; most are a fifth of it (docs/mesh.md)
 PER_SHAPE, PER_KINK = 1.0 / 1500.0, 1.0 / 120.0
 OUTBOARD_LEAST = 0.1  # of the scope at the start: all zones pressed together are no longer
 LEAST_POSITION, POSITION_PER_SCOPE = 0.01, 1e-5  # m, and of the scope: what is promised where nothing is said
 MOST_ELEMENTS = 600
+LEAST_PROMISE = 0.2  # of the place asked for: no estimate from a static shape is better than that in waves
 SOLVER_SHARE = 0.6  # of the error of the place may be the solver's
 SHORTEST = 0.25  # of a sheave element: shorter ones are not made
 
@@ -56,6 +61,11 @@ def scope_range(scene: Scene) -> tuple[float, float, float]:
         most = min(most, winch.most_scope)
     low = max(SCOPES[-1] * start, winch.least_scope or 0.0)
     return start, min(low, start), max(most, start)
+
+
+def heave_amplitude(scope: float) -> float:
+    """Heave [m] that a mesh is made for and checked with, for a scope [m] at the start."""
+    return min(HEAVE_MOST, HEAVE_PER_SCOPE * scope)
 
 
 class Maker:
@@ -220,10 +230,28 @@ class Maker:
         added = 0.25 * pi * cable.diameter**2 * self.scene.water.density * cable.added_mass_coefficient
         speed = np.sqrt(np.maximum(shape.tension, 1e-9) / (cable.mass_per_length + shape.wet * added))
         n = np.maximum(steep, PER_WAVE / (speed * SHORTEST_PERIOD))
+        far = shape.s[-1] - shape.s
+        n = np.maximum(n, 1.0 / (LAYERS * self.damped_length(shape) + SMOOTH * far))
         for place, jump in kinks(shape):
-            here = sqrt(PER_KINK * jump / (KINK_SHARE * self.position))
-            n = np.maximum(n, here * (np.abs(shape.s - place) < 0.5 / here))
+            if jump > 0.0:
+                here = sqrt(PER_KINK * jump / (KINK_SHARE * self.position))
+                i = int(np.searchsorted(shape.s, place))
+                rise = abs(float(shape.force[i, 2])) / float(shape.tension[i])
+                travel = self.heave / max(rise, 1e-3) if shape.wet[i] != shape.wet[min(i + 1, len(far) - 1)] else 0.0
+                n = np.maximum(n, here * (np.abs(shape.s - place) < 0.5 / here + travel))
         return n
+
+    @property
+    def heave(self) -> float:
+        """Heave [m] that the mesh is made for: a sea for a ship, ripples for a tow of a few metres."""
+        return heave_amplitude(self.start)
+
+    def damped_length(self, shape: TowShape) -> float:
+        """Length [m] within which drag damps the sideways motion that the sheave gives the cable: sqrt(T/(b omega))."""
+        cable, water = self.scene.cable, self.scene.water
+        omega = 2.0 * pi / SHORTEST_PERIOD
+        drag = water.density * cable.diameter * BROADSIDE_DRAG * max(shape.speed, omega * self.heave)
+        return sqrt(float(shape.tension[-1]) / (drag * omega))
 
     def outboard(self, aboard: np.ndarray, size: float, share: float) -> FeedMesh:
         """The whole mesh: shares of each zone that serve at every scope."""
@@ -258,7 +286,12 @@ class Maker:
             return np.array([0.0, 1.0]), np.ones(2)
         x = np.unique(np.concatenate([places for places, _ in wanted]).round(12))
         n = np.max([np.interp(x, places, density) for places, density in wanted], axis=0)
-        return x, n
+        size = 1.0 / np.maximum(n, 1.0)
+        for i in range(1, len(x)):
+            size[i] = min(size[i], size[i - 1] + SMOOTH * (x[i] - x[i - 1]))
+        for i in reversed(range(len(x) - 1)):
+            size[i] = min(size[i], size[i + 1] + SMOOTH * (x[i + 1] - x[i]))
+        return x, 1.0 / size
 
     # what comes of it
 
@@ -285,7 +318,8 @@ class Maker:
     def floor(self, scope: float, nodes: int) -> float:
         """Error [m] of the body's place that the solver leaves whatever the mesh: its residual turns the tension."""
         shape = self.shapes[scope]
-        return PER_TOLERANCE * nodes * self.tolerance * float(np.trapezoid(1.0 / shape.tension, shape.s))
+        below = nodes * shape.s / shape.s[-1]
+        return PER_TOLERANCE * self.tolerance * float(np.trapezoid(below / shape.tension, shape.s))
 
     @property
     def tolerance(self) -> float:
@@ -300,7 +334,8 @@ class Maker:
         for scope, shape in self.shapes.items():
             position = self.expected_position(mesh, scope)
             load = cable.mass_per_length * self.scene.gravity + float(shape.drag.max())
-            found.append(Expected(scope, max(sheave, load * position / float(shape.tension[-1])), position))
+            tension = max(sheave, load * position / float(shape.tension[-1]))
+            found.append(Expected(scope, tension, max(position, LEAST_PROMISE * self.position)))
         return tuple(found)
 
     def parts(self, mesh: FeedMesh) -> tuple[Part, ...]:
