@@ -54,7 +54,7 @@ def _text(item, path, field, owner, data, origin, lines) -> str:
     if field is None and kind in ("model_type", "dict_type"):  # a free name, such as that of a section
         return (
             f"{where}: {key} = {_show(value)} is {kind_of(value)}, expected a block of keys; {CONSEQUENCE}. "
-            f"Write for example `{path[-1]}: {{length: 10.0, elements: 4}}`"
+            f"Write for example `{path[-1]}: {'{elements: 4}' if path[0] == 'mesh' else '{length: 10.0}'}`"
         )
     if field is None:
         return f"{where}: {key} = {_show(value)}: {item['msg']}; {CONSEQUENCE}. See the parameter manual"

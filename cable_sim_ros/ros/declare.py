@@ -31,7 +31,7 @@ def descriptor(row: Row) -> ParameterDescriptor:
     """Descriptor with description, unit, source, range and whether a change needs a new configure."""
     text = row.doc + (f" [{row.unit}]" if row.unit not in ("", "1") else "")
     if row.nullable:
-        text += "; nan: none"
+        text += "; 0: none" if row.kind is int else "; nan: none"
     if row.source:
         text += f" (source: {row.source})"
     result = ParameterDescriptor(

@@ -101,7 +101,7 @@ class Row(NamedTuple):
     kind: type  # float, int, bool, str or list (of floats)
     length: int  # of a list
     choices: tuple[str, ...]
-    nullable: bool  # nan stands for "none"
+    nullable: bool  # nan stands for "none", 0 where the number is whole
     doc: str
     unit: str
     low: float | None
@@ -141,7 +141,7 @@ def _row(name: str, value: Any, field) -> Row:
     kind, length, choices, nullable = _kind(field.annotation)
     extra = field.json_schema_extra or {}
     if value is None:
-        value = math.nan
+        value = 0 if kind is int else math.nan  # ROS holds no nan where a whole number is declared
     elif isinstance(value, Enum):
         value = value.value
     elif isinstance(value, tuple):
@@ -265,7 +265,7 @@ def _checked(row: Row, value: Any) -> Any:
             f"parameter '{row.name}' must be {word}{unit}, got {value!r}"
             + (f"; {row.range_text}" if row.range_text else "")
         )
-    if row.nullable and isinstance(value, float) and math.isnan(value):
+    if row.nullable and (value == 0 if row.kind is int else isinstance(value, float) and math.isnan(value)):
         return None
     if row.choices and value not in row.choices:
         raise ParameterError(

@@ -63,8 +63,8 @@ class Driven(NamedTuple):
 class Pass:
     """One pass of the simulator over its input.
 
-    tow: recorded motion, None for the mean track; recorded: Frames of the run to repeat, None for a fresh start; mesh: in place
-    of the scene's.
+    tow: recorded motion, None for the mean track; recorded: Frames of the run to repeat, None for a fresh start;
+    mesh: in place of the scene's.
     """
 
     def __init__(
