@@ -9,6 +9,7 @@ import numpy as np
 
 from ..io.load import SceneError, load_scene
 from ..io.motion_table import sine_heave
+from ..physics.setpoint import SetpointLaw
 from ..sim.mesh import FeedMesh, MeshPlan, mesh_plan
 from ..sim.mesh_sheave import heave_amplitude, scope_range
 from ..sim.scene import Scene
@@ -56,7 +57,7 @@ def check(scene: Scene, plan: MeshPlan, progress: Progress = silent, seconds: fl
 
     seconds: of the heave, 0: statics alone. Raises StartError, CheckError.
     """
-    scene = scene.model_copy(update={"setpoint": scene.setpoint.model_copy(update={"algorithm": "hold"})})
+    scene = scene.model_copy(update={"setpoint": scene.setpoint.model_copy(update={"algorithm": SetpointLaw.HOLD})})
     fine = plan.mesh.doubled
     progress("static start", 0.0, 2.0)
     found = [_static(scene, plan.mesh, fine)]

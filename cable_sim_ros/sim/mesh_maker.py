@@ -49,7 +49,7 @@ class Maker(SheaveMesh):
     """Makes the mesh of one scene."""
 
     def plan(self) -> MeshPlan:
-        """Mesh with as few elements as keep the promise at every scope; what is written by hand replaces parts of it."""
+        """Mesh with as few elements as keep the promise at every scope; then what is written by hand."""
         size, accuracy = self.sheave_size(), self.scene.accuracy
         self.check_sections(size)
         aboard = self.aboard(size)
@@ -187,7 +187,7 @@ class Maker(SheaveMesh):
         return "never outboard"
 
     def envelope(self, section: int, densities: dict[float, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-        """Elements per share of a section's zone, the most that any scope wants, over the share from the inboard end."""
+        """Elements per share of a section's zone, the most that any scope wants, over the share from inboard."""
         wanted = []
         for scope, density in densities.items():
             shape = self.shapes[scope]
@@ -242,9 +242,12 @@ class Maker(SheaveMesh):
         return max(scene.solver.tolerance * scene.contact.working_tension, ROUND_OFF * scene.cable.axial_stiffness)
 
     def errors(self, mesh: FeedMesh) -> list[Error]:
-        """What the mesh outboard and the solver leave, at every scope."""
+        """What the mesh outboard and the solver leave, at every scope that leaves the mesh room."""
         found, weight = [], self.scene.cable.mass_per_length * self.scene.gravity
+        pressed = float(mesh.aboard[-1] + mesh.least[-1]) - self.route.inboard
         for scope, shape in self.shapes.items():
+            if scope < min(pressed, self.start):
+                continue
             position = self.expected_position(mesh, scope)
             load = weight + float(shape.drag.max())
             found.append(Error(scope, position, load * position / float(shape.tension[-1])))
@@ -252,7 +255,8 @@ class Maker(SheaveMesh):
 
     def promise(self, mesh: FeedMesh) -> tuple[Expected, ...]:
         """Expected errors at the largest scope, at the start, and below it."""
-        size = float(np.diff(mesh.aboard)[self.inboard :].max())
+        begin, end = mesh.aboard[:-1], mesh.aboard[1:]
+        size = float((end - begin)[(end > self.contact[0]) & (begin < self.contact[1])].max())
         sheave, least = size / self.route.sheave / RADII_PER_TENSION, LEAST_PROMISE * self.position
         return tuple(Expected(e.scope, max(sheave, e.outboard), max(e.position, least)) for e in self.errors(mesh))
 

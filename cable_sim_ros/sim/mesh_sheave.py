@@ -14,6 +14,7 @@ from .tow_shape import fourth_derivative, tow_shape
 
 SWING = radians(10.0)  # departure angle against the static one under way in waves
 SCOPES = (1.0, 0.3, 0.1)  # of the scope at the start; the largest that the winch pays out besides
+LEAST_SCOPE = 10.0  # sheave radii: nearer than that a body is hauled in, not towed
 RADII_PER_TENSION = 50.0  # sheave element over its radius, per relative error of tension; 0.25 radii at 0.005
 FINEST = 0.025  # radii; what 0.0005 asks for
 COARSEST = 0.4
@@ -33,7 +34,7 @@ def scope_range(scene: Scene) -> tuple[float, float, float]:
     most = route.total - winch.dead_length - route.inboard
     if winch.most_scope is not None:
         most = min(most, winch.most_scope)
-    low = max(SCOPES[-1] * start, winch.least_scope or 0.0)
+    low = max(SCOPES[-1] * start, winch.least_scope or 0.0, LEAST_SCOPE * route.sheave)
     return start, min(low, start), max(most, start)
 
 
@@ -103,6 +104,7 @@ class SheaveMesh:
         else:
             leaves, layer = route.on_sheave(self.shapes[self.start].angle), mesh.after
         room = 0.5 * self.start
+        self.contact = (route.span * (1 + 1e-9), (route.span + min(leaves, room)) * (1 - 1e-9))  # m, on the sheave
         end = route.span + min(leaves + layer, room)
         begin = route.span - before
         if mesh.sheave is not None:
