@@ -188,7 +188,7 @@ def _sample(field):
     number = 1.0
     if low is not None and high is not None:
         number = float(f"{math.sqrt(low * high):.1g}") if low > 0 else 1.0 if low <= 1.0 <= high else low
-    if field.annotation is int:
+    if int in (field.annotation, *get_args(field.annotation)):
         return round(number)
     return [number] * len(get_args(field.annotation)) if get_origin(field.annotation) is tuple else number
 

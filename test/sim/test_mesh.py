@@ -7,6 +7,7 @@ from cable_sim_ros.io.load import SceneError, override
 from cable_sim_ros.lab.mesh_promise import markdown, measure
 from cable_sim_ros.lab.mesh_tows import tows
 from cable_sim_ros.runs.mesh import as_json, check, plan_of
+from cable_sim_ros.sim import mesh, mesh_maker
 from cable_sim_ros.sim.mesh import arc_lengths_at_start, mesh_plan
 from cable_sim_ros.sim.mesh_kinds import equal_parts, geometric, graded
 from cable_sim_ros.sim.mesh_sheave import scope_range
@@ -121,8 +122,8 @@ def test_the_line_load_wants_elements_by_the_bending_length_and_is_then_within_f
     assert parts(scene)["sheave"].longest <= 1.5 * bending * 1.001
     assert plan.mesh.nodes - 1 < 128
     loads = []
-    for mesh in (plan.mesh, plan.mesh.doubled.doubled):
-        sim = Simulator(scene, mesh)
+    for nodes in (plan.mesh, plan.mesh.doubled.doubled):
+        sim = Simulator(scene, nodes)
         sim.start()
         angle, load = sim.contact[:, 3], sim.contact[:, 4] + sim.contact[:, 5]
         order = np.argsort(angle)
@@ -201,12 +202,6 @@ REFUSED = [
         r"started. Give \S+ m or more, or solver.tolerance \S+ or less",
     ),
     (
-        {"accuracy__position": 1e-5, "solver__tolerance": 1e-12, "cable__axial_stiffness": 1e5},
-        r"accuracy.position = 1e-05 m cannot be met: with \d+ elements, and more than 600 are not made, the towbody's "
-        r"place errs by \S+ m with 592 m of scope; nothing was started. Give \S+ m or more, or limit the scope with "
-        r"winch.most_scope",
-    ),
-    (
         {"cable__sections__bare__elements": 12},
         r"cable.sections.bare.elements = 12 belongs to winch.drum = contact: a winch that feeds has its mesh made from "
         r"accuracy; nothing was started. Leave it out; numbers written by hand go to mesh",
@@ -228,13 +223,16 @@ REFUSED = [
     ),
     (
         {"winch__scope": None, "winch__cable_on_drum": 0.0},
-        r"winch.cable_on_drum leaves 0 m on the drum at the start, but 0.0915 m must stay there \(winch.dead_length = 0 "
-        r"m and 0.3 rad of wrap\): the winch would stand beyond the end of its travel; nothing was started. Leave 0.0915 "
+        r"winch.cable_on_drum leaves 0 m on the drum at the start, but 0.0915 m must stay there "
+        r"\(winch.dead_length = 0 "
+        r"m and 0.3 rad of wrap\): the winch would stand beyond the end of its travel; nothing was "
+        r"started. Leave 0.0915 "
         r"m or more on the drum, by a longer cable or a shorter scope",
     ),
     (
         {"winch__scope": 0.2},
-        r"winch.scope of 0.2 m at the start ends on the mesh at the sheave, which reaches \S+ m outboard of the sheave's "
+        r"winch.scope of 0.2 m at the start ends on the mesh at the sheave, which reaches \S+ m outboard "
+        r"of the sheave's "
         r"axis: nothing is left for the tow; nothing was started. Start with \S+ m or more, or a shorter mesh.after",
     ),
     (
@@ -249,12 +247,14 @@ REFUSED = [
     (
         {"cable__sections__bare__length": 0.005, "winch__scope": 100.0},
         r"cable.sections.bare.length = 0.005 m makes elements of 0.005 m, shorter than 0.0159 m, 0.25 of an element at "
-        r"the sheave \(0.0638 m\): they are too stiff against those beside them; nothing was started. Make it 0.0159 m or "
+        r"the sheave \(0.0638 m\): they are too stiff against those beside them; nothing was started. "
+        r"Make it 0.0159 m or "
         r"longer, or part of the section beside it",
     ),
     (
         {"mesh__sections": {"bare": {"elements": 1000}}, "cable__sections__bare__length": 10.0, "winch__scope": 100.0},
-        r"mesh.sections.bare.elements = 1000 of 10 m makes elements of 0.01 m, shorter than 0.0159 m, 0.25 of an element "
+        r"mesh.sections.bare.elements = 1000 of 10 m makes elements of 0.01 m, shorter than 0.0159 m, "
+        r"0.25 of an element "
         r"at the sheave \(0.0638 m\): they are too stiff against those beside them; nothing was started. Give at most "
         r"627 elements",
     ),
@@ -281,6 +281,22 @@ REFUSED = [
 def test_a_mesh_that_makes_no_sense_is_refused(changes, text):
     with pytest.raises(SceneError, match=text):
         with_keys(**changes)
+
+
+def test_a_place_that_no_mesh_of_so_many_elements_keeps_is_refused(monkeypatch):
+    monkeypatch.setattr(mesh_maker, "MOST_ELEMENTS", 15)
+    mesh._plan.cache_clear()
+    text = (
+        r"accuracy.position = 0.02 m cannot be met: with \d+ elements, and more than 15 are not made, "
+        r"the towbody's place "
+        r"errs by \S+ m with \d+ m of scope; nothing was started. Give \S+ m or more, or limit the scope with "
+        r"winch.most_scope"
+    )
+    try:
+        with pytest.raises(SceneError, match=text):
+            with_keys(accuracy__position=0.02)
+    finally:
+        mesh._plan.cache_clear()
 
 
 def test_a_mesh_fixed_to_the_material_has_no_plan():
