@@ -9,14 +9,19 @@ import numpy as np
 
 from ..io.load import SceneError, load_scene
 from ..io.motion_table import sine_heave
+from ..physics.setpoint import SetpointLaw
 from ..sim.mesh import FeedMesh, MeshPlan, mesh_plan
-from ..sim.mesh_maker import heave_amplitude, scope_range
+from ..sim.mesh_sheave import heave_amplitude, scope_range
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
 from .passes import Pass, Progress, silent
 
 HEAVE_PERIOD = 8.0  # s
 SECONDS, SKIP = 60.0, 20.0  # s of the check, and what of it is left out of the statistics
+
+
+class CheckError(RuntimeError):
+    """The check of a mesh did not run to its end."""
 
 
 class Change(NamedTuple):
@@ -35,8 +40,8 @@ def plan_of(scene: Scene | str | os.PathLike) -> tuple[Scene, MeshPlan]:
     if plan is None:
         raise SceneError(
             [
-                f"{scene.name}: winch.drum = contact has its mesh written in cable.sections.*.elements; no mesh is made. "
-                "Leave winch.drum and the elements out for a mesh from accuracy"
+                f"{scene.name}: winch.drum = contact has its mesh written in cable.sections.*.elements; no mesh is "
+                "made. Leave winch.drum and the elements out for a mesh from accuracy"
             ]
         )
     return scene, plan
@@ -50,9 +55,9 @@ def heave_of(scene: Scene) -> tuple[float, float]:
 def check(scene: Scene, plan: MeshPlan, progress: Progress = silent, seconds: float = SECONDS) -> list[Change]:
     """Change of statics, and of a heave with the winch held, from the mesh to twice as many elements and half the step.
 
-    seconds: of the heave, 0: statics alone. Raises StartError, SolverError.
+    seconds: of the heave, 0: statics alone. Raises StartError, CheckError.
     """
-    scene = scene.model_copy(update={"setpoint": scene.setpoint.model_copy(update={"algorithm": "hold"})})
+    scene = scene.model_copy(update={"setpoint": scene.setpoint.model_copy(update={"algorithm": SetpointLaw.HOLD})})
     fine = plan.mesh.doubled
     progress("static start", 0.0, 2.0)
     found = [_static(scene, plan.mesh, fine)]
@@ -87,7 +92,10 @@ def _heave(scene: Scene, half: Scene, mesh: FeedMesh, fine: FeedMesh, seconds: f
         motion = sine_heave(amplitude, period, seconds, one.ship)
         run = Pass(one, motion, mesh=with_mesh).go(seconds, None)
         if run.problem:
-            raise RuntimeError(run.problem)
+            raise CheckError(
+                f"{scene.name}: the check stopped with {with_mesh.nodes - 1} elements and steps of "
+                f"{one.solver.tick:g} s: {run.problem}; nothing was compared. Remedy: --seconds 0 compares the statics"
+            )
         driven.append(run.frames)
     coarse, finer = driven[0], driven[1][1::2]  # at the same times
     count = min(len(coarse), len(finer))

@@ -55,6 +55,7 @@ class Part(NamedTuple):
     """A row of the table of a mesh: lengths [m] of its shortest and longest element at the start, and why."""
 
     name: str
+    place: str  # where it stands: with the ship, or outboard
     elements: int
     shortest: float
     longest: float

@@ -1,8 +1,8 @@
-"""Static shape of the tow by integration from the towbody upward: the mesh is made from it before anything compiles.
+"""Static shape of the tow by integration from the towbody upward; the mesh is made from it.
 
-No mesh, no bending, no sheave: dF/ds = -f for the tension vector F, dr/ds = (1 + T/EA) F/T, by Runge-Kutta in s from the
-body; the depth of the body is shifted until the upper end comes to the sheave. Where there is a seabed, what would lie
-below it is laid straight on it. Independent of the kernels, plain Python.
+No mesh, no bending, no sheave: dF/ds = -f for the tension vector F, dr/ds = (1 + T/EA) F/T, by Runge-Kutta in s from
+the body; the depth of the body is shifted until the upper end comes to the sheave. Where there is a seabed, what would
+lie below it is laid straight on it. Independent of the kernels, plain Python.
 """
 
 from __future__ import annotations
