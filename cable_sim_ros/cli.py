@@ -118,9 +118,22 @@ def node(ros_arguments: tuple[str, ...]) -> None:
 )
 @click.option("--setpoint", "algorithm", metavar="NAME", help="Set-point algorithm in place of the scene's.")
 @click.option("--imu-only", is_flag=True, help="Leave the odometry of the bag out.")
+@click.option(
+    "--step",
+    type=click.Choice(["chosen", "fixed"]),
+    default="chosen",
+    show_default=True,
+    help="Time step: chosen by its error, as solver.tension_error says (default 0.005), or fixed: one a Frame.",
+)
+@click.option(
+    "--every",
+    type=click.FloatRange(1e-4, 1.0),
+    metavar="S",
+    help="Seconds between Frames. Default: solver.tick of the scene; 0.1 where it does not choose steps itself.",
+)
 @out_option
 @json_option
-def run(scene, motion, heave, duration, winch, algorithm, imu_only, out, as_json) -> None:
+def run(scene, motion, heave, duration, winch, algorithm, imu_only, step, every, out, as_json) -> None:
     """Simulate SCENE offline, as fast as it goes."""
     if motion == "none" and heave is not None:
         raise click.UsageError("--heave and --motion none contradict each other; nothing was simulated; leave one out")
@@ -137,6 +150,8 @@ def run(scene, motion, heave, duration, winch, algorithm, imu_only, out, as_json
             algorithm=algorithm,
             imu_only=imu_only,
             winch=winch,
+            step=step,
+            every=every,
             out=out,
             progress=progress,
         )

@@ -4,7 +4,7 @@ Arc length s counts from the cable's inner end on the drum. Nodes aboard keep th
 point; nodes outboard keep their share of their zone, the cable between the ends of two sections. The end of a zone is
 on the end of its section while that hangs outboard; nearer than ``least`` to the last node aboard it waits there and
 the material runs on through it, so that an element may hold several sections. Every place is twice differentiable in
-the pay-out; no element is ever split or merged. Number and order of nodes are constant. docs/theory.md, t11.
+the pay-out; no element is ever split or merged. Number and order of nodes are constant. docs/theory.md, section 4.
 """
 
 from __future__ import annotations

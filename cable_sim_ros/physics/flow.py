@@ -15,7 +15,7 @@ R_1 = -6 (y_3 - y_1) + 2 y_2 + 4 y_4 at xi = 0 and 1:
 
 and the same with p_2, q_2, y_4, R_1 at the other end; Y' = (u_1, u_2 + l y_2, u_3, u_4 + l y_4). Bending and axial
 damping need no more: the material's rate of r_ss is v_ss, of the mean strain the mean of r_s v_s / |r_s|.
-docs/theory.md, t11.
+docs/theory.md, section 4.
 """
 
 from __future__ import annotations

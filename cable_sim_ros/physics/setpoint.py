@@ -11,7 +11,7 @@ from math import cos, pi, sin
 
 import numpy as np
 
-from .jit import driver
+from .jit import driver, inline
 from .quantity import Block, quantity
 
 SETPOINT = np.dtype(
@@ -76,6 +76,12 @@ def mean_track(state, sheave, yaw, h):
         e = (e - h * state.track_rate[i]) / k
         state.track_rate[i] += w * w * h * e
         state.track[i] += h * (state.track_rate[i] + 1.414 * w * e)
+
+
+@inline
+def by_angle(law):
+    """Does a law, a place in LAWS, go by the measured departure angle?"""
+    return law == 2 or law == 4
 
 
 @driver

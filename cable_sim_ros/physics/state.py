@@ -40,6 +40,19 @@ HEALTH = np.dtype(
     align=True,
 )
 ACCOUNT = np.dtype([("work", "f8", POWERS), ("power", "f8", POWERS), ("stored", "f8")])  # J since the start; W; J then
+LEVELS = 32
+CONTROL = np.dtype(  # the choice of the step, counts since the start
+    [
+        ("level", "i8"),  # halvings of a tick that the next step begins with
+        ("wait", "i8"),  # steps to take before a longer one is tried
+        ("taken", "i8", LEVELS),  # steps by their halvings of a tick
+        ("refused", "i8"),  # steps refused for their error
+        ("unsolved", "i8"),  # steps refused by Newton or the rules of a step
+        ("position", "f8"),  # m, N: estimated errors of the last step
+        ("tension", "f8"),
+    ],
+    align=True,
+)
 SHEAVE = np.dtype([("position", "f8", 3), ("velocity", "f8", 3)])  # of its centre, tow frame
 MEASURED = np.dtype([("departure_angle", "f8"), ("tension", "f8")])  # rad, N: what instruments showed at the last tick
 MEMORY = np.dtype(
@@ -56,6 +69,7 @@ MEMORY = np.dtype(
         ("events", EVENTS),
         ("account", ACCOUNT),
         ("health", HEALTH),
+        ("control", CONTROL),
     ],
     align=True,
 )
@@ -68,6 +82,8 @@ LINE_SETTINGS = np.dtype(
         ("mean_flow_time", "f8"),  # s
         ("turn_most", "f8"),  # change of a gradient in one step
         ("leave_step", "f8"),  # s, a longer step must not leave a groove
+        ("step_position", "f8"),  # m, N: errors that a step may bring; 0: a tick is one step
+        ("step_tension", "f8"),
         ("max_iterations", "i8"),
         ("max_halvings", "i8"),
         ("jumps", "i8"),  # 1: tension or stretch may jump at a node inside, see observe.fill_shape
@@ -134,7 +150,17 @@ class Change(NamedTuple):
 
 
 AT_REST = Change(0.0, 0.0, 0.0, 0.0)
-PLAN = np.dtype([("done", "f8"), ("share", "f8"), ("level", "i8"), ("halved", "i8"), ("used", "i8"), ("taken", "i8")])
+PLAN = np.dtype(
+    [
+        ("done", "f8"),
+        ("share", "f8"),
+        ("level", "i8"),
+        ("halved", "i8"),
+        ("used", "i8"),
+        ("factored", "i8"),
+        ("taken", "i8"),  # 1: the piece that was begun last has been taken
+    ]
+)
 
 
 class LineModel(NamedTuple):

@@ -12,6 +12,7 @@ Used by the tow, by lines of one's own, by the cases and by the stress tests.
 
 from __future__ import annotations
 
+from .control import error_ratio, link_error
 from .integrate import advance, link_solver, predict
 from .jit import NO, driver, inline, link, opaque
 from .state import GAIN, NOW, STEP, Q, take_back
@@ -26,6 +27,9 @@ TURN_MOST, TURN_STEP = 0.2, 4e-4
 # with a cable deeper in it than its rim is round: Newton may converge on the wrong side (trap T5). Shorter ones may
 LEAVE_STEP = 2e-3
 NO_LIMIT = 1e300
+# error of a chosen step over what it may be, up to which the next is twice as long: it goes with the third power of the
+# step; corrections up to which a step is worth doubling; and steps between a refused one and the next longer one
+GROW, EASY, WAIT = 0.1, 4, 10
 
 
 @driver
@@ -67,6 +71,9 @@ def start(state):
     """A step is asked for."""
     plan = state.plan[0]
     plan.done, plan.share, plan.level, plan.halved, plan.used, plan.taken = 0.0, 1.0, 0, 0, 0, 0
+    while plan.level < state.memory[NOW].control.level:
+        plan.level += 1
+        plan.share *= 0.5
 
 
 @inline
@@ -92,9 +99,11 @@ def halve(line, state):
     for n in range(gain.shape[0]):  # of no use for a step of another length
         for k in range(6):
             gain[n, k] = 0.0
-    plan.halved, plan.taken = 1, 0
+    plan.taken = 0
     plan.level += 1
     plan.share *= 0.5
+    if line.settings[0].step_tension > 0.0:
+        state.memory[NOW].control.wait = WAIT
     return plan.level <= line.settings[0].max_halvings
 
 
@@ -108,7 +117,17 @@ def _finish(line, state, h):
         if left_groove(line, state, h):
             used = -1
     if used < 0 or turned_far(line, state, h):
-        return halve(line, state)
+        plan.halved = 1
+        going_on = halve(line, state)
+        now.control.unsolved += 1
+        return going_on
+    error, chosen = 0.0, line.settings[0].step_tension > 0.0
+    if chosen:
+        error = error_ratio(line, state, h)
+        if not error <= 1.0:
+            going_on = halve(line, state)
+            now.control.refused += 1
+            return going_on
     account = now.account
     for i in range(POWERS):  # trapezium; the powers of the last residual are those of the end of the step
         account.work[i] += 0.5 * h * (account.power[i] + state.work.lanes[0].power[i])
@@ -118,12 +137,17 @@ def _finish(line, state, h):
             now.events.clearance = state.survey[i].clearance
     now.health.iterations += used
     now.health.substeps += 1
+    now.control.taken[plan.level] += 1
     plan.used += used
     plan.taken = 1
     plan.done += plan.share
-    if plan.share < 1.0 and (plan.done / (2.0 * plan.share)) % 1.0 == 0.0:
+    now.control.wait = max(now.control.wait - 1, 0)
+    longer = not chosen or (error <= GROW and used <= EASY and now.control.wait == 0)
+    if longer and plan.share < 1.0 and (plan.done / (2.0 * plan.share)) % 1.0 == 0.0:
         plan.share *= 2.0
         plan.level -= 1
+    if chosen:
+        now.control.level = plan.level
     return True
 
 
@@ -134,4 +158,5 @@ def link_stepper(line, state) -> None:
     """Compile or load solver, survey and stepper and publish them; call before anything that uses them runs."""
     link_solver(line, state)
     link_survey(state)
+    link_error(line, state)
     link(_finish, line, state, 0.0)

@@ -10,13 +10,15 @@ import numpy as np
 from .frame import COMMAND_STALE, DRUM_END, HALVED, NEWTON_FAILED, NOT_FINITE, WINCH_LIMIT
 from .jit import driver, link, opaque
 from .observe import observe as _observe
-from .setpoint import mean_track
+from .setpoint import by_angle, mean_track
 from .ship import follow
 from .state import FLOW, NOW, TICK, Q, V, keep, take_back
-from .step import link_stepper, start, unfinished
-from .tow import advance_tow, place_surfaces
+from .step import begin, finish, link_stepper, start, unfinished
+from .tow import advance_tow, impose, place_surfaces
 from .towbody import turn_into_flow
-from .winch import command
+from .winch import command, command_between
+
+observe = opaque(_observe)
 
 
 @driver
@@ -49,6 +51,30 @@ def turn_bodies(line, state, h):
 
 
 @driver
+def stride(model, state, inputs, output, slot, begun):
+    """Take the next step of a tick that began at ``begun`` [ns] and whose steps are chosen: all that is looked at once
+    a tick is looked at once a step. Returns (False: no halving left, is a source blending).
+    """
+    now, plan, settings = state.memory[NOW], state.plan[0], model.settings[0]
+    done = plan.done
+    first, last = now.time.now, begun + np.int64((done + plan.share) * settings.tick_ns)
+    h = begin(model.line, state, settings.tick_ns * 1e-9)
+    follow(first, last, inputs, now, settings.ship)
+    rate = command_between(first, last, settings.drum, inputs, now.winch)
+    blending = impose(model, state, inputs, last, h, rate)
+    going_on = finish(model.line, state, h)
+    if plan.done > done:
+        now.time.now = last
+        turn_bodies(model.line, state, h)
+        mean_track(now.setpoint, now.sheave, now.ship.motion.coord[5], h)
+        if not blending:
+            now.ship.blend_length = 0.0
+        if plan.done < 1.0 and by_angle(now.setpoint.algorithm):
+            observe(model, state, output, slot, 0, blending)
+    return going_on, blending
+
+
+@driver
 def _tick(model, state, inputs, output, slot):
     """Advance one tick and fill row ``slot`` of the output. Returns the flags (frame.Flag).
 
@@ -62,20 +88,26 @@ def _tick(model, state, inputs, output, slot):
     keep(state, TICK)
     end, h, flags = now.time.now + settings.tick_ns, settings.tick_ns * 1e-9, 0
     now.health.iterations, now.health.substeps = 0, 0
-    follow(now.time.now, end, inputs, now, settings.ship)
-    commanded, blending = now.winch.commanded, False
-    rate = command(end, h, settings.drum, inputs, now.winch)
+    begun, commanded, rate, blending = now.time.now, now.winch.commanded, 0.0, False
+    chosen = model.line.settings[0].step_tension > 0.0
+    if not chosen:
+        follow(begun, end, inputs, now, settings.ship)
+        rate = command(end, h, settings.drum, inputs, now.winch)
     start(state)
     while unfinished(state):
-        going_on, blending = advance_tow(model, state, inputs, commanded, rate)
+        if chosen:
+            going_on, blending = stride(model, state, inputs, output, slot, begun)
+        else:
+            going_on, blending = advance_tow(model, state, inputs, commanded, rate)
         if not going_on:
             return halt(model, state, output, slot, NEWTON_FAILED | HALVED)
-    if state.plan[0].halved != 0:
+    if state.plan[0].halved != 0 and not chosen:
         flags |= HALVED
     if not (finite(state.nodes[NOW, Q]) and finite(state.nodes[NOW, V])):
         return halt(model, state, output, slot, NOT_FINITE | flags)
-    turn_bodies(model.line, state, h)
-    mean_track(now.setpoint, now.sheave, now.ship.motion.coord[5], h)
+    if not chosen:
+        turn_bodies(model.line, state, h)
+        mean_track(now.setpoint, now.sheave, now.ship.motion.coord[5], h)
     now.time.now = end
     now.time.ticks += 1
     if now.winch.stale != 0:
@@ -89,7 +121,6 @@ def _tick(model, state, inputs, output, slot):
     return observe(model, state, output, slot, flags, blending)
 
 
-observe = opaque(_observe)
 tick = opaque(_tick)
 
 

@@ -166,6 +166,29 @@ def command(t, h, drum, inputs, winch):
 
 
 @driver
+def command_between(begin, end, drum, inputs, winch):
+    """Commanded length at the end of a step from begin to end [ns], every command from its stamp on; returns the rate.
+
+    A step of any length is cut where a command begins or runs into its time-out.
+    """
+    timeout, newest, rate = np.int64(drum.timeout * 1e9), inputs.command_head[0], 0.0
+    while begin < end:
+        until = end
+        for back in range(1, min(newest, COMMAND_ROWS - 8) + 1):
+            stamp = inputs.command_time[(newest - back) % COMMAND_ROWS]
+            if begin < stamp < until:
+                until = stamp
+            if begin < stamp + timeout < until:
+                until = stamp + timeout
+        middle = begin + (until - begin) // 2
+        rate = command(middle, (until - begin) * 1e-9, drum, inputs, winch)
+        if winch.command_age >= 0.0:
+            winch.command_age += (until - middle) * 1e-9
+        begin = until
+    return rate
+
+
+@driver
 def servo(h, drum, winch, begin, end):
     """Advance (136) by h [s] towards a set-point that goes from begin to end (length, rate), relative to the start."""
     count = max(1, int(h / SERVO_STEP + 0.999))

@@ -217,6 +217,11 @@ def settle(overrides: dict[str, Any]) -> Settings:
                 scene = override(scene, scene_values)
         except SceneError as error:
             raise ParameterError(str(error)) from None
+    if scene.solver.tension_error is not None:
+        raise ParameterError(
+            f"parameter 'solver.tension_error' = {scene.solver.tension_error:g}: steps chosen by their error take no "
+            f"fixed time, the node needs one step a tick; nothing was started. Leave it out, or use cable-sim run"
+        )
     node = NodeBlock.model_validate(node_tree)
     return Settings(
         scene,

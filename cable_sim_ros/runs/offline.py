@@ -16,10 +16,12 @@ from ..io.motion_table import MotionError, read_table, sine_heave
 from ..io.replay import RecordedTow, Residual, read_tow, recorded_frames, residuals
 from ..io.resources import find_bag
 from ..io.winch_plan import WinchPlan
+from ..physics.integrate import Solver
 from ..sim.scene import Scene
 from .passes import Driven, Pass, Progress, silent
 from .summary import SKIP, summarize
 
+EVERY, TENSION_ERROR = 0.1, 0.005  # s between Frames, 1: of a run whose steps are chosen, where the scene does not say
 HEAVE_SECONDS = 60.0  # s of a run under a sinusoidal heave where no duration is given
 AFTER_PLAN = 60.0  # s of a run after the last item of a winch plan, without a bag, where no duration is given
 DELIVERY = ("motion_age", "command_age")  # of a Frame: how its inputs came, not how the tow is
@@ -28,6 +30,13 @@ FIGURES = (
     ("departure_angle_deg", "deg", "mean angle of the departing cable from the downward vertical"),
     ("contact_resultant_n", "N", "mean resultant of the cable on the sheave, whole run"),
     ("ticks", "1", "ticks simulated"),
+    ("step_least_s", "s", "shortest step taken; `steps` counts them"),
+    ("step_median_s", "s", "median of the steps taken: half of the steps are no longer"),
+    ("step_largest_s", "s", "longest step taken"),
+    ("steps_refused", "1", "steps taken back and halved because of their error"),
+    ("steps_unsolved", "1", "steps taken back and halved because they had no solution or none that can be trusted"),
+    ("step_tension_error", "1", "`solver.tension_error` that the steps were chosen to; null: a tick is one step"),
+    ("step_position_error_m", "m", "`solver.position_error` that the steps were chosen to; null: a tick is one step"),
     ("compile_s", "s", "wall time of compiling, or of loading the compiled kernels"),
     ("start_s", "s", "wall time of the static start"),
     ("stepping_s", "s", "wall time of the stepping alone; `realtime_factor` is made from it"),
@@ -65,6 +74,8 @@ def run(
     algorithm: str | None = None,
     imu_only: bool = False,
     winch: WinchPlan | str | os.PathLike | None = None,
+    step: str | None = None,
+    every: float | None = None,
     out: str | os.PathLike | None = None,
     progress: Progress = silent,
 ) -> Run:
@@ -73,14 +84,15 @@ def run(
     heave: amplitude [m] and period [s], in place of ``motion``; duration: s, default all the motion there is, or a
     short settling without any, or a minute after the last item of a winch plan; algorithm: set-point in place of the
     scene's; imu_only: leave odometry out; winch: a plan, its text or file, in place of the winch commands of the bag;
-    out: folder to make, with the bag ``tow`` of every channel and ``summary.json``. Raises SceneError, BagError,
-    MotionError, PlanError, ResourceError, StartError; a solver that gives up ends the run.
+    step and every: see `stepped`; out: folder to make, with the bag ``tow`` of every channel and ``summary.json``.
+    Raises SceneError, BagError, MotionError, PlanError, ResourceError, StartError; a solver that gives up ends the run.
     """
     plan = None if winch is None else WinchPlan.of(winch)
     bag = _bag_path(out)
     scene = scene if isinstance(scene, Scene) else load_scene(scene)
     if algorithm is not None:
         scene = override(scene, {"setpoint.algorithm": algorithm})
+    scene = stepped(scene, step, every)
     if duration is None and motion is None:
         after = 0.0 if plan is None else plan.last + AFTER_PLAN
         duration = (max(HEAVE_SECONDS, after) if heave is not None else after) or None
@@ -125,6 +137,24 @@ def replay(
     )
     _write_summary(out, result)
     return result
+
+
+def stepped(scene: Scene, step: str | None, every: float | None) -> Scene:
+    """The scene with other steps: "chosen" by their error, "fixed": one a Frame, None: as the scene says.
+
+    every: s between Frames; default: the scene's tick, of steps chosen that the scene did not choose EVERY.
+    """
+    if step not in (None, "chosen", "fixed"):
+        raise ValueError(f"step = {step!r} is not known: nothing was simulated; give 'chosen', 'fixed' or None")
+    solver = scene.solver
+    values: dict[str, float | None] = {}
+    if step == "fixed" and solver.tension_error is not None:
+        values["solver.tension_error"] = None
+    if step == "chosen" and solver.tension_error is None:
+        values |= {"solver.tension_error": TENSION_ERROR, "solver.tick": EVERY}
+    if every is not None:
+        values["solver.tick"] = every
+    return override(scene, values) if values else scene
 
 
 def figures_markdown() -> str:
@@ -190,10 +220,26 @@ def _run_of(one: Pass, driven: Driven, bag: Path | None) -> Run:
         motion="none" if tow is None else Path(tow.path).name,
         setpoint=scene.setpoint.algorithm.value,
     )
+    figures.update(_figures_of_steps(one.sim.steps, one.sim.state.now.control, scene.solver))
     if one.feeder is not None:
         figures["motion_refused"] = {cause: count for cause, count in one.feeder.ingest.counts.items() if count}
         figures["commands_refused"] = dict(one.feeder.commands.refused)
     return Run(frames, figures, driven.problem, bag)
+
+
+def _figures_of_steps(steps: dict[float, int], control: np.record, solver: Solver) -> dict[str, Any]:
+    """How the time was divided, for the JSON; steps: length [s] -> how many, longest first."""
+    lengths = np.repeat(list(steps), list(steps.values()))[::-1]
+    chosen = solver.tension_error is not None
+    return {
+        "step_least_s": float(lengths[0]) if len(lengths) else None,
+        "step_median_s": float(lengths[(len(lengths) - 1) // 2]) if len(lengths) else None,
+        "step_largest_s": float(lengths[-1]) if len(lengths) else None,
+        "steps_refused": int(control.refused),
+        "steps_unsolved": int(control.unsolved),
+        "step_tension_error": solver.tension_error,
+        "step_position_error_m": solver.position_error if chosen else None,
+    }
 
 
 def _bag_path(out: str | os.PathLike | None) -> Path | None:

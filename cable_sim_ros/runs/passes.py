@@ -18,6 +18,7 @@ from ..io.channels import Context, Encoder
 from ..io.commands import CommandIngest, encode_command
 from ..io.load import SceneWarning, dump_scene
 from ..io.messages import KINDS, Refused, decode_imu, decode_odometry
+from ..io.motion_table import MotionError
 from ..io.replay import Event, Feeder, RecordedTow, late_ticks
 from ..io.winch_plan import WinchPlan
 from ..physics.frame import FRAME
@@ -30,6 +31,7 @@ from ..sim.simulator import Simulator, SolverError
 SECOND = 1_000_000_000
 AHEAD = SECOND // 10  # motion is pushed this far past the end of a chunk, so that no tick looks past the newest
 CHUNK = 1.0  # s, at most
+RING_MOST = 800  # samples a tick may last: the ring holds 1024, with those of AHEAD and the one before
 RING_SHARE = 400  # samples a chunk may bring: less than half the ring
 SETTLE = 5.0  # s of a run without motion
 HEADING_OVER = 60.0  # s of motion whose mean yaw is the heading of the start
@@ -80,6 +82,7 @@ class Pass:
         self.recorded = recorded
         self.sim = Simulator(scene)
         self.tick = round(scene.solver.tick * SECOND)
+        self._check_ring()
         self.feeder = None if tow is None else Feeder(self.sim.inputs, tow, scene, *_taken_in(tow))
         self.pending: list[Event] = []
         self.commands = CommandIngest(self.sim.inputs) if self.feeder is None else self.feeder.commands
@@ -193,6 +196,18 @@ class Pass:
             return count, None
         ahead = (int(self._late[following]) - now) // self.tick
         return min(count, max(1, ahead - 1)), int(self._newest[following])
+
+    def _check_ring(self) -> None:
+        """A tick needs all the motion it lasts, and what comes before and after it, in the ring of inputs."""
+        if self.tow is None:
+            return
+        tick, rate = self.scene.solver.tick, self.tow.rate
+        if min(tick * rate, len(self.tow.events)) > RING_MOST:
+            raise MotionError(
+                f"{self.tow.path}: {rate:.4g} motion messages a second are {tick * rate:.4g} in a tick (solver.tick, "
+                f"--every) of {tick:g} s, more than the {RING_MOST} that are kept for it; nothing was simulated. Give "
+                f"--every of at most {RING_MOST / rate:.2g} s"
+            )
 
     def _ring_limit(self) -> int:
         return round(CHUNK * SECOND) if self.tow is None else round(RING_SHARE / max(1.0, self.tow.rate) * SECOND)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import sqrt
+from math import ceil, log2, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -45,6 +45,9 @@ from .statics import DRUM_RESERVE, Route
 # EI of an element over w L^3 where its end carries no tension: the gradient of a free end has a rotational stiffness of
 # -T/30 there (T = w L/2), more than wL^3/240 makes it stable; it vanishes with the third power of the mesh
 END_STIFFNESS = 1.0 / 60.0
+# errors of one step over those of a run that its steps bring, as measured: docs/accuracy.md
+POSITION_PER_STEP, TENSION_PER_STEP = 0.05, 0.2
+SHIPPED_TICK = Solver().tick
 LEAST_OUTBOARD = 1.0  # m of cable that stay outboard of the sheave when hauling in
 
 
@@ -177,6 +180,13 @@ def feed_of(scene: Scene, mesh: FeedMesh | None) -> Feed:
     )
 
 
+def halvings(solver: Solver) -> int:
+    """Halvings of a tick: where its steps are chosen, down to what those of a tick of the default length come to."""
+    if solver.tension_error is None:
+        return solver.max_halvings
+    return solver.max_halvings + max(0, ceil(log2(solver.tick / SHIPPED_TICK)))
+
+
 def line_settings(cable: Cable, solver: Solver, gravity: float, tension: float, rules: Rules) -> np.ndarray:
     """LINE_SETTINGS [1]; tension: working tension [N] that scales the tolerance."""
     row = np.zeros(1, LINE_SETTINGS)
@@ -187,6 +197,9 @@ def line_settings(cable: Cable, solver: Solver, gravity: float, tension: float, 
     row["max_halvings"], row["turn_most"], row["leave_step"] = rules
     alike = extreme(cable, "axial_stiffness")[1] == extreme(cable, "axial_stiffness", max)[1]
     row["jumps"] = not alike or any(section.termination_mass > 0.0 for section in cable.sections.values())
+    if solver.tension_error is not None:
+        row["step_position"] = POSITION_PER_STEP * solver.position_error
+        row["step_tension"] = TENSION_PER_STEP * solver.tension_error * tension
     return row
 
 
@@ -233,7 +246,7 @@ def build_model(scene: Scene) -> Model:
         elements = element_table(scene.cable, scene.water, scene.gravity, (False, light_end(scene, None)))
     else:  # filled for the pay-out, see feed.py
         elements = np.zeros((-(-(nodes - 1) // LANES), ancf.ROWS, LANES))
-    rules = Rules(scene.solver.max_halvings)
+    rules = Rules(halvings(scene.solver))
     line = line_settings(scene.cable, scene.solver, scene.gravity, tension, rules)
     line["jumps"] |= bool(scene.bodies)
     return Model(

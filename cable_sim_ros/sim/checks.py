@@ -30,6 +30,7 @@ FINE_ELEMENT = 0.4
 # resultant by 0.03 % (cable-sim bench --sheave-mesh, docs/accuracy.md)
 RESOLVED = 1.5
 FINE_ZONE = 1.0  # m of fine mesh (and of cable on the drum) wanted when a compensation drives the winch
+LONGEST_STEP = 0.1  # s, of a tick that is one step
 MOST_STRAIN = 0.1  # under the weight of the tow
 ROUND_OFF = 1e-12  # least residual that can be asked for, over EA
 MOST_FLOOR = 1e-4  # that residual over the working tension
@@ -117,6 +118,16 @@ def problems(scene: Scene) -> list[Problem]:
     found += section_problems(scene)
     if any(body.at not in sections for body in scene.bodies.values()):
         return found  # where they hang is not known
+    solver = scene.solver
+    if solver.tension_error is None and solver.tick > LONGEST_STEP * (1.0 + 1e-9):
+        found.append(
+            Problem(
+                "solver.tick",
+                f"= {solver.tick:g} s is longer than {LONGEST_STEP:g} s, the longest step that is not chosen by its "
+                "error: a cable over a sheave does not follow it",
+                "Give a shorter one, or solver.tension_error, so that each tick is divided into steps",
+            )
+        )
     winch, sheave = scene.winch, scene.sheave
     apart = math.hypot(*(sheave.position[i] - winch.position[i] for i in (0, 2)))
     if apart <= winch.drum_radius + sheave.radius:

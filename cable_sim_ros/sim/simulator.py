@@ -187,6 +187,12 @@ class Simulator:
         self._algorithm = LAWS.index(SetpointLaw(law))
         self.state.now.setpoint.algorithm = self._algorithm
 
+    @property
+    def steps(self) -> dict[float, int]:
+        """Steps taken since the start: length [s] -> how many, longest first."""
+        taken = self.state.now.control.taken
+        return {self.scene.solver.tick / 2**i: int(count) for i, count in enumerate(taken) if count}
+
     def snapshot(self) -> dict[str, np.ndarray]:
         """Everything that changes, as copies; restore() takes it back."""
         saved = {"memory": self.state.memory[NOW].copy(), "nodes": self.state.nodes[NOW].copy()}
@@ -240,9 +246,15 @@ class Simulator:
 
     def _stiffness(self) -> str:
         """What most often decides whether a step can be solved, in words."""
+        solver, chosen = self.scene.solver, ""
+        if solver.tension_error is not None:
+            chosen = (
+                f", in steps to solver.tension_error = {solver.tension_error:g} and solver.position_error = "
+                f"{solver.position_error:g} m"
+            )
         return (
             f"cable.axial_stiffness = {self.scene.cable.axial_stiffness:g} N and "
-            f"solver.tick = {self.scene.solver.tick:g} s"
+            f"solver.tick = {solver.tick:g} s{chosen}"
         )
 
     def _halted(self) -> SolverError:

@@ -77,6 +77,12 @@ def test_every_command_helps(command):
         (("run", "full_scale", "--winch", "haul.txt"), "error: winch plan haul.txt: cannot be read (No such file or"),
         (("run", "full_scale", "--winch", "0 rate 9"), "rate = 9 m/s is beyond winch.max_rate = 5 m/s; nothing was"),
         (("run", "full_scale", "--duration", "0"), "Invalid value for '--duration'"),
+        (("run", "full_scale", "--every", "2"), "Invalid value for '--every': 2.0 is not in the range 0.0001<=x<=1.0"),
+        (("run", "full_scale", "--step", "long"), "Invalid value for '--step'"),
+        (
+            ("run", "full_scale", "--step", "fixed", "--every", "0.5"),
+            "error: override of full_scale: solver.tick = 0.5 s is longer than 0.1 s",
+        ),
         (("run",), "Missing argument 'SCENE'"),
         (("replay", "no_such_bag"), "error: no_such_bag: no such bag file"),
         (("recover", "no_such_bag", "x"), "error: 'no_such_bag'"),
@@ -125,6 +131,14 @@ def test_json_is_all_that_is_printed():
     assert result.exit_code == 0, result.output
     figures = json.loads(result.stdout)
     assert figures["body_depth_m"] > 0 and len(figures["body_position_m"]) == 3
+    assert (figures["ticks"], figures["step_tension_error"]) == (1, 0.005)
+
+
+def test_steps_are_fixed_and_frames_as_far_apart_as_asked_for():
+    arguments = ("run", "full_scale", "--motion", "none", "--duration", "0.2", "--json")
+    for more, ticks, tolerance in ((("--step", "fixed"), 20, None), (("--every", "0.05"), 4, 0.005)):
+        figures = json.loads(call(*arguments, *more).stdout)
+        assert (figures["ticks"], figures["step_tension_error"]) == (ticks, tolerance)
 
 
 def test_a_failed_run_is_code_1_and_still_has_figures(monkeypatch):

@@ -9,7 +9,7 @@ from scipy.signal import lsim
 from cable_sim_ros.physics.inputs import make_inputs, push_command
 from cable_sim_ros.physics.setpoint import SETPOINT, compensation, mean_track
 from cable_sim_ros.physics.state import SHEAVE, records
-from cable_sim_ros.physics.winch import DRUM, WINCH, command, drum_point, servo
+from cable_sim_ros.physics.winch import DRUM, WINCH, command, command_between, drum_point, servo
 
 
 def filled(kind: np.dtype, **values) -> np.record:
@@ -174,3 +174,16 @@ def test_mean_track_follows_a_drift_and_lets_waves_through():
     left = np.array(left[60_000:])
     assert abs(left.mean()) < 0.02, "a steady drift of 0.1 m/s is followed"
     assert left.std() * np.sqrt(2) == pytest.approx(0.5, rel=0.03), "a wave of 10 s is not"
+
+
+def test_a_step_of_any_length_takes_every_command_from_its_stamp_to_its_time_out():
+    """Rate 1 from 0.13 s, -2 from 0.37 s, which times out at 0.87 s: pay-out 0.24 - 1.0 m, whatever the steps."""
+    inputs, drum = make_inputs(), drum_of(timeout=0.5)
+    push_command(inputs, 130_000_000, np.nan, 1.0)
+    push_command(inputs, 370_000_000, np.nan, -2.0)
+    for step in (1_000_000_000, 500_000_000, 100_000_000, 7_812_500):
+        winch, rate = filled(WINCH), 0.0
+        for begin in range(0, 1_000_000_000, step):
+            rate = command_between(begin, begin + step, drum, inputs, winch)
+        assert winch.commanded == pytest.approx(0.24 - 1.0, abs=1e-12), step
+        assert rate == 0.0 and winch.stale == 1 and winch.command_age == pytest.approx(1.0 - 0.37, abs=1e-9)

@@ -24,6 +24,10 @@ WRONG = [  # overrides, parts of the text
     ({"cable.sections.bare.drag_law": "ribon"}, ["cable.sections.bare.drag_law", "ribon", "ribbon"]),
     ({"realtime.priority": 500}, ["realtime.priority", "500", "99"]),
     ({"recording.enabled": 1}, ["recording.enabled", "true or false"]),
+    (
+        {"solver.tension_error": 0.005},
+        ["solver.tension_error", "0.005", "one step a tick; nothing was started", "cable-sim run"],
+    ),
     ({"scene": "nowhere"}, ["nowhere", "full_scale"]),
     ({"sheave.position": [0.0, 0.0, 0.0]}, ["sheave.position"]),  # senseless only beside the other numbers
 ]

@@ -10,7 +10,7 @@ from rosbags.highlevel import AnyReader
 
 from cable_sim_ros.io.bag import BagError
 from cable_sim_ros.io.channels import CHANNELS, Context, Encoder
-from cable_sim_ros.io.load import SceneWarning, load_scene, override
+from cable_sim_ros.io.load import SceneError, SceneWarning, load_scene, override
 from cable_sim_ros.io.motion_table import MotionError
 from cable_sim_ros.io.recorded_run import load_run
 from cable_sim_ros.io.replay import Feeder, RecordedTow, late_ticks, read_tow, residuals
@@ -433,3 +433,47 @@ def test_a_plan_longer_than_the_run_is_said():
         offline.run("full_scale", duration=0.1, winch="0 hold, 1 rate 0.2, 2 hold")
     with pytest.raises(PlanError, match="rate = 9 m/s is beyond winch.max_rate = 5 m/s; nothing was simulated"):
         offline.run("full_scale", winch="0 rate 9")
+
+
+def test_steps_chosen_by_their_error_are_as_good_and_counted(recorded):
+    fixed, _ = recorded
+    result = offline.run("full_scale", "nbp1406", duration=SECONDS, step="chosen")
+    figures, frames = result.figures, result.frames
+    assert (np.diff(frames["time"]) == 100_000_000).all() and len(frames) == round(SECONDS / offline.EVERY)
+    same = fixed.frames[np.isin(fixed.frames["time"], frames["time"])]
+    assert len(same) == len(frames) and np.abs(frames["tension"] - same["tension"]).max() < 16.0
+    assert np.linalg.norm(frames["body_position"] - same["body_position"], axis=1).max() < 0.01
+    assert figures["steps"] < fixed.figures["steps"] / 3 and figures["iterations"] < fixed.figures["iterations"]
+    assert figures["step_least_s"] <= figures["step_median_s"] <= figures["step_largest_s"] <= offline.EVERY
+    assert (figures["step_tension_error"], figures["step_position_error_m"]) == (offline.TENSION_ERROR, 0.01)
+    assert figures["steps_refused"] >= 0 and figures["steps_unsolved"] >= 0 and "HALVED" not in figures["flags"]
+    assert fixed.figures["step_tension_error"] is None and fixed.figures["step_median_s"] == 0.01
+
+
+def test_a_replay_of_chosen_steps_gives_the_same_numbers(tmp_path):
+    first = offline.run("full_scale", "nbp1406", duration=2.0, step="chosen", out=tmp_path)
+    again = offline.replay(first.bag)
+    assert again.figures["largest_difference"] == {"field": "", "difference": 0.0, "ticks": len(first.frames)}
+    assert again.figures["step_tension_error"] == offline.TENSION_ERROR
+
+
+def test_the_scene_decides_unless_told_otherwise():
+    scene = override(load_scene("full_scale"), {"solver.tension_error": 0.002, "solver.tick": 0.5})
+    assert offline.stepped(scene, None, None) is scene and offline.stepped(scene, "chosen", None) is scene
+    assert offline.stepped(scene, "fixed", 0.02).solver.tension_error is None
+    assert offline.stepped(load_scene("full_scale"), "chosen", 0.25).solver.tick == 0.25
+    with pytest.raises(SceneError, match="solver.tick = 0.5 s is longer than 0.1 s"):
+        offline.stepped(scene, "fixed", None)
+    with pytest.raises(ValueError, match="step = 'free' is not known: nothing was simulated"):
+        offline.stepped(scene, "free", None)
+
+
+def test_a_tick_longer_than_the_motion_that_is_kept_is_refused():
+    scene = override(load_scene("full_scale"), {"solver.tension_error": 0.005, "solver.tick": 1.0})
+    tow = read_tow(offline.find_bag("nbp1406"))
+    tow.__dict__["rate"] = 1600.0
+    text = (
+        "1600 motion messages a second are 1600 in a tick .* of 1 s, more than the 800 .* Give --every of at most 0.5 s"
+    )
+    with pytest.raises(MotionError, match=text):
+        passes.Pass(scene, tow)
