@@ -152,6 +152,8 @@ def drum_record(scene: Scene, route: Route, mesh: FeedMesh | None) -> np.ndarray
     inboard = route.inboard - row["payout_0"]
     row["limit_least"] = row["length_least"] if w.least_scope is None else w.least_scope + inboard
     row["limit_most"] = row["length_most"] if w.most_scope is None else w.most_scope + inboard
+    row["limit_least"] = max(row["limit_least"], row["length_least"])  # beyond an end stop it limits nothing
+    row["limit_most"] = min(row["limit_most"], row["length_most"])
     return row
 
 

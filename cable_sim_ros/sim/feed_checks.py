@@ -111,6 +111,32 @@ def feed_problems(scene: Scene) -> list[Problem]:
                 "Make the cable longer, or leave less of it on the drum",
             )
         )
+    return found or limit_problems(scene)
+
+
+def limit_problems(scene: Scene) -> list[Problem]:
+    """Soft limits that leave no travel, or that the start lies beyond."""
+    winch, route = scene.winch, Route(scene)
+    scope = route.total - route.wound - route.inboard
+    low, high = winch.least_scope, winch.most_scope
+    if low is not None and high is not None and low >= high:
+        return [
+            Problem(
+                "winch.least_scope",
+                f"= {low:g} m is not below winch.most_scope = {high:g} m: the winch would have no travel",
+                f"Make it less than {high:g} m",
+            )
+        ]
+    found = []
+    for key, limit, beyond in (("least_scope", low, -1.0), ("most_scope", high, 1.0)):
+        if limit is not None and beyond * (scope - limit) > 1e-9 * route.total:
+            found.append(
+                Problem(
+                    f"winch.{key}",
+                    f"= {limit:g} m, but the scope at the start is {scope:.6g} m: the winch would stand beyond its limit",
+                    f"Make it {scope:.6g} m or {'less' if beyond < 0.0 else 'more'}, or start within it",
+                )
+            )
     return found
 
 
