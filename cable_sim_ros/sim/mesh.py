@@ -355,7 +355,10 @@ class Maker:
         """Expected errors at the largest scope, at the start, and below it."""
         found, cable = [], self.scene.cable
         sheave = size / self.route.sheave / RADII_PER_TENSION
+        stop = mesh.aboard[-1] + mesh.least[-1] - self.route.inboard  # hauling in ends there, see build.hauled_in
         for scope, shape in self.shapes.items():
+            if scope < stop:
+                continue
             position = self.expected_position(mesh, scope)
             load = cable.mass_per_length * self.scene.gravity + float(shape.drag.max())
             found.append(Expected(scope, max(sheave, load * position / float(shape.tension[-1])), position))
