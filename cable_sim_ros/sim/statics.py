@@ -117,7 +117,7 @@ class Route:
         return max(self.sheave * (0.5 * pi - angle + self.tilt), 0.0)
 
     def place(self, s: float, angle: float) -> tuple[float, float, float, float]:
-        """X, Z and direction at arc length s, from the first node, for a straight line that leaves at ``angle`` from the
+        """X, Z and direction at arc length s from the first node; a straight line leaves at ``angle`` [rad] from the
         vertical."""
         if s < self.on_drum:
             phi = self.wrap - s / self.drum
