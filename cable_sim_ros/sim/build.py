@@ -37,6 +37,7 @@ from ..physics.towbody import BODY, body_record
 from ..physics.water import Water
 from ..physics.winch import DRUM
 from .mesh import FeedMesh, feed_mesh
+from .mesh_kinds import element_count
 from .scene import Scene
 from .statics import DRUM_RESERVE, ROUND_OFF, Route
 
@@ -65,7 +66,7 @@ def lock(array: np.ndarray, kind: npt.DTypeLike = float) -> np.ndarray:
 
 def arc_lengths(cable: Cable) -> np.ndarray:
     """Unstretched arc length of every node from the drum end [m]."""
-    lengths = [np.full(s.elements, s.length / s.elements) for s in cable.sections.values()]
+    lengths = [np.full(element_count(s), s.length / element_count(s)) for s in cable.sections.values()]
     return np.concatenate(([0.0], np.cumsum(np.concatenate(lengths))))
 
 
@@ -91,7 +92,7 @@ def element_table(cable: Cable, water: Water, gravity: float, free_ends: tuple[b
     """
     columns = []
     for section in cable.sections.values():
-        columns += [material_rows(cable, section, water, gravity)] * section.elements
+        columns += [material_rows(cable, section, water, gravity)] * element_count(section)
     lengths = np.diff(arc_lengths(cable))
     for end, free in zip((0, -1), free_ends, strict=True):
         if free:
@@ -107,7 +108,7 @@ def element_table(cable: Cable, water: Water, gravity: float, free_ends: tuple[b
 def light_end(scene: Scene, mesh: FeedMesh | None) -> bool:
     """Does the towbody pull less than the last element weighs, at the longest that it may become?"""
     last = list(scene.cable.sections.values())[-1]
-    size = last.length / last.elements if mesh is None else last.length * (1.0 - mesh.shares[-1][-2])
+    size = last.length / element_count(last) if mesh is None else last.length * (1.0 - mesh.shares[-1][-2])
     return abs(scene.towbody.net_weight) < scene.cable.mass_per_length * scene.gravity * size
 
 

@@ -16,6 +16,7 @@ from ..physics.winch import DrumModel
 from .feed_checks import drum_problems, mesh_problems
 from .mesh import arc_lengths_at_start
 from .mesh_blocks import SheaveAnswer
+from .mesh_kinds import element_count
 from .problem import Problem
 from .scene import Scene
 from .statics import DRUM_RESERVE, ROUND_OFF, Route, first_angle
@@ -63,8 +64,8 @@ def elements(scene: Scene) -> list[tuple[float, float, str]]:
         held = np.minimum(np.searchsorted(ends, 0.5 * (arc[1:] + arc[:-1])), len(names) - 1)
         return [(float(a), float(b), names[i]) for a, b, i in zip(arc[:-1], arc[1:], held, strict=True)]
     for name, section in scene.cable.sections.items():
-        size = section.length / section.elements
-        out += [(start + k * size, start + (k + 1) * size, name) for k in range(section.elements)]
+        size = section.length / element_count(section)
+        out += [(start + k * size, start + (k + 1) * size, name) for k in range(element_count(section))]
         start += section.length
     return out
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..physics.cable import Section
 from ..physics.feed import at_least as _at_least
 
 _smooth = getattr(_at_least, "py_func", _at_least)  # plain Python: a scene loads without compiling
@@ -63,7 +64,10 @@ class Part(NamedTuple):
 
 
 class Expected(NamedTuple):
-    """Error promised with ``scope`` [m] out: of the tension (relative) and of the body's place [m]."""
+    """Error promised with ``scope`` [m] out: of the tension (relative), of the body's place [m].
+
+    nan, nothing is promised: the tow comes out of the water there.
+    """
 
     scope: float
     tension: float
@@ -96,6 +100,13 @@ def halved(places: np.ndarray) -> np.ndarray:
     out = np.empty(2 * len(places) - 1)
     out[::2], out[1::2] = places, 0.5 * (places[1:] + places[:-1])
     return out
+
+
+def element_count(section: Section) -> int:
+    """Elements of a section of a mesh that is fixed to the material."""
+    if section.elements is None:
+        raise ValueError("cable.sections.*.elements is missing: winch.drum = contact needs it")
+    return section.elements
 
 
 def ends(sizes: np.ndarray) -> tuple[float, float]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import ceil, pi, sqrt
+from math import ceil, nan, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +14,7 @@ from .tow_shape import TowShape
 
 SHORTEST_PERIOD = 4.0  # s, of ship motion at a sheave: shorter waves do not move a ship
 PER_WAVE = 2.0  # elements per wave along the cable; of 2 and of 5 the tension's deviation is the same to 1e-3
-LAYERS = 1.0  # first element outboard over the length within which drag damps the cable's sideways motion
+LAYERS = 0.7  # first element outboard over the length within which drag damps the cable's sideways motion
 BROADSIDE_DRAG = 1.2  # C_D of that estimate
 SMOOTH = 2.0  # an element beside one of length h is no longer than h + SMOOTH times the way between
 KINK_SHARE = 0.3  # of the error of the place may come from one jump of the curvature
@@ -33,7 +33,7 @@ WANTS = (  # what asks for elements outboard, in the order of Maker.density
     "static shape, |d4r/ds4|",
     "waves along the cable",
     "sideways motion, damped by drag",
-    "curvature jumps at the water surface",
+    "jump of the curvature at the water surface",
 )
 
 
@@ -258,7 +258,12 @@ class Maker(SheaveMesh):
         begin, end = mesh.aboard[:-1], mesh.aboard[1:]
         size = float((end - begin)[(end > self.contact[0]) & (begin < self.contact[1])].max())
         sheave, least = size / self.route.sheave / RADII_PER_TENSION, LEAST_PROMISE * self.position
-        return tuple(Expected(e.scope, max(sheave, e.outboard), max(e.position, least)) for e in self.errors(mesh))
+        return tuple(
+            Expected(e.scope, max(sheave, e.outboard), max(e.position, least))
+            if self.shapes[e.scope].closed
+            else Expected(e.scope, nan, nan)
+            for e in self.errors(mesh)
+        )
 
     def parts(self, mesh: FeedMesh) -> tuple[Part, ...]:
         """Rows of the table, from the drum."""

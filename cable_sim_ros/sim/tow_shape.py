@@ -7,6 +7,7 @@ lie below it is laid straight on it. Independent of the kernels, plain Python.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import acos, cos, hypot, pi, radians, sin, sqrt
 from typing import NamedTuple
 
@@ -21,7 +22,12 @@ from .statics import Route
 STEP = 0.06  # of the length over which the tension vector turns
 LEAST_STEPS = 160  # in all
 SHOTS = 30
+LOOSE = 1e-3  # of the scope: a shape that ends farther from the sheave is none
 SETTLED = 2e-5  # of the scope
+
+
+Row = tuple[float, ...]
+Flow = Callable[[float], tuple[float, float]]  # water past the tow at a height, m/s
 
 
 class TowShape(NamedTuple):
@@ -37,6 +43,7 @@ class TowShape(NamedTuple):
     angle: float  # rad from the vertical where it leaves the sheave
     scope: float  # m
     speed: float  # m/s, of the water past the upper end
+    closed: bool  # does it come to the sheave? A tow that rises out of the water does not
 
     @property
     def tension(self) -> np.ndarray:
@@ -78,7 +85,7 @@ def _cables(scene: Scene) -> list[_Cable]:
     return found
 
 
-def _load(c: _Cable, z: float, force, flow) -> tuple[float, float, float]:
+def _load(c: _Cable, z: float, force: Row, flow: Flow) -> tuple[float, float, float]:
     """Load per length [N/m] on cable with tension vector ``force`` at height z; flow(z): water past it."""
     if z >= 0.0:
         return 0.0, 0.0, -c.weight
@@ -109,7 +116,7 @@ def _load(c: _Cable, z: float, force, flow) -> tuple[float, float, float]:
     return a * wx + b * ux, a * wy + b * uy, a * wz + b * uz - c.weight + c.buoyancy
 
 
-def _slope(c: _Cable, y, flow):
+def _slope(c: _Cable, y: Row, flow: Flow) -> Row:
     """d/ds of (x, y, z, Fx, Fy, Fz) up the cable."""
     force = y[3:]
     t = sqrt(force[0] ** 2 + force[1] ** 2 + force[2] ** 2) or 1e-12
@@ -118,7 +125,9 @@ def _slope(c: _Cable, y, flow):
     return (e * force[0], e * force[1], e * force[2], -f[0], -f[1], -f[2])
 
 
-def _march(cables, spans, y, flow, bottom):
+def _march(
+    cables: list[_Cable], spans: list[tuple[float, int]], y: Row, flow: Flow, bottom: float
+) -> list[tuple[float, Row, int]]:
     """From the body up over spans [(length, index of section)]; rows of s, y, section."""
     total = sum(length for length, _ in spans)
     out, s = [], 0.0
@@ -155,7 +164,7 @@ def tow_shape(scene: Scene, scope: float) -> TowShape:
     north = water.current[1] - scene.ship.tow_speed * sin(yaw)
     shear = water.current_gradient
 
-    def flow(z):
+    def flow(z: float) -> tuple[float, float]:
         return east - shear[0] * z, north - shear[1] * z
 
     top = scene.sheave.position[2] + scene.ship.reference_height
@@ -163,7 +172,7 @@ def tow_shape(scene: Scene, scope: float) -> TowShape:
     bottom = -np.inf if bed is None else -bed
     body = body_record(scene.towbody, scene.gravity, water.density)
     angle, z, low, high = 0.5 * pi, top - 0.5 * scope, top - 1.5 * scope, top
-    tried = list[tuple[float, float]]()
+    closed, tried = False, list[tuple[float, float]]()
     for _ in range(SHOTS):
         free = max(scope - route.on_sheave(angle) + route.inboard - route.span, 0.01 * scope)
         spans, left = [], free
@@ -187,6 +196,7 @@ def tow_shape(scene: Scene, scope: float) -> TowShape:
         t = sqrt(sum(f * f for f in end[3:])) or 1e-12
         angle = min(acos(max(-1.0, min(1.0, end[5] / t))), 0.5 * pi)
         gap = top + route.sheave * sin(angle) - end[2]
+        closed = abs(gap) < LOOSE * scope or z <= bottom
         if abs(gap) < SETTLED * scope or z <= bottom and gap > 0.0:
             break
         low, high = (z, high) if gap > 0.0 else (low, z)
@@ -200,16 +210,16 @@ def tow_shape(scene: Scene, scope: float) -> TowShape:
     s = np.array([row[0] for row in rows])
     y = np.array([row[1] for row in rows])
     section = np.array([row[2] for row in rows])
-    force = y[:, 3:]
-    tension = np.maximum(np.linalg.norm(force, axis=1), 1e-12)
+    pull = y[:, 3:]
+    tension = np.maximum(np.linalg.norm(pull, axis=1), 1e-12)
     load = np.array([_load(cables[i], row[2], row[3:], flow) for i, row in zip(section, y, strict=True)])
-    tangent = force / tension[:, None]
+    tangent = pull / tension[:, None]
     across = load - (load * tangent).sum(1)[:, None] * tangent
     wet = y[:, 2] < 0.0
     speeds = np.array([hypot(*flow(row[2])) for row in y])
     broad = np.array([1.2 * c.half_rho_d * c.factor for c in cables])[section] * speeds**2 * wet
     return TowShape(
-        s, y[:, :3], force, -across / tension[:, None], section, wet, broad, angle, scope, hypot(*flow(0.0))
+        s, y[:, :3], pull, -across / tension[:, None], section, wet, broad, angle, scope, hypot(*flow(0.0)), closed
     )
 
 
