@@ -67,7 +67,7 @@ def _print(scene: Scene, plan: MeshPlan, changes: list[Change], told: dict[str, 
     rows = [
         (f"{row.scope:.4g}", f"{100.0 * row.tension:.2g}", f"{row.position:.2g}")
         if row.tension == row.tension
-        else (f"{row.scope:.4g}", "none promised", "out of the water")
+        else (f"{row.scope:.4g}", "none promised", "static shape does not close")
         for row in plan.expected
     ]
     console.print(_table("Expected error", ("scope m", "tension %", "place of the towbody m"), rows))

@@ -43,7 +43,7 @@ class TowShape(NamedTuple):
     angle: float  # rad from the vertical where it leaves the sheave
     scope: float  # m
     speed: float  # m/s, of the water past the upper end
-    closed: bool  # does it come to the sheave? A tow that rises out of the water does not
+    closed: bool  # does it come to the sheave? One that comes to the surface may not
 
     @property
     def tension(self) -> np.ndarray:
