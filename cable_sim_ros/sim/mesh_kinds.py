@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import ceil, log
 from typing import NamedTuple
 
 import numpy as np
@@ -97,4 +98,42 @@ def halved(places: np.ndarray) -> np.ndarray:
     """Places with one more in the middle between each two."""
     out = np.empty(2 * len(places) - 1)
     out[::2], out[1::2] = places, 0.5 * (places[1:] + places[:-1])
+    return out
+
+
+def ends(sizes: np.ndarray) -> tuple[float, float]:
+    """Shortest and longest."""
+    return float(sizes.min()), float(sizes.max())
+
+
+def even(length: float, size: float) -> np.ndarray:
+    """Equal parts of ``length`` of at most ``size``."""
+    count = max(0, ceil(length / size - 1e-6))
+    return np.full(count, length / count) if count else np.zeros(0)
+
+
+def graded(length: float, size: float, most: float) -> np.ndarray:
+    """Parts of ``length`` that double from ``size`` to at most ``most``."""
+    parts, done, part = [], 0.0, size
+    while done < length - 1e-9 * (length + size):
+        parts.append(part)
+        done += part
+        part = min(2.0 * part, most)
+    return np.array(parts) * (length / done) if parts else np.zeros(0)
+
+
+def geometric(count: int, ratio: float) -> np.ndarray:
+    """Shares of elements whose last is ``ratio`` times as long as the first."""
+    sizes = np.exp(np.linspace(0.0, log(ratio), count)) if count > 1 else np.ones(1)
+    out = np.cumsum(sizes) / sizes.sum()
+    out[-1] = 1.0
+    return out
+
+
+def equal_parts(x: np.ndarray, density: np.ndarray, count: int) -> np.ndarray:
+    """Shares that cut the integral of ``density`` over x from 0 to 1 into equal parts; no part below mean / SPREAD."""
+    density = np.minimum(density, SPREAD * count)
+    integral = np.concatenate(([0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(x))))
+    out = np.interp(np.linspace(0.0, 1.0, count + 1)[1:], integral / integral[-1], x)
+    out[-1] = 1.0
     return out
