@@ -107,7 +107,7 @@ def feed_problems(scene: Scene) -> list[Problem]:
             Problem(
                 key if winch.cable_on_drum is not None or winch.scope is not None else "winch.wrap",
                 f"leaves {route.wound:.4g} m of the {route.total:.4g} m of cable on the drum: the "
-                f"{max(0.0, route.total - route.wound):.4g} m off it do not reach the sheave, {route.inboard:.4g} m away",
+                f"{max(0.0, route.total - route.wound):.4g} m off it do not reach the sheave, {route.inboard:.4g} m on",
                 "Make the cable longer, or leave less of it on the drum",
             )
         )

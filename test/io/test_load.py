@@ -65,8 +65,8 @@ TEXTS = {
     "whole number out of range": (
         "elements: 10,",
         "elements: 0,",
-        "tow.yaml:11: cable.sections.free.elements = 0 is outside [1, 4000] (number of equal elements); "
-        "nothing was started. Give a value in [1, 4000]",
+        "tow.yaml:11: cable.sections.free.elements = 0 is outside [1, 4000] (number of equal elements where "
+        "winch.drum is contact; a winch that feeds has `mesh`); nothing was started. Give a value in [1, 4000]",
     ),
     "vector out of range": (
         "position: [-28.8, 0.0, 3.1]",
@@ -131,7 +131,7 @@ TEXTS = {
         "elements: 10,",
         "elements: 2.5,",
         "tow.yaml:11: cable.sections.free.elements = 2.5 is a number, expected a whole number or null in [1, 4000] "
-        "(number of equal elements); nothing was started. Write for example `elements: 60`",
+        "(number of equal elements where winch.drum is contact; a winch that feeds has `mesh`); nothing was started. Write for example `elements: 60`",
     ),
     "empty value": (
         "radius: 0.25",
@@ -174,7 +174,7 @@ TEXTS = {
         "free: {length: 100, elements: 10, drag_law: ribbon}",
         "free: 100",
         "tow.yaml:11: cable.sections.free = 100 is a number, expected a block of keys; nothing was started. "
-        "Write for example `free: {length: 10.0, elements: 4}`",
+        "Write for example `free: {length: 10.0}`",
     ),
     "number for a name": (
         "name: short_tow",
