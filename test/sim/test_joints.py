@@ -27,8 +27,8 @@ WRONG = {
     "no mesh": (
         {"bare": {"elements": None}},
         {},
-        "tow.yaml: cable.sections.bare.elements is missing: with winch.drum = contact the mesh is fixed to the material "
-        "and written section by section; nothing was started. Give the number of elements, or leave winch.drum = "
+        "tow.yaml: cable.sections.bare.elements is missing: with winch.drum = contact the mesh is fixed to the "
+        "material and written section by section; nothing was started. Give the number of elements, or leave winch.drum = "
         "contact out",
     ),
     "tangential without a constant": (
