@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
+
+if TYPE_CHECKING:
+    from ..io.replay import Residual
+    from .offline import Run
 
 FAILED = 1  # exit code of a run that ended early
 
 
-def tell(result, out: Path | None, as_json: bool) -> None:
+def tell(result: Run, out: Path | None, as_json: bool) -> None:
     """Figures, picture and paths of a run; leaves with code 1 when it ended early."""
     pictures = pictures_of(result, out)
     if as_json:
@@ -40,9 +46,9 @@ def tell(result, out: Path | None, as_json: bool) -> None:
         sys.exit(FAILED)
 
 
-def pictures_of(result, out: Path | None) -> list[Path]:
+def pictures_of(result: Run, out: Path | None) -> list[Path]:
     """Draw the run, and its haul where the winch had a plan."""
-    if out is None or not len(result.frames):
+    if out is None or result.bag is None or not len(result.frames):
         return []
     from ..io.recorded_run import load_run
     from .haul import draw_haul
@@ -57,7 +63,7 @@ def pictures_of(result, out: Path | None) -> list[Path]:
         return []
 
 
-def residual_table(rows, difference) -> None:
+def residual_table(rows: Sequence[Residual], difference: dict[str, Any] | None) -> None:
     """Table of the residuals of a replay, and its largest difference."""
     if not rows and difference is None:
         click.echo(
