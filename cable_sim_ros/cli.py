@@ -14,6 +14,7 @@ from . import __version__
 from .lab.commands import COMMANDS as LAB_COMMANDS
 from .runs.mesh_command import mesh as mesh_command
 from .runs.progress import progress_bar as _progress
+from .runs.told import residual_table, tell
 
 # mistakes of the user or the data: their text is the whole message. Anything else is ours and keeps its traceback
 EXPECTED = {
@@ -29,7 +30,7 @@ EXPECTED = {
     "cable_sim_ros.lab.cases.family.CaseError",
     "cable_sim_ros.runs.mesh.CheckError",
 }
-BAD_INPUT, FAILED = 2, 1
+BAD_INPUT = 2
 SHIPPED_BAG, SHIPPED_SCENE = "nbp1406", "full_scale"
 PASS_ON = {"ignore_unknown_options": True, "allow_extra_args": True}
 
@@ -157,7 +158,7 @@ def run(scene, motion, heave, duration, winch, algorithm, imu_only, step, every,
             out=out,
             progress=progress,
         )
-    _tell(result, out, as_json)
+    tell(result, out, as_json)
 
 
 @main.command()
@@ -171,9 +172,9 @@ def replay(bag, scene, out, as_json) -> None:
         from .runs import offline
 
         result = offline.replay(bag, scene, out=out, progress=progress)
-    _tell(result, out, as_json)
+    tell(result, out, as_json)
     if not as_json:
-        _residual_table(result.residuals, result.figures["largest_difference"])
+        residual_table(result.residuals, result.figures["largest_difference"])
 
 
 @main.command()
@@ -214,7 +215,7 @@ def live(bag, scene, duration, imu_only, out, as_json) -> None:
     figures = summarize(recorded.frames, **{name: node_figures.get(name) for name in OUTSIDE})
     figures.update(scene=recorded.custom_data.get("scene", str(scene)), motion=Path(bag).name, node=node_figures)
     (out / "summary.json").write_text(json.dumps(figures, indent=1) + "\n", "utf-8")
-    _tell(Run(recorded.frames, figures, node_figures.get("problem", ""), Path(told["bag"])), out, as_json)
+    tell(Run(recorded.frames, figures, node_figures.get("problem", ""), Path(told["bag"])), out, as_json)
 
 
 @main.command(context_settings=PASS_ON)
@@ -314,92 +315,6 @@ def _need_ros() -> None:
             f"this command needs ROS 2, and rclpy cannot be imported ({error}); nothing was started. Source your ROS "
             "installation, or: pip install 'cable_sim_ros[ros]'. `run` and `replay` work without it"
         ) from None
-
-
-def _tell(result, out: Path | None, as_json: bool) -> None:
-    """Figures, picture and paths of a run; leaves with code 1 when it ended early."""
-    pictures = _pictures(result, out)
-    if as_json:
-        click.echo(json.dumps(result.figures | ({"problem": result.problem} if result.problem else {}), indent=1))
-    else:
-        from rich.console import Console
-
-        from .runs.offline import FIGURES
-        from .runs.summary import format_value, summary_table
-
-        figures = result.figures
-        table = summary_table(figures, f"{figures.get('scene', '')}, motion {figures.get('motion')}")
-        for name, unit, meaning in FIGURES[:1]:
-            if name in figures:
-                table.add_row(name, format_value(figures[name]), unit, meaning)
-        Console(width=None if sys.stdout.isatty() else 120).print(table)
-        for what, path in (
-            *(("picture", path) for path in pictures),
-            ("recording", result.bag),
-            ("figures", out / "summary.json" if out else None),
-        ):
-            if path is not None:
-                click.echo(f"{what + ':':11}{path}")
-    if result.problem:
-        click.echo(f"error: {result.problem}; the figures are of the part before it", err=True)
-        sys.exit(FAILED)
-
-
-def _pictures(result, out: Path | None) -> list[Path]:
-    """Draw the run, and its haul where the winch had a plan."""
-    if out is None or not len(result.frames):
-        return []
-    from .io.recorded_run import load_run
-    from .runs.haul import draw_haul
-    from .runs.picture import draw_run
-
-    try:
-        run = load_run(result.bag)
-        hauls = [draw_haul(run, out / "haul.png")] if "winch_plan" in run.custom_data else []
-        return [draw_run(run, out / "run.png"), *hauls]
-    except RuntimeError as error:  # matplotlib is an extra
-        click.echo(f"warning: {error}", err=True)
-        return []
-
-
-def _residual_table(rows, difference) -> None:
-    if not rows and difference is None:
-        click.echo(
-            "The bag recorded nothing of the tow (no sheave/tension, towbody/pose or winch/state): "
-            "there is nothing to compare with."
-        )
-        return
-    from rich.console import Console, JustifyMethod
-    from rich.table import Table
-
-    table = Table(title="Residuals: simulated less recorded", title_justify="left")
-    columns: tuple[tuple[str, JustifyMethod], ...] = (
-        ("topic", "left"),
-        ("quantity", "left"),
-        ("mean", "right"),
-        ("rms", "right"),
-        ("largest", "right"),
-        ("unit", "left"),
-        ("messages", "right"),
-    )
-    for name, justify in columns:
-        table.add_column(name, justify=justify)
-    for row in rows:
-        table.add_row(
-            row.channel,
-            row.quantity,
-            f"{row.mean:.4g}",
-            f"{row.rms:.4g}",
-            f"{row.largest:.4g}",
-            row.unit,
-            str(row.count),
-        )
-    Console(width=None if sys.stdout.isatty() else 120).print(table)
-    if difference is not None:
-        click.echo(
-            f"Largest difference of any figure of a Frame over {difference['ticks']} common ticks: "
-            f"{difference['difference']:.3g}" + (f" ({difference['field']})" if difference["field"] else "")
-        )
 
 
 if __name__ == "__main__":

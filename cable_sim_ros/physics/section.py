@@ -29,7 +29,9 @@ class Section(Block):
     """A length of cable, counted from the drum end. The last two keys are of what joins it to the next."""
 
     length: float = quantity(REQUIRED, "m", 1e-4, 2e4, "unstretched length")
-    elements: int | None = quantity(None, "1", 1, 4000, "number of equal elements")
+    elements: int | None = quantity(
+        None, "1", 1, 4000, "number of equal elements where winch.drum is contact; a winch that feeds has `mesh`"
+    )
     diameter: float | None = again(Material, "diameter", "that of the cable")
     mass_per_length: float | None = again(Material, "mass_per_length", "that of the cable")
     axial_stiffness: float | None = again(Material, "axial_stiffness", "that of the cable")

@@ -89,14 +89,13 @@ def test_only_marked_blocks_use_heave():
 
 def test_lengths_in_text_and_sketch_are_those_of_the_scene():
     scene, sketch = load_scene("side_scan"), (DOCS / "tow.svg").read_text("utf-8")
-    route, sections = Route(scene), scene.cable.sections
-    total = sum(section.length for section in sections.values())
-    assert f"{route.drum:.3f} m x ({route.wrap:g} - {route.tilt:.3f})" in TUTORIAL
+    route, scope, sections = Route(scene), scene.winch.scope, scene.cable.sections
+    assert f"| **{scope:g} m** |" in TUTORIAL and f"| {route.span:.2f} m |" in TUTORIAL
+    assert f"{route.sheave:.3f} m x {route.tilt:.3f} | {route.inboard:.2f} m |" in TUTORIAL
     assert f"{np.degrees(route.tilt):.1f} deg or {route.tilt:.3f} rad" in TUTORIAL
-    outboard = total - route.on_drum - route.span
-    assert f"{total:.2f} - {route.on_drum:.2f} - {route.span:.2f} | **{outboard:.2f} m**" in TUTORIAL
-    assert f"{route.on_drum:.2f} m wound" in sketch and f"{route.span:.2f} m straight" in sketch
-    assert f"{sections['drum'].length - route.on_drum:.2f} m already on the way" in sketch
+    assert f"{route.total:.2f} - {scope:.2f} - {route.inboard:.2f} | {route.wound:.2f} m |" in TUTORIAL
+    assert f"{route.wound:.2f} m on the drum" in sketch and f"{route.span:.2f} m straight" in sketch
+    assert f"scope {scope:g} m" in sketch
     for name, section in sections.items():
         assert f"section {name} {section.length:g} m" in sketch
 

@@ -20,7 +20,13 @@ WRONG = [  # overrides, parts of the text
     ({"winch.position": [1.0, 2.0, 400.0]}, ["winch.position", "400", "200 m"]),
     ({"cable.sections.bare.length": -3.0}, ["cable.sections.bare.length", "-3"]),
     ({"cable.sections.bare.elements": 2.5}, ["cable.sections.bare.elements", "integer", "2.5"]),
-    ({"cable.sections.bare.elements": 0}, ["cable.sections.bare.elements", "is missing", "elements: 10"]),
+    (
+        {"cable.sections.bare.elements": 0, "scene": "full_scale_contact"},
+        ["cable.sections.bare.elements", "is missing", "Give the number of elements"],
+    ),
+    ({"cable.sections.bare.elements": 20}, ["cable.sections.bare.elements", "= 20 belongs to winch.drum = contact"]),
+    ({"winch.cable_on_drum": 100.0}, ["winch.scope", "winch.cable_on_drum = 100 m are both given"]),
+    ({"winch.most_scope": 440.0}, ["winch.most_scope", "440 m", "450 m"]),
     ({"cable.sections.bare.drag_law": "ribon"}, ["cable.sections.bare.drag_law", "ribon", "ribbon"]),
     ({"realtime.priority": 500}, ["realtime.priority", "500", "99"]),
     ({"recording.enabled": 1}, ["recording.enabled", "true or false"]),
@@ -48,6 +54,7 @@ def test_overrides_stand_above_the_scene_file():
 
     settings = settle(
         {
+            "scene": "full_scale_contact",
             "water.density": 1000.0,
             "setpoint.nominal_angle_deg": math.nan,
             "winch.position": [-28.0, 0.0, 3.0],
@@ -74,6 +81,13 @@ def test_overrides_stand_above_the_scene_file():
     assert values["cable.sections.faired.drag_law"] == "" and math.isnan(values["cable.sections.bare.diameter"])
     assert settings.node.motion.convention.value == "ned"
     assert settings.node.input_delay == 0.05
+
+
+def test_a_number_that_is_none_gives_way_to_another():
+    from cable_sim_ros.ros.params import settle
+
+    winch = settle({"winch.scope": math.nan, "winch.cable_on_drum": 100.0, "winch.most_scope": 520.0}).scene.winch
+    assert (winch.scope, winch.cable_on_drum, winch.most_scope, winch.least_scope) == (None, 100.0, 520.0, None)
 
 
 def test_every_row_says_what_it_is():

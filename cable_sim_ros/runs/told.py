@@ -1,0 +1,104 @@
+"""What the command line says of a run: figures, pictures, paths, residuals of a replay."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from ..io.replay import Residual
+    from .offline import Run
+
+FAILED = 1  # exit code of a run that ended early
+
+
+def tell(result: Run, out: Path | None, as_json: bool) -> None:
+    """Figures, picture and paths of a run; leaves with code 1 when it ended early."""
+    pictures = pictures_of(result, out)
+    if as_json:
+        click.echo(json.dumps(result.figures | ({"problem": result.problem} if result.problem else {}), indent=1))
+    else:
+        from rich.console import Console
+
+        from .offline import FIGURES
+        from .summary import format_value, summary_table
+
+        figures = result.figures
+        table = summary_table(figures, f"{figures.get('scene', '')}, motion {figures.get('motion')}")
+        for name, unit, meaning in FIGURES[:1]:
+            if name in figures:
+                table.add_row(name, format_value(figures[name]), unit, meaning)
+        Console(width=None if sys.stdout.isatty() else 120).print(table)
+        for what, path in (
+            *(("picture", path) for path in pictures),
+            ("recording", result.bag),
+            ("figures", out / "summary.json" if out else None),
+        ):
+            if path is not None:
+                click.echo(f"{what + ':':11}{path}")
+    if result.problem:
+        click.echo(f"error: {result.problem}; the figures are of the part before it", err=True)
+        sys.exit(FAILED)
+
+
+def pictures_of(result: Run, out: Path | None) -> list[Path]:
+    """Draw the run, and its haul where the winch had a plan."""
+    if out is None or result.bag is None or not len(result.frames):
+        return []
+    from ..io.recorded_run import load_run
+    from .haul import draw_haul
+    from .picture import draw_run
+
+    try:
+        run = load_run(result.bag)
+        hauls = [draw_haul(run, out / "haul.png")] if "winch_plan" in run.custom_data else []
+        return [draw_run(run, out / "run.png"), *hauls]
+    except RuntimeError as error:  # matplotlib is an extra
+        click.echo(f"warning: {error}", err=True)
+        return []
+
+
+def residual_table(rows: Sequence[Residual], difference: dict[str, Any] | None) -> None:
+    """Table of the residuals of a replay, and its largest difference."""
+    if not rows and difference is None:
+        click.echo(
+            "The bag recorded nothing of the tow (no sheave/tension, towbody/pose or winch/state): "
+            "there is nothing to compare with."
+        )
+        return
+    from rich.console import Console, JustifyMethod
+    from rich.table import Table
+
+    table = Table(title="Residuals: simulated less recorded", title_justify="left")
+    columns: tuple[tuple[str, JustifyMethod], ...] = (
+        ("topic", "left"),
+        ("quantity", "left"),
+        ("mean", "right"),
+        ("rms", "right"),
+        ("largest", "right"),
+        ("unit", "left"),
+        ("messages", "right"),
+    )
+    for name, justify in columns:
+        table.add_column(name, justify=justify)
+    for row in rows:
+        table.add_row(
+            row.channel,
+            row.quantity,
+            f"{row.mean:.4g}",
+            f"{row.rms:.4g}",
+            f"{row.largest:.4g}",
+            row.unit,
+            str(row.count),
+        )
+    Console(width=None if sys.stdout.isatty() else 120).print(table)
+    if difference is not None:
+        click.echo(
+            f"Largest difference of any figure of a Frame over {difference['ticks']} common ticks: "
+            f"{difference['difference']:.3g}" + (f" ({difference['field']})" if difference["field"] else "")
+        )
