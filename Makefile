@@ -2,7 +2,7 @@
 # make coverage  runs the tests (half as long again) and lists what they leave out above the physics
 # make test  makes the environment and runs the tests;  make lint  runs the linter and the type checks
 # make bench  run time against error beside other codes;  make validate  repeats the experiments (both into runs/)
-# make stress  stability stress N1 to N19 at full size (ten CPU minutes or more), into runs/
+# make stress  stability stress N1 to N25 at full size (ten CPU minutes or more), into runs/
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:

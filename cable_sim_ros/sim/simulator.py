@@ -93,7 +93,7 @@ class Simulator:
         tried, iterations, angle = 0, 0, laid_angle(scene, first_angle(scene, flow))
         drum = self.model.settings[0].drum
         lay_mesh(self.model.feed, drum, now.winch, state.nodes[NOW, ARC], self.model.line.elements)
-        # a soft cable does not settle from its unstretched length: it is loose while it is drawn out
+        # a soft cable does not settle from its unstretched length, or off its sheave: it is loose while it is drawn out
         for strain in (0.0, first_strain(scene)):
             r, g = Route(scene).nodes((state.arc - state.arc[0]) * (1.0 + strain), angle)
             state.q[:, :3] = r @ turn.T + now.ship.mean_coord[:3]
@@ -102,7 +102,7 @@ class Simulator:
             tried, left = tried + abs(steps), float(now.health.residual)
             iterations += int(now.health.iterations)
             settled = steps >= 0 and bool(np.isfinite(state.q).all())
-            if settled:
+            if settled and self.frame.contact_total > 0.0:
                 break
         self.start_report = {"steps": tried, "iterations": iterations, "residual_n": left}
         if not settled:

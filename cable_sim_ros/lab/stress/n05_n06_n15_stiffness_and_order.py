@@ -9,6 +9,7 @@ from scipy.special import jn_zeros
 
 from ...io.load import SceneError
 from ...physics.cable import Cable
+from ...physics.frame import Flag
 from ...sim.rig import Rig, cable_of, load_of
 from ...sim.simulator import Simulator, SolverError, StartError
 from ..cases import Fidelity
@@ -97,6 +98,7 @@ def stiffness(quick: bool) -> Found:
             scene = shipped(cable__axial_stiffness=ea)
             sim = Simulator(scene)
             sim.start()
+            seated = not int(sim.frame.status) & Flag.DETACHED
             frames = sail(sim, Sea(scene, heave=(1.0, 8.0, 0.0), pitch=(0.03, 7.0, 1.0)), seconds)
         except (SceneError, StartError, SolverError) as error:
             late, text = time.perf_counter() - begin, str(error)
@@ -108,7 +110,10 @@ def stiffness(quick: bool) -> Found:
             notes.append(f"EA 1e{power}: {text}")
             continue
         strain = float(frames.tension_most.max() / ea)
-        figures.append(Figure(f"EA 1e{power}: numbers finite", finite(frames), "", True, IS))
+        figures += [
+            Figure(f"EA 1e{power}: numbers finite", finite(frames), "", True, IS),
+            Figure(f"EA 1e{power}: at rest on the sheave, no flag DETACHED", seated),
+        ]
         notes.append(
             f"EA 1e{power}: tension {frames.tension.min():.0f} to {frames.tension.max():.0f} N, largest strain "
             f"{strain:.2g}, {frames.iterations.mean():.1f} iterations a tick"

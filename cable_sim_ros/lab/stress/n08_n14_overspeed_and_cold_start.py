@@ -33,6 +33,12 @@ def short(outboard: float, wound: float, **values) -> Scene:
     return held(**STILL | {"cable__sections": cable, "winch__scope": outboard} | values)
 
 
+def short_for_slack(outboard: float, wound: float, **values) -> Scene:
+    """The same with short elements wherever slack cable may lie on the sheave."""
+    mesh = {"mesh__inboard": 40, "mesh__before": 1.0, "mesh__after": 6.0, "mesh__sections": {"all": {"elements": 60}}}
+    return short(outboard, wound, **mesh | values)
+
+
 def short_on_drum(outboard: float, wound: float, **values) -> Scene:
     """The same with the end of the cable on the drum's surface, all of it meshed for the sheave."""
     length = outboard + SPAN + wound
@@ -89,8 +95,13 @@ def _overspeed(name: str, tow: Callable[..., Scene], waits: int) -> tuple[list[F
 def winch(quick: bool) -> Found:
     """Hanging in still water: pay-out faster than the fish sinks, then a stop; and hauling in all there is."""
     figures, notes = [], []
-    # the turns on a drum with contact come loose and whip: a subject of its own
-    for name, tow in (("overspeed", short), ("overspeed, drum with contact", short_on_drum))[: 1 if quick else 2]:
+    # slack cable leaves its sheave, and comes back where elements of its size wait for it; the turns on a drum with
+    # contact come loose and whip, a subject of its own
+    for name, tow in (
+        ("overspeed, short elements for 6 m outboard", short_for_slack),
+        ("overspeed", short),
+        ("overspeed, drum with contact", short_on_drum),
+    )[: 1 if quick else 3]:
         found, told = _overspeed(name, tow, 3 if quick else 12)
         figures, notes = figures + found, notes + told
     scene = short(15.0, 4.0)

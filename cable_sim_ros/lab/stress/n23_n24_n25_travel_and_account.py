@@ -10,8 +10,8 @@ from ...sim.scene import Scene
 from ...sim.simulator import Simulator
 from .n09_n10_n12_heavy_sea_and_energy import residual_share, turned_over
 from .n20_n21_n22_winch_at_work import against
-from .tows import HELD, Sea, finite, reel, sail, shipped, started
-from .verdict import IS, Figure, Found, stress
+from .tows import HELD, Sea, finite, held, reel, sail, shipped, started
+from .verdict import IS, WITHIN, Figure, Found, stress
 
 SWELL = {"heave": (1.5, 8.0, 0.0), "pitch": (0.04, 7.0, 1.0), "roll": (0.15, 9.0, 0.5)}
 PATIENT = {"winch__command_timeout": 3600.0}
@@ -47,11 +47,12 @@ class Account:
         self.tension.append(frames.tension)
         return frames
 
-    def figures(self, name: str) -> list[Figure]:
+    def figures(self, name: str, residual: float) -> list[Figure]:
+        """What is judged; residual: limit of the energy residual over the work."""
         share = residual_share(self.first, self.sim.frame, self.work)
         return [
             Figure(f"{name}, numbers finite", self.good, "", True, IS),
-            Figure(f"{name}, energy residual over work", share, "", 1e-3),
+            Figure(f"{name}, energy residual over work", share, "", residual),
             Figure(f"{name}, mass in mesh and drum against the whole", self.mass, "", 1e-9),
             Figure(f"{name}, cable off the drum and on it against the whole", self.kept, "", 1e-9),
         ]
@@ -65,7 +66,7 @@ def direct(scene_values: dict, payout: float, scene: Scene) -> Simulator:
 
 @stress(
     "pay-out reversed every two seconds for ten minutes",
-    "finite, residual <= 1e-3 of work, mass 1e-9, settles where it began within 0.5 N and 15 mm",
+    "finite, residual <= 1 % of work as in N9, mass 1e-9, settles where it began within 0.5 N and 15 mm",
 )
 def reversing(quick: bool) -> Found:
     """2 m/s out and in, turn by turn, the winch compensating or held, in a sea or without."""
@@ -78,10 +79,10 @@ def reversing(quick: bool) -> Found:
         for turn in range(round(seconds / 2.0)):
             rate = 1.0 if turn in (0, round(seconds / 2.0) - 1) else 2.0  # about where it began
             account.look(reel(sim, rate if turn % 2 == 0 else -rate, 2.0, sea))
-        figures += account.figures(name)
+        figures += account.figures(name, 1e-2)
         tension = np.concatenate(account.tension)
         if waves is None:
-            account.look(reel(sim, 0.0, 60.0 if quick else 300.0))
+            account.look(reel(sim, 0.0, 60.0 if quick else 1800.0))
             newton, metres = against(sim, direct(values | PATIENT, float(sim.frame.payout), scene))
             figures += [
                 Figure(f"{name}, settled, tension against a direct start", newton, "N", 0.5),
@@ -92,52 +93,70 @@ def reversing(quick: bool) -> Found:
     return Found(figures, notes)
 
 
+def material_fixed(scope: float) -> Scene:
+    """The shipped tow with a mesh fixed to the material, 0.1 m all along, and ``scope`` [m] of faired cable out."""
+    length = 5.2 + 8.04 + scope
+    faired = {"length": length, "elements": round(length / 0.1), "drag_law": "ribbon", "drag_amplification": 2.37}
+    wrap = (5.2 - 0.02) / 0.305
+    return held("full_scale_contact", cable__sections={"faired": faired}, winch__wrap=wrap)
+
+
 @stress(
     "hauled in to the last metre under way, and out again",
-    "stops there with flag DRUM_END, as a direct start within 0.5 N and 15 mm; so again where it began",
+    "stops with flag DRUM_END, as a mesh fixed to the material within 1 %; back where it began within 0.5 N and 15 mm",
 )
 def last_metre(quick: bool) -> Found:
-    """30 m at 2.2 m/s hauled in at 2 m/s until the winch stops; the rate stays commanded for a while."""
+    """The shipped tow hauled in at 2 m/s until the winch stops, fairing and all; the rate stays commanded a while."""
     figures, notes = [], []
-    for name, waves in (("still", None), ("in a sea", {"heave": (0.5, 8.0, 0.0), "roll": (0.1, 9.0, 0.5)}))[
-        : 1 if quick else 2
-    ]:
-        values = HELD | PATIENT | {"solver__tick": 0.01, "winch__scope": 30.0}
-        scene = shipped(**values)
+    waves = {"heave": (0.5, 8.0, 0.0), "roll": (0.1, 9.0, 0.5)}
+    for name, sea in (("still", {}), ("in a sea", waves))[: 1 if quick else 2]:
+        scene = shipped(**HELD | PATIENT | ({"winch__scope": 30.0} if quick else {}))
         sim = started(scene)
-        drum = sim.model.settings["drum"][0]
-        least, sea = float(drum["payout_0"] + drum["length_least"]), None if waves is None else Sea(scene, **waves)
-        account = Account(sim)
-        parts = [account.look(reel(sim, -2.0, 5.0, sea)) for _ in range(6)]
-        hauled = np.concatenate(parts).view(np.recarray)
-        rest = account.look(reel(sim, -2.0, 30.0, sea))
-        ended = (rest.status & Flag.DRUM_END) > 0
+        drum, swell = sim.model.settings["drum"][0], Sea(scene, **sea) if sea else None
+        least, account = float(drum["payout_0"] + drum["length_least"]), Account(sim)
+        way = float(sim.frame.payout) - least
+        hauled = account.look(reel(sim, -2.0, way / 2.0 + 2.0, swell))
+        rest = account.look(reel(sim, -2.0, 60.0, swell))
         figures += [
-            Figure(f"{name}, flag DRUM_END while the rate stays commanded", bool(ended.all()), "", True, IS),
+            Figure(
+                f"{name}, flag DRUM_END while the rate stays commanded",
+                bool(((rest.status & Flag.DRUM_END) > 0).all()),
+                "",
+                True,
+                IS,
+            ),
             Figure(f"{name}, pay-out below the stop", float(max(least - hauled.payout.min(), 0.0)), "m", 1e-9),
             Figure(f"{name}, scope that is left", float(rest.scope[-1]), "m"),
-            Figure(f"{name}, largest tension over that at rest", float(hauled.tension.max() / rest.tension[-1])),
+            Figure(
+                f"{name}, largest tension hauling in over that of the start",
+                float(hauled.tension.max() / account.first.tension),
+            ),
         ]
-        if waves is None:
-            newton, metres = against(sim, direct(values, float(sim.frame.payout), scene))
-            figures += [
-                Figure(f"{name}, tension against a direct start", newton, "N", 0.5),
-                Figure(f"{name}, body against a direct start", metres, "m", 0.015),
-            ]
-        back = float(account.first.payout - sim.frame.payout)
-        account.look(reel(sim, 2.0, back / 2.0, sea))
-        again = account.look(reel(sim, 0.0, 60.0, sea))
+        if not sea:
+            fixed = started(material_fixed(float(rest.scope[-1]))).frame
+            mean = float(rest.tension[-1000:].mean())
+            figures.append(
+                Figure(
+                    f"{name}, tension against a mesh fixed to the material",
+                    mean / float(fixed.tension) - 1.0,
+                    "",
+                    0.01,
+                    WITHIN,
+                )
+            )
+        account.look(reel(sim, 2.0, way / 2.0, swell))
+        again = account.look(reel(sim, 0.0, 60.0 if quick else 3000.0, swell))
         figures += [
             Figure(f"{name}, flag gone when paying out", not bool((again.status & Flag.DRUM_END).any()), "", True, IS),
-            *account.figures(name),
+            *account.figures(name, 1e-3),
         ]
-        if waves is None:
-            newton, metres = against(sim, direct(values, float(sim.frame.payout), scene))
+        if not sea:
+            newton, metres = against(sim, started(scene))
             figures += [
-                Figure(f"{name}, paid out again, tension against a direct start", newton, "N", 0.5),
-                Figure(f"{name}, paid out again, body against a direct start", metres, "m", 0.015),
+                Figure(f"{name}, paid out again, tension against the start", newton, "N", 0.5),
+                Figure(f"{name}, paid out again, body against the start", metres, "m", 0.015),
             ]
-        notes.append(f"{name}: {hauled.payout[-1] - least:.3g} m from the stop, {sim.nodes - 1} elements")
+        notes.append(f"{name}: {way:.1f} m hauled in, {sim.nodes - 1} elements")
     return Found(figures, notes)
 
 
@@ -157,5 +176,5 @@ def account(quick: bool) -> Found:
             for _ in range(2 if quick else 25):
                 parts.look(reel(sim, rate, 10.0, sea) if rate else sail(sim, sea, 10.0))
             parts.look(reel(sim, 0.0, 10.0 if quick else 50.0, sea))
-        figures += parts.figures(name)
+        figures += parts.figures(name, 1e-3)
     return Found(figures, ["work: what goes in and out through winch and hull, both counted positive"])
