@@ -32,16 +32,17 @@ def at_least(d, least, width):
 
 @driver
 def flow_of(h, coefficients, old, winch):
-    """Rate and acceleration of the pay-out at the end of a step of h [s] from its length alone: WINCH.flow.
+    """Rate of the pay-out at the end of a step of h [s], and its acceleration from the rates alone: WINCH.flow.
 
-    Nodes follow the pay-out as its own unknowns would, by the formulas of the time integration (integrate.py). The
-    servo's acceleration is that of its last instant, which says nothing of a step: where the rate of a set-point is not
-    quite that of its length it changes within every tick and comes back.
+    The acceleration follows from the rates as an unknown's would, by the formulas of the time integration
+    (integrate.py). That of the servo's last instant says nothing of a step: where the rate of a set-point is not quite
+    that of its length it changes within every tick and comes back. From the lengths it would be a difference of
+    differences, without bound as steps get shorter.
     """
-    am, af, beta, gamma, _, _ = coefficients
-    v, a, x = old.flow[0], old.flow[1], old.flow[2]
-    new = ((winch.length - old.length - h * v) / (h * h) - (0.5 - beta) * x) / beta
-    winch.flow[0] = v + h * ((1.0 - gamma) * x + gamma * new)
+    am, af, _, gamma, _, _ = coefficients
+    rate, a, x = old.flow[0], old.flow[1], old.flow[2]
+    new = ((winch.rate - rate) / h - (1.0 - gamma) * x) / gamma
+    winch.flow[0] = winch.rate
     winch.flow[1] = ((1.0 - am) * new + am * x - af * a) / (1.0 - af)
     winch.flow[2] = new
 
