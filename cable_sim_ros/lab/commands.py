@@ -110,7 +110,7 @@ def stress(ids, quick, out, as_json) -> None:
 
 @click.command()
 @click.argument(
-    "scenes", nargs=-1, type=click.Choice([f"P{i}" for i in range(1, 8)], case_sensitive=False), metavar="[P1 ... P7]"
+    "scenes", nargs=-1, type=click.Choice([f"P{i}" for i in range(1, 10)], case_sensitive=False), metavar="[P1 ... P9]"
 )
 @click.option("--peers", is_flag=True, help="Other codes beside ours, taking turns; needs the extra [peers].")
 @click.option("--repeats", type=click.IntRange(min=1), help="Timed runs of each setting. Default: 5, of --features 15.")
