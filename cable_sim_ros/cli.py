@@ -12,6 +12,7 @@ import click
 
 from . import __version__
 from .lab.commands import COMMANDS as LAB_COMMANDS
+from .runs.mesh_command import mesh as mesh_command
 from .runs.progress import progress_bar as _progress
 
 # mistakes of the user or the data: their text is the whole message. Anything else is ours and keeps its traceback
@@ -26,6 +27,7 @@ EXPECTED = {
     "cable_sim_ros.ros.player.PlayError",
     "cable_sim_ros.ros.params.ParameterError",
     "cable_sim_ros.lab.cases.family.CaseError",
+    "cable_sim_ros.runs.mesh.CheckError",
 }
 BAD_INPUT, FAILED = 2, 1
 SHIPPED_BAG, SHIPPED_SCENE = "nbp1406", "full_scale"
@@ -281,7 +283,7 @@ def make_bags(out, data, speed, only, force) -> None:
         click.echo(row)
 
 
-for _command in LAB_COMMANDS:
+for _command in (mesh_command, *LAB_COMMANDS):
     main.add_command(_command)
 
 NODE_MANUAL = """## Node

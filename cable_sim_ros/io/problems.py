@@ -17,8 +17,9 @@ from .yaml12 import dotted
 
 CONSEQUENCE = "nothing was started"
 ENTRIES = {  # of tables by free names, as examples
-    "sections": "{length: 10.0, elements: 4}",
+    "sections": "{length: 10.0}",
     "bodies": "{at: first, mass: 50.0, net_weight: 300.0}",
+    "mesh": "{elements: 4}",
 }
 
 
@@ -58,7 +59,7 @@ def _text(item, path, field, owner, data, origin, lines) -> str:
     if field is None and kind in ("model_type", "dict_type"):  # a free name: of a section or a body
         return (
             f"{where}: {key} = {_show(value)} is {kind_of(value)}, expected a block of keys; {CONSEQUENCE}. "
-            f"Write for example `{path[-1]}: {ENTRIES[path[-2]]}`"
+            f"Write for example `{path[-1]}: {ENTRIES['mesh' if path[0] == 'mesh' else path[-2]]}`"
         )
     if field is None:
         return f"{where}: {key} = {_show(value)}: {item['msg']}; {CONSEQUENCE}. See the parameter manual"

@@ -102,7 +102,8 @@ class WinchPlan:
 
     def check(self, drum: np.record) -> None:
         """Can this winch (record of physics.winch.DRUM) do it? Raises PlanError."""
-        low, high = drum.payout_0 + drum.length_least, drum.payout_0 + drum.length_most
+        low, high = drum.payout_0 + drum.limit_least, drum.payout_0 + drum.limit_most
+        soft = drum.limit_least > drum.length_least or drum.limit_most < drum.length_most
         ends = {"length": (low, high), "scope": (low - drum.inboard, high - drum.inboard)}
         for k, item in enumerate(self.items, 1):
             where = f"winch plan, item {k} '{item}'"
@@ -117,7 +118,8 @@ class WinchPlan:
                 if not least - ROUND_OFF <= item.value <= most + ROUND_OFF:
                     raise PlanError(
                         f"{where}: {item.order} = {item.value:g} m is outside the winch's travel, [{least:.3f}, "
-                        f"{most:.3f}] m; {CONSEQUENCE}. Give a {item.order} within it, or more cable"
+                        f"{most:.3f}] m; {CONSEQUENCE}. Give a {item.order} within it, "
+                        f"{'or other winch.least_scope and winch.most_scope' if soft else 'or more cable'}"
                     )
 
     def commands(self, drum: np.record, start: int, begin: int, end: int) -> Iterator[WinchCommand]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -116,16 +117,21 @@ def stress(ids, quick, out, as_json) -> None:
 @click.option("--repeats", type=click.IntRange(min=1), help="Timed runs of each setting. Default: 5, of --features 15.")
 @click.option("--features", is_flag=True, help="In place of scenes: what each feature of a scene costs a step.")
 @click.option("--sheave-mesh", is_flag=True, help="In place of scenes: how fine a mesh the answers at the sheave need.")
+@click.option("--mesh", "promises", is_flag=True, help="In place of scenes: is the error promised for a mesh kept?")
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for table, JSON and plots.")
 @json_option
-def bench(scenes, peers, repeats, features, sheave_mesh, out, as_json) -> None:
+def bench(scenes, peers, repeats, features, sheave_mesh, promises, out, as_json) -> None:
     """Run time against error on the benchmark scenes (default: all), medians of runs that take turns."""
-    if features or sheave_mesh:
-        if features and sheave_mesh or scenes or peers:
-            raise click.UsageError("--features and --sheave-mesh each stand alone: no scene and no --peers beside them")
-        if sheave_mesh and repeats:
-            raise click.UsageError("--sheave-mesh is no timing: nothing is repeated; leave --repeats out")
-        _study(features, repeats, out, as_json)
+    studies = [name for name, on in (("features", features), ("sheave_mesh", sheave_mesh), ("mesh", promises)) if on]
+    if studies:
+        if len(studies) > 1 or scenes or peers:
+            raise click.UsageError(
+                "--features, --sheave-mesh and --mesh each stand alone: no scene and no --peers beside them"
+            )
+        if not features and repeats:
+            option = "--" + studies[0].replace("_", "-")
+            raise click.UsageError(f"{option} is no timing: nothing is repeated; leave --repeats out")
+        _study(studies[0], repeats, out, as_json)
         return
     from . import bench as benchmarks
 
@@ -170,19 +176,25 @@ def bench(scenes, peers, repeats, features, sheave_mesh, out, as_json) -> None:
     Console(width=None if sys.stdout.isatty() else 160).print(table)
 
 
-def _study(features: bool, repeats: int | None, out: Path | None, as_json: bool) -> None:
-    """The cost of each feature, or the mesh at the sheave: Markdown or JSON, both into the folder."""
-    if features:
-        from . import features as study
+def _study(name: str, repeats: int | None, out: Path | None, as_json: bool) -> None:
+    """The cost of each feature, the mesh at the sheave, or promised errors: Markdown or JSON, both into the folder."""
+    found: Any
+    data: Any
+    if name == "features":
+        from . import features
 
-        found = study.costs(repeats or study.TURNS)
-        name, data = "features", [row._asdict() for row in found]
+        found = features.costs(repeats or features.TURNS)
+        data, text = [row._asdict() for row in found], features.markdown(found)
+    elif name == "mesh":
+        from . import mesh_promise
+
+        found = mesh_promise.promises()
+        data, text = [row._asdict() for row in found], mesh_promise.markdown(found)
     else:
-        from . import sheave as study
+        from . import sheave
 
-        found = data = study.sweeps()
-        name = "sheave_mesh"
-    text = study.markdown(found)
+        found = data = sheave.sweeps()
+        text = sheave.markdown(found)
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
         (out / f"{name}.json").write_text(json.dumps(data, indent=1) + "\n", "utf-8")

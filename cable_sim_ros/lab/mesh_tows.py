@@ -38,7 +38,7 @@ def tow(
     """A scene whose drum, sheave and contact follow from the sheave's radius [m] and the pull."""
     body = {"added_mass": (0.0, 0.0, 0.0), **(body or FISH)}
     cable = {**(cable or ARMOURED), "sections": sections}
-    pull = body["net_weight"] + 2.0 * cable["mass_per_length"] * 9.81 * scope + 0.05
+    pull = body["net_weight"] + 1.2 * cable["mass_per_length"] * 9.81 * scope + 0.05
     size = sheave / 0.25
     return Scene.model_validate(
         {

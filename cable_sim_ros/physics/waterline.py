@@ -114,30 +114,32 @@ def waterline(e, work, current, change, tangent):
         s, ds = shape(at[lane]), slope(at[lane])
         n[0, lane], n[1, lane], n[2, lane], n[3, lane] = s
         d[0, lane], d[1, lane], d[2, lane], d[3, lane] = ds
+        if ends[lane] != 0.0:
+            weight[lane] = length  # the load per xi there, which the tangent needs
     point_lanes(x, p, n, d, current, t)
     second = amplified(p)
     if second:
         mean_lanes(work.cut_mean, n, t)
-    water_load(t, p, weight, second, work.load[0])
+    load, ka, kb = work.load[0], work.by_place[0], work.by_slope[0]
+    if tangent:
+        water_tangent(t, p, change, current, weight, second, (load, ka, kb))
+    else:
+        water_load(t, p, weight, second, load)
     for lane in range(used):
-        for i in range(4):
-            for c in range(3):
-                force[3 * i + c, e] -= n[i, lane] * work.load[0, c, lane]
+        if ends[lane] == 0.0:
+            for i in range(4):
+                for c in range(3):
+                    force[3 * i + c, e] -= n[i, lane] * load[c, lane]
     if not tangent:
         return
-    ka, kb = work.by_place[0], work.by_slope[0]
-    water_tangent(t, p, change, current, weight, second, (work.load[0], ka, kb))
-    for lane in range(used):
-        for i in range(4):
-            for j in range(4):
-                for c in range(9):
-                    k[9 * (4 * i + j) + c, e] -= n[i, lane] * (n[j, lane] * ka[c, lane] + d[j, lane] * kb[c, lane])
-    for lane in range(LANES):
-        weight[lane] = length
-    water_load(t, p, weight, second, work.load[0])
     for lane in range(used):
         side = ends[lane]
         if side == 0.0:
+            for i in range(4):
+                for j in range(4):
+                    a, b = n[i, lane] * n[j, lane], n[i, lane] * d[j, lane]
+                    for c in range(9):
+                        k[9 * (4 * i + j) + c, e] -= a * ka[c, lane] + b * kb[c, lane]
             continue
         rate = height_slope(z, at[lane])
         if abs(rate) < 1e-12:
@@ -146,4 +148,4 @@ def waterline(e, work, current, change, tangent):
             for j in range(4):
                 s = side * n[i, lane] * n[j, lane] / rate
                 for c in range(3):
-                    k[9 * (4 * i + j) + 3 * c + 2, e] += s * work.load[0, c, lane]
+                    k[9 * (4 * i + j) + 3 * c + 2, e] += s * load[c, lane]

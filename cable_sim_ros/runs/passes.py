@@ -25,6 +25,7 @@ from ..physics.frame import FRAME
 from ..physics.heave import Heave, MotionInput
 from ..physics.quantity import Block
 from ..sim import checks
+from ..sim.mesh_kinds import FeedMesh
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator, SolverError
 
@@ -67,7 +68,7 @@ class Pass:
     """One pass of the simulator over its input.
 
     tow: recorded motion, None for the mean track; recorded: Frames of the run to repeat, None for a fresh start; winch:
-    a plan that commands the winch.
+    a plan that commands the winch; mesh: in place of the scene's.
     """
 
     def __init__(
@@ -77,10 +78,11 @@ class Pass:
         recorded: np.recarray | None = None,
         progress: Progress = silent,
         winch: WinchPlan | None = None,
+        mesh: FeedMesh | None = None,
     ) -> None:
         self.scene, self.tow, self.progress = scene, tow, progress
         self.recorded = recorded
-        self.sim = Simulator(scene)
+        self.sim = Simulator(scene, mesh)
         self.tick = round(scene.solver.tick * SECOND)
         self._check_ring()
         self.feeder = None if tow is None else Feeder(self.sim.inputs, tow, scene, *_taken_in(tow))

@@ -36,11 +36,10 @@ from ..physics.surface import SHEAVE_ROW, surfaces_of
 from ..physics.towbody import BODY, Towbody, body_record
 from ..physics.water import Water
 from ..physics.winch import DRUM
-from .checks import ROUND_OFF
 from .material import extreme, material_rows, section_ends, termination_weight
 from .mesh import FeedMesh, feed_mesh
 from .scene import Scene
-from .statics import DRUM_RESERVE, Route
+from .statics import DRUM_RESERVE, ROUND_OFF, Route
 
 # EI of an element over w L^3 where its end carries no tension: the gradient of a free end has a rotational stiffness of
 # -T/30 there (T = w L/2), more than wL^3/240 makes it stable; it vanishes with the third power of the mesh
@@ -153,6 +152,8 @@ def drum_record(scene: Scene, route: Route, mesh: FeedMesh | None) -> np.ndarray
     inboard = route.inboard - row["payout_0"]
     row["limit_least"] = row["length_least"] if w.least_scope is None else w.least_scope + inboard
     row["limit_most"] = row["length_most"] if w.most_scope is None else w.most_scope + inboard
+    row["limit_least"] = max(row["limit_least"], row["length_least"])  # beyond an end stop it limits nothing
+    row["limit_most"] = min(row["limit_most"], row["length_most"])
     return row
 
 
@@ -226,9 +227,9 @@ def build_line(
     )
 
 
-def build_model(scene: Scene) -> Model:
-    """The scene as numbers for kernels."""
-    mesh = feed_mesh(scene)
+def build_model(scene: Scene, mesh: FeedMesh | None = None) -> Model:
+    """The scene as numbers for kernels. mesh: in place of the one made for the scene."""
+    mesh = feed_mesh(scene) if mesh is None else mesh
     nodes = len(arc_lengths(scene.cable)) if mesh is None else mesh.nodes
     held = np.zeros((nodes, 6))
     held[0, :3] = 1.0
@@ -263,9 +264,9 @@ def build_model(scene: Scene) -> Model:
     )
 
 
-def build_state(scene: Scene) -> State:
-    """Preallocated state for the scene's mesh, everything zero but for arc lengths that stay."""
-    mesh = feed_mesh(scene)
+def build_state(scene: Scene, mesh: FeedMesh | None = None) -> State:
+    """Preallocated state for the scene's mesh, or another; everything zero but for arc lengths that stay."""
+    mesh = feed_mesh(scene) if mesh is None else mesh
     return make_state(arc_lengths(scene.cable) if mesh is None else np.zeros(mesh.nodes), surfaces_of(scene))
 
 

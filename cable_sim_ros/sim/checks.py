@@ -20,7 +20,7 @@ from .mesh import arc_lengths_at_start
 from .mesh_blocks import SheaveAnswer
 from .problem import Problem
 from .scene import Scene
-from .statics import DRUM_RESERVE, Route, first_angle
+from .statics import DRUM_RESERVE, ROUND_OFF, Route, first_angle
 
 # longest element on the sheave over its radius: with compensation on, ripple of the tension above 1 Hz was measured as
 # 0.03 % at 0.25, 0.05 % at 0.4, 0.15 % at 0.6, 0.36 % at 1.2 (full scale, docs/accuracy.md)
@@ -32,7 +32,6 @@ RESOLVED = 1.5
 FINE_ZONE = 1.0  # m of fine mesh (and of cable on the drum) wanted when a compensation drives the winch
 LONGEST_STEP = 0.1  # s, of a tick that is one step
 MOST_STRAIN = 0.1  # under the weight of the tow
-ROUND_OFF = 1e-12  # least residual that can be asked for, over EA
 MOST_FLOOR = 1e-4  # that residual over the working tension
 LEAST_FLOOR_GAP = 10.0  # penetrations that a seabed must lie below the sheave
 

@@ -107,10 +107,36 @@ def feed_problems(scene: Scene) -> list[Problem]:
             Problem(
                 key if winch.cable_on_drum is not None or winch.scope is not None else "winch.wrap",
                 f"leaves {route.wound:.4g} m of the {route.total:.4g} m of cable on the drum: the "
-                f"{max(0.0, route.total - route.wound):.4g} m off it do not reach the sheave, {route.inboard:.4g} m away",
+                f"{max(0.0, route.total - route.wound):.4g} m off it do not reach the sheave, {route.inboard:.4g} m on",
                 "Make the cable longer, or leave less of it on the drum",
             )
         )
+    return found or limit_problems(scene)
+
+
+def limit_problems(scene: Scene) -> list[Problem]:
+    """Soft limits that leave no travel, or that the start lies beyond."""
+    winch, route = scene.winch, Route(scene)
+    scope = route.total - route.wound - route.inboard
+    low, high = winch.least_scope, winch.most_scope
+    if low is not None and high is not None and low >= high:
+        return [
+            Problem(
+                "winch.least_scope",
+                f"= {low:g} m is not below winch.most_scope = {high:g} m: the winch would have no travel",
+                f"Make it less than {high:g} m",
+            )
+        ]
+    found = []
+    for key, limit, beyond in (("least_scope", low, -1.0), ("most_scope", high, 1.0)):
+        if limit is not None and beyond * (scope - limit) > 1e-9 * route.total:
+            found.append(
+                Problem(
+                    f"winch.{key}",
+                    f"= {limit:g} m, but the scope at the start is {scope:.6g} m: the winch would stand beyond its limit",
+                    f"Make it {scope:.6g} m or {'less' if beyond < 0.0 else 'more'}, or start within it",
+                )
+            )
     return found
 
 

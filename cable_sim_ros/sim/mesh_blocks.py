@@ -26,8 +26,14 @@ class Accuracy(Block):
         "largest relative error of mean and standard deviation of the tension at the sheave, each over its own value",
         "docs/mesh.md",
     )
-    position: float = quantity(
-        0.01, "m", 1e-6, 100.0, "largest distance of the towbody from where it is on a refined mesh", "docs/mesh.md"
+    position: float | None = quantity(
+        None,
+        "m",
+        1e-6,
+        100.0,
+        "largest distance of the towbody from where it is on a refined mesh; none: 0.01 m, or 1e-5 of the largest "
+        "scope where that is more",
+        "docs/mesh.md",
     )
     sheave: SheaveAnswer = quantity(
         SheaveAnswer.RESULTANT, "", None, None, "what is wanted of the contact on the sheave", "docs/accuracy.md"

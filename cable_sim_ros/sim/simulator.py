@@ -20,6 +20,7 @@ from . import savefile
 from .build import build_model, build_state, make_output
 from .entry import CONTROL_WORDS, SETTLE, STATS_COLUMNS, TICKS, drive
 from .inputs import InputError, ShipMotion, WinchCommand, push
+from .mesh_kinds import FeedMesh
 from .savefile import SaveError
 from .scene import Scene
 from .statics import MOST_PUSH, MOST_STEPS, Route, StartError, first_angle, first_strain, laid_angle
@@ -35,15 +36,16 @@ class Simulator:
     Use: ``sim.start()``, then ``sim.push(...)`` and ``sim.tick()`` or ``sim.run(n)``.
     """
 
-    def __init__(self, scene: Scene):
+    def __init__(self, scene: Scene, mesh: FeedMesh | None = None):
+        """mesh: in place of the one made for the scene, for a winch that feeds."""
         if not isinstance(scene, Scene):
             raise TypeError(
                 f"scene = {scene!r:.60} is a {type(scene).__name__}, expected a Scene; nothing was built. "
                 f"cable_sim_ros.Simulator takes the name or file of a scene and plain data"
             )
-        self.scene = scene
-        self.model = build_model(scene)
-        self.state = build_state(scene)
+        self.scene, self._mesh = scene, mesh
+        self.model = build_model(scene, mesh)
+        self.state = build_state(scene, mesh)
         self.inputs = make_inputs()
         self._algorithm = LAWS.index(scene.setpoint.algorithm)
         self.nodes = len(self.state.arc)
@@ -58,7 +60,7 @@ class Simulator:
         begin = time.perf_counter()
         if progress:
             progress("compiling the kernels (a minute the first time, kept on disk)")
-        twin = Simulator(self.scene)
+        twin = Simulator(self.scene, self._mesh)
         twin.start()
         twin.run(1)
         return time.perf_counter() - begin

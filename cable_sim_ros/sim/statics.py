@@ -22,6 +22,7 @@ FIRST_DRAG = 1.2  # drag coefficient of the first guess
 MOST_STEPS = 400
 LAID_OUT = 1.22  # rad from the vertical, of a first guess that lies on the seabed
 MOST_STRAIN = 0.01  # of the first guess
+ROUND_OFF = 1e-12  # least residual that can be asked for, over EA
 MOST_PUSH = 0.01  # push in a cable at rest over its largest tension: more is no state a cable stays in
 
 
@@ -116,7 +117,7 @@ class Route:
         return max(self.sheave * (0.5 * pi - angle + self.tilt), 0.0)
 
     def place(self, s: float, angle: float) -> tuple[float, float, float, float]:
-        """X, Z and direction at arc length s, from the first node, for a straight line that leaves at ``angle`` from the
+        """X, Z and direction at arc length s from the first node; a straight line leaves at ``angle`` [rad] from the
         vertical."""
         if s < self.on_drum:
             phi = self.wrap - s / self.drum

@@ -1,8 +1,8 @@
-"""Static shape of the tow by integration from the towbody upward: the mesh is made from it before anything compiles.
+"""Static shape of the tow by integration from the towbody upward; the mesh is made from it.
 
-No mesh, no bending, no sheave: dF/ds = -f for the tension vector F, dr/ds = (1 + T/EA) F/T, by Runge-Kutta in s from the
-body; the depth of the body is shifted until the upper end comes to the sheave. Where there is a seabed, what would lie
-below it is laid straight on it. Independent of the kernels, plain Python.
+No mesh, no bending, no sheave: dF/ds = -f for the tension vector F, dr/ds = (1 + T/EA) F/T, by Runge-Kutta in s from
+the body; the depth of the body is shifted until the upper end comes to the sheave. Where there is a seabed, what would
+lie below it is laid straight on it. Independent of the kernels, plain Python.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from .statics import Route
 
 STEP = 0.06  # of the length over which the tension vector turns
 LEAST_STEPS = 160  # in all
-SHOTS = 12
+SHOTS = 30
 SETTLED = 2e-5  # of the scope
 
 
@@ -37,6 +37,7 @@ class TowShape(NamedTuple):
     drag: np.ndarray  # [n] N/m, of the cable across the water that passes
     angle: float  # rad from the vertical where it leaves the sheave
     scope: float  # m
+    speed: float  # m/s, of the water past the upper end
 
     @property
     def tension(self) -> np.ndarray:
@@ -193,7 +194,8 @@ def tow_shape(scene: Scene, scope: float) -> TowShape:
     bed = scene.seabed.depth
     bottom = -np.inf if bed is None else -bed
     joints = _joints(scene, flow)
-    angle, z, tried = 0.5 * pi, top - 0.5 * scope, list[tuple[float, float]]()
+    angle, z, low, high = 0.5 * pi, top - 0.5 * scope, top - 1.5 * scope, top
+    tried = list[tuple[float, float]]()
     for _ in range(SHOTS):
         free = max(scope - route.on_sheave(angle) + route.inboard - route.span, 0.01 * scope)
         spans, left = [], free
@@ -217,11 +219,14 @@ def tow_shape(scene: Scene, scope: float) -> TowShape:
         gap = top + route.sheave * sin(angle) - end[2]
         if abs(gap) < SETTLED * scope or z <= bottom and gap > 0.0:
             break
+        low, high = (z, high) if gap > 0.0 else (low, z)
         rate = 1.0
         if tried and abs(z - tried[-1][0]) > 1e-9 * scope:  # secant: a flat tow rises more than its body
-            rate = min(max((tried[-1][1] - gap) / (z - tried[-1][0]), 0.2), 20.0)
+            rate = max((tried[-1][1] - gap) / (z - tried[-1][0]), 0.1)
         tried.append((z, gap))
-        z = min(z + gap / rate, top)
+        z += gap / rate
+        if not low < z < high:
+            z = 0.5 * (low + high)
     s = np.array([row[0] for row in rows])
     y = np.array([row[1] for row in rows])
     section = np.array([row[2] for row in rows])
@@ -233,7 +238,9 @@ def tow_shape(scene: Scene, scope: float) -> TowShape:
     wet = y[:, 2] < 0.0
     speeds = np.array([hypot(*flow(row[2])) for row in y])
     broad = np.array([1.2 * c.half_rho_d * c.factor for c in cables])[section] * speeds**2 * wet
-    return TowShape(s, y[:, :3], force, -across / tension[:, None], section, wet, broad, angle, scope)
+    return TowShape(
+        s, y[:, :3], force, -across / tension[:, None], section, wet, broad, angle, scope, hypot(*flow(0.0))
+    )
 
 
 def fourth_derivative(shape: TowShape) -> np.ndarray:

@@ -32,7 +32,7 @@ cable:
     drum: {length: 6.0, elements: 96}
     sheave: {length: 8.0, elements: 128}
     free: {length: 100, elements: 10, drag_law: ribbon}
-winch: {position: [-28.8, 0.0, 3.1], drum_radius: 0.3, wrap: 6.0}
+winch: {drum: contact, position: [-28.8, 0.0, 3.1], drum_radius: 0.3, wrap: 6.0}
 sheave: {position: [-36.8, 0.0, 3.7], radius: 0.25}
 towbody: {mass: 250.0, net_weight: 445.0}
 """
@@ -65,8 +65,8 @@ TEXTS = {
     "whole number out of range": (
         "elements: 10,",
         "elements: 0,",
-        "tow.yaml:11: cable.sections.free.elements = 0 is outside [1, 4000] (number of equal elements); "
-        "nothing was started. Give a value in [1, 4000]",
+        "tow.yaml:11: cable.sections.free.elements = 0 is outside [1, 4000] (number of equal elements where "
+        "winch.drum is contact; a winch that feeds has `mesh`); nothing was started. Give a value in [1, 4000]",
     ),
     "vector out of range": (
         "position: [-28.8, 0.0, 3.1]",
@@ -131,7 +131,7 @@ TEXTS = {
         "elements: 10,",
         "elements: 2.5,",
         "tow.yaml:11: cable.sections.free.elements = 2.5 is a number, expected a whole number or null in [1, 4000] "
-        "(number of equal elements); nothing was started. Write for example `elements: 60`",
+        "(number of equal elements where winch.drum is contact; a winch that feeds has `mesh`); nothing was started. Write for example `elements: 60`",
     ),
     "empty value": (
         "radius: 0.25",
@@ -174,7 +174,7 @@ TEXTS = {
         "free: {length: 100, elements: 10, drag_law: ribbon}",
         "free: 100",
         "tow.yaml:11: cable.sections.free = 100 is a number, expected a block of keys; nothing was started. "
-        "Write for example `free: {length: 10.0, elements: 4}`",
+        "Write for example `free: {length: 10.0}`",
     ),
     "number for a name": (
         "name: short_tow",
@@ -257,8 +257,8 @@ TEXTS = {
         "8.022 m to the sheave); nothing was started. Make the cable longer than 191 m, or winch.wrap smaller",
     ),
     "no cable on the drum": (
-        "winch: {position: [-28.8, 0.0, 3.1], drum_radius: 0.3, wrap: 6.0}",
-        "winch: {position: [-36.7, 0.0, -20.0], drum_radius: 0.3, wrap: 1.0}",
+        "winch: {drum: contact, position: [-28.8, 0.0, 3.1], drum_radius: 0.3, wrap: 6.0}",
+        "winch: {drum: contact, position: [-36.7, 0.0, -20.0], drum_radius: 0.3, wrap: 1.0}",
         "tow.yaml:12: winch.wrap = 1 rad ends before the cable leaves the drum, 1.564 rad from its top: no cable lies "
         "on the drum; nothing was started. Make it larger than 1.564 rad, by half a turn or more",
     ),

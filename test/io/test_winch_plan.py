@@ -20,14 +20,15 @@ def drum_of(**values):
     """A drum with 450 m paid out of 466, of which 8 m are inboard."""
     row = records(1, DRUM)[0]
     usual = {"rate_most": 2.0, "timeout": 0.5, "payout_0": 450.0, "total": 466.0, "inboard": 8.0}
-    for name, value in (usual | {"length_least": -430.0, "length_most": 15.0} | values).items():
+    usual |= {"length_least": -430.0, "length_most": 15.0, "limit_least": -430.0, "limit_most": 15.0}
+    for name, value in (usual | values).items():
         row[name] = value
     return row
 
 
 items = st.tuples(st.sampled_from(sorted(UNITS)), st.floats(0.0, 1e5), st.booleans())
 texts = st.lists(items, min_size=1, max_size=6).flatmap(
-    lambda orders: st.lists(st.integers(0, 10**15), min_size=len(orders), max_size=len(orders), unique=True).map(
+    lambda orders: st.lists(st.integers(0, 10**15 - 1000), min_size=len(orders), max_size=len(orders), unique=True).map(
         lambda times: ", ".join(
             " ".join(
                 [

@@ -37,7 +37,7 @@ KERNELS = {  # kernel: arguments, scalar multiplications allowed beyond the pack
     ancf.elastic_tangent_lanes: ((W.x, W.p, 1.0, W.force, LANE, W.lane[1], W.lane[2], W.k9, W.k), 0),
     cable.power_of: ((W.x, W.force, 16, LANE), 0),
     cable.near_surface: ((W.x, ROW, LANE), 0),
-    drag.point_lanes: ((W.x, TABLE, TABLE, CURRENT, W.point), 0),
+    drag.point_lanes: ((W.x, W.p, TABLE, TABLE, CURRENT, W.point), 0),
     drag.mean_lanes: ((W.mean_v, TABLE, W.point), 0),
     drag.coefficient_lanes: ((W.p, W.point, POINT_V), 10),
     drag.load_lanes: ((W.point, W.p, LANE, W.load[0]), 0),
@@ -47,10 +47,10 @@ KERNELS = {  # kernel: arguments, scalar multiplications allowed beyond the pack
     # in vectors of eight, 48 numbers a row are half as many packed multiplications as in vectors of four
     drag.spread_force: ((np.zeros((5, 4)), W.load, CONTACT_POINTS, W.force), 24),
     drag.spread_matrix: ((np.zeros((5, 4)), np.zeros((5, 4)), BOTH, CONTACT_POINTS, W.mixed, W.k), 0),
-    contact.contact_point_lanes: ((W.x, TABLE[0], W.point), 0),
+    contact.contact_point_lanes: ((W.x, W.p, TABLE[0], W.point), 0),
     contact.contact_lanes: ((W.point, ROW, LANE, W.load[0]), 10),
     # ten of each kind: what does not change in its loop, see below
-    contact.contact_tangent_lanes: ((W.point, ROW, 1.0, LANE, W.load[0], W.by_place[0]), 30),
+    contact.contact_tangent_lanes: ((W.point, ROW, 1.0, LANE, OUT), 30),
 }
 
 

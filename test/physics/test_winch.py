@@ -24,7 +24,9 @@ def drum_of(**values) -> np.record:
     """A drum of the full-scale winch."""
     usual = {"radius": 0.305, "angle_0": 3.8, "side": 1.0, "gain_p": 250.0, "gain_d": 50.0, "rate_most": 5.0}
     usual |= {"accel_most": 20.0, "timeout": 0.5, "payout_0": 450.0, "length_least": -400.0, "length_most": 1.0}
-    return filled(DRUM, **(usual | values))
+    row = usual | values
+    row = {"limit_least": row["length_least"], "limit_most": row["length_most"]} | row  # no soft limits
+    return filled(DRUM, **row)
 
 
 def test_servo_follows_the_printed_equation():

@@ -152,3 +152,17 @@ def test_a_parameter_file_reaches_the_scene(world):
     path.write_text("/**:\n  ros__parameters:\n    water: {density: 1000.0}\n    winch: {drum_radius: 0.31}\n")
     node = world.node("--params-file", str(path)).until("waiting")
     assert node.stop() == 0
+
+
+def test_a_whole_number_that_may_be_left_out_is_0_in_ros():
+    from cable_sim_ros.physics.quantity import Block, quantity
+    from cable_sim_ros.ros.params import _checked, rows
+
+    class One(Block):
+        count: int | None = quantity(None, "1", 1, 10, "elements")
+
+    (row,) = rows(One())
+    assert (row.kind, row.value, row.nullable) == (int, 0, True)
+    assert _checked(row, 0) is None and _checked(row, 3) == 3
+    with pytest.raises(Exception, match="out of range"):
+        _checked(row, 11)

@@ -9,15 +9,17 @@ from cable_sim_ros.sim import checks
 from cable_sim_ros.sim.statics import Route, first_angle
 
 
-@pytest.mark.parametrize("name", ["full_scale", "side_scan", "lowered_ctd", "flume"])
+@pytest.mark.parametrize("name", ["full_scale", "full_scale_contact", "side_scan", "lowered_ctd", "flume"])
 def test_lengths_of_the_checks_are_those_of_the_route(name):
     """The cable turns from the drum, onto the sheave and off it at the lengths that the checks count from."""
     scene = load_scene(name)
-    place, angle, route = checks.layout(scene), first_angle(scene, checks.water_speed(scene)), Route(scene)
+    angle, route = first_angle(scene, checks.water_speed(scene)), Route(scene)
+    unmeshed = route.wound - route.on_drum  # a winch that feeds has its first node where the cable leaves the drum
+    place = checks.Layout(*(s - unmeshed for s in checks.layout(scene)))
     eps = 1e-6 * scene.sheave.radius
-    x, z, *_ = route.place(place.wound - eps, angle)
+    x, z, *_ = route.place(place.wound - (0.0 if route.feeds else eps), angle)
     assert hypot(x, z) == pytest.approx(route.drum, rel=1e-9), "on the drum up to there"
-    for s in place[:3]:
+    for s in place[1 if route.feeds else 0 : 3]:
         before, after = route.place(s - eps, angle)[2:], route.place(s + eps, angle)[2:]
         assert before[0] * after[0] + before[1] * after[1] == pytest.approx(1.0, abs=1e-9), "a smooth route"
     free = route.place(place.leaves + eps, angle)

@@ -9,14 +9,15 @@ from cable_sim_ros.io.load import SceneError, SceneWarning, dump_scene, load_sce
 from cable_sim_ros.io.load import scene_from_text as read
 from cable_sim_ros.sim import checks
 from cable_sim_ros.sim.build import build_model
+from cable_sim_ros.sim.simulator import Simulator
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
 POD = {"at": "bare", "mass": 20.0, "net_weight": 50.0}
 
 
-def scene(sections=None, bodies=None, **changes):
-    """full_scale with other keys of its sections and these bodies."""
-    data = load_scene("full_scale").model_dump(mode="json")
+def scene(sections=None, bodies=None, base="full_scale_contact", **changes):
+    """A shipped scene with other keys of its sections and these bodies."""
+    data = load_scene(base).model_dump(mode="json")
     for name, keys in (sections or {}).items():
         data["cable"]["sections"][name] |= keys
     return scene_from_dict(data | {"bodies": bodies or {}} | changes, "tow.yaml")
@@ -26,8 +27,9 @@ WRONG = {
     "no mesh": (
         {"bare": {"elements": None}},
         {},
-        "tow.yaml: cable.sections.bare.elements is missing: the 300 m of this section have no mesh; nothing was "
-        "started. Give the number of equal elements, for example `elements: 10`",
+        "tow.yaml: cable.sections.bare.elements is missing: with winch.drum = contact the mesh is fixed to the material "
+        "and written section by section; nothing was started. Give the number of elements, or leave winch.drum = "
+        "contact out",
     ),
     "tangential without a constant": (
         {"bare": {"drag_law": "pode", "tangential_coefficient": 0.02}},
@@ -155,7 +157,11 @@ def test_downforce_counts_every_section_and_what_hangs_on_it():
     """By hand: wet weight past the tangent point, pods, terminations and lifts in still water and under way."""
     plain = checks.downforce(scene())
     area = 0.25 * pi
-    assert plain == checks.downforce(load_scene("full_scale"))
+    assert plain == checks.downforce(load_scene("full_scale_contact"))
+    place = checks.layout(scene())
+    winch = load_scene("full_scale").winch.model_dump(mode="json") | {"scope": None}
+    fed = scene(base="full_scale", winch=winch | {"cable_on_drum": 600.0 - (place.total - place.wound)})
+    assert checks.downforce(fed) == pytest.approx(plain, rel=1e-9), "what is on the drum does not pull"
     hung = scene({"bare": {"termination_mass": 3.0, "termination_net_weight": 20.0}}, {"pod": POD | {"lift_area": 0.1}})
     lift = 0.5 * hung.water.density * 0.1 * hung.ship.tow_speed**2
     assert checks.downforce(hung) == pytest.approx(plain + 20.0 + 50.0 - lift, rel=1e-12)
@@ -167,11 +173,26 @@ def test_downforce_counts_every_section_and_what_hangs_on_it():
 def test_bodies_stand_at_the_ends_of_their_sections():
     model = build_model(scene({"bare": {"termination_mass": 3.0}}, {"pod": POD}))
     nodes = model.line.held.shape[0]
-    sections = load_scene("full_scale").cable.sections
+    sections = load_scene("full_scale_contact").cable.sections
     assert list(model.line.body_nodes) == [nodes - 1, nodes - 1 - sections["faired"].elements]
     assert list(model.line.bodies["mass"]) == [250.0, 20.0]
     assert model.line.beads["mass"] == [3.0] and model.line.beads["buoyancy"] == [0.0]
     assert model.line.beads["place"][0] == pytest.approx(sum(sections[name].length for name in list(sections)[:-1]))
+
+
+def test_bodies_of_a_winch_that_feeds_stand_at_the_ends_of_the_zones():
+    tow = scene({"bare": {"termination_mass": 3.0}}, {"pod": POD}, base="full_scale")
+    sim = Simulator(tow)
+    sim.start()
+    nodes, (towbody, pod) = sim.nodes, sim.model.line.body_nodes
+    assert towbody == nodes - 1 and 0 < pod < nodes - 1
+    assert sim.state.arc[pod] == pytest.approx(450.0, abs=1e-9) == sim.model.line.beads["place"][0]
+
+
+def test_a_body_that_a_winch_that_feeds_has_on_board_at_the_start_is_refused():
+    winch = load_scene("full_scale").winch.model_dump(mode="json") | {"scope": 100.0}
+    with pytest.raises(SceneError, match=r"bodies.pod.at = 'bare' puts it at .* inboard of where"):
+        scene(bodies={"pod": POD}, base="full_scale", winch=winch)
 
 
 def test_a_body_is_read_back_and_overridden():

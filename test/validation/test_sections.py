@@ -121,10 +121,11 @@ def test_a_float_in_the_middle_of_a_line_lifts_it_to_a_triangle():
     assert rig.state.q[30, 2] + 50.0 == pytest.approx(half * np.sin(angle), rel=5e-3)
 
 
+@pytest.mark.parametrize("name", ["full_scale", "full_scale_contact"])
 @pytest.mark.parametrize("net", [150.0, -100.0], ids=["pod", "float"])
-def test_a_body_on_the_line_of_a_ship_at_rest(net):
+def test_a_body_on_the_line_of_a_ship_at_rest(net, name):
     """The pull at the sheave is the weight of all that hangs below; the cable below the body does not feel it."""
-    data = load_scene("full_scale").model_dump(mode="json")
+    data = load_scene(name).model_dump(mode="json")
     data["ship"]["tow_speed"], data["setpoint"]["algorithm"] = 0.0, "hold"
     data["cable"]["sections"]["bare"] |= {"mass_per_length": 0.5, "termination_mass": 6.0}
     data["bodies"] = {"pod": {"at": "bare", "mass": 30.0, "net_weight": net}}
@@ -132,13 +133,12 @@ def test_a_body_on_the_line_of_a_ship_at_rest(net):
     sim.start()
     scene, line = sim.scene, sim.output.shape[0]
     bare, faired = scene.cable.sections["bare"], scene.cable.sections["faired"]
-    joint = len(line) - 1 - faired.elements
+    joint = int(sim.model.line.body_nodes[1])
+    lengths = np.diff(sim.state.arc)
     below = scene.towbody.net_weight + wet_weight(scene, faired) * 150.0
-    assert sim.state.tension[joint] == pytest.approx(below, abs=wet_weight(scene, faired) * 150.0 / faired.elements)
+    assert sim.state.tension[joint] == pytest.approx(below, abs=wet_weight(scene, faired) * lengths[joint])
     step = sim.state.tension[joint - 1] - sim.state.tension[joint]
-    sizes = 0.5 * (
-        wet_weight(scene, bare) * 300.0 / bare.elements + wet_weight(scene, faired) * 150.0 / faired.elements
-    )
+    sizes = 0.5 * (wet_weight(scene, bare) * lengths[joint - 1] + wet_weight(scene, faired) * lengths[joint])
     assert step == pytest.approx(net + 6.0 * G + sizes, rel=0.02)
     everything = below + net + 6.0 * G + wet_weight(scene, bare) * (line[joint, 4] - wet_from(line))
     above = scene.cable.mass_per_length * G  # per length in the air, of the section on the sheave or the bare one
@@ -161,11 +161,13 @@ def wet_from(line: np.ndarray) -> float:
     return float(np.interp(0.0, -line[:, 2], line[:, 4]))
 
 
-def test_the_energy_account_closes_with_a_pod_and_terminations_under_way():
+@pytest.mark.parametrize("name", ["full_scale", "full_scale_contact"])
+def test_the_energy_account_closes_with_a_pod_and_terminations_under_way(name):
     """Heave with the winch at work: residual at most 1e-3 of the work, stored and supplied counting what hangs."""
-    data = load_scene("full_scale").model_dump(mode="json")
+    data = load_scene(name).model_dump(mode="json")
     data["cable"]["sections"]["bare"] |= {"termination_mass": 20.0, "termination_net_weight": 150.0}
-    data["cable"]["sections"]["sheave"]["termination_mass"] = 2.0
+    if name == "full_scale_contact":
+        data["cable"]["sections"]["sheave"]["termination_mass"] = 2.0
     pod = {"at": "bare", "mass": 60.0, "net_weight": -50.0, "drag_area": [0.05, 0.1, 0.1], "added_mass": [9.0] * 3}
     run = offline.run(scene_from_dict(data | {"bodies": {"pod": pod}}, "test"), heave=(0.5, 8.0), duration=12.0)
     work = np.abs(run.frames.work_supplied).max()

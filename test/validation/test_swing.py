@@ -26,7 +26,7 @@ def hanging(tick: float, elements: int = 16) -> Simulator:
                     "axial_stiffness": 6.8e6,
                     "sections": {"all": {"length": LENGTH, "elements": elements, "drag_law": "off"}},
                 },
-                "winch": {"position": [0.0, 0.0, 0.0], "drum_radius": 0.01, "wrap": 0.5},
+                "winch": {"drum": "contact", "position": [0.0, 0.0, 0.0], "drum_radius": 0.01, "wrap": 0.5},
                 "sheave": {"position": [-1.0, 0.0, 0.0], "radius": 0.02},
                 "towbody": {"mass": 1e-6, "net_weight": 1e-6},
                 "solver": {"tick": tick},

@@ -1,4 +1,4 @@
-"""Stability stress N1 to N19: stimulus, measured, limit. ``cable-sim stress``."""
+"""Stability stress N1 to N25: stimulus, measured, limit. ``cable-sim stress``."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from . import (
     n08_n14_overspeed_and_cold_start,
     n09_n10_n12_heavy_sea_and_energy,
     n13_n16_n17_n19_exactness,
+    n20_n21_n22_winch_at_work,
+    n23_n24_n25_travel_and_account,
 )
 from .verdict import Stress, Verdict, run_test
 
@@ -36,6 +38,12 @@ STRESS: dict[str, Stress] = {
     "N17": n13_n16_n17_n19_exactness.waterline,
     "N18": n04_n18_climbing_and_pressing.pressed,
     "N19": n13_n16_n17_n19_exactness.spin,
+    "N20": n20_n21_n22_winch_at_work.wave,
+    "N21": n20_n21_n22_winch_at_work.working,
+    "N22": n20_n21_n22_winch_at_work.joint,
+    "N23": n23_n24_n25_travel_and_account.reversing,
+    "N24": n23_n24_n25_travel_and_account.last_metre,
+    "N25": n23_n24_n25_travel_and_account.account,
 }
 
 

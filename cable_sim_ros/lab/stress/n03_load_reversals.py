@@ -6,7 +6,7 @@ import numpy as np
 
 from ...physics.contact import EVENTS, LOADED, Contact, latch
 from ...physics.frame import Flag
-from ...physics.inputs import push_motion
+from ...physics.inputs import push_command, push_motion
 from ...physics.integrate import coefficients
 from ...sim.rig import WHIPPING, Rig, cable_of, load_of
 from ...sim.simulator import SolverError
@@ -189,11 +189,12 @@ class Thrown:
     """A slow tow whose ship drops faster than the cable sinks, each time from the same rest, seen tick by tick.
 
     From the same rest, for what this is about is coming off and returning: a cable thrown again and again buckles
-    sideways in the end and leaves its groove for good.
+    sideways in the end and leaves its groove for good. rate: of pay-out [m/s] from the beginning of a throw on.
     """
 
-    def __init__(self):
-        scene = held(solver__tick=TICK, ship__tow_speed=TOWED)
+    def __init__(self, rate: float = 0.0):
+        scene = held(solver__tick=TICK, ship__tow_speed=TOWED, winch__command_timeout=3600.0)
+        self.rate = rate
         self.sim, self.up = started(scene), scene.ship.reference_height
         self.watch = Watch(self.sim)
         self.ship = np.zeros(3)  # time [s], height [m] and its rate [m/s]
@@ -215,6 +216,8 @@ class Thrown:
         notes = []
         for _ in range(times):
             self.sim.restore(self.rest[0])
+            if self.rate != 0.0:
+                push_command(self.sim.inputs, int(self.sim.state.now.time.now) + 1, np.nan, self.rate)
             self.ship = self.rest[1]
             a, seconds, back = rng.uniform(14.0, 25.0), rng.uniform(0.25, 0.35), 3.0
             gentle = 4.0 * a * seconds**2 / back**2

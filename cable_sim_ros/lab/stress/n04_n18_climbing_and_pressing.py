@@ -9,9 +9,11 @@ from ...sim.simulator import SolverError
 from ..cases import Fidelity
 from .n01_n02_slack_and_dead_stop import values
 from .sheave_depth import Watch
-from .tows import Sea, held, sail, started
+from .tows import Sea, held, reel, sail, started
 from .verdict import IS, WITHIN, Figure, Found, stress
 
+TURN_ABOUT = 5.0  # s
+ROLL, YAW = {"roll": (np.radians(70.0), 80.0, 0.0)}, {"yaw": (np.radians(60.0), 80.0, 0.0)}
 WALL = 30.0  # deg, half of the shipped throat angle
 HIGHEST = 4200.0  # N, contact.working_tension of the tows of N18: their highest static tension is 4.12 kN
 
@@ -45,31 +47,31 @@ def climb(quick: bool) -> Found:
         )
     ]
     notes = notes[1:]
-    roll, yaw, quick_roll = (
-        {"roll": (np.radians(70.0), 80.0, 0.0)},
-        {"yaw": (np.radians(60.0), 80.0, 0.0)},
-        {"roll": (np.radians(-70.0), 16.0, 0.0)},
-    )
     for name, speed, sea in (
-        ("towed, heel to 70 deg in 20 s", 2.2, roll),
-        ("hanging, heel to 70 deg in 20 s", 0.0, roll),
-        ("towed, fleet angle to 60 deg in 20 s", 2.2, yaw),
-        ("towed, heel to -70 deg in 4 s", 2.2, quick_roll),
+        ("towed, heel to 70 deg in 20 s", 2.2, ROLL),
+        ("hanging, heel to 70 deg in 20 s", 0.0, ROLL),
+        ("towed, fleet angle to 60 deg in 20 s", 2.2, YAW),
+        ("towed, heel to -70 deg in 4 s", 2.2, {"roll": (np.radians(-70.0), 16.0, 0.0)}),
     )[: 3 if quick else 4]:
-        found, told = _heeled(speed, sea)
+        found, told = heeled(speed, sea)
         figures += [f._replace(name=f"{name}: {f.name}") for f in found]
         notes += [f"{name}: {note}" for note in told]
     return Found(figures, notes)
 
 
-def _heeled(speed: float, waves: dict) -> tuple[list[Figure], list[str]]:
-    scene = held(ship__tow_speed=speed)
+def heeled(speed: float, waves: dict, rate: float = 0.0) -> tuple[list[Figure], list[str]]:
+    """A tow at ``speed`` [m/s] whose ship turns as ``waves`` say, for 40 s: up and back, or more.
+
+    rate: [m/s] at which its winch hauls in and pays out, turn by turn, TURN_ABOUT seconds each.
+    """
+    scene = held(ship__tow_speed=speed, winch__command_timeout=3600.0)
     sim, sea = started(scene), Sea(scene, **waves)
     watch = Watch(sim)
     missed, unlatched, out_at, last, notes = 0, 0, None, 0, []
     try:
-        for _ in range(80):  # 40 s: up and back, or more
-            for f in watch.look(sail(sim, sea, 0.5)):
+        for part in range(80):
+            way = 1.0 if int(0.5 * part / TURN_ABOUT) % 2 else -1.0
+            for f in watch.look(reel(sim, way * rate, 0.5, sea) if rate else sail(sim, sea, 0.5)):
                 flagged = bool(int(f.status) & Flag.DETACHED)
                 out = f.groove_margin <= 0.0 or f.contact_total <= 0.0
                 missed += bool(out and not flagged)
@@ -99,7 +101,7 @@ def _heeled(speed: float, waves: dict) -> tuple[list[Figure], list[str]]:
 def pressed(quick: bool) -> Found:
     """Static tows at nearly the tension the contact is made for, the sheave raised until the cable hardly bends."""
     figures, notes = [], []
-    for speed, rise in ((2.2, 0.6), (2.6, 0.6), (2.6, -0.6), (2.6, -1.0), (2.6, -1.4), (2.6, 2.0))[: 3 if quick else 6]:
+    for speed, rise in ((2.2, 0.6), (2.6, 0.6), (2.6, -0.6), (2.6, -1.0), (2.6, -1.2), (2.6, 2.0))[: 3 if quick else 6]:
         scene = held(ship__tow_speed=speed, sheave__position=[-36.8, 0.0, 3.1 + rise], contact__working_tension=HIGHEST)
         frame = started(scene).frame
         name = f"{speed:g} m/s, sheave {rise:+g} m above the drum"

@@ -8,6 +8,7 @@ from ...physics.frame import CONTACT_COLUMNS
 from .verdict import Figure
 
 Y, GAP, ARC = ([name for name, _ in CONTACT_COLUMNS].index(name) for name in ("y", "gap", "arc_length"))
+SAME = 1e-3  # m
 BETWEEN = np.linspace(0.0, 1.0, 5)[:-1]  # places looked at between two stations, on their chord
 
 
@@ -29,12 +30,14 @@ class Watch:
     def __init__(self, sim):
         self.sim, self.surface = sim, sim.state.surfaces[int(sim.model.settings["sheave"][0])]
         self.deepest, self.when, self.through = -np.inf, 0.0, 0
-        self._sides = {}  # of each station beside the sheave when last seen there, by arc length
+        self._sides = np.zeros((0, 2))  # of each station beside the sheave in the last tick: place on the cable, side
 
     def look(self, frames):
         """Look at the part of the run just made; returns its Frames."""
+        feeds = bool(self.sim.model.settings[0].drum["feeds"])
         for frame, rows in zip(frames, self.sim.chunk_tables[1], strict=False):
-            rows = rows[: int(frame.contact_stations)]
+            rows = rows[: int(frame.contact_stations)].copy()
+            rows[:, ARC] -= frame.cable_on_drum if feeds else 0.0  # the mesh at the sheave rides with the ship
             if len(rows):
                 self._deep(frame.time * 1e-9, rows)
             self._passing(rows)
@@ -57,8 +60,15 @@ class Watch:
             self.deepest, self.when = into, time
 
     def _passing(self, rows: np.ndarray) -> None:
-        """A station is through when it is beside on one side in one tick and beside on the other in the next."""
+        """A station is through when it is beside on one side in one tick and beside on the other in the next.
+
+        It is the same one where it is nearest and no more than SAME away: nodes outboard move along the cable.
+        """
         aside = (np.abs(rows[:, Y]) > self.surface["crest"]) & (rows[:, GAP] < 0.0)
-        sides = {s: np.sign(y) for s, y in rows[aside][:, (ARC, Y)]}
-        self.through += sum(self._sides.get(s, side) != side for s, side in sides.items())
+        sides = np.column_stack((rows[aside, ARC], np.sign(rows[aside, Y])))
+        if len(sides) and len(self._sides):
+            far = np.abs(sides[:, None, 0] - self._sides[None, :, 0])
+            nearest = far.argmin(1)
+            same = far[np.arange(len(sides)), nearest] <= SAME
+            self.through += int((same & (self._sides[nearest, 1] != sides[:, 1])).sum())
         self._sides = sides

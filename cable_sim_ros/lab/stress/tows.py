@@ -7,7 +7,7 @@ import warnings
 import numpy as np
 
 from ...io.load import SceneWarning, load_scene, override
-from ...physics.inputs import EPOCH, MOTION_COLUMNS, SOURCE, push_motion
+from ...physics.inputs import EPOCH, MOTION_COLUMNS, SOURCE, push_command, push_motion
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator
 
@@ -15,17 +15,39 @@ RATE = 50.0  # Hz of the motion samples; between them the ship moves on cubics o
 CHUNK = 10.0  # s of motion pushed at a time: the ring of inputs holds 1024 samples
 
 
-def shipped(**values) -> Scene:
-    """The shipped full-scale scene with other values, ``__`` in a name standing for the dot."""
+HELD = {"setpoint__algorithm": "hold", "solver__tick": 0.02}
+
+
+def shipped(name: str = "full_scale", **values) -> Scene:
+    """A shipped scene with other values, ``__`` in a key standing for the dot."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SceneWarning)  # a stress scene is doubtful by intent
-        scene = load_scene("full_scale")
+        scene = load_scene(name)
         return override(scene, {key.replace("__", "."): value for key, value in values.items()})
 
 
-def held(**values) -> Scene:
+def held(name: str = "full_scale", **values) -> Scene:
     """The shipped tow with its winch held, 20 ms ticks."""
-    return shipped(**{"setpoint__algorithm": "hold", "solver__tick": 0.02} | values)
+    return shipped(name, **HELD | values)
+
+
+def reel(sim: Simulator, rate: float, seconds: float, sea: Sea | None = None) -> np.recarray:
+    """Command ``rate`` [m/s, positive out] and run on for ``seconds``; the scene's time-out must be longer."""
+    push_command(sim.inputs, int(sim.state.now.time.now) + 1, np.nan, rate)
+    return sail(sim, sea, seconds)
+
+
+def weights(sim: Simulator) -> float:
+    """Weight that hangs below the sheave in still water [N], from where the cable lies."""
+    scene, line = sim.scene, sim.shape
+    cable, water = scene.cable, scene.water
+    dry = cable.mass_per_length * scene.gravity
+    wet = dry - water.density * 0.25 * np.pi * cable.diameter**2 * scene.gravity
+    hanging = line[int(line[:, 2].argmax()) :]  # from the top of the sheave on
+    top = float(np.interp(-sim.frame.sheave_position[2], -hanging[:, 2], hanging[:, 4]))
+    surface = max(float(np.interp(0.0, -hanging[:, 2], hanging[:, 4])), top)
+    body = scene.towbody.net_weight if line[-1, 2] < 0.0 else scene.towbody.mass * scene.gravity
+    return body + dry * (surface - top) + wet * (line[-1, 4] - surface)
 
 
 class Sea:

@@ -1,0 +1,192 @@
+"""N20, N21, N22: a winch that feeds stops dead, works while the cable leaves its sheave, hauls a joint over it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...sim.scene import Scene
+from ...sim.simulator import Simulator, SolverError
+from .n03_load_reversals import TOWED, Thrown
+from .n04_n18_climbing_and_pressing import ROLL, YAW, heeled
+from .n09_n10_n12_heavy_sea_and_energy import residual_share, turned_over
+from .sheave_depth import Watch
+from .tows import finite, held, reel, started
+from .verdict import IS, LEAST, WITHIN, Figure, Found, stress
+
+SOFT = {"EA": 3e4, "scope": 200.0, "net_weight": 445.0}  # waves of 278 m/s: the flow is 1.8 % of it
+STIFF = {"EA": 6.786e6, "scope": 450.0, "net_weight": 12000.0}  # heavy, so that the cable stays tight
+PLATEAU = (0.03, 0.12)  # s after the stop; the reflection from the body comes after 0.21 s
+RATE = 2.0  # m/s
+
+
+def dry_line(EA: float, scope: float, net_weight: float) -> Scene:
+    """A body that hangs on a cable without drag from a winch that all but jumps: 500 m/s^2."""
+    return held(
+        ship__tow_speed=0.0,
+        solver__tick=0.001,
+        cable__sections={"all": {"length": scope + 108.04, "drag_law": "off"}},
+        cable__axial_stiffness=EA,
+        mesh__sections={"all": {"elements": 100, "grading": 1.0}},
+        mesh__inboard=8,
+        winch__scope=scope,
+        winch__max_acceleration=500.0,
+        winch__derivative_gain=5000.0,
+        winch__proportional_gain=5000.0,
+        winch__command_timeout=3600.0,
+        contact__working_tension=1.3 * (net_weight + 4.0 * scope),
+        towbody__mass=max(250.0, net_weight / 5.0),
+        towbody__net_weight=net_weight,
+        towbody__lift_area=0.0,
+    )
+
+
+def brought_to(scene: Scene, rate: float) -> Simulator:
+    """Started, and its winch brought to ``rate`` [m/s] so slowly that no wave is left."""
+    sim = started(scene)
+    parts = 100 if rate else 0
+    for i in range(parts):
+        reel(sim, rate * 0.5 * (1.0 - np.cos(np.pi * (i + 1.0) / parts)), 0.04)
+    return sim
+
+
+def jump(sim: Simulator, begin: float, end: float, seconds: tuple[float, float]) -> dict[str, float]:
+    """Change of the tension at drum and sheave over that by wave theory, less one; rates of pay-out [m/s].
+
+    The tangent point stands, the material runs through it with (1 + e) P'. In the wave that goes out v + c e keeps its
+    value, c^2 = EA/mu: e - e_0 = (1 + e_0) (P_0' - P_1') / (c + P_1'). A dead stop: rho c V (1 + e_0).
+    """
+    cable, tick = sim.scene.cable, sim.scene.solver.tick
+    before = sim.run(round(0.02 / tick))
+    after = reel(sim, end, seconds[1])[round(seconds[0] / tick) :]
+    c = np.sqrt(cable.axial_stiffness / cable.mass_per_length)
+    strain = before.tension_drum.mean() / cable.axial_stiffness
+    want = cable.axial_stiffness * (1.0 + strain) * (begin - end) / (c + end)
+    return {
+        "drum": float((after.tension_drum.mean() - before.tension_drum.mean()) / want - 1.0),
+        "sheave": float((after.tension.mean() - before.tension.mean()) / want - 1.0),
+    }
+
+
+@stress(
+    "dead stop and overspeed of a winch that feeds",
+    "step of the tension at drum and sheave within 1 % of wave theory with the flow in it",
+)
+def wave(quick: bool) -> Found:
+    """Cable running in or out is stopped dead, and cable at rest set running, at up to the largest rate."""
+    figures = []
+    for cable, name in ((STIFF, "shipped EA"), (SOFT, "EA 30 kN")):
+        scene = dry_line(**cable)
+        most = scene.winch.max_rate
+        for rate in (most,) if quick else (RATE, -RATE, most, -most):
+            for how, begin, end in (("stopped", rate, 0.0), ("set running", 0.0, rate)):
+                if begin == 0.0 and rate > 0.0 and cable is STIFF and quick:
+                    continue
+                off = jump(brought_to(scene, begin), begin, end, PLATEAU)
+                way = "out" if rate > 0.0 else "in"
+                figures += [
+                    Figure(f"{name}, {abs(rate):g} m/s {way} {how}, at the {place}", value, "", 0.01, WITHIN)
+                    for place, value in off.items()
+                ]
+    return Found(
+        figures, [f"means from {PLATEAU[0]:g} to {PLATEAU[1]:g} s after the stop, 1 ms, 100 elements outboard"]
+    )
+
+
+@stress(
+    "cable off its sheave while the winch works",
+    "as N3 and N4: flags, never through the sheave, back on it after every throw",
+)
+def working(quick: bool) -> Found:
+    """Throws of a tow and slow turns of its ship, the winch paying out or hauling in at 2 m/s."""
+    figures, notes = [], []
+    for rate in (RATE, -RATE):
+        way = f"thrown, {rate:+g} m/s"
+        tow = Thrown(rate)
+        notes += tow.throw(2 if quick else 20, np.random.default_rng(4))
+        figures += [
+            Figure(f"{way}, least detachments of a throw", min(tow.detachments, default=0), "", 1, LEAST),
+            Figure(f"{way}, most changes of the flag within 20 ms of one", max(tow.flag, default=0), "", 2),
+            *(f._replace(name=f"{way}, {f.name}") for f in tow.watch.figures(tow.sim.scene.cable.diameter)),
+            Figure(f"{way}, back on the sheave after every throw", tow.returned, "", True, IS),
+        ]
+        notes.append(f"{way}: {len(tow.detachments)} throws at {TOWED:g} m/s, {sum(tow.detachments)} detachments")
+    for name, speed, waves in (
+        ("hanging, heel to 70 deg in 20 s", 0.0, ROLL),
+        ("towed, fleet angle to 60 deg in 20 s", 2.2, YAW),
+        ("towed, heel to 70 deg in 20 s", 2.2, ROLL),
+    )[: 1 if quick else 3]:
+        found, told = heeled(speed, waves, RATE)
+        figures += [f._replace(name=f"{name}: {f.name}") for f in found]
+        notes += [f"{name}: {note}" for note in told]
+    return Found(figures, notes)
+
+
+JOINTS = {
+    "fairing": {"fairing": "ribbon", "drag_amplification": 2.37},
+    "other cable": {"diameter": 0.013, "mass_per_length": 0.62, "axial_stiffness": 4e6, "bending_stiffness": 3.0},
+    "termination of 4 kg": {"drag_amplification": 2.37},
+}
+OUT, OVER = 20.0, 40.0  # m: scope of the boundary at the start, and hauled in
+
+
+def jointed(name: str, scope: float) -> Scene:
+    """100 m that differ from the rest of the cable, or end it with a mass; ``scope`` [m] out."""
+    inner = {"length": 200.0, "drag_amplification": 2.37}
+    if name.startswith("termination"):
+        inner["termination_mass"] = 4.0
+    return held(
+        cable__sections={"inner": inner, "outer": {"length": 100.0} | JOINTS[name]},
+        winch__scope=scope,
+        winch__command_timeout=3600.0,
+    )
+
+
+def against(sim: Simulator, direct: Simulator) -> tuple[float, float]:
+    """Tension [N] and place of the body from the sheave [m] against a direct start."""
+    a, b = sim.frame, direct.frame
+    place = (a.body_position - a.sheave_position) - (b.body_position - b.sheave_position)
+    return abs(float(a.tension - b.tension)), float(np.linalg.norm(place))
+
+
+@stress(
+    "joint of two sections over the sheave at 2 m/s, in and out",
+    "settled within 0.5 N and 15 mm of a direct start; steps of tension below what passes; residual <= 1e-3 of work",
+)
+def joint(quick: bool) -> Found:
+    """Fairing, another cable, a termination: hauled from 20 m outboard onto the drum and paid out again."""
+    figures, notes = [], []
+    for name in list(JOINTS)[-1 if quick else 0 :]:
+        scene = jointed(name, 100.0 + OUT)
+        sim = started(scene)
+        watch, first = Watch(sim), sim.frame.copy()
+        steps, work, good, settle = [], 0.0, True, 60.0 if quick else 240.0
+        try:
+            for rate, scope in ((-RATE, 100.0 + OUT - OVER), (RATE, 100.0 + OUT)):
+                parts = []
+                for _ in range(round(OVER / RATE / 5.0)):
+                    parts.append(watch.look(reel(sim, rate, 5.0)))
+                moving = np.concatenate(parts).view(np.recarray)
+                rest = reel(sim, 0.0, settle)
+                good = good and finite(moving) and finite(rest)
+                steady = moving[np.abs(moving.payout_acceleration) < 1e-3]
+                change = np.abs(np.diff(steady.tension))[np.diff(steady.tick) == 1]
+                steps.append(float(change.max()))
+                work += turned_over(np.concatenate((moving, rest)).view(np.recarray))
+                newton, metres = against(sim, started(jointed(name, scope)))
+                way = "hauled in" if rate < 0.0 else "paid out again"
+                figures += [
+                    Figure(f"{name}, {way}, tension against a direct start", newton, "N", 0.5),
+                    Figure(f"{name}, {way}, body against a direct start", metres, "m", 0.015),
+                ]
+        except SolverError as error:
+            figures.append(Figure(f"{name}, ran to its end", False, "", True, IS))
+            notes.append(f"{name}: {error}")
+            continue
+        figures += [
+            Figure(f"{name}, largest step of the tension from tick to tick", max(steps), "N", 5.0),
+            Figure(f"{name}, numbers finite", good, "", True, IS),
+            *(f._replace(name=f"{name}, {f.name}") for f in watch.figures(scene.cable.diameter)),
+            Figure(f"{name}, energy residual over work", residual_share(first, sim.frame, work), "", 1e-3),
+        ]
+        notes.append(f"{name}: {first.tension:.1f} N at the start, {sim.nodes - 1} elements, {settle:g} s of settling")
+    return Found(figures, notes)

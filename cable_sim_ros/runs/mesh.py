@@ -1,0 +1,151 @@
+"""The mesh of a scene: what was chosen and why, what error is promised, and what a finer mesh and step change."""
+
+from __future__ import annotations
+
+import os
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..io.load import SceneError, load_scene
+from ..io.motion_table import sine_heave
+from ..physics.setpoint import SetpointLaw
+from ..sim.mesh import FeedMesh, MeshPlan, mesh_plan
+from ..sim.mesh_sheave import heave_amplitude, scope_range
+from ..sim.scene import Scene
+from ..sim.simulator import Simulator
+from .passes import Pass, Progress, silent
+
+HEAVE_PERIOD = 8.0  # s
+SECONDS, SKIP = 60.0, 20.0  # s of the check, and what of it is left out of the statistics
+
+
+class CheckError(RuntimeError):
+    """The check of a mesh did not run to its end."""
+
+
+class Change(NamedTuple):
+    """What doubling the mesh and halving the step changes."""
+
+    what: str
+    tension: float  # relative, of the static tension or of its mean
+    deviation: float  # relative, of the standard deviation of the tension; nan: static
+    position: float  # m, of the towbody, the largest
+
+
+def plan_of(scene: Scene | str | os.PathLike) -> tuple[Scene, MeshPlan]:
+    """A scene and its mesh. Raises SceneError, also for a mesh that is fixed to the material."""
+    scene = scene if isinstance(scene, Scene) else load_scene(scene)
+    plan = mesh_plan(scene)
+    if plan is None:
+        raise SceneError(
+            [
+                f"{scene.name}: winch.drum = contact has its mesh written in cable.sections.*.elements; no mesh is "
+                "made. Leave winch.drum and the elements out for a mesh from accuracy"
+            ]
+        )
+    return scene, plan
+
+
+def heave_of(scene: Scene) -> tuple[float, float]:
+    """Amplitude [m] and period [s] of the heave of the check."""
+    return heave_amplitude(scope_range(scene)[0]), HEAVE_PERIOD
+
+
+def check(scene: Scene, plan: MeshPlan, progress: Progress = silent, seconds: float = SECONDS) -> list[Change]:
+    """Change of statics, and of a heave with the winch held, from the mesh to twice as many elements and half the step.
+
+    seconds: of the heave, 0: statics alone. Raises StartError, CheckError.
+    """
+    scene = scene.model_copy(update={"setpoint": scene.setpoint.model_copy(update={"algorithm": SetpointLaw.HOLD})})
+    fine = plan.mesh.doubled
+    progress("static start", 0.0, 2.0)
+    found = [_static(scene, plan.mesh, fine)]
+    if seconds > 0.0:
+        solver = scene.solver
+        half = scene.model_copy(update={"solver": solver.model_copy(update={"tick": 0.5 * solver.tick})})
+        progress("heave", 1.0, 2.0)
+        found.append(_heave(scene, half, plan.mesh, fine, seconds))
+    progress("done", 2.0, 2.0)
+    return found
+
+
+def _static(scene: Scene, mesh: FeedMesh, fine: FeedMesh) -> Change:
+    frames = []
+    for one in (mesh, fine):
+        sim = Simulator(scene, one)
+        sim.start()
+        frames.append(sim.frame.copy())
+    a, b = frames
+    return Change(
+        "static",
+        float(a.tension / b.tension - 1.0),
+        float("nan"),
+        float(np.linalg.norm(a.body_position - b.body_position)),
+    )
+
+
+def _heave(scene: Scene, half: Scene, mesh: FeedMesh, fine: FeedMesh, seconds: float) -> Change:
+    amplitude, period = heave_of(scene)
+    skip, driven = seconds * SKIP / SECONDS, []
+    for one, with_mesh in ((scene, mesh), (half, fine)):
+        motion = sine_heave(amplitude, period, seconds, one.ship)
+        run = Pass(one, motion, mesh=with_mesh).go(seconds, None)
+        if run.problem:
+            raise CheckError(
+                f"{scene.name}: the check stopped with {with_mesh.nodes - 1} elements and steps of "
+                f"{one.solver.tick:g} s: {run.problem}; nothing was compared. Remedy: --seconds 0 compares the statics"
+            )
+        driven.append(run.frames)
+    coarse, finer = driven[0], driven[1][1::2]  # at the same times
+    count = min(len(coarse), len(finer))
+    apart = coarse.body_position[:count] - finer.body_position[:count]
+    late = slice(round(skip / scene.solver.tick), count)
+    a, b = coarse.tension[late], finer.tension[late]
+    return Change(
+        f"heave of {amplitude:.3g} m, {period:g} s",
+        float(a.mean() / b.mean() - 1.0),
+        float(a.std() / b.std() - 1.0),
+        float(np.sqrt((apart**2).sum(1)).max()),
+    )
+
+
+def as_json(scene: Scene, plan: MeshPlan, changes: list[Change]) -> dict[str, Any]:
+    """Plain figures of `cable-sim mesh`."""
+    start = scope_range(scene)[0]
+    told: dict[str, Any] = {
+        "scene": scene.name,
+        "elements": plan.mesh.nodes - 1,
+        "scope_m": start,
+        "parts": [part._asdict() for part in plan.parts],
+        "expected": [row._asdict() for row in plan.expected],
+        "tick_s": scene.solver.tick,
+        "tick_that_would_do_s": plan.tick,
+        "aboard_m": plan.mesh.aboard.tolist(),
+        "shares": {name: share.tolist() for name, share in zip(scene.cable.sections, plan.mesh.shares, strict=True)},
+    }
+    if changes:
+        told["change"] = [
+            {name: None if value != value else value for name, value in change._asdict().items()} for change in changes
+        ]
+        told["kept"] = kept(plan, start, changes)
+    return told
+
+
+def at_scope(plan: MeshPlan, scope: float):
+    """What is promised at a scope [m]."""
+    return min(plan.expected, key=lambda row: abs(row.scope - scope))
+
+
+def kept(plan: MeshPlan, scope: float, changes: list[Change]) -> bool:
+    """Is every change within what is promised at that scope?"""
+    promised = at_scope(plan, scope)
+    return all(
+        abs(c.tension) <= promised.tension
+        and not abs(c.deviation) > promised.tension  # nan: statics have none
+        and c.position <= promised.position
+        for c in changes
+    )
+
+
+__all__ = ["Change", "as_json", "at_scope", "check", "heave_of", "kept", "plan_of"]

@@ -1,0 +1,136 @@
+"""Where the nodes of a fed mesh stand, and how a length is cut into elements."""
+
+from __future__ import annotations
+
+from math import ceil, log
+from typing import NamedTuple
+
+import numpy as np
+
+from ..physics.feed import at_least as _at_least
+
+_smooth = getattr(_at_least, "py_func", _at_least)  # plain Python: a scene loads without compiling
+
+
+SPREAD = 20.0  # mean element of a section over its shortest
+
+
+class MeshError(ValueError):
+    """No mesh as asked for; key, text and remedy as in a Problem."""
+
+    def __init__(self, key: str, text: str, remedy: str):
+        super().__init__(f"{key} {text}. {remedy}")
+        self.key, self.text, self.remedy = key, text, remedy
+
+
+class FeedMesh(NamedTuple):
+    """Where the nodes stand, see physics/feed.py."""
+
+    aboard: np.ndarray  # [n] m from the drum's tangent point, the first 0
+    shares: tuple[np.ndarray, ...]  # of each section's zone: shares of its length, ascending, the last 1
+    least: np.ndarray  # [sections] m from the last node aboard, nearer the end of a zone does not come
+
+    @property
+    def boundaries(self) -> np.ndarray:
+        """Node at the outboard end of each section."""
+        return len(self.aboard) - 1 + np.cumsum([len(s) for s in self.shares])
+
+    @property
+    def nodes(self) -> int:
+        return int(self.boundaries[-1]) + 1
+
+    @property
+    def doubled(self) -> FeedMesh:
+        """Every element halved."""
+        cut = [halved(np.concatenate(([0.0], share)))[1:] for share in self.shares]
+        return FeedMesh(halved(self.aboard), tuple(cut), self.least)
+
+    @property
+    def blend(self) -> float:
+        """Way [m] over which the end of a zone lets go of the end of its section."""
+        return 0.5 * float(self.least[0])
+
+
+class Part(NamedTuple):
+    """A row of the table of a mesh: lengths [m] of its shortest and longest element at the start, and why."""
+
+    name: str
+    place: str  # where it stands: with the ship, or outboard
+    elements: int
+    shortest: float
+    longest: float
+    reason: str
+
+
+class Expected(NamedTuple):
+    """Error promised with ``scope`` [m] out: of the tension (relative) and of the body's place [m]."""
+
+    scope: float
+    tension: float
+    position: float
+
+
+class MeshPlan(NamedTuple):
+    """A mesh with its reasons."""
+
+    mesh: FeedMesh
+    parts: tuple[Part, ...]
+    expected: tuple[Expected, ...]
+    tick: float  # s, that would do
+
+
+def places_outboard(mesh: FeedMesh, total: float, boundaries: np.ndarray, tangent: float) -> np.ndarray:
+    """Arc lengths from the last node aboard on, as physics/feed.py lays them, with ``tangent`` m on the drum."""
+    last = tangent + mesh.aboard[-1]
+    ends = np.array([_smooth(float(b - last), float(low), mesh.blend)[0] for b, low in zip(boundaries, mesh.least)])
+    ends[-1] = total - last
+    places, begin = [np.zeros(1)], 0.0
+    for end, share in zip(ends, mesh.shares, strict=True):
+        places.append(begin + share * (end - begin))
+        begin = end
+    return last + np.concatenate(places)
+
+
+def halved(places: np.ndarray) -> np.ndarray:
+    """Places with one more in the middle between each two."""
+    out = np.empty(2 * len(places) - 1)
+    out[::2], out[1::2] = places, 0.5 * (places[1:] + places[:-1])
+    return out
+
+
+def ends(sizes: np.ndarray) -> tuple[float, float]:
+    """Shortest and longest."""
+    return float(sizes.min()), float(sizes.max())
+
+
+def even(length: float, size: float) -> np.ndarray:
+    """Equal parts of ``length`` of at most ``size``."""
+    count = max(0, ceil(length / size - 1e-6))
+    return np.full(count, length / count) if count else np.zeros(0)
+
+
+def graded(length: float, size: float, most: float) -> np.ndarray:
+    """Parts of ``length`` that double from ``size`` to at most ``most``."""
+    parts, done, part = [], 0.0, size
+    while done < length - 1e-9 * (length + size):
+        parts.append(part)
+        done += part
+        part = min(2.0 * part, most)
+    return np.array(parts) * (length / done) if parts else np.zeros(0)
+
+
+def geometric(count: int, ratio: float) -> np.ndarray:
+    """Shares of elements whose last is ``ratio`` times as long as the first."""
+    sizes = np.exp(np.linspace(0.0, log(ratio), count)) if count > 1 else np.ones(1)
+    out = np.cumsum(sizes) / sizes.sum()
+    out[-1] = 1.0
+    return out
+
+
+def equal_parts(x: np.ndarray, density: np.ndarray, count: int) -> np.ndarray:
+    """Shares that cut the integral of ``density`` over x from 0 to 1 into equal parts; no part below mean / SPREAD."""
+    density = np.minimum(density, SPREAD * count)
+    integral = np.concatenate(([0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(x))))
+    out = np.interp(np.linspace(0.0, 1.0, count + 1)[1:], integral / integral[-1], x)
+    out[-1] = 1.0
+    return out

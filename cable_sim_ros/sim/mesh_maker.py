@@ -1,0 +1,290 @@
+"""Makes a fed mesh from an accuracy: from the static shape at several scopes, sqrt(EI/T), the sheave and the motion."""
+
+from __future__ import annotations
+
+from math import ceil, pi, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from .mesh_kinds import Expected, FeedMesh, MeshError, MeshPlan, Part, ends, equal_parts, geometric, places_outboard
+from .mesh_sheave import OUTBOARD_LEAST, RADII_PER_TENSION, SheaveMesh, heave_amplitude
+from .statics import ROUND_OFF
+from .tow_shape import TowShape
+
+SHORTEST_PERIOD = 4.0  # s, of ship motion at a sheave: shorter waves do not move a ship
+PER_WAVE = 2.0  # elements per wave along the cable; of 2 and of 5 the tension's deviation is the same to 1e-3
+LAYERS = 1.0  # first element outboard over the length within which drag damps the cable's sideways motion
+BROADSIDE_DRAG = 1.2  # C_D of that estimate
+SMOOTH = 2.0  # an element beside one of length h is no longer than h + SMOOTH times the way between
+KINK_SHARE = 0.3  # of the error of the place may come from one jump of the curvature
+PER_TOLERANCE = 0.5  # error of the body's place per residual of every node below, over the tension along the cable
+# error of the body's place per sum of h^4 |d4r/ds4| over the elements, and per h^2 times a jump of the curvature inside
+# one: the largest found over 22 tows of 8 m to 6 km on 5 meshes each; most are a fifth of it (docs/mesh.md)
+PER_SHAPE, PER_KINK = 1.0 / 1500.0, 1.0 / 120.0
+MOST_ELEMENTS = 600
+FIRST_SHARE = 100.0  # the search for as few elements as will do begins so coarse
+LEAST_PROMISE = 0.2  # of the place asked for: no estimate from a static shape is better than that in waves
+SOLVER_SHARE = 0.6  # of the error of the place may be the solver's
+SHORTEST = 0.25  # of a sheave element: shorter ones are not made
+
+
+WANTS = (  # what asks for elements outboard, in the order of Maker.density
+    "static shape, |d4r/ds4|",
+    "waves along the cable",
+    "sideways motion, damped by drag",
+    "curvature jumps at the water surface",
+)
+
+
+class Error(NamedTuple):
+    """At a scope [m]: error of the body's place [m], and of the tension (relative) by what is outboard."""
+
+    scope: float
+    position: float
+    outboard: float
+
+
+class Maker(SheaveMesh):
+    """Makes the mesh of one scene."""
+
+    def plan(self) -> MeshPlan:
+        """Mesh with as few elements as keep the promise at every scope; then what is written by hand."""
+        size, accuracy = self.sheave_size(), self.scene.accuracy
+        self.check_sections(size)
+        aboard = self.aboard(size)
+        self.check_start(aboard)
+        share = FIRST_SHARE * self.position / PER_SHAPE
+        while True:
+            mesh = self.outboard(aboard, size, share, False)
+            self.check_solver(mesh.nodes)
+            if all(e.position <= self.position and e.outboard <= accuracy.tension for e in self.errors(mesh)):
+                break
+            if mesh.nodes > MOST_ELEMENTS:
+                raise self.unreachable(self.promise(mesh), mesh.nodes - 1)
+            share *= 0.75
+        mesh = self.outboard(aboard, size, share, True)
+        return MeshPlan(mesh, self.parts(mesh), self.promise(mesh), self.tick())
+
+    def unreachable(self, expected: tuple[Expected, ...], elements: int) -> MeshError:
+        """The error of an accuracy that no mesh of MOST_ELEMENTS keeps."""
+        worst = max(e.position for e in expected)
+        return MeshError(
+            "accuracy.position",
+            f"= {self.position:g} m cannot be met: with {elements} elements, and more than "
+            f"{MOST_ELEMENTS} are not made, the towbody's place errs by {worst:.2g} m "
+            f"with {max(expected, key=lambda e: e.position).scope:.4g} m of scope",
+            f"Give {1.1 * worst:.2g} m or more, or limit the scope with winch.most_scope",
+        )
+
+    def check_solver(self, nodes: int) -> None:
+        """Refuse a place finer than the forces are solved to."""
+        worst = max(self.shapes, key=lambda scope: self.floor(scope, nodes))
+        floor, solver = self.floor(worst, nodes), self.scene.solver
+        if floor > SOLVER_SHARE * self.position:
+            tolerance = 0.9 * solver.tolerance * SOLVER_SHARE * self.position / floor
+            raise MeshError(
+                "accuracy.position",
+                f"= {self.position:g} m cannot be met: forces are solved to {self.tolerance:.2g} N (solver.tolerance = "
+                f"{solver.tolerance:g} of contact.working_tension = {self.scene.contact.working_tension:g} N), "
+                f"which with {worst:.4g} m of scope is {floor:.2g} m of the towbody's place",
+                f"Give {1.1 * floor / SOLVER_SHARE:.2g} m or more, or solver.tolerance {tolerance:.1g} or less",
+            )
+
+    # outboard
+
+    def check_sections(self, size: float) -> None:
+        """Refuse sections too short for their mesh."""
+        shortest = SHORTEST * size
+        for name, length in zip(self.names, self.lengths, strict=True):
+            written = self.scene.mesh.sections.get(name)
+            count = 1 if written is None or written.elements is None else written.elements
+            if length < count * shortest:
+                key, value = (f"cable.sections.{name}.length", f"{length:g} m")
+                if count > 1:
+                    key, value = f"mesh.sections.{name}.elements", f"{count} of {length:g} m"
+                raise MeshError(
+                    key,
+                    f"= {value} makes elements of {length / count:.3g} m, shorter than {shortest:.3g} m, {SHORTEST:g} "
+                    f"of an element at the sheave ({size:.3g} m): they are too stiff against those beside them",
+                    f"Give at most {max(1, int(length / shortest))} elements"
+                    if count > 1 and length >= shortest
+                    else f"Make it {shortest:.3g} m or longer, or part of the section beside it",
+                )
+
+    def density(self, scope: float, share: float) -> np.ndarray:
+        """Elements per length along the shape at ``scope``, from the body, that each of WANTS asks for [4, n].
+
+        share [m]: h^4 |d4r/ds4| of an element.
+        """
+        shape, curve, cable = self.shapes[scope], self.curves[scope], self.scene.cable
+        steep = (curve / max(share, 1e-12)) ** 0.25
+        added = 0.25 * pi * cable.diameter**2 * self.scene.water.density * cable.added_mass_coefficient
+        speed = np.sqrt(np.maximum(shape.tension, 1e-9) / (cable.mass_per_length + shape.wet * added))
+        far = shape.s[-1] - shape.s
+        wants = [
+            steep,
+            PER_WAVE / (speed * SHORTEST_PERIOD),
+            1.0 / (LAYERS * self.damped_length(shape) + SMOOTH * far),
+            np.zeros_like(far),
+        ]
+        for place, jump in kinks(shape):
+            if jump > 0.0:
+                here = sqrt(PER_KINK * jump / (KINK_SHARE * self.position))
+                i = int(np.searchsorted(shape.s, place))
+                rise = abs(float(shape.force[i, 2])) / float(shape.tension[i])
+                travel = self.heave / max(rise, 1e-3) if shape.wet[i] != shape.wet[min(i + 1, len(far) - 1)] else 0.0
+                wants[3] = np.maximum(wants[3], here * (np.abs(shape.s - place) < 0.5 / here + travel))
+        return np.array(wants)
+
+    @property
+    def heave(self) -> float:
+        """Heave [m] that the mesh is made for: a sea for a ship, ripples for a tow of a few metres."""
+        return heave_amplitude(self.start)
+
+    def damped_length(self, shape: TowShape) -> float:
+        """Length [m] within which drag damps the sideways motion that the sheave gives the cable: sqrt(T/(b omega))."""
+        cable, water = self.scene.cable, self.scene.water
+        omega = 2.0 * pi / SHORTEST_PERIOD
+        drag = water.density * cable.diameter * BROADSIDE_DRAG * max(shape.speed, omega * self.heave)
+        return sqrt(float(shape.tension[-1]) / (drag * omega))
+
+    def outboard(self, aboard: np.ndarray, size: float, share: float, by_hand: bool) -> FeedMesh:
+        """The whole mesh: shares of each zone that serve at every scope; by_hand: with the numbers of the scene."""
+        shares = []
+        wants = {scope: self.density(scope, share) for scope in self.shapes}
+        densities = {scope: want.max(0) for scope, want in wants.items()}
+        for i, name in enumerate(self.names):
+            written = self.scene.mesh.sections.get(name) if by_hand else None
+            x, n = self.envelope(i, densities)
+            count = max(1, ceil(float(np.trapezoid(n, x)) - 1e-6))
+            count = min(count, max(1, int(self.lengths[i] / (SHORTEST * size))))
+            self.reasons[f"section {name}"] = self.why(i, wants)
+            if written is not None and written.elements is not None:
+                count = written.elements
+                self.reasons[f"section {name}"] = "by hand: mesh.sections"
+            shares.append(
+                equal_parts(x, n, count)
+                if written is None or written.grading is None
+                else geometric(count, written.grading)
+            )
+        counts = np.array([len(s) for s in shares])
+        room = OUTBOARD_LEAST * (self.start + self.route.inboard - aboard[-1]) / counts.sum()
+        return FeedMesh(aboard, tuple(shares), np.cumsum(counts * min(size, room)))
+
+    def why(self, section: int, wants: dict[float, np.ndarray]) -> str:
+        """What decides the elements of a section, at the start, or with the most cable out."""
+        for scope in (self.start, max(self.shapes)):
+            shape = self.shapes[scope]
+            here = np.flatnonzero(shape.section == section)
+            if len(here) < 2:
+                continue
+            want, s = wants[scope][:, here], shape.s[here]
+            first = want.argmax(0)
+            parts = [float(np.trapezoid(np.where(first == k, want[k], 0.0), s)) for k in range(len(WANTS))]
+            texts = [text for text, part in zip(WANTS, parts, strict=True) if part > 0.2 * sum(parts)]
+            return "; ".join(texts)
+        return "never outboard"
+
+    def envelope(self, section: int, densities: dict[float, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """Elements per share of a section's zone, the most that any scope wants, over the share from inboard."""
+        wanted = []
+        for scope, density in densities.items():
+            shape = self.shapes[scope]
+            here = np.flatnonzero(shape.section == section)
+            if len(here) > 1:
+                s = shape.s[here][::-1]
+                length = s[0] - s[-1]
+                wanted.append(((s[0] - s) / length, density[here][::-1] * length))
+        if not wanted:  # never outboard
+            return np.array([0.0, 1.0]), np.ones(2)
+        x = np.unique(np.concatenate([places for places, _ in wanted]).round(12))
+        n = np.max([np.interp(x, places, density) for places, density in wanted], axis=0)
+        size = 1.0 / np.maximum(n, 1.0)
+        for i in range(1, len(x)):
+            size[i] = min(size[i], size[i - 1] + SMOOTH * (x[i] - x[i - 1]))
+        for i in reversed(range(len(x) - 1)):
+            size[i] = min(size[i], size[i + 1] + SMOOTH * (x[i + 1] - x[i]))
+        return x, 1.0 / size
+
+    # what comes of it
+
+    def arcs(self, mesh: FeedMesh, scope: float) -> np.ndarray:
+        """Distance [m] of the outboard nodes from the body at ``scope``, from the last node aboard on."""
+        total = self.route.total
+        return total - places_outboard(mesh, total, np.cumsum(self.lengths), total - scope - self.route.inboard)
+
+    def expected_position(self, mesh: FeedMesh, scope: float) -> float:
+        """Error [m] of the body's place with ``scope`` out."""
+        shape, curve = self.shapes[scope], self.curves[scope]
+        nodes = self.arcs(mesh, scope)[::-1]
+        h = np.diff(nodes)
+        if (h <= 0.0).any():
+            return np.inf
+        at = [np.interp(x, shape.s, curve) for x in (nodes[1:], 0.5 * (nodes[1:] + nodes[:-1]), nodes[:-1])]
+        error = PER_SHAPE * float((h**4 * np.maximum.reduce(at)).sum())
+        error += self.floor(scope, mesh.nodes)
+        for s, jump in kinks(shape):
+            if np.abs(nodes - s).min() > 1e-6 * scope:
+                error += PER_KINK * float(h[min(int(np.searchsorted(nodes, s)), len(h)) - 1]) ** 2 * jump
+        return error
+
+    def floor(self, scope: float, nodes: int) -> float:
+        """Error [m] of the body's place that the solver leaves whatever the mesh: its residual turns the tension."""
+        shape = self.shapes[scope]
+        below = nodes * shape.s / shape.s[-1]
+        return PER_TOLERANCE * self.tolerance * float(np.trapezoid(below / shape.tension, shape.s))
+
+    @property
+    def tolerance(self) -> float:
+        """Largest residual of a solved step [N]."""
+        scene = self.scene
+        return max(scene.solver.tolerance * scene.contact.working_tension, ROUND_OFF * scene.cable.axial_stiffness)
+
+    def errors(self, mesh: FeedMesh) -> list[Error]:
+        """What the mesh outboard and the solver leave, at every scope that leaves the mesh room."""
+        found, weight = [], self.scene.cable.mass_per_length * self.scene.gravity
+        pressed = float(mesh.aboard[-1] + mesh.least[-1]) - self.route.inboard
+        for scope, shape in self.shapes.items():
+            if scope < min(pressed, self.start):
+                continue
+            position = self.expected_position(mesh, scope)
+            load = weight + float(shape.drag.max())
+            found.append(Error(scope, position, load * position / float(shape.tension[-1])))
+        return found
+
+    def promise(self, mesh: FeedMesh) -> tuple[Expected, ...]:
+        """Expected errors at the largest scope, at the start, and below it."""
+        begin, end = mesh.aboard[:-1], mesh.aboard[1:]
+        size = float((end - begin)[(end > self.contact[0]) & (begin < self.contact[1])].max())
+        sheave, least = size / self.route.sheave / RADII_PER_TENSION, LEAST_PROMISE * self.position
+        return tuple(Expected(e.scope, max(sheave, e.outboard), max(e.position, least)) for e in self.errors(mesh))
+
+    def parts(self, mesh: FeedMesh) -> tuple[Part, ...]:
+        """Rows of the table, from the drum."""
+        sizes, first = np.diff(mesh.aboard), self.inboard
+        rows = []
+        if first:
+            rows.append(Part("inboard", "ship", first, *ends(sizes[:first]), self.reasons["inboard"]))
+        rows.append(Part("sheave", "ship", len(sizes) - first, *ends(sizes[first:]), self.reasons["sheave"]))
+        h, at = -np.diff(self.arcs(mesh, self.start)), 0
+        for name, share in zip(self.names, mesh.shares, strict=True):
+            part = h[at : at + len(share)]
+            at += len(share)
+            rows.append(Part(name, "outboard", len(share), *ends(part), self.reasons[f"section {name}"]))
+        return tuple(rows)
+
+    def tick(self) -> float:
+        """Step [s] that follows the shortest motion and the first axial mode of the tow."""
+        cable, body = self.scene.cable, self.scene.towbody
+        mass = body.mass + body.added_mass[2] + 0.4 * cable.mass_per_length * self.start
+        axial = 2.0 * pi * sqrt(mass * max(self.start, 1e-3) / cable.axial_stiffness)
+        step = min(SHORTEST_PERIOD, max(axial, 0.2)) / 40.0
+        return float(f"{min(step, 0.05):.1g}")
+
+
+def kinks(shape: TowShape) -> list[tuple[float, float]]:
+    """Where the curvature jumps, at the water surface and between sections: m from the body, and jump [1/m]."""
+    jump = np.linalg.norm(np.diff(shape.bend, axis=0), axis=1)
+    where = np.flatnonzero((np.diff(shape.wet.astype(int)) != 0) | (np.diff(shape.section) != 0))
+    return [(float(shape.s[i]), float(jump[i])) for i in where]

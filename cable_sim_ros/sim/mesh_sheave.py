@@ -1,0 +1,140 @@
+"""The part of a fed mesh that stays with the ship: from the drum over the sheave to a little outboard of it."""
+
+from __future__ import annotations
+
+from math import radians, sqrt
+
+import numpy as np
+
+from .mesh_blocks import SheaveAnswer
+from .mesh_kinds import MeshError, even, graded
+from .scene import Scene
+from .statics import Route
+from .tow_shape import fourth_derivative, tow_shape
+
+SWING = radians(10.0)  # departure angle against the static one under way in waves
+SCOPES = (1.0, 0.3, 0.1)  # of the scope at the start; the largest that the winch pays out besides
+LEAST_SCOPE = 10.0  # sheave radii: nearer than that a body is hauled in, not towed
+RADII_PER_TENSION = 50.0  # sheave element over its radius, per relative error of tension; 0.25 radii at 0.005
+FINEST = 0.025  # radii; what 0.0005 asks for
+COARSEST = 0.4
+PER_BENDING = {SheaveAnswer.DISTRIBUTION: 1.5, SheaveAnswer.ENDS: 0.75}  # element over sqrt(EI/T)
+SOFTEST_ENDS = 0.01  # penetration limit with which the ends of the contact are those of a rigid sheave
+NO_BENDING = 0.2  # radii: element where a load along the sheave is wanted of a cable without bending stiffness
+LAYER = 4.0  # bending lengths of fine mesh beside the sheave
+HEAVE_MOST, HEAVE_PER_SCOPE = 1.0, 0.01  # m; and of the scope where that is less
+OUTBOARD_LEAST = 0.1  # of the scope at the start: all zones pressed together are no longer
+LEAST_POSITION, POSITION_PER_SCOPE = 0.01, 1e-5  # m, and of the scope: what is promised where nothing is said
+
+
+def scope_range(scene: Scene) -> tuple[float, float, float]:
+    """Scope [m] at the start, the least that the mesh is made for, and the largest that the winch pays out."""
+    route, winch = Route(scene), scene.winch
+    start = route.total - route.wound - route.inboard
+    most = route.total - winch.dead_length - route.inboard
+    if winch.most_scope is not None:
+        most = min(most, winch.most_scope)
+    low = max(SCOPES[-1] * start, winch.least_scope or 0.0, LEAST_SCOPE * route.sheave)
+    return start, min(low, start), max(most, start)
+
+
+def heave_amplitude(scope: float) -> float:
+    """Heave [m] that a mesh is made for and checked with, for a scope [m] at the start."""
+    return min(HEAVE_MOST, HEAVE_PER_SCOPE * scope)
+
+
+class SheaveMesh:
+    """What a scene asks of its mesh, the static shapes it is made for, and the nodes aboard."""
+
+    def __init__(self, scene: Scene):
+        self.scene, self.route = scene, Route(scene)
+        self.names = list(scene.cable.sections)
+        self.lengths = np.array([s.length for s in scene.cable.sections.values()])
+        self.start, low, most = scope_range(scene)
+        scopes = {most, *(max(share * self.start, low) for share in SCOPES)}
+        self.shapes = {scope: tow_shape(scene, scope) for scope in sorted(scopes, reverse=True)}
+        self.curves = {scope: fourth_derivative(shape) for scope, shape in self.shapes.items()}
+        self.tension = max(float(shape.tension[-1]) for shape in self.shapes.values())
+        self.bending = sqrt(scene.cable.bending_stiffness / self.tension)
+        self.position = scene.accuracy.position or max(LEAST_POSITION, POSITION_PER_SCOPE * most)
+        self.reasons: dict[str, str] = {}
+
+    def sheave_size(self) -> float:
+        """Length [m] of the elements at the sheave."""
+        accuracy, radius = self.scene.accuracy, self.route.sheave
+        reach = FINEST / RADII_PER_TENSION
+        if accuracy.tension < reach * (1 - 1e-9):
+            raise MeshError(
+                "accuracy.tension",
+                f"= {accuracy.tension:g} cannot be promised: with elements of {FINEST:g} sheave radii the tension "
+                f"of a tow with its winch working errs by {reach:g}, and nothing finer was measured",
+                f"Give {reach:g} or more",
+            )
+        size = radius * min(COARSEST, RADII_PER_TENSION * accuracy.tension)
+        reason = f"{size / radius:.2g} sheave radii: tension within {accuracy.tension:g}"
+        if accuracy.sheave in PER_BENDING:
+            factor = PER_BENDING[accuracy.sheave]
+            limit = self.scene.contact.penetration_limit
+            if accuracy.sheave is SheaveAnswer.ENDS and limit > SOFTEST_ENDS:
+                raise MeshError(
+                    "accuracy.sheave",
+                    f"= ends cannot be met with contact.penetration_limit = {limit:g}: so soft a sheave spreads the "
+                    f"reactions at the ends of the contact, whatever the mesh; {SOFTEST_ENDS:g} or less is needed",
+                    f"Give contact.penetration_limit {SOFTEST_ENDS:g}, or accuracy.sheave distribution",
+                )
+            want = factor * self.bending if self.bending > 0.0 else NO_BENDING * radius
+            if want < size:
+                size = want
+                reason = (
+                    f"{factor:g} sqrt(EI/T) at {self.tension:.4g} N: {accuracy.sheave.value} of the contact"
+                    if self.bending > 0.0
+                    else f"{NO_BENDING:g} sheave radii: {accuracy.sheave.value} of the contact, no bending stiffness"
+                )
+        self.reasons["sheave"] = reason
+        return size
+
+    def aboard(self, size: float) -> np.ndarray:
+        """Nodes from the drum to a little outboard of the sheave, m from the drum's tangent point."""
+        mesh, route = self.scene.mesh, self.route
+        layer = max(size, LAYER * self.bending)
+        before = min(layer if mesh.before is None else mesh.before, 0.9 * route.span)
+        least_angle = min(shape.angle for shape in self.shapes.values())
+        if mesh.after is None:
+            leaves = route.on_sheave(least_angle - SWING)
+        else:
+            leaves, layer = route.on_sheave(self.shapes[self.start].angle), mesh.after
+        room = 0.5 * self.start
+        self.contact = (route.span * (1 + 1e-9), (route.span + min(leaves, room)) * (1 - 1e-9))  # m, on the sheave
+        end = route.span + min(leaves + layer, room)
+        begin = route.span - before
+        if mesh.sheave is not None:
+            fine = np.linspace(begin, end, mesh.sheave + 1)
+            self.reasons["sheave"] = "mesh.sheave, by hand"
+        else:
+            cap = max(size, 0.75 * self.bending)
+            inner = graded(before, size, cap)[::-1]
+            contact = even(min(leaves, room), size)
+            outer = graded(max(end - route.span - leaves, 0.0), size, cap)
+            fine = begin + np.concatenate(([0.0], np.cumsum(np.concatenate((inner, contact, outer)))))
+        count = mesh.inboard
+        if count is None:
+            count = 1 if begin < 4.0 * size else 2
+            self.reasons["inboard"] = "cable under tension, nearly straight"
+        else:
+            self.reasons["inboard"] = "mesh.inboard, by hand"
+        self.inboard = 0 if begin <= 1e-9 else count
+        if begin <= 1e-9:
+            return fine
+        return np.concatenate((np.linspace(0.0, begin, count + 1)[:-1], fine))
+
+    def check_start(self, aboard: np.ndarray) -> None:
+        """Refuse a start with less cable out than the mesh at the sheave holds."""
+        off = self.start + self.route.inboard
+        if aboard[-1] >= (1.0 - OUTBOARD_LEAST) * off:
+            least = aboard[-1] / (1.0 - OUTBOARD_LEAST) - self.route.inboard
+            raise MeshError(
+                "winch.scope",
+                f"of {self.start:.4g} m at the start ends on the mesh at the sheave, which reaches "
+                f"{aboard[-1] - self.route.inboard:.3g} m outboard of the sheave's axis: nothing is left for the tow",
+                f"Start with {1.1 * max(least, 0.0):.3g} m or more, or a shorter mesh.after",
+            )

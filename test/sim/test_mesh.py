@@ -1,0 +1,314 @@
+"""A mesh made from an accuracy: rules, hand-written numbers, refusals, and the promise against a finer mesh."""
+
+import numpy as np
+import pytest
+
+from cable_sim_ros.io.load import SceneError, override
+from cable_sim_ros.lab.mesh_promise import markdown, measure
+from cable_sim_ros.lab.mesh_tows import tows
+from cable_sim_ros.runs.mesh import as_json, check, plan_of
+from cable_sim_ros.sim import mesh, mesh_maker
+from cable_sim_ros.sim.mesh import arc_lengths_at_start, mesh_plan
+from cable_sim_ros.sim.mesh_kinds import equal_parts, geometric, graded
+from cable_sim_ros.sim.mesh_sheave import scope_range
+from cable_sim_ros.sim.simulator import Simulator
+from cable_sim_ros.sim.tow_shape import fourth_derivative, tow_shape
+
+TOWS = {scene.name: scene for scene in tows()}
+QUICK = [
+    "flume_10m_slow",
+    "harbour_60m",
+    "full_scale_stiff",
+    "three_cables",
+    "umbilical_400m",
+    "light_1km",
+    "deep_tow_6km",
+]
+pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+
+
+def with_keys(name="full_scale", **values):
+    return override(TOWS[name], {key.replace("__", "."): value for key, value in values.items()})
+
+
+def parts(scene):
+    return {part.name: part for part in mesh_plan(scene).parts}
+
+
+def test_the_full_scale_tow_comes_out_as_in_the_theory():
+    scene = with_keys(accuracy__tension=0.005, accuracy__position=0.01, accuracy__sheave="resultant")
+    plan = mesh_plan(scene)
+    assert 23 <= plan.mesh.nodes - 1 <= 39
+    assert all(row.tension <= 0.005 and row.position <= 0.01 for row in plan.expected)
+    start, low, most = scope_range(scene)
+    assert {row.scope for row in plan.expected} >= {start, most} and low == pytest.approx(0.1 * start)
+    assert all(part.reason for part in plan.parts)
+
+
+def test_there_are_tows_from_a_flume_to_the_deep_sea():
+    scopes = [scope_range(scene)[0] for scene in TOWS.values()]
+    assert len(TOWS) >= 20 and min(scopes) < 10.0 and max(scopes) >= 6000.0
+
+
+@pytest.mark.parametrize("name", TOWS)
+def test_every_mesh_is_in_order_at_every_scope(name):
+    scene = TOWS[name]
+    plan = mesh_plan(scene)
+    arc = arc_lengths_at_start(scene)
+    assert (np.diff(arc) > 0.0).all() and len(arc) == plan.mesh.nodes
+    assert arc[-1] == pytest.approx(sum(s.length for s in scene.cable.sections.values()))
+    assert (np.diff(plan.mesh.least) > 0.0).all() and plan.mesh.least[0] > 0.0
+    for share in plan.mesh.shares:
+        assert share[-1] == 1.0 and (np.diff(share, prepend=0.0) > 0.0).all()
+
+
+def test_the_mesh_is_where_the_simulator_lays_it():
+    sim = Simulator(TOWS["three_cables"])
+    sim.start()
+    np.testing.assert_allclose(sim.state.arc, arc_lengths_at_start(TOWS["three_cables"]), rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["full_scale", "side_scan_fast", "rope_300m", "shear_1500m", "deep_tow_3km"])
+def test_the_shape_by_integration_is_that_of_the_elements(name):
+    """Independent of each other but for the coefficients: depth within 0.2 % of the scope, tension within 0.3 %."""
+    scene = TOWS[name]
+    sim = Simulator(scene)
+    sim.start()
+    shape = tow_shape(scene, scope_range(scene)[0])
+    assert shape.place[0, 2] == pytest.approx(float(sim.frame.body_position[2]), abs=2e-3 * shape.scope)
+    assert shape.tension[-1] == pytest.approx(float(sim.frame.tension), rel=3e-3)
+
+
+def test_the_fourth_derivative_of_a_hanging_chain_is_that_of_the_catenary():
+    """Towed body, no drag, tension H + w s upward from a pull of 45 degrees: against differences of the exact shape."""
+    scene = with_keys("full_scale", water__density=900.0, towbody__drag_area=[100.0, 0.9, 1.485], ship__tow_speed=0.2)
+    cable = scene.cable.model_copy(
+        update={
+            "sections": {
+                n: s.model_copy(update={"drag_law": "off", "drag_coefficient": 0.0})
+                for n, s in scene.cable.sections.items()
+            }
+        }
+    )
+    shape = tow_shape(scene.model_copy(update={"cable": cable}), 400.0)
+    wet = slice(5, int(np.flatnonzero(np.diff(shape.section))[0]) - 5)
+    h, v = shape.force[wet, 0], shape.force[wet, 2]
+    w = (0.389 - 900.0 * np.pi / 4 * 1e-4) * 9.81
+    a = h / w
+    s = v / w  # arc length from the vertex
+    t = np.linspace(-3.0, 3.0, 13)[:, None]  # differences of kappa a/(a^2+s^2)(...) by a polynomial fit
+    y = np.stack([a**2 / (a**2 + (s + t) ** 2) ** 1.5, a * (s + t) / (a**2 + (s + t) ** 2) ** 1.5])
+    exact = np.hypot(*[2.0 * np.polynomial.polynomial.polyfit(t[:, 0], part, 6)[2] for part in y])
+    np.testing.assert_allclose(fourth_derivative(shape)[wet], exact, rtol=0.03)
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_the_static_promise_is_kept(name):
+    row = measure(TOWS[name], 0.0)
+    assert row.kept, row
+    assert name in markdown([row])
+
+
+def test_the_promise_is_kept_in_a_heave():
+    row = measure(TOWS["full_scale"])
+    assert row.kept, row
+    assert abs(row.tension_deviation) < 0.005
+
+
+def test_the_line_load_wants_elements_by_the_bending_length_and_is_then_within_five_percent():
+    scene = with_keys(accuracy__sheave="distribution")
+    plan = mesh_plan(scene)
+    bending = (scene.cable.bending_stiffness / max(tow_shape(scene, 450.0).tension)) ** 0.5
+    assert parts(scene)["sheave"].longest <= 1.5 * bending * 1.001
+    assert plan.mesh.nodes - 1 < 128
+    loads = []
+    for nodes in (plan.mesh, plan.mesh.doubled.doubled):
+        sim = Simulator(scene, nodes)
+        sim.start()
+        angle, load = sim.contact[:, 3], sim.contact[:, 4] + sim.contact[:, 5]
+        order = np.argsort(angle)
+        loads.append((angle[order], load[order]))
+    (coarse_at, coarse), (fine_at, fine) = loads
+    inside = np.interp(coarse_at, fine_at, fine)
+    assert coarse.max() == pytest.approx(fine.max(), rel=0.05)
+    assert np.abs(coarse - inside).max() < 0.05 * fine.max()
+
+
+def test_ends_of_the_contact_want_half_of_that_and_a_hard_sheave():
+    scene = with_keys(accuracy__sheave="ends", contact__penetration_limit=0.01)
+    assert parts(scene)["sheave"].longest == pytest.approx(
+        0.5 * parts(with_keys(accuracy__sheave="distribution"))["sheave"].longest, rel=0.1
+    )
+
+
+def test_what_is_written_by_hand_stands():
+    scene = with_keys(
+        mesh__inboard=1,
+        mesh__sheave=20,
+        mesh__before=0.1,
+        mesh__after=0.9,
+        mesh__sections={"bare": {"elements": 10, "grading": 10.0}, "faired": {"elements": 6}},
+    )
+    found = parts(scene)
+    assert [found[n].elements for n in ("inboard", "sheave", "bare", "faired")] == [1, 20, 10, 6]
+    assert found["bare"].longest == pytest.approx(10.0 * found["bare"].shortest, rel=1e-6)
+    assert "hand" in found["sheave"].reason and "hand" in found["bare"].reason
+    coarse = mesh_plan(with_keys(mesh__sheave=2))
+    assert max(row.tension for row in coarse.expected) > 0.005, "the promise is that of the mesh, not of the wish"
+
+
+def test_a_section_that_never_comes_outboard_has_one_element():
+    assert parts(TOWS["last_metres"])["bare"].elements == 1
+
+
+def test_less_accuracy_needs_fewer_elements():
+    counts = [mesh_plan(with_keys(accuracy__position=p)).mesh.nodes for p in (0.01, 0.1, 1.0)]
+    assert counts == sorted(counts, reverse=True) and counts[0] > counts[-1]
+
+
+def test_how_lengths_are_cut():
+    assert geometric(3, 4.0) == pytest.approx([1 / 7, 3 / 7, 1.0])
+    assert graded(7.0, 1.0, 10.0) == pytest.approx([1.0, 2.0, 4.0])
+    assert graded(7.0, 1.0, 1.0) == pytest.approx(np.ones(7))
+    x = np.linspace(0.0, 1.0, 101)
+    assert equal_parts(x, np.ones(101), 4) == pytest.approx([0.25, 0.5, 0.75, 1.0])
+    shares = equal_parts(x, 1e6 * (x > 0.999) + 1.0, 4)
+    assert np.diff(shares, prepend=0.0).min() > 0.25 / 20 / 2, "no part far below the mean"
+
+
+def test_the_figures_are_plain_and_say_whether_the_promise_is_kept():
+    scene, plan = plan_of(TOWS["last_metres"])
+    told = as_json(scene, plan, check(scene, plan, seconds=0.0))
+    assert told["elements"] == plan.mesh.nodes - 1 == sum(part["elements"] for part in told["parts"])
+    assert told["kept"] is True and told["change"][0]["deviation"] is None
+
+
+REFUSED = [
+    (
+        {"accuracy__sheave": "ends"},
+        r"accuracy.sheave = ends cannot be met with contact.penetration_limit = 0.1: so soft a sheave spreads the "
+        r"reactions at the ends of the contact, whatever the mesh; 0.01 or less is needed; nothing was started. Give "
+        r"contact.penetration_limit 0.01, or accuracy.sheave distribution",
+    ),
+    (
+        {"accuracy__tension": 1e-4},
+        r"accuracy.tension = 0.0001 cannot be promised: with elements of 0.025 sheave radii the tension of a tow with "
+        r"its winch working errs by 0.0005, and nothing finer was measured; nothing was started. Give 0.0005 or more",
+    ),
+    (
+        {"accuracy__position": 1e-4},
+        r"accuracy.position = 0.0001 m cannot be met: forces are solved to \S+ N \(solver.tolerance = 1e-07 of "
+        r"contact.working_tension = \S+ N\), which with 592 m of scope is \S+ m of the towbody's place; nothing was "
+        r"started. Give \S+ m or more, or solver.tolerance \S+ or less",
+    ),
+    (
+        {"cable__sections__bare__elements": 12},
+        r"cable.sections.bare.elements = 12 belongs to winch.drum = contact: a winch that feeds has its mesh made from "
+        r"accuracy; nothing was started. Leave it out; numbers written by hand go to mesh",
+    ),
+    (
+        {"winch__scope": 700.0},
+        r"winch.scope = 700 m and 8.04 m from drum to sheave are more than the 600 m that cable.sections add up to; "
+        r"nothing was started. Make it at most 591.9 m, or the cable longer",
+    ),
+    (
+        {"winch__cable_on_drum": 100.0},
+        r"winch.scope = 450 m and winch.cable_on_drum = 100 m are both given: each says alone how much cable is out at "
+        r"the start; nothing was started. Leave one of them out",
+    ),
+    (
+        {"winch__scope": None, "winch__cable_on_drum": 595.0},
+        r"winch.cable_on_drum leaves 595 m of the 600 m of cable on the drum: the 5 m off it do not reach the sheave, "
+        r"8.04 m on; nothing was started. Make the cable longer, or leave less of it on the drum",
+    ),
+    (
+        {"winch__scope": None, "winch__cable_on_drum": 0.0},
+        r"winch.cable_on_drum leaves 0 m on the drum at the start, but 0.0915 m must stay there "
+        r"\(winch.dead_length = 0 "
+        r"m and 0.3 rad of wrap\): the winch would stand beyond the end of its travel; nothing was "
+        r"started. Leave 0.0915 "
+        r"m or more on the drum, by a longer cable or a shorter scope",
+    ),
+    (
+        {"winch__scope": 0.2},
+        r"winch.scope of 0.2 m at the start ends on the mesh at the sheave, which reaches \S+ m outboard "
+        r"of the sheave's "
+        r"axis: nothing is left for the tow; nothing was started. Start with \S+ m or more, or a shorter mesh.after",
+    ),
+    (
+        {"mesh__sections": {"bar": {"elements": 10}}},
+        r"mesh.sections.bar is no section of the cable; nothing was started. Known: bare, faired",
+    ),
+    (
+        {"mesh__sections": {"bare": 10}},
+        r"mesh.sections.bare = 10 is a number, expected a block of keys; nothing was started. Write for example "
+        r"`bare: {elements: 4}`",
+    ),
+    (
+        {"cable__sections__bare__length": 0.005, "winch__scope": 100.0},
+        r"cable.sections.bare.length = 0.005 m makes elements of 0.005 m, shorter than 0.0159 m, 0.25 of an element at "
+        r"the sheave \(0.0638 m\): they are too stiff against those beside them; nothing was started. "
+        r"Make it 0.0159 m or "
+        r"longer, or part of the section beside it",
+    ),
+    (
+        {"mesh__sections": {"bare": {"elements": 1000}}, "cable__sections__bare__length": 10.0, "winch__scope": 100.0},
+        r"mesh.sections.bare.elements = 1000 of 10 m makes elements of 0.01 m, shorter than 0.0159 m, "
+        r"0.25 of an element "
+        r"at the sheave \(0.0638 m\): they are too stiff against those beside them; nothing was started. Give at most "
+        r"627 elements",
+    ),
+    (
+        {"winch__drum": "contact", "winch__scope": None},
+        r"cable.sections.bare.elements is missing: with winch.drum = contact the mesh is fixed to the material and "
+        r"written section by section; nothing was started. Give the number of elements, or leave winch.drum = contact "
+        r"out",
+    ),
+    (
+        {"winch__drum": "contact"},
+        r"winch.scope = 450 m belongs to winch.drum = feed: with contact, winch.wrap and the sections say where the "
+        r"cable lies; nothing was started. Leave it out, or leave winch.drum = contact out",
+    ),
+    (
+        {"winch__drum": "contact", "winch__scope": None, "mesh__sheave": 3},
+        r"mesh.sheave belongs to winch.drum = feed: with contact the mesh is cable.sections.\*.elements; nothing was "
+        r"started. Leave mesh out, or leave winch.drum = contact out",
+    ),
+]
+
+
+@pytest.mark.parametrize(("changes", "text"), REFUSED, ids=[next(iter(c)) + str(i) for i, (c, _) in enumerate(REFUSED)])
+def test_a_mesh_that_makes_no_sense_is_refused(changes, text):
+    with pytest.raises(SceneError, match=text):
+        with_keys(**changes)
+
+
+def test_a_place_that_no_mesh_of_so_many_elements_keeps_is_refused(monkeypatch):
+    monkeypatch.setattr(mesh_maker, "MOST_ELEMENTS", 15)
+    mesh._plan.cache_clear()
+    text = (
+        r"accuracy.position = 0.02 m cannot be met: with \d+ elements, and more than 15 are not made, "
+        r"the towbody's place "
+        r"errs by \S+ m with \d+ m of scope; nothing was started. Give \S+ m or more, or limit the scope with "
+        r"winch.most_scope"
+    )
+    try:
+        with pytest.raises(SceneError, match=text):
+            with_keys(accuracy__position=0.02)
+    finally:
+        mesh._plan.cache_clear()
+
+
+def test_a_mesh_fixed_to_the_material_has_no_plan():
+    scene = with_keys(
+        winch__drum="contact",
+        winch__scope=None,
+        cable__sections__bare__elements=40,
+        cable__sections__faired__elements=12,
+    )
+    assert mesh_plan(scene) is None
+    text = (
+        r"full_scale: winch.drum = contact has its mesh written in cable.sections.\*.elements; no mesh is made. Leave"
+    )
+    with pytest.raises(SceneError, match=text):
+        plan_of(scene)

@@ -1,0 +1,156 @@
+"""A winch that feeds, at the ends of its travel and under senseless commands: reported, and no cable made or lost."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+from cable_sim_ros.io.load import SceneError, load_scene, override
+from cable_sim_ros.physics.frame import Flag
+from cable_sim_ros.physics.inputs import push_command
+from cable_sim_ros.sim.inputs import InputError, WinchCommand
+from cable_sim_ros.sim.simulator import Simulator
+
+TICK = 0.05  # s
+STOPPED = Flag.DRUM_END | Flag.WINCH_LIMIT
+
+
+def started(**changes) -> Simulator:
+    """full_scale at rest, its winch held but for the commands."""
+    changes = {"setpoint.algorithm": "hold", "solver.tick": TICK, "winch.command_timeout": 3600.0} | changes
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        sim = Simulator(override(load_scene("full_scale"), changes))
+    sim.start()
+    return sim
+
+
+def commanded(sim: Simulator, seconds: float, rate: float) -> np.recarray:
+    """Frames of a rate given now, whatever its size."""
+    push_command(sim.inputs, int(sim.frame.time), np.nan, rate)
+    return sim.run(round(seconds / TICK))
+
+
+def keeps_cable(frames: np.recarray, total: float = 600.0) -> bool:
+    """Is what is out and what is on the drum all the cable, at every tick?"""
+    return bool(np.abs(frames.payout + frames.cable_on_drum - total).max() < 1e-9)
+
+
+@pytest.mark.parametrize(
+    "changes, rate, least, most, flag",
+    [
+        ({"winch.most_scope": 453.0}, 2.0, 450.0, 453.0, Flag.WINCH_LIMIT),
+        ({"winch.least_scope": 447.0}, -2.0, 447.0, 450.0, Flag.WINCH_LIMIT),
+        # 0.3 rad of the 0.305 m of the drum stay on it, and what is dead besides
+        ({"winch.scope": 588.0, "winch.dead_length": 1.0}, 2.0, 588.0, 600.0 - 8.0398 - 1.0 - 0.0915, Flag.DRUM_END),
+        ({"winch.scope": 590.0, "winch.most_scope": 1e4}, 2.0, 590.0, 600.0 - 8.0398 - 0.0915, Flag.DRUM_END),
+    ],
+    ids=["soft limit, paying out", "soft limit, hauling in", "end stop with dead length", "end stop within the limit"],
+)
+def test_the_winch_stops_at_a_limit_and_reports_it(changes, rate, least, most, flag):
+    sim = started(**changes)
+    before = sim.frame.scope
+    frames = commanded(sim, 4.0, rate)
+    assert keeps_cable(frames)
+    assert frames.scope.min() > least - 1e-9 and frames.scope.max() < most + 1e-3
+    end = most if rate > 0.0 else least
+    assert frames.scope[-1] == pytest.approx(end, abs=1e-3) and frames.payout_rate[-1] == pytest.approx(0.0, abs=1e-3)
+    assert Flag(int(frames.status[-1])) & STOPPED == flag and not Flag(int(frames.status[0])) & STOPPED
+    assert np.abs(np.diff(frames.payout_rate)).max() <= 20.0 * TICK * 1.05, "it brakes ahead of the end"
+    back = commanded(sim, 1.0, -rate)  # what was commanded past the end is not saved up
+    assert keeps_cable(back) and not Flag(int(back.status[-1])) & STOPPED
+    assert abs(back.scope[-1] - end) == pytest.approx(2.0, abs=0.2) and before == pytest.approx(
+        least if rate > 0.0 else most
+    )
+
+
+def test_hauling_in_ends_where_the_towbody_comes_to_the_mesh_of_the_sheave():
+    sim = started(**{"winch.scope": 30.0, "accuracy.position": 0.05})
+    least = sim.frame.payout + float(sim.model.settings[0].drum.length_least)
+    frames = commanded(sim, 25.0, -2.0)
+    assert keeps_cable(frames) and np.isfinite(frames.tension).all()
+    assert Flag(int(frames.status[-1])) & STOPPED == Flag.DRUM_END
+    assert frames.payout[-1] == pytest.approx(least, abs=1e-3) and frames.payout.min() > least - 1e-9
+    assert 0.0 < frames.scope[-1] < 5.0, "nearly all of it is in"
+
+
+@pytest.mark.parametrize("rate", [1e308, -1e308])
+def test_a_rate_beyond_all_measure_is_the_largest_of_the_winch(rate):
+    sim = started()
+    with pytest.raises(InputError, match=r"WinchCommand.rate = .*1e\+308"):
+        sim.push(WinchCommand(rate=rate))
+    frames = commanded(sim, 1.0, rate)  # as if it had come in
+    assert keeps_cable(frames) and np.isfinite(frames.tension).all()
+    assert np.abs(frames.payout_rate).max() <= 5.0 * (1 + 1e-9)
+    assert np.sign(frames.payout[-1] - frames.payout[0]) == np.sign(rate)
+
+
+def test_a_length_beyond_all_measure_ends_at_the_end():
+    sim = started(**{"winch.scope": 590.0})
+    with pytest.raises(InputError, match=r"WinchCommand.payout = 1e\+308"):
+        sim.push(WinchCommand(payout=1e308))
+    push_command(sim.inputs, 0, 1e308, np.nan)
+    frames = sim.run(60)
+    assert keeps_cable(frames) and Flag(int(frames.status[-1])) & STOPPED == Flag.DRUM_END
+
+
+def test_a_reversal_at_every_tick_moves_nothing_far():
+    """200 m/s^2 are wanted and 20 allowed, so the servo lags; what was commanded is what it comes to when that ends."""
+    sim, frames = started(), []
+    for k in range(100):
+        frames.append(commanded(sim, TICK, 5.0 if k % 2 else -5.0))
+    frames = np.concatenate(frames).view(np.recarray)
+    assert keeps_cable(frames) and np.isfinite(frames.tension).all()
+    assert np.abs(frames.payout - frames.payout[0]).max() < 1.0
+    assert np.abs(frames.payout_rate).max() <= 5.0 * (1 + 1e-9)
+    assert commanded(sim, 3.0, 0.0).payout[-1] == pytest.approx(458.0398, abs=1e-3), "as often in as out"
+    assert not (frames.status & (Flag.NEWTON_FAILED | Flag.NOT_FINITE | STOPPED)).any()
+
+
+@pytest.mark.parametrize(
+    "changes, text",
+    [
+        (
+            {"winch.scope": None, "winch.cable_on_drum": 0.0},
+            r"winch.cable_on_drum leaves 0 m on the drum at the start, but 0.0915 m must stay there .*; nothing was "
+            r"started. Leave 0.0915 m or more on the drum",
+        ),
+        (
+            {"winch.scope": 400.0, "winch.least_scope": 420.0},
+            r"winch.least_scope = 420 m, but the scope at the start is 400 m: the winch would stand beyond its limit; "
+            r"nothing was started. Make it 400 m or less, or start within it",
+        ),
+        (
+            {"winch.most_scope": 420.0},
+            r"winch.most_scope = 420 m, but the scope at the start is 450 m: the winch would stand beyond its limit; "
+            r"nothing was started. Make it 450 m or more, or start within it",
+        ),
+        (
+            {"winch.least_scope": 460.0, "winch.most_scope": 420.0},
+            r"winch.least_scope = 460 m is not below winch.most_scope = 420 m: the winch would have no travel; nothing "
+            r"was started. Make it less than 420 m",
+        ),
+    ],
+)
+def test_a_start_beyond_an_end_is_refused(changes, text):
+    with pytest.raises(SceneError, match=text):
+        override(load_scene("full_scale"), changes)
+
+
+def test_a_start_at_a_limit_is_at_it():
+    sim = started(**{"winch.least_scope": 450.0})
+    frames = commanded(sim, 1.0, -1.0)
+    assert Flag(int(frames.status[-1])) & STOPPED == Flag.WINCH_LIMIT
+    assert frames.scope[-1] == pytest.approx(450.0, abs=1e-6)
+
+
+def test_a_haul_saved_half_way_goes_on_bit_for_bit(tmp_path):
+    """The strain that the cable was wound with and the place of the nodes go with it."""
+    sim = started()
+    commanded(sim, 10.0, -3.5)
+    sim.save(tmp_path / "haul.npz")
+    first = sim.run(200)
+    again = Simulator.load(tmp_path / "haul.npz")
+    assert again.run(200).tobytes() == first.tobytes()
+    np.testing.assert_array_equal(again.state.now.winch.wound, sim.state.now.winch.wound)
+    assert first.payout[0] - first.payout[-1] == pytest.approx(3.5 * 9.95, abs=0.01) and keeps_cable(first)
