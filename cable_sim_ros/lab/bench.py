@@ -17,9 +17,9 @@ import numba
 import numpy as np
 
 from .. import __version__
+from ..runs.passes import Progress, silent
 from . import haul_bench, ours, tow_bench
 from .ours import Setting, even
-from ..runs.passes import Progress, silent
 from .row import METRES, Row
 from .scenes import errors
 

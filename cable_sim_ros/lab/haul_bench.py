@@ -1,4 +1,4 @@
-"""P8 and P9: cable by the hundred metres. 250 m of full_scale hauled in and out again; a deep tow hauled in under waves.
+"""P8 and P9: cable by the hundred metres. 250 m of full_scale hauled in and out, a deep tow hauled in under waves.
 
 P8 is on the mean track, so that what moves in the tension is the mesh's or the winch's. After the haul it comes to rest
 as slowly as the cable's mean flow does (`cable.mean_flow_time`), so it is looked at twice, and once with a short one.
@@ -20,18 +20,18 @@ from ..io.motion_table import read_table
 from ..io.replay import RecordedTow
 from ..io.winch_plan import WinchPlan
 from ..runs.offline import stepped
-from ..runs.passes import Pass
+from ..sim.mesh import FeedMesh, feed_mesh
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
 from .mesh_tows import armoured, one, tow
 from .row import Row
-from .tow_bench import errors, mesh_numbers, refined, sampled, simulated
+from .tow_bench import drive, errors, mesh_numbers, of_reference, refined, sampled, simulated
 
 METRES, RATE = 250.0, 1.0  # m, m/s of P8
 BEFORE = 20.0  # s held before a haul
 STARTED = 60.0  # s of a haul until what its beginning struck has died away
 MEAN = 2.0  # s, ripple of the tension is about a mean of this length
-RESTS = (300.0, 900.0)  # s after a haul
+RESTS = (300.0, 900.0, 1800.0)  # s after a haul
 SHORT_MEMORY = 1.0  # s, mean flow with which rest is reached at once
 PIECE = 20.0  # s run at once
 Shown = Callable[[str, float, float], None]
@@ -55,8 +55,8 @@ def go(sim: Simulator, seconds: float, plan: str = "0 hold") -> tuple[np.recarra
 
 class Haul(NamedTuple):
     """What a haul of METRES showed: CPU s per simulated s, corrections and steps, largest step of the tension from tick
-    to tick and rms ripple [N] at constant speed, and after each of RESTS the distance [m] and tension [N] from the static
-    start of that length."""
+    to tick and rms ripple [N] at constant speed, and after each of RESTS the distance [m] and tension [N] from the
+    static start of that length."""
 
     cpu: float
     iterations: float
@@ -103,8 +103,9 @@ def _hung(frame: np.record) -> np.ndarray:
     return np.array(frame.body_position) - np.array(frame.sheave_position)
 
 
-def _begun(scene: Scene) -> Simulator:
-    sim = Simulator(scene)
+def _begun(scene: Scene, mesh: FeedMesh | None = None) -> Simulator:
+    """Started; mesh: in place of the scene's."""
+    sim = Simulator(scene, mesh)
     sim.start()
     return sim
 
@@ -134,7 +135,8 @@ def hauled(repeats: int, progress: Shown = lambda *_: None) -> list[Row]:
         sim = _begun(scene)
         first = sim.frame.copy()
         go(sim, BEFORE)
-        short = _begun(override(scene, {"winch.scope": float(first.scope) - METRES})).frame
+        hauled_in = override(scene, {"winch.scope": float(first.scope) - METRES})
+        short = _begun(hauled_in, feed_mesh(scene)).frame
         inward = haul(sim, -RATE, short)
         outward = haul(sim, RATE, first)
         found.append((inward, outward, float(sim.frame.scope - first.scope)))
@@ -245,32 +247,24 @@ def deep_tow(repeats: int, progress: Shown = lambda *_: None, seconds: float = D
     plan = WinchPlan(f"0 hold, {begin:g} rate {-DEEP_RATE:g}, {end:g} hold")
     scenes = [stepped(base, "chosen" if tick is None else "fixed", tick) for tick in DEEP_TICKS]
 
-    def drive(scene):
-        driven = Pass(scene, motion, winch=plan).go(seconds, None)
-        if driven.problem:
-            raise RuntimeError(driven.problem)
-        return driven
-
     times: list[list[float]] = [[] for _ in scenes]
     last = []
     for turn in range(repeats + 1):
         last = []
         for k, scene in enumerate(scenes):
             progress(f"P9 {scene.solver.tick:g} s", turn * len(scenes) + k, (repeats + 1) * len(scenes))
-            last.append(drive(scene))
+            last.append(drive(scene, motion, None, plan, seconds))
             if turn:
-                times[k].append(last[k].stepping_s / simulated(last[k].frames, scene))
-    fine = override(refined(base), {"solver.tick": DEEP_FINE})
-    check = override(refined(base, 8, 4), {"solver.tick": DEEP_FINE})
-    driven = drive(fine)
-    reference = sampled(driven.frames, fine)
-    cost = driven.stepping_s / simulated(driven.frames, fine)
+                times[k].append(last[k].stepping_cpu_s / simulated(last[k].frames, scene))
+    fine, check = refined(base, 1, DEEP_FINE), refined(base, 2, DEEP_FINE)
+    driven, checked = (drive(by.scene, motion, by.mesh, plan, seconds) for by in (fine, check))
+    reference = sampled(driven.frames, fine.scene)
     rows = [
         _deep_row(scene, one_run.frames, statistics.median(t), reference)
         for scene, one_run, t in zip(scenes, last, times)
     ]
-    rows.append(_deep_row(fine, driven.frames, cost, sampled(drive(check).frames, check)))
-    rows[-1] = rows[-1]._replace(note=f"the reference, one run, against {sum(mesh_numbers(check))} elements")
+    wrong = errors(reference, sampled(checked.frames, check.scene))
+    rows.append(of_reference("P9", "hold", fine, check, driven, wrong))
     return rows
 
 
@@ -300,7 +294,7 @@ def _deep_row(scene: Scene, frames: np.recarray, cost: float, fine: np.recarray)
         cost,
         1e6 * cost * simulated(frames, scene) / (elements * iterations),
         iterations / steps,
-        f"{1.0 / cost:.0f} x real time; tension {got.tension.mean() / 1e3:.1f} kN, std {got.tension.std() / 1e3:.2f} kN, "
-        f"rms difference {wrong.rms:.0f} N",
+        f"{1.0 / cost:.0f} x real time; tension {got.tension.mean() / 1e3:.1f} kN, std "
+        f"{got.tension.std() / 1e3:.2f} kN, rms difference {wrong.rms:.0f} N",
         figures,
     )

@@ -1,7 +1,7 @@
 """P7: the whole tow of full_scale under recorded ship motion, the feeding drum beside the one with contact.
 
-Every setting runs ``repeats`` times, all of them in turn; the speed is the median of the time of stepping alone. The
-feeding drum is measured against its own refined mesh, the drum with contact, the yardstick, against its own.
+Every setting runs ``repeats`` times, all of them in turn; the speed is the median of the CPU time of stepping
+alone. The feeding drum is measured against its own refined mesh, the drum with contact, the yardstick, against its own.
 """
 
 from __future__ import annotations
@@ -15,9 +15,10 @@ import numpy as np
 from ..io.load import load_scene, override
 from ..io.replay import RecordedTow, read_tow
 from ..io.resources import find_bag
+from ..io.winch_plan import WinchPlan
 from ..runs.offline import stepped
 from ..runs.passes import Driven, Pass
-from ..sim.mesh import mesh_plan
+from ..sim.mesh import FeedMesh, feed_mesh, mesh_plan
 from ..sim.scene import Scene
 from .row import Row
 
@@ -28,7 +29,7 @@ CONTACT_TICKS = (0.01, 0.05)
 REFINED_CONTACT = (52, 4, 144, 48, 36)  # elements of drum, span, sheave, bare, faired
 FINE_TICK = 0.005
 SAMPLE = 0.1  # s between the samples that are compared
-AT_SHEAVE = 4  # times as many elements there on a refined mesh, elsewhere twice
+FINE_TOLERANCE = 2e-8  # of the working tension; ten times that leaves millimetres of the towbody's place
 
 
 class Setting(NamedTuple):
@@ -55,15 +56,25 @@ def mesh_numbers(scene: Scene) -> list[int]:
     return [part.elements for part in plan.parts]
 
 
-def refined(scene: Scene, sheave: int = AT_SHEAVE, elsewhere: int = 2) -> Scene:
-    """The scene with so many times the elements of its feeding mesh."""
-    plan = mesh_plan(scene)
-    if plan is None:
-        raise ValueError("only the mesh of a drum that feeds is refined so")
-    parts = {part.name: part.elements for part in plan.parts}
-    values = {"mesh.sections": {name: {"elements": elsewhere * parts[name]} for name in scene.cable.sections}}
-    values |= {"mesh.inboard": elsewhere * parts.get("inboard", 1), "mesh.sheave": sheave * parts["sheave"]}
-    return override(scene, values)
+class Fine(NamedTuple):
+    """A reference: a scene and a feeding mesh in place of the scene's, None: that of the scene."""
+
+    scene: Scene
+    mesh: FeedMesh | None
+
+    @property
+    def elements(self) -> int:
+        """Elements of its mesh."""
+        return sum(mesh_numbers(self.scene)) if self.mesh is None else self.mesh.nodes - 1
+
+
+def refined(scene: Scene, doublings: int, tick: float) -> Fine:
+    """The scene on its feeding mesh doubled so often, with steps of ``tick`` [s] solved to FINE_TOLERANCE."""
+    mesh = feed_mesh(scene)
+    for _ in range(doublings):
+        mesh = None if mesh is None else mesh.doubled
+    fine = stepped(scene, "fixed", tick)
+    return Fine(override(fine, {"solver.tolerance": FINE_TOLERANCE}), mesh)
 
 
 def settings(law: str) -> list[Setting]:
@@ -76,18 +87,17 @@ def settings(law: str) -> list[Setting]:
     return rows + [Setting(law, "contact", stepped(contact, "fixed", tick), "contact") for tick in CONTACT_TICKS]
 
 
-def references(law: str) -> dict[str, Scene]:
-    """Refined scenes by the name that a Setting is measured against; `check` is what that of `feed` is measured against."""
-    feed = override(load_scene("full_scale"), {"setpoint.algorithm": law, "solver.tick": FINE_TICK})
+def references(law: str) -> dict[str, Fine]:
+    """What a Setting is measured against, by name; `check` is what that of `feed` is measured against."""
+    feed = override(load_scene("full_scale"), {"setpoint.algorithm": law})
     contact = load_scene("full_scale_contact")
     meshes = {
         f"cable.sections.{name}.elements": n for name, n in zip(contact.cable.sections, REFINED_CONTACT, strict=True)
     }
-    fine = refined(feed)
     return {
-        "feed": fine,
-        "check": override(refined(feed, 2 * AT_SHEAVE, 4), {"solver.tick": 0.5 * FINE_TICK}),
-        "contact": override(contact, meshes | {"setpoint.algorithm": law, "solver.tick": FINE_TICK}),
+        "feed": refined(feed, 2, FINE_TICK),
+        "check": refined(feed, 3, 0.5 * FINE_TICK),
+        "contact": Fine(override(contact, meshes | {"setpoint.algorithm": law, "solver.tick": FINE_TICK}), None),
     }
 
 
@@ -103,32 +113,50 @@ def rows(repeats: int, progress: Callable[[str, float, float], None] = lambda *_
             progress(f"P7 {job.name}", turn * len(jobs) + k, (repeats + 1) * len(jobs))
             last.append(drive(job.scene, tow))
             if turn:
-                times[k].append(last[k].stepping_s / simulated(last[k].frames, job.scene))
+                times[k].append(last[k].stepping_cpu_s / simulated(last[k].frames, job.scene))
     costs = [statistics.median(t) for t in times]
     found = []
     for law in LAWS:
-        fine = {name: (scene, drive(scene, tow)) for name, scene in references(law).items()}
+        fine = {name: (by, drive(by.scene, tow, by.mesh)) for name, by in references(law).items()}
         here = [k for k, job in enumerate(jobs) if job.law == law]
         yardstick = {jobs[k].scene.solver.tick: costs[k] for k in here if jobs[k].drum == "contact"}
         for k in here:
-            scene, reference = fine[jobs[k].against]
-            found.append(_row(jobs[k], last[k], costs[k], sampled(reference.frames, scene), yardstick))
-        scene, driven = fine["feed"]
-        check, by = fine["check"]
-        cost = driven.stepping_s / simulated(driven.frames, scene)
-        row = _row(Setting(law, "feed", scene, "check"), driven, cost, sampled(by.frames, check), {})
-        found.append(
-            row._replace(
-                note=f"reference of feed, one run, against {sum(mesh_numbers(check))} elements at "
-                f"{1e3 * check.solver.tick:g} ms"
-            )
-        )
+            by, reference = fine[jobs[k].against]
+            found.append(_row(jobs[k], last[k], costs[k], sampled(reference.frames, by.scene), yardstick))
+        (by, driven), (check, checked) = fine["feed"], fine["check"]
+        wrong = errors(sampled(driven.frames, by.scene), sampled(checked.frames, check.scene))
+        found.append(of_reference("P7", law, by, check, driven, wrong))
     return found
 
 
-def drive(scene: Scene, tow: RecordedTow) -> Driven:
-    """SECONDS of the recorded motion. Raises RuntimeError where the solver gives up."""
-    driven = Pass(scene, tow).go(SECONDS, None)
+def of_reference(name: str, law: str, fine: Fine, check: Fine, driven: Driven, wrong: Errors) -> Row:
+    """The row of a reference, run once, against one that is finer still."""
+    tick, frames = fine.scene.solver.tick, driven.frames
+    cost, iterations = driven.stepping_cpu_s / simulated(frames, fine.scene), float(frames.iterations.sum())
+    return Row(
+        name,
+        "cable_sim_ros",
+        f"{law}, feed refined, {1e3 * tick:g} ms",
+        fine.elements,
+        tick,
+        wrong.tension,
+        wrong.place,
+        cost,
+        1e6 * driven.stepping_cpu_s / (fine.elements * iterations),
+        iterations / float(frames.substeps.sum()),
+        f"the reference, one run, against {check.elements} elements at {1e3 * check.scene.solver.tick:g} ms",
+    )
+
+
+def drive(
+    scene: Scene,
+    tow: RecordedTow,
+    mesh: FeedMesh | None = None,
+    winch: WinchPlan | None = None,
+    seconds: float = SECONDS,
+) -> Driven:
+    """So many seconds of recorded motion. Raises RuntimeError where the solver gives up."""
+    driven = Pass(scene, tow, winch=winch, mesh=mesh).go(seconds, None)
     if driven.problem:
         raise RuntimeError(driven.problem)
     return driven
