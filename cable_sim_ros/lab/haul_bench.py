@@ -239,10 +239,10 @@ def sea(scene: Scene, seconds: float) -> RecordedTow:
         return read_table(table, scene.ship)
 
 
-def deep_tow(repeats: int, progress: Shown = lambda *_: None, seconds: float = DEEP_SECONDS) -> list[Row]:
+def deep_tow(repeats: int, progress: Shown = lambda *_: None) -> list[Row]:
     """P9: DEEP_HAUL hauled in under waves, every step in turn, against a refined mesh and step."""
     base = deep_scene()
-    motion = sea(base, seconds)
+    motion = sea(base, DEEP_SECONDS)
     begin, end = DEEP_BEGIN, DEEP_BEGIN + DEEP_HAUL / DEEP_RATE
     plan = WinchPlan(f"0 hold, {begin:g} rate {-DEEP_RATE:g}, {end:g} hold")
     scenes = [stepped(base, "chosen" if tick is None else "fixed", tick) for tick in DEEP_TICKS]
@@ -253,11 +253,11 @@ def deep_tow(repeats: int, progress: Shown = lambda *_: None, seconds: float = D
         last = []
         for k, scene in enumerate(scenes):
             progress(f"P9 {scene.solver.tick:g} s", turn * len(scenes) + k, (repeats + 1) * len(scenes))
-            last.append(drive(scene, motion, None, plan, seconds))
+            last.append(drive(scene, motion, None, plan, DEEP_SECONDS))
             if turn:
                 times[k].append(last[k].stepping_cpu_s / simulated(last[k].frames, scene))
     fine, check = refined(base, 1, DEEP_FINE), refined(base, 2, DEEP_FINE)
-    driven, checked = (drive(by.scene, motion, by.mesh, plan, seconds) for by in (fine, check))
+    driven, checked = (drive(by.scene, motion, by.mesh, plan, DEEP_SECONDS) for by in (fine, check))
     reference = sampled(driven.frames, fine.scene)
     rows = [
         _deep_row(scene, one_run.frames, statistics.median(t), reference)

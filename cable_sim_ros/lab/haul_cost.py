@@ -68,9 +68,7 @@ def jobs() -> list[tuple[str, float, Scene, FeedMesh | None]]:
     return found
 
 
-def study(
-    turns: int = TURNS, seconds: float = SECONDS, progress: Callable[[str, float, float], None] = lambda *_: None
-) -> Study:
+def study(turns: int = TURNS, progress: Callable[[str, float, float], None] = lambda *_: None) -> Study:
     """Medians of so many turns over all points."""
     tow, todo = read_tow(find_bag("nbp1406")), jobs()
     times: list[list[float]] = [[] for _ in todo]
@@ -78,7 +76,7 @@ def study(
     for turn in range(turns + 1):
         for k, (what, at, scene, mesh) in enumerate(todo):
             progress(f"{what} {at:g}", turn * len(todo) + k, (turns + 1) * len(todo))
-            driven = drive(scene, tow, mesh, None, seconds)
+            driven = drive(scene, tow, mesh, None, SECONDS)
             time = simulated(driven.frames, scene)
             corrections[k] = float(driven.frames.iterations.sum()) / time
             if turn:

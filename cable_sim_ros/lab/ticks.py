@@ -43,6 +43,7 @@ from ..sim.inputs import ShipMotion, WinchCommand
 from ..sim.inputs import push as push_to
 from ..sim.simulator import Simulator
 
+TICK = 0.01  # s
 SECONDS, RATE = 60.0, 2.0  # s, m/s: in for half the time, then out again
 HEAVE, PERIOD_S = 1.0, 8.0  # m, s
 ROWS, POLL = 128, 0.2  # rows of the ring, s between looks at it
@@ -68,9 +69,10 @@ class Ticks(NamedTuple):
     longest: float
 
 
-def ticks(seconds: float = SECONDS, progress: Callable[[str, float, float], None] = lambda *_: None) -> Ticks:
-    """full_scale at 100 Hz for so many seconds, compensation on. Raises RuntimeError where the loop halts."""
-    scene = override(load_scene("full_scale"), {"solver.tick": 0.01})
+def ticks(seconds: float | None = None, progress: Callable[[str, float, float], None] = lambda *_: None) -> Ticks:
+    """full_scale at 100 Hz with compensation, so many seconds, SECONDS by default. Raises RuntimeError at a halt."""
+    seconds = SECONDS if seconds is None else seconds
+    scene = override(load_scene("full_scale"), {"solver.tick": TICK})
     sim = Simulator(scene)
     sim.warm_up()
     sim.start()
