@@ -48,6 +48,7 @@ stress: $(VENV)/.test
 
 validate: $(VENV)/.test
 	$(BIN)/cable-sim validate --out runs/validate
+	$(BIN)/cable-sim bench --mesh --out runs/validate
 
 clean:
 	rm -rf $(VENV) build install log *.egg-info

@@ -125,7 +125,7 @@ def node(ros_arguments: tuple[str, ...]) -> None:
     type=click.Choice(["chosen", "fixed"]),
     default="chosen",
     show_default=True,
-    help="Time step: chosen by its error, as solver.tension_error says (default 0.005), or fixed: one a Frame.",
+    help="Time step: chosen by its error (solver.tension_error, else accuracy.tension of the scene), or fixed: one a Frame.",
 )
 @click.option(
     "--every",

@@ -191,8 +191,12 @@ def contact_tangent_lanes(t, surface, c1, weight, out):
     """contact_lanes with its derivatives: f, ka to position, with c1 for the velocity part, kb to the slope through the
     velocity of the material, which changes with xi' dr/dxi (flow.py); each [., LANES]."""
     f, ka, kb = out
-    if t.shape[1] != LANES or weight.shape[0] != LANES or f.shape[1] != LANES or ka.shape[1] != LANES or (
-        kb.shape[1] != LANES
+    if (
+        t.shape[1] != LANES
+        or weight.shape[0] != LANES
+        or f.shape[1] != LANES
+        or ka.shape[1] != LANES
+        or (kb.shape[1] != LANES)
     ):
         raise ValueError("lanes")
     s = solid(surface)

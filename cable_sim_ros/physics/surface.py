@@ -145,9 +145,7 @@ def surfaces_of(scene) -> np.ndarray:
     k_drum = stiffness(tension, drum, 1.0, 1, depth)
     k_sheave = stiffness(tension, sheave, np.sin(0.5 * throat), 2, depth)
     rim = scene.sheave.rim_radius + 0.5 * d
-    rows = [
-        surface_row(scene.sheave.position, sheave, throat, scene.sheave.groove_depth, rim, k_sheave, c.damping),
-    ]
+    rows = [surface_row(scene.sheave.position, sheave, throat, scene.sheave.groove_depth, rim, k_sheave, c.damping)]
     if scene.winch.drum == DrumModel.CONTACT:
         rows.append(surface_row(scene.winch.position, drum, None, 0.0, 0.0, k_drum, c.damping))
     if bed.depth is not None:

@@ -11,6 +11,7 @@ from ..io.load import SceneError, load_scene
 from ..io.motion_table import sine_heave
 from ..physics.setpoint import SetpointLaw
 from ..sim.mesh import FeedMesh, MeshPlan, mesh_plan
+from ..sim.mesh_kinds import Expected
 from ..sim.mesh_sheave import heave_amplitude, scope_range
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
@@ -97,7 +98,7 @@ def _heave(scene: Scene, half: Scene, mesh: FeedMesh, fine: FeedMesh, seconds: f
                 f"{one.solver.tick:g} s: {run.problem}; nothing was compared. Remedy: --seconds 0 compares the statics"
             )
         driven.append(run.frames)
-    coarse, finer = driven[0], driven[1][1::2]  # at the same times
+    coarse, finer = driven[0], driven[1][1::2].view(np.recarray)  # at the same times
     count = min(len(coarse), len(finer))
     apart = coarse.body_position[:count] - finer.body_position[:count]
     late = slice(round(skip / scene.solver.tick), count)
@@ -118,21 +119,24 @@ def as_json(scene: Scene, plan: MeshPlan, changes: list[Change]) -> dict[str, An
         "elements": plan.mesh.nodes - 1,
         "scope_m": start,
         "parts": [part._asdict() for part in plan.parts],
-        "expected": [row._asdict() for row in plan.expected],
+        "expected": [_plain(row) for row in plan.expected],
         "tick_s": scene.solver.tick,
         "tick_that_would_do_s": plan.tick,
         "aboard_m": plan.mesh.aboard.tolist(),
         "shares": {name: share.tolist() for name, share in zip(scene.cable.sections, plan.mesh.shares, strict=True)},
     }
     if changes:
-        told["change"] = [
-            {name: None if value != value else value for name, value in change._asdict().items()} for change in changes
-        ]
+        told["change"] = [_plain(change) for change in changes]
         told["kept"] = kept(plan, start, changes)
     return told
 
 
-def at_scope(plan: MeshPlan, scope: float):
+def _plain(row: Expected | Change) -> dict[str, Any]:
+    """Fields of a row; null where there is no number."""
+    return {name: None if value != value else value for name, value in row._asdict().items()}
+
+
+def at_scope(plan: MeshPlan, scope: float) -> Expected:
     """What is promised at a scope [m]."""
     return min(plan.expected, key=lambda row: abs(row.scope - scope))
 

@@ -4,10 +4,19 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from .progress import progress_bar
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from ..sim.mesh import MeshPlan
+    from ..sim.scene import Scene
+    from .mesh import Change
 
 FAILED = 1  # exit code where the check finds more than was promised
 
@@ -24,38 +33,43 @@ FAILED = 1  # exit code where the check finds more than was promised
     help="Heave of the check; 0: statics alone.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
-def mesh(scene, checked, seconds, as_json) -> None:
+def mesh(scene: str, checked: bool, seconds: float, as_json: bool) -> None:
     """The mesh made for SCENE: elements, lengths, the reason of each, the expected error.
 
     With --check, what a finer mesh and step change beside what is promised; leaves with code 1 where it is more.
     """
     from . import mesh as study
 
-    scene, plan = study.plan_of(scene)
-    changes = []
+    tow, plan = study.plan_of(scene)
+    changes: list[Change] = []
     if checked:
         with progress_bar(as_json) as progress:
-            changes = study.check(scene, plan, progress, seconds)
-    told = study.as_json(scene, plan, changes)
+            changes = study.check(tow, plan, progress, seconds)
+    told = study.as_json(tow, plan, changes)
     if as_json:
         click.echo(json.dumps(told, indent=1))
     else:
-        _print(scene, plan, changes, told)
+        _print(tow, plan, changes, told)
     if changes and not told["kept"]:
         sys.exit(FAILED)
 
 
-def _print(scene, plan, changes, told) -> None:
+def _print(scene: Scene, plan: MeshPlan, changes: list[Change], told: dict[str, Any]) -> None:
     from rich.console import Console
 
     console = Console(width=None if sys.stdout.isatty() else 140)
     title = f"{scene.name}: {told['elements']} elements, {told['scope_m']:.4g} m of scope at the start"
-    rows = [
+    rows: list[tuple[str, ...]] = [
         (part.name, part.place, f"{part.elements}", f"{part.shortest:.3g}", f"{part.longest:.3g}", part.reason)
         for part in plan.parts
     ]
     console.print(_table(title, ("part", "where", "elements", "shortest m", "longest m", "reason"), rows))
-    rows = [(f"{row.scope:.4g}", f"{100.0 * row.tension:.2g}", f"{row.position:.2g}") for row in plan.expected]
+    rows = [
+        (f"{row.scope:.4g}", f"{100.0 * row.tension:.2g}", f"{row.position:.2g}")
+        if row.tension == row.tension
+        else (f"{row.scope:.4g}", "none promised", "static shape does not close")
+        for row in plan.expected
+    ]
     console.print(_table("Expected error", ("scope m", "tension %", "place of the towbody m"), rows))
     console.print(
         f"solver.tick = {scene.solver.tick:g} s is the scene's; for motion of 4 s and longer {plan.tick:g} s would do"
@@ -75,7 +89,7 @@ def _print(scene, plan, changes, told) -> None:
         console.print("within what is promised" if told["kept"] else "MORE than is promised")
 
 
-def _table(title, columns, rows):
+def _table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
     from rich.table import Table
 
     table = Table(title=title, title_justify="left")

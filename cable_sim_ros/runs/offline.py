@@ -21,7 +21,7 @@ from ..sim.scene import Scene
 from .passes import Driven, Pass, Progress, silent
 from .summary import SKIP, summarize
 
-EVERY, TENSION_ERROR = 0.1, 0.005  # s between Frames, 1: of a run whose steps are chosen, where the scene does not say
+EVERY = 0.1  # s between Frames of a run whose steps are chosen, where the scene does not say
 HEAVE_SECONDS = 60.0  # s of a run under a sinusoidal heave where no duration is given
 AFTER_PLAN = 60.0  # s of a run after the last item of a winch plan, without a bag, where no duration is given
 DELIVERY = ("motion_age", "command_age")  # of a Frame: how its inputs came, not how the tow is
@@ -142,7 +142,8 @@ def replay(
 def stepped(scene: Scene, step: str | None, every: float | None) -> Scene:
     """The scene with other steps: "chosen" by their error, "fixed": one a Frame, None: as the scene says.
 
-    every: s between Frames; default: the scene's tick, of steps chosen that the scene did not choose EVERY.
+    every: s between Frames; default: the scene's tick, of steps chosen that the scene did not choose EVERY. Steps
+    that the scene did not choose have the errors of its accuracy.
     """
     if step not in (None, "chosen", "fixed"):
         raise ValueError(f"step = {step!r} is not known: nothing was simulated; give 'chosen', 'fixed' or None")
@@ -151,7 +152,9 @@ def stepped(scene: Scene, step: str | None, every: float | None) -> Scene:
     if step == "fixed" and solver.tension_error is not None:
         values["solver.tension_error"] = None
     if step == "chosen" and solver.tension_error is None:
-        values |= {"solver.tension_error": TENSION_ERROR, "solver.tick": EVERY}
+        values |= {"solver.tension_error": scene.accuracy.tension, "solver.tick": EVERY}
+        if scene.accuracy.position is not None:
+            values["solver.position_error"] = scene.accuracy.position
     if every is not None:
         values["solver.tick"] = every
     return override(scene, values) if values else scene

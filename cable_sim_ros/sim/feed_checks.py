@@ -133,7 +133,8 @@ def limit_problems(scene: Scene) -> list[Problem]:
             found.append(
                 Problem(
                     f"winch.{key}",
-                    f"= {limit:g} m, but the scope at the start is {scope:.6g} m: the winch would stand beyond its limit",
+                    f"= {limit:g} m, but the scope at the start is {scope:.6g} m: the winch would stand beyond its "
+                    "limit",
                     f"Make it {scope:.6g} m or {'less' if beyond < 0.0 else 'more'}, or start within it",
                 )
             )

@@ -31,8 +31,8 @@ class Accuracy(Block):
         "m",
         1e-6,
         100.0,
-        "largest distance of the towbody from where it is on a refined mesh; none: 0.01 m, or 1e-5 of the largest "
-        "scope where that is more",
+        "largest distance of the towbody from where it is on a refined mesh; none: 0.01 m, but not below "
+        "1e-5 nor above 1e-3 of the largest scope",
         "docs/mesh.md",
     )
     sheave: SheaveAnswer = quantity(

@@ -63,7 +63,10 @@ class Part(NamedTuple):
 
 
 class Expected(NamedTuple):
-    """Error promised with ``scope`` [m] out: of the tension (relative) and of the body's place [m]."""
+    """Error promised with ``scope`` [m] out: of the tension (relative), of the body's place [m].
+
+    nan, nothing is promised: the static shape does not close there, the tow comes to the surface.
+    """
 
     scope: float
     tension: float

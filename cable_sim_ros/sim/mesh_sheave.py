@@ -6,6 +6,8 @@ from math import radians, sqrt
 
 import numpy as np
 
+from ..physics.ancf import ADDED_MASS, MASS_PER_LENGTH
+from .material import extreme, material_rows
 from .mesh_blocks import SheaveAnswer
 from .mesh_kinds import MeshError, even, graded
 from .scene import Scene
@@ -24,7 +26,7 @@ NO_BENDING = 0.2  # radii: element where a load along the sheave is wanted of a 
 LAYER = 4.0  # bending lengths of fine mesh beside the sheave
 HEAVE_MOST, HEAVE_PER_SCOPE = 1.0, 0.01  # m; and of the scope where that is less
 OUTBOARD_LEAST = 0.1  # of the scope at the start: all zones pressed together are no longer
-LEAST_POSITION, POSITION_PER_SCOPE = 0.01, 1e-5  # m, and of the scope: what is promised where nothing is said
+USUAL_POSITION, PER_SCOPE = 0.01, (1e-5, 1e-3)  # m, kept within shares of the scope: promised where nothing is said
 
 
 def scope_range(scene: Scene) -> tuple[float, float, float]:
@@ -55,8 +57,10 @@ class SheaveMesh:
         self.shapes = {scope: tow_shape(scene, scope) for scope in sorted(scopes, reverse=True)}
         self.curves = {scope: fourth_derivative(shape) for scope, shape in self.shapes.items()}
         self.tension = max(float(shape.tension[-1]) for shape in self.shapes.values())
-        self.bending = sqrt(scene.cable.bending_stiffness / self.tension)
-        self.position = scene.accuracy.position or max(LEAST_POSITION, POSITION_PER_SCOPE * most)
+        self.bending = sqrt(extreme(scene.cable, "bending_stiffness")[1] / self.tension)
+        rows = [material_rows(scene.cable, s, scene.water, scene.gravity) for s in scene.cable.sections.values()]
+        self.masses = np.array([[row[MASS_PER_LENGTH], row[ADDED_MASS]] for row in rows]).T  # kg/m, own and added
+        self.position = scene.accuracy.position or min(max(USUAL_POSITION, PER_SCOPE[0] * most), PER_SCOPE[1] * most)
         self.reasons: dict[str, str] = {}
 
     def sheave_size(self) -> float:

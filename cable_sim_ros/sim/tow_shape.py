@@ -15,14 +15,20 @@ import numpy as np
 
 from ..physics.ancf import BUOYANCY, CD_FIXED, EA, EXTRA_DRAG, FN, FT, HALF_RHO_D, RE_FACTOR, WEIGHT_PER_LENGTH
 from ..physics.towbody import Towbody, body_record
-from .material import hung, material_rows, section_ends
+from .material import Hung, hung, material_rows, section_ends
 from .scene import Scene
 from .statics import Route
 
 STEP = 0.06  # of the length over which the tension vector turns
 LEAST_STEPS = 160  # in all
 SHOTS = 30
+LOOSE = 1e-3  # of the scope: a shape that ends farther from the sheave is none
 SETTLED = 2e-5  # of the scope
+
+
+Row = tuple[float, ...]
+Flow = Callable[[float], tuple[float, float]]  # water past the tow at a height, m/s
+Joint = Callable[[float], Row]  # force that what hangs there needs at a height, N
 
 
 class TowShape(NamedTuple):
@@ -38,6 +44,7 @@ class TowShape(NamedTuple):
     angle: float  # rad from the vertical where it leaves the sheave
     scope: float  # m
     speed: float  # m/s, of the water past the upper end
+    closed: bool  # does it come to the sheave? One that comes to the surface may not
 
     @property
     def tension(self) -> np.ndarray:
@@ -79,7 +86,7 @@ def _cables(scene: Scene) -> list[_Cable]:
     return found
 
 
-def _load(c: _Cable, z: float, force, flow) -> tuple[float, float, float]:
+def _load(c: _Cable, z: float, force: Row, flow: Flow) -> tuple[float, float, float]:
     """Load per length [N/m] on cable with tension vector ``force`` at height z; flow(z): water past it."""
     if z >= 0.0:
         return 0.0, 0.0, -c.weight
@@ -110,7 +117,7 @@ def _load(c: _Cable, z: float, force, flow) -> tuple[float, float, float]:
     return a * wx + b * ux, a * wy + b * uy, a * wz + b * uz - c.weight + c.buoyancy
 
 
-def _slope(c: _Cable, y, flow):
+def _slope(c: _Cable, y: Row, flow: Flow) -> Row:
     """d/ds of (x, y, z, Fx, Fy, Fz) up the cable."""
     force = y[3:]
     t = sqrt(force[0] ** 2 + force[1] ** 2 + force[2] ** 2) or 1e-12
@@ -119,13 +126,13 @@ def _slope(c: _Cable, y, flow):
     return (e * force[0], e * force[1], e * force[2], -f[0], -f[1], -f[2])
 
 
-def _joints(scene: Scene, flow) -> dict[int, Callable[[float], tuple[float, float, float]]]:
+def _joints(scene: Scene, flow: Flow) -> dict[int, Joint]:
     """By section: force [N] that what hangs at its outboard end adds to the tension vector above it, at height z."""
-    ends, found = list(section_ends(scene.cable).values()), {}
+    ends, found = list(section_ends(scene.cable).values()), dict[int, Joint]()
     bodies = {f"bodies.{name}": body for name, body in scene.bodies.items()}
 
-    def pull(things):
-        def at(z):
+    def pull(things: list[Hung]) -> Joint:
+        def at(z: float) -> Row:
             force = np.array([0.0, 0.0, sum(thing.net_weight for thing in things)])
             for thing in things:
                 if thing.key in bodies:
@@ -141,14 +148,16 @@ def _joints(scene: Scene, flow) -> dict[int, Callable[[float], tuple[float, floa
     return found
 
 
-def _held(body: Towbody, water, scene: Scene) -> np.ndarray:
+def _held(body: Towbody, water: tuple[float, float], scene: Scene) -> np.ndarray:
     """Force [N] that holds a body against drag and lift; water: flow past it."""
     row, speed = body_record(body, scene.gravity, scene.water.density), hypot(*water)
     along = float(row["drag"][0]) * speed
     return np.array([-along * water[0], -along * water[1], -float(row["lift"]) * speed * speed])
 
 
-def _march(cables, spans, y, flow, bottom, joints):
+def _march(
+    cables: list[_Cable], spans: list[tuple[float, int]], y: Row, flow: Flow, bottom: float, joints: dict[int, Joint]
+) -> list[tuple[float, Row, int]]:
     """From the body up over spans [(length, index of section)]; rows of s, y, section."""
     total = sum(length for length, _ in spans)
     out, s = [], 0.0
@@ -187,7 +196,7 @@ def tow_shape(scene: Scene, scope: float) -> TowShape:
     north = water.current[1] - scene.ship.tow_speed * sin(yaw)
     shear = water.current_gradient
 
-    def flow(z):
+    def flow(z: float) -> tuple[float, float]:
         return east - shear[0] * z, north - shear[1] * z
 
     top = scene.sheave.position[2] + scene.ship.reference_height
@@ -195,7 +204,7 @@ def tow_shape(scene: Scene, scope: float) -> TowShape:
     bottom = -np.inf if bed is None else -bed
     joints = _joints(scene, flow)
     angle, z, low, high = 0.5 * pi, top - 0.5 * scope, top - 1.5 * scope, top
-    tried = list[tuple[float, float]]()
+    closed, tried = False, list[tuple[float, float]]()
     for _ in range(SHOTS):
         free = max(scope - route.on_sheave(angle) + route.inboard - route.span, 0.01 * scope)
         spans, left = [], free
@@ -217,6 +226,7 @@ def tow_shape(scene: Scene, scope: float) -> TowShape:
         t = sqrt(sum(f * f for f in end[3:])) or 1e-12
         angle = min(acos(max(-1.0, min(1.0, end[5] / t))), 0.5 * pi)
         gap = top + route.sheave * sin(angle) - end[2]
+        closed = abs(gap) < LOOSE * scope or z <= bottom
         if abs(gap) < SETTLED * scope or z <= bottom and gap > 0.0:
             break
         low, high = (z, high) if gap > 0.0 else (low, z)
@@ -230,16 +240,16 @@ def tow_shape(scene: Scene, scope: float) -> TowShape:
     s = np.array([row[0] for row in rows])
     y = np.array([row[1] for row in rows])
     section = np.array([row[2] for row in rows])
-    force = y[:, 3:]
-    tension = np.maximum(np.linalg.norm(force, axis=1), 1e-12)
+    pull = y[:, 3:]
+    tension = np.maximum(np.linalg.norm(pull, axis=1), 1e-12)
     load = np.array([_load(cables[i], row[2], row[3:], flow) for i, row in zip(section, y, strict=True)])
-    tangent = force / tension[:, None]
+    tangent = pull / tension[:, None]
     across = load - (load * tangent).sum(1)[:, None] * tangent
     wet = y[:, 2] < 0.0
     speeds = np.array([hypot(*flow(row[2])) for row in y])
     broad = np.array([1.2 * c.half_rho_d * c.factor for c in cables])[section] * speeds**2 * wet
     return TowShape(
-        s, y[:, :3], force, -across / tension[:, None], section, wet, broad, angle, scope, hypot(*flow(0.0))
+        s, y[:, :3], pull, -across / tension[:, None], section, wet, broad, angle, scope, hypot(*flow(0.0)), closed
     )
 
 

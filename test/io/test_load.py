@@ -131,7 +131,8 @@ TEXTS = {
         "elements: 10,",
         "elements: 2.5,",
         "tow.yaml:11: cable.sections.free.elements = 2.5 is a number, expected a whole number or null in [1, 4000] "
-        "(number of equal elements where winch.drum is contact; a winch that feeds has `mesh`); nothing was started. Write for example `elements: 60`",
+        "(number of equal elements where winch.drum is contact; a winch that feeds has `mesh`); nothing was started. "
+        "Write for example `elements: 60`",
     ),
     "empty value": (
         "radius: 0.25",

@@ -445,7 +445,7 @@ def test_steps_chosen_by_their_error_are_as_good_and_counted(recorded):
     assert np.linalg.norm(frames["body_position"] - same["body_position"], axis=1).max() < 0.01
     assert figures["steps"] < fixed.figures["steps"] / 3 and figures["iterations"] < fixed.figures["iterations"]
     assert figures["step_least_s"] <= figures["step_median_s"] <= figures["step_largest_s"] <= offline.EVERY
-    assert (figures["step_tension_error"], figures["step_position_error_m"]) == (offline.TENSION_ERROR, 0.01)
+    assert (figures["step_tension_error"], figures["step_position_error_m"]) == (0.005, 0.01)
     assert figures["steps_refused"] >= 0 and figures["steps_unsolved"] >= 0 and "HALVED" not in figures["flags"]
     assert fixed.figures["step_tension_error"] is None and fixed.figures["step_median_s"] == 0.01
 
@@ -454,7 +454,7 @@ def test_a_replay_of_chosen_steps_gives_the_same_numbers(tmp_path):
     first = offline.run("full_scale", "nbp1406", duration=2.0, step="chosen", out=tmp_path)
     again = offline.replay(first.bag)
     assert again.figures["largest_difference"] == {"field": "", "difference": 0.0, "ticks": len(first.frames)}
-    assert again.figures["step_tension_error"] == offline.TENSION_ERROR
+    assert again.figures["step_tension_error"] == 0.005
 
 
 def test_the_scene_decides_unless_told_otherwise():
@@ -462,6 +462,9 @@ def test_the_scene_decides_unless_told_otherwise():
     assert offline.stepped(scene, None, None) is scene and offline.stepped(scene, "chosen", None) is scene
     assert offline.stepped(scene, "fixed", 0.02).solver.tension_error is None
     assert offline.stepped(load_scene("full_scale"), "chosen", 0.25).solver.tick == 0.25
+    asked = override(load_scene("full_scale"), {"accuracy.tension": 0.003, "accuracy.position": 0.02})
+    solver = offline.stepped(asked, "chosen", None).solver
+    assert (solver.tension_error, solver.position_error) == (0.003, 0.02)
     with pytest.raises(SceneError, match="solver.tick = 0.5 s is longer than 0.1 s"):
         offline.stepped(scene, "fixed", None)
     with pytest.raises(ValueError, match="step = 'free' is not known: nothing was simulated"):

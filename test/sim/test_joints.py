@@ -27,9 +27,9 @@ WRONG = {
     "no mesh": (
         {"bare": {"elements": None}},
         {},
-        "tow.yaml: cable.sections.bare.elements is missing: with winch.drum = contact the mesh is fixed to the material "
-        "and written section by section; nothing was started. Give the number of elements, or leave winch.drum = "
-        "contact out",
+        "tow.yaml: cable.sections.bare.elements is missing: with winch.drum = contact the mesh is fixed to the "
+        "material and written section by section; nothing was started. Give the number of elements, or leave "
+        "winch.drum = contact out",
     ),
     "tangential without a constant": (
         {"bare": {"drag_law": "pode", "tangential_coefficient": 0.02}},

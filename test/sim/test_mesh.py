@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from cable_sim_ros.io.load import SceneError, override
+from cable_sim_ros.io.load import SceneError, SceneWarning, override
 from cable_sim_ros.lab.mesh_promise import markdown, measure
 from cable_sim_ros.lab.mesh_tows import tows
 from cable_sim_ros.runs.mesh import as_json, check, plan_of
 from cable_sim_ros.sim import mesh, mesh_maker
+from cable_sim_ros.sim.checks import elements, fine_zone, travel_cautions
 from cable_sim_ros.sim.mesh import arc_lengths_at_start, mesh_plan
 from cable_sim_ros.sim.mesh_kinds import equal_parts, geometric, graded
 from cable_sim_ros.sim.mesh_sheave import scope_range
@@ -157,6 +158,20 @@ def test_what_is_written_by_hand_stands():
     assert max(row.tension for row in coarse.expected) > 0.005, "the promise is that of the mesh, not of the wish"
 
 
+def test_nothing_is_promised_for_a_tow_that_rises_out_of_the_water():
+    scene, plan = plan_of(with_keys(towbody__lift_area=3.0))
+    assert any(np.isnan(row.position) for row in plan.expected)
+    assert any(row["position"] is None for row in as_json(scene, plan, [])["expected"])
+
+
+def test_the_checks_know_the_elements_of_a_fed_mesh():
+    scene = TOWS["three_cables"]
+    table = elements(scene)
+    assert [first for first, _, _ in table] + [table[-1][1]] == pytest.approx(list(arc_lengths_at_start(scene)))
+    assert {name for _, _, name in table} == {"upper", "faired", "tail"}
+    assert min(fine_zone(scene)) > 0.0
+
+
 def test_a_section_that_never_comes_outboard_has_one_element():
     assert parts(TOWS["last_metres"])["bare"].elements == 1
 
@@ -297,6 +312,18 @@ def test_a_place_that_no_mesh_of_so_many_elements_keeps_is_refused(monkeypatch):
             with_keys(accuracy__position=0.02)
     finally:
         mesh._plan.cache_clear()
+
+
+def test_cautions_of_a_winch_that_feeds():
+    text = (
+        r"lies on the sheave with elements of 0.1\d+ m, longer than 0.1 m, 0.4 of sheave.radius: contact and tension "
+    )
+    with pytest.warns(SceneWarning, match=text + r"will ripple. Give mesh.sheave more elements, or leave it out"):
+        with_keys(mesh__sheave=2)
+    assert travel_cautions(TOWS["full_scale"], 400.0, 100.0) == [], "the fine mesh stays at the sheave"
+    (caution,) = travel_cautions(TOWS["full_scale"], 0.0, 200.0)
+    assert caution.key == "winch.scope"
+    assert caution.text == "leaves 142 m to be paid out, less than 200 m: the winch stops at the end"
 
 
 def test_a_mesh_fixed_to_the_material_has_no_plan():
