@@ -1,4 +1,4 @@
-"""Run time against error: ``cable-sim bench``. The product on P1 to P7, other codes beside it in the same process.
+"""Run time against error: ``cable-sim bench``. The product on P1 to P9, other codes beside it in the same process.
 
 Each setting is run once to warm up and then REPEATS times, taking turns with the other settings and codes of its scene;
 the figure is the median of the CPU time. A speed stands in one row with its mesh, step and error.
@@ -11,49 +11,21 @@ import statistics
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numba
 import numpy as np
 
 from .. import __version__
-from ..io.load import load_scene, override
-from ..io.replay import read_tow
-from ..io.resources import find_bag
-from ..runs.passes import Pass
-from . import ours
+from ..runs.passes import Progress, silent
+from . import haul_bench, ours, tow_bench
 from .ours import Setting, even
+from .row import METRES, Row
 from .scenes import errors
 
 REPEATS = 5
-TOW_SECONDS, TOW_SKIP = 40.0, 10.0  # P7: of nbp1406, and what of it is left out of the statistics
-# P7 meshes: elements of the sections drum, span, sheave, bare, faired; the first is the refined reference
-REFINED = ((52, 4, 144, 48, 36), 0.005)
-TOW_MESHES = (
-    ((22, 2, 80, 12, 12), 0.01),
-    ((22, 2, 80, 12, 12), 0.02),
-    ((22, 2, 80, 12, 12), 0.05),
-    ((16, 2, 80, 8, 12), 0.02),
-    ((20, 2, 40, 6, 12), 0.05),
-)
 # P4 meshes: before, on and after the sheave
 OVER_SHEAVE_COARSE, OVER_SHEAVE = ((0.33, 1), (0.29, 12), (0.38, 2)), ((0.32, 2), (0.32, 27), (0.36, 3))
-
-
-class Row(NamedTuple):
-    """One line of the table; errors are fractions, of position in P7 metres."""
-
-    scene: str
-    code: str
-    setting: str
-    elements: int
-    dt_s: float
-    error_tension: float
-    error_position: float
-    cpu_s_per_sim_s: float
-    us_per_element_iteration: float | None
-    iterations_per_step: float | None
-    note: str = ""
 
 
 SWEEPS: dict[str, tuple[Callable, tuple[Setting, ...]]] = {
@@ -96,22 +68,23 @@ SWEEPS: dict[str, tuple[Callable, tuple[Setting, ...]]] = {
         (even(69, 0.1, 0.5), even(69, 0.1 / 1.5, 0.5), even(69, 0.05, 0.5), Setting(((0.7, 25), (0.3, 44)), 0.1, 0.5)),
     ),
 }
-SCENES = (*SWEEPS, "P7")
+TOWS: dict[str, Callable[[int, Progress], list[Row]]] = {
+    "P7": tow_bench.rows,
+    "P8": haul_bench.hauled,
+    "P9": haul_bench.deep_tow,
+}
+SCENES = (*SWEEPS, *TOWS)
 PEER_SCENES = ("P2", "P4", "P5", "P6")
 
 
 def bench(
-    scenes: tuple[str, ...] = SCENES,
-    *,
-    with_peers: bool = False,
-    repeats: int = REPEATS,
-    progress: Callable[[str, float, float], None] = lambda *_: None,
+    scenes: tuple[str, ...] = SCENES, *, with_peers: bool = False, repeats: int = REPEATS, progress: Progress = silent
 ) -> list[Row]:
     """Rows of the chosen scenes. The lumped chain always runs where it can; the other codes with ``with_peers``."""
     rows = []
     for i, scene in enumerate(scenes):
         progress(scene, i, len(scenes))
-        rows += _whole_tow() if scene == "P7" else _scene(scene, with_peers, repeats)
+        rows += TOWS[scene](repeats, progress) if scene in TOWS else _scene(scene, with_peers, repeats)
     return rows
 
 
@@ -170,56 +143,6 @@ def _scene(scene: str, with_peers: bool, repeats: int) -> list[Row]:
     return rows
 
 
-def tow_at(mesh: tuple[int, ...], tick: float, algorithm: str):
-    """The full-scale scene on a mesh (elements of its sections) and a tick [s], TOW_SECONDS of nbp1406."""
-    base = load_scene("full_scale")
-    scene = override(
-        base,
-        {"solver.tick": tick, "setpoint.algorithm": algorithm}
-        | {f"cable.sections.{name}.elements": n for name, n in zip(base.cable.sections, mesh, strict=True)},
-    )
-    return Pass(scene, read_tow(find_bag("nbp1406"))).go(TOW_SECONDS, None)
-
-
-def _whole_tow() -> list[Row]:
-    rows = []
-    for algorithm in ("hold", "simplified_sheave"):
-        fine = _sampled(tow_at(*REFINED, algorithm).frames, REFINED[1])
-        for mesh, tick in TOW_MESHES:
-            driven = tow_at(mesh, tick, algorithm)
-            frames = driven.frames
-            got = _sampled(frames, tick)
-            late = got.time - got.time[0] >= TOW_SKIP * 1e9
-            mean, std = got.tension[late].mean(), got.tension[late].std()
-            of_mean = abs(mean / fine.tension[late].mean() - 1.0)
-            of_std = abs(std / fine.tension[late].std() - 1.0)
-            away = np.linalg.norm(got.body_position[late] - fine.body_position[late], axis=1).max()
-            iterations, steps = float(frames.iterations.sum()), float(frames.substeps.sum())
-            cpu = driven.stepping_s / (len(frames) * tick)
-            rows.append(
-                Row(
-                    "P7",
-                    "cable_sim_ros",
-                    f"{algorithm}, {'-'.join(map(str, mesh))}, {1e3 * tick:g} ms",
-                    sum(mesh),
-                    tick,
-                    float(max(of_mean, of_std)),
-                    float(away),
-                    cpu,
-                    1e6 * driven.stepping_s / (sum(mesh) * iterations),
-                    iterations / steps,
-                    f"{1.0 / cpu:.0f} x real time; std {std:.1f} N, reference {fine.tension[late].std():.1f} N",
-                )
-            )
-    return rows
-
-
-def _sampled(frames: np.recarray, tick: float) -> np.recarray:
-    """Every 0.1 s."""
-    every = round(0.1 / tick)
-    return frames[every - 1 :: every]
-
-
 def as_json(row: Row) -> dict[str, Any]:
     """A row for JSON: what is not a number is null."""
     return {k: None if isinstance(v, float) and not np.isfinite(v) else v for k, v in row._asdict().items()}
@@ -260,12 +183,12 @@ def markdown(rows: list[Row]) -> str:
 
 
 def cells(r: Row) -> tuple[str, ...]:
-    """A row as text: errors in percent (P7: position in cm)."""
+    """A row as text: errors in percent (P7 to P9: position in cm)."""
 
     def number(x, form):
         return "-" if x is None or not np.isfinite(x) else form.format(x)
 
-    where = number(100.0 * r.error_position, "{:.2g} cm" if r.scene == "P7" else "{:.2g} %")
+    where = number(100.0 * r.error_position, "{:.2g} cm" if r.scene in METRES else "{:.2g} %")
     return (
         r.scene,
         r.code,
@@ -282,8 +205,8 @@ def cells(r: Row) -> tuple[str, ...]:
 
 
 def series(row: Row) -> str:
-    """What a plot distinguishes: the codes, and in P7 the set-point algorithms."""
-    return f"{row.code}, {row.setting.split(',')[0]}" if row.scene == "P7" else row.code
+    """What a plot distinguishes: the codes, and in P7 the set-point algorithms with the model of the drum."""
+    return f"{row.code}, {' '.join(row.setting.split()[:2])}" if row.scene == "P7" else row.code
 
 
 def front(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
@@ -327,7 +250,7 @@ def plots(rows: list[Row], folder: Path) -> list[Path]:
                             lw=2.0 if own else 1.0,
                             color=drawn[0].get_color(),
                         )
-                unit = "m" if scene == "P7" and what == "error_position" else "fraction"
+                unit = "m" if scene in METRES and what == "error_position" else "fraction"
                 axis.set_xlabel("CPU s per simulated s" if scene != "P1" else "CPU s")
                 axis.set_title(f"{scene}: {what.replace('_', ' of ')} [{unit}]")
             handles = axis.get_legend_handles_labels()

@@ -111,26 +111,30 @@ def stress(ids, quick, out, as_json) -> None:
 
 @click.command()
 @click.argument(
-    "scenes", nargs=-1, type=click.Choice([f"P{i}" for i in range(1, 8)], case_sensitive=False), metavar="[P1 ... P7]"
+    "scenes", nargs=-1, type=click.Choice([f"P{i}" for i in range(1, 10)], case_sensitive=False), metavar="[P1 ... P9]"
 )
 @click.option("--peers", is_flag=True, help="Other codes beside ours, taking turns; needs the extra [peers].")
 @click.option("--repeats", type=click.IntRange(min=1), help="Timed runs of each setting. Default: 5, of --features 15.")
 @click.option("--features", is_flag=True, help="In place of scenes: what each feature of a scene costs a step.")
 @click.option("--sheave-mesh", is_flag=True, help="In place of scenes: how fine a mesh the answers at the sheave need.")
 @click.option("--mesh", "promises", is_flag=True, help="In place of scenes: is the error promised for a mesh kept?")
+@click.option("--haul", is_flag=True, help="In place of scenes: what cable on the drum, cable out and elements cost.")
+@click.option("--ticks", is_flag=True, help="In place of scenes: the longest tick in real time, a minute at 2 m/s.")
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for table, JSON and plots.")
 @json_option
-def bench(scenes, peers, repeats, features, sheave_mesh, promises, out, as_json) -> None:
+def bench(scenes, peers, repeats, features, sheave_mesh, promises, haul, ticks, out, as_json) -> None:
     """Run time against error on the benchmark scenes (default: all), medians of runs that take turns."""
-    studies = [name for name, on in (("features", features), ("sheave_mesh", sheave_mesh), ("mesh", promises)) if on]
+    asked = {"features": features, "sheave_mesh": sheave_mesh, "mesh": promises, "haul": haul, "ticks": ticks}
+    studies = [name for name, on in asked.items() if on]
     if studies:
         if len(studies) > 1 or scenes or peers:
             raise click.UsageError(
-                "--features, --sheave-mesh and --mesh each stand alone: no scene and no --peers beside them"
+                "--features, --sheave-mesh, --mesh, --haul and --ticks each stand alone: no scene and no --peers "
+                "beside them"
             )
-        if not features and repeats:
+        if repeats and not features and not haul:
             option = "--" + studies[0].replace("_", "-")
-            raise click.UsageError(f"{option} is no timing: nothing is repeated; leave --repeats out")
+            raise click.UsageError(f"{option} repeats nothing; leave --repeats out")
         _study(studies[0], repeats, out, as_json)
         return
     from . import bench as benchmarks
@@ -177,7 +181,7 @@ def bench(scenes, peers, repeats, features, sheave_mesh, promises, out, as_json)
 
 
 def _study(name: str, repeats: int | None, out: Path | None, as_json: bool) -> None:
-    """The cost of each feature, the mesh at the sheave, or promised errors: Markdown or JSON, both into the folder."""
+    """A study by the name of its option: Markdown or JSON, both into the folder."""
     found: Any
     data: Any
     if name == "features":
@@ -190,6 +194,19 @@ def _study(name: str, repeats: int | None, out: Path | None, as_json: bool) -> N
 
         found = mesh_promise.promises()
         data, text = [row._asdict() for row in found], mesh_promise.markdown(found)
+    elif name == "haul":
+        from . import haul_cost
+
+        with progress_bar(False) as progress:
+            found = haul_cost.study(repeats or haul_cost.TURNS, progress)
+        data = found._asdict() | {"points": [point._asdict() for point in found.points]}
+        text = haul_cost.markdown(found)
+    elif name == "ticks":
+        from . import ticks
+
+        with progress_bar(False) as progress:
+            found = ticks.ticks(progress=progress)
+        data, text = found._asdict(), ticks.markdown(found)
     else:
         from . import sheave
 

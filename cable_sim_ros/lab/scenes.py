@@ -1,6 +1,7 @@
 """Benchmark scenes: parameters, reference histories and the stated error measures, in one place for every code.
 
-P6 is P5 with 69 elements; P7 is a whole tow and has no file: its reference is its own refined solution (bench.py).
+P6 is P5 with 69 elements; P7 to P9 are whole tows and have no file: their references
+are their own refined solutions (tow_bench.py, haul_bench.py).
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ WHAT = {
     "P5": ("worse of mean and std of the top tension, 60 to 100 s", "heave amplitude of the towbody"),
     "P6": ("worse of mean and std of the top tension, 60 to 100 s", "heave amplitude of the towbody"),
     "P7": ("worse of mean and std of the tension, each over its own", "largest distance of the towbody [m]"),
+    "P8": ("tension at rest over the working tension", "distance of the towbody at rest from its static start [m]"),
+    "P9": ("worse of mean and std of the tension, each over its own", "largest distance of the towbody [m]"),
 }
 
 

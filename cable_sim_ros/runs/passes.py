@@ -55,12 +55,14 @@ class Start(NamedTuple):
 
 
 class Driven(NamedTuple):
-    """Frames of a pass, wall times [s] of compiling, static start and stepping, and why it ended early ("" = not)."""
+    """Frames of a pass, wall times [s] of compiling, static start and stepping, CPU time [s] of stepping, and why it
+    ended early ("" = not)."""
 
     frames: np.recarray
     compile_s: float
     start_s: float
     stepping_s: float
+    stepping_cpu_s: float
     problem: str
 
 
@@ -104,11 +106,11 @@ class Pass:
         self.sim.start(time_ns=start.time, position=start.position, heading=start.heading)
         started = time.perf_counter()
         payout = float(self.sim.frame["payout"])
-        frames, stepping, problem = self._steps(start, self._ticks(start, duration), bag)
+        frames, stepping, cpu, problem = self._steps(start, self._ticks(start, duration), bag)
         _warn_of_travel(self.scene, frames["payout"] - payout)
         if self.tow is not None:
             _warn_of_mean_track(self.scene, start.heading, frames)
-        return Driven(frames, compiled - begun, started - starting, stepping, problem)
+        return Driven(frames, compiled - begun, started - starting, stepping, cpu, problem)
 
     def _start(self) -> Start:
         tow, feeder = self.tow, self.feeder
@@ -138,12 +140,12 @@ class Pass:
             length = min(length, round(duration * SECOND))
         return max(1, length // self.tick)
 
-    def _steps(self, start: Start, ticks: int, bag: Path | None) -> tuple[np.recarray, float, str]:
+    def _steps(self, start: Start, ticks: int, bag: Path | None) -> tuple[np.recarray, float, float, str]:
         chunk = max(1, min(round(CHUNK * SECOND), self._ring_limit()) // self.tick)
         recording = None
         if bag is not None:
             recording = _RunRecorder(bag, self.scene, start, self.tow, self.winch)
-        parts, done, stepping, problem, now = [], 0, 0.0, "", start.time
+        parts, done, stepping, cpu, problem, now = [], 0, 0.0, 0.0, "", start.time
         planned = start.time  # commands before it are pushed
         if self.winch is not None:
             _warn_of_plan(self.scene, self.winch, ticks * self.tick * 1e-9)
@@ -156,7 +158,7 @@ class Pass:
                 if self.winch is not None:
                     self._command(self.winch, start.time, planned, now + AHEAD)
                     planned = now + AHEAD
-                begun = time.perf_counter()
+                begun, used = time.perf_counter(), time.process_time()
                 try:
                     frames = self.sim.run(count)
                 except SolverError as error:
@@ -164,6 +166,7 @@ class Pass:
                     break
                 finally:
                     stepping += time.perf_counter() - begun
+                    cpu += time.process_time() - used
                 parts.append(frames.copy())
                 if recording is not None:
                     recording.write(frames, *self.sim.chunk_tables, self.pending)
@@ -174,7 +177,7 @@ class Pass:
             if recording is not None:
                 recording.close()
         frames = np.concatenate(parts).view(np.recarray) if parts else np.zeros(0, FRAME).view(np.recarray)
-        return frames, stepping, problem
+        return frames, stepping, cpu, problem
 
     def _command(self, plan: WinchPlan, start: int, begin: int, end: int) -> None:
         """Push the plan's commands with stamps in [begin, end) ns, as messages that a recording has and a replay takes.
