@@ -31,7 +31,8 @@ from ..sim.simulator import Simulator, SolverError
 
 SECOND = 1_000_000_000
 AHEAD = SECOND // 10  # motion is pushed this far past the end of a chunk, so that no tick looks past the newest
-CHUNK = 1.0  # s, at most
+# s and ticks of one compiled call, at most; each begins with cold caches
+CHUNK, CHUNK_TICKS = 5.0, 256
 RING_MOST = 800  # samples a tick may last: the ring holds 1024, with those of AHEAD and the one before
 RING_SHARE = 400  # samples a chunk may bring: less than half the ring
 SETTLE = 5.0  # s of a run without motion
@@ -141,7 +142,7 @@ class Pass:
         return max(1, length // self.tick)
 
     def _steps(self, start: Start, ticks: int, bag: Path | None) -> tuple[np.recarray, float, float, str]:
-        chunk = max(1, min(round(CHUNK * SECOND), self._ring_limit()) // self.tick)
+        chunk = max(1, min(min(round(CHUNK * SECOND), self._ring_limit()) // self.tick, CHUNK_TICKS))
         recording = None
         if bag is not None:
             recording = _RunRecorder(bag, self.scene, start, self.tow, self.winch)
