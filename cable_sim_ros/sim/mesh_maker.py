@@ -38,7 +38,9 @@ WANTS = (  # what asks for elements outboard, in the order of Maker.density
     "waves along the cable",
     "sideways motion, damped by drag",
     "jump of the curvature at the water surface",
+    "touchdown on the seabed",
 )
+PER_HEIGHT = 15.0  # elements over the height from seabed to sheave: where cable comes down it turns level within that
 
 
 class Error(NamedTuple):
@@ -82,10 +84,12 @@ class Maker(SheaveMesh):
         )
 
     def check_solver(self, nodes: int) -> None:
-        """Refuse a place finer than the forces are solved to."""
+        """Refuse a place finer than the forces are solved to; one that the scene does not ask for is then coarser."""
         worst = max(self.shapes, key=lambda scope: self.floor(scope, nodes))
         floor, solver = self.floor(worst, nodes), self.scene.solver
-        if floor > SOLVER_SHARE * self.position:
+        if floor > SOLVER_SHARE * self.position and self.scene.accuracy.position is None:
+            self.position = 1.1 * floor / SOLVER_SHARE
+        elif floor > SOLVER_SHARE * self.position:
             tolerance = 0.9 * solver.tolerance * SOLVER_SHARE * self.position / floor
             raise MeshError(
                 "accuracy.position",
@@ -117,7 +121,7 @@ class Maker(SheaveMesh):
                 )
 
     def density(self, scope: float, share: float) -> np.ndarray:
-        """Elements per length along the shape at ``scope``, from the body, that each of WANTS asks for [4, n].
+        """Elements per length along the shape at ``scope``, from the body, that each of WANTS asks for [5, n].
 
         share [m]: h^4 |d4r/ds4| of an element.
         """
@@ -131,6 +135,7 @@ class Maker(SheaveMesh):
             PER_WAVE / (speed * SHORTEST_PERIOD),
             1.0 / (LAYERS * self.damped_length(shape) + SMOOTH * far),
             np.zeros_like(far),
+            np.full_like(far, self.touchdown),
         ]
         for place, jump in kinks(shape):
             if jump > 0.0:
@@ -140,6 +145,15 @@ class Maker(SheaveMesh):
                 travel = self.heave / max(rise, 1e-3) if shape.wet[i] != shape.wet[min(i + 1, len(far) - 1)] else 0.0
                 wants[3] = np.maximum(wants[3], here * (np.abs(shape.s - place) < 0.5 / here + travel))
         return np.array(wants)
+
+    @property
+    def touchdown(self) -> float:
+        """Elements per length where the cable may come down on a seabed: anywhere along it, if it is long enough."""
+        scene = self.scene
+        if scene.seabed.depth is None:
+            return 0.0
+        height = scene.seabed.depth + scene.sheave.position[2] + scene.ship.reference_height
+        return PER_HEIGHT / height if max(self.shapes) > height else 0.0
 
     @property
     def heave(self) -> float:
@@ -278,7 +292,10 @@ class Maker(SheaveMesh):
         rows = []
         if first:
             rows.append(Part("inboard", "ship", first, *ends(sizes[:first]), self.reasons["inboard"]))
-        rows.append(Part("sheave", "ship", len(sizes) - first, *ends(sizes[first:]), self.reasons["sheave"]))
+        last = len(sizes) - self.spare
+        rows.append(Part("sheave", "ship", last - first, *ends(sizes[first:last]), self.reasons["sheave"]))
+        if self.spare:
+            rows.append(Part("hanging", "ship", self.spare, *ends(sizes[last:]), self.reasons["hanging"]))
         h, at = -np.diff(self.arcs(mesh, self.start)), 0
         for name, share in zip(self.names, mesh.shares, strict=True):
             part = h[at : at + len(share)]

@@ -62,6 +62,7 @@ class SheaveMesh:
         self.masses = np.array([[row[MASS_PER_LENGTH], row[ADDED_MASS]] for row in rows]).T  # kg/m, own and added
         self.position = scene.accuracy.position or min(max(USUAL_POSITION, PER_SCOPE[0] * most), PER_SCOPE[1] * most)
         self.reasons: dict[str, str] = {}
+        self.spare = 0  # elements aboard that only a tow that hangs straight down needs
 
     def sheave_size(self) -> float:
         """Length [m] of the elements at the sheave."""
@@ -101,12 +102,16 @@ class SheaveMesh:
         """Nodes from the drum to a little outboard of the sheave, m from the drum's tangent point."""
         mesh, route = self.scene.mesh, self.route
         layer = max(size, LAYER * self.bending)
-        before = min(layer if mesh.before is None else mesh.before, 0.9 * route.span)
+        shift = route.span * self.tension / extreme(self.scene.cable, "axial_stiffness")[1]
+        # nodes stand at unstretched distances: tension moves them outboard
+        shift = shift if shift > 0.25 * size else 0.0
+        before = min((layer if mesh.before is None else mesh.before) + shift, 0.9 * route.span)
         least_angle = min(shape.angle for shape in self.shapes.values())
         if mesh.after is None:
             leaves = route.on_sheave(least_angle - SWING)
+            hanging = max(route.on_sheave(0.0) - leaves, 0.0)
         else:
-            leaves, layer = route.on_sheave(self.shapes[self.start].angle), mesh.after
+            leaves, layer, hanging = route.on_sheave(self.shapes[self.start].angle), mesh.after, 0.0
         room = 0.5 * self.start
         self.contact = (route.span * (1 + 1e-9), (route.span + min(leaves, room)) * (1 - 1e-9))  # m, on the sheave
         end = route.span + min(leaves + layer, room)
@@ -116,10 +121,15 @@ class SheaveMesh:
             self.reasons["sheave"] = "mesh.sheave, by hand"
         else:
             cap = max(size, 0.75 * self.bending)
-            inner = graded(before, size, cap)[::-1]
-            contact = even(min(leaves, room), size)
+            inner = graded(before - shift, size, cap)[::-1]
+            contact = even(min(leaves, room) + shift, size)
             outer = graded(max(end - route.span - leaves, 0.0), size, cap)
-            fine = begin + np.concatenate(([0.0], np.cumsum(np.concatenate((inner, contact, outer)))))
+            # a ship that stops, and more still one that backs: the tow hangs straight down
+            hanging = min(hanging, max(room - leaves - layer, 0.0))
+            spare = even(hanging, COARSEST * self.scene.sheave.radius) if hanging > 0.25 * size else np.zeros(0)
+            self.spare = len(spare)
+            self.reasons["hanging"] = "a tow that hangs straight down wraps it round the sheave: the ship may stop"
+            fine = begin + np.concatenate(([0.0], np.cumsum(np.concatenate((inner, contact, outer, spare)))))
         count = mesh.inboard
         if count is None:
             count = 1 if begin < 4.0 * size else 2
