@@ -126,7 +126,7 @@ def node(ros_arguments: tuple[str, ...]) -> None:
     type=click.Choice(["chosen", "fixed"]),
     default="chosen",
     show_default=True,
-    help="Time step: chosen by its error (solver.tension_error, else accuracy.tension of the scene), or fixed: one a Frame.",
+    help="Time step: chosen by its error (solver.tension_error, else accuracy.tension), or fixed: one a Frame.",
 )
 @click.option(
     "--every",

@@ -40,7 +40,7 @@ def read_sheave(model, state, table):
     coord = state.memory[NOW].ship.motion.coord
     rows, loaded = 0, 0
     fx, fy, fz, total = 0.0, 0.0, 0.0, 0.0
-    first, last, deepest, coarse, length = 0.0, 0.0, 0.0, False, 0.0
+    first, last, deepest, coarse, length = 0.0, 0.0, 0.0, found.coarse != 0, 0.0
     nearest, where, spare = 1e300, 0.0, -model.settings[0].groove_depth
     for j in range(found.first, found.end):
         s = state.stations[j]
@@ -77,6 +77,7 @@ def read_drums(state):
     deepest, coarse, arc = 0.0, False, state.nodes[NOW, ARC, :, 0]
     for i in range(state.surfaces.shape[0]):
         if state.surfaces[i].kind == DRUM:
+            coarse = coarse or state.survey[i].coarse != 0
             for j in range(state.survey[i].first, state.survey[i].end):
                 s = state.stations[j]
                 if s.depth_own > 0.0:

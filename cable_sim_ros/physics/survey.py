@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from .coarse import LONG, lies_in
 from .contact import LOADED, touch
 from .jit import driver, inline, link, opaque
 from .shape import W5, X5, point_of
 from .state import ARC, NOW, STEP, Q, V
-from .surface import GROOVE, NO_TOP, beside, clearance, out_of_reach, place, solid
-from .vec import axpy, cross, sub
+from .surface import FLOOR, GROOVE, NO_TOP, beside, clearance, out_of_reach, place, solid
+from .vec import axpy, cross, row3, scale, sub
 
 NOT_ENTERED, DEEP, THROUGH = range(3)  # SURVEY.entered
 
@@ -45,6 +46,18 @@ def note(station, surface, element, s, r, touched):
 
 
 @driver
+def lies_on(s, q, e, length):
+    """Is a part of element e in a round Solid, by more than a hundredth of its radius?"""
+    a, b = scale(length, gradient(q, e)), scale(length, gradient(q, e + 1))
+    return lies_in(s, 0.01 * s.radius, row3(q, e), a, row3(q, e + 1), b)
+
+
+@inline
+def gradient(q, n):
+    return (q[n, 3], q[n, 4], q[n, 5])
+
+
+@driver
 def _survey(state, h, everywhere):
     """Visit every station of every surface after a step of h [s]: state.stations and state.survey.
 
@@ -55,12 +68,14 @@ def _survey(state, h, everywhere):
     count = 0
     for i in range(state.surfaces.shape[0]):
         s, found = solid(state.surfaces[i]), state.survey[i]
-        found.first, found.entered, least = count, NOT_ENTERED, NO_TOP
+        found.first, found.entered, found.coarse, least = count, NOT_ENTERED, 0, NO_TOP
         for e in range(arc.shape[0] - 1):
             length = arc[e + 1, 0] - arc[e, 0]
             mid, _, _ = point_of(arc, q, v, e, 0.5)
             if not everywhere and out_of_reach(s, mid, 0.55 * length):  # 10 % for stretch and curvature
                 continue
+            if s.kind != FLOOR and length > LONG * s.radius and found.coarse == 0 and lies_on(s, q, e, length):
+                found.coarse = 1
             for g in range(5):
                 r, w, _ = point_of(arc, q, v, e, X5[g])
                 touched, station = touch(s, r, w), state.stations[count]

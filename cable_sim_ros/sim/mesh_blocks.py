@@ -35,6 +35,15 @@ class Accuracy(Block):
         "1e-5 nor above 1e-3 of the largest scope",
         "docs/mesh.md",
     )
+    slack: float = quantity(
+        0.0,
+        "m",
+        0.0,
+        100.0,
+        "slack cable that may come onto the sheave from outboard, and the whole span from inboard: elements there as "
+        "at the sheave's coarsest; 0: the cable stays taut",
+        "docs/mesh.md",
+    )
     sheave: SheaveAnswer = quantity(
         SheaveAnswer.RESULTANT, "", None, None, "what is wanted of the contact on the sheave", "docs/accuracy.md"
     )

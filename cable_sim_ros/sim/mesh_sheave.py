@@ -20,6 +20,7 @@ LEAST_SCOPE = 10.0  # sheave radii: nearer than that a body is hauled in, not to
 RADII_PER_TENSION = 50.0  # sheave element over its radius, per relative error of tension; 0.25 radii at 0.005
 FINEST = 0.025  # radii; what 0.0005 asks for
 COARSEST = 0.4
+SLACK_RADII = 0.7  # element of slack cable of the span over the sheave's radius; overspeed, docs/stress.md N8
 PER_BENDING = {SheaveAnswer.DISTRIBUTION: 1.5, SheaveAnswer.ENDS: 0.75}  # element over sqrt(EI/T)
 SOFTEST_ENDS = 0.01  # penetration limit with which the ends of the contact are those of a rigid sheave
 NO_BENDING = 0.2  # radii: element where a load along the sheave is wanted of a cable without bending stiffness
@@ -109,7 +110,7 @@ class SheaveMesh:
         least_angle = min(shape.angle for shape in self.shapes.values())
         if mesh.after is None:
             leaves = route.on_sheave(least_angle - SWING)
-            hanging = max(route.on_sheave(0.0) - leaves, 0.0)
+            hanging = max(route.on_sheave(0.0) - leaves, 0.0) + self.scene.accuracy.slack
         else:
             leaves, layer, hanging = route.on_sheave(self.shapes[self.start].angle), mesh.after, 0.0
         room = 0.5 * self.start
@@ -129,11 +130,18 @@ class SheaveMesh:
             spare = even(hanging, COARSEST * self.scene.sheave.radius) if hanging > 0.25 * size else np.zeros(0)
             self.spare = len(spare)
             self.reasons["hanging"] = "a tow that hangs straight down wraps it round the sheave: the ship may stop"
+            if self.scene.accuracy.slack > 0.0:
+                self.reasons["hanging"] += f"; {self.scene.accuracy.slack:g} m of slack cable"
             fine = begin + np.concatenate(([0.0], np.cumsum(np.concatenate((inner, contact, outer, spare)))))
         count = mesh.inboard
         if count is None:
             count = 1 if begin < 4.0 * size else 2
             self.reasons["inboard"] = "cable under tension, nearly straight"
+            if self.scene.accuracy.slack > 0.0:
+                count = max(count, len(even(begin, SLACK_RADII * self.scene.sheave.radius)))
+                self.reasons["inboard"] = (
+                    f"{SLACK_RADII:g} sheave radii: slack cable of the span may come onto the sheave"
+                )
         else:
             self.reasons["inboard"] = "mesh.inboard, by hand"
         self.inboard = 0 if begin <= 1e-9 else count

@@ -35,7 +35,7 @@ def short(outboard: float, wound: float, **values) -> Scene:
 
 def short_for_slack(outboard: float, wound: float, **values) -> Scene:
     """The same with short elements wherever slack cable may lie on the sheave."""
-    mesh = {"mesh__inboard": 40, "mesh__before": 1.0, "mesh__after": 6.0, "mesh__sections": {"all": {"elements": 60}}}
+    mesh = {"accuracy__slack": 6.0, "mesh__sections": {"all": {"elements": 60}}}
     return short(outboard, wound, **mesh | values)
 
 
