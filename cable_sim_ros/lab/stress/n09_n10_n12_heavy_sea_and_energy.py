@@ -35,7 +35,7 @@ NOT_YET = f"Frames have no {', '.join(ACCOUNT)}"
 
 
 def _heavy(depth: float, seconds: float) -> tuple[list[Figure], list[str], bool]:
-    scene = held(sheave__groove_depth=depth)
+    scene = held(sheave__groove_depth=depth, accuracy__slack=1.0)
     sim = started(scene)
     sea = Sea(scene, heave=(6.0, 8.0, 0.0), roll=(np.radians(35.0), 11.0, 0.0))
     watch = Watch(sim)
