@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 from bench_cable import Bench, floor_under, touching
 
+from cable_sim_ros.io.load import load_scene
+from cable_sim_ros.physics.feed import lay_mesh
 from cable_sim_ros.physics.flow import material
 from cable_sim_ros.physics.shape import point_of, shape
 from cable_sim_ros.physics.state import ARC, NOW
+from cable_sim_ros.sim.simulator import Simulator
 
 C1, C2 = 30.0, 900.0
 
@@ -89,3 +92,24 @@ def test_tangent_with_flow(what, rates):
     exact = what == "dry" or (rates == "uniform" and what in ("drum", "groove", "floor"))
     # left out is L'/L = 0.7 1/s beside c1 = 30 1/s; a haul of 1 m/s of 100 m of cable has 0.01 beside 40
     assert worst(bench) < (1e-6 if exact else 3e-2 if what == "floor" else 3e-3)
+
+
+@pytest.mark.parametrize("hauled", [0.0, 294.0, 298.0, 299.2, 299.8, 320.0, 430.0])
+def test_places_of_the_mesh_have_the_rates_they_say(hauled):
+    """Through the blend in which the end of a section comes to the mesh aboard, and on either side of it."""
+    sim = Simulator(load_scene("full_scale"))
+    drum, winch, d = sim.model.settings[0].drum, sim.state.now.winch, 1e-3
+    rate, accel = -1.7, 0.9
+
+    def arcs(t: float) -> np.ndarray:
+        winch.length, winch.flow[:2] = -hauled + rate * t + 0.5 * accel * t * t, (rate + accel * t, accel)
+        table = np.zeros((sim.nodes, 6))
+        lay_mesh(sim.model.feed, drum, winch, table, sim.model.line.elements)
+        return table
+
+    before, now, after = (arcs(t) for t in (-d, 0.0, d))
+    assert (np.diff(now[:, 0]) > 0.0).all() and now[-1, 0] == 600.0
+    assert now[:, 1] == pytest.approx((after[:, 0] - before[:, 0]) / (2 * d), abs=1e-5)
+    assert now[:, 2] == pytest.approx((after[:, 0] - 2 * now[:, 0] + before[:, 0]) / d**2, abs=2e-3)
+    if hauled < 290.0:
+        assert np.isclose(now[:, 0], 450.0, atol=1e-12).any(), "a node is on the end of the bare section"

@@ -154,3 +154,19 @@ def test_a_haul_saved_half_way_goes_on_bit_for_bit(tmp_path):
     assert again.run(200).tobytes() == first.tobytes()
     np.testing.assert_array_equal(again.state.now.winch.wound, sim.state.now.winch.wound)
     assert first.payout[0] - first.payout[-1] == pytest.approx(3.5 * 9.95, abs=0.01) and keeps_cable(first)
+
+
+def test_a_body_on_the_line_stops_before_it_comes_to_the_sheave():
+    """A depressor at the end of the bare cable: the winch stops with it outboard, where it is clamped; and back."""
+    depressor = {"at": "bare", "mass": 40.0, "net_weight": 250.0, "drag_area": (0.02, 0.2, 0.2)}
+    sim = started(**{"bodies": {"depressor": depressor}, "winch.scope": 158.0, "ship.tow_speed": 1.0})
+    node = int(sim.model.line.body_nodes[1])
+    frames = commanded(sim, 8.0, -2.0)
+    assert Flag(int(frames.status[-1])) & Flag.DRUM_END and keeps_cable(frames)
+    assert frames.payout_rate[-1] == pytest.approx(0.0, abs=1e-3)
+    assert sim.state.arc[node] == pytest.approx(450.0, abs=1e-6), "it stays where it is clamped"
+    assert 150.0 < frames.scope[-1] < 156.0, "8 m were to be hauled in"
+    away = np.linalg.norm(sim.state.q[node, :3] - sim.state.now.sheave.position)
+    assert away > 2.0 * sim.scene.sheave.radius
+    back = commanded(sim, 2.0, 1.0)
+    assert back.scope[-1] > frames.scope[-1] + 1.5 and not Flag(int(back.status[-1])) & Flag.DRUM_END
