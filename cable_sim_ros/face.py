@@ -29,14 +29,17 @@ class Simulator(simulator.Simulator):
             scene = load_scene(scene)
         super().__init__(scene)
 
-    def run(self, count: int, winch: WinchPlan | str | os.PathLike | None = None) -> np.recarray:
+    def run(
+        self, count: int, winch: WinchPlan | str | os.PathLike | None = None, *, heads: np.ndarray | None = None
+    ) -> np.recarray:
         """Advance ``count`` ticks; returns their Frames. Raises SolverError, PlanError.
 
         winch: a plan, its text or file, its times in s from the start of the simulation; give it again to go on with
-        it. What else is pushed as a winch command meanwhile must not be newer than the plan's.
+        it. What else is pushed as a winch command meanwhile must not be newer than the plan's. heads: see the class
+        above, without a plan.
         """
         if winch is None:
-            return super().run(count)
+            return super().run(count, heads=heads)
         plan, drum = WinchPlan.of(winch), self.model.settings[0].drum
         plan.check(drum)
         tick, parts = int(self.model.settings[0].tick_ns), []

@@ -1,13 +1,12 @@
 """Recorded bags as input: motion and commands in order of arrival, and what the bag recorded of the tow.
 
 Inputs are found by `messages.find_topics`. Stamps are those of the messages' headers, arrivals the log times of the
-bag. Commands are taken in as the live node does: same decoder, same ingest, same map of arrivals to the clock of the
-motion (`io.clock`), so that the same are refused and the others count from the same time.
+bag, and both are judged as the live node judges them (`io.intake`). A bag that this program recorded has a journal
+(`io.journal`) beside, which says what the simulation took and when.
 """
 
 from __future__ import annotations
 
-import json
 import os
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -16,14 +15,19 @@ from typing import NamedTuple
 import numpy as np
 
 from ..physics.heave import Heave, MotionInput
-from ..physics.inputs import MOTION_ROWS, Inputs
+from ..physics.inputs import Inputs
 from ..sim.scene import Scene
+from . import journal
 from .bag import BagError, read_bag, read_metadata
 from .channels import CHANNELS, channel_of, decode, decode_frames
-from .clock import DataClock
+from .clock import CONFIRM, DataClock, Stamp
 from .commands import NEVER, CommandIngest
+from .intake import Intake, Took
 from .messages import KINDS, read_motion, stamp_of
 from .motion import MotionIngest
+
+STILL = 1_000_000_000  # ns; a longer step of the stamps says nothing of how long a bag lasts
+AGREE = 0.5  # share of the time by the stamps that log times must cover to be arrivals
 
 
 class Event(NamedTuple):
@@ -35,6 +39,14 @@ class Event(NamedTuple):
     data: bytes
 
 
+class Span(NamedTuple):
+    """Motion between two jumps of its clock: stamps of the first and the last message [ns], and their number."""
+
+    start: int
+    end: int
+    count: int  # type: ignore[assignment]  # a tuple's own count() is not used here
+
+
 @dataclass
 class RecordedTow:
     """A bag read once: input events in order of arrival, recorded outputs by channel, what the bag says of itself."""
@@ -43,65 +55,114 @@ class RecordedTow:
     events: list[Event]
     outputs: dict[str, list[bytes]] = field(default_factory=dict)  # name of the channel -> messages in order
     about: dict[str, str] = field(default_factory=dict)  # custom data of the bag
+    journal: list[bytes] = field(default_factory=list)
+    notices: list[str] = field(default_factory=list)  # what a user should know of the bag
 
     @cached_property
+    def spans(self) -> list[Span]:
+        """The motion by its stamps; odd stamps belong to none."""
+        clock, spans = DataClock(), []
+        for event in self.events:
+            if event.kind == "command":
+                continue
+            judged = clock.judge(event.time, event.arrival)
+            if judged is Stamp.FITS:
+                if clock.offset is None:
+                    spans.append(Span(event.time, event.time, 0))
+                first, last, count = spans[-1]
+                spans[-1] = Span(first, max(last, event.time), count + 1)
+                clock.update(event.time, event.arrival)
+            elif judged is Stamp.JUMPED:
+                clock.reset()
+                if spans[-1].count < CONFIRM:  # it was the odd one
+                    spans.pop()
+        return spans or [Span(0, 0, 0)]
+
+    @property
     def start(self) -> int:
         """Stamp of the first motion message, ns."""
-        return min(event.time for event in self.events if event.kind != "command")
+        return self.spans[0].start
 
-    @cached_property
+    @property
     def end(self) -> int:
         """Stamp of the last motion message, ns."""
-        return max(event.time for event in self.events if event.kind != "command")
+        return self.spans[-1].end
+
+    @property
+    def length(self) -> int:
+        """Time that the motion covers, ns."""
+        return sum(span.end - span.start for span in self.spans)
 
     @cached_property
     def rate(self) -> float:
         """Motion messages per second."""
-        count = sum(event.kind != "command" for event in self.events)
-        return count / max(1e-9, (self.end - self.start) * 1e-9)
-
-    def started(self) -> tuple[int, tuple[float, float], float] | None:
-        """Time [ns], place [m] and heading [rad] of the recorded static start, None where the bag does not say."""
-        try:
-            return (
-                int(self.about["start_time_ns"]),
-                tuple(json.loads(self.about["start_position_m"])),
-                float(self.about["start_heading_rad"]),
-            )
-        except (KeyError, ValueError):
-            return None
+        return sum(span.count for span in self.spans) / max(1e-9, self.length * 1e-9)
 
 
 def read_tow(path: str | os.PathLike, *, imu_only: bool = False) -> RecordedTow:
-    """Read a bag. imu_only: leave odometry out. BagError if it cannot be read or holds no motion."""
+    """Read a bag. imu_only: leave odometry out. BagError if it cannot be read, or holds neither motion nor journal."""
     path = os.fspath(path)
-    events = [
-        Event(stamp_of(data) or time, time, kind, data)
-        for time, kind, data in read_motion(path)
-        if not (imu_only and kind == "odometry")
-    ]
-    if not any(event.kind != "command" for event in events):
-        raise BagError(
-            f"bag '{path}' holds no {KINDS['imu'][0]}: nothing was simulated; leave --imu-only out, or give "
-            "a bag with an IMU"
-        )
     outputs: dict[str, list[bytes]] = {}
+    entries: list[bytes] = []
     try:
         about = read_metadata(path).get("custom_data") or {}
         for message in read_bag(path):
             channel = channel_of(message.topic, message.msgtype)
             if channel is not None:
                 outputs.setdefault(channel.name, []).append(message.data)
+            elif message.msgtype == journal.MSGTYPE and f"/{message.topic}".endswith(f"/{journal.TOPIC}"):
+                entries.append(message.data)
     except BagError:  # a lone file or one of ROS 1 can hold nothing of ours
         about = {}
-    return RecordedTow(path, events, outputs, about)
+    try:
+        events = [
+            Event(stamp_of(data) or time, time, kind, data)
+            for time, kind, data in read_motion(path)
+            if not (imu_only and kind == "odometry")
+        ]
+    except BagError:
+        if not entries:
+            raise
+        events = []  # a run without motion
+    if not entries and not any(event.kind != "command" for event in events):
+        raise BagError(
+            f"bag '{path}' holds no {KINDS['imu'][0]}: nothing was simulated; leave --imu-only out, or give "
+            "a bag with an IMU"
+        )
+    tow = RecordedTow(path, events, outputs, about, entries)
+    if not usable_arrivals(events):
+        tow.events = by_stamps(events)
+        tow.notices.append(
+            f"{path}: the log times do not run with the stamps of the motion, so they are no times of arrival: "
+            f"messages are taken in their order, as if each had come at once"
+        )
+    return tow
+
+
+def usable_arrivals(events: list[Event]) -> bool:
+    """Can the log times be times of arrival? Not where they stand still while the stamps go on."""
+    motion = [event for event in events if event.kind != "command"]
+    by_stamp = sum(min(max(b.time - a.time, 0), STILL) for a, b in zip(motion, motion[1:]))
+    by_log = motion[-1].arrival - motion[0].arrival if motion else 0
+    return by_log >= AGREE * by_stamp
+
+
+def by_stamps(events: list[Event]) -> list[Event]:
+    """The events as if each had come at once: the arrival runs with the stamps, whose jumps are left out."""
+    out, now, last = [], events[0].time if events else 0, None
+    for event in events:
+        if event.kind != "command":
+            if last is not None:
+                now += min(max(event.time - last, 0), STILL)
+            last = event.time
+        out.append(event._replace(arrival=now))
+    return out
 
 
 class Feeder:
-    """Pushes the events of a bag into the rings, in order, up to a time.
+    """Pushes the events of a bag into the rings, in order of arrival, up to a time; its intake counts refusals.
 
-    `ingest` and `commands` count what they refuse. Motion that a live node drops because its stamp is off the clock is
-    taken here, as a bag's log times need not be arrivals; it does not move the clock.
+    `jumped`: the clock of the motion has jumped, and no more comes before `follow`.
     """
 
     def __init__(
@@ -112,55 +173,62 @@ class Feeder:
         motion: MotionInput | None = None,
         heave: Heave | None = None,
     ) -> None:
-        self.ingest = MotionIngest(inputs, scene.ship, heave or Heave(), motion, scene.gravity)
-        self.commands = CommandIngest(inputs)
-        self.clock = DataClock()
-        self.inputs, self.tow = inputs, tow
+        self.intake = Intake(inputs, scene, motion, heave)
+        self.inputs, self.tow, self.jumped = inputs, tow, False
         self._next = 0
+
+    @property
+    def ingest(self) -> MotionIngest:
+        """Of the motion."""
+        return self.intake.ingest
+
+    @property
+    def commands(self) -> CommandIngest:
+        """Of the winch commands."""
+        return self.intake.commands
+
+    @property
+    def clock(self) -> DataClock:
+        """Of the motion."""
+        return self.intake.clock
+
+    @property
+    def following(self) -> int:
+        """Stamp of the next event, ns."""
+        return self.tow.events[self._next].time
 
     @property
     def done(self) -> bool:
         """True when every event has been pushed."""
         return self._next >= len(self.tow.events)
 
-    def until(self, time_ns: int, newest: int | None = None) -> list[Event]:
-        """Push every event up to this time, but no motion after the sample `newest` [ns]; returns them.
+    def until(self, time_ns: int) -> list[Event]:
+        """Push every event up to this time, or to a jump of the clock; returns them.
 
-        The time of motion is its stamp, that of a command its arrival on the clock of the motion.
+        The time of motion is its stamp, that of a command its arrival on the clock of the motion. An odd stamp has
+        none: it is judged in its turn.
         """
-        first = self._next
-        events = self.tow.events
-        while self._next < len(events) and self._due(events[self._next]) <= time_ns:
+        first, events = self._next, self.tow.events
+        while not self.jumped and self._next < len(events) and self._due(events[self._next]) <= time_ns:
             event = events[self._next]
-            if newest is not None and event.kind != "command" and self._newest() >= newest:
-                break  # a command in a gap of the motion still comes in the gap
             self._next += 1
             if event.kind == "command":
-                self.commands.take(event.data, event.arrival, self.clock.now(event.arrival))
+                self.intake.command(event.data, event.arrival)
             else:
-                self._motion(event)
+                self.jumped = self.intake.motion(event.kind, event.data, event.arrival) is Took.JUMPED
         return events[first : self._next]
 
-    def _newest(self) -> int:
-        head = int(self.inputs.motion_head[0])
-        return int(self.inputs.motion_time[(head - 1) % MOTION_ROWS]) if head else NEVER
+    def follow(self) -> None:
+        """Go on behind a jump of the clock; no tick may run meanwhile."""
+        self.intake.jump()
+        self.jumped = False
 
     def _due(self, event: Event) -> int:
         if event.kind != "command":
-            return event.time
+            known = self.clock.offset is not None and self.clock.fits(event.time, event.arrival)
+            return event.time if known else NEVER
         now = self.clock.now(event.arrival)
         return NEVER if now is None else now
-
-    def _motion(self, event: Event) -> None:
-        stamp = stamp_of(event.data) or 0
-        off = stamp != 0 and self.clock.suspicious(stamp, event.arrival)
-        if off and self.clock.jumped(stamp, event.arrival):
-            self.clock.reset()
-            self.commands.reset()
-        before = self._newest()
-        self.ingest.take(event.kind, event.data, event.arrival)
-        if self._newest() != before and not off:
-            self.clock.update(self._newest(), event.arrival)
 
 
 class Residual(NamedTuple):
@@ -187,10 +255,24 @@ COMPARED = (  # channel, quantity, unit, field of the Frame, component or None
 CHANNEL_NAMES = {"sheave/tension": "sheave_tension", "towbody/pose": "towbody_pose", "winch/state": "winch_state"}
 
 
-def residuals(frames: np.recarray, tow: RecordedTow) -> list[Residual]:
-    """What the bag recorded of the tow against the simulated Frames, at equal stamps (ours interpolated linearly).
+def paired(ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
+    """Index of the tick of ours at each time of theirs, -1: none; both in order, times may come again after a jump."""
+    places: dict[int, list[int]] = {}
+    for k, time in enumerate(ours.tolist()):
+        places.setdefault(time, []).append(k)
+    found, least = np.full(len(theirs), -1), 0
+    for i, time in enumerate(theirs.tolist()):
+        later = [k for k in places.get(time, ()) if k >= least]
+        if later:
+            found[i] = least = later[0]
+    return found
 
-    Only the time both cover counts. A channel that the bag lacks has no row.
+
+def residuals(frames: np.recarray, tow: RecordedTow) -> list[Residual]:
+    """What the bag recorded of the tow against the simulated Frames, at equal stamps.
+
+    At a stamp that is no tick of ours, ours are interpolated linearly. Only the time both cover counts. A channel that
+    the bag lacks has no row.
     """
     table = {channel.name: channel for channel in CHANNELS}
     decoded: dict[str, list[dict]] = {}
@@ -206,12 +288,16 @@ def residuals(frames: np.recarray, tow: RecordedTow) -> list[Residual]:
         theirs = decoded[channel.name]
         time = np.array([fields["time"] for fields in theirs], np.int64)
         value = np.array([fields[name] if part is None else fields[name][part] for fields in theirs], float)
-        both = (time >= ours_time[0]) & (time <= ours_time[-1])
-        if not both.any():
-            continue
         ours = frames[name] if part is None else frames[name][:, part]
+        at = paired(ours_time, time)
+        rest = ours[at] - value
+        between = (at < 0) & (time >= ours_time[0]) & (time <= ours_time[-1]) & bool((np.diff(ours_time) > 0).all())
         origin = ours_time[0]  # differences of nanoseconds are exact in float64, the stamps are not
-        rest = np.interp((time[both] - origin).astype(float), (ours_time - origin).astype(float), ours) - value[both]
+        rest[between] = np.interp((time[between] - origin).astype(float), (ours_time - origin).astype(float), ours)
+        rest[between] -= value[between]
+        rest = rest[(at >= 0) | between]
+        if not len(rest):
+            continue
         rows.append(
             Residual(
                 topic,
@@ -220,19 +306,10 @@ def residuals(frames: np.recarray, tow: RecordedTow) -> list[Residual]:
                 float(rest.mean()),
                 float(np.sqrt(np.mean(rest**2))),
                 float(np.abs(rest).max()),
-                int(both.sum()),
+                len(rest),
             )
         )
     return rows
-
-
-def late_ticks(frames: np.recarray | None) -> tuple[np.ndarray, np.ndarray]:
-    """Times of recorded ticks that had no motion sample after them, and the newest one's stamp, int64 ns."""
-    if frames is None:
-        return np.zeros(0, np.int64), np.zeros(0, np.int64)
-    late = frames[(frames["motion_age"] >= 0.0) & (frames["motion_source"] > 0)]  # source 0: none yet
-    time = late["time"].astype(np.int64)
-    return time, time - np.round(late["motion_age"] * 1e9).astype(np.int64)
 
 
 def recorded_frames(tow: RecordedTow) -> np.recarray | None:

@@ -107,6 +107,7 @@ def ticks(seconds: float | None = None, progress: Callable[[str, float, float], 
     now, period = int(sim.frame.time), int(sim.model.settings[0].tick_ns)
     output = make_output(sim.model, sim.nodes, ROWS)
     control, stats = np.zeros(CONTROL_WORDS, np.int64), np.zeros((ROWS, STATS_COLUMNS), np.int64)
+    heads = np.zeros((ROWS, 2), np.int64)
     bell = os.eventfd(0, os.EFD_CLOEXEC)
     offset = time.monotonic_ns() - now + SECOND // 10
     control[[PERIOD, SLEW, MAX_CATCHUP, EVENTFD, ONE]] = period, period // 50, 3, bell, 1
@@ -119,7 +120,7 @@ def ticks(seconds: float | None = None, progress: Callable[[str, float, float], 
             scheduler[0] = f"fifo {PRIORITY}"
         except OSError:
             pass
-        drive(sim.model, sim.state, sim.inputs, output, LIVE, 0, control, stats)
+        drive(sim.model, sim.state, sim.inputs, output, LIVE, 0, control, stats, heads)
 
     thread = threading.Thread(target=enter, daemon=True)
     thread.start()

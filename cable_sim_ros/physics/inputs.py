@@ -1,6 +1,7 @@
 """Inputs: what a tick is told. Rings of motion samples and winch commands, one writer, no lock.
 
-The writer stores the row first and the head last; the compiled tick reads the head first.
+The writer stores the row first and the head last. A tick works on the heads as they stood when it began, `motion_seen`
+and `command_seen`, which the compiled entry sets: what comes while it runs is for the next one.
 """
 
 from __future__ import annotations
@@ -8,6 +9,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+
+from .jit import driver
 
 MOTION_ROWS = 1024
 COMMAND_ROWS = 256
@@ -19,9 +22,11 @@ class Inputs(NamedTuple):
     motion_time: np.ndarray  # int64 [MOTION_ROWS], ns
     motion: np.ndarray  # float64 [MOTION_ROWS, MOTION_COLUMNS]
     motion_head: np.ndarray  # int64 [1], samples written since the start
+    motion_seen: np.ndarray  # int64 [1], of these, what the tick sees
     command_time: np.ndarray  # int64 [COMMAND_ROWS], ns
     command: np.ndarray  # float64 [COMMAND_ROWS, 2]: pay-out m, rate m/s; NaN = not commanded
     command_head: np.ndarray  # int64 [1]
+    command_seen: np.ndarray  # int64 [1]
 
 
 def make_inputs() -> Inputs:
@@ -30,10 +35,19 @@ def make_inputs() -> Inputs:
         np.zeros(MOTION_ROWS, np.int64),
         np.zeros((MOTION_ROWS, MOTION_COLUMNS)),
         np.zeros(1, np.int64),
+        np.zeros(1, np.int64),
         np.zeros(COMMAND_ROWS, np.int64),
         np.zeros((COMMAND_ROWS, 2)),
         np.zeros(1, np.int64),
+        np.zeros(1, np.int64),
     )
+
+
+@driver
+def look(inputs):
+    """Let the next tick see what has been written so far."""
+    inputs.motion_seen[0] = inputs.motion_head[0]
+    inputs.command_seen[0] = inputs.command_head[0]
 
 
 def push_motion(inputs: Inputs, time_ns: int, sample) -> None:

@@ -172,7 +172,7 @@ def path(t, epoch, inputs, memory, decay, out):
         out.coord[i], out.rate[i], out.accel[i] = mean[i], 0.0, 0.0
     if epoch == NO_EPOCH:
         return 0.0, 0.0
-    head = inputs.motion_head[0]
+    head = inputs.motion_seen[0]
     newest = -1
     before = -1
     for back in range(1, min(head, MOTION_ROWS - 8) + 1):
@@ -249,7 +249,7 @@ def follow(t, t_next, inputs, memory, times):
     Late: the tick before went past the newest sample, and there are newer ones now. Either way the difference between
     the motion used so far and the new path becomes an offset that dies out C1, from now on. times: SHIP_TIMES.
     """
-    ship, head = memory.ship, inputs.motion_head[0]
+    ship, head = memory.ship, inputs.motion_seen[0]
     old = ship.epoch
     epoch = old
     for back in range(1, min(head, MOTION_ROWS - 8) + 1):

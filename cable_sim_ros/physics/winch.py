@@ -139,7 +139,7 @@ def command(t, h, drum, inputs, winch):
     A length is approached at the largest rate and then held, and hides a rate given with it; a rate is integrated until
     its time-out. Neither goes past an end of the travel, so the way back begins at once. Returns the rate.
     """
-    head = inputs.command_head[0]
+    head = inputs.command_seen[0]
     winch.command_age, winch.stale = -1.0, 0
     for back in range(1, min(head, COMMAND_ROWS - 8) + 1):
         i = (head - back) % COMMAND_ROWS
@@ -171,7 +171,7 @@ def command_between(begin, end, drum, inputs, winch):
 
     A step of any length is cut where a command begins or runs into its time-out.
     """
-    timeout, newest, rate = np.int64(drum.timeout * 1e9), inputs.command_head[0], 0.0
+    timeout, newest, rate = np.int64(drum.timeout * 1e9), inputs.command_seen[0], 0.0
     while begin < end:
         until = end
         for back in range(1, min(newest, COMMAND_ROWS - 8) + 1):

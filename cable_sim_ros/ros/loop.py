@@ -38,6 +38,9 @@ from ..sim.entry import (
 __all__ = ["HALT", "RESYNCS", "SKIPPED", "Loop", "Row", "take_priority"]
 
 
+HEADS_ROWS = 4096  # ticks of which it is known what they saw, also where the publisher was overtaken
+
+
 class Row(NamedTuple):
     """What the loop says of one tick, ns."""
 
@@ -62,6 +65,7 @@ class Loop:
         self.rows = len(output.frame)
         self.control = np.zeros(CONTROL_WORDS, np.int64)
         self.stats = np.zeros((self.rows, STATS_COLUMNS), np.int64)
+        self.heads = np.zeros((HEADS_ROWS, 2), np.int64)
         self.eventfd = os.eventfd(0, os.EFD_CLOEXEC)
         self.control[[PERIOD, SLEW, MAX_CATCHUP, EVENTFD, ONE]] = (
             self.period_ns,
@@ -113,7 +117,7 @@ class Loop:
     def clear(self) -> None:
         """Forget what was counted; the loop must be stopped."""
         self.control[:PERIOD] = 0  # the settings stay
-        self.stats[:] = 0
+        self.stats[:], self.heads[:] = 0, 0
         os.eventfd_write(self.eventfd, 1)
         os.eventfd_read(self.eventfd)  # empties it
 
@@ -163,7 +167,7 @@ class Loop:
 
     def _run(self) -> None:
         model, state, inputs, output = self.parts
-        drive(model, state, inputs, output, LIVE, 0, self.control, self.stats)
+        drive(model, state, inputs, output, LIVE, 0, self.control, self.stats, self.heads)
 
 
 def take_priority(priority: int) -> tuple[str, str]:

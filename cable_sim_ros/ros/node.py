@@ -23,6 +23,8 @@ from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import SetBool, Trigger
 
 from ..io.channels import CHANNELS, Context, Encoder
+from ..io.journal import MSGTYPE as JOURNAL_TYPE
+from ..io.journal import TOPIC as JOURNAL
 from ..io.messages import CAUSES, KINDS
 from .declare import declare, overrides_of
 from .diagnostics import Watch, final_figures
@@ -110,12 +112,10 @@ class CableSimNode(LifecycleNode):
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Wait for motion; the loop starts with the first that can be used."""
         if self.settings.node.recording.enabled:
-            text = self.recording.start()
+            text = self._begin_recording()
             if text:
                 self.get_logger().error(text)
                 return TransitionCallbackReturn.FAILURE
-            if self.publisher is not None:
-                self.publisher.recorder = self.recording.recorder
         self.session.activate()
         self.get_logger().info(
             "waiting for motion on "
@@ -216,15 +216,25 @@ class CableSimNode(LifecycleNode):
         elif self.publisher is None:
             response.success, response.message = False, "the node is not configured: there is nothing to record"
         else:
-            text = self.recording.start()
-            self.publisher.recorder = self.recording.recorder
+            text = self._begin_recording()
             response.success, response.message = not text, text or f"recording to {self.recording.path}"
         return response
 
+    def _begin_recording(self) -> str:
+        """Begin a recording; returns "" or why there is none."""
+        text = self.recording.start()
+        recorder = self.recording.recorder
+        if not text and recorder is not None and self.publisher is not None:
+            topic = f"{self.get_namespace().rstrip('/')}/{JOURNAL}"
+            journal = self.session.record(lambda data: recorder.put(topic, JOURNAL_TYPE, time.time_ns(), data))
+            self.publisher.record(recorder, journal)
+        return text
+
     def _finish_recording(self):
         if self.publisher is not None:
-            self.publisher.recorder = None
-        return self.recording.stop(self.session.started)
+            self.publisher.end_recording()
+        self.session.journal = None
+        return self.recording.stop()
 
     def _may_set(self, parameters) -> SetParametersResult:
         live = ("setpoint.algorithm", "recording.path")

@@ -11,16 +11,17 @@ import numpy as np
 from rclpy._rclpy_pybind11 import RCLError
 
 from ..io.channels import Encoder
+from ..io.journal import Journal
 from ..io.recorder import Recorder
 from .figures import Samples
-from .loop import HALT, Loop, raise_priority
+from .loop import HALT, HEADS_ROWS, Loop, raise_priority
 
 
 class TickPublisher(threading.Thread):
     """Follows the ring of a Loop until `close`.
 
     publishers: absolute topic -> rclpy publisher; offset(): monotonic time less time of the data's clock, ns;
-    `recorder` may be set and cleared at any time.
+    A recording may be begun and ended at any time.
     """
 
     def __init__(
@@ -33,7 +34,9 @@ class TickPublisher(threading.Thread):
     ) -> None:
         super().__init__(name="publisher", daemon=True)
         self.loop, self.encoder, self.publishers, self.offset, self.extra = loop, encoder, publishers, offset, extra
-        self.recorder: Recorder | None = None
+        self._recorder: Recorder | None = None
+        self._journal: Journal | None = None
+        self._recording = threading.Lock()  # held while a tick is being recorded
         self.next = loop.count
         self.published = self.skipped = 0
         self.latest: np.record | None = None  # newest Frame that was published, a copy
@@ -63,7 +66,7 @@ class TickPublisher(threading.Thread):
             if loop.count - self.next >= rows:  # overtaken: go on with the newer half
                 target = loop.count - rows // 2
                 self.skipped += target - self.next
-                self.next = target
+                self._skip(target)
             index = self.next
             self.next += 1
             self._one(index)
@@ -72,21 +75,26 @@ class TickPublisher(threading.Thread):
         loop, slot = self.loop, index % self.loop.rows
         row = loop.row(index)
         if row.flags & HALT:
+            self._note(index, "halted")
             return  # the tick was rolled back: there is nothing new to say
         frame = loop.output.frame[slot].copy()
         try:
             messages = self.encoder.encode(frame, loop.output.shape[slot], loop.output.contact[slot])
         except ValueError as error:  # a number that is not finite
             self.fault = str(error)
+            self._note(index)
             return
         if loop.count >= index + loop.rows:  # the loop came round while we read
             self.skipped += 1
+            self._note(index)
             return
-        recorder = self.recorder
-        for channel, topic, data in messages:
+        for _, topic, data in messages:
             self.publishers[topic].publish(data)
-            if recorder is not None:
-                recorder.put(topic, channel.msgtype, time.time_ns(), data, row.time)
+        self._note(index)
+        with self._recording:
+            if self._recorder is not None and self._journal is not None and self._journal.covers(index):
+                for channel, topic, data in messages:
+                    self._recorder.put(topic, channel.msgtype, time.time_ns(), data, row.time)
         offset = self.offset()
         if offset is not None:
             self.latency.add((time.monotonic_ns() - offset - row.time) * 1e-6)
@@ -98,12 +106,50 @@ class TickPublisher(threading.Thread):
         self.fault = ""
         self.latest = frame
 
+    def _skip(self, target: int) -> None:
+        """Ticks that are not published any more; what they saw goes into the journal."""
+        known = self.loop.count - HEADS_ROWS + self.loop.rows
+        if self.next < known:
+            with self._recording:
+                if self._journal is not None:
+                    self._journal.lose(self.next, min(known, target) - self.next)
+        for index in range(max(self.next, known), target):
+            self._note(index)
+        self.next = target
+
+    def _note(self, index: int, end: str = "") -> None:
+        """What a tick saw, and that it was the last, for the journal."""
+        with self._recording:
+            if self._journal is None:
+                return
+            motion, command = self.loop.heads[index % HEADS_ROWS].tolist()
+            self._journal.tick(index, motion, command)
+            if end:
+                self._journal.end(index, end)
+
+    def record(self, recorder: Recorder, journal: Journal) -> None:
+        """Record the ticks from the journal's first one on."""
+        with self._recording:
+            self._recorder, self._journal = recorder, journal
+
+    def end_recording(self) -> None:
+        """Record the ticks that are done, and no more."""
+        self.catch_up(0.2)
+        with self._recording:
+            if self._journal is not None:
+                self._journal.end(self.next, "recording ended")
+            self._recorder = self._journal = None
+
+    def catch_up(self, timeout: float) -> None:
+        """Wait until every tick that is done now is published, at most ``timeout`` [s]."""
+        count, deadline = self.loop.count, time.monotonic() + timeout
+        while self.next < count and self.is_alive() and time.monotonic() < deadline:
+            time.sleep(0.005)
+
     def close(self, timeout: float = 1.0) -> None:
         """Publish what is left, then end; call it before the loop's descriptor is closed."""
         if self.is_alive():
-            deadline = time.monotonic() + timeout / 2
-            while self.next < self.loop.count and self.is_alive() and time.monotonic() < deadline:
-                time.sleep(0.005)
+            self.catch_up(timeout / 2)
             self._stopping.set()
             self.loop.wake_reader()
             self.join(timeout)

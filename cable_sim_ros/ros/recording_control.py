@@ -47,12 +47,11 @@ class RecordingControl:
         self.path = path
         return ""
 
-    def stop(self, started: dict[str, str]) -> RecorderStats | None:
-        """Finish the recording; its counts, None when there was none. started: the static start, for the replay."""
+    def stop(self) -> RecorderStats | None:
+        """Finish the recording; its counts, None when there was none."""
         recorder, self.recorder = self.recorder, None
         if recorder is None:
             return None
-        recorder.writer.custom_data.update(started)
         self._last = recorder.close()
         return self._last
 

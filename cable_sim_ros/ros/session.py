@@ -8,7 +8,6 @@ States: unconfigured -> ready -> waiting (for motion) -> running -> halted (solv
 from __future__ import annotations
 
 import gc
-import json
 import math
 import sys
 import time
@@ -19,13 +18,14 @@ import numpy as np
 
 from ..io.clock import DataClock
 from ..io.commands import CommandIngest
-from ..io.messages import stamp_of
+from ..io.intake import Intake, Took
+from ..io.journal import Journal, Start
 from ..io.motion import MotionIngest
 from ..physics.frame import Source
 from ..physics.inputs import MOTION_ROWS, SOURCE
-from ..physics.setpoint import SetpointLaw
-from ..physics.ship import NO_EPOCH
+from ..physics.setpoint import LAWS, SetpointLaw
 from ..sim.build import make_output
+from ..sim.carry import carried_over
 from ..sim.simulator import Simulator, StartError
 from .loop import MAPPING, RESYNCS, SKIPPED, TARGET, Loop
 from .params import Settings
@@ -34,28 +34,6 @@ RING_ROWS = 128  # ticks a slow publisher may be behind
 REHEARSAL = 20  # ticks
 START_MARGIN = 0.25  # s; messages that came during the static start must be in before the first tick
 SECOND = 1_000_000_000
-
-
-def carried_over(saved: dict, time_ns: int, position: tuple[float, float]) -> dict:
-    """A snapshot() on another clock and with the ship elsewhere, the cable hanging from it as it did.
-
-    The water is the same everywhere, so moving the tow frame moves everything. The motion so far is gone from the ring:
-    it stands in the blend, as an offset from the mean track.
-    """
-    memory = saved["memory"].copy()
-    time, frame, ship, events = memory.time, memory.frame, memory.ship, memory.events
-    since, later = (time.now - time.start) * 1e-9, time_ns - time.now
-    frame.origin += position - (frame.origin + frame.velocity * since + ship.motion.coord[:2])
-    time.now += later
-    time.start += later
-    time.blend = time_ns
-    if events.pressed_since >= 0:
-        events.pressed_since += later
-    ship.epoch = NO_EPOCH
-    ship.offset[:] = ship.motion.coord - ship.mean_coord
-    ship.offset_rate[:] = ship.motion.rate
-    ship.blend_length = 1.0  # any: the first tick takes the offset whole
-    return saved | {"memory": memory, "step_memory": memory}
 
 
 class Session:
@@ -69,7 +47,7 @@ class Session:
         self.state = "unconfigured"
         self.problem = ""  # why it is halted or failed
         self.clock = DataClock()
-        self.refused: Counter[str] = Counter()  # motion messages refused before the ingest, by cause
+        self.journal: Journal | None = None  # of a recording
         self.restarts = self.resets = 0
         self.start_cost = 0.3  # s, of the last static start
         self.residual_start = math.nan
@@ -78,10 +56,9 @@ class Session:
         self.received = {"imu": 0, "odometry": 0}
         self.sim: Simulator | None = None
         self.loop: Loop | None = None
-        self.started: dict[str, str] = {}  # time, place and heading of the static start, for the recording
         self.running_since = math.nan  # s, CLOCK_MONOTONIC
         self.ended = math.nan
-        self._keep_cable = False  # the next start keeps the cable as it hangs
+        self._cause = "start"  # of the next start, as in the journal; after a jump the cable is kept as it hangs
         self._waiting_since = 0.0
 
     @property
@@ -120,10 +97,9 @@ class Session:
         self.log(
             "info", f"static start solved in {self.start_cost:.2f} s; configured after {time.monotonic() - begun:.1f} s"
         )
-        self.ingest = MotionIngest(
-            self.sim.inputs, self.scene.ship, self.node.heave, self.node.motion, self.scene.gravity
+        self.intake = Intake(
+            self.sim.inputs, self.scene, self.node.motion, self.node.heave, clock=self.clock, wall=self.wall
         )
-        self.commands = CommandIngest(self.sim.inputs)
         gc.collect()
         gc.freeze()  # a full collection with all this loaded stops the process for a tenth of a second
         sys.setswitchinterval(5e-4)
@@ -157,7 +133,7 @@ class Session:
         """Stop the loop; the motion is still listened to."""
         self.built_loop.stop()
         self.state = "ready"
-        self._keep_cable = False
+        self._cause = "start"
 
     def close(self) -> None:
         """Stop the loop for good."""
@@ -171,20 +147,10 @@ class Session:
         """One message of kind "imu" or "odometry" as CDR bytes; arrival: CLOCK_MONOTONIC, ns."""
         self.received[kind] += 1
         self.arrivals[kind] = arrival
-        stamp = stamp_of(data)
-        if stamp is None:
-            self.refused["size"] += 1
-            return
-        if stamp and self.clock.suspicious(stamp, arrival):
-            self.refused["stamp_off_clock"] += 1
-            if self.clock.jumped(stamp, arrival):
-                self._clock_jumped()
-            return
-        head = self.built_sim.inputs.motion_head
-        before = int(head[0])
-        self.ingest.take(kind, data, arrival + self.wall)
-        if int(head[0]) != before:
-            self.clock.update(self._newest_stamp(), arrival)
+        took = self.intake.motion(kind, data, arrival)
+        if took is Took.JUMPED:
+            self._clock_jumped()
+        elif took is Took.SAMPLE:
             if self.state == "running":
                 self.built_loop.control[TARGET] = self._target()
             elif self.state == "waiting":
@@ -192,7 +158,22 @@ class Session:
 
     def command(self, data: bytes, arrival: int) -> str:
         """One winch command as CDR bytes; arrival: CLOCK_MONOTONIC, ns. Returns "" or the cause of its refusal."""
-        return self.commands.take(data, arrival, self.clock.now(arrival))
+        return self.intake.command(data, arrival)
+
+    @property
+    def ingest(self) -> MotionIngest:
+        """Of the motion."""
+        return self.intake.ingest
+
+    @property
+    def commands(self) -> CommandIngest:
+        """Of the winch commands."""
+        return self.intake.commands
+
+    @property
+    def refused(self) -> Counter[str]:
+        """Motion that did not come as far as the ingest, by cause."""
+        return self.intake.refused
 
     def _newest_stamp(self) -> int:
         inputs = self.built_sim.inputs
@@ -209,15 +190,16 @@ class Session:
 
     def _clock_jumped(self) -> None:
         """The stamps jumped: forget the motion, map the clock anew, keep the cable as it hangs."""
-        self.log("warn", "the clock of the motion data has jumped by more than 1 s: waiting for motion on it")
+        self.log(
+            "warn",
+            f"the clock of the motion data has jumped by {self.clock.jump / SECOND:+.3f} s: the tow goes on as it "
+            f"hangs, with the first motion on the new clock",
+        )
         running = self.state == "running"
         self.built_loop.stop()
-        self.clock.reset()
-        self.ingest.reset()
-        self.commands.reset()
-        self.built_sim.inputs.command_head[0] = 0
+        self.intake.jump()
         if running:
-            self._keep_cable = True
+            self._cause = "jump"
             self.activate()
 
     # ---- start
@@ -226,24 +208,22 @@ class Session:
         """Static start where the ship will be when it is solved, and the loop with it."""
         sample, stamp = self._newest_sample().copy(), self._newest_stamp()
         target = self._target()
-        cost = START_MARGIN + (0.0 if self._keep_cable else 1.5 * self.start_cost)
+        kept = self._cause == "jump"
+        cost = START_MARGIN + (0.0 if kept else 1.5 * self.start_cost)
         begin = max(stamp, time.monotonic_ns() - target + round(cost * SECOND))
         ahead = (begin - stamp) * 1e-9
         position = float(sample[0] + sample[6] * ahead), float(sample[1] + sample[7] * ahead)
         try:
-            if self._keep_cable:
+            if kept:
                 self.built_sim.restore(carried_over(self.built_sim.snapshot(), begin, position))
             else:
                 self._static_start(begin, position, float(sample[5]))
         except StartError as error:
             self.fail(f"no static start: {error}; nothing is simulated until ~/reset")
             return
-        self._keep_cable = False
-        self.started = self.started or {
-            "start_time_ns": str(begin),
-            "start_position_m": json.dumps(position),
-            "start_heading_rad": repr(float(sample[5])),
-        }
+        start = Start(begin, position, float(sample[5]), self._cause)
+        self._cause = "start"
+        self._note_start(start)
         self.built_loop.start(begin, target)
         self.running_since = time.monotonic()
         self.state, self.problem = "running", ""
@@ -263,7 +243,7 @@ class Session:
             return False, f"the node is {self.state}: activate it first"
         self.loop.stop()
         self.resets += 1
-        self._keep_cable = False
+        self._cause = "reset"
         self.activate()
         if self.clock.offset is None:
             return True, "waiting for motion"
@@ -277,6 +257,32 @@ class Session:
             return
         with self.built_loop.paused():
             self.built_sim.set_algorithm(SetpointLaw(name))
+            if self.journal is not None:
+                self.journal.set(self.built_loop.count, "setpoint.algorithm", name)
+
+    # ---- recording
+
+    def record(self, put: Callable[[bytes], None]) -> Journal:
+        """Begin the journal of a recording, with the state of a tow that is running. Its first tick is the next one."""
+        self.journal = Journal(put, self.built_sim.inputs)
+        if self.state == "running":
+            with self.built_loop.paused():
+                now = self.built_sim.state.now
+                start = Start(int(now.time.now), self._ship_position(), float(now.ship.motion.coord[5]), "recording")
+                self._note_start(start)
+        return self.journal
+
+    def _ship_position(self) -> tuple[float, float]:
+        """x y of base_link in odom, of a loop that stands."""
+        now = self.built_sim.state.now
+        since = (int(now.time.now) - int(now.time.start)) * 1e-9
+        x, y = now.frame.origin + now.frame.velocity * since + now.ship.motion.coord[:2]
+        return float(x), float(y)
+
+    def _note_start(self, start: Start) -> None:
+        if self.journal is not None:
+            law = LAWS[int(self.built_sim.state.now.setpoint.algorithm)].value
+            self.journal.start(self.built_loop.count, start, law, self.built_sim.snapshot())
 
     # ---- watch
 

@@ -11,20 +11,27 @@ from typing import Any
 import numpy as np
 
 from ..io.bag import BagError
+from ..io.journal import read_journal
 from ..io.load import load_scene, override, scene_from_text
 from ..io.motion_table import MotionError, read_table, sine_heave
-from ..io.replay import RecordedTow, Residual, read_tow, recorded_frames, residuals
+from ..io.replay import RecordedTow, Residual, paired, read_tow, recorded_frames, residuals
 from ..io.resources import find_bag
 from ..io.winch_plan import WinchPlan
 from ..physics.integrate import Solver
 from ..sim.scene import Scene
-from .passes import Driven, Pass, Progress, silent
+from ..sim.simulator import Simulator
+from .passes import Pass
+from .rerun import Rerun
+from .stepping import Driven, Progress, silent
 from .summary import SKIP, summarize
 
 EVERY = 0.1  # s between Frames of a run whose steps are chosen, where the scene does not say
 HEAVE_SECONDS = 60.0  # s of a run under a sinusoidal heave where no duration is given
 AFTER_PLAN = 60.0  # s of a run after the last item of a winch plan, without a bag, where no duration is given
-DELIVERY = ("motion_age", "command_age")  # of a Frame: how its inputs came, not how the tow is
+NO_JOURNAL = (
+    "the bag has no journal of what the run took and when: it was recorded by another program or an older version, so "
+    "this is another run under the same motion, from a static start of its own"
+)
 # JSON names beside those of lab/summary.py: name, unit, meaning
 FIGURES = (
     ("departure_angle_deg", "deg", "mean angle of the departing cable from the downward vertical"),
@@ -47,6 +54,10 @@ FIGURES = (
     ("winch", "", "winch plan; absent without one"),
     ("motion_refused", "1", "motion messages refused or bridged, by cause"),
     ("commands_refused", "1", "winch commands refused, by cause"),
+    ("clock_jumps", "1", "jumps of the clock of the motion, over which the tow was carried"),
+    ("notices", "", "what is odd about the bag, as texts"),
+    ("journal", "", "`replay`: true: the bag says what the run took and when, so that this is the same run"),
+    ("replay_faults", "", "`replay`: why this may not be the run that was recorded, as texts"),
     ("residuals", "", "`replay`: list of channel, quantity, unit, mean, rms, largest, count; ours less recorded"),
     ("largest_difference", "", "`replay`: largest difference of any field of `sim/health` over the common ticks"),
     ("node", "", "`live`: figures of the node, as in its statistics file"),
@@ -100,7 +111,8 @@ def run(
     if plan is not None and tow is not None:
         tow.events = [event for event in tow.events if event.kind != "command"]
     one = Pass(scene, tow, progress=progress, winch=plan)
-    result = _run_of(one, one.go(duration, bag), bag)
+    result = _run_of(one.sim, one.tick, tow, one.go(duration, bag), bag)
+    result.figures.update(_intake_figures(one))
     result.figures["imu_only"] = imu_only
     if plan is not None:
         result.figures["winch"] = str(plan)
@@ -128,12 +140,22 @@ def replay(
     elif not isinstance(scene, Scene):
         scene = load_scene(scene)
     frames = recorded_frames(tow)
-    one = Pass(scene, tow, frames, progress)
-    result = _run_of(one, one.go(None, target), target)
+    told = read_journal(tow.journal)
+    if told.segments:
+        again = Rerun(scene, tow, told, frames, progress)
+        result = _run_of(again.sim, again.tick, tow, again.go(target), target)
+        faults = again.faults
+    else:
+        one = Pass(scene, tow, progress=progress)
+        result = _run_of(one.sim, one.tick, tow, one.go(None, target), target)
+        result.figures.update(_intake_figures(one))
+        faults = [*tow.notices, NO_JOURNAL]
     result.residuals = residuals(result.frames, tow)
     result.figures.update(
         residuals=[row._asdict() for row in result.residuals],
         largest_difference=largest_difference(result.frames, frames),
+        journal=bool(told.segments),
+        replay_faults=faults,
     )
     _write_summary(out, result)
     return result
@@ -170,11 +192,12 @@ def largest_difference(ours: np.recarray, theirs: np.recarray | None) -> dict[st
     """Largest difference of any Frame field over the ticks both have (by time); None without a common tick."""
     if theirs is None:
         return None
-    _, mine, other = np.intersect1d(ours["time"], theirs["time"], return_indices=True)
+    at = paired(ours["time"], theirs["time"])
+    mine, other = at[at >= 0], np.flatnonzero(at >= 0)
     if not len(mine):
         return None
     worst: dict[str, Any] = {"field": "", "difference": 0.0, "ticks": len(mine)}
-    for name in (name for name in ours.dtype.names or () if name not in DELIVERY):
+    for name in ours.dtype.names or ():
         gap = np.abs(np.asarray(ours[name][mine], float) - np.asarray(theirs[name][other], float))
         value = float(np.nanmax(gap)) if np.isfinite(gap).any() else 0.0
         if value > worst["difference"]:
@@ -203,11 +226,12 @@ def _motion_of(
     return None if motion is None else read_tow(find_bag(motion), imu_only=imu_only)
 
 
-def _run_of(one: Pass, driven: Driven, bag: Path | None) -> Run:
-    frames, tow, scene = driven.frames, one.tow, one.scene
+def _run_of(sim: Simulator, tick: int, tow: RecordedTow | None, driven: Driven, bag: Path | None) -> Run:
+    """The run's figures; tick: ns."""
+    frames, scene = driven.frames, sim.scene
     figures: dict[str, Any] = {}
     if len(frames):
-        simulated = len(frames) * one.tick * 1e-9
+        simulated = len(frames) * tick * 1e-9
         figures = summarize(frames, skip_s=0.0 if tow is None else SKIP, realtime_factor=simulated / driven.stepping_s)
         kept = frames[-1:] if tow is None else frames
         figures.update(
@@ -223,11 +247,21 @@ def _run_of(one: Pass, driven: Driven, bag: Path | None) -> Run:
         motion="none" if tow is None else Path(tow.path).name,
         setpoint=scene.setpoint.algorithm.value,
     )
-    figures.update(_figures_of_steps(one.sim.steps, one.sim.state.now.control, scene.solver))
-    if one.feeder is not None:
-        figures["motion_refused"] = {cause: count for cause, count in one.feeder.ingest.counts.items() if count}
-        figures["commands_refused"] = dict(one.feeder.commands.refused)
+    figures.update(_figures_of_steps(sim.steps, sim.state.now.control, scene.solver))
     return Run(frames, figures, driven.problem, bag)
+
+
+def _intake_figures(one: Pass) -> dict[str, Any]:
+    """What of a bag's messages was not taken as it came."""
+    if one.feeder is None or one.tow is None:
+        return {}
+    intake = one.feeder.intake
+    return {
+        "motion_refused": intake.refusals(),
+        "commands_refused": dict(intake.commands.refused),
+        "clock_jumps": intake.clock.jumps,
+        "notices": one.tow.notices,
+    }
 
 
 def _figures_of_steps(steps: dict[float, int], control: np.record, solver: Solver) -> dict[str, Any]:

@@ -6,28 +6,27 @@ import json
 import math
 import time
 import warnings
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from .. import __version__
-from ..io.bag import BagWriter
-from ..io.channels import Context, Encoder
 from ..io.commands import CommandIngest, encode_command
-from ..io.load import SceneWarning, dump_scene
-from ..io.messages import KINDS, Refused, decode_imu, decode_odometry
+from ..io.journal import Start
+from ..io.load import SceneWarning
+from ..io.messages import Refused, decode_imu, decode_odometry
 from ..io.motion_table import MotionError
-from ..io.replay import Event, Feeder, RecordedTow, late_ticks
+from ..io.replay import Event, Feeder, RecordedTow
 from ..io.winch_plan import WinchPlan
-from ..physics.frame import FRAME
 from ..physics.heave import Heave, MotionInput
+from ..physics.inputs import MOTION_ROWS
 from ..physics.quantity import Block
 from ..sim import checks
+from ..sim.carry import carried_over
 from ..sim.mesh_kinds import FeedMesh
 from ..sim.scene import Scene
-from ..sim.simulator import Simulator, SolverError
+from ..sim.simulator import Simulator
+from .stepping import Drive, Driven, Progress, RunRecorder, silent
 
 SECOND = 1_000_000_000
 AHEAD = SECOND // 10  # motion is pushed this far past the end of a chunk, so that no tick looks past the newest
@@ -40,51 +39,23 @@ HEADING_OVER = 60.0  # s of motion whose mean yaw is the heading of the start
 MEAN_OVER = 30.0  # s, at least, for a mean of the motion: less is the waves'
 SPEED_WITHIN = 0.05, 0.1  # of the speed of the scene, m/s; the larger one counts
 HEADING_WITHIN = 5.0  # deg
-Progress = Callable[[str, float, float], None]  # what is done, seconds done, seconds in all (0 = not known)
-
-
-def silent(what: str, done: float, total: float) -> None:
-    """Progress that is not reported."""
-
-
-class Start(NamedTuple):
-    """Where and when the static start is: ns, m in odom, rad (None: the scene's heading)."""
-
-    time: int
-    position: tuple[float, float]
-    heading: float | None
-
-
-class Driven(NamedTuple):
-    """Frames of a pass, wall times [s] of compiling, static start and stepping, CPU time [s] of stepping, and why it
-    ended early ("" = not)."""
-
-    frames: np.recarray
-    compile_s: float
-    start_s: float
-    stepping_s: float
-    stepping_cpu_s: float
-    problem: str
 
 
 class Pass:
     """One pass of the simulator over its input.
 
-    tow: recorded motion, None for the mean track; recorded: Frames of the run to repeat, None for a fresh start; winch:
-    a plan that commands the winch; mesh: in place of the scene's.
+    tow: recorded motion, None for the mean track; winch: a plan that commands the winch; mesh: in place of the scene's.
     """
 
     def __init__(
         self,
         scene: Scene,
         tow: RecordedTow | None,
-        recorded: np.recarray | None = None,
         progress: Progress = silent,
         winch: WinchPlan | None = None,
         mesh: FeedMesh | None = None,
     ) -> None:
         self.scene, self.tow, self.progress = scene, tow, progress
-        self.recorded = recorded
         self.sim = Simulator(scene, mesh)
         self.tick = round(scene.solver.tick * SECOND)
         self._check_ring()
@@ -94,7 +65,6 @@ class Pass:
         self.winch = winch
         if winch is not None:
             winch.check(self.sim.model.settings[0].drum)
-        self._late, self._newest = late_ticks(recorded)
 
     def go(self, duration: float | None, bag: Path | None) -> Driven:
         """Simulate. duration: s, None for all there is; bag: directory to record to, or None. Raises StartError."""
@@ -107,78 +77,88 @@ class Pass:
         self.sim.start(time_ns=start.time, position=start.position, heading=start.heading)
         started = time.perf_counter()
         payout = float(self.sim.frame["payout"])
-        frames, stepping, cpu, problem = self._steps(start, self._ticks(start, duration), bag)
+        ticks = self._ticks(start, duration)
+        if self.winch is not None:
+            _warn_of_plan(self.scene, self.winch, ticks * self.tick * 1e-9)
+        recording = None if bag is None else RunRecorder(bag, self.scene, self.tow, self.winch)
+        drive = Drive(self.sim, recording, self.progress, ticks)
+        if recording is not None and self.feeder is not None:
+            recording.offset = self.feeder.clock.offset or 0
+        try:
+            drive.begin(start)
+            self._steps(drive, start.time, ticks)
+        finally:
+            drive.close()
+        frames = drive.frames
         _warn_of_travel(self.scene, frames["payout"] - payout)
         if self.tow is not None:
             _warn_of_mean_track(self.scene, start.heading, frames)
-        return Driven(frames, compiled - begun, started - starting, stepping, cpu, problem)
+        return Driven(frames, compiled - begun, started - starting, drive.stepping, drive.cpu, drive.problem)
 
     def _start(self) -> Start:
         tow, feeder = self.tow, self.feeder
         if tow is None or feeder is None:
             return Start(0, (0.0, 0.0), None)
-        recorded = tow.started()
-        if recorded is not None:
-            return Start(*recorded)
         end = tow.start
         while feeder.ingest.first_pose is None and not feeder.done:
             end += AHEAD
             self.pending += feeder.until(end)
+            if feeder.jumped:  # the first stamps were odd
+                feeder.follow()
         if feeder.ingest.first_pose is None:
             return Start(tow.start, (0.0, 0.0), None)
         first, x, y, yaw = feeder.ingest.first_pose
-        if self.recorded is not None and len(self.recorded):
-            return _start_before(self.recorded[0], self.scene, self.tick)
         return Start(first, (x, y), _mean_yaw(tow, yaw, feeder.ingest.settings))
 
     def _ticks(self, start: Start, duration: float | None) -> int:
         if self.tow is None:
             return max(1, round((SETTLE if duration is None else duration) * SECOND / self.tick))
-        length = self.tow.end - start.time
-        if self.recorded is not None and len(self.recorded):
-            length = max(0, int(self.recorded["time"][-1]) - start.time)
+        length = self.tow.length + self.tow.start - start.time
         if duration is not None:
             length = min(length, round(duration * SECOND))
         return max(1, length // self.tick)
 
-    def _steps(self, start: Start, ticks: int, bag: Path | None) -> tuple[np.recarray, float, float, str]:
+    def _steps(self, drive: Drive, now: int, ticks: int) -> None:
         chunk = max(1, min(min(round(CHUNK * SECOND), self._ring_limit()) // self.tick, CHUNK_TICKS))
-        recording = None
-        if bag is not None:
-            recording = _RunRecorder(bag, self.scene, start, self.tow, self.winch)
-        parts, done, stepping, cpu, problem, now = [], 0, 0.0, 0.0, "", start.time
-        planned = start.time  # commands before it are pushed
-        if self.winch is not None:
-            _warn_of_plan(self.scene, self.winch, ticks * self.tick * 1e-9)
-        try:
-            while done < ticks and not problem:
-                count, newest = self._shown(now, min(chunk, ticks - done))
-                now += count * self.tick
-                if self.feeder is not None:
-                    self.pending += self.feeder.until(now + AHEAD, newest)
-                if self.winch is not None:
-                    self._command(self.winch, start.time, planned, now + AHEAD)
-                    planned = now + AHEAD
-                begun, used = time.perf_counter(), time.process_time()
-                try:
-                    frames = self.sim.run(count)
-                except SolverError as error:
-                    problem = f"the solver gave up after {done * self.tick * 1e-9:.2f} s: {error}"
-                    break
-                finally:
-                    stepping += time.perf_counter() - begun
-                    cpu += time.process_time() - used
-                parts.append(frames.copy())
-                if recording is not None:
-                    recording.write(frames, *self.sim.chunk_tables, self.pending)
-                self.pending = []
-                done += count
-                self.progress("simulating", done * self.tick * 1e-9, ticks * self.tick * 1e-9)
-        finally:
-            if recording is not None:
-                recording.close()
-        frames = np.concatenate(parts).view(np.recarray) if parts else np.zeros(0, FRAME).view(np.recarray)
-        return frames, stepping, cpu, problem
+        begun = planned = now  # commands before it are pushed
+        while drive.done < ticks and not drive.problem:
+            count = min(chunk, ticks - drive.done)
+            if self.feeder is not None and self.tow is not None:
+                self.pending += self.feeder.until(now + count * self.tick + AHEAD)
+                if self.feeder.jumped:
+                    count = min(count, ((self.feeder.intake.newest or now) - now) // self.tick)
+                    if count <= 0:
+                        went = self._follow(drive)
+                        if went is None:
+                            return
+                        begun, planned, now = begun + went - now, planned + went - now, went
+                        continue
+            now += count * self.tick
+            if self.winch is not None:
+                self._command(self.winch, begun, planned, now + AHEAD)
+                planned = now + AHEAD
+            drive.run(count, None, self.pending)
+            self.pending = []
+
+    def _follow(self, drive: Drive) -> int | None:
+        """Take the tow over a jump of the motion's clock, as the node does; the new time, None where nothing comes."""
+        feeder = self.feeder
+        assert feeder is not None
+        feeder.follow()
+        while feeder.intake.newest is None and not feeder.done:
+            self.pending += feeder.until(feeder.following)
+            if feeder.jumped:
+                feeder.follow()
+        begin = feeder.intake.newest
+        if begin is None:
+            return None
+        row = self.sim.inputs.motion[(int(self.sim.inputs.motion_head[0]) - 1) % MOTION_ROWS]
+        position = float(row[0]), float(row[1])
+        self.sim.restore(carried_over(self.sim.snapshot(), begin, position))
+        if drive.recording is not None:
+            drive.recording.offset = feeder.clock.offset or 0
+        drive.begin(Start(begin, position, float(row[5]), "jump"))
+        return begin
 
     def _command(self, plan: WinchPlan, start: int, begin: int, end: int) -> None:
         """Push the plan's commands with stamps in [begin, end) ns, as messages that a recording has and a replay takes.
@@ -194,14 +174,6 @@ class Pass:
             self.commands.take(data, arrival, stamp)
             self.pending.append(Event(stamp, arrival, "command", data))
         self.pending.sort(key=lambda event: event.arrival)
-
-    def _shown(self, now: int, count: int) -> tuple[int, int | None]:
-        """Ticks to run at once and the newest motion they may see [ns]: what came late in the recording stays late."""
-        following = int(np.searchsorted(self._late, now, side="right"))
-        if following == len(self._late):
-            return count, None
-        ahead = (int(self._late[following]) - now) // self.tick
-        return min(count, max(1, ahead - 1)), int(self._newest[following])
 
     def _check_ring(self) -> None:
         """A tick needs all the motion it lasts, and what comes before and after it, in the ring of inputs."""
@@ -219,44 +191,6 @@ class Pass:
         return round(CHUNK * SECOND) if self.tow is None else round(RING_SHARE / max(1.0, self.tow.rate) * SECOND)
 
 
-class _RunRecorder:
-    """Every channel and every input of a run in one bag; nothing from a clock: the same run has the same bytes."""
-
-    def __init__(
-        self, path: Path, scene: Scene, start: Start, tow: RecordedTow | None, winch: WinchPlan | None
-    ) -> None:
-        self.context = Context()
-        self.encoder = Encoder(self.context, scene.solver.tick)
-        about = {
-            "scene": scene.name,
-            "scene_yaml": dump_scene(scene),
-            "cable_sim_ros": __version__,
-            "namespace": self.context.namespace,
-            "motion": "none" if tow is None else Path(tow.path).name,
-            "start_time_ns": str(start.time),
-            "start_position_m": json.dumps(start.position),
-        }
-        if winch is not None:
-            about["winch_plan"] = str(winch)
-        if tow is not None and "node" in tow.about:
-            about["node"] = tow.about["node"]  # so that this one can be replayed too
-        if start.heading is not None:
-            about["start_heading_rad"] = repr(start.heading)
-        self.writer = BagWriter(path, custom_data=about)
-        self.encoder.declare(self.writer)
-
-    def write(self, frames: np.recarray, shapes: np.ndarray, contacts: np.ndarray, events: list[Event]) -> None:
-        for event in events:
-            msgtype, topic = KINDS[event.kind]
-            self.writer.add(f"{self.context.namespace}/{topic}", msgtype, event.arrival, event.data, event.time)
-        for frame, shape, contact in zip(frames, shapes, contacts):
-            for channel, topic, data in self.encoder.encode(frame, shape, contact):
-                self.writer.add(topic, channel.msgtype, int(frame["time"]), data)
-
-    def close(self) -> None:
-        self.writer.close()
-
-
 def _taken_in(tow: RecordedTow) -> tuple[MotionInput, Heave]:
     """How the recording node took its motion in, where the bag says so; keys of other versions are left out."""
     try:
@@ -271,15 +205,6 @@ def _taken_in(tow: RecordedTow) -> tuple[MotionInput, Heave]:
 
 def _known(block: type[Block], values: dict[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in values.items() if key in block.model_fields}
-
-
-def _start_before(frame: np.record, scene: Scene, tick: int) -> Start:
-    """Start of a run whose bag does not have it, from its first Frame: the ship still is on its mean track there."""
-    x, y, z, w = frame["ship_quaternion"]
-    yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-    ahead = scene.ship.tow_speed * int(frame["tick"]) * tick * 1e-9
-    east, north = frame["ship_position"][0] - ahead * math.cos(yaw), frame["ship_position"][1] - ahead * math.sin(yaw)
-    return Start(int(frame["time"]) - int(frame["tick"]) * tick, (float(east), float(north)), yaw)
 
 
 def _warn_of_travel(scene: Scene, payout: np.ndarray) -> None:
@@ -339,7 +264,7 @@ def _mean_yaw(tow: RecordedTow, yaw: float, settings: MotionInput) -> float:
     """Mean yaw [rad] of the first minute: the heading of a single sample would leave the tow 10 m to one side."""
     until, total = tow.start + round(HEADING_OVER * SECOND), [0.0, 0.0]
     for event in tow.events:
-        if event.kind == "command" or event.time > until:
+        if event.kind == "command" or not tow.start <= event.time <= until:
             continue
         try:
             decode = decode_imu if event.kind == "imu" else decode_odometry

@@ -21,6 +21,7 @@ import numpy as np
 from numba import types
 
 from ..physics.frame import NEWTON_FAILED, NOT_FINITE
+from ..physics.inputs import look
 from ..physics.jit import driver
 from ..physics.state import NOW
 from ..physics.system import link_tick, observe, tick
@@ -42,6 +43,7 @@ HALT = NEWTON_FAILED | NOT_FINITE
 SETTLE, TICKS, LIVE = 0, 1, 2  # what to do
 TIME, DEADLINE, WAKE, DONE, FLAGS, LAG = range(6)  # columns of a stats row, ns
 STATS_COLUMNS = 6
+MOTION, COMMAND = 0, 1  # columns of a heads row: samples and commands that a tick saw
 # control words: the first two are written by Python, the others by the loop; LIVE also reads the settings
 (
     STOP,
@@ -102,7 +104,7 @@ else:  # offline only: real time needs Linux
 
 
 @driver
-def live(model, state, inputs, output, control, stats, buffer, one):
+def live(model, state, inputs, output, control, stats, heads, buffer, one):
     """Tick in real time until control[STOP] or a halt."""
     rows = stats.shape[0]
     period, slew = control[PERIOD], control[SLEW]
@@ -124,7 +126,9 @@ def live(model, state, inputs, output, control, stats, buffer, one):
         if called >= deadline:  # no sleep above: leave the core a moment, a FIFO thread starves it otherwise
             sleep_until(wake + SLEEP_LEAST, control, buffer)
         control[MAPPING] = mapping
-        slot = control[COUNT] % rows
+        slot, seen = control[COUNT] % rows, heads[control[COUNT] % heads.shape[0]]
+        look(inputs)
+        seen[MOTION], seen[COMMAND] = inputs.motion_seen[0], inputs.command_seen[0]
         flags = tick(model, state, inputs, output, slot)
         done = monotonic(buffer)
         if done - deadline > period:
@@ -144,13 +148,14 @@ def live(model, state, inputs, output, control, stats, buffer, one):
 
 
 @driver
-def _drive(model, state, inputs, output, what, count, control, stats):
+def _drive(model, state, inputs, output, what, count, control, stats, heads):
     """Do one thing with the simulation.
 
     SETTLE: static start in at most ``count`` steps, Frame into row 0; returns the steps,
     negative where it did not settle, and leaves iterations and residual [N] in the health.
-    TICKS: ``count`` ticks into rows 0..count-1; returns the ticks done before a halt.
-    LIVE: the real-time loop on the control words and stats rows; returns its tick count.
+    TICKS: ``count`` ticks into rows 0..count-1; returns the ticks done before a halt. heads, int64 [count, 2]: samples
+    and commands that each of them sees; without a row each sees what has been written.
+    LIVE: the real-time loop on the control words and stats rows; returns its tick count. heads: a ring that it fills.
     """
     if what == 0:
         steps, iterations, left = rest(model, state, MASS_DAMPING, count, LONGEST_STEP)
@@ -161,14 +166,17 @@ def _drive(model, state, inputs, output, what, count, control, stats):
         return np.int64(steps)
     if what == 1:
         for i in range(count):
+            look(inputs)
+            if heads.shape[0] > 0:
+                inputs.motion_seen[0], inputs.command_seen[0] = heads[i, MOTION], heads[i, COMMAND]
             if tick(model, state, inputs, output, i) & HALT:
                 return np.int64(i)
         return np.int64(count)
-    live(model, state, inputs, output, control, stats, control[BUFFER : BUFFER + 2], control[ONE : ONE + 1])
+    live(model, state, inputs, output, control, stats, heads, control[BUFFER : BUFFER + 2], control[ONE : ONE + 1])
     return control[COUNT]
 
 
-def drive(model, state, inputs, output, what, count, control, stats) -> int:
+def drive(model, state, inputs, output, what, count, control, stats, heads) -> int:
     """The compiled entry, see _drive; compiles it or loads it from the cache at the first call."""
     link_tick(model, state, inputs, output)
-    return _drive(model, state, inputs, output, what, int(count), control, stats)
+    return _drive(model, state, inputs, output, what, int(count), control, stats, heads)

@@ -53,6 +53,7 @@ class Simulator:
         self._chunk = make_output(self.model, self.nodes, 1)
         self._control = np.zeros(CONTROL_WORDS, np.int64)
         self._stats = np.zeros((1, STATS_COLUMNS), np.int64)
+        self._all = np.zeros((0, 2), np.int64)
         self.start_report: dict[str, float] = {}
 
     def warm_up(self, progress: Callable[[str], None] | None = None) -> float:
@@ -165,11 +166,15 @@ class Simulator:
             raise self._halted()
         return self.frame
 
-    def run(self, count: int) -> np.recarray:
-        """Advance ``count`` ticks in one compiled call; returns their Frames. Raises SolverError."""
+    def run(self, count: int, *, heads: np.ndarray | None = None) -> np.recarray:
+        """Advance ``count`` ticks in one compiled call; returns their Frames. Raises SolverError.
+
+        heads, int64 [count, 2]: motion samples and commands, counted from the first, that each tick sees of those
+        written; default all.
+        """
         if len(self._chunk.frame) < count:
             self._chunk = make_output(self.model, self.nodes, count)
-        done = self._drive(TICKS, count, self._chunk)
+        done = self._drive(TICKS, count, self._chunk, heads=heads)
         frames = self._chunk.frame[:done].copy().view(np.recarray)
         if done:
             self.output.frame[0] = self._chunk.frame[done - 1]
@@ -226,7 +231,9 @@ class Simulator:
         sim.restore(savefile.fitting(path, arrays, sim.snapshot()))
         return sim
 
-    def _drive(self, what: int, count: int, output: Output, inputs: Inputs | None = None) -> int:
+    def _drive(
+        self, what: int, count: int, output: Output, inputs: Inputs | None = None, heads: np.ndarray | None = None
+    ) -> int:
         return drive(
             self.model,
             self.state,
@@ -236,6 +243,7 @@ class Simulator:
             int(count),
             self._control,
             self._stats,
+            self._all if heads is None else heads,
         )
 
     def _on_ground(self) -> str:

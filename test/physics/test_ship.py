@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from cable_sim_ros.physics.inputs import make_inputs, push_motion
+from cable_sim_ros.physics.inputs import look, make_inputs, push_motion
 from cable_sim_ros.physics.ship import (
     MOTION,
     NO_EPOCH,
@@ -74,6 +74,7 @@ class Ship:
     def push(self, t: float, epoch: float = 1.0, shift: float = 0.0) -> None:
         c, d, _ = motion(t)
         push_motion(self.inputs, round(t * 1e9), [c[0] + shift, *c[1:], *d, epoch, 1.0])
+        look(self.inputs)
 
     def tick(self) -> np.ndarray:
         now, ship = self.memory.time, self.memory.ship

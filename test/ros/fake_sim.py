@@ -51,7 +51,7 @@ def tick(model, state, inputs, output, slot):
     time = now.time.now
     flags = 0
     frame = output.frame[slot]
-    head = inputs.motion_head[0]
+    head = inputs.motion_seen[0]
     age = 1e3
     if head > 0:
         row = inputs.motion[(head - 1) % inputs.motion.shape[0]]
@@ -60,7 +60,7 @@ def tick(model, state, inputs, output, slot):
         frame.motion_source = int(row[13])
     if age > 0.5:
         flags |= 64
-    head = inputs.command_head[0]
+    head = inputs.command_seen[0]
     command_age = -1.0
     value[1] = 0.0
     if head > 0:

@@ -112,14 +112,46 @@ def test_the_clock_follows_a_drift_upwards():
 
 
 def test_one_wild_stamp_is_no_jump_but_five_are():
-    from cable_sim_ros.io.clock import DataClock
+    from cable_sim_ros.io.clock import DataClock, Stamp
 
     clock = DataClock()
     clock.update(100 * SECOND, 0)
-    assert not clock.suspicious(100 * SECOND + 500_000_000, 0)
-    assert clock.suspicious(50 * SECOND, 0)
-    assert not clock.jumped(50 * SECOND, 0)
-    assert not clock.jumped(900 * SECOND, 20_000_000), "two wild stamps that do not agree"
-    told = [clock.jumped(50 * SECOND + k * 20_000_000, (2 + k) * 20_000_000) for k in range(5)]
-    assert told == [False, False, False, False, True]
-    assert clock.jumps == 1
+    assert clock.judge(100 * SECOND + 500_000_000, 0) is Stamp.FITS, "the least delay is still being found"
+    assert clock.judge(50 * SECOND, 0) is Stamp.OFF
+    assert clock.judge(900 * SECOND, 20_000_000) is Stamp.OFF, "two wild stamps that do not agree"
+    judged = [clock.judge(50 * SECOND + k * 20_000_000, (2 + k) * 20_000_000) for k in range(5)]
+    assert judged == [Stamp.OFF] * 4 + [Stamp.JUMPED]
+    assert clock.jumps == 1 and clock.jump == pytest.approx(-50 * SECOND, abs=SECOND)
+
+
+@pytest.mark.parametrize("jump, within", [(0.3, 5), (-0.3, 55), (0.9, 5), (-0.9, 55), (5.0, 5), (-5.0, 5)])
+def test_a_jump_of_a_part_of_a_second_is_noticed(jump, within):
+    """50 Hz with delays of up to 40 ms: ahead after five stamps, behind by less than a second after a second of it."""
+    from cable_sim_ros.io.clock import DataClock, Stamp
+
+    clock, after = DataClock(), None
+    for k in range(300):
+        stamp = 100 * SECOND + k * 20_000_000 + (round(jump * SECOND) if k >= 200 else 0)
+        judged = clock.judge(stamp, k * 20_000_000 + (k * 7919) % 40_000_000)
+        if judged is Stamp.JUMPED:
+            after = k - 200 + 1
+            break
+        if judged is Stamp.FITS:
+            clock.update(stamp, k * 20_000_000 + (k * 7919) % 40_000_000)
+    assert after is not None and 5 <= after <= within
+    assert clock.jump == pytest.approx(jump * SECOND, abs=0.05 * SECOND)
+
+
+@pytest.mark.parametrize("stall", [0.15, 0.5, 0.9])
+def test_a_stall_of_the_network_is_no_jump(stall):
+    """Messages of the stall come at once at its end."""
+    from cable_sim_ros.io.clock import DataClock, Stamp
+
+    clock, held = DataClock(), round(stall * SECOND)
+    for k in range(500):
+        stamp = arrival = k * 20_000_000
+        if 200 * 20_000_000 <= arrival < 200 * 20_000_000 + held:
+            arrival = 200 * 20_000_000 + held + k
+        assert clock.judge(stamp, arrival) is Stamp.FITS, k
+        clock.update(stamp, arrival)
+    assert clock.jumps == 0

@@ -10,10 +10,11 @@ from rosbags.highlevel import AnyReader
 
 from cable_sim_ros.io.bag import BagError
 from cable_sim_ros.io.channels import CHANNELS, Context, Encoder
+from cable_sim_ros.io.journal import read_journal
 from cable_sim_ros.io.load import SceneError, SceneWarning, load_scene, override
 from cable_sim_ros.io.motion_table import MotionError
 from cable_sim_ros.io.recorded_run import load_run
-from cable_sim_ros.io.replay import Feeder, RecordedTow, late_ticks, read_tow, residuals
+from cable_sim_ros.io.replay import Feeder, RecordedTow, read_tow, residuals
 from cable_sim_ros.io.winch_plan import PlanError
 from cable_sim_ros.physics.frame import FRAME, Flag
 from cable_sim_ros.physics.heave import Convention, Heave, MotionInput
@@ -56,7 +57,8 @@ def test_a_run_lasts_as_long_as_asked_and_at_most_as_the_bag(recorded):
     result, _ = recorded
     assert len(result.frames) == SECONDS / 0.01
     time = result.frames["time"]
-    assert time[0] == read_tow(result.bag).started()[0] + 10_000_000
+    (segment,) = read_journal(read_tow(result.bag).journal).segments
+    assert time[0] == segment.start.time + 10_000_000 and segment.ticks == len(time)
     assert (np.diff(time) == 10_000_000).all()
     assert not np.any(result.frames["status"] & 64), "motion went stale although the bag goes on"
 
@@ -86,12 +88,14 @@ def test_a_replay_gives_the_same_numbers(recorded):
     assert all(row.largest < 1e-9 and row.count == len(recorded[0].frames) for row in result.residuals)
 
 
-def test_a_replay_finds_the_start_from_the_frames_where_the_bag_does_not_have_it(recorded, monkeypatch):
-    monkeypatch.setattr(RecordedTow, "started", lambda self: None)
+def test_a_replay_without_a_journal_says_that_it_is_another_run(recorded, monkeypatch):
+    whole = offline.replay(recorded[0].bag)
+    assert whole.figures["journal"] is True and whole.figures["replay_faults"] == []
+    monkeypatch.setattr(offline, "read_journal", lambda messages: read_journal([]))
     result = offline.replay(recorded[0].bag)
-    assert result.figures["largest_difference"]["ticks"] == len(recorded[0].frames)
-    rows = {row.quantity: row for row in result.residuals}
-    assert rows["x"].largest < 1e-4 and rows["tension"].largest < 0.5
+    assert result.figures["journal"] is False and result.figures["largest_difference"]["ticks"] > 300
+    (fault,) = result.figures["replay_faults"]
+    assert "no journal of what the run took and when" in fault and "static start of its own" in fault
 
 
 def test_a_replay_with_another_scene_has_residuals(recorded):
@@ -140,11 +144,11 @@ def test_imu_alone_moves_the_ship():
 def test_a_solver_that_gives_up_ends_the_run_with_what_there_is(monkeypatch):
     run, calls = passes.Simulator.run, []
 
-    def fails(self, count):
+    def fails(self, count, heads=None):
         calls.append(count)
         if len(calls) == 3:
             raise SolverError("residual 12 N")
-        return run(self, count)
+        return run(self, count, heads=heads)
 
     monkeypatch.setattr(passes, "CHUNK", 0.1)
     scene = load_scene("full_scale")
@@ -174,43 +178,15 @@ def test_residuals_are_ours_less_theirs_at_equal_stamps(recorded):
 
 def test_the_ring_is_never_overrun():
     tow = read_tow(offline.find_bag("nbp1406"))
+
+    def sooner(time):
+        return tow.start + (time - tow.start) // 20
+
     fast = RecordedTow(
-        tow.path, [event._replace(time=tow.start + (event.time - tow.start) // 20) for event in tow.events[:8000]]
+        tow.path, [e._replace(time=sooner(e.time), arrival=sooner(e.arrival)) for e in tow.events[:8000]]
     )
     chunk = passes.Pass(load_scene("full_scale"), fast)._ring_limit()
     assert fast.rate > 1900 and fast.rate * (chunk + passes.AHEAD) * 1e-9 < MOTION_ROWS
-
-
-def test_samples_that_came_late_come_late_again():
-    """Late: the ticks of a live run whose newest sample was older than the tick."""
-    tow = read_tow(offline.find_bag("nbp1406"))
-    tow = RecordedTow(tow.path, [event for event in tow.events if event.kind == "odometry"][:300])
-    live = passes.Pass(load_scene("full_scale"), tow)
-    live.sim.warm_up()
-    start = live._start()
-    tow.about = {
-        "start_time_ns": str(start.time),
-        "start_position_m": json.dumps(start.position),
-        "start_heading_rad": repr(start.heading),
-    }
-    live.sim.start(time_ns=start.time, position=start.position, heading=start.heading)
-    frames, now = [], start.time
-    for k in range(250):
-        now += live.tick
-        silent = 80 <= k < 87 or k in (150, 151, 200)  # nothing comes in these ticks
-        live.feeder.until(now - live.tick if silent else now + 30_000_000, live.feeder._newest() if silent else None)
-        frames.append(live.sim.run(1).copy())
-    frames = np.concatenate(frames).view(np.recarray)
-    times, newest = late_ticks(frames)
-    assert len(times) >= 4 and set(newest) <= {event.time for event in tow.events}
-    again = passes.Pass(load_scene("full_scale"), tow, frames).go(None, None).frames
-    assert (
-        again["motion_age"][frames["motion_age"] > 0].tolist()
-        == frames["motion_age"][frames["motion_age"] > 0].tolist()
-    )
-    assert offline.largest_difference(again, frames)["difference"] == 0.0
-    unlike = passes.Pass(load_scene("full_scale"), tow).go(2.5, None).frames
-    assert np.abs(unlike["tension"] - frames["tension"]).max() > 0.1
 
 
 def test_motion_is_taken_in_as_the_recording_node_did():
@@ -402,7 +378,7 @@ def test_compensation_adds_to_the_plan(hauled, recorded):
 def test_a_replay_of_a_plan_gives_the_same_numbers(hauled):
     result = offline.replay(hauled.bag, offline.override(load_scene("full_scale"), {"setpoint.algorithm": "hold"}))
     assert result.figures["largest_difference"]["difference"] == 0.0
-    assert "winch" not in result.figures and result.figures["commands_refused"] == {}
+    assert "winch" not in result.figures and result.figures["journal"]
     assert read_tow(hauled.bag).about["winch_plan"] == HAUL
 
 

@@ -1,0 +1,108 @@
+"""A recording run again from its journal: every tick sees what it saw, so nothing is left to guess."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import numpy as np
+
+from ..io.journal import STATIC, Segment, Told
+from ..io.load import dump_scene
+from ..io.replay import RecordedTow
+from ..sim.savefile import LAYOUT, SaveError, fitting
+from ..sim.scene import Scene
+from ..sim.simulator import Simulator
+from .stepping import Drive, Driven, Progress, RunRecorder, silent
+
+CHUNK_TICKS = 256  # of one compiled call, at most; each begins with cold caches
+RING_SHARE = 400, 100  # samples and commands a chunk may bring: less than half of each ring
+
+
+class Rerun:
+    """Simulates the segments of a journal again.
+
+    frames: recorded Frames, which say how long a recording goes on that was cut off; `faults` has what could not be
+    done as it was recorded, as texts.
+    """
+
+    def __init__(
+        self, scene: Scene, tow: RecordedTow, told: Told, frames: np.recarray | None, progress: Progress = silent
+    ) -> None:
+        self.scene, self.tow, self.progress = scene, tow, progress
+        self.segments, self.faults = told.segments, list(told.faults)
+        self.same = tow.about.get("scene_yaml") == dump_scene(scene)
+        self.sim = Simulator(scene)
+        self.tick = int(self.sim.model.settings[0].tick_ns)
+        last = self.segments[-1]
+        if frames is not None and len(frames) and not last.halted:
+            last.ticks = max(last.ticks, int(frames["tick"][-1]) - last.ticks_before)
+
+    def go(self, bag: Path | None) -> Driven:
+        """Simulate; bag: directory to record to, or None. Raises StartError."""
+        begun = time.perf_counter()
+        self.sim.warm_up(progress=lambda text: self.progress(text, 0.0, 0.0))
+        compiled = time.perf_counter()
+        recording = None if bag is None else RunRecorder(bag, self.scene, self.tow, None)
+        drive = Drive(self.sim, recording, self.progress, sum(segment.ticks for segment in self.segments))
+        started = 0.0
+        if recording is not None and self.tow.events:
+            event = self.tow.events[0]
+            recording.offset = event.arrival - event.time
+        try:
+            for segment in self.segments:
+                starting = time.perf_counter()
+                self._begin(segment)
+                started += time.perf_counter() - starting
+                drive.begin(segment.start)
+                self._steps(segment, drive)
+            if recording is not None:
+                recording.inputs(self.tow.events)
+        finally:
+            drive.close()
+        return Driven(drive.frames, compiled - begun, started, drive.stepping, drive.cpu, drive.problem)
+
+    def _begin(self, segment: Segment) -> None:
+        start = segment.start
+        if self.same:  # else the scene that was given decides
+            self.sim.set_algorithm(segment.algorithm)
+        if start.cause not in STATIC and self.same and segment.layout == LAYOUT:
+            try:
+                self.sim.restore(fitting(self.tow.path, segment.arrays, self.sim.snapshot()))
+                return
+            except SaveError as error:
+                self.faults.append(str(error))
+        elif start.cause not in STATIC:
+            why = "of another scene" if not self.same else "of another version of this program"
+            self.faults.append(
+                f"the state of the tow at {start.time * 1e-9:.3f} s ({start.cause}) is {why}: begun there from the "
+                f"static equilibrium"
+            )
+        self.sim.start(start.time, start.position, start.heading)
+        segment.load(self.sim.inputs)
+
+    def _steps(self, segment: Segment, drive: Drive) -> None:
+        heads, inputs, done = segment.heads(), self.sim.inputs, 0
+        changes = sorted({tick for tick, *_ in segment.sets if tick < segment.ticks} | {segment.ticks})
+        for until in changes:
+            while done < until:
+                most = np.array((inputs.motion_head[0], inputs.command_head[0])) + RING_SHARE
+                part = heads[done : min(until, done + CHUNK_TICKS)]
+                part = part[: max(1, int((part <= most).all(axis=1).sum()))]
+                segment.push(inputs, *part[-1].tolist())
+                if not drive.run(len(part), part):
+                    return
+                done += len(part)
+            for tick, name, value in segment.sets:
+                if tick == until and until < segment.ticks:
+                    self._set(name, value)
+        if segment.halted:  # it gave up here, and does so again
+            drive.run(1)
+
+    def _set(self, name: str, value: object) -> None:
+        if not self.same:
+            self.faults.append(f"parameter {name} was changed to {value} in the run: left out, with another scene")
+        elif name == "setpoint.algorithm":
+            self.sim.set_algorithm(str(value))
+        else:
+            self.faults.append(f"parameter {name} was changed to {value} in the run: not known here")

@@ -1,0 +1,149 @@
+"""Steps a simulator in chunks, with the times they took, and records what it was given and what it answered."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import __version__
+from ..io.bag import BagWriter
+from ..io.channels import Context, Encoder
+from ..io.journal import MSGTYPE, TOPIC, Journal, Start
+from ..io.load import dump_scene
+from ..io.messages import KINDS
+from ..io.replay import Event, RecordedTow
+from ..io.winch_plan import WinchPlan
+from ..physics.frame import FRAME
+from ..physics.setpoint import LAWS
+from ..sim.scene import Scene
+from ..sim.simulator import Simulator, SolverError
+
+Progress = Callable[[str, float, float], None]  # what is done, seconds done, seconds in all (0 = not known)
+
+
+def silent(what: str, done: float, total: float) -> None:
+    """Progress that is not reported."""
+
+
+class Driven(NamedTuple):
+    """Frames of a pass, wall times [s] of compiling, static start and stepping, CPU time [s] of stepping, and why it
+    ended early ("" = not)."""
+
+    frames: np.recarray
+    compile_s: float
+    start_s: float
+    stepping_s: float
+    stepping_cpu_s: float
+    problem: str
+
+
+class Drive:
+    """Chunks of ticks of one simulator, recorded or not. `done` ticks of `total` (0 = not known)."""
+
+    def __init__(self, sim: Simulator, recording: RunRecorder | None, progress: Progress, total: int = 0) -> None:
+        self.sim, self.recording, self.progress, self.total = sim, recording, progress, total
+        self.tick = int(sim.model.settings[0].tick_ns) * 1e-9  # s
+        self.done, self.problem = 0, ""
+        self.stepping = self.cpu = 0.0
+        self._parts: list[np.ndarray] = []
+
+    def begin(self, start: Start) -> None:
+        """The simulator has been started, or taken to another clock."""
+        if self.recording is not None:
+            self.recording.begin(self.done, start, self.sim)
+
+    def run(self, count: int, heads: np.ndarray | None = None, events: list[Event] | None = None) -> bool:
+        """Simulate ``count`` ticks, see `Simulator.run`; events: came before them. False where the solver gives up."""
+        recording, inputs = self.recording, self.sim.inputs
+        if recording is not None:
+            recording.inputs(events or [])
+            rows = heads if heads is not None else [(inputs.motion_head[0], inputs.command_head[0])]
+            for k, (motion, command) in enumerate(rows):
+                recording.journal.tick(self.done + k, int(motion), int(command))
+        begun, used = time.perf_counter(), time.process_time()
+        try:
+            frames = self.sim.run(count, heads=heads)
+        except SolverError as error:
+            self.problem = f"the solver gave up after {self.done * self.tick:.2f} s: {error}"
+            return False
+        finally:
+            self.stepping += time.perf_counter() - begun
+            self.cpu += time.process_time() - used
+        self._parts.append(frames.copy())
+        self.done += count
+        if recording is not None:
+            recording.outputs(frames, *self.sim.chunk_tables)
+        self.progress("simulating", self.done * self.tick, self.total * self.tick)
+        return True
+
+    def close(self) -> None:
+        """End the recording."""
+        if self.recording is not None:
+            self.recording.journal.end(self.done, "halted" if self.problem else "end")
+            self.recording.close()
+
+    @property
+    def frames(self) -> np.recarray:
+        """Every tick so far."""
+        parts = np.concatenate(self._parts) if self._parts else np.zeros(0, FRAME)
+        return parts.view(np.recarray)
+
+
+class RunRecorder:
+    """Every channel, every input and the journal of a run in one bag; nothing from a clock: the same run has the same
+    bytes. Log times are on the clock of the bag's arrivals, in order."""
+
+    def __init__(self, path: Path, scene: Scene, tow: RecordedTow | None, winch: WinchPlan | None) -> None:
+        self.context = Context()
+        self.encoder = Encoder(self.context, scene.solver.tick)
+        about = {
+            "scene": scene.name,
+            "scene_yaml": dump_scene(scene),
+            "cable_sim_ros": __version__,
+            "namespace": self.context.namespace,
+            "motion": "none" if tow is None else Path(tow.path).name,
+        }
+        if winch is not None:
+            about["winch_plan"] = str(winch)
+        if tow is not None and "node" in tow.about:
+            about["node"] = tow.about["node"]  # how the motion was taken in
+        self.writer = BagWriter(path, custom_data=about)
+        self.encoder.declare(self.writer)
+        self.offset = 0  # ns, arrival less stamp
+        self._last = 0
+
+    def begin(self, done: int, start: Start, sim: Simulator) -> None:
+        """The simulation begins here, or goes on here."""
+        if not done:
+            self.journal = Journal(self._entry, sim.inputs)
+        self._time = start.time
+        law = LAWS[int(sim.state.now.setpoint.algorithm)].value
+        self.journal.start(done, start, law, sim.snapshot())
+
+    def inputs(self, events: list[Event]) -> None:
+        """Messages that came."""
+        for event in events:
+            msgtype, topic = KINDS[event.kind]
+            self.writer.add(f"{self.context.namespace}/{topic}", msgtype, event.arrival, event.data, event.time)
+
+    def outputs(self, frames: np.recarray, shapes: np.ndarray, contacts: np.ndarray) -> None:
+        """What a chunk of ticks answered."""
+        for frame, shape, contact in zip(frames, shapes, contacts):
+            self._time = int(frame["time"])
+            log = self._log()
+            for channel, topic, data in self.encoder.encode(frame, shape, contact):
+                self.writer.add(topic, channel.msgtype, log, data, self._time)
+
+    def close(self) -> None:
+        self.writer.close()
+
+    def _entry(self, data: bytes) -> None:
+        self.writer.add(f"{self.context.namespace}/{TOPIC}", MSGTYPE, self._log(), data, self._time)
+
+    def _log(self) -> int:
+        self._last = max(self._last, self._time + self.offset)
+        return self._last

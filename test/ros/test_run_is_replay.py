@@ -1,0 +1,191 @@
+"""A run is its replay: whatever reached the node, and however it came, the recording gives the same numbers again.
+
+The node without its network: session, real-time loop, publisher and recorder with the real simulator, fed with messages
+that misbehave. In a process of its own, as the loop's thread is compiled code.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).parent
+pytestmark = pytest.mark.skipif(
+    os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="the loop calls libc from compiled code"
+)
+
+SCRIPT = """
+import json, math, sys, threading, time, warnings
+from types import SimpleNamespace
+warnings.simplefilter("ignore")
+from cable_sim_ros.io.channels import CHANNELS, Context, Encoder
+from cable_sim_ros.io.journal import MSGTYPE, TOPIC
+from cable_sim_ros.io.recorder import Recorder
+from cable_sim_ros.ros.params import settle
+from cable_sim_ros.ros.publisher import TickPublisher
+from cable_sim_ros.ros.session import Session
+from cable_sim_ros.runs import offline
+from test_commands import command
+from test_motion import odometry
+
+S = 1_000_000_000
+said = []
+session = Session(settle({"scene": "side_scan", "solver.tick": 0.02}), lambda level, text: said.append((level, text)))
+session.configure()
+context = Context()
+encoder = Encoder(context, 0.02)
+quiet = {context.topic(channel): SimpleNamespace(publish=lambda data: None) for channel in CHANNELS}
+publisher = TickPublisher(session.built_loop, encoder, quiet, lambda: session.clock.offset)
+publisher.start()
+bag = sys.argv[1]
+recorder = None
+begun = time.monotonic_ns()
+shift = 0  # ns, of the motion's clock
+k = 0
+
+def record():
+    global recorder
+    recorder = Recorder(bag, custom_data={"scene_yaml": offline_scene()})
+    put = lambda data: recorder.put(f"{context.namespace}/{TOPIC}", MSGTYPE, time.time_ns(), data)
+    publisher.record(recorder, session.record(put))
+
+def offline_scene():
+    from cable_sim_ros.io.load import dump_scene
+    return dump_scene(session.scene)
+
+def now():
+    return time.monotonic_ns() - begun + 1000 * S + shift
+
+def took(kind, topic, msgtype, data, arrival):
+    if recorder is not None:
+        recorder.put(f"{context.namespace}/{topic}", msgtype, arrival + session.wall, data)
+
+def move(seconds, odd=None):
+    global k
+    until = time.monotonic() + seconds
+    while time.monotonic() < until:
+        stamp, t = now(), (time.monotonic_ns() - begun) * 1e-9
+        wild = odd is not None and k % odd == odd - 1
+        height, speed = math.sin(0.8 * t), 0.8 * math.cos(0.8 * t)
+        data = odometry(stamp + (3600 * S if wild else 0), (2.0 * t, 0, height), velocity=(2.0, 0, speed))
+        arrival = time.monotonic_ns()
+        took("odometry", "odom", "nav_msgs/msg/Odometry", data, arrival)
+        session.motion("odometry", data, arrival)
+        session.poll()
+        k += 1
+        time.sleep(0.02)
+
+def order(stamp, position=(), velocity=(), **more):
+    data, arrival = command(stamp, list(position), list(velocity), **more), time.monotonic_ns()
+    took("command", "winch/command", "sensor_msgs/msg/JointState", data, arrival)
+    return session.command(data, arrival)
+
+def finish():
+    session.built_loop.stop()
+    publisher.end_recording()
+    stats = recorder.close()
+    publisher.close()
+    session.close()
+    session.built_loop.close()
+    again = offline.replay(bag)
+    print(json.dumps(dict(
+        state=session.problem, said=said, resets=session.resets, jumps=session.clock.jumps, dropped=stats.dropped,
+        refused=session.commands.refused, motion=session.intake.refused, skipped=publisher.skipped,
+        largest=again.figures["largest_difference"], faults=again.figures["replay_faults"],
+        moved=float(abs(again.frames["payout"] - again.frames["payout"][0]).max()), ticks=len(again.frames))))
+"""
+
+ODD = """
+record()
+order(now(), [30.0])  # before motion
+session.activate()
+move(0.8)
+for i in range(8):
+    order(now() - 5 * S, velocity=[0.3])  # stamps 5 s old
+    order(now(), [1e9])  # absurd
+    order(now(), [1.0, 2.0])  # wrong length
+    move(0.15, odd=5)  # and stamps of motion that are an hour ahead
+finish()
+"""
+EVENTS = """
+record()
+session.activate()
+move(0.8)
+session.set_algorithm("simplified_sheave")
+move(0.6)
+shift += 3 * S // 2  # ahead by 1.5 s
+move(0.8)
+session.reset()
+order(now(), velocity=[0.4])
+move(0.7)
+shift -= S // 2  # behind by 0.5 s: followed after a second
+move(2.0)
+session.set_algorithm("hold")
+move(0.4)
+finish()
+"""
+MIDDLE = """
+session.activate()
+move(1.0)
+order(now(), velocity=[0.5])
+move(0.2)
+record()
+burning = True
+def burn():
+    while burning:
+        sum(i * i for i in range(3000))
+for _ in range(3):
+    threading.Thread(target=burn, daemon=True).start()
+for _ in range(12):
+    order(now(), velocity=[0.5])
+    move(0.15)
+burning = False
+finish()
+"""
+
+
+def run_and_replay(what: str, bag: Path) -> dict:
+    environment = os.environ | {
+        "PYTHONPATH": os.pathsep.join([str(HERE), str(HERE.parent / "io"), str(HERE.parents[1])])
+    }
+    done = subprocess.run(
+        [sys.executable, "-c", SCRIPT + what, str(bag)], env=environment, capture_output=True, text=True, timeout=300
+    )
+    assert done.returncode == 0, done.stderr[-3000:]
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def same(found: dict) -> None:
+    assert found["state"] == "" and found["dropped"] == 0 and found["faults"] == []
+    assert found["ticks"] == found["largest"]["ticks"] > 60, "every tick is in the recording"
+    assert found["largest"]["difference"] == 0.0, found["largest"]
+
+
+def test_odd_messages(tmp_path):
+    """Commands before motion, 5 s old, absurd, of wrong length; motion stamped an hour ahead."""
+    found = run_and_replay(ODD, tmp_path / "bag")
+    same(found)
+    assert found["refused"]["before_motion"] == 1 and found["refused"]["out_of_range"] == 8
+    assert found["refused"]["array_length"] == 8 and found["motion"]["stamp_off_clock"] >= 5
+    assert found["moved"] > 0.2, "commands with old stamps move the winch"
+
+
+def test_resets_jumps_and_switches(tmp_path):
+    """The clock jumps ahead by 1.5 s and back by 0.5 s, the algorithm changes twice, the run is reset."""
+    found = run_and_replay(EVENTS, tmp_path / "bag")
+    same(found)
+    assert found["resets"] == 1 and found["jumps"] == 2
+    jumps = [float(text.split("has jumped by ")[1].split(" s")[0]) for _, text in found["said"] if "jumped" in text]
+    assert jumps == pytest.approx([1.5, -0.5], abs=0.15)
+
+
+def test_a_recording_from_the_middle_of_a_loaded_run(tmp_path):
+    """Rate commands while three threads keep the processor and the interpreter's lock."""
+    found = run_and_replay(MIDDLE, tmp_path / "bag")
+    same(found)
+    assert found["moved"] > 0.5
