@@ -56,13 +56,18 @@ session.loop.close()
 
 bag = RecordedTow("", [event._replace(arrival=event.arrival + session.wall) for event in tow.events])
 feeder = Feeder(make_inputs(), bag, session.scene, session.node.motion, session.node.heave)
-feeder.until(10**30)
+replayed = []
+while not feeder.done:
+    feeder.until(10**30)
+    replayed += pushed(feeder.inputs)
+    if feeder.jumped:
+        feeder.follow()
 print(json.dumps(dict(
     state=state, watched=watched, figures=figures,
     motion_refused=session.refused, jumps=[session.clock.jumps, feeder.clock.jumps],
     refused=[session.commands.refused, feeder.commands.refused],
     accepted=[session.commands.accepted, feeder.commands.accepted],
-    taken=[[row for row in wanted if not isinstance(row, str)], pushed(feeder.inputs)])))
+    taken=[[row for row in wanted if not isinstance(row, str)], replayed])))
 """
 
 
