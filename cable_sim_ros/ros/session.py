@@ -264,13 +264,15 @@ class Session:
 
     def record(self, put: Callable[[bytes], None]) -> Journal:
         """Begin the journal of a recording, with the state of a tow that is running. Its first tick is the next one."""
-        self.journal = Journal(put, self.built_sim.inputs)
+        journal = Journal(put, self.built_sim.inputs)
         if self.state == "running":
             with self.built_loop.paused():
-                now = self.built_sim.state.now
+                now, done = self.built_sim.state.now, self.built_loop.count
                 start = Start(int(now.time.now), self._ship_position(), float(now.ship.motion.coord[5]), "recording")
-                self._note_start(start)
-        return self.journal
+                snapshot = self.built_sim.snapshot()
+            journal.start(done, start, self._law(), snapshot)  # packing it would hold up a tick
+        self.journal = journal
+        return journal
 
     def _ship_position(self) -> tuple[float, float]:
         """x y of base_link in odom, of a loop that stands."""
@@ -281,8 +283,10 @@ class Session:
 
     def _note_start(self, start: Start) -> None:
         if self.journal is not None:
-            law = LAWS[int(self.built_sim.state.now.setpoint.algorithm)].value
-            self.journal.start(self.built_loop.count, start, law, self.built_sim.snapshot())
+            self.journal.start(self.built_loop.count, start, self._law(), self.built_sim.snapshot())
+
+    def _law(self) -> str:
+        return LAWS[int(self.built_sim.state.now.setpoint.algorithm)].value
 
     # ---- watch
 
