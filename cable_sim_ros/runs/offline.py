@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,8 @@ from ..io.resources import find_bag
 from ..io.winch_plan import WinchPlan
 from ..physics.integrate import Solver
 from ..sim.scene import Scene
+from ..sim.verdict import Reason, Verdict
+from . import verdict
 from .passes import Driven, Pass, Progress, silent
 from .summary import SKIP, summarize
 
@@ -51,6 +54,12 @@ FIGURES = (
     ("largest_difference", "", "`replay`: largest difference of any field of `sim/health` over the common ticks"),
     ("node", "", "`live`: figures of the node, as in its statistics file"),
     ("problem", "", "why the run ended early; absent when it did not"),
+    (
+        "verdict",
+        "",
+        "`state` (ok, doubtful, failed) and `reasons`: list of `flag`, `seconds` in all, `share` of the run, `figures` "
+        "concerned, `text`; see [flags](flags.md#verdict)",
+    ),
 )
 
 
@@ -63,6 +72,7 @@ class Run:
     problem: str = ""
     bag: Path | None = None
     residuals: list[Residual] = field(default_factory=list)
+    verdict: Verdict = field(default_factory=Verdict)
 
 
 def run(
@@ -104,6 +114,7 @@ def run(
     result.figures["imu_only"] = imu_only
     if plan is not None:
         result.figures["winch"] = str(plan)
+    judged(result, scene, one.doubts)
     _write_summary(out, result)
     return result
 
@@ -122,6 +133,7 @@ def replay(
     """
     target = _bag_path(out)
     tow = read_tow(find_bag(bag))
+    own = scene is None
     if scene is None:
         text = tow.about.get("scene_yaml")
         scene = scene_from_text(text, f"scene kept in {tow.path}") if text else load_scene("full_scale")
@@ -135,7 +147,19 @@ def replay(
         residuals=[row._asdict() for row in result.residuals],
         largest_difference=largest_difference(result.frames, frames),
     )
+    # another scene is compared on purpose
+    apart = verdict.differences(result.residuals, result.figures.get("tension_mean_n", 0.0)) if own else ()
+    judged(result, scene, [*one.doubts, *apart])
     _write_summary(out, result)
+    return result
+
+
+def judged(result: Run, scene: Scene | None, others: Iterable[Reason] = ()) -> Run:
+    """The run with its verdict, in its figures too; others: reasons beside those of its Frames."""
+    result.verdict = verdict.judge(result.frames, scene, others, result.problem)
+    if result.problem:
+        result.figures["problem"] = result.problem
+    result.figures["verdict"] = result.verdict.as_dict()
     return result
 
 

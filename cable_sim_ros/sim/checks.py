@@ -13,6 +13,7 @@ import numpy as np
 
 from ..physics.section import material_of
 from ..physics.winch import DrumModel
+from .current import current_of
 from .feed_checks import drum_problems, mesh_problems
 from .joints import body_problems, seat_problems, section_problems
 from .material import extreme, hung, outboard, termination_weight, wet_weight
@@ -104,7 +105,7 @@ def downforce(scene: Scene) -> float:
 def water_speed(scene: Scene) -> float:
     """Speed [m/s] of the ship through the water at its surface."""
     heading = math.radians(scene.ship.heading_deg)
-    east, north = scene.water.current
+    east, north = current_of(scene, heading)[:2]
     return math.hypot(scene.ship.tow_speed * math.cos(heading) - east, scene.ship.tow_speed * math.sin(heading) - north)
 
 
