@@ -33,7 +33,8 @@ class Commands(click.Group):
 
     def invoke(self, context: click.Context):
         """Run a command; expected errors become one line on stderr."""
-        warnings.showwarning = _warn
+        said: set[str] = set()
+        warnings.showwarning = lambda message, *rest: _warn(str(message), said)
         try:
             return super().invoke(context)
         except Exception as error:
@@ -43,8 +44,12 @@ class Commands(click.Group):
             context.exit(expected.report(error, code, context.meta[JSON]))
 
 
-def _warn(message, category, filename, lineno, file=None, line=None) -> None:
-    click.echo(f"warning: {message}", err=True)
+def _warn(message: str, said: set[str]) -> None:
+    """A warning in one line, once: a scene with another number is checked again, under another name."""
+    text = message.partition(": ")[2] or message
+    if text not in said:
+        said.add(text)
+        click.echo(f"warning: {message}", err=True)
 
 
 class Heave(click.ParamType):

@@ -74,7 +74,12 @@ class DrumModel(str, Enum):
 
 class Winch(Block):
     position: tuple[float, float, float] = quantity(
-        REQUIRED, "m", -200.0, 200.0, "drum centre in base_link (x forward, y left, z up)", "Westin Table 8"
+        REQUIRED,
+        "m",
+        -200.0,
+        200.0,
+        "drum centre in base_link (x forward, y left, z up); forward of the sheave",
+        "Westin Table 8",
     )
     drum_radius: float = quantity(REQUIRED, "m", 0.01, 10.0, "radius of the drum surface", "Westin Table 8")
     drum: DrumModel = quantity(

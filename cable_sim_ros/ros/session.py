@@ -14,6 +14,8 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Callable
+from contextlib import nullcontext
+from typing import Any
 
 import numpy as np
 
@@ -23,9 +25,9 @@ from ..io.messages import stamp_of
 from ..io.motion import MotionIngest
 from ..physics.frame import Source
 from ..physics.inputs import MOTION_ROWS, SOURCE
-from ..physics.setpoint import SetpointLaw
 from ..physics.ship import NO_EPOCH
 from ..sim.build import make_output
+from ..sim.live import changed, set_live
 from ..sim.simulator import Simulator, StartError
 from .loop import MAPPING, RESYNCS, SKIPPED, TARGET, Loop
 from .params import Settings
@@ -270,13 +272,13 @@ class Session:
         self._start()
         return self.state == "running", self.problem or "started again from the static equilibrium"
 
-    def set_algorithm(self, name: str) -> None:
-        """Change the set-point algorithm between two ticks."""
-        if self.state != "running":
-            self.built_sim.set_algorithm(SetpointLaw(name))
-            return
-        with self.built_loop.paused():
-            self.built_sim.set_algorithm(SetpointLaw(name))
+    def set_live(self, name: str, value: Any) -> None:
+        """Give a live parameter of the scene (sim/live.py) another value, between two ticks where the loop runs."""
+        self.scene = changed(self.scene, name, value)
+        if self.sim is None:
+            return  # the simulator is made from the scene
+        with self.built_loop.paused() if self.state == "running" else nullcontext():
+            set_live(self.sim, name, value)
 
     # ---- watch
 

@@ -13,7 +13,8 @@ from ..sim.scene import Scene
 from ..sim.verdict import Reason, check
 
 MEAN_OVER = 30.0  # s, at least, for a mean of the motion: less is the waves'
-SPEED_WITHIN = 0.05, 0.1  # of the speed of the scene, m/s; the larger one counts
+SPEED_WITHIN = 0.05, 0.1  # of the speed of the scene, m/s, without a word; the larger one counts
+DOUBTFUL = 2.0  # times these bounds: a fifth more drag, a tow to one side; another tow than that of the scene
 
 
 def look(scene: Scene, heading: float | None, frames: np.recarray) -> list[Reason]:
@@ -23,22 +24,23 @@ def look(scene: Scene, heading: float | None, frames: np.recarray) -> list[Reaso
     motion's heading is the true one, so that the line alone says what is used.
     """
     turned = "" if heading is None else turned_current(scene, heading)
-    off = off_track(scene, heading, frames)
+    off, times = off_track(scene, heading, frames)
     for text in filter(None, (turned, off)):
         warnings.warn(f"{scene.name}: {text}", SceneWarning, stacklevel=4)
-    return [check("MEAN_TRACK", off)] if off else []
+    return [check("MEAN_TRACK", off)] if times > DOUBTFUL else []
 
 
-def off_track(scene: Scene, heading: float | None, frames: np.recarray) -> str:
+def off_track(scene: Scene, heading: float | None, frames: np.recarray) -> tuple[str, float]:
     """How ship and mean track go apart: the set-point laws take the difference for motion to compensate; "" if not.
 
-    heading: of the start, rad; None: the scene's. The take-up after the start is left out.
+    heading: of the start, rad; None: the scene's. The take-up after the start is left out. Returns the text and by how
+    many times the bounds they go apart.
     """
     tick, ship = scene.solver.tick, scene.ship
     kept = frames[round(ship.start_blend / tick) :]
     seconds = (len(kept) - 1) * tick
     if seconds < MEAN_OVER:
-        return ""
+        return "", 0.0
     x, y, z, w = kept["ship_quaternion"].T
     yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
     ahead = np.stack([np.cos(yaw), np.sin(yaw)], axis=1)
@@ -47,7 +49,8 @@ def off_track(scene: Scene, heading: float | None, frames: np.recarray) -> str:
     mean = math.atan2(ahead[:, 1].mean(), ahead[:, 0].mean())
     turned = math.degrees(math.remainder(mean - begun, 2.0 * math.pi))
     found, ways = [], []
-    if abs(speed - ship.tow_speed) > max(SPEED_WITHIN[0] * abs(ship.tow_speed), SPEED_WITHIN[1]):
+    faster = abs(speed - ship.tow_speed) / max(SPEED_WITHIN[0] * abs(ship.tow_speed), SPEED_WITHIN[1])
+    if faster > 1.0:
         found.append(f"mean speed of the motion is {speed:.3g} m/s, ship.tow_speed is {ship.tow_speed:.3g} m/s")
         ways.append(f"Set ship.tow_speed to {speed:.3g} m/s")
     if abs(turned) > HEADING_WITHIN:
@@ -55,8 +58,9 @@ def off_track(scene: Scene, heading: float | None, frames: np.recarray) -> str:
         found.append(f"mean heading of the motion is {began + turned:.4g} deg, that of the start is {began:.4g} deg")
         ways.append("Give motion along one heading")
     if not found:
-        return ""
+        return "", 0.0
     return (
         f"{', '.join(found)}: the ship follows the motion, but the static start and the mean track of the set-point "
-        f"laws begin with the second number. {'. '.join(ways)}"
+        f"laws begin with the second number. {'. '.join(ways)}",
+        max(faster, abs(turned) / HEADING_WITHIN),
     )

@@ -29,7 +29,8 @@ def judge(frames: np.recarray, scene: Scene | None = None, others: Iterable[Reas
     most = frames["tension_most"]
     over: tuple[Reason, ...] = ()
     if scene is not None:
-        over = overload(scene, float(most.max()), tick, int(np.sum(most > strength(scene))), len(most))
+        share = float(np.mean(most > strength(scene)))
+        over = overload(scene, float(most.max()), share * len(most) * tick, share)
     found = judge_counts(
         dict(zip(map(int, status), map(int, counts))),
         tick,

@@ -206,8 +206,8 @@ CHECKS = (
         "MEAN_TRACK",
         DOUBTFUL,
         TENSION + BODY,
-        "the motion's mean speed or heading is not that of the scene and changes the tow (over 5 % and 0.1 m/s, "
-        "5 deg), in 30 s or more",
+        "over 30 s or more the mean speed of the motion is more than 10 % and 0.2 m/s from `ship.tow_speed`, or its "
+        "heading more than 10 deg from that of the start: another tow than that of the scene; half of it is a warning",
     ),
     (
         "RESIDUAL",

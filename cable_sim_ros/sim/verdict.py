@@ -141,8 +141,8 @@ def strength(scene: Scene) -> float:
     return max(limits)
 
 
-def overload(scene: Scene, most: float, tick: float, ticks: int, total: int) -> tuple[Reason, ...]:
-    """Reason where the largest tension [N] is above the strength; ticks of total: how long."""
+def overload(scene: Scene, most: float, seconds: float = 0.0, share: float = 0.0) -> tuple[Reason, ...]:
+    """Reason where the largest tension [N] is above the strength; seconds, share: how long, 0 where not known."""
     limit = strength(scene)
     if not most > limit:
         return ()
@@ -158,8 +158,8 @@ def overload(scene: Scene, most: float, tick: float, ticks: int, total: int) -> 
             "OVERLOAD",
             f"tension went up to {most:.4g} N, a strain of {stretch:.2g} %: above {bound}. The cable would "
             "have parted; what follows is no tow",
-            ticks * tick,
-            ticks / total if total else 0.0,
+            seconds,
+            share,
         ),
     )
 
