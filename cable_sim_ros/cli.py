@@ -12,52 +12,44 @@ import click
 
 from . import __version__
 from .lab.commands import COMMANDS as LAB_COMMANDS
+from .runs import expected
 from .runs.mesh_command import mesh as mesh_command
 from .runs.progress import progress_bar as _progress
-from .runs.told import residual_table, tell
+from .runs.told import tell
+from .sim.flag_rules import CODE_INPUT
 
-# mistakes of the user or the data: their text is the whole message. Anything else is ours and keeps its traceback
-EXPECTED = {
-    "cable_sim_ros.io.load.SceneError",
-    "cable_sim_ros.io.bag.BagError",
-    "cable_sim_ros.io.motion_table.MotionError",
-    "cable_sim_ros.io.winch_plan.PlanError",
-    "cable_sim_ros.io.resources.ResourceError",
-    "cable_sim_ros.sim.simulator.StartError",
-    "cable_sim_ros.ros.live.LiveError",
-    "cable_sim_ros.ros.player.PlayError",
-    "cable_sim_ros.ros.params.ParameterError",
-    "cable_sim_ros.lab.cases.family.CaseError",
-    "cable_sim_ros.runs.mesh.CheckError",
-}
-BAD_INPUT = 2
+JSON = "cable_sim_ros.json"  # of click's context
 SHIPPED_BAG, SHIPPED_SCENE = "nbp1406", "full_scale"
 PASS_ON = {"ignore_unknown_options": True, "allow_extra_args": True}
 
 
 class Commands(click.Group):
-    """Group that reports a mistake in one line and leaves with code 2."""
+    """Group that reports an expected error in one line and leaves with its code."""
+
+    def parse_args(self, context: click.Context, args: list[str]) -> list[str]:
+        """Keep whether the figures are to be JSON, for an error that comes before them."""
+        context.meta[JSON] = "--json" in args
+        return super().parse_args(context, args)
 
     def invoke(self, context: click.Context):
         """Run a command; expected errors become one line on stderr."""
-        warnings.showwarning = _warn
+        said: set[str] = set()
+        warnings.showwarning = lambda message, *rest: _warn(str(message), said)
         try:
             return super().invoke(context)
         except Exception as error:
-            if not _expected(error):
+            code = expected.code_of(error)
+            if code is None:
                 raise
-            click.echo(f"error: {error}", err=True)
-            context.exit(BAD_INPUT)
+            context.exit(expected.report(error, code, context.meta[JSON]))
 
 
-def _expected(error: BaseException) -> bool:
-    return isinstance(error, OSError) or any(
-        f"{kind.__module__}.{kind.__qualname__}" in EXPECTED for kind in type(error).__mro__
-    )
-
-
-def _warn(message, category, filename, lineno, file=None, line=None) -> None:
-    click.echo(f"warning: {message}", err=True)
+def _warn(message: str, said: set[str]) -> None:
+    """A warning in one line, once: a scene with another number is checked again, under another name."""
+    text = message.partition(": ")[2] or message
+    if text not in said:
+        said.add(text)
+        click.echo(f"warning: {message}", err=True)
 
 
 class Heave(click.ParamType):
@@ -173,8 +165,6 @@ def replay(bag, scene, out, as_json) -> None:
 
         result = offline.replay(bag, scene, out=out, progress=progress)
     tell(result, out, as_json)
-    if not as_json:
-        residual_table(result.residuals, result.figures["largest_difference"])
 
 
 @main.command()
@@ -202,11 +192,12 @@ def live(bag, scene, duration, imu_only, out, as_json) -> None:
     from .io.recorded_run import load_run
     from .io.resources import find_bag
     from .ros.live import live as run_live
-    from .runs.offline import Run
+    from .runs.offline import Run, judged
     from .runs.summary import OUTSIDE, summarize
+    from .sim.verdict import of_node
 
     path = find_bag(bag)
-    load_scene(scene)  # a mistake is reported here, before any process is started
+    tow = load_scene(scene)  # a mistake is reported here, before any process is started
     out = out or Path("runs") / time.strftime("%Y%m%d_%H%M%S")
     quiet = (lambda *_: None) if as_json else None
     told = run_live(path, scene, duration, out, imu_only=imu_only, progress=quiet)
@@ -214,8 +205,10 @@ def live(bag, scene, duration, imu_only, out, as_json) -> None:
     node_figures = told["node"]
     figures = summarize(recorded.frames, **{name: node_figures.get(name) for name in OUTSIDE})
     figures.update(scene=recorded.custom_data.get("scene", str(scene)), motion=Path(bag).name, node=node_figures)
-    (out / "summary.json").write_text(json.dumps(figures, indent=1) + "\n", "utf-8")
-    tell(Run(recorded.frames, figures, node_figures.get("problem", ""), Path(told["bag"])), out, as_json)
+    result = Run(recorded.frames, figures, node_figures.get("problem", ""), Path(told["bag"]))
+    judged(result, tow, of_node(node_figures))
+    (out / "summary.json").write_text(json.dumps(result.figures, indent=1) + "\n", "utf-8")
+    tell(result, out, as_json)
 
 
 @main.command(context_settings=PASS_ON)
@@ -304,7 +297,7 @@ def manual_text() -> str:
 class NoRos(click.ClickException):
     """rclpy cannot be imported."""
 
-    exit_code = BAD_INPUT
+    exit_code = CODE_INPUT
 
 
 def _need_ros() -> None:

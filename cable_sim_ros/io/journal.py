@@ -5,8 +5,8 @@ Topic ``sim/journal`` of the bag (recorded only, not published), std_msgs/String
 * ``n``: number of the entry, from 0 on without a gap; ``tick``: ticks the program had done; the next one is the first
   that has what the entry says.
 * ``start``: the simulation begins here, why (``cause``: start, reset, jump, recording), ``time`` [ns], ``position``
-  [m], ``heading`` [rad], ``algorithm``, and ``state``: a snapshot as base64 of a compressed .npz. Of a start from the
-  static equilibrium it has the rings of inputs only.
+  [m], ``heading`` [rad], ``parameters`` that are not as in the scene, and ``state``: a snapshot as base64 of a compressed
+  .npz. Of a start from the static equilibrium it has the rings of inputs only.
 * ``motion``: samples as the ticks see them from here on, each a stamp [ns] and the 14 numbers of `physics.inputs`.
 * ``commands``: to the winch, each the time [ns] from which it counts, pay-out [m] and rate [m/s], null = none.
 * ``set``: parameters that were changed; ``lost``: samples and commands that are not known any more; ``end``: why the
@@ -59,15 +59,18 @@ class Journal:
         self._begun = False
         self.first: int | None = None  # the first tick that it covers
 
-    def start(self, done: int, start: Start, algorithm: str, snapshot: Mapping[str, np.ndarray]) -> None:
-        """The simulation begins at ``start``; done: ticks the program has done; snapshot: of the simulator."""
+    def start(self, done: int, start: Start, parameters: Mapping[str, Any], snapshot: Mapping[str, np.ndarray]) -> None:
+        """The simulation begins at ``start``; done: ticks the program has done; snapshot: of the simulator.
+
+        parameters: live ones that were changed.
+        """
         kept = {k: v for k, v in snapshot.items() if k.startswith("inputs_") or start.cause not in STATIC}
         entry = {
             "cause": start.cause,
             "time": start.time,
             "position": list(start.position),
             "heading": start.heading,
-            "algorithm": algorithm,
+            "parameters": dict(parameters),
             "layout": LAYOUT,
             "state": packed(kept),
         }
@@ -162,7 +165,7 @@ class Segment:
     """Ticks from one start to the next, with all that they saw."""
 
     start: Start
-    algorithm: str
+    parameters: dict[str, Any]
     layout: str
     arrays: dict[str, np.ndarray]  # of the snapshot
     first: int  # number of the first tick
@@ -247,7 +250,7 @@ def _take(entry: dict[str, Any], segments: list[Segment], faults: list[str]) -> 
         heading = None if begun["heading"] is None else float(begun["heading"])
         start = Start(int(begun["time"]), (float(x), float(y)), heading, str(begun["cause"]))
         arrays = unpacked(begun["state"])
-        segment = Segment(start, str(begun["algorithm"]), str(begun["layout"]), arrays, tick)
+        segment = Segment(start, dict(begun["parameters"]), str(begun["layout"]), arrays, tick)
         segments.append(segment)
         segment.seen.append((0, len(segment.motion), len(segment.commands)))
         return

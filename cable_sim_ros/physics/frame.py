@@ -20,7 +20,7 @@ class Flag(IntFlag):
     MOTION_STALE = 64  # newest motion sample older than ship.stale_after
     MOTION_BLENDING = 128  # a changed motion source (or the start) is being taken up
     COMMAND_STALE = 256  # a rate command ran into winch.command_timeout and is held at its length
-    DRUM_END = 512  # the winch is at an end of its travel, drum empty or hauled in to the last metre: it stopped
+    DRUM_END = 512  # the winch is at an end stop, drum empty or what hangs on the line at the sheave: it stopped
     NOT_FINITE = 1024  # a non-finite number was found: the tick was rolled back, the run halted
     SEABED = 2048  # cable or towbody lies on the seabed
     WINCH_LIMIT = 4096  # the winch is at a soft limit of the scene (winch.least_scope, winch.most_scope): it stopped

@@ -23,6 +23,14 @@ class Material(Block):
     axial_damping: float = quantity(0.0, "N s", 0.0, 1e8, "Kelvin-Voigt: axial force per strain rate", "Westin 5.1")
     bending_damping: float = quantity(0.0, "N m^2 s", 0.0, 1e6, "Kelvin-Voigt: bending moment per curvature rate")
     added_mass_coefficient: float = quantity(1.0, "1", 0.0, 5.0, "C_m of the normal motion", "Westin (66)")
+    breaking_load: float | None = quantity(
+        None,
+        "N",
+        1e-3,
+        1e9,
+        "load at which it breaks, of its data sheet; it breaks in no run, but one that goes beyond is not ok",
+        "docs/flags.md",
+    )
 
 
 class Section(Block):
@@ -40,6 +48,7 @@ class Section(Block):
     axial_damping: float | None = again(Material, "axial_damping", "that of the cable")
     bending_damping: float | None = again(Material, "bending_damping", "that of the cable")
     added_mass_coefficient: float | None = again(Material, "added_mass_coefficient", "that of the cable")
+    breaking_load: float | None = again(Material, "breaking_load", "that of the cable")
     fairing: Fairing = quantity(
         Fairing.NONE, "", None, None, "fairing: drag law, its coefficients and weight", "docs/theory.md, section 5"
     )

@@ -6,7 +6,16 @@ four numbers, relative to the tow frame.
 
 from __future__ import annotations
 
+from enum import Enum
+
 from .quantity import Block, quantity
+
+
+class CurrentFrame(str, Enum):
+    """What the two components of the current are counted along."""
+
+    WORLD = "world"  # east and north
+    HEADING = "heading"  # ahead and to port of the ship's mean heading at the start
 
 
 class Water(Block):
@@ -15,4 +24,12 @@ class Water(Block):
     current: tuple[float, float] = quantity((0.0, 0.0), "m/s", -10.0, 10.0, "current at the surface, east and north")
     current_gradient: tuple[float, float] = quantity(
         (0.0, 0.0), "1/s", -1.0, 1.0, "growth of the current per metre of depth, east and north", "Westin (140)"
+    )
+    current_frame: CurrentFrame = quantity(
+        CurrentFrame.WORLD,
+        "",
+        None,
+        None,
+        "world: current and its gradient are east and north; heading: ahead and to port of the heading of the start, "
+        "so that a current abeam stays abeam whatever the heading of the recorded motion is",
     )

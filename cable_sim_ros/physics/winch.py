@@ -25,7 +25,7 @@ WINCH = np.dtype(
         ("commanded", "f8"),  # m, what the commands add up to
         ("command_age", "f8"),  # s, -1: none yet
         ("stale", "i8"),  # 1: a rate command ran into its time-out
-        ("at_end", "i8"),  # 1: pay-out stopped at either end
+        ("at_end", "i8"),  # 1: stopped at an end stop, paying out or hauling in
         ("target", "f8"),  # m, what the servo steers to, and its rate
         ("target_rate", "f8"),
         ("at_limit", "i8"),  # 1: stopped at a soft limit of the scene
@@ -74,7 +74,12 @@ class DrumModel(str, Enum):
 
 class Winch(Block):
     position: tuple[float, float, float] = quantity(
-        REQUIRED, "m", -200.0, 200.0, "drum centre in base_link (x forward, y left, z up)", "Westin Table 8"
+        REQUIRED,
+        "m",
+        -200.0,
+        200.0,
+        "drum centre in base_link (x forward, y left, z up); forward of the sheave",
+        "Westin Table 8",
     )
     drum_radius: float = quantity(REQUIRED, "m", 0.01, 10.0, "radius of the drum surface", "Westin Table 8")
     drum: DrumModel = quantity(

@@ -27,6 +27,10 @@ class LiveError(RuntimeError):
     """A child process that failed; the text has its last lines."""
 
 
+class LiveInputError(LiveError):
+    """What was asked for cannot be done: nothing was started."""
+
+
 class Child:
     """A process of ours with its last lines of output."""
 
@@ -104,7 +108,7 @@ def live(
     out.mkdir(parents=True, exist_ok=True)
     tow, figures = out / "tow", out / "node.json"
     if tow.exists():
-        raise LiveError(f"'{tow}' exists already: a recording is not overwritten; give another directory")
+        raise LiveInputError(f"'{tow}' exists already: a recording is not overwritten; give another directory")
     figures.unlink(missing_ok=True)
     settings = {
         "scene": str(scene),

@@ -26,11 +26,14 @@ from ..io.channels import CHANNELS, Context, Encoder
 from ..io.journal import MSGTYPE as JOURNAL_TYPE
 from ..io.journal import TOPIC as JOURNAL
 from ..io.messages import CAUSES, KINDS
+from ..sim.flag_rules import FAILED
+from ..sim.live import changed, ways
 from .declare import declare, overrides_of
 from .diagnostics import Watch, final_figures
+from .ending import verdict_of_node
 from .figures import write_json
 from .loop import raise_priority
-from .params import ParameterError, settle
+from .params import ParameterError, checked, settle
 from .publisher import TickPublisher
 from .recording_control import RecordingControl
 from .session import Session
@@ -72,6 +75,7 @@ class CableSimNode(LifecycleNode):
         self.create_timer(1.0, self._on_diagnostics, clock=self._steady)
         self._reported_state = ""
         self._warned_scheduler = False
+        self.ended_badly = False  # set by close()
         self.report_state()
 
     # ---- life cycle
@@ -157,6 +161,9 @@ class CableSimNode(LifecycleNode):
         self._finish_recording()
         figures = final_figures(self.session, self.publisher, self.recording.stats())
         figures |= {"state": "stopped", "last": state}
+        verdict = verdict_of_node(self.session, self.publisher, figures)
+        self.ended_badly = verdict.state == FAILED
+        figures["verdict"] = verdict.as_dict()
         if figures.get("published_ticks"):
             print(
                 f"{figures['ticks']} ticks, {figures['missed_ticks']} missed, {figures['resyncs']} resyncs, "
@@ -164,8 +171,9 @@ class CableSimNode(LifecycleNode):
                 f"stamp to tension p50 {figures['latency_p50_ms']:.1f} ms, "
                 f"p99 {figures['latency_p99_ms']:.1f} ms, {figures['scheduler']}",
                 file=sys.stderr,
-                flush=True,
             )
+        if verdict.reasons or figures.get("published_ticks"):
+            print(*verdict.lines(), sep="\n", file=sys.stderr, flush=True)
         self._write_statistics(figures)
 
     def _stop_threads(self) -> None:
@@ -237,27 +245,26 @@ class CableSimNode(LifecycleNode):
         return self.recording.stop()
 
     def _may_set(self, parameters) -> SetParametersResult:
-        live = ("setpoint.algorithm", "recording.path")
         rows = {row.name: row for row in self.settings.rows}
-        for parameter in parameters:
-            row = rows.get(parameter.name)
-            if row is None or self.session.sim is None:
-                continue
-            if row.choices and parameter.value not in row.choices:
-                return SetParametersResult(successful=False, reason=f"{parameter.name} must be {row.range_text}")
-            if parameter.name not in live:
-                return SetParametersResult(
-                    successful=False,
-                    reason=(f"{parameter.name} takes effect at the start; give it in a parameter file or with -p"),
-                )
+        for parameter in parameters:  # of live ones: rclpy refuses the others, which it was told are read-only
+            if parameter.name in rows:
+                try:
+                    checked(rows[parameter.name], parameter.value)
+                except ParameterError as error:
+                    reason = str(error).replace("nothing was started", "nothing was changed")
+                    return SetParametersResult(successful=False, reason=reason)
         return SetParametersResult(successful=True)
 
     def _was_set(self, parameters) -> None:
-        given = {parameter.name: parameter.value for parameter in parameters}
-        if "setpoint.algorithm" in given and self.session.sim is not None:
-            self.session.set_algorithm(given["setpoint.algorithm"])
-        if "recording.path" in given:
-            self.recording.wanted = given["recording.path"]
+        live = ways(self.settings.scene)
+        for parameter in parameters:
+            if parameter.name == "recording.path":
+                self.recording.wanted = parameter.value
+            elif parameter.name in live:
+                scene = changed(self.settings.scene, parameter.name, parameter.value)
+                self.settings = self.recording.settings = self.settings._replace(scene=scene)
+                self.session.set_live(parameter.name, parameter.value)
+                self.get_logger().info(f"{parameter.name} = {parameter.value}, from the next tick on")
 
     # ---- what the node says
 
@@ -349,7 +356,8 @@ def autostart(node: CableSimNode, stop: Stop) -> bool:
 
 
 def main(args: list[str] | None = None) -> int:
-    """Entry point: 0 after SIGINT or SIGTERM, 1 when the start failed, 2 for parameters that cannot be used."""
+    """Entry point: 0 after SIGINT or SIGTERM, also where the verdict is doubtful: a service that is stopped did what
+    it was asked to; 1 when the start failed or the run had halted, 2 for parameters that cannot be used."""
     node, code, stop = None, 0, Stop()
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
@@ -372,6 +380,7 @@ def main(args: list[str] | None = None) -> int:
     finally:
         if node is not None:
             node.close()
+            code = code or int(node.ended_badly)
         if any(thread.name == "configure" for thread in threading.enumerate()):
             sys.stderr.flush()
             os._exit(code)  # the compiler cannot be interrupted, and has nothing to lose

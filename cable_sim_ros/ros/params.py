@@ -207,7 +207,7 @@ def settle(overrides: dict[str, Any]) -> Settings:
                     continue
                 if name not in table:
                     raise ParameterError(_unknown(name, value, table))
-                value = _checked(table[name], value)
+                value = checked(table[name], value)
                 if name in node_rows:
                     _plant(node_tree, name, value)
                 else:
@@ -248,7 +248,7 @@ def _plant(tree: dict, name: str, value: Any) -> None:
     tree[leaf] = value
 
 
-def _checked(row: Row, value: Any) -> Any:
+def checked(row: Row, value: Any) -> Any:
     """Value of a ROS parameter as the scene wants it; ParameterError when the type is wrong."""
     unit = f" in {row.unit}" if row.unit not in ("", "1") else ""
     if row.kind is list:

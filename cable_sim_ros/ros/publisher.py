@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable
 
 import numpy as np
@@ -40,6 +41,8 @@ class TickPublisher(threading.Thread):
         self.next = loop.count
         self.published = self.skipped = 0
         self.latest: np.record | None = None  # newest Frame that was published, a copy
+        self.statuses: Counter[int] = Counter()  # ticks with each status word
+        self.most_tension = 0.0  # N
         self.fault = ""  # why the newest frame could not be published, or ""
         self.failure: BaseException | None = None
         self.lateness, self.work, self.latency = Samples(), Samples(), Samples()  # ms
@@ -103,6 +106,8 @@ class TickPublisher(threading.Thread):
         if self.extra is not None:
             self.extra(frame)
         self.published += 1
+        self.statuses[int(frame["status"])] += 1
+        self.most_tension = max(self.most_tension, float(frame["tension_most"]))
         self.fault = ""
         self.latest = frame
 

@@ -13,6 +13,8 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Callable
+from contextlib import nullcontext
+from typing import Any
 
 import numpy as np
 
@@ -23,9 +25,9 @@ from ..io.journal import Journal, Start
 from ..io.motion import MotionIngest
 from ..physics.frame import Source
 from ..physics.inputs import MOTION_ROWS, SOURCE
-from ..physics.setpoint import LAWS, SetpointLaw
 from ..sim.build import make_output
 from ..sim.carry import carried_over
+from ..sim.live import changed, set_live
 from ..sim.simulator import Simulator, StartError
 from .loop import MAPPING, RESYNCS, SKIPPED, TARGET, Loop
 from .params import Settings
@@ -48,6 +50,7 @@ class Session:
         self.problem = ""  # why it is halted or failed
         self.clock = DataClock()
         self.journal: Journal | None = None  # of a recording
+        self.live: dict[str, Any] = {}  # parameters changed since the node began
         self.restarts = self.resets = 0
         self.start_cost = 0.3  # s, of the last static start
         self.residual_start = math.nan
@@ -250,15 +253,16 @@ class Session:
         self._start()
         return self.state == "running", self.problem or "started again from the static equilibrium"
 
-    def set_algorithm(self, name: str) -> None:
-        """Change the set-point algorithm between two ticks."""
-        if self.state != "running":
-            self.built_sim.set_algorithm(SetpointLaw(name))
-            return
-        with self.built_loop.paused():
-            self.built_sim.set_algorithm(SetpointLaw(name))
-            if self.journal is not None:
-                self.journal.set(self.built_loop.count, "setpoint.algorithm", name)
+    def set_live(self, name: str, value: Any) -> None:
+        """Give a live parameter of the scene (sim/live.py) another value, between two ticks where the loop runs."""
+        self.scene = changed(self.scene, name, value)
+        self.live[name] = value
+        if self.sim is None:
+            return  # the simulator is made from the scene
+        with self.built_loop.paused() if self.state == "running" else nullcontext():
+            set_live(self.sim, name, value)
+            if self.journal is not None and self.state == "running":
+                self.journal.set(self.built_loop.count, name, value)
 
     # ---- recording
 
@@ -270,7 +274,7 @@ class Session:
                 now, done = self.built_sim.state.now, self.built_loop.count
                 start = Start(int(now.time.now), self._ship_position(), float(now.ship.motion.coord[5]), "recording")
                 snapshot = self.built_sim.snapshot()
-            journal.start(done, start, self._law(), snapshot)  # packing it would hold up a tick
+            journal.start(done, start, self.live, snapshot)  # packing it would hold up a tick
         self.journal = journal
         return journal
 
@@ -283,10 +287,7 @@ class Session:
 
     def _note_start(self, start: Start) -> None:
         if self.journal is not None:
-            self.journal.start(self.built_loop.count, start, self._law(), self.built_sim.snapshot())
-
-    def _law(self) -> str:
-        return LAWS[int(self.built_sim.state.now.setpoint.algorithm)].value
+            self.journal.start(self.built_loop.count, start, self.live, self.built_sim.snapshot())
 
     # ---- watch
 

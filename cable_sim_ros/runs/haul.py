@@ -21,6 +21,7 @@ from .picture import (
     WATER,
     equal_scales,
     least_span,
+    put_stamp,
     render,
     scene_name,
     seconds,
@@ -39,12 +40,14 @@ RATE_OVER = 1.0  # s of the mean of the rate: waves and steps of a tick are not 
 LEAST_SPANS = {"tension": 0.02, "depth": 0.2, "rate": 0.1}  # share, m, m/s: what hardly moves shall look so
 
 
-def draw_haul(run: RecordedRun | str | os.PathLike, out: str | os.PathLike, *, title: str | None = None) -> Path:
+def draw_haul(
+    run: RecordedRun | str | os.PathLike, out: str | os.PathLike, *, title: str | None = None, stamp: str = ""
+) -> Path:
     """Draw the haul of a run to an image file and return its path. Arguments and errors as `picture.draw_run`."""
-    return render(run, out, lambda recorded: compose(recorded, title or scene_name(recorded)))
+    return render(run, out, lambda recorded: compose(recorded, title or scene_name(recorded), stamp))
 
 
-def compose(run: RecordedRun, title: str) -> Figure:
+def compose(run: RecordedRun, title: str, stamp: str = "") -> Figure:
     """The matplotlib Figure of a haul."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -60,6 +63,7 @@ def compose(run: RecordedRun, title: str) -> Figure:
     lengths(figure.add_subplot(right[2]), run)
     figure.text(0.065, 0.945, title, size=20, weight="bold")
     figure.text(0.065, 0.028, caption(run), size=12, linespacing=1.4, va="bottom")
+    put_stamp(figure, stamp)
     return figure
 
 

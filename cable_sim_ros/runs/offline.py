@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,8 @@ from ..io.winch_plan import WinchPlan
 from ..physics.integrate import Solver
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
+from ..sim.verdict import Reason, Verdict
+from . import verdict
 from .passes import Pass
 from .rerun import Rerun
 from .stepping import Driven, Progress, silent
@@ -62,6 +65,12 @@ FIGURES = (
     ("largest_difference", "", "`replay`: largest difference of any field of `sim/health` over the common ticks"),
     ("node", "", "`live`: figures of the node, as in its statistics file"),
     ("problem", "", "why the run ended early; absent when it did not"),
+    (
+        "verdict",
+        "",
+        "`state` (ok, doubtful, failed) and `reasons`: list of `flag`, `seconds` in all, `share` of the run, `figures` "
+        "concerned, `text`; see [flags](flags.md#verdict)",
+    ),
 )
 
 
@@ -74,6 +83,7 @@ class Run:
     problem: str = ""
     bag: Path | None = None
     residuals: list[Residual] = field(default_factory=list)
+    verdict: Verdict = field(default_factory=Verdict)
 
 
 def run(
@@ -116,6 +126,7 @@ def run(
     result.figures["imu_only"] = imu_only
     if plan is not None:
         result.figures["winch"] = str(plan)
+    judged(result, scene, one.doubts)
     _write_summary(out, result)
     return result
 
@@ -134,6 +145,7 @@ def replay(
     """
     target = _bag_path(out)
     tow = read_tow(find_bag(bag))
+    own = scene is None
     if scene is None:
         text = tow.about.get("scene_yaml")
         scene = scene_from_text(text, f"scene kept in {tow.path}") if text else load_scene("full_scale")
@@ -141,15 +153,19 @@ def replay(
         scene = load_scene(scene)
     frames = recorded_frames(tow)
     told = read_journal(tow.journal)
+    doubts: list[Reason] = []
     if told.segments:
         again = Rerun(scene, tow, told, frames, progress)
         result = _run_of(again.sim, again.tick, tow, again.go(target), target)
         faults = again.faults
+        if faults and own:
+            doubts.append(verdict.check("JOURNAL", "; ".join(faults)))
     else:
         one = Pass(scene, tow, progress=progress)
         result = _run_of(one.sim, one.tick, tow, one.go(None, target), target)
         result.figures.update(_intake_figures(one))
-        faults = [*tow.notices, NO_JOURNAL]
+        doubts += one.doubts
+        faults = [*tow.notices, *told.faults, NO_JOURNAL]
     result.residuals = residuals(result.frames, tow)
     result.figures.update(
         residuals=[row._asdict() for row in result.residuals],
@@ -157,7 +173,20 @@ def replay(
         journal=bool(told.segments),
         replay_faults=faults,
     )
+    if own:  # another scene is compared on purpose
+        mean = result.figures.get("tension_mean_n", 0.0)
+        doubts += verdict.differences(result.residuals, mean, bool(told.segments))
+    judged(result, scene, doubts)
     _write_summary(out, result)
+    return result
+
+
+def judged(result: Run, scene: Scene | None, others: Iterable[Reason] = ()) -> Run:
+    """The run with its verdict, in its figures too; others: reasons beside those of its Frames."""
+    result.verdict = verdict.judge(result.frames, scene, others, result.problem)
+    if result.problem:
+        result.figures["problem"] = result.problem
+    result.figures["verdict"] = result.verdict.as_dict()
     return result
 
 

@@ -26,6 +26,8 @@ from ..sim.carry import carried_over
 from ..sim.mesh_kinds import FeedMesh
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
+from ..sim.verdict import Reason
+from . import mean_track
 from .stepping import Drive, Driven, Progress, RunRecorder, silent
 
 SECOND = 1_000_000_000
@@ -36,9 +38,6 @@ RING_MOST = 800  # samples a tick may last: the ring holds 1024, with those of A
 RING_SHARE = 400  # samples a chunk may bring: less than half the ring
 SETTLE = 5.0  # s of a run without motion
 HEADING_OVER = 60.0  # s of motion whose mean yaw is the heading of the start
-MEAN_OVER = 30.0  # s, at least, for a mean of the motion: less is the waves'
-SPEED_WITHIN = 0.05, 0.1  # of the speed of the scene, m/s; the larger one counts
-HEADING_WITHIN = 5.0  # deg
 
 
 class Pass:
@@ -65,6 +64,7 @@ class Pass:
         self.winch = winch
         if winch is not None:
             winch.check(self.sim.model.settings[0].drum)
+        self.doubts: list[Reason] = []  # of the run, beside those of its Frames
 
     def go(self, duration: float | None, bag: Path | None) -> Driven:
         """Simulate. duration: s, None for all there is; bag: directory to record to, or None. Raises StartError."""
@@ -92,7 +92,7 @@ class Pass:
         frames = drive.frames
         _warn_of_travel(self.scene, frames["payout"] - payout)
         if self.tow is not None:
-            _warn_of_mean_track(self.scene, start.heading, frames)
+            self.doubts += mean_track.look(self.scene, start.heading, frames)
         return Driven(frames, compiled - begun, started - starting, drive.stepping, drive.cpu, drive.problem)
 
     def _start(self) -> Start:
@@ -223,40 +223,6 @@ def _warn_of_plan(scene: Scene, plan: WinchPlan, seconds: float) -> None:
             f"'{', '.join(late)}' of the winch plan: not carried out. A longer --duration, and motion for it",
             SceneWarning,
             stacklevel=4,
-        )
-
-
-def _warn_of_mean_track(scene: Scene, heading: float | None, frames: np.recarray) -> None:
-    """Warn where ship and mean track go apart: the set-point laws take the difference for motion to compensate.
-
-    heading: of the start, rad; None: the scene's. The take-up after the start is left out.
-    """
-    blend, tick = scene.ship.start_blend, scene.solver.tick
-    kept = frames[round(blend / tick) :]
-    seconds = (len(kept) - 1) * tick
-    if seconds < MEAN_OVER:
-        return
-    x, y, z, w = kept["ship_quaternion"].T
-    yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-    ahead = np.stack([np.cos(yaw), np.sin(yaw)], axis=1)
-    speed = float(np.sum(np.diff(kept["ship_position"][:, :2], axis=0) * ahead[1:])) / seconds
-    begun = math.radians(scene.ship.heading_deg) if heading is None else heading
-    mean = math.atan2(ahead[:, 1].mean(), ahead[:, 0].mean())
-    turned = math.degrees(math.remainder(mean - begun, 2.0 * math.pi))
-    wanted, found, ways = scene.ship.tow_speed, [], []
-    if abs(speed - wanted) > max(SPEED_WITHIN[0] * abs(wanted), SPEED_WITHIN[1]):
-        found.append(f"mean speed of the motion is {speed:.3g} m/s, ship.tow_speed is {wanted:.3g} m/s")
-        ways.append(f"Set ship.tow_speed to {speed:.3g} m/s")
-    if abs(turned) > HEADING_WITHIN:
-        began = math.degrees(begun)
-        found.append(f"mean heading of the motion is {began + turned:.4g} deg, that of the start is {began:.4g} deg")
-        ways.append("Give motion along one heading")
-    if found:
-        warnings.warn(
-            f"{scene.name}: {', '.join(found)}: the ship follows the motion, but the static start and the mean track "
-            f"of the set-point laws begin with the second number. {'. '.join(ways)}",
-            SceneWarning,
-            stacklevel=3,
         )
 
 

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 SIZE = (16.0, 10.0)  # inches; 1600 x 1000 at 100 dots per inch
 INK, FAINT = "#1b2733", "#8a949e"
 BLUE, ORANGE, PURPLE, WATER = "#1f6fb2", "#d4651b", "#6a4c9c", "#9cc4e4"
+STAMP_WIDTH, STAMP_MOST = 75, 150  # characters of a line, of all
 PORT, STARBOARD = "#c23b33", "#2a8a5e"  # as the side lights
 COLUMN = {name: k for k, (name, _) in enumerate(CONTACT_COLUMNS)}
 STYLE = {
@@ -48,15 +49,20 @@ STYLE = {
 
 
 def draw_run(
-    run: RecordedRun | str | os.PathLike, out: str | os.PathLike, *, title: str | None = None, skip_s: float = SKIP
+    run: RecordedRun | str | os.PathLike,
+    out: str | os.PathLike,
+    *,
+    title: str | None = None,
+    skip_s: float = SKIP,
+    stamp: str = "",
 ) -> Path:
     """Draw a run to an image file and return its path.
 
     run: recording or path of a bag; out: file, its suffix says the format; title: scene name if not given;
-    skip_s: start-up, shaded in the time series and left out of the figures. BagError if the bag has no run,
-    RuntimeError if matplotlib is missing.
+    skip_s: start-up, shaded in the time series and left out of the figures; stamp: what a reader must know before any
+    figure, "" if nothing. BagError if the bag has no run, RuntimeError if matplotlib is missing.
     """
-    return render(run, out, lambda recorded: compose(recorded, title or scene_name(recorded), skip_s))
+    return render(run, out, lambda recorded: compose(recorded, title or scene_name(recorded), skip_s, stamp))
 
 
 def scene_name(run: RecordedRun) -> str:
@@ -77,7 +83,7 @@ def render(run: RecordedRun | str | os.PathLike, out: str | os.PathLike, make: C
     return Path(out)
 
 
-def compose(run: RecordedRun, title: str, skip_s: float) -> Figure:
+def compose(run: RecordedRun, title: str, skip_s: float, stamp: str = "") -> Figure:
     """The matplotlib Figure of a run; no pyplot, so no window system, no state, any thread."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -94,7 +100,24 @@ def compose(run: RecordedRun, title: str, skip_s: float) -> Figure:
     figure.text(
         0.065, 0.025, "\n".join(textwrap.wrap(caption(run, skip_s), 172)), size=12, linespacing=1.5, va="bottom"
     )
+    put_stamp(figure, stamp)
     return figure
+
+
+def put_stamp(figure: Figure, stamp: str) -> None:
+    """Write over the top right corner why the figures cannot be taken as they are; "" writes nothing."""
+    if stamp:
+        figure.text(
+            0.945,
+            0.957,
+            textwrap.fill(textwrap.shorten(stamp, STAMP_MOST, placeholder=" ..."), STAMP_WIDTH),
+            size=13,
+            weight="bold",
+            color="white",
+            ha="right",
+            va="center",
+            bbox={"boxstyle": "round,pad=0.5", "facecolor": PORT, "edgecolor": "none"},
+        )
 
 
 def caption(run: RecordedRun, skip_s: float) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 from ..io.journal import STATIC, Segment, Told
 from ..io.load import dump_scene
 from ..io.replay import RecordedTow
+from ..sim.live import set_live
 from ..sim.savefile import LAYOUT, SaveError, fitting
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
@@ -65,7 +66,8 @@ class Rerun:
     def _begin(self, segment: Segment) -> None:
         start = segment.start
         if self.same:  # else the scene that was given decides
-            self.sim.set_algorithm(segment.algorithm)
+            for name, value in segment.parameters.items():
+                self._set(name, value)
         if start.cause not in STATIC and self.same and segment.layout == LAYOUT:
             try:
                 self.sim.restore(fitting(self.tow.path, segment.arrays, self.sim.snapshot()))
@@ -102,7 +104,8 @@ class Rerun:
     def _set(self, name: str, value: object) -> None:
         if not self.same:
             self.faults.append(f"parameter {name} was changed to {value} in the run: left out, with another scene")
-        elif name == "setpoint.algorithm":
-            self.sim.set_algorithm(str(value))
-        else:
-            self.faults.append(f"parameter {name} was changed to {value} in the run: not known here")
+            return
+        try:
+            set_live(self.sim, name, value)
+        except (KeyError, ValueError) as error:
+            self.faults.append(f"parameter {name} was changed to {value} in the run: refused here ({error})")

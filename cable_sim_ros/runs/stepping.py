@@ -18,7 +18,6 @@ from ..io.messages import KINDS
 from ..io.replay import Event, RecordedTow
 from ..io.winch_plan import WinchPlan
 from ..physics.frame import FRAME
-from ..physics.setpoint import LAWS
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator, SolverError
 
@@ -121,8 +120,7 @@ class RunRecorder:
         if not done:
             self.journal = Journal(self._entry, sim.inputs)
         self._time = start.time
-        law = LAWS[int(sim.state.now.setpoint.algorithm)].value
-        self.journal.start(done, start, law, sim.snapshot())
+        self.journal.start(done, start, {}, sim.snapshot())
 
     def inputs(self, events: list[Event]) -> None:
         """Messages that came."""

@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..sim.verdict import OK
+
 if TYPE_CHECKING:
     from ..io.replay import Residual
     from .offline import Run
 
-FAILED = 1  # exit code of a run that ended early
-
 
 def tell(result: Run, out: Path | None, as_json: bool) -> None:
-    """Figures, picture and paths of a run; leaves with code 1 when it ended early."""
+    """Figures, residuals of a replay, picture, paths and verdict of a run; leaves with the code of its verdict."""
     pictures = pictures_of(result, out)
     if as_json:
-        click.echo(json.dumps(result.figures | ({"problem": result.problem} if result.problem else {}), indent=1))
+        click.echo(json.dumps(result.figures, indent=1))
     else:
         from rich.console import Console
 
@@ -34,6 +34,10 @@ def tell(result: Run, out: Path | None, as_json: bool) -> None:
             if name in figures:
                 table.add_row(name, format_value(figures[name]), unit, meaning)
         Console(width=None if sys.stdout.isatty() else 120).print(table)
+        if "largest_difference" in figures:
+            residual_table(result.residuals, figures["largest_difference"])
+        for notice in (*figures.get("notices", ()), *figures.get("replay_faults", ())):
+            click.echo(f"note: {notice}")
         for what, path in (
             *(("picture", path) for path in pictures),
             ("recording", result.bag),
@@ -43,7 +47,11 @@ def tell(result: Run, out: Path | None, as_json: bool) -> None:
                 click.echo(f"{what + ':':11}{path}")
     if result.problem:
         click.echo(f"error: {result.problem}; the figures are of the part before it", err=True)
-        sys.exit(FAILED)
+    if not as_json or result.verdict.code:
+        for line in result.verdict.lines():
+            click.echo(line, err=as_json)
+    if result.verdict.code:
+        sys.exit(result.verdict.code)
 
 
 def pictures_of(result: Run, out: Path | None) -> list[Path]:
@@ -56,8 +64,9 @@ def pictures_of(result: Run, out: Path | None) -> list[Path]:
 
     try:
         run = load_run(result.bag)
-        hauls = [draw_haul(run, out / "haul.png")] if "winch_plan" in run.custom_data else []
-        return [draw_run(run, out / "run.png"), *hauls]
+        stamp = "" if result.verdict.state == OK else result.verdict.headline
+        hauls = [draw_haul(run, out / "haul.png", stamp=stamp)] if "winch_plan" in run.custom_data else []
+        return [draw_run(run, out / "run.png", stamp=stamp), *hauls]
     except RuntimeError as error:  # matplotlib is an extra
         click.echo(f"warning: {error}", err=True)
         return []

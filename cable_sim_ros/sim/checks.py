@@ -13,12 +13,21 @@ import numpy as np
 
 from ..physics.section import material_of
 from ..physics.winch import DrumModel
+from .current import current_of
+from .data_sheet import (
+    astern_cautions,
+    astern_problems,
+    density_cautions,
+    weight_problems,
+    wrap_cautions,
+    wrap_problems,
+)
 from .feed_checks import drum_problems, mesh_problems
 from .joints import body_problems, seat_problems, section_problems
-from .material import extreme, hung, outboard, termination_weight, wet_weight
+from .material import extreme, hung, outboard, wet_weight
 from .mesh import arc_lengths_at_start
 from .mesh_blocks import SheaveAnswer
-from .problem import Problem
+from .problem import Problem, apart
 from .scene import Scene
 from .statics import DRUM_RESERVE, ROUND_OFF, Route, first_angle
 
@@ -104,7 +113,7 @@ def downforce(scene: Scene) -> float:
 def water_speed(scene: Scene) -> float:
     """Speed [m/s] of the ship through the water at its surface."""
     heading = math.radians(scene.ship.heading_deg)
-    east, north = scene.water.current
+    east, north = current_of(scene, heading)[:2]
     return math.hypot(scene.ship.tow_speed * math.cos(heading) - east, scene.ship.tow_speed * math.sin(heading) - north)
 
 
@@ -114,7 +123,7 @@ def problems(scene: Scene) -> list[Problem]:
     sections = scene.cable.sections
     if not sections:
         return [Problem("cable.sections", "has no section", "Give at least one section, from the drum end outward")]
-    found += section_problems(scene)
+    found += section_problems(scene) + weight_problems(scene)
     if any(body.at not in sections for body in scene.bodies.values()):
         return found  # where they hang is not known
     solver = scene.solver
@@ -128,14 +137,14 @@ def problems(scene: Scene) -> list[Problem]:
             )
         )
     winch, sheave = scene.winch, scene.sheave
-    apart = math.hypot(*(sheave.position[i] - winch.position[i] for i in (0, 2)))
-    if apart <= winch.drum_radius + sheave.radius:
+    distance = math.hypot(*(sheave.position[i] - winch.position[i] for i in (0, 2)))
+    if distance <= winch.drum_radius + sheave.radius:
+        found_at, needed = apart(distance, winch.drum_radius + sheave.radius, 4)
         found.append(
             Problem(
                 "sheave.position",
-                f"is {apart:.4g} m from winch.position, but drum and sheave of radius "
-                f"{winch.drum_radius:g} m and {sheave.radius:g} m "
-                f"need more than {winch.drum_radius + sheave.radius:.4g} m",
+                f"is {found_at} m from winch.position, but drum and sheave of radius "
+                f"{winch.drum_radius:g} m and {sheave.radius:g} m need more than {needed} m",
                 "Move them apart, or make the radii smaller",
             )
         )
@@ -144,11 +153,14 @@ def problems(scene: Scene) -> list[Problem]:
             Problem(
                 "sheave.position",
                 f"has x = {sheave.position[0]:g} m, not aft of winch.position with x = "
-                f"{winch.position[0]:g} m; the cable leaves the drum aft",
-                "Give the sheave the smaller x",
+                f"{winch.position[0]:g} m: a winch aft of its sheave is not modelled, for angles of wrap and departure "
+                "and the set-point laws count from a cable that leaves aft, and over the bow it would come back under "
+                "the ship",
+                "Give the sheave the smaller x; for a bow sheave describe the ship turned about, its x axis aft, with "
+                "the other sign of ship.tow_speed and the motion turned by 180 deg",
             )
         )
-    if apart <= winch.drum_radius + sheave.radius:
+    if distance <= winch.drum_radius + sheave.radius:
         return found  # there is no route to measure along
     found += drum_problems(scene)
     feeds = scene.winch.drum == DrumModel.FEED
@@ -184,6 +196,7 @@ def problems(scene: Scene) -> list[Problem]:
             )
         )
     found += seabed_problems(scene) + seat_problems(scene, place.leaves) + body_problems(scene, place.leaves)
+    found += astern_problems(scene) + wrap_problems(scene, elements(scene), place.wound)
     pull, (key, stiffness) = downforce(scene), extreme(scene.cable, "axial_stiffness")
     if pull > MOST_STRAIN * stiffness:
         found.append(
@@ -254,8 +267,10 @@ def cautions(scene: Scene) -> list[Problem]:
         found.append(
             Problem(
                 f"cable.sections.{name}",
-                f"lies on the sheave with elements of {size:.3g} m, longer than "
-                f"{FINE_ELEMENT * radius:.3g} m, {FINE_ELEMENT:g} of sheave.radius: contact and tension will ripple",
+                "lies on the sheave with elements of {} m, longer than {} m, ".format(
+                    *apart(size, FINE_ELEMENT * radius)
+                )
+                + f"{FINE_ELEMENT:g} of sheave.radius: contact and tension will ripple",
                 "Give mesh.sheave more elements, or leave it out"
                 if feeds
                 else "Give the part at the sheave more elements, or its own section",
@@ -271,8 +286,8 @@ def cautions(scene: Scene) -> list[Problem]:
         found.append(
             Problem(
                 f"cable.sections.{name}",
-                f"lies on the sheave with elements of {size:.3g} m, longer than {resolved:.3g} "
-                f"m, {RESOLVED:g} bending lengths sqrt(EI/T) at contact.working_tension: how the load spreads along "
+                "lies on the sheave with elements of {} m, longer than {} m, ".format(*apart(size, resolved))
+                + f"{RESOLVED:g} bending lengths sqrt(EI/T) at contact.working_tension: how the load spreads along "
                 "the sheave and what its ends bear is not resolved; tension, resultant and towbody do not depend on it",
                 f"Where the spread matters, elements of at most {resolved:.3g} m there",
             )
@@ -286,7 +301,8 @@ def cautions(scene: Scene) -> list[Problem]:
                 "Make the body heavier or its lift_area negative",
             )
         )
-    found += weight_cautions(scene) + seat_problems(scene, place.total)  # those that may be hauled in
+    found += density_cautions(scene) + astern_cautions(scene) + wrap_cautions(scene)
+    found += seat_problems(scene, place.total)  # those that may be hauled in
     height = scene.sheave.position[2] + scene.ship.reference_height - radius
     if height < 0:
         found.append(
@@ -299,25 +315,6 @@ def cautions(scene: Scene) -> list[Problem]:
     return found
 
 
-def weight_cautions(scene: Scene) -> list[Problem]:
-    """What hangs on the line and is heavier in water than its mass is in air."""
-    things = [("towbody.net_weight", "towbody.mass", scene.towbody.net_weight, scene.towbody.mass)]
-    for name, body in scene.bodies.items():
-        things.append((f"bodies.{name}.net_weight", f"bodies.{name}.mass", body.net_weight, body.mass))
-    for name, section in scene.cable.sections.items():
-        key, net = f"cable.sections.{name}.termination", termination_weight(section, scene.gravity)
-        things.append((f"{key}_net_weight", f"{key}_mass", net, section.termination_mass))
-    return [
-        Problem(
-            key,
-            f"= {net:g} N is more than the dry weight {mass * scene.gravity:.5g} N of {mass_key}",
-            "Check the units of both",
-        )
-        for key, mass_key, net, mass in things
-        if scene.gravity > 0.0 and net > 1.02 * mass * scene.gravity
-    ]
-
-
 def travel_cautions(scene: Scene, hauled: float, paid: float) -> list[Problem]:
     """Cautions for a winch that hauls in and pays out by these lengths [m, both positive] from the start."""
     found = []
@@ -328,7 +325,9 @@ def travel_cautions(scene: Scene, hauled: float, paid: float) -> list[Problem]:
             found.append(
                 Problem(
                     "winch.cable_on_drum" if scene.winch.scope is None else "winch.scope",
-                    f"leaves {travel:.3g} m to be paid out, less than {paid:.3g} m: the winch stops at the end",
+                    "leaves {} m to be paid out, less than {} m: the winch stops at the end".format(
+                        *apart(travel, paid)
+                    ),
                     "Leave more cable on the drum",
                 )
             )
@@ -337,11 +336,12 @@ def travel_cautions(scene: Scene, hauled: float, paid: float) -> list[Problem]:
     sides = ((outboard, hauled, "outboard", "hauling in"), (inboard, paid, "inboard", "paying out"))
     for have, want, side, how in sides:
         if have < want:
+            short, long = apart(have, want)
             found.append(
                 Problem(
                     "cable.sections",
-                    f"have {have:.3g} m of fine mesh {side} of the sheave, shorter than {want:.3g} m of "
-                    f"{how}: a coarser element comes onto the sheave and shows as a false change of tension",
+                    f"have {short} m of fine mesh {side} of the sheave, shorter than {long} m of "
+                    + f"{how}: a coarser element comes onto the sheave and shows as a false change of tension",
                     f"Make the section at the sheave longer {side}, with elements of at most "
                     f"{FINE_ELEMENT * scene.sheave.radius:.3g} m",
                 )
@@ -350,8 +350,8 @@ def travel_cautions(scene: Scene, hauled: float, paid: float) -> list[Problem]:
         found.append(
             Problem(
                 "winch.wrap",
-                f"= {scene.winch.wrap:g} rad leaves {wound:.3g} m on the drum, less than {paid:.3g} m of "
-                "paying out: the winch stops at the cable end",
+                "= {:g} rad leaves {} m on the drum, less than {} m of paying out: the winch stops at the cable "
+                "end".format(scene.winch.wrap, *apart(wound, paid)),
                 "Make winch.wrap larger, and the first section with it",
             )
         )

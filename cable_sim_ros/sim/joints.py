@@ -35,7 +35,7 @@ def section_problems(scene: Scene) -> list[Problem]:
     sections = scene.cable.sections
     found = name_problems("cable.sections", "section", sections) + name_problems("bodies", "body", scene.bodies)
     for name, section in sections.items():
-        found += _water_problems(name, section)
+        found += water_problems(name, section)
         found += _fairing_problems(scene, name, section) + _termination_problems(name, section)
     last, taken = list(sections)[-1], Counter(body.at for body in scene.bodies.values())
     for name, body in scene.bodies.items():
@@ -53,7 +53,8 @@ def section_problems(scene: Scene) -> list[Problem]:
     return found
 
 
-def _water_problems(name: str, section: Section) -> list[Problem]:
+def water_problems(name: str, section: Section) -> list[Problem]:
+    """Coefficients of the water that the section's drag law cannot take."""
     own, found = dressed(section), []
     if own.drag_law in TANGENTIAL and own.tangential_coefficient and not own.drag_coefficient:
         found.append(

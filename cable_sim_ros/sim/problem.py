@@ -11,3 +11,12 @@ class Problem(NamedTuple):
     key: str
     text: str
     remedy: str
+
+
+def apart(value: float, bound: float, digits: int = 3) -> tuple[str, str]:
+    """Both numbers as text with so many digits, and as many more as it takes to tell them apart."""
+    for count in range(digits, 17):
+        first, second = f"{value:.{count}g}", f"{bound:.{count}g}"
+        if first != second:
+            break
+    return first, second

@@ -45,6 +45,7 @@ from ..physics.surface import SURFACE
 from ..physics.towbody import BODY, Towbody, body_record
 from ..physics.water import Water
 from .build import Rules, arc_lengths, bead_table, build_line, element_table, line_settings, lock
+from .joints import water_problems
 from .march import Moved, Samples, accelerate, begin_step, bring_to_rest, look, march, take, weigh_up
 
 FOLDING = 1e-7  # cable.compression_share of a cable that goes slack
@@ -118,6 +119,9 @@ class Rig:
         struts: list[np.ndarray] | None = None,
         solver: Solver = SHIPPED,
     ):
+        for name, section in cable.sections.items():
+            for problem in water_problems(name, section):
+                raise RigError(f"{problem.key} {problem.text}; nothing was built. {problem.remedy}")
         self.cable, self.solver, self.gravity, self._working = cable, solver, gravity, tension
         arc = arc_lengths(cable)
         nodes = len(arc)

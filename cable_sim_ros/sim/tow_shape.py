@@ -15,6 +15,7 @@ import numpy as np
 
 from ..physics.ancf import BUOYANCY, CD_FIXED, EA, EXTRA_DRAG, FN, FT, HALF_RHO_D, RE_FACTOR, WEIGHT_PER_LENGTH
 from ..physics.towbody import Towbody, body_record
+from .current import current_of
 from .material import Hung, hung, material_rows, section_ends
 from .scene import Scene
 from .statics import Route
@@ -191,10 +192,9 @@ def _march(
 def tow_shape(scene: Scene, scope: float) -> TowShape:
     """Static shape of the tow with ``scope`` [m] out. The sheave stands at its mean place."""
     route, cables = Route(scene), _cables(scene)
-    yaw, water = radians(scene.ship.heading_deg), scene.water
-    east = water.current[0] - scene.ship.tow_speed * cos(yaw)
-    north = water.current[1] - scene.ship.tow_speed * sin(yaw)
-    shear = water.current_gradient
+    yaw = radians(scene.ship.heading_deg)
+    east, north, *shear = current_of(scene, yaw).tolist()
+    east, north = east - scene.ship.tow_speed * cos(yaw), north - scene.ship.tow_speed * sin(yaw)
 
     def flow(z: float) -> tuple[float, float]:
         return east - shear[0] * z, north - shear[1] * z

@@ -17,7 +17,7 @@ from numba import njit
 from cable_sim_ros.physics.frame import CONTACT_COLUMNS, FRAME, SHAPE_COLUMNS
 from cable_sim_ros.physics.inputs import Inputs, make_inputs
 from cable_sim_ros.physics.setpoint import SetpointLaw
-from cable_sim_ros.physics.state import MEMORY, records
+from cable_sim_ros.physics.state import MEMORY, TOW_SETTINGS, records
 
 NODES, STATIONS = 20, 8
 TEMPLATE = np.zeros(1, FRAME)
@@ -25,7 +25,7 @@ TEMPLATE = np.zeros(1, FRAME)
 
 class Model(NamedTuple):
     period: int
-    timeout: float
+    settings: np.ndarray  # TOW_SETTINGS [1]
     max_rate: float
 
 
@@ -67,7 +67,7 @@ def tick(model, state, inputs, output, slot):
         payout, rate = inputs.command[(head - 1) % inputs.command.shape[0]]
         command_age = (time - inputs.command_time[(head - 1) % inputs.command.shape[0]]) * 1e-9
         if not math.isnan(rate):
-            if command_age > model.timeout:
+            if command_age > model.settings[0].drum.timeout:
                 flags |= 256
             else:
                 value[1] = rate
@@ -133,7 +133,10 @@ class SolverError(RuntimeError):
 class Simulator:
     def __init__(self, scene) -> None:
         self.scene = scene
-        self.model = Model(round(scene.solver.tick * 1e9), scene.winch.command_timeout, scene.winch.max_rate)
+        settings = records(1, TOW_SETTINGS)
+        settings[0].drum.timeout = scene.winch.command_timeout
+        settings.setflags(write=False)
+        self.model = Model(round(scene.solver.tick * 1e9), settings, scene.winch.max_rate)
         self.state = State(records(1, MEMORY), np.zeros(6))
         self.nodes = NODES
         self.inputs: Inputs = make_inputs()

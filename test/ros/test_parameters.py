@@ -170,13 +170,13 @@ def test_a_parameter_file_reaches_the_scene(world):
 
 def test_a_whole_number_that_may_be_left_out_is_0_in_ros():
     from cable_sim_ros.physics.quantity import Block, quantity
-    from cable_sim_ros.ros.params import _checked, rows
+    from cable_sim_ros.ros.params import checked, rows
 
     class One(Block):
         count: int | None = quantity(None, "1", 1, 10, "elements")
 
     (row,) = rows(One())
     assert (row.kind, row.value, row.nullable) == (int, 0, True)
-    assert _checked(row, 0) is None and _checked(row, 3) == 3
+    assert checked(row, 0) is None and checked(row, 3) == 3
     with pytest.raises(Exception, match="out of range"):
-        _checked(row, 11)
+        checked(row, 11)

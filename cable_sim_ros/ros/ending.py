@@ -1,0 +1,26 @@
+"""How a node ended: the verdict on what it published, from counts, for it keeps no Frames."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ..sim.verdict import Verdict, check, judge_counts, of_node, overload, verdict_of
+from .publisher import TickPublisher
+from .session import Session
+
+
+def verdict_of_node(session: Session, publisher: TickPublisher | None, figures: Mapping[str, Any]) -> Verdict:
+    """Verdict on a run that a node published; figures: its final ones. One that published nothing and did not fail is
+    ok."""
+    scene, problem = session.scene, session.problem
+    if publisher is None or publisher.latest is None:
+        return verdict_of([check("HALTED", problem)] if problem else [])
+    return judge_counts(
+        publisher.statuses,
+        scene.solver.tick,
+        int(publisher.latest["status"]),
+        scene=scene,
+        others=(*overload(scene, publisher.most_tension), *of_node(figures)),
+        problem=problem,
+    )

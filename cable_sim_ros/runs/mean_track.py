@@ -1,0 +1,66 @@
+"""The mean speed and heading of recorded motion beside those of the scene: a tow that is another one is said so."""
+
+from __future__ import annotations
+
+import math
+import warnings
+
+import numpy as np
+
+from ..io.load import SceneWarning
+from ..sim.current import HEADING_WITHIN, turned_current
+from ..sim.scene import Scene
+from ..sim.verdict import Reason, check
+
+MEAN_OVER = 30.0  # s, at least, for a mean of the motion: less is the waves'
+SPEED_WITHIN = 0.05, 0.1  # of the speed of the scene, m/s, without a word; the larger one counts
+DOUBTFUL = 2.0  # times these bounds: a fifth more drag, a tow to one side; another tow than that of the scene
+
+
+def look(scene: Scene, heading: float | None, frames: np.recarray) -> list[Reason]:
+    """Warn, in a line each, where the motion makes another tow of the scene; the reasons that make the run doubtful.
+
+    heading: of the start, rad; None: the scene's. A current that stands in the world is as it is in nature where the
+    motion's heading is the true one, so that the line alone says what is used.
+    """
+    turned = "" if heading is None else turned_current(scene, heading)
+    off, times = off_track(scene, heading, frames)
+    for text in filter(None, (turned, off)):
+        warnings.warn(f"{scene.name}: {text}", SceneWarning, stacklevel=4)
+    return [check("MEAN_TRACK", off)] if times > DOUBTFUL else []
+
+
+def off_track(scene: Scene, heading: float | None, frames: np.recarray) -> tuple[str, float]:
+    """How ship and mean track go apart: the set-point laws take the difference for motion to compensate; "" if not.
+
+    heading: of the start, rad; None: the scene's. The take-up after the start is left out. Returns the text and by how
+    many times the bounds they go apart.
+    """
+    tick, ship = scene.solver.tick, scene.ship
+    kept = frames[round(ship.start_blend / tick) :]
+    seconds = (len(kept) - 1) * tick
+    if seconds < MEAN_OVER:
+        return "", 0.0
+    x, y, z, w = kept["ship_quaternion"].T
+    yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    ahead = np.stack([np.cos(yaw), np.sin(yaw)], axis=1)
+    speed = float(np.sum(np.diff(kept["ship_position"][:, :2], axis=0) * ahead[1:])) / seconds
+    begun = math.radians(ship.heading_deg) if heading is None else heading
+    mean = math.atan2(ahead[:, 1].mean(), ahead[:, 0].mean())
+    turned = math.degrees(math.remainder(mean - begun, 2.0 * math.pi))
+    found, ways = [], []
+    faster = abs(speed - ship.tow_speed) / max(SPEED_WITHIN[0] * abs(ship.tow_speed), SPEED_WITHIN[1])
+    if faster > 1.0:
+        found.append(f"mean speed of the motion is {speed:.3g} m/s, ship.tow_speed is {ship.tow_speed:.3g} m/s")
+        ways.append(f"Set ship.tow_speed to {speed:.3g} m/s")
+    if abs(turned) > HEADING_WITHIN:
+        began = math.degrees(begun)
+        found.append(f"mean heading of the motion is {began + turned:.4g} deg, that of the start is {began:.4g} deg")
+        ways.append("Give motion along one heading")
+    if not found:
+        return "", 0.0
+    return (
+        f"{', '.join(found)}: the ship follows the motion, but the static start and the mean track of the set-point "
+        f"laws begin with the second number. {'. '.join(ways)}",
+        max(faster, abs(turned) / HEADING_WITHIN),
+    )

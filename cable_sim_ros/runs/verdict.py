@@ -1,0 +1,79 @@
+"""Verdict on the Frames of a run, and on a replay beside its recording. States and bounds: sim/verdict.py."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..physics.frame import Flag
+from ..sim.flag_rules import WITHIN, WITHIN_JOURNAL, WITHIN_M
+from ..sim.scene import Scene
+from ..sim.statics import DRUM_RESERVE, Route
+from ..sim.verdict import Reason, Verdict, check, judge_counts, overload, strength, verdict_of
+from .summary import tick_length
+
+if TYPE_CHECKING:
+    from ..io.replay import Residual
+
+AT_END = 1e-3  # m, of the cable that stays on the drum
+
+
+def judge(frames: np.recarray, scene: Scene | None = None, others: Iterable[Reason] = (), problem: str = "") -> Verdict:
+    """Verdict on the Frames of a run; scene: None where it is not known; problem: why it ended early."""
+    if not len(frames):
+        return verdict_of([*([check("HALTED", problem)] if problem else []), *others])
+    status, counts = np.unique(frames["status"], return_counts=True)
+    tick = tick_length(frames) or (0.0 if scene is None else scene.solver.tick)
+    most = frames["tension_most"]
+    over: tuple[Reason, ...] = ()
+    if scene is not None:
+        share = float(np.mean(most > strength(scene)))
+        over = overload(scene, float(most.max()), share * len(most) * tick, share)
+    found = judge_counts(
+        dict(zip(map(int, status), map(int, counts))),
+        tick,
+        int(frames["status"][-1]),
+        scene=scene,
+        others=(*over, *others),
+        problem=problem,
+    )
+    return found._replace(reasons=tuple(_with_numbers(reason, frames, scene) for reason in found.reasons))
+
+
+def differences(rows: Sequence[Residual], tension: float, journal: bool = False) -> tuple[Reason, ...]:
+    """Reasons where a replay is too far from its recording; tension: the recorded mean, or ours [N]; journal: the bag
+    says what every tick saw."""
+    share, metres = (WITHIN_JOURNAL, WITHIN_JOURNAL) if journal else (WITHIN, WITHIN_M)
+    limits, found = {"N": share * abs(tension), "m": metres}, []
+    for row in rows:
+        limit = limits.get(row.unit)
+        if limit is not None and row.largest > limit:
+            found.append(
+                f"{row.quantity} of {row.channel} by up to {row.largest:.3g} {row.unit} (limit {limit:.3g} {row.unit})"
+            )
+    if not found:
+        return ()
+    return (check("RESIDUAL", f"this replay is not the recorded run: it differs in {'; '.join(found)}"),)
+
+
+def _with_numbers(reason: Reason, frames: np.recarray, scene: Scene | None) -> Reason:
+    """The reason with what the Frames say of it."""
+    if reason.flag == "SLACK" and frames["tension"].min() < 0.0:
+        text = f"tension at the sheave went down to {frames['tension'].min():.4g} N, a push. "
+        return reason._replace(text=f"{reason.text}; {text}".rstrip(". "))
+    if reason.flag == "DRUM_END" and scene is not None:
+        return reason._replace(text=f"{reason.text}; {_which_end(frames, scene)}")
+    return reason
+
+
+def _which_end(frames: np.recarray, scene: Scene) -> str:
+    """Which end stop it was: at one end only what always stays is on the drum."""
+    stays = scene.winch.dead_length + DRUM_RESERVE * Route(scene).drum
+    left = frames["cable_on_drum"][frames["status"] & Flag.DRUM_END != 0]
+    out = bool(np.any(left < stays + AT_END))
+    back = bool(np.any(left >= stays + AT_END))
+    ends = ["paying out, the drum was empty but for what stays on it"] * out
+    ends += ["hauling in, what hangs on the line had come to the sheave"] * back
+    return " and ".join(ends)

@@ -1,0 +1,160 @@
+"""Numbers that contradict each other although each is in its range: weights and masses, diameter and mass, which way
+the ship goes. What cannot be is a problem, what hardly can be a caution.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ..physics.section import material_of
+from ..physics.winch import DrumModel
+from .current import current_of
+from .material import termination_weight
+from .problem import Problem, apart
+from .scene import Scene
+from .statics import first_angle
+
+ROUNDED = 1.02  # of a dry weight: a data sheet rounds
+# kg/m^3 over the full circle of the diameter: floating fibre rope 500, nylon 1150, armoured cable 3000 to 5500, steel
+# rope 4000 to 6500, solid steel 7850. A radius given for the diameter makes four times as much
+LEAST_DENSITY, MOST_DENSITY = 300.0, 9000.0
+MOST_FORWARD = math.radians(45.0)  # of a cable that leads forward under the ship, from the vertical
+
+
+def weight_problems(scene: Scene) -> list[Problem]:
+    """What hangs on the line and is heavier in water than its mass is in air."""
+    things = [("towbody.net_weight", "towbody.mass", scene.towbody.net_weight, scene.towbody.mass)]
+    for name, body in scene.bodies.items():
+        things.append((f"bodies.{name}.net_weight", f"bodies.{name}.mass", body.net_weight, body.mass))
+    for name, section in scene.cable.sections.items():
+        key, net = f"cable.sections.{name}.termination", termination_weight(section, scene.gravity)
+        things.append((f"{key}_net_weight", f"{key}_mass", net, section.termination_mass))
+    return [
+        Problem(
+            key,
+            f"= {net:g} N is more than the dry weight {mass * scene.gravity:.5g} N of {mass_key} = {mass:g} kg: "
+            "nothing is heavier in water than in air",
+            "Check the units of both" + ("" if "termination" in key else "; a depressor's down-force is its lift_area"),
+        )
+        for key, mass_key, net, mass in things
+        if scene.gravity > 0.0 and net > ROUNDED * mass * scene.gravity
+    ]
+
+
+def density_cautions(scene: Scene) -> list[Problem]:
+    """Cable lighter or heavier than any material for its diameter."""
+    found: dict[tuple[float, float], Problem] = {}
+    for name, section in scene.cable.sections.items():
+        own = material_of(scene.cable, section)
+        density = own.mass_per_length / (0.25 * math.pi * own.diameter**2)
+        if LEAST_DENSITY <= density <= MOST_DENSITY:
+            continue
+        keys = [
+            f"cable.sections.{name}.{key}" if getattr(section, key) is not None else f"cable.{key}"
+            for key in ("diameter", "mass_per_length")
+        ]
+        wrong = "a radius, or mm" if density > MOST_DENSITY else "too large, perhaps mm"
+        found.setdefault(
+            (own.diameter, own.mass_per_length),
+            Problem(
+                keys[0],
+                f"= {own.diameter:g} m and {keys[1]} = {own.mass_per_length:g} kg/m make a cable of {density:.4g} "
+                f"kg/m^3, outside {LEAST_DENSITY:g} to {MOST_DENSITY:g} kg/m^3 (fibre rope 500 to 1500, steel rope "
+                "4000 to 6500, solid steel 7850): its weight and drag in water are those of no cable",
+                f"Check both: is the diameter {wrong}?",
+            ),
+        )
+    return list(found.values())
+
+
+def astern(scene: Scene) -> tuple[str, float, float]:
+    """What makes the cable lead forward: key, speed [m/s] of the water ahead past the ship, angle [rad] of the free
+    cable from the vertical; speed and angle 0 where it leads aft or abeam."""
+    yaw = math.radians(scene.ship.heading_deg)
+    east, north = current_of(scene, yaw)[:2]
+    ahead = float(east * math.cos(yaw) + north * math.sin(yaw)) - scene.ship.tow_speed
+    key = "ship.tow_speed" if scene.ship.tow_speed < 0.0 else "water.current"
+    return (key, ahead, first_angle(scene, ahead)) if ahead > 0.0 else (key, 0.0, 0.0)
+
+
+def astern_problems(scene: Scene) -> list[Problem]:
+    """A cable that would stream forward under the ship."""
+    key, ahead, angle = astern(scene)
+    if angle <= MOST_FORWARD:
+        return []
+    return [
+        Problem(
+            key,
+            f"= {_value(scene, key)} sends the ship astern through the water at {ahead:.3g} m/s: the cable leads "
+            f"forward under the ship, about {math.degrees(angle):.0f} deg from the vertical, more than "
+            f"{math.degrees(MOST_FORWARD):.0f} deg; there is no hull in the model for it to lie against",
+            "Speed ahead is positive; check the sign, or go slower",
+        )
+    ]
+
+
+def astern_cautions(scene: Scene) -> list[Problem]:
+    """A ship that goes astern, slowly enough for the cable to hang."""
+    key, ahead, angle = astern(scene)
+    if key != "ship.tow_speed" or ahead <= 0.0:
+        return []
+    return [
+        Problem(
+            key,
+            f"= {scene.ship.tow_speed:g} m/s is the ship going astern: the cable leads forward under the ship, about "
+            f"{math.degrees(angle):.0f} deg from the vertical, and nothing keeps it off the hull",
+            "Speed ahead is positive; check the sign",
+        )
+    ]
+
+
+def wrap_problems(scene: Scene, elements: list[tuple[float, float, str]], wound: float) -> list[Problem]:
+    """With winch.drum = contact: elements wound on the drum that are too long to follow it.
+
+    elements: (first, last arc length [m], section); wound: length [m] on the drum.
+    """
+    winch = scene.winch
+    if winch.drum == DrumModel.FEED:
+        return []
+    most = 2.0 * winch.drum_radius
+    long = next(((a, b, name) for a, b, name in elements if a < wound and b - a > most * (1.0 + 1e-9)), None)
+    if long is None:
+        return []
+    first, last, name = long
+    size, bound = apart(last - first, most)
+    return [
+        Problem(
+            "winch.wrap",
+            f"= {winch.wrap:g} rad winds {wound:.4g} m of cable on the drum, and with it cable.sections.{name}, whose "
+            f"elements of {size} m are longer than {bound} m, twice winch.drum_radius, and cannot follow the drum",
+            (
+                f"Wind less than {first:.4g} m on it by a smaller wrap, or make the section at the drum end longer"
+                if first > 0.0
+                else f"Give cable.sections.{name} more elements, or the drum end a section of its own"
+            )
+            + "; the unit is rad, not deg or turns",
+        )
+    ]
+
+
+def wrap_cautions(scene: Scene) -> list[Problem]:
+    """A wrap that says nothing, as the length that is out is given."""
+    winch = scene.winch
+    key = "scope" if winch.scope is not None else "cable_on_drum"
+    if (
+        winch.drum != DrumModel.FEED
+        or getattr(winch, key) is None
+        or winch.wrap == type(winch).model_fields["wrap"].default
+    ):
+        return []
+    return [
+        Problem(
+            "winch.wrap",
+            f"= {winch.wrap:g} rad has no effect: winch.{key} = {getattr(winch, key):g} m says how much cable is out",
+            "Leave it out",
+        )
+    ]
+
+
+def _value(scene: Scene, key: str) -> str:
+    return f"{scene.ship.tow_speed:g} m/s" if key == "ship.tow_speed" else f"{list(scene.water.current)} m/s"

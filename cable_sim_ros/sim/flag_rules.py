@@ -1,0 +1,247 @@
+"""What makes a run doubtful: for every health flag how long it may be set, and causes that are no flags.
+
+The verdict (sim/verdict.py), its texts and the tables of docs/flags.md are made from RULES and CHECKS. A rule is found
+by the name of its flag; one whose flag a version does not have counts for nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+OK, DOUBTFUL, FAILED = "ok", "doubtful", "failed"
+DAMAGE = "DAMAGE"
+# exit codes of every command; where several apply: 2, 1, 3, 4, 0
+CODE_OK, CODE_FAILED, CODE_INPUT, CODE_DAMAGED, CODE_DOUBTFUL = 0, 1, 2, 3, 4
+# N/m^2 on the full circle of the diameter: steel ropes break at 800 to 1150 MPa of it (1960 MPa wire, fill 0.4 to 0.6),
+# aramid and HMPE ropes at 1000 to 1250 MPa, so that beyond it no cable of that diameter is whole
+MOST_STRESS = 1.2e9
+WITHIN = 1e-3  # of the recorded mean tension, for a replay
+WITHIN_M = 0.01  # m, for a replay
+WITHIN_JOURNAL = 1e-6  # of the tension, and m, for one that knows what every tick saw: another machine rounds otherwise
+
+TENSION = ("tension_mean_n", "tension_std_n", "tension_min_n", "tension_max_n")
+PEAKS = ("tension_std_n", "tension_min_n", "tension_max_n")
+CONTACT = ("contact_resultant_mean_n", "contact_resultant_max_n", "wrap_angle_mean_deg")
+BODY = ("body_depth_m", "body_depth_std_m", "body_position_m", "ellipsoid_volume_m3", "ellipsoid_volume_points_m3")
+SEAWAY = ("tension_std_n", "tension_min_n", "tension_max_n", "body_depth_std_m", "sheave_heave_std_m", *BODY[3:])
+WINCH = ("payout_min_m", "payout_max_m", "scope_min_m", "scope_max_m")
+COMPENSATED = (*PEAKS, "body_depth_std_m", *BODY[3:], *WINCH)
+
+
+class Rule(NamedTuple):
+    """How much of a flag a run bears: up to ``seconds`` in all, or ``share`` of the run where that is longer.
+
+    state: of a run with more of it, OK: any amount is harmless; at_end: a run that ends with it is not ok either;
+    compensating: it only counts where a set-point law drives the winch.
+    """
+
+    flag: str
+    state: str
+    seconds: float
+    share: float
+    figures: tuple[str, ...]
+    text: str
+    why: str  # these bounds
+    at_end: bool = False
+    compensating: bool = False
+
+
+RULES = (
+    Rule(
+        "NEWTON_FAILED",
+        FAILED,
+        0.0,
+        0.0,
+        TENSION + BODY,
+        "no solution was found and the run halted; what came shortly before is suspect too",
+        "nothing was simulated after it",
+    ),
+    Rule(
+        "NOT_FINITE",
+        FAILED,
+        0.0,
+        0.0,
+        TENSION + BODY,
+        "a number that is not finite was found and the run halted",
+        "nothing was simulated after it",
+    ),
+    Rule("HALVED", OK, 0.0, 0.0, (), "shorter steps were needed", "they are solved to the same tolerance"),
+    Rule(
+        "SLACK",
+        DOUBTFUL,
+        0.1,
+        0.0,
+        PEAKS,
+        "part of the cable carried less than no tension: the least tension is that of a rod, and the snap as it comes "
+        "tight depends on mesh and step. Do not design for these peaks without a finer step",
+        "one snap makes the largest tension of a run of any length; a touch of less than 0.1 s makes none",
+    ),
+    Rule(
+        "DETACHED",
+        DOUBTFUL,
+        0.5,
+        0.0,
+        (*CONTACT, *TENSION),
+        "the cable was off its sheave or out of its groove: contact, wrap angle and line loads are not those of one in "
+        "its groove, and tension is that of a cable without its sheave",
+        "a lift of some tenths of a second is a snap that comes down again; longer, it lies beside the sheave",
+        at_end=True,
+    ),
+    Rule(
+        "PENETRATION",
+        DOUBTFUL,
+        1.0,
+        0.01,
+        CONTACT,
+        "the cable was pressed deeper into the sheave than contact.penetration_limit: line loads are spread too wide. "
+        "Tension and towbody hardly notice. Give contact.working_tension the highest tension expected",
+        "contact figures are means over the run: 1 % of it does not show in them",
+    ),
+    Rule(
+        "COARSE_AT_SURFACE",
+        DOUBTFUL,
+        0.1,
+        0.0,
+        (*TENSION, *CONTACT),
+        "an element too long for sheave or drum lay on it: tension ripples or jumps, contact and wrap angle are wrong. "
+        "Give a finer mesh there",
+        "each coming on is a jump of the tension, which stands as a peak in a run of any length",
+    ),
+    Rule(
+        "MOTION_STALE",
+        DOUBTFUL,
+        2.0,
+        0.01,
+        SEAWAY,
+        "there was no motion: the ship was returned to its mean track, heave and what follows from it are too small",
+        "a drop-out of 2 s, and the end of the motion before that of the node, are bridged",
+    ),
+    Rule(
+        "MOTION_BLENDING",
+        DOUBTFUL,
+        20.0,
+        0.1,
+        SEAWAY,
+        "motion was being taken up again and again: a mixture, not that of the sea. See which source comes and goes",
+        "each start takes it up, in the 20 s that the statistics leave out",
+    ),
+    Rule(
+        "COMMAND_STALE",
+        DOUBTFUL,
+        2.0,
+        0.01,
+        WINCH,
+        "winch commands stopped: the winch held its length in place of going on as last commanded",
+        "a gap of a controller that goes on is no more than a late command",
+    ),
+    Rule(
+        "DRUM_END",
+        DOUBTFUL,
+        1.0,
+        0.0,
+        COMPENSATED,
+        "the winch stood at an end stop: it did not go where commands and set-point sent it",
+        "one heave at the end stop makes the largest tension of a run of any length",
+    ),
+    Rule(
+        "WINCH_LIMIT",
+        DOUBTFUL,
+        1.0,
+        0.0,
+        COMPENSATED,
+        "the winch stood at a soft limit of the scene: that way there was no compensation and tension took the motion",
+        "as DRUM_END; without compensation a winch that stops at its limit does what the scene asks of it",
+        compensating=True,
+    ),
+    Rule("SEABED", OK, 0.0, 0.0, (), "cable or towbody lay on the seabed", "the seabed of the scene carries it"),
+    Rule(
+        "SLACK_ENERGY",
+        DOUBTFUL,
+        0.0,
+        0.0,
+        (*PEAKS, *BODY),
+        "slack cable gained energy that nothing gave it: what it does when it comes tight is too strong",
+        "the flag has its own share of the work",
+    ),
+    Rule(
+        "SETPOINT_LIMITED",
+        DOUBTFUL,
+        1.0,
+        0.01,
+        COMPENSATED,
+        "the set-point law asked for more than there is and was limited: this is not its compensation",
+        "one heave without compensation makes the largest tension; 1 % of the run does not show in the rest",
+    ),
+    Rule(
+        "COMMAND_LIMITED",
+        DOUBTFUL,
+        5.0,
+        0.05,
+        WINCH,
+        "winch commands asked for more than rate or travel allow: the winch did less than it was told",
+        "a single length far away is approached at the largest rate for some seconds, as it is meant",
+    ),
+    Rule(
+        "LOW_FLOW",
+        OK,
+        0.0,
+        0.0,
+        (),
+        "hardly any water flowed past the towbody: its heading was held",
+        "the heading alone is held, no figure of the summary depends on it",
+    ),
+)
+# causes that are no flags: name, state, figures, what is looked at
+CHECKS = (
+    ("NO_START", FAILED, TENSION + BODY, "no static start was found"),
+    ("HALTED", FAILED, TENSION + BODY, "the run ended early; the figures are of the part before it"),
+    (
+        "OVERLOAD",
+        DOUBTFUL,
+        TENSION + CONTACT + BODY,
+        f"tension above `breaking_load`; of a section without, {MOST_STRESS / 1e6:g} MPa on the full circle of its "
+        "diameter, which no steel or fibre rope carries. Of several sections the strongest counts",
+    ),
+    (
+        "MEAN_TRACK",
+        DOUBTFUL,
+        TENSION + BODY,
+        "over 30 s or more the mean speed of the motion is more than 10 % and 0.2 m/s from `ship.tow_speed`, or its "
+        "heading more than 10 deg from that of the start: another tow than that of the scene; half of it is a warning",
+    ),
+    (
+        "RESIDUAL",
+        DOUBTFUL,
+        TENSION + BODY,
+        f"a replay in the recorded scene is further than {100.0 * WITHIN:g} % of the tension, or {WITHIN_M:g} m, from "
+        f"what the bag recorded; with a journal {WITHIN_JOURNAL:g} of the tension, or {WITHIN_JOURNAL:g} m",
+    ),
+    ("JOURNAL", DOUBTFUL, TENSION + BODY, "a replay could not do all that the journal of the recording says"),
+    ("RESTARTED", DOUBTFUL, TENSION + BODY, "the node lost real time and began again from a static start"),
+    ("NOT_RECORDED", DOUBTFUL, TENSION + BODY, "messages were lost on the way to the disk"),
+    (DAMAGE, DOUBTFUL, TENSION + BODY, "the bag was damaged and read in part; exit code 3"),
+)
+FIGURES_OF = {name: figures for name, _, figures, _ in CHECKS}
+STATE_OF = {rule.flag: rule.state for rule in RULES} | {name: state for name, state, _, _ in CHECKS}
+
+
+def rules_markdown() -> str:
+    """RULES and CHECKS as Markdown tables, for docs/flags.md."""
+    rows = ["| flag | harmless up to | why | more of it: the run is | figures concerned |", "|---|---|---|---|---|"]
+    for rule in RULES:
+        bound = "any time" if rule.state == OK else f"{rule.seconds:g} s"
+        bound += f", or {100.0 * rule.share:g} % of the run where that is longer" if rule.share else ""
+        bound += ", and not at the end of the run" if rule.at_end else ""
+        bound += "; any time with `setpoint.algorithm: hold`" if rule.compensating else ""
+        rows.append(
+            f"| `{rule.flag}` | {'none' if rule.state == FAILED else bound} | {rule.why} | {rule.state} | "
+            f"{_named(rule.figures)} |"
+        )
+    rows += ["", "| cause | what is looked at | the run is | figures concerned |", "|---|---|---|---|"]
+    rows += [f"| `{name}` | {text} | {state} | {_named(figures)} |" for name, state, figures, text in CHECKS]
+    return "\n".join(rows)
+
+
+def _named(figures: Iterable[str]) -> str:
+    return ", ".join(f"`{name}`" for name in dict.fromkeys(figures)) or "none"

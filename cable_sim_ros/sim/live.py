@@ -1,0 +1,71 @@
+"""Parameters that may change between two ticks: the one list of them, and how each reaches the compiled model.
+
+A parameter is declared live by configure=False; a test holds the declarations and this list together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from .scene import Scene
+from .simulator import Simulator
+
+Way = Callable[[Simulator, Any], None]
+
+
+def _command_timeout(sim: Simulator, value: float) -> None:
+    _write(sim.model.settings, lambda rows: rows["drum"].__setitem__("timeout", value))
+
+
+def _washout_period(sim: Simulator, value: float) -> None:
+    sim.state.now.setpoint.washout = value
+
+
+def _flow_time(place: int, sim: Simulator, value: float) -> None:
+    _write(sim.model.line.bodies, lambda rows: rows["flow_time"].__setitem__(place, value))
+
+
+def _write(array: np.ndarray, change: Callable[[np.ndarray], None]) -> None:
+    """Change an array that is locked while kernels run."""
+    array.setflags(write=True)
+    try:
+        change(array)
+    finally:
+        array.setflags(write=False)
+
+
+def ways(scene: Scene) -> dict[str, Way]:
+    """Live parameters of a scene by dotted name, and what each does to a simulator whose tick is not running."""
+    table: dict[str, Way] = {
+        "setpoint.algorithm": lambda sim, value: sim.set_algorithm(value),
+        "setpoint.washout_period": _washout_period,
+        "winch.command_timeout": _command_timeout,
+    }
+    names = ["towbody", *(f"bodies.{name}" for name in scene.bodies)]
+    for place, name in enumerate(names):
+        table[f"{name}.flow_time_constant"] = partial(_flow_time, place)
+    return table
+
+
+def set_live(sim: Simulator, name: str, value: Any) -> None:
+    """Give a live parameter another value, in the scene of the simulator too, so that a start keeps it.
+
+    Call it between two ticks. Raises KeyError for a parameter that is not live, ValueError for one out of its range.
+    """
+    way = ways(sim.scene)[name]
+    sim.scene = changed(sim.scene, name, value)
+    way(sim, value)
+
+
+def changed(block: Any, name: str, value: Any) -> Any:
+    """A block with another value under a dotted name, checked against its declaration."""
+    head, _, rest = name.partition(".")
+    if not rest:
+        return type(block).model_validate(block.model_dump() | {head: value})
+    inner = block[head] if isinstance(block, dict) else getattr(block, head)
+    new = changed(inner, rest, value)
+    return block | {head: new} if isinstance(block, dict) else block.model_copy(update={head: new})

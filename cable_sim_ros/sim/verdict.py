@@ -1,0 +1,178 @@
+"""Verdict on a run: ok, doubtful or failed, why, for how long and for which figures. The bounds: flag_rules.py.
+
+Made from counts of status words, which a node has too; what needs the Frames of a run is in runs/verdict.py. The JSON,
+the last lines on the terminal, the exit code, the stamp on the pictures and the end of the node are made from it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple
+
+from ..physics.frame import Flag
+from ..physics.section import material_of
+from ..physics.setpoint import SetpointLaw
+from .flag_rules import (
+    CHECKS,
+    CODE_DAMAGED,
+    CODE_DOUBTFUL,
+    CODE_FAILED,
+    CODE_OK,
+    DAMAGE,
+    DOUBTFUL,
+    FAILED,
+    MOST_STRESS,
+    OK,
+    RULES,
+)
+from .scene import Scene
+
+FIGURES_OF = {name: figures for name, _, figures, _ in CHECKS}
+STATE_OF = {rule.flag: rule.state for rule in RULES} | {name: state for name, state, _, _ in CHECKS}
+
+
+class Reason(NamedTuple):
+    """Why a run is not ok: flag of the Frame or name of CHECKS, for how long [s], share of the run, names of the
+    figures in the JSON, meaning in words."""
+
+    flag: str
+    seconds: float
+    share: float
+    figures: tuple[str, ...]
+    text: str
+
+    def __str__(self) -> str:
+        lasted = f" for {self.seconds:.3g} s ({100.0 * self.share:.3g} % of the run)" if self.seconds > 0.0 else ""
+        return f"{self.flag}{lasted}: {self.text}"
+
+
+class Verdict(NamedTuple):
+    """State of a run and the reasons for it."""
+
+    state: str = OK
+    reasons: tuple[Reason, ...] = ()
+
+    @property
+    def code(self) -> int:
+        """Exit code of a command that ends so."""
+        if self.state == FAILED:
+            return CODE_FAILED
+        if any(reason.flag == DAMAGE for reason in self.reasons):
+            return CODE_DAMAGED
+        return CODE_OK if self.state == OK else CODE_DOUBTFUL
+
+    def as_dict(self) -> dict[str, Any]:
+        """For the JSON."""
+        return {
+            "state": self.state,
+            "reasons": [reason._asdict() | {"figures": list(reason.figures)} for reason in self.reasons],
+        }
+
+    @property
+    def headline(self) -> str:
+        """State and causes in a few words, for a stamp."""
+        if not self.reasons:
+            return self.state
+        lasted = [f"{r.flag} {r.seconds:.3g} s" if r.seconds > 0.0 else r.flag for r in self.reasons]
+        return f"{self.state.upper()}: {', '.join(lasted)}"
+
+    def lines(self) -> list[str]:
+        """What the terminal says last."""
+        if self.state == OK:
+            return ["verdict: ok"]
+        what = {
+            DOUBTFUL: "the run came to its end, but figures cannot be taken as they are",
+            FAILED: "the run did not come to its end",
+        }
+        return [f"verdict: {self.state}: {what[self.state]} (docs/flags.md)", *(f"  {r}" for r in self.reasons)]
+
+
+def verdict_of(reasons: Iterable[Reason]) -> Verdict:
+    """The verdict that these reasons make together."""
+    reasons = tuple(reasons)
+    states = {STATE_OF.get(reason.flag, DOUBTFUL) for reason in reasons}
+    return Verdict(FAILED if FAILED in states else DOUBTFUL if reasons else OK, reasons)
+
+
+def check(name: str, text: str, seconds: float = 0.0, share: float = 0.0) -> Reason:
+    """A reason that is one of CHECKS."""
+    return Reason(name, float(seconds), float(share), FIGURES_OF[name], text)
+
+
+def judge_counts(
+    statuses: Mapping[int, int],
+    tick: float,
+    last: int,
+    *,
+    scene: Scene | None = None,
+    others: Iterable[Reason] = (),
+    problem: str = "",
+) -> Verdict:
+    """Verdict on a run of which only the ticks with each status word are known.
+
+    statuses: status word of the Frames -> ticks; tick: length [s]; last: status of the last tick; others: reasons that
+    are not flags; problem: why it ended early.
+    """
+    total = sum(statuses.values())
+    reasons = [check("HALTED", problem)] if problem else []
+    for rule in RULES:
+        bit = int(Flag.__members__.get(rule.flag, Flag.NONE))
+        ticks = sum(count for status, count in statuses.items() if status & bit)
+        if not ticks or rule.state == OK or (rule.compensating and scene is not None and not compensates(scene)):
+            continue
+        seconds = ticks * tick
+        if seconds > max(rule.seconds, rule.share * total * tick) * (1.0 + 1e-9) or (rule.at_end and last & bit):
+            reasons.append(Reason(rule.flag, seconds, ticks / total, rule.figures, rule.text))
+    return verdict_of([*reasons, *others])
+
+
+def compensates(scene: Scene) -> bool:
+    """Does a set-point law drive the winch?"""
+    return scene.setpoint.algorithm != SetpointLaw.HOLD
+
+
+def strength(scene: Scene) -> float:
+    """Tension [N] that no section of the cable carries."""
+    limits = []
+    for section in scene.cable.sections.values():
+        own = material_of(scene.cable, section)
+        limits.append(own.breaking_load or 0.25 * math.pi * own.diameter**2 * MOST_STRESS)
+    return max(limits)
+
+
+def overload(scene: Scene, most: float, seconds: float = 0.0, share: float = 0.0) -> tuple[Reason, ...]:
+    """Reason where the largest tension [N] is above the strength; seconds, share: how long, 0 where not known."""
+    limit = strength(scene)
+    if not most > limit:
+        return ()
+    stretch = 100.0 * most / min(material_of(scene.cable, s).axial_stiffness for s in scene.cable.sections.values())
+    known = any(material_of(scene.cable, s).breaking_load for s in scene.cable.sections.values())
+    bound = (
+        f"the breaking load of {limit:.4g} N"
+        if known
+        else f"{limit:.4g} N, {MOST_STRESS / 1e6:g} MPa of its full circle, which no steel or fibre rope carries"
+    )
+    return (
+        check(
+            "OVERLOAD",
+            f"tension went up to {most:.4g} N, a strain of {stretch:.2g} %: above {bound}. The cable would "
+            "have parted; what follows is no tow",
+            seconds,
+            share,
+        ),
+    )
+
+
+def of_node(figures: Mapping[str, Any]) -> tuple[Reason, ...]:
+    """Reasons that the final figures of a node give beside its Frames."""
+    found, recorder = [], figures.get("recorder") or {}
+    if figures.get("restarts"):
+        found.append(
+            check(
+                "RESTARTED", f"the node lost real time and began again from a static start, {figures['restarts']} times"
+            )
+        )
+    if recorder.get("dropped"):
+        found.append(check("NOT_RECORDED", f"{recorder['dropped']} messages were not recorded: the disk is too slow"))
+    return tuple(found)

@@ -1,0 +1,193 @@
+"""Every end of a run is ok, doubtful or failed: by which flag, for how long, for which figures, with which code."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cable_sim_ros.io.load import load_scene, override
+from cable_sim_ros.io.replay import Residual
+from cable_sim_ros.physics.frame import FRAME, Flag
+from cable_sim_ros.runs import verdict
+from cable_sim_ros.runs.summary import SUMMARY
+from cable_sim_ros.sim import flag_rules
+from cable_sim_ros.sim.flag_rules import CHECKS, DOUBTFUL, FAILED, OK, RULES, rules_markdown
+from cable_sim_ros.sim.verdict import Verdict, check, judge_counts, of_node, overload, strength, verdict_of
+
+TICK = 0.01
+FLAGS = Path(__file__).resolve().parents[2] / "docs" / "flags.md"
+RESERVED = {"SLACK_ENERGY", "SETPOINT_LIMITED", "COMMAND_LIMITED", "LOW_FLOW"}
+SHIPPED = load_scene("full_scale")
+
+
+def frames_of(seconds=60.0, tension=2000.0, **flagged):
+    """Frames of a run; flagged: seconds of each flag, from the begin on."""
+    frames = np.zeros(round(seconds / TICK), FRAME).view(np.recarray)
+    frames.time = np.arange(1, len(frames) + 1) * round(TICK * 1e9)
+    frames.tension = frames.tension_most = tension
+    for name, lasting in flagged.items():
+        frames.status[: round(lasting / TICK)] |= Flag[name]
+    return frames
+
+
+def flags_of(found):
+    return [reason.flag for reason in found.reasons]
+
+
+def test_every_flag_has_a_rule_and_every_figure_exists():
+    names = [rule.flag for rule in RULES]
+    assert set(names) >= {flag.name for flag in Flag if flag} | RESERVED and len(names) == len(set(names))
+    figures = {name for name, *_ in SUMMARY}
+    assert {name for rule in RULES for name in rule.figures} <= figures
+    assert {name for _, _, concerned, _ in CHECKS for name in concerned} <= figures
+    assert not set(names) & {name for name, *_ in CHECKS}
+
+
+def test_the_manual_has_the_table():
+    assert rules_markdown() in FLAGS.read_text("utf-8")
+
+
+def test_a_run_without_flags_is_ok():
+    found = verdict.judge(frames_of(), SHIPPED)
+    assert found == Verdict() and found.code == 0 and found.lines() == ["verdict: ok"]
+    assert found.as_dict() == {"state": "ok", "reasons": []}
+
+
+@pytest.mark.parametrize("rule", [rule for rule in RULES if rule.flag in Flag.__members__], ids=lambda rule: rule.flag)
+def test_a_flag_counts_from_its_bound_on(rule):
+    bound = max(rule.seconds, 60.0 * rule.share)
+    below = verdict.judge(frames_of(**{rule.flag: bound}), SHIPPED)
+    above = verdict.judge(frames_of(**{rule.flag: bound + TICK}), SHIPPED)
+    assert below.state == OK
+    if rule.state == OK:
+        assert verdict.judge(frames_of(**{rule.flag: 60.0}), SHIPPED).state == OK
+        return
+    assert above.state == rule.state and flags_of(above) == [rule.flag]
+    assert above.reasons[0].seconds == pytest.approx(bound + TICK) and above.reasons[0].figures == rule.figures
+    assert above.reasons[0].share == pytest.approx((bound + TICK) / 60.0)
+    assert above.code == {DOUBTFUL: 4, FAILED: 1}[rule.state]
+
+
+def test_a_share_bears_more_of_a_longer_run():
+    stale = next(rule for rule in RULES if rule.flag == "MOTION_STALE")
+    assert verdict.judge(frames_of(60.0, MOTION_STALE=3.0)).state == DOUBTFUL
+    assert verdict.judge(frames_of(3.0 / stale.share + 1.0, MOTION_STALE=3.0)).state == OK
+
+
+def test_a_cable_beside_its_sheave():
+    """500 of 500 ticks as the cable misses its sheave; and a run that ends so, however short it was."""
+    found = verdict.judge(frames_of(5.0, DETACHED=5.0), SHIPPED)
+    assert found.state == DOUBTFUL and found.code == 4
+    assert found.lines() == [
+        "verdict: doubtful: the run came to its end, but figures cannot be taken as they are (docs/flags.md)",
+        "  DETACHED for 5 s (100 % of the run): the cable was off its sheave or out of its groove: contact, wrap "
+        "angle and "
+        "line loads are not those of one in its groove, and tension is that of a cable without its sheave",
+    ]
+    assert found.headline == "DOUBTFUL: DETACHED 5 s"
+    frames = frames_of()
+    frames.status[-1] |= Flag.DETACHED
+    assert flags_of(verdict.judge(frames)) == ["DETACHED"]
+
+
+def test_a_winch_limit_matters_to_a_compensation():
+    frames = frames_of(WINCH_LIMIT=30.0)
+    assert verdict.judge(frames, override(SHIPPED, {"setpoint.algorithm": "hold"})).state == OK
+    assert verdict.judge(frames, SHIPPED).state == DOUBTFUL and verdict.judge(frames).state == DOUBTFUL
+
+
+@pytest.mark.parametrize("left, end", [(0.1, "paying out, the drum was empty"), (100.0, "hauling in, what hangs on")])
+def test_the_end_of_the_travel_is_named(left, end):
+    frames = frames_of(DRUM_END=5.0)
+    frames.cable_on_drum = left
+    text = verdict.judge(frames, override(SHIPPED, {"winch.dead_length": 0.2})).reasons[0].text
+    assert "; " + end in text
+
+
+def test_a_push_is_said_with_its_number():
+    frames = frames_of(SLACK=1.0)
+    frames.tension[5] = -25.0
+    text = verdict.judge(frames, SHIPPED).reasons[0].text
+    assert text.endswith("; tension at the sheave went down to -25 N, a push")
+
+
+def test_tension_that_no_cable_carries():
+    """102 kN on 10 mm of cable, 1.5 %."""
+    found = verdict.judge(frames_of(tension=102e3), SHIPPED)
+    assert flags_of(found) == ["OVERLOAD"] and found.code == 4 and found.reasons[0].share == 1.0
+    assert found.reasons[0].text == (
+        "tension went up to 1.02e+05 N, a strain of 1.5 %: above 9.425e+04 N, 1200 MPa of its full circle, which no "
+        "steel or fibre rope carries. The cable would have parted; what follows is no tow"
+    )
+    assert verdict.judge(frames_of(tension=90e3), SHIPPED).state == OK
+
+
+def test_a_breaking_load_of_the_data_sheet_stands_above_the_guess():
+    scene = override(SHIPPED, {"cable.breaking_load": 60e3})
+    assert strength(scene) == 60e3
+    assert (
+        verdict.judge(frames_of(tension=61e3), scene)
+        .reasons[0]
+        .text.startswith(
+            "tension went up to 6.1e+04 N, a strain of 0.9 %: above the breaking load of 6e+04 N. The cable would"
+        )
+    )
+    stronger = override(scene, {"cable.sections.bare.breaking_load": 80e3})
+    assert strength(stronger) == 80e3 and not overload(stronger, 79e3)
+
+
+def test_a_problem_is_a_failure_with_or_without_frames():
+    for frames in (frames_of(SLACK=1.0), frames_of(0.0)):
+        found = verdict.judge(frames, SHIPPED, problem="the solver gave up after 12 s")
+        assert found.state == FAILED and found.code == 1 and found.reasons[0].flag == "HALTED"
+        assert found.reasons[0].text == "the solver gave up after 12 s"
+
+
+@pytest.mark.parametrize(
+    "names, code", [((), 0), (("MEAN_TRACK",), 4), (("MEAN_TRACK", "DAMAGE"), 3), (("DAMAGE", "NO_START"), 1)]
+)
+def test_the_worst_of_several_codes_wins(names, code):
+    assert verdict_of(check(name, "so") for name in names).code == code
+
+
+@pytest.mark.parametrize(
+    "row, text",
+    [
+        (Residual("sheave/tension", "tension", "N", 0.0, 0.0, 1.9, 9), ""),
+        (Residual("towbody/pose", "z", "m", 0.0, 0.0, 0.009, 9), ""),
+        (Residual("winch/state", "payout rate", "m/s", 0.0, 0.0, 9.0, 9), ""),
+        (
+            Residual("sheave/tension", "tension", "N", 0.0, 0.0, 28.8, 9),
+            "tension of sheave/tension by up to 28.8 N (limit 2 N)",
+        ),
+        (Residual("towbody/pose", "z", "m", 0.0, 0.0, 0.5, 9), "z of towbody/pose by up to 0.5 m (limit 0.01 m)"),
+    ],
+)
+def test_a_replay_that_is_not_the_run(row, text):
+    found = verdict.differences([row], 2000.0)
+    assert [reason.text for reason in found] == (
+        [f"this replay is not the recorded run: it differs in {text}"] if text else []
+    )
+
+
+def test_counts_say_what_frames_say():
+    frames = frames_of(DETACHED=3.0, HALVED=2.0, SLACK=0.05)
+    words, counts = np.unique(frames.status, return_counts=True)
+    counted = judge_counts(dict(zip(words.tolist(), counts.tolist())), TICK, int(frames.status[-1]), scene=SHIPPED)
+    assert counted == verdict.judge(frames, SHIPPED)
+
+
+def test_a_flag_that_a_version_lacks_counts_for_nothing(monkeypatch):
+    ahead = RULES[0]._replace(flag="OF_ANOTHER_VERSION")
+    monkeypatch.setattr("cable_sim_ros.sim.verdict.RULES", (ahead, *RULES))
+    assert verdict.judge(frames_of(SEABED=60.0), SHIPPED).state == OK
+
+
+def test_the_figures_of_a_node():
+    assert of_node({"restarts": 0, "recorder": {"dropped": 0}}) == () and of_node({}) == ()
+    names = [reason.flag for reason in of_node({"restarts": 2, "recorder": {"dropped": 7}})]
+    assert names == ["RESTARTED", "NOT_RECORDED"]
+
+
+def test_bounds_are_sane():
+    assert 0.0 < flag_rules.WITHIN < 0.05 and 1e9 < flag_rules.MOST_STRESS < 2e9
