@@ -116,7 +116,8 @@ EVENTS = """
 record()
 session.activate()
 move(0.8)
-session.set_algorithm("simplified_sheave")
+session.set_live("setpoint.algorithm", "simplified_sheave")
+session.set_live("winch.command_timeout", 0.3)
 move(0.6)
 shift += 3 * S // 2  # ahead by 1.5 s
 move(0.8)
@@ -125,7 +126,7 @@ order(now(), velocity=[0.4])
 move(0.7)
 shift -= S // 2  # behind by 0.5 s: followed after a second
 move(2.0)
-session.set_algorithm("hold")
+session.set_live("setpoint.algorithm", "hold")
 move(0.4)
 finish()
 """
