@@ -70,9 +70,8 @@ class TickPublisher(threading.Thread):
                 target = loop.count - rows // 2
                 self.skipped += target - self.next
                 self._skip(target)
-            index = self.next
+            self._one(self.next)
             self.next += 1
-            self._one(index)
 
     def _one(self, index: int) -> None:
         loop, slot = self.loop, index % self.loop.rows
