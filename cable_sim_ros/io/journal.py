@@ -53,7 +53,7 @@ class Journal:
 
     def __init__(self, put: Callable[[bytes], None], inputs: Inputs) -> None:
         self.put, self.inputs = put, inputs
-        self._notes: deque[tuple[int, dict[str, Any], tuple[int, int] | None]] = deque()
+        self._notes: deque[tuple[int, Callable[[], dict[str, Any]], tuple[int, int] | None]] = deque()
         self._count = 0
         self._motion = self._commands = 0  # heads that stand in the journal
         self._begun = False
@@ -64,23 +64,29 @@ class Journal:
 
         parameters: live ones that were changed.
         """
-        kept = {k: v for k, v in snapshot.items() if k.startswith("inputs_") or start.cause not in STATIC}
-        entry = {
-            "cause": start.cause,
-            "time": start.time,
-            "position": list(start.position),
-            "heading": start.heading,
-            "parameters": dict(parameters),
-            "layout": LAYOUT,
-            "state": packed(kept),
-        }
         heads = int(snapshot["inputs_motion_head"][0]), int(snapshot["inputs_command_head"][0])
-        self._notes.append((done, {"start": entry}, heads))
+
+        def entry() -> dict[str, Any]:  # packed by the thread that writes it, not between two ticks
+            kept = {k: v for k, v in snapshot.items() if k.startswith("inputs_") or start.cause not in STATIC}
+            return {
+                "start": {
+                    "cause": start.cause,
+                    "time": start.time,
+                    "position": list(start.position),
+                    "heading": start.heading,
+                    "parameters": given,
+                    "layout": LAYOUT,
+                    "state": packed(kept),
+                }
+            }
+
+        given = dict(parameters)
+        self._notes.append((done, entry, heads))
         self.first = done if self.first is None else self.first
 
     def set(self, done: int, name: str, value: Any) -> None:
         """A parameter has another value from the next tick on."""
-        self._notes.append((done, {"set": {name: value}}, None))
+        self._notes.append((done, lambda: {"set": {name: value}}, None))
 
     def covers(self, index: int) -> bool:
         """Is this tick part of what is recorded?"""
@@ -121,7 +127,7 @@ class Journal:
             if heads is not None:
                 self._motion, self._commands = heads
                 self._begun = True
-            self._write(done, entry)
+            self._write(done, entry())
 
     def _write(self, done: int, entry: Mapping[str, Any]) -> None:
         self.put(encoded({"n": self._count, "tick": done, **entry}))

@@ -234,8 +234,9 @@ class CableSimNode(LifecycleNode):
         recorder = self.recording.recorder
         if not text and recorder is not None and self.publisher is not None:
             topic = f"{self.get_namespace().rstrip('/')}/{JOURNAL}"
-            journal = self.session.record(lambda data: recorder.put(topic, JOURNAL_TYPE, time.time_ns(), data))
-            self.publisher.record(recorder, journal)
+            journal = self.session.new_journal(lambda data: recorder.put(topic, JOURNAL_TYPE, time.time_ns(), data))
+            self.publisher.record(recorder, journal)  # first: it must miss no tick
+            self.session.record(journal)
         return text
 
     def _finish_recording(self):

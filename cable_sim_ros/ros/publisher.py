@@ -92,8 +92,8 @@ class TickPublisher(threading.Thread):
             return
         for _, topic, data in messages:
             self.publishers[topic].publish(data)
-        self._note(index)
         with self._recording:
+            self._noted(index)
             if self._recorder is not None and self._journal is not None and self._journal.covers(index):
                 for channel, topic, data in messages:
                     self._recorder.put(topic, channel.msgtype, time.time_ns(), data, row.time)
@@ -124,12 +124,13 @@ class TickPublisher(threading.Thread):
     def _note(self, index: int, end: str = "") -> None:
         """What a tick saw, and that it was the last, for the journal."""
         with self._recording:
-            if self._journal is None:
-                return
-            motion, command = self.loop.heads[index % HEADS_ROWS].tolist()
-            self._journal.tick(index, motion, command)
-            if end:
+            self._noted(index)
+            if end and self._journal is not None:
                 self._journal.end(index, end)
+
+    def _noted(self, index: int) -> None:
+        if self._journal is not None:
+            self._journal.tick(index, *self.loop.heads[index % HEADS_ROWS].tolist())
 
     def record(self, recorder: Recorder, journal: Journal) -> None:
         """Record the ticks from the journal's first one on."""

@@ -266,17 +266,18 @@ class Session:
 
     # ---- recording
 
-    def record(self, put: Callable[[bytes], None]) -> Journal:
-        """Begin the journal of a recording, with the state of a tow that is running. Its first tick is the next one."""
-        journal = Journal(put, self.built_sim.inputs)
-        if self.state == "running":
-            with self.built_loop.paused():
-                now, done = self.built_sim.state.now, self.built_loop.count
-                start = Start(int(now.time.now), self._ship_position(), float(now.ship.motion.coord[5]), "recording")
-                snapshot = self.built_sim.snapshot()
-            journal.start(done, start, self.live, snapshot)  # packing it would hold up a tick
-        self.journal = journal
-        return journal
+    def new_journal(self, put: Callable[[bytes], None]) -> Journal:
+        """A journal of what this session's simulator is given; put: records one message."""
+        return Journal(put, self.built_sim.inputs)
+
+    def record(self, journal: Journal) -> None:
+        """Keep a recording's journal, which the publisher has; of a tow that is running it begins with its state."""
+        with self.built_loop.paused() if self.state == "running" else nullcontext():
+            self.journal = journal
+            if self.state == "running":
+                now = self.built_sim.state.now
+                heading = float(now.ship.motion.coord[5])
+                self._note_start(Start(int(now.time.now), self._ship_position(), heading, "recording"))
 
     def _ship_position(self) -> tuple[float, float]:
         """x y of base_link in odom, of a loop that stands."""

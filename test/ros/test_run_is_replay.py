@@ -52,7 +52,9 @@ def record():
     global recorder
     recorder = Recorder(bag, custom_data={"scene_yaml": offline_scene()})
     put = lambda data: recorder.put(f"{context.namespace}/{TOPIC}", MSGTYPE, time.time_ns(), data)
-    publisher.record(recorder, session.record(put))
+    journal = session.new_journal(put)
+    publisher.record(recorder, journal)
+    session.record(journal)
 
 def offline_scene():
     from cable_sim_ros.io.load import dump_scene
