@@ -31,6 +31,7 @@ EXPECTED = {
     "cable_sim_ros.runs.mesh.CheckError",
 }
 BAD_INPUT = 2
+DAMAGED = 3
 SHIPPED_BAG, SHIPPED_SCENE = "nbp1406", "full_scale"
 PASS_ON = {"ignore_unknown_options": True, "allow_extra_args": True}
 
@@ -40,9 +41,13 @@ class Commands(click.Group):
 
     def invoke(self, context: click.Context):
         """Run a command; expected errors become one line on stderr."""
-        warnings.showwarning = _warn
+        damaged: list[str] = []
+        warnings.showwarning = lambda message, category, *_: _warn(message, category, damaged)
         try:
-            return super().invoke(context)
+            result = super().invoke(context)
+            if damaged:
+                context.exit(DAMAGED)
+            return result
         except Exception as error:
             if not _expected(error):
                 raise
@@ -56,8 +61,19 @@ def _expected(error: BaseException) -> bool:
     )
 
 
-def _warn(message, category, filename, lineno, file=None, line=None) -> None:
-    click.echo(f"warning: {message}", err=True)
+def _warn(message, category, damaged: list[str]) -> None:
+    text = str(message)
+    if category.__name__ == "DamageWarning":  # of io/bag.py; a bag may be read more than once
+        if text in damaged:
+            return
+        damaged.append(text)
+    click.echo(f"warning: {text}", err=True)
+
+
+class DamagedBag(click.ClickException):
+    """Only a part of a bag could be read."""
+
+    exit_code = DAMAGED
 
 
 class Heave(click.ParamType):
@@ -260,14 +276,14 @@ def manual(out) -> None:
 @click.argument("source")
 @click.argument("target")
 def recover(source, target) -> None:
-    """Copy what can be read of the cut-off bag SOURCE into a new bag TARGET."""
-    from .io.bag import recover as recover_bag
+    """Copy what can be read of the damaged or cut-off bag SOURCE into a new bag TARGET. Exit code 3: not all of it."""
+    from .io.recovery import recover as recover_bag
 
     result = recover_bag(source, target)
-    click.echo(
-        f"{target}: {result.messages} messages over {result.duration:.2f} s; "
-        + (f"reading ended by {result.ended_by}" if result.ended_by else "the source was whole")
-    )
+    click.echo(f"{target}: {result.messages} messages over {result.duration:.2f} s")
+    if result.damage:
+        raise DamagedBag(str(result.damage))
+    click.echo("the source was whole: nothing is missing")
 
 
 @main.command("make-bags")

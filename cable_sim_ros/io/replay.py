@@ -19,10 +19,11 @@ from ..physics.heave import Heave, MotionInput
 from ..physics.inputs import MOTION_ROWS, Inputs
 from ..sim.scene import Scene
 from .bag import BagError, read_bag, read_metadata
+from .bag_motion import read_motion
 from .channels import CHANNELS, channel_of, decode, decode_frames
 from .clock import DataClock
 from .commands import NEVER, CommandIngest
-from .messages import KINDS, read_motion, stamp_of
+from .messages import KINDS, stamp_of
 from .motion import MotionIngest
 
 

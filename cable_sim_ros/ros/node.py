@@ -24,6 +24,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from ..io.channels import CHANNELS, Context, Encoder
 from ..io.messages import CAUSES, KINDS
+from ..io.recording_place import name_problem
 from .declare import declare, overrides_of
 from .diagnostics import Watch, final_figures
 from .figures import write_json
@@ -210,9 +211,11 @@ class CableSimNode(LifecycleNode):
 
     def _on_record(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         if not request.data:
-            stats = self._finish_recording()
+            stats = self._finish_recording(timeout=2.0)  # inputs wait meanwhile; a slow disk goes on writing behind it
             response.success = stats is not None
             response.message = f"{stats.written} messages in {self.recording.path}" if stats else "nothing was recorded"
+            if stats is not None and stats.error:
+                response.message += f"; {stats.dropped} lost: {stats.error}"
         elif self.publisher is None:
             response.success, response.message = False, "the node is not configured: there is nothing to record"
         else:
@@ -221,17 +224,21 @@ class CableSimNode(LifecycleNode):
             response.success, response.message = not text, text or f"recording to {self.recording.path}"
         return response
 
-    def _finish_recording(self):
+    def _finish_recording(self, timeout: float = 10.0):
         if self.publisher is not None:
             self.publisher.recorder = None
-        return self.recording.stop(self.session.started)
+        return self.recording.stop(self.session.started, timeout)
 
     def _may_set(self, parameters) -> SetParametersResult:
         live = ("setpoint.algorithm", "recording.path")
         rows = {row.name: row for row in self.settings.rows}
         for parameter in parameters:
             row = rows.get(parameter.name)
-            if row is None or self.session.sim is None:
+            if row is None:
+                continue
+            if parameter.name == "recording.path" and (text := name_problem(parameter.name, parameter.value)):
+                return SetParametersResult(successful=False, reason=text)
+            if self.session.sim is None:
                 continue
             if row.choices and parameter.value not in row.choices:
                 return SetParametersResult(successful=False, reason=f"{parameter.name} must be {row.range_text}")

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import os
+import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..io.bag import BagError
+from ..io.bag_writer import BagError, cannot_make
 from ..io.load import load_scene, override, scene_from_text
 from ..io.motion_table import MotionError, read_table, sine_heave
 from ..io.replay import RecordedTow, Residual, read_tow, recorded_frames, residuals
@@ -249,12 +250,16 @@ def _bag_path(out: str | os.PathLike | None) -> Path | None:
     if out is None:
         return None
     bag = Path(out) / "tow"
-    if bag.exists():  # said before the run, not after it
-        raise BagError(
-            f"'{bag}' exists already: nothing was simulated, a recording is not overwritten; "
-            "give another folder with --out, or remove it"
-        )
-    Path(out).mkdir(parents=True, exist_ok=True)
+    try:  # said before the run, not after it
+        if bag.exists():
+            raise BagError(
+                f"'{bag}' exists already: nothing was simulated, a recording is not overwritten; "
+                "give another folder with --out, or remove it"
+            )
+        Path(out).mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=out).close()
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+        raise BagError(f"{cannot_make(bag, error)} with --out; nothing was simulated") from None
     return bag
 
 
