@@ -20,6 +20,7 @@ from rosbags.highlevel import AnyReader
 
 from .bag_writer import BagError as BagError
 from .bag_writer import BagWriter as BagWriter
+from .bag_writer import shown
 from .mcap_file import RECORD_MOST, McapFile, Piece, Raw, Unreadable, size_text
 from .typestore import STORE
 
@@ -66,7 +67,8 @@ class Damage:
     def __str__(self) -> str:
         first = self.messages[0] if self.messages else "nothing was lost"
         others = f", and {len(self.messages) - 1} more" if len(self.messages) > 1 else ""
-        sum_of = f"; {self.chunks_lost} chunks, {size_text(self.bytes_lost)} lost" if self.chunks_lost else ""
+        count = f"{self.chunks_lost} chunk{'s' * (self.chunks_lost > 1)}"
+        sum_of = f"; {count}, {size_text(self.bytes_lost)} lost" if self.chunks_lost else ""
         return f"bag '{self.path}' is damaged: {first}{others}{sum_of}; the rest was read"
 
 
@@ -137,7 +139,7 @@ class BagReader:
             raise BagError(_cannot_read(self.path, problem))
         for file in self.files:
             for loss in file.losses:
-                self._lost(file, loss.offset, loss.size, loss.why)
+                self._lost(file, *loss)
             if file.cut_off and not file.losses:
                 self.damage.add(f"{file.path.name} ends without its index, as of a recording that was cut off")
         if not self.custom_data:
@@ -146,7 +148,9 @@ class BagReader:
     def _paths(self) -> tuple[list[Path], bool]:
         """Files of the bag, and whether the files or messages are compressed as a whole."""
         if not self.path.exists():
-            raise BagError(f"bag '{self.path}' does not exist: nothing was read; give the directory of a bag")
+            raise BagError(
+                f"bag {shown(os.fspath(self.path))} does not exist: nothing was read; give the directory of a bag"
+            )
         if not self.path.is_dir():
             if not self.path.is_file():
                 raise BagError(_cannot_read(self.path, "it is neither a directory nor a file"))
@@ -161,6 +165,10 @@ class BagReader:
             return paths, False
         self.custom_data = info["custom_data"]
         paths = [self.path / PurePath(name).name for name in info["relative_file_paths"]]  # never outside of the bag
+        there = sorted(self.path.glob("*.mcap"))
+        if there and not all(path.is_file() for path in paths):
+            self.damage.add("metadata.yaml names files that are not there, and is not used")
+            return there, False
         return paths, info.get("compression_mode", "") in ("file", "message", "FILE", "MESSAGE")
 
     def _open_foreign(self) -> None:
@@ -187,8 +195,8 @@ class BagReader:
         topic = f"of '{file.channels[channel].topic}' that are not CDR" if channel in file.channels else "of a channel"
         self.damage.add(f"messages {topic} or whose description is lost are left out, in {file.path.name}")
 
-    def _lost(self, file: McapFile, offset: int, size: int, why: str) -> None:
-        self.damage.add(f"{why}, at byte {offset} of {file.path.name}", chunks=1, size=size)
+    def _lost(self, file: McapFile, offset: int, size: int, why: str, chunk: bool = True) -> None:
+        self.damage.add(f"{why}, at byte {offset} of {file.path.name}", chunks=int(chunk), size=size)
 
     def _sorted(self, topics: Collection[str] | None) -> Iterator[Message]:
         """Messages of the pieces of all files. Pieces that overlap in time are held until they can be merged."""
@@ -280,7 +288,7 @@ def _metadata(path: Path) -> dict[str, Any]:
             raise ValueError(f"metadata.yaml is larger than {size_text(METADATA_MOST)}")
         info = yaml.safe_load(file.read_text("utf-8"))["rosbag2_bagfile_information"]
         names, data = info["relative_file_paths"], info.get("custom_data") or {}
-    except (OSError, yaml.YAMLError, KeyError, TypeError, AttributeError, RecursionError) as error:
+    except (OSError, UnicodeError, yaml.YAMLError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise ValueError(f"metadata.yaml: {_reason(error)}") from None
     if not isinstance(names, list) or not names or not all(isinstance(name, str) and name for name in names):
         raise ValueError("metadata.yaml: relative_file_paths is not a list of file names")
@@ -333,6 +341,8 @@ def _reason(error: BaseException) -> str:
     """One short line of an error."""
     if isinstance(error, OSError):
         return error.strerror or type(error).__name__
+    if isinstance(error, yaml.MarkedYAMLError) and error.problem_mark is not None:
+        return f"{error.problem} in line {error.problem_mark.line + 1}"
     text = " ".join(str(error).split())
     name = "" if isinstance(error, (Unreadable, ValueError)) else f"{type(error).__name__}: "
     return f"{name}{text[:200]}"
@@ -340,8 +350,8 @@ def _reason(error: BaseException) -> str:
 
 def _cannot_read(path: str | os.PathLike, why: str) -> str:
     return (
-        f"bag '{path}' cannot be read ({why}): nothing was read; give the directory of a bag, an .mcap file or a "
-        f".bag file"
+        f"bag {shown(os.fspath(path))} cannot be read ({why}): nothing was read; give the directory of a bag, an .mcap "
+        f"file or a .bag file"
     )
 
 

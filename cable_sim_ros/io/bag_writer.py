@@ -313,7 +313,13 @@ class BagWriter:
 
 def cannot_make(path: str | os.PathLike, error: Exception) -> str:
     """Why a bag cannot be made at a place, for the user."""
-    name, reason = os.fspath(path), error.strerror if isinstance(error, OSError) else error
-    if len(name) > SHOWN:
-        name, reason = f"{name[:SHOWN]}...", f"{reason}, {len(name)} characters"
-    return f"bag {name!r} cannot be made ({reason}): nothing was recorded; give a folder that can be written to"
+    reason = error.strerror if isinstance(error, OSError) else error
+    return (
+        f"bag {shown(os.fspath(path))} cannot be made ({reason}): nothing was recorded; "
+        f"give a folder that can be written to"
+    )
+
+
+def shown(value: str) -> str:
+    """A path or name as an error shows it: quoted, control characters escaped, long ones shortened."""
+    return repr(value) if len(value) <= SHOWN else f"{value[:SHOWN]!r}... ({len(value)} characters)"

@@ -272,16 +272,18 @@ class McapFile:
     def _search(self, lost: int, why: str) -> int:
         """Where the next whole record begins behind a place; what lies between is a loss."""
         start = lost + 1
+        head = os.pread(self._file.fileno(), 1, lost)
+        chunk = not head or not _known(head[0]) or head[0] in (*INNER, Opcode.CHUNK)  # else: of the index
         while start < self.size and self._effort > 0:
             block = os.pread(self._file.fileno(), BLOCK + HEAD.size, start)
             self._effort -= len(block)
             if block.count(0) < len(block):  # a hole of a sparse file is gone over fast
                 for found in CANDIDATE.finditer(block):
                     if self._begins(start + found.start()):
-                        self.losses.append(Loss(lost, start + found.start() - lost, why))
+                        self.losses.append(Loss(lost, start + found.start() - lost, why, chunk))
                         return start + found.start()
             start += BLOCK
-        self.losses.append(Loss(lost, self.size - lost, why))
+        self.losses.append(Loss(lost, self.size - lost, why, chunk))
         return self.size
 
     def _begins(self, at: int) -> bool:

@@ -7,16 +7,11 @@ import re
 import time
 from pathlib import Path
 
+from .bag_writer import shown
 from .recorder import too_full
 
 NAME_MOST = 64  # characters
 NAME = re.compile(rf"[A-Za-z0-9_-]{{1,{NAME_MOST}}}")
-SHOWN = 80  # characters of a value in an error
-
-
-def shown(value: str) -> str:
-    """A value as an error shows it: quoted, control characters escaped, long ones shortened."""
-    return repr(value) if len(value) <= SHOWN else f"{value[:SHOWN]!r}... ({len(value)} characters)"
 
 
 def name_problem(key: str, value: str) -> str:
