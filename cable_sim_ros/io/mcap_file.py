@@ -6,6 +6,7 @@ that cannot be read the walk goes on at the next that can. Source: MCAP specific
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 import struct
@@ -20,15 +21,16 @@ from mcap import records
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 
-RECORD_MOST = 64 * 1024 * 1024  # bytes of one record, and of one chunk decompressed
+RECORD_MOST = 64_000_000  # bytes of one record, and of one chunk decompressed
 MAGIC = b"\x89MCAP0\r\n"
 END = 37  # bytes of footer and magic
 HEAD = struct.Struct("<BQ")  # opcode, length
 CHUNK = struct.Struct("<QQQII")  # first time, last time, size, checksum, length of the compression's name
 MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
 BLOCK = 1024 * 1024  # bytes read at a time in a search, and of messages outside of chunks that are one piece
-# opcode and a length below RECORD_MOST
-CANDIDATE = re.compile(rb"[\x01-\x0f](?=.{3}[\x00-\x03]\x00{4})", re.DOTALL)
+ZEROS = bytes(BLOCK + HEAD.size)
+# the sixth byte of a record's head: opcode, length below 2**26. Zeros are looked for first, for speed
+CANDIDATE = re.compile(rb"\x00(?=\x00\x00\x00)(?<=[\x01-\x0f].{3}[\x00-\x03]\x00)", re.DOTALL)
 INNER = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE)
 
 
@@ -243,7 +245,9 @@ class McapFile:
         if not self._plausible(end):
             raise Unreadable("a record's length leads nowhere")
         if length > RECORD_MOST:
-            self.losses.append(Loss(at, end - at, f"a record of {size_text(length)} is above the limit of 64 MB"))
+            self.losses.append(
+                Loss(at, end - at, f"a record of {size_text(length)} is above the limit of {size_text(RECORD_MOST)}")
+            )
         elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
             self._register(opcode, self._read(at + HEAD.size, length))
         elif opcode == Opcode.MESSAGE:
@@ -277,14 +281,24 @@ class McapFile:
         while start < self.size and self._effort > 0:
             block = os.pread(self._file.fileno(), BLOCK + HEAD.size, start)
             self._effort -= len(block)
-            if block.count(0) < len(block):  # a hole of a sparse file is gone over fast
-                for found in CANDIDATE.finditer(block):
-                    if self._begins(start + found.start()):
-                        self.losses.append(Loss(lost, start + found.start() - lost, why, chunk))
-                        return start + found.start()
+            if block == ZEROS[: len(block)]:
+                start = self._behind_hole(start)
+                continue
+            for found in CANDIDATE.finditer(block):
+                at = start + found.start() - 5
+                if self._begins(at):
+                    self.losses.append(Loss(lost, at - lost, why, chunk))
+                    return at
             start += BLOCK
         self.losses.append(Loss(lost, self.size - lost, why, chunk))
         return self.size
+
+    def _behind_hole(self, at: int) -> int:
+        """Where a search goes on behind a block of zeros; the hole of a sparse file is passed at once."""
+        with contextlib.suppress(OSError):  # not every file system knows its holes
+            data = os.lseek(self._file.fileno(), at, os.SEEK_DATA)
+            return max(at + BLOCK, data - HEAD.size)
+        return at + BLOCK
 
     def _begins(self, at: int) -> bool:
         """A record begins here for sure: a whole chunk, or three records in a row."""
