@@ -16,7 +16,7 @@ from .runs import expected
 from .runs.mesh_command import mesh as mesh_command
 from .runs.progress import progress_bar as _progress
 from .runs.told import tell
-from .sim.flag_rules import CODE_INPUT
+from .sim.flag_rules import CODE_DAMAGED, CODE_INPUT
 
 JSON = "cable_sim_ros.json"  # of click's context
 SHIPPED_BAG, SHIPPED_SCENE = "nbp1406", "full_scale"
@@ -34,9 +34,13 @@ class Commands(click.Group):
     def invoke(self, context: click.Context):
         """Run a command; expected errors become one line on stderr."""
         said: set[str] = set()
-        warnings.showwarning = lambda message, *rest: _warn(str(message), said)
+        damaged: list[str] = []
+        warnings.showwarning = lambda message, category, *_: _warn(str(message), category, said, damaged)
         try:
-            return super().invoke(context)
+            result = super().invoke(context)
+            if damaged:
+                context.exit(CODE_DAMAGED)
+            return result
         except Exception as error:
             code = expected.code_of(error)
             if code is None:
@@ -44,12 +48,20 @@ class Commands(click.Group):
             context.exit(expected.report(error, code, context.meta[JSON]))
 
 
-def _warn(message: str, said: set[str]) -> None:
+def _warn(message: str, category: type[Warning], said: set[str], damaged: list[str]) -> None:
     """A warning in one line, once: a scene with another number is checked again, under another name."""
     text = message.partition(": ")[2] or message
     if text not in said:
         said.add(text)
+        if category.__name__ == "DamageWarning":  # of io/bag.py
+            damaged.append(text)
         click.echo(f"warning: {message}", err=True)
+
+
+class DamagedBag(click.ClickException):
+    """Only a part of a bag could be read."""
+
+    exit_code = CODE_DAMAGED
 
 
 class Heave(click.ParamType):
@@ -253,14 +265,14 @@ def manual(out) -> None:
 @click.argument("source")
 @click.argument("target")
 def recover(source, target) -> None:
-    """Copy what can be read of the cut-off bag SOURCE into a new bag TARGET."""
-    from .io.bag import recover as recover_bag
+    """Copy what can be read of the damaged or cut-off bag SOURCE into a new bag TARGET. Exit code 3: not all of it."""
+    from .io.recovery import recover as recover_bag
 
     result = recover_bag(source, target)
-    click.echo(
-        f"{target}: {result.messages} messages over {result.duration:.2f} s; "
-        + (f"reading ended by {result.ended_by}" if result.ended_by else "the source was whole")
-    )
+    click.echo(f"{target}: {result.messages} messages over {result.duration:.2f} s")
+    if result.damage:
+        raise DamagedBag(str(result.damage))
+    click.echo("the source was whole: nothing is missing")
 
 
 @main.command("make-bags")

@@ -1,33 +1,36 @@
-"""rosbag2 directories with MCAP storage: write, read, and recover one that was cut off.
+"""Bags of any kind, read: whole ones, and what is left of damaged ones.
 
-A bag is a directory with ``metadata.yaml`` (version 9) and ``<name>_0.mcap`` (ros2 profile, ``ros2msg`` schemas
-with all dependencies, CDR messages). Layout after rosbag2's own metadata and MCAP storage code, Jazzy and later.
-The same calls give the same bytes: nothing in the file comes from a clock, a host or a process.
+MCAP is read here, chunk by chunk, so that one bad chunk costs one chunk; SQLite and ROS 1 are read by rosbags.
+`BagWriter` and `BagError` are those of io/bag_writer.py.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
-from pathlib import Path
-from typing import NamedTuple
+import sqlite3
+import warnings
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, field
+from operator import itemgetter
+from pathlib import Path, PurePath
+from typing import Any, NamedTuple
 
 import yaml
-from mcap import records
-from mcap.stream_reader import StreamReader
-from mcap.writer import CompressionType, Writer
-from rosbags.highlevel import AnyReader, AnyReaderError
-from rosbags.rosbag2 import ReaderError
+from rosbags.highlevel import AnyReader
 
-from .. import __version__
-from .typestore import ROS_DISTRO, definition, type_hash
+from .bag_writer import BagError as BagError
+from .bag_writer import BagWriter as BagWriter
+from .bag_writer import shown
+from .mcap_file import RECORD_MOST, McapFile, Piece, Raw, Unreadable, size_text
+from .typestore import STORE
 
-CHUNK_SIZE = 256 * 1024  # bytes; larger chunks compress no better and stall the writer longer
-INFINITE = {"sec": 9223372036, "nsec": 854775807}
+METADATA_MOST = 1024 * 1024  # bytes of metadata.yaml
+HELD_MOST = 128 * 1024 * 1024  # bytes held to put messages of overlapping chunks in order
+TOLD_MOST = 100  # losses kept as text
 
 
-class BagError(Exception):
-    """A bag that cannot be written or read; the text says what, what follows, and what to do."""
+class DamageWarning(UserWarning):
+    """A bag was damaged and nobody who read it asked for the Damage."""
 
 
 class Message(NamedTuple):
@@ -39,299 +42,324 @@ class Message(NamedTuple):
     data: bytes
 
 
-def qos_profile(name: str) -> list[dict]:
-    """Offered QoS of a topic as metadata version 9 writes it; name: "reliable", "sensor" or "" (not known)."""
-    if not name:
-        return []
-    depth, reliability = {"reliable": (10, "reliable"), "sensor": (5, "best_effort")}[name]
-    return [
-        {
-            "history": "keep_last",
-            "depth": depth,
-            "reliability": reliability,
-            "durability": "volatile",
-            "deadline": INFINITE,
-            "lifespan": INFINITE,
-            "liveliness": "automatic",
-            "liveliness_lease_duration": INFINITE,
-            "avoid_ros_namespace_conventions": False,
-        }
-    ]
+@dataclass
+class Damage:
+    """What could not be read of a bag; false while nothing is lost. `str` is one line for the user.
 
-
-class _Dumper(yaml.SafeDumper):
-    def ignore_aliases(self, data):  # an anchor is legal YAML, but no rosbag2 writes one
-        return True
-
-
-def _dump(tree: object) -> str:
-    return yaml.dump(tree, Dumper=_Dumper, sort_keys=False, default_flow_style=False, width=10_000)
-
-
-class BagWriter:
-    """Writes one bag.
-
-    path: directory to make, its parents too; custom_data: str -> str, kept in the metadata (scene, hashes,
-    versions); chunk_size: bytes before compression. Topics are registered by `declare` or by the first `add`.
-    Only `close` writes index and counts; without it `recover` gives back what was flushed.
+    messages: one text a loss, the first hundred of them; refused: messages left out because of their size.
     """
 
-    def __init__(
-        self, path: str | os.PathLike, *, custom_data: dict[str, str] | None = None, chunk_size: int = CHUNK_SIZE
-    ) -> None:
+    path: str = ""
+    chunks_lost: int = 0
+    bytes_lost: int = 0
+    refused: int = 0
+    messages: list[str] = field(default_factory=list)
+
+    def __bool__(self) -> bool:
+        return bool(self.messages)
+
+    def add(self, text: str, *, chunks: int = 0, size: int = 0) -> None:
+        self.chunks_lost += chunks
+        self.bytes_lost += size
+        if len(self.messages) < TOLD_MOST and text not in self.messages:
+            self.messages.append(text)
+
+    def __str__(self) -> str:
+        first = self.messages[0] if self.messages else "nothing was lost"
+        others = f", and {len(self.messages) - 1} more" if len(self.messages) > 1 else ""
+        count = f"{self.chunks_lost} chunk{'s' * (self.chunks_lost > 1)}"
+        sum_of = f"; {count}, {size_text(self.bytes_lost)} lost" if self.chunks_lost else ""
+        return f"bag '{self.path}' is damaged: {first}{others}{sum_of}; the rest was read"
+
+
+class BagReader:
+    """Messages of a bag in order of log time, and what was lost of it.
+
+    with BagReader(path) as bag: for message in bag: ...; bag.damage is complete when the last message has come.
+    topics: name -> type; custom_data: of the metadata. BagError if nothing can be read.
+    """
+
+    def __init__(self, path: str | os.PathLike) -> None:
         self.path = Path(path)
-        self.custom_data = {str(key): str(value) for key, value in (custom_data or {}).items()}
+        self.damage = Damage(os.fspath(path))
+        self.custom_data: dict[str, str] = {}
+        self.files: list[McapFile] = []
+        self.foreign: AnyReader | None = None
         try:
-            self.path.mkdir(parents=True)
-        except FileExistsError:
-            raise BagError(
-                f"bag '{self.path}' exists already: it is not overwritten, nothing was recorded; "
-                f"give another path or remove the old bag"
-            ) from None
-        self.file_name = f"{self.path.name}_0.mcap"
-        self._topics: dict[str, dict] = {}  # topic -> its metadata, in order of registration
-        self._channels: dict[str, int] = {}
-        self._schemas: dict[str, int] = {}
-        self._first: int | None = None  # log times, ns
-        self._last: int | None = None
-        self._file = open(self.path / self.file_name, "wb")
-        try:
-            self._mcap = Writer(self._file, chunk_size=chunk_size, compression=CompressionType.ZSTD)
-            self._mcap.start(profile="ros2", library=f"cable_sim_ros {__version__}")
-            self._write_metadata()
-            self._file.flush()
+            self._open()
         except BaseException:
-            self.abort()
+            self.close()
             raise
 
-    @property
-    def message_count(self) -> int:
-        """Messages added so far."""
-        return sum(topic["message_count"] for topic in self._topics.values())
-
-    def declare(
-        self,
-        topic: str,
-        msgtype: str,
-        qos: str = "",
-        *,
-        schema: str | None = None,
-        digest: str | None = None,
-        profiles: str | None = None,
-    ) -> None:
-        """Register a topic; repeated calls are ignored.
-
-        msgtype: "package/msg/Name"; qos: see `qos_profile`. schema, digest, profiles: text, type hash and QoS YAML
-        to use instead of our own, for a type that came from another bag. ValueError for an unknown type.
-        """
-        if topic in self._topics:
-            return
-        schema = definition(msgtype) if schema is None else schema
-        digest = type_hash(msgtype) if digest is None else digest
-        offered = qos_profile(qos) if profiles is None else yaml.safe_load(profiles) or []
-        if msgtype not in self._schemas:
-            self._schemas[msgtype] = self._mcap.register_schema(msgtype, "ros2msg", schema.encode())
-        self._channels[topic] = self._mcap.register_channel(
-            topic,
-            "cdr",
-            self._schemas[msgtype],
-            {"offered_qos_profiles": _dump(offered).strip() if offered else "", "topic_type_hash": digest},
-        )
-        self._topics[topic] = {
-            "topic_metadata": {
-                "name": topic,
-                "type": msgtype,
-                "serialization_format": "cdr",
-                "offered_qos_profiles": offered,
-                "type_description_hash": digest,
-            },
-            "message_count": 0,
-        }
-
-    def add(
-        self, topic: str, msgtype: str, time_ns: int, data: bytes | memoryview, publish_time_ns: int | None = None
-    ) -> None:
-        """Append one message. time_ns: log time; publish_time_ns: source time, log time if not given; data: CDR."""
-        if self._file.closed:
-            raise BagError(
-                f"bag '{self.path}' is closed: a message of '{topic}' was not recorded; start a new recording"
-            )
-        if time_ns < 0:
-            raise ValueError(
-                f"time {time_ns} ns of a message of '{topic}' is negative: a bag cannot hold it; "
-                f"start the simulation clock at 0 or later"
-            )
-        if topic not in self._topics:
-            self.declare(topic, msgtype)
-        entry = self._topics[topic]
-        if msgtype != entry["topic_metadata"]["type"]:
-            raise ValueError(
-                f"topic '{topic}' was recorded as {entry['topic_metadata']['type']} and now comes as "
-                f"{msgtype}: the message is refused; one topic has one type"
-            )
-        self._mcap.add_message(
-            self._channels[topic],
-            time_ns,
-            bytes(data),
-            time_ns if publish_time_ns is None else publish_time_ns,
-            sequence=entry["message_count"],
-        )
-        entry["message_count"] += 1
-        self._first = time_ns if self._first is None else min(self._first, time_ns)
-        self._last = time_ns if self._last is None else max(self._last, time_ns)
-
-    def flush(self) -> None:
-        """End the chunk in progress and hand it to the operating system: it then survives the end of the process."""
-        self._mcap.flush()
-
-    def close(self) -> None:
-        """Write index and metadata and close; a second call does nothing. OSError: the bag is as after a crash."""
-        if self._file.closed:
-            return
-        try:
-            self._mcap.add_metadata("rosbag2", {"serialized_metadata": _dump(self._metadata()).strip()})
-            self._mcap.finish()
-            self._file.close()
-            self._write_metadata()
-        except BaseException:
-            self.abort()
-            raise
-
-    def abort(self) -> None:
-        """Close the file as it is, without index; `recover` reads it."""
-        try:
-            self._file.close()
-        except OSError:
-            pass  # what could not be written before cannot be written now
-
-    def __enter__(self) -> BagWriter:
+    def __enter__(self) -> BagReader:
         return self
 
     def __exit__(self, *_) -> None:
         self.close()
 
-    def _metadata(self) -> dict:
-        start = {"nanoseconds_since_epoch": self._first or 0}
-        duration = {"nanoseconds": (self._last or 0) - (self._first or 0)}
-        return {
-            "version": 9,
-            "storage_identifier": "mcap",
-            "duration": duration,
-            "starting_time": start,
-            "message_count": self.message_count,
-            "topics_with_message_count": list(self._topics.values()),
-            "compression_format": "",
-            "compression_mode": "",  # the chunks are compressed, not files or messages
-            "relative_file_paths": [self.file_name],
-            "files": [
-                {
-                    "path": self.file_name,
-                    "starting_time": start,
-                    "duration": duration,
-                    "message_count": self.message_count,
-                }
-            ],
-            "custom_data": self.custom_data,
-            "ros_distro": ROS_DISTRO,
-        }
+    def close(self) -> None:
+        """Close the files; a second call does nothing."""
+        for file in self.files:
+            file.close()
+        if self.foreign is not None and self.foreign.stack is not None:
+            self.foreign.close()
 
-    def _write_metadata(self) -> None:
-        scratch = self.path / "metadata.yaml.tmp"
-        scratch.write_text(_dump({"rosbag2_bagfile_information": self._metadata()}), "utf-8")
-        scratch.replace(self.path / "metadata.yaml")  # at no time half a file
+    def __iter__(self) -> Iterator[Message]:
+        return self.read()
+
+    @property
+    def topics(self) -> dict[str, str]:
+        """Name -> type of every topic, also of those without messages."""
+        if self.foreign is not None:
+            return {c.topic: c.msgtype for c in self.foreign.connections}
+        return {topic: kind for file in self.files for topic, kind in topics_of(file).values()}
+
+    def read(self, topics: Collection[str] | None = None) -> Iterator[Message]:
+        """Messages of some topics, None: of all."""
+        yield from self._foreign(topics) if self.foreign is not None else self._sorted(topics)
+
+    # ---- opening
+
+    def _open(self) -> None:
+        try:
+            paths, compressed = self._paths()
+            if compressed or not all(path.suffix == ".mcap" for path in paths):
+                self._open_foreign()
+                return
+            problem = ""
+            for path in paths:
+                try:
+                    self.files.append(McapFile(path))
+                except (Unreadable, OSError) as error:
+                    problem = f"{path.name}: {_reason(error)}"
+                    self.damage.add(problem, chunks=1, size=path.stat().st_size if path.exists() else 0)
+        except OSError as error:
+            raise BagError(_cannot_read(self.path, _reason(error))) from None
+        if not self.files:
+            raise BagError(_cannot_read(self.path, problem))
+        for file in self.files:
+            for loss in file.losses:
+                self._lost(file, *loss)
+            if file.cut_off and not file.losses:
+                self.damage.add(f"{file.path.name} ends without its index, as of a recording that was cut off")
+        if not self.custom_data:
+            self.custom_data = _custom_data(self.files)
+
+    def _paths(self) -> tuple[list[Path], bool]:
+        """Files of the bag, and whether the files or messages are compressed as a whole."""
+        if not self.path.exists():
+            raise BagError(
+                f"bag {shown(os.fspath(self.path))} does not exist: nothing was read; give the directory of a bag"
+            )
+        if not self.path.is_dir():
+            if not self.path.is_file():
+                raise BagError(_cannot_read(self.path, "it is neither a directory nor a file"))
+            return [self.path], False
+        try:
+            info = _metadata(self.path)
+        except ValueError as error:
+            paths = sorted(self.path.glob("*.mcap"))
+            if not paths:
+                raise BagError(_cannot_read(self.path, str(error))) from None
+            self.damage.add(f"{error}, and is not used")
+            return paths, False
+        self.custom_data = info["custom_data"]
+        paths = [self.path / PurePath(name).name for name in info["relative_file_paths"]]  # never outside of the bag
+        there = sorted(self.path.glob("*.mcap"))
+        if there and not all(path.is_file() for path in paths):
+            self.damage.add("metadata.yaml names files that are not there, and is not used")
+            return there, False
+        return paths, info.get("compression_mode", "") in ("file", "message", "FILE", "MESSAGE")
+
+    def _open_foreign(self) -> None:
+        for path in [self.path] if self.path.is_file() else sorted(self.path.glob("*.db3")):
+            if path.suffix == ".db3":
+                _check_sizes(path)
+        try:
+            reader = AnyReader([self.path], default_typestore=STORE)
+            reader.open()
+        except Exception as error:  # rosbags, sqlite3 and yaml raise what they like on damaged files
+            raise BagError(_cannot_read(self.path, _reason(error))) from None
+        self.foreign = reader
+
+    # ---- reading
+
+    def pieces(self) -> Iterator[tuple[McapFile, list[Raw]]]:
+        """Messages as they stand in the files, piece by piece, in order of the files."""
+        for file in self.files:
+            for piece in file.pieces:
+                yield file, self._load(file, piece)
+
+    def nameless(self, file: McapFile, channel: int) -> None:
+        """Report messages of a channel that `topics_of` does not have."""
+        topic = f"of '{file.channels[channel].topic}' that are not CDR" if channel in file.channels else "of a channel"
+        self.damage.add(f"messages {topic} or whose description is lost are left out, in {file.path.name}")
+
+    def _lost(self, file: McapFile, offset: int, size: int, why: str, chunk: bool = True) -> None:
+        self.damage.add(f"{why}, at byte {offset} of {file.path.name}", chunks=int(chunk), size=size)
+
+    def _sorted(self, topics: Collection[str] | None) -> Iterator[Message]:
+        """Messages of the pieces of all files. Pieces that overlap in time are held until they can be merged."""
+        work = sorted(((piece, file) for file in self.files for piece in file.pieces), key=lambda item: item[0].first)
+        held: list[tuple[int, int, Message]] = []
+        size, newest = 0, -1
+        for number, (piece, file) in enumerate(work):
+            raw = self._load(file, piece, newest)
+            names = topics_of(file)
+            order = len(held)
+            for item in raw:
+                name = names.get(item.channel)
+                if name is None:
+                    self.nameless(file, item.channel)
+                elif topics is None or name[0] in topics:
+                    order += 1
+                    held.append((item.time, order, Message(*name, item.time, item.data)))
+                    size += len(item.data)
+            held.sort(key=itemgetter(0))  # stable
+            until = work[number + 1][0].first if number + 1 < len(work) else None
+            ready = len(held)
+            if until is not None and size < HELD_MOST:
+                while ready and held[ready - 1][0] >= until:
+                    ready -= 1
+            for time, _, message in held[:ready]:
+                yield message
+                newest = time
+            del held[:ready]
+            size = sum(len(message.data) for *_, message in held) if held else 0
+
+    def _load(self, file: McapFile, piece: Piece, newest: int = -1) -> list[Raw]:
+        try:
+            raw = file.messages(piece)
+            if raw and min(item.time for item in raw) < min(newest, piece.first):
+                raise Unreadable("the times of a chunk are not those that it says")
+        except (Unreadable, OSError) as error:
+            self._lost(file, piece.offset, piece.size, _reason(error))
+            return []
+        return raw
+
+    def _foreign(self, topics: Collection[str] | None) -> Iterator[Message]:
+        reader = self.foreign
+        assert reader is not None
+        chosen = [c for c in reader.connections if topics is None or c.topic in topics]
+        try:
+            for connection, time, raw in reader.messages(connections=chosen) if chosen else ():
+                data = bytes(raw)
+                if not reader.is2:
+                    message = _rebuilt(reader.deserialize(raw, connection.msgtype), connection.msgtype)
+                    data = bytes(STORE.serialize_cdr(message, connection.msgtype))
+                yield Message(connection.topic, connection.msgtype, time, data)
+        except Exception as error:  # as above; what came before is whole
+            self.damage.add(f"reading ended early ({_reason(error)})")
 
 
-def read_metadata(path: str | os.PathLike) -> dict:
-    """The ``rosbag2_bagfile_information`` of a bag directory; BagError if there is none."""
-    try:
-        return yaml.safe_load((Path(path) / "metadata.yaml").read_text("utf-8"))["rosbag2_bagfile_information"]
-    except (OSError, yaml.YAMLError, KeyError, TypeError) as error:
-        raise BagError(
-            f"'{path}' is not a bag directory ({type(error).__name__}: {error}): nothing was read; "
-            f"give the directory that holds metadata.yaml"
-        ) from None
+def read_bag(path: str | os.PathLike, damage: Damage | None = None) -> Iterator[Message]:
+    """Messages of a bag in order of log time; BagError if nothing can be read.
 
-
-def read_bag(path: str | os.PathLike) -> Iterator[Message]:
-    """Messages of a bag in order of log time, of any rosbag2 storage; BagError if it cannot be read."""
-    if Path(path).is_dir():
-        read_metadata(path)  # says plainly what is wrong with it, readers do not
-    try:
-        with AnyReader([Path(path)]) as reader:
-            for connection, time, data in reader.messages():
-                yield Message(connection.topic, connection.msgtype, time, bytes(data))
-    except FileNotFoundError:
-        raise BagError(f"bag '{path}' does not exist: nothing was read; give the directory of a bag") from None
-    except (AnyReaderError, ReaderError) as error:
-        raise BagError(
-            f"bag '{path}' cannot be read ({error}): if the recording was cut off, recover it into a new bag first"
-        ) from None
-
-
-class Recovery(NamedTuple):
-    """What `recover` gave back: messages, their time span [s], and why reading ended ("" = the bag was whole)."""
-
-    messages: int
-    duration: float
-    ended_by: str
-
-
-def recover(src: str | os.PathLike, dst: str | os.PathLike) -> Recovery:
-    """Copy every message that can still be read from a cut-off bag into a new one.
-
-    src: bag directory or .mcap file; dst: bag directory to make. Schemas, QoS, times and custom data are kept.
-    BagError if src holds no MCAP file or dst exists.
+    damage: filled with what was lost, at the latest behind the last message; without it that is a DamageWarning.
     """
-    src = Path(src)
-    files = [src] if src.is_file() else sorted(src.glob("*.mcap"))
-    if not files:
-        raise BagError(f"'{src}' holds no .mcap file: nothing to recover; give a bag directory or an .mcap file")
+    with BagReader(path) as reader:
+        yield from reader
+        report(reader, damage)
+
+
+def report(reader: BagReader, damage: Damage | None) -> None:
+    """Hand the damage on to who asked for it; else warn."""
+    if damage is not None:
+        vars(damage).update(vars(reader.damage))
+    elif reader.damage:
+        warnings.warn(str(reader.damage), DamageWarning, stacklevel=3)
+
+
+def read_metadata(path: str | os.PathLike) -> dict[str, Any]:
+    """The ``rosbag2_bagfile_information`` of a bag directory, checked; BagError if there is none."""
     try:
-        custom_data = read_metadata(src if src.is_dir() else src.parent).get("custom_data")
-    except BagError:
-        custom_data = None
-    ended_by, first, last = "", None, None
-    with BagWriter(dst, custom_data=custom_data) as writer:
-        for file in files:
-            schemas, channels = {}, {}
-            for record in _records(file):
-                if isinstance(record, records.Schema):
-                    schemas[record.id] = record
-                elif isinstance(record, records.Channel):
-                    channels[record.id] = record
-                    schema = schemas[record.schema_id]
-                    writer.declare(
-                        record.topic,
-                        schema.name,
-                        schema=schema.data.decode(),
-                        digest=record.metadata.get("topic_type_hash", ""),
-                        profiles=record.metadata.get("offered_qos_profiles", ""),
-                    )
-                elif isinstance(record, records.Message):
-                    channel = channels[record.channel_id]
-                    writer.add(
-                        channel.topic,
-                        schemas[channel.schema_id].name,
-                        record.log_time,
-                        record.data,
-                        record.publish_time,
-                    )
-                    first = record.log_time if first is None else min(first, record.log_time)
-                    last = record.log_time if last is None else max(last, record.log_time)
-                elif isinstance(record, Exception):
-                    ended_by = f"{file.name}: {type(record).__name__} {record}".rstrip()
-    return Recovery(writer.message_count, ((last or 0) - (first or 0)) * 1e-9, ended_by)
+        return _metadata(Path(path))
+    except ValueError as error:
+        raise BagError(
+            f"'{path}' is not a bag directory ({error}): nothing was read; give the directory that holds metadata.yaml"
+        ) from None
 
 
-def _records(file: Path) -> Iterator[object]:
-    """Records of an MCAP file up to the first that cannot be read; that failure is the last item."""
-    with open(file, "rb") as stream:
-        reader = iter(StreamReader(stream, validate_crcs=True).records)
-        while True:
-            try:
-                yield next(reader)
-            except StopIteration:
-                return
-            except Exception as error:  # a torn record may fail in any way: end of file, zstd, checksum, unpacking
-                yield error
-                return
+def _metadata(path: Path) -> dict[str, Any]:
+    """As above, types of what is used checked; ValueError with the reason."""
+    file = path / "metadata.yaml"
+    try:
+        if file.stat().st_size > METADATA_MOST:
+            raise ValueError(f"metadata.yaml is larger than {size_text(METADATA_MOST)}")
+        info = yaml.safe_load(file.read_text("utf-8"))["rosbag2_bagfile_information"]
+        names, data = info["relative_file_paths"], info.get("custom_data") or {}
+    except (OSError, UnicodeError, yaml.YAMLError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        raise ValueError(f"metadata.yaml: {_reason(error)}") from None
+    if not isinstance(names, list) or not names or not all(isinstance(name, str) and name for name in names):
+        raise ValueError("metadata.yaml: relative_file_paths is not a list of file names")
+    if not isinstance(data, dict) or not all(isinstance(k, str) and isinstance(v, str) for k, v in data.items()):
+        raise ValueError("metadata.yaml: custom_data is not a table of texts")
+    return info | {"custom_data": data}
+
+
+def topics_of(file: McapFile) -> dict[int, tuple[str, str]]:
+    """Channel -> topic and type, of CDR messages whose type is known."""
+    return {
+        channel.id: (channel.topic, file.schemas[channel.schema_id].name)
+        for channel in file.channels.values()
+        if channel.schema_id in file.schemas and channel.message_encoding == "cdr"
+    }
+
+
+def _custom_data(files: list[McapFile]) -> dict[str, str]:
+    """Custom data as an MCAP file keeps it beside metadata.yaml; empty where it does not."""
+    for file in files:
+        try:
+            inner = yaml.safe_load(file.metadata["rosbag2"]["serialized_metadata"])["custom_data"]
+            return {str(key): str(value) for key, value in inner.items()}
+        except (KeyError, TypeError, AttributeError, yaml.YAMLError, RecursionError):
+            continue
+    return {}
+
+
+def _check_sizes(path: Path) -> None:
+    """BagError for a SQLite file with a message that would not fit: it is read row by row, each row whole."""
+    try:
+        database = sqlite3.connect(f"file:{path}?mode=ro", uri=True)
+        try:
+            count, most = database.execute(
+                "SELECT count(*), max(length(data)) FROM messages WHERE length(data) > ?", (RECORD_MOST,)
+            ).fetchone()
+        finally:
+            database.close()
+    except sqlite3.Error as error:
+        raise BagError(_cannot_read(path, str(error))) from None
+    if count:
+        raise BagError(
+            _cannot_read(
+                path, f"{count} messages are above the limit of {size_text(RECORD_MOST)}, up to {size_text(most)}"
+            )
+        )
+
+
+def _reason(error: BaseException) -> str:
+    """One short line of an error."""
+    if isinstance(error, OSError):
+        return error.strerror or type(error).__name__
+    if isinstance(error, yaml.MarkedYAMLError) and error.problem_mark is not None:
+        return f"{error.problem} in line {error.problem_mark.line + 1}"
+    text = " ".join(str(error).split())
+    name = "" if isinstance(error, (Unreadable, ValueError)) else f"{type(error).__name__}: "
+    return f"{name}{text[:200]}"
+
+
+def _cannot_read(path: str | os.PathLike, why: str) -> str:
+    return (
+        f"bag {shown(os.fspath(path))} cannot be read ({why}): nothing was read; give the directory of a bag, an .mcap "
+        f"file or a .bag file"
+    )
+
+
+def _rebuilt(message: object, msgtype: str) -> Any:
+    """A ROS 1 message as its ROS 2 type, by field name: ROS 1 headers have one field more."""
+    cls: Any = STORE.types[msgtype]
+    values: dict[str, Any] = {}
+    for name, (node, what) in STORE.get_msgdef(msgtype).fields:
+        value = getattr(message, name)
+        values[name] = _rebuilt(value, str(what)) if node.name == "NAME" else value
+    return cls(**values)

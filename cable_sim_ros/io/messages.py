@@ -3,25 +3,19 @@
 Read with `struct` at fixed places after the strings, and checked on the way: whatever leaves here is finite, has a
 unit quaternion in ENU axes, and is what a ship can do, or is what a winch may be commanded. Live topics and bags give
 the same bytes, so both are read by the same decoder. Source: OMG DDSI-RTPS 10 (plain CDR), REP-103, REP-145.
-`read_motion` reads the bytes from a bag of any kind.
+io/bag_motion.py reads the bytes from a bag of any kind.
 """
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator
 from math import degrees, isfinite, isinf, isnan, nan, pi, sqrt
-from pathlib import Path
 from struct import Struct
 from typing import Any, NamedTuple
-
-from rosbags.highlevel import AnyReader, AnyReaderError
 
 from ..physics.heave import Convention
 from ..sim.attitude import angles_of
 from ..sim.inputs import MOST_COMMAND, MOST_PITCH, MOST_POSITION, MOST_RATE, MOST_SPEED, NORM_WITHIN
-from .bag import BagError
-from .typestore import STORE
+from .bag_writer import BagError
 
 MOST_FORCE = 50.0  # m/s^2
 JOINT = "payout"  # of a winch command
@@ -279,51 +273,3 @@ def find_topics(topics: dict[str, str], asked: dict[str, str] | None = None) -> 
         if named:
             found[kind] = named[0]
     return found
-
-
-def _rebuilt(message: object, msgtype: str) -> Any:
-    """A ROS 1 message as its ROS 2 type, by field name: ROS 1 headers have one field more."""
-    cls: Any = STORE.types[msgtype]
-    values: dict[str, Any] = {}
-    for name, (node, what) in STORE.get_msgdef(msgtype).fields:
-        value = getattr(message, name)
-        values[name] = _rebuilt(value, str(what)) if node.name == "NAME" else value
-    return cls(**values)
-
-
-def read_motion(path: str | os.PathLike, topics: dict[str, str] | None = None) -> Iterator[tuple[int, str, bytes]]:
-    """(log time ns, kind, CDR bytes) of a bag: rosbag2 (MCAP, SQLite) or a ROS 1 file.
-
-    kind is "imu", "odometry" or "command"; topics: kind -> name where the search by type and name is not to decide.
-    Order: time, then topic, then order of recording. BagError if the bag cannot be read or has no ship motion.
-    """
-    path = Path(path)
-    if not path.exists():
-        raise BagError(f"bag '{path}' does not exist: nothing was read; give the directory of a bag or a .bag file")
-    try:
-        with AnyReader([path], default_typestore=STORE) as reader:
-            names = find_topics({c.topic: c.msgtype for c in reader.connections}, topics)
-            if not {"imu", "odometry"} & set(names):
-                raise BagError(
-                    f"bag '{path}' has neither {KINDS['imu'][0]} nor {KINDS['odometry'][0]}: no ship motion "
-                    f"was read; record imu/data or odom"
-                )
-            kinds = {name: kind for kind, name in names.items()}
-            chosen = [c for c in reader.connections if c.topic in kinds]
-            same: list[tuple[str, bytes]] = []  # messages of one time
-            now = 0
-            for connection, time, raw in reader.messages(connections=chosen):
-                data = bytes(raw)
-                if not reader.is2:
-                    message = _rebuilt(reader.deserialize(raw, connection.msgtype), connection.msgtype)
-                    data = bytes(STORE.serialize_cdr(message, connection.msgtype))
-                if time != now:
-                    yield from ((now, kinds[topic], data) for topic, data in sorted(same, key=lambda item: item[0]))
-                    same, now = [], time
-                same.append((connection.topic, data))
-            yield from ((now, kinds[topic], data) for topic, data in sorted(same, key=lambda item: item[0]))
-    except (AnyReaderError, FileNotFoundError) as error:
-        raise BagError(
-            f"bag '{path}' cannot be read ({error}): give the directory of a bag or a .bag file; "
-            f"if the recording was cut off, recover it first"
-        ) from None

@@ -18,12 +18,13 @@ from ..physics.heave import Heave, MotionInput
 from ..physics.inputs import Inputs
 from ..sim.scene import Scene
 from . import journal
-from .bag import BagError, read_bag, read_metadata
+from .bag import BagError, BagReader, Damage, report
+from .bag_motion import read_motion
 from .channels import CHANNELS, channel_of, decode, decode_frames
 from .clock import CONFIRM, DataClock, Stamp
 from .commands import NEVER, CommandIngest
 from .intake import Intake, Took
-from .messages import KINDS, read_motion, stamp_of
+from .messages import KINDS, stamp_of
 from .motion import MotionIngest
 
 STILL = 1_000_000_000  # ns; a longer step of the stamps says nothing of how long a bag lasts
@@ -57,6 +58,7 @@ class RecordedTow:
     about: dict[str, str] = field(default_factory=dict)  # custom data of the bag
     journal: list[bytes] = field(default_factory=list)
     notices: list[str] = field(default_factory=list)  # what a user should know of the bag
+    damage: str = ""  # what could not be read
 
     @cached_property
     def spans(self) -> list[Span]:
@@ -104,32 +106,31 @@ def read_tow(path: str | os.PathLike, *, imu_only: bool = False) -> RecordedTow:
     path = os.fspath(path)
     outputs: dict[str, list[bytes]] = {}
     entries: list[bytes] = []
-    try:
-        about = read_metadata(path).get("custom_data") or {}
-        for message in read_bag(path):
+    damage, lost = Damage(), Damage()
+    with BagReader(path) as reader:
+        about = dict(reader.custom_data)
+        ours = [name for name, kind in reader.topics.items() if channel_of(name, kind) or _is_journal(name, kind)]
+        for message in reader.read(ours) if ours else ():
             channel = channel_of(message.topic, message.msgtype)
             if channel is not None:
                 outputs.setdefault(channel.name, []).append(message.data)
-            elif message.msgtype == journal.MSGTYPE and f"/{message.topic}".endswith(f"/{journal.TOPIC}"):
+            else:
                 entries.append(message.data)
-    except BagError:  # a lone file or one of ROS 1 can hold nothing of ours
-        about = {}
+        report(reader, damage)
+    events = []
     try:
-        events = [
-            Event(stamp_of(data) or time, time, kind, data)
-            for time, kind, data in read_motion(path)
-            if not (imu_only and kind == "odometry")
-        ]
+        for time, kind, data in read_motion(path, damage=lost):
+            if not (imu_only and kind == "odometry"):
+                events.append(Event(stamp_of(data) or time, time, kind, data))
     except BagError:
-        if not entries:
+        if not entries:  # with them it is a run without motion
             raise
-        events = []  # a run without motion
     if not entries and not any(event.kind != "command" for event in events):
         raise BagError(
             f"bag '{path}' holds no {KINDS['imu'][0]}: nothing was simulated; leave --imu-only out, or give "
             "a bag with an IMU"
         )
-    tow = RecordedTow(path, events, outputs, about, entries)
+    tow = RecordedTow(path, events, outputs, about, entries, damage=str(lost or damage) if lost or damage else "")
     if not usable_arrivals(events):
         tow.events = by_stamps(events)
         tow.notices.append(
@@ -137,6 +138,10 @@ def read_tow(path: str | os.PathLike, *, imu_only: bool = False) -> RecordedTow:
             f"messages are taken in their order, as if each had come at once"
         )
     return tow
+
+
+def _is_journal(topic: str, msgtype: str) -> bool:
+    return msgtype == journal.MSGTYPE and f"/{topic}".endswith(f"/{journal.TOPIC}")
 
 
 def usable_arrivals(events: list[Event]) -> bool:

@@ -113,7 +113,8 @@ def live(
     settings = {
         "scene": str(scene),
         "recording.enabled": True,
-        "recording.path": str(tow),
+        "recording.root": str(out.absolute()),
+        "recording.path": tow.name,
         "statistics_file": str(figures),
     } | (parameters or {})
     command = (node_command or [sys.executable, "-m", "cable_sim_ros.ros.node"]) + ["--ros-args"]

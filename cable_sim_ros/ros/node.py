@@ -26,6 +26,7 @@ from ..io.channels import CHANNELS, Context, Encoder
 from ..io.journal import MSGTYPE as JOURNAL_TYPE
 from ..io.journal import TOPIC as JOURNAL
 from ..io.messages import CAUSES, KINDS
+from ..io.recording_place import name_problem
 from ..sim.flag_rules import FAILED
 from ..sim.live import changed, ways
 from .declare import declare, overrides_of
@@ -218,9 +219,11 @@ class CableSimNode(LifecycleNode):
 
     def _on_record(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         if not request.data:
-            stats = self._finish_recording()
+            stats = self._finish_recording(timeout=2.0)  # inputs wait meanwhile; a slow disk goes on writing behind it
             response.success = stats is not None
             response.message = f"{stats.written} messages in {self.recording.path}" if stats else "nothing was recorded"
+            if stats is not None and stats.error:
+                response.message += f"; {stats.dropped} lost: {stats.error}"
         elif self.publisher is None:
             response.success, response.message = False, "the node is not configured: there is nothing to record"
         else:
@@ -230,24 +233,30 @@ class CableSimNode(LifecycleNode):
 
     def _begin_recording(self) -> str:
         """Begin a recording; returns "" or why there is none."""
-        text = self.recording.start()
+        text = self.recording.start(self._finish_recording)
         recorder = self.recording.recorder
         if not text and recorder is not None and self.publisher is not None:
             topic = f"{self.get_namespace().rstrip('/')}/{JOURNAL}"
-            journal = self.session.new_journal(lambda data: recorder.put(topic, JOURNAL_TYPE, time.time_ns(), data))
+
+            def put(data: bytes) -> None:
+                recorder.put(topic, JOURNAL_TYPE, time.time_ns(), data, keep=True)
+
+            journal = self.session.new_journal(put)
             self.publisher.record(recorder, journal)  # first: it must miss no tick
             self.session.record(journal)
         return text
 
-    def _finish_recording(self):
+    def _finish_recording(self, timeout: float = 10.0):
         if self.publisher is not None:
             self.publisher.end_recording()
         self.session.journal = None
-        return self.recording.stop()
+        return self.recording.stop(timeout)
 
     def _may_set(self, parameters) -> SetParametersResult:
         rows = {row.name: row for row in self.settings.rows}
         for parameter in parameters:  # of live ones: rclpy refuses the others, which it was told are read-only
+            if parameter.name == "recording.path" and (text := name_problem(parameter.name, parameter.value)):
+                return SetParametersResult(successful=False, reason=text)
             if parameter.name in rows:
                 try:
                     checked(rows[parameter.name], parameter.value)

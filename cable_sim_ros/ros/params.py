@@ -14,6 +14,7 @@ from types import UnionType
 from typing import Any, NamedTuple, Union, get_args, get_origin
 
 from ..io.load import SceneError, SceneWarning, load_scene, override
+from ..io.recording_place import name_problem, root_problem
 from ..io.resources import find_scene
 from ..physics.heave import Heave, MotionInput
 from ..physics.quantity import Block, quantity
@@ -38,14 +39,20 @@ class RecordingParameters(Block):
     enabled: bool = quantity(
         False, "", None, None, "record every input and output from activation on; ~/record does so while running"
     )
+    root: str = quantity(
+        "recordings", "", None, None, "folder of all recordings, made with the first; relative to the working directory"
+    )
     path: str = quantity(
         "",
         "",
         None,
         None,
-        "bag directory to make; empty: tow_<date and time> in the working directory. A second "
-        "recording of one run gets _2, _3, ... behind the name",
+        "name of the bag to make under recording.root: 1 to 64 of A-Z a-z 0-9 _ -; empty: tow_<date and time>. A "
+        "second recording of one run gets _2, _3, ... behind the name",
         configure=False,
+    )
+    least_free: float = quantity(
+        200.0, "MB", 0.0, 1e6, "free space of the disk below which no recording begins and one under way ends; 0: none"
     )
 
 
@@ -223,6 +230,12 @@ def settle(overrides: dict[str, Any]) -> Settings:
             f"fixed time, the node needs one step a tick; nothing was started. Leave it out, or use cable-sim run"
         )
     node = NodeBlock.model_validate(node_tree)
+    recording = node.recording
+    problem = name_problem("recording.path", recording.path)
+    if recording.enabled and not problem:
+        problem = root_problem("recording.root", recording.root, round(recording.least_free * 1e6))
+    if problem:
+        raise ParameterError(problem)
     return Settings(
         scene,
         str(find_scene(given)),

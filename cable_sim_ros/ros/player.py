@@ -17,7 +17,8 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import NamedTuple
 
-from ..io.messages import KINDS, read_motion, stamp_of
+from ..io.bag_motion import read_motion
+from ..io.messages import KINDS, stamp_of
 from ..io.resources import find_bag
 from .topics import message_class
 

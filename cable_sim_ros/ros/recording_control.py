@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-import time
+from collections.abc import Callable
 from pathlib import Path
 
 from .. import __version__
-from ..io.bag import BagError
+from ..io.bag_writer import BagError
 from ..io.load import dump_scene
 from ..io.recorder import Recorder, RecorderStats
+from ..io.recording_place import Names, name_problem, root_problem
 from .params import Settings
+
+MEGABYTE = 1_000_000
 
 
 class RecordingControl:
@@ -18,19 +21,27 @@ class RecordingControl:
     def __init__(self, settings: Settings, namespace: str) -> None:
         self.settings, self.namespace = settings, namespace
         self.wanted = settings.node.recording.path
+        self.names = Names(settings.node.recording.root)
         self.path: Path | None = None
         self.recorder: Recorder | None = None
+        self._closing: Recorder | None = None
         self._last: RecorderStats | None = None
 
-    def start(self) -> str:
-        """Begin a recording; returns "" or why there is none."""
+    def start(self, finish: Callable[[], object]) -> str:
+        """Begin a recording; returns "" or why there is none. finish(): ends one that has ended by itself."""
         if self.recorder is not None:
-            return f"already recording to {self.path}"
-        path = Path(self.wanted or time.strftime("tow_%Y%m%d_%H%M%S"))
-        number = 1
-        while path.exists() and self._last is not None:  # a second recording of this run
-            number += 1
-            path = path.with_name(f"{Path(self.wanted or path.name).name}_{number}")
+            ended = self.recorder.stats().ended
+            if not ended:
+                return f"already recording to {self.path}"
+            finish()
+        if self._closing is not None and self._closing.alive:
+            return f"no recording: the disk has not taken all of {self.path} yet; try again"
+        block = self.settings.node.recording
+        least_free = round(block.least_free * MEGABYTE)
+        problem = name_problem("recording.path", self.wanted) or root_problem("recording.root", block.root, least_free)
+        if problem:
+            return f"no recording: {problem}"
+        path = self.names.next(self.wanted)
         try:
             self.recorder = Recorder(
                 path,
@@ -41,18 +52,23 @@ class RecordingControl:
                     "namespace": self.namespace,
                     "node": self.settings.node.model_dump_json(),
                 },
+                least_free=least_free,
             )
         except (BagError, OSError) as error:
             return f"no recording: {error}"
+        self.names.made()
         self.path = path
         return ""
 
-    def stop(self) -> RecorderStats | None:
-        """Finish the recording; its counts, None when there was none."""
+    def stop(self, timeout: float = 10.0) -> RecorderStats | None:
+        """Finish the recording; its counts, None when there was none.
+
+        timeout: s to wait for the disk, which goes on writing behind it.
+        """
         recorder, self.recorder = self.recorder, None
         if recorder is None:
             return None
-        self._last = recorder.close()
+        self._last, self._closing = recorder.close(timeout), recorder
         return self._last
 
     def stats(self) -> RecorderStats | None:

@@ -12,7 +12,7 @@ from ..sim.verdict import check, verdict_of
 # by name, so that nothing is imported that a command does not need; ours from that of the user or the data
 EXPECTED = {
     "cable_sim_ros.io.load.SceneError": CODE_INPUT,
-    "cable_sim_ros.io.bag.BagError": CODE_INPUT,
+    "cable_sim_ros.io.bag_writer.BagError": CODE_INPUT,
     "cable_sim_ros.io.motion_table.MotionError": CODE_INPUT,
     "cable_sim_ros.io.winch_plan.PlanError": CODE_INPUT,
     "cable_sim_ros.io.resources.ResourceError": CODE_INPUT,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import tempfile
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..io.bag import BagError
+from ..io.bag_writer import BagError, cannot_make
 from ..io.journal import read_journal
 from ..io.load import load_scene, override, scene_from_text
 from ..io.motion_table import MotionError, read_table, sine_heave
@@ -126,7 +127,7 @@ def run(
     result.figures["imu_only"] = imu_only
     if plan is not None:
         result.figures["winch"] = str(plan)
-    judged(result, scene, one.doubts)
+    judged(result, scene, [*one.doubts, *_damage(tow)])
     _write_summary(out, result)
     return result
 
@@ -176,9 +177,13 @@ def replay(
     if own:  # another scene is compared on purpose
         mean = result.figures.get("tension_mean_n", 0.0)
         doubts += verdict.differences(result.residuals, mean, bool(told.segments))
-    judged(result, scene, doubts)
+    judged(result, scene, [*doubts, *_damage(tow)])
     _write_summary(out, result)
     return result
+
+
+def _damage(tow: RecordedTow | None) -> list[Reason]:
+    return [verdict.check("DAMAGE", tow.damage)] if tow is not None and tow.damage else []
 
 
 def judged(result: Run, scene: Scene | None, others: Iterable[Reason] = ()) -> Run:
@@ -312,12 +317,16 @@ def _bag_path(out: str | os.PathLike | None) -> Path | None:
     if out is None:
         return None
     bag = Path(out) / "tow"
-    if bag.exists():  # said before the run, not after it
-        raise BagError(
-            f"'{bag}' exists already: nothing was simulated, a recording is not overwritten; "
-            "give another folder with --out, or remove it"
-        )
-    Path(out).mkdir(parents=True, exist_ok=True)
+    try:  # said before the run, not after it
+        if bag.exists():
+            raise BagError(
+                f"'{bag}' exists already: nothing was simulated, a recording is not overwritten; "
+                "give another folder with --out, or remove it"
+            )
+        Path(out).mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=os.fspath(out)).close()
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+        raise BagError(f"{cannot_make(bag, error)} with --out; nothing was simulated") from None
     return bag
 
 

@@ -14,7 +14,8 @@ from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_typestore
 
 from cable_sim_ros.io.bag import BagError, BagWriter
-from cable_sim_ros.io.messages import CAUSES, Refused, decode_imu, decode_odometry, find_topics, read_motion
+from cable_sim_ros.io.bag_motion import read_motion
+from cable_sim_ros.io.messages import CAUSES, Refused, decode_imu, decode_odometry, find_topics
 from cable_sim_ros.io.motion import MotionIngest
 from cable_sim_ros.io.typestore import STORE
 from cable_sim_ros.physics.frame import Source

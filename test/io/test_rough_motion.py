@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from test_motion import BAGS, STEP, T0, S, imu, ingest, newest, odometry, samples
 
-from cable_sim_ros.io.messages import read_motion
+from cable_sim_ros.io.bag_motion import read_motion
 from cable_sim_ros.io.motion import MotionIngest
 from cable_sim_ros.io.position_rate_fit import PositionRateFit
 from cable_sim_ros.io.replay import Event, RecordedTow

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 from scipy.signal import csd, welch
 
-from cable_sim_ros.io.messages import decode_imu, decode_odometry, read_motion
+from cable_sim_ros.io.bag_motion import read_motion
+from cable_sim_ros.io.messages import decode_imu, decode_odometry
 from cable_sim_ros.physics.heave import SETTLED, Heave, HeaveFilter, response
 from cable_sim_ros.sim.attitude import rotation
 

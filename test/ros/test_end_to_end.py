@@ -39,7 +39,9 @@ def test_topics_frames_stamps_and_recording(world, bag):
     ears.listen(DiagnosticArray, "/diagnostics")
 
     path = world.folder / "tow"
-    node = world.node(recording__enabled=True, recording__path=str(path)).until("waiting")
+    node = world.node(recording__enabled=True, recording__root=str(path.parent), recording__path=path.name).until(
+        "waiting"
+    )
     player = world.run("cable_sim_ros.cli", "play", str(bag), "--duration", "6")
     node.until("running")
     assert player.wait(20.0) == 0, player.text

@@ -1,0 +1,69 @@
+"""Where recordings of the node go: a name under one root, and nothing else."""
+
+from __future__ import annotations
+
+import os
+import re
+import time
+from pathlib import Path
+
+from .bag_writer import shown
+from .recorder import too_full
+
+NAME_MOST = 64  # characters
+NAME = re.compile(rf"[A-Za-z0-9_-]{{1,{NAME_MOST}}}")
+
+
+def name_problem(key: str, value: str) -> str:
+    """ "" or why a value is no name of a recording; empty: the default name."""
+    if not value or NAME.fullmatch(value):
+        return ""
+    return (
+        f"parameter '{key}' = {shown(value)} is not a name for a recording: 1 to {NAME_MOST} of A-Z a-z 0-9 _ - are "
+        f"allowed, no path; nothing was recorded. Give a name, and its folder as recording.root"
+    )
+
+
+def root_problem(key: str, root: str, least_free: int) -> str:
+    """ "" or why no recording can be made under a root, now; least_free: bytes that must be left on its disk."""
+    why = ""
+    try:
+        place = Path(root).absolute()
+        while not place.exists():  # made with the first recording
+            place = place.parent
+        if not place.is_dir():
+            why = f"'{place}' is not a folder"
+        elif not os.access(place, os.W_OK | os.X_OK):
+            why = f"'{place}' cannot be written to"
+        else:
+            why = too_full(place, least_free)
+    except (OSError, ValueError) as error:  # ValueError: a NUL in it
+        why = str(error.strerror if isinstance(error, OSError) else error)
+    if not why:
+        return ""
+    return f"parameter '{key}' = {shown(root)}: {why}; nothing was recorded. Give a folder that can be written to"
+
+
+class Names:
+    """Free places under a root: a name itself, then name_2, name_3, ... for further recordings of the same run."""
+
+    def __init__(self, root: str) -> None:
+        self.root = Path(root)
+        self._base, self._number = "", 0  # of the last one that was made
+        self._asked = ("", 0)
+
+    def next(self, wanted: str) -> Path:
+        """Where the next recording goes; wanted: "" for tow_<date and time>. A wanted name may be there from before."""
+        base = wanted or time.strftime("tow_%Y%m%d_%H%M%S")
+        number = self._number if base == self._base else 0
+        while True:
+            number += 1
+            suffix = "" if number == 1 else f"_{number}"
+            path = self.root / (base[: NAME_MOST - len(suffix)] + suffix)
+            if not os.path.lexists(path) or (number == 1 and wanted):
+                self._asked = base, number
+                return path
+
+    def made(self) -> None:
+        """The place given last is taken now."""
+        self._base, self._number = self._asked
