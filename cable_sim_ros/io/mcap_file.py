@@ -189,7 +189,8 @@ class McapFile:
         apart = all(a.offset + a.size <= b.offset for a, b in zip(pieces, pieces[1:]))
         known = bool(self.channels) or not pieces
         whole = statistics is not None and statistics.chunk_count == len(pieces) and apart and known
-        if statistics is None or not whole or (statistics.message_count and not pieces) or (pieces and _end(pieces[-1]) > start):
+        counted = statistics is not None and (pieces or not statistics.message_count)
+        if not whole or not counted or (pieces and _end(pieces[-1]) > start):
             self.schemas, self.channels, self.metadata = {}, {}, {}
             return False
         self.pieces = pieces

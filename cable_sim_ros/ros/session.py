@@ -27,6 +27,7 @@ from ..physics.frame import Source
 from ..physics.inputs import MOTION_ROWS, SOURCE
 from ..sim.build import make_output
 from ..sim.carry import carried_over
+from ..sim.current import turned_current
 from ..sim.live import changed, set_live
 from ..sim.simulator import Simulator, StartError
 from .loop import MAPPING, RESYNCS, SKIPPED, TARGET, Loop
@@ -230,6 +231,9 @@ class Session:
         self.built_loop.start(begin, target)
         self.running_since = time.monotonic()
         self.state, self.problem = "running", ""
+        turned = turned_current(self.scene, float(sample[5]))
+        if turned:
+            self.log("warn", turned)
         self.log(
             "info",
             f"running from stamp {begin / SECOND:.3f} s at ({position[0]:.1f}, {position[1]:.1f}) m, "

@@ -7,7 +7,6 @@ import json
 import click
 
 from ..sim.flag_rules import CODE_FAILED, CODE_INPUT
-from ..sim.verdict import check, verdict_of
 
 # by name, so that nothing is imported that a command does not need; ours from that of the user or the data
 EXPECTED = {
@@ -45,6 +44,8 @@ def report(error: BaseException, code: int, as_json: bool) -> int:
     """Say it in one line on stderr, and with --json as the verdict of a run that failed; returns the code."""
     click.echo(f"error: {error}", err=True)
     if as_json and code == CODE_FAILED:
+        from ..sim.verdict import check, verdict_of
+
         verdict = verdict_of([check(CAUSES.get(type(error).__name__, "HALTED"), str(error))])
         click.echo(json.dumps({"problem": str(error), "verdict": verdict.as_dict()}, indent=1))
     return code

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..sim.verdict import OK
+from ..sim.flag_rules import OK
 
 if TYPE_CHECKING:
     from ..io.replay import Residual

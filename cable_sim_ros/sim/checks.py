@@ -196,7 +196,9 @@ def problems(scene: Scene) -> list[Problem]:
             )
         )
     found += seabed_problems(scene) + seat_problems(scene, place.leaves) + body_problems(scene, place.leaves)
-    found += astern_problems(scene) + wrap_problems(scene, elements(scene), place.wound)
+    found += astern_problems(scene)
+    if not found and not feeds:
+        found += wrap_problems(scene, elements(scene), place.wound)
     pull, (key, stiffness) = downforce(scene), extreme(scene.cable, "axial_stiffness")
     if pull > MOST_STRAIN * stiffness:
         found.append(

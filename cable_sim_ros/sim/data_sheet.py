@@ -37,7 +37,7 @@ def weight_problems(scene: Scene) -> list[Problem]:
             "Check the units of both" + ("" if "termination" in key else "; a depressor's down-force is its lift_area"),
         )
         for key, mass_key, net, mass in things
-        if scene.gravity > 0.0 and net > ROUNDED * mass * scene.gravity
+        if scene.gravity > 0.0 and mass > 0.0 and net > ROUNDED * mass * scene.gravity
     ]
 
 
@@ -114,8 +114,6 @@ def wrap_problems(scene: Scene, elements: list[tuple[float, float, str]], wound:
     elements: (first, last arc length [m], section); wound: length [m] on the drum.
     """
     winch = scene.winch
-    if winch.drum == DrumModel.FEED:
-        return []
     most = 2.0 * winch.drum_radius
     long = next(((a, b, name) for a, b, name in elements if a < wound and b - a > most * (1.0 + 1e-9)), None)
     if long is None:

@@ -1,16 +1,20 @@
-"""Every command helps, every mistake is one line on stderr and code 2."""
+"""Every command helps, every mistake is one line on stderr and code 2, every run ends with its verdict."""
 
+import importlib
 import json
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import click
 import pytest
 from click.testing import CliRunner
 
 from cable_sim_ros import cli
-from cable_sim_ros.runs import offline
+from cable_sim_ros.runs import expected, offline
 from cable_sim_ros.runs.passes import Pass
+from cable_sim_ros.sim.simulator import Simulator, StartError
 
 COMMANDS = {
     "node",
@@ -152,10 +156,70 @@ def test_steps_are_fixed_and_frames_as_far_apart_as_asked_for():
 def test_a_failed_run_is_code_1_and_still_has_figures(monkeypatch):
     whole = offline.run("full_scale", duration=0.1)
     whole.problem = "the solver gave up"
+    offline.judged(whole, None)
     monkeypatch.setattr(offline, "run", lambda *a, **k: whole)
     result = call("run", "full_scale", "--json")
     assert result.exit_code == 1 and json.loads(result.stdout)["problem"] == "the solver gave up"
     assert "error: the solver gave up; the figures are of the part before it" in result.stderr
+    assert json.loads(result.stdout)["verdict"]["state"] == "failed"
+    assert call("run", "full_scale").stdout.splitlines()[-1] == "  HALTED: the solver gave up"
+
+
+def test_the_last_line_is_the_verdict_and_the_exit_code_goes_with_it(tmp_path):
+    """A cable that misses its sheave; the same scene in its place."""
+    scene = tmp_path / "miss.yaml"
+    text = (Path(cli.__file__).parents[1] / "config" / "full_scale.yaml").read_text("utf-8")
+    scene.write_text(text.replace("position: [-36.8, 0.0, 3.7]", "position: [-36.8, 3.0, 3.7]"), "utf-8")
+    ok = call("run", "full_scale", "--motion", "none", "--duration", "1")
+    assert ok.exit_code == 0 and ok.stdout.splitlines()[-1] == "verdict: ok"
+    missed = call("run", scene, "--motion", "none", "--duration", "1")
+    assert missed.exit_code == 4 and missed.stdout.splitlines()[-2].startswith("verdict: doubtful")
+    assert "DETACHED for 1 s (100 % of the run)" in missed.stdout.splitlines()[-1]
+    told = call("run", scene, "--motion", "none", "--duration", "1", "--json", "--out", tmp_path / "out")
+    figures = json.loads(told.stdout)
+    assert told.exit_code == 4 and figures["verdict"]["state"] == "doubtful" and "verdict: doubtful" in told.stderr
+    assert figures["verdict"]["reasons"][0] | {"text": ""} == {
+        "flag": "DETACHED",
+        "seconds": pytest.approx(1.0),
+        "share": 1.0,
+        "figures": figures["verdict"]["reasons"][0]["figures"],
+        "text": "",
+    }
+    assert json.loads((tmp_path / "out" / "summary.json").read_text("utf-8"))["verdict"] == figures["verdict"]
+
+
+@pytest.mark.parametrize("arguments", [("run", "full_scale", "--motion", "none"), ("mesh", "side_scan", "--check")])
+def test_a_start_that_fails_is_one_line_and_code_1(arguments, monkeypatch):
+    def start(self, *given, **named):
+        raise StartError("full_scale: no static equilibrium, residual 12 N", 12.0)
+
+    monkeypatch.setattr(Simulator, "start", start)
+    result = call(*arguments)
+    assert result.exit_code == 1 and "Traceback" not in result.stderr
+    assert result.stderr.splitlines()[-1] == "error: full_scale: no static equilibrium, residual 12 N"
+    told = json.loads(call(*arguments, "--json").stdout)
+    assert told["verdict"]["state"] == "failed" and told["verdict"]["reasons"][0]["flag"] == "NO_START"
+
+
+def test_every_expected_error_is_one_of_ours():
+    """By the name of the module that has it: an error that moves must not become a traceback."""
+    for name, code in expected.EXPECTED.items():
+        module, _, kind = name.rpartition(".")
+        if ".ros." in name:
+            pytest.importorskip("rclpy")
+        error = getattr(importlib.import_module(module), kind)
+        assert error.__module__ == module and code in (1, 2)
+    names = {name.rpartition(".")[2] for name in expected.EXPECTED}
+    internal = {"Refused", "YamlError", "Error"}  # caught where they arise; an estimate of the mesh
+    sources = (Path(cli.__file__).parent).rglob("*.py")
+    declared = set(re.findall(r"^class (\w*Error|Refused)\b", "\n".join(p.read_text("utf-8") for p in sources), re.M))
+    assert declared - internal == names
+
+
+def test_a_warning_is_said_once():
+    result = call("run", "full_scale_westin", "--motion", "none", "--duration", "0.1")
+    said = [line.partition(": ")[2].partition(": ")[2] for line in result.stderr.splitlines()]
+    assert len(said) == len(set(said)) == 2
 
 
 def test_a_replay_says_when_there_is_nothing_to_compare(monkeypatch):

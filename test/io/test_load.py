@@ -72,7 +72,8 @@ TEXTS = {
         "position: [-28.8, 0.0, 3.1]",
         "position: [-28.8, 0.0, 3100]",
         "tow.yaml:12: winch.position = [-28.8, 0.0, 3100] m, component 2, is outside [-200, 200] m (drum centre in "
-        "base_link (x forward, y left, z up)); nothing was started. Give a value in [-200, 200] m",
+        "base_link (x forward, y left, z up); forward of the sheave); nothing was started. Give a value in "
+        "[-200, 200] m",
     ),
     "unknown key": (
         "tow_speed: 2.0",
@@ -144,20 +145,22 @@ TEXTS = {
         "position: [-28.8, 0.0, 3.1]",
         "position: [-28.8, 3.1]",
         "tow.yaml:12: winch.position = [-28.8, 3.1] is a list of 2, expected 3 numbers in [-200, 200] m (drum centre "
-        "in base_link (x forward, y left, z up)); nothing was started. Write for example `position: [1.0, 1.0, 1.0]`",
+        "in base_link (x forward, y left, z up); forward of the sheave); nothing was started. Write for example "
+        "`position: [1.0, 1.0, 1.0]`",
     ),
     "vector too long": (
         "position: [-28.8, 0.0, 3.1]",
         "position: [-28.8, 0.0, 3.1, 1]",
         "tow.yaml:12: winch.position = [-28.8, 0.0, 3.1, 1] is a list of 4, expected 3 numbers in [-200, 200] m (drum "
-        "centre in base_link (x forward, y left, z up)); nothing was started. "
+        "centre in base_link (x forward, y left, z up); forward of the sheave); nothing was started. "
         "Write for example `position: [1.0, 1.0, 1.0]`",
     ),
     "number for a vector": (
         "position: [-28.8, 0.0, 3.1]",
         "position: 3",
         "tow.yaml:12: winch.position = 3 is a number, expected 3 numbers in [-200, 200] m (drum centre in base_link "
-        "(x forward, y left, z up)); nothing was started. Write for example `position: [1.0, 1.0, 1.0]`",
+        "(x forward, y left, z up); forward of the sheave); nothing was started. Write for example `position: "
+        "[1.0, 1.0, 1.0]`",
     ),
     "block for a number": (
         "radius: 0.25",
@@ -193,7 +196,8 @@ TEXTS = {
         "position: [-28.8, 0.0, 3.1]",
         "position: [-28.8, -.inf, 3.1]",
         "tow.yaml:12: winch.position = [-28.8, -inf, 3.1] m is not finite (drum centre in base_link (x forward, y "
-        "left, z up)); nothing was started. Give 3 numbers in [-200, 200] m, for example `position: [1.0, 1.0, 1.0]`",
+        "left, z up); forward of the sheave); nothing was started. Give 3 numbers in [-200, 200] m, for example "
+        "`position: [1.0, 1.0, 1.0]`",
     ),
     "unknown law": (
         "drag_law: ribbon",
@@ -263,11 +267,24 @@ TEXTS = {
         "tow.yaml:12: winch.wrap = 1 rad ends before the cable leaves the drum, 1.564 rad from its top: no cable lies "
         "on the drum; nothing was started. Make it larger than 1.564 rad, by half a turn or more",
     ),
+    "body heavier in water than in air": (
+        "mass: 250.0",
+        "mass: 25.0",
+        "tow.yaml:14: towbody.net_weight = 445 N is more than the dry weight 245.25 N of towbody.mass = 25 kg: "
+        "nothing is "
+        "heavier in water than in air; nothing was started. Check the units of both; a depressor's down-force is its "
+        "lift_area",
+    ),
     "sheave forward of the drum": (
         "position: [-36.8, 0.0, 3.7]",
         "position: [-20.0, 0.0, 3.7]",
-        "tow.yaml:13: sheave.position has x = -20 m, not aft of winch.position with x = -28.8 m; the cable leaves the "
-        "drum aft; nothing was started. Give the sheave the smaller x",
+        "tow.yaml:13: sheave.position has x = -20 m, not aft of winch.position with x = -28.8 m: a winch aft of "
+        "its sheave "
+        "is not modelled, for angles of wrap and departure and the set-point laws count from a cable that leaves "
+        "aft, and "
+        "over the bow it would come back under the ship; nothing was started. Give the sheave the smaller x; for a bow "
+        "sheave describe the ship turned about, its x axis aft, with the other sign of ship.tow_speed and the motion "
+        "turned by 180 deg",
     ),
     "drum and sheave overlap": (
         "position: [-36.8, 0.0, 3.7]",
@@ -468,7 +485,7 @@ CAUTIONS = {
     ),
     "fine zone too short inboard": (
         "drum: {length: 6.0, elements: 96}",
-        "drum: {length: 9.0, elements: 3}",
+        "drum: {length: 9.0, elements: 16}",
         "tow.yaml:8: cable.sections have 0.831 m of fine mesh inboard of the sheave, shorter than 1 m of paying out: a "
         "coarser element comes onto the sheave and shows as a false change of tension. Make the section at the "
         "sheave longer inboard, with elements of at most 0.1 m",
@@ -478,12 +495,6 @@ CAUTIONS = {
         "wrap: 2.0",
         "tow.yaml:12: winch.wrap = 2 rad leaves 0.589 m on the drum, less than 1 m of paying out: the winch stops at "
         "the cable end. Make winch.wrap larger, and the first section with it",
-    ),
-    "body heavier in water than in air": (
-        "mass: 250.0",
-        "mass: 25.0",
-        "tow.yaml:14: towbody.net_weight = 445 N is more than the dry weight 245.25 N of towbody.mass. "
-        "Check the units of both",
     ),
     "tow rises": (
         "net_weight: 445.0",

@@ -19,8 +19,8 @@ from cable_sim_ros.io.winch_plan import PlanError
 from cable_sim_ros.physics.frame import FRAME, Flag
 from cable_sim_ros.physics.heave import Convention, Heave, MotionInput
 from cable_sim_ros.physics.inputs import MOTION_ROWS, make_inputs
-from cable_sim_ros.runs import offline, passes
-from cable_sim_ros.sim.simulator import SolverError
+from cable_sim_ros.runs import mean_track, offline, passes
+from cable_sim_ros.sim.simulator import Simulator, SolverError
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
 SECONDS = 4.0
@@ -295,10 +295,9 @@ def on_a_track(speed, heading_deg, seconds=60.0, turn_deg=0.0):
 def test_motion_along_the_mean_track_of_the_scene_is_no_caution(speed, turn):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        passes._warn_of_mean_track(
-            load_quietly("full_scale"), np.radians(179.0), on_a_track(speed, 179.0, turn_deg=turn)
-        )
-        passes._warn_of_mean_track(load_quietly("full_scale"), 0.0, on_a_track(9.0, 90.0, seconds=39.0))  # too short
+        scene = load_quietly("full_scale")
+        assert not mean_track.look(scene, np.radians(179.0), on_a_track(speed, 179.0, turn_deg=turn))
+        assert not mean_track.look(scene, 0.0, on_a_track(9.0, 90.0, seconds=39.0))  # too short
 
 
 def load_quietly(name):
@@ -307,12 +306,15 @@ def load_quietly(name):
         return load_scene(name)
 
 
+FAST = on_a_track(2.5, 0.0)
+
+
 @pytest.mark.parametrize(
     "heading, frames, text",
     [
         (
             0.0,
-            on_a_track(2.5, 0.0),
+            FAST,
             "full_scale: mean speed of the motion is 2.5 m/s, ship.tow_speed is 2.2 m/s: the ship follows the motion, "
             "but the static start and the mean track of the set-point laws begin with the second number. "
             "Set ship.tow_speed to 2.5 m/s",
@@ -337,14 +339,43 @@ def load_quietly(name):
 )
 def test_motion_off_the_mean_track_of_the_scene(heading, frames, text):
     with pytest.warns(SceneWarning) as caught:
-        passes._warn_of_mean_track(load_quietly("full_scale"), heading, frames)
+        reasons = mean_track.look(load_quietly("full_scale"), heading, frames)
     assert [str(item.message) for item in caught] == [text]
+    assert [f"full_scale: {reason.text}" for reason in reasons] == ([text] if heading is None or frames is FAST else [])
+
+
+def test_a_current_abeam_of_the_scene_is_not_abeam_of_the_motion():
+    """One line with both headings and what is used; none where the current counts along the heading."""
+    abeam = {"water.current": [0.0, 0.5], "ship.tow_speed": 2.2}
+    frames, heading = on_a_track(2.2, 120.0), np.radians(120.0)
+    with pytest.warns(
+        SceneWarning, match="heading of the motion is 120 deg, ship.heading_deg is 0 deg: that of the mo"
+    ):
+        assert mean_track.look(override(load_quietly("full_scale"), abeam), heading, frames) == []
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        along = override(load_quietly("full_scale"), abeam | {"water.current_frame": "heading"})
+        assert mean_track.look(along, heading, frames) == []
+
+
+def test_a_current_along_the_heading_makes_the_same_tow_on_every_heading():
+    scene = override(load_quietly("side_scan"), {"water.current": [0.0, 0.4], "water.current_frame": "heading"})
+    sim, found = Simulator(scene), []
+    for heading in (0.0, 2.0):
+        sim.start(heading=heading)
+        ahead, port = np.array([np.cos(heading), np.sin(heading)]), np.array([-np.sin(heading), np.cos(heading)])
+        offset = (sim.frame.body_position - sim.frame.sheave_position)[:2]
+        found.append([sim.frame.tension, offset @ ahead, offset @ port, sim.frame.body_position[2]])
+    assert found[1] == pytest.approx(found[0], rel=1e-6) and found[0][2] > 5.0, "the current sets the body to port"
 
 
 def test_a_run_off_the_mean_track_says_so():
     scene = override(load_quietly("full_scale"), {"ship.tow_speed": 1.9})
     with pytest.warns(SceneWarning, match="ship.tow_speed is 1.9 m/s: the ship follows the motion"):
-        offline.run(scene, "nbp1406", duration=45.0)
+        result = offline.run(scene, "nbp1406", duration=45.0)
+    assert result.verdict.code == 4 and [reason["flag"] for reason in result.figures["verdict"]["reasons"]] == [
+        "MEAN_TRACK"
+    ]
 
 
 HAUL = "0 hold, 1 rate 0.2, 2 hold, 2.5 rate -0.4, 3 hold"  # pays out 0.2 m and takes them in again

@@ -96,7 +96,7 @@ def test_title_is_that_of_the_scene(monkeypatch, tmp_path):
     titles = []
     monkeypatch.setattr(
         "cable_sim_ros.runs.picture.compose",
-        lambda recording, title, skip_s: titles.append(title) or matplotlib.figure.Figure(),
+        lambda recording, title, skip_s, stamp: titles.append(title) or matplotlib.figure.Figure(),
     )
     draw_run(run(scene="a scene"), tmp_path / "a.png")
     draw_run(run(scene="a scene"), tmp_path / "a.png", title="mine")

@@ -118,6 +118,22 @@ def test_inboard_says_where_the_sheave_is_left():
         scene(bodies={"pod": POD | {"at": "drum"}})
 
 
+@pytest.mark.parametrize(
+    "sections, bodies, text",
+    [
+        ({}, {"pod": POD | {"net_weight": 500.0}}, "bodies.pod.net_weight = 500 N is more than the dry weight 196.2 N"),
+        (
+            {"bare": {"termination_mass": 1.0, "termination_net_weight": 20.0}},
+            {},
+            "cable.sections.bare.termination_net_weight = 20 N is more than the dry weight 9.81 N",
+        ),
+    ],
+)
+def test_nothing_is_heavier_in_water_than_in_air(sections, bodies, text):
+    with pytest.raises(SceneError, match=text):
+        scene(sections, bodies)
+
+
 def test_two_bodies_at_one_end():
     with pytest.raises(SceneError) as caught:
         scene(bodies={"a": POD, "b": POD})
@@ -138,13 +154,7 @@ def test_a_section_that_floats_over_a_seabed():
             {"faired": {"diameter": 0.05, "mass_per_length": 5.0}},
             {},
             "cable.sections.faired.diameter = 0.05 m would sit 0.04 m above the seat of cable.diameter = 0.01 m",
-        ),
-        ({}, {"pod": POD | {"net_weight": 500.0}}, "bodies.pod.net_weight = 500 N is more than the dry weight 196.2 N"),
-        (
-            {"bare": {"termination_mass": 1.0, "termination_net_weight": 20.0}},
-            {},
-            "cable.sections.bare.termination_net_weight = 20 N is more than the dry weight 9.81 N",
-        ),
+        )
     ],
 )
 def test_caution(sections, bodies, text):
