@@ -123,7 +123,7 @@ class Session:
         self.ingest = MotionIngest(
             self.sim.inputs, self.scene.ship, self.node.heave, self.node.motion, self.scene.gravity
         )
-        self.commands = CommandIngest(self.sim.inputs)
+        self.commands = CommandIngest(self.sim.inputs, self.sim.model.settings[0].drum, self.wall)
         gc.collect()
         gc.freeze()  # a full collection with all this loaded stops the process for a tenth of a second
         sys.setswitchinterval(5e-4)

@@ -17,13 +17,22 @@ from numba import njit
 from cable_sim_ros.physics.frame import CONTACT_COLUMNS, FRAME, SHAPE_COLUMNS
 from cable_sim_ros.physics.inputs import Inputs, make_inputs
 from cable_sim_ros.physics.setpoint import SetpointLaw
-from cable_sim_ros.physics.state import MEMORY, records
+from cable_sim_ros.physics.state import MEMORY, TOW_SETTINGS, records
 
 NODES, STATIONS = 20, 8
 TEMPLATE = np.zeros(1, FRAME)
 
 
+def settings_of(winch) -> np.recarray:
+    """What a session reads of a model's settings: the drum's limits. A travel of 100 m either way, datum zero."""
+    found = records(1, TOW_SETTINGS)
+    drum = found[0].drum
+    drum.rate_most, drum.timeout, drum.reach_least, drum.reach_most = winch.max_rate, winch.command_timeout, -100, 100
+    return found
+
+
 class Model(NamedTuple):
+    settings: np.recarray  # TOW_SETTINGS [1]
     period: int
     timeout: float
     max_rate: float
@@ -133,7 +142,12 @@ class SolverError(RuntimeError):
 class Simulator:
     def __init__(self, scene) -> None:
         self.scene = scene
-        self.model = Model(round(scene.solver.tick * 1e9), scene.winch.command_timeout, scene.winch.max_rate)
+        self.model = Model(
+            settings_of(scene.winch),
+            round(scene.solver.tick * 1e9),
+            scene.winch.command_timeout,
+            scene.winch.max_rate,
+        )
         self.state = State(records(1, MEMORY), np.zeros(6))
         self.nodes = NODES
         self.inputs: Inputs = make_inputs()
