@@ -49,11 +49,18 @@ def approach(offset, rate, low, high, a, h):
 
 
 @driver
-def steer(h, goal, slope, low, high, drum, winch):
+def steer(h, goal, slope, hurry, low, high, drum, winch):
     """Take the commanded length on for h [s] to one that goes from ``goal`` [m] with ``slope`` [m/s], at a rate within
-    [low, high]; where it could no longer stop within the travel, it is brought to rest at the end."""
+    [low, high]; where it could no longer stop within the travel, it is brought to rest at the end.
+
+    hurry: what is caught up of the way to one that moves, 1/s.
+    """
     x, v, a = winch.commanded, winch.command_rate, drum.ramp
-    e, w = approach(x - goal, v - slope, low - slope, high - slope, a, h)
+    low, high = low - slope, high - slope
+    if slope != 0.0:  # lost way is made good over an interval, or the rate would overshoot by each change of slope
+        catch = abs(x - goal) * hurry
+        low, high = max(low, -catch), min(high, catch)
+    e, w = approach(x - goal, v - slope, low, high, a, h)
     new, rate = goal + slope * h + e, slope + w
     rest = new + 0.5 * rate * abs(rate) / a
     end = clip(rest, drum.reach_least, drum.reach_most)
@@ -92,24 +99,24 @@ def interval(number, drum, inputs):
 
 
 @driver
-def along_lengths(h, length, drum, winch):
-    """Carry out a length [m from the start] for h [s]: alone it is gone to at the largest rate, of a stream the line to
-    it is followed."""
+def along_lengths(begin, h, length, every, drum, winch):
+    """Carry out a length [m from the start] for h [s] from begin [ns] on: alone (every = 0) it is gone to at the
+    largest rate, of a stream the line to it is followed."""
     goal, most = clip(length, drum.reach_least, drum.reach_most), drum.rate_most
     if abs(length - goal) > ASKED_WITHIN:
         winch.limited = 1
+    left = (winch.line_end - begin) * 1e-9
     while h > 0.0:
         d, slope = h, 0.0
-        if winch.line_left > LANDED:
-            d, slope = min(h, winch.line_left), (goal - winch.line) / winch.line_left
+        if left > LANDED:
+            d, slope = min(h, left), (goal - winch.line) / left
             if abs(slope) > most * (1.0 + ASKED_WITHIN):
                 winch.limited = 1
         else:
             winch.line = goal
-        kept = clip(slope, -most, most)
-        steer(d, winch.line, kept, -most, most, drum, winch)
+        steer(d, winch.line, clip(slope, -most, most), 1.0 / max(every, LANDED), -most, most, drum, winch)
         winch.line += slope * d
-        winch.line_left = max(winch.line_left - d, 0.0)
+        left -= d
         h -= d
 
 
@@ -119,13 +126,41 @@ def at_rate(h, rate, drum, winch):
     most, x, v = drum.rate_most, winch.commanded, winch.command_rate
     kept = clip(rate, -most, most)
     if kept == 0.0:
-        steer(h, x + 0.5 * v * abs(v) / drum.ramp, 0.0, -most, most, drum, winch)
+        steer(h, x + 0.5 * v * abs(v) / drum.ramp, 0.0, 0.0, -most, most, drum, winch)
         return
     end = drum.reach_most if kept > 0.0 else drum.reach_least
     if abs(rate) > most * (1.0 + ASKED_WITHIN) or abs(end - x) <= 0.5 * kept * kept / drum.ramp:
         winch.limited = 1
     low, high = (-most, kept) if kept > 0.0 else (kept, most)
-    steer(h, end, 0.0, low, high, drum, winch)
+    steer(h, end, 0.0, 0.0, low, high, drum, winch)
+
+
+@driver
+def carry_out(t, begin, h, drum, inputs, winch):
+    """Commanded length after h [s] from begin [ns] on, of the newest command that counts at t [ns]."""
+    number = newest(t, drum, inputs)
+    winch.command_age, winch.stale, winch.limited = -1.0, 0, 0
+    if number < 0:
+        winch.on_line = 0
+        at_rate(h, 0.0, drum, winch)
+        return
+    i = number % COMMAND_ROWS
+    time, payout, rate = inputs.command_time[i], inputs.command[i, 0], inputs.command[i, 1]
+    winch.command_age = (t - time) * 1e-9
+    late = winch.command_age - drum.delay * 1e-9 > drum.timeout
+    if isnan(payout):
+        winch.on_line = 0
+        winch.stale = 1 if late and rate != 0.0 else 0
+        at_rate(h, 0.0 if late else rate, drum, winch)
+        return
+    every = interval(number, drum, inputs)
+    winch.stale = 1 if late and every > 0.0 else 0
+    if winch.on_line == 0:
+        winch.line_end = begin
+    elif winch.line_command != time:
+        winch.line_end = time + drum.delay + np.int64(every * 1e9)
+    winch.on_line, winch.line_command = 1, time
+    along_lengths(begin, h, payout - drum.payout_0, every, drum, winch)
 
 
 @driver
@@ -136,27 +171,7 @@ def command(t, h, drum, inputs, winch):
     stream the line between them is followed. A rate is kept until its time-out. All with the drum's ramp, and to rest
     at an end of the travel, so the way back begins at once. Returns the rate at the end.
     """
-    number = newest(t, drum, inputs)
-    winch.command_age, winch.stale, winch.limited = -1.0, 0, 0
-    if number < 0:
-        winch.on_line = 0
-        at_rate(h, 0.0, drum, winch)
-        return winch.command_rate
-    i = number % COMMAND_ROWS
-    time, payout, rate = inputs.command_time[i], inputs.command[i, 0], inputs.command[i, 1]
-    winch.command_age = (t - time) * 1e-9
-    late = winch.command_age - drum.delay * 1e-9 > drum.timeout
-    if isnan(payout):
-        winch.on_line = 0
-        winch.stale = 1 if late and rate != 0.0 else 0
-        at_rate(h, 0.0 if late else rate, drum, winch)
-        return winch.command_rate
-    every = interval(number, drum, inputs)
-    winch.stale = 1 if late and every > 0.0 else 0
-    if winch.on_line == 0 or winch.line_command != time:
-        winch.line_left = every if winch.on_line != 0 else 0.0
-        winch.on_line, winch.line_command = 1, time
-    along_lengths(h, payout - drum.payout_0, drum, winch)
+    carry_out(t, t - np.int64(round(h * 1e9)), h, drum, inputs, winch)
     return winch.command_rate
 
 
@@ -166,7 +181,7 @@ def command_between(begin, end, drum, inputs, winch):
 
     A step of any length is cut where a command begins or runs into its time-out.
     """
-    timeout, head, rate, limited = np.int64(drum.timeout * 1e9), inputs.command_head[0], winch.command_rate, 0
+    timeout, head, limited = np.int64(drum.timeout * 1e9), inputs.command_head[0], 0
     while begin < end:
         until = end
         for back in range(1, min(head, COMMAND_ROWS - 8) + 1):
@@ -176,13 +191,13 @@ def command_between(begin, end, drum, inputs, winch):
             if begin < time + timeout < until:
                 until = time + timeout
         middle = begin + (until - begin) // 2
-        rate = command(middle, (until - begin) * 1e-9, drum, inputs, winch)
+        carry_out(middle, begin, (until - begin) * 1e-9, drum, inputs, winch)
         limited = max(limited, winch.limited)
         if winch.command_age >= 0.0:
             winch.command_age += (until - middle) * 1e-9
         begin = until
     winch.limited = limited
-    return rate
+    return winch.command_rate
 
 
 @inline

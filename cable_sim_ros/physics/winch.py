@@ -27,7 +27,7 @@ WINCH = np.dtype(
         ("stale", "i8"),  # 1: a rate command or a stream of lengths ran into its time-out
         ("limited", "i8"),  # 1: a command asks for more than rate or travel allow
         ("line", "f8"),  # m, where the line between the lengths of a stream has come to
-        ("line_left", "f8"),  # s, until it comes to the newest of them
+        ("line_end", "i8"),  # ns, when it comes to the newest of them
         ("line_command", "i8"),  # ns, time of that one
         ("on_line", "i8"),  # 1: a length is carried out
         ("at_end", "i8"),  # 1: pay-out stopped at either end
