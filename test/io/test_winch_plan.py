@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from cable_sim_ros.io.commands import encode_command
 from cable_sim_ros.io.messages import decode_command
 from cable_sim_ros.io.winch_plan import UNITS, PlanError, WinchPlan
+from cable_sim_ros.physics.command import command
 from cable_sim_ros.physics.inputs import COMMAND_ROWS, make_inputs, push_command
 from cable_sim_ros.physics.state import records
-from cable_sim_ros.physics.command import command
 from cable_sim_ros.physics.winch import DRUM, WINCH
 
 TICK, S = 10_000_000, 1_000_000_000
@@ -135,10 +135,7 @@ def test_what_the_winch_cannot_do_is_refused(text, said):
     [
         ({}, "or more cable"),
         ({"limit_most": 10.0, "reach_most": 10.0}, "or other winch.least_scope and winch.most_scope"),
-        (
-            {"reach_most": 2.0},
-            "or more fine elements on that side of the sheave (cable.sections.*.elements)",
-        ),
+        ({"reach_most": 2.0}, "or more fine elements on that side of the sheave (cable.sections.*.elements)"),
     ],
 )
 def test_a_length_outside_the_travel_is_refused_with_what_would_widen_it(limits, remedy):

@@ -143,10 +143,7 @@ class Simulator:
     def __init__(self, scene) -> None:
         self.scene = scene
         self.model = Model(
-            settings_of(scene.winch),
-            round(scene.solver.tick * 1e9),
-            scene.winch.command_timeout,
-            scene.winch.max_rate,
+            settings_of(scene.winch), round(scene.solver.tick * 1e9), scene.winch.command_timeout, scene.winch.max_rate
         )
         self.state = State(records(1, MEMORY), np.zeros(6))
         self.nodes = NODES
