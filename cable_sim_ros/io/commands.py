@@ -46,16 +46,17 @@ class CommandIngest:
         self.accepted = 0
         self.refused: Counter[str] = Counter()
         self.clamped: Counter[str] = Counter()
-        self.last: Command | None = None
-        self.last_arrival: int | None = None
         self.last_clamp = ""
-        self.lag, self.lag_clock = nan, ""
         self._lags: deque[tuple[int, float]] = deque(maxlen=2000)  # arrival ns, lag s, of the last second
         self.reset()
 
     def reset(self) -> None:
-        """Forget the time of the last command, after a jump of the clock."""
+        """Forget the newest command: after a jump of the clock and before a start."""
         self._last_time = NEVER
+        self.last: Command | None = None
+        self.last_arrival: int | None = None
+        self.lag, self.lag_clock = nan, ""
+        self._lags.clear()
 
     def take(self, data: bytes, arrival: int, data_now: int | None) -> str:
         """CDR bytes of one JointState. Returns "" or the cause of refusal, a key of `messages.CAUSES`.

@@ -214,11 +214,15 @@ class Session:
         self.built_loop.stop()
         self.clock.reset()
         self.ingest.reset()
-        self.commands.reset()
-        self.built_sim.inputs.command_head[0] = 0
+        self._forget_commands()
         if running:
             self._keep_cable = True
             self.activate()
+
+    def _forget_commands(self) -> None:
+        """The winch holds where the next start has it."""
+        self.commands.reset()
+        self.built_sim.inputs.command_head[0] = 0
 
     # ---- start
 
@@ -263,6 +267,7 @@ class Session:
             return False, f"the node is {self.state}: activate it first"
         self.loop.stop()
         self.resets += 1
+        self._forget_commands()
         self._keep_cable = False
         self.activate()
         if self.clock.offset is None:
