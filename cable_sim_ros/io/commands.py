@@ -1,20 +1,24 @@
 """Winch commands: bytes of sensor_msgs/JointState to the command ring, the same for topic and bag.
 
-A command counts from its stamp where that is of the clock of the motion, else from its arrival on that clock
-(`io.clock`). What cannot be right is refused and counted by cause, in the words of `messages.CAUSES`.
+One rule: a command counts from its arrival, put on the clock of the motion (`io.clock`), and the newest arrival wins;
+its stamp decides nothing and gives a lag figure. What cannot be right is refused and counted by cause, in the words of
+`messages.CAUSES`; what asks for more than the winch can do is carried out as far as that, and counted.
 """
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, deque
+from math import isnan, nan
 
 import numpy as np
 
+from ..physics.command import ASKED_WITHIN
 from ..physics.inputs import Inputs, push_command
 from .messages import JOINT, KINDS, Command, Refused, decode_command
 from .typestore import STORE
 
-FOREIGN_STAMP = 1_000_000_000  # ns; a stamp further off the data's clock is of another clock: arrival counts
+SECOND = 1_000_000_000
+OF_A_CLOCK = 60 * SECOND  # ns; a stamp further off a clock is not of that clock
 NEVER = -(2**62)
 
 
@@ -30,19 +34,29 @@ def encode_command(stamp: int, payout: float | None, rate: float | None) -> byte
 class CommandIngest:
     """Writes commands to the ring. One writer: call it from one thread.
 
-    `refused` has the refusals by cause, `accepted` the others, `last_arrival` the arrival of the newest of those, ns.
+    `accepted` counts what was taken, `refused` what was not, by cause, and `clamped` what asked for more than the winch
+    can do, "rate" or "length"; `last` is the newest command taken, `last_arrival` its arrival [ns], `last_clamp` what
+    was made of the newest that was clamped, in words. `lag` [s] is arrival less stamp of the newest, on the clock that
+    the stamp is of, `lag_clock`: "motion", "wall", or "" where it is of neither (`lag` is NaN then).
     """
 
-    def __init__(self, inputs: Inputs) -> None:
-        self.inputs = inputs
+    def __init__(self, inputs: Inputs, drum: np.record | None = None, wall: int = 0) -> None:
+        """drum: DRUM record, None: nothing is counted as clamped; wall: what to add to arrivals for wall time, ns."""
+        self.inputs, self.drum, self.wall = inputs, drum, wall
         self.accepted = 0
         self.refused: Counter[str] = Counter()
-        self.last_arrival: int | None = None
+        self.clamped: Counter[str] = Counter()
+        self.last_clamp = ""
+        self._lags: deque[tuple[int, float]] = deque(maxlen=2000)  # arrival ns, lag s, of the last second
         self.reset()
 
     def reset(self) -> None:
-        """Forget the last stamp, after a jump of the clock."""
-        self._last_stamp = NEVER
+        """Forget the newest command: after a jump of the clock and before a start."""
+        self._last_time = NEVER
+        self.last: Command | None = None
+        self.last_arrival: int | None = None
+        self.lag, self.lag_clock = nan, ""
+        self._lags.clear()
 
     def take(self, data: bytes, arrival: int, data_now: int | None) -> str:
         """CDR bytes of one JointState. Returns "" or the cause of refusal, a key of `messages.CAUSES`.
@@ -51,21 +65,53 @@ class CommandIngest:
         """
         try:
             command = decode_command(data)
-            stamp = self._stamp(command, data_now)
+            if data_now is None:
+                raise Refused("before_motion")
         except Refused as refusal:
             self.refused[refusal.cause] += 1
             return refusal.cause
-        self._last_stamp, self.last_arrival = stamp, arrival
+        time = max(data_now, self._last_time + 1)  # the map of the clocks may move back a little
+        self._last_time, self.last_arrival, self.last = time, arrival, command
         self.accepted += 1
-        push_command(self.inputs, stamp, command.payout, command.rate)
+        self._note_lag(command.stamp, arrival, data_now)
+        if self.drum is not None:
+            self._note_clamp(command, self.drum)
+        push_command(self.inputs, time, command.payout, command.rate)
         return ""
 
-    def _stamp(self, command: Command, data_now: int | None) -> int:
-        """Time from which the command counts, ns; Refused before the first motion, or if it does not advance."""
-        if data_now is None:
-            raise Refused("before_motion")
-        foreign = command.stamp == 0 or abs(command.stamp - data_now) > FOREIGN_STAMP
-        stamp = data_now if foreign else command.stamp
-        if stamp <= self._last_stamp:
-            raise Refused("stamp_not_advancing")
-        return stamp
+    @property
+    def largest_lag(self) -> float:
+        """Lag of the largest magnitude within a second of the newest command, s; NaN: no stamp of a known clock."""
+        return max((lag for _, lag in self._lags), key=abs, default=nan)
+
+    def travel(self, payout: float) -> tuple[float, float]:
+        """How much may still be commanded out and in [m] from a pay-out [m]."""
+        if self.drum is None:
+            return nan, nan
+        low, high = (float(self.drum.payout_0 + end) for end in (self.drum.reach_least, self.drum.reach_most))
+        return max(high - payout, 0.0), max(payout - low, 0.0)
+
+    def _note_lag(self, stamp: int, arrival: int, data_now: int) -> None:
+        clocks = (("motion", data_now - stamp), ("wall", arrival + self.wall - stamp))
+        self.lag_clock, ns = next(((name, ns) for name, ns in clocks if abs(ns) <= OF_A_CLOCK), ("", 0))
+        self.lag = ns * 1e-9 if self.lag_clock else nan
+        while self._lags and arrival - self._lags[0][0] > SECOND:
+            self._lags.popleft()
+        if self.lag_clock:
+            self._lags.append((arrival, self.lag))
+
+    def _note_clamp(self, command: Command, drum: np.record) -> None:
+        low, high = (float(drum.payout_0 + end) for end in (drum.reach_least, drum.reach_most))
+        if not isnan(command.payout):
+            if not low - ASKED_WITHIN <= command.payout <= high + ASKED_WITHIN:
+                self.clamped["length"] += 1
+                end = min(max(command.payout, low), high)
+                self.last_clamp = (
+                    f"a length of {command.payout:g} m is outside the travel, {low:.2f} to {high:.2f} m of pay-out: "
+                    f"the winch goes to {end:.2f} m"
+                )
+        elif abs(command.rate) > drum.rate_most * (1.0 + ASKED_WITHIN):
+            self.clamped["rate"] += 1
+            self.last_clamp = (
+                f"a rate of {command.rate:g} m/s is beyond winch.max_rate = {drum.rate_most:g} m/s: carried out at that"
+            )

@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections import Counter
 from enum import Enum
 
+import numpy as np
+
 from ..physics.heave import Heave, MotionInput
 from ..physics.inputs import MOTION_ROWS, Inputs
 from ..sim.scene import Scene
@@ -29,8 +31,8 @@ class Took(Enum):
 class Intake:
     """Writes the rings of inputs; one writer: call it from one thread.
 
-    wall: ns to add to an arrival to have the time of day, for messages without a stamp. `refused` counts motion that
-    did not come as far as the ingest.
+    wall: ns to add to an arrival to have the time of day, for messages without a stamp; drum: the DRUM record, for
+    commands beyond the winch. `refused` counts motion that did not come as far as the ingest.
     """
 
     def __init__(
@@ -41,11 +43,12 @@ class Intake:
         heave: Heave | None = None,
         clock: DataClock | None = None,
         wall: int = 0,
+        drum: np.record | None = None,
     ) -> None:
         self.inputs, self.wall = inputs, wall
         self.clock = clock or DataClock()
         self.ingest = MotionIngest(inputs, scene.ship, heave or Heave(), motion, scene.gravity)
-        self.commands = CommandIngest(inputs)
+        self.commands = CommandIngest(inputs, drum, wall)
         self.refused: Counter[str] = Counter()
 
     def motion(self, kind: str, data: bytes, arrival: int) -> Took:
@@ -74,6 +77,10 @@ class Intake:
         """Forget motion, commands and clock after a jump; empties the rings: only while no tick runs."""
         self.clock.reset()
         self.ingest.reset()
+        self.forget_commands()
+
+    def forget_commands(self) -> None:
+        """The winch holds where the next start has it; only while no tick runs."""
         self.commands.reset()
         self.inputs.command_head[0] = 0
 

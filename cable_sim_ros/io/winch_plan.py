@@ -102,8 +102,9 @@ class WinchPlan:
 
     def check(self, drum: np.record) -> None:
         """Can this winch (record of physics.winch.DRUM) do it? Raises PlanError."""
-        low, high = drum.payout_0 + drum.limit_least, drum.payout_0 + drum.limit_most
+        low, high = drum.payout_0 + drum.reach_least, drum.payout_0 + drum.reach_most
         soft = drum.limit_least > drum.length_least or drum.limit_most < drum.length_most
+        fixed = drum.reach_least > drum.limit_least or drum.reach_most < drum.limit_most
         ends = {"length": (low, high), "scope": (low - drum.inboard, high - drum.inboard)}
         for k, item in enumerate(self.items, 1):
             where = f"winch plan, item {k} '{item}'"
@@ -119,7 +120,7 @@ class WinchPlan:
                     raise PlanError(
                         f"{where}: {item.order} = {item.value:g} m is outside the winch's travel, [{least:.3f}, "
                         f"{most:.3f}] m; {CONSEQUENCE}. Give a {item.order} within it, "
-                        f"{'or other winch.least_scope and winch.most_scope' if soft else 'or more cable'}"
+                        f"{_more_travel(soft, fixed)}"
                     )
 
     def commands(self, drum: np.record, start: int, begin: int, end: int) -> Iterator[WinchCommand]:
@@ -134,6 +135,13 @@ class WinchPlan:
             repeats = max(0, -((since - begin) // period))
             for stamp in range(since + repeats * period, min(until, end), period):
                 yield _command(item, stamp, float(drum.inboard))
+
+
+def _more_travel(soft: bool, fixed: bool) -> str:
+    """How to have more travel where soft limits, or a mesh fixed to the material, end it."""
+    if fixed:
+        return "or more fine elements on that side of the sheave (cable.sections.*.elements)"
+    return "or other winch.least_scope and winch.most_scope" if soft else "or more cable"
 
 
 def _command(item: PlanItem, stamp: int, inboard: float) -> WinchCommand:

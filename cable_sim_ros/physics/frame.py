@@ -19,11 +19,12 @@ class Flag(IntFlag):
     COARSE_AT_SURFACE = 32  # an element longer than 0.4 radii touches the sheave, or one longer than a radius the drum
     MOTION_STALE = 64  # newest motion sample older than ship.stale_after
     MOTION_BLENDING = 128  # a changed motion source (or the start) is being taken up
-    COMMAND_STALE = 256  # a rate command ran into winch.command_timeout and is held at its length
+    COMMAND_STALE = 256  # a rate command, or a stream of lengths, ran into winch.command_timeout: the winch holds
     DRUM_END = 512  # the winch is at an end stop, drum empty or what hangs on the line at the sheave: it stopped
     NOT_FINITE = 1024  # a non-finite number was found: the tick was rolled back, the run halted
     SEABED = 2048  # cable or towbody lies on the seabed
     WINCH_LIMIT = 4096  # the winch is at a soft limit of the scene (winch.least_scope, winch.most_scope): it stopped
+    COMMAND_LIMITED = 32768  # a command asks for more than rate or travel of the winch allow: carried out at that
 
 
 # the same as plain numbers, in the same order: kernels know no enums
@@ -41,6 +42,7 @@ class Flag(IntFlag):
     NOT_FINITE,
     SEABED,
     WINCH_LIMIT,
+    COMMAND_LIMITED,
 ) = (int(flag) for flag in Flag if flag)
 
 
@@ -121,7 +123,7 @@ FIELDS = (
     ("residual", (), "f8", "N", "largest residual left by the last step"),
     ("motion_source", (), "i8", "1", "Source of the ship motion"),
     ("motion_age", (), "f8", "s", "simulation time less stamp of the newest motion sample (negative: ahead)"),
-    ("command_age", (), "f8", "s", "simulation time less stamp of the newest winch command; negative: none yet"),
+    ("command_age", (), "f8", "s", "simulation time less arrival of the winch command carried out; negative: none yet"),
     ("status", (), "i8", "1", "Flag bits"),
 )
 

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .frame import COMMAND_STALE, DRUM_END, HALVED, NEWTON_FAILED, NOT_FINITE, WINCH_LIMIT
+from .command import command, command_between
+from .frame import COMMAND_LIMITED, COMMAND_STALE, DRUM_END, HALVED, NEWTON_FAILED, NOT_FINITE, WINCH_LIMIT
 from .jit import driver, link, opaque
 from .observe import observe as _observe
 from .setpoint import by_angle, mean_track
@@ -16,7 +17,6 @@ from .state import FLOW, NOW, TICK, Q, V, keep, take_back
 from .step import begin, finish, link_stepper, start, unfinished
 from .tow import advance_tow, impose, place_surfaces
 from .towbody import turn_into_flow
-from .winch import command, command_between
 
 observe = opaque(_observe)
 
@@ -88,17 +88,18 @@ def _tick(model, state, inputs, output, slot):
     keep(state, TICK)
     end, h, flags = now.time.now + settings.tick_ns, settings.tick_ns * 1e-9, 0
     now.health.iterations, now.health.substeps = 0, 0
-    begun, commanded, rate, blending = now.time.now, now.winch.commanded, 0.0, False
+    begun, commanded, blending = now.time.now, (now.winch.commanded, now.winch.command_rate), False
     chosen = model.line.settings[0].step_tension > 0.0
     if not chosen:
         follow(begun, end, inputs, now, settings.ship)
-        rate = command(end, h, settings.drum, inputs, now.winch)
+        command(end, h, settings.drum, inputs, now.winch)
+    until = now.winch.commanded, now.winch.command_rate
     start(state)
     while unfinished(state):
         if chosen:
             going_on, blending = stride(model, state, inputs, output, slot, begun)
         else:
-            going_on, blending = advance_tow(model, state, inputs, commanded, rate)
+            going_on, blending = advance_tow(model, state, inputs, commanded, until)
         if not going_on:
             return halt(model, state, output, slot, NEWTON_FAILED | HALVED)
     if state.plan[0].halved != 0 and not chosen:
@@ -112,6 +113,8 @@ def _tick(model, state, inputs, output, slot):
     now.time.ticks += 1
     if now.winch.stale != 0:
         flags |= COMMAND_STALE
+    if now.winch.limited != 0:
+        flags |= COMMAND_LIMITED
     if now.winch.at_end != 0:
         flags |= DRUM_END
     if now.winch.at_limit != 0:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from .command import between
 from .energy import beads_fed
 from .feed import flow_of, lay_mesh
 from .instruments import end_strain
@@ -73,16 +74,16 @@ def impose(model, state, inputs, t, h, command_rate):
 
 
 @driver
-def advance_tow(model, state, inputs, commanded, rate):
+def advance_tow(model, state, inputs, commanded, until):
     """Take what is to be taken next of a tick. Returns (False: no halving left, is a source blending).
 
-    commanded: pay-out [m] commanded at the beginning of the tick, and its rate [m/s].
+    commanded, until: pay-out commanded at the beginning and at the end of the tick, each with its rate [m, m/s].
     """
     now, plan, tick_ns = state.memory[NOW], state.plan[0], model.settings[0].tick_ns
-    until = (plan.done + plan.share) * tick_ns
-    now.winch.commanded = commanded + rate * (plan.done + plan.share) * tick_ns * 1e-9
+    share = plan.done + plan.share
+    now.winch.commanded, now.winch.command_rate = between(commanded, until, share, tick_ns * 1e-9)
     h = begin(model.line, state, tick_ns * 1e-9)
-    blending = impose(model, state, inputs, now.time.now + int(until), h, rate)
+    blending = impose(model, state, inputs, now.time.now + int(share * tick_ns), h, now.winch.command_rate)
     if not finish(model.line, state, h):
         return False, blending
     if state.plan[0].taken != 0:

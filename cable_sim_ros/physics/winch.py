@@ -1,4 +1,4 @@
-"""Winch: drum with the cable end on its surface, servo of Westin (2018) (136), commands for rate and length.
+"""Winch: drum with the cable end on its surface, servo of Westin (2018) (136); what is commanded: command.py.
 
 The drum angle phi is positive hauling in; pay-out is positive cable out: payout = payout_0 + R (phi_0 - phi), R the
 radius of the cable's centreline on the drum. (136) is written in pay-out and integrated implicitly at 1 ms.
@@ -7,11 +7,10 @@ radius of the cable's centreline on the drum. (136) is written in pay-out and in
 from __future__ import annotations
 
 from enum import Enum
-from math import cos, isnan, sin, sqrt
+from math import cos, sin, sqrt
 
 import numpy as np
 
-from .inputs import COMMAND_ROWS
 from .jit import driver, inline
 from .quantity import REQUIRED, Block, quantity
 
@@ -22,9 +21,15 @@ WINCH = np.dtype(
         ("length", "f8"),  # m, paid out
         ("rate", "f8"),  # m/s
         ("accel", "f8"),  # m/s^2
-        ("commanded", "f8"),  # m, what the commands add up to
-        ("command_age", "f8"),  # s, -1: none yet
-        ("stale", "i8"),  # 1: a rate command ran into its time-out
+        ("commanded", "f8"),  # m, what the commands add up to, and its rate
+        ("command_rate", "f8"),
+        ("command_age", "f8"),  # s since it came, -1: none yet
+        ("stale", "i8"),  # 1: a rate command or a stream of lengths ran into its time-out
+        ("limited", "i8"),  # 1: a command asks for more than rate or travel allow
+        ("line", "f8"),  # m, where the line between the lengths of a stream has come to
+        ("line_end", "i8"),  # ns, when it comes to the newest of them
+        ("line_command", "i8"),  # ns, time of that one
+        ("on_line", "i8"),  # 1: a length is carried out
         ("at_end", "i8"),  # 1: stopped at an end stop, paying out or hauling in
         ("target", "f8"),  # m, what the servo steers to, and its rate
         ("target_rate", "f8"),
@@ -46,6 +51,8 @@ DRUM = np.dtype(
         ("rate_most", "f8"),
         ("accel_most", "f8"),
         ("timeout", "f8"),  # s
+        ("delay", "i8"),  # ns, after which a command counts
+        ("ramp", "f8"),  # m/s^2, of what is commanded
         ("feeds", "i8"),  # 1: the cable leaves at the tangent point, 0: its end is on the drum
         ("tangent", "f8"),  # rad, angle of the tangent point
         ("total", "f8"),  # m of cable
@@ -55,6 +62,8 @@ DRUM = np.dtype(
         ("length_most", "f8"),
         ("limit_least", "f8"),  # soft limits
         ("limit_most", "f8"),
+        ("reach_least", "f8"),  # ends of what may be commanded
+        ("reach_most", "f8"),
         ("blend", "f8"),  # m, see feed.at_least
         ("end_stiffness", "f8"),  # EI of the last element over w L^3, see sim/build.py
     ],
@@ -109,7 +118,22 @@ class Winch(Block):
     max_rate: float = quantity(5.0, "m/s", 1e-3, 50.0, "largest pay-out speed")
     max_acceleration: float = quantity(20.0, "m/s^2", 1e-3, 500.0, "largest pay-out acceleration")
     command_timeout: float = quantity(
-        0.5, "s", 0.01, 3600.0, "a rate command older than this is held at its length", configure=False
+        0.5,
+        "s",
+        0.01,
+        3600.0,
+        "a rate command, or the last of a stream of lengths, that came longer ago than this is stale: the winch holds",
+        configure=False,
+    )
+    command_delay: float = quantity(
+        0.0, "s", 0.0, 10.0, "dead time of the drive: a command counts so long after it came"
+    )
+    command_acceleration: float = quantity(
+        2.0,
+        "m/s^2",
+        1e-3,
+        500.0,
+        "acceleration with which commands are taken up, max_acceleration at most: a dead stop strikes the cable",
     )
 
 
@@ -135,62 +159,6 @@ def drum_point(drum, winch):
     v = (x * r * w * c, 0.0, -r * w * s)
     a = (x * r * (dw * c - w * w * s), 0.0, -r * (dw * s + w * w * c))
     return p, v, a
-
-
-@driver
-def command(t, h, drum, inputs, winch):
-    """Commanded length at the end of a tick of h [s] that ends at t [ns]: newest command not younger than the tick.
-
-    A length is approached at the largest rate and then held, and hides a rate given with it; a rate is integrated until
-    its time-out. Neither goes past an end of the travel, so the way back begins at once. Returns the rate.
-    """
-    head = inputs.command_seen[0]
-    winch.command_age, winch.stale = -1.0, 0
-    for back in range(1, min(head, COMMAND_ROWS - 8) + 1):
-        i = (head - back) % COMMAND_ROWS
-        if inputs.command_time[i] > t:
-            continue
-        age = (t - inputs.command_time[i]) * 1e-9
-        winch.command_age = age
-        payout, rate = inputs.command[i, 0], inputs.command[i, 1]
-        move = 0.0
-        if not isnan(payout):
-            move = clip(payout - drum.payout_0 - winch.commanded, -drum.rate_most * h, drum.rate_most * h)
-        elif not isnan(rate):
-            if age <= drum.timeout:
-                move = clip(rate, -drum.rate_most, drum.rate_most) * h
-            elif rate != 0.0:
-                winch.stale = 1
-        else:
-            continue  # nothing commanded: the one before holds
-        done = winch.commanded
-        move = clip(move, min(drum.limit_least - done, 0.0), max(drum.limit_most - done, 0.0))
-        winch.commanded += move
-        return move / h
-    return 0.0
-
-
-@driver
-def command_between(begin, end, drum, inputs, winch):
-    """Commanded length at the end of a step from begin to end [ns], every command from its stamp on; returns the rate.
-
-    A step of any length is cut where a command begins or runs into its time-out.
-    """
-    timeout, newest, rate = np.int64(drum.timeout * 1e9), inputs.command_seen[0], 0.0
-    while begin < end:
-        until = end
-        for back in range(1, min(newest, COMMAND_ROWS - 8) + 1):
-            stamp = inputs.command_time[(newest - back) % COMMAND_ROWS]
-            if begin < stamp < until:
-                until = stamp
-            if begin < stamp + timeout < until:
-                until = stamp + timeout
-        middle = begin + (until - begin) // 2
-        rate = command(middle, (until - begin) * 1e-9, drum, inputs, winch)
-        if winch.command_age >= 0.0:
-            winch.command_age += (until - middle) * 1e-9
-        begin = until
-    return rate
 
 
 @driver

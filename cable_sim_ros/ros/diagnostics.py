@@ -10,7 +10,7 @@ import time
 from collections import Counter
 from typing import NamedTuple
 
-from ..io.messages import CAUSES
+from ..io.messages import CAUSES, Command
 from ..physics.frame import Flag, Source
 from .figures import Rate
 from .publisher import TickPublisher
@@ -153,24 +153,43 @@ class Watch:
         commands = getattr(self.session, "commands", None)
         if commands is None:
             return Status("command", OK, "not yet listening", {})
+        frame = publisher.latest if publisher else None
+        payout = math.nan if frame is None else float(frame["payout"])
+        flags = 0 if frame is None else int(frame["status"])
+        out, back = commands.travel(payout)
         values = {
             "accepted": str(commands.accepted),
+            "newest": _commanded(commands.last),
             "age_s": "never" if commands.last_arrival is None else _text((now - commands.last_arrival) * 1e-9),
+            "stale": str(bool(flags & Flag.COMMAND_STALE)).lower(),
+            "lag_ms": _text(commands.lag * 1e3),
+            "lag_largest_ms": _text(commands.largest_lag * 1e3),
+            "lag_clock": commands.lag_clock or "-",
+            "data_clock_lead_ms": _text(self.session.node.input_delay * 1e3),
+            "delay_ms": _text(self.session.scene.winch.command_delay * 1e3),
+            "remaining_out_m": _text(out),
+            "remaining_in_m": _text(back),
+            **{f"clamped: {what}": str(count) for what, count in sorted(commands.clamped.items())},
             **{f"refused: {cause}": str(count) for cause, count in sorted(commands.refused.items())},
         }
-        frame = publisher.latest if publisher else None
-        if frame is not None and int(frame["status"]) & Flag.COMMAND_STALE:
-            return Status(
-                "command",
-                WARN,
-                f"command stale: the rate command is older than winch.command_timeout, the "
-                f"winch holds at {float(frame['payout']):.2f} m",
-                values,
+        refused = self._new("command drops", sum(commands.refused.values()))
+        clamped = self._new("command clamps", sum(commands.clamped.values()))
+        left = f"{out:.2f} m can be paid out and {back:.2f} m hauled in"
+        if flags & Flag.COMMAND_STALE:
+            text = (
+                f"command stale: the newest, {_commanded(commands.last)}, is older than winch.command_timeout, the "
+                f"winch holds at {payout:.2f} m"
             )
-        new = self._new("command drops", sum(commands.refused.values()))
-        if new:
-            return Status("command", WARN, f"{new} commands refused in the last second", values)
-        return Status("command", OK, "commanded" if commands.accepted else "no command yet: the winch holds", values)
+        elif refused:
+            text = f"{refused} commands refused in the last second"
+        elif clamped:
+            text = f"{commands.last_clamp}; {left}"
+        elif flags & Flag.COMMAND_LIMITED:
+            text = f"the newest, {_commanded(commands.last)}, asks for more than the winch can do: {left}"
+        else:
+            text = f"commanded: {_commanded(commands.last)}; {left}"
+            return Status("command", OK, text if commands.accepted else "no command yet: the winch holds", values)
+        return Status("command", WARN, text, values)
 
     def _solver(self, publisher: TickPublisher | None) -> Status:
         session, values = self.session, dict[str, str]()
@@ -223,6 +242,15 @@ def drop_counts(session: Session) -> Counter:
     return drops
 
 
+def _commanded(command: Command | None) -> str:
+    """A command in words."""
+    if command is None:
+        return "none"
+    if not math.isnan(command.payout):
+        return f"length {command.payout:g} m"
+    return f"rate {command.rate:g} m/s"
+
+
 def flag_names(flags: Flag) -> str:
     return ", ".join(str(flag.name).lower() for flag in Flag if flag and flags & flag) or "none"
 
@@ -263,6 +291,7 @@ def final_figures(session: Session, publisher: TickPublisher | None, recorder_st
     figures["dropped"] = dict(drop_counts(session))
     if getattr(session, "commands", None) is not None:
         figures["commands_refused"] = dict(session.commands.refused)
+        figures["commands_clamped"] = dict(session.commands.clamped)
     if recorder_stats is not None:
         figures["recorder"] = recorder_stats._asdict()
     return figures

@@ -102,7 +102,13 @@ class Session:
             "info", f"static start solved in {self.start_cost:.2f} s; configured after {time.monotonic() - begun:.1f} s"
         )
         self.intake = Intake(
-            self.sim.inputs, self.scene, self.node.motion, self.node.heave, clock=self.clock, wall=self.wall
+            self.sim.inputs,
+            self.scene,
+            self.node.motion,
+            self.node.heave,
+            self.clock,
+            self.wall,
+            self.sim.model.settings[0].drum,
         )
         gc.collect()
         gc.freeze()  # a full collection with all this loaded stops the process for a tenth of a second
@@ -250,6 +256,7 @@ class Session:
             return False, f"the node is {self.state}: activate it first"
         self.loop.stop()
         self.resets += 1
+        self.intake.forget_commands()
         self._cause = "reset"
         self.activate()
         if self.clock.offset is None:

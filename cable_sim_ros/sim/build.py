@@ -36,6 +36,7 @@ from ..physics.surface import SHEAVE_ROW, surfaces_of
 from ..physics.towbody import BODY, Towbody, body_record
 from ..physics.water import Water
 from ..physics.winch import DRUM
+from .checks import fine_zone
 from .material import extreme, material_rows, section_ends, termination_weight
 from .mesh import FeedMesh, feed_mesh
 from .scene import Scene
@@ -140,7 +141,8 @@ def drum_record(scene: Scene, route: Route, mesh: FeedMesh | None) -> np.ndarray
     row["radius"], row["angle_0"], row["side"] = route.drum, w.wrap, route.side
     row["gain_p"], row["gain_d"] = w.proportional_gain, w.derivative_gain
     row["rate_most"], row["accel_most"] = w.max_rate, w.max_acceleration
-    row["timeout"] = w.command_timeout
+    row["timeout"], row["delay"] = w.command_timeout, round(w.command_delay * 1e9)
+    row["ramp"] = min(w.command_acceleration, w.max_acceleration)
     row["total"], row["payout_0"], row["inboard"] = route.total, route.total - route.wound, route.inboard
     row["feeds"], row["tangent"] = route.feeds, route.tilt
     row["length_most"] = route.wound - w.dead_length - DRUM_RESERVE * route.drum
@@ -154,6 +156,11 @@ def drum_record(scene: Scene, route: Route, mesh: FeedMesh | None) -> np.ndarray
     row["limit_most"] = row["length_most"] if w.most_scope is None else w.most_scope + inboard
     row["limit_least"] = max(row["limit_least"], row["length_least"])  # beyond an end stop it limits nothing
     row["limit_most"] = min(row["limit_most"], row["length_most"])
+    row["reach_least"], row["reach_most"] = row["limit_least"], row["limit_most"]
+    if mesh is None:  # a coarse element on the sheave ends in a run that cannot be solved
+        paid, hauled = fine_zone(scene)
+        row["reach_least"] = max(row["reach_least"], -hauled if hauled > 0.0 else -np.inf)
+        row["reach_most"] = min(row["reach_most"], paid if paid > 0.0 else np.inf)
     return row
 
 

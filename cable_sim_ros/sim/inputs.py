@@ -98,9 +98,10 @@ class ShipMotion:
 class WinchCommand:
     """One command to the winch; pay-out positive = cable out, unstretched metres off the drum.
 
-    payout: length to go to, m, counted as the Frame's ``payout``: approached at ``winch.max_rate``, then held.
+    payout: length to go to, m, counted as the Frame's ``payout``: approached at ``winch.max_rate``, then held. Lengths
+    that follow each other within ``winch.command_timeout`` are a stream: the winch follows the line between them.
     rate: rate of pay-out, m/s, kept for ``winch.command_timeout``: repeat it in time. Not used where payout is given.
-    time_ns: from when on it holds, integer ns; None: from the next tick on. Raises InputError.
+    time_ns: when it comes, integer ns; None: now. It counts ``winch.command_delay`` later. Raises InputError.
     """
 
     payout: float | None = None

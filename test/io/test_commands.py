@@ -1,4 +1,4 @@
-"""Winch commands into Inputs: every cause of refusal, stamps, and the same decisions from a bag as from a topic."""
+"""Winch commands into Inputs: they count from arrival, are refused by cause, and a bag decides as a topic does."""
 
 from math import inf, nan
 
@@ -16,8 +16,10 @@ from cable_sim_ros.io.motion import MotionIngest
 from cable_sim_ros.io.replay import Event, Feeder, RecordedTow, read_tow
 from cable_sim_ros.io.typestore import STORE
 from cable_sim_ros.physics.heave import Heave
-from cable_sim_ros.physics.inputs import make_inputs
+from cable_sim_ros.physics.inputs import COMMAND_ROWS, make_inputs
 from cable_sim_ros.physics.ship import Ship
+from cable_sim_ros.physics.state import records
+from cable_sim_ros.physics.winch import DRUM
 
 NOW = T0 + 100 * S
 
@@ -114,7 +116,7 @@ def test_a_message_without_room_for_a_stamp_has_none():
     assert stamp_of(imu(T0, little_endian=False)) == T0
 
 
-# refusals: cause -> bytes that come at NOW, after a command of the stamp NOW - 1
+# refusals: cause -> bytes that come at NOW
 
 BAD = [
     ("size", b""),
@@ -134,13 +136,11 @@ BAD = [
     ("nothing_commanded", command(NOW, effort=[1.0])),
     ("out_of_range", command(NOW, [1.1e5])),
     ("out_of_range", command(NOW, [1.0], [-1e6])),
-    ("stamp_not_advancing", command(NOW - 1, [1.0])),
-    ("stamp_not_advancing", command(NOW - S, [1.0])),
 ]
 
 
 def prepared():
-    """An ingest that has taken a command of the stamp NOW - 1."""
+    """An ingest that has taken a command which came at NOW - 1."""
     it = CommandIngest(make_inputs())
     assert it.take(command(NOW - 1, [7.0]), 0, NOW - 1) == ""
     return it
@@ -169,20 +169,105 @@ def test_every_cause_of_a_command_has_a_test_and_a_text():
     assert "100000 m or m/s" in CAUSES["out_of_range"] and "80 deg pitch" in CAUSES["out_of_range"]
 
 
-@pytest.mark.parametrize(
-    "stamp, counts_from",
-    [(0, NOW), (NOW - S, NOW - S), (NOW + S, NOW + S), (NOW - S - 1, NOW), (NOW + S + 1, NOW), (1, NOW)],
-)
-def test_a_stamp_of_another_clock_counts_from_its_arrival(stamp, counts_from):
+# stamps decide nothing
+
+
+def commanded(stamps_off, arrivals, payload=lambda k: {"velocity": [0.001 * k]}):
+    """The ingest, and what came into the ring, of commands that arrive at ``arrivals`` with stamps so much off."""
     it = CommandIngest(make_inputs())
-    assert it.take(command(stamp, [1.0]), 0, NOW) == ""
-    assert pushed(it.inputs)[0][0] == counts_from
+    for k, (off, arrival) in enumerate(zip(stamps_off, arrivals)):
+        assert it.take(command(max(arrival + off, 0), **payload(k)), arrival, arrival) == ""
+    return it, pushed(it.inputs)
 
 
-def test_after_a_jump_of_the_clock_older_stamps_are_taken():
+@pytest.mark.parametrize("off", [0, 0.4, -0.4, 0.9, -0.9, 1.0, -1.0, 5.0, -5.0, 3600.0, -3600.0, -NOW / S])
+def test_a_command_counts_from_its_arrival_whatever_its_stamp(off):
+    it, ring = commanded([round(off * S)] * 3, [NOW, NOW + S // 10, NOW + S // 5])
+    assert [row[0] for row in ring] == [NOW, NOW + S // 10, NOW + S // 5] and it.accepted == 3 and not it.refused
+
+
+def test_one_stamp_ahead_locks_nothing_out_and_a_stop_stops():
+    """0.9 s ahead, then 49 others at 50 Hz, the last a stop: all act when they come."""
+    arrivals = [NOW + k * S // 50 for k in range(50)]
+    it, ring = commanded([9 * S // 10] + [0] * 49, arrivals, lambda k: {"velocity": [0.0 if k == 49 else 0.5]})
+    assert [row[0] for row in ring] == arrivals and ring[-1][2] == 0.0 and it.accepted == 50
+
+
+def test_jitter_of_the_stamps_loses_nothing():
+    off = np.random.default_rng(3).integers(-3 * S // 10, 3 * S // 10, 415).tolist()
+    arrivals = [NOW + k * S // 50 for k in range(415)]
+    it = CommandIngest(make_inputs())
+    for jitter, arrival in zip(off, arrivals):
+        assert it.take(command(arrival + jitter, velocity=[0.5]), arrival, arrival) == ""
+    assert it.accepted == it.inputs.command_head[0] == 415 and not it.refused
+    assert sorted(it.inputs.command_time.tolist()) == arrivals[-COMMAND_ROWS:]
+    assert 0.25 < abs(it.largest_lag) <= 0.3
+
+
+def test_duplicates_and_swaps_act_as_they_come():
+    stamps = [NOW, NOW, NOW + 40_000_000, NOW + 20_000_000, NOW + 40_000_000]
+    arrivals = [NOW + k * 20_000_000 for k in range(5)]
+    it, ring = commanded([s - a for s, a in zip(stamps, arrivals)], arrivals)
+    assert [row[0] for row in ring] == arrivals and [row[2] for row in ring] == [0.0, 0.001, 0.002, 0.003, 0.004]
+
+
+@given(st.lists(st.tuples(st.integers(-5_000_000, 30_000_000), st.integers(-(10**13), 10**13)), max_size=60))
+def test_times_in_the_ring_go_up_though_the_map_of_the_clocks_moves_back(steps):
+    it, arrival, now = CommandIngest(make_inputs()), 10**15, NOW
+    for step, off in steps:
+        arrival, now = arrival + max(step, 0), now + step
+        assert it.take(command(max(NOW + off, 0), velocity=[1.0]), arrival, now) == ""
+    times = [row[0] for row in pushed(it.inputs)]
+    assert (np.diff(times) > 0).all() and it.accepted == len(steps)
+    assert all(time >= NOW - 5_000_000 * len(steps) for time in times)
+
+
+def test_after_a_jump_of_the_clock_commands_count_on_the_new_one():
     it = prepared()
     it.reset()
-    assert it.take(command(NOW - 50 * S, [1.0]), 0, NOW - 50 * S) == ""
+    assert it.take(command(NOW, [1.0]), 0, NOW - 50 * S) == ""
+    assert pushed(it.inputs)[1][0] == NOW - 50 * S
+
+
+def test_the_lag_is_arrival_less_stamp_on_the_clock_of_the_stamp():
+    """Motion on a clock of its own, 1000 s before the wall clock; arrivals are neither."""
+    it = CommandIngest(make_inputs(), wall=NOW + 1000 * S - 7)
+    for arrival, stamp, lag, clock in (
+        (7, NOW - S // 5, 0.2, "motion"),
+        (S, NOW + 2 * S, -1.0, "motion"),
+        (2 * S, NOW + 1002 * S - S // 2 - 7, 0.5, "wall"),
+        (2 * S + 1, 0, nan, ""),
+        (2 * S + 2, NOW - 3600 * S, nan, ""),
+    ):
+        assert it.take(command(stamp, [1.0]), arrival, NOW + arrival - arrival % S) == ""
+        assert it.lag == pytest.approx(lag, abs=1e-8, nan_ok=True) and it.lag_clock == clock
+    assert it.largest_lag == pytest.approx(0.5), "that of -1 s is older than a second"
+    assert it.take(command(NOW + 4 * S, [1.0]), 4 * S, NOW + 4 * S) == "" and it.largest_lag == 0.0
+
+
+# what asks for more than the winch can do
+
+
+def test_what_is_clamped_is_counted_and_said():
+    drum = records(1, DRUM)[0]
+    drum.payout_0, drum.rate_most, drum.reach_least, drum.reach_most = 450.0, 2.0, -430.0, 15.0
+    it = CommandIngest(make_inputs(), drum)
+    for asked, what in (
+        ({"velocity": [2.0]}, {}),
+        ({"velocity": [-2.5]}, {"rate": 1}),
+        ({"position": [465.0]}, {"rate": 1}),
+        ({"position": [500.0]}, {"rate": 1, "length": 1}),
+        ({"position": [100.0], "velocity": [9.0]}, {"rate": 1, "length": 1}),  # the length wins
+        ({"position": [-3.0]}, {"rate": 1, "length": 2}),
+    ):
+        assert it.take(command(NOW, **asked), 0, NOW) == "" and dict(it.clamped) == what
+    assert it.last_clamp == (
+        "a length of -3 m is outside the travel, 20.00 to 465.00 m of pay-out: the winch goes to 20.00 m"
+    )
+    assert it.take(command(NOW, velocity=[1e4]), 0, NOW) == ""
+    assert it.last_clamp == "a rate of 10000 m/s is beyond winch.max_rate = 2 m/s: carried out at that"
+    assert it.travel(450.0) == (15.0, 430.0) and it.travel(465.1) == (0.0, pytest.approx(445.1))
+    assert np.isnan(CommandIngest(make_inputs()).travel(1.0)).all()
 
 
 # a bag
@@ -248,8 +333,7 @@ def test_a_bag_decides_as_the_ingest_of_the_node():
     assert feeder.until(10**30) == tow.events and feeder.done
     assert feeder.commands.refused == commands.refused and feeder.commands.accepted == commands.accepted
     assert set(commands.refused) == {
-        *("before_motion", "out_of_range", "array_length", "nothing_commanded", "stamp_not_advancing"),
-        *("not_finite", "joint_name", "size"),
+        *("before_motion", "out_of_range", "array_length", "nothing_commanded", "not_finite", "joint_name", "size")
     }
     taken = [row for row in wanted if not isinstance(row, str)]
     assert len(taken) >= 20 and np.array_equal(pushed(feeder.inputs), taken, equal_nan=True)
@@ -297,7 +381,7 @@ def test_the_map_of_arrivals_forgets_at_the_same_time_whatever_their_clock():
     assert runs[0] == runs[1] == runs[2] and len(set(runs[0][2000:])) > 3, "the least delay must leave the memory"
 
 
-def test_a_jump_of_the_clock_forgets_the_stamps_of_commands():
+def test_a_jump_of_the_clock_forgets_the_times_of_commands():
     events = [
         Event(T0 + k * STEP, T0 + k * STEP, "odometry", odometry(T0 + k * STEP, velocity=(1, 0, 0))) for k in range(9)
     ]

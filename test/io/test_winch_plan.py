@@ -8,9 +8,10 @@ from hypothesis import strategies as st
 from cable_sim_ros.io.commands import encode_command
 from cable_sim_ros.io.messages import decode_command
 from cable_sim_ros.io.winch_plan import UNITS, PlanError, WinchPlan
+from cable_sim_ros.physics.command import command
 from cable_sim_ros.physics.inputs import COMMAND_ROWS, make_inputs, push_command
 from cable_sim_ros.physics.state import records
-from cable_sim_ros.physics.winch import DRUM, WINCH, command
+from cable_sim_ros.physics.winch import DRUM, WINCH
 
 TICK, S = 10_000_000, 1_000_000_000
 START = 7 * S + 3
@@ -20,7 +21,8 @@ def drum_of(**values):
     """A drum with 450 m paid out of 466, of which 8 m are inboard."""
     row = records(1, DRUM)[0]
     usual = {"rate_most": 2.0, "timeout": 0.5, "payout_0": 450.0, "total": 466.0, "inboard": 8.0}
-    usual |= {"length_least": -430.0, "length_most": 15.0, "limit_least": -430.0, "limit_most": 15.0}
+    usual |= {f"{end}_least": -430.0 for end in ("length", "limit", "reach")}
+    usual |= {f"{end}_most": 15.0 for end in ("length", "limit", "reach")} | {"ramp": 1e9}  # as good as none
     for name, value in (usual | values).items():
         row[name] = value
     return row
@@ -126,6 +128,23 @@ def test_what_the_winch_cannot_do_is_refused(text, said):
     with pytest.raises(PlanError) as error:
         WinchPlan(text).check(drum_of())
     assert said in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("limits", "remedy"),
+    [
+        ({}, "or more cable"),
+        ({"limit_most": 10.0, "reach_most": 10.0}, "or other winch.least_scope and winch.most_scope"),
+        ({"reach_most": 2.0}, "or more fine elements on that side of the sheave (cable.sections.*.elements)"),
+    ],
+)
+def test_a_length_outside_the_travel_is_refused_with_what_would_widen_it(limits, remedy):
+    with pytest.raises(PlanError) as error:
+        WinchPlan("0 length 466").check(drum_of(**limits))
+    assert f"Give a length within it, {remedy}" in str(error.value)
+
+
+def test_what_the_winch_can_do_is_taken():
     WinchPlan("0 length 465, 1 scope 457, 2 rate -2, 3 length 20, 4 scope 12").check(drum_of())
 
 

@@ -1,4 +1,4 @@
-"""Winch and set-points: (136) against its solution, commands, limits, signs of (1) and (2)."""
+"""Winch and set-points: (136) against its solution, limits, signs of (1) and (2)."""
 
 from __future__ import annotations
 
@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from scipy.signal import lsim
 
-from cable_sim_ros.physics.inputs import make_inputs, push_command
 from cable_sim_ros.physics.setpoint import SETPOINT, compensation, mean_track
 from cable_sim_ros.physics.state import SHEAVE, records
-from cable_sim_ros.physics.winch import DRUM, WINCH, command, command_between, drum_point, servo
+from cable_sim_ros.physics.winch import DRUM, WINCH, drum_point, servo
 
 
 def filled(kind: np.dtype, **values) -> np.record:
@@ -72,72 +71,6 @@ def test_paying_out_turns_the_drum_from_the_end_towards_its_top():
     np.testing.assert_allclose(a, np.subtract(ahead, behind) / (2 * h), atol=1e-6)
 
 
-def test_rate_command_runs_until_its_time_out_then_holds():
-    inputs, winch, drum = make_inputs(), filled(WINCH), drum_of()
-    push_command(inputs, 0, np.nan, 0.2)
-    for k in range(100):
-        command((k + 1) * 10_000_000, 0.01, drum, inputs, winch)
-    assert winch.commanded == pytest.approx(0.2 * 0.5, abs=1e-9)
-    assert winch.stale == 1
-    push_command(inputs, 1_000_000_000, np.nan, np.nan)  # nothing commanded: the one before holds
-    command(1_010_000_000, 0.01, drum, inputs, winch)
-    assert winch.stale == 1
-
-
-def test_length_command_is_approached_at_the_largest_rate_and_held():
-    inputs, winch, drum = make_inputs(), filled(WINCH), drum_of(rate_most=0.5)
-    push_command(inputs, 0, 450.4, np.nan)
-    lengths = []
-    for k in range(300):
-        command((k + 1) * 10_000_000, 0.01, drum, inputs, winch)
-        lengths.append(winch.commanded)
-    assert np.diff(lengths).max() <= 0.5 * 0.01 + 1e-12
-    assert lengths[-1] == pytest.approx(0.4)
-    assert winch.stale == 0, "a length is held for as long as nothing else comes"
-
-
-def test_a_length_wins_over_a_rate_of_the_same_message():
-    inputs, winch, drum = make_inputs(), filled(WINCH), drum_of(rate_most=0.5)
-    push_command(inputs, 0, 449.0, 0.5)
-    assert command(10_000_000, 0.01, drum, inputs, winch) == pytest.approx(-0.5)
-
-
-def test_the_newest_command_wins_from_where_the_winch_is():
-    """A rate takes over half way to a length, and rate 0 stops it."""
-    inputs, winch, drum = make_inputs(), filled(WINCH), drum_of(rate_most=0.5)
-    push_command(inputs, 0, 440.0, np.nan)
-    for k in range(100):
-        command((k + 1) * 10_000_000, 0.01, drum, inputs, winch)
-    push_command(inputs, 1_000_000_001, np.nan, 0.0)
-    assert command(1_010_000_000, 0.01, drum, inputs, winch) == 0.0
-    assert winch.commanded == pytest.approx(-0.5) and winch.stale == 0
-
-
-@pytest.mark.parametrize("payout, rate", [(np.nan, 0.5), (900.0, np.nan)], ids=["rate", "length"])
-def test_a_command_past_the_end_does_not_pile_up(payout, rate):
-    """Ten seconds against the end of the drum: the first tick of the way back hauls in."""
-    inputs, winch, drum = make_inputs(), filled(WINCH), drum_of(rate_most=0.5, length_most=0.3, timeout=60.0)
-    push_command(inputs, 0, payout, rate)
-    for k in range(1000):
-        before = winch.commanded
-        now = command((k + 1) * 10_000_000, 0.01, drum, inputs, winch)
-        servo(0.01, drum, winch, (before, 0.0), (winch.commanded, now))
-    assert winch.commanded == pytest.approx(0.3, abs=1e-12) and now == 0.0
-    assert winch.at_end == 1, "standing at the end is reported for as long as it lasts"
-    push_command(inputs, 10_000_000_001, np.nan, -0.5)
-    assert command(10_010_000_000, 0.01, drum, inputs, winch) == pytest.approx(-0.5)
-    servo(0.01, drum, winch, (0.3, 0.0), (winch.commanded, -0.5))
-    assert winch.at_end == 0
-
-
-def test_a_command_of_the_future_waits():
-    inputs, winch, drum = make_inputs(), filled(WINCH), drum_of()
-    push_command(inputs, 50_000_000, np.nan, 1.0)
-    assert command(10_000_000, 0.01, drum, inputs, winch) == 0.0
-    assert winch.command_age == -1.0
-    assert command(60_000_000, 0.01, drum, inputs, winch) == pytest.approx(1.0)
-
-
 @pytest.mark.parametrize(
     "law, moved, length",
     [
@@ -176,16 +109,3 @@ def test_mean_track_follows_a_drift_and_lets_waves_through():
     left = np.array(left[60_000:])
     assert abs(left.mean()) < 0.02, "a steady drift of 0.1 m/s is followed"
     assert left.std() * np.sqrt(2) == pytest.approx(0.5, rel=0.03), "a wave of 10 s is not"
-
-
-def test_a_step_of_any_length_takes_every_command_from_its_stamp_to_its_time_out():
-    """Rate 1 from 0.13 s, -2 from 0.37 s, which times out at 0.87 s: pay-out 0.24 - 1.0 m, whatever the steps."""
-    inputs, drum = make_inputs(), drum_of(timeout=0.5)
-    push_command(inputs, 130_000_000, np.nan, 1.0)
-    push_command(inputs, 370_000_000, np.nan, -2.0)
-    for step in (1_000_000_000, 500_000_000, 100_000_000, 7_812_500):
-        winch, rate = filled(WINCH), 0.0
-        for begin in range(0, 1_000_000_000, step):
-            rate = command_between(begin, begin + step, drum, inputs, winch)
-        assert winch.commanded == pytest.approx(0.24 - 1.0, abs=1e-12), step
-        assert rate == 0.0 and winch.stale == 1 and winch.command_age == pytest.approx(1.0 - 0.37, abs=1e-9)

@@ -166,6 +166,7 @@ class Ship:
         self.imu = ears.node.create_publisher(Imu, "imu/data", qos_profile_sensor_data)
         self.odom = ears.node.create_publisher(Odometry, "odom", qos_profile_sensor_data) if odometry else None
         self.shift = 0  # ns added to the stamps
+        self.heave, self.speed = 1.0, 2.2  # m, m/s
         self.silent = False
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._sail, daemon=True)
@@ -185,11 +186,11 @@ class Ship:
         for message in (imu, odom):
             message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 10**9)
         imu.orientation.w = 1.0
-        imu.linear_acceleration.z = float(9.81 - w * w * np.sin(w * t))
+        imu.linear_acceleration.z = float(9.81 - self.heave * w * w * np.sin(w * t))
         odom.header.frame_id, odom.child_frame_id = "odom", "base_link"
         odom.pose.pose.orientation.w = 1.0
-        odom.pose.pose.position.x, odom.pose.pose.position.z = 2.2 * t, float(np.sin(w * t))
-        odom.twist.twist.linear.x, odom.twist.twist.linear.z = 2.2, float(w * np.cos(w * t))
+        odom.pose.pose.position.x, odom.pose.pose.position.z = self.speed * t, float(self.heave * np.sin(w * t))
+        odom.twist.twist.linear.x, odom.twist.twist.linear.z = self.speed, float(self.heave * w * np.cos(w * t))
         return imu, odom
 
     def _sail(self) -> None:

@@ -23,6 +23,14 @@ NODES, STATIONS = 20, 8
 TEMPLATE = np.zeros(1, FRAME)
 
 
+def settings_of(winch) -> np.recarray:
+    """What a session reads of a model's settings: the drum's limits. A travel of 100 m either way, datum zero."""
+    found = records(1, TOW_SETTINGS)
+    drum = found[0].drum
+    drum.rate_most, drum.timeout, drum.reach_least, drum.reach_most = winch.max_rate, winch.command_timeout, -100, 100
+    return found
+
+
 class Model(NamedTuple):
     period: int
     settings: np.ndarray  # TOW_SETTINGS [1]
@@ -133,8 +141,7 @@ class SolverError(RuntimeError):
 class Simulator:
     def __init__(self, scene) -> None:
         self.scene = scene
-        settings = records(1, TOW_SETTINGS)
-        settings[0].drum.timeout = scene.winch.command_timeout
+        settings = settings_of(scene.winch)
         settings.setflags(write=False)
         self.model = Model(round(scene.solver.tick * 1e9), settings, scene.winch.max_rate)
         self.state = State(records(1, MEMORY), np.zeros(6))

@@ -1,0 +1,108 @@
+"""The task `command` of /diagnostics: what a controller's author sees of his commands. No network."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
+from test_commands import NOW, S, command
+
+from cable_sim_ros.io.commands import CommandIngest
+from cable_sim_ros.physics.frame import FRAME, Flag
+from cable_sim_ros.physics.inputs import make_inputs
+from cable_sim_ros.physics.state import records
+from cable_sim_ros.physics.winch import DRUM
+from cable_sim_ros.ros.diagnostics import OK, WARN, Watch
+
+SECOND = 10**9
+
+
+def watched(flags=Flag.NONE, payout=450.0):
+    """(ingest, its task): a winch with 20 to 465 m of travel that stands at ``payout``."""
+    drum = records(1, DRUM)[0]
+    drum.payout_0, drum.rate_most, drum.reach_least, drum.reach_most = 450.0, 2.0, -430.0, 15.0
+    commands = CommandIngest(make_inputs(), drum)
+    frame = np.zeros((), FRAME)
+    frame["payout"], frame["status"] = payout, flags
+    session = SimpleNamespace(
+        commands=commands,
+        node=SimpleNamespace(input_delay=0.03),
+        scene=SimpleNamespace(winch=SimpleNamespace(command_delay=0.2)),
+    )
+    watch = Watch(session)
+    return commands, lambda: watch._command(SimpleNamespace(latest=frame), 5 * SECOND)
+
+
+def test_before_there_is_a_winch():
+    task = Watch(SimpleNamespace())._command(None, 0)
+    assert (task.level, task.message) == (OK, "not yet listening")
+
+
+def test_no_command_yet():
+    _, task = watched()
+    status = task()
+    assert (status.level, status.message) == (OK, "no command yet: the winch holds")
+    assert status.values["newest"] == "none" and status.values["age_s"] == "never" and status.values["lag_clock"] == "-"
+    assert status.values["remaining_out_m"] == "15.000" and status.values["remaining_in_m"] == "430.000"
+    assert status.values["data_clock_lead_ms"] == "30.000" and status.values["delay_ms"] == "200.000"
+
+
+def test_a_good_command():
+    commands, task = watched()
+    commands.take(command(NOW - S // 4, velocity=[-0.5]), 4 * SECOND, NOW)
+    status = task()
+    assert (status.level, status.message) == (
+        OK,
+        "commanded: rate -0.5 m/s; 15.00 m can be paid out and 430.00 m hauled in",
+    )
+    assert status.values["age_s"] == "1.000" and status.values["lag_ms"] == "250.000"
+    assert status.values["lag_largest_ms"] == "250.000" and status.values["stale"] == "false"
+
+
+@pytest.mark.parametrize(
+    "flags, given, text",
+    [
+        (
+            Flag.COMMAND_STALE,
+            {"velocity": [0.5]},
+            "command stale: the newest, rate 0.5 m/s, is older than winch.command_timeout, the winch holds at 450.00 m",
+        ),
+        (
+            Flag.NONE,
+            {"velocity": [3.0]},
+            "a rate of 3 m/s is beyond winch.max_rate = 2 m/s: carried out at that; 15.00 m can be paid out and 430.00 "
+            "m hauled in",
+        ),
+        (
+            Flag.COMMAND_LIMITED,
+            {"velocity": [2.0]},
+            "the newest, rate 2 m/s, asks for more than the winch can do: 15.00 m can be paid out and 430.00 m hauled "
+            "in",
+        ),
+        (Flag.NONE, {"velocity": [np.inf]}, "1 commands refused in the last second"),
+    ],
+    ids=["stale", "clamped", "limited", "refused"],
+)
+def test_what_is_wrong_is_warned_of(flags, given, text):
+    commands, task = watched(flags)
+    commands.take(command(NOW, **given), 4 * SECOND, NOW)
+    status = task()
+    assert (status.level, status.message) == (WARN, text)
+    assert task().level == (WARN if flags else OK), "what was counted is new once, a flag as long as it lasts"
+
+
+def test_twenty_metres_out_given_as_a_length_is_seen():
+    commands, task = watched(payout=300.0)
+    commands.take(command(NOW, [20.0]), 4 * SECOND, NOW)
+    commands.take(command(NOW, [-20.0]), 4 * SECOND, NOW)
+    status = task()
+    assert status.values["newest"] == "length -20 m" and status.values["clamped: length"] == "1"
+    assert status.message == (
+        "a length of -20 m is outside the travel, 20.00 to 465.00 m of pay-out: the winch goes to 20.00 m; 165.00 m "
+        "can be paid out and 280.00 m hauled in"
+    )

@@ -1,0 +1,78 @@
+"""The controller of docs/winch.md, as it stands there, against the real simulator through real topics."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import sys
+from pathlib import Path
+
+import pytest
+from conftest import Process, poll
+
+pytest.importorskip("rclpy")
+pytestmark = [pytest.mark.ros, pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time")]
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "winch.md"
+WITHIN = 0.1  # m
+
+
+def example() -> str:
+    blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text("utf-8"), re.S)
+    (code,) = (block for block in blocks if "rclpy" in block)
+    return code
+
+
+def test_the_example_is_short_and_its_own():
+    code = example()
+    assert len(code.splitlines()) <= 40 and "cable_sim" not in code
+
+
+def test_the_controller_of_the_page_brings_the_body_to_its_depth_and_its_end_is_seen(world):
+    """A rosette at 100 m: 1.5 m deeper and 3 s there within 30 s; killed, the winch holds and says so."""
+    from diagnostic_msgs.msg import DiagnosticArray
+    from geometry_msgs.msg import PoseStamped
+    from sensor_msgs.msg import JointState
+
+    ears = world.ears()
+    poses, winch = ears.listen(PoseStamped, "towbody/pose"), ears.listen(JointState, "winch/state")
+    ears.listen(DiagnosticArray, "/diagnostics")
+    ship = world.ship(ears)
+    ship.heave, ship.speed = 0.03, 0.1
+    ship.sail()
+    environment = {key: value for key, value in world.environment.items() if key != "NUMBA_CACHE_DIR"}
+    node = [sys.executable, "-m", "cable_sim_ros.ros.node", "--ros-args"]
+    node += ["-p", "scene:=lowered_ctd", "-p", "winch.scope:=100.0", "-p", "winch.most_scope:=150.0"]
+    world.processes.append(Process(node, world.folder / "node.log", environment))
+    poll(lambda: len(poses) > 100, 300.0, "a second of poses: compiling takes minutes the first time")
+
+    def depth() -> float:
+        return -poses[-1].pose.position.z
+
+    first = depth()
+    wanted = first + 1.5
+    script = world.folder / "hold_depth.py"
+    script.write_text(example())
+    alone = {key: value for key, value in world.environment.items() if key != "PYTHONPATH"}
+    controller = Process([sys.executable, str(script), str(wanted)], world.folder / "controller.log", alone)
+    world.processes.append(controller)
+
+    def held() -> bool:
+        """Were the last three seconds at the wanted depth?"""
+        return len(poses) > begun and all(abs(-p.pose.position.z - wanted) < WITHIN for p in poses[-300:])
+
+    begun = len(poses) + 300
+    poll(held, 30.0, f"3 s at {wanted:.2f} m, now {depth():.2f} m\n{controller.text}", step=0.2)
+    assert winch[-1].position[0] - winch[0].position[0] == pytest.approx(1.5, abs=0.3)
+    values = ears.diagnostics()["command"][2]
+    assert values["newest"].startswith("rate") and values["stale"] == "false" and values["lag_clock"] == "motion"
+    assert abs(float(values["lag_ms"])) < 500.0 and values["data_clock_lead_ms"] == "30.000"
+    assert float(values["remaining_out_m"]) == pytest.approx(50.0 - 1.5, abs=0.5)
+
+    controller.stop(signal.SIGKILL)
+    level, text, _ = poll(
+        lambda: (lambda task: task if task[2].get("stale") == "true" else None)(ears.diagnostics()["command"]),
+        5.0,
+        "the end of the controller in /diagnostics",
+    )
+    assert level == 1 and "older than winch.command_timeout, the winch holds at" in text
