@@ -177,8 +177,9 @@ class Feeder:
         scene: Scene,
         motion: MotionInput | None = None,
         heave: Heave | None = None,
+        drum: np.record | None = None,
     ) -> None:
-        self.intake = Intake(inputs, scene, motion, heave)
+        self.intake = Intake(inputs, scene, motion, heave, drum=drum)
         self.inputs, self.tow, self.jumped = inputs, tow, False
         self._next = 0
 

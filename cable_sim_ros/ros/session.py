@@ -101,14 +101,9 @@ class Session:
         self.log(
             "info", f"static start solved in {self.start_cost:.2f} s; configured after {time.monotonic() - begun:.1f} s"
         )
+        drum = self.sim.model.settings[0].drum
         self.intake = Intake(
-            self.sim.inputs,
-            self.scene,
-            self.node.motion,
-            self.node.heave,
-            self.clock,
-            self.wall,
-            self.sim.model.settings[0].drum,
+            self.sim.inputs, self.scene, self.node.motion, self.node.heave, self.clock, self.wall, drum
         )
         gc.collect()
         gc.freeze()  # a full collection with all this loaded stops the process for a tenth of a second

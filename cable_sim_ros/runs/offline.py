@@ -58,6 +58,7 @@ FIGURES = (
     ("winch", "", "winch plan; absent without one"),
     ("motion_refused", "1", "motion messages refused or bridged, by cause"),
     ("commands_refused", "1", "winch commands refused, by cause"),
+    ("commands_limited", "1", "winch commands that asked for more than the winch can do, by what was limited"),
     ("clock_jumps", "1", "jumps of the clock of the motion, over which the tow was carried"),
     ("notices", "", "what is odd about the bag, as texts"),
     ("journal", "", "`replay`: true: the bag says what the run took and when, so that this is the same run"),
@@ -293,6 +294,7 @@ def _intake_figures(one: Pass) -> dict[str, Any]:
     return {
         "motion_refused": intake.refusals(),
         "commands_refused": dict(intake.commands.refused),
+        "commands_limited": dict(intake.commands.clamped),
         "clock_jumps": intake.clock.jumps,
         "notices": one.tow.notices,
     }

@@ -58,9 +58,10 @@ class Pass:
         self.sim = Simulator(scene, mesh)
         self.tick = round(scene.solver.tick * SECOND)
         self._check_ring()
-        self.feeder = None if tow is None else Feeder(self.sim.inputs, tow, scene, *_taken_in(tow))
+        drum = self.sim.model.settings[0].drum
+        self.feeder = None if tow is None else Feeder(self.sim.inputs, tow, scene, *_taken_in(tow), drum)
         self.pending: list[Event] = []
-        self.commands = CommandIngest(self.sim.inputs) if self.feeder is None else self.feeder.commands
+        self.commands = CommandIngest(self.sim.inputs, drum) if self.feeder is None else self.feeder.commands
         self.winch = winch
         if winch is not None:
             winch.check(self.sim.model.settings[0].drum)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cable_sim_ros.physics.command import approach, between, command, command_between
-from cable_sim_ros.physics.inputs import make_inputs, push_command
+from cable_sim_ros.physics.inputs import look, make_inputs, push_command
 from cable_sim_ros.physics.state import records
 from cable_sim_ros.physics.winch import DRUM, WINCH, servo
 
@@ -36,6 +36,7 @@ class Carried:
 
     def give(self, payout=NAN, rate=NAN, at=None) -> None:
         push_command(self.inputs, self.now if at is None else at, payout, rate)
+        look(self.inputs)
 
     def run(self, seconds: float) -> Carried:
         for _ in range(round(seconds * S / TICK)):
