@@ -9,7 +9,7 @@ from cable_sim_ros.io.commands import encode_command
 from cable_sim_ros.io.messages import decode_command
 from cable_sim_ros.io.winch_plan import UNITS, PlanError, WinchPlan
 from cable_sim_ros.physics.command import command
-from cable_sim_ros.physics.inputs import COMMAND_ROWS, make_inputs, push_command
+from cable_sim_ros.physics.inputs import COMMAND_ROWS, look, make_inputs, push_command
 from cable_sim_ros.physics.state import records
 from cable_sim_ros.physics.winch import DRUM, WINCH
 
@@ -162,6 +162,7 @@ def followed(text, seconds, **values):
                 np.nan if item.payout is None else item.payout,
                 np.nan if item.rate is None else item.rate,
             )
+        look(inputs)
         command(now + TICK, 0.01, drum, inputs, winch)
         lengths.append(winch.commanded)
         stale += winch.stale
