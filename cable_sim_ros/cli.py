@@ -19,7 +19,7 @@ from .runs.told import residual_table, tell
 # mistakes of the user or the data: their text is the whole message. Anything else is ours and keeps its traceback
 EXPECTED = {
     "cable_sim_ros.io.load.SceneError",
-    "cable_sim_ros.io.bag.BagError",
+    "cable_sim_ros.io.bag_writer.BagError",
     "cable_sim_ros.io.motion_table.MotionError",
     "cable_sim_ros.io.winch_plan.PlanError",
     "cable_sim_ros.io.resources.ResourceError",

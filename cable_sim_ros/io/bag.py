@@ -24,8 +24,8 @@ from .bag_writer import shown
 from .mcap_file import RECORD_MOST, McapFile, Piece, Raw, Unreadable, size_text
 from .typestore import STORE
 
-METADATA_MOST = 1024 * 1024  # bytes of metadata.yaml
-HELD_MOST = 128 * 1024 * 1024  # bytes held to put messages of overlapping chunks in order
+METADATA_MOST = 1_000_000  # bytes of metadata.yaml
+HELD_MOST = 128_000_000  # bytes held to put messages of overlapping chunks in order
 TOLD_MOST = 100  # losses kept as text
 
 

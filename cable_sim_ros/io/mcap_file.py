@@ -97,6 +97,12 @@ class McapFile:
     def close(self) -> None:
         self._file.close()
 
+    def __enter__(self) -> McapFile:
+        return self
+
+    def __exit__(self, *_) -> None:
+        self.close()
+
     def messages(self, piece: Piece) -> list[Raw]:
         """Messages of a piece in order of the file; Unreadable if they cannot be read whole."""
         raw: list[Raw] = []
@@ -242,6 +248,9 @@ class McapFile:
             else:
                 self.pieces.append(Piece(at, end - at, first, last))
             return end
+        if opcode == Opcode.MESSAGE_INDEX and length >= 6:
+            if struct.unpack("<I", self._read(at + HEAD.size + 2, 4))[0] == length - 6:
+                return end  # whole; what follows has to speak for itself
         if not self._plausible(end):
             raise Unreadable("a record's length leads nowhere")
         if length > RECORD_MOST:
@@ -331,7 +340,12 @@ def _end(piece: Piece) -> int:
 
 
 def size_text(size: int) -> str:
-    return f"{size} bytes" if size < 10_000 else f"{size / 1e3:.0f} kB" if size < 1e7 else f"{size / 1e6:.0f} MB"
+    """A number of bytes for the user."""
+    if size < 10_000:
+        return f"{size} bytes"
+    if size < 1_000_000:
+        return f"{size / 1e3:.0f} kB"
+    return f"{size / 1e6:.1f}".removesuffix(".0") + " MB"
 
 
 def _split(data: bytes):
