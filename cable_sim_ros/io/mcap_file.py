@@ -15,7 +15,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import NamedTuple
 
-import lz4.frame
+import lz4.frame  # type: ignore[import-untyped]
 import zstandard
 from mcap import records
 from mcap.data_stream import ReadDataStream
@@ -192,10 +192,13 @@ class McapFile:
         except (Unreadable, struct.error, OSError):
             statistics = None
         pieces.sort()
-        apart = all(a.offset + a.size <= b.offset for a, b in zip(pieces, pieces[1:]))
-        known = bool(self.channels) or not pieces
-        whole = statistics is not None and statistics.chunk_count == len(pieces) and apart and known
-        if not whole or (statistics.message_count and not pieces) or (pieces and _end(pieces[-1]) > start):
+        apart = all(_end(a) <= b.offset for a, b in zip(pieces, pieces[1:]))
+        whole = (
+            statistics is not None
+            and statistics.chunk_count == len(pieces)
+            and (_end(pieces[-1]) <= start and apart and self.channels if pieces else not statistics.message_count)
+        )
+        if not whole:
             self.schemas, self.channels, self.metadata = {}, {}, {}
             return False
         self.pieces = pieces

@@ -257,7 +257,7 @@ def _bag_path(out: str | os.PathLike | None) -> Path | None:
                 "give another folder with --out, or remove it"
             )
         Path(out).mkdir(parents=True, exist_ok=True)
-        tempfile.TemporaryFile(dir=out).close()
+        tempfile.TemporaryFile(dir=os.fspath(out)).close()
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         raise BagError(f"{cannot_make(bag, error)} with --out; nothing was simulated") from None
     return bag

@@ -189,7 +189,31 @@ def test_a_recovery_to_a_full_disk_says_so(bag, tmp_path, monkeypatch):
         recover(bag, tmp_path / "out")
 
 
+def test_a_command_that_read_a_damaged_bag_leaves_with_code_3(monkeypatch):
+    def reads_twice():
+        for _ in range(2):
+            warnings.warn("bag 'x' is damaged", DamageWarning, stacklevel=1)
+        return "figures"
+
+    monkeypatch.setattr(cli, "manual_text", reads_twice)
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        done = CliRunner().invoke(cli.main, ["manual"])
+    assert done.exit_code == 3 and "figures" in done.output
+    assert done.output.count("warning: bag 'x' is damaged") == 1
+
+
 # ---- recording
+
+
+def test_a_full_disk_names_the_file(tmp_path):
+    with BagWriter(tmp_path / "bag") as writer:
+        writer._file._file.close()
+        writer._file._file = open("/dev/full", "wb", buffering=0)
+        writer.add("/a", IMU, 1, b"")
+        with pytest.raises(OSError, match="No space left on device: '/dev/full'"):
+            writer.flush()
+        writer.abort()
 
 
 def test_a_long_recording_takes_no_more_memory(tmp_path):
