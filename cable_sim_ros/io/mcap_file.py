@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import os
 import re
+import stat
 import struct
 import zlib
 from io import BytesIO
@@ -82,6 +83,8 @@ class McapFile:
         self.losses: list[Loss] = []
         self.cut_off = False
         self._chunked = False
+        if not stat.S_ISREG(os.stat(self.path).st_mode):
+            raise Unreadable("it is no file")  # a pipe would be waited for
         self._file = open(self.path, "rb", buffering=0)
         try:
             self.size = os.fstat(self._file.fileno()).st_size

@@ -47,6 +47,8 @@ def test_one_bad_chunk_costs_one_chunk(bag, index):
     assert read == [k for k in range(COUNT) if k not in gone] and read[0] == 0 and read[-1] == COUNT - 1
     assert damage.chunks_lost == 1 and damage.bytes_lost == chunks[3][1] - first
     assert f"at byte {first} of bag_0.mcap" in damage.messages[0]
+    with BagReader(bag) as reader:
+        assert len(list(reader)) == len(list(reader)) and reader.damage == damage  # counted once
     assert str(damage).startswith(f"bag '{bag}' is damaged: ") and str(damage).endswith("the rest was read")
 
 
