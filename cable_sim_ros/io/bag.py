@@ -11,7 +11,7 @@ import sqlite3
 import warnings
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
-from operator import itemgetter
+from operator import attrgetter
 from pathlib import Path, PurePath
 from typing import Any, NamedTuple
 
@@ -24,8 +24,8 @@ from .bag_writer import shown
 from .mcap_file import RECORD_MOST, McapFile, Piece, Raw, Unreadable, size_text
 from .typestore import STORE
 
-METADATA_MOST = 1024 * 1024  # bytes of metadata.yaml
-HELD_MOST = 128 * 1024 * 1024  # bytes held to put messages of overlapping chunks in order
+METADATA_MOST = 1_000_000  # bytes of metadata.yaml
+HELD_MOST = 128_000_000  # bytes held to put messages of overlapping chunks in order
 TOLD_MOST = 100  # losses kept as text
 
 
@@ -85,6 +85,7 @@ class BagReader:
         self.custom_data: dict[str, str] = {}
         self.files: list[McapFile] = []
         self.foreign: AnyReader | None = None
+        self._known: set[tuple[McapFile, int]] = set()  # losses
         try:
             self._open()
         except BaseException:
@@ -196,36 +197,37 @@ class BagReader:
         self.damage.add(f"messages {topic} or whose description is lost are left out, in {file.path.name}")
 
     def _lost(self, file: McapFile, offset: int, size: int, why: str, chunk: bool = True) -> None:
+        if (file, offset) in self._known:  # it is read a second time
+            return
+        self._known.add((file, offset))
         self.damage.add(f"{why}, at byte {offset} of {file.path.name}", chunks=int(chunk), size=size)
 
     def _sorted(self, topics: Collection[str] | None) -> Iterator[Message]:
         """Messages of the pieces of all files. Pieces that overlap in time are held until they can be merged."""
         work = sorted(((piece, file) for file in self.files for piece in file.pieces), key=lambda item: item[0].first)
-        held: list[tuple[int, int, Message]] = []
+        held: list[Message] = []
         size, newest = 0, -1
         for number, (piece, file) in enumerate(work):
             raw = self._load(file, piece, newest)
             names = topics_of(file)
-            order = len(held)
             for item in raw:
                 name = names.get(item.channel)
                 if name is None:
                     self.nameless(file, item.channel)
                 elif topics is None or name[0] in topics:
-                    order += 1
-                    held.append((item.time, order, Message(*name, item.time, item.data)))
+                    held.append(Message(*name, item.time, item.data))
                     size += len(item.data)
-            held.sort(key=itemgetter(0))  # stable
+            held.sort(key=attrgetter("time"))  # stable
             until = work[number + 1][0].first if number + 1 < len(work) else None
             ready = len(held)
             if until is not None and size < HELD_MOST:
-                while ready and held[ready - 1][0] >= until:
+                while ready and held[ready - 1].time >= until:
                     ready -= 1
-            for time, _, message in held[:ready]:
+            for message in held[:ready]:
                 yield message
-                newest = time
+                newest = message.time
             del held[:ready]
-            size = sum(len(message.data) for *_, message in held) if held else 0
+            size = sum(len(message.data) for message in held)
 
     def _load(self, file: McapFile, piece: Piece, newest: int = -1) -> list[Raw]:
         try:

@@ -9,7 +9,7 @@ from .bag import BagError, BagReader, Damage, report
 from .mcap_file import size_text
 from .messages import KINDS, find_topics
 
-INPUT_MOST = 1024 * 1024  # bytes; an Imu has 350, and a frame_id of megabytes is no name
+INPUT_MOST = 1_000_000  # bytes; an Imu has 350, and a frame_id of megabytes is no name
 
 
 def read_motion(

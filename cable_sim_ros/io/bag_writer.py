@@ -35,13 +35,17 @@ class _Sink:
     """The file of a bag. `whole` is where the last whole chunk ends [bytes]; nothing waits in a buffer of ours."""
 
     def __init__(self, path: Path) -> None:
-        self._file = open(path, "xb", buffering=0)
+        self._file = open(os.fspath(path), "xb", buffering=0)
         self.position = self.whole = 0
 
     def write(self, data: bytes) -> None:
         view = memoryview(data)
         while view:  # a disk that is nearly full takes a part
-            written = self._file.write(view) or 0
+            try:
+                written = self._file.write(view) or 0
+            except OSError as error:
+                error.filename = self._file.name  # for who reads the text
+                raise
             self.position += written
             view = view[written:]
 

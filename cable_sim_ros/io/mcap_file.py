@@ -9,13 +9,14 @@ from __future__ import annotations
 import contextlib
 import os
 import re
+import stat
 import struct
 import zlib
 from io import BytesIO
 from pathlib import Path
 from typing import NamedTuple
 
-import lz4.frame
+import lz4.frame  # type: ignore[import-untyped]
 import zstandard
 from mcap import records
 from mcap.data_stream import ReadDataStream
@@ -82,6 +83,8 @@ class McapFile:
         self.losses: list[Loss] = []
         self.cut_off = False
         self._chunked = False
+        if not stat.S_ISREG(os.stat(self.path).st_mode):
+            raise Unreadable("it is no file")  # a pipe would be waited for
         self._file = open(self.path, "rb", buffering=0)
         try:
             self.size = os.fstat(self._file.fileno()).st_size
@@ -96,6 +99,12 @@ class McapFile:
 
     def close(self) -> None:
         self._file.close()
+
+    def __enter__(self) -> McapFile:
+        return self
+
+    def __exit__(self, *_) -> None:
+        self.close()
 
     def messages(self, piece: Piece) -> list[Raw]:
         """Messages of a piece in order of the file; Unreadable if they cannot be read whole."""
@@ -186,11 +195,13 @@ class McapFile:
         except (Unreadable, struct.error, OSError):
             statistics = None
         pieces.sort()
-        apart = all(a.offset + a.size <= b.offset for a, b in zip(pieces, pieces[1:]))
-        known = bool(self.channels) or not pieces
-        whole = statistics is not None and statistics.chunk_count == len(pieces) and apart and known
-        counted = statistics is not None and (pieces or not statistics.message_count)
-        if not whole or not counted or (pieces and _end(pieces[-1]) > start):
+        apart = all(_end(a) <= b.offset for a, b in zip(pieces, pieces[1:]))
+        whole = (
+            statistics is not None
+            and statistics.chunk_count == len(pieces)
+            and (_end(pieces[-1]) <= start and apart and self.channels if pieces else not statistics.message_count)
+        )
+        if not whole:
             self.schemas, self.channels, self.metadata = {}, {}, {}
             return False
         self.pieces = pieces
@@ -243,6 +254,9 @@ class McapFile:
             else:
                 self.pieces.append(Piece(at, end - at, first, last))
             return end
+        if opcode == Opcode.MESSAGE_INDEX and length >= 6:
+            if struct.unpack("<I", self._read(at + HEAD.size + 2, 4))[0] == length - 6:
+                return end  # whole; what follows has to speak for itself
         if not self._plausible(end):
             raise Unreadable("a record's length leads nowhere")
         if length > RECORD_MOST:
@@ -332,7 +346,12 @@ def _end(piece: Piece) -> int:
 
 
 def size_text(size: int) -> str:
-    return f"{size} bytes" if size < 10_000 else f"{size / 1e3:.0f} kB" if size < 1e7 else f"{size / 1e6:.0f} MB"
+    """A number of bytes for the user."""
+    if size < 10_000:
+        return f"{size} bytes"
+    if size < 1_000_000:
+        return f"{size / 1e3:.0f} kB"
+    return f"{size / 1e6:.1f}".removesuffix(".0") + " MB"
 
 
 def _split(data: bytes):

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .bag import BagError, read_bag, read_metadata
+from .bag import BagError, BagReader, report
 from .channels import CHANNELS, channel_of, decode, decode_frames
 
 HEALTH = next(channel for channel in CHANNELS if channel.name == "sim_health")
@@ -31,16 +31,18 @@ def load_run(path: str | os.PathLike) -> RecordedRun:
     frames: list[bytes] = []
     shapes: list[tuple[int, np.ndarray]] = []
     contacts: list[tuple[int, np.ndarray]] = []
-    for message in read_bag(path):
-        channel = channel_of(message.topic, message.msgtype)
-        if channel is HEALTH:
-            frames.append(message.data)
-        elif channel is not None and channel.name in ("cable_shape", "sheave_contact"):
-            fields = decode(channel, message.data)
-            (shapes if "shape" in fields else contacts).append((fields.pop("time"), *fields.values()))
+    with BagReader(path) as bag:
+        for message in bag:
+            channel = channel_of(message.topic, message.msgtype)
+            if channel is HEALTH:
+                frames.append(message.data)
+            elif channel is not None and channel.name in ("cable_shape", "sheave_contact"):
+                fields = decode(channel, message.data)
+                (shapes if "shape" in fields else contacts).append((fields.pop("time"), *fields.values()))
+        report(bag, None)
     if not frames:
         raise BagError(
             f"bag '{path}' has no topic '{HEALTH.topic}' of type {HEALTH.msgtype}: there is no run to "
             f"summarise; give a bag that the node or the offline run recorded"
         )
-    return RecordedRun(decode_frames(frames), shapes, contacts, read_metadata(path).get("custom_data") or {})
+    return RecordedRun(decode_frames(frames), shapes, contacts, bag.custom_data)

@@ -15,8 +15,8 @@ from .mcap_file import size_text
 
 POLL = 0.05  # s; the feeding thread never wakes anyone, it only appends
 FLUSH = 1.0  # s of wall time: the most a crash may cost
-MESSAGE_MOST = 16 * 1024 * 1024  # bytes of one message
-QUEUE_BYTES = 64 * 1024 * 1024  # of messages that wait
+MESSAGE_MOST = 16_000_000  # bytes of one message
+QUEUE_BYTES = 64_000_000  # of messages that wait
 KEPT_SIZE = 65_536  # messages that wait and are to be kept
 
 

@@ -49,21 +49,26 @@ class Names:
 
     def __init__(self, root: str) -> None:
         self.root = Path(root)
-        self._base, self._number = "", 0  # of the last one that was made
+        self._made: dict[str, int] = {}  # wanted name -> number of the last one that was made
         self._asked = ("", 0)
 
     def next(self, wanted: str) -> Path:
-        """Where the next recording goes; wanted: "" for tow_<date and time>. A wanted name may be there from before."""
+        """Where the next recording goes; wanted: "" for tow_<date and time>.
+
+        The first of a wanted name is that name even if it exists, and is refused then: it is not of this run.
+        """
         base = wanted or time.strftime("tow_%Y%m%d_%H%M%S")
-        number = self._number if base == self._base else 0
+        number = self._made.get(base, 0)
         while True:
             number += 1
             suffix = "" if number == 1 else f"_{number}"
             path = self.root / (base[: NAME_MOST - len(suffix)] + suffix)
             if not os.path.lexists(path) or (number == 1 and wanted):
-                self._asked = base, number
+                self._asked = wanted, number
                 return path
 
     def made(self) -> None:
         """The place given last is taken now."""
-        self._base, self._number = self._asked
+        wanted, number = self._asked
+        if wanted:  # default names change every second
+            self._made[wanted] = number

@@ -19,7 +19,14 @@ class RecordingControl:
     """At most one Recorder at a time; `recorder` is None while nothing is recorded."""
 
     def __init__(self, settings: Settings, namespace: str) -> None:
-        self.settings, self.namespace = settings, namespace
+        self.settings = settings
+        self._about = {
+            "scene": settings.scene.name,
+            "scene_yaml": dump_scene(settings.scene),
+            "cable_sim_ros": __version__,
+            "namespace": namespace,
+            "node": settings.node.model_dump_json(),
+        }
         self.wanted = settings.node.recording.path
         self.names = Names(settings.node.recording.root)
         self.path: Path | None = None
@@ -43,17 +50,7 @@ class RecordingControl:
             return f"no recording: {problem}"
         path = self.names.next(self.wanted)
         try:
-            self.recorder = Recorder(
-                path,
-                custom_data={
-                    "scene": self.settings.scene.name,
-                    "scene_yaml": dump_scene(self.settings.scene),
-                    "cable_sim_ros": __version__,
-                    "namespace": self.namespace,
-                    "node": self.settings.node.model_dump_json(),
-                },
-                least_free=least_free,
-            )
+            self.recorder = Recorder(path, custom_data=self._about, least_free=least_free)
         except (BagError, OSError) as error:
             return f"no recording: {error}"
         self.names.made()

@@ -9,6 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from cable_sim_ros import cli
+from cable_sim_ros.lab.commands import STRESS_IDS
 from cable_sim_ros.lab.stress import STRESS, run
 from cable_sim_ros.lab.stress.n03_load_reversals import Impulse, changes, most_within
 from cable_sim_ros.lab.stress.n08_n14_overspeed_and_cold_start import LIGHT_FISH, OUTBOARD, WOUND, short_on_drum
@@ -20,19 +21,20 @@ from cable_sim_ros.physics.inputs import push_command
 from cable_sim_ros.physics.integrate import coefficients
 
 QUICK = ["N1", "N3", "N4", "N5", "N6", "N7", "N10", "N12", "N13", "N15", "N16", "N17", "N18", "N19", "N20", "N25"]
+BAGS = ["I10", "I11", "I12", "I14", "I16", "S1", "S2", "S3"]
 
 
-@pytest.mark.parametrize("name", [*QUICK, "N9"])
+@pytest.mark.parametrize("name", [*QUICK, "N9", *BAGS])
 def test_quick(name):
     verdict = run((name,), quick=True)[0]
     assert verdict.passed, [f"{f.name}: {f.value} ({f.bound})" for f in verdict.figures if f.passed is False]
 
 
 def test_all_are_in_the_table_and_each_module_is_named_by_its_numbers():
-    assert list(STRESS) == [f"N{i}" for i in range(1, 26)]
+    assert list(STRESS) == [*(f"N{i}" for i in range(1, 26)), *BAGS] == STRESS_IDS
     assert len({test.run for test in STRESS.values()}) == len(STRESS)
     for name, test in STRESS.items():
-        assert f"n{int(name[1:]):02d}_" in test.run.__module__.rpartition(".")[2], name
+        assert f"{name[0].lower()}{int(name[1:]):02d}_" in test.run.__module__.rpartition(".")[2], name
 
 
 def test_a_figure_that_is_not_finite_never_passes():

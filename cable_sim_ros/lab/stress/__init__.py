@@ -1,10 +1,12 @@
-"""Stability stress N1 to N25: stimulus, measured, limit. ``cable-sim stress``."""
+"""Stress: stability N1 to N25, bags and recordings I and S. Stimulus, measured, limit. ``cable-sim stress``."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 from . import (
+    i10_s02_s03_damaged_bags,
+    i11_i12_i14_i16_s01_recordings,
     n01_n02_slack_and_dead_stop,
     n03_load_reversals,
     n04_n18_climbing_and_pressing,
@@ -44,6 +46,14 @@ STRESS: dict[str, Stress] = {
     "N23": n23_n24_n25_travel_and_account.reversing,
     "N24": n23_n24_n25_travel_and_account.last_metre,
     "N25": n23_n24_n25_travel_and_account.account,
+    "I10": i10_s02_s03_damaged_bags.damaged,
+    "I11": i11_i12_i14_i16_s01_recordings.bad_disk,
+    "I12": i11_i12_i14_i16_s01_recordings.killed,
+    "I14": i11_i12_i14_i16_s01_recordings.wrong_places,
+    "I16": i11_i12_i14_i16_s01_recordings.accounting,
+    "S1": i11_i12_i14_i16_s01_recordings.names,
+    "S2": i10_s02_s03_damaged_bags.no_bags,
+    "S3": i10_s02_s03_damaged_bags.enormous,
 }
 
 

@@ -38,8 +38,7 @@ def known_bag(path: Path, count: int, *, close: bool = True) -> None:
 
 def chunks_of(path: Path) -> list[tuple[int, int, list[Message]]]:
     """(first byte, byte behind, messages) of the chunks of a whole bag."""
-    file = McapFile(mcap_of(path))
-    try:
+    with McapFile(mcap_of(path)) as file:
         return [
             (
                 piece.offset,
@@ -48,8 +47,6 @@ def chunks_of(path: Path) -> list[tuple[int, int, list[Message]]]:
             )
             for piece in file.pieces
         ]
-    finally:
-        file.close()
 
 
 def mcap_of(path: Path) -> Path:
@@ -105,25 +102,31 @@ def giants(folder: Path) -> dict[str, Path]:
     return made
 
 
-def apart(function: Callable, *args, timeout: float = 60.0) -> Any:
-    """Result of a function of a module in a process of its own; TimeoutError where there is none in time."""
+def start_apart(function: Callable, *args) -> tuple[Any, Any]:
+    """A process that runs function(pipe, *args), and the end of the pipe to receive from."""
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload([__name__])
+    context.set_forkserver_preload([__name__, function.__module__])
     here, there = context.Pipe(duplex=False)
-    child = context.Process(target=_answer, args=(there, function, args), daemon=True)
+    child = context.Process(target=function, args=(there, *args), daemon=True)
     child.start()
     there.close()
+    return child, here
+
+
+def apart(function: Callable, *args, timeout: float = 120.0) -> Any:
+    """Result of a function of a module in a process of its own; TimeoutError where there is none in time."""
+    child, pipe = start_apart(_answer, function, *args)
     try:
-        if not here.poll(timeout):
+        if not pipe.poll(timeout):
             raise TimeoutError(f"{function.__name__} has not ended within {timeout:g} s")
-        return here.recv()
+        return pipe.recv()
     finally:
         child.kill()
         child.join()
-        here.close()
+        pipe.close()
 
 
-def _answer(pipe, function: Callable, args: tuple) -> None:
+def _answer(pipe, function: Callable, *args) -> None:
     pipe.send(function(*args))
 
 

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 
-from ...io.bag import BagError
 from ...io.recovery import recover
 from .bags import apart, chunks_of, giants, known_bag, mcap_of, most_memory, read
 from .verdict import IS, MOST, Figure, Found, stress
@@ -44,13 +43,13 @@ def damaged(quick: bool) -> Found:
                 (data if kind == "flip" else about)[place // 8] ^= 1 << (place % 8)
             (bag / "whole_0.mcap").write_bytes(data)
             (bag / "metadata.yaml").write_bytes(about)
-            begun = time.perf_counter()
+            begun = time.process_time()
             try:
                 messages, damage, error = read(bag)
             except Exception:  # a traceback for the user
                 count["failed"] += 1
                 continue
-            slowest = max(slowest, time.perf_counter() - begun)
+            slowest = max(slowest, time.process_time() - begun)
             untouched = [
                 m
                 for first, behind, inside in chunks
@@ -72,7 +71,7 @@ def damaged(quick: bool) -> Found:
             Figure("bags that lost a message without a word", count["unsaid"], "", 0, MOST),
             Figure("more than one line said", count["lines"], "", 0, MOST),
             Figure("recovered bags with an untouched chunk missing", back, "", 0, MOST),
-            Figure("slowest read", slowest, "s", 10.0, MOST),
+            Figure("slowest read, CPU", slowest, "s", 10.0, MOST),
         ]
     )
 
@@ -116,15 +115,17 @@ def no_bags(quick: bool) -> Found:
         for name, text in trees.items():
             (folder / name).mkdir()
             (folder / name / "metadata.yaml").write_text(text)
-        names = ["", "missing", "text", "empty.mcap", "fifo", "loop", "directory", "n" * 5000, "a\0b", *trees]
+        (folder / "piped").mkdir()
+        os.mkfifo(folder / "piped" / "x.mcap")
+        names = ["", "missing", "text", "empty.mcap", "fifo", "loop", "directory", "n" * 5000, "a\0b", "piped", *trees]
         for path in [*(folder / name for name in names), Path("/dev/zero"), Path("/proc/self/mem"), Path(".." * 3000)]:
-            begun = time.perf_counter()
+            begun = time.process_time()
             try:
                 messages, _, error = read(path)
             except Exception as problem:  # a traceback for the user
                 failed.append(f"{str(path)[-20:]!r}: {type(problem).__name__}")
                 continue
-            slowest = max(slowest, time.perf_counter() - begun)
+            slowest = max(slowest, time.process_time() - begun)
             outside += bool(messages)
             if not error or "\n" in error or len(error) > 600:
                 failed.append(f"{str(path)[-20:]!r}: {error[:80]!r}")
@@ -132,7 +133,7 @@ def no_bags(quick: bool) -> Found:
         [
             Figure("paths not refused in one line", len(failed), "", 0, MOST),
             Figure("messages from outside of the bag", outside, "", 0, MOST),
-            Figure("slowest refusal", slowest, "s", 10.0, MOST),
+            Figure("slowest refusal, CPU", slowest, "s", 10.0, MOST),
         ],
         failed,
     )
@@ -149,15 +150,12 @@ def enormous(quick: bool) -> Found:
                 Figure(f"{what}: messages of 200", messages, "", 200, IS),
                 Figure(f"{what}: said", said, "", True, IS),
                 Figure(f"{what}: memory", memory, "MB", 1000.0, MOST),
-                Figure(f"{what}: time", seconds, "s", 10.0, MOST),
+                Figure(f"{what}: CPU", seconds, "s", 10.0, MOST),
             ]
     return Found(figures)
 
 
 def _read_giant(path: Path) -> tuple[int, bool, float, float]:
-    begun = time.perf_counter()
-    try:
-        messages, damage, error = read(path)
-    except BagError:
-        return 0, True, 0.0, 0.0
-    return len(messages), bool(damage), time.perf_counter() - begun, most_memory()
+    begun = time.process_time()
+    messages, damage, error = read(path)
+    return len(messages), bool(damage or error), time.process_time() - begun, most_memory()
