@@ -6,10 +6,12 @@ A parameter is declared live by configure=False; a test holds the declarations a
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 
+from ..physics.state import NOW
 from .scene import Scene
 from .simulator import Simulator
 
@@ -21,10 +23,10 @@ def _command_timeout(sim: Simulator, value: float) -> None:
 
 
 def _washout_period(sim: Simulator, value: float) -> None:
-    sim.state.now.setpoint.washout = value
+    sim.state.memory[NOW].setpoint.washout = value
 
 
-def _flow_time(sim: Simulator, place: int, value: float) -> None:
+def _flow_time(sim: Simulator, value: float, place: int) -> None:
     _write(sim.model.line.bodies, lambda rows: rows["flow_time"].__setitem__(place, value))
 
 
@@ -46,7 +48,7 @@ def ways(scene: Scene) -> dict[str, Way]:
     }
     names = ["towbody", *(f"bodies.{name}" for name in scene.bodies)]
     for place, name in enumerate(names):
-        table[f"{name}.flow_time_constant"] = lambda sim, value, place=place: _flow_time(sim, place, value)
+        table[f"{name}.flow_time_constant"] = partial(_flow_time, place=place)
     return table
 
 
