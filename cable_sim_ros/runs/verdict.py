@@ -48,7 +48,9 @@ def played(frames: np.recarray) -> np.recarray:
     stale = frames["status"] & Flag.MOTION_STALE != 0
     most = round(ENDING / (tick_length(frames) or 1.0))
     trailing = len(stale) if stale.all() else int(np.argmin(stale[::-1]))
-    return frames[: len(frames) - trailing] if 0 < trailing <= most and trailing < len(frames) else frames
+    if not 0 < trailing <= most or trailing == len(frames):
+        return frames
+    return frames[: len(frames) - trailing].view(np.recarray)
 
 
 def differences(rows: Sequence[Residual], tension: float) -> tuple[Reason, ...]:
