@@ -206,6 +206,7 @@ def live(bag, scene, duration, imu_only, out, as_json) -> None:
     from .ros.live import live as run_live
     from .runs.offline import Run, judged
     from .runs.summary import OUTSIDE, summarize
+    from .runs.verdict import played
     from .sim.verdict import of_node
 
     path = find_bag(bag)
@@ -218,7 +219,7 @@ def live(bag, scene, duration, imu_only, out, as_json) -> None:
     figures = summarize(recorded.frames, **{name: node_figures.get(name) for name in OUTSIDE})
     figures.update(scene=recorded.custom_data.get("scene", str(scene)), motion=Path(bag).name, node=node_figures)
     result = Run(recorded.frames, figures, node_figures.get("problem", ""), Path(told["bag"]))
-    judged(result, tow, of_node(node_figures))
+    judged(result, tow, of_node(node_figures), played(recorded.frames))
     (out / "summary.json").write_text(json.dumps(result.figures, indent=1) + "\n", "utf-8")
     tell(result, out, as_json)
 

@@ -17,16 +17,24 @@ SPEED_WITHIN = 0.05, 0.1  # of the speed of the scene, m/s, without a word; the 
 DOUBTFUL = 2.0  # times these bounds: a fifth more drag, a tow to one side; another tow than that of the scene
 
 
-def look(scene: Scene, heading: float | None, frames: np.recarray) -> list[Reason]:
-    """Warn, in a line each, where the motion makes another tow of the scene; the reasons that make the run doubtful.
+def before(scene: Scene, heading: float | None) -> None:
+    """Warn, before the start, of a current that the motion's heading [rad] turns; None: the scene's heading.
 
-    heading: of the start, rad; None: the scene's. A current that stands in the world is as it is in nature where the
-    motion's heading is the true one, so that the line alone says what is used.
+    It makes no run doubtful: a current that stands in the world is that of nature where the heading is the true one.
     """
     turned = "" if heading is None else turned_current(scene, heading)
+    if turned:
+        warnings.warn(f"{scene.name}: {turned}", SceneWarning, stacklevel=4)
+
+
+def look(scene: Scene, heading: float | None, frames: np.recarray) -> list[Reason]:
+    """Warn where the motion of a run makes another tow of the scene; the reasons that make the run doubtful.
+
+    heading: of the start, rad; None: the scene's.
+    """
     off, times = off_track(scene, heading, frames)
-    for text in filter(None, (turned, off)):
-        warnings.warn(f"{scene.name}: {text}", SceneWarning, stacklevel=4)
+    if off:
+        warnings.warn(f"{scene.name}: {off}", SceneWarning, stacklevel=4)
     return [check("MEAN_TRACK", off)] if times > DOUBTFUL else []
 
 

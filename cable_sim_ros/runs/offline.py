@@ -187,9 +187,12 @@ def _damage(tow: RecordedTow | None) -> list[Reason]:
     return [verdict.check("DAMAGE", tow.damage)] if tow is not None and tow.damage else []
 
 
-def judged(result: Run, scene: Scene | None, others: Iterable[Reason] = ()) -> Run:
-    """The run with its verdict, in its figures too; others: reasons beside those of its Frames."""
-    result.verdict = verdict.judge(result.frames, scene, others, result.problem)
+def judged(result: Run, scene: Scene | None, others: Iterable[Reason] = (), frames: np.recarray | None = None) -> Run:
+    """The run with its verdict, in its figures too.
+
+    others: reasons beside those of its Frames; frames: those that count, all by default.
+    """
+    result.verdict = verdict.judge(result.frames if frames is None else frames, scene, others, result.problem)
     if result.problem:
         result.figures["problem"] = result.problem
     result.figures["verdict"] = result.verdict.as_dict()

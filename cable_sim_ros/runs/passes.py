@@ -73,6 +73,7 @@ class Pass:
         self.sim.warm_up(progress=lambda text: self.progress(text, 0.0, 0.0))
         compiled = time.perf_counter()
         start = self._start()
+        mean_track.before(self.scene, start.heading)
         self.progress("static start", 0.0, 0.0)
         starting = time.perf_counter()
         self.sim.start(time_ns=start.time, position=start.position, heading=start.heading)

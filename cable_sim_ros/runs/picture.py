@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 SIZE = (16.0, 10.0)  # inches; 1600 x 1000 at 100 dots per inch
 INK, FAINT = "#1b2733", "#8a949e"
 BLUE, ORANGE, PURPLE, WATER = "#1f6fb2", "#d4651b", "#6a4c9c", "#9cc4e4"
-STAMP_WIDTH, STAMP_MOST = 75, 150  # characters of a line, of all
+STAMP_WIDTH = 75  # characters of a line
 PORT, STARBOARD = "#c23b33", "#2a8a5e"  # as the side lights
 COLUMN = {name: k for k, (name, _) in enumerate(CONTACT_COLUMNS)}
 STYLE = {
@@ -110,7 +110,7 @@ def put_stamp(figure: Figure, stamp: str) -> None:
         figure.text(
             0.945,
             0.957,
-            textwrap.fill(textwrap.shorten(stamp, STAMP_MOST, placeholder=" ..."), STAMP_WIDTH),
+            textwrap.fill(stamp, STAMP_WIDTH, max_lines=2, placeholder=" ..."),
             size=13,
             weight="bold",
             color="white",

@@ -17,6 +17,7 @@ from .summary import tick_length
 if TYPE_CHECKING:
     from ..io.replay import Residual
 
+ENDING = 5.0  # s
 AT_END = 1e-3  # m, of the cable that stays on the drum
 
 
@@ -40,6 +41,16 @@ def judge(frames: np.recarray, scene: Scene | None = None, others: Iterable[Reas
         problem=problem,
     )
     return found._replace(reasons=tuple(_with_numbers(reason, frames, scene) for reason in found.reasons))
+
+
+def played(frames: np.recarray) -> np.recarray:
+    """Frames of a live run without those at its end, ENDING at most, that had no motion as the player had ended."""
+    stale = frames["status"] & Flag.MOTION_STALE != 0
+    most = round(ENDING / (tick_length(frames) or 1.0))
+    trailing = len(stale) if stale.all() else int(np.argmin(stale[::-1]))
+    if not 0 < trailing <= most or trailing == len(frames):
+        return frames
+    return frames[: len(frames) - trailing].view(np.recarray)
 
 
 def differences(rows: Sequence[Residual], tension: float, journal: bool = False) -> tuple[Reason, ...]:

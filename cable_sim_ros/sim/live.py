@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ..physics.state import NOW
 from .scene import Scene
 from .simulator import Simulator
 
@@ -22,10 +23,10 @@ def _command_timeout(sim: Simulator, value: float) -> None:
 
 
 def _washout_period(sim: Simulator, value: float) -> None:
-    sim.state.now.setpoint.washout = value
+    sim.state.memory[NOW].setpoint.washout = value
 
 
-def _flow_time(place: int, sim: Simulator, value: float) -> None:
+def _flow_time(sim: Simulator, value: float, place: int) -> None:
     _write(sim.model.line.bodies, lambda rows: rows["flow_time"].__setitem__(place, value))
 
 
@@ -47,7 +48,7 @@ def ways(scene: Scene) -> dict[str, Way]:
     }
     names = ["towbody", *(f"bodies.{name}" for name in scene.bodies)]
     for place, name in enumerate(names):
-        table[f"{name}.flow_time_constant"] = partial(_flow_time, place)
+        table[f"{name}.flow_time_constant"] = partial(_flow_time, place=place)
     return table
 
 

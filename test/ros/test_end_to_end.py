@@ -95,7 +95,8 @@ def test_a_signal_ends_the_node_cleanly(world, number):
     assert node.stop(number, within=3.0) == 0
     assert "Traceback" not in node.text
     assert "jitter p99" in node.text
-    assert node.state()["state"] == "stopped"
+    assert node.text.rstrip().splitlines()[-1] == "verdict: ok"
+    assert node.state()["state"] == "stopped" and node.state()["verdict"] == {"state": "ok", "reasons": []}
 
 
 def test_a_signal_during_configure_ends_at_once(world):

@@ -136,9 +136,27 @@ def test_declared_parameters_and_changes_at_run_time(world):
     assert change("setpoint.algorithm", type=text, string_value="hold").successful
     assert "one of" in change("setpoint.algorithm", type=text, string_value="fast").reason
     assert not change("water.density", type=ParameterType.PARAMETER_DOUBLE, double_value=1000.0).successful
-    refused = change("winch.command_timeout", type=ParameterType.PARAMETER_DOUBLE, double_value=1.0)
-    assert not refused.successful and "start" in refused.reason
+    number = ParameterType.PARAMETER_DOUBLE
+    for name in ("winch.command_timeout", "setpoint.washout_period"):
+        assert change(name, type=number, double_value=1.0).successful, name
+    beyond = change("winch.command_timeout", type=number, double_value=1e9)
+    assert not beyond.successful and beyond.reason
+    values = ears.call(
+        GetParameters,
+        "/tow_sim/cable_sim/get_parameters",
+        GetParameters.Request(names=["winch.command_timeout", "setpoint.algorithm"]),
+    ).values
+    assert values[0].double_value == 1.0 and values[1].string_value == "hold"
     assert node.stop() == 0
+
+
+def test_what_is_declared_live_is_live_and_nothing_else():
+    from cable_sim_ros.ros.params import settle
+    from cable_sim_ros.sim.live import ways
+
+    settings = settle({})
+    declared = {row.name for row in settings.rows if not row.configure}
+    assert declared - {"recording.path"} == set(ways(settings.scene)) and "recording.path" in declared
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 import json
 import warnings
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ from cable_sim_ros.physics.frame import FRAME, Flag
 from cable_sim_ros.physics.heave import Convention, Heave, MotionInput
 from cable_sim_ros.physics.inputs import MOTION_ROWS, make_inputs
 from cable_sim_ros.runs import mean_track, offline, passes
-from cable_sim_ros.sim.simulator import Simulator, SolverError
+from cable_sim_ros.sim.simulator import Simulator, SolverError, StartError
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
 SECONDS = 4.0
@@ -346,16 +347,22 @@ def test_motion_off_the_mean_track_of_the_scene(heading, frames, text):
 
 def test_a_current_abeam_of_the_scene_is_not_abeam_of_the_motion():
     """One line with both headings and what is used; none where the current counts along the heading."""
-    abeam = {"water.current": [0.0, 0.5], "ship.tow_speed": 2.2}
-    frames, heading = on_a_track(2.2, 120.0), np.radians(120.0)
+    abeam, heading = {"water.current": [0.0, 0.5], "ship.tow_speed": 2.2}, np.radians(120.0)
     with pytest.warns(
-        SceneWarning, match="heading of the motion is 120 deg, ship.heading_deg is 0 deg: that of the mo"
+        SceneWarning, match="heading of the motion is 120 deg, ship.heading_deg is 0 deg: that of the"
     ):
-        assert mean_track.look(override(load_quietly("full_scale"), abeam), heading, frames) == []
+        mean_track.before(override(load_quietly("full_scale"), abeam), heading)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        along = override(load_quietly("full_scale"), abeam | {"water.current_frame": "heading"})
-        assert mean_track.look(along, heading, frames) == []
+        mean_track.before(override(load_quietly("full_scale"), abeam | {"water.current_frame": "heading"}), heading)
+        mean_track.before(override(load_quietly("full_scale"), abeam), None)
+
+
+def test_the_line_comes_before_a_start_that_fails_for_it():
+    """The current of the flume comes from ahead; under the heading of the recorded motion it does not."""
+    with pytest.warns(SceneWarning, match="flume: the heading of the motion is -128") as caught, suppress(StartError):
+        offline.run("flume", "nbp1406", duration=1.0)
+    assert sum("heading of the motion" in str(item.message) for item in caught) == 1
 
 
 def test_a_current_along_the_heading_makes_the_same_tow_on_every_heading():

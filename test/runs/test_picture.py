@@ -177,3 +177,19 @@ def test_without_matplotlib_the_remedy_is_named(monkeypatch, tmp_path):
     monkeypatch.setattr(builtins, "__import__", none)
     with pytest.raises(RuntimeError, match=r"not installed: no picture was drawn; install cable_sim_ros\[viz\]"):
         draw_run(run(), tmp_path / "a.png")
+
+
+@pytest.mark.parametrize("draw", [draw_run, haul.draw_haul])
+def test_a_stamp_says_what_the_figures_are_worth(draw, monkeypatch, tmp_path):
+    texts = []
+    monkeypatch.setattr(
+        matplotlib.figure.Figure, "savefig", lambda figure, *a, **k: texts.extend(t.get_text() for t in figure.texts)
+    )
+    draw(run(), tmp_path / "a.png", stamp="DOUBTFUL: DETACHED 5 s")
+    assert "DOUBTFUL: DETACHED 5 s" in texts
+    texts.clear()
+    draw(run(), tmp_path / "a.png")
+    assert not any("DOUBTFUL" in text for text in texts)
+    draw(run(), tmp_path / "a.png", stamp="DOUBTFUL: " + ", ".join(["COARSE_AT_SURFACE 12.5 s"] * 12))
+    stamp = next(text for text in texts if text.startswith("DOUBTFUL"))
+    assert stamp.endswith(" ...") and len(stamp.splitlines()) == 2

@@ -191,3 +191,12 @@ def test_the_figures_of_a_node():
 
 def test_bounds_are_sane():
     assert 0.0 < flag_rules.WITHIN < 0.05 and 1e9 < flag_rules.MOST_STRESS < 2e9
+
+
+@pytest.mark.parametrize("trailing, kept", [(0.0, 60.0), (1.4, 58.6), (4.9, 55.1), (6.0, 60.0), (60.0, 60.0)])
+def test_a_live_run_ends_with_its_motion(trailing, kept):
+    """The node stops a little after the player; a sensor that fell silent for longer counts."""
+    frames = frames_of()
+    if trailing:
+        frames.status[-round(trailing / TICK) :] |= Flag.MOTION_STALE
+    assert len(verdict.played(frames)) == round(kept / TICK)
