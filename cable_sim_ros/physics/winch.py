@@ -128,12 +128,12 @@ class Winch(Block):
     command_delay: float = quantity(
         0.0, "s", 0.0, 10.0, "dead time of the drive: a command counts so long after it came"
     )
-    command_acceleration: float = quantity(
-        2.0,
+    command_acceleration: float | None = quantity(
+        None,
         "m/s^2",
         1e-3,
         500.0,
-        "acceleration with which commands are taken up, max_acceleration at most: a dead stop strikes the cable",
+        "acceleration with which commands are taken up; none, or more than max_acceleration: that",
     )
 
 

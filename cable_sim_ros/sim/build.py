@@ -142,7 +142,7 @@ def drum_record(scene: Scene, route: Route, mesh: FeedMesh | None) -> np.ndarray
     row["gain_p"], row["gain_d"] = w.proportional_gain, w.derivative_gain
     row["rate_most"], row["accel_most"] = w.max_rate, w.max_acceleration
     row["timeout"], row["delay"] = w.command_timeout, round(w.command_delay * 1e9)
-    row["ramp"] = min(w.command_acceleration, w.max_acceleration)
+    row["ramp"] = min(w.command_acceleration or w.max_acceleration, w.max_acceleration)
     row["total"], row["payout_0"], row["inboard"] = route.total, route.total - route.wound, route.inboard
     row["feeds"], row["tangent"] = route.feeds, route.tilt
     row["length_most"] = route.wound - w.dead_length - DRUM_RESERVE * route.drum

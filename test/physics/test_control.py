@@ -20,7 +20,6 @@ CHOSEN = {
     "solver.tension_error": 0.005,
     "solver.tick": 0.1,
     "winch.command_timeout": 60.0,
-    "winch.command_acceleration": 500.0,
     "setpoint.algorithm": "hold",
 }
 

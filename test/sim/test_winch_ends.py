@@ -16,9 +16,8 @@ STOPPED = Flag.DRUM_END | Flag.WINCH_LIMIT
 
 
 def started(**changes) -> Simulator:
-    """full_scale at rest, its winch held but for the commands, which are taken up as hard as it can."""
+    """full_scale at rest, its winch held but for the commands."""
     changes = {"setpoint.algorithm": "hold", "solver.tick": TICK, "winch.command_timeout": 3600.0} | changes
-    changes = {"winch.command_acceleration": 500.0} | changes
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         sim = Simulator(override(load_scene("full_scale"), changes))

@@ -15,7 +15,6 @@ RATE = 50.0  # Hz of the motion samples; between them the ship moves on cubics o
 CHUNK = 10.0  # s of motion pushed at a time: the ring of inputs holds 1024 samples
 
 
-HARD = {"winch__command_acceleration": 500.0}  # m/s^2: commands strike the cable as hard as the winch can
 HELD = {"setpoint__algorithm": "hold", "solver__tick": 0.02}
 
 
@@ -24,7 +23,7 @@ def shipped(name: str = "full_scale", **values) -> Scene:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SceneWarning)  # a stress scene is doubtful by intent
         scene = load_scene(name)
-        return override(scene, {key.replace("__", "."): value for key, value in (HARD | values).items()})
+        return override(scene, {key.replace("__", "."): value for key, value in values.items()})
 
 
 def held(name: str = "full_scale", **values) -> Scene:
