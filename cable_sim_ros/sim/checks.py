@@ -20,6 +20,7 @@ from .mesh import arc_lengths_at_start
 from .mesh_blocks import SheaveAnswer
 from .problem import Problem
 from .scene import Scene
+from .setpoints import damping_cautions, setpoint_cautions
 from .statics import DRUM_RESERVE, ROUND_OFF, Route, first_angle
 
 # longest element on the sheave over its radius: with compensation on, ripple of the tension above 1 Hz was measured as
@@ -287,6 +288,7 @@ def cautions(scene: Scene) -> list[Problem]:
             )
         )
     found += weight_cautions(scene) + seat_problems(scene, place.total)  # those that may be hauled in
+    found += setpoint_cautions(scene, water_speed(scene)) + damping_cautions(scene.cable)
     height = scene.sheave.position[2] + scene.ship.reference_height - radius
     if height < 0:
         found.append(
