@@ -197,8 +197,8 @@ def face_flow(body, q, current, flow):
 def turn_into_flow(body, node, current, h):
     """Low-pass the flow past the body over a step h [s] and turn the body into it, as fast as it may; keep the rate.
 
-    node: q, v of the node and flow, each [6]. Below the least flow speed the heading is held, from twice that speed on it
-    may turn by TURN_MOST in the body's time constant, between in proportion.
+    node: q, v of the node and flow, each [6]. Below the least flow speed the heading is held, from twice that speed on
+    it may turn by TURN_MOST in the body's time constant, between in proportion.
     """
     q, v, flow = node
     w, before = h / (body.flow_time + h), heading(flow)

@@ -53,17 +53,20 @@ def test_servo_keeps_its_limits_and_stops_at_the_end_of_the_drum():
     assert winch.length == pytest.approx(0.3, abs=1e-3)
 
 
-@pytest.mark.parametrize("ahead", [5.0, 1.0], ids=["a step", "a ramp faster than the winch"])
-def test_at_the_largest_rate_the_drum_does_not_accelerate(ahead):
-    winch, drum, reached = filled(WINCH), drum_of(rate_most=0.5, accel_most=2.0, length_most=100.0), 0
-    for k in range(300):
-        begin = (5.0, 0.0) if ahead == 5.0 else (0.01 * k * ahead, ahead)
-        before = winch.rate
-        servo(0.01, drum, winch, begin, (begin[0] + 0.01 * begin[1], begin[1]))
-        if before == winch.rate == 0.5:
+@pytest.mark.parametrize("h", [0.01, 0.0005])
+@pytest.mark.parametrize("rate", [0.0, 1.0, -1.0], ids=["a step", "too fast a ramp out", "too fast a ramp in"])
+def test_at_the_largest_rate_the_drum_does_not_accelerate(rate, h):
+    """From the step on with which it comes there: that one was published with what had brought it there."""
+    winch, drum, reached = filled(WINCH), drum_of(rate_most=0.49, accel_most=20.0, length_most=100.0), 0
+    for k in range(round(2.0 / h)):
+        begin = 5.0 if rate == 0.0 else k * h * rate
+        servo(h, drum, winch, (begin, rate), (begin + h * rate, rate))
+        if abs(winch.rate) == 0.49:
             reached += 1
             assert winch.accel == 0.0
-    assert reached > 200
+    assert reached > 1.5 / h
+    servo(h, drum, winch, (winch.length, 0.0), (winch.length, 0.0))
+    assert winch.accel * winch.rate < 0.0, "and brakes at once"
 
 
 def test_paying_out_turns_the_drum_from_the_end_towards_its_top():
