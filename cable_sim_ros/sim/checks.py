@@ -13,6 +13,7 @@ import numpy as np
 
 from ..physics.section import material_of
 from ..physics.winch import DrumModel
+from .cautions import damping_cautions, swing_cautions
 from .feed_checks import drum_problems, mesh_problems
 from .joints import body_problems, seat_problems, section_problems
 from .material import extreme, hung, outboard, termination_weight, wet_weight
@@ -20,7 +21,7 @@ from .mesh import arc_lengths_at_start
 from .mesh_blocks import SheaveAnswer
 from .problem import Problem
 from .scene import Scene
-from .setpoints import damping_cautions, setpoint_cautions
+from .setpoints import setpoint_cautions
 from .statics import DRUM_RESERVE, ROUND_OFF, Route, first_angle
 
 # longest element on the sheave over its radius: with compensation on, ripple of the tension above 1 Hz was measured as
@@ -288,7 +289,8 @@ def cautions(scene: Scene) -> list[Problem]:
             )
         )
     found += weight_cautions(scene) + seat_problems(scene, place.total)  # those that may be hauled in
-    found += setpoint_cautions(scene, water_speed(scene)) + damping_cautions(scene.cable)
+    speed = water_speed(scene)
+    found += setpoint_cautions(scene, speed) + damping_cautions(scene.cable) + swing_cautions(scene, speed)
     height = scene.sheave.position[2] + scene.ship.reference_height - radius
     if height < 0:
         found.append(

@@ -1,5 +1,4 @@
-"""What the set-point laws take from the scene and from the static start, and cautions about what has no such effect as
-its number says."""
+"""What the set-point laws take from the scene and from the static start, and the caution about what they ask for."""
 
 from __future__ import annotations
 
@@ -7,7 +6,6 @@ from math import acos, cos, degrees, radians, sqrt
 
 import numpy as np
 
-from ..physics.cable import Cable
 from ..physics.section import material_of
 from ..physics.setpoint import EXCESS_TENSION, KNEE, SetpointLaw
 from .problem import Problem
@@ -69,22 +67,4 @@ def setpoint_cautions(scene: Scene, speed: float) -> list[Problem]:
             "Take simplified_sheave; the waterline laws are for cables steeper than "
             f"{degrees(acos(1.0 / (KNEE * block.max_gain))):.0f} deg",
         )
-    ]
-
-
-def damping_cautions(cable: Cable) -> list[Problem]:
-    """Bending damping without bending stiffness: it is that stiffness times a time, so there is none."""
-    limp = dict[str, float]()
-    for name, section in cable.sections.items():
-        own = material_of(cable, section)
-        if own.bending_damping > 0.0 and own.bending_stiffness == 0.0:
-            limp["cable" if section.bending_damping is None else f"cable.sections.{name}"] = own.bending_damping
-    return [
-        Problem(
-            f"{key}.bending_damping",
-            f"= {damping:g} N m^2 s has no effect where bending_stiffness is 0 N m^2: the damping acts on the rate of "
-            "the bending energy, and there is none",
-            "Give bending_stiffness above 0 N m^2, or leave bending_damping out",
-        )
-        for key, damping in limp.items()
     ]

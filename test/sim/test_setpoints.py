@@ -66,6 +66,19 @@ def test_bending_damping_without_bending_stiffness_is_a_caution():
     ]
 
 
+def test_a_body_that_may_swing_by_itself_is_a_caution():
+    """394 N s/m from its added mass, 211 N s/m of damping; and none of the shipped scenes has one."""
+    (text,) = cautions("side_scan", towbody__added_mass=[10.0, 2000.0, 10.0])
+    assert text.endswith(
+        "towbody.added_mass across is 2000 kg, 1990 kg more than ahead: while it turns into the flow in "
+        "towbody.flow_time_constant = 5 s that drives a swing to the side with up to 394 N s/m, more than the 211 N "
+        "s/m that its drag_area across damps at 2.06 m/s: it may swing by itself. Check added_mass and drag_area of "
+        "the same body, or make flow_time_constant longer"
+    )
+    for name in ("full_scale", "full_scale_contact", "full_scale_westin", "side_scan", "lowered_ctd", "flume"):
+        assert not [text for text in cautions(name) if "swing" in text]
+
+
 def test_the_laws_start_from_the_static_tow():
     sim = Simulator(load_scene("full_scale"))
     sim.start(heading=2.0)

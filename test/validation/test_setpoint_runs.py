@@ -140,3 +140,45 @@ def test_a_ship_that_goes_astern_turns_its_body_slowly():
     assert seen(frames, Flag.LOW_FLOW) > 0.0
     turned = np.unwrap([yaw_of(f) for f in frames[::20]])
     assert np.abs(np.diff(turned)).max() < 0.35
+
+
+def test_in_a_steady_turn_the_added_mass_across_does_not_count():
+    """2 m/s round 60 m, a body that follows the flow at once: 2000 kg across, 133 N outward, took it 7.2 m out."""
+    speed, radius, out = 2.0, 60.0, {}
+    for across in (10.0, 2000.0):
+        sim = started(
+            "side_scan",
+            ship__tow_speed=speed,
+            winch__scope=80.0,
+            sheave__groove_depth=0.3,
+            towbody__drag_area=[0.015, 5.0, 0.2],
+            towbody__added_mass=[10.0, across, 10.0],
+            cable__mean_flow_time=10.0,
+            towbody__flow_time_constant=0.2,
+            solver__tick=0.05,
+            ship__start_blend=2.0,
+        )
+        rate, frames = speed / radius, []
+        for k in range(301):
+            t = 1.0 * k
+            yaw = rate * max(t - 2.0, 0.0) if k else 0.0
+            place = (radius * np.sin(yaw) + speed * min(t, 2.0), radius * (1.0 - np.cos(yaw)), 0.0)
+            velocity = (speed * np.cos(yaw), speed * np.sin(yaw), 0.0)
+            turning = rate if t >= 2.0 else 0.0
+            sim.push(
+                ShipMotion(
+                    time_ns=round(t * 1e9) + 1,
+                    position=place,
+                    velocity=velocity,
+                    attitude=(0.0, 0.0, yaw),
+                    rate=(0.0, 0.0, turning),
+                )
+            )
+            if k > 1:
+                frames.append(sim.run(20)[-1:])
+        last = np.concatenate(frames[-40:]).view(np.recarray)
+        away = np.hypot(last.body_position[:, 0] - 2.0 * speed, last.body_position[:, 1] - radius)
+        assert np.ptp(away) < 0.05, "steady"
+        assert last.body_rate[-1, 2] == pytest.approx(rate, rel=1e-3)
+        out[across] = float(away.mean())
+    assert out[2000.0] == pytest.approx(out[10.0], abs=0.1)
