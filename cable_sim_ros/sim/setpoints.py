@@ -19,7 +19,8 @@ WATERLINE = (SetpointLaw.SIMPLIFIED_WATERLINE, SetpointLaw.RIGOROUS_WATERLINE)
 def declare(setpoint: np.record, scene: Scene, algorithm: int, yaw: float) -> None:
     """Fill a SETPOINT record, all zero, before the static start; algorithm: place in LAWS; yaw: of the mean track."""
     block = scene.setpoint
-    setpoint.algorithm, setpoint.track[2] = algorithm, yaw
+    setpoint.algorithm = setpoint.engaged = algorithm
+    setpoint.track[2] = yaw
     setpoint.angle = radians(block.nominal_angle_deg or 0.0)
     setpoint.washout, setpoint.transfer = block.washout_period, block.transfer_time
     setpoint.lead_time = block.angle_filter_time

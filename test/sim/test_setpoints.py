@@ -83,6 +83,7 @@ def test_the_laws_start_from_the_static_tow():
     sim = Simulator(load_scene("full_scale"))
     sim.start(heading=2.0)
     setpoint, frame = sim.state.now.setpoint, sim.frame
+    assert setpoint.engaged == setpoint.algorithm == 1, "taken up with the motion, not after it"
     assert setpoint.angle == setpoint.lead == pytest.approx(float(frame.departure_angle), abs=1e-6)
     np.testing.assert_allclose(setpoint.track, (*frame.sheave_position[:2], 2.0))
     assert impedance(sim.scene) == pytest.approx(np.sqrt(6.786e6 * 0.389))
