@@ -24,7 +24,9 @@ class Flag(IntFlag):
     NOT_FINITE = 1024  # a non-finite number was found: the tick was rolled back, the run halted
     SEABED = 2048  # cable or towbody lies on the seabed
     WINCH_LIMIT = 4096  # the winch is at a soft limit of the scene (winch.least_scope, winch.most_scope): it stopped
+    SETPOINT_LIMITED = 16384  # the set-point law asks for more than its limits give it (setpoint.max_...)
     COMMAND_LIMITED = 32768  # a command asks for more than rate or travel of the winch allow: carried out at that
+    LOW_FLOW = 65536  # flow past the towbody below towbody.least_flow_speed: its heading is held
 
 
 # the same as plain numbers, in the same order: kernels know no enums
@@ -42,7 +44,9 @@ class Flag(IntFlag):
     NOT_FINITE,
     SEABED,
     WINCH_LIMIT,
+    SETPOINT_LIMITED,
     COMMAND_LIMITED,
+    LOW_FLOW,
 ) = (int(flag) for flag in Flag if flag)
 
 
@@ -66,7 +70,7 @@ FIELDS = (
     ("sheave_velocity", (3,), "f8", "m/s", "velocity of the sheave centre in odom"),
     ("tension", (), "f8", "N", "effective tension where the cable leaves the sheave outboard"),
     ("tension_vector", (3,), "f8", "N", "pull of the outboard cable on the sheave, axes of sheave_link"),
-    ("departure_angle", (), "f8", "rad", "angle of the departing cable from the downward vertical"),
+    ("departure_angle", (), "f8", "rad", "angle of the departing cable from the downward vertical, no sign"),
     ("tension_drum", (), "f8", "N", "tension at the drum"),
     ("tension_least", (), "f8", "N", "least element tension along the cable"),
     ("tension_most", (), "f8", "N", "largest element tension along the cable"),
@@ -74,8 +78,8 @@ FIELDS = (
     ("body_position", (3,), "f8", "m", "towbody in odom"),
     ("body_velocity", (3,), "f8", "m/s", "towbody velocity in odom"),
     ("body_acceleration", (3,), "f8", "m/s^2", "towbody acceleration in odom"),
-    ("body_quaternion", (4,), "f8", "1", "towbody attitude in odom, x y z w: x forward along the local flow"),
-    ("body_rate", (3,), "f8", "rad/s", "towbody angular velocity in odom"),
+    ("body_quaternion", (4,), "f8", "1", "towbody attitude in odom, x y z w: level, x forward against the local flow"),
+    ("body_rate", (3,), "f8", "rad/s", "towbody angular velocity in odom: about z alone"),
     ("payout", (), "f8", "m", "unstretched cable off the drum, positive out"),
     ("payout_rate", (), "f8", "m/s", "rate of pay-out"),
     ("payout_acceleration", (), "f8", "m/s^2", "acceleration of pay-out"),

@@ -11,6 +11,7 @@ from math import acos, cos, sin, sqrt
 
 from .ancf import EA
 from .jit import LANES, driver, inline
+from .setpoint import lead_of
 from .shape import point_of
 from .ship import unrotate
 from .state import ARC, NOW, Q
@@ -72,6 +73,7 @@ def measure(state, out, tension):
     """Keep what the instruments show of the departing cable: its direction ``out`` and tension [N]."""
     measured = state.memory[NOW].measured
     measured.departure_angle, measured.tension = acos(min(max(-out[2], -1.0), 1.0)), tension
+    measured.lead = lead_of(state.memory[NOW].setpoint, out)
 
 
 @inline

@@ -15,7 +15,8 @@ from .cable import mean_at
 from .jit import NO, YES, driver, inline, link, opaque
 from .line import link_residual, residual
 from .quantity import Block, quantity
-from .state import AT_REST, GAIN, MEAN, NOW, STEP, A, Change, Q, V, X, keep
+from .state import AT_REST, FLOW, GAIN, MEAN, NOW, STEP, A, Change, Q, V, X, keep
+from .towbody import face_flow
 
 
 class Solver(Block):
@@ -195,6 +196,15 @@ def rest_still(state):
 
 
 @driver
+def face(line, state):
+    """Turn the bodies into the flow where they are, at rest."""
+    q, flow, m = state.nodes[NOW, Q], state.nodes[NOW, FLOW], state.memory[NOW].current
+    for i in range(line.bodies.shape[0]):
+        n = line.body_nodes[i]
+        face_flow(line.bodies[i], q[n], (m[0], m[1], m[2], m[3]), flow[n])
+
+
+@driver
 def _settle(line, state, sigma, max_steps, step_most):
     """Static equilibrium with the held unknowns where they are: backward Euler, step 0.02 s growing by 1.7.
 
@@ -221,6 +231,7 @@ def _settle(line, state, sigma, max_steps, step_most):
                 break
             continue
         total += used
+        face(line, state)
         if h >= min(1.0, step_most):  # balanced at rest is settled; a free end without tension needs no longer one
             copy(v, old_v)
             rest_still(state)

@@ -12,13 +12,13 @@ import numpy as np
 
 from .contact import latch
 from .energy import fill_energy
-from .frame import COARSE_AT_SURFACE, DETACHED, MOTION_BLENDING, MOTION_STALE, PENETRATION, SEABED, SLACK
+from .frame import COARSE_AT_SURFACE, DETACHED, LOW_FLOW, MOTION_BLENDING, MOTION_STALE, PENETRATION, SEABED, SLACK
 from .instruments import direction_at, drum_torque, measure, node_tension, tension_at
 from .jit import driver, inline
 from .readout import read_drums, read_ground, read_sheave
 from .ship import frame_shift, quaternion, spin, unrotate
 from .state import ARC, FLOW, NOW, A, Q, V
-from .towbody import attitude
+from .towbody import TURNING, heading, heading_held
 from .vec import dot, norm, scale
 from .winch import cell
 
@@ -61,9 +61,8 @@ def fill_motion(state, f, body):
         f.body_position[k] = q[body, k] + o
         f.body_velocity[k] = v[body, k] + w
         f.body_acceleration[k] = a[body, k]
-        f.body_rate[k] = flow[3 + k]
-    roll, pitch, yaw = attitude(flow)
-    bq = quaternion((0.0, 0.0, 0.0, roll, pitch, yaw))
+        f.body_rate[k] = flow[TURNING] if k == 2 else 0.0
+    bq = quaternion((0.0, 0.0, 0.0, 0.0, 0.0, heading(flow)))
     for k in range(4):
         f.ship_quaternion[k] = quat[k]
         f.body_quaternion[k] = bq[k]
@@ -185,6 +184,8 @@ def observe(model, state, output, slot, flags, blending):
     fill_winch(model.settings[0].drum, state, f)
     fill_energy(model.line, state, f)
     flags |= fill_cable(model.line, state, f, body)
+    if heading_held(model.line.bodies[0], state.nodes[NOW, FLOW, body]):
+        flags |= LOW_FLOW
     if f.motion_age > model.settings[0].ship.stale_after:
         flags |= MOTION_STALE
     if blending:

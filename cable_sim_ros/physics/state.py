@@ -23,8 +23,8 @@ NOW, STEP, TICK = np.arange(3)  # slots: the present, the beginning of the step,
 SLOTS = 3
 
 # rows of State.nodes, six numbers a node: position and gradient, their rates, accelerations, auxiliary
-# accelerations, their gain in the step before, the running mean of the material's rates, of a body the low-passed
-# flow past it and its turning rate, and arc length with its first and second rate (columns 0 to 2)
+# accelerations, their gain in the step before, the running mean of the material's rates, of a body how the water flows
+# past it (see towbody.py), and arc length with its first and second rate (columns 0 to 2)
 Q, V, A, X, GAIN, MEAN, FLOW, ARC = np.arange(8)
 NODE_ROWS = 8
 
@@ -54,7 +54,8 @@ CONTROL = np.dtype(  # the choice of the step, counts since the start
     align=True,
 )
 SHEAVE = np.dtype([("position", "f8", 3), ("velocity", "f8", 3)])  # of its centre, tow frame
-MEASURED = np.dtype([("departure_angle", "f8"), ("tension", "f8")])  # rad, N: what instruments showed at the last tick
+# what instruments showed at the last tick; rad, rad with a sign (see setpoint.lead_of), N
+MEASURED = np.dtype([("departure_angle", "f8"), ("lead", "f8"), ("tension", "f8")])
 MEMORY = np.dtype(
     [
         ("time", TIME),

@@ -8,7 +8,16 @@ from __future__ import annotations
 import numpy as np
 
 from .command import command, command_between
-from .frame import COMMAND_LIMITED, COMMAND_STALE, DRUM_END, HALVED, NEWTON_FAILED, NOT_FINITE, WINCH_LIMIT
+from .frame import (
+    COMMAND_LIMITED,
+    COMMAND_STALE,
+    DRUM_END,
+    HALVED,
+    NEWTON_FAILED,
+    NOT_FINITE,
+    SETPOINT_LIMITED,
+    WINCH_LIMIT,
+)
 from .jit import driver, link, opaque
 from .observe import observe as _observe
 from .setpoint import by_angle, mean_track
@@ -119,6 +128,8 @@ def _tick(model, state, inputs, output, slot):
         flags |= DRUM_END
     if now.winch.at_limit != 0:
         flags |= WINCH_LIMIT
+    if now.setpoint.limited != 0:
+        flags |= SETPOINT_LIMITED
     if not blending:
         now.ship.blend_length = 0.0
     return observe(model, state, output, slot, flags, blending)

@@ -8,7 +8,7 @@ from .feed import flow_of, lay_mesh
 from .instruments import end_strain
 from .integrate import coefficients, settle
 from .jit import NO, driver
-from .setpoint import compensation
+from .setpoint import set_point
 from .ship import evaluate, hull_point, rotate, spin
 from .state import ARC, NOW, STEP, A, Q, V
 from .step import begin, finish
@@ -63,7 +63,7 @@ def impose(model, state, inputs, t, h, command_rate):
     now, settings = state.memory[NOW], model.settings[0]
     blending = evaluate(t, inputs, now, settings.ship.stale_decay)
     place_surfaces(model, state)
-    length, rate = compensation(now.setpoint, now.sheave, now.measured.departure_angle)
+    length, rate = set_point(now.setpoint, now.sheave, now.measured.lead, h)
     length += now.winch.commanded
     rate += command_rate
     servo(h, settings.drum, now.winch, (now.setpoint.length, now.setpoint.rate), (length, rate))

@@ -1,13 +1,17 @@
 """Towbody, and bodies on the line: lumped masses with net weight, drag and added mass per axis, and hydrofoil lift.
 
-Westin (2018) (85)-(92). Axes: x along the horizontal local flow (forward), y left, z up: the body turns into the flow
+Westin (2018) (85)-(92). Axes: x against the horizontal local flow (forward), y left, z up: the body turns into the flow
 with a time constant and stays level (5.2: its orientation is constant). Crossing the surface, the wet share of every
 hydrodynamic term is a smoothstep in z over the size of the displaced volume.
+
+Added mass is that of axes that turn, Kirchhoff: with the momentum M v of the water, v the velocity through it in these
+axes and r their rate, the force is -(M v' + r e_z x M v). The flow past a body is a row of six numbers: the low-passed
+flow along x and y of the world, the angle from facing it to the body's heading, and the rate r.
 """
 
 from __future__ import annotations
 
-from math import atan2, cos, sin, sqrt
+from math import atan2, cos, pi, sin, sqrt
 
 import numpy as np
 
@@ -29,11 +33,14 @@ BODY = np.dtype(
         ("lift", "f8"),  # kg/m
         ("half_height", "f8"),  # m, half of that over which it leaves the water
         ("flow_time", "f8"),  # s
+        ("least_flow", "f8"),  # m/s
         ("floor_stiffness", "f8"),  # N/m^1.5 of a floor under it
     ],
     align=True,
 )
 SPEED_FLOOR = 1e-3
+LAG, TURNING = 2, 5  # columns of a body's flow: its heading less that which faces the flow [rad], turning rate [rad/s]
+TURN_MOST = 0.5 * pi  # rad, by which a body turns at most in one of its time constants
 
 
 class Towbody(Block):
@@ -50,6 +57,9 @@ class Towbody(Block):
     )
     flow_time_constant: float = quantity(
         5.0, "s", 1e-2, 1e3, "time in which the body turns into the local flow", configure=False
+    )
+    least_flow_speed: float = quantity(
+        0.05, "m/s", 1e-6, 5.0, "low-passed flow past the body below which its heading is held"
     )
 
 
@@ -68,25 +78,41 @@ def body_record(body: Towbody, gravity: float, density: float) -> np.ndarray:
     row["drag"] = 0.5 * density * np.array(body.drag_area)
     row["lift"] = 0.5 * density * body.lift_area
     row["half_height"] = half_height(float(row["buoyancy"]), gravity, density)
-    row["flow_time"] = body.flow_time_constant
+    row["flow_time"], row["least_flow"] = body.flow_time_constant, body.least_flow_speed
     return row
 
 
 @inline
-def flow_axes(flow):
-    """cos and sin of the body's heading: against the horizontal flow past it."""
-    n = sqrt(flow[0] * flow[0] + flow[1] * flow[1])
-    if n < 1e-9:
-        return 1.0, 0.0
-    return -flow[0] / n, -flow[1] / n
+def speed_past(flow):
+    """Speed of the low-passed flow past a body."""
+    return sqrt(flow[0] * flow[0] + flow[1] * flow[1])
+
+
+@inline
+def facing(flow):
+    """Heading against the low-passed flow past a body [rad]; 0 where there is none."""
+    return atan2(-flow[1], -flow[0]) if speed_past(flow) > 1e-9 else 0.0
+
+
+@inline
+def heading(flow):
+    """Heading of a body [rad], its yaw in the world."""
+    return facing(flow) + flow[LAG]
+
+
+@inline
+def heading_held(body, flow):
+    """Is the heading of a body held for want of flow? Not of one that is alike ahead and across: it has none."""
+    alike = body.drag[0] == body.drag[1] and body.added[0] == body.added[1]
+    return speed_past(flow) < body.least_flow and not alike
 
 
 @driver
 def load(body, node, current, change, tangent, band):
     """Subtract the body's load from its node's row of the system, band [6, 16], and with tangent add its derivative.
 
-    body: a BODY; node: q, v, a of the node and the low-passed flow past the body, each [6]; current [4]; change: see
-    state.Change. Returns the power [W] the water gives to the body.
+    body: a BODY; node: q, v, a of the node and the flow past the body, each [6]; current [4]; change: see state.Change.
+    Returns the power [W] the water gives to the body.
     """
     q, v, a, flow = node
     c1, c2, sigma = change.velocity, change.acceleration, change.damping
@@ -95,7 +121,8 @@ def load(body, node, current, change, tangent, band):
     ux = current[0] - current[2] * q[2] - v[0]
     uy = current[1] - current[3] * q[2] - v[1]
     uz = -v[2]
-    c, s = flow_axes(flow)
+    yaw = heading(flow)
+    c, s = cos(yaw), sin(yaw)
     bx, by, bz = c * ux + s * uy, c * uy - s * ux, uz
     speed = sqrt(bx * bx + by * by + bz * bz + SPEED_FLOOR * SPEED_FLOOR)
     kx, ky, kz = body.drag[0], body.drag[1], body.drag[2]
@@ -103,7 +130,8 @@ def load(body, node, current, change, tangent, band):
     horizontal = bx * bx + by * by
     acc_x, acc_y = c * a[0] + s * a[1], c * a[1] - s * a[0]
     mx, my, mz = body.added[0], body.added[1], body.added[2]
-    lx, ly = fx - mx * acc_x, fy - my * acc_y
+    swing = (my - mx) * flow[TURNING]  # the velocity through the water is minus the flow past
+    lx, ly = fx - mx * acc_x - swing * by, fy - my * acc_y - swing * bx
     lz = fz - mz * a[2] + body.lift * horizontal + body.buoyancy
     m = body.mass
     wx, wy = c * lx - s * ly, s * lx + c * ly
@@ -116,8 +144,8 @@ def load(body, node, current, change, tangent, band):
     # body-axes derivative of the wet load to u, diag(k) (speed I + u u^T / speed) + lift, turned into the world
     per_speed = 1.0 / speed
     jac = (
-        (kx * (speed + bx * bx * per_speed), kx * bx * by * per_speed, kx * bx * bz * per_speed),
-        (ky * by * bx * per_speed, ky * (speed + by * by * per_speed), ky * by * bz * per_speed),
+        (kx * (speed + bx * bx * per_speed), kx * bx * by * per_speed - swing, kx * bx * bz * per_speed),
+        (ky * by * bx * per_speed - swing, ky * (speed + by * by * per_speed), ky * by * bz * per_speed),
         (
             kz * bz * bx * per_speed + 2.0 * body.lift * bx,
             kz * bz * by * per_speed + 2.0 * body.lift * by,
@@ -158,26 +186,27 @@ def lie(body, surface, node, change, tangent, band):
 
 
 @inline
-def attitude(flow):
-    """Roll, pitch, yaw of the body: x against the low-passed flow past it."""
-    n = sqrt(flow[0] * flow[0] + flow[1] * flow[1])
-    if n < 1e-9:
-        return 0.0, 0.0, 0.0
-    return 0.0, atan2(flow[2], n), atan2(-flow[1], -flow[0])
+def face_flow(body, q, current, flow):
+    """A body at rest at q faces the flow there, where there is enough of it."""
+    x, y = current[0] - current[2] * q[2], current[1] - current[3] * q[2]
+    if sqrt(x * x + y * y) >= body.least_flow:
+        flow[0], flow[1], flow[LAG] = x, y, 0.0
 
 
 @driver
 def turn_into_flow(body, node, current, h):
-    """Low-pass the flow past the body over a step h [s]: flow[0:3]; the body's turning rate [rad/s] into flow[3:6].
+    """Low-pass the flow past the body over a step h [s] and turn the body into it, as fast as it may; keep the rate.
 
-    node: q, v of the node and flow, each [6].
+    node: q, v of the node and flow, each [6]. Below the least flow speed the heading is held, from twice that speed on
+    it may turn by TURN_MOST in the body's time constant, between in proportion.
     """
     q, v, flow = node
-    w = h / (body.flow_time + h)
-    _, pitch, yaw = attitude(flow)
+    w, before = h / (body.flow_time + h), heading(flow)
     flow[0] += w * (current[0] - current[2] * q[2] - v[0] - flow[0])
     flow[1] += w * (current[1] - current[3] * q[2] - v[1] - flow[1])
-    flow[2] += w * (-v[2] - flow[2])
-    _, new_pitch, new_yaw = attitude(flow)
-    rise, turn = (new_pitch - pitch) / h, atan2(sin(new_yaw - yaw), cos(new_yaw - yaw)) / h
-    flow[3], flow[4], flow[5] = -rise * sin(new_yaw), rise * cos(new_yaw), turn
+    free = min(max(speed_past(flow) / body.least_flow - 1.0, 0.0), 1.0)
+    most = free * TURN_MOST * h / body.flow_time
+    miss = facing(flow) - before
+    miss = atan2(sin(miss), cos(miss))
+    turn = min(max(miss, -most), most)
+    flow[LAG], flow[TURNING] = turn - miss, turn / h

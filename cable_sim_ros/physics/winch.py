@@ -193,6 +193,8 @@ def servo(h, drum, winch, begin, end):
         if speed > most or speed < least:
             speed = clip(speed, least, most)
             new = clip((speed - v) / d, -drum.accel_most, drum.accel_most)
+        if abs(speed) >= drum.rate_most:
+            new = 0.0  # it goes on as fast as it may
         x = clip(x + 0.5 * d * (v + speed), drum.length_least, drum.length_most)
         v, a = speed, new
         winch.target, winch.target_rate = target, rate

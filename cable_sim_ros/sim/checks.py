@@ -13,6 +13,7 @@ import numpy as np
 
 from ..physics.section import material_of
 from ..physics.winch import DrumModel
+from .cautions import damping_cautions, swing_cautions
 from .current import current_of
 from .data_sheet import (
     astern_cautions,
@@ -29,6 +30,7 @@ from .mesh import arc_lengths_at_start
 from .mesh_blocks import SheaveAnswer
 from .problem import Problem, apart
 from .scene import Scene
+from .setpoints import setpoint_cautions
 from .statics import DRUM_RESERVE, ROUND_OFF, Route, first_angle
 
 # longest element on the sheave over its radius: with compensation on, ripple of the tension above 1 Hz was measured as
@@ -305,6 +307,8 @@ def cautions(scene: Scene) -> list[Problem]:
         )
     found += density_cautions(scene) + astern_cautions(scene) + wrap_cautions(scene)
     found += seat_problems(scene, place.total)  # those that may be hauled in
+    speed = water_speed(scene)
+    found += setpoint_cautions(scene, speed) + damping_cautions(scene.cable) + swing_cautions(scene, speed)
     height = scene.sheave.position[2] + scene.ship.reference_height - radius
     if height < 0:
         found.append(

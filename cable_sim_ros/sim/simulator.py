@@ -24,6 +24,7 @@ from .inputs import InputError, ShipMotion, WinchCommand, push
 from .mesh_kinds import FeedMesh
 from .savefile import SaveError
 from .scene import Scene
+from .setpoints import declare, take_rest
 from .statics import MOST_PUSH, MOST_STEPS, Route, StartError, first_angle, first_strain, laid_angle
 
 
@@ -85,9 +86,7 @@ class Simulator:
         now.ship.mean_coord[:] = (0.0, 0.0, scene.ship.reference_height, 0.0, 0.0, yaw)
         now.ship.motion.coord[:] = now.ship.mean_coord
         now.ship.epoch = NO_EPOCH
-        now.setpoint.algorithm = self._algorithm
-        now.setpoint.angle = radians(scene.setpoint.nominal_angle_deg or 0.0)
-        now.setpoint.washout = scene.setpoint.washout_period
+        declare(now.setpoint, scene, self._algorithm, yaw)
         flow = float(np.hypot(*now.current[:2]))
         past = now.current[:2] if flow > 1e-6 else (-cos(yaw), -sin(yaw))
         state.nodes[NOW, FLOW, self.model.line.body_nodes, :2] = past
@@ -125,10 +124,7 @@ class Simulator:
                 float(left),
             )
         now.health.iterations = now.health.substeps = 0
-        now.setpoint.height = now.sheave.position[2]
-        if scene.setpoint.nominal_angle_deg is None:
-            now.setpoint.angle = min(now.measured.departure_angle, radians(85.0))
-        now.setpoint.track[:] = (*now.sheave.position[:2], yaw)
+        take_rest(now, scene)
 
     def _clear(self) -> np.record:
         """Nothing has happened yet; returns the present memory."""

@@ -1,4 +1,4 @@
-"""Winch and set-points: (136) against its solution, limits, signs of (1) and (2)."""
+"""Winch: (136) against its solution, limits."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lsim
 
-from cable_sim_ros.physics.setpoint import SETPOINT, compensation, mean_track
-from cable_sim_ros.physics.state import SHEAVE, records
+from cable_sim_ros.physics.state import records
 from cable_sim_ros.physics.winch import DRUM, WINCH, drum_point, servo
 
 
@@ -53,6 +52,22 @@ def test_servo_keeps_its_limits_and_stops_at_the_end_of_the_drum():
     assert winch.length == pytest.approx(0.3, abs=1e-3)
 
 
+@pytest.mark.parametrize("h", [0.01, 0.0005])
+@pytest.mark.parametrize("rate", [0.0, 1.0, -1.0], ids=["a step", "too fast a ramp out", "too fast a ramp in"])
+def test_at_the_largest_rate_the_drum_does_not_accelerate(rate, h):
+    """From the step on with which it comes there: that one was published with what had brought it there."""
+    winch, drum, reached = filled(WINCH), drum_of(rate_most=0.49, accel_most=20.0, length_most=100.0), 0
+    for k in range(round(2.0 / h)):
+        begin = 5.0 if rate == 0.0 else k * h * rate
+        servo(h, drum, winch, (begin, rate), (begin + h * rate, rate))
+        if abs(winch.rate) == 0.49:
+            reached += 1
+            assert winch.accel == 0.0
+    assert reached > 1.5 / h
+    servo(h, drum, winch, (winch.length, 0.0), (winch.length, 0.0))
+    assert winch.accel * winch.rate < 0.0, "and brakes at once"
+
+
 def test_paying_out_turns_the_drum_from_the_end_towards_its_top():
     drum = drum_of()
 
@@ -69,43 +84,3 @@ def test_paying_out_turns_the_drum_from_the_end_towards_its_top():
     a = end(0.1, 1.0, 0.4)[2]
     ahead, behind = (end(0.1 + s * h + 0.2 * h * h, 1.0 + 0.4 * s * h, 0.4)[1] for s in (1, -1))
     np.testing.assert_allclose(a, np.subtract(ahead, behind) / (2 * h), atol=1e-6)
-
-
-@pytest.mark.parametrize(
-    "law, moved, length",
-    [
-        (0, (1.0, 0.0, 1.0), 0.0),
-        (1, (1.0, 0.0, 0.0), np.sin(1.3)),
-        (1, (0.0, 0.0, 1.0), np.cos(1.3)),
-        (1, (0.0, 1.0, 0.0), 0.0),
-        (2, (0.0, 0.0, 1.0), np.cos(1.0)),
-        (3, (0.0, 0.0, 1.0), 1.0 / np.cos(1.3)),
-        (4, (0.0, 0.0, 0.0), 3.7 / np.cos(1.0) - 3.7 / np.cos(1.3)),
-    ],
-)
-def test_set_points_pay_out_when_the_sheave_goes_up_and_ahead(law, moved, length):
-    """(2) L = dx sin + dz cos, (1) L = H/cos - H_nom/cos_nom; nominal angle 1.3, measured 1.0, nominal height 3.7."""
-    state = filled(SETPOINT, algorithm=law, angle=1.3, height=3.7)
-
-    def wanted(dx: float, dy: float, dz: float, velocity=(0.0, 0.0, 0.0)):
-        position = (moved[0] + dx, moved[1] + dy, 3.7 + moved[2] + dz)
-        return compensation(state, filled(SHEAVE, position=position, velocity=velocity), 1.0)
-
-    got, rate = wanted(0.0, 0.0, 0.0)
-    assert got == pytest.approx(length) and rate == 0.0
-    ahead, _ = wanted(1e-6, 0.0, 2e-6)
-    _, rate = wanted(0.0, 0.0, 0.0, (1.0, 0.0, 2.0))
-    assert rate == pytest.approx((ahead - got) / 1e-6, abs=1e-6)
-
-
-def test_mean_track_follows_a_drift_and_lets_waves_through():
-    state, left = filled(SETPOINT, washout=300.0), []
-    sheave = filled(SHEAVE)
-    for k in range(120_000):
-        t = 0.01 * k
-        x = sheave.position[0] = 0.1 * t + 0.5 * np.sin(2 * np.pi * t / 10.0)
-        mean_track(state, sheave, 0.0, 0.01)
-        left.append(x - state.track[0])
-    left = np.array(left[60_000:])
-    assert abs(left.mean()) < 0.02, "a steady drift of 0.1 m/s is followed"
-    assert left.std() * np.sqrt(2) == pytest.approx(0.5, rel=0.03), "a wave of 10 s is not"

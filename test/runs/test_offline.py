@@ -348,9 +348,7 @@ def test_motion_off_the_mean_track_of_the_scene(heading, frames, text):
 def test_a_current_abeam_of_the_scene_is_not_abeam_of_the_motion():
     """One line with both headings and what is used; none where the current counts along the heading."""
     abeam, heading = {"water.current": [0.0, 0.5], "ship.tow_speed": 2.2}, np.radians(120.0)
-    with pytest.warns(
-        SceneWarning, match="heading of the motion is 120 deg, ship.heading_deg is 0 deg: that of the"
-    ):
+    with pytest.warns(SceneWarning, match="heading of the motion is 120 deg, ship.heading_deg is 0 deg: that of the"):
         mean_track.before(override(load_quietly("full_scale"), abeam), heading)
     with warnings.catch_warnings():
         warnings.simplefilter("error")

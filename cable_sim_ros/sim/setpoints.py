@@ -1,0 +1,71 @@
+"""What the set-point laws take from the scene and from the static start, and the caution about what they ask for."""
+
+from __future__ import annotations
+
+from math import acos, cos, degrees, radians, sqrt
+
+import numpy as np
+
+from ..physics.section import material_of
+from ..physics.setpoint import EXCESS_TENSION, KNEE, SetpointLaw
+from .problem import Problem
+from .scene import Scene
+from .statics import first_angle
+
+STEEPEST, FLATTEST = radians(-85.0), radians(85.0)  # of a nominal angle
+WATERLINE = (SetpointLaw.SIMPLIFIED_WATERLINE, SetpointLaw.RIGOROUS_WATERLINE)
+
+
+def declare(setpoint: np.record, scene: Scene, algorithm: int, yaw: float) -> None:
+    """Fill a SETPOINT record, all zero, before the static start; algorithm: place in LAWS; yaw: of the mean track."""
+    block = scene.setpoint
+    setpoint.algorithm = setpoint.engaged = algorithm
+    setpoint.track[2] = yaw
+    setpoint.angle = radians(block.nominal_angle_deg or 0.0)
+    setpoint.washout, setpoint.transfer = block.washout_period, block.transfer_time
+    setpoint.lead_time = block.angle_filter_time
+    setpoint.gain_most, setpoint.amplitude_most = block.max_gain, block.max_amplitude
+    setpoint.excess_most = block.max_excess
+
+
+def take_rest(now: np.record, scene: Scene) -> None:
+    """What the laws take from the static start: height and place of the sheave, departure angle, tension."""
+    setpoint, measured = now.setpoint, now.measured
+    setpoint.height, setpoint.track[:2] = now.sheave.position[2], now.sheave.position[:2]
+    setpoint.lead = measured.lead
+    if scene.setpoint.nominal_angle_deg is None:
+        setpoint.angle = min(max(measured.lead, STEEPEST), FLATTEST)
+    rate = scene.setpoint.max_excess_rate
+    setpoint.excess_rate_most = EXCESS_TENSION * measured.tension / impedance(scene) if rate is None else rate
+
+
+def impedance(scene: Scene) -> float:
+    """Largest sqrt(EA m) of the sections [N s/m]: the tension of an axial wave over the rate that sends it."""
+    cable = scene.cable
+    materials = [material_of(cable, section) for section in cable.sections.values()]
+    return max(sqrt(material.axial_stiffness * material.mass_per_length) for material in materials)
+
+
+def setpoint_cautions(scene: Scene, speed: float) -> list[Problem]:
+    """A waterline law on a cable so flat that it is limited; speed of the water past the tow [m/s]."""
+    block = scene.setpoint
+    if block.algorithm not in WATERLINE:
+        return []
+    given = block.nominal_angle_deg
+    theta = min(first_angle(scene, speed) if given is None else abs(radians(given)), FLATTEST)
+    gain = 1.0 / cos(theta)
+    if gain <= KNEE * block.max_gain:
+        return []
+    what = "estimated" if given is None else "setpoint.nominal_angle_deg"
+    return [
+        Problem(
+            "setpoint.algorithm",
+            f"= {block.algorithm.value}: 1/cos({degrees(theta):.0f} deg) = {gain:.1f} m of pay-out per m of heave (the "
+            f"angle is {what}), of which {cos(theta):.2g} m is the motion of the sheave along the cable; the rest "
+            f"strains the tow. It is limited to a gain of {block.max_gain:g} (setpoint.max_gain), "
+            f"{block.max_excess:g} m (setpoint.max_excess) and setpoint.max_excess_rate, with the flag "
+            "SETPOINT_LIMITED",
+            "Take simplified_sheave; the waterline laws are for cables steeper than "
+            f"{degrees(acos(1.0 / (KNEE * block.max_gain))):.0f} deg",
+        )
+    ]
