@@ -34,10 +34,10 @@ DOUBTS = {
     f"header.frame_id? {UNUSED}; send it in those of child_frame_id",
     "velocity_ned": "twist.linear fits the speed of the position only with y and z reversed: twist in NED axes (y "
     f"starboard, z down) with a pose in ENU axes? {UNUSED}; send both in the axes of motion.convention",
-    "position_ned": "the position fits twist and attitude only as (y, x, -z): position in NED axes with the rest in ENU "
-    f"axes? {UNUSED}; send all in the axes of motion.convention",
-    "height_sign": f"z of the position goes down when the twist goes up: one of them positive down? {UNUSED}; send both "
-    "positive up, or all in NED axes with motion.convention: ned",
+    "position_ned": "the position fits twist and attitude only as (y, x, -z): position in NED axes, the rest in ENU? "
+    f"{UNUSED}; send all in the axes of motion.convention",
+    "height_sign": f"z of the position goes down when the twist goes up: one of them positive down? {UNUSED}; send "
+    "both positive up, or all in NED axes with motion.convention: ned",
     "height_offset": "odometry z keeps away from ship.reference_height by more than motion.max_height_offset: another "
     f"datum (geoid, antenna, keel), or z positive down? {UNUSED}; z must be the height of base_link above the mean "
     "water surface",
@@ -45,12 +45,12 @@ DOUBTS = {
     f"positive down? {UNUSED}; send z positive up, or all in NED axes with motion.convention: ned",
     "attitude_ned": "pitch and yaw of odom turn against those of imu/data: odometry in NED axes, IMU in ENU, or the "
     f"other way round? odometry is {UNUSED}; send both in the axes of motion.convention",
-    "attitude_axes": "the attitude of odom turns as that of imu/data only with axes swapped or reversed: mounting of the "
-    f"IMU (heave.imu_rotation_deg), or axes of the odometry? odometry is {UNUSED}",
+    "attitude_axes": "the attitude of odom turns as that of imu/data only with axes swapped or reversed: mounting of "
+    f"the IMU (heave.imu_rotation_deg), or axes of the odometry? odometry is {UNUSED}",
     "gravity_removed": "specific force is about 0 where it must be +g along the vertical: gravity removed? "
     f"{UNUSED}; send linear_acceleration with gravity (REP 145)",
-    "gravity_sign": "specific force along the vertical is about -g where it must be +g: NED axes, or gravity instead of "
-    f"specific force? {UNUSED}; set motion.convention to the axes of the driver",
+    "gravity_sign": "specific force along the vertical is about -g where it must be +g: NED axes, or gravity instead "
+    f"of specific force? {UNUSED}; set motion.convention to the axes of the driver",
     "gravity_units": f"specific force along the vertical is about 1 where it must be 9.81: in g? {UNUSED}; send m/s^2",
     "gravity_direction": "specific force is more than 60 deg off the vertical of the attitude: accelerometer and "
     f"attitude in different axes? {UNUSED}; bring both to the same axes, or set heave.imu_rotation_deg",
@@ -66,7 +66,9 @@ DEGREE = pi / 180.0
 def _axes() -> list[np.ndarray]:
     """The turns by quarters and single reversals that are not NED, each at full size."""
     swap = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    flips = [np.diag(d) for d in ((-1.0, -1, 1), (-1.0, 1, 1), (1.0, -1, 1), (1.0, 1, -1), (-1.0, 1, -1), (-1.0, -1, -1))]
+    flips = [
+        np.diag(d) for d in ((-1.0, -1, 1), (-1.0, 1, 1), (1.0, -1, 1), (1.0, 1, -1), (-1.0, 1, -1), (-1.0, -1, -1))
+    ]
     swaps = [swap @ np.diag(d) for d in ((1.0, 1, 1), (1.0, 1, -1), (1.0, -1, 1), (-1.0, 1, 1), (-1.0, -1, -1))]
     return flips + swaps
 

@@ -1,126 +1,35 @@
 """Do the parts of motion messages fit each other? Wrong units and axes found from the data alone, by name.
 
 What must hang together is compared: attitude with the integral of the angular velocity, position with that of the
-velocity, specific force with gravity, odometry with the IMU. Both sides are averaged in blocks of 0.1 s, and over windows
-of 1, 3 and 8 s the squares that each guess (`io.doubts`) leaves unexplained are found from one matrix of moments.
-A guess convicts where it explains 85 % of both what moves and what does not fit, several times in a row. So noise and
-slow errors, which no guess explains, convict nobody, a ship at rest tells nothing, and a window is long enough as soon as
-the motion in it tells. What is convicted is refused until the parts have fitted each other again for a second.
+velocity, specific force with gravity, odometry with the IMU. `io.comparison` says how, `io.doubts` what each finding
+means. A stream that is convicted is refused until its parts have fitted each other again for a second.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from math import cos, exp, hypot, nan, pi, sin, sqrt
-
-import numpy as np
+from collections.abc import Callable
+from math import cos, exp, hypot, inf, pi, sin, sqrt
 
 from ..sim.attitude import angle_rates, to_world
-from .doubts import ROWS, attitude_guesses, heave_guesses, rate_guesses, velocity_guesses
+from .comparison import Comparison
+from .doubts import DOUBTS, attitude_guesses, heave_guesses, rate_guesses, velocity_guesses
+from .messages import Imu, Odometry
 
-BLOCK = 0.1  # s
-WINDOWS = ((10, 1, 3), (30, 3, 2), (80, 8, 2))  # blocks in it, looked at every so many, times in a row that convict
-FIRST = 5  # blocks of the first look
-UNEXPLAINED = 0.15  # of the squares, that a guess may leave
-GOOD = 10  # short windows that fit acquit; a long one counts for as many as lie between its looks
 GAP = 1.6  # s; a longer gap begins anew
-LEAK, MISFIT = 0.5, (0.035, 0.5)  # s; rad and share of the rms of the angle: misfit of attitude and rates that is refused
+LEAK, MISFIT = (
+    0.5,
+    (0.035, 0.5),
+)  # s; rad and share of the rms of the angle: misfit of attitude and rates that is refused
 UNSEEN = 0.35  # rad/s: a first sample that turns faster waits for the second
+NORM_ODD = 1e-3  # a quaternion further off norm 1 is said to be
 SWELL = 20.0 / (2.0 * pi)  # s/rad of the longest swell
-
-
-class Comparison:
-    """Block means of columns and the guesses on how they hang together. `cause`: "" or that of the best guess.
-
-    moving, apart: rms that the first three columns, and what does not fit, must have for a look to count.
-    """
-
-    def __init__(self, guesses: Sequence[ROWS], moving: float, apart: float) -> None:
-        self.causes = [cause for cause, _ in guesses]
-        self.columns = guesses[0][1].shape[1]
-        self._squares = np.array([(rows.T @ rows).ravel() for _, rows in guesses])
-        self._own = min(3, self.columns // 2)
-        self._floor = moving * moving, apart * apart
-        self.cause, self.gain = "", nan
-        self._rows = np.zeros((4 * WINDOWS[-1][0], self.columns))
-        self.begin()
-
-    def begin(self) -> None:
-        """Forget the window, not the cause."""
-        self._count = self._end = 0
-        self._sum, self._in_block, self._time = [0.0] * self.columns, 0, 0.0
-        self._against: list[tuple[str, int]] = [("", 0)] * len(WINDOWS)
-        self._for = 0
-
-    def add(self, values: Sequence[float], dt: float) -> bool:
-        """Take a sample, `dt` s after the one before. True where the cause has changed."""
-        self._sum = [a + b for a, b in zip(self._sum, values)]
-        self._in_block += 1
-        self._time += dt
-        if self._time < BLOCK * 0.999:
-            return False
-        return self._block()
-
-    def _block(self) -> bool:
-        if self._end == len(self._rows):
-            keep = WINDOWS[-1][0]
-            self._rows[:keep] = self._rows[-keep:]
-            self._end = keep
-        self._rows[self._end] = self._sum
-        self._rows[self._end] /= self._in_block
-        self._end, self._count = self._end + 1, self._count + 1
-        self._sum, self._in_block, self._time = [0.0] * self.columns, 0, self._time % BLOCK
-        if self._count < FIRST:
-            return False
-        before = self.cause
-        for k, (length, every, times) in enumerate(WINDOWS):
-            if self._count % every or self._count < (FIRST if k == 0 else length):
-                continue
-            found = self._look(min(length, self._count))
-            if found is None:
-                continue
-            same = self._against[k][1] + 1 if found == self._against[k][0] else 1
-            self._against[k] = found, same
-            if not found:
-                self._for += every
-                if self.cause and self._for >= GOOD:
-                    self.cause = ""
-            elif same >= times and not (self.cause and k):  # a long window still holds what has been mended
-                self.cause, self._for = found, 0
-        return self.cause != before
-
-    def _look(self, count: int) -> str | None:
-        """The cause that convicts, "" where the parts fit, None where nothing can be told."""
-        rows = self._rows[self._end - count : self._end]
-        rows = rows - rows.mean(axis=0)
-        moments = rows.T @ rows
-        n = self._own
-        moving, driven = float(np.trace(moments[:n, :n])), float(np.trace(moments[n:, n:]))
-        left = self._squares @ moments.ravel()
-        apart = float(left[0])
-        if moving < self._floor[0] * count:
-            return None
-        if driven == 0.0:
-            steps = np.diff(rows[:, :n], axis=0)
-            smooth = float((steps * steps).sum()) < moving  # of noise it is twice that
-            return "absent" if smooth and moving > 9.0 * self._floor[1] * count else None
-        if apart <= UNEXPLAINED * moving:
-            return "" if moving > self._floor[1] * count else None
-        if apart < self._floor[1] * count:
-            return None
-        best = float(left.min())
-        if best > UNEXPLAINED * min(apart, moving):
-            return None
-        self.gain = sqrt(float(np.trace(moments[n : 2 * n, n : 2 * n])) / moving)
-        within = 1.5 * best + 0.01 * moving
-        return next(cause for cause, rest in zip(self.causes, left) if rest <= within)
 
 
 class Turning:
     """Attitude against angular velocity: the comparison, and a quick guard against gross misfits of single samples."""
 
     def __init__(self, world: bool) -> None:
-        self.compared = Comparison(rate_guesses(world), moving=3e-4, apart=2.5e-3)
+        self.compared = Comparison(rate_guesses(world), moving=5e-4, apart=2.5e-3)
         self._world = world
         self.begin()
 
@@ -168,9 +77,8 @@ class Moving:
         self._before: tuple[float, ...] = ()
         self._first = (0.0, 0.0, 0.0)
         self._integral = [0.0] * 12
-        self._age = self._mean = self._rise = self._bend = 0.0
-        self._up: float | None = None
-        self._crest, self._trough, self._turns = -np.inf, np.inf, 0
+        self._age = self._mean = self._rise = self._bend = self._speed = self._up = self._way = 0.0
+        self._crest, self._trough, self._turns = -inf, inf, 0
 
     def take(self, position, angles, velocity, dt: float) -> None:
         parts = (*_columns(angles, velocity), *velocity)
@@ -179,32 +87,39 @@ class Moving:
         self._integral = [s + 0.5 * dt * (a + b) for s, a, b in zip(self._integral, self._before, parts)]
         self._before = parts
         self.compared.add((*(p - q for p, q in zip(position, self._first)), *self._integral), dt)
-        self._height(position[2] - self.reference, parts[2] + parts[5] + parts[8], dt)
 
-    def _height(self, z: float, up: float, dt: float) -> None:
-        """Does z keep away from the reference? Told by the mean, or by crest and trough, or at once in a calm."""
-        if self._up is not None and dt > 0.0:
+    def height(self, z: float, up: float, dt: float) -> None:
+        """Does z [m above the reference] keep away from 0? up: m/s.
+
+        Told at once where it moves so little that no swell can be meant, else by crest and trough, or by the mean.
+        """
+        if dt > 0.0:
             self._age += dt
-            fast = min(1.0, dt / min(1.0, self._age))
+            fast, slow = (min(1.0, dt / min(most, self._age)) for most in (1.0, 10.0))
             self._mean += min(1.0, dt / min(60.0, self._age)) * (z - self._mean)
             self._rise += fast * (abs(up) - self._rise)
             self._bend += fast * (abs(up - self._up) / dt - self._bend)
-            self._turns += (up > 0.0) != (self._up > 0.0)
+            self._speed += slow * (abs(up) - self._speed)
         self._up = up
         self._crest, self._trough = max(self._crest, z), min(self._trough, z)
         if self._age < 0.8:
             return
+        if up * self._way < 0.0 and abs(up) > 0.5 * self._speed:
+            self._turns += 1
+        if abs(up) > 0.5 * self._speed:
+            self._way = up
+        most = self.most
         swing = SWELL * hypot(1.6 * self._rise, SWELL * 1.6 * self._bend)
-        half = 0.5 * (self._crest - self._trough)
-        calm = abs(z) > self.most + 1.25 * swing
-        swung = self._turns >= 3 and abs(self._crest - half) > self.most + 0.5 * half
-        long = self._age >= 20.0 and abs(self._mean) > self.most + 0.1 * half
-        if calm or swung or long:
+        if abs(z) > most + 1.25 * swing or (self._age > 20.0 and abs(self._mean) > most + 0.2 * self._speed * SWELL):
             self.high = True
-        elif self._age >= 2.0 and abs(z) <= self.most:
-            self.high = False
-        if self._turns >= 3 + 2 * self.high:
-            self._turns, self._crest, self._trough = 1, z, z
+        elif self._turns < 2:
+            if abs(z) + swing < most:
+                self.high = False
+            return
+        else:  # a crest and a trough have passed
+            middle, half = 0.5 * (self._crest + self._trough), 0.5 * (self._crest - self._trough)
+            self.high = abs(middle) > most + (0.0 if self.high else 0.5 * half)
+        self._turns, self._crest, self._trough = 0, z, z
 
 
 class Weighing:
@@ -233,7 +148,8 @@ class Weighing:
     def _now(self) -> str:
         size, up, g = self._size, self._up, self.gravity
         if size < 0.5 * g:
-            return "gravity_units" if abs(abs(up) - 1.0) < 0.35 and size < 1.5 else "gravity_removed"
+            unit = abs(abs(up) - 1.0) < 0.35 and size < 1.5 and self.cause != "gravity_removed"
+            return "gravity_units" if unit else "gravity_removed"
         if up < -0.5 * size:
             return "gravity_sign"
         return "gravity_direction" if up < 0.5 * size else ""
@@ -258,4 +174,151 @@ def _columns(angles, v) -> tuple[float, ...]:
     )
 
 
-__all__ = ["Comparison", "Moving", "Turning", "Weighing", "attitude_guesses", "heave_guesses", "to_body"]
+class HeaderWatch:
+    """Frame names and the norm of the quaternion: what is said once for each topic."""
+
+    def __init__(self, frames: tuple[str, str], say: Callable[[str], None]) -> None:
+        self._frames, self._say = frames, say
+        self._seen: dict[str, tuple[bytes, ...]] = {}
+
+    def look(self, topic: str, message: Imu | Odometry) -> None:
+        """Say what is odd about a message."""
+        if abs(message.norm - 1.0) > NORM_ODD:
+            self._say(
+                f"{topic}: the quaternion has a norm that differs from 1 by more than {NORM_ODD:g}: used, brought to "
+                f"norm 1; check the driver (a norm off by more than 0.01 is refused)"
+            )
+        if message.frames == self._seen.get(topic):
+            return
+        self._seen[topic] = message.frames
+        known = (self._frames[1],) if topic == "imu/data" else self._frames
+        for name, raw, meant in zip(("header.frame_id", "child_frame_id"), message.frames, known):
+            text = raw.rstrip(b"\0").decode("utf-8", "replace").lstrip("/")
+            if text and text != meant:
+                role = "the ship's frame, turned by heave.imu_rotation_deg" if topic == "imu/data" else "that frame"
+                self._say(
+                    f"{topic}: {name} is '{text[:60]}', not '{meant}': no transform is looked up, the numbers are "
+                    f"taken as given in {role}"
+                )
+
+
+class Watch:
+    """Both streams. `imu` and `odometry` take a decoded message and say why it is refused, "" where it is not.
+
+    gravity: m/s^2; reference, most: mean height of base_link and how far off it may be [m]; arm: IMU in base_link [m];
+    jump: horizontal jump of the position that is no motion [m]; say: is called with each finding in words.
+    """
+
+    def __init__(self, gravity, reference, most, arm, jump, say: Callable[[str], None]) -> None:
+        self.gravity, self.arm, self.jump, self.say = gravity, arm, jump, say
+        self._weighing = Weighing(gravity)
+        self._turning = {"imu/data": Turning(world=False), "odom": Turning(world=True)}
+        self._moving = Moving(reference, most)
+        self._turned = Comparison(attitude_guesses(), moving=1e-3, apart=2.5e-3)
+        self._heaved = Comparison(heave_guesses(), moving=0.05, apart=0.1)
+        self.causes = {"imu/data": "", "odom": ""}
+        self.pose_only = False  # the twist of the odometry is not filled in, or not wholly
+        self.reset()
+
+    def reset(self) -> None:
+        """A jump of the clock: forget the times, not the findings."""
+        self._last: dict[str, tuple[int, float]] = {}  # stamp [ns] and unwrapped yaw
+        self._imu: tuple[int, tuple, float] | None = None  # stamp, angles, vertical acceleration
+        self._climbed = 0.0  # m/s, its integral
+        self._place: tuple[float, float, float] | None = None
+        self._poses: list[tuple[float, ...]] = []  # x y z roll pitch of the first message without twist
+
+    def _since(self, topic: str, stamp: int, angles) -> tuple[float, tuple[float, float, float]]:
+        """Seconds since the message before (0: begin anew) and angles with the yaw unwrapped."""
+        yaw = angles[2]
+        dt = 0.0
+        if topic in self._last:
+            before, old = self._last[topic]
+            yaw = old + (yaw - old + pi) % (2.0 * pi) - pi
+            dt = (stamp - before) * 1e-9
+        self._last[topic] = stamp, yaw
+        return (dt if 0.0 < dt < GAP else 0.0), (angles[0], angles[1], yaw)
+
+    def imu(self, message: Imu, stamp: int) -> str:
+        """Cause of refusal of an IMU message with this stamp [ns], or ""."""
+        topic, turning = "imu/data", self._turning["imu/data"]
+        dt, angles = self._since(topic, stamp, message.angles)
+        if not dt:
+            turning.begin()
+            self._weighing.begin()
+            self._imu = None
+        misfit = turning.take(angles, message.rate, dt)
+        self._weighing.take(angles, message.force, dt)
+        up = to_world(angles, message.force)[2] - self.gravity
+        if self._imu is not None:
+            self._climbed += 0.5 * dt * (up + self._imu[2])
+        self._imu = stamp, angles, up
+        cause = self._weighing.cause or turning.compared.cause
+        self._note(topic, "rate_absent" if cause == "absent" else cause, turning.compared.gain)
+        return self.causes[topic] or ("rate_misfit" if misfit else "")
+
+    def odometry(self, message: Odometry, stamp: int) -> str:
+        """Cause of refusal of an odometry message with this stamp [ns], or ""."""
+        topic, turning, moving = "odom", self._turning["odom"], self._moving
+        dt, angles = self._since(topic, stamp, message.angles)
+        place, before = message.position, self._place
+        self._place = place
+        if not dt or before is None:
+            dt = 0.0
+            turning.begin()
+            moving.begin()
+        elif hypot(place[0] - before[0], place[1] - before[1]) > self.jump + 50.0 * dt:
+            moving.compared.begin()
+        misfit, climb = False, (place[2] - before[2]) / dt if dt and before is not None else 0.0
+        pose_only = False
+        if not message.twist:
+            pose_only = self._moved((*place, *angles[:2]))
+            turning.begin()
+            moving.compared.begin()
+        else:
+            self._poses.clear()
+            misfit = turning.take(angles, message.rate, dt)
+            moving.take(place, angles, message.velocity, dt)
+            climb = to_world(angles, message.velocity)[2]
+        moving.height(place[2] - moving.reference, climb, dt)
+        self._against_imu(stamp, angles, message, climb, dt)
+        pose_only |= "absent" in (moving.compared.cause, turning.compared.cause)
+        if pose_only and not self.pose_only:
+            self.say(
+                "odom: twist is zero while the pose moves, in whole or in its linear or angular part: not filled in? "
+                "Rates are differences of the poses instead, one sample later; let the driver send the twist"
+            )
+        self.pose_only = pose_only
+        found = [part.cause for part in (moving.compared, turning.compared, self._turned, self._heaved)]
+        found += ["height_offset"] if moving.high else []
+        gain = (moving if moving.compared.cause else turning).compared.gain
+        self._note(topic, next((cause for cause in found if cause not in ("", "absent")), ""), gain)
+        return self.causes[topic] or ("rate_misfit" if misfit and not pose_only else "")
+
+    def _moved(self, pose: tuple[float, ...]) -> bool:
+        """Has the pose moved since the twist has been zero? A ship at rest has a twist of zero."""
+        self._poses = self._poses or [pose]
+        moved = [abs(a - b) for a, b in zip(pose, self._poses[0])]
+        return max(moved[:3]) > 0.3 or max(moved[3:]) > 0.01
+
+    def _against_imu(self, stamp: int, angles, message: Odometry, climb: float, dt: float) -> None:
+        """Attitude and heave of the odometry against those of an IMU that fits itself."""
+        if self._imu is None or not dt or abs(stamp - self._imu[0]) > 100_000_000 or self.causes["imu/data"]:
+            self._turned.begin()
+            self._heaved.begin()
+            return
+        self._turned.add((*angles, *self._imu[1]), dt)
+        if message.twist:
+            (ax, ay, az), (p, q, r) = self.arm, message.rate
+            climb += to_world(angles, (q * az - r * ay, r * ax - p * az, p * ay - q * ax))[2]
+        self._heaved.add((climb, self._climbed), dt)
+
+    def _note(self, topic: str, cause: str, gain: float) -> None:
+        if cause == self.causes[topic]:
+            return
+        self.causes[topic] = cause
+        if cause:
+            measured = f" (measured: {gain:.3g} times)" if cause.endswith(("degrees", "knots", "kmh")) else ""
+            self.say(f"{topic}: {DOUBTS[cause]}{measured}")
+        else:
+            self.say(f"{topic}: its parts fit each other again: used")

@@ -474,7 +474,9 @@ def test_a_clock_set_back_shows_and_reset_takes_it_up():
     assert it.inputs.motion_head[0] == 1 and it.epoch == before + 1 and it.counts["stamp_backwards"] == 12
 
 
-@pytest.mark.parametrize("force, hint", [((0, 0, G), ""), ((0, 0, -G), "set convention"), ((0, 0, 0), "gravity too")])
+@pytest.mark.parametrize(
+    "force, hint", [((0, 0, G), ""), ((0, 0, -G), "set motion.convention"), ((0, 0, 0), "gravity removed")]
+)
 def test_the_report_tells_of_gravity_the_wrong_way(force, hint):
     it = ingest()
     for k in range(400):
