@@ -97,8 +97,8 @@ class Comparison:
             return None
         if driven == 0.0:
             steps = np.diff(rows[:, :n], axis=0)
-            smooth = float((steps * steps).sum()) < moving  # of noise it is twice that
-            return "absent" if smooth and moving > 9.0 * self._floor[1] * count else None
+            smooth = float((steps * steps).sum()) < 0.3 * moving  # of noise it is twice that, of a slope a sixth
+            return "absent" if smooth and moving > self._floor[1] * count else None
         least = self._floor[1] * count
         best = float(left.min())
         if apart >= least and best <= UNEXPLAINED * min(apart, moving):

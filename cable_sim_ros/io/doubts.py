@@ -36,6 +36,9 @@ DOUBTS = {
     f"starboard, z down) with a pose in ENU axes? {UNUSED}; send both in the axes of motion.convention",
     "position_ned": "the position fits twist and attitude only as (y, x, -z): position in NED axes, the rest in ENU? "
     f"{UNUSED}; send all in the axes of motion.convention",
+    "heading_north": "the position fits twist and attitude only with x and y swapped: yaw from north, clockwise, or "
+    f"the position as (north, east)? {UNUSED}; send yaw from east, anticlockwise, and (east, north), or all in NED axes "
+    "with motion.convention: ned",
     "height_sign": f"z of the position goes down when the twist goes up: one of them positive down? {UNUSED}; send "
     "both positive up, or all in NED axes with motion.convention: ned",
     "height_offset": "odometry z keeps away from ship.reference_height by more than motion.max_height_offset: another "
@@ -46,7 +49,7 @@ DOUBTS = {
     "attitude_ned": "pitch and yaw of odom turn against those of imu/data: odometry in NED axes, IMU in ENU, or the "
     f"other way round? odometry is {UNUSED}; send both in the axes of motion.convention",
     "attitude_axes": "the attitude of odom turns as that of imu/data only with axes swapped or reversed: mounting of "
-    f"the IMU (heave.imu_rotation_deg), or axes of the odometry? odometry is {UNUSED}",
+    f"the IMU (heave.imu_rotation_deg), or axes of the odometry? odometry is {UNUSED}; bring both to base_link",
     "gravity_removed": "specific force is about 0 where it must be +g along the vertical: gravity removed? "
     f"{UNUSED}; send linear_acceleration with gravity (REP 145)",
     "gravity_sign": "specific force along the vertical is about -g where it must be +g: NED axes, or gravity instead "
@@ -99,6 +102,7 @@ def velocity_guesses() -> list[ROWS]:
         ("height_sign", body(np.diag([1.0, 1.0, -1.0]), 1, 1, 1)),
         ("velocity_ned", body(I3, 1, -1, -1)),
         ("position_ned", body(NED_WORLD, 1, 1, 1)),
+        ("heading_north", body(np.abs(NED_WORLD), 1, 1, 1)),
         ("velocity_world", np.hstack([I3, O3, O3, O3, -NED_WORLD])),
         ("velocity_knots", np.hstack([I3, O3, O3, O3, -KNOT * I3])),
     ]

@@ -14,6 +14,7 @@ from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_typestore
 
 from cable_sim_ros.io.bag import BagError, BagWriter
+from cable_sim_ros.io.doubts import DOUBTS
 from cable_sim_ros.io.messages import CAUSES, Refused, decode_imu, decode_odometry, find_topics, read_motion
 from cable_sim_ros.io.motion import MotionIngest
 from cable_sim_ros.io.typestore import STORE
@@ -270,7 +271,7 @@ def test_bad_input_is_refused_and_counted_by_cause(cause, topic, data):
 
 def test_every_cause_has_a_test():
     events = {cause for cause, text in CAUSES.items() if not text}
-    elsewhere = {"joint_name", "array_length", "nothing_commanded", "before_motion", "stamp_off_clock"}
+    elsewhere = {"joint_name", "array_length", "nothing_commanded", "before_motion", "stamp_off_clock", *DOUBTS}
     assert {cause for cause, _, _ in BAD} | {"behind"} == set(CAUSES) - events - elsewhere
     assert events == {"imu_gap", "gap", "source_change", "position_jump", "heave_diverged"}
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from math import radians
 
 import numpy as np
+from scipy.signal import detrend
 from test_motion import T0, S, imu, odometry
 
 from cable_sim_ros.sim.attitude import angles_of, body_rates, quaternion, rotation
@@ -104,19 +105,16 @@ def world(m: Motion, vector):
 
 
 def noisy(m: Motion, share: float, seed: int) -> Motion:
-    """Normal noise of a share of each quantity's deviation on everything that is sent."""
+    """Normal noise of a share of what the waves do to each quantity, on everything that is sent."""
     random = np.random.default_rng(seed)
 
-    def add(x, about=None):
-        spread = np.std(x - (0 if about is None else about), axis=0)
-        return x + share * spread * random.standard_normal(x.shape)
+    def add(x):
+        return x + share * detrend(x, axis=0).std(axis=0) * random.standard_normal(x.shape)
 
-    angles = np.array([angles_of(*q) for q in rotor(m.turn).tolist()])
-    angles = np.unwrap(angles, axis=0)
-    slope = np.linspace(0, 1, len(m.t))[:, None] * (m.position[-1] - m.position[0])
+    angles = np.unwrap(np.array([angles_of(*q) for q in rotor(m.turn).tolist()]), axis=0)
     return replace(
         m,
-        position=add(m.position, slope),
+        position=add(m.position),
         turn=rotation(add(angles)),
         velocity=add(m.velocity),
         rate=add(m.rate),
