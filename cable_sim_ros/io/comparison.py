@@ -31,8 +31,11 @@ class Comparison:
     def __init__(self, guesses: Sequence[ROWS], moving: float, apart: float) -> None:
         self.causes = [cause for cause, _ in guesses]
         self.columns = guesses[0][1].shape[1]
-        self._squares = np.array([(rows.T @ rows).ravel() for _, rows in guesses])
-        self._own = min(3, self.columns // 2)
+        own = self._own = min(3, self.columns // 2)
+        what = np.arange(self.columns)
+        sums = [np.diag(1.0 * which) for which in (what < own, what >= own, (what >= own) & (what < 2 * own))]
+        squares = [rows.T @ rows for _, rows in guesses]
+        self._squares = np.array([matrix.ravel() for matrix in (*sums, *squares)])
         self._floor = moving * moving, apart * apart
         self.cause, self.gain, self._guess = "", nan, 0  # guess: index of what was found last
         self._rows = np.zeros((4 * WINDOWS[-1][0], self.columns))
@@ -87,25 +90,22 @@ class Comparison:
     def _look(self, count: int) -> str | None:
         """The cause that convicts, "" where the parts fit, None where nothing can be told."""
         rows = self._rows[self._end - count : self._end]
-        rows = rows - rows.mean(axis=0)
-        moments = rows.T @ rows
-        n = self._own
-        moving, driven = float(np.trace(moments[:n, :n])), float(np.trace(moments[n:, n:]))
-        left = self._squares @ moments.ravel()
-        apart = float(left[0])
+        rows = rows - np.add.reduce(rows) * (1.0 / count)
+        moving, driven, follower, *left = (self._squares @ (rows.T @ rows).ravel()).tolist()
+        apart = left[0]
         if moving < self._floor[0] * count:
             return None
         if driven == 0.0:
-            steps = np.diff(rows[:, :n], axis=0)
+            steps = np.diff(rows[:, : self._own], axis=0)
             smooth = float((steps * steps).sum()) < 0.3 * moving  # of noise it is twice that, of a slope a sixth
             return "absent" if smooth and moving > self._floor[1] * count else None
         least = self._floor[1] * count
-        best = float(left.min())
+        best = min(left)
         if apart >= least and best <= UNEXPLAINED * min(apart, moving):
             within = 1.5 * best + 0.01 * apart
             if not (self.cause and left[self._guess] <= within):  # a finding stays while it does as well as any
-                self._guess = next(i for i, rest in enumerate(left.tolist()) if rest <= within)
-                self.gain = sqrt(float(np.trace(moments[n : 2 * n, n : 2 * n])) / moving)
+                self._guess = next(i for i, rest in enumerate(left) if rest <= within)
+                self.gain = sqrt(follower / moving)
             return self.causes[self._guess]
-        doubted = float(left[self._guess]) if self._guess else moving  # what speaks for good must speak against that
+        doubted = left[self._guess] if self._guess else moving  # what speaks for good must speak against that
         return "" if doubted >= least and apart <= UNEXPLAINED * min(doubted, moving) else None

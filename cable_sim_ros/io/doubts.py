@@ -37,8 +37,8 @@ DOUBTS = {
     "position_ned": "the position fits twist and attitude only as (y, x, -z): position in NED axes, the rest in ENU? "
     f"{UNUSED}; send all in the axes of motion.convention",
     "heading_north": "the position fits twist and attitude only with x and y swapped: yaw from north, clockwise, or "
-    f"the position as (north, east)? {UNUSED}; send yaw from east, anticlockwise, and (east, north), or all in NED axes "
-    "with motion.convention: ned",
+    f"the position as (north, east)? {UNUSED}; send yaw from east, anticlockwise, and (east, north), or all in NED "
+    "axes with motion.convention: ned",
     "height_sign": f"z of the position goes down when the twist goes up: one of them positive down? {UNUSED}; send "
     "both positive up, or all in NED axes with motion.convention: ned",
     "height_offset": "odometry z keeps away from ship.reference_height by more than motion.max_height_offset: another "

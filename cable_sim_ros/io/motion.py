@@ -52,6 +52,7 @@ class MotionIngest:
         self.last_refusal = ""
         self.epoch = 0
         self.notices: deque[str] = deque(maxlen=100)
+        self.last_notice = ""
         self._header = HeaderWatch(frames, self._notice)
         self._mounting = mounting_of(heave.imu_rotation_deg)
         self._watch = Watch(
@@ -66,6 +67,7 @@ class MotionIngest:
         self.reset()
 
     def _notice(self, text: str) -> None:
+        self.last_notice = text
         if text not in self._said and len(self._said) < 1000:
             self._said.add(text)
             self.notices.append(text)
@@ -339,7 +341,7 @@ class MotionIngest:
             "imu_doubt": doubts["imu/data"] or "none",
             "odometry_doubt": doubts["odom"] or "none",
             "pose_only": self._watch.pose_only,
-            "notices": len(self._said),
+            "last_notice": self.last_notice,
             "refused": sum(self.counts[cause] for cause, text in CAUSES.items() if text),
             "last_refusal": self.last_refusal,
             "hint": hint,

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import cos, exp, hypot, inf, pi, sin, sqrt
 
-from ..sim.attitude import angle_rates, to_world
+from ..sim.attitude import to_world
 from .comparison import Comparison
 from .doubts import DOUBTS, attitude_guesses, heave_guesses, rate_guesses, velocity_guesses
 from .messages import Imu, Odometry
@@ -23,6 +23,44 @@ LEAK, MISFIT = (
 UNSEEN = 0.35  # rad/s: a first sample that turns faster waits for the second
 NORM_ODD = 1e-3  # a quaternion further off norm 1 is said to be
 SWELL = 20.0 / (2.0 * pi)  # s/rad of the longest swell
+
+
+class Axes:
+    """An attitude (roll, pitch, yaw) whose sines and cosines are used more than once."""
+
+    def __init__(self, angles) -> None:
+        roll, pitch, yaw = angles
+        self.cr, self.sr, self.cp, self.sp, self.cy, self.sy = (
+            cos(roll),
+            sin(roll),
+            cos(pitch),
+            sin(pitch),
+            cos(yaw),
+            sin(yaw),
+        )
+
+    def angle_rates(self, rate) -> tuple[float, float, float]:
+        """As `sim.attitude.angle_rates`."""
+        p, q, r = rate
+        turning = (q * self.sr + r * self.cr) / self.cp
+        return p + turning * self.sp, q * self.cr - r * self.sr, turning
+
+    def to_body(self, vector) -> tuple[float, float, float]:
+        """A vector of the world in body axes."""
+        x, y, z = vector
+        x, y = x * self.cy + y * self.sy, y * self.cy - x * self.sy
+        x, z = x * self.cp - z * self.sp, z * self.cp + x * self.sp
+        return x, y * self.cr + z * self.sr, z * self.cr - y * self.sr
+
+    def columns(self, vector) -> tuple[float, ...]:
+        """The parts of a vector along body x, y, z, each in the world: 9 numbers."""
+        (x, y, z), cr, sr, cp, sp, cy, sy = vector, self.cr, self.sr, self.cp, self.sp, self.cy, self.sy
+        a, b = sp * sr, sp * cr
+        return (
+            *(cy * cp * x, sy * cp * x, -sp * x),
+            *((cy * a - sy * cr) * y, (sy * a + cy * cr) * y, cp * sr * y),
+            *((cy * b + sy * sr) * z, (sy * b - cy * sr) * z, cp * cr * z),
+        )
 
 
 class Turning:
@@ -41,11 +79,11 @@ class Turning:
         self._misfit = [0.0] * 3
         self._mean, self._square = [0.0] * 3, [0.0] * 3
 
-    def take(self, angles, rate, dt: float) -> bool:
+    def take(self, angles, axes: Axes, rate, dt: float) -> bool:
         """Angles [rad], yaw unwrapped, and rates as sent [rad/s]. True where a sample must be refused by itself."""
-        rates = angle_rates(angles[0], angles[1], rate)
+        rates: tuple[float, ...] = axes.angle_rates(rate)
         if self._world:
-            rates += angle_rates(angles[0], angles[1], to_body(angles, rate))
+            rates += axes.angle_rates(axes.to_body(rate))
         if self._angles is None:
             self._angles, self._before, self._mean = angles, rates, list(angles)
             self.compared.add((*angles, *self._integral), 0.0)
@@ -80,13 +118,15 @@ class Moving:
         self._age = self._mean = self._rise = self._bend = self._speed = self._up = self._way = 0.0
         self._crest, self._trough, self._turns = -inf, inf, 0
 
-    def take(self, position, angles, velocity, dt: float) -> None:
-        parts = (*_columns(angles, velocity), *velocity)
+    def take(self, position, axes: Axes, velocity, dt: float) -> float:
+        """Returns the vertical velocity, m/s."""
+        parts = (*axes.columns(velocity), *velocity)
         if not self._before:
             self._before, self._first = parts, position
         self._integral = [s + 0.5 * dt * (a + b) for s, a, b in zip(self._integral, self._before, parts)]
         self._before = parts
         self.compared.add((*(p - q for p, q in zip(position, self._first)), *self._integral), dt)
+        return parts[2] + parts[5] + parts[8]
 
     def height(self, z: float, up: float, dt: float) -> None:
         """Does z [m above the reference] keep away from 0? up: m/s.
@@ -153,25 +193,6 @@ class Weighing:
         if up < -0.5 * size:
             return "gravity_sign"
         return "gravity_direction" if up < 0.5 * size else ""
-
-
-def to_body(angles, vector) -> tuple[float, float, float]:
-    """The inverse of `to_world`."""
-    (roll, pitch, yaw), (x, y, z) = angles, vector
-    x, y = x * cos(yaw) + y * sin(yaw), y * cos(yaw) - x * sin(yaw)
-    x, z = x * cos(pitch) - z * sin(pitch), z * cos(pitch) + x * sin(pitch)
-    return x, y * cos(roll) + z * sin(roll), z * cos(roll) - y * sin(roll)
-
-
-def _columns(angles, v) -> tuple[float, ...]:
-    """The parts of a velocity along body x, y, z, each in the world: 9 numbers."""
-    (roll, pitch, yaw), (vx, vy, vz) = angles, v
-    cr, sr, cp, sp, cy, sy = cos(roll), sin(roll), cos(pitch), sin(pitch), cos(yaw), sin(yaw)
-    return (
-        *(cy * cp * vx, sy * cp * vx, -sp * vx),
-        *((cy * sp * sr - sy * cr) * vy, (sy * sp * sr + cy * cr) * vy, cp * sr * vy),
-        *((cy * sp * cr + sy * sr) * vz, (sy * sp * cr - cy * sr) * vz, cp * cr * vz),
-    )
 
 
 class HeaderWatch:
@@ -247,7 +268,7 @@ class Watch:
             turning.begin()
             self._weighing.begin()
             self._imu = None
-        misfit = turning.take(angles, message.rate, dt)
+        misfit = turning.take(angles, Axes(angles), message.rate, dt)
         self._weighing.take(angles, message.force, dt)
         up = to_world(angles, message.force)[2] - self.gravity
         if self._imu is not None:
@@ -277,9 +298,9 @@ class Watch:
             moving.compared.begin()
         else:
             self._poses.clear()
-            misfit = turning.take(angles, message.rate, dt)
-            moving.take(place, angles, message.velocity, dt)
-            climb = to_world(angles, message.velocity)[2]
+            axes = Axes(angles)
+            misfit = turning.take(angles, axes, message.rate, dt)
+            climb = moving.take(place, axes, message.velocity, dt)
         moving.height(place[2] - moving.reference, climb, dt)
         self._against_imu(stamp, angles, message, climb, dt)
         pose_only |= "absent" in (moving.compared.cause, turning.compared.cause)
