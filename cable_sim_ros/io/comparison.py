@@ -25,10 +25,12 @@ GOOD = 10  # short windows that fit acquit; a long one counts for as many as lie
 class Comparison:
     """Block means of columns and the guesses on how they hang together. `cause`: "" or that of the best guess.
 
-    moving, apart: rms that the first three columns, and what does not fit, must have for a look to count.
+    moving, apart: rms that the first three columns, and what does not fit, must have for a look to count. drift: an
+    integral that may drift (a bias of the accelerometer): straight lines are left out of the long windows, and the
+    short one needs twice as much.
     """
 
-    def __init__(self, guesses: Sequence[ROWS], moving: float, apart: float) -> None:
+    def __init__(self, guesses: Sequence[ROWS], moving: float, apart: float, drift: bool = False) -> None:
         self.causes = [cause for cause, _ in guesses]
         self.columns = guesses[0][1].shape[1]
         own = self._own = min(3, self.columns // 2)
@@ -37,6 +39,7 @@ class Comparison:
         squares = [rows.T @ rows for _, rows in guesses]
         self._squares = np.array([matrix.ravel() for matrix in (*sums, *squares)])
         self._floor = moving * moving, apart * apart
+        self._drift = drift
         self.cause, self.gain, self._guess = "", nan, 0  # guess: index of what was found last
         self._rows = np.zeros((4 * WINDOWS[-1][0], self.columns))
         self.begin()
@@ -91,6 +94,10 @@ class Comparison:
         """The cause that convicts, "" where the parts fit, None where nothing can be told."""
         rows = self._rows[self._end - count : self._end]
         rows = rows - np.add.reduce(rows) * (1.0 / count)
+        long = self._drift and count > WINDOWS[0][0]
+        if long:
+            slope = np.arange(count) - 0.5 * (count - 1)
+            rows -= np.outer(slope, slope @ rows * (12.0 / (count**3 - count)))
         moving, driven, follower, *left = (self._squares @ (rows.T @ rows).ravel()).tolist()
         apart = left[0]
         if moving < self._floor[0] * count:
@@ -99,7 +106,7 @@ class Comparison:
             steps = np.diff(rows[:, : self._own], axis=0)
             smooth = float((steps * steps).sum()) < 0.3 * moving  # of noise it is twice that, of a slope a sixth
             return "absent" if smooth and moving > self._floor[1] * count else None
-        least = self._floor[1] * count
+        least = self._floor[1] * count * (4.0 if self._drift and not long else 1.0)
         best = min(left)
         if apart >= least and best <= UNEXPLAINED * min(apart, moving):
             within = 1.5 * best + 0.01 * apart

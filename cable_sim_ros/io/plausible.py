@@ -105,7 +105,7 @@ class Moving:
     """Position against the integral of the velocity, and height against its reference."""
 
     def __init__(self, reference: float, most: float) -> None:
-        self.compared = Comparison(velocity_guesses(), moving=0.03, apart=0.1)
+        self.compared = Comparison(velocity_guesses(), moving=0.03, apart=0.05)
         self.reference, self.most = reference, most
         self.high = False
         self.begin()
@@ -236,7 +236,7 @@ class Watch:
         self._turning = {"imu/data": Turning(world=False), "odom": Turning(world=True)}
         self._moving = Moving(reference, most)
         self._turned = Comparison(attitude_guesses(), moving=1e-3, apart=2.5e-3)
-        self._heaved = Comparison(heave_guesses(), moving=0.05, apart=0.1)
+        self._heaved = Comparison(heave_guesses(), moving=0.02, apart=0.05, drift=True)
         self.causes = {"imu/data": "", "odom": ""}
         self.pose_only = False  # the twist of the odometry is not filled in, or not wholly
         self.reset()

@@ -199,7 +199,7 @@ def test_a_ship_at_rest_tells_nothing():
 def test_good_data_is_never_doubted(hertz, sea, heading, speed, turning, noise, seed):
     m = sail(min(20.0, 600.0 / hertz), hertz, sea, heading, speed, turning, begin=0.1 * seed)
     sent = noisy(m, noise, seed) if noise else m
-    sent = replace(sent, rate=sent.rate + 0.002, force=sent.force + 0.05)
+    sent = replace(sent, rate=sent.rate + 0.002, force=sent.force + 0.1)
     assert watched(events(sent, replace(sent, force=m.force))) == ([], [])
     assert watched(events(None, sent))[0] == []
 
