@@ -158,7 +158,7 @@ class Moving:
             return
         else:  # a crest and a trough have passed
             middle, half = 0.5 * (self._crest + self._trough), 0.5 * (self._crest - self._trough)
-            self.high = abs(middle) > most + (0.0 if self.high else 0.5 * half)
+            self.high = abs(middle) > most + (0.0 if self.high else 0.25 * half)
         self._turns, self._crest, self._trough = 0, z, z
 
 

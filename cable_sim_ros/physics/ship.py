@@ -45,6 +45,7 @@ SHIP_TIMES = np.dtype(
 )  # s
 NO_EPOCH = -1.0
 MEAN_MEMORY = 30.0  # s, of the mean speed: waves of 10 s leave 1/20 of their velocity in it
+MEAN_LEAST = 5.0  # s of motion, before which the mean speed is that of the start
 
 
 class Ship(Block):
@@ -172,6 +173,7 @@ def path(t, epoch, inputs, memory, decay, out):
     decay [s]: heave, roll, pitch to their mean, yaw to rest, and of surge and sway what differs from the mean speed.
     """
     mean, velocity, going = memory.ship.mean_coord, memory.frame.velocity, memory.ship.mean_rate
+    known = memory.ship.mean_age >= MEAN_LEAST
     for i in range(6):
         out.coord[i], out.rate[i], out.accel[i] = mean[i], 0.0, 0.0
     if epoch == NO_EPOCH:
@@ -214,7 +216,7 @@ def path(t, epoch, inputs, memory, decay, out):
         if tau <= 0.0:  # before the first sample of the epoch: straight back
             out.coord[i], out.rate[i] = x + v * tau, v
         else:
-            rest, u = mean[i] if 2 <= i <= 4 else x, axis_of(going, i)
+            rest, u = mean[i] if 2 <= i <= 4 else x, axis_of(going, i) if known else 0.0
             d = x - rest
             k = v - u + d / decay
             out.coord[i] = rest + u * tau + (d + k * tau) * fade
