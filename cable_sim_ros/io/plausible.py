@@ -22,6 +22,7 @@ LEAK, MISFIT = (
 )  # s; rad and share of the rms of the angle: misfit of attitude and rates that is refused
 UNSEEN = 0.35  # rad/s: a first sample that turns faster waits for the second
 NORM_ODD = 1e-3  # a quaternion further off norm 1 is said to be
+SLOW = 60.0  # s, longer than any heave that is meant
 SWELL = 20.0 / (2.0 * pi)  # s/rad of the longest swell
 
 
@@ -117,6 +118,7 @@ class Moving:
         self._integral = [0.0] * 12
         self._age = self._mean = self._rise = self._bend = self._speed = self._up = self._way = 0.0
         self._crest, self._trough, self._turns = -inf, inf, 0
+        self._far = inf  # s since z was last as near as it must be; inf: it never was
 
     def take(self, position, axes: Axes, velocity, dt: float) -> float:
         """Returns the vertical velocity, m/s."""
@@ -136,10 +138,11 @@ class Moving:
         if dt > 0.0:
             self._age += dt
             fast, slow = (min(1.0, dt / min(most, self._age)) for most in (1.0, 10.0))
-            self._mean += min(1.0, dt / min(60.0, self._age)) * (z - self._mean)
+            self._mean += min(1.0, dt / min(SLOW, self._age)) * (z - self._mean)
             self._rise += fast * (abs(up) - self._rise)
             self._bend += fast * (abs(up - self._up) / dt - self._bend)
             self._speed += slow * (abs(up) - self._speed)
+        self._far = 0.0 if abs(z) <= self.most else self._far + dt
         self._up = up
         self._crest, self._trough = max(self._crest, z), min(self._trough, z)
         if self._age < 0.8:
@@ -150,7 +153,8 @@ class Moving:
             self._way = up
         most = self.most
         swing = SWELL * hypot(1.6 * self._rise, SWELL * 1.6 * self._bend)
-        if abs(z) > most + 1.25 * swing or (self._age > 20.0 and abs(self._mean) > most + 0.2 * self._speed * SWELL):
+        calm = abs(z) > most + 1.25 * swing and self._far > SLOW
+        if calm or (self._age > SLOW and abs(self._mean) > most + 0.2 * self._speed * SWELL):
             self.high = True
         elif self._turns < 2:
             if abs(z) + swing < most:

@@ -341,3 +341,13 @@ def test_a_gross_misfit_is_refused_before_it_has_a_name():
     m = sail(4.0)
     it, first, _ = through(events(None, replace(m, rate=m.rate * DEGREES)))
     assert int(it.inputs.motion_head[0]) <= 3 and it.counts["rate_misfit"] >= 25
+
+
+@pytest.mark.parametrize("amplitude, period", [(5.0, 8.0), (3.0, 40.0), (8.0, 60.0)])
+def test_a_heave_of_ones_own_may_be_high_and_slow(amplitude, period):
+    """`--heave` and tables: far from the reference for long, but about it."""
+    m = sail(200.0, hertz=10.0, sea=0.0)
+    w = 2.0 * pi / period
+    heave = np.outer(amplitude * np.sin(w * m.t), [0, 0, 1])
+    rise = np.outer(amplitude * w * np.cos(w * m.t), [0, 0, 1])
+    assert watched(events(None, replace(m, position=m.position + heave, velocity=m.velocity + rise))) == ([], [])
