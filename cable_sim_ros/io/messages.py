@@ -13,16 +13,20 @@ from struct import Struct
 from typing import Any, NamedTuple
 
 from ..physics.heave import Convention
-from ..sim.attitude import angles_of
+from ..sim.attitude import angles_of, to_world
 from ..sim.inputs import MOST_COMMAND, MOST_PITCH, MOST_POSITION, MOST_RATE, MOST_SPEED, NORM_WITHIN
 from .bag_writer import BagError
+from .doubts import DOUBTS
+from .mounting import Mounting, Rotor
 
 MOST_FORCE = 50.0  # m/s^2
+MOST_BYTES = 65536  # of a message of motion or a command; they have some hundred
 JOINT = "payout"  # of a winch command
 
 # the one vocabulary of refusals, live and replayed: cause -> what to say ("" = an event, nothing was refused)
 CAUSES = {
-    "size": "the bytes are not a message of this type: dropped; check the type of the topic",
+    "size": f"the bytes are not a message of this type, or more than {MOST_BYTES}: dropped; check type and sender of "
+    "the topic",
     "encoding": "the bytes are not plain CDR: dropped; use a driver or bag with CDR messages",
     "not_finite": "a number is NaN or infinite (in a winch command: infinite): dropped; check the sender",
     "quaternion": "the orientation is not a unit quaternion: dropped; check the driver",
@@ -38,6 +42,7 @@ CAUSES = {
     "stamp_backwards": "the stamp went back by more than 1 s: dropped; after a restart of the sender's clock, reset",
     "stamp_off_clock": "the stamp is more than 1 s off the clock of the motion: dropped; check the sender's clock "
     "(five such stamps that agree are a jump of the clock, which is followed)",
+    **DOUBTS,
     "behind": "the stamp is behind the other source's newest: dropped",
     "before_motion": "no motion has come before it, so its time on the clock of the motion is not known: dropped; send "
     "it again once there is motion",
@@ -67,6 +72,8 @@ class Imu(NamedTuple):
     angles: tuple[float, float, float]  # roll pitch yaw, rad, of Rz Ry Rx in ENU
     rate: tuple[float, float, float]  # rad/s in base_link
     force: tuple[float, float, float]  # m/s^2 in base_link, +g upwards at rest
+    norm: float = 1.0  # of the quaternion as it was sent
+    frames: tuple[bytes, ...] = ()  # header.frame_id
 
 
 class Odometry(NamedTuple):
@@ -76,6 +83,8 @@ class Odometry(NamedTuple):
     velocity: tuple[float, float, float]  # m/s in base_link
     rate: tuple[float, float, float]  # rad/s in base_link
     twist: bool  # False: the message has none (six exact zeros)
+    norm: float = 1.0  # of the quaternion as it was sent
+    frames: tuple[bytes, ...] = ()  # header.frame_id, child_frame_id
 
 
 class Command(NamedTuple):
@@ -101,36 +110,44 @@ def stamp_of(data: bytes) -> int | None:
 
 def _order(data: bytes) -> str:
     """Byte order of a message that has room for a header; Refused for other bytes."""
-    if len(data) < 16:
+    if not 16 <= len(data) <= MOST_BYTES:
         raise Refused("size")
     if data[0] != 0 or data[1] not in (0, 1):
         raise Refused("encoding")
     return "<" if data[1] else ">"
 
 
-def _open(data: bytes, strings: int, body: dict[str, Struct]) -> tuple[int, Any]:
-    """Stamp [ns] and doubles of a message that is a header, `strings` - 1 more strings, and doubles."""
+def _open(data: bytes, strings: int, body: dict[str, Struct]) -> tuple[int, Any, tuple[bytes, ...]]:
+    """Stamp [ns], doubles and strings of a message that is a header, `strings` - 1 more strings, and doubles."""
     order = _order(data)
     sec, nanosec, length = _HEADER[order].unpack_from(data, 4)
     at = 16 + length
+    names = [data[16:at]]
     for _ in range(strings - 1):
         at += -at % 4
         if at + 4 > len(data):
             raise Refused("size")
-        at += 4 + _LENGTH[order].unpack_from(data, at)[0]
+        begin = at + 4
+        at = begin + _LENGTH[order].unpack_from(data, at)[0]
+        names.append(data[begin:at])
     at += (4 - at) % 8  # doubles are aligned from the fourth byte on
     if len(data) != at + body[order].size:
         raise Refused("size")
     if sec < 0 or nanosec >= 10**9:
         raise Refused("out_of_range")
-    return sec * 10**9 + nanosec, body[order].unpack_from(data, at)
+    return sec * 10**9 + nanosec, body[order].unpack_from(data, at), tuple(names)
 
 
-def _angles(x: float, y: float, z: float, w: float) -> tuple[float, float, float]:
+def _unit(x: float, y: float, z: float, w: float) -> tuple[Rotor, float]:
+    """The quaternion at norm 1, and the norm it had."""
     norm = sqrt(x * x + y * y + z * z + w * w)
     if abs(norm - 1.0) > NORM_WITHIN:
         raise Refused("quaternion")
-    angles = angles_of(x / norm, y / norm, z / norm, w / norm)
+    return (x / norm, y / norm, z / norm, w / norm), norm
+
+
+def _angles(rotor: Rotor) -> tuple[float, float, float]:
+    angles = angles_of(*rotor)
     if abs(angles[1]) > MOST_PITCH:
         raise Refused("out_of_range")
     return angles
@@ -153,34 +170,43 @@ def _body(vector):
     return vector[0], -vector[1], -vector[2]
 
 
-def decode_imu(data: bytes, convention: Convention = Convention.ENU) -> Imu:
-    """Checked numbers of a sensor_msgs/Imu; Refused if it cannot be used. Covariances but the first are not read."""
-    stamp, d = _open(data, 1, _IMU)
+def decode_imu(data: bytes, convention: Convention = Convention.ENU, mounting: Mounting | None = None) -> Imu:
+    """Checked numbers of a sensor_msgs/Imu, in base_link where the mounting is that of the sensor.
+
+    Refused if it cannot be used. Covariances but the first are not read.
+    """
+    stamp, d, frames = _open(data, 1, _IMU)
     if d[4] == -1.0:
         raise Refused("no_orientation")
     rate, force = d[13:16], d[25:28]
     _check(d[:4], 2.0)
-    angles = _angles(*d[:4])
+    rotor, norm = _unit(*d[:4])
     _check(rate, MOST_RATE)
     _check(force, MOST_FORCE)
-    if convention is Convention.NED:
-        angles, rate, force = _world_angles(angles), _body(rate), _body(force)
-    return Imu(stamp, angles, rate, force)
+    ned = convention is Convention.NED
+    if ned:
+        rate, force = _body(rate), _body(force)
+    if mounting is None:
+        angles = _angles(rotor)
+        return Imu(stamp, _world_angles(angles) if ned else angles, rate, force, norm, frames)
+    rate, force = to_world(mounting.angles, rate), to_world(mounting.angles, force)
+    return Imu(stamp, _angles(mounting.of_ship(rotor, ned)), rate, force, norm, frames)
 
 
 def decode_odometry(data: bytes, convention: Convention = Convention.ENU) -> Odometry:
     """Checked numbers of a nav_msgs/Odometry; Refused if it cannot be used. Covariances are not read."""
-    stamp, d = _open(data, 2, _ODOMETRY)
+    stamp, d, frames = _open(data, 2, _ODOMETRY)
     position, velocity, rate = d[:3], d[43:46], d[46:49]
     _check(position, MOST_POSITION)
     _check(d[3:7], 2.0)
-    angles = _angles(*d[3:7])
+    rotor, norm = _unit(*d[3:7])
+    angles = _angles(rotor)
     _check(velocity, MOST_SPEED)
     _check(rate, MOST_RATE)
     if convention is Convention.NED:
         position = position[1], position[0], -position[2]
         angles, rate, velocity = _world_angles(angles), _body(rate), _body(velocity)
-    return Odometry(stamp, position, angles, velocity, rate, any(velocity) or any(rate))
+    return Odometry(stamp, position, angles, velocity, rate, any(velocity) or any(rate), norm, frames)
 
 
 class _Sequences:

@@ -8,6 +8,7 @@ counted by cause; nothing that is not finite gets through. `io.messages` decodes
 
 from __future__ import annotations
 
+from collections import deque
 from math import cos, hypot, nan, pi, sin
 
 from ..physics.frame import Source
@@ -16,83 +17,14 @@ from ..physics.inputs import Inputs, push_motion
 from ..physics.ship import Ship
 from ..sim.attitude import angle_rates, to_world
 from .messages import CAUSES, Odometry, Refused, decode_imu, decode_odometry
+from .motion_stream import SECOND, Slow, Stream
+from .mounting import mounting_of
+from .plausible import HeaderWatch, Watch
 from .position_rate_fit import PositionRateFit
-from .stamps import RegularStamps
 
-SECOND = 1_000_000_000
-BACKWARDS = SECOND  # ns; a stamp further back than this is a jump of the clock, not a late message
 JUMPED = 10  # backward stamps in a row that make a time jump
+LEARNT = 10.0  # s of odometry, from which on its mean speed outlives a second of wrong one
 RETURN = 2.0  # odometry is taken again after this many time-outs without a gap: no flapping at low rates
-
-
-class _Stream:
-    """Stamps, arrivals and rate of one topic."""
-
-    def __init__(self, jitter: float) -> None:
-        self.stamp: int | None = None  # ns, as the arrival
-        self.arrival: int | None = None
-        self.streak = 0  # ns, arrival since which there was no gap
-        self.regular = RegularStamps(jitter)
-        self.used: int | None = None  # ns, the newest regular stamp
-        self.period = nan  # s between stamps, smoothed
-        self.unstamped = False
-        self.backwards = 0
-
-    def check(self, stamp: int, arrival: int) -> int:
-        """The stamp, or the arrival where there is none; Refused if it does not advance."""
-        if stamp == 0:  # a driver without a clock; the first such message may also be a clock that starts at zero
-            if not self.unstamped:
-                self.unstamped = True
-                raise Refused("no_stamp")
-            stamp = arrival
-        else:
-            self.unstamped = False
-        if self.stamp is not None and stamp <= self.stamp:
-            far = self.stamp - stamp > BACKWARDS
-            self.backwards = self.backwards + 1 if far else 0
-            raise Refused("stamp_backwards" if far else "stamp_not_advancing")
-        return stamp
-
-    def take(self, stamp: int, arrival: int, timeout: float) -> tuple[int, float]:
-        """Stamp to use, made regular, and seconds since the one before (NaN for the first)."""
-        used = self.regular.take(stamp)
-        dt = nan if self.used is None else (used - self.used) * 1e-9
-        if self.arrival is None or arrival - self.arrival > timeout * SECOND:
-            self.streak = arrival
-        if dt == dt:
-            self.period = dt if self.period != self.period else self.period + 0.05 * (dt - self.period)
-        self.stamp, self.used, self.arrival, self.backwards = stamp, used, arrival, 0
-        return used, dt
-
-    def age(self, now: int) -> float:
-        return nan if self.arrival is None else (now - self.arrival) * 1e-9
-
-    def report(self, name: str, now: int) -> dict[str, object]:
-        regular = self.regular
-        return {
-            f"{name}_age_s": self.age(now),
-            f"{name}_rate_hz": 1.0 / self.period if self.period > 0.0 else nan,
-            f"{name}_stamp_period_s": regular.period * 1e-9,
-            f"{name}_stamp_jitter_s": regular.jitter * 1e-9,
-            f"{name}_stamps_regular": regular.active,
-        }
-
-
-class _Slow:
-    """Mean of a vector over an expanding memory of at most `memory` seconds."""
-
-    def __init__(self, memory: float) -> None:
-        self.memory, self.time = memory, 0.0
-        self.mean: tuple[float, ...] | None = None
-
-    def add(self, values: tuple[float, ...], dt: float) -> tuple[float, ...]:
-        if self.mean is None or not dt > 0.0:
-            self.mean = self.mean or values
-            return self.mean
-        self.time = min(self.time + dt, self.memory)
-        x = min(1.0, dt / self.time)
-        self.mean = tuple(m + x * (v - m) for m, v in zip(self.mean, values))
-        return self.mean
 
 
 class MotionIngest:
@@ -100,11 +32,18 @@ class MotionIngest:
 
     inputs: the rings; ship, heave, motion: parameter blocks; gravity: m/s^2. `imu` and `odometry` take CDR bytes and
     the arrival in ns on any clock that runs on (the log time in a replay), and return the stamp of an accepted
-    message in ns, None for a refused one. `counts` has the refusals by cause and the events.
+    message in ns, None for a refused one. `counts` has the refusals by cause and the events; `notices` has what a user
+    should read, each text once: take them out and print them. frames: names of the world's and the ship's frame.
     """
 
     def __init__(
-        self, inputs: Inputs, ship: Ship, heave: Heave, motion: MotionInput | None = None, gravity: float = 9.81
+        self,
+        inputs: Inputs,
+        ship: Ship,
+        heave: Heave,
+        motion: MotionInput | None = None,
+        gravity: float = 9.81,
+        frames: tuple[str, str] = ("odom", "base_link"),
     ) -> None:
         self.inputs, self.ship, self.heave = inputs, ship, heave
         self.settings = motion or MotionInput()
@@ -112,7 +51,26 @@ class MotionIngest:
         self.counts: dict[str, int] = dict.fromkeys(CAUSES, 0)
         self.last_refusal = ""
         self.epoch = 0
+        self.notices: deque[str] = deque(maxlen=100)
+        self.last_notice = ""
+        self._header = HeaderWatch(frames, self._notice)
+        self._mounting = mounting_of(heave.imu_rotation_deg)
+        self._watch = Watch(
+            gravity,
+            ship.reference_height,
+            self.settings.max_height_offset,
+            heave.imu_position,
+            self.settings.max_jump,
+            self._notice,
+        )
+        self._said: set[str] = set()
         self.reset()
+
+    def _notice(self, text: str) -> None:
+        self.last_notice = text
+        if text not in self._said and len(self._said) < 1000:
+            self._said.add(text)
+            self.notices.append(text)
 
     def reset(self) -> None:
         """Start anew after a jump of the clock: empties the motion ring, so call it only while no tick runs.
@@ -123,7 +81,7 @@ class MotionIngest:
         self.source = Source.MEAN
         self.first_pose: tuple[int, float, float, float] | None = None  # stamp, x, y, yaw of the first sample
         self.origin = (0.0, 0.0)  # m, added to the odometry's position
-        self._imu, self._odometry = _Stream(self.settings.stamp_jitter), _Stream(self.settings.stamp_jitter)
+        self._imu, self._odometry = Stream(self.settings.stamp_jitter), Stream(self.settings.stamp_jitter)
         self._fit = PositionRateFit(self.settings.position_time)
         self._began: int | None = None  # first arrival of an IMU message
         self._new_epoch = True
@@ -131,13 +89,14 @@ class MotionIngest:
         self._last: tuple[int, list[float]] | None = None  # newest pushed sample
         self._track: list[float] | None = None  # x y of the mean track while the IMU is the source
         self._track_velocity = (0.0, 0.0)
-        self._heading = _Slow(self.heave.period)  # cos and sin of the yaw
-        self._velocity = _Slow(self.heave.period)  # of the odometry
-        self._gravity = _Slow(10.0)  # specific force along the vertical
-        self._mismatch = _Slow(10.0)  # squared difference of odometry twist and moved position
+        self._heading = Slow(self.heave.period)  # cos and sin of the yaw
+        self._velocity = Slow(self.heave.period)  # of the odometry
+        self._gravity = Slow(10.0)  # specific force along the vertical
+        self._mismatch = Slow(10.0)  # squared difference of odometry twist and moved position
         self._before: Odometry | None = None  # newest odometry
         self._waiting: list[Odometry] = []  # without twist: newest two, for a central difference
         self.filter.reset()
+        self._watch.reset()
 
     def take(self, kind: str, data: bytes, arrival: int) -> int | None:
         """Take a message of the kind "imu" or "odometry"; see the class."""
@@ -148,8 +107,12 @@ class MotionIngest:
     def imu(self, data: bytes, arrival: int) -> int | None:
         """Take a sensor_msgs/Imu; see the class."""
         try:
-            message = decode_imu(data, self.settings.convention)
+            message = decode_imu(data, self.settings.convention, self._mounting)
             stamp = self._imu.check(message.stamp, arrival)
+            self._header.look("imu/data", message)
+            if cause := self._watch.imu(message, stamp):
+                self._imu.skip(stamp)
+                raise Refused(cause)
         except Refused as refusal:
             self._refuse("imu", refusal.cause)
             return None
@@ -175,6 +138,8 @@ class MotionIngest:
 
     def _imu_leads(self, arrival: int) -> bool:
         timeout = self.settings.odometry_timeout
+        if self._watch.causes["odom"]:
+            return True
         if self.source == Source.ODOMETRY:
             return self._odometry.age(arrival) > timeout
         # at the start odometry gets the time to show up, lest every start begin with a change of source
@@ -227,6 +192,14 @@ class MotionIngest:
             stamp = self._odometry.check(message.stamp, arrival)
             if abs(message.position[2] - self.ship.reference_height) > self.heave.max_displacement:
                 raise Refused("height")
+            self._header.look("odom", message)
+            if cause := self._watch.odometry(message, stamp):
+                self._odometry.skip(stamp)
+                if self._velocity.time < LEARNT:  # mostly of what is refused now
+                    self._velocity = Slow(self.heave.period)
+                raise Refused(cause)
+            if self._watch.pose_only:
+                message = message._replace(twist=False)
         except Refused as refusal:
             self._refuse("odometry", refusal.cause)
             return None
@@ -342,14 +315,9 @@ class MotionIngest:
         """Plain values for diagnostics. now: ns on the clock of the arrivals. NaN = not known."""
         gravity = self._gravity.mean[0] if self._gravity.mean else nan
         mismatch = self._mismatch.mean[0] ** 0.5 if self._mismatch.mean else nan
-        hint = ""
-        if self._gravity.time >= 5.0 and gravity < 0.5 * self.filter.gravity:
-            hint = (
-                f"specific force along the vertical is {gravity:.2f} m/s^2, at rest it must be "
-                f"+{self.filter.gravity:g}: heave from the IMU is wrong; set convention to the axes of the driver, "
-                f"or let it send gravity too"
-            )
-        elif mismatch > 1.0:
+        doubts = self._watch.causes
+        hint = "; ".join(f"{topic}: {CAUSES[cause]}" for topic, cause in doubts.items() if cause)
+        if not hint and mismatch > 1.0:
             hint = (
                 f"odometry twist differs from the moved position by {mismatch:.2f} m/s rms: the motion between "
                 f"samples is wrong; the twist must be in the axes of child_frame_id"
@@ -370,6 +338,10 @@ class MotionIngest:
             "origin_x_m": self.origin[0],
             "origin_y_m": self.origin[1],
             "time_jump": self.time_jump,
+            "imu_doubt": doubts["imu/data"] or "none",
+            "odometry_doubt": doubts["odom"] or "none",
+            "pose_only": self._watch.pose_only,
+            "last_notice": self.last_notice,
             "refused": sum(self.counts[cause] for cause, text in CAUSES.items() if text),
             "last_refusal": self.last_refusal,
             "hint": hint,

@@ -48,6 +48,14 @@ class Heave(Block):
     imu_position: tuple[float, float, float] = quantity(
         (0.0, 0.0, 0.0), "m", -200.0, 200.0, "IMU in base_link (x forward, y left, z up)"
     )
+    imu_rotation_deg: tuple[float, float, float] = quantity(
+        (0.0, 0.0, 0.0),
+        "deg",
+        -360.0,
+        360.0,
+        "roll, pitch, yaw (Rz Ry Rx) of the IMU's axes, after motion.convention, in base_link",
+        "docs/motion.md",
+    )
     max_gap: float = quantity(1.0, "s", 0.02, 10.0, "a longer gap between IMU samples restarts the heave filter")
     max_bias: float = quantity(
         0.3, "m/s^2", 0.001, 10.0, "a larger vertical bias estimate (accelerometer and gravity) makes heave not valid"
@@ -75,6 +83,14 @@ class MotionInput(Block):
     )
     max_jump: float = quantity(
         5.0, "m", 0.1, 1000.0, "a larger horizontal jump of the odometry shifts its origin instead of moving the ship"
+    )
+    max_height_offset: float = quantity(
+        2.0,
+        "m",
+        0.1,
+        100.0,
+        "odometry whose mean z is further from ship.reference_height is not used: its z has another datum or sign",
+        "docs/motion.md",
     )
     stamp_jitter: float = quantity(
         0.2,

@@ -3,7 +3,7 @@
 Motion arrives as samples of position, attitude and their rates; between samples it is interpolated C1 (cubic
 Hermite: a held or extrapolated boundary costs 10 % of the tension's deviation). Samples of one unbroken source share
 an epoch number. Where the epoch changes, and at the start, the ship goes over to the new source by a C1 blend;
-after the newest sample it returns to its mean track, critically damped.
+after the newest sample it goes over to its mean track, critically damped: on at its mean speed, level, on its heading.
 
 Positions are relative to the tow frame, which moves with the constant velocity chosen at the start: the numbers stay
 small however far the tow goes.
@@ -31,6 +31,9 @@ SHIP = np.dtype(
         ("blend_length", "f8"),  # s, 0: no blend
         ("offset", "f8", 6),  # what dies out in a blend
         ("offset_rate", "f8", 6),
+        ("mean_rate", "f8", 2),  # m/s, x y, tow frame: running mean of what the samples say
+        ("mean_age", "f8"),  # s of motion in it
+        ("mean_at", "i8"),  # ns, when it was last brought up to date; 0: never
         ("unblended", MOTION),  # scratch of follow()
     ],
     align=True,
@@ -41,6 +44,8 @@ SHIP_TIMES = np.dtype(
     [("stale_after", "f8"), ("stale_decay", "f8"), ("start_blend", "f8"), ("source_blend", "f8")]
 )  # s
 NO_EPOCH = -1.0
+MEAN_MEMORY = 30.0  # s, of the mean speed: waves of 10 s leave 1/20 of their velocity in it
+MEAN_LEAST = 5.0  # s of motion, before which the mean speed is that of the start
 
 
 class Ship(Block):
@@ -165,9 +170,10 @@ def path(t, epoch, inputs, memory, decay, out):
     """Unblended motion of one epoch at time t [ns] into the MOTION out; returns (source, age [s]).
 
     NO_EPOCH follows the mean coordinates. Past the newest sample of the epoch the motion dies out with time constant
-    decay [s]: heave, roll, pitch to their mean, surge, sway, yaw to rest.
+    decay [s]: heave, roll, pitch to their mean, yaw to rest, and of surge and sway what differs from the mean speed.
     """
-    mean, velocity = memory.ship.mean_coord, memory.frame.velocity
+    mean, velocity, going = memory.ship.mean_coord, memory.frame.velocity, memory.ship.mean_rate
+    known = memory.ship.mean_age >= MEAN_LEAST
     for i in range(6):
         out.coord[i], out.rate[i], out.accel[i] = mean[i], 0.0, 0.0
     if epoch == NO_EPOCH:
@@ -210,11 +216,11 @@ def path(t, epoch, inputs, memory, decay, out):
         if tau <= 0.0:  # before the first sample of the epoch: straight back
             out.coord[i], out.rate[i] = x + v * tau, v
         else:
-            rest = mean[i] if 2 <= i <= 4 else x
+            rest, u = mean[i] if 2 <= i <= 4 else x, axis_of(going, i) if known else 0.0
             d = x - rest
-            k = v + d / decay if 2 <= i <= 4 else v
-            out.coord[i] = rest + (d + k * tau) * fade
-            out.rate[i] = (k - (d + k * tau) / decay) * fade
+            k = v - u + d / decay
+            out.coord[i] = rest + u * tau + (d + k * tau) * fade
+            out.rate[i] = u + (k - (d + k * tau) / decay) * fade
             out.accel[i] = (-2.0 * k + (d + k * tau) / decay) / decay * fade
     return inputs.motion[row, SOURCE], tau
 
@@ -234,11 +240,24 @@ def blend(t, began, ship):
     return False
 
 
+@inline
+def learn_mean(t, ship):
+    """Take the path's velocity at t [ns] into the mean speed, once for each time that passes."""
+    h = (t - ship.mean_at) * 1e-9
+    if ship.mean_at > 0 and 0.0 < h < 1.0:
+        ship.mean_age = min(ship.mean_age + h, MEAN_MEMORY)
+        for i in range(2):
+            ship.mean_rate[i] += h / ship.mean_age * (ship.motion.rate[i] - ship.mean_rate[i])
+    ship.mean_at = t
+
+
 @driver
 def evaluate(t, inputs, memory, decay):
     """Motion of base_link at time t [ns] into memory.ship, with source and age. True while blending."""
     ship = memory.ship
     ship.source, ship.age = path(t, ship.epoch, inputs, memory, decay, ship.motion)
+    if ship.epoch != NO_EPOCH and ship.age <= 0.0:
+        learn_mean(t, ship)
     return blend(t, memory.time.blend, ship)
 
 

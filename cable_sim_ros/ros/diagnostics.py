@@ -118,28 +118,31 @@ class Watch:
         drops = drop_counts(session)
         for cause, count in sorted(drops.items()):
             values[f"dropped: {cause}"] = str(count)
-        new = self._new("motion drops", sum(drops.values()))
+        new, hint = self._new("motion drops", sum(drops.values())), str(report.get("hint", ""))
+        doubted = {"none"} != {report.get(f"{kind}_doubt", "none") for kind in ("imu", "odometry")}
         values["clock_jumps"] = str(session.clock.jumps)
         frame = publisher.latest if publisher else None
         if frame is not None:
             values["source_of_tick"] = str(Source(int(frame["motion_source"])).name).lower()
             values["motion_age_s"] = _text(float(frame["motion_age"]))
         if session.state == "waiting":
-            return Status("motion", WARN, "waiting for motion", values)
+            return Status("motion", WARN, f"waiting for motion; {hint}" if doubted else "waiting for motion", values)
         if session.state == "running" and frame is not None and int(frame["status"]) & Flag.MOTION_STALE:
             return Status(
                 "motion",
                 ERROR,
                 f"motion stale: nothing usable for {float(frame['motion_age']):.1f} s, the "
-                f"ship returns to its mean track",
+                f"ship returns to its mean track" + (f"; {hint}" if doubted else ""),
                 values,
             )
+        if doubted:
+            return Status("motion", WARN, hint, values)
         if new:
             return Status(
                 "motion", WARN, f"{new} messages refused in the last second; {report.get('last_refusal', '')}", values
             )
-        if report.get("hint"):
-            return Status("motion", WARN, str(report["hint"]), values)
+        if hint:
+            return Status("motion", WARN, hint, values)
         if report.get("source") == "imu" and not report.get("heave_valid"):
             return Status(
                 "motion",

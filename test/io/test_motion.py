@@ -15,6 +15,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from cable_sim_ros.io.bag import BagError, BagWriter
 from cable_sim_ros.io.bag_motion import read_motion
+from cable_sim_ros.io.doubts import DOUBTS
 from cable_sim_ros.io.messages import CAUSES, Refused, decode_imu, decode_odometry, find_topics
 from cable_sim_ros.io.motion import MotionIngest
 from cable_sim_ros.io.typestore import STORE
@@ -271,7 +272,7 @@ def test_bad_input_is_refused_and_counted_by_cause(cause, topic, data):
 
 def test_every_cause_has_a_test():
     events = {cause for cause, text in CAUSES.items() if not text}
-    elsewhere = {"joint_name", "array_length", "nothing_commanded", "before_motion", "stamp_off_clock"}
+    elsewhere = {"joint_name", "array_length", "nothing_commanded", "before_motion", "stamp_off_clock", *DOUBTS}
     assert {cause for cause, _, _ in BAD} | {"behind"} == set(CAUSES) - events - elsewhere
     assert events == {"imu_gap", "gap", "source_change", "position_jump", "heave_diverged"}
 
@@ -475,7 +476,9 @@ def test_a_clock_set_back_shows_and_reset_takes_it_up():
     assert it.inputs.motion_head[0] == 1 and it.epoch == before + 1 and it.counts["stamp_backwards"] == 12
 
 
-@pytest.mark.parametrize("force, hint", [((0, 0, G), ""), ((0, 0, -G), "set convention"), ((0, 0, 0), "gravity too")])
+@pytest.mark.parametrize(
+    "force, hint", [((0, 0, G), ""), ((0, 0, -G), "set motion.convention"), ((0, 0, 0), "gravity removed")]
+)
 def test_the_report_tells_of_gravity_the_wrong_way(force, hint):
     it = ingest()
     for k in range(400):

@@ -119,8 +119,39 @@ def test_after_the_last_sample_the_ship_comes_to_its_mean():
     rows = np.array([ship.tick() for _ in range(4000)])
     assert smooth(rows[12:]) < 2e-4  # after the short start blend
     assert np.abs(rows[-1, 2:5]).max() < 1e-3, "heave, roll and pitch have died out"
-    assert np.abs(rows[-1, 6:]).max() < 1e-3
+    assert np.abs(rows[-1, 8:]).max() < 1e-3
     assert np.isfinite(rows).all()
+
+
+@pytest.mark.parametrize("speed", [(3.0, -1.0), (0.0, 0.0)])
+@pytest.mark.parametrize("cut", [60.0, 63.0, 66.0])
+def test_stale_motion_goes_on_at_the_mean_speed_and_does_not_drift(speed, cut):
+    """Only what the waves add dies out: it was the whole speed, which carried the ship v T / e off and back again."""
+    ship = Ship(start_blend=0.1)
+
+    def true(t):
+        c, d, _ = motion(t)
+        return np.array([*(c[:2] + np.multiply(speed, t)), *c[2:]]), np.array([*(d[:2] + speed), *d[3 - 1 :]])
+
+    for k in range(round(50 * cut) + 1):
+        c, d = true(0.02 * k)
+        push_motion(ship.inputs, round(0.02 * k * 1e9), [*c, *d, 1.0, 1.0])
+        if k > 2:
+            ship.tick(), ship.tick()
+    wave = AMPLITUDE[:2] * OMEGA[:2]  # m/s
+    rows = np.array([ship.tick() for _ in range(1200)])
+    end = true(cut)[0][:2]
+    tau = 0.01 * np.arange(1, 1201)[:, None] - (cut - ship_time(ship, 1200))
+    assert np.abs(rows[:, 6:8] - speed).max(axis=0) == pytest.approx(0.0, abs=1.15 * wave.max())
+    late = rows[600:, 6:8]
+    assert np.abs(late - speed).max() < 0.1, "the mean speed goes on"
+    assert np.abs(rows[:, :2] - end - np.multiply(speed, tau)).max() < 1.2 * wave.max() * 3.0 / np.e + 0.1 * 12
+    assert smooth(rows) < 2e-4
+
+
+def ship_time(ship, back: int) -> float:
+    """Time [s] before the newest `back` ticks."""
+    return ship.memory.time.now * 1e-9 - 0.01 * back
 
 
 @pytest.mark.parametrize("gap", [0.05, 0.2, 0.4, 1.0])

@@ -1,0 +1,51 @@
+"""The task `motion` of /diagnostics names what is wrong with the units or axes of a topic; no node is needed."""
+
+import sys
+from collections import Counter
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
+from true_ship import T0, imu_messages, odometry_messages, replace, sail, stamps
+
+from cable_sim_ros.io.doubts import DOUBTS
+from cable_sim_ros.io.motion import MotionIngest
+from cable_sim_ros.physics.frame import Flag
+from cable_sim_ros.physics.heave import Heave
+from cable_sim_ros.physics.inputs import make_inputs
+from cable_sim_ros.physics.ship import Ship
+from cable_sim_ros.ros.diagnostics import ERROR, WARN, Watch
+
+
+def task(status=0, **wrong):
+    """The task after 3 s of IMU and odometry, the odometry with something replaced."""
+    m = sail(3.0)
+    it = MotionIngest(make_inputs(), Ship(), Heave())
+    sent = replace(m, **{name: getattr(m, name) * factor for name, factor in wrong.items()})
+    for stamp, imu, odometry in zip(stamps(m), imu_messages(m), odometry_messages(sent)):
+        it.imu(imu, stamp)
+        it.odometry(odometry, stamp)
+    session = SimpleNamespace(
+        state="running", ingest=it, wall=0, refused=Counter(), clock=SimpleNamespace(jumps=0),
+        arrivals={"imu": T0, "odometry": T0}, received={"imu": 150, "odometry": 150},
+    )  # fmt: skip
+    frame = np.zeros(1, [("status", "i8"), ("motion_source", "i8"), ("motion_age", "f8")])[0]
+    frame["status"], frame["motion_age"] = status, 2.0
+    return Watch(session)._motion(SimpleNamespace(latest=frame), T0)
+
+
+def test_the_cause_is_named_while_it_lasts():
+    status = task(velocity=1.944)
+    assert status.level == WARN and status.message == f"odom: {DOUBTS['velocity_knots']}"
+    assert status.values["odometry_doubt"] == "velocity_knots" and status.values["imu_doubt"] == "none"
+    assert int(status.values["dropped: velocity_knots"]) > 100
+    assert status.values["last_notice"].startswith("odom: twist.linear is 1.94 times")
+
+
+def test_stale_motion_says_why():
+    status = task(Flag.MOTION_STALE, rate=57.3)
+    assert status.level == ERROR and status.message.endswith(DOUBTS["rate_degrees"])
+    good = task()
+    assert "doubt" not in good.message and good.values["odometry_doubt"] == "none"
