@@ -96,7 +96,8 @@ def element_table(cable: Cable, water: Water, gravity: float, free_ends: tuple[b
 def light_end(scene: Scene, mesh: FeedMesh | None) -> bool:
     """Does the towbody pull less than the last element weighs, at the longest that it may become?"""
     last = list(scene.cable.sections.values())[-1]
-    size = last.length / last.meshed if mesh is None else last.length * (1.0 - mesh.shares[-1][-2])
+    shares = None if mesh is None else np.append(0.0, mesh.shares[-1])  # of the last section, from its begin
+    size = last.length / last.meshed if shares is None else last.length * (shares[-1] - shares[-2])
     rows = material_rows(scene.cable, last, scene.water, scene.gravity)
     return bool(abs(scene.towbody.net_weight) < rows[ancf.MASS_PER_LENGTH] * scene.gravity * size)
 

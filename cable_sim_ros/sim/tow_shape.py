@@ -188,10 +188,13 @@ def _march(
     return out
 
 
-def tow_shape(scene: Scene, scope: float) -> TowShape:
-    """Static shape of the tow with ``scope`` [m] out. The sheave stands at its mean place."""
-    route, cables = Route(scene), _cables(scene)
-    yaw, water = radians(scene.ship.heading_deg), scene.water
+def tow_shape(scene: Scene, scope: float, heading: float | None = None) -> TowShape:
+    """Static shape of the tow with ``scope`` [m] out. The sheave stands at its mean place.
+
+    heading: yaw of the ship [rad]; None: the scene's.
+    """
+    route, cables, water = Route(scene), _cables(scene), scene.water
+    yaw = radians(scene.ship.heading_deg) if heading is None else heading
     east = water.current[0] - scene.ship.tow_speed * cos(yaw)
     north = water.current[1] - scene.ship.tow_speed * sin(yaw)
     shear = water.current_gradient
