@@ -24,6 +24,7 @@ class Flag(IntFlag):
     NOT_FINITE = 1024  # a non-finite number was found: the tick was rolled back, the run halted
     SEABED = 2048  # cable or towbody lies on the seabed
     WINCH_LIMIT = 4096  # the winch is at a soft limit of the scene (winch.least_scope, winch.most_scope): it stopped
+    SLACK_ENERGY = 8192  # slack cable gained more energy from the integration than solver.energy_share of the work
 
 
 # the same as plain numbers, in the same order: kernels know no enums
@@ -41,6 +42,7 @@ class Flag(IntFlag):
     NOT_FINITE,
     SEABED,
     WINCH_LIMIT,
+    SLACK_ENERGY,
 ) = (int(flag) for flag in Flag if flag)
 
 

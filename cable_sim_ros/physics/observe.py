@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from .contact import latch
-from .energy import fill_energy
-from .frame import COARSE_AT_SURFACE, DETACHED, MOTION_BLENDING, MOTION_STALE, PENETRATION, SEABED, SLACK
+from .energy import fill_energy, slack_gain
+from .frame import COARSE_AT_SURFACE, DETACHED, MOTION_BLENDING, MOTION_STALE, PENETRATION, SEABED, SLACK, SLACK_ENERGY
 from .instruments import direction_at, drum_torque, measure, node_tension, tension_at
 from .jit import driver, inline
 from .readout import read_drums, read_ground, read_sheave
@@ -185,6 +185,8 @@ def observe(model, state, output, slot, flags, blending):
     fill_winch(model.settings[0].drum, state, f)
     fill_energy(model.line, state, f)
     flags |= fill_cable(model.line, state, f, body)
+    if slack_gain(state.memory[NOW].account, f, flags & SLACK != 0, model.settings[0].energy_share):
+        flags |= SLACK_ENERGY
     if f.motion_age > model.settings[0].ship.stale_after:
         flags |= MOTION_STALE
     if blending:

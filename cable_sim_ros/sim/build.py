@@ -241,6 +241,7 @@ def build_model(scene: Scene, mesh: FeedMesh | None = None) -> Model:
     settings["reseat_ns"] = round(scene.contact.reseat_time * 1e9)
     settings["penetration_limit"] = scene.contact.penetration_limit * scene.cable.diameter
     settings["groove_depth"] = scene.sheave.groove_depth
+    settings["energy_share"] = scene.solver.energy_share
     settings["bending_length"] = sqrt(extreme(scene.cable, "bending_stiffness", max)[1] / tension)
     settings["ship"] = (ship.stale_after, ship.stale_decay, ship.start_blend, ship.source_blend)
     settings["drum"] = drum_record(scene, Route(scene), mesh)

@@ -1,4 +1,4 @@
-"""Stability stress N1 to N25: stimulus, measured, limit. ``cable-sim stress``."""
+"""Stability stress N1 to N27: stimulus, measured, limit. ``cable-sim stress``."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ from . import (
     n13_n16_n17_n19_exactness,
     n20_n21_n22_winch_at_work,
     n23_n24_n25_travel_and_account,
+    n26_random_scenes,
+    n27_starts,
 )
 from .verdict import Stress, Verdict, run_test
 
@@ -44,6 +46,8 @@ STRESS: dict[str, Stress] = {
     "N23": n23_n24_n25_travel_and_account.reversing,
     "N24": n23_n24_n25_travel_and_account.last_metre,
     "N25": n23_n24_n25_travel_and_account.account,
+    "N26": n26_random_scenes.scenes,
+    "N27": n27_starts.starts,
 }
 
 
