@@ -1,14 +1,13 @@
-"""Static start of a tow: first guesses from its integrated static shape, settled in the groove of the sheave.
+"""Static start of a tow: first guesses from its integrated static shape, settled on its sheave.
 
-A guess lays the stretched cable along the route to the sheave and outboard along the shape by integration
-(tow_shape.py), or straight. What settles beside the sheave is no start, unless the cable by its shape passes clear of
-it. The deepened groove that holds a cable while it settles has no part in the equilibrium: it is let go of after.
+A guess lays the stretched cable along the route to the sheave, as deep in its groove as its tension presses it, and
+outboard along the shape by integration (tow_shape.py); where that does not settle, straight. What settles beside the
+sheave is no start, unless the cable by its shape passes clear of it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
 from math import atan2, cos, degrees, hypot, sin
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -26,16 +25,8 @@ from .tow_shape import TowShape
 if TYPE_CHECKING:
     from .simulator import Simulator
 
-DEEPENED = 100.0  # times the depth of the groove while a cable that left it is settled once more
 LEAST_FLOW = 1e-6  # m/s
-MOST_FLEET = 0.02  # rad to one side of the sheave: more is worth a word where the cable leaves its groove
-
-
-class Guess(NamedTuple):
-    """Nodes [nodes, 6] in the tow frame to begin with, and whether the groove is deepened at first."""
-
-    q: np.ndarray
-    held: bool
+MOST_FLEET = 0.1  # rad to one side of the sheave: more may be why the cable does not stay in its groove
 
 
 class Lead(NamedTuple):
@@ -112,45 +103,13 @@ def straight(sim: Simulator, angle: float, strain: float, yaw: float) -> np.ndar
     return np.concatenate((r @ turn.T, (1.0 + strain) * g @ turn.T), axis=1)
 
 
-def guesses(sim: Simulator, shape: TowShape, yaw: float) -> Iterator[Guess]:
-    """What to begin with, best first."""
-    scene = sim.scene
-    angle = laid_angle(scene, first_angle(scene, shape.speed))
-    lines = [straight(sim, angle, strain, yaw) for strain in (0.0, first_strain(scene))]
-    first = [along_shape(sim, shape, yaw)] if shape.closed else []
-    for held in (False, True):
-        for q in [*first, *lines]:
-            yield Guess(q, held)
-
-
-@contextmanager
-def deepened(sim: Simulator, held: bool) -> Iterator[None]:
-    """The groove of the sheave deeper, where a cable is to be held in it: none climbs out."""
-    sheave = sim.state.surfaces[SHEAVE_ROW]
-    kept = float(sheave.top), float(sheave.crest)
-    if held:
-        depth = (DEEPENED - 1.0) * kept[0]
-        sheave.top += depth
-        sheave.crest += depth * float(sheave.slope_sin) / float(sheave.slope_cos)
-    try:
-        yield
-    finally:
-        sheave.top, sheave.crest = kept
-
-
-def settled(sim: Simulator, guess: Guess) -> tuple[int, int, bool]:
-    """Steps and iterations that were tried from a guess, and whether they came to rest."""
-    state, tried, iterations, resting = sim.state, 0, 0, False
-    state.q[:] = guess.q
-    state.q[:, :3] += state.now.ship.mean_coord[:3]
-    for held in (True, False) if guess.held else (False,):
-        with deepened(sim, held):
-            steps = sim.bring_to_rest(MOST_STEPS)
-        tried, iterations = tried + abs(steps), iterations + int(state.now.health.iterations)
-        resting = steps >= 0 and bool(np.isfinite(state.q).all())
-        if not resting:
-            break
-    return tried, iterations, resting
+def guesses(sim: Simulator, shape: TowShape, yaw: float) -> Iterator[np.ndarray]:
+    """Nodes [nodes, 6] about base_link to begin with, best first."""
+    if shape.closed:
+        yield along_shape(sim, shape, yaw)
+    angle = laid_angle(sim.scene, first_angle(sim.scene, shape.speed))
+    for strain in (0.0, first_strain(sim.scene)):
+        yield straight(sim, angle, strain, yaw)
 
 
 def settle(sim: Simulator, shape: TowShape, yaw: float) -> dict[str, float]:
@@ -161,13 +120,16 @@ def settle(sim: Simulator, shape: TowShape, yaw: float) -> dict[str, float]:
     clear = not solid or (shape.closed and lead.wrap <= 0.0)  # it passes above the sheave: the scene has it so
     tried, iterations, beside, left = 0, 0, False, np.inf
     for guess in guesses(sim, shape, yaw):
-        steps, used, resting = settled(sim, guess)
-        tried, iterations, left = tried + steps, iterations + used, float(health.residual)
+        sim.state.q[:] = guess
+        sim.state.q[:, :3] += sim.state.now.ship.mean_coord[:3]
+        steps = sim.bring_to_rest(MOST_STEPS)
+        tried, iterations, left = tried + abs(steps), iterations + int(health.iterations), float(health.residual)
+        resting = steps >= 0 and bool(np.isfinite(sim.state.q).all())
         if resting and (clear or not int(sim.frame.status) & Flag.DETACHED):
             check_push(sim)
             return {"steps": tried, "iterations": iterations, "residual_n": left}
         beside = beside or resting
-    raise off_sheave(scene, lead, left) if beside else no_equilibrium(sim, tried, iterations, left)
+    raise off_sheave(scene, lead, left) if beside else no_equilibrium(sim, lead, tried, iterations, left)
 
 
 def check_push(sim: Simulator) -> None:
@@ -184,37 +146,48 @@ def check_push(sim: Simulator) -> None:
         )
 
 
+def way(scene: Scene, lead: Lead) -> str:
+    """How the cable would leave the sheave, in words."""
+    side = "port" if lead.fleet > 0.0 else "starboard"
+    return (
+        f"by its static shape it wraps the sheave by {degrees(lead.wrap):.3g} deg and leads "
+        f"{degrees(abs(lead.fleet)):.3g} deg to {side} of its plane, in a groove of sheave.groove_depth = "
+        f"{scene.sheave.groove_depth:g} m"
+    )
+
+
+def remedy(scene: Scene, lead: Lead) -> str:
+    """What helps a cable that leaves the sheave so."""
+    if abs(lead.fleet) > MOST_FLEET:
+        return "a flow from ahead (ship.heading_deg, water.current, ship.tow_speed), or a deeper sheave.groove_depth"
+    stiffness = extreme(scene.cable, "axial_stiffness")[0]
+    return f"a stiffer cable ({stiffness}), a sheave higher above the drum (sheave.position), or a finer mesh on it"
+
+
 def off_sheave(scene: Scene, lead: Lead, left: float) -> StartError:
     """The error of a cable that comes to rest only beside its sheave, with the cause."""
-    sheave = scene.sheave
-    why = (
-        f"by its static shape it wraps the sheave by {degrees(lead.wrap):.3g} deg and leads "
-        f"{degrees(abs(lead.fleet)):.3g} deg to {'port' if lead.fleet > 0.0 else 'starboard'} of its plane"
-    )
-    remedy = (
-        "a flow from ahead (ship.heading_deg, water.current, ship.tow_speed), or a deeper groove "
-        f"(sheave.groove_depth = {sheave.groove_depth:g} m)"
-        if abs(lead.fleet) > MOST_FLEET
-        else f"a stiffer cable ({extreme(scene.cable, 'axial_stiffness')[0]}), a sheave higher above the drum "
-        "(sheave.position), or a finer mesh on the sheave"
-    )
     return StartError(
-        f"{scene.name}: at rest the cable is not in the groove of its sheave: {why}, and from there it does not stay "
-        f"in; nothing was started, for contact and tension of such a tow are not those of a cable on its sheave. "
-        f"Remedy: {remedy}",
+        f"{scene.name}: at rest the cable is not in the groove of its sheave: {way(scene, lead)}, and does not stay "
+        f"there; nothing was started, for contact and tension of such a tow are not those of a cable on its sheave. "
+        f"Remedy: {remedy(scene, lead)}",
         left,
     )
 
 
-def no_equilibrium(sim: Simulator, tried: int, iterations: int, left: float) -> StartError:
+def no_equilibrium(sim: Simulator, lead: Lead, tried: int, iterations: int, left: float) -> StartError:
     """The error of a tow that does not come to rest."""
     scene = sim.scene
+    aside = f": {way(scene, lead)}" if abs(lead.fleet) > MOST_FLEET else ""
+    helps = (
+        remedy(scene, lead)
+        if aside
+        else "check weight and drag of towbody and cable, or begin with a shorter cable or a coarser mesh"
+    )
     ground = "; cable that lies slack on the seabed has no one place: a ship under way (ship.tow_speed) draws it tight"
     return StartError(
         f"{scene.name}: no static equilibrium after {tried} steps and {iterations} iterations, residual "
-        f"{left:.3g} N, allowed {sim.tolerance:.3g} N, with {sim.stiffness}; nothing was started. "
-        f"Remedy: check weight and drag of towbody and cable, or begin with a shorter cable or a coarser mesh"
-        + ("" if scene.seabed.depth is None else ground),
+        f"{left:.3g} N, allowed {sim.tolerance:.3g} N, with {sim.stiffness}{aside}; nothing was started. "
+        f"Remedy: {helps}" + ("" if scene.seabed.depth is None else ground),
         left,
     )
 

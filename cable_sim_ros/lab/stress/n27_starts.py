@@ -66,8 +66,9 @@ def wrong_rest(sim: Simulator) -> str:
     if int(frame.status) & Flag.DETACHED or frame.contact_total <= 0.0:
         return "the cable is beside its sheave"
     shape = tow_shape(scene, float(frame.scope))
-    if not shape.closed:
-        return ""
+    bed = scene.seabed.depth
+    if not shape.closed or (bed is not None and float(shape.place[:, 2].min()) <= -bed):
+        return ""  # nothing to compare with: what lies on the ground is laid straight in a shape, without friction
     route = Route(scene)  # what is stretched inboard comes off the sheave
     off = (route.on_drum + route.inboard) * float(shape.tension.max()) / scene.cable.axial_stiffness
     depth = float(frame.body_position[2] - shape.place[0, 2]) + off
