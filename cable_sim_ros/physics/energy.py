@@ -130,3 +130,21 @@ def fill_energy(line, state, f):
     )
     supplied = work[HELD] + work[FED] + work[WATER] + work[SURFACES] + work[LOADS]
     f.energy_residual = stored - account.stored + work[LOST_POWER] - supplied
+
+
+@driver
+def slack_gain(account, f, slack, share):
+    """Has the integration given slack cable more than ``share`` of the work turned over since the start, and of the
+    energy that moves and stretches the tow now? Call once a Frame record, filled by fill_energy."""
+    if f.tick == 0:
+        account.supplied, account.residual, account.turned, account.gained = (
+            f.work_supplied,
+            f.energy_residual,
+            0.0,
+            0.0,
+        )
+    account.turned += abs(f.work_supplied - account.supplied)
+    if slack:
+        account.gained += f.energy_residual - account.residual
+    account.supplied, account.residual = f.work_supplied, f.energy_residual
+    return account.gained > share * (account.turned + f.kinetic_energy + f.strain_energy)

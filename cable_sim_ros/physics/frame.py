@@ -24,6 +24,7 @@ class Flag(IntFlag):
     NOT_FINITE = 1024  # a non-finite number was found: the tick was rolled back, the run halted
     SEABED = 2048  # cable or towbody lies on the seabed
     WINCH_LIMIT = 4096  # the winch is at a soft limit of the scene (winch.least_scope, winch.most_scope): it stopped
+    SLACK_ENERGY = 8192  # slack cable gained more energy from the integration than solver.energy_share of the work
     SETPOINT_LIMITED = 16384  # the set-point law asks for more than its limits give it (setpoint.max_...)
     COMMAND_LIMITED = 32768  # a command asks for more than rate or travel of the winch allow: carried out at that
     LOW_FLOW = 65536  # flow past the towbody below towbody.least_flow_speed: its heading is held
@@ -44,6 +45,7 @@ class Flag(IntFlag):
     NOT_FINITE,
     SEABED,
     WINCH_LIMIT,
+    SLACK_ENERGY,
     SETPOINT_LIMITED,
     COMMAND_LIMITED,
     LOW_FLOW,

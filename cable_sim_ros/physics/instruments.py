@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from math import acos, cos, sin, sqrt
 
-from .ancf import EA
+from .ancf import COMPRESSION, EA
 from .jit import LANES, driver, inline
 from .setpoint import lead_of
 from .shape import point_of
@@ -47,10 +47,14 @@ def tension_at(state, s):
 
 @driver
 def node_tension(elements, q, n):
-    """Tension at a node of a nearly straight cable from its gradient: continuous where the load per length jumps."""
+    """Tension at a node of a nearly straight cable from its gradient: continuous where the load per length jumps.
+
+    Shorter than unstretched it pushes with the share of EA that it has in compression.
+    """
     e = min(n, q.shape[0] - 2)
-    ea = elements[e // LANES, EA, e % LANES]
-    return ea * (sqrt(q[n, 3] ** 2 + q[n, 4] ** 2 + q[n, 5] ** 2) - 1.0)
+    rows, lane = elements[e // LANES], e % LANES
+    strain = sqrt(q[n, 3] ** 2 + q[n, 4] ** 2 + q[n, 5] ** 2) - 1.0
+    return rows[EA, lane] * strain * (rows[COMPRESSION, lane] if strain < 0.0 else 1.0)
 
 
 @inline

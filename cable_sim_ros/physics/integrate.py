@@ -18,6 +18,10 @@ from .quantity import Block, quantity
 from .state import AT_REST, FLOW, GAIN, MEAN, NOW, STEP, A, Change, Q, V, X, keep
 from .towbody import face_flow
 
+# corrections of a step before one that does not make the residual less is taken back by halves, how often, and how much
+# less it is to be
+PATIENCE, BACKTRACKS, FALL = 8, 4, 0.9
+
 
 class Solver(Block):
     tick: float = quantity(0.01, "s", 1e-4, 1.0, "one published step; above 0.1 s only with solver.tension_error")
@@ -38,6 +42,14 @@ class Solver(Block):
     )
     position_error: float = quantity(
         0.01, "m", 1e-6, 10.0, "error of the places that steps may bring, where solver.tension_error is given"
+    )
+    energy_share: float = quantity(
+        0.05,
+        "1",
+        1e-4,
+        1.0,
+        "energy that the integration may gain while the cable is slack, of the work turned over since the start; more "
+        "raises the flag SLACK_ENERGY",
     )
     max_halvings: int = quantity(8, "1", 0, 20, "halvings of a step before the solver gives up")
 
@@ -121,15 +133,29 @@ def _predict(line, state, h):
 
 
 @driver
+def correct(state, change, part):
+    """Add this part of the solution in the work space to the nodes."""
+    x = state.work.step
+    q, v, a = state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[NOW, A]
+    for n in range(x.shape[0]):
+        for k in range(6):
+            d = part * x[n, k]
+            q[n, k] += d
+            v[n, k] += change.velocity * d
+            a[n, k] += change.acceleration * d
+
+
+@driver
 def _newton(line, state, change):
     """Solve the step for q; v and a follow by change. Returns the corrections used, or -1 where it does not converge.
 
+    Where slack elements fold, the stiffness jumps at no tension, and whole corrections may lead from one side of it to
+    the other and back for ever: after PATIENCE of them each is shortened until it makes the residual less.
     A tangent serves again where one more correction as good as its last meets the tolerance. health.tangents, those
     that the step before needed, tells from which correction on the residual is looked at without one.
     """
     work, x, health, tolerance = state.work, state.work.step, state.memory[NOW].health, line.settings[0].tolerance
     plan = state.plan[0]
-    q, v, a = state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[NOW, A]
     wanted, enough = health.tangents, 0
     tangents, r, again = 0, np.inf, False
     for i in range(line.settings[0].max_iterations):
@@ -148,15 +174,19 @@ def _newton(line, state, change):
                 enough = tangents
             before = r
             tangents += 1
-        for n in range(x.shape[0]):
-            for k in range(6):
-                d = x[n, k]
-                q[n, k] += d
-                v[n, k] += change.velocity * d
-                a[n, k] += change.acceleration * d
-        if not again and tangents < wanted:
+        correct(state, change, 1.0)
+        searching = i >= PATIENCE and not again
+        if not again and tangents < wanted and not searching:
             continue
         r = residual(line, state, change, NO)
+        if searching:
+            part = 0.5
+            for _ in range(BACKTRACKS):
+                if r <= FALL * before:
+                    break
+                correct(state, change, -part)
+                part *= 0.5
+                r = residual(line, state, change, NO)
         if r <= tolerance:
             health.residual, health.tangents = r, enough if enough > 0 else tangents
             return i + 1

@@ -11,8 +11,18 @@ from typing import NamedTuple
 import numpy as np
 
 from .contact import latch
-from .energy import fill_energy
-from .frame import COARSE_AT_SURFACE, DETACHED, LOW_FLOW, MOTION_BLENDING, MOTION_STALE, PENETRATION, SEABED, SLACK
+from .energy import fill_energy, slack_gain
+from .frame import (
+    COARSE_AT_SURFACE,
+    DETACHED,
+    LOW_FLOW,
+    MOTION_BLENDING,
+    MOTION_STALE,
+    PENETRATION,
+    SEABED,
+    SLACK,
+    SLACK_ENERGY,
+)
 from .instruments import direction_at, drum_torque, measure, node_tension, tension_at
 from .jit import driver, inline
 from .readout import read_drums, read_ground, read_sheave
@@ -186,6 +196,8 @@ def observe(model, state, output, slot, flags, blending):
     flags |= fill_cable(model.line, state, f, body)
     if heading_held(model.line.bodies[0], state.nodes[NOW, FLOW, body]):
         flags |= LOW_FLOW
+    if slack_gain(state.memory[NOW].account, f, flags & SLACK != 0, model.settings[0].energy_share):
+        flags |= SLACK_ENERGY
     if f.motion_age > model.settings[0].ship.stale_after:
         flags |= MOTION_STALE
     if blending:

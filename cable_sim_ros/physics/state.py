@@ -39,7 +39,18 @@ HEALTH = np.dtype(
     ],
     align=True,
 )
-ACCOUNT = np.dtype([("work", "f8", POWERS), ("power", "f8", POWERS), ("stored", "f8")])  # J since the start; W; J then
+ACCOUNT = np.dtype(
+    [
+        ("work", "f8", POWERS),  # J since the start
+        ("power", "f8", POWERS),  # W
+        ("stored", "f8"),  # J at the start
+        ("supplied", "f8"),  # J, work_supplied and energy_residual of the last Frame
+        ("residual", "f8"),
+        ("turned", "f8"),  # J since the start: work supplied, in and out both positive
+        ("gained", "f8"),  # J of the residual while the cable was slack
+    ],
+    align=True,
+)
 LEVELS = 32
 CONTROL = np.dtype(  # the choice of the step, counts since the start
     [
@@ -98,6 +109,7 @@ TOW_SETTINGS = np.dtype(
         ("reseat_ns", "i8"),
         ("penetration_limit", "f8"),  # m
         ("groove_depth", "f8"),  # m
+        ("energy_share", "f8"),  # see energy.slack_gain
         ("bending_length", "f8"),  # m, sqrt(EI/T) at working tension
         ("ship", SHIP_TIMES),
         ("drum", DRUM),

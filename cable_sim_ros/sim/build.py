@@ -97,7 +97,8 @@ def element_table(cable: Cable, water: Water, gravity: float, free_ends: tuple[b
 def light_end(scene: Scene, mesh: FeedMesh | None) -> bool:
     """Does the towbody pull less than the last element weighs, at the longest that it may become?"""
     last = list(scene.cable.sections.values())[-1]
-    size = last.length / last.meshed if mesh is None else last.length * (1.0 - mesh.shares[-1][-2])
+    shares = None if mesh is None else np.append(0.0, mesh.shares[-1])  # of the last section, from its begin
+    size = last.length / last.meshed if shares is None else last.length * (shares[-1] - shares[-2])
     rows = material_rows(scene.cable, last, scene.water, scene.gravity)
     return bool(abs(scene.towbody.net_weight) < rows[ancf.MASS_PER_LENGTH] * scene.gravity * size)
 
@@ -247,6 +248,7 @@ def build_model(scene: Scene, mesh: FeedMesh | None = None) -> Model:
     settings["reseat_ns"] = round(scene.contact.reseat_time * 1e9)
     settings["penetration_limit"] = scene.contact.penetration_limit * scene.cable.diameter
     settings["groove_depth"] = scene.sheave.groove_depth
+    settings["energy_share"] = scene.solver.energy_share
     settings["bending_length"] = sqrt(extreme(scene.cable, "bending_stiffness", max)[1] / tension)
     settings["ship"] = (ship.stale_after, ship.stale_decay, ship.start_blend, ship.source_blend)
     settings["drum"] = drum_record(scene, Route(scene), mesh)

@@ -47,22 +47,32 @@ def section_ends(cable: Cable) -> dict[str, float]:
 
 
 class Hung(NamedTuple):
-    """Something that hangs on the line at an arc length [m] with its net weight in water [N]."""
+    """Something that hangs on the line at an arc length [m] with its net weight in water [N] and its mass [kg]."""
 
     key: str
     place: float
     net_weight: float
+    mass: float
+
+    def weight(self, gravity: float, z: float) -> float:
+        """What pulls it down at height z [N]."""
+        return self.net_weight if z < 0.0 else self.mass * gravity
 
 
 def hung(scene: Scene) -> list[Hung]:
     """Terminations and bodies on the line, not the towbody."""
     ends = section_ends(scene.cable)
     found = [
-        Hung(f"cable.sections.{name}.termination_mass", ends[name], termination_weight(section, scene.gravity))
+        Hung(
+            f"cable.sections.{name}.termination_mass",
+            ends[name],
+            termination_weight(section, scene.gravity),
+            section.termination_mass,
+        )
         for name, section in scene.cable.sections.items()
         if section.termination_mass > 0.0
     ]
-    return found + [Hung(f"bodies.{name}", ends[b.at], b.net_weight) for name, b in scene.bodies.items()]
+    return found + [Hung(f"bodies.{name}", ends[b.at], b.net_weight, b.mass) for name, b in scene.bodies.items()]
 
 
 def termination_weight(section: Section, gravity: float) -> float:

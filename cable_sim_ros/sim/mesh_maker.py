@@ -67,20 +67,29 @@ class Maker(SheaveMesh):
             if all(e.position <= self.position and e.outboard <= accuracy.tension for e in self.errors(mesh)):
                 break
             if mesh.nodes > MOST_ELEMENTS:
-                raise self.unreachable(self.promise(mesh), mesh.nodes - 1)
+                raise self.unreachable(mesh)
             share *= 0.75
         mesh = self.outboard(aboard, size, share, True)
         return MeshPlan(mesh, self.parts(mesh), self.promise(mesh), self.tick())
 
-    def unreachable(self, expected: tuple[Expected, ...], elements: int) -> MeshError:
+    def unreachable(self, mesh: FeedMesh) -> MeshError:
         """The error of an accuracy that no mesh of MOST_ELEMENTS keeps."""
-        worst = max(e.position for e in expected)
+        errors, accuracy, count = self.errors(mesh), self.scene.accuracy, mesh.nodes - 1
+        many = f"cannot be met: with {count} elements, and more than {MOST_ELEMENTS} are not made,"
+        worst = max(errors, key=lambda e: e.position)
+        if worst.position > self.position:
+            return MeshError(
+                "accuracy.position",
+                f"= {self.position:g} m {many} the towbody's place errs by {worst.position:.2g} m with "
+                f"{worst.scope:.4g} m of scope",
+                f"Give {1.1 * worst.position:.2g} m or more, or limit the scope with winch.most_scope",
+            )
+        worst = max(errors, key=lambda e: e.outboard)
         return MeshError(
-            "accuracy.position",
-            f"= {self.position:g} m cannot be met: with {elements} elements, and more than "
-            f"{MOST_ELEMENTS} are not made, the towbody's place errs by {worst:.2g} m "
-            f"with {max(expected, key=lambda e: e.position).scope:.4g} m of scope",
-            f"Give {1.1 * worst:.2g} m or more, or limit the scope with winch.most_scope",
+            "accuracy.tension",
+            f"= {accuracy.tension:g} {many} the tension errs by {worst.outboard:.2g} of itself with {worst.scope:.4g} "
+            "m of scope",
+            f"Give {1.1 * worst.outboard:.2g} or more, or limit the scope with winch.most_scope",
         )
 
     def check_solver(self, nodes: int) -> None:

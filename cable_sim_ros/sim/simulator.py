@@ -15,7 +15,7 @@ from ..physics.inputs import Inputs, make_inputs
 from ..physics.observe import Output
 from ..physics.setpoint import LAWS, SetpointLaw
 from ..physics.ship import NO_EPOCH
-from ..physics.state import ARC, FLOW, MEMORY, NOW, STEP
+from ..physics.state import ARC, MEMORY, NOW, STEP
 from . import savefile
 from .build import build_model, build_state, make_output
 from .current import current_of
@@ -25,7 +25,9 @@ from .mesh_kinds import FeedMesh
 from .savefile import SaveError
 from .scene import Scene
 from .setpoints import declare, take_rest
-from .statics import MOST_PUSH, MOST_STEPS, Route, StartError, first_angle, first_strain, laid_angle
+from .start import settle, turn_bodies
+from .statics import StartError
+from .tow_shape import tow_shape
 
 
 class SolverError(RuntimeError):
@@ -57,6 +59,7 @@ class Simulator:
         self._stats = np.zeros((1, STATS_COLUMNS), np.int64)
         self._all = np.zeros((0, 2), np.int64)
         self.start_report: dict[str, float] = {}
+        self._begun = False
 
     def warm_up(self, progress: Callable[[str], None] | None = None) -> float:
         """Compile every kernel, or load it from the cache. Returns the seconds it took."""
@@ -68,13 +71,25 @@ class Simulator:
         twin.run(1)
         return time.perf_counter() - begin
 
-    def start(self, time_ns: int = 0, position: tuple[float, float] = (0.0, 0.0), heading: float | None = None) -> None:
+    def start(
+        self,
+        time_ns: int = 0,
+        position: tuple[float, float] = (0.0, 0.0),
+        heading: float | None = None,
+        keep_inputs: bool = False,
+    ) -> None:
         """Static equilibrium wrapped on sheave and drum, at the ship's mean pose.
 
-        time_ns: simulation time of the start; position: x y of base_link in odom [m]; heading: yaw [rad], None: the
-        scene's. Raises StartError with the residual where it does not settle; nothing is simulated then.
+        time_ns: simulation time of the start; position: x y of base_link in odom [m]; heading: mean yaw of the motion
+        to come [rad], None: the scene's. What was pushed before the first start counts; a later start forgets it,
+        unless keep_inputs. Raises StartError with the residual where it does not settle, or settles beside its sheave;
+        nothing is simulated then.
         """
         scene, state = self.scene, self.state
+        if self._begun and not keep_inputs:
+            for ring in self.inputs:
+                ring[...] = 0
+        self._begun = True
         yaw = radians(scene.ship.heading_deg) if heading is None else float(heading)
         now = self._clear()
         now.time.now = now.time.start = now.time.blend = time_ns
@@ -87,42 +102,11 @@ class Simulator:
         now.ship.motion.coord[:] = now.ship.mean_coord
         now.ship.epoch = NO_EPOCH
         declare(now.setpoint, scene, self._algorithm, yaw)
-        flow = float(np.hypot(*now.current[:2]))
-        past = now.current[:2] if flow > 1e-6 else (-cos(yaw), -sin(yaw))
-        state.nodes[NOW, FLOW, self.model.line.body_nodes, :2] = past
-        turn = np.array([[cos(yaw), -sin(yaw), 0.0], [sin(yaw), cos(yaw), 0.0], [0.0, 0.0, 1.0]])
-        tried, iterations, angle = 0, 0, laid_angle(scene, first_angle(scene, flow))
         drum = self.model.settings[0].drum
         lay_mesh(self.model.feed, drum, now.winch, state.nodes[NOW, ARC], self.model.line.elements)
-        # a soft cable does not settle from its unstretched length, or off its sheave: it is loose while it is drawn out
-        for strain in (0.0, first_strain(scene)):
-            r, g = Route(scene).nodes((state.arc - state.arc[0]) * (1.0 + strain), angle)
-            state.q[:, :3] = r @ turn.T + now.ship.mean_coord[:3]
-            state.q[:, 3:] = (1.0 + strain) * g @ turn.T
-            steps = self._drive(SETTLE, MOST_STEPS, self.output)
-            tried, left = tried + abs(steps), float(now.health.residual)
-            iterations += int(now.health.iterations)
-            settled = steps >= 0 and bool(np.isfinite(state.q).all())
-            if settled and self.frame.contact_total > 0.0:
-                break
-        self.start_report = {"steps": tried, "iterations": iterations, "residual_n": left}
-        if not settled:
-            raise StartError(
-                f"{scene.name}: no static equilibrium after {tried} steps and {iterations} iterations, residual "
-                f"{left:.3g} N, allowed {self.tolerance:.3g} N, with {self._stiffness()}; nothing was started. "
-                f"Remedy: check weight and drag of towbody and cable, or begin with a shorter cable or a coarser mesh"
-                + self._on_ground(),
-                float(left),
-            )
-        pushed, most = int(state.tension.argmin()), float(state.tension.max())
-        if state.tension[pushed] < -MOST_PUSH * most:
-            raise StartError(
-                f"{scene.name}: at rest the cable would have to push with {-state.tension[pushed]:.4g} N at arc length "
-                f"{state.arc[pushed]:.4g} m, more than {100.0 * MOST_PUSH:g} % of its largest tension {most:.4g} N: it "
-                f"folds there, and where it would come to lie is not known; nothing was started. Remedy: more weight "
-                f"at the body (towbody.net_weight), or a ship under way (ship.tow_speed)",
-                float(left),
-            )
+        shape = tow_shape(scene, float(drum.payout_0 - drum.inboard), yaw)
+        turn_bodies(self, shape, yaw)
+        self.start_report = settle(self, shape, yaw)
         now.health.iterations = now.health.substeps = 0
         take_rest(now, scene)
 
@@ -197,6 +181,10 @@ class Simulator:
         taken = self.state.now.control.taken
         return {self.scene.solver.tick / 2**i: int(count) for i, count in enumerate(taken) if count}
 
+    def bring_to_rest(self, steps: int) -> int:
+        """Settle from where the nodes are; returns the steps, negative where it did not come to rest. See start()."""
+        return self._drive(SETTLE, steps, self.output)
+
     def snapshot(self) -> dict[str, np.ndarray]:
         """Everything that changes, as copies; restore() takes it back."""
         saved = {"memory": self.state.memory[NOW].copy(), "nodes": self.state.nodes[NOW].copy()}
@@ -243,15 +231,8 @@ class Simulator:
             self._all if heads is None else heads,
         )
 
-    def _on_ground(self) -> str:
-        """A further remedy where there is a seabed."""
-        if self.scene.seabed.depth is None:
-            return ""
-        return (
-            "; cable that lies slack on the seabed has no one place: a ship under way (ship.tow_speed) draws it tight"
-        )
-
-    def _stiffness(self) -> str:
+    @property
+    def stiffness(self) -> str:
         """What most often decides whether a step can be solved, in words."""
         solver, chosen = self.scene.solver, ""
         if solver.tension_error is not None:
@@ -269,7 +250,7 @@ class Simulator:
         flags, when = int(now.halted), now.time.now * 1e-9
         return SolverError(
             f"{self.scene.name}: the tick after {when:.3f} s could not be solved ({Flag(flags)!r}) with "
-            f"{settings.max_halvings} halvings, with {self._stiffness()}; the run halted at the state before "
+            f"{settings.max_halvings} halvings, with {self.stiffness}; the run halted at the state before "
             f"it. Remedy: start again; if it repeats, a smaller solver.tick or a finer mesh where the cable bends"
         )
 

@@ -25,6 +25,7 @@ LEAST_STEPS = 160  # in all
 SHOTS = 30
 LOOSE = 1e-3  # of the scope: a shape that ends farther from the sheave is none
 SETTLED = 2e-5  # of the scope
+LYING = 1e-3  # of the weight of a body on the ground is left to the cable
 
 
 Row = tuple[float, ...]
@@ -42,7 +43,7 @@ class TowShape(NamedTuple):
     section: np.ndarray  # [n] index of the section
     wet: np.ndarray  # [n] in the water?
     drag: np.ndarray  # [n] N/m, of the cable across the water that passes
-    angle: float  # rad from the vertical where it leaves the sheave
+    angle: float  # rad from the vertical where it leaves the sheave, negative where it leads back towards the drum
     scope: float  # m
     speed: float  # m/s, of the water past the upper end
     closed: bool  # does it come to the sheave? One that comes to the surface may not
@@ -134,10 +135,10 @@ def _joints(scene: Scene, flow: Flow) -> dict[int, Joint]:
 
     def pull(things: list[Hung]) -> Joint:
         def at(z: float) -> Row:
-            force = np.array([0.0, 0.0, sum(thing.net_weight for thing in things)])
+            force = np.array([0.0, 0.0, sum(thing.weight(scene.gravity, z) for thing in things)])
             for thing in things:
                 if thing.key in bodies:
-                    force += _held(bodies[thing.key], flow(z), scene)
+                    force += _held(bodies[thing.key], flow(z), scene, z)
             return tuple(force.tolist())
 
         return at
@@ -149,8 +150,10 @@ def _joints(scene: Scene, flow: Flow) -> dict[int, Joint]:
     return found
 
 
-def _held(body: Towbody, water: tuple[float, float], scene: Scene) -> np.ndarray:
-    """Force [N] that holds a body against drag and lift; water: flow past it."""
+def _held(body: Towbody, water: tuple[float, float], scene: Scene, z: float) -> np.ndarray:
+    """Force [N] that holds a body at height z against drag and lift; water: flow past it."""
+    if z >= 0.0:
+        return np.zeros(3)
     row, speed = body_record(body, scene.gravity, scene.water.density), hypot(*water)
     along = float(row["drag"][0]) * speed
     return np.array([-along * water[0], -along * water[1], -float(row["lift"]) * speed * speed])
@@ -189,10 +192,13 @@ def _march(
     return out
 
 
-def tow_shape(scene: Scene, scope: float) -> TowShape:
-    """Static shape of the tow with ``scope`` [m] out. The sheave stands at its mean place."""
+def tow_shape(scene: Scene, scope: float, heading: float | None = None) -> TowShape:
+    """Static shape of the tow with ``scope`` [m] out. The sheave stands at its mean place.
+
+    heading: yaw of the ship [rad]; None: the scene's.
+    """
     route, cables = Route(scene), _cables(scene)
-    yaw = radians(scene.ship.heading_deg)
+    yaw = radians(scene.ship.heading_deg) if heading is None else heading
     east, north, *shear = current_of(scene, yaw).tolist()
     east, north = east - scene.ship.tow_speed * cos(yaw), north - scene.ship.tow_speed * sin(yaw)
 
@@ -214,20 +220,25 @@ def tow_shape(scene: Scene, scope: float) -> TowShape:
                 spans.append((length, i))
             left -= length
         z = max(z, bottom)
-        force = tuple((_held(scene.towbody, flow(z), scene) + (0.0, 0.0, scene.towbody.net_weight)).tolist())
-        up = force[2]
-        if z <= bottom:  # it lies there
-            up = max(up, 0.0) * 1e-3
-            force = (*force[:2], up)
-        if hypot(hypot(*force[:2]), up) < 1e-9:
-            force = (0.0, 0.0, 1e-9)
-        rows = _march(cables, spans, (0.0, 0.0, z, *force), flow, bottom, joints)
-        end = rows[-1][1]
-        t = sqrt(sum(f * f for f in end[3:])) or 1e-12
-        angle = min(acos(max(-1.0, min(1.0, end[5] / t))), 0.5 * pi)
-        gap = top + route.sheave * sin(angle) - end[2]
-        closed = abs(gap) < LOOSE * scope or z <= bottom
-        if abs(gap) < SETTLED * scope or z <= bottom and gap > 0.0:
+        towbody = Hung("towbody", scope, scene.towbody.net_weight, scene.towbody.mass)
+        held = _held(scene.towbody, flow(z), scene, z) + (0.0, 0.0, towbody.weight(scene.gravity, z))
+        for borne in (1.0, LYING) if z <= bottom else (1.0,):
+            force = tuple(held.tolist())
+            if borne < 1.0:  # the ground bears it
+                force = (*force[:2], borne * max(force[2], 0.0))
+            if hypot(hypot(*force[:2]), force[2]) < 1e-9:
+                force = (0.0, 0.0, 1e-9)
+            rows = _march(cables, spans, (0.0, 0.0, z, *force), flow, bottom, joints)
+            end = rows[-1][1]
+            t = sqrt(sum(f * f for f in end[3:])) or 1e-12
+            aft = 1.0 if (end[3] * cos(yaw) + end[4] * sin(yaw)) * route.side >= 0.0 else -1.0
+            angle = aft * min(acos(max(-1.0, min(1.0, end[5] / t))), 0.5 * pi)
+            gap = top + route.sheave * sin(angle) - end[2]
+            if gap > 0.0:  # the whole of its weight is too little: it does not come down to the ground
+                break
+        lies = borne < 1.0
+        closed = abs(gap) < LOOSE * scope or lies
+        if abs(gap) < SETTLED * scope or (lies and gap > 0.0):
             break
         low, high = (z, high) if gap > 0.0 else (low, z)
         rate = 1.0

@@ -1,4 +1,4 @@
-"""Stress: stability N1 to N25, bags and recordings I and S. Stimulus, measured, limit. ``cable-sim stress``."""
+"""Stress: stability N1 to N27, bags and recordings I and S. Stimulus, measured, limit. ``cable-sim stress``."""
 
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ from . import (
     n13_n16_n17_n19_exactness,
     n20_n21_n22_winch_at_work,
     n23_n24_n25_travel_and_account,
+    n26_random_scenes,
+    n27_starts,
 )
 from .verdict import Stress, Verdict, run_test
 
@@ -46,6 +48,8 @@ STRESS: dict[str, Stress] = {
     "N23": n23_n24_n25_travel_and_account.reversing,
     "N24": n23_n24_n25_travel_and_account.last_metre,
     "N25": n23_n24_n25_travel_and_account.account,
+    "N26": n26_random_scenes.scenes,
+    "N27": n27_starts.starts,
     "I10": i10_s02_s03_damaged_bags.damaged,
     "I11": i11_i12_i14_i16_s01_recordings.bad_disk,
     "I12": i11_i12_i14_i16_s01_recordings.killed,

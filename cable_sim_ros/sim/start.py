@@ -1,0 +1,205 @@
+"""Static start of a tow: first guesses from its integrated static shape, settled on its sheave.
+
+A guess lays the stretched cable along the route to the sheave, as deep in its groove as its tension presses it, and
+outboard along the shape by integration (tow_shape.py); where that does not settle, straight. What settles beside the
+sheave is no start, unless the cable by its shape passes clear of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import atan2, cos, degrees, hypot, sin
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ..physics.frame import Flag
+from ..physics.section import material_of
+from ..physics.state import FLOW, NOW
+from ..physics.surface import FLOOR, GROOVE, SHEAVE_ROW
+from .material import extreme, section_ends
+from .scene import Scene
+from .statics import MOST_PUSH, MOST_STEPS, Route, StartError, first_angle, first_strain, laid_angle
+from .tow_shape import TowShape
+
+if TYPE_CHECKING:
+    from .simulator import Simulator
+
+LEAST_FLOW = 1e-6  # m/s
+MOST_FLEET = 0.1  # rad to one side of the sheave: more may be why the cable does not stay in its groove
+
+
+class Lead(NamedTuple):
+    """How the cable leaves the sheave by its static shape, rad: from the downward vertical, aft positive, in the plane
+    of the sheave; out of that plane; and what of it wraps the sheave."""
+
+    angle: float
+    fleet: float
+    wrap: float
+
+
+def turned(yaw: float) -> np.ndarray:
+    """Rotation [3, 3] of base_link into the world at ``yaw`` [rad]."""
+    return np.array([[cos(yaw), -sin(yaw), 0.0], [sin(yaw), cos(yaw), 0.0], [0.0, 0.0, 1.0]])
+
+
+def lead_of(scene: Scene, shape: TowShape, yaw: float) -> Lead:
+    """How the cable of a shape leaves its sheave."""
+    route = Route(scene)
+    down = -(shape.force[-1] @ turned(yaw)) / shape.tension[-1]  # in base_link
+    angle = atan2(-route.side * down[0], -down[2])
+    fleet = atan2(down[1], hypot(down[0], down[2]))
+    return Lead(angle, fleet, route.on_sheave(angle) / route.sheave)
+
+
+def strains(scene: Scene, shape: TowShape) -> np.ndarray:
+    """Strain [n] at every row of the shape."""
+    cable = scene.cable
+    stiffness = np.array([material_of(cable, section).axial_stiffness for section in cable.sections.values()])
+    return shape.tension / stiffness[shape.section]
+
+
+def along_shape(sim: Simulator, shape: TowShape, yaw: float) -> np.ndarray:
+    """Nodes [nodes, 6] in axes of the world about base_link: stretched along the route, then along the shape."""
+    route, arc = Route(sim.scene), sim.state.arc - sim.state.arc[0]
+    lead, strain = lead_of(sim.scene, shape, yaw), strains(sim.scene, shape)
+    stretch = 1.0 + strain[-1]
+    press(route, sim.state.surfaces, float(shape.tension[-1]))
+    leaves = min((route.on_drum + route.span + route.on_sheave(lead.angle)) / stretch, arc[-1])
+    aboard = arc <= leaves
+    q, turn = np.zeros((len(arc), 6)), turned(yaw)
+    r, g = route.nodes(stretch * arc[aboard], lead.angle)
+    q[aboard, :3], q[aboard, 3:] = r @ turn.T, stretch * g @ turn.T
+    off, _ = route.nodes(np.array([stretch * leaves]), lead.angle)
+    longer = max(arc[-1] - leaves, 1e-9) / shape.s[-1]  # by what the cable inboard is stretched
+    up = (arc[-1] - arc[~aboard]) / longer
+    tangent = -((1.0 + strain) / shape.tension)[:, None] * shape.force
+    way = longer * (shape.place - shape.place[-1])
+    for k in range(3):
+        q[~aboard, k] = (off @ turn.T)[0, k] + np.interp(up, shape.s, way[:, k])
+        q[~aboard, 3 + k] = np.interp(up, shape.s, tangent[:, k])
+    return q
+
+
+def press(route: Route, surfaces: np.ndarray, tension: float) -> None:
+    """Lay the route as deep in sheave and drum as ``tension`` [N] presses it: at a gap of zero contact has no
+    stiffness, and the first correction would lead through the sheave."""
+    for surface in surfaces:
+        slope, halves = float(surface["slope_sin"]), 2 if surface["kind"] == GROOVE else 1
+        if surface["kind"] == FLOOR or surface["stiffness"] <= 0.0:
+            continue
+        load = tension / (float(surface["radius"]) * halves * slope)
+        depth = (load / float(surface["stiffness"])) ** (2.0 / 3.0) / slope
+        if surface["kind"] == GROOVE:
+            route.sheave -= depth
+        else:
+            route.drum -= depth
+
+
+def straight(sim: Simulator, angle: float, strain: float, yaw: float) -> np.ndarray:
+    """The same of a cable that leaves the sheave in a straight line, ``angle`` [rad] from the vertical."""
+    r, g = Route(sim.scene).nodes((sim.state.arc - sim.state.arc[0]) * (1.0 + strain), angle)
+    turn = turned(yaw)
+    return np.concatenate((r @ turn.T, (1.0 + strain) * g @ turn.T), axis=1)
+
+
+def guesses(sim: Simulator, shape: TowShape, yaw: float) -> Iterator[np.ndarray]:
+    """Nodes [nodes, 6] about base_link to begin with, best first."""
+    if shape.closed:
+        yield along_shape(sim, shape, yaw)
+    angle = laid_angle(sim.scene, first_angle(sim.scene, shape.speed))
+    for strain in (0.0, first_strain(sim.scene)):
+        yield straight(sim, angle, strain, yaw)
+
+
+def settle(sim: Simulator, shape: TowShape, yaw: float) -> dict[str, float]:
+    """Bring a cleared Simulator to rest at its mean pose: steps, iterations and residual [N]. Raises StartError."""
+    scene, health = sim.scene, sim.state.now.health
+    lead = lead_of(scene, shape, yaw)
+    solid = float(sim.state.surfaces[SHEAVE_ROW].stiffness) > 0.0
+    clear = not solid or (shape.closed and lead.wrap <= 0.0)  # it passes above the sheave: the scene has it so
+    tried, iterations, beside, left = 0, 0, False, np.inf
+    for guess in guesses(sim, shape, yaw):
+        sim.state.q[:] = guess
+        sim.state.q[:, :3] += sim.state.now.ship.mean_coord[:3]
+        steps = sim.bring_to_rest(MOST_STEPS)
+        tried, iterations, left = tried + abs(steps), iterations + int(health.iterations), float(health.residual)
+        resting = steps >= 0 and bool(np.isfinite(sim.state.q).all())
+        if resting and (clear or not int(sim.frame.status) & Flag.DETACHED):
+            check_push(sim)
+            return {"steps": tried, "iterations": iterations, "residual_n": left}
+        beside = beside or resting
+    raise off_sheave(scene, lead, left) if beside else no_equilibrium(sim, lead, tried, iterations, left)
+
+
+def check_push(sim: Simulator) -> None:
+    """Refuse a rest in which the cable pushes. Raises StartError."""
+    state = sim.state
+    pushed, most = int(state.tension.argmin()), float(state.tension.max())
+    if state.tension[pushed] < -MOST_PUSH * most:
+        raise StartError(
+            f"{sim.scene.name}: at rest the cable would have to push with {-state.tension[pushed]:.4g} N at arc length "
+            f"{state.arc[pushed]:.4g} m, more than {100.0 * MOST_PUSH:g} % of its largest tension {most:.4g} N: it "
+            f"folds there, and where it would come to lie is not known; nothing was started. Remedy: more weight "
+            f"at the body (towbody.net_weight), or a ship under way (ship.tow_speed)",
+            float(state.now.health.residual),
+        )
+
+
+def way(scene: Scene, lead: Lead) -> str:
+    """How the cable would leave the sheave, in words."""
+    side = "port" if lead.fleet > 0.0 else "starboard"
+    return (
+        f"by its static shape it wraps the sheave by {degrees(lead.wrap):.3g} deg and leads "
+        f"{degrees(abs(lead.fleet)):.3g} deg to {side} of its plane, in a groove of sheave.groove_depth = "
+        f"{scene.sheave.groove_depth:g} m"
+    )
+
+
+def remedy(scene: Scene, lead: Lead) -> str:
+    """What helps a cable that leaves the sheave so."""
+    if abs(lead.fleet) > MOST_FLEET:
+        return "a flow from ahead (ship.heading_deg, water.current, ship.tow_speed), or a deeper sheave.groove_depth"
+    stiffness = extreme(scene.cable, "axial_stiffness")[0]
+    return f"a stiffer cable ({stiffness}), a sheave higher above the drum (sheave.position), or a finer mesh on it"
+
+
+def off_sheave(scene: Scene, lead: Lead, left: float) -> StartError:
+    """The error of a cable that comes to rest only beside its sheave, with the cause."""
+    return StartError(
+        f"{scene.name}: at rest the cable is not in the groove of its sheave: {way(scene, lead)}, and does not stay "
+        f"there; nothing was started, for contact and tension of such a tow are not those of a cable on its sheave. "
+        f"Remedy: {remedy(scene, lead)}",
+        left,
+    )
+
+
+def no_equilibrium(sim: Simulator, lead: Lead, tried: int, iterations: int, left: float) -> StartError:
+    """The error of a tow that does not come to rest."""
+    scene = sim.scene
+    aside = f": {way(scene, lead)}" if abs(lead.fleet) > MOST_FLEET else ""
+    helps = (
+        remedy(scene, lead)
+        if aside
+        else "check weight and drag of towbody and cable, or begin with a shorter cable or a coarser mesh"
+    )
+    ground = "; cable that lies slack on the seabed has no one place: a ship under way (ship.tow_speed) draws it tight"
+    return StartError(
+        f"{scene.name}: no static equilibrium after {tried} steps and {iterations} iterations, residual "
+        f"{left:.3g} N, allowed {sim.tolerance:.3g} N, with {sim.stiffness}{aside}; nothing was started. "
+        f"Remedy: {helps}" + ("" if scene.seabed.depth is None else ground),
+        left,
+    )
+
+
+def turn_bodies(sim: Simulator, shape: TowShape, yaw: float) -> None:
+    """Turn every body into the water that passes it at its depth, one in still water ahead with the ship."""
+    scene, state, ends = sim.scene, sim.state, section_ends(sim.scene.cable)
+    total = max(ends.values())
+    places = [0.0, *(total - ends[body.at] for body in scene.bodies.values())]  # m from the towbody
+    for node, place in zip(sim.model.line.body_nodes, places, strict=True):
+        z = float(np.interp(place, shape.s, shape.place[:, 2]))
+        past = state.now.current[:2] - z * state.now.current[2:]
+        if hypot(*past) < LEAST_FLOW:
+            past = (-cos(yaw), -sin(yaw))
+        state.nodes[NOW, FLOW, node, :2] = past
