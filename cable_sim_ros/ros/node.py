@@ -24,7 +24,9 @@ from std_srvs.srv import SetBool, Trigger
 
 from ..io.channels import CHANNELS, Context, Encoder
 from ..io.messages import CAUSES, KINDS
+from .arrival import Arrivals
 from .declare import declare, overrides_of
+from .drain import drain
 from .diagnostics import Watch, final_figures
 from .figures import write_json
 from .loop import raise_priority
@@ -59,9 +61,10 @@ class CableSimNode(LifecycleNode):
         self.add_post_set_parameters_callback(self._was_set)
         self.session = Session(self.settings, self._log)
         self.watch = Watch(self.session)
+        self.arrivals = Arrivals()
         self.publisher: TickPublisher | None = None
         self.recording = RecordingControl(self.settings, self.get_namespace())
-        self._entities: list = []
+        self.inputs: list = []
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self.create_service(Trigger, "~/reset", self._on_reset)
@@ -100,7 +103,7 @@ class CableSimNode(LifecycleNode):
             transforms,
         )
         self.publisher.start()
-        self._entities = [
+        self.inputs = [
             self.create_subscription(message_class(msgtype), topic, self._input(kind), INPUT_QOS, raw=True)
             for kind, (msgtype, topic) in KINDS.items()
         ]
@@ -134,12 +137,12 @@ class CableSimNode(LifecycleNode):
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Give up the model and close the topics."""
         self._stop_threads()
-        for subscription in self._entities:
+        for subscription in self.inputs:
             self.destroy_subscription(subscription)
         for publisher in self.publisher.publishers.values() if self.publisher else ():
             self.destroy_publisher(publisher)
         self.session = Session(self.settings, self._log)
-        self.watch, self.publisher, self._entities = Watch(self.session), None, []
+        self.watch, self.publisher, self.inputs = Watch(self.session), None, []
         self.report_state()
         return TransitionCallbackReturn.SUCCESS
 
@@ -157,6 +160,8 @@ class CableSimNode(LifecycleNode):
         self._finish_recording()
         figures = final_figures(self.session, self.publisher, self.recording.stats())
         figures |= {"state": "stopped", "last": state}
+        for rank, value in zip((50, 99, 100), self.arrivals.taken.percentiles(50, 99, 100)):
+            figures[f"sample_age_p{rank}_ms"] = value
         if figures.get("published_ticks"):
             print(
                 f"{figures['ticks']} ticks, {figures['missed_ticks']} missed, {figures['resyncs']} resyncs, "
@@ -182,12 +187,13 @@ class CableSimNode(LifecycleNode):
         topic = self.resolve_topic_name(name)
 
         def callback(data: bytes, info: dict) -> None:
-            arrival = arrival_of(info)
+            arrival = self.arrivals.of(info)
             self._record(topic, msgtype, data, arrival)
             if kind == "command":
                 self._command(data, arrival)
             else:
                 self.session.motion(kind, data, arrival)
+                self.arrivals.took(self.session.clock.last_stamp, self.session.clock.offset)
 
         return callback
 
@@ -300,13 +306,6 @@ class CableSimNode(LifecycleNode):
             logger.info(text)
 
 
-def arrival_of(info: dict) -> int:
-    """Arrival of a message on CLOCK_MONOTONIC [ns]: when the middleware had it, not when the callback ran."""
-    now, wall = time.monotonic_ns(), time.time_ns()
-    waited = wall - int(info.get("received_timestamp", 0))
-    return now - waited if 0 <= waited < 60_000_000_000 else now
-
-
 class Stop:
     """SIGINT and SIGTERM as a flag. rclpy's own handlers would shut the context down before the threads have ended."""
 
@@ -353,6 +352,7 @@ def main(args: list[str] | None = None) -> int:
                 raise_priority()  # motion that is taken in late is motion extrapolated
             while not stop.asked and rclpy.ok():
                 executor.spin_once(timeout_sec=0.1)
+                drain(node.inputs)
             executor.shutdown(timeout_sec=1.0)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
