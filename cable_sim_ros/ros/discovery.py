@@ -12,9 +12,7 @@ RANGE, OLD = "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY"
 OPEN = "--open"  # command-line option: seen by the subnet
 
 
-def limit(
-    arguments: Sequence[str], environment: MutableMapping[str, str] = os.environ
-) -> tuple[list[str], str]:
+def limit(arguments: Sequence[str], environment: MutableMapping[str, str] = os.environ) -> tuple[list[str], str]:
     """Set the discovery range in the environment, where nothing there has set it.
 
     arguments: of the command line. Returns them without --open, and a sentence for the user. Of `--open`, the

@@ -1,6 +1,6 @@
 """A careless or hostile neighbour, for load tests: floods services and topics of the node as fast as one core allows.
 
-    python -m cable_sim_ros.ros.flood services|topics|giants [--seconds S] [--bytes N]
+python -m cable_sim_ros.ros.flood services|topics|giants [--seconds S] [--bytes N]
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ RATE_OVER = 1_000_000_000  # ns
 
 
 class Age(NamedTuple):
-    """One input: seconds since the newest that was accepted (-1: none yet), messages a second, FRESH, STALE or NEVER."""
+    """One input: seconds since the newest accepted (-1: none yet), messages a second, FRESH, STALE or NEVER."""
 
     age: float
     rate: float

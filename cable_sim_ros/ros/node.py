@@ -6,7 +6,6 @@ The executor thread takes inputs, services and parameters; stepping loop and pub
 from __future__ import annotations
 
 import os
-import signal
 import sys
 import threading
 import time
@@ -23,14 +22,20 @@ from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import SetBool, Trigger
 
 from ..io.channels import CHANNELS, Context, Encoder
-from ..io.messages import CAUSES, KINDS
+from ..io.messages import CAUSES, KINDS, stamp_of
+from . import discovery
 from .arrival import Arrivals
 from .declare import declare, overrides_of
-from .drain import drain
 from .diagnostics import Watch, final_figures
+from .drain import drain
 from .figures import write_json
+from .health import MSGTYPE as AGES_TYPE
+from .health import TOPIC as AGES_TOPIC
 from .loop import raise_priority
+from .neighbours import EVERY as NEIGHBOURS_EVERY
+from .neighbours import Neighbours
 from .params import ParameterError, settle
+from .process import Stop, autostart
 from .publisher import TickPublisher
 from .recording_control import RecordingControl
 from .session import Session
@@ -39,6 +44,7 @@ from .topics import message_class, transform_publisher
 NAME, NAMESPACE = "cable_sim", "/tow_sim"
 INPUT_QOS = QoSProfile(depth=200, reliability=ReliabilityPolicy.BEST_EFFORT)  # deep: a static start takes a second
 QOS = {"reliable": QoSProfile(depth=10), "sensor": QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)}
+LARGEST = 64_000  # bytes of an input; an Odometry has 720
 DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
 
 
@@ -71,6 +77,10 @@ class CableSimNode(LifecycleNode):
         self.create_service(SetBool, "~/record", self._on_record)
         self.create_timer(0.05, self._on_poll, clock=self._steady)
         self.create_timer(1.0, self._on_diagnostics, clock=self._steady)
+        self.create_timer(NEIGHBOURS_EVERY, self._on_neighbours, clock=self._steady)
+        self._neighbours = Neighbours(self)
+        self._ages = self.create_publisher(message_class(AGES_TYPE), AGES_TOPIC, QOS["reliable"])
+        self._reported_levels: tuple = ()
         self._reported_state = ""
         self._warned_scheduler = False
         self.report_state()
@@ -187,15 +197,25 @@ class CableSimNode(LifecycleNode):
         topic = self.resolve_topic_name(name)
 
         def callback(data: bytes, info: dict) -> None:
-            arrival = self.arrivals.of(info)
+            if len(data) > LARGEST:
+                self._refuse_giant(kind)
+                return
+            clock = self.session.clock
+            arrival = self.arrivals.of(info, None if kind == "command" else stamp_of(data), clock.offset)
             self._record(topic, msgtype, data, arrival)
             if kind == "command":
                 self._command(data, arrival)
             else:
                 self.session.motion(kind, data, arrival)
-                self.arrivals.took(self.session.clock.last_stamp, self.session.clock.offset)
+                self.arrivals.took(clock.last_stamp, clock.offset)
 
         return callback
+
+    def _refuse_giant(self, kind: str) -> None:
+        (self.session.commands.refused if kind == "command" else self.session.refused)["size"] += 1
+        self.get_logger().warning(
+            f"{kind} of more than {LARGEST // 1000} kB refused: {CAUSES['size']}", throttle_duration_sec=5.0
+        )
 
     def _command(self, data: bytes, arrival: int) -> None:
         cause = self.session.command(data, arrival)
@@ -258,13 +278,26 @@ class CableSimNode(LifecycleNode):
     # ---- what the node says
 
     def _on_poll(self) -> None:
+        self.arrivals.awake()
         self.session.poll()
         loop = self.session.loop
         if loop is not None and loop.warning and not self._warned_scheduler:
             self._warned_scheduler = True
             self.get_logger().warning(loop.warning)
-        if self.session.state != self._reported_state:
+        if self.session.shown_state != self._reported_state:
             self.report_state()
+        levels = self.watch.levels(self.publisher, time.monotonic_ns())
+        self._ages.publish(self.watch.inputs.message())
+        if levels != self._reported_levels:
+            self._reported_levels = levels
+            self._on_diagnostics()
+
+    def _on_neighbours(self) -> None:
+        outputs = [*(self.publisher.publishers if self.publisher else ()), self.resolve_topic_name(AGES_TOPIC)]
+        inputs = [self.resolve_topic_name(topic) for _, topic in KINDS.values()]
+        for problem in self._neighbours.look(outputs, inputs):
+            self.get_logger().warning(problem)
+        self.watch.neighbours = self._neighbours.problems
 
     def _on_diagnostics(self) -> None:
         array = DiagnosticArray()
@@ -285,8 +318,8 @@ class CableSimNode(LifecycleNode):
 
     def report_state(self) -> None:
         """Write the state to statistics_file, for whoever started this process."""
-        self._reported_state = self.session.state
-        self._write_statistics({"state": self.session.state, "problem": self.session.problem, "pid": os.getpid()})
+        self._reported_state = self.session.shown_state
+        self._write_statistics({"state": self.session.shown_state, "problem": self.session.problem, "pid": os.getpid()})
 
     def _write_statistics(self, tree: dict) -> None:
         if self.settings.node.statistics_file:
@@ -306,40 +339,11 @@ class CableSimNode(LifecycleNode):
             logger.info(text)
 
 
-class Stop:
-    """SIGINT and SIGTERM as a flag. rclpy's own handlers would shut the context down before the threads have ended."""
-
-    def __init__(self) -> None:
-        self.asked = False
-        self._before = {number: signal.signal(number, self._ask) for number in (signal.SIGINT, signal.SIGTERM)}
-
-    def _ask(self, number, frame) -> None:
-        self.asked = True
-
-    def restore(self) -> None:
-        for number, handler in self._before.items():
-            signal.signal(number, handler)
-
-
-def autostart(node: CableSimNode, stop: Stop) -> bool:
-    """Configure in a thread, so that a signal ends a long compilation at once; False when it was refused."""
-    done: list[TransitionCallbackReturn] = []
-    thread = threading.Thread(target=lambda: done.append(node.trigger_configure()), name="configure", daemon=True)
-    thread.start()
-    while thread.is_alive() and not stop.asked:
-        thread.join(0.05)
-    if stop.asked:
-        return True
-    return (
-        bool(done)
-        and done[0] == TransitionCallbackReturn.SUCCESS
-        and (node.trigger_activate() == TransitionCallbackReturn.SUCCESS)
-    )
-
-
 def main(args: list[str] | None = None) -> int:
     """Entry point: 0 after SIGINT or SIGTERM, 1 when the start failed, 2 for parameters that cannot be used."""
     node, code, stop = None, 0, Stop()
+    args, reach = discovery.limit(sys.argv if args is None else args)
+    print(reach, file=sys.stderr, flush=True)
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
         node = CableSimNode()

@@ -2,7 +2,8 @@
 
 No rclpy here: messages come in as bytes and stamps, so that the states can be tested without a network.
 
-States: unconfigured -> ready -> waiting (for motion) -> running -> halted (solver gave up) or failed (no static start).
+States: unconfigured -> ready -> waiting (for motion) -> running -> halted (solver gave up) or failed (no static start);
+running is shown as overloaded while it does not hold real time (ros/overload.py).
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from ..physics.ship import NO_EPOCH
 from ..sim.build import make_output
 from ..sim.simulator import Simulator, StartError
 from .loop import MAPPING, RESYNCS, SKIPPED, TARGET, Loop
+from .overload import Pace
 from .params import Settings
 
 RING_ROWS = 128  # ticks a slow publisher may be behind
@@ -70,7 +72,8 @@ class Session:
         self.problem = ""  # why it is halted or failed
         self.clock = DataClock()
         self.refused: Counter[str] = Counter()  # motion messages refused before the ingest, by cause
-        self.restarts = self.resets = 0
+        self.skips_ahead = self.resets = 0
+        self.pace = Pace(round(self.scene.solver.tick * SECOND))
         self.start_cost = 0.3  # s, of the last static start
         self.residual_start = math.nan
         self.wall = time.time_ns() - time.monotonic_ns()  # once: arrivals as wall time, for messages without a stamp
@@ -245,6 +248,7 @@ class Session:
             "start_heading_rad": repr(float(sample[5])),
         }
         self.built_loop.start(begin, target)
+        self.pace.begin(begin + self.period + target, self.built_loop.count)
         self.running_since = time.monotonic()
         self.state, self.problem = "running", ""
         self.log(
@@ -281,12 +285,15 @@ class Session:
     # ---- watch
 
     def poll(self) -> None:
-        """Called some ten times a second: notices a halt, a lag that cannot be made good, a silent start."""
+        """Called twenty times a second: notices a halt, a standstill, an overload, a lag, a silent start."""
         if self.state == "waiting" and time.monotonic() - self._waiting_since >= 5.0:
             self._waiting_since = time.monotonic()
             self.log("info", "waiting for motion on imu/data and odom")
         if self.state != "running":
             return
+        loop, now = self.built_loop, time.monotonic_ns()
+        for level, text in self.pace.look(now, loop.count, loop.rows, loop.row, int(loop.control[SKIPPED])):
+            self.log(level, text)
         if self.built_loop.halted:
             self.state = "halted"
             failure = self.built_loop.failure
@@ -298,13 +305,25 @@ class Session:
             )
             self.log("error", self.problem)
         elif self.lag() > self.node.realtime.max_lag:
-            self.log(
-                "error",
-                f"the simulation lags {self.lag():.1f} s behind the motion: this machine does not hold "
-                f"real time; starting again from the static equilibrium",
-            )
-            self.restarts += 1
-            self.reset()
+            self._skip_ahead(now)
+
+    def _skip_ahead(self, now: int) -> None:
+        """Take the simulation to the present, the cable as it hangs; now: CLOCK_MONOTONIC, ns."""
+        lag = self.lag()
+        if not self.pace.stopped_lately(now, lag):
+            for level, text in self.pace.overload(now):
+                self.log(level, text)
+        self.log("warn", f"{lag:.1f} s behind the motion: going on at the present with the cable as it hangs")
+        self.skips_ahead += 1
+        self.built_loop.stop()
+        self._keep_cable = True
+        self.activate()
+        self._start()
+
+    @property
+    def shown_state(self) -> str:
+        """The state as reported: "overloaded" is a running simulation that does not hold real time."""
+        return "overloaded" if self.state == "running" and self.pace.overloaded else self.state
 
     def lag(self) -> float:
         """How far the simulation is behind where it should be, s (0 in step)."""
@@ -320,5 +339,7 @@ class Session:
             "resyncs": int(control[RESYNCS]),
             "clock_jumps": self.clock.jumps,
             "resets": self.resets,
-            "restarts": self.restarts,
+            "skips_ahead": self.skips_ahead,
+            "overloads": self.pace.overloads,
+            "standstills": self.pace.stops,
         }

@@ -21,12 +21,14 @@ from cable_sim_ros.physics.state import MEMORY, records
 
 NODES, STATIONS = 20, 8
 TEMPLATE = np.zeros(1, FRAME)
+WORK = int(os.environ.get("FAKE_WORK", "0"))
 
 
 class Model(NamedTuple):
     period: int
     timeout: float
     max_rate: float
+    work: int  # steps of useless work a tick, for a model that is too big
 
 
 class State(NamedTuple):
@@ -44,6 +46,11 @@ class Output(NamedTuple):
 def tick(model, state, inputs, output, slot):
     value = state.value
     if value[5] > 0.0:
+        return 1
+    useless = 0.0
+    for k in range(model.work):
+        useless += math.sin(useless + k)
+    if useless > 1e9:
         return 1
     now = state.memory[0]
     now.time.now += model.period
@@ -133,7 +140,7 @@ class SolverError(RuntimeError):
 class Simulator:
     def __init__(self, scene) -> None:
         self.scene = scene
-        self.model = Model(round(scene.solver.tick * 1e9), scene.winch.command_timeout, scene.winch.max_rate)
+        self.model = Model(round(scene.solver.tick * 1e9), scene.winch.command_timeout, scene.winch.max_rate, WORK)
         self.state = State(records(1, MEMORY), np.zeros(6))
         self.nodes = NODES
         self.inputs: Inputs = make_inputs()
