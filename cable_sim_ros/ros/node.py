@@ -18,7 +18,6 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
-from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import SetBool, Trigger
 
 from ..io.channels import CHANNELS, Context, Encoder
@@ -35,7 +34,7 @@ from .loop import raise_priority
 from .neighbours import EVERY as NEIGHBOURS_EVERY
 from .neighbours import Neighbours
 from .params import ParameterError, settle
-from .process import Stop, autostart
+from .process import Stop, autostart, start_ros
 from .publisher import TickPublisher
 from .recording_control import RecordingControl
 from .session import Session
@@ -345,7 +344,7 @@ def main(args: list[str] | None = None) -> int:
     args, reach = discovery.limit(sys.argv if args is None else args)
     print(reach, file=sys.stderr, flush=True)
     try:
-        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+        start_ros(args)
         node = CableSimNode()
         if node.settings.node.autostart and not autostart(node, stop):
             code = 1

@@ -1,11 +1,27 @@
-"""The node as a process: signals as a flag, and a configure that a signal can end."""
+"""The node as a process: its ROS arguments, signals as a flag, and a configure that a signal can end."""
 
 from __future__ import annotations
 
 import signal
 import threading
 
+import rclpy
+from rclpy._rclpy_pybind11 import RCLError
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
+from rclpy.signals import SignalHandlerOptions
+
+from .params import ParameterError
+
+
+def start_ros(arguments: list[str]) -> None:
+    """rclpy.init; ParameterError for arguments or a parameter file that it cannot read."""
+    try:
+        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    except RCLError as error:
+        what = str(error).removeprefix("failed to initialize rcl: ").partition(", at /")[0]
+        raise ParameterError(
+            f"ROS arguments: {' '.join(what.split())[:400]}; nothing was started. Correct the file or argument it names"
+        ) from None
 
 
 class Stop:

@@ -8,10 +8,8 @@ running is shown as overloaded while it does not hold real time (ros/overload.py
 
 from __future__ import annotations
 
-import gc
 import json
 import math
-import sys
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -28,6 +26,7 @@ from ..physics.setpoint import SetpointLaw
 from ..physics.ship import NO_EPOCH
 from ..sim.build import make_output
 from ..sim.simulator import Simulator, StartError
+from .interpreter import quiet
 from .loop import MAPPING, RESYNCS, SKIPPED, TARGET, Loop
 from .overload import Pace
 from .params import Settings
@@ -127,9 +126,7 @@ class Session:
             self.sim.inputs, self.scene.ship, self.node.heave, self.node.motion, self.scene.gravity
         )
         self.commands = CommandIngest(self.sim.inputs)
-        gc.collect()
-        gc.freeze()  # a full collection with all this loaded stops the process for a tenth of a second
-        sys.setswitchinterval(5e-4)
+        quiet()
         self.state = "ready"
 
     def _rehearse(self) -> None:

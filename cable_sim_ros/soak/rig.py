@@ -113,18 +113,22 @@ class Rig:
 
 
 @contextmanager
-def rig(command: list[str] | None = None, arguments: tuple[str, ...] = (), **parameters) -> Iterator[Rig]:
-    """A node that waits for motion; parameters: of the node, `__` for the dot. Everything is ended at the end."""
+def rig(command: list[str] | None = None, extra: dict[str, str] | None = None, **parameters) -> Iterator[Rig]:
+    """A node that waits for motion, everything is ended at the end.
+
+    command: in place of the node's; extra: environment; parameters: of the node, `__` for the dot.
+    """
     with tempfile.TemporaryDirectory(prefix="soak_") as name:
         folder = Path(name)
         settings = {"statistics_file": str(folder / "node.json")}
         settings |= {key.replace("__", "."): value for key, value in parameters.items()}
-        line = [*(command or NODE), *arguments, "--ros-args"]
+        line = [*(command or NODE), "--ros-args"]
         for key, value in settings.items():
             line += ["-p", f"{key}:={json.dumps(value)}"]
         domain = 1 + (os.getpid() + int(time.monotonic() * 10)) % 100
         os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-        it = Rig(folder, domain, Child("node", line, environment(domain)))
+        own = environment(domain) | (extra or {}) | {"SOAK_REPORT": str(folder / "report.json")}
+        it = Rig(folder, domain, Child("node", line, own))
         try:
             it.state("waiting")
             yield it
