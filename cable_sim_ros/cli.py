@@ -15,6 +15,7 @@ from .lab.commands import COMMANDS as LAB_COMMANDS
 from .runs.mesh_command import mesh as mesh_command
 from .runs.progress import progress_bar as _progress
 from .runs.told import residual_table, tell
+from .soak.command import soak as soak_command
 
 # mistakes of the user or the data: their text is the whole message. Anything else is ours and keeps its traceback
 EXPECTED = {
@@ -89,7 +90,7 @@ out_option = click.option(
 @main.command(context_settings=PASS_ON)
 @click.argument("ros_arguments", nargs=-1, type=click.UNPROCESSED)
 def node(ros_arguments: tuple[str, ...]) -> None:
-    """The real-time ROS 2 node; ROS arguments are passed on, as in: --ros-args -p scene:=full_scale."""
+    """The real-time ROS 2 node, seen on this host only unless --open is given; ROS arguments are passed on, as in: --ros-args -p scene:=full_scale."""
     _need_ros()
     from .ros.node import main as node_main
 
@@ -284,7 +285,7 @@ def make_bags(out, data, speed, only, force) -> None:
         click.echo(row)
 
 
-for _command in (mesh_command, *LAB_COMMANDS):
+for _command in (mesh_command, soak_command, *LAB_COMMANDS):
     main.add_command(_command)
 
 NODE_MANUAL = """## Node

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-EVERY = 2.0  # s between looks at the graph
+EVERY = 0.15  # s between two queries of the graph: a round of all topics takes two seconds
 UNKNOWN = "a participant without a ROS node"
 
 
@@ -61,25 +61,32 @@ def judge(own: str, names: Iterable[str], outputs: Iterable[Endpoint], inputs: I
 
 
 class Neighbours:
-    """Looks at the graph of a node; `problems` has what the newest look found."""
+    """Looks at the graph of a node, a topic at a time; `problems` has what the newest round found."""
 
     def __init__(self, node) -> None:
         self.node = node
         self.own = full_name(node.get_name(), node.get_namespace())
         self.problems: list[str] = []
         self._known: set[str] = set()
+        self._left: list[str] = []
+        self._found: dict[str, list[Endpoint]] = {}
 
-    def look(self, outputs: Iterable[str], inputs: Iterable[str]) -> list[str]:
-        """Query the graph (some tenths of a millisecond); returns the problems that were never seen before."""
+    def step(self, outputs: Sequence[str], inputs: Sequence[str]) -> list[str]:
+        """Query one topic (about a millisecond); at the end of a round, returns problems never seen before."""
+        if not self._left:
+            self._left = [*outputs, *inputs]
+            self._found = {}
+        topic = self._left.pop()
+        self._found[topic] = [
+            Endpoint(full_name(info.node_name, info.node_namespace), topic)
+            for info in self.node.get_publishers_info_by_topic(topic)
+        ]
+        if self._left:
+            return []
         names = [full_name(name, space) for name, space in self.node.get_node_names_and_namespaces()]
-        self.problems = judge(self.own, names, self._publishers(outputs), self._publishers(inputs))
+        sent = [endpoint for topic in inputs for endpoint in self._found.get(topic, [])]
+        told = [endpoint for topic in outputs for endpoint in self._found.get(topic, [])]
+        self.problems = judge(self.own, names, told, sent)
         new = [problem for problem in self.problems if problem not in self._known]
         self._known.update(new)
         return new
-
-    def _publishers(self, topics: Iterable[str]) -> list[Endpoint]:
-        return [
-            Endpoint(full_name(info.node_name, info.node_namespace), topic)
-            for topic in topics
-            for info in self.node.get_publishers_info_by_topic(topic)
-        ]

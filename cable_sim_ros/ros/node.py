@@ -171,6 +171,7 @@ class CableSimNode(LifecycleNode):
         figures |= {"state": "stopped", "last": state}
         for rank, value in zip((50, 99, 100), self.arrivals.taken.percentiles(50, 99, 100)):
             figures[f"sample_age_p{rank}_ms"] = value
+        figures["wall_clock_steps"] = self.arrivals.steps
         if figures.get("published_ticks"):
             print(
                 f"{figures['ticks']} ticks, {figures['missed_ticks']} missed, {figures['resyncs']} resyncs, "
@@ -294,7 +295,7 @@ class CableSimNode(LifecycleNode):
     def _on_neighbours(self) -> None:
         outputs = [*(self.publisher.publishers if self.publisher else ()), self.resolve_topic_name(AGES_TOPIC)]
         inputs = [self.resolve_topic_name(topic) for _, topic in KINDS.values()]
-        for problem in self._neighbours.look(outputs, inputs):
+        for problem in self._neighbours.step(outputs, inputs):
             self.get_logger().warning(problem)
         self.watch.neighbours = self._neighbours.problems
 

@@ -117,13 +117,16 @@ class Pace:
 
     def _longest_hole(self, count: int, rows: int, row: Callable) -> int:
         """Longest time between two wakings among the new ticks, less the period [ns]."""
-        longest = 0
-        for k in range(max(self._seen, count - rows + 1), count):
+        longest, work = 0, 0
+        first = max(self._seen, count - rows + 1)
+        for k in range(first, count):
             tick = row(k)
-            if self._wake is not None:
+            if self._wake is not None and (k > first or first == self._seen):
                 longest = max(longest, tick.wake - self._wake - self.period)
             self._wake, self._done = tick.wake, tick.done
-            self._work += tick.done - tick.wake
+            work += tick.done - tick.wake
+        if count > first:  # those that have left the ring worked as the others did
+            self._work += work * (count - self._seen) // (count - first)
         self._seen = count
         return longest
 

@@ -58,6 +58,10 @@ class Probe:
         )
         return box
 
+    def publish(self, msgtype: str, topic: str):
+        """A publisher on a topic, reliable, ten deep."""
+        return self.node.create_publisher(message_class(msgtype), topic, 10)
+
     def watch(self) -> None:
         """Listen to health and diagnostics."""
         self.listen("sensor_msgs/msg/JointState", HEALTH, raw=True)

@@ -18,6 +18,7 @@ from collections.abc import Callable, Sequence
 from ..io.cdr import header, store_type
 from ..io.messages import KINDS
 from ..io.typestore import STORE
+from .loop import raise_priority
 from .player import SECOND, sleep_until
 from .topics import message_class
 
@@ -104,6 +105,7 @@ def main(arguments: Sequence[str]) -> int:
         for kind, rate in rates.items()
         if rate > 0.0
     }
+    raise_priority()  # where it is allowed: a sensor does not wait for this machine's other work
     send(
         lambda kind, data: publishers[kind].publish(data),
         Ship(amplitude, period),

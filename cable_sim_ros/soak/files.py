@@ -30,7 +30,7 @@ CANARIES = {  # name -> YAML text
     "a list as key": "[1, 2]: 3",
     "two documents": "name: a\n---\nname: b",
     "a NUL": "name: a\0b",
-    "a lone surrogate": "name: \"\\ud800\"",
+    "a lone surrogate": 'name: "\\ud800"',
     "a key of 100 000 letters": "k" * 100_000 + ": 1",
     "a value of a million letters": "name: " + "v" * 1_000_000,
     "20 000 keys": "\n".join(f"k{k}: 1" for k in range(20_000)),
@@ -42,10 +42,14 @@ CANARIES = {  # name -> YAML text
     "a byte order mark": "\ufeffname: a",
     "right to left": "name: \u202eabc",
 }
-ODD = (
-    "-1 0 1e308 -1e308 .inf .nan null true [] {} '' 'x' 1e-320 ~ 2014-01-01 0x1F 1_000 *a | 1:30".split()
-    + ["9" * 400, "&a 1", "!!float 1", "[1, 2, 3, 4, 5]", "{a: 1}", "- 1"]
-)
+ODD = "-1 0 1e308 -1e308 .inf .nan null true [] {} '' 'x' 1e-320 ~ 2014-01-01 0x1F 1_000 *a | 1:30".split() + [
+    "9" * 400,
+    "&a 1",
+    "!!float 1",
+    "[1, 2, 3, 4, 5]",
+    "{a: 1}",
+    "- 1",
+]
 CHARACTERS = [0, 9, 34, 39, 58, 91, 123, 0x7F, 0x2028]
 
 
