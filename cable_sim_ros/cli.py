@@ -90,7 +90,10 @@ out_option = click.option(
 @main.command(context_settings=PASS_ON)
 @click.argument("ros_arguments", nargs=-1, type=click.UNPROCESSED)
 def node(ros_arguments: tuple[str, ...]) -> None:
-    """The real-time ROS 2 node, seen on this host only unless --open is given; ROS arguments are passed on, as in: --ros-args -p scene:=full_scale."""
+    """The real-time ROS 2 node, seen on this host only unless --open is given.
+
+    ROS arguments are passed on, as in: --ros-args -p scene:=full_scale.
+    """
     _need_ros()
     from .ros.node import main as node_main
 

@@ -95,6 +95,7 @@ def main(arguments: Sequence[str]) -> int:
     def alive() -> bool:
         return not stopped and time.monotonic() < end
 
+    print("flooding", flush=True)
     parts = (node, executor.spin_once, alive)
     if given.what == "giants":
         count = giants(*parts, given.bytes)

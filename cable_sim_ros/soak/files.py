@@ -98,7 +98,7 @@ def judge(text: str) -> tuple[str, float]:
 @stress("10 000 parameter files, broken in up to four places, and canaries", "no traceback, no hang (<= 2 s each)")
 def files(quick: bool) -> Found:
     """Seeded mutations of the shipped scenes, and texts made to break a YAML reader."""
-    draw, count = random.Random(11), 300 if quick else 10_000
+    draw, count = random.Random(11), 150 if quick else 10_000
     scenes = [Path(find_scene(name)).read_text("utf-8") for name in shipped_scenes()]
     classes: dict[str, int] = {}
     longest, broken = 0.0, []

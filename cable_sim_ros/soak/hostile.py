@@ -87,7 +87,8 @@ def floods(quick: bool) -> Found:
         time.sleep(SETTLED)
         mark = it.mark()
         for what in ("topics", "services"):
-            it.start("flood", "cable_sim_ros.ros.flood", what, "--seconds", str(seconds))
+            child = it.start("flood", "cable_sim_ros.ros.flood", what, "--seconds", str(seconds))
+            until(lambda child=child: "flooding" in child.lines, 20.0, f"a flood of {what}")
         counts = grown(it, seconds)
         _, frames = it.probe.frames(mark)
         figures = _kept_on(it, counts)

@@ -116,9 +116,8 @@ def test_a_process_that_stood_still_says_so_and_goes_on(world, ears):
         time.sleep(seconds)
         os.kill(node.process.pid, signal.SIGCONT)
         woken = time.monotonic()
-        at, *_, text, values = ears.first(
-            "loop", lambda level, text, _: f"({number} times so far)" in text, woken, 3.0, "the standstill"
-        )
+        said = f"({number} times so far)"
+        at, *_, text, values = ears.first("loop", lambda _, t, __, said=said: said in t, woken, 3.0, "the standstill")
         assert text.startswith(f"the process stood still for {seconds:.1f} s, ") and at - woken < 0.5
         assert values["standstills"] == str(number)
         time.sleep(0.5)
@@ -164,6 +163,9 @@ def test_neighbours_are_warned_of_and_giants_refused(world, ears):
     )
     assert "imu of more than 64 kB refused" in node.text
     poll(lambda: any(s[1] == "neighbours" and s[2] == 0 for s in ears.statuses), 10.0, "nobody else")
+    from cable_sim_ros.ros.policy import differences
+
+    assert differences(ears.node) == [], "config/sros2/policy.xml is not what the node has"
     spoof = ears.node.create_publisher(PoseStamped, "towbody/pose", 10)
     begun = time.monotonic()
     at, *_, text, _ = ears.first("neighbours", lambda level, *_: level == 1, begun, 8.0, "the spoof")
