@@ -2,12 +2,13 @@
 # make coverage  runs the tests (half as long again) and lists what they leave out above the physics
 # make test  makes the environment and runs the tests;  make lint  runs the linter and the type checks
 # make bench  run time against error beside other codes;  make validate  repeats the experiments (both into runs/)
+# make soak  the real node under load, faults and hostile neighbours, R1 to S9 (two hours, idle machine), into runs/
 # make stress  stability stress N1 to N25 at full size (ten CPU minutes or more), into runs/
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help run test coverage lint bench validate stress clean
+.PHONY: help run test coverage lint bench validate stress soak clean
 
 VENV ?= .venv
 BIN := $(VENV)/bin
@@ -45,6 +46,9 @@ bench: $(VENV)/.test
 
 stress: $(VENV)/.test
 	$(BIN)/cable-sim stress --out runs/stress
+
+soak: $(VENV)/.test
+	$(BIN)/cable-sim soak --out runs/soak
 
 validate: $(VENV)/.test
 	$(BIN)/cable-sim validate --out runs/validate

@@ -64,7 +64,7 @@ setup(
     maintainer_email="maintainers@cable-sim.org",
     license="MIT",
     packages=find_packages(include=[NAME, NAME + ".*"]),
-    package_data={NAME: ["py.typed", "**/*.html", "**/*.js", "**/*.css", "lab/reference/*"]},
+    package_data={NAME: ["py.typed", "**/*.html", "**/*.c", "**/*.js", "**/*.css", "lab/reference/*"]},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/" + NAME]),
         ("share/" + NAME, ["package.xml"]),

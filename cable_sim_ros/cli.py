@@ -17,6 +17,7 @@ from .runs.mesh_command import mesh as mesh_command
 from .runs.progress import progress_bar as _progress
 from .runs.told import tell
 from .sim.flag_rules import CODE_DAMAGED, CODE_INPUT
+from .soak.command import soak as soak_command
 
 JSON = "cable_sim_ros.json"  # of click's context
 SHIPPED_BAG, SHIPPED_SCENE = "nbp1406", "full_scale"
@@ -93,7 +94,10 @@ out_option = click.option(
 @main.command(context_settings=PASS_ON)
 @click.argument("ros_arguments", nargs=-1, type=click.UNPROCESSED)
 def node(ros_arguments: tuple[str, ...]) -> None:
-    """The real-time ROS 2 node; ROS arguments are passed on, as in: --ros-args -p scene:=full_scale."""
+    """The real-time ROS 2 node, seen on this host only unless --open is given.
+
+    ROS arguments are passed on, as in: --ros-args -p scene:=full_scale.
+    """
     _need_ros()
     from .ros.node import main as node_main
 
@@ -290,7 +294,7 @@ def make_bags(out, data, speed, only, force) -> None:
         click.echo(row)
 
 
-for _command in (mesh_command, *LAB_COMMANDS):
+for _command in (mesh_command, soak_command, *LAB_COMMANDS):
     main.add_command(_command)
 
 NODE_MANUAL = """## Node

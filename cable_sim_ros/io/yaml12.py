@@ -19,6 +19,12 @@ _INT = re.compile(r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 
 
+DEEPEST = 50  # levels of a file; a scene has five
+MOST_VALUES = 3000  # of a file, aliases followed; a scene has a few hundred
+LONGEST = 1_000_000  # characters of a file
+MOST_DIGITS = 300  # of an integer
+
+
 class YamlError(ValueError):
     """Text that is no YAML a scene can be read from; ``line`` counts from 1, 0 = unknown."""
 
@@ -33,11 +39,28 @@ def resolve(text: str) -> Any:
         return None
     if _BOOL.fullmatch(text):
         return text.lower() == "true"
-    if _INT.fullmatch(text):
+    if _INT.fullmatch(text) and len(text) <= MOST_DIGITS:
         return int(text, 0) if text[:2] in ("0x", "0o") else int(text)
     if _FLOAT.fullmatch(text):
         return float(re.sub(r"\.(?=[iInN])", "", text))  # .inf and .nan as Python writes them
     return text
+
+
+class _Loader(yaml.SafeLoader):
+    """Composes nodes to a bounded depth: the composer calls itself for each level."""
+
+    depth = 0
+
+    def compose_node(self, parent, index):
+        """As the base class."""
+        if self.depth == DEEPEST:
+            line = self.peek_event().start_mark.line + 1
+            raise YamlError([(line, f"brackets or indentation are nested deeper than {DEEPEST} levels")])
+        self.depth += 1
+        try:
+            return super().compose_node(parent, index)
+        finally:
+            self.depth -= 1
 
 
 def parse(text: str) -> tuple[Any, dict[Path, int]]:
@@ -45,8 +68,10 @@ def parse(text: str) -> tuple[Any, dict[Path, int]]:
 
     Raises YamlError with every duplicate key, or with the first mistake of syntax.
     """
+    if len(text) > LONGEST:
+        raise YamlError([(0, f"has {len(text)} characters, more than {LONGEST}")])
     try:
-        node = yaml.compose(text, Loader=yaml.SafeLoader)
+        node = yaml.compose(text, Loader=_Loader)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         raise YamlError([(mark.line + 1 if mark else 0, error.problem or error.context or "no YAML")]) from None
@@ -62,6 +87,10 @@ def parse(text: str) -> tuple[Any, dict[Path, int]]:
 
 def _build(node, path: Path, lines, problems, above) -> Any:
     lines.setdefault(path, node.start_mark.line + 1)
+    if len(path) > DEEPEST:  # aliases within aliases
+        raise YamlError([(node.start_mark.line + 1, f"is nested deeper than {DEEPEST} levels through aliases")])
+    if len(lines) > MOST_VALUES:  # a path each, so aliases within aliases count as often as they stand
+        raise YamlError([(node.start_mark.line + 1, f"has more than {MOST_VALUES} values, counting aliases")])
     if id(node) in above:
         problems.append((node.start_mark.line + 1, f"{dotted(path)} contains itself through an alias"))
         return None

@@ -1,4 +1,4 @@
-"""What the node says of itself: one Status a task, once a second, and the final figures.
+"""What the node says of itself: one Status a task, once a second and when a level changes, and the final figures.
 
 No rclpy here; the node turns a Status into a diagnostic_msgs/DiagnosticStatus.
 """
@@ -7,16 +7,19 @@ from __future__ import annotations
 
 import math
 import time
-from collections import Counter
-from typing import NamedTuple
+from collections import Counter, deque
 
 from ..io.messages import CAUSES, Command
 from ..physics.frame import Flag, Source
 from .figures import Rate
+from .health import InputHealth
 from .publisher import TickPublisher
 from .session import Session
+from .status import ERROR, OK, WARN, Status
+from .status import text_of as _text
 
-OK, WARN, ERROR = 0, 1, 2
+LAST_SECOND = 1_050_000_000  # ns
+LAGGING = 0.1  # s behind the motion that are worth a warning: longer than the steps a controller acts in
 NEWEST = 1000  # ticks the percentiles of /diagnostics look back
 ALARMS = {  # flags of a Frame that are worth a warning, and what they mean
     Flag.SLACK: "a cable element carries no tension",
@@ -30,52 +33,65 @@ ALARMS = {  # flags of a Frame that are worth a warning, and what they mean
 }
 
 
-class Status(NamedTuple):
-    """One task: name, level, a sentence, and figures as text."""
-
-    name: str
-    level: int
-    message: str
-    values: dict[str, str]
-
-
 class Watch:
     """Makes the statuses. One caller; keeps what the call before saw, for rates and for what is new."""
 
     def __init__(self, session: Session) -> None:
         self.session = session
+        self.inputs = InputHealth(session)
+        self.neighbours: list[str] = []  # what the node found out about others on its topics
         self._rates = {"tick": Rate(), "imu": Rate(), "odometry": Rate()}
-        self._seen: dict[str, int] = {}
+        self._seen: dict[str, deque[tuple[int, int]]] = {}
+
+    def levels(self, publisher: TickPublisher | None, now: int) -> tuple:
+        """What is published at once when it changes: states of the inputs, of the loop, of the neighbours."""
+        frame = publisher.latest if publisher else None
+        self.inputs.look(now, frame)
+        stale = 0 if frame is None else int(frame["status"]) & (Flag.MOTION_STALE | Flag.COMMAND_STALE)
+        pace = self.session.pace
+        return (self.session.shown_state, *self.inputs.levels(), stale, pace.stops, tuple(self.neighbours))
 
     def statuses(self, publisher: TickPublisher | None, recorder_stats, recording: bool) -> list[Status]:
         """All tasks; publisher: None while there is no loop; recorder_stats: RecorderStats or None."""
         now = time.monotonic_ns()
         result = [
             self._loop(publisher, now),
+            self.inputs.status(),
             self._motion(publisher, now),
             self._command(publisher, now),
             self._solver(publisher),
             self._recorder(recorder_stats, recording),
+            self._neighbours(),
         ]
         return result
 
     def _new(self, key: str, count: int) -> int:
-        """How much a counter grew since the call before."""
-        grown = count - self._seen.get(key, 0)
-        self._seen[key] = count
-        return grown
+        """How much a counter grew in the last second."""
+        now = time.monotonic_ns()
+        seen = self._seen.setdefault(key, deque([(now, 0)]))
+        seen.append((now, count))
+        while len(seen) > 2 and now - seen[1][0] >= LAST_SECOND:
+            seen.popleft()
+        return count - seen[0][1]
+
+    def _neighbours(self) -> Status:
+        values = {str(k + 1): problem for k, problem in enumerate(self.neighbours)}
+        if self.neighbours:
+            return Status("neighbours", WARN, "; ".join(self.neighbours), values)
+        return Status("neighbours", OK, "nobody else publishes on our topics", values)
 
     def _loop(self, publisher: TickPublisher | None, now: int) -> Status:
         session = self.session
         if session.loop is None or publisher is None:
             return Status("loop", WARN, session.state, {"state": session.state})
+        pace = session.pace
         loop, counters = session.loop, session.counters()
         rate = self._rates["tick"].of(loop.count, now)
         late = publisher.lateness.percentiles(50, 99, 100, newest=NEWEST)
         work = publisher.work.percentiles(50, 99, newest=NEWEST)
         latency = publisher.latency.percentiles(50, 99, newest=NEWEST)
         values = {
-            "state": session.state,
+            "state": session.shown_state,
             "rate_hz": _text(rate),
             "lateness_p50_ms": _text(late[0]),
             "lateness_p99_ms": _text(late[1]),
@@ -85,6 +101,7 @@ class Watch:
             "latency_p50_ms": _text(latency[0]),
             "latency_p99_ms": _text(latency[1]),
             "lag_ms": _text(session.lag() * 1e3),
+            "real_time_factor": _text(pace.factor),
             "scheduler": loop.scheduler,
             "publisher_skipped": str(publisher.skipped),
             **{key: str(value) for key, value in counters.items()},
@@ -93,6 +110,10 @@ class Watch:
             return Status("loop", ERROR, session.problem, values)
         if publisher.failure is not None or not publisher.is_alive():
             return Status("loop", ERROR, f"the publisher thread ended: {publisher.failure}", values)
+        if pace.overloaded:
+            return Status("loop", ERROR, pace.text(), values)
+        if pace.stop_text(now):
+            return Status("loop", WARN, pace.stop_text(now), values)
         resyncs, overruns = self._new("resyncs", counters["resyncs"]), self._new("overruns", counters["overruns"])
         if resyncs:
             return Status(
@@ -104,6 +125,13 @@ class Watch:
             )
         if overruns:
             return Status("loop", WARN, f"{overruns} ticks overran in the last second", values)
+        if session.lag() > LAGGING:
+            return Status(
+                "loop",
+                WARN,
+                f"{session.lag():.2f} s behind the motion after a hold-up, worked off in {session.lag() / 0.02:.0f} s",
+                values,
+            )
         return Status("loop", OK, session.state, values)
 
     def _motion(self, publisher: TickPublisher | None, now: int) -> Status:
@@ -269,7 +297,10 @@ def final_figures(session: Session, publisher: TickPublisher | None, recorder_st
             "static_start_s": session.start_cost,
         }
         since = session.ended - session.running_since  # of the newest start
-        if not math.isnan(since) and not session.resets + session.restarts + session.clock.jumps:
+        pace = session.pace
+        figures |= {"least_real_time_factor": pace.least_factor, "overloaded_s": pace.overloaded_s}
+        figures["longest_standstill_s"] = pace.longest_stop
+        if not math.isnan(since) and not session.resets + session.skips_ahead + session.clock.jumps:
             figures["realtime_factor"] = counters["ticks"] * session.loop.period_ns * 1e-9 / max(since, 1e-3)
     if publisher is not None:
         late = publisher.lateness.percentiles(50, 99, 99.9, 100)
@@ -298,7 +329,3 @@ def final_figures(session: Session, publisher: TickPublisher | None, recorder_st
     if recorder_stats is not None:
         figures["recorder"] = recorder_stats._asdict()
     return figures
-
-
-def _text(number: float) -> str:
-    return "-" if math.isnan(number) else f"{number:.3f}"

@@ -196,7 +196,7 @@ def _follow(node: Child, player: Child, figures: Path, duration: float, report) 
     begun = time.monotonic()
     while player.code is None:
         state = read_state(figures).get("state")
-        if state == "running" and running is None:
+        if state in ("running", "overloaded") and running is None:
             running = time.monotonic()
         if node.code is not None:
             raise node.failed(f"ended with code {node.code} while the motion was playing")

@@ -6,7 +6,6 @@ The executor thread takes inputs, services and parameters; stepping loop and pub
 from __future__ import annotations
 
 import os
-import signal
 import sys
 import threading
 import time
@@ -19,22 +18,27 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
-from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import SetBool, Trigger
 
 from ..io.channels import CHANNELS, Context, Encoder
-from ..io.journal import MSGTYPE as JOURNAL_TYPE
-from ..io.journal import TOPIC as JOURNAL
-from ..io.messages import CAUSES, KINDS
+from ..io.messages import CAUSES, KINDS, stamp_of
 from ..io.recording_place import name_problem
 from ..sim.flag_rules import FAILED
 from ..sim.live import changed, ways
+from . import discovery
+from .arrival import Arrivals
 from .declare import declare, overrides_of
 from .diagnostics import Watch, final_figures
+from .drain import drain
 from .ending import verdict_of_node
 from .figures import write_json
+from .health import MSGTYPE as AGES_TYPE
+from .health import TOPIC as AGES_TOPIC
 from .loop import raise_priority
+from .neighbours import EVERY as NEIGHBOURS_EVERY
+from .neighbours import Neighbours
 from .params import ParameterError, checked, settle
+from .process import Stop, autostart, start_ros
 from .publisher import TickPublisher
 from .recording_control import RecordingControl
 from .session import Session
@@ -43,6 +47,7 @@ from .topics import message_class, transform_publisher
 NAME, NAMESPACE = "cable_sim", "/tow_sim"
 INPUT_QOS = QoSProfile(depth=200, reliability=ReliabilityPolicy.BEST_EFFORT)  # deep: a static start takes a second
 QOS = {"reliable": QoSProfile(depth=10), "sensor": QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)}
+LARGEST = 64_000  # bytes of an input; an Odometry has 720
 DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
 
 
@@ -65,15 +70,20 @@ class CableSimNode(LifecycleNode):
         self.add_post_set_parameters_callback(self._was_set)
         self.session = Session(self.settings, self._log)
         self.watch = Watch(self.session)
+        self.arrivals = Arrivals()
         self.publisher: TickPublisher | None = None
         self.recording = RecordingControl(self.settings, self.get_namespace())
-        self._entities: list = []
+        self.inputs: list = []
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self.create_service(Trigger, "~/reset", self._on_reset)
         self.create_service(SetBool, "~/record", self._on_record)
         self.create_timer(0.05, self._on_poll, clock=self._steady)
         self.create_timer(1.0, self._on_diagnostics, clock=self._steady)
+        self.create_timer(NEIGHBOURS_EVERY, self._on_neighbours, clock=self._steady)
+        self._neighbours = Neighbours(self)
+        self._ages = self.create_publisher(message_class(AGES_TYPE), AGES_TOPIC, QOS["reliable"])
+        self._reported_levels: tuple = ()
         self._reported_state = ""
         self._warned_scheduler = False
         self.ended_badly = False  # set by close()
@@ -107,7 +117,7 @@ class CableSimNode(LifecycleNode):
             transforms,
         )
         self.publisher.start()
-        self._entities = [
+        self.inputs = [
             self.create_subscription(message_class(msgtype), topic, self._input(kind), INPUT_QOS, raw=True)
             for kind, (msgtype, topic) in KINDS.items()
         ]
@@ -117,7 +127,7 @@ class CableSimNode(LifecycleNode):
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Wait for motion; the loop starts with the first that can be used."""
         if self.settings.node.recording.enabled:
-            text = self._begin_recording()
+            text = self.recording.begin(self.session, self.publisher)
             if text:
                 self.get_logger().error(text)
                 return TransitionCallbackReturn.FAILURE
@@ -132,19 +142,19 @@ class CableSimNode(LifecycleNode):
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Stop the loop and finish a recording."""
         self.session.deactivate()
-        self._finish_recording()
+        self.recording.finish(self.session, self.publisher)
         self.report_state()
         return super().on_deactivate(state)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Give up the model and close the topics."""
         self._stop_threads()
-        for subscription in self._entities:
+        for subscription in self.inputs:
             self.destroy_subscription(subscription)
         for publisher in self.publisher.publishers.values() if self.publisher else ():
             self.destroy_publisher(publisher)
         self.session = Session(self.settings, self._log)
-        self.watch, self.publisher, self._entities = Watch(self.session), None, []
+        self.watch, self.publisher, self.inputs = Watch(self.session), None, []
         self.report_state()
         return TransitionCallbackReturn.SUCCESS
 
@@ -159,9 +169,12 @@ class CableSimNode(LifecycleNode):
             return
         state = self.session.state
         self._stop_threads()
-        self._finish_recording()
+        self.recording.finish(self.session, self.publisher)
         figures = final_figures(self.session, self.publisher, self.recording.stats())
         figures |= {"state": "stopped", "last": state}
+        for rank, value in zip((50, 99, 100), self.arrivals.taken.percentiles(50, 99, 100)):
+            figures[f"sample_age_p{rank}_ms"] = value
+        figures["wall_clock_steps"] = self.arrivals.steps
         verdict = verdict_of_node(self.session, self.publisher, figures)
         self.ended_badly = verdict.state == FAILED
         figures["verdict"] = verdict.as_dict()
@@ -191,14 +204,25 @@ class CableSimNode(LifecycleNode):
         topic = self.resolve_topic_name(name)
 
         def callback(data: bytes, info: dict) -> None:
-            arrival = arrival_of(info)
+            if len(data) > LARGEST:
+                self._refuse_giant(kind)
+                return
+            clock = self.session.clock
+            arrival = self.arrivals.of(info, None if kind == "command" else stamp_of(data), clock.offset)
             self._record(topic, msgtype, data, arrival)
             if kind == "command":
                 self._command(data, arrival)
             else:
                 self.session.motion(kind, data, arrival)
+                self.arrivals.took(clock.last_stamp, clock.offset)
 
         return callback
+
+    def _refuse_giant(self, kind: str) -> None:
+        (self.session.commands.refused if kind == "command" else self.session.refused)["size"] += 1
+        self.get_logger().warning(
+            f"{kind} of more than {LARGEST // 1000} kB refused: {CAUSES['size']}", throttle_duration_sec=5.0
+        )
 
     def _command(self, data: bytes, arrival: int) -> None:
         cause = self.session.command(data, arrival)
@@ -219,7 +243,9 @@ class CableSimNode(LifecycleNode):
 
     def _on_record(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         if not request.data:
-            stats = self._finish_recording(timeout=2.0)  # inputs wait meanwhile; a slow disk goes on writing behind it
+            stats = self.recording.finish(
+                self.session, self.publisher, timeout=2.0
+            )  # inputs wait meanwhile; a slow disk goes on writing behind it
             response.success = stats is not None
             response.message = f"{stats.written} messages in {self.recording.path}" if stats else "nothing was recorded"
             if stats is not None and stats.error:
@@ -227,30 +253,9 @@ class CableSimNode(LifecycleNode):
         elif self.publisher is None:
             response.success, response.message = False, "the node is not configured: there is nothing to record"
         else:
-            text = self._begin_recording()
+            text = self.recording.begin(self.session, self.publisher)
             response.success, response.message = not text, text or f"recording to {self.recording.path}"
         return response
-
-    def _begin_recording(self) -> str:
-        """Begin a recording; returns "" or why there is none."""
-        text = self.recording.start(self._finish_recording)
-        recorder = self.recording.recorder
-        if not text and recorder is not None and self.publisher is not None:
-            topic = f"{self.get_namespace().rstrip('/')}/{JOURNAL}"
-
-            def put(data: bytes) -> None:
-                recorder.put(topic, JOURNAL_TYPE, time.time_ns(), data, keep=True)
-
-            journal = self.session.new_journal(put)
-            self.publisher.record(recorder, journal)  # first: it must miss no tick
-            self.session.record(journal)
-        return text
-
-    def _finish_recording(self, timeout: float = 10.0):
-        if self.publisher is not None:
-            self.publisher.end_recording()
-        self.session.journal = None
-        return self.recording.stop(timeout)
 
     def _may_set(self, parameters) -> SetParametersResult:
         rows = {row.name: row for row in self.settings.rows}
@@ -279,13 +284,26 @@ class CableSimNode(LifecycleNode):
     # ---- what the node says
 
     def _on_poll(self) -> None:
+        self.arrivals.awake()
         self.session.poll()
         loop = self.session.loop
         if loop is not None and loop.warning and not self._warned_scheduler:
             self._warned_scheduler = True
             self.get_logger().warning(loop.warning)
-        if self.session.state != self._reported_state:
+        if self.session.shown_state != self._reported_state:
             self.report_state()
+        levels = self.watch.levels(self.publisher, time.monotonic_ns())
+        self._ages.publish(self.watch.inputs.message())
+        if levels != self._reported_levels:
+            self._reported_levels = levels
+            self._on_diagnostics()
+
+    def _on_neighbours(self) -> None:
+        outputs = [*(self.publisher.publishers if self.publisher else ()), self.resolve_topic_name(AGES_TOPIC)]
+        inputs = [self.resolve_topic_name(topic) for _, topic in KINDS.values()]
+        for problem in self._neighbours.step(outputs, inputs):
+            self.get_logger().warning(problem)
+        self.watch.neighbours = self._neighbours.problems
 
     def _on_diagnostics(self) -> None:
         array = DiagnosticArray()
@@ -306,8 +324,8 @@ class CableSimNode(LifecycleNode):
 
     def report_state(self) -> None:
         """Write the state to statistics_file, for whoever started this process."""
-        self._reported_state = self.session.state
-        self._write_statistics({"state": self.session.state, "problem": self.session.problem, "pid": os.getpid()})
+        self._reported_state = self.session.shown_state
+        self._write_statistics({"state": self.session.shown_state, "problem": self.session.problem, "pid": os.getpid()})
 
     def _write_statistics(self, tree: dict) -> None:
         if self.settings.node.statistics_file:
@@ -327,50 +345,14 @@ class CableSimNode(LifecycleNode):
             logger.info(text)
 
 
-def arrival_of(info: dict) -> int:
-    """Arrival of a message on CLOCK_MONOTONIC [ns]: when the middleware had it, not when the callback ran."""
-    now, wall = time.monotonic_ns(), time.time_ns()
-    waited = wall - int(info.get("received_timestamp", 0))
-    return now - waited if 0 <= waited < 60_000_000_000 else now
-
-
-class Stop:
-    """SIGINT and SIGTERM as a flag. rclpy's own handlers would shut the context down before the threads have ended."""
-
-    def __init__(self) -> None:
-        self.asked = False
-        self._before = {number: signal.signal(number, self._ask) for number in (signal.SIGINT, signal.SIGTERM)}
-
-    def _ask(self, number, frame) -> None:
-        self.asked = True
-
-    def restore(self) -> None:
-        for number, handler in self._before.items():
-            signal.signal(number, handler)
-
-
-def autostart(node: CableSimNode, stop: Stop) -> bool:
-    """Configure in a thread, so that a signal ends a long compilation at once; False when it was refused."""
-    done: list[TransitionCallbackReturn] = []
-    thread = threading.Thread(target=lambda: done.append(node.trigger_configure()), name="configure", daemon=True)
-    thread.start()
-    while thread.is_alive() and not stop.asked:
-        thread.join(0.05)
-    if stop.asked:
-        return True
-    return (
-        bool(done)
-        and done[0] == TransitionCallbackReturn.SUCCESS
-        and (node.trigger_activate() == TransitionCallbackReturn.SUCCESS)
-    )
-
-
 def main(args: list[str] | None = None) -> int:
     """Entry point: 0 after SIGINT or SIGTERM, also where the verdict is doubtful: a service that is stopped did what
     it was asked to; 1 when the start failed or the run had halted, 2 for parameters that cannot be used."""
     node, code, stop = None, 0, Stop()
+    args, reach = discovery.limit(sys.argv if args is None else args)
+    print(reach, file=sys.stderr, flush=True)
     try:
-        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+        start_ros(args)
         node = CableSimNode()
         if node.settings.node.autostart and not autostart(node, stop):
             code = 1
@@ -381,6 +363,7 @@ def main(args: list[str] | None = None) -> int:
                 raise_priority()  # motion that is taken in late is motion extrapolated
             while not stop.asked and rclpy.ok():
                 executor.spin_once(timeout_sec=0.1)
+                drain(node.inputs)
             executor.shutdown(timeout_sec=1.0)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass

@@ -31,7 +31,11 @@ class Realtime(Block):
         3, "1", 0, 100, "missed ticks that are run back to back; further behind, deadlines are skipped and counted"
     )
     max_lag: float = quantity(
-        2.0, "s", 0.1, 5.0, "lag behind the motion at which the simulation starts again from a static start"
+        2.0,
+        "s",
+        0.1,
+        5.0,
+        "lag behind the motion at which the simulation is taken to the present, the cable as it hangs",
     )
 
 

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from pathlib import Path
 
 from .. import __version__
 from ..io.bag_writer import BagError
+from ..io.journal import MSGTYPE, TOPIC
 from ..io.load import dump_scene
 from ..io.recorder import Recorder, RecorderStats
 from ..io.recording_place import Names, name_problem, root_problem
 from .params import Settings
+from .publisher import TickPublisher
+from .session import Session
 
 MEGABYTE = 1_000_000
 
@@ -34,8 +38,30 @@ class RecordingControl:
         self._closing: Recorder | None = None
         self._last: RecorderStats | None = None
 
+    def begin(self, session: Session, publisher: TickPublisher | None) -> str:
+        """Record a session and what its publisher has; returns "" or why there is no recording."""
+        text = self.start(lambda: self.finish(session, publisher))
+        recorder = self.recorder
+        if not text and recorder is not None and publisher is not None:
+            topic = f"{self.namespace.rstrip('/')}/{TOPIC}"
+
+            def put(data: bytes) -> None:
+                recorder.put(topic, MSGTYPE, time.time_ns(), data, keep=True)
+
+            journal = session.new_journal(put)
+            publisher.record(recorder, journal)  # first: it must miss no tick
+            session.record(journal)
+        return text
+
+    def finish(self, session: Session, publisher: TickPublisher | None, timeout: float = 10.0) -> RecorderStats | None:
+        """End the recording with the ticks that are done; see `stop`."""
+        if publisher is not None:
+            publisher.end_recording()
+        session.journal = None
+        return self.stop(timeout)
+
     def start(self, finish: Callable[[], object]) -> str:
-        """Begin a recording; returns "" or why there is none. finish(): ends one that has ended by itself."""
+        """Open a recording; returns "" or why there is none. finish(): ends one that has ended by itself."""
         if self.recorder is not None:
             ended = self.recorder.stats().ended
             if not ended:

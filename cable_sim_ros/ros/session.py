@@ -2,14 +2,13 @@
 
 No rclpy here: messages come in as bytes and stamps, so that the states can be tested without a network.
 
-States: unconfigured -> ready -> waiting (for motion) -> running -> halted (solver gave up) or failed (no static start).
+States: unconfigured -> ready -> waiting (for motion) -> running -> halted (solver gave up) or failed (no static start);
+running is shown as overloaded while it does not hold real time (ros/overload.py).
 """
 
 from __future__ import annotations
 
-import gc
 import math
-import sys
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -21,7 +20,7 @@ import numpy as np
 from ..io.clock import DataClock
 from ..io.commands import CommandIngest
 from ..io.intake import Intake, Took
-from ..io.journal import Journal, Start
+from ..io.journal import STATIC, Journal, Start
 from ..io.motion import MotionIngest
 from ..physics.frame import Source
 from ..physics.inputs import MOTION_ROWS, SOURCE
@@ -30,7 +29,9 @@ from ..sim.carry import carried_over
 from ..sim.current import turned_current
 from ..sim.live import changed, set_live
 from ..sim.simulator import Simulator, StartError
+from .interpreter import quiet
 from .loop import MAPPING, RESYNCS, SKIPPED, TARGET, Loop
+from .overload import Pace
 from .params import Settings
 
 RING_ROWS = 128  # ticks a slow publisher may be behind
@@ -52,7 +53,8 @@ class Session:
         self.clock = DataClock()
         self.journal: Journal | None = None  # of a recording
         self.live: dict[str, Any] = {}  # parameters changed since the node began
-        self.restarts = self.resets = 0
+        self.skips_ahead = self.resets = 0
+        self.pace = Pace(round(self.scene.solver.tick * SECOND))
         self.start_cost = 0.3  # s, of the last static start
         self.residual_start = math.nan
         self.wall = time.time_ns() - time.monotonic_ns()  # once: arrivals as wall time, for messages without a stamp
@@ -62,7 +64,9 @@ class Session:
         self.loop: Loop | None = None
         self.running_since = math.nan  # s, CLOCK_MONOTONIC
         self.ended = math.nan
-        self._cause = "start"  # of the next start, as in the journal; after a jump the cable is kept as it hangs
+        self._cause = (
+            "start"  # of the next start, as in the journal; after a jump or a lag the cable is kept as it hangs
+        )
         self._waiting_since = 0.0
 
     @property
@@ -105,9 +109,7 @@ class Session:
         self.intake = Intake(
             self.sim.inputs, self.scene, self.node.motion, self.node.heave, self.clock, self.wall, drum
         )
-        gc.collect()
-        gc.freeze()  # a full collection with all this loaded stops the process for a tenth of a second
-        sys.setswitchinterval(5e-4)
+        quiet()
         self.state = "ready"
 
     def _rehearse(self) -> None:
@@ -213,7 +215,7 @@ class Session:
         """Static start where the ship will be when it is solved, and the loop with it."""
         sample, stamp = self._newest_sample().copy(), self._newest_stamp()
         target = self._target()
-        kept = self._cause == "jump"
+        kept = self._cause not in STATIC
         cost = START_MARGIN + (0.0 if kept else 1.5 * self.start_cost)
         begin = max(stamp, time.monotonic_ns() - target + round(cost * SECOND))
         ahead = (begin - stamp) * 1e-9
@@ -230,6 +232,7 @@ class Session:
         self._cause = "start"
         self._note_start(start)
         self.built_loop.start(begin, target)
+        self.pace.begin(begin + self.period + target, self.built_loop.count)
         self.running_since = time.monotonic()
         self.state, self.problem = "running", ""
         turned = turned_current(self.scene, float(sample[5]))
@@ -299,12 +302,15 @@ class Session:
     # ---- watch
 
     def poll(self) -> None:
-        """Called some ten times a second: notices a halt, a lag that cannot be made good, a silent start."""
+        """Called twenty times a second: notices a halt, a standstill, an overload, a lag, a silent start."""
         if self.state == "waiting" and time.monotonic() - self._waiting_since >= 5.0:
             self._waiting_since = time.monotonic()
             self.log("info", "waiting for motion on imu/data and odom")
         if self.state != "running":
             return
+        loop, now = self.built_loop, time.monotonic_ns()
+        for level, text in self.pace.look(now, loop.count, loop.rows, loop.row, int(loop.control[SKIPPED])):
+            self.log(level, text)
         if self.built_loop.halted:
             self.state = "halted"
             failure = self.built_loop.failure
@@ -316,13 +322,25 @@ class Session:
             )
             self.log("error", self.problem)
         elif self.lag() > self.node.realtime.max_lag:
-            self.log(
-                "error",
-                f"the simulation lags {self.lag():.1f} s behind the motion: this machine does not hold "
-                f"real time; starting again from the static equilibrium",
-            )
-            self.restarts += 1
-            self.reset()
+            self._skip_ahead(now)
+
+    def _skip_ahead(self, now: int) -> None:
+        """Take the simulation to the present, the cable as it hangs; now: CLOCK_MONOTONIC, ns."""
+        lag = self.lag()
+        if not self.pace.stopped_lately(now, lag):
+            for level, text in self.pace.overload(now):
+                self.log(level, text)
+        self.log("warn", f"{lag:.1f} s behind the motion: going on at the present with the cable as it hangs")
+        self.skips_ahead += 1
+        self.built_loop.stop()
+        self._cause = "behind"
+        self.activate()
+        self._start()
+
+    @property
+    def shown_state(self) -> str:
+        """The state as reported: "overloaded" is a running simulation that does not hold real time."""
+        return "overloaded" if self.state == "running" and self.pace.overloaded else self.state
 
     def lag(self) -> float:
         """How far the simulation is behind where it should be, s (0 in step)."""
@@ -338,5 +356,7 @@ class Session:
             "resyncs": int(control[RESYNCS]),
             "clock_jumps": self.clock.jumps,
             "resets": self.resets,
-            "restarts": self.restarts,
+            "skips_ahead": self.skips_ahead,
+            "overloads": self.pace.overloads,
+            "standstills": self.pace.stops,
         }

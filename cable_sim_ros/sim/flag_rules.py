@@ -218,7 +218,7 @@ CHECKS = (
         f"what the bag recorded; with a journal {WITHIN_JOURNAL:g} of the tension, or {WITHIN_JOURNAL:g} m",
     ),
     ("JOURNAL", DOUBTFUL, TENSION + BODY, "a replay could not do all that the journal of the recording says"),
-    ("RESTARTED", DOUBTFUL, TENSION + BODY, "the node lost real time and began again from a static start"),
+    ("BEHIND", DOUBTFUL, TENSION + BODY, "the node did not hold real time and was taken to the present"),
     ("NOT_RECORDED", DOUBTFUL, TENSION + BODY, "messages were lost on the way to the disk"),
     (DAMAGE, DOUBTFUL, TENSION + BODY, "the bag was damaged and read in part; exit code 3"),
 )

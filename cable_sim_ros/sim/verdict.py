@@ -167,12 +167,9 @@ def overload(scene: Scene, most: float, seconds: float = 0.0, share: float = 0.0
 def of_node(figures: Mapping[str, Any]) -> tuple[Reason, ...]:
     """Reasons that the final figures of a node give beside its Frames."""
     found, recorder = [], figures.get("recorder") or {}
-    if figures.get("restarts"):
-        found.append(
-            check(
-                "RESTARTED", f"the node lost real time and began again from a static start, {figures['restarts']} times"
-            )
-        )
+    if figures.get("skips_ahead"):
+        times = f"{figures['skips_ahead']} time{'s' * (figures['skips_ahead'] > 1)}"
+        found.append(check("BEHIND", f"the node did not hold real time and was taken to the present, {times}"))
     if recorder.get("dropped"):
         found.append(check("NOT_RECORDED", f"{recorder['dropped']} messages were not recorded: the disk is too slow"))
     return tuple(found)

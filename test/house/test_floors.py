@@ -16,7 +16,8 @@ MAY = {  # floor: what it may import of ours; nothing of the product imports lab
     "lab": {"physics", "sim", "io", "runs", "lab"},
     "ros": {"physics", "sim", "io", "ros"},
     "face": {"physics", "sim", "io"},
-    "cli": {"physics", "sim", "io", "runs", "lab", "ros"},
+    "soak": {"physics", "sim", "io", "runs", "lab", "ros", "soak"},
+    "cli": {"physics", "sim", "io", "runs", "lab", "ros", "soak"},
 }
 PHYSICS_MAY = {"numpy", "scipy", "numba", "math", "cmath", "enum", "typing", "collections", "functools", "__future__"}
 PHYSICS_ALSO = {

@@ -78,7 +78,9 @@ class Node(Process):
         self.folder = world.folder
         self.status = world.folder / f"node{number}.json"
         given = {"statistics_file": str(self.status)} | parameters
-        command = [sys.executable, str(HERE / "fake_sim.py"), "cable_sim_ros.ros.node", "--ros-args", *arguments]
+        command = [sys.executable, str(HERE / "fake_sim.py"), "cable_sim_ros.ros.node"]
+        command += [*(part for part in arguments if part == "--open"), "--ros-args"]
+        command += [part for part in arguments if part != "--open"]
         for name, value in given.items():
             command += ["-p", f"{name}:={json.dumps(value)}"]
         super().__init__(command, world.folder / f"node{number}.log", world.environment | (environment or {}))

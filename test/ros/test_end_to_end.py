@@ -64,7 +64,7 @@ def test_topics_frames_stamps_and_recording(world, bag):
         p = message.pose.position
         assert all(map(math.isfinite, (p.x, p.y, p.z)))
     assert max(m.pose.position.z for m in pose) - min(m.pose.position.z for m in pose) > 1.0, "no heave came through"
-    assert set(tasks) == {"loop", "motion", "command", "solver", "recorder"}
+    assert set(tasks) == {"loop", "inputs", "motion", "command", "solver", "recorder", "neighbours"}
     assert tasks["loop"][2]["state"] == "running"
     assert 90.0 < float(tasks["loop"][2]["rate_hz"]) < 110.0
 

@@ -1,0 +1,92 @@
+"""Who else is on our topics: foreign publishers on an output, a second node of our name, two senders of one input."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+EVERY = 0.15  # s between two queries of the graph: a round of all topics takes two seconds
+UNKNOWN = "a participant without a ROS node"
+
+
+class Endpoint(NamedTuple):
+    """Name of a publisher's node with its namespace, and the topic."""
+
+    node: str
+    topic: str
+
+
+def full_name(name: str, namespace: str) -> str:
+    """As in `ros2 node list`."""
+    if name.startswith("_NODE_NAME_UNKNOWN_") or not name:
+        return UNKNOWN
+    return f"{namespace.rstrip('/')}/{name}"
+
+
+def judge(own: str, names: Iterable[str], outputs: Iterable[Endpoint], inputs: Iterable[Endpoint]) -> list[str]:
+    """What is wrong, one text each, in a fixed order.
+
+    own: our full name; names: full names of all nodes; outputs, inputs: every publisher found on our topics, our own
+    among them.
+    """
+    problems = []
+    twins = list(names).count(own)
+    if twins > 1:
+        problems.append(
+            f"{twins} nodes have the name {own}: services, parameters and topics answer for one or the other; end one, "
+            f"or start it with -r __ns:=/other"
+        )
+    by_topic: dict[str, list[str]] = {}
+    for found in outputs:
+        by_topic.setdefault(found.topic, []).append(found.node)
+    for topic, nodes in sorted(by_topic.items()):
+        foreign = sorted({node for node in nodes if node != own})
+        if nodes.count(own) > 1 and twins <= 1:
+            foreign.append(f"another endpoint named {own}")
+        if foreign:
+            problems.append(
+                f"{topic} is also published by {', '.join(foreign)}: what is heard there is not only from this "
+                f"simulation; end it, or start this node with -r __ns:=/other"
+            )
+    senders: dict[str, list[str]] = {}
+    for found in inputs:
+        senders.setdefault(found.topic, []).append(found.node)
+    for topic, nodes in sorted(senders.items()):
+        if len(nodes) > 1:
+            problems.append(
+                f"{topic} has {len(nodes)} publishers ({', '.join(sorted(nodes))}): the newest message counts, "
+                f"whoever sent it; leave one"
+            )
+    return problems
+
+
+class Neighbours:
+    """Looks at the graph of a node, a topic at a time; `problems` has what the newest round found."""
+
+    def __init__(self, node) -> None:
+        self.node = node
+        self.own = full_name(node.get_name(), node.get_namespace())
+        self.problems: list[str] = []
+        self._known: set[str] = set()
+        self._left: list[str] = []
+        self._found: dict[str, list[Endpoint]] = {}
+
+    def step(self, outputs: Sequence[str], inputs: Sequence[str]) -> list[str]:
+        """Query one topic (about a millisecond); at the end of a round, returns problems never seen before."""
+        if not self._left:
+            self._left = [*outputs, *inputs]
+            self._found = {}
+        topic = self._left.pop()
+        self._found[topic] = [
+            Endpoint(full_name(info.node_name, info.node_namespace), topic)
+            for info in self.node.get_publishers_info_by_topic(topic)
+        ]
+        if self._left:
+            return []
+        names = [full_name(name, space) for name, space in self.node.get_node_names_and_namespaces()]
+        sent = [endpoint for topic in inputs for endpoint in self._found.get(topic, [])]
+        told = [endpoint for topic in outputs for endpoint in self._found.get(topic, [])]
+        self.problems = judge(self.own, names, told, sent)
+        new = [problem for problem in self.problems if problem not in self._known]
+        self._known.update(new)
+        return new

@@ -1,0 +1,143 @@
+"""Does the loop hold real time? Tells a process that stood still from a model that is too big for this machine.
+
+Pure: `look` is given times and rows of the loop, nothing here waits or starts anything.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable
+
+SECOND = 1_000_000_000
+WINDOW = 600_000_000  # ns of wall time that the real-time factor is measured over; with the polls, shown within 1 s
+LEAST = 500_000_000  # ns; no judgement on less
+TOO_SLOW = 0.97  # real-time factor; what is lost above it is a tick or two, which the resyncs show
+BUSY = 0.9  # share of the wall time spent in ticks, below which it is not the model that holds the loop up
+RECOVERED = 2 * SECOND  # ns of real time held, after which the overload is over
+STILL = 80_000_000  # ns; a longer hole in the ticks and in the polls at once: the whole process stood still
+SHOWN = 10.0  # s that a standstill stays in the message of /diagnostics
+
+
+class Pace:
+    """Pace of one loop. `overloaded`, `factor` (simulated over wall time, NaN: not yet known) and counts are public.
+
+    `stops`, `longest_stop` and `last_stop` [s] are of standstills; `overloads` and `overloaded_s` of overloads.
+    """
+
+    def __init__(self, period_ns: int) -> None:
+        self.period = period_ns
+        self.overloaded = False
+        self.factor = math.nan
+        self.least_factor = math.nan
+        self.overloads = self.stops = 0
+        self.overloaded_s = self.longest_stop = self.last_stop = 0.0
+        self._stopped_at = -math.inf  # s
+        self._skipped = 0
+        self.last_skipped = 0  # ticks, at the newest standstill
+        self._polled: int | None = None
+        self._holes: deque[tuple[int, int]] = deque()  # polls that came late: when [ns], by how much [ns]
+        self._bad_at = 0
+        self.begin(0, 0)
+
+    def begin(self, due_ns: int, count: int) -> None:
+        """The loop starts: tick number `count` is due at due_ns on CLOCK_MONOTONIC. An overload stays one."""
+        self._seen = count
+        self._wake: int | None = None
+        self._done = due_ns
+        self._work = 0
+        self._window: deque[tuple[int, int, int]] = deque([(due_ns, count, 0)])
+        self._bad_at = max(self._bad_at, due_ns)
+
+    def look(self, now: int, count: int, rows: int, row: Callable, skipped: int) -> list[tuple[str, str]]:
+        """Judge the ticks done since the call before; returns what is worth a line of the log: (level, text).
+
+        now: CLOCK_MONOTONIC, ns; count: ticks done; row(k): Row of tick k, the newest `rows` are kept; skipped: ticks
+        skipped so far. Call it every 50 ms or so, whatever the state of the loop.
+        """
+        before, self._polled = self._polled, now
+        if before is not None and now - before > STILL:
+            self._holes.append((now, now - before))
+        while self._holes and now - self._holes[0][0] > SECOND:
+            self._holes.popleft()
+        lines = self._standstill(self._longest_hole(count, rows, row), now, skipped)
+        self._skipped = skipped
+        while len(self._window) > 1 and now - self._window[1][0] > WINDOW:
+            self._window.popleft()
+        since, first, work = self._window[0]
+        self._window.append((now, count, self._work))
+        if now - since < LEAST:
+            return lines
+        under_way = now - self._done if now - self._done > 2 * self.period else 0
+        self.factor = (count - first) * self.period / (now - since)
+        busy = (self._work - work + under_way) / (now - since)
+        if self.factor < TOO_SLOW and busy > BUSY:
+            self._bad_at = now
+            self.least_factor = min(self.factor, self.least_factor) if self.overloads else self.factor
+            if not self.overloaded:
+                lines += self.overload(now)
+        if self.overloaded:
+            self.overloaded_s += (now - (before or now)) * 1e-9
+            if self.factor < TOO_SLOW:
+                self._bad_at = now
+            if now - self._bad_at >= RECOVERED:
+                self.overloaded = False
+                lines.append(("info", "no longer overloaded: real time is held again"))
+        return lines
+
+    def overload(self, now: int) -> list[tuple[str, str]]:
+        """Go to overloaded, as `look` does, or because the lag has grown to its bound."""
+        self._bad_at = now
+        if self.overloaded:
+            return []
+        self.overloaded = True
+        self.overloads += 1
+        return [("error", self.text())]
+
+    def text(self) -> str:
+        """What an overload means, with the factor."""
+        return (
+            f"overloaded: simulated time passes at {self.factor:.2f} of real time, so what is published lags behind "
+            "the motion and, at realtime.max_lag, is taken to the present; do not control by it. Use a coarser mesh, "
+            "a longer solver.tick or a faster machine"
+        )
+
+    def stop_text(self, now: int) -> str:
+        """What the newest standstill was, for SHOWN seconds after it; else ""."""
+        if now * 1e-9 - self._stopped_at > SHOWN:
+            return ""
+        return (
+            f"the process stood still for {self.last_stop:.1f} s, {self.last_skipped} ticks skipped "
+            f"({self.stops} times so far)"
+        )
+
+    def stopped_lately(self, now: int, lag: float) -> bool:
+        """True if a standstill explains a lag [s]."""
+        return now * 1e-9 - self._stopped_at < SHOWN and self.last_stop > 0.5 * lag
+
+    def _longest_hole(self, count: int, rows: int, row: Callable) -> int:
+        """Longest time between two wakings among the new ticks, less the period [ns]."""
+        longest, work = 0, 0
+        first = max(self._seen, count - rows + 1)
+        for k in range(first, count):
+            tick = row(k)
+            if self._wake is not None and (k > first or first == self._seen):
+                longest = max(longest, tick.wake - self._wake - self.period)
+            self._wake, self._done = tick.wake, tick.done
+            work += tick.done - tick.wake
+        if count > first:  # those that have left the ring worked as the others did
+            self._work += work * (count - self._seen) // (count - first)
+        self._seen = count
+        return longest
+
+    def _standstill(self, hole: int, now: int, skipped: int) -> list[tuple[str, str]]:
+        together = max((gap for _, gap in self._holes), default=0)
+        if hole < STILL or together < 0.5 * hole:
+            return []
+        self._holes.clear()
+        self.stops += 1
+        self.last_stop, self.last_skipped = hole * 1e-9, skipped - self._skipped
+        self.longest_stop = max(self.longest_stop, self.last_stop)
+        self._stopped_at = now * 1e-9
+        self._window = deque([(now, self._seen, self._work)])  # what was lost in it is no overload
+        return [("warn", self.stop_text(now))]

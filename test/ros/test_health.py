@@ -1,0 +1,182 @@
+"""What the node says of its inputs, its pace and its neighbours, and how soon, over real topics."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+
+import pytest
+from conftest import Ears, poll
+
+pytest.importorskip("rclpy")
+pytestmark = [pytest.mark.ros, pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time")]
+
+# The definition: a change is on the wire within SOON of its time-out. Twice that here: the tests share the machine
+SOON = 0.2
+
+
+class Listener(Ears):
+    """Ears that keep the time at which each status of /diagnostics came: (at, name, level, message, values)."""
+
+    def __init__(self, domain):
+        super().__init__(domain)
+        from diagnostic_msgs.msg import DiagnosticArray
+        from sensor_msgs.msg import JointState
+
+        self.statuses: list = []
+        self.ages: list = []
+        self.node.create_subscription(DiagnosticArray, "/diagnostics", self._array, 50)
+        self.node.create_subscription(
+            JointState, "sim/inputs", lambda message: self.ages.append((time.monotonic(), message)), 50
+        )
+
+    def _array(self, array):
+        now = time.monotonic()
+        for status in array.status:
+            values = {pair.key: pair.value for pair in status.values}
+            self.statuses.append((now, status.name.split(": ")[1], status.level[0], status.message, values))
+
+    def first(self, task, condition, since, within, what):
+        """First status of a task after a time that condition(level, message, values) holds for."""
+
+        def there():
+            return [s for s in list(self.statuses) if s[0] >= since and s[1] == task and condition(*s[2:])]
+
+        return poll(there, within, what)[0]
+
+
+@pytest.fixture
+def ears(world):
+    it = Listener(world.domain)
+    world.closing.append(it.close)
+    return it
+
+
+def test_a_silent_input_is_seen_at_once_each_by_itself(world, ears):
+    from sensor_msgs.msg import JointState
+
+    ship = world.ship(ears)
+    ship.sail()
+    world.node().until("running")
+    poll(lambda: any(s[1] == "inputs" and s[3] == "fresh" for s in ears.statuses), 10.0, "fresh inputs")
+
+    odom, ship.odom = ship.odom, None  # the odometry alone
+    stopped = time.monotonic()
+    at, *_, text, values = ears.first("inputs", lambda level, *_: level == 1, stopped, 3.0, "WARN of inputs")
+    assert "odometry silent for 0.5 s; the IMU alone gives the motion" in text and values["odometry_stale"] == "true"
+    assert values["imu_stale"] == "false"
+    assert at - stopped < 0.5 + SOON, f"{at - stopped - 0.5:.3f} s after the time-out"
+
+    ship.odom = odom
+    ears.first("inputs", lambda level, *_: level == 0, time.monotonic(), 3.0, "OK again")
+    ship.imu, imu = type("Mute", (), {"publish": lambda self, message: None})(), ship.imu
+    stopped = time.monotonic()
+    at, *_, text, values = ears.first("inputs", lambda level, *_: level == 1, stopped, 3.0, "WARN of the IMU")
+    assert "imu silent for 0.5 s" in text and values["odometry_stale"] == "false"
+    assert at - stopped < 0.5 + SOON
+
+    ship.imu = imu
+    ears.first("inputs", lambda level, *_: level == 0, time.monotonic(), 3.0, "OK again")
+    ship.silent = True
+    stopped = time.monotonic()
+    at, *_, text, values = ears.first("inputs", lambda level, *_: level == 2, stopped, 3.0, "ERROR of inputs")
+    assert "no motion is known" in text
+    assert at - stopped < 0.5 + SOON
+    at, *_ = ears.first("motion", lambda level, *_: level == 2, stopped, 3.0, "ERROR of motion")
+    assert at - stopped < 0.5 + 0.1 + SOON, "the tick is input_delay behind, and may be as much older as a sample"
+    ship.silent = False
+    ears.first("inputs", lambda level, *_: level == 0, time.monotonic(), 3.0, "OK again")
+
+    rate = JointState(name=["payout"], velocity=[0.1])
+    publisher = ears.node.create_publisher(JointState, "winch/command", 10)
+    poll(publisher.get_subscription_count, 5.0, "the node to listen")
+    for _ in range(30):
+        publisher.publish(rate)
+        time.sleep(0.02)
+    stopped = time.monotonic()
+    at, *_, text, values = ears.first("inputs", lambda level, *_: level == 1, stopped, 3.0, "WARN of the command")
+    assert "command silent" in text and at - stopped < 0.5 + 0.03 + SOON
+
+    times = [at for at, _ in ears.ages]
+    gaps = sorted(b - a for a, b in zip(times, times[1:]))
+    assert gaps[len(gaps) * 95 // 100] < 0.1, "sim/inputs comes 20 times a second"
+    newest = ears.ages[-1][1]
+    assert list(newest.name) == ["imu", "odometry", "command"] and list(newest.effort) == [0.0, 0.0, 1.0]
+    assert 40.0 < newest.velocity[0] < 60.0 and newest.position[2] > 0.5 and 0.0 <= newest.position[0] < 0.2
+
+
+def test_a_process_that_stood_still_says_so_and_goes_on(world, ears):
+    ship = world.ship(ears)
+    ship.sail()
+    node = world.node().until("running")
+    time.sleep(0.5)
+    for number, seconds in enumerate((0.3, 3.0), 1):
+        os.kill(node.process.pid, signal.SIGSTOP)
+        time.sleep(seconds)
+        os.kill(node.process.pid, signal.SIGCONT)
+        woken = time.monotonic()
+        said = f"({number} times so far)"
+        at, *_, text, values = ears.first("loop", lambda _, t, __, said=said: said in t, woken, 3.0, "the standstill")
+        assert text.startswith(f"the process stood still for {seconds:.1f} s, ") and at - woken < 0.5
+        assert values["standstills"] == str(number)
+        time.sleep(0.5)
+    figures = ears.first("loop", lambda *_: True, time.monotonic(), 3.0, "figures")[4]
+    assert figures["clock_jumps"] == "0", "what was sent meanwhile looks like a jump of the clock"
+    assert figures["skips_ahead"] == "1" and float(figures["lag_ms"]) < 500.0 and figures["state"] == "running"
+    assert figures["resets"] == "0" and node.stop() == 0
+
+
+def test_a_model_too_big_is_overloaded_at_once_and_never_starts_anew(world, ears):
+    ship = world.ship(ears)
+    ship.sail()
+    node = world.node(environment={"FAKE_WORK": "3000000"}).until("running", 60.0)
+    begun = time.monotonic() + 0.3  # the first tick is due a little after the start
+    at, *_, text, values = ears.first("loop", lambda level, *_: level == 2, 0.0, 5.0, "an ERROR of the loop")
+    assert at - begun < 1.0 + SOON
+    assert "overloaded: simulated time passes at 0." in text and values["state"] == "overloaded"
+    poll(lambda: int(ears.statuses[-1][0] - at) >= 5, 20.0, "five seconds of it")
+    values = ears.first("loop", lambda *_: True, time.monotonic(), 3.0, "figures")[4]
+    assert values["state"] == "overloaded" and values["resets"] == "0" and int(values["skips_ahead"]) >= 1
+    assert 0.0 < float(values["real_time_factor"]) < 0.9 and values["overloads"] == "1"
+    assert node.text.count("] [tow_sim.cable_sim]: overloaded") == 1
+    assert node.stop() == 0
+    figures = node.state()
+    assert figures["overloaded_s"] > 4.0 and 0.0 < figures["least_real_time_factor"] < 0.9
+
+
+def test_neighbours_are_warned_of_and_giants_refused(world, ears):
+    import rclpy
+    from geometry_msgs.msg import PoseStamped
+
+    ship = world.ship(ears)
+    ship.sail()
+    node = world.node(environment={"ROS_AUTOMATIC_DISCOVERY_RANGE": ""}).until("running")
+    assert "discovery: this host only; --open or ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET opens it" in node.text
+    imu, _ = ship.messages(time.time_ns(), 0.0)
+    imu.header.frame_id = "x" * 200_000
+    poll(
+        lambda: ship.imu.publish(imu) or any(s[1] == "motion" and "dropped: size" in s[4] for s in ears.statuses),
+        10.0,
+        "a giant refused",
+        step=0.2,
+    )
+    assert "imu of more than 64 kB refused" in node.text
+    poll(lambda: any(s[1] == "neighbours" and s[2] == 0 for s in ears.statuses), 10.0, "nobody else")
+    from cable_sim_ros.ros.policy import differences
+
+    assert differences(ears.node) == [], "config/sros2/policy.xml is not what the node has"
+    spoof = ears.node.create_publisher(PoseStamped, "towbody/pose", 10)
+    begun = time.monotonic()
+    at, *_, text, _ = ears.first("neighbours", lambda level, *_: level == 1, begun, 8.0, "the spoof")
+    assert "/tow_sim/towbody/pose is also published by /tow_sim/ears" in text and at - begun < 4.0
+    poll(lambda: node.text.count("/tow_sim/towbody/pose is also published") == 1, 5.0, "one line in the log")
+    ears.node.destroy_publisher(spoof)
+    ears.first("neighbours", lambda level, *_: level == 0, time.monotonic(), 10.0, "gone again")
+    twin = rclpy.create_node("cable_sim", context=ears.context, namespace="/tow_sim")
+    try:
+        *_, text, _ = ears.first("neighbours", lambda level, *_: level == 1, time.monotonic(), 10.0, "the twin")
+        assert text.startswith("2 nodes have the name /tow_sim/cable_sim")
+    finally:
+        twin.destroy_node()
+    assert node.text.count("also published") == 1 and node.stop() == 0
