@@ -19,6 +19,7 @@ from .typestore import STORE
 
 SECOND = 1_000_000_000
 OF_A_CLOCK = 60 * SECOND  # ns; a stamp further off a clock is not of that clock
+MOVES = SECOND // 10  # ns; the map of the clocks moves back by less; a larger step is followed, or a stop would wait
 NEVER = -(2**62)
 
 
@@ -70,7 +71,7 @@ class CommandIngest:
         except Refused as refusal:
             self.refused[refusal.cause] += 1
             return refusal.cause
-        time = max(data_now, self._last_time + 1)  # the map of the clocks may move back a little
+        time = max(data_now, self._last_time + 1) if self._last_time - data_now < MOVES else data_now
         self._last_time, self.last_arrival, self.last = time, arrival, command
         self.accepted += 1
         self._note_lag(command.stamp, arrival, data_now)

@@ -20,6 +20,7 @@ from .status import text_of as _text
 
 LAST_SECOND = 1_050_000_000  # ns
 LAGGING = 0.1  # s behind the motion that are worth a warning: longer than the steps a controller acts in
+ARRIVED = 0.1  # m; a winch this near to its length is there
 NEWEST = 1000  # ticks the percentiles of /diagnostics look back
 ALARMS = {  # flags of a Frame that are worth a warning, and what they mean
     Flag.SLACK: "a cable element carries no tension",
@@ -218,7 +219,7 @@ class Watch:
         elif flags & Flag.COMMAND_LIMITED:
             text = f"the newest, {_commanded(commands.last)}, asks for more than the winch can do: {left}"
         else:
-            text = f"commanded: {_commanded(commands.last)}; {left}"
+            text = f"commanded: {_commanded(commands.last)}{_to_go(commands.last, payout)}; {left}"
             return Status("command", OK, text if commands.accepted else "no command yet: the winch holds", values)
         return Status("command", WARN, text, values)
 
@@ -280,6 +281,14 @@ def _commanded(command: Command | None) -> str:
     if not math.isnan(command.payout):
         return f"length {command.payout:g} m"
     return f"rate {command.rate:g} m/s"
+
+
+def _to_go(command: Command | None, payout: float) -> str:
+    """How far the winch still has to go to a length, in words."""
+    left = math.nan if command is None else command.payout - payout
+    if not abs(left) > ARRIVED:
+        return ""
+    return f", {abs(left):.1f} m to {'pay out' if left > 0.0 else 'haul in'}"
 
 
 def flag_names(flags: Flag) -> str:

@@ -243,9 +243,8 @@ class CableSimNode(LifecycleNode):
 
     def _on_record(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         if not request.data:
-            stats = self.recording.finish(
-                self.session, self.publisher, timeout=2.0
-            )  # inputs wait meanwhile; a slow disk goes on writing behind it
+            # inputs wait meanwhile; a slow disk goes on writing behind it
+            stats = self.recording.finish(self.session, self.publisher, timeout=2.0)
             response.success = stats is not None
             response.message = f"{stats.written} messages in {self.recording.path}" if stats else "nothing was recorded"
             if stats is not None and stats.error:

@@ -23,7 +23,7 @@ class RecordingControl:
     """At most one Recorder at a time; `recorder` is None while nothing is recorded."""
 
     def __init__(self, settings: Settings, namespace: str) -> None:
-        self.settings = settings
+        self.settings, self.namespace = settings, namespace
         self._about = {
             "scene": settings.scene.name,
             "scene_yaml": dump_scene(settings.scene),

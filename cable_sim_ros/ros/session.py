@@ -64,9 +64,7 @@ class Session:
         self.loop: Loop | None = None
         self.running_since = math.nan  # s, CLOCK_MONOTONIC
         self.ended = math.nan
-        self._cause = (
-            "start"  # of the next start, as in the journal; after a jump or a lag the cable is kept as it hangs
-        )
+        self._cause = "start"  # of the next start, as in the journal; the cable is kept after a jump or a lag
         self._waiting_since = 0.0
 
     @property

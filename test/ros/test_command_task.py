@@ -99,6 +99,11 @@ def test_what_is_wrong_is_warned_of(flags, given, text):
 def test_twenty_metres_out_given_as_a_length_is_seen():
     commands, task = watched(payout=300.0)
     commands.take(command(NOW, [20.0]), 4 * SECOND, NOW)
+    assert task().message == (
+        "commanded: length 20 m, 280.0 m to haul in; 165.00 m can be paid out and 280.00 m hauled in"
+    )
+    commands.take(command(NOW, [300.05]), 4 * SECOND, NOW)
+    assert task().message.startswith("commanded: length 300.05 m; 165.00 m")
     commands.take(command(NOW, [-20.0]), 4 * SECOND, NOW)
     status = task()
     assert status.values["newest"] == "length -20 m" and status.values["clamped: length"] == "1"

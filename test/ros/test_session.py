@@ -51,6 +51,9 @@ wanted = decisions(tow, live)
 state = session.state
 watched = {status.name: status.values for status in Watch(session).statuses(None, None, False)}
 figures = final_figures(session, None, None)
+commanded = int(session.sim.inputs.command_head[0])
+session.reset()
+kept = [commanded, int(session.sim.inputs.command_head[0]), session.commands.last]
 session.close()
 session.loop.close()
 
@@ -63,7 +66,7 @@ while not feeder.done:
     if feeder.jumped:
         feeder.follow()
 print(json.dumps(dict(
-    state=state, watched=watched, figures=figures,
+    state=state, watched=watched, figures=figures, kept=kept,
     motion_refused=session.refused, jumps=[session.clock.jumps, feeder.clock.jumps],
     refused=[session.commands.refused, feeder.commands.refused],
     accepted=[session.commands.accepted, feeder.commands.accepted],
@@ -81,6 +84,8 @@ def test_a_bag_with_odd_commands_decides_as_the_session_did(kernel_cache):
     found = json.loads(done.stdout.splitlines()[-1])
     assert found["state"] == "running" and found["motion_refused"] == {"stamp_off_clock": 6}, "one wild, five of a jump"
     assert found["jumps"] == [1, 1]
+    commanded, *left = found["kept"]
+    assert commanded > 0 and left == [0, None], "a reset forgets the commands: the winch holds"
     live, replayed = found["refused"]
     assert live == replayed and live["before_motion"] == 2 and len(live) == 7
     assert found["accepted"][0] == found["accepted"][1] == len(found["taken"][0]) >= 30
