@@ -74,6 +74,17 @@ def test_the_same_run_gives_the_same_bytes(recorded, tmp_path):
         assert path.read_bytes() == (second.bag / path.name).read_bytes(), path.name
 
 
+def test_a_replay_is_judged_by_its_residuals(recorded, monkeypatch):
+    """ok as it is the run; doubtful where it is another; not where another scene was asked for."""
+    bag = recorded[0].bag
+    assert offline.replay(bag).verdict.state == "ok"
+    slower = override(load_quietly("full_scale"), {"towbody.net_weight": 600.0})
+    assert offline.replay(bag, slower).verdict.state == "ok"
+    monkeypatch.setattr(offline, "scene_from_text", lambda text, origin: slower)
+    found = offline.replay(bag)
+    assert found.verdict.code == 4 and found.figures["verdict"]["reasons"][0]["flag"] == "RESIDUAL"
+
+
 def test_chunks_leave_no_trace(recorded, monkeypatch):
     monkeypatch.setattr(passes, "CHUNK", 0.07)
     again = offline.run("full_scale", "nbp1406", duration=SECONDS)
@@ -372,9 +383,7 @@ def test_motion_off_the_mean_track_of_the_scene(heading, frames, text):
 def test_a_current_abeam_of_the_scene_is_not_abeam_of_the_motion():
     """One line with both headings and what is used; none where the current counts along the heading."""
     abeam, heading = {"water.current": [0.0, 0.5], "ship.tow_speed": 2.2}, np.radians(120.0)
-    with pytest.warns(
-        SceneWarning, match="heading of the motion is 120 deg, ship.heading_deg is 0 deg: that of the"
-    ):
+    with pytest.warns(SceneWarning, match="heading of the motion is 120 deg, ship.heading_deg is 0 deg: that of the"):
         mean_track.before(override(load_quietly("full_scale"), abeam), heading)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
