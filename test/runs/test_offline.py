@@ -76,6 +76,17 @@ def test_the_same_run_gives_the_same_bytes(recorded, tmp_path):
         assert path.read_bytes() == (second.bag / path.name).read_bytes(), path.name
 
 
+def test_a_replay_is_judged_by_its_residuals(recorded, monkeypatch):
+    """ok as it is the run; doubtful where it is another; not where another scene was asked for."""
+    bag = recorded[0].bag
+    assert offline.replay(bag).verdict.state == "ok"
+    slower = override(load_quietly("full_scale"), {"towbody.net_weight": 600.0})
+    assert offline.replay(bag, slower).verdict.state == "ok"
+    monkeypatch.setattr(offline, "scene_from_text", lambda text, origin: slower)
+    found = offline.replay(bag)
+    assert found.verdict.code == 4 and found.figures["verdict"]["reasons"][0]["flag"] == "RESIDUAL"
+
+
 def test_chunks_leave_no_trace(recorded, monkeypatch):
     monkeypatch.setattr(passes, "CHUNK", 0.07)
     again = offline.run("full_scale", "nbp1406", duration=SECONDS)
