@@ -3,7 +3,7 @@
 # make test  makes the environment and runs the tests;  make lint  runs the linter and the type checks
 # make bench  run time against error beside other codes;  make validate  repeats the experiments (both into runs/)
 # make soak  the real node under load, faults and hostile neighbours, R1 to S9 (two hours, idle machine), into runs/
-# make stress  stability stress N1 to N25 at full size (ten CPU minutes or more), into runs/
+# make stress  stability N1 to N27, bags and recordings I and S at full size (half an hour or more), into runs/
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:

@@ -153,6 +153,8 @@ class Session:
         self.received[kind] += 1
         self.arrivals[kind] = arrival
         took = self.intake.motion(kind, data, arrival)
+        while self.ingest.notices:
+            self.log("warn", self.ingest.notices.popleft())
         if took is Took.JUMPED:
             self._clock_jumped()
         elif took is Took.SAMPLE:

@@ -60,7 +60,7 @@ FIGURES = (
     ("commands_refused", "1", "winch commands refused, by cause"),
     ("commands_limited", "1", "winch commands that asked for more than the winch can do, by what was limited"),
     ("clock_jumps", "1", "jumps of the clock of the motion, over which the tow was carried"),
-    ("notices", "", "what is odd about the bag, as texts"),
+    ("notices", "", "what is odd about the bag and its motion, as texts"),
     ("journal", "", "`replay`: true: the bag says what the run took and when, so that this is the same run"),
     ("replay_faults", "", "`replay`: why this may not be the run that was recorded, as texts"),
     ("residuals", "", "`replay`: list of channel, quantity, unit, mean, rms, largest, count; ours less recorded"),
@@ -299,7 +299,7 @@ def _intake_figures(one: Pass) -> dict[str, Any]:
         "commands_refused": dict(intake.commands.refused),
         "commands_limited": dict(intake.commands.clamped),
         "clock_jumps": intake.clock.jumps,
-        "notices": one.tow.notices,
+        "notices": [*one.tow.notices, *intake.ingest.notices],
     }
 
 

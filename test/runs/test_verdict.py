@@ -184,9 +184,9 @@ def test_a_flag_that_a_version_lacks_counts_for_nothing(monkeypatch):
 
 
 def test_the_figures_of_a_node():
-    assert of_node({"restarts": 0, "recorder": {"dropped": 0}}) == () and of_node({}) == ()
-    names = [reason.flag for reason in of_node({"restarts": 2, "recorder": {"dropped": 7}})]
-    assert names == ["RESTARTED", "NOT_RECORDED"]
+    assert of_node({"skips_ahead": 0, "recorder": {"dropped": 0}}) == () and of_node({}) == ()
+    names = [reason.flag for reason in of_node({"skips_ahead": 2, "recorder": {"dropped": 7}})]
+    assert names == ["BEHIND", "NOT_RECORDED"]
 
 
 def test_bounds_are_sane():
