@@ -90,7 +90,7 @@ def test_every_command_helps(command):
         ),
         (("run",), "Missing argument 'SCENE'"),
         (("replay", "no_such_bag"), "error: no_such_bag: no such bag file"),
-        (("recover", "no_such_bag", "x"), "error: 'no_such_bag'"),
+        (("recover", "no_such_bag", "x"), "error: bag 'no_such_bag' does not exist: nothing was read"),
         pytest.param(("live", "no_such_bag"), "error: no_such_bag: no such bag file", marks=pytest.mark.ros),
         pytest.param(
             ("live", "--scene", "no_such_scene"), "error: no_such_scene: no such scene file", marks=pytest.mark.ros

@@ -202,6 +202,8 @@ def test_a_halt_stops_the_poses_until_reset(running):
 
 
 def test_record_service(running):
+    from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+    from rcl_interfaces.srv import SetParameters
     from std_srvs.srv import SetBool
 
     from cable_sim_ros.io.bag import read_bag
@@ -214,10 +216,18 @@ def test_record_service(running):
     poll(lambda: len(ears.heard["towbody/pose"]) > count + 50, 15.0, "fifty ticks")
     answer = ears.call(SetBool, "/tow_sim/cable_sim/record", SetBool.Request(data=False))
     assert answer.success, answer.message
-    bags = list(world.folder.glob("tow_*"))
+    bags = list(world.folder.glob("recordings/tow_*"))
     assert len(bags) == 1
     assert sum(message.topic == "/tow_sim/towbody/pose" for message in read_bag(bags[0])) >= 40
     assert not ears.call(SetBool, "/tow_sim/cable_sim/record", SetBool.Request(data=False)).success
+    for name in (".", "../x", "x" * 5000):  # none of them ends the node
+        value = ParameterValue(type=ParameterType.PARAMETER_STRING, string_value=name)
+        request = SetParameters.Request(parameters=[Parameter(name="recording.path", value=value)])
+        (result,) = ears.call(SetParameters, "/tow_sim/cable_sim/set_parameters", request).results
+        assert not result.successful and "is not a name for a recording" in result.reason
+    assert ears.call(SetBool, "/tow_sim/cable_sim/record", SetBool.Request(data=True)).success
+    assert ears.call(SetBool, "/tow_sim/cable_sim/record", SetBool.Request(data=False)).success
+    assert len(list(world.folder.glob("recordings/tow_*"))) == 2
 
 
 def test_life_cycle_by_its_services(running):
