@@ -84,7 +84,7 @@ def validate(names, duration, out, as_json) -> None:
 
 @click.command()
 @click.argument(
-    "ids", nargs=-1, type=click.Choice([f"N{i}" for i in range(1, 26)], case_sensitive=False), metavar="[N1 ... N25]"
+    "ids", nargs=-1, type=click.Choice([f"N{i}" for i in range(1, 28)], case_sensitive=False), metavar="[N1 ... N27]"
 )
 @click.option("--quick", is_flag=True, help="Shorter runs; what was shortened is in the notes.")
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for table and JSON.")
