@@ -143,7 +143,7 @@ class Session:
 
     def _static_start(self, time_ns: int, position: tuple[float, float], heading: float | None) -> None:
         begun = time.monotonic()
-        self.built_sim.start(time_ns=time_ns, position=position, heading=heading)
+        self.built_sim.start(time_ns=time_ns, position=position, heading=heading, keep_inputs=True)
         self.start_cost = time.monotonic() - begun
 
     # ---- activate, deactivate

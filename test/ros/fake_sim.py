@@ -143,7 +143,7 @@ class Simulator:
         if progress:
             progress("compiling the stand-in")
 
-    def start(self, time_ns: int = 0, position=(0.0, 0.0), heading=None) -> None:
+    def start(self, time_ns: int = 0, position=(0.0, 0.0), heading=None, keep_inputs=False) -> None:
         if os.environ.get("FAKE_START_FAILS"):
             raise StartError("no static equilibrium: residual 123 N", 123.0)
         time = self.state.memory[0].time
