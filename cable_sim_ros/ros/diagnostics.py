@@ -29,6 +29,7 @@ ALARMS = {  # flags of a Frame that are worth a warning, and what they mean
     Flag.COARSE_AT_SURFACE: "an element too long for the sheave or drum touches it",
     Flag.DRUM_END: "an end of the winch's travel is reached (drum empty, or hauled in to the last metre): it stopped",
     Flag.WINCH_LIMIT: "a soft limit of the scene (winch.least_scope, winch.most_scope) is reached: the winch stopped",
+    Flag.SLACK_ENERGY: "slack cable gained more energy from the integration than solver.energy_share of the work",
     Flag.SEABED: "cable or towbody lies on the seabed",
     Flag.SLACK_ENERGY: "slack cable gained energy from the integration: tension and towbody are doubtful",
     Flag.SETPOINT_LIMITED: "the set-point law asks for more than its limits give it",

@@ -21,7 +21,7 @@ from .tows import Sea, finite, held, reel, sail, started
 from .verdict import Figure, Found, stress
 
 SEED, SCENES, QUICK = 11, 170, 12
-SEA, QUICK_SEA = 30.0, 6.0  # s
+SEA, QUICK_SEA = 30.0, 3.0  # s
 BOUND = 120.0  # s of wall time for one scene
 PART, EVERY = 0.5, 5.0  # s between two commands of the winch, and two of its rates
 STILL, STILL_SPEED, STILL_TENSION = 2.0, 0.05, 0.02  # s without motion: m/s of the body, share of the tension

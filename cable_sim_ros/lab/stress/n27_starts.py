@@ -6,8 +6,6 @@ from collections import Counter
 from itertools import product
 from typing import NamedTuple
 
-import numpy as np
-
 from ...io.load import SceneError
 from ...physics.frame import Flag
 from ...sim.scene import Scene
@@ -97,8 +95,8 @@ def begun(*numbers) -> Start:
 
 @stress("static start: EA 1e5 to 1e8 N, 10 to 600 m, 100 to 6000 N, 0 to 3 m/s, both drums", "0 crash, 0 false rest")
 def starts(quick: bool) -> Found:
-    """Every combination, or every eleventh."""
-    every = list(product(STIFFNESS, LENGTH, WEIGHT, SPEED, DRUMS))[:: 11 if quick else 1]
+    """Every combination, or a few of them."""
+    every = list(product(STIFFNESS, LENGTH, WEIGHT, SPEED, DRUMS))[:: 37 if quick else 1]
     found = [(numbers, begun(*numbers)) for numbers in every]
     counts = Counter(start.what for _, start in found)
     soft = [start for _, start in found if start.strain > 0.02]
@@ -114,5 +112,5 @@ def starts(quick: bool) -> Found:
         if start.what in (START, FALSE, CRASH):
             ea, length, weight, speed, drum = numbers
             told = f"EA {ea:g} N, {length:g} m, {weight:g} N, {speed:g} m/s, {drum}: {start.what}: {start.text}"
-            notes.append(np.str_(told))
+            notes.append(told)
     return Found(figures, notes)

@@ -120,7 +120,8 @@ def drawn_body(rng: np.random.Generator) -> dict:
 
 
 def drawn_current(rng: np.random.Generator, scope: float, heading: float) -> tuple[list[float], list[float]]:
-    """Current at the surface [m/s], within 60 deg of ahead or astern, and its gradient [1/s]: it dies out or turns."""
+    """Current at the surface [m/s], within 60 deg of ahead or astern, and its gradient [1/s]: over the
+    scope it grows by half of itself, by itself or not at all."""
     if rng.random() < 0.5:
         return [0.0, 0.0], [0.0, 0.0]
     speed, turn = rng.uniform(0.1, 0.8), radians(heading + rng.choice((0.0, 180.0)) + rng.uniform(-60.0, 60.0))
