@@ -21,6 +21,7 @@ COMMANDS = {
     "case",
     "bench",
     "stress",
+    "soak",
     "validate",
     "manual",
     "mesh",
