@@ -56,6 +56,8 @@ class Pace:
         skipped so far. Call it every 50 ms or so, whatever the state of the loop.
         """
         before, self._polled = self._polled, now
+        if self.overloaded:
+            self.overloaded_s += (now - (before or now)) * 1e-9
         if before is not None and now - before > STILL:
             self._holes.append((now, now - before))
         while self._holes and now - self._holes[0][0] > SECOND:
@@ -77,7 +79,6 @@ class Pace:
             if not self.overloaded:
                 lines += self.overload(now)
         if self.overloaded:
-            self.overloaded_s += (now - (before or now)) * 1e-9
             if self.factor < TOO_SLOW:
                 self._bad_at = now
             if now - self._bad_at >= RECOVERED:

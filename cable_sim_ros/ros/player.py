@@ -20,6 +20,7 @@ from typing import NamedTuple
 from ..io.bag_motion import read_motion
 from ..io.messages import KINDS, stamp_of
 from ..io.resources import find_bag
+from . import discovery
 from .topics import message_class
 
 SECOND = 1_000_000_000
@@ -174,6 +175,7 @@ def play_bag(
         raise PlayError(f"--rate {rate:g} is out of range; nothing was played; give a value above 0 and up to 100")
     items = load(find_bag(bag), start=start, duration=duration, imu_only=imu_only)
     node, sent = None, 0
+    discovery.limit([])
     try:
         rclpy.init(args=given)
         node = rclpy.create_node("motion_player", namespace="/tow_sim")

@@ -25,7 +25,7 @@ def soak(ids, quick, out, as_json) -> None:
     Leaves with code 1 where a limit is missed. Needs ROS 2 and a machine that does nothing else.
     """
     from ..lab.stress.table import markdown, print_verdicts
-    from . import run
+    from .table import run
 
     with progress_bar(as_json) as progress:
         verdicts = run(tuple(ids), quick, progress)

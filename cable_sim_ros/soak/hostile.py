@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import random
 import socket
+import sys
 import time
 
 from ..lab.stress.verdict import IS, LEAST, Figure, Found, stress
+from ..ros.live import Child, environment
 from .pace import SETTLED, grown, missed_share
 from .rig import Rig, percentile, rig, until
 
@@ -48,7 +50,8 @@ def giants(quick: bool) -> Found:
 def discovery(quick: bool) -> Found:
     """The node without ROS_AUTOMATIC_DISCOVERY_RANGE, the sensors open to the subnet."""
     with rig(None, {"ROS_AUTOMATIC_DISCOVERY_RANGE": ""}) as it:
-        it.start("sensors", "cable_sim_ros.ros.sender")
+        open_to_all = environment(it.domain) | {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}
+        it.children.append(Child("sensors", [sys.executable, "-m", "cable_sim_ros.ros.sender"], open_to_all))
         it.state("running", within=30.0)
         said = "discovery: this host only" in it.node.tail()
         it.finish()

@@ -136,12 +136,6 @@ def rig(command: list[str] | None = None, extra: dict[str, str] | None = None, *
             it.close()
 
 
-def sample_ages(frames: np.ndarray, input_delay: float) -> np.ndarray:
-    """Age of the newest sample at each tick [ms] on the clock of the data: a tick is due `input_delay` [s] after its
-    time, so it could know samples as new as that."""
-    return 1e3 * (frames["motion_age"] + input_delay)
-
-
 def percentile(values, rank: float) -> float:
     """NaN while there are none."""
     return float(np.percentile(values, rank)) if len(values) else math.nan

@@ -25,6 +25,7 @@ COMMANDS = {
     "case",
     "bench",
     "stress",
+    "soak",
     "validate",
     "manual",
     "mesh",

@@ -1,4 +1,4 @@
-"""YAML made to break a reader, and seeded mutations of the shipped scenes: a scene, or a text of what is wrong."""
+"""YAML made to break a reader, and seeded mutations of the shipped scenes: a scene, or a text that names the error."""
 
 from __future__ import annotations
 

@@ -1,0 +1,39 @@
+"""The soak table: the rows that the command offers; the rows themselves are `make soak`."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from cable_sim_ros.soak.command import IDS
+
+
+def test_the_command_offers_the_rows_that_there_are():
+    pytest.importorskip("rclpy")
+    from cable_sim_ros.soak.table import SOAK
+
+    assert list(SOAK) == IDS and len({row.run for row in SOAK.values()}) == len(SOAK)
+
+
+def test_missed_share_and_percentiles():
+    import numpy as np
+
+    from cable_sim_ros.soak.pace import missed_share
+    from cable_sim_ros.soak.rig import percentile
+
+    assert missed_share({"overruns": 1.0, "skipped": 9.0, "ticks": 991.0}) == 0.01
+    assert np.isnan(percentile([], 50)) and percentile([1.0, 3.0], 50) == 2.0
+
+
+def test_a_made_up_ship_sends_what_the_node_reads():
+    from cable_sim_ros.io.messages import decode_imu, decode_odometry
+    from cable_sim_ros.physics.heave import Convention
+    from cable_sim_ros.ros.sender import Ship
+
+    ship = Ship(1.0, 8.0)
+    imu = decode_imu(ship.message("imu", 5_000_000_123, 2.0), Convention.ENU)
+    odometry = decode_odometry(ship.message("odometry", 5_000_000_123, 2.0), Convention.ENU)
+    assert imu.stamp == odometry.stamp == 5_000_000_123
+    assert imu.force[2] == pytest.approx(9.81 - (2 * math.pi / 8.0) ** 2)
+    assert odometry.position == pytest.approx((4.0, 0.0, 1.0)) and odometry.velocity == pytest.approx((2.0, 0.0, 0.0))
