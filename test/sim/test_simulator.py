@@ -217,14 +217,15 @@ def test_winch_command_pays_out(sim):
     assert Flag(int(frames.status[-1])) & Flag.COMMAND_STALE
 
 
-def test_drum_end_stops_paying_out_and_is_told():
+def test_paying_out_stops_where_the_fine_mesh_ends_and_is_reported():
     """The cable's end fixed on the drum; of a winch that feeds, see test_winch_ends.py."""
     sim = Simulator(load_scene("full_scale_contact"))
     sim.start()
+    drum, before = sim.model.settings[0].drum, float(sim.frame.payout)
     push_command(sim.inputs, 0, 1e4, np.nan)
     frames = sim.run(200)
-    assert Flag(int(frames.status[-1])) & Flag.DRUM_END
-    assert frames.payout.max() < sim.state.arc[-1]
+    assert Flag(int(frames.status[-1])) & Flag.COMMAND_LIMITED
+    assert frames.payout[-1] == pytest.approx(drum.payout_0 + drum.reach_most, abs=1e-3) and frames.payout[-1] > before
     assert np.isfinite(frames.tension).all()
 
 
