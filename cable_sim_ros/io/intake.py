@@ -32,7 +32,7 @@ class Intake:
     """Writes the rings of inputs; one writer: call it from one thread.
 
     wall: ns to add to an arrival to have the time of day, for messages without a stamp; drum: the DRUM record, for
-    commands beyond the winch. `refused` counts motion that did not come as far as the ingest.
+    commands beyond the winch; frames: names of world and ship in the messages. `refused` counts motion that did not come as far as the ingest.
     """
 
     def __init__(
@@ -44,10 +44,11 @@ class Intake:
         clock: DataClock | None = None,
         wall: int = 0,
         drum: np.record | None = None,
+        frames: tuple[str, str] = ("odom", "base_link"),
     ) -> None:
         self.inputs, self.wall = inputs, wall
         self.clock = clock or DataClock()
-        self.ingest = MotionIngest(inputs, scene.ship, heave or Heave(), motion, scene.gravity)
+        self.ingest = MotionIngest(inputs, scene.ship, heave or Heave(), motion, scene.gravity, frames)
         self.commands = CommandIngest(inputs, drum, wall)
         self.refused: Counter[str] = Counter()
 

@@ -103,9 +103,16 @@ class Session:
         self.log(
             "info", f"static start solved in {self.start_cost:.2f} s; configured after {time.monotonic() - begun:.1f} s"
         )
-        drum = self.sim.model.settings[0].drum
+        drum, frame = self.sim.model.settings[0].drum, self.node.frame
         self.intake = Intake(
-            self.sim.inputs, self.scene, self.node.motion, self.node.heave, self.clock, self.wall, drum
+            self.sim.inputs,
+            self.scene,
+            self.node.motion,
+            self.node.heave,
+            self.clock,
+            self.wall,
+            drum,
+            (frame.odom, frame.base_link),
         )
         quiet()
         self.state = "ready"

@@ -15,7 +15,9 @@ from ..io.commands import CommandIngest, encode_command
 from ..io.journal import Start
 from ..io.load import SceneWarning
 from ..io.messages import Refused, decode_imu, decode_odometry
+from ..io.motion import MotionIngest
 from ..io.motion_table import MotionError
+from ..io.mounting import mounting_of
 from ..io.replay import Event, Feeder, RecordedTow
 from ..io.winch_plan import WinchPlan
 from ..physics.heave import Heave, MotionInput
@@ -108,9 +110,13 @@ class Pass:
             if feeder.jumped:  # the first stamps were odd
                 feeder.follow()
         if feeder.ingest.first_pose is None:
-            return Start(tow.start, (0.0, 0.0), None)
+            counts = ", ".join(f"{cause} {count}" for cause, count in feeder.intake.refusals().items()) or "none came"
+            raise MotionError(
+                f"{tow.path}: no message of the ship's motion can be used ({counts}): nothing was simulated, it would be "
+                f"a tow on its mean track. See the causes in docs/motion.md, or simulate it with --motion none"
+            )
         first, x, y, yaw = feeder.ingest.first_pose
-        return Start(first, (x, y), _mean_yaw(tow, yaw, feeder.ingest.settings))
+        return Start(first, (x, y), _mean_yaw(tow, yaw, feeder.ingest))
 
     def _ticks(self, start: Start, duration: float | None) -> int:
         if self.tow is None:
@@ -228,15 +234,18 @@ def _warn_of_plan(scene: Scene, plan: WinchPlan, seconds: float) -> None:
         )
 
 
-def _mean_yaw(tow: RecordedTow, yaw: float, settings: MotionInput) -> float:
+def _mean_yaw(tow: RecordedTow, yaw: float, ingest: MotionIngest) -> float:
     """Mean yaw [rad] of the first minute: the heading of a single sample would leave the tow 10 m to one side."""
+    convention, mounting = ingest.settings.convention, mounting_of(ingest.heave.imu_rotation_deg)
     until, total = tow.start + round(HEADING_OVER * SECOND), [0.0, 0.0]
     for event in tow.events:
         if event.kind == "command" or not tow.start <= event.time <= until:
             continue
         try:
-            decode = decode_imu if event.kind == "imu" else decode_odometry
-            angle = decode(event.data, settings.convention).angles[2]
+            if event.kind == "imu":
+                angle = decode_imu(event.data, convention, mounting).angles[2]
+            else:
+                angle = decode_odometry(event.data, convention).angles[2]
         except Refused:
             continue
         total[0] += math.cos(angle)
