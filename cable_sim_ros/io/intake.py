@@ -32,7 +32,8 @@ class Intake:
     """Writes the rings of inputs; one writer: call it from one thread.
 
     wall: ns to add to an arrival to have the time of day, for messages without a stamp; drum: the DRUM record, for
-    commands beyond the winch; frames: names of world and ship in the messages. `refused` counts motion that did not come as far as the ingest.
+    commands beyond the winch; frames: names of world and ship in the messages. `refused` counts motion that did not
+    come as far as the ingest.
     """
 
     def __init__(

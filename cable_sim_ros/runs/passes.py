@@ -112,8 +112,8 @@ class Pass:
         if feeder.ingest.first_pose is None:
             counts = ", ".join(f"{cause} {count}" for cause, count in feeder.intake.refusals().items()) or "none came"
             raise MotionError(
-                f"{tow.path}: no message of the ship's motion can be used ({counts}): nothing was simulated, it would be "
-                f"a tow on its mean track. See the causes in docs/motion.md, or simulate it with --motion none"
+                f"{tow.path}: no message of the ship's motion can be used ({counts}): nothing was simulated, it would "
+                f"be a tow on its mean track. See the causes in docs/motion.md, or simulate it with --motion none"
             )
         first, x, y, yaw = feeder.ingest.first_pose
         return Start(first, (x, y), _mean_yaw(tow, yaw, feeder.ingest))
