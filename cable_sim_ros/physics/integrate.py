@@ -234,6 +234,7 @@ def _settle(line, state, sigma, max_steps, step_most):
     q, v, a, x = state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[NOW, A], state.nodes[NOW, X]
     old_q, old_v = state.nodes[STEP, Q], state.nodes[STEP, V]
     rest_still(state)
+    state.plan[0].level = SEARCHED
     h, count, total = 0.02, 0, 0
     for _ in range(max_steps):
         copy(q, old_q)
