@@ -18,9 +18,9 @@ from .quantity import Block, quantity
 from .state import AT_REST, FLOW, GAIN, MEAN, NOW, STEP, A, Change, Q, V, X, keep
 from .towbody import face_flow
 
-# corrections of a step before one that does not make the residual less is taken back by halves, how often, and how much
-# less it is to be
-PATIENCE, BACKTRACKS, FALL = 8, 4, 0.9
+# a step halved so often takes a correction that does not make the residual less back by halves: from which one on, how
+# often, and how much less it is to be. Longer steps are better halved first: that resolves what makes them hard
+SEARCHED, PATIENCE, BACKTRACKS, FALL = 5, 8, 4, 0.9
 
 
 class Solver(Block):
@@ -150,7 +150,8 @@ def _newton(line, state, change):
     """Solve the step for q; v and a follow by change. Returns the corrections used, or -1 where it does not converge.
 
     Where slack elements fold, the stiffness jumps at no tension, and whole corrections may lead from one side of it to
-    the other and back for ever: after PATIENCE of them each is shortened until it makes the residual less.
+    the other and back for ever: in a step that has been halved SEARCHED times, after PATIENCE of them each is shortened
+    until it makes the residual less.
     A tangent serves again where one more correction as good as its last meets the tolerance. health.tangents, those
     that the step before needed, tells from which correction on the residual is looked at without one.
     """
@@ -175,7 +176,7 @@ def _newton(line, state, change):
             before = r
             tangents += 1
         correct(state, change, 1.0)
-        searching = i >= PATIENCE and not again
+        searching = i >= PATIENCE and not again and plan.level >= SEARCHED
         if not again and tangents < wanted and not searching:
             continue
         r = residual(line, state, change, NO)
@@ -243,6 +244,7 @@ def _settle(line, state, sigma, max_steps, step_most):
     q, v, a, x = state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[NOW, A], state.nodes[NOW, X]
     old_q, old_v = state.nodes[STEP, Q], state.nodes[STEP, V]
     rest_still(state)
+    state.plan[0].level = SEARCHED
     h, count, total = 0.02, 0, 0
     for _ in range(max_steps):
         copy(q, old_q)
