@@ -130,19 +130,19 @@ def test_a_process_that_stood_still_says_so_and_goes_on(world, ears):
 def test_a_model_too_big_is_overloaded_at_once_and_never_starts_anew(world, ears):
     ship = world.ship(ears)
     ship.sail()
-    node = world.node(environment={"FAKE_WORK": "3000000"}).until("running", 60.0)
+    node = world.node(environment={"FAKE_WORK": "3000000"}, realtime__max_lag=1.0).until("running", 60.0)
     begun = time.monotonic() + 0.3  # the first tick is due a little after the start
     at, *_, text, values = ears.first("loop", lambda level, *_: level == 2, 0.0, 5.0, "an ERROR of the loop")
     assert at - begun < 1.0 + SOON
     assert "overloaded: simulated time passes at 0." in text and values["state"] == "overloaded"
-    poll(lambda: int(ears.statuses[-1][0] - at) >= 5, 20.0, "five seconds of it")
+    poll(lambda: ears.statuses[-1][0] - at >= 2.5, 20.0, "three seconds of it")
     values = ears.first("loop", lambda *_: True, time.monotonic(), 3.0, "figures")[4]
     assert values["state"] == "overloaded" and values["resets"] == "0" and int(values["skips_ahead"]) >= 1
     assert 0.0 < float(values["real_time_factor"]) < 0.9 and values["overloads"] == "1"
     assert node.text.count("] [tow_sim.cable_sim]: overloaded") == 1
     assert node.stop() == 0
     figures = node.state()
-    assert figures["overloaded_s"] > 4.0 and 0.0 < figures["least_real_time_factor"] < 0.9
+    assert figures["overloaded_s"] > 2.0 and 0.0 < figures["least_real_time_factor"] < 0.9
 
 
 def test_neighbours_are_warned_of_and_giants_refused(world, ears):
