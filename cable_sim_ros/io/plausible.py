@@ -199,6 +199,9 @@ class Weighing:
         return "gravity_direction" if up < 0.5 * size else ""
 
 
+IMU_FRAME = "imu_link"  # what drivers call the sensor itself; heave.imu_position and imu_rotation_deg say where it is
+
+
 class HeaderWatch:
     """Frame names and the norm of the quaternion: what is said once for each topic."""
 
@@ -219,7 +222,7 @@ class HeaderWatch:
         known = (self._frames[1],) if topic == "imu/data" else self._frames
         for name, raw, meant in zip(("header.frame_id", "child_frame_id"), message.frames, known):
             text = raw.rstrip(b"\0").decode("utf-8", "replace").lstrip("/")
-            if text and text != meant:
+            if text and text != meant and (topic, text) != ("imu/data", IMU_FRAME):
                 role = "the ship's frame, turned by heave.imu_rotation_deg" if topic == "imu/data" else "that frame"
                 self._say(
                     f"{topic}: {name} is '{text[:60]}', not '{meant}': no transform is looked up, the numbers are "

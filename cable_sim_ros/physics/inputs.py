@@ -10,8 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .jit import driver
-
 MOTION_ROWS = 1024
 COMMAND_ROWS = 256
 MOTION_COLUMNS = 14  # x y z roll pitch yaw, their six rates, epoch, source
@@ -41,13 +39,6 @@ def make_inputs() -> Inputs:
         np.zeros(1, np.int64),
         np.zeros(1, np.int64),
     )
-
-
-@driver
-def look(inputs):
-    """Let the next tick see what has been written so far."""
-    inputs.motion_seen[0] = inputs.motion_head[0]
-    inputs.command_seen[0] = inputs.command_head[0]
 
 
 def push_motion(inputs: Inputs, time_ns: int, sample) -> None:

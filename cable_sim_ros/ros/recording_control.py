@@ -60,13 +60,13 @@ class RecordingControl:
         session.journal = None
         return self.stop(timeout)
 
-    def start(self, finish: Callable[[], object]) -> str:
+    def start(self, finish: Callable[[], object] | None = None) -> str:
         """Open a recording; returns "" or why there is none. finish(): ends one that has ended by itself."""
         if self.recorder is not None:
             ended = self.recorder.stats().ended
             if not ended:
                 return f"already recording to {self.path}"
-            finish()
+            (finish or self.stop)()
         if self._closing is not None and self._closing.alive:
             return f"no recording: the disk has not taken all of {self.path} yet; try again"
         block = self.settings.node.recording

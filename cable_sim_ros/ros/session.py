@@ -187,7 +187,8 @@ class Session:
     @property
     def refused(self) -> Counter[str]:
         """Motion that did not come as far as the ingest, by cause."""
-        return self.intake.refused
+        intake = getattr(self, "intake", None)  # made by `configure`
+        return Counter() if intake is None else intake.refused
 
     def _newest_stamp(self) -> int:
         inputs = self.built_sim.inputs

@@ -78,9 +78,9 @@ def astern(scene: Scene) -> tuple[str, float, float]:
 
 
 def astern_problems(scene: Scene) -> list[Problem]:
-    """A cable that would stream forward under the ship."""
+    """A ship that goes astern so fast that the cable streams forward under it."""
     key, ahead, angle = astern(scene)
-    if angle <= MOST_FORWARD:
+    if angle <= MOST_FORWARD or key != "ship.tow_speed":
         return []
     return [
         Problem(
@@ -94,10 +94,21 @@ def astern_problems(scene: Scene) -> list[Problem]:
 
 
 def astern_cautions(scene: Scene) -> list[Problem]:
-    """A ship that goes astern, slowly enough for the cable to hang."""
+    """A cable that leads forward: the ship goes slowly astern, or a current from astern overtakes it."""
     key, ahead, angle = astern(scene)
-    if key != "ship.tow_speed" or ahead <= 0.0:
+    if ahead <= 0.0:
         return []
+    if key != "ship.tow_speed":
+        if angle <= MOST_FORWARD:
+            return []
+        return [
+            Problem(
+                key,
+                f"= {_value(scene, key)} overtakes the ship by {ahead:.3g} m/s: the cable leads forward under it, "
+                f"about {math.degrees(angle):.0f} deg from the vertical, and nothing keeps it off the hull",
+                "Check its direction: it is where the water goes, not where it comes from",
+            )
+        ]
     return [
         Problem(
             key,
@@ -109,13 +120,13 @@ def astern_cautions(scene: Scene) -> list[Problem]:
 
 
 def wrap_problems(scene: Scene, elements: list[tuple[float, float, str]], wound: float) -> list[Problem]:
-    """With winch.drum = contact: elements wound on the drum that are too long to follow it.
+    """With winch.drum = contact: elements wound whole on the drum that are too long to follow it.
 
     elements: (first, last arc length [m], section); wound: length [m] on the drum.
     """
     winch = scene.winch
     most = 2.0 * winch.drum_radius
-    long = next(((a, b, name) for a, b, name in elements if a < wound and b - a > most * (1.0 + 1e-9)), None)
+    long = next(((a, b, name) for a, b, name in elements if b <= wound and b - a > most * (1.0 + 1e-9)), None)
     if long is None:
         return []
     first, last, name = long

@@ -21,7 +21,6 @@ import numpy as np
 from numba import types
 
 from ..physics.frame import NEWTON_FAILED, NOT_FINITE
-from ..physics.inputs import look
 from ..physics.jit import driver
 from ..physics.state import NOW
 from ..physics.system import link_tick, observe, tick
@@ -101,6 +100,13 @@ else:  # offline only: real time needs Linux
     @driver
     def notify(eventfd, one):
         return np.int64(0)
+
+
+@driver
+def look(inputs):
+    """Let the next tick see what has been written so far."""
+    inputs.motion_seen[0] = inputs.motion_head[0]
+    inputs.command_seen[0] = inputs.command_head[0]
 
 
 @driver

@@ -13,6 +13,7 @@ from cable_sim_ros.physics.inputs import make_inputs
 from cable_sim_ros.physics.ship import NO_EPOCH, SHIP_TIMES, evaluate, follow
 from cable_sim_ros.physics.ship import Ship as Parameters
 from cable_sim_ros.physics.state import MEMORY, records
+from cable_sim_ros.sim.entry import look
 
 TICK = S // 100
 LATE = 3 * S // 100  # ns, the delay with which the motion is used
@@ -35,6 +36,7 @@ class Ship:
     def until(self, time_ns):
         time, motion = self.memory.time, self.memory.ship.motion
         while time.now + TICK <= time_ns - LATE:
+            look(self.it.inputs)
             follow(time.now, time.now + TICK, self.it.inputs, self.memory, self.times)
             evaluate(time.now + TICK, self.it.inputs, self.memory, self.times.stale_decay)
             time.now += TICK

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from cable_sim_ros.physics.inputs import look, make_inputs, push_motion
+from cable_sim_ros.physics.inputs import make_inputs, push_motion
 from cable_sim_ros.physics.ship import (
     MOTION,
     NO_EPOCH,
@@ -21,6 +21,7 @@ from cable_sim_ros.physics.ship import (
     unrotate,
 )
 from cable_sim_ros.physics.state import MEMORY, records
+from cable_sim_ros.sim.entry import look
 
 ARM = (-36.8, 0.4, 3.7)
 AMPLITUDE = np.array([0.8, 0.5, 1.5, 0.21, 0.087, 0.052])
@@ -136,6 +137,7 @@ def test_stale_motion_goes_on_at_the_mean_speed_and_does_not_drift(speed, cut):
     for k in range(round(50 * cut) + 1):
         c, d = true(0.02 * k)
         push_motion(ship.inputs, round(0.02 * k * 1e9), [*c, *d, 1.0, 1.0])
+        look(ship.inputs)
         if k > 2:
             ship.tick(), ship.tick()
     wave = AMPLITUDE[:2] * OMEGA[:2]  # m/s

@@ -14,7 +14,9 @@ from test_commands import NOW, S, command
 
 from cable_sim_ros.io.commands import CommandIngest
 from cable_sim_ros.physics.frame import FRAME, Flag
+from cable_sim_ros.physics.heave import MotionInput
 from cable_sim_ros.physics.inputs import make_inputs
+from cable_sim_ros.physics.ship import Ship
 from cable_sim_ros.physics.state import records
 from cable_sim_ros.physics.winch import DRUM
 from cable_sim_ros.ros.diagnostics import OK, WARN, Watch
@@ -31,15 +33,16 @@ def watched(flags=Flag.NONE, payout=450.0):
     frame["payout"], frame["status"] = payout, flags
     session = SimpleNamespace(
         commands=commands,
-        node=SimpleNamespace(input_delay=0.03),
-        scene=SimpleNamespace(winch=SimpleNamespace(command_delay=0.2)),
+        node=SimpleNamespace(input_delay=0.03, motion=MotionInput()),
+        scene=SimpleNamespace(winch=SimpleNamespace(command_delay=0.2), ship=Ship()),
     )
     watch = Watch(session)
     return commands, lambda: watch._command(SimpleNamespace(latest=frame), 5 * SECOND)
 
 
 def test_before_there_is_a_winch():
-    task = Watch(SimpleNamespace())._command(None, 0)
+    session = SimpleNamespace(node=SimpleNamespace(motion=MotionInput()), scene=SimpleNamespace(ship=Ship()))
+    task = Watch(session)._command(None, 0)
     assert (task.level, task.message) == (OK, "not yet listening")
 
 

@@ -41,6 +41,6 @@ def test_a_node_ends_as_its_ticks_say(given, state, flags):
     assert (found.state, [reason.flag for reason in found.reasons]) == (state, flags)
 
 
-def test_lost_messages_and_restarts_count():
-    found = ended({0: 6000}, restarts=1, recorder={"dropped": 3})
-    assert [reason.flag for reason in found.reasons] == ["RESTARTED", "NOT_RECORDED"]
+def test_lost_messages_and_lost_time_count():
+    found = ended({0: 6000}, skips_ahead=1, recorder={"dropped": 3})
+    assert [reason.flag for reason in found.reasons] == ["BEHIND", "NOT_RECORDED"]

@@ -13,7 +13,7 @@ from true_ship import T0, imu_messages, odometry_messages, replace, sail, stamps
 from cable_sim_ros.io.doubts import DOUBTS
 from cable_sim_ros.io.motion import MotionIngest
 from cable_sim_ros.physics.frame import Flag
-from cable_sim_ros.physics.heave import Heave
+from cable_sim_ros.physics.heave import Heave, MotionInput
 from cable_sim_ros.physics.inputs import make_inputs
 from cable_sim_ros.physics.ship import Ship
 from cable_sim_ros.ros.diagnostics import ERROR, WARN, Watch
@@ -30,6 +30,7 @@ def task(status=0, **wrong):
     session = SimpleNamespace(
         state="running", ingest=it, wall=0, refused=Counter(), clock=SimpleNamespace(jumps=0),
         arrivals={"imu": T0, "odometry": T0}, received={"imu": 150, "odometry": 150},
+        scene=SimpleNamespace(ship=Ship()), node=SimpleNamespace(motion=MotionInput()),
     )  # fmt: skip
     frame = np.zeros(1, [("status", "i8"), ("motion_source", "i8"), ("motion_age", "f8")])[0]
     frame["status"], frame["motion_age"] = status, 2.0
