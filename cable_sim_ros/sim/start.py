@@ -156,8 +156,20 @@ def way(scene: Scene, lead: Lead) -> str:
     )
 
 
+def from_drum(scene: Scene) -> float:
+    """Fleet angle between drum and sheave, rad."""
+    ahead, aside, _ = np.subtract(scene.sheave.position, scene.winch.position)
+    return atan2(abs(aside), abs(ahead))
+
+
 def remedy(scene: Scene, lead: Lead) -> str:
     """What helps a cable that leaves the sheave so."""
+    comes = from_drum(scene)
+    if abs(comes) > MOST_FLEET:
+        return (
+            f"it comes {degrees(comes):.3g} deg aslant from the drum: bring winch.position and sheave.position into "
+            f"line (the same y)"
+        )
     if abs(lead.fleet) > MOST_FLEET:
         return "a flow from ahead (ship.heading_deg, water.current, ship.tow_speed), or a deeper sheave.groove_depth"
     stiffness = extreme(scene.cable, "axial_stiffness")[0]
