@@ -244,7 +244,8 @@ def _settle(line, state, sigma, max_steps, step_most):
     q, v, a, x = state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[NOW, A], state.nodes[NOW, X]
     old_q, old_v = state.nodes[STEP, Q], state.nodes[STEP, V]
     rest_still(state)
-    state.plan[0].level = SEARCHED
+    plan = state.plan[0]
+    plan.level = 0
     h, count, total = 0.02, 0, 0
     for _ in range(max_steps):
         copy(q, old_q)
@@ -259,10 +260,12 @@ def _settle(line, state, sigma, max_steps, step_most):
             copy(old_q, q)
             copy(old_v, v)
             h *= 0.25
+            plan.level = SEARCHED  # for the next: most starts need no shortened correction, and some mind them
             if h < 1e-5:
                 break
             continue
         total += used
+        plan.level = 0
         face(line, state)
         if h >= min(1.0, step_most):  # balanced at rest is settled; a free end without tension needs no longer one
             copy(v, old_v)

@@ -9,6 +9,7 @@ import numpy as np
 from ...physics.inputs import EPOCH, MOTION_COLUMNS, make_inputs, push_motion
 from ...physics.ship import MOTION, Ship, evaluate, hull_point, quaternion
 from ...physics.state import MEMORY
+from ...sim.entry import look
 from .family import Case, CaseError, Level, Values, family
 from .wet import NUMBER
 
@@ -56,6 +57,7 @@ def from_samples(case: Case, t: float) -> np.record:
         motion = harmonics(case, at)
         row[:6], row[6:12], row[EPOCH] = motion.coord, motion.rate, epoch
         push_motion(inputs, int(round(at * 1e9)) - origin, row)
+    look(inputs)
     now = int(round(t * 1e9)) - origin
     evaluate(now, inputs, memory, Ship().stale_decay)
     return memory.ship.motion
