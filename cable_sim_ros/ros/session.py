@@ -24,6 +24,7 @@ from ..io.journal import STATIC, Journal, Start
 from ..io.motion import MotionIngest
 from ..physics.frame import Source
 from ..physics.inputs import MOTION_ROWS, SOURCE
+from ..physics.state import NOW
 from ..sim.build import make_output
 from ..sim.carry import carried_over
 from ..sim.current import turned_current
@@ -292,13 +293,13 @@ class Session:
         with self.built_loop.paused() if self.state == "running" else nullcontext():
             self.journal = journal
             if self.state == "running":
-                now = self.built_sim.state.now
+                now = self.built_sim.state.memory[NOW]
                 heading = float(now.ship.motion.coord[5])
                 self._note_start(Start(int(now.time.now), self._ship_position(), heading, "recording"))
 
     def _ship_position(self) -> tuple[float, float]:
         """x y of base_link in odom, of a loop that stands."""
-        now = self.built_sim.state.now
+        now = self.built_sim.state.memory[NOW]
         since = (int(now.time.now) - int(now.time.start)) * 1e-9
         x, y = now.frame.origin + now.frame.velocity * since + now.ship.motion.coord[:2]
         return float(x), float(y)

@@ -169,7 +169,8 @@ class Simulator:
         self.state.value[2:4] = position
 
     def snapshot(self) -> dict:
-        return {"memory": self.state.memory[0].copy(), "value": self.state.value.copy()}
+        rings = {f"inputs_{name}": array.copy() for name, array in self.inputs._asdict().items()}
+        return {"memory": self.state.memory[0].copy(), "value": self.state.value.copy(), **rings}
 
     def restore(self, saved: dict) -> None:
         self.state.memory[0], self.state.value[:] = saved["memory"], saved["value"]

@@ -26,6 +26,7 @@ def test_topics_frames_stamps_and_recording(world, bag):
     from sensor_msgs.msg import JointState, PointCloud2
 
     from cable_sim_ros.io.bag import read_bag, read_metadata
+    from cable_sim_ros.io.journal import read_journal
 
     ears = world.ears()
     pose = ears.listen(PoseStamped, "towbody/pose")
@@ -73,7 +74,9 @@ def test_topics_frames_stamps_and_recording(world, bag):
     assert figures["latency_p50_ms"] > 25.0  # the input delay is part of it
     assert figures["recorder"]["errors"] == 0 and figures["recorder"]["dropped"] == 0
     assert read_metadata(path)["custom_data"]["scene"] == "full_scale"
-    assert int(read_metadata(path)["custom_data"]["start_time_ns"]) == stamps[0] - TICK or len(pose) < figures["ticks"]
+    (segment,) = read_journal([m.data for m in read_bag(path) if m.topic == "/tow_sim/sim/journal"]).segments
+    assert segment.start.time == stamps[0] - TICK or len(pose) < figures["ticks"]
+    assert segment.ticks == figures["ticks"]
     recorded = {}
     for message in read_bag(path):
         recorded.setdefault(message.topic, []).append(message.data)

@@ -29,7 +29,7 @@ def make(tmp_path):
 
     yield make
     for control in made:
-        control.stop({})
+        control.stop()
 
 
 def test_toggles_are_bounded(make, tmp_path):
@@ -39,7 +39,7 @@ def test_toggles_are_bounded(make, tmp_path):
         assert control.start() == ""
         assert control.start() == f"already recording to {control.path}"  # one at a time
         control.recorder.put(TOPIC, IMU, 1, b"\0\1\0\0")
-        assert control.stop({}).written == 1 and control.stop({}) is None
+        assert control.stop().written == 1 and control.stop() is None
     assert len(os.listdir("/proc/self/fd")) <= files + 2 and threading.active_count() == threads
     names = {path.name for path in (tmp_path / "root").iterdir()}
     assert names == {"a"} | {f"a_{k}" for k in range(2, TOGGLES + 1)}
@@ -50,7 +50,7 @@ def test_default_names_do_not_grow(make, monkeypatch, tmp_path):
     control = make()
     for _ in range(12):
         assert control.start() == ""
-        control.stop({})
+        control.stop()
     base = "tow_20261122_060000"
     assert {p.name for p in (tmp_path / "root").iterdir()} == {base} | {f"{base}_{k}" for k in range(2, 13)}
 
