@@ -14,7 +14,7 @@ import numpy as np
 
 from ..physics.command import ASKED_WITHIN
 from ..physics.inputs import Inputs, push_command
-from .messages import JOINT, KINDS, Command, Refused, decode_command
+from .messages import CAUSES, JOINT, KINDS, Command, Refused, decode_command
 from .typestore import STORE
 
 SECOND = 1_000_000_000
@@ -37,7 +37,7 @@ class CommandIngest:
 
     `accepted` counts what was taken, `refused` what was not, by cause, and `clamped` what asked for more than the winch
     can do, "rate" or "length"; `last` is the newest command taken, `last_arrival` its arrival [ns], `last_clamp` what
-    was made of the newest that was clamped, in words. `lag` [s] is arrival less stamp of the newest, on the clock that
+    was made of the newest that was clamped, in words, `last_refusal` why the newest refused was. `lag` [s] is arrival less stamp of the newest, on the clock that
     the stamp is of, `lag_clock`: "motion", "wall", or "" where it is of neither (`lag` is NaN then).
     """
 
@@ -47,7 +47,7 @@ class CommandIngest:
         self.accepted = 0
         self.refused: Counter[str] = Counter()
         self.clamped: Counter[str] = Counter()
-        self.last_clamp = ""
+        self.last_clamp = self.last_refusal = ""
         self._lags: deque[tuple[int, float]] = deque(maxlen=2000)  # arrival ns, lag s, of the last second
         self.reset()
 
@@ -70,6 +70,7 @@ class CommandIngest:
                 raise Refused("before_motion")
         except Refused as refusal:
             self.refused[refusal.cause] += 1
+            self.last_refusal = CAUSES[refusal.cause]
             return refusal.cause
         time = max(data_now, self._last_time + 1) if self._last_time - data_now < MOVES else data_now
         self._last_time, self.last_arrival, self.last = time, arrival, command

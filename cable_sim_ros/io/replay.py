@@ -295,6 +295,8 @@ def residuals(frames: np.recarray, tow: RecordedTow) -> list[Residual]:
         time = np.array([fields["time"] for fields in theirs], np.int64)
         value = np.array([fields[name] if part is None else fields[name][part] for fields in theirs], float)
         ours = frames[name] if part is None else frames[name][:, part]
+        if topic == "sheave/tension":  # a wrench has the norm of the pull, also of a push
+            ours = np.abs(ours)
         at = paired(ours_time, time)
         rest = ours[at] - value
         between = (at < 0) & (time >= ours_time[0]) & (time <= ours_time[-1]) & bool((np.diff(ours_time) > 0).all())

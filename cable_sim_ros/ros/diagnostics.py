@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import time
 from collections import Counter, deque
+from math import isnan
 
 from ..io.messages import CAUSES, Command
 from ..physics.frame import Flag, Source
@@ -115,16 +116,16 @@ class Watch:
             return Status("loop", ERROR, session.problem, values)
         if publisher.failure is not None or not publisher.is_alive():
             return Status("loop", ERROR, f"the publisher thread ended: {publisher.failure}", values)
+        resyncs, overruns = self._new("resyncs", counters["resyncs"]), self._new("overruns", counters["overruns"])
         if pace.overloaded:
             return Status("loop", ERROR, pace.text(), values)
         if pace.stop_text(now):
             return Status("loop", WARN, pace.stop_text(now), values)
-        resyncs, overruns = self._new("resyncs", counters["resyncs"]), self._new("overruns", counters["overruns"])
         if resyncs:
             return Status(
                 "loop",
                 WARN,
-                f"resynchronised {resyncs} times in the last second: the machine is too slow "
+                f"resynchronised {resyncs} time{'s' * (resyncs > 1)} in the last second: the machine is too slow "
                 f"or too busy for this scene",
                 values,
             )
@@ -211,13 +212,14 @@ class Watch:
         refused = self._new("command drops", sum(commands.refused.values()))
         clamped = self._new("command clamps", sum(commands.clamped.values()))
         left = f"{out:.2f} m can be paid out and {back:.2f} m hauled in"
-        if flags & Flag.COMMAND_STALE:
+        if flags & Flag.COMMAND_STALE and commands.last is not None:
+            does = "brakes and holds" if isnan(commands.last.payout) else "goes to it and holds there"
             text = (
                 f"command stale: the newest, {_commanded(commands.last)}, is older than winch.command_timeout, the "
-                f"winch holds at {payout:.2f} m"
+                f"winch {does}: {payout:.2f} m out now"
             )
         elif refused:
-            text = f"{refused} commands refused in the last second"
+            text = f"{refused} command{'s' * (refused > 1)} refused in the last second: {commands.last_refusal}"
         elif clamped:
             text = f"{commands.last_clamp}; {left}"
         elif flags & Flag.COMMAND_LIMITED:

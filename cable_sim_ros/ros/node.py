@@ -38,7 +38,7 @@ from .loop import raise_priority
 from .neighbours import EVERY as NEIGHBOURS_EVERY
 from .neighbours import Neighbours
 from .params import ParameterError, checked, settle
-from .process import Stop, autostart, start_ros
+from .process import Stop, autostart, refuse_unknown, start_ros
 from .publisher import TickPublisher
 from .recording_control import RecordingControl
 from .session import Session
@@ -351,6 +351,7 @@ def main(args: list[str] | None = None) -> int:
     args, reach = discovery.limit(sys.argv if args is None else args)
     print(reach, file=sys.stderr, flush=True)
     try:
+        refuse_unknown(args)
         start_ros(args)
         node = CableSimNode()
         if node.settings.node.autostart and not autostart(node, stop):

@@ -25,6 +25,7 @@ from .topics import message_class
 
 SECOND = 1_000_000_000
 SLEEP_CHUNK = 0.1  # s, so that a signal is seen soon
+LONGEST = 1e7  # s of a bag
 
 
 class PlayError(ValueError):
@@ -42,6 +43,11 @@ class Item(NamedTuple):
 
 def load(path: Path, *, start: float = 0.0, duration: float | None = None, imu_only: bool = False) -> list[Item]:
     """Motion messages of a bag, start [s] after its first one, duration [s] long. PlayError when there are none."""
+    for name, value in (("start", start), ("duration", duration)):
+        if value is not None and not 0.0 <= value <= LONGEST:
+            raise PlayError(
+                f"--{name} {value:g} s is outside [0, {LONGEST:g}] s; nothing was played; give seconds of the bag"
+            )
     items: list[Item] = []
     first = None
     for log_time, kind, data in read_motion(path):

@@ -9,6 +9,7 @@ import rclpy
 from rclpy._rclpy_pybind11 import RCLError
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
 
 from .params import ParameterError
 
@@ -22,6 +23,16 @@ def start_ros(arguments: list[str]) -> None:
         raise ParameterError(
             f"ROS arguments: {' '.join(what.split())[:400]}; nothing was started. Correct the file or argument it names"
         ) from None
+
+
+def refuse_unknown(arguments: list[str]) -> None:
+    """ParameterError for arguments of the command line that are neither ours nor for ROS; the first is the program."""
+    unknown = remove_ros_args(arguments)[1:]
+    if unknown:
+        raise ParameterError(
+            f"{' '.join(unknown)[:200]}: no option of the node; nothing was started. Its only one is --open; parameters "
+            f"follow --ros-args, for example --ros-args -p scene:=side_scan"
+        )
 
 
 class Stop:

@@ -60,7 +60,9 @@ def off_track(scene: Scene, heading: float | None, frames: np.recarray) -> tuple
     faster = abs(speed - ship.tow_speed) / max(SPEED_WITHIN[0] * abs(ship.tow_speed), SPEED_WITHIN[1])
     if faster > 1.0:
         found.append(f"mean speed of the motion is {speed:.3g} m/s, ship.tow_speed is {ship.tow_speed:.3g} m/s")
-        ways.append(f"Set ship.tow_speed to {speed:.3g} m/s")
+        ways.append(
+            f"Set ship.tow_speed to {speed:.3g} m/s" if speed > 0.0 else "Give motion that goes ahead along its heading"
+        )
     if abs(turned) > HEADING_WITHIN:
         began = math.degrees(begun)
         found.append(f"mean heading of the motion is {began + turned:.4g} deg, that of the start is {began:.4g} deg")

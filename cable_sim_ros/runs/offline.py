@@ -29,6 +29,7 @@ from .rerun import Rerun
 from .stepping import Driven, Progress, silent
 from .summary import SKIP, summarize
 
+LONGEST = 1e7  # s of a run
 EVERY = 0.1  # s between Frames of a run whose steps are chosen, where the scene does not say
 HEAVE_SECONDS = 60.0  # s of a run under a sinusoidal heave where no duration is given
 AFTER_PLAN = 60.0  # s of a run after the last item of a winch plan, without a bag, where no duration is given
@@ -110,6 +111,10 @@ def run(
     step and every: see `stepped`; out: folder to make, with the bag ``tow`` of every channel and ``summary.json``.
     Raises SceneError, BagError, MotionError, PlanError, ResourceError, StartError; a solver that gives up ends the run.
     """
+    if duration is not None and not 0.0 < duration <= LONGEST:
+        raise MotionError(
+            f"duration = {duration:g} s is outside (0, {LONGEST:g}] s: nothing was simulated; give the seconds to simulate"
+        )
     plan = None if winch is None else WinchPlan.of(winch)
     bag = _bag_path(out)
     scene = scene if isinstance(scene, Scene) else load_scene(scene)

@@ -14,6 +14,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
 from test_commands import NOW, S, command
 
 from cable_sim_ros.io.commands import CommandIngest
+from cable_sim_ros.io.messages import CAUSES
 from cable_sim_ros.physics.frame import FRAME, Flag
 from cable_sim_ros.physics.heave import MotionInput
 from cable_sim_ros.physics.inputs import make_inputs
@@ -74,7 +75,7 @@ def test_a_good_command():
         (
             Flag.COMMAND_STALE,
             {"velocity": [0.5]},
-            "command stale: the newest, rate 0.5 m/s, is older than winch.command_timeout, the winch holds at 450.00 m",
+            "command stale: the newest, rate 0.5 m/s, is older than winch.command_timeout, the winch brakes and holds: 450.00 m out now",
         ),
         (
             Flag.NONE,
@@ -88,7 +89,7 @@ def test_a_good_command():
             "the newest, rate 2 m/s, asks for more than the winch can do: 15.00 m can be paid out and 430.00 m hauled "
             "in",
         ),
-        (Flag.NONE, {"velocity": [np.inf]}, "1 commands refused in the last second"),
+        (Flag.NONE, {"velocity": [np.inf]}, "1 command refused in the last second: " + CAUSES["not_finite"]),
     ],
     ids=["stale", "clamped", "limited", "refused"],
 )

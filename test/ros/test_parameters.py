@@ -198,3 +198,12 @@ def test_a_whole_number_that_may_be_left_out_is_0_in_ros():
     assert checked(row, 0) is None and checked(row, 3) == 3
     with pytest.raises(Exception, match="out of range"):
         checked(row, 11)
+
+
+def test_an_argument_that_the_node_does_not_know_is_refused():
+    from cable_sim_ros.ros.params import ParameterError
+    from cable_sim_ros.ros.process import refuse_unknown
+
+    refuse_unknown(["node", "--ros-args", "-p", "scene:=side_scan", "--", "--ros-args", "-r", "__ns:=/a"])
+    with pytest.raises(ParameterError, match="--scene side_scan: no option of the node; nothing was started"):
+        refuse_unknown(["node", "--scene", "side_scan"])

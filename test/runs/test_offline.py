@@ -503,3 +503,19 @@ def test_a_tick_longer_than_the_motion_that_is_kept_is_refused():
     )
     with pytest.raises(MotionError, match=text):
         passes.Pass(scene, tow)
+
+
+@pytest.mark.parametrize("duration", [float("nan"), float("inf"), 0.0, -1.0])
+def test_a_duration_that_is_none_is_refused(duration):
+    with pytest.raises(MotionError, match="is outside \\(0, 1e\\+07\\] s: nothing was simulated"):
+        offline.run("full_scale", "nbp1406", duration=duration)
+
+
+def test_a_cable_that_pushes_at_the_sheave_replays_as_it_ran(tmp_path):
+    """The wrench of sheave/tension has no sign."""
+    ran = offline.run("lowered_ctd", heave=(3.0, 4.0), duration=5.0, out=tmp_path)
+    assert ran.frames.tension.min() < 0.0, "hauled up and let fall"
+    again = offline.replay(ran.bag)
+    assert again.figures["largest_difference"]["difference"] == 0.0
+    assert all(row.largest < 1e-9 for row in again.residuals)
+    assert "RESIDUAL" not in {reason.flag for reason in again.verdict.reasons}
