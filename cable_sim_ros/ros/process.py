@@ -30,8 +30,8 @@ def refuse_unknown(arguments: list[str]) -> None:
     unknown = remove_ros_args(arguments)[1:]
     if unknown:
         raise ParameterError(
-            f"{' '.join(unknown)[:200]}: no option of the node; nothing was started. Its only one is --open; parameters "
-            f"follow --ros-args, for example --ros-args -p scene:=side_scan"
+            f"{' '.join(unknown)[:200]}: no option of the node; nothing was started. Its only one is --open; "
+            f"parameters follow --ros-args, for example --ros-args -p scene:=side_scan"
         )
 
 

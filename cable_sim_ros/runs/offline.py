@@ -113,7 +113,7 @@ def run(
     """
     if duration is not None and not 0.0 < duration <= LONGEST:
         raise MotionError(
-            f"duration = {duration:g} s is outside (0, {LONGEST:g}] s: nothing was simulated; give the seconds to simulate"
+            f"duration = {duration:g} s is outside (0, {LONGEST:g}] s: nothing was simulated; give seconds"
         )
     plan = None if winch is None else WinchPlan.of(winch)
     bag = _bag_path(out)

@@ -75,7 +75,8 @@ def test_a_good_command():
         (
             Flag.COMMAND_STALE,
             {"velocity": [0.5]},
-            "command stale: the newest, rate 0.5 m/s, is older than winch.command_timeout, the winch brakes and holds: 450.00 m out now",
+            "command stale: the newest, rate 0.5 m/s, is older than winch.command_timeout, the winch "
+            "brakes and holds: 450.00 m out now",
         ),
         (
             Flag.NONE,
