@@ -75,4 +75,4 @@ def test_the_controller_of_the_page_brings_the_body_to_its_depth_and_its_end_is_
         5.0,
         "the end of the controller in /diagnostics",
     )
-    assert level == 1 and "older than winch.command_timeout, the winch holds at" in text
+    assert level == 1 and "older than winch.command_timeout, the winch brakes and holds" in text
