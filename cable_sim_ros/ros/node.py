@@ -351,8 +351,8 @@ def main(args: list[str] | None = None) -> int:
     args, reach = discovery.limit(sys.argv if args is None else args)
     print(reach, file=sys.stderr, flush=True)
     try:
-        refuse_unknown(args)
         start_ros(args)
+        refuse_unknown(args)
         node = CableSimNode()
         if node.settings.node.autostart and not autostart(node, stop):
             code = 1
