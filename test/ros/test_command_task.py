@@ -88,7 +88,7 @@ def test_a_good_command():
             "the newest, rate 2 m/s, asks for more than the winch can do: 15.00 m can be paid out and 430.00 m hauled "
             "in",
         ),
-        (Flag.NONE, {"velocity": [np.inf]}, "1 commands refused in the last second"),
+        (Flag.NONE, {"velocity": [np.inf]}, "1 command refused in the last second"),
     ],
     ids=["stale", "clamped", "limited", "refused"],
 )
