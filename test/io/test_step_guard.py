@@ -86,7 +86,7 @@ def test_a_single_wrong_message_costs_a_tenth_of_a_second():
 
 
 def test_a_step_that_stays_is_the_streams_new_way():
-    """A bias of 1 m/s, which no cause explains, and a datum 1.5 m higher from 10 s on: refused for a while, then used."""
+    """A bias of 1 m/s, a datum 1.5 m higher, both from 10 s on: refused for a while, then used."""
     m, guard, height = sail(40.0, speed=0.0), RateGuard(0.2, 1.0), HeightGuard(1.0)
     late, speed = m.t > 10.0, world(m, m.velocity)
     biased, higher = speed + late[:, None] * [0, 1.0, 0], m.position[:, 2] + 1.5 * late
@@ -109,7 +109,7 @@ def test_noisy_positions_and_low_rates_are_not_refused(hertz, noise):
 @pytest.mark.parametrize("change", [0.5, 3.0])
 @pytest.mark.parametrize("within, most", [(0.0, 6), (0.2, 0)])
 def test_a_blow_that_the_position_follows_is_used(change, within, most):
-    """m/s lost in a collision within 0.2 s, or from one sample to the next, which takes a tenth of a second to believe."""
+    """m/s lost in a collision within 0.2 s, or from one sample to the next, which takes 0.1 s to believe."""
     m, random = sail(20.0), np.random.default_rng(9)
     lost = np.clip((m.t - 10.0) / within, 0.0, 1.0) if within else 1.0 * (m.t > 10.0)
     way = np.concatenate([[0.0], np.cumsum(0.5 * (lost[1:] + lost[:-1]) if within else lost[1:])]) / 50.0
