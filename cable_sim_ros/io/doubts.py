@@ -26,8 +26,12 @@ DOUBTS = {
     f"mounting of gyro and attitude? {UNUSED}; bring both to the same axes",
     "rate_absent": f"angular_velocity is zero all the time while the attitude turns: rates not filled in? {UNUSED}; "
     "send the rates",
-    "rate_misfit": "the attitude does not turn as angular_velocity says, by degrees within half a second: "
+    "rate_misfit": "the attitude does not turn as angular_velocity says, which has just stepped or is off by degrees "
+    f"within half a second: {UNUSED}; check unit, axes and time stamps of both",
+    "velocity_misfit": "twist.linear has stepped and the position does not follow it: "
     f"{UNUSED}; check unit, axes and time stamps of both",
+    "height_step": "z of the position has stepped by more than half of motion.max_height_offset, which the twist does "
+    f"not explain: {UNUSED}; check datum and quality of the height",
     "velocity_knots": f"twist.linear is 1.94 times the speed of the position: knots? {UNUSED}; send m/s",
     "velocity_kmh": f"twist.linear is 3.6 times the speed of the position: km/h? {UNUSED}; send m/s",
     "velocity_world": "twist.linear fits the speed of the position only when read in world axes: twist in the axes of "

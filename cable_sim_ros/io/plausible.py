@@ -14,12 +14,15 @@ from ..sim.attitude import to_world
 from .comparison import Comparison
 from .doubts import DOUBTS, attitude_guesses, heave_guesses, rate_guesses, velocity_guesses
 from .messages import Imu, Odometry
+from .step_guard import HeightGuard, RateGuard
 
 GAP = 1.6  # s; a longer gap begins anew
 LEAK, MISFIT = (
     0.5,
     (0.035, 0.5),
 )  # s; rad and share of the rms of the angle: misfit of attitude and rates that is refused
+TURN_STEP, TURN_RAMP = 0.02, 0.1  # rad/s, rad/s^2: a step of the rates that is always usual
+MOVE_STEP, MOVE_RAMP = 0.2, 1.0  # m/s, m/s^2: of the velocity
 UNSEEN = 0.35  # rad/s: a first sample that turns faster waits for the second
 NORM_ODD = 1e-3  # a quaternion further off norm 1 is said to be
 SLOW = 60.0  # s, longer than any heave that is meant
@@ -70,10 +73,12 @@ class Turning:
     def __init__(self, world: bool) -> None:
         self.compared = Comparison(rate_guesses(world), moving=5e-4, apart=2.5e-3)
         self._world = world
+        self._guard = RateGuard(TURN_STEP, TURN_RAMP)
         self.begin()
 
     def begin(self) -> None:
         self.compared.begin()
+        self._guard.begin()
         self._angles: tuple[float, float, float] | None = None
         self._before: tuple[float, ...] = ()
         self._integral = [0.0] * (6 if self._world else 3)
@@ -85,13 +90,14 @@ class Turning:
         rates: tuple[float, ...] = axes.angle_rates(rate)
         if self._world:
             rates += axes.angle_rates(axes.to_body(rate))
+        stepped = self._guard.take(angles, rates[:3], dt)
         if self._angles is None:
             self._angles, self._before, self._mean = angles, rates, list(angles)
             self.compared.add((*angles, *self._integral), 0.0)
             return max(map(abs, rate)) > UNSEEN
         moved = [0.5 * dt * (a + b) for a, b in zip(self._before, rates)]
         self._integral = [a + b for a, b in zip(self._integral, moved)]
-        fade, share, bad = exp(-dt / LEAK), min(1.0, dt / 5.0), False
+        fade, share, bad = exp(-dt / LEAK), min(1.0, dt / 5.0), stepped
         for i in range(3):
             off = self._misfit[i] = fade * self._misfit[i] + angles[i] - self._angles[i] - moved[i]
             self._mean[i] += share * (angles[i] - self._mean[i])
@@ -109,16 +115,27 @@ class Moving:
         self.compared = Comparison(velocity_guesses(), moving=0.03, apart=0.05)
         self.reference, self.most = reference, most
         self.high = False
+        self._guard, self._height_guard = RateGuard(MOVE_STEP, MOVE_RAMP), HeightGuard(0.5 * most)
         self.begin()
 
     def begin(self) -> None:
         self.compared.begin()
+        self._guard.begin()
+        self._height_guard.begin()
+        self.misfit = ""  # why the newest sample must be refused by itself
         self._before: tuple[float, ...] = ()
         self._first = (0.0, 0.0, 0.0)
         self._integral = [0.0] * 12
         self._age = self._mean = self._rise = self._bend = self._speed = self._up = self._way = 0.0
         self._crest, self._trough, self._turns = -inf, inf, 0
         self._far = inf  # s since z was last as near as it must be; inf: it never was
+
+    def pose_only(self) -> None:
+        """A message without twist: nothing to hold its position against."""
+        self.compared.begin()
+        self._guard.begin()
+        self._height_guard.begin()
+        self.misfit = ""
 
     def take(self, position, axes: Axes, velocity, dt: float) -> float:
         """Returns the vertical velocity, m/s."""
@@ -128,7 +145,13 @@ class Moving:
         self._integral = [s + 0.5 * dt * (a + b) for s, a, b in zip(self._integral, self._before, parts)]
         self._before = parts
         self.compared.add((*(p - q for p, q in zip(position, self._first)), *self._integral), dt)
-        return parts[2] + parts[5] + parts[8]
+        speed = tuple(parts[i] + parts[3 + i] + parts[6 + i] for i in range(3))
+        self.misfit = "velocity_misfit" if self._guard.take(position, speed, dt) else ""
+        if self.misfit:
+            self._height_guard.begin()
+        elif self._height_guard.take(position[2], speed[2], dt):
+            self.misfit = "height_step"
+        return speed[2]
 
     def height(self, z: float, up: float, dt: float) -> None:
         """Does z [m above the reference] keep away from 0? up: m/s.
@@ -302,7 +325,7 @@ class Watch:
         if not message.twist:
             pose_only = self._moved((*place, *angles[:2]))
             turning.begin()
-            moving.compared.begin()
+            moving.pose_only()
         else:
             self._poses.clear()
             axes = Axes(angles)
@@ -321,7 +344,9 @@ class Watch:
         found += ["height_offset"] if moving.high else []
         gain = (moving if moving.compared.cause else turning).compared.gain
         self._note(topic, next((cause for cause in found if cause not in ("", "absent")), ""), gain)
-        return self.causes[topic] or ("rate_misfit" if misfit and not pose_only else "")
+        if self.causes[topic] or pose_only:
+            return self.causes[topic]
+        return "rate_misfit" if misfit else moving.misfit
 
     def _moved(self, pose: tuple[float, ...]) -> bool:
         """Has the pose moved since the twist has been zero? A ship at rest has a twist of zero."""

@@ -152,7 +152,8 @@ class Watch:
         drops = drop_counts(session)
         for cause, count in sorted(drops.items()):
             values[f"dropped: {cause}"] = str(count)
-        new, hint = self._new("motion drops", sum(drops.values())), str(report.get("hint", ""))
+        new = {cause: n for cause, count in drops.items() if (n := self._new(f"dropped {cause}", count))}
+        hint = str(report.get("hint", ""))
         doubted = {"none"} != {report.get(f"{kind}_doubt", "none") for kind in ("imu", "odometry")}
         values["clock_jumps"] = str(session.clock.jumps)
         frame = publisher.latest if publisher else None
@@ -172,9 +173,8 @@ class Watch:
         if doubted:
             return Status("motion", WARN, hint, values)
         if new:
-            return Status(
-                "motion", WARN, f"{new} messages refused in the last second; {report.get('last_refusal', '')}", values
-            )
+            why = "; ".join(f"{cause}: {CAUSES[cause]}" for cause in new)
+            return Status("motion", WARN, f"{_refused(sum(new.values()), 'message')}; {why}", values)
         if hint:
             return Status("motion", WARN, hint, values)
         if report.get("source") == "imu" and not report.get("heave_valid"):
@@ -219,7 +219,7 @@ class Watch:
                 f"winch {does}: {payout:.2f} m out now"
             )
         elif refused:
-            text = f"{refused} command{'s' * (refused > 1)} refused in the last second: {commands.last_refusal}"
+            text = f"{_refused(refused, 'command')}: {commands.last_refusal}"
         elif clamped:
             text = f"{commands.last_clamp}; {left}"
         elif flags & Flag.COMMAND_LIMITED:
@@ -278,6 +278,10 @@ def drop_counts(session: Session) -> Counter:
     if getattr(session, "ingest", None) is not None:
         drops.update({cause: count for cause, count in session.ingest.counts.items() if count and CAUSES.get(cause)})
     return drops
+
+
+def _refused(count: int, what: str) -> str:
+    return f"{count} {what}{'s' if count > 1 else ''} refused in the last second"
 
 
 def _commanded(command: Command | None) -> str:
