@@ -291,7 +291,7 @@ class MotionIngest:
         """Push a sample; measured: its rates are measured, not differences of the positions."""
         if self._last is not None:
             if stamp <= self._last[0]:  # the other source was ahead
-                self._refuse(self.source.name.lower(), "behind")
+                self._refuse(str(self.source.name).lower(), "behind")
                 return
             if stamp - self._last[0] > self.ship.max_gap * SECOND and not self._new_epoch:
                 self.counts["gap"] += 1

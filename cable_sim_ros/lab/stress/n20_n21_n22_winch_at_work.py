@@ -138,6 +138,7 @@ def working(quick: bool) -> Found:
     return Found(figures, notes)
 
 
+PLACE = 0.01  # m, what the mesh of such a scope is made to
 JOINTS = {
     "fairing": {"fairing": "ribbon", "drag_amplification": 2.37},
     "other cable": {"diameter": 0.013, "mass_per_length": 0.62, "axial_stiffness": 4e6, "bending_stiffness": 3.0},
@@ -195,10 +196,7 @@ def joint(quick: bool) -> Found:
                 newton, metres = against(sim, started(jointed(name, scope)))
                 way = "hauled in" if rate < 0.0 else "paid out again"
                 # hauled in, the direct start has a mesh of its own: what both are promised to err by
-                accuracy = scene.accuracy
-                allowed = (
-                    (accuracy.tension * sim.frame.tension, 2.0 * accuracy.position) if rate < 0.0 else (0.5, 0.015)
-                )
+                allowed = (scene.accuracy.tension * sim.frame.tension, 2.0 * PLACE) if rate < 0.0 else (0.5, 0.015)
                 figures += [
                     Figure(f"{name}, {way}, tension against a direct start", newton, "N", float(allowed[0])),
                     Figure(f"{name}, {way}, body against a direct start", metres, "m", allowed[1]),
