@@ -11,6 +11,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
 from true_ship import T0, imu_messages, odometry_messages, replace, sail, stamps
 
 from cable_sim_ros.io.doubts import DOUBTS
+from cable_sim_ros.io.messages import CAUSES
 from cable_sim_ros.io.motion import MotionIngest
 from cable_sim_ros.physics.frame import Flag
 from cable_sim_ros.physics.heave import Heave, MotionInput
@@ -21,6 +22,11 @@ from cable_sim_ros.ros.diagnostics import ERROR, WARN, Watch
 
 def task(status=0, **wrong):
     """The task after 3 s of IMU and odometry, the odometry with something replaced."""
+    return watched(status, **wrong)[2]
+
+
+def watched(status=0, **wrong):
+    """The ingest, how to look at the task again, and the task as it is after 3 s."""
     m = sail(3.0)
     it = MotionIngest(make_inputs(), Ship(), Heave())
     sent = replace(m, **{name: getattr(m, name) * factor for name, factor in wrong.items()})
@@ -34,7 +40,12 @@ def task(status=0, **wrong):
     )  # fmt: skip
     frame = np.zeros(1, [("status", "i8"), ("motion_source", "i8"), ("motion_age", "f8")])[0]
     frame["status"], frame["motion_age"] = status, 2.0
-    return Watch(session)._motion(SimpleNamespace(latest=frame), T0)
+    watch = Watch(session)
+
+    def look():
+        return watch._motion(SimpleNamespace(latest=frame), T0)
+
+    return it, look, look()
 
 
 def test_the_cause_is_named_while_it_lasts():
@@ -50,3 +61,15 @@ def test_stale_motion_says_why():
     assert status.level == ERROR and status.message.endswith(DOUBTS["rate_degrees"])
     good = task()
     assert "doubt" not in good.message and good.values["odometry_doubt"] == "none"
+
+
+def test_a_refusal_is_reported_with_its_own_cause():
+    """Not with that of the refusal before it, which may be over for long."""
+    it, look, first = watched()
+    it.last_refusal = f"odometry: {DOUBTS['velocity_knots']}"
+    it.counts["behind"] += 1
+    status = look()
+    assert "refused" not in first.message and status.level == WARN
+    assert status.message == f"1 message refused in the last second; behind: {CAUSES['behind']}"
+    it.counts["behind"] += 1
+    assert look().message.startswith("2 messages refused in the last second; behind")
