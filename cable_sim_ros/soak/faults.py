@@ -155,8 +155,10 @@ def silent(quick: bool) -> Found:
     with rig() as it:
         heard = it.probe.listen("nav_msgs/msg/Odometry", "odom", raw=True)
         for _ in range(2 if quick else 20):
+            before = len(heard)
             it.sail()
-            until(lambda: it.probe.tasks("inputs")[-1].level == 0, 10.0, "fresh inputs")
+            until(lambda before=before: len(heard) > before + 50, 10.0, "odometry")
+            until(lambda: [s for s in it.probe.tasks("inputs")[-1:] if s.level == 0], 10.0, "fresh inputs")
             time.sleep(0.5)
             assert it.sensors is not None
             it.sensors.process.kill()
