@@ -47,8 +47,8 @@ class Start(NamedTuple):
 class Journal:
     """Writes the entries of one recording, in the order of the ticks.
 
-    put(bytes): records one message. Of two threads one may `note` what happens between two ticks while the other
-    goes through the `tick`s that are done; notes wait for theirs.
+    put(bytes): records one message. Of two threads one may say `start` and `set` between two ticks, while the other
+    goes through the `tick`s that are done: what was said waits for its tick.
     """
 
     def __init__(self, put: Callable[[bytes], None], inputs: Inputs) -> None:

@@ -24,19 +24,22 @@ class RecordingControl:
 
     def __init__(self, settings: Settings, namespace: str) -> None:
         self.settings, self.namespace = settings, namespace
-        self._about = {
-            "scene": settings.scene.name,
-            "scene_yaml": dump_scene(settings.scene),
-            "cable_sim_ros": __version__,
-            "namespace": namespace,
-            "node": settings.node.model_dump_json(),
-        }
         self.wanted = settings.node.recording.path
         self.names = Names(settings.node.recording.root)
         self.path: Path | None = None
         self.recorder: Recorder | None = None
         self._closing: Recorder | None = None
         self._last: RecorderStats | None = None
+
+    def about(self) -> dict[str, str]:
+        """What a recording that begins now says of itself; live parameters are in its scene as they are."""
+        return {
+            "scene": self.settings.scene.name,
+            "scene_yaml": dump_scene(self.settings.scene),
+            "cable_sim_ros": __version__,
+            "namespace": self.namespace,
+            "node": self.settings.node.model_dump_json(),
+        }
 
     def begin(self, session: Session, publisher: TickPublisher | None) -> str:
         """Record a session and what its publisher has; returns "" or why there is no recording."""
@@ -76,7 +79,7 @@ class RecordingControl:
             return f"no recording: {problem}"
         path = self.names.next(self.wanted)
         try:
-            self.recorder = Recorder(path, custom_data=self._about, least_free=least_free)
+            self.recorder = Recorder(path, custom_data=self.about(), least_free=least_free)
         except (BagError, OSError) as error:
             return f"no recording: {error}"
         self.names.made()

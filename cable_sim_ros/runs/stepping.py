@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -61,8 +61,7 @@ class Drive:
         if recording is not None:
             recording.inputs(events or [])
             rows = heads if heads is not None else [(inputs.motion_head[0], inputs.command_head[0])]
-            for k, (motion, command) in enumerate(rows):
-                recording.journal.tick(self.done + k, int(motion), int(command))
+            recording.seen(self.done, rows)
         begun, used = time.perf_counter(), time.process_time()
         try:
             frames = self.sim.run(count, heads=heads)
@@ -82,8 +81,7 @@ class Drive:
     def close(self) -> None:
         """End the recording."""
         if self.recording is not None:
-            self.recording.journal.end(self.done, "halted" if self.problem else "end")
-            self.recording.close()
+            self.recording.close(self.done, "halted" if self.problem else "end")
 
     @property
     def frames(self) -> np.recarray:
@@ -114,10 +112,11 @@ class RunRecorder:
         self.encoder.declare(self.writer)
         self.offset = 0  # ns, arrival less stamp
         self._last = 0
+        self.journal: Journal | None = None
 
     def begin(self, done: int, start: Start, sim: Simulator) -> None:
         """The simulation begins here, or goes on here."""
-        if not done:
+        if self.journal is None:
             self.journal = Journal(self._entry, sim.inputs)
         self._time = start.time
         self.journal.start(done, start, {}, sim.snapshot())
@@ -128,6 +127,12 @@ class RunRecorder:
             msgtype, topic = KINDS[event.kind]
             self.writer.add(f"{self.context.namespace}/{topic}", msgtype, event.arrival, event.data, event.time)
 
+    def seen(self, done: int, rows: Iterable) -> None:
+        """Samples and commands that each of the next ticks sees: (motion, commands) a tick, see `Simulator.run`."""
+        assert self.journal is not None, "begin comes first"
+        for k, (motion, command) in enumerate(rows):
+            self.journal.tick(done + k, int(motion), int(command))
+
     def outputs(self, frames: np.recarray, shapes: np.ndarray, contacts: np.ndarray) -> None:
         """What a chunk of ticks answered."""
         for frame, shape, contact in zip(frames, shapes, contacts):
@@ -136,7 +141,10 @@ class RunRecorder:
             for channel, topic, data in self.encoder.encode(frame, shape, contact):
                 self.writer.add(topic, channel.msgtype, log, data, self._time)
 
-    def close(self) -> None:
+    def close(self, done: int, why: str) -> None:
+        """End journal and bag after ``done`` ticks; a start that failed leaves no journal."""
+        if self.journal is not None:
+            self.journal.end(done, why)
         self.writer.close()
 
     def _entry(self, data: bytes) -> None:

@@ -7,6 +7,7 @@ import struct
 import pytest
 
 from cable_sim_ros.io.bag import BagError, BagWriter, read_bag
+from cable_sim_ros.io.resources import find_bag
 from cable_sim_ros.ros.player import PlayError, load, restamped
 
 SECOND = 10**9
@@ -50,3 +51,10 @@ def test_bags_that_cannot_be_played(bag, tmp_path):
         writer.add("/x", "sensor_msgs/msg/JointState", 5, b"\0\1\0\0")
     with pytest.raises(BagError, match="has neither sensor_msgs/msg/Imu nor nav_msgs/msg/Odometry"):
         load(tmp_path / "none")
+
+
+@pytest.mark.parametrize("name", ["start", "duration"])
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), -1.0])
+def test_seconds_that_are_none_are_refused(name, value):
+    with pytest.raises(PlayError, match=f"--{name} .* s is outside .0, 1e.07. s; nothing was played; give seconds"):
+        load(find_bag("nbp1406"), **{name: value})

@@ -10,8 +10,10 @@ import time
 import pytest
 
 from cable_sim_ros.io.bag import read_bag, read_metadata
+from cable_sim_ros.io.load import scene_from_text
 from cable_sim_ros.ros.params import ParameterError, settle
 from cable_sim_ros.ros.recording_control import RecordingControl
+from cable_sim_ros.sim.live import changed
 
 TOGGLES = 100  # a thousand are stress row S1
 IMU, TOPIC = "sensor_msgs/msg/Imu", "/tow_sim/imu/data"
@@ -110,3 +112,13 @@ def test_a_full_disk_ends_the_recording_in_good_order(make, monkeypatch):
     first = control.path
     assert control.start() == "" and control.path != first  # what has ended is not in the way
     assert len(list(read_bag(first))) == 10 and read_metadata(first)["message_count"] == 10
+
+
+def test_a_recording_has_live_parameters_as_they_are(make):
+    control = make(path="a")
+    scene = changed(control.settings.scene, "winch.command_timeout", 0.9)
+    control.settings = control.settings._replace(scene=scene)
+    assert control.start() == ""
+    control.stop()
+    kept = scene_from_text(read_metadata(control.path)["custom_data"]["scene_yaml"], "a")
+    assert kept.winch.command_timeout == 0.9

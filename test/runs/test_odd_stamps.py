@@ -10,6 +10,7 @@ import pytest
 
 from cable_sim_ros.io.commands import encode_command
 from cable_sim_ros.io.load import load_scene, override
+from cable_sim_ros.io.messages import decode_odometry
 from cable_sim_ros.io.replay import Event, RecordedTow, by_stamps, read_tow, usable_arrivals
 from cable_sim_ros.io.resources import find_bag
 from cable_sim_ros.runs.passes import Pass
@@ -97,3 +98,61 @@ def test_log_times_that_stand_still_are_no_arrivals(events, clean, tmp_path):
     assert usable_arrivals(events) and not usable_arrivals(flat)
     one, frames, _ = driven(by_stamps(flat))
     assert one.feeder.clock.jumps == 0 and frames.tobytes() == clean[1].tobytes()
+
+
+def test_a_bag_of_which_no_motion_can_be_used_is_refused(events):
+    """Heights of a hundred metres: not a tow on the mean track that nobody asked for."""
+    from cable_sim_ros.io.motion_table import MotionError
+
+    high = []
+    for event in events[:50]:
+        data = bytearray(event.data)
+        struct.pack_into("<d", data, data.index(struct.pack("<d", decode_odometry(event.data).position[2])), 100.0)
+        high.append(event._replace(data=bytes(data)))
+    with pytest.raises(MotionError, match="no message of the ship's motion can be used .height 50.: nothing was simul"):
+        Pass(load_scene("full_scale"), RecordedTow("high", high)).go(1.0, None)
+
+
+def test_the_notice_of_log_times_that_stand_still(tmp_path):
+    from cable_sim_ros.io.bag import BagWriter
+
+    with BagWriter(tmp_path / "flat") as bag:
+        for event in read_tow(find_bag("nbp1406")).events[:300]:
+            if event.kind == "odometry":
+                bag.add("/odom", "nav_msgs/msg/Odometry", 5, event.data)
+    (notice,) = read_tow(tmp_path / "flat").notices
+    assert "the log times do not run with the stamps of the motion" in notice
+    assert "as if each had come at once" in notice
+
+
+def test_a_start_that_fails_while_it_is_recorded_says_so(events, tmp_path, monkeypatch):
+    """The recording that was begun does not hide why there is none."""
+    from cable_sim_ros.runs import offline
+    from cable_sim_ros.sim.simulator import Simulator, StartError
+
+    ran = offline.run("side_scan", heave=(0.5, 8.0), duration=1.0, out=tmp_path / "run")
+    starts = []
+
+    def start(self, *given, **named):
+        starts.append(self)
+        if len(starts) > 1:  # the first is the warm-up's
+            raise StartError("side_scan: no static equilibrium", 12.0)
+        return begin(self, *given, **named)
+
+    begin = Simulator.start
+    monkeypatch.setattr(Simulator, "start", start)
+    with pytest.raises(StartError, match="no static equilibrium"):
+        offline.replay(ran.bag, out=tmp_path / "again")
+
+
+def test_another_scene_begins_a_jump_from_rest_and_says_so(events, tmp_path):
+    from cable_sim_ros.runs import offline
+
+    half = len(events) // 2
+    moved = [*events[:half], *(restamped(e, e.time + 40 * S) for e in events[half:])]
+    scene = load_scene("full_scale")
+    Pass(scene, RecordedTow("", moved)).go(SECONDS, tmp_path / "bag")
+    assert offline.replay(tmp_path / "bag").figures["replay_faults"] == []
+    other = offline.replay(tmp_path / "bag", override(scene, {"towbody.net_weight": 545.0}))
+    (fault,) = other.figures["replay_faults"]
+    assert "(jump) is of another scene: begun there from the static equilibrium" in fault

@@ -1,0 +1,96 @@
+"""The journal of a recording: what it says where entries are missing, damaged, overwritten, or of another scene."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from cable_sim_ros.io.journal import MSGTYPE, Journal, Start, encoded, packed, read_journal, unpacked
+from cable_sim_ros.io.typestore import STORE
+from cable_sim_ros.physics.inputs import MOTION_ROWS, make_inputs, push_command, push_motion
+
+
+def rings(inputs):
+    return {f"inputs_{name}": array.copy() for name, array in inputs._asdict().items()}
+
+
+def written(ticks=6, samples=3):
+    """Messages of a run of some ticks, each with new samples, and a command at the third."""
+    inputs, messages = make_inputs(), []
+    journal = Journal(messages.append, inputs)
+    journal.start(0, Start(1000, (1.0, 2.0), 0.5), {"winch.command_timeout": 0.7}, rings(inputs))
+    for tick in range(ticks):
+        for _ in range(samples):
+            head = int(inputs.motion_head[0])
+            push_motion(inputs, 1000 + head, [float(head)] * 14)
+        if tick == 2:
+            push_command(inputs, 1007, np.nan, -0.25)
+        journal.tick(tick, int(inputs.motion_head[0]), int(inputs.command_head[0]))
+    journal.end(ticks, "end")
+    return messages
+
+
+def test_what_is_written_is_read_back_tick_by_tick():
+    told = read_journal(written())
+    (segment,) = told.segments
+    assert told.faults == [] and segment.ticks == 6 and not segment.halted
+    assert segment.start == Start(1000, (1.0, 2.0), 0.5, "start")
+    assert segment.parameters == {"winch.command_timeout": 0.7}
+    assert segment.heads().tolist() == [[3, 0], [6, 0], [9, 1], [12, 1], [15, 1], [18, 1]]
+    again = make_inputs()
+    segment.load(again)
+    segment.push(again, 18, 1)
+    assert again.motion_time[:18].tolist() == list(range(1000, 1018)) and again.motion[17, 0] == 17.0
+    assert again.command_time[0] == 1007 and np.isnan(again.command[0, 0]) and again.command[0, 1] == -0.25
+
+
+def test_the_order_of_the_messages_does_not_matter():
+    (there,), (back,) = read_journal(written()).segments, read_journal(written()[::-1]).segments
+    assert there.heads().tolist() == back.heads().tolist() and there.motion == back.motion
+
+
+def test_missing_and_damaged_entries_are_said():
+    messages = written()
+    assert read_journal([*messages[:2], *messages[3:]]).faults == ["1 of 8 entries are missing"]
+    told = read_journal([*messages, b"\0\1\0\0junk"])
+    assert len(told.faults) == 1 and told.faults[0].startswith("an entry cannot be read (")
+    (fault,) = read_journal([encoded({"n": 0, "tick": 0, "start": {"cause": "start"}})]).faults
+    assert fault.startswith("entry 0 cannot be used (KeyError")
+
+
+def test_a_damaged_state_is_said():
+    entry = json.loads(STORE.deserialize_cdr(written()[0], MSGTYPE).data)
+    entry["start"]["state"] = entry["start"]["state"][:200]
+    told = read_journal([encoded(entry)])
+    assert told.segments == [] and "the state in the journal cannot be read" in told.faults[0]
+    assert unpacked(packed({"a": np.arange(3)}))["a"].tolist() == [0, 1, 2]
+
+
+def test_samples_that_the_ring_has_lost_are_counted():
+    inputs, messages = make_inputs(), []
+    journal = Journal(messages.append, inputs)
+    journal.start(0, Start(0, (0.0, 0.0), None), {}, rings(inputs))
+    for k in range(MOTION_ROWS + 100):
+        push_motion(inputs, k, [0.0] * 14)
+    journal.tick(0, MOTION_ROWS + 100, 0)
+    journal.lose(1, 7)
+    first, second = read_journal(messages).faults
+    assert first == "108 samples or ticks before tick 0 are not known"
+    assert second == "7 samples or ticks before tick 1 are not known"
+
+
+@pytest.mark.parametrize("ended, halted", [("halted", True), ("recording ended", False)])
+def test_a_halt_and_a_reset_after_it(ended, halted):
+    inputs, messages = make_inputs(), []
+    journal = Journal(messages.append, inputs)
+    journal.start(0, Start(0, (0.0, 0.0), 0.0), {}, rings(inputs))
+    journal.tick(3, 0, 0)
+    journal.end(4, ended)
+    journal.start(5, Start(9, (0.0, 0.0), 0.0, "reset"), {}, rings(inputs))
+    journal.tick(5, 0, 0)
+    journal.end(7, "end")
+    first, second = read_journal(messages).segments
+    assert first.halted is halted and first.ticks == (4 if halted else 5) and second.ticks == 2
+    assert second.start.cause == "reset" and second.first == 5
