@@ -41,7 +41,7 @@ from .jit import LANES, driver
 from .segment import added_mass, normal_drag, tangential_drag
 from .shape import LINK, X4, shape, slope
 from .state import ARC, NOW, Q
-from .vec import add, axpy, dot, get3, norm, put3, scale, sub
+from .vec import add, axpy, dot, get3, norm, put3, row3, scale, sub
 from .work import ENERGY, LOST, TENSION, WET
 
 THIRD, SIXTH = 1.0 / 3.0, 1.0 / 6.0
@@ -298,3 +298,21 @@ def align(state):
 def is_chain(arc):
     """Is the line of the arc lengths [nodes, 6] one of links?"""
     return arc[0, LINK] != 0.0
+
+
+@driver
+def joint_tension(state, n):
+    """Tension [N] at joint n: the size of the force between its two links.
+
+    The force along a link is that at its middle, and its half loads turn it by the joint: interpolated as a vector
+    between the middles of the two links, at an end extrapolated from the last two.
+    """
+    q, arc, tension = state.nodes[NOW, Q], state.nodes[NOW, ARC], state.tension
+    count = tension.shape[0]
+    if count == 1:
+        return tension[0]
+    i = min(max(n - 1, 0), count - 2)
+    first, last = 0.5 * (arc[i, 0] + arc[i + 1, 0]), 0.5 * (arc[i + 1, 0] + arc[i + 2, 0])
+    w = (arc[n, 0] - first) / (last - first)
+    a, b = sub(row3(q, i + 1), row3(q, i)), sub(row3(q, i + 2), row3(q, i + 1))
+    return norm(axpy((1.0 - w) * tension[i] / norm(a), a, scale(w * tension[i + 1] / norm(b), b)))

@@ -34,14 +34,12 @@ def locate(arc, s):
 
 @driver
 def tension_at(state, s):
-    """Element tensions interpolated between element middles at arc length s; of links extrapolated to the ends, too."""
+    """Element tensions interpolated between element middles at arc length s."""
     arc, tension = state.nodes[NOW, ARC, :, 0], state.tension
     e, x = locate(arc, s)
     o = e + 1 if x > 0.5 else e - 1
     if o < 0 or o >= tension.shape[0]:
-        if state.nodes[NOW, ARC, e, LINK] == 0.0 or tension.shape[0] == 1:
-            return tension[e]
-        o = e + 1 if o < 0 else e - 1
+        return tension[e]
     me, mo = 0.5 * (arc[e] + arc[e + 1]), 0.5 * (arc[o] + arc[o + 1])
     w = (s - me) / (mo - me)
     return tension[e] * (1.0 - w) + tension[o] * w

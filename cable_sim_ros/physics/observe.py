@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .chain import is_chain
+from .chain import is_chain, joint_tension
 from .contact import latch
 from .energy import fill_energy, slack_gain
 from .frame import (
@@ -160,7 +160,7 @@ def fill_cable(line, state, f, body):
         least, most = min(least, state.tension[e]), max(most, state.tension[e])
     f.tension_least, f.tension_most = least, most
     arc = state.nodes[NOW, ARC]
-    f.tension_body = tension_at(state, arc[body, 0]) if is_chain(arc) else node_tension(line.elements, q, body)
+    f.tension_body = joint_tension(state, body) if is_chain(arc) else node_tension(line.elements, q, body)
     f.seabed_length, aground = read_ground(line, state)
     f.iterations, f.substeps, f.residual = health.iterations, health.substeps, health.residual
     if least < -SLACK_TENSION:
@@ -183,7 +183,10 @@ def fill_shape(line, state, aboard, table):
     ox, oy = frame_shift(now, now.time.now)
     for n in range(arc.shape[0]):
         table[n, 0], table[n, 1], table[n, 2] = q[n, 0] + ox, q[n, 1] + oy, q[n, 2]
-        table[n, 3] = tension_at(state, arc[n]) if links or arc[n] < inside else node_tension(line.elements, q, n)
+        if links:
+            table[n, 3] = joint_tension(state, n)
+        else:
+            table[n, 3] = tension_at(state, arc[n]) if arc[n] < inside else node_tension(line.elements, q, n)
         table[n, 4] = arc[n]
 
 
