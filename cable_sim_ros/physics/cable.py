@@ -24,12 +24,13 @@ from .ancf import (
     inertia_lanes,
     inertia_tangent_lanes,
 )
+from .chain import closed_loads, drop_axial_lift, fold, is_chain, link_lanes, straighten, straighten_mean
 from .contact import contact_lanes, contact_point_lanes, contact_tangent_lanes
 from .drag import amplified, mean_lanes, point_lanes, spread_force, spread_matrix, water_load, water_tangent
 from .flow import convective_tangent_lanes, material_lanes
 from .jit import LANES, driver, inline, link, opaque
-from .quantity import REQUIRED, quantity
-from .section import Material, Section
+from .section import Cable as Cable
+from .section import Section as Section
 from .shape import W4, W5, X4, X5, shape, slope
 from .state import ARC, AT_REST, MEAN, NOW, A, Q, V
 from .surface import DRUM, GROOVE, NO_TOP, out_of_reach, solid
@@ -45,21 +46,6 @@ _N5 = np.array([shape(x) for x in X5])
 _D5 = np.array([slope(x) for x in X5])
 N4L = np.repeat(_N4[:, :, None], LANES, 2)  # [point, 4, LANES]
 D4L = np.repeat(_D4[:, :, None], LANES, 2)
-
-
-class Cable(Material):
-    """The cable: its material where a section gives none of its own, and its sections."""
-
-    mean_flow_time: float = quantity(
-        60.0,
-        "s",
-        1.0,
-        36000.0,
-        "time constant of the cable's own mean velocity, with which the mean flow past it acts "
-        "on the extra drag of amplification; several waves long",
-        "docs/theory.md; Westin (64) in a steady tow",
-    )
-    sections: dict[str, Section] = quantity(REQUIRED, "", None, None, "sections from the drum end to the towbody")
 
 
 @driver
@@ -97,6 +83,8 @@ def gather(group, elements, state):
             x[27 + c, lane] = length * a[e, 3 + c]
             x[30 + c, lane] = a[e + 1, c]
             x[33 + c, lane] = length * a[e + 1, 3 + c]
+    if is_chain(arc):
+        straighten(x, p)
     if flows:
         material_lanes(x, p)
     return flows
@@ -123,6 +111,8 @@ def gather_mean(group, state, share):
             scaled = length if c >= 3 else 1.0
             mean[c, lane] = scaled * mean_at(nodes, e, c, share)
             mean[6 + c, lane] = scaled * mean_at(nodes, e + 1, c, share)
+    if is_chain(nodes[NOW, ARC]):
+        straighten_mean(mean)
 
 
 @driver
@@ -271,7 +261,7 @@ def _water_part(state, group, change, tangent):
         return False
     m = state.memory[NOW].current
     current = (m[0], m[1], m[2], m[3])
-    second = amplified(p)
+    second, links = amplified(p), is_chain(state.nodes[NOW, ARC])
     if second:
         gather_mean(group, state, change.share)
     if wet:
@@ -287,6 +277,8 @@ def _water_part(state, group, change, tangent):
                 )
             else:
                 water_load(work.point, p, weight, second, work.load[g])
+        if links:
+            closed_loads(work, current, second)
         spread_force(_N4, work.load, DRAG_POINTS, work.force)
         if tangent:
             spread_matrix(_N4, _D4, (work.by_place, work.by_slope), DRAG_POINTS, work.mixed, work.k)
@@ -294,6 +286,8 @@ def _water_part(state, group, change, tangent):
         for e in range(LANES):
             if wetness[e] < 0.0:
                 waterline(e, work, current, change, tangent)
+    if links:
+        drop_axial_lift(work, tangent)
     return True
 
 
@@ -344,17 +338,20 @@ def _assemble(line, state, change, tangent):
     elements, work, tension = line.elements, state.work.lanes[0], state.tension
     x, p, force, k, lane_sum = work.x, work.p, work.force, work.k, work.lane[SUM]
     c1, c2, sigma = change.velocity, change.acceleration, change.damping
-    count = tension.shape[0]
+    count, links = tension.shape[0], is_chain(state.nodes[NOW, ARC])
     total = 0.0
     for group in range(elements.shape[0]):
         flows = gather(group, elements, state)
-        inertia_lanes(x, p, force, sigma)
-        if tangent:
+        if links:
+            link_lanes(work, change, tangent)
+        elif tangent:
+            inertia_lanes(x, p, force, sigma)
             elastic_tangent_lanes(x, p, c1, force, work.lane[TENSION], work.lane[ENERGY], work.lane[LOST], work.k9, k)
             inertia_tangent_lanes(p, c2 + sigma * c1, k)
             if flows:
                 convective_tangent_lanes(p, c1, k)
         else:
+            inertia_lanes(x, p, force, sigma)
             elastic_lanes(x, p, force, work.lane[TENSION], work.lane[ENERGY], work.lane[LOST])
         real = min(LANES, count - LANES * group)
         for lane in range(real):
@@ -369,6 +366,8 @@ def _assemble(line, state, change, tangent):
             before = after
         if contact_part(state, change, tangent):
             pressed += before - power_of(x, force, real, lane_sum)
+        if links:
+            fold(work, tangent)
         scatter(group, state.work, tangent)
     work.power[OWN], work.power[LOST_POWER], work.power[WATER], work.power[SURFACES] = own, lost, water, pressed
     return total

@@ -12,10 +12,10 @@ from math import acos, cos, sin, sqrt
 from .ancf import COMPRESSION, EA
 from .jit import LANES, driver, inline
 from .setpoint import lead_of
-from .shape import point_of
+from .shape import LINK, point_of
 from .ship import unrotate
 from .state import ARC, NOW, Q
-from .vec import norm, scale
+from .vec import axpy, norm, scale
 
 
 @inline
@@ -34,12 +34,14 @@ def locate(arc, s):
 
 @driver
 def tension_at(state, s):
-    """Element tensions interpolated between element middles at arc length s."""
+    """Element tensions interpolated between element middles at arc length s; of links extrapolated to the ends, too."""
     arc, tension = state.nodes[NOW, ARC, :, 0], state.tension
     e, x = locate(arc, s)
     o = e + 1 if x > 0.5 else e - 1
     if o < 0 or o >= tension.shape[0]:
-        return tension[e]
+        if state.nodes[NOW, ARC, e, LINK] == 0.0 or tension.shape[0] == 1:
+            return tension[e]
+        o = e + 1 if o < 0 else e - 1
     me, mo = 0.5 * (arc[e] + arc[e + 1]), 0.5 * (arc[o] + arc[o + 1])
     w = (s - me) / (mo - me)
     return tension[e] * (1.0 - w) + tension[o] * w
@@ -65,10 +67,12 @@ def end_strain(elements, state):
 
 @driver
 def direction_at(state, s):
-    """Unit tangent at arc length s, towards the towbody."""
+    """Unit tangent at arc length s, towards the towbody; along links from that at the joints, so that none jumps."""
     arc, q = state.nodes[NOW, ARC], state.nodes[NOW, Q]
     e, x = locate(arc[:, 0], s)
     _, _, g = point_of(arc, q, q, e, x)
+    if arc[e, LINK] != 0.0:
+        g = axpy(x, (q[e + 1, 3], q[e + 1, 4], q[e + 1, 5]), scale(1.0 - x, (q[e, 3], q[e, 4], q[e, 5])))
     return scale(1.0 / norm(g), g)
 
 

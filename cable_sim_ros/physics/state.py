@@ -13,6 +13,7 @@ import numpy as np
 from .contact import EVENTS
 from .jit import driver, inline
 from .setpoint import SETPOINT
+from .shape import LINK
 from .ship import SHIP, SHIP_TIMES, TIME, TOW_FRAME
 from .surface import SURFACE
 from .winch import DRUM, WINCH
@@ -24,7 +25,8 @@ SLOTS = 3
 
 # rows of State.nodes, six numbers a node: position and gradient, their rates, accelerations, auxiliary
 # accelerations, their gain in the step before, the running mean of the material's rates, of a body how the water flows
-# past it (see towbody.py), and arc length with its first and second rate (columns 0 to 2)
+# past it (see towbody.py), and arc length with its first and second rate (columns 0 to 2) and the kind of the element
+# that begins there (column shape.LINK)
 Q, V, A, X, GAIN, MEAN, FLOW, ARC = np.arange(8)
 NODE_ROWS = 8
 
@@ -262,8 +264,8 @@ def records(count: int, kind: np.dtype) -> np.recarray:
     return np.zeros(count, kind).view(np.recarray)
 
 
-def make_state(arc: np.ndarray, surfaces: np.ndarray) -> State:
-    """State of a line with these arc lengths [nodes] and SURFACE records, everything else zero."""
+def make_state(arc: np.ndarray, surfaces: np.ndarray, links: bool = False) -> State:
+    """State of a line of elements, or of links, with these arc lengths [nodes] and SURFACE records; else zero."""
     nodes, z = len(arc), np.zeros
     state = State(
         memory=records(SLOTS, MEMORY),
@@ -277,6 +279,7 @@ def make_state(arc: np.ndarray, surfaces: np.ndarray) -> State:
         work=make_work(nodes),
     )
     state.nodes[:, ARC, :, 0] = arc
+    state.nodes[:, ARC, :, LINK] = links
     return state
 
 

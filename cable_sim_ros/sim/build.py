@@ -17,6 +17,7 @@ from ..physics.frame import CONTACT_COLUMNS, FRAME, MAX_STATIONS, SHAPE_COLUMNS
 from ..physics.integrate import Solver
 from ..physics.jit import LANES
 from ..physics.observe import Output
+from ..physics.section import CableModel
 from ..physics.state import (
     FEED_NODE,
     LINE_SETTINGS,
@@ -276,7 +277,8 @@ def build_model(scene: Scene, mesh: FeedMesh | None = None) -> Model:
 def build_state(scene: Scene, mesh: FeedMesh | None = None) -> State:
     """Preallocated state for the scene's mesh, or another; everything zero but for arc lengths that stay."""
     mesh = feed_mesh(scene) if mesh is None else mesh
-    return make_state(arc_lengths(scene.cable) if mesh is None else np.zeros(mesh.nodes), surfaces_of(scene))
+    arc = arc_lengths(scene.cable) if mesh is None else np.zeros(mesh.nodes)
+    return make_state(arc, surfaces_of(scene), links=scene.cable.model is CableModel.SEGMENTS)
 
 
 def make_output(model: Model, nodes: int, rows: int) -> Output:

@@ -39,6 +39,7 @@ from ..physics.cable import Cable, Section
 from ..physics.drag import DragLaw
 from ..physics.integrate import Solver
 from ..physics.jit import LANES, NO, YES
+from ..physics.section import CableModel
 from ..physics.state import AT_REST, FLOW, LOAD, NOW, STRUT, Change, LineModel, Q, V, X, make_state
 from ..physics.step import NO_LIMIT, TURN_MOST, link_stepper
 from ..physics.surface import SURFACE
@@ -123,7 +124,7 @@ class Rig:
             for problem in water_problems(name, section):
                 raise RigError(f"{problem.key} {problem.text}; nothing was built. {problem.remedy}")
         self.cable, self.solver, self.gravity, self._working = cable, solver, gravity, tension
-        arc = arc_lengths(cable)
+        arc, self._links = arc_lengths(cable), cable.model is CableModel.SEGMENTS
         nodes = len(arc)
         carried = {
             node % nodes: body if isinstance(body, Towbody) else Towbody(mass=body, net_weight=body * gravity)
@@ -133,6 +134,7 @@ class Rig:
         water = water or Water()
         pulls, rods = np.array(loads or [], LOAD), np.array(struts or [], STRUT)
         pulls["node"] %= nodes
+        self._check_loads(pulls)
         borne = {n % nodes for n in held} | set(carried) | {int(n) for n in pulls["node"]}
         borne |= {int(n) + 1 for n in rods["node"]}
         beads = bead_table(cable, water, gravity)
@@ -149,7 +151,7 @@ class Rig:
             rods,
             beads,
         )
-        self.state = make_state(arc, np.array(surfaces or [], SURFACE))
+        self.state = make_state(arc, np.array(surfaces or [], SURFACE), links=self._links)
         self.state.now.current[:] = (*water.current, *water.current_gradient)
         self.state.now.events.pressed_since = -1  # nobody says that it begins in a groove
         self.state.nodes[:, FLOW, list(carried), 0] = -1.0
@@ -206,18 +208,31 @@ class Rig:
             if not names or "".join(names) != re.sub("[ ,]", "", what):
                 raise ValueError(f"node {node}: '{what}' holds nothing: components are {', '.join(COMPONENTS)}")
             for name in names:
+                if self._links and name.startswith("g"):
+                    raise RigError(
+                        f"node {node}: '{what}' holds a gradient, and a joint of cable.model = segments has none; "
+                        f"nothing was held. Hold the place of the next node too, or use cable.model = ancf"
+                    )
                 mask[node, COMPONENTS[name]] = 1.0
         self.model = self.model._replace(held=lock(mask))
 
     def load(self, node: int, force: npt.ArrayLike = (0.0, 0.0, 0.0), moment: npt.ArrayLike = (0.0, 0.0, 0.0)) -> None:
         """One more dead force [N] on a node, and moment [N m] on its tangent."""
-        self.model = self.model._replace(loads=np.append(self.model.loads, load_of(node % self.nodes, force, moment)))
+        self.reload([*self.model.loads, load_of(node, force, moment)])
 
     def reload(self, loads: list[np.ndarray]) -> None:
         """These nodal loads in place of those before: LOAD records, see load_of()."""
         rows = np.array(loads, LOAD)
         rows["node"] %= self.nodes
+        self._check_loads(rows)
         self.model = self.model._replace(loads=rows)
+
+    def _check_loads(self, rows: np.ndarray) -> None:
+        if self._links and rows["moment"].any():
+            raise RigError(
+                "a load has a moment [N m], and a joint of cable.model = segments bears none; nothing was loaded. "
+                "Give a pair of forces, or use cable.model = ancf"
+            )
 
     def release_loads(self) -> None:
         """Drop all nodal loads."""
