@@ -28,6 +28,7 @@ from .jit import driver, inline
 from .readout import read_drums, read_ground, read_sheave
 from .ship import frame_shift, quaternion, spin, unrotate
 from .state import ARC, FLOW, NOW, A, Q, V
+from .strum import show, sum_up
 from .towbody import TURNING, heading, heading_held
 from .vec import dot, norm, scale
 from .winch import cell
@@ -39,7 +40,7 @@ class Output(NamedTuple):
     """A ring of Frames with their tables."""
 
     frame: np.ndarray  # records of frame.FRAME [rows]
-    shape: np.ndarray  # [rows, nodes, 5]
+    shape: np.ndarray  # [rows, nodes, 5], with five columns more where viv is on (frame.STRUM_COLUMNS)
     contact: np.ndarray  # [rows, stations, 9]
 
 
@@ -160,6 +161,7 @@ def fill_cable(line, state, f, body):
     f.tension_least, f.tension_most = least, most
     f.tension_body = node_tension(line.elements, state.nodes[NOW, Q], body)
     f.seabed_length, aground = read_ground(line, state)
+    f.amplification_mean, f.strum_amplitude_most = sum_up(line, state)
     f.iterations, f.substeps, f.residual = health.iterations, health.substeps, health.residual
     if least < -SLACK_TENSION:
         flags |= SLACK
@@ -182,6 +184,7 @@ def fill_shape(line, state, aboard, table):
         table[n, 0], table[n, 1], table[n, 2] = q[n, 0] + ox, q[n, 1] + oy, q[n, 2]
         table[n, 3] = tension_at(state, arc[n]) if arc[n] < inside else node_tension(line.elements, q, n)
         table[n, 4] = arc[n]
+    show(state, table)
 
 
 @driver
