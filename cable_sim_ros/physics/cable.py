@@ -11,6 +11,7 @@ from math import sqrt
 import numpy as np
 
 from .ancf import (
+    EXTRA_DRAG,
     FLOW_0,
     FLOW_1,
     FLOW_RATE_0,
@@ -32,7 +33,8 @@ from .jit import LANES, driver, inline, link, opaque
 from .section import Cable as Cable
 from .section import Section as Section
 from .shape import W4, W5, X4, X5, shape, slope
-from .state import ARC, AT_REST, MEAN, NOW, A, Q, V
+from .state import ARC, AT_REST, MEAN, NOW, STRUM, A, Q, V
+from .strum import EXTRA
 from .surface import DRUM, GROOVE, NO_TOP, out_of_reach, solid
 from .vec import add, dot, get3, scale, sub
 from .waterline import waterline
@@ -67,6 +69,7 @@ def gather(group, elements, state):
         per_length = 1.0 / length
         p[LENGTH, lane] = length
         p[PER_LENGTH, lane] = per_length
+        p[EXTRA_DRAG, lane] += state.nodes[NOW, STRUM, e, EXTRA]
         p[FLOW_0, lane], p[FLOW_1, lane] = arc[e, 1] * per_length, arc[e + 1, 1] * per_length
         p[FLOW_RATE_0, lane], p[FLOW_RATE_1, lane] = arc[e, 2] * per_length, arc[e + 1, 2] * per_length
         flows = flows or arc[e, 1] != 0.0 or arc[e + 1, 1] != 0.0 or arc[e, 2] != 0.0 or arc[e + 1, 2] != 0.0

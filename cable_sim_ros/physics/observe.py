@@ -29,6 +29,7 @@ from .jit import driver, inline
 from .readout import read_drums, read_ground, read_sheave
 from .ship import frame_shift, quaternion, spin, unrotate
 from .state import ARC, FLOW, NOW, A, Q, V
+from .strum import show, sum_up
 from .towbody import TURNING, heading, heading_held
 from .vec import dot, norm, scale
 from .winch import cell
@@ -40,7 +41,7 @@ class Output(NamedTuple):
     """A ring of Frames with their tables."""
 
     frame: np.ndarray  # records of frame.FRAME [rows]
-    shape: np.ndarray  # [rows, nodes, 5]
+    shape: np.ndarray  # [rows, nodes, 5], with five columns more where viv is on (frame.STRUM_COLUMNS)
     contact: np.ndarray  # [rows, stations, 9]
 
 
@@ -162,6 +163,7 @@ def fill_cable(line, state, f, body):
     arc = state.nodes[NOW, ARC]
     f.tension_body = joint_tension(state, body) if is_chain(arc) else node_tension(line.elements, q, body)
     f.seabed_length, aground = read_ground(line, state)
+    f.amplification_mean, f.strum_amplitude_most = sum_up(line, state)
     f.iterations, f.substeps, f.residual = health.iterations, health.substeps, health.residual
     if least < -SLACK_TENSION:
         flags |= SLACK
@@ -188,6 +190,7 @@ def fill_shape(line, state, aboard, table):
         else:
             table[n, 3] = tension_at(state, arc[n]) if arc[n] < inside else node_tension(line.elements, q, n)
         table[n, 4] = arc[n]
+    show(state, table)
 
 
 @driver

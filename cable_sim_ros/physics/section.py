@@ -10,6 +10,7 @@ from enum import Enum
 from .drag import DragLaw
 from .fairing import Fairing
 from .quantity import REQUIRED, Block, again, quantity
+from .strum import Viv
 
 
 class CableModel(str, Enum):
@@ -101,6 +102,10 @@ class Section(Block):
         "C_t on the diameter, of the laws crossflow and pode; needs a constant C_D above zero; none: that of the "
         "fairing, 0 without one",
         "Dymore (12a): pi c_f; Pode: f C_D",
+    )
+    viv_damping_ratio: float | None = again(Viv, "damping_ratio", "viv.damping_ratio")
+    viv_multiplier: float = quantity(
+        1.0, "1", 0.0, 2.0, "factor on the amplitude of strumming beside viv.multiplier; 0: does not strum, as a faired one"
     )
     termination_mass: float = quantity(
         0.0, "kg", 0.0, 1e5, "dry mass of the termination at the outboard end, a point on the cable"

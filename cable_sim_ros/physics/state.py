@@ -25,10 +25,10 @@ SLOTS = 3
 
 # rows of State.nodes, six numbers a node: position and gradient, their rates, accelerations, auxiliary
 # accelerations, their gain in the step before, the running mean of the material's rates, of a body how the water flows
-# past it (see towbody.py), and arc length with its first and second rate (columns 0 to 2) and the kind of the element
-# that begins there (column shape.LINK)
-Q, V, A, X, GAIN, MEAN, FLOW, ARC = np.arange(8)
-NODE_ROWS = 8
+# past it (see towbody.py), how the element that begins at the node strums (columns: strum.py), and arc length with its
+# first and second rate (columns 0 to 2) and the kind of the element that begins there (column shape.LINK)
+Q, V, A, X, GAIN, MEAN, FLOW, STRUM, ARC = np.arange(9)
+NODE_ROWS = 9
 
 HEALTH = np.dtype(
     [
@@ -179,6 +179,40 @@ PLAN = np.dtype(
 )
 
 
+STRUM_RULES = np.dtype(
+    [
+        ("law", "i8"),  # place in strum.LAWS
+        ("formula", "i8"),  # 1: Blevins
+        ("antinode", "i8"),  # 1: rms displacement is that of an antinode
+        ("every", "i8"),  # ticks from one target to the next
+        ("multiplier", "f8"),
+        ("band", "f8"),  # of lock-in, share of the frequency; 0: none
+        ("rate", "f8"),  # 1/s, most change of the amplification
+    ],
+    align=True,
+)
+STRUM_SECTION = np.dtype(
+    [
+        ("end", "f8"),  # m, arc length
+        ("strums", "i8"),  # 0: faired, or without drag
+        ("multiplier", "f8"),
+        ("mass_damping", "f8"),  # (m* + C_m) zeta
+        ("reynolds", "f8"),  # of 1 m/s
+        ("diameter", "f8"),  # m
+        ("mass", "f8"),  # kg/m, dry
+        ("added", "f8"),  # kg/m, in the water
+    ],
+    align=True,
+)
+
+
+class Strum(NamedTuple):
+    """What strumming needs, see strum.py; no rows: it is not computed."""
+
+    rules: np.ndarray  # STRUM_RULES [0 or 1]
+    sections: np.ndarray  # STRUM_SECTION [0 or sections]
+
+
 class LineModel(NamedTuple):
     """One cable with what holds it, hangs on it and pulls it; read-only but for loads and, where a winch feeds cable,
     the element table, which follows from the arc lengths."""
@@ -191,6 +225,7 @@ class LineModel(NamedTuple):
     loads: np.ndarray  # LOAD [loads]
     struts: np.ndarray  # STRUT [struts]
     settings: np.ndarray  # LINE_SETTINGS [1]
+    strum: Strum
 
 
 FEED_NODE = np.dtype([("zone", "i8"), ("place", "f8")])  # zone or -1, aboard; m from the tangent point, or share of it

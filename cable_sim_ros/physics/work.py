@@ -16,6 +16,7 @@ from .jit import LANES
 # counts with water, surfaces and own
 OWN, LOST_POWER, WATER, SURFACES, HELD, LOADS, FED = range(7)
 POWERS = 7
+BINS = 257  # bounds of the classes of speed, see strum.py
 
 UNKNOWNS, MEAN_UNKNOWNS = 36, 12
 TENSION, ENERGY, WEIGHT, WET, NEAR, LOST, SUM = range(7)  # WET: 1 wet, 0 dry, -1 crossing the surface
@@ -59,6 +60,7 @@ class Work(NamedTuple):
     lower: np.ndarray  # [nodes, 6, 6]
     factor: np.ndarray  # [nodes, 6, FACTOR_COLUMNS] of the solve
     step: np.ndarray  # [nodes, 6] solution
+    bins: np.ndarray  # [BINS] length of cable up to a speed
 
 
 def make_work(nodes: int) -> Work:
@@ -70,4 +72,5 @@ def make_work(nodes: int) -> Work:
         lower=z((nodes, 6, 6)),
         factor=z((nodes, 6, FACTOR_COLUMNS)),
         step=z((nodes, 6)),
+        bins=z(BINS),
     )

@@ -13,7 +13,7 @@ from ..physics import ancf
 from ..physics.bead import BEAD, bead_record
 from ..physics.cable import Cable
 from ..physics.feed import ABOARD
-from ..physics.frame import CONTACT_COLUMNS, FRAME, MAX_STATIONS, SHAPE_COLUMNS
+from ..physics.frame import CONTACT_COLUMNS, FRAME, MAX_STATIONS, SHAPE_COLUMNS, STRUM_COLUMNS
 from ..physics.integrate import Solver
 from ..physics.jit import LANES
 from ..physics.observe import Output
@@ -22,6 +22,8 @@ from ..physics.state import (
     FEED_NODE,
     LINE_SETTINGS,
     LOAD,
+    STRUM_RULES,
+    STRUM_SECTION,
     STRUT,
     TOW_SETTINGS,
     ZONE,
@@ -29,6 +31,7 @@ from ..physics.state import (
     LineModel,
     Model,
     State,
+    Strum,
     make_state,
     records,
 )
@@ -42,6 +45,7 @@ from .material import extreme, material_rows, section_ends, termination_weight
 from .mesh import FeedMesh, feed_mesh
 from .scene import Scene
 from .statics import DRUM_RESERVE, ROUND_OFF, Route
+from .strumming import strum_rules, strum_sections
 
 # EI of an element over w L^3 where its end carries no tension: the gradient of a free end has a rotational stiffness of
 # -T/30 there (T = w L/2), more than wL^3/240 makes it stable; it vanishes with the third power of the mesh
@@ -222,6 +226,7 @@ def build_line(
     loads: np.ndarray | None = None,
     struts: np.ndarray | None = None,
     beads: np.ndarray | None = None,
+    strum: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> LineModel:
     """A line as numbers for kernels, in the one place that coerces them: every line has one type signature."""
     return LineModel(
@@ -233,6 +238,10 @@ def build_line(
         loads=records(0, LOAD) if loads is None else np.ascontiguousarray(loads, LOAD).view(np.recarray),
         struts=lock(np.zeros(0, STRUT) if struts is None else struts, STRUT),
         settings=lock(settings, LINE_SETTINGS),
+        strum=Strum(
+            lock(np.zeros(0, STRUM_RULES) if strum is None else strum[0], STRUM_RULES),
+            lock(np.zeros(0, STRUM_SECTION) if strum is None else strum[1], STRUM_SECTION),
+        ),
     )
 
 
@@ -268,6 +277,7 @@ def build_model(scene: Scene, mesh: FeedMesh | None = None) -> Model:
             body_nodes(scene, mesh),
             line,
             beads=bead_table(scene.cable, scene.water, scene.gravity),
+            strum=(strum_rules(scene), strum_sections(scene)),
         ),
         settings=lock(settings, TOW_SETTINGS),
         feed=feed_of(scene, mesh),
@@ -285,6 +295,6 @@ def make_output(model: Model, nodes: int, rows: int) -> Output:
     """A ring of ``rows`` Frames with their shape and contact tables."""
     return Output(
         np.zeros(rows, FRAME),
-        np.zeros((rows, nodes, len(SHAPE_COLUMNS))),
+        np.zeros((rows, nodes, len(SHAPE_COLUMNS) + (len(STRUM_COLUMNS) - 3) * len(model.line.strum.rules))),
         np.zeros((rows, MAX_STATIONS, len(CONTACT_COLUMNS))),
     )
