@@ -27,8 +27,8 @@ def problems(span: Span) -> list[Problem]:
         return [
             Problem(
                 "tension.gradient",
-                f"= {span.tension.gradient:g} N/m leaves a tension of {tension.min():.5g} N at s = {at:g} m: a slack cable "
-                "carries no waves",
+                f"= {span.tension.gradient:g} N/m leaves a tension of {tension.min():.5g} N at s = {at:g} m: a slack "
+                "cable carries no waves",
                 "Tension stays positive along the cable; raise tension.start or correct the sign of the gradient",
             )
         ]
@@ -128,7 +128,7 @@ def _modes(span: Span, line: Line) -> list[Problem]:
     return [
         Problem(
             "flow.speed",
-            f"sheds up to {line.shedding_range[1]:.4g} Hz, mode {count} of the cable; more than {most} are not computed",
+            f"sheds up to {line.shedding_range[1]:.4g} Hz, mode {count}; more than {most} are not computed",
             "Check length, tension and diameter; a longer cable behaves as an infinite one: take a part of it",
         )
     ]
@@ -159,8 +159,8 @@ def _grids(span: Span, line: Line) -> list[Problem]:
     return [
         Problem(
             "response.frequency_step",
-            f"= {step:.3g} Hz takes {number} steps to the top of the lift spectrum, more than {MOST_STEPS}; the narrowest "
-            f"resonance has a damping ratio of {ratios.min():.3g}",
+            f"= {step:.3g} Hz takes {number} steps to the top of the lift spectrum, more than {MOST_STEPS}; the "
+            f"narrowest resonance has a damping ratio of {ratios.min():.3g}",
             "Give a longer step, or the number of steps as response.frequencies, or raise damping.structural",
         )
     ]
@@ -174,7 +174,7 @@ def cautions(span: Span, result: Vibration) -> list[Problem]:
         found.append(
             Problem(
                 "flow.speed",
-                f"sheds up to {top:.4g} Hz, below the first frequency {first:.4g} Hz: no mode is driven at its resonance",
+                f"sheds up to {top:.4g} Hz, below the first frequency {first:.4g} Hz: no mode is driven at resonance",
                 "The response is that to the tails of the lift spectrum",
             )
         )
@@ -202,8 +202,8 @@ def cautions(span: Span, result: Vibration) -> list[Problem]:
         found.append(
             Problem(
                 "lift.mean_squares",
-                f"gives an rms displacement of {largest:.3g} diameters, more than {LARGE:g}: the lift does not grow weaker "
-                "with the motion here, as that of a real cable does",
+                f"gives an rms displacement of {largest:.3g} diameters, more than {LARGE:g}: the lift does not grow "
+                "weaker with the motion here, as that of a real cable does",
                 "Take the result as an upper bound; a flow that locks in with one mode is outside this model",
             )
         )

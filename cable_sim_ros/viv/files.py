@@ -57,8 +57,8 @@ def span_from_dict(data: Mapping[str, Any], origin: str = "span", lines: Mapping
     if "ship" in data or "winch" in data:
         raise SpanError(
             [
-                f"{origin}: is a scene of a tow, expected a span; {CONSEQUENCE}. Give it to `cable-sim run`, or begin with "
-                f"a copy of a shipped span: {', '.join(resources.shipped_viv())}"
+                f"{origin}: is a scene of a tow, expected a span; {CONSEQUENCE}. Give it to `cable-sim run`, or begin "
+                f"with a copy of a shipped span: {', '.join(resources.shipped_viv())}"
             ]
         )
     try:

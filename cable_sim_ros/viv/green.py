@@ -1,6 +1,6 @@
 """Green's function of the damped string, (5.1)-(5.6) mended: neither sinh nor cosh, every factor bounded by 1.
 
-With mu = a - i b and a travel time t:  sin(mu t) = e^(b t) u(t),  u(t) = (e^(i a t) - e^(-i a t - 2 b t)) / 2i,  |u| <= 1.
+With mu = a - i b and a travel time t: sin(mu t) = e^(b t) u(t), u(t) = (e^(i a t) - e^(-i a t - 2 b t)) / 2i, |u| <= 1.
 The growing factors of G add up to e^(-b |tau(s) - tau(x)|).
 """
 
@@ -25,8 +25,8 @@ def damped(omega, rate):
 def parts(line: Line, mu: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
     """Strings whose Green's functions add up to that of the cable: (mu, factor) of each.
 
-    Without bending stiffness the string itself. With it the string that its travelling waves go like, (5.21), less the one
-    of what stays near the force: exact for constant tension and pinned ends.
+    Without bending stiffness the string itself. With it the string that its travelling waves go like, (5.21), less the
+    one of what stays near the force: exact for constant tension and pinned ends.
     """
     if not line.bend:
         return [(mu, np.ones_like(mu))]

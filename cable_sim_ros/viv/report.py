@@ -69,11 +69,11 @@ def print_vibration(span: Span, result: Vibration) -> None:
     out.print(
         f"at s = {result.place:.5g} m: rms displacement {1e3 * result.place_rms_displacement:.4g} mm, acceleration "
         f"{result.place_rms_acceleration:.4g} m/s^2\n"
-        f"largest rms displacement {1e3 * result.rms_displacement[peak]:.4g} mm = {result.diameters[peak]:.3g} diameters at "
-        f"s = {result.arc[peak]:.5g} m\n"
+        f"largest rms displacement {1e3 * result.rms_displacement[peak]:.4g} mm = {result.diameters[peak]:.3g} "
+        f"diameters at s = {result.arc[peak]:.5g} m\n"
         f"shedding {low:.4g} to {high:.4g} Hz; correlation length {result.correlation_length:.4g} m; reading "
-        f"{result.reading} of the lift spectrum; {result.method} response on {result.segments} segments, spectra in steps of "
-        f"{result.frequency_step:.3g} Hz"
+        f"{result.reading} of the lift spectrum; {result.method} response on {result.segments} segments, spectra in "
+        f"steps of {result.frequency_step:.3g} Hz"
     )
 
 

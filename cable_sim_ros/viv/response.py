@@ -3,8 +3,8 @@
     S_vv(s, f) = int int S_ff(x, x', f) G(s, x) G*(s, x') dx dx',   rms^2 = int S_vv df     (5.3)
 
 With the correlation of the lift taken apart into patterns B (B B^T = R), S_vv is the sum over them of the squared
-response to the forces q sqrt(S_C) B dx: positive by construction. The integral over x is the plain sum over the points of a
-uniform grid, over f the sum over equal steps, as in the source.
+response to the forces q sqrt(S_C) B dx: positive by construction. The integral over x is the plain sum over the points
+of a uniform grid, over f the sum over equal steps, as in the source.
 """
 
 from __future__ import annotations
@@ -130,8 +130,8 @@ def vibration(span: Span) -> Vibration:
 def spectrum(span: Span, line: Line, seen, frequency, f_n, ratios, length) -> np.ndarray:
     """Displacement spectra S_vv [m^2/Hz], one-sided, array (len(frequency), len(seen)).
 
-    seen: ascending places s [m]; frequency [Hz]; f_n, ratios: of the modes, between which r = 2 zeta omega m_t is linear
-    in the frequency and beyond which it is constant; length: L_c [m].
+    seen: ascending places s [m]; frequency [Hz]; f_n, ratios: of the modes, between which r = 2 zeta omega m_t is
+    linear in the frequency and beyond which it is constant; length: L_c [m].
     """
     x = np.linspace(0.0, line.length, span.response.segments + 1)
     forces = lift.patterns(span.lift, length, x) * (line.length / span.response.segments)

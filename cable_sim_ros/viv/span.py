@@ -127,7 +127,7 @@ class LiftBlock(Block):
 
     reading: Reading = quantity(Reading.A, "", None, None, "reading of the lift spectrum")
     mean_squares: tuple[float, ...] = quantity(
-        (0.631, 0.1, 0.15, 0.0025, 0.025), "1", 0.0, 10.0, "mean square of C_L at 1, 2, ... times the shedding frequency",
+        (0.631, 0.1, 0.15, 0.0025, 0.025), "1", 0.0, 10.0, "mean square of C_L at 1, 2, ... times the shedding rate",
         SOURCE + " fig. 5.5",
     )  # fmt: skip
     correlation: Correlation = quantity(

@@ -16,6 +16,7 @@ class Comparison(NamedTuple):
     measured: float | None
     allowed: float | None  # largest difference the source reports for its own model; None: not printed
     source: str
+    why: str = ""  # where they are apart
 
 
 class Result(NamedTuple):
@@ -36,4 +37,10 @@ def _pulley(duration: float, progress) -> Result:
     return pulley.experiment(duration, progress)
 
 
-EXPERIMENTS: dict[str, Callable] = {"pulley": _pulley}
+def _viv(duration: float, progress) -> Result:
+    from . import viv
+
+    return viv.experiment(progress)
+
+
+EXPERIMENTS: dict[str, Callable] = {"pulley": _pulley, "viv": _viv}
