@@ -12,6 +12,7 @@ import numpy as np
 
 from .contact import EVENTS
 from .jit import driver, inline
+from .sea import SEA, Sea
 from .setpoint import SETPOINT
 from .ship import SHIP, SHIP_TIMES, TIME, TOW_FRAME
 from .surface import SURFACE
@@ -73,6 +74,7 @@ MEMORY = np.dtype(
         ("halted", "i8"),  # flags of a halted run
         ("frame", TOW_FRAME),
         ("current", "f8", 4),  # surface current relative to the tow frame [m/s], its gradient [1/s]
+        ("sea", SEA),
         ("ship", SHIP),
         ("sheave", SHEAVE),
         ("winch", WINCH),
@@ -189,6 +191,7 @@ class LineModel(NamedTuple):
     loads: np.ndarray  # LOAD [loads]
     struts: np.ndarray  # STRUT [struts]
     settings: np.ndarray  # LINE_SETTINGS [1]
+    sea: Sea
 
 
 FEED_NODE = np.dtype([("zone", "i8"), ("place", "f8")])  # zone or -1, aboard; m from the tangent point, or share of it
@@ -262,8 +265,11 @@ def records(count: int, kind: np.dtype) -> np.recarray:
     return np.zeros(count, kind).view(np.recarray)
 
 
-def make_state(arc: np.ndarray, surfaces: np.ndarray) -> State:
-    """State of a line with these arc lengths [nodes] and SURFACE records, everything else zero."""
+def make_state(arc: np.ndarray, surfaces: np.ndarray, sea: Sea | None = None) -> State:
+    """State of a line with these arc lengths [nodes] and SURFACE records, everything else zero.
+
+    sea: None where there is no more than a linear current.
+    """
     nodes, z = len(arc), np.zeros
     state = State(
         memory=records(SLOTS, MEMORY),
@@ -274,7 +280,7 @@ def make_state(arc: np.ndarray, surfaces: np.ndarray) -> State:
         plan=records(1, PLAN),
         tension=z(nodes - 1),
         reaction=z((nodes, 6)),
-        work=make_work(nodes),
+        work=make_work(nodes) if sea is None else make_work(nodes, len(sea.waves), not sea.rests),
     )
     state.nodes[:, ARC, :, 0] = arc
     return state

@@ -17,6 +17,7 @@ from ..physics.frame import CONTACT_COLUMNS, FRAME, MAX_STATIONS, SHAPE_COLUMNS
 from ..physics.integrate import Solver
 from ..physics.jit import LANES
 from ..physics.observe import Output
+from ..physics.sea import Sea
 from ..physics.state import (
     FEED_NODE,
     LINE_SETTINGS,
@@ -40,6 +41,7 @@ from .checks import fine_zone
 from .material import extreme, material_rows, section_ends, termination_weight
 from .mesh import FeedMesh, feed_mesh
 from .scene import Scene
+from .sea import sea_of
 from .statics import DRUM_RESERVE, ROUND_OFF, Route
 
 # EI of an element over w L^3 where its end carries no tension: the gradient of a free end has a rotational stiffness of
@@ -221,6 +223,7 @@ def build_line(
     loads: np.ndarray | None = None,
     struts: np.ndarray | None = None,
     beads: np.ndarray | None = None,
+    sea: Sea | None = None,
 ) -> LineModel:
     """A line as numbers for kernels, in the one place that coerces them: every line has one type signature."""
     return LineModel(
@@ -232,6 +235,7 @@ def build_line(
         loads=records(0, LOAD) if loads is None else np.ascontiguousarray(loads, LOAD).view(np.recarray),
         struts=lock(np.zeros(0, STRUT) if struts is None else struts, STRUT),
         settings=lock(settings, LINE_SETTINGS),
+        sea=Sea(*(lock(table, table.dtype) for table in sea or sea_of(Water(), 0.0, None))),
     )
 
 
@@ -267,6 +271,7 @@ def build_model(scene: Scene, mesh: FeedMesh | None = None) -> Model:
             body_nodes(scene, mesh),
             line,
             beads=bead_table(scene.cable, scene.water, scene.gravity),
+            sea=sea_of(scene.water, scene.gravity, scene.seabed.depth),
         ),
         settings=lock(settings, TOW_SETTINGS),
         feed=feed_of(scene, mesh),
@@ -276,7 +281,8 @@ def build_model(scene: Scene, mesh: FeedMesh | None = None) -> Model:
 def build_state(scene: Scene, mesh: FeedMesh | None = None) -> State:
     """Preallocated state for the scene's mesh, or another; everything zero but for arc lengths that stay."""
     mesh = feed_mesh(scene) if mesh is None else mesh
-    return make_state(arc_lengths(scene.cable) if mesh is None else np.zeros(mesh.nodes), surfaces_of(scene))
+    arc = arc_lengths(scene.cable) if mesh is None else np.zeros(mesh.nodes)
+    return make_state(arc, surfaces_of(scene), sea_of(scene.water, scene.gravity, scene.seabed.depth))
 
 
 def make_output(model: Model, nodes: int, rows: int) -> Output:
