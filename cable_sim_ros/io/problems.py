@@ -195,7 +195,10 @@ def _sample(field):
         number = float(f"{math.sqrt(low * high):.1g}") if low > 0 else 1.0 if low <= 1.0 <= high else low
     if int in (field.annotation, *get_args(field.annotation)):
         return round(number)
-    return [number] * len(get_args(field.annotation)) if get_origin(field.annotation) is tuple else number
+    for part in (field.annotation, *get_args(field.annotation)):
+        if get_origin(part) is tuple:
+            return [number] * len(get_args(part))
+    return number
 
 
 def _plain(value) -> str:

@@ -46,8 +46,10 @@ from ..physics.surface import SURFACE
 from ..physics.towbody import BODY, Towbody, body_record
 from ..physics.water import Water
 from .build import Rules, arc_lengths, bead_table, build_line, element_table, line_settings, lock
+from .current import declare_water
 from .joints import water_problems
 from .march import Moved, Samples, accelerate, begin_step, bring_to_rest, look, march, take, weigh_up
+from .sea import sea_of
 
 FOLDING = 1e-7  # cable.compression_share of a cable that goes slack
 SHIPPED = Solver()  # the defaults of the product: step, rho_inf, tolerance
@@ -100,7 +102,8 @@ def rows_in_air(elements: np.ndarray) -> np.ndarray:
 class Rig:
     """One line, its supports and its loads. Lengths [m], forces [N], SI throughout; z is up.
 
-    cable: the product's Cable block, see cable_of(); water: none for a cable in air, at whatever height;
+    cable: the product's Cable block, see cable_of(); water: none for a cable in air, at whatever height; depth: of the
+    water [m] for its waves, none: deep; the frame of the scene keys of the water is that of the world;
     held: {node: components}, see hold(); bodies: {node: Towbody} or {node: mass [kg]}; surfaces: SURFACE records, see
     physics/surface.py, standing where they are; loads: LOAD records, see load_of(); struts: STRUT records;
     tension: working tension [N] that scales the tolerance. Nodes count from 0, negative ones from the end.
@@ -113,6 +116,7 @@ class Rig:
         held: dict[int, str],
         tension: float,
         water: Water | None = None,
+        depth: float | None = None,
         gravity: float = 9.81,
         bodies: dict | None = None,
         surfaces: list[np.ndarray] | None = None,
@@ -140,6 +144,7 @@ class Rig:
         beads = bead_table(cable, water, gravity)
         if air:
             beads["buoyancy"] = 0.0
+        sea = sea_of(water, gravity, depth)
         elements = element_table(cable, water, gravity, (0 not in borne, nodes - 1 not in borne))
         self.model = build_line(
             rows_in_air(elements) if air else elements,
@@ -150,9 +155,10 @@ class Rig:
             pulls,
             rods,
             beads,
+            sea,
         )
-        self.state = make_state(arc, np.array(surfaces or [], SURFACE), links=self._links)
-        self.state.now.current[:] = (*water.current, *water.current_gradient)
+        self.state = make_state(arc, np.array(surfaces or [], SURFACE), sea, self._links)
+        declare_water(self.state.now, water, 0.0)
         self.state.now.events.pressed_since = -1  # nobody says that it begins in a groove
         self.state.nodes[:, FLOW, list(carried), 0] = -1.0
         self.hold(held)
