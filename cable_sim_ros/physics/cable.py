@@ -178,14 +178,14 @@ def open_end(row, tangent):
 
 
 @driver
-def immersion(x, p, wet):
+def immersion(x, p, surface, wet):
     """Per lane 1 (wet), 0 (dry, or no water at all), -1 (crossing), by the hull of its Bezier points.
 
-    Returns wet, crossing of any lane.
+    surface: its height [m]. Returns wet, crossing of any lane.
     """
     any_wet, any_crossing = False, False
     for e in range(LANES):
-        z0, z3 = x[2, e], x[8, e]
+        z0, z3 = x[2, e] - surface, x[8, e] - surface
         z1, z2 = z0 + THIRD * x[5, e], z3 - THIRD * x[11, e]
         low, high = min(min(z0, z1), min(z2, z3)), max(max(z0, z1), max(z2, z3))
         wet[e] = 0.0 if low >= 0.0 or p[HALF_RHO_D, e] == 0.0 else (1.0 if high < 0.0 else -1.0)
@@ -266,7 +266,7 @@ def _water_part(state, group, change, tangent):
     work = state.work.lanes[0]
     x, p = work.x, work.p
     weight, wetness = work.lane[WEIGHT], work.lane[WET]
-    wet, crossing = immersion(x, p, wetness)
+    wet, crossing = immersion(x, p, state.memory[NOW].surface, wetness)
     if not (wet or crossing):
         return False
     m = state.memory[NOW].current

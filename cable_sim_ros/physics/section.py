@@ -8,6 +8,7 @@ from __future__ import annotations
 from .drag import DragLaw
 from .fairing import Fairing
 from .quantity import REQUIRED, Block, again, quantity
+from .wake import Wake
 
 
 class Material(Block):
@@ -86,6 +87,7 @@ class Section(Block):
         "fairing, 0 without one",
         "Dymore (12a): pi c_f; Pode: f C_D",
     )
+    wake: Wake = quantity(Wake(), "", None, None, "vortices that the section sheds")
     termination_mass: float = quantity(
         0.0, "kg", 0.0, 1e5, "dry mass of the termination at the outboard end, a point on the cable"
     )

@@ -59,6 +59,7 @@ class Work(NamedTuple):
     lower: np.ndarray  # [nodes, 6, 6]
     factor: np.ndarray  # [nodes, 6, FACTOR_COLUMNS] of the solve
     step: np.ndarray  # [nodes, 6] solution
+    wake: np.ndarray  # [nodes, 6] load of the wakes, held in a step, see wake.py
 
 
 def make_work(nodes: int) -> Work:
@@ -70,4 +71,5 @@ def make_work(nodes: int) -> Work:
         lower=z((nodes, 6, 6)),
         factor=z((nodes, 6, FACTOR_COLUMNS)),
         step=z((nodes, 6)),
+        wake=z((nodes, 6)),
     )

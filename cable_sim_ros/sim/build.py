@@ -34,6 +34,7 @@ from ..physics.state import (
 from ..physics.step import LEAVE_STEP, TURN_MOST
 from ..physics.surface import SHEAVE_ROW, surfaces_of
 from ..physics.towbody import BODY, Towbody, body_record
+from ..physics.wake import WAKE_SECTION
 from ..physics.water import Water
 from ..physics.winch import DRUM
 from .checks import fine_zone
@@ -41,6 +42,7 @@ from .material import extreme, material_rows, section_ends, termination_weight
 from .mesh import FeedMesh, feed_mesh
 from .scene import Scene
 from .statics import DRUM_RESERVE, ROUND_OFF, Route
+from .wakes import wake_table
 
 # EI of an element over w L^3 where its end carries no tension: the gradient of a free end has a rotational stiffness of
 # -T/30 there (T = w L/2), more than wL^3/240 makes it stable; it vanishes with the third power of the mesh
@@ -221,6 +223,7 @@ def build_line(
     loads: np.ndarray | None = None,
     struts: np.ndarray | None = None,
     beads: np.ndarray | None = None,
+    wakes: np.ndarray | None = None,
 ) -> LineModel:
     """A line as numbers for kernels, in the one place that coerces them: every line has one type signature."""
     return LineModel(
@@ -232,6 +235,7 @@ def build_line(
         loads=records(0, LOAD) if loads is None else np.ascontiguousarray(loads, LOAD).view(np.recarray),
         struts=lock(np.zeros(0, STRUT) if struts is None else struts, STRUT),
         settings=lock(settings, LINE_SETTINGS),
+        wakes=lock(np.zeros(0, WAKE_SECTION) if wakes is None else wakes, WAKE_SECTION),
     )
 
 
@@ -267,6 +271,7 @@ def build_model(scene: Scene, mesh: FeedMesh | None = None) -> Model:
             body_nodes(scene, mesh),
             line,
             beads=bead_table(scene.cable, scene.water, scene.gravity),
+            wakes=wake_table(scene.cable, scene.water),
         ),
         settings=lock(settings, TOW_SETTINGS),
         feed=feed_of(scene, mesh),
