@@ -18,7 +18,7 @@ from ..physics.fluid import Fluid
 from ..physics.integrate import Solver
 from ..physics.quantity import REQUIRED, Block, quantity
 from ..physics.section import Material
-from ..physics.surface import stiffness, surface_row
+from ..physics.surface import surface_row
 from ..physics.wake import Wake
 from .build import lock
 from .rig import Rig, cable_of, load_of
@@ -51,8 +51,13 @@ class SpanSheave(Block):
     radius: float = quantity(0.18, "m", 0.005, 10.0, "radius at the root of the groove", "Westin Table A1")
     throat_angle_deg: float = quantity(30.0, "deg", 5.0, 170.0, "angle between the flanks", "Westin Table A1")
     groove_depth: float = quantity(0.04, "m", 1e-4, 1.0, "depth of the groove", "no source: two diameters")
-    penetration: float = quantity(
-        1e-3, "1", 1e-6, 0.1, "how deep the tension presses the cable into the groove, over its diameter", "no source"
+    stiffness: float = quantity(
+        1.5e7,
+        "N/m^2.5",
+        1e5,
+        1e14,
+        "of the contact: line load of a flank over its penetration to the power 1.5",
+        "Westin (A15)",
     )
     tail: float = quantity(1.0, "m", 0.05, 1000.0, "cable between a sheave and its mass", "no source")
 
@@ -91,9 +96,10 @@ class SpanLine(NamedTuple):
 
 
 def natural_frequency(span: Span, case: SpanCase) -> float:
-    """First natural frequency [Hz] of a pinned beam under tension, Westin (A24)."""
+    """First natural frequency [Hz] of a pinned beam under tension, Westin (A24), with the added mass of the fluid."""
     k, own = pi / case.length, span.cable
-    return k * sqrt((case.tension + own.bending_stiffness * k * k) / own.mass_per_length) / (2.0 * pi)
+    mass = own.mass_per_length + own.added_mass_coefficient * span.fluid.density * 0.25 * pi * own.diameter**2
+    return k * sqrt((case.tension + own.bending_stiffness * k * k) / mass) / (2.0 * pi)
 
 
 def shedding_frequency(span: Span, case: SpanCase) -> float:
@@ -136,8 +142,7 @@ def _pinned(span: Span, case: SpanCase, elements: int) -> SpanLine:
 def _over_sheaves(span: Span, case: SpanCase, elements: int) -> SpanLine:
     own, sheave = span.cable, span.sheave
     seat, half = sheave.radius + 0.5 * own.diameter, radians(0.5 * sheave.throat_angle_deg)
-    hard = stiffness(case.tension, seat, sin(half), 2, sheave.penetration * own.diameter)
-    depth = (case.tension / (2.0 * seat * sin(half) * hard)) ** (2.0 / 3.0) / sin(half)
+    depth = (case.tension / (2.0 * seat * sin(half) * sheave.stiffness)) ** (2.0 / 3.0) / sin(half)
     lies = seat - depth  # pressed in, for a contact that only touches has no stiffness
     wet = {"wake": span.wake, "drag_law": span.drag_law}
     tail = {"length": sheave.tail, "elements": TAIL_ELEMENTS}
@@ -148,7 +153,7 @@ def _over_sheaves(span: Span, case: SpanCase, elements: int) -> SpanLine:
     end = TAIL_ELEMENTS + ARC_ELEMENTS
     middle = end + LEAD_ELEMENTS + elements // 2
     surfaces = [
-        surface_row((x, 0.0, -seat), seat, 2.0 * half, sheave.groove_depth, 0.5 * own.diameter, hard, 0.3)
+        surface_row((x, 0.0, -seat), seat, 2.0 * half, sheave.groove_depth, 0.5 * own.diameter, sheave.stiffness, 0.3)
         for x in (-0.5 * case.length, 0.5 * case.length)
     ]
     mass = case.tension / span.gravity
