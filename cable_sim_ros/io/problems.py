@@ -20,6 +20,7 @@ ENTRIES = {  # of tables by free names, as examples
     "sections": "{length: 10.0}",
     "bodies": "{at: first, mass: 50.0, net_weight: 300.0}",
     "mesh": "{elements: 4}",
+    "cases": "{length: 2.0, tension: 200.0, wind: 0.3}",
 }
 
 

@@ -16,6 +16,7 @@ from .state import ARC, AT_REST, FLOW, NOW, A, Q, V
 from .surface import ON_GROUND
 from .towbody import lie
 from .towbody import load as body_load
+from .wake import add_wake
 from .work import FED, HELD, LOADS, SURFACES, WATER
 
 
@@ -100,6 +101,8 @@ def _residual(line, state, change, tangent):
         align(state)
     state.memory[NOW].health.strain = assemble(line, state, change, tangent)
     bodies(line, state, change, tangent)
+    if line.wakes.shape[0] > 0:
+        add_wake(line, state)
     for i in range(line.struts.shape[0]):
         strut(line.struts[i], gravity, state, change, tangent)
     for i in range(line.loads.shape[0]):

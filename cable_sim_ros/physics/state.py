@@ -26,10 +26,11 @@ SLOTS = 3
 
 # rows of State.nodes, six numbers a node: position and gradient, their rates, accelerations, auxiliary
 # accelerations, their gain in the step before, the running mean of the material's rates, of a body how the water flows
-# past it (see towbody.py), how the element that begins at the node strums (columns: strum.py), and arc length with its
-# first and second rate (columns 0 to 2) and the kind of the element that begins there (column shape.LINK)
-Q, V, A, X, GAIN, MEAN, FLOW, STRUM, ARC = np.arange(9)
-NODE_ROWS = 9
+# past it (see towbody.py), how the element that begins at the node strums (columns: strum.py), the wake it sheds (see
+# wake.py), and arc length with its first and second rate (columns 0 to 2) and the kind of the element that begins there
+# (column shape.LINK)
+Q, V, A, X, GAIN, MEAN, FLOW, STRUM, WAKE, ARC = np.arange(10)
+NODE_ROWS = 10
 
 HEALTH = np.dtype(
     [
@@ -77,6 +78,7 @@ MEMORY = np.dtype(
         ("frame", TOW_FRAME),
         ("current", "f8", 4),  # surface current relative to the tow frame [m/s], its gradient [1/s]
         ("sea", SEA),
+        ("surface", "f8"),  # m, height below which a cable is wet
         ("ship", SHIP),
         ("sheave", SHEAVE),
         ("winch", WINCH),
@@ -94,6 +96,7 @@ LINE_SETTINGS = np.dtype(
     [
         ("gravity", "f8"),  # m/s^2
         ("tolerance", "f8"),  # N
+        ("mass_damping", "f8"),  # 1/s
         ("rho_inf", "f8"),
         ("mean_flow_time", "f8"),  # s
         ("turn_most", "f8"),  # change of a gradient in one step
@@ -229,6 +232,7 @@ class LineModel(NamedTuple):
     settings: np.ndarray  # LINE_SETTINGS [1]
     strum: Strum
     sea: Sea
+    wakes: np.ndarray  # WAKE_SECTION [sections], see wake.py; none: no section has a wake
 
 
 FEED_NODE = np.dtype([("zone", "i8"), ("place", "f8")])  # zone or -1, aboard; m from the tangent point, or share of it

@@ -70,6 +70,7 @@ class Work(NamedTuple):
     phase: np.ndarray  # [waves, 3]
     gusts: np.ndarray  # [6]
     stream_of_body: np.ndarray  # [STREAM_ROWS, LANES]
+    wake: np.ndarray  # [nodes, 6] load of the wakes, held in a step, see wake.py
 
 
 def make_work(nodes: int, waves: int = 0, streams: bool = False) -> Work:
@@ -90,4 +91,5 @@ def make_work(nodes: int, waves: int = 0, streams: bool = False) -> Work:
         phase=z((waves, 3)),
         gusts=z(6),
         stream_of_body=z((STREAM_ROWS, LANES)),
+        wake=z((nodes, 6)),
     )

@@ -39,6 +39,7 @@ from ..physics.state import (
 from ..physics.step import LEAVE_STEP, TURN_MOST
 from ..physics.surface import SHEAVE_ROW, surfaces_of
 from ..physics.towbody import BODY, Towbody, body_record
+from ..physics.wake import WAKE_SECTION
 from ..physics.water import Water
 from ..physics.winch import DRUM
 from .checks import fine_zone
@@ -48,6 +49,7 @@ from .scene import Scene
 from .sea import sea_of
 from .statics import DRUM_RESERVE, ROUND_OFF, Route
 from .strumming import strum_rules, strum_sections
+from .wakes import wake_table
 
 # EI of an element over w L^3 where its end carries no tension: the gradient of a free end has a rotational stiffness of
 # -T/30 there (T = w L/2), more than wL^3/240 makes it stable; it vanishes with the third power of the mesh
@@ -230,6 +232,7 @@ def build_line(
     beads: np.ndarray | None = None,
     strum: tuple[np.ndarray, np.ndarray] | None = None,
     sea: Sea | None = None,
+    wakes: np.ndarray | None = None,
 ) -> LineModel:
     """A line as numbers for kernels, in the one place that coerces them: every line has one type signature."""
     return LineModel(
@@ -246,6 +249,7 @@ def build_line(
             lock(np.zeros(0, STRUM_SECTION) if strum is None else strum[1], STRUM_SECTION),
         ),
         sea=Sea(*(lock(table, table.dtype) for table in sea or sea_of(Water(), 0.0, None))),
+        wakes=lock(np.zeros(0, WAKE_SECTION) if wakes is None else wakes, WAKE_SECTION),
     )
 
 
@@ -283,6 +287,7 @@ def build_model(scene: Scene, mesh: FeedMesh | None = None) -> Model:
             beads=bead_table(scene.cable, scene.water, scene.gravity),
             strum=(strum_rules(scene), strum_sections(scene)),
             sea=sea_of(scene.water, scene.gravity, scene.seabed.depth),
+            wakes=wake_table(scene.cable, scene.water),
         ),
         settings=lock(settings, TOW_SETTINGS),
         feed=feed_of(scene, mesh),

@@ -28,6 +28,7 @@ from .setpoints import declare, take_rest
 from .start import settle, turn_bodies
 from .statics import StartError
 from .tow_shape import tow_shape
+from .wakes import begin_wakes
 
 
 class SolverError(RuntimeError):
@@ -103,6 +104,7 @@ class Simulator:
         declare(now.setpoint, scene, self._algorithm, yaw)
         drum = self.model.settings[0].drum
         lay_mesh(self.model.feed, drum, now.winch, state.nodes[NOW, ARC], self.model.line.elements)
+        begin_wakes(state, scene.cable)
         shape = tow_shape(scene, float(drum.payout_0 - drum.inboard), yaw)
         turn_bodies(self, shape, yaw)
         self.start_report = settle(self, shape, yaw)
