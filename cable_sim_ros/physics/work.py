@@ -16,6 +16,7 @@ from .jit import LANES
 # counts with water, surfaces and own
 OWN, LOST_POWER, WATER, SURFACES, HELD, LOADS, FED = range(7)
 POWERS = 7
+BINS = 257  # bounds of the classes of speed, see strum.py
 
 UNKNOWNS, MEAN_UNKNOWNS = 36, 12
 TENSION, ENERGY, WEIGHT, WET, NEAR, LOST, SUM = range(7)  # WET: 1 wet, 0 dry, -1 crossing the surface
@@ -60,6 +61,7 @@ class Work(NamedTuple):
     factor: np.ndarray  # [nodes, 6, FACTOR_COLUMNS] of the solve
     step: np.ndarray  # [nodes, 6] solution
     wake: np.ndarray  # [nodes, 6] load of the wakes, held in a step, see wake.py
+    bins: np.ndarray  # [BINS] length of cable up to a speed
 
 
 def make_work(nodes: int) -> Work:
@@ -72,4 +74,5 @@ def make_work(nodes: int) -> Work:
         factor=z((nodes, 6, FACTOR_COLUMNS)),
         step=z((nodes, 6)),
         wake=z((nodes, 6)),
+        bins=z(BINS),
     )

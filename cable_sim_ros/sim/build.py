@@ -13,14 +13,17 @@ from ..physics import ancf
 from ..physics.bead import BEAD, bead_record
 from ..physics.cable import Cable
 from ..physics.feed import ABOARD
-from ..physics.frame import CONTACT_COLUMNS, FRAME, MAX_STATIONS, SHAPE_COLUMNS
+from ..physics.frame import CONTACT_COLUMNS, FRAME, MAX_STATIONS, SHAPE_COLUMNS, STRUM_COLUMNS
 from ..physics.integrate import Solver
 from ..physics.jit import LANES
 from ..physics.observe import Output
+from ..physics.section import CableModel
 from ..physics.state import (
     FEED_NODE,
     LINE_SETTINGS,
     LOAD,
+    STRUM_RULES,
+    STRUM_SECTION,
     STRUT,
     TOW_SETTINGS,
     ZONE,
@@ -28,6 +31,7 @@ from ..physics.state import (
     LineModel,
     Model,
     State,
+    Strum,
     make_state,
     records,
 )
@@ -42,6 +46,7 @@ from .material import extreme, material_rows, section_ends, termination_weight
 from .mesh import FeedMesh, feed_mesh
 from .scene import Scene
 from .statics import DRUM_RESERVE, ROUND_OFF, Route
+from .strumming import strum_rules, strum_sections
 from .wakes import wake_table
 
 # EI of an element over w L^3 where its end carries no tension: the gradient of a free end has a rotational stiffness of
@@ -224,6 +229,7 @@ def build_line(
     struts: np.ndarray | None = None,
     beads: np.ndarray | None = None,
     wakes: np.ndarray | None = None,
+    strum: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> LineModel:
     """A line as numbers for kernels, in the one place that coerces them: every line has one type signature."""
     return LineModel(
@@ -236,6 +242,10 @@ def build_line(
         struts=lock(np.zeros(0, STRUT) if struts is None else struts, STRUT),
         settings=lock(settings, LINE_SETTINGS),
         wakes=lock(np.zeros(0, WAKE_SECTION) if wakes is None else wakes, WAKE_SECTION),
+        strum=Strum(
+            lock(np.zeros(0, STRUM_RULES) if strum is None else strum[0], STRUM_RULES),
+            lock(np.zeros(0, STRUM_SECTION) if strum is None else strum[1], STRUM_SECTION),
+        ),
     )
 
 
@@ -272,6 +282,7 @@ def build_model(scene: Scene, mesh: FeedMesh | None = None) -> Model:
             line,
             beads=bead_table(scene.cable, scene.water, scene.gravity),
             wakes=wake_table(scene.cable, scene.water),
+            strum=(strum_rules(scene), strum_sections(scene)),
         ),
         settings=lock(settings, TOW_SETTINGS),
         feed=feed_of(scene, mesh),
@@ -281,13 +292,14 @@ def build_model(scene: Scene, mesh: FeedMesh | None = None) -> Model:
 def build_state(scene: Scene, mesh: FeedMesh | None = None) -> State:
     """Preallocated state for the scene's mesh, or another; everything zero but for arc lengths that stay."""
     mesh = feed_mesh(scene) if mesh is None else mesh
-    return make_state(arc_lengths(scene.cable) if mesh is None else np.zeros(mesh.nodes), surfaces_of(scene))
+    arc = arc_lengths(scene.cable) if mesh is None else np.zeros(mesh.nodes)
+    return make_state(arc, surfaces_of(scene), links=scene.cable.model is CableModel.SEGMENTS)
 
 
 def make_output(model: Model, nodes: int, rows: int) -> Output:
     """A ring of ``rows`` Frames with their shape and contact tables."""
     return Output(
         np.zeros(rows, FRAME),
-        np.zeros((rows, nodes, len(SHAPE_COLUMNS))),
+        np.zeros((rows, nodes, len(SHAPE_COLUMNS) + (len(STRUM_COLUMNS) - 3) * len(model.line.strum.rules))),
         np.zeros((rows, MAX_STATIONS, len(CONTACT_COLUMNS))),
     )

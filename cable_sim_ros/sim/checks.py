@@ -32,7 +32,8 @@ from .problem import Problem, apart
 from .scene import Scene
 from .setpoints import setpoint_cautions
 from .statics import DRUM_RESERVE, ROUND_OFF, Route, first_angle
-from .wakes import amplified_cautions, fairing_problems, wake_problems
+from .strumming import strum_cautions, strum_problems
+from .wakes import amplified_cautions, bare_problems, wake_problems
 
 # longest element on the sheave over its radius: with compensation on, ripple of the tension above 1 Hz was measured as
 # 0.03 % at 0.25, 0.05 % at 0.4, 0.15 % at 0.6, 0.36 % at 1.2 (full scale, docs/accuracy.md)
@@ -126,7 +127,7 @@ def problems(scene: Scene) -> list[Problem]:
     sections = scene.cable.sections
     if not sections:
         return [Problem("cable.sections", "has no section", "Give at least one section, from the drum end outward")]
-    found += section_problems(scene) + weight_problems(scene) + fairing_problems(scene.cable)
+    found += section_problems(scene) + weight_problems(scene) + strum_problems(scene) + bare_problems(scene)
     if any(body.at not in sections for body in scene.bodies.values()):
         return found  # where they hang is not known
     solver = scene.solver
@@ -312,6 +313,7 @@ def cautions(scene: Scene) -> list[Problem]:
     speed = water_speed(scene)
     found += setpoint_cautions(scene, speed) + damping_cautions(scene.cable) + swing_cautions(scene, speed)
     found += amplified_cautions(scene.cable)
+    found += strum_cautions(scene, speed, first_angle(scene, speed))
     height = scene.sheave.position[2] + scene.ship.reference_height - radius
     if height < 0:
         found.append(

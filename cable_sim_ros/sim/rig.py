@@ -40,6 +40,7 @@ from ..physics.drag import DragLaw
 from ..physics.fluid import NO_SURFACE, Fluid
 from ..physics.integrate import Solver
 from ..physics.jit import LANES, NO, YES
+from ..physics.section import CableModel
 from ..physics.state import AT_REST, FLOW, LOAD, NOW, STRUT, Change, LineModel, Q, V, X, make_state
 from ..physics.step import NO_LIMIT, TURN_MOST, link_stepper
 from ..physics.surface import SURFACE
@@ -49,7 +50,7 @@ from .build import Rules, arc_lengths, bead_table, build_line, element_table, li
 from .joints import water_problems
 from .march import Moved, Samples, accelerate, begin_step, bring_to_rest, look, march, take, weigh_up
 from .problem import Problem
-from .wakes import begin_wakes, element_problems, fairing_problems, has_wakes, step_problems, wake_table
+from .wakes import begin_wakes, line_problems, step_problems, wake_table
 
 FOLDING = 1e-7  # cable.compression_share of a cable that goes slack
 SHIPPED = Solver()  # the defaults of the product: step, rho_inf, tolerance
@@ -128,24 +129,20 @@ class Rig:
             for problem in water_problems(name, section):
                 raise _refused(problem)
         self._speed = 0.0 if water is None else float(np.hypot(*water.current))
-        for problem in _wake_problems(cable, water, self._speed, tension):
+        for problem in line_problems(cable, water, self._speed, tension, bodies or {}):
             raise _refused(problem)
         self.cable, self.solver, self.gravity, self._working = cable, solver, gravity, tension
-        arc = arc_lengths(cable)
+        arc, self._links = arc_lengths(cable), cable.model is CableModel.SEGMENTS
         nodes = len(arc)
         carried = {
             node % nodes: body if isinstance(body, Towbody) else Towbody(mass=body, net_weight=body * gravity)
             for node, body in (bodies or {}).items()
         }
-        if isinstance(water, Fluid) and any(isinstance(body, Towbody) for body in (bodies or {}).values()):
-            raise RigError(
-                "bodies: a Towbody in a Fluid; nothing was built. A towbody knows water with a surface only: give its "
-                "mass [kg] in place of it, or Water"
-            )
         air = water is None
         water = water or Water()
         pulls, rods = np.array(loads or [], LOAD), np.array(struts or [], STRUT)
         pulls["node"] %= nodes
+        self._check_loads(pulls)
         borne = {n % nodes for n in held} | set(carried) | {int(n) for n in pulls["node"]}
         borne |= {int(n) + 1 for n in rods["node"]}
         beads = bead_table(cable, water, gravity)
@@ -165,7 +162,7 @@ class Rig:
             beads,
             wake_table(cable, water),
         )
-        self.state = make_state(arc, np.array(surfaces or [], SURFACE))
+        self.state = make_state(arc, np.array(surfaces or [], SURFACE), links=self._links)
         self.state.now.current[:] = (*water.current, *water.current_gradient)
         self.state.now.surface = NO_SURFACE if isinstance(water, Fluid) else 0.0
         begin_wakes(self.state, cable)
@@ -224,18 +221,31 @@ class Rig:
             if not names or "".join(names) != re.sub("[ ,]", "", what):
                 raise ValueError(f"node {node}: '{what}' holds nothing: components are {', '.join(COMPONENTS)}")
             for name in names:
+                if self._links and name.startswith("g"):
+                    raise RigError(
+                        f"node {node}: '{what}' holds a gradient, and a joint of cable.model = segments has none; "
+                        f"nothing was held. Hold the place of the next node too, or use cable.model = ancf"
+                    )
                 mask[node, COMPONENTS[name]] = 1.0
         self.model = self.model._replace(held=lock(mask))
 
     def load(self, node: int, force: npt.ArrayLike = (0.0, 0.0, 0.0), moment: npt.ArrayLike = (0.0, 0.0, 0.0)) -> None:
         """One more dead force [N] on a node, and moment [N m] on its tangent."""
-        self.model = self.model._replace(loads=np.append(self.model.loads, load_of(node % self.nodes, force, moment)))
+        self.reload([*self.model.loads, load_of(node, force, moment)])
 
     def reload(self, loads: list[np.ndarray]) -> None:
         """These nodal loads in place of those before: LOAD records, see load_of()."""
         rows = np.array(loads, LOAD)
         rows["node"] %= self.nodes
+        self._check_loads(rows)
         self.model = self.model._replace(loads=rows)
+
+    def _check_loads(self, rows: np.ndarray) -> None:
+        if self._links and rows["moment"].any():
+            raise RigError(
+                "a load has a moment [N m], and a joint of cable.model = segments bears none; nothing was loaded. "
+                "Give a pair of forces, or use cable.model = ancf"
+            )
 
     def release_loads(self) -> None:
         """Drop all nodal loads."""
@@ -368,18 +378,6 @@ class Rig:
 
 def _refused(problem: Problem, consequence: str = "nothing was built") -> RigError:
     return RigError(f"{problem.key} {problem.text}; {consequence}. {problem.remedy}")
-
-
-def _wake_problems(cable: Cable, water: Water | Fluid | None, speed: float, tension: float) -> list[Problem]:
-    """Wakes that a line cannot have; tension [N] is that of all of it."""
-    if not has_wakes(cable):
-        return []
-    if water is None:
-        text = "is given to a line in nothing: no fluid, no vortices"
-        return [Problem("cable.sections: a wake", text, "Give water, a Water or a Fluid")]
-    rows = [(name, section.length / section.meshed, tension) for name, section in cable.sections.items()]
-    remedy = "Give cable.sections.{name} elements of at most {least:.2g} m"
-    return fairing_problems(cable) + element_problems(cable, water, speed, rows, remedy)
 
 
 def warm_up() -> None:

@@ -19,6 +19,7 @@ from .current import current_of
 from .material import Hung, hung, material_rows, section_ends
 from .scene import Scene
 from .statics import Route
+from .strumming import drag_factors
 
 STEP = 0.06  # of the length over which the tension vector turns
 LEAST_STEPS = 160  # in all
@@ -60,7 +61,8 @@ class _Cable(NamedTuple):
     weight: float  # N/m dry
     buoyancy: float  # N/m
     half_rho_d: float
-    factor: float  # G
+    factor: float  # drag_amplification
+    strumming: Callable[[float], float]  # computed drag factor of a normal speed [m/s]
     re: float  # Reynolds number of 1 m/s
     cd: float  # below 0: of the Reynolds number
     normal: tuple[float, ...]
@@ -70,7 +72,7 @@ class _Cable(NamedTuple):
 
 def _cables(scene: Scene) -> list[_Cable]:
     cable, found = scene.cable, []
-    for section in cable.sections.values():
+    for section, strumming in zip(cable.sections.values(), drag_factors(scene), strict=True):
         rows = material_rows(cable, section, scene.water, scene.gravity)
         found.append(
             _Cable(
@@ -78,6 +80,7 @@ def _cables(scene: Scene) -> list[_Cable]:
                 rows[BUOYANCY],
                 rows[HALF_RHO_D],
                 1.0 + rows[EXTRA_DRAG],
+                strumming,
                 rows[RE_FACTOR],
                 rows[CD_FIXED],
                 tuple(rows[FN + i] for i in range(5)),
@@ -114,7 +117,7 @@ def _load(c: _Cable, z: float, force: Row, flow: Flow) -> tuple[float, float, fl
         h[0] + h[1] * co + h[2] * c2 + h[3] * c3 + h[4] * c4 + h[5] * c5
         + h[6] * si + h[7] * s2 + h[8] * s3 + h[9] * s4 + h[10] * s5
     )  # fmt: skip
-    k = c.half_rho_d * c.factor * cd * q2
+    k = c.half_rho_d * c.factor * c.strumming(vn) * cd * q2
     a, b = k * fn / vn, k * max(ft, 0.0) * (1.0 if vt >= 0.0 else -1.0)
     return a * wx + b * ux, a * wy + b * uy, a * wz + b * uz - c.weight + c.buoyancy
 

@@ -10,7 +10,10 @@ from rich.table import Table
 
 from . import Result
 
-CHOICE_COLUMNS = ("smallest wrap", "largest wrap", "smallest tension", "largest tension")
+
+def columns_of(result: Result) -> tuple[str, ...]:
+    """What the choices of an experiment change."""
+    return tuple(name for name in result.choices[0] if name != "choice") if result.choices else ()
 
 
 def as_data(result: Result) -> dict[str, Any]:
@@ -19,26 +22,28 @@ def as_data(result: Result) -> dict[str, Any]:
 
 
 def markdown(result: Result) -> str:
-    """Both tables for docs/validation.md."""
+    """Both tables for the docs."""
 
     def text(x):
         return "-" if x is None else f"{x:.4g}"
 
+    explained, columns = any(r.why for r in result.rows), columns_of(result)
     rows = [
         f"| {r.name} | {r.unit} | {text(r.measured)} | {text(r.ours)} | {text(r.allowed)} | {r.source} |"
+        + (f" {r.why} |" if explained else "")
         for r in result.rows
     ]
     choices = [
-        "| " + " | ".join((c["choice"], *(f"{c[k]:+.2f}" for k in CHOICE_COLUMNS))) + " |" for c in result.choices
+        "| " + " | ".join((c["choice"], *(f"{c[k]:+.2f}" for k in columns))) + " |" for c in result.choices
     ]
     return "\n".join(
         [
-            "| figure | unit | measured | ours | allowed | who |",
-            "|---|---|---|---|---|---|",
+            "| figure | unit | measured | ours | allowed | who |" + (" why |" if explained else ""),
+            "|---|---|---|---|---|---|" + ("---|" if explained else ""),
             *rows,
             "",
-            "| chosen otherwise | " + " | ".join(CHOICE_COLUMNS) + " |",
-            "|---|---|---|---|---|",
+            "| chosen otherwise | " + " | ".join(columns) + " |",
+            "|---|" + "---|" * len(columns),
             *choices,
         ]
     )
@@ -48,17 +53,22 @@ def print_result(result: Result) -> None:
     """Comparison and choices."""
     console = Console(width=None if sys.stdout.isatty() else 120)
     table = Table(title=result.experiment, title_justify="left")
-    for name in ("figure", "unit", "measured", "ours", "allowed", "who"):
+    explained = ("why",) if any(r.why for r in result.rows) else ()
+    for name in ("figure", "unit", "measured", "ours", "allowed", "who", *explained):
         table.add_column(name, justify="right" if name in ("measured", "ours", "allowed") else "left")
     for r in result.rows:
         table.add_row(
-            r.name, r.unit, *("-" if x is None else f"{x:.4g}" for x in (r.measured, r.ours, r.allowed)), r.source
+            r.name,
+            r.unit,
+            *("-" if x is None else f"{x:.4g}" for x in (r.measured, r.ours, r.allowed)),
+            r.source,
+            *(r.why for _ in explained),
         )
     console.print(table)
-    other = Table(title="configuration 1, chosen otherwise: what changes", title_justify="left")
+    other = Table(title=result.chosen, title_justify="left")
     other.add_column("choice")
-    for name in CHOICE_COLUMNS:
+    for name in columns_of(result):
         other.add_column(name, justify="right")
     for c in result.choices:
-        other.add_row(c["choice"], *(f"{c[name]:+.2f}" for name in CHOICE_COLUMNS))
+        other.add_row(c["choice"], *(f"{c[name]:+.2f}" for name in columns_of(result)))
     console.print(other)
