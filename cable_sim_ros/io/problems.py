@@ -37,7 +37,7 @@ def line_of(lines: Mapping[tuple, int], path: tuple) -> int:
 
 
 def texts_of(error: ValidationError, data, origin: str, lines, root: type[Block] = Scene) -> list[str]:
-    """One text for each problem pydantic found, in the order of the file; a vector is reported once."""
+    """One text for each problem pydantic found in a file of kind root, in its order; a vector is reported once."""
     out: dict[tuple, str] = {}
     for item in error.errors():
         path = item["loc"]
@@ -159,7 +159,7 @@ def _wanted(field) -> str:
     kinds = []
     for part in parts:
         if get_origin(part) is tuple:
-            kinds.append(f"{len(get_args(part))} numbers")
+            kinds.append("a list of numbers" if ... in get_args(part) else f"{len(get_args(part))} numbers")
         elif isinstance(part, type) and issubclass(part, enum.Enum):
             kinds.append("one of " + ", ".join(member.value for member in part))
         else:
@@ -196,7 +196,10 @@ def _sample(field):
         number = float(f"{math.sqrt(low * high):.1g}") if low > 0 else 1.0 if low <= 1.0 <= high else low
     if int in (field.annotation, *get_args(field.annotation)):
         return round(number)
-    return [number] * len(get_args(field.annotation)) if get_origin(field.annotation) is tuple else number
+    for part in (field.annotation, *get_args(field.annotation)):
+        if get_origin(part) is tuple:
+            return [number] * len(get_args(part))
+    return number
 
 
 def _plain(value) -> str:

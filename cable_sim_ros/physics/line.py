@@ -79,7 +79,7 @@ def bodies(line, state, change, tangent):
     current = (m[0], m[1], m[2], m[3])
     for i in range(line.bodies.shape[0]):
         n, body = line.body_nodes[i], line.bodies[i]
-        node = (q[n], v[n], a[n], flow[n])
+        node = (q[n], v[n], a[n], flow[n], state.work.around[n])
         power[WATER] += body_load(body, node, current, change, tangent, band[n])
         for k in range(state.surfaces.shape[0]):
             if state.surfaces[k].carrier == ON_GROUND and body.floor_stiffness > 0.0:

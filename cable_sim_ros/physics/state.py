@@ -12,6 +12,7 @@ import numpy as np
 
 from .contact import EVENTS
 from .jit import driver, inline
+from .sea import SEA, Sea
 from .setpoint import SETPOINT
 from .shape import LINK
 from .ship import SHIP, SHIP_TIMES, TIME, TOW_FRAME
@@ -76,7 +77,7 @@ MEMORY = np.dtype(
         ("halted", "i8"),  # flags of a halted run
         ("frame", TOW_FRAME),
         ("current", "f8", 4),  # surface current relative to the tow frame [m/s], its gradient [1/s]
-        ("surface", "f8"),  # m, height below which a cable is wet
+        ("sea", SEA),
         ("ship", SHIP),
         ("sheave", SHEAVE),
         ("winch", WINCH),
@@ -230,6 +231,7 @@ class LineModel(NamedTuple):
     settings: np.ndarray  # LINE_SETTINGS [1]
     wakes: np.ndarray  # WAKE_SECTION [sections], see wake.py; none: no section has a wake
     strum: Strum
+    sea: Sea
 
 
 FEED_NODE = np.dtype([("zone", "i8"), ("place", "f8")])  # zone or -1, aboard; m from the tangent point, or share of it
@@ -303,8 +305,11 @@ def records(count: int, kind: np.dtype) -> np.recarray:
     return np.zeros(count, kind).view(np.recarray)
 
 
-def make_state(arc: np.ndarray, surfaces: np.ndarray, links: bool = False) -> State:
-    """State of a line of elements, or of links, with these arc lengths [nodes] and SURFACE records; else zero."""
+def make_state(arc: np.ndarray, surfaces: np.ndarray, sea: Sea | None = None, links: bool = False) -> State:
+    """State of a line of elements, or of links, with these arc lengths [nodes] and SURFACE records; else zero.
+
+    sea: None where there is no more than a linear current.
+    """
     nodes, z = len(arc), np.zeros
     state = State(
         memory=records(SLOTS, MEMORY),
@@ -315,7 +320,7 @@ def make_state(arc: np.ndarray, surfaces: np.ndarray, links: bool = False) -> St
         plan=records(1, PLAN),
         tension=z(nodes - 1),
         reaction=z((nodes, 6)),
-        work=make_work(nodes),
+        work=make_work(nodes) if sea is None else make_work(nodes, len(sea.waves), not sea.rests),
     )
     state.nodes[:, ARC, :, 0] = arc
     state.nodes[:, ARC, :, LINK] = links

@@ -17,6 +17,7 @@ from ..physics.frame import CONTACT_COLUMNS, FRAME, MAX_STATIONS, SHAPE_COLUMNS,
 from ..physics.integrate import Solver
 from ..physics.jit import LANES
 from ..physics.observe import Output
+from ..physics.sea import Sea
 from ..physics.section import CableModel
 from ..physics.state import (
     FEED_NODE,
@@ -45,6 +46,7 @@ from .checks import fine_zone
 from .material import extreme, material_rows, section_ends, termination_weight
 from .mesh import FeedMesh, feed_mesh
 from .scene import Scene
+from .sea import sea_of
 from .statics import DRUM_RESERVE, ROUND_OFF, Route
 from .strumming import strum_rules, strum_sections
 from .wakes import wake_table
@@ -230,6 +232,7 @@ def build_line(
     beads: np.ndarray | None = None,
     wakes: np.ndarray | None = None,
     strum: tuple[np.ndarray, np.ndarray] | None = None,
+    sea: Sea | None = None,
 ) -> LineModel:
     """A line as numbers for kernels, in the one place that coerces them: every line has one type signature."""
     return LineModel(
@@ -246,6 +249,7 @@ def build_line(
             lock(np.zeros(0, STRUM_RULES) if strum is None else strum[0], STRUM_RULES),
             lock(np.zeros(0, STRUM_SECTION) if strum is None else strum[1], STRUM_SECTION),
         ),
+        sea=Sea(*(lock(table, table.dtype) for table in sea or sea_of(Water(), 0.0, None))),
     )
 
 
@@ -283,6 +287,7 @@ def build_model(scene: Scene, mesh: FeedMesh | None = None) -> Model:
             beads=bead_table(scene.cable, scene.water, scene.gravity),
             wakes=wake_table(scene.cable, scene.water),
             strum=(strum_rules(scene), strum_sections(scene)),
+            sea=sea_of(scene.water, scene.gravity, scene.seabed.depth),
         ),
         settings=lock(settings, TOW_SETTINGS),
         feed=feed_of(scene, mesh),
@@ -293,7 +298,8 @@ def build_state(scene: Scene, mesh: FeedMesh | None = None) -> State:
     """Preallocated state for the scene's mesh, or another; everything zero but for arc lengths that stay."""
     mesh = feed_mesh(scene) if mesh is None else mesh
     arc = arc_lengths(scene.cable) if mesh is None else np.zeros(mesh.nodes)
-    return make_state(arc, surfaces_of(scene), links=scene.cable.model is CableModel.SEGMENTS)
+    sea, links = sea_of(scene.water, scene.gravity, scene.seabed.depth), scene.cable.model is CableModel.SEGMENTS
+    return make_state(arc, surfaces_of(scene), sea, links)
 
 
 def make_output(model: Model, nodes: int, rows: int) -> Output:

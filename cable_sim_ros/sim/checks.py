@@ -14,7 +14,7 @@ import numpy as np
 from ..physics.section import material_of
 from ..physics.winch import DrumModel
 from .cautions import damping_cautions, swing_cautions
-from .current import current_of
+from .current import flow_of
 from .data_sheet import (
     astern_cautions,
     astern_problems,
@@ -30,6 +30,7 @@ from .mesh import arc_lengths_at_start
 from .mesh_blocks import SheaveAnswer
 from .problem import Problem, apart
 from .scene import Scene
+from .sea_checks import sea_cautions, sea_problems
 from .setpoints import setpoint_cautions
 from .statics import DRUM_RESERVE, ROUND_OFF, Route, first_angle
 from .strumming import strum_cautions, strum_problems
@@ -117,7 +118,7 @@ def downforce(scene: Scene) -> float:
 def water_speed(scene: Scene) -> float:
     """Speed [m/s] of the ship through the water at its surface."""
     heading = math.radians(scene.ship.heading_deg)
-    east, north = current_of(scene, heading)[:2]
+    east, north = flow_of(scene.water, heading)(0.0)
     return math.hypot(scene.ship.tow_speed * math.cos(heading) - east, scene.ship.tow_speed * math.sin(heading) - north)
 
 
@@ -127,7 +128,10 @@ def problems(scene: Scene) -> list[Problem]:
     sections = scene.cable.sections
     if not sections:
         return [Problem("cable.sections", "has no section", "Give at least one section, from the drum end outward")]
-    found += section_problems(scene) + weight_problems(scene) + strum_problems(scene) + bare_problems(scene)
+    found += section_problems(scene) + weight_problems(scene) + strum_problems(scene) + sea_problems(scene)
+    found += bare_problems(scene)
+    if any(problem.key.startswith("water.current_") for problem in found):
+        return found  # how fast the water passes is not known
     if any(body.at not in sections for body in scene.bodies.values()):
         return found  # where they hang is not known
     solver = scene.solver
@@ -308,7 +312,7 @@ def cautions(scene: Scene) -> list[Problem]:
                 "Make the body heavier or its lift_area negative",
             )
         )
-    found += density_cautions(scene) + astern_cautions(scene) + wrap_cautions(scene)
+    found += sea_cautions(scene) + density_cautions(scene) + astern_cautions(scene) + wrap_cautions(scene)
     found += seat_problems(scene, place.total)  # those that may be hauled in
     speed = water_speed(scene)
     found += setpoint_cautions(scene, speed) + damping_cautions(scene.cable) + swing_cautions(scene, speed)

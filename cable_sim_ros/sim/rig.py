@@ -37,7 +37,7 @@ from ..physics.ancf import (
 )
 from ..physics.cable import Cable, Section
 from ..physics.drag import DragLaw
-from ..physics.fluid import NO_SURFACE, Fluid
+from ..physics.fluid import Fluid, fill_space
 from ..physics.integrate import Solver
 from ..physics.jit import LANES, NO, YES
 from ..physics.section import CableModel
@@ -47,9 +47,11 @@ from ..physics.surface import SURFACE
 from ..physics.towbody import BODY, Towbody, body_record
 from ..physics.water import Water
 from .build import Rules, arc_lengths, bead_table, build_line, element_table, line_settings, lock
+from .current import declare_water
 from .joints import water_problems
 from .march import Moved, Samples, accelerate, begin_step, bring_to_rest, look, march, take, weigh_up
 from .problem import Problem
+from .sea import sea_of
 from .wakes import begin_wakes, line_problems, step_problems, wake_table
 
 FOLDING = 1e-7  # cable.compression_share of a cable that goes slack
@@ -103,8 +105,9 @@ def rows_in_air(elements: np.ndarray) -> np.ndarray:
 class Rig:
     """One line, its supports and its loads. Lengths [m], forces [N], SI throughout; z is up.
 
-    cable: the product's Cable block, see cable_of(); water: none for a cable in nothing, at whatever height, or a
-    Fluid, which has no surface; mass_damping [1/s]: of all motion, 2 zeta om for a share zeta of critical at om;
+    cable: the product's Cable block, see cable_of(); water: none for a cable in nothing, at whatever height, or a Fluid,
+    without a surface; depth: of the water [m] for its waves, none: deep; the frame of the scene keys of the water is
+    that of the world; mass_damping [1/s]: of all motion, 2 zeta om for a share zeta of critical at om;
     held: {node: components}, see hold(); bodies: {node: Towbody} or {node: mass [kg]}; surfaces: SURFACE records, see
     physics/surface.py, standing where they are; loads: LOAD records, see load_of(); struts: STRUT records;
     tension: working tension [N] that scales the tolerance. Nodes count from 0, negative ones from the end.
@@ -117,6 +120,7 @@ class Rig:
         held: dict[int, str],
         tension: float,
         water: Water | Fluid | None = None,
+        depth: float | None = None,
         gravity: float = 9.81,
         bodies: dict | None = None,
         surfaces: list[np.ndarray] | None = None,
@@ -129,7 +133,7 @@ class Rig:
             for problem in water_problems(name, section):
                 raise _refused(problem)
         self._speed = 0.0 if water is None else float(np.hypot(*water.current))
-        for problem in line_problems(cable, water, self._speed, tension, bodies or {}):
+        for problem in line_problems(cable, water, self._speed, tension):
             raise _refused(problem)
         self.cable, self.solver, self.gravity, self._working = cable, solver, gravity, tension
         arc, self._links = arc_lengths(cable), cable.model is CableModel.SEGMENTS
@@ -138,8 +142,8 @@ class Rig:
             node % nodes: body if isinstance(body, Towbody) else Towbody(mass=body, net_weight=body * gravity)
             for node, body in (bodies or {}).items()
         }
-        air = water is None
-        water = water or Water()
+        air, endless = water is None, isinstance(water, Fluid)
+        water = water.as_water() if isinstance(water, Fluid) else water or Water()
         pulls, rods = np.array(loads or [], LOAD), np.array(struts or [], STRUT)
         pulls["node"] %= nodes
         self._check_loads(pulls)
@@ -148,6 +152,7 @@ class Rig:
         beads = bead_table(cable, water, gravity)
         if air:
             beads["buoyancy"] = 0.0
+        sea = sea_of(water, gravity, depth)
         elements = element_table(cable, water, gravity, (0 not in borne, nodes - 1 not in borne))
         settings = line_settings(cable, solver, gravity, tension, WHOLE)
         settings["mass_damping"] = mass_damping
@@ -160,12 +165,14 @@ class Rig:
             pulls,
             rods,
             beads,
-            wake_table(cable, water),
+            wakes=wake_table(cable, water),
+            sea=sea,
         )
-        self.state = make_state(arc, np.array(surfaces or [], SURFACE), links=self._links)
-        self.state.now.current[:] = (*water.current, *water.current_gradient)
-        self.state.now.surface = NO_SURFACE if isinstance(water, Fluid) else 0.0
+        self.state = make_state(arc, np.array(surfaces or [], SURFACE), sea, self._links)
+        if endless:
+            fill_space(self.state.work)
         begin_wakes(self.state, cable)
+        declare_water(self.state.now, water, 0.0)
         self.state.now.events.pressed_since = -1  # nobody says that it begins in a groove
         self.state.nodes[:, FLOW, list(carried), 0] = -1.0
         self.hold(held)

@@ -18,7 +18,7 @@ from ..physics.ship import NO_EPOCH
 from ..physics.state import ARC, MEMORY, NOW, STEP
 from . import savefile
 from .build import build_model, build_state, make_output
-from .current import current_of
+from .current import declare_water
 from .entry import CONTROL_WORDS, SETTLE, STATS_COLUMNS, TICKS, drive
 from .inputs import InputError, ShipMotion, WinchCommand, push
 from .mesh_kinds import FeedMesh
@@ -97,8 +97,7 @@ class Simulator:
         speed = scene.ship.tow_speed
         now.frame.origin[:] = position
         now.frame.velocity[:] = (speed * cos(yaw), speed * sin(yaw))
-        now.current[:] = current_of(scene, yaw)
-        now.current[:2] -= now.frame.velocity
+        declare_water(now, scene.water, yaw)
         now.ship.mean_coord[:] = (0.0, 0.0, scene.ship.reference_height, 0.0, 0.0, yaw)
         now.ship.motion.coord[:] = now.ship.mean_coord
         now.ship.epoch = NO_EPOCH

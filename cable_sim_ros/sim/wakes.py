@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from itertools import accumulate
 from math import inf, pi, sqrt
-from typing import Any
 
 import numpy as np
 
@@ -14,7 +13,6 @@ from ..physics.fairing import Fairing
 from ..physics.fluid import Fluid
 from ..physics.section import CableModel, Section, material_of
 from ..physics.state import NOW, WAKE, State
-from ..physics.towbody import Towbody
 from ..physics.wake import START, WAKE_Q, WAKE_S, WAKE_SECTION, WakeLaw, WakePhase, section_of_node, wake_section
 from ..physics.water import Water
 from .material import hung, outboard, section_ends, wet_weight
@@ -170,14 +168,9 @@ def pull_beyond(scene: Scene, place: float) -> float:
     return cable + sum(thing.net_weight for thing in hung(scene) if thing.place > place) + scene.towbody.net_weight
 
 
-def line_problems(
-    cable: Cable, water: Water | Fluid | None, speed: float, tension: float, bodies: Mapping[int, Any]
-) -> list[Problem]:
+def line_problems(cable: Cable, water: Water | Fluid | None, speed: float, tension: float) -> list[Problem]:
     """What a line of one's own cannot have in its fluid: flow of ``speed`` [m/s], tension [N] of all of it."""
     found = cable_problems(cable)
-    if isinstance(water, Fluid) and any(isinstance(body, Towbody) for body in bodies.values()):
-        text = "has a Towbody in a Fluid, and a towbody knows water with a surface only"
-        found.append(Problem("bodies", text, "Give its mass [kg] in place of it, or Water"))
     if water is None and has_wakes(cable):
         text = "has a wake in nothing: no fluid, no vortices"
         found.append(Problem("cable.sections", text, "Give water: a Water or a Fluid"))
