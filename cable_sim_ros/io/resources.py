@@ -58,11 +58,6 @@ def find_scene(path_or_name: str | os.PathLike) -> Path:
     return _find(path_or_name, "scene", "config", shipped_scenes, (".yaml", ""), Path.is_file)
 
 
-def find_span(path_or_name: str | os.PathLike) -> Path:
-    """Path of a span: a file, or the name of a shipped one with or without ``.yaml``."""
-    return _find(path_or_name, "span", "config", shipped_spans, (".yaml", ""), Path.is_file)
-
-
 def shipped_viv() -> list[str]:
     """Names of the spans in ``config/viv/`` whose vibration ``cable-sim viv`` computes, sorted."""
     return sorted(path.stem for path in (share_folder() / "config" / "viv").glob("*.yaml"))
@@ -71,6 +66,11 @@ def shipped_viv() -> list[str]:
 def find_viv(path_or_name: str | os.PathLike) -> Path:
     """Path of a span for ``cable-sim viv``: a file, or the name of a shipped one with or without ``.yaml``."""
     return _find(path_or_name, "span", "config/viv", shipped_viv, (".yaml", ""), Path.is_file)
+
+
+def find_span(path_or_name: str | os.PathLike) -> Path:
+    """Path of a span in a wind: a file, or the name of a shipped one with or without ``.yaml``."""
+    return _find(path_or_name, "span", "config", shipped_spans, (".yaml", ""), Path.is_file)
 
 
 def find_bag(path_or_name: str | os.PathLike) -> Path:

@@ -104,7 +104,6 @@ class Section(Block):
         "fairing, 0 without one",
         "Dymore (12a): pi c_f; Pode: f C_D",
     )
-    wake: Wake = quantity(Wake(), "", None, None, "vortices that the section sheds")
     viv_damping_ratio: float | None = again(Viv, "damping_ratio", "viv.damping_ratio")
     viv_multiplier: float = quantity(
         1.0,
@@ -113,6 +112,7 @@ class Section(Block):
         2.0,
         "factor on the amplitude of strumming beside viv.multiplier; 0: does not strum, as a faired one",
     )
+    wake: Wake = quantity(Wake(), "", None, None, "vortices that the section sheds")
     termination_mass: float = quantity(
         0.0, "kg", 0.0, 1e5, "dry mass of the termination at the outboard end, a point on the cable"
     )

@@ -26,9 +26,9 @@ SLOTS = 3
 
 # rows of State.nodes, six numbers a node: position and gradient, their rates, accelerations, auxiliary
 # accelerations, their gain in the step before, the running mean of the material's rates, of a body how the water flows
-# past it (see towbody.py), how the element that begins at the node strums (columns: strum.py), the wake that it sheds
-# (columns: wake.py), and arc length with its first and second rate (columns 0 to 2) and the kind of the element that
-# begins there (column shape.LINK)
+# past it (see towbody.py), how the element that begins at the node strums (columns: strum.py), the wake it sheds (see
+# wake.py), and arc length with its first and second rate (columns 0 to 2) and the kind of the element that begins there
+# (column shape.LINK)
 Q, V, A, X, GAIN, MEAN, FLOW, STRUM, WAKE, ARC = np.arange(10)
 NODE_ROWS = 10
 
@@ -229,9 +229,9 @@ class LineModel(NamedTuple):
     loads: np.ndarray  # LOAD [loads]
     struts: np.ndarray  # STRUT [struts]
     settings: np.ndarray  # LINE_SETTINGS [1]
-    wakes: np.ndarray  # WAKE_SECTION [sections], see wake.py; none: no section has a wake
     strum: Strum
     sea: Sea
+    wakes: np.ndarray  # WAKE_SECTION [sections], see wake.py; none: no section has a wake
 
 
 FEED_NODE = np.dtype([("zone", "i8"), ("place", "f8")])  # zone or -1, aboard; m from the tangent point, or share of it

@@ -63,7 +63,6 @@ class Work(NamedTuple):
     lower: np.ndarray  # [nodes, 6, 6]
     factor: np.ndarray  # [nodes, 6, FACTOR_COLUMNS] of the solve
     step: np.ndarray  # [nodes, 6] solution
-    wake: np.ndarray  # [nodes, 6] load of the wakes, held in a step, see wake.py
     bins: np.ndarray  # [BINS] length of cable up to a speed
     # water beyond the linear current, see sea.py, of the step in hand
     stream: np.ndarray  # [groups, 4, STREAM_ROWS, LANES] at the Gauss points; no groups: there is none
@@ -71,6 +70,7 @@ class Work(NamedTuple):
     phase: np.ndarray  # [waves, 3]
     gusts: np.ndarray  # [6]
     stream_of_body: np.ndarray  # [STREAM_ROWS, LANES]
+    wake: np.ndarray  # [nodes, 6] load of the wakes, held in a step, see wake.py
 
 
 def make_work(nodes: int, waves: int = 0, streams: bool = False) -> Work:
@@ -85,11 +85,11 @@ def make_work(nodes: int, waves: int = 0, streams: bool = False) -> Work:
         lower=z((nodes, 6, 6)),
         factor=z((nodes, 6, FACTOR_COLUMNS)),
         step=z((nodes, 6)),
-        wake=z((nodes, 6)),
         bins=z(BINS),
         stream=z((-(-(nodes - 1) // LANES) if streams else 0, 4, STREAM_ROWS, LANES)),
         around=z((nodes, NODE_COLUMNS)),
         phase=z((waves, 3)),
         gusts=z(6),
         stream_of_body=z((STREAM_ROWS, LANES)),
+        wake=z((nodes, 6)),
     )

@@ -230,9 +230,9 @@ def build_line(
     loads: np.ndarray | None = None,
     struts: np.ndarray | None = None,
     beads: np.ndarray | None = None,
-    wakes: np.ndarray | None = None,
     strum: tuple[np.ndarray, np.ndarray] | None = None,
     sea: Sea | None = None,
+    wakes: np.ndarray | None = None,
 ) -> LineModel:
     """A line as numbers for kernels, in the one place that coerces them: every line has one type signature."""
     return LineModel(
@@ -244,12 +244,12 @@ def build_line(
         loads=records(0, LOAD) if loads is None else np.ascontiguousarray(loads, LOAD).view(np.recarray),
         struts=lock(np.zeros(0, STRUT) if struts is None else struts, STRUT),
         settings=lock(settings, LINE_SETTINGS),
-        wakes=lock(np.zeros(0, WAKE_SECTION) if wakes is None else wakes, WAKE_SECTION),
         strum=Strum(
             lock(np.zeros(0, STRUM_RULES) if strum is None else strum[0], STRUM_RULES),
             lock(np.zeros(0, STRUM_SECTION) if strum is None else strum[1], STRUM_SECTION),
         ),
         sea=Sea(*(lock(table, table.dtype) for table in sea or sea_of(Water(), 0.0, None))),
+        wakes=lock(np.zeros(0, WAKE_SECTION) if wakes is None else wakes, WAKE_SECTION),
     )
 
 
@@ -285,9 +285,9 @@ def build_model(scene: Scene, mesh: FeedMesh | None = None) -> Model:
             body_nodes(scene, mesh),
             line,
             beads=bead_table(scene.cable, scene.water, scene.gravity),
-            wakes=wake_table(scene.cable, scene.water),
             strum=(strum_rules(scene), strum_sections(scene)),
             sea=sea_of(scene.water, scene.gravity, scene.seabed.depth),
+            wakes=wake_table(scene.cable, scene.water),
         ),
         settings=lock(settings, TOW_SETTINGS),
         feed=feed_of(scene, mesh),

@@ -105,9 +105,9 @@ def rows_in_air(elements: np.ndarray) -> np.ndarray:
 class Rig:
     """One line, its supports and its loads. Lengths [m], forces [N], SI throughout; z is up.
 
-    cable: the product's Cable block, see cable_of(); water: none for a cable in nothing, at whatever height, or a Fluid,
-    without a surface; depth: of the water [m] for its waves, none: deep; the frame of the scene keys of the water is
-    that of the world; mass_damping [1/s]: of all motion, 2 zeta om for a share zeta of critical at om;
+    cable: the product's Cable block, see cable_of(); water: none for a cable in nothing, at whatever height, or a
+    Fluid, without a surface; depth: of the water [m] for its waves, none: deep; the frame of the scene keys of the
+    water is that of the world; mass_damping [1/s]: of all motion, 2 zeta om for a share zeta of critical at om;
     held: {node: components}, see hold(); bodies: {node: Towbody} or {node: mass [kg]}; surfaces: SURFACE records, see
     physics/surface.py, standing where they are; loads: LOAD records, see load_of(); struts: STRUT records;
     tension: working tension [N] that scales the tolerance. Nodes count from 0, negative ones from the end.
