@@ -14,6 +14,7 @@ import numpy as np
 from ..physics.section import material_of
 from ..physics.winch import DrumModel
 from .cautions import damping_cautions, swing_cautions
+from .chain_checks import chain_cautions, chain_problems, form_problems
 from .current import current_of
 from .data_sheet import (
     astern_cautions,
@@ -126,7 +127,7 @@ def problems(scene: Scene) -> list[Problem]:
     sections = scene.cable.sections
     if not sections:
         return [Problem("cable.sections", "has no section", "Give at least one section, from the drum end outward")]
-    found += section_problems(scene) + weight_problems(scene) + strum_problems(scene)
+    found += form_problems(scene.cable) + section_problems(scene) + weight_problems(scene) + strum_problems(scene)
     if any(body.at not in sections for body in scene.bodies.values()):
         return found  # where they hang is not known
     solver = scene.solver
@@ -225,7 +226,8 @@ def problems(scene: Scene) -> list[Problem]:
                 f"Make it at most {MOST_FLOOR * working / ROUND_OFF:.3g} N; a cable without stretch needs no more",
             )
         )
-    return found if found else mesh_problems(scene)
+    found = found if found else mesh_problems(scene)
+    return found if found else chain_problems(scene, elements(scene), place.tangent, place.leaves)
 
 
 def seabed_problems(scene: Scene) -> list[Problem]:
@@ -306,6 +308,7 @@ def cautions(scene: Scene) -> list[Problem]:
                 "Make the body heavier or its lift_area negative",
             )
         )
+    found += chain_cautions(scene, elements(scene), place.tangent, place.leaves)
     found += density_cautions(scene) + astern_cautions(scene) + wrap_cautions(scene)
     found += seat_problems(scene, place.total)  # those that may be hauled in
     speed = water_speed(scene)
