@@ -36,4 +36,10 @@ def _pulley(duration: float, progress) -> Result:
     return pulley.experiment(duration, progress)
 
 
-EXPERIMENTS: dict[str, Callable] = {"pulley": _pulley}
+def _segments(duration: float, progress) -> Result:
+    from . import segments
+
+    return segments.experiment(duration, progress)
+
+
+EXPERIMENTS: dict[str, Callable] = {"pulley": _pulley, "segments": _segments}

@@ -31,16 +31,11 @@ def markdown(result: Result) -> str:
     choices = [
         "| " + " | ".join((c["choice"], *(f"{c[k]:+.2f}" for k in CHOICE_COLUMNS))) + " |" for c in result.choices
     ]
+    table = ["| figure | unit | measured | ours | allowed | who |", "|---|---|---|---|---|---|", *rows]
+    if not choices:
+        return "\n".join(table)
     return "\n".join(
-        [
-            "| figure | unit | measured | ours | allowed | who |",
-            "|---|---|---|---|---|---|",
-            *rows,
-            "",
-            "| chosen otherwise | " + " | ".join(CHOICE_COLUMNS) + " |",
-            "|---|---|---|---|---|",
-            *choices,
-        ]
+        [*table, "", "| chosen otherwise | " + " | ".join(CHOICE_COLUMNS) + " |", "|---|---|---|---|---|", *choices]
     )
 
 
@@ -55,6 +50,8 @@ def print_result(result: Result) -> None:
             r.name, r.unit, *("-" if x is None else f"{x:.4g}" for x in (r.measured, r.ours, r.allowed)), r.source
         )
     console.print(table)
+    if not result.choices:
+        return
     other = Table(title="configuration 1, chosen otherwise: what changes", title_justify="left")
     other.add_column("choice")
     for name in CHOICE_COLUMNS:
