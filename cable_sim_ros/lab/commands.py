@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from ..runs.progress import progress_bar
+from .experiments import EXPERIMENTS
 
 FAILED = 1  # exit code where a value is missing or a limit is not kept
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
@@ -50,14 +51,14 @@ def case(files, fidelity, as_json) -> None:
 
 
 @click.command()
-@click.argument("names", nargs=-1, type=click.Choice(["pulley", "segments"]), metavar="[NAME...]")
+@click.argument("names", nargs=-1, type=click.Choice(list(EXPERIMENTS)), metavar="[NAME...]")
 @click.option(
     "--duration",
     type=click.FloatRange(min=0.5),
     default=10.0,
     show_default=True,
     metavar="S",
-    help="Seconds of each experiment.",
+    help="Seconds of each experiment in time.",
 )
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for plots and figures.")
 @json_option

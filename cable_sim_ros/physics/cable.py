@@ -16,7 +16,6 @@ from .ancf import (
     FLOW_1,
     FLOW_RATE_0,
     FLOW_RATE_1,
-    HALF_RHO_D,
     LENGTH,
     PER_LENGTH,
     ROWS,
@@ -30,6 +29,7 @@ from .contact import contact_lanes, contact_point_lanes, contact_tangent_lanes
 from .drag import amplified, mean_lanes, point_lanes, spread_force, spread_matrix, water_load, water_tangent
 from .flow import convective_tangent_lanes, material_lanes
 from .jit import LANES, driver, inline, link, opaque
+from .sea import push_lanes, stream_lanes
 from .section import Cable as Cable
 from .section import Section as Section
 from .shape import W4, W5, X4, X5, shape, slope
@@ -37,10 +37,9 @@ from .state import ARC, AT_REST, MEAN, NOW, STRUM, A, Q, V
 from .strum import EXTRA
 from .surface import DRUM, GROOVE, NO_TOP, out_of_reach, solid
 from .vec import add, dot, get3, scale, sub
-from .waterline import waterline
-from .work import ENERGY, LOST, LOST_POWER, NEAR, OWN, SUM, SURFACES, TENSION, WATER, WEIGHT, WET
+from .waterline import THIRD, immersion, raise_lanes, waterline
+from .work import ENERGY, LOST, LOST_POWER, NEAR, OWN, RISE, SUM, SURFACES, TENSION, WATER, WEIGHT, WET
 
-THIRD = 1.0 / 3.0
 CONTACT_POINTS, DRAG_POINTS = np.arange(0, 12)[[5, 4]]  # numpy integers: no version per literal
 _N4 = np.array([shape(x) for x in X4])
 _D4 = np.array([slope(x) for x in X4])
@@ -170,24 +169,6 @@ def open_end(row, tangent):
                 row[r, c] = 0.0
 
 
-@driver
-def immersion(x, p, wet):
-    """Per lane 1 (wet), 0 (dry, or no water at all), -1 (crossing), by the hull of its Bezier points.
-
-    Returns wet, crossing of any lane.
-    """
-    any_wet, any_crossing = False, False
-    for e in range(LANES):
-        z0, z3 = x[2, e], x[8, e]
-        z1, z2 = z0 + THIRD * x[5, e], z3 - THIRD * x[11, e]
-        low, high = min(min(z0, z1), min(z2, z3)), max(max(z0, z1), max(z2, z3))
-        wet[e] = 0.0 if low >= 0.0 or p[HALF_RHO_D, e] == 0.0 else (1.0 if high < 0.0 else -1.0)
-    for e in range(LANES):
-        any_wet = any_wet or wet[e] > 0.0
-        any_crossing = any_crossing or wet[e] < 0.0
-    return any_wet, any_crossing
-
-
 @inline
 def hull_of(x, e):
     """Middle of the element in lane e, and the square of the length [m] within which its Bezier points lie about it.
@@ -259,7 +240,10 @@ def _water_part(state, group, change, tangent):
     work = state.work.lanes[0]
     x, p = work.x, work.p
     weight, wetness = work.lane[WEIGHT], work.lane[WET]
-    wet, crossing = immersion(x, p, wetness)
+    streams = state.work.stream[group : group + 1]  # no row: a linear current is all
+    if streams.shape[0] > 0:
+        raise_lanes(group, state.work.around, work.lane[RISE : RISE + 2])
+    wet, crossing = immersion(x, p, state.memory[NOW].surface, work.lane[RISE : RISE + 2], wetness)
     if not (wet or crossing):
         return False
     m = state.memory[NOW].current
@@ -272,15 +256,17 @@ def _water_part(state, group, change, tangent):
             for e in range(LANES):
                 weight[e] = p[LENGTH, e] * W4[g] if wetness[e] > 0.0 else 0.0
             point_lanes(x, p, N4L[g], D4L[g], current, work.point)
+            if streams.shape[0] > 0:
+                stream_lanes(streams[0, g], x, N4L[g], work.point)
             if second:
                 mean_lanes(work.mean_v, N4L[g], work.point)
             if tangent:
-                water_tangent(
-                    work.point, p, change, current, weight, second, (work.load[g], work.by_place[g], work.by_slope[g])
-                )
+                water_tangent(work.point, p, change, weight, second, (work.load[g], work.by_place[g], work.by_slope[g]))
             else:
                 water_load(work.point, p, weight, second, work.load[g])
-        if links:
+            if streams.shape[0] > 0:
+                push_lanes(streams[0, g], p, weight, work.load[g])
+        if links and streams.shape[0] == 0:
             closed_loads(work, current, second)
         spread_force(_N4, work.load, DRAG_POINTS, work.force)
         if tangent:
@@ -288,7 +274,7 @@ def _water_part(state, group, change, tangent):
     if crossing:
         for e in range(LANES):
             if wetness[e] < 0.0:
-                waterline(e, work, current, change, tangent)
+                waterline(e, work, current, streams, change, tangent)
     if links:
         drop_axial_lift(work, tangent)
     return True

@@ -42,7 +42,7 @@ from .segment import added_mass, normal_drag, tangential_drag
 from .shape import LINK, X4, shape, slope
 from .state import ARC, NOW, Q
 from .vec import add, axpy, dot, get3, norm, put3, row3, scale, sub
-from .work import ENERGY, LOST, TENSION, WET
+from .work import ENERGY, LOST, RISE, TENSION, WET
 
 THIRD, SIXTH = 1.0 / 3.0, 1.0 / 6.0
 # the middle of an element, a point a lane
@@ -254,7 +254,7 @@ def closed_loads(work, current, second):
 @driver
 def drop_axial_lift(work, tangent):
     """Take the buoyancy along the links off their wet part, where theirs is (55): into force and k."""
-    x, p, force, k, wet = work.x, work.p, work.force, work.k, work.lane[WET]
+    x, p, force, k, wet, rise = work.x, work.p, work.force, work.k, work.lane[WET], work.lane[RISE : RISE + 2]
     for e in range(LANES):
         if p[AXIAL_LIFT, e] == 0.0 or wet[e] == 0.0:
             continue
@@ -263,7 +263,7 @@ def drop_axial_lift(work, tangent):
         u = scale(r, h)
         first, last = 0.5, 0.5  # shares of the load that the two ends bear
         if wet[e] < 0.0:
-            z0, z1 = x[2, e], x[8, e]
+            z0, z1 = x[2, e] - rise[0, e], x[8, e] - rise[1, e]
             cut = min(max(z0 / (z0 - z1), 0.0), 1.0)
             first = cut - 0.5 * cut * cut if z0 < 0.0 else 0.5 * (1.0 - cut) ** 2
             last = 0.5 * cut * cut if z0 < 0.0 else 0.5 * (1.0 - cut * cut)

@@ -17,7 +17,7 @@ from math import log, sqrt
 
 import numpy as np
 
-from .ancf import ADDED_MASS, BUOYANCY, CD_FIXED, EXTRA_DRAG, FLOW_0, FLOW_1, FN, FT, HALF_RHO_D, RE_FACTOR
+from .ancf import ADDED_MASS, BUOYANCY, CD_FIXED, DISPLACED, EXTRA_DRAG, FLOW_0, FLOW_1, FN, FT, HALF_RHO_D, RE_FACTOR
 from .jit import LANES, driver, inline
 from .vec import axpy, dot, get3, norm, plus3, plus_matrix, put3, put_matrix, scale, sub
 
@@ -26,10 +26,11 @@ RE_LEAST, RE_BLEND_1, RE_BLEND_2, RE_MOST = 1e-3, (0.8, 1.25), (25.0, 36.0), 1e5
 RE_TOP = RE_BLEND_2[1]
 
 # rows of the point table: position, relative velocity, water velocity, acceleration, unit tangent, 1/|dr/dxi|, V_n,
-# C_D, dC_D/dRe, is the lane off the top branch of C_D(Re), xi' = -w/L of the material (flow.py)
+# C_D, dC_D/dRe, is the lane off the top branch of C_D(Re), xi' = -w/L of the material (flow.py), fall of the water's
+# velocity (x, y) with height
 (POINT_R, POINT_V, POINT_W, POINT_A, POINT_U, POINT_PER_G, POINT_VN, POINT_CD, POINT_DCD, POINT_X,
- POINT_FLOW) = np.array((0, 3, 6, 9, 12, 15, 16, 17, 18, 19, 20))
-POINT_ROWS = 21
+ POINT_FLOW, POINT_SHEAR) = np.array((0, 3, 6, 9, 12, 15, 16, 17, 18, 19, 20, 21))
+POINT_ROWS = 23
 
 
 class DragLaw(str, Enum):
@@ -144,7 +145,7 @@ def flow_at(p, xi, e):
 
 @driver
 def point_lanes(x, p, n, d, current, t):
-    """Kinematics of one point a lane: rows V (relative), W (water), A, U, PER_G, FLOW of t.
+    """Kinematics of one point a lane: rows V (relative), W (water), A, U, PER_G, FLOW, SHEAR of t.
 
     n, d: N_i and N_i' [4, LANES].
     """
@@ -165,6 +166,7 @@ def point_lanes(x, p, n, d, current, t):
         put3(t, POINT_U, e, scale(r, g))
         t[POINT_PER_G, e] = r
         t[POINT_FLOW, e] = flow_at(p, n1 + n2 + n3, e)
+        t[POINT_SHEAR, e], t[POINT_SHEAR + 1, e] = current[2], current[3]
 
 
 @driver
@@ -220,7 +222,7 @@ def load_lanes(t, p, weight, f):
 
 
 @driver
-def load_tangent_lanes(t, p, c1, c2, current, weight, f, ka, kb):
+def load_tangent_lanes(t, p, c1, c2, weight, f, ka, kb):
     """load_lanes with its derivatives: ka (of N_j y_j, with c1, c2 folded in) and kb (of N_j' y_j), [9, LANES]."""
     if t.shape[1] != LANES or p.shape[1] != LANES or weight.shape[0] != LANES or (
             f.shape[1] != LANES or ka.shape[1] != LANES or kb.shape[1] != LANES):
@@ -239,7 +241,7 @@ def load_tangent_lanes(t, p, c1, c2, current, weight, f, ka, kb):
         put_matrix(ka, 0, e, -s * (c1 * al + c2 * m), w, scale(-s * c1, q), u,
                    axpy(-s * c1, r, scale(s * c2 * m, u)))
         # d/dz through the current:  df/dV dV_f/dz into the z column
-        c = (-current[2], -current[3], 0.0)
+        c = (-t[POINT_SHEAR, e], -t[POINT_SHEAR + 1, e], 0.0)
         dz = axpy(al, c, axpy(dot(q, c), w, scale(dot(r, c), u)))
         ka[2, e] += s * dz[0]
         ka[5, e] += s * dz[1]
@@ -266,7 +268,7 @@ def mean_load_lanes(t, p, weight, f):
 
 
 @driver
-def mean_tangent_lanes(t, p, c1, current, weight, f, ka, kb):
+def mean_tangent_lanes(t, p, c1, weight, f, ka, kb):
     """mean_load_lanes with its derivatives added to ka and kb; c1: change of the mean velocity with position [1/s]."""
     if t.shape[1] != LANES or p.shape[1] != LANES or weight.shape[0] != LANES or (
             f.shape[1] != LANES or ka.shape[1] != LANES or kb.shape[1] != LANES):
@@ -276,7 +278,7 @@ def mean_tangent_lanes(t, p, c1, current, weight, f, ka, kb):
         y, z, w, vt, y1, y2, z1, z2 = drag_of(t, POINT_W, p, e)
         s = weight[e] * p[EXTRA_DRAG, e]
         plus3(f, 0, e, scale(s, axpy(y, w, scale(z, u))))
-        c = (-current[2], -current[3], 0.0)
+        c = (-t[POINT_SHEAR, e], -t[POINT_SHEAR + 1, e], 0.0)
         q, r = axpy(y1, w, scale(y2, u)), axpy(z1, w, scale(z2 - y, u))
         dz = axpy(y, c, axpy(dot(q, c), w, scale(dot(r, c), u)))
         ka[2, e] += s * dz[0]
@@ -311,14 +313,14 @@ def water_load(t, p, weight, second, f):
 
 
 @driver
-def water_tangent(t, p, change, current, weight, second, out):
+def water_tangent(t, p, change, weight, second, out):
     """water_load with its derivatives, see load_tangent_lanes; change: state.Change; out: f, ka, kb."""
     f, ka, kb = out
     coefficient_lanes(p, t, POINT_V)
-    load_tangent_lanes(t, p, change.velocity, change.acceleration, current, weight, f, ka, kb)
+    load_tangent_lanes(t, p, change.velocity, change.acceleration, weight, f, ka, kb)
     if second:
         coefficient_lanes(p, t, POINT_W)
-        mean_tangent_lanes(t, p, change.share * change.velocity, current, weight, f, ka, kb)
+        mean_tangent_lanes(t, p, change.share * change.velocity, weight, f, ka, kb)
 
 
 @driver
@@ -375,6 +377,7 @@ def element_rows(section, cable, water, gravity: float) -> dict[int, float]:
     area = 0.25 * np.pi * d**2
     rows = {HALF_RHO_D: 0.5 * density * d, RE_FACTOR: density * d / water.viscosity,
             ADDED_MASS: density * area * cable.added_mass_coefficient, BUOYANCY: density * area * gravity,
+            DISPLACED: density * area,
             EXTRA_DRAG: section.drag_amplification - 1.0,
             CD_FIXED: -1.0 if section.drag_coefficient is None else section.drag_coefficient}
     normal, polynomial = LOADING[section.drag_law]

@@ -16,6 +16,7 @@ from .state import ARC, AT_REST, FLOW, NOW, A, Q, V
 from .surface import ON_GROUND
 from .towbody import lie
 from .towbody import load as body_load
+from .wake import add_wake
 from .work import FED, HELD, LOADS, SURFACES, WATER
 
 
@@ -78,7 +79,7 @@ def bodies(line, state, change, tangent):
     current = (m[0], m[1], m[2], m[3])
     for i in range(line.bodies.shape[0]):
         n, body = line.body_nodes[i], line.bodies[i]
-        node = (q[n], v[n], a[n], flow[n])
+        node = (q[n], v[n], a[n], flow[n], state.work.around[n])
         power[WATER] += body_load(body, node, current, change, tangent, band[n])
         for k in range(state.surfaces.shape[0]):
             if state.surfaces[k].carrier == ON_GROUND and body.floor_stiffness > 0.0:
@@ -100,6 +101,8 @@ def _residual(line, state, change, tangent):
         align(state)
     state.memory[NOW].health.strain = assemble(line, state, change, tangent)
     bodies(line, state, change, tangent)
+    if line.wakes.shape[0] > 0:
+        add_wake(line, state)
     for i in range(line.struts.shape[0]):
         strut(line.struts[i], gravity, state, change, tangent)
     for i in range(line.loads.shape[0]):

@@ -27,6 +27,7 @@ from .frame import (
 from .instruments import direction_at, drum_torque, measure, node_tension, tension_at
 from .jit import driver, inline
 from .readout import read_drums, read_ground, read_sheave
+from .sea import elevation
 from .ship import frame_shift, quaternion, spin, unrotate
 from .state import ARC, FLOW, NOW, A, Q, V
 from .strum import show, sum_up
@@ -198,6 +199,8 @@ def observe(model, state, output, slot, flags, blending):
     """Fill row ``slot`` of the output from the state; returns the flags with what was seen added."""
     f, body = output.frame[slot], model.line.body_nodes[0]
     fill_motion(state, f, body)
+    at, sea = state.memory[NOW].sheave.position, model.line.sea
+    f.surface_elevation = elevation(sea.waves, state.work.phase, state.memory[NOW].sea.share, at[0], at[1])
     aboard, seen = fill_sheave(model, state, f, output.contact[slot])
     flags |= seen
     fill_winch(model.settings[0].drum, state, f)

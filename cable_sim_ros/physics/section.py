@@ -11,6 +11,7 @@ from .drag import DragLaw
 from .fairing import Fairing
 from .quantity import REQUIRED, Block, again, quantity
 from .strum import Viv
+from .wake import Wake
 
 
 class CableModel(str, Enum):
@@ -105,8 +106,13 @@ class Section(Block):
     )
     viv_damping_ratio: float | None = again(Viv, "damping_ratio", "viv.damping_ratio")
     viv_multiplier: float = quantity(
-        1.0, "1", 0.0, 2.0, "factor on the amplitude of strumming beside viv.multiplier; 0: does not strum, as a faired one"
+        1.0,
+        "1",
+        0.0,
+        2.0,
+        "factor on the amplitude of strumming beside viv.multiplier; 0: does not strum, as a faired one",
     )
+    wake: Wake = quantity(Wake(), "", None, None, "vortices that the section sheds")
     termination_mass: float = quantity(
         0.0, "kg", 0.0, 1e5, "dry mass of the termination at the outboard end, a point on the cable"
     )

@@ -22,12 +22,15 @@ from math import log, log10, pi, sqrt
 
 from .jit import driver, inline
 from .quantity import Block, quantity
+from .sea import current_at
 from .state import ARC, MEAN, NOW, STRUM, Q
 from .vec import axpy, dot, norm, scale
 from .work import BINS
 
-EXTRA, TARGET, SPEED, FREQUENCY, AMPLITUDE, MODE = range(6)  # columns of the row: G - 1, what it tends to, m/s, Hz, 1, 1
-RE_SHEDDING = 47.0  # below it the wake is steady
+EXTRA, TARGET, SPEED, FREQUENCY, AMPLITUDE, MODE = range(
+    6
+)  # columns of the row: G - 1, what it tends to, m/s, Hz, 1, 1
+RE_SHEDDING, RE_FULL = 47.0, 60.0  # below the first the wake is steady; amplitudes set in smoothly up to the second
 STRING, ALPHA_MOST, AMPLITUDE_MOST, FACTOR_MOST = 1.155, 1.8, 1.3, 3.0
 SLOWEST, FASTEST = 1e-3, 20.0  # m/s, bounds of the classes of speed
 SHAPE_ONLY = 5  # columns of the shape table that are no matter of this file
@@ -117,8 +120,15 @@ def strouhal(re):
 
 
 @inline
+def onset(re):
+    """Share of the amplitude at a Reynolds number, 0 to 1: a jump at 47 would leave a static start without solution."""
+    t = min(max((re - RE_SHEDDING) / (RE_FULL - RE_SHEDDING), 0.0), 1.0)
+    return t * t * (3.0 - 2.0 * t)
+
+
+@inline
 def amplitude(law, alpha, re):
-    """A/d of the antinodes by a law (place in LAWS), for mass damping alpha and Reynolds number ``re`` >= 47."""
+    """A/d of the antinodes by a law (place in LAWS), for mass damping alpha and Reynolds number ``re`` past the onset."""
     if law == SKOP_GRIFFIN or law == SARPKAYA:
         st = 0.2 * (1.0 - 20.0 / re)
         s = 2.0 * pi * pi * pi * st * st * alpha
@@ -151,15 +161,19 @@ def up_to(bins, speed):
 
 
 @inline
-def mean_flow_at(state, e):
-    """Mean normal flow [m/s] past the middle of element e, and the height of that [m]."""
-    nodes, m = state.nodes, state.memory[NOW].current
+def mean_flow_at(sea, state, e):
+    """Mean normal flow [m/s] past the middle of element e, 0 for one that is dry: one with its end in the water is not,
+    so that what changes as it comes out acts on no length."""
+    nodes = state.nodes
     length = nodes[NOW, ARC, e + 1, 0] - nodes[NOW, ARC, e, 0]
     q, mean = nodes[NOW, Q], nodes[NOW, MEAN]
-    z = 0.5 * (q[e, 2] + q[e + 1, 2]) + 0.125 * length * (q[e, 5] - q[e + 1, 5])
+    if min(q[e, 2], q[e + 1, 2]) >= 0.0:
+        return 0.0
+    z = min(0.5 * (q[e, 2] + q[e + 1, 2]) + 0.125 * length * (q[e, 5] - q[e + 1, 5]), 0.0)
+    x, y = current_at(sea, state.memory[NOW], z)
     v = (
-        m[0] - m[2] * z - 0.5 * (mean[e, 0] + mean[e + 1, 0]) - 0.125 * length * (mean[e, 3] - mean[e + 1, 3]),
-        m[1] - m[3] * z - 0.5 * (mean[e, 1] + mean[e + 1, 1]) - 0.125 * length * (mean[e, 4] - mean[e + 1, 4]),
+        x - 0.5 * (mean[e, 0] + mean[e + 1, 0]) - 0.125 * length * (mean[e, 3] - mean[e + 1, 3]),
+        y - 0.5 * (mean[e, 1] + mean[e + 1, 1]) - 0.125 * length * (mean[e, 4] - mean[e + 1, 4]),
         -0.5 * (mean[e, 2] + mean[e + 1, 2]) - 0.125 * length * (mean[e, 5] - mean[e + 1, 5]),
     )
     g = (
@@ -168,7 +182,7 @@ def mean_flow_at(state, e):
         1.5 * (q[e + 1, 2] - q[e, 2]) / length - 0.25 * (q[e, 5] + q[e + 1, 5]),
     )
     u = scale(1.0 / norm(g), g)
-    return norm(axpy(-dot(v, u), u, v)), z
+    return norm(axpy(-dot(v, u), u, v))
 
 
 @driver
@@ -187,18 +201,18 @@ def look_along(line, state, begin):
         while section < sections.shape[0] - 1 and sections[section].end <= middle:
             section += 1
         s = sections[section]
-        speed, z = mean_flow_at(state, e)
-        row[e, SPEED] = speed if z < 0.0 else 0.0
+        speed = mean_flow_at(line.sea, state, e)
+        row[e, SPEED] = speed
         row[e, FREQUENCY], row[e, AMPLITUDE], row[e, MODE] = 0.0, 0.0, 0.0
-        mass = s.mass + (s.added if z < 0.0 else 0.0)
+        mass = s.mass + (s.added if speed > 0.0 else 0.0)
         outboard = min(max(arc[e + 1] - begin, 0.0), length)
         if state.tension[e] > 0.0:
             travel += outboard * sqrt(mass / state.tension[e])
-        re = s.reynolds * row[e, SPEED]
-        if s.strums != 0 and re >= RE_SHEDDING:
+        re = s.reynolds * speed
+        if s.strums != 0 and re > RE_SHEDDING:
             row[e, FREQUENCY] = strouhal(re) * speed / s.diameter
             a = min(max(amplitude(rules.law, s.mass_damping, re), 0.0), AMPLITUDE_MOST)
-            row[e, AMPLITUDE] = rules.multiplier * s.multiplier * a
+            row[e, AMPLITUDE] = onset(re) * rules.multiplier * s.multiplier * a
             bins[min(int(class_of(speed)) + 1, BINS - 1)] += length
     for i in range(1, BINS):
         bins[i] += bins[i - 1]

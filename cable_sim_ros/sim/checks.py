@@ -15,7 +15,7 @@ from ..physics.section import material_of
 from ..physics.winch import DrumModel
 from .cautions import damping_cautions, swing_cautions
 from .chain_checks import chain_cautions, chain_problems, form_problems
-from .current import current_of
+from .current import flow_of
 from .data_sheet import (
     astern_cautions,
     astern_problems,
@@ -31,9 +31,11 @@ from .mesh import arc_lengths_at_start
 from .mesh_blocks import SheaveAnswer
 from .problem import Problem, apart
 from .scene import Scene
+from .sea_checks import sea_cautions, sea_problems
 from .setpoints import setpoint_cautions
 from .statics import DRUM_RESERVE, ROUND_OFF, Route, first_angle
 from .strumming import strum_cautions, strum_problems
+from .wakes import amplified_cautions, fairing_problems, wake_problems
 
 # longest element on the sheave over its radius: with compensation on, ripple of the tension above 1 Hz was measured as
 # 0.03 % at 0.25, 0.05 % at 0.4, 0.15 % at 0.6, 0.36 % at 1.2 (full scale, docs/accuracy.md)
@@ -117,7 +119,7 @@ def downforce(scene: Scene) -> float:
 def water_speed(scene: Scene) -> float:
     """Speed [m/s] of the ship through the water at its surface."""
     heading = math.radians(scene.ship.heading_deg)
-    east, north = current_of(scene, heading)[:2]
+    east, north = flow_of(scene.water, heading)(0.0)
     return math.hypot(scene.ship.tow_speed * math.cos(heading) - east, scene.ship.tow_speed * math.sin(heading) - north)
 
 
@@ -127,7 +129,12 @@ def problems(scene: Scene) -> list[Problem]:
     sections = scene.cable.sections
     if not sections:
         return [Problem("cable.sections", "has no section", "Give at least one section, from the drum end outward")]
-    found += form_problems(scene.cable) + section_problems(scene) + weight_problems(scene) + strum_problems(scene)
+    found += (
+        form_problems(scene.cable) + section_problems(scene) + weight_problems(scene) + fairing_problems(scene.cable)
+    )
+    found += strum_problems(scene) + sea_problems(scene) + form_problems(scene.cable)
+    if any(problem.key.startswith("water.current_") for problem in found):
+        return found  # how fast the water passes is not known
     if any(body.at not in sections for body in scene.bodies.values()):
         return found  # where they hang is not known
     solver = scene.solver
@@ -227,7 +234,8 @@ def problems(scene: Scene) -> list[Problem]:
             )
         )
     found = found if found else mesh_problems(scene)
-    return found if found else chain_problems(scene, elements(scene), place.tangent, place.leaves)
+    found = found if found else chain_problems(scene, elements(scene), place.tangent, place.leaves)
+    return found if found else wake_problems(scene, elements(scene), water_speed(scene))
 
 
 def seabed_problems(scene: Scene) -> list[Problem]:
@@ -309,11 +317,12 @@ def cautions(scene: Scene) -> list[Problem]:
             )
         )
     found += chain_cautions(scene, elements(scene), place.tangent, place.leaves)
-    found += density_cautions(scene) + astern_cautions(scene) + wrap_cautions(scene)
+    found += sea_cautions(scene) + density_cautions(scene) + astern_cautions(scene) + wrap_cautions(scene)
     found += seat_problems(scene, place.total)  # those that may be hauled in
     speed = water_speed(scene)
     found += setpoint_cautions(scene, speed) + damping_cautions(scene.cable) + swing_cautions(scene, speed)
     found += strum_cautions(scene, speed, first_angle(scene, speed))
+    found += amplified_cautions(scene.cable)
     height = scene.sheave.position[2] + scene.ship.reference_height - radius
     if height < 0:
         found.append(

@@ -37,6 +37,7 @@ from ..physics.ancf import (
 )
 from ..physics.cable import Cable, Section
 from ..physics.drag import DragLaw
+from ..physics.fluid import NO_SURFACE, Fluid
 from ..physics.integrate import Solver
 from ..physics.jit import LANES, NO, YES
 from ..physics.section import CableModel
@@ -46,8 +47,12 @@ from ..physics.surface import SURFACE
 from ..physics.towbody import BODY, Towbody, body_record
 from ..physics.water import Water
 from .build import Rules, arc_lengths, bead_table, build_line, element_table, line_settings, lock
+from .current import declare_water
 from .joints import water_problems
 from .march import Moved, Samples, accelerate, begin_step, bring_to_rest, look, march, take, weigh_up
+from .problem import Problem
+from .sea import sea_of
+from .wakes import begin_wakes, element_problems, fairing_problems, has_wakes, step_problems, wake_table
 
 FOLDING = 1e-7  # cable.compression_share of a cable that goes slack
 SHIPPED = Solver()  # the defaults of the product: step, rho_inf, tolerance
@@ -100,7 +105,9 @@ def rows_in_air(elements: np.ndarray) -> np.ndarray:
 class Rig:
     """One line, its supports and its loads. Lengths [m], forces [N], SI throughout; z is up.
 
-    cable: the product's Cable block, see cable_of(); water: none for a cable in air, at whatever height;
+    cable: the product's Cable block, see cable_of(); water: none for a cable in nothing, at whatever height, or a
+    Fluid, which has no surface; depth: of the water [m] for its waves, none: deep; the frame of the scene keys of the
+    water is that of the world; mass_damping [1/s]: of all motion, 2 zeta om for a share zeta of critical at om;
     held: {node: components}, see hold(); bodies: {node: Towbody} or {node: mass [kg]}; surfaces: SURFACE records, see
     physics/surface.py, standing where they are; loads: LOAD records, see load_of(); struts: STRUT records;
     tension: working tension [N] that scales the tolerance. Nodes count from 0, negative ones from the end.
@@ -112,17 +119,22 @@ class Rig:
         *,
         held: dict[int, str],
         tension: float,
-        water: Water | None = None,
+        water: Water | Fluid | None = None,
+        depth: float | None = None,
         gravity: float = 9.81,
         bodies: dict | None = None,
         surfaces: list[np.ndarray] | None = None,
         loads: list[np.ndarray] | None = None,
         struts: list[np.ndarray] | None = None,
         solver: Solver = SHIPPED,
+        mass_damping: float = 0.0,
     ):
         for name, section in cable.sections.items():
             for problem in water_problems(name, section):
-                raise RigError(f"{problem.key} {problem.text}; nothing was built. {problem.remedy}")
+                raise _refused(problem)
+        self._speed = 0.0 if water is None else float(np.hypot(*water.current))
+        for problem in _wake_problems(cable, water, self._speed, tension):
+            raise _refused(problem)
         self.cable, self.solver, self.gravity, self._working = cable, solver, gravity, tension
         arc, self._links = arc_lengths(cable), cable.model is CableModel.SEGMENTS
         nodes = len(arc)
@@ -130,6 +142,11 @@ class Rig:
             node % nodes: body if isinstance(body, Towbody) else Towbody(mass=body, net_weight=body * gravity)
             for node, body in (bodies or {}).items()
         }
+        if isinstance(water, Fluid) and any(isinstance(body, Towbody) for body in (bodies or {}).values()):
+            raise RigError(
+                "bodies: a Towbody in a Fluid; nothing was built. A towbody knows water with a surface only: give its "
+                "mass [kg] in place of it, or Water"
+            )
         air = water is None
         water = water or Water()
         pulls, rods = np.array(loads or [], LOAD), np.array(struts or [], STRUT)
@@ -140,19 +157,28 @@ class Rig:
         beads = bead_table(cable, water, gravity)
         if air:
             beads["buoyancy"] = 0.0
+        moving = water if isinstance(water, Water) else Water()  # what only water does
+        sea = sea_of(moving, gravity, depth)
         elements = element_table(cable, water, gravity, (0 not in borne, nodes - 1 not in borne))
+        settings = line_settings(cable, solver, gravity, tension, WHOLE)
+        settings["mass_damping"] = mass_damping
         self.model = build_line(
             rows_in_air(elements) if air else elements,
             np.zeros((nodes, 6)),
             np.array([body_record(body, gravity, water.density) for body in carried.values()], BODY),
             list(carried),
-            line_settings(cable, solver, gravity, tension, WHOLE),
+            settings,
             pulls,
             rods,
             beads,
+            sea=sea,
+            wakes=wake_table(cable, water),
         )
-        self.state = make_state(arc, np.array(surfaces or [], SURFACE), links=self._links)
-        self.state.now.current[:] = (*water.current, *water.current_gradient)
+        self.state = make_state(arc, np.array(surfaces or [], SURFACE), sea, self._links)
+        declare_water(self.state.now, moving, 0.0)
+        if isinstance(water, Fluid):
+            self.state.now.current[:2], self.state.now.surface = water.current, NO_SURFACE
+        begin_wakes(self.state, cable)
         self.state.now.events.pressed_since = -1  # nobody says that it begins in a groove
         self.state.nodes[:, FLOW, list(carried), 0] = -1.0
         self.hold(held)
@@ -285,6 +311,7 @@ class Rig:
         WHIPPING or one's own. Raises RigError.
         """
         steps = max(int(round(duration / step)), 1)
+        self._follows(duration / steps)
         steps = -(-steps // every) * every
         h, samples, z = duration / steps, steps // every, np.zeros
         out = Samples(
@@ -306,6 +333,7 @@ class Rig:
         self, step: float, moved: tuple[int, ...] = (), motion: Callable | None = None, rules: Rules = HALVED
     ) -> Iterator[float]:
         """One step [s] piece by piece: yields the length of every piece taken, see run(). Raises RigError."""
+        self._follows(step)
         line, follow = self._under(rules), self._moved(np.array((0.0, step)), moved, motion)
         begin_step(self.state)
         plan = self.state.plan
@@ -339,6 +367,10 @@ class Rig:
         table = np.zeros((len(times), 0, 9)) if motion is None else np.ascontiguousarray(motion(times), float)
         return Moved(np.array([n % self.nodes for n in nodes], np.int64), table)
 
+    def _follows(self, step: float) -> None:
+        for problem in step_problems(self.cable, self._speed, step, "step"):
+            raise _refused(problem, "nothing was simulated")
+
     def _under(self, rules: Rules) -> LineModel:
         settings = self.model.settings.copy()
         settings["max_halvings"], settings["turn_most"], settings["leave_step"] = rules
@@ -355,6 +387,22 @@ class Rig:
         """Element tension at unstretched arc length s [m], interpolated between element middles."""
         middle = 0.5 * (self.arc[1:] + self.arc[:-1])
         return float(np.interp(s, middle, self.state.tension))
+
+
+def _refused(problem: Problem, consequence: str = "nothing was built") -> RigError:
+    return RigError(f"{problem.key} {problem.text}; {consequence}. {problem.remedy}")
+
+
+def _wake_problems(cable: Cable, water: Water | Fluid | None, speed: float, tension: float) -> list[Problem]:
+    """Wakes that a line cannot have; tension [N] is that of all of it."""
+    if not has_wakes(cable):
+        return []
+    if water is None:
+        text = "is given to a line in nothing: no fluid, no vortices"
+        return [Problem("cable.sections: a wake", text, "Give water, a Water or a Fluid")]
+    rows = [(name, section.length / section.meshed, tension) for name, section in cable.sections.items()]
+    remedy = "Give cable.sections.{name} elements of at most {least:.2g} m"
+    return fairing_problems(cable) + element_problems(cable, water, speed, rows, remedy)
 
 
 def warm_up() -> None:

@@ -73,7 +73,7 @@ def drag_factors(scene: Scene) -> list[Callable[[float], float]]:
     if not on(scene):
         return [lambda speed: 1.0] * len(scene.cable.sections)
     law, formula, antinode = (int(rules[0][name]) for name in ("law", "formula", "antinode"))
-    amplitude, amplification = _plain(strum.amplitude), _plain(strum.amplification)
+    amplitude, amplification, onset = _plain(strum.amplitude), _plain(strum.amplification), _plain(strum.onset)
 
     def factor(row: np.ndarray) -> Callable[[float], float]:
         alpha, most, re_1 = float(row["mass_damping"]), strum.AMPLITUDE_MOST, float(row["reynolds"])
@@ -81,9 +81,9 @@ def drag_factors(scene: Scene) -> list[Callable[[float], float]]:
 
         def at(speed: float) -> float:
             re = re_1 * speed
-            if not row["strums"] or re < RE_SHEDDING:
+            if not row["strums"] or re <= RE_SHEDDING:
                 return 1.0
-            a = multiplier * min(max(amplitude(law, alpha, re), 0.0), most)
+            a = onset(re) * multiplier * min(max(amplitude(law, alpha, re), 0.0), most)
             return min(amplification(formula, antinode, a), strum.FACTOR_MOST) if a > 0.0 else 1.0
 
         return at

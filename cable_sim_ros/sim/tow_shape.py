@@ -15,7 +15,7 @@ import numpy as np
 
 from ..physics.ancf import BUOYANCY, CD_FIXED, EA, EXTRA_DRAG, FN, FT, HALF_RHO_D, RE_FACTOR, WEIGHT_PER_LENGTH
 from ..physics.towbody import Towbody, body_record
-from .current import current_of
+from .current import flow_of
 from .material import Hung, hung, material_rows, section_ends
 from .scene import Scene
 from .statics import Route
@@ -202,11 +202,7 @@ def tow_shape(scene: Scene, scope: float, heading: float | None = None) -> TowSh
     """
     route, cables = Route(scene), _cables(scene)
     yaw = radians(scene.ship.heading_deg) if heading is None else heading
-    east, north, *shear = current_of(scene, yaw).tolist()
-    east, north = east - scene.ship.tow_speed * cos(yaw), north - scene.ship.tow_speed * sin(yaw)
-
-    def flow(z: float) -> tuple[float, float]:
-        return east - shear[0] * z, north - shear[1] * z
+    flow = flow_of(scene.water, yaw, (scene.ship.tow_speed * cos(yaw), scene.ship.tow_speed * sin(yaw)))
 
     top = scene.sheave.position[2] + scene.ship.reference_height
     bed = scene.seabed.depth

@@ -41,9 +41,9 @@ KERNELS = {  # kernel: arguments, scalar multiplications allowed beyond the pack
     drag.mean_lanes: ((W.mean_v, TABLE, W.point), 0),
     drag.coefficient_lanes: ((W.p, W.point, POINT_V), 10),
     drag.load_lanes: ((W.point, W.p, LANE, W.load[0]), 0),
-    drag.load_tangent_lanes: ((W.point, W.p, 1.0, 1.0, CURRENT, LANE, *OUT), 0),
+    drag.load_tangent_lanes: ((W.point, W.p, 1.0, 1.0, LANE, *OUT), 0),
     drag.mean_load_lanes: ((W.point, W.p, LANE, W.load[0]), 0),
-    drag.mean_tangent_lanes: ((W.point, W.p, 1.0, CURRENT, LANE, *OUT), 0),
+    drag.mean_tangent_lanes: ((W.point, W.p, 1.0, LANE, *OUT), 0),
     # in vectors of eight, 48 numbers a row are half as many packed multiplications as in vectors of four
     drag.spread_force: ((np.zeros((5, 4)), W.load, CONTACT_POINTS, W.force), 24),
     drag.spread_matrix: ((np.zeros((5, 4)), np.zeros((5, 4)), BOTH, CONTACT_POINTS, W.mixed, W.k), 0),

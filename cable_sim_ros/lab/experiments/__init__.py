@@ -16,13 +16,15 @@ class Comparison(NamedTuple):
     measured: float | None
     allowed: float | None  # largest difference the source reports for its own model; None: not printed
     source: str
+    why: str = ""  # what the difference comes from
 
 
 class Result(NamedTuple):
     experiment: str
     rows: list[Comparison]
-    choices: list[dict]  # what had to be chosen, and what choosing otherwise changes
+    choices: list[dict]  # what had to be chosen, and what choosing otherwise changes: key "choice", then figures
     plot: Callable[[Path], Path]
+    chosen: str = "chosen otherwise: what changes"  # heading of the choices
 
 
 def run(name: str, duration: float, progress=lambda *_: None) -> Result:
@@ -42,4 +44,16 @@ def _segments(duration: float, progress) -> Result:
     return segments.experiment(duration, progress)
 
 
-EXPERIMENTS: dict[str, Callable] = {"pulley": _pulley, "segments": _segments}
+def _viv(duration: float, progress) -> Result:
+    from . import viv
+
+    return viv.experiment(progress)
+
+
+def _viv_tow(duration: float, progress) -> Result:
+    from . import viv_tow
+
+    return viv_tow.experiment(duration, progress)
+
+
+EXPERIMENTS: dict[str, Callable] = {"pulley": _pulley, "viv": _viv, "viv_tow": _viv_tow, "segments": _segments}
