@@ -14,6 +14,7 @@ import numpy as np
 from ..physics.section import material_of
 from ..physics.winch import DrumModel
 from .cautions import damping_cautions, swing_cautions
+from .chain_checks import chain_cautions, chain_problems, form_problems
 from .current import flow_of
 from .data_sheet import (
     astern_cautions,
@@ -128,8 +129,8 @@ def problems(scene: Scene) -> list[Problem]:
     sections = scene.cable.sections
     if not sections:
         return [Problem("cable.sections", "has no section", "Give at least one section, from the drum end outward")]
-    found += section_problems(scene) + weight_problems(scene) + strum_problems(scene) + sea_problems(scene)
-    found += bare_problems(scene)
+    found += form_problems(scene.cable) + section_problems(scene) + weight_problems(scene) + bare_problems(scene)
+    found += strum_problems(scene) + sea_problems(scene)
     if any(problem.key.startswith("water.current_") for problem in found):
         return found  # how fast the water passes is not known
     if any(body.at not in sections for body in scene.bodies.values()):
@@ -231,6 +232,7 @@ def problems(scene: Scene) -> list[Problem]:
             )
         )
     found = found if found else mesh_problems(scene)
+    found = found if found else chain_problems(scene, elements(scene), place.tangent, place.leaves)
     return found if found else wake_problems(scene, elements(scene), water_speed(scene))
 
 
@@ -312,6 +314,7 @@ def cautions(scene: Scene) -> list[Problem]:
                 "Make the body heavier or its lift_area negative",
             )
         )
+    found += chain_cautions(scene, elements(scene), place.tangent, place.leaves)
     found += sea_cautions(scene) + density_cautions(scene) + astern_cautions(scene) + wrap_cautions(scene)
     found += seat_problems(scene, place.total)  # those that may be hauled in
     speed = water_speed(scene)

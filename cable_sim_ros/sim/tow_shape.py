@@ -263,8 +263,18 @@ def tow_shape(scene: Scene, scope: float, heading: float | None = None) -> TowSh
     )
 
 
+def third_derivative(shape: TowShape) -> np.ndarray:
+    """|d3r/ds3| [n] 1/m^2, piece by piece as fourth_derivative()."""
+    return _derivative(shape, 1)
+
+
 def fourth_derivative(shape: TowShape) -> np.ndarray:
     """|d4r/ds4| [n] 1/m^3, piece by piece between ends of sections and the water surface, where it has no meaning."""
+    return _derivative(shape, 2)
+
+
+def _derivative(shape: TowShape, times: int) -> np.ndarray:
+    """Size of the ``times``-th derivative of d2r/ds2 [n]."""
     out = np.zeros(len(shape.s))
     cut = np.flatnonzero((np.diff(shape.section) != 0) | (np.diff(shape.wet.astype(int)) != 0)) + 1
     for piece in np.split(np.arange(len(shape.s)), cut):
@@ -275,8 +285,9 @@ def fourth_derivative(shape: TowShape) -> np.ndarray:
         s, b = s[keep], b[keep]
         if len(s) < 4:
             continue
-        second = np.gradient(np.gradient(b, s, axis=0), s, axis=0)
-        size = np.linalg.norm(second, axis=1)
+        for _ in range(times):
+            b = np.gradient(b, s, axis=0)
+        size = np.linalg.norm(b, axis=1)
         size[0], size[1] = size[2], size[2]  # one-sided differences of differences
         size[-1], size[-2] = size[-3], size[-3]
         out[piece] = np.interp(shape.s[piece], s, size)

@@ -38,6 +38,12 @@ def _pulley(duration: float, progress) -> Result:
     return pulley.experiment(duration, progress)
 
 
+def _segments(duration: float, progress) -> Result:
+    from . import segments
+
+    return segments.experiment(duration, progress)
+
+
 def _viv(duration: float, progress) -> Result:
     from . import viv
 
@@ -56,4 +62,10 @@ def _wake(duration: float, progress) -> Result:
     return wake.experiment(progress)
 
 
-EXPERIMENTS: dict[str, Callable] = {"pulley": _pulley, "viv": _viv, "viv_tow": _viv_tow, "wake": _wake}
+EXPERIMENTS: dict[str, Callable] = {
+    "pulley": _pulley,
+    "viv": _viv,
+    "viv_tow": _viv_tow,
+    "wake": _wake,
+    "segments": _segments,
+}

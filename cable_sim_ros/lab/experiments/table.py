@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import sys
+from math import ceil, log10
 from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
-from . import Result
+from . import Comparison, Result
 
 COLUMNS = ("figure", "unit", "measured", "ours", "allowed", "who")  # measured: or printed, of a computation
 WHY = "why apart"
@@ -19,13 +20,21 @@ def as_data(result: Result) -> dict[str, Any]:
     return {"experiment": result.experiment, "rows": [row._asdict() for row in result.rows], "choices": result.choices}
 
 
+def text(x: float | None, row: Comparison | None = None) -> str:
+    """A figure with four digits; one of ``row`` with those that what it allows asks for."""
+    if x is None:
+        return "-"
+    if row is None or not row.allowed:
+        return f"{x:.4g}"
+    return f"{x:.{max(4, ceil(log10(max(abs(x), row.allowed) / row.allowed)) + 2)}g}"
+
+
 def _columns(result: Result) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Heads and cells of the comparison; the reasons only where there are any."""
 
-    def text(x):
-        return "-" if x is None else f"{x:.4g}"
-
-    rows = [(r.name, r.unit, *map(text, (r.measured, r.ours, r.allowed)), r.source, r.why) for r in result.rows]
+    rows = [
+        (r.name, r.unit, text(r.measured, r), text(r.ours, r), text(r.allowed), r.source, r.why) for r in result.rows
+    ]
     if any(r.why for r in result.rows):
         return (*COLUMNS, WHY), rows
     return COLUMNS, [row[:-1] for row in rows]
