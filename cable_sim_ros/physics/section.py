@@ -89,7 +89,11 @@ class Section(Block):
     )
     viv_damping_ratio: float | None = again(Viv, "damping_ratio", "viv.damping_ratio")
     viv_multiplier: float = quantity(
-        1.0, "1", 0.0, 2.0, "factor on the amplitude of strumming beside viv.multiplier; 0: does not strum, as a faired one"
+        1.0,
+        "1",
+        0.0,
+        2.0,
+        "factor on the amplitude of strumming beside viv.multiplier; 0: does not strum, as a faired one",
     )
     termination_mass: float = quantity(
         0.0, "kg", 0.0, 1e5, "dry mass of the termination at the outboard end, a point on the cable"

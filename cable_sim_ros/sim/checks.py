@@ -32,7 +32,7 @@ from .problem import Problem, apart
 from .scene import Scene
 from .setpoints import setpoint_cautions
 from .statics import DRUM_RESERVE, ROUND_OFF, Route, first_angle
-from .strumming import strum_cautions, strum_problems
+from .strum_checks import strum_cautions, strum_problems
 
 # longest element on the sheave over its radius: with compensation on, ripple of the tension above 1 Hz was measured as
 # 0.03 % at 0.25, 0.05 % at 0.4, 0.15 % at 0.6, 0.36 % at 1.2 (full scale, docs/accuracy.md)
@@ -310,7 +310,7 @@ def cautions(scene: Scene) -> list[Problem]:
     found += seat_problems(scene, place.total)  # those that may be hauled in
     speed = water_speed(scene)
     found += setpoint_cautions(scene, speed) + damping_cautions(scene.cable) + swing_cautions(scene, speed)
-    found += strum_cautions(scene, speed, first_angle(scene, speed))
+    found += strum_cautions(scene)
     height = scene.sheave.position[2] + scene.ship.reference_height - radius
     if height < 0:
         found.append(

@@ -33,9 +33,7 @@ def markdown(result: Result) -> str:
         + (f" {r.why} |" if explained else "")
         for r in result.rows
     ]
-    choices = [
-        "| " + " | ".join((c["choice"], *(f"{c[k]:+.2f}" for k in columns))) + " |" for c in result.choices
-    ]
+    choices = ["| " + " | ".join((c["choice"], *(f"{c[k]:+.2f}" for k in columns))) + " |" for c in result.choices]
     return "\n".join(
         [
             "| figure | unit | measured | ours | allowed | who |" + (" why |" if explained else ""),
