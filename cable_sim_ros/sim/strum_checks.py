@@ -24,7 +24,7 @@ def strum_problems(scene: Scene) -> list[Problem]:
             f"cable.sections.{name}.drag_amplification",
             f"= {section.drag_amplification:g} is a drag factor found by hand, which holds strumming, and viv.law = "
             f"{scene.viv.law.value} computes that of this section: it would count twice, must be 1",
-            "Leave it out (a rougher cable has its drag_coefficient, a stronger or weaker vibration viv_multiplier), or "
+            "Leave it out (a rougher cable has its drag_coefficient, stronger or weaker strumming viv_multiplier), or "
             "switch viv.law off",
         )
         for name, section in scene.cable.sections.items()

@@ -19,8 +19,8 @@ amplitude, amplification, onset, strouhal = map(
     plain, (strum.amplitude, strum.amplification, strum.onset, strum.strouhal)
 )
 FLUME, FULL = (0.2e-3, 0.45e-3), (0.389, 0.010)  # mass per length [kg/m], diameter [m]
-# cable, damping ratio, normal speed; A/d of Skop-Griffin, Sarpkaya, Govardhan-Williamson, Facchinetti; G of Vandiver with
-# the mean for S-G, G-W, Facchinetti, with the antinode for S-G, G-W; Blevins for G-W
+# cable, damping ratio, normal speed; A/d of Skop-Griffin, Sarpkaya, Govardhan-Williamson, Facchinetti; G of Vandiver
+# with the mean for S-G, G-W, Facchinetti, with the antinode for S-G, G-W; Blevins for G-W
 TABLE = [
     (FLUME, 0.02, 0.20, (1.37, 1.46, 0.32, 0.33), (2.28, 1.50, 1.50), (2.60, 1.62), 1.67),
     (FLUME, 0.02, 0.25, (1.35, 1.45, 0.36, 0.29), (2.27, 1.54, 1.47), (2.59, 1.67), 1.75),

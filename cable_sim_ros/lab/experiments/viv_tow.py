@@ -169,7 +169,7 @@ def flume_rows(progress) -> list[Comparison]:
                    0.005, "formulas by hand", ""),
     ]  # fmt: skip
     why = {
-        0.005: "computed, not tuned; the law is far below its range (Re 80 to 110)",
+        0.005: "computed, not tuned; the law is far below its range (Re 68 to 89)",
         0.02: "",
         0.061: "damping measured in air, of a stretched line: more than any in bending",
     }
@@ -240,10 +240,10 @@ def experiment(duration: float, progress) -> Result:
             choices.append(
                 {
                     "choice": f"{name}: {what}",
-                    "x [mm, m]": unit * (found.x - first.x),
-                    "z [mm, m]": unit * (found.z - first.z),
-                    "mean factor": found.factor - first.factor,
-                    "tension [mN, N]": unit * (found.tension - first.tension),
+                    "x": unit * (found.x - first.x),
+                    "z": unit * (found.z - first.z),
+                    "computed factor": found.factor - first.factor,
+                    "tension": unit * (found.tension - first.tension),
                 }
             )
     chosen = "chosen otherwise: what changes; flume in mm and mN, full scale in m and N"
