@@ -34,7 +34,7 @@ from .scene import Scene
 from .sea_checks import sea_cautions, sea_problems
 from .setpoints import setpoint_cautions
 from .statics import DRUM_RESERVE, ROUND_OFF, Route, first_angle
-from .strumming import strum_cautions, strum_problems
+from .strum_checks import strum_cautions, strum_problems
 from .wakes import amplified_cautions, bare_problems, wake_problems
 
 # longest element on the sheave over its radius: with compensation on, ripple of the tension above 1 Hz was measured as
@@ -319,8 +319,7 @@ def cautions(scene: Scene) -> list[Problem]:
     found += seat_problems(scene, place.total)  # those that may be hauled in
     speed = water_speed(scene)
     found += setpoint_cautions(scene, speed) + damping_cautions(scene.cable) + swing_cautions(scene, speed)
-    found += amplified_cautions(scene.cable)
-    found += strum_cautions(scene, speed, first_angle(scene, speed))
+    found += amplified_cautions(scene.cable) + strum_cautions(scene)
     height = scene.sheave.position[2] + scene.ship.reference_height - radius
     if height < 0:
         found.append(

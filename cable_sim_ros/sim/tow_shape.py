@@ -48,6 +48,8 @@ class TowShape(NamedTuple):
     scope: float  # m
     speed: float  # m/s, of the water past the upper end
     closed: bool  # does it come to the sheave? One that comes to the surface may not
+    across: np.ndarray  # [n] m/s, speed of the water across the cable
+    past: np.ndarray  # [n] m/s, of the water
 
     @property
     def tension(self) -> np.ndarray:
@@ -256,10 +258,24 @@ def tow_shape(scene: Scene, scope: float, heading: float | None = None) -> TowSh
     tangent = pull / tension[:, None]
     across = load - (load * tangent).sum(1)[:, None] * tangent
     wet = y[:, 2] < 0.0
-    speeds = np.array([hypot(*flow(row[2])) for row in y])
+    water = np.array([(*flow(row[2]), 0.0) for row in y])
+    speeds, along = np.linalg.norm(water, axis=1), (water * tangent).sum(1)
+    normal = np.sqrt(np.maximum(speeds**2 - along**2, 0.0))
     broad = np.array([1.2 * c.half_rho_d * c.factor for c in cables])[section] * speeds**2 * wet
     return TowShape(
-        s, y[:, :3], pull, -across / tension[:, None], section, wet, broad, angle, scope, hypot(*flow(0.0)), closed
+        s,
+        y[:, :3],
+        pull,
+        -across / tension[:, None],
+        section,
+        wet,
+        broad,
+        angle,
+        scope,
+        hypot(*flow(0.0)),
+        closed,
+        normal,
+        speeds,
     )
 
 
