@@ -36,7 +36,7 @@ from ..physics.ancf import (
     WEIGHT_PER_LENGTH,
 )
 from ..physics.cable import Cable, Section
-from ..physics.drag import DragLaw
+from ..physics.drag_laws import DragLaw
 from ..physics.fluid import Fluid, fill_space
 from ..physics.integrate import Solver
 from ..physics.jit import LANES, NO, YES
