@@ -20,7 +20,7 @@ CITED = {  # what the code cites -> its entry in docs/references.md; both sides 
     "Westin": "Westin (2018)",
     "Arnold & Bruls (2007)": "Arnold and Bruls (2007)",
     "Calnan": "Calnan (2016)",
-    "Capozucca (1988)": "Capozucca (1988)",
+    "Capozucca": "Capozucca (1988)",
     "Choo and Casarella (1971)": "Choo and Casarella (1971)",
     "Choo & Casarella": "Choo and Casarella (1971)",
     "Driscoll & Nahon": "Driscoll and Nahon (1996)",
