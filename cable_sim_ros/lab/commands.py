@@ -50,7 +50,7 @@ def case(files, fidelity, as_json) -> None:
 
 
 @click.command()
-@click.argument("names", nargs=-1, type=click.Choice(["pulley"]), metavar="[NAME...]")
+@click.argument("names", nargs=-1, type=click.Choice(["pulley", "drag"]), metavar="[NAME...]")
 @click.option(
     "--duration",
     type=click.FloatRange(min=0.5),

@@ -36,4 +36,10 @@ def _pulley(duration: float, progress) -> Result:
     return pulley.experiment(duration, progress)
 
 
-EXPERIMENTS: dict[str, Callable] = {"pulley": _pulley}
+def _drag(duration: float, progress) -> Result:
+    from . import drag
+
+    return drag.experiment(duration, progress)
+
+
+EXPERIMENTS: dict[str, Callable] = {"pulley": _pulley, "drag": _drag}
