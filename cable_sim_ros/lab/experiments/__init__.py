@@ -62,8 +62,15 @@ def _wake(duration: float, progress) -> Result:
     return wake.experiment(progress)
 
 
+def _drag(duration: float, progress) -> Result:
+    from . import drag
+
+    return drag.experiment(duration, progress)
+
+
 EXPERIMENTS: dict[str, Callable] = {
     "pulley": _pulley,
+    "drag": _drag,
     "viv": _viv,
     "viv_tow": _viv_tow,
     "wake": _wake,
