@@ -10,7 +10,8 @@ from click.testing import CliRunner
 from spans import data, span
 
 from cable_sim_ros import cli, viv
-from cable_sim_ros.io.resources import shipped_viv
+from cable_sim_ros.io.load import SceneError, load_scene
+from cable_sim_ros.io.resources import find_viv, shipped_viv
 from cable_sim_ros.lab.experiments import run as run_experiment
 from cable_sim_ros.runs.manual import tables
 from cable_sim_ros.viv import checks, files, sensitivity
@@ -147,6 +148,13 @@ def test_a_file_that_is_none(content, text, tmp_path):
     path.write_bytes(content)
     with pytest.raises(viv.SpanError, match=re.escape(text)):
         viv.load_span(path)
+
+
+def test_a_span_that_is_given_to_run_is_sent_to_its_command():
+    with pytest.raises(
+        SceneError, match="is a span for `cable-sim viv`, not a scene of a tow; nothing was started. Give"
+    ):
+        load_scene(find_viv("capozucca_5_5"))
 
 
 def test_a_name_that_is_not_shipped():
