@@ -44,7 +44,7 @@ def print_vibration(span: Span, result: Vibration) -> None:
         (
             f"{n + 1}",
             f"{result.frequencies[n]:.5g}",
-            f"{result.frequencies_exact[n]:.5g}",
+            f"{result.frequencies_exact[n]:.5g}" if n < len(result.frequencies_exact) else "",
             f"{result.damping_ratios[n]:.4f}",
             f"{result.damping_whole[n]:.4f}",
             regions(result.driven[n]),
