@@ -49,9 +49,9 @@ def test_an_element_too_long_for_its_waves_is_refused_with_number_bound_and_reme
 def test_a_faired_section_has_no_wake():
     text = refusal("full_scale", **{"cable.sections.faired.wake.law": "facchinetti"})
     assert (
-        "cable.sections.faired.wake.law = facchinetti is one of bare cable, and this section is faired (fairing = none, "
-        "drag_law = ribbon): a fairing is there to keep vortices from being shed; nothing was started. Leave the "
-        "wake out, or the fairing"
+        "cable.sections.faired.wake.law = facchinetti is one of bare cable, and this section is faired (fairing = "
+        "none, drag_law = ribbon): a fairing is there to keep vortices from being shed; nothing was started. Leave "
+        "the wake out, or the fairing"
     ) in text
 
 
