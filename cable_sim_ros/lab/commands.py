@@ -50,14 +50,12 @@ def case(files, fidelity, as_json) -> None:
 
 
 @click.command()
-@click.argument("names", nargs=-1, type=click.Choice(["pulley"]), metavar="[NAME...]")
+@click.argument("names", nargs=-1, type=click.Choice(["pulley", "turbulence"]), metavar="[pulley] [turbulence]")
 @click.option(
     "--duration",
     type=click.FloatRange(min=0.5),
-    default=10.0,
-    show_default=True,
     metavar="S",
-    help="Seconds of each experiment.",
+    help="Seconds of each experiment; default: 10 of pulley, 300 of turbulence.",
 )
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for plots and figures.")
 @json_option

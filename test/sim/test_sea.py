@@ -242,3 +242,12 @@ def test_waves_bring_their_cautions():
         "does not rise with them: cable aboard counts as wet there. Lower waves, or a higher sheave"
     ) in text
     assert "water.waves" not in cautioned({})
+
+
+def test_turbulence_faster_than_the_ticks_brings_a_caution():
+    fast = {"water.turbulence.deviation": [0.1, 0.0, 0.0], "water.turbulence.time_scale": 0.04}
+    assert (
+        "water.turbulence.time_scale = 0.04 s is shorter than 0.05 s, 5 ticks: what changes from tick to tick is not "
+        "followed, its part of the deviation acts as noise. Give a longer one, or a shorter solver.tick"
+    ) in cautioned(fast)
+    assert "turbulence" not in cautioned(fast | {"water.turbulence.time_scale": 0.05})

@@ -25,15 +25,21 @@ class Result(NamedTuple):
     plot: Callable[[Path], Path]
 
 
-def run(name: str, duration: float, progress=lambda *_: None) -> Result:
-    """Run one experiment. Raises KeyError for an unknown name."""
+def run(name: str, duration: float | None, progress=lambda *_: None) -> Result:
+    """Run one experiment; duration: s, None: its own. Raises KeyError for an unknown name."""
     return EXPERIMENTS[name](duration, progress)
 
 
-def _pulley(duration: float, progress) -> Result:
+def _pulley(duration: float | None, progress) -> Result:
     from . import pulley
 
     return pulley.experiment(duration, progress)
 
 
-EXPERIMENTS: dict[str, Callable] = {"pulley": _pulley}
+def _turbulence(duration: float | None, progress) -> Result:
+    from . import turbulence
+
+    return turbulence.experiment(duration, progress)
+
+
+EXPERIMENTS: dict[str, Callable] = {"pulley": _pulley, "turbulence": _turbulence}

@@ -10,7 +10,10 @@ from rich.table import Table
 
 from . import Result
 
-CHOICE_COLUMNS = ("smallest wrap", "largest wrap", "smallest tension", "largest tension")
+
+def columns_of(result: Result) -> list[str]:
+    """What the choices of an experiment change."""
+    return [name for name in result.choices[0] if name != "choice"]
 
 
 def as_data(result: Result) -> dict[str, Any]:
@@ -29,7 +32,7 @@ def markdown(result: Result) -> str:
         for r in result.rows
     ]
     choices = [
-        "| " + " | ".join((c["choice"], *(f"{c[k]:+.2f}" for k in CHOICE_COLUMNS))) + " |" for c in result.choices
+        "| " + " | ".join((c["choice"], *(f"{c[k]:+.2f}" for k in columns_of(result)))) + " |" for c in result.choices
     ]
     return "\n".join(
         [
@@ -37,8 +40,8 @@ def markdown(result: Result) -> str:
             "|---|---|---|---|---|---|",
             *rows,
             "",
-            "| chosen otherwise | " + " | ".join(CHOICE_COLUMNS) + " |",
-            "|---|---|---|---|---|",
+            "| chosen otherwise | " + " | ".join(columns_of(result)) + " |",
+            "|---|" + "---|" * len(columns_of(result)),
             *choices,
         ]
     )
@@ -55,10 +58,10 @@ def print_result(result: Result) -> None:
             r.name, r.unit, *("-" if x is None else f"{x:.4g}" for x in (r.measured, r.ours, r.allowed)), r.source
         )
     console.print(table)
-    other = Table(title="configuration 1, chosen otherwise: what changes", title_justify="left")
+    other = Table(title="chosen otherwise: what changes (pulley: of configuration 1)", title_justify="left")
     other.add_column("choice")
-    for name in CHOICE_COLUMNS:
+    for name in columns_of(result):
         other.add_column(name, justify="right")
     for c in result.choices:
-        other.add_row(c["choice"], *(f"{c[name]:+.2f}" for name in CHOICE_COLUMNS))
+        other.add_row(c["choice"], *(f"{c[name]:+.2f}" for name in columns_of(result)))
     console.print(other)
