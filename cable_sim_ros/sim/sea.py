@@ -79,7 +79,7 @@ def wave_table(waves: Waves, gravity: float, depth: float) -> np.ndarray:
 
 
 def cubics(x: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """[intervals, PROFILE_COLUMNS]: two values by monotone C1 cubics (Fritsch & Butland 1984, scipy's PCHIP)."""
+    """[intervals, PROFILE_COLUMNS]: two values by monotone C1 cubics (Fritsch & Butland (1984), scipy's PCHIP)."""
     pieces = np.zeros((len(x) - 1, PROFILE_COLUMNS))
     pieces[:, 0], pieces[:, 1] = x[:-1], x[1:]
     pieces[:, 2:6], pieces[:, 6:] = PchipInterpolator(x, u).c.T, PchipInterpolator(x, v).c.T
