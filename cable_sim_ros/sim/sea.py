@@ -90,7 +90,8 @@ def table_values(table: CurrentTable) -> tuple[np.ndarray, np.ndarray]:
     """Components of the current at the rows of a table, m/s."""
     if table.speed is not None and table.towards_deg is not None:
         angle = np.radians(table.towards_deg)
-        return table.speed * np.cos(angle), table.speed * np.sin(angle)
+        speed = np.array(table.speed, float)
+        return speed * np.cos(angle), speed * np.sin(angle)
     none = (0.0,) * len(table.depth or ())
     return np.array(table.east or none, float), np.array(table.north or none, float)
 
