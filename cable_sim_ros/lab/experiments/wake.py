@@ -113,7 +113,7 @@ def locks(span: Span) -> list[Lock]:
     ]
 
 
-def experiment(progress) -> Result:
+def experiment(duration: float | None, progress) -> Result:
     """Table A3, the sum of modes, what was chosen, and the lock-in."""
     span = load_span("span_in_wind")
     others = otherwise(span)
