@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import sqrt
+from math import pi, sqrt
 from typing import NamedTuple
 
 from ..physics.cable import Cable
@@ -107,11 +107,13 @@ def chain_cautions(scene: Scene, table: list[tuple[float, float, str]], tangent:
                 )
             )
     if scene.cable.link_buoyancy is LinkBuoyancy.NORMAL:
+        thickest = extreme(scene.cable, "diameter", max)[1]
+        pressed = scene.water.density * scene.gravity * 100.0 * 0.25 * pi * thickest**2
         found.append(
             Problem(
                 "cable.link_buoyancy",
-                "= normal is the printed form: tensions are wall tensions, and the cable is too limp by pA/T, the "
-                "pressure on its cross-section over its effective tension",
+                "= normal is the printed form, which leaves out what pressure does to a curved cable: tensions and "
+                f"shape err by what pressure on its cross-section comes to, {pressed:.3g} N at 100 m",
                 "For anything but a comparison with the source, link_buoyancy full",
             )
         )
