@@ -66,7 +66,7 @@ def validate(names, duration, out, as_json) -> None:
     """Repeat experiments of the source documents (default: all): measured, ours, allowed and who says so."""
     from .experiments import EXPERIMENTS
     from .experiments import run as run_experiment
-    from .experiments.table import as_data, print_result
+    from .experiments.table import as_data, markdown, print_result
 
     with progress_bar(as_json) as progress:
         results = [run_experiment(name, duration, progress) for name in names or EXPERIMENTS]
@@ -74,6 +74,7 @@ def validate(names, duration, out, as_json) -> None:
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
         (out / "validate.json").write_text(json.dumps(told, indent=1) + "\n", "utf-8")
+        (out / "validate.md").write_text("\n\n".join(map(markdown, results)) + "\n", "utf-8")
         for result in results:
             click.echo(f"plot:      {result.plot(out)}", err=True)
     if as_json:

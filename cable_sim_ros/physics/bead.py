@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .drag import smooth
+from .drag_laws import smooth
 from .flow import material
 from .instruments import locate
 from .jit import driver, inline

@@ -243,7 +243,7 @@ def _water_part(state, group, change, tangent):
     streams = state.work.stream[group : group + 1]  # no row: a linear current is all
     if streams.shape[0] > 0:
         raise_lanes(group, state.work.around, work.lane[RISE : RISE + 2])
-    wet, crossing = immersion(x, p, state.memory[NOW].surface, work.lane[RISE : RISE + 2], wetness)
+    wet, crossing = immersion(x, p, work.lane[RISE : RISE + 2], wetness)
     if not (wet or crossing):
         return False
     m = state.memory[NOW].current

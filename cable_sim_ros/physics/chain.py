@@ -40,7 +40,7 @@ from .ancf import (
     WEIGHT_PER_LENGTH,
     damping,
 )
-from .drag import POINT_CD, POINT_R, POINT_U, POINT_V, POINT_W, coefficient_lanes, mean_lanes, point_lanes
+from .drag import POINT_CD, POINT_R, POINT_U, POINT_V, POINT_W, coefficients, friction, mean_lanes, point_lanes
 from .jit import LANES, driver, inline
 from .segment import added_mass, normal_drag, tangential_drag
 from .shape import LINK, X4, shape, slope
@@ -261,10 +261,10 @@ def closed_loads(work, current, second):
     point_lanes(x, p, _N_MID, _D_MID, current, t)
     if second:
         mean_lanes(work.mean_v, _N_MID, t)
-        coefficient_lanes(p, t, POINT_W)
+        coefficients(p, t, POINT_W)
         for e in range(LANES):
             t[POINT_R, e] = p[EXTRA_DRAG, e] * t[POINT_CD, e]
-    coefficient_lanes(p, t, POINT_V)
+    coefficients(p, t, POINT_V)
     for e in range(LANES):
         if p[CLOSED_DRAG, e] != 1.0 or wet[e] <= 0.0:
             continue
@@ -273,8 +273,8 @@ def closed_loads(work, current, second):
         shear = (-current[2] * rise, -current[3] * rise, 0.0)
         turn = scale(per_length, sub(shear, sub(get3(x, 18, e), get3(x, 12, e))))
         b = p[HALF_RHO_D, e] * t[POINT_CD, e]
-        c = 2.0 * p[FT, e] * b
         v = get3(t, POINT_V, e)
+        c = 2.0 * p[FT, e] * b + friction(dot(v, u), p, e)[0]
         f, m = normal_drag(v, turn, u, b, length)
         f1, m1 = tangential_drag(v, turn, u, c, length)
         f, m = add(f, f1), add(m, m1)
@@ -287,7 +287,8 @@ def closed_loads(work, current, second):
             b = p[HALF_RHO_D, e] * t[POINT_R, e]
             f1, m1 = normal_drag(v, turn, u, b, length)
             f, m = add(f, f1), add(m, m1)
-            f1, m1 = tangential_drag(v, turn, u, 2.0 * p[FT, e] * b, length)
+            c = 2.0 * p[FT, e] * b + p[EXTRA_DRAG, e] * friction(dot(v, u), p, e)[0]
+            f1, m1 = tangential_drag(v, turn, u, c, length)
             f, m = add(f, f1), add(m, m1)
         f = (f[0], f[1], f[2] + p[BUOYANCY, e] * length)
         m = scale(_OUT * per_length, m)

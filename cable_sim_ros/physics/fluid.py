@@ -1,10 +1,13 @@
-"""A fluid that fills all space, such as the air about a span: water laws without a surface."""
+"""A fluid that fills all space, such as the air about a span: water without a surface."""
 
 from __future__ import annotations
 
 from .quantity import Block, quantity
+from .sea import ELEVATION
+from .water import Water
+from .work import RISE, Work
 
-NO_SURFACE = 1e30  # m, height of the surface of such a fluid: all of a cable lies below it
+NO_SURFACE = 1e30  # m, elevation of a surface that is nowhere
 
 
 class Fluid(Block):
@@ -14,7 +17,12 @@ class Fluid(Block):
     viscosity: float = quantity(1.8e-5, "Pa s", 1e-6, 1e-2, "dynamic viscosity", "air at 20 deg C")
     current: tuple[float, float] = quantity((0.0, 0.0), "m/s", -100.0, 100.0, "its velocity, x and y")
 
-    @property
-    def current_gradient(self) -> tuple[float, float]:
-        """None: it moves as one."""
-        return (0.0, 0.0)
+    def as_water(self) -> Water:
+        """Water of these numbers, which may be none of water."""
+        return Water.model_construct(density=self.density, viscosity=self.viscosity, current=self.current)
+
+
+def fill_space(work: Work) -> None:
+    """Raise the surface over every node beyond any height; nothing lowers it where there is no sea."""
+    work.around[:, ELEVATION] = NO_SURFACE
+    work.lanes[0].lane[RISE : RISE + 2] = NO_SURFACE

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from enum import Enum
 
-from .drag import DragLaw
+from .drag_laws import DragLaw
 from .fairing import Fairing
 from .quantity import REQUIRED, Block, again, quantity
 from .strum import Viv
@@ -81,8 +81,8 @@ class Section(Block):
         "",
         None,
         None,
-        "loading functions; none: those of the fairing, driscoll_nahon without one",
-        "Westin (60), (145)",
+        "drag law: loading functions, C_N and C_T; none: that of the fairing, driscoll_nahon without one",
+        "docs/drag.md",
     )
     drag_amplification: float = quantity(
         1.0, "1", 0.1, 10.0, "total drag factor G of a cable at rest, (58)-(65) with G the total", "Westin (64)"
@@ -92,17 +92,26 @@ class Section(Block):
         "1",
         0.0,
         10.0,
-        "constant C_D; none: that of the fairing, without one Choo-Casarella C_D(Re)",
-        "Westin (61)",
+        "constant C_D; none: that of the fairing, without one that of the law, C_D(Re) of most; dymore needs one, laws "
+        "named after their C_N(Re) take none",
+        "docs/drag.md",
     )
     tangential_coefficient: float | None = quantity(
         None,
         "1",
         0.0,
         1.0,
-        "C_t on the diameter, of the laws crossflow and pode; needs a constant C_D above zero; none: that of the "
-        "fairing, 0 without one",
-        "Dymore (12a): pi c_f; Pode: f C_D",
+        "C_t on the diameter, of the laws that have no f_t; pode needs a constant C_D above zero with it; none: that "
+        "of the fairing, without one C_T(Re) of the huston_kamman laws, 0 of the others",
+        "docs/drag.md; Pode: f C_D",
+    )
+    friction_coefficient: float | None = quantity(
+        None,
+        "1",
+        0.0,
+        0.3,
+        "c_f on the surface pi d: tangential_coefficient is pi times it; give one of the two",
+        "Dymore (12a), Capozucca (3.5)",
     )
     viv_damping_ratio: float | None = again(Viv, "damping_ratio", "viv.damping_ratio")
     viv_multiplier: float = quantity(

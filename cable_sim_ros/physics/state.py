@@ -78,7 +78,6 @@ MEMORY = np.dtype(
         ("frame", TOW_FRAME),
         ("current", "f8", 4),  # surface current relative to the tow frame [m/s], its gradient [1/s]
         ("sea", SEA),
-        ("surface", "f8"),  # m, height below which a cable is wet
         ("ship", SHIP),
         ("sheave", SHEAVE),
         ("winch", WINCH),

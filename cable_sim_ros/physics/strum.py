@@ -1,7 +1,7 @@
 """Strumming: vortex-induced vibration of the cable, and by how much it raises the mean drag.
 
 Once a period, from the shape, the tension and the running mean of the flow across the cable: Reynolds number, shedding
-frequency, amplitude A/d, drag factor G, number of the mode that has that frequency. G in force follows its target with a
+frequency, amplitude A/d, drag factor G, number of the mode of that frequency. G in force follows its target with a
 limited rate. Per element, kept in row STRUM of the node at which it begins; the gather (cable.py) adds G - 1 to that of
 the section, and drag.py multiplies the drag of the mean flow by it.
 
@@ -126,7 +126,7 @@ def onset(re):
 
 @inline
 def amplitude(law, alpha, re):
-    """A/d of the antinodes by a law (place in LAWS), for mass damping alpha and Reynolds number ``re`` past the onset."""
+    """A/d of the antinodes by a law (place in LAWS) for mass damping alpha; re: Reynolds number, past the onset."""
     if law == SKOP_GRIFFIN or law == SARPKAYA:
         st = 0.2 * (1.0 - 20.0 / re)
         s = 2.0 * pi * pi * pi * st * st * alpha
@@ -137,7 +137,7 @@ def amplitude(law, alpha, re):
 
 @inline
 def amplification(formula, antinode, a):
-    """Drag factor G of an amplitude a >= 0 in diameters; formula: place in FORMULAS; antinode: 1 for StrumRms.ANTINODE."""
+    """Drag factor G of an amplitude a >= 0 in diameters; formula: place in FORMULAS; antinode: 1: rms is taken there."""
     if formula == BLEVINS:
         return 1.0 + 2.1 * a
     return 1.0 + 1.043 * (a * (sqrt(2.0) if antinode != 0 else 1.0)) ** 0.65

@@ -22,10 +22,11 @@ from math import ceil, cos, exp, pi, sin, sqrt
 import numpy as np
 
 from .drag import smooth
-from .jit import driver, inline
+from .jit import LANES, driver, inline
 from .quantity import Block, quantity
+from .sea import ELEVATION, EXTRA, ORBIT, SHEAR
 from .state import ARC, NOW, STEP, WAKE, Q, V
-from .vec import axpy, cross, dot, scale
+from .vec import add, axpy, cross, dot, scale
 from .work import WATER
 
 # columns of State.nodes[:, WAKE]: q and s; the lagging flow past the node [m/s]; its shedding frequency [rad/s], 0: not
@@ -158,6 +159,25 @@ def flow_past(q, v, arc, current, n):
     )
 
 
+@driver
+def stream_near(streams, n, last, z):
+    """Velocity [m/s] of waves, tables and turbulence (sea.py) at node n, at height z [m]: mean of the Gauss points next
+    to it. ``last``: the last node."""
+    u = (0.0, 0.0, 0.0)
+    if streams.shape[0] == 0:
+        return u
+    count = 0
+    for e in range(max(n - 1, 0), min(n, last - 1) + 1):
+        s, lane = streams[e // LANES, 3 if e < n else 0], e % LANES
+        point = (
+            s[EXTRA, lane] - s[SHEAR, lane] * z + s[ORBIT, lane],
+            s[EXTRA + 1, lane] - s[SHEAR + 1, lane] * z + s[ORBIT + 1, lane],
+            s[EXTRA + 2, lane] + s[ORBIT + 2, lane],
+        )
+        u, count = add(u, point), count + 1
+    return scale(1.0 / count, u)
+
+
 @inline
 def shed(past, tangent, row):
     """(V_n [m/s], its size, shedding frequency [rad/s] held at that of RE_LEAST, share of the force by Re)."""
@@ -174,18 +194,19 @@ def advance_wake(line, state, h):
     Columns 0 to 2 of the load are U^2 q along t x V_n, 3 to 5 -U^2 q q'/om along V_n [m^2/s^2]; rho d C/4 is the
     element's.
     """
-    wakes, load, m = line.wakes, state.work.wake, state.memory[NOW].current
+    wakes, load, m, around = line.wakes, state.work.wake, state.memory[NOW].current, state.work.around
     now, old, arc = state.nodes[NOW], state.nodes[STEP], state.nodes[NOW, ARC]
-    current, surface = (m[0], m[1], m[2], m[3]), state.memory[NOW].surface
+    current = (m[0], m[1], m[2], m[3])
     for n in range(load.shape[0]):
         for k in range(6):
             load[n, k] = 0.0
         row = wakes[section_of_node(wakes, arc[n, 0])]
-        if row.on == 0 or now[Q, n, 2] >= surface:
+        if row.on == 0 or now[Q, n, 2] >= around[n, ELEVATION]:
             continue
         wake = now[WAKE, n]
-        first = flow_past(old[Q], old[V], arc, current, n)
-        last = flow_past(now[Q], now[V], arc, current, n)
+        stream = stream_near(state.work.stream, n, load.shape[0] - 1, now[Q, n, 2])
+        first = add(stream, flow_past(old[Q], old[V], arc, current, n))
+        last = add(stream, flow_past(now[Q], now[V], arc, current, n))
         g = (now[Q, n, 3], now[Q, n, 4], now[Q, n, 5])
         tangent = scale(1.0 / sqrt(dot(g, g)), g)
         if wake[WAKE_RATE] == 0.0:

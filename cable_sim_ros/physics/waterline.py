@@ -88,16 +88,16 @@ def raise_lanes(group, around, rise):
 
 
 @driver
-def immersion(x, p, surface, rise, wet):
+def immersion(x, p, rise, wet):
     """Per lane 1 (wet), 0 (dry, or no water at all), -1 (crossing), by the hull of its Bezier points.
 
-    surface: height [m] of a water at rest; rise: elevation of the waves over both nodes [2, LANES], linear in between.
+    rise: elevation of the surface over both nodes [2, LANES], linear in between.
 
     Returns wet, crossing of any lane.
     """
     any_wet, any_crossing = False, False
     for e in range(LANES):
-        z0, z3 = x[2, e] - surface - rise[0, e], x[8, e] - surface - rise[1, e]
+        z0, z3 = x[2, e] - rise[0, e], x[8, e] - rise[1, e]
         tilt = rise[1, e] - rise[0, e]
         z1, z2 = z0 + THIRD * (x[5, e] - tilt), z3 - THIRD * (x[11, e] - tilt)
         low, high = min(min(z0, z1), min(z2, z3)), max(max(z0, z1), max(z2, z3))

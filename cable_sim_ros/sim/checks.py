@@ -13,7 +13,7 @@ import numpy as np
 
 from ..physics.section import material_of
 from ..physics.winch import DrumModel
-from .cautions import damping_cautions, swing_cautions
+from .cautions import damping_cautions, drag_cautions, swing_cautions
 from .chain_checks import chain_cautions, chain_problems, form_problems
 from .current import flow_of
 from .data_sheet import (
@@ -34,8 +34,8 @@ from .scene import Scene
 from .sea_checks import sea_cautions, sea_problems
 from .setpoints import setpoint_cautions
 from .statics import DRUM_RESERVE, ROUND_OFF, Route, first_angle
-from .strumming import strum_cautions, strum_problems
-from .wakes import amplified_cautions, fairing_problems, wake_problems
+from .strum_checks import strum_cautions, strum_problems
+from .wakes import amplified_cautions, bare_problems, wake_problems
 
 # longest element on the sheave over its radius: with compensation on, ripple of the tension above 1 Hz was measured as
 # 0.03 % at 0.25, 0.05 % at 0.4, 0.15 % at 0.6, 0.36 % at 1.2 (full scale, docs/accuracy.md)
@@ -129,10 +129,8 @@ def problems(scene: Scene) -> list[Problem]:
     sections = scene.cable.sections
     if not sections:
         return [Problem("cable.sections", "has no section", "Give at least one section, from the drum end outward")]
-    found += (
-        form_problems(scene.cable) + section_problems(scene) + weight_problems(scene) + fairing_problems(scene.cable)
-    )
-    found += strum_problems(scene) + sea_problems(scene) + form_problems(scene.cable)
+    found += form_problems(scene.cable) + section_problems(scene) + weight_problems(scene) + bare_problems(scene)
+    found += strum_problems(scene) + sea_problems(scene)
     if any(problem.key.startswith("water.current_") for problem in found):
         return found  # how fast the water passes is not known
     if any(body.at not in sections for body in scene.bodies.values()):
@@ -321,8 +319,7 @@ def cautions(scene: Scene) -> list[Problem]:
     found += seat_problems(scene, place.total)  # those that may be hauled in
     speed = water_speed(scene)
     found += setpoint_cautions(scene, speed) + damping_cautions(scene.cable) + swing_cautions(scene, speed)
-    found += strum_cautions(scene, speed, first_angle(scene, speed))
-    found += amplified_cautions(scene.cable)
+    found += amplified_cautions(scene.cable) + strum_cautions(scene) + drag_cautions(scene, speed)
     height = scene.sheave.position[2] + scene.ship.reference_height - radius
     if height < 0:
         found.append(

@@ -37,8 +37,8 @@ from ..physics.ancf import (
 )
 from ..physics.cable import Cable, Section
 from ..physics.chain import limp
-from ..physics.drag import DragLaw
-from ..physics.fluid import NO_SURFACE, Fluid
+from ..physics.drag_laws import DragLaw
+from ..physics.fluid import Fluid, fill_space
 from ..physics.integrate import Solver
 from ..physics.jit import LANES, NO, YES
 from ..physics.section import CableModel
@@ -53,7 +53,7 @@ from .joints import water_problems
 from .march import Moved, Samples, accelerate, begin_step, bring_to_rest, look, march, take, weigh_up
 from .problem import Problem
 from .sea import sea_of
-from .wakes import begin_wakes, element_problems, fairing_problems, has_wakes, step_problems, wake_table
+from .wakes import begin_wakes, line_problems, step_problems, wake_table
 
 FOLDING = 1e-7  # cable.compression_share of a cable that goes slack
 SHIPPED = Solver()  # the defaults of the product: step, rho_inf, tolerance
@@ -107,7 +107,7 @@ class Rig:
     """One line, its supports and its loads. Lengths [m], forces [N], SI throughout; z is up.
 
     cable: the product's Cable block, see cable_of(); water: none for a cable in nothing, at whatever height, or a
-    Fluid, which has no surface; depth: of the water [m] for its waves, none: deep; the frame of the scene keys of the
+    Fluid, without a surface; depth: of the water [m] for its waves, none: deep; the frame of the scene keys of the
     water is that of the world; mass_damping [1/s]: of all motion, 2 zeta om for a share zeta of critical at om;
     held: {node: components}, see hold(); bodies: {node: Towbody} or {node: mass [kg]}; surfaces: SURFACE records, see
     physics/surface.py, standing where they are; loads: LOAD records, see load_of(); struts: STRUT records;
@@ -134,7 +134,7 @@ class Rig:
             for problem in water_problems(name, section):
                 raise _refused(problem)
         self._speed = 0.0 if water is None else float(np.hypot(*water.current))
-        for problem in _wake_problems(cable, water, self._speed, tension):
+        for problem in line_problems(cable, water, self._speed, tension):
             raise _refused(problem)
         self.cable, self.solver, self.gravity, self._working = cable, solver, gravity, tension
         arc, self._links = arc_lengths(cable), cable.model is CableModel.SEGMENTS
@@ -143,13 +143,8 @@ class Rig:
             node % nodes: body if isinstance(body, Towbody) else Towbody(mass=body, net_weight=body * gravity)
             for node, body in (bodies or {}).items()
         }
-        if isinstance(water, Fluid) and any(isinstance(body, Towbody) for body in (bodies or {}).values()):
-            raise RigError(
-                "bodies: a Towbody in a Fluid; nothing was built. A towbody knows water with a surface only: give its "
-                "mass [kg] in place of it, or Water"
-            )
-        air = water is None
-        water = water or Water()
+        air, endless = water is None, isinstance(water, Fluid)
+        water = water.as_water() if isinstance(water, Fluid) else water or Water()
         pulls, rods = np.array(loads or [], LOAD), np.array(struts or [], STRUT)
         pulls["node"] %= nodes
         borne = {n % nodes for n in held} | set(carried) | {int(n) for n in pulls["node"]}
@@ -157,8 +152,7 @@ class Rig:
         beads = bead_table(cable, water, gravity)
         if air:
             beads["buoyancy"] = 0.0
-        moving = water if isinstance(water, Water) else Water()  # what only water does
-        sea = sea_of(moving, gravity, depth)
+        sea = sea_of(water, gravity, depth)
         elements = element_table(cable, water, gravity, (0 not in borne, nodes - 1 not in borne))
         settings = line_settings(cable, solver, gravity, tension, WHOLE)
         settings["mass_damping"] = mass_damping
@@ -171,14 +165,14 @@ class Rig:
             pulls,
             rods,
             beads,
-            sea=sea,
             wakes=wake_table(cable, water),
+            sea=sea,
         )
         self.state = make_state(arc, np.array(surfaces or [], SURFACE), sea, self._links)
-        declare_water(self.state.now, moving, 0.0)
-        if isinstance(water, Fluid):
-            self.state.now.current[:2], self.state.now.surface = water.current, NO_SURFACE
+        if endless:
+            fill_space(self.state.work)
         begin_wakes(self.state, cable)
+        declare_water(self.state.now, water, 0.0)
         self.state.now.events.pressed_since = -1  # nobody says that it begins in a groove
         self.state.nodes[:, FLOW, list(carried), 0] = -1.0
         self.hold(held)
@@ -398,18 +392,6 @@ class Rig:
 
 def _refused(problem: Problem, consequence: str = "nothing was built") -> RigError:
     return RigError(f"{problem.key} {problem.text}; {consequence}. {problem.remedy}")
-
-
-def _wake_problems(cable: Cable, water: Water | Fluid | None, speed: float, tension: float) -> list[Problem]:
-    """Wakes that a line cannot have; tension [N] is that of all of it."""
-    if not has_wakes(cable):
-        return []
-    if water is None:
-        text = "is given to a line in nothing: no fluid, no vortices"
-        return [Problem("cable.sections: a wake", text, "Give water, a Water or a Fluid")]
-    rows = [(name, section.length / section.meshed, tension) for name, section in cable.sections.items()]
-    remedy = "Give cable.sections.{name} elements of at most {least:.2g} m"
-    return fairing_problems(cable) + element_problems(cable, water, speed, rows, remedy)
 
 
 def warm_up() -> None:

@@ -1,9 +1,9 @@
-"""Strumming of a scene: its numbers for the kernels (physics/strum.py), its checks, and its drag factor in plain Python."""
+"""Strumming of a scene: its numbers for the kernels (physics/strum.py), and its drag factor in plain Python."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import cos, degrees, pi
+from math import pi
 
 import numpy as np
 
@@ -14,11 +14,7 @@ from ..physics.section import Section, material_of
 from ..physics.state import STRUM_RULES, STRUM_SECTION
 from ..physics.strum import RE_SHEDDING, StrumLaw, StrumRms
 from .material import section_ends
-from .problem import Problem
 from .scene import Scene
-
-FITTED = 500.0, 33000.0  # Reynolds numbers of the data of Govardhan & Williamson
-STEEP_DEG = 35.0  # inclination to the flow below which the normal component says too much
 
 
 def on(scene: Scene) -> bool:
@@ -89,73 +85,3 @@ def drag_factors(scene: Scene) -> list[Callable[[float], float]]:
         return at
 
     return [factor(row) for row in rows]
-
-
-def strum_problems(scene: Scene) -> list[Problem]:
-    """Sections whose drag factor is both given and computed."""
-    if not on(scene):
-        return []
-    return [
-        Problem(
-            f"cable.sections.{name}.drag_amplification",
-            f"= {section.drag_amplification:g} is a drag factor found by hand, which holds strumming, and viv.law = "
-            f"{scene.viv.law.value} computes that of this section: it would count twice, must be 1",
-            "Leave it out (a rougher cable has its drag_coefficient, a stronger or weaker vibration viv_multiplier), or "
-            "switch viv.law off",
-        )
-        for name, section in scene.cable.sections.items()
-        if strums(section) and section.drag_amplification != 1.0
-    ]
-
-
-def strum_cautions(scene: Scene, speed: float, angle: float) -> list[Problem]:
-    """Strumming without effect or far from the data behind it; speed [m/s] of the water past the cable, angle [rad] of
-    the cable from the vertical."""
-    sections = scene.cable.sections
-    if not on(scene):
-        given = {f"cable.sections.{n}.viv_multiplier": s.viv_multiplier for n, s in sections.items()}
-        changed = [(key, f"{value:g}") for key, value in given.items() if value != 1.0]
-        changed += [
-            (f"cable.sections.{n}.viv_damping_ratio", f"{s.viv_damping_ratio:g}")
-            for n, s in sections.items()
-            if s.viv_damping_ratio is not None
-        ]
-        return [
-            Problem(key, f"= {value} has no effect while viv.law is off", "Give viv.law, or leave it out")
-            for key, value in changed
-        ]
-    rows = [row for row in strum_sections(scene) if row["strums"]]
-    if not rows:
-        return [
-            Problem(
-                "viv.law",
-                f"= {scene.viv.law.value} has no effect: every section is faired, has no drag or has viv_multiplier 0",
-                "Leave it out, or take the fairing off",
-            )
-        ]
-    found, normal = [], speed * cos(angle)
-    numbers = sorted(float(row["reynolds"]) * normal for row in rows)
-    if numbers[-1] < RE_SHEDDING:
-        text = f"has no effect: at {normal:.3g} m/s across the cable its Reynolds number is {numbers[-1]:.3g}, below 47"
-        return [Problem("viv.law", text, "Leave it out; so slow a flow sheds no vortices")]
-    if numbers[0] < FITTED[0] or numbers[-1] > FITTED[1]:
-        span = " to ".join(dict.fromkeys(f"{number:.3g}" for number in (numbers[0], numbers[-1])))
-        found.append(
-            Problem(
-                "viv.law",
-                f"= {scene.viv.law.value} is used at Reynolds numbers of {span}, its data are of {FITTED[0]:g} to "
-                f"{FITTED[1]:g}: drag factors are an extrapolation",
-                "Take them as an estimate, try others by viv.multiplier, or give a measured drag_amplification",
-            )
-        )
-    inclined = 90.0 - degrees(angle)
-    if speed > 0.0 and inclined < STEEP_DEG and scene.viv.multiplier == 1.0:
-        found.append(
-            Problem(
-                "viv.multiplier",
-                f"= 1 with a cable inclined by about {inclined:.3g} deg to the flow, less than {STEEP_DEG:g} deg: there a "
-                "cable strums less than the flow across it says",
-                "Try 0.6 beside it, docs/strumming.md",
-            )
-        )
-    return found

@@ -11,13 +11,14 @@ import numpy as np
 from ..physics.cable import Cable
 from ..physics.fairing import Fairing
 from ..physics.fluid import Fluid
-from ..physics.section import Section, material_of
+from ..physics.section import CableModel, Section, material_of
 from ..physics.state import NOW, WAKE, State
 from ..physics.wake import START, WAKE_Q, WAKE_S, WAKE_SECTION, WakeLaw, WakePhase, section_of_node, wake_section
 from ..physics.water import Water
 from .material import hung, outboard, section_ends, wet_weight
 from .problem import Problem, apart
 from .scene import Scene
+from .strumming import on, strums
 
 # steps a period of shedding, at least: the time integration then makes the period of a free vibration 0.8 % longer and
 # damps it by 0.07 % of critical; and elements a wave of the cable at that frequency
@@ -72,9 +73,9 @@ def shedding(cable: Cable, section: Section, speed: float) -> float:
     return section.wake.strouhal * speed / material_of(cable, section).diameter
 
 
-def fairing_problems(cable: Cable) -> list[Problem]:
-    """Wakes of faired sections."""
-    return [
+def cable_problems(cable: Cable) -> list[Problem]:
+    """Wakes that a cable cannot have: of a faired section, and of links."""
+    found = [
         Problem(
             f"cable.sections.{name}.wake.law",
             f"= {section.wake.law.value} is one of bare cable, and fairing = {section.fairing.value}: a fairing is "
@@ -83,6 +84,24 @@ def fairing_problems(cable: Cable) -> list[Problem]:
         )
         for name, section in cable.sections.items()
         if section.wake.law is not WakeLaw.OFF and section.fairing is not Fairing.NONE
+    ]
+    if has_wakes(cable) and cable.model is CableModel.SEGMENTS:
+        text = "= segments has no wakes: their load needs the shape of an element between its nodes"
+        found.append(Problem("cable.model", text, "Use cable.model = ancf, or leave the wakes out"))
+    return found
+
+
+def bare_problems(scene: Scene) -> list[Problem]:
+    """Wakes that a scene cannot have, whatever its mesh is."""
+    return cable_problems(scene.cable) + [
+        Problem(
+            f"cable.sections.{name}.wake.law",
+            f"= {section.wake.law.value} beside viv.law = {scene.viv.law.value}: the same vibration would be computed "
+            "twice, in time and as an amplification of the drag",
+            "Leave one of them out, or give the section viv_multiplier 0",
+        )
+        for name, section in scene.cable.sections.items()
+        if section.wake.law is not WakeLaw.OFF and on(scene) and strums(section)
     ]
 
 
@@ -147,6 +166,19 @@ def pull_beyond(scene: Scene, place: float) -> float:
     """Least tension [N] at an arc length [m]: the net weight of all that hangs beyond it."""
     cable = sum(wet_weight(scene, section) * length for length, section in outboard(scene, place))
     return cable + sum(thing.net_weight for thing in hung(scene) if thing.place > place) + scene.towbody.net_weight
+
+
+def line_problems(cable: Cable, water: Water | Fluid | None, speed: float, tension: float) -> list[Problem]:
+    """What a line of one's own cannot have in its fluid: flow of ``speed`` [m/s], tension [N] of all of it."""
+    found = cable_problems(cable)
+    if water is None and has_wakes(cable):
+        text = "has a wake in nothing: no fluid, no vortices"
+        found.append(Problem("cable.sections", text, "Give water: a Water or a Fluid"))
+    if water is None:
+        return found
+    rows = [(name, section.length / section.meshed, tension) for name, section in cable.sections.items()]
+    remedy = "Give cable.sections.{name} elements of at most {least:.2g} m, or leave its wake out"
+    return found + element_problems(cable, water, speed, rows, remedy)
 
 
 def amplified_cautions(cable: Cable) -> list[Problem]:

@@ -46,8 +46,8 @@ def choices(span: Span, base: Vibration) -> dict[str, dict[str, dict]]:
     out: dict[str, dict[str, dict]] = {
         "half as many segments": {"response": {"segments": max(4, response.segments // 2)}},
         "twice as many segments": {"response": {"segments": 2 * response.segments}},
-        "segments times 8, step of the spectra / 8": {
-            "response": {"segments": min(5000, 8 * response.segments), **spectra(0.125)}
+        "segments times 4, step of the spectra / 4": {
+            "response": {"segments": min(5000, 4 * response.segments), **spectra(0.25)}
         },
         "step of the spectra doubled": {"response": spectra(2.0)},
         "step of the spectra halved": {"response": spectra(0.5)},

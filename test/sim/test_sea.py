@@ -114,7 +114,8 @@ def test_the_start_has_the_current_of_its_time():
 TEXTS = [
     (
         {"water.waves": {"kind": "airy", "height": 6.0, "period": 5.0}},
-        "water.waves.height = 6 m is more than 5.543 m, the height at which a wave of 39.03 m (5 s) breaks: there is no "
+        "water.waves.height = 6 m is more than 5.543 m, the height at which a wave of 39.03 m (5 s) breaks: "
+        "there is no "
         "such wave; nothing was started. Make it at most 5.54 m, or the period longer",
     ),
     (
@@ -125,7 +126,8 @@ TEXTS = [
     ),
     (
         {"water.waves": {"kind": "jonswap", "height": 4.0, "period": 12.0}, "seabed.depth": 5.0},
-        "water.waves.height = 4 m is more than 0.6 of seabed.depth = 5 m: it breaks before; nothing was started. Make it "
+        "water.waves.height = 4 m is more than 0.6 of seabed.depth = 5 m: it breaks before; nothing was "
+        "started. Make it "
         "at most 3 m, or correct seabed.depth",
     ),
     (
@@ -134,7 +136,8 @@ TEXTS = [
     ),
     (
         {"water.waves": {"kind": "jonswap"}},
-        "water.waves.height = 0 m, but water.waves.kind = jonswap asks for waves; nothing was started. Give the height, "
+        "water.waves.height = 0 m, but water.waves.kind = jonswap asks for waves; nothing was started. Give the "
+        "height, "
         "or kind: off",
     ),
     (
@@ -143,7 +146,8 @@ TEXTS = [
     ),
     (
         {"water.current_table": {"depth": [0.0, 20.0, 20.0], "east": [1.0, 0.5, 0.2]}},
-        "water.current_table.depth is not ascending: row 3 with 20 m comes after 20 m, so that the current between them "
+        "water.current_table.depth is not ascending: row 3 with 20 m comes after 20 m, so that the current "
+        "between them "
         "is not known; nothing was started. Sort the rows, and give each once",
     ),
     (
@@ -163,7 +167,8 @@ TEXTS = [
     ),
     (
         {"water.current_table": {"east": [1.0, 0.5]}},
-        "water.current_table.east is given without water.current_table.depth: at which depths is not known; nothing was "
+        "water.current_table.east is given without water.current_table.depth: at which depths is not known; "
+        "nothing was "
         "started. Give the depths",
     ),
     (
@@ -179,7 +184,8 @@ TEXTS = [
     ),
     (
         {"water.current_variation": {"time": [0.0, 10.0], "factor": [1.0, 2.0]}},
-        "water.current_variation.time is given, but there is no current that it could change; nothing was started. Give "
+        "water.current_variation.time is given, but there is no current that it could change; nothing was "
+        "started. Give "
         "water.current or water.current_table, or leave it out",
     ),
     (
@@ -220,16 +226,19 @@ def cautioned(changes):
 def test_waves_bring_their_cautions():
     text = cautioned({"water.waves.kind": "jonswap", "water.waves.height": 5.0, "water.waves.period": 6.5})
     assert (
-        "water.waves.ship_motion = independent: waves act on cable and bodies, the ship moves as recorded or commanded, "
+        "water.waves.ship_motion = independent: waves act on cable and bodies, the ship moves as recorded or "
+        "commanded, "
         "whatever the waves are; how its heave goes with them, and with it the tension's peaks, is by chance. Take the "
         "figures of many seeds (water.waves.seed), or give the waves alone or the ship's motion alone"
     ) in text
     assert (
-        "water.waves.height = 5 m is more than 4.4 m, 1/15 of the length of waves of 6.5 s: steeper than seas found, and "
+        "water.waves.height = 5 m is more than 4.4 m, 1/15 of the length of waves of 6.5 s: steeper than seas "
+        "found, and "
         "than linear waves are good for. Check height and period"
     ) in text
     assert (
-        "water.waves.height = 5 m brings crests of 4.65 m, over the lowest point of the sheave at 3.45 m while the ship "
+        "water.waves.height = 5 m brings crests of 4.65 m, over the lowest point of the sheave at 3.45 m while "
+        "the ship "
         "does not rise with them: cable aboard counts as wet there. Lower waves, or a higher sheave"
     ) in text
     assert "water.waves" not in cautioned({})

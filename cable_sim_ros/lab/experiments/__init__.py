@@ -56,4 +56,16 @@ def _viv_tow(duration: float, progress) -> Result:
     return viv_tow.experiment(duration, progress)
 
 
-EXPERIMENTS: dict[str, Callable] = {"pulley": _pulley, "viv": _viv, "viv_tow": _viv_tow, "segments": _segments}
+def _wake(duration: float, progress) -> Result:
+    from . import wake
+
+    return wake.experiment(progress)
+
+
+EXPERIMENTS: dict[str, Callable] = {
+    "pulley": _pulley,
+    "viv": _viv,
+    "viv_tow": _viv_tow,
+    "wake": _wake,
+    "segments": _segments,
+}

@@ -51,7 +51,7 @@ CASES = (
     Case("capozucca_5_11", "5.12", 1.084, (0.183, 0.105, 0.040, 0.060), 0.02, {1: NO_RULE}, None, 0.1, LIFT, 8),
     Case(
         "capozucca_5_15", "5.16", 0.053, RISER_RATIOS, 0.07, dict.fromkeys((13, 14, 15, 16), TOP_QUARTER), 5.929 * INCH,
-        0.4, RISER_LIFT, 3,
+        0.4, RISER_LIFT, 2,
     ),
 )  # fmt: skip
 
@@ -169,31 +169,32 @@ def draw(shown: list[tuple[Case, Vibration, Vibration]], path: Path) -> Path:
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(14.0, 9.0), dpi=80, facecolor="white", layout="constrained")
         FigureCanvasAgg(figure)
-        for axis, (case, coarse, fine) in zip(figure.subplots(2, 2).flat, shown, strict=True):
+        panels = figure.subplots(2, 2)
+        for axis, (case, coarse, fine) in zip(panels.flat, shown, strict=True):
             top = fine.displacement_spectrum.max() * 1e6
             axis.axvspan(*fine.shedding, color=WATER, alpha=0.35, lw=0, label="shedding along the cable")
             for n, f_n in enumerate(fine.frequencies):
-                axis.axvline(f_n, color=ORANGE, lw=0.9, ls=(0, (4, 3)), label=None if n else "modes")
-            axis.semilogy(fine.frequency, fine.displacement_spectrum * 1e6, color=BLUE, lw=1.6, label="converged grid")
+                axis.axvline(f_n, color=ORANGE, lw=0.9, ls=(0, (4, 3)), label=None if n else "frequencies of the modes")
+            axis.semilogy(fine.frequency, fine.displacement_spectrum * 1e6, color=BLUE, lw=1.8, label="converged grid")
+            every = 1 + len(coarse.frequency) // 120
+            points = slice(every - 1, None, every)
             axis.plot(
-                coarse.frequency, coarse.displacement_spectrum * 1e6, "o", color=INK, ms=3.5, label="source's grid"
-            )
+                coarse.frequency[points], coarse.displacement_spectrum[points] * 1e6, "o", color=INK, ms=4,
+                label="source's grid",
+            )  # fmt: skip
             seen = np.flatnonzero(fine.displacement_spectrum * 1e6 > 1e-5 * top)
             axis.set_xlim(0.0, fine.frequency[seen[-1]])
-            axis.set_ylim(1e-5 * top, 20.0 * top)
+            axis.set_ylim(1e-5 * top, 10.0 * top)
             printed = "not at hand" if case.rms is None else f"{1e3 * case.rms:.2f} mm"
-            sums = [1e3 * result.place_rms_displacement for result in (coarse, fine)]
+            grids = [f"{1e3 * result.place_rms_displacement:.2f} mm" for result in (coarse, fine)]
             axis.text(
-                0.985, 0.62,
-                f"rms displacement\nprinted: {printed}\nours, source's grid: {sums[0]:.2f} mm\nours, converged: {sums[1]:.2f} mm",
-                transform=axis.transAxes, ha="right", va="top", linespacing=1.4, color=INK, zorder=5,
-                bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 4.0},
+                0.985, 0.96, f"rms printed: {printed}\nours, source's grid: {grids[0]}\nours, converged: {grids[1]}",
+                transform=axis.transAxes, ha="right", va="top", linespacing=1.5, size=14, color=INK, zorder=5,
             )  # fmt: skip
-            axis.legend(loc="upper right", ncols=2, fontsize=11)
-            share = fine.place / fine.arc[-1]
-            axis.set_title(f"fig. {case.figure}: displacement at s = {fine.place:.4g} m ({share:g} of the length)")
+            axis.set_title(f"fig. {case.figure}: displacement at {fine.place / fine.arc[-1]:g} of the length")
             axis.set_xlabel("frequency [Hz]")
             axis.set_ylabel("mm$^2$/Hz")
+        figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
         path.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(path, metadata={"Software": None})
     return path
