@@ -36,6 +36,7 @@ from ..physics.ancf import (
     WEIGHT_PER_LENGTH,
 )
 from ..physics.cable import Cable, Section
+from ..physics.chain import limp
 from ..physics.drag_laws import DragLaw
 from ..physics.fluid import Fluid, fill_space
 from ..physics.integrate import Solver
@@ -146,7 +147,6 @@ class Rig:
         water = water.as_water() if isinstance(water, Fluid) else water or Water()
         pulls, rods = np.array(loads or [], LOAD), np.array(struts or [], STRUT)
         pulls["node"] %= nodes
-        self._check_loads(pulls)
         borne = {n % nodes for n in held} | set(carried) | {int(n) for n in pulls["node"]}
         borne |= {int(n) + 1 for n in rods["node"]}
         beads = bead_table(cable, water, gravity)
@@ -228,10 +228,11 @@ class Rig:
             if not names or "".join(names) != re.sub("[ ,]", "", what):
                 raise ValueError(f"node {node}: '{what}' holds nothing: components are {', '.join(COMPONENTS)}")
             for name in names:
-                if self._links and name.startswith("g"):
+                if name.startswith("g") and self._limp(node):
                     raise RigError(
-                        f"node {node}: '{what}' holds a gradient, and a joint of cable.model = segments has none; "
-                        f"nothing was held. Hold the place of the next node too, or use cable.model = ancf"
+                        f"node {node}: '{what}' holds a gradient, and a joint of cable.model = segments without "
+                        f"bending_stiffness has none; nothing was held. Hold the place of the next node too, or give "
+                        f"bending_stiffness above 0 N m^2"
                     )
                 mask[node, COMPONENTS[name]] = 1.0
         self.model = self.model._replace(held=lock(mask))
@@ -247,12 +248,18 @@ class Rig:
         self._check_loads(rows)
         self.model = self.model._replace(loads=rows)
 
+    def _limp(self, node: int) -> bool:
+        """Is the node a joint of links that bears no moment?"""
+        return self._links and bool(limp(self.model.elements, node % self.nodes, self.nodes - 1))
+
     def _check_loads(self, rows: np.ndarray) -> None:
-        if self._links and rows["moment"].any():
-            raise RigError(
-                "a load has a moment [N m], and a joint of cable.model = segments bears none; nothing was loaded. "
-                "Give a pair of forces, or use cable.model = ancf"
-            )
+        for row in rows:
+            if np.any(row["moment"]) and self._limp(int(row["node"])):
+                raise RigError(
+                    f"a load on node {row['node']} has a moment [N m], and a joint of cable.model = segments without "
+                    f"bending_stiffness bears none; nothing was loaded. Give a pair of forces, or bending_stiffness "
+                    f"above 0 N m^2"
+                )
 
     def release_loads(self) -> None:
         """Drop all nodal loads."""
