@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from ..runs.progress import progress_bar
+from .experiments import EXPERIMENTS
 
 FAILED = 1  # exit code where a value is missing or a limit is not kept
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
@@ -50,14 +51,14 @@ def case(files, fidelity, as_json) -> None:
 
 
 @click.command()
-@click.argument("names", nargs=-1, type=click.Choice(["pulley", "viv_tow"]), metavar="[NAME...]")
+@click.argument("names", nargs=-1, type=click.Choice(list(EXPERIMENTS)), metavar="[NAME...]")
 @click.option(
     "--duration",
     type=click.FloatRange(min=0.5),
     default=10.0,
     show_default=True,
     metavar="S",
-    help="Seconds of each experiment.",
+    help="Seconds of each experiment in time.",
 )
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for plots and figures.")
 @json_option
@@ -65,7 +66,7 @@ def validate(names, duration, out, as_json) -> None:
     """Repeat experiments of the source documents (default: all): measured, ours, allowed and who says so."""
     from .experiments import EXPERIMENTS
     from .experiments import run as run_experiment
-    from .experiments.table import as_data, print_result
+    from .experiments.table import as_data, markdown, print_result
 
     with progress_bar(as_json) as progress:
         results = [run_experiment(name, duration, progress) for name in names or EXPERIMENTS]
@@ -73,6 +74,7 @@ def validate(names, duration, out, as_json) -> None:
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
         (out / "validate.json").write_text(json.dumps(told, indent=1) + "\n", "utf-8")
+        (out / "validate.md").write_text("\n\n".join(map(markdown, results)) + "\n", "utf-8")
         for result in results:
             click.echo(f"plot:      {result.plot(out)}", err=True)
     if as_json:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..physics.contact import Contact
-from ..physics.drag import DragLaw
+from ..physics.drag_laws import DragLaw
 from ..physics.integrate import Solver
 from ..physics.surface import surface_row
 from ..physics.towbody import Towbody

@@ -20,8 +20,8 @@ from enum import Enum
 from math import pi
 from typing import NamedTuple
 
-from .ancf import ADDED_MASS, BUOYANCY, HALF_RHO_D, RE_FACTOR
-from .drag import DragLaw
+from .ancf import ADDED_MASS, BUOYANCY, DISPLACED, HALF_RHO_D, RE_FACTOR
+from .drag_laws import DragLaw
 
 
 class Fairing(str, Enum):
@@ -38,7 +38,7 @@ class Preset(NamedTuple):
 
     law: DragLaw
     drag_coefficient: float | None  # on the thickness; none: C_D(Re)
-    tangential_coefficient: float  # on the thickness
+    tangential_coefficient: float  # on the thickness; 0: that of the law
     thickness: float  # over the diameter of the cable
     volume: float  # of the fairing alone, over that of the cable
     density: float  # kg/m^3 of its material
@@ -61,11 +61,11 @@ PRESETS = {
 def dressed(section):
     """A Section with every drag key of its own: what it leaves out is that of its fairing."""
     preset = PRESETS[section.fairing]
-    given = {
-        "drag_law": preset.law,
-        "drag_coefficient": preset.drag_coefficient,
-        "tangential_coefficient": preset.tangential_coefficient,
-    }
+    given = {"drag_law": preset.law, "drag_coefficient": preset.drag_coefficient}
+    if section.friction_coefficient is not None:
+        given["tangential_coefficient"] = pi * section.friction_coefficient
+    elif preset.tangential_coefficient > 0.0:
+        given["tangential_coefficient"] = preset.tangential_coefficient
     return section.model_copy(update={key: value for key, value in given.items() if getattr(section, key) is None})
 
 
@@ -91,4 +91,5 @@ def put_on(rows: dict[int, float], section, diameter: float, density: float, gra
         RE_FACTOR: rows[RE_FACTOR] * thickness,
         ADDED_MASS: rows[ADDED_MASS] * thickness**2,
         BUOYANCY: rows[BUOYANCY] + (mass * gravity - net),
+        DISPLACED: rows[DISPLACED] + ((mass * gravity - net) / gravity if gravity > 0.0 else 0.0),
     }

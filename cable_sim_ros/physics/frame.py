@@ -70,6 +70,7 @@ FIELDS = (
     ("ship_rate", (3,), "f8", "rad/s", "angular velocity in odom"),
     ("sheave_position", (3,), "f8", "m", "sheave centre in odom"),
     ("sheave_velocity", (3,), "f8", "m/s", "velocity of the sheave centre in odom"),
+    ("surface_elevation", (), "f8", "m", "height of the water surface where the sheave is; 0 without waves"),
     ("tension", (), "f8", "N", "effective tension where the cable leaves the sheave outboard"),
     ("tension_vector", (3,), "f8", "N", "pull of the outboard cable on the sheave, axes of sheave_link"),
     ("departure_angle", (), "f8", "rad", "angle of the departing cable from the downward vertical, no sign"),

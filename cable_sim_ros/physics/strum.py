@@ -22,6 +22,7 @@ from math import log, log10, pi, sqrt
 
 from .jit import driver, inline
 from .quantity import Block, quantity
+from .sea import current_at
 from .state import ARC, MEAN, NOW, STRUM, Q
 from .vec import axpy, dot, norm, scale
 from .work import BINS
@@ -160,15 +161,16 @@ def up_to(bins, speed):
 
 
 @inline
-def mean_flow_at(state, e):
+def mean_flow_at(sea, state, e):
     """Mean normal flow [m/s] past the middle of element e, one above the water as at the surface."""
-    nodes, m = state.nodes, state.memory[NOW].current
+    nodes = state.nodes
     length = nodes[NOW, ARC, e + 1, 0] - nodes[NOW, ARC, e, 0]
     q, mean = nodes[NOW, Q], nodes[NOW, MEAN]
     z = min(0.5 * (q[e, 2] + q[e + 1, 2]) + 0.125 * length * (q[e, 5] - q[e + 1, 5]), 0.0)
+    x, y = current_at(sea, state.memory[NOW], z)
     v = (
-        m[0] - m[2] * z - 0.5 * (mean[e, 0] + mean[e + 1, 0]) - 0.125 * length * (mean[e, 3] - mean[e + 1, 3]),
-        m[1] - m[3] * z - 0.5 * (mean[e, 1] + mean[e + 1, 1]) - 0.125 * length * (mean[e, 4] - mean[e + 1, 4]),
+        x - 0.5 * (mean[e, 0] + mean[e + 1, 0]) - 0.125 * length * (mean[e, 3] - mean[e + 1, 3]),
+        y - 0.5 * (mean[e, 1] + mean[e + 1, 1]) - 0.125 * length * (mean[e, 4] - mean[e + 1, 4]),
         -0.5 * (mean[e, 2] + mean[e + 1, 2]) - 0.125 * length * (mean[e, 5] - mean[e + 1, 5]),
     )
     g = (
@@ -203,7 +205,7 @@ def look_along(line, state, begin):
         while section < sections.shape[0] - 1 and sections[section].end <= middle:
             section += 1
         s = sections[section]
-        speed = mean_flow_at(state, e)
+        speed = mean_flow_at(line.sea, state, e)
         row[e, SPEED] = speed
         row[e, FREQUENCY], row[e, AMPLITUDE], row[e, MODE] = 0.0, 0.0, 0.0
         wet = not dry(state.nodes[NOW, Q], e)

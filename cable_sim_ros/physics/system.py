@@ -56,7 +56,7 @@ def turn_bodies(line, state, h):
     q, v, flow, m = state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[NOW, FLOW], state.memory[NOW].current
     for i in range(line.bodies.shape[0]):
         n = line.body_nodes[i]
-        turn_into_flow(line.bodies[i], (q[n], v[n], flow[n]), (m[0], m[1], m[2], m[3]), h)
+        turn_into_flow(line.bodies[i], (q[n], v[n], flow[n], state.work.around[n]), (m[0], m[1], m[2], m[3]), h)
 
 
 @driver

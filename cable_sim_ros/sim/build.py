@@ -17,6 +17,8 @@ from ..physics.frame import CONTACT_COLUMNS, FRAME, MAX_STATIONS, SHAPE_COLUMNS,
 from ..physics.integrate import Solver
 from ..physics.jit import LANES
 from ..physics.observe import Output
+from ..physics.sea import Sea
+from ..physics.section import CableModel
 from ..physics.state import (
     FEED_NODE,
     LINE_SETTINGS,
@@ -37,14 +39,17 @@ from ..physics.state import (
 from ..physics.step import LEAVE_STEP, TURN_MOST
 from ..physics.surface import SHEAVE_ROW, surfaces_of
 from ..physics.towbody import BODY, Towbody, body_record
+from ..physics.wake import WAKE_SECTION
 from ..physics.water import Water
 from ..physics.winch import DRUM
 from .checks import fine_zone
 from .material import extreme, material_rows, section_ends, termination_weight
 from .mesh import FeedMesh, feed_mesh
 from .scene import Scene
+from .sea import sea_of
 from .statics import DRUM_RESERVE, ROUND_OFF, Route
 from .strumming import strum_rules, strum_sections
+from .wakes import wake_table
 
 # EI of an element over w L^3 where its end carries no tension: the gradient of a free end has a rotational stiffness of
 # -T/30 there (T = w L/2), more than wL^3/240 makes it stable; it vanishes with the third power of the mesh
@@ -226,6 +231,8 @@ def build_line(
     struts: np.ndarray | None = None,
     beads: np.ndarray | None = None,
     strum: tuple[np.ndarray, np.ndarray] | None = None,
+    sea: Sea | None = None,
+    wakes: np.ndarray | None = None,
 ) -> LineModel:
     """A line as numbers for kernels, in the one place that coerces them: every line has one type signature."""
     return LineModel(
@@ -241,6 +248,8 @@ def build_line(
             lock(np.zeros(0, STRUM_RULES) if strum is None else strum[0], STRUM_RULES),
             lock(np.zeros(0, STRUM_SECTION) if strum is None else strum[1], STRUM_SECTION),
         ),
+        sea=Sea(*(lock(table, table.dtype) for table in sea or sea_of(Water(), 0.0, None))),
+        wakes=lock(np.zeros(0, WAKE_SECTION) if wakes is None else wakes, WAKE_SECTION),
     )
 
 
@@ -277,6 +286,8 @@ def build_model(scene: Scene, mesh: FeedMesh | None = None) -> Model:
             line,
             beads=bead_table(scene.cable, scene.water, scene.gravity),
             strum=(strum_rules(scene), strum_sections(scene)),
+            sea=sea_of(scene.water, scene.gravity, scene.seabed.depth),
+            wakes=wake_table(scene.cable, scene.water),
         ),
         settings=lock(settings, TOW_SETTINGS),
         feed=feed_of(scene, mesh),
@@ -286,7 +297,9 @@ def build_model(scene: Scene, mesh: FeedMesh | None = None) -> Model:
 def build_state(scene: Scene, mesh: FeedMesh | None = None) -> State:
     """Preallocated state for the scene's mesh, or another; everything zero but for arc lengths that stay."""
     mesh = feed_mesh(scene) if mesh is None else mesh
-    return make_state(arc_lengths(scene.cable) if mesh is None else np.zeros(mesh.nodes), surfaces_of(scene))
+    arc = arc_lengths(scene.cable) if mesh is None else np.zeros(mesh.nodes)
+    sea, links = sea_of(scene.water, scene.gravity, scene.seabed.depth), scene.cable.model is CableModel.SEGMENTS
+    return make_state(arc, surfaces_of(scene), sea, links)
 
 
 def make_output(model: Model, nodes: int, rows: int) -> Output:

@@ -18,7 +18,7 @@ from ..physics.ship import NO_EPOCH
 from ..physics.state import ARC, MEMORY, NOW, STEP
 from . import savefile
 from .build import build_model, build_state, make_output
-from .current import current_of
+from .current import declare_water
 from .entry import CONTROL_WORDS, SETTLE, STATS_COLUMNS, TICKS, drive
 from .inputs import InputError, ShipMotion, WinchCommand, push
 from .mesh_kinds import FeedMesh
@@ -28,6 +28,7 @@ from .setpoints import declare, take_rest
 from .start import settle, turn_bodies
 from .statics import StartError
 from .tow_shape import tow_shape
+from .wakes import begin_wakes
 
 
 class SolverError(RuntimeError):
@@ -96,14 +97,14 @@ class Simulator:
         speed = scene.ship.tow_speed
         now.frame.origin[:] = position
         now.frame.velocity[:] = (speed * cos(yaw), speed * sin(yaw))
-        now.current[:] = current_of(scene, yaw)
-        now.current[:2] -= now.frame.velocity
+        declare_water(now, scene.water, yaw)
         now.ship.mean_coord[:] = (0.0, 0.0, scene.ship.reference_height, 0.0, 0.0, yaw)
         now.ship.motion.coord[:] = now.ship.mean_coord
         now.ship.epoch = NO_EPOCH
         declare(now.setpoint, scene, self._algorithm, yaw)
         drum = self.model.settings[0].drum
         lay_mesh(self.model.feed, drum, now.winch, state.nodes[NOW, ARC], self.model.line.elements)
+        begin_wakes(state, scene.cable)
         shape = tow_shape(scene, float(drum.payout_0 - drum.inboard), yaw)
         turn_bodies(self, shape, yaw)
         self.start_report = settle(self, shape, yaw)

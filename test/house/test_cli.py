@@ -27,6 +27,7 @@ COMMANDS = {
     "stress",
     "soak",
     "validate",
+    "viv",
     "manual",
     "mesh",
     "recover",
@@ -108,6 +109,7 @@ def test_every_command_helps(command):
         (("bench", "P7", "--haul"), "each stand alone"),
         (("bench", "--ticks", "--repeats", "2"), "--ticks repeats nothing"),
         (("mesh", "no_such_scene"), "error: no_such_scene: no such scene file; nothing was started."),
+        (("viv", "no_such_span"), "error: no_such_span: no such span file; nothing was started."),
         pytest.param(
             ("play", "nbp1406", "--lop"), "error: --lop: no option of play; nothing was played.", marks=pytest.mark.ros
         ),

@@ -38,10 +38,34 @@ def _pulley(duration: float, progress) -> Result:
     return pulley.experiment(duration, progress)
 
 
+def _segments(duration: float, progress) -> Result:
+    from . import segments
+
+    return segments.experiment(duration, progress)
+
+
+def _viv(duration: float, progress) -> Result:
+    from . import viv
+
+    return viv.experiment(progress)
+
+
 def _viv_tow(duration: float, progress) -> Result:
     from . import viv_tow
 
     return viv_tow.experiment(duration, progress)
 
 
-EXPERIMENTS: dict[str, Callable] = {"pulley": _pulley, "viv_tow": _viv_tow}
+def _wake(duration: float, progress) -> Result:
+    from . import wake
+
+    return wake.experiment(progress)
+
+
+EXPERIMENTS: dict[str, Callable] = {
+    "pulley": _pulley,
+    "viv": _viv,
+    "viv_tow": _viv_tow,
+    "wake": _wake,
+    "segments": _segments,
+}
