@@ -160,13 +160,10 @@ def up_to(bins, speed):
 
 @inline
 def mean_flow_at(sea, state, e):
-    """Mean normal flow [m/s] past the middle of element e, 0 for one that is dry: one with its end in the water is not,
-    so that what changes as it comes out acts on no length."""
+    """Mean normal flow [m/s] past the middle of element e, one above the water as at the surface."""
     nodes = state.nodes
     length = nodes[NOW, ARC, e + 1, 0] - nodes[NOW, ARC, e, 0]
     q, mean = nodes[NOW, Q], nodes[NOW, MEAN]
-    if min(q[e, 2], q[e + 1, 2]) >= 0.0:
-        return 0.0
     z = min(0.5 * (q[e, 2] + q[e + 1, 2]) + 0.125 * length * (q[e, 5] - q[e + 1, 5]), 0.0)
     x, y = current_at(sea, state.memory[NOW], z)
     v = (
@@ -183,11 +180,18 @@ def mean_flow_at(sea, state, e):
     return norm(axpy(-dot(v, u), u, v))
 
 
+@inline
+def dry(q, e):
+    """Is element e out of the water? One with an end in it is not, so that what changes then acts on no length."""
+    return min(q[e, 2], q[e + 1, 2]) >= 0.0
+
+
 @driver
 def look_along(line, state, begin):
     """Speed, shedding frequency and unreduced amplitude of every element, the length of strumming cable by speed.
 
-    begin: arc length [m] at the sheave. Returns the time [s] that a wave across the cable takes from there to the end.
+    Elements above the water are taken as at the surface: in a sea they may be in it before the next look. begin: arc
+    length [m] at the sheave. Returns the time [s] that a wave across the cable takes from there to the end.
     """
     rules, sections, bins = line.strum.rules[0], line.strum.sections, state.work.bins
     arc, row = state.nodes[NOW, ARC, :, 0], state.nodes[NOW, STRUM]
@@ -202,7 +206,8 @@ def look_along(line, state, begin):
         speed = mean_flow_at(line.sea, state, e)
         row[e, SPEED] = speed
         row[e, FREQUENCY], row[e, AMPLITUDE], row[e, MODE] = 0.0, 0.0, 0.0
-        mass = s.mass + (s.added if speed > 0.0 else 0.0)
+        wet = not dry(state.nodes[NOW, Q], e)
+        mass = s.mass + (s.added if wet else 0.0)
         outboard = min(max(arc[e + 1] - begin, 0.0), length)
         if state.tension[e] > 0.0:
             travel += outboard * sqrt(mass / state.tension[e])
@@ -211,7 +216,7 @@ def look_along(line, state, begin):
             row[e, FREQUENCY] = strouhal(re) * speed / s.diameter
             a = min(max(amplitude(rules.law, s.mass_damping, re), 0.0), AMPLITUDE_MOST)
             row[e, AMPLITUDE] = onset(re) * rules.multiplier * s.multiplier * a
-            bins[min(int(class_of(speed)) + 1, BINS - 1)] += length
+            bins[min(int(class_of(speed)) + 1, BINS - 1)] += length if wet else 0.0
     for i in range(1, BINS):
         bins[i] += bins[i - 1]
     return travel
@@ -227,7 +232,7 @@ def aim(model, state):
     travel = look_along(line, state, state.nodes[NOW, ARC, last, 0] - scope)
     for e in range(last):
         if row[e, FREQUENCY] > 0.0:
-            if rules.band > 0.0:
+            if rules.band > 0.0 and bins[BINS - 1] > 0.0:
                 v = row[e, SPEED]
                 near = up_to(bins, v * (1.0 + rules.band)) - up_to(bins, v * (1.0 - rules.band))
                 row[e, AMPLITUDE] *= near / bins[BINS - 1]
@@ -235,6 +240,9 @@ def aim(model, state):
         a = row[e, AMPLITUDE]
         factor = amplification(rules.formula, rules.antinode, a) if a > 0.0 else 1.0
         row[e, TARGET] = min(factor, FACTOR_MOST) - 1.0
+        if dry(state.nodes[NOW, Q], e):
+            for k in range(SPEED, MODE + 1):
+                row[e, k] = 0.0
     for k in range(TARGET, MODE + 1):
         row[last, k] = row[last - 1, k]
 
@@ -276,4 +284,4 @@ def show(state, table):
         table[n, SHAPE_ONLY + 1] = row[n, FREQUENCY]
         table[n, SHAPE_ONLY + 2] = row[n, MODE]
         table[n, SHAPE_ONLY + 3] = row[n, AMPLITUDE]
-        table[n, SHAPE_ONLY + 4] = 1.0 + row[n, EXTRA]
+        table[n, SHAPE_ONLY + 4] = 1.0 + (row[n, EXTRA] if row[n, SPEED] > 0.0 else 0.0)

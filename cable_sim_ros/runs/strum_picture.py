@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -78,7 +79,7 @@ def compose(run: RecordedRun, title: str, skip_s: float, stamp: str = "") -> Fig
             f"{factor[strumming].mean():.2f} on average. Line: mean over the run, band: least to largest. "
             f"Blue ground: in the water."
         )
-    figure.text(0.065, 0.04, said, size=12)
+    figure.text(0.065, 0.025, "\n".join(textwrap.wrap(said, 172)), size=12, linespacing=1.5, va="bottom")
     put_stamp(figure, stamp)
     return figure
 

@@ -19,6 +19,7 @@ REFERENCES = (DOCS / "references.md").read_text("utf-8")
 CITED = {  # what the code cites -> its entry in docs/references.md; both sides are checked
     "Westin": "Westin (2018)",
     "Arnold & Bruls (2007)": "Arnold and Bruls (2007)",
+    "Blevins (1990)": "Blevins (1990)",
     "Calnan": "Calnan (2016)",
     "Capozucca": "Capozucca (1988)",
     "Choo and Casarella (1971)": "Choo and Casarella (1971)",
@@ -33,6 +34,7 @@ CITED = {  # what the code cites -> its entry in docs/references.md; both sides 
     "Miche (1944)": "Miche (1944)",
     "Thornton & Guza (1982)": "Thornton and Guza (1982)",
     "Godhavn": "Godhavn (1998)",
+    "Govardhan & Williamson (2006)": "Govardhan and Williamson (2006)",
     "Hoerner": "Hoerner (1965)",
     "Huston and Kamman (1980)": "Huston and Kamman (1980)",
     "Hunt-Crossley": "Hunt and Crossley (1975)",
@@ -41,6 +43,7 @@ CITED = {  # what the code cites -> its entry in docs/references.md; both sides 
     "Zienkiewicz and Xie (1991)": "Zienkiewicz and Xie (1991)",
     "Hulbert and Jang (1995)": "Hulbert and Jang (1995)",
     "Shampine and Baca (1984)": "Shampine and Baca (1984)",
+    "Vandiver (1983)": "Vandiver (1983)",
     "Yue et al.": "Yue et al. (2016)",
     "REP 103": "REP-103",
     "REP 105": "REP-105",

@@ -13,7 +13,7 @@ from cable_sim_ros.io.recorded_run import load_run
 from cable_sim_ros.physics.frame import STRUM_COLUMNS, Flag
 from cable_sim_ros.physics.inputs import push_motion
 from cable_sim_ros.physics.state import NOW, STRUM
-from cable_sim_ros.physics.strum import AMPLITUDE, EXTRA, FREQUENCY, MODE, TARGET
+from cable_sim_ros.physics.strum import AMPLITUDE, EXTRA, FREQUENCY, MODE, SPEED, TARGET
 from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.strum_picture import draw_strum
 from cable_sim_ros.runs.summary import summarize
@@ -91,25 +91,26 @@ def test_a_faired_section_and_dry_cable_have_a_factor_of_one(sim):
     arc = sim.state.arc
     middle = 0.5 * (arc[1:] + arc[:-1])
     faired = middle > sim.scene.cable.sections["bare"].length
+    assert (sim.strum[:-1][faired, COLUMN["amplification"]] == 1.0).all()
     for column in (EXTRA, TARGET, FREQUENCY, AMPLITUDE, MODE):
         assert not row(sim)[:-1][faired, column].any()
     dry = np.minimum(sim.state.q[1:, 2], sim.state.q[:-1, 2]) >= 0.0
-    assert dry.any() and not row(sim)[:-1][dry].any()
+    assert dry.any() and not row(sim)[:-1][dry, SPEED:].any() and (sim.strum[:-1][dry, 3:] == (0, 0, 0, 0, 1)).all()
     assert (row(sim)[:-1][~faired & ~dry, EXTRA] > 0.5).all()
 
 
 def test_what_is_published_is_what_acts(sim):
     table = sim.strum
     assert table.shape == (sim.nodes, len(STRUM_COLUMNS)) and np.array_equal(table[:, :3], sim.shape[:, :3])
-    assert np.array_equal(table[:, COLUMN["amplification"]], 1.0 + row(sim)[:, EXTRA])
+    assert np.array_equal(table[:, COLUMN["amplification"]], 1.0 + row(sim)[:, EXTRA] * (row(sim)[:, SPEED] > 0.0))
     strumming = table[:, COLUMN["amplitude"]] > 0.0
     speed, frequency = table[strumming, COLUMN["normal_speed"]], table[strumming, COLUMN["shedding_frequency"]]
     re = 1026.0 * 0.010 * speed / 1.2e-3
     assert np.allclose(frequency, 0.2 * (1.0 - 20.0 / re) * speed / 0.010)
     # waves take about 450 m / 65 m/s from the sheave to the towbody
     assert np.allclose(table[strumming, COLUMN["mode"]] / frequency, 2.0 * 450.0 / 65.0, rtol=0.08)
-    weight = np.diff(sim.state.arc)[row(sim)[:-1, 2] > 0.0]
-    mean = np.average(table[:-1][row(sim)[:-1, 2] > 0.0, COLUMN["amplification"]], weights=weight)
+    weight = np.diff(sim.state.arc)[row(sim)[:-1, SPEED] > 0.0]
+    mean = np.average(table[:-1][row(sim)[:-1, SPEED] > 0.0, COLUMN["amplification"]], weights=weight)
     assert sim.frame.amplification_mean == pytest.approx(mean)
 
 

@@ -247,7 +247,7 @@ def experiment(duration: float | None, progress) -> Result:
                 }
             )
     chosen = "chosen otherwise: what changes; flume in mm and mN, full scale in m and N"
-    return Result("viv_tow", rows, choices, lambda folder: draw(folder / "strumming.png", duration), chosen)
+    return Result("viv_tow", rows, choices, lambda folder: draw(folder / "strumming.png", SECONDS if duration is None else duration), chosen)
 
 
 def draw(path: Path, duration: float) -> Path:
