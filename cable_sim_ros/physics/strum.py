@@ -137,7 +137,7 @@ def amplitude(law, alpha, re):
 
 @inline
 def amplification(formula, antinode, a):
-    """Drag factor G of an amplitude a >= 0 in diameters; formula: place in FORMULAS; antinode: 1: rms is taken there."""
+    """Drag factor G of an amplitude a >= 0 in diameters; formula: place in FORMULAS; antinode: 1: rms taken there."""
     if formula == BLEVINS:
         return 1.0 + 2.1 * a
     return 1.0 + 1.043 * (a * (sqrt(2.0) if antinode != 0 else 1.0)) ** 0.65

@@ -21,7 +21,7 @@ from math import ceil, cos, exp, pi, sin, sqrt
 
 import numpy as np
 
-from .drag import smooth
+from .drag_laws import smooth
 from .jit import LANES, driver, inline
 from .quantity import Block, quantity
 from .sea import ELEVATION, EXTRA, ORBIT, SHEAR

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..physics.drag import DragLaw
+from ..physics.drag_laws import DragLaw
 from ..physics.fluid import Fluid
 from ..physics.integrate import Solver
 from ..physics.quantity import REQUIRED, Block, quantity

@@ -8,7 +8,7 @@ from math import pi
 import numpy as np
 
 from ..physics import strum
-from ..physics.drag import DragLaw
+from ..physics.drag_laws import DragLaw
 from ..physics.fairing import Fairing, dressed, fairing_weight
 from ..physics.section import Section, material_of
 from ..physics.state import STRUM_RULES, STRUM_SECTION

@@ -222,7 +222,7 @@ def full_rows(progress) -> list[Comparison]:
     return rows
 
 
-def experiment(duration: float, progress) -> Result:
+def experiment(duration: float | None, progress) -> Result:
     """Both tows, and every assumption made otherwise; ``duration`` [s] is that of the tow drawn by the plot."""
     progress("flume", 0, 4)
     rows = flume_rows(progress)
