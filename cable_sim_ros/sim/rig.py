@@ -175,6 +175,7 @@ class Rig:
         declare_water(self.state.now, water, 0.0)
         self.state.now.events.pressed_since = -1  # nobody says that it begins in a groove
         self.state.nodes[:, FLOW, list(carried), 0] = -1.0
+        self._check_loads(pulls)
         self.hold(held)
         self.iterations = 0
         link_stepper(self.model, self.state)
