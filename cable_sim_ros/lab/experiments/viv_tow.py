@@ -29,6 +29,7 @@ FLUME = {"viv.law": LAW, "viv.damping_ratio": 0.02, "cable.sections.line.drag_am
 FULL = {"viv.law": LAW, "viv.damping_ratio": 0.01, "cable.sections.bare.drag_amplification": 1.0,
         "cable.sections.faired.drag_amplification": 1.0}  # fmt: skip
 FRESH = {"towbody.lift_area": -722.0 / (0.5 * 1026.0 * 2.2**2)}  # the wing's 722 N, as printed for fresh water
+SECONDS = 60.0  # of the tow that is drawn
 SMALL = 0.005  # m, the least sheave: next to a point, from which the statics have the line hang
 POINT = {"sheave.radius": SMALL, "sheave.position": [0.0, 0.0, 0.46 - SMALL], "cable.bending_stiffness": 0.0,
          "cable.bending_damping": 0.0}  # fmt: skip
