@@ -102,9 +102,9 @@ def test_a_tow_on_links_wound_on_a_drum_surface_starts_and_runs():
         (
             "full_scale_contact",
             LINKS | {"cable.sections.drum.elements": 15},
-            r"cable.sections.drum lies on winch.drum_radius = 0.305 m with links of 0.347 m, longer than 0.305 m: a link "
-            r"is straight and would touch it with one point; nothing was started. Give it more elements there, links of "
-            r"at most 0.07 m",
+            r"cable.sections.drum lies on winch.drum_radius = 0.305 m with links of 0.347 m, longer than 0.305 m: a "
+            r"link is straight and would touch it with one point; nothing was started. Give it more elements there, "
+            r"links of at most 0.07 m",
         ),
         (
             "full_scale",
@@ -125,8 +125,8 @@ def test_links_that_make_no_sense_stop_the_load(name, changes, text):
         (
             "full_scale",
             LINKS,
-            r"cable.bending_damping = 6.4e-05 N m\^2 s has no effect on a cable of links \(cable.model = segments\): their "
-            r"joints are springs without damping. Leave it out, or cable.model ancf",
+            r"cable.bending_damping = 6.4e-05 N m\^2 s has no effect on a cable of links \(cable.model = segments\): "
+            r"their joints are springs without damping. Leave it out, or cable.model ancf",
         ),
         (
             "full_scale",

@@ -248,7 +248,8 @@ def experiment(duration: float | None, progress) -> Result:
                 }
             )
     chosen = "chosen otherwise: what changes; flume in mm and mN, full scale in m and N"
-    return Result("viv_tow", rows, choices, lambda folder: draw(folder / "strumming.png", SECONDS if duration is None else duration), chosen)
+    shown = SECONDS if duration is None else duration
+    return Result("viv_tow", rows, choices, lambda folder: draw(folder / "strumming.png", shown), chosen)
 
 
 def draw(path: Path, duration: float) -> Path:
