@@ -99,7 +99,7 @@ def test_every_command_helps(command):
         ),
         (("manual", "--out", "no/such/folder/x.md"), "error: "),
         (("make-bags", "--only", "nbp"), "error: there is no record 'nbp': nothing was written"),
-        (("bench", "P1", "--features"), "--features, --sheave-mesh, --mesh, --haul, --ticks and --water each stand alone"),
+        (("bench", "P1", "--features"), "--haul, --ticks and --water each stand alone"),
         (
             ("bench", "--features", "--sheave-mesh"),
             "--features, --sheave-mesh, --mesh, --haul, --ticks and --water each stand alone",
