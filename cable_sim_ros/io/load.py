@@ -94,6 +94,9 @@ def scene_from_dict(data: Mapping[str, Any], origin: str, lines: Mapping[tuple, 
     try:
         scene = Scene.model_validate(data)
     except ValidationError as error:
+        if "flow" in data and "winch" not in data:
+            what = "is a span for `cable-sim viv`, not a scene of a tow"
+            raise SceneError([f"{origin}: {what}; {CONSEQUENCE}. Give it to `cable-sim viv`"]) from None
         raise SceneError(texts_of(error, data, origin, lines)) from None
     found = checks.problems(scene)
     if found:

@@ -24,7 +24,7 @@ from .ancf import (
     inertia_lanes,
     inertia_tangent_lanes,
 )
-from .chain import closed_loads, drop_axial_lift, fold, is_chain, link_lanes, straighten, straighten_mean
+from .chain import bend_joints, closed_loads, drop_axial_lift, fold, is_chain, link_lanes, straighten, straighten_mean
 from .contact import contact_lanes, contact_point_lanes, contact_tangent_lanes
 from .drag import amplified, mean_lanes, point_lanes, spread_force, spread_matrix, water_load, water_tangent
 from .flow import convective_tangent_lanes, material_lanes
@@ -86,7 +86,7 @@ def gather(group, elements, state):
             x[30 + c, lane] = a[e + 1, c]
             x[33 + c, lane] = length * a[e + 1, 3 + c]
     if is_chain(arc):
-        straighten(x, p)
+        straighten(state.work.lanes[0])
     if flows:
         material_lanes(x, p)
     return flows
@@ -357,6 +357,7 @@ def _assemble(line, state, change, tangent):
             pressed += before - power_of(x, force, real, lane_sum)
         if links:
             fold(work, tangent)
+            bend_joints(work, tangent)
         scatter(group, state.work, tangent)
     work.power[OWN], work.power[LOST_POWER], work.power[WATER], work.power[SURFACES] = own, lost, water, pressed
     return total

@@ -5,10 +5,13 @@ L g_1 = L g_2 = h = r_2 - r_1, with which the Hermite cubic is the straight line
 the flow of the material go on as for any element. Where it is scattered what they gave to the slopes goes to the ends,
 f' = T^T f and K' = T^T K T with (r_1, h, r_2, h) = T (r_1, r_2). Its own forces are those of a uniform rod: mass m L
 [[1/3, 1/6], [1/6, 1/3]], which of a rigid rod is exact, weight, and a tension EA (l/L - 1) along it: a rod as stiff as
-the cable, not a constraint. A joint bears no moment.
+the cable, not a constraint.
 
-The gradients of the nodes are no unknowns of a chain: they are set to the mean direction of the links beside them, for
-all that reads directions. Column LINK of the arc lengths tells a link (shape.py).
+Joints: without bending stiffness the gradients of the nodes are no unknowns; they are set to the mean direction of the
+links beside them, for all that reads directions. With it each link pulls the gradients of its two nodes to its own
+direction by springs of 2 EI/L. A gradient has no inertia and so stands between its links, and the joint is a spring
+of EI over their mean length: as stiff as the cable. Bending damping is left out. Column LINK of the arc lengths
+tells a link (shape.py).
 """
 
 from __future__ import annotations
@@ -23,6 +26,7 @@ from .ancf import (
     CLOSED_DRAG,
     COMPRESSION,
     EA,
+    EI,
     EXTRA_DRAG,
     FLOW_0,
     FLOW_1,
@@ -37,7 +41,7 @@ from .ancf import (
     damping,
 )
 from .drag import POINT_CD, POINT_R, POINT_U, POINT_V, POINT_W, coefficients, friction, mean_lanes, point_lanes
-from .jit import LANES, driver
+from .jit import LANES, driver, inline
 from .segment import added_mass, normal_drag, tangential_drag
 from .shape import LINK, X4, shape, slope
 from .state import ARC, NOW, Q
@@ -52,12 +56,12 @@ _OUT = 1.0 / (X4[3] - X4[0])  # of the outer drag points, about the middle
 
 
 @driver
-def straighten(x, p):
+def straighten(work):
     """Slopes of a group of links and their first two rates [LANES], from the places of the nodes and their rates."""
-    if x.shape[1] != LANES or p.shape[1] != LANES:
-        raise ValueError("lanes")
+    x, p, director = work.x, work.p, work.director
     for c in range(3):
         for e in range(LANES):
+            director[c, e], director[3 + c, e] = x[3 + c, e], x[9 + c, e]
             grows = p[FLOW_1, e] - p[FLOW_0, e]  # L'/L, of the mesh
             h, u = x[6 + c, e] - x[c, e], x[18 + c, e] - x[12 + c, e]
             z = x[30 + c, e] - x[24 + c, e]
@@ -120,6 +124,12 @@ def rod_lanes(x, p, c1, k9):
         k9[14, e] = damped * rate
 
 
+@inline
+def joint_stiffness(p, e):
+    """EI/L^3: the energy of half a joint is EI/L |h/L - g|^2, so that of a joint EI/(L_1 + L_2) |t_1 - t_2|^2."""
+    return p[EI, e] * p[PER_LENGTH, e] ** 3
+
+
 @driver
 def link_lanes(work, change, tangent):
     """Inertia, weight and tension of a group of links: sets force[12, LANES], with tangent k[144, LANES], and the rows
@@ -137,7 +147,10 @@ def link_lanes(work, change, tangent):
         pull = get3(k9, 9, e)
         put3(force, 0, e, add(axpy(m * THIRD, a, scale(m * SIXTH, b)), sub((0.0, 0.0, w), pull)))
         put3(force, 6, e, add(axpy(m * SIXTH, a, scale(m * THIRD, b)), add((0.0, 0.0, w), pull)))
-        lane[TENSION, e], lane[ENERGY, e], lane[LOST, e] = k9[12, e], k9[13, e], k9[14, e]
+        h, bend = get3(x, 3, e), joint_stiffness(p, e)
+        a, b = sub(h, get3(work.director, 0, e)), sub(h, get3(work.director, 3, e))
+        lane[TENSION, e], lane[LOST, e] = k9[12, e], k9[14, e]
+        lane[ENERGY, e] = k9[13, e] + bend * (dot(a, a) + dot(b, b))
     if not tangent:
         return
     for r in range(144):
@@ -191,6 +204,39 @@ def fold(work, tangent):
                 for c in range(9):
                     for e in range(LANES):
                         k[9 * (4 * i + j) + c, e] = 0.0
+
+
+@driver
+def bend_joints(work, tangent):
+    """Add what the joints' springs do to the nodes and to their gradients, to a group that is folded."""
+    x, p, force, k, director = work.x, work.p, work.force, work.k, work.director
+    for c in range(3):
+        for e in range(LANES):
+            s, h = 2.0 * joint_stiffness(p, e), x[6 + c, e] - x[c, e]
+            a, b = s * (director[c, e] - h), s * (director[3 + c, e] - h)
+            force[c, e] += a + b
+            force[3 + c, e] += a
+            force[6 + c, e] -= a + b
+            force[9 + c, e] += b
+    if not tangent:
+        return
+    for c in range(0, 9, 4):
+        for e in range(LANES):
+            s = 2.0 * joint_stiffness(p, e)
+            k[c, e] += 2.0 * s
+            k[18 + c, e] -= 2.0 * s
+            k[72 + c, e] -= 2.0 * s
+            k[90 + c, e] += 2.0 * s
+            k[9 + c, e] = k[27 + c, e] = k[36 + c, e] = k[108 + c, e] = s
+            k[54 + c, e] = k[81 + c, e] = k[99 + c, e] = k[126 + c, e] = -s
+            k[45 + c, e] = k[135 + c, e] = s
+
+
+@inline
+def limp(elements, n, last):
+    """Has the joint at node n, of nodes 0 to ``last``, no bending stiffness on either side?"""
+    e, o = max(n - 1, 0), min(n, last - 1)
+    return elements[e // LANES, EI, e % LANES] == 0.0 and elements[o // LANES, EI, o % LANES] == 0.0
 
 
 @driver
@@ -284,11 +330,13 @@ def drop_axial_lift(work, tangent):
 
 
 @driver
-def align(state):
-    """Gradients of the nodes: the mean of h/L of the links beside them, of an end that of the last link."""
+def align(elements, state):
+    """Gradients of limp joints: the mean of h/L of the links beside them, of an end that of the last link."""
     q, arc = state.nodes[NOW, Q], state.nodes[NOW, ARC]
     last = q.shape[0] - 1
     for n in range(last + 1):
+        if not limp(elements, n, last):
+            continue
         before, after = max(n - 1, 0), min(n, last - 1)
         a, b = 0.5 / (arc[before + 1, 0] - arc[before, 0]), 0.5 / (arc[after + 1, 0] - arc[after, 0])
         for k in range(3):

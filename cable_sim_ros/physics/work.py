@@ -34,6 +34,7 @@ LANE_TABLES = np.dtype(
         ("force", "f8", (12, LANES)),
         ("k", "f8", (144, LANES)),
         ("k9", "f8", (K9_ROWS, LANES)),
+        ("director", "f8", (6, LANES)),  # L g of the two nodes of a link, see chain.py
         ("point", "f8", (POINT_ROWS, LANES)),
         ("load", "f8", (5, 3, LANES)),  # of each point
         ("by_place", "f8", (5, 9, LANES)),  # derivative of the load of a point to N_j y_j

@@ -271,9 +271,10 @@ def checked(row: Row, value: Any) -> Any:
     """Value of a ROS parameter as the scene wants it; ParameterError when the type is wrong."""
     unit = f" in {row.unit}" if row.unit not in ("", "1") else ""
     if row.kind is list:
-        numbers = list(value) if isinstance(value, (list, tuple)) or hasattr(value, "tolist") else None
-        short = numbers is None or (row.length != 0 and len(numbers) != row.length)
-        if short or not all(isinstance(part, float) for part in numbers):
+        plain = isinstance(value, (list, tuple)) or hasattr(value, "tolist")
+        numbers: list[Any] = list(value) if plain else [None]
+        whole = row.length in (0, len(numbers)) and all(isinstance(part, float) for part in numbers)
+        if not whole:
             count = f"{row.length} " if row.length else ""
             raise ParameterError(
                 f"parameter '{row.name}' must be {count}floating-point numbers{unit}, "

@@ -203,6 +203,8 @@ def draw_span(run: SpanRun, path: Path) -> Path:
             close.plot(told.time[near], other * part, color=ORANGE, lw=1.6, label=f"streamwise [{small}]")
             close.plot(told.time[near], told.wake[near], color=FAINT, lw=1.2, ls="--", label="wake q [1]")
             close.set_title("the last three periods")
+            low, high = close.get_ylim()
+            close.set_ylim(low, high + 0.25 * (high - low))
             close.legend(loc="upper right", ncols=3, fontsize=9)
         for axis in axes[-1]:
             axis.set_xlabel("time [s]")

@@ -15,8 +15,22 @@ if TYPE_CHECKING:
     from .span import SpanRun
 
 
+def _keys(context: click.Context, _parameter: click.Parameter, asked: bool) -> None:
+    """Print what a FILE may hold, and leave."""
+    if not asked:
+        return
+    from ..sim.span import SpanFile
+    from .manual import tables
+
+    click.echo("\n".join(tables(SpanFile)), nl=False)
+    context.exit()
+
+
 @click.command()
 @click.argument("file")
+@click.option(
+    "--keys", is_flag=True, is_eager=True, expose_value=False, callback=_keys, help="List the keys of a FILE."
+)
 @click.option("--case", "cases", multiple=True, metavar="NAME", help="Run this case only; may be repeated.")
 @click.option(
     "--out",

@@ -93,7 +93,7 @@ def element_table(cable: Cable, water: Water, gravity: float, free_ends: tuple[b
         columns += [material_rows(cable, section, water, gravity)] * section.meshed
     lengths = np.diff(arc_lengths(cable))
     for end, free in zip((0, -1), free_ends, strict=True):
-        if free:
+        if free and cable.model is CableModel.ANCF:
             columns[end] = columns[end].copy()
             columns[end][ancf.EI] = max(
                 columns[end][ancf.EI], END_STIFFNESS * columns[end][ancf.WEIGHT_PER_LENGTH] * lengths[end] ** 3
@@ -157,10 +157,11 @@ def drum_record(scene: Scene, route: Route, mesh: FeedMesh | None) -> np.ndarray
     row["feeds"], row["tangent"] = route.feeds, route.tilt
     row["length_most"] = route.wound - w.dead_length - DRUM_RESERVE * route.drum
     row["length_least"] = -(route.total - route.wound - route.span - LEAST_OUTBOARD)
+    cubic = scene.cable.model is CableModel.ANCF
     if mesh is not None:
         row["blend"] = mesh.blend
         row["length_least"] = hauled_in(scene, mesh) - row["payout_0"]
-        row["end_stiffness"] = END_STIFFNESS if light_end(scene, mesh) else 0.0
+        row["end_stiffness"] = END_STIFFNESS if cubic and light_end(scene, mesh) else 0.0
     inboard = route.inboard - row["payout_0"]
     row["limit_least"] = row["length_least"] if w.least_scope is None else w.least_scope + inboard
     row["limit_most"] = row["length_most"] if w.most_scope is None else w.most_scope + inboard

@@ -104,11 +104,13 @@ def drag_cautions(scene: Scene, speed: float) -> list[Problem]:
         shape = tow_shape(scene, route.total - route.wound - route.inboard)
         sections = list(scene.cable.sections.items())
         for i, law in asked.items():
-            found += _outside(scene, shape, i, *sections[i], law)
+            found += _outside(scene, shape, i, *sections[i], law, speed)
     return found
 
 
-def _outside(scene: Scene, shape: TowShape, i: int, name: str, section: Section, law: Law) -> list[Problem]:
+def _outside(
+    scene: Scene, shape: TowShape, i: int, name: str, section: Section, law: Law, speed: float
+) -> list[Problem]:
     """Cautions of section i where Re or angle of the flow in the static shape is outside the law's range."""
     here = (shape.section == i) & shape.wet & (np.linalg.norm(shape.flow, axis=1) > STILL)
     if not here.any():
@@ -130,7 +132,7 @@ def _outside(scene: Scene, shape: TowShape, i: int, name: str, section: Section,
     return [
         Problem(
             f"cable.sections.{name}.drag_law",
-            f"= {own.drag_law.value} is used outside its range ({law.source}): in the static shape of the start "
+            f"= {own.drag_law.value} is used outside its range ({law.source}): in the static shape at {speed:.3g} m/s "
             f"{text}: {law.outside}",
             "Take a law that covers it (docs/drag.md), or read what depends on this drag as an estimate",
         )

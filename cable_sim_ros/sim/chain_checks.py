@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import sqrt
+from math import pi, sqrt
 from typing import NamedTuple
 
 from ..physics.cable import Cable
@@ -17,7 +17,6 @@ LONGEST_LINK = 1.0  # radii of drum or sheave: a longer link lies on it with one
 # sagitta L^2/8R of a link on drum or sheave over the penetration that contact allows; of 1.8 the full-scale tow has
 # the contact force within 0.03 % and a penetration 1.1 times as large, of 4.4 the flag PENETRATION (docs/segments.md)
 MOST_SAGITTA = 2.0
-BEND_REMEDY = "Where the bend at sheave or body matters, cable.model ancf; else set bending_stiffness to 0"
 
 
 class Bent(NamedTuple):
@@ -81,17 +80,14 @@ def chain_cautions(scene: Scene, table: list[tuple[float, float, str]], tangent:
     if scene.cable.model is not CableModel.SEGMENTS:
         return []
     found = []
-    key, stiffness = extreme(scene.cable, "bending_stiffness", max)
-    if stiffness > 0.0:
-        length = sqrt(stiffness / scene.contact.working_tension)
+    key, damping = extreme(scene.cable, "bending_damping", max)
+    if damping > 0.0 and extreme(scene.cable, "bending_stiffness", max)[1] > 0.0:
         found.append(
             Problem(
                 key,
-                f"= {stiffness:g} N m^2 is left out, a cable of links (cable.model = segments) has none: the cable "
-                f"follows drum and sheave as if limp and leaves them without a lever, which shifts what hangs below by "
-                f"up to sqrt(EI/T) = {length:.2g} m at contact.working_tension; reactions at the ends of the contact "
-                "are not those of a stiff cable",
-                BEND_REMEDY,
+                f"= {damping:g} N m^2 s has no effect on a cable of links (cable.model = segments): their joints are "
+                "springs without damping",
+                "Leave it out, or cable.model ancf",
             )
         )
     for bent in bent_links(scene, table, tangent, leaves):
@@ -107,11 +103,13 @@ def chain_cautions(scene: Scene, table: list[tuple[float, float, str]], tangent:
                 )
             )
     if scene.cable.link_buoyancy is LinkBuoyancy.NORMAL:
+        thickest = extreme(scene.cable, "diameter", max)[1]
+        pressed = scene.water.density * scene.gravity * 100.0 * 0.25 * pi * thickest**2
         found.append(
             Problem(
                 "cable.link_buoyancy",
-                "= normal is the printed form: tensions are wall tensions, and the cable is too limp by pA/T, the "
-                "pressure on its cross-section over its effective tension",
+                "= normal is the printed form, which leaves out what pressure does to a curved cable: tensions and "
+                f"shape err by what pressure on its cross-section comes to, {pressed:.3g} N at 100 m",
                 "For anything but a comparison with the source, link_buoyancy full",
             )
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import atan2, cos, degrees, remainder, sin
+from typing import Any
 
 import numpy as np
 
@@ -65,7 +66,7 @@ def declare_water(now: np.record, water: Water, yaw: float) -> None:
     now.current[:] = _turned(steady, *at_start(water))
     now.current[:2] -= now.frame.velocity
     now.sea = np.zeros((), SEA)
-    sea = now.sea
+    sea: Any = now.sea
     sea.steady[:], sea.shift[:] = steady, now.frame.origin
     sea.current_yaw = yaw if water.current_frame is CurrentFrame.HEADING else 0.0
     sea.wave_yaw = yaw if water.waves.frame is CurrentFrame.HEADING else 0.0

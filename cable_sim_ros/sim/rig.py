@@ -19,30 +19,20 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from ..physics.ancf import (
-    ADDED_MASS,
-    AXIAL_DAMPING,
-    BUOYANCY,
-    EA,
-    EI,
-    HALF_RHO_D,
-    MASS_PER_LENGTH,
-    RE_FACTOR,
-    WEIGHT_PER_LENGTH,
-)
-from ..physics.cable import Cable, Section
-from ..physics.drag_laws import DragLaw
+from ..physics.ancf import AXIAL_DAMPING, EA, EI, MASS_PER_LENGTH, WEIGHT_PER_LENGTH
+from ..physics.cable import Cable
+from ..physics.chain import limp
 from ..physics.fluid import Fluid, fill_space
 from ..physics.integrate import Solver
 from ..physics.jit import LANES, NO, YES
 from ..physics.section import CableModel
 from ..physics.state import AT_REST, FLOW, LOAD, NOW, STRUT, Change, LineModel, Q, V, X, make_state
-from ..physics.step import NO_LIMIT, TURN_MOST, link_stepper
+from ..physics.step import NO_LIMIT, link_stepper
 from ..physics.surface import SURFACE
 from ..physics.towbody import BODY, Towbody, body_record
 from ..physics.water import Water
@@ -50,15 +40,13 @@ from .build import Rules, arc_lengths, bead_table, build_line, element_table, li
 from .current import declare_water
 from .joints import water_problems
 from .march import Moved, Samples, accelerate, begin_step, bring_to_rest, look, march, take, weigh_up
+from .pieces import FOLDING as FOLDING
+from .pieces import HALVED, SHIPPED, WHOLE, cable_of, load_of, rows_in_air
+from .pieces import WHIPPING as WHIPPING
 from .problem import Problem
 from .sea import sea_of
 from .wakes import begin_wakes, line_problems, step_problems, wake_table
 
-FOLDING = 1e-7  # cable.compression_share of a cable that goes slack
-SHIPPED = Solver()  # the defaults of the product: step, rho_inf, tolerance
-WHOLE = Rules(0, NO_LIMIT, NO_LIMIT)  # steps as asked for, or not at all
-HALVED = Rules(SHIPPED.max_halvings, NO_LIMIT, NO_LIMIT)  # halved where Newton does not solve them
-WHIPPING = Rules(10, TURN_MOST, NO_LIMIT)  # and where they turn the cable far: for one that goes slack
 COMPONENTS = {"x": [0], "y": [1], "z": [2], "r": [0, 1, 2], "gx": [3], "gy": [4], "gz": [5], "g": [3, 4, 5]}
 
 
@@ -77,29 +65,6 @@ class History(NamedTuple):
     strain: np.ndarray  # [samples] J
     iterations: int  # Newton iterations of the whole run
     steps: int
-
-
-def cable_of(sections: list[dict], **numbers: Any) -> Cable:
-    """A Cable of the product from plain numbers; a section without a drag law has none.
-
-    Slack elements push, as in scenes by default; a case whose cable goes slack lets them fold (FOLDING).
-    """
-    named = {f"s{i}": Section(**({"drag_law": DragLaw.OFF} | s)) for i, s in enumerate(sections)}
-    return Cable(sections=named, **({"diameter": 0.01} | numbers))
-
-
-def load_of(node: int, force: npt.ArrayLike = (0.0, 0.0, 0.0), moment: npt.ArrayLike = (0.0, 0.0, 0.0)) -> np.ndarray:
-    """A LOAD record: dead force [N] on a node, moment [N m] on its tangent."""
-    row = np.zeros((), LOAD)
-    row["node"], row["force"], row["moment"] = node, force, moment
-    return row
-
-
-def rows_in_air(elements: np.ndarray) -> np.ndarray:
-    """The element table without water: no drag, added mass and buoyancy at any height."""
-    elements = elements.copy()
-    elements[:, [HALF_RHO_D, RE_FACTOR, ADDED_MASS, BUOYANCY]] = 0.0
-    return elements
 
 
 class Rig:
@@ -146,7 +111,6 @@ class Rig:
         water = water.as_water() if isinstance(water, Fluid) else water or Water()
         pulls, rods = np.array(loads or [], LOAD), np.array(struts or [], STRUT)
         pulls["node"] %= nodes
-        self._check_loads(pulls)
         borne = {n % nodes for n in held} | set(carried) | {int(n) for n in pulls["node"]}
         borne |= {int(n) + 1 for n in rods["node"]}
         beads = bead_table(cable, water, gravity)
@@ -175,6 +139,7 @@ class Rig:
         declare_water(self.state.now, water, 0.0)
         self.state.now.events.pressed_since = -1  # nobody says that it begins in a groove
         self.state.nodes[:, FLOW, list(carried), 0] = -1.0
+        self._check_loads(pulls)
         self.hold(held)
         self.iterations = 0
         link_stepper(self.model, self.state)
@@ -228,10 +193,11 @@ class Rig:
             if not names or "".join(names) != re.sub("[ ,]", "", what):
                 raise ValueError(f"node {node}: '{what}' holds nothing: components are {', '.join(COMPONENTS)}")
             for name in names:
-                if self._links and name.startswith("g"):
+                if name.startswith("g") and self._limp(node):
                     raise RigError(
-                        f"node {node}: '{what}' holds a gradient, and a joint of cable.model = segments has none; "
-                        f"nothing was held. Hold the place of the next node too, or use cable.model = ancf"
+                        f"node {node}: '{what}' holds a gradient, and a joint of cable.model = segments without "
+                        f"bending_stiffness has none; nothing was held. Hold the place of the next node too, or give "
+                        f"bending_stiffness above 0 N m^2"
                     )
                 mask[node, COMPONENTS[name]] = 1.0
         self.model = self.model._replace(held=lock(mask))
@@ -247,12 +213,18 @@ class Rig:
         self._check_loads(rows)
         self.model = self.model._replace(loads=rows)
 
+    def _limp(self, node: int) -> bool:
+        """Is the node a joint of links that bears no moment?"""
+        return self._links and bool(limp(self.model.elements, node % self.nodes, self.nodes - 1))
+
     def _check_loads(self, rows: np.ndarray) -> None:
-        if self._links and rows["moment"].any():
-            raise RigError(
-                "a load has a moment [N m], and a joint of cable.model = segments bears none; nothing was loaded. "
-                "Give a pair of forces, or use cable.model = ancf"
-            )
+        for row in rows:
+            if np.any(row["moment"]) and self._limp(int(row["node"])):
+                raise RigError(
+                    f"a load on node {row['node']} has a moment [N m], and a joint of cable.model = segments without "
+                    f"bending_stiffness bears none; nothing was loaded. Give a pair of forces, or bending_stiffness "
+                    f"above 0 N m^2"
+                )
 
     def release_loads(self) -> None:
         """Drop all nodal loads."""

@@ -79,7 +79,7 @@ def wave_table(waves: Waves, gravity: float, depth: float) -> np.ndarray:
 
 
 def cubics(x: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """[intervals, PROFILE_COLUMNS]: two values by monotone C1 cubics (Fritsch & Butland 1984, scipy's PCHIP)."""
+    """[intervals, PROFILE_COLUMNS]: two values by monotone C1 cubics (Fritsch & Butland (1984), scipy's PCHIP)."""
     pieces = np.zeros((len(x) - 1, PROFILE_COLUMNS))
     pieces[:, 0], pieces[:, 1] = x[:-1], x[1:]
     pieces[:, 2:6], pieces[:, 6:] = PchipInterpolator(x, u).c.T, PchipInterpolator(x, v).c.T
@@ -90,7 +90,8 @@ def table_values(table: CurrentTable) -> tuple[np.ndarray, np.ndarray]:
     """Components of the current at the rows of a table, m/s."""
     if table.speed is not None and table.towards_deg is not None:
         angle = np.radians(table.towards_deg)
-        return table.speed * np.cos(angle), table.speed * np.sin(angle)
+        speed = np.array(table.speed, float)
+        return speed * np.cos(angle), speed * np.sin(angle)
     none = (0.0,) * len(table.depth or ())
     return np.array(table.east or none, float), np.array(table.north or none, float)
 

@@ -15,6 +15,7 @@ BREAKING = 0.142  # of H/L over tanh(kd): Miche (1944)
 STEEPEST = 1.0 / 7.0  # of Hs over the deep-water length of Tp: no sea is that steep
 STEEP = 1.0 / 15.0  # seas found are less steep: DNV-RP-C205
 SHALLOW = 0.6  # of Hs over the depth: seas break before, Thornton & Guza (1982): H_rms 0.42 of the depth
+TICKS = 5  # in the time scale of turbulence
 CREST = 0.93  # of Hs over z = 0: the highest crest of a thousand waves, sqrt(2 ln 1000)/4
 
 
@@ -177,11 +178,21 @@ def _wave_problems(scene: Scene) -> list[Problem]:
 
 
 def sea_cautions(scene: Scene) -> list[Problem]:
-    """What of the waves will show in the results."""
-    waves = scene.water.waves
+    """What of waves and turbulence will show in the results."""
+    waves, turbulence, found = scene.water.waves, scene.water.turbulence, list[Problem]()
+    least = TICKS * scene.solver.tick
+    if any(turbulence.deviation) and turbulence.time_scale < least * (1.0 - 1e-9):
+        found.append(
+            Problem(
+                "water.turbulence.time_scale",
+                f"= {turbulence.time_scale:g} s is shorter than {least:g} s, {TICKS} ticks: what changes from tick to "
+                "tick is not followed, its part of the deviation acts as noise",
+                "Give a longer one, or a shorter solver.tick",
+            )
+        )
     if waves.kind is WaveKind.OFF:
-        return []
-    found = [
+        return found
+    found += [
         Problem(
             "water.waves.ship_motion",
             "= independent: waves act on cable and bodies, the ship moves as recorded or commanded, whatever the waves "

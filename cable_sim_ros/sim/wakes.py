@@ -9,7 +9,8 @@ from math import inf, pi, sqrt
 import numpy as np
 
 from ..physics.cable import Cable
-from ..physics.fairing import Fairing
+from ..physics.drag_laws import DragLaw
+from ..physics.fairing import Fairing, dressed
 from ..physics.fluid import Fluid
 from ..physics.section import CableModel, Section, material_of
 from ..physics.state import NOW, WAKE, State
@@ -78,12 +79,14 @@ def cable_problems(cable: Cable) -> list[Problem]:
     found = [
         Problem(
             f"cable.sections.{name}.wake.law",
-            f"= {section.wake.law.value} is one of bare cable, and fairing = {section.fairing.value}: a fairing is "
-            "there to keep vortices from being shed",
+            f"= {section.wake.law.value} is one of bare cable, and this section is faired (fairing = "
+            f"{section.fairing.value}, drag_law = {dressed(section).drag_law.value}): a fairing is there to keep "
+            "vortices from being shed",
             "Leave the wake out, or the fairing",
         )
         for name, section in cable.sections.items()
-        if section.wake.law is not WakeLaw.OFF and section.fairing is not Fairing.NONE
+        if section.wake.law is not WakeLaw.OFF
+        and (section.fairing is not Fairing.NONE or section.drag_law is DragLaw.RIBBON)
     ]
     if has_wakes(cable) and cable.model is CableModel.SEGMENTS:
         text = "= segments has no wakes: their load needs the shape of an element between its nodes"
@@ -150,8 +153,8 @@ def element_problems(
 
 
 def wake_problems(scene: Scene, table: list[tuple[float, float, str]], speed: float) -> list[Problem]:
-    """What of a tow cannot follow the vortices shed at ``speed`` [m/s], straight across the cable; its elements as
-    (first, last arc length [m], section)."""
+    """What of a tow cannot follow the vortices shed at ``speed`` [m/s], straight across the cable; its elements
+    beyond the sheave as (first, last arc length [m], section)."""
     if not has_wakes(scene.cable):
         return []
     ends = section_ends(scene.cable)

@@ -207,7 +207,8 @@ def cautions(span: Span, result: Vibration) -> list[Problem]:
                 "Take the result as an upper bound; a flow that locks in with one mode is outside this model",
             )
         )
-    apart = float(np.abs(result.frequencies / result.frequencies_exact - 1.0).max())
+    exact = result.frequencies_exact
+    apart = float(np.abs(result.frequencies[: len(exact)] / exact - 1.0).max())
     if apart > WKB_APART:
         found.append(
             Problem(

@@ -108,7 +108,9 @@ FIELDS: dict[str, Field] = {
     "max_rms_displacement_diameters": Field(
         "", "largest rms displacement over the diameter at its place", lambda r: r.diameters.max()
     ),
-    "frequencies_exact_hz": Field("Hz", "frequencies by finite differences", lambda r: r.frequencies_exact),
+    "frequencies_exact_hz": Field(
+        "Hz", "frequencies by finite differences, of the first 50 modes at most", lambda r: r.frequencies_exact
+    ),
     "damping_ratios_computed": Field(
         "", "damping ratios as computed, where others are given", lambda r: r.damping_computed
     ),

@@ -55,7 +55,10 @@ def respond(line: Line, s: np.ndarray, mu: np.ndarray, load: np.ndarray) -> np.n
 
     s [m] ascending; mu (frequencies,) as `damped` gives it; load (len(s), frequencies, loads) [N].
     """
-    return sum(_sweep(line, s, part, factor, load) for part, factor in parts(line, mu))
+    out = np.zeros(load.shape, complex)
+    for part, factor in parts(line, mu):
+        out += _sweep(line, s, part, factor, load)
+    return out
 
 
 def _sweep(line: Line, s, mu, factor, load) -> np.ndarray:

@@ -110,7 +110,7 @@ def _damping(axis: Axes, span: Span, result: Vibration) -> None:
         axis.plot([0.0, result.arc[-1]], [n, n], color=FAINT, lw=0.6, alpha=0.6)
         for a, b in driven:
             axis.plot([a, b], [n, n], color=BLUE, lw=min(9.0, 120.0 / count), solid_capstyle="butt")
-    ticks = np.arange(1, count + 1, 1 + count // 21)
+    ticks = list(range(1, count + 1, 1 + count // 21))
     axis.set_yticks(ticks)
     for n in ticks:
         axis.text(1.02, n, f"{result.damping_ratios[n - 1]:.4f}", transform=axis.get_yaxis_transform(), va="center")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterable
 
 from rich.console import Console
 from rich.table import Table
@@ -19,7 +20,7 @@ def console() -> Console:
     return Console(width=None if sys.stdout.isatty() else 120, highlight=False)
 
 
-def table(title: str, columns: tuple[str, ...], rows: list[tuple[str, ...]]) -> Table:
+def table(title: str, columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> Table:
     """A table, its numbers to the right."""
     out = Table(title=title, title_justify="left")
     for i, name in enumerate(columns):
@@ -43,7 +44,7 @@ def print_vibration(span: Span, result: Vibration) -> None:
         (
             f"{n + 1}",
             f"{result.frequencies[n]:.5g}",
-            f"{result.frequencies_exact[n]:.5g}",
+            f"{result.frequencies_exact[n]:.5g}" if n < len(result.frequencies_exact) else "",
             f"{result.damping_ratios[n]:.4f}",
             f"{result.damping_whole[n]:.4f}",
             regions(result.driven[n]),
@@ -52,7 +53,7 @@ def print_vibration(span: Span, result: Vibration) -> None:
     ]
     out.print(table(f"{result.name}: modes", columns, rows))
     every = max(1, (len(result.arc) - 1) // (MOST_PLACES - 1))
-    rows = [
+    along = [
         (
             f"{result.arc[i]:.5g}",
             f"{1e3 * result.rms_displacement[i]:.4g}",
@@ -62,7 +63,7 @@ def print_vibration(span: Span, result: Vibration) -> None:
         for i in range(0, len(result.arc), every)
     ]
     out.print(
-        table("Response along the cable", ("s m", "rms displacement mm", "diameters", "rms acceleration m/s^2"), rows)
+        table("Response along the cable", ("s m", "rms displacement mm", "diameters", "rms acceleration m/s^2"), along)
     )
     low, high = result.shedding
     peak = int(result.rms_displacement.argmax())

@@ -29,7 +29,7 @@ class Vibration(NamedTuple):
 
     name: str
     frequencies: np.ndarray  # Hz, f_n of (3.23) with the stiffness of (5.21)
-    frequencies_exact: np.ndarray  # Hz, by finite differences
+    frequencies_exact: np.ndarray  # Hz, by finite differences, of the first 50 modes
     damping_ratios: np.ndarray  # as used
     damping_computed: np.ndarray  # as computed, whether given or not
     damping_whole: np.ndarray  # as computed with the whole cable damping

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .files import changed
+from .files import SpanError, changed
 from .response import Vibration, vibration
 from .span import Correlation, Method, Reading, Region, Shape, Span
 
@@ -25,7 +25,7 @@ class Change(NamedTuple):
 
 
 def choices(span: Span, base: Vibration) -> dict[str, dict[str, dict]]:
-    """Changes by name: values by block. Those that change nothing are left out."""
+    """Changes by name: values by block. Left out is what changes nothing, or leaves the range of a key."""
     response, lift, flow = span.response, span.lift, span.flow
     step = {"frequency_step": base.frequency_step, "frequencies": len(base.frequency)}
 
@@ -76,7 +76,15 @@ def choices(span: Span, base: Vibration) -> dict[str, dict[str, dict]]:
         "Strouhal number + 10 %": {"flow": {"strouhal": 1.1 * flow.strouhal}},
         "flow the other way round": {"flow": reversed_flow},
     }
-    return {name: blocks for name, blocks in out.items() if changed(span, **blocks) != span}
+    return {name: blocks for name, blocks in out.items() if _differs(span, blocks)}
+
+
+def _differs(span: Span, blocks: dict[str, dict]) -> bool:
+    """Whether a change is allowed and changes something."""
+    try:
+        return changed(span, **blocks) != span
+    except SpanError:
+        return False
 
 
 def sensitivity(span: Span, progress: Callable[[str, int, int], object] = lambda *_: None) -> list[Change]:

@@ -99,10 +99,10 @@ def test_every_command_helps(command):
         ),
         (("manual", "--out", "no/such/folder/x.md"), "error: "),
         (("make-bags", "--only", "nbp"), "error: there is no record 'nbp': nothing was written"),
-        (("bench", "P1", "--features"), "--features, --sheave-mesh, --mesh, --haul and --ticks each stand alone"),
+        (("bench", "P1", "--features"), "--features, --sheave-mesh, --mesh, --haul, --ticks and --water each stand alone"),
         (
             ("bench", "--features", "--sheave-mesh"),
-            "--features, --sheave-mesh, --mesh, --haul and --ticks each stand alone",
+            "--features, --sheave-mesh, --mesh, --haul, --ticks and --water each stand alone",
         ),
         (("bench", "--sheave-mesh", "--repeats", "2"), "--sheave-mesh repeats nothing"),
         (("bench", "--mesh", "--repeats", "2"), "--mesh repeats nothing"),

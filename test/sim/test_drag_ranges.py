@@ -5,9 +5,12 @@ from __future__ import annotations
 import re
 import warnings
 
+import numpy as np
 import pytest
 
 from cable_sim_ros.io.load import SceneWarning, load_scene, override
+from cable_sim_ros.physics.frame import FRAME
+from cable_sim_ros.runs.passes import _warn_of_drag
 
 BARE = "cable.sections.bare."
 
@@ -44,7 +47,7 @@ def test_reynolds_numbers_above_those_of_the_source():
     (text,) = cautions(**fast)
     found = re.fullmatch(
         r"drag_law = driscoll_nahon is used outside its range \(Westin \(2018\), \(60\)-\(61\)\): in the "
-        r"static shape of the start Re of the flow across the cable is (\S+) to (\S+), the range up to 100000: C_D is "
+        r"static shape at 5 m/s Re of the flow across the cable is (\S+) to (\S+), the range up to 100000: C_D is "
         r"held at its value at Re = 1e5, and a cylinder loses most of its drag in the drag crisis beyond. Take a law "
         r"that covers it \(docs/drag.md\), or read what depends on this drag as an estimate",
         text,
@@ -66,7 +69,7 @@ def test_angles_outside_those_of_the_source():
     (text,) = cautions(drag_law="capozucca")
     found = re.search(
         r"^drag_law = capozucca is used outside its range \(Capozucca \(1988\), equation 3.6\): in the static "
-        r"shape of the start the angle between cable and flow is (\S+) to (\S+) deg, the range 85 to 90 deg: its cases "
+        r"shape at 2.2 m/s the angle between cable and flow is (\S+) to (\S+) deg, the range 85 to 90 deg: its cases "
         r"are vertical cables in a horizontal current; C_dn is the same number\. Take a law",
         text,
     )
@@ -97,3 +100,22 @@ def test_a_law_of_another_kind_of_cable():
         "the two"
     )
     assert cautions(drag_law="ribbon") == [] and cautions(fairing="airfoil") == []
+
+
+def test_a_run_faster_than_the_scene_looks_again():
+    """Of sections of which the scene itself has not been warned; and not where the ship keeps to its speed."""
+    heavy = {BARE + "diameter": 0.02, BARE + "mass_per_length": 2.5}
+    scene = override(load_scene("full_scale"), heavy | {"water.viscosity": 1e-4, "ship.tow_speed": 0.3})
+    frames = np.zeros(100, FRAME)
+    for speed, many in ((0.5, 0), (2.0, 2)):
+        frames["ship_velocity"][:, 0] = speed
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            _warn_of_drag(scene, frames)
+        texts = [str(item.message) for item in caught]
+        assert len(texts) == many, texts
+    assert texts[0].startswith(
+        "full_scale: the ship reached 2 m/s, and cable.sections.bare.drag_law = driscoll_nahon is used outside its "
+        "range (Westin (2018), (60)-(61)): in the static shape at 2 m/s Re of the flow across the cable is "
+    )
+    _warn_of_drag(scene, frames[:0])

@@ -10,10 +10,12 @@ from click.testing import CliRunner
 from spans import data, span
 
 from cable_sim_ros import cli, viv
-from cable_sim_ros.io.resources import shipped_viv
+from cable_sim_ros.io import yaml12
+from cable_sim_ros.io.load import SceneError, load_scene
+from cable_sim_ros.io.resources import find_viv, shipped_viv
 from cable_sim_ros.lab.experiments import run as run_experiment
 from cable_sim_ros.runs.manual import tables
-from cable_sim_ros.viv import checks, files, sensitivity
+from cable_sim_ros.viv import checks, files, report, sensitivity
 from cable_sim_ros.viv.response import vibration
 from cable_sim_ros.viv.span import Span
 
@@ -149,6 +151,13 @@ def test_a_file_that_is_none(content, text, tmp_path):
         viv.load_span(path)
 
 
+def test_a_span_that_is_given_to_run_is_sent_to_its_command():
+    with pytest.raises(
+        SceneError, match="is a span for `cable-sim viv`, not a scene of a tow; nothing was started. Give"
+    ):
+        load_scene(find_viv("capozucca_5_5"))
+
+
 def test_a_name_that_is_not_shipped():
     text = f"no_such: no such span file; nothing was started. Give the path of a span, or the name of a shipped one: {', '.join(shipped_viv())}"  # noqa: E501
     with pytest.raises(viv.SpanError, match=re.escape(text)):
@@ -234,6 +243,30 @@ def test_keys_are_listed_and_stand_on_the_page():
     result = call("viv", "--keys")
     assert result.exit_code == 0 and result.stdout.strip() == "\n".join(tables(Span)).strip()
     assert result.stdout.strip() in PAGE, "run: cable-sim viv --keys"
+
+
+def test_the_python_and_the_file_of_the_page_run(capsys):
+    (code,) = re.findall(r"```python\n(.*?)```", PAGE, re.S)
+    exec(compile(code, "viv.md", "exec"), {})
+    frequency, rms = map(float, capsys.readouterr().out.split())
+    assert (frequency, rms) == (pytest.approx(0.92632, rel=1e-4), pytest.approx(0.0137, rel=0.01))
+    (text,) = re.findall(r"```yaml\n(.*?)```", PAGE, re.S)
+    case = files.span_from_dict(*yaml12.parse(text)[:1], "viv.md")
+    result = vibration(case)
+    assert checks.cautions(case, result) == [] and len(result.frequencies) > 10
+
+
+def test_many_modes_are_computed_and_fifty_of_them_exactly():
+    case = span(flow={"speed": [9.0, 8.0]}, response={"segments": 40, "points": 10})
+    result = vibration(case)
+    assert len(result.frequencies) > 50 and len(result.frequencies_exact) == 50
+    assert len(files.as_data(case, result)["frequencies_exact_hz"]) == 50
+    report.print_vibration(case, result)
+
+
+def test_a_choice_outside_the_range_of_its_key_is_left_out():
+    case = span(flow={"strouhal": 0.95})
+    assert "Strouhal number + 10 %" not in sensitivity.choices(case, vibration(case))
 
 
 def test_the_table_of_json_names_is_the_declared_one():

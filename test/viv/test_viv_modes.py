@@ -212,3 +212,33 @@ def test_a_place_of_resonance_in_each_branch_of_a_flow_drives():
     assert [len(parts) for parts in driven] == [2, 2, 2]
     for (a, b), (c, d) in driven:
         assert (a + d, b + c) == pytest.approx((17.0, 17.0), abs=0.01) and b - a == pytest.approx(1.0, abs=0.02)
+
+
+SMALL_INPUT = (57.25, 1.125, 0.5764, 349.0, 0.125, ((0.0, 2.15), (1.0, 0.0)))
+RISER = (0.0, 0.0), (0.25, 0.5), (0.375, 1.2), (0.5, 1.85), (0.625, 2.7), (0.75, 3.8), (1.0, 4.0)
+
+
+@pytest.mark.parametrize(
+    "name, gradient, printed",
+    [
+        ("capozucca_5_5", 0.0, SMALL_INPUT),
+        ("capozucca_5_7", 0.1, SMALL_INPUT),
+        ("capozucca_5_11", 5.0, SMALL_INPUT),
+        ("capozucca_5_15", 28.6, (2000.0, 9.625, 60.14, 1e5, 0.02, RISER)),
+    ],
+)
+def test_the_shipped_files_are_the_printed_inputs(name, gradient, printed):
+    """Feet, inches and pounds by definition; masses as weight over 32.2 ft/s^2."""
+    foot, pound = 0.3048, 4.4482216152605
+    slug = pound / foot
+    length, diameter, weight, tension, share, flow = printed
+    case = load_span(name)
+    arc, speed = np.array(flow).T
+    assert case.cable.length == pytest.approx(length * foot) and case.cable.diameter == pytest.approx(diameter * 0.0254)
+    assert case.cable.mass_per_length == pytest.approx(weight / 32.2 * slug / foot, rel=1e-7)
+    assert case.water.density == pytest.approx(62.4 / 32.2 * slug / foot**3, rel=1e-7)
+    assert case.tension.start == pytest.approx(tension * pound, rel=1e-7)
+    assert case.tension.gradient == pytest.approx(gradient * pound / foot, rel=1e-7)
+    assert case.lift.correlation_length == pytest.approx(share * length * foot)
+    assert case.flow.arc == pytest.approx(arc * length * foot) and case.flow.speed == pytest.approx(speed * foot)
+    assert case.flow.turbulence == pytest.approx(0.25 * foot) and case.flow.strouhal == 0.17

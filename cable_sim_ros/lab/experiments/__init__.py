@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
 
@@ -27,45 +28,12 @@ class Result(NamedTuple):
     chosen: str = "chosen otherwise: what changes"  # heading of the choices
 
 
-def run(name: str, duration: float, progress=lambda *_: None) -> Result:
-    """Run one experiment. Raises KeyError for an unknown name."""
-    return EXPERIMENTS[name](duration, progress)
+# each a module of this folder with experiment(duration, progress); duration: s, None: its own
+EXPERIMENTS = ("pulley", "drag", "viv", "viv_tow", "wake", "segments", "turbulence")
 
 
-def _pulley(duration: float, progress) -> Result:
-    from . import pulley
-
-    return pulley.experiment(duration, progress)
-
-
-def _segments(duration: float, progress) -> Result:
-    from . import segments
-
-    return segments.experiment(duration, progress)
-
-
-def _viv(duration: float, progress) -> Result:
-    from . import viv
-
-    return viv.experiment(progress)
-
-
-def _viv_tow(duration: float, progress) -> Result:
-    from . import viv_tow
-
-    return viv_tow.experiment(duration, progress)
-
-
-def _wake(duration: float, progress) -> Result:
-    from . import wake
-
-    return wake.experiment(progress)
-
-
-EXPERIMENTS: dict[str, Callable] = {
-    "pulley": _pulley,
-    "viv": _viv,
-    "viv_tow": _viv_tow,
-    "wake": _wake,
-    "segments": _segments,
-}
+def run(name: str, duration: float | None, progress=lambda *_: None) -> Result:
+    """Run one experiment; duration: s, None: its own. Raises KeyError for an unknown name."""
+    if name not in EXPERIMENTS:
+        raise KeyError(name)
+    return import_module(f".{name}", __name__).experiment(duration, progress)

@@ -201,7 +201,7 @@ def _rows(progress) -> tuple[list[Comparison], Chain, Chain]:
     return rows + _forms(), two, cable
 
 
-def experiment(duration: float, progress=lambda *_: None) -> Result:
+def experiment(duration: float | None, progress=lambda *_: None) -> Result:
     """All of it; ``duration`` has no effect, the references say how long each case lasts."""
     rows, links, smooth = _rows(progress)
 

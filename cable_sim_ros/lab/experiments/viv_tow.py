@@ -29,6 +29,7 @@ FLUME = {"viv.law": LAW, "viv.damping_ratio": 0.02, "cable.sections.line.drag_am
 FULL = {"viv.law": LAW, "viv.damping_ratio": 0.01, "cable.sections.bare.drag_amplification": 1.0,
         "cable.sections.faired.drag_amplification": 1.0}  # fmt: skip
 FRESH = {"towbody.lift_area": -722.0 / (0.5 * 1026.0 * 2.2**2)}  # the wing's 722 N, as printed for fresh water
+SECONDS = 60.0  # of the tow that is drawn
 SMALL = 0.005  # m, the least sheave: next to a point, from which the statics have the line hang
 POINT = {"sheave.radius": SMALL, "sheave.position": [0.0, 0.0, 0.46 - SMALL], "cable.bending_stiffness": 0.0,
          "cable.bending_damping": 0.0}  # fmt: skip
@@ -226,7 +227,7 @@ def full_rows(progress) -> list[Comparison]:
     return rows
 
 
-def experiment(duration: float, progress) -> Result:
+def experiment(duration: float | None, progress) -> Result:
     """Both tows, and every assumption made otherwise; ``duration`` [s] is that of the tow drawn by the plot."""
     progress("flume", 0, 4)
     rows = flume_rows(progress)
@@ -251,7 +252,8 @@ def experiment(duration: float, progress) -> Result:
                 }
             )
     chosen = "chosen otherwise: what changes; flume in mm and mN, full scale in m and N"
-    return Result("viv_tow", rows, choices, lambda folder: draw(folder / "strumming.png", duration), chosen)
+    shown = SECONDS if duration is None else duration
+    return Result("viv_tow", rows, choices, lambda folder: draw(folder / "strumming.png", shown), chosen)
 
 
 def draw(path: Path, duration: float) -> Path:

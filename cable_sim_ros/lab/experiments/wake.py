@@ -31,8 +31,8 @@ PRINTED: dict[str, tuple[float | None, float | None, float | None]] = {
 # the sum of modes (docs/wake.md)
 ALLOWED_VERTICAL, ALLOWED_STREAMWISE, ALLOWED_MODES = 0.45, 0.30, 0.03
 WHY_VERTICAL = "density of the air and phases assumed; with a2 = 1/3 it is below the printed one"
-WHY_STREAMWISE = "goes with q^2: density, phases and the smoothing of the source's mesh"
-WHY_END = "place and penetration not said; the end of a vibrating string on a sheave moves by A pi/L sqrt(EI/T) at most"
+WHY_STREAMWISE = "goes with q^2 and the density; with a2 = 1/3 it is a third below the printed one"
+WHY_END = "place not said; half of the middle's, as printed, takes sheaves that give way, and the tables have none"
 WATER, RATIOS = Fluid(density=1000.0, viscosity=1e-3), (0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.7, 2.0)
 NEAR = (0.97, 0.98, 0.99, 0.995, 1.0, 1.005, 1.01, 1.02, 1.03)
 DRY, DAMPED, LIGHTLY = 2.0, 0.1, 0.005
@@ -113,7 +113,7 @@ def locks(span: Span) -> list[Lock]:
     ]
 
 
-def experiment(progress) -> Result:
+def experiment(duration: float | None, progress) -> Result:
     """Table A3, the sum of modes, what was chosen, and the lock-in."""
     span = load_span("span_in_wind")
     others = otherwise(span)
@@ -219,18 +219,18 @@ def draw(found: list[Lock], path: Path) -> Path:
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(14.0, 7.5), dpi=80, facecolor="white", layout="constrained")
         FigureCanvasAgg(figure)
-        for column, told in zip(figure.subplots(2, len(found), sharex="col").T, found, strict=True):
-            over, under = column
+        grid = figure.subplots(2, len(found), sharex="col")
+        for (over, under), told in zip(grid.T, found, strict=True):
             over.plot(told.ratio, told.free, color=FAINT, lw=1.4, ls="--", label="held cable")
             over.axhline(1.0, color=FAINT, lw=0.8)
             over.plot(told.ratio, told.wake, color=BLUE, lw=1.8, marker="o", ms=4, label="wake")
             over.set_title(told.name)
             over.legend(loc="upper left")
-            under.plot(told.ratio, told.amplitude, color=ORANGE, lw=1.8, marker="o", ms=4)
+            under.plot(told.ratio, 1e3 * told.amplitude, color=ORANGE, lw=1.8, marker="o", ms=4)
             under.set_ylim(bottom=0.0)
             under.set_xlabel("speed over that of resonance")
-        figure.axes[0].set_ylabel("frequency over the natural one")
-        figure.axes[1].set_ylabel("vertical amplitude [d]")
+        grid[0, 0].set_ylabel("frequency over the natural one")
+        grid[1, 0].set_ylabel("vertical amplitude [d/1000]")
         path.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(path, metadata={"Software": None})
     return path

@@ -12,6 +12,7 @@ from cable_sim_ros.io.load import load_scene, override
 from cable_sim_ros.physics.sea import ELEVATION, EXTRA, current_at
 from cable_sim_ros.physics.towbody import Towbody
 from cable_sim_ros.physics.water import CurrentTable, CurrentVariation, Turbulence, Water, Waves
+from cable_sim_ros.runs import offline
 from cable_sim_ros.sim.rig import HALVED, Rig, cable_of
 from cable_sim_ros.sim.simulator import Simulator
 
@@ -247,3 +248,27 @@ def test_elevation_is_that_of_the_sea_where_the_sheave_is(tow):
     k, omega, phase, b = waves[:, 1], waves[:, 2], waves[:, 3], waves[:, 4]
     eta = (waves[:, 0] * np.cos(k * (x * np.cos(b) + y * np.sin(b)) - omega * t + phase)).sum()
     assert frame.surface_elevation == pytest.approx(eta, abs=1e-6)
+
+
+@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+def test_a_replay_of_a_recording_is_the_run_bit_for_bit(tmp_path):
+    ran = offline.run(override(load_scene("full_scale"), WILD), heave=(0.5, 8.0), duration=4.0, out=tmp_path / "run")
+    again = offline.replay(ran.bag)
+    assert again.figures["largest_difference"] == {"field": "", "difference": 0.0, "ticks": 400}
+    assert np.ptp(ran.frames.surface_elevation) > 0.05
+
+
+@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+def test_chosen_steps_see_the_water_of_their_end():
+    """Ticks divided by their error: the same sea at the same time, and next to the same tow."""
+    values = {"water.waves.kind": "airy", "water.waves.height": 2.0, "water.ramp": 4.0}
+    fixed = Simulator(override(load_scene("full_scale"), values))
+    chosen = Simulator(override(load_scene("full_scale"), values | {"solver.tick": 0.2, "solver.tension_error": 1e-4}))
+    frames = []
+    for sim, ticks in ((fixed, 1000), (chosen, 50)):
+        sim.start()
+        frames.append(sim.run(ticks)[-1])
+        assert sim.state.now.sea.time == pytest.approx(10.0, abs=1e-9)
+    assert len(chosen.steps) > 1, "of several lengths"
+    assert frames[0].surface_elevation == pytest.approx(frames[1].surface_elevation, abs=1e-6)
+    assert frames[0].tension == pytest.approx(frames[1].tension, rel=2e-4)

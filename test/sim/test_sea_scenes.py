@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from cable_sim_ros.io import yaml12
 from cable_sim_ros.io.load import SceneError, SceneWarning, load_scene, override, scene_from_dict
 from cable_sim_ros.physics.water import CurrentFrame, CurrentTable, CurrentVariation, Turbulence, Water, Waves
 from cable_sim_ros.sim.current import flow_of
@@ -87,6 +89,15 @@ def test_turbulence_has_its_deviations_and_its_time_scale():
 def test_all_off_is_no_sea_at_all():
     assert sea_of(Water(), G, None).rests
     assert not sea_of(Water(waves=SEA), G, None).rests
+
+
+def test_the_example_of_the_manual_is_a_scene():
+    page = (Path(__file__).resolve().parents[2] / "docs" / "waves.md").read_text("utf-8")
+    block = page.partition("```yaml\n")[2].partition("```")[0]
+    data = load_scene("full_scale").model_dump(mode="json") | yaml12.parse(block)[0]
+    with pytest.warns(SceneWarning, match="ship_motion"):
+        scene = scene_from_dict(data, "waves.md")
+    assert not sea_of(scene.water, G, None).rests and len(sea_of(scene.water, G, None).variation) == 4
 
 
 TURNING = {"depth": [0.0, 20.0, 80.0], "speed": [1.0, 0.6, 0.2], "towards_deg": [0.0, 90.0, 180.0]}
@@ -242,3 +253,12 @@ def test_waves_bring_their_cautions():
         "does not rise with them: cable aboard counts as wet there. Lower waves, or a higher sheave"
     ) in text
     assert "water.waves" not in cautioned({})
+
+
+def test_turbulence_faster_than_the_ticks_brings_a_caution():
+    fast = {"water.turbulence.deviation": [0.1, 0.0, 0.0], "water.turbulence.time_scale": 0.04}
+    assert (
+        "water.turbulence.time_scale = 0.04 s is shorter than 0.05 s, 5 ticks: what changes from tick to tick is not "
+        "followed, its part of the deviation acts as noise. Give a longer one, or a shorter solver.tick"
+    ) in cautioned(fast)
+    assert "turbulence" not in cautioned(fast | {"water.turbulence.time_scale": 0.05})
