@@ -11,11 +11,11 @@ from math import sqrt
 import numpy as np
 
 from .ancf import (
+    EXTRA_DRAG,
     FLOW_0,
     FLOW_1,
     FLOW_RATE_0,
     FLOW_RATE_1,
-    HALF_RHO_D,
     LENGTH,
     PER_LENGTH,
     ROWS,
@@ -24,20 +24,22 @@ from .ancf import (
     inertia_lanes,
     inertia_tangent_lanes,
 )
+from .chain import bend_joints, closed_loads, drop_axial_lift, fold, is_chain, link_lanes, straighten, straighten_mean
 from .contact import contact_lanes, contact_point_lanes, contact_tangent_lanes
 from .drag import amplified, mean_lanes, point_lanes, spread_force, spread_matrix, water_load, water_tangent
 from .flow import convective_tangent_lanes, material_lanes
 from .jit import LANES, driver, inline, link, opaque
-from .quantity import REQUIRED, quantity
-from .section import Material, Section
+from .sea import push_lanes, stream_lanes
+from .section import Cable as Cable
+from .section import Section as Section
 from .shape import W4, W5, X4, X5, shape, slope
-from .state import ARC, AT_REST, MEAN, NOW, A, Q, V
+from .state import ARC, AT_REST, MEAN, NOW, STRUM, A, Q, V
+from .strum import EXTRA
 from .surface import DRUM, GROOVE, NO_TOP, out_of_reach, solid
 from .vec import add, dot, get3, scale, sub
-from .waterline import waterline
-from .work import ENERGY, LOST, LOST_POWER, NEAR, OWN, SUM, SURFACES, TENSION, WATER, WEIGHT, WET
+from .waterline import THIRD, immersion, raise_lanes, waterline
+from .work import ENERGY, LOST, LOST_POWER, NEAR, OWN, RISE, SUM, SURFACES, TENSION, WATER, WEIGHT, WET
 
-THIRD = 1.0 / 3.0
 CONTACT_POINTS, DRAG_POINTS = np.arange(0, 12)[[5, 4]]  # numpy integers: no version per literal
 _N4 = np.array([shape(x) for x in X4])
 _D4 = np.array([slope(x) for x in X4])
@@ -45,21 +47,6 @@ _N5 = np.array([shape(x) for x in X5])
 _D5 = np.array([slope(x) for x in X5])
 N4L = np.repeat(_N4[:, :, None], LANES, 2)  # [point, 4, LANES]
 D4L = np.repeat(_D4[:, :, None], LANES, 2)
-
-
-class Cable(Material):
-    """The cable: its material where a section gives none of its own, and its sections."""
-
-    mean_flow_time: float = quantity(
-        60.0,
-        "s",
-        1.0,
-        36000.0,
-        "time constant of the cable's own mean velocity, with which the mean flow past it acts "
-        "on the extra drag of amplification; several waves long",
-        "docs/theory.md; Westin (64) in a steady tow",
-    )
-    sections: dict[str, Section] = quantity(REQUIRED, "", None, None, "sections from the drum end to the towbody")
 
 
 @driver
@@ -81,6 +68,7 @@ def gather(group, elements, state):
         per_length = 1.0 / length
         p[LENGTH, lane] = length
         p[PER_LENGTH, lane] = per_length
+        p[EXTRA_DRAG, lane] += state.nodes[NOW, STRUM, e, EXTRA]
         p[FLOW_0, lane], p[FLOW_1, lane] = arc[e, 1] * per_length, arc[e + 1, 1] * per_length
         p[FLOW_RATE_0, lane], p[FLOW_RATE_1, lane] = arc[e, 2] * per_length, arc[e + 1, 2] * per_length
         flows = flows or arc[e, 1] != 0.0 or arc[e + 1, 1] != 0.0 or arc[e, 2] != 0.0 or arc[e + 1, 2] != 0.0
@@ -97,6 +85,8 @@ def gather(group, elements, state):
             x[27 + c, lane] = length * a[e, 3 + c]
             x[30 + c, lane] = a[e + 1, c]
             x[33 + c, lane] = length * a[e + 1, 3 + c]
+    if is_chain(arc):
+        straighten(state.work.lanes[0])
     if flows:
         material_lanes(x, p)
     return flows
@@ -123,6 +113,8 @@ def gather_mean(group, state, share):
             scaled = length if c >= 3 else 1.0
             mean[c, lane] = scaled * mean_at(nodes, e, c, share)
             mean[6 + c, lane] = scaled * mean_at(nodes, e + 1, c, share)
+    if is_chain(nodes[NOW, ARC]):
+        straighten_mean(mean)
 
 
 @driver
@@ -175,24 +167,6 @@ def open_end(row, tangent):
         if tangent:
             for c in range(6):
                 row[r, c] = 0.0
-
-
-@driver
-def immersion(x, p, wet):
-    """Per lane 1 (wet), 0 (dry, or no water at all), -1 (crossing), by the hull of its Bezier points.
-
-    Returns wet, crossing of any lane.
-    """
-    any_wet, any_crossing = False, False
-    for e in range(LANES):
-        z0, z3 = x[2, e], x[8, e]
-        z1, z2 = z0 + THIRD * x[5, e], z3 - THIRD * x[11, e]
-        low, high = min(min(z0, z1), min(z2, z3)), max(max(z0, z1), max(z2, z3))
-        wet[e] = 0.0 if low >= 0.0 or p[HALF_RHO_D, e] == 0.0 else (1.0 if high < 0.0 else -1.0)
-    for e in range(LANES):
-        any_wet = any_wet or wet[e] > 0.0
-        any_crossing = any_crossing or wet[e] < 0.0
-    return any_wet, any_crossing
 
 
 @inline
@@ -266,12 +240,15 @@ def _water_part(state, group, change, tangent):
     work = state.work.lanes[0]
     x, p = work.x, work.p
     weight, wetness = work.lane[WEIGHT], work.lane[WET]
-    wet, crossing = immersion(x, p, wetness)
+    streams = state.work.stream[group : group + 1]  # no row: a linear current is all
+    if streams.shape[0] > 0:
+        raise_lanes(group, state.work.around, work.lane[RISE : RISE + 2])
+    wet, crossing = immersion(x, p, work.lane[RISE : RISE + 2], wetness)
     if not (wet or crossing):
         return False
     m = state.memory[NOW].current
     current = (m[0], m[1], m[2], m[3])
-    second = amplified(p)
+    second, links = amplified(p), is_chain(state.nodes[NOW, ARC])
     if second:
         gather_mean(group, state, change.share)
     if wet:
@@ -279,21 +256,27 @@ def _water_part(state, group, change, tangent):
             for e in range(LANES):
                 weight[e] = p[LENGTH, e] * W4[g] if wetness[e] > 0.0 else 0.0
             point_lanes(x, p, N4L[g], D4L[g], current, work.point)
+            if streams.shape[0] > 0:
+                stream_lanes(streams[0, g], x, N4L[g], work.point)
             if second:
                 mean_lanes(work.mean_v, N4L[g], work.point)
             if tangent:
-                water_tangent(
-                    work.point, p, change, current, weight, second, (work.load[g], work.by_place[g], work.by_slope[g])
-                )
+                water_tangent(work.point, p, change, weight, second, (work.load[g], work.by_place[g], work.by_slope[g]))
             else:
                 water_load(work.point, p, weight, second, work.load[g])
+            if streams.shape[0] > 0:
+                push_lanes(streams[0, g], p, weight, work.load[g])
+        if links and streams.shape[0] == 0:
+            closed_loads(work, current, second)
         spread_force(_N4, work.load, DRAG_POINTS, work.force)
         if tangent:
             spread_matrix(_N4, _D4, (work.by_place, work.by_slope), DRAG_POINTS, work.mixed, work.k)
     if crossing:
         for e in range(LANES):
             if wetness[e] < 0.0:
-                waterline(e, work, current, change, tangent)
+                waterline(e, work, current, streams, change, tangent)
+    if links:
+        drop_axial_lift(work, tangent)
     return True
 
 
@@ -344,17 +327,20 @@ def _assemble(line, state, change, tangent):
     elements, work, tension = line.elements, state.work.lanes[0], state.tension
     x, p, force, k, lane_sum = work.x, work.p, work.force, work.k, work.lane[SUM]
     c1, c2, sigma = change.velocity, change.acceleration, change.damping
-    count = tension.shape[0]
+    count, links = tension.shape[0], is_chain(state.nodes[NOW, ARC])
     total = 0.0
     for group in range(elements.shape[0]):
         flows = gather(group, elements, state)
-        inertia_lanes(x, p, force, sigma)
-        if tangent:
+        if links:
+            link_lanes(work, change, tangent)
+        elif tangent:
+            inertia_lanes(x, p, force, sigma)
             elastic_tangent_lanes(x, p, c1, force, work.lane[TENSION], work.lane[ENERGY], work.lane[LOST], work.k9, k)
             inertia_tangent_lanes(p, c2 + sigma * c1, k)
             if flows:
                 convective_tangent_lanes(p, c1, k)
         else:
+            inertia_lanes(x, p, force, sigma)
             elastic_lanes(x, p, force, work.lane[TENSION], work.lane[ENERGY], work.lane[LOST])
         real = min(LANES, count - LANES * group)
         for lane in range(real):
@@ -369,6 +355,9 @@ def _assemble(line, state, change, tangent):
             before = after
         if contact_part(state, change, tangent):
             pressed += before - power_of(x, force, real, lane_sum)
+        if links:
+            fold(work, tangent)
+            bend_joints(work, tangent)
         scatter(group, state.work, tangent)
     work.power[OWN], work.power[LOST_POWER], work.power[WATER], work.power[SURFACES] = own, lost, water, pressed
     return total

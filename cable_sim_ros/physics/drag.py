@@ -36,10 +36,11 @@ SPEED_FLOOR = 1e-3     # m/s, regularises v_n, |v_t| and the sign of v_t
 
 # rows of the point table: position, relative velocity, water velocity, acceleration, unit tangent, 1/|dr/dxi|, V_n,
 # C_D, dC_D/dRe, above 0 for a lane off the top branch of C_D(Re) or of another law, xi' = -w/L of the material
-# (flow.py), tangential drag of its own coefficient and its derivative to v_t
-(POINT_R, POINT_V, POINT_W, POINT_A, POINT_U, POINT_PER_G, POINT_VN, POINT_CD, POINT_DCD, POINT_X,
- POINT_FLOW, POINT_ALONG, POINT_DALONG) = np.array((0, 3, 6, 9, 12, 15, 16, 17, 18, 19, 20, 21, 22))
-POINT_ROWS = 23
+# (flow.py), fall of the water's velocity (x, y) with height, tangential drag of its own coefficient and its derivative
+# to v_t
+(POINT_R, POINT_V, POINT_W, POINT_A, POINT_U, POINT_PER_G, POINT_VN, POINT_CD, POINT_DCD, POINT_X, POINT_FLOW,
+ POINT_SHEAR, POINT_ALONG, POINT_DALONG) = np.array((0, 3, 6, 9, 12, 15, 16, 17, 18, 19, 20, 21, 23, 24))
+POINT_ROWS = 25
 
 
 @inline
@@ -78,7 +79,7 @@ def flow_at(p, xi, e):
 
 @driver
 def point_lanes(x, p, n, d, current, t):
-    """Kinematics of one point a lane: rows V (relative), W (water), A, U, PER_G, FLOW of t.
+    """Kinematics of one point a lane: rows V (relative), W (water), A, U, PER_G, FLOW, SHEAR of t.
 
     n, d: N_i and N_i' [4, LANES].
     """
@@ -99,6 +100,7 @@ def point_lanes(x, p, n, d, current, t):
         put3(t, POINT_U, e, scale(r, g))
         t[POINT_PER_G, e] = r
         t[POINT_FLOW, e] = flow_at(p, n1 + n2 + n3, e)
+        t[POINT_SHEAR, e], t[POINT_SHEAR + 1, e] = current[2], current[3]
 
 
 @driver
@@ -160,15 +162,21 @@ def coefficients(p, t, row):
 
 
 @inline
-def along(vt, p, e):
-    """Tangential drag per length of its own coefficient, rho d/2 C_T(Re_T) |v_t| v_t, and its derivative to v_t."""
+def friction(vt, p, e):
+    """rho d/2 C_T(Re_T) of its own coefficient, its derivative to |v_t|, and |v_t| regularised."""
     at = sqrt(vt * vt + SPEED_FLOOR * SPEED_FLOOR)
     ct, dct = p[CT_FIXED, e], 0.0
     if p[CT_OF_RE, e] > 0.0:
         own, down = fitted(FRICTION, p[RE_FACTOR, e] * at)
         ct, dct = ct + p[CT_OF_RE, e] * own, p[CT_OF_RE, e] * down * p[RE_FACTOR, e]
-    k = p[HALF_RHO_D, e]
-    return k * ct * at * vt, k * (ct * (at + vt * vt / at) + dct * vt * vt)
+    return p[HALF_RHO_D, e] * ct, p[HALF_RHO_D, e] * dct, at
+
+
+@inline
+def along(vt, p, e):
+    """Tangential drag per length of its own coefficient, rho d/2 C_T(Re_T) |v_t| v_t, and its derivative to v_t."""
+    c, dc, at = friction(vt, p, e)
+    return c * at * vt, c * (at + vt * vt / at) + dc * vt * vt
 
 
 @inline
@@ -193,7 +201,7 @@ def load_lanes(t, p, weight, f):
 
 
 @driver
-def load_tangent_lanes(t, p, c1, c2, current, weight, f, ka, kb):
+def load_tangent_lanes(t, p, c1, c2, weight, f, ka, kb):
     """load_lanes with its derivatives: ka (of N_j y_j, with c1, c2 folded in) and kb (of N_j' y_j), [9, LANES]."""
     if t.shape[1] != LANES or p.shape[1] != LANES or weight.shape[0] != LANES or (
             f.shape[1] != LANES or ka.shape[1] != LANES or kb.shape[1] != LANES):
@@ -212,7 +220,7 @@ def load_tangent_lanes(t, p, c1, c2, current, weight, f, ka, kb):
         put_matrix(ka, 0, e, -s * (c1 * al + c2 * m), w, scale(-s * c1, q), u,
                    axpy(-s * c1, r, scale(s * c2 * m, u)))
         # d/dz through the current:  df/dV dV_f/dz into the z column
-        c = (-current[2], -current[3], 0.0)
+        c = (-t[POINT_SHEAR, e], -t[POINT_SHEAR + 1, e], 0.0)
         dz = axpy(al, c, axpy(dot(q, c), w, scale(dot(r, c), u)))
         ka[2, e] += s * dz[0]
         ka[5, e] += s * dz[1]
@@ -239,7 +247,7 @@ def mean_load_lanes(t, p, weight, f):
 
 
 @driver
-def mean_tangent_lanes(t, p, c1, current, weight, f, ka, kb):
+def mean_tangent_lanes(t, p, c1, weight, f, ka, kb):
     """mean_load_lanes with its derivatives added to ka and kb; c1: change of the mean velocity with position [1/s]."""
     if t.shape[1] != LANES or p.shape[1] != LANES or weight.shape[0] != LANES or (
             f.shape[1] != LANES or ka.shape[1] != LANES or kb.shape[1] != LANES):
@@ -249,7 +257,7 @@ def mean_tangent_lanes(t, p, c1, current, weight, f, ka, kb):
         y, z, w, vt, y1, y2, z1, z2 = drag_of(t, POINT_W, p, e)
         s = weight[e] * p[EXTRA_DRAG, e]
         plus3(f, 0, e, scale(s, axpy(y, w, scale(z, u))))
-        c = (-current[2], -current[3], 0.0)
+        c = (-t[POINT_SHEAR, e], -t[POINT_SHEAR + 1, e], 0.0)
         q, r = axpy(y1, w, scale(y2, u)), axpy(z1, w, scale(z2 - y, u))
         dz = axpy(y, c, axpy(dot(q, c), w, scale(dot(r, c), u)))
         ka[2, e] += s * dz[0]
@@ -284,14 +292,14 @@ def water_load(t, p, weight, second, f):
 
 
 @driver
-def water_tangent(t, p, change, current, weight, second, out):
+def water_tangent(t, p, change, weight, second, out):
     """water_load with its derivatives, see load_tangent_lanes; change: state.Change; out: f, ka, kb."""
     f, ka, kb = out
     coefficients(p, t, POINT_V)
-    load_tangent_lanes(t, p, change.velocity, change.acceleration, current, weight, f, ka, kb)
+    load_tangent_lanes(t, p, change.velocity, change.acceleration, weight, f, ka, kb)
     if second:
         coefficients(p, t, POINT_W)
-        mean_tangent_lanes(t, p, change.share * change.velocity, current, weight, f, ka, kb)
+        mean_tangent_lanes(t, p, change.share * change.velocity, weight, f, ka, kb)
 
 
 @driver

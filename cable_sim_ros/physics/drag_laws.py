@@ -18,7 +18,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .ancf import ADDED_MASS, BUOYANCY, CD_FIXED, CN_FIT, CT_FIXED, CT_OF_RE, EXTRA_DRAG, FN, FT, HALF_RHO_D, RE_FACTOR
+from .ancf import (
+    ADDED_MASS,
+    BUOYANCY,
+    CD_FIXED,
+    CN_FIT,
+    CT_FIXED,
+    CT_OF_RE,
+    DISPLACED,
+    EXTRA_DRAG,
+    FN,
+    FT,
+    HALF_RHO_D,
+    RE_FACTOR,
+)
 from .jit import driver, inline
 
 RE_LEAST, RE_BLEND_1, RE_BLEND_2, RE_MOST = 1e-3, (0.8, 1.25), (25.0, 36.0), 1e5
@@ -181,6 +194,11 @@ LAWS: dict[DragLaw, Law] = {
 }
 
 
+def of_components(law: DragLaw) -> bool:
+    """Is the drag C_N |V_n| V_n + C_T |V_t| V_t, so that a rigid link has closed forms of it?"""
+    return LAWS[law].normal == _SQUARE and LAWS[law].per_ct == _COSINE
+
+
 @inline
 def smooth(x, low, high):
     """Smoothstep from 0 at low to 1 at high and its derivative."""
@@ -287,6 +305,7 @@ def element_rows(section, cable, water, gravity: float) -> dict[int, float]:
         RE_FACTOR: density * d / water.viscosity,
         ADDED_MASS: density * area * cable.added_mass_coefficient,
         BUOYANCY: density * area * gravity,
+        DISPLACED: density * area,
         EXTRA_DRAG: section.drag_amplification - 1.0,
         CD_FIXED: -1.0 if constant is None else constant,
         CN_FIT: float(law.fit),

@@ -20,7 +20,7 @@ from enum import Enum
 from math import pi
 from typing import NamedTuple
 
-from .ancf import ADDED_MASS, BUOYANCY, HALF_RHO_D, RE_FACTOR
+from .ancf import ADDED_MASS, BUOYANCY, DISPLACED, HALF_RHO_D, RE_FACTOR
 from .drag_laws import DragLaw
 
 
@@ -91,4 +91,5 @@ def put_on(rows: dict[int, float], section, diameter: float, density: float, gra
         RE_FACTOR: rows[RE_FACTOR] * thickness,
         ADDED_MASS: rows[ADDED_MASS] * thickness**2,
         BUOYANCY: rows[BUOYANCY] + (mass * gravity - net),
+        DISPLACED: rows[DISPLACED] + ((mass * gravity - net) / gravity if gravity > 0.0 else 0.0),
     }

@@ -16,7 +16,9 @@ from .jit import NO, YES, driver, inline, link, opaque
 from .line import link_residual, residual
 from .quantity import Block, quantity
 from .state import AT_REST, FLOW, GAIN, MEAN, NOW, STEP, A, Change, Q, V, X, keep
+from .stir import link_stir, stir
 from .towbody import face_flow
+from .wake import no_wake_load
 
 # a step halved so often takes a correction that does not make the residual less back by halves: from which one on, how
 # often, and how much less it is to be. Longer steps are better halved first: that resolves what makes them hard
@@ -204,7 +206,7 @@ def advance(line, state, h):
     """Solve the predicted step, held unknowns already at its end. Returns the iterations, or -1 and no valid state."""
     am, af, _, _, c1, c2 = coefficients(h, line.settings[0].rho_inf)
     share = mean_share(line, h)
-    used = newton(line, state, Change(c1, c2, 0.0, share))
+    used = newton(line, state, Change(c1, c2, line.settings[0].mass_damping, share))
     if used < 0:
         return used
     a, x, mean = state.nodes[NOW, A], state.nodes[NOW, X], state.nodes[NOW, MEAN]
@@ -218,7 +220,8 @@ def advance(line, state, h):
 
 @driver
 def rest_still(state):
-    """No velocity, no acceleration, and none in the mean."""
+    """No velocity, no acceleration, and none in the mean; no load of a wake."""
+    no_wake_load(state)
     for row in (V, A, MEAN):
         table = state.nodes[NOW, row]
         for n in range(table.shape[0]):
@@ -232,7 +235,7 @@ def face(line, state):
     q, flow, m = state.nodes[NOW, Q], state.nodes[NOW, FLOW], state.memory[NOW].current
     for i in range(line.bodies.shape[0]):
         n = line.body_nodes[i]
-        face_flow(line.bodies[i], q[n], (m[0], m[1], m[2], m[3]), flow[n])
+        face_flow(line.bodies[i], (q[n], flow[n], state.work.around[n]), (m[0], m[1], m[2], m[3]))
 
 
 @driver
@@ -254,6 +257,7 @@ def _settle(line, state, sigma, max_steps, step_most):
             for k in range(6):
                 a[n, k] = -old_v[n, k] / h
                 v[n, k] = 0.0
+        stir(line, state, 0.0)
         used = newton(line, state, Change(1.0 / h, 1.0 / (h * h), sigma, 0.0))
         count += 1
         if used < 0:
@@ -270,6 +274,7 @@ def _settle(line, state, sigma, max_steps, step_most):
         if h >= min(1.0, step_most):  # balanced at rest is settled; a free end without tension needs no longer one
             copy(v, old_v)
             rest_still(state)
+            stir(line, state, 0.0)
             rest = residual(line, state, AT_REST, NO)
             if rest <= line.settings[0].tolerance:
                 copy(a, x)
@@ -277,6 +282,7 @@ def _settle(line, state, sigma, max_steps, step_most):
             copy(old_v, v)
         h = min(1.7 * h, step_most)
     rest_still(state)
+    stir(line, state, 0.0)
     return -count, total, residual(line, state, AT_REST, NO)
 
 
@@ -288,4 +294,5 @@ def link_solver(line, state) -> None:
     link_residual(line, state)
     link(_newton, line, state, AT_REST)
     link(_predict, line, state, 0.0)
+    link_stir(line, state)
     link(_settle, line, state, 0.0, 0, 0.0)

@@ -5,9 +5,27 @@ A section may be of another cable than the rest: each of its material keys stand
 
 from __future__ import annotations
 
+from enum import Enum
+
 from .drag_laws import DragLaw
 from .fairing import Fairing
 from .quantity import REQUIRED, Block, again, quantity
+from .strum import Viv
+from .wake import Wake
+
+
+class CableModel(str, Enum):
+    """What an element of the cable is."""
+
+    ANCF = "ancf"  # gradient-continuous cubic elements with bending stiffness
+    SEGMENTS = "segments"  # links with spherical joints, without bending stiffness
+
+
+class LinkBuoyancy(str, Enum):
+    """Buoyancy of a link."""
+
+    FULL = "full"  # (53): all of it, upward; the joint force is the effective tension
+    NORMAL = "normal"  # (55): its part across the link, as Huston & Kamman have it: wrong, see docs/segments.md
 
 
 class Material(Block):
@@ -95,6 +113,15 @@ class Section(Block):
         "c_f on the surface pi d: tangential_coefficient is pi times it; give one of the two",
         "Dymore (12a), Capozucca (3.5)",
     )
+    viv_damping_ratio: float | None = again(Viv, "damping_ratio", "viv.damping_ratio")
+    viv_multiplier: float = quantity(
+        1.0,
+        "1",
+        0.0,
+        2.0,
+        "factor on the amplitude of strumming beside viv.multiplier; 0: does not strum, as a faired one",
+    )
+    wake: Wake = quantity(Wake(), "", None, None, "vortices that the section sheds")
     termination_mass: float = quantity(
         0.0, "kg", 0.0, 1e5, "dry mass of the termination at the outboard end, a point on the cable"
     )
@@ -111,6 +138,39 @@ class Section(Block):
                 "`elements`, 1 or more"
             )
         return self.elements
+
+
+class Cable(Material):
+    """The cable: its material where a section gives none of its own, the model of its elements, and its sections."""
+
+    mean_flow_time: float = quantity(
+        60.0,
+        "s",
+        1.0,
+        36000.0,
+        "time constant of the cable's own mean velocity, with which the mean flow past it acts "
+        "on the extra drag of amplification; several waves long",
+        "docs/theory.md; Westin (64) in a steady tow",
+    )
+    model: CableModel = quantity(
+        CableModel.ANCF,
+        "",
+        None,
+        None,
+        "what an element is: ancf, a cubic with bending stiffness; segments, a straight link between spherical joints, "
+        "without bending stiffness: the independent check",
+        "docs/segments.md; Huston & Kamman (1980)",
+    )
+    link_buoyancy: LinkBuoyancy = quantity(
+        LinkBuoyancy.FULL,
+        "",
+        None,
+        None,
+        "of model segments: full buoyancy, or only its part across the link as printed, whose joint force is the wall "
+        "tension and whose chain is too limp by pA/T",
+        "docs/segments.md; Huston & Kamman (53), (55)",
+    )
+    sections: dict[str, Section] = quantity(REQUIRED, "", None, None, "sections from the drum end to the towbody")
 
 
 def material_of(cable: Material, section: Section) -> Material:

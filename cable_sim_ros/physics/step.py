@@ -16,8 +16,10 @@ from .control import error_ratio, link_error
 from .integrate import advance, link_solver, predict
 from .jit import NO, driver, inline, link, opaque
 from .state import GAIN, NOW, STEP, Q, take_back
+from .stir import stir
 from .surface import GROOVE
 from .survey import DEEP, THROUGH, link_survey, survey
+from .wake import advance_wake
 from .work import POWERS
 
 # change of a gradient in one step, and the step [s] below which it may change by more: long steps that turn slack cable
@@ -87,6 +89,9 @@ def begin(line, state, length):
     """Begin what is to be taken next of a step of ``length`` [s]; returns its own length."""
     h = state.plan[0].share * length
     predict(line, state, h)
+    stir(line, state, h)
+    if line.wakes.shape[0] > 0:
+        advance_wake(line, state, h)
     return h
 
 

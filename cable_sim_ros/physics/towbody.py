@@ -20,6 +20,7 @@ from .contact import rubbing
 from .drag_laws import smooth
 from .jit import driver, inline
 from .quantity import REQUIRED, Block, quantity
+from .sea import ELEVATION, EXTRA, ORBIT, RATE, SHEAR
 from .surface import solid
 from .vec import at3, axpy, dot, scale
 
@@ -28,6 +29,7 @@ BODY = np.dtype(
         ("mass", "f8"),  # kg
         ("gravity", "f8"),  # m/s^2
         ("buoyancy", "f8"),  # N
+        ("displaced", "f8"),  # kg of water
         ("added", "f8", 3),  # kg
         ("drag", "f8", 3),  # kg/m: rho/2 A C_D
         ("lift", "f8"),  # kg/m
@@ -74,6 +76,7 @@ def body_record(body: Towbody, gravity: float, density: float) -> np.ndarray:
     row = np.zeros((), BODY)
     row["mass"], row["gravity"] = body.mass, gravity
     row["buoyancy"] = body.mass * gravity - body.net_weight
+    row["displaced"] = max(row["buoyancy"], 0.0) / max(gravity, 1e-9)
     row["added"] = body.added_mass
     row["drag"] = 0.5 * density * np.array(body.drag_area)
     row["lift"] = 0.5 * density * body.lift_area
@@ -111,16 +114,19 @@ def heading_held(body, flow):
 def load(body, node, current, change, tangent, band):
     """Subtract the body's load from its node's row of the system, band [6, 16], and with tangent add its derivative.
 
-    body: a BODY; node: q, v, a of the node and the flow past the body, each [6]; current [4]; change: see state.Change.
-    Returns the power [W] the water gives to the body.
+    body: a BODY; node: q, v, a of the node and the flow past the body, each [6], and the water around it beyond the
+    current [4], a row of work.around; change: see state.Change. Returns the power [W] the water gives to the body.
+
+    Accelerating water adds displaced mass and added mass times its acceleration, each axis.
     """
-    q, v, a, flow = node
+    q, v, a, flow, water = node
     c1, c2, sigma = change.velocity, change.acceleration, change.damping
-    dry, dwet = smooth(q[2], -body.half_height, body.half_height)
+    dry, dwet = smooth(q[2] - water[ELEVATION], -body.half_height, body.half_height)
     wet, dwet = 1.0 - dry, -dwet
-    ux = current[0] - current[2] * q[2] - v[0]
-    uy = current[1] - current[3] * q[2] - v[1]
-    uz = -v[2]
+    fall_x, fall_y = current[2] + water[SHEAR], current[3] + water[SHEAR + 1]
+    ux = current[0] + water[EXTRA] - fall_x * q[2] - v[0] + water[ORBIT]
+    uy = current[1] + water[EXTRA + 1] - fall_y * q[2] - v[1] + water[ORBIT + 1]
+    uz = water[EXTRA + 2] + water[ORBIT + 2] - v[2]
     yaw = heading(flow)
     c, s = cos(yaw), sin(yaw)
     bx, by, bz = c * ux + s * uy, c * uy - s * ux, uz
@@ -128,13 +134,15 @@ def load(body, node, current, change, tangent, band):
     kx, ky, kz = body.drag[0], body.drag[1], body.drag[2]
     fx, fy, fz = kx * speed * bx, ky * speed * by, kz * speed * bz
     horizontal = bx * bx + by * by
-    acc_x, acc_y = c * a[0] + s * a[1], c * a[1] - s * a[0]
+    dx, dy, dz = a[0] - water[RATE], a[1] - water[RATE + 1], a[2] - water[RATE + 2]
+    acc_x, acc_y = c * dx + s * dy, c * dy - s * dx
     mx, my, mz = body.added[0], body.added[1], body.added[2]
     swing = (my - mx) * flow[TURNING]  # the velocity through the water is minus the flow past
     lx, ly = fx - mx * acc_x - swing * by, fy - my * acc_y - swing * bx
-    lz = fz - mz * a[2] + body.lift * horizontal + body.buoyancy
+    lz = fz - mz * dz + body.lift * horizontal + body.buoyancy + body.displaced * water[RATE + 2]
     m = body.mass
-    wx, wy = c * lx - s * ly, s * lx + c * ly
+    wx = c * lx - s * ly + body.displaced * water[RATE]
+    wy = s * lx + c * ly + body.displaced * water[RATE + 1]
     band[0, 12] -= m * (a[0] + sigma * v[0]) - wet * wx
     band[1, 12] -= m * (a[1] + sigma * v[1]) - wet * wy
     band[2, 12] -= m * (a[2] + sigma * v[2] + body.gravity) - wet * lz
@@ -161,7 +169,7 @@ def load(body, node, current, change, tangent, band):
         for j in range(3):
             band[i, j] += wet * (c1 * dot(half, turn[j]) + c2 * dot(mass, turn[j]))
         band[i, i] += m * (c2 + sigma * c1)
-        band[i, 2] += wet * (dot(half, turn[0]) * current[2] + dot(half, turn[1]) * current[3]) - dwet * load_z[i]
+        band[i, 2] += wet * (dot(half, turn[0]) * fall_x + dot(half, turn[1]) * fall_y) - dwet * load_z[i]
     return power
 
 
@@ -186,9 +194,17 @@ def lie(body, surface, node, change, tangent, band):
 
 
 @inline
-def face_flow(body, q, current, flow):
-    """A body at rest at q faces the flow there, where there is enough of it."""
-    x, y = current[0] - current[2] * q[2], current[1] - current[3] * q[2]
+def past(q, water, current):
+    """Velocity of the water at a body, x and y."""
+    x = current[0] + water[EXTRA] - (current[2] + water[SHEAR]) * q[2] + water[ORBIT]
+    return x, current[1] + water[EXTRA + 1] - (current[3] + water[SHEAR + 1]) * q[2] + water[ORBIT + 1]
+
+
+@inline
+def face_flow(body, node, current):
+    """A body at rest faces the flow where it is, where there is enough of it; node: q, flow, water, see load()."""
+    q, flow, water = node
+    x, y = past(q, water, current)
     if sqrt(x * x + y * y) >= body.least_flow:
         flow[0], flow[1], flow[LAG] = x, y, 0.0
 
@@ -197,13 +213,14 @@ def face_flow(body, q, current, flow):
 def turn_into_flow(body, node, current, h):
     """Low-pass the flow past the body over a step h [s] and turn the body into it, as fast as it may; keep the rate.
 
-    node: q, v of the node and flow, each [6]. Below the least flow speed the heading is held, from twice that speed on
-    it may turn by TURN_MOST in the body's time constant, between in proportion.
+    node: q, v of the node and flow, each [6], and water, see load(). Below the least flow speed the heading is held,
+    from twice that speed on it may turn by TURN_MOST in the body's time constant, between in proportion.
     """
-    q, v, flow = node
+    q, v, flow, water = node
+    x, y = past(q, water, current)
     w, before = h / (body.flow_time + h), heading(flow)
-    flow[0] += w * (current[0] - current[2] * q[2] - v[0] - flow[0])
-    flow[1] += w * (current[1] - current[3] * q[2] - v[1] - flow[1])
+    flow[0] += w * (x - v[0] - flow[0])
+    flow[1] += w * (y - v[1] - flow[1])
     free = min(max(speed_past(flow) / body.least_flow - 1.0, 0.0), 1.0)
     most = free * TURN_MOST * h / body.flow_time
     miss = facing(flow) - before

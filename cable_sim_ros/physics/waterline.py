@@ -2,14 +2,19 @@
 
 The roots of z(xi) = 0 bound the wet intervals; Gauss points are mapped onto each, so the force is continuous for any
 element length and needs no smoothing width. The moving bound adds N_i f(xi*) (x) N_j e_z / z' to the tangent.
+In waves z counts from the surface over the element, which is taken as linear between its nodes.
 """
 
 from __future__ import annotations
 
-from .ancf import LENGTH
+from .ancf import HALF_RHO_D, LENGTH
 from .drag import amplified, mean_lanes, point_lanes, water_load, water_tangent
 from .jit import LANES, driver, inline
+from .sea import ELEVATION, push_lanes, stream_at, stream_lanes
 from .shape import W4, X4, shape, slope
+from .work import RISE
+
+THIRD = 1.0 / 3.0
 
 
 @inline
@@ -74,14 +79,46 @@ def wet_intervals(z, bounds):
 
 
 @driver
-def waterline(e, work, current, change, tangent):
+def raise_lanes(group, around, rise):
+    """Elevation of the surface over both nodes of the elements of a group into rise [2, LANES]; around: see Work."""
+    count = around.shape[0] - 1
+    for lane in range(LANES):
+        e = min(LANES * group + lane, count - 1)
+        rise[0, lane], rise[1, lane] = around[e, ELEVATION], around[e + 1, ELEVATION]
+
+
+@driver
+def immersion(x, p, rise, wet):
+    """Per lane 1 (wet), 0 (dry, or no water at all), -1 (crossing), by the hull of its Bezier points.
+
+    rise: elevation of the surface over both nodes [2, LANES], linear in between.
+
+    Returns wet, crossing of any lane.
+    """
+    any_wet, any_crossing = False, False
+    for e in range(LANES):
+        z0, z3 = x[2, e] - rise[0, e], x[8, e] - rise[1, e]
+        tilt = rise[1, e] - rise[0, e]
+        z1, z2 = z0 + THIRD * (x[5, e] - tilt), z3 - THIRD * (x[11, e] - tilt)
+        low, high = min(min(z0, z1), min(z2, z3)), max(max(z0, z1), max(z2, z3))
+        wet[e] = 0.0 if low >= 0.0 or p[HALF_RHO_D, e] == 0.0 else (1.0 if high < 0.0 else -1.0)
+    for e in range(LANES):
+        any_wet = any_wet or wet[e] > 0.0
+        any_crossing = any_crossing or wet[e] < 0.0
+    return any_wet, any_crossing
+
+
+@driver
+def waterline(e, work, current, streams, change, tangent):
     """Load of the partly wet element in lane e of a group, subtracted from force[12, e] and k[144, e] of the work.
 
-    One Gauss point a lane of the work tables; the last lanes hold the moving bounds.
+    One Gauss point a lane of the work tables; the last lanes hold the moving bounds. streams: of the group [0 or 1, 4,
+    STREAM_ROWS, LANES], see sea.py.
     """
     x, p, n, d, t, force, k = work.cut_x, work.cut_p, work.cut_n, work.cut_d, work.point, work.force, work.k
     weight, at, ends, bounds = work.cut[0], work.cut[1], work.cut[2], work.cut[3]
-    z = (work.x[2, e], work.x[5, e], work.x[8, e], work.x[11, e])
+    rise, tilt = work.lane[RISE, e], work.lane[RISE + 1, e] - work.lane[RISE, e]
+    z = (work.x[2, e] - rise, work.x[5, e] - tilt, work.x[8, e] - rise - tilt, work.x[11, e] - tilt)
     count = wet_intervals(z, bounds)
     if count == 0:
         return
@@ -117,14 +154,20 @@ def waterline(e, work, current, change, tangent):
         if ends[lane] != 0.0:
             weight[lane] = length  # the load per xi there, which the tangent needs
     point_lanes(x, p, n, d, current, t)
+    if streams.shape[0] > 0:
+        for lane in range(LANES):
+            stream_at(streams[0], e, at[lane], lane, work.cut_stream)
+        stream_lanes(work.cut_stream, x, n, t)
     second = amplified(p)
     if second:
         mean_lanes(work.cut_mean, n, t)
     load, ka, kb = work.load[0], work.by_place[0], work.by_slope[0]
     if tangent:
-        water_tangent(t, p, change, current, weight, second, (load, ka, kb))
+        water_tangent(t, p, change, weight, second, (load, ka, kb))
     else:
         water_load(t, p, weight, second, load)
+    if streams.shape[0] > 0:
+        push_lanes(work.cut_stream, p, weight, load)
     for lane in range(used):
         if ends[lane] == 0.0:
             for i in range(4):

@@ -21,7 +21,8 @@ from ..physics.quantity import Block, quantity
 from ..sim.scene import Scene
 
 FOREIGN = ("use_sim_time", "start_type_description_service")  # declared by rclpy itself
-NONE: dict[type, Any] = {float: math.nan, int: 0, str: ""}  # what stands for "none" in a parameter that may be none
+# what stands for "none" in a parameter that may be none
+NONE: dict[type, Any] = {float: math.nan, int: 0, str: "", list: [math.nan]}
 FOREIGN_PREFIX = ("qos_overrides.",)
 
 
@@ -111,7 +112,7 @@ class Row(NamedTuple):
     name: str
     value: Any
     kind: type  # float, int, bool, str or list (of floats)
-    length: int  # of a list
+    length: int  # of a list; 0: any
     choices: tuple[str, ...]
     nullable: bool  # NONE of its kind stands for "none"
     doc: str
@@ -181,7 +182,8 @@ def _kind(annotation) -> tuple[type, int, tuple[str, ...], bool]:
         kind, length, choices, _ = _kind(inner[0])
         return kind, length, choices, True
     if get_origin(annotation) is tuple:
-        return list, len(get_args(annotation)), (), False
+        parts = get_args(annotation)
+        return list, 0 if parts[-1] is Ellipsis else len(parts), (), False
     if isinstance(annotation, type) and issubclass(annotation, Enum):
         return str, 0, tuple(item.value for item in annotation), False
     if annotation in (float, int, bool, str):
@@ -269,12 +271,17 @@ def checked(row: Row, value: Any) -> Any:
     """Value of a ROS parameter as the scene wants it; ParameterError when the type is wrong."""
     unit = f" in {row.unit}" if row.unit not in ("", "1") else ""
     if row.kind is list:
-        numbers = list(value) if isinstance(value, (list, tuple)) or hasattr(value, "tolist") else None
-        if numbers is None or len(numbers) != row.length or not all(isinstance(part, float) for part in numbers):
+        plain = isinstance(value, (list, tuple)) or hasattr(value, "tolist")
+        numbers: list[Any] = list(value) if plain else [None]
+        whole = row.length in (0, len(numbers)) and all(isinstance(part, float) for part in numbers)
+        if not whole:
+            count = f"{row.length} " if row.length else ""
             raise ParameterError(
-                f"parameter '{row.name}' must be {row.length} floating-point numbers{unit}, "
+                f"parameter '{row.name}' must be {count}floating-point numbers{unit}, "
                 f"got {value!r}; write each with a decimal point, as in {row.value!r}"
             )
+        if row.nullable and len(numbers) == 1 and math.isnan(numbers[0]):
+            return None
         _check_bounds(row, numbers)
         return numbers
     if row.kind is float and type(value) is int:

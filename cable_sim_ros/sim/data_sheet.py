@@ -8,7 +8,7 @@ import math
 
 from ..physics.section import material_of
 from ..physics.winch import DrumModel
-from .current import current_of
+from .current import flow_of
 from .material import termination_weight
 from .problem import Problem, apart
 from .scene import Scene
@@ -71,9 +71,10 @@ def astern(scene: Scene) -> tuple[str, float, float]:
     """What makes the cable lead forward: key, speed [m/s] of the water ahead past the ship, angle [rad] of the free
     cable from the vertical; speed and angle 0 where it leads aft or abeam."""
     yaw = math.radians(scene.ship.heading_deg)
-    east, north = current_of(scene, yaw)[:2]
+    east, north = flow_of(scene.water, yaw)(0.0)
     ahead = float(east * math.cos(yaw) + north * math.sin(yaw)) - scene.ship.tow_speed
-    key = "ship.tow_speed" if scene.ship.tow_speed < 0.0 else "water.current"
+    current = "water.current" if scene.water.current_table.depth is None else "water.current_table"
+    key = "ship.tow_speed" if scene.ship.tow_speed < 0.0 else current
     return (key, ahead, first_angle(scene, ahead)) if ahead > 0.0 else (key, 0.0, 0.0)
 
 
@@ -166,4 +167,7 @@ def wrap_cautions(scene: Scene) -> list[Problem]:
 
 
 def _value(scene: Scene, key: str) -> str:
-    return f"{scene.ship.tow_speed:g} m/s" if key == "ship.tow_speed" else f"{list(scene.water.current)} m/s"
+    if key == "ship.tow_speed":
+        return f"{scene.ship.tow_speed:g} m/s"
+    east, north = flow_of(scene.water, math.radians(scene.ship.heading_deg))(0.0)
+    return f"{[round(east, 6), round(north, 6)]} m/s"

@@ -17,6 +17,7 @@ from ..physics.frame import Flag
 from ..physics.section import material_of
 from ..physics.state import FLOW, NOW
 from ..physics.surface import FLOOR, GROOVE, SHEAVE_ROW
+from .current import flow_of
 from .material import extreme, section_ends
 from .scene import Scene
 from .statics import MOST_PUSH, MOST_STEPS, Route, StartError, first_angle, first_strain, laid_angle
@@ -208,10 +209,11 @@ def turn_bodies(sim: Simulator, shape: TowShape, yaw: float) -> None:
     """Turn every body into the water that passes it at its depth, one in still water ahead with the ship."""
     scene, state, ends = sim.scene, sim.state, section_ends(sim.scene.cable)
     total = max(ends.values())
+    flow = flow_of(scene.water, yaw, tuple(state.now.frame.velocity.tolist()))
     places = [0.0, *(total - ends[body.at] for body in scene.bodies.values())]  # m from the towbody
     for node, place in zip(sim.model.line.body_nodes, places, strict=True):
         z = float(np.interp(place, shape.s, shape.place[:, 2]))
-        past = state.now.current[:2] - z * state.now.current[2:]
+        past = flow(z)
         if hypot(*past) < LEAST_FLOW:
             past = (-cos(yaw), -sin(yaw))
         state.nodes[NOW, FLOW, node, :2] = past

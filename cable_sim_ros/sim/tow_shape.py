@@ -29,10 +29,11 @@ from ..physics.ancf import (
 )
 from ..physics.drag_laws import CHOO_CASARELLA, FRICTION, fitted
 from ..physics.towbody import Towbody, body_record
-from .current import current_of
+from .current import flow_of
 from .material import Hung, hung, material_rows, section_ends
 from .scene import Scene
 from .statics import Route
+from .strumming import drag_factors
 
 STEP = 0.06  # of the length over which the tension vector turns
 LEAST_STEPS = 160  # in all
@@ -62,6 +63,8 @@ class TowShape(NamedTuple):
     scope: float  # m
     speed: float  # m/s, of the water past the upper end
     closed: bool  # does it come to the sheave? One that comes to the surface may not
+    across: np.ndarray  # [n] m/s, speed of the water across the cable
+    past: np.ndarray  # [n] m/s, of the water
 
     @property
     def tension(self) -> np.ndarray:
@@ -75,7 +78,8 @@ class _Cable(NamedTuple):
     weight: float  # N/m dry
     buoyancy: float  # N/m
     half_rho_d: float
-    factor: float  # G
+    factor: float  # drag_amplification
+    strumming: Callable[[float], float]  # computed drag factor of a normal speed [m/s]
     re: float  # Reynolds number of 1 m/s
     cd: float  # below 0: of the Reynolds number
     fit: int  # by this fit
@@ -88,7 +92,7 @@ class _Cable(NamedTuple):
 
 def _cables(scene: Scene) -> list[_Cable]:
     cable, found = scene.cable, []
-    for section in cable.sections.values():
+    for section, strumming in zip(cable.sections.values(), drag_factors(scene), strict=True):
         rows = material_rows(cable, section, scene.water, scene.gravity)
         found.append(
             _Cable(
@@ -96,6 +100,7 @@ def _cables(scene: Scene) -> list[_Cable]:
                 rows[BUOYANCY],
                 rows[HALF_RHO_D],
                 1.0 + rows[EXTRA_DRAG],
+                strumming,
                 rows[RE_FACTOR],
                 rows[CD_FIXED],
                 int(rows[CN_FIT]),
@@ -140,7 +145,7 @@ def _load(c: _Cable, z: float, force: Row, flow: Flow) -> tuple[float, float, fl
         h[0] + h[1] * co + h[2] * c2 + h[3] * c3 + h[4] * c4 + h[5] * c5
         + h[6] * si + h[7] * s2 + h[8] * s3 + h[9] * s4 + h[10] * s5
     )  # fmt: skip
-    k = c.half_rho_d * c.factor * cd * q2
+    k = c.half_rho_d * c.factor * c.strumming(vn) * cd * q2
     a, b = k * fn / vn, k * max(ft, 0.0) * (1.0 if vt >= 0.0 else -1.0)
     if c.ct + c.ct_of_re > 0.0:
         ct = c.ct + c.ct_of_re * fitted(FRICTION, c.re * abs(vt))[0]
@@ -228,11 +233,7 @@ def tow_shape(scene: Scene, scope: float, heading: float | None = None) -> TowSh
     """
     route, cables = Route(scene), _cables(scene)
     yaw = radians(scene.ship.heading_deg) if heading is None else heading
-    east, north, *shear = current_of(scene, yaw).tolist()
-    east, north = east - scene.ship.tow_speed * cos(yaw), north - scene.ship.tow_speed * sin(yaw)
-
-    def flow(z: float) -> tuple[float, float]:
-        return east - shear[0] * z, north - shear[1] * z
+    flow = flow_of(scene.water, yaw, (scene.ship.tow_speed * cos(yaw), scene.ship.tow_speed * sin(yaw)))
 
     top = scene.sheave.position[2] + scene.ship.reference_height
     bed = scene.seabed.depth
@@ -286,8 +287,9 @@ def tow_shape(scene: Scene, scope: float, heading: float | None = None) -> TowSh
     tangent = pull / tension[:, None]
     across = load - (load * tangent).sum(1)[:, None] * tangent
     wet = y[:, 2] < 0.0
-    speeds = np.array([hypot(*flow(row[2])) for row in y])
-    past = np.array([(*flow(row[2]), 0.0) for row in y])
+    water = np.array([(*flow(row[2]), 0.0) for row in y])
+    speeds, along = np.linalg.norm(water, axis=1), (water * tangent).sum(1)
+    normal = np.sqrt(np.maximum(speeds**2 - along**2, 0.0))
     broad = np.array([1.2 * c.half_rho_d * c.factor for c in cables])[section] * speeds**2 * wet
     return TowShape(
         s,
@@ -297,16 +299,28 @@ def tow_shape(scene: Scene, scope: float, heading: float | None = None) -> TowSh
         section,
         wet,
         broad,
-        past,
+        water,
         angle,
         scope,
         hypot(*flow(0.0)),
         closed,
+        normal,
+        speeds,
     )
+
+
+def third_derivative(shape: TowShape) -> np.ndarray:
+    """|d3r/ds3| [n] 1/m^2, piece by piece as fourth_derivative()."""
+    return _derivative(shape, 1)
 
 
 def fourth_derivative(shape: TowShape) -> np.ndarray:
     """|d4r/ds4| [n] 1/m^3, piece by piece between ends of sections and the water surface, where it has no meaning."""
+    return _derivative(shape, 2)
+
+
+def _derivative(shape: TowShape, times: int) -> np.ndarray:
+    """Size of the ``times``-th derivative of d2r/ds2 [n]."""
     out = np.zeros(len(shape.s))
     cut = np.flatnonzero((np.diff(shape.section) != 0) | (np.diff(shape.wet.astype(int)) != 0)) + 1
     for piece in np.split(np.arange(len(shape.s)), cut):
@@ -317,8 +331,9 @@ def fourth_derivative(shape: TowShape) -> np.ndarray:
         s, b = s[keep], b[keep]
         if len(s) < 4:
             continue
-        second = np.gradient(np.gradient(b, s, axis=0), s, axis=0)
-        size = np.linalg.norm(second, axis=1)
+        for _ in range(times):
+            b = np.gradient(b, s, axis=0)
+        size = np.linalg.norm(b, axis=1)
         size[0], size[1] = size[2], size[2]  # one-sided differences of differences
         size[-1], size[-2] = size[-3], size[-3]
         out[piece] = np.interp(shape.s[piece], s, size)

@@ -27,6 +27,7 @@ COMMANDS = {
     "stress",
     "soak",
     "validate",
+    "viv",
     "manual",
     "mesh",
     "recover",
@@ -98,16 +99,17 @@ def test_every_command_helps(command):
         ),
         (("manual", "--out", "no/such/folder/x.md"), "error: "),
         (("make-bags", "--only", "nbp"), "error: there is no record 'nbp': nothing was written"),
-        (("bench", "P1", "--features"), "--features, --sheave-mesh, --mesh, --haul and --ticks each stand alone"),
+        (("bench", "P1", "--features"), "--features, --sheave-mesh, --mesh, --haul, --ticks and --water each stand alone"),
         (
             ("bench", "--features", "--sheave-mesh"),
-            "--features, --sheave-mesh, --mesh, --haul and --ticks each stand alone",
+            "--features, --sheave-mesh, --mesh, --haul, --ticks and --water each stand alone",
         ),
         (("bench", "--sheave-mesh", "--repeats", "2"), "--sheave-mesh repeats nothing"),
         (("bench", "--mesh", "--repeats", "2"), "--mesh repeats nothing"),
         (("bench", "P7", "--haul"), "each stand alone"),
         (("bench", "--ticks", "--repeats", "2"), "--ticks repeats nothing"),
         (("mesh", "no_such_scene"), "error: no_such_scene: no such scene file; nothing was started."),
+        (("viv", "no_such_span"), "error: no_such_span: no such span file; nothing was started."),
         pytest.param(
             ("play", "nbp1406", "--lop"), "error: --lop: no option of play; nothing was played.", marks=pytest.mark.ros
         ),

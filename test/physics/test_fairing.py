@@ -72,7 +72,7 @@ def test_airfoil_along_the_stream_has_the_friction_of_its_wetted_surface():
 
 def test_hair_drags_more_than_a_still_bare_cable_and_ribbon_along_it():
     own = rows(fairing="hair")
-    assert own[CD_FIXED] == 1.6 and (own[FN:] == rows(drag_law="ribbon")[FN:]).all()
+    assert own[CD_FIXED] == 1.6 and (own[FN : FT + 11] == rows(drag_law="ribbon")[FN : FT + 11]).all()
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from cable_sim_ros.physics import frame, surface
+from cable_sim_ros.physics.ancf import ROWS
 from cable_sim_ros.physics.banded import FACTOR_COLUMNS, solve, solve_again
 from cable_sim_ros.physics.contact import press, touch
 from cable_sim_ros.physics.drag_laws import LAWS, DragLaw, choo_casarella, loading
@@ -170,7 +171,7 @@ def test_tangential_loading_is_the_printed_quintic():
     ],
 )
 def test_loading_functions_against_the_table(law, angle, fn, ft):
-    p = np.zeros((40, 1))
+    p = np.zeros((ROWS, 1))
     for row, value in hydro(law, None, 1.0).items():
         p[row, 0] = value
     eta = np.radians(angle)

@@ -14,7 +14,7 @@ import numba
 import numpy as np
 import pytest
 
-from cable_sim_ros.physics import ancf, cable, contact, drag
+from cable_sim_ros.physics import ancf, cable, contact, drag, sea
 from cable_sim_ros.physics.cable import CONTACT_POINTS
 from cable_sim_ros.physics.drag import POINT_V
 from cable_sim_ros.physics.surface import DRUM, FLOOR, GROOVE, SURFACE, Solid, solid
@@ -27,7 +27,7 @@ pytestmark = pytest.mark.skipif(
 
 W = make_work(4).lanes[0]
 LANE, TABLE, ROW = W.lane[0], np.zeros((4, 16)), np.zeros(1, SURFACE)[0]
-CURRENT = (0.0, 0.0, 0.0, 0.0)
+CURRENT, STREAM = (0.0, 0.0, 0.0, 0.0), np.zeros((11, 16))
 OUT = (W.load[0], W.by_place[0], W.by_slope[0])
 BOTH = (W.by_place, W.by_slope)
 KERNELS = {  # kernel: arguments, scalar multiplications allowed beyond the packed ones
@@ -41,12 +41,16 @@ KERNELS = {  # kernel: arguments, scalar multiplications allowed beyond the pack
     drag.mean_lanes: ((W.mean_v, TABLE, W.point), 0),
     drag.coefficient_lanes: ((W.p, W.point, POINT_V), 0),
     drag.load_lanes: ((W.point, W.p, LANE, W.load[0]), 0),
-    drag.load_tangent_lanes: ((W.point, W.p, 1.0, 1.0, CURRENT, LANE, *OUT), 0),
+    drag.load_tangent_lanes: ((W.point, W.p, 1.0, 1.0, LANE, *OUT), 0),
     drag.mean_load_lanes: ((W.point, W.p, LANE, W.load[0]), 0),
-    drag.mean_tangent_lanes: ((W.point, W.p, 1.0, CURRENT, LANE, *OUT), 0),
+    drag.mean_tangent_lanes: ((W.point, W.p, 1.0, LANE, *OUT), 0),
     # in vectors of eight, 48 numbers a row are half as many packed multiplications as in vectors of four
     drag.spread_force: ((np.zeros((5, 4)), W.load, CONTACT_POINTS, W.force), 24),
     drag.spread_matrix: ((np.zeros((5, 4)), np.zeros((5, 4)), BOTH, CONTACT_POINTS, W.mixed, W.k), 0),
+    # what each component holds for all lanes stands beside the loop
+    sea.wave_lanes: ((np.zeros((1, 8)), np.zeros((1, 3)), np.zeros(2), 0.0, W.point, STREAM), 20),
+    sea.stream_lanes: ((STREAM, W.x, TABLE, W.point), 0),
+    sea.push_lanes: ((STREAM, W.p, LANE, W.load[0]), 12),  # in vectors of eight, see spread_force
     contact.contact_point_lanes: ((W.x, W.p, TABLE[0], W.point), 0),
     contact.contact_lanes: ((W.point, ROW, LANE, W.load[0]), 10),
     # ten of each kind: what does not change in its loop, see below

@@ -8,6 +8,7 @@ from bench_cable import record
 
 from cable_sim_ros.physics.jit import NO, YES
 from cable_sim_ros.physics.line import AT_REST
+from cable_sim_ros.physics.sea import NODE_COLUMNS
 from cable_sim_ros.physics.state import Change
 from cable_sim_ros.physics.surface import floor_row
 from cable_sim_ros.physics.towbody import (
@@ -25,6 +26,7 @@ BODY = Towbody(
     mass=250.0, net_weight=445.0, added_mass=(11.0, 212.0, 200.0), drag_area=(0.0641, 0.9, 1.485), lift_area=-0.29836
 )
 STILL = (0.0, 0.0, 0.0, 0.0)
+STILL_WATER = np.zeros(NODE_COLUMNS)
 
 
 def force(
@@ -33,7 +35,7 @@ def force(
     """Load on the body less its inertia, world axes [N]."""
     band = np.zeros((6, 16))
     node = tuple(np.array(x, float) for x in (q, v, a, np.resize((*flow, 0.0, 0.0, 0.0), 6)))
-    load(record(body_record(BODY, 9.81, density)), node, current, AT_REST, NO, band)
+    load(record(body_record(BODY, 9.81, density)), (*node, STILL_WATER), current, AT_REST, NO, band)
     return band[:3, 12]
 
 
@@ -66,14 +68,14 @@ def test_tangent(z):
     q, v, a = np.array((0.0, 0.0, z)), np.array((1.2, 0.3, -0.5)), np.array((0.5, -0.2, 0.8))
     current, flow = (-2.0, 0.4, 0.02, -0.01), np.array((-1.0, -0.6, 0.1, 0.0, 0.0, 0.4))
     row, band, change = record(body_record(BODY, 9.81, 1026.0)), np.zeros((6, 16)), Change(c1, c2, sigma, 0.0)
-    load(row, (q, v, a, flow), current, change, YES, band)
+    load(row, (q, v, a, flow, STILL_WATER), current, change, YES, band)
     exact = band[:3, :3].copy()
     for k in range(3):
         r = []
         for s in (1e-6, -1e-6):
             d = np.eye(3)[k] * s
             other = np.zeros((6, 16))
-            load(row, (q + d, v + c1 * d, a + c2 * d, flow), current, change, NO, other)
+            load(row, (q + d, v + c1 * d, a + c2 * d, flow, STILL_WATER), current, change, NO, other)
             r.append(-other[:3, 12])
         np.testing.assert_allclose((r[0] - r[1]) / 2e-6, exact[:, k], atol=1e-6 * np.abs(exact).max())
 
@@ -107,7 +109,7 @@ def test_body_turns_into_the_flow_and_tells_its_rate():
     yaw, q, v = [0.0], np.array((0.0, 0.0, -50.0)), np.array((0.0, 2.0, -0.2))
     for _ in range(4000):
         before = heading(flow)
-        turn_into_flow(row, (q, v, flow), STILL, 0.01)
+        turn_into_flow(row, (q, v, flow, STILL_WATER), STILL, 0.01)
         yaw.append(heading(flow))
         assert flow[5] == pytest.approx((yaw[-1] - before) / 0.01, abs=1e-9)
     assert yaw[-1] == pytest.approx(np.pi / 2, abs=0.01), "the nose points where the body goes"
@@ -125,7 +127,7 @@ def test_the_heading_is_held_while_the_flow_passes_zero(h, across):
     for k in range(round(120.0 / h)):
         past = min(-1.0 + 2.0 * k * h / 60.0, 1.0)
         before = heading(flow)
-        turn_into_flow(row, (q, np.array((-past, -across, 0.0)), flow), STILL, h)
+        turn_into_flow(row, (q, np.array((-past, -across, 0.0)), flow, STILL_WATER), STILL, h)
         rates.append(flow[5])
         held.append(heading_held(row, flow))
         turned.append(heading(flow) - before)
@@ -147,9 +149,9 @@ def test_a_body_at_rest_faces_the_flow_where_it_is():
     """Current from the east at the surface, from the south at 50 m; hardly any at 25 m: as it was."""
     row, flow = record(body_record(BODY, 9.81, 1026.0)), np.array((-1.0, 0.0, 0.3, 0.0, 0.0, 0.0))
     current = (-1.0, 0.0, 0.02, 0.02)
-    face_flow(row, np.array((0.0, 0.0, -50.0)), current, flow)
+    face_flow(row, (np.array((0.0, 0.0, -50.0)), flow, STILL_WATER), current)
     assert heading(flow) == pytest.approx(-0.5 * np.pi) and flow[2] == 0.0
-    face_flow(row, np.array((0.0, 0.0, -25.0)), (-1.0, 0.0, 0.04, 0.0), flow)
+    face_flow(row, (np.array((0.0, 0.0, -25.0)), flow, STILL_WATER), (-1.0, 0.0, 0.04, 0.0))
     assert heading(flow) == pytest.approx(-0.5 * np.pi)
 
 
@@ -159,7 +161,8 @@ def added_force(v, a, yaw, rate):
     body.drag[:], body.lift, body.gravity, body.buoyancy, body.mass = 0.0, 0.0, 0.0, 0.0, 0.0
     body.half_height = 0.1
     band, flow = np.zeros((6, 16)), np.array((-np.cos(yaw), -np.sin(yaw), 0.0, 0.0, 0.0, rate))
-    load(body, (np.array((0.0, 0.0, -50.0)), np.array(v), np.array(a), flow), STILL, AT_REST, NO, band)
+    node = (np.array((0.0, 0.0, -50.0)), np.array(v), np.array(a), flow, STILL_WATER)
+    load(body, node, STILL, AT_REST, NO, band)
     return band[:3, 12]
 
 

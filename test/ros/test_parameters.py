@@ -18,6 +18,9 @@ WRONG = [  # overrides, parts of the text
     ({"ship.tow_speed": math.nan}, ["ship.tow_speed", "nan", "m/s"]),
     ({"winch.position": [1.0, 2.0]}, ["winch.position", "3 floating-point numbers", "m"]),
     ({"winch.position": [1.0, 2.0, 400.0]}, ["winch.position", "400", "200 m"]),
+    ({"water.current_table.depth": [0, 10]}, ["water.current_table.depth", "must be floating-point numbers in m"]),
+    ({"water.current_table.depth": [0.0, 10.0]}, ["water.current_table.depth", "the current there is not known"]),
+    ({"water.current_table.depth": [0.0, -10.0]}, ["water.current_table.depth", "-10 m is out of range"]),
     ({"cable.sections.bare.length": -3.0}, ["cable.sections.bare.length", "-3"]),
     ({"cable.sections.bare.elements": 2.5}, ["cable.sections.bare.elements", "integer", "2.5"]),
     (
@@ -47,6 +50,23 @@ def test_error_texts(overrides, parts):
         settle(overrides)
     for part in parts:
         assert part in str(error.value), str(error.value)
+
+
+def test_a_table_is_a_parameter_of_any_length_and_none_is_one_nan():
+    from cable_sim_ros.ros.params import settle
+
+    none = [math.nan]
+    settings = settle(
+        {
+            "water.current_table.depth": [0.0, 20.0, 50.0],
+            "water.current_table.east": [0.2, 0.1, 0.0],
+            "water.current_table.speed": none,
+        }
+    )
+    assert settings.scene.water.current_table.depth == (0.0, 20.0, 50.0)
+    rows = {row.name: row for row in settings.rows}
+    assert rows["water.current_table.east"].value == [0.2, 0.1, 0.0]
+    assert math.isnan(rows["water.current_table.speed"].value[0]), "an empty list has no type in ROS"
 
 
 def test_overrides_stand_above_the_scene_file():

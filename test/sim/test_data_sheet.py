@@ -148,8 +148,8 @@ def test_elements_a_little_too_long_for_the_sheave():
 def test_a_current_abeam_stays_abeam_or_says_so():
     scene = quietly("full_scale", {"water.current": [0.0, 0.5], "water.current_gradient": [0.001, 0.0]})
     turned = quietly("full_scale", {**flat(scene), "water.current_frame": "heading"})
-    assert current_of(scene, 2.0).tolist() == [0.0, 0.5, 0.001, 0.0]
-    assert current_of(turned, 0.5 * np.pi) == pytest.approx([-0.5, 0.0, 0.0, 0.001])
+    assert current_of(scene.water, 2.0).tolist() == [0.0, 0.5, 0.001, 0.0]
+    assert current_of(turned.water, 0.5 * np.pi) == pytest.approx([-0.5, 0.0, 0.0, 0.001])
     assert turned_current(turned, 2.0) == "" and turned_current(scene, 0.05) == ""
     assert turned_current(quietly("full_scale"), 2.0) == ""  # no current
     assert turned_current(scene, np.radians(120.0)) == (

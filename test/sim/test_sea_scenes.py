@@ -1,0 +1,264 @@
+"""Tables of the sea: dispersion, spectrum and spreading of what the seed makes, current tables, texts of the checks."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cable_sim_ros.io import yaml12
+from cable_sim_ros.io.load import SceneError, SceneWarning, load_scene, override, scene_from_dict
+from cable_sim_ros.physics.water import CurrentFrame, CurrentTable, CurrentVariation, Turbulence, Water, Waves
+from cable_sim_ros.sim.current import flow_of
+from cable_sim_ros.sim.sea import eddy_table, sea_of, wave_number, wave_table
+
+G = 9.81
+
+
+@pytest.mark.parametrize("depth", [0.5, 5.0, 40.0, 3000.0, np.inf])
+def test_dispersion(depth):
+    """w^2 = g k tanh(kd), from shallow water (w = k sqrt(g d)) to deep water (w^2 = g k)."""
+    omega = np.geomspace(0.1, 12.0, 60)
+    k = wave_number(omega, G, depth)
+    finite = np.tanh(k * depth) if np.isfinite(depth) else 1.0
+    np.testing.assert_allclose(G * k * finite, omega**2, rtol=1e-12)
+    if depth == 0.5:
+        assert k[0] == pytest.approx(omega[0] / np.sqrt(G * depth), rel=1e-3)
+
+
+def test_a_wave_of_ten_seconds_is_156_m_long():
+    (row,) = wave_table(Waves(kind="airy", height=2.0, period=10.0), G, np.inf)
+    assert 2.0 * np.pi / row[1] == pytest.approx(156.13, abs=0.01) and row[0] == 1.0
+
+
+SEA = Waves(kind="jonswap", height=3.0, period=9.0, seed=4)
+
+
+def realised(table, seconds=7200.0, step=0.5):
+    t = np.arange(0.0, seconds, step)
+    return (table[:, 0, None] * np.cos(table[:, 3, None] - table[:, 2, None] * t)).sum(0), step
+
+
+def test_a_long_realisation_has_the_height_and_the_peak_asked_for():
+    eta, step = realised(wave_table(SEA, G, np.inf))
+    assert 4.0 * eta.std() == pytest.approx(3.0, rel=0.03)
+    f, power = np.fft.rfftfreq(len(eta), step), np.abs(np.fft.rfft(eta)) ** 2
+    near = (f > 0.5 / 9.0) & (f < 2.0 / 9.0)
+    smooth = np.convolve(power, np.ones(60) / 60.0, "same")
+    assert 1.0 / f[near][np.argmax(smooth[near])] == pytest.approx(9.0, rel=0.06)
+    # Goda: mean period from the zero crossings of gamma = 3.3 is 0.78 Tp
+    crossings = int(((eta[:-1] < 0.0) & (eta[1:] >= 0.0)).sum())
+    assert 7200.0 / crossings / 9.0 == pytest.approx(0.78, abs=0.03)
+    half = len(eta) // 2
+    assert np.abs(np.corrcoef(eta[:half], eta[half:])[0, 1]) < 0.15, "it does not repeat"
+
+
+def test_the_seed_makes_the_sea():
+    one, other = wave_table(SEA, G, np.inf), wave_table(SEA.model_copy(update={"seed": 5}), G, np.inf)
+    assert one.tobytes() == wave_table(SEA, G, np.inf).tobytes() and one.tobytes() != other.tobytes()
+    gusty = Turbulence(deviation=(0.03, 0.02, 0.01))
+    assert eddy_table(gusty).tobytes() == eddy_table(gusty).tobytes()
+    assert eddy_table(gusty).tobytes() != eddy_table(gusty.model_copy(update={"seed": 2})).tobytes()
+
+
+@pytest.mark.parametrize("s", [2.0, 10.0, 75.0])
+def test_spreading_is_cos_2s_of_half_the_angle(s):
+    """First moment of cos^2s(a/2): s/(s+1)."""
+    waves = SEA.model_copy(update={"spreading": s, "towards_deg": 50.0, "components": 1000})
+    angle = wave_table(waves, G, np.inf)[:, 4] - np.radians(50.0)
+    assert np.cos(angle).mean() == pytest.approx(s / (s + 1.0), abs=0.005)
+    assert abs(np.sin(angle).mean()) < 0.02
+    assert (wave_table(SEA, G, np.inf)[:, 4] == 0.0).all(), "long-crested without"
+
+
+def test_turbulence_has_its_deviations_and_its_time_scale():
+    table = eddy_table(Turbulence(deviation=(0.03, 0.0262, 0.0152), time_scale=2.0))
+    t = np.arange(0.0, 4000.0, 0.05)
+    for axis, deviation in enumerate((0.03, 0.0262, 0.0152)):
+        rows = table[table[:, 0] == axis]
+        u = (rows[:, 1, None] * np.cos(rows[:, 2, None] * t + rows[:, 3, None])).sum(0)
+        assert u.std() == pytest.approx(deviation, rel=0.03)
+        spectrum = np.abs(np.fft.rfft(u, 2 * len(u))) ** 2
+        correlation = np.fft.irfft(spectrum)[:160] / len(u) / u.var()
+        assert correlation.sum() * 0.05 == pytest.approx(2.0, rel=0.3), "integral of the correlation"
+    assert not len(eddy_table(Turbulence())) and (table[:, 0] == 0).sum() == 100
+
+
+def test_all_off_is_no_sea_at_all():
+    assert sea_of(Water(), G, None).rests
+    assert not sea_of(Water(waves=SEA), G, None).rests
+
+
+def test_the_example_of_the_manual_is_a_scene():
+    page = (Path(__file__).resolve().parents[2] / "docs" / "waves.md").read_text("utf-8")
+    block = page.partition("```yaml\n")[2].partition("```")[0]
+    data = load_scene("full_scale").model_dump(mode="json") | yaml12.parse(block)[0]
+    with pytest.warns(SceneWarning, match="ship_motion"):
+        scene = scene_from_dict(data, "waves.md")
+    assert not sea_of(scene.water, G, None).rests and len(sea_of(scene.water, G, None).variation) == 4
+
+
+TURNING = {"depth": [0.0, 20.0, 80.0], "speed": [1.0, 0.6, 0.2], "towards_deg": [0.0, 90.0, 180.0]}
+
+
+def test_a_table_by_speed_and_direction_turns_with_depth_and_with_the_heading():
+    water = Water(current_table=TURNING)
+    for z, value in ((0.0, (1.0, 0.0)), (-20.0, (0.0, 0.6)), (-80.0, (-0.2, 0.0)), (-200.0, (-0.2, 0.0))):
+        assert flow_of(water, 0.4)(z) == pytest.approx(value, abs=1e-12)
+    ahead = Water(current_table=TURNING, current_frame=CurrentFrame.HEADING)
+    assert flow_of(ahead, 0.5 * np.pi)(0.0) == pytest.approx((0.0, 1.0), abs=1e-12)
+    same = Water(current_table=CurrentTable(depth=(0.0, 50.0), east=(0.3, 0.1)))
+    assert flow_of(same, 0.0)(-25.0) == pytest.approx((0.2, 0.0))
+
+
+def test_the_start_has_the_current_of_its_time():
+    late = Water(
+        current=(1.0, 0.0),
+        current_gradient=(0.01, 0.0),
+        current_variation=CurrentVariation(time=(0.0, 3600.0), factor=(0.5, 1.0), turn_deg=(90.0, 0.0)),
+    )
+    assert flow_of(late, 0.0)(-10.0) == pytest.approx((0.0, 0.55))
+
+
+TEXTS = [
+    (
+        {"water.waves": {"kind": "airy", "height": 6.0, "period": 5.0}},
+        "water.waves.height = 6 m is more than 5.543 m, the height at which a wave of 39.03 m (5 s) breaks: "
+        "there is no "
+        "such wave; nothing was started. Make it at most 5.54 m, or the period longer",
+    ),
+    (
+        {"water.waves": {"kind": "jonswap", "height": 6.0, "period": 5.0}},
+        "water.waves.height = 6 m is more than 5.576 m, 1/7 of the 39.03 m of waves of the peak period 5 s: every wave "
+        "of that sea would break; nothing was started. Make it at most 2.6 m (1/15 of that length, the steepest seas "
+        "found)",
+    ),
+    (
+        {"water.waves": {"kind": "jonswap", "height": 4.0, "period": 12.0}, "seabed.depth": 5.0},
+        "water.waves.height = 4 m is more than 0.6 of seabed.depth = 5 m: it breaks before; nothing was "
+        "started. Make it "
+        "at most 3 m, or correct seabed.depth",
+    ),
+    (
+        {"water.waves": {"kind": "airy", "height": 5.0, "period": 12.0}, "seabed.depth": 5.0},
+        "water.waves.height = 5 m is more than 4.2",
+    ),
+    (
+        {"water.waves": {"kind": "jonswap"}},
+        "water.waves.height = 0 m, but water.waves.kind = jonswap asks for waves; nothing was started. Give the "
+        "height, "
+        "or kind: off",
+    ),
+    (
+        {"water.waves": {"kind": "airy", "height": 1.0}, "gravity": 0.0},
+        "gravity = 0 m/s^2, but there are no waves without it; nothing was started. Give gravity, or kind: off",
+    ),
+    (
+        {"water.current_table": {"depth": [0.0, 20.0, 20.0], "east": [1.0, 0.5, 0.2]}},
+        "water.current_table.depth is not ascending: row 3 with 20 m comes after 20 m, so that the current "
+        "between them "
+        "is not known; nothing was started. Sort the rows, and give each once",
+    ),
+    (
+        {"water.current_table": {"depth": [0.0], "east": [1.0]}},
+        "water.current_table.depth has 1 row, needs 2 or more to be interpolated; nothing was started. Give at least "
+        "two, or leave the table out",
+    ),
+    (
+        {"water.current_table": {"depth": [0.0, 20.0], "east": [1.0, 0.5, 0.2]}},
+        "water.current_table.east has 3 numbers, water.current_table.depth has 2: which belong together is not known; "
+        "nothing was started. Give one of each a row",
+    ),
+    (
+        {"water.current_table": {"depth": [0.0, 20.0], "speed": [1.0, 0.5]}},
+        "water.current_table.depth is given, but the current there is not known: east and north, or speed and "
+        "towards_deg, are needed, and not both pairs; nothing was started. Give one pair",
+    ),
+    (
+        {"water.current_table": {"east": [1.0, 0.5]}},
+        "water.current_table.east is given without water.current_table.depth: at which depths is not known; "
+        "nothing was "
+        "started. Give the depths",
+    ),
+    (
+        {"water.current_table": {"depth": [0.0, 20.0], "east": [1.0, 0.5]}, "water.current": [0.5, 0.0]},
+        "water.current_table.depth is given beside water.current = [0.5, 0.0] m/s with water.current_gradient = "
+        "[0.0, 0.0] 1/s: the current would count twice; nothing was started. Leave one of them out",
+    ),
+    (
+        {"water.current_table": {"depth": [0.0, 900.0], "east": [1.0, 0.5]}, "seabed.depth": 500.0},
+        "water.current_table.depth goes down to 900 m, below the seabed at seabed.depth = 500 m: it is the table of "
+        "another place, or the depth is wrong; nothing was started. Leave out the rows below 500 m, or correct "
+        "seabed.depth",
+    ),
+    (
+        {"water.current_variation": {"time": [0.0, 10.0], "factor": [1.0, 2.0]}},
+        "water.current_variation.time is given, but there is no current that it could change; nothing was "
+        "started. Give "
+        "water.current or water.current_table, or leave it out",
+    ),
+    (
+        {"water.current_variation": {"factor": [1.0, 2.0]}, "water.current": [0.1, 0.0]},
+        "water.current_variation.factor is given without water.current_variation.time: when is not known; nothing was "
+        "started. Give the times",
+    ),
+    (
+        {"water.current_variation": {"time": [5.0, 1.0], "factor": [1.0, 2.0]}, "water.current": [0.1, 0.0]},
+        "water.current_variation.time is not ascending: row 2 with 1 s comes after 5 s",
+    ),
+    (
+        {"water.current_table": {"depth": 5.0}},
+        "water.current_table.depth = 5.0 is a number, expected a list of numbers or null in [0, 12000] m",
+    ),
+    ({"water.waves": {"ship_motion": "coupled"}}, "water.waves.ship_motion = 'coupled' is none of its laws"),
+]
+
+
+@pytest.mark.parametrize("changes, text", TEXTS, ids=[t[:60] for _, t in TEXTS])
+def test_water_that_makes_no_sense_stops_the_load(changes, text):
+    data = load_scene("full_scale").model_dump(mode="json")
+    for key, value in changes.items():
+        block, _, name = key.rpartition(".")
+        (data[block] if block else data)[name] = value
+    with pytest.raises(SceneError) as error:
+        scene_from_dict(data, "x")
+    assert text in str(error.value)
+
+
+def cautioned(changes):
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        override(load_scene("full_scale"), changes)
+    return " | ".join(str(w.message) for w in caught if w.category is SceneWarning)
+
+
+def test_waves_bring_their_cautions():
+    text = cautioned({"water.waves.kind": "jonswap", "water.waves.height": 5.0, "water.waves.period": 6.5})
+    assert (
+        "water.waves.ship_motion = independent: waves act on cable and bodies, the ship moves as recorded or "
+        "commanded, "
+        "whatever the waves are; how its heave goes with them, and with it the tension's peaks, is by chance. Take the "
+        "figures of many seeds (water.waves.seed), or give the waves alone or the ship's motion alone"
+    ) in text
+    assert (
+        "water.waves.height = 5 m is more than 4.4 m, 1/15 of the length of waves of 6.5 s: steeper than seas "
+        "found, and "
+        "than linear waves are good for. Check height and period"
+    ) in text
+    assert (
+        "water.waves.height = 5 m brings crests of 4.65 m, over the lowest point of the sheave at 3.45 m while "
+        "the ship "
+        "does not rise with them: cable aboard counts as wet there. Lower waves, or a higher sheave"
+    ) in text
+    assert "water.waves" not in cautioned({})
+
+
+def test_turbulence_faster_than_the_ticks_brings_a_caution():
+    fast = {"water.turbulence.deviation": [0.1, 0.0, 0.0], "water.turbulence.time_scale": 0.04}
+    assert (
+        "water.turbulence.time_scale = 0.04 s is shorter than 0.05 s, 5 ticks: what changes from tick to tick is not "
+        "followed, its part of the deviation acts as noise. Give a longer one, or a shorter solver.tick"
+    ) in cautioned(fast)
+    assert "turbulence" not in cautioned(fast | {"water.turbulence.time_scale": 0.05})
