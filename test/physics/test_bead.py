@@ -63,7 +63,9 @@ def test_at_a_node_it_is_a_body_without_drag(z):
     force, k, power = system(state, 1.4, change, YES)
     band, body = np.zeros((6, 16)), record(body_record(Towbody(mass=MASS, net_weight=NET), GRAVITY, DENSITY))
     current = (0.0, 0.0, 0.0, 0.0)
-    given = load(body, (state.q[node], state.v[node], state.a[node], np.zeros(6)), current, change, YES, band)
+    given = load(
+        body, (state.q[node], state.v[node], state.a[node], np.zeros(6), np.zeros(12)), current, change, YES, band
+    )
     np.testing.assert_allclose(force.reshape(5, 6)[node], -band[:, 12], atol=1e-12)
     np.testing.assert_allclose(k[12:18, 12:18], band[:, :6], atol=1e-9)
     assert np.abs(np.delete(force.reshape(5, 6), node, 0)).max() == 0.0
