@@ -9,7 +9,7 @@ from math import inf, pi, sqrt
 import numpy as np
 
 from ..physics.cable import Cable
-from ..physics.drag import DragLaw
+from ..physics.drag_laws import DragLaw
 from ..physics.fairing import Fairing, dressed
 from ..physics.fluid import Fluid
 from ..physics.section import CableModel, Section, material_of
