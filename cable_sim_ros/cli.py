@@ -15,9 +15,11 @@ from .lab.commands import COMMANDS as LAB_COMMANDS
 from .runs import expected
 from .runs.mesh_command import mesh as mesh_command
 from .runs.progress import progress_bar as _progress
+from .runs.span_command import span as span_command
 from .runs.told import tell
 from .sim.flag_rules import CODE_DAMAGED, CODE_INPUT
 from .soak.command import soak as soak_command
+from .viv.command import viv as viv_command
 
 JSON = "cable_sim_ros.json"  # of click's context
 SHIPPED_BAG, SHIPPED_SCENE = "nbp1406", "full_scale"
@@ -294,7 +296,7 @@ def make_bags(out, data, speed, only, force) -> None:
         click.echo(row)
 
 
-for _command in (mesh_command, soak_command, *LAB_COMMANDS):
+for _command in (mesh_command, soak_command, viv_command, span_command, *LAB_COMMANDS):
     main.add_command(_command)
 
 NODE_MANUAL = """## Node

@@ -18,7 +18,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..physics.frame import CONTACT_COLUMNS, FRAME, SHAPE_COLUMNS
+from ..physics.frame import CONTACT_COLUMNS, FRAME, SHAPE_COLUMNS, STRUM_COLUMNS, strum_table
+from ..sim.scene import Scene
+from ..sim.strumming import on as strumming_on
 from .cdr import JointTemplate, cloud, cloud_table, header, header_time, store_type
 from .frame_numbers import NAMES, PLACES, FrameNumbers, numbers_of
 from .typestore import STORE
@@ -170,7 +172,12 @@ def sheave_contact(f, shape, contact, context: Context):
 
 def cable_shape(f, shape, contact, context: Context):
     """One point per node."""
-    return cloud(f.time, context.odom, SHAPE_COLUMNS, shape, "cable/shape")
+    return cloud(f.time, context.odom, SHAPE_COLUMNS, shape[:, : len(SHAPE_COLUMNS)], "cable/shape")
+
+
+def cable_strum(f, shape, contact, context: Context):
+    """One point per node: how the element that begins there strums."""
+    return cloud(f.time, context.odom, STRUM_COLUMNS, strum_table(shape), "cable/strum")
 
 
 def sim_health(f, shape, contact, context: Context):
@@ -261,6 +268,21 @@ CHANNELS = (
     ),
 )
 
+STRUM = Channel(  # of scenes with viv
+    "cable_strum",
+    "cable/strum",
+    "sensor_msgs/msg/PointCloud2",
+    1.0,
+    "sensor",
+    cable_strum,
+    lambda m: {"strum": cloud_table(m, STRUM_COLUMNS)},
+)
+
+
+def channels_of(scene: Scene) -> tuple[Channel, ...]:
+    """Channels that a scene has."""
+    return (*CHANNELS[:-1], STRUM, CHANNELS[-1]) if strumming_on(scene) else CHANNELS
+
 
 def serialize(channel: Channel, frame, shape, contact, context: Context) -> bytes:
     """CDR bytes of one channel by the message and its serializer, the plain way; `Encoder` is the quick one.
@@ -306,7 +328,7 @@ class Encoder:
 @cache
 def channel_of(topic: str, msgtype: str | None = None) -> Channel | None:
     """The channel a topic belongs to in whatever namespace, None if to none."""
-    for channel in CHANNELS:
+    for channel in (*CHANNELS, STRUM):
         if (topic == channel.topic or topic.endswith(f"/{channel.topic}")) and msgtype in (None, channel.msgtype):
             return channel
     return None

@@ -83,9 +83,20 @@ def scene_from_dict(data: Mapping[str, Any], origin: str, lines: Mapping[tuple, 
                 f"{', '.join(resources.shipped_scenes())}"
             ]
         )
+    if "span" in data:
+        raise SceneError(
+            [
+                f"{place(origin, lines.get(('span',), 0))}: span stands at the top: this is a span in a wind, not a "
+                f"scene of a tow; {CONSEQUENCE}. Run it with `cable-sim span`, or give a scene: "
+                f"{', '.join(resources.shipped_scenes())}"
+            ]
+        )
     try:
         scene = Scene.model_validate(data)
     except ValidationError as error:
+        if "flow" in data and "winch" not in data:
+            what = "is a span for `cable-sim viv`, not a scene of a tow"
+            raise SceneError([f"{origin}: {what}; {CONSEQUENCE}. Give it to `cable-sim viv`"]) from None
         raise SceneError(texts_of(error, data, origin, lines)) from None
     found = checks.problems(scene)
     if found:

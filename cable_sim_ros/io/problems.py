@@ -20,6 +20,7 @@ ENTRIES = {  # of tables by free names, as examples
     "sections": "{length: 10.0}",
     "bodies": "{at: first, mass: 50.0, net_weight: 300.0}",
     "mesh": "{elements: 4}",
+    "cases": "{length: 2.0, tension: 200.0, wind: 0.3}",
 }
 
 
@@ -35,25 +36,25 @@ def line_of(lines: Mapping[tuple, int], path: tuple) -> int:
     return lines.get(path, 0) if path else 0
 
 
-def texts_of(error: ValidationError, data, origin: str, lines) -> list[str]:
-    """One text for each problem pydantic found, in the order of the file; a vector is reported once."""
+def texts_of(error: ValidationError, data, origin: str, lines, root: type[Block] = Scene) -> list[str]:
+    """One text for each problem pydantic found in a file of kind root, in its order; a vector is reported once."""
     out: dict[tuple, str] = {}
     for item in error.errors():
         path = item["loc"]
-        field, owner = _field(path)
+        field, owner = _field(path, root)
         if path and isinstance(path[-1], int) and field is not None:  # one text for a vector
             path = path[:-1]
         if path not in out:
-            out[path] = _text(item, path, field, owner, data, origin, lines)
+            out[path] = _text(item, path, field, owner, data, origin, lines, root)
     return [out[path] for path in sorted(out, key=lambda p: (line_of(lines, p), dotted(p)))]
 
 
-def _text(item, path, field, owner, data, origin, lines) -> str:
+def _text(item, path, field, owner, data, origin, lines, root) -> str:
     value = _value(data, path)
     key, kind = dotted(path), item["type"]
     where = place(origin, line_of(lines, path[:-1] if value is _ABSENT else path))
     if kind == "extra_forbidden":
-        return unknown_key(where, path, value, [d.key for d in declared(Scene)], owner)
+        return unknown_key(where, path, value, [d.key for d in declared(root)], owner)
     if kind == "value_error":  # a validator of the scene: its text says what and how
         return f"{where}: {key} {str(item['msg']).removeprefix('Value error, ')}; {CONSEQUENCE}"
     if field is None and kind in ("model_type", "dict_type"):  # a free name: of a section or a body
@@ -127,9 +128,9 @@ def _value(data, path: tuple):
     return data
 
 
-def _field(path: tuple):
-    """Declaration at a path of the scene, and the Block that should hold its last key; None where there is none."""
-    block: type[Block] | None = Scene
+def _field(path: tuple, root: type[Block]):
+    """Declaration at a path of the file, and the Block that should hold its last key; None where there is none."""
+    block: type[Block] | None = root
     owner, field, table = None, None, False
     for part in path:
         if isinstance(part, int):  # component of a vector: the vector's own declaration
@@ -158,7 +159,7 @@ def _wanted(field) -> str:
     kinds = []
     for part in parts:
         if get_origin(part) is tuple:
-            kinds.append("a list of numbers" if Ellipsis in get_args(part) else f"{len(get_args(part))} numbers")
+            kinds.append("a list of numbers" if ... in get_args(part) else f"{len(get_args(part))} numbers")
         elif isinstance(part, type) and issubclass(part, enum.Enum):
             kinds.append("one of " + ", ".join(member.value for member in part))
         else:

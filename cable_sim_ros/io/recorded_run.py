@@ -8,19 +8,21 @@ from typing import NamedTuple
 import numpy as np
 
 from .bag import BagError, BagReader, report
-from .channels import CHANNELS, channel_of, decode, decode_frames
+from .channels import CHANNELS, STRUM, channel_of, decode, decode_frames
 
 HEALTH = next(channel for channel in CHANNELS if channel.name == "sim_health")
 
 
 class RecordedRun(NamedTuple):
     """A run: ``frames`` recarray of FRAME [ticks]; ``shapes`` and ``contacts``: (time [ns], table) pairs, columns as in
-    physics/frame.py; ``custom_data`` of the bag: scene name and whatever the recorder was given."""
+    physics/frame.py; ``custom_data`` of the bag: scene name and whatever the recorder was given; ``strums``: as shapes,
+    empty where viv was off."""
 
     frames: np.recarray
     shapes: list[tuple[int, np.ndarray]]
     contacts: list[tuple[int, np.ndarray]]
     custom_data: dict[str, str]
+    strums: list[tuple[int, np.ndarray]] = []
 
 
 def load_run(path: str | os.PathLike) -> RecordedRun:
@@ -31,11 +33,15 @@ def load_run(path: str | os.PathLike) -> RecordedRun:
     frames: list[bytes] = []
     shapes: list[tuple[int, np.ndarray]] = []
     contacts: list[tuple[int, np.ndarray]] = []
+    strums: list[tuple[int, np.ndarray]] = []
     with BagReader(path) as bag:
         for message in bag:
             channel = channel_of(message.topic, message.msgtype)
             if channel is HEALTH:
                 frames.append(message.data)
+            elif channel is STRUM:
+                fields = decode(channel, message.data)
+                strums.append((fields["time"], fields["strum"]))
             elif channel is not None and channel.name in ("cable_shape", "sheave_contact"):
                 fields = decode(channel, message.data)
                 (shapes if "shape" in fields else contacts).append((fields.pop("time"), *fields.values()))
@@ -45,4 +51,4 @@ def load_run(path: str | os.PathLike) -> RecordedRun:
             f"bag '{path}' has no topic '{HEALTH.topic}' of type {HEALTH.msgtype}: there is no run to "
             f"summarise; give a bag that the node or the offline run recorded"
         )
-    return RecordedRun(decode_frames(frames), shapes, contacts, bag.custom_data)
+    return RecordedRun(decode_frames(frames), shapes, contacts, bag.custom_data, strums)

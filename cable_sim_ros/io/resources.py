@@ -35,7 +35,17 @@ def share_folder(code: Path = CODE, environ=os.environ) -> Path:
 
 def shipped_scenes() -> list[str]:
     """Names of the scenes in ``config/``, sorted."""
-    return sorted(path.stem for path in (share_folder() / "config").glob("*.yaml"))
+    return sorted(path.stem for path in (share_folder() / "config").glob("*.yaml") if not is_span(path))
+
+
+def shipped_spans() -> list[str]:
+    """Names of the spans in ``config/``, sorted."""
+    return sorted(path.stem for path in (share_folder() / "config").glob("*.yaml") if is_span(path))
+
+
+def is_span(path: Path) -> bool:
+    """Is a file in ``config/`` one of a span, by its key at the top?"""
+    return any(line.startswith("span:") for line in path.read_text("utf-8").splitlines())
 
 
 def shipped_bags() -> list[str]:
@@ -46,6 +56,21 @@ def shipped_bags() -> list[str]:
 def find_scene(path_or_name: str | os.PathLike) -> Path:
     """Path of a scene: a file, or the name of a shipped one with or without ``.yaml``."""
     return _find(path_or_name, "scene", "config", shipped_scenes, (".yaml", ""), Path.is_file)
+
+
+def shipped_viv() -> list[str]:
+    """Names of the spans in ``config/viv/`` whose vibration ``cable-sim viv`` computes, sorted."""
+    return sorted(path.stem for path in (share_folder() / "config" / "viv").glob("*.yaml"))
+
+
+def find_viv(path_or_name: str | os.PathLike) -> Path:
+    """Path of a span for ``cable-sim viv``: a file, or the name of a shipped one with or without ``.yaml``."""
+    return _find(path_or_name, "span", "config/viv", shipped_viv, (".yaml", ""), Path.is_file)
+
+
+def find_span(path_or_name: str | os.PathLike) -> Path:
+    """Path of a span in a wind: a file, or the name of a shipped one with or without ``.yaml``."""
+    return _find(path_or_name, "span", "config", shipped_spans, (".yaml", ""), Path.is_file)
 
 
 def find_bag(path_or_name: str | os.PathLike) -> Path:

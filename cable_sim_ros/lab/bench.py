@@ -19,7 +19,7 @@ import numpy as np
 from .. import __version__
 from ..runs.passes import Progress, silent
 from . import haul_bench, ours, tow_bench
-from .ours import Setting, even
+from .ours import Setting, even, links
 from .row import METRES, Row
 from .scenes import errors
 
@@ -35,7 +35,8 @@ SWEEPS: dict[str, tuple[Callable, tuple[Setting, ...]]] = {
         tuple(
             even(n, dt, 0.5)
             for n, dt in ((6, 0.01), (8, 0.005), (10, 0.005), (12, 0.0025), (16, 0.01 / 3.0), (20, 0.0025), (40, 0.001))
-        ),
+        )
+        + links(*(even(n, dt, 0.5) for n, dt in ((20, 0.01), (40, 0.005), (80, 0.005), (80, 0.00125), (160, 0.00125)))),
     ),
     "P3": (ours.cantilever, tuple(even(n, dt, 0.5) for n, dt in ((4, 0.01), (6, 0.005), (8, 0.0025), (16, 0.001)))),
     "P4": (
@@ -61,6 +62,14 @@ SWEEPS: dict[str, tuple[Callable, tuple[Setting, ...]]] = {
             even(20, 0.1, 0.5),
             even(40, 0.1, 0.5),
             even(40, 0.05, 0.5),
+            *links(
+                Setting(((0.5, 8), (0.3, 12), (0.2, 16)), 0.1, 0.5),
+                Setting(((0.5, 16), (0.3, 24), (0.2, 32)), 0.1, 0.5),
+                even(20, 0.1, 0.5),
+                even(40, 0.1, 0.5),
+                even(80, 0.1, 0.5),
+                even(160, 0.05, 0.5),
+            ),
         ),
     ),
     "P6": (
@@ -205,7 +214,9 @@ def cells(r: Row) -> tuple[str, ...]:
 
 
 def series(row: Row) -> str:
-    """What a plot distinguishes: the codes, and in P7 the set-point algorithms with the model of the drum."""
+    """What a plot distinguishes: the codes, links, and in P7 the set-point algorithms with the model of the drum."""
+    if row.code == "cable_sim_ros" and " links" in row.setting:
+        return f"{row.code}, links"
     return f"{row.code}, {' '.join(row.setting.split()[:2])}" if row.scene == "P7" else row.code
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from ..runs.progress import progress_bar
+from .experiments import EXPERIMENTS
 
 FAILED = 1  # exit code where a value is missing or a limit is not kept
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
@@ -50,20 +51,19 @@ def case(files, fidelity, as_json) -> None:
 
 
 @click.command()
-@click.argument("names", nargs=-1, type=click.Choice(["pulley", "turbulence"]), metavar="[pulley] [turbulence]")
+@click.argument("names", nargs=-1, type=click.Choice(EXPERIMENTS), metavar="[NAME...]")
 @click.option(
     "--duration",
     type=click.FloatRange(min=0.5),
     metavar="S",
-    help="Seconds of each experiment; default: 10 of pulley, 300 of turbulence.",
+    help="Seconds of each experiment in time; default: 10 of pulley, 300 of turbulence.",
 )
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for plots and figures.")
 @json_option
 def validate(names, duration, out, as_json) -> None:
     """Repeat experiments of the source documents (default: all): measured, ours, allowed and who says so."""
-    from .experiments import EXPERIMENTS
     from .experiments import run as run_experiment
-    from .experiments.table import as_data, print_result
+    from .experiments.table import as_data, markdown, print_result
 
     with progress_bar(as_json) as progress:
         results = [run_experiment(name, duration, progress) for name in names or EXPERIMENTS]
@@ -71,6 +71,7 @@ def validate(names, duration, out, as_json) -> None:
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
         (out / "validate.json").write_text(json.dumps(told, indent=1) + "\n", "utf-8")
+        (out / "validate.md").write_text("\n\n".join(map(markdown, results)) + "\n", "utf-8")
         for result in results:
             click.echo(f"plot:      {result.plot(out)}", err=True)
     if as_json:
@@ -122,19 +123,20 @@ def stress(ids, quick, out, as_json) -> None:
 @click.option("--mesh", "promises", is_flag=True, help="In place of scenes: is the error promised for a mesh kept?")
 @click.option("--haul", is_flag=True, help="In place of scenes: what cable on the drum, cable out and elements cost.")
 @click.option("--ticks", is_flag=True, help="In place of scenes: the longest tick in real time, a minute at 2 m/s.")
+@click.option("--water", is_flag=True, help="In place of scenes: what each option of the water costs a tick.")
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for table, JSON and plots.")
 @json_option
-def bench(scenes, peers, repeats, features, sheave_mesh, promises, haul, ticks, out, as_json) -> None:
+def bench(scenes, peers, repeats, features, sheave_mesh, promises, haul, ticks, water, out, as_json) -> None:
     """Run time against error on the benchmark scenes (default: all), medians of runs that take turns."""
-    asked = {"features": features, "sheave_mesh": sheave_mesh, "mesh": promises, "haul": haul, "ticks": ticks}
-    studies = [name for name, on in asked.items() if on]
+    asked = {"features": features, "sheave_mesh": sheave_mesh, "mesh": promises, "haul": haul}
+    studies = [name for name, on in (asked | {"ticks": ticks, "water": water}).items() if on]
     if studies:
         if len(studies) > 1 or scenes or peers:
             raise click.UsageError(
-                "--features, --sheave-mesh, --mesh, --haul and --ticks each stand alone: no scene and no --peers "
-                "beside them"
+                "--features, --sheave-mesh, --mesh, --haul, --ticks and --water each stand alone: no scene and no "
+                "--peers beside them"
             )
-        if repeats and not features and not haul:
+        if repeats and studies[0] not in ("features", "haul", "water"):
             option = "--" + studies[0].replace("_", "-")
             raise click.UsageError(f"{option} repeats nothing; leave --repeats out")
         _study(studies[0], repeats, out, as_json)
@@ -209,6 +211,12 @@ def _study(name: str, repeats: int | None, out: Path | None, as_json: bool) -> N
         with progress_bar(False) as progress:
             found = ticks.ticks(progress=progress)
         data, text = found._asdict(), ticks.markdown(found)
+    elif name == "water":
+        from . import water_cost
+
+        with progress_bar(as_json) as progress:
+            found = water_cost.costs(repeats or water_cost.TURNS, progress)
+        data, text = [row._asdict() | {"off": row.off, "on": row.on} for row in found], water_cost.markdown(found)
     else:
         from . import sheave
 

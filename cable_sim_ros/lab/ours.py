@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..physics.contact import Contact
-from ..physics.drag import DragLaw
+from ..physics.drag_laws import DragLaw
 from ..physics.integrate import Solver
+from ..physics.section import CableModel
 from ..physics.surface import surface_row
 from ..physics.towbody import Towbody
 from ..physics.water import Water
@@ -34,18 +35,20 @@ class Ours(NamedTuple):
 
 
 class Setting(NamedTuple):
-    """Mesh as ((length share, elements), ...) from the first node, step [s], rho_inf."""
+    """Mesh as ((length share, elements), ...) from the first node, step [s], rho_inf, model of the elements."""
 
     mesh: tuple[tuple[float, int], ...]
     dt: float = 0.0
     rho: float = Solver().rho_inf
+    model: CableModel = CableModel.ANCF
 
     @property
     def elements(self) -> int:
         return sum(n for _, n in self.mesh)
 
     def __str__(self) -> str:
-        return mesh_text(self.mesh) + (f", {1e3 * self.dt:g} ms, rho_inf {self.rho:g}" if self.dt else "")
+        links = " links" if self.model is CableModel.SEGMENTS else ""
+        return mesh_text(self.mesh) + links + (f", {1e3 * self.dt:g} ms, rho_inf {self.rho:g}" if self.dt else "")
 
 
 def mesh_text(mesh: tuple[tuple[float, int], ...]) -> str:
@@ -56,6 +59,11 @@ def mesh_text(mesh: tuple[tuple[float, int], ...]) -> str:
 def even(n: int, dt: float = 0.0, rho: float = Solver().rho_inf) -> Setting:
     """Equal elements."""
     return Setting(((1.0, n),), dt, rho)
+
+
+def links(*settings: Setting) -> tuple[Setting, ...]:
+    """The same on links."""
+    return tuple(setting._replace(model=CableModel.SEGMENTS) for setting in settings)
 
 
 def _sections(length: float, setting: Setting, **more) -> list[dict]:
@@ -70,6 +78,7 @@ def _dry(p: dict, length: float, setting: Setting, held: dict, tension: float, *
         bending_stiffness=p["EI"],
         diameter=p.get("d", 0.01),
         compression_share=1.0,
+        model=setting.model,
     )
     return Rig(cable, held=held, tension=tension, gravity=p["g"], solver=Solver(rho_inf=setting.rho), **more)
 
@@ -215,6 +224,7 @@ def towed(setting: Setting) -> Ours:
         bending_stiffness=p["EI"],
         diameter=p["d"],
         added_mass_coefficient=p["Ca"],
+        model=setting.model,
     )
     tension = p["Wnet"] + p["w"] * p["L"]
     rig = Rig(

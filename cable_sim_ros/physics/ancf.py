@@ -32,8 +32,12 @@ FT = 19          # 11 rows: cos 0..5, sin 1..5
 COMPRESSION = 30
 # rates of the mesh through the material over the length of the element, at its two ends, see flow.py: s'/L, s''/L
 FLOW_0, FLOW_1, FLOW_RATE_0, FLOW_RATE_1 = range(31, 35)
-DISPLACED = 35  # kg/m of water that it displaces
-ROWS = 36
+# of links, see chain.py: buoyancy that is taken off along them [N/m]; 1 where their drag has the closed forms
+AXIAL_LIFT, CLOSED_DRAG = 35, 36
+DISPLACED = 37  # kg/m of water that it displaces
+# fit of C_N(Re) (drag_laws.py), C_T of its own: a constant, and the share of that of the Reynolds number along
+CN_FIT, CT_FIXED, CT_OF_RE = range(38, 41)
+ROWS = 41
 
 # rows of the 9x9 tangent's blocks; numpy integers, for a literal compiles a version of its own
 ROW_HH, ROW_HA, ROW_HB, ROW_AH, ROW_AA, ROW_AB, ROW_BH, ROW_BA, ROW_BB = np.arange(0, 81, 9)

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from .drag import smooth
+from .drag_laws import smooth
 from .flow import material
 from .instruments import locate
 from .jit import driver, inline
-from .shape import shape
+from .shape import LINK, hermite_of, shape
 from .state import ARC, NOW, A, Q, V
 from .vec import add
 
@@ -64,31 +64,29 @@ def carried(place, state):
     arc = state.nodes[NOW, ARC]
     e, x = locate(arc[:, 0], place)
     s, length = shape(x), arc[e + 1, 0] - arc[e, 0]
+    if arc[e, LINK] != 0.0:
+        s = (1.0 - x, 0.0, x, 0.0)
     n = (s[0], length * s[1], s[2], length * s[3])
     q, v, a = state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[NOW, A]
     p = (arc[e, 1] / length, arc[e + 1, 1] / length)
-    w, b = flowing(s, p, (arc[e, 2] / length, arc[e + 1, 2] / length), q, v, e, length)
+    w, b = flowing(s, p, (arc[e, 2] / length, arc[e + 1, 2] / length), q, v, e, arc)
     return e, n, weighted(n, q, e), add(weighted(n, v, e), w), add(weighted(n, a, e), b)
 
 
 @inline
-def flowing(s, p, q2, q, v, e, length):
+def flowing(s, p, q2, q, v, e, arc):
     """What the flow of the material adds to velocity and acceleration at a point, see flow.py; s: N_i there."""
-    vx, ax = component(s, p, q2, q, v, e, length, 0)
-    vy, ay = component(s, p, q2, q, v, e, length, 1)
-    vz, az = component(s, p, q2, q, v, e, length, 2)
+    vx, ax = component(s, p, q2, q, v, e, arc, 0)
+    vy, ay = component(s, p, q2, q, v, e, arc, 1)
+    vz, az = component(s, p, q2, q, v, e, arc, 2)
     return (vx, vy, vz), (ax, ay, az)
 
 
 @inline
-def component(s, p, q2, q, v, e, length, c):
+def component(s, p, q2, q, v, e, arc, c):
     """One coordinate of flowing()."""
-    d, b = material(
-        p,
-        q2,
-        (q[e, c], length * q[e, 3 + c], q[e + 1, c], length * q[e + 1, 3 + c]),
-        (v[e, c], length * v[e, 3 + c], v[e + 1, c], length * v[e + 1, 3 + c]),
-    )
+    y, u = hermite_of(arc, q, v, e, c)
+    d, b = material(p, q2, y, u)
     return (
         s[0] * d[0] + s[1] * d[1] + s[2] * d[2] + s[3] * d[3],
         s[0] * b[0] + s[1] * b[1] + s[2] * b[2] + s[3] * b[3],

@@ -11,6 +11,7 @@ from math import sqrt
 import numpy as np
 
 from .ancf import (
+    EXTRA_DRAG,
     FLOW_0,
     FLOW_1,
     FLOW_RATE_0,
@@ -23,15 +24,17 @@ from .ancf import (
     inertia_lanes,
     inertia_tangent_lanes,
 )
+from .chain import bend_joints, closed_loads, drop_axial_lift, fold, is_chain, link_lanes, straighten, straighten_mean
 from .contact import contact_lanes, contact_point_lanes, contact_tangent_lanes
 from .drag import amplified, mean_lanes, point_lanes, spread_force, spread_matrix, water_load, water_tangent
 from .flow import convective_tangent_lanes, material_lanes
 from .jit import LANES, driver, inline, link, opaque
-from .quantity import REQUIRED, quantity
 from .sea import push_lanes, stream_lanes
-from .section import Material, Section
+from .section import Cable as Cable
+from .section import Section as Section
 from .shape import W4, W5, X4, X5, shape, slope
-from .state import ARC, AT_REST, MEAN, NOW, A, Q, V
+from .state import ARC, AT_REST, MEAN, NOW, STRUM, A, Q, V
+from .strum import EXTRA
 from .surface import DRUM, GROOVE, NO_TOP, out_of_reach, solid
 from .vec import add, dot, get3, scale, sub
 from .waterline import THIRD, immersion, raise_lanes, waterline
@@ -44,21 +47,6 @@ _N5 = np.array([shape(x) for x in X5])
 _D5 = np.array([slope(x) for x in X5])
 N4L = np.repeat(_N4[:, :, None], LANES, 2)  # [point, 4, LANES]
 D4L = np.repeat(_D4[:, :, None], LANES, 2)
-
-
-class Cable(Material):
-    """The cable: its material where a section gives none of its own, and its sections."""
-
-    mean_flow_time: float = quantity(
-        60.0,
-        "s",
-        1.0,
-        36000.0,
-        "time constant of the cable's own mean velocity, with which the mean flow past it acts "
-        "on the extra drag of amplification; several waves long",
-        "docs/theory.md; Westin (64) in a steady tow",
-    )
-    sections: dict[str, Section] = quantity(REQUIRED, "", None, None, "sections from the drum end to the towbody")
 
 
 @driver
@@ -80,6 +68,7 @@ def gather(group, elements, state):
         per_length = 1.0 / length
         p[LENGTH, lane] = length
         p[PER_LENGTH, lane] = per_length
+        p[EXTRA_DRAG, lane] += state.nodes[NOW, STRUM, e, EXTRA]
         p[FLOW_0, lane], p[FLOW_1, lane] = arc[e, 1] * per_length, arc[e + 1, 1] * per_length
         p[FLOW_RATE_0, lane], p[FLOW_RATE_1, lane] = arc[e, 2] * per_length, arc[e + 1, 2] * per_length
         flows = flows or arc[e, 1] != 0.0 or arc[e + 1, 1] != 0.0 or arc[e, 2] != 0.0 or arc[e + 1, 2] != 0.0
@@ -96,6 +85,8 @@ def gather(group, elements, state):
             x[27 + c, lane] = length * a[e, 3 + c]
             x[30 + c, lane] = a[e + 1, c]
             x[33 + c, lane] = length * a[e + 1, 3 + c]
+    if is_chain(arc):
+        straighten(state.work.lanes[0])
     if flows:
         material_lanes(x, p)
     return flows
@@ -122,6 +113,8 @@ def gather_mean(group, state, share):
             scaled = length if c >= 3 else 1.0
             mean[c, lane] = scaled * mean_at(nodes, e, c, share)
             mean[6 + c, lane] = scaled * mean_at(nodes, e + 1, c, share)
+    if is_chain(nodes[NOW, ARC]):
+        straighten_mean(mean)
 
 
 @driver
@@ -255,7 +248,7 @@ def _water_part(state, group, change, tangent):
         return False
     m = state.memory[NOW].current
     current = (m[0], m[1], m[2], m[3])
-    second = amplified(p)
+    second, links = amplified(p), is_chain(state.nodes[NOW, ARC])
     if second:
         gather_mean(group, state, change.share)
     if wet:
@@ -273,6 +266,8 @@ def _water_part(state, group, change, tangent):
                 water_load(work.point, p, weight, second, work.load[g])
             if streams.shape[0] > 0:
                 push_lanes(streams[0, g], p, weight, work.load[g])
+        if links and streams.shape[0] == 0:
+            closed_loads(work, current, second)
         spread_force(_N4, work.load, DRAG_POINTS, work.force)
         if tangent:
             spread_matrix(_N4, _D4, (work.by_place, work.by_slope), DRAG_POINTS, work.mixed, work.k)
@@ -280,6 +275,8 @@ def _water_part(state, group, change, tangent):
         for e in range(LANES):
             if wetness[e] < 0.0:
                 waterline(e, work, current, streams, change, tangent)
+    if links:
+        drop_axial_lift(work, tangent)
     return True
 
 
@@ -330,17 +327,20 @@ def _assemble(line, state, change, tangent):
     elements, work, tension = line.elements, state.work.lanes[0], state.tension
     x, p, force, k, lane_sum = work.x, work.p, work.force, work.k, work.lane[SUM]
     c1, c2, sigma = change.velocity, change.acceleration, change.damping
-    count = tension.shape[0]
+    count, links = tension.shape[0], is_chain(state.nodes[NOW, ARC])
     total = 0.0
     for group in range(elements.shape[0]):
         flows = gather(group, elements, state)
-        inertia_lanes(x, p, force, sigma)
-        if tangent:
+        if links:
+            link_lanes(work, change, tangent)
+        elif tangent:
+            inertia_lanes(x, p, force, sigma)
             elastic_tangent_lanes(x, p, c1, force, work.lane[TENSION], work.lane[ENERGY], work.lane[LOST], work.k9, k)
             inertia_tangent_lanes(p, c2 + sigma * c1, k)
             if flows:
                 convective_tangent_lanes(p, c1, k)
         else:
+            inertia_lanes(x, p, force, sigma)
             elastic_lanes(x, p, force, work.lane[TENSION], work.lane[ENERGY], work.lane[LOST])
         real = min(LANES, count - LANES * group)
         for lane in range(real):
@@ -355,6 +355,9 @@ def _assemble(line, state, change, tangent):
             before = after
         if contact_part(state, change, tangent):
             pressed += before - power_of(x, force, real, lane_sum)
+        if links:
+            fold(work, tangent)
+            bend_joints(work, tangent)
         scatter(group, state.work, tangent)
     work.power[OWN], work.power[LOST_POWER], work.power[WATER], work.power[SURFACES] = own, lost, water, pressed
     return total

@@ -1,112 +1,46 @@
-"""Hydrodynamic line load of a cable: drag by loading functions, normal added mass, buoyancy.
+"""Hydrodynamic line load of a cable: drag by the laws of drag_laws.py, normal added mass, buoyancy; lanes kernels.
 
-Sources: Driscoll & Nahon as printed by Westin (2018) (58)-(69), ribbon fairing (145), Choo & Casarella C_D(Re)
-(61)-(62). Corrected against the print (docs/theory.md, 5): the drag acts along +V with V = V_f - r_t; (58b) keeps
-one sign; G of (64) is the total factor, f = f_D(V_f - r_t) + (G-1) f_D(mean of V_f - r_t): printed for a cable at
-rest in a steady stream, taken here with its own mean velocity; the second line of (145) is f_t;
-the Froude-Krylov part of (69b) is counted once (a horizontal, steady, sheared current has none).
+Sources: Driscoll & Nahon as printed by Westin (2018) (58)-(69). Corrected against the print (docs/theory.md, 5): the
+drag acts along +V with V = V_f - r_t; (58b) keeps one sign; G of (64) is the total factor, f = f_D(V_f - r_t) + (G-1)
+f_D(mean of V_f - r_t): printed for a cable at rest in a steady stream, taken here with its own mean velocity; the
+Froude-Krylov part of (69b) is counted once (a horizontal, steady, sheared current has none).
 
-A law is two trigonometric polynomials in eta = atan(v_n/|v_t|): f_n up to 2 eta, f_t up to 5 eta. The quintic of (60b)
-is fitted by the latter to 1e-7 of its unit (test), so that no law needs an arc tangent. f_t below zero counts as zero.
+A tangential drag with a coefficient of its own, C_T |v_t| v_t, is a scalar and its derivative a point, zero for laws
+whose f_t is a function of the angle.
 """
 
 from __future__ import annotations
 
-from enum import Enum
-from math import log, sqrt
+from math import sqrt
 
 import numpy as np
 
-from .ancf import ADDED_MASS, BUOYANCY, CD_FIXED, DISPLACED, EXTRA_DRAG, FLOW_0, FLOW_1, FN, FT, HALF_RHO_D, RE_FACTOR
+from .ancf import (
+    ADDED_MASS,
+    BUOYANCY,
+    CD_FIXED,
+    CN_FIT,
+    CT_FIXED,
+    CT_OF_RE,
+    EXTRA_DRAG,
+    FLOW_0,
+    FLOW_1,
+    HALF_RHO_D,
+    RE_FACTOR,
+)
+from .drag_laws import CHOO_CASARELLA, FRICTION, RE_MOST, RE_TOP, choo_casarella, fitted, loading
 from .jit import LANES, driver, inline
 from .vec import axpy, dot, get3, norm, plus3, plus_matrix, put3, put_matrix, scale, sub
 
 SPEED_FLOOR = 1e-3     # m/s, regularises v_n, |v_t| and the sign of v_t
-RE_LEAST, RE_BLEND_1, RE_BLEND_2, RE_MOST = 1e-3, (0.8, 1.25), (25.0, 36.0), 1e5
-RE_TOP = RE_BLEND_2[1]
 
 # rows of the point table: position, relative velocity, water velocity, acceleration, unit tangent, 1/|dr/dxi|, V_n,
-# C_D, dC_D/dRe, is the lane off the top branch of C_D(Re), xi' = -w/L of the material (flow.py), fall of the water's
-# velocity (x, y) with height
-(POINT_R, POINT_V, POINT_W, POINT_A, POINT_U, POINT_PER_G, POINT_VN, POINT_CD, POINT_DCD, POINT_X,
- POINT_FLOW, POINT_SHEAR) = np.array((0, 3, 6, 9, 12, 15, 16, 17, 18, 19, 20, 21))
-POINT_ROWS = 23
-
-
-class DragLaw(str, Enum):
-    """Loading functions of a section."""
-
-    OFF = "off"
-    DRISCOLL_NAHON = "driscoll_nahon"                    # 0.011 on sin(2 eta): our default, a judgement
-    DRISCOLL_NAHON_PRINTED = "driscoll_nahon_printed"    # 0.11 as printed by Westin (60a); f_n < 0 below 8 deg
-    RIBBON = "ribbon"                                    # ribbon fairing, Westin (145)
-    CROSSFLOW = "crossflow"                              # f_n = sin^2 eta, f_t = C_t / C_D cos^2 eta
-    PODE = "pode"                                        # f_n = sin^2 eta, f_t = C_t / C_D at every angle
-
-
-# fit of (60b) on [0, pi/2], cos 0..5 and sin 1..5, largest difference 7e-8; checked by a test
-_FT_BARE = (-0.154069822042428, 0.32370195471209123, -0.19768199976246204, 0.04699662080294466, 0.0025192226692795916,
-            -0.0013760002668004867, 0.024658849723673076, -0.0890678193267043, 0.07196180416171502,
-            -0.017956738489678433, 0.0011127654967487688)
-_NONE = (0.0,) * 11
-# law: f_n (1, cos, sin, cos 2, sin 2), f_t (1, cos .. cos 5, sin .. sin 5)
-LOADING: dict[DragLaw, tuple[tuple[float, ...], tuple[float, ...]]] = {
-    DragLaw.OFF: ((0.0,) * 5, _NONE),
-    DragLaw.DRISCOLL_NAHON: ((0.5, -0.1, 0.1, -0.4, -0.011), _FT_BARE),
-    DragLaw.DRISCOLL_NAHON_PRINTED: ((0.5, -0.1, 0.1, -0.4, -0.11), _FT_BARE),
-    DragLaw.RIBBON: ((0.498609, -0.2499, 0.2527, -0.2487, 0.0),
-                     (-0.2255, 0.3417, 0.0, 0.0, 0.0, 0.0, 0.255, -0.0811, 0.0, 0.0, 0.0)),
-    DragLaw.CROSSFLOW: ((0.5, 0.0, 0.0, -0.5, 0.0), _NONE),
-    DragLaw.PODE: ((0.5, 0.0, 0.0, -0.5, 0.0), _NONE),
-}
-
-
-@inline
-def smooth(x, low, high):
-    """Smoothstep from 0 at low to 1 at high and its derivative."""
-    t = min(max((x - low) / (high - low), 0.0), 1.0)
-    return t * t * (3.0 - 2.0 * t), 6.0 * t * (1.0 - t) / (high - low)
-
-
-@inline
-def choo_casarella(re):
-    """C_D(Re) of (61) and dC_D/dRe, blended over Re 0.8-1.25 and 25-36, held outside 1e-3..1e5."""
-    if re >= RE_MOST:
-        return 1.1 + 4.0 / sqrt(RE_MOST), 0.0
-    if re >= RE_TOP:
-        return 1.1 + 4.0 / sqrt(re), -2.0 / (re * sqrt(re))
-    x = max(re, RE_LEAST)
-    mid = 8.55 * x ** -0.9
-    cd, dcd = 1.45 + mid, -0.9 * mid / x
-    if x > RE_BLEND_2[0]:
-        t, dt = smooth(x, RE_BLEND_2[0], RE_BLEND_2[1])
-        top, dtop = 1.1 + 4.0 / sqrt(x), -2.0 / (x * sqrt(x))
-        return cd + t * (top - cd), dcd + t * (dtop - dcd) + dt * (top - cd)
-    if x < RE_BLEND_1[1]:
-        s = -0.077215665 + log(8.0 / x)
-        g = 8.0 * np.pi / (x * s)
-        low = g * (1.0 - 0.87 / (s * s))
-        dlow = g / x * (-1.0 + 1.0 / s + 0.87 / (s * s) - 2.61 / (s * s * s))
-        t, dt = smooth(x, RE_BLEND_1[0], RE_BLEND_1[1])
-        cd, dcd = low + t * (cd - low), dlow + t * (dcd - dlow) + dt * (cd - low)
-    return cd, (dcd if re > RE_LEAST else 0.0)
-
-
-@inline
-def loading(c, s, p, e):
-    """f_n, df_n/deta, f_t, df_t/deta for cos eta = c, sin eta = s with the coefficients of lane e."""
-    c2, s2 = c * c - s * s, 2.0 * s * c
-    fn = p[FN, e] + p[FN + 1, e] * c + p[FN + 2, e] * s + p[FN + 3, e] * c2 + p[FN + 4, e] * s2
-    dn = p[FN + 2, e] * c - p[FN + 1, e] * s + 2.0 * (p[FN + 4, e] * c2 - p[FN + 3, e] * s2)
-    c3, s3 = c2 * c - s2 * s, s2 * c + c2 * s
-    c4, s4 = c2 * c2 - s2 * s2, 2.0 * s2 * c2
-    c5, s5 = c4 * c - s4 * s, s4 * c + c4 * s
-    ft = (p[FT, e] + p[FT + 1, e] * c + p[FT + 2, e] * c2 + p[FT + 3, e] * c3 + p[FT + 4, e] * c4 + p[FT + 5, e] * c5
-          + p[FT + 6, e] * s + p[FT + 7, e] * s2 + p[FT + 8, e] * s3 + p[FT + 9, e] * s4 + p[FT + 10, e] * s5)
-    dt = (p[FT + 6, e] * c - p[FT + 1, e] * s + 2.0 * (p[FT + 7, e] * c2 - p[FT + 2, e] * s2)
-          + 3.0 * (p[FT + 8, e] * c3 - p[FT + 3, e] * s3) + 4.0 * (p[FT + 9, e] * c4 - p[FT + 4, e] * s4)
-          + 5.0 * (p[FT + 10, e] * c5 - p[FT + 5, e] * s5))
-    return fn, dn, (ft if ft > 0.0 else 0.0), (dt if ft > 0.0 else 0.0)
+# C_D, dC_D/dRe, above 0 for a lane off the top branch of C_D(Re) or of another law, xi' = -w/L of the material
+# (flow.py), fall of the water's velocity (x, y) with height, tangential drag of its own coefficient and its derivative
+# to v_t
+(POINT_R, POINT_V, POINT_W, POINT_A, POINT_U, POINT_PER_G, POINT_VN, POINT_CD, POINT_DCD, POINT_X, POINT_FLOW,
+ POINT_SHEAR, POINT_ALONG, POINT_DALONG) = np.array((0, 3, 6, 9, 12, 15, 16, 17, 18, 19, 20, 21, 23, 24))
+POINT_ROWS = 25
 
 
 @inline
@@ -182,7 +116,8 @@ def mean_lanes(m, n, t):
 
 @driver
 def coefficient_lanes(p, t, row):
-    """V_n, C_D and dC_D/dRe for the velocity in ``row`` (POINT_V or POINT_W) of t; lanes off the top branch singly."""
+    """V_n, and C_D and dC_D/dRe of the top branch of Choo-Casarella, for the velocity in ``row`` (POINT_V or POINT_W)
+    of t; row POINT_X says which lanes need other_coefficients."""
     if p.shape[1] != LANES or t.shape[1] != LANES:
         raise ValueError("lanes")
     for e in range(LANES):
@@ -196,17 +131,61 @@ def coefficient_lanes(p, t, row):
         t[POINT_VN, e] = vn
         t[POINT_CD, e] = free * (1.1 + 4.0 * q) + (1.0 - free) * fixed
         t[POINT_DCD, e] = -2.0 * free * q * q * q
-        t[POINT_X, e] = 1.0 if fixed < 0.0 and (re < RE_TOP or re > RE_MOST) else 0.0
+        off = 1.0 if fixed < 0.0 and (re < RE_TOP or re > RE_MOST) else 0.0
+        t[POINT_X, e] = off + p[CN_FIT, e] + p[CT_FIXED, e] + p[CT_OF_RE, e]
+    for e in range(LANES):   # a loop of its own: with the one above it is not vectorised
+        t[POINT_ALONG, e] = 0.0
+        t[POINT_DALONG, e] = 0.0
+
+
+@driver
+def other_coefficients(p, t, row):
+    """C_D off the top branch of Choo-Casarella and of other laws, tangential drag of its own coefficient, by lane."""
     for e in range(LANES):
         if t[POINT_X, e] > 0.0:
-            t[POINT_CD, e], t[POINT_DCD, e] = choo_casarella(p[RE_FACTOR, e] * t[POINT_VN, e])
+            if p[CD_FIXED, e] < 0.0:
+                re = p[RE_FACTOR, e] * t[POINT_VN, e]
+                if p[CN_FIT, e] == CHOO_CASARELLA:
+                    t[POINT_CD, e], t[POINT_DCD, e] = choo_casarella(re)
+                else:
+                    t[POINT_CD, e], t[POINT_DCD, e] = fitted(int(p[CN_FIT, e]), re)
+            if p[CT_FIXED, e] + p[CT_OF_RE, e] > 0.0:
+                vt = dot(get3(t, row, e), get3(t, POINT_U, e))
+                t[POINT_ALONG, e], t[POINT_DALONG, e] = along(vt, p, e)
+
+
+@driver
+def coefficients(p, t, row):
+    """Coefficients of every lane for the velocity in ``row`` of t: rows VN, CD, DCD, ALONG and DALONG."""
+    coefficient_lanes(p, t, row)
+    other_coefficients(p, t, row)
+
+
+@inline
+def friction(vt, p, e):
+    """rho d/2 C_T(Re_T) of its own coefficient, its derivative to |v_t|, and |v_t| regularised."""
+    at = sqrt(vt * vt + SPEED_FLOOR * SPEED_FLOOR)
+    ct, dct = p[CT_FIXED, e], 0.0
+    if p[CT_OF_RE, e] > 0.0:
+        own, down = fitted(FRICTION, p[RE_FACTOR, e] * at)
+        ct, dct = ct + p[CT_OF_RE, e] * own, p[CT_OF_RE, e] * down * p[RE_FACTOR, e]
+    return p[HALF_RHO_D, e] * ct, p[HALF_RHO_D, e] * dct, at
+
+
+@inline
+def along(vt, p, e):
+    """Tangential drag per length of its own coefficient, rho d/2 C_T(Re_T) |v_t| v_t, and its derivative to v_t."""
+    c, dc, at = friction(vt, p, e)
+    return c * at * vt, c * (at + vt * vt / at) + dc * vt * vt
 
 
 @inline
 def drag_of(t, row, p, e):
-    """drag() of lane e for the velocity in ``row`` of t."""
-    return drag(get3(t, row, e), get3(t, POINT_U, e), t[POINT_VN, e], p[HALF_RHO_D, e], p[RE_FACTOR, e], t[POINT_CD, e],
-                t[POINT_DCD, e], p, e)
+    """drag() of lane e for the velocity in ``row`` of t, with the tangential drag of its own coefficient."""
+    al, be, w, vt, a1, a2, b1, b2 = drag(
+        get3(t, row, e), get3(t, POINT_U, e), t[POINT_VN, e], p[HALF_RHO_D, e], p[RE_FACTOR, e], t[POINT_CD, e],
+        t[POINT_DCD, e], p, e)
+    return al, be + t[POINT_ALONG, e], w, vt, a1, a2, b1, b2 + t[POINT_DALONG, e]
 
 
 @driver
@@ -305,10 +284,10 @@ def amplified(p):
 @driver
 def water_load(t, p, weight, second, f):
     """Line load of one point a lane, f[3, LANES] = weight * f; second: with the extra drag of the mean flow."""
-    coefficient_lanes(p, t, POINT_V)
+    coefficients(p, t, POINT_V)
     load_lanes(t, p, weight, f)
     if second:
-        coefficient_lanes(p, t, POINT_W)
+        coefficients(p, t, POINT_W)
         mean_load_lanes(t, p, weight, f)
 
 
@@ -316,10 +295,10 @@ def water_load(t, p, weight, second, f):
 def water_tangent(t, p, change, weight, second, out):
     """water_load with its derivatives, see load_tangent_lanes; change: state.Change; out: f, ka, kb."""
     f, ka, kb = out
-    coefficient_lanes(p, t, POINT_V)
+    coefficients(p, t, POINT_V)
     load_tangent_lanes(t, p, change.velocity, change.acceleration, weight, f, ka, kb)
     if second:
-        coefficient_lanes(p, t, POINT_W)
+        coefficients(p, t, POINT_W)
         mean_tangent_lanes(t, p, change.share * change.velocity, weight, f, ka, kb)
 
 
@@ -365,26 +344,3 @@ def spread_matrix(n, d, loads, points, mixed, k):
                 a = n[g, i]
                 for r in range(9 * LANES):
                     y[4 * i + j, r] -= a * z[g, r]
-
-
-# f_t of the laws with a tangential coefficient, as a polynomial like those above
-TANGENTIAL = {DragLaw.CROSSFLOW: (0.5, 0.0, 0.5), DragLaw.PODE: (1.0, 0.0, 0.0)}
-
-
-def element_rows(section, cable, water, gravity: float) -> dict[int, float]:
-    """Hydrodynamic rows of the element table for one section: blocks Section, Cable and Water; gravity [m/s^2]."""
-    d, density = cable.diameter, water.density
-    area = 0.25 * np.pi * d**2
-    rows = {HALF_RHO_D: 0.5 * density * d, RE_FACTOR: density * d / water.viscosity,
-            ADDED_MASS: density * area * cable.added_mass_coefficient, BUOYANCY: density * area * gravity,
-            DISPLACED: density * area,
-            EXTRA_DRAG: section.drag_amplification - 1.0,
-            CD_FIXED: -1.0 if section.drag_coefficient is None else section.drag_coefficient}
-    normal, polynomial = LOADING[section.drag_law]
-    rows.update({FN + i: value for i, value in enumerate(normal)})
-    rows.update({FT + i: value for i, value in enumerate(polynomial)})
-    tangential = section.tangential_coefficient
-    if tangential and section.drag_law in TANGENTIAL:
-        rows.update({FT + i: tangential / section.drag_coefficient * value
-                     for i, value in enumerate(TANGENTIAL[section.drag_law])})
-    return rows

@@ -8,7 +8,7 @@ from .ancf import BUOYANCY, EA, EI, MASS_PER_LENGTH, WEIGHT_PER_LENGTH
 from .bead import aboard, carried
 from .flow import convective, second
 from .jit import LANES, driver, inline
-from .shape import W5, X5, shape
+from .shape import LINK, W5, X5, hermite_of, shape
 from .state import ARC, NOW, STEP, Q, V
 from .work import FED, HELD, LOADS, LOST_POWER, SURFACES, WATER
 
@@ -41,11 +41,10 @@ def energies(line, state):
         flow = (arc[e, 1] / length, arc[e + 1, 1] / length)
         m = 0.5 * p[MASS_PER_LENGTH, lane] * length
         for k in range(3):
-            a, b, c, d = convective(flow, (q[e, k], length * q[e, 3 + k], q[e + 1, k], length * q[e + 1, 3 + k]))
-            kinetic += m * quadratic(
-                v[e, k] + a, length * v[e, 3 + k] + b, v[e + 1, k] + c, length * v[e + 1, 3 + k] + d
-            )
-        z0, z1, z2, z3 = q[e, 2], length * q[e, 5], q[e + 1, 2], length * q[e + 1, 5]
+            y, u = hermite_of(arc, q, v, e, k)
+            a, b, c, d = convective(flow, y)
+            kinetic += m * quadratic(u[0] + a, u[1] + b, u[2] + c, u[3] + d)
+        z0, z1, z2, z3 = hermite_of(arc, q, v, e, 2)[0]
         weight, lift = p[WEIGHT_PER_LENGTH, lane], p[BUOYANCY, lane]
         mean = 0.5 * (z0 + z2) + (z1 - z3) / 12.0
         dry += length * weight * mean
@@ -103,9 +102,10 @@ def fed(line, state):
     p, length = line.elements[0], arc[1, 0] - arc[0, 0]
     motion, bent, stretched = 0.0, 0.0, 0.0
     for k in range(3):
-        w = v[0, k] + rate * q[0, 3 + k]
-        r, _ = second((q[0, k], length * q[0, 3 + k], q[1, k], length * q[1, 3 + k]))
-        motion, bent, stretched = motion + w * w, bent + r * r, stretched + q[0, 3 + k] * q[0, 3 + k]
+        g = q[0, 3 + k] if arc[0, LINK] == 0.0 else (q[1, k] - q[0, k]) / length
+        w = v[0, k] + rate * g
+        r, _ = second(hermite_of(arc, q, v, 0, k)[0])
+        motion, bent, stretched = motion + w * w, bent + r * r, stretched + g * g
     strain = sqrt(stretched) - 1.0
     density = 0.5 * (p[MASS_PER_LENGTH, 0] * motion + p[EA, 0] * strain * strain + p[EI, 0] * bent / length**4)
     return rate * (density + p[WEIGHT_PER_LENGTH, 0] * q[0, 2])

@@ -21,7 +21,7 @@ from math import pi
 from typing import NamedTuple
 
 from .ancf import ADDED_MASS, BUOYANCY, DISPLACED, HALF_RHO_D, RE_FACTOR
-from .drag import DragLaw
+from .drag_laws import DragLaw
 
 
 class Fairing(str, Enum):
@@ -38,7 +38,7 @@ class Preset(NamedTuple):
 
     law: DragLaw
     drag_coefficient: float | None  # on the thickness; none: C_D(Re)
-    tangential_coefficient: float  # on the thickness
+    tangential_coefficient: float  # on the thickness; 0: that of the law
     thickness: float  # over the diameter of the cable
     volume: float  # of the fairing alone, over that of the cable
     density: float  # kg/m^3 of its material
@@ -61,11 +61,11 @@ PRESETS = {
 def dressed(section):
     """A Section with every drag key of its own: what it leaves out is that of its fairing."""
     preset = PRESETS[section.fairing]
-    given = {
-        "drag_law": preset.law,
-        "drag_coefficient": preset.drag_coefficient,
-        "tangential_coefficient": preset.tangential_coefficient,
-    }
+    given = {"drag_law": preset.law, "drag_coefficient": preset.drag_coefficient}
+    if section.friction_coefficient is not None:
+        given["tangential_coefficient"] = pi * section.friction_coefficient
+    elif preset.tangential_coefficient > 0.0:
+        given["tangential_coefficient"] = preset.tangential_coefficient
     return section.model_copy(update={key: value for key, value in given.items() if getattr(section, key) is None})
 
 

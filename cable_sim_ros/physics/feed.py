@@ -9,7 +9,7 @@ the pay-out; no element is ever split or merged. Number and order of nodes are c
 
 from __future__ import annotations
 
-from .ancf import CD_FIXED, EA, EI, EXTRA_DRAG, FN, FT, HALF_RHO_D, ROWS, WEIGHT_PER_LENGTH
+from .ancf import CD_FIXED, CN_FIT, CT_FIXED, CT_OF_RE, EA, EI, EXTRA_DRAG, FN, FT, HALF_RHO_D, ROWS, WEIGHT_PER_LENGTH
 from .jit import LANES, driver, inline
 
 ABOARD = -1
@@ -110,20 +110,20 @@ def mix(feed, section, begin, end, rows, lane):
     """Rows of an element from ``begin`` to ``end`` that holds several sections, from ``section`` on.
 
     What adds up along the cable is averaged; compliances are; drag coefficients with the diameter that they multiply.
-    Where one part has a constant C_D and the other C_D(Re) the longer part's counts, for both.
+    Where one part has a constant C_D and the other C_D(Re), or another C_D(Re), the longer part's counts, for both.
     """
     zones, materials = feed.zones, feed.materials
     for r in range(ROWS):
         rows[r, lane] = 0.0
     ea, ei, drag, longest = 0.0, 0.0, 0.0, 0.0
     soft = False
-    fixed = -1.0
+    fixed, fit = -1.0, 0.0
     at, i = begin, section
     while at < end:
         to = end if i == zones.shape[0] - 1 else min(zones[i].end, end)
         m, w = materials[i], (to - at) / (end - begin)
         for r in range(ROWS):
-            if FN <= r < FT + 11 or r == EXTRA_DRAG:
+            if FN <= r < FT + 11 or r in (EXTRA_DRAG, CT_FIXED, CT_OF_RE):
                 rows[r, lane] += w * m[HALF_RHO_D] * m[r]
             else:
                 rows[r, lane] += w * m[r]
@@ -132,10 +132,12 @@ def mix(feed, section, begin, end, rows, lane):
         soft = soft or m[EI] <= 0.0
         ei += 0.0 if m[EI] <= 0.0 else w / m[EI]
         if w > longest:
-            longest, fixed = w, m[CD_FIXED]
+            longest, fixed, fit = w, m[CD_FIXED], m[CN_FIT]
         at, i = to, i + 1
     rows[EA, lane], rows[EI, lane], rows[CD_FIXED, lane] = 1.0 / ea, (0.0 if soft else 1.0 / ei), fixed
+    rows[CN_FIT, lane] = fit
     if drag > 0.0:
         for r in range(FN, FT + 11):
             rows[r, lane] /= drag
-        rows[EXTRA_DRAG, lane] /= drag
+        for r in (EXTRA_DRAG, CT_FIXED, CT_OF_RE):
+            rows[r, lane] /= drag

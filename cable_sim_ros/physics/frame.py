@@ -78,6 +78,14 @@ FIELDS = (
     ("tension_least", (), "f8", "N", "least element tension along the cable"),
     ("tension_most", (), "f8", "N", "largest element tension along the cable"),
     ("tension_body", (), "f8", "N", "tension at the towbody"),
+    (
+        "amplification_mean",
+        (),
+        "f8",
+        "1",
+        "mean computed drag factor of strumming over the cable in the water; viv off: 1",
+    ),
+    ("strum_amplitude_most", (), "f8", "1", "largest amplitude of strumming along the cable, in diameters; viv off: 0"),
     ("body_position", (3,), "f8", "m", "towbody in odom"),
     ("body_velocity", (3,), "f8", "m/s", "towbody velocity in odom"),
     ("body_acceleration", (3,), "f8", "m/s^2", "towbody acceleration in odom"),
@@ -138,6 +146,16 @@ FRAME = np.dtype([(name, kind, shape) for name, shape, kind, _, _ in FIELDS], al
 
 # columns of the two tables that go with a Frame
 SHAPE_COLUMNS = (("x", "m"), ("y", "m"), ("z", "m"), ("tension", "N"), ("arc_length", "m"))  # odom, one row a node
+# the same and how the element that begins at the node strums, where viv is on; the last node repeats the one before.
+# In the shape table what is not in SHAPE_COLUMNS follows these
+STRUM_COLUMNS = (
+    *SHAPE_COLUMNS[:3],
+    ("normal_speed", "m/s"),  # of the mean flow across the cable
+    ("shedding_frequency", "Hz"),
+    ("mode", "1"),  # number of the mode of the span from the sheave to the towbody with that frequency
+    ("amplitude", "1"),  # of the antinodes, in diameters
+    ("amplification", "1"),  # drag factor in force
+)
 CONTACT_COLUMNS = (  # sheave_link axes, one row a contact station of the sheave, inboard to outboard
     ("x", "m"),
     ("y", "m"),
@@ -150,3 +168,11 @@ CONTACT_COLUMNS = (  # sheave_link axes, one row a contact station of the sheave
     ("length", "m"),  # length of cable the station stands for
 )
 MAX_STATIONS = 512
+
+
+def strum_table(shape: np.ndarray) -> np.ndarray:
+    """Strumming [nodes, STRUM_COLUMNS] out of a shape table [nodes, 5 or 10]; no rows where viv is off."""
+    width = len(SHAPE_COLUMNS)
+    if shape.shape[1] == width:
+        return np.zeros((0, len(STRUM_COLUMNS)))
+    return np.concatenate((shape[:, :3], shape[:, width:]), axis=1)

@@ -12,10 +12,10 @@ from math import acos, cos, sin, sqrt
 from .ancf import COMPRESSION, EA
 from .jit import LANES, driver, inline
 from .setpoint import lead_of
-from .shape import point_of
+from .shape import LINK, point_of
 from .ship import unrotate
 from .state import ARC, NOW, Q
-from .vec import norm, scale
+from .vec import axpy, norm, scale
 
 
 @inline
@@ -65,10 +65,12 @@ def end_strain(elements, state):
 
 @driver
 def direction_at(state, s):
-    """Unit tangent at arc length s, towards the towbody."""
+    """Unit tangent at arc length s, towards the towbody; along links from that at the joints, so that none jumps."""
     arc, q = state.nodes[NOW, ARC], state.nodes[NOW, Q]
     e, x = locate(arc[:, 0], s)
     _, _, g = point_of(arc, q, q, e, x)
+    if arc[e, LINK] != 0.0:
+        g = axpy(x, (q[e + 1, 3], q[e + 1, 4], q[e + 1, 5]), scale(1.0 - x, (q[e, 3], q[e, 4], q[e, 5])))
     return scale(1.0 / norm(g), g)
 
 

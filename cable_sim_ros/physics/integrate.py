@@ -18,6 +18,7 @@ from .quantity import Block, quantity
 from .state import AT_REST, FLOW, GAIN, MEAN, NOW, STEP, A, Change, Q, V, X, keep
 from .stir import STILL, link_stir, stir
 from .towbody import face_flow
+from .wake import no_wake_load
 
 # a step halved so often takes a correction that does not make the residual less back by halves: from which one on, how
 # often, and how much less it is to be. Longer steps are better halved first: that resolves what makes them hard
@@ -205,7 +206,7 @@ def advance(line, state, h):
     """Solve the predicted step, held unknowns already at its end. Returns the iterations, or -1 and no valid state."""
     am, af, _, _, c1, c2 = coefficients(h, line.settings[0].rho_inf)
     share = mean_share(line, h)
-    used = newton(line, state, Change(c1, c2, 0.0, share))
+    used = newton(line, state, Change(c1, c2, line.settings[0].mass_damping, share))
     if used < 0:
         return used
     a, x, mean = state.nodes[NOW, A], state.nodes[NOW, X], state.nodes[NOW, MEAN]
@@ -219,7 +220,8 @@ def advance(line, state, h):
 
 @driver
 def rest_still(state):
-    """No velocity, no acceleration, and none in the mean."""
+    """No velocity, no acceleration, and none in the mean; no load of a wake."""
+    no_wake_load(state)
     for row in (V, A, MEAN):
         table = state.nodes[NOW, row]
         for n in range(table.shape[0]):

@@ -9,12 +9,14 @@ import numpy as np
 
 from .bead import carry
 from .cable import assemble, link_assembly
+from .chain import align, is_chain, limp
 from .energy import fed
 from .jit import driver, link, opaque
 from .state import ARC, AT_REST, FLOW, NOW, A, Q, V
 from .surface import ON_GROUND
 from .towbody import lie
 from .towbody import load as body_load
+from .wake import add_wake
 from .work import FED, HELD, LOADS, SURFACES, WATER
 
 
@@ -94,8 +96,13 @@ def _residual(line, state, change, tangent):
     """
     band, lower, q, v = state.work.band, state.work.lower, state.nodes[NOW, Q], state.nodes[NOW, V]
     gravity, arc = line.settings[0].gravity, state.nodes[NOW, ARC]
+    links = is_chain(arc)
+    if links:
+        align(line.elements, state)
     state.memory[NOW].health.strain = assemble(line, state, change, tangent)
     bodies(line, state, change, tangent)
+    if line.wakes.shape[0] > 0:
+        add_wake(line, state)
     for i in range(line.struts.shape[0]):
         strut(line.struts[i], gravity, state, change, tangent)
     for i in range(line.loads.shape[0]):
@@ -105,7 +112,7 @@ def _residual(line, state, change, tangent):
     for i in range(last + 1):
         per_length = 1.0 / (arc[min(i + 1, last), 0] - arc[max(i - 1, 0), 0])
         for k in range(6):
-            if line.held[i, k] > 0.0:
+            if line.held[i, k] > 0.0 or (links and k > 2 and limp(line.elements, i, last)):
                 state.reaction[i, k] = -band[i, k, 12]
                 through = arc[i, 1] * q[i, 3 + k] if k < 3 else 0.0  # the material moves on through the held node
                 held -= band[i, k, 12] * (v[i, k] - through)

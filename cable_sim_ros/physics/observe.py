@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .chain import is_chain, joint_tension
 from .contact import latch
 from .energy import fill_energy, slack_gain
 from .frame import (
@@ -29,6 +30,7 @@ from .readout import read_drums, read_ground, read_sheave
 from .sea import elevation
 from .ship import frame_shift, quaternion, spin, unrotate
 from .state import ARC, FLOW, NOW, A, Q, V
+from .strum import show, sum_up
 from .towbody import TURNING, heading, heading_held
 from .vec import dot, norm, scale
 from .winch import cell
@@ -40,7 +42,7 @@ class Output(NamedTuple):
     """A ring of Frames with their tables."""
 
     frame: np.ndarray  # records of frame.FRAME [rows]
-    shape: np.ndarray  # [rows, nodes, 5]
+    shape: np.ndarray  # [rows, nodes, 5], with five columns more where viv is on (frame.STRUM_COLUMNS)
     contact: np.ndarray  # [rows, stations, 9]
 
 
@@ -154,13 +156,15 @@ def fill_winch(drum, state, f):
 @driver
 def fill_cable(line, state, f, body):
     """Tensions along the cable and at the towbody at node ``body``, seabed, health of the solver; returns the flags."""
-    health, flags = state.memory[NOW].health, 0
+    health, q, flags = state.memory[NOW].health, state.nodes[NOW, Q], 0
     least, most = 1e300, -1e300
     for e in range(state.tension.shape[0]):
         least, most = min(least, state.tension[e]), max(most, state.tension[e])
     f.tension_least, f.tension_most = least, most
-    f.tension_body = node_tension(line.elements, state.nodes[NOW, Q], body)
+    arc = state.nodes[NOW, ARC]
+    f.tension_body = joint_tension(state, body) if is_chain(arc) else node_tension(line.elements, q, body)
     f.seabed_length, aground = read_ground(line, state)
+    f.amplification_mean, f.strum_amplitude_most = sum_up(line, state)
     f.iterations, f.substeps, f.residual = health.iterations, health.substeps, health.residual
     if least < -SLACK_TENSION:
         flags |= SLACK
@@ -178,11 +182,16 @@ def fill_shape(line, state, aboard, table):
     """
     now, q, arc = state.memory[NOW], state.nodes[NOW, Q], state.nodes[NOW, ARC, :, 0]
     inside = arc[arc.shape[0] - 1] if line.settings[0].jumps != 0 else aboard
+    links = is_chain(state.nodes[NOW, ARC])
     ox, oy = frame_shift(now, now.time.now)
     for n in range(arc.shape[0]):
         table[n, 0], table[n, 1], table[n, 2] = q[n, 0] + ox, q[n, 1] + oy, q[n, 2]
-        table[n, 3] = tension_at(state, arc[n]) if arc[n] < inside else node_tension(line.elements, q, n)
+        if links:
+            table[n, 3] = joint_tension(state, n)
+        else:
+            table[n, 3] = tension_at(state, arc[n]) if arc[n] < inside else node_tension(line.elements, q, n)
         table[n, 4] = arc[n]
+    show(state, table)
 
 
 @driver

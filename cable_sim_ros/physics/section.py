@@ -5,9 +5,27 @@ A section may be of another cable than the rest: each of its material keys stand
 
 from __future__ import annotations
 
-from .drag import DragLaw
+from enum import Enum
+
+from .drag_laws import DragLaw
 from .fairing import Fairing
 from .quantity import REQUIRED, Block, again, quantity
+from .strum import Viv
+from .wake import Wake
+
+
+class CableModel(str, Enum):
+    """What an element of the cable is."""
+
+    ANCF = "ancf"  # gradient-continuous cubic elements with bending stiffness
+    SEGMENTS = "segments"  # links with spherical joints, without bending stiffness
+
+
+class LinkBuoyancy(str, Enum):
+    """Buoyancy of a link."""
+
+    FULL = "full"  # (53): all of it, upward; the joint force is the effective tension
+    NORMAL = "normal"  # (55): its part across the link, as Huston & Kamman have it: wrong, see docs/segments.md
 
 
 class Material(Block):
@@ -63,8 +81,8 @@ class Section(Block):
         "",
         None,
         None,
-        "loading functions; none: those of the fairing, driscoll_nahon without one",
-        "Westin (60), (145)",
+        "drag law: loading functions, C_N and C_T; none: that of the fairing, driscoll_nahon without one",
+        "docs/drag.md",
     )
     drag_amplification: float = quantity(
         1.0, "1", 0.1, 10.0, "total drag factor G of a cable at rest, (58)-(65) with G the total", "Westin (64)"
@@ -74,18 +92,36 @@ class Section(Block):
         "1",
         0.0,
         10.0,
-        "constant C_D; none: that of the fairing, without one Choo-Casarella C_D(Re)",
-        "Westin (61)",
+        "constant C_D; none: that of the fairing, without one that of the law, C_D(Re) of most; dymore needs one, laws "
+        "named after their C_N(Re) take none",
+        "docs/drag.md",
     )
     tangential_coefficient: float | None = quantity(
         None,
         "1",
         0.0,
         1.0,
-        "C_t on the diameter, of the laws crossflow and pode; needs a constant C_D above zero; none: that of the "
-        "fairing, 0 without one",
-        "Dymore (12a): pi c_f; Pode: f C_D",
+        "C_t on the diameter, of the laws that have no f_t; pode needs a constant C_D above zero with it; none: that "
+        "of the fairing, without one C_T(Re) of the huston_kamman laws, 0 of the others",
+        "docs/drag.md; Pode: f C_D",
     )
+    friction_coefficient: float | None = quantity(
+        None,
+        "1",
+        0.0,
+        0.3,
+        "c_f on the surface pi d: tangential_coefficient is pi times it; give one of the two",
+        "Dymore (12a), Capozucca (3.5)",
+    )
+    viv_damping_ratio: float | None = again(Viv, "damping_ratio", "viv.damping_ratio")
+    viv_multiplier: float = quantity(
+        1.0,
+        "1",
+        0.0,
+        2.0,
+        "factor on the amplitude of strumming beside viv.multiplier; 0: does not strum, as a faired one",
+    )
+    wake: Wake = quantity(Wake(), "", None, None, "vortices that the section sheds")
     termination_mass: float = quantity(
         0.0, "kg", 0.0, 1e5, "dry mass of the termination at the outboard end, a point on the cable"
     )
@@ -102,6 +138,39 @@ class Section(Block):
                 "`elements`, 1 or more"
             )
         return self.elements
+
+
+class Cable(Material):
+    """The cable: its material where a section gives none of its own, the model of its elements, and its sections."""
+
+    mean_flow_time: float = quantity(
+        60.0,
+        "s",
+        1.0,
+        36000.0,
+        "time constant of the cable's own mean velocity, with which the mean flow past it acts "
+        "on the extra drag of amplification; several waves long",
+        "docs/theory.md; Westin (64) in a steady tow",
+    )
+    model: CableModel = quantity(
+        CableModel.ANCF,
+        "",
+        None,
+        None,
+        "what an element is: ancf, a cubic with bending stiffness; segments, a straight link between spherical joints, "
+        "without bending stiffness: the independent check",
+        "docs/segments.md; Huston & Kamman (1980)",
+    )
+    link_buoyancy: LinkBuoyancy = quantity(
+        LinkBuoyancy.FULL,
+        "",
+        None,
+        None,
+        "of model segments: full buoyancy, or only its part across the link as printed, whose joint force is the wall "
+        "tension and whose chain is too limp by pA/T",
+        "docs/segments.md; Huston & Kamman (53), (55)",
+    )
+    sections: dict[str, Section] = quantity(REQUIRED, "", None, None, "sections from the drum end to the towbody")
 
 
 def material_of(cable: Material, section: Section) -> Material:

@@ -47,13 +47,47 @@ MASS = (
 WEIGHT = np.array([0.5, 1.0 / 12.0, 0.5, -1.0 / 12.0])
 
 
+LINK = 3  # column of the arc lengths: 1 where the element that begins at the node is a link (chain.py)
+
+
+@inline
+def hermite_of(arc, q, v, e, c):
+    """Scaled data (r_1, L g_1, r_2, L g_2) of one coordinate c of element e, and their rates (r_1', L g_1', ..).
+
+    arc: s and s' of the nodes [nodes, 6]. The slopes of a link are its chord's.
+    """
+    length = arc[e + 1, 0] - arc[e, 0]
+    if arc[e, LINK] != 0.0:
+        h = q[e + 1, c] - q[e, c]
+        u = v[e + 1, c] - v[e, c] - (arc[e + 1, 1] - arc[e, 1]) / length * h
+        return (q[e, c], h, q[e + 1, c], h), (v[e, c], u, v[e + 1, c], u)
+    y = (q[e, c], length * q[e, 3 + c], q[e + 1, c], length * q[e + 1, 3 + c])
+    return y, (v[e, c], length * v[e, 3 + c], v[e + 1, c], length * v[e + 1, 3 + c])
+
+
+@inline
+def on_link(arc, q, v, e, x):
+    """point_of() of a link."""
+    g = (q[e + 1, 0] - q[e, 0], q[e + 1, 1] - q[e, 1], q[e + 1, 2] - q[e, 2])
+    r = (q[e, 0] + x * g[0], q[e, 1] + x * g[1], q[e, 2] + x * g[2])
+    rate = -(arc[e, 1] * (1.0 - x) + arc[e + 1, 1] * x) / (arc[e + 1, 0] - arc[e, 0])
+    w = (
+        v[e, 0] + x * (v[e + 1, 0] - v[e, 0]) + rate * g[0],
+        v[e, 1] + x * (v[e + 1, 1] - v[e, 1]) + rate * g[1],
+        v[e, 2] + x * (v[e + 1, 2] - v[e, 2]) + rate * g[2],
+    )
+    return r, w, g
+
+
 @inline
 def point_of(arc, q, v, e, x):
-    """Position, velocity, tangent (not unit) of element e at xi = x; arc: s and s' of the nodes [nodes, 2 or more].
+    """Position, velocity, tangent (not unit) of element e at xi = x; arc: s and s' of the nodes [nodes, 6].
 
     The velocity is that of the material: v = N q' + L' (h_1 g_1 + h_3 g_2) + xi' dr/dxi, see flow.py.
     """
     length = arc[e + 1, 0] - arc[e, 0]
+    if arc[e, LINK] != 0.0:
+        return on_link(arc, q, v, e, x)
     n, d = shape(x), slope(x)
     r = (
         n[0] * q[e, 0] + n[1] * length * q[e, 3] + n[2] * q[e + 1, 0] + n[3] * length * q[e + 1, 3],

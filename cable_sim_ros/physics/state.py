@@ -14,6 +14,7 @@ from .contact import EVENTS
 from .jit import driver, inline
 from .sea import SEA, Sea
 from .setpoint import SETPOINT
+from .shape import LINK
 from .ship import SHIP, SHIP_TIMES, TIME, TOW_FRAME
 from .surface import SURFACE
 from .winch import DRUM, WINCH
@@ -25,9 +26,11 @@ SLOTS = 3
 
 # rows of State.nodes, six numbers a node: position and gradient, their rates, accelerations, auxiliary
 # accelerations, their gain in the step before, the running mean of the material's rates, of a body how the water flows
-# past it (see towbody.py), and arc length with its first and second rate (columns 0 to 2)
-Q, V, A, X, GAIN, MEAN, FLOW, ARC = np.arange(8)
-NODE_ROWS = 8
+# past it (see towbody.py), how the element that begins at the node strums (columns: strum.py), the wake it sheds (see
+# wake.py), and arc length with its first and second rate (columns 0 to 2) and the kind of the element that begins there
+# (column shape.LINK)
+Q, V, A, X, GAIN, MEAN, FLOW, STRUM, WAKE, ARC = np.arange(10)
+NODE_ROWS = 10
 
 HEALTH = np.dtype(
     [
@@ -92,6 +95,7 @@ LINE_SETTINGS = np.dtype(
     [
         ("gravity", "f8"),  # m/s^2
         ("tolerance", "f8"),  # N
+        ("mass_damping", "f8"),  # 1/s
         ("rho_inf", "f8"),
         ("mean_flow_time", "f8"),  # s
         ("turn_most", "f8"),  # change of a gradient in one step
@@ -179,6 +183,40 @@ PLAN = np.dtype(
 )
 
 
+STRUM_RULES = np.dtype(
+    [
+        ("law", "i8"),  # place in strum.LAWS
+        ("formula", "i8"),  # 1: Blevins
+        ("antinode", "i8"),  # 1: rms displacement is that of an antinode
+        ("every", "i8"),  # ticks from one target to the next
+        ("multiplier", "f8"),
+        ("band", "f8"),  # of lock-in, share of the frequency; 0: none
+        ("rate", "f8"),  # 1/s, most change of the amplification
+    ],
+    align=True,
+)
+STRUM_SECTION = np.dtype(
+    [
+        ("end", "f8"),  # m, arc length
+        ("strums", "i8"),  # 0: faired, or without drag
+        ("multiplier", "f8"),
+        ("mass_damping", "f8"),  # (m* + C_m) zeta
+        ("reynolds", "f8"),  # of 1 m/s
+        ("diameter", "f8"),  # m
+        ("mass", "f8"),  # kg/m, dry
+        ("added", "f8"),  # kg/m, in the water
+    ],
+    align=True,
+)
+
+
+class Strum(NamedTuple):
+    """What strumming needs, see strum.py; no rows: it is not computed."""
+
+    rules: np.ndarray  # STRUM_RULES [0 or 1]
+    sections: np.ndarray  # STRUM_SECTION [0 or sections]
+
+
 class LineModel(NamedTuple):
     """One cable with what holds it, hangs on it and pulls it; read-only but for loads and, where a winch feeds cable,
     the element table, which follows from the arc lengths."""
@@ -191,7 +229,9 @@ class LineModel(NamedTuple):
     loads: np.ndarray  # LOAD [loads]
     struts: np.ndarray  # STRUT [struts]
     settings: np.ndarray  # LINE_SETTINGS [1]
+    strum: Strum
     sea: Sea
+    wakes: np.ndarray  # WAKE_SECTION [sections], see wake.py; none: no section has a wake
 
 
 FEED_NODE = np.dtype([("zone", "i8"), ("place", "f8")])  # zone or -1, aboard; m from the tangent point, or share of it
@@ -265,8 +305,8 @@ def records(count: int, kind: np.dtype) -> np.recarray:
     return np.zeros(count, kind).view(np.recarray)
 
 
-def make_state(arc: np.ndarray, surfaces: np.ndarray, sea: Sea | None = None) -> State:
-    """State of a line with these arc lengths [nodes] and SURFACE records, everything else zero.
+def make_state(arc: np.ndarray, surfaces: np.ndarray, sea: Sea | None = None, links: bool = False) -> State:
+    """State of a line of elements, or of links, with these arc lengths [nodes] and SURFACE records; else zero.
 
     sea: None where there is no more than a linear current.
     """
@@ -283,6 +323,7 @@ def make_state(arc: np.ndarray, surfaces: np.ndarray, sea: Sea | None = None) ->
         work=make_work(nodes) if sea is None else make_work(nodes, len(sea.waves), not sea.rests),
     )
     state.nodes[:, ARC, :, 0] = arc
+    state.nodes[:, ARC, :, LINK] = links
     return state
 
 

@@ -19,6 +19,7 @@ from .state import GAIN, NOW, STEP, Q, take_back
 from .stir import stir
 from .surface import GROOVE
 from .survey import DEEP, THROUGH, link_survey, survey
+from .wake import advance_wake
 from .work import POWERS
 
 # change of a gradient in one step, and the step [s] below which it may change by more: long steps that turn slack cable
@@ -89,6 +90,8 @@ def begin(line, state, length):
     h = state.plan[0].share * length
     predict(line, state, h)
     stir(line, state, h)
+    if line.wakes.shape[0] > 0:
+        advance_wake(line, state, h)
     return h
 
 

@@ -11,10 +11,10 @@ import numpy as np
 from .coarse import LONG, lies_in
 from .contact import LOADED, touch
 from .jit import driver, inline, link, opaque
-from .shape import W5, X5, point_of
+from .shape import W5, X5, hermite_of, point_of
 from .state import ARC, NOW, STEP, Q, V
 from .surface import FLOOR, GROOVE, NO_TOP, beside, clearance, out_of_reach, place, solid
-from .vec import axpy, cross, row3, scale, sub
+from .vec import axpy, cross, row3, sub
 
 NOT_ENTERED, DEEP, THROUGH = range(3)  # SURVEY.entered
 
@@ -46,15 +46,11 @@ def note(station, surface, element, s, r, touched):
 
 
 @driver
-def lies_on(s, q, e, length):
+def lies_on(s, arc, q, e):
     """Is a part of element e in a round Solid, by more than a hundredth of its radius?"""
-    a, b = scale(length, gradient(q, e)), scale(length, gradient(q, e + 1))
+    x, y, z = hermite_of(arc, q, q, e, 0)[0], hermite_of(arc, q, q, e, 1)[0], hermite_of(arc, q, q, e, 2)[0]
+    a, b = (x[1], y[1], z[1]), (x[3], y[3], z[3])
     return lies_in(s, 0.01 * s.radius, row3(q, e), a, row3(q, e + 1), b)
-
-
-@inline
-def gradient(q, n):
-    return (q[n, 3], q[n, 4], q[n, 5])
 
 
 @driver
@@ -74,7 +70,7 @@ def _survey(state, h, everywhere):
             mid, _, _ = point_of(arc, q, v, e, 0.5)
             if not everywhere and out_of_reach(s, mid, 0.55 * length):  # 10 % for stretch and curvature
                 continue
-            if s.kind != FLOOR and length > LONG * s.radius and found.coarse == 0 and lies_on(s, q, e, length):
+            if s.kind != FLOOR and length > LONG * s.radius and found.coarse == 0 and lies_on(s, arc, q, e):
                 found.coarse = 1
             for g in range(5):
                 r, w, _ = point_of(arc, q, v, e, X5[g])

@@ -24,7 +24,7 @@ from .setpoint import by_angle, mean_track
 from .ship import follow
 from .state import FLOW, NOW, TICK, Q, V, keep, take_back
 from .step import begin, finish, link_stepper, start, unfinished
-from .tow import advance_tow, impose, place_surfaces
+from .tow import advance_tow, impose, link_strum, place_surfaces, strum
 from .towbody import turn_into_flow
 
 observe = opaque(_observe)
@@ -120,6 +120,8 @@ def _tick(model, state, inputs, output, slot):
         mean_track(now.setpoint, now.sheave, now.ship.motion.coord[5], h)
     now.time.now = end
     now.time.ticks += 1
+    if model.line.strum.sections.shape[0] > 0:
+        strum(model, state, h, now.time.ticks)
     if now.winch.stale != 0:
         flags |= COMMAND_STALE
     if now.winch.limited != 0:
@@ -141,5 +143,6 @@ tick = opaque(_tick)
 def link_tick(model, state, inputs, output) -> None:
     """Compile or load the tick and what it calls by symbol; call before a compiled function that ticks runs."""
     link_stepper(model.line, state)
+    link_strum(model, state)
     link(_observe, model, state, output, 0, 0, False)
     link(_tick, model, state, inputs, output, 0)

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from .command import between
 from .energy import beads_fed
 from .feed import flow_of, lay_mesh
 from .instruments import end_strain
 from .integrate import coefficients, settle
-from .jit import NO, driver
+from .jit import NO, driver, link, opaque
 from .setpoint import set_point
 from .ship import evaluate, hull_point, rotate, spin
 from .state import ARC, NOW, STEP, A, Q, V
 from .step import begin, finish
+from .strum import aim, approach
 from .surface import ON_SHIP
 from .survey import survey
 from .vec import at3
@@ -19,6 +22,25 @@ from .winch import WOUND, drum_point, servo, wind
 from .work import FED
 
 NOT_MOVING = (0.0, 0.0, 0.0)
+AT_ONCE, CONSISTENT, ROUNDS = 1e3, 1e-5, 40  # of a static start: change of a drag factor, that is none; rounds to it
+
+
+@driver
+def _strum(model, state, h, tick):
+    """Drag factors of strumming over a tick of h [s]; new targets at every so many ticks, tick 0: and all at once.
+    Returns the largest change."""
+    rules = model.line.strum.rules[0]
+    if tick % rules.every == 0:
+        aim(model, state)
+    return approach(state, rules.rate * h if tick > 0 else AT_ONCE)
+
+
+strum = opaque(_strum)
+
+
+def link_strum(model, state) -> None:
+    """Compile or load what computes strumming and publish it; call before anything that uses it runs."""
+    link(_strum, model, state, 0.0, np.int64(0))
 
 
 @driver
@@ -95,10 +117,19 @@ def advance_tow(model, state, inputs, commanded, until):
 
 @driver
 def rest(model, state, sigma, max_steps, step_most):
-    """Static equilibrium of the tow at the ship's present pose, see integrate.settle."""
+    """Static equilibrium of the tow at the ship's present pose, see integrate.settle.
+
+    Where viv is on, settled again until shape and drag factors of strumming belong together; they are not rate limited.
+    """
     place_surfaces(model, state)
     hold_end(model, state)
     result = settle(model.line, state, sigma, max_steps, step_most)
+    if model.line.strum.sections.shape[0] > 0:
+        rounds = 0
+        while result[0] >= 0 and strum(model, state, 0.0, 0) > CONSISTENT:
+            rounds += 1
+            steps, iterations, left = settle(model.line, state, sigma, max_steps, step_most)
+            result = steps if rounds < ROUNDS else -abs(steps), result[1] + iterations, left
     strain = end_strain(model.line.elements, state)
     for i in range(WOUND):
         state.memory[NOW].winch.wound[i] = strain

@@ -17,7 +17,7 @@ import numpy as np
 
 from .bead import half_height
 from .contact import rubbing
-from .drag import smooth
+from .drag_laws import smooth
 from .jit import driver, inline
 from .quantity import REQUIRED, Block, quantity
 from .sea import ELEVATION, EXTRA, ORBIT, RATE, SHEAR

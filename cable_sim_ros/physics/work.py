@@ -17,6 +17,7 @@ from .sea import NODE_COLUMNS, STREAM_ROWS
 # counts with water, surfaces and own
 OWN, LOST_POWER, WATER, SURFACES, HELD, LOADS, FED = range(7)
 POWERS = 7
+BINS = 257  # bounds of the classes of speed, see strum.py
 
 UNKNOWNS, MEAN_UNKNOWNS = 36, 12
 TENSION, ENERGY, WEIGHT, WET, NEAR, LOST, SUM = range(7)  # WET: 1 wet, 0 dry, -1 crossing the surface
@@ -33,6 +34,7 @@ LANE_TABLES = np.dtype(
         ("force", "f8", (12, LANES)),
         ("k", "f8", (144, LANES)),
         ("k9", "f8", (K9_ROWS, LANES)),
+        ("director", "f8", (6, LANES)),  # L g of the two nodes of a link, see chain.py
         ("point", "f8", (POINT_ROWS, LANES)),
         ("load", "f8", (5, 3, LANES)),  # of each point
         ("by_place", "f8", (5, 9, LANES)),  # derivative of the load of a point to N_j y_j
@@ -62,12 +64,14 @@ class Work(NamedTuple):
     lower: np.ndarray  # [nodes, 6, 6]
     factor: np.ndarray  # [nodes, 6, FACTOR_COLUMNS] of the solve
     step: np.ndarray  # [nodes, 6] solution
+    bins: np.ndarray  # [BINS] length of cable up to a speed
     # water beyond the linear current, see sea.py, of the step in hand
     stream: np.ndarray  # [groups, 4, STREAM_ROWS, LANES] at the Gauss points; no groups: there is none
     around: np.ndarray  # [nodes, NODE_COLUMNS] at the bodies; elevation at nodes near the surface too
     phase: np.ndarray  # [waves, 3]
     gusts: np.ndarray  # [6]
     stream_of_body: np.ndarray  # [STREAM_ROWS, LANES]
+    wake: np.ndarray  # [nodes, 6] load of the wakes, held in a step, see wake.py
 
 
 def make_work(nodes: int, waves: int = 0, streams: bool = False) -> Work:
@@ -82,9 +86,11 @@ def make_work(nodes: int, waves: int = 0, streams: bool = False) -> Work:
         lower=z((nodes, 6, 6)),
         factor=z((nodes, 6, FACTOR_COLUMNS)),
         step=z((nodes, 6)),
+        bins=z(BINS),
         stream=z((-(-(nodes - 1) // LANES) if streams else 0, 4, STREAM_ROWS, LANES)),
         around=z((nodes, NODE_COLUMNS)),
         phase=z((waves, 3)),
         gusts=z(6),
         stream_of_body=z((STREAM_ROWS, LANES)),
+        wake=z((nodes, 6)),
     )

@@ -20,7 +20,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
 from std_srvs.srv import SetBool, Trigger
 
-from ..io.channels import CHANNELS, Context, Encoder
+from ..io.channels import STRUM, Context, Encoder, channels_of
 from ..io.messages import CAUSES, KINDS, stamp_of
 from ..io.recording_place import name_problem
 from ..sim.flag_rules import FAILED
@@ -101,8 +101,9 @@ class CableSimNode(LifecycleNode):
             return TransitionCallbackReturn.FAILURE
         node, frames = self.settings.node, self.settings.node.frame
         context = Context(frames.odom, frames.base_link, frames.sheave_link, frames.towbody_link, self.get_namespace())
-        rates = {"sheave_contact": node.publish.contact_rate, "cable_shape": node.publish.shape_rate}
-        channels = tuple(row._replace(rate=rates.get(row.name, node.publish.state_rate)) for row in CHANNELS)
+        publish, scene = node.publish, self.settings.scene
+        rates = {"sheave_contact": publish.contact_rate, "cable_shape": publish.shape_rate, STRUM.name: STRUM.rate}
+        channels = tuple(row._replace(rate=rates.get(row.name, publish.state_rate)) for row in channels_of(scene))
         publishers = {
             context.topic(row): self.create_publisher(message_class(row.msgtype), row.topic, QOS[row.qos])
             for row in channels

@@ -45,6 +45,10 @@ class Probe:
     def _spin(self) -> None:
         while not self._stop.is_set():
             self.executor.spin_once(timeout_sec=0.05)
+        self.executor.remove_node(self.node)  # by the thread that waited on them: rclpy frees what another still holds
+        self.executor.shutdown()
+        self.node.destroy_node()
+        self.context.try_shutdown()
 
     def listen(self, msgtype: str, topic: str, raw: bool = False) -> list[tuple[float, Any]]:
         """List that grows by (arrival on CLOCK_MONOTONIC [s], message or its bytes)."""
@@ -101,9 +105,8 @@ class Probe:
             self.node.destroy_client(client)
 
     def close(self) -> None:
-        """End thread, node and context."""
+        """End thread, node and context. Raises TimeoutError after 30 s."""
         self._stop.set()
-        self._thread.join(2.0)
-        self.executor.shutdown()
-        self.node.destroy_node()
-        self.context.try_shutdown()
+        self._thread.join(30.0)
+        if self._thread.is_alive():
+            raise TimeoutError("the thread that spins the probe did not end within 30 s; its node is still there")

@@ -30,11 +30,12 @@ def text(more: Sequence[tuple[str, type[Block]]] = ()) -> str:
     pairs: list[tuple[str, type[Block]]] = [(SCENE, Scene), *more]
     for introduction, block in pairs:
         parts.append(introduction)
-        parts += _tables(block)
+        parts += tables(block)
     return "\n".join(parts)
 
 
-def _tables(block: type[Block]) -> list[str]:
+def tables(block: type[Block]) -> list[str]:
+    """A table in Markdown for each group of keys of a Block."""
     groups: dict[str, list[Declared]] = {}
     for item in declared(block):
         group = item.key.rpartition(".")[0]

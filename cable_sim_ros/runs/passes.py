@@ -39,6 +39,7 @@ CHUNK, CHUNK_TICKS = 5.0, 256
 RING_MOST = 800  # samples a tick may last: the ring holds 1024, with those of AHEAD and the one before
 RING_SHARE = 400  # samples a chunk may bring: less than half the ring
 SETTLE = 5.0  # s of a run without motion
+FASTER = 1.1, 0.2  # of ship.tow_speed, m/s: drag laws are looked at again
 HEADING_OVER = 60.0  # s of motion whose mean yaw is the heading of the start
 
 
@@ -95,6 +96,7 @@ class Pass:
             drive.close()
         frames = drive.frames
         _warn_of_travel(self.scene, frames["payout"] - payout)
+        _warn_of_drag(self.scene, frames)
         if self.tow is not None:
             self.doubts += mean_track.look(self.scene, start.heading, frames)
         return Driven(frames, compiled - begun, started - starting, drive.stepping, drive.cpu, drive.problem)
@@ -220,6 +222,23 @@ def _warn_of_travel(scene: Scene, payout: np.ndarray) -> None:
     if min(checks.fine_zone(scene)) > 0.0 and len(payout):  # else the scene itself has been warned of
         for caution in checks.travel_cautions(scene, max(0.0, -payout.min()), max(0.0, payout.max())):
             warnings.warn(f"{scene.name}: {caution.key} {caution.text}. {caution.remedy}", SceneWarning, stacklevel=3)
+
+
+def _warn_of_drag(scene: Scene, frames: np.ndarray) -> None:
+    """Warn where a ship faster than ship.tow_speed (the scene has been warned of that) left a drag law's range."""
+    speed = float(np.percentile(np.hypot(*frames["ship_velocity"][:, :2].T), 95.0)) if len(frames) else 0.0
+    if not speed > FASTER[0] * abs(scene.ship.tow_speed) + FASTER[1]:
+        return
+    ship = scene.ship.model_copy(update={"tow_speed": math.copysign(speed, scene.ship.tow_speed)})
+    run = scene.model_copy(update={"ship": ship})
+    known = {caution.key for caution in checks.drag_cautions(scene, checks.water_speed(scene))}
+    for caution in checks.drag_cautions(run, checks.water_speed(run)):
+        if caution.key not in known:
+            warnings.warn(
+                f"{scene.name}: the ship reached {speed:.3g} m/s, and {caution.key} {caution.text}. {caution.remedy}",
+                SceneWarning,
+                stacklevel=3,
+            )
 
 
 def _warn_of_plan(scene: Scene, plan: WinchPlan, seconds: float) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from .. import __version__
 from ..io.bag import BagWriter
-from ..io.channels import Context, Encoder
+from ..io.channels import Context, Encoder, channels_of
 from ..io.journal import MSGTYPE, TOPIC, Journal, Start
 from ..io.load import dump_scene
 from ..io.messages import KINDS
@@ -96,7 +96,7 @@ class RunRecorder:
 
     def __init__(self, path: Path, scene: Scene, tow: RecordedTow | None, winch: WinchPlan | None) -> None:
         self.context = Context()
-        self.encoder = Encoder(self.context, scene.solver.tick)
+        self.encoder = Encoder(self.context, scene.solver.tick, channels_of(scene))
         about = {
             "scene": scene.name,
             "scene_yaml": dump_scene(scene),

@@ -58,6 +58,16 @@ SUMMARY = (
     ("contact_resultant_max_n", "N", "its largest value"),
     ("wrap_angle_mean_deg", "deg", "mean arc between the first and the last loaded station"),
     ("sheave_heave_std_m", "m", "standard deviation of the height of the sheave"),
+    (
+        "strum_amplification",
+        "1",
+        "mean computed drag factor of strumming over the cable in the water; null: viv is off, or nothing strums",
+    ),
+    (
+        "strum_amplitude_max_diameters",
+        "1",
+        "largest amplitude of strumming along the cable, in its diameters; null: viv is off, or nothing strums",
+    ),
     *(
         (f"{name}_{end}_m", "m", f"{which} {what}, whole run")
         for name, what in EXTREMES
@@ -149,6 +159,7 @@ def summarize(frames: np.recarray, *, skip_s: float = SKIP, **outside: float | N
         "contact_resultant_max_n": kept["contact_resultant"].max(),
         "wrap_angle_mean_deg": np.degrees(kept["wrap_angle"].mean()),
         "sheave_heave_std_m": kept["sheave_position"][:, 2].std(),
+        **strumming(kept),
         **extremes(frames),
         "drum_end_s": float(np.sum(frames["status"] & Flag.DRUM_END != 0)) * tick_length(frames),
         "duration_s": (frames["time"][-1] - frames["time"][0]) * 1e-9,
@@ -160,6 +171,16 @@ def summarize(frames: np.recarray, *, skip_s: float = SKIP, **outside: float | N
     }
     return {
         name: float(figures[name]) if isinstance(figures[name], np.floating) else figures[name] for name, *_ in SUMMARY
+    }
+
+
+def strumming(frames: np.recarray) -> dict[str, float | None]:
+    """Figures of strumming; None where viv was off, nothing strummed, or the Frames are of a version without it."""
+    factor, amplitude = frames["amplification_mean"], frames["strum_amplitude_most"]
+    known = bool(np.isfinite(factor).all() and np.isfinite(amplitude).all() and (amplitude > 0.0).any())
+    return {
+        "strum_amplification": float(factor.mean()) if known else None,
+        "strum_amplitude_max_diameters": float(amplitude.max()) if known else None,
     }
 
 

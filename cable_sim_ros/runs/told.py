@@ -55,18 +55,20 @@ def tell(result: Run, out: Path | None, as_json: bool) -> None:
 
 
 def pictures_of(result: Run, out: Path | None) -> list[Path]:
-    """Draw the run, and its haul where the winch had a plan."""
+    """Draw the run, its haul where the winch had a plan, and the strumming of its cable where that was computed."""
     if out is None or result.bag is None or not len(result.frames):
         return []
     from ..io.recorded_run import load_run
     from .haul import draw_haul
     from .picture import draw_run
+    from .strum_picture import draw_strum
 
     try:
         run = load_run(result.bag)
         stamp = "" if result.verdict.state == OK else result.verdict.headline
         hauls = [draw_haul(run, out / "haul.png", stamp=stamp)] if "winch_plan" in run.custom_data else []
-        return [draw_run(run, out / "run.png", stamp=stamp), *hauls]
+        strums = [draw_strum(run, out / "strumming.png", stamp=stamp)] if run.strums else []
+        return [draw_run(run, out / "run.png", stamp=stamp), *hauls, *strums]
     except RuntimeError as error:  # matplotlib is an extra
         click.echo(f"warning: {error}", err=True)
         return []

@@ -13,15 +13,18 @@ from ..physics import ancf
 from ..physics.bead import BEAD, bead_record
 from ..physics.cable import Cable
 from ..physics.feed import ABOARD
-from ..physics.frame import CONTACT_COLUMNS, FRAME, MAX_STATIONS, SHAPE_COLUMNS
+from ..physics.frame import CONTACT_COLUMNS, FRAME, MAX_STATIONS, SHAPE_COLUMNS, STRUM_COLUMNS
 from ..physics.integrate import Solver
 from ..physics.jit import LANES
 from ..physics.observe import Output
 from ..physics.sea import Sea
+from ..physics.section import CableModel
 from ..physics.state import (
     FEED_NODE,
     LINE_SETTINGS,
     LOAD,
+    STRUM_RULES,
+    STRUM_SECTION,
     STRUT,
     TOW_SETTINGS,
     ZONE,
@@ -29,12 +32,14 @@ from ..physics.state import (
     LineModel,
     Model,
     State,
+    Strum,
     make_state,
     records,
 )
 from ..physics.step import LEAVE_STEP, TURN_MOST
 from ..physics.surface import SHEAVE_ROW, surfaces_of
 from ..physics.towbody import BODY, Towbody, body_record
+from ..physics.wake import WAKE_SECTION
 from ..physics.water import Water
 from ..physics.winch import DRUM
 from .checks import fine_zone
@@ -43,6 +48,8 @@ from .mesh import FeedMesh, feed_mesh
 from .scene import Scene
 from .sea import sea_of
 from .statics import DRUM_RESERVE, ROUND_OFF, Route
+from .strumming import strum_rules, strum_sections
+from .wakes import wake_table
 
 # EI of an element over w L^3 where its end carries no tension: the gradient of a free end has a rotational stiffness of
 # -T/30 there (T = w L/2), more than wL^3/240 makes it stable; it vanishes with the third power of the mesh
@@ -86,7 +93,7 @@ def element_table(cable: Cable, water: Water, gravity: float, free_ends: tuple[b
         columns += [material_rows(cable, section, water, gravity)] * section.meshed
     lengths = np.diff(arc_lengths(cable))
     for end, free in zip((0, -1), free_ends, strict=True):
-        if free:
+        if free and cable.model is CableModel.ANCF:
             columns[end] = columns[end].copy()
             columns[end][ancf.EI] = max(
                 columns[end][ancf.EI], END_STIFFNESS * columns[end][ancf.WEIGHT_PER_LENGTH] * lengths[end] ** 3
@@ -150,10 +157,11 @@ def drum_record(scene: Scene, route: Route, mesh: FeedMesh | None) -> np.ndarray
     row["feeds"], row["tangent"] = route.feeds, route.tilt
     row["length_most"] = route.wound - w.dead_length - DRUM_RESERVE * route.drum
     row["length_least"] = -(route.total - route.wound - route.span - LEAST_OUTBOARD)
+    cubic = scene.cable.model is CableModel.ANCF
     if mesh is not None:
         row["blend"] = mesh.blend
         row["length_least"] = hauled_in(scene, mesh) - row["payout_0"]
-        row["end_stiffness"] = END_STIFFNESS if light_end(scene, mesh) else 0.0
+        row["end_stiffness"] = END_STIFFNESS if cubic and light_end(scene, mesh) else 0.0
     inboard = route.inboard - row["payout_0"]
     row["limit_least"] = row["length_least"] if w.least_scope is None else w.least_scope + inboard
     row["limit_most"] = row["length_most"] if w.most_scope is None else w.most_scope + inboard
@@ -223,7 +231,9 @@ def build_line(
     loads: np.ndarray | None = None,
     struts: np.ndarray | None = None,
     beads: np.ndarray | None = None,
+    strum: tuple[np.ndarray, np.ndarray] | None = None,
     sea: Sea | None = None,
+    wakes: np.ndarray | None = None,
 ) -> LineModel:
     """A line as numbers for kernels, in the one place that coerces them: every line has one type signature."""
     return LineModel(
@@ -235,7 +245,12 @@ def build_line(
         loads=records(0, LOAD) if loads is None else np.ascontiguousarray(loads, LOAD).view(np.recarray),
         struts=lock(np.zeros(0, STRUT) if struts is None else struts, STRUT),
         settings=lock(settings, LINE_SETTINGS),
+        strum=Strum(
+            lock(np.zeros(0, STRUM_RULES) if strum is None else strum[0], STRUM_RULES),
+            lock(np.zeros(0, STRUM_SECTION) if strum is None else strum[1], STRUM_SECTION),
+        ),
         sea=Sea(*(lock(table, table.dtype) for table in sea or sea_of(Water(), 0.0, None))),
+        wakes=lock(np.zeros(0, WAKE_SECTION) if wakes is None else wakes, WAKE_SECTION),
     )
 
 
@@ -271,7 +286,9 @@ def build_model(scene: Scene, mesh: FeedMesh | None = None) -> Model:
             body_nodes(scene, mesh),
             line,
             beads=bead_table(scene.cable, scene.water, scene.gravity),
+            strum=(strum_rules(scene), strum_sections(scene)),
             sea=sea_of(scene.water, scene.gravity, scene.seabed.depth),
+            wakes=wake_table(scene.cable, scene.water),
         ),
         settings=lock(settings, TOW_SETTINGS),
         feed=feed_of(scene, mesh),
@@ -282,13 +299,14 @@ def build_state(scene: Scene, mesh: FeedMesh | None = None) -> State:
     """Preallocated state for the scene's mesh, or another; everything zero but for arc lengths that stay."""
     mesh = feed_mesh(scene) if mesh is None else mesh
     arc = arc_lengths(scene.cable) if mesh is None else np.zeros(mesh.nodes)
-    return make_state(arc, surfaces_of(scene), sea_of(scene.water, scene.gravity, scene.seabed.depth))
+    sea, links = sea_of(scene.water, scene.gravity, scene.seabed.depth), scene.cable.model is CableModel.SEGMENTS
+    return make_state(arc, surfaces_of(scene), sea, links)
 
 
 def make_output(model: Model, nodes: int, rows: int) -> Output:
     """A ring of ``rows`` Frames with their shape and contact tables."""
     return Output(
         np.zeros(rows, FRAME),
-        np.zeros((rows, nodes, len(SHAPE_COLUMNS))),
+        np.zeros((rows, nodes, len(SHAPE_COLUMNS) + (len(STRUM_COLUMNS) - 3) * len(model.line.strum.rules))),
         np.zeros((rows, MAX_STATIONS, len(CONTACT_COLUMNS))),
     )

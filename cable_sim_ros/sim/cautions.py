@@ -1,13 +1,26 @@
-"""Cautions about numbers that do not do what they seem to: damping without effect, a body that may swing by itself."""
+"""Cautions about numbers that do not do what they seem to: damping without effect, a body that may swing by itself,
+a drag law outside the range of its source."""
 
 from __future__ import annotations
 
+from math import cos, hypot, radians, sin
+
+import numpy as np
+
+from ..physics.ancf import RE_FACTOR
 from ..physics.cable import Cable
-from ..physics.section import material_of
+from ..physics.drag_laws import LAWS, Law
+from ..physics.fairing import dressed
+from ..physics.section import Section, material_of
+from .current import flow_of
+from .material import material_rows
 from .problem import Problem
 from .scene import Scene
+from .statics import Route
+from .tow_shape import TowShape, tow_shape
 
 SWING = 2.0  # rad/s; swings of a tow are slower
+STILL = 0.01  # m/s; slower water does not load a cable, whatever its law
 
 
 def damping_cautions(cable: Cable) -> list[Problem]:
@@ -51,3 +64,81 @@ def swing_cautions(scene: Scene, speed: float) -> list[Problem]:
                 )
             )
     return found
+
+
+def drag_cautions(scene: Scene, speed: float) -> list[Problem]:
+    """Drag laws outside the range that their source gives: kind of cable, constant C_D, Re and angle of the flow.
+
+    Re and angle are those of the static shape of the start, computed where they can matter at all; speed [m/s] of the
+    water past the ship.
+    """
+    found, asked = list[Problem](), dict[int, Law]()
+    length = sum(section.length for section in scene.cable.sections.values())
+    yaw, ahead = radians(scene.ship.heading_deg), scene.ship.tow_speed
+    flow = flow_of(scene.water, yaw, (ahead * cos(yaw), ahead * sin(yaw)))
+    depths = (0.0, length, *(min(depth, length) for depth in scene.water.current_table.depth or ()))
+    fastest = max(hypot(*flow(-depth)) for depth in depths)
+    for i, (name, section) in enumerate(scene.cable.sections.items()):
+        own, key = dressed(section), f"cable.sections.{name}"
+        law, constant = LAWS[own.drag_law], own.drag_coefficient
+        if section.fairing.value not in law.fairing:
+            found.append(
+                Problem(
+                    f"{key}.drag_law",
+                    f"= {own.drag_law.value} is of a cable with fairing: {' or '.join(law.fairing)} ({law.source}), "
+                    f"the section has fairing: {section.fairing.value}, which it does not describe",
+                    "Leave drag_law out for that of the fairing, or correct one of the two",
+                )
+            )
+        if constant is not None and not law.least_drag <= constant <= law.most_drag:
+            found.append(
+                Problem(
+                    f"{key}.drag_coefficient",
+                    f"= {constant:g} is outside {law.least_drag:g} to {law.most_drag:g}, the range of {law.source}, "
+                    f"for the law {own.drag_law.value}",
+                    "Check it, or take drag_law: crossflow, which takes any constant",
+                )
+            )
+        fast = material_rows(scene.cable, section, scene.water, scene.gravity)[RE_FACTOR] * fastest
+        of_re = constant is None and (law.least_re > 0.0 or fast > law.most_re)
+        if of_re or law.least_angle > 0.0:
+            asked[i] = law
+    if asked and fastest > STILL:
+        route = Route(scene)
+        shape = tow_shape(scene, route.total - route.wound - route.inboard)
+        sections = list(scene.cable.sections.items())
+        for i, law in asked.items():
+            found += _outside(scene, shape, i, *sections[i], law, speed)
+    return found
+
+
+def _outside(
+    scene: Scene, shape: TowShape, i: int, name: str, section: Section, law: Law, speed: float
+) -> list[Problem]:
+    """Cautions of section i where Re or angle of the flow in the static shape is outside the law's range."""
+    here = (shape.section == i) & shape.wet & (np.linalg.norm(shape.flow, axis=1) > STILL)
+    if not here.any():
+        return []
+    flow, tangent = shape.flow[here], shape.force[here] / shape.tension[here, None]
+    along = (flow * tangent).sum(1)
+    across = np.linalg.norm(flow - along[:, None] * tangent, axis=1)
+    re = material_rows(scene.cable, section, scene.water, scene.gravity)[RE_FACTOR] * across
+    angle = np.degrees(np.arctan2(across, np.abs(along)))
+    own, found = dressed(section), []
+    if own.drag_coefficient is None and (re.min() < law.least_re or re.max() > law.most_re):
+        given = f"{law.least_re:g} and more" if np.isinf(law.most_re) else f"up to {law.most_re:g}"
+        found.append(f"Re of the flow across the cable is {re.min():.3g} to {re.max():.3g}, the range {given}")
+    if angle.min() < law.least_angle:
+        found.append(
+            f"the angle between cable and flow is {angle.min():.3g} to {angle.max():.3g} deg, the range "
+            f"{law.least_angle:g} to 90 deg"
+        )
+    return [
+        Problem(
+            f"cable.sections.{name}.drag_law",
+            f"= {own.drag_law.value} is used outside its range ({law.source}): in the static shape at {speed:.3g} m/s "
+            f"{text}: {law.outside}",
+            "Take a law that covers it (docs/drag.md), or read what depends on this drag as an estimate",
+        )
+        for text in found
+    ]

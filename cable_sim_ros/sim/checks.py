@@ -13,7 +13,8 @@ import numpy as np
 
 from ..physics.section import material_of
 from ..physics.winch import DrumModel
-from .cautions import damping_cautions, swing_cautions
+from .cautions import damping_cautions, drag_cautions, swing_cautions
+from .chain_checks import chain_cautions, chain_problems, form_problems
 from .current import flow_of
 from .data_sheet import (
     astern_cautions,
@@ -33,6 +34,8 @@ from .scene import Scene
 from .sea_checks import sea_cautions, sea_problems
 from .setpoints import setpoint_cautions
 from .statics import DRUM_RESERVE, ROUND_OFF, Route, first_angle
+from .strum_checks import strum_cautions, strum_problems
+from .wakes import amplified_cautions, bare_problems, wake_problems
 
 # longest element on the sheave over its radius: with compensation on, ripple of the tension above 1 Hz was measured as
 # 0.03 % at 0.25, 0.05 % at 0.4, 0.15 % at 0.6, 0.36 % at 1.2 (full scale, docs/accuracy.md)
@@ -126,7 +129,8 @@ def problems(scene: Scene) -> list[Problem]:
     sections = scene.cable.sections
     if not sections:
         return [Problem("cable.sections", "has no section", "Give at least one section, from the drum end outward")]
-    found += section_problems(scene) + weight_problems(scene) + sea_problems(scene)
+    found += form_problems(scene.cable) + section_problems(scene) + weight_problems(scene) + bare_problems(scene)
+    found += strum_problems(scene) + sea_problems(scene)
     if any(problem.key.startswith("water.current_") for problem in found):
         return found  # how fast the water passes is not known
     if any(body.at not in sections for body in scene.bodies.values()):
@@ -227,7 +231,10 @@ def problems(scene: Scene) -> list[Problem]:
                 f"Make it at most {MOST_FLOOR * working / ROUND_OFF:.3g} N; a cable without stretch needs no more",
             )
         )
-    return found if found else mesh_problems(scene)
+    found = found if found else mesh_problems(scene)
+    found = found if found else chain_problems(scene, elements(scene), place.tangent, place.leaves)
+    out = [row for row in elements(scene) if row[1] > place.leaves]
+    return found if found else wake_problems(scene, out, water_speed(scene))
 
 
 def seabed_problems(scene: Scene) -> list[Problem]:
@@ -308,10 +315,12 @@ def cautions(scene: Scene) -> list[Problem]:
                 "Make the body heavier or its lift_area negative",
             )
         )
+    found += chain_cautions(scene, elements(scene), place.tangent, place.leaves)
     found += sea_cautions(scene) + density_cautions(scene) + astern_cautions(scene) + wrap_cautions(scene)
     found += seat_problems(scene, place.total)  # those that may be hauled in
     speed = water_speed(scene)
     found += setpoint_cautions(scene, speed) + damping_cautions(scene.cable) + swing_cautions(scene, speed)
+    found += amplified_cautions(scene.cable) + strum_cautions(scene) + drag_cautions(scene, speed)
     height = scene.sheave.position[2] + scene.ship.reference_height - radius
     if height < 0:
         found.append(

@@ -7,7 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable
 
-from ..physics.drag import TANGENTIAL
+from ..physics.drag_laws import EVERY_ANGLE, LAWS, DragLaw
 from ..physics.fairing import Fairing, dressed, fairing_weight
 from ..physics.section import Section, material_of
 from .material import section_ends
@@ -54,18 +54,48 @@ def section_problems(scene: Scene) -> list[Problem]:
 
 
 def water_problems(name: str, section: Section) -> list[Problem]:
-    """Coefficients of the water that the section's drag law cannot take."""
-    own, found = dressed(section), []
-    if own.drag_law in TANGENTIAL and own.tangential_coefficient and not own.drag_coefficient:
-        found.append(
-            Problem(
-                f"cable.sections.{name}.tangential_coefficient",
-                f"= {own.tangential_coefficient:g} has no meaning beside drag_coefficient = "
-                f"{'none' if own.drag_coefficient is None else f'{own.drag_coefficient:g}'}: the law "
-                f"{own.drag_law.value} takes C_t as a share of a constant C_D above 0",
-                "Give drag_coefficient, or leave the tangential one out",
-            )
+    """Coefficients of the water that the section's drag law cannot take, or lacks."""
+    own, key = dressed(section), f"cable.sections.{name}"
+    law, called, found = LAWS[own.drag_law], own.drag_law.value, list[Problem]()
+    constant, tangential = own.drag_coefficient, own.tangential_coefficient
+    if section.tangential_coefficient is not None and section.friction_coefficient is not None:
+        text = (
+            f"= {section.friction_coefficient:g} stands beside tangential_coefficient = "
+            f"{section.tangential_coefficient:g}: both say what the drag along the cable is, on pi d and on d"
         )
+        found.append(Problem(f"{key}.friction_coefficient", text, "Leave one of the two out"))
+    if law.per_ct is EVERY_ANGLE and tangential and not constant:
+        text = (
+            f"= {tangential:g} has no meaning beside drag_coefficient = "
+            f"{'none' if constant is None else f'{constant:g}'}: the law {called} takes C_t as a share of a constant "
+            "C_D above 0"
+        )
+        remedy = "Give drag_coefficient, or leave the tangential one out"
+        found.append(Problem(f"{key}.tangential_coefficient", text, remedy))
+    for kind in ("tangential_coefficient", "friction_coefficient"):
+        if law.per_ct is None and getattr(section, kind):
+            why = "which is no drag" if own.drag_law is DragLaw.OFF else "whose drag along the cable is of the angle"
+            text = f"= {getattr(section, kind):g} has no part in the law {called}, {why}"
+            remedy = f"Leave it out, or take drag_law: {DragLaw.CROSSFLOW.value}"
+            found.append(Problem(f"{key}.{kind}", text, remedy))
+    if law.least_drag > 0.0 and not constant:
+        text = (
+            f"= {called} needs a constant C_D above 0, and drag_coefficient = "
+            f"{'none' if constant is None else f'{constant:g}'}: its source gives {law.least_drag:g} to "
+            f"{law.most_drag:g}, no value"
+        )
+        found.append(Problem(f"{key}.drag_law", text, "Give drag_coefficient"))
+    if law.own_fit and section.drag_coefficient is not None:
+        text = f"= {section.drag_coefficient:g} takes the place of the C_N(Re) after which the law {called} is named"
+        remedy = f"Leave it out, or take drag_law: {DragLaw.CROSSFLOW.value} with this constant"
+        found.append(Problem(f"{key}.drag_coefficient", text, remedy))
+    elif (law.own_fit or law.drag_coefficient) and section.drag_coefficient is None and constant is not None:
+        text = (
+            f"= {called} has a C_N of its own, and so has fairing: {section.fairing.value}, {constant:g} on its "
+            "thickness: one of the two would be lost"
+        )
+        remedy = "Leave drag_law out for that of the fairing, or make fairing none"
+        found.append(Problem(f"{key}.drag_law", text, remedy))
     return found
 
 

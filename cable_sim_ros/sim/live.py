@@ -26,6 +26,10 @@ def _washout_period(sim: Simulator, value: float) -> None:
     sim.state.memory[NOW].setpoint.washout = value
 
 
+def _viv_multiplier(sim: Simulator, value: float) -> None:
+    _write(sim.model.line.strum.rules, lambda rows: rows["multiplier"].__setitem__(slice(None), value))
+
+
 def _flow_time(sim: Simulator, value: float, place: int) -> None:
     _write(sim.model.line.bodies, lambda rows: rows["flow_time"].__setitem__(place, value))
 
@@ -44,6 +48,7 @@ def ways(scene: Scene) -> dict[str, Way]:
     table: dict[str, Way] = {
         "setpoint.algorithm": lambda sim, value: sim.set_algorithm(value),
         "setpoint.washout_period": _washout_period,
+        "viv.multiplier": _viv_multiplier,
         "winch.command_timeout": _command_timeout,
     }
     names = ["towbody", *(f"bodies.{name}" for name in scene.bodies)]

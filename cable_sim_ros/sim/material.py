@@ -11,9 +11,9 @@ import numpy as np
 
 from ..physics import ancf
 from ..physics.cable import Cable
-from ..physics.drag import element_rows
+from ..physics.drag_laws import element_rows, of_components
 from ..physics.fairing import dressed, fairing_weight, put_on
-from ..physics.section import Section, material_of
+from ..physics.section import CableModel, LinkBuoyancy, Section, material_of
 from ..physics.water import Water
 from .scene import Scene
 
@@ -31,6 +31,9 @@ def material_rows(cable: Cable, section: Section, water: Water, gravity: float) 
     bare = element_rows(dressed(section), own, water, gravity)
     hydro = put_on(bare, section, own.diameter, water.density, gravity)
     rows[list(hydro)] = list(hydro.values())
+    if cable.model is CableModel.SEGMENTS:
+        rows[ancf.CLOSED_DRAG] = float(of_components(dressed(section).drag_law))
+        rows[ancf.AXIAL_LIFT] = rows[ancf.BUOYANCY] if cable.link_buoyancy is LinkBuoyancy.NORMAL else 0.0
     return rows
 
 

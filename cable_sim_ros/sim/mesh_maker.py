@@ -20,9 +20,6 @@ BROADSIDE_DRAG = 1.2  # C_D of that estimate
 SMOOTH = 2.0  # an element beside one of length h is no longer than h + SMOOTH times the way between
 KINK_SHARE = 0.3  # of the error of the place may come from one jump of the curvature
 PER_TOLERANCE = 0.5  # error of the body's place per residual of every node below, over the tension along the cable
-# error of the body's place per sum of h^4 |d4r/ds4| over the elements, and per h^2 times a jump of the curvature inside
-# one: the largest found over 22 tows of 8 m to 6 km on 5 meshes each; most are a fifth of it (docs/mesh.md)
-PER_SHAPE, PER_KINK = 1.0 / 1500.0, 1.0 / 120.0
 # sheave elements for each element of a section that is hauled in; of 1 a section's end that came to the sheave at 1 m/s
 # changed the tension by 3.5 N in one tick of 20 ms, of 3 by 0.6 N, of 6 by 0.4 N, as much as without one
 PRESSED = 6.0
@@ -60,7 +57,7 @@ class Maker(SheaveMesh):
         self.check_sections(size)
         aboard = self.aboard(size)
         self.check_start(aboard)
-        share = FIRST_SHARE * self.position / PER_SHAPE
+        share = FIRST_SHARE * self.position / self.order.per_shape
         while True:
             mesh = self.outboard(aboard, size, share, False)
             self.check_solver(mesh.nodes)
@@ -132,10 +129,10 @@ class Maker(SheaveMesh):
     def density(self, scope: float, share: float) -> np.ndarray:
         """Elements per length along the shape at ``scope``, from the body, that each of WANTS asks for [5, n].
 
-        share [m]: h^4 |d4r/ds4| of an element.
+        share [m]: h^4 |d4r/ds4| of an element, see mesh_order.py.
         """
         shape, curve = self.shapes[scope], self.curves[scope]
-        steep = (curve / max(share, 1e-12)) ** 0.25
+        steep = (curve / max(share, 1e-12)) ** (1.0 / self.order.power)
         mass, added = self.masses[:, shape.section]
         speed = np.sqrt(np.maximum(shape.tension, 1e-9) / (mass + shape.wet * added))
         far = shape.s[-1] - shape.s
@@ -148,7 +145,7 @@ class Maker(SheaveMesh):
         ]
         for place, jump in kinks(shape):
             if jump > 0.0:
-                here = sqrt(PER_KINK * jump / (KINK_SHARE * self.position))
+                here = sqrt(self.order.per_kink * jump / (KINK_SHARE * self.position))
                 i = int(np.searchsorted(shape.s, place))
                 rise = abs(float(shape.force[i, 2])) / float(shape.tension[i])
                 travel = self.heave / max(rise, 1e-3) if shape.wet[i] != shape.wet[min(i + 1, len(far) - 1)] else 0.0
@@ -209,7 +206,8 @@ class Maker(SheaveMesh):
             want, s = wants[scope][:, here], shape.s[here]
             first = want.argmax(0)
             parts = [float(np.trapezoid(np.where(first == k, want[k], 0.0), s)) for k in range(len(WANTS))]
-            texts = [text for text, part in zip(WANTS, parts, strict=True) if part > 0.2 * sum(parts)]
+            names = (self.order.what, *WANTS[1:])
+            texts = [text for text, part in zip(names, parts, strict=True) if part > 0.2 * sum(parts)]
             return "; ".join(texts)
         return "never outboard"
 
@@ -249,11 +247,11 @@ class Maker(SheaveMesh):
         if (h <= 0.0).any():
             return np.inf
         at = [np.interp(x, shape.s, curve) for x in (nodes[1:], 0.5 * (nodes[1:] + nodes[:-1]), nodes[:-1])]
-        error = PER_SHAPE * float((h**4 * np.maximum.reduce(at)).sum())
+        error = self.order.per_shape * float((h**self.order.power * np.maximum.reduce(at)).sum())
         error += self.floor(scope, mesh.nodes)
         for s, jump in kinks(shape):
             if np.abs(nodes - s).min() > 1e-6 * scope:
-                error += PER_KINK * float(h[min(int(np.searchsorted(nodes, s)), len(h)) - 1]) ** 2 * jump
+                error += self.order.per_kink * float(h[min(int(np.searchsorted(nodes, s)), len(h)) - 1]) ** 2 * jump
         return error
 
     def floor(self, scope: float, nodes: int) -> float:

@@ -7,12 +7,15 @@ from math import radians, sqrt
 import numpy as np
 
 from ..physics.ancf import ADDED_MASS, MASS_PER_LENGTH
+from ..physics.section import CableModel
+from .chain_checks import MOST_SAGITTA, longest_on
 from .material import extreme, material_rows
 from .mesh_blocks import SheaveAnswer
 from .mesh_kinds import MeshError, even, graded
+from .mesh_order import CUBICS, LINKS
 from .scene import Scene
 from .statics import Route
-from .tow_shape import fourth_derivative, tow_shape
+from .tow_shape import tow_shape
 
 SWING = radians(10.0)  # departure angle against the static one under way in waves
 SCOPES = (1.0, 0.3, 0.1)  # of the scope at the start; the largest that the winch pays out besides
@@ -56,7 +59,8 @@ class SheaveMesh:
         self.start, low, most = scope_range(scene)
         scopes = {most, *(max(share * self.start, low) for share in SCOPES)}
         self.shapes = {scope: tow_shape(scene, scope) for scope in sorted(scopes, reverse=True)}
-        self.curves = {scope: fourth_derivative(shape) for scope, shape in self.shapes.items()}
+        self.order = LINKS if scene.cable.model is CableModel.SEGMENTS else CUBICS
+        self.curves = {scope: self.order.measure(shape) for scope, shape in self.shapes.items()}
         self.tension = max(float(shape.tension[-1]) for shape in self.shapes.values())
         self.bending = sqrt(extreme(scene.cable, "bending_stiffness")[1] / self.tension)
         rows = [material_rows(scene.cable, s, scene.water, scene.gravity) for s in scene.cable.sections.values()]
@@ -78,6 +82,10 @@ class SheaveMesh:
             )
         size = radius * min(COARSEST, RADII_PER_TENSION * accuracy.tension)
         reason = f"{size / radius:.2g} sheave radii: tension within {accuracy.tension:g}"
+        limit = self.scene.contact.penetration_limit * extreme(self.scene.cable, "diameter")[1]
+        if self.order is LINKS and longest_on(radius, limit) < size:
+            size = longest_on(radius, limit)
+            reason = f"links whose middle is {MOST_SAGITTA:g} contact penetrations below their ends"
         if accuracy.sheave in PER_BENDING:
             factor = PER_BENDING[accuracy.sheave]
             limit = self.scene.contact.penetration_limit

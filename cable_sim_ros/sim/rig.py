@@ -19,28 +19,20 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from ..physics.ancf import (
-    ADDED_MASS,
-    AXIAL_DAMPING,
-    BUOYANCY,
-    EA,
-    EI,
-    HALF_RHO_D,
-    MASS_PER_LENGTH,
-    RE_FACTOR,
-    WEIGHT_PER_LENGTH,
-)
-from ..physics.cable import Cable, Section
-from ..physics.drag import DragLaw
+from ..physics.ancf import AXIAL_DAMPING, EA, EI, MASS_PER_LENGTH, WEIGHT_PER_LENGTH
+from ..physics.cable import Cable
+from ..physics.chain import limp
+from ..physics.fluid import Fluid, fill_space
 from ..physics.integrate import Solver
 from ..physics.jit import LANES, NO, YES
+from ..physics.section import CableModel
 from ..physics.state import AT_REST, FLOW, LOAD, NOW, STRUT, Change, LineModel, Q, V, X, make_state
-from ..physics.step import NO_LIMIT, TURN_MOST, link_stepper
+from ..physics.step import NO_LIMIT, link_stepper
 from ..physics.surface import SURFACE
 from ..physics.towbody import BODY, Towbody, body_record
 from ..physics.water import Water
@@ -48,13 +40,13 @@ from .build import Rules, arc_lengths, bead_table, build_line, element_table, li
 from .current import declare_water
 from .joints import water_problems
 from .march import Moved, Samples, accelerate, begin_step, bring_to_rest, look, march, take, weigh_up
+from .pieces import FOLDING as FOLDING
+from .pieces import HALVED, SHIPPED, WHOLE, cable_of, load_of, rows_in_air
+from .pieces import WHIPPING as WHIPPING
+from .problem import Problem
 from .sea import sea_of
+from .wakes import begin_wakes, line_problems, step_problems, wake_table
 
-FOLDING = 1e-7  # cable.compression_share of a cable that goes slack
-SHIPPED = Solver()  # the defaults of the product: step, rho_inf, tolerance
-WHOLE = Rules(0, NO_LIMIT, NO_LIMIT)  # steps as asked for, or not at all
-HALVED = Rules(SHIPPED.max_halvings, NO_LIMIT, NO_LIMIT)  # halved where Newton does not solve them
-WHIPPING = Rules(10, TURN_MOST, NO_LIMIT)  # and where they turn the cable far: for one that goes slack
 COMPONENTS = {"x": [0], "y": [1], "z": [2], "r": [0, 1, 2], "gx": [3], "gy": [4], "gz": [5], "g": [3, 4, 5]}
 
 
@@ -75,34 +67,12 @@ class History(NamedTuple):
     steps: int
 
 
-def cable_of(sections: list[dict], **numbers: Any) -> Cable:
-    """A Cable of the product from plain numbers; a section without a drag law has none.
-
-    Slack elements push, as in scenes by default; a case whose cable goes slack lets them fold (FOLDING).
-    """
-    named = {f"s{i}": Section(**({"drag_law": DragLaw.OFF} | s)) for i, s in enumerate(sections)}
-    return Cable(sections=named, **({"diameter": 0.01} | numbers))
-
-
-def load_of(node: int, force: npt.ArrayLike = (0.0, 0.0, 0.0), moment: npt.ArrayLike = (0.0, 0.0, 0.0)) -> np.ndarray:
-    """A LOAD record: dead force [N] on a node, moment [N m] on its tangent."""
-    row = np.zeros((), LOAD)
-    row["node"], row["force"], row["moment"] = node, force, moment
-    return row
-
-
-def rows_in_air(elements: np.ndarray) -> np.ndarray:
-    """The element table without water: no drag, added mass and buoyancy at any height."""
-    elements = elements.copy()
-    elements[:, [HALF_RHO_D, RE_FACTOR, ADDED_MASS, BUOYANCY]] = 0.0
-    return elements
-
-
 class Rig:
     """One line, its supports and its loads. Lengths [m], forces [N], SI throughout; z is up.
 
-    cable: the product's Cable block, see cable_of(); water: none for a cable in air, at whatever height; depth: of the
-    water [m] for its waves, none: deep; the frame of the scene keys of the water is that of the world;
+    cable: the product's Cable block, see cable_of(); water: none for a cable in nothing, at whatever height, or a
+    Fluid, without a surface; depth: of the water [m] for its waves, none: deep; the frame of the scene keys of the
+    water is that of the world; mass_damping [1/s]: of all motion, 2 zeta om for a share zeta of critical at om;
     held: {node: components}, see hold(); bodies: {node: Towbody} or {node: mass [kg]}; surfaces: SURFACE records, see
     physics/surface.py, standing where they are; loads: LOAD records, see load_of(); struts: STRUT records;
     tension: working tension [N] that scales the tolerance. Nodes count from 0, negative ones from the end.
@@ -114,7 +84,7 @@ class Rig:
         *,
         held: dict[int, str],
         tension: float,
-        water: Water | None = None,
+        water: Water | Fluid | None = None,
         depth: float | None = None,
         gravity: float = 9.81,
         bodies: dict | None = None,
@@ -122,19 +92,23 @@ class Rig:
         loads: list[np.ndarray] | None = None,
         struts: list[np.ndarray] | None = None,
         solver: Solver = SHIPPED,
+        mass_damping: float = 0.0,
     ):
         for name, section in cable.sections.items():
             for problem in water_problems(name, section):
-                raise RigError(f"{problem.key} {problem.text}; nothing was built. {problem.remedy}")
+                raise _refused(problem)
+        self._speed = 0.0 if water is None else float(np.hypot(*water.current))
+        for problem in line_problems(cable, water, self._speed, tension):
+            raise _refused(problem)
         self.cable, self.solver, self.gravity, self._working = cable, solver, gravity, tension
-        arc = arc_lengths(cable)
+        arc, self._links = arc_lengths(cable), cable.model is CableModel.SEGMENTS
         nodes = len(arc)
         carried = {
             node % nodes: body if isinstance(body, Towbody) else Towbody(mass=body, net_weight=body * gravity)
             for node, body in (bodies or {}).items()
         }
-        air = water is None
-        water = water or Water()
+        air, endless = water is None, isinstance(water, Fluid)
+        water = water.as_water() if isinstance(water, Fluid) else water or Water()
         pulls, rods = np.array(loads or [], LOAD), np.array(struts or [], STRUT)
         pulls["node"] %= nodes
         borne = {n % nodes for n in held} | set(carried) | {int(n) for n in pulls["node"]}
@@ -144,21 +118,28 @@ class Rig:
             beads["buoyancy"] = 0.0
         sea = sea_of(water, gravity, depth)
         elements = element_table(cable, water, gravity, (0 not in borne, nodes - 1 not in borne))
+        settings = line_settings(cable, solver, gravity, tension, WHOLE)
+        settings["mass_damping"] = mass_damping
         self.model = build_line(
             rows_in_air(elements) if air else elements,
             np.zeros((nodes, 6)),
             np.array([body_record(body, gravity, water.density) for body in carried.values()], BODY),
             list(carried),
-            line_settings(cable, solver, gravity, tension, WHOLE),
+            settings,
             pulls,
             rods,
             beads,
-            sea,
+            wakes=wake_table(cable, water),
+            sea=sea,
         )
-        self.state = make_state(arc, np.array(surfaces or [], SURFACE), sea)
+        self.state = make_state(arc, np.array(surfaces or [], SURFACE), sea, self._links)
+        if endless:
+            fill_space(self.state.work)
+        begin_wakes(self.state, cable)
         declare_water(self.state.now, water, 0.0)
         self.state.now.events.pressed_since = -1  # nobody says that it begins in a groove
         self.state.nodes[:, FLOW, list(carried), 0] = -1.0
+        self._check_loads(pulls)
         self.hold(held)
         self.iterations = 0
         link_stepper(self.model, self.state)
@@ -212,18 +193,38 @@ class Rig:
             if not names or "".join(names) != re.sub("[ ,]", "", what):
                 raise ValueError(f"node {node}: '{what}' holds nothing: components are {', '.join(COMPONENTS)}")
             for name in names:
+                if name.startswith("g") and self._limp(node):
+                    raise RigError(
+                        f"node {node}: '{what}' holds a gradient, and a joint of cable.model = segments without "
+                        f"bending_stiffness has none; nothing was held. Hold the place of the next node too, or give "
+                        f"bending_stiffness above 0 N m^2"
+                    )
                 mask[node, COMPONENTS[name]] = 1.0
         self.model = self.model._replace(held=lock(mask))
 
     def load(self, node: int, force: npt.ArrayLike = (0.0, 0.0, 0.0), moment: npt.ArrayLike = (0.0, 0.0, 0.0)) -> None:
         """One more dead force [N] on a node, and moment [N m] on its tangent."""
-        self.model = self.model._replace(loads=np.append(self.model.loads, load_of(node % self.nodes, force, moment)))
+        self.reload([*self.model.loads, load_of(node, force, moment)])
 
     def reload(self, loads: list[np.ndarray]) -> None:
         """These nodal loads in place of those before: LOAD records, see load_of()."""
         rows = np.array(loads, LOAD)
         rows["node"] %= self.nodes
+        self._check_loads(rows)
         self.model = self.model._replace(loads=rows)
+
+    def _limp(self, node: int) -> bool:
+        """Is the node a joint of links that bears no moment?"""
+        return self._links and bool(limp(self.model.elements, node % self.nodes, self.nodes - 1))
+
+    def _check_loads(self, rows: np.ndarray) -> None:
+        for row in rows:
+            if np.any(row["moment"]) and self._limp(int(row["node"])):
+                raise RigError(
+                    f"a load on node {row['node']} has a moment [N m], and a joint of cable.model = segments without "
+                    f"bending_stiffness bears none; nothing was loaded. Give a pair of forces, or bending_stiffness "
+                    f"above 0 N m^2"
+                )
 
     def release_loads(self) -> None:
         """Drop all nodal loads."""
@@ -276,6 +277,7 @@ class Rig:
         WHIPPING or one's own. Raises RigError.
         """
         steps = max(int(round(duration / step)), 1)
+        self._follows(duration / steps)
         steps = -(-steps // every) * every
         h, samples, z = duration / steps, steps // every, np.zeros
         out = Samples(
@@ -297,6 +299,7 @@ class Rig:
         self, step: float, moved: tuple[int, ...] = (), motion: Callable | None = None, rules: Rules = HALVED
     ) -> Iterator[float]:
         """One step [s] piece by piece: yields the length of every piece taken, see run(). Raises RigError."""
+        self._follows(step)
         line, follow = self._under(rules), self._moved(np.array((0.0, step)), moved, motion)
         begin_step(self.state)
         plan = self.state.plan
@@ -330,6 +333,10 @@ class Rig:
         table = np.zeros((len(times), 0, 9)) if motion is None else np.ascontiguousarray(motion(times), float)
         return Moved(np.array([n % self.nodes for n in nodes], np.int64), table)
 
+    def _follows(self, step: float) -> None:
+        for problem in step_problems(self.cable, self._speed, step, "step"):
+            raise _refused(problem, "nothing was simulated")
+
     def _under(self, rules: Rules) -> LineModel:
         settings = self.model.settings.copy()
         settings["max_halvings"], settings["turn_most"], settings["leave_step"] = rules
@@ -346,6 +353,10 @@ class Rig:
         """Element tension at unstretched arc length s [m], interpolated between element middles."""
         middle = 0.5 * (self.arc[1:] + self.arc[:-1])
         return float(np.interp(s, middle, self.state.tension))
+
+
+def _refused(problem: Problem, consequence: str = "nothing was built") -> RigError:
+    return RigError(f"{problem.key} {problem.text}; {consequence}. {problem.remedy}")
 
 
 def warm_up() -> None:

@@ -8,6 +8,7 @@ from ..physics.integrate import Solver
 from ..physics.quantity import REQUIRED, Block, quantity
 from ..physics.setpoint import Setpoint
 from ..physics.ship import Ship
+from ..physics.strum import Viv
 from ..physics.surface import Seabed, Sheave
 from ..physics.towbody import LineBody, Towbody
 from ..physics.water import Water
@@ -23,6 +24,7 @@ class Scene(Block):
     ship: Ship = quantity(Ship(), "", None, None, "ship")
     water: Water = quantity(Water(), "", None, None, "water")
     cable: Cable = quantity(REQUIRED, "", None, None, "cable")
+    viv: Viv = quantity(Viv(), "", None, None, "strumming of the cable, and the drag factor computed from it")
     winch: Winch = quantity(REQUIRED, "", None, None, "winch")
     setpoint: Setpoint = quantity(Setpoint(), "", None, None, "set-point of the winch")
     sheave: Sheave = quantity(REQUIRED, "", None, None, "sheave")

@@ -10,7 +10,7 @@ from math import cos, radians, sin
 import numpy as np
 
 from ..physics.feed import lay_mesh
-from ..physics.frame import FRAME, Flag
+from ..physics.frame import FRAME, SHAPE_COLUMNS, Flag, strum_table
 from ..physics.inputs import Inputs, make_inputs
 from ..physics.observe import Output
 from ..physics.setpoint import LAWS, SetpointLaw
@@ -28,6 +28,7 @@ from .setpoints import declare, take_rest
 from .start import settle, turn_bodies
 from .statics import StartError
 from .tow_shape import tow_shape
+from .wakes import begin_wakes
 
 
 class SolverError(RuntimeError):
@@ -103,6 +104,7 @@ class Simulator:
         declare(now.setpoint, scene, self._algorithm, yaw)
         drum = self.model.settings[0].drum
         lay_mesh(self.model.feed, drum, now.winch, state.nodes[NOW, ARC], self.model.line.elements)
+        begin_wakes(state, scene.cable)
         shape = tow_shape(scene, float(drum.payout_0 - drum.inboard), yaw)
         turn_bodies(self, shape, yaw)
         self.start_report = settle(self, shape, yaw)
@@ -129,7 +131,12 @@ class Simulator:
     @property
     def shape(self) -> np.ndarray:
         """Cable shape of the last tick [nodes, 5], columns SHAPE_COLUMNS."""
-        return self.output.shape[0]
+        return self.output.shape[0, :, : len(SHAPE_COLUMNS)]
+
+    @property
+    def strum(self) -> np.ndarray:
+        """Strumming at the last tick [nodes, 8], columns STRUM_COLUMNS; no rows where viv is off."""
+        return strum_table(self.output.shape[0])
 
     @property
     def contact(self) -> np.ndarray:
@@ -166,7 +173,8 @@ class Simulator:
 
     @property
     def chunk_tables(self) -> tuple[np.ndarray, np.ndarray]:
-        """Shape and contact tables of the last run(), one row a tick; overwritten by the next."""
+        """Shape (with what viv adds to it) and contact tables of the last run(), one row a tick; overwritten by the
+        next."""
         return self._chunk.shape, self._chunk.contact
 
     def set_algorithm(self, law: SetpointLaw | str) -> None:

@@ -13,12 +13,27 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..physics.ancf import BUOYANCY, CD_FIXED, EA, EXTRA_DRAG, FN, FT, HALF_RHO_D, RE_FACTOR, WEIGHT_PER_LENGTH
+from ..physics.ancf import (
+    BUOYANCY,
+    CD_FIXED,
+    CN_FIT,
+    CT_FIXED,
+    CT_OF_RE,
+    EA,
+    EXTRA_DRAG,
+    FN,
+    FT,
+    HALF_RHO_D,
+    RE_FACTOR,
+    WEIGHT_PER_LENGTH,
+)
+from ..physics.drag_laws import CHOO_CASARELLA, FRICTION, fitted
 from ..physics.towbody import Towbody, body_record
 from .current import flow_of
 from .material import Hung, hung, material_rows, section_ends
 from .scene import Scene
 from .statics import Route
+from .strumming import drag_factors
 
 STEP = 0.06  # of the length over which the tension vector turns
 LEAST_STEPS = 160  # in all
@@ -43,10 +58,13 @@ class TowShape(NamedTuple):
     section: np.ndarray  # [n] index of the section
     wet: np.ndarray  # [n] in the water?
     drag: np.ndarray  # [n] N/m, of the cable across the water that passes
+    flow: np.ndarray  # [n, 3] m/s, water past the cable
     angle: float  # rad from the vertical where it leaves the sheave, negative where it leads back towards the drum
     scope: float  # m
     speed: float  # m/s, of the water past the upper end
     closed: bool  # does it come to the sheave? One that comes to the surface may not
+    across: np.ndarray  # [n] m/s, speed of the water across the cable
+    past: np.ndarray  # [n] m/s, of the water
 
     @property
     def tension(self) -> np.ndarray:
@@ -60,9 +78,13 @@ class _Cable(NamedTuple):
     weight: float  # N/m dry
     buoyancy: float  # N/m
     half_rho_d: float
-    factor: float  # G
+    factor: float  # drag_amplification
+    strumming: Callable[[float], float]  # computed drag factor of a normal speed [m/s]
     re: float  # Reynolds number of 1 m/s
     cd: float  # below 0: of the Reynolds number
+    fit: int  # by this fit
+    ct: float  # of its own
+    ct_of_re: float  # share of C_T(Re)
     normal: tuple[float, ...]
     tangential: tuple[float, ...]
     ea: float
@@ -70,7 +92,7 @@ class _Cable(NamedTuple):
 
 def _cables(scene: Scene) -> list[_Cable]:
     cable, found = scene.cable, []
-    for section in cable.sections.values():
+    for section, strumming in zip(cable.sections.values(), drag_factors(scene), strict=True):
         rows = material_rows(cable, section, scene.water, scene.gravity)
         found.append(
             _Cable(
@@ -78,8 +100,12 @@ def _cables(scene: Scene) -> list[_Cable]:
                 rows[BUOYANCY],
                 rows[HALF_RHO_D],
                 1.0 + rows[EXTRA_DRAG],
+                strumming,
                 rows[RE_FACTOR],
                 rows[CD_FIXED],
+                int(rows[CN_FIT]),
+                rows[CT_FIXED],
+                rows[CT_OF_RE],
                 tuple(rows[FN + i] for i in range(5)),
                 tuple(rows[FT + i] for i in range(11)),
                 rows[EA],
@@ -101,7 +127,12 @@ def _load(c: _Cable, z: float, force: Row, flow: Flow) -> tuple[float, float, fl
     vn = sqrt(wx * wx + wy * wy + wz * wz) + 1e-9
     q2 = vn * vn + vt * vt
     re = max(c.re * vn, 1e-2)
-    cd = c.cd if c.cd >= 0.0 else (1.1 + 4.0 / sqrt(re) if re > 30.0 else 1.45 + 8.55 * re**-0.9)
+    if c.cd >= 0.0:
+        cd = c.cd
+    elif c.fit == CHOO_CASARELLA:
+        cd = 1.1 + 4.0 / sqrt(re) if re > 30.0 else 1.45 + 8.55 * re**-0.9
+    else:
+        cd = fitted(c.fit, re)[0]
     q = sqrt(q2)
     co, si = abs(vt) / q, vn / q
     c2, s2 = co * co - si * si, 2.0 * si * co
@@ -114,8 +145,11 @@ def _load(c: _Cable, z: float, force: Row, flow: Flow) -> tuple[float, float, fl
         h[0] + h[1] * co + h[2] * c2 + h[3] * c3 + h[4] * c4 + h[5] * c5
         + h[6] * si + h[7] * s2 + h[8] * s3 + h[9] * s4 + h[10] * s5
     )  # fmt: skip
-    k = c.half_rho_d * c.factor * cd * q2
+    k = c.half_rho_d * c.factor * c.strumming(vn) * cd * q2
     a, b = k * fn / vn, k * max(ft, 0.0) * (1.0 if vt >= 0.0 else -1.0)
+    if c.ct + c.ct_of_re > 0.0:
+        ct = c.ct + c.ct_of_re * fitted(FRICTION, c.re * abs(vt))[0]
+        b += c.half_rho_d * c.factor * ct * abs(vt) * vt
     return a * wx + b * ux, a * wy + b * uy, a * wz + b * uz - c.weight + c.buoyancy
 
 
@@ -253,15 +287,40 @@ def tow_shape(scene: Scene, scope: float, heading: float | None = None) -> TowSh
     tangent = pull / tension[:, None]
     across = load - (load * tangent).sum(1)[:, None] * tangent
     wet = y[:, 2] < 0.0
-    speeds = np.array([hypot(*flow(row[2])) for row in y])
+    water = np.array([(*flow(row[2]), 0.0) for row in y])
+    speeds, along = np.linalg.norm(water, axis=1), (water * tangent).sum(1)
+    normal = np.sqrt(np.maximum(speeds**2 - along**2, 0.0))
     broad = np.array([1.2 * c.half_rho_d * c.factor for c in cables])[section] * speeds**2 * wet
     return TowShape(
-        s, y[:, :3], pull, -across / tension[:, None], section, wet, broad, angle, scope, hypot(*flow(0.0)), closed
+        s,
+        y[:, :3],
+        pull,
+        -across / tension[:, None],
+        section,
+        wet,
+        broad,
+        water,
+        angle,
+        scope,
+        hypot(*flow(0.0)),
+        closed,
+        normal,
+        speeds,
     )
+
+
+def third_derivative(shape: TowShape) -> np.ndarray:
+    """|d3r/ds3| [n] 1/m^2, piece by piece as fourth_derivative()."""
+    return _derivative(shape, 1)
 
 
 def fourth_derivative(shape: TowShape) -> np.ndarray:
     """|d4r/ds4| [n] 1/m^3, piece by piece between ends of sections and the water surface, where it has no meaning."""
+    return _derivative(shape, 2)
+
+
+def _derivative(shape: TowShape, times: int) -> np.ndarray:
+    """Size of the ``times``-th derivative of d2r/ds2 [n]."""
     out = np.zeros(len(shape.s))
     cut = np.flatnonzero((np.diff(shape.section) != 0) | (np.diff(shape.wet.astype(int)) != 0)) + 1
     for piece in np.split(np.arange(len(shape.s)), cut):
@@ -272,8 +331,9 @@ def fourth_derivative(shape: TowShape) -> np.ndarray:
         s, b = s[keep], b[keep]
         if len(s) < 4:
             continue
-        second = np.gradient(np.gradient(b, s, axis=0), s, axis=0)
-        size = np.linalg.norm(second, axis=1)
+        for _ in range(times):
+            b = np.gradient(b, s, axis=0)
+        size = np.linalg.norm(b, axis=1)
         size[0], size[1] = size[2], size[2]  # one-sided differences of differences
         size[-1], size[-2] = size[-3], size[-3]
         out[piece] = np.interp(shape.s[piece], s, size)

@@ -27,6 +27,8 @@ COMMANDS = {
     "stress",
     "soak",
     "validate",
+    "viv",
+    "span",
     "manual",
     "mesh",
     "recover",
@@ -98,16 +100,20 @@ def test_every_command_helps(command):
         ),
         (("manual", "--out", "no/such/folder/x.md"), "error: "),
         (("make-bags", "--only", "nbp"), "error: there is no record 'nbp': nothing was written"),
-        (("bench", "P1", "--features"), "--features, --sheave-mesh, --mesh, --haul and --ticks each stand alone"),
+        (("bench", "P1", "--features"), "--haul, --ticks and --water each stand alone"),
         (
             ("bench", "--features", "--sheave-mesh"),
-            "--features, --sheave-mesh, --mesh, --haul and --ticks each stand alone",
+            "--features, --sheave-mesh, --mesh, --haul, --ticks and --water each stand alone",
         ),
         (("bench", "--sheave-mesh", "--repeats", "2"), "--sheave-mesh repeats nothing"),
         (("bench", "--mesh", "--repeats", "2"), "--mesh repeats nothing"),
         (("bench", "P7", "--haul"), "each stand alone"),
         (("bench", "--ticks", "--repeats", "2"), "--ticks repeats nothing"),
         (("mesh", "no_such_scene"), "error: no_such_scene: no such scene file; nothing was started."),
+        (("viv", "no_such_span"), "error: no_such_span: no such span file; nothing was started."),
+        (("span", "no_such_span"), "error: no_such_span: no such span file; nothing was started."),
+        (("span", "span_in_wind", "--case", "x"), "error: case 'x' is not in span_in_wind; nothing was run."),
+        (("run", "span_in_wind"), "span_in_wind.yaml:3: span stands at the top: this is a span in a wind, not a scene"),
         pytest.param(
             ("play", "nbp1406", "--lop"), "error: --lop: no option of play; nothing was played.", marks=pytest.mark.ros
         ),
@@ -223,7 +229,7 @@ def test_every_expected_error_is_one_of_ours():
 def test_a_warning_is_said_once():
     result = call("run", "full_scale_westin", "--motion", "none", "--duration", "0.1")
     said = [line.partition(": ")[2].partition(": ")[2] for line in result.stderr.splitlines()]
-    assert len(said) == len(set(said)) == 2
+    assert len(said) == len(set(said)) == 3
 
 
 def test_a_replay_says_when_there_is_nothing_to_compare(monkeypatch):

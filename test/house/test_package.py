@@ -13,6 +13,7 @@ import pytest
 import cable_sim_ros
 from cable_sim_ros.io import resources
 from cable_sim_ros.io.load import load_scene
+from cable_sim_ros.io.span_file import load_span
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE_XML = ElementTree.parse(ROOT / "package.xml").getroot()
@@ -129,10 +130,20 @@ def test_every_scene_and_bag_is_installed(arguments):
                 assert path.relative_to(ROOT) in installed, path
 
 
-@pytest.mark.parametrize("path", sorted((ROOT / "config").rglob("*.yaml")), ids=lambda p: p.stem)
+@pytest.mark.parametrize("name", resources.shipped_scenes())
 @pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
-def test_every_shipped_scene_loads_and_is_called_like_its_file(path):
-    assert load_scene(path).name == path.stem
+def test_every_shipped_scene_loads_and_is_called_like_its_file(name):
+    assert load_scene(name).name == name
+
+
+@pytest.mark.parametrize("name", resources.shipped_spans())
+def test_every_shipped_span_loads_and_is_called_like_its_file(name):
+    assert load_span(name).name == name
+
+
+def test_every_file_in_config_is_of_one_kind():
+    kinds = [resources.shipped_scenes(), resources.shipped_spans(), resources.shipped_viv()]
+    assert sorted(sum(kinds, [])) == sorted(path.stem for path in (ROOT / "config").rglob("*.yaml"))
 
 
 def test_changelog_has_the_version_or_says_unreleased():

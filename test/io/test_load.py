@@ -202,9 +202,10 @@ TEXTS = {
     "unknown law": (
         "drag_law: ribbon",
         "drag_law: ribbons",
-        "tow.yaml:11: cable.sections.free.drag_law = 'ribbons' is none of its laws (loading functions; none: those "
-        "of the fairing, driscoll_nahon without one); nothing was started. Did you mean ribbon? Known: off, "
-        "driscoll_nahon, driscoll_nahon_printed, ribbon, crossflow, pode",
+        "tow.yaml:11: cable.sections.free.drag_law = 'ribbons' is none of its laws (drag law: loading functions, "
+        "C_N and C_T; none: that of the fairing, driscoll_nahon without one); nothing was started. Did you mean "
+        "ribbon? Known: off, driscoll_nahon, driscoll_nahon_printed, ribbon, crossflow, pode, choo_casarella, "
+        "huston_kamman_6, huston_kamman_10, huston_kamman_10_row_2_printed, dymore, capozucca",
     ),
     "missing number": (
         "towbody: {mass: 250.0, net_weight: 445.0}",

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cable_sim_ros.physics import ancf, drag
+from cable_sim_ros.physics import ancf
 from cable_sim_ros.physics.cable import Cable, Section, _assemble, link_assembly
-from cable_sim_ros.physics.drag import DragLaw
+from cable_sim_ros.physics.drag_laws import CHOO_CASARELLA, LAWS, DragLaw, element_rows
 from cable_sim_ros.physics.jit import LANES, NO, YES
 from cable_sim_ros.physics.state import ARC, LINE_SETTINGS, MEAN, NOW, A, Change, Q, V, make_state
 from cable_sim_ros.physics.surface import SURFACE, floor_row, surface_row
@@ -31,10 +31,11 @@ def node_rows(row: int) -> property:
 
 
 def hydro(law: DragLaw, fixed_cd: float | None, amplification: float, density: float = 1026.0, gravity: float = 9.81):
-    """Hydrodynamic rows of a cable of 10 mm with this law."""
+    """Hydrodynamic rows of a cable of 10 mm with this law; one that needs a constant C_D has 1.2."""
+    fixed_cd = 1.2 if law is DragLaw.DYMORE else fixed_cd
     section = Section(length=1.0, elements=1, drag_law=law, drag_coefficient=fixed_cd, drag_amplification=amplification)
     cable = Cable(diameter=0.01, mass_per_length=0.389, axial_stiffness=1e4, sections={"all": section})
-    return drag.element_rows(section, cable, Water(density=density, viscosity=1.2e-3), gravity)
+    return element_rows(section, cable, Water(density=density, viscosity=1.2e-3), gravity)
 
 
 class Bench:
@@ -64,7 +65,8 @@ class Bench:
         self.n, self.rng = n, rng
         groups = -(-n // LANES)
         self.elements = np.zeros((groups, ancf.ROWS, LANES))
-        laws = [x for x in DragLaw if x is not DragLaw.OFF]
+        # within the narrow blend of a fit the moving bound is exact for the integral, not for its quadrature
+        laws = [x for x in DragLaw if x is not DragLaw.OFF and LAWS[x].fit == CHOO_CASARELLA]
         for lane in range(groups * LANES):
             e = min(lane, n - 1)
             row = self.elements[lane // LANES, :, lane % LANES]

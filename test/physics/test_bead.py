@@ -9,6 +9,7 @@ from bench_cable import record
 from cable_sim_ros.physics.bead import bead_record, carry
 from cable_sim_ros.physics.energy import energies
 from cable_sim_ros.physics.jit import NO, YES
+from cable_sim_ros.physics.sea import NODE_COLUMNS
 from cable_sim_ros.physics.state import ARC, AT_REST, NOW, Change, make_state
 from cable_sim_ros.physics.towbody import Towbody, body_record, load
 from cable_sim_ros.sim.build import lock
@@ -64,7 +65,12 @@ def test_at_a_node_it_is_a_body_without_drag(z):
     band, body = np.zeros((6, 16)), record(body_record(Towbody(mass=MASS, net_weight=NET), GRAVITY, DENSITY))
     current = (0.0, 0.0, 0.0, 0.0)
     given = load(
-        body, (state.q[node], state.v[node], state.a[node], np.zeros(6), np.zeros(12)), current, change, YES, band
+        body,
+        (state.q[node], state.v[node], state.a[node], np.zeros(6), np.zeros(NODE_COLUMNS)),
+        current,
+        change,
+        YES,
+        band,
     )
     np.testing.assert_allclose(force.reshape(5, 6)[node], -band[:, 12], atol=1e-12)
     np.testing.assert_allclose(k[12:18, 12:18], band[:, :6], atol=1e-9)

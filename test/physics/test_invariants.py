@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from cable_sim_ros.physics import drag as drag_module
 from cable_sim_ros.physics import frame, surface
+from cable_sim_ros.physics.ancf import ROWS
 from cable_sim_ros.physics.banded import FACTOR_COLUMNS, solve, solve_again
 from cable_sim_ros.physics.contact import press, touch
-from cable_sim_ros.physics.drag import LOADING, DragLaw, choo_casarella
+from cable_sim_ros.physics.drag_laws import LAWS, DragLaw, choo_casarella, loading
 from cable_sim_ros.physics.frame import Flag
 from cable_sim_ros.physics.work import LOST_POWER, OWN, SURFACES, WATER
 
@@ -133,7 +133,7 @@ def test_drum_is_a_groove_of_one_flank():
     assert gap.own.normal == pytest.approx((0.0, 0.0, 1.0))
 
 
-@given(st.floats(-4, 4), st.floats(-4, 4), st.floats(-4, 4), st.sampled_from(list(LOADING)))
+@given(st.floats(-4, 4), st.floats(-4, 4), st.floats(-4, 4), st.sampled_from(list(LAWS)))
 @settings(max_examples=60, deadline=None)
 def test_drag_never_adds_energy(vx, vy, vz, law):
     """In still water the drag of G = 1 takes power from any motion, except the printed 0.11 below 8 degrees."""
@@ -152,7 +152,7 @@ def test_tangential_loading_is_the_printed_quintic():
     4)."""
     eta = np.linspace(0.0, np.pi / 2, 2001)
     quintic = 0.01 * np.polynomial.polynomial.polyval(eta, (2.009, -0.3858, 1.9159, -4.1615, 3.5064, -1.1873))
-    c = LOADING[DragLaw.DRISCOLL_NAHON][1]
+    c = LAWS[DragLaw.DRISCOLL_NAHON][1]
     fit = c[0] + sum(c[k] * np.cos(k * eta) + c[5 + k] * np.sin(k * eta) for k in range(1, 6))
     assert np.abs(fit - quintic).max() < 1e-7
 
@@ -171,11 +171,11 @@ def test_tangential_loading_is_the_printed_quintic():
     ],
 )
 def test_loading_functions_against_the_table(law, angle, fn, ft):
-    p = np.zeros((40, 1))
+    p = np.zeros((ROWS, 1))
     for row, value in hydro(law, None, 1.0).items():
         p[row, 0] = value
     eta = np.radians(angle)
-    got = drag_module.loading(np.cos(eta), np.sin(eta), p, 0)
+    got = loading(np.cos(eta), np.sin(eta), p, 0)
     assert (got[0], got[2]) == pytest.approx((fn, ft), abs=6e-5)
 
 

@@ -39,7 +39,7 @@ KERNELS = {  # kernel: arguments, scalar multiplications allowed beyond the pack
     cable.near_surface: ((W.x, ROW, LANE), 0),
     drag.point_lanes: ((W.x, W.p, TABLE, TABLE, CURRENT, W.point), 0),
     drag.mean_lanes: ((W.mean_v, TABLE, W.point), 0),
-    drag.coefficient_lanes: ((W.p, W.point, POINT_V), 10),
+    drag.coefficient_lanes: ((W.p, W.point, POINT_V), 0),
     drag.load_lanes: ((W.point, W.p, LANE, W.load[0]), 0),
     drag.load_tangent_lanes: ((W.point, W.p, 1.0, 1.0, LANE, *OUT), 0),
     drag.mean_load_lanes: ((W.point, W.p, LANE, W.load[0]), 0),

@@ -121,13 +121,16 @@ class Ears:
     def _spin(self) -> None:
         while not self._stop.is_set():
             self.executor.spin_once(timeout_sec=0.05)
+        self.executor.remove_node(self.node)  # by the thread that waited on them: rclpy frees what another still holds
+        self.executor.shutdown()
+        self.node.destroy_node()
+        self.context.try_shutdown()
 
     def listen(self, kind: type, topic: str, raw: bool = False) -> list:
-        from rclpy.qos import qos_profile_sensor_data
+        from rclpy.qos import QoSProfile, ReliabilityPolicy
 
         box = self.heard[topic] = []
-        profile = qos_profile_sensor_data
-        profile.depth = 500
+        profile = QoSProfile(depth=500, reliability=ReliabilityPolicy.BEST_EFFORT)
         self.node.create_subscription(kind, topic, box.append, profile, raw=raw)
         return box
 
@@ -150,10 +153,8 @@ class Ears:
 
     def close(self) -> None:
         self._stop.set()
-        self._thread.join(2.0)
-        self.executor.shutdown()
-        self.node.destroy_node()
-        self.context.try_shutdown()
+        self._thread.join(30.0)
+        assert not self._thread.is_alive(), "the thread that spins did not end within 30 s"
 
 
 class Ship:
@@ -179,8 +180,9 @@ class Ship:
 
     def stop(self) -> None:
         self._stop.set()
-        if self._thread.is_alive():
-            self._thread.join(2.0)
+        if self._thread.ident is not None:
+            self._thread.join(30.0)
+            assert not self._thread.is_alive(), "the thread that publishes did not end within 30 s"
 
     def messages(self, stamp: int, t: float):
         imu, odom = self.imu_class(), self.odometry_class()

@@ -60,7 +60,7 @@ def quietly(name, values=None):
         ),
         (
             "full_scale",
-            {"cable.sections.bare.drag_law": "crossflow", "cable.sections.bare.tangential_coefficient": 0.01},
+            {"cable.sections.bare.drag_law": "pode", "cable.sections.bare.tangential_coefficient": 0.01},
             "cable.sections.bare.tangential_coefficient = 0.01 has no meaning beside drag_coefficient = none",
         ),
     ],
@@ -123,7 +123,7 @@ def test_shipped_scenes_contradict_nothing():
 
 def test_a_rig_says_which_coefficient_is_missing():
     cable = cable_of(
-        [{"length": 1.0, "elements": 1, "drag_law": "crossflow", "tangential_coefficient": 0.02}],
+        [{"length": 1.0, "elements": 1, "drag_law": "pode", "tangential_coefficient": 0.02}],
         mass_per_length=0.1,
         axial_stiffness=1e5,
     )

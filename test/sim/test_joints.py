@@ -38,6 +38,43 @@ WRONG = {
         "the law pode takes C_t as a share of a constant C_D above 0; nothing was started. Give drag_coefficient, or "
         "leave the tangential one out",
     ),
+    "two coefficients along the cable": (
+        {"bare": {"drag_law": "crossflow", "tangential_coefficient": 0.02, "friction_coefficient": 0.01}},
+        {},
+        "tow.yaml: cable.sections.bare.friction_coefficient = 0.01 stands beside tangential_coefficient = 0.02: both "
+        "say what the drag along the cable is, on pi d and on d; nothing was started. Leave one of the two out",
+    ),
+    "tangential of a law of the angle": (
+        {"bare": {"tangential_coefficient": 0.02}},
+        {},
+        "tow.yaml: cable.sections.bare.tangential_coefficient = 0.02 has no part in the law driscoll_nahon, whose drag "
+        "along the cable is of the angle; nothing was started. Leave it out, or take drag_law: crossflow",
+    ),
+    "friction of no drag": (
+        {"bare": {"drag_law": "off", "friction_coefficient": 0.01}},
+        {},
+        "tow.yaml: cable.sections.bare.friction_coefficient = 0.01 has no part in the law off, which is no drag; "
+        "nothing was started. Leave it out, or take drag_law: crossflow",
+    ),
+    "dymore without c_d": (
+        {"bare": {"drag_law": "dymore"}},
+        {},
+        "tow.yaml: cable.sections.bare.drag_law = dymore needs a constant C_D above 0, and drag_coefficient = none: "
+        "its source gives 0.5 to 2, no value; nothing was started. Give drag_coefficient",
+    ),
+    "constant for a law of Re": (
+        {"bare": {"drag_law": "huston_kamman_6", "drag_coefficient": 1.2}},
+        {},
+        "tow.yaml: cable.sections.bare.drag_coefficient = 1.2 takes the place of the C_N(Re) after which the law "
+        "huston_kamman_6 is named; nothing was started. Leave it out, or take drag_law: crossflow with this constant",
+    ),
+    "fairing with a C_D beside such a law": (
+        {"bare": {"drag_law": "capozucca", "fairing": "airfoil"}},
+        {},
+        "tow.yaml: cable.sections.bare.drag_law = capozucca has a C_N of its own, and so has fairing: airfoil, 0.2 on "
+        "its thickness: one of the two would be lost; nothing was started. Leave drag_law out for that of the fairing, "
+        "or make fairing none",
+    ),
     "fairing of no material": (
         {"bare": {"fairing_mass": 0.2}},
         {},

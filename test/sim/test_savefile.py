@@ -14,6 +14,7 @@ import pytest
 import cable_sim_ros
 from cable_sim_ros import ShipMotion, WinchCommand
 from cable_sim_ros.io.load import load_scene, override
+from cable_sim_ros.physics.state import NODE_ROWS
 from cable_sim_ros.sim import savefile
 from cable_sim_ros.sim.simulator import SaveError, Simulator
 
@@ -117,8 +118,8 @@ def test_another_layout_of_the_state_is_refused(saved, tmp_path):
 @pytest.mark.parametrize(
     ("members", "text"),
     [
-        ({"nodes": None}, r"'nodes' is missing, expected f\[8, \d+, 6\]"),
-        ({"nodes": np.zeros((8, 2, 6))}, r"'nodes' is f\[8, 2, 6\], expected f\[8, \d+, 6\]"),
+        ({"nodes": None}, rf"'nodes' is missing, expected f\[{NODE_ROWS}, \d+, 6\]"),
+        ({"nodes": np.zeros((8, 2, 6))}, rf"'nodes' is f\[8, 2, 6\], expected f\[{NODE_ROWS}, \d+, 6\]"),
         ({"memory": np.zeros(3)}, r"'memory' is f\[3\], expected V\[\]"),
         ({"scene": None}, "its scene cannot be read, KeyError"),
         ({"scene": np.array("{")}, "its scene cannot be read, ValidationError"),

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from cable_sim_ros.lab.cases import Case, CaseError, Fidelity, Output, run_case
 from cable_sim_ros.lab.cases.wet import drag_law
-from cable_sim_ros.physics.drag import DragLaw
+from cable_sim_ros.physics.drag_laws import DragLaw
 
 FIDELITIES = tuple(Fidelity)
 

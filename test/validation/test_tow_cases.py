@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from cable_sim_ros.io.load import load_scene, override, scene_from_dict
-from cable_sim_ros.physics.drag import LOADING, DragLaw, choo_casarella
+from cable_sim_ros.physics.drag_laws import LAWS, DragLaw, choo_casarella
 from cable_sim_ros.physics.fairing import PRESETS, dressed
 from cable_sim_ros.physics.section import material_of
 from cable_sim_ros.sim.simulator import Simulator
@@ -40,7 +40,7 @@ def profile(scene):
             x, z, fx, fz = y
             t = np.array((fx, fz)) / np.hypot(fx, fz)  # upwards along the cable
             eta = np.arctan2(abs(t[1]), abs(t[0]))
-            n, f = LOADING[law]
+            n, f = LAWS[law][:2]
             fn = n[0] + n[1] * np.cos(eta) + n[2] * np.sin(eta) + n[3] * np.cos(2 * eta) + n[4] * np.sin(2 * eta)
             ft = f[0] + sum(f[k] * np.cos(k * eta) + f[5 + k] * np.sin(k * eta) for k in range(1, 6))
             cd = section.drag_coefficient or choo_casarella(density * d * speed * np.sin(eta) / water.viscosity)[0]

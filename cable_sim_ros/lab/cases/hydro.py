@@ -7,7 +7,7 @@ from math import pi, radians
 import numpy as np
 
 from ...physics.ancf import BUOYANCY
-from ...physics.drag import DragLaw
+from ...physics.drag_laws import DragLaw
 from ...physics.towbody import Towbody
 from ...physics.water import Water
 from ...sim.rig import Rig, RigError, cable_of

@@ -6,7 +6,7 @@ import re
 from math import pi
 
 from ...physics.ancf import BUOYANCY
-from ...physics.drag import DragLaw
+from ...physics.drag_laws import DragLaw
 from ...sim.rig import Rig
 from .family import Case, CaseError
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,30 +17,23 @@ class Comparison(NamedTuple):
     measured: float | None
     allowed: float | None  # largest difference the source reports for its own model; None: not printed
     source: str
+    why: str = ""  # what the difference comes from
 
 
 class Result(NamedTuple):
     experiment: str
     rows: list[Comparison]
-    choices: list[dict]  # what had to be chosen, and what choosing otherwise changes
+    choices: list[dict]  # what had to be chosen, and what choosing otherwise changes: key "choice", then figures
     plot: Callable[[Path], Path]
+    chosen: str = "chosen otherwise: what changes"  # heading of the choices
+
+
+# each a module of this folder with experiment(duration, progress); duration: s, None: its own
+EXPERIMENTS = ("pulley", "drag", "viv", "viv_tow", "wake", "segments", "turbulence")
 
 
 def run(name: str, duration: float | None, progress=lambda *_: None) -> Result:
     """Run one experiment; duration: s, None: its own. Raises KeyError for an unknown name."""
-    return EXPERIMENTS[name](duration, progress)
-
-
-def _pulley(duration: float | None, progress) -> Result:
-    from . import pulley
-
-    return pulley.experiment(duration, progress)
-
-
-def _turbulence(duration: float | None, progress) -> Result:
-    from . import turbulence
-
-    return turbulence.experiment(duration, progress)
-
-
-EXPERIMENTS: dict[str, Callable] = {"pulley": _pulley, "turbulence": _turbulence}
+    if name not in EXPERIMENTS:
+        raise KeyError(name)
+    return import_module(f".{name}", __name__).experiment(duration, progress)

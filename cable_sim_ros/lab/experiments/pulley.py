@@ -202,7 +202,8 @@ def experiment(duration: float | None, progress) -> Result:
                 },
             }
         )
-    return Result("pulley", rows, choices, lambda folder: draw(swings, folder / "pulley.png"))
+    chosen = "configuration 1, chosen otherwise: what changes"
+    return Result("pulley", rows, choices, lambda folder: draw(swings, folder / "pulley.png"), chosen)
 
 
 def draw(swings: dict[int, Swing], path: Path) -> Path:

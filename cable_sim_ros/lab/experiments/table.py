@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import sys
+from math import ceil, log10
 from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
-from . import Result
+from . import Comparison, Result
 
-
-def columns_of(result: Result) -> list[str]:
-    """What the choices of an experiment change."""
-    return [name for name in result.choices[0] if name != "choice"]
+COLUMNS = ("figure", "unit", "measured", "ours", "allowed", "who")  # measured: or printed, of a computation
+WHY = "why apart"
 
 
 def as_data(result: Result) -> dict[str, Any]:
@@ -21,47 +20,62 @@ def as_data(result: Result) -> dict[str, Any]:
     return {"experiment": result.experiment, "rows": [row._asdict() for row in result.rows], "choices": result.choices}
 
 
-def markdown(result: Result) -> str:
-    """Both tables for docs/validation.md."""
+def text(x: float | None, row: Comparison | None = None) -> str:
+    """A figure with four digits; one of ``row`` with those that what it allows asks for."""
+    if x is None:
+        return "-"
+    if row is None or not row.allowed:
+        return f"{x:.4g}"
+    return f"{x:.{max(4, ceil(log10(max(abs(x), row.allowed) / row.allowed)) + 2)}g}"
 
-    def text(x):
-        return "-" if x is None else f"{x:.4g}"
+
+def _columns(result: Result) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Heads and cells of the comparison; the reasons only where there are any."""
 
     rows = [
-        f"| {r.name} | {r.unit} | {text(r.measured)} | {text(r.ours)} | {text(r.allowed)} | {r.source} |"
-        for r in result.rows
+        (r.name, r.unit, text(r.measured, r), text(r.ours, r), text(r.allowed), r.source, r.why) for r in result.rows
     ]
-    choices = [
-        "| " + " | ".join((c["choice"], *(f"{c[k]:+.2f}" for k in columns_of(result)))) + " |" for c in result.choices
+    if any(r.why for r in result.rows):
+        return (*COLUMNS, WHY), rows
+    return COLUMNS, [row[:-1] for row in rows]
+
+
+def _choices(result: Result) -> tuple[str, ...]:
+    """What is reported of each choice."""
+    return tuple(name for name in result.choices[0] if name != "choice") if result.choices else ()
+
+
+def markdown(result: Result) -> str:
+    """Both tables for the documentation."""
+    heads, rows = _columns(result)
+    lines = [
+        "| " + " | ".join(heads) + " |",
+        "|---" * len(heads) + "|",
+        *("| " + " | ".join(row) + " |" for row in rows),
     ]
-    return "\n".join(
-        [
-            "| figure | unit | measured | ours | allowed | who |",
-            "|---|---|---|---|---|---|",
-            *rows,
-            "",
-            "| chosen otherwise | " + " | ".join(columns_of(result)) + " |",
-            "|---|" + "---|" * len(columns_of(result)),
-            *choices,
-        ]
-    )
+    if result.choices:
+        names = _choices(result)
+        lines += ["", "| chosen otherwise | " + " | ".join(names) + " |", "|---" * (1 + len(names)) + "|"]
+        lines += ["| " + " | ".join((c["choice"], *(f"{c[k]:+.2f}" for k in names))) + " |" for c in result.choices]
+    return "\n".join(lines)
 
 
 def print_result(result: Result) -> None:
     """Comparison and choices."""
     console = Console(width=None if sys.stdout.isatty() else 120)
+    heads, rows = _columns(result)
     table = Table(title=result.experiment, title_justify="left")
-    for name in ("figure", "unit", "measured", "ours", "allowed", "who"):
+    for name in heads:
         table.add_column(name, justify="right" if name in ("measured", "ours", "allowed") else "left")
-    for r in result.rows:
-        table.add_row(
-            r.name, r.unit, *("-" if x is None else f"{x:.4g}" for x in (r.measured, r.ours, r.allowed)), r.source
-        )
+    for row in rows:
+        table.add_row(*row)
     console.print(table)
-    other = Table(title="chosen otherwise: what changes (pulley: of configuration 1)", title_justify="left")
+    if not result.choices:
+        return
+    other = Table(title=result.chosen, title_justify="left")
     other.add_column("choice")
-    for name in columns_of(result):
+    for name in _choices(result):
         other.add_column(name, justify="right")
     for c in result.choices:
-        other.add_row(c["choice"], *(f"{c[name]:+.2f}" for name in columns_of(result)))
+        other.add_row(c["choice"], *(f"{c[name]:+.2f}" for name in _choices(result)))
     console.print(other)

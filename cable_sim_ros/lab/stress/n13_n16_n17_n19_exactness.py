@@ -6,7 +6,7 @@ import io
 
 import numpy as np
 
-from ...physics.drag import DragLaw
+from ...physics.drag_laws import DragLaw
 from ...physics.inputs import push_command
 from ...physics.water import Water
 from ...sim.rig import Rig, cable_of

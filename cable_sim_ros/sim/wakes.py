@@ -1,0 +1,198 @@
+"""Wakes of a line (physics/wake.py): their table, how they begin, and what mesh and step must be able to follow."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from itertools import accumulate
+from math import inf, pi, sqrt
+
+import numpy as np
+
+from ..physics.cable import Cable
+from ..physics.drag_laws import DragLaw
+from ..physics.fairing import Fairing, dressed
+from ..physics.fluid import Fluid
+from ..physics.section import CableModel, Section, material_of
+from ..physics.state import NOW, WAKE, State
+from ..physics.wake import START, WAKE_Q, WAKE_S, WAKE_SECTION, WakeLaw, WakePhase, section_of_node, wake_section
+from ..physics.water import Water
+from .material import hung, outboard, section_ends, wet_weight
+from .problem import Problem, apart
+from .scene import Scene
+from .strumming import on, strums
+
+# steps a period of shedding, at least: the time integration then makes the period of a free vibration 0.8 % longer and
+# damps it by 0.07 % of critical; and elements a wave of the cable at that frequency
+STEPS, ELEMENTS = 30, 6
+
+
+def has_wakes(cable: Cable) -> bool:
+    """Does any section shed vortices?"""
+    return any(section.wake.law is not WakeLaw.OFF for section in cable.sections.values())
+
+
+def wake_table(cable: Cable, water: Water | Fluid) -> np.ndarray:
+    """WAKE_SECTION [sections], or none where no section has a wake."""
+    if not has_wakes(cable):
+        return np.zeros(0, WAKE_SECTION)
+    ends = accumulate(section.length for section in cable.sections.values())
+    return np.array(
+        [
+            wake_section(section.wake, end, material_of(cable, section).diameter, water.density, water.viscosity)
+            for end, section in zip(ends, cable.sections.values(), strict=True)
+        ],
+        WAKE_SECTION,
+    )
+
+
+def begin_wakes(state: State, cable: Cable) -> None:
+    """Small wakes with the phases that the sections give; the flow past them follows with the first step."""
+    wakes = wake_table(cable, Fluid()).view(np.recarray)
+    state.nodes[NOW, WAKE] = 0.0
+    if len(wakes) == 0:
+        return
+    blocks = [section.wake for section in cable.sections.values()]
+    draws = {wake.seed: np.random.default_rng(wake.seed).uniform(0.0, 2.0 * pi, len(state.arc)) for wake in blocks}
+    for n, s in enumerate(state.arc):
+        i = _section_of_node(wakes, float(s))
+        if wakes[i].on:
+            phase = {
+                WakePhase.UNIFORM: 0.0,
+                WakePhase.ALTERNATING: pi * (n % 2),
+                WakePhase.RANDOM: draws[blocks[i].seed][n],
+            }[blocks[i].phase]
+            state.nodes[NOW, WAKE, n, [WAKE_Q, WAKE_S]] = START * np.cos(phase), START * np.sin(phase)
+
+
+_section_of_node = getattr(section_of_node, "py_func", section_of_node)
+
+
+def shedding(cable: Cable, section: Section, speed: float) -> float:
+    """Frequency of shedding [Hz] of a section at a flow of ``speed`` [m/s] straight across it; 0 without a wake."""
+    if section.wake.law is WakeLaw.OFF:
+        return 0.0
+    return section.wake.strouhal * speed / material_of(cable, section).diameter
+
+
+def cable_problems(cable: Cable) -> list[Problem]:
+    """Wakes that a cable cannot have: of a faired section, and of links."""
+    found = [
+        Problem(
+            f"cable.sections.{name}.wake.law",
+            f"= {section.wake.law.value} is one of bare cable, and this section is faired (fairing = "
+            f"{section.fairing.value}, drag_law = {dressed(section).drag_law.value}): a fairing is there to keep "
+            "vortices from being shed",
+            "Leave the wake out, or the fairing",
+        )
+        for name, section in cable.sections.items()
+        if section.wake.law is not WakeLaw.OFF
+        and (section.fairing is not Fairing.NONE or section.drag_law is DragLaw.RIBBON)
+    ]
+    if has_wakes(cable) and cable.model is CableModel.SEGMENTS:
+        text = "= segments has no wakes: their load needs the shape of an element between its nodes"
+        found.append(Problem("cable.model", text, "Use cable.model = ancf, or leave the wakes out"))
+    return found
+
+
+def bare_problems(scene: Scene) -> list[Problem]:
+    """Wakes that a scene cannot have, whatever its mesh is."""
+    return cable_problems(scene.cable) + [
+        Problem(
+            f"cable.sections.{name}.wake.law",
+            f"= {section.wake.law.value} beside viv.law = {scene.viv.law.value}: the same vibration would be computed "
+            "twice, in time and as an amplification of the drag",
+            "Leave one of them out, or give the section viv_multiplier 0",
+        )
+        for name, section in scene.cable.sections.items()
+        if section.wake.law is not WakeLaw.OFF and on(scene) and strums(section)
+    ]
+
+
+def step_problems(cable: Cable, speed: float, step: float, key: str = "solver.tick") -> list[Problem]:
+    """Steps [s] too long for the shedding of a section in a flow of ``speed`` [m/s] across it."""
+    found = []
+    for name, section in cable.sections.items():
+        frequency = shedding(cable, section, speed)
+        if step * frequency * STEPS > 1.0 + 1e-9:
+            given, most = apart(step, 1.0 / (STEPS * frequency))
+            found.append(
+                Problem(
+                    key,
+                    f"= {given} s is longer than {most} s, 1/{STEPS} of a period of the vortices that "
+                    f"cable.sections.{name} sheds at {frequency:.4g} Hz (wake.strouhal = {section.wake.strouhal:g} at "
+                    f"{speed:.3g} m/s): the steps do not follow them, and their force would be lost",
+                    f"Make it at most {1.0 / (STEPS * frequency):.2g} s, or leave the wake of that section out",
+                )
+            )
+    return found
+
+
+def element_problems(
+    cable: Cable, water: Water | Fluid, speed: float, elements: Iterable[tuple[str, float, float]], remedy: str
+) -> list[Problem]:
+    """Elements too long for the waves that shedding drives: ``elements`` are (section, longest [m], tension [N])."""
+    found = []
+    for name, longest, tension in elements:
+        section = cable.sections[name]
+        frequency = shedding(cable, section, speed)
+        own = material_of(cable, section)
+        mass = own.mass_per_length + own.added_mass_coefficient * water.density * 0.25 * pi * own.diameter**2
+        bound = inf if frequency == 0.0 else sqrt(tension / mass) / (ELEMENTS * frequency)
+        if longest > bound * (1.0 + 1e-9):
+            given, most = apart(longest, bound)
+            found.append(
+                Problem(
+                    f"cable.sections.{name}.wake.law",
+                    f"= {section.wake.law.value} on elements of {given} m, longer than {most} m, 1/{ELEMENTS} of a "
+                    f"wave of this cable at the {frequency:.4g} Hz that it sheds at {speed:.3g} m/s under "
+                    f"{tension:.4g} N: the mesh does not carry the vibration",
+                    remedy.format(name=name, least=bound),
+                )
+            )
+    return found
+
+
+def wake_problems(scene: Scene, table: list[tuple[float, float, str]], speed: float) -> list[Problem]:
+    """What of a tow cannot follow the vortices shed at ``speed`` [m/s], straight across the cable; its elements
+    beyond the sheave as (first, last arc length [m], section)."""
+    if not has_wakes(scene.cable):
+        return []
+    ends = section_ends(scene.cable)
+    longest = {name: max((b - a for a, b, held in table if held == name), default=0.0) for name in ends}
+    rows = [(name, longest[name], max(pull_beyond(scene, end), 1.0)) for name, end in ends.items()]
+    remedy = "Give mesh.sections.{name} or the section more elements, of at most {least:.2g} m, or leave its wake out"
+    found = element_problems(scene.cable, scene.water, speed, rows, remedy)
+    return step_problems(scene.cable, speed, scene.solver.tick) + found
+
+
+def pull_beyond(scene: Scene, place: float) -> float:
+    """Least tension [N] at an arc length [m]: the net weight of all that hangs beyond it."""
+    cable = sum(wet_weight(scene, section) * length for length, section in outboard(scene, place))
+    return cable + sum(thing.net_weight for thing in hung(scene) if thing.place > place) + scene.towbody.net_weight
+
+
+def line_problems(cable: Cable, water: Water | Fluid | None, speed: float, tension: float) -> list[Problem]:
+    """What a line of one's own cannot have in its fluid: flow of ``speed`` [m/s], tension [N] of all of it."""
+    found = cable_problems(cable)
+    if water is None and has_wakes(cable):
+        text = "has a wake in nothing: no fluid, no vortices"
+        found.append(Problem("cable.sections", text, "Give water: a Water or a Fluid"))
+    if water is None:
+        return found
+    rows = [(name, section.length / section.meshed, tension) for name, section in cable.sections.items()]
+    remedy = "Give cable.sections.{name} elements of at most {least:.2g} m, or leave its wake out"
+    return found + element_problems(cable, water, speed, rows, remedy)
+
+
+def amplified_cautions(cable: Cable) -> list[Problem]:
+    """Sections whose drag is amplified for the vibration that their wake computes."""
+    return [
+        Problem(
+            f"cable.sections.{name}.drag_amplification",
+            f"= {section.drag_amplification:g} beside wake.law = {section.wake.law.value}: the amplification stands "
+            "for the drag of a vibration that the wake computes, and counts twice where that is large",
+            "Leave drag_amplification at 1 where a wake is computed",
+        )
+        for name, section in cable.sections.items()
+        if section.wake.law is not WakeLaw.OFF and section.drag_amplification > 1.0
+    ]

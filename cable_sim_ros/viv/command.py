@@ -1,0 +1,72 @@
+"""`cable-sim viv`: the vibration of a span as a table, as JSON, as a picture."""
+
+from __future__ import annotations
+
+import json
+import warnings
+from pathlib import Path
+
+import click
+
+from ..runs.progress import progress_bar
+
+
+def _keys(context: click.Context, _parameter: click.Parameter, asked: bool) -> None:
+    """Print what a FILE may hold, and leave."""
+    if not asked:
+        return
+    from ..runs.manual import tables
+    from .span import Span
+
+    click.echo("\n".join(tables(Span)), nl=False)
+    context.exit()
+
+
+@click.command()
+@click.argument("file")
+@click.option("--sensitivity", is_flag=True, help="What the response changes by where a choice is made otherwise.")
+@click.option(
+    "--keys", is_flag=True, is_eager=True, expose_value=False, callback=_keys, help="List the keys of a FILE."
+)
+@click.option(
+    "--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for the figures (viv.json) and the picture."
+)
+@click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
+def viv(file: str, sensitivity: bool, out: Path | None, as_json: bool) -> None:
+    """Vibration by vortices of the cable in FILE (YAML, or the name of a shipped one): frequencies, damping, response.
+
+    In the frequency domain, after Capozucca (1988).
+    """
+    from . import checks, files, report
+    from .response import vibration
+
+    span = files.load_span(file)
+    if sensitivity:
+        from . import sensitivity as study
+
+        with progress_bar(as_json) as progress:
+            changes = study.sensitivity(span, progress)
+        told = [change._asdict() for change in changes]
+        if out is not None:
+            out.mkdir(parents=True, exist_ok=True)
+            (out / "sensitivity.json").write_text(json.dumps(told, indent=1) + "\n", "utf-8")
+            (out / "sensitivity.md").write_text(study.markdown(changes) + "\n", "utf-8")
+        if as_json:
+            click.echo(json.dumps(told, indent=1))
+        else:
+            report.print_sensitivity(span, changes)
+        return
+    result = vibration(span)
+    for caution in checks.cautions(span, result):
+        warnings.warn(f"{file}: {files.text_of(caution)}", files.SpanWarning, stacklevel=2)
+    data = files.as_data(span, result)
+    if out is not None:
+        from .plot import draw
+
+        out.mkdir(parents=True, exist_ok=True)
+        (out / "viv.json").write_text(json.dumps(data, indent=1) + "\n", "utf-8")
+        click.echo(f"picture:   {draw(span, result, out / 'viv.png')}", err=True)
+    if as_json:
+        click.echo(json.dumps(data, indent=1))
+    else:
+        report.print_vibration(span, result)

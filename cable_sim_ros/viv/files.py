@@ -1,0 +1,154 @@
+"""Spans from YAML, results as data: the fields of ``cable-sim viv --json``."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from pydantic import ValidationError
+
+from ..io import resources, yaml12
+from ..io.load import SceneError
+from ..io.problems import CONSEQUENCE, kind_of, line_of, place, texts_of
+from ..sim.problem import Problem
+from . import checks
+from .response import Vibration
+from .span import Span
+
+
+class SpanError(SceneError):
+    """A span that cannot be computed. ``problems``: one text each, with file, line, key, value, bound and remedy."""
+
+
+class SpanWarning(UserWarning):
+    """A result that is doubtful."""
+
+
+def load_span(path_or_name: str | os.PathLike) -> Span:
+    """Span of a YAML file, or of the name of a shipped one (``fig_5_5_constant_tension``). Raises SpanError."""
+    try:
+        path = resources.find_viv(path_or_name)
+        text = path.read_text("utf-8")
+        data, lines = yaml12.parse(text)
+    except resources.ResourceError as error:
+        raise SpanError([str(error)]) from None
+    except yaml12.YamlError as error:
+        raise SpanError(
+            [f"{place(str(path), line)}: {what}; {CONSEQUENCE}. Correct the YAML" for line, what in error.problems]
+        ) from None
+    except UnicodeDecodeError as error:
+        raise SpanError(
+            [f"{path_or_name}: is not UTF-8 text (byte {error.start}); {CONSEQUENCE}. Save the span as UTF-8"]
+        ) from None
+    return span_from_dict(data, str(path), lines)
+
+
+def span_from_dict(data: Mapping[str, Any], origin: str = "span", lines: Mapping[tuple, int] | None = None) -> Span:
+    """Span of plain data; origin names it in errors. Raises SpanError with every problem."""
+    lines = lines or {}
+    if not isinstance(data, Mapping):
+        raise SpanError(
+            [
+                f"{origin}: is {kind_of(data)}, expected keys and values such as `cable: {{length: 17.45, ...}}`; "
+                f"{CONSEQUENCE}. Begin with a copy of a shipped span: {', '.join(resources.shipped_viv())}"
+            ]
+        )
+    if "ship" in data or "winch" in data:
+        raise SpanError(
+            [
+                f"{origin}: is a scene of a tow, expected a span; {CONSEQUENCE}. Give it to `cable-sim run`, or begin "
+                f"with a copy of a shipped span: {', '.join(resources.shipped_viv())}"
+            ]
+        )
+    try:
+        span = Span.model_validate(data)
+    except ValidationError as error:
+        raise SpanError(texts_of(error, data, origin, lines, Span)) from None
+    found = checks.problems(span)
+    if found:
+        raise SpanError(
+            [
+                f"{place(origin, line_of(lines, tuple(p.key.split('.'))))}: {p.key} {p.text}; {CONSEQUENCE}. {p.remedy}"
+                for p in found
+            ]
+        )
+    return span
+
+
+def changed(span: Span, **blocks: Mapping[str, Any]) -> Span:
+    """The span with other values, ``changed(span, flow={"strouhal": 0.2})``; checked like a file."""
+    data = span.model_dump()
+    for block, values in blocks.items():
+        data[block] = {**data[block], **values}
+    return span_from_dict(data, f"{span.name}, changed")
+
+
+def text_of(problem: Problem) -> str:
+    """A caution in one line."""
+    return f"{problem.key} {problem.text}. {problem.remedy}"
+
+
+class Field(NamedTuple):
+    unit: str
+    meaning: str
+    take: Any  # Vibration -> value
+
+
+FIELDS: dict[str, Field] = {
+    "name": Field("", "name of the span", lambda r: r.name),
+    "frequencies_hz": Field(
+        "Hz", "frequencies of modes 1, 2, ... (WKB, with bending stiffness)", lambda r: r.frequencies
+    ),
+    "damping_ratios": Field("", "their damping ratios, as used", lambda r: r.damping_ratios),
+    "arc_m": Field("m", "places s along the cable, from the end s = 0", lambda r: r.arc),
+    "rms_displacement_m": Field("m", "rms displacement across flow and cable at them", lambda r: r.rms_displacement),
+    "rms_acceleration_m_s2": Field("m/s^2", "rms acceleration at them", lambda r: r.rms_acceleration),
+    "max_rms_displacement_m": Field("m", "largest rms displacement", lambda r: r.rms_displacement.max()),
+    "max_rms_displacement_diameters": Field(
+        "", "largest rms displacement over the diameter at its place", lambda r: r.diameters.max()
+    ),
+    "frequencies_exact_hz": Field(
+        "Hz", "frequencies by finite differences, of the first 50 modes at most", lambda r: r.frequencies_exact
+    ),
+    "damping_ratios_computed": Field(
+        "", "damping ratios as computed, where others are given", lambda r: r.damping_computed
+    ),
+    "damping_ratios_whole": Field("", "damping ratios if the whole cable damped the mode", lambda r: r.damping_whole),
+    "power_in_m": Field("m", "for each mode the parts [from, to] of the cable that drive it", lambda r: r.driven),
+    "shedding_range_hz": Field("Hz", "least and largest shedding frequency along the cable", lambda r: r.shedding),
+    "correlation_length_m": Field("m", "correlation length of the lift", lambda r: r.correlation_length),
+    "reading": Field("", "reading of the lift spectrum: A, B or C", lambda r: r.reading),
+    "method": Field("", "of the response: wkb or exact", lambda r: r.method),
+    "segments": Field("", "parts of the cable that the lift acts on", lambda r: r.segments),
+    "frequency_step_hz": Field("Hz", "step of the spectra", lambda r: r.frequency_step),
+    "place_m": Field("m", "place of the spectra: `response.place`, else that of the largest rms", lambda r: r.place),
+    "place_rms_displacement_m": Field("m", "rms displacement there", lambda r: r.place_rms_displacement),
+    "place_rms_acceleration_m_s2": Field("m/s^2", "rms acceleration there", lambda r: r.place_rms_acceleration),
+    "frequency_hz": Field("Hz", "frequencies of the spectra", lambda r: r.frequency),
+    "displacement_spectrum_m2_hz": Field(
+        "m^2/Hz", "one-sided spectrum of the displacement: rms^2 = sum times step", lambda r: r.displacement_spectrum
+    ),
+    "acceleration_spectrum_m2_s4_hz": Field(
+        "m^2/s^4/Hz", "that of the acceleration", lambda r: r.acceleration_spectrum
+    ),
+    "modes": Field("", "shapes of the modes along `arc_m`, one list each", lambda r: r.modes),
+}
+CAUTIONS = "cautions"
+
+
+def as_data(span: Span, result: Vibration) -> dict[str, Any]:
+    """What ``--json`` prints."""
+
+    def plain(value):
+        return value.tolist() if hasattr(value, "tolist") else value
+
+    data = {name: plain(field.take(result)) for name, field in FIELDS.items()}
+    return {**data, CAUTIONS: [text_of(problem) for problem in checks.cautions(span, result)]}
+
+
+def fields_markdown() -> str:
+    """Table of the fields for docs/json.md."""
+    rows = [f"| `{name}` | {field.unit} | {field.meaning} |" for name, field in FIELDS.items()]
+    rows.append(f"| `{CAUTIONS}` |  | what is doubtful about the result, as texts |")
+    return "\n".join(("| field | unit | meaning |", "|---|---|---|", *rows))

@@ -1,0 +1,82 @@
+"""Frequencies and shapes of the modes: WKB in closed form, and exact ones by finite differences."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+from scipy.sparse import dia_matrix, diags
+from scipy.sparse.linalg import eigsh
+
+from .line import Line
+from .span import Shape
+
+LEAST_CELLS, CELLS_PER_MODE = 400, 40  # of the finite differences
+MOST_EXACT = 50  # modes; the error of WKB falls as the square of the mode number
+DIAGONALS = (2, 1, 0, -1, -2)
+
+
+def string_frequencies(line: Line, count: int) -> np.ndarray:
+    """omega_n of the string without stiffness [rad/s]: n pi / tau(L), (3.23)."""
+    return np.arange(1, count + 1) * pi / line.crossing
+
+
+def frequencies(line: Line, count: int) -> np.ndarray:
+    """Frequencies of modes 1 to count [Hz], with the bending stiffness of (5.21)."""
+    omega = string_frequencies(line, count)
+    return omega * np.sqrt(1.0 + line.bend * omega**2) / (2.0 * pi)
+
+
+def shapes(line: Line, s: np.ndarray, count: int, shape: Shape = Shape.WKB) -> np.ndarray:
+    """phi_n(s), array (count, len(s)): (3.24) with its amplitude, or the plain sine as printed."""
+    phase = string_frequencies(line, count)[:, None] * line.travel_time(s)
+    if shape is Shape.SINE:
+        return np.sin(phase)
+    return np.sqrt(line.impedance(0.0) / line.impedance(s)) * np.sin(phase)
+
+
+def modal_mass(line: Line, shape: Shape = Shape.WKB) -> float:
+    """M_n [kg], the same for all modes: sqrt(m T_c) tau(L) / 2; for the plain sine half the mass, as printed."""
+    if shape is Shape.SINE:
+        s = np.linspace(0.0, line.length, 2001)
+        return float(0.5 * np.trapezoid(line.mass(s), s))
+    return 0.5 * float(line.impedance(0.0)) * line.crossing
+
+
+def bands(line: Line, cells: int) -> tuple[np.ndarray, np.ndarray]:
+    """Stiffness (5, n) and mass (n,) of the n = cells - 1 inner points by second differences, ends pinned.
+
+    Of -d/ds(T dy/ds) + E I d4y/ds4: diagonals 2 to -2 by column, as LAPACK takes them.
+    """
+    h = line.length / cells
+    pull = line.tension((np.arange(cells) + 0.5) * h) / h
+    out = np.zeros((5, cells - 1))
+    out[2] = pull[1:] + pull[:-1]
+    out[1, 1:] = out[3, :-1] = -pull[1:-1]
+    if line.stiffness:
+        bend = line.stiffness / h**3
+        out[2] += 6.0 * bend
+        out[2, [0, -1]] -= bend  # no moment at the ends
+        out[1, 1:] -= 4.0 * bend
+        out[3, :-1] -= 4.0 * bend
+        out[0, 2:] += bend
+        out[4, :-2] += bend
+    return out, line.mass(np.arange(1, cells) * h) * h
+
+
+def exact_frequencies(line: Line, count: int) -> np.ndarray:
+    """Frequencies of modes 1 to count, 50 at most [Hz], by finite differences on two grids, extrapolated."""
+    count = min(count, MOST_EXACT)
+    cells = max(LEAST_CELLS, CELLS_PER_MODE * count)
+    coarse, fine = (_squares(line, n, count) for n in (cells, 2 * cells))
+    return np.sqrt((4.0 * fine - coarse) / 3.0) / (2.0 * pi)
+
+
+def _squares(line: Line, cells: int, count: int) -> np.ndarray:
+    """omega_n^2 of the finite differences, ascending."""
+    stiffness, mass = bands(line, cells)
+    matrix = dia_matrix((stiffness, DIAGONALS), shape=(cells - 1, cells - 1))
+    root = diags([1.0 / np.sqrt(mass)], [0])
+    scaled = (root @ matrix @ root).tocsc()
+    values = eigsh(scaled, k=count, sigma=0.0, v0=np.ones(cells - 1), return_eigenvectors=False)
+    return np.sort(values)

@@ -1,0 +1,86 @@
+"""A vibration on the terminal."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable
+
+from rich.console import Console
+from rich.table import Table
+
+from .response import Vibration
+from .sensitivity import COLUMNS, Change
+from .span import Span
+
+MOST_PLACES = 9  # of the table along the cable
+
+
+def console() -> Console:
+    """As wide as the terminal, 120 where there is none."""
+    return Console(width=None if sys.stdout.isatty() else 120, highlight=False)
+
+
+def table(title: str, columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> Table:
+    """A table, its numbers to the right."""
+    out = Table(title=title, title_justify="left")
+    for i, name in enumerate(columns):
+        out.add_column(name, justify="left" if i == 0 and name == "choice" else "right", no_wrap=True)
+    for row in rows:
+        out.add_row(*row)
+    return out
+
+
+def regions(driven: list[tuple[float, float]]) -> str:
+    """Power-in regions as text."""
+    return ", ".join(f"{a:.4g} to {b:.4g}" for a, b in driven) or "none"
+
+
+def print_vibration(span: Span, result: Vibration) -> None:
+    """Modes, response along the cable, and which choices they rest on."""
+    out = console()
+    given = " (given)" if span.damping.ratios else ""
+    columns = ("mode", "Hz", "exact Hz", f"damping ratio{given}", "if all of it damped", "driven from, to m")
+    rows = [
+        (
+            f"{n + 1}",
+            f"{result.frequencies[n]:.5g}",
+            f"{result.frequencies_exact[n]:.5g}" if n < len(result.frequencies_exact) else "",
+            f"{result.damping_ratios[n]:.4f}",
+            f"{result.damping_whole[n]:.4f}",
+            regions(result.driven[n]),
+        )
+        for n in range(len(result.frequencies))
+    ]
+    out.print(table(f"{result.name}: modes", columns, rows))
+    every = max(1, (len(result.arc) - 1) // (MOST_PLACES - 1))
+    along = [
+        (
+            f"{result.arc[i]:.5g}",
+            f"{1e3 * result.rms_displacement[i]:.4g}",
+            f"{result.diameters[i]:.4g}",
+            f"{result.rms_acceleration[i]:.4g}",
+        )
+        for i in range(0, len(result.arc), every)
+    ]
+    out.print(
+        table("Response along the cable", ("s m", "rms displacement mm", "diameters", "rms acceleration m/s^2"), along)
+    )
+    low, high = result.shedding
+    peak = int(result.rms_displacement.argmax())
+    out.print(
+        f"at s = {result.place:.5g} m: rms displacement {1e3 * result.place_rms_displacement:.4g} mm, acceleration "
+        f"{result.place_rms_acceleration:.4g} m/s^2\n"
+        f"largest rms displacement {1e3 * result.rms_displacement[peak]:.4g} mm = {result.diameters[peak]:.3g} "
+        f"diameters at s = {result.arc[peak]:.5g} m\n"
+        f"shedding {low:.4g} to {high:.4g} Hz; correlation length {result.correlation_length:.4g} m; reading "
+        f"{result.reading} of the lift spectrum; {result.method} response on {result.segments} segments, spectra in "
+        f"steps of {result.frequency_step:.3g} Hz"
+    )
+
+
+def print_sensitivity(span: Span, changes: list[Change]) -> None:
+    """What each choice made otherwise changes."""
+    rows = [(c.choice, *(f"{100.0 * x:+.1f}" for x in c[1:])) for c in changes]
+    console().print(
+        table(f"{span.name}, chosen otherwise: rms displacement and acceleration at the place", COLUMNS, rows)
+    )

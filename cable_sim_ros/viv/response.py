@@ -1,0 +1,155 @@
+"""Vibration of a span: spectra, rms displacement and acceleration along it.
+
+    S_vv(s, f) = int int S_ff(x, x', f) G(s, x) G*(s, x') dx dx',   rms^2 = int S_vv df     (5.3)
+
+With the correlation of the lift taken apart into patterns B (B B^T = R), S_vv is the sum over them of the squared
+response to the forces q sqrt(S_C) B dx: positive by construction. The integral over x is the plain sum over the points
+of a uniform grid, over f the sum over equal steps, as in the source.
+"""
+
+from __future__ import annotations
+
+from math import pi
+from typing import NamedTuple
+
+import numpy as np
+
+from . import damping, exact, green, lift, modes
+from .line import Line
+from .span import Method, Span
+
+CHUNK = 4_000_000  # complex numbers of a table at a time
+MOST_STEPS = 20_000
+RESOLVED = 3.0  # steps in half the width of the narrowest peak
+TAIL = 4.0  # standard deviations of the lift above its top frequency
+
+
+class Vibration(NamedTuple):
+    """What vibration() answers; arrays along arc have len(arc), those of modes len(frequencies)."""
+
+    name: str
+    frequencies: np.ndarray  # Hz, f_n of (3.23) with the stiffness of (5.21)
+    frequencies_exact: np.ndarray  # Hz, by finite differences, of the first 50 modes
+    damping_ratios: np.ndarray  # as used
+    damping_computed: np.ndarray  # as computed, whether given or not
+    damping_whole: np.ndarray  # as computed with the whole cable damping
+    driven: list[list[tuple[float, float]]]  # m, power-in regions of each mode
+    shedding: tuple[float, float]  # Hz, least and largest f_s along the cable
+    correlation_length: float  # m, L_c
+    arc: np.ndarray  # m, s
+    modes: np.ndarray  # (modes, arc), phi_n
+    rms_displacement: np.ndarray  # m
+    rms_acceleration: np.ndarray  # m/s^2
+    diameters: np.ndarray  # rms displacement over the diameter there
+    place: float  # m, where the spectra are
+    place_rms_displacement: float  # m
+    place_rms_acceleration: float  # m/s^2
+    frequency: np.ndarray  # Hz, of the spectra
+    displacement_spectrum: np.ndarray  # m^2/Hz, one-sided, at the place
+    acceleration_spectrum: np.ndarray  # m^2/s^4/Hz
+    reading: str  # of the lift spectrum
+    method: str  # of the response
+    frequency_step: float  # Hz
+    segments: int  # that the lift acts on
+
+
+def count_modes(span: Span, line: Line) -> int:
+    """Modes with a damping ratio: asked for, or as many as were given, or those up to the top shedding frequency."""
+    if span.response.modes or span.damping.ratios:
+        return span.response.modes or len(span.damping.ratios)
+    top = 2.0 * pi * line.shedding_range[1]
+    string = top * np.sqrt(2.0 / (1.0 + np.sqrt(1.0 + 4.0 * line.bend * top**2)))  # (5.21) the other way round
+    return max(1, round(string * line.crossing / pi))
+
+
+def correlation_length(span: Span, count: int) -> float:
+    """L_c [m]: given, or (4.19)."""
+    return span.lift.correlation_length or span.cable.length / (2.0 * count)
+
+
+def steps(span: Span, line: Line, f: np.ndarray, ratios: np.ndarray) -> tuple[float, int]:
+    """Step [Hz] and number of steps of the spectra."""
+    slower = lift.READINGS[span.lift.reading][0]
+    ends = np.array((0.0, line.length))
+    widths = slower * line.strouhal * span.flow.turbulence / line.diameter(np.concatenate((ends, line.knots)))
+    step = span.response.frequency_step or float(min((ratios * f).min(), widths.min())) / RESOLVED
+    orders = np.flatnonzero(span.lift.mean_squares)
+    order = int(orders[-1]) + 1 if len(orders) else 1
+    top = order * (slower * line.shedding_range[1] + TAIL * float(widths.max()))
+    return step, span.response.frequencies or int(np.ceil(top / step))
+
+
+def vibration(span: Span) -> Vibration:
+    """Compute the vibration of a span. Seconds; nothing random."""
+    line = Line(span)
+    count = count_modes(span, line)
+    f_n = modes.frequencies(line, count)
+    length = correlation_length(span, count)
+    damped = damping.damping(line, span.damping, count, length)
+    ratios = np.array(span.damping.ratios) if span.damping.ratios else damped.ratios
+    step, number = steps(span, line, f_n, ratios)
+    frequency = step * np.arange(1, number + 1)
+
+    arc = np.linspace(0.0, line.length, span.response.points + 1)
+    place = span.response.place
+    seen = arc if place is None else np.unique(np.append(arc, place))
+    spectra = spectrum(span, line, seen, frequency, f_n, ratios, length)
+    fourth = (2.0 * pi * frequency[:, None]) ** 4
+    displacement = np.sqrt(spectra.sum(0) * step)
+    acceleration = np.sqrt((fourth * spectra).sum(0) * step)
+    at = np.searchsorted(seen, arc)
+    here = int(displacement.argmax()) if place is None else int(np.searchsorted(seen, place))
+    return Vibration(
+        name=span.name,
+        frequencies=f_n,
+        frequencies_exact=modes.exact_frequencies(line, count),
+        damping_ratios=ratios,
+        damping_computed=damped.ratios,
+        damping_whole=damped.whole,
+        driven=damped.driven,
+        shedding=line.shedding_range,
+        correlation_length=length,
+        arc=arc,
+        modes=modes.shapes(line, arc, count),
+        rms_displacement=displacement[at],
+        rms_acceleration=acceleration[at],
+        diameters=displacement[at] / line.diameter(arc),
+        place=float(seen[here]),
+        place_rms_displacement=float(displacement[here]),
+        place_rms_acceleration=float(acceleration[here]),
+        frequency=frequency,
+        displacement_spectrum=spectra[:, here],
+        acceleration_spectrum=(fourth * spectra)[:, here],
+        reading=span.lift.reading.value,
+        method=span.response.method.value,
+        frequency_step=step,
+        segments=span.response.segments,
+    )
+
+
+def spectrum(span: Span, line: Line, seen, frequency, f_n, ratios, length) -> np.ndarray:
+    """Displacement spectra S_vv [m^2/Hz], one-sided, array (len(frequency), len(seen)).
+
+    seen: ascending places s [m]; frequency [Hz]; f_n, ratios: of the modes, between which r = 2 zeta omega m_t is
+    linear in the frequency and beyond which it is constant; length: L_c [m].
+    """
+    x = np.linspace(0.0, line.length, span.response.segments + 1)
+    forces = lift.patterns(span.lift, length, x) * (line.length / span.response.segments)
+    local = lift.load(line, span.lift, span.flow.turbulence, x, frequency)
+    omega = 2.0 * pi * frequency
+    mu = green.damped(omega, np.interp(frequency, f_n, 4.0 * pi * ratios * f_n))
+    s = np.unique(np.concatenate((x, seen)))
+    loaded, reported = np.searchsorted(s, x), np.searchsorted(s, seen)
+    out = np.empty((len(frequency), len(seen)))
+    chunk = max(1, CHUNK // (len(s) * forces.shape[1]))
+    for start in range(0, len(frequency), chunk):
+        part = slice(start, start + chunk)
+        load = np.zeros((len(s), len(frequency[part]), forces.shape[1]))
+        load[loaded] = local[part].T[:, :, None] * forces[:, None, :]
+        if span.response.method is Method.EXACT:
+            y = exact.respond(line, s, mu[part], load, float(frequency[-1]))
+        else:
+            y = green.respond(line, s, mu[part], load)
+        y = y[reported]
+        out[part] = (y.real**2 + y.imag**2).sum(2).T
+    return out

@@ -1,0 +1,151 @@
+"""Whole tows on links: the scene, its checks and mesh, and the same answers as on cubic elements."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+
+from cable_sim_ros import ShipMotion, Simulator
+from cable_sim_ros.io.load import SceneError, SceneWarning, load_scene, override
+from cable_sim_ros.physics.frame import Flag
+from cable_sim_ros.sim.mesh import mesh_plan
+
+LINKS = {"cable.model": "segments"}
+
+
+def quiet(name: str, changes: dict):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SceneWarning)
+        return override(load_scene(name), changes)
+
+
+def heaving(sim: Simulator, seconds: float) -> np.recarray:
+    """Start, a metre of heave at 8 s, compensated, and pay-out at 0.5 m/s; returns the Frames."""
+    sim.start()
+    for k in range(1, round(seconds / 0.02) + 10):
+        t = 0.02 * k
+        up, rate = 0.5 * (1.0 - np.cos(0.8 * t)), 0.4 * np.sin(0.8 * t)
+        speed = sim.scene.ship.tow_speed
+        sim.push(
+            ShipMotion(
+                time_ns=k * 20_000_000,
+                position=(speed * t, 0.0, up),
+                velocity=(speed, 0.0, rate),
+                attitude=(0.0, 0.0, 0.0),
+                rate=(0.0, 0.0, 0.0),
+            )
+        )
+    return sim.run(round(seconds / sim.scene.solver.tick), winch="0 rate 0.5")
+
+
+@pytest.mark.parametrize("name", ["full_scale", "flume"])
+def test_a_tow_on_links_rests_where_it_rests_on_cubic_elements(name):
+    """Made from the same accuracy; without bending, for the mesh is made for the shape without it."""
+    limp = {"cable.bending_stiffness": 0.0, "cable.bending_damping": 0.0}
+    scene = quiet(name, LINKS | limp)
+    links, cubic = Simulator(scene), Simulator(quiet(name, limp))
+    links.start()
+    cubic.start()
+    apart = np.linalg.norm(links.frame.body_position - cubic.frame.body_position)
+    assert apart < 1.5 * mesh_plan(scene).expected[-3].position or name == "flume"  # nothing is promised of the flume
+    assert apart < 0.011
+    assert links.frame.tension == pytest.approx(float(cubic.frame.tension), rel=2e-3)
+    assert links.frame.tension_body == pytest.approx(float(cubic.frame.tension_body), rel=5e-3)
+
+
+@pytest.fixture(scope="module")
+def underway():
+    sim = Simulator(quiet("full_scale", LINKS | {"accuracy.position": 0.1, "accuracy.tension": 0.01}))
+    frames = heaving(sim, 6.0)
+    return sim, frames
+
+
+def test_a_winch_that_feeds_links_pulls_as_one_that_feeds_cubic_elements(underway):
+    """Heave, compensation and 3 m paid out: tension, place and energy account of both models."""
+    sim, links = underway
+    cubic = heaving(Simulator(load_scene("full_scale")), 6.0)
+    assert links["payout"][-1] - links["payout"][0] == pytest.approx(cubic["payout"][-1] - cubic["payout"][0], rel=2e-3)
+    assert links["payout"][-1] - links["payout"][0] > 2.0
+    apart = (links["tension"] - cubic["tension"]) / cubic["tension"].mean()
+    assert np.abs(apart[200:]).max() < 0.01  # the pay-out begins at once and strikes the cable
+    assert np.sqrt(np.mean(apart**2)) < 0.005
+    assert links["tension"].mean() == pytest.approx(cubic["tension"].mean(), rel=2e-3)
+    assert np.abs(links["body_position"] - cubic["body_position"]).max() < 0.15
+    assert not (links["status"] & (Flag.PENETRATION | Flag.SLACK | Flag.HALVED | Flag.DETACHED)).any()
+    turned = np.abs(np.diff(links["work_supplied"])).sum()
+    assert abs(links["energy_residual"][-1]) < 0.02 * turned
+
+
+def test_links_go_on_from_a_file_as_if_they_had_not_been_interrupted(underway, tmp_path):
+    sim, _ = underway
+    sim.save(tmp_path / "tow.npz")
+    again = Simulator.load(tmp_path / "tow.npz")
+    assert again.run(30).tobytes() == sim.run(30).tobytes()
+
+
+def test_a_tow_on_links_wound_on_a_drum_surface_starts_and_runs():
+    """The drum's links are too long for a drum of 0.3 m: the tow runs, and a caution says what it costs."""
+    changes = LINKS | {"cable.sections.bare.elements": 30, "cable.sections.faired.elements": 30}
+    with pytest.warns(SceneWarning, match=r"cable.sections.drum lies on winch.drum_radius = 0.305 m with links of"):
+        scene = override(load_scene("full_scale_contact"), changes)
+    links, cubic = Simulator(scene), Simulator(load_scene("full_scale_contact"))
+    for sim in (links, cubic):
+        sim.start()
+        sim.run(100)
+    for what in ("tension", "tension_drum", "contact_resultant"):
+        assert links.frame[what] == pytest.approx(float(cubic.frame[what]), rel=0.01), what
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "text"),
+    [
+        (
+            "full_scale_contact",
+            LINKS | {"cable.sections.drum.elements": 15},
+            r"cable.sections.drum lies on winch.drum_radius = 0.305 m with links of 0.347 m, longer than 0.305 m: a "
+            r"link is straight and would touch it with one point; nothing was started. Give it more elements there, "
+            r"links of at most 0.07 m",
+        ),
+        (
+            "full_scale",
+            {"cable.link_buoyancy": "normal"},
+            r"cable.link_buoyancy = normal is of links, but cable.model = ancf: it has no effect; nothing was started. "
+            r"Leave it out, or give cable.model segments",
+        ),
+    ],
+)
+def test_links_that_make_no_sense_stop_the_load(name, changes, text):
+    with pytest.raises(SceneError, match=text):
+        quiet(name, changes)
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "text"),
+    [
+        (
+            "full_scale",
+            LINKS,
+            r"cable.bending_damping = 6.4e-05 N m\^2 s has no effect on a cable of links \(cable.model = segments\): "
+            r"their joints are springs without damping. Leave it out, or cable.model ancf",
+        ),
+        (
+            "full_scale",
+            LINKS | {"cable.link_buoyancy": "normal"},
+            r"cable.link_buoyancy = normal is the printed form, which leaves out what pressure does to a curved cable: "
+            r"tensions and shape err by what pressure on its cross-section comes to, 79.1 N at 100 m. For anything but "
+            r"a comparison with the source, link_buoyancy full",
+        ),
+        (
+            "full_scale_contact",
+            LINKS | {"cable.sections.sheave.elements": 60},
+            r"cable.sections.sheave lies on sheave.radius = 0.255 m with links of 0.08 m, longer than 0.0639 m, whose "
+            r"middle is 2 contact penetrations below their ends: the load sits on the middles, penetration and tension "
+            r"will ripple. Give it more elements there, links of at most 0.064 m",
+        ),
+    ],
+)
+def test_cautions_about_links(name, changes, text):
+    with pytest.warns(SceneWarning, match=text):
+        override(load_scene(name), changes)

@@ -1,0 +1,153 @@
+"""Cautions where a drag law is used outside the range of its source; none for the shipped scenes."""
+
+from __future__ import annotations
+
+import re
+import warnings
+
+import numpy as np
+import pytest
+
+from cable_sim_ros.io.load import SceneWarning, load_scene, override
+from cable_sim_ros.physics.frame import FRAME
+from cable_sim_ros.runs.passes import _warn_of_drag
+from cable_sim_ros.sim.simulator import Simulator
+from cable_sim_ros.sim.statics import Route
+from cable_sim_ros.sim.tow_shape import tow_shape
+
+BARE = "cable.sections.bare."
+
+
+def cautions(name: str = "full_scale", **changes) -> list[str]:
+    """Warnings of a shipped scene with changes of its section ``bare`` (or, with __, of any key)."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        scene = load_scene(name)
+    values = {key.replace("__", ".") if "__" in key else BARE + key: value for key, value in changes.items()}
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        override(scene, values)
+    assert all(issubclass(item.category, SceneWarning) for item in caught)
+    return [str(item.message).partition(BARE)[2] for item in caught if BARE in str(item.message)]
+
+
+@pytest.mark.parametrize("law", ["driscoll_nahon", "choo_casarella", "huston_kamman_6", "huston_kamman_10"])
+def test_a_law_within_its_range_is_no_caution(law):
+    assert cautions(drag_law=law) == []
+
+
+@pytest.mark.parametrize("name", ["full_scale", "full_scale_contact", "side_scan", "lowered_ctd", "flume"])
+def test_shipped_scenes_keep_to_their_ranges(name):
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        load_scene(name)
+    assert not [item for item in caught if "drag_" in str(item.message)]
+
+
+def test_reynolds_numbers_above_those_of_the_source():
+    """A cable of 30 mm at 5 m/s in water of a twelfth of the viscosity."""
+    fast = {"diameter": 0.03, "mass_per_length": 1.5, "water__viscosity": 1e-4, "ship__tow_speed": 5.0}
+    (text,) = cautions(**fast)
+    found = re.fullmatch(
+        r"drag_law = driscoll_nahon is used outside its range \(Westin \(2018\), \(60\)-\(61\)\): in the "
+        r"static shape at 5 m/s Re of the flow across the cable is (\S+) to (\S+), the range up to 100000: C_D is "
+        r"held at its value at Re = 1e5, and a cylinder loses most of its drag in the drag crisis beyond. Take a law "
+        r"that covers it \(docs/drag.md\), or read what depends on this drag as an estimate",
+        text,
+    )
+    assert found, text
+    assert 1e5 < float(found[2]) <= 1026.0 * 0.03 * 5.0 / 1e-4
+    assert cautions(**fast, drag_coefficient=1.2) == [], "a constant has no range"
+
+
+def test_the_current_at_depth_counts():
+    """Slow at the surface, fast along the lower half of the cable."""
+    table = {"depth": [0.0, 20.0, 40.0], "east": [0.0, 0.0, -3.0], "north": [0.0, 0.0, 0.0]}
+    fast = {"diameter": 0.03, "mass_per_length": 3.0, "water__viscosity": 1e-4, "ship__tow_speed": 0.1}
+    assert cautions(**fast) == []
+    (text,) = cautions(**fast, water__current_table=table)
+    assert "Re of the flow across the cable is " in text
+
+
+def test_reynolds_numbers_below_those_of_the_source():
+    slow = {"water__viscosity": 0.01, "ship__tow_speed": 0.05, "diameter": 1.5e-4}
+    text = next(text for text in cautions(drag_law="huston_kamman_10", **slow) if "drag_law" in text)
+    assert "= huston_kamman_10 is used outside its range (Huston and Kamman (1980), equation 10): " in text
+    assert re.search(r"Re of the flow across the cable is 0\.\d+ to \S+, the range 1 and more: the lowest branch", text)
+    assert cautions(drag_law="huston_kamman_10", ship__tow_speed=0.0) == [], "no flow, no Reynolds number"
+
+
+def test_angles_outside_those_of_the_source():
+    (text,) = cautions(drag_law="capozucca")
+    found = re.search(
+        r"^drag_law = capozucca is used outside its range \(Capozucca \(1988\), equation 3.6\): in the static "
+        r"shape at 2.2 m/s the angle between cable and flow is (\S+) to (\S+) deg, the range 85 to 90 deg: its cases "
+        r"are vertical cables in a horizontal current; C_dn is the same number\. Take a law",
+        text,
+    )
+    assert found, text
+    assert 5.0 < float(found[1]) < float(found[2]) < 90.0
+
+
+def test_the_printed_law_at_angles_where_its_normal_drag_is_negative():
+    """The scene of the thesis has them, at the body's end of its bare part."""
+    with pytest.warns(SceneWarning, match="7.71 to 14.8 deg, the range 8 to 90 deg: f_n is negative below 8 deg"):
+        load_scene("full_scale_westin")
+
+
+def test_a_constant_outside_those_of_the_source():
+    (text,) = cautions(drag_law="dymore", drag_coefficient=2.5)
+    assert text == (
+        "drag_coefficient = 2.5 is outside 0.5 to 2, the range of the Dymore manual, equation 10, for the law dymore. "
+        "Check it, or take drag_law: crossflow, which takes any constant"
+    )
+    assert cautions(drag_law="dymore", drag_coefficient=1.2) == []
+
+
+def test_a_law_of_another_kind_of_cable():
+    (text,) = cautions(drag_law="driscoll_nahon", fairing="ribbon")
+    assert text == (
+        "drag_law = driscoll_nahon is of a cable with fairing: none (Westin (2018), (60)-(61)), the section has "
+        "fairing: ribbon, which it does not describe. Leave drag_law out for that of the fairing, or correct one of "
+        "the two"
+    )
+    assert cautions(drag_law="ribbon") == [] and cautions(fairing="airfoil") == []
+
+
+def test_a_run_faster_than_the_scene_looks_again():
+    """Of sections of which the scene itself has not been warned; and not where the ship keeps to its speed."""
+    heavy = {BARE + "diameter": 0.02, BARE + "mass_per_length": 2.5}
+    scene = override(load_scene("full_scale"), heavy | {"water.viscosity": 1e-4, "ship.tow_speed": 0.3})
+    frames = np.zeros(100, FRAME)
+    for speed, many in ((0.5, 0), (2.0, 2)):
+        frames["ship_velocity"][:, 0] = speed
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            _warn_of_drag(scene, frames)
+        texts = [str(item.message) for item in caught]
+        assert len(texts) == many, texts
+    assert texts[0].startswith(
+        "full_scale: the ship reached 2 m/s, and cable.sections.bare.drag_law = driscoll_nahon is used outside its "
+        "range (Westin (2018), (60)-(61)): in the static shape at 2 m/s Re of the flow across the cable is "
+    )
+    _warn_of_drag(scene, frames[:0])
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        {"drag_law": "huston_kamman_6"},
+        {"drag_law": "huston_kamman_10"},
+        {"drag_law": "choo_casarella", "tangential_coefficient": 0.03},
+        {"drag_law": "dymore", "drag_coefficient": 1.2, "friction_coefficient": 0.01},
+    ],
+    ids=lambda keys: keys["drag_law"],
+)
+def test_a_tow_of_each_law_starts_where_its_shape_says(keys):
+    """The kernels against the integration from the towbody upward, which the mesh and the cautions are made from."""
+    scene = override(load_scene("full_scale"), {BARE + key: value for key, value in keys.items()})
+    sim, route = Simulator(scene), Route(scene)
+    sim.start()
+    shape = tow_shape(scene, route.total - route.wound - route.inboard)
+    assert sim.frame.body_position[2] == pytest.approx(shape.place[0, 2], abs=0.02)
+    assert sim.frame.tension == pytest.approx(shape.tension[-1], rel=2e-3)

@@ -1,0 +1,328 @@
+"""Strumming of a tow: start, run, replay, what keeps it and what refuses it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cable_sim_ros.io.bag import read_bag
+from cable_sim_ros.io.channels import STRUM as CHANNEL
+from cable_sim_ros.io.channels import channels_of, decode
+from cable_sim_ros.io.load import SceneError, load_scene, override
+from cable_sim_ros.io.recorded_run import load_run
+from cable_sim_ros.physics.frame import STRUM_COLUMNS, Flag
+from cable_sim_ros.physics.inputs import push_motion
+from cable_sim_ros.physics.section import Section
+from cable_sim_ros.physics.state import NOW, STRUM
+from cable_sim_ros.physics.strum import AMPLITUDE, EXTRA, FREQUENCY, MODE, SPEED, TARGET
+from cable_sim_ros.runs import offline
+from cable_sim_ros.runs.strum_picture import draw_strum
+from cable_sim_ros.runs.summary import summarize
+from cable_sim_ros.sim.checks import cautions
+from cable_sim_ros.sim.inputs import WinchCommand
+from cable_sim_ros.sim.live import set_live
+from cable_sim_ros.sim.rig import Rig
+from cable_sim_ros.sim.simulator import Simulator, SolverError
+from cable_sim_ros.sim.strumming import drag_factors
+from cable_sim_ros.sim.tow_shape import tow_shape
+
+pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+ON = {
+    "viv.law": "govardhan_williamson",
+    "cable.sections.bare.drag_amplification": 1.0,
+    "cable.sections.faired.drag_amplification": 1.0,
+}
+COLUMN = {name: k for k, (name, _) in enumerate(STRUM_COLUMNS)}
+
+
+def scene_with(**changes):
+    named = {key.replace("__", "."): value for key, value in changes.items()}
+    return override(load_scene("full_scale"), ON | {"setpoint.algorithm": "hold"} | named)
+
+
+def started(**changes):
+    sim = Simulator(scene_with(**changes))
+    sim.start()
+    return sim
+
+
+def row(sim):
+    return sim.state.nodes[NOW, STRUM]
+
+
+def heave(sim, seconds, jump=0.0):
+    """50 Hz of a ship that tows ahead and heaves 1 m with a period of 8 s, and after 0.2 s jumps up [m]."""
+    w, speed = 2.0 * np.pi / 8.0, sim.scene.ship.tow_speed
+    for k in range(round(50 * seconds)):
+        t = 0.02 * k
+        up, rate = np.sin(w * t) + (jump if t > 0.19 else 0.0), w * np.cos(w * t)
+        push_motion(sim.inputs, round(t * 1e9), [speed * t, 0, up, 0, 0, 0, speed, 0, rate, 0, 0, 0, 1, 1])
+
+
+@pytest.fixture(scope="module")
+def tow():
+    sim = started()
+    return sim, sim.snapshot()
+
+
+@pytest.fixture
+def sim(tow):
+    tow[0].restore(tow[1])
+    return tow[0]
+
+
+def test_off_there_is_nothing():
+    sim = Simulator(load_scene("full_scale"))
+    sim.start()
+    sim.run(120)
+    assert not row(sim).any() and sim.strum.shape == (0, len(STRUM_COLUMNS)) and sim.output.shape.shape[2] == 5
+    assert sim.frame.amplification_mean == 1.0 and sim.frame.strum_amplitude_most == 0.0
+    assert CHANNEL not in channels_of(sim.scene)
+
+
+def test_a_start_has_shape_and_factors_that_belong_together(sim):
+    depth, drag = sim.frame.body_position[2], row(sim)[:, EXTRA].copy()
+    assert np.array_equal(drag, row(sim)[:, TARGET]) and drag.max() > 0.9
+    frames = sim.run(300)
+    assert np.ptp(frames.body_position[:, 2]) < 1e-3 and frames.body_position[-1, 2] == pytest.approx(depth, abs=1e-3)
+    assert np.allclose(row(sim)[:, EXTRA], drag, atol=1e-4)
+
+
+def test_a_faired_section_and_dry_cable_have_a_factor_of_one(sim):
+    arc = sim.state.arc
+    middle = 0.5 * (arc[1:] + arc[:-1])
+    faired = middle > sim.scene.cable.sections["bare"].length
+    assert (sim.strum[:-1][faired, COLUMN["amplification"]] == 1.0).all()
+    for column in (EXTRA, TARGET, FREQUENCY, AMPLITUDE, MODE):
+        assert not row(sim)[:-1][faired, column].any()
+    dry = np.minimum(sim.state.q[1:, 2], sim.state.q[:-1, 2]) >= 0.0
+    assert dry.any() and not row(sim)[:-1][dry, SPEED:].any() and (sim.strum[:-1][dry, 3:] == (0, 0, 0, 0, 1)).all()
+    assert (row(sim)[:-1][~faired & ~dry, EXTRA] > 0.5).all()
+
+
+def test_what_is_published_is_what_acts(sim):
+    table = sim.strum
+    assert table.shape == (sim.nodes, len(STRUM_COLUMNS)) and np.array_equal(table[:, :3], sim.shape[:, :3])
+    assert np.array_equal(table[:, COLUMN["amplification"]], 1.0 + row(sim)[:, EXTRA] * (row(sim)[:, SPEED] > 0.0))
+    strumming = table[:, COLUMN["amplitude"]] > 0.0
+    speed, frequency = table[strumming, COLUMN["normal_speed"]], table[strumming, COLUMN["shedding_frequency"]]
+    re = 1026.0 * 0.010 * speed / 1.2e-3
+    assert np.allclose(frequency, 0.2 * (1.0 - 20.0 / re) * speed / 0.010)
+    # waves take about 450 m / 65 m/s from the sheave to the towbody
+    assert np.allclose(table[strumming, COLUMN["mode"]] / frequency, 2.0 * 450.0 / 65.0, rtol=0.08)
+    weight = np.diff(sim.state.arc)[row(sim)[:-1, SPEED] > 0.0]
+    mean = np.average(table[:-1][row(sim)[:-1, SPEED] > 0.0, COLUMN["amplification"]], weights=weight)
+    assert sim.frame.amplification_mean == pytest.approx(mean)
+
+
+def test_a_factor_changes_no_faster_than_its_rate(sim):
+    set_live(sim, "viv.multiplier", 0.0)
+    assert not sim.model.line.strum.rules.flags.writeable
+    before, fastest = row(sim)[:, EXTRA].copy(), 0.0
+    for _ in range(150):
+        sim.tick()
+        fastest = max(fastest, np.abs(row(sim)[:, EXTRA] - before).max())
+        before = row(sim)[:, EXTRA].copy()
+    assert fastest == pytest.approx(0.05 * 0.01, rel=1e-9)
+    assert not row(sim)[:, TARGET].any() and before.max() > 0.9, "on its way"
+    sim.start()
+    assert sim.frame.amplification_mean == 1.0, "a start keeps the multiplier"
+    set_live(sim, "viv.multiplier", 1.0)
+    sim.start()
+    assert sim.frame.amplification_mean > 1.5
+
+
+def test_more_vibration_is_more_drag():
+    depths = [-started(viv__multiplier=m).frame.body_position[2] for m in (0.3, 0.6, 1.0, 1.5)]
+    assert (np.diff(depths) < -1.0).all()
+    factors = [drag_factors(scene_with(viv__multiplier=m))[0](0.7) for m in (0.0, 0.3, 0.6, 1.0, 1.5)]
+    assert factors[0] == 1.0 and (np.diff(factors) > 0.1).all()
+
+
+def test_sections_have_numbers_of_their_own():
+    base = drag_factors(scene_with())
+    half = drag_factors(scene_with(cable__sections__bare__viv_multiplier=0.5))
+    damped = drag_factors(scene_with(cable__sections__bare__viv_damping_ratio=0.1))
+    none = drag_factors(scene_with(cable__sections__bare__viv_multiplier=0.0))
+    assert 1.0 < half[0](0.7) < base[0](0.7) and 1.0 < damped[0](0.7) < base[0](0.7) and none[0](0.7) == 1.0
+    assert base[1](0.7) == 1.0, "a ribbon"
+
+
+def test_lock_in_leaves_what_sheds_alike():
+    """In a flow that is the same along a straight cable all of it locks in; in the bend of a tow a part."""
+    whole, part = started(), started(viv__lock_in_band=0.2)
+    assert (row(part)[:, AMPLITUDE] <= row(whole)[:, AMPLITUDE] + 1e-12).all()
+    assert 0.2 * row(whole)[:, AMPLITUDE].max() < row(part)[:, AMPLITUDE].max() < 0.99 * row(whole)[:, AMPLITUDE].max()
+    wide = started(viv__lock_in_band=0.9)
+    assert row(wide)[:, AMPLITUDE].max() > row(part)[:, AMPLITUDE].max()
+
+
+def test_a_run_goes_on_bit_for_bit_from_a_snapshot_and_from_a_file(sim, tmp_path):
+    heave(sim, 6.0)
+    sim.run(130)
+    saved = sim.snapshot()
+    sim.save(tmp_path / "tow.npz")
+    whole, end = sim.run(200), row(sim).copy()
+    sim.restore(saved)
+    assert np.array_equal(sim.run(200), whole) and np.array_equal(row(sim), end)
+    other = Simulator.load(tmp_path / "tow.npz")
+    assert np.array_equal(other.run(200), whole) and np.array_equal(row(other), end)
+
+
+def test_a_halt_leaves_no_trace():
+    """With new targets every tick: the one that is given up, after halvings, has none."""
+    sim = started(viv__period=0.01)
+    heave(sim, 1.0, jump=30.0)
+    set_live(sim, "viv.multiplier", 0.5)
+    with pytest.raises(SolverError):
+        for _ in range(40):
+            before = row(sim).copy()
+            sim.tick()
+    assert sim.state.plan[0].halved == 1 and np.array_equal(row(sim), before) and before[:, EXTRA].any()
+
+
+def test_a_step_taken_back_leaves_no_trace(sim):
+    """Halvings within a tick see one factor, and change none."""
+    heave(sim, 1.0, jump=1.0)
+    before = row(sim).copy()
+    frames = sim.run(60)
+    assert (frames.status & Flag.HALVED).any() and np.array_equal(row(sim), before), "no second has passed"
+
+
+def test_a_mesh_that_moves_keeps_its_factors(sim):
+    sim.push(WinchCommand(rate=1.0))
+    wound = sim.frame.payout
+    for _ in range(10):
+        sim.run(40)
+        sim.push(WinchCommand(rate=1.0))
+    assert sim.frame.payout > wound + 2.0
+    strumming = row(sim)[:-1][row(sim)[:-1, FREQUENCY] > 0.0]
+    assert np.isfinite(row(sim)).all() and np.allclose(strumming[:, EXTRA], strumming[:, TARGET], atol=0.2)
+    middle = 0.5 * (sim.state.arc[1:] + sim.state.arc[:-1])
+    assert not row(sim)[:-1][middle > sim.scene.cable.sections["bare"].length, EXTRA].any()
+
+
+def test_steps_that_are_chosen_take_it_too():
+    fixed, chosen = started(), started(solver__tension_error=1e-3, solver__tick=0.5)
+    for sim, ticks in ((fixed, 400), (chosen, 8)):
+        set_live(sim, "viv.multiplier", 0.5)
+        sim.run(ticks)
+    assert row(chosen)[:, EXTRA] == pytest.approx(row(fixed)[:, EXTRA], abs=0.06)
+
+
+def test_a_run_is_recorded_summed_up_drawn_and_its_replay_is_the_run(tmp_path):
+    scene = scene_with(setpoint__algorithm="simplified_sheave")
+    run = offline.run(scene, heave=(1.0, 8.0), duration=6.0, out=tmp_path / "run")
+    messages = [m for m in read_bag(run.bag) if m.topic.endswith("cable/strum")]
+    assert len(messages) == 6
+    last = decode(CHANNEL, messages[-1].data)
+    assert last["strum"].shape[1] == len(STRUM_COLUMNS)
+    recorded = load_run(run.bag)
+    assert [time for time, _ in recorded.strums] == [m for m in recorded.frames.time if m % 10**9 == 0]
+    figures = summarize(recorded.frames)
+    assert figures["strum_amplification"] == pytest.approx(recorded.frames.amplification_mean.mean(), abs=0.01)
+    assert run.figures["strum_amplitude_max_diameters"] == figures["strum_amplitude_max_diameters"] > 0.9
+    assert draw_strum(run.bag, tmp_path / "strumming.png").stat().st_size > 20_000
+    again = offline.replay(run.bag, out=tmp_path / "again")
+    assert np.array_equal(again.frames, run.frames)
+    theirs = [m.data for m in read_bag(again.bag) if m.topic.endswith("cable/strum")]
+    assert theirs == [m.data for m in messages], "the same bytes"
+
+
+def test_a_run_without_it_has_no_figures_and_no_picture(tmp_path):
+    run = offline.run("full_scale", duration=1.0, out=tmp_path)
+    assert run.figures["strum_amplification"] is None and not load_run(run.bag).strums
+    with pytest.raises(ValueError, match="no channel cable/strum: nothing was drawn; record it with viv.law other"):
+        draw_strum(run.bag, tmp_path / "strumming.png")
+
+
+# ---- refused, and doubtful
+
+
+def test_a_factor_found_by_hand_and_a_computed_one_are_not_both_taken():
+    text = (
+        r"cable.sections.bare.drag_amplification = 2.37 is a drag factor found by hand, which holds strumming, and "
+        r"viv.law = govardhan_williamson computes that of this section: it would count twice, must be 1; nothing was "
+        r"started. Leave it out"
+    )
+    with pytest.raises(SceneError, match=text):
+        override(load_scene("full_scale"), {"viv.law": "govardhan_williamson"})
+    scene_with(cable__sections__faired__drag_amplification=2.0)  # a ribbon does not strum: its drag may be raised
+
+
+NO_EFFECT = "viv.law = govardhan_williamson has no effect: every section is faired, has no drag or has viv_multiplier 0"
+BY_HAND = {"cable.sections.line.drag_amplification": 1.0}
+STILL = {"water.current": [-0.1, 0.0], "water.current_gradient": [0.0, 0.0]}
+
+
+@pytest.mark.parametrize(
+    "name, changes, texts",
+    [
+        (
+            "full_scale",
+            {"cable.sections.bare.viv_multiplier": 0.5, "cable.sections.bare.viv_damping_ratio": 0.02},
+            [
+                "cable.sections.bare.viv_multiplier = 0.5 has no effect while viv.law is off. Give viv.law",
+                "cable.sections.bare.viv_damping_ratio = 0.02 has no effect while viv.law is off",
+            ],
+        ),
+        ("full_scale", ON | {"cable.sections.bare.viv_multiplier": 0.0}, [NO_EFFECT]),
+        (
+            "full_scale",
+            ON,
+            [
+                "viv.multiplier = 1 with cable that is inclined by 14.",
+                " deg on average to the flow, less than 35 deg: there a cable strums less than the flow across it says",
+            ],
+        ),
+        (
+            "flume",
+            BY_HAND | {"viv.law": "govardhan_williamson"},
+            [
+                "viv.law = govardhan_williamson is used at Reynolds numbers of 67",
+                " to 88",
+                "its data are of 500 to 33000: there the drag factor is an extrapolation",
+            ],
+        ),
+        (
+            "flume",
+            BY_HAND | STILL | {"viv.law": "sarpkaya"},
+            [
+                "viv.law = sarpkaya has no effect: the Reynolds number of the flow across the cable is 3",
+                "at most, and below 47 no vortices are shed. Leave it out, or check ship.tow_speed",
+            ],
+        ),
+    ],
+)
+def test_what_has_no_effect_or_is_far_from_its_data_is_said(name, changes, texts):
+    found = "\n".join(f"{c.key} {c.text}. {c.remedy}" for c in cautions(override(load_scene(name), changes)))
+    for text in texts:
+        assert text in found
+
+
+def test_a_multiplier_of_its_own_silences_the_caution():
+    assert not [c for c in cautions(scene_with(viv__multiplier=0.6)) if c.key.startswith("viv")]
+
+
+# ---- what the theory has, with factors by hand
+
+
+@pytest.mark.parametrize("bending, within", [(0.0, 1e-3), (2.82e-6, 5e-3)])
+def test_the_sphere_of_the_flume(bending, within):
+    """Factor 1.527 with 0.011 in f_n: (-0.7098, -0.6870) m from the point that the line hangs from."""
+    line = Section(length=1.01, elements=60, drag_law="driscoll_nahon", drag_amplification=1.527)
+    scene = override(load_scene("flume"), {"cable.bending_stiffness": bending, "cable.bending_damping": 0.0})
+    cable = scene.cable.model_copy(update={"sections": {"line": line}})
+    rig = Rig(cable, held={0: "r"}, bodies={-1: scene.towbody}, tension=0.02, water=scene.water)
+    rig.straight((0.0, 0.0, 0.46), (-0.6, 0.0, -0.8))
+    rig.settle()
+    x, _, z = rig.state.q[-1, :3]
+    assert np.hypot(x + 0.7098, z - 0.46 + 0.6870) < within
+
+
+@pytest.mark.parametrize("factor, depth", [(1.0, 188.0), (2.368, 108.0)])
+def test_the_depth_at_full_scale(factor, depth):
+    """The wing pulls with 722 N, as printed for fresh water."""
+    changes = {f"cable.sections.{name}.drag_amplification": factor for name in ("bare", "faired")}
+    scene = override(load_scene("full_scale"), changes | {"towbody.lift_area": -722.0 / (0.5 * 1026.0 * 2.2**2)})
+    assert -tow_shape(scene, 450.0).place[0, 2] == pytest.approx(depth, abs=0.5)

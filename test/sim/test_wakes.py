@@ -1,0 +1,147 @@
+"""Wakes in scenes and lines of one's own: what is refused in which words; a tow with a wake is saved and resumed."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+
+from cable_sim_ros.io.load import SceneError, SceneWarning, load_scene, override, scene_from_text
+from cable_sim_ros.io.resources import find_scene
+from cable_sim_ros.physics.fluid import Fluid
+from cable_sim_ros.physics.state import NOW, WAKE
+from cable_sim_ros.physics.wake import WAKE_Q, WAKE_RATE
+from cable_sim_ros.sim.rig import Rig, RigError, cable_of
+from cable_sim_ros.sim.simulator import Simulator
+
+CTD = {"water.current": [0.05, 0.0], "winch.scope": 60.0}  # slow water, and elements short enough for its vortices
+
+
+def refusal(name, **values):
+    with pytest.raises(SceneError) as caught:
+        override(load_scene(name), values)
+    return "\n".join(caught.value.problems)
+
+
+def section_of(name):
+    return next(iter(load_scene(name).cable.sections))
+
+
+def test_a_step_too_long_for_the_shedding_is_refused_with_number_bound_and_remedy():
+    text = refusal("full_scale", **{"cable.sections.bare.wake.law": "bai_qin"})
+    assert (
+        "solver.tick = 0.01 s is longer than 0.000758 s, 1/30 of a period of the vortices that cable.sections.bare "
+        "sheds at 44 Hz (wake.strouhal = 0.2 at 2.2 m/s): the steps do not follow them, and their force would be lost; "
+        "nothing was started. Make it at most 0.00076 s, or leave the wake of that section out"
+    ) in text
+
+
+def test_an_element_too_long_for_its_waves_is_refused_with_number_bound_and_remedy():
+    text = refusal("full_scale", **{"cable.sections.bare.wake.law": "bai_qin", "solver.tick": 5e-4})
+    assert "cable.sections.bare.wake.law = bai_qin on elements of" in text and "1/6 of a wave of this cable" in text
+    assert "at the 44 Hz that it sheds at 2.2 m/s under" in text and "the mesh does not carry the vibration" in text
+    assert (
+        "Give mesh.sections.bare or the section more elements, of at most 0." in text and "leave its wake out" in text
+    )
+
+
+def test_a_faired_section_has_no_wake():
+    text = refusal("full_scale", **{"cable.sections.faired.wake.law": "facchinetti"})
+    assert (
+        "cable.sections.faired.wake.law = facchinetti is one of bare cable, and this section is faired (fairing = "
+        "none, drag_law = ribbon): a fairing is there to keep vortices from being shed; nothing was started. Leave "
+        "the wake out, or the fairing"
+    ) in text
+
+
+def test_links_have_no_wake():
+    text = refusal("full_scale", **{"cable.model": "segments", "cable.sections.bare.wake.law": "bai_qin"})
+    assert "cable.model = segments has no wakes: their load needs the shape of an element between its nodes" in text
+    assert "Use cable.model = ancf, or leave the wakes out" in text
+
+
+def test_strumming_and_a_wake_would_count_twice():
+    name = section_of("lowered_ctd")
+    key = f"cable.sections.{name}"
+    both = CTD | {f"{key}.wake.law": "bai_qin", "viv.law": "govardhan_williamson"}
+    text = refusal("lowered_ctd", **both)
+    assert (
+        f"{key}.wake.law = bai_qin beside viv.law = govardhan_williamson: the same vibration would be computed twice, "
+        "in time and as an amplification of the drag; nothing was started. Leave one of them out, or give the section "
+        "viv_multiplier 0"
+    ) in text
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SceneWarning)
+        override(load_scene("lowered_ctd"), both | {f"{key}.viv_multiplier": 0.0})
+
+
+def test_an_amplified_drag_beside_a_wake_is_a_caution():
+    key = f"cable.sections.{section_of('lowered_ctd')}"
+    with pytest.warns(
+        SceneWarning, match="beside wake.law = bai_qin: the amplification stands for the drag of a vibrat"
+    ):
+        override(load_scene("lowered_ctd"), CTD | {f"{key}.wake.law": "bai_qin", f"{key}.drag_amplification": 1.5})
+
+
+def line(water, **section):
+    cable = cable_of(
+        [{"length": 2.0, "elements": 4, "wake": {"law": "bai_qin"}, **section}],
+        mass_per_length=1.38,
+        axial_stiffness=1e6,
+        diameter=0.02,
+    )
+    return Rig(cable, held={0: "r"}, tension=200.0, water=water)
+
+
+def test_a_line_of_ones_own_is_refused_in_the_same_words():
+    with pytest.raises(
+        RigError, match="cable.sections has a wake in nothing: no fluid, no vortices; nothing was built"
+    ):
+        line(None)
+    with pytest.raises(RigError, match="fairing = ribbon, drag_law = off.: a fairing is there to keep vortices"):
+        line(Fluid(), fairing="ribbon")
+    with pytest.raises(
+        RigError, match="on elements of 0.5 m, longer than .* nothing was built. Give cable.sections.s0"
+    ):
+        line(Fluid(current=(0.0, 2.0)))
+    rig = line(Fluid(current=(0.0, 0.3)))
+    with pytest.raises(RigError, match="step = 0.1 s is longer than 0.0111 s, 1/30 .* nothing was simulated. Make it"):
+        rig.run(1.0, 0.1)
+    with pytest.raises(RigError, match="step = 0.1 s is longer than 0.0111 s"):
+        next(rig.steps(0.1))
+
+
+def test_a_key_of_a_wake_is_checked_like_every_other():
+    name = section_of("lowered_ctd")
+    text = refusal("lowered_ctd", **{f"cable.sections.{name}.wake.strouhal": 2.0})
+    assert f"cable.sections.{name}.wake.strouhal = 2.0 is outside [0.05, 0.5]" in text
+    text = refusal("lowered_ctd", **{f"cable.sections.{name}.wake.law": "vandermeer"})
+    assert "is none of its laws" in text and "off, bai_qin, facchinetti" in text
+    source = find_scene("lowered_ctd").read_text("utf-8").replace(f"{name}: {{", f"{name}: {{wake: bai_qin, ", 1)
+    with pytest.raises(SceneError, match="wake = 'bai_qin' is text, expected a block of keys"):
+        scene_from_text(source, "ctd.yaml")
+
+
+def test_a_tow_with_a_wake_is_resumed_to_the_bit(tmp_path):
+    """Saved, loaded and taken back: the wake goes on where it was, and works on the tow."""
+    key = f"cable.sections.{section_of('lowered_ctd')}"
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SceneWarning)
+        sim = Simulator(override(load_scene("lowered_ctd"), CTD | {f"{key}.wake.law": "bai_qin"}))
+    sim.start()
+    sim.run(200)
+    assert (sim.state.nodes[NOW, WAKE, 1:, WAKE_RATE] > 0.0).any()
+    sim.save(tmp_path / "tow.npz")
+    saved = sim.snapshot()
+    first = sim.run(100)
+    wake = sim.state.nodes[NOW, WAKE].copy()
+    sim.restore(saved)
+    again = sim.run(100)
+    loaded = Simulator.load(tmp_path / "tow.npz")
+    other = loaded.run(100)
+    for frames, state in ((again, sim.state), (other, loaded.state)):
+        assert np.array_equal(frames, first) and np.array_equal(state.nodes[NOW, WAKE], wake)
+    assert np.abs(wake[:, WAKE_Q]).max() > 0.05
+    sim.start()
+    assert np.abs(sim.state.nodes[NOW, WAKE, :, WAKE_RATE]).max() == 0.0  # begins anew

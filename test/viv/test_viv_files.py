@@ -1,0 +1,324 @@
+"""Spans from files: every refusal and caution in its words, the command, its JSON, the pages."""
+
+import json
+import re
+import warnings
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from spans import data, span
+
+from cable_sim_ros import cli, viv
+from cable_sim_ros.io import yaml12
+from cable_sim_ros.io.load import SceneError, load_scene
+from cable_sim_ros.io.resources import find_viv, shipped_viv
+from cable_sim_ros.lab.experiments import run as run_experiment
+from cable_sim_ros.runs.manual import tables
+from cable_sim_ros.viv import checks, files, report, sensitivity
+from cable_sim_ros.viv.response import vibration
+from cable_sim_ros.viv.span import Span
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+PAGE = (DOCS / "viv.md").read_text("utf-8")
+
+
+@pytest.fixture(autouse=True)
+def same_warnings(monkeypatch):
+    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)  # main() replaces it
+
+
+def call(*arguments):
+    return CliRunner().invoke(cli.main, [str(a) for a in arguments])
+
+
+REFUSED = [
+    (
+        {"cable": {"lenght": 3.0}},
+        "cable.lenght = 3.0: there is no such key; nothing was started. Did you mean cable.length?",
+    ),
+    (
+        {"cable": {"length": -3.0}},
+        "cable.length = -3.0 m is outside [0.01, 20000] m (length L between the two held ends)",
+    ),
+    ({"cable": {"length": "17 m"}}, "cable.length = '17 m' is text, expected a number in [0.01, 20000] m"),
+    ({"cable": {"mass_per_length": 0.0}}, "cable.mass_per_length = 0.0 kg/m is outside (0, 100000] kg/m"),
+    ({"flow": {"speed": 0.65}}, "flow.speed = 0.65 is a number, expected a list of numbers in [0, 30] m/s"),
+    ({"flow": {"speed": [0.65, -1.0]}}, "flow.speed = [0.65, -1.0] m/s, component 1, is outside [0, 30] m/s"),
+    (
+        {"flow": {"speed": [0.65, "x"]}},
+        "flow.speed = [0.65, 'x'] is a list of 2, expected a list of numbers in [0, 30] m/s",
+    ),
+    ({"flow": {"turbulence": None}}, "flow.turbulence = null is empty, expected a number in (0, 10] m/s"),
+    (
+        {"lift": {"reading": "D"}},
+        "lift.reading = 'D' is none of its laws (reading of the lift spectrum); nothing was started",
+    ),
+    ({"damping": {"ratios": [0.1, 0.0]}}, "damping.ratios = [0.1, 0.0], component 1, is outside (0, 5]"),
+    ({"tension": {"start": None}}, "tension.start is missing: the tension is nowhere given; nothing was started. Give"),
+    (
+        {"profile": {"arc": [0.0, 17.0], "tension": [1500.0, 1600.0]}},
+        "tension.start = 1500 N and profile.tension both say the tension; nothing was started. Leave one of",
+    ),
+    (
+        {"profile": {"arc": [0.0, 17.0], "tension": [1.0, 2.0]}, "tension": {"start": None, "gradient": 3.0}},
+        "tension.gradient = 3 N/m has no effect beside the table profile.tension; nothing was started. Leave it out",
+    ),
+    (
+        {"tension": {"start": 1500.0, "gradient": -100.0}},
+        "tension.gradient = -100 N/m leaves a tension of -200 N at s = 17 m: a slack cable carries no waves; noth",
+    ),
+    (
+        {"flow": {"arc": [0.0, 8.0, 17.0]}},
+        "flow.speed has 2 numbers, flow.arc has 3 places; nothing was started. Give one number for each place",
+    ),
+    (
+        {"profile": {"arc": [0.0, 17.0], "diameter": [0.03]}},
+        "profile.diameter has 1 numbers, profile.arc has 2 places; nothing was started. Give one number for each place",
+    ),
+    (
+        {"profile": {"arc": [0.0, 17.0]}},
+        "profile.arc has no column beside it; nothing was started. Give tension, mass_per",
+    ),
+    (
+        {"flow": {"arc": [0.0], "speed": [1.0]}},
+        "flow.arc has 1 places; nothing was started. Give two at least: 0 and cable",
+    ),
+    (
+        {"flow": {"arc": [0.0, 9.0, 9.0], "speed": [1.0, 1.0, 1.0]}},
+        "flow.arc does not ascend: 9 m, then 9 m; nothing was started. Sort the table by arc, each once",
+    ),
+    (
+        {"flow": {"arc": [0.0, 16.0]}},
+        "flow.arc goes from 0 to 16 m, the cable from 0 to cable.length = 17 m; nothing was started. Nothing is",
+    ),
+    (
+        {"flow": {"speed": [0.0, 0.0]}},
+        "flow.speed is zero everywhere: nothing is shed; nothing was started. Give the speed",
+    ),
+    (
+        {"damping": {"ratios": [0.1, 0.1]}, "response": {"modes": 3}},
+        "damping.ratios has 2 numbers for response.modes = 3; nothing was started. Give one ratio for each mode,",
+    ),
+    (
+        {"flow": {"speed": [30.0, 30.0]}, "cable": {"diameter": 1e-4}, "tension": {"start": 1.0}},
+        "Hz, mode 1645024; more than 2000 are not computed; nothing was started. Check length, tension and diameter;",
+    ),
+    (
+        {"response": {"place": 18.0}},
+        "response.place = 18 m lies beyond cable.length = 17 m; nothing was started. Give a place on it",
+    ),
+    (
+        {"response": {"frequency_step": 1e-4, "frequencies": None}},
+        "response.frequency_step = 0.0001 Hz takes 263501 steps to the top of the lift spectrum, more than 20000; the "
+        "narrowest resonance has a damping ratio of ",
+    ),
+]
+
+
+@pytest.mark.parametrize("blocks, text", REFUSED, ids=range(len(REFUSED)))
+def test_a_span_is_refused_in_its_words(blocks, text):
+    with pytest.raises(viv.SpanError) as error:
+        files.span_from_dict(data(**blocks), "my.yaml")
+    assert "my.yaml: " in str(error.value) and text in str(error.value), str(error.value)
+
+
+def test_an_error_of_a_file_names_its_line(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text("name: mine\ncable:\n  length: 17.0\n  diameter: 0.0\n  mass_per_length: 1.0\n", "utf-8")
+    with pytest.raises(viv.SpanError) as error:
+        viv.load_span(path)
+    assert f"{path}:4: cable.diameter = 0.0 m is outside [1e-05, 10] m" in error.value.problems[1]
+    assert any(f"{path}: flow is missing (the flow across it)" in text for text in error.value.problems)
+
+
+@pytest.mark.parametrize(
+    "content, text",
+    [
+        (
+            b"",
+            "is empty, expected keys and values such as `cable: {length: 17.45, ...}`; nothing was started. Begin with",
+        ),
+        (b"name: a\nship: {tow_speed: 2.0}\n", "is a scene of a tow, expected a span; nothing was started. Give it to"),
+        (b"name: a\nname: b\n", ":2: name is given twice, first on line 1; nothing was started. Correct the YAML"),
+        (b"name: \xff\n", "is not UTF-8 text (byte 6); nothing was started. Save the span as UTF-8"),
+    ],
+)
+def test_a_file_that_is_none(content, text, tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_bytes(content)
+    with pytest.raises(viv.SpanError, match=re.escape(text)):
+        viv.load_span(path)
+
+
+def test_a_span_that_is_given_to_run_is_sent_to_its_command():
+    with pytest.raises(
+        SceneError, match="is a span for `cable-sim viv`, not a scene of a tow; nothing was started. Give"
+    ):
+        load_scene(find_viv("capozucca_5_5"))
+
+
+def test_a_name_that_is_not_shipped():
+    text = f"no_such: no such span file; nothing was started. Give the path of a span, or the name of a shipped one: {', '.join(shipped_viv())}"  # noqa: E501
+    with pytest.raises(viv.SpanError, match=re.escape(text)):
+        viv.load_span("no_such")
+
+
+CAUTIONS = [
+    (
+        {"flow": {"speed": [0.1, 0.0]}},
+        "flow.speed sheds up to 0.5667 Hz, below the first frequency 0.8986 Hz: no mode is driven at resonance. The",
+    ),
+    (
+        {"response": {"segments": 12}},
+        "response.segments = 12 are 3 for each half wave of mode 4, fewer than 4. Give 32 or more",
+    ),
+    (
+        {"response": {"frequency_step": 1.0}},
+        "response.frequency_step = 1 Hz is longer than 2 half widths 0.167 Hz of the narrowest resonance. Leave it out",
+    ),
+    (
+        {
+            "damping": {"ratios": [0.003, 0.003, 0.003, 0.003]},
+            "response": {"frequency_step": 0.005, "frequencies": 1000},
+        },
+        "diameters, more than 0.75: the lift does not grow weaker with the motion here, as that of a real",
+    ),
+    (
+        {"tension": {"start": 100.0, "gradient": 300.0}},
+        "response.method = wkb: the frequencies of WKB are up to 4.1 % from the exact ones. Give response.method:",
+    ),
+]
+
+
+@pytest.mark.parametrize("blocks, text", CAUTIONS, ids=range(len(CAUTIONS)))
+def test_a_doubtful_result_says_so(blocks, text):
+    case = span(**blocks)
+    found = [files.text_of(problem) for problem in checks.cautions(case, vibration(case))]
+    assert any(text in caution for caution in found), found
+
+
+@pytest.mark.parametrize("name", shipped_viv())
+def test_shipped_spans_load_and_raise_no_caution(name):
+    case = viv.load_span(name)
+    assert checks.cautions(case, vibration(case)) == []
+
+
+def test_the_four_printed_cases_are_shipped():
+    assert shipped_viv() == ["capozucca_5_11", "capozucca_5_15", "capozucca_5_5", "capozucca_5_7"]
+
+
+def test_the_package_imports_when_a_name_is_used():
+    assert viv.vibration is vibration and "vibration" in dir(viv) and viv.Vibration.__name__ in viv.__all__
+    with pytest.raises(AttributeError, match="no attribute 'vibrate'; it has Span, SpanError"):
+        viv.vibrate  # noqa: B018
+
+
+def test_json_has_the_fields_of_the_contract_and_nothing_else_is_printed(tmp_path):
+    result = call("viv", "capozucca_5_7", "--json", "--out", tmp_path)
+    assert result.exit_code == 0, result.output
+    told = json.loads(result.stdout)
+    assert set(told) == {*files.FIELDS, files.CAUTIONS}
+    contract = ["frequencies_hz", "damping_ratios", "arc_m", "rms_displacement_m", "rms_acceleration_m_s2"]
+    assert all(isinstance(told[name], list) for name in contract)
+    assert len(told["arc_m"]) == len(told["rms_displacement_m"]) == len(told["rms_acceleration_m_s2"]) == 201
+    assert told["max_rms_displacement_m"] == max(told["rms_displacement_m"])
+    assert told["max_rms_displacement_diameters"] == pytest.approx(told["max_rms_displacement_m"] / 0.028575)
+    assert told["place_m"] == pytest.approx(0.125 * told["arc_m"][-1]) and told["reading"] == "A"
+    assert told["frequencies_hz"][0] == pytest.approx(0.92632, rel=1e-4) and len(told["modes"]) == 4
+    assert json.loads((tmp_path / "viv.json").read_text("utf-8")) == told
+    assert (tmp_path / "viv.png").stat().st_size > 50_000
+
+
+def test_the_table_and_a_caution_on_stderr(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(json.dumps(data(response={"segments": 12})), "utf-8")
+    result = call("viv", path)
+    assert result.exit_code == 0, result.output
+    assert "small: modes" in result.stdout and "reading A of the lift spectrum" in result.stdout
+    assert f"warning: {path}: response.segments = 12 are 3 for each half wave of mode 4" in result.stderr
+
+
+def test_keys_are_listed_and_stand_on_the_page():
+    result = call("viv", "--keys")
+    assert result.exit_code == 0 and result.stdout.strip() == "\n".join(tables(Span)).strip()
+    assert result.stdout.strip() in PAGE, "run: cable-sim viv --keys"
+
+
+def test_the_python_and_the_file_of_the_page_run(capsys):
+    (code,) = re.findall(r"```python\n(.*?)```", PAGE, re.S)
+    exec(compile(code, "viv.md", "exec"), {})
+    frequency, rms = map(float, capsys.readouterr().out.split())
+    assert (frequency, rms) == (pytest.approx(0.92632, rel=1e-4), pytest.approx(0.0137, rel=0.01))
+    (text,) = re.findall(r"```yaml\n(.*?)```", PAGE, re.S)
+    case = files.span_from_dict(*yaml12.parse(text)[:1], "viv.md")
+    result = vibration(case)
+    assert checks.cautions(case, result) == [] and len(result.frequencies) > 10
+
+
+def test_many_modes_are_computed_and_fifty_of_them_exactly():
+    case = span(flow={"speed": [9.0, 8.0]}, response={"segments": 40, "points": 10})
+    result = vibration(case)
+    assert len(result.frequencies) > 50 and len(result.frequencies_exact) == 50
+    assert len(files.as_data(case, result)["frequencies_exact_hz"]) == 50
+    report.print_vibration(case, result)
+
+
+def test_a_choice_outside_the_range_of_its_key_is_left_out():
+    case = span(flow={"strouhal": 0.95})
+    assert "Strouhal number + 10 %" not in sensitivity.choices(case, vibration(case))
+
+
+def test_the_table_of_json_names_is_the_declared_one():
+    assert files.fields_markdown() in (DOCS / "json.md").read_text("utf-8")
+
+
+def numbers(markdown):
+    """Rows of a table: names to the numbers after them."""
+    found = {}
+    for line in markdown.splitlines():
+        cells = [cell.strip() for cell in line.strip("| ").split(" | ")]
+        if line.startswith("| ") and len(cells) > 2:
+            found[cells[0]] = [float(c) for c in cells[1:] if re.fullmatch(r"[-+]?[\d.]+(e-?\d+)?", c)]
+    return found
+
+
+def test_the_sensitivity_of_the_page_is_that_of_the_command(tmp_path):
+    result = call("viv", "capozucca_5_7", "--sensitivity", "--json", "--out", tmp_path)
+    assert result.exit_code == 0, result.output
+    told = {row["choice"]: row for row in json.loads(result.stdout)}
+    page = numbers(PAGE.partition("fig. 5.7 (`capozucca_5_7`):")[2].partition("The riser")[0])
+    for row in told.values():
+        assert page[row["choice"]] == pytest.approx([100.0 * x for x in list(row.values())[1:]], abs=0.1), row
+    assert told["damping ratios - 15 %"]["place"] == pytest.approx(0.08, abs=0.005)
+    assert told["exponential correlation"]["place"] == pytest.approx(-0.13, abs=0.01)
+    assert told["flow the other way round"]["place"] == pytest.approx(-0.08, abs=0.005)
+    assert told["mean squares taken as rms values"]["place"] == pytest.approx(-0.20, abs=0.015)
+    assert abs(told["response by the other method"]["place"]) < 1e-3
+    assert (tmp_path / "sensitivity.md").read_text("utf-8").startswith("| choice | rms there % |")
+    assert "reading A of the lift" not in told, "what it is already is no choice"
+
+
+def test_the_sensitivity_is_printed_as_a_table(monkeypatch):
+    monkeypatch.setattr(
+        sensitivity, "choices", lambda span, base: {"reading B of the lift": {"lift": {"reading": "B"}}}
+    )
+    result = call("viv", "capozucca_5_5", "--sensitivity")
+    assert result.exit_code == 0 and "reading B of the lift" in result.stdout and "least zeta %" in result.stdout
+
+
+@pytest.mark.slow
+def test_printed_figures_stand_beside_ours_on_the_page_and_those_apart_say_why(tmp_path):
+    result = run_experiment("viv", 1.0)
+    page = numbers(PAGE.partition('<a id="sensitivity"></a>')[0])
+    for row in result.rows:
+        shown = [x for x in (row.measured, row.ours, row.allowed) if x is not None]
+        assert page[row.name] == pytest.approx(shown, rel=1e-3), row.name
+    apart = {row.name for row in result.rows if row.measured is not None and abs(row.ours - row.measured) > row.allowed}
+    assert apart == {
+        "fig. 5.12, damping ratio of mode 1",
+        *(f"fig. 5.16, damping ratio of mode {n}" for n in (13, 14, 16)),
+    }
+    assert all(row.why for row in result.rows if row.name in apart)
+    assert all(row.why for row in result.rows if "rms" in row.name)
+    assert result.plot(tmp_path).stat().st_size > 50_000
