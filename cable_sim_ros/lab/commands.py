@@ -123,19 +123,20 @@ def stress(ids, quick, out, as_json) -> None:
 @click.option("--mesh", "promises", is_flag=True, help="In place of scenes: is the error promised for a mesh kept?")
 @click.option("--haul", is_flag=True, help="In place of scenes: what cable on the drum, cable out and elements cost.")
 @click.option("--ticks", is_flag=True, help="In place of scenes: the longest tick in real time, a minute at 2 m/s.")
+@click.option("--water", is_flag=True, help="In place of scenes: what each option of the water costs a tick.")
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for table, JSON and plots.")
 @json_option
-def bench(scenes, peers, repeats, features, sheave_mesh, promises, haul, ticks, out, as_json) -> None:
+def bench(scenes, peers, repeats, features, sheave_mesh, promises, haul, ticks, water, out, as_json) -> None:
     """Run time against error on the benchmark scenes (default: all), medians of runs that take turns."""
-    asked = {"features": features, "sheave_mesh": sheave_mesh, "mesh": promises, "haul": haul, "ticks": ticks}
-    studies = [name for name, on in asked.items() if on]
+    asked = {"features": features, "sheave_mesh": sheave_mesh, "mesh": promises, "haul": haul}
+    studies = [name for name, on in (asked | {"ticks": ticks, "water": water}).items() if on]
     if studies:
         if len(studies) > 1 or scenes or peers:
             raise click.UsageError(
-                "--features, --sheave-mesh, --mesh, --haul and --ticks each stand alone: no scene and no --peers "
-                "beside them"
+                "--features, --sheave-mesh, --mesh, --haul, --ticks and --water each stand alone: no scene and no "
+                "--peers beside them"
             )
-        if repeats and not features and not haul:
+        if repeats and studies[0] not in ("features", "haul", "water"):
             option = "--" + studies[0].replace("_", "-")
             raise click.UsageError(f"{option} repeats nothing; leave --repeats out")
         _study(studies[0], repeats, out, as_json)
@@ -210,6 +211,12 @@ def _study(name: str, repeats: int | None, out: Path | None, as_json: bool) -> N
         with progress_bar(False) as progress:
             found = ticks.ticks(progress=progress)
         data, text = found._asdict(), ticks.markdown(found)
+    elif name == "water":
+        from . import water_cost
+
+        with progress_bar(as_json) as progress:
+            found = water_cost.costs(repeats or water_cost.TURNS, progress)
+        data, text = [row._asdict() | {"off": row.off, "on": row.on} for row in found], water_cost.markdown(found)
     else:
         from . import sheave
 

@@ -27,7 +27,7 @@ from .state import ARC, MEAN, NOW, STRUM, Q
 from .vec import axpy, dot, norm, scale
 from .work import BINS
 
-EXTRA, TARGET, SPEED, FREQUENCY, AMPLITUDE, MODE = range(6)  # columns of the row: G - 1, what it tends to, m/s, Hz, 1, 1
+EXTRA, TARGET, SPEED, FREQUENCY, AMPLITUDE, MODE = range(6)  # columns: G - 1, what it tends to, m/s, Hz, 1, 1
 RE_SHEDDING, RE_FULL = 47.0, 60.0  # below the first the wake is steady; amplitudes set in smoothly up to the second
 STRING, ALPHA_MOST, AMPLITUDE_MOST, FACTOR_MOST = 1.155, 1.8, 1.3, 3.0
 SLOWEST, FASTEST = 1e-3, 20.0  # m/s, bounds of the classes of speed

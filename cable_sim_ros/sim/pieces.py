@@ -1,4 +1,4 @@
-"""What a line of one's own is put together from: the cable from plain numbers, its loads, and the rules of its steps."""
+"""What a line of one's own is put together from: its cable from plain numbers, its loads, the rules of its steps."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cable_sim_ros import cli
-from cable_sim_ros.lab import bench, features, haul_bench, haul_cost, sheave, ticks, tow_bench
+from cable_sim_ros.lab import bench, features, haul_bench, haul_cost, sheave, ticks, tow_bench, water_cost
 from cable_sim_ros.lab.bench import Row, front, series
 
 
@@ -46,6 +46,16 @@ def test_set_points_and_drums_of_the_whole_tow_are_told_apart():
     row = Row("P7", "cable_sim_ros", "hold, feed 1-2-3, 10 ms", 6, 0.01, 0.0, 0.0, 1.0, 1.0, 1.0)
     assert series(row) == "cable_sim_ros, hold, feed"
     assert series(row._replace(scene="P5")) == "cable_sim_ros"
+
+
+def test_the_cost_of_the_water_is_a_command(monkeypatch, tmp_path):
+    monkeypatch.setattr(water_cost, "SECONDS", 0.1)
+    done = CliRunner().invoke(cli.main, ["bench", "--water", "--repeats", "1", "--out", str(tmp_path)])
+    assert done.exit_code == 0, done.output
+    rows = json.loads((tmp_path / "water.json").read_text())
+    assert [row["option"] for row in rows] == list(water_cost.OPTIONS)
+    assert all(row["absent_us"] > 0.0 and row["on_us"] > 0.0 for row in rows)
+    assert len((tmp_path / "water.md").read_text().splitlines()) == 2 + len(rows)
 
 
 def test_the_cost_of_each_feature_is_a_command(monkeypatch, tmp_path):

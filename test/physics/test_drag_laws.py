@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from bench_cable import Bench
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cable_sim_ros.physics import ancf, drag
+from cable_sim_ros.physics import ancf, drag, feed
 from cable_sim_ros.physics.cable import Cable
 from cable_sim_ros.physics.drag_laws import FITS, FRICTION, HK_6, HK_10, HK_10_PRINTED, LAWS, DragLaw, fitted
 from cable_sim_ros.physics.drag_laws import element_rows as law_rows
@@ -193,3 +195,19 @@ def test_rows_of_a_law_that_needs_a_constant():
     for keys in ({"drag_law": "dymore"}, {"drag_law": "pode", "tangential_coefficient": 0.02}):
         with pytest.raises(ValueError, match="needs a constant C_D above 0, .*built. Give drag_coefficient"):
             section_rows(**keys)
+
+
+def test_an_element_of_two_sections_averages_the_coefficients_of_its_own():
+    """C_N of the longer part; C_T of each by its length (both are 10 mm thick)."""
+    parts = ({"drag_law": "crossflow", "tangential_coefficient": 0.03}, {"drag_law": "huston_kamman_6"})
+    materials = np.zeros((2, ancf.ROWS))
+    for row, keys in zip(materials, parts, strict=True):
+        for index, value in section_rows(**keys).items():
+            row[index] = value
+    materials[:, ancf.EA] = 1e4
+    zones = np.rec.array([(10.0,), (20.0,)], dtype=[("end", "f8")])
+    rows = np.zeros((ancf.ROWS, LANES))
+    getattr(feed.mix, "py_func", feed.mix)(SimpleNamespace(zones=zones, materials=materials), 0, 8.0, 13.0, rows, 2)
+    assert rows[ancf.CN_FIT, 2] == HK_6 and rows[ancf.CD_FIXED, 2] == -1.0
+    assert rows[ancf.CT_FIXED, 2] == pytest.approx(0.4 * 0.03) and rows[ancf.CT_OF_RE, 2] == pytest.approx(0.6)
+    np.testing.assert_allclose(rows[ancf.FN : ancf.FN + 5, 2], LAWS[DragLaw.CROSSFLOW].normal, rtol=1e-12)

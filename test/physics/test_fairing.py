@@ -9,6 +9,8 @@ from cable_sim_ros.physics.ancf import (
     ADDED_MASS,
     BUOYANCY,
     CD_FIXED,
+    COMPRESSION,
+    DISPLACED,
     FN,
     FT,
     HALF_RHO_D,
@@ -72,7 +74,9 @@ def test_airfoil_along_the_stream_has_the_friction_of_its_wetted_surface():
 
 def test_hair_drags_more_than_a_still_bare_cable_and_ribbon_along_it():
     own = rows(fairing="hair")
-    assert own[CD_FIXED] == 1.6 and (own[FN : FT + 11] == rows(drag_law="ribbon")[FN : FT + 11]).all()
+    assert own[CD_FIXED] == 1.6 and (own[FN:COMPRESSION] == rows(drag_law="ribbon")[FN:COMPRESSION]).all()
+    assert own[BUOYANCY] == pytest.approx(GRAVITY * own[DISPLACED]), "Archimedes, with the volume of the hair"
+    assert own[DISPLACED] > WATER.density * 0.25 * np.pi * D**2
 
 
 @pytest.mark.parametrize(

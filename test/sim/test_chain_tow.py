@@ -7,11 +7,10 @@ import warnings
 import numpy as np
 import pytest
 
-from cable_sim_ros import ShipMotion, WinchCommand
+from cable_sim_ros import ShipMotion, Simulator
 from cable_sim_ros.io.load import SceneError, SceneWarning, load_scene, override
 from cable_sim_ros.physics.frame import Flag
 from cable_sim_ros.sim.mesh import mesh_plan
-from cable_sim_ros.sim.simulator import Simulator
 
 LINKS = {"cable.model": "segments"}
 
@@ -23,7 +22,7 @@ def quiet(name: str, changes: dict):
 
 
 def heaving(sim: Simulator, seconds: float) -> np.recarray:
-    """Start, a metre of heave at 8 s, and pay-out at 0.5 m/s; returns the Frames."""
+    """Start, a metre of heave at 8 s, compensated, and pay-out at 0.5 m/s; returns the Frames."""
     sim.start()
     for k in range(1, round(seconds / 0.02) + 10):
         t = 0.02 * k
@@ -38,8 +37,7 @@ def heaving(sim: Simulator, seconds: float) -> np.recarray:
                 rate=(0.0, 0.0, 0.0),
             )
         )
-    sim.push(WinchCommand(rate=0.5))
-    return sim.run(round(seconds / sim.scene.solver.tick))
+    return sim.run(round(seconds / sim.scene.solver.tick), winch="0 rate 0.5")
 
 
 @pytest.mark.parametrize("name", ["full_scale", "flume"])
@@ -68,8 +66,11 @@ def test_a_winch_that_feeds_links_pulls_as_one_that_feeds_cubic_elements(underwa
     """Heave, compensation and 3 m paid out: tension, place and energy account of both models."""
     sim, links = underway
     cubic = heaving(Simulator(load_scene("full_scale")), 6.0)
-    assert links["payout"][-1] - links["payout"][0] == pytest.approx(cubic["payout"][-1] - cubic["payout"][0], rel=1e-3)
-    assert np.abs(links["tension"] - cubic["tension"]).max() < 0.01 * cubic["tension"].mean()
+    assert links["payout"][-1] - links["payout"][0] == pytest.approx(cubic["payout"][-1] - cubic["payout"][0], rel=2e-3)
+    assert links["payout"][-1] - links["payout"][0] > 2.0
+    apart = (links["tension"] - cubic["tension"]) / cubic["tension"].mean()
+    assert np.abs(apart[200:]).max() < 0.01  # the pay-out begins at once and strikes the cable
+    assert np.sqrt(np.mean(apart**2)) < 0.005
     assert links["tension"].mean() == pytest.approx(cubic["tension"].mean(), rel=2e-3)
     assert np.abs(links["body_position"] - cubic["body_position"]).max() < 0.15
     assert not (links["status"] & (Flag.PENETRATION | Flag.SLACK | Flag.HALVED | Flag.DETACHED)).any()
@@ -89,11 +90,12 @@ def test_a_tow_on_links_wound_on_a_drum_surface_starts_and_runs():
     changes = LINKS | {"cable.sections.bare.elements": 30, "cable.sections.faired.elements": 30}
     with pytest.warns(SceneWarning, match=r"cable.sections.drum lies on winch.drum_radius = 0.305 m with links of"):
         scene = override(load_scene("full_scale_contact"), changes)
-    sim = Simulator(scene)
-    sim.start()
-    frames = sim.run(100)
-    assert frames["tension"].std() < 1.0
-    assert frames["contact_resultant"].mean() == pytest.approx(866.0, rel=0.02)
+    links, cubic = Simulator(scene), Simulator(load_scene("full_scale_contact"))
+    for sim in (links, cubic):
+        sim.start()
+        sim.run(100)
+    for what in ("tension", "tension_drum", "contact_resultant"):
+        assert links.frame[what] == pytest.approx(float(cubic.frame[what]), rel=0.01), what
 
 
 @pytest.mark.parametrize(
@@ -102,9 +104,9 @@ def test_a_tow_on_links_wound_on_a_drum_surface_starts_and_runs():
         (
             "full_scale_contact",
             LINKS | {"cable.sections.drum.elements": 15},
-            r"cable.sections.drum lies on winch.drum_radius = 0.305 m with links of 0.347 m, longer than 0.305 m: a link "
-            r"is straight and would touch it with one point; nothing was started. Give it more elements there, links of "
-            r"at most 0.07 m",
+            r"cable.sections.drum lies on winch.drum_radius = 0.305 m with links of 0.347 m, longer than 0.305 m: a "
+            r"link is straight and would touch it with one point; nothing was started. Give it more elements there, "
+            r"links of at most 0.07 m",
         ),
         (
             "full_scale",
@@ -125,15 +127,15 @@ def test_links_that_make_no_sense_stop_the_load(name, changes, text):
         (
             "full_scale",
             LINKS,
-            r"cable.bending_damping = 6.4e-05 N m\^2 s has no effect on a cable of links \(cable.model = segments\): their "
-            r"joints are springs without damping. Leave it out, or cable.model ancf",
+            r"cable.bending_damping = 6.4e-05 N m\^2 s has no effect on a cable of links \(cable.model = segments\): "
+            r"their joints are springs without damping. Leave it out, or cable.model ancf",
         ),
         (
             "full_scale",
             LINKS | {"cable.link_buoyancy": "normal"},
             r"cable.link_buoyancy = normal is the printed form, which leaves out what pressure does to a curved cable: "
-            r"tensions and shape err by what pressure on its cross-section comes to, 79 N at 100 m. For anything but a "
-            r"comparison with the source, link_buoyancy full",
+            r"tensions and shape err by what pressure on its cross-section comes to, 79.1 N at 100 m. For anything but "
+            r"a comparison with the source, link_buoyancy full",
         ),
         (
             "full_scale_contact",

@@ -11,6 +11,9 @@ import pytest
 from cable_sim_ros.io.load import SceneWarning, load_scene, override
 from cable_sim_ros.physics.frame import FRAME
 from cable_sim_ros.runs.passes import _warn_of_drag
+from cable_sim_ros.sim.simulator import Simulator
+from cable_sim_ros.sim.statics import Route
+from cable_sim_ros.sim.tow_shape import tow_shape
 
 BARE = "cable.sections.bare."
 
@@ -119,3 +122,23 @@ def test_a_run_faster_than_the_scene_looks_again():
         "range (Westin (2018), (60)-(61)): in the static shape at 2 m/s Re of the flow across the cable is "
     )
     _warn_of_drag(scene, frames[:0])
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        {"drag_law": "huston_kamman_6"},
+        {"drag_law": "huston_kamman_10"},
+        {"drag_law": "choo_casarella", "tangential_coefficient": 0.03},
+        {"drag_law": "dymore", "drag_coefficient": 1.2, "friction_coefficient": 0.01},
+    ],
+    ids=lambda keys: keys["drag_law"],
+)
+def test_a_tow_of_each_law_starts_where_its_shape_says(keys):
+    """The kernels against the integration from the towbody upward, which the mesh and the cautions are made from."""
+    scene = override(load_scene("full_scale"), {BARE + key: value for key, value in keys.items()})
+    sim, route = Simulator(scene), Route(scene)
+    sim.start()
+    shape = tow_shape(scene, route.total - route.wound - route.inboard)
+    assert sim.frame.body_position[2] == pytest.approx(shape.place[0, 2], abs=0.02)
+    assert sim.frame.tension == pytest.approx(shape.tension[-1], rel=2e-3)

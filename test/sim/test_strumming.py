@@ -12,6 +12,7 @@ from cable_sim_ros.io.load import SceneError, load_scene, override
 from cable_sim_ros.io.recorded_run import load_run
 from cable_sim_ros.physics.frame import STRUM_COLUMNS, Flag
 from cable_sim_ros.physics.inputs import push_motion
+from cable_sim_ros.physics.section import Section
 from cable_sim_ros.physics.state import NOW, STRUM
 from cable_sim_ros.physics.strum import AMPLITUDE, EXTRA, FREQUENCY, MODE, SPEED, TARGET
 from cable_sim_ros.runs import offline
@@ -309,9 +310,9 @@ def test_a_multiplier_of_its_own_silences_the_caution():
 @pytest.mark.parametrize("bending, within", [(0.0, 1e-3), (2.82e-6, 5e-3)])
 def test_the_sphere_of_the_flume(bending, within):
     """Factor 1.527 with 0.011 in f_n: (-0.7098, -0.6870) m from the point that the line hangs from."""
-    line = {"drag_law": "driscoll_nahon", "drag_amplification": 1.527, "length": 1.01, "elements": 60}
+    line = Section(length=1.01, elements=60, drag_law="driscoll_nahon", drag_amplification=1.527)
     scene = override(load_scene("flume"), {"cable.bending_stiffness": bending, "cable.bending_damping": 0.0})
-    cable = scene.cable.model_copy(update={"sections": {"line": scene.cable.sections["line"].model_copy(update=line)}})
+    cable = scene.cable.model_copy(update={"sections": {"line": line}})
     rig = Rig(cable, held={0: "r"}, bodies={-1: scene.towbody}, tension=0.02, water=scene.water)
     rig.straight((0.0, 0.0, 0.46), (-0.6, 0.0, -0.8))
     rig.settle()

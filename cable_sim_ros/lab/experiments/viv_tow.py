@@ -36,6 +36,16 @@ POINT = {"sheave.radius": SMALL, "sheave.position": [0.0, 0.0, 0.46 - SMALL], "c
 MEASURED = (-0.708, -0.685)  # m, from the top of the winch
 THESIS, THESIS_DEPTH = "Westin (2018) 4.3, Calnan's measurement", 108.0
 STATICS = "statics in the plane, no bending, no sheave"
+RIBBONS = {  # factor on the drag of the ribbon: depth [m], angle [deg] and tension [N] at the sheave
+    1.0: (161.9, 76.6, 2506.0),
+    1.5: (137.8, 76.8, 2717.0),
+    2.0: (121.1, 77.0, 2946.0),
+}
+DAMPINGS = {  # of the flume's line, and what to say of them
+    0.005: "computed, not tuned; the law is far below its range (Re 68 to 89)",
+    0.02: "",
+    0.061: "damping measured in air, of a stretched line: more than any in bending",
+}
 STATIC_PLACES = {0.005: (-0.7097, -0.6871), 0.02: (-0.7073, -0.6893), 0.061: (-0.7005, -0.6956)}
 FACCHINETTI = {"epsilon": 0.3, "coupling": 12.0, "lift": 0.3, "drag": 2.0}
 COLUMN = {name: k for k, (name, _) in enumerate(STRUM_COLUMNS)}
@@ -169,13 +179,8 @@ def flume_rows(progress) -> list[Comparison]:
         Comparison("flume: factor at 0.25 m/s, damping 0.02", "1", factor_at(scene_of("flume", FLUME), 0, 0.25), 1.536,
                    0.005, "formulas by hand", ""),
     ]  # fmt: skip
-    why = {
-        0.005: "computed, not tuned; the law is far below its range (Re 68 to 89)",
-        0.02: "",
-        0.061: "damping measured in air, of a stretched line: more than any in bending",
-    }
     factor = "tuned by hand to 1.737 with 0.11; with 0.011 that is 1.527"
-    for zeta, text in why.items():
+    for zeta, text in DAMPINGS.items():
         scene = scene_of("flume", FLUME | {"viv.damping_ratio": zeta})
         found, name = land(scene), f"flume, damping {zeta:g}"
         rows.append(Comparison(f"{name}: x", "m", found.x, MEASURED[0], 0.013, THESIS, text))
@@ -196,8 +201,7 @@ def full_rows(progress) -> list[Comparison]:
         Comparison("full scale: factor at 0.75 m/s, damping 0.01", "1", factor_at(scene, 0, 0.75), 2.09, 0.005,
                    "formulas by hand", ""),
     ]  # fmt: skip
-    printed = {1.0: (161.9, 76.6, 2506.0), 1.5: (137.8, 76.8, 2717.0), 2.0: (121.1, 77.0, 2946.0)}
-    for times, values in printed.items():
+    for times, values in RIBBONS.items():
         found = land(scene_of("full_scale", FULL | FRESH | {"cable.sections.faired.drag_amplification": times}))
         ours = found.depth, found.angle, found.tension
         for what, unit, value, theirs, allowed in zip(
@@ -248,7 +252,8 @@ def experiment(duration: float | None, progress) -> Result:
                 }
             )
     chosen = "chosen otherwise: what changes; flume in mm and mN, full scale in m and N"
-    return Result("viv_tow", rows, choices, lambda folder: draw(folder / "strumming.png", SECONDS if duration is None else duration), chosen)
+    shown = SECONDS if duration is None else duration
+    return Result("viv_tow", rows, choices, lambda folder: draw(folder / "strumming.png", shown), chosen)
 
 
 def draw(path: Path, duration: float) -> Path:
