@@ -23,6 +23,7 @@ from math import log, log10, pi, sqrt
 from .jit import driver, inline
 from .quantity import Block, quantity
 from .sea import current_at
+from .shape import point_of
 from .state import ARC, MEAN, NOW, STRUM, Q
 from .vec import axpy, dot, norm, scale
 from .work import BINS
@@ -161,22 +162,10 @@ def up_to(bins, speed):
 @inline
 def mean_flow_at(sea, state, e):
     """Mean normal flow [m/s] past the middle of element e, one above the water as at the surface."""
-    nodes = state.nodes
-    length = nodes[NOW, ARC, e + 1, 0] - nodes[NOW, ARC, e, 0]
-    q, mean = nodes[NOW, Q], nodes[NOW, MEAN]
-    z = min(0.5 * (q[e, 2] + q[e + 1, 2]) + 0.125 * length * (q[e, 5] - q[e + 1, 5]), 0.0)
-    x, y = current_at(sea, state.memory[NOW], z)
-    v = (
-        x - 0.5 * (mean[e, 0] + mean[e + 1, 0]) - 0.125 * length * (mean[e, 3] - mean[e + 1, 3]),
-        y - 0.5 * (mean[e, 1] + mean[e + 1, 1]) - 0.125 * length * (mean[e, 4] - mean[e + 1, 4]),
-        -0.5 * (mean[e, 2] + mean[e + 1, 2]) - 0.125 * length * (mean[e, 5] - mean[e + 1, 5]),
-    )
-    g = (
-        1.5 * (q[e + 1, 0] - q[e, 0]) / length - 0.25 * (q[e, 3] + q[e + 1, 3]),
-        1.5 * (q[e + 1, 1] - q[e, 1]) / length - 0.25 * (q[e, 4] + q[e + 1, 4]),
-        1.5 * (q[e + 1, 2] - q[e, 2]) / length - 0.25 * (q[e, 5] + q[e + 1, 5]),
-    )
-    u = scale(1.0 / norm(g), g)
+    nodes = state.nodes  # what the motion of the mesh adds to the mean velocity is along the cable
+    r, w, g = point_of(nodes[NOW, ARC], nodes[NOW, Q], nodes[NOW, MEAN], e, 0.5)
+    x, y = current_at(sea, state.memory[NOW], min(r[2], 0.0))
+    v, u = (x - w[0], y - w[1], -w[2]), scale(1.0 / norm(g), g)
     return norm(axpy(-dot(v, u), u, v))
 
 

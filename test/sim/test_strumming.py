@@ -148,6 +148,12 @@ def test_sections_have_numbers_of_their_own():
     assert base[1](0.7) == 1.0, "a ribbon"
 
 
+def test_a_cable_of_links_strums_alike(sim):
+    links = started(cable__model="segments")
+    assert links.frame.body_position[2] == pytest.approx(sim.frame.body_position[2], abs=1.5)
+    assert links.frame.amplification_mean == pytest.approx(sim.frame.amplification_mean, abs=0.02)
+
+
 def test_lock_in_leaves_what_sheds_alike():
     """In a flow that is the same along a straight cable all of it locks in; in the bend of a tow a part."""
     whole, part = started(), started(viv__lock_in_band=0.2)
