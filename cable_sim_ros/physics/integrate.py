@@ -16,7 +16,7 @@ from .jit import NO, YES, driver, inline, link, opaque
 from .line import link_residual, residual
 from .quantity import Block, quantity
 from .state import AT_REST, FLOW, GAIN, MEAN, NOW, STEP, A, Change, Q, V, X, keep
-from .stir import link_stir, stir
+from .stir import STILL, link_stir, stir
 from .towbody import face_flow
 from .wake import no_wake_load
 
@@ -257,7 +257,7 @@ def _settle(line, state, sigma, max_steps, step_most):
             for k in range(6):
                 a[n, k] = -old_v[n, k] / h
                 v[n, k] = 0.0
-        stir(line, state, 0.0)
+        stir(line, state, STILL)
         used = newton(line, state, Change(1.0 / h, 1.0 / (h * h), sigma, 0.0))
         count += 1
         if used < 0:
@@ -274,7 +274,7 @@ def _settle(line, state, sigma, max_steps, step_most):
         if h >= min(1.0, step_most):  # balanced at rest is settled; a free end without tension needs no longer one
             copy(v, old_v)
             rest_still(state)
-            stir(line, state, 0.0)
+            stir(line, state, STILL)
             rest = residual(line, state, AT_REST, NO)
             if rest <= line.settings[0].tolerance:
                 copy(a, x)
@@ -282,7 +282,7 @@ def _settle(line, state, sigma, max_steps, step_most):
             copy(old_v, v)
         h = min(1.7 * h, step_most)
     rest_still(state)
-    stir(line, state, 0.0)
+    stir(line, state, STILL)
     return -count, total, residual(line, state, AT_REST, NO)
 
 

@@ -27,20 +27,23 @@ from .sea import (
 from .shape import X4, shape
 from .state import ARC, NOW, Q
 
+STILL = -1.0  # in place of the length of a step: a static start
+
 
 @driver
 def pass_time(sea, state, h):
-    """Take the SEA of the present on by h [s], with the phases of the waves; h = 0: a static start, without waves."""
+    """Take the SEA of the present on by h [s], with the phases of the waves, see stir()."""
     memory, phase = state.memory[NOW], state.work.phase
     now, frame, settings = memory.sea, memory.frame, sea.settings[0]
-    now.time += h
-    for k in range(2):
-        now.shift[k] += h * frame.velocity[k]
+    if h > 0.0:
+        now.time += h
+        for k in range(2):
+            now.shift[k] += h * frame.velocity[k]
     grown = min(now.time / settings.ramp, 1.0) if settings.ramp > 0.0 else 1.0
     now.share[0], now.share[1] = grown * grown * (3.0 - 2.0 * grown), 0.0
     if grown < 1.0:
         now.share[1] = 6.0 * grown * (1.0 - grown) / settings.ramp
-    if h == 0.0:
+    if h < 0.0:
         now.share[0], now.share[1] = 0.0, 0.0
     factor, turn = 1.0, now.current_yaw
     if sea.variation.shape[0] > 0:
@@ -115,7 +118,8 @@ def locate_points(state, group, g, place):
 
 @driver
 def _stir(line, state, h):
-    """The water at the end of a step of h [s] that has just been predicted; h = 0: of a static start, without waves."""
+    """The water at the end of a step of h [s] that has just been predicted; h = 0: of now; STILL: of now, without waves
+    and turbulence."""
     sea, work = line.sea, state.work
     if work.stream.shape[0] == 0:
         return

@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..io.load import SceneError
 from ..io.span_file import load_span
 from ..physics.state import NOW, WAKE
 from ..physics.wake import START, WAKE_Q
@@ -83,7 +84,8 @@ def run_span(
     names = list(span.cases) if cases is None else cases
     unknown = [name for name in names if name not in span.cases]
     if unknown:
-        raise ValueError(f"case '{unknown[0]}' is not in {span.name}; nothing was run. Known: {', '.join(span.cases)}")
+        text = f"case '{unknown[0]}' is not in {span.name}; nothing was run. Known: {', '.join(span.cases)}"
+        raise SceneError([text])
     rows, histories = [], {}
     for i, name in enumerate(names):
         progress(name, i, len(names))

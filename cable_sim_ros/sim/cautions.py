@@ -3,7 +3,7 @@ a drag law outside the range of its source."""
 
 from __future__ import annotations
 
-from math import hypot
+from math import cos, hypot, radians, sin
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from ..physics.cable import Cable
 from ..physics.drag_laws import LAWS, Law
 from ..physics.fairing import dressed
 from ..physics.section import Section, material_of
+from .current import flow_of
 from .material import material_rows
 from .problem import Problem
 from .scene import Scene
@@ -73,7 +74,10 @@ def drag_cautions(scene: Scene, speed: float) -> list[Problem]:
     """
     found, asked = list[Problem](), dict[int, Law]()
     length = sum(section.length for section in scene.cable.sections.values())
-    fastest = speed + hypot(*scene.water.current_gradient) * length
+    yaw, ahead = radians(scene.ship.heading_deg), scene.ship.tow_speed
+    flow = flow_of(scene.water, yaw, (ahead * cos(yaw), ahead * sin(yaw)))
+    depths = (0.0, length, *(min(depth, length) for depth in scene.water.current_table.depth or ()))
+    fastest = max(hypot(*flow(-depth)) for depth in depths)
     for i, (name, section) in enumerate(scene.cable.sections.items()):
         own, key = dressed(section), f"cable.sections.{name}"
         law, constant = LAWS[own.drag_law], own.drag_coefficient

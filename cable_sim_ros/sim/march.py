@@ -12,6 +12,7 @@ from ..physics.jit import NO, YES, driver
 from ..physics.line import residual
 from ..physics.state import AT_REST, NOW, A, Change, Q, V, X
 from ..physics.step import begin, finish, start, unfinished
+from ..physics.stir import stir
 from ..physics.survey import survey
 
 
@@ -38,6 +39,7 @@ def accelerate(line, state):
     """Accelerations that balance the present q and v; returns the residual left [N]."""
     big = 1e14  # inertia over stiffness: the solution is an acceleration, the shape stays
     a, x, tolerance = state.nodes[NOW, A], state.nodes[NOW, X], line.settings[0].tolerance
+    stir(line, state, 0.0)
     worst = residual(line, state, AT_REST, NO)
     for _ in range(6):
         if worst <= tolerance:
@@ -138,5 +140,6 @@ def look(state):
 
 @driver
 def weigh_up(line, state, change, tangent):
-    """line.residual as an entry of its own."""
+    """line.residual as an entry of its own, in the water of now."""
+    stir(line, state, 0.0)
     return residual(line, state, change, tangent)

@@ -131,7 +131,22 @@ def _length(waves: Waves, gravity: float, depth: float) -> float:
 def _wave_problems(scene: Scene) -> list[Problem]:
     waves, found = scene.water.waves, list[Problem]()
     if waves.kind is WaveKind.OFF:
-        return []
+        return [
+            Problem(
+                "water.waves.height",
+                f"= {waves.height:g} m has no effect while water.waves.kind = off",
+                "Give kind: airy or jonswap, or leave the height out",
+            )
+            for _ in range(waves.height > 0.0)
+        ]
+    if waves.kind is WaveKind.AIRY and waves.spreading is not None:
+        found.append(
+            Problem(
+                "water.waves.spreading",
+                f"= {waves.spreading:g} has no effect on water.waves.kind = airy: one wave has one direction",
+                "Leave it out, or give kind: jonswap",
+            )
+        )
     if waves.height == 0.0:
         return [
             Problem(

@@ -28,6 +28,7 @@ COMMANDS = {
     "soak",
     "validate",
     "viv",
+    "span",
     "manual",
     "mesh",
     "recover",
@@ -110,6 +111,9 @@ def test_every_command_helps(command):
         (("bench", "--ticks", "--repeats", "2"), "--ticks repeats nothing"),
         (("mesh", "no_such_scene"), "error: no_such_scene: no such scene file; nothing was started."),
         (("viv", "no_such_span"), "error: no_such_span: no such span file; nothing was started."),
+        (("span", "no_such_span"), "error: no_such_span: no such span file; nothing was started."),
+        (("span", "span_in_wind", "--case", "x"), "error: case 'x' is not in span_in_wind; nothing was run."),
+        (("run", "span_in_wind"), "span_in_wind.yaml:3: span stands at the top: this is a span in a wind, not a scene"),
         pytest.param(
             ("play", "nbp1406", "--lop"), "error: --lop: no option of play; nothing was played.", marks=pytest.mark.ros
         ),

@@ -60,6 +60,15 @@ def test_reynolds_numbers_above_those_of_the_source():
     assert cautions(**fast, drag_coefficient=1.2) == [], "a constant has no range"
 
 
+def test_the_current_at_depth_counts():
+    """Slow at the surface, fast along the lower half of the cable."""
+    table = {"depth": [0.0, 20.0, 40.0], "east": [0.0, 0.0, -3.0], "north": [0.0, 0.0, 0.0]}
+    fast = {"diameter": 0.03, "mass_per_length": 3.0, "water__viscosity": 1e-4, "ship__tow_speed": 0.1}
+    assert cautions(**fast) == []
+    (text,) = cautions(**fast, water__current_table=table)
+    assert "Re of the flow across the cable is " in text
+
+
 def test_reynolds_numbers_below_those_of_the_source():
     slow = {"water__viscosity": 0.01, "ship__tow_speed": 0.05, "diameter": 1.5e-4}
     text = next(text for text in cautions(drag_law="huston_kamman_10", **slow) if "drag_law" in text)

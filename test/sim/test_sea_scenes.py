@@ -152,6 +152,16 @@ TEXTS = [
         "or kind: off",
     ),
     (
+        {"water.waves": {"height": 2.0}},
+        "water.waves.height = 2 m has no effect while water.waves.kind = off; nothing was started. Give kind: airy or "
+        "jonswap, or leave the height out",
+    ),
+    (
+        {"water.waves": {"kind": "airy", "height": 1.0, "spreading": 5.0}},
+        "water.waves.spreading = 5 has no effect on water.waves.kind = airy: one wave has one direction; nothing was "
+        "started. Leave it out, or give kind: jonswap",
+    ),
+    (
         {"water.waves": {"kind": "airy", "height": 1.0}, "gravity": 0.0},
         "gravity = 0 m/s^2, but there are no waves without it; nothing was started. Give gravity, or kind: off",
     ),

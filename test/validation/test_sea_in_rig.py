@@ -130,6 +130,20 @@ def test_a_halved_step_ends_in_the_water_of_its_end():
     assert times[0][1] == pytest.approx(load, rel=1e-3)
 
 
+def test_forces_of_now_are_those_of_the_water_of_now():
+    """Before the first step, and after one: the residual counts tables and waves where the line is."""
+    water = Water(density=RHO, current_table=CurrentTable(depth=(0.0, 4.0), east=(0.8, 0.4)), waves=SEA, ramp=0.0)
+    rig = held_cylinder((0.0, 0.0, -1.0), (0.0, 1.0, 0.0), 1.0, water, 1)
+    for time in (0.0, 0.3):
+        if time > 0.0:
+            rig.run(time, 0.1)
+        rig.residual()
+        u, a = orbital(0.0, -1.0, time)
+        u[0] += 0.7
+        exact = RHO * AREA * (1.0 + CA) * a + 0.5 * RHO * D * CD * np.hypot(*u) * u
+        np.testing.assert_allclose(water_on(rig)[[0, 2]], exact, atol=2e-4 * np.abs(exact).max())
+
+
 def test_turbulence_reaches_the_cable_and_grows_from_the_start():
     water = Water(density=RHO, current=(0.5, 0.0), turbulence=Turbulence(deviation=(0.1, 0.0, 0.05)), ramp=4.0)
     rig = held_cylinder((0.0, 0.0, -1.0), (0.0, 1.0, 0.0), 2.0, water, 1)

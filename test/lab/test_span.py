@@ -130,5 +130,5 @@ def test_mistakes_in_a_span_are_reported_like_those_of_a_scene(span):
         span_from_dict({"span": data | {"dampingratio": 0.1}}, "here")
     with pytest.raises(SceneError, match="span.cases has no case; nothing was started. Give length, tension and wind"):
         span_from_dict({"span": data | {"cases": {}}}, "here")
-    with pytest.raises(ValueError, match="case 'two' is not in span_in_wind; nothing was run. Known: case_1, case_2"):
+    with pytest.raises(SceneError, match="case 'two' is not in span_in_wind; nothing was run. Known: case_1, case_2"):
         run_span(span, ["two"])
