@@ -300,7 +300,7 @@ def closed_loads(work, current, second):
 
 @driver
 def drop_axial_lift(work, tangent):
-    """Take the buoyancy along the links off their wet part, where theirs is (55): into force and k."""
+    """Take the buoyancy along the links off their wet part, where theirs is HK 55: into force and k."""
     x, p, force, k, wet, rise = work.x, work.p, work.force, work.k, work.lane[WET], work.lane[RISE : RISE + 2]
     for e in range(LANES):
         if p[AXIAL_LIFT, e] == 0.0 or wet[e] == 0.0:

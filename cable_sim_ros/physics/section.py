@@ -24,8 +24,8 @@ class CableModel(str, Enum):
 class LinkBuoyancy(str, Enum):
     """Buoyancy of a link."""
 
-    FULL = "full"  # (53): all of it, upward; the joint force is the effective tension
-    NORMAL = "normal"  # (55): its part across the link, as Huston & Kamman have it: wrong, see docs/segments.md
+    FULL = "full"  # HK 53: all of it, upward; the joint force is the effective tension
+    NORMAL = "normal"  # HK 55: its part across the link, as Huston and Kamman have it: wrong, see docs/segments.md
 
 
 class Material(Block):
@@ -159,7 +159,7 @@ class Cable(Material):
         None,
         "what an element is: ancf, a cubic with bending stiffness; segments, a straight link between spherical joints, "
         "without bending stiffness: the independent check",
-        "docs/segments.md; Huston & Kamman (1980)",
+        "docs/segments.md; Huston and Kamman (1980)",
     )
     link_buoyancy: LinkBuoyancy = quantity(
         LinkBuoyancy.FULL,
@@ -168,7 +168,7 @@ class Cable(Material):
         None,
         "of model segments: full buoyancy, or only its part across the link as printed, whose joint force is the wall "
         "tension and whose chain is too limp by pA/T",
-        "docs/segments.md; Huston & Kamman (53), (55)",
+        "docs/segments.md; Huston and Kamman (1980), equations 53 and 55",
     )
     sections: dict[str, Section] = quantity(REQUIRED, "", None, None, "sections from the drum end to the towbody")
 

@@ -1,12 +1,12 @@
-"""Loads of the water on one rigid link: the equivalent force system of Huston & Kamman (1980), in closed form.
+"""Loads of the water on one rigid link: the equivalent force system of Huston and Kamman (1980), in closed form.
 
 A load f(x) along a link of length L, x from its centre G along its unit tangent n, is its resultant F and its first
 moment M = int x f dx; the couple about G is T = n x M, and its two ends bear F/2 -+ M/L. Everything that the model
 knows of a link is linear in x: velocity V = V_G + x V', acceleration likewise. Of a rigid link in uniform water
 V' = -omega x n; a sheared current, stretch and cable that runs through the mesh change V' and nothing else.
 
-Equations of the source as corrected in docs/segments.md: (1) f = A a_N + B |V_N| V_N + C |V_T| V_T, (20), (21), (41)
-to (44), (47), (53), (55). What is printed there cannot be coded: the logarithm of (41) to (43) cancels where a link
+Equations of the source (HK) as corrected in docs/segments.md: 1, f = A a_N + B |V_N| V_N + C |V_T| V_T, 20, 21, 41 to 44,
+47, 53 and 55. What is printed there cannot be coded: the logarithm of HK 41 to 43 cancels where a link
 turns slowly and is not a number where the stagnation point is on the link. The integrals I_k are therefore taken with
 asinh about the point of least speed, or by Gauss where the integrand is far from its branch points.
 """
@@ -59,7 +59,7 @@ def closed(c, least, y):
 
 @driver
 def integrals(a, b, c, length):
-    """I_k = int x^k sqrt(a + b x + c x^2) dx over -L/2..L/2, k = 0, 1, 2: (41) to (43) without their cancellation.
+    """I_k = int x^k sqrt(a + b x + c x^2) dx over -L/2..L/2, k = 0, 1, 2: HK 41 to 43 without their cancellation.
 
     a [m^2/s^2], b, c: |V_N|^2 = a + b x + c x^2 >= 0, so 4 a c >= b^2; length [m].
     """
@@ -97,7 +97,7 @@ def across(v, u):
 
 @inline
 def normal_drag(v, turn, u, b, length):
-    """F (44) and M of B |V_N| V_N, V = v + x turn, u the unit tangent; T = u x M is (47). b: B [kg/m^2]."""
+    """F HK 44 and M of B |V_N| V_N, V = v + x turn, u the unit tangent; T = u x M is HK 47. b: B [kg/m^2]."""
     n, s = across(v, u), across(turn, u)
     i0, i1, i2 = integrals(dot(n, n), 2.0 * dot(n, s), dot(s, s), length)
     return axpy(b * i0, n, scale(b * i1, s)), axpy(b * i1, n, scale(b * i2, s))
@@ -120,7 +120,7 @@ def tangential_drag(v, turn, u, c, length):
 
 @inline
 def added_mass(a, turn, u, mass, length):
-    """F_M (20) and M of A a_N, a = a_G + x turn that of the water relative to the cable; T = u x M is (21).
+    """F_M HK 20 and M of A a_N, a = a_G + x turn that of the water relative to the cable; T = u x M is HK 21.
 
     mass: A [kg/m].
     """

@@ -233,8 +233,10 @@ def problems(scene: Scene) -> list[Problem]:
         )
     found = found if found else mesh_problems(scene)
     found = found if found else chain_problems(scene, elements(scene), place.tangent, place.leaves)
+    if found:
+        return found  # there may be no mesh
     out = [row for row in elements(scene) if row[1] > place.leaves]
-    return found if found else wake_problems(scene, out, water_speed(scene))
+    return wake_problems(scene, out, water_speed(scene))
 
 
 def seabed_problems(scene: Scene) -> list[Problem]:

@@ -1,4 +1,4 @@
-"""Chains of rigid links in water against an independent multibody code, and the closed forms of Huston & Kamman (1980).
+"""Chains of rigid links in water against another multibody code, and the closed forms of Huston and Kamman (1980).
 
 R1: one rod released level; R2: ten links released level; R3: R2's chain with a ball at its tip, hanging straight at
 rest, a stream from t = 0; R4: R3 without the ball. Links with spherical joints, full buoyancy, added mass of the normal
