@@ -12,6 +12,7 @@ from ..sim.flag_rules import CODE_FAILED, CODE_INPUT
 EXPECTED = {
     "cable_sim_ros.io.load.SceneError": CODE_INPUT,
     "cable_sim_ros.io.bag_writer.BagError": CODE_INPUT,
+    "cable_sim_ros.viv.files.SpanError": CODE_INPUT,
     "cable_sim_ros.io.motion_table.MotionError": CODE_INPUT,
     "cable_sim_ros.io.winch_plan.PlanError": CODE_INPUT,
     "cable_sim_ros.io.resources.ResourceError": CODE_INPUT,
