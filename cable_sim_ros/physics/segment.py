@@ -5,8 +5,8 @@ moment M = int x f dx; the couple about G is T = n x M, and its two ends bear F/
 knows of a link is linear in x: velocity V = V_G + x V', acceleration likewise. Of a rigid link in uniform water
 V' = -omega x n; a sheared current, stretch and cable that runs through the mesh change V' and nothing else.
 
-Equations of the source (HK) as corrected in docs/segments.md: 1, f = A a_N + B |V_N| V_N + C |V_T| V_T, 20, 21, 41 to 44,
-47, 53 and 55. What is printed there cannot be coded: the logarithm of HK 41 to 43 cancels where a link
+Equations of the source (HK) as corrected in docs/segments.md: 1, f = A a_N + B |V_N| V_N + C |V_T| V_T, 20, 21, 41 to
+44, 47, 53 and 55. What is printed there cannot be coded: the logarithm of HK 41 to 43 cancels where a link
 turns slowly and is not a number where the stagnation point is on the link. The integrals I_k are therefore taken with
 asinh about the point of least speed, or by Gauss where the integrand is far from its branch points.
 """
