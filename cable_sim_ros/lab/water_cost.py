@@ -21,7 +21,15 @@ from .tow_bench import drive, simulated
 
 SECONDS, TURNS = 20.0, 5
 DEPTHS = {"depth": [0.0, 50.0, 200.0], "speed": [0.3, 0.2, 0.1], "towards_deg": [90.0, 60.0, 30.0]}
-SEA = {"kind": "jonswap", "height": 2.0, "period": 8.0, "towards_deg": 180.0, "spreading": 10.0, "seed": 3}
+SEA = {
+    "kind": "jonswap",
+    "height": 2.0,
+    "period": 8.0,
+    "towards_deg": 180.0,
+    "spreading": 10.0,
+    "frame": "heading",
+    "seed": 3,
+}
 
 # option: what switches it off with its keys there (none: it has no such state), what switches it on
 Changes = dict[str, Any]
@@ -43,15 +51,12 @@ OPTIONS: dict[str, tuple[Changes | None, Changes]] = {
         {"viv.law": "off"},
         {"viv.law": "govardhan_williamson", "cable.sections.bare.drag_amplification": 1.0},
     ),
-    "current by depth": (None, {"water.current_table": DEPTHS}),
+    "current by depth": (None, {"water.current_table": DEPTHS, "water.current_frame": "heading"}),
     "turbulence, 100 components an axis": (
         {"water.turbulence.deviation": [0.0, 0.0, 0.0]},
         {"water.turbulence.deviation": [0.03, 0.03, 0.015], "water.turbulence.time_scale": 8.0},
     ),
-    "waves, 100 components": (
-        {"water.waves.kind": "off", "water.waves.height": 2.0},
-        {f"water.waves.{key}": value for key, value in SEA.items()},
-    ),
+    "waves, 100 components": ({"water.waves.kind": "off"}, {f"water.waves.{key}": value for key, value in SEA.items()}),
     "links (`cable.model: segments`)": ({"cable.model": "ancf"}, {"cable.model": "segments"}),
 }
 
