@@ -265,18 +265,10 @@ def _table(head: list[str], rows: list[list[str]]) -> str:
 
 def draw(path: Path) -> Path:
     """C_N over Re of the laws, and f_n over the angle."""
-    try:
-        import matplotlib
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise RuntimeError("matplotlib is not installed: no plot was drawn; install cable_sim_ros[viz]") from None
-    from ...runs.picture import STYLE
+    from ...runs.canvas import canvas
 
     re, eta = np.logspace(-1.0, 6.0, 700), np.linspace(0.0, 90.0, 181)
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(14.0, 5.5), dpi=80, facecolor="white", layout="constrained")
-        FigureCanvasAgg(figure)
+    with canvas(path, (14.0, 5.5)) as figure:
         left, right = figure.subplots(1, 2)
         for law in (*COEFFICIENTS, DragLaw.HUSTON_KAMMAN_10_ROW_2_PRINTED, DragLaw.CHOO_CASARELLA, DragLaw.CAPOZUCCA):
             dashed = "--" if law is DragLaw.HUSTON_KAMMAN_10_ROW_2_PRINTED else "-"
@@ -288,5 +280,4 @@ def draw(path: Path) -> Path:
         right.set(title="f_n", xlabel="angle between cable and flow [deg]")
         for axis in (left, right):
             axis.legend()
-        figure.savefig(path, metadata={"Software": None})
     return path

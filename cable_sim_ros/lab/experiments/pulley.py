@@ -208,17 +208,10 @@ def experiment(duration: float | None, progress) -> Result:
 
 def draw(swings: dict[int, Swing], path: Path) -> Path:
     """Wrap angle and tension over time with the measured ranges. RuntimeError where matplotlib is missing."""
-    try:
-        import matplotlib
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise RuntimeError("matplotlib is not installed: no plot was drawn; install cable_sim_ros[viz]") from None
-    from ...runs.picture import BLUE, FAINT, ORANGE, STYLE
+    from ...runs.canvas import canvas
+    from ...runs.picture import BLUE, FAINT, ORANGE
 
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(14.0, 9.0), dpi=80, facecolor="white", layout="constrained")
-        FigureCanvasAgg(figure)
+    with canvas(path, (14.0, 9.0)) as figure:
         for column, (n, s) in zip(figure.subplots(3, 2), swings.items(), strict=True):
             for axis, what, unit in zip(column, ("wrap", "tension"), ("deg", "N"), strict=True):
                 if what == "tension":
@@ -233,6 +226,4 @@ def draw(swings: dict[int, Swing], path: Path) -> Path:
                 axis.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=3, borderaxespad=0.0)
                 axis.set_xlim(0.0, s.time[-1])
                 axis.set_xlabel("time [s]" if n == 3 else "")
-        path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, metadata={"Software": None})
     return path

@@ -213,15 +213,10 @@ def experiment(duration: float | None, progress=lambda *_: None) -> Result:
 
 def picture(links: Chain, smooth: Chain, folder: Path) -> Path:
     """R2: the chain and the smooth cable as they fall."""
-    import matplotlib
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
+    from ...runs.canvas import canvas
 
-    from ...runs.picture import STYLE
-
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(8.0, 6.0), dpi=100, facecolor="white", layout="constrained")
-        FigureCanvasAgg(figure)
+    path = folder / "segments.png"
+    with canvas(path, (8.0, 6.0)) as figure:
         axis = figure.subplots()
         for k, t in enumerate((0.5, 1.0, 2.0, 4.0, 6.0, 8.0)):
             x, z = links.places[links.at(t)].T
@@ -233,6 +228,4 @@ def picture(links: Chain, smooth: Chain, folder: Path) -> Path:
         axis.set_ylabel("z [m]")
         axis.set_title("R2: ten links (solid) and a smooth cable (dashed), released level in still water")
         axis.legend()
-        path = folder / "segments.png"
-        figure.savefig(path, metadata={"Software": None})
     return path

@@ -94,23 +94,16 @@ def experiment(duration: float | None, progress) -> Result:
 
 def draw(swarm: Swarm, path: Path) -> Path:
     """The path of the sphere from the side and from behind. RuntimeError where matplotlib is missing."""
-    try:
-        import matplotlib
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise RuntimeError("matplotlib is not installed: no plot was drawn; install cable_sim_ros[viz]") from None
-    from ...runs.picture import BLUE, ORANGE, STYLE
+    from ...runs.canvas import canvas
+    from ...runs.picture import BLUE, ORANGE
 
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(10.0, 4.5), dpi=80, facecolor="white", layout="constrained")
-        FigureCanvasAgg(figure)
+    with canvas(path, (10.0, 4.5)) as figure:
+        figure.suptitle("Path of the towed sphere, from the top of the winch")
         for axis, (k, name) in zip(figure.subplots(1, 2), ((0, "x"), (1, "y")), strict=True):
             axis.plot(swarm.path[:, k], swarm.path[:, 2], color=BLUE, lw=0.4, label="simulated")
             axis.plot(CENTRE[0] if k == 0 else -0.008, CENTRE[1], "+", color=ORANGE, ms=14, label="measured mean")
             axis.set_aspect("equal", "datalim")
-            axis.set_title(f"towed sphere, {name} and z [m] from the top of the winch")
+            axis.set_xlabel(f"{name} [m]")
+            axis.set_ylabel("z [m]")
             axis.legend(loc="lower right")
-        path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, metadata={"Software": None})
     return path

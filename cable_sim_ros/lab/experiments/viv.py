@@ -158,17 +158,10 @@ def _stiffness() -> list[Comparison]:
 
 def draw(shown: list[tuple[Case, Vibration, Vibration]], path: Path) -> Path:
     """Displacement spectra at the printed places, with the rms. RuntimeError where matplotlib is missing."""
-    try:
-        import matplotlib
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise RuntimeError("matplotlib is not installed: no plot was drawn; install cable_sim_ros[viz]") from None
-    from ...runs.picture import BLUE, INK, ORANGE, STYLE, WATER
+    from ...runs.canvas import canvas
+    from ...runs.picture import BLUE, INK, ORANGE, WATER
 
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(14.0, 9.0), dpi=80, facecolor="white", layout="constrained")
-        FigureCanvasAgg(figure)
+    with canvas(path, (14.0, 9.0)) as figure:
         panels = figure.subplots(2, 2)
         for axis, (case, coarse, fine) in zip(panels.flat, shown, strict=True):
             top = fine.displacement_spectrum.max() * 1e6
@@ -195,6 +188,4 @@ def draw(shown: list[tuple[Case, Vibration, Vibration]], path: Path) -> Path:
             axis.set_xlabel("frequency [Hz]")
             axis.set_ylabel("mm$^2$/Hz")
         figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, metadata={"Software": None})
     return path

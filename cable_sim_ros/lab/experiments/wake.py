@@ -208,17 +208,10 @@ def _difference(found: dict[str, SpanRow], base: dict[str, SpanRow]) -> dict[str
 
 def draw(found: list[Lock], path: Path) -> Path:
     """Frequency of the wake and amplitude over the speed. RuntimeError where matplotlib is missing."""
-    try:
-        import matplotlib
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise RuntimeError("matplotlib is not installed: no plot was drawn; install cable_sim_ros[viz]") from None
-    from ...runs.picture import BLUE, FAINT, ORANGE, STYLE
+    from ...runs.canvas import canvas
+    from ...runs.picture import BLUE, FAINT, ORANGE
 
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(14.0, 7.5), dpi=80, facecolor="white", layout="constrained")
-        FigureCanvasAgg(figure)
+    with canvas(path, (14.0, 7.5)) as figure:
         grid = figure.subplots(2, len(found), sharex="col")
         for (over, under), told in zip(grid.T, found, strict=True):
             over.plot(told.ratio, told.free, color=FAINT, lw=1.4, ls="--", label="held cable")
@@ -231,6 +224,4 @@ def draw(found: list[Lock], path: Path) -> Path:
             under.set_xlabel("speed over that of resonance")
         grid[0, 0].set_ylabel("frequency over the natural one")
         grid[1, 0].set_ylabel("vertical amplitude [d/1000]")
-        path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, metadata={"Software": None})
     return path
