@@ -26,8 +26,8 @@ from ..sim.verdict import Reason, Verdict
 from . import verdict
 from .passes import Pass
 from .rerun import Rerun
-from .stepping import Driven, Progress, silent
 from .start_up import growth, start_up, still_growing
+from .stepping import Driven, Progress, silent
 from .summary import summarize
 
 LONGEST = 1e7  # s of a run

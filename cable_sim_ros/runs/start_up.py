@@ -35,7 +35,8 @@ def still_growing(scene: Scene, figures: Mapping[str, Any]) -> list[Reason]:
     return [
         check(
             "SEA_GROWING",
-            f"{what} grow from the static start over water.ramp = {ramp:g} s, but of a run of {figures['duration_s']:.3g} s the "
+            f"{what} grow from the static start over water.ramp = {ramp:g} s, but of a run of "
+            f"{figures['duration_s']:.3g} s the "
             f"figures leave out no more than half, {skip:.3g} s, after which the growth is at "
             f"{100.0 * x * x * (3.0 - 2.0 * x):.0f} %: they are not those of the grown sea. Simulate {2.0 * ramp:g} s "
             f"or more, or make water.ramp shorter; the static tow is that of the scene without {what}",
