@@ -1,6 +1,7 @@
 """What the figures leave out at the beginning: motion taken up, a sea that grows; the same in JSON and picture."""
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -74,3 +75,23 @@ def test_a_short_run_in_waves_is_doubtful_and_without_them_static(tmp_path):
     assert json.loads((tmp_path / "summary.json").read_text("utf-8"))["verdict"]["state"] == "doubtful"
     assert waves.figures["tension_std_n"] > 100.0 * still.figures["tension_std_n"]
     assert still.verdict.state == "ok" and still.figures["skip_s"] == 0.0
+
+
+def test_the_pages_say_what_a_run_without_motion_is_in_waves():
+    root = Path(__file__).resolve().parents[2]
+    page = " ".join((root / "docs" / "waves.md").read_text("utf-8").split())
+    assert "With waves or turbulence on `--motion none` is the tow in the sea alone, no static tow" in page
+    assert "[`SEA_GROWING`](flags.md#verdict)" in page and "the edge of a cube of its displaced volume" in page
+    (row,) = [line for line in (root / "README.md").read_text("utf-8").splitlines() if "--motion none --json" in line]
+    assert "the sea alone" in row and "docs/waves.md#figures-of-a-run" in row
+    assert "leaves the key out or\ngives `null`" in (root / "docs" / "parameters.md").read_text("utf-8")
+
+
+def test_waves_lift_the_tow_with_the_square_of_their_height():
+    """The slow rise of docs/waves.md: mean drag of the oscillating flow."""
+    sea = WAVES | {"water.waves.period": 8.0, "water.waves.towards_deg": 180.0}
+    rises = []
+    for height in (1.0, 2.0):
+        depth = -offline.run(scene(**sea | {"water.waves.height": height}), duration=100.0).frames.body_position[:, 2]
+        rises.append(depth[0] - depth[-800:].mean())  # 8 s: one period
+    assert rises[1] == pytest.approx(0.22, abs=0.03) and rises[1] / rises[0] == pytest.approx(4.0, abs=0.6)
