@@ -211,6 +211,7 @@ def live(bag, scene, duration, imu_only, out, as_json) -> None:
     from .io.resources import find_bag
     from .ros.live import live as run_live
     from .runs.offline import Run, judged
+    from .runs.start_up import start_up
     from .runs.summary import OUTSIDE, summarize
     from .runs.verdict import played
     from .sim.verdict import of_node
@@ -222,7 +223,8 @@ def live(bag, scene, duration, imu_only, out, as_json) -> None:
     told = run_live(path, scene, duration, out, imu_only=imu_only, progress=quiet)
     recorded = load_run(told["bag"])
     node_figures = told["node"]
-    figures = summarize(recorded.frames, **{name: node_figures.get(name) for name in OUTSIDE})
+    outside = {name: node_figures.get(name) for name in OUTSIDE}
+    figures = summarize(recorded.frames, skip_s=start_up(tow, True), **outside)
     figures.update(scene=recorded.custom_data.get("scene", str(scene)), motion=Path(bag).name, node=node_figures)
     result = Run(recorded.frames, figures, node_figures.get("problem", ""), Path(told["bag"]))
     judged(result, tow, of_node(node_figures), played(recorded.frames))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import enum
 import math
+import re
 import types
 from collections.abc import Mapping
 from typing import Union, get_args, get_origin
@@ -16,6 +17,7 @@ from ..sim.scene import Scene
 from .yaml12 import dotted
 
 CONSEQUENCE = "nothing was started"
+LONGEST_SYMBOL = 2  # letters
 ENTRIES = {  # of tables by free names, as examples
     "sections": "{length: 10.0}",
     "bodies": "{at: first, mass: 50.0, net_weight: 300.0}",
@@ -84,13 +86,18 @@ def _text(item, path, field, owner, data, origin, lines, root) -> str:
         )
     if kind == "enum":
         words = [member.value for member in _enum(field.annotation)]
-        near = difflib.get_close_matches(str(value), words, 1)
+        near = difflib.get_close_matches(str(value).lower(), words, 1)
         hint = f"did you mean {near[0]}? " if near else ""
         return (
             f"{where}: {key} = {_show(value)} is none of its laws ({about}); {CONSEQUENCE}. "
             f"{hint.capitalize()}Known: {', '.join(words)}"
         )
-    text = _looks_like_number(value)
+    if str(value).lower() == "none" and type(None) in get_args(field.annotation):
+        return (
+            f"{where}: {key} = {_show(value)} is text, expected {wanted} ({about}); {CONSEQUENCE}. "
+            f"None is written `{path[-1]}: null`, or the key is left out"
+        )
+    text = _looks_like_number(value) or _odd_entry(value)
     hint = f"{text}. " if text else ""
     return (
         f"{where}: {key} = {_show(value)} is {kind_of(value)}, expected {wanted} ({about}); {CONSEQUENCE}. "
@@ -102,18 +109,29 @@ def unknown_key(where: str, path: tuple, value, known: list[str], owner: type[Bl
     """Text of a key that does not exist, with the nearest known one."""
     key = dotted(path)
     siblings = list(owner.model_fields) if owner else []
-    near = difflib.get_close_matches(str(path[-1]), siblings, 1, 0.6)
+    near = _of_symbol(str(path[-1]), owner) or difflib.get_close_matches(str(path[-1]), siblings, 1, 0.6)
+    if near and str(path[-1]).endswith("_deg") and not near[0].endswith("_deg"):
+        near = []  # no angle
     if near:
         nearest = dotted((*path[:-1], near[0]))
     else:  # the whole key, then the right name in the wrong block
         same = [k for k in known if k.split(".")[-1] == path[-1]]
-        nearest = (difflib.get_close_matches(key, known, 1, 0.6) or same or [""])[0]
+        beside = {dotted((*path[:-1], name)) for name in siblings}  # only the block is alike
+        whole = [k for k in difflib.get_close_matches(key, known, 1, 0.6) if k not in beside]
+        nearest = (whole or same or [""])[0]
     remedy = (
         f"Did you mean {nearest}?"
         if nearest
         else (f"Known here: {', '.join(siblings)}" if siblings else "See the parameter manual")
     )
     return f"{where}: {key} = {_show(value)}: there is no such key; {CONSEQUENCE}. {remedy}"
+
+
+def _of_symbol(name: str, owner: type[Block] | None) -> list[str]:
+    """Keys of a block whose description has this symbol, as Hs has that of water.waves.height."""
+    fields = owner.model_fields if owner else {}
+    word = re.compile(rf"\b{re.escape(name.capitalize())}\b")
+    return [key for key, field in fields.items() if len(name) <= LONGEST_SYMBOL and word.search(field.description)]
 
 
 _ABSENT = object()
@@ -227,6 +245,15 @@ def kind_of(value) -> str:
     if isinstance(value, list | tuple):
         return f"a list of {len(value)}"
     return "empty" if value is None else f"a {type(value).__name__}"
+
+
+def _odd_entry(value) -> str:
+    """The first entry of a list that is no number, and what is wrong with it."""
+    for i, part in enumerate(value if isinstance(value, list | tuple) else ()):
+        if isinstance(part, bool) or not isinstance(part, int | float):
+            text = _looks_like_number(part)
+            return f"Entry {i + 1} is {_show(part)}, {kind_of(part)}{': ' + text[0].lower() + text[1:] if text else ''}"
+    return ""
 
 
 def _looks_like_number(value) -> str:

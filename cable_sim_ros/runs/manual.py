@@ -20,7 +20,8 @@ start. **fixed**: a change needs a new start; **live**: may be changed while the
 SCENE = """## Scene
 
 Keys of a scene file. The same dotted names are ROS parameters of the node, where they stand above the file.
-`<name>` is the free name of a section or of a body on the line.
+`<name>` is the free name of a section or of a body on the line. Where the default is none, a file leaves the key out or
+gives `null`; in a ROS parameter file a list is then `[.nan]`.
 """
 
 

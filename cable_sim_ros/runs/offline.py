@@ -26,8 +26,9 @@ from ..sim.verdict import Reason, Verdict
 from . import verdict
 from .passes import Pass
 from .rerun import Rerun
+from .start_up import growth, start_up, still_growing
 from .stepping import Driven, Progress, silent
-from .summary import SKIP, summarize
+from .summary import summarize
 
 LONGEST = 1e7  # s of a run
 EVERY = 0.1  # s between Frames of a run whose steps are chosen, where the scene does not say
@@ -197,7 +198,10 @@ def judged(result: Run, scene: Scene | None, others: Iterable[Reason] = (), fram
 
     others: reasons beside those of its Frames; frames: those that count, all by default.
     """
-    result.verdict = verdict.judge(result.frames if frames is None else frames, scene, others, result.problem)
+    counted = result.frames if frames is None else frames
+    if scene is not None and not result.problem:
+        others = [*others, *still_growing(scene, result.figures)]
+    result.verdict = verdict.judge(counted, scene, others, result.problem)
     if result.problem:
         result.figures["problem"] = result.problem
     result.figures["verdict"] = result.verdict.as_dict()
@@ -275,8 +279,9 @@ def _run_of(sim: Simulator, tick: int, tow: RecordedTow | None, driven: Driven, 
     figures: dict[str, Any] = {}
     if len(frames):
         simulated = len(frames) * tick * 1e-9
-        figures = summarize(frames, skip_s=0.0 if tow is None else SKIP, realtime_factor=simulated / driven.stepping_s)
-        kept = frames[-1:] if tow is None else frames
+        skip = start_up(scene, tow is not None)
+        figures = summarize(frames, skip_s=skip, realtime_factor=simulated / driven.stepping_s)
+        kept = frames[-1:] if tow is None and not growth(scene)[1] else frames
         figures.update(
             departure_angle_deg=float(np.degrees(kept["departure_angle"].mean())),
             contact_resultant_n=float(kept["contact_resultant"].mean()),

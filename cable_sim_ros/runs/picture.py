@@ -123,8 +123,9 @@ def put_stamp(figure: Figure, stamp: str) -> None:
 def caption(run: RecordedRun, skip_s: float) -> str:
     """Key figures of the run in a few sentences, numbers tied to their units."""
     s = summarize(run.frames, skip_s=skip_s)
+    left_out = f", the first {s['skip_s']:.0f} s (grey) left out of these figures" if s["skip_s"] > 0.0 else ""
     text = (
-        f"{s['duration_s']:.0f} s simulated, the first {s['skip_s']:.0f} s (grey) left out of these figures. "
+        f"{s['duration_s']:.0f} s simulated{left_out}. "
         f"Tension at the sheave {s['tension_mean_n'] / 1e3:.2f} kN mean, {s['tension_std_n'] / 1e3:.3f} kN std, "
         f"{s['tension_min_n'] / 1e3:.2f} to {s['tension_max_n'] / 1e3:.2f} kN. "
         f"Towbody {s['body_depth_m']:.1f} m deep, std {s['body_depth_std_m']:.2f} m, "

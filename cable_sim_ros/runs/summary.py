@@ -75,7 +75,12 @@ SUMMARY = (
     ),
     ("drum_end_s", "s", "time in which the winch stood at an end of its travel, whole run"),
     ("duration_s", "s", "simulated time, whole run"),
-    ("skip_s", "s", "start-up left out of the statistics, at most half the run"),
+    (
+        "skip_s",
+        "s",
+        "start-up left out of the statistics: 20 s with motion, `water.ramp` where that is longer and there are waves "
+        "or turbulence, at most half the run",
+    ),
     ("steps", "1", "time steps of the integrator, whole run"),
     ("iterations", "1", "Newton iterations, whole run"),
     ("flags", "1", "ticks with each health flag, whole run"),

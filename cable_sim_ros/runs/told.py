@@ -67,8 +67,9 @@ def pictures_of(result: Run, out: Path | None) -> list[Path]:
         run = load_run(result.bag)
         stamp = "" if result.verdict.state == OK else result.verdict.headline
         hauls = [draw_haul(run, out / "haul.png", stamp=stamp)] if "winch_plan" in run.custom_data else []
-        strums = [draw_strum(run, out / "strumming.png", stamp=stamp)] if run.strums else []
-        return [draw_run(run, out / "run.png", stamp=stamp), *hauls, *strums]
+        skip = result.figures["skip_s"]
+        strums = [draw_strum(run, out / "strumming.png", skip_s=skip, stamp=stamp)] if run.strums else []
+        return [draw_run(run, out / "run.png", skip_s=skip, stamp=stamp), *hauls, *strums]
     except RuntimeError as error:  # matplotlib is an extra
         click.echo(f"warning: {error}", err=True)
         return []

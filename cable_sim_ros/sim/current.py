@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..physics.sea import SEA
-from ..physics.water import CurrentFrame, Water
+from ..physics.water import CurrentFrame, Water, WaveKind
 from .scene import Scene
 from .sea import profile_table, table_values, variation_table
 
@@ -96,22 +96,36 @@ def strongest(water: Water) -> tuple[float, float]:
 
 
 def turned_current(scene: Scene, yaw: float) -> str:
-    """What a start at heading ``yaw`` [rad] makes of a current that the scene has along another heading; "" if nothing.
+    """What a start at heading ``yaw`` [rad] makes of current and waves that the scene has along another heading; "" if
+    nothing.
 
-    One in the world stays there: a current abeam of ship.heading_deg is not abeam of another heading.
+    What is in the world stays there: a current abeam of ship.heading_deg is not abeam of another heading.
     """
-    given, ship = strongest(scene.water), degrees(yaw)
-    if scene.water.current_frame is not CurrentFrame.WORLD or not any(given):
-        return ""
+    water, given, ship = scene.water, strongest(scene.water), degrees(yaw)
     if abs(remainder(ship - scene.ship.heading_deg, 360.0)) <= HEADING_WITHIN:
         return ""
-    sets = degrees(atan2(given[1], given[0]))
-    was, now = _from_the_bow(sets - scene.ship.heading_deg), _from_the_bow(sets - ship)
+    stay, keys, what = [], [], []
+
+    def both(towards: float) -> str:
+        now, was = _from_the_bow(towards - ship), _from_the_bow(towards - scene.ship.heading_deg)
+        return f"{now}, where the scene alone has {{}} {was}"
+
+    if water.current_frame is CurrentFrame.WORLD and any(given):
+        sets = both(degrees(atan2(given[1], given[0]))).format("it")
+        stay.append(f"the current stays as it is in the world: it sets {sets}")
+        keys.append("water.current_frame: heading")
+        what.append("the current as it was")
+    if water.waves.frame is CurrentFrame.WORLD and water.waves.kind is not WaveKind.OFF:
+        go = both(water.waves.towards_deg).format("them")
+        stay.append(f"the waves stay as they are in the world: they travel {go}")
+        keys.append("water.waves.frame: heading")
+        what.append("the waves as they were")
+    if not stay:
+        return ""
     return (
         f"the heading of the motion is {ship:.4g} deg, ship.heading_deg is {scene.ship.heading_deg:.4g} "
-        f"deg: that of the motion is used, and the current stays as it is in the world: it sets {now}, where the scene "
-        f"alone has it {was}. Set ship.heading_deg to {ship:.4g} deg if that is meant, or water.current_frame: heading "
-        "to keep the current as it was along the ship"
+        f"deg: that of the motion is used, and {'; '.join(stay)}. Set ship.heading_deg to {ship:.4g} deg if that is "
+        f"meant, or {' and '.join(keys)} to keep {' and '.join(what)} along the ship"
     )
 
 

@@ -217,6 +217,12 @@ CHECKS = (
         f"a replay in the recorded scene is further than {100.0 * WITHIN:g} % of the tension, or {WITHIN_M:g} m, from "
         f"what the bag recorded; with a journal {WITHIN_JOURNAL:g} of the tension, or {WITHIN_JOURNAL:g} m",
     ),
+    (
+        "SEA_GROWING",
+        DOUBTFUL,
+        TENSION + BODY,
+        "the figures begin before waves and turbulence have grown, as the run is shorter than twice `water.ramp`",
+    ),
     ("JOURNAL", DOUBTFUL, TENSION + BODY, "a replay could not do all that the journal of the recording says"),
     ("BEHIND", DOUBTFUL, TENSION + BODY, "the node did not hold real time and was taken to the present"),
     ("NOT_RECORDED", DOUBTFUL, TENSION + BODY, "messages were lost on the way to the disk"),

@@ -6,6 +6,7 @@ from math import inf, pi, tanh
 
 import numpy as np
 
+from ..physics.quantity import Block
 from ..physics.water import CurrentTable, WaveKind, Waves
 from .problem import Problem
 from .scene import Scene
@@ -16,12 +17,18 @@ STEEPEST = 1.0 / 7.0  # of Hs over the deep-water length of Tp: no sea is that s
 STEEP = 1.0 / 15.0  # seas found are less steep: DNV-RP-C205
 SHALLOW = 0.6  # of Hs over the depth: seas break before, Thornton & Guza (1982): H_rms 0.42 of the depth
 TICKS = 5  # in the time scale of turbulence
+OF_IRREGULAR = {  # keys of waves that a regular one does not have
+    "gamma": "one wave has no spectrum",
+    "spreading": "one wave has one direction",
+    "components": "it is one wave",
+    "seed": "a regular wave has nothing by chance",
+}
 CREST = 0.93  # of Hs over z = 0: the highest crest of a thousand waves, sqrt(2 ln 1000)/4
 
 
 def sea_problems(scene: Scene) -> list[Problem]:
     """What makes the water senseless."""
-    return _table_problems(scene) + _variation_problems(scene) + _wave_problems(scene)
+    return _table_problems(scene) + _variation_problems(scene) + _turbulence_problems(scene) + _wave_problems(scene)
 
 
 def _ascending(key: str, values: tuple[float, ...], unit: str) -> list[Problem]:
@@ -70,14 +77,15 @@ def _table_problems(scene: Scene) -> list[Problem]:
             for _ in given[:1]
         ]
     found = _ascending(f"{key}.depth", table.depth, "m") + _lengths(key, "depth", len(table.depth), columns)
-    polar, plane = (table.speed, table.towards_deg), (table.east, table.north)
-    if (polar[0] is None) != (polar[1] is None) or (plane == (None, None)) == (polar == (None, None)):
+    parts = {name for name, values in columns.items() if values is not None}
+    if parts not in ({"east", "north"}, {"speed", "towards_deg"}):
         found.append(
             Problem(
                 f"{key}.depth",
                 "is given, but the current there is not known: east and north, or speed and towards_deg, are needed, "
-                "and not both pairs",
-                "Give one pair",
+                f"and not both pairs; here {' and '.join(sorted(parts)) or 'none'} "
+                f"{'is' if len(parts) < 2 else 'are'} given",
+                "Give one pair; zeros for a part that the current does not have",
             )
         )
     if any((*water.current, *water.current_gradient)):
@@ -112,6 +120,14 @@ def _variation_problems(scene: Scene) -> list[Problem]:
             for _ in given[:1]
         ]
     found = _ascending(f"{key}.time", variation.time, "s") + _lengths(key, "time", len(variation.time), columns)
+    if variation.factor is None and variation.turn_deg is None:
+        found.append(
+            Problem(
+                f"{key}.time",
+                f"is given, but neither {key}.factor nor {key}.turn_deg: the current would not vary",
+                "Give one of them or both, one number a time, or leave the times out",
+            )
+        )
     water = scene.water
     if not any((*water.current, *water.current_gradient)) and water.current_table.depth is None:
         found.append(
@@ -122,6 +138,27 @@ def _variation_problems(scene: Scene) -> list[Problem]:
             )
         )
     return found
+
+
+def _changed(block: Block, name: str) -> bool:
+    """Is it another value than the default? A scene written out has every default."""
+    return getattr(block, name) != type(block).model_fields[name].default
+
+
+def _turbulence_problems(scene: Scene) -> list[Problem]:
+    turbulence, key = scene.water.turbulence, "water.turbulence"
+    if any(turbulence.deviation):
+        return []
+    return [
+        Problem(
+            f"{key}.{name}",
+            f"= {getattr(turbulence, name):g} has no effect while {key}.deviation = [0, 0, 0] m/s: there is no "
+            "turbulence",
+            "Give the deviation, for example [0.03, 0.03, 0.015], or leave it out",
+        )
+        for name in ("time_scale", "components", "seed")
+        if _changed(turbulence, name)
+    ]
 
 
 def _length(waves: Waves, gravity: float, depth: float) -> float:
@@ -139,14 +176,16 @@ def _wave_problems(scene: Scene) -> list[Problem]:
             )
             for _ in range(waves.height > 0.0)
         ]
-    if waves.kind is WaveKind.AIRY and waves.spreading is not None:
-        found.append(
+    if waves.kind is WaveKind.AIRY:
+        found += [
             Problem(
-                "water.waves.spreading",
-                f"= {waves.spreading:g} has no effect on water.waves.kind = airy: one wave has one direction",
+                f"water.waves.{name}",
+                f"= {getattr(waves, name):g} has no effect on water.waves.kind = airy: {why}",
                 "Leave it out, or give kind: jonswap",
             )
-        )
+            for name, why in OF_IRREGULAR.items()
+            if _changed(waves, name)
+        ]
     if waves.height == 0.0:
         return [
             Problem(
@@ -207,12 +246,18 @@ def sea_cautions(scene: Scene) -> list[Problem]:
         )
     if waves.kind is WaveKind.OFF:
         return found
+    regular = waves.kind is WaveKind.AIRY
+    chances = (
+        "several water.waves.period some percent apart (a regular wave has no seed)"
+        if regular
+        else "many seeds (water.waves.seed)"
+    )
     found += [
         Problem(
             "water.waves.ship_motion",
-            "= independent: waves act on cable and bodies, the ship moves as recorded or commanded, whatever the waves "
-            "are; how its heave goes with them, and with it the tension's peaks, is by chance",
-            "Take the figures of many seeds (water.waves.seed), or give the waves alone or the ship's motion alone",
+            "= independent: waves act on cable and bodies; a ship that is given motion moves as recorded or commanded, "
+            "whatever the waves are: how its heave goes with them, and with it the tension's peaks, is by chance",
+            f"With motion take the figures of {chances}, or give the waves alone (--motion none) or the motion alone",
         )
     ]
     deep = scene.gravity * waves.period**2 / (2.0 * pi)
@@ -225,7 +270,7 @@ def sea_cautions(scene: Scene) -> list[Problem]:
                 "Check height and period",
             )
         )
-    crest = 0.5 * waves.height if waves.kind is WaveKind.AIRY else CREST * waves.height
+    crest = 0.5 * waves.height if regular else CREST * waves.height
     low = scene.sheave.position[2] - scene.sheave.radius + scene.ship.reference_height
     if crest > low > 0.0:
         found.append(

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 import pytest
+from pydantic import ValidationError
 
 from cable_sim_ros import cli
 from cable_sim_ros.io.channels import CHANNELS
@@ -56,9 +57,15 @@ def test_the_python_of_the_readme_runs(capsys):
 
 
 def test_the_python_of_the_rig_page_runs(capsys):
-    (code,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "rig.md").read_text("utf-8"), re.S)
-    exec(compile(code, "rig.md", "exec"), {})
+    still, waves = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "rig.md").read_text("utf-8"), re.S)
+    names: dict = {}
+    exec(compile(still, "rig.md", "exec"), names)
     assert float(capsys.readouterr().out.split()[-1]) > 150.0  # N at the top; the body weighs 196
+    exec(compile(waves, "rig.md", "exec"), names)
+    mean, deviation = map(float, capsys.readouterr().out.split())
+    assert 190.0 < mean < 240.0 and 0.1 < deviation < 20.0
+    with pytest.raises(ValidationError, match=r"period\n.*outside \[0.3, 40\] s"):
+        names["Water"](waves={"kind": "airy", "height": 1.0, "period": 0.1})
 
 
 def test_the_python_of_the_winch_page_runs(capsys):

@@ -60,6 +60,7 @@ def test_a_table_is_a_parameter_of_any_length_and_none_is_one_nan():
         {
             "water.current_table.depth": [0.0, 20.0, 50.0],
             "water.current_table.east": [0.2, 0.1, 0.0],
+            "water.current_table.north": [0.0, 0.0, 0.0],
             "water.current_table.speed": none,
         }
     )

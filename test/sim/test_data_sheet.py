@@ -164,5 +164,27 @@ def test_a_current_abeam_stays_abeam_or_says_so():
     assert "it sets astern, where the scene alone has it 90 deg to port" in turned_current(scene, np.radians(270.0))
 
 
+def test_waves_ahead_stay_ahead_or_say_so():
+    """towards_deg 180 is a head sea of heading 0, not of that of the bag."""
+    sea = {"water.waves.kind": "airy", "water.waves.height": 1.0, "water.waves.towards_deg": 180.0}
+    scene = quietly("full_scale", sea)
+    assert turned_current(scene, 0.05) == "" and turned_current(quietly("full_scale"), 2.0) == ""
+    assert turned_current(quietly("full_scale", sea | {"water.waves.frame": "heading"}), 2.0) == ""
+    assert turned_current(scene, np.radians(-128.2)) == (
+        "the heading of the motion is -128.2 deg, ship.heading_deg is 0 deg: that of the motion is used, and the waves "
+        "stay as they are in the world: they travel 52 deg to starboard of the bow, where the scene alone has them "
+        "astern. Set ship.heading_deg to -128.2 deg if that is meant, or water.waves.frame: heading to keep the waves "
+        "as they were along the ship"
+    )
+    table = {"depth": [0.0, 50.0], "speed": [0.5, 0.2], "towards_deg": [90.0, 90.0]}
+    text = turned_current(quietly("full_scale", sea | {"water.current_table": table}), np.radians(90.0))
+    assert "it sets ahead, where the scene alone has it 90 deg to port of the bow; the waves stay as they" in text
+    assert text.endswith(
+        "they travel 90 deg to port of the bow, where the scene alone has them astern. Set ship.heading_deg to 90 deg "
+        "if that is meant, or water.current_frame: heading and water.waves.frame: heading to keep the current as it "
+        "was and the waves as they were along the ship"
+    )
+
+
 def flat(scene):
     return {"water.current": list(scene.water.current), "water.current_gradient": list(scene.water.current_gradient)}

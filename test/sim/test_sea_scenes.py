@@ -184,7 +184,58 @@ TEXTS = [
     (
         {"water.current_table": {"depth": [0.0, 20.0], "speed": [1.0, 0.5]}},
         "water.current_table.depth is given, but the current there is not known: east and north, or speed and "
-        "towards_deg, are needed, and not both pairs; nothing was started. Give one pair",
+        "towards_deg, are needed, and not both pairs; here speed is given; nothing was started. Give one pair; zeros "
+        "for a part that the current does not have",
+    ),
+    (
+        {"water.current_table": {"depth": [0.0, 20.0], "east": [1.0, 0.5]}},
+        "water.current_table.depth is given, but the current there is not known: east and north, or speed and "
+        "towards_deg, are needed, and not both pairs; here east is given; nothing was started. Give one pair",
+    ),
+    (
+        {"water.current_table": {"depth": [0.0, 20.0], "north": [1.0, 0.5], "speed": [1.0, 0.5]}},
+        "and not both pairs; here north and speed are given; nothing was started",
+    ),
+    ({"water.current_table": {"depth": [0.0, 20.0]}}, "and not both pairs; here none is given; nothing was started"),
+    (
+        {"water.current_variation": {"time": [0.0, 10.0]}, "water.current": [0.1, 0.0]},
+        "water.current_variation.time is given, but neither water.current_variation.factor nor "
+        "water.current_variation.turn_deg: the current would not vary; nothing was started. Give one of them or both, "
+        "one number a time, or leave the times out",
+    ),
+    (
+        {"water.turbulence": {"time_scale": 8.0}},
+        "water.turbulence.time_scale = 8 has no effect while water.turbulence.deviation = [0, 0, 0] m/s: there is no "
+        "turbulence; nothing was started. Give the deviation, for example [0.03, 0.03, 0.015], or leave it out",
+    ),
+    ({"water.turbulence": {"seed": 8}}, "water.turbulence.seed = 8 has no effect while water.turbulence.deviation"),
+    (
+        {"water.waves": {"kind": "airy", "height": 1.0, "gamma": 5.0}},
+        "water.waves.gamma = 5 has no effect on water.waves.kind = airy: one wave has no spectrum; nothing was started",
+    ),
+    (
+        {"water.waves": {"kind": "airy", "height": 1.0, "seed": 7}},
+        "water.waves.seed = 7 has no effect on water.waves.kind = airy: a regular wave has nothing by chance; nothing "
+        "was started. Leave it out, or give kind: jonswap",
+    ),
+    (
+        {"water.waves": {"kind": "airy", "height": 1.0, "components": 50}},
+        "water.waves.components = 50 has no effect on water.waves.kind = airy: it is one wave; nothing was started",
+    ),
+    ({"water.waves": {"kind": "JONSWAP", "height": 1.0}}, "water.waves.kind = 'JONSWAP' is none of its laws"),
+    ({"water.waves": {"kind": "JONSWAP", "height": 1.0}}, "Did you mean jonswap? Known: off, airy, jonswap"),
+    ({"water.waves": {"hs": 2.0}}, "there is no such key; nothing was started. Did you mean water.waves.height?"),
+    ({"water.waves": {"tp": 8.0}}, "there is no such key; nothing was started. Did you mean water.waves.period?"),
+    ({"water.waves": {"from_deg": 270.0}}, "there is no such key; nothing was started. Known here: kind, height, "),
+    (
+        {"water.waves": {"spreading": "none"}},
+        "water.waves.spreading = 'none' is text, expected a number or null in [1, 200] (s of the directional spreading "
+        "cos^2s(angle/2) of jonswap; none: long-crested); nothing was started. None is written `spreading: null`, or "
+        "the key is left out",
+    ),
+    (
+        {"water.current_table": {"depth": [0.0, 20.0, 40.0], "speed": [1.0, "0,5", "0.2"]}},
+        "nothing was started. Entry 2 is '0,5', text: the decimal sign is a point. Write for example `speed: ",
     ),
     (
         {"water.current_table": {"east": [1.0, 0.5]}},
@@ -193,7 +244,10 @@ TEXTS = [
         "started. Give the depths",
     ),
     (
-        {"water.current_table": {"depth": [0.0, 20.0], "east": [1.0, 0.5]}, "water.current": [0.5, 0.0]},
+        {
+            "water.current_table": {"depth": [0.0, 20.0], "east": [1.0, 0.5], "north": [0.0, 0.0]},
+            "water.current": [0.5, 0.0],
+        },
         "water.current_table.depth is given beside water.current = [0.5, 0.0] m/s with water.current_gradient = "
         "[0.0, 0.0] 1/s: the current would count twice; nothing was started. Leave one of them out",
     ),
@@ -247,11 +301,16 @@ def cautioned(changes):
 def test_waves_bring_their_cautions():
     text = cautioned({"water.waves.kind": "jonswap", "water.waves.height": 5.0, "water.waves.period": 6.5})
     assert (
-        "water.waves.ship_motion = independent: waves act on cable and bodies, the ship moves as recorded or "
-        "commanded, "
-        "whatever the waves are; how its heave goes with them, and with it the tension's peaks, is by chance. Take the "
-        "figures of many seeds (water.waves.seed), or give the waves alone or the ship's motion alone"
+        "water.waves.ship_motion = independent: waves act on cable and bodies; a ship that is given motion moves as "
+        "recorded or commanded, whatever the waves are: how its heave goes with them, and with it the tension's peaks, "
+        "is by chance. With motion take the figures of many seeds (water.waves.seed), or give the waves alone "
+        "(--motion none) or the motion alone"
     ) in text
+    regular = cautioned({"water.waves.kind": "airy", "water.waves.height": 2.0})
+    assert (
+        "With motion take the figures of several water.waves.period some percent apart (a regular wave has no seed), "
+        "or give the waves alone (--motion none) or the motion alone"
+    ) in regular and "seeds" not in regular
     assert (
         "water.waves.height = 5 m is more than 4.4 m, 1/15 of the length of waves of 6.5 s: steeper than seas "
         "found, and "
