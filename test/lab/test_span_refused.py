@@ -92,7 +92,7 @@ def test_elements_too_long_for_the_shedding_are_refused_in_keys_of_the_span():
     assert needed == 34 and "cable.sections" not in text
     span_from_dict(data({"wind": 5.0}, elements=needed), "here")
     text = refusal({"wind": 30.0})
-    assert "span.cases.a.wind = 30 m/s with elements of 0.0269 m next to the sheaves, longer than" in text
+    assert "span.cases.a.wind = 30 m/s with elements of 0.027 m next to the sheaves, longer than" in text
     assert "Give less wind, or a smaller span.sheave.radius" in text
     assert "It would take" in refusal({"wind": 90.0, "length": 100.0}, ends="pinned")
     span_from_dict(data({"wind": 30.0}, wake={"law": "off"}), "here")
