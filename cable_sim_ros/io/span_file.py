@@ -10,9 +10,10 @@ from typing import Any
 from pydantic import ValidationError
 
 from ..sim.span import Span, SpanFile
+from ..sim.span_checks import span_problems
 from . import resources, yaml12
 from .load import SceneError
-from .problems import CONSEQUENCE, place, texts_of
+from .problems import CONSEQUENCE, line_of, place, texts_of
 
 
 def load_span(path_or_name: str | os.PathLike) -> Span:
@@ -46,6 +47,15 @@ def span_from_dict(data: Any, origin: str, lines: Mapping[tuple, int] | None = N
         raise SceneError(texts_of(error, data, origin, lines or {}, SpanFile)) from None
     if not span.cases:
         raise SceneError([f"{origin}: span.cases has no case; {CONSEQUENCE}. Give length, tension and wind of one"])
+    return checked_span(span, origin, lines)
+
+
+def checked_span(span: Span, origin: str, lines: Mapping[tuple, int] | None = None) -> Span:
+    """The span itself where each of its cases can be a line. Raises SceneError with every problem."""
+    found = span_problems(span)
+    if found:
+        at = [place(origin, line_of(lines or {}, tuple(problem.key.split(".")))) for problem in found]
+        raise SceneError([f"{a}: {p.key} {p.text}; {CONSEQUENCE}. {p.remedy}" for a, p in zip(at, found, strict=True)])
     return span
 
 

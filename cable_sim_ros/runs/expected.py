@@ -26,6 +26,7 @@ EXPECTED = {
     "cable_sim_ros.sim.statics.StartError": CODE_FAILED,
     "cable_sim_ros.sim.simulator.SolverError": CODE_FAILED,
     "cable_sim_ros.sim.rig.RigError": CODE_FAILED,
+    "cable_sim_ros.runs.span.SpanFailed": CODE_FAILED,
     "cable_sim_ros.ros.live.LiveInputError": CODE_INPUT,
     "cable_sim_ros.ros.live.LiveError": CODE_FAILED,
 }
@@ -47,6 +48,7 @@ def report(error: BaseException, code: int, as_json: bool) -> int:
     if as_json and code == CODE_FAILED:
         from ..sim.verdict import check, verdict_of
 
-        verdict = verdict_of([check(CAUSES.get(type(error).__name__, "HALTED"), str(error))])
+        verdict = getattr(error, "verdict", None)  # of what is no tow
+        verdict = verdict or verdict_of([check(CAUSES.get(type(error).__name__, "HALTED"), str(error))])
         click.echo(json.dumps({"problem": str(error), "verdict": verdict.as_dict()}, indent=1))
     return code

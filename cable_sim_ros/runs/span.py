@@ -16,41 +16,78 @@ from typing import NamedTuple
 import numpy as np
 
 from ..io.load import SceneError
-from ..io.span_file import load_span
+from ..io.span_file import checked_span, load_span
 from ..physics.state import NOW, WAKE
-from ..physics.wake import START, WAKE_Q
-from ..sim.rig import HALVED
+from ..physics.wake import RE_LEAST, WAKE_Q, WakeLaw
+from ..sim.flag_rules import FAILED
+from ..sim.rig import HALVED, RigError
 from ..sim.span import Span, SpanCase, SpanLine, natural_frequency, shedding_frequency, span_line
+from ..sim.verdict import Reason, Verdict, verdict_of
 
 BEGIN, LOOK = 25, 20  # periods for a wake to grow, and at the end over which is measured
 SETTLE = 1.2  # time constants of the damping, over zeta in periods, that the vibration is given beside
 MOST = 400  # periods of a run
+STEADY = 0.02  # share by which the amplitudes of the two halves of LOOK may differ
 
 
 class SpanRow(NamedTuple):
-    """Figures of a case, SI. Vertical is across the wind, streamwise along it, both in the middle of the span; rms and
-    peak are about the mean of the last LOOK periods."""
+    """Figures of a case, SI: FIELDS. Vertical is across the wind, streamwise along it, both in the middle of the span;
+    rms and peak are about the mean of the last LOOK periods. None: nothing is shed, so that nothing vibrates."""
 
     case: str
     length_m: float
     tension_n: float
     wind_m_s: float
-    natural_frequency_hz: float  # (A24)
-    strouhal_frequency_hz: float  # (A25)
+    natural_frequency_hz: float
+    strouhal_frequency_hz: float
+    reynolds: float
     vertical_rms_m: float
     vertical_peak_m: float
     streamwise_rms_m: float
     streamwise_peak_m: float
-    streamwise_mean_m: float  # from the drag, against the span without wind
-    end_vertical_peak_m: float  # where the span meets the first sheave; 0 where it is pinned
-    vertical_frequency_hz: float
-    streamwise_frequency_hz: float
-    wake_frequency_hz: float
-    wake_amplitude: float  # peak of q
-    wake_shift_percent: float  # of its frequency against that of the same wake behind a held cable
-    lock_in_width_percent: float  # relative detuning over which this motion holds such a wake, on either side
-    steady: bool  # do amplitudes of the two halves of what is measured differ by less than 2 %?
+    streamwise_mean_m: float
+    end_vertical_peak_m: float
+    vertical_frequency_hz: float | None
+    streamwise_frequency_hz: float | None
+    wake_frequency_hz: float | None
+    wake_amplitude: float | None
+    wake_shift_percent: float | None
+    lock_in_width_percent: float | None
+    steady: bool | None
     steps: int
+
+
+NO_WAKE = "; null: nothing is shed"
+FIELDS = {  # unit and meaning
+    "case": ("", "name of the case"),
+    "length_m": ("m", "length of the span, as given"),
+    "tension_n": ("N", "tension, as given"),
+    "wind_m_s": ("m/s", "wind across the span, as given"),
+    "natural_frequency_hz": ("Hz", "first natural frequency (A24), with the added mass of the fluid"),
+    "strouhal_frequency_hz": ("Hz", "St U/d (A25)"),
+    "reynolds": ("", f"Reynolds number of the wind on the diameter; up to {RE_LEAST:g} nothing is shed"),
+    "vertical_rms_m": ("m", "rms across the wind in the middle of the span"),
+    "vertical_peak_m": ("m", "its peak"),
+    "streamwise_rms_m": ("m", "rms along the wind in the middle of the span"),
+    "streamwise_peak_m": ("m", "its peak"),
+    "streamwise_mean_m": ("m", "by the drag, against the span without wind"),
+    "end_vertical_peak_m": ("m", "peak across the wind where the span meets the first sheave; 0 where it is pinned"),
+    "vertical_frequency_hz": ("Hz", f"of the vibration across the wind{NO_WAKE}"),
+    "streamwise_frequency_hz": ("Hz", f"of that along it{NO_WAKE}"),
+    "wake_frequency_hz": ("Hz", f"of the wake in the middle{NO_WAKE}"),
+    "wake_amplitude": ("", f"peak of its q{NO_WAKE}"),
+    "wake_shift_percent": ("%", f"its frequency against that of the same wake behind a held cable{NO_WAKE}"),
+    "lock_in_width_percent": (
+        "%",
+        f"detuning, on either side, over which this motion holds such a wake: 50 a3 (Y/d)/q{NO_WAKE}",
+    ),
+    "steady": (
+        "",
+        f"do the amplitudes of the two halves of what is measured differ by less than {100.0 * STEADY:g} %?{NO_WAKE}",
+    ),
+    "steps": ("", "time steps of the run"),
+}
+MEASURED = tuple(name for name in FIELDS if name.endswith(("_rms_m", "_peak_m")) or name.startswith(("wake", "lock")))
 
 
 class SpanHistory(NamedTuple):
@@ -68,9 +105,57 @@ class SpanRun(NamedTuple):
     rows: list[SpanRow]
     histories: dict[str, SpanHistory]
 
+    @property
+    def notices(self) -> list[str]:
+        """Cases without vortices."""
+        off = self.span.wake.law is WakeLaw.OFF
+        return [
+            f"{row.case}: nothing is shed, "
+            + (
+                "for span.wake.law is off"
+                if off
+                else f"the Reynolds number {row.reynolds:.3g} is not above {RE_LEAST:g}"
+            )
+            + ": no wake, and no vibration by it"
+            for row in self.rows
+            if not sheds(self.span, row.wind_m_s)
+        ]
+
+    @property
+    def verdict(self) -> Verdict:
+        """Doubtful where a case is not steady."""
+        return verdict_of(
+            Reason(
+                "NOT_STEADY",
+                0.0,
+                0.0,
+                MEASURED,
+                f"{row.case}: over the last {LOOK} of {row.steps // self.span.steps} periods the amplitude goes on "
+                f"changing, by more than {100.0 * STEADY:g} % from one half to the other: it grows, fades or beats, "
+                "and rms and peaks are not those of a steady vibration. More span.damping_ratio "
+                f"(= {self.span.damping_ratio:g}) is steady sooner; at the edge of lock-in it beats for ever",
+            )
+            for row in self.rows
+            if row.steady is False
+        )
+
     def as_data(self) -> dict:
         """What ``--json`` prints."""
-        return {"span": self.span.name, "ends": self.span.ends.value, "cases": [row._asdict() for row in self.rows]}
+        return {
+            "span": self.span.name,
+            "ends": self.span.ends.value,
+            "cases": [row._asdict() for row in self.rows],
+            "notices": self.notices,
+            "verdict": self.verdict.as_dict(),
+        }
+
+
+class SpanFailed(RuntimeError):
+    """A case that could not be solved; ``flag``: NO_START, HALTED."""
+
+    def __init__(self, text: str, flag: str):
+        super().__init__(text)
+        self.verdict = Verdict(FAILED, (Reason(flag, 0.0, 0.0, MEASURED, text),))
 
 
 def run_span(
@@ -78,9 +163,11 @@ def run_span(
     cases: list[str] | None = None,
     progress: Callable[[str, int, int], None] = lambda *_: None,
 ) -> SpanRun:
-    """Run the cases of a span, or of a span file: all, or those named. Raises SceneError, RigError."""
-    if not isinstance(span, Span):
-        span = load_span(span)
+    """Run the cases of a span, or of a span file: all, or those named. Raises SceneError, SpanFailed."""
+    if isinstance(span, Span):
+        origin, span = span.name, checked_span(span, span.name)
+    else:
+        origin, span = os.fspath(span), load_span(span)
     names = list(span.cases) if cases is None else cases
     unknown = [name for name in names if name not in span.cases]
     if unknown:
@@ -89,8 +176,14 @@ def run_span(
     rows, histories = [], {}
     for i, name in enumerate(names):
         progress(name, i, len(names))
-        line = span_line(span, span.cases[name])
-        histories[name] = vibrate(span, span.cases[name], line)
+        flag = "NO_START"
+        try:
+            line = span_line(span, span.cases[name])
+            flag = "HALTED"
+            histories[name] = vibrate(span, span.cases[name], line)
+        except RigError as error:
+            what = "finds no rest in its wind" if flag == "NO_START" else "could not be run on"
+            raise SpanFailed(f"{origin}: span.cases.{name} {what}: {error}; no case has figures", flag) from None
         rows.append(figures(span, name, line, histories[name]))
     return SpanRun(span, rows, histories)
 
@@ -98,6 +191,16 @@ def run_span(
 def periods(span: Span) -> int:
     """How many periods of shedding a run has."""
     return min(BEGIN + LOOK + ceil(SETTLE / max(span.damping_ratio, 1e-9)), MOST)
+
+
+def reynolds(span: Span, wind: float) -> float:
+    """Reynolds number of a wind [m/s] on the diameter."""
+    return span.fluid.density * wind * span.cable.diameter / span.fluid.viscosity
+
+
+def sheds(span: Span, wind: float) -> bool:
+    """Are vortices shed in a wind [m/s]?"""
+    return span.wake.law is not WakeLaw.OFF and reynolds(span, wind) > RE_LEAST
 
 
 def vibrate(span: Span, case: SpanCase, line: SpanLine) -> SpanHistory:
@@ -120,10 +223,9 @@ def figures(span: Span, name: str, line: SpanLine, told: SpanHistory) -> SpanRow
     last = slice(-LOOK * span.steps, None)
     z, y, end, q = (_about_mean(x[last]) for x in (told.vertical, told.streamwise, told.end, told.wake))
     time = told.time[last]
-    wake, free = frequency(time, q), held_frequency(span, case)
+    wake, free, shed = frequency(time, q), held_frequency(span, case), sheds(span, case.wind)
     size = float(np.abs(q).max())
     drive = span.wake.coupling * float(np.abs(z).max()) / span.cable.diameter
-    shed = case.wind > 0.0 and size > START
     return SpanRow(
         case=name,
         length_m=case.length,
@@ -131,21 +233,28 @@ def figures(span: Span, name: str, line: SpanLine, told: SpanHistory) -> SpanRow
         wind_m_s=case.wind,
         natural_frequency_hz=natural_frequency(span, case),
         strouhal_frequency_hz=shedding_frequency(span, case),
+        reynolds=reynolds(span, case.wind),
         vertical_rms_m=float(z.std()),
         vertical_peak_m=float(np.abs(z).max()),
         streamwise_rms_m=float(y.std()),
         streamwise_peak_m=float(np.abs(y).max()),
         streamwise_mean_m=float(line.rig.state.q[line.middle, 1] - y[-1]),
         end_vertical_peak_m=float(np.abs(end).max()),
-        vertical_frequency_hz=frequency(time, z),
-        streamwise_frequency_hz=frequency(time, y),
-        wake_frequency_hz=wake,
-        wake_amplitude=size,
-        wake_shift_percent=100.0 * (wake / free - 1.0) if shed else 0.0,
-        lock_in_width_percent=50.0 * drive / size if shed else 0.0,
-        steady=_steady(z) and _steady(q),
+        vertical_frequency_hz=frequency(time, z) if shed else None,
+        streamwise_frequency_hz=frequency(time, y) if shed else None,
+        wake_frequency_hz=wake if shed else None,
+        wake_amplitude=size if shed else None,
+        wake_shift_percent=100.0 * (wake / free - 1.0) if shed else None,
+        lock_in_width_percent=50.0 * drive / size if shed else None,
+        steady=_steady(z) and _steady(q) if shed else None,
         steps=len(told.time),
     )
+
+
+def fields_markdown() -> str:
+    """Table of the fields of a case for docs/json.md."""
+    rows = [f"| `{name}` | {unit} | {meaning} |" for name, (unit, meaning) in FIELDS.items()]
+    return "\n".join(("| field | unit | meaning |", "|---|---|---|", *rows))
 
 
 def _about_mean(x: np.ndarray) -> np.ndarray:
@@ -157,7 +266,7 @@ def _about_mean(x: np.ndarray) -> np.ndarray:
 def _steady(x: np.ndarray) -> bool:
     half = len(x) // 2
     first, second = x[:half].std(), x[half:].std()
-    return bool(abs(second - first) <= 0.02 * max(first, second))
+    return bool(abs(second - first) <= STEADY * max(first, second))
 
 
 def frequency(time: np.ndarray, x: np.ndarray) -> float:
@@ -194,7 +303,7 @@ def draw_span(run: SpanRun, path: Path) -> Path:
         axes = figure.subplots(len(run.rows), 2, width_ratios=(2.0, 1.0), squeeze=False)
         for (whole, close), row in zip(axes, run.rows, strict=True):
             told = run.histories[row.case]
-            near = told.time >= told.time[-1] - 3.0 / max(row.wake_frequency_hz, 1e-9)
+            near = told.time >= told.time[-1] - 3.0 / (row.wake_frequency_hz or row.natural_frequency_hz)
             scale, unit = _unit(row.vertical_peak_m)
             whole.plot(told.time, scale * told.vertical, color=BLUE, lw=0.7)
             whole.set_title(f"{row.case}: {row.length_m:g} m, {row.tension_n:g} N, wind {row.wind_m_s:g} m/s")

@@ -56,6 +56,17 @@ def span(file: str, cases: tuple[str, ...], out: Path | None, as_json: bool) -> 
         click.echo(json.dumps(told, indent=1))
     else:
         _print(run)
+        for notice in run.notices:
+            click.echo(f"note: {notice}")
+    verdict = run.verdict
+    if not as_json or verdict.code:
+        for line in verdict.lines():
+            click.echo(line, err=as_json)
+    if verdict.code:
+        sys.exit(verdict.code)
+
+
+STEADY = {True: "yes", False: "no", None: "-"}
 
 
 def _print(run: SpanRun) -> None:
@@ -82,5 +93,5 @@ def _print(run: SpanRun) -> None:
     for row in run.rows:
         told = row._asdict()
         cells = [told[name] for _, name in columns[1:-1] if name is not None]
-        table.add_row(row.case, *(f"{value:.4g}" for value in cells), "yes" if row.steady else "no")
+        table.add_row(row.case, *("-" if v is None else f"{v:.4g}" for v in cells), STEADY[row.steady])
     Console(width=None if sys.stdout.isatty() else 160).print(table)

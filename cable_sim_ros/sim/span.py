@@ -9,9 +9,10 @@ from __future__ import annotations
 
 from enum import Enum
 from math import pi, radians, sin, sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from pydantic import field_validator, model_validator
 
 from ..physics.drag_laws import DragLaw
 from ..physics.fluid import Fluid
@@ -27,6 +28,7 @@ from .rig import Rig, cable_of, load_of
 # below which round-off leaves it: places count from the middle of the span, which keeps that small
 RESIDUAL, ROUND_OFF = 5e-10, 4e-14
 ARC_ELEMENTS, LEAD_ELEMENTS, TAIL_ELEMENTS = 6, 2, 2
+MOST_ELEMENTS = 1000  # of the rest of the span
 LEAD = 0.3  # rad beyond the top of the sheave that the finer mesh goes on: sag wraps the cable farther than the top
 
 
@@ -35,6 +37,44 @@ class SpanEnds(str, Enum):
 
     SHEAVES = "sheaves"
     PINNED = "pinned"
+
+
+class SpanDragLaw(str, Enum):
+    """Drag laws of a span: those of a section (physics/drag_laws.py), less the one of a fairing, which sheds nothing,
+    and the one that has no C_D of its own."""
+
+    OFF = DragLaw.OFF.value
+    DRISCOLL_NAHON = DragLaw.DRISCOLL_NAHON.value
+    DRISCOLL_NAHON_PRINTED = DragLaw.DRISCOLL_NAHON_PRINTED.value
+    CROSSFLOW = DragLaw.CROSSFLOW.value
+    PODE = DragLaw.PODE.value
+    CHOO_CASARELLA = DragLaw.CHOO_CASARELLA.value
+    HUSTON_KAMMAN_6 = DragLaw.HUSTON_KAMMAN_6.value
+    HUSTON_KAMMAN_10 = DragLaw.HUSTON_KAMMAN_10.value
+    HUSTON_KAMMAN_10_ROW_2_PRINTED = DragLaw.HUSTON_KAMMAN_10_ROW_2_PRINTED.value
+    CAPOZUCCA = DragLaw.CAPOZUCCA.value
+
+
+def _of_fluid(name: str) -> Any:
+    """The declaration of a number of Fluid."""
+    return Fluid.model_fields[name]
+
+
+class SpanFluid(Block):
+    """What blows past a span: a Fluid whose velocity is the wind of the case."""
+
+    density: float = _of_fluid("density")
+    viscosity: float = _of_fluid("viscosity")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _blows_by_case(cls, value: Any) -> Any:
+        if isinstance(value, dict) and "current" in value:
+            raise ValueError(
+                f"has current = {value['current']}, and what blows past a span is the wind of each case, straight "
+                "across it, alone. Leave current out and give span.cases.<name>.wind"
+            )
+        return value
 
 
 class SpanCase(Block):
@@ -65,9 +105,11 @@ class SpanSheave(Block):
 class Span(Block):
     name: str = quantity(REQUIRED, "", None, None, "name of the span")
     gravity: float = quantity(9.81, "m/s^2", None, 30.0, "gravitational acceleration", above=0.0)
-    fluid: Fluid = quantity(Fluid(), "", None, None, "what blows; its velocity is the wind of the case")
+    fluid: SpanFluid = quantity(SpanFluid(), "", None, None, "what blows; its velocity is the wind of the case")
     cable: Material = quantity(REQUIRED, "", None, None, "cable")
-    drag_law: DragLaw = quantity(DragLaw.CROSSFLOW, "", None, None, "loading functions of the span", "Westin (A16)")
+    drag_law: SpanDragLaw = quantity(
+        SpanDragLaw.CROSSFLOW, "", None, None, "loading functions of the span", "Westin (A16)"
+    )
     wake: Wake = quantity(REQUIRED, "", None, None, "vortices that the span sheds")
     damping_ratio: float = quantity(
         0.1, "1", 0.0, 1.0, "of critical at the natural frequency (A24) of the case, by mass damping", "Westin Table A1"
@@ -75,10 +117,19 @@ class Span(Block):
     ends: SpanEnds = quantity(SpanEnds.SHEAVES, "", None, None, "what holds the span")
     sheave: SpanSheave = quantity(SpanSheave(), "", None, None, "sheaves")
     elements: int = quantity(
-        16, "1", 4, 1000, "elements of the span; even, for one node is in the middle", "Westin A.3"
+        16, "1", 4, MOST_ELEMENTS, "elements of the span; even, for one node is in the middle", "Westin A.3"
     )
     steps: int = quantity(60, "1", 30, 10000, "steps a period of shedding")
     cases: dict[str, SpanCase] = quantity(REQUIRED, "", None, None, "cases by name")
+
+    @field_validator("elements")
+    @classmethod
+    def _even(cls, value: int) -> int:
+        if value % 2:
+            raise ValueError(
+                f"= {value} is odd, and must be even, for one node is in the middle. Give {value - 1} or {value + 1}"
+            )
+        return value
 
 
 class SpanFile(Block):
@@ -109,9 +160,8 @@ def shedding_frequency(span: Span, case: SpanCase) -> float:
 
 def span_line(span: Span, case: SpanCase) -> SpanLine:
     """The line of a case, settled in its wind without vortices. Raises RigError."""
-    even = 2 * -(-span.elements // 2)
     build = _over_sheaves if span.ends is SpanEnds.SHEAVES else _pinned
-    line = build(span, case, even)
+    line = build(span, case)
     settings = line.rig.model.settings.copy()
     settings["tolerance"] = max(RESIDUAL * case.tension, ROUND_OFF * span.cable.axial_stiffness)
     line.rig.model = line.rig.model._replace(settings=lock(settings, settings.dtype))
@@ -124,14 +174,35 @@ def _numbers(span: Span, case: SpanCase) -> dict:
     return {
         "tension": case.tension,
         "gravity": span.gravity,
-        "water": span.fluid.model_copy(update={"current": (0.0, case.wind)}),
+        "water": Fluid(**span.fluid.model_dump(), current=(0.0, case.wind)),
         "mass_damping": 4.0 * pi * natural_frequency(span, case) * span.damping_ratio,
         "solver": Solver(max_iterations=50),
     }
 
 
-def _pinned(span: Span, case: SpanCase, elements: int) -> SpanLine:
-    wet = {"wake": span.wake, "drag_law": span.drag_law}
+def _wet(span: Span) -> dict:
+    """What a section in the wind has."""
+    return {"wake": span.wake, "drag_law": DragLaw(span.drag_law.value)}
+
+
+def seat_of(span: Span, case: SpanCase) -> tuple[float, float]:
+    """Radius [m] of the centreline that touches the flanks of a sheave, and how much less it is pressed in by the
+    tension, for a contact that only touches has no stiffness."""
+    sheave = span.sheave
+    seat, half = sheave.radius + 0.5 * span.cable.diameter, radians(0.5 * sheave.throat_angle_deg)
+    return seat, (case.tension / (2.0 * seat * sin(half) * sheave.stiffness)) ** (2.0 / 3.0) / sin(half)
+
+
+def wet_lengths(span: Span, case: SpanCase) -> tuple[float, float]:
+    """Lengths [m] of the lead at each sheave, which has the finer mesh, and of the rest of the span between them."""
+    if span.ends is SpanEnds.PINNED:
+        return 0.0, case.length
+    seat, depth = seat_of(span, case)
+    return LEAD * (seat - depth), case.length - 2.0 * LEAD * (seat - depth)
+
+
+def _pinned(span: Span, case: SpanCase) -> SpanLine:
+    elements, wet = span.elements, _wet(span)
     cable = cable_of([{"length": case.length, "elements": elements, **wet}], **span.cable.model_dump())
     pull = load_of(elements, (case.tension, 0.0, 0.0))
     rig = Rig(cable, held={0: "r", -1: "yz"}, loads=[pull], **_numbers(span, case))
@@ -139,21 +210,21 @@ def _pinned(span: Span, case: SpanCase, elements: int) -> SpanLine:
     return SpanLine(rig, elements // 2, 0)
 
 
-def _over_sheaves(span: Span, case: SpanCase, elements: int) -> SpanLine:
-    own, sheave = span.cable, span.sheave
-    seat, half = sheave.radius + 0.5 * own.diameter, radians(0.5 * sheave.throat_angle_deg)
-    depth = (case.tension / (2.0 * seat * sin(half) * sheave.stiffness)) ** (2.0 / 3.0) / sin(half)
-    lies = seat - depth  # pressed in, for a contact that only touches has no stiffness
-    wet = {"wake": span.wake, "drag_law": span.drag_law}
+def _over_sheaves(span: Span, case: SpanCase) -> SpanLine:
+    own, sheave, elements, wet = span.cable, span.sheave, span.elements, _wet(span)
+    (seat, depth), (leads, rest), half = seat_of(span, case), wet_lengths(span, case), sheave.throat_angle_deg / 2.0
+    lies = seat - depth
     tail = {"length": sheave.tail, "elements": TAIL_ELEMENTS}
     arc = {"length": 0.5 * pi * lies, "elements": ARC_ELEMENTS}
-    lead = {"length": LEAD * lies, "elements": LEAD_ELEMENTS, **wet}
-    free = {"length": case.length - 2.0 * LEAD * lies, "elements": elements, **wet}
+    lead = {"length": leads, "elements": LEAD_ELEMENTS, **wet}
+    free = {"length": rest, "elements": elements, **wet}
     cable = cable_of([tail, arc, lead, free, lead, arc, tail], **own.model_dump())
     end = TAIL_ELEMENTS + ARC_ELEMENTS
     middle = end + LEAD_ELEMENTS + elements // 2
     surfaces = [
-        surface_row((x, 0.0, -seat), seat, 2.0 * half, sheave.groove_depth, 0.5 * own.diameter, sheave.stiffness, 0.3)
+        surface_row(
+            (x, 0.0, -seat), seat, 2.0 * radians(half), sheave.groove_depth, 0.5 * own.diameter, sheave.stiffness, 0.3
+        )
         for x in (-0.5 * case.length, 0.5 * case.length)
     ]
     mass = case.tension / span.gravity

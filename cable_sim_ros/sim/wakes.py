@@ -12,14 +12,16 @@ from ..physics.cable import Cable
 from ..physics.drag_laws import DragLaw
 from ..physics.fairing import Fairing, dressed
 from ..physics.fluid import Fluid
-from ..physics.section import CableModel, Section, material_of
+from ..physics.section import CableModel, Material, Section, material_of
 from ..physics.state import NOW, WAKE, State
 from ..physics.wake import START, WAKE_Q, WAKE_S, WAKE_SECTION, WakeLaw, WakePhase, section_of_node, wake_section
 from ..physics.water import Water
-from .material import hung, outboard, section_ends, wet_weight
+from .material import section_ends
 from .problem import Problem, apart
 from .scene import Scene
+from .statics import Route
 from .strumming import on, strums
+from .tow_shape import tow_shape
 
 # steps a period of shedding, at least: the time integration then makes the period of a free vibration 0.8 % longer and
 # damps it by 0.07 % of critical; and elements a wave of the cable at that frequency
@@ -127,6 +129,17 @@ def step_problems(cable: Cable, speed: float, step: float, key: str = "solver.ti
     return found
 
 
+def wave_length(own: Material, density: float, frequency: float, tension: float) -> float:
+    """Length [m] of the wave that a cable of this material carries at a frequency [Hz] under tension [N], in a fluid:
+    EI k^4 + T k^2 = (m + m_a) om^2. inf at no frequency."""
+    mass = own.mass_per_length + own.added_mass_coefficient * density * 0.25 * pi * own.diameter**2
+    drive = mass * (2.0 * pi * frequency) ** 2
+    if drive == 0.0:
+        return inf
+    stiff = tension + sqrt(tension * tension + 4.0 * own.bending_stiffness * drive)
+    return 2.0 * pi * sqrt(stiff / (2.0 * drive))
+
+
 def element_problems(
     cable: Cable, water: Water | Fluid, speed: float, elements: Iterable[tuple[str, float, float]], remedy: str
 ) -> list[Problem]:
@@ -135,9 +148,7 @@ def element_problems(
     for name, longest, tension in elements:
         section = cable.sections[name]
         frequency = shedding(cable, section, speed)
-        own = material_of(cable, section)
-        mass = own.mass_per_length + own.added_mass_coefficient * water.density * 0.25 * pi * own.diameter**2
-        bound = inf if frequency == 0.0 else sqrt(tension / mass) / (ELEMENTS * frequency)
+        bound = wave_length(material_of(cable, section), water.density, frequency, tension) / ELEMENTS
         if longest > bound * (1.0 + 1e-9):
             given, most = apart(longest, bound)
             found.append(
@@ -155,20 +166,22 @@ def element_problems(
 def wake_problems(scene: Scene, table: list[tuple[float, float, str]], speed: float) -> list[Problem]:
     """What of a tow cannot follow the vortices shed at ``speed`` [m/s], straight across the cable; its elements
     beyond the sheave as (first, last arc length [m], section)."""
-    if not has_wakes(scene.cable):
+    if not has_wakes(scene.cable) or speed == 0.0:
         return []
-    ends = section_ends(scene.cable)
-    longest = {name: max((b - a for a, b, held in table if held == name), default=0.0) for name in ends}
-    rows = [(name, longest[name], max(pull_beyond(scene, end), 1.0)) for name, end in ends.items()]
+    pulls = least_tensions(scene)
+    longest = {name: max((b - a for a, b, held in table if held == name), default=0.0) for name in pulls}
+    rows = [(name, longest[name], pull) for name, pull in pulls.items()]
     remedy = "Give mesh.sections.{name} or the section more elements, of at most {least:.2g} m, or leave its wake out"
     found = element_problems(scene.cable, scene.water, speed, rows, remedy)
     return step_problems(scene.cable, speed, scene.solver.tick) + found
 
 
-def pull_beyond(scene: Scene, place: float) -> float:
-    """Least tension [N] at an arc length [m]: the net weight of all that hangs beyond it."""
-    cable = sum(wet_weight(scene, section) * length for length, section in outboard(scene, place))
-    return cable + sum(thing.net_weight for thing in hung(scene) if thing.place > place) + scene.towbody.net_weight
+def least_tensions(scene: Scene) -> dict[str, float]:
+    """Least tension [N] in the static shape at the start of each section that is in the water, where vortices are."""
+    route, names = Route(scene), list(section_ends(scene.cable))
+    shape = tow_shape(scene, route.total - route.wound - route.inboard)
+    within = {name: shape.tension[(shape.section == i) & shape.wet] for i, name in enumerate(names)}
+    return {name: float(tension.min()) for name, tension in within.items() if len(tension)}
 
 
 def line_problems(cable: Cable, water: Water | Fluid | None, speed: float, tension: float) -> list[Problem]:

@@ -10,10 +10,12 @@ import pytest
 from cable_sim_ros.io.load import SceneError, SceneWarning, load_scene, override, scene_from_text
 from cable_sim_ros.io.resources import find_scene
 from cable_sim_ros.physics.fluid import Fluid
+from cable_sim_ros.physics.section import Material
 from cable_sim_ros.physics.state import NOW, WAKE
 from cable_sim_ros.physics.wake import WAKE_Q, WAKE_RATE
 from cable_sim_ros.sim.rig import Rig, RigError, cable_of
 from cable_sim_ros.sim.simulator import Simulator
+from cable_sim_ros.sim.wakes import least_tensions, wave_length
 
 CTD = {"water.current": [0.05, 0.0], "winch.scope": 60.0}  # slow water, and elements short enough for its vortices
 
@@ -44,6 +46,28 @@ def test_an_element_too_long_for_its_waves_is_refused_with_number_bound_and_reme
     assert (
         "Give mesh.sections.bare or the section more elements, of at most 0." in text and "leave its wake out" in text
     )
+
+
+def test_the_wave_is_that_of_a_stiff_string():
+    string = Material(diameter=0.02, mass_per_length=1.38, axial_stiffness=1e6, added_mass_coefficient=0.0)
+    assert wave_length(string, 1000.0, 10.0, 200.0) == pytest.approx(np.sqrt(200.0 / 1.38) / 10.0)
+    beam = string.model_copy(update={"bending_stiffness": 0.73})
+    assert wave_length(beam, 1000.0, 10.0, 0.0) == pytest.approx(
+        2.0 * np.pi * (0.73 / 1.38 / (20 * np.pi) ** 2) ** 0.25
+    )
+    k = 2.0 * np.pi / wave_length(beam, 1000.0, 10.0, 20.0)
+    assert 0.73 * k**4 + 20.0 * k**2 == pytest.approx(1.38 * (20.0 * np.pi) ** 2)
+    assert wave_length(beam, 1000.0, 0.0, 20.0) == np.inf
+
+
+def test_the_bound_of_a_light_line_is_of_its_least_tension():
+    """Flume: 7.8 mN at the towbody, below the working tension of its contact."""
+    assert least_tensions(load_scene("flume"))["line"] == pytest.approx(7.8e-3, rel=0.02)
+    fast = {"cable.sections.line.wake.law": "facchinetti", "solver.tick": 2e-4, "cable.bending_stiffness": 0.0}
+    mesh = {"mesh.sections": {"line": {"elements": 40}}}
+    text = refusal("flume", **fast, **mesh)
+    assert "cable.sections.line.wake.law = facchinetti on elements of 0.0" in text and "m, longer than 0.00527" in text
+    assert "at the 146.8 Hz that it sheds at 0.33 m/s under 0.00778" in text
 
 
 def test_a_faired_section_has_no_wake():

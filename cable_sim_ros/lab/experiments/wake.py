@@ -13,10 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ...io.span_file import load_span
-from ...physics.fluid import Fluid
 from ...physics.wake import SATURATION, Wake, WakeLaw, WakePhase
 from ...runs.span import SpanRow, held_frequency, run_span
-from ...sim.span import Span, SpanCase, SpanEnds, natural_frequency
+from ...sim.span import Span, SpanCase, SpanEnds, SpanFluid, natural_frequency
 from . import Comparison, Result
 
 SOURCE = "Westin (2018) Table A3"
@@ -33,7 +32,7 @@ ALLOWED_VERTICAL, ALLOWED_STREAMWISE, ALLOWED_MODES = 0.45, 0.30, 0.03
 WHY_VERTICAL = "density of the air and phases assumed; with a2 = 1/3 it is below the printed one"
 WHY_STREAMWISE = "goes with q^2 and the density; with a2 = 1/3 it is a third below the printed one"
 WHY_END = "place not said; half of the middle's, as printed, takes sheaves that give way, and the tables have none"
-WATER, RATIOS = Fluid(density=1000.0, viscosity=1e-3), (0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.7, 2.0)
+WATER, RATIOS = SpanFluid(density=1000.0, viscosity=1e-3), (0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.7, 2.0)
 NEAR = (0.97, 0.98, 0.99, 0.995, 1.0, 1.005, 1.01, 1.02, 1.03)
 DRY, DAMPED, LIGHTLY = 2.0, 0.1, 0.005
 
@@ -99,8 +98,8 @@ def lock(span: Span, length: float, tension: float, ratios: tuple[float, ...], n
     cases = {f"r{i}": SpanCase(length=length, tension=tension, wind=r * resonance) for i, r in enumerate(ratios)}
     rows = run_span(span.model_copy(update={"cases": cases})).rows
     free = [held_frequency(span, case) / first for case in cases.values()]
-    of = np.array([(row.wake_frequency_hz / first, row.vertical_peak_m / span.cable.diameter) for row in rows])
-    return Lock(name, np.array(ratios), of[:, 0], np.array(free), of[:, 1])
+    wake, peak = np.array([(row.wake_frequency_hz, row.vertical_peak_m) for row in rows], float).T
+    return Lock(name, np.array(ratios), wake / first, np.array(free), peak / span.cable.diameter)
 
 
 def locks(span: Span) -> list[Lock]:
