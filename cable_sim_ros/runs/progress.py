@@ -8,8 +8,8 @@ from contextlib import contextmanager
 
 
 @contextmanager
-def progress_bar(quiet: bool) -> Iterator[Callable[[str, float, float], None]]:
-    """Function (what, seconds done, seconds in all) that shows a bar on a terminal, else nothing."""
+def progress_bar(quiet: bool, unit: str = "s") -> Iterator[Callable[[str, float, float], None]]:
+    """Function (what, done, in all) that shows a bar on a terminal, else nothing; unit: of what is counted."""
     if quiet or not sys.stderr.isatty():
         yield lambda what, done, total: None
         return
@@ -24,5 +24,5 @@ def progress_bar(quiet: bool) -> Iterator[Callable[[str, float, float], None]]:
             description=what,
             completed=done,
             total=total or None,
-            now=f"{done:.0f} of {total:.0f} s" if total else "",
+            now=f"{done:.0f} of {total:.0f} {unit}" if total else "",
         )

@@ -5,19 +5,21 @@ from __future__ import annotations
 import numpy as np
 
 from ..sim.problem import Problem
+from .grid import MOST_STEPS, even_steps, lift_range, uneven
 from .line import Line
-from .response import MOST_STEPS, Vibration, correlation_length, count_modes, steps
-from .span import Span
+from .response import Vibration, correlation_length, count_modes, modes_shed
+from .span import ResponseBlock, Span
 
 COARSE = 4.0  # parts of the cable per half wave of its top mode
 STEP_TOO_LONG = 2.0  # half widths of the narrowest resonance
+LEAST_STEPS = 4  # up to the top of the lift at the shedding frequency: fewer are no spectrum
 LARGE = 0.75  # of the diameter: rms of a motion of about one diameter, where real cables stop
 WKB_APART = 0.01
 
 
 def problems(span: Span) -> list[Problem]:
     """What makes a computation impossible, in the order of the file."""
-    found = [*_tension(span), *_table(span)]
+    found = [*_tension(span), *_table(span), *_lift(span)]
     if found:
         return found
     line = Line(span)
@@ -105,6 +107,19 @@ def _table(span: Span) -> list[Problem]:
     return found
 
 
+def _lift(span: Span) -> list[Problem]:
+    squares = span.lift.mean_squares
+    if any(squares):
+        return []
+    return [
+        Problem(
+            "lift.mean_squares",
+            f"= {list(squares)} is a lift of zero: nothing would move",
+            "Leave it out for those of the source, or give a mean square above 0",
+        )
+    ]
+
+
 def _flow(line: Line) -> list[Problem]:
     if line.shedding_range[1] > 0.0:
         return []
@@ -151,19 +166,58 @@ def _grids(span: Span, line: Line) -> list[Problem]:
     count = count_modes(span, line)
     f = modes.frequencies(line, count)
     ratios = np.array(
-        span.damping.ratios or damping.damping(line, span.damping, count, correlation_length(span, count)).ratios
+        span.damping.ratios or damping.damping(line, span.damping, count, correlation_length(span, line)).ratios
     )
-    step, number = steps(span, line, f, ratios)
+    found = lift_range(span, line)
+    if (span.response.frequency_step or 0.0) * LEAST_STEPS > found.shed:
+        return [
+            Problem(
+                "response.frequency_step",
+                f"= {span.response.frequency_step:g} Hz is longer than 1/{LEAST_STEPS} of the {found.shed:.4g} Hz up to "
+                "which the lift reaches at the shedding frequency: its sum means nothing",
+                "Leave it out: steps are chosen",
+            )
+        ]
+    step, number = even_steps(span, line, f, ratios)
+    if span.response.frequencies or number <= MOST_STEPS:
+        return []
+    longer = _up(found.top / MOST_STEPS)
+    remedy = f"Give response.frequency_step: {longer:g} or longer, or the number of equal steps as response.frequencies"
+    if span.response.frequency_step:
+        text = f"= {step:.3g} Hz takes {number} steps to the top of the lift spectrum, more than {MOST_STEPS}"
+        return [Problem("response.frequency_step", text, f"{remedy}, or leave it out: steps are chosen")]
+    number = len(uneven(span, line, f, ratios).frequency)
     if number <= MOST_STEPS:
         return []
-    return [
-        Problem(
-            "response.frequency_step",
-            f"= {step:.3g} Hz takes {number} steps to the top of the lift spectrum, more than {MOST_STEPS}; the "
-            f"narrowest resonance has a damping ratio of {ratios.min():.3g}",
-            "Give a longer step, or the number of steps as response.frequencies, or raise damping.structural",
-        )
-    ]
+    text = (
+        f"= {span.response.steps_per_half_width:g} takes {number} steps to the top of the lift spectrum, more than "
+        f"{MOST_STEPS}; the narrowest resonance has a damping ratio of {ratios.min():.3g}, the narrowest lift peak a "
+        f"standard deviation of {found.narrowest:.3g} Hz"
+    )
+    return [Problem("response.steps_per_half_width", text, f"Give fewer, or more flow.turbulence; or {_low(remedy)}")]
+
+
+def _up(value: float) -> float:
+    """Rounded up to two digits."""
+    digit = 10.0 ** (np.floor(np.log10(value)) - 1.0)
+    return float(np.ceil(value / digit) * digit)
+
+
+def _low(text: str) -> str:
+    return text[0].lower() + text[1:]
+
+
+def _finer(count: int, shed: int) -> str:
+    """Remedy for segments that are too long for a number of modes."""
+    most = int(ResponseBlock.model_fields["segments"].json_schema_extra["high"])
+    needed = int(np.ceil(2.0 * COARSE * count))
+    if needed <= most:
+        return f"Give {needed} or more"
+    if COARSE * count <= most:
+        return f"Give {most}, the most"
+    if shed < count:
+        return f"Leave response.modes out: {shed} modes are shed; {most} segments are enough for {int(most / COARSE)}"
+    return f"Give {most}, the most; they are enough for {int(most / COARSE)} modes: take a part of the cable"
 
 
 def cautions(span: Span, result: Vibration) -> list[Problem]:
@@ -184,7 +238,17 @@ def cautions(span: Span, result: Vibration) -> list[Problem]:
             Problem(
                 "response.segments",
                 f"= {span.response.segments} are {parts:.2g} for each half wave of mode {count}, fewer than {COARSE:g}",
-                f"Give {int(np.ceil(2.0 * COARSE * count))} or more",
+                _finer(count, modes_shed(Line(span))),
+            )
+        )
+    end = float(result.frequency[-1])
+    if end < top:
+        found.append(
+            Problem(
+                "response.frequencies",
+                f"= {len(result.frequency)} steps end at {end:.4g} Hz, below the top shedding frequency {top:.4g} Hz: "
+                "the lift above is left out",
+                "Leave it out: as many are taken as the lift needs",
             )
         )
     half = float((result.damping_ratios * result.frequencies).min())

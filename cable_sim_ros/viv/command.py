@@ -37,14 +37,14 @@ def viv(file: str, sensitivity: bool, out: Path | None, as_json: bool) -> None:
 
     In the frequency domain, after Capozucca (1988).
     """
-    from . import checks, files, report
+    from . import files, report
     from .response import vibration
 
     span = files.load_span(file)
     if sensitivity:
         from . import sensitivity as study
 
-        with progress_bar(as_json) as progress:
+        with progress_bar(as_json, "choices") as progress:
             changes = study.sensitivity(span, progress)
         told = [change._asdict() for change in changes]
         if out is not None:
@@ -56,9 +56,10 @@ def viv(file: str, sensitivity: bool, out: Path | None, as_json: bool) -> None:
         else:
             report.print_sensitivity(span, changes)
         return
-    result = vibration(span)
-    for caution in checks.cautions(span, result):
-        warnings.warn(f"{file}: {files.text_of(caution)}", files.SpanWarning, stacklevel=2)
+    with progress_bar(as_json, "frequencies") as progress:
+        result = vibration(span, progress)
+    for caution in files.cautions(span, result):
+        warnings.warn(f"{file}: {caution}", files.SpanWarning, stacklevel=2)
     data = files.as_data(span, result)
     if out is not None:
         from .plot import draw

@@ -92,47 +92,43 @@ def text_of(problem: Problem) -> str:
 class Field(NamedTuple):
     unit: str
     meaning: str
-    take: Any  # Vibration -> value
+    attribute: str  # of a Vibration
+    largest: bool = False  # of that attribute
 
 
 FIELDS: dict[str, Field] = {
-    "name": Field("", "name of the span", lambda r: r.name),
-    "frequencies_hz": Field(
-        "Hz", "frequencies of modes 1, 2, ... (WKB, with bending stiffness)", lambda r: r.frequencies
-    ),
-    "damping_ratios": Field("", "their damping ratios, as used", lambda r: r.damping_ratios),
-    "arc_m": Field("m", "places s along the cable, from the end s = 0", lambda r: r.arc),
-    "rms_displacement_m": Field("m", "rms displacement across flow and cable at them", lambda r: r.rms_displacement),
-    "rms_acceleration_m_s2": Field("m/s^2", "rms acceleration at them", lambda r: r.rms_acceleration),
-    "max_rms_displacement_m": Field("m", "largest rms displacement", lambda r: r.rms_displacement.max()),
+    "name": Field("", "name of the span", "name"),
+    "frequencies_hz": Field("Hz", "frequencies of modes 1, 2, ... (WKB, with bending stiffness)", "frequencies"),
+    "damping_ratios": Field("", "their damping ratios, as used", "damping_ratios"),
+    "arc_m": Field("m", "places s along the cable, from the end s = 0", "arc"),
+    "rms_displacement_m": Field("m", "rms displacement across flow and cable at them", "rms_displacement"),
+    "rms_acceleration_m_s2": Field("m/s^2", "rms acceleration at them", "rms_acceleration"),
+    "max_rms_displacement_m": Field("m", "largest rms displacement", "rms_displacement", True),
     "max_rms_displacement_diameters": Field(
-        "", "largest rms displacement over the diameter at its place", lambda r: r.diameters.max()
+        "", "largest rms displacement over the diameter at its place", "diameters", True
     ),
     "frequencies_exact_hz": Field(
-        "Hz", "frequencies by finite differences, of the first 50 modes at most", lambda r: r.frequencies_exact
+        "Hz", "frequencies by finite differences, of the first 50 modes at most", "frequencies_exact"
     ),
-    "damping_ratios_computed": Field(
-        "", "damping ratios as computed, where others are given", lambda r: r.damping_computed
-    ),
-    "damping_ratios_whole": Field("", "damping ratios if the whole cable damped the mode", lambda r: r.damping_whole),
-    "power_in_m": Field("m", "for each mode the parts [from, to] of the cable that drive it", lambda r: r.driven),
-    "shedding_range_hz": Field("Hz", "least and largest shedding frequency along the cable", lambda r: r.shedding),
-    "correlation_length_m": Field("m", "correlation length of the lift", lambda r: r.correlation_length),
-    "reading": Field("", "reading of the lift spectrum: A, B or C", lambda r: r.reading),
-    "method": Field("", "of the response: wkb or exact", lambda r: r.method),
-    "segments": Field("", "parts of the cable that the lift acts on", lambda r: r.segments),
-    "frequency_step_hz": Field("Hz", "step of the spectra", lambda r: r.frequency_step),
-    "place_m": Field("m", "place of the spectra: `response.place`, else that of the largest rms", lambda r: r.place),
-    "place_rms_displacement_m": Field("m", "rms displacement there", lambda r: r.place_rms_displacement),
-    "place_rms_acceleration_m_s2": Field("m/s^2", "rms acceleration there", lambda r: r.place_rms_acceleration),
-    "frequency_hz": Field("Hz", "frequencies of the spectra", lambda r: r.frequency),
+    "damping_ratios_computed": Field("", "damping ratios as computed, where others are given", "damping_computed"),
+    "damping_ratios_whole": Field("", "damping ratios if the whole cable damped the mode", "damping_whole"),
+    "power_in_m": Field("m", "for each mode the parts [from, to] of the cable that drive it", "driven"),
+    "shedding_range_hz": Field("Hz", "least and largest shedding frequency along the cable", "shedding"),
+    "correlation_length_m": Field("m", "correlation length of the lift", "correlation_length"),
+    "reading": Field("", "reading of the lift spectrum: A, B or C", "reading"),
+    "method": Field("", "of the response: wkb or exact", "method"),
+    "segments": Field("", "parts of the cable that the lift acts on", "segments"),
+    "frequency_step_hz": Field("Hz", "shortest step of the spectra", "frequency_step"),
+    "place_m": Field("m", "place of the spectra: `response.place`, else that of the largest rms", "place"),
+    "place_rms_displacement_m": Field("m", "rms displacement there", "place_rms_displacement"),
+    "place_rms_acceleration_m_s2": Field("m/s^2", "rms acceleration there", "place_rms_acceleration"),
+    "frequency_hz": Field("Hz", "frequencies of the spectra", "frequency"),
+    "frequency_widths_hz": Field("Hz", "width of the step that each of them stands for", "frequency_width"),
     "displacement_spectrum_m2_hz": Field(
-        "m^2/Hz", "one-sided spectrum of the displacement: rms^2 = sum times step", lambda r: r.displacement_spectrum
+        "m^2/Hz", "one-sided spectrum of the displacement: rms^2 = sum of spectrum times width", "displacement_spectrum"
     ),
-    "acceleration_spectrum_m2_s4_hz": Field(
-        "m^2/s^4/Hz", "that of the acceleration", lambda r: r.acceleration_spectrum
-    ),
-    "modes": Field("", "shapes of the modes along `arc_m`, one list each", lambda r: r.modes),
+    "acceleration_spectrum_m2_s4_hz": Field("m^2/s^4/Hz", "that of the acceleration", "acceleration_spectrum"),
+    "modes": Field("", "shapes of the modes along `arc_m`, one list each", "modes"),
 }
 CAUTIONS = "cautions"
 
@@ -140,15 +136,24 @@ CAUTIONS = "cautions"
 def as_data(span: Span, result: Vibration) -> dict[str, Any]:
     """What ``--json`` prints."""
 
-    def plain(value):
+    def plain(field):
+        value = getattr(result, field.attribute)
+        value = value.max() if field.largest else value
         return value.tolist() if hasattr(value, "tolist") else value
 
-    data = {name: plain(field.take(result)) for name, field in FIELDS.items()}
-    return {**data, CAUTIONS: [text_of(problem) for problem in checks.cautions(span, result)]}
+    return {**{name: plain(field) for name, field in FIELDS.items()}, CAUTIONS: cautions(span, result)}
+
+
+def cautions(span: Span, result: Vibration) -> list[str]:
+    """What is doubtful about a result, one text each: number, threshold, remedy."""
+    return [text_of(problem) for problem in checks.cautions(span, result)]
 
 
 def fields_markdown() -> str:
     """Table of the fields for docs/json.md."""
-    rows = [f"| `{name}` | {field.unit} | {field.meaning} |" for name, field in FIELDS.items()]
-    rows.append(f"| `{CAUTIONS}` |  | what is doubtful about the result, as texts |")
-    return "\n".join(("| field | unit | meaning |", "|---|---|---|", *rows))
+    rows = [
+        f"| `{name}` | {field.unit} | {field.meaning} | `.{field.attribute}{'.max()' if field.largest else ''}` |"
+        for name, field in FIELDS.items()
+    ]
+    rows.append(f"| `{CAUTIONS}` |  | what is doubtful about the result, as texts | `cautions(span, result)` |")
+    return "\n".join(("| field | unit | meaning | in Python |", "|---|---|---|---|", *rows))

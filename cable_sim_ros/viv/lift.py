@@ -9,6 +9,7 @@ from __future__ import annotations
 from math import pi, sqrt
 
 import numpy as np
+from scipy.special import erfc
 
 from .line import Line
 from .span import Correlation, LiftBlock, Reading
@@ -18,6 +19,7 @@ READINGS = {  # factor on the shedding frequency of the lift, factor on the corr
     Reading.B: (0.15 / 0.17, 1.0),
     Reading.C: (0.145 / 0.17, sqrt(2.0)),
 }
+AVERAGED = {Correlation.GAUSSIAN: 0.99, Correlation.EXPONENTIAL: 1.9}  # segments; a longer L_c: points do
 NEGLIGIBLE = 1e-13  # of the largest eigenvalue of the correlation
 
 
@@ -40,9 +42,35 @@ def load(line: Line, block: LiftBlock, turbulence: float, x: np.ndarray, f: np.n
 
 
 def correlation(block: LiftBlock, length: float, x: np.ndarray) -> np.ndarray:
-    """R(x - x'), array (len(x), len(x)); length L_c [m] before the factor of the reading."""
-    distance = np.abs(x[:, None] - x) / (length * READINGS[block.reading][1])
+    """R(x - x'), array (len(x), len(x)), x [m] in equal steps; length L_c [m] before the factor of the reading.
+
+    Where L_c is shorter than a segment or so, the mean of R over pairs of segments about x and x': points that know
+    nothing of each other would carry more lift than the segments they stand for.
+    """
+    length = length * READINGS[block.reading][1]
+    distance, segment = np.abs(x[:, None] - x), float(x[1] - x[0])
+    if length < AVERAGED[block.correlation] * segment:
+        return _averaged(block.correlation, length / segment, np.rint(distance / segment))
+    distance = distance / length
     return np.exp(-distance if block.correlation is Correlation.EXPONENTIAL else -0.5 * distance**2)
+
+
+def _averaged(law: Correlation, length: float, apart: np.ndarray) -> np.ndarray:
+    """Mean of R over two segments whose middles are ``apart`` segments from each other; length: L_c in segments.
+
+    Exact: the second difference of the second integral of R, which is a line and what falls away with the distance.
+    """
+    slope = length if law is Correlation.EXPONENTIAL else length * sqrt(0.5 * pi)
+
+    def falling(d):
+        if law is Correlation.EXPONENTIAL:
+            return length**2 * np.exp(-d / length)
+        return length**2 * np.exp(-0.5 * (d / length) ** 2) - slope * d * erfc(d / (sqrt(2.0) * length))
+
+    lags = np.arange(1.0, apart.max() + 1.0)
+    own = 2.0 * (falling(1.0) + slope - length**2)
+    others = falling(lags + 1.0) - 2.0 * falling(lags) + falling(lags - 1.0)
+    return np.concatenate(((own,), others))[apart.astype(int)]
 
 
 def patterns(block: LiftBlock, length: float, x: np.ndarray) -> np.ndarray:

@@ -27,6 +27,13 @@ def frequencies(line: Line, count: int) -> np.ndarray:
     return omega * np.sqrt(1.0 + line.bend * omega**2) / (2.0 * pi)
 
 
+def count_up_to(line: Line, top: float) -> int:
+    """Modes with a frequency up to top [Hz], rounded: (3.23) and (5.21) the other way round."""
+    omega = 2.0 * pi * top
+    string = omega * np.sqrt(2.0 / (1.0 + np.sqrt(1.0 + 4.0 * line.bend * omega**2)))
+    return round(float(string * line.crossing / pi))
+
+
 def shapes(line: Line, s: np.ndarray, count: int, shape: Shape = Shape.WKB) -> np.ndarray:
     """phi_n(s), array (count, len(s)): (3.24) with its amplitude, or the plain sine as printed."""
     phase = string_frequencies(line, count)[:, None] * line.travel_time(s)

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..runs.picture import BLUE, FAINT, INK, ORANGE, STYLE, WATER
-from .response import Vibration
+from .report import MOST_MODES
+from .response import Vibration, leading
 from .span import Span
 
 if TYPE_CHECKING:
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SIZE = (14.0, 9.0)  # inches
+LEAST_PLACES = 4  # of a half wave that is drawn
 SHOWN = 1e-5  # of the peak of a spectrum: what lies below is left out of the picture
 
 
@@ -60,8 +62,11 @@ def _spectrum(axis: Axes, result: Vibration, values, what, unit, rms, rms_unit) 
     axis.semilogy(f, values, color=BLUE, lw=1.8, zorder=3)
     low, high = result.shedding
     axis.axvspan(low, high, color=WATER, alpha=0.35, lw=0, label=f"shedding, {low:.3g} to {high:.3g} Hz")
-    for n, f_n in enumerate(result.frequencies):
-        axis.axvline(f_n, color=ORANGE, lw=0.9, ls=(0, (4, 3)), label=None if n else "modes with a damping ratio")
+    some = "" if len(result.frequencies) <= MOST_MODES else f", {MOST_MODES} of the largest response"
+    for i, f_n in enumerate(result.frequencies[leading(result, MOST_MODES)]):
+        axis.axvline(
+            f_n, color=ORANGE, lw=0.9, ls=(0, (4, 3)), label=None if i else f"modes with a damping ratio{some}"
+        )
     shown = np.flatnonzero(values > SHOWN * values.max())
     axis.set_xlim(0.0, f[min(shown[-1] + 1, len(f) - 1)])
     axis.set_ylim(SHOWN * values.max(), 12.0 * values.max())
@@ -86,7 +91,8 @@ def _along(axis: Axes, result: Vibration) -> None:
     """Rms displacement along the cable over the shapes of some modes."""
     top = 1e3 * float(result.rms_displacement.max())
     count = len(result.modes)
-    shown = sorted({0, 1, 2, count - 1} & set(range(count)))
+    drawn = min(count, (len(result.arc) - 1) // LEAST_PLACES)  # a shape of fewer places would look like another
+    shown = sorted({0, 1, 2, drawn - 1} & set(range(count)))
     scale = 0.8 * top / float(np.abs(result.modes[shown]).max())
     for n in shown:
         axis.plot(result.arc, scale * result.modes[n], color=FAINT, lw=0.9, alpha=0.7)
@@ -105,15 +111,15 @@ def _along(axis: Axes, result: Vibration) -> None:
 
 def _damping(axis: Axes, span: Span, result: Vibration) -> None:
     """Where each mode is driven, and its damping ratio."""
-    count = len(result.frequencies)
-    for n, driven in enumerate(result.driven, 1):
-        axis.plot([0.0, result.arc[-1]], [n, n], color=FAINT, lw=0.6, alpha=0.6)
-        for a, b in driven:
-            axis.plot([a, b], [n, n], color=BLUE, lw=min(9.0, 120.0 / count), solid_capstyle="butt")
-    ticks = list(range(1, count + 1, 1 + count // 21))
-    axis.set_yticks(ticks)
-    for n in ticks:
-        axis.text(1.02, n, f"{result.damping_ratios[n - 1]:.4f}", transform=axis.get_yaxis_transform(), va="center")
+    shown = leading(result, MOST_MODES)
+    count = len(shown)
+    for row, n in enumerate(shown, 1):
+        axis.plot([0.0, result.arc[-1]], [row, row], color=FAINT, lw=0.6, alpha=0.6)
+        for a, b in result.driven[n]:
+            axis.plot([a, b], [row, row], color=BLUE, lw=min(9.0, 120.0 / count), solid_capstyle="butt")
+        ratio = f"{result.damping_ratios[n]:.4f}"
+        axis.text(1.02, row, ratio, transform=axis.get_yaxis_transform(), va="center")
+    axis.set_yticks(range(1, count + 1), [str(n + 1) for n in shown])
     axis.set_ylim(0.4, count + 0.6)
     axis.set_xlim(0.0, result.arc[-1])
     axis.grid(axis="y", visible=False)

@@ -8,10 +8,11 @@ from collections.abc import Iterable
 from rich.console import Console
 from rich.table import Table
 
-from .response import Vibration
+from .response import Vibration, leading
 from .sensitivity import COLUMNS, Change
 from .span import Span
 
+MOST_MODES = 20  # of the table and the picture
 MOST_PLACES = 9  # of the table along the cable
 
 
@@ -49,9 +50,11 @@ def print_vibration(span: Span, result: Vibration) -> None:
             f"{result.damping_whole[n]:.4f}",
             regions(result.driven[n]),
         )
-        for n in range(len(result.frequencies))
+        for n in leading(result, MOST_MODES)
     ]
-    out.print(table(f"{result.name}: modes", columns, rows))
+    count = len(result.frequencies)
+    some = "" if count <= MOST_MODES else f", {MOST_MODES} of {count}, of the largest response; all stand in --json"
+    out.print(table(f"{result.name}: modes{some}", columns, rows))
     every = max(1, (len(result.arc) - 1) // (MOST_PLACES - 1))
     along = [
         (
@@ -73,8 +76,8 @@ def print_vibration(span: Span, result: Vibration) -> None:
         f"largest rms displacement {1e3 * result.rms_displacement[peak]:.4g} mm = {result.diameters[peak]:.3g} "
         f"diameters at s = {result.arc[peak]:.5g} m\n"
         f"shedding {low:.4g} to {high:.4g} Hz; correlation length {result.correlation_length:.4g} m; reading "
-        f"{result.reading} of the lift spectrum; {result.method} response on {result.segments} segments, spectra in "
-        f"steps of {result.frequency_step:.3g} Hz"
+        f"{result.reading} of the lift spectrum; {result.method} response on {result.segments} segments, spectra of "
+        f"{len(result.frequency)} frequencies, the shortest step {result.frequency_step:.3g} Hz"
     )
 
 

@@ -4,24 +4,22 @@
 
 With the correlation of the lift taken apart into patterns B (B B^T = R), S_vv is the sum over them of the squared
 response to the forces q sqrt(S_C) B dx: positive by construction. The integral over x is the plain sum over the points
-of a uniform grid, over f the sum over equal steps, as in the source.
+of a uniform grid, over f the sum over steps (grid.py).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import pi
 from typing import NamedTuple
 
 import numpy as np
 
-from . import damping, exact, green, lift, modes
+from . import damping, exact, green, grid, lift, modes
 from .line import Line
 from .span import Method, Span
 
 CHUNK = 4_000_000  # complex numbers of a table at a time
-MOST_STEPS = 20_000
-RESOLVED = 3.0  # steps in half the width of the narrowest peak
-TAIL = 4.0  # standard deviations of the lift above its top frequency
 
 
 class Vibration(NamedTuple):
@@ -45,58 +43,60 @@ class Vibration(NamedTuple):
     place_rms_displacement: float  # m
     place_rms_acceleration: float  # m/s^2
     frequency: np.ndarray  # Hz, of the spectra
+    frequency_width: np.ndarray  # Hz, of the step that each frequency stands for
     displacement_spectrum: np.ndarray  # m^2/Hz, one-sided, at the place
     acceleration_spectrum: np.ndarray  # m^2/s^4/Hz
     reading: str  # of the lift spectrum
     method: str  # of the response
-    frequency_step: float  # Hz
+    frequency_step: float  # Hz, the shortest
     segments: int  # that the lift acts on
+
+
+def leading(result: Vibration, most: int) -> list[int]:
+    """Modes (from 0) of the largest mean square at the place, by the spectrum up to half way to their neighbours."""
+    between = 0.5 * (result.frequencies[1:] + result.frequencies[:-1])
+    share = np.zeros(len(result.frequencies))
+    np.add.at(share, np.searchsorted(between, result.frequency), result.displacement_spectrum * result.frequency_width)
+    return sorted(int(n) for n in np.argsort(-share, kind="stable")[:most])
 
 
 def count_modes(span: Span, line: Line) -> int:
     """Modes with a damping ratio: asked for, or as many as were given, or those up to the top shedding frequency."""
     if span.response.modes or span.damping.ratios:
         return span.response.modes or len(span.damping.ratios)
-    top = 2.0 * pi * line.shedding_range[1]
-    string = top * np.sqrt(2.0 / (1.0 + np.sqrt(1.0 + 4.0 * line.bend * top**2)))  # (5.21) the other way round
-    return max(1, round(string * line.crossing / pi))
+    return modes_shed(line)
 
 
-def correlation_length(span: Span, count: int) -> float:
-    """L_c [m]: given, or (4.19)."""
-    return span.lift.correlation_length or span.cable.length / (2.0 * count)
+def modes_shed(line: Line) -> int:
+    """Modes up to the top shedding frequency, one at least."""
+    return max(1, modes.count_up_to(line, line.shedding_range[1]))
 
 
-def steps(span: Span, line: Line, f: np.ndarray, ratios: np.ndarray) -> tuple[float, int]:
-    """Step [Hz] and number of steps of the spectra."""
-    slower = lift.READINGS[span.lift.reading][0]
-    ends = np.array((0.0, line.length))
-    widths = slower * line.strouhal * span.flow.turbulence / line.diameter(np.concatenate((ends, line.knots)))
-    step = span.response.frequency_step or float(min((ratios * f).min(), widths.min())) / RESOLVED
-    orders = np.flatnonzero(span.lift.mean_squares)
-    order = int(orders[-1]) + 1 if len(orders) else 1
-    top = order * (slower * line.shedding_range[1] + TAIL * float(widths.max()))
-    return step, span.response.frequencies or int(np.ceil(top / step))
+def correlation_length(span: Span, line: Line) -> float:
+    """L_c [m]: given, or (4.19) with the modes up to the top shedding frequency, whatever modes have a ratio."""
+    return span.lift.correlation_length or span.cable.length / (2.0 * modes_shed(line))
 
 
-def vibration(span: Span) -> Vibration:
-    """Compute the vibration of a span. Seconds; nothing random."""
+def vibration(span: Span, progress: Callable[[str, int, int], object] = lambda *_: None) -> Vibration:
+    """Compute the vibration of a span. Seconds, minutes on thousands of segments; nothing random.
+
+    progress: called with what is computed, frequencies done, frequencies in all.
+    """
     line = Line(span)
     count = count_modes(span, line)
     f_n = modes.frequencies(line, count)
-    length = correlation_length(span, count)
+    length = correlation_length(span, line)
     damped = damping.damping(line, span.damping, count, length)
     ratios = np.array(span.damping.ratios) if span.damping.ratios else damped.ratios
-    step, number = steps(span, line, f_n, ratios)
-    frequency = step * np.arange(1, number + 1)
+    frequency, width, _even = grid.grid(span, line, f_n, ratios)
 
     arc = np.linspace(0.0, line.length, span.response.points + 1)
     place = span.response.place
     seen = arc if place is None else np.unique(np.append(arc, place))
-    spectra = spectrum(span, line, seen, frequency, f_n, ratios, length)
+    spectra = spectrum(span, line, seen, frequency, f_n, ratios, length, progress)
     fourth = (2.0 * pi * frequency[:, None]) ** 4
-    displacement = np.sqrt(spectra.sum(0) * step)
-    acceleration = np.sqrt((fourth * spectra).sum(0) * step)
+    displacement = np.sqrt(width @ spectra)
+    acceleration = np.sqrt(width @ (fourth * spectra))
     at = np.searchsorted(seen, arc)
     here = int(displacement.argmax()) if place is None else int(np.searchsorted(seen, place))
     return Vibration(
@@ -118,16 +118,17 @@ def vibration(span: Span) -> Vibration:
         place_rms_displacement=float(displacement[here]),
         place_rms_acceleration=float(acceleration[here]),
         frequency=frequency,
+        frequency_width=width,
         displacement_spectrum=spectra[:, here],
         acceleration_spectrum=(fourth * spectra)[:, here],
         reading=span.lift.reading.value,
         method=span.response.method.value,
-        frequency_step=step,
+        frequency_step=float(width.min()),
         segments=span.response.segments,
     )
 
 
-def spectrum(span: Span, line: Line, seen, frequency, f_n, ratios, length) -> np.ndarray:
+def spectrum(span: Span, line: Line, seen, frequency, f_n, ratios, length, progress=lambda *_: None) -> np.ndarray:
     """Displacement spectra S_vv [m^2/Hz], one-sided, array (len(frequency), len(seen)).
 
     seen: ascending places s [m]; frequency [Hz]; f_n, ratios: of the modes, between which r = 2 zeta omega m_t is
@@ -143,6 +144,7 @@ def spectrum(span: Span, line: Line, seen, frequency, f_n, ratios, length) -> np
     out = np.empty((len(frequency), len(seen)))
     chunk = max(1, CHUNK // (len(s) * forces.shape[1]))
     for start in range(0, len(frequency), chunk):
+        progress(span.name, start, len(frequency))
         part = slice(start, start + chunk)
         load = np.zeros((len(s), len(frequency[part]), forces.shape[1]))
         load[loaded] = local[part].T[:, :, None] * forces[:, None, :]

@@ -27,10 +27,11 @@ class Change(NamedTuple):
 def choices(span: Span, base: Vibration) -> dict[str, dict[str, dict]]:
     """Changes by name: values by block. Left out is what changes nothing, or leaves the range of a key."""
     response, lift, flow = span.response, span.lift, span.flow
-    step = {"frequency_step": base.frequency_step, "frequencies": len(base.frequency)}
 
     def spectra(factor: float) -> dict:
-        return {"frequency_step": step["frequency_step"] * factor, "frequencies": round(step["frequencies"] / factor)}
+        if response.frequency_step is None:
+            return {"steps_per_half_width": response.steps_per_half_width / factor}
+        return {"frequency_step": base.frequency_step * factor, "frequencies": round(len(base.frequency) / factor)}
 
     def ratios(factor: float) -> dict:
         return {"ratios": (base.damping_ratios * factor).tolist()}
@@ -88,10 +89,12 @@ def _differs(span: Span, blocks: dict[str, dict]) -> bool:
 
 
 def sensitivity(span: Span, progress: Callable[[str, int, int], object] = lambda *_: None) -> list[Change]:
-    """Each choice made otherwise, by itself. The step of the spectra is kept where it is not the choice."""
+    """Each choice made otherwise, by itself. Equal steps and L_c are kept where they are not the choice."""
     base = vibration(span)
-    kept = {"place": base.place, "frequency_step": base.frequency_step, "frequencies": len(base.frequency)}
-    fixed = changed(span, response={**kept, "modes": len(base.frequencies)})
+    kept: dict[str, float] = {"place": base.place, "modes": len(base.frequencies)}
+    if np.ptp(base.frequency_width) == 0.0:
+        kept |= {"frequency_step": base.frequency_step, "frequencies": len(base.frequency)}
+    fixed = changed(span, response=kept, lift={"correlation_length": base.correlation_length})
     table = choices(fixed, base)
     out = []
     for i, (name, blocks) in enumerate(table.items()):

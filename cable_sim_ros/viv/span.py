@@ -134,7 +134,13 @@ class LiftBlock(Block):
         Correlation.GAUSSIAN, "", None, None, "correlation of the lift along the cable", SOURCE
     )
     correlation_length: float | None = quantity(
-        None, "m", None, 2e4, "correlation length L_c; none: length / (2 modes)", "(4.19)", above=0.0
+        None,
+        "m",
+        None,
+        2e4,
+        "correlation length L_c; none: length / (2 modes), of those up to the top shedding frequency",
+        "(4.19)",
+        above=0.0,
     )
 
 
@@ -151,10 +157,13 @@ class ResponseBlock(Block):
         None, "m", 0.0, 2e4, "place s whose spectrum is reported; none: where the rms displacement is largest"
     )
     frequency_step: float | None = quantity(
-        None, "Hz", None, 100.0, "step of the spectra; none: a third of the narrowest resonance or lift peak", above=0.0
+        None, "Hz", None, 100.0, "equal step of the spectra; none: chosen, fine about the resonances", above=0.0
+    )
+    steps_per_half_width: float = quantity(
+        3.0, "1", 0.5, 50.0, "steps in half the width of a resonance or lift peak, where frequency_step is not given"
     )
     frequencies: int | None = quantity(
-        None, "1", 10, 20_000, "number of steps; none: up to all harmonics of the top shedding frequency"
+        None, "1", 10, 20_000, "number of equal steps; none: up to all harmonics of the top shedding frequency"
     )
 
 

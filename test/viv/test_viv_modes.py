@@ -148,7 +148,7 @@ def ratios(name, **changes):
     case = changed(load_span(name), damping=changes)
     line = Line(case)
     count = count_modes(case, line)
-    return damping(line, case.damping, count, correlation_length(case, count)).ratios
+    return damping(line, case.damping, count, correlation_length(case, line)).ratios
 
 
 @pytest.mark.parametrize("name", PRINTED)

@@ -220,3 +220,25 @@ def test_the_local_lift_has_the_mean_square_that_was_given():
     spectra = lift.coefficient_spectrum(Line(case), case.lift, 0.07, np.array((0.0, 4.0)), f)
     assert spectra.sum(0) * 0.01 == pytest.approx(sum(case.lift.mean_squares), rel=1e-4)
     assert f[spectra[:, 0].argmax()] == pytest.approx(0.17 * 0.65 / 0.03, abs=0.1)
+
+
+@pytest.mark.parametrize("law", ["gaussian", "exponential"])
+@pytest.mark.parametrize("length, within", [(0.05, 0.012), (0.3, 0.012), (1e-5, 0.012)])
+def test_a_correlation_length_shorter_than_a_segment_converges(law, length, within):
+    found = [
+        vibration(
+            span(response={"segments": n}, lift={"correlation": law, "correlation_length": length})
+        ).place_rms_displacement
+        for n in (50, 150)
+    ]
+    assert found[0] == pytest.approx(found[1], rel=within)
+
+
+@pytest.mark.parametrize("law, even", [("gaussian", np.sqrt(2.0 * np.pi)), ("exponential", 2.0)])
+def test_the_mean_correlation_of_segments_keeps_the_lift_of_the_cable(law, even):
+    """Sum over all distances times the segment: the integral of R; in the limit of many correlation lengths apart."""
+    block = span(lift={"correlation": law}).lift
+    for length in (1e-4, 0.1, 0.5, 0.98):
+        found = lift.correlation(block, length, np.arange(41.0))
+        assert found[20].sum() == pytest.approx(even * length, rel=1e-9)
+        assert np.linalg.eigvalsh(found).min() > 0.0
