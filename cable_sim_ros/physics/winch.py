@@ -64,6 +64,7 @@ DRUM = np.dtype(
         ("limit_most", "f8"),
         ("reach_least", "f8"),  # ends of what may be commanded
         ("reach_most", "f8"),
+        ("exact", "i8"),  # 1: brakes alike in steps of any length, see fastest(); where they are chosen
         ("blend", "f8"),  # m, see feed.at_least
         ("end_stiffness", "f8"),  # EI of the last element over w L^3, see sim/build.py
     ],
@@ -161,6 +162,19 @@ def drum_point(drum, winch):
     return p, v, a
 
 
+@inline
+def fastest(way, speed, d, brake, exact):
+    """Largest speed [m/s] towards an end ``way`` [m] off after d [s] begun with ``speed``: brake/2 stops it there.
+
+    From where it will be then, so that it slows down by brake/2 however d changes. Fixed steps, which do not change,
+    look from where it began: in a chosen one that is shorter than the last that would be a jump of the speed.
+    """
+    if exact == 0:
+        return sqrt(brake * max(way, 0.0))
+    left, half = brake * (way - 0.5 * d * speed), 0.25 * brake * d
+    return sqrt(half * half + left) - half if left > 0.0 else 0.0
+
+
 @driver
 def servo(h, drum, winch, begin, end):
     """Advance (136) by h [s] towards a set-point that goes from begin to end (length, rate), relative to the start."""
@@ -187,8 +201,8 @@ def servo(h, drum, winch, begin, end):
             1.0 + 0.25 * k1 * d * d + 0.5 * k2 * d
         )
         new = clip(new, -drum.accel_most, drum.accel_most)
-        most = min(drum.rate_most, sqrt(brake * max(high - x, 0.0)))
-        least = -min(drum.rate_most, sqrt(brake * max(x - low, 0.0)))
+        most = min(drum.rate_most, fastest(high - x, v, d, brake, drum.exact))
+        least = -min(drum.rate_most, fastest(x - low, -v, d, brake, drum.exact))
         speed = v + 0.5 * d * (a + new)
         if speed > most or speed < least:
             speed = clip(speed, least, most)

@@ -63,18 +63,20 @@ class Drive:
             rows = heads if heads is not None else [(inputs.motion_head[0], inputs.command_head[0])]
             recording.seen(self.done, rows)
         begun, used = time.perf_counter(), time.process_time()
+        halted = None
         try:
             frames = self.sim.run(count, heads=heads)
-        except SolverError as error:
-            self.problem = f"the solver gave up after {self.done * self.tick:.2f} s: {error}"
-            return False
-        finally:
-            self.stepping += time.perf_counter() - begun
-            self.cpu += time.process_time() - used
+        except SolverError as error:  # the ticks before it count
+            frames, halted = error.frames, error
+        self.stepping += time.perf_counter() - begun
+        self.cpu += time.process_time() - used
         self._parts.append(frames.copy())
-        self.done += count
+        self.done += len(frames)
         if recording is not None:
             recording.outputs(frames, *self.sim.chunk_tables)
+        if halted is not None:
+            self.problem = f"the solver gave up after {self.done * self.tick:.2f} s: {halted}"
+            return False
         self.progress("simulating", self.done * self.tick, self.total * self.tick)
         return True
 

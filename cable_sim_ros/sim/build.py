@@ -21,6 +21,7 @@ from ..physics.sea import Sea
 from ..physics.section import CableModel
 from ..physics.state import (
     FEED_NODE,
+    LEVELS,
     LINE_SETTINGS,
     LOAD,
     STRUM_RULES,
@@ -155,6 +156,7 @@ def drum_record(scene: Scene, route: Route, mesh: FeedMesh | None) -> np.ndarray
     row["ramp"] = min(w.command_acceleration or w.max_acceleration, w.max_acceleration)
     row["total"], row["payout_0"], row["inboard"] = route.total, route.total - route.wound, route.inboard
     row["feeds"], row["tangent"] = route.feeds, route.tilt
+    row["exact"] = scene.solver.tension_error is not None
     row["length_most"] = route.wound - w.dead_length - DRUM_RESERVE * route.drum
     row["length_least"] = -(route.total - route.wound - route.span - LEAST_OUTBOARD)
     cubic = scene.cable.model is CableModel.ANCF
@@ -200,10 +202,14 @@ def feed_of(scene: Scene, mesh: FeedMesh | None) -> Feed:
 
 
 def halvings(solver: Solver) -> int:
-    """Halvings of a tick: where its steps are chosen, down to what those of a tick of the default length come to."""
+    """Halvings of a tick: where its steps are chosen, twice as many of a tick of the default length.
+
+    They resolve what a fixed step passes over: short cable that goes slack and snaps on hard elements of a centimetre.
+    """
     if solver.tension_error is None:
         return solver.max_halvings
-    return solver.max_halvings + max(0, ceil(log2(solver.tick / SHIPPED_TICK)))
+    more = 2 * solver.max_halvings + max(0, ceil(log2(solver.tick / SHIPPED_TICK)))
+    return min(more, LEVELS - 1)  # each has its count
 
 
 def line_settings(cable: Cable, solver: Solver, gravity: float, tension: float, rules: Rules) -> np.ndarray:

@@ -32,7 +32,11 @@ from .wakes import begin_wakes
 
 
 class SolverError(RuntimeError):
-    """The tick could not be solved; the state is that before it."""
+    """The tick could not be solved; the state is that before it. frames: of the ticks before it in the same call."""
+
+    def __init__(self, text: str, frames: np.recarray | None = None) -> None:
+        super().__init__(text)
+        self.frames = np.zeros(0, FRAME).view(np.recarray) if frames is None else frames
 
 
 class Simulator:
@@ -168,7 +172,7 @@ class Simulator:
             self.output.shape[0] = self._chunk.shape[done - 1]
             self.output.contact[0] = self._chunk.contact[done - 1]
         if done < count:
-            raise self._halted()
+            raise self._halted(frames)
         return frames
 
     @property
@@ -252,13 +256,20 @@ class Simulator:
             f"solver.tick = {solver.tick:g} s{chosen}"
         )
 
-    def _halted(self) -> SolverError:
+    def _halted(self, frames: np.recarray | None = None) -> SolverError:
         now, settings = self.state.now, self.model.line.settings[0]
-        flags, when = int(now.halted), now.time.now * 1e-9
+        flags, when = int(now.halted), (now.time.now - now.time.start) * 1e-9
+        remedy = "a smaller solver.tick or a finer mesh where the cable bends"
+        if self.scene.solver.tension_error is not None:
+            remedy = (
+                "fixed steps (cable-sim run --step fixed; of a scene of your own: leave solver.tension_error out, with "
+                "solver.tick of 0.01 s) or a finer mesh where the cable bends"
+            )
         return SolverError(
-            f"{self.scene.name}: the tick after {when:.3f} s could not be solved ({Flag(flags)!r}) with "
+            f"{self.scene.name}: the tick after {when:.3f} s of simulation could not be solved ({Flag(flags)!r}) with "
             f"{settings.max_halvings} halvings, with {self.stiffness}; the run halted at the state before "
-            f"it. Remedy: start again; if it repeats, a smaller solver.tick or a finer mesh where the cable bends"
+            f"it. Remedy: start again; if it repeats, {remedy}",
+            frames,
         )
 
 

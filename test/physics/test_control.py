@@ -144,11 +144,16 @@ def test_a_step_whose_error_cannot_be_met_halts_the_run():
     sim = begun(**{"solver.tension_error": 1e-6, "solver.max_halvings": 0, "solver.tick": 0.01})
     text = (
         r"could not be solved .*NEWTON_FAILED.* with 0 halvings, with cable.axial_stiffness = .* N and solver.tick = "
-        r"0.01 s, in steps to solver.tension_error = 1e-06 and solver.position_error = 0.01 m; the run halted"
+        r"0.01 s, in steps to solver.tension_error = 1e-06 and solver.position_error = 0.01 m; the run halted .* "
+        r"Remedy: .*fixed steps \(cable-sim run --step fixed; "
     )
-    with pytest.raises(SolverError, match=text):
+    with pytest.raises(SolverError, match=text) as told:
         sim.run(200)
     assert sim.state.now.halted != 0 and sim.frame.time < 1_510_000_000
+    frames = told.value.frames
+    assert 0 < len(frames) < 200 and frames[-1].tobytes() == sim.frame.tobytes(), "of the ticks before it"
+    since = (sim.frame.time - sim.state.now.time.start) * 1e-9
+    assert f"the tick after {since:.3f} s of simulation" in str(told.value)
 
 
 def test_long_ticks_are_for_chosen_steps():

@@ -68,6 +68,24 @@ def test_at_the_largest_rate_the_drum_does_not_accelerate(rate, h):
     assert winch.accel * winch.rate < 0.0, "and brakes at once"
 
 
+@pytest.mark.parametrize("limits", [{}, {"limit_least": -0.25, "limit_most": 0.25}], ids=["end stop", "soft limit"])
+@pytest.mark.parametrize("rate", [4.0, 1.0, -1.0])
+def test_in_chosen_steps_the_winch_brakes_no_harder_than_it_can_whatever_their_lengths(rate, limits):
+    """A jump of its speed where a step is shorter than the one before would be refused at any length."""
+    drum = drum_of(length_least=-0.3, length_most=0.3, exact=1, **limits)
+    end, lengths = limits.get("limit_most", 0.3), [0.025, 0.0125, 7.8e-4, 2.4e-5, 3.9e-4, 2.4e-5, 2.4e-5]
+    for first in (0, 2, 4):  # the braking falls into other steps
+        winch, asked, hardest = filled(WINCH), 0.0, 0.0
+        for k in range(100):
+            h, before = lengths[(first + k) % len(lengths)], winch.rate
+            servo(h, drum, winch, (asked, rate), (asked + h * rate, rate))
+            asked, hardest = asked + h * rate, max(hardest, abs(winch.rate - before) / h)
+        assert hardest <= 20.0 * (1.0 + 1e-6)
+        servo(2.0, drum, winch, (asked, rate), (asked + 2.0 * rate, rate))
+        assert winch.length == pytest.approx(np.copysign(end, rate), abs=1e-6) and abs(winch.rate) < 1e-5
+        assert abs(winch.length) < end + 1e-9
+
+
 def test_paying_out_turns_the_drum_from_the_end_towards_its_top():
     drum = drum_of()
 

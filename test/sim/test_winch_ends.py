@@ -8,6 +8,7 @@ import pytest
 from cable_sim_ros.io.load import SceneError, load_scene, override
 from cable_sim_ros.physics.frame import Flag
 from cable_sim_ros.physics.inputs import push_command
+from cable_sim_ros.runs import offline
 from cable_sim_ros.sim.inputs import InputError, WinchCommand
 from cable_sim_ros.sim.simulator import Simulator
 
@@ -170,3 +171,23 @@ def test_a_body_on_the_line_stops_before_it_comes_to_the_sheave():
     assert away > 2.0 * sim.scene.sheave.radius
     back = commanded(sim, 2.0, 1.0)
     assert back.scope[-1] > frames.scope[-1] + 1.5 and not Flag(int(back.status[-1])) & Flag.DRUM_END
+
+
+@pytest.mark.parametrize(
+    "changes, plan, end, flag",
+    [
+        ({"winch.scope": 6.0}, "0 hold, 1 rate -1", 1.99088, Flag.DRUM_END),
+        ({"winch.scope": 60.0, "winch.least_scope": 58.0}, "0 hold, 1 rate -0.5", 58.0, Flag.WINCH_LIMIT),
+        ({"winch.scope": 60.0, "winch.most_scope": 63.0}, "0 hold, 1 rate 1", 63.0, Flag.WINCH_LIMIT),
+    ],
+    ids=["hauled in to the end stop", "hauled in to a soft limit", "paid out to a soft limit"],
+)
+def test_with_chosen_steps_the_winch_comes_to_rest_at_an_end(changes, plan, end, flag):
+    """As `cable-sim run` does it by default: steps follow the braking, and the slack and snaps of 2 m of cable."""
+    scene = override(load_scene("side_scan"), changes)
+    told = offline.run(scene, winch=plan, duration=9.0, step="chosen")
+    assert told.problem == "" and len(told.frames) == 90
+    last = told.frames[-1]
+    assert last.scope == pytest.approx(end, abs=1e-5) and last.payout_rate == pytest.approx(0.0, abs=1e-6)
+    assert Flag(int(last.status)) & STOPPED == flag
+    assert keeps_cable(told.frames, 300.0)
