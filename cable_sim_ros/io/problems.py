@@ -131,7 +131,9 @@ def _of_symbol(name: str, owner: type[Block] | None) -> list[str]:
     """Keys of a block whose description has this symbol, as Hs has that of water.waves.height."""
     fields = owner.model_fields if owner else {}
     word = re.compile(rf"\b{re.escape(name.capitalize())}\b")
-    return [key for key, field in fields.items() if len(name) <= LONGEST_SYMBOL and word.search(field.description)]
+    return [
+        key for key, field in fields.items() if len(name) <= LONGEST_SYMBOL and word.search(field.description or "")
+    ]
 
 
 _ABSENT = object()
