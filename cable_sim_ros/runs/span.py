@@ -150,7 +150,7 @@ class SpanRun(NamedTuple):
         }
 
 
-class SpanFailed(RuntimeError):
+class SpanRunError(RuntimeError):
     """A case that could not be solved; ``flag``: NO_START, HALTED."""
 
     def __init__(self, text: str, flag: str):
@@ -163,7 +163,7 @@ def run_span(
     cases: list[str] | None = None,
     progress: Callable[[str, int, int], None] = lambda *_: None,
 ) -> SpanRun:
-    """Run the cases of a span, or of a span file: all, or those named. Raises SceneError, SpanFailed."""
+    """Run the cases of a span, or of a span file: all, or those named. Raises SceneError, SpanRunError."""
     if isinstance(span, Span):
         origin, span = span.name, checked_span(span, span.name)
     else:
@@ -183,7 +183,7 @@ def run_span(
             histories[name] = vibrate(span, span.cases[name], line)
         except RigError as error:
             what = "finds no rest in its wind" if flag == "NO_START" else "could not be run on"
-            raise SpanFailed(f"{origin}: span.cases.{name} {what}: {error}; no case has figures", flag) from None
+            raise SpanRunError(f"{origin}: span.cases.{name} {what}: {error}; no case has figures", flag) from None
         rows.append(figures(span, name, line, histories[name]))
     return SpanRun(span, rows, histories)
 

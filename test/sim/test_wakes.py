@@ -67,7 +67,7 @@ def test_the_bound_of_a_light_line_is_of_its_least_tension():
     mesh = {"mesh.sections": {"line": {"elements": 40}}}
     text = refusal("flume", **fast, **mesh)
     assert "cable.sections.line.wake.law = facchinetti on elements of 0.0" in text and "m, longer than 0.00527" in text
-    assert "at the 146.8 Hz that it sheds at 0.33 m/s under 0.00778" in text
+    assert "at the 146.8 Hz that it sheds at 0.33 m/s under 0.0078" in text
 
 
 def test_a_faired_section_has_no_wake():
