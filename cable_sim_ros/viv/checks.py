@@ -173,8 +173,8 @@ def _grids(span: Span, line: Line) -> list[Problem]:
         return [
             Problem(
                 "response.frequency_step",
-                f"= {span.response.frequency_step:g} Hz is longer than 1/{LEAST_STEPS} of the {found.shed:.4g} Hz up to "
-                "which the lift reaches at the shedding frequency: its sum means nothing",
+                f"= {span.response.frequency_step:g} Hz is longer than 1/{LEAST_STEPS} of the {found.shed:.4g} Hz up "
+                "to which the lift reaches at the shedding frequency: its sum means nothing",
                 "Leave it out: steps are chosen",
             )
         ]
