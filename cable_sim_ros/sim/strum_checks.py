@@ -148,8 +148,8 @@ def _bounds(scene: Scene, a: np.ndarray) -> list[Problem]:
     if at_bound > 0.0:
         text = (
             f"= {scene.viv.amplification.value} gives a drag factor of {unbounded_factor(scene, most):.3g}, and "
-            f"{100.0 * at_bound:.3g} % of the strumming cable is held at the bound of {FACTOR_MOST:g}: there the factor "
-            "no longer answers to the flow"
+            f"{100.0 * at_bound:.3g} % of the strumming cable is held at the bound of {FACTOR_MOST:g}: there the "
+            "factor no longer answers to the flow"
         )
         found.append(
             Problem("viv.amplification", text, "Give a smaller viv.multiplier, or viv.amplification: vandiver")

