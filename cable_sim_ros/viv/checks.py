@@ -8,7 +8,7 @@ from ..sim.problem import Problem
 from .grid import MOST_STEPS, even_steps, lift_range, uneven
 from .line import Line
 from .response import Vibration, correlation_length, count_modes, modes_shed
-from .span import ResponseBlock, Span
+from .span import MOST_SEGMENTS, Span
 
 COARSE = 4.0  # parts of the cable per half wave of its top mode
 STEP_TOO_LONG = 2.0  # half widths of the narrowest resonance
@@ -209,8 +209,7 @@ def _low(text: str) -> str:
 
 def _finer(count: int, shed: int) -> str:
     """Remedy for segments that are too long for a number of modes."""
-    most = int(ResponseBlock.model_fields["segments"].json_schema_extra["high"])
-    needed = int(np.ceil(2.0 * COARSE * count))
+    most, needed = MOST_SEGMENTS, int(np.ceil(2.0 * COARSE * count))
     if needed <= most:
         return f"Give {needed} or more"
     if COARSE * count <= most:
