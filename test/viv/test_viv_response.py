@@ -155,6 +155,7 @@ spans = st.builds(
         cable={"bending_stiffness": stiffness},
         flow={"arc": [0.0, 6.0, 17.0], "speed": speed, "turbulence": turbulence},
         lift={"correlation": correlation},
+        response={"frequency_step": 0.1, "frequencies": 120},
     ),
     st.lists(st.floats(0.05, 1.5), min_size=3, max_size=3),
     st.floats(0.01, 0.3), st.floats(-40.0, 100.0), st.sampled_from(("gaussian", "exponential")),
