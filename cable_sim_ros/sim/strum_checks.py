@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from enum import Enum
+
 import numpy as np
 
-from ..physics.strum import RE_SHEDDING
+from ..physics.strum import AMPLITUDE_MOST, FACTOR_MOST, RE_FULL, RE_SHEDDING, Viv
 from .problem import Problem
 from .scene import Scene
 from .statics import Route
-from .strumming import on, strum_sections, strums
-from .tow_shape import tow_shape
+from .strumming import on, strum_amplitudes, strum_sections, strums, unbounded_factor
+from .tow_shape import TowShape, tow_shape
 
 FITTED = 500.0, 33000.0  # Reynolds numbers of the data of Govardhan & Williamson
 STEEP_DEG = 35.0  # inclination to the flow below which the flow across the cable says too much
+MEANT = 0.8  # a smaller multiplier knows of the inclination
+STILL = 0.02  # diameters: an amplitude that is none
 
 
 def strum_problems(scene: Scene) -> list[Problem]:
@@ -36,8 +40,14 @@ def strum_cautions(scene: Scene) -> list[Problem]:
     """Strumming without effect or far from the data behind it."""
     sections = scene.cable.sections
     if not on(scene):
+        values = {name: getattr(scene.viv, name) for name in Viv.model_fields if name != "law"}
+        own = [
+            (f"viv.{name}", value.value if isinstance(value, Enum) else f"{value:g}")
+            for name, value in values.items()
+            if value != Viv.model_fields[name].default
+        ]
         given = {f"cable.sections.{n}.viv_multiplier": s.viv_multiplier for n, s in sections.items()}
-        changed = [(key, f"{value:g}") for key, value in given.items() if value != 1.0]
+        changed = own + [(key, f"{value:g}") for key, value in given.items() if value != 1.0]
         changed += [
             (f"cable.sections.{n}.viv_damping_ratio", f"{s.viv_damping_ratio:g}")
             for n, s in sections.items()
@@ -80,13 +90,68 @@ def _far_cautions(scene: Scene) -> list[Problem]:
         )
         remedy = "Take it as an estimate, try others by viv.multiplier, or give a measured drag_amplification"
         found.append(Problem("viv.law", text, remedy))
+    laws = strum_amplitudes(scene)
+    a = np.array([laws[k](v) for k, v in zip(shape.section, shape.across, strict=True)])
+    found += _still(scene, rows, a, shape, strumming)
+    return [*found, *_inclined(scene, rows, shape, strumming & (a > 0.0)), *_bounds(scene, a[strumming])]
+
+
+def _still(scene: Scene, rows: np.ndarray, a: np.ndarray, shape: TowShape, strumming: np.ndarray) -> list[Problem]:
+    """Sections whose damping leaves no amplitude."""
+    found = []
+    for k, (name, section) in enumerate(scene.cable.sections.items()):
+        here = strumming & (shape.section == k)
+        multiplier = scene.viv.multiplier * section.viv_multiplier
+        shed = here & (rows["reynolds"][k] * shape.across > RE_FULL)
+        if not shed.any() or a[shed].max() >= STILL * multiplier or not multiplier:
+            continue
+        own = section.viv_damping_ratio
+        key = "viv.damping_ratio" if own is None else f"cable.sections.{name}.viv_damping_ratio"
+        text = (
+            f"= {scene.viv.damping_ratio if own is None else own:g} gives section {name} a mass damping of "
+            f"{rows['mass_damping'][k]:.3g}, at which {scene.viv.law.value} has an amplitude of {a[shed].max():.2g} "
+            "diameters: it does not strum, its drag factor is 1"
+        )
+        remedy = "Give it as a share of critical (0.01 is 1 %); cable that is not to strum has viv_multiplier 0"
+        found.append(Problem(key, text, remedy))
+    return found
+
+
+def _inclined(scene: Scene, rows: np.ndarray, shape: TowShape, strumming: np.ndarray) -> list[Problem]:
+    """A multiplier that knows nothing of the small angle between cable and flow."""
+    if not strumming.any():
+        return []
     speed = np.maximum(shape.past[strumming], 1e-9)
     angles = np.degrees(np.arcsin(np.minimum(shape.across[strumming] / speed, 1.0)))
     angle = float(np.average(angles, weights=np.gradient(shape.s)[strumming]))
-    if angle < STEEP_DEG and scene.viv.multiplier == 1.0:
+    most = scene.viv.multiplier * float(rows["multiplier"][shape.section][strumming].max())
+    if angle >= STEEP_DEG or most <= MEANT:
+        return []
+    product = "" if most == scene.viv.multiplier else f" ({most:.3g} with the viv_multiplier of the section)"
+    text = (
+        f"= {scene.viv.multiplier:g}{product} with cable that is inclined by {angle:.3g} deg on average to the flow, "
+        f"less than {STEEP_DEG:g} deg: there a cable strums less than the flow across it says"
+    )
+    return [Problem("viv.multiplier", text, "Try 0.6 beside it, docs/strumming.md")]
+
+
+def _bounds(scene: Scene, a: np.ndarray) -> list[Problem]:
+    """Amplitudes and drag factors beyond what is known; a: A/d of the strumming cable."""
+    found, most = [], float(a.max())
+    if most > AMPLITUDE_MOST:
         text = (
-            f"= 1 with cable that is inclined by {angle:.3g} deg on average to the flow, less than {STEEP_DEG:g} deg: "
-            f"there a cable strums less than the flow across it says"
+            f"= {scene.viv.multiplier:g} gives amplitudes of up to {most:.3g} diameters, more than the "
+            f"{AMPLITUDE_MOST:g} that the laws are bounded by"
         )
-        found.append(Problem("viv.multiplier", text, "Try 0.6 beside it, docs/strumming.md"))
+        found.append(Problem("viv.multiplier", text, "Give a smaller one; cables strum with one diameter or less"))
+    at_bound = float(np.mean([unbounded_factor(scene, x) >= FACTOR_MOST for x in a]))
+    if at_bound > 0.0:
+        text = (
+            f"= {scene.viv.amplification.value} gives a drag factor of {unbounded_factor(scene, most):.3g}, and "
+            f"{100.0 * at_bound:.3g} % of the strumming cable is held at the bound of {FACTOR_MOST:g}: there the "
+            "factor no longer answers to the flow"
+        )
+        found.append(
+            Problem("viv.amplification", text, "Give a smaller viv.multiplier, or viv.amplification: vandiver")
+        )
     return found

@@ -63,25 +63,39 @@ def _plain(function: Callable) -> Callable:
     return getattr(function, "py_func", function)
 
 
-def drag_factors(scene: Scene) -> list[Callable[[float], float]]:
-    """By section: drag factor of strumming for a normal speed [m/s]; without the reduction by viv.lock_in_band."""
+def strum_amplitudes(scene: Scene) -> list[Callable[[float], float]]:
+    """By section: A/d for a normal speed [m/s]; without the reduction by viv.lock_in_band."""
     rules, rows = strum_rules(scene), strum_sections(scene)
     if not on(scene):
-        return [lambda speed: 1.0] * len(scene.cable.sections)
-    law, formula, antinode = (int(rules[0][name]) for name in ("law", "formula", "antinode"))
-    amplitude, amplification, onset = _plain(strum.amplitude), _plain(strum.amplification), _plain(strum.onset)
+        return [lambda speed: 0.0] * len(scene.cable.sections)
+    law, amplitude, onset = int(rules[0]["law"]), _plain(strum.amplitude), _plain(strum.onset)
 
-    def factor(row: np.ndarray) -> Callable[[float], float]:
+    def of(row: np.ndarray) -> Callable[[float], float]:
         alpha, most, re_1 = float(row["mass_damping"]), strum.AMPLITUDE_MOST, float(row["reynolds"])
         multiplier = float(row["multiplier"]) * scene.viv.multiplier
 
         def at(speed: float) -> float:
             re = re_1 * speed
             if not row["strums"] or re <= RE_SHEDDING:
-                return 1.0
-            a = onset(re) * multiplier * min(max(amplitude(law, alpha, re), 0.0), most)
-            return min(amplification(formula, antinode, a), strum.FACTOR_MOST) if a > 0.0 else 1.0
+                return 0.0
+            return onset(re) * multiplier * min(max(amplitude(law, alpha, re), 0.0), most)
 
         return at
 
-    return [factor(row) for row in rows]
+    return [of(row) for row in rows]
+
+
+def unbounded_factor(scene: Scene, amplitude: float) -> float:
+    """Drag factor of an amplitude A/d, before its bound."""
+    formula = strum.FORMULAS.index(scene.viv.amplification)
+    antinode = int(scene.viv.rms is StrumRms.ANTINODE)
+    return _plain(strum.amplification)(formula, antinode, amplitude) if amplitude > 0.0 else 1.0
+
+
+def drag_factors(scene: Scene) -> list[Callable[[float], float]]:
+    """By section: drag factor of strumming for a normal speed [m/s]; without the reduction by viv.lock_in_band."""
+
+    def factor(amplitude: Callable[[float], float]) -> Callable[[float], float]:
+        return lambda speed: min(unbounded_factor(scene, amplitude(speed)), strum.FACTOR_MOST)
+
+    return [factor(amplitude) for amplitude in strum_amplitudes(scene)]

@@ -8,7 +8,7 @@ from ..sim.problem import Problem
 from .grid import MOST_STEPS, even_steps, lift_range, uneven
 from .line import Line
 from .response import Vibration, correlation_length, count_modes, modes_shed
-from .span import ResponseBlock, Span
+from .span import MOST_SEGMENTS, Span
 
 COARSE = 4.0  # parts of the cable per half wave of its top mode
 STEP_TOO_LONG = 2.0  # half widths of the narrowest resonance
@@ -173,8 +173,8 @@ def _grids(span: Span, line: Line) -> list[Problem]:
         return [
             Problem(
                 "response.frequency_step",
-                f"= {span.response.frequency_step:g} Hz is longer than 1/{LEAST_STEPS} of the {found.shed:.4g} Hz up to "
-                "which the lift reaches at the shedding frequency: its sum means nothing",
+                f"= {span.response.frequency_step:g} Hz is longer than 1/{LEAST_STEPS} of the {found.shed:.4g} Hz up "
+                "to which the lift reaches at the shedding frequency: its sum means nothing",
                 "Leave it out: steps are chosen",
             )
         ]
@@ -209,8 +209,7 @@ def _low(text: str) -> str:
 
 def _finer(count: int, shed: int) -> str:
     """Remedy for segments that are too long for a number of modes."""
-    most = int(ResponseBlock.model_fields["segments"].json_schema_extra["high"])
-    needed = int(np.ceil(2.0 * COARSE * count))
+    most, needed = MOST_SEGMENTS, int(np.ceil(2.0 * COARSE * count))
     if needed <= most:
         return f"Give {needed} or more"
     if COARSE * count <= most:

@@ -306,8 +306,45 @@ def test_what_has_no_effect_or_is_far_from_its_data_is_said(name, changes, texts
         assert text in found
 
 
-def test_a_multiplier_of_its_own_silences_the_caution():
-    assert not [c for c in cautions(scene_with(viv__multiplier=0.6)) if c.key.startswith("viv")]
+def viv_cautions(name="full_scale", **changes):
+    named = {key.replace("__", "."): value for key, value in changes.items()}
+    scene = override(load_scene(name), (ON if "viv__law" not in changes else {}) | named)
+    return [f"{c.key} {c.text}. {c.remedy}" for c in cautions(scene) if "viv" in c.key]
+
+
+def test_a_small_multiplier_silences_the_caution_of_inclination_and_a_large_one_does_not():
+    assert not viv_cautions(viv__multiplier=0.6)
+    assert not viv_cautions(cable__sections__bare__viv_multiplier=0.6)
+    for multiplier in (0.85, 0.99, 1.01):
+        (text,) = viv_cautions(viv__multiplier=multiplier)
+        assert f"viv.multiplier = {multiplier:g} with cable that is inclined by 1" in text
+    (text,) = viv_cautions(viv__multiplier=0.6, cable__sections__bare__viv_multiplier=1.5)
+    assert "= 0.6 (0.9 with the viv_multiplier of the section) with cable that is inclined by" in text
+
+
+def test_amplitudes_and_factors_beyond_their_bounds_are_said():
+    found = "\n".join(viv_cautions(viv__multiplier=2.0))
+    assert "viv.multiplier = 2 gives amplitudes of up to " in found and "more than the 1.3 that the laws" in found
+    found = "\n".join(viv_cautions(viv__amplification="blevins"))
+    assert "viv.amplification = blevins gives a drag factor of 3." in found
+    assert " % of the strumming cable is held at the bound of 3" in found
+
+
+def test_a_damping_that_switches_strumming_off_is_said():
+    (text,) = viv_cautions(viv__damping_ratio=1.0)
+    assert "viv.damping_ratio = 1 gives section bare a mass damping of " in text
+    assert "at which govardhan_williamson has an amplitude of 0 diameters: it does not strum, its drag" in text
+    (text,) = viv_cautions(cable__sections__bare__viv_damping_ratio=1.0)
+    assert text.startswith("cable.sections.bare.viv_damping_ratio = 1 gives section bare")
+
+
+def test_keys_of_the_block_without_a_law_have_no_effect():
+    found = viv_cautions(viv__law="off", viv__multiplier=0.6, viv__damping_ratio=0.02, viv__amplification="blevins")
+    assert [text.partition(" while")[0] for text in found] == [
+        "viv.damping_ratio = 0.02 has no effect",
+        "viv.multiplier = 0.6 has no effect",
+        "viv.amplification = blevins has no effect",
+    ]
 
 
 # ---- what the theory has, with factors by hand

@@ -5,6 +5,7 @@ import re
 import warnings
 from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 from spans import data, span
@@ -16,7 +17,8 @@ from cable_sim_ros.io.resources import find_viv, shipped_viv
 from cable_sim_ros.lab.experiments import run as run_experiment
 from cable_sim_ros.runs.manual import tables
 from cable_sim_ros.viv import checks, files, report, sensitivity
-from cable_sim_ros.viv.response import vibration
+from cable_sim_ros.viv.plot import compose
+from cable_sim_ros.viv.response import leading, vibration
 from cable_sim_ros.viv.span import Span
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
@@ -110,9 +112,23 @@ REFUSED = [
     ),
     (
         {"response": {"frequency_step": 1e-4, "frequencies": None}},
-        "response.frequency_step = 0.0001 Hz takes 263501 steps to the top of the lift spectrum, more than 20000; the "
-        "narrowest resonance has a damping ratio of ",
+        "response.frequency_step = 0.0001 Hz takes 263501 steps to the top of the lift spectrum, more than 20000; "
+        "nothing was started. Give response.frequency_step: 0.0014 or longer, or the number of equal steps as",
     ),
+    (
+        {"flow": {"turbulence": 1e-4}, "response": {"frequency_step": None, "frequencies": None}},
+        "response.steps_per_half_width = 3 takes ",
+    ),
+    (
+        {"response": {"frequency_step": 100.0}},
+        "response.frequency_step = 100 Hz is longer than 1/4 of the 5.27 Hz up to which the lift reaches at the "
+        "shedding frequency: its sum means nothing; nothing was started. Leave it out: steps are chosen",
+    ),
+    (
+        {"lift": {"mean_squares": []}},
+        "lift.mean_squares = [] is a lift of zero: nothing would move; nothing was started. Leave it out for those",
+    ),
+    ({"lift": {"mean_squares": [0.0]}}, "lift.mean_squares = [0.0] is a lift of zero: nothing would move;"),
 ]
 
 
@@ -172,6 +188,18 @@ CAUTIONS = [
     (
         {"response": {"segments": 12}},
         "response.segments = 12 are 3 for each half wave of mode 4, fewer than 4. Give 32 or more",
+    ),
+    (
+        {"response": {"modes": 1100}},
+        "response.segments = 20 are 0.018 for each half wave of mode 1100, fewer than 4. Give 5000, the most",
+    ),
+    (
+        {"response": {"modes": 1300}},
+        "fewer than 4. Leave response.modes out: 4 modes are shed; 5000 segments are enough for 1250",
+    ),
+    (
+        {"response": {"frequencies": 10}},
+        "response.frequencies = 10 steps end at 2 Hz, below the top shedding frequency 3.683 Hz: the lift above is",
     ),
     (
         {"response": {"frequency_step": 1.0}},
@@ -262,6 +290,41 @@ def test_many_modes_are_computed_and_fifty_of_them_exactly():
     assert len(result.frequencies) > 50 and len(result.frequencies_exact) == 50
     assert len(files.as_data(case, result)["frequencies_exact_hz"]) == 50
     report.print_vibration(case, result)
+
+
+def test_too_many_modes_for_the_most_segments():
+    assert checks._finer(1300, 1300).startswith("Give 5000, the most; they are enough for 1250 modes: take a part of")
+
+
+def test_a_long_cable_shows_the_modes_of_the_largest_response(tmp_path, capsys):
+    case = span(flow={"speed": [9.0, 8.0]}, response={"segments": 40, "points": 100, "frequencies": 400})
+    result = vibration(case)
+    shown = leading(result, report.MOST_MODES)
+    assert len(shown) == 20 < len(result.frequencies) and shown == sorted(shown)
+    at_peak = int(np.abs(result.frequencies - result.frequency[result.displacement_spectrum.argmax()]).argmin())
+    assert at_peak in shown and leading(result, 1)[0] in shown
+    report.print_vibration(case, result)
+    out = capsys.readouterr().out
+    head = out.partition("Response along")[0]
+    assert f"modes, 20 of {len(result.frequencies)}, of the largest response; all stand in --json" in head
+    assert len([line for line in head.splitlines() if line.startswith("│")]) == 20
+    figure = compose(case, result)
+    lines = [line for line in figure.axes[0].lines if list(line.get_xdata()) == [line.get_xdata()[0]] * 2]
+    assert len(lines) == 20 and len(figure.axes[3].get_yticks()) == 20
+    label = next(line.get_label() for axis in figure.axes for line in axis.lines if "no scale" in str(line.get_label()))
+    assert label == "shapes of modes 1, 2, 3, 25, no scale"
+
+
+def test_names_in_python_stand_beside_those_of_json():
+    case = span()
+    result = vibration(case)
+    rows = re.findall(r"\| `(\w+)` \|.*\| `\.([\w.()]+)` \|", files.fields_markdown())
+    assert len(rows) == len(files.FIELDS)
+    data = files.as_data(case, result)
+    for name, attribute in rows:
+        value = eval(f"result.{attribute}", {"result": result})
+        assert data[name] == (value.tolist() if hasattr(value, "tolist") else value), name
+    assert data["cautions"] == viv.cautions(case, result)
 
 
 def test_a_choice_outside_the_range_of_its_key_is_left_out():

@@ -155,6 +155,7 @@ spans = st.builds(
         cable={"bending_stiffness": stiffness},
         flow={"arc": [0.0, 6.0, 17.0], "speed": speed, "turbulence": turbulence},
         lift={"correlation": correlation},
+        response={"frequency_step": 0.1, "frequencies": 120},
     ),
     st.lists(st.floats(0.05, 1.5), min_size=3, max_size=3),
     st.floats(0.01, 0.3), st.floats(-40.0, 100.0), st.sampled_from(("gaussian", "exponential")),
@@ -242,3 +243,42 @@ def test_the_mean_correlation_of_segments_keeps_the_lift_of_the_cable(law, even)
         found = lift.correlation(block, length, np.arange(41.0))
         assert found[20].sum() == pytest.approx(even * length, rel=1e-9)
         assert np.linalg.eigvalsh(found).min() > 0.0
+
+
+def test_the_default_correlation_length_does_not_follow_the_modes_asked_for():
+    few, many = (vibration(span(response={"modes": n})) for n in (4, 400))
+    assert few.correlation_length == many.correlation_length == 17.0 / 8.0
+    assert few.place_rms_displacement == pytest.approx(many.place_rms_displacement, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    "blocks",
+    [
+        {"water": {"density": 1.2}, "flow": {"speed": [3.0, 2.0], "turbulence": 0.3}},
+        {"damping": {"ratios": [0.002] * 4}},
+        {"damping": {"ratios": [0.002] * 4}, "tension": {"start": 300.0, "gradient": 100.0}},
+    ],
+    ids=("air", "light", "light_and_uneven_tension"),
+)
+def test_uneven_steps_take_all_of_narrow_resonances(blocks):
+    """Beside steps twice as fine, and beside equal ones in the first."""
+    case = span(**{**blocks, "response": {"segments": 24, "frequency_step": None, "frequencies": None}})
+    found, finer = vibration(case), vibration(changed(case, response={"steps_per_half_width": 6.0}))
+    assert np.ptp(found.frequency_width) > 0.0 and len(found.frequency) < 6000
+    assert (np.diff(found.frequency) > 0.0).all() and (found.frequency_width > 0.0).all()
+    assert found.rms_displacement.max() == pytest.approx(finer.rms_displacement.max(), rel=3e-3)
+    assert found.rms_acceleration.max() == pytest.approx(finer.rms_acceleration.max(), rel=3e-3)
+    step = 0.25 * float((found.damping_ratios * found.frequencies).min())
+    number = int(found.frequency[-1] / step)
+    if number <= 20_000:
+        even = vibration(changed(case, response={"frequency_step": step, "frequencies": number}))
+        assert found.rms_displacement.max() == pytest.approx(even.rms_displacement.max(), rel=3e-3)
+
+
+def test_uneven_steps_find_the_resonances_of_finite_differences():
+    """Narrower than WKB is off: 1.5 % there, the ratio 0.002."""
+    blocks = {"tension": {"start": 100.0, "gradient": 300.0}, "damping": {"ratios": [0.002] * 4}}
+    response = {"segments": 16, "points": 16, "frequency_step": None, "frequencies": None, "method": "exact"}
+    case = span(**blocks, lift={"mean_squares": [0.6]}, response={**response, "steps_per_half_width": 1.5})
+    finer = changed(case, response={"steps_per_half_width": 3.0})
+    assert vibration(case).rms_displacement.max() == pytest.approx(vibration(finer).rms_displacement.max(), rel=0.01)
