@@ -174,7 +174,7 @@ def test_a_solver_that_gives_up_ends_the_run_with_what_there_is(monkeypatch):
 def test_a_run_that_halts_keeps_every_tick_before_it_and_its_replay_halts_there(tmp_path):
     """One clock in the text, that of the run; the recording and the figures go up to it."""
     scene = override(load_scene("full_scale"), {"solver.tension_error": 1e-6, "solver.max_halvings": 0})
-    result = offline.run(scene, heave=(0.5, 6.0), duration=2.0, out=tmp_path)
+    result = offline.run(scene, winch="0 hold, 0.5 rate -1", duration=2.0, out=tmp_path)
     done = len(result.frames)
     assert 0 < done < 200
     assert f"gave up after {done * 0.01:.2f} s: full_scale: the tick after {done * 0.01:.3f} s of" in result.problem

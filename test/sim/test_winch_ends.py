@@ -176,7 +176,7 @@ def test_a_body_on_the_line_stops_before_it_comes_to_the_sheave():
 @pytest.mark.parametrize(
     "changes, plan, end, flag",
     [
-        ({"winch.scope": 6.0}, "0 hold, 1 rate -1", 1.99088, Flag.DRUM_END),
+        ({"winch.scope": 6.0}, "0 hold, 1 rate -1", 1.22517, Flag.DRUM_END),
         ({"winch.scope": 60.0, "winch.least_scope": 58.0}, "0 hold, 1 rate -0.5", 58.0, Flag.WINCH_LIMIT),
         ({"winch.scope": 60.0, "winch.most_scope": 63.0}, "0 hold, 1 rate 1", 63.0, Flag.WINCH_LIMIT),
     ],
