@@ -79,6 +79,7 @@ def _spectrum(axis: Axes, result: Vibration, values, what, unit, rms, rms_unit) 
         va="top",
         size=16,
         weight="bold",
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 3.0},
         color=INK,
     )
     axis.legend(loc="upper right", fontsize=11)
