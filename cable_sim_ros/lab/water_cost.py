@@ -1,7 +1,8 @@
 """What each option of the water costs a tick: the same tow without it, with its keys there but off, and with it on.
 ``cable-sim bench --water``.
 
-full_scale with compensation under the recorded motion, ticks of 10 ms, one mesh for all; all runs in turn, medians.
+full_scale with compensation under the recorded motion, ticks of 10 ms, one mesh for all; all runs in turn, medians of
+the ratios of runs that follow each other.
 What an option changes in the work of the solver (corrections of a tick) is part of its cost and stands beside it.
 """
 
@@ -19,7 +20,7 @@ from ..sim.mesh import feed_mesh
 from ..sim.scene import Scene
 from .tow_bench import drive, simulated
 
-SECONDS, TURNS = 20.0, 5
+SECONDS, TURNS = 30.0, 11
 DEPTHS = {"depth": [0.0, 50.0, 200.0], "speed": [0.3, 0.2, 0.1], "towards_deg": [90.0, 60.0, 30.0]}
 SEA = {
     "kind": "jonswap",
@@ -91,7 +92,7 @@ def scene_with(changes: Changes) -> Scene:
 
 
 def costs(turns: int = TURNS, progress: Callable[[str, float, float], None] = lambda *_: None) -> list[Cost]:
-    """Medians over ``turns`` runs of each option, the three of an option in turn within the same minute."""
+    """Medians over ``turns`` runs of each option, the three of an option in turn within seconds."""
     tow, found = read_tow(find_bag("nbp1406")), []
     for k, (name, (off, on)) in enumerate(OPTIONS.items()):
         scenes = [scene_with(changes) for changes in ({}, off, on) if changes is not None]
@@ -106,8 +107,9 @@ def costs(turns: int = TURNS, progress: Callable[[str, float, float], None] = la
                 corrections[i] = float(driven.frames.iterations.sum()) / ticks
                 if turn:
                     times[i].append(1e6 * driven.stepping_cpu_s / ticks)
-        us = [statistics.median(t) for t in times]
-        found.append(Cost(name, us[0], us[1] if off is not None else None, us[-1], corrections[0], corrections[-1]))
+        absent = statistics.median(times[0])
+        us = [absent * statistics.median(b / a for a, b in zip(times[0], t, strict=True)) for t in times]
+        found.append(Cost(name, absent, us[1] if off is not None else None, us[-1], corrections[0], corrections[-1]))
     return found
 
 
