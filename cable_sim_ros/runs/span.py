@@ -289,17 +289,10 @@ def held_frequency(span: Span, case: SpanCase) -> float:
 
 def draw_span(run: SpanRun, path: Path) -> Path:
     """Vertical motion in the middle and its wake, one row a case. RuntimeError where matplotlib is missing."""
-    try:
-        import matplotlib
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise RuntimeError("matplotlib is not installed: no picture was drawn; install cable_sim_ros[viz]") from None
-    from .picture import BLUE, FAINT, ORANGE, STYLE
+    from .canvas import canvas
+    from .picture import BLUE, FAINT, ORANGE
 
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(14.0, 1.2 + 2.6 * len(run.rows)), dpi=80, facecolor="white", layout="constrained")
-        FigureCanvasAgg(figure)
+    with canvas(path, (14.0, 1.2 + 2.6 * len(run.rows))) as figure:
         axes = figure.subplots(len(run.rows), 2, width_ratios=(2.0, 1.0), squeeze=False)
         for (whole, close), row in zip(axes, run.rows, strict=True):
             told = run.histories[row.case]
@@ -319,8 +312,6 @@ def draw_span(run: SpanRun, path: Path) -> Path:
             close.legend(loc="upper right", ncols=3, fontsize=9)
         for axis in axes[-1]:
             axis.set_xlabel("time [s]")
-        path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, metadata={"Software": None})
     return path
 
 

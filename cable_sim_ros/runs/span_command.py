@@ -9,28 +9,23 @@ from typing import TYPE_CHECKING
 
 import click
 
+from ..physics.quantity import Block
+from .keys_option import keys_option
 from .progress import progress_bar
 
 if TYPE_CHECKING:
     from .span import SpanRun
 
 
-def _keys(context: click.Context, _parameter: click.Parameter, asked: bool) -> None:
-    """Print what a FILE may hold, and leave."""
-    if not asked:
-        return
+def _kind() -> type[Block]:
     from ..sim.span import SpanFile
-    from .manual import tables
 
-    click.echo("\n".join(tables(SpanFile)), nl=False)
-    context.exit()
+    return SpanFile
 
 
 @click.command()
 @click.argument("file")
-@click.option(
-    "--keys", is_flag=True, is_eager=True, expose_value=False, callback=_keys, help="List the keys of a FILE."
-)
+@keys_option(_kind)
 @click.option("--case", "cases", multiple=True, metavar="NAME", help="Run this case only; may be repeated.")
 @click.option(
     "--out",

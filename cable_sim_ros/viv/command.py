@@ -8,26 +8,21 @@ from pathlib import Path
 
 import click
 
+from ..physics.quantity import Block
+from ..runs.keys_option import keys_option
 from ..runs.progress import progress_bar
 
 
-def _keys(context: click.Context, _parameter: click.Parameter, asked: bool) -> None:
-    """Print what a FILE may hold, and leave."""
-    if not asked:
-        return
-    from ..runs.manual import tables
+def _kind() -> type[Block]:
     from .span import Span
 
-    click.echo("\n".join(tables(Span)), nl=False)
-    context.exit()
+    return Span
 
 
 @click.command()
 @click.argument("file")
 @click.option("--sensitivity", is_flag=True, help="What the response changes by where a choice is made otherwise.")
-@click.option(
-    "--keys", is_flag=True, is_eager=True, expose_value=False, callback=_keys, help="List the keys of a FILE."
-)
+@keys_option(_kind)
 @click.option(
     "--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for the figures (viv.json) and the picture."
 )

@@ -128,9 +128,7 @@ def facchinetti(alpha: float, zeta: float, st: float) -> float:
     return best
 
 
-OTHERWISE_FLUME: dict[str, dict[str, Any]] = {
-    "damping ratio 0.005": {"viv.damping_ratio": 0.005},
-    "damping ratio 0.061 (measured in air, axial)": {"viv.damping_ratio": 0.061},
+OTHERWISE: dict[str, dict[str, Any]] = {  # of either tow
     "Skop & Griffin": {"viv.law": "skop_griffin"},
     "Sarpkaya": {"viv.law": "sarpkaya"},
     "rms of the antinode": {"viv.rms": "antinode"},
@@ -138,6 +136,11 @@ OTHERWISE_FLUME: dict[str, dict[str, Any]] = {
     "multiplier 0.6": {"viv.multiplier": 0.6},
     "multiplier 1.4": {"viv.multiplier": 1.4},
     "lock-in band 0.2": {"viv.lock_in_band": 0.2},
+}
+OTHERWISE_FLUME: dict[str, dict[str, Any]] = {
+    "damping ratio 0.005": {"viv.damping_ratio": 0.005},
+    "damping ratio 0.061 (measured in air, axial)": {"viv.damping_ratio": 0.061},
+    **OTHERWISE,
     "0.11 in f_n": {"cable.sections.line.drag_law": "driscoll_nahon_printed"},
     "no strumming": {"viv.law": "off"},
     "factor 1.527 by hand": {"viv.law": "off", "cable.sections.line.drag_amplification": 1.527},
@@ -145,13 +148,7 @@ OTHERWISE_FLUME: dict[str, dict[str, Any]] = {
 OTHERWISE_FULL: dict[str, dict[str, Any]] = {
     "damping ratio 0.005": {"viv.damping_ratio": 0.005},
     "damping ratio 0.05": {"viv.damping_ratio": 0.05},
-    "Skop & Griffin": {"viv.law": "skop_griffin"},
-    "Sarpkaya": {"viv.law": "sarpkaya"},
-    "rms of the antinode": {"viv.rms": "antinode"},
-    "Blevins' factor": {"viv.amplification": "blevins"},
-    "multiplier 0.6": {"viv.multiplier": 0.6},
-    "multiplier 1.4": {"viv.multiplier": 1.4},
-    "lock-in band 0.2": {"viv.lock_in_band": 0.2},
+    **OTHERWISE,
     "0.11 in f_n": {"cable.sections.bare.drag_law": "driscoll_nahon_printed"},
     "ribbon drag times 1.5": {"cable.sections.faired.drag_amplification": 1.5},
     "ribbon drag times 2": {"cable.sections.faired.drag_amplification": 2.0},
