@@ -309,7 +309,7 @@ Parameters that only the node has, set like those of the scene (`--ros-args -p i
 
 def manual_text() -> str:
     """The whole parameter manual: scene and node."""
-    from .ros.params import NodeBlock
+    from .ros.blocks import NodeBlock
     from .runs import manual as writer
 
     return writer.text([(NODE_MANUAL, NodeBlock)])

@@ -16,90 +16,14 @@ from typing import Any, NamedTuple, Union, get_args, get_origin
 from ..io.load import SceneError, SceneWarning, load_scene, override
 from ..io.recording_place import name_problem, root_problem
 from ..io.resources import find_scene
-from ..physics.heave import Heave, MotionInput
-from ..physics.quantity import Block, quantity
+from ..physics.quantity import Block
 from ..sim.scene import Scene
+from .blocks import NodeBlock
 
 FOREIGN = ("use_sim_time", "start_type_description_service")  # declared by rclpy itself
 # what stands for "none" in a parameter that may be none
 NONE: dict[type, Any] = {float: math.nan, int: 0, str: "", list: [math.nan]}
 FOREIGN_PREFIX = ("qos_overrides.",)
-
-
-class Realtime(Block):
-    priority: int = quantity(40, "1", 0, 99, "SCHED_FIFO priority of the stepping loop; 0: off", "sched(7)")
-    max_catchup: int = quantity(
-        3, "1", 0, 100, "missed ticks that are run back to back; further behind, deadlines are skipped and counted"
-    )
-    max_lag: float = quantity(
-        2.0,
-        "s",
-        0.1,
-        5.0,
-        "lag behind the motion at which the simulation is taken to the present, the cable as it hangs",
-    )
-
-
-class RecordingParameters(Block):
-    enabled: bool = quantity(
-        False, "", None, None, "record every input and output from activation on; ~/record does so while running"
-    )
-    root: str = quantity(
-        "recordings", "", None, None, "folder of all recordings, made with the first; relative to the working directory"
-    )
-    path: str = quantity(
-        "",
-        "",
-        None,
-        None,
-        "name of the bag to make under recording.root: 1 to 64 of A-Z a-z 0-9 _ -; empty: tow_<date and time>. A "
-        "second recording of one run gets _2, _3, ... behind the name",
-        configure=False,
-    )
-    least_free: float = quantity(
-        200.0, "MB", 0.0, 1e6, "free space of the disk below which no recording begins and one under way ends; 0: none"
-    )
-
-
-class Publish(Block):
-    shape_rate: float = quantity(10.0, "Hz", 0.1, 1000.0, "rate of cable/shape")
-    contact_rate: float = quantity(20.0, "Hz", 0.1, 1000.0, "rate of sheave/contact")
-    state_rate: float = quantity(0.0, "Hz", 0.0, 1000.0, "rate of poses, tension and winch state; 0: every tick")
-
-
-class Frames(Block):
-    odom: str = quantity("odom", "", None, None, "world frame: ENU, z up, z = 0 the mean water surface", "REP 105")
-    base_link: str = quantity("base_link", "", None, None, "ship frame: x forward, y left, z up", "REP 103")
-    sheave_link: str = quantity("sheave_link", "", None, None, "frame in the sheave centre, axes of the ship")
-    towbody_link: str = quantity("towbody_link", "", None, None, "frame of the towbody")
-
-
-class NodeBlock(Block):
-    """What the node needs beside the scene."""
-
-    scene: str = quantity("full_scale", "", None, None, "scene: path of a YAML file or name of a shipped scene")
-    autostart: bool = quantity(True, "", None, None, "configure and activate at the start, without a manager")
-    input_delay: float = quantity(
-        0.03,
-        "s",
-        0.0,
-        1.0,
-        "the simulation runs this far behind the clock of the motion data, so that each tick lies "
-        "between samples; at least one and a half sample intervals",
-    )
-    statistics_file: str = quantity(
-        "",
-        "",
-        None,
-        None,
-        "JSON file with the state of the node, rewritten as it changes, with the final figures at the end; empty: none",
-    )
-    realtime: Realtime = quantity(Realtime(), "", None, None, "real-time loop")
-    recording: RecordingParameters = quantity(RecordingParameters(), "", None, None, "recording")
-    publish: Publish = quantity(Publish(), "", None, None, "rates")
-    frame: Frames = quantity(Frames(), "", None, None, "frame names")
-    motion: MotionInput = quantity(MotionInput(), "", None, None, "motion messages")
-    heave: Heave = quantity(Heave(), "", None, None, "motion from the IMU alone")
 
 
 class ParameterError(ValueError):

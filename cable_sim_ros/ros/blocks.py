@@ -1,0 +1,144 @@
+"""What the node needs beside the scene: every number of its own, declared once as Blocks (physics/quantity.py)."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+from ..physics.heave import Heave, MotionInput
+from ..physics.quantity import Block, quantity
+
+
+class TimeMode(str, Enum):
+    """Who drives the time."""
+
+    REALTIME = "realtime"
+    LOCKSTEP = "lockstep"
+
+
+class Realtime(Block):
+    priority: int = quantity(40, "1", 0, 99, "SCHED_FIFO priority of the stepping loop; 0: off", "sched(7)")
+    max_catchup: int = quantity(
+        3, "1", 0, 100, "missed ticks that are run back to back; further behind, deadlines are skipped and counted"
+    )
+    max_lag: float = quantity(
+        2.0,
+        "s",
+        0.1,
+        5.0,
+        "lag behind the motion at which the simulation is taken to the present, the cable as it hangs",
+    )
+
+
+class Lockstep(Block):
+    rate: float = quantity(
+        1.0,
+        "1",
+        0.0,
+        1000.0,
+        "simulated over wall time at most; 0: as fast as it goes; else 0.1 or more",
+        configure=False,
+    )
+    paused: bool = quantity(
+        False, "", None, None, "begin paused: the clock stands at lockstep.start until ~/pause or ~/step"
+    )
+    start: float = quantity(1.0, "s", 0.0, 1e9, "what /clock says before the first motion, whose stamp then decides")
+    wait: float = quantity(
+        1.0,
+        "s",
+        0.0,
+        600.0,
+        "wall time that a step waits for its motion, and for its command once a controller has spoken; then it goes on "
+        "with the last ones, counted",
+        configure=False,
+    )
+    command_period: float | None = quantity(
+        None,
+        "s",
+        1e-4,
+        60.0,
+        "simulation time from one command to the next that is waited for; none: as the commands come",
+    )
+    silent_after: int = quantity(
+        5, "1", 1, 100_000, "commands missed in a row, after which a controller counts as silent: ERROR, not waited for"
+    )
+    steps: int = quantity(1, "1", 1, 1_000_000, "ticks of one call of ~/step", configure=False)
+
+
+class RecordingParameters(Block):
+    enabled: bool = quantity(
+        False, "", None, None, "record every input and output from activation on; ~/record does so while running"
+    )
+    root: str = quantity(
+        "recordings", "", None, None, "folder of all recordings, made with the first; relative to the working directory"
+    )
+    path: str = quantity(
+        "",
+        "",
+        None,
+        None,
+        "name of the bag to make under recording.root: 1 to 64 of A-Z a-z 0-9 _ -; empty: tow_<date and time>. A "
+        "second recording of one run gets _2, _3, ... behind the name",
+        configure=False,
+    )
+    least_free: float = quantity(
+        200.0, "MB", 0.0, 1e6, "free space of the disk below which no recording begins and one under way ends; 0: none"
+    )
+
+
+class Publish(Block):
+    marker_rate: float = quantity(10.0, "Hz", 0.0, 1000.0, "rate of cable/markers, for RViz and Foxglove; 0: none")
+    shape_rate: float = quantity(10.0, "Hz", 0.1, 1000.0, "rate of cable/shape")
+    contact_rate: float = quantity(20.0, "Hz", 0.1, 1000.0, "rate of sheave/contact")
+    state_rate: float = quantity(0.0, "Hz", 0.0, 1000.0, "rate of poses, tension and winch state; 0: every tick")
+
+
+class Frames(Block):
+    odom: str = quantity("odom", "", None, None, "world frame: ENU, z up, z = 0 the mean water surface", "REP 105")
+    base_link: str = quantity("base_link", "", None, None, "ship frame: x forward, y left, z up", "REP 103")
+    sheave_link: str = quantity("sheave_link", "", None, None, "frame in the sheave centre, axes of the ship")
+    towbody_link: str = quantity("towbody_link", "", None, None, "frame of the towbody")
+
+
+class NodeBlock(Block):
+    """What the node needs beside the scene."""
+
+    scene: str = quantity("full_scale", "", None, None, "scene: path of a YAML file or name of a shipped scene")
+    autostart: bool = quantity(True, "", None, None, "configure and activate at the start, without a manager")
+    time_mode: TimeMode = quantity(
+        TimeMode.REALTIME,
+        "",
+        None,
+        None,
+        "realtime: the clock of the motion data, ticks when they are due; lockstep: simulation time drives, by /clock",
+    )
+    state_file: str = quantity(
+        "state",
+        "",
+        None,
+        None,
+        "name of the file under recording.root that ~/save writes and ~/restore reads: 1 to 64 of A-Z a-z 0-9 _ -; "
+        ".npz is put behind it",
+        configure=False,
+    )
+    input_delay: float = quantity(
+        0.03,
+        "s",
+        0.0,
+        1.0,
+        "the simulation runs this far behind the clock of the motion data, so that each tick lies "
+        "between samples; at least one and a half sample intervals",
+    )
+    statistics_file: str = quantity(
+        "",
+        "",
+        None,
+        None,
+        "JSON file with the state of the node, rewritten as it changes, with the final figures at the end; empty: none",
+    )
+    realtime: Realtime = quantity(Realtime(), "", None, None, "real-time loop")
+    lockstep: Lockstep = quantity(Lockstep(), "", None, None, "lockstep, where time_mode says so")
+    recording: RecordingParameters = quantity(RecordingParameters(), "", None, None, "recording")
+    publish: Publish = quantity(Publish(), "", None, None, "rates")
+    frame: Frames = quantity(Frames(), "", None, None, "frame names")
+    motion: MotionInput = quantity(MotionInput(), "", None, None, "motion messages")
+    heave: Heave = quantity(Heave(), "", None, None, "motion from the IMU alone")
