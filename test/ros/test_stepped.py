@@ -121,7 +121,7 @@ def poured(monkeypatch, bag: Path | None = None, **parameters) -> Run:
     """All motion there before the first step, the topics out of order; commands at their clock."""
     run = Run(monkeypatch, bag, **{"lockstep.rate": 0.0, "lockstep.paused": True} | parameters)
     messages = ship()
-    for stamp, kind, data in [m for m in messages if m[1] == "odometry"] + [m for m in messages if m[1] == "imu"]:
+    for _, kind, data in [m for m in messages if m[1] == "odometry"] + [m for m in messages if m[1] == "imu"]:
         run.give(kind, data)
     commands = winch()
     run.at_clock = lambda clock: clock in commands and run.session.command(commands[clock], -1)
