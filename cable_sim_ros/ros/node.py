@@ -18,15 +18,15 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
-from std_srvs.srv import SetBool, Trigger
 
 from ..io.channels import STRUM, Context, Encoder, channels_of
 from ..io.messages import CAUSES, KINDS, stamp_of
-from ..io.recording_place import name_problem
+from ..io.recording_place import name_problem, state_problem
 from ..sim.flag_rules import FAILED
 from ..sim.live import changed, ways
 from . import discovery
 from .arrival import Arrivals
+from .control import SimulationControl
 from .declare import declare, overrides_of
 from .diagnostics import Watch, final_figures
 from .drain import drain
@@ -76,8 +76,7 @@ class CableSimNode(LifecycleNode):
         self.inputs: list = []
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        self.create_service(Trigger, "~/reset", self._on_reset)
-        self.create_service(SetBool, "~/record", self._on_record)
+        self.control = SimulationControl(self)
         self.create_timer(0.05, self._on_poll, clock=self._steady)
         self.create_timer(1.0, self._on_diagnostics, clock=self._steady)
         self.create_timer(NEIGHBOURS_EVERY, self._on_neighbours, clock=self._steady)
@@ -235,32 +234,14 @@ class CableSimNode(LifecycleNode):
         if recorder is not None:
             recorder.put(topic, msgtype, time.time_ns() if arrival is None else arrival + self.session.wall, data)
 
-    # ---- services and parameters
-
-    def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        response.success, response.message = self.session.reset()
-        self.report_state()
-        return response
-
-    def _on_record(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        if not request.data:
-            # inputs wait meanwhile; a slow disk goes on writing behind it
-            stats = self.recording.finish(self.session, self.publisher, timeout=2.0)
-            response.success = stats is not None
-            response.message = f"{stats.written} messages in {self.recording.path}" if stats else "nothing was recorded"
-            if stats is not None and stats.error:
-                response.message += f"; {stats.dropped} lost: {stats.error}"
-        elif self.publisher is None:
-            response.success, response.message = False, "the node is not configured: there is nothing to record"
-        else:
-            text = self.recording.begin(self.session, self.publisher)
-            response.success, response.message = not text, text or f"recording to {self.recording.path}"
-        return response
+    # ---- parameters
 
     def _may_set(self, parameters) -> SetParametersResult:
         rows = {row.name: row for row in self.settings.rows}
         for parameter in parameters:  # of live ones: rclpy refuses the others, which it was told are read-only
             if parameter.name == "recording.path" and (text := name_problem(parameter.name, parameter.value)):
+                return SetParametersResult(successful=False, reason=text)
+            if parameter.name == "state_file" and (text := state_problem(parameter.value)):
                 return SetParametersResult(successful=False, reason=text)
             if parameter.name in rows:
                 try:
@@ -355,6 +336,7 @@ def main(args: list[str] | None = None) -> int:
         start_ros(args)
         refuse_unknown(args)
         node = CableSimNode()
+        node.control.on_quit = stop.ask
         if node.settings.node.autostart and not autostart(node, stop):
             code = 1
         elif not stop.asked:

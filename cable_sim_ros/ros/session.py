@@ -12,7 +12,8 @@ import math
 import time
 from collections import Counter
 from collections.abc import Callable
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,10 +27,11 @@ from ..physics.frame import Source
 from ..physics.inputs import MOTION_ROWS, SOURCE
 from ..physics.state import NOW
 from ..sim.build import make_output
-from ..sim.carry import carried_over
+from ..sim.carry import carried_over, heading_problem, place
 from ..sim.current import turned_current
 from ..sim.live import changed, set_live
 from ..sim.simulator import Simulator, StartError
+from . import saving
 from .interpreter import quiet
 from .loop import MAPPING, RESYNCS, SKIPPED, TARGET, Loop
 from .overload import Pace
@@ -225,6 +227,10 @@ class Session:
         sample, stamp = self._newest_sample().copy(), self._newest_stamp()
         target = self._target()
         kept = self._cause not in STATIC
+        turned = self._cause == "restore" and heading_problem(self.built_sim.state.memory[NOW], float(sample[5]))
+        if turned:
+            self.fail(f"not restored: {turned}; nothing is simulated until ~/reset")
+            return
         cost = START_MARGIN + (0.0 if kept else 1.5 * self.start_cost)
         begin = max(stamp, time.monotonic_ns() - target + round(cost * SECOND))
         ahead = (begin - stamp) * 1e-9
@@ -265,11 +271,42 @@ class Session:
         self.resets += 1
         self.intake.forget_commands()
         self._cause = "reset"
+        return self._begin_again("started again from the static equilibrium")
+
+    def _begin_again(self, text: str) -> tuple[bool, str]:
         self.activate()
-        if self.clock.offset is None:
-            return True, "waiting for motion"
+        if not self.motion_known:
+            return True, f"{text}; waiting for motion" if self._cause == "restore" else "waiting for motion"
         self._start()
-        return self.state == "running", self.problem or "started again from the static equilibrium"
+        return self.state == "running", self.problem or text
+
+    # ---- save and restore: ros/saving.py
+
+    def save(self, path: Path) -> tuple[bool, str]:
+        """Write the tow as it is to a file: (done, text)."""
+        return saving.save(self, path)
+
+    def restore(self, path: Path) -> tuple[bool, str]:
+        """Go on with the tow of a file: (done, text)."""
+        return saving.restore(self, path)
+
+    @property
+    def motion_known(self) -> bool:
+        """Has motion come, on the clock as it is?"""
+        return self.clock.offset is not None
+
+    def heading(self) -> float | None:
+        """Yaw of the newest motion, rad; None before the first."""
+        return float(self._newest_sample()[5]) if self.motion_known else None
+
+    def between_ticks(self) -> AbstractContextManager[None]:
+        """No tick runs meanwhile."""
+        return self.built_loop.paused() if self.state == "running" else nullcontext()
+
+    def begin_restored(self, text: str) -> tuple[bool, str]:
+        """Take the tow that has been put into the simulator to the present: (done, text)."""
+        self._cause = "restore"
+        return self._begin_again(text)
 
     def set_live(self, name: str, value: Any) -> None:
         """Give a live parameter of the scene (sim/live.py) another value, between two ticks where the loop runs."""
@@ -277,7 +314,7 @@ class Session:
         self.live[name] = value
         if self.sim is None:
             return  # the simulator is made from the scene
-        with self.built_loop.paused() if self.state == "running" else nullcontext():
+        with self.between_ticks():
             set_live(self.sim, name, value)
             if self.journal is not None and self.state == "running":
                 self.journal.set(self.built_loop.count, name, value)
@@ -290,19 +327,15 @@ class Session:
 
     def record(self, journal: Journal) -> None:
         """Keep a recording's journal, which the publisher has; of a tow that is running it begins with its state."""
-        with self.built_loop.paused() if self.state == "running" else nullcontext():
+        with self.between_ticks():
             self.journal = journal
             if self.state == "running":
-                now = self.built_sim.state.memory[NOW]
-                heading = float(now.ship.motion.coord[5])
-                self._note_start(Start(int(now.time.now), self._ship_position(), heading, "recording"))
+                self._note_start(self._here("recording"))
 
-    def _ship_position(self) -> tuple[float, float]:
-        """x y of base_link in odom, of a loop that stands."""
+    def _here(self, cause: str) -> Start:
+        """The tow as it is, of a loop that stands."""
         now = self.built_sim.state.memory[NOW]
-        since = (int(now.time.now) - int(now.time.start)) * 1e-9
-        x, y = now.frame.origin + now.frame.velocity * since + now.ship.motion.coord[:2]
-        return float(x), float(y)
+        return Start(int(now.time.now), place(now), float(now.ship.motion.coord[5]), cause)
 
     def _note_start(self, start: Start) -> None:
         if self.journal is not None:

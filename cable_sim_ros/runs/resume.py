@@ -20,7 +20,7 @@ from ..io.replay import Event
 from ..io.winch_plan import WinchPlan
 from ..physics.inputs import make_inputs
 from ..sim import savefile
-from ..sim.carry import carried_over, check_heading, place
+from ..sim.carry import carried_over, heading_problem, place
 from ..sim.savefile import SaveError
 from ..sim.scene import Scene
 
@@ -136,7 +136,7 @@ class Resumed:
         except (KeyError, TypeError, ValueError, IndexError) as error:
             raise self._damaged(error) from None
         arrays |= {f"inputs_{name}": array for name, array in make_inputs()._asdict().items()}
-        at = place(arrays)
+        at = place(arrays["memory"])
         if one.tow is None:
             start = Start(now, at, None, "restore")
         else:
@@ -148,7 +148,7 @@ class Resumed:
                 SceneWarning,
                 stacklevel=4,
             )
-        problem = check_heading(arrays, start.heading)
+        problem = heading_problem(arrays["memory"], start.heading)
         if problem:
             raise SaveError(f"{self.path}: {problem}; nothing was simulated. Start the scene anew under this motion")
         fresh = {k: v.copy() for k, v in one.sim.inputs._asdict().items()}  # what has been pushed of the motion
@@ -181,7 +181,7 @@ class Resumed:
             one.commands.reset()
             one.sim.inputs.command_head[0] = 0
             one.plan_start = one.planned = now
-        return Start(now, place(one.sim.snapshot()), one.origin.heading, "restore")
+        return Start(now, place(one.sim.state.now), one.origin.heading, "restore")
 
     def _damaged(self, error: Exception) -> SaveError:
         return savefile.damaged(self.path, f"its notes of the run do not fit, {type(error).__name__}: {error}")

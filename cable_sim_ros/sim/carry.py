@@ -4,22 +4,23 @@ from __future__ import annotations
 
 from math import degrees, pi, remainder
 
+import numpy as np
+
 from ..physics.ship import NO_EPOCH
 
 TURN_MOST = 30.0  # deg; a ship turned further within ship.start_blend sweeps its stern faster than one can turn
 
 
-def place(saved: dict) -> tuple[float, float]:
-    """x y of base_link in odom [m] in a snapshot()."""
-    memory = saved["memory"]
+def place(memory: np.record) -> tuple[float, float]:
+    """x y of base_link in odom [m], of a state's present memory or that of a snapshot()."""
     since = (memory.time.now - memory.time.start) * 1e-9
     x, y = memory.frame.origin + memory.frame.velocity * since + memory.ship.motion.coord[:2]
     return float(x), float(y)
 
 
-def check_heading(saved: dict, heading: float | None) -> str:
-    """ "" or why the tow of a snapshot() cannot be taken to motion of another heading [rad]; None: it has none."""
-    there = float(saved["memory"].ship.motion.coord[5])
+def heading_problem(memory: np.record, heading: float | None) -> str:
+    """ "" or why the tow of a memory cannot be taken to motion of another heading [rad]; None: it has none."""
+    there = float(memory.ship.motion.coord[5])
     turned = 0.0 if heading is None else degrees(remainder(heading - there, 2.0 * pi))
     if abs(turned) <= TURN_MOST:
         return ""
