@@ -2,7 +2,7 @@
 
 An object of this package becomes its attributes, by name. What its settings made it of (parameter blocks, rings of
 inputs, callbacks, records of the model) is left out: the fresh object has its own. Nothing is executed and no class is
-made from a name but the two records of messages.
+made from a name but the three records of messages.
 """
 
 from __future__ import annotations
@@ -18,9 +18,10 @@ import numpy as np
 
 from ..physics.inputs import Inputs
 from ..physics.quantity import Block
+from .gate import Held
 from .messages import Command, Odometry
 
-RECORDS = {kind.__name__: kind for kind in (Command, Odometry)}
+RECORDS = {kind.__name__: kind for kind in (Command, Held, Odometry)}
 PLAIN = (type(None), bool, int, float, str)
 OWN = {"own": None}  # stands for what the fresh object has of its own
 
@@ -36,7 +37,7 @@ def taken(value: Any) -> Any:
     if isinstance(value, (Block, Inputs, np.void)) or callable(value):
         return OWN
     if isinstance(value, bytes):
-        return {"bytes": value.hex()}
+        return {"bytes": base64.b64encode(zlib.compress(value, 1)).decode()}
     if type(value).__name__ in RECORDS:
         return {"record": [type(value).__name__, [taken(part) for part in value]]}
     if isinstance(value, dict):
@@ -102,7 +103,7 @@ _KINDS: dict[str, Callable[[Any, Any], Any]] = {
     "own": lambda fresh, inner: fresh,
     "enum": lambda fresh, inner: type(fresh)(inner),
     "array": _array,
-    "bytes": lambda fresh, inner: bytes.fromhex(inner),
+    "bytes": lambda fresh, inner: zlib.decompress(base64.b64decode(inner)),
     "record": _record,
     "dict": _dict,
     "list": _sequence,

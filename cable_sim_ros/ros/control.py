@@ -17,6 +17,7 @@ from std_srvs.srv import SetBool, Trigger
 from ..io.recording_place import root_problem
 from . import simulation_interfaces
 from .recording_control import MEGABYTE
+from .stepped import SteppedSession
 
 if TYPE_CHECKING:
     from .node import CableSimNode
@@ -97,6 +98,12 @@ class SimulationControl:
     def reset(self) -> tuple[bool, str]:
         """Static start again."""
         return self._reported(self.node.session.reset())
+
+    def begin_anew(self) -> tuple[bool, str]:
+        """Lockstep: as if the node had just been activated."""
+        session = self.node.session
+        assert isinstance(session, SteppedSession), "in real time the time is that of the stamps"
+        return self._reported(session.begin_anew())
 
     def quit_soon(self) -> None:
         """End the process once the answer to the request is out."""

@@ -12,8 +12,6 @@ import math
 import time
 from collections import Counter
 from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -27,15 +25,17 @@ from ..physics.frame import Source
 from ..physics.inputs import MOTION_ROWS, SOURCE
 from ..physics.state import NOW
 from ..sim.build import make_output
-from ..sim.carry import carried_over, heading_problem, place
+from ..sim.carry import carried_over
 from ..sim.current import turned_current
 from ..sim.live import changed, set_live
 from ..sim.simulator import Simulator, StartError
-from . import saving
+from .blocks import NodeBlock
 from .interpreter import quiet
 from .loop import MAPPING, RESYNCS, SKIPPED, TARGET, Loop
 from .overload import Pace
 from .params import Settings
+from .saving import Saving
+from .timing import Timing
 
 RING_ROWS = 128  # ticks a slow publisher may be behind
 REHEARSAL = 20  # ticks
@@ -43,7 +43,7 @@ START_MARGIN = 0.25  # s; messages that came during the static start must be in 
 SECOND = 1_000_000_000
 
 
-class Session:
+class Session(Timing, Saving):
     """Settings to a running simulation. Every method is called from one thread (the executor's)."""
 
     def __init__(self, settings: Settings, log: Callable[[str, str], None]) -> None:
@@ -82,6 +82,10 @@ class Session:
         assert self.loop is not None, self.state
         return self.loop
 
+    def set_node(self, node: NodeBlock) -> None:
+        """Other values of the node's own live parameters."""
+        self.node = node
+
     # ---- configure
 
     def configure(self) -> None:
@@ -92,7 +96,7 @@ class Session:
         self._static_start(0, (0.0, 0.0), None)
         self.period = round(self.scene.solver.tick * SECOND)
         output = make_output(self.sim.model, self.sim.nodes, RING_ROWS)
-        self.loop = Loop(
+        self.loop = self._new_loop(
             self.sim.model,
             self.sim.state,
             self.sim.inputs,
@@ -120,11 +124,13 @@ class Session:
         quiet()
         self.state = "ready"
 
+    def _new_loop(self, *parts, **settings) -> Loop:
+        return Loop(*parts, **settings)
+
     def _rehearse(self) -> None:
         """A few ticks without motion: the first ones otherwise overrun while memory is being mapped."""
         self.built_loop.start(0, time.monotonic_ns())
-        while self.built_loop.count < REHEARSAL and not self.built_loop.halted:
-            time.sleep(0.01)
+        self.built_loop.run_to(REHEARSAL)
         self.built_loop.stop()
         halted = self.built_loop.halted
         self.built_loop.clear()
@@ -225,14 +231,11 @@ class Session:
     def _start(self) -> None:
         """Static start where the ship will be when it is solved, and the loop with it."""
         sample, stamp = self._newest_sample().copy(), self._newest_stamp()
-        target = self._target()
+        begin, target = self._when(stamp)
         kept = self._cause not in STATIC
-        turned = self._cause == "restore" and heading_problem(self.built_sim.state.memory[NOW], float(sample[5]))
-        if turned:
-            self.fail(f"not restored: {turned}; nothing is simulated until ~/reset")
+        if problem := self.not_restored(float(sample[5])):
+            self.fail(problem)
             return
-        cost = START_MARGIN + (0.0 if kept else 1.5 * self.start_cost)
-        begin = max(stamp, time.monotonic_ns() - target + round(cost * SECOND))
         ahead = (begin - stamp) * 1e-9
         position = float(sample[0] + sample[6] * ahead), float(sample[1] + sample[7] * ahead)
         try:
@@ -259,6 +262,12 @@ class Session:
             f"motion from {str(Source(int(sample[SOURCE])).name).lower()}",
         )
 
+    def _when(self, stamp: int) -> tuple[int, int]:
+        """Time of a start that is due now, and the mapping of the loop [ns]; stamp: of the newest motion."""
+        target = self._target()
+        cost = START_MARGIN + (1.5 * self.start_cost if self._cause in STATIC else 0.0)
+        return max(stamp, time.monotonic_ns() - target + round(cost * SECOND)), target
+
     def fail(self, problem: str) -> None:
         self.state, self.problem = "failed", problem
         self.log("error", problem)
@@ -279,34 +288,6 @@ class Session:
             return True, f"{text}; waiting for motion" if self._cause == "restore" else "waiting for motion"
         self._start()
         return self.state == "running", self.problem or text
-
-    # ---- save and restore: ros/saving.py
-
-    def save(self, path: Path) -> tuple[bool, str]:
-        """Write the tow as it is to a file: (done, text)."""
-        return saving.save(self, path)
-
-    def restore(self, path: Path) -> tuple[bool, str]:
-        """Go on with the tow of a file: (done, text)."""
-        return saving.restore(self, path)
-
-    @property
-    def motion_known(self) -> bool:
-        """Has motion come, on the clock as it is?"""
-        return self.clock.offset is not None
-
-    def heading(self) -> float | None:
-        """Yaw of the newest motion, rad; None before the first."""
-        return float(self._newest_sample()[5]) if self.motion_known else None
-
-    def between_ticks(self) -> AbstractContextManager[None]:
-        """No tick runs meanwhile."""
-        return self.built_loop.paused() if self.state == "running" else nullcontext()
-
-    def begin_restored(self, text: str) -> tuple[bool, str]:
-        """Take the tow that has been put into the simulator to the present: (done, text)."""
-        self._cause = "restore"
-        return self._begin_again(text)
 
     def set_live(self, name: str, value: Any) -> None:
         """Give a live parameter of the scene (sim/live.py) another value, between two ticks where the loop runs."""
@@ -330,12 +311,7 @@ class Session:
         with self.between_ticks():
             self.journal = journal
             if self.state == "running":
-                self._note_start(self._here("recording"))
-
-    def _here(self, cause: str) -> Start:
-        """The tow as it is, of a loop that stands."""
-        now = self.built_sim.state.memory[NOW]
-        return Start(int(now.time.now), place(now), float(now.ship.motion.coord[5]), cause)
+                self._note_start(self.here("recording"))
 
     def _note_start(self, start: Start) -> None:
         if self.journal is not None:
@@ -345,26 +321,31 @@ class Session:
 
     def poll(self) -> None:
         """Called twenty times a second: notices a halt, a standstill, an overload, a lag, a silent start."""
-        if self.state == "waiting" and time.monotonic() - self._waiting_since >= 5.0:
-            self._waiting_since = time.monotonic()
-            self.log("info", "waiting for motion on imu/data and odom")
+        self._say_waiting()
         if self.state != "running":
             return
         loop, now = self.built_loop, time.monotonic_ns()
         for level, text in self.pace.look(now, loop.count, loop.rows, loop.row, int(loop.control[SKIPPED])):
             self.log(level, text)
         if self.built_loop.halted:
-            self.state = "halted"
-            failure = self.built_loop.failure
-            self.problem = (
-                f"the stepping loop ended: {type(failure).__name__}: {failure}"
-                if failure
-                else "the solver gave up: the last tick was rolled back and nothing more is published; "
-                "~/reset starts again"
-            )
-            self.log("error", self.problem)
+            self._halted()
         elif self.lag() > self.node.realtime.max_lag:
             self._skip_ahead(now)
+
+    def _say_waiting(self) -> None:
+        if self.state == "waiting" and time.monotonic() - self._waiting_since >= 5.0:
+            self._waiting_since = time.monotonic()
+            self.log("info", "waiting for motion on imu/data and odom")
+
+    def _halted(self) -> None:
+        self.state = "halted"
+        failure = self.built_loop.failure
+        self.problem = (
+            f"the stepping loop ended: {type(failure).__name__}: {failure}"
+            if failure
+            else "the solver gave up: the last tick was rolled back and nothing more is published; ~/reset starts again"
+        )
+        self.log("error", self.problem)
 
     def _skip_ahead(self, now: int) -> None:
         """Take the simulation to the present, the cable as it hangs; now: CLOCK_MONOTONIC, ns."""

@@ -134,8 +134,11 @@ class Standard:
     # ---- changes of state: (result code, text)
 
     def _play(self) -> tuple[int, str]:
-        if self.state == self.State.STATE_PAUSED:
-            return self._judged(self.control.pause(False))
+        paused = self.state == self.State.STATE_PAUSED
+        if self.lockstep:
+            done = self.control.pause(False)
+            if paused:
+                return self._judged(done)
         return self._begin()
 
     def _pause(self) -> tuple[int, str]:
