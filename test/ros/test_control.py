@@ -35,9 +35,7 @@ class Remote:
         from rcl_interfaces.srv import SetParameters
 
         kind = {"integer_value": 2, "string_value": 4}[next(iter(value))]
-        request = SetParameters.Request(
-            parameters=[Parameter(name=name, value=ParameterValue(type=kind, **value))]
-        )
+        request = SetParameters.Request(parameters=[Parameter(name=name, value=ParameterValue(type=kind, **value))])
         return self.ears.call(SetParameters, "cable_sim/set_parameters", request).results[0].reason
 
 
