@@ -70,7 +70,7 @@ class CableSimNode(LifecycleNode):
         self.add_post_set_parameters_callback(self._was_set)
         self.session = session_of(self.settings, self._log)
         self.watch = Watch(self.session)
-        self.arrivals = StampArrivals(lambda: self.session.now()) if self.session.lockstep else Arrivals()
+        self.arrivals = StampArrivals(lambda: self.session.step_clock) if self.session.lockstep else Arrivals()
         self.publisher: TickPublisher | None = None
         self.recording = RecordingControl(self.settings, self.get_namespace())
         self.inputs: list = []
@@ -264,16 +264,15 @@ class CableSimNode(LifecycleNode):
         for parameter in parameters:
             if parameter.name == "recording.path":
                 self.recording.wanted = parameter.value
-            elif parameter.name.startswith("lockstep."):
-                self.settings = self.settings._replace(
-                    node=changed(self.settings.node, parameter.name, parameter.value)
-                )
-                self.session.set_node(self.settings.node)
             elif parameter.name in live:
                 scene = changed(self.settings.scene, parameter.name, parameter.value)
                 self.settings = self.recording.settings = self.settings._replace(scene=scene)
                 self.session.set_live(parameter.name, parameter.value)
                 self.get_logger().info(f"{parameter.name} = {parameter.value}, from the next tick on")
+            else:
+                block = changed(self.settings.node, parameter.name, parameter.value)
+                self.settings = self.recording.settings = self.settings._replace(node=block)
+                self.session.set_node(block)
 
     # ---- what the node says
 
