@@ -17,8 +17,10 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
 
 from test_commands import command
 from test_motion import imu, odometry
+from test_stepped import poured
 
 from cable_sim_ros.io.load import load_scene, override
+from cable_sim_ros.ros import session as session_module
 from cable_sim_ros.ros.params import settle
 from cable_sim_ros.ros.stepped import SteppedSession
 from cable_sim_ros.runs import offline
@@ -76,7 +78,8 @@ class Harness:
 
 
 @pytest.fixture
-def make():
+def make(monkeypatch):
+    monkeypatch.setattr(session_module, "quiet", lambda: None)
     made = []
 
     def make(**parameters):
@@ -183,3 +186,18 @@ def test_a_state_of_another_clock_is_taken_to_the_present(make, tmp_path):
     late.feed(0, 100, heading=1.0)
     assert late.step(20) == []
     assert late.session.state == "failed" and late.session.problem.startswith("not restored: the ship heads 0 deg")
+
+
+def test_a_recording_has_the_restore_and_is_replayed_bit_for_bit(monkeypatch, tmp_path):
+    """Time goes back in the bag, to what it says again."""
+    run = poured(monkeypatch, tmp_path / "bag")
+    run.until(40)
+    assert run.session.save(tmp_path / "tow.npz")[0]
+    run.until(55)
+    assert run.session.restore(tmp_path / "tow.npz")[0]
+    frames = run.until(75)
+    run.close()
+    assert frames[40:55].tobytes() == frames[55:70].tobytes() and np.ptp(frames.payout[40:]) > 0.01
+    again = offline.replay(tmp_path / "bag")
+    assert again.frames.tobytes() == frames.tobytes()
+    assert again.figures["replay_faults"] == [] and again.figures["largest_difference"]["difference"] == 0.0
