@@ -85,6 +85,7 @@ class SteppedSession(Session):
         if self.state != "running":
             return True
         loop = self.built_loop
+        assert isinstance(loop, StepLoop)
         if self.steps.clock - self.delay <= int(loop.control[REACHED]):
             return False
         loop.step()
