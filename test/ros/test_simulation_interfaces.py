@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import importlib
 import os
+import sys
 from types import SimpleNamespace
 
 import pytest
@@ -24,9 +25,15 @@ ALREADY, TRANSITION_ERROR = 101, 102  # of SetSimulationState.srv
 STOPPED, PLAYING, PAUSED, QUITTING, NO_WORLD = range(5)
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def package(tmp_path_factory):
-    return standard_package.make(tmp_path_factory.mktemp("standard"))
+    """Where the package is, importable while this file is tested."""
+    path = standard_package.make(tmp_path_factory.mktemp("standard"))
+    with pytest.MonkeyPatch.context() as patched:
+        patched.syspath_prepend(str(path))
+        yield path
+    for name in [name for name in sys.modules if name.partition(".")[0] == standard_package.PACKAGE]:
+        del sys.modules[name]
 
 
 class Standard:
@@ -53,8 +60,7 @@ class Standard:
 
 
 @pytest.fixture
-def standard(world, package, monkeypatch):
-    monkeypatch.syspath_prepend(str(package))
+def standard(world, package):
     path = os.pathsep.join([str(package), world.environment["PYTHONPATH"]])
 
     def start(**parameters):
@@ -96,14 +102,13 @@ def test_in_lockstep_all_of_it_works(world, standard):
     assert it.set(QUITTING) == (OK, "") and node.wait(5.0) == 0
 
 
-def test_in_real_time_what_needs_time_to_stand_is_refused(package, monkeypatch):
+def test_in_real_time_what_needs_time_to_stand_is_refused(package):
     """The handlers by themselves, with the classes of the package."""
     from rclpy.lifecycle import TransitionCallbackReturn as Done
 
     from cable_sim_ros.ros.simulation_interfaces import Standard as Handlers
     from cable_sim_ros.ros.timing import NOT_IN_REAL_TIME
 
-    monkeypatch.syspath_prepend(str(package))
     msg, srv = (importlib.import_module(f"simulation_interfaces.{part}") for part in ("msg", "srv"))
     refused = (False, NOT_IN_REAL_TIME)
     session = SimpleNamespace(state="unconfigured", problem="", lockstep=False, paused=False, step=lambda n: refused)
