@@ -37,10 +37,10 @@ class CommandIngest:
 
     `accepted` counts what was taken, `refused` what was not, by cause, `no_command` the messages that are neither: they
     have no number for the winch, and the command before them goes on. `clamped` counts what asked for more than the
-    winch can do, "rate" or "length"; `last` is the newest command taken, `last_arrival` its arrival [ns], `last_clamp` what
-    was made of the newest that was clamped, in words, `last_refusal` why the newest refused was. `lag` [s] is arrival
-    less stamp of the newest, on the clock that the stamp is of, `lag_clock`: "motion", "wall", or "" where it is of
-    neither (`lag` is NaN then).
+    winch can do, "rate" or "length"; `last` is the newest command taken, `last_arrival` its arrival [ns], `last_clamp`
+    what was made of the newest that was clamped, in words, `last_refusal` why the newest refused was. `lag` [s] is
+    arrival less stamp of the newest, on the clock that the stamp is of, `lag_clock`: "motion", "wall", or "" where it
+    is of neither (`lag` is NaN then).
     """
 
     def __init__(self, inputs: Inputs, drum: np.record | None = None, wall: int = 0) -> None:

@@ -62,7 +62,7 @@ class Component:
                 self.state[key] = self._unwrapped(key, value) if self.sums and interface == "position" else value
 
     def _unwrapped(self, key: str, value: float) -> float:
-        """The sum of rotations, for sum_wrapped_joint_states: the shortest way on from the sum so far, in full turns."""
+        """The sum of rotations, for sum_wrapped_joint_states: the shortest way on from the sum so far."""
         turns = self.state[key] if not isnan(self.state[key]) else 0.0
         return turns + (value - turns + pi) % (2.0 * pi) - pi
 

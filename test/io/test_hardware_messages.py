@@ -1,5 +1,7 @@
-"""The messages of ros2_control's hardware component, one by one, and what a winch makes of a controller that is equal to
-its state. The component is the stand-in of hardware_component.py; the winch's commands are the compiled ones."""
+"""The messages of ros2_control's hardware component, one by one, and a controller whose command is equal to the state.
+
+The component is the stand-in of hardware_component.py; the winch's commands are the compiled ones.
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,7 @@
-"""The hardware component of ros2_control against the node, through real topics: from before the first controller to the
-deactivation of the component. The component is a stand-in (test/io/hardware_component.py) with the shipped URDFs."""
+"""The hardware component of ros2_control against the node, through real topics, with the URDFs that are shipped.
+
+The component is a stand-in, test/io/hardware_component.py.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,7 @@ CYCLE = 0.02  # s, 1 / update_rate
 
 
 class Hardware:
-    """A component on its topics: read() and write() in turn, as the controller manager calls them while it is active."""
+    """A component on its topics: read() and write() in turn, as the controller manager calls them."""
 
     def __init__(self, ears, component: Component) -> None:
         from rclpy.qos import QoSProfile, qos_profile_sensor_data
