@@ -213,7 +213,9 @@ class Watch:
         refused = self._new("command drops", sum(commands.refused.values()))
         clamped = self._new("command clamps", sum(commands.clamped.values()))
         empty = self._new("no command", commands.no_command)
-        nothing = f"; {empty} messages in the last second command nothing, is the controller active?" if empty else ""
+        nothing = (
+            f"; messages without a command in the last second: {empty}, is the controller active?" if empty else ""
+        )
         left = f"{out:.2f} m can be paid out and {back:.2f} m hauled in"
         if flags & Flag.COMMAND_STALE and commands.last is not None:
             does = "brakes and holds" if isnan(commands.last.payout) else "goes to it and holds there"

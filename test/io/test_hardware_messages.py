@@ -112,6 +112,15 @@ def test_what_the_component_sends_has_the_entries_of_its_interfaces_alone():
     assert it.write() == Message(["payout", "drum", "crane"], [1.0], [2.0, 3.0], [])
 
 
+def test_arrays_filled_up_with_nan_are_understood_too():
+    """As a change upstream would send them, topic_based_hardware_interfaces #101."""
+    ingest = CommandIngest(make_inputs())
+    names = ["drum", "payout"]
+    assert ingest.take(command(NOW, [nan, nan], [nan, 0.3], names, [nan, nan]), 0, NOW) == ""
+    assert ingest.take(command(NOW, [nan, nan], [nan, nan], names, [nan, nan]), 0, NOW) == ""
+    assert ingest.last.rate == 0.3 and (ingest.accepted, ingest.no_command) == (1, 1)
+
+
 def test_it_reads_our_two_joints_by_name_in_any_order():
     it = component()
     it.read(Message(["drum", "payout", "other"], [7.0, 458.0, 0.0], [0.1, nan, 0.0], [12.0, 3e3, 0.0]))

@@ -94,6 +94,13 @@ def test_a_urdf_has_the_names_of_the_node(name):
 
 
 @pytest.mark.parametrize("name", URDFS)
+def test_a_urdf_can_be_given_as_a_parameter_on_a_command_line(name):
+    """-p name:=value is read as YAML, in which a colon before a space, or a space before a hash, ends a text."""
+    text = (FILES / name).read_text("utf-8")
+    assert yaml.safe_load(text).split() == text.split()
+
+
+@pytest.mark.parametrize("name", URDFS)
 def test_a_urdf_is_a_tree_whose_joints_have_what_urdf_asks_of_them(name):
     from xml.etree import ElementTree
 

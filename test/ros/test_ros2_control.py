@@ -101,7 +101,7 @@ def test_a_winch_through_the_life_of_a_controller(tow):
     it = hardware.component
     # no controller yet: NaN in every cycle
     level, text, values = task(ears)
-    assert level == 0 and text.startswith("no command yet: the winch holds; ") and "command nothing" in text
+    assert level == 0 and text.startswith("no command yet: the winch holds; ") and "messages without a command" in text
     assert values["accepted"] == "0" and not [key for key in values if key.startswith("refused")]
     poll(lambda: all(isfinite(it.state[f"{joint}/{i}"]) for joint in it.joints for i in INTERFACES), 5.0, "both joints")
 
@@ -166,3 +166,40 @@ def test_commands_that_are_equal_to_the_state_and_lengths(tow, world):
     time.sleep(1.0)
     assert len(lengths.sent) - begun <= 2 and other.state["payout/position"] == pytest.approx(wanted, abs=1e-4)
     assert task(ears)[2]["newest"].startswith("length") and "winch command refused" not in node.text
+
+
+def given(world, name: str, *arguments: str) -> dict:
+    """Parameters of a node of this name that is started with these arguments, as rcl reads them."""
+    import rclpy
+
+    context = rclpy.Context()
+    rclpy.init(args=["--ros-args", *arguments], context=context, domain_id=world.domain)
+    node = rclpy.create_node(name, context=context, automatically_declare_parameters_from_overrides=True)
+    found = {key: node.get_parameter(key).value for key in node.get_parameters_by_prefix("")}
+    node.destroy_node()
+    context.try_shutdown()
+    return found
+
+
+def test_rcl_reads_the_files_as_the_page_gives_them(world):
+    for name in ("winch_velocity.urdf", "winch_position.urdf"):
+        text = (FILES / name).read_text("utf-8")
+        found = given(world, "robot_state_publisher", "-p", f"robot_description:={text}")["robot_description"]
+        assert found.split() == text.split() and found.startswith("<?xml")
+    file = str(FILES / "controllers.yaml")
+    manager = given(world, "controller_manager", "--params-file", file, "-p", "use_sim_time:=true")
+    assert manager["update_rate"] == round(1.0 / CYCLE) and manager["use_sim_time"] is True
+    assert manager["winch_pid.type"] == "pid_controller/PidController"
+    assert given(world, "winch_pid", "--params-file", file)["gains.payout.u_clamp_min"] == -2.0
+    assert given(world, "winch_trajectory_pid", "--params-file", file)["command_joints"] == ["winch_pid/payout"]
+
+
+def test_simulation_time_reaches_the_node_of_the_component_from_the_command_line_alone(world):
+    """define_custom_node_options() of hardware_component_interface.cpp gives it nothing but its name."""
+    alone = world.folder / "alone.yaml"
+    alone.write_text("controller_manager: {ros__parameters: {use_sim_time: true}}")
+    manager, component = (
+        given(world, name, "--params-file", str(alone)) for name in ("controller_manager", "winch_by_rate")
+    )
+    assert manager["use_sim_time"] is True and component["use_sim_time"] is False
+    assert given(world, "winch_by_rate", "-p", "use_sim_time:=true")["use_sim_time"] is True
