@@ -323,9 +323,10 @@ def decisions(tow, take):
     found, head = [], 0
     for event in tow.events:
         cause, inputs = take(event)
+        now = int(inputs.command_head[0])
         if event.kind == "command":
-            found.append(cause or [*pushed(inputs, head), "none"][0])
-            head = int(inputs.command_head[0])
+            found.append(cause or (pushed(inputs, now - 1)[0] if now != head else "nothing"))
+        head = now
     return found
 
 
