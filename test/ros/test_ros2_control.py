@@ -21,6 +21,7 @@ pytest.importorskip("rclpy")
 pytestmark = pytest.mark.ros
 FILES = ROOT / "config" / "ros2_control"
 CYCLE = 0.02  # s, 1 / update_rate
+TIMEOUT = 1.0  # s; a busy machine holds up a sender for half of it
 
 
 class Hardware:
@@ -32,6 +33,7 @@ class Hardware:
 
         self.component, self.kind, self.node, self.active = component, JointState, ears.node, True
         self.sent: list[float] = []  # when
+        self.cycles = 0
         self.newest = None
         # on_init(): QoS(1), which is reliable with depth 1, and SensorDataQoS
         self.publisher = ears.node.create_publisher(JointState, component.commands_topic, QoSProfile(depth=1))
@@ -48,6 +50,7 @@ class Hardware:
                 self.component.read(self.newest)
             if self.active:
                 self._write()
+            self.cycles += 1
 
     def _write(self) -> None:
         fields = self.component.write()
@@ -74,7 +77,7 @@ def tow(world):
     ears = world.ears()
     ears.listen(DiagnosticArray, "/diagnostics")
     ears.listen(JointState, "winch/state")
-    node = world.node()
+    node = world.node(winch__command_timeout=TIMEOUT)
     hardware = Hardware(ears, of_urdf(FILES / "winch_velocity.urdf"))  # before the first motion: nothing is refused
     world.closing.insert(0, hardware.close)
     poll(hardware.publisher.get_subscription_count, 40.0, "the node to listen")
@@ -103,34 +106,36 @@ def test_a_winch_through_the_life_of_a_controller(tow):
     level, text, values = task(ears)
     assert level == 0 and text.startswith("no command yet: the winch holds; ") and "messages without a command" in text
     assert values["accepted"] == "0" and not [key for key in values if key.startswith("refused")]
-    poll(lambda: all(isfinite(it.state[f"{joint}/{i}"]) for joint in it.joints for i in INTERFACES), 5.0, "both joints")
+    poll(
+        lambda: all(isfinite(it.state[f"{joint}/{i}"]) for joint in it.joints for i in INTERFACES), 15.0, "both joints"
+    )
 
     # a velocity controller: the state is soon equal to the command, and the rate lasts (threshold -1)
     it.command["payout/velocity"] = 0.3
-    poll(lambda: it.state["payout/velocity"] == pytest.approx(0.3), 5.0, "the rate in the state")
-    found = rates(ears, 1.5)
-    assert len(found) > 75 and set(found) == {0.3}
+    poll(lambda: it.state["payout/velocity"] == pytest.approx(0.3), 15.0, "the rate in the state")
+    found = rates(ears, 2.5 * TIMEOUT)
+    assert len(found) > 50 and set(found) == {0.3}
     assert task(ears)[0] == 0 and task(ears)[2]["stale"] == "false" and task(ears)[2]["newest"] == "rate 0.3 m/s"
 
     # it is deactivated: on_deactivate() of JointGroupVelocityController writes 0
     it.command["payout/velocity"] = 0.0
-    poll(lambda: it.state["payout/velocity"] == 0.0, 5.0, "the stop")
-    assert set(rates(ears, 0.7)) == {0.0} and task(ears)[2]["stale"] == "false"
+    poll(lambda: it.state["payout/velocity"] == 0.0, 15.0, "the stop")
+    assert set(rates(ears, 1.5 * TIMEOUT)) == {0.0} and task(ears)[2]["stale"] == "false"
 
     # the component is emptied while it pays out: the rate runs out
     it.command["payout/velocity"] = 0.3
-    poll(lambda: it.state["payout/velocity"] == pytest.approx(0.3), 5.0, "the rate again")
+    poll(lambda: it.state["payout/velocity"] == pytest.approx(0.3), 15.0, "the rate again")
     it.command["payout/velocity"] = nan
-    found = rates(ears, 1.5)
+    found = rates(ears, 2.5 * TIMEOUT)
     assert found[0] == 0.3 and found[-1] == 0.0 and found == sorted(found, reverse=True)
-    text = poll(lambda: task(ears)[1] if task(ears)[0] == 1 else "", 5.0, "a WARN")
+    text = poll(lambda: task(ears)[1] if task(ears)[0] == 1 else "", 15.0, "a WARN")
     assert "command stale: the newest, rate 0.3 m/s" in text and "is the controller active?" in text
 
     # the component itself is deactivated: silence, and the same end
     it.command["payout/velocity"] = -0.2
-    poll(lambda: it.state["payout/velocity"] == pytest.approx(-0.2), 5.0, "another rate")
+    poll(lambda: it.state["payout/velocity"] == pytest.approx(-0.2), 15.0, "another rate")
     hardware.active = False
-    found = rates(ears, 1.5)
+    found = rates(ears, 2.5 * TIMEOUT)
     assert found[0] == -0.2 and found[-1] == 0.0 and found == sorted(found)
     assert "winch command refused" not in node.text
 
@@ -141,14 +146,22 @@ def test_commands_that_are_equal_to_the_state_and_lengths(tow, world):
     # the default threshold: what is equal is not sent, and the rate runs into its time-out again and again
     it.threshold = 1e-5
     it.command["payout/velocity"] = 0.3
-    poll(lambda: it.state["payout/velocity"] == pytest.approx(0.3), 5.0, "the rate in the state")
-    begun = len(hardware.sent)
-    found = rates(ears, 3.0)
-    assert 0.0 in found and 0.3 in found
-    starts = sum(now == 0.3 and before == 0.0 for before, now in zip(found, found[1:]))
-    assert 3 <= starts <= 6 and len(hardware.sent) - begun < 40, "of 150 cycles"
+    poll(lambda: it.state["payout/velocity"] == pytest.approx(0.3), 15.0, "the rate in the state")
+    box, begun, sent, cycles = (
+        ears.heard["winch/state"],
+        len(ears.heard["winch/state"]),
+        len(hardware.sent),
+        hardware.cycles,
+    )
+
+    def starts() -> int:
+        found = [message.velocity[message.name.index("payout")] for message in box[begun:]]
+        return sum(now == 0.3 and before == 0.0 for before, now in zip(found, found[1:]))
+
+    poll(lambda: starts() >= 3, 30.0, "three stops and starts")
+    assert len(hardware.sent) - sent < 0.6 * (hardware.cycles - cycles), "most cycles send nothing"
     it.command["payout/velocity"] = 0.0
-    poll(lambda: it.state["payout/velocity"] == 0.0, 5.0, "the stop")
+    poll(lambda: it.state["payout/velocity"] == 0.0, 15.0, "the stop")
     hardware.active = False
 
     # lengths, by the other URDF, and equal ones not sent either: it is there and stays there
@@ -157,7 +170,7 @@ def test_commands_that_are_equal_to_the_state_and_lengths(tow, world):
     poll(lengths.publisher.get_subscription_count, 10.0, "the node to listen")
     other = lengths.component
     other.threshold = 1e-5
-    poll(lambda: isfinite(other.state["payout/position"]), 5.0, "the state")
+    poll(lambda: isfinite(other.state["payout/position"]), 15.0, "the state")
     assert isnan(other.command["payout/position"])
     other.command["payout/position"] = other.state["payout/position"] + 0.4
     wanted = other.command["payout/position"]
