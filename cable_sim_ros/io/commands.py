@@ -35,17 +35,18 @@ def encode_command(stamp: int, payout: float | None, rate: float | None) -> byte
 class CommandIngest:
     """Writes commands to the ring. One writer: call it from one thread.
 
-    `accepted` counts what was taken, `refused` what was not, by cause, and `clamped` what asked for more than the winch
-    can do, "rate" or "length"; `last` is the newest command taken, `last_arrival` its arrival [ns], `last_clamp` what
-    was made of the newest that was clamped, in words, `last_refusal` why the newest refused was. `lag` [s] is arrival
-    less stamp of the newest, on the clock that the stamp is of, `lag_clock`: "motion", "wall", or "" where it is of
-    neither (`lag` is NaN then).
+    `accepted` counts what was taken, `refused` what was not, by cause, `no_command` the messages that are neither: they
+    have no number for the winch, and the command before them goes on. `clamped` counts what asked for more than the
+    winch can do, "rate" or "length"; `last` is the newest command taken, `last_arrival` its arrival [ns], `last_clamp`
+    what was made of the newest that was clamped, in words, `last_refusal` why the newest refused was. `lag` [s] is
+    arrival less stamp of the newest, on the clock that the stamp is of, `lag_clock`: "motion", "wall", or "" where it
+    is of neither (`lag` is NaN then).
     """
 
     def __init__(self, inputs: Inputs, drum: np.record | None = None, wall: int = 0) -> None:
         """drum: DRUM record, None: nothing is counted as clamped; wall: what to add to arrivals for wall time, ns."""
         self.inputs, self.drum, self.wall = inputs, drum, wall
-        self.accepted = 0
+        self.accepted = self.no_command = 0
         self.refused: Counter[str] = Counter()
         self.clamped: Counter[str] = Counter()
         self.last_clamp = self.last_refusal = ""
@@ -63,10 +64,15 @@ class CommandIngest:
     def take(self, data: bytes, arrival: int, data_now: int | None) -> str:
         """CDR bytes of one JointState. Returns "" or the cause of refusal, a key of `messages.CAUSES`.
 
+        What commands nothing is counted and changes nothing, before the first motion too.
+
         arrival: ns; data_now: the same on the clock of the motion data, None before the first motion.
         """
         try:
             command = decode_command(data)
+            if command.is_none:
+                self.no_command += 1
+                return ""
             if data_now is None:
                 raise Refused("before_motion")
         except Refused as refusal:

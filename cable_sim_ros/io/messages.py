@@ -22,6 +22,7 @@ from .mounting import Mounting, Rotor
 MOST_FORCE = 50.0  # m/s^2
 MOST_BYTES = 65536  # of a message of motion or a command; they have some hundred
 JOINT = "payout"  # of a winch command
+DRUM = "drum"  # the other joint of winch/state; it takes no commands
 
 # the one vocabulary of refusals, live and replayed: cause -> what to say ("" = an event, nothing was refused)
 CAUSES = {
@@ -54,10 +55,11 @@ CAUSES = {
     "held_full": "in lockstep: too many messages wait for /clock to come to their stamps: dropped; send motion as "
     "/clock goes on",
     "joint_name": f"the joint '{JOINT}' is not named exactly once: dropped; other joints may stand beside it",
-    "array_length": "position or velocity is neither empty nor as long as the list of names: dropped; give NaN for "
-    "what is not commanded",
-    "nothing_commanded": f"neither position [m] nor velocity [m/s] of the joint '{JOINT}' is a number: dropped; "
-    "give one",
+    "array_length": "position or velocity has some entries, but not one for each joint that is named, so it cannot be "
+    f"known which is that of '{JOINT}' (only '{DRUM}', which takes no commands, may go without): dropped; give NaN for "
+    "what is not commanded, in ros2_control give the winch a <ros2_control> system of its own",
+    "effort_only": f"of the joint '{JOINT}' only effort is a number, and the winch takes none: dropped; command "
+    "position [m] or velocity [m/s]",
     "imu_gap": "",
     "gap": "",
     "source_change": "",
@@ -98,6 +100,11 @@ class Command(NamedTuple):
     stamp: int  # ns; 0: none
     payout: float  # m, positive out; NaN: not commanded
     rate: float  # m/s, positive out; NaN: not commanded
+
+    @property
+    def is_none(self) -> bool:
+        """Does it command nothing? So does every message of ros2_control while no controller is active."""
+        return isnan(self.payout) and isnan(self.rate)
 
 
 _STAMP = {order: Struct(order + "iI") for order in "<>"}
@@ -247,26 +254,38 @@ class _Sequences:
         return Struct(f"{self.order}{count}d").unpack_from(self.data, at)
 
 
+def _of_joint(array: tuple[float, ...], names: list[bytes]) -> float | None:
+    """Entry of `payout` in an array of a JointState, NaN in an empty one; None where it is not known which it is.
+
+    ros2_control's hardware component names every joint, and gives an array entries for those with that interface alone.
+    """
+    if not array:
+        return nan
+    if len(array) != len(names):
+        names = [name for name in names if name != DRUM.encode()]
+    return array[names.index(JOINT.encode())] if len(array) == len(names) else None
+
+
 def decode_command(data: bytes) -> Command:
     """Checked numbers of a winch command, a sensor_msgs/JointState; Refused if it cannot be used.
 
-    A joint `payout` with position or velocity or both; NaN or an empty array = not commanded. Effort is not read.
+    A joint `payout` with position or velocity or both; NaN or an empty array = not commanded, and with neither the
+    message commands nothing, as from a controller that is not active. Effort is carried out by nothing here.
     """
     order = _order(data)
     parts = _Sequences(data, order, 12)
     parts.string()  # frame_id
     names = [parts.string() for _ in range(parts.count())]
-    position, velocity, _ = (parts.doubles() for _ in range(3))  # rclpy may leave padding after them
+    position, velocity, effort = (parts.doubles() for _ in range(3))  # rclpy may leave padding after them
     if names.count(JOINT.encode()) != 1:
         raise Refused("joint_name")
-    if any(len(array) not in (0, len(names)) for array in (position, velocity)):
+    payout, rate, force = (_of_joint(array, names) for array in (position, velocity, effort))
+    if payout is None or rate is None:
         raise Refused("array_length")
-    index = names.index(JOINT.encode())
-    payout, rate = (array[index] if array else nan for array in (position, velocity))
     if isinf(payout) or isinf(rate):
         raise Refused("not_finite")
-    if isnan(payout) and isnan(rate):
-        raise Refused("nothing_commanded")
+    if isnan(payout) and isnan(rate) and force is not None and not isnan(force):
+        raise Refused("effort_only")
     if abs(payout) > MOST_COMMAND or abs(rate) > MOST_COMMAND:
         raise Refused("out_of_range")
     return Command(stamp_of(data) or 0, payout, rate)

@@ -201,6 +201,7 @@ class Watch:
         out, back = commands.travel(payout)
         values = {
             "accepted": str(commands.accepted),
+            "no_command": str(commands.no_command),
             "newest": _commanded(commands.last),
             "age_s": "never" if commands.last_arrival is None else _text((now - commands.last_arrival) * 1e-9),
             "stale": str(bool(flags & Flag.COMMAND_STALE)).lower(),
@@ -216,12 +217,16 @@ class Watch:
         }
         refused = self._new("command drops", sum(commands.refused.values()))
         clamped = self._new("command clamps", sum(commands.clamped.values()))
+        empty = self._new("no command", commands.no_command)
+        nothing = (
+            f"; messages without a command in the last second: {empty}, is the controller active?" if empty else ""
+        )
         left = f"{out:.2f} m can be paid out and {back:.2f} m hauled in"
         if flags & Flag.COMMAND_STALE and commands.last is not None:
             does = "brakes and holds" if isnan(commands.last.payout) else "goes to it and holds there"
             text = (
                 f"command stale: the newest, {_commanded(commands.last)}, is older than winch.command_timeout, the "
-                f"winch {does}: {payout:.2f} m out now"
+                f"winch {does}: {payout:.2f} m out now{nothing}"
             )
         elif refused:
             text = f"{_refused(refused, 'command')}: {commands.last_refusal}"
@@ -231,7 +236,8 @@ class Watch:
             text = f"the newest, {_commanded(commands.last)}, asks for more than the winch can do: {left}"
         else:
             text = f"commanded: {_commanded(commands.last)}{_to_go(commands.last, payout)}; {left}"
-            return Status("command", OK, text if commands.accepted else "no command yet: the winch holds", values)
+            text = text if commands.accepted else "no command yet: the winch holds"
+            return Status("command", OK, text + nothing, values)
         return Status("command", WARN, text, values)
 
     def _solver(self, publisher: TickPublisher | None) -> Status:
@@ -294,7 +300,8 @@ def _commanded(command: Command | None) -> str:
     if command is None:
         return "none"
     if not math.isnan(command.payout):
-        return f"length {command.payout:g} m"
+        beside = f", not the rate {command.rate:g} m/s beside it" if abs(command.rate) > 0.0 else ""
+        return f"length {command.payout:g} m{beside}"
     return f"rate {command.rate:g} m/s"
 
 
@@ -350,6 +357,7 @@ def final_figures(session: Session, publisher: TickPublisher | None, recorder_st
     if getattr(session, "commands", None) is not None:
         figures["commands_refused"] = dict(session.commands.refused)
         figures["commands_clamped"] = dict(session.commands.clamped)
+        figures["no_commands"] = session.commands.no_command
     if isinstance(session, SteppedSession):
         figures["lockstep"] = lockstep_figures(session)
     if recorder_stats is not None:

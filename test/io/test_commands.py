@@ -66,8 +66,8 @@ def test_numbers_come_out_of_any_layout(payout, rate, others, place, given_array
     for array, value in zip(arrays, (payout, rate)):
         array[index : index + 1] = [value] if array else []
     data = command(T0, arrays[0], arrays[1], names, arrays[2], frame, little_endian)
-    if not arrays[0] and not arrays[1]:
-        with pytest.raises(Refused, match="neither position"):
+    if given_arrays == 4:
+        with pytest.raises(Refused, match="only effort is a number"):
             decode_command(data)
         return
     wanted = T0, payout if arrays[0] else nan, rate if arrays[1] else nan
@@ -128,13 +128,16 @@ BAD = [
     ("joint_name", command(NOW, [1.0, 1.0], names=["payout", "payout"])),
     ("joint_name", command(NOW, names=[])),
     ("array_length", command(NOW, [1.0, 2.0])),
-    ("array_length", command(NOW, [1.0], [1.0], names=["payout", "drum"])),
+    ("array_length", command(NOW, [1.0], [1.0], names=["payout", "brake"])),
     ("array_length", command(NOW, [1.0], [1.0, 2.0])),
     ("not_finite", command(NOW, [inf])),
     ("not_finite", command(NOW, [1.0], [-inf])),
-    ("nothing_commanded", command(NOW)),
-    ("nothing_commanded", command(NOW, [nan], [nan])),
-    ("nothing_commanded", command(NOW, effort=[1.0])),
+    ("array_length", command(NOW, [], [1.0], names=["payout", "crane"])),
+    ("array_length", command(NOW, [1.0], [2.0], names=["payout", "crane"])),
+    ("array_length", command(NOW, [], [1.0], names=["payout", "drum", "crane"])),
+    ("effort_only", command(NOW, effort=[1.0])),
+    ("effort_only", command(NOW, [nan], [nan], effort=[1.0])),
+    ("effort_only", command(NOW, [nan], [], effort=[5.0, nan], names=["payout", "drum"])),
     ("out_of_range", command(NOW, [1.1e5])),
     ("out_of_range", command(NOW, [1.0], [-1e6])),
 ]
@@ -160,12 +163,13 @@ def test_a_bad_command_is_refused_and_counted_by_cause(cause, data):
 def test_before_the_first_motion_a_command_has_no_time():
     it = CommandIngest(make_inputs())
     assert it.take(command(NOW, [1.0]), 5, None) == "before_motion"
-    assert dict(it.refused) == {"before_motion": 1} and it.inputs.command_head[0] == 0
+    assert it.take(command(NOW, [nan]), 5, None) == "", "nothing is commanded, so nothing is refused"
+    assert dict(it.refused) == {"before_motion": 1} and it.no_command == 1 and it.inputs.command_head[0] == 0
 
 
 def test_every_cause_of_a_command_has_a_test_and_a_text():
     causes = {cause for cause, _ in BAD} | {"before_motion"}
-    assert {"size", "encoding", "joint_name", "array_length", "nothing_commanded", "out_of_range"} <= causes
+    assert {"size", "encoding", "joint_name", "array_length", "effort_only", "out_of_range"} <= causes
     assert all("dropped" in CAUSES[cause] for cause in causes)
     assert "100000 m or m/s" in CAUSES["out_of_range"] and "80 deg pitch" in CAUSES["out_of_range"]
 
@@ -316,11 +320,13 @@ def odd_tow(offset=0):
 
 def decisions(tow, take):
     """Of every command: its cause of refusal, or what came into the ring. take(event) -> (cause, ring)."""
-    found = []
+    found, head = [], 0
     for event in tow.events:
         cause, inputs = take(event)
+        now = int(inputs.command_head[0])
         if event.kind == "command":
-            found.append(cause or pushed(inputs, int(inputs.command_head[0]) - 1)[0])
+            found.append(cause or (pushed(inputs, now - 1)[0] if now != head else "nothing"))
+        head = now
     return found
 
 
@@ -345,8 +351,9 @@ def test_a_bag_decides_as_the_ingest_of_the_node():
     assert feeder.until(10**30) == tow.events and feeder.done
     assert feeder.commands.refused == commands.refused and feeder.commands.accepted == commands.accepted
     assert set(commands.refused) == {
-        *("before_motion", "out_of_range", "array_length", "nothing_commanded", "not_finite", "joint_name", "size")
+        *("before_motion", "out_of_range", "array_length", "not_finite", "joint_name", "size")
     }
+    assert feeder.commands.no_command == commands.no_command > 3
     taken = [row for row in wanted if not isinstance(row, str)]
     assert len(taken) >= 20 and np.array_equal(pushed(feeder.inputs), taken, equal_nan=True)
 

@@ -104,6 +104,40 @@ def test_what_is_wrong_is_warned_of(flags, given, text):
     assert task().level == (WARN if flags else OK), "what was counted is new for a second, a flag as long as it lasts"
 
 
+def test_a_controller_that_is_not_active_is_no_warning_and_is_shown():
+    commands, task = watched()
+    for _ in range(3):
+        commands.take(command(NOW, [np.nan], [np.nan]), 4 * SECOND, None)
+    status = task()
+    assert (status.level, status.message) == (
+        OK,
+        "no command yet: the winch holds; messages without a command in the last second: 3, is the controller active?",
+    )
+    assert status.values["no_command"] == "3" and not [key for key in status.values if key.startswith("refused")]
+    commands.take(command(NOW, velocity=[0.5]), 4 * SECOND, NOW)
+    time.sleep(1.1)
+    task()
+    assert task().message.startswith("commanded: rate 0.5 m/s; 15.00 m") and "without" not in task().message
+
+
+def test_messages_of_nothing_after_a_command_are_said_where_it_is_stale():
+    commands, task = watched(Flag.COMMAND_STALE)
+    commands.take(command(NOW, velocity=[0.5]), 4 * SECOND, NOW)
+    commands.take(command(NOW), 4 * SECOND, NOW)
+    status = task()
+    assert status.level == WARN and status.message.endswith(
+        "450.00 m out now; messages without a command in the last second: 1, is the controller active?"
+    )
+
+
+def test_a_rate_beside_a_length_is_shown():
+    commands, task = watched()
+    commands.take(command(NOW, [455.0], [0.3]), 4 * SECOND, NOW)
+    assert task().values["newest"] == "length 455 m, not the rate 0.3 m/s beside it"
+    commands.take(command(NOW, [455.0], [0.0]), 4 * SECOND, NOW)
+    assert task().values["newest"] == "length 455 m"
+
+
 def test_twenty_metres_out_given_as_a_length_is_seen():
     commands, task = watched(payout=300.0)
     commands.take(command(NOW, [20.0]), 4 * SECOND, NOW)

@@ -164,6 +164,7 @@ def test_winch_commands(running):
         command(ears, velocity=[1.0, 2.0]),
         command(ears, velocity=[math.nan]),
         command(ears),
+        command(ears, effort=[1.0]),
         command(ears, velocity=[math.inf]),
     ):
         publisher.publish(bad)
@@ -173,12 +174,12 @@ def test_winch_commands(running):
 
     poll(
         lambda: (
-            {"refused: joint_name", "refused: array_length", "refused: nothing_commanded", "refused: not_finite"}
-            <= refused()
+            {"refused: joint_name", "refused: array_length", "refused: effort_only", "refused: not_finite"} <= refused()
         ),
         15.0,
         "four causes in /diagnostics",
     )
+    assert ears.diagnostics()["command"][2]["no_command"] == "2"
     assert all(map(math.isfinite, numbers(ears)))
 
 

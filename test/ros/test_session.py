@@ -87,8 +87,9 @@ def test_a_bag_with_odd_commands_decides_as_the_session_did(kernel_cache):
     commanded, *left = found["kept"]
     assert commanded > 0 and left == [0, None], "a reset forgets the commands: the winch holds"
     live, replayed = found["refused"]
-    assert live == replayed and live["before_motion"] == 2 and len(live) == 7
+    assert live == replayed and live["before_motion"] == 2 and len(live) == 6
     assert found["accepted"][0] == found["accepted"][1] == len(found["taken"][0]) >= 30
+    assert found["figures"]["no_commands"] == int(found["watched"]["command"]["no_command"]) > 3
     assert found["figures"]["commands_refused"] == live and found["figures"]["received"] == {
         "imu": 200,
         "odometry": 211,

@@ -1,0 +1,148 @@
+"""A controller manager in simulation time against the node in lockstep: who waits for whom, through real topics.
+
+Manager and hardware component are stand-ins, after ros2_control_node.cpp, sleeping_policies.cpp and the component's own
+source (test/io/hardware_component.py); each has a node with use_sim_time, as there.
+"""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+from conftest import ROOT, poll
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
+from hardware_component import of_urdf
+
+pytest.importorskip("rclpy")
+pytestmark = pytest.mark.ros
+PERIOD = 20_000_000  # ns, 1 / update_rate of controllers.yaml
+
+
+class Sensors:
+    """A ship that is measured at 50 Hz of /clock, each stamp sent once the clock has come to it."""
+
+    def __init__(self, ears, ship) -> None:
+        from rclpy.qos import QoSProfile
+        from rosgraph_msgs.msg import Clock
+
+        self.ship, self.next, self.clock = ship, 0, 0
+        ears.node.create_subscription(Clock, "/clock", self.on_clock, QoSProfile(depth=10))
+
+    def on_clock(self, message) -> None:
+        self.clock = message.clock.sec * 10**9 + message.clock.nanosec
+        if not self.next:
+            self.next = self.clock - self.clock % PERIOD
+        while self.next <= self.clock:
+            imu, odom = self.ship.messages(self.next, self.next * 1e-9)
+            self.ship.imu.publish(imu)
+            self.ship.odom.publish(odom)
+            self.next += PERIOD
+
+
+class Manager:
+    """main() of ros2_control_node.cpp with use_sim_time, and one component."""
+
+    def __init__(self, ears, component) -> None:
+        import rclpy
+        from rclpy.duration import Duration
+        from rclpy.parameter import Parameter
+        from rclpy.qos import QoSProfile, qos_profile_sensor_data
+        from sensor_msgs.msg import JointState
+
+        self.component, self.kind, self.newest, self.sent, self.cycles = component, JointState, None, 0, 0
+        self.on_cycle = lambda cycle: None
+        sim_time = [Parameter("use_sim_time", value=True)]
+        self.node, self.own = (
+            rclpy.create_node(name, context=ears.context, parameter_overrides=sim_time)
+            for name in ("controller_manager", "winch_by_rate")
+        )
+        self.publisher = self.own.create_publisher(JointState, component.commands_topic, QoSProfile(depth=1))
+        self.own.create_subscription(JointState, component.states_topic, self.on_state, qos_profile_sensor_data)
+        for node in (self.node, self.own):
+            ears.executor.add_node(node)
+        self.period = Duration(nanoseconds=PERIOD)
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def on_state(self, message) -> None:
+        self.newest = message
+
+    def _run(self) -> None:
+        clock = self.node.get_clock()
+        while not self._stop.is_set() and not clock.now().nanoseconds:  # wait_until_started()
+            time.sleep(0.01)
+        while not self._stop.is_set():
+            previous = clock.now()
+            if self.newest is not None:
+                self.component.read(self.newest)
+            self.on_cycle(self.cycles)  # update(): the controllers
+            self._write()
+            self.cycles += 1
+            clock.sleep_until(previous + self.period, context=self.node.context)  # sleep_for_sim_time()
+
+    def _write(self) -> None:
+        fields = self.component.write()
+        if fields is not None:
+            message = self.kind(**fields._asdict())
+            message.header.stamp = self.own.get_clock().now().to_msg()
+            self.publisher.publish(message)
+            self.sent += 1
+
+    def stop(self) -> None:
+        self._stop.set()
+
+    def join(self) -> None:
+        """After the end of the context, which wakes one that sleeps on a clock that stands."""
+        self._thread.join(15.0)
+        assert not self._thread.is_alive(), "the manager hangs in its clock"
+
+
+def lockstep(ears) -> tuple[int, str, dict]:
+    return ears.diagnostics().get("lockstep", (0, "", {}))
+
+
+def test_a_manager_that_sends_every_command_is_waited_for_and_one_that_does_not_is_silent(world):
+    from diagnostic_msgs.msg import DiagnosticArray
+    from sensor_msgs.msg import JointState
+
+    ears = world.ears()
+    ears.listen(DiagnosticArray, "/diagnostics")
+    states = ears.listen(JointState, "winch/state")
+    sensors = Sensors(ears, world.ship(ears))
+    component = of_urdf(ROOT / "config" / "ros2_control" / "winch_velocity.urdf")
+    manager = Manager(ears, component)
+    world.closing.insert(0, manager.stop)
+    world.closing.append(manager.join)
+    node = world.node(
+        time_mode="lockstep", lockstep__rate=2.0, lockstep__wait=0.2, lockstep__command_period=PERIOD * 1e-9
+    )
+    node.until("running")
+    poll(lambda: manager.sent > 20 and lockstep(ears)[2].get("controller_spoke") == "true", 30.0, "NaN, and it spoke")
+    assert ears.diagnostics()["command"][2]["accepted"] == "0", "it commands nothing, and is waited for"
+
+    # a rate for 3 s of simulation: sent in every cycle, by simulation time, none missed for its own doing
+    component.command["payout/velocity"] = 0.3
+    poll(lambda: component.state["payout/velocity"] == pytest.approx(0.3), 20.0, "the rate in the state")
+    before, cycles, begun, first = int(lockstep(ears)[2]["commands_missed"]), manager.cycles, len(states), sensors.clock
+    poll(lambda: sensors.clock - first > 3 * 10**9, 60.0, "3 s of simulation")
+    assert manager.cycles - cycles == pytest.approx((sensors.clock - first) / PERIOD, abs=3), "50 Hz of simulation"
+    assert {message.velocity[message.name.index("payout")] for message in states[begun:]} == {0.3}
+    time.sleep(1.2)
+    level, text, values = lockstep(ears)
+    assert values["commands_unstamped"] == "0" and level < 2, text
+    assert int(values["commands_missed"]) - before <= 2
+    assert ears.diagnostics()["command"][2]["newest"] == "rate 0.3 m/s"
+
+    # commands that are equal to the state are not sent: the steps wait, are counted, and it counts as silent
+    component.command["payout/velocity"] = 0.0
+    poll(lambda: component.state["payout/velocity"] == 0.0, 20.0, "the stop")
+    component.threshold = 1e-5
+    level, text, values = poll(lambda: lockstep(ears) if lockstep(ears)[0] == 2 else None, 30.0, "an ERROR")
+    assert "the controller is silent" in text and int(values["commands_missed"]) >= 5
+    first = sensors.clock
+    poll(lambda: sensors.clock - first > 10**9, 10.0, "the simulation to go on")
