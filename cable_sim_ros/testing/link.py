@@ -50,7 +50,7 @@ class Link:
         self.ears = Ears(domain, NAMESPACE, environment)
         self.feeder = Feeder(self._send, lockstep)
         self._publishers = {
-            kind: self.ears.publisher(message_class(msgtype), topic) for kind, (msgtype, topic) in KINDS.items()
+            kind: self.ears.publisher(message_class(KINDS[kind][0]), KINDS[kind][1]) for kind in ("imu", "odometry")
         }
         self._health = self.ears.hear(JointState, "sim/health", self.box.put)
         self._status = self.ears.listen(DiagnosticArray, "/diagnostics")
@@ -76,18 +76,29 @@ class Link:
     def _send(self, message: Message) -> None:
         self._publishers[message.kind].publish(message.data)
 
+    def _commander(self) -> Any:
+        """The publisher of commands, made when it is first used: beside a user's it is a second one."""
+        if "command" not in self._publishers:
+            made = self.ears.publisher(JointState, COMMAND)
+            deadline = time.monotonic() + SERVICE
+            while not made.get_subscription_count():
+                if time.monotonic() > deadline:
+                    raise TowError(f"the node does not listen on {COMMAND}, within {SERVICE:g} s: nothing was sent")
+                time.sleep(0.01)
+            self._publishers["command"] = made
+        return self._publishers["command"]
+
     def feed(self, messages: Sequence[Message]) -> int:
         """Queue motion; the stamp of the first, ns: the clock's time in lockstep, else from now on."""
-        if self.lockstep:
-            first = self.now
-        else:
-            first = time.time_ns() + AHEAD
+        if any(message.kind == "command" for message in messages):
+            self._commander()
+        first = self.now if self.lockstep else time.time_ns() + AHEAD
         return self.feeder.add(messages, first)
 
     def command(self, payout: float | None, rate: float | None) -> None:
         """Publish a command, stamped with the clock of the motion."""
         stamp = self.now if self.lockstep and self.now is not None else time.time_ns()
-        self._publishers["command"].publish(encode_command(stamp, payout, rate))
+        self._commander().publish(encode_command(stamp, payout, rate))
 
     def commanders(self) -> int:
         """Publishers of winch commands beside our own."""
