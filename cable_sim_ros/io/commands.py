@@ -70,9 +70,7 @@ class CommandIngest:
             if data_now is None:
                 raise Refused("before_motion")
         except Refused as refusal:
-            self.refused[refusal.cause] += 1
-            self.last_refusal = CAUSES[refusal.cause]
-            return refusal.cause
+            return self.refuse(refusal.cause)
         time = max(data_now, self._last_time + 1) if self._last_time - data_now < MOVES else data_now
         self._last_time, self.last_arrival, self.last = time, arrival, command
         self.accepted += 1
@@ -81,6 +79,12 @@ class CommandIngest:
             self._note_clamp(command, self.drum)
         push_command(self.inputs, time, command.payout, command.rate)
         return ""
+
+    def refuse(self, cause: str) -> str:
+        """Count a refusal; returns its cause, a key of `messages.CAUSES`."""
+        self.refused[cause] += 1
+        self.last_refusal = CAUSES[cause]
+        return cause
 
     @property
     def largest_lag(self) -> float:

@@ -46,6 +46,13 @@ CAUSES = {
     "behind": "the stamp is behind the other source's newest: dropped",
     "before_motion": "no motion has come before it, so its time on the clock of the motion is not known: dropped; send "
     "it again once there is motion",
+    "step_past": "in lockstep: its stamp is more than 1 s behind /clock, or behind a command already taken: dropped; "
+    "stamp a command with the /clock that it answers",
+    "step_future": "in lockstep: its stamp is ahead of /clock: dropped; stamp a command with the /clock that it "
+    "answers",
+    "step_twice": "in lockstep: a command with this stamp has been taken: dropped; send one command a step",
+    "held_full": "in lockstep: too many messages wait for /clock to come to their stamps: dropped; send motion as "
+    "/clock goes on",
     "joint_name": f"the joint '{JOINT}' is not named exactly once: dropped; other joints may stand beside it",
     "array_length": "position or velocity is neither empty nor as long as the list of names: dropped; give NaN for "
     "what is not commanded",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 
 from .figures import Samples
 from .overload import STILL
@@ -63,3 +64,18 @@ class Arrivals:
         if stamp is not None and offset is not None and stamp != self._newest:
             self._newest = stamp
             self.taken.add((time.monotonic_ns() - offset - stamp) * 1e-6)
+
+
+class StampArrivals(Arrivals):
+    """In lockstep: a message arrives when its stamp says, at the clock where that says nothing. now(): /clock, ns."""
+
+    def __init__(self, now: Callable[[], int]) -> None:
+        super().__init__()
+        self._now = now
+
+    def of(self, info: dict, stamp: int | None = None, offset: int | None = None) -> int:
+        now = self._now()
+        return stamp if stamp and abs(stamp - now) <= LONGEST_WAIT else now
+
+    def took(self, stamp: int | None, offset: int | None) -> None:
+        """Wall time says nothing of a stamp."""

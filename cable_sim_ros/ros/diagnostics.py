@@ -14,10 +14,12 @@ from ..io.messages import CAUSES, Command
 from ..physics.frame import Flag, Source
 from .figures import Rate
 from .health import InputHealth
+from .lockstep_status import lockstep_figures, lockstep_status
 from .publisher import TickPublisher
 from .session import Session
 from .status import ERROR, OK, WARN, Status
 from .status import text_of as _text
+from .stepped import SteppedSession
 
 LAST_SECOND = 1_050_000_000  # ns
 LAGGING = 0.1  # s behind the motion that are worth a warning: longer than the steps a controller acts in
@@ -55,11 +57,12 @@ class Watch:
         self.inputs.look(now, frame)
         stale = 0 if frame is None else int(frame["status"]) & (Flag.MOTION_STALE | Flag.COMMAND_STALE)
         pace = self.session.pace
-        return (self.session.shown_state, *self.inputs.levels(), stale, pace.stops, tuple(self.neighbours))
+        doing = lockstep_status(self.session).level if isinstance(self.session, SteppedSession) else OK
+        return (self.session.shown_state, doing, *self.inputs.levels(), stale, pace.stops, tuple(self.neighbours))
 
     def statuses(self, publisher: TickPublisher | None, recorder_stats, recording: bool) -> list[Status]:
         """All tasks; publisher: None while there is no loop; recorder_stats: RecorderStats or None."""
-        now = time.monotonic_ns()
+        now = self.session.now()
         result = [
             self._loop(publisher, now),
             self.inputs.status(),
@@ -69,6 +72,8 @@ class Watch:
             self._recorder(recorder_stats, recording),
             self._neighbours(),
         ]
+        if isinstance(self.session, SteppedSession):
+            result.append(lockstep_status(self.session))
         return result
 
     def _new(self, key: str, count: int) -> int:
@@ -92,7 +97,7 @@ class Watch:
             return Status("loop", WARN, session.state, {"state": session.state})
         pace = session.pace
         loop, counters = session.loop, session.counters()
-        rate = self._rates["tick"].of(loop.count, now)
+        rate = self._rates["tick"].of(loop.count, time.monotonic_ns())
         late = publisher.lateness.percentiles(50, 99, 100, newest=NEWEST)
         work = publisher.work.percentiles(50, 99, newest=NEWEST)
         latency = publisher.latency.percentiles(50, 99, newest=NEWEST)
@@ -345,6 +350,8 @@ def final_figures(session: Session, publisher: TickPublisher | None, recorder_st
     if getattr(session, "commands", None) is not None:
         figures["commands_refused"] = dict(session.commands.refused)
         figures["commands_clamped"] = dict(session.commands.clamped)
+    if isinstance(session, SteppedSession):
+        figures["lockstep"] = lockstep_figures(session)
     if recorder_stats is not None:
         figures["recorder"] = recorder_stats._asdict()
     return figures

@@ -1,4 +1,4 @@
-"""Takes in waiting input messages between any two other callbacks.
+"""The executor's turns: callbacks, waiting input messages between any two of them, and the steps of lockstep.
 
 rclpy's executor takes one message of a topic each time round, among services and timers: under a flood of service
 calls, or at hundreds of messages a second, motion would wait its turn. This empties the queues each time instead.
@@ -6,8 +6,15 @@ calls, or at hundreds of messages a second, motion would wait its turn. This emp
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+
+from .loop import raise_priority
+
+TURN = 5_000_000  # ns of steps between two turns of the executor, so that services and timers get theirs
 MOST = 100  # messages of one topic at a time, so that a flood cannot hold up services and timers for ever
 
 
@@ -30,3 +37,22 @@ def drain(subscriptions: Sequence) -> int:
         if not waiting:
             break
     return taken
+
+
+def spin(node, stop) -> None:
+    """Turn the executor of a CableSimNode until stop.asked or the end of the context."""
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    if node.settings.node.realtime.priority:
+        raise_priority()  # motion that is taken in late is motion extrapolated
+    idle = 0.1
+    while not stop.asked and rclpy.ok():
+        executor.spin_once(timeout_sec=idle)
+        end = time.monotonic_ns() + TURN
+        while True:
+            drain(node.inputs)
+            now = time.monotonic_ns()
+            idle = node.session.advance(now)
+            if idle > 0.0 or now >= end:
+                break
+    executor.shutdown(timeout_sec=1.0)

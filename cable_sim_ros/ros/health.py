@@ -7,7 +7,6 @@ when a level changes. An input is stale when nothing of it was accepted for long
 from __future__ import annotations
 
 import math
-import time
 from collections import deque
 from typing import NamedTuple
 
@@ -41,7 +40,7 @@ class InputHealth:
         self._template = JointTemplate(KINDS, arrays=3)
 
     def look(self, now: int, frame) -> dict[str, Age]:
-        """Ages now [ns, CLOCK_MONOTONIC]; frame: the newest one or None, it says whether a command is stale."""
+        """Ages now [ns, `session.now`]; frame: the newest one or None, it says whether a command is stale."""
         session = self.session
         ingest, commands = getattr(session, "ingest", None), getattr(session, "commands", None)
         report = ingest.report(now + session.wall) if ingest is not None else {}
@@ -67,9 +66,9 @@ class InputHealth:
         return {kind: (counts[kind] - before[kind]) / span for kind in KINDS}
 
     def message(self) -> bytes:
-        """`sim/inputs` as CDR bytes, stamped with the wall clock."""
+        """`sim/inputs` as CDR bytes, stamped with the wall clock, in lockstep with /clock."""
         columns = zip(*(self.ages[kind] for kind in KINDS))
-        return self._template.write(time.time_ns(), *(number for column in columns for number in column))
+        return self._template.write(self.session.log_time(), *(number for column in columns for number in column))
 
     def status(self) -> Status:
         """Task `inputs` of /diagnostics."""

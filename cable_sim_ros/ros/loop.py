@@ -8,6 +8,7 @@ import ctypes
 import os
 import sys
 import threading
+import time
 from contextlib import contextmanager
 from typing import NamedTuple
 
@@ -35,7 +36,7 @@ from ..sim.entry import (
     drive,
 )
 
-__all__ = ["HALT", "RESYNCS", "SKIPPED", "Loop", "Row", "take_priority"]
+__all__ = ["HALT", "REACHED", "RESYNCS", "SKIPPED", "Loop", "Row", "take_priority"]
 
 
 HEADS_ROWS = 4096  # ticks of which it is known what they saw, also where the publisher was overtaken
@@ -101,6 +102,11 @@ class Loop:
         self._thread = threading.Thread(target=self._enter, name="tick", daemon=True)
         self._thread.start()
 
+    def run_to(self, count: int) -> None:
+        """Come back when so many ticks are done, or it halted."""
+        while self.count < count and not self.halted:
+            time.sleep(0.01)
+
     @contextmanager
     def paused(self):
         """Hold the loop between two ticks; the grid stays, a tick that is missed meanwhile is run at once."""
@@ -165,9 +171,23 @@ class Loop:
             self.control[HALTED] = 1
             self.wake_reader()
 
-    def _run(self) -> None:
+    def _run(self, count: int = 0) -> None:
         model, state, inputs, output = self.parts
-        drive(model, state, inputs, output, LIVE, 0, self.control, self.stats, self.heads)
+        drive(model, state, inputs, output, LIVE, count, self.control, self.stats, self.heads)
+
+
+class StepLoop(Loop):
+    """The same rings and words without a thread: a tick is done by `step`, in the thread that calls it."""
+
+    def _launch(self) -> None:
+        self.scheduler = "lockstep"
+
+    def step(self, count: int = 1) -> None:
+        """Do so many ticks now, fewer where one cannot be solved."""
+        self._run(count)
+
+    def run_to(self, count: int) -> None:
+        self.step(count - self.count)
 
 
 def take_priority(priority: int) -> tuple[str, str]:

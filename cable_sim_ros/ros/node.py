@@ -8,13 +8,12 @@ from __future__ import annotations
 import os
 import sys
 import threading
-import time
 
 import rclpy
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import ExternalShutdownException
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
@@ -26,23 +25,24 @@ from ..io.recording_place import name_problem
 from ..sim.flag_rules import FAILED
 from ..sim.live import changed, ways
 from . import discovery
-from .arrival import Arrivals
+from .arrival import Arrivals, StampArrivals
+from .clock_topic import ClockTopic
 from .declare import declare, overrides_of
 from .diagnostics import Watch, final_figures
-from .drain import drain
+from .drain import spin
 from .ending import verdict_of_node
 from .figures import write_json
 from .health import MSGTYPE as AGES_TYPE
 from .health import TOPIC as AGES_TOPIC
-from .loop import raise_priority
+from .lockstep import rate_problem
 from .neighbours import EVERY as NEIGHBOURS_EVERY
 from .neighbours import Neighbours
 from .params import ParameterError, checked, settle
 from .process import Stop, autostart, refuse_unknown, start_ros
-from .publisher import TickPublisher
+from .publisher import DirectPublisher, TickPublisher
 from .recording_control import RecordingControl
-from .session import Session
-from .topics import message_class, transform_publisher
+from .stepped import session_of
+from .topics import diagnostic_array, message_class, transform_publisher
 
 NAME, NAMESPACE = "cable_sim", "/tow_sim"
 INPUT_QOS = QoSProfile(depth=200, reliability=ReliabilityPolicy.BEST_EFFORT)  # deep: a static start takes a second
@@ -68,9 +68,9 @@ class CableSimNode(LifecycleNode):
             self.get_logger().warning("use_sim_time is ignored: the clock is that of the stamps of imu/data and odom")
         self.add_on_set_parameters_callback(self._may_set)
         self.add_post_set_parameters_callback(self._was_set)
-        self.session = Session(self.settings, self._log)
+        self.session = session_of(self.settings, self._log)
         self.watch = Watch(self.session)
-        self.arrivals = Arrivals()
+        self.arrivals = StampArrivals(lambda: self.session.now()) if self.session.lockstep else Arrivals()
         self.publisher: TickPublisher | None = None
         self.recording = RecordingControl(self.settings, self.get_namespace())
         self.inputs: list = []
@@ -82,6 +82,7 @@ class CableSimNode(LifecycleNode):
         self.create_timer(1.0, self._on_diagnostics, clock=self._steady)
         self.create_timer(NEIGHBOURS_EVERY, self._on_neighbours, clock=self._steady)
         self._neighbours = Neighbours(self)
+        self.clock_topic = ClockTopic(self)
         self._ages = self.create_publisher(message_class(AGES_TYPE), AGES_TOPIC, QOS["reliable"])
         self._reported_levels: tuple = ()
         self._reported_state = ""
@@ -95,6 +96,7 @@ class CableSimNode(LifecycleNode):
         """Build the model, compile, check the static start, open the topics."""
         try:
             self.session.configure()
+            self.clock_topic.open(self.session)
         except Exception as error:
             self.session.fail(f"not configured: {error} ({type(error).__name__}); nothing is simulated")
             self.report_state()
@@ -109,14 +111,16 @@ class CableSimNode(LifecycleNode):
             for row in channels
         }
         transforms = transform_publisher(self, context, self.settings.scene)
-        clock = self.session.clock
-        self.publisher = TickPublisher(
-            self.session.built_loop,
+        session = self.session
+        self.publisher = (DirectPublisher if session.lockstep else TickPublisher)(
+            session.built_loop,
             Encoder(context, self.settings.scene.solver.tick, channels),
             publishers,
-            lambda: clock.offset,
+            session.offset,
             transforms,
+            session.log_time,
         )
+        session.publish_ticks = self.publisher.drain
         self.publisher.start()
         self.inputs = [
             self.create_subscription(message_class(msgtype), topic, self._input(kind), INPUT_QOS, raw=True)
@@ -154,7 +158,8 @@ class CableSimNode(LifecycleNode):
             self.destroy_subscription(subscription)
         for publisher in self.publisher.publishers.values() if self.publisher else ():
             self.destroy_publisher(publisher)
-        self.session = Session(self.settings, self._log)
+        self.clock_topic.close()
+        self.session = session_of(self.settings, self._log)
         self.watch, self.publisher, self.inputs = Watch(self.session), None, []
         self.report_state()
         return TransitionCallbackReturn.SUCCESS
@@ -233,7 +238,8 @@ class CableSimNode(LifecycleNode):
     def _record(self, topic: str, msgtype: str, data: bytes, arrival: int | None = None) -> None:
         recorder = self.recording.recorder
         if recorder is not None:
-            recorder.put(topic, msgtype, time.time_ns() if arrival is None else arrival + self.session.wall, data)
+            at = self.session.log_time() if arrival is None else arrival + self.session.wall
+            recorder.put(topic, msgtype, at, data)
 
     # ---- services and parameters
 
@@ -262,6 +268,8 @@ class CableSimNode(LifecycleNode):
         for parameter in parameters:  # of live ones: rclpy refuses the others, which it was told are read-only
             if parameter.name == "recording.path" and (text := name_problem(parameter.name, parameter.value)):
                 return SetParametersResult(successful=False, reason=text)
+            if parameter.name == "lockstep.rate" and (text := rate_problem(parameter.value)):
+                return SetParametersResult(successful=False, reason=text)
             if parameter.name in rows:
                 try:
                     checked(rows[parameter.name], parameter.value)
@@ -275,6 +283,11 @@ class CableSimNode(LifecycleNode):
         for parameter in parameters:
             if parameter.name == "recording.path":
                 self.recording.wanted = parameter.value
+            elif parameter.name.startswith("lockstep."):
+                self.settings = self.settings._replace(
+                    node=changed(self.settings.node, parameter.name, parameter.value)
+                )
+                self.session.set_node(self.settings.node)
             elif parameter.name in live:
                 scene = changed(self.settings.scene, parameter.name, parameter.value)
                 self.settings = self.recording.settings = self.settings._replace(scene=scene)
@@ -292,7 +305,7 @@ class CableSimNode(LifecycleNode):
             self.get_logger().warning(loop.warning)
         if self.session.shown_state != self._reported_state:
             self.report_state()
-        levels = self.watch.levels(self.publisher, time.monotonic_ns())
+        levels = self.watch.levels(self.publisher, self.session.now())
         self._ages.publish(self.watch.inputs.message())
         if levels != self._reported_levels:
             self._reported_levels = levels
@@ -304,21 +317,11 @@ class CableSimNode(LifecycleNode):
         for problem in self._neighbours.step(outputs, inputs):
             self.get_logger().warning(problem)
         self.watch.neighbours = self._neighbours.problems
+        self.session.hold(self.clock_topic.taken())
 
     def _on_diagnostics(self) -> None:
-        array = DiagnosticArray()
-        array.header.stamp = self.get_clock().now().to_msg()
-        for status in self.watch.statuses(self.publisher, self.recording.stats(), self.recording.recorder is not None):
-            array.status.append(
-                DiagnosticStatus(
-                    level=bytes([status.level]),
-                    name=f"{self.get_name()}: {status.name}",
-                    message=status.message,
-                    hardware_id="cable_sim_ros",
-                    values=[KeyValue(key=key, value=text) for key, text in status.values.items()],
-                )
-            )
-        data = serialize_message(array)
+        statuses = self.watch.statuses(self.publisher, self.recording.stats(), self.recording.recorder is not None)
+        data = serialize_message(diagnostic_array(self.get_name(), statuses, self.session.log_time()))
         self._diagnostics.publish(data)
         self._record("/diagnostics", DIAGNOSTICS, data)
 
@@ -358,14 +361,7 @@ def main(args: list[str] | None = None) -> int:
         if node.settings.node.autostart and not autostart(node, stop):
             code = 1
         elif not stop.asked:
-            executor = SingleThreadedExecutor()
-            executor.add_node(node)
-            if node.settings.node.realtime.priority:
-                raise_priority()  # motion that is taken in late is motion extrapolated
-            while not stop.asked and rclpy.ok():
-                executor.spin_once(timeout_sec=0.1)
-                drain(node.inputs)
-            executor.shutdown(timeout_sec=1.0)
+            spin(node, stop)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     except ParameterError as error:

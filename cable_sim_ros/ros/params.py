@@ -19,6 +19,7 @@ from ..io.resources import find_scene
 from ..physics.quantity import Block
 from ..sim.scene import Scene
 from .blocks import NodeBlock
+from .lockstep import rate_problem
 
 FOREIGN = ("use_sim_time", "start_type_description_service")  # declared by rclpy itself
 # what stands for "none" in a parameter that may be none
@@ -161,7 +162,7 @@ def settle(overrides: dict[str, Any]) -> Settings:
         )
     node = NodeBlock.model_validate(node_tree)
     recording = node.recording
-    problem = name_problem("recording.path", recording.path)
+    problem = name_problem("recording.path", recording.path) or rate_problem(node.lockstep.rate)
     if recording.enabled and not problem:
         problem = root_problem("recording.root", recording.root, round(recording.least_free * 1e6))
     if problem:

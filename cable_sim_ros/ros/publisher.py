@@ -18,11 +18,11 @@ from .figures import Samples
 from .loop import HALT, HEADS_ROWS, Loop, raise_priority
 
 
-class TickPublisher(threading.Thread):
-    """Follows the ring of a Loop until `close`.
+class TickPublisher:
+    """Follows the ring of a Loop from `start` to `close`, in a thread of its own.
 
-    publishers: absolute topic -> rclpy publisher; offset(): monotonic time less time of the data's clock, ns;
-    A recording may be begun and ended at any time.
+    publishers: absolute topic -> rclpy publisher; offset(): monotonic time less time of the data's clock, ns, or None;
+    log_time(): the time at which a recording has a message, ns. A recording may be begun and ended at any time.
     """
 
     def __init__(
@@ -32,9 +32,10 @@ class TickPublisher(threading.Thread):
         publishers: dict,
         offset: Callable[[], int | None],
         extra: Callable | None = None,
+        log_time: Callable[[], int] = time.time_ns,
     ) -> None:
-        super().__init__(name="publisher", daemon=True)
         self.loop, self.encoder, self.publishers, self.offset, self.extra = loop, encoder, publishers, offset, extra
+        self.log_time = log_time
         self._recorder: Recorder | None = None
         self._journal: Journal | None = None
         self._recording = threading.Lock()  # held while a tick is being recorded
@@ -47,8 +48,18 @@ class TickPublisher(threading.Thread):
         self.failure: BaseException | None = None
         self.lateness, self.work, self.latency = Samples(), Samples(), Samples()  # ms
         self._stopping = threading.Event()
+        self._thread: threading.Thread | None = None
 
-    def run(self) -> None:
+    def start(self) -> None:
+        """Begin to publish."""
+        self._thread = threading.Thread(target=self._run, name="publisher", daemon=True)
+        self._thread.start()
+
+    def is_alive(self) -> bool:
+        """Does it publish? False before the start, after the end, and after a fault."""
+        return self._thread is not None and self._thread.is_alive()
+
+    def _run(self) -> None:
         if self.loop.priority:
             raise_priority()
         try:
@@ -96,7 +107,7 @@ class TickPublisher(threading.Thread):
             self._noted(index)
             if self._recorder is not None and self._journal is not None and self._journal.covers(index):
                 for channel, topic, data in messages:
-                    self._recorder.put(topic, channel.msgtype, time.time_ns(), data, row.time)
+                    self._recorder.put(topic, channel.msgtype, self.log_time(), data, row.time)
         offset = self.offset()
         if offset is not None:
             self.latency.add((time.monotonic_ns() - offset - row.time) * 1e-6)
@@ -157,4 +168,34 @@ class TickPublisher(threading.Thread):
             self.catch_up(timeout / 2)
             self._stopping.set()
             self.loop.wake_reader()
-            self.join(timeout)
+            if self._thread is not None:
+                self._thread.join(timeout)
+
+
+class DirectPublisher(TickPublisher):
+    """Publishes when `drain` is called, in the thread that calls it: for lockstep, a step ends with its messages."""
+
+    _open = False
+
+    def start(self) -> None:
+        self._open = True
+
+    def is_alive(self) -> bool:
+        return self._open and self.failure is None
+
+    def drain(self) -> None:
+        try:
+            super().drain()
+        except RCLError as error:
+            if "context is" not in str(error):
+                self.failure = error
+        except Exception as error:
+            self.failure = error
+
+    def catch_up(self, timeout: float) -> None:
+        self.drain()
+
+    def close(self, timeout: float = 1.0) -> None:
+        if self.is_alive():
+            self.drain()
+        self._open = False

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -49,7 +48,7 @@ class RecordingControl:
             topic = f"{self.namespace.rstrip('/')}/{TOPIC}"
 
             def put(data: bytes) -> None:
-                recorder.put(topic, MSGTYPE, time.time_ns(), data, keep=True)
+                recorder.put(topic, MSGTYPE, session.log_time(), data, keep=True)
 
             journal = session.new_journal(put)
             publisher.record(recorder, journal)  # first: it must miss no tick

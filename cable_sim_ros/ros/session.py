@@ -30,10 +30,12 @@ from ..sim.carry import carried_over
 from ..sim.current import turned_current
 from ..sim.live import changed, set_live
 from ..sim.simulator import Simulator, StartError
+from .blocks import NodeBlock
 from .interpreter import quiet
 from .loop import MAPPING, RESYNCS, SKIPPED, TARGET, Loop
 from .overload import Pace
 from .params import Settings
+from .timing import Timing
 
 RING_ROWS = 128  # ticks a slow publisher may be behind
 REHEARSAL = 20  # ticks
@@ -41,7 +43,7 @@ START_MARGIN = 0.25  # s; messages that came during the static start must be in 
 SECOND = 1_000_000_000
 
 
-class Session:
+class Session(Timing):
     """Settings to a running simulation. Every method is called from one thread (the executor's)."""
 
     def __init__(self, settings: Settings, log: Callable[[str, str], None]) -> None:
@@ -80,6 +82,10 @@ class Session:
         assert self.loop is not None, self.state
         return self.loop
 
+    def set_node(self, node: NodeBlock) -> None:
+        """Other values of the node's own live parameters."""
+        self.node = node
+
     # ---- configure
 
     def configure(self) -> None:
@@ -90,7 +96,7 @@ class Session:
         self._static_start(0, (0.0, 0.0), None)
         self.period = round(self.scene.solver.tick * SECOND)
         output = make_output(self.sim.model, self.sim.nodes, RING_ROWS)
-        self.loop = Loop(
+        self.loop = self._new_loop(
             self.sim.model,
             self.sim.state,
             self.sim.inputs,
@@ -118,11 +124,13 @@ class Session:
         quiet()
         self.state = "ready"
 
+    def _new_loop(self, *parts, **settings) -> Loop:
+        return Loop(*parts, **settings)
+
     def _rehearse(self) -> None:
         """A few ticks without motion: the first ones otherwise overrun while memory is being mapped."""
         self.built_loop.start(0, time.monotonic_ns())
-        while self.built_loop.count < REHEARSAL and not self.built_loop.halted:
-            time.sleep(0.01)
+        self.built_loop.run_to(REHEARSAL)
         self.built_loop.stop()
         halted = self.built_loop.halted
         self.built_loop.clear()
@@ -223,10 +231,8 @@ class Session:
     def _start(self) -> None:
         """Static start where the ship will be when it is solved, and the loop with it."""
         sample, stamp = self._newest_sample().copy(), self._newest_stamp()
-        target = self._target()
+        begin, target = self._when(stamp)
         kept = self._cause not in STATIC
-        cost = START_MARGIN + (0.0 if kept else 1.5 * self.start_cost)
-        begin = max(stamp, time.monotonic_ns() - target + round(cost * SECOND))
         ahead = (begin - stamp) * 1e-9
         position = float(sample[0] + sample[6] * ahead), float(sample[1] + sample[7] * ahead)
         try:
@@ -252,6 +258,12 @@ class Session:
             f"running from stamp {begin / SECOND:.3f} s at ({position[0]:.1f}, {position[1]:.1f}) m, "
             f"motion from {str(Source(int(sample[SOURCE])).name).lower()}",
         )
+
+    def _when(self, stamp: int) -> tuple[int, int]:
+        """Time of a start that is due now, and the mapping of the loop [ns]; stamp: of the newest motion."""
+        target = self._target()
+        cost = START_MARGIN + (1.5 * self.start_cost if self._cause in STATIC else 0.0)
+        return max(stamp, time.monotonic_ns() - target + round(cost * SECOND)), target
 
     def fail(self, problem: str) -> None:
         self.state, self.problem = "failed", problem
@@ -312,26 +324,31 @@ class Session:
 
     def poll(self) -> None:
         """Called twenty times a second: notices a halt, a standstill, an overload, a lag, a silent start."""
-        if self.state == "waiting" and time.monotonic() - self._waiting_since >= 5.0:
-            self._waiting_since = time.monotonic()
-            self.log("info", "waiting for motion on imu/data and odom")
+        self._say_waiting()
         if self.state != "running":
             return
         loop, now = self.built_loop, time.monotonic_ns()
         for level, text in self.pace.look(now, loop.count, loop.rows, loop.row, int(loop.control[SKIPPED])):
             self.log(level, text)
         if self.built_loop.halted:
-            self.state = "halted"
-            failure = self.built_loop.failure
-            self.problem = (
-                f"the stepping loop ended: {type(failure).__name__}: {failure}"
-                if failure
-                else "the solver gave up: the last tick was rolled back and nothing more is published; "
-                "~/reset starts again"
-            )
-            self.log("error", self.problem)
+            self._halted()
         elif self.lag() > self.node.realtime.max_lag:
             self._skip_ahead(now)
+
+    def _say_waiting(self) -> None:
+        if self.state == "waiting" and time.monotonic() - self._waiting_since >= 5.0:
+            self._waiting_since = time.monotonic()
+            self.log("info", "waiting for motion on imu/data and odom")
+
+    def _halted(self) -> None:
+        self.state = "halted"
+        failure = self.built_loop.failure
+        self.problem = (
+            f"the stepping loop ended: {type(failure).__name__}: {failure}"
+            if failure
+            else "the solver gave up: the last tick was rolled back and nothing more is published; ~/reset starts again"
+        )
+        self.log("error", self.problem)
 
     def _skip_ahead(self, now: int) -> None:
         """Take the simulation to the present, the cable as it hangs; now: CLOCK_MONOTONIC, ns."""

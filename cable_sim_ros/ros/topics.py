@@ -2,17 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from importlib import import_module
 
 from ..io.channels import Context
 from ..sim.scene import Scene
+from .status import Status
 
 
 def message_class(msgtype: str) -> type:
     """Class of "package/msg/Name"; ImportError when the package is not installed."""
     package, _, name = msgtype.split("/")
     return getattr(import_module(f"{package}.msg"), name)
+
+
+def diagnostic_array(node: str, statuses: Iterable[Status], stamp: int):
+    """Statuses of a node as a diagnostic_msgs/DiagnosticArray; stamp: ns."""
+    from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+
+    array = DiagnosticArray()
+    array.header.stamp.sec, array.header.stamp.nanosec = divmod(stamp, 1_000_000_000)
+    for status in statuses:
+        array.status.append(
+            DiagnosticStatus(
+                level=bytes([status.level]),
+                name=f"{node}: {status.name}",
+                message=status.message,
+                hardware_id="cable_sim_ros",
+                values=[KeyValue(key=key, value=text) for key, text in status.values.items()],
+            )
+        )
+    return array
 
 
 def transform_publisher(node, context: Context, scene: Scene) -> Callable | None:

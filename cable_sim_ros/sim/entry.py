@@ -1,4 +1,4 @@
-"""The one compiled entry: static start, a number of ticks, or the real-time loop, free of the interpreter lock.
+"""The one compiled entry: static start, a number of ticks, or the loop of the node, free of the interpreter lock.
 
 One entry, because every compiled function is optimised anew inside each compiled function that calls it. In real time
 tick k takes the simulation to the time t_k on the clock of the motion data; it is due at t_k + mapping on
@@ -110,41 +110,55 @@ def look(inputs):
 
 
 @driver
-def live(model, state, inputs, output, control, stats, heads, buffer, one):
-    """Tick in real time until control[STOP] or a halt."""
-    rows = stats.shape[0]
+def pace(due, control, buffer):
+    """Sleep until the tick of simulation time ``due`` [ns]; returns its deadline and the time of waking [ns]."""
     period, slew = control[PERIOD], control[SLEW]
+    mapping = control[MAPPING]
+    mapping += max(-slew, min(slew, control[TARGET] - mapping))
+    deadline = due + mapping
+    called = monotonic(buffer)
+    wake = sleep_until(deadline, control, buffer)
+    if control[STOP] != 0:
+        return deadline, wake
+    behind = (wake - deadline) // period
+    if behind > control[MAX_CATCHUP]:
+        mapping += behind * period
+        deadline += behind * period
+        control[RESYNCS] += 1
+        control[SKIPPED] += behind
+    if called >= deadline:  # no sleep above: leave the core a moment, a FIFO thread starves it otherwise
+        sleep_until(wake + SLEEP_LEAST, control, buffer)
+    control[MAPPING] = mapping
+    return deadline, wake
+
+
+@driver
+def live(model, state, inputs, output, control, stats, heads, buffer, one, count):
+    """Tick until control[STOP] or a halt; ``count`` 0: in real time, else that many ticks, each at once."""
+    rows = stats.shape[0]
+    period, last = control[PERIOD], control[COUNT] + count
     due = control[REACHED] + period
-    while control[STOP] == 0 and control[HALTED] == 0:
-        mapping = control[MAPPING]
-        mapping += max(-slew, min(slew, control[TARGET] - mapping))
-        deadline = due + mapping
-        called = monotonic(buffer)
-        wake = sleep_until(deadline, control, buffer)
-        if control[STOP] != 0:
-            break
-        behind = (wake - deadline) // period
-        if behind > control[MAX_CATCHUP]:
-            mapping += behind * period
-            deadline += behind * period
-            control[RESYNCS] += 1
-            control[SKIPPED] += behind
-        if called >= deadline:  # no sleep above: leave the core a moment, a FIFO thread starves it otherwise
-            sleep_until(wake + SLEEP_LEAST, control, buffer)
-        control[MAPPING] = mapping
+    while control[STOP] == 0 and control[HALTED] == 0 and (count == 0 or control[COUNT] < last):
+        if count == 0:
+            deadline, wake = pace(due, control, buffer)
+            if control[STOP] != 0:
+                break
+        else:
+            wake = monotonic(buffer)
+            deadline = wake
         slot, seen = control[COUNT] % rows, heads[control[COUNT] % heads.shape[0]]
         look(inputs)
         seen[MOTION], seen[COMMAND] = inputs.motion_seen[0], inputs.command_seen[0]
         flags = tick(model, state, inputs, output, slot)
         done = monotonic(buffer)
-        if done - deadline > period:
+        if count == 0 and done - deadline > period:
             control[OVERRUNS] += 1
         stats[slot, TIME] = due
         stats[slot, DEADLINE] = deadline
         stats[slot, WAKE] = wake
         stats[slot, DONE] = done
         stats[slot, FLAGS] = flags
-        stats[slot, LAG] = mapping - control[TARGET]
+        stats[slot, LAG] = control[MAPPING] - control[TARGET]
         if flags & HALT:
             control[HALTED] = 1
         control[REACHED] = due
@@ -162,6 +176,7 @@ def _drive(model, state, inputs, output, what, count, control, stats, heads):
     TICKS: ``count`` ticks into rows 0..count-1; returns the ticks done before a halt. heads, int64 [count, 2]: samples
     and commands that each of them sees; without a row each sees what has been written.
     LIVE: the real-time loop on the control words and stats rows; returns its tick count. heads: a ring that it fills.
+    With a ``count`` above 0 as many ticks, each at once, into the same rings: lockstep.
     """
     if what == 0:
         steps, iterations, left = rest(model, state, MASS_DAMPING, count, LONGEST_STEP)
@@ -178,7 +193,8 @@ def _drive(model, state, inputs, output, what, count, control, stats, heads):
             if tick(model, state, inputs, output, i) & HALT:
                 return np.int64(i)
         return np.int64(count)
-    live(model, state, inputs, output, control, stats, heads, control[BUFFER : BUFFER + 2], control[ONE : ONE + 1])
+    buffer, one = control[BUFFER : BUFFER + 2], control[ONE : ONE + 1]
+    live(model, state, inputs, output, control, stats, heads, buffer, one, count)
     return control[COUNT]
 
 

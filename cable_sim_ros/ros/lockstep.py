@@ -1,0 +1,183 @@
+"""Lockstep: who waits for whom, and for how long. Pure: told times and messages, says what to do next.
+
+A step takes /clock one tick ahead and says so, waits for the motion that is due by then, hands it on, waits for the
+command that is due once a controller has spoken, and ends with the tick, which lies `delay` behind the clock. Wall time
+enters in the bounded waits and in the pacing only, as the time that passed between two calls; a hole in the calls (the
+process stood still) counts as one LONGEST.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from enum import Enum
+
+from ..io.gate import FAR, Cadence, MotionGate
+from .blocks import Lockstep as Settings
+
+SECOND = 1_000_000_000
+REPEAT = 20_000_000  # ns of wall time after which an unchanged clock is said again
+LONGEST = 100_000_000  # ns of wall time that one call counts at most
+CATCH_UP = 100_000_000  # ns of wall time that is made up for at a rate
+OF_A_CLOCK = 60 * SECOND  # ns; a stamp further off is not of this clock
+LEAST_RATE = 0.1  # but 0: as fast as it goes
+REMEMBERED = 64  # stamps of commands
+
+
+def rate_problem(value: float) -> str:
+    """What is wrong with a value of lockstep.rate, or ""."""
+    if value == 0.0 or value >= LEAST_RATE:
+        return ""
+    return (
+        f"parameter 'lockstep.rate' = {value:g} is neither 0 (as fast as it goes) nor {LEAST_RATE:g} or more; nothing "
+        f"was changed: a slower clock looks like a dead one to whoever listens. Give 0 or {LEAST_RATE:g} to 1000, or "
+        f"pause and step"
+    )
+
+
+class Do(Enum):
+    """What the caller of `Lockstep.next` does now."""
+
+    WAIT = "wait"  # nothing, for so long or until a message comes
+    CLOCK = "clock"  # publish the clock
+    MOTION = "motion"  # hand on what the gate gives for the clock
+    TICK = "tick"  # do the tick of this step, if there is one
+
+
+class Phase(Enum):
+    """Where in a step it is."""
+
+    BETWEEN = "between steps"
+    MOTION = "waiting for motion"
+    COMMAND = "waiting for a command"
+
+
+class Lockstep:
+    """The clock and the steps of one simulation. Times in ns; `clock` is what /clock says."""
+
+    def __init__(self, settings: Settings, period: int, delay: int) -> None:
+        self.settings, self.period, self.delay = settings, period, delay
+        self.clock = round(settings.start * SECOND)
+        self.paused = settings.paused
+        self.held = ""  # why nothing may run, or ""
+        self.steps_left = self.steps = 0
+        self.gate = MotionGate(settings.silent_after)
+        given = None if settings.command_period is None else round(settings.command_period * SECOND)
+        self.commands = Cadence(settings.silent_after, given, eager=True)
+        self.late = self.unstamped = 0
+        self.phase = Phase.BETWEEN
+        self._waited = 0
+        self._called: int | None = None
+        self._next_step = self._said = 0  # wall time
+        self._stamps: deque[int] = deque(maxlen=REMEMBERED)
+
+    # ---- the order of things
+
+    def next(self, now: int, free: bool) -> tuple[Do, float]:
+        """What to do at wall time `now` [ns], and for WAIT how long at most [s]; free: no motion yet, at most at rate
+        1."""
+        passed = 0 if self._called is None else min(max(now - self._called, 0), LONGEST)
+        self._called = now
+        if self.held:
+            return Do.WAIT, 0.1
+        if self.paused and not self.steps_left:
+            return self._stand(now, REPEAT)
+        if self.phase is Phase.BETWEEN:
+            if now < self._next_step and not (self.paused and self.steps_left):
+                return self._stand(now, self._next_step - now)
+            return self._begin(now, free)
+        self._waited += passed
+        if self.phase is Phase.MOTION:
+            if self.gate.awaited(self.clock):
+                if not self._over:
+                    return self._stand(now, REPEAT)
+                self.gate.miss(self.clock)
+            self.phase, self._waited = Phase.COMMAND, 0
+            return Do.MOTION, 0.0
+        if self.commands.due(self.clock):
+            if not self._over:
+                return self._stand(now, REPEAT)
+            self.commands.miss(self.clock)
+        self.phase = Phase.BETWEEN
+        self.steps += 1
+        return Do.TICK, 0.0
+
+    @property
+    def _over(self) -> bool:
+        return self._waited >= self.settings.wait * SECOND
+
+    def _stand(self, now: int, most: int) -> tuple[Do, float]:
+        """Say the clock again after a while: one that missed it would wait for ever."""
+        left = self._said + REPEAT - now
+        if left <= 0:
+            self._said = now
+            return Do.CLOCK, 0.0
+        return Do.WAIT, min(left, most) * 1e-9
+
+    def _begin(self, now: int, free: bool) -> tuple[Do, float]:
+        rate = self.settings.rate
+        if free:
+            rate = min(rate or 1.0, 1.0)
+        self.clock += self.period
+        wall = round(self.period / rate) if rate else 0
+        self._next_step = max(self._next_step + wall, now + wall - CATCH_UP) if wall else now
+        self.phase, self._waited, self._said = Phase.MOTION, 0, now
+        return Do.CLOCK, 0.0
+
+    def step_done(self, counted: bool) -> None:
+        """The step has ended; counted: it was one of those asked for."""
+        if counted and self.steps_left:
+            self.steps_left -= 1
+
+    def go_to(self, clock: int) -> None:
+        """The clock says this now; motion, commands and what was learnt of their senders are forgotten."""
+        self.clock = clock
+        self.phase = Phase.BETWEEN
+        self.gate.reset()
+        self.commands.reset()
+        self._stamps.clear()
+
+    # ---- messages
+
+    @property
+    def step_clock(self) -> int:
+        """The clock of the step that takes what comes now."""
+        return self.clock + (self.period if self.phase is Phase.BETWEEN else 0)
+
+    def motion(self, kind: str, stamp: int, data: bytes) -> tuple[str, int]:
+        """Hold a message of motion; as `MotionGate.put`."""
+        return self.gate.put(kind, stamp, data, self.clock)
+
+    def command(self, stamp: int) -> str:
+        """Judge a command by its stamp: "" or the cause of its refusal, which is counted with the others."""
+        step = self.step_clock
+        if not stamp or abs(stamp - self.clock) > OF_A_CLOCK:
+            self.unstamped += 1
+            return ""
+        if stamp > self.clock:
+            return "step_future"
+        if self.clock - stamp > FAR:
+            return "step_past"
+        if stamp in self._stamps:
+            return "step_twice"
+        if stamp <= step - self.period - self.commands.slack:
+            self.late += 1
+        if self._stamps and stamp < self._stamps[-1]:
+            return "step_past"
+        return ""
+
+    def took(self, stamp: int) -> None:
+        """A command that was judged fit has been taken: its sender has spoken."""
+        if stamp and abs(stamp - self.clock) <= OF_A_CLOCK:
+            self._stamps.append(stamp)
+        else:
+            stamp = self.step_clock
+        self.commands.heard(stamp, self.step_clock)
+
+    @property
+    def doing(self) -> str:
+        """The state in words, for diagnostics."""
+        if self.held:
+            return "held: /clock taken"
+        if self.paused and not self.steps_left:
+            return "paused"
+        return self.phase.value if self.phase is not Phase.BETWEEN else "running"

@@ -1,0 +1,201 @@
+"""Session in lockstep: the same tow, driven by simulation time instead of the clock of the machine (ros/lockstep.py).
+
+The executor's thread calls `advance` between two callbacks; it does what can be done without waiting. A message
+arrives when its stamp says, a command at the clock of its step, so wall time has no part in any number.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import deque
+from collections.abc import Callable
+
+from ..io.gate import CONFIRM, FAR
+from ..io.intake import Took
+from ..io.messages import stamp_of
+from .blocks import TimeMode
+from .lockstep import Do, Lockstep
+from .loop import REACHED, Loop, StepLoop
+from .params import Settings
+from .session import SECOND, Session
+
+RATE_OVER = SECOND  # ns of wall time that the achieved rate is measured over
+
+
+class SteppedSession(Session):
+    """As Session; `publish_clock` and `publish_ticks` are set by the node, both publish at once."""
+
+    lockstep = True
+
+    def __init__(self, settings: Settings, log: Callable[[str, str], None]) -> None:
+        super().__init__(settings, log)
+        self.wall = 0  # arrivals are stamps
+        self.period = round(self.scene.solver.tick * SECOND)
+        self.steps = Lockstep(self.node.lockstep, self.period, self.delay)
+        self.publish_clock: Callable[[int], None] = lambda clock: None
+        self.publish_ticks: Callable[[], None] = lambda: None
+        self.rate = math.nan  # simulated over wall time, achieved
+        self._rates: deque[tuple[int, int]] = deque()
+        self._spoken = False  # has any motion come?
+
+    def _new_loop(self, *parts, **settings) -> Loop:
+        return StepLoop(*parts, **settings)
+
+    # ---- time
+
+    def now(self) -> int:
+        return self.steps.clock
+
+    def log_time(self) -> int:
+        return self.steps.clock
+
+    def offset(self) -> int | None:
+        return None  # wall time says nothing of a stamp
+
+    def lag(self) -> float:
+        return 0.0
+
+    def set_node(self, node) -> None:
+        super().set_node(node)
+        self.steps.settings = node.lockstep
+
+    def advance(self, now: int) -> float:
+        """Do what can be done; now: CLOCK_MONOTONIC, ns. Returns the seconds until something may be to be done."""
+        if self.state not in ("waiting", "running"):
+            return 0.1
+        do, seconds = self.steps.next(now, not self._spoken)
+        if do is Do.CLOCK:
+            self.publish_clock(self.steps.clock)
+        elif do is Do.MOTION:
+            self._hand_on()
+        elif do is Do.TICK:
+            self.steps.step_done(self._tick())
+        return seconds
+
+    def _tick(self) -> bool:
+        """The tick of this step; False where the clock has not come to the first one yet."""
+        if self.state != "running":
+            return True
+        loop = self.built_loop
+        if self.steps.clock - self.delay <= int(loop.control[REACHED]):
+            return False
+        loop.step()
+        self.publish_ticks()
+        if loop.halted:
+            self._halted()
+        return True
+
+    # ---- inputs
+
+    def motion(self, kind: str, data: bytes, arrival: int) -> None:
+        """One message of kind "imu" or "odometry" as CDR bytes; its stamp is its arrival."""
+        self.received[kind] += 1
+        stamp = stamp_of(data)
+        if stamp is None:
+            self.refused["size"] += 1
+            return
+        self.arrivals[kind] = stamp or self.steps.clock
+        if not self._spoken and stamp:
+            self._first(stamp)
+        self._spoken = True
+        cause, count = self.steps.motion(kind, stamp, data)
+        if cause:
+            self.refused[cause] += count
+
+    def _first(self, stamp: int) -> None:
+        """The first motion decides what the clock says."""
+        off = stamp - self.steps.clock
+        if abs(off) > FAR:
+            self.log(
+                "info", f"/clock goes to the stamp of the first motion, {stamp / SECOND:.3f} s: {off * 1e-9:+.3f} s"
+            )
+            self.steps.go_to(stamp)
+
+    def _hand_on(self) -> None:
+        for message in self.steps.gate.take(self.steps.clock):
+            took = self.intake.motion(message.kind, message.data, message.stamp)
+            while self.ingest.notices:
+                self.log("warn", self.ingest.notices.popleft())
+            if took is Took.SAMPLE and self.state == "waiting":
+                self._start()
+
+    def command(self, data: bytes, arrival: int) -> str:
+        """One winch command as CDR bytes; it arrives at the clock of the step that it is for."""
+        stamp = stamp_of(data) or 0
+        cause = self.steps.command(stamp)
+        if cause:
+            return self.commands.refuse(cause)
+        cause = self.intake.command(data, self.steps.step_clock)
+        if cause in ("", "before_motion"):
+            self.steps.took(stamp)
+        return cause
+
+    # ---- start
+
+    def _when(self, stamp: int) -> tuple[int, int]:
+        """Start at the first tick time of the clock that is not before the first motion."""
+        present, first = self.steps.clock - self.delay, self.ingest.first_pose
+        late = max(0, (stamp if first is None else first[0]) - present)
+        return present + -(-late // self.period) * self.period, 0
+
+    def fail(self, problem: str) -> None:
+        super().fail(problem)
+        self.steps.steps_left = 0
+
+    def reset(self) -> tuple[bool, str]:
+        """Static start again; where the motion has left the clock, its next stamp decides what the clock says."""
+        self.steps.steps_left = 0
+        if self.loop is not None and self.steps.gate.refused_in_row >= CONFIRM:
+            self.intake.jump()
+            self.steps.gate.reset()
+            self._spoken = False
+        return super().reset()
+
+    # ---- control
+
+    @property
+    def paused(self) -> bool:
+        return self.steps.paused
+
+    @property
+    def steps_left(self) -> int:
+        return self.steps.steps_left
+
+    def pause(self, on: bool) -> tuple[bool, str]:
+        self.steps.paused = on
+        self.steps.steps_left = 0
+        return True, f"{'paused' if on else 'running'}, /clock {self.steps.clock / SECOND:.3f} s"
+
+    def step(self, count: int) -> tuple[bool, str]:
+        if self.state not in ("waiting", "running"):
+            return False, f"the node is {self.state}: activate it first"
+        if not self.paused:
+            return False, "it runs; pause it first, by ~/pause with data: true"
+        if self.steps_left:
+            return False, f"{self.steps_left} ticks of the step before are still to be done"
+        self.steps.steps_left = count
+        return True, f"{count} ticks from /clock {self.steps.clock / SECOND:.3f} s on"
+
+    def hold(self, why: str) -> None:
+        """Hold the simulation, or let it go on with ""; said once."""
+        if why and not self.steps.held:
+            self.log("error", why)
+        elif self.steps.held and not why:
+            self.log("info", "/clock is this node's alone again: the simulation goes on")
+        self.steps.held = why
+
+    def poll(self) -> None:
+        """Called twenty times a second: the achieved rate; a word while nothing comes."""
+        now = time.monotonic_ns()
+        self._rates.append((now, self.steps.steps))
+        while len(self._rates) > 2 and now - self._rates[1][0] >= RATE_OVER:
+            self._rates.popleft()
+        then, before = self._rates[0]
+        self.rate = (self.steps.steps - before) * self.period / (now - then) if now > then else math.nan
+        self._say_waiting()
+
+
+def session_of(settings: Settings, log: Callable[[str, str], None]) -> Session:
+    """The session that time_mode asks for."""
+    return (SteppedSession if settings.node.time_mode is TimeMode.LOCKSTEP else Session)(settings, log)
