@@ -93,8 +93,13 @@ class Ears:
             self._publishers[topic] = self.node.create_publisher(kind, topic, QoSProfile(depth=200))
         return self._publishers[topic]
 
-    def call(self, kind: type, name: str, request: Any, within: float) -> Any:
-        """Answer of a service; TowError when it is not there or does not answer within so many seconds."""
+    def call(
+        self, kind: type, name: str, request: Any, within: float, meanwhile: Callable[[], bool] = lambda: False
+    ) -> Any:
+        """Answer of a service; TowError when it is not there or does not answer within so many seconds.
+
+        meanwhile: called while it waits; the seconds count anew from where it says True.
+        """
         deadline = time.monotonic() + within
         if name not in self._clients:
             self._clients[name] = self.node.create_client(kind, name)
@@ -106,6 +111,8 @@ class Ears:
         answered = threading.Event()
         future.add_done_callback(lambda _: answered.set())
         while not answered.wait(0.05):
+            if meanwhile():
+                deadline = time.monotonic() + within
             self._until(deadline, f"no answer of {name} within {within:g} s")
         return future.result()
 

@@ -20,7 +20,7 @@ class Feeder:
         self._queue: deque[Message] = deque()
         self._changed = threading.Condition()
         self._now: int | None = None  # what /clock said last, ns
-        self._closed = False
+        self._closed = self._sending = False
         self.end: int | None = None  # stamp of the last message that was given, ns
         self.sent = 0
         self.failure: BaseException | None = None
@@ -56,6 +56,13 @@ class Feeder:
         """Messages that have not been sent."""
         return len(self._queue)
 
+    @property
+    def idle(self) -> bool:
+        """Has everything been sent that the clock has come to?"""
+        with self._changed:
+            due = self._queue and self._now is not None and self._queue[0].stamp <= self._now
+            return not due and not self._sending
+
     def close(self) -> None:
         """Send nothing more; bounded."""
         with self._changed:
@@ -68,6 +75,7 @@ class Feeder:
             while (message := self._next()) is not None:
                 self._send(message)
                 self.sent += 1
+                self._sending = False
         except BaseException as error:
             self.failure = error
 
@@ -80,9 +88,10 @@ class Feeder:
                     due = self._queue[0].stamp
                     if not self.lockstep:
                         wait = (due - time.time_ns()) / SECOND
-                        if wait <= 0.0:
-                            return self._queue.popleft()
                     elif self._now is not None and due <= self._now:
-                        return self._queue.popleft()
+                        wait = 0.0
+                if wait is not None and wait <= 0.0:
+                    self._sending = True
+                    return self._queue.popleft()
                 self._changed.wait(wait)
         return None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -28,6 +28,9 @@ from .motion import SECOND, Message
 NAMESPACE, NODE = "/tow_sim", "/tow_sim/cable_sim"
 COMMAND = KINDS["command"][1]
 SERVICE = 30.0  # s for an answer
+STALLED = 60.0  # s of wall time without a Frame
+SPEAK = 1.0  # s of wall time for the first command of a controller, which may also come when the clock moves
+SETTLE = 0.3  # s: the other end may learn of ours a little later than we of it
 
 
 class Link:
@@ -47,6 +50,8 @@ class Link:
         self.box = FrameBox()
         self.now: int | None = None  # what /clock said last, ns
         self.clock_came = threading.Event()
+        self.spoken = threading.Event()  # has anybody commanded?
+        self.awaited = False  # was a controller started that may speak at once?
         self.ears = Ears(domain, NAMESPACE, environment)
         self.feeder = Feeder(self._send, lockstep)
         self._publishers = {
@@ -56,6 +61,7 @@ class Link:
         self._status = self.ears.listen(DiagnosticArray, "/diagnostics")
         if lockstep:
             self.ears.hear(Clock, "/clock", self._on_clock, reliable=False)
+            self.ears.hear(JointState, COMMAND, lambda data: self.spoken.set(), reliable=False)
 
     def connected(self) -> bool:
         """Do both ends know of each other, on every topic that is used?"""
@@ -85,6 +91,7 @@ class Link:
                 if time.monotonic() > deadline:
                     raise TowError(f"the node does not listen on {COMMAND}, within {SERVICE:g} s: nothing was sent")
                 time.sleep(0.01)
+            time.sleep(SETTLE)
             self._publishers["command"] = made
         return self._publishers["command"]
 
@@ -95,6 +102,48 @@ class Link:
         first = self.now if self.lockstep else time.time_ns() + AHEAD
         return self.feeder.add(messages, first)
 
+    def step(self, count: int, check: Callable[[], None]) -> None:
+        """Lockstep: so many ticks, all their Frames heard. check(): raises where the node or a controller has ended."""
+        if not self.feeder.sent and not self.feeder.waiting:
+            raise TowError("no motion was fed: nothing was stepped; call feed() first")
+        target, tried = self.box.count + count, 0
+        while self.box.count < target:
+            left = target - self.box.count
+            if tried and self.box.missing:
+                raise TowError(f"{self.box.missing} ticks were not heard: the machine stood still; nothing counts now")
+            if tried > 3:
+                raise TowError(f"{left} of {count} ticks gave no Frame; see the task lockstep of /diagnostics")
+            self._quiet()
+            self.set("lockstep.steps", left)
+            self.call("step", None, STALLED, self._progress(check))
+            with self.box.changed:  # in the step that takes up the first motion there is no tick
+                self.box.changed.wait_for(lambda: self.box.count >= target, timeout=1.0)
+            tried += 1
+
+    def _progress(self, check: Callable[[], None]) -> Callable[[], bool]:
+        seen = self.box.count
+
+        def moved() -> bool:
+            nonlocal seen
+            check()
+            before, seen = seen, self.box.count
+            return seen > before
+
+        return moved
+
+    def _quiet(self) -> None:
+        """Until what the clock has come to is sent, and a controller had the time to speak: the node takes messages
+        in before it begins a step that was asked for after them."""
+        deadline = time.monotonic() + SERVICE
+        while self.now is None or not self.feeder.idle:
+            if time.monotonic() > deadline:
+                raise TowError(f"motion could not be sent within {SERVICE:g} s")
+            time.sleep(0.002)
+        deadline = time.monotonic() + (SPEAK if self.awaited and not self.spoken.is_set() else 0.0)
+        while not self.spoken.is_set() and time.monotonic() < deadline:
+            time.sleep(0.002)
+        self.awaited = False
+
     def command(self, payout: float | None, rate: float | None) -> None:
         """Publish a command, stamped with the clock of the motion."""
         stamp = self.now if self.lockstep and self.now is not None else time.time_ns()
@@ -104,6 +153,11 @@ class Link:
         """Publishers of winch commands beside our own."""
         return self.ears.others_on(f"{NAMESPACE}/{COMMAND}")
 
+    def controller_came(self) -> None:
+        """A controller publishes commands: let it and the node learn of each other."""
+        time.sleep(SETTLE)
+        self.awaited = True
+
     def set(self, name: str, value: Any) -> None:
         """Set a parameter; TowError with the node's reason where it refuses."""
         request = SetParameters.Request(parameters=[Parameter(name, value=value).to_parameter_msg()])
@@ -111,11 +165,13 @@ class Link:
         if not result.successful:
             raise TowError(f"{name} = {value!r} was refused: {result.reason}")
 
-    def call(self, service: str, data: bool | None, within: float = SERVICE) -> str:
+    def call(
+        self, service: str, data: bool | None, within: float = SERVICE, meanwhile: Callable[[], bool] = lambda: False
+    ) -> str:
         """Call a Trigger or, with data, a SetBool of the node; TowError with its text where it did not succeed."""
         kind: Any = Trigger if data is None else SetBool
         request = kind.Request() if data is None else kind.Request(data=data)
-        answer = self.ears.call(kind, f"{NODE}/{service}", request, within)
+        answer = self.ears.call(kind, f"{NODE}/{service}", request, within, meanwhile)
         if not answer.success:
             raise TowError(f"{service}: {answer.message}")
         return answer.message

@@ -23,7 +23,7 @@ from .process import MARK, Process
 
 READY_WITHIN = 300.0  # s; compiling everything from nothing takes minutes on a slow machine
 START_WITHIN = 60.0  # s of wall time from the first motion to the first Frame
-STALLED = 30.0  # s of wall time without a Frame
+STALLED = 30.0  # s of wall time, beside what real time takes
 SECOND = 1_000_000_000
 # ours alone: neither heard by a ship nor hearing it; no files in shared memory, which a killed process would leave
 ALONE = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}
@@ -103,7 +103,7 @@ class Tow:
             "the node", arguments, self.folder / "node.log", self.environment | {"PYTHONPATH": path}, [self._descriptor]
         )
         self._closing.append(self.node.stop)
-        from .link import Link  # imports while the node does
+        from .link import Link  # imports ROS, while the node does
 
         closed: dict[str, str | None] = dict.fromkeys(OPENING)
         self._link = Link(self.domain, self._wanted, closed | own, self.lockstep)
@@ -169,8 +169,11 @@ class Tow:
         self.processes.append(process)
         self._closing.append(process.stop)
         if within:
-            begun = self._link.commanders
-            self._await(lambda: begun() > before, within, f"commanded: {name} has no publisher of winch/command yet")
+            link = self._link
+            self._await(
+                lambda: link.commanders() > before, within, f"commanded: {name} has no publisher of winch/command"
+            )
+            link.controller_came()
         return process
 
     def set(self, name: str, value: Any) -> None:
@@ -201,7 +204,7 @@ class Tow:
         """Lockstep: so many ticks, and no more."""
         if not self.lockstep:
             raise TowError("step() is for mode='lockstep': real time goes on by itself; use advance() or wait_until()")
-        self._link.step(count)
+        self._link.step(count, self.check)
 
     def wait_until(self, condition: Callable[[np.recarray], Any], within: float, every: float = 0.1) -> np.recarray:
         """Go on until condition(frames) is true, at most `within` s of simulation; returns the Frames so far.

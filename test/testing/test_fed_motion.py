@@ -49,7 +49,10 @@ def test_samples_and_a_table_are_the_motion_they_say(tmp_path):
         ({"source": "nbp1406", "heave": (1.0, 8.0)}, "give one source of motion"),
         ({"heave": (1.0, 8.0)}, r"heave needs duration=\.\.\. in s: nothing was sent"),
         ({"source": []}, "no motion in the part asked for"),
-        ({"source": "nbp1406", "start": 1e5}, r"no motion in the part asked for \(from 100000 s on\): nothing was sent"),
+        (
+            {"source": "nbp1406", "start": 1e5},
+            r"no motion in the part asked for \(from 100000 s on\): nothing was sent",
+        ),
     ],
 )
 def test_what_cannot_be_fed_is_said(given, text):

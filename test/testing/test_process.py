@@ -12,9 +12,13 @@ from cable_sim_ros.testing import watchdog
 from cable_sim_ros.testing.errors import TowError
 from cable_sim_ros.testing.process import Process
 
-STUBBORN = "import signal, time; signal.signal(signal.SIGINT, signal.SIG_IGN); print('deaf', flush=True); time.sleep(60)"
-PARENT = "import subprocess, sys, time; print(subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(60)']).pid,\
+STUBBORN = (
+    "import signal, time; signal.signal(signal.SIGINT, signal.SIG_IGN); print('deaf', flush=True); time.sleep(60)"
+)
+PARENT = (
+    "import subprocess, sys, time; print(subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(60)']).pid,\
  flush=True); time.sleep(60)"
+)
 
 
 def poll(condition, within=10.0):
