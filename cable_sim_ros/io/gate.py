@@ -28,7 +28,7 @@ class Cadence:
     """
 
     def __init__(self, silent_after: int, period: int | None = None, eager: bool = False) -> None:
-        self.silent_after, self._given, self._eager = silent_after, period, eager
+        self.silent_after, self._given, self._shortest = silent_after, period, eager
         self.missed = 0
         self.reset()
 
@@ -37,6 +37,7 @@ class Cadence:
         self.newest: int | None = None  # stamp, ns
         self.period = self._given
         self.slack = self.in_row = self.heard_count = 0
+        self._eager, self._widest = self._shortest, 1.5  # times the usual gap: a longer one is a lost message
         self._passed = 0  # periods since the newest that are not waited for any more
         self._gaps: deque[int] = deque(maxlen=KEPT)
         self._suspect = ("", 0)  # why the newest was missed, and which message that was
@@ -80,7 +81,7 @@ class Cadence:
         if why == before[0] == "late" and since == 1:
             self.slack = min(FAR, max(self.slack, clock - self.newest - ahead * self.period))
         elif why == before[0] == "slow" and since <= KEPT:
-            self._eager = False
+            self._eager, self._widest = False, 2.5
 
     def _learn(self, gap: int) -> None:
         self._gaps.append(gap)
@@ -88,7 +89,7 @@ class Cadence:
             self.period = gap if self.period is None else min(gap, self.period)
         else:
             usual = median(self._gaps)
-            self.period = max(other for other in self._gaps if other <= 1.5 * usual)
+            self.period = max(other for other in self._gaps if other <= self._widest * usual)
 
 
 class Held(NamedTuple):
@@ -162,7 +163,7 @@ class MotionGate:
         for kind, ahead in self._ahead.items():
             if ahead and ahead[0].stamp <= clock + FAR:  # nothing has spoken against them
                 self._believe(kind, clock)
-        return [kind for kind, cadence in self.cadence.items() if not self._held[kind] and cadence.due(clock)]
+        return [kind for kind, cadence in self.cadence.items() if cadence.due(clock)]
 
     def miss(self, clock: int) -> None:
         """Wait no longer for what is due."""

@@ -283,16 +283,15 @@ class CableSimNode(LifecycleNode):
         for parameter in parameters:
             if parameter.name == "recording.path":
                 self.recording.wanted = parameter.value
-            elif parameter.name.startswith("lockstep."):
-                self.settings = self.settings._replace(
-                    node=changed(self.settings.node, parameter.name, parameter.value)
-                )
-                self.session.set_node(self.settings.node)
             elif parameter.name in live:
                 scene = changed(self.settings.scene, parameter.name, parameter.value)
                 self.settings = self.recording.settings = self.settings._replace(scene=scene)
                 self.session.set_live(parameter.name, parameter.value)
                 self.get_logger().info(f"{parameter.name} = {parameter.value}, from the next tick on")
+            else:
+                block = changed(self.settings.node, parameter.name, parameter.value)
+                self.settings = self.recording.settings = self.settings._replace(node=block)
+                self.session.set_node(block)
 
     # ---- what the node says
 
