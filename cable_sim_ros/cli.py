@@ -107,11 +107,12 @@ def node(ros_arguments: tuple[str, ...]) -> None:
 
 
 @main.command()
-@click.argument("scene")
+@click.argument("scene", required=False)
 @click.option(
     "--motion",
     metavar="BAG|CSV|none",
-    help="Ship motion: a bag, a table in a CSV file, or none: the static tow. Default: the bag nbp1406.",
+    help="Ship motion: a bag, a table in a CSV file, or none: the static tow. Default: the bag nbp1406; with --from "
+    "that of the saved run, which goes on.",
 )
 @click.option(
     "--heave", type=Heave(), help="Sinusoidal heave in place of --motion: amplitude in m, period in s, as in 1.2,8."
@@ -134,9 +135,8 @@ def node(ros_arguments: tuple[str, ...]) -> None:
 @click.option(
     "--step",
     type=click.Choice(["chosen", "fixed"]),
-    default="chosen",
-    show_default=True,
-    help="Time step: chosen by its error (solver.tension_error, else accuracy.tension), or fixed: one a Frame.",
+    help="Time step: chosen by its error (solver.tension_error, else accuracy.tension), or fixed: one a Frame. "
+    "Default: chosen; with --from and no SCENE as saved.",
 )
 @click.option(
     "--every",
@@ -144,16 +144,37 @@ def node(ros_arguments: tuple[str, ...]) -> None:
     metavar="S",
     help="Seconds between Frames. Default: solver.tick of the scene; 0.1 where it does not choose steps itself.",
 )
+@click.option(
+    "--save", type=click.Path(path_type=Path), metavar="FILE", help="Write the state at the end to FILE, for --from."
+)
+@click.option(
+    "--from",
+    "begin",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Begin with the state in FILE in place of the static start. SCENE may be left out.",
+)
 @out_option
 @json_option
-def run(scene, motion, heave, duration, winch, algorithm, imu_only, step, every, out, as_json) -> None:
+def run(scene, motion, heave, duration, winch, algorithm, imu_only, step, every, save, begin, out, as_json) -> None:
     """Simulate SCENE offline, as fast as it goes."""
     if motion == "none" and heave is not None:
         raise click.UsageError("--heave and --motion none contradict each other; nothing was simulated; leave one out")
-    if motion is None and heave is None:
-        motion = SHIPPED_BAG
+    if scene is None and begin is None:
+        raise click.UsageError("Missing argument 'SCENE' (or --from FILE)")
+    if scene is not None and step is None:
+        step = "chosen"
     with _progress(as_json) as progress:
         from .runs import offline
+        from .runs.resume import Resumed
+
+        if begin is not None:
+            begin = Resumed(begin)
+        if motion is None and heave is None:
+            if begin is None:
+                motion = SHIPPED_BAG
+            else:
+                motion, heave, imu_only, _ = begin.told()
 
         result = offline.run(
             scene,
@@ -166,6 +187,8 @@ def run(scene, motion, heave, duration, winch, algorithm, imu_only, step, every,
             step=step,
             every=every,
             out=out,
+            save=save,
+            resumed=begin,
             progress=progress,
         )
     tell(result, out, as_json)

@@ -4,9 +4,9 @@ Topic ``sim/journal`` of the bag (recorded only, not published), std_msgs/String
 
 * ``n``: number of the entry, from 0 on without a gap; ``tick``: ticks the program had done; the next one is the first
   that has what the entry says.
-* ``start``: the simulation begins here, why (``cause``: start, reset, jump, behind, recording), ``time`` [ns],
-  ``position`` [m], ``heading`` [rad], ``parameters`` that are not as in the scene, and ``state``: a snapshot, as a
-  compressed .npz in base64. Of a start from the static equilibrium it has the rings of inputs only.
+* ``start``: the simulation begins here, why (``cause``: start, reset, jump, behind, recording, restore), ``time``
+  [ns], ``position`` [m], ``heading`` [rad], ``parameters`` that are not as in the scene, and ``state``: a snapshot, as
+  a compressed .npz in base64. Of a start from the static equilibrium it has the rings of inputs only.
 * ``motion``: samples as the ticks see them from here on, each a stamp [ns] and the 14 numbers of `physics.inputs`.
 * ``commands``: to the winch, each the time [ns] from which it counts, pay-out [m] and rate [m/s], null = none.
 * ``set``: parameters that were changed; ``lost``: samples and commands that are not known any more; ``end``: why the

@@ -16,16 +16,28 @@ NAME = re.compile(rf"[A-Za-z0-9_-]{{1,{NAME_MOST}}}")
 
 def name_problem(key: str, value: str) -> str:
     """ "" or why a value is no name of a recording; empty: the default name."""
-    if not value or NAME.fullmatch(value):
+    return "" if not value else _name_problem(key, value, "a recording", "recorded")
+
+
+def state_problem(value: str) -> str:
+    """ "" or why a value of `state_file` is no name of a file."""
+    return _name_problem("state_file", value, "a state file", "saved or restored")
+
+
+def _name_problem(key: str, value: str, what: str, done: str) -> str:
+    if NAME.fullmatch(value):
         return ""
     return (
-        f"parameter '{key}' = {shown(value)} is not a name for a recording: 1 to {NAME_MOST} of A-Z a-z 0-9 _ - are "
-        f"allowed, no path; nothing was recorded. Give a name, and its folder as recording.root"
+        f"parameter '{key}' = {shown(value)} is not a name for {what}: 1 to {NAME_MOST} of A-Z a-z 0-9 _ - are "
+        f"allowed, no path; nothing was {done}. Give a name, and its folder as recording.root"
     )
 
 
-def root_problem(key: str, root: str, least_free: int) -> str:
-    """ "" or why no recording can be made under a root, now; least_free: bytes that must be left on its disk."""
+def root_problem(key: str, root: str, least_free: int, done: str = "recorded") -> str:
+    """ "" or why no recording can be made under a root, now; least_free: bytes that must be left on its disk.
+
+    done: what was not done, for the text.
+    """
     why = ""
     try:
         place = Path(root).absolute()
@@ -41,7 +53,7 @@ def root_problem(key: str, root: str, least_free: int) -> str:
         why = str(error.strerror if isinstance(error, OSError) else error)
     if not why:
         return ""
-    return f"parameter '{key}' = {shown(root)}: {why}; nothing was recorded. Give a folder that can be written to"
+    return f"parameter '{key}' = {shown(root)}: {why}; nothing was {done}. Give a folder that can be written to"
 
 
 class Names:

@@ -181,7 +181,7 @@ class Feeder:
     ) -> None:
         self.intake = Intake(inputs, scene, motion, heave, drum=drum)
         self.inputs, self.tow, self.jumped = inputs, tow, False
-        self._next = 0
+        self.position = 0  # events that have been pushed
 
     @property
     def ingest(self) -> MotionIngest:
@@ -201,12 +201,12 @@ class Feeder:
     @property
     def following(self) -> int:
         """Stamp of the next event, ns."""
-        return self.tow.events[self._next].time
+        return self.tow.events[self.position].time
 
     @property
     def done(self) -> bool:
         """True when every event has been pushed."""
-        return self._next >= len(self.tow.events)
+        return self.position >= len(self.tow.events)
 
     def until(self, time_ns: int) -> list[Event]:
         """Push every event up to this time, or to a jump of the clock; returns them.
@@ -214,15 +214,15 @@ class Feeder:
         The time of motion is its stamp, that of a command its arrival on the clock of the motion. An odd stamp has
         none: it is judged in its turn.
         """
-        first, events = self._next, self.tow.events
-        while not self.jumped and self._next < len(events) and self._due(events[self._next]) <= time_ns:
-            event = events[self._next]
-            self._next += 1
+        first, events = self.position, self.tow.events
+        while not self.jumped and self.position < len(events) and self._due(events[self.position]) <= time_ns:
+            event = events[self.position]
+            self.position += 1
             if event.kind == "command":
                 self.intake.command(event.data, event.arrival)
             else:
                 self.jumped = self.intake.motion(event.kind, event.data, event.arrival) is Took.JUMPED
-        return events[first : self._next]
+        return events[first : self.position]
 
     def follow(self) -> None:
         """Go on behind a jump of the clock; no tick may run meanwhile."""

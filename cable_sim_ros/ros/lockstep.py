@@ -10,7 +10,9 @@ from __future__ import annotations
 
 from collections import deque
 from enum import Enum
+from typing import Any
 
+from ..io import memento
 from ..io.gate import FAR, Cadence, MotionGate
 from .blocks import Lockstep as Settings
 
@@ -135,6 +137,16 @@ class Lockstep:
         self.gate.reset()
         self.commands.reset()
         self._stamps.clear()
+
+    def set_back(self, tree: Any) -> None:
+        """As it was when it was taken (io.memento), but for what is of the present: whether it stands, and its pace.
+
+        Raises ValueError.
+        """
+        present = self.paused, self.held, self.steps
+        memento.set_back(self, tree)
+        self.paused, self.held, self.steps = present
+        self.steps_left, self._called, self._next_step, self._said = 0, None, 0, 0
 
     # ---- messages
 

@@ -17,16 +17,16 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
-from std_srvs.srv import SetBool, Trigger
 
 from ..io.channels import STRUM, Context, Encoder, channels_of
 from ..io.messages import CAUSES, KINDS, stamp_of
-from ..io.recording_place import name_problem
+from ..io.recording_place import name_problem, state_problem
 from ..sim.flag_rules import FAILED
 from ..sim.live import changed, ways
 from . import discovery
 from .arrival import Arrivals, StampArrivals
 from .clock_topic import ClockTopic
+from .control import SimulationControl
 from .declare import declare, overrides_of
 from .diagnostics import Watch, final_figures
 from .drain import spin
@@ -76,8 +76,7 @@ class CableSimNode(LifecycleNode):
         self.inputs: list = []
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        self.create_service(Trigger, "~/reset", self._on_reset)
-        self.create_service(SetBool, "~/record", self._on_record)
+        self.control = SimulationControl(self)
         self.create_timer(0.05, self._on_poll, clock=self._steady)
         self.create_timer(1.0, self._on_diagnostics, clock=self._steady)
         self.create_timer(NEIGHBOURS_EVERY, self._on_neighbours, clock=self._steady)
@@ -241,32 +240,14 @@ class CableSimNode(LifecycleNode):
             at = self.session.log_time() if arrival is None else arrival + self.session.wall
             recorder.put(topic, msgtype, at, data)
 
-    # ---- services and parameters
-
-    def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        response.success, response.message = self.session.reset()
-        self.report_state()
-        return response
-
-    def _on_record(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        if not request.data:
-            # inputs wait meanwhile; a slow disk goes on writing behind it
-            stats = self.recording.finish(self.session, self.publisher, timeout=2.0)
-            response.success = stats is not None
-            response.message = f"{stats.written} messages in {self.recording.path}" if stats else "nothing was recorded"
-            if stats is not None and stats.error:
-                response.message += f"; {stats.dropped} lost: {stats.error}"
-        elif self.publisher is None:
-            response.success, response.message = False, "the node is not configured: there is nothing to record"
-        else:
-            text = self.recording.begin(self.session, self.publisher)
-            response.success, response.message = not text, text or f"recording to {self.recording.path}"
-        return response
+    # ---- parameters
 
     def _may_set(self, parameters) -> SetParametersResult:
         rows = {row.name: row for row in self.settings.rows}
         for parameter in parameters:  # of live ones: rclpy refuses the others, which it was told are read-only
             if parameter.name == "recording.path" and (text := name_problem(parameter.name, parameter.value)):
+                return SetParametersResult(successful=False, reason=text)
+            if parameter.name == "state_file" and (text := state_problem(parameter.value)):
                 return SetParametersResult(successful=False, reason=text)
             if parameter.name == "lockstep.rate" and (text := rate_problem(parameter.value)):
                 return SetParametersResult(successful=False, reason=text)
@@ -357,6 +338,7 @@ def main(args: list[str] | None = None) -> int:
         start_ros(args)
         refuse_unknown(args)
         node = CableSimNode()
+        node.control.on_quit = stop.ask
         if node.settings.node.autostart and not autostart(node, stop):
             code = 1
         elif not stop.asked:

@@ -14,7 +14,7 @@ from types import UnionType
 from typing import Any, NamedTuple, Union, get_args, get_origin
 
 from ..io.load import SceneError, SceneWarning, load_scene, override
-from ..io.recording_place import name_problem, root_problem
+from ..io.recording_place import name_problem, root_problem, state_problem
 from ..io.resources import find_scene
 from ..physics.quantity import Block
 from ..sim.scene import Scene
@@ -162,7 +162,11 @@ def settle(overrides: dict[str, Any]) -> Settings:
         )
     node = NodeBlock.model_validate(node_tree)
     recording = node.recording
-    problem = name_problem("recording.path", recording.path) or rate_problem(node.lockstep.rate)
+    problem = (
+        name_problem("recording.path", recording.path)
+        or state_problem(node.state_file)
+        or rate_problem(node.lockstep.rate)
+    )
     if recording.enabled and not problem:
         problem = root_problem("recording.root", recording.root, round(recording.least_free * 1e6))
     if problem:

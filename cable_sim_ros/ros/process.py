@@ -43,6 +43,10 @@ class Stop:
         self._before = {number: signal.signal(number, self._ask) for number in (signal.SIGINT, signal.SIGTERM)}
 
     def _ask(self, number, frame) -> None:
+        self.ask()
+
+    def ask(self) -> None:
+        """End, as a signal would."""
         self.asked = True
 
     def restore(self) -> None:

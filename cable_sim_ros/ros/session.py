@@ -12,7 +12,6 @@ import math
 import time
 from collections import Counter
 from collections.abc import Callable
-from contextlib import nullcontext
 from typing import Any
 
 import numpy as np
@@ -35,6 +34,7 @@ from .interpreter import quiet
 from .loop import MAPPING, RESYNCS, SKIPPED, TARGET, Loop
 from .overload import Pace
 from .params import Settings
+from .saving import Saving
 from .timing import Timing
 
 RING_ROWS = 128  # ticks a slow publisher may be behind
@@ -43,7 +43,7 @@ START_MARGIN = 0.25  # s; messages that came during the static start must be in 
 SECOND = 1_000_000_000
 
 
-class Session(Timing):
+class Session(Timing, Saving):
     """Settings to a running simulation. Every method is called from one thread (the executor's)."""
 
     def __init__(self, settings: Settings, log: Callable[[str, str], None]) -> None:
@@ -233,6 +233,9 @@ class Session(Timing):
         sample, stamp = self._newest_sample().copy(), self._newest_stamp()
         begin, target = self._when(stamp)
         kept = self._cause not in STATIC
+        if problem := self.not_restored(float(sample[5])):
+            self.fail(problem)
+            return
         ahead = (begin - stamp) * 1e-9
         position = float(sample[0] + sample[6] * ahead), float(sample[1] + sample[7] * ahead)
         try:
@@ -277,11 +280,14 @@ class Session(Timing):
         self.resets += 1
         self.intake.forget_commands()
         self._cause = "reset"
+        return self._begin_again("started again from the static equilibrium")
+
+    def _begin_again(self, text: str) -> tuple[bool, str]:
         self.activate()
-        if self.clock.offset is None:
-            return True, "waiting for motion"
+        if not self.motion_known:
+            return True, f"{text}; waiting for motion" if self._cause == "restore" else "waiting for motion"
         self._start()
-        return self.state == "running", self.problem or "started again from the static equilibrium"
+        return self.state == "running", self.problem or text
 
     def set_live(self, name: str, value: Any) -> None:
         """Give a live parameter of the scene (sim/live.py) another value, between two ticks where the loop runs."""
@@ -289,7 +295,7 @@ class Session(Timing):
         self.live[name] = value
         if self.sim is None:
             return  # the simulator is made from the scene
-        with self.built_loop.paused() if self.state == "running" else nullcontext():
+        with self.between_ticks():
             set_live(self.sim, name, value)
             if self.journal is not None and self.state == "running":
                 self.journal.set(self.built_loop.count, name, value)
@@ -302,19 +308,10 @@ class Session(Timing):
 
     def record(self, journal: Journal) -> None:
         """Keep a recording's journal, which the publisher has; of a tow that is running it begins with its state."""
-        with self.built_loop.paused() if self.state == "running" else nullcontext():
+        with self.between_ticks():
             self.journal = journal
             if self.state == "running":
-                now = self.built_sim.state.memory[NOW]
-                heading = float(now.ship.motion.coord[5])
-                self._note_start(Start(int(now.time.now), self._ship_position(), heading, "recording"))
-
-    def _ship_position(self) -> tuple[float, float]:
-        """x y of base_link in odom, of a loop that stands."""
-        now = self.built_sim.state.memory[NOW]
-        since = (int(now.time.now) - int(now.time.start)) * 1e-9
-        x, y = now.frame.origin + now.frame.velocity * since + now.ship.motion.coord[:2]
-        return float(x), float(y)
+                self._note_start(self.here("recording"))
 
     def _note_start(self, start: Start) -> None:
         if self.journal is not None:

@@ -10,14 +10,21 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from ..io.gate import CONFIRM, FAR
 from ..io.intake import Took
+from ..io.memento import set_back, taken
 from ..io.messages import stamp_of
+from ..sim.savefile import damaged
 from .blocks import TimeMode
 from .lockstep import Do, Lockstep
 from .loop import REACHED, Loop, StepLoop
 from .params import Settings
+from .saving import UNDER_WAY
 from .session import SECOND, Session
 
 RATE_OVER = SECOND  # ns of wall time that the achieved rate is measured over
@@ -151,6 +158,47 @@ class SteppedSession(Session):
             self.steps.gate.reset()
             self._spoken = False
         return super().reset()
+
+    # ---- save and restore: ros/saving.py
+
+    def notes(self) -> dict[str, Any]:
+        return {"lockstep": True, "spoken": self._spoken, "intake": taken(self.intake), "steps": taken(self.steps)}
+
+    def go_back(self, path: Path, arrays: dict[str, np.ndarray], notes: Any) -> tuple[bool, str] | None:
+        if not (isinstance(notes, dict) and notes.get("lockstep")):
+            return None  # its motion came by another clock
+        before = self.notes()
+        self.built_loop.stop()
+        try:
+            self._set_back(notes)
+        except (KeyError, ValueError) as error:
+            self._set_back(before)
+            return False, str(damaged(path, f"its notes of the node do not fit, {error}"))
+        self.put(arrays)
+        start = self.here("restore")
+        self._cause = "start"
+        self._note_start(start)
+        self.built_loop.start(start.time, 0)
+        self.state, self.problem = "running", ""
+        return True, ""
+
+    def _set_back(self, notes: dict[str, Any]) -> None:
+        set_back(self.intake, notes["intake"])
+        self.steps.set_back(notes["steps"])
+        self._spoken = bool(notes["spoken"])
+
+    def begin_anew(self) -> tuple[bool, str]:
+        """As if the node had just been activated: /clock at lockstep.start, no motion yet."""
+        if self.state not in UNDER_WAY:
+            return False, f"the node is {self.state}: activate it first"
+        self.built_loop.stop()
+        self.resets += 1
+        self.intake.jump()
+        self.steps.go_to(round(self.node.lockstep.start * SECOND))
+        self.steps.paused, self.steps.steps_left = self.node.lockstep.paused, 0
+        self._spoken, self._cause = False, "start"
+        self.activate()
+        return True, f"/clock {self.steps.clock / SECOND:.3f} s; waiting for motion"
 
     # ---- control
 

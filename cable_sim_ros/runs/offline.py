@@ -19,19 +19,21 @@ from ..io.motion_table import MotionError, read_table, sine_heave
 from ..io.replay import RecordedTow, Residual, paired, read_tow, recorded_frames, residuals
 from ..io.resources import find_bag
 from ..io.winch_plan import WinchPlan
-from ..physics.integrate import Solver
+from ..sim.savefile import check_place, same_scene
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
 from ..sim.verdict import Reason, Verdict
 from . import verdict
 from .passes import Pass
 from .rerun import Rerun
+from .resume import Resumed, told_of
+from .resume import save as save_run
 from .start_up import growth, start_up, still_growing
+from .step_choice import figures_of_steps, stepped
 from .stepping import Driven, Progress, silent
 from .summary import summarize
 
 LONGEST = 1e7  # s of a run
-EVERY = 0.1  # s between Frames of a run whose steps are chosen, where the scene does not say
 HEAVE_SECONDS = 60.0  # s of a run under a sinusoidal heave where no duration is given
 AFTER_PLAN = 60.0  # s of a run after the last item of a winch plan, without a bag, where no duration is given
 NO_JOURNAL = (
@@ -68,6 +70,8 @@ FIGURES = (
     ("residuals", "", "`replay`: list of channel, quantity, unit, mean, rms, largest, count; ours less recorded"),
     ("largest_difference", "", "`replay`: largest difference of any field of `sim/health` over the common ticks"),
     ("node", "", "`live`: figures of the node, as in its statistics file"),
+    ("saved", "", "file with the state at the end; absent without `--save`"),
+    ("resumed", "", "`--from`: `file`, `time_s` of its state, `motion`: goes on, or taken up anew; absent without it"),
     ("problem", "", "why the run ended early; absent when it did not"),
     (
         "verdict",
@@ -91,7 +95,7 @@ class Run:
 
 
 def run(
-    scene: Scene | str | os.PathLike,
+    scene: Scene | str | os.PathLike | None,
     motion: str | os.PathLike | None = None,
     *,
     heave: tuple[float, float] | None = None,
@@ -102,6 +106,8 @@ def run(
     step: str | None = None,
     every: float | None = None,
     out: str | os.PathLike | None = None,
+    save: str | os.PathLike | None = None,
+    resumed: Resumed | str | os.PathLike | None = None,
     progress: Progress = silent,
 ) -> Run:
     """Simulate a scene under the motion of a bag or CSV table, a sinusoidal heave, or on its mean track (motion None).
@@ -109,34 +115,74 @@ def run(
     heave: amplitude [m] and period [s], in place of ``motion``; duration: s, default all the motion there is, or a
     short settling without any, or a minute after the last item of a winch plan; algorithm: set-point in place of the
     scene's; imu_only: leave odometry out; winch: a plan, its text or file, in place of the winch commands of the bag;
-    step and every: see `stepped`; out: folder to make, with the bag ``tow`` of every channel and ``summary.json``.
-    Raises SceneError, BagError, MotionError, PlanError, ResourceError, StartError; a solver that gives up ends the run.
+    step and every: see `stepped`; out: folder to make, with the bag ``tow`` of every channel and ``summary.json``;
+    save: file to write the state at the end to; resumed: such a file to begin from, see `runs.resume`: scene None is
+    that of the file then, and winch None its plan where its motion goes on.
+    Raises SceneError, BagError, MotionError, PlanError, ResourceError, StartError, SaveError; a solver that gives up
+    ends the run, and nothing is saved.
     """
+    resumed = resumed if resumed is None or isinstance(resumed, Resumed) else Resumed(resumed)
+    if scene is None and resumed is None:
+        raise TypeError("run() needs a scene, or a saved state as `resumed`")
     if duration is not None and not 0.0 < duration <= LONGEST:
         raise MotionError(
             f"duration = {duration:g} s is outside (0, {LONGEST:g}] s: nothing was simulated; give seconds"
         )
     plan = None if winch is None else WinchPlan.of(winch)
+    told = told_of(motion, heave, imu_only, plan)
+    before = 0.0  # s simulated under the same motion
+    if resumed is not None:
+        before, plan = resumed.before(told), plan or resumed.plan(told)
+        told = told._replace(winch=None if plan is None else str(plan))
     bag = _bag_path(out)
-    scene = scene if isinstance(scene, Scene) else load_scene(scene)
-    if algorithm is not None:
-        scene = override(scene, {"setpoint.algorithm": algorithm})
-    scene = stepped(scene, step, every)
+    if save is not None:
+        check_place(save)
+    scene = _scene_of(scene, resumed, algorithm, step, every)
     if duration is None and motion is None:
-        after = 0.0 if plan is None else plan.last + AFTER_PLAN
+        after = 0.0 if plan is None else max(0.0, plan.last + AFTER_PLAN - before)
         duration = (max(HEAVE_SECONDS, after) if heave is not None else after) or None
-    tow = _motion_of(scene, motion, heave, duration, imu_only)
+    lasts = duration if duration is None or heave is None else before + duration
+    tow = _motion_of(scene, motion, heave, lasts, imu_only)
     if plan is not None and tow is not None:
         tow.events = [event for event in tow.events if event.kind != "command"]
     one = Pass(scene, tow, progress=progress, winch=plan)
-    result = _run_of(one.sim, one.tick, tow, one.go(duration, bag), bag)
+    driven = one.go(duration, bag, resumed, winch is not None)
+    before = one.done_before * one.tick * 1e-9
+    result = _run_of(one.sim, one.tick, tow, driven, bag, before)
     result.figures.update(_intake_figures(one))
     result.figures["imu_only"] = imu_only
     if plan is not None:
         result.figures["winch"] = str(plan)
-    judged(result, scene, [*one.doubts, *_damage(tow)])
+    if resumed is not None:
+        result.figures["resumed"] = resumed.figures()
+    if save is not None and result.problem:
+        result.problem += f"; its state was not saved to {os.fspath(save)}"
+    elif save is not None:
+        save_run(save, one, told)
+        result.figures["saved"] = os.fspath(save)
+    judged(result, scene, [*one.doubts, *_damage(tow)], before=before)
     _write_summary(out, result)
     return result
+
+
+def _scene_of(
+    scene: Scene | str | os.PathLike | None,
+    resumed: Resumed | None,
+    algorithm: str | None,
+    step: str | None,
+    every: float | None,
+) -> Scene:
+    """The scene to run; SaveError where it is not that of the state to begin from, but for the set-point algorithm."""
+    if scene is None and resumed is not None:
+        scene = resumed.scene
+    elif not isinstance(scene, Scene):
+        scene = load_scene(scene)  # type: ignore[arg-type]
+    if algorithm is not None:
+        scene = override(scene, {"setpoint.algorithm": algorithm})
+    scene = stepped(scene, step, every)
+    if resumed is not None:
+        same_scene(resumed.path, resumed.scene, scene, but=() if algorithm is None else ("setpoint.algorithm",))
+    return scene
 
 
 def replay(
@@ -193,40 +239,26 @@ def _damage(tow: RecordedTow | None) -> list[Reason]:
     return [verdict.check("DAMAGE", tow.damage)] if tow is not None and tow.damage else []
 
 
-def judged(result: Run, scene: Scene | None, others: Iterable[Reason] = (), frames: np.recarray | None = None) -> Run:
+def judged(
+    result: Run,
+    scene: Scene | None,
+    others: Iterable[Reason] = (),
+    frames: np.recarray | None = None,
+    before: float = 0.0,
+) -> Run:
     """The run with its verdict, in its figures too.
 
-    others: reasons beside those of its Frames; frames: those that count, all by default.
+    others: reasons beside those of its Frames; frames: those that count, all by default; before: s that had been
+    simulated when the run began.
     """
     counted = result.frames if frames is None else frames
     if scene is not None and not result.problem:
-        others = [*others, *still_growing(scene, result.figures)]
+        others = [*others, *still_growing(scene, result.figures, before)]
     result.verdict = verdict.judge(counted, scene, others, result.problem)
     if result.problem:
         result.figures["problem"] = result.problem
     result.figures["verdict"] = result.verdict.as_dict()
     return result
-
-
-def stepped(scene: Scene, step: str | None, every: float | None) -> Scene:
-    """The scene with other steps: "chosen" by their error, "fixed": one a Frame, None: as the scene says.
-
-    every: s between Frames; default: the scene's tick, of steps chosen that the scene did not choose EVERY. Steps
-    that the scene did not choose have the errors of its accuracy.
-    """
-    if step not in (None, "chosen", "fixed"):
-        raise ValueError(f"step = {step!r} is not known: nothing was simulated; give 'chosen', 'fixed' or None")
-    solver = scene.solver
-    values: dict[str, float | None] = {}
-    if step == "fixed" and solver.tension_error is not None:
-        values["solver.tension_error"] = None
-    if step == "chosen" and solver.tension_error is None:
-        values |= {"solver.tension_error": scene.accuracy.tension, "solver.tick": EVERY}
-        if scene.accuracy.position is not None:
-            values["solver.position_error"] = scene.accuracy.position
-    if every is not None:
-        values["solver.tick"] = every
-    return override(scene, values) if values else scene
 
 
 def figures_markdown() -> str:
@@ -273,13 +305,15 @@ def _motion_of(
     return None if motion is None else read_tow(find_bag(motion), imu_only=imu_only)
 
 
-def _run_of(sim: Simulator, tick: int, tow: RecordedTow | None, driven: Driven, bag: Path | None) -> Run:
-    """The run's figures; tick: ns."""
+def _run_of(
+    sim: Simulator, tick: int, tow: RecordedTow | None, driven: Driven, bag: Path | None, before: float = 0.0
+) -> Run:
+    """The run's figures; tick: ns; before: s that had been simulated when it began."""
     frames, scene = driven.frames, sim.scene
     figures: dict[str, Any] = {}
     if len(frames):
         simulated = len(frames) * tick * 1e-9
-        skip = start_up(scene, tow is not None)
+        skip = max(0.0, start_up(scene, tow is not None) - before)
         figures = summarize(frames, skip_s=skip, realtime_factor=simulated / driven.stepping_s)
         kept = frames[-1:] if tow is None and not growth(scene)[1] else frames
         figures.update(
@@ -295,7 +329,7 @@ def _run_of(sim: Simulator, tick: int, tow: RecordedTow | None, driven: Driven, 
         motion="none" if tow is None else Path(tow.path).name,
         setpoint=scene.setpoint.algorithm.value,
     )
-    figures.update(_figures_of_steps(sim.steps, sim.state.now.control, scene.solver))
+    figures.update(figures_of_steps(sim.steps, sim.state.now.control, scene.solver))
     return Run(frames, figures, driven.problem, bag)
 
 
@@ -310,21 +344,6 @@ def _intake_figures(one: Pass) -> dict[str, Any]:
         "commands_limited": dict(intake.commands.clamped),
         "clock_jumps": intake.clock.jumps,
         "notices": [*one.tow.notices, *intake.ingest.notices],
-    }
-
-
-def _figures_of_steps(steps: dict[float, int], control: np.record, solver: Solver) -> dict[str, Any]:
-    """How the time was divided, for the JSON; steps: length [s] -> how many, longest first."""
-    lengths = np.repeat(list(steps), list(steps.values()))[::-1]
-    chosen = solver.tension_error is not None
-    return {
-        "step_least_s": float(lengths[0]) if len(lengths) else None,
-        "step_median_s": float(lengths[(len(lengths) - 1) // 2]) if len(lengths) else None,
-        "step_largest_s": float(lengths[-1]) if len(lengths) else None,
-        "steps_refused": int(control.refused),
-        "steps_unsolved": int(control.unsolved),
-        "step_tension_error": solver.tension_error,
-        "step_position_error_m": solver.position_error if chosen else None,
     }
 
 

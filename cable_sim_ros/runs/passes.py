@@ -30,6 +30,7 @@ from ..sim.scene import Scene
 from ..sim.simulator import Simulator
 from ..sim.verdict import Reason
 from . import mean_track
+from .resume import Resumed, nothing_left
 from .stepping import Drive, Driven, Progress, RunRecorder, silent
 
 SECOND = 1_000_000_000
@@ -69,22 +70,37 @@ class Pass:
         if winch is not None:
             winch.check(self.sim.model.settings[0].drum)
         self.doubts: list[Reason] = []  # of the run, beside those of its Frames
+        self.origin = Start(0, (0.0, 0.0), None)  # where the motion was begun with
+        self.done = self.done_before = 0  # ticks under this motion, and those of them before this pass
+        self.plan_start = self.planned = 0  # ns: the plan's zero; its commands before `planned` are pushed
 
-    def go(self, duration: float | None, bag: Path | None) -> Driven:
-        """Simulate. duration: s, None for all there is; bag: directory to record to, or None. Raises StartError."""
+    def go(
+        self, duration: float | None, bag: Path | None, resumed: Resumed | None = None, own_plan: bool = False
+    ) -> Driven:
+        """Simulate. duration: s, None for all there is; bag: directory to record to, or None. Raises StartError.
+
+        resumed: a state to begin from in place of the static start, raises SaveError; own_plan: the plan is not that
+        of the state.
+        """
         begun = time.perf_counter()
         self.sim.warm_up(progress=lambda text: self.progress(text, 0.0, 0.0))
         compiled = time.perf_counter()
-        start = self._start()
-        mean_track.before(self.scene, start.heading)
-        self.progress("static start", 0.0, 0.0)
         starting = time.perf_counter()
-        self.sim.start(time_ns=start.time, position=start.position, heading=start.heading)
+        if resumed is None:
+            start = self.origin = self._start()
+            self.plan_start = self.planned = start.time
+            mean_track.before(self.scene, start.heading)
+            self.progress("static start", 0.0, 0.0)
+            starting = time.perf_counter()
+            self.sim.start(time_ns=start.time, position=start.position, heading=start.heading)
+        else:
+            start = resumed.begin(self, own_plan)
+            mean_track.before(self.scene, start.heading)
         started = time.perf_counter()
         payout = float(self.sim.frame["payout"])
-        ticks = self._ticks(start, duration)
+        ticks = self._ticks(self.origin, duration)
         if self.winch is not None:
-            _warn_of_plan(self.scene, self.winch, ticks * self.tick * 1e-9)
+            _warn_of_plan(self.scene, self.winch, (start.time - self.plan_start) * 1e-9 + ticks * self.tick * 1e-9)
         recording = None if bag is None else RunRecorder(bag, self.scene, self.tow, self.winch)
         drive = Drive(self.sim, recording, self.progress, ticks)
         if recording is not None and self.feeder is not None:
@@ -94,12 +110,17 @@ class Pass:
             self._steps(drive, start.time, ticks)
         finally:
             drive.close()
+        self.done = self.done_before + drive.done
         frames = drive.frames
         _warn_of_travel(self.scene, frames["payout"] - payout)
         _warn_of_drag(self.scene, frames)
         if self.tow is not None:
             self.doubts += mean_track.look(self.scene, start.heading, frames)
         return Driven(frames, compiled - begun, started - starting, drive.stepping, drive.cpu, drive.problem)
+
+    def first(self) -> Start:
+        """Where the motion begins; pushes it as far as that."""
+        return self._start()
 
     def _start(self) -> Start:
         tow, feeder = self.tow, self.feeder
@@ -123,14 +144,15 @@ class Pass:
     def _ticks(self, start: Start, duration: float | None) -> int:
         if self.tow is None:
             return max(1, round((SETTLE if duration is None else duration) * SECOND / self.tick))
-        length = self.tow.length + self.tow.start - start.time
+        length = self.tow.length + self.tow.start - start.time - self.done_before * self.tick
+        if self.done_before and length < self.tick:
+            raise nothing_left(self.tow.path, self.done_before * self.tick * 1e-9)
         if duration is not None:
             length = min(length, round(duration * SECOND))
         return max(1, length // self.tick)
 
     def _steps(self, drive: Drive, now: int, ticks: int) -> None:
         chunk = max(1, min(min(round(CHUNK * SECOND), self._ring_limit()) // self.tick, CHUNK_TICKS))
-        begun = planned = now  # commands before it are pushed
         while drive.done < ticks and not drive.problem:
             count = min(chunk, ticks - drive.done)
             if self.feeder is not None and self.tow is not None:
@@ -141,12 +163,13 @@ class Pass:
                         went = self._follow(drive)
                         if went is None:
                             return
-                        begun, planned, now = begun + went - now, planned + went - now, went
+                        self.plan_start, self.planned = self.plan_start + went - now, self.planned + went - now
+                        now = went
                         continue
             now += count * self.tick
             if self.winch is not None:
-                self._command(self.winch, begun, planned, now + AHEAD)
-                planned = now + AHEAD
+                self._command(self.winch, self.plan_start, self.planned, now + AHEAD)
+                self.planned = now + AHEAD
             drive.run(count, None, self.pending)
             self.pending = []
 

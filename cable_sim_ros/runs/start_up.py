@@ -25,13 +25,16 @@ def start_up(scene: Scene, moved: bool) -> float:
     return max(SKIP if moved else 0.0, growth(scene)[0])
 
 
-def still_growing(scene: Scene, figures: Mapping[str, Any]) -> list[Reason]:
-    """The reason that makes a run doubtful whose figures begin before the sea has grown; figures: by JSON name."""
+def still_growing(scene: Scene, figures: Mapping[str, Any], before: float = 0.0) -> list[Reason]:
+    """The reason that makes a run doubtful whose figures begin before the sea has grown; figures: by JSON name.
+
+    before: s that had been simulated when the run began.
+    """
     ramp, what = growth(scene)
     skip = figures.get("skip_s")
-    if ramp == 0.0 or skip is None or skip >= GROWN * ramp:
+    if ramp == 0.0 or skip is None or skip + before >= GROWN * ramp:
         return []
-    x = skip / ramp
+    x = (skip + before) / ramp
     return [
         check(
             "SEA_GROWING",

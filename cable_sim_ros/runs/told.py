@@ -42,6 +42,7 @@ def tell(result: Run, out: Path | None, as_json: bool) -> None:
             *(("picture", path) for path in pictures),
             ("recording", result.bag),
             ("figures", out / "summary.json" if out else None),
+            ("state", figures.get("saved")),
         ):
             if path is not None:
                 click.echo(f"{what + ':':11}{path}")

@@ -2,7 +2,32 @@
 
 from __future__ import annotations
 
+from math import degrees, pi, remainder
+
+import numpy as np
+
 from ..physics.ship import NO_EPOCH
+
+TURN_MOST = 30.0  # deg; a ship turned further within ship.start_blend sweeps its stern faster than one can turn
+
+
+def place(memory: np.record) -> tuple[float, float]:
+    """x y of base_link in odom [m], of a state's present memory or that of a snapshot()."""
+    since = (memory.time.now - memory.time.start) * 1e-9
+    x, y = memory.frame.origin + memory.frame.velocity * since + memory.ship.motion.coord[:2]
+    return float(x), float(y)
+
+
+def heading_problem(memory: np.record, heading: float | None) -> str:
+    """ "" or why the tow of a memory cannot be taken to motion of another heading [rad]; None: it has none."""
+    there = float(memory.ship.motion.coord[5])
+    turned = 0.0 if heading is None else degrees(remainder(heading - there, 2.0 * pi))
+    if abs(turned) <= TURN_MOST:
+        return ""
+    return (
+        f"the ship heads {degrees(there) % 360.0:.0f} deg in the state and {degrees(there) % 360.0 + turned:.0f} deg "
+        f"in the motion: the tow would be swept round by {abs(turned):.0f} deg, more than {TURN_MOST:g} deg"
+    )
 
 
 def carried_over(saved: dict, time_ns: int, position: tuple[float, float]) -> dict:

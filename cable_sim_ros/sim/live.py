@@ -67,6 +67,13 @@ def set_live(sim: Simulator, name: str, value: Any) -> None:
     way(sim, value)
 
 
+def value_of(block: Any, name: str) -> Any:
+    """What a block has under a dotted name."""
+    for part in name.split("."):
+        block = block[part] if isinstance(block, dict) else getattr(block, part)
+    return block
+
+
 def changed(block: Any, name: str, value: Any) -> Any:
     """A block with another value under a dotted name, checked against its declaration."""
     head, _, rest = name.partition(".")

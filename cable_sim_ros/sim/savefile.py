@@ -1,5 +1,7 @@
 """Saved simulations: one .npz file with the scene as JSON, the version, the layout of the state, and every array of a
 snapshot. Same machine and version: a run continued from a file equals the run that was not interrupted bit for bit.
+
+Whoever feeds the simulation may add notes, a JSON object: where its motion and commands stand (runs, node).
 """
 
 from __future__ import annotations
@@ -9,19 +11,23 @@ import json
 import os
 import zipfile
 import zlib
+from collections.abc import Container, Iterator, Mapping
+from enum import Enum
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 from pydantic import ValidationError
 
 from .. import __version__
 from ..physics.frame import CONTACT_COLUMNS, FRAME, SHAPE_COLUMNS
+from ..physics.quantity import Block
 from ..physics.state import MEMORY, NODE_ROWS
 from .scene import Scene
 
 FORMAT = "cable_sim_ros saved simulation"
-ABOUT, SCENE = "about", "scene"  # members of the file beside the arrays
+ABOUT, SCENE, NOTES = "about", "scene", "notes"  # members of the file beside the arrays
+MOST_SHOWN = 5  # keys that differ, named in a refusal
 LAYOUT = hashlib.sha256(
     repr((MEMORY.descr, NODE_ROWS, FRAME.descr, SHAPE_COLUMNS, CONTACT_COLUMNS)).encode()
 ).hexdigest()[:12]
@@ -32,26 +38,53 @@ class SaveError(ValueError):
     """A simulation that could not be saved or loaded; the text names the file, the reason and the remedy."""
 
 
-def write(path: str | os.PathLike, scene: Scene, snapshot: dict[str, np.ndarray]) -> None:
+class Saved(NamedTuple):
+    """What a file holds: the scene, the arrays of a snapshot, notes of whoever fed the simulation."""
+
+    scene: Scene
+    arrays: dict[str, np.ndarray]
+    notes: dict[str, Any]
+
+
+def write(
+    path: str | os.PathLike, scene: Scene, snapshot: dict[str, np.ndarray], notes: Mapping[str, Any] | None = None
+) -> None:
     """Save a scene and a snapshot at ``path``, whole or not at all. Raises SaveError."""
     path = Path(path)
     part = path.with_name(path.name + ".part")
     about = json.dumps({"format": FORMAT, "version": __version__, "layout": LAYOUT})
     members: dict[str, Any] = {ABOUT: np.array(about), SCENE: np.array(scene.model_dump_json()), **snapshot}
+    members[NOTES] = np.array(json.dumps(dict(notes or {})))
     try:
         with open(part, "wb") as file:  # by name, numpy would add its suffix
             np.savez(file, **members)
         os.replace(part, path)
     except OSError as error:
         part.unlink(missing_ok=True)
-        raise SaveError(
-            f"{path}: cannot be written ({error.strerror}); nothing was saved. Check the folder, its permissions and "
-            f"the space left"
-        ) from None
+        raise _unwritable(path, error) from None
 
 
-def read(path: str | os.PathLike) -> tuple[Scene, dict[str, np.ndarray]]:
-    """Scene and snapshot of a file of write(). Raises SaveError."""
+def check_place(path: str | os.PathLike) -> None:
+    """Raise the SaveError of write() now, for a place where nothing can be written."""
+    part = Path(f"{os.fspath(path)}.part")
+    try:
+        if Path(path).is_dir():
+            raise IsADirectoryError(0, "Is a directory")
+        part.touch()
+        part.unlink()
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+        raise _unwritable(path, error) from None
+
+
+def _unwritable(path: str | os.PathLike, error: OSError | ValueError) -> SaveError:
+    why = error.strerror if isinstance(error, OSError) else error
+    return SaveError(
+        f"{path}: cannot be written ({why}); nothing was saved. Check the folder, its permissions and the space left"
+    )
+
+
+def read(path: str | os.PathLike) -> Saved:
+    """What a file of write() holds. Raises SaveError."""
     try:
         with open(path, "rb") as file:
             members = _members(path, file)
@@ -70,7 +103,50 @@ def read(path: str | os.PathLike) -> tuple[Scene, dict[str, np.ndarray]]:
         scene = Scene.model_validate_json(str(members.pop(SCENE)))
     except (KeyError, ValidationError) as error:
         raise damaged(path, f"its scene cannot be read, {type(error).__name__}") from None
-    return scene, members
+    try:
+        notes = json.loads(str(members.pop(NOTES, "{}")))
+        return Saved(scene, members, dict(notes))
+    except (TypeError, ValueError) as error:
+        raise damaged(path, f"its notes cannot be read, {type(error).__name__}") from None
+
+
+def same_scene(path: str | os.PathLike, saved: Scene, here: Scene, but: Container[str] = ()) -> None:
+    """Raise SaveError with what differs where ``here`` is not the scene of a file; but: keys that may differ."""
+    found = [text for key, text in differences(saved, here) if key not in but]
+    if found:
+        more = f"; and {len(found) - MOST_SHOWN} more" if len(found) > MOST_SHOWN else ""
+        raise SaveError(
+            f"{path}: is the state of another scene: {'; '.join(found[:MOST_SHOWN])}{more}; nothing was loaded. Take "
+            f"the scene it was saved with ('{saved.name}'), or start this one ('{here.name}') anew"
+        )
+
+
+def differences(saved: Scene, here: Scene) -> list[tuple[str, str]]:
+    """Keys whose values differ between two scenes, in their order, each with both values and unit; names may differ."""
+    return [(key, text) for key, text in _differences(saved, here, "") if key != "name"]
+
+
+def _differences(saved: Block, here: Block, prefix: str) -> Iterator[tuple[str, str]]:
+    for name, field in type(saved).model_fields.items():
+        there, ours, key = getattr(saved, name), getattr(here, name), prefix + name
+        pairs = [(key, there, ours)]
+        if isinstance(there, dict) and isinstance(ours, dict):
+            pairs = [(f"{key}.{k}", there.get(k), ours.get(k)) for k in {**there, **ours}]
+        for inner, a, b in pairs:
+            if isinstance(a, Block) and type(a) is type(b):
+                yield from _differences(a, b, f"{inner}.")
+            elif a != b:
+                unit = (field.json_schema_extra or {}).get("unit", "")  # type: ignore[union-attr]
+                yield inner, f"{inner} is {_shown(a, unit)} in the file, {_shown(b, unit)} here"
+
+
+def _shown(value: Any, unit: str) -> str:
+    """A value of a scene, short, with its unit."""
+    if value is None or isinstance(value, Block):
+        return "absent" if value is None else "present"
+    value = value.value if isinstance(value, Enum) else value
+    text = f"{value:.10g}" if isinstance(value, float) else f"{value!s:.60}"
+    return f"{text} {unit}".strip() if unit != "1" else text
 
 
 def fitting(path: str | os.PathLike, arrays: dict[str, np.ndarray], wanted: dict[str, np.ndarray]) -> dict:

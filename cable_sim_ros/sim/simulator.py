@@ -222,10 +222,16 @@ class Simulator:
     @classmethod
     def load(cls, path: str | os.PathLike) -> Simulator:
         """The Simulator of a file of save(), to go on where it was. Raises SaveError."""
-        scene, arrays = savefile.read(path)
-        sim = cls(scene)
-        sim.restore(savefile.fitting(path, arrays, sim.snapshot()))
+        saved = savefile.read(path)
+        sim = cls(saved.scene)
+        sim.restore(savefile.fitting(path, saved.arrays, sim.snapshot()))
         return sim
+
+    def load_state(self, path: str | os.PathLike) -> None:
+        """Go on where the simulator of a file of save() was. Raises SaveError with what differs for another scene."""
+        saved = savefile.read(path)
+        savefile.same_scene(path, saved.scene, self.scene)
+        self.restore(savefile.fitting(path, saved.arrays, self.snapshot()))
 
     def _drive(
         self, what: int, count: int, output: Output, inputs: Inputs | None = None, heads: np.ndarray | None = None

@@ -20,7 +20,7 @@ from cable_sim_ros.io.winch_plan import PlanError
 from cable_sim_ros.physics.frame import FRAME, Flag
 from cable_sim_ros.physics.heave import Convention, Heave, MotionInput
 from cable_sim_ros.physics.inputs import MOTION_ROWS, make_inputs
-from cable_sim_ros.runs import mean_track, offline, passes
+from cable_sim_ros.runs import mean_track, offline, passes, step_choice
 from cable_sim_ros.sim.simulator import Simulator, SolverError, StartError
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
@@ -474,12 +474,12 @@ def test_steps_chosen_by_their_error_are_as_good_and_counted(recorded):
     fixed, _ = recorded
     result = offline.run("full_scale", "nbp1406", duration=SECONDS, step="chosen")
     figures, frames = result.figures, result.frames
-    assert (np.diff(frames["time"]) == 100_000_000).all() and len(frames) == round(SECONDS / offline.EVERY)
+    assert (np.diff(frames["time"]) == 100_000_000).all() and len(frames) == round(SECONDS / step_choice.EVERY)
     same = fixed.frames[np.isin(fixed.frames["time"], frames["time"])]
     assert len(same) == len(frames) and np.abs(frames["tension"] - same["tension"]).max() < 16.0
     assert np.linalg.norm(frames["body_position"] - same["body_position"], axis=1).max() < 0.01
     assert figures["steps"] < fixed.figures["steps"] / 3 and figures["iterations"] < fixed.figures["iterations"]
-    assert figures["step_least_s"] <= figures["step_median_s"] <= figures["step_largest_s"] <= offline.EVERY
+    assert figures["step_least_s"] <= figures["step_median_s"] <= figures["step_largest_s"] <= step_choice.EVERY
     assert (figures["step_tension_error"], figures["step_position_error_m"]) == (0.005, 0.01)
     assert figures["steps_refused"] >= 0 and figures["steps_unsolved"] >= 0 and "HALVED" not in figures["flags"]
     assert fixed.figures["step_tension_error"] is None and fixed.figures["step_median_s"] == 0.01

@@ -1,0 +1,170 @@
+"""Control of a running simulation by services of std_srvs: pause, step, save, restore, reset, record.
+
+The node's names; what each does and refuses: docs/control.md. `ros/simulation_interfaces.py` offers the same under the
+standard names, where that package is installed.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Generator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rclpy.clock import Clock, ClockType
+from std_srvs.srv import SetBool, Trigger
+
+from ..io.recording_place import root_problem
+from . import simulation_interfaces
+from .recording_control import MEGABYTE
+from .stepped import SteppedSession
+
+if TYPE_CHECKING:
+    from .node import CableSimNode
+
+LOOK = 0.002  # s between looks at a step that is under way
+QUIT_AFTER = 0.3  # s, for the answer to reach its client
+STUCK = 5.0  # s beyond the bounded waits of a step, after which it is answered that it stands still
+
+
+class SimulationControl:
+    """The services of one node; made once, they work on the session that the node has."""
+
+    def __init__(self, node: CableSimNode) -> None:
+        self.node = node
+        node.create_service(SetBool, "~/pause", self._on_pause)
+        node.create_service(Trigger, "~/step", self._on_step)
+        node.create_service(Trigger, "~/save", lambda request, response: self._answer(response, self.save()))
+        node.create_service(Trigger, "~/restore", lambda request, response: self._answer(response, self.restore()))
+        node.create_service(Trigger, "~/reset", lambda request, response: self._answer(response, self.reset()))
+        node.create_service(SetBool, "~/record", self._on_record)
+        # wakes the executor, which looks at a coroutine that waits only when something comes
+        self._looks = node.create_timer(LOOK, lambda: None, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._looks.cancel()
+        self._waiting = 0
+        self.on_quit: Callable[[], None] | None = None  # ends the process; set by whoever runs it
+        self._quits = node.create_timer(QUIT_AFTER, self._quit, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._quits.cancel()
+        self.standard = simulation_interfaces.offer(self)
+
+    # ---- what the services do: (done, text)
+
+    def pause(self, on: bool) -> tuple[bool, str]:
+        """Hold simulation time, or let it go on."""
+        return self._reported(self.node.session.pause(on))
+
+    async def step(self, count: int) -> tuple[bool, str]:
+        """So many ticks; comes back when they are done, or will not be."""
+        session = self.node.session
+        begun, text = session.step(count)
+        if not begun:
+            return False, text
+        self._waiting += 1
+        self._looks.reset()
+        left, moved = session.steps_left, time.monotonic()
+        most = STUCK + 2.0 * self.node.settings.node.lockstep.wait  # for motion, then for a command
+        try:
+            while session.steps_left:
+                if self.node.session is not session or session.state not in ("waiting", "running"):
+                    return False, f"{self._done(count, session.steps_left)}: the node is {self.node.session.state}"
+                if not session.paused:
+                    return False, f"{self._done(count, session.steps_left)}: the pause was ended meanwhile"
+                if session.steps_left != left:
+                    left, moved = session.steps_left, time.monotonic()
+                elif time.monotonic() - moved > most:
+                    return False, (
+                        f"{self._done(count, left)}: nothing has moved for {most:g} s ({self._why_not()}). They are "
+                        f"still to be done; ~/pause with data: true drops them"
+                    )
+                await _Turn()
+        finally:
+            self._waiting -= 1
+            if not self._waiting:
+                self._looks.cancel()
+        if session.state not in ("waiting", "running"):
+            return False, f"{session.problem or f'the node is {session.state}'}"
+        return True, self._done(count, 0)
+
+    def save(self) -> tuple[bool, str]:
+        """The tow into `state_file` under recording.root."""
+        block = self.node.settings.node.recording
+        problem = root_problem("recording.root", block.root, round(block.least_free * MEGABYTE), "saved")
+        return (False, problem) if problem else self.node.session.save(self.state_file)
+
+    def restore(self) -> tuple[bool, str]:
+        """The tow from `state_file` under recording.root."""
+        return self._reported(self.node.session.restore(self.state_file))
+
+    def reset(self) -> tuple[bool, str]:
+        """Static start again."""
+        return self._reported(self.node.session.reset())
+
+    def begin_anew(self) -> tuple[bool, str]:
+        """Lockstep: as if the node had just been activated."""
+        session = self.node.session
+        assert isinstance(session, SteppedSession), "in real time the time is that of the stamps"
+        return self._reported(session.begin_anew())
+
+    def quit_soon(self) -> None:
+        """End the process once the answer to the request is out."""
+        self._quits.reset()
+
+    def _quit(self) -> None:
+        self._quits.cancel()
+        if self.on_quit is not None:
+            self.on_quit()
+
+    def record(self, on: bool) -> tuple[bool, str]:
+        """Begin or end a recording."""
+        node = self.node
+        if on:
+            if node.publisher is None:
+                return False, "the node is not configured: there is nothing to record"
+            text = node.recording.begin(node.session, node.publisher)
+            return not text, text or f"recording to {node.recording.path}"
+        # inputs wait meanwhile; a slow disk goes on writing behind it
+        stats = node.recording.finish(node.session, node.publisher, timeout=2.0)
+        if stats is None:
+            return False, "nothing was recorded"
+        lost = f"; {stats.dropped} lost: {stats.error}" if stats.error else ""
+        return True, f"{stats.written} messages in {node.recording.path}{lost}"
+
+    @property
+    def state_file(self) -> Path:
+        """Where ~/save and ~/restore have their file."""
+        name = self.node.get_parameter("state_file").value
+        return Path(self.node.settings.node.recording.root) / f"{name}.npz"
+
+    # ---- the services
+
+    def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        return self._answer(response, self.pause(request.data))
+
+    async def _on_step(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        return self._answer(response, await self.step(self.node.get_parameter("lockstep.steps").value))
+
+    def _on_record(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        return self._answer(response, self.record(request.data))
+
+    @staticmethod
+    def _answer(response, result: tuple[bool, str]):
+        response.success, response.message = result
+        return response
+
+    def _reported(self, result: tuple[bool, str]) -> tuple[bool, str]:
+        self.node.report_state()
+        return result
+
+    def _done(self, count: int, left: int) -> str:
+        return f"{count - left} of {count} ticks done"
+
+    def _why_not(self) -> str:
+        session = self.node.session
+        return "there is no motion yet" if session.state == "waiting" else "see the task lockstep of /diagnostics"
+
+
+class _Turn:
+    """Awaited: lets the executor do something else, and comes back at its next turn."""
+
+    def __await__(self) -> Generator[None, None, None]:
+        yield

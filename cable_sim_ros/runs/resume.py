@@ -1,0 +1,195 @@
+"""Runs that go on from a saved state: what a run notes in its file of motion and plan, and how the next takes it up.
+
+Under the same motion, event for event, the run goes on as if it had not been interrupted. Another motion takes the tow
+up at its own beginning, the cable as it hangs, as after a jump of the clock (sim/carry.py).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ..io.journal import Start
+from ..io.load import SceneWarning
+from ..io.memento import set_back, taken
+from ..io.motion_table import MotionError
+from ..io.replay import Event
+from ..io.winch_plan import WinchPlan
+from ..physics.inputs import make_inputs
+from ..sim import savefile
+from ..sim.carry import carried_over, heading_problem, place
+from ..sim.savefile import SaveError
+from ..sim.scene import Scene
+
+if TYPE_CHECKING:
+    from .passes import Pass
+
+RUN = "run"  # key of the notes in the file
+
+
+class Told(NamedTuple):
+    """What a run was told of its inputs; motion: a bag or table as given, None: none."""
+
+    motion: str | None = None
+    heave: tuple[float, float] | None = None
+    imu_only: bool = False
+    winch: str | None = None
+
+
+def told_of(motion: str | os.PathLike | None, heave, imu_only: bool, winch) -> Told:
+    """As noted in a file: a path is kept absolute, a shipped bag by its name."""
+    if motion is not None:
+        motion = str(Path(motion).resolve()) if Path(motion).exists() else os.fspath(motion)
+    return Told(motion, None if heave is None else tuple(heave), imu_only, None if winch is None else str(winch))
+
+
+def save(path: str | os.PathLike, one: Pass, told: Told) -> None:
+    """Write the state at the end of a pass, with where its motion and plan stand. Raises SaveError."""
+    origin = one.origin
+    note: dict[str, Any] = {
+        "told": told._asdict(),
+        "origin": [origin.time, *origin.position, origin.heading],
+        "done": one.done,
+        "plan": [one.plan_start, one.planned],
+        "next": 0,
+        "so_far": "",
+        "commands": taken(one.commands),
+    }
+    if one.feeder is not None and one.tow is not None:
+        count = one.feeder.position
+        note |= {"next": count, "so_far": fingerprint(one.tow.events[:count]), "intake": taken(one.feeder.intake)}
+    savefile.write(path, one.sim.scene, one.sim.snapshot(), {RUN: note})
+
+
+def fingerprint(events: list[Event]) -> str:
+    """The same for the same messages at the same times."""
+    digest = hashlib.sha256()
+    for event in events:
+        digest.update(f"{event.time} {event.arrival} {event.kind} {len(event.data)}\n".encode())
+        digest.update(event.data)
+    return digest.hexdigest()
+
+
+class Resumed:
+    """A state file that a pass begins from. `same_motion` is known after `begin`."""
+
+    def __init__(self, path: str | os.PathLike) -> None:
+        """Raises SaveError."""
+        self.path, self.saved = os.fspath(path), savefile.read(path)
+        self.note = self.saved.notes.get(RUN)
+        self.same_motion = False
+
+    @property
+    def scene(self) -> Scene:
+        """Of the file."""
+        return self.saved.scene
+
+    def told(self) -> Told:
+        """What the saved run was told. Raises MotionError for a file of something else than `cable-sim run`."""
+        if self.note is None:
+            raise MotionError(
+                f"{self.path}: was not saved by a run, so it does not say under which motion to go on; nothing was "
+                f"simulated. Give --motion or --heave (--motion none: without)"
+            )
+        try:
+            told = Told(**self.note["told"])
+            return told._replace(heave=None if told.heave is None else (float(told.heave[0]), float(told.heave[1])))
+        except (KeyError, TypeError, ValueError, IndexError) as error:
+            raise self._damaged(error) from None
+
+    def _as_before(self, told: Told) -> bool:
+        """Is a run told the same motion as the saved one?"""
+        return self.note is not None and self.told()[:3] == told[:3]
+
+    def before(self, told: Told) -> float:
+        """Seconds that the saved run simulated under the motion that a run is told; 0 for another."""
+        try:
+            return int(self.note["done"]) * self.scene.solver.tick if self._as_before(told) else 0.0  # type: ignore
+        except (KeyError, TypeError, ValueError) as error:
+            raise self._damaged(error) from None
+
+    def plan(self, told: Told) -> WinchPlan | None:
+        """The plan of the saved run, for one under the same motion."""
+        plan = self.told().winch if self._as_before(told) else None
+        return None if plan is None else WinchPlan(plan)
+
+    def figures(self) -> dict[str, Any]:
+        """For the JSON of a run."""
+        time = int(self.saved.arrays["memory"]["time"]["now"]) * 1e-9
+        return {"file": self.path, "time_s": time, "motion": "goes on" if self.same_motion else "taken up anew"}
+
+    def begin(self, one: Pass, own_plan: bool) -> Start:
+        """Take the state into a pass that has not begun; own_plan: its plan is not that of the file.
+
+        Raises SaveError for a state that does not fit, or whose heading is another than that of the motion.
+        """
+        arrays = savefile.fitting(self.path, self.saved.arrays, one.sim.snapshot())
+        now = int(arrays["memory"].time.now)
+        try:
+            self.same_motion = self.note is not None and self._is_same(one)
+            if self.same_motion:
+                one.sim.restore(arrays)
+                return self._go_on(one, now, own_plan)
+        except (KeyError, TypeError, ValueError, IndexError) as error:
+            raise self._damaged(error) from None
+        arrays |= {f"inputs_{name}": array for name, array in make_inputs()._asdict().items()}
+        at = place(arrays["memory"])
+        if one.tow is None:
+            start = Start(now, at, None, "restore")
+        else:
+            start = one.first()._replace(cause="restore")
+            warnings.warn(
+                f"{self.path}: was not saved under {one.tow.path}: the tow as it hangs is taken to the beginning of "
+                f"that motion, and takes it up over ship.start_blend = {one.scene.ship.start_blend:g} s. To go on "
+                f"where it was, give the motion it was saved under, or none of the options for it",
+                SceneWarning,
+                stacklevel=4,
+            )
+        problem = heading_problem(arrays["memory"], start.heading)
+        if problem:
+            raise SaveError(f"{self.path}: {problem}; nothing was simulated. Start the scene anew under this motion")
+        fresh = {k: v.copy() for k, v in one.sim.inputs._asdict().items()}  # what has been pushed of the motion
+        one.sim.restore(carried_over(arrays, start.time, start.position))
+        for name, array in one.sim.inputs._asdict().items():
+            array[...] = fresh[name]
+        one.origin, one.plan_start, one.planned = start, start.time, start.time
+        return start
+
+    def _is_same(self, one: Pass) -> bool:
+        """Is the motion so far that of the saved run, message for message?"""
+        assert self.note is not None
+        if one.tow is None:
+            return self.note["so_far"] == ""
+        count = int(self.note["next"])
+        return count > 0 and self.note["so_far"] == fingerprint(one.tow.events[:count])
+
+    def _go_on(self, one: Pass, now: int, own_plan: bool) -> Start:
+        assert self.note is not None
+        time, x, y, heading = self.note["origin"]
+        one.origin = Start(int(time), (float(x), float(y)), None if heading is None else float(heading))
+        one.done_before = int(self.note["done"])
+        one.plan_start, one.planned = (int(part) for part in self.note["plan"])
+        if one.feeder is None:
+            set_back(one.commands, self.note["commands"])
+        else:
+            set_back(one.feeder.intake, self.note["intake"])
+            one.feeder.position = int(self.note["next"])
+        if own_plan:  # it takes the place of what was commanded before
+            one.commands.reset()
+            one.sim.inputs.command_head[0] = 0
+            one.plan_start = one.planned = now
+        return Start(now, place(one.sim.state.now), one.origin.heading, "restore")
+
+    def _damaged(self, error: Exception) -> SaveError:
+        return savefile.damaged(self.path, f"its notes of the run do not fit, {type(error).__name__}: {error}")
+
+
+def nothing_left(where: str, seconds: float) -> MotionError:
+    """The error for a motion that has ended where the state was saved; seconds: simulated under it."""
+    return MotionError(
+        f"{where}: the motion has ended where the state was saved, after {seconds:g} s; nothing was simulated. Give "
+        f"another --motion, --heave, or --motion none"
+    )

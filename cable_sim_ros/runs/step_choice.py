@@ -1,0 +1,49 @@
+"""The time steps of an offline run: fixed or chosen by their error, and how the time was divided."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..io.load import override
+from ..physics.integrate import Solver
+from ..sim.scene import Scene
+
+EVERY = 0.1  # s between Frames of a run whose steps are chosen, where the scene does not say
+
+
+def stepped(scene: Scene, step: str | None, every: float | None) -> Scene:
+    """The scene with other steps: "chosen" by their error, "fixed": one a Frame, None: as the scene says.
+
+    every: s between Frames; default: the scene's tick, of steps chosen that the scene did not choose EVERY. Steps
+    that the scene did not choose have the errors of its accuracy.
+    """
+    if step not in (None, "chosen", "fixed"):
+        raise ValueError(f"step = {step!r} is not known: nothing was simulated; give 'chosen', 'fixed' or None")
+    solver = scene.solver
+    values: dict[str, float | None] = {}
+    if step == "fixed" and solver.tension_error is not None:
+        values["solver.tension_error"] = None
+    if step == "chosen" and solver.tension_error is None:
+        values |= {"solver.tension_error": scene.accuracy.tension, "solver.tick": EVERY}
+        if scene.accuracy.position is not None:
+            values["solver.position_error"] = scene.accuracy.position
+    if every is not None:
+        values["solver.tick"] = every
+    return override(scene, values) if values else scene
+
+
+def figures_of_steps(steps: dict[float, int], control: np.record, solver: Solver) -> dict[str, Any]:
+    """How the time was divided, for the JSON; steps: length [s] -> how many, longest first."""
+    lengths = np.repeat(list(steps), list(steps.values()))[::-1]
+    chosen = solver.tension_error is not None
+    return {
+        "step_least_s": float(lengths[0]) if len(lengths) else None,
+        "step_median_s": float(lengths[(len(lengths) - 1) // 2]) if len(lengths) else None,
+        "step_largest_s": float(lengths[-1]) if len(lengths) else None,
+        "steps_refused": int(control.refused),
+        "steps_unsolved": int(control.unsolved),
+        "step_tension_error": solver.tension_error,
+        "step_position_error_m": solver.position_error if chosen else None,
+    }
