@@ -155,7 +155,7 @@ class Tow:
             raise TowError("give rate=... in m/s or payout=... in m: nothing was commanded")
         self._link.command(payout, rate)
 
-    def run(self, command: Sequence[str], *, name: str = "", may_end: bool = False, within: float = 30.0) -> Process:
+    def run(self, command: Sequence[object], *, name: str = "", may_end: bool = False, within: float = 30.0) -> Process:
         """Start a process of yours in the domain, and wait until it publishes winch commands (within=0: do not wait).
 
         It ends with this tow. If it ends by itself with another code than 0 the next wait raises TowError, unless it
@@ -164,7 +164,7 @@ class Tow:
         number, before = len(self.processes), self._link.commanders()
         name = name or f"controller {number}"
         log = self.folder / f"process{number}.log"
-        process = Process(name, command, log, self.environment, [self._descriptor])
+        process = Process(name, [str(part) for part in command], log, self.environment, [self._descriptor])
         process.watched = not may_end
         self.processes.append(process)
         self._closing.append(process.stop)

@@ -1,0 +1,120 @@
+"""The figures of docs/closed_loop.md: python test/examples/closed_loop.py [--seconds 100] [--only lockstep] [--json FILE]
+
+Recorded ship motion nbp1406 into full_scale: the winch held, the built-in set-point, and heave_compensator.py beside the
+node, in lockstep and in real time, with dead times of the drive added. Needs a machine that does little else.
+"""
+
+import argparse
+import json
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+from cable_sim_ros.testing import tow
+
+CONTROLLER = Path(__file__).with_name("heave_compensator.py")
+ANGLE = np.radians(78.0)
+SKIP = 20.0  # s that do not count: static start, the controller's ramp
+DELAYS = (0.05, 0.1, 0.2, 0.4)  # s
+TAUS = np.arange(-0.05, 0.6, 0.001)
+
+
+def run(mode, seconds, law="hold", rate=0, delay=0.0):
+    """Frames after SKIP, simulated over wall time, and the task `command` of /diagnostics at the end."""
+    parameters = {"setpoint.algorithm": law, "winch.command_delay": delay}
+    if mode == "lockstep" and rate:
+        parameters["lockstep.command_period"] = 1.0 / rate
+    with tow("full_scale", mode=mode, parameters=parameters) as sim:
+        if rate:
+            sim.run([sys.executable, CONTROLLER, rate, "--ros-args", "-p", f"use_sim_time:={mode == 'lockstep'}"])
+        begin = sim.feed("nbp1406", start=20.0, duration=seconds + 5.0)
+        sim.advance(1.0)
+        begun = time.monotonic()
+        frames = sim.wait_until(lambda frames: frames.time[-1] * 1e-9 > begin + seconds, within=seconds + 10, every=1.0)
+        speed = (seconds - 1.0) / (time.monotonic() - begun)
+        time.sleep(1.2)  # until /diagnostics has said so
+        said = sim.diagnostics["command"][2]
+    seconds_of = frames.time * 1e-9
+    return frames[(seconds_of > begin + SKIP) & (seconds_of <= begin + seconds)], speed, said, sim.figures
+
+
+def wanted(frames):
+    """Time [s], speed of the sheave along the cable [m/s] and its length [m], of the Frames' own sheave."""
+    t = (frames.time - frames.time[0]) * 1e-9
+    ahead, up = frames.sheave_velocity[:, 0], frames.sheave_velocity[:, 2]
+    track = frames.ship_velocity[:, :2].mean(axis=0)
+    ahead = frames.sheave_velocity[:, :2] @ (track / np.hypot(*track))
+    slow = np.polyval(np.polyfit(t, ahead, 3), t)  # the mean speed, as the controller's filters take it out
+    speed = (ahead - slow) * np.sin(ANGLE) + up * np.cos(ANGLE)
+    return t, speed, np.cumsum(speed) * (t[1] - t[0])
+
+
+def lateness(frames):
+    """By how many seconds the pay-out rate follows the speed of the sheave along the cable: least squares."""
+    t, speed, _ = wanted(frames)
+    inner = (t > 1.0) & (t < t[-1] - 1.0)
+    errors = [np.square(frames.payout_rate[inner] - np.interp(t[inner] - tau, t, speed)).mean() for tau in TAUS]
+    return float(TAUS[int(np.argmin(errors))])
+
+
+def lost(frames, tau):
+    """Share of the compensation that a lateness costs on this motion: 2 sin(w tau / 2) over its spectrum."""
+    t, _, length = wanted(frames)
+    length = length - length.mean()
+    spectrum = np.abs(np.fft.rfft(length * np.hanning(len(t)))) ** 2
+    w = 2.0 * np.pi * np.fft.rfftfreq(len(t), t[1] - t[0])
+    waves = w > 2.0 * np.pi / 40.0
+    return float(np.sqrt((spectrum * 4.0 * np.sin(w * tau / 2.0) ** 2)[waves].sum() / spectrum[waves].sum()))
+
+
+def row(name, mode, frames, speed, said, figures):
+    """One row of the table."""
+    late = lateness(frames) if np.ptp(frames.payout) > 0.01 else None
+    age = frames.command_age[frames.command_age >= 0.0]
+    return {
+        "run": name,
+        "mode": mode,
+        "tension_std": float(frames.tension.std()),
+        "tension_most": float(frames.tension.max()),
+        "late_ms": None if late is None else 1e3 * late,
+        "lost": None if late is None else lost(frames, max(late, 0.0)),
+        "command_age_ms": float(1e3 * age.mean()) if len(age) else None,
+        "lag_ms": float(said["lag_ms"]) if said.get("lag_clock") == "motion" else None,
+        "speed": speed,
+        "missed_ticks": figures.get("missed_ticks"),
+    }
+
+
+def show(one):
+    """A row as Markdown."""
+    cells = [one["run"], one["mode"], f"{one['tension_std']:.1f}", f"{one['tension_most']:.0f}"]
+    for key, form in (("late_ms", "{:.0f}"), ("lost", "{:.1%}"), ("command_age_ms", "{:.1f}"), ("lag_ms", "{:.1f}")):
+        cells.append("-" if one[key] is None else form.format(one[key]))
+    print("| " + " | ".join([*cells, f"{one['speed']:.1f}", str(one["missed_ticks"])]) + " |", flush=True)
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--seconds", type=float, default=100.0)
+    parser.add_argument("--only", choices=["realtime", "lockstep"])
+    parser.add_argument("--json", type=Path)
+    given = parser.parse_args()
+    runs = [("hold", "lockstep", {}), ("simplified_sheave, built in", "lockstep", {"law": "simplified_sheave"})]
+    for mode in ("lockstep", "realtime"):
+        runs += [(f"PD, {rate} Hz", mode, {"rate": rate}) for rate in (50, 100)]
+    runs += [(f"PD, 100 Hz, + {1e3 * delay:.0f} ms", "lockstep", {"rate": 100, "delay": delay}) for delay in DELAYS]
+    print("| run | mode | std [N] | largest [N] | late [ms] | lost | command age [ms] | lag [ms] | speed | missed |")
+    print("|---|---|---|---|---|---|---|---|---|---|", flush=True)
+    rows = []
+    for name, mode, options in runs:
+        if given.only in (None, mode):
+            rows.append(row(name, mode, *run(mode, given.seconds, **options)))
+            show(rows[-1])
+    if given.json:
+        given.json.write_text(json.dumps(rows, indent=1) + "\n", "utf-8")
+
+
+if __name__ == "__main__":
+    main()
