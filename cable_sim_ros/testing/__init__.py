@@ -7,10 +7,18 @@ used: a pytest session that has the plugin installed and does not use it pays no
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-_FACE = {"Tow": "under_test", "TowError": "errors", "tow": "under_test"}  # name -> module
-__all__ = ["Tow", "TowError", "tow"]
+_FACE = {  # name -> module
+    "Tow": ".under_test",
+    "TowError": ".errors",
+    "load_run": "..io.recorded_run",
+    "replay": "..runs.offline",
+    "tow": ".under_test",
+}
+__all__ = ["Tow", "TowError", "load_run", "replay", "tow"]
 
 if TYPE_CHECKING:
+    from ..io.recorded_run import load_run
+    from ..runs.offline import replay
     from .errors import TowError
     from .under_test import Tow, tow
 
@@ -19,5 +27,5 @@ def __getattr__(name: str) -> object:
     """Import a name of this package when it is first used."""
     if name not in _FACE:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}; it has {', '.join(_FACE)}")
-    value = globals()[name] = getattr(import_module(f"{__name__}.{_FACE[name]}"), name)
+    value = globals()[name] = getattr(import_module(_FACE[name], __name__), name)
     return value

@@ -267,6 +267,18 @@ class Tow:
         """Newest status of each task of /diagnostics: (level, text, values)."""
         return self._link.diagnostics()
 
+    def diagnostic(
+        self, task: str, condition: Callable[[int, str, dict[str, str]], Any], within: float = 5.0
+    ) -> tuple[int, str, dict[str, str]]:
+        """Status of a task as soon as condition(level, text, values) is true, within so many s of wall time."""
+
+        def fits() -> bool:
+            found = self.diagnostics.get(task)
+            return found is not None and bool(condition(*found))
+
+        self._await(fits, within, f"so in task {task} of /diagnostics: {self.diagnostics.get(task)}", every=0.02)
+        return self.diagnostics[task]
+
     def listen(self, kind: type, topic: str) -> list:
         """A list that grows by every message of a topic (relative to /tow_sim) from now on."""
         return self._link.ears.listen(kind, topic)

@@ -1,7 +1,7 @@
-"""The figures of docs/closed_loop.md: python test/examples/closed_loop.py [--seconds 100] [--only lockstep] [--json FILE]
+"""The figures of docs/closed_loop.md: python test/examples/closed_loop.py [--seconds 100] [--only lockstep]
 
-Recorded ship motion nbp1406 into full_scale: the winch held, the built-in set-point, and heave_compensator.py beside the
-node, in lockstep and in real time, with dead times of the drive added. Needs a machine that does little else.
+Recorded ship motion nbp1406 into full_scale: the winch held, the built-in set-point, and heave_compensator.py beside
+the node, in lockstep and in real time, with dead times of the drive added. Needs a machine that does little else.
 """
 
 import argparse
@@ -40,33 +40,28 @@ def run(mode, seconds, law="hold", rate=0, delay=0.0):
     return frames[(seconds_of > begin + SKIP) & (seconds_of <= begin + seconds)], speed, said, sim.figures
 
 
-def wanted(frames):
-    """Time [s], speed of the sheave along the cable [m/s] and its length [m], of the Frames' own sheave."""
-    t = (frames.time - frames.time[0]) * 1e-9
-    ahead, up = frames.sheave_velocity[:, 0], frames.sheave_velocity[:, 2]
+def spectra(frames):
+    """Pulsation [rad/s] of the waves, spectra of the sheave's speed along the cable and of the pay-out rate."""
     track = frames.ship_velocity[:, :2].mean(axis=0)
     ahead = frames.sheave_velocity[:, :2] @ (track / np.hypot(*track))
-    slow = np.polyval(np.polyfit(t, ahead, 3), t)  # the mean speed, as the controller's filters take it out
-    speed = (ahead - slow) * np.sin(ANGLE) + up * np.cos(ANGLE)
-    return t, speed, np.cumsum(speed) * (t[1] - t[0])
+    speed = ahead * np.sin(ANGLE) + frames.sheave_velocity[:, 2] * np.cos(ANGLE)
+    w = 2.0 * np.pi * np.fft.rfftfreq(len(frames), 0.01)
+    both = (np.fft.rfft((x - x.mean()) * np.hanning(len(x))) for x in (speed, frames.payout_rate))
+    waves = (w > 2.0 * np.pi / 30.0) & (w < 2.0 * np.pi / 1.5)
+    return w[waves], *(x[waves] for x in both)
 
 
 def lateness(frames):
-    """By how many seconds the pay-out rate follows the speed of the sheave along the cable: least squares."""
-    t, speed, _ = wanted(frames)
-    inner = (t > 1.0) & (t < t[-1] - 1.0)
-    errors = [np.square(frames.payout_rate[inner] - np.interp(t[inner] - tau, t, speed)).mean() for tau in TAUS]
-    return float(TAUS[int(np.argmin(errors))])
+    """By how many seconds the pay-out follows the sheave, over all waves: least squares."""
+    w, speed, payout = spectra(frames)
+    return float(min(TAUS, key=lambda tau: np.square(abs(payout - speed * np.exp(-1j * w * tau))).sum()))
 
 
 def lost(frames, tau):
-    """Share of the compensation that a lateness costs on this motion: 2 sin(w tau / 2) over its spectrum."""
-    t, _, length = wanted(frames)
-    length = length - length.mean()
-    spectrum = np.abs(np.fft.rfft(length * np.hanning(len(t)))) ** 2
-    w = 2.0 * np.pi * np.fft.rfftfreq(len(t), t[1] - t[0])
-    waves = w > 2.0 * np.pi / 40.0
-    return float(np.sqrt((spectrum * 4.0 * np.sin(w * tau / 2.0) ** 2)[waves].sum() / spectrum[waves].sum()))
+    """Share of the compensation that a lateness costs on this motion: 2 sin(w tau / 2) over the spectrum of lengths."""
+    w, speed, _ = spectra(frames)
+    power = np.square(abs(speed) / w)
+    return float(np.sqrt((power * np.square(2.0 * np.sin(0.5 * w * tau))).sum() / power.sum()))
 
 
 def row(name, mode, frames, speed, said, figures):

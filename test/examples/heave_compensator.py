@@ -1,4 +1,6 @@
-"""A heave compensator as its own ROS 2 node, to copy: python3 heave_compensator.py RATE [--ros-args -p use_sim_time:=true]
+"""A heave compensator as its own ROS 2 node, to copy: python3 heave_compensator.py RATE
+
+Beside a node in lockstep: python3 heave_compensator.py RATE --ros-args -p use_sim_time:=true
 
 PD on the length of cable: what the sheave moves along the cable is paid out (D: its speed; P: what the winch is short
 of it). Knows the ship's odometry, the winch's state and the clock, and nothing of the simulator.

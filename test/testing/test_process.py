@@ -78,7 +78,8 @@ def test_the_watchdog_ends_all_when_the_session_is_killed(tmp_path):
 import os, sys, time
 from pathlib import Path
 from cable_sim_ros.testing import process, watchdog
-code = "import subprocess, sys; subprocess.run([sys.executable, '-c', 'import time; time.sleep(60)'], start_new_session=True)"
+code = "import subprocess, sys; "
+code += "subprocess.run([sys.executable, '-c', 'import time; time.sleep(60)'], start_new_session=True)"
 folder = Path({str(tmp_path)!r})
 environment = os.environ | {{watchdog.VARIABLE: process.MARK + "-0"}}
 process.Process("child", [sys.executable, "-c", code], folder / "log", environment)
