@@ -263,8 +263,9 @@ def live(bag, scene, duration, imu_only, out, as_json) -> None:
 @click.option("--duration", type=float, metavar="S", help="Stop after so many seconds of the bag.")
 @click.option("--imu-only", is_flag=True, help="Leave the odometry out.")
 @click.option("--keep-stamps", is_flag=True, help="Send the recorded stamps instead of present ones.")
+@click.option("--lockstep", is_flag=True, help="Send by /clock, for a node with time_mode:=lockstep.")
 @click.argument("ros_arguments", nargs=-1, type=click.UNPROCESSED)
-def play(bag, rate, loop, start, duration, imu_only, keep_stamps, ros_arguments) -> None:
+def play(bag, rate, loop, start, duration, imu_only, keep_stamps, lockstep, ros_arguments) -> None:
     """Play the ship motion of BAG over real topics, as the ship's own sensors would send it."""
     _need_ros()
     from .ros.player import play_bag
@@ -277,6 +278,7 @@ def play(bag, rate, loop, start, duration, imu_only, keep_stamps, ros_arguments)
         duration=duration,
         imu_only=imu_only,
         keep_stamps=keep_stamps,
+        lockstep=lockstep,
         ros_arguments=ros_arguments,
     )
     click.echo(f"played {sent} messages", err=True)

@@ -67,7 +67,7 @@ class Arrivals:
 
 
 class StampArrivals(Arrivals):
-    """In lockstep: a message arrives when its stamp says, at the clock where that says nothing. now(): /clock, ns."""
+    """In lockstep: a message arrives when its stamp says; now(): where that says nothing, the clock of its step, ns."""
 
     def __init__(self, now: Callable[[], int]) -> None:
         super().__init__()

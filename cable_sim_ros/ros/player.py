@@ -1,8 +1,10 @@
 """Plays the IMU and odometry of a bag over real topics at real-time pace, as the ship's own sensors would send them.
 
-    cable-sim play BAG [--rate R] [--loop] [--duration S] [--start S] [--imu-only] [--keep-stamps] [--ros-args ...]
+    cable-sim play BAG [--rate R] [--loop] [--duration S] [--start S] [--imu-only] [--keep-stamps]
+        [--lockstep] [--ros-args ...]
 
-Stamps are moved to now by default. The namespace is /tow_sim unless remapped, so that a node started without arguments
+Stamps are moved to now by default, with --lockstep to /clock, which then says when a message is sent
+(ros/clock_player.py). The namespace is /tow_sim unless remapped, so that a node started without arguments
 hears it.
 """
 
@@ -14,6 +16,7 @@ import sys
 import time
 from collections.abc import Sequence
 from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -95,17 +98,21 @@ def sleep_until(deadline: int, alive) -> bool:
         libc.clock_nanosleep(1, 1, ctypes.byref(_Timespec(until // SECOND, until % SECOND)), None)
 
 
+def publishers_of(node, items: list[Item]) -> dict:
+    """Publishers for the kinds of the items. Reliable is heard by every subscriber, and by the node as best effort."""
+    from rclpy.qos import QoSProfile
+
+    return {
+        kind: node.create_publisher(message_class(KINDS[kind][0]), KINDS[kind][1], QoSProfile(depth=50))
+        for kind in {item.kind for item in items}
+    }
+
+
 def play(
     node, items: list[Item], *, rate: float = 1.0, loop: bool = False, keep_stamps: bool = False, alive, progress
 ) -> int:
     """Send the items; returns how many were sent. progress(seconds played) is called some ten times a second."""
-    from rclpy.qos import QoSProfile
-
-    # reliable is heard by every subscriber; a sensor that sends best effort is heard by the node as well
-    publishers = {
-        kind: node.create_publisher(message_class(KINDS[kind][0]), KINDS[kind][1], QoSProfile(depth=50))
-        for kind in {item.kind for item in items}
-    }
+    publishers = publishers_of(node, items)
     wait = time.monotonic() + 10.0
     while alive() and time.monotonic() < wait and not all(p.get_subscription_count() for p in publishers.values()):
         time.sleep(0.02)
@@ -160,12 +167,13 @@ def play_bag(
     duration: float | None = None,
     imu_only: bool = False,
     keep_stamps: bool = False,
+    lockstep: bool = False,
     ros_arguments: Sequence[str] = (),
 ) -> int:
     """Play the motion of a bag (path or name of a shipped one) until its end or a signal; returns messages sent.
 
     rate: speed of sending, stamps keep their spacing; loop: begin again at the end; start, duration: part of the bag,
-    s; ros_arguments: passed on to rclpy. Raises PlayError, BagError, ResourceError before a node is made.
+    s; lockstep: by /clock, not by wall time; ros_arguments: passed on to rclpy. Raises PlayError, BagError, ResourceError before a node is made.
     """
     import rclpy
     from rclpy.executors import ExternalShutdownException
@@ -179,6 +187,11 @@ def play_bag(
         )
     if not 0.0 < rate <= 100.0:
         raise PlayError(f"--rate {rate:g} is out of range; nothing was played; give a value above 0 and up to 100")
+    if lockstep and rate != 1.0:
+        raise PlayError(
+            f"--rate {rate:g} with --lockstep: /clock says when a message is sent; nothing was played. Leave --rate "
+            f"out, and set lockstep.rate of the node"
+        )
     items = load(find_bag(bag), start=start, duration=duration, imu_only=imu_only)
     node, sent = None, 0
     discovery.limit([])
@@ -187,7 +200,11 @@ def play_bag(
         node = rclpy.create_node("motion_player", namespace="/tow_sim")
         bar, progress = _bar(None if loop else items[-1].due / SECOND)
         with bar:
-            sent = play(node, items, rate=rate, loop=loop, keep_stamps=keep_stamps, alive=rclpy.ok, progress=progress)
+            if lockstep:
+                from .clock_player import play_by_clock as send
+            else:
+                send = partial(play, rate=rate)
+            sent = send(node, items, loop=loop, keep_stamps=keep_stamps, alive=rclpy.ok, progress=progress)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     finally:

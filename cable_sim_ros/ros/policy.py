@@ -6,10 +6,12 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 from ..io.resources import share_folder
+from .simulation_interfaces import SERVICES, service_name
 
 NODE, SPACE = "cable_sim", "/tow_sim"
 FILE = Path("config", "sros2", "policy.xml")
-OPTIONAL = {f"{SPACE}/tf"}  # only where tf2_msgs is installed
+# only where tf2_msgs or simulation_interfaces is installed, /clock only in lockstep
+OPTIONAL = {"/clock", f"{SPACE}/tf"} | {f"{SPACE}/{NODE}/{service_name(name)}" for name in SERVICES}
 
 
 def rules(path: Path, name: str = NODE, space: str = SPACE) -> dict[str, set[str]]:

@@ -23,7 +23,6 @@ from ..io.journal import STATIC, Journal, Start
 from ..io.motion import MotionIngest
 from ..physics.frame import Source
 from ..physics.inputs import MOTION_ROWS, SOURCE
-from ..physics.state import NOW
 from ..sim.build import make_output
 from ..sim.carry import carried_over
 from ..sim.current import turned_current

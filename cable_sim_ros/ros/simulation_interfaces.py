@@ -23,6 +23,11 @@ SERVICES = ("GetSimulatorFeatures", "GetSimulationState", "SetSimulationState", 
 STEPS_MOST = 1_000_000  # as lockstep.steps
 
 
+def service_name(name: str) -> str:
+    """snake_case, as the standard's simulators name their services."""
+    return "".join(f"_{c.lower()}" if c.isupper() else c for c in name).lstrip("_")
+
+
 def offer(control: SimulationControl) -> Standard | None:
     """Make the services of the package, or say that it is not there."""
     try:
@@ -34,7 +39,7 @@ def offer(control: SimulationControl) -> Standard | None:
         return None
     standard = Standard(control, msg, srv)
     for name in SERVICES:
-        service = "".join(f"_{c.lower()}" if c.isupper() else c for c in name).lstrip("_")
+        service = service_name(name)
         control.node.create_service(getattr(srv, name), f"~/{service}", getattr(standard, service))
     control.node.get_logger().info(f"services of {PACKAGE} under {control.node.get_fully_qualified_name()}")
     return standard

@@ -54,6 +54,11 @@ class SteppedSession(Session):
     def now(self) -> int:
         return self.steps.clock
 
+    @property
+    def step_clock(self) -> int:
+        """When a message without a stamp of its own arrives, ns: at the clock of the step that takes it."""
+        return self.steps.step_clock
+
     def log_time(self) -> int:
         return self.steps.clock
 
@@ -133,7 +138,7 @@ class SteppedSession(Session):
         cause = self.steps.command(stamp)
         if cause:
             return self.commands.refuse(cause)
-        cause = self.intake.command(data, self.steps.step_clock)
+        cause = self.intake.command(data, self.step_clock)
         if cause in ("", "before_motion"):
             self.steps.took(stamp)
         return cause

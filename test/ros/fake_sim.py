@@ -174,6 +174,8 @@ class Simulator:
 
     def restore(self, saved: dict) -> None:
         self.state.memory[0], self.state.value[:] = saved["memory"], saved["value"]
+        for name, array in self.inputs._asdict().items():
+            array[...] = saved[f"inputs_{name}"]
 
     def set_algorithm(self, law: SetpointLaw) -> None:
         self.law = SetpointLaw(law)

@@ -37,6 +37,9 @@ WRONG = [  # overrides, parts of the text
         {"solver.tension_error": 0.005},
         ["solver.tension_error", "0.005", "one step a tick; nothing was started", "cable-sim run"],
     ),
+    ({"time_mode": "stepped"}, ["time_mode", "stepped", "realtime, lockstep"]),
+    ({"lockstep.rate": 0.05}, ["lockstep.rate", "0.05", "0.1 to 1000"]),
+    ({"lockstep.wait": -1.0}, ["lockstep.wait", "-1 s", "from 0 s to 600 s"]),
     ({"scene": "nowhere"}, ["nowhere", "full_scale"]),
     ({"sheave.position": [0.0, 0.0, 0.0]}, ["sheave.position"]),  # senseless only beside the other numbers
 ]
@@ -172,12 +175,14 @@ def test_declared_parameters_and_changes_at_run_time(world):
 
 
 def test_what_is_declared_live_is_live_and_nothing_else():
-    from cable_sim_ros.ros.params import settle
+    from cable_sim_ros.ros.params import rows, settle
     from cable_sim_ros.sim.live import ways
 
     settings = settle({})
     declared = {row.name for row in settings.rows if not row.configure}
-    assert declared - {"recording.path"} == set(ways(settings.scene)) and "recording.path" in declared
+    own = {row.name for row in rows(settings.node) if not row.configure}
+    assert declared - own == set(ways(settings.scene))
+    assert own == {"recording.path", "state_file", "lockstep.rate", "lockstep.wait", "lockstep.steps"}
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,100 @@
+"""Plays the motion of a bag by /clock, for a node in lockstep: nothing is sent by wall time.
+
+What is due is what the clock has come to. The first message goes out as soon as there is a clock, for its stamp decides
+what that says next where stamps are kept.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+
+from .clock_topic import TOPIC
+from .player import SECOND, Item, _interval, publishers_of, restamped
+
+SETTLE = 0.3  # s; the other side may learn of us a little later than we of it
+PATIENCE = 5.0  # s without a clock, after which it is said
+
+
+class Follower:
+    """Which items are due at a clock [ns]; `shift` is added to their stamps. Items are those of `player.load`."""
+
+    def __init__(self, items: list[Item], keep_stamps: bool = False, loop: bool = False) -> None:
+        first = items[0].stamp
+        # an odd stamp goes with its time in the bag
+        timed = (
+            (i.stamp if abs(i.stamp - first - i.due) <= SECOND else first + i.due, n, i) for n, i in enumerate(items)
+        )
+        self._items = sorted(timed)
+        self._length = self._items[-1][0] - first + _interval(items)
+        self._loop = loop
+        self.shift: int | None = 0 if keep_stamps else None
+        self._next, self._clock = 0, None
+        self._begun = False
+        self.played = 0  # ns of the bag
+
+    @property
+    def done(self) -> bool:
+        """Has all been given?"""
+        return self._next >= len(self._items)
+
+    def due(self, clock: int) -> list[tuple[Item, int]]:
+        """The items that the clock has come to since the call before, with what to add to their stamps."""
+        at = self._items[self._next][0] if not self.done else 0
+        if self.shift is None:
+            self.shift = clock - at
+        elif self._clock is not None and clock < self._clock - SECOND and self._begun:
+            self.shift += clock - (at + self.shift)  # the node began again: the bag goes on
+        self._clock = clock
+        found = []
+        while not self.done and (not self._begun or self._items[self._next][0] + self.shift <= clock):
+            at, _, item = self._items[self._next]
+            found.append((item, self.shift))
+            self.played = at - self._items[0][0]
+            self._begun = True
+            self._next += 1
+            if self.done and self._loop:
+                self._next = 0
+                self.shift += self._length
+        return found
+
+
+def play_by_clock(node, items: list[Item], *, loop: bool, keep_stamps: bool, alive: Callable, progress) -> int:
+    """Send the items as /clock comes to their stamps; returns how many were sent. progress(seconds played)."""
+    from rclpy.executors import SingleThreadedExecutor
+    from rclpy.qos import QoSProfile
+    from rosgraph_msgs.msg import Clock
+
+    publishers, follower = publishers_of(node, items), Follower(items, keep_stamps, loop)
+    heard: list[int] = []
+
+    def hear(message: Clock) -> None:
+        heard[:] = [message.clock.sec * SECOND + message.clock.nanosec]
+
+    node.create_subscription(Clock, TOPIC, hear, QoSProfile(depth=1))
+    executor = SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+    sent, ready, begun, said = 0, None, time.monotonic(), False
+    while alive() and not follower.done:
+        executor.spin_once(timeout_sec=0.1)
+        now = time.monotonic()
+        if not heard:
+            if now - begun > PATIENCE and not said:
+                said = True
+                print(f"no {TOPIC} yet: start the node with -p time_mode:=lockstep", file=sys.stderr, flush=True)
+            continue
+        if ready is None:
+            if all(publisher.get_subscription_count() for publisher in publishers.values()):
+                ready = now + SETTLE
+            continue
+        if now < ready:
+            continue
+        for item, shift in follower.due(heard[0]):
+            publishers[item.kind].publish(restamped(item, shift) if shift else item.data)
+            sent += 1
+        progress(follower.played / SECOND)
+    for publisher in publishers.values():
+        publisher.wait_for_all_acked()
+    executor.shutdown()
+    return sent

@@ -1,0 +1,203 @@
+"""The session in lockstep with the real simulator and no network: the same inputs give the same bits, however they
+came and whatever the wall clock did meanwhile."""
+
+from __future__ import annotations
+
+import math
+import os
+import random
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "io"))
+from test_commands import command
+from test_motion import imu, odometry
+
+pytest.importorskip("rclpy")
+pytestmark = pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="minutes without compilation")
+
+MS = 1_000_000
+S = 1_000_000_000
+TICKS = 60
+SCENE = {"scene": "side_scan", "solver.tick": 0.02, "time_mode": "lockstep", "lockstep.start": 100.0}
+BEGIN = 100 * S
+
+
+def ship() -> list[tuple[int, str, bytes]]:
+    """2.4 s of a heaving ship in the order of the stamps: IMU at 100 Hz, odometry at 20 Hz."""
+    found = []
+    for k in range(240):
+        stamp, t = BEGIN + 10 * MS * k, 0.01 * k
+        up, speed = math.sin(2.0 * t), 2.0 * math.cos(2.0 * t)
+        found.append((stamp, "imu", imu(stamp, force=(0, 0, 9.81 - 4.0 * up))))
+        if k % 5 == 0:
+            found.append((stamp, "odometry", odometry(stamp, (2.0 * t, 0, up), velocity=(2.0, 0, speed))))
+    return found
+
+
+def winch() -> dict[int, bytes]:
+    """A command each second tick from half a second on, by /clock."""
+    return {
+        at: command(at, velocity=[0.5 * math.sin(at * 1e-9)]) for at in range(BEGIN + S // 2, BEGIN + 2 * S, 40 * MS)
+    }
+
+
+class Run:
+    """A session, its frames, and wall time that is made up."""
+
+    def __init__(self, monkeypatch, bag: Path | None = None, **parameters) -> None:
+        from cable_sim_ros.ros import session as module
+        from cable_sim_ros.ros.params import settle
+        from cable_sim_ros.ros.stepped import session_of
+
+        monkeypatch.setattr(module, "quiet", lambda: None)
+        self.said: list[str] = []
+        self.wall = 0
+        self.frames: list[np.ndarray] = []
+        self.clocks: list[int] = []
+        self.session = session_of(settle(SCENE | parameters), lambda level, text: self.said.append(text))
+        self.session.configure()
+        self.session.publish_clock = self.clock_said
+        self.session.publish_ticks = self.ticked
+        self.at_clock = lambda clock: None
+        self.publisher = self.recorder = None
+        if bag is not None:
+            self.record(bag)
+        self.session.activate()
+
+    def record(self, bag: Path) -> None:
+        from cable_sim_ros.io.channels import CHANNELS, Context, Encoder
+        from cable_sim_ros.io.journal import MSGTYPE, TOPIC
+        from cable_sim_ros.io.load import dump_scene
+        from cable_sim_ros.io.recorder import Recorder
+        from cable_sim_ros.ros.publisher import DirectPublisher
+
+        session, context = self.session, Context()
+        quiet = {context.topic(channel): SimpleNamespace(publish=lambda data: None) for channel in CHANNELS}
+        encoder = Encoder(context, session.scene.solver.tick)
+        self.publisher = DirectPublisher(session.built_loop, encoder, quiet, session.offset, log_time=session.log_time)
+        self.publisher.start()
+        self.recorder = Recorder(bag, custom_data={"scene_yaml": dump_scene(session.scene)})
+        journal = session.new_journal(
+            lambda data: self.recorder.put(f"{context.namespace}/{TOPIC}", MSGTYPE, session.log_time(), data)
+        )
+        self.publisher.record(self.recorder, journal)
+        session.record(journal)
+
+    def clock_said(self, clock: int) -> None:
+        if clock not in self.clocks[-1:]:
+            self.clocks.append(clock)
+        self.at_clock(clock)
+
+    def ticked(self) -> None:
+        loop = self.session.built_loop
+        self.frames.append(loop.output.frame[(loop.count - 1) % loop.rows].copy())
+        if self.publisher is not None:
+            self.publisher.drain()
+
+    def give(self, kind: str, data: bytes) -> None:
+        self.session.motion(kind, data, -1)
+
+    def until(self, ticks: int, within: float = 1e5) -> np.recarray:
+        end = self.wall + round(within * S)
+        while len(self.frames) < ticks and self.wall < end and self.session.state in ("waiting", "running"):
+            self.wall += 1 + round(self.session.advance(self.wall) * S)
+        return np.array(self.frames).view(np.recarray)
+
+    def close(self) -> None:
+        if self.publisher is not None:
+            self.publisher.end_recording()
+            assert self.recorder.close().dropped == 0
+            self.publisher.close()
+        self.session.close()
+        self.session.built_loop.close()
+
+
+def poured(monkeypatch, bag: Path | None = None, **parameters) -> Run:
+    """All motion there before the first step, the topics out of order; commands at their clock."""
+    run = Run(monkeypatch, bag, **{"lockstep.rate": 0.0, "lockstep.paused": True} | parameters)
+    messages = ship()
+    for _, kind, data in [m for m in messages if m[1] == "odometry"] + [m for m in messages if m[1] == "imu"]:
+        run.give(kind, data)
+    commands = winch()
+    run.at_clock = lambda clock: clock in commands and run.session.command(commands[clock], -1)
+    run.session.pause(False)
+    return run
+
+
+def test_the_same_bits_poured_in_or_one_by_one_paused_stepped_replayed_and_free_running(monkeypatch, tmp_path):
+    first = poured(monkeypatch, tmp_path / "bag")
+    frames = first.until(TICKS)
+    first.close()
+    assert len(frames) == TICKS and first.session.steps.commands.missed == 0 == first.session.steps.late
+    assert (np.diff(frames.time) == 20 * MS).all() and np.ptp(frames.payout) > 0.05
+    assert not frames.status.any() or (frames.status == frames.status[0]).all(), "nothing went stale"
+    assert first.session.sim.inputs.motion_head[0] > 20
+
+    second = Run(monkeypatch, **{"lockstep.rate": 2.0, "lockstep.paused": True})
+    messages, commands, chance = ship(), winch(), random.Random(1)
+
+    def sensors(clock: int) -> None:
+        """What moves on /clock speaks when it is said, in any order of the topics; the clock is said again too."""
+        due = [message for message in messages if message[0] <= clock]
+        del messages[: len(due)]
+        for kind in chance.sample(["imu", "odometry"], 2):
+            for _, _, data in [message for message in due if message[1] == kind]:
+                second.give(kind, data)
+        if clock in commands:
+            assert second.session.command(commands.pop(clock), -1) == ""
+
+    second.at_clock = sensors
+    second.until(1, within=0.1)
+    assert second.session.shown_state == "waiting" and second.session.paused
+    second.session.pause(False)
+    second.until(20)
+    second.session.pause(True)
+    second.until(TICKS, within=3.0)
+    assert len(second.frames) == 20, "a paused simulation stands"
+    assert second.session.step(5)[0] and not second.session.step(5)[0]
+    second.until(TICKS, within=3.0)
+    assert len(second.frames) == 25 and second.session.steps_left == 0
+    begun = second.wall
+    second.session.pause(False)
+    again = second.until(TICKS)
+    assert (second.wall - begun) * 1e-9 == pytest.approx(35 * 0.02 / 2.0, abs=0.12), "at rate 2"
+    second.close()
+    assert second.session.steps.gate.cadence["imu"].missed == 0 and second.session.steps.commands.missed == 0
+    assert again.tobytes() == frames.tobytes()
+
+    from cable_sim_ros.runs import offline
+
+    replayed = offline.replay(str(tmp_path / "bag"))
+    assert replayed.figures["replay_faults"] == [] and replayed.figures["largest_difference"]["difference"] == 0.0
+    assert replayed.frames.tobytes() == frames.tobytes()
+    assert free_running(first, int(frames.time[0]) - 20 * MS).tobytes() == frames.tobytes()
+
+
+def free_running(run: Run, begin: int) -> np.recarray:
+    """The same messages pushed into a plain Simulator, each as soon as its tick could know it."""
+    from cable_sim_ros.io.intake import Intake
+    from cable_sim_ros.sim.simulator import Simulator
+
+    sim = Simulator(run.session.scene)
+    intake = Intake(sim.inputs, run.session.scene)
+    messages, commands, frames = ship(), winch(), []
+    for k in range(TICKS + 1):
+        clock = begin + 20 * MS * k + run.session.delay
+        for stamp, kind, data in [message for message in messages if message[0] <= clock]:
+            intake.motion(kind, data, stamp)
+        messages = [message for message in messages if message[0] > clock]
+        if k == 0:
+            now = intake.newest
+            row = sim.inputs.motion[int(sim.inputs.motion_head[0]) - 1]
+            ahead = (begin - now) * 1e-9
+            sim.start(begin, (row[0] + ahead * row[6], row[1] + ahead * row[7]), float(row[5]), keep_inputs=True)
+            continue
+        if clock in commands:
+            intake.command(commands[clock], clock)
+        frames.append(sim.tick().copy())
+    return np.array(frames).view(np.recarray)
