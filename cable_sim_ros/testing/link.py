@@ -29,6 +29,7 @@ NAMESPACE, NODE = "/tow_sim", "/tow_sim/cable_sim"
 COMMAND = KINDS["command"][1]
 SERVICE = 30.0  # s for an answer
 STALLED = 60.0  # s of wall time without a Frame
+LOOK = 0.5  # s between two looks at who else is in the domain
 SPEAK = 1.0  # s of wall time for the first command of a controller, which may also come when the clock moves
 SETTLE = 0.3  # s: the other end may learn of ours a little later than we of it
 
@@ -45,7 +46,8 @@ class Link:
                 settings = settle(dict(parameters))
         except ParameterError as error:
             raise TowError(str(error)) from None
-        self.lockstep, self.scene, self.blocks = lockstep, settings.scene, settings.node
+        self.domain, self.lockstep, self.scene = domain, lockstep, settings.scene
+        self._looked = 0.0  # s, at who else is there
         self.tick = round(self.scene.solver.tick * SECOND)
         self.box = FrameBox()
         self.now: int | None = None  # what /clock said last, ns
@@ -73,6 +75,16 @@ class Link:
         self.ears.check()
         if self.feeder.failure is not None:
             raise TowError(f"motion could not be sent: {self.feeder.failure!r}") from self.feeder.failure
+        if self.feeder.sent and time.monotonic() > self._looked + LOOK:
+            self._looked = time.monotonic()
+            for kind in ("imu", "odometry"):
+                topic = KINDS[kind][1]
+                if (count := self.ears.node.count_publishers(topic)) > 1:
+                    raise TowError(
+                        f"{count} publishers of {topic} in domain {self.domain}: the node hears another motion than "
+                        f"this test feeds, and nothing that it says counts. Is a process on this domain that reserved "
+                        f"none?"
+                    )
 
     def _on_clock(self, data: bytes) -> None:
         self.now = int.from_bytes(data[4:8], "little") * SECOND + int.from_bytes(data[8:12], "little")

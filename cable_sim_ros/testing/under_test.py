@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from . import watchdog
+from . import shared_memory, watchdog
 from .domain import reserve
 from .errors import TowError
 from .process import MARK, Process
@@ -25,8 +25,7 @@ READY_WITHIN = 300.0  # s; compiling everything from nothing takes minutes on a 
 START_WITHIN = 60.0  # s of wall time from the first motion to the first Frame
 STALLED = 30.0  # s of wall time, beside what real time takes
 SECOND = 1_000_000_000
-# ours alone: neither heard by a ship nor hearing it; no files in shared memory, which a killed process would leave
-ALONE = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}
+ALONE = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}  # neither heard by a ship nor hearing it
 OPENING = ("ROS_LOCALHOST_ONLY", "ROS_STATIC_PEERS", "ROS_DISCOVERY_SERVER", "ROS_SUPER_CLIENT")  # lead out of it
 
 
@@ -65,6 +64,7 @@ class Tow:
         self.leftovers: list[int] = []  # ids of processes that outlived those we started, and were ended
         self._closing: list[Callable[[], Any]] = []  # in reverse order
         self._closed = False
+        self._segments: set[str] = set()  # in shared memory, of our processes
         self._mark = f"{MARK}-{uuid.uuid4().hex}"
         self._wanted: dict[str, Any] = {"scene": _scene(scene), "time_mode": mode}
         if self.lockstep:
@@ -110,6 +110,7 @@ class Tow:
         self._closing.append(self._link.close)
         self._await(lambda: self.state == "waiting", within, "ready for motion")
         self._await(self._link.connected, START_WITHIN, "connected")
+        self._segments |= shared_memory.mapped(self.node.pid)
 
     @property
     def state(self) -> str:
@@ -174,6 +175,7 @@ class Tow:
                 lambda: link.commanders() > before, within, f"commanded: {name} has no publisher of winch/command"
             )
             link.controller_came()
+            self._segments |= shared_memory.mapped(process.pid)
         return process
 
     def set(self, name: str, value: Any) -> None:
@@ -299,7 +301,7 @@ class Tow:
         """End every process and leave the domain; a second call does nothing. TowError when the node had crashed."""
         if self._closed:
             return
-        crashed = self.node.code
+        crashed = self.node.code if self.node.watched else None
         self._end()
         if crashed is not None and (crashed < 0 or crashed > 1):
             raise TowError(f"the node had ended with code {crashed}\n{self.node.tail()}")
@@ -317,6 +319,7 @@ class Tow:
 
     def _sweep(self) -> None:
         self.leftovers = watchdog.end(self._mark, patience=2.0)
+        shared_memory.remove(self._segments)
 
 
 def _scene(scene: str | os.PathLike) -> str:
