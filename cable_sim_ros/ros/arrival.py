@@ -67,7 +67,7 @@ class Arrivals:
 
 
 class StampArrivals(Arrivals):
-    """In lockstep: a message arrives when its stamp says; now(): where that says nothing, the clock of its step, ns."""
+    """In lockstep: a message arrives when its stamp says; now(): /clock, for one whose stamp says nothing, ns."""
 
     def __init__(self, now: Callable[[], int]) -> None:
         super().__init__()

@@ -9,7 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Generator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rclpy.clock import Clock, ClockType
 from std_srvs.srv import SetBool, Trigger
@@ -42,6 +42,7 @@ class SimulationControl:
         self._looks = node.create_timer(LOOK, lambda: None, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self._looks.cancel()
         self._waiting = 0
+        self._dropped = 0  # ticks of a step that something else has ended
         self.on_quit: Callable[[], None] | None = None  # ends the process; set by whoever runs it
         self._quits = node.create_timer(QUIT_AFTER, self._quit, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self._quits.cancel()
@@ -51,7 +52,7 @@ class SimulationControl:
 
     def pause(self, on: bool) -> tuple[bool, str]:
         """Hold simulation time, or let it go on."""
-        return self._reported(self.node.session.pause(on))
+        return self._dropping(self.node.session.pause, on)
 
     async def step(self, count: int) -> tuple[bool, str]:
         """So many ticks; comes back when they are done, or will not be."""
@@ -60,6 +61,7 @@ class SimulationControl:
         if not begun:
             return False, text
         self._waiting += 1
+        self._dropped = 0
         self._looks.reset()
         left, moved = session.steps_left, time.monotonic()
         most = STUCK + 2.0 * self.node.settings.node.lockstep.wait  # for motion, then for a command
@@ -67,8 +69,6 @@ class SimulationControl:
             while session.steps_left:
                 if self.node.session is not session or session.state not in ("waiting", "running"):
                     return False, f"{self._done(count, session.steps_left)}: the node is {self.node.session.state}"
-                if not session.paused:
-                    return False, f"{self._done(count, session.steps_left)}: the pause was ended meanwhile"
                 if session.steps_left != left:
                     left, moved = session.steps_left, time.monotonic()
                 elif time.monotonic() - moved > most:
@@ -82,7 +82,9 @@ class SimulationControl:
             if not self._waiting:
                 self._looks.cancel()
         if session.state not in ("waiting", "running"):
-            return False, f"{session.problem or f'the node is {session.state}'}"
+            return False, session.problem or f"the node is {session.state}"
+        if self._dropped:
+            return False, f"{self._done(count, self._dropped)}: the rest was dropped by ~/pause, ~/reset or ~/restore"
         return True, self._done(count, 0)
 
     def save(self) -> tuple[bool, str]:
@@ -93,17 +95,17 @@ class SimulationControl:
 
     def restore(self) -> tuple[bool, str]:
         """The tow from `state_file` under recording.root."""
-        return self._reported(self.node.session.restore(self.state_file))
+        return self._dropping(self.node.session.restore, self.state_file)
 
     def reset(self) -> tuple[bool, str]:
         """Static start again."""
-        return self._reported(self.node.session.reset())
+        return self._dropping(self.node.session.reset)
 
     def begin_anew(self) -> tuple[bool, str]:
         """Lockstep: as if the node had just been activated."""
         session = self.node.session
         assert isinstance(session, SteppedSession), "in real time the time is that of the stamps"
-        return self._reported(session.begin_anew())
+        return self._dropping(session.begin_anew)
 
     def quit_soon(self) -> None:
         """End the process once the answer to the request is out."""
@@ -151,7 +153,12 @@ class SimulationControl:
         response.success, response.message = result
         return response
 
-    def _reported(self, result: tuple[bool, str]) -> tuple[bool, str]:
+    def _dropping(self, act: Callable[..., tuple[bool, str]], *given: Any) -> tuple[bool, str]:
+        """Do what ends a step that is under way, and say what state that makes."""
+        left = self.node.session.steps_left
+        result = act(*given)
+        if left and not self.node.session.steps_left:
+            self._dropped = left
         self.node.report_state()
         return result
 

@@ -1,9 +1,10 @@
 """Lockstep: who waits for whom, and for how long. Pure: told times and messages, says what to do next.
 
-A step takes /clock one tick ahead and says so, waits for the motion that is due by then, hands it on, waits for the
-command that is due once a controller has spoken, and ends with the tick, which lies `delay` behind the clock. Wall time
-enters in the bounded waits and in the pacing only, as the time that passed between two calls; a hole in the calls (the
-process stood still) counts as one LONGEST.
+A step takes /clock one tick ahead and says so, waits for the motion that is due by then, hands it on, does the tick,
+which lies `delay` behind the clock, and waits for the command that is due, once a controller has spoken. So a command
+with the stamp of this clock is there before the clock goes on, whether the controller answers /clock or the tick. Wall
+time enters in the bounded waits and in the pacing only, as the time that passed between two calls; a hole in the calls
+(the process stood still) counts as one LONGEST.
 """
 
 from __future__ import annotations
@@ -50,6 +51,7 @@ class Phase(Enum):
 
     BETWEEN = "between steps"
     MOTION = "waiting for motion"
+    TICK = "ticking"
     COMMAND = "waiting for a command"
 
 
@@ -83,25 +85,27 @@ class Lockstep:
             return Do.WAIT, 0.1
         if self.paused and not self.steps_left:
             return self._stand(now, REPEAT)
-        if self.phase is Phase.BETWEEN:
-            if now < self._next_step and not (self.paused and self.steps_left):
-                return self._stand(now, self._next_step - now)
-            return self._begin(now, free)
         self._waited += passed
         if self.phase is Phase.MOTION:
             if self.gate.awaited(self.clock):
                 if not self._over:
                     return self._stand(now, REPEAT)
                 self.gate.miss(self.clock)
-            self.phase, self._waited = Phase.COMMAND, 0
+            self.phase = Phase.TICK
             return Do.MOTION, 0.0
-        if self.commands.due(self.clock):
-            if not self._over:
-                return self._stand(now, REPEAT)
-            self.commands.miss(self.clock)
-        self.phase = Phase.BETWEEN
-        self.steps += 1
-        return Do.TICK, 0.0
+        if self.phase is Phase.TICK:
+            self.phase, self._waited = Phase.COMMAND, 0
+            self.steps += 1
+            return Do.TICK, 0.0
+        if self.phase is Phase.COMMAND:
+            if self.commands.due(self.clock):
+                if not self._over:
+                    return self._stand(now, REPEAT)
+                self.commands.miss(self.clock)
+            self.phase = Phase.BETWEEN
+        if now < self._next_step and not self.steps_left:
+            return self._stand(now, self._next_step - now)
+        return self._begin(now, free)
 
     @property
     def _over(self) -> bool:
@@ -126,7 +130,7 @@ class Lockstep:
         return Do.CLOCK, 0.0
 
     def step_done(self, counted: bool) -> None:
-        """The step has ended; counted: it was one of those asked for."""
+        """The tick is done; counted: it was one of those asked for."""
         if counted and self.steps_left:
             self.steps_left -= 1
 
@@ -150,18 +154,12 @@ class Lockstep:
 
     # ---- messages
 
-    @property
-    def step_clock(self) -> int:
-        """The clock of the step that takes what comes now."""
-        return self.clock + (self.period if self.phase is Phase.BETWEEN else 0)
-
     def motion(self, kind: str, stamp: int, data: bytes) -> tuple[str, int]:
         """Hold a message of motion; as `MotionGate.put`."""
         return self.gate.put(kind, stamp, data, self.clock)
 
     def command(self, stamp: int) -> str:
         """Judge a command by its stamp: "" or the cause of its refusal, which is counted with the others."""
-        step = self.step_clock
         if not stamp or abs(stamp - self.clock) > OF_A_CLOCK:
             self.unstamped += 1
             return ""
@@ -171,7 +169,7 @@ class Lockstep:
             return "step_past"
         if stamp in self._stamps:
             return "step_twice"
-        if stamp <= step - self.period - self.commands.slack:
+        if stamp <= self.clock - self.period - self.commands.slack:
             self.late += 1
         if self._stamps and stamp < self._stamps[-1]:
             return "step_past"
@@ -182,8 +180,8 @@ class Lockstep:
         if stamp and abs(stamp - self.clock) <= OF_A_CLOCK:
             self._stamps.append(stamp)
         else:
-            stamp = self.step_clock
-        self.commands.heard(stamp, self.step_clock)
+            stamp = self.clock
+        self.commands.heard(stamp, self.clock)
 
     @property
     def doing(self) -> str:

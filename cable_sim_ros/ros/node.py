@@ -70,7 +70,7 @@ class CableSimNode(LifecycleNode):
         self.add_post_set_parameters_callback(self._was_set)
         self.session = session_of(self.settings, self._log)
         self.watch = Watch(self.session)
-        self.arrivals = StampArrivals(lambda: self.session.step_clock) if self.session.lockstep else Arrivals()
+        self.arrivals = StampArrivals(lambda: self.session.now()) if self.session.lockstep else Arrivals()
         self.publisher: TickPublisher | None = None
         self.recording = RecordingControl(self.settings, self.get_namespace())
         self.inputs: list = []

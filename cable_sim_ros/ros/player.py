@@ -173,7 +173,8 @@ def play_bag(
     """Play the motion of a bag (path or name of a shipped one) until its end or a signal; returns messages sent.
 
     rate: speed of sending, stamps keep their spacing; loop: begin again at the end; start, duration: part of the bag,
-    s; lockstep: by /clock, not by wall time; ros_arguments: passed on to rclpy. Raises PlayError, BagError, ResourceError before a node is made.
+    s; lockstep: by /clock, not by wall time; ros_arguments: passed on to rclpy. Raises PlayError, BagError,
+    ResourceError before a node is made.
     """
     import rclpy
     from rclpy.executors import ExternalShutdownException

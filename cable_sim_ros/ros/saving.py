@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -38,11 +38,17 @@ class Saving:
     problem: str
     clock: DataClock
     intake: Intake
-    built_sim: Simulator
-    built_loop: Loop
     _cause: str
     _begin_again: Callable[[str], tuple[bool, str]]
     _newest_sample: Callable[[], np.ndarray]
+
+    if TYPE_CHECKING:  # of the session
+
+        @property
+        def built_sim(self) -> Simulator: ...
+
+        @property
+        def built_loop(self) -> Loop: ...
 
     def save(self, path: Path) -> tuple[bool, str]:
         """Write the tow as it is between two ticks to a file: (done, text)."""
@@ -51,7 +57,7 @@ class Saving:
         sim = self.built_sim
         with self.between_ticks():
             self._take_frame()
-            snapshot, notes = sim.snapshot(), self.notes()
+            snapshot, notes, now = sim.snapshot(), self.notes(), int(sim.state.memory[NOW].time.now)
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             savefile.write(path, sim.scene, snapshot, {NODE: notes})
@@ -59,7 +65,7 @@ class Saving:
             return False, str(error)
         except OSError as error:
             return False, f"{path.parent}: cannot be made ({error.strerror}); nothing was saved"
-        return True, f"saved at {int(snapshot['memory'].time.now) / SECOND:.3f} s to {path}"
+        return True, f"saved at {now / SECOND:.3f} s to {path}"
 
     def restore(self, path: Path) -> tuple[bool, str]:
         """Go on with the tow of a file: (done, text). What cannot be restored leaves everything as it was."""

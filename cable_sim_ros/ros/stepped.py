@@ -54,11 +54,6 @@ class SteppedSession(Session):
     def now(self) -> int:
         return self.steps.clock
 
-    @property
-    def step_clock(self) -> int:
-        """When a message without a stamp of its own arrives, ns: at the clock of the step that takes it."""
-        return self.steps.step_clock
-
     def log_time(self) -> int:
         return self.steps.clock
 
@@ -133,12 +128,12 @@ class SteppedSession(Session):
                 self._start()
 
     def command(self, data: bytes, arrival: int) -> str:
-        """One winch command as CDR bytes; it arrives at the clock of the step that it is for."""
+        """One winch command as CDR bytes; it arrives at the clock, so that its own step's tick does not know it yet."""
         stamp = stamp_of(data) or 0
         cause = self.steps.command(stamp)
         if cause:
             return self.commands.refuse(cause)
-        cause = self.intake.command(data, self.step_clock)
+        cause = self.intake.command(data, self.steps.clock + (self.delay == 0))
         if cause in ("", "before_motion"):
             self.steps.took(stamp)
         return cause

@@ -22,11 +22,6 @@ class Timing:
         """The present on the clock of the arrivals, ns: what ages count to."""
         return time.monotonic_ns()
 
-    @property
-    def step_clock(self) -> int:
-        """As `now`; in lockstep the clock of the step that takes what comes."""
-        return self.now()
-
     def log_time(self) -> int:
         """Time at which a recording has what is said now, ns."""
         return time.time_ns()

@@ -39,11 +39,13 @@ class Told(NamedTuple):
     winch: str | None = None
 
 
-def told_of(motion: str | os.PathLike | None, heave, imu_only: bool, winch) -> Told:
+def told_of(
+    motion: str | os.PathLike | None, heave: tuple[float, float] | None, imu_only: bool, winch: WinchPlan | None
+) -> Told:
     """As noted in a file: a path is kept absolute, a shipped bag by its name."""
     if motion is not None:
         motion = str(Path(motion).resolve()) if Path(motion).exists() else os.fspath(motion)
-    return Told(motion, None if heave is None else tuple(heave), imu_only, None if winch is None else str(winch))
+    return Told(motion, heave, imu_only, None if winch is None else str(winch))
 
 
 def save(path: str | os.PathLike, one: Pass, told: Told) -> None:

@@ -136,7 +136,8 @@ def _differences(saved: Block, here: Block, prefix: str) -> Iterator[tuple[str, 
             if isinstance(a, Block) and type(a) is type(b):
                 yield from _differences(a, b, f"{inner}.")
             elif a != b:
-                unit = (field.json_schema_extra or {}).get("unit", "")  # type: ignore[union-attr]
+                extra = field.json_schema_extra
+                unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
                 yield inner, f"{inner} is {_shown(a, unit)} in the file, {_shown(b, unit)} here"
 
 

@@ -91,7 +91,12 @@ def test_every_command_helps(command):
             ("run", "full_scale", "--step", "fixed", "--every", "0.5"),
             "error: override of full_scale: solver.tick = 0.5 s is longer than 0.1 s",
         ),
-        (("run",), "Missing argument 'SCENE'"),
+        (("run",), "Missing argument 'SCENE' (or --from FILE)"),
+        (("run", "--from", "no_such_state"), "error: no_such_state: cannot be read (No such file or directory)"),
+        (
+            ("run", "full_scale", "--motion", "none", "--save", "no/such/folder/x"),
+            "error: no/such/folder/x: cannot be written (No such file or directory); nothing was saved.",
+        ),
         (("replay", "no_such_bag"), "error: no_such_bag: no such bag file"),
         (("recover", "no_such_bag", "x"), "error: bag 'no_such_bag' does not exist: nothing was read"),
         pytest.param(("live", "no_such_bag"), "error: no_such_bag: no such bag file", marks=pytest.mark.ros),
@@ -158,6 +163,26 @@ def test_steps_are_fixed_and_frames_as_far_apart_as_asked_for():
     for more, ticks, tolerance in ((("--step", "fixed"), 20, None), (("--every", "0.05"), 4, 0.005)):
         figures = json.loads(call(*arguments, *more).stdout)
         assert (figures["ticks"], figures["step_tension_error"]) == (ticks, tolerance)
+
+
+def test_a_run_goes_on_from_where_another_was_saved(tmp_path):
+    """SCENE left out or the same; the motion as before; another scene is refused with what differs."""
+    state, arguments = tmp_path / "tow.npz", ("run", "side_scan", "--step", "fixed", "--heave", "0.5,8")
+    whole = json.loads(call(*arguments, "--duration", "0.8", "--json").stdout)
+    first = call(*arguments, "--duration", "0.5", "--save", state)
+    assert first.exit_code == 0 and f"state:     {state}" in first.stdout, first.stderr
+    rest = ("--from", state, "--duration", "0.3", "--save", state, "--json")
+    figures = json.loads(call("run", *rest).stdout)
+    assert figures["resumed"]["motion"] == "goes on" and figures["saved"] == str(state) and figures["ticks"] == 30
+    assert max(figures["body_depth_max_m"], 0.0) <= whole["body_depth_max_m"] and figures["motion"] == whole["motion"]
+    again = json.loads(call(*arguments, "--from", state, "--duration", "0.1", "--json").stdout)
+    assert again["resumed"]["time_s"] == pytest.approx(1.8)
+    refused = call("run", "side_scan", "--from", state)
+    assert (
+        refused.exit_code == 2 and "tow.npz: is the state of another scene: solver.tick is 0.01 s in" in refused.stderr
+    )
+    other = call("run", "--from", state, "--step", "chosen")
+    assert other.exit_code == 2 and "solver.tension_error is absent in the file, 0.005 here" in other.stderr
 
 
 def test_a_failed_run_is_code_1_and_still_has_figures(monkeypatch):

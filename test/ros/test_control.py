@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from types import SimpleNamespace
 
 import pytest
 from conftest import poll
@@ -35,9 +36,7 @@ class Remote:
         from rcl_interfaces.srv import SetParameters
 
         kind = {"integer_value": 2, "string_value": 4}[next(iter(value))]
-        request = SetParameters.Request(
-            parameters=[Parameter(name=name, value=ParameterValue(type=kind, **value))]
-        )
+        request = SetParameters.Request(parameters=[Parameter(name=name, value=ParameterValue(type=kind, **value))])
         return self.ears.call(SetParameters, "cable_sim/set_parameters", request).results[0].reason
 
 
@@ -111,3 +110,75 @@ def test_in_lockstep_a_step_is_answered_when_it_is_done(world):
 
 def _stamp(clocks) -> int:
     return clocks[-1].clock.sec * 10**9 + clocks[-1].clock.nanosec
+
+
+class Stepped:
+    """A session in lockstep that does a tick when it is asked to."""
+
+    lockstep = paused = True
+    state, problem, steps_left = "running", "", 0
+
+    def step(self, count: int) -> tuple[bool, str]:
+        self.steps_left = count
+        return True, ""
+
+    def pause(self, on: bool) -> tuple[bool, str]:
+        self.steps_left = 0
+        return True, ""
+
+    def restore(self, path) -> tuple[bool, str]:
+        return False, "no such file"
+
+
+@pytest.fixture
+def control():
+    from cable_sim_ros.ros.control import SimulationControl
+    from cable_sim_ros.ros.params import settle
+
+    timer = SimpleNamespace(cancel=lambda: None, reset=lambda: None)
+    node = SimpleNamespace(session=Stepped(), settings=settle({"lockstep.wait": 2.0}), report_state=lambda: None)
+    node.create_service, node.create_timer = lambda *given: None, lambda *given, **named: timer
+    node.get_logger = lambda: SimpleNamespace(info=lambda text: None)
+    node.get_parameter = lambda name: SimpleNamespace(value="state")
+    return SimulationControl(node)
+
+
+def answer(step, *events) -> tuple[bool, str]:
+    """What a step answers, each event between two looks of it."""
+    for event in events:
+        assert step.send(None) is None, "it waits"
+        event()
+    with pytest.raises(StopIteration) as end:
+        step.send(None)
+    return end.value.value
+
+
+def test_a_step_that_does_not_end_by_itself_is_answered_with_the_reason(control, monkeypatch):
+    session, now = control.node.session, [0.0]
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+
+    def does(left=None, after=0.0, **fields):
+        def happen():
+            now[0] += after
+            vars(session).update(fields, **({} if left is None else {"steps_left": left}))
+
+        return happen
+
+    assert answer(control.step(3), does(2), does(0)) == (True, "3 of 3 ticks done")
+    slow = [does(k, after=8.9) for k in (2, 1, 0)]
+    assert answer(control.step(3), *slow) == (True, "3 of 3 ticks done"), "each within its bound"
+    stuck, text = answer(control.step(3), does(2), does(after=9.1))
+    assert not stuck and text == (
+        "1 of 3 ticks done: nothing has moved for 9 s (see the task lockstep of /diagnostics). They are still to be "
+        "done; ~/pause with data: true drops them"
+    )
+    text = answer(control.step(3), does(state="waiting"), does(after=9.1))[1]
+    assert "nothing has moved for 9 s (there is no motion yet)" in text
+    session.state = "running"
+    dropped = (False, "1 of 3 ticks done: the rest was dropped by ~/pause, ~/reset or ~/restore")
+    assert answer(control.step(3), does(2), lambda: control.pause(True)) == dropped
+    assert answer(control.step(3), does(2), control.restore, does(0)) == (True, "3 of 3 ticks done"), "it was refused"
+    halts = does(0, state="halted", problem="the solver gave up")
+    assert answer(control.step(3), does(2), halts) == (False, "the solver gave up")
+    session.state = "running"
+    assert answer(control.step(3), does(2, state="ready")) == (False, "1 of 3 ticks done: the node is ready")

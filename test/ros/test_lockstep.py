@@ -114,7 +114,7 @@ def test_a_controller_is_waited_for_once_it_has_spoken():
     world.until(20)
     assert world.now == 0 and steps.commands.missed == 0 and steps.late == 0
     world.answer = lambda do: None
-    world.until(4)
+    world.until(5)
     assert steps.commands.missed == 4 and not steps.commands.silent
     assert world.now == pytest.approx(0.8 * S, abs=0.1 * S)
     world.until(1)
@@ -135,16 +135,23 @@ def test_commands_are_judged_by_their_stamp():
     assert command(steps, 10_020) == "step_future"
     assert command(steps, 9_000) == "step_past"
     assert command(steps, 10_010) == "" and command(steps, 10_010) == "step_twice"
-    assert steps.late == 1, "its step is over: it came after the tick, for the next one"
+    assert steps.late == 0, "it answers the tick: the clock has not gone on"
+    assert command(steps, 10_009) == "step_past" and steps.late == 0, "a newer one is taken"
     world.answer = lambda do: do is Do.MOTION and found.append(command(steps, steps.clock // MS))
     found: list = []
     world.until(2)
-    assert found == ["", ""] and steps.late == 1
-    assert command(steps, 10_015) == "step_past" and steps.late == 2, "a newer one is taken"
+    assert found == ["", ""] and steps.late == 0 and steps.clock == 10_030 * MS
+    world.answer = lambda do: None
+    world.until(1, within=0.1)
+    assert steps.clock == 10_040 * MS
+    assert command(steps, 10_030) == "step_twice" and command(steps, 10_031) == "" and steps.late == 0
+    world.until(1)
+    world.until(1, within=5.0)
+    late = steps.late
+    assert steps.clock == 10_060 * MS and command(steps, 10_045) == "" and steps.late == late + 1, "of the step before"
     unstamped = steps.unstamped
     assert command(steps, 0) == "" == command(steps, 0) and command(steps, 1_700_000_000_000) == ""
     assert steps.unstamped == unstamped + 3
-    assert steps.step_clock == 10_040 * MS, "of the next step"
 
 
 def test_neither_pause_nor_a_standstill_of_the_process_trips_a_wait():

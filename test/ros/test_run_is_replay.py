@@ -14,6 +14,9 @@ from pathlib import Path
 
 import pytest
 
+from cable_sim_ros.io.journal import read_journal
+from cable_sim_ros.io.replay import read_tow
+
 HERE = Path(__file__).parent
 pytestmark = pytest.mark.skipif(
     os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="the loop calls libc from compiled code"
@@ -132,6 +135,24 @@ session.set_live("setpoint.algorithm", "hold")
 move(0.4)
 finish()
 """
+RESTORED = """
+from pathlib import Path
+state = Path(bag).parent / "state.npz"
+record()
+session.activate()
+move(1.0)
+order(now(), velocity=[0.5])
+move(0.4)
+answers = [session.save(state)]
+move(0.6)
+answers.append(session.restore(state))
+assert all(done for done, _ in answers), answers
+said += [("info", text) for _, text in answers]
+move(0.6)
+order(now(), velocity=[-0.3])
+move(0.5)
+finish()
+"""
 MIDDLE = """
 session.activate()
 move(1.0)
@@ -192,3 +213,14 @@ def test_a_recording_from_the_middle_of_a_loaded_run(tmp_path):
     found = run_and_replay(MIDDLE, tmp_path / "bag")
     same(found)
     assert found["moved"] > 0.5
+
+
+def test_a_state_that_is_restored(tmp_path):
+    """Saved while it hauls, restored 0.6 s later: the tow of then at the present, at rest until a command comes."""
+    found = run_and_replay(RESTORED, tmp_path / "bag")
+    same(found)
+    texts = [text for _, text in found["said"]]
+    assert any(text.startswith("saved at ") for text in texts)
+    assert any("it goes on at the present, and the winch holds until it is commanded" in text for text in texts)
+    told = read_journal(read_tow(tmp_path / "bag").journal)
+    assert [segment.start.cause for segment in told.segments] == ["start", "restore"]

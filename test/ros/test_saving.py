@@ -15,12 +15,15 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
 
-from test_commands import command  # noqa: E402
-from test_motion import imu, odometry  # noqa: E402
+from test_commands import command
+from test_motion import imu, odometry
+from test_stepped import poured
 
-from cable_sim_ros.ros.params import settle  # noqa: E402
-from cable_sim_ros.ros.stepped import SteppedSession  # noqa: E402
-from cable_sim_ros.runs import offline  # noqa: E402
+from cable_sim_ros.io.load import load_scene, override
+from cable_sim_ros.ros import session as session_module
+from cable_sim_ros.ros.params import settle
+from cable_sim_ros.ros.stepped import SteppedSession
+from cable_sim_ros.runs import offline
 
 S = 1_000_000_000
 pytestmark = pytest.mark.skipif(
@@ -75,7 +78,8 @@ class Harness:
 
 
 @pytest.fixture
-def make():
+def make(monkeypatch):
+    monkeypatch.setattr(session_module, "quiet", lambda: None)
     made = []
 
     def make(**parameters):
@@ -100,8 +104,8 @@ def test_what_goes_on_from_a_file_is_what_would_have_gone_on(make, tmp_path, kin
     first = one.step(20)
     assert one.order(-0.2) == ""
     whole = first + one.step(60)
-    other = make()  # another node, which has heard nothing yet
-    for harness in (one, other):
+    others = [make()] if kind == "odometry" else []  # another node, which has heard nothing yet
+    for harness in (one, *others):
         done, text = harness.session.restore(path)
         assert done and "the clock goes back to it" in text and harness.session.steps.clock == clock
         assert harness.session.state == "running" and harness.session.paused
@@ -109,3 +113,91 @@ def test_what_goes_on_from_a_file_is_what_would_have_gone_on(make, tmp_path, kin
         assert harness.order(-0.2) == ""
         assert again + harness.step(60) == whole
     assert len({frame["payout"] for frame in one.frames}) > 30, "the commands moved the winch"
+
+
+def test_a_state_that_does_not_fit_leaves_the_tow_as_it_was(make, tmp_path):
+    it, path = make(), tmp_path / "tow.npz"
+    it.feed(0, 200)
+    it.step(30)
+    assert it.session.save(path)[0]
+    with np.load(path) as archive:
+        members = {name: archive[name] for name in archive.files}
+
+    def with_notes(change) -> Path:
+        notes = json.loads(str(members["notes"]))
+        change(notes["node"])
+        with open(tmp_path / "other.npz", "wb") as file:
+            np.savez(file, **(members | {"notes": np.array(json.dumps(notes))}))
+        return tmp_path / "other.npz"
+
+    before, intake, clock = it.step(10), it.session.notes()["intake"], it.session.steps.clock
+    for change in (
+        lambda node: node["steps"]["object"].pop("clock"),
+        lambda node: node.pop("intake"),
+        lambda node: node["intake"]["object"].update(clock={"object": {}}),
+    ):
+        done, text = it.session.restore(with_notes(change))
+        assert not done and "other.npz: is damaged (its notes of the node do not fit" in text
+        assert it.session.state == "running" and it.session.steps.clock == clock
+        assert it.session.notes()["intake"] == intake
+    it.session.set_live("winch.command_timeout", 0.9)
+    done, text = it.session.restore(path)
+    assert done and (
+        "live parameters stay as they are here: winch.command_timeout is 0.5 s in the file, 0.9 s here" in text
+    )
+    assert it.step(10) == before, "no command, so the time-out has no part in it"
+    other = make(**{"winch.max_rate": 1.5, "cable.diameter": 0.009})
+    done, text = other.session.restore(path)
+    assert not done and other.session.state == "waiting" and "tow.npz: is the state of another scene: " in text
+    assert "cable.diameter is " in text and "m in the file, 0.009 m here" in text and "winch.max_rate is " in text
+    assert text.endswith(
+        "nothing was loaded. Take the scene it was saved with ('side_scan'), or start this one ('side_scan') anew"
+    )
+    other.session.deactivate()
+    text = "the node is ready: activate it first; nothing was restored"
+    assert other.session.restore(path) == (False, text)
+    (tmp_path / "file").write_text("x")
+    done, text = it.session.save(tmp_path / "file" / "tow.npz")
+    assert not done and "file: cannot be made (File exists); nothing was saved" in text
+
+
+def test_a_state_of_another_clock_is_taken_to_the_present(make, tmp_path):
+    """Of an offline run: the tow as it hangs, under the motion that comes; of another heading it is refused."""
+    path = tmp_path / "run.npz"
+    scene = override(load_scene("side_scan"), {"solver.tick": 0.02})
+    run = offline.run(scene, heave=(0.5, 8.0), duration=1.0, winch="0 rate 0.5", save=path)
+    it = make()
+    done, text = it.session.restore(path)
+    assert done and text.startswith("restored the tow of 2.000 s from ") and text.endswith("; waiting for motion")
+    it.feed(0, 200)
+    it.step(50)
+    assert it.frames[0]["payout"] == pytest.approx(run.frames["payout"][-1], abs=0.01)
+    assert it.frames[-1]["payout"] == pytest.approx(it.frames[0]["payout"], abs=0.05), "it holds"
+    assert abs(it.frames[0]["tension"] / run.frames["tension"][-1] - 1.0) < 0.2
+    turned = make()
+    turned.feed(0, 100, heading=1.0)
+    turned.step(20)
+    done, text = turned.session.restore(path)
+    assert not done and turned.session.state == "running"
+    assert "the ship heads 0 deg in the state and 57 deg in the motion: the tow would be swept round by 57 deg" in text
+    assert text.endswith("more than 30 deg; nothing was restored. Turn the ship, or use ~/reset")
+    late = make()
+    assert late.session.restore(path)[0]
+    late.feed(0, 100, heading=1.0)
+    assert late.step(20) == []
+    assert late.session.state == "failed" and late.session.problem.startswith("not restored: the ship heads 0 deg")
+
+
+def test_a_recording_has_the_restore_and_is_replayed_bit_for_bit(monkeypatch, tmp_path):
+    """Time goes back in the bag, to what it says again."""
+    run = poured(monkeypatch, tmp_path / "bag")
+    run.until(40)
+    assert run.session.save(tmp_path / "tow.npz")[0]
+    run.until(55)
+    assert run.session.restore(tmp_path / "tow.npz")[0]
+    frames = run.until(75)
+    run.close()
+    assert frames[40:55].tobytes() == frames[55:70].tobytes() and np.ptp(frames.payout[40:]) > 0.01
+    again = offline.replay(tmp_path / "bag")
+    assert again.frames.tobytes() == frames.tobytes()
+    assert again.figures["replay_faults"] == [] and again.figures["largest_difference"]["difference"] == 0.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import re
 import warnings
 import zipfile
 from pathlib import Path
@@ -146,3 +147,38 @@ def test_a_changed_byte_is_noticed(saved, tmp_path):
     (tmp_path / "bit.npz").write_bytes(data)
     with pytest.raises(SaveError, match=r"bit.npz: is damaged \(.*CRC.*\); nothing was loaded"):
         Simulator.load(tmp_path / "bit.npz")
+
+
+def test_a_state_is_taken_by_a_simulator_of_its_scene_only(underway, saved):
+    other = Simulator(underway.scene.model_copy(update={"name": "the same tow under another name"}))
+    other.load_state(saved)
+    assert other.state.now == underway.state.now and other.frame.tobytes() == underway.frame.tobytes()
+    values = {"cable.diameter": 0.018, "winch.max_rate": 2.0, "ship.tow_speed": 2.5, "seabed.depth": 160.0}
+    values |= {"towbody.net_weight": 600.0, "setpoint.algorithm": "hold", "water.density": 1020.0}
+    other = Simulator(override(underway.scene, values))
+    before = other.state.now.copy()
+    with pytest.raises(SaveError) as refused:
+        other.load_state(saved)
+    text = str(refused.value)
+    assert text.startswith(f"{saved}: is the state of another scene: ship.tow_speed is ") and "; and 2 more; " in text
+    assert re.search(r"water.density is 10\d\d(\.\d)? kg/m\^3 in the file, 1020 kg/m\^3 here", text)
+    assert text.endswith("Take the scene it was saved with ('full_scale'), or start this one ('full_scale') anew")
+    assert other.state.now == before
+
+
+def test_what_differs_between_scenes_is_named_with_both_values_and_unit(underway):
+    scene = underway.scene
+    assert savefile.differences(scene, scene) == []
+    more = override(load_scene("lowered_ctd"), {})
+    name = next(iter(more.bodies), None)
+    found = dict(savefile.differences(scene, scene.model_copy(update={"bodies": more.bodies, "name": "x"})))
+    assert list(found) == ([f"bodies.{name}"] if name else [])
+    assert not name or found[f"bodies.{name}"] == f"bodies.{name} is absent in the file, present here"
+    found = dict(savefile.differences(scene, override(scene, {"setpoint.algorithm": "hold"})))
+    assert found == {"setpoint.algorithm": "setpoint.algorithm is rigorous_sheave in the file, hold here"}
+
+
+def test_notes_that_cannot_be_read_are_damage(saved, tmp_path):
+    for notes in ("{", "3"):
+        with pytest.raises(SaveError, match="tow.npz: is damaged .its notes cannot be read, .*; nothing was loaded"):
+            Simulator.load(rewritten(saved, tmp_path / "tow.npz", notes=np.array(notes)))

@@ -1,0 +1,116 @@
+"""The package simulation_interfaces, made of its definitions in standard_2_1_0 with the generators beside rclpy.
+
+Classes alone need no compiler; to send them, one extension module is compiled against the headers and libraries of the
+same environment. Run as a program (python standard_package.py FOLDER), as the generators print and read sys.argv.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+from pathlib import Path
+
+HERE = Path(__file__).parent / "standard_2_1_0"
+PREFIX = Path(sys.prefix)
+PACKAGE, SUPPORT = "simulation_interfaces", "rosidl_typesupport_fastrtps_c"
+NEEDED = ("builtin_interfaces", "service_msgs")
+LIBRARIES = ("rosidl_runtime_c", "rosidl_typesupport_c", SUPPORT, f"{SUPPORT}pp", "rmw", "fastcdr", "rcutils")
+
+
+def why_not() -> str:
+    """ "" or what is missing to compile it here."""
+    missing = [tool for tool in ("gcc", "g++") if shutil.which(tool) is None]
+    missing += [str(p) for p in (PREFIX / "include" / "rosidl_runtime_c", PREFIX / "share" / SUPPORT) if not p.exists()]
+    return f"missing: {', '.join(missing)}" if missing else ""
+
+
+def make(folder: Path) -> Path:
+    """Make the package in a folder, in a process of its own; returns what to put on the path."""
+    environment = os.environ | {"AMENT_PREFIX_PATH": str(PREFIX)}
+    done = subprocess.run([sys.executable, __file__, str(folder)], capture_output=True, text=True, env=environment)
+    assert done.returncode == 0, done.stderr[-3000:]
+    return folder / "py"
+
+
+def generate(folder: Path) -> None:
+    """C and Python sources."""
+    import rosidl_typesupport_c
+    import rosidl_typesupport_fastrtps_c
+    from rosidl_adapter.msg import convert_msg_to_idl
+    from rosidl_adapter.srv import convert_srv_to_idl
+    from rosidl_generator_c import generate_c
+    from rosidl_generator_py.generate_py_impl import generate_py
+    from rosidl_generator_type_description import generate_type_hash
+
+    share, idls = PREFIX / "share", []
+    for path in sorted((*HERE.glob("msg/*.msg"), *HERE.glob("srv/*.srv"))):
+        relative = path.relative_to(HERE)
+        convert = convert_msg_to_idl if path.suffix == ".msg" else convert_srv_to_idl
+        convert(HERE, PACKAGE, relative, folder / "idl" / relative.parent)
+        idls.append(str(relative.with_suffix(".idl")))
+
+    def told(out: str, template: str, **more) -> str:
+        place = folder / out / PACKAGE
+        place.mkdir(parents=True, exist_ok=True)
+        file = folder / f"{template}.json"
+        given = {
+            "package_name": PACKAGE,
+            "output_dir": str(place),
+            "template_dir": str(share / template / "resource"),
+            "idl_tuples": [f"{folder / 'idl'}:{idl}" for idl in idls],
+            "ros_interface_dependencies": [f"{n}:{p}" for n in NEEDED for p in (share / n).rglob("*.idl")],
+            "target_dependencies": [],
+        }
+        file.write_text(json.dumps(given | more))
+        return str(file)
+
+    generate_type_hash(
+        told("td", "rosidl_generator_type_description", include_paths=[f"{n}:{share / n}" for n in NEEDED])
+    )
+    described = [f"{idl}:{folder / 'td' / PACKAGE / Path(idl).with_suffix('.json')}" for idl in idls]
+    generate_c(told("c", "rosidl_generator_c", type_description_tuples=described))
+    rosidl_typesupport_fastrtps_c.generate_typesupport_fastrtps_c(told("c", SUPPORT))
+    rosidl_typesupport_c.generate_c(told("c", "rosidl_typesupport_c"), [SUPPORT])
+    generate_py(told("py", "rosidl_generator_py"), ["rosidl_typesupport_c"])
+    for kind in ("rosidl_generator_c", SUPPORT):
+        name = f"{kind}__visibility_control.h"
+        text = (share / kind / "resource" / f"{name}.in").read_text()
+        text = text.replace("@PROJECT_NAME@", PACKAGE).replace("@PROJECT_NAME_UPPER@", PACKAGE.upper())
+        (folder / "c" / PACKAGE / "msg" / name).write_text(text)
+    (folder / "py" / PACKAGE / "__init__.py").touch()
+
+
+def compile_all(folder: Path) -> None:
+    """The extension module beside the Python sources."""
+    import numpy
+
+    headers = [folder / "c", PREFIX / "include", *(p for p in (PREFIX / "include").iterdir() if p.is_dir())]
+    headers += [Path(sysconfig.get_path("include")), Path(numpy.get_include())]
+    flags = ["-O0", "-fPIC", "-w", *(f"-I{path}" for path in headers)]
+    sources = sorted((*(folder / "c").rglob("*.c"), *(folder / "py").rglob("*.c")))
+    described = [path for path in sources if path.name.endswith("__description.c")]  # their names collide
+    whole = {"whole.c": [p for p in sources if p not in described], "whole.cpp": (folder / "c").rglob("*.cpp")}
+    for name, parts in whole.items():
+        (folder / name).write_text("".join(f'#include "{path}"\n' for path in parts))
+    objects = []
+    for path in (*described, *(folder / name for name in whole)):
+        objects.append(str(folder / f"{path.name}.o"))
+        compiler = ["g++", "-std=c++17"] if path.suffix == ".cpp" else ["gcc"]
+        subprocess.run([*compiler, *flags, "-c", str(path), "-o", objects[-1]], check=True)
+    library = PREFIX / "lib"
+    suffix = sysconfig.get_config_var("EXT_SUFFIX")
+    target = folder / "py" / PACKAGE / f"{PACKAGE}_s__rosidl_typesupport_c{suffix}"
+    kinds = ("rosidl_typesupport_c", SUPPORT, "rosidl_generator_c", "rosidl_generator_py")
+    linked = [str(library / f"lib{name}__{kind}.so") for name in NEEDED for kind in kinds]
+    paths = [f"-L{library}", f"-Wl,-rpath,{library}", *(f"-l{name}" for name in LIBRARIES)]
+    subprocess.run(["g++", "-shared", "-o", str(target), *objects, *paths, *linked], check=True)
+
+
+if __name__ == "__main__":
+    place = Path(sys.argv[1])
+    generate(place)
+    compile_all(place)

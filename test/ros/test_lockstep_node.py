@@ -1,0 +1,264 @@
+"""The node in lockstep among nodes that move on /clock only: sensors and controllers of rclpy with use_sim_time."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+
+import pytest
+from conftest import poll
+
+pytest.importorskip("rclpy")
+pytestmark = pytest.mark.ros
+
+S = 1_000_000_000
+TICK = 10_000_000  # ns, of the scene
+
+
+class Seat:
+    """Sensors (IMU and odometry at 50 Hz) and a controller (100 Hz) whose timers move on /clock; a thread spins them.
+
+    answers: the controller answers each winch/state instead of its timer.
+    """
+
+    def __init__(self, domain: int, ship, sensors: bool = True, controller: bool = True, answers: bool = False) -> None:
+        import rclpy
+        from rclpy.executors import SingleThreadedExecutor
+        from rclpy.parameter import Parameter
+        from rclpy.qos import qos_profile_sensor_data
+        from sensor_msgs.msg import JointState
+
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context, domain_id=domain)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.ship, self.JointState = ship, JointState
+        self.mute = self.deaf = False  # of the controller, of the sensors
+        self.sensed: list[int] = []
+        self.commanded: list[int] = []
+        self.stamp = lambda now: now  # of a command, ns
+        self.nodes = []
+        for name, wanted in (("sensors", sensors), ("controller", controller)):
+            if wanted:
+                node = rclpy.create_node(
+                    name,
+                    context=self.context,
+                    namespace="/tow_sim",
+                    parameter_overrides=[Parameter("use_sim_time", value=True)],
+                )
+                self.executor.add_node(node)
+                self.nodes.append(node)
+                if name == "sensors":
+                    self.imu = node.create_publisher(ship.imu_class, "imu/data", qos_profile_sensor_data)
+                    self.odom = node.create_publisher(ship.odometry_class, "odom", qos_profile_sensor_data)
+                    node.create_timer(0.02, lambda node=node: self.sense(node))
+                else:
+                    self.winch = node.create_publisher(JointState, "winch/command", 10)
+                    if answers:
+                        node.create_subscription(JointState, "winch/state", lambda _, n=node: self.command(n), 10)
+                    else:
+                        node.create_timer(0.01, lambda node=node: self.command(node))
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._spin, daemon=True)
+        self._thread.start()
+
+    def _spin(self) -> None:
+        while not self._stop.is_set():
+            self.executor.spin_once(timeout_sec=0.02)
+        self.executor.shutdown()
+        for node in self.nodes:
+            node.destroy_node()
+        self.context.try_shutdown()
+
+    def sense(self, node) -> None:
+        now = node.get_clock().now().nanoseconds
+        if self.deaf or not now:
+            return
+        imu, odom = self.ship.messages(now, now * 1e-9)
+        self.imu.publish(imu)
+        self.odom.publish(odom)
+        self.sensed.append(now)
+
+    def command(self, node) -> None:
+        now = node.get_clock().now().nanoseconds
+        if self.mute or not now:
+            return
+        message = self.JointState(name=["payout"], velocity=[0.2 * math.sin(now * 1e-9)])
+        stamp = self.stamp(now)
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, S)
+        self.winch.publish(message)
+        self.commanded.append(stamp)
+
+    def close(self) -> None:
+        self._stop.set()
+        self._thread.join(30.0)
+        assert not self._thread.is_alive(), "the thread that spins did not end within 30 s"
+
+
+class Watcher:
+    """What a test looks at: /clock, winch/state, diagnostics; and the services."""
+
+    def __init__(self, world) -> None:
+        from diagnostic_msgs.msg import DiagnosticArray
+        from rosgraph_msgs.msg import Clock
+        from sensor_msgs.msg import JointState
+
+        self.ears = world.ears()
+        self.clocks = self.ears.listen(Clock, "/clock")
+        self.states = self.ears.listen(JointState, "winch/state")
+        self.ears.listen(DiagnosticArray, "/diagnostics")
+
+    def task(self, name: str = "lockstep"):
+        return self.ears.diagnostics().get(name, (0, "", {}))
+
+    def figure(self, name: str) -> float:
+        return float(self.task()[2].get(name, "nan"))
+
+    def ticks(self) -> int:
+        return len(self.states)
+
+    def more(self, count: int, within: float = 20.0) -> None:
+        """So many more ticks."""
+        before = self.ticks()
+        poll(lambda: self.ticks() >= before + count, within, f"{count} more ticks; {self.task()}")
+
+    def stands(self, seconds: float) -> None:
+        """No tick and no other time for so long; /clock is said all the while."""
+        said, ticks, clock = len(self.clocks), self.ticks(), self.clock()
+        time.sleep(seconds)
+        assert self.ticks() == ticks and self.clock() == clock and len(self.clocks) - said > 20 * seconds
+
+    def clock(self) -> int:
+        return self.clocks[-1].clock.sec * S + self.clocks[-1].clock.nanosec
+
+    def stamps(self) -> list[int]:
+        return [m.header.stamp.sec * S + m.header.stamp.nanosec for m in self.states]
+
+    def call(self, name: str, data: bool | None = None):
+        from std_srvs.srv import SetBool, Trigger
+
+        if data is None:
+            return self.ears.call(Trigger, f"cable_sim/{name}", Trigger.Request())
+        return self.ears.call(SetBool, f"cable_sim/{name}", SetBool.Request(data=data))
+
+    def set(self, **parameters) -> None:
+        from rcl_interfaces.srv import SetParameters
+        from rclpy.parameter import Parameter
+
+        given = [Parameter(k.replace("__", "."), value=v).to_parameter_msg() for k, v in parameters.items()]
+        request = SetParameters.Request(parameters=given)
+        for result in self.ears.call(SetParameters, "cable_sim/set_parameters", request).results:
+            assert result.successful, result.reason
+
+
+def seat(world, watcher, **what) -> Seat:
+    found = Seat(world.domain, world.ship(watcher.ears), **what)
+    world.closing.insert(0, found.close)
+    return found
+
+
+def test_nodes_on_the_clock_in_any_order_pause_step_rate_and_a_controller_that_dies(world):
+    watcher = Watcher(world)
+    there = seat(world, watcher)  # sensors and controller are there before the node
+    node = world.node(
+        time_mode="lockstep",
+        lockstep__rate=0.0,
+        lockstep__wait=0.5,
+        lockstep__steps=7,
+        recording__root=str(world.folder),
+    )
+    node.until("running")
+    watcher.more(300)
+    assert watcher.figure("commands_missed") <= 1 and watcher.figure("imu_missed") <= 1, watcher.task()
+    assert watcher.call("record", True).success
+    watcher.more(100)
+    assert set(b - a for a, b in zip(there.sensed[-50:], there.sensed[-49:])) == {2 * TICK}, "no stroke of a timer lost"
+    assert set(b - a for a, b in zip(there.commanded[-50:], there.commanded[-49:])) == {TICK}
+    level, _, values = watcher.task()
+    assert level == 0 and values["controller_spoke"] == "true" and values["command_period_s"] == "0.010"
+    # a pause, longer than every time-out there is
+    assert watcher.call("pause", True).success
+    time.sleep(0.3)
+    missed = {name: watcher.figure(name) for name in ("commands_missed", "imu_missed", "odometry_missed")}
+    watcher.stands(3.0)
+    assert {name: watcher.figure(name) for name in missed} == missed
+    assert [watcher.task(name)[0] for name in ("lockstep", "inputs", "motion", "command", "loop")] == [0] * 5
+    before = watcher.stamps()[-1]
+    assert watcher.call("step").success
+    time.sleep(0.3)
+    assert watcher.stamps()[-1] == before + 7 * TICK
+    watcher.stands(0.3)
+    watcher.set(lockstep__rate=0.5)
+    assert watcher.call("pause", False).success
+    begun, ticks = time.monotonic(), watcher.ticks()
+    watcher.more(50)
+    assert 50 * 0.01 / (time.monotonic() - begun) == pytest.approx(0.5, abs=0.2), watcher.ticks() - ticks
+    watcher.set(lockstep__rate=0.0)
+    assert watcher.call("record", False).success
+    # the controller stops answering: bounded, counted, ERROR, and the simulation goes on without it
+    there.mute = True
+    poll(lambda: watcher.task()[0] == 2, 10.0, "ERROR")
+    assert "silent" in watcher.task()[1] and watcher.figure("commands_missed_in_row") == 5.0
+    watcher.more(200)
+    there.mute = False
+    poll(lambda: watcher.task()[0] == 0, 10.0, "the controller is heard again")
+    watcher.more(100)
+    assert watcher.figure("commands_missed") <= missed["commands_missed"] + 7
+    stamps = watcher.stamps()
+    assert set(b - a for a, b in zip(stamps, stamps[1:])) == {TICK}, "no tick is lost in all of it"
+    assert node.stop() == 0
+    figures = node.state()["lockstep"]
+    assert figures["commands_missed"] >= 5 and figures["rate_wanted"] == 0.0
+    bag_is_on_the_clock(world, stamps)
+
+
+def bag_is_on_the_clock(world, stamps: list[int]) -> None:
+    from cable_sim_ros.io.bag import BagReader
+
+    (path,) = [p for p in world.folder.glob("tow_*") if p.is_dir()]
+    with BagReader(path) as reader:
+        messages = [(m.topic, m.time) for m in reader.read(list(reader.topics))]
+    first, last = min(t for _, t in messages), max(t for _, t in messages)
+    assert stamps[0] <= first <= last <= stamps[-1] + 100 * TICK, "log times are simulated ones"
+    assert last - first > 100 * TICK and {topic.rpartition("/")[2] for topic, _ in messages} >= {"data", "command"}
+
+
+def test_a_paused_node_first_then_a_controller_that_answers_and_a_second_clock(world):
+    from rosgraph_msgs.msg import Clock
+
+    watcher = Watcher(world)
+    node = world.node(time_mode="lockstep", lockstep__rate=0.0, lockstep__wait=0.5, lockstep__paused=True)
+    node.until("waiting")
+    poll(lambda: len(watcher.clocks) > 10, 5.0, "/clock")
+    watcher.stands(0.5)
+    assert watcher.clock() == S, "at lockstep.start"
+    there = seat(world, watcher, answers=True)
+    poll(lambda: there.sensed, 5.0, "the first motion")
+    watcher.stands(0.3)
+    assert there.sensed == [S] and not there.commanded
+    assert watcher.call("pause", False).success
+    watcher.more(300)
+    assert watcher.figure("commands_missed") == 0, watcher.task()
+    assert set(b - a for a, b in zip(there.commanded[-50:], there.commanded[-49:])) == {TICK}, "one answer a tick"
+    assert watcher.stamps()[0] == S + TICK
+    # another clock: held with ERROR until it is gone
+    other = watcher.ears.node.create_publisher(Clock, "/clock", 1)
+    poll(lambda: watcher.task()[0] == 2, 5.0, "ERROR")
+    assert "held" in watcher.task()[1] and "/tow_sim/ears" in watcher.task()[1]
+    ticks = watcher.ticks()
+    time.sleep(0.5)
+    assert watcher.ticks() == ticks
+    watcher.ears.node.destroy_publisher(other)
+    watcher.more(100)
+    assert watcher.task()[0] == 0
+    assert node.stop() == 0
+
+
+def test_another_clock_before_the_start_is_refused(world):
+    from rosgraph_msgs.msg import Clock
+
+    ears = world.ears()
+    ears.node.create_publisher(Clock, "/clock", 1)
+    node = world.node(time_mode="lockstep")
+    assert node.wait(40.0) == 1
+    assert "/clock is also published by /tow_sim/ears" in node.text and "not configured" in node.text
