@@ -40,35 +40,36 @@ def run(mode, seconds, law="hold", rate=0, delay=0.0):
     return frames[(seconds_of > begin + SKIP) & (seconds_of <= begin + seconds)], speed, said, sim.figures
 
 
-def spectra(frames, longest):
-    """Pulsation [rad/s] of the waves, spectra of the sheave's speed along the cable and of the pay-out rate."""
-    track = frames.ship_velocity[:, :2].mean(axis=0)
-    ahead = frames.sheave_velocity[:, :2] @ (track / np.hypot(*track))
-    speed = ahead * np.sin(ANGLE) + frames.sheave_velocity[:, 2] * np.cos(ANGLE)
-    w = 2.0 * np.pi * np.fft.rfftfreq(len(frames), 0.01)
-    both = (np.fft.rfft((x - x.mean()) * np.hanning(len(x))) for x in (speed, frames.payout_rate))
-    waves = (w > 2.0 * np.pi / longest) & (w < 2.0 * np.pi / 1.5)
-    return w[waves], *(x[waves] for x in both)
+def spectrum(values):
+    """Pulsation [rad/s] and spectrum of a signal of 100 Hz, of waves of 1.5 to 30 s."""
+    w = 2.0 * np.pi * np.fft.rfftfreq(len(values), 0.01)
+    waves = (w > 2.0 * np.pi / 30.0) & (w < 2.0 * np.pi / 1.5)
+    return w[waves], np.fft.rfft((values - values.mean()) * np.hanning(len(values)))[waves]
 
 
 def lateness(frames):
-    """By how many seconds the pay-out follows the sheave: least squares over short waves.
+    """By how many seconds the pay-out follows the sheave along the cable: least squares over waves below 5 s.
 
-    Long ones are led: by every filter that takes the mean speed out, 0.1 s at 10 s.
+    Longer ones are led: by every filter that takes the mean speed out, 0.1 s at 10 s.
     """
-    w, speed, payout = spectra(frames, 5.0)
+    track = frames.ship_velocity[:, :2].mean(axis=0)
+    ahead = frames.sheave_velocity[:, :2] @ (track / np.hypot(*track))
+    w, speed = spectrum(ahead * np.sin(ANGLE) + frames.sheave_velocity[:, 2] * np.cos(ANGLE))
+    _, payout = spectrum(frames.payout_rate)
+    short = w > 2.0 * np.pi / 5.0
+    w, speed, payout = w[short], speed[short], payout[short]
     return float(min(TAUS, key=lambda tau: np.square(abs(payout - speed * np.exp(-1j * w * tau))).sum()))
 
 
-def lost(frames, tau):
-    """Share of the compensation that a lateness costs on this motion: 2 sin(w tau / 2) over the spectrum of lengths."""
-    w, speed, _ = spectra(frames, 30.0)
-    power = np.square(abs(speed) / w)
+def lost(held, tau):
+    """Share of the compensation that a lateness costs: 2 sin(w tau / 2) of each wave in the held winch's tension."""
+    w, tension = spectrum(held.tension)
+    power = np.square(abs(tension))
     return float(np.sqrt((power * np.square(2.0 * np.sin(0.5 * w * tau))).sum() / power.sum()))
 
 
-def row(name, mode, frames, speed, said, figures):
-    """One row of the table."""
+def row(name, mode, held, frames, speed, said, figures):
+    """One row of the table; held: Frames with the winch held."""
     late = lateness(frames) if np.ptp(frames.payout) > 0.01 else None
     age = frames.command_age[frames.command_age >= 0.0]
     return {
@@ -76,8 +77,9 @@ def row(name, mode, frames, speed, said, figures):
         "mode": mode,
         "tension_std": float(frames.tension.std()),
         "tension_most": float(frames.tension.max()),
+        "left": float(frames.tension.std() / held.tension.std()),
         "late_ms": None if late is None else 1e3 * late,
-        "lost": None if late is None else lost(frames, max(late, 0.0)),
+        "lost": None if late is None else lost(held, max(late, 0.0)),
         "command_age_ms": float(1e3 * age.mean()) if len(age) else None,
         "lag_ms": float(said["lag_ms"]) if said.get("lag_clock") == "motion" else None,
         "speed": speed,
@@ -87,7 +89,7 @@ def row(name, mode, frames, speed, said, figures):
 
 def show(one):
     """A row as Markdown."""
-    cells = [one["run"], one["mode"], f"{one['tension_std']:.1f}", f"{one['tension_most']:.0f}"]
+    cells = [one["run"], one["mode"], f"{one['tension_std']:.1f}", f"{one['tension_most']:.0f}", f"{one['left']:.1%}"]
     for key, form in (("late_ms", "{:.0f}"), ("lost", "{:.1%}"), ("command_age_ms", "{:.1f}"), ("lag_ms", "{:.1f}")):
         cells.append("-" if one[key] is None else form.format(one[key]))
     print("| " + " | ".join([*cells, f"{one['speed']:.1f}", str(one["missed_ticks"])]) + " |", flush=True)
@@ -103,12 +105,14 @@ def main():
     for mode in ("lockstep", "realtime"):
         runs += [(f"PD, {rate} Hz", mode, {"rate": rate}) for rate in (50, 100)]
     runs += [(f"PD, 100 Hz, + {1e3 * delay:.0f} ms", "lockstep", {"rate": 100, "delay": delay}) for delay in DELAYS]
-    print("| run | mode | std [N] | largest [N] | late [ms] | lost | command age [ms] | lag [ms] | speed | missed |")
-    print("|---|---|---|---|---|---|---|---|---|---|", flush=True)
-    rows = []
+    print("| run | mode | std [N] | largest [N] | left | late [ms] | lost | age [ms] | lag [ms] | speed | missed |")
+    print("|---|---|---|---|---|---|---|---|---|---|---|", flush=True)
+    rows, held = [], None
     for name, mode, options in runs:
-        if given.only in (None, mode):
-            rows.append(row(name, mode, *run(mode, given.seconds, **options)))
+        if held is None or given.only in (None, mode):
+            found = run(mode, given.seconds, **options)
+            held = found[0] if held is None else held
+            rows.append(row(name, mode, held, *found))
             show(rows[-1])
     if given.json:
         given.json.write_text(json.dumps(rows, indent=1) + "\n", "utf-8")
