@@ -78,6 +78,8 @@ setup(
         "console_scripts": [
             "cable-sim = cable_sim_ros.cli:main",
             "node = cable_sim_ros.ros.node:main",  # ros2 run cable_sim_ros node
-        ]
+        ],
+        # named as its module, so that `pytest -p cable_sim_ros.testing.plugin` without an install is the same plugin
+        "pytest11": ["cable_sim_ros.testing.plugin = cable_sim_ros.testing.plugin"],
     },
 )

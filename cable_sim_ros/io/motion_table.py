@@ -98,7 +98,7 @@ def read_table(path: str | os.PathLike, ship: Ship) -> RecordedTow:
     begin = round((time[0] if time[0] > 0.0 else time[0] + floor(-time[0]) + 1.0) * SECOND)  # stamp 0 means: none
     pieces = [_sampled(moved[part], values[:, :, part], begin, ship) for part in parts]
     whole = Samples(*(np.concatenate(arrays) for arrays in zip(*pieces)))
-    return RecordedTow(os.fspath(path), _events(whole, str(path)))
+    return RecordedTow(os.fspath(path), odometry_events(whole, str(path)))
 
 
 def sine_heave(amplitude: float, period: float, duration: float, ship: Ship) -> RecordedTow:
@@ -128,7 +128,7 @@ def sine_heave(amplitude: float, period: float, duration: float, ship: Ship) -> 
     value[:, 2] += amplitude * np.sin(omega * t)
     rate[:, 2] = amplitude * omega * np.cos(omega * t)
     return RecordedTow(
-        f"heave {amplitude:g} m, {period:g} s", _events(Samples(SECOND + steps * STEP, value, rate), where)
+        f"heave {amplitude:g} m, {period:g} s", odometry_events(Samples(SECOND + steps * STEP, value, rate), where)
     )
 
 
@@ -302,7 +302,7 @@ def _sampled(t: np.ndarray, given: np.ndarray, begin: int, ship: Ship) -> Sample
     return Samples(stamps, value, rate)
 
 
-def _events(path: Samples, where: str) -> list[Event]:
+def odometry_events(path: Samples, where: str) -> list[Event]:
     """Odometry messages; MotionError where speeds are beyond what is taken of a ship."""
     twist = np.column_stack(
         [

@@ -16,6 +16,7 @@ MAY = {  # floor: what it may import of ours; nothing of the product imports lab
     "viv": {"physics", "sim", "io", "runs", "viv"},  # beside runs: of it only styles, progress and the manual
     "lab": {"physics", "sim", "io", "runs", "viv", "lab"},
     "ros": {"physics", "sim", "io", "ros"},
+    "testing": {"physics", "sim", "io", "runs", "ros", "testing"},  # for users' tests: nothing of ours imports it
     "face": {"physics", "sim", "io"},
     "soak": {"physics", "sim", "io", "runs", "lab", "ros", "soak"},
     "cli": {"physics", "sim", "io", "runs", "viv", "lab", "ros", "soak"},
@@ -79,8 +80,8 @@ def test_imports_go_downward(path):
             assert target in allowed, f"{floor} imports {'.'.join(module)}"
         elif floor == "physics":
             assert module[0] in PHYSICS_MAY | PHYSICS_ALSO.get(path.name, set()), f"physics imports {module[0]}"
-        if floor != "ros" and module[0] in ROS:
-            assert floor == "cli" and module[0] == "rclpy", f"{floor} imports {module[0]}: only ros/ may"
+        if floor not in ("ros", "testing") and module[0] in ROS:
+            assert floor == "cli" and module[0] == "rclpy", f"{floor} imports {module[0]}: only ros/ and testing/ may"
 
 
 def test_the_walk_sees_an_upward_import(tmp_path, monkeypatch):

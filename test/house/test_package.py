@@ -90,6 +90,7 @@ def test_every_import_is_a_dependency(arguments):
     ros = {name for name in depends("exec_depend") if not name.startswith("python3-")}
     optional = {"matplotlib", "tf2_msgs", "llvmlite", "pydantic_core"}  # viz; a full ROS; of numba; of pydantic
     optional |= {"lz4", "zstandard"}  # of mcap
+    optional |= {"pytest"}  # testing/plugin.py, which pytest loads
     optional |= {MODULE_OF.get(name_of(r), name_of(r)) for r in arguments["extras_require"]["peers"]}
     for path in sorted((ROOT / "cable_sim_ros").rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text("utf-8"))):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import json
 import os
 import signal
@@ -15,9 +14,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cable_sim_ros.testing.domain import reserve
+
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
-_domains = itertools.count(os.getpid())
 
 
 def pytest_configure(config):
@@ -213,7 +213,8 @@ class World:
     """A domain of our own, with everything on it ended at the end."""
 
     def __init__(self, folder: Path, cache: Path) -> None:
-        self.folder, self.domain = folder, 1 + next(_domains) % 100
+        self.folder, self._domain = folder, reserve()
+        self.domain = self._domain.number
         self.environment = os.environ | {
             "ROS_DOMAIN_ID": str(self.domain),
             "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
@@ -255,6 +256,7 @@ class World:
             process.end()
         for close in self.closing:
             close()
+        self._domain.close()
 
 
 @pytest.fixture(scope="session")

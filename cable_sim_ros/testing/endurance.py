@@ -1,0 +1,85 @@
+"""Starts and stops nodes under test and counts what is left of them: python -m cable_sim_ros.testing.endurance [COUNT]
+
+Every other tow is in lockstep; every fifth node is killed in place of stopped, every seventh has a controller that is
+deaf to SIGINT. Leaves with code 1 where a process, a file in shared memory of ours or a descriptor is left.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import threading
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from . import shared_memory, watchdog
+from .process import MARK
+from .under_test import tow
+
+DEAF = "import signal, time; signal.signal(signal.SIGINT, signal.SIG_IGN); time.sleep(600)"
+WITHIN = 20.0  # s for a stop; a longer one counts as hung
+
+
+def endure(count: int, scene: str = "full_scale", kill_every: int = 5, say: Any = lambda text: None) -> dict[str, Any]:
+    """Figures of so many starts and stops: what was left, times in s (median, longest), descriptors gained."""
+    starts, stops, left, domains = [], [], 0, set()
+    segments: set[str] = set()
+    descriptors = None
+    for k in range(count):
+        begun = time.monotonic()
+        sim = tow(scene, mode="lockstep" if k % 2 else "realtime")
+        try:
+            starts.append(time.monotonic() - begun)
+            domains.add(sim.domain)
+            segments |= shared_memory.mapped(sim.node.pid)
+            sim.feed(heave=(1.0, 8.0), duration=5.0)
+            sim.advance(0.2)
+            if k % 7 == 6:
+                sim.run((sys.executable, "-c", DEAF), within=0.0, may_end=True)
+            if k % kill_every == kill_every - 1:
+                sim.node.kill()
+        finally:
+            begun = time.monotonic()
+            sim.close()
+            stops.append(time.monotonic() - begun)
+        left += len(watchdog.marked(MARK))
+        if descriptors is None:
+            descriptors = len(os.listdir("/proc/self/fd"))  # after the first, which has loaded everything
+        say(f"{k + 1} of {count}: ready after {starts[-1]:.1f} s, ended within {stops[-1]:.1f} s, left {left}")
+    return {
+        "starts": count,
+        "leftover_processes": left,
+        "shared_memory_left": len(shared_memory.remove(segments)),
+        "descriptors_gained": len(os.listdir("/proc/self/fd")) - (descriptors or 0),
+        "threads_left": sum(thread.name.startswith("cable_sim") for thread in threading.enumerate()),
+        "hung": sum(stop > WITHIN for stop in stops),
+        "domains": len(domains),
+        "start_s": [float(np.median(starts)), float(np.max(starts))],
+        "stop_s": [float(np.median(stops)), float(np.max(stops))],
+    }
+
+
+def failed(figures: dict[str, Any]) -> list[str]:
+    """Names of the figures that are not 0 and should be."""
+    wanted = ("leftover_processes", "shared_memory_left", "threads_left", "hung")
+    return [name for name in wanted if figures[name]] + ["descriptors_gained"] * (figures["descriptors_gained"] > 0)
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Entry point: 0, or 1 where something is left."""
+    parser = argparse.ArgumentParser(prog="endurance", description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("count", type=int, nargs="?", default=100)
+    parser.add_argument("--scene", default="full_scale")
+    given = parser.parse_args(list(arguments))
+    figures = endure(given.count, given.scene, say=lambda text: print(text, file=sys.stderr, flush=True))
+    print(json.dumps(figures, indent=1))
+    return 1 if failed(figures) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,5 @@
+"""What goes wrong in a test with a node."""
+
+
+class TowError(RuntimeError):
+    """The node or a process beside it did not do what the test asked for; the text has its last lines."""

@@ -1,0 +1,207 @@
+"""The topics and services of a node under test, as the test uses them."""
+
+from __future__ import annotations
+
+import threading
+import time
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+from std_srvs.srv import SetBool, Trigger
+
+from ..io.commands import encode_command
+from ..io.messages import KINDS
+from ..ros.params import ParameterError, settle
+from ..ros.topics import message_class
+from .ears import Ears
+from .errors import TowError
+from .feeder import AHEAD, Feeder
+from .frames import FrameBox
+from .motion import SECOND, Message
+
+NAMESPACE, NODE = "/tow_sim", "/tow_sim/cable_sim"
+COMMAND = KINDS["command"][1]
+SERVICE = 30.0  # s for an answer
+STALLED = 60.0  # s of wall time without a Frame
+LOOK = 0.5  # s between two looks at who else is in the domain
+SPEAK = 1.0  # s of wall time for the first command of a controller, which may also come when the clock moves
+SETTLE = 0.3  # s: the other end may learn of ours a little later than we of it
+
+
+class Link:
+    """Hears one node and speaks to it. TowError for parameters that it could not use."""
+
+    def __init__(
+        self, domain: int, parameters: Mapping[str, Any], environment: Mapping[str, str | None], lockstep: bool
+    ) -> None:
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # cautions of a scene are in the node's log
+                settings = settle(dict(parameters))
+        except ParameterError as error:
+            raise TowError(str(error)) from None
+        self.domain, self.lockstep, self.scene = domain, lockstep, settings.scene
+        self._looked = 0.0  # s, at who else is there
+        self.tick = round(self.scene.solver.tick * SECOND)
+        self.box = FrameBox()
+        self.now: int | None = None  # what /clock said last, ns
+        self.clock_came = threading.Event()
+        self.spoken = threading.Event()  # has anybody commanded?
+        self.awaited = False  # was a controller started that may speak at once?
+        self.ears = Ears(domain, NAMESPACE, environment)
+        self.feeder = Feeder(self._send, lockstep)
+        self._publishers = {
+            kind: self.ears.publisher(message_class(KINDS[kind][0]), KINDS[kind][1]) for kind in ("imu", "odometry")
+        }
+        self._health = self.ears.hear(JointState, "sim/health", self.box.put)
+        self._status = self.ears.listen(DiagnosticArray, "/diagnostics")
+        if lockstep:
+            self.ears.hear(Clock, "/clock", self._on_clock, reliable=False)
+            self.ears.hear(JointState, COMMAND, lambda data: self.spoken.set(), reliable=False)
+
+    def connected(self) -> bool:
+        """Do both ends know of each other, on every topic that is used?"""
+        heard = all(publisher.get_subscription_count() for publisher in self._publishers.values())
+        return heard and self._health.get_publisher_count() > 0 and (not self.lockstep or self.clock_came.is_set())
+
+    def check(self) -> None:
+        """TowError when a thread of ours has failed."""
+        self.ears.check()
+        if self.feeder.failure is not None:
+            raise TowError(f"motion could not be sent: {self.feeder.failure!r}") from self.feeder.failure
+        if self.feeder.sent and time.monotonic() > self._looked + LOOK:
+            self._looked = time.monotonic()
+            for kind in ("imu", "odometry"):
+                topic = KINDS[kind][1]
+                if (count := self.ears.node.count_publishers(topic)) > 1:
+                    raise TowError(
+                        f"{count} publishers of {topic} in domain {self.domain}: the node hears another motion than "
+                        f"this test feeds, and nothing that it says counts. Is a process on this domain that reserved "
+                        f"none?"
+                    )
+
+    def _on_clock(self, data: bytes) -> None:
+        self.now = int.from_bytes(data[4:8], "little") * SECOND + int.from_bytes(data[8:12], "little")
+        self.feeder.clock(self.now)
+        self.clock_came.set()
+
+    def _send(self, message: Message) -> None:
+        self._publishers[message.kind].publish(message.data)
+
+    def _commander(self) -> Any:
+        """The publisher of commands, made when it is first used: beside a user's it is a second one."""
+        if "command" not in self._publishers:
+            made = self.ears.publisher(JointState, COMMAND)
+            deadline = time.monotonic() + SERVICE
+            while not made.get_subscription_count():
+                if time.monotonic() > deadline:
+                    raise TowError(f"the node does not listen on {COMMAND}, within {SERVICE:g} s: nothing was sent")
+                time.sleep(0.01)
+            time.sleep(SETTLE)
+            self._publishers["command"] = made
+        return self._publishers["command"]
+
+    def feed(self, messages: Sequence[Message]) -> int:
+        """Queue motion; the stamp of the first, ns: the clock's time in lockstep, else from now on."""
+        if any(message.kind == "command" for message in messages):
+            self._commander()
+        first = self.now if self.lockstep else time.time_ns() + AHEAD
+        return self.feeder.add(messages, first)
+
+    def step(self, count: int, check: Callable[[], None]) -> None:
+        """Lockstep: so many ticks, all their Frames heard. check(): raises where the node or a controller has ended."""
+        if not self.feeder.sent and not self.feeder.waiting:
+            raise TowError("no motion was fed: nothing was stepped; call feed() first")
+        target, tried = self.box.count + count, 0
+        while self.box.count < target:
+            left = target - self.box.count
+            if tried and self.box.missing:
+                raise TowError(f"{self.box.missing} ticks were not heard: the machine stood still; nothing counts now")
+            if tried > 3:
+                raise TowError(f"{left} of {count} ticks gave no Frame; see the task lockstep of /diagnostics")
+            self._quiet()
+            self.set("lockstep.steps", left)
+            self.call("step", None, STALLED, self._progress(check))
+            with self.box.changed:  # in the step that takes up the first motion there is no tick
+                self.box.changed.wait_for(lambda: self.box.count >= target, timeout=1.0)
+            tried += 1
+
+    def _progress(self, check: Callable[[], None]) -> Callable[[], bool]:
+        seen = self.box.count
+
+        def moved() -> bool:
+            nonlocal seen
+            check()
+            before, seen = seen, self.box.count
+            return seen > before
+
+        return moved
+
+    def _quiet(self) -> None:
+        """Until what the clock has come to is sent, and a controller had the time to speak: the node takes messages
+        in before it begins a step that was asked for after them."""
+        deadline = time.monotonic() + SERVICE
+        while self.now is None or not self.feeder.idle:
+            if time.monotonic() > deadline:
+                raise TowError(f"motion could not be sent within {SERVICE:g} s")
+            time.sleep(0.002)
+        deadline = time.monotonic() + (SPEAK if self.awaited and not self.spoken.is_set() else 0.0)
+        while not self.spoken.is_set() and time.monotonic() < deadline:
+            time.sleep(0.002)
+        self.awaited = False
+
+    def command(self, payout: float | None, rate: float | None) -> None:
+        """Publish a command, stamped with the clock of the motion."""
+        stamp = self.now if self.lockstep and self.now is not None else time.time_ns()
+        self._commander().publish(encode_command(stamp, payout, rate))
+
+    def commanders(self) -> int:
+        """Publishers of winch commands beside our own."""
+        return self.ears.others_on(f"{NAMESPACE}/{COMMAND}")
+
+    def controller_came(self) -> None:
+        """A controller publishes commands: let it and the node learn of each other."""
+        time.sleep(SETTLE)
+        self.awaited = True
+
+    def set(self, name: str, value: Any) -> None:
+        """Set a parameter; TowError with the node's reason where it refuses."""
+        request = SetParameters.Request(parameters=[Parameter(name, value=value).to_parameter_msg()])
+        (result,) = self.ears.call(SetParameters, f"{NODE}/set_parameters", request, SERVICE).results
+        if not result.successful:
+            raise TowError(f"{name} = {value!r} was refused: {result.reason}")
+
+    def call(
+        self, service: str, data: bool | None, within: float = SERVICE, meanwhile: Callable[[], bool] = lambda: False
+    ) -> str:
+        """Call a Trigger or, with data, a SetBool of the node; TowError with its text where it did not succeed."""
+        kind: Any = Trigger if data is None else SetBool
+        request = kind.Request() if data is None else kind.Request(data=data)
+        answer = self.ears.call(kind, f"{NODE}/{service}", request, within, meanwhile)
+        if not answer.success:
+            raise TowError(f"{service}: {answer.message}")
+        return answer.message
+
+    def diagnostics(self) -> dict[str, tuple[int, str, dict[str, str]]]:
+        """Newest status of each task: name -> (level, text, values)."""
+        if not self._status:
+            return {}
+        return {
+            status.name.partition(": ")[2]: (
+                status.level[0],
+                status.message,
+                {value.key: value.value for value in status.values},
+            )
+            for status in self._status[-1].status
+        }
+
+    def close(self) -> None:
+        """End our threads and leave the domain."""
+        self.feeder.close()
+        self.ears.close()

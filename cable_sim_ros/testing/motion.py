@@ -1,0 +1,85 @@
+"""Motion for a node under test, as messages with stamps: of a bag, a CSV table, a sinusoidal heave, or samples."""
+
+from __future__ import annotations
+
+import os
+import struct
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ..io.motion_table import Samples, odometry_events, read_table, sine_heave
+from ..io.replay import Event, read_tow
+from ..io.resources import find_bag
+from ..sim.inputs import ShipMotion
+from ..sim.scene import Ship
+from .errors import TowError
+
+SECOND = 1_000_000_000
+INPUTS = ("imu", "odometry", "command")  # in this order at one stamp
+Source = str | os.PathLike | Sequence[ShipMotion]
+
+
+class Message(NamedTuple):
+    """One message to send: stamp [ns], kind (imu, odometry, command), CDR bytes."""
+
+    stamp: int
+    kind: str
+    data: bytes
+
+
+def messages(
+    source: Source | None,
+    ship: Ship,
+    *,
+    heave: tuple[float, float] | None = None,
+    start: float = 0.0,
+    duration: float | None = None,
+    imu_only: bool = False,
+    commands: bool = False,
+) -> list[Message]:
+    """Messages in order of their stamps. TowError when there are none; MotionError, BagError, ResourceError as there.
+
+    source: bag (path or name of a shipped one), CSV file, or samples; heave: (m, s) in place of it; ship: of the scene;
+    start, duration: part of it, s; commands: those of the bag too.
+    """
+    if (source is None) == (heave is None):
+        raise TowError("give one source of motion: a bag, a CSV file, samples, or heave=(m, s); nothing was sent")
+    if heave is not None:
+        if duration is None:
+            raise TowError("heave needs duration=... in s: nothing was sent")
+        events = sine_heave(*heave, start + duration, ship).events
+    elif isinstance(source, (str, os.PathLike)):
+        if Path(source).suffix.lower() == ".csv":
+            events = read_table(source, ship).events
+        else:
+            events = read_tow(find_bag(os.fspath(source)), imu_only=imu_only).events
+    else:
+        events = _of_samples(list(source or ()))
+    kept = [event for event in events if commands or event.kind != "command"]
+    kept = [event for event in kept if not (imu_only and event.kind == "odometry")]
+    kept.sort(key=lambda event: (event.time, INPUTS.index(event.kind)))
+    motion = [event.time for event in kept if event.kind != "command"]
+    first = (motion[0] if motion else 0) + round(start * SECOND)
+    last = first + round(duration * SECOND) if duration is not None else 2**63 - 1
+    found = [Message(event.time, event.kind, event.data) for event in kept if first <= event.time <= last]
+    if not any(message.kind != "command" for message in found):
+        raise TowError(f"no motion in the part asked for (from {start:g} s on): nothing was sent")
+    return found
+
+
+def _of_samples(samples: Sequence[ShipMotion]) -> list[Event]:
+    if not samples:
+        return []
+    rows = np.array([sample.row(1.0) for sample in samples])
+    times = np.array([sample.time_ns for sample in samples], np.int64)
+    return odometry_events(Samples(times, rows[:, :6], rows[:, 6:12]), "samples of motion")
+
+
+def restamped(message: Message, shift: int) -> Message:
+    """The message with its stamp moved by shift [ns]."""
+    stamp, data = message.stamp + shift, bytearray(message.data)
+    struct.pack_into("<iI" if data[1] & 1 else ">iI", data, 4, *divmod(stamp, SECOND))
+    return Message(stamp, message.kind, bytes(data))

@@ -1,0 +1,130 @@
+"""Processes of a test: output in a file, ended by their ids within a bounded time, also when the test is killed."""
+
+from __future__ import annotations
+
+import atexit
+import os
+import signal
+import subprocess
+import sys
+import time
+import uuid
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from . import watchdog
+from .errors import TowError
+
+STEPS = ((signal.SIGINT, 5.0), (signal.SIGTERM, 2.0), (signal.SIGKILL, 5.0))  # s to wait after each
+POLL = 0.01  # s
+TAIL = 30  # lines shown in errors
+MARK = uuid.uuid4().hex  # of this session; that of a tow begins with it
+_guard: subprocess.Popen | None = None
+
+
+def guard() -> None:
+    """Start the watchdog of this session, once; it ends our processes when this one is killed."""
+    global _guard
+    if _guard is None or _guard.poll() is not None:
+        clean = {name: value for name, value in os.environ.items() if name != watchdog.VARIABLE}
+        _guard = subprocess.Popen(
+            [sys.executable, "-I", "-S", watchdog.__file__, MARK],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            env=clean,
+            start_new_session=True,  # Ctrl-C in the terminal is not for it
+        )
+        atexit.register(_release, _guard)
+
+
+def _release(process: subprocess.Popen) -> None:
+    if process.stdin is not None:
+        process.stdin.close()
+    try:
+        process.wait(watchdog.PATIENCE + 6.0)
+    except subprocess.TimeoutExpired:
+        process.kill()
+
+
+class Process:
+    """A child in a process group of its own, so that what it starts ends with it; `log`: file of its output."""
+
+    def __init__(
+        self, name: str, command: Sequence[str], log: Path, environment: Mapping[str, str], inherit: Sequence[int] = ()
+    ) -> None:
+        guard()
+        self.name, self.log = name, log
+        self.watched = True  # is its end by itself, with another code than 0, a failure of the test?
+        with open(log, "wb") as stream:
+            try:
+                self._process = subprocess.Popen(
+                    list(command),
+                    env=dict(environment),
+                    stdin=subprocess.DEVNULL,
+                    stdout=stream,
+                    stderr=subprocess.STDOUT,
+                    pass_fds=tuple(inherit),
+                    start_new_session=True,
+                )
+            except OSError as error:
+                raise TowError(f"{name} could not be started: {error}; the command was {' '.join(command)}") from None
+        self.pid = self._process.pid
+
+    @property
+    def code(self) -> int | None:
+        """Exit code, negative: the signal that ended it; None while it runs."""
+        if self._process.returncode is None:
+            ended = os.waitid(os.P_PID, self.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT)
+            if ended is None:
+                return None
+            self._signal(signal.SIGKILL)  # the rest of its group, whose id is ours until we have waited for it
+            self._process.wait()
+        return self._process.returncode
+
+    @property
+    def text(self) -> str:
+        """Its output so far."""
+        return self.log.read_text("utf-8", errors="replace")
+
+    def tail(self, lines: int = TAIL) -> str:
+        """Its last lines, indented."""
+        return "\n".join("  " + line for line in self.text.splitlines()[-lines:]) or "  (no output)"
+
+    def wait(self, within: float) -> int:
+        """Its exit code; TowError when it has not ended within so many seconds."""
+        deadline = time.monotonic() + within
+        while self.code is None:
+            if time.monotonic() > deadline:
+                raise TowError(f"{self.name} (process {self.pid}) has not ended within {within:g} s\n{self.tail()}")
+            time.sleep(POLL)
+        return self._process.returncode
+
+    def kill(self) -> int:
+        """End it at once, as a crash would; its exit code."""
+        return self.stop(((signal.SIGKILL, 5.0),))
+
+    def stop(self, steps: Sequence[tuple[signal.Signals, float]] = STEPS) -> int:
+        """End it: a signal, so many seconds, the next one; its exit code. TowError when it outlives the last."""
+        self.watched = False
+        try:
+            for number, patience in steps:
+                if self.code is None:
+                    self._signal(number)
+                deadline = time.monotonic() + patience
+                while self.code is None and time.monotonic() < deadline:
+                    time.sleep(POLL)
+                if self.code is not None:
+                    return self.code
+        except BaseException:  # Ctrl-C while we wait
+            self._signal(signal.SIGKILL)
+            raise
+        raise TowError(
+            f"{self.name} (process {self.pid}) outlived {', '.join(s.name for s, _ in steps)}\n{self.tail()}"
+        )
+
+    def _signal(self, number: signal.Signals) -> None:
+        try:
+            os.killpg(self.pid, number)
+        except ProcessLookupError:
+            pass

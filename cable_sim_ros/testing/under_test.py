@@ -1,0 +1,327 @@
+"""A node under test: started in its own process and domain, fed, stepped, commanded, read, and always ended."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import sys
+import tempfile
+import time
+import uuid
+import weakref
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from . import shared_memory, watchdog
+from .domain import reserve
+from .errors import TowError
+from .process import MARK, Process
+
+READY_WITHIN = 300.0  # s; compiling everything from nothing takes minutes on a slow machine
+START_WITHIN = 60.0  # s of wall time from the first motion to the first Frame
+STALLED = 30.0  # s of wall time, beside what real time takes
+SECOND = 1_000_000_000
+ALONE = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}  # neither heard by a ship nor hearing it
+OPENING = ("ROS_LOCALHOST_ONLY", "ROS_STATIC_PEERS", "ROS_DISCOVERY_SERVER", "ROS_SUPER_CLIENT")  # lead out of it
+
+
+def tow(scene: str | os.PathLike = "full_scale", **options: Any) -> Tow:
+    """A node under test, ready for motion; use it in a `with`. Options as in `Tow`."""
+    return Tow(scene, **options)
+
+
+class Tow:
+    """A node in a process of its own on a domain of its own. Raises TowError with the node's last lines.
+
+    scene: path or name of a shipped one; mode: "realtime" or "lockstep"; parameters: of the node (docs/parameters.md);
+    record: to folder/tow; folder: for logs and recording, a temporary one by default; environment: further variables of
+    every process; ready_within: s; command: what to run in place of the node.
+    """
+
+    def __init__(
+        self,
+        scene: str | os.PathLike = "full_scale",
+        *,
+        mode: str = "realtime",
+        parameters: Mapping[str, Any] | None = None,
+        record: bool = False,
+        folder: str | os.PathLike | None = None,
+        environment: Mapping[str, str] | None = None,
+        ready_within: float = READY_WITHIN,
+        command: Sequence[str] = (sys.executable, "-m", "cable_sim_ros.ros.node"),
+    ) -> None:
+        if mode not in ("realtime", "lockstep"):
+            raise TowError(f"mode = {mode!r} is not known: nothing was started; give 'realtime' or 'lockstep'")
+        self.mode, self.lockstep = mode, mode == "lockstep"
+        self.folder = Path(folder) if folder is not None else self._temporary()
+        self.folder.mkdir(parents=True, exist_ok=True)
+        self.recording = self.folder / "tow" if record else None
+        self.processes: list[Process] = []
+        self.leftovers: list[int] = []  # ids of processes that outlived those we started, and were ended
+        self._closing: list[Callable[[], Any]] = []  # in reverse order
+        self._closed = False
+        self._segments: set[str] = set()  # in shared memory, of our processes
+        self._mark = f"{MARK}-{uuid.uuid4().hex}"
+        self._wanted: dict[str, Any] = {"scene": _scene(scene), "time_mode": mode}
+        if self.lockstep:
+            self._wanted |= {"lockstep.paused": True, "lockstep.rate": 0.0}
+        if record:
+            self._wanted |= {"recording.enabled": True, "recording.path": "tow"}
+        self._wanted |= {"recording.root": str(self.folder.absolute())} | dict(parameters or {})
+        try:
+            self._start(command, environment or {}, ready_within)
+        except BaseException:
+            self._end()
+            raise
+
+    def _temporary(self) -> Path:
+        path = Path(tempfile.mkdtemp(prefix="cable_sim_test_"))
+        weakref.finalize(self, shutil.rmtree, path, ignore_errors=True)
+        return path
+
+    # ---- start
+
+    def _start(self, command: Sequence[str], environment: Mapping[str, str], within: float) -> None:
+        domain = reserve()
+        self._closing.append(domain.close)
+        self.domain, self._descriptor = domain.number, domain.descriptor
+        own = {"ROS_DOMAIN_ID": str(self.domain), **ALONE, **environment}
+        self.environment = {name: value for name, value in os.environ.items() if name not in OPENING} | own
+        self.environment |= {"ROS_LOG_DIR": str(self.folder / "log"), watchdog.VARIABLE: self._mark}
+        self._status = self.folder / f"node_{self._mark[-8:]}.json"
+        arguments = [*command, "--ros-args"]
+        for name, value in (self._wanted | {"statistics_file": str(self._status)}).items():
+            arguments += ["-p", f"{name}:={json.dumps(value)}"]
+        package = str(Path(__file__).resolve().parents[2])  # the node's is the one under test, however it was imported
+        path = os.pathsep.join([package, *filter(None, [os.environ.get("PYTHONPATH")])])
+        self._closing.append(self._sweep)
+        self.node = Process(
+            "the node", arguments, self.folder / "node.log", self.environment | {"PYTHONPATH": path}, [self._descriptor]
+        )
+        self._closing.append(self.node.stop)
+        from .link import Link  # imports ROS, while the node does
+
+        closed: dict[str, str | None] = dict.fromkeys(OPENING)
+        self._link = Link(self.domain, self._wanted, closed | own, self.lockstep)
+        self._closing.append(self._link.close)
+        self._await(lambda: self.state == "waiting", within, "ready for motion")
+        self._await(self._link.connected, START_WITHIN, "connected")
+        self._segments |= shared_memory.mapped(self.node.pid)
+
+    @property
+    def state(self) -> str:
+        """State of the node: docs/realtime.md."""
+        return str(self.figures.get("state", "starting"))
+
+    @property
+    def figures(self) -> dict[str, Any]:
+        """What the node wrote of itself last; after `close` its final figures."""
+        try:
+            return json.loads(self._status.read_text("utf-8"))
+        except FileNotFoundError:
+            return {}
+
+    # ---- motion and commands
+
+    def feed(
+        self,
+        source: Any = None,
+        *,
+        heave: tuple[float, float] | None = None,
+        start: float = 0.0,
+        duration: float | None = None,
+        imu_only: bool = False,
+        commands: bool = False,
+    ) -> float:
+        """Send ship motion from now on, behind what was fed before; returns the stamp of its first message, s.
+
+        source: a bag (path or name of a shipped one), a CSV file, a sequence of ShipMotion; or heave=(m, s), a sine.
+        start, duration: part of it, s; imu_only: without odometry; commands: with the winch commands of the bag.
+        """
+        from .motion import messages
+
+        ship = self._link.scene.ship
+        found = messages(
+            source, ship, heave=heave, start=start, duration=duration, imu_only=imu_only, commands=commands
+        )
+        return self._link.feed(found) / SECOND
+
+    def command(self, *, rate: float | None = None, payout: float | None = None) -> None:
+        """One winch command: a rate [m/s] or a length [m], positive out; docs/winch.md."""
+        if (rate is None) == (payout is None):
+            raise TowError("give rate=... in m/s or payout=... in m: nothing was commanded")
+        self._link.command(payout, rate)
+
+    def run(self, command: Sequence[object], *, name: str = "", may_end: bool = False, within: float = 30.0) -> Process:
+        """Start a process of yours in the domain, and wait until it publishes winch commands (within=0: do not wait).
+
+        It ends with this tow. If it ends by itself with another code than 0 the next wait raises TowError, unless it
+        may_end; `kill()` and `stop()` of what is returned are no surprise.
+        """
+        number, before = len(self.processes), self._link.commanders()
+        name = name or f"controller {number}"
+        log = self.folder / f"process{number}.log"
+        process = Process(name, [str(part) for part in command], log, self.environment, [self._descriptor])
+        process.watched = not may_end
+        self.processes.append(process)
+        self._closing.append(process.stop)
+        if within:
+            link = self._link
+            self._await(
+                lambda: link.commanders() > before, within, f"commanded: {name} has no publisher of winch/command"
+            )
+            link.controller_came()
+            self._segments |= shared_memory.mapped(process.pid)
+        return process
+
+    def set(self, name: str, value: Any) -> None:
+        """Set a parameter of the running node."""
+        self._link.set(name, value)
+
+    def call(self, service: str, data: bool | None = None) -> str:
+        """Call `reset` and other Trigger services of the node, or with data `record` and `pause`; returns its text."""
+        return self._link.call(service, data)
+
+    # ---- time
+
+    def advance(self, seconds: float) -> np.recarray:
+        """Let so many seconds of simulation pass; returns the Frames of this time."""
+        box, begun = self._link.box, self._link.box.count
+        steps = round(seconds * SECOND) // self._link.tick
+        if self.lockstep:
+            self.step(steps)
+            return box.frames[begun:]
+        first = self._first() if not begun else box.frames
+        target = int(first["time"][-1]) + steps * self._link.tick
+        self._await(
+            lambda: box.frames["time"][-1] >= target, 1.5 * seconds + STALLED, f"{seconds:g} s further", every=0.05
+        )
+        return box.frames[begun:]
+
+    def step(self, count: int = 1) -> None:
+        """Lockstep: so many ticks, and no more."""
+        if not self.lockstep:
+            raise TowError("step() is for mode='lockstep': real time goes on by itself; use advance() or wait_until()")
+        self._link.step(count, self.check)
+
+    def wait_until(self, condition: Callable[[np.recarray], Any], within: float, every: float = 0.1) -> np.recarray:
+        """Go on until condition(frames) is true, at most `within` s of simulation; returns the Frames so far.
+
+        every: s of simulation between two looks.
+        """
+        begun = self._link.box.frames["time"][-1] if self._link.box.count else None
+        while True:
+            frames = self.frames
+            if len(frames) and condition(frames):
+                return frames
+            begun = int(frames["time"][0]) if begun is None and len(frames) else begun
+            if begun is not None and len(frames) and frames["time"][-1] - begun >= within * SECOND:
+                last = frames[-1]
+                raise TowError(
+                    f"not within {within:g} s of simulation; at {last.time / SECOND:.2f} s: tension "
+                    f"{last.tension:.0f} N, pay-out {last.payout:.3f} m, rate {last.payout_rate:.3f} m/s, status "
+                    f"{int(last.status)}"
+                )
+            self.advance(every)
+
+    def _first(self) -> np.recarray:
+        self._await(lambda: self._link.box.count > 0, START_WITHIN, "running: has it been fed motion?")
+        return self._link.box.frames
+
+    def _await(self, condition: Callable[[], Any], within: float, what: str, every: float = 0.01) -> None:
+        deadline = time.monotonic() + within
+        while not condition():
+            self.check()
+            if time.monotonic() > deadline:
+                raise TowError(f"not {what}, within {within:g} s (state {self.state})\n{self.node.tail()}")
+            time.sleep(every)
+
+    def check(self) -> None:
+        """TowError when the node or a process beside it has ended or failed."""
+        code, figures = self.node.code, self.figures
+        if code is not None:
+            raise TowError(f"the node ended with code {code}\n{self.node.tail()}")
+        if figures.get("state") in ("failed", "halted"):
+            raise TowError(f"the node is {figures['state']}: {figures.get('problem')}\n{self.node.tail()}")
+        for process in self.processes:
+            if process.watched and process.code not in (None, 0):
+                raise TowError(f"{process.name} ended with code {process.code}\n{process.tail()}")
+        self._link.check()
+
+    # ---- what it says
+
+    @property
+    def frames(self) -> np.recarray:
+        """Every Frame so far, in order, fields by name (`frames.tension`): docs/testing.md."""
+        return self._link.box.frames
+
+    @property
+    def missing(self) -> int:
+        """Ticks between the first and the last Frame that were not heard."""
+        return self._link.box.missing
+
+    @property
+    def diagnostics(self) -> dict[str, tuple[int, str, dict[str, str]]]:
+        """Newest status of each task of /diagnostics: (level, text, values)."""
+        return self._link.diagnostics()
+
+    def diagnostic(
+        self, task: str, condition: Callable[[int, str, dict[str, str]], Any], within: float = 5.0
+    ) -> tuple[int, str, dict[str, str]]:
+        """Status of a task as soon as condition(level, text, values) is true, within so many s of wall time."""
+
+        def fits() -> bool:
+            found = self.diagnostics.get(task)
+            return found is not None and bool(condition(*found))
+
+        self._await(fits, within, f"so in task {task} of /diagnostics: {self.diagnostics.get(task)}", every=0.02)
+        return self.diagnostics[task]
+
+    def listen(self, kind: type, topic: str) -> list:
+        """A list that grows by every message of a topic (relative to /tow_sim) from now on."""
+        return self._link.ears.listen(kind, topic)
+
+    # ---- end
+
+    def __enter__(self) -> Tow:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
+        try:
+            self.close()
+        except TowError:
+            if kind is None:  # else the failure of the test itself is shown
+                raise
+
+    def close(self) -> None:
+        """End every process and leave the domain; a second call does nothing. TowError when the node had crashed."""
+        if self._closed:
+            return
+        crashed = self.node.code if self.node.watched else None
+        self._end()
+        if crashed is not None and (crashed < 0 or crashed > 1):
+            raise TowError(f"the node had ended with code {crashed}\n{self.node.tail()}")
+
+    def _end(self) -> None:
+        self._closed = True
+        problems = []
+        while self._closing:
+            try:
+                self._closing.pop()()
+            except Exception as error:  # the others are ended all the same
+                problems.append(str(error))
+        if problems:
+            raise TowError("; ".join(problems))
+
+    def _sweep(self) -> None:
+        self.leftovers = watchdog.end(self._mark, patience=2.0)
+        shared_memory.remove(self._segments)
+
+
+def _scene(scene: str | os.PathLike) -> str:
+    path = Path(scene)
+    return str(path.absolute()) if path.exists() else os.fspath(scene)

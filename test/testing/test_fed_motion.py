@@ -1,0 +1,87 @@
+"""What can be fed, and when it is sent."""
+
+import numpy as np
+import pytest
+
+from cable_sim_ros import ShipMotion
+from cable_sim_ros.io.messages import decode_odometry, stamp_of
+from cable_sim_ros.physics.ship import Ship
+from cable_sim_ros.testing.errors import TowError
+from cable_sim_ros.testing.feeder import Feeder
+from cable_sim_ros.testing.motion import Message, messages, restamped
+
+SHIP = Ship(tow_speed=2.0)
+S = 1_000_000_000
+
+
+def test_a_part_of_a_bag_in_order_of_stamps():
+    found = messages("nbp1406", SHIP, start=10.0, duration=1.0)
+    assert [m.kind for m in found] == ["imu", "odometry"] * 51
+    assert all(stamp_of(m.data) == m.stamp for m in found) and found[-1].stamp - found[0].stamp == S
+    imu = messages("nbp1406", SHIP, duration=1.0, imu_only=True)
+    assert {m.kind for m in imu} == {"imu"} and len(imu) == 51
+
+
+def test_a_sine_is_that_sine():
+    found = messages(None, SHIP, heave=(1.0, 8.0), duration=8.0)
+    heights = np.array([decode_odometry(m.data).position[2] for m in found])
+    assert heights.max() == pytest.approx(1.0, abs=1e-3) and np.diff([m.stamp for m in found]).max() == S // 50
+
+
+def test_samples_and_a_table_are_the_motion_they_say(tmp_path):
+    samples = [
+        ShipMotion(time_ns=S + k * S // 100, position=(0.02 * k, 0, 0.1), velocity=(2.0, 0, 0), attitude=(0, 0, 0),
+                   rate=(0, 0, 0.01)) for k in range(5)
+    ]  # fmt: skip
+    found = messages(samples, SHIP)
+    last = decode_odometry(found[-1].data)
+    assert last.stamp == samples[-1].time_ns and last.position == pytest.approx((0.08, 0.0, 0.1))
+    assert last.velocity == pytest.approx((2.0, 0.0, 0.0)) and last.rate == pytest.approx((0.0, 0.0, 0.01))
+    table = tmp_path / "heave.csv"
+    table.write_text("time_s,heave_m\n" + "".join(f"{k / 50},{k / 100}\n" for k in range(6)))
+    assert decode_odometry(messages(table, SHIP)[-1].data).position[2] == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize(
+    "given, text",
+    [
+        ({}, "give one source of motion: a bag, a CSV file, samples, or heave="),
+        ({"source": "nbp1406", "heave": (1.0, 8.0)}, "give one source of motion"),
+        ({"heave": (1.0, 8.0)}, r"heave needs duration=\.\.\. in s: nothing was sent"),
+        ({"source": []}, "no motion in the part asked for"),
+        (
+            {"source": "nbp1406", "start": 1e5},
+            r"no motion in the part asked for \(from 100000 s on\): nothing was sent",
+        ),
+    ],
+)
+def test_what_cannot_be_fed_is_said(given, text):
+    with pytest.raises(TowError, match=text):
+        messages(given.pop("source", None), SHIP, **given)
+
+
+def test_a_message_moved_in_time_has_its_new_stamp():
+    first = messages(None, SHIP, heave=(1.0, 8.0), duration=1.0)[0]
+    moved = restamped(first, 5 * S + 7)
+    assert moved.stamp == stamp_of(moved.data) == first.stamp + 5 * S + 7
+    assert moved.data[12:] == first.data[12:] and moved.kind == first.kind
+
+
+def test_in_lockstep_nothing_is_sent_before_the_clock_comes_to_it():
+    import time
+
+    sent = []
+    feeder = Feeder(sent.append, lockstep=True)
+    data = bytes([0, 1, 0, 0]) + bytes(8)
+    try:
+        assert feeder.add([Message(50 + k, "imu", data) for k in range(4)], first=10) == 10
+        assert feeder.add([Message(7, "imu", data)], first=10) > 13, "behind what is queued"
+        for now, count in ((9, 0), (11, 2), (13, 4)):
+            feeder.clock(now)
+            deadline = time.monotonic() + 5.0
+            while len(sent) < count and time.monotonic() < deadline:
+                time.sleep(0.001)
+            assert [message.stamp for message in sent] == list(range(10, 10 + count))
+        assert feeder.waiting == 1
+    finally:
+        feeder.close()

@@ -1,0 +1,67 @@
+"""The pytest plugin in sessions of its own, with a stand-in for the tow."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+STAND_IN = """
+import sys
+import types
+from types import SimpleNamespace
+
+class Fake:
+    def __init__(self, scene, **options):
+        print("started", scene, options["folder"].name)
+        self.node = SimpleNamespace(name="the node", tail=lambda lines: "  last words")
+        self.processes = []
+    def close(self):
+        print("it is shut")
+        if FAILS:
+            raise RuntimeError("it would not end")
+
+sys.modules["rclpy"] = {rclpy}
+module = types.ModuleType("cable_sim_ros.testing.under_test")
+module.tow, FAILS = Fake, {fails}
+sys.modules[module.__name__] = module
+"""
+
+
+def session(folder, test, rclpy='types.ModuleType("rclpy")', fails=False):
+    """Code and output of a pytest session with the plugin and one test file."""
+    (folder / "conftest.py").write_text(STAND_IN.replace("{rclpy}", rclpy).replace("{fails}", str(fails)))
+    (folder / "test_it.py").write_text(test)
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-p", "cable_sim_ros.testing.plugin", "-rs", "-s", "."],
+        cwd=folder, env=os.environ | {"PYTHONPATH": str(ROOT)}, capture_output=True, text=True, timeout=300,
+    )  # fmt: skip
+    return done.returncode, done.stdout + done.stderr
+
+
+def test_a_session_that_does_not_use_it_loads_nothing(tmp_path):
+    test = "def test_it():\n    import sys\n    assert not {'numba', 'numpy', 'scipy', 'pydantic'} & set(sys.modules)\n"
+    code, text = session(tmp_path, test, rclpy="None")
+    assert code == 0 and "1 passed" in text, text
+
+
+def test_without_rclpy_the_test_is_skipped_with_what_to_do(tmp_path):
+    code, text = session(tmp_path, "def test_it(tow_sim):\n    tow_sim()\n", rclpy="None")
+    assert code == 0 and "1 skipped" in text and "tow_sim needs rclpy (pip install 'cable_sim_ros[ros]'" in text, text
+
+
+@pytest.mark.parametrize("end", ["assert 1 == 2", "raise KeyboardInterrupt"])
+def test_every_tow_is_closed_however_the_test_ends(tmp_path, end):
+    test = f"def test_it(tow_sim):\n    tow_sim('side_scan')\n    tow_sim()\n    {end}\n"
+    code, text = session(tmp_path, test)
+    assert code == (1 if "assert" in end else 2) and text.count("it is shut") == 2, text
+    assert "started side_scan tow_sim0" in text and "started full_scale tow_sim1" in text
+    if code == 1:
+        assert "the node of tow_sim 1, last lines" in text and "last words" in text
+
+
+def test_what_cannot_be_ended_fails_the_test(tmp_path):
+    code, text = session(tmp_path, "def test_it(tow_sim):\n    tow_sim()\n    tow_sim()\n", fails=True)
+    assert code == 1 and text.count("it is shut") == 2 and "it would not end\nit would not end" in text, text
