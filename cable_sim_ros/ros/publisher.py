@@ -21,7 +21,8 @@ from .loop import HALT, HEADS_ROWS, Loop, raise_priority
 class TickPublisher(threading.Thread):
     """Follows the ring of a Loop until `close`.
 
-    publishers: absolute topic -> rclpy publisher; offset(): monotonic time less time of the data's clock, ns;
+    publishers: absolute topic -> rclpy publisher, of the topics whose messages are installed; offset(): monotonic time
+    less time of the data's clock, ns; unrecorded: absolute topics that are only published.
     A recording may be begun and ended at any time.
     """
 
@@ -31,10 +32,11 @@ class TickPublisher(threading.Thread):
         encoder: Encoder,
         publishers: dict,
         offset: Callable[[], int | None],
-        extra: Callable | None = None,
+        unrecorded: tuple[str, ...] = (),
     ) -> None:
         super().__init__(name="publisher", daemon=True)
-        self.loop, self.encoder, self.publishers, self.offset, self.extra = loop, encoder, publishers, offset, extra
+        self.loop, self.encoder, self.publishers, self.offset = loop, encoder, publishers, offset
+        self.unrecorded = unrecorded
         self._recorder: Recorder | None = None
         self._journal: Journal | None = None
         self._recording = threading.Lock()  # held while a tick is being recorded
@@ -91,19 +93,20 @@ class TickPublisher(threading.Thread):
             self._note(index)
             return
         for _, topic, data in messages:
-            self.publishers[topic].publish(data)
+            if topic in self.publishers:
+                self.publishers[topic].publish(data)
         with self._recording:
             self._noted(index)
             if self._recorder is not None and self._journal is not None and self._journal.covers(index):
                 for channel, topic, data in messages:
+                    if topic in self.unrecorded:
+                        continue
                     self._recorder.put(topic, channel.msgtype, time.time_ns(), data, row.time)
         offset = self.offset()
         if offset is not None:
             self.latency.add((time.monotonic_ns() - offset - row.time) * 1e-6)
         self.lateness.add((row.wake - row.deadline) * 1e-6)
         self.work.add((row.done - row.wake) * 1e-6)
-        if self.extra is not None:
-            self.extra(frame)
         self.published += 1
         self.statuses[int(frame["status"])] += 1
         self.most_tension = max(self.most_tension, float(frame["tension_most"]))

@@ -102,6 +102,7 @@ def run(
     step: str | None = None,
     every: float | None = None,
     out: str | os.PathLike | None = None,
+    markers: float = 0.0,
     progress: Progress = silent,
 ) -> Run:
     """Simulate a scene under the motion of a bag or CSV table, a sinusoidal heave, or on its mean track (motion None).
@@ -109,7 +110,8 @@ def run(
     heave: amplitude [m] and period [s], in place of ``motion``; duration: s, default all the motion there is, or a
     short settling without any, or a minute after the last item of a winch plan; algorithm: set-point in place of the
     scene's; imu_only: leave odometry out; winch: a plan, its text or file, in place of the winch commands of the bag;
-    step and every: see `stepped`; out: folder to make, with the bag ``tow`` of every channel and ``summary.json``.
+    step and every: see `stepped`; out: folder to make, with the bag ``tow`` of every channel and ``summary.json``;
+    markers: rate of ``cable/markers`` in the bag [Hz], 0: none.
     Raises SceneError, BagError, MotionError, PlanError, ResourceError, StartError; a solver that gives up ends the run.
     """
     if duration is not None and not 0.0 < duration <= LONGEST:
@@ -129,7 +131,7 @@ def run(
     if plan is not None and tow is not None:
         tow.events = [event for event in tow.events if event.kind != "command"]
     one = Pass(scene, tow, progress=progress, winch=plan)
-    result = _run_of(one.sim, one.tick, tow, one.go(duration, bag), bag)
+    result = _run_of(one.sim, one.tick, tow, one.go(duration, bag, markers), bag)
     result.figures.update(_intake_figures(one))
     result.figures["imu_only"] = imu_only
     if plan is not None:
@@ -144,11 +146,13 @@ def replay(
     scene: Scene | str | os.PathLike | None = None,
     *,
     out: str | os.PathLike | None = None,
+    markers: float = 0.0,
     progress: Progress = silent,
 ) -> Run:
     """Simulate a recorded bag again and compare with what it recorded of the tow.
 
     scene: default the one kept in the bag, else ``full_scale``. The start is the recorded one where the bag has it.
+    markers: as of `run`.
     Raises as `run`.
     """
     target = _bag_path(out)
@@ -164,13 +168,13 @@ def replay(
     doubts: list[Reason] = []
     if told.segments:
         again = Rerun(scene, tow, told, frames, progress)
-        result = _run_of(again.sim, again.tick, tow, again.go(target), target)
+        result = _run_of(again.sim, again.tick, tow, again.go(target, markers), target)
         faults = again.faults
         if faults and own:
             doubts.append(verdict.check("JOURNAL", "; ".join(faults)))
     else:
         one = Pass(scene, tow, progress=progress)
-        result = _run_of(one.sim, one.tick, tow, one.go(None, target), target)
+        result = _run_of(one.sim, one.tick, tow, one.go(None, target, markers), target)
         result.figures.update(_intake_figures(one))
         doubts += one.doubts
         faults = [*tow.notices, *told.faults, NO_JOURNAL]

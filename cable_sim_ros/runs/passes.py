@@ -70,8 +70,9 @@ class Pass:
             winch.check(self.sim.model.settings[0].drum)
         self.doubts: list[Reason] = []  # of the run, beside those of its Frames
 
-    def go(self, duration: float | None, bag: Path | None) -> Driven:
-        """Simulate. duration: s, None for all there is; bag: directory to record to, or None. Raises StartError."""
+    def go(self, duration: float | None, bag: Path | None, markers: float = 0.0) -> Driven:
+        """Simulate. duration: s, None for all there is; bag: directory to record to, or None; markers: rate of
+        cable/markers in it [Hz]. Raises StartError."""
         begun = time.perf_counter()
         self.sim.warm_up(progress=lambda text: self.progress(text, 0.0, 0.0))
         compiled = time.perf_counter()
@@ -85,7 +86,7 @@ class Pass:
         ticks = self._ticks(start, duration)
         if self.winch is not None:
             _warn_of_plan(self.scene, self.winch, ticks * self.tick * 1e-9)
-        recording = None if bag is None else RunRecorder(bag, self.scene, self.tow, self.winch)
+        recording = None if bag is None else RunRecorder(bag, self.scene, self.tow, self.winch, markers)
         drive = Drive(self.sim, recording, self.progress, ticks)
         if recording is not None and self.feeder is not None:
             recording.offset = self.feeder.clock.offset or 0

@@ -16,14 +16,14 @@ import numpy as np
 from pydantic import ValidationError
 
 from .. import __version__
-from ..physics.frame import CONTACT_COLUMNS, FRAME, SHAPE_COLUMNS
+from ..physics.frame import CONTACT_COLUMNS, FRAME, SHAPE_COLUMNS, SLOPE_COLUMNS
 from ..physics.state import MEMORY, NODE_ROWS
 from .scene import Scene
 
 FORMAT = "cable_sim_ros saved simulation"
 ABOUT, SCENE = "about", "scene"  # members of the file beside the arrays
 LAYOUT = hashlib.sha256(
-    repr((MEMORY.descr, NODE_ROWS, FRAME.descr, SHAPE_COLUMNS, CONTACT_COLUMNS)).encode()
+    repr((MEMORY.descr, NODE_ROWS, FRAME.descr, SHAPE_COLUMNS, SLOPE_COLUMNS, CONTACT_COLUMNS)).encode()
 ).hexdigest()[:12]
 BROKEN = (zipfile.BadZipFile, zlib.error, OSError, EOFError, ValueError, KeyError, NotImplementedError)
 

@@ -1,0 +1,295 @@
+"""What RViz and Foxglove draw: one visualization_msgs/MarkerArray of the whole tow, every marker in odom.
+
+The cable is a LINE_STRIP through the shape functions: between two nodes the cubic Hermite of their places and gradients
+(Shabana's ANCF cable element), straight where links are; coloured by tension. In three pieces: at its real diameter
+near the sheave and near the towbody, and between them so wide that a view of the whole tow shows it.
+"""
+
+from __future__ import annotations
+
+from math import ceil, pi, radians, sqrt, tan
+from typing import NamedTuple
+
+import numpy as np
+
+from ..physics.frame import CONTACT_COLUMNS, SHAPE_COLUMNS, SLOPE_COLUMNS
+from ..physics.section import CableModel
+from ..sim.scene import Scene
+from .cdr import SECOND, header, refuse_not_finite, store_type
+from .channels import Channel, Context, rotate
+from .marker_bytes import Drawn, encode
+
+Marker = store_type("visualization_msgs/msg/Marker")
+MarkerArray = store_type("visualization_msgs/msg/MarkerArray")
+ColorRGBA = store_type("std_msgs/msg/ColorRGBA")
+CompressedImage = store_type("sensor_msgs/msg/CompressedImage")
+MeshFile = store_type("visualization_msgs/msg/MeshFile")
+Duration = store_type("builtin_interfaces/msg/Duration")
+Point = store_type("geometry_msgs/msg/Point")
+Pose = store_type("geometry_msgs/msg/Pose")
+Quaternion = store_type("geometry_msgs/msg/Quaternion")
+Vector3 = store_type("geometry_msgs/msg/Vector3")
+
+MSGTYPE, TOPIC = "visualization_msgs/msg/MarkerArray", "cable/markers"
+LIFETIME = (
+    2.0  # s without a new message after which a tool takes the markers away; three periods where those are longer
+)
+POINTS = 200  # of the cable, where its mesh has no more nodes
+WIDE = 500.0  # cable lengths a line width, between sheave and towbody
+NEAR_SHEAVE, NEAR_BODY = 10.0, 2.0  # sheave radii, towbody lengths with the cable at its real diameter
+STATIONS = 64  # of the contact, at most
+TALLEST = 3.0  # sheave radii, of a line of load
+STANDING = (0.0, 0.0, 0.0, 1.0)
+ALONG_X, ALONG_Y = (0.0, sqrt(0.5), 0.0, sqrt(0.5)), (-sqrt(0.5), 0.0, 0.0, sqrt(0.5))  # of a cylinder's axis z
+# viridis (van der Walt and Smith, 2015, CC0) from 0.2 to 1 in tenths: perceptually uniform, no red against green; its
+# darkest fifth is left out, which dark backgrounds swallow
+SCALE = np.array(
+    [
+        [0.253935, 0.265254, 0.529983],
+        [0.206756, 0.371758, 0.553117],
+        [0.163625, 0.471133, 0.558148],
+        [0.127568, 0.566949, 0.550556],
+        [0.134692, 0.658636, 0.517649],
+        [0.266941, 0.748751, 0.440573],
+        [0.477504, 0.821444, 0.318195],
+        [0.741388, 0.873449, 0.149561],
+        [0.993248, 0.906157, 0.143936],
+    ]
+)
+SLACK = (1.0, 0.2, 0.8)  # below no tension
+STEEL, RIM, DRUM = (0.55, 0.60, 0.65, 0.55), (0.85, 0.88, 0.90, 1.0), (0.45, 0.40, 0.35, 0.9)
+BODY, WATER = (0.95, 0.55, 0.15, 1.0), (0.25, 0.55, 0.85, 0.18)
+PORT, STARBOARD, INK = (0.90, 0.25, 0.20, 1.0), (0.15, 0.75, 0.45, 1.0), (0.95, 0.95, 0.95, 1.0)
+LINE_STRIP, LINE_LIST, CYLINDER, CUBE, TEXT = 4, 5, 3, 1, 9
+COLUMN = {name: k for k, (name, _) in enumerate(CONTACT_COLUMNS)}
+
+
+def times(p: tuple, q: tuple) -> tuple[float, float, float, float]:
+    """Product of unit quaternions x y z w: first q, then p."""
+    x, y, z, w = p
+    a, b, c, d = q
+    return (
+        w * a + x * d + y * c - z * b,
+        w * b - x * c + y * d + z * a,
+        w * c + x * b - y * a + z * d,
+        w * d - x * a - y * b - z * c,
+    )
+
+
+def cable_points(table: np.ndarray, parts: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points [m] along the cable and tension [N] there: [(nodes - 1) parts + 1, 3], [...].
+
+    table: shape table with slopes [nodes, 8 or more]; parts: of an element.
+    """
+    place, tension, arc = table[:, :3], table[:, 3], table[:, 4]
+    if parts == 1:
+        return place, tension
+    u = (np.arange(parts) / parts)[:, None]  # [parts, 1], as all below [nodes - 1, parts, 1 or 3]
+    slope = table[:, len(SHAPE_COLUMNS) : len(SHAPE_COLUMNS) + len(SLOPE_COLUMNS)]
+    length = np.diff(arc)[:, None, None]
+    a, b = u * u * (3.0 - 2.0 * u), u * (1.0 - u)  # of the places, of the gradients
+    between = (
+        (1.0 - a) * place[:-1, None]
+        + a * place[1:, None]
+        + length * b * ((1.0 - u) * slope[:-1, None] - u * slope[1:, None])
+    )
+    pulled = tension[:-1, None] + u.T * np.diff(tension)[:, None]
+    return np.concatenate((between.reshape(-1, 3), place[-1:])), np.append(pulled.reshape(-1), tension[-1])
+
+
+def colours(tension: np.ndarray, most: float) -> np.ndarray:
+    """RGBA [n, 4] of tensions [N], from none to ``most`` and beyond; slack in a colour of its own."""
+    at = np.clip(tension / most, 0.0, 1.0) * (len(SCALE) - 1)
+    low = np.minimum(at.astype(int), len(SCALE) - 2)
+    rgba = np.ones((len(tension), 4), np.float32)
+    rgba[:, :3] = SCALE[low] + (at - low)[:, None] * (SCALE[low + 1] - SCALE[low])
+    rgba[tension < 0.0, :3] = SLACK
+    return rgba
+
+
+def body_size(scene: Scene) -> tuple[float, float]:
+    """Length and diameter [m] of the towbody as it is drawn."""
+    body, volume = scene.towbody, 0.0
+    if scene.gravity > 0.0:
+        volume = (body.mass - body.net_weight / scene.gravity) / scene.water.density
+    volume = max(volume, 1e-3 * body.mass / scene.water.density)  # a body of heavy metal still shows
+    if body.diameter is None and body.length is not None:
+        return body.length, sqrt(4.0 * volume / (pi * body.length))
+    diameter = body.diameter or (0.4 * volume / pi) ** (1.0 / 3.0)
+    return body.length or 10.0 * diameter, diameter
+
+
+class Colours(NamedTuple):
+    """The colour scale: its top [N], and how tensions are written."""
+
+    most: float
+    unit: str
+    divisor: float
+
+    def text(self, tension: float) -> str:
+        return f"{tension / self.divisor:.3g} {self.unit}"
+
+
+def colour_scale(scene: Scene, most: float | None) -> Colours:
+    """most: top of the scale [N], None: 1.25 times the working tension of the scene."""
+    top = 1.25 * scene.contact.working_tension if most is None else most
+    return Colours(top, *(("kN", 1e3) if top >= 1e3 else ("N", 1.0) if top >= 1.0 else ("mN", 1e-3)))
+
+
+class TowDrawing:
+    """Markers of one scene: called with a Frame's numbers and tables it gives the message, `data` gives its bytes.
+
+    rate: Hz, for the lifetime; most: top of the colour scale [N], None: from the scene.
+    """
+
+    def __init__(self, scene: Scene, rate: float, most: float | None = None) -> None:
+        self.scene, self.scale = scene, colour_scale(scene, most)
+        self.lifetime = round(max(LIFETIME, 3.0 / rate) * SECOND)
+        self.links = scene.cable.model is CableModel.SEGMENTS
+        self.diameter, self.radius = scene.cable.diameter, scene.sheave.radius
+        self.length, self.thick = body_size(scene)
+        self.rims = self._rims()
+        self.wheel = (2.0 * self.radius, 2.0 * self.radius, 2.0 * float(self.rims[-1, 1]))
+        r = scene.winch.drum_radius
+        self.spokes = np.array([[x, y, z] for y in (-r, r) for x, z in ((-r, 0.0), (r, 0.0), (0.0, -r), (0.0, r))])
+        # the drum turns about y: what hauls in comes from the sheave over its top
+        self.turn = 1.0 if scene.sheave.position[0] < scene.winch.position[0] else -1.0
+
+    def _rims(self) -> np.ndarray:
+        wheel = self.scene.sheave
+        angle = np.linspace(0.0, 2.0 * pi, 37)
+        circle = (wheel.radius + wheel.groove_depth) * np.column_stack((np.sin(angle), 0.0 * angle, np.cos(angle)))
+        side = np.array(
+            [0.0, wheel.groove_depth * tan(radians(0.5 * wheel.throat_angle_deg)) + 0.5 * self.diameter, 0.0]
+        )
+        return np.concatenate((circle - side, circle + side))
+
+    def items(self, f, shape: np.ndarray, contact: np.ndarray) -> list[Drawn]:
+        """Every marker of a tick, always the same (ns, id) in the same order."""
+        names = SHAPE_COLUMNS + SLOPE_COLUMNS
+        refuse_not_finite(shape[:, : len(names)], names, "cable/shape", f.time)
+        table = contact[: f.contact_stations]
+        refuse_not_finite(table, CONTACT_COLUMNS, "sheave/contact", f.time)
+        ship = f.ship_quaternion
+        winch = np.add(f.ship_position, rotate(ship, self.scene.winch.position))
+        half = 0.5 * self.turn * f.drum_angle
+        drum = times(ship, (0.0, float(np.sin(half)), 0.0, float(np.cos(half))))
+        radius = self.scene.winch.drum_radius
+        body = times(f.body_quaternion, ALONG_X)
+        thin = 0.02 * self.radius
+        return [
+            *self._cable(f, shape),
+            Drawn("sheave", 0, CYLINDER, f.sheave_position, times(ship, ALONG_Y), self.wheel, STEEL),
+            Drawn("sheave", 1, LINE_STRIP, f.sheave_position, ship, (thin, 0.0, 0.0), RIM, self.rims),
+            Drawn("drum", 0, CYLINDER, winch, times(ship, ALONG_Y), (2.0 * radius,) * 3, DRUM),
+            Drawn("drum", 1, LINE_LIST, winch, drum, (0.04 * radius, 0.0, 0.0), RIM, self.spokes),
+            Drawn("towbody", 0, CYLINDER, f.body_position, body, (self.thick, self.thick, self.length), BODY),
+            *self._contact(f, table),
+            self._water(f),
+            self._text(f),
+        ]
+
+    def _cable(self, f, shape: np.ndarray) -> list[Drawn]:
+        parts = 1 if self.links else min(8, max(1, POINTS // (len(shape) - 1)))
+        points, tension = cable_points(shape, parts)
+        if len(points) < 4:
+            points, tension = np.repeat(points, 2, axis=0), np.repeat(tension, 2)
+        colour, last = colours(tension, self.scale.most), len(points) - 1
+        at_sheave = np.flatnonzero(_apart(points, f.sheave_position) < NEAR_SHEAVE * self.radius)
+        at_body = np.flatnonzero(_apart(points, f.body_position) < NEAR_BODY * self.length)
+        first = min(max(int(at_sheave[-1]) if len(at_sheave) else 1, 1), last - 2)
+        second = min(max(int(at_body[0]) if len(at_body) else last - 1, first + 1), last - 1)
+        wide = max(self.diameter, f.scope / WIDE)
+        pieces = ((0, first, self.diameter), (first, second, wide), (second, last, self.diameter))
+        return [
+            Drawn(
+                "cable",
+                k,
+                LINE_STRIP,
+                (0.0, 0.0, 0.0),
+                STANDING,
+                (width, 0.0, 0.0),
+                INK,
+                points[a : b + 1],
+                colour[a : b + 1],
+            )
+            for k, (a, b, width) in enumerate(pieces)
+        ]
+
+    def _contact(self, f, table: np.ndarray) -> list[Drawn]:
+        """Line load of either flank, outwards and to its side: a sheave radius for working tension over radius."""
+        kept = table[:: max(1, ceil(len(table) / STATIONS))]
+        foot = kept[:, :3]
+        out = foot * (1.0, 0.0, 1.0)
+        out = out / np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-9)
+        drawn = []
+        for k, (name, side, colour) in enumerate((("load_port", 1.0, PORT), ("load_starboard", -1.0, STARBOARD))):
+            load = kept[:, COLUMN[name]] * self.radius / self.scene.contact.working_tension
+            tall = np.clip(load, 0.0, TALLEST)[:, None] * self.radius
+            tip = foot + tall * sqrt(0.5) * (out + (0.0, side, 0.0))
+            lines = np.stack((foot, tip), axis=1).reshape(-1, 3)
+            scale = (0.02 * self.radius, 0.0, 0.0)
+            drawn.append(Drawn("contact", k, LINE_LIST, f.sheave_position, f.ship_quaternion, scale, colour, lines))
+        return drawn
+
+    def _water(self, f) -> Drawn:
+        """The mean surface over ship and towbody."""
+        (x, y, _), (bx, by, _) = f.sheave_position, f.body_position
+        size = max(1.4 * f.layback, 0.3 * f.scope)
+        return Drawn(
+            "water", 0, CUBE, (0.5 * (x + bx), 0.5 * (y + by), 0.0), STANDING, (size, size, 1e-3 * size), WATER
+        )
+
+    def _text(self, f) -> Drawn:
+        s, (x, y, z) = self.scale, f.sheave_position
+        tall = max(f.scope / 50.0, 0.5 * self.radius)
+        text = (
+            f"tension {s.text(f.tension)}, pay-out {f.payout:.1f} m, towbody {f.body_position[2]:.1f} m\n"
+            f"colours: 0 to {s.text(s.most)}"
+        )
+        return Drawn("text", 0, TEXT, (x, y, z + 2.5 * tall), STANDING, (0.0, 0.0, tall), INK, text=text)
+
+    def __call__(self, f, shape: np.ndarray, contact: np.ndarray, context: Context):
+        """The message as one of the typestore, the plain way."""
+        lifetime = Duration(*divmod(self.lifetime, SECOND))
+        return MarkerArray([_message(i, f.time, context.odom, lifetime) for i in self.items(f, shape, contact)])
+
+    def data(self, f, shape: np.ndarray, contact: np.ndarray, context: Context) -> bytes:
+        """Its CDR bytes, quicker."""
+        return encode(self.items(f, shape, contact), f.time, context.odom, self.lifetime)
+
+
+def markers_channel(scene: Scene, rate: float, most: float | None = None) -> Channel:
+    """The row of cable/markers; arguments as of TowDrawing. Nothing is read back: all of it is in other channels."""
+    drawing = TowDrawing(scene, rate, most)
+    return Channel(
+        "cable_markers", TOPIC, MSGTYPE, rate, "reliable", drawing, None, lambda: drawing.data, optional=True
+    )
+
+
+def _apart(points: np.ndarray, place) -> np.ndarray:
+    return np.sqrt(((points - place) ** 2).sum(axis=1))
+
+
+def _message(item: Drawn, time: int, frame_id: str, lifetime):
+    return Marker(
+        header(time, frame_id),
+        item.ns,
+        item.id,
+        item.kind,
+        item.action,
+        Pose(Point(*map(float, item.position)), Quaternion(*item.quaternion)),
+        Vector3(*item.scale),
+        ColorRGBA(*item.color),
+        lifetime,
+        False,
+        [Point(*p) for p in np.asarray(item.points, float).tolist()],
+        [ColorRGBA(*c) for c in np.asarray(item.colors, float).tolist()],
+        "",
+        CompressedImage(header(0, ""), "", np.zeros(0, np.uint8)),
+        [],
+        item.text,
+        "",
+        MeshFile("", np.zeros(0, np.uint8)),
+        False,
+    )
