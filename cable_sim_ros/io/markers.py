@@ -1,13 +1,13 @@
 """What RViz and Foxglove draw: one visualization_msgs/MarkerArray of the whole tow, every marker in odom.
 
 The cable is a LINE_STRIP through the shape functions: between two nodes the cubic Hermite of their places and gradients
-(Shabana's ANCF cable element), straight where links are; coloured by tension. In three pieces: at its real diameter
-near the sheave and near the towbody, and between them so wide that a view of the whole tow shows it.
+(Shabana's ANCF cable element), straight where links are; coloured by tension. In pieces: at its real diameter on board
+and at both ends, wider away from them, so that it shows in a view of the sheave, of the towbody and of the whole tow.
 """
 
 from __future__ import annotations
 
-from math import ceil, pi, radians, sqrt, tan
+from math import ceil, floor, log, log10, pi, radians, sqrt, tan
 from typing import NamedTuple
 
 import numpy as np
@@ -35,8 +35,8 @@ LIFETIME = (
     2.0  # s without a new message after which a tool takes the markers away; three periods where those are longer
 )
 POINTS = 200  # of the cable, where its mesh has no more nodes
-WIDE = 500.0  # cable lengths a line width, between sheave and towbody
-NEAR_SHEAVE, NEAR_BODY = 10.0, 2.0  # sheave radii, towbody lengths with the cable at its real diameter
+WIDE = 500.0  # cable lengths a line width, at most
+FINE, STEP = 60.0, 3.0  # distance from sheave or towbody over the line width; a width over the one before
 STATIONS = 64  # of the contact, at most
 TALLEST = 3.0  # sheave radii, of a line of load
 STANDING = (0.0, 0.0, 0.0, 1.0)
@@ -58,9 +58,9 @@ SCALE = np.array(
 )
 SLACK = (1.0, 0.2, 0.8)  # below no tension
 STEEL, RIM, DRUM = (0.55, 0.60, 0.65, 0.55), (0.85, 0.88, 0.90, 1.0), (0.45, 0.40, 0.35, 0.9)
-BODY, WATER = (0.95, 0.55, 0.15, 1.0), (0.25, 0.55, 0.85, 0.18)
+BODY, WATER = (0.95, 0.55, 0.15, 1.0), (0.35, 0.60, 0.85, 0.45)
 PORT, STARBOARD, INK = (0.90, 0.25, 0.20, 1.0), (0.15, 0.75, 0.45, 1.0), (0.95, 0.95, 0.95, 1.0)
-LINE_STRIP, LINE_LIST, CYLINDER, CUBE, TEXT = 4, 5, 3, 1, 9
+LINE_STRIP, LINE_LIST, CYLINDER, TEXT = 4, 5, 3, 9
 COLUMN = {name: k for k, (name, _) in enumerate(CONTACT_COLUMNS)}
 
 
@@ -148,6 +148,8 @@ class TowDrawing:
         self.links = scene.cable.model is CableModel.SEGMENTS
         self.diameter, self.radius = scene.cable.diameter, scene.sheave.radius
         self.length, self.thick = body_size(scene)
+        cable = sum(section.length for section in scene.cable.sections.values())
+        self.widths = 1 + max(0, ceil(log(cable / WIDE / self.diameter, STEP)))
         self.rims = self._rims()
         self.wheel = (2.0 * self.radius, 2.0 * self.radius, 2.0 * float(self.rims[-1, 1]))
         r = scene.winch.drum_radius
@@ -165,7 +167,7 @@ class TowDrawing:
         return np.concatenate((circle - side, circle + side))
 
     def items(self, f, shape: np.ndarray, contact: np.ndarray) -> list[Drawn]:
-        """Every marker of a tick, always the same (ns, id) in the same order."""
+        """Markers of a tick, always the same (ns, id) in the same order; what has nothing to show is taken away."""
         names = SHAPE_COLUMNS + SLOPE_COLUMNS
         refuse_not_finite(shape[:, : len(names)], names, "cable/shape", f.time)
         table = contact[: f.contact_stations]
@@ -186,35 +188,30 @@ class TowDrawing:
             Drawn("towbody", 0, CYLINDER, f.body_position, body, (self.thick, self.thick, self.length), BODY),
             *self._contact(f, table),
             self._water(f),
-            self._text(f),
+            *self._texts(f),
         ]
 
     def _cable(self, f, shape: np.ndarray) -> list[Drawn]:
         parts = 1 if self.links else min(8, max(1, POINTS // (len(shape) - 1)))
         points, tension = cable_points(shape, parts)
-        if len(points) < 4:
-            points, tension = np.repeat(points, 2, axis=0), np.repeat(tension, 2)
-        colour, last = colours(tension, self.scale.most), len(points) - 1
-        at_sheave = np.flatnonzero(_apart(points, f.sheave_position) < NEAR_SHEAVE * self.radius)
-        at_body = np.flatnonzero(_apart(points, f.body_position) < NEAR_BODY * self.length)
-        first = min(max(int(at_sheave[-1]) if len(at_sheave) else 1, 1), last - 2)
-        second = min(max(int(at_body[0]) if len(at_body) else last - 1, first + 1), last - 1)
-        wide = max(self.diameter, f.scope / WIDE)
-        pieces = ((0, first, self.diameter), (first, second, wide), (second, last, self.diameter))
-        return [
-            Drawn(
-                "cable",
-                k,
-                LINE_STRIP,
-                (0.0, 0.0, 0.0),
-                STANDING,
-                (width, 0.0, 0.0),
-                INK,
-                points[a : b + 1],
-                colour[a : b + 1],
+        colour, last = colours(tension, self.scale.most), self.widths - 1
+        from_sheave, from_body = _apart(points, f.sheave_position), _apart(points, f.body_position)
+        away, near = np.minimum(from_sheave, from_body), FINE * self.diameter
+        away = np.minimum(away[:-1], away[1:])  # of what is between two points
+        most = min(last, floor(log(max(f.scope / WIDE / self.diameter, 1.0), STEP)))
+        level = np.minimum(np.ceil(np.log(np.maximum(away / near, 1.0)) / log(STEP)), most).astype(int)
+        level[: np.argmin(from_sheave)] = 0  # on board
+        outward = np.arange(len(level)) <= np.argmax(away)
+        key = np.maximum.accumulate(np.where(outward, level, 2 * last - level))
+        begins = np.searchsorted(key, np.arange(2 * last + 2))
+        pieces = []
+        for k, (a, b) in enumerate(zip(begins[:-1], begins[1:])):
+            part = slice(a, b + 1 if b > a else a)
+            scale = (self.diameter * STEP ** min(k, 2 * last - k), 0.0, 0.0)
+            pieces.append(
+                Drawn("cable", k, LINE_STRIP, (0.0, 0.0, 0.0), STANDING, scale, INK, points[part], colour[part])
             )
-            for k, (a, b, width) in enumerate(pieces)
-        ]
+        return pieces
 
     def _contact(self, f, table: np.ndarray) -> list[Drawn]:
         """Line load of either flank, outwards and to its side: a sheave radius for working tension over radius."""
@@ -233,21 +230,38 @@ class TowDrawing:
         return drawn
 
     def _water(self, f) -> Drawn:
-        """The mean surface over ship and towbody."""
+        """A grid on the mean surface over ship and towbody, at rest in odom."""
         (x, y, _), (bx, by, _) = f.sheave_position, f.body_position
-        size = max(1.4 * f.layback, 0.3 * f.scope)
-        return Drawn(
-            "water", 0, CUBE, (0.5 * (x + bx), 0.5 * (y + by), 0.0), STANDING, (size, size, 1e-3 * size), WATER
-        )
+        cell = max(1.4 * f.layback, 0.3 * f.scope, self.radius) / 10.0
+        decade = 10.0 ** floor(log10(cell))
+        cell = next(n * decade for n in (1.0, 2.0, 5.0, 10.0) if n * decade >= cell)
+        middle = cell * np.round(np.array([x + bx, y + by]) / (2.0 * cell))
+        span = np.arange(-5, 6) * cell
+        ends = np.stack((np.repeat(span, 2), np.tile((-5.0 * cell, 5.0 * cell), 11), np.zeros(22)), axis=1)
+        lines = np.concatenate((ends, ends[:, (1, 0, 2)])) + (*middle, 0.0)
+        width = max(f.scope / 2000.0, 0.02 * self.radius)
+        return Drawn("water", 0, LINE_LIST, (0.0, 0.0, 0.0), STANDING, (width, 0.0, 0.0), WATER, lines)
 
-    def _text(self, f) -> Drawn:
-        s, (x, y, z) = self.scale, f.sheave_position
-        tall = max(f.scope / 50.0, 0.5 * self.radius)
-        text = (
-            f"tension {s.text(f.tension)}, pay-out {f.payout:.1f} m, towbody {f.body_position[2]:.1f} m\n"
-            f"colours: 0 to {s.text(s.most)}"
+    def _texts(self, f) -> list[Drawn]:
+        """What is read off, at sheave and towbody, and the colours over the sheave as a bar."""
+        s, tall = self.scale, max(f.scope / 50.0, 0.3 * self.radius)
+        (x, y, z), (bx, by, bz) = f.sheave_position, f.body_position
+        said = (
+            ((x, y, z + 2.0 * tall), f"tension {s.text(f.tension)}\npay-out {f.payout:.1f} m"),
+            ((x, y, z + 10.0 * tall), f"0 to {s.text(s.most)}"),
+            ((bx, by, bz - 2.0 * tall), f"towbody, {-bz:.1f} m deep"),
         )
-        return Drawn("text", 0, TEXT, (x, y, z + 2.5 * tall), STANDING, (0.0, 0.0, tall), INK, text=text)
+        height = np.linspace(3.8, 9.0, len(SCALE)) * tall
+        bar = np.column_stack((0.0 * height, 0.0 * height, height))
+        colour = np.ones((len(SCALE), 4))
+        colour[:, :3] = SCALE
+        return [
+            *(
+                Drawn("text", k, TEXT, place, STANDING, (0.0, 0.0, tall), INK, text=text)
+                for k, (place, text) in enumerate(said)
+            ),
+            Drawn("text", 3, LINE_STRIP, (x, y, z), STANDING, (0.8 * tall, 0.0, 0.0), INK, bar, colour),
+        ]
 
     def __call__(self, f, shape: np.ndarray, contact: np.ndarray, context: Context):
         """The message as one of the typestore, the plain way."""
