@@ -36,7 +36,8 @@ LIFETIME = (
 )
 POINTS = 200  # of the cable, where its mesh has no more nodes
 WIDE = 500.0  # cable lengths a line width, at most
-FINE, STEP = 60.0, 3.0  # distance from sheave or towbody over the line width; a width over the one before
+ROUND, FINE = 6.0, 40.0  # sheave radii at the real diameter; beyond, distance from either end over the line width
+STEP = 3.0  # a width over the one before
 STATIONS = 64  # of the contact, at most
 TALLEST = 3.0  # sheave radii, of a line of load
 STANDING = (0.0, 0.0, 0.0, 1.0)
@@ -196,10 +197,11 @@ class TowDrawing:
         points, tension = cable_points(shape, parts)
         colour, last = colours(tension, self.scale.most), self.widths - 1
         from_sheave, from_body = _apart(points, f.sheave_position), _apart(points, f.body_position)
-        away, near = np.minimum(from_sheave, from_body), FINE * self.diameter
+        away = np.minimum(from_sheave, from_body)
         away = np.minimum(away[:-1], away[1:])  # of what is between two points
         most = min(last, floor(log(max(f.scope / WIDE / self.diameter, 1.0), STEP)))
-        level = np.minimum(np.ceil(np.log(np.maximum(away / near, 1.0)) / log(STEP)), most).astype(int)
+        times_real = np.where(away > ROUND * self.radius, away / (FINE * self.diameter), 1.0)
+        level = np.minimum(np.ceil(np.log(np.maximum(times_real, 1.0)) / log(STEP)), most).astype(int)
         level[: np.argmin(from_sheave)] = 0  # on board
         outward = np.arange(len(level)) <= np.argmax(away)
         key = np.maximum.accumulate(np.where(outward, level, 2 * last - level))
