@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -64,16 +65,26 @@ class _Writer:
             self.out += np.ascontiguousarray(rows, kind).tobytes()
 
 
+@cache
+def _head(places: int, frame_id: str, ns: str, number: int, kind: int, action: int) -> bytes:
+    """From behind the stamp up to the pose; places: bytes of the message before it, modulo 8."""
+    w = _Writer()
+    w.out += bytes(places)
+    begin = len(w.out)
+    w.string(frame_id)
+    w.string(ns)
+    w.pack("3i", number, kind, action)
+    w.align(8)
+    return bytes(w.out[begin:])
+
+
 def encode(items: list[Drawn], time: int, frame_id: str, lifetime: int) -> bytes:
     """Bytes of the array; time: ns of every header; lifetime: ns."""
     w = _Writer()
     w.pack("I", len(items))
     for item in items:
         w.pack("iI", *divmod(time, SECOND))
-        w.string(frame_id)
-        w.string(item.ns)
-        w.pack("3i", item.id, item.kind, item.action)
-        w.align(8)
+        w.out += _head((len(w.out) - 4) % 8, frame_id, item.ns, item.id, item.kind, item.action)
         w.out += _NUMBERS.pack(
             *item.position, *item.quaternion, *item.scale, *item.color, *divmod(lifetime, SECOND), False
         )

@@ -144,7 +144,13 @@ def _panels(figure, plots, messages, markers, tow, diameter) -> None:
             wide,
             (),
         ),
-        ("Sheave", (0.01, 0.02, 0.58, 0.36), Camera(at, forward, -0.35, 0.3), 2.6 * diameter, ("text", "water")),
+        (
+            "Sheave",
+            (0.01, 0.02, 0.58, 0.36),
+            Camera(at + (0.0, 0.0, 0.15 * diameter), forward, -0.35, 0.3),
+            2.6 * diameter,
+            ("text", "water"),
+        ),
     )
     for title, box, camera, half, hidden in views:
         axes = figure.add_axes(box)
