@@ -24,6 +24,7 @@ from .canvas import canvas
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 SIZE = (20.0, 11.25)  # inches
 GROUND, INK, FAINT = "#18202a", "#dfe6ec", "#3a4654"
@@ -133,7 +134,9 @@ def draw_bag(bag: str | Path, picture: str | Path) -> Path:
     return Path(picture)
 
 
-def _panels(figure, plots, messages, markers, tow, diameter) -> None:
+def _panels(
+    figure: Figure, plots: list[dict], messages: dict[str, list], markers: list, tow: tuple, diameter: float
+) -> None:
     at, body, forward = tow
     wide = 0.62 * float(np.linalg.norm(at - body))
     views = (
