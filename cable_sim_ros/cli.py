@@ -93,6 +93,20 @@ out_option = click.option(
 )
 
 
+markers_option = click.option(
+    "--markers",
+    type=click.FloatRange(0.0, 1000.0),
+    default=0.0,
+    metavar="HZ",
+    help="Rate of cable/markers in the bag of --out, for Foxglove and RViz. Default: none.",
+)
+
+
+def _needs_out(markers: float, out: Path | None) -> None:
+    if markers > 0.0 and out is None:
+        raise click.UsageError("--markers writes into the bag of --out; nothing was simulated; give --out DIR")
+
+
 @main.command(context_settings=PASS_ON)
 @click.argument("ros_arguments", nargs=-1, type=click.UNPROCESSED)
 def node(ros_arguments: tuple[str, ...]) -> None:
@@ -155,9 +169,13 @@ def node(ros_arguments: tuple[str, ...]) -> None:
     help="Begin with the state in FILE in place of the static start. SCENE may be left out.",
 )
 @out_option
+@markers_option
 @json_option
-def run(scene, motion, heave, duration, winch, algorithm, imu_only, step, every, save, begin, out, as_json) -> None:
+def run(
+    scene, motion, heave, duration, winch, algorithm, imu_only, step, every, save, begin, out, markers, as_json
+) -> None:
     """Simulate SCENE offline, as fast as it goes."""
+    _needs_out(markers, out)
     if motion == "none" and heave is not None:
         raise click.UsageError("--heave and --motion none contradict each other; nothing was simulated; leave one out")
     if scene is None and begin is None:
@@ -189,6 +207,7 @@ def run(scene, motion, heave, duration, winch, algorithm, imu_only, step, every,
             out=out,
             save=save,
             resumed=begin,
+            markers=markers,
             progress=progress,
         )
     tell(result, out, as_json)
@@ -198,13 +217,15 @@ def run(scene, motion, heave, duration, winch, algorithm, imu_only, step, every,
 @click.argument("bag")
 @click.option("--scene", help="Scene in place of the one kept in the bag.")
 @out_option
+@markers_option
 @json_option
-def replay(bag, scene, out, as_json) -> None:
+def replay(bag, scene, out, markers, as_json) -> None:
     """Simulate a recorded BAG again and print the residuals against what it recorded of the tow."""
+    _needs_out(markers, out)
     with _progress(as_json) as progress:
         from .runs import offline
 
-        result = offline.replay(bag, scene, out=out, progress=progress)
+        result = offline.replay(bag, scene, out=out, markers=markers, progress=progress)
     tell(result, out, as_json)
 
 

@@ -43,12 +43,7 @@ def cloud(time_ns: int, frame_id: str, columns: tuple, table: np.ndarray, name: 
     columns: (name, unit) pairs; name: what to call it in an error. ValueError names a value that is not finite.
     """
     data = np.ascontiguousarray(table, dtype="<f4")
-    if not np.isfinite(data).all():
-        row, column = np.argwhere(~np.isfinite(data))[0]
-        raise ValueError(
-            f"'{columns[column][0]}' of {name}, row {row}, is {table[row, column]} at time {time_ns} ns: "
-            f"nothing of this tick is published; the tick must roll back and set NOT_FINITE instead"
-        )
+    refuse_not_finite(data, columns, name, time_ns)
     fields = [PointField(label, 4 * k, PointField.FLOAT32, 1) for k, (label, _) in enumerate(columns)]
     step = 4 * len(columns)
     return PointCloud2(
@@ -62,6 +57,16 @@ def cloud(time_ns: int, frame_id: str, columns: tuple, table: np.ndarray, name: 
         data.reshape(-1).view(np.uint8),
         True,
     )
+
+
+def refuse_not_finite(table: np.ndarray, columns: tuple, name: str, time_ns: int) -> None:
+    """ValueError that names the first value of a table [n, columns] that is not finite."""
+    if not np.isfinite(table).all():
+        row, column = np.argwhere(~np.isfinite(table))[0]
+        raise ValueError(
+            f"'{columns[column][0]}' of {name}, row {row}, is {table[row, column]} at time {time_ns} ns: "
+            f"nothing of this tick is published; the tick must roll back and set NOT_FINITE instead"
+        )
 
 
 def cloud_table(message, columns: tuple) -> np.ndarray:

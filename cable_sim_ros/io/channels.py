@@ -22,7 +22,7 @@ from ..physics.frame import CONTACT_COLUMNS, FRAME, SHAPE_COLUMNS, STRUM_COLUMNS
 from ..sim.scene import Scene
 from ..sim.strumming import on as strumming_on
 from .cdr import JointTemplate, cloud, cloud_table, header, header_time, store_type
-from .frame_numbers import NAMES, PLACES, FrameNumbers, numbers_of
+from .frame_numbers import NAMES, PLACES, numbers_of
 from .typestore import STORE
 
 Point = store_type("geometry_msgs/msg/Point")
@@ -37,6 +37,9 @@ Wrench = store_type("geometry_msgs/msg/Wrench")
 WrenchStamped = store_type("geometry_msgs/msg/WrenchStamped")
 Odometry = store_type("nav_msgs/msg/Odometry")
 JointState = store_type("sensor_msgs/msg/JointState")
+Transform = store_type("geometry_msgs/msg/Transform")
+TransformStamped = store_type("geometry_msgs/msg/TransformStamped")
+TFMessage = store_type("tf2_msgs/msg/TFMessage")
 
 EXACT = np.zeros(36)  # covariance: a simulated pose has none
 EMPTY = np.zeros(0)
@@ -64,7 +67,8 @@ class Context:
 
 class Channel(NamedTuple):
     """One row: name, relative topic, ROS type, rate [Hz] (0 = every tick), QoS ("reliable", "sensor"), function to a
-    message, function back to a dict of Frame fields, and a quicker way to the same bytes where there is one."""
+    message, function back to a dict of Frame fields (None: not read back, other channels have all of it), and a quicker
+    way to the same bytes where there is one; optional: goes on where its message package is not installed."""
 
     name: str
     topic: str
@@ -72,8 +76,9 @@ class Channel(NamedTuple):
     rate: float
     qos: str
     write: Callable
-    read: Callable
+    read: Callable | None
     template: Callable | None = None
+    optional: bool = False
 
     def every(self, tick_s: float) -> int:
         """Ticks from one message to the next, at least 1."""
@@ -196,16 +201,33 @@ def read_sim_health(m) -> dict:
     return {name: int(value) if FRAME[name].kind == "i" else value for name, value in fields.items()}
 
 
-def _winch_template() -> Callable[[FrameNumbers], bytes]:
+def transforms(f, shape, contact, context: Context):
+    """odom -> base_link -> sheave_link, odom -> towbody_link."""
+    back = _inverse(f.ship_quaternion)
+    arm = rotate(back, tuple(s - b for s, b in zip(f.sheave_position, f.ship_position)))
+    poses = (
+        (context.odom, context.base_link, f.ship_position, f.ship_quaternion),
+        (context.base_link, context.sheave_link, arm, (0.0, 0.0, 0.0, 1.0)),
+        (context.odom, context.towbody_link, f.body_position, f.body_quaternion),
+    )
+    return TFMessage(
+        [
+            TransformStamped(header(f.time, parent), child, Transform(Vector3(*place), Quaternion(*turn)))
+            for parent, child, place, turn in poses
+        ]
+    )
+
+
+def _winch_template() -> Callable[..., bytes]:
     joints = JointTemplate(JOINTS, arrays=3)
-    return lambda f: joints.write(
+    return lambda f, *_: joints.write(
         f.time, f.payout, f.drum_angle, f.payout_rate, f.drum_rate, f.tension_drum, f.drum_torque
     )
 
 
-def _health_template() -> Callable[[FrameNumbers], bytes]:
+def _health_template() -> Callable[..., bytes]:
     joints = JointTemplate(HEALTH, arrays=1)
-    return lambda f: joints.write(*f.numbers)
+    return lambda f, *_: joints.write(*f.numbers)
 
 
 CHANNELS = (
@@ -279,15 +301,21 @@ STRUM = Channel(  # of scenes with viv
 )
 
 
+TRANSFORMS = Channel(  # /tf of tools: relative, as on the global /tf the simulated ship would stand beside the real one
+    "transforms", "tf", "tf2_msgs/msg/TFMessage", 20.0, "reliable", transforms, None, optional=True
+)
+
+
 def channels_of(scene: Scene) -> tuple[Channel, ...]:
     """Channels that a scene has."""
-    return (*CHANNELS[:-1], STRUM, CHANNELS[-1]) if strumming_on(scene) else CHANNELS
+    strum = (STRUM,) if strumming_on(scene) else ()
+    return (*CHANNELS[:-1], *strum, TRANSFORMS, CHANNELS[-1])
 
 
 def serialize(channel: Channel, frame, shape, contact, context: Context) -> bytes:
     """CDR bytes of one channel by the message and its serializer, the plain way; `Encoder` is the quick one.
 
-    frame: record of dtype FRAME; shape [nodes, 5]; contact [stations, 9]. ValueError names what is not finite.
+    frame: record of dtype FRAME; shape [nodes, 5 or more]; contact [stations, 9]. ValueError names what is not finite.
     """
     message = channel.write(numbers_of(frame), shape, contact, context)
     return bytes(STORE.serialize_cdr(message, channel.msgtype))
@@ -318,7 +346,7 @@ class Encoder:
             if f.tick % every:
                 continue
             if template is not None:
-                data = template(f)
+                data = template(f, shape, contact, self.context)
             else:
                 data = bytes(STORE.serialize_cdr(channel.write(f, shape, contact, self.context), channel.msgtype))
             due.append((channel, topic, data))
@@ -340,6 +368,7 @@ _HEALTH_READER = JointTemplate(HEALTH, arrays=1)
 def decode(channel: Channel, data: bytes) -> dict:
     """CDR bytes -> dict of the Frame fields the channel carries, ``time`` [ns] first; tables as float64 arrays."""
     message: Any = STORE.deserialize_cdr(data, channel.msgtype)
+    assert channel.read is not None, f"{channel.name} is not read back"
     return {"time": header_time(message.header), **channel.read(message)}
 
 

@@ -146,8 +146,10 @@ FRAME = np.dtype([(name, kind, shape) for name, shape, kind, _, _ in FIELDS], al
 
 # columns of the two tables that go with a Frame
 SHAPE_COLUMNS = (("x", "m"), ("y", "m"), ("z", "m"), ("tension", "N"), ("arc_length", "m"))  # odom, one row a node
-# the same and how the element that begins at the node strums, where viv is on; the last node repeats the one before.
-# In the shape table what is not in SHAPE_COLUMNS follows these
+# behind them in the shape table: the gradient dr/ds of the node, from which the cubic between nodes follows
+SLOPE_COLUMNS = (("slope_x", "1"), ("slope_y", "1"), ("slope_z", "1"))  # zero where links are straight
+# how the element that begins at the node strums, where viv is on; the last node repeats the one before. In the shape
+# table what is not in SHAPE_COLUMNS follows the slopes
 STRUM_COLUMNS = (
     *SHAPE_COLUMNS[:3],
     ("normal_speed", "m/s"),  # of the mean flow across the cable
@@ -171,8 +173,8 @@ MAX_STATIONS = 512
 
 
 def strum_table(shape: np.ndarray) -> np.ndarray:
-    """Strumming [nodes, STRUM_COLUMNS] out of a shape table [nodes, 5 or 10]; no rows where viv is off."""
-    width = len(SHAPE_COLUMNS)
-    if shape.shape[1] == width:
+    """Strumming [nodes, STRUM_COLUMNS] out of a shape table [nodes, 8 or 13]; no rows where viv is off."""
+    width = len(SHAPE_COLUMNS) + len(SLOPE_COLUMNS)
+    if shape.shape[1] <= width:
         return np.zeros((0, len(STRUM_COLUMNS)))
     return np.concatenate((shape[:, :3], shape[:, width:]), axis=1)

@@ -42,7 +42,7 @@ class Output(NamedTuple):
     """A ring of Frames with their tables."""
 
     frame: np.ndarray  # records of frame.FRAME [rows]
-    shape: np.ndarray  # [rows, nodes, 5], with five columns more where viv is on (frame.STRUM_COLUMNS)
+    shape: np.ndarray  # [rows, nodes, 8], with five columns more where viv is on (frame.STRUM_COLUMNS)
     contact: np.ndarray  # [rows, stations, 9]
 
 
@@ -175,7 +175,8 @@ def fill_cable(line, state, f, body):
 
 @driver
 def fill_shape(line, state, aboard, table):
-    """Rows of the shape table: place, tension and arc length of every node; aboard: arc length of the last bent part.
+    """Rows of the shape table: place, tension, arc length and slope of every node; aboard: arc length of the last bent
+    part.
 
     Curved over drum and sheave the elements know the tension better than the nodes. So they do along a line on which it
     jumps, or the stretch does: the one gradient of a node is between both sides, and those beside it make up for it.
@@ -191,6 +192,8 @@ def fill_shape(line, state, aboard, table):
         else:
             table[n, 3] = tension_at(state, arc[n]) if arc[n] < inside else node_tension(line.elements, q, n)
         table[n, 4] = arc[n]
+        for k in range(3):
+            table[n, 5 + k] = 0.0 if links else q[n, 3 + k]
     show(state, table)
 
 

@@ -32,7 +32,7 @@ EXTRA, TARGET, SPEED, FREQUENCY, AMPLITUDE, MODE = range(6)  # columns: G - 1, w
 RE_SHEDDING, RE_FULL = 47.0, 60.0  # below the first the wake is steady; amplitudes set in smoothly up to the second
 STRING, ALPHA_MOST, AMPLITUDE_MOST, FACTOR_MOST = 1.155, 1.8, 1.3, 3.0
 SLOWEST, FASTEST = 1e-3, 20.0  # m/s, bounds of the classes of speed
-SHAPE_ONLY = 5  # columns of the shape table that are no matter of this file
+SHAPE_ONLY = 8  # columns of the shape table that are no matter of this file
 
 
 class StrumLaw(str, Enum):

@@ -63,6 +63,12 @@ class Towbody(Block):
     least_flow_speed: float = quantity(
         0.05, "m/s", 1e-6, 5.0, "low-passed flow past the body below which its heading is held"
     )
+    length: float | None = quantity(
+        None, "m", 1e-3, 100.0, "extent along x, for drawing alone; none: ten times the diameter"
+    )
+    diameter: float | None = quantity(
+        None, "m", 1e-3, 100.0, "extent across, for drawing alone; none: that of a cylinder of the displaced volume"
+    )
 
 
 class LineBody(Towbody):

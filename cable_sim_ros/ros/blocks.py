@@ -80,6 +80,9 @@ class RecordingParameters(Block):
         "second recording of one run gets _2, _3, ... behind the name",
         configure=False,
     )
+    markers: bool = quantity(
+        False, "", None, None, "record cable/markers too; without, cable-sim replay BAG --markers 10 makes them again"
+    )
     least_free: float = quantity(
         200.0, "MB", 0.0, 1e6, "free space of the disk below which no recording begins and one under way ends; 0: none"
     )
@@ -87,6 +90,13 @@ class RecordingParameters(Block):
 
 class Publish(Block):
     marker_rate: float = quantity(10.0, "Hz", 0.0, 1000.0, "rate of cable/markers, for RViz and Foxglove; 0: none")
+    marker_tension: float | None = quantity(
+        None,
+        "N",
+        1e-6,
+        1e8,
+        "tension at the top of the colours of cable/markers; none: 1.25 times contact.working_tension",
+    )
     shape_rate: float = quantity(10.0, "Hz", 0.1, 1000.0, "rate of cable/shape")
     contact_rate: float = quantity(20.0, "Hz", 0.1, 1000.0, "rate of sheave/contact")
     state_rate: float = quantity(0.0, "Hz", 0.0, 1000.0, "rate of poses, tension and winch state; 0: every tick")

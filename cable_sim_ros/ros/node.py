@@ -18,7 +18,8 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
 
-from ..io.channels import STRUM, Context, Encoder, channels_of
+from ..io.channels import Context, Encoder
+from ..io.markers import TOPIC as MARKERS
 from ..io.messages import CAUSES, KINDS, stamp_of
 from ..io.recording_place import name_problem, state_problem
 from ..sim.flag_rules import FAILED
@@ -42,7 +43,7 @@ from .process import Stop, autostart, refuse_unknown, start_ros
 from .publisher import DirectPublisher, TickPublisher
 from .recording_control import RecordingControl
 from .stepped import SteppedSession, session_of
-from .topics import diagnostic_array, message_class, transform_publisher
+from .topics import diagnostic_array, message_class, publishers_of, rows_of
 
 NAME, NAMESPACE = "cable_sim", "/tow_sim"
 INPUT_DEPTH = {False: 200, True: 5000}  # deep: a static start takes a second; in lockstep a bag may come at once
@@ -102,22 +103,18 @@ class CableSimNode(LifecycleNode):
             return TransitionCallbackReturn.FAILURE
         node, frames = self.settings.node, self.settings.node.frame
         context = Context(frames.odom, frames.base_link, frames.sheave_link, frames.towbody_link, self.get_namespace())
-        publish, scene = node.publish, self.settings.scene
-        rates = {"sheave_contact": publish.contact_rate, "cable_shape": publish.shape_rate, STRUM.name: STRUM.rate}
-        channels = tuple(row._replace(rate=rates.get(row.name, publish.state_rate)) for row in channels_of(scene))
-        publishers = {
-            context.topic(row): self.create_publisher(message_class(row.msgtype), row.topic, QOS[row.qos])
-            for row in channels
-        }
-        transforms = transform_publisher(self, context, self.settings.scene)
+        channels = rows_of(self.settings.scene, node.publish)
+        publishers, missing = publishers_of(self, context, channels, QOS)
+        for text in missing:
+            self.get_logger().info(text)
         session = self.session
         self.publisher = (DirectPublisher if session.lockstep else TickPublisher)(
             session.built_loop,
             Encoder(context, self.settings.scene.solver.tick, channels),
             publishers,
             session.offset,
-            transforms,
             session.log_time,
+            () if node.recording.markers else (f"{self.get_namespace().rstrip('/')}/{MARKERS}",),
         )
         if isinstance(session, SteppedSession):
             session.publish_ticks = self.publisher.drain

@@ -21,8 +21,9 @@ from .loop import HALT, HEADS_ROWS, Loop, raise_priority
 class TickPublisher:
     """Follows the ring of a Loop from `start` to `close`, in a thread of its own.
 
-    publishers: absolute topic -> rclpy publisher; offset(): monotonic time less time of the data's clock, ns, or None;
-    log_time(): the time at which a recording has a message, ns. A recording may be begun and ended at any time.
+    publishers: absolute topic -> rclpy publisher, of the topics whose messages are installed; offset(): monotonic time
+    less time of the data's clock, ns, or None; log_time(): the time at which a recording has a message, ns; unrecorded:
+    absolute topics that are only published. A recording may be begun and ended at any time.
     """
 
     def __init__(
@@ -31,11 +32,11 @@ class TickPublisher:
         encoder: Encoder,
         publishers: dict,
         offset: Callable[[], int | None],
-        extra: Callable | None = None,
         log_time: Callable[[], int] = time.time_ns,
+        unrecorded: tuple[str, ...] = (),
     ) -> None:
-        self.loop, self.encoder, self.publishers, self.offset, self.extra = loop, encoder, publishers, offset, extra
-        self.log_time = log_time
+        self.loop, self.encoder, self.publishers, self.offset = loop, encoder, publishers, offset
+        self.log_time, self.unrecorded = log_time, unrecorded
         self._recorder: Recorder | None = None
         self._journal: Journal | None = None
         self._recording = threading.Lock()  # held while a tick is being recorded
@@ -102,19 +103,20 @@ class TickPublisher:
             self._note(index)
             return
         for _, topic, data in messages:
-            self.publishers[topic].publish(data)
+            if topic in self.publishers:
+                self.publishers[topic].publish(data)
         with self._recording:
             self._noted(index)
             if self._recorder is not None and self._journal is not None and self._journal.covers(index):
                 for channel, topic, data in messages:
+                    if topic in self.unrecorded:
+                        continue
                     self._recorder.put(topic, channel.msgtype, self.log_time(), data, row.time)
         offset = self.offset()
         if offset is not None:
             self.latency.add((time.monotonic_ns() - offset - row.time) * 1e-6)
         self.lateness.add((row.wake - row.deadline) * 1e-6)
         self.work.add((row.done - row.wake) * 1e-6)
-        if self.extra is not None:
-            self.extra(frame)
         self.published += 1
         self.statuses[int(frame["status"])] += 1
         self.most_tension = max(self.most_tension, float(frame["tension_most"]))

@@ -1,12 +1,14 @@
-"""Message classes by name, and transforms where tf2_msgs is installed (it is no part of the pip wheels)."""
+"""Message classes by name, and publishers of the channels whose messages are installed."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from importlib import import_module
 
-from ..io.channels import Context
+from ..io.channels import STRUM, TRANSFORMS, Channel, Context, channels_of
+from ..io.markers import markers_channel
 from ..sim.scene import Scene
+from .blocks import Publish
 from .status import Status
 
 
@@ -35,35 +37,31 @@ def diagnostic_array(node: str, statuses: Iterable[Status], stamp: int):
     return array
 
 
-def transform_publisher(node, context: Context, scene: Scene) -> Callable | None:
-    """Function that publishes the transforms of a Frame on the relative topic `tf`, or None without tf2_msgs.
+def rows_of(scene: Scene, publish: Publish) -> tuple[Channel, ...]:
+    """Channels of the node, at its rates."""
+    rates = {"sheave_contact": publish.contact_rate, "cable_shape": publish.shape_rate}
+    rates |= {row.name: row.rate for row in (STRUM, TRANSFORMS)}
+    rows = tuple(row._replace(rate=rates.get(row.name, publish.state_rate)) for row in channels_of(scene))
+    if publish.marker_rate == 0.0:
+        return rows
+    return (*rows, markers_channel(scene, publish.marker_rate, publish.marker_tension))
 
-    Relative like all other topics: on the global /tf the simulated base_link would stand beside the ship's own.
+
+def publishers_of(node, context: Context, channels: Iterable[Channel], qos: dict) -> tuple[dict, list[str]]:
+    """Absolute topic -> publisher, and a line for every channel whose message package is not installed.
+
+    What only drawing tools need may be missing (visualization_msgs; tf2_msgs is no part of the pip wheels): it is
+    recorded all the same. ImportError when any other is.
     """
-    try:
-        from tf2_msgs.msg import TFMessage
-    except ImportError:
-        return None
-    from geometry_msgs.msg import TransformStamped
-
-    publisher = node.create_publisher(TFMessage, "tf", 10)
-    message = TFMessage(transforms=[TransformStamped() for _ in range(3)])
-    ship, sheave, body = message.transforms
-    ship.header.frame_id, ship.child_frame_id = context.odom, context.base_link
-    sheave.header.frame_id, sheave.child_frame_id = context.base_link, context.sheave_link
-    body.header.frame_id, body.child_frame_id = context.odom, context.towbody_link
-
-    def publish(frame) -> None:
-        poses = (
-            (ship, frame["ship_position"], frame["ship_quaternion"]),
-            (sheave, scene.sheave.position, (0.0, 0.0, 0.0, 1.0)),
-            (body, frame["body_position"], frame["body_quaternion"]),
-        )
-        for item, position, quaternion in poses:
-            item.header.stamp.sec, item.header.stamp.nanosec = divmod(int(frame["time"]), 1_000_000_000)
-            place, turn = item.transform.translation, item.transform.rotation
-            place.x, place.y, place.z = map(float, position)
-            turn.x, turn.y, turn.z, turn.w = map(float, quaternion)
-        publisher.publish(message)
-
-    return publish
+    publishers, missing = {}, []
+    for row in channels:
+        try:
+            made = message_class(row.msgtype)
+        except ImportError:
+            if not row.optional:
+                raise
+            package = row.msgtype.partition("/")[0]
+            missing.append(f"{context.topic(row)} is not published: the package {package} is not installed")
+            continue
+        publishers[context.topic(row)] = node.create_publisher(made, row.topic, qos[row.qos])
+    return publishers, missing

@@ -108,6 +108,7 @@ def run(
     out: str | os.PathLike | None = None,
     save: str | os.PathLike | None = None,
     resumed: Resumed | str | os.PathLike | None = None,
+    markers: float = 0.0,
     progress: Progress = silent,
 ) -> Run:
     """Simulate a scene under the motion of a bag or CSV table, a sinusoidal heave, or on its mean track (motion None).
@@ -117,7 +118,8 @@ def run(
     scene's; imu_only: leave odometry out; winch: a plan, its text or file, in place of the winch commands of the bag;
     step and every: see `stepped`; out: folder to make, with the bag ``tow`` of every channel and ``summary.json``;
     save: file to write the state at the end to; resumed: such a file to begin from, see `runs.resume`: scene None is
-    that of the file then, and winch None its plan where its motion goes on.
+    that of the file then, and winch None its plan where its motion goes on; markers: rate of ``cable/markers`` in the
+    bag [Hz], 0: none.
     Raises SceneError, BagError, MotionError, PlanError, ResourceError, StartError, SaveError; a solver that gives up
     ends the run, and nothing is saved.
     """
@@ -146,7 +148,7 @@ def run(
     if plan is not None and tow is not None:
         tow.events = [event for event in tow.events if event.kind != "command"]
     one = Pass(scene, tow, progress=progress, winch=plan)
-    driven = one.go(duration, bag, resumed, winch is not None)
+    driven = one.go(duration, bag, markers, resumed, winch is not None)
     before = one.done_before * one.tick * 1e-9
     result = _run_of(one.sim, one.tick, tow, driven, bag, before)
     result.figures.update(_intake_figures(one))
@@ -190,11 +192,13 @@ def replay(
     scene: Scene | str | os.PathLike | None = None,
     *,
     out: str | os.PathLike | None = None,
+    markers: float = 0.0,
     progress: Progress = silent,
 ) -> Run:
     """Simulate a recorded bag again and compare with what it recorded of the tow.
 
     scene: default the one kept in the bag, else ``full_scale``. The start is the recorded one where the bag has it.
+    markers: as of `run`.
     Raises as `run`.
     """
     target = _bag_path(out)
@@ -210,13 +214,13 @@ def replay(
     doubts: list[Reason] = []
     if told.segments:
         again = Rerun(scene, tow, told, frames, progress)
-        result = _run_of(again.sim, again.tick, tow, again.go(target), target)
+        result = _run_of(again.sim, again.tick, tow, again.go(target, markers), target)
         faults = again.faults
         if faults and own:
             doubts.append(verdict.check("JOURNAL", "; ".join(faults)))
     else:
         one = Pass(scene, tow, progress=progress)
-        result = _run_of(one.sim, one.tick, tow, one.go(None, target), target)
+        result = _run_of(one.sim, one.tick, tow, one.go(None, target, markers), target)
         result.figures.update(_intake_figures(one))
         doubts += one.doubts
         faults = [*tow.notices, *told.faults, NO_JOURNAL]

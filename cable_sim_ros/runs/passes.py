@@ -75,9 +75,15 @@ class Pass:
         self.plan_start = self.planned = 0  # ns: the plan's zero; its commands before `planned` are pushed
 
     def go(
-        self, duration: float | None, bag: Path | None, resumed: Resumed | None = None, own_plan: bool = False
+        self,
+        duration: float | None,
+        bag: Path | None,
+        markers: float = 0.0,
+        resumed: Resumed | None = None,
+        own_plan: bool = False,
     ) -> Driven:
-        """Simulate. duration: s, None for all there is; bag: directory to record to, or None. Raises StartError.
+        """Simulate. duration: s, None for all there is; bag: directory to record to, or None; markers: rate of
+        cable/markers in it [Hz]. Raises StartError.
 
         resumed: a state to begin from in place of the static start, raises SaveError; own_plan: the plan is not that
         of the state.
@@ -101,7 +107,7 @@ class Pass:
         ticks = self._ticks(self.origin, duration)
         if self.winch is not None:
             _warn_of_plan(self.scene, self.winch, (start.time - self.plan_start) * 1e-9 + ticks * self.tick * 1e-9)
-        recording = None if bag is None else RunRecorder(bag, self.scene, self.tow, self.winch)
+        recording = None if bag is None else RunRecorder(bag, self.scene, self.tow, self.winch, markers)
         drive = Drive(self.sim, recording, self.progress, ticks)
         if recording is not None and self.feeder is not None:
             recording.offset = self.feeder.clock.offset or 0

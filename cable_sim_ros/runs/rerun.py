@@ -39,12 +39,12 @@ class Rerun:
         if frames is not None and len(frames) and not last.halted:
             last.ticks = max(last.ticks, int(frames["tick"][-1]) - last.ticks_before)
 
-    def go(self, bag: Path | None) -> Driven:
-        """Simulate; bag: directory to record to, or None. Raises StartError."""
+    def go(self, bag: Path | None, markers: float = 0.0) -> Driven:
+        """Simulate; bag: directory to record to, or None; markers: rate of cable/markers [Hz]. Raises StartError."""
         begun = time.perf_counter()
         self.sim.warm_up(progress=lambda text: self.progress(text, 0.0, 0.0))
         compiled = time.perf_counter()
-        recording = None if bag is None else RunRecorder(bag, self.scene, self.tow, None)
+        recording = None if bag is None else RunRecorder(bag, self.scene, self.tow, None, markers)
         drive = Drive(self.sim, recording, self.progress, sum(segment.ticks for segment in self.segments))
         started = 0.0
         if recording is not None and self.tow.events:

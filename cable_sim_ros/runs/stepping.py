@@ -14,6 +14,7 @@ from ..io.bag import BagWriter
 from ..io.channels import Context, Encoder, channels_of
 from ..io.journal import MSGTYPE, TOPIC, Journal, Start
 from ..io.load import dump_scene
+from ..io.markers import markers_channel
 from ..io.messages import KINDS
 from ..io.replay import Event, RecordedTow
 from ..io.winch_plan import WinchPlan
@@ -96,9 +97,13 @@ class RunRecorder:
     """Every channel, every input and the journal of a run in one bag; nothing from a clock: the same run has the same
     bytes. Log times are on the clock of the bag's arrivals, in order."""
 
-    def __init__(self, path: Path, scene: Scene, tow: RecordedTow | None, winch: WinchPlan | None) -> None:
+    def __init__(
+        self, path: Path, scene: Scene, tow: RecordedTow | None, winch: WinchPlan | None, markers: float = 0.0
+    ) -> None:
+        """markers: rate of cable/markers [Hz], 0: none."""
         self.context = Context()
-        self.encoder = Encoder(self.context, scene.solver.tick, channels_of(scene))
+        drawn = (markers_channel(scene, markers),) if markers > 0.0 else ()
+        self.encoder = Encoder(self.context, scene.solver.tick, (*channels_of(scene), *drawn))
         about = {
             "scene": scene.name,
             "scene_yaml": dump_scene(scene),

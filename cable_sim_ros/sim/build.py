@@ -13,7 +13,7 @@ from ..physics import ancf
 from ..physics.bead import BEAD, bead_record
 from ..physics.cable import Cable
 from ..physics.feed import ABOARD
-from ..physics.frame import CONTACT_COLUMNS, FRAME, MAX_STATIONS, SHAPE_COLUMNS, STRUM_COLUMNS
+from ..physics.frame import CONTACT_COLUMNS, FRAME, MAX_STATIONS, SHAPE_COLUMNS, SLOPE_COLUMNS, STRUM_COLUMNS
 from ..physics.integrate import Solver
 from ..physics.jit import LANES
 from ..physics.observe import Output
@@ -311,8 +311,7 @@ def build_state(scene: Scene, mesh: FeedMesh | None = None) -> State:
 
 def make_output(model: Model, nodes: int, rows: int) -> Output:
     """A ring of ``rows`` Frames with their shape and contact tables."""
+    width = len(SHAPE_COLUMNS) + len(SLOPE_COLUMNS) + (len(STRUM_COLUMNS) - 3) * len(model.line.strum.rules)
     return Output(
-        np.zeros(rows, FRAME),
-        np.zeros((rows, nodes, len(SHAPE_COLUMNS) + (len(STRUM_COLUMNS) - 3) * len(model.line.strum.rules))),
-        np.zeros((rows, MAX_STATIONS, len(CONTACT_COLUMNS))),
+        np.zeros(rows, FRAME), np.zeros((rows, nodes, width)), np.zeros((rows, MAX_STATIONS, len(CONTACT_COLUMNS)))
     )

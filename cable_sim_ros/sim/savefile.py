@@ -20,7 +20,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from .. import __version__
-from ..physics.frame import CONTACT_COLUMNS, FRAME, SHAPE_COLUMNS
+from ..physics.frame import CONTACT_COLUMNS, FRAME, SHAPE_COLUMNS, SLOPE_COLUMNS
 from ..physics.quantity import Block
 from ..physics.state import MEMORY, NODE_ROWS
 from .scene import Scene
@@ -29,7 +29,7 @@ FORMAT = "cable_sim_ros saved simulation"
 ABOUT, SCENE, NOTES = "about", "scene", "notes"  # members of the file beside the arrays
 MOST_SHOWN = 5  # keys that differ, named in a refusal
 LAYOUT = hashlib.sha256(
-    repr((MEMORY.descr, NODE_ROWS, FRAME.descr, SHAPE_COLUMNS, CONTACT_COLUMNS)).encode()
+    repr((MEMORY.descr, NODE_ROWS, FRAME.descr, SHAPE_COLUMNS, SLOPE_COLUMNS, CONTACT_COLUMNS)).encode()
 ).hexdigest()[:12]
 BROKEN = (zipfile.BadZipFile, zlib.error, OSError, EOFError, ValueError, KeyError, NotImplementedError)
 

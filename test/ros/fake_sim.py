@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from cable_sim_ros.physics.frame import CONTACT_COLUMNS, FRAME, SHAPE_COLUMNS
+from cable_sim_ros.physics.frame import CONTACT_COLUMNS, FRAME, SHAPE_COLUMNS, SLOPE_COLUMNS
 from cable_sim_ros.physics.inputs import Inputs, make_inputs
 from cable_sim_ros.physics.setpoint import SetpointLaw
 from cable_sim_ros.physics.state import MEMORY, TOW_SETTINGS, records
@@ -130,7 +130,7 @@ def rest(model, state, sigma, count, longest):
 def make_output(model: Model, nodes: int, rows: int) -> Output:
     return Output(
         np.zeros(rows, FRAME),
-        np.zeros((rows, NODES, len(SHAPE_COLUMNS))),
+        np.zeros((rows, NODES, len(SHAPE_COLUMNS) + len(SLOPE_COLUMNS))),
         np.zeros((rows, STATIONS, len(CONTACT_COLUMNS))),
     )
 
