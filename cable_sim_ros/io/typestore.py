@@ -1,7 +1,7 @@
 """Message types without ROS: one typestore, the definition text a bag carries and the type hashes.
 
-The store is that of the ROS distribution in use; the standard messages used here have the same definitions, and so
-the same hashes, in Jazzy, Kilted and Lyrical. Source of text and hash: REP-2011 (RIHS01) and the ``ros2msg`` schema
+The store is that of the ROS distribution in use; the standard messages used here have the same fields, and so the
+same hashes, in Jazzy, Kilted and Lyrical. Source of text and hash: REP-2011 (RIHS01) and the ``ros2msg`` schema
 encoding of MCAP.
 """
 
