@@ -44,7 +44,7 @@ def test_distribution_in_use(environ, version, name):
 
 @pytest.mark.parametrize("name", ["jazzy", "kilted", "lyrical", "rolling"])
 def test_what_is_written_is_the_same_in_every_distribution(name):
-    """So a bag recorded with one is played with the other. Constants are in no hash: Lyrical adds some to PointField."""
+    """So a bag recorded with one is played with the other. No hash has constants: Lyrical adds some to PointField."""
     store = typestore.store_of(name)
     assert [store.hash_rihs01(kind) for kind in USED] == [typestore.type_hash(kind) for kind in USED]
 
