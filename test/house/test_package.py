@@ -17,7 +17,8 @@ from cable_sim_ros.io.span_file import load_span
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE_XML = ElementTree.parse(ROOT / "package.xml").getroot()
-ROSDEP = {  # key -> what it installs on Ubuntu 24.04; github.com/ros/rosdistro, rosdep/python.yaml at 8468e88 (2026-08-22)
+# key -> what it installs on Ubuntu 24.04; source: ros/rosdistro, rosdep/python.yaml at 8468e88 (2026-08-22)
+ROSDEP = {
     "python3-click": "apt python3-click",
     "python3-numba": "apt python3-numba",
     "python3-numpy": "apt python3-numpy",
