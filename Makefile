@@ -1,6 +1,7 @@
 # make run   makes the environment and plays recorded ship motion through the node (about 90 s after the install)
 # make coverage  runs the tests (half as long again) and lists what they leave out above the physics
 # make test  makes the environment and runs the tests;  make lint  runs the linter and the type checks
+# make install-check  installs as docs/install.md says: from a wheel, and beside a ROS from its distribution (a stand-in)
 # make bench  run time against error beside other codes;  make validate  repeats the experiments (both into runs/)
 # make soak  the real node under load, faults and hostile neighbours, R1 to S9 (two hours, idle machine), into runs/
 # make stress  stability N1 to N27, bags and recordings I and S at full size (half an hour or more), into runs/
@@ -8,12 +9,12 @@ SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help run test coverage lint bench validate stress soak clean
+.PHONY: help run test install-check coverage lint bench validate stress soak clean
 
 VENV ?= .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip install -qq --disable-pip-version-check
-PACKAGING := setup.py setup.cfg package.xml
+PACKAGING := setup.py setup.cfg package.xml cable_sim_ros/requirements.txt
 SECONDS_OF_TOW ?= 60
 PYTEST_ARGS ?=
 
@@ -25,6 +26,9 @@ run: $(VENV)/.run
 
 test: $(VENV)/.test
 	$(BIN)/python -m pytest $(PYTEST_ARGS)
+
+install-check: $(VENV)/.test
+	$(BIN)/python -m pytest -m install test/install $(PYTEST_ARGS)
 
 # not in make test: on Python 3.11 tracing takes 40 % of the suite's time; from 3.12 on the interpreter itself counts lines
 coverage: $(VENV)/.test
@@ -57,16 +61,16 @@ validate: $(VENV)/.test
 clean:
 	rm -rf $(VENV) build install log *.egg-info
 
-# The first python3 that is new enough, not newer than the wheels of ROS, and able to make an environment.
+# The first python3 that is new enough, not newer than the wheels, and able to make an environment.
 $(BIN)/python:
-	@for python in $(PYTHON) python3 python3.12 python3.11 python3.13; do \
-	    if "$$python" -c 'import sys, venv, ensurepip; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' \
+	@for python in $(PYTHON) python3 python3.12 python3.11 python3.13 python3.14; do \
+	    if "$$python" -c 'import sys, venv, ensurepip; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 14))' \
 	            2>/dev/null; then \
 	        echo "environment: $(VENV) with $$("$$python" --version)"; \
 	        "$$python" -m venv $(VENV); exit 0; \
 	    fi; \
 	done; \
-	echo "error: no usable Python found (3.11, 3.12 or 3.13 with the venv module); nothing was installed." >&2; \
+	echo "error: no usable Python found (3.11 to 3.14 with the venv module); nothing was installed." >&2; \
 	echo "       Install one, e.g. 'apt install python3.11 python3.11-venv', or name it: make PYTHON=/path/to/python3" >&2; \
 	exit 1
 

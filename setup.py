@@ -11,24 +11,25 @@ NAME = "cable_sim_ros"
 VERSION = re.search(r'__version__ = "([^"]+)"', (HERE / NAME / "__init__.py").read_text()).group(1)
 
 REQUIRES = [
-    "setuptools",
-    "numpy>=1.26",
-    "scipy>=1.11",
-    "numba>=0.65,<0.70",  # kernels call each other by symbol (physics/jit.py), on interfaces inside numba
-    "pydantic>=2,<3",  # checks are written against the error types of version 2
-    "pyyaml>=6",
-    "mcap>=1.5,<2",  # Writer.flush came with 1.5
-    "rosbags>=0.10.11,<0.12",  # 0.x: the reader's interface changes with the minor version
-    "click>=8.1,<9",
-    "rich>=13",
+    line.partition("#")[0].strip()
+    for line in (HERE / NAME / "requirements.txt").read_text("utf-8").splitlines()
+    if line.partition("#")[0].strip()
 ]
 
-# rclpy and its messages must come from one ROS distribution: these bounds hold Kilted together
-ROS = (
-    ["ros-rclpy[fastrtps]>=9.1,<10"]
-    + [f"ros-{name}-msgs>=5,<6" for name in ("diagnostic", "geometry", "nav", "sensor", "std")]
-    + ["ros-std-srvs>=5,<6", "ros-rcl-interfaces>=2,<3", "ros-lifecycle-msgs>=2,<3", "ros-rosgraph-msgs>=2,<3"]
-)
+
+def ros(rclpy, common, rcl):
+    """Wheels of one ROS distribution, by the versions of three of its repositories: rclpy and its messages must come
+    from the same one."""
+    return (
+        [f"ros-rclpy[fastrtps]~={rclpy}"]
+        + [f"ros-{name}-msgs~={common}" for name in ("diagnostic", "geometry", "nav", "sensor", "std", "visualization")]
+        + [f"ros-std-srvs~={common}"]
+        + [f"ros-{name}~={rcl}" for name in ("rcl-interfaces", "lifecycle-msgs", "rosgraph-msgs")]
+    )
+
+
+JAZZY = ros("7.1.6", "5.3.6", "2.0.3")  # supported until May 2029
+KILTED = ros("9.1.2", "5.5.1", "2.3.0")  # until December 2026
 
 PEERS = ["moordyn>=2.7", "mujoco>=3.3", "exudyn>=1.13", "cabledyn>=0.3"]  # other codes, for cable-sim bench --peers
 TEST = [
@@ -64,7 +65,9 @@ setup(
     maintainer_email="maintainers@cable-sim.org",
     license="MIT",
     packages=find_packages(include=[NAME, NAME + ".*"]),
-    package_data={NAME: ["py.typed", "**/*.html", "**/*.c", "**/*.js", "**/*.css", "lab/reference/*"]},
+    package_data={
+        NAME: ["py.typed", "requirements.txt", "**/*.html", "**/*.c", "**/*.js", "**/*.css", "lab/reference/*"]
+    },
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/" + NAME]),
         ("share/" + NAME, ["package.xml"]),
@@ -72,12 +75,19 @@ setup(
     ],
     python_requires=">=3.11",
     install_requires=REQUIRES,
-    extras_require={"ros": ROS, "viz": ["matplotlib>=3.8"], "test": TEST, "peers": PEERS},
+    extras_require={
+        "ros": JAZZY,
+        "ros-jazzy": JAZZY,
+        "ros-kilted": KILTED,
+        "viz": ["matplotlib>=3.8"],
+        "test": TEST,
+        "peers": PEERS,
+    },
     zip_safe=False,
     entry_points={
         "console_scripts": [
-            "cable-sim = cable_sim_ros.cli:main",
-            "node = cable_sim_ros.ros.node:main",  # ros2 run cable_sim_ros node
+            "cable-sim = cable_sim_ros.start:cable_sim",
+            "node = cable_sim_ros.start:node",  # ros2 run cable_sim_ros node
         ],
         # named as its module, so that `pytest -p cable_sim_ros.testing.plugin` without an install is the same plugin
         "pytest11": ["cable_sim_ros.testing.plugin = cable_sim_ros.testing.plugin"],

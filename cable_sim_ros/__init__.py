@@ -31,6 +31,7 @@ def __getattr__(name: str) -> object:
     """Import a name of the public face."""
     if name not in _FACE:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}; it has {', '.join(_FACE)}")
+    import_module(f"{__name__}.start").check()
     value = globals()[name] = getattr(import_module(f"{__name__}.{_FACE[name]}"), name)
     return value
 

@@ -19,6 +19,7 @@ from .runs.span_command import span as span_command
 from .runs.told import tell
 from .sim.flag_rules import CODE_DAMAGED, CODE_INPUT
 from .soak.command import soak as soak_command
+from .start import NEEDS_ROS
 from .viv.command import viv as viv_command
 
 JSON = "cable_sim_ros.json"  # of click's context
@@ -371,10 +372,7 @@ def _need_ros() -> None:
     try:
         import rclpy  # noqa: F401
     except ImportError as error:
-        raise NoRos(
-            f"this command needs ROS 2, and rclpy cannot be imported ({error}); nothing was started. Source your ROS "
-            "installation, or: pip install 'cable_sim_ros[ros]'. `run` and `replay` work without it"
-        ) from None
+        raise NoRos(f"this command {NEEDS_ROS.format(error=error)}") from None
 
 
 if __name__ == "__main__":

@@ -1,18 +1,43 @@
 """Message types without ROS: one typestore, the definition text a bag carries and the type hashes.
 
-The store is that of ROS 2 Kilted; the standard messages used here have the same definitions, and so the same
-hashes, in Jazzy. Source of text and hash: REP-2011 (RIHS01) and the ``ros2msg`` schema encoding of MCAP.
+The store is that of the ROS distribution in use; the standard messages used here have the same fields, and so the
+same hashes, in Jazzy, Kilted and Lyrical. Source of text and hash: REP-2011 (RIHS01) and the ``ros2msg`` schema
+encoding of MCAP.
 """
 
 from __future__ import annotations
 
+import os
+from collections.abc import Callable, Mapping
 from functools import cache
+from importlib import metadata
 
 from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.base import TypesysError
+from rosbags.typesys.store import Typestore
 
-STORE = get_typestore(Stores.ROS2_KILTED)
-ROS_DISTRO = "kilted"
+RCLPY = {"7": "jazzy", "9": "kilted", "10": "lyrical"}  # major version -> distribution, by rosdistro's lists
+NEWER = "rolling"
+WITHOUT_ROS = "jazzy"  # a recording that is made where there is no ROS at all
+
+
+def distribution(environ: Mapping[str, str] = os.environ, version: Callable[[str], str] = metadata.version) -> str:
+    """Name of the ROS distribution in use: of the one sourced, else of rclpy's version, else `WITHOUT_ROS`."""
+    if name := environ.get("ROS_DISTRO", "").strip().lower():
+        return name
+    try:
+        return RCLPY.get(version("rclpy").partition(".")[0], NEWER)
+    except metadata.PackageNotFoundError:
+        return WITHOUT_ROS
+
+
+def store_of(name: str) -> Typestore:
+    """Message types of a distribution; of the newest one known for a name that is not (rolling, a later one)."""
+    return get_typestore(getattr(Stores, f"ROS2_{name.upper()}", Stores.LATEST))
+
+
+ROS_DISTRO = distribution()
+STORE = store_of(ROS_DISTRO)
 
 
 @cache

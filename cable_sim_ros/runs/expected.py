@@ -27,6 +27,7 @@ EXPECTED = {
     "cable_sim_ros.sim.simulator.SolverError": CODE_FAILED,
     "cable_sim_ros.sim.rig.RigError": CODE_FAILED,
     "cable_sim_ros.runs.span.SpanRunError": CODE_FAILED,
+    "cable_sim_ros.start.NotInstalledError": CODE_INPUT,
     "cable_sim_ros.ros.live.LiveInputError": CODE_INPUT,
     "cable_sim_ros.ros.live.LiveError": CODE_FAILED,
 }

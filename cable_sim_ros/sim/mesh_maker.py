@@ -6,6 +6,7 @@ from math import ceil, nan, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from .material import extreme
 from .mesh_kinds import Expected, FeedMesh, MeshError, MeshPlan, Part, ends, equal_parts, geometric, places_outboard
@@ -181,7 +182,7 @@ class Maker(SheaveMesh):
         for i, name in enumerate(self.names):
             written = self.scene.mesh.sections.get(name) if by_hand else None
             x, n = self.envelope(i, densities)
-            count = max(1, ceil(float(np.trapezoid(n, x)) - 1e-6))
+            count = max(1, ceil(float(trapezoid(n, x)) - 1e-6))
             count = min(count, max(1, int(self.lengths[i] / (SHORTEST * size))))
             self.reasons[f"section {name}"] = self.why(i, wants)
             if written is not None and written.elements is not None:
@@ -205,7 +206,7 @@ class Maker(SheaveMesh):
                 continue
             want, s = wants[scope][:, here], shape.s[here]
             first = want.argmax(0)
-            parts = [float(np.trapezoid(np.where(first == k, want[k], 0.0), s)) for k in range(len(WANTS))]
+            parts = [float(trapezoid(np.where(first == k, want[k], 0.0), s)) for k in range(len(WANTS))]
             names = (self.order.what, *WANTS[1:])
             texts = [text for text, part in zip(names, parts, strict=True) if part > 0.2 * sum(parts)]
             return "; ".join(texts)
@@ -258,7 +259,7 @@ class Maker(SheaveMesh):
         """Error [m] of the body's place that the solver leaves whatever the mesh: its residual turns the tension."""
         shape = self.shapes[scope]
         below = nodes * shape.s / shape.s[-1]
-        return PER_TOLERANCE * self.tolerance * float(np.trapezoid(below / shape.tension, shape.s))
+        return PER_TOLERANCE * self.tolerance * float(trapezoid(below / shape.tension, shape.s))
 
     @property
     def tolerance(self) -> float:

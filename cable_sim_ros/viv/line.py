@@ -10,6 +10,7 @@ from functools import cached_property
 from math import pi
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from .span import Span
 
@@ -82,7 +83,7 @@ class Line:
     @cached_property
     def mean_tension(self) -> float:
         """Mean of T along the cable [N]."""
-        return float(np.trapezoid(self._tension, self.knots) / self.length)
+        return float(trapezoid(self._tension, self.knots) / self.length)
 
     @cached_property
     def bend(self) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import pi
 
 import numpy as np
+from scipy.integrate import trapezoid
 from scipy.sparse import dia_matrix, diags
 from scipy.sparse.linalg import eigsh
 
@@ -46,7 +47,7 @@ def modal_mass(line: Line, shape: Shape = Shape.WKB) -> float:
     """M_n [kg], the same for all modes: sqrt(m T_c) tau(L) / 2; for the plain sine half the mass, as printed."""
     if shape is Shape.SINE:
         s = np.linspace(0.0, line.length, 2001)
-        return float(0.5 * np.trapezoid(line.mass(s), s))
+        return float(0.5 * trapezoid(line.mass(s), s))
     return 0.5 * float(line.impedance(0.0)) * line.crossing
 
 

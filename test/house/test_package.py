@@ -17,10 +17,21 @@ from cable_sim_ros.io.span_file import load_span
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE_XML = ElementTree.parse(ROOT / "package.xml").getroot()
-PIP_ONLY = {"mcap", "rosbags"}  # no rosdep key
-XML_ONLY = set()
+# key -> what it installs on Ubuntu 24.04; source: ros/rosdistro, rosdep/python.yaml at 8468e88 (2026-08-22)
+ROSDEP = {
+    "python3-click": "apt python3-click",
+    "python3-numba": "apt python3-numba",
+    "python3-numpy": "apt python3-numpy",
+    "python3-pydantic": "apt python3-pydantic",
+    "python3-pytest": "apt python3-pytest",
+    "python3-rich": "apt python3-rich",
+    "python3-rosbags-pip": "pip rosbags",
+    "python3-scipy": "apt python3-scipy",
+    "python3-yaml": "apt python3-yaml",
+    "mcap-ros2-support": "pip mcap-ros2-support",  # needs mcap, which has no key of its own
+}
+KEY_OF = {"rosbags": "python3-rosbags-pip", "mcap": "mcap-ros2-support", "pyyaml": "python3-yaml"}
 MODULE_OF = {"pyyaml": "yaml"}
-ROS_WHEELS = {"ros-rclpy": "rclpy"}
 
 
 def setup_arguments():
@@ -74,20 +85,36 @@ def test_name_and_licence_are_the_same_everywhere(arguments):
 
 
 def test_python_dependencies_are_the_same_in_both_worlds(arguments):
-    pip = {name_of(r) for r in arguments["install_requires"]} - {"setuptools"} - PIP_ONLY
-    rosdep = {name.removeprefix("python3-") for name in depends("exec_depend") if name.startswith("python3-")}
-    assert {MODULE_OF.get(name, name) for name in pip} == rosdep
+    pip = {name_of(r) for r in arguments["install_requires"]} - {"setuptools"}
+    assert {KEY_OF.get(name, f"python3-{name}") for name in pip} == depends("exec_depend") & set(ROSDEP)
 
 
-def test_ros_dependencies_are_the_same_in_both_worlds(arguments):
-    wheels = {name_of(r).removeprefix("ros-").replace("-", "_") for r in arguments["extras_require"]["ros"]}
-    packages = {name for name in depends("exec_depend") if not name.startswith("python3-")}
-    assert wheels == packages
+def test_every_rosdep_key_exists():
+    """rosdep stops at a key that it does not know. ROS packages: in the lists of Jazzy and Kilted, as wheels too."""
+    for name in depends("exec_depend") | depends("test_depend"):
+        assert name in ROSDEP or name == "rclpy" or re.fullmatch(r"[a-z]+_(msgs|srvs|interfaces)", name), name
+
+
+@pytest.mark.parametrize("extra", ["ros", "ros-jazzy", "ros-kilted"])
+def test_ros_dependencies_are_the_same_in_both_worlds(arguments, extra):
+    wheels = {name_of(r).removeprefix("ros-").replace("-", "_") for r in arguments["extras_require"][extra]}
+    assert wheels == depends("exec_depend") - set(ROSDEP)
+
+
+def test_wheels_of_ros_are_of_one_distribution(arguments):
+    """Each pin stays within one: rclpy 7 and 9 have different middleware, and share no message library."""
+    extras = arguments["extras_require"]
+    assert extras["ros"] == extras["ros-jazzy"]
+    for extra, versions in {
+        "ros-jazzy": {"7.1.6", "5.3.6", "2.0.3"},
+        "ros-kilted": {"9.1.2", "5.5.1", "2.3.0"},
+    }.items():
+        assert {requirement.partition("~=")[2] for requirement in extras[extra]} == versions
 
 
 def test_every_import_is_a_dependency(arguments):
     declared = {MODULE_OF.get(name_of(r), name_of(r)) for r in arguments["install_requires"]}
-    ros = {name for name in depends("exec_depend") if not name.startswith("python3-")}
+    ros = depends("exec_depend") - set(ROSDEP)
     optional = {"matplotlib", "tf2_msgs", "llvmlite", "pydantic_core"}  # viz; a full ROS; of numba; of pydantic
     optional |= {"lz4", "zstandard"}  # of mcap
     optional |= {"pytest"}  # testing/plugin.py, which pytest loads

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from equilibrium import Bench, settle
-from scipy.integrate import solve_bvp
+from scipy.integrate import solve_bvp, trapezoid
 from scipy.optimize import brentq
 
 
@@ -22,7 +22,7 @@ def elastica_tip(load: float) -> tuple[float, float]:
     assert sol.success
     fine = np.linspace(0.0, 1.0, 20001)
     angle = sol.sol(fine)[0]
-    return float(np.trapezoid(np.cos(angle), fine)), float(np.trapezoid(np.sin(angle), fine))
+    return float(trapezoid(np.cos(angle), fine)), float(trapezoid(np.sin(angle), fine))
 
 
 def cantilever(n: int, load: float, ea: float = 3e7) -> np.ndarray:

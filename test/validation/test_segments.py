@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 
 from cable_sim_ros.lab.experiments import run
 from cable_sim_ros.lab.experiments.segments import printed
@@ -61,7 +62,7 @@ def test_the_printed_buoyancy_leaves_a_cable_too_limp(buoyancy):
     else:
         tension = net + dry * up
         slope = side / net * (tension / net) ** (-wet / dry)
-    assert rig.state.q[-1, 0] == pytest.approx(np.trapezoid(slope, up), rel=3e-3)
+    assert rig.state.q[-1, 0] == pytest.approx(trapezoid(slope, up), rel=3e-3)
     assert rig.state.reaction[0, 2] == pytest.approx(tension[-1], rel=3e-3)
     effective = tension[-1] if buoyancy == "full" else tension[-1] - rho * g * top * area
     assert effective == pytest.approx(weight + wet * length, rel=3e-3)

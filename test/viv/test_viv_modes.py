@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 from scipy.optimize import brentq
 from scipy.special import j0, y0
 from spans import span
@@ -128,7 +129,7 @@ def test_mass_and_diameter_by_table_against_finite_differences():
     assert apart[0] < 0.02 and apart[7] < 1e-3
     s = np.linspace(0.0, 17.0, 20001)
     slowness = np.sqrt(line.mass(s) / line.tension(s))
-    assert line.crossing == pytest.approx(np.trapezoid(slowness, s), rel=1e-7)
+    assert line.crossing == pytest.approx(trapezoid(slowness, s), rel=1e-7)
 
 
 PRINTED = {"capozucca_5_5": (0.235, 0.131, 0.068, 0.045), "capozucca_5_7": (0.234, 0.131, 0.068, 0.044)}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from ...physics.shape import W4, X4, shape, slope
 from ...sim.rig import History, Rig
@@ -78,7 +79,7 @@ def mean_between(t: np.ndarray, y: np.ndarray, low: float, high: float) -> float
     """Mean over time of samples y between two instants [s], straight between samples."""
     inside = t[(t > low) & (t < high)]
     x = np.concatenate(([low], inside, [high]))
-    return float(np.trapezoid(np.interp(x, t, y), x) / (high - low))
+    return float(trapezoid(np.interp(x, t, y), x) / (high - low))
 
 
 def numbers(value) -> list[float]:

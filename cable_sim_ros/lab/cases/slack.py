@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from ...sim.rig import FOLDING, WHIPPING, Rig, cable_of
 from .family import Case, CaseError, Level, Values, family
@@ -119,7 +120,7 @@ def bowed(rig: Rig, chord: float) -> None:
     low, high = 0.0, 2.4  # at 2.4 rad the ends meet
     for _ in range(60):
         top = 0.5 * (low + high)
-        low, high = (top, high) if np.trapezoid(np.cos(angle(top)), fine) * length > chord else (low, top)
+        low, high = (top, high) if trapezoid(np.cos(angle(top)), fine) * length > chord else (low, top)
     g = np.stack((np.sin(angle(top)), np.zeros_like(fine), -np.cos(angle(top))), 1)
     r = np.concatenate((np.zeros((1, 3)), np.cumsum(0.5 * (g[1:] + g[:-1]) * np.diff(fine)[:, None], axis=0))) * length
     rig.place(*(np.stack([np.interp(s, fine, y[:, k]) for k in range(3)], 1) for y in (r, g)))
