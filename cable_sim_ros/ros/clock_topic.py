@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import time
+from typing import Any
+
 from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
 
@@ -9,6 +12,7 @@ from .neighbours import full_name
 
 TOPIC = "/clock"
 SECOND = 1_000_000_000
+DISCOVERY = 1.0  # s from the making of a node, in which it learns of others on its host
 
 
 class ClockTaken(RuntimeError):
@@ -20,14 +24,17 @@ class ClockTopic:
 
     def __init__(self, node) -> None:
         self.node = node
-        self.publisher = None
+        self.publisher: Any = None
+        self._made = time.monotonic()
         self._message = Clock()
 
     def open(self, session) -> None:
         """Publish the clock of a session in lockstep. Raises ClockTaken where another node does."""
         if not session.lockstep:
             return
-        if others := self.taken():
+        while not (others := self.taken()) and time.monotonic() - self._made < DISCOVERY:
+            time.sleep(0.05)
+        if others:
             raise ClockTaken(others)
         self.publisher = self.node.create_publisher(Clock, TOPIC, QoSProfile(depth=1))
         session.publish_clock = self.publish

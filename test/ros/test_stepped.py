@@ -117,10 +117,10 @@ class Run:
         self.session.built_loop.close()
 
 
-def poured(monkeypatch, bag: Path | None = None, **parameters) -> Run:
+def poured(monkeypatch, messages: list | None = None) -> Run:
     """All motion there before the first step, the topics out of order; commands at their clock."""
-    run = Run(monkeypatch, bag, **{"lockstep.rate": 0.0, "lockstep.paused": True} | parameters)
-    messages = ship()
+    run = Run(monkeypatch, **{"lockstep.rate": 0.0, "lockstep.paused": True})
+    messages = ship() if messages is None else messages
     for _, kind, data in [m for m in messages if m[1] == "odometry"] + [m for m in messages if m[1] == "imu"]:
         run.give(kind, data)
     commands = winch()
@@ -130,7 +130,7 @@ def poured(monkeypatch, bag: Path | None = None, **parameters) -> Run:
 
 
 def test_the_same_bits_poured_in_or_one_by_one_paused_stepped_replayed_and_free_running(monkeypatch, tmp_path):
-    first = poured(monkeypatch, tmp_path / "bag")
+    first = poured(monkeypatch)
     frames = first.until(TICKS)
     first.close()
     assert len(frames) == TICKS and first.session.steps.commands.missed == 0 == first.session.steps.late
@@ -138,7 +138,7 @@ def test_the_same_bits_poured_in_or_one_by_one_paused_stepped_replayed_and_free_
     assert not frames.status.any() or (frames.status == frames.status[0]).all(), "nothing went stale"
     assert first.session.sim.inputs.motion_head[0] > 20
 
-    second = Run(monkeypatch, **{"lockstep.rate": 2.0, "lockstep.paused": True})
+    second = Run(monkeypatch, tmp_path / "bag", **{"lockstep.rate": 2.0, "lockstep.paused": True})
     messages, commands, chance = ship(), winch(), random.Random(1)
 
     def sensors(clock: int) -> None:
@@ -201,3 +201,64 @@ def free_running(run: Run, begin: int) -> np.recarray:
             intake.command(commands[clock], clock)
         frames.append(sim.tick().copy())
     return np.array(frames).view(np.recarray)
+
+
+def test_bad_motion_and_bad_commands_are_counted_and_change_nothing(monkeypatch):
+    """Stamps a minute off, a command for another step, twice, without a stamp of this clock; then a hole in the motion
+    and a controller that is silent."""
+    good = poured(monkeypatch)
+    frames = good.until(30)
+    good.close()
+    messages = ship()
+    for place, off in ((40, 60 * S), (41, -60 * S)):
+        stamp, kind, _ = messages[place]
+        messages.insert(place, (stamp, kind, imu(stamp + off) if kind == "imu" else odometry(stamp + off, (9, 9, 9))))
+    hole = range(BEGIN + 12 * S // 10, BEGIN + 14 * S // 10)
+    messages = [message for message in messages if message[0] not in hole]
+    run = poured(monkeypatch, messages)
+    commands, session = winch(), run.session
+
+    def controller(clock: int) -> None:
+        if clock not in commands:
+            return
+        wrong = [command(clock + off * MS, velocity=[5.0]) for off in (20, -1100)]
+        assert [session.command(data, -1) for data in wrong] == ["step_future", "step_past"]
+        assert session.command(commands.pop(clock), -1) == ""
+        assert session.command(command(clock, velocity=[5.0]), -1) == "step_twice"
+
+    run.at_clock = controller
+    again = run.until(30)
+    assert again.tobytes() == frames.tobytes()
+    commands.clear()
+    run.until(TICKS + 20)
+    steps = session.steps
+    assert session.refused == {"stamp_off_clock": 2} and session.state == "running"
+    assert not steps.gate.cadence["imu"].missed, "what is held says that there is a hole"
+    run.until(140)
+    assert {kind: c.missed for kind, c in steps.gate.cadence.items()} == {"imu": 5, "odometry": 5}, "the end of motion"
+    assert steps.commands.missed == 5 and steps.commands.silent
+    assert run.wall < 30 * S, "bounded"
+    refused = session.commands.refused
+    assert refused["step_future"] == refused["step_past"] == refused["step_twice"] > 1
+    from cable_sim_ros.ros.lockstep_status import lockstep_figures, lockstep_status
+
+    status = lockstep_status(session)
+    assert status.level == 2 and "silent" in status.message and status.values["refused: step_twice"] != "0"
+    assert lockstep_figures(session)["commands_missed"] == 5
+    for stamp in (0, 1_700_000_000 * S):
+        assert session.command(command(stamp, velocity=[0.1]), -1) == ""
+    assert steps.unstamped == 2 and not steps.commands.silent, "it speaks again"
+    assert lockstep_status(session).level < 2
+    sailed = [
+        (stamp - 60 * S, odometry(stamp - 60 * S, (0, 0, 0), velocity=(2.0, 0, 0))) for stamp, _, _ in ship()[::6]
+    ]
+    for _, data in sailed[:5]:
+        run.give("odometry", data)
+    status = lockstep_status(session)
+    assert status.level == 2 and "~/reset" in status.message
+    assert session.reset() == (True, "waiting for motion")
+    for _, data in sailed[5:]:
+        run.give("odometry", data)
+    assert run.until(150).time[-1] < 50 * S and session.state == "running" and lockstep_status(session).level == 0
+    assert any("/clock goes to the stamp of the first motion" in text for text in run.said)
+    run.close()
