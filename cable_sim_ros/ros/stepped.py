@@ -242,6 +242,7 @@ class SteppedSession(Session):
             self._rates.popleft()
         then, before = self._rates[0]
         self.rate = (self.steps.steps - before) * self.period / (now - then) if now > then else math.nan
+        self.pace.factor = self.rate
         self._say_waiting()
 
 

@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
 
 from test_commands import command
 from test_motion import imu, odometry
-from test_stepped import poured
+from test_stepped import Run, ship, winch
 
 from cable_sim_ros.io.load import load_scene, override
 from cable_sim_ros.ros import session as session_module
@@ -190,7 +190,12 @@ def test_a_state_of_another_clock_is_taken_to_the_present(make, tmp_path):
 
 def test_a_recording_has_the_restore_and_is_replayed_bit_for_bit(monkeypatch, tmp_path):
     """Time goes back in the bag, to what it says again."""
-    run = poured(monkeypatch, tmp_path / "bag")
+    run = Run(monkeypatch, tmp_path / "bag", **{"lockstep.rate": 0.0, "lockstep.paused": True})
+    for _, kind, data in ship():
+        run.give(kind, data)
+    commands = winch()
+    run.at_clock = lambda clock: clock in commands and run.session.command(commands[clock], -1)
+    run.session.pause(False)
     run.until(40)
     assert run.session.save(tmp_path / "tow.npz")[0]
     run.until(55)

@@ -454,7 +454,7 @@ def test_a_plan_takes_the_place_of_the_commands_of_a_bag(hauled):
 
 def test_a_plan_without_motion_runs_a_minute_longer(monkeypatch):
     asked = []
-    monkeypatch.setattr(passes.Pass, "go", lambda self, duration, bag: asked.append(duration) or self.stop())
+    monkeypatch.setattr(passes.Pass, "go", lambda self, duration, *given: asked.append(duration) or self.stop())
     for heave, plan in ((None, "0 hold, 100 hold"), ((0.5, 8.0), "0 hold"), ((0.5, 8.0), "100 hold"), (None, None)):
         with pytest.raises(AttributeError):
             offline.run("full_scale", heave=heave, winch=plan)
