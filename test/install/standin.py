@@ -174,7 +174,9 @@ class World:
         )
         if said:
             text = done.stdout.replace(str(self.ros), "/opt/ros/jazzy").replace(str(self.home), "~")
-            lines = [line for line in text.replace(str(self.usr), "/usr").splitlines() if "WARNING: Location" not in line]
+            lines = [
+                line for line in text.replace(str(self.usr), "/usr").splitlines() if "WARNING: Location" not in line
+            ]
             self.transcript += [*(f"$ {line}" for line in script.strip().splitlines()), *lines]
             self.transcript.append(f"[exit code {done.returncode}]")
         assert not check or done.returncode == 0, f"{script}\n{done.stdout}"

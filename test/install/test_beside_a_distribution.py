@@ -76,7 +76,9 @@ def test_the_steps_of_the_page(world, workspace):
 
 
 def test_plain_colcon_makes_commands_that_say_what_is_too_old(world, workspace):
-    world.shell("cd ~/tow_ws; source /opt/ros/jazzy/setup.bash; colcon build --packages-select cable_sim_ros", said=False)
+    world.shell(
+        "cd ~/tow_ws; source /opt/ros/jazzy/setup.bash; colcon build --packages-select cable_sim_ros", said=False
+    )
     done = world.shell(node())
     last = done.stdout.splitlines()[-1]
     assert done.returncode == 2 and "Traceback" not in done.stdout
