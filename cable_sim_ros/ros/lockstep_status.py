@@ -37,7 +37,7 @@ def lockstep_figures(session: SteppedSession) -> dict[str, Any]:
 
 
 def lockstep_status(session: SteppedSession) -> Status:
-    """ERROR while it is held, the controller is silent or the motion off the clock; WARN while a topic of it is silent."""
+    """ERROR while held, with a silent controller or motion off the clock; WARN while a topic of motion is silent."""
     steps = session.steps
     values = {key: _text(value) for key, value in lockstep_figures(session).items()}
     if steps.held:
