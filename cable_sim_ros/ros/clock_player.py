@@ -28,9 +28,10 @@ class Follower:
         )
         self._items = sorted(timed)
         self._length = self._items[-1][0] - first + _interval(items)
-        self._loop = loop
+        self._loop, self._keep = loop, keep_stamps
         self.shift: int | None = 0 if keep_stamps else None
-        self._next, self._clock = 0, None
+        self._next = 0
+        self._clock: int | None = None
         self._begun = False
         self.played = 0  # ns of the bag
 
@@ -42,10 +43,11 @@ class Follower:
     def due(self, clock: int) -> list[tuple[Item, int]]:
         """The items that the clock has come to since the call before, with what to add to their stamps."""
         at = self._items[self._next][0] if not self.done else 0
-        if self.shift is None:
+        again = self._clock is not None and clock < self._clock - SECOND  # the node began again: the bag goes on
+        if self.shift is None or (again and not self._keep):
             self.shift = clock - at
-        elif self._clock is not None and clock < self._clock - SECOND and self._begun:
-            self.shift += clock - (at + self.shift)  # the node began again: the bag goes on
+        elif again:
+            self._begun = False
         self._clock = clock
         found = []
         while not self.done and (not self._begun or self._items[self._next][0] + self.shift <= clock):
@@ -54,7 +56,7 @@ class Follower:
             self.played = at - self._items[0][0]
             self._begun = True
             self._next += 1
-            if self.done and self._loop:
+            if self._loop and self._next == len(self._items):
                 self._next = 0
                 self.shift += self._length
         return found
@@ -75,7 +77,8 @@ def play_by_clock(node, items: list[Item], *, loop: bool, keep_stamps: bool, ali
     node.create_subscription(Clock, TOPIC, hear, QoSProfile(depth=1))
     executor = SingleThreadedExecutor(context=node.context)
     executor.add_node(node)
-    sent, ready, begun, said = 0, None, time.monotonic(), False
+    sent, begun, said = 0, time.monotonic(), False
+    ready: float | None = None
     while alive() and not follower.done:
         executor.spin_once(timeout_sec=0.1)
         now = time.monotonic()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from typing import Any
 
 from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
@@ -23,7 +24,7 @@ class ClockTopic:
 
     def __init__(self, node) -> None:
         self.node = node
-        self.publisher = None
+        self.publisher: Any = None
         self._made = time.monotonic()
         self._message = Clock()
 

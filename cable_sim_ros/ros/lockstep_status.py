@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from ..io.gate import CONFIRM
 from .status import ERROR, OK, WARN, Status, text_of
 from .stepped import SECOND, SteppedSession
 
@@ -36,7 +37,7 @@ def lockstep_figures(session: SteppedSession) -> dict[str, Any]:
 
 
 def lockstep_status(session: SteppedSession) -> Status:
-    """ERROR while it is held or the controller is silent, WARN while a topic of motion is."""
+    """ERROR while held, with a silent controller or motion off the clock; WARN while a topic of motion is silent."""
     steps = session.steps
     values = {key: _text(value) for key, value in lockstep_figures(session).items()}
     if steps.held:
@@ -49,6 +50,12 @@ def lockstep_status(session: SteppedSession) -> Status:
             f"lockstep.wait = {steps.settings.wait:g} s; the winch has the last one, and no step waits until it speaks",
             values,
         )
+    if steps.gate.refused_in_row >= CONFIRM:
+        text = (
+            f"the newest {steps.gate.refused_in_row} stamps of the motion are more than 1 s behind /clock: refused; "
+            f"let the sensors use /clock, or call ~/reset, which takes /clock to their next stamp"
+        )
+        return Status("lockstep", ERROR, text, values)
     silent = [kind for kind, cadence in steps.gate.cadence.items() if cadence.silent]
     if silent:
         text = f"no {' and no '.join(silent)} any more: no step waits for it until it speaks"

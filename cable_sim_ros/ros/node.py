@@ -41,11 +41,11 @@ from .params import ParameterError, checked, settle
 from .process import Stop, autostart, refuse_unknown, start_ros
 from .publisher import DirectPublisher, TickPublisher
 from .recording_control import RecordingControl
-from .stepped import session_of
+from .stepped import SteppedSession, session_of
 from .topics import diagnostic_array, message_class, transform_publisher
 
 NAME, NAMESPACE = "cable_sim", "/tow_sim"
-INPUT_QOS = QoSProfile(depth=200, reliability=ReliabilityPolicy.BEST_EFFORT)  # deep: a static start takes a second
+INPUT_DEPTH = {False: 200, True: 5000}  # deep: a static start takes a second; in lockstep a bag may come at once
 QOS = {"reliable": QoSProfile(depth=10), "sensor": QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)}
 LARGEST = 64_000  # bytes of an input; an Odometry has 720
 DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
@@ -119,10 +119,12 @@ class CableSimNode(LifecycleNode):
             transforms,
             session.log_time,
         )
-        session.publish_ticks = self.publisher.drain
+        if isinstance(session, SteppedSession):
+            session.publish_ticks = self.publisher.drain
         self.publisher.start()
+        input_qos = QoSProfile(depth=INPUT_DEPTH[session.lockstep], reliability=ReliabilityPolicy.BEST_EFFORT)
         self.inputs = [
-            self.create_subscription(message_class(msgtype), topic, self._input(kind), INPUT_QOS, raw=True)
+            self.create_subscription(message_class(msgtype), topic, self._input(kind), input_qos, raw=True)
             for kind, (msgtype, topic) in KINDS.items()
         ]
         self.report_state()

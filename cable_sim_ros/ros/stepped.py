@@ -85,6 +85,7 @@ class SteppedSession(Session):
         if self.state != "running":
             return True
         loop = self.built_loop
+        assert isinstance(loop, StepLoop)
         if self.steps.clock - self.delay <= int(loop.control[REACHED]):
             return False
         loop.step()
@@ -241,6 +242,7 @@ class SteppedSession(Session):
             self._rates.popleft()
         then, before = self._rates[0]
         self.rate = (self.steps.steps - before) * self.period / (now - then) if now > then else math.nan
+        self.pace.factor = self.rate
         self._say_waiting()
 
 

@@ -38,6 +38,7 @@ def test_kept_stamps_begin_at_once_and_wait_for_the_clock_to_come():
     player = follower(EVEN, keep_stamps=True)
     assert given(player, 1000) == [900_000], "it decides what the clock says"
     assert given(player, 1010) == [] and given(player, 900_030) == [900_020]
+    assert given(player, 1000) == [900_040] and given(player, 900_060) == [900_060], "the node began again"
 
 
 def test_an_odd_stamp_goes_in_its_place_and_a_node_that_begins_again_gets_the_rest():

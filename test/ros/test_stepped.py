@@ -249,4 +249,16 @@ def test_bad_motion_and_bad_commands_are_counted_and_change_nothing(monkeypatch)
         assert session.command(command(stamp, velocity=[0.1]), -1) == ""
     assert steps.unstamped == 2 and not steps.commands.silent, "it speaks again"
     assert lockstep_status(session).level < 2
+    sailed = [
+        (stamp - 60 * S, odometry(stamp - 60 * S, (0, 0, 0), velocity=(2.0, 0, 0))) for stamp, _, _ in ship()[::6]
+    ]
+    for _, data in sailed[:5]:
+        run.give("odometry", data)
+    status = lockstep_status(session)
+    assert status.level == 2 and "~/reset" in status.message
+    assert session.reset() == (True, "waiting for motion")
+    for _, data in sailed[5:]:
+        run.give("odometry", data)
+    assert run.until(150).time[-1] < 50 * S and session.state == "running" and lockstep_status(session).level == 0
+    assert any("/clock goes to the stamp of the first motion" in text for text in run.said)
     run.close()
