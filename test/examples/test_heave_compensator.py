@@ -15,6 +15,7 @@ from cable_sim_ros import ShipMotion
 CONTROLLER = Path(__file__).with_name("heave_compensator.py")
 HEAVE, SURGE, PERIOD = 1.0, 0.5, 6.0  # m, m, s
 CALM, GROWS, COUNTED = 2.0, 3.0, 6.0  # s: without waves, while they grow, and the wave that counts
+LATE = 0.02  # s; a command that is later than this was held up by the machine
 HOLD = 490.0  # N, standard deviation of the tension over that wave without compensation
 
 
@@ -42,17 +43,27 @@ def closed_loop(tow_sim, rate, mode):
     return frames[(seconds > begin) & (seconds <= begin + COUNTED)]
 
 
+def in_real_time(tow_sim, rate):
+    """The same where the machine held real time; skips the test where it has too much other work."""
+    for _ in range(3):
+        frames = closed_loop(tow_sim, rate, "realtime")
+        late = frames.command_age.max() - 1.0 / rate  # s, a command after it was due
+        if late < LATE:
+            return frames
+    pytest.skip(f"this machine does not hold real time: a command came {late:.3f} s late, in the last of three tries")
+
+
 @pytest.mark.parametrize("rate", [50, 100])
 def test_the_same_in_real_time_and_in_lockstep(tow_sim, rate):
-    live = closed_loop(tow_sim, rate, "realtime").tension
     stepped = closed_loop(tow_sim, rate, "lockstep").tension
-    print(f"{rate} Hz: {live.std():.1f} N in real time, {stepped.std():.1f} N in lockstep")
     assert stepped.std() < 0.1 * HOLD, "it compensates"
+    live = in_real_time(tow_sim, rate).tension
+    print(f"{rate} Hz: {live.std():.1f} N in real time, {stepped.std():.1f} N in lockstep")
     # In lockstep a command acts at its stamp. In real time it is under way for some milliseconds and acts with the next
-    # tick: late by tau on a wave of pulsation w leaves 2 sin(w tau / 2) of what hold shows, 1 % for 10 ms. Allowed is
-    # what 100 ms leave, for a machine that has other work: 10 %.
-    assert abs(live.std() - stepped.std()) < 0.1 * HOLD
-    assert abs(live.mean() - stepped.mean()) < 0.1 * HOLD
+    # tick: late by tau on a wave of pulsation w leaves 2 sin(w tau / 2) of what hold shows: 2 % for LATE, 1 % for the
+    # tick. The rest is for motion that was late in the same way.
+    assert abs(live.std() - stepped.std()) < 0.05 * HOLD
+    assert abs(live.mean() - stepped.mean()) < 0.05 * HOLD
 
 
 def test_two_runs_in_lockstep_are_the_same_bits(tow_sim):
