@@ -171,7 +171,8 @@ def test_every_shipped_span_loads_and_is_called_like_its_file(name):
 
 def test_every_file_in_config_is_of_one_kind():
     kinds = [resources.shipped_scenes(), resources.shipped_spans(), resources.shipped_viv()]
-    assert sorted(sum(kinds, [])) == sorted(path.stem for path in (ROOT / "config").rglob("*.yaml"))
+    ours = [path for path in (ROOT / "config").rglob("*.yaml") if path.parent.name != "ros2_control"]  # not read here
+    assert sorted(sum(kinds, [])) == sorted(path.stem for path in ours)
 
 
 def test_changelog_has_the_version_or_says_unreleased():
