@@ -194,13 +194,16 @@ class Tow:
         steps = round(seconds * SECOND) // self._link.tick
         if self.lockstep:
             self.step(steps)
-            return box.frames[begun:]
+            return self._since(begun)
         first = self._first() if not begun else box.frames
         target = int(first["time"][-1]) + steps * self._link.tick
         self._await(
             lambda: box.frames["time"][-1] >= target, 1.5 * seconds + STALLED, f"{seconds:g} s further", every=0.05
         )
-        return box.frames[begun:]
+        return self._since(begun)
+
+    def _since(self, begun: int) -> np.recarray:
+        return self._link.box.frames[begun:].view(np.recarray)
 
     def step(self, count: int = 1) -> None:
         """Lockstep: so many ticks, and no more."""
