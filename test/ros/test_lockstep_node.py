@@ -254,11 +254,30 @@ def test_a_paused_node_first_then_a_controller_that_answers_and_a_second_clock(w
     assert node.stop() == 0
 
 
-def test_another_clock_before_the_start_is_refused(world):
-    from rosgraph_msgs.msg import Clock
+def test_another_clock_before_the_start_is_refused(monkeypatch):
+    """Without a process of its own: what `open` raises fails the configure, as every error there does."""
+    from types import SimpleNamespace
 
-    ears = world.ears()
-    ears.node.create_publisher(Clock, "/clock", 1)
-    node = world.node(time_mode="lockstep")
-    assert node.wait(40.0) == 1
-    assert "/clock is also published by /tow_sim/ears" in node.text and "not configured" in node.text
+    from cable_sim_ros.ros import clock_topic
+
+    others: list = []
+    node = SimpleNamespace(
+        count_publishers=lambda topic: len(others),
+        get_publishers_info_by_topic=lambda topic: others,
+        get_name=lambda: "cable_sim",
+        get_namespace=lambda: "/tow_sim",
+        create_publisher=lambda *what: "publisher",
+    )
+    learns = iter([None, SimpleNamespace(node_name="player", node_namespace="/")])  # discovery takes a moment
+    monkeypatch.setattr(clock_topic.time, "sleep", lambda seconds: others.extend(filter(None, [next(learns)])))
+    topic = clock_topic.ClockTopic(node)
+    with pytest.raises(clock_topic.ClockTaken, match="/clock is also published by /player.*without --clock"):
+        topic.open(SimpleNamespace(lockstep=True))
+    assert topic.publisher is None
+    others.clear()
+    monkeypatch.setattr(clock_topic, "DISCOVERY", 0.0)
+    topic.open(session := SimpleNamespace(lockstep=True))
+    assert topic.publisher == "publisher" and session.publish_clock == topic.publish
+    real = clock_topic.ClockTopic(node)
+    real.open(SimpleNamespace(lockstep=False))
+    assert real.publisher is None, "real time publishes no clock"

@@ -117,9 +117,9 @@ class Run:
         self.session.built_loop.close()
 
 
-def poured(monkeypatch, messages: list | None = None) -> Run:
+def poured(monkeypatch, bag: Path | None = None, messages: list | None = None) -> Run:
     """All motion there before the first step, the topics out of order; commands at their clock."""
-    run = Run(monkeypatch, **{"lockstep.rate": 0.0, "lockstep.paused": True})
+    run = Run(monkeypatch, bag, **{"lockstep.rate": 0.0, "lockstep.paused": True})
     messages = ship() if messages is None else messages
     for _, kind, data in [m for m in messages if m[1] == "odometry"] + [m for m in messages if m[1] == "imu"]:
         run.give(kind, data)
@@ -215,7 +215,7 @@ def test_bad_motion_and_bad_commands_are_counted_and_change_nothing(monkeypatch)
         messages.insert(place, (stamp, kind, imu(stamp + off) if kind == "imu" else odometry(stamp + off, (9, 9, 9))))
     hole = range(BEGIN + 12 * S // 10, BEGIN + 14 * S // 10)
     messages = [message for message in messages if message[0] not in hole]
-    run = poured(monkeypatch, messages)
+    run = poured(monkeypatch, messages=messages)
     commands, session = winch(), run.session
 
     def controller(clock: int) -> None:
