@@ -27,8 +27,7 @@ WITHIN = 20.0  # s for a stop; a longer one counts as hung
 
 def endure(count: int, scene: str = "full_scale", kill_every: int = 5, say: Any = lambda text: None) -> dict[str, Any]:
     """Figures of so many starts and stops: what was left, times in s (median, longest), descriptors gained."""
-    starts, stops, left, domains = [], [], 0, set()
-    segments: set[str] = set()
+    starts, stops, left, files, domains = [], [], 0, 0, set()
     descriptors = None
     for k in range(count):
         begun = time.monotonic()
@@ -36,7 +35,8 @@ def endure(count: int, scene: str = "full_scale", kill_every: int = 5, say: Any 
         try:
             starts.append(time.monotonic() - begun)
             domains.add(sim.domain)
-            segments |= shared_memory.mapped(sim.node.pid)
+            # not the ports: their names come again, and may by now be another program's
+            segments = {name for name in shared_memory.mapped(sim.node.pid) if "port" not in name}
             sim.feed(heave=(1.0, 8.0), duration=5.0)
             sim.advance(0.2)
             if k % 7 == 6:
@@ -48,13 +48,14 @@ def endure(count: int, scene: str = "full_scale", kill_every: int = 5, say: Any 
             sim.close()
             stops.append(time.monotonic() - begun)
         left += len(watchdog.marked(MARK))
+        files += len(shared_memory.remove(segments))
         if descriptors is None:
             descriptors = len(os.listdir("/proc/self/fd"))  # after the first, which has loaded everything
         say(f"{k + 1} of {count}: ready after {starts[-1]:.1f} s, ended within {stops[-1]:.1f} s, left {left}")
     return {
         "starts": count,
         "leftover_processes": left,
-        "shared_memory_left": len(shared_memory.remove(segments)),
+        "shared_memory_left": files,
         "descriptors_gained": len(os.listdir("/proc/self/fd")) - (descriptors or 0),
         "threads_left": sum(thread.name.startswith("cable_sim") for thread in threading.enumerate()),
         "hung": sum(stop > WITHIN for stop in stops),
