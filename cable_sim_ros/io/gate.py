@@ -47,17 +47,25 @@ class Cadence:
         """Has it missed so many in a row that it is not waited for?"""
         return self.in_row >= self.silent_after
 
-    def due(self, clock: int) -> bool:
-        """Must the next message be there when the clock says this?"""
-        if self.period is None or self.newest is None or self.silent:
+    def due(self, clock: int, least: int | None = None) -> bool:
+        """Must the next message be there when the clock says this?
+
+        least: stamp that is needed while there is no period; None: no message is waited for then.
+        """
+        if self.newest is None or self.silent:
             return False
+        if self.period is None:
+            return least is not None and self.newest < least and not self._passed
         return self.newest + self.period * (self._passed + 1) + self.slack <= clock
 
     def miss(self, clock: int) -> None:
         """What was due by this clock is not waited for any more."""
-        assert self.period is not None and self.newest is not None
+        assert self.newest is not None
         self.missed += 1
         self.in_row += 1
+        if self.period is None:
+            self._passed = 1
+            return
         self._passed = max(self._passed + 1, (clock - self.slack - self.newest) // self.period)
 
     def heard(self, stamp: int, clock: int) -> None:
@@ -103,9 +111,15 @@ class Held(NamedTuple):
 
 
 class MotionGate:
-    """Holds the motion messages of both topics. `refused_in_row`: off the clock, one after the other."""
+    """Holds the motion messages of both topics. `refused_in_row`: off the clock, one after the other.
 
-    def __init__(self, silent_after: int) -> None:
+    delay: by how much the ticks lie behind the clock, ns: until its period is known, a topic is waited for where a tick
+    would run without a sample at its end. The first tick else has one sample or two, as the machine likes, and the
+    motion is taken up in another way.
+    """
+
+    def __init__(self, silent_after: int, delay: int = 0) -> None:
+        self.delay = delay
         self.cadence = {kind: Cadence(silent_after) for kind in ORDER}
         self.number = 0
         self.reset()
@@ -163,7 +177,7 @@ class MotionGate:
         for kind, ahead in self._ahead.items():
             if ahead and ahead[0].stamp <= clock + FAR:  # nothing has spoken against them
                 self._believe(kind, clock)
-        return [kind for kind, cadence in self.cadence.items() if cadence.due(clock)]
+        return [kind for kind, cadence in self.cadence.items() if cadence.due(clock, clock - self.delay)]
 
     def miss(self, clock: int) -> None:
         """Wait no longer for what is due."""

@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Generator
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rclpy._rclpy_pybind11 import InvalidHandle
 from rclpy.clock import Clock, ClockType
 from std_srvs.srv import SetBool, Trigger
 
@@ -80,7 +82,8 @@ class SimulationControl:
         finally:
             self._waiting -= 1
             if not self._waiting:
-                self._looks.cancel()
+                with suppress(InvalidHandle):  # the process is ending, the timer is gone
+                    self._looks.cancel()
         if session.state not in ("waiting", "running"):
             return False, session.problem or f"the node is {session.state}"
         if self._dropped:

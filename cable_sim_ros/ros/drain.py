@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from typing import Any
 
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.executors import SingleThreadedExecutor, TimeoutObject
 
 from .loop import raise_priority
 
@@ -45,14 +46,16 @@ def spin(node, stop) -> None:
     executor.add_node(node)
     if node.settings.node.realtime.priority:
         raise_priority()  # motion that is taken in late is motion extrapolated
-    idle = 0.1
+    # one object: with another argument each time rclpy begins its round anew, with coroutines and timers, and services
+    # are never reached
+    idle: Any = TimeoutObject(0.1)
     while not stop.asked and rclpy.ok():
         executor.spin_once(timeout_sec=idle)
         end = time.monotonic_ns() + TURN
         while True:
             drain(node.inputs)
             now = time.monotonic_ns()
-            idle = node.session.advance(now)
-            if idle > 0.0 or now >= end:
+            idle.timeout = node.session.advance(now)
+            if idle.timeout > 0.0 or now >= end:
                 break
     executor.shutdown(timeout_sec=1.0)

@@ -64,7 +64,7 @@ class Lockstep:
         self.paused = settings.paused
         self.held = ""  # why nothing may run, or ""
         self.steps_left = self.steps = 0
-        self.gate = MotionGate(settings.silent_after)
+        self.gate = MotionGate(settings.silent_after, delay)
         given = None if settings.command_period is None else round(settings.command_period * SECOND)
         self.commands = Cadence(settings.silent_after, given, eager=True)
         self.late = self.unstamped = 0
