@@ -10,8 +10,10 @@ from .simulation_interfaces import SERVICES, service_name
 
 NODE, SPACE = "cable_sim", "/tow_sim"
 FILE = Path("config", "sros2", "policy.xml")
-# only where tf2_msgs or simulation_interfaces is installed, /clock only in lockstep
-OPTIONAL = {"/clock", f"{SPACE}/tf"} | {f"{SPACE}/{NODE}/{service_name(name)}" for name in SERVICES}
+# only where tf2_msgs, visualization_msgs or simulation_interfaces is installed, /clock only in lockstep, strum with viv
+OPTIONAL = {"/clock", f"{SPACE}/tf", f"{SPACE}/cable/markers", f"{SPACE}/cable/strum"} | {
+    f"{SPACE}/{NODE}/{service_name(name)}" for name in SERVICES
+}
 
 
 def rules(path: Path, name: str = NODE, space: str = SPACE) -> dict[str, set[str]]:

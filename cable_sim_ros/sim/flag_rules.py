@@ -123,7 +123,8 @@ RULES = (
         20.0,
         0.1,
         SEAWAY,
-        "motion was being taken up again and again: a mixture, not that of the sea. See which source comes and goes",
+        "motion was being taken up again and again: a mixture, not that of the sea. See which source comes and goes, "
+        "and whether samples come later than input_delay (sample_age_p99_ms in statistics_file): a busy machine",
         "each start takes it up, in the 20 s that the statistics leave out",
     ),
     Rule(
