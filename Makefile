@@ -28,7 +28,7 @@ test: $(VENV)/.test
 	$(BIN)/python -m pytest $(PYTEST_ARGS)
 
 install-check: $(VENV)/.test
-	$(BIN)/python -m pytest -m install test/install $(PYTEST_ARGS)
+	$(BIN)/python -m pytest -n 2 --dist loadfile -m install test/install $(PYTEST_ARGS)
 
 # not in make test: on Python 3.11 tracing takes 40 % of the suite's time; from 3.12 on the interpreter itself counts lines
 coverage: $(VENV)/.test

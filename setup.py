@@ -34,6 +34,7 @@ KILTED = ros("9.1.2", "5.5.1", "2.3.0")  # until December 2026
 PEERS = ["moordyn>=2.7", "mujoco>=3.3", "exudyn>=1.13", "cabledyn>=0.3"]  # other codes, for cable-sim bench --peers
 TEST = [
     "pytest>=8",
+    "pytest-xdist>=3.6",  # make install-check: two installs side by side
     "click>=8.2",  # its test runner keeps the two outputs apart
     "hypothesis>=6",
     "ruff>=0.17,<0.18",  # the set of rules changes with the minor version
