@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import threading
 import time
 import warnings
@@ -10,6 +11,7 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.srv import SetParameters
+from rclpy.duration import Duration
 from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
@@ -17,7 +19,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from ..io.commands import encode_command
 from ..io.messages import KINDS
-from ..ros.params import ParameterError, settle
+from ..ros.params import FOREIGN, settle
 from ..ros.topics import message_class
 from .ears import Ears
 from .errors import TowError
@@ -30,7 +32,8 @@ COMMAND = KINDS["command"][1]
 SERVICE = 30.0  # s for an answer
 STALLED = 60.0  # s of wall time without a Frame
 LOOK = 0.5  # s between two looks at who else is in the domain
-SPEAK = 1.0  # s of wall time for the first command of a controller, which may also come when the clock moves
+SPEAK = 3.0  # s of wall time for the first command of a controller, which may also come when the clock moves
+DELIVERED = Duration(seconds=3.0)  # for motion to the listeners that acknowledge it
 SETTLE = 0.3  # s: the other end may learn of ours a little later than we of it
 
 
@@ -44,16 +47,18 @@ class Link:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # cautions of a scene are in the node's log
                 settings = settle(dict(parameters))
-        except ParameterError as error:
-            raise TowError(str(error)) from None
+        except ValueError as error:  # ParameterError, ResourceError
+            raise TowError(str(error)) from error
         self.domain, self.lockstep, self.scene = domain, lockstep, settings.scene
+        self._names = [row.name for row in settings.rows] + list(FOREIGN)
         self._looked = 0.0  # s, at who else is there
         self.tick = round(self.scene.solver.tick * SECOND)
         self.box = FrameBox()
         self.now: int | None = None  # what /clock said last, ns
         self.clock_came = threading.Event()
-        self.spoken = threading.Event()  # has anybody commanded?
-        self.awaited = False  # was a controller started that may speak at once?
+        self.spoken = threading.Event()  # has a command been heard since the last controller was started?
+        self._controlled = False  # does a process of the test publish commands?
+        self._awaited = False  # may its first command come before the next step?
         self.ears = Ears(domain, NAMESPACE, environment)
         self.feeder = Feeder(self._send, lockstep)
         self._publishers = {
@@ -112,7 +117,11 @@ class Link:
         if any(message.kind == "command" for message in messages):
             self._commander()
         first = self.now if self.lockstep else time.time_ns() + AHEAD
-        return self.feeder.add(messages, first)
+        stamp = self.feeder.add(messages, first)
+        self._awaited = self._controlled
+        if self.lockstep:
+            self._sent()
+        return stamp
 
     def step(self, count: int, check: Callable[[], None]) -> None:
         """Lockstep: so many ticks, all their Frames heard. check(): raises where the node or a controller has ended."""
@@ -125,7 +134,8 @@ class Link:
                 raise TowError(f"{self.box.missing} ticks were not heard: the machine stood still; nothing counts now")
             if tried > 3:
                 raise TowError(f"{left} of {count} ticks gave no Frame; see the task lockstep of /diagnostics")
-            self._quiet()
+            self._sent()
+            self._first_command(check)
             self.set("lockstep.steps", left)
             self.call("step", None, STALLED, self._progress(check))
             with self.box.changed:  # in the step that takes up the first motion there is no tick
@@ -143,18 +153,23 @@ class Link:
 
         return moved
 
-    def _quiet(self) -> None:
-        """Until what the clock has come to is sent, and a controller had the time to speak: the node takes messages
-        in before it begins a step that was asked for after them."""
+    def _sent(self) -> None:
+        """Until what the clock has come to is sent: the node takes it in before a step that is asked for later."""
         deadline = time.monotonic() + SERVICE
         while self.now is None or not self.feeder.idle:
             if time.monotonic() > deadline:
                 raise TowError(f"motion could not be sent within {SERVICE:g} s")
             time.sleep(0.002)
-        deadline = time.monotonic() + (SPEAK if self.awaited and not self.spoken.is_set() else 0.0)
-        while not self.spoken.is_set() and time.monotonic() < deadline:
-            time.sleep(0.002)
-        self.awaited = False
+        for kind in ("imu", "odometry"):
+            self._publishers[kind].wait_for_all_acked(DELIVERED)
+
+    def _first_command(self, check: Callable[[], None]) -> None:
+        """After motion was fed, until a controller has answered it, at most SPEAK: one that answers at the standing
+        clock is then always in time for the first step."""
+        deadline = time.monotonic() + SPEAK
+        while self._awaited and not self.spoken.wait(0.01) and time.monotonic() < deadline:
+            check()
+        self._awaited = False
 
     def command(self, payout: float | None, rate: float | None) -> None:
         """Publish a command, stamped with the clock of the motion."""
@@ -165,14 +180,30 @@ class Link:
         """Publishers of winch commands beside our own."""
         return self.ears.others_on(f"{NAMESPACE}/{COMMAND}")
 
+    def controller_comes(self) -> None:
+        """A controller is about to start: what was commanded before is not its answer."""
+        self.spoken.clear()
+
     def controller_came(self) -> None:
         """A controller publishes commands: let it and the node learn of each other."""
         time.sleep(SETTLE)
-        self.awaited = True
+        self._controlled = self._awaited = True
 
     def set(self, name: str, value: Any) -> None:
-        """Set a parameter; TowError with the node's reason where it refuses."""
-        request = SetParameters.Request(parameters=[Parameter(name, value=value).to_parameter_msg()])
+        """Set a parameter; TowError where there is none of that name, or with the node's reason where it refuses."""
+        if name not in self._names:
+            near = difflib.get_close_matches(str(name), self._names, 1, 0.6)
+            raise TowError(
+                f"parameter {name!r} = {value!r}: the node has no such parameter; nothing was changed. "
+                + (f"Did you mean {near[0]!r}?" if near else "All names are in docs/parameters.md")
+            )
+        try:
+            request = SetParameters.Request(parameters=[Parameter(name, value=value).to_parameter_msg()])
+        except (TypeError, ValueError, AssertionError) as error:
+            raise TowError(
+                f"parameter {name!r} = {value!r} is of a type that no parameter has ({error}); nothing was changed. "
+                f"Give a float, int, bool, str or a list of floats"
+            ) from error
         (result,) = self.ears.call(SetParameters, f"{NODE}/set_parameters", request, SERVICE).results
         if not result.successful:
             raise TowError(f"{name} = {value!r} was refused: {result.reason}")

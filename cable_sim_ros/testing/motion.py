@@ -6,7 +6,7 @@ import os
 import struct
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from ..io.resources import find_bag
 from ..sim.inputs import ShipMotion
 from ..sim.scene import Ship
 from .errors import TowError
+from .given import number, refused
 
 SECOND = 1_000_000_000
 INPUTS = ("imu", "odometry", "command")  # in this order at one stamp
@@ -40,24 +41,18 @@ def messages(
     imu_only: bool = False,
     commands: bool = False,
 ) -> list[Message]:
-    """Messages in order of their stamps. TowError when there are none; MotionError, BagError, ResourceError as there.
+    """Messages in order of their stamps. TowError when there are none, or for what cannot be used.
 
     source: bag (path or name of a shipped one), CSV file, or samples; heave: (m, s) in place of it; ship: of the scene;
     start, duration: part of it, s; commands: those of the bag too.
     """
     if (source is None) == (heave is None):
         raise TowError("give one source of motion: a bag, a CSV file, samples, or heave=(m, s); nothing was sent")
-    if heave is not None:
-        if duration is None:
-            raise TowError("heave needs duration=... in s: nothing was sent")
-        events = sine_heave(*heave, start + duration, ship).events
-    elif isinstance(source, (str, os.PathLike)):
-        if Path(source).suffix.lower() == ".csv":
-            events = read_table(source, ship).events
-        else:
-            events = read_tow(find_bag(os.fspath(source)), imu_only=imu_only).events
-    else:
-        events = _of_samples(list(source or ()))
+    start = number("start", start, "s", "nothing was sent", "leave it out to begin with the first message", least=0.0)
+    if duration is not None:
+        duration = number("duration", duration, "s", "nothing was sent", "leave it out for all the motion of a source")
+    with refused():
+        events = _events(source, ship, heave, start, duration, imu_only)
     kept = [event for event in events if commands or event.kind != "command"]
     kept = [event for event in kept if not (imu_only and event.kind == "odometry")]
     kept.sort(key=lambda event: (event.time, INPUTS.index(event.kind)))
@@ -70,7 +65,43 @@ def messages(
     return found
 
 
-def _of_samples(samples: Sequence[ShipMotion]) -> list[Event]:
+def _events(source: Any, ship: Ship, heave: Any, start: float, duration: float | None, imu_only: bool) -> list[Event]:
+    if heave is not None:
+        try:
+            amplitude, period = (float(part) for part in heave)
+        except (TypeError, ValueError):
+            raise TowError(
+                f"heave = {heave!r} is no pair of numbers: nothing was sent; give heave=(amplitude in m, period in s)"
+            ) from None
+        if duration is None:
+            raise TowError("heave needs duration=... in s: nothing was sent")
+        return sine_heave(amplitude, period, start + duration, ship).events
+    if isinstance(source, (str, os.PathLike)):
+        if Path(source).suffix.lower() == ".csv":
+            return read_table(source, ship).events
+        return read_tow(find_bag(os.fspath(source)), imu_only=imu_only).events
+    return _of_samples(source)
+
+
+def _of_samples(source: Any) -> list[Event]:
+    try:
+        samples = list(source)
+    except TypeError:
+        raise TowError(
+            f"source = {source!r} is no motion: nothing was sent; give a bag or a CSV file by its path, the name of a "
+            f"shipped bag, or a sequence of cable_sim_ros.ShipMotion"
+        ) from None
+    for k, sample in enumerate(samples):
+        if not isinstance(sample, ShipMotion):
+            raise TowError(
+                f"source[{k}] = {sample!r} is no ShipMotion: nothing was sent; give a sequence of "
+                f"cable_sim_ros.ShipMotion, each with its time_ns"
+            )
+        if k and sample.time_ns <= samples[k - 1].time_ns:
+            raise TowError(
+                f"source[{k}].time_ns = {sample.time_ns} ns is not behind that of the sample before: nothing was sent; "
+                f"give the samples in order of their time_ns, each time once"
+            )
     if not samples:
         return []
     rows = np.array([sample.row(1.0) for sample in samples])

@@ -56,8 +56,8 @@ class Process:
         guard()
         self.name, self.log = name, log
         self.watched = True  # is its end by itself, with another code than 0, a failure of the test?
-        with open(log, "wb") as stream:
-            try:
+        try:
+            with open(log, "wb") as stream:
                 self._process = subprocess.Popen(
                     list(command),
                     env=dict(environment),
@@ -67,8 +67,8 @@ class Process:
                     pass_fds=tuple(inherit),
                     start_new_session=True,
                 )
-            except OSError as error:
-                raise TowError(f"{name} could not be started: {error}; the command was {' '.join(command)}") from None
+        except (OSError, TypeError, ValueError) as error:  # the latter two: of an environment that is no text
+            raise TowError(f"{name} could not be started: {error}; the command was {' '.join(command)}") from error
         self.pid = self._process.pid
 
     @property

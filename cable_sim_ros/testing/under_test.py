@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import shutil
 import sys
@@ -19,9 +20,11 @@ import numpy as np
 from . import shared_memory, watchdog
 from .domain import reserve
 from .errors import TowError
+from .given import number
 from .process import MARK, Process
 
 READY_WITHIN = 300.0  # s; compiling everything from nothing takes minutes on a slow machine
+COMPILING = "the first start on a machine compiles for one to four minutes: give ready_within=300 or leave it out"
 START_WITHIN = 60.0  # s of wall time from the first motion to the first Frame
 STALLED = 30.0  # s of wall time, beside what real time takes
 SECOND = 1_000_000_000
@@ -56,9 +59,16 @@ class Tow:
     ) -> None:
         if mode not in ("realtime", "lockstep"):
             raise TowError(f"mode = {mode!r} is not known: nothing was started; give 'realtime' or 'lockstep'")
+        number("ready_within", ready_within, "s", "nothing was started", COMPILING)
         self.mode, self.lockstep = mode, mode == "lockstep"
-        self.folder = Path(folder) if folder is not None else self._temporary()
-        self.folder.mkdir(parents=True, exist_ok=True)
+        try:
+            self.folder = Path(folder) if folder is not None else self._temporary()
+            self.folder.mkdir(parents=True, exist_ok=True)
+        except (OSError, TypeError) as error:
+            raise TowError(
+                f"folder = {folder!r} for logs and recording could not be made ({error}): nothing was started; give "
+                f"one that can be written, or leave it out"
+            ) from error
         self.recording = self.folder / "tow" if record else None
         self.processes: list[Process] = []
         self.leftovers: list[int] = []  # ids of processes that outlived those we started, and were ended
@@ -95,7 +105,7 @@ class Tow:
         self._status = self.folder / f"node_{self._mark[-8:]}.json"
         arguments = [*command, "--ros-args"]
         for name, value in (self._wanted | {"statistics_file": str(self._status)}).items():
-            arguments += ["-p", f"{name}:={json.dumps(value)}"]
+            arguments += ["-p", f"{name}:={_text(name, value)}"]
         package = str(Path(__file__).resolve().parents[2])  # the node's is the one under test, however it was imported
         path = os.pathsep.join([package, *filter(None, [os.environ.get("PYTHONPATH")])])
         self._closing.append(self._sweep)
@@ -108,7 +118,7 @@ class Tow:
         closed: dict[str, str | None] = dict.fromkeys(OPENING)
         self._link = Link(self.domain, self._wanted, closed | own, self.lockstep)
         self._closing.append(self._link.close)
-        self._await(lambda: self.state == "waiting", within, "ready for motion")
+        self._await(lambda: self.state == "waiting", within, "ready for motion", remedy=f"; {COMPILING}")
         self._await(self._link.connected, START_WITHIN, "connected")
         self._segments |= shared_memory.mapped(self.node.pid)
 
@@ -144,6 +154,7 @@ class Tow:
         """
         from .motion import messages
 
+        self._open()
         ship = self._link.scene.ship
         found = messages(
             source, ship, heave=heave, start=start, duration=duration, imu_only=imu_only, commands=commands
@@ -152,8 +163,16 @@ class Tow:
 
     def command(self, *, rate: float | None = None, payout: float | None = None) -> None:
         """One winch command: a rate [m/s] or a length [m], positive out; docs/winch.md."""
-        if (rate is None) == (payout is None):
+        if rate is None and payout is None:
             raise TowError("give rate=... in m/s or payout=... in m: nothing was commanded")
+        if rate is not None and payout is not None:
+            raise TowError(
+                f"both rate = {rate!r} m/s and payout = {payout!r} m were given: nothing was commanded; give one"
+            )
+        self._open()
+        for name, value, unit in (("rate", rate, "m/s"), ("payout", payout, "m")):
+            if value is not None:
+                number(name, value, unit, "nothing was commanded", "rate=0.0 stops the winch", least=-math.inf)
         self._link.command(payout, rate)
 
     def run(self, command: Sequence[object], *, name: str = "", may_end: bool = False, within: float = 30.0) -> Process:
@@ -162,9 +181,18 @@ class Tow:
         It ends with this tow. If it ends by itself with another code than 0 the next wait raises TowError, unless it
         may_end; `kill()` and `stop()` of what is returned are no surprise.
         """
-        number, before = len(self.processes), self._link.commanders()
-        name = name or f"controller {number}"
-        log = self.folder / f"process{number}.log"
+        if isinstance(command, (str, bytes)) or not command:
+            raise TowError(
+                f"command = {command!r} is no list of a program and its arguments: nothing was started; give "
+                f"[sys.executable, 'my_controller.py']"
+            )
+        number("within", within, "s", "nothing was started", "0 does not wait for commands", least=0.0)
+        self._open()
+        if within:
+            self._link.controller_comes()
+        count, before = len(self.processes), self._link.commanders()
+        name = name or f"controller {count}"
+        log = self.folder / f"process{count}.log"
         process = Process(name, [str(part) for part in command], log, self.environment, [self._descriptor])
         process.watched = not may_end
         self.processes.append(process)
@@ -180,16 +208,21 @@ class Tow:
 
     def set(self, name: str, value: Any) -> None:
         """Set a parameter of the running node."""
+        self._open()
         self._link.set(name, value)
 
     def call(self, service: str, data: bool | None = None) -> str:
         """Call `reset` and other Trigger services of the node, or with data `record` and `pause`; returns its text."""
+        self._open()
         return self._link.call(service, data)
 
     # ---- time
 
     def advance(self, seconds: float) -> np.recarray:
         """Let so many seconds of simulation pass; returns the Frames of this time."""
+        tick = self._link.tick / SECOND
+        seconds = number("seconds", seconds, "s (one tick)", "nothing was simulated", "time goes forward", least=tick)
+        self._open()
         box, begun = self._link.box, self._link.box.count
         steps = round(seconds * SECOND) // self._link.tick
         if self.lockstep:
@@ -209,13 +242,18 @@ class Tow:
         """Lockstep: so many ticks, and no more."""
         if not self.lockstep:
             raise TowError("step() is for mode='lockstep': real time goes on by itself; use advance() or wait_until()")
-        self._link.step(count, self.check)
+        if int(number("count", count, "tick", "nothing was stepped", "give whole ticks", least=1)) != count:
+            raise TowError(f"count = {count!r} is no whole number of ticks: nothing was stepped; advance() takes s")
+        self._open()
+        self._link.step(int(count), self.check)
 
     def wait_until(self, condition: Callable[[np.recarray], Any], within: float, every: float = 0.1) -> np.recarray:
         """Go on until condition(frames) is true, at most `within` s of simulation; returns the Frames so far.
 
         every: s of simulation between two looks.
         """
+        for name, value in (("within", within), ("every", every)):
+            number(name, value, "s", "nothing was simulated", "give seconds of simulation")
         begun = self._link.box.frames["time"][-1] if self._link.box.count else None
         while True:
             frames = self.frames
@@ -235,12 +273,18 @@ class Tow:
         self._await(lambda: self._link.box.count > 0, START_WITHIN, "running: has it been fed motion?")
         return self._link.box.frames
 
-    def _await(self, condition: Callable[[], Any], within: float, what: str, every: float = 0.01) -> None:
+    def _open(self) -> None:
+        if self._closed:
+            raise TowError("this tow is closed: nothing was done; use it inside its `with`, or start another")
+
+    def _await(
+        self, condition: Callable[[], Any], within: float, what: str, every: float = 0.01, remedy: str = ""
+    ) -> None:
         deadline = time.monotonic() + within
         while not condition():
             self.check()
             if time.monotonic() > deadline:
-                raise TowError(f"not {what}, within {within:g} s (state {self.state})\n{self.node.tail()}")
+                raise TowError(f"not {what}, within {within:g} s (state {self.state}){remedy}\n{self.node.tail()}")
             time.sleep(every)
 
     def check(self) -> None:
@@ -325,6 +369,22 @@ class Tow:
         shared_memory.remove(self._segments)
 
 
+def _text(name: str, value: Any) -> str:
+    """A parameter's value for the command line."""
+    try:
+        return json.dumps(value)
+    except TypeError as error:
+        raise TowError(
+            f"parameter {name!r} = {value!r} is of a type that no parameter has: nothing was started; give a float, "
+            f"int, bool, str or a list of floats"
+        ) from error
+
+
 def _scene(scene: str | os.PathLike) -> str:
-    path = Path(scene)
+    try:
+        path = Path(scene)
+    except TypeError:
+        raise TowError(
+            f"scene = {scene!r} is neither a name nor a path: nothing was started; give 'full_scale' or a YAML file"
+        ) from None
     return str(path.absolute()) if path.exists() else os.fspath(scene)

@@ -26,7 +26,7 @@ ANGLE = math.radians(78.0)  # of the departing cable from the vertical
 TOW_SPEED = 2.2  # m/s, what the mean speed begins with
 MEAN_TIME, LEAK_TIME = 60.0, 100.0  # s: mean speed of the ship; length that is forgotten, so that it does not drift
 KP, KD = 0.5, 1.0  # 1/s, 1
-SETTLE, RAMP = 1.0, 5.0  # s with the winch at rest, s until the whole gain
+SETTLE, RAMP = 1.0, 5.0  # s with the winch at rest; s until the whole gain, where parameter `ramp` does not say
 SAMPLE = 0.02  # s from one odometry to the next
 STATE_AGE = 0.04  # s: the simulation is 30 ms behind its clock, and the tick of this moment is still to come
 SECOND = 1_000_000_000
@@ -56,6 +56,7 @@ class HeaveCompensator(Node):
     def __init__(self, rate):
         super().__init__("heave_compensator", namespace="/tow_sim")
         self.period = round(SECOND / rate)  # ns
+        self.ramp = self.declare_parameter("ramp", RAMP).value  # s
         self.samples = deque(maxlen=50)  # (stamp, speed along the cable)
         self.states = deque(maxlen=50)  # (stamp, pay-out)
         self.lengths = deque(maxlen=50)  # (stamp, length wanted), of our own steps
@@ -108,7 +109,7 @@ class HeaveCompensator(Node):
         h = self.period / SECOND
         self.mean += (ahead - self.mean) * h / MEAN_TIME
         speed = (ahead - self.mean) * math.sin(ANGLE) + up * math.cos(ANGLE)
-        gain = min(1.0, max(0.0, (t - self.begun) / SECOND - SETTLE) / RAMP)
+        gain = min(1.0, max(0.0, (t - self.begun) / SECOND - SETTLE) / self.ramp)
         self.length += h * gain * (speed - self.length / LEAK_TIME)
         self.lengths.append((t, self.length))
         then = t - STATE_AGE * SECOND

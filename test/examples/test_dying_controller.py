@@ -12,12 +12,13 @@ import numpy as np
 from cable_sim_ros.physics.frame import Flag
 
 CONTROLLER = Path(__file__).with_name("heave_compensator.py")
+PARAMETERS = ("-p", "use_sim_time:=true", "-p", "ramp:=1.0")  # s until the controller has its whole gain
 TIMEOUT, REST = 0.5, 0.3  # s: winch.command_timeout; until the winch's servo has come to rest
 
 
 def test_the_winch_holds_when_its_controller_dies(tow_sim):
     sim = tow_sim("full_scale", mode="lockstep", parameters={"setpoint.algorithm": "hold", "lockstep.wait": 0.2})
-    controller = sim.run([sys.executable, CONTROLLER, 50, "--ros-args", "-p", "use_sim_time:=true"])
+    controller = sim.run([sys.executable, CONTROLLER, 50, "--ros-args", *PARAMETERS])
     sim.feed(heave=(2.0, 6.0), duration=12.0)
     sim.wait_until(lambda frames: abs(frames.payout_rate[-1]) > 0.2, within=9.0)
 

@@ -5,6 +5,7 @@ import pytest
 
 from cable_sim_ros import ShipMotion
 from cable_sim_ros.io.messages import decode_odometry, stamp_of
+from cable_sim_ros.io.resources import ResourceError
 from cable_sim_ros.physics.ship import Ship
 from cable_sim_ros.testing.errors import TowError
 from cable_sim_ros.testing.feeder import Feeder
@@ -12,6 +13,9 @@ from cable_sim_ros.testing.motion import Message, messages, restamped
 
 SHIP = Ship(tow_speed=2.0)
 S = 1_000_000_000
+NAN = float("nan")
+LEVEL = {"position": (0.0, 0.0, 0.0), "velocity": (2.0, 0.0, 0.0), "attitude": (0.0, 0.0, 0.0), "rate": (0.0, 0.0, 0.0)}
+STILL = ShipMotion(time_ns=0, **LEVEL)
 
 
 def test_a_part_of_a_bag_in_order_of_stamps():
@@ -49,6 +53,21 @@ def test_samples_and_a_table_are_the_motion_they_say(tmp_path):
         ({"source": "nbp1406", "heave": (1.0, 8.0)}, "give one source of motion"),
         ({"heave": (1.0, 8.0)}, r"heave needs duration=\.\.\. in s: nothing was sent"),
         ({"source": []}, "no motion in the part asked for"),
+        ({"source": [1, 2]}, r"source\[0\] = 1 is no ShipMotion: nothing was sent; give a sequence"),
+        ({"source": 42}, "source = 42 is no motion: nothing was sent; give a bag or a CSV file"),
+        ({"source": [STILL, STILL]}, r"source\[1\].time_ns = 0 ns is not behind that of the sample before: nothing"),
+        ({"source": "no_such"}, "no_such: no such bag file; .* shipped one: lmg1903, nbp1406"),
+        ({"source": "/no/such.csv"}, "/no/such.csv: no such file; .* Give the path of a CSV file"),
+        ({"heave": 1.0, "duration": 5.0}, "heave = 1.0 is no pair of numbers: nothing was sent"),
+        (
+            {"heave": (-1.0, 8.0), "duration": 5.0},
+            r"heave of -1 m in 8 s: the amplitude is outside .* Give heave=\(amplitude, period\) in m and s",
+        ),
+        ({"heave": (1.0, 8.0), "duration": 1e9}, "a duration of 1e[+]09 s is outside .* Give a shorter duration"),
+        ({"heave": (1.0, 8.0), "duration": 0.0}, "duration = 0.0 is no finite number above 0 s: nothing was sent"),
+        ({"source": "nbp1406", "duration": NAN}, "duration = nan is no finite number above 0 s: nothing was sent"),
+        ({"source": "nbp1406", "duration": -1}, "duration = -1 is no finite number above 0 s: nothing was sent"),
+        ({"source": "nbp1406", "start": -1}, "start = -1 is no finite number from 0 s: nothing was sent; leave it out"),
         (
             {"source": "nbp1406", "start": 1e5},
             r"no motion in the part asked for \(from 100000 s on\): nothing was sent",
@@ -58,6 +77,16 @@ def test_samples_and_a_table_are_the_motion_they_say(tmp_path):
 def test_what_cannot_be_fed_is_said(given, text):
     with pytest.raises(TowError, match=text):
         messages(given.pop("source", None), SHIP, **given)
+
+
+def test_what_the_package_says_is_the_cause_of_what_is_said():
+    with pytest.raises(TowError) as caught:
+        messages("no_such", SHIP)
+    assert isinstance(caught.value.__cause__, ResourceError)
+
+
+def test_samples_may_begin_at_zero():
+    assert [m.stamp for m in messages([STILL, ShipMotion(time_ns=S, **LEVEL)], SHIP)] == [0, S]
 
 
 def test_a_message_moved_in_time_has_its_new_stamp():

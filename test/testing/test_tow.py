@@ -2,6 +2,7 @@
 
 import os
 import sys
+import threading
 import time
 
 import numpy as np
@@ -10,9 +11,11 @@ import pytest
 pytest.importorskip("rclpy")
 pytestmark = [pytest.mark.ros, pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time")]
 
-from cable_sim_ros.testing import TowError, tow, watchdog  # noqa: E402
+from cable_sim_ros.testing import Tow, TowError, tow, watchdog  # noqa: E402
+from cable_sim_ros.testing.link import Link  # noqa: E402
 from cable_sim_ros.testing.process import MARK  # noqa: E402
 
+NAN = float("nan")
 NODE = "import sys, time; print('so far so good', flush=True); "
 
 
@@ -34,8 +37,21 @@ def python(code):
         ({"command": python(NODE + "sys.exit(3)")}, "the node ended with code 3\n  so far so good"),
         (
             {"command": python(NODE + "time.sleep(60)"), "ready_within": 1.0},
-            r"not ready for motion, within 1 s \(state starting\)\n  so far so good",
+            r"not ready for motion, within 1 s \(state starting\); the first start on a machine compiles for one to "
+            r"four minutes: give ready_within=300 or leave it out\n  so far so good",
         ),
+        (
+            {"command": python("import time; time.sleep(60)"), "ready_within": 0.2},
+            r"within 0.2 s \(state starting\); the first start .* ready_within=300 or leave it out\n  \(no output\)",
+        ),
+        ({"ready_within": float("nan")}, "ready_within = nan is no finite number above 0 s: nothing was started"),
+        (
+            {"folder": "/dev/null/tow"},
+            r"folder = '/dev/null/tow' for logs .* \(.*\): nothing was started; give one that",
+        ),
+        ({"scene": 42}, "scene = 42 is neither a name nor a path: nothing was started"),
+        ({"parameters": {"winch.scope": {1}}}, r"parameter 'winch.scope' = \{1\} is of a type that no parameter has"),
+        ({"environment": {"A": 3}}, "the node could not be started: expected str"),
         ({"command": ("/no/such",)}, "the node could not be started: .*No such file"),
         ({"parameters": {"winch.scope": -1.0}, "command": python(NODE + "time.sleep(60)")}, "winch.scope"),
         ({"scene": "no_such", "command": python(NODE + "time.sleep(60)")}, "no_such"),
@@ -43,8 +59,71 @@ def python(code):
 )
 def test_a_node_that_does_not_start_is_said_with_its_last_lines(options, text, tmp_path):
     with pytest.raises(TowError, match=text):
-        tow(options.pop("scene", "full_scale"), folder=tmp_path, **options)
+        tow(**{"folder": tmp_path} | options)
     assert not watchdog.marked(MARK)
+
+
+def refusals(sim):
+    """What is refused before anything happens."""
+    for call, text in (
+        (
+            lambda: sim.advance(0.0),
+            r"seconds = 0.0 is no finite number from 0.01 s \(one tick\): nothing was simulated",
+        ),
+        (lambda: sim.advance(-1), "seconds = -1 is no finite number"),
+        (lambda: sim.advance(NAN), "seconds = nan is no finite number"),
+        (lambda: sim.wait_until(len, within=NAN), "within = nan is no finite number above 0 s: nothing was simulated"),
+        (lambda: sim.wait_until(len, within=1.0, every=0), "every = 0 is no finite number above 0 s"),
+        (lambda: sim.command(rate=NAN), "rate = nan is no finite number m/s: nothing was commanded; rate=0.0 stops"),
+        (lambda: sim.command(payout=float("inf")), "payout = inf is no finite number m: nothing was commanded"),
+        (lambda: sim.command(rate=1, payout=3), "both rate = 1 m/s and payout = 3 m were given: nothing was commanded"),
+        (lambda: sim.set("winch.max_rat", 1), "'winch.max_rat' = 1: the node has no such .* mean 'winch.max_rate'"),
+        (lambda: sim.set("nosuch", 1), "'nosuch' = 1: the node has no such parameter; .* are in docs/parameters.md"),
+        (lambda: sim.set("winch.max_rate", object()), "is of a type that no parameter has .* nothing was changed"),
+        (lambda: sim.run("my_controller.py"), "command = 'my_controller.py' is no list of a program and its arguments"),
+        (lambda: sim.run([]), r"command = \[\] is no list"),
+        (lambda: sim.run(["x"], within=NAN), "within = nan is no finite number from 0 s: nothing was started"),
+    ):
+        with pytest.raises(TowError, match=text):
+            call()
+
+
+def test_a_step_is_a_whole_number_of_ticks_from_one_on():
+    sim = object.__new__(Tow)  # without a node: refused before one is asked
+    sim.lockstep = True
+    for count, text in (
+        (0, "count = 0 is no finite number from 1 tick: nothing was stepped; give whole ticks"),
+        (-3, "count = -3 is no finite number"),
+        (1.5, r"count = 1.5 is no whole number of ticks: nothing was stepped; advance\(\) takes s"),
+    ):
+        with pytest.raises(TowError, match=text):
+            sim.step(count)
+
+
+def link_without_a_node(spoken, controlled=True):
+    """A Link as after `feed`, with a controller that has spoken or has not."""
+    link = object.__new__(Link)
+    link.spoken, link._awaited = threading.Event(), controlled
+    if spoken:
+        link.spoken.set()
+    return link
+
+
+def test_the_first_command_is_awaited_before_the_first_step(monkeypatch):
+    monkeypatch.setattr("cable_sim_ros.testing.link.SPEAK", 0.3)
+    link, looks = link_without_a_node(spoken=False), []
+    begun = time.monotonic()
+    threading.Timer(0.1, link.spoken.set).start()
+    link._first_command(lambda: looks.append(0))
+    assert 0.1 <= time.monotonic() - begun < 0.3 and looks, "until it has come; a controller that ends is seen"
+
+    for spoken, controlled, least, most in ((True, True, 0.0, 0.1), (False, False, 0.0, 0.1), (False, True, 0.3, 1.0)):
+        link, begun = link_without_a_node(spoken, controlled), time.monotonic()
+        link._first_command(lambda: None)
+        assert least <= time.monotonic() - begun < most
+        begun = time.monotonic()
+        link._first_command(lambda: None)
+        assert time.monotonic() - begun < 0.1, "once"
 
 
 def test_a_node_in_real_time_from_start_to_end(tmp_path):
@@ -54,6 +133,7 @@ def test_a_node_in_real_time_from_start_to_end(tmp_path):
             sim.step()
         with pytest.raises(TowError, match=r"give rate=\.\.\. in m/s or payout=\.\.\. in m: nothing was commanded"):
             sim.command()
+        refusals(sim)
         begin = sim.feed(heave=(1.0, 8.0), duration=60.0)
         frames = sim.advance(1.0)
         assert len(frames) >= 100 and sim.missing == 0 and frames.time[0] * 1e-9 > begin
@@ -93,3 +173,6 @@ def test_a_node_in_real_time_from_start_to_end(tmp_path):
     assert not watchdog.marked(sim._mark)
     assert (sim.recording / "metadata.yaml").is_file()
     sim.close()
+    for late in (lambda: sim.advance(1.0), lambda: sim.command(rate=0.0), lambda: sim.set("setpoint.gain", 1.0)):
+        with pytest.raises(TowError, match="this tow is closed: nothing was done"):
+            late()
