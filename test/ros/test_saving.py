@@ -107,6 +107,7 @@ def test_what_goes_on_from_a_file_is_what_would_have_gone_on(make, tmp_path, kin
     others = [make()] if kind == "odometry" else []  # another node, which has heard nothing yet
     for harness in (one, *others):
         done, text = harness.session.restore(path)
+        assert text.removesuffix("; the clock goes back to it") in harness.said
         assert done and "the clock goes back to it" in text and harness.session.steps.clock == clock
         assert harness.session.state == "running" and harness.session.paused
         again = harness.step(20)
@@ -151,7 +152,7 @@ def test_a_state_that_does_not_fit_leaves_the_tow_as_it_was(make, tmp_path):
     assert not done and other.session.state == "waiting" and "tow.npz: is the state of another scene: " in text
     assert "cable.diameter is " in text and "m in the file, 0.009 m here" in text and "winch.max_rate is " in text
     assert text.endswith(
-        "nothing was loaded. Take the scene it was saved with ('side_scan'), or start this one ('side_scan') anew"
+        "nothing was loaded. Start 'side_scan' with the values of the file, or save it anew with those of here"
     )
     other.session.deactivate()
     text = "the node is ready: activate it first; nothing was restored"
@@ -169,6 +170,7 @@ def test_a_state_of_another_clock_is_taken_to_the_present(make, tmp_path):
     it = make()
     done, text = it.session.restore(path)
     assert done and text.startswith("restored the tow of 2.000 s from ") and text.endswith("; waiting for motion")
+    assert any(line.startswith(f"restored the tow of 2.000 s from {path}; ") for line in it.said)
     it.feed(0, 200)
     it.step(50)
     assert it.frames[0]["payout"] == pytest.approx(run.frames["payout"][-1], abs=0.01)
