@@ -24,6 +24,8 @@ from cable_sim_ros.ros import session as session_module
 from cable_sim_ros.ros.params import settle
 from cable_sim_ros.ros.stepped import SteppedSession
 from cable_sim_ros.runs import offline
+from cable_sim_ros.runs.step_choice import stepped
+from cable_sim_ros.sim.savefile import differences
 
 S = 1_000_000_000
 pytestmark = pytest.mark.skipif(
@@ -89,6 +91,16 @@ def make(monkeypatch):
     yield make
     for harness in made:
         harness.close()
+
+
+@pytest.mark.parametrize("name", ["full_scale", "side_scan", "lowered_ctd", "flume"])
+def test_the_options_of_the_page_make_the_scene_of_a_node(name):
+    """docs/control.md: cable-sim run ... --step fixed --every 0.01 saves what a node of that scene takes."""
+    here = settle({"scene": name}).scene
+    assert differences(stepped(load_scene(name), "fixed", 0.01), here) == []
+    page = (Path(__file__).parents[2] / "docs" / "control.md").read_text("utf-8")
+    assert "--step fixed --every 0.01 --save recordings/state.npz" in page
+    assert differences(stepped(load_scene(name), "chosen", None), here), "what a run does by itself is refused"
 
 
 @pytest.mark.parametrize("kind", ["odometry", "imu"])
@@ -170,7 +182,7 @@ def test_a_state_of_another_clock_is_taken_to_the_present(make, tmp_path):
     it = make()
     done, text = it.session.restore(path)
     assert done and text.startswith("restored the tow of 2.000 s from ") and text.endswith("; waiting for motion")
-    assert any(line.startswith(f"restored the tow of 2.000 s from {path}; ") for line in it.said)
+    assert f"restored the tow of 2.000 s from {path}" in it.said
     it.feed(0, 200)
     it.step(50)
     assert it.frames[0]["payout"] == pytest.approx(run.frames["payout"][-1], abs=0.01)
