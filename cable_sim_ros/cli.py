@@ -96,7 +96,7 @@ out_option = click.option(
 
 markers_option = click.option(
     "--markers",
-    type=click.FloatRange(0.0, 1000.0),
+    type=float,
     default=0.0,
     metavar="HZ",
     help="Rate of cable/markers in the bag of --out, for Foxglove and RViz. Default: none.",
@@ -104,6 +104,9 @@ markers_option = click.option(
 
 
 def _needs_out(markers: float, out: Path | None) -> None:
+    from .io.markers import check_rate
+
+    check_rate(markers)
     if markers > 0.0 and out is None:
         raise click.UsageError("--markers writes into the bag of --out; nothing was simulated; give --out DIR")
 
@@ -279,7 +282,7 @@ def live(bag, scene, duration, imu_only, out, as_json) -> None:
 
 @main.command(context_settings=PASS_ON)
 @click.argument("bag")
-@click.option("--rate", type=float, default=1.0, show_default=True, help="Speed of sending; stamps keep their spacing.")
+@click.option("--rate", type=float, show_default="1.0", help="Speed of sending; stamps keep their spacing.")
 @click.option("--loop", is_flag=True, help="Begin again at the end, stamps going on.")
 @click.option("--start", type=float, default=0.0, metavar="S", help="Seconds of the bag to skip.")
 @click.option("--duration", type=float, metavar="S", help="Stop after so many seconds of the bag.")

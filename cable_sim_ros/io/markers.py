@@ -15,6 +15,7 @@ import numpy as np
 from ..physics.frame import CONTACT_COLUMNS, SHAPE_COLUMNS, SLOPE_COLUMNS
 from ..physics.section import CableModel
 from ..sim.scene import Scene
+from .bag_writer import BagError
 from .cdr import SECOND, header, refuse_not_finite, store_type
 from .channels import Channel, Context, rotate
 from .marker_bytes import Drawn, encode
@@ -34,6 +35,7 @@ MSGTYPE, TOPIC = "visualization_msgs/msg/MarkerArray", "cable/markers"
 LIFETIME = (
     2.0  # s without a new message after which a tool takes the markers away; three periods where those are longer
 )
+MOST_RATE = 1000.0  # Hz
 POINTS = 200  # of the cable, where its mesh has no more nodes
 WIDE = 500.0  # cable lengths a line width, at most
 ROUND, FINE = 6.0, 40.0  # sheave radii at the real diameter; beyond, distance from either end over the line width
@@ -273,6 +275,15 @@ class TowDrawing:
     def data(self, f, shape: np.ndarray, contact: np.ndarray, context: Context) -> bytes:
         """Its CDR bytes, quicker."""
         return encode(self.items(f, shape, contact), f.time, context.odom, self.lifetime)
+
+
+def check_rate(rate: float) -> None:
+    """Raise BagError where a rate of cable/markers [Hz] in a bag is not 0 (none) to MOST_RATE."""
+    if not 0.0 <= rate <= MOST_RATE:
+        raise BagError(
+            f"markers = {rate:g} Hz is outside [0, {MOST_RATE:g}] Hz; nothing was simulated. Give messages a second, "
+            f"10 for example, or leave --markers out for none"
+        )
 
 
 def markers_channel(scene: Scene, rate: float, most: float | None = None) -> Channel:

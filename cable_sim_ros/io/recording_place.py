@@ -14,14 +14,14 @@ NAME_MOST = 64  # characters
 NAME = re.compile(rf"[A-Za-z0-9_-]{{1,{NAME_MOST}}}")
 
 
-def name_problem(key: str, value: str) -> str:
-    """ "" or why a value is no name of a recording; empty: the default name."""
-    return "" if not value else _name_problem(key, value, "a recording", "recorded")
+def name_problem(key: str, value: str, done: str = "recorded") -> str:
+    """ "" or why a value is no name of a recording; empty: the default name; done: what was not done, for the text."""
+    return "" if not value else _name_problem(key, value, "a recording", done)
 
 
-def state_problem(value: str) -> str:
-    """ "" or why a value of `state_file` is no name of a file."""
-    return _name_problem("state_file", value, "a state file", "saved or restored")
+def state_problem(value: str, done: str = "saved or restored") -> str:
+    """ "" or why a value of `state_file` is no name of a file; done: as of `name_problem`."""
+    return _name_problem("state_file", value, "a state file", done)
 
 
 def _name_problem(key: str, value: str, what: str, done: str) -> str:

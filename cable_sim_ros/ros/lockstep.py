@@ -26,13 +26,13 @@ LEAST_RATE = 0.1  # but 0: as fast as it goes
 REMEMBERED = 64  # stamps of commands
 
 
-def rate_problem(value: float) -> str:
-    """What is wrong with a value of lockstep.rate, or ""."""
+def rate_problem(value: float, done: str = "changed") -> str:
+    """What is wrong with a value of lockstep.rate, or ""; done: what was not done, for the text."""
     if value == 0.0 or value >= LEAST_RATE:
         return ""
     return (
         f"parameter 'lockstep.rate' = {value:g} is neither 0 (as fast as it goes) nor {LEAST_RATE:g} or more; nothing "
-        f"was changed: a slower clock looks like a dead one to whoever listens. Give 0 or {LEAST_RATE:g} to 1000, or "
+        f"was {done}: a slower clock looks like a dead one to whoever listens. Give 0 or {LEAST_RATE:g} to 1000, or "
         f"pause and step"
     )
 

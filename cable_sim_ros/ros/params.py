@@ -163,12 +163,12 @@ def settle(overrides: dict[str, Any]) -> Settings:
     node = NodeBlock.model_validate(node_tree)
     recording = node.recording
     problem = (
-        name_problem("recording.path", recording.path)
-        or state_problem(node.state_file)
-        or rate_problem(node.lockstep.rate)
+        name_problem("recording.path", recording.path, "started")
+        or state_problem(node.state_file, "started")
+        or rate_problem(node.lockstep.rate, "started")
     )
     if recording.enabled and not problem:
-        problem = root_problem("recording.root", recording.root, round(recording.least_free * 1e6))
+        problem = root_problem("recording.root", recording.root, round(recording.least_free * 1e6), "started")
     if problem:
         raise ParameterError(problem)
     return Settings(
@@ -207,22 +207,23 @@ def checked(row: Row, value: Any) -> Any:
             count = f"{row.length} " if row.length else ""
             raise ParameterError(
                 f"parameter '{row.name}' must be {count}floating-point numbers{unit}, "
-                f"got {value!r}; write each with a decimal point, as in {row.value!r}"
+                f"got {value!r}; nothing was started; write each with a decimal point, as in {row.value!r}"
             )
         if row.nullable and len(numbers) == 1 and math.isnan(numbers[0]):
             return None
         _check_bounds(row, numbers)
         return numbers
     if row.kind is float and type(value) is int:
+        _check_bounds(row, [value])  # no value is suggested that would be refused
         raise ParameterError(
             f"parameter '{row.name}' must be a floating-point number{unit}, got the integer {value}; "
-            f"write {float(value)!r}"
+            f"nothing was started; write {float(value)!r}"
         )
     if type(value) is not row.kind:
         word = {float: "a floating-point number", int: "an integer", bool: "true or false", str: "text"}[row.kind]
         raise ParameterError(
-            f"parameter '{row.name}' must be {word}{unit}, got {value!r}"
-            + (f"; {row.range_text}" if row.range_text else "")
+            f"parameter '{row.name}' must be {word}{unit}, got {value!r}; nothing was started"
+            + (f". Give a value {row.range_text}" if row.range_text else "")
         )
     if row.nullable and (value == NONE[row.kind] or value != value):
         return None

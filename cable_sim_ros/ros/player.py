@@ -161,7 +161,7 @@ def _bar(total: float | None):
 def play_bag(
     bag: str,
     *,
-    rate: float = 1.0,
+    rate: float | None = None,
     loop: bool = False,
     start: float = 0.0,
     duration: float | None = None,
@@ -172,9 +172,9 @@ def play_bag(
 ) -> int:
     """Play the motion of a bag (path or name of a shipped one) until its end or a signal; returns messages sent.
 
-    rate: speed of sending, stamps keep their spacing; loop: begin again at the end; start, duration: part of the bag,
-    s; lockstep: by /clock, not by wall time; ros_arguments: passed on to rclpy. Raises PlayError, BagError,
-    ResourceError before a node is made.
+    rate: speed of sending, 1 by default, stamps keep their spacing; loop: begin again at the end; start, duration: part
+    of the bag, s; lockstep: by /clock, not by wall time, then no rate; ros_arguments: passed on to rclpy.
+    Raises PlayError, BagError, ResourceError before a node is made.
     """
     import rclpy
     from rclpy.executors import ExternalShutdownException
@@ -186,9 +186,9 @@ def play_bag(
         raise PlayError(
             f"{' '.join(unknown)}: no option of play; nothing was played. See --help; ROS arguments follow --ros-args"
         )
-    if not 0.0 < rate <= 100.0:
+    if rate is not None and not 0.0 < rate <= 100.0:
         raise PlayError(f"--rate {rate:g} is out of range; nothing was played; give a value above 0 and up to 100")
-    if lockstep and rate != 1.0:
+    if lockstep and rate is not None:
         raise PlayError(
             f"--rate {rate:g} with --lockstep: /clock says when a message is sent; nothing was played. Leave --rate "
             f"out, and set lockstep.rate of the node"
@@ -204,7 +204,7 @@ def play_bag(
             if lockstep:
                 from .clock_player import play_by_clock as send
             else:
-                send = partial(play, rate=rate)
+                send = partial(play, rate=1.0 if rate is None else rate)
             sent = send(node, items, loop=loop, keep_stamps=keep_stamps, alive=rclpy.ok, progress=progress)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass

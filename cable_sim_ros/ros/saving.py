@@ -38,6 +38,7 @@ class Saving:
     problem: str
     clock: DataClock
     intake: Intake
+    log: Callable[[str, str], None]
     _cause: str
     _begin_again: Callable[[str], tuple[bool, str]]
     _newest_sample: Callable[[], np.ndarray]
@@ -85,6 +86,8 @@ class Saving:
             text += f"; live parameters stay as they are here: {kept}"
         back = self.go_back(path, arrays, saved.notes.get(NODE))
         if back is not None:
+            if back[0]:
+                self.log("info", text)
             return back[0], back[1] or f"{text}; the clock goes back to it"
         turned = heading_problem(arrays["memory"], self.heading())
         if turned:
@@ -94,6 +97,7 @@ class Saving:
         self.put(arrays | {f"inputs_{name}": array.copy() for name, array in rings._asdict().items()})
         self.intake.forget_commands()
         self._cause = "restore"
+        self.log("info", text)
         return self._begin_again(f"{text}; it goes on at the present, and the winch holds until it is commanded")
 
     def notes(self) -> dict[str, Any]:

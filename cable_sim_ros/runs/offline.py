@@ -15,6 +15,7 @@ import numpy as np
 from ..io.bag_writer import BagError, cannot_make
 from ..io.journal import read_journal
 from ..io.load import load_scene, override, scene_from_text
+from ..io.markers import check_rate
 from ..io.motion_table import MotionError, read_table, sine_heave
 from ..io.replay import RecordedTow, Residual, paired, read_tow, recorded_frames, residuals
 from ..io.resources import find_bag
@@ -126,6 +127,7 @@ def run(
     resumed = resumed if resumed is None or isinstance(resumed, Resumed) else Resumed(resumed)
     if scene is None and resumed is None:
         raise TypeError("run() needs a scene, or a saved state as `resumed`")
+    check_rate(markers)
     if duration is not None and not 0.0 < duration <= LONGEST:
         raise MotionError(
             f"duration = {duration:g} s is outside (0, {LONGEST:g}] s: nothing was simulated; give seconds"
@@ -201,6 +203,7 @@ def replay(
     markers: as of `run`.
     Raises as `run`.
     """
+    check_rate(markers)
     target = _bag_path(out)
     tow = read_tow(find_bag(bag))
     own = scene is None

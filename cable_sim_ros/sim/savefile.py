@@ -115,10 +115,11 @@ def same_scene(path: str | os.PathLike, saved: Scene, here: Scene, but: Containe
     found = [text for key, text in differences(saved, here) if key not in but]
     if found:
         more = f"; and {len(found) - MOST_SHOWN} more" if len(found) > MOST_SHOWN else ""
-        raise SaveError(
-            f"{path}: is the state of another scene: {'; '.join(found[:MOST_SHOWN])}{more}; nothing was loaded. Take "
-            f"the scene it was saved with ('{saved.name}'), or start this one ('{here.name}') anew"
-        )
+        remedy = f"Take the scene it was saved with ('{saved.name}'), or start this one ('{here.name}') anew"
+        if saved.name == here.name:  # parameters or options made them differ
+            remedy = f"Start '{here.name}' with the values of the file, or save it anew with those of here"
+        shown = "; ".join(found[:MOST_SHOWN]) + more
+        raise SaveError(f"{path}: is the state of another scene: {shown}; nothing was loaded. {remedy}")
 
 
 def differences(saved: Scene, here: Scene) -> list[tuple[str, str]]:

@@ -85,6 +85,14 @@ def test_every_command_helps(command):
         (("run", "full_scale", "--winch", "haul.txt"), "error: winch plan haul.txt: cannot be read (No such file or"),
         (("run", "full_scale", "--winch", "0 rate 9"), "rate = 9 m/s is beyond winch.max_rate = 5 m/s; nothing was"),
         (("run", "full_scale", "--duration", "0"), "Invalid value for '--duration'"),
+        (
+            ("run", "full_scale", "--markers", "nan", "--out", "x"),
+            "error: markers = nan Hz is outside [0, 1000] Hz; nothing was simulated. Give messages a second, 10 for",
+        ),
+        (("run", "full_scale", "--markers", "-1", "--out", "x"), "error: markers = -1 Hz is outside [0, 1000] Hz;"),
+        (("run", "full_scale", "--markers", "1e9"), "error: markers = 1e+09 Hz is outside [0, 1000] Hz; nothing was"),
+        (("replay", "nbp1406", "--markers", "nan"), "error: markers = nan Hz is outside [0, 1000] Hz; nothing was"),
+        (("run", "full_scale", "--markers", "10"), "--markers writes into the bag of --out; nothing was simulated"),
         (("run", "full_scale", "--every", "2"), "Invalid value for '--every': 2.0 is not in the range 0.0001<=x<=1.0"),
         (("run", "full_scale", "--step", "long"), "Invalid value for '--step'"),
         (
@@ -125,6 +133,11 @@ def test_every_command_helps(command):
         pytest.param(
             ("play", "nbp1406", "--rate", "0"),
             "error: --rate 0 is out of range; nothing was played",
+            marks=pytest.mark.ros,
+        ),
+        pytest.param(
+            ("play", "nbp1406", "--lockstep", "--rate", "1"),
+            "error: --rate 1 with --lockstep: /clock says when a message is sent; nothing was played",
             marks=pytest.mark.ros,
         ),
         pytest.param(("play", "no_such_bag"), "error: no_such_bag: no such bag file", marks=pytest.mark.ros),

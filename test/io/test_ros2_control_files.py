@@ -159,3 +159,9 @@ def commanded(name: str, kind: str, values: dict) -> set[str]:
 def test_a_cycle_of_the_controller_manager_is_a_whole_number_of_ticks():
     period = 1.0 / parameters()["controller_manager"]["update_rate"]
     assert period / 0.01 == pytest.approx(round(period / 0.01), abs=1e-9)
+
+
+def test_the_page_starts_a_node_that_does_not_compensate_beside_the_controllers():
+    page = (FILES.parents[1] / "docs" / "ros2_control.md").read_text("utf-8")
+    lines = [line for line in page.splitlines() if line.startswith("ros2 run cable_sim_ros node")]
+    assert lines and all("-p setpoint.algorithm:=hold " in line for line in lines)

@@ -56,8 +56,9 @@ def test_a_loop_goes_on_behind_its_end():
 def test_a_rate_beside_lockstep_is_refused():
     from cable_sim_ros.ros.player import PlayError, play_bag
 
-    with pytest.raises(PlayError, match="--rate 2 with --lockstep.*lockstep.rate"):
-        play_bag("nbp1406", rate=2.0, lockstep=True)
+    for rate in (2.0, 1.0):  # also the one that is the default
+        with pytest.raises(PlayError, match=f"--rate {rate:g} with --lockstep.*lockstep.rate"):
+            play_bag("nbp1406", rate=rate, lockstep=True)
 
 
 def test_a_bag_reaches_a_paused_node_whole_and_through_a_pause(world, bag):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import pytest
 
@@ -11,18 +12,26 @@ pytestmark = pytest.mark.ros
 
 WRONG = [  # overrides, parts of the text
     ({"water.density": 5000.0}, ["water.density", "5000", "kg/m^3", "900", "1100"]),
-    ({"water.density": 1000}, ["water.density", "integer 1000", "write 1000.0"]),
+    ({"water.density": 1000}, ["water.density", "integer 1000", "nothing was started; write 1000.0"]),
+    (
+        {"publish.marker_rate": -1},
+        ["publish.marker_rate", "= -1 Hz is out of range", "started", "from 0 Hz to 1000 Hz"],
+    ),
+    ({"towbody.length": 0}, ["towbody.length", "= 0 m is out of range", "nothing was started", "Give a value "]),
     ({"water.densty": 1000.0}, ["water.densty", "Did you mean 'water.density'"]),
     ({"no.such.thing.at.all": 1}, ["no.such.thing.at.all", "ros2 param list"]),
     ({"setpoint.algorithm": "fast"}, ["setpoint.algorithm", "fast", "hold, simplified_sheave"]),
     ({"ship.tow_speed": math.nan}, ["ship.tow_speed", "nan", "m/s"]),
     ({"winch.position": [1.0, 2.0]}, ["winch.position", "3 floating-point numbers", "m"]),
     ({"winch.position": [1.0, 2.0, 400.0]}, ["winch.position", "400", "200 m"]),
-    ({"water.current_table.depth": [0, 10]}, ["water.current_table.depth", "must be floating-point numbers in m"]),
+    (
+        {"water.current_table.depth": [0, 10]},
+        ["water.current_table.depth", "must be floating-point numbers in m", "nothing was started"],
+    ),
     ({"water.current_table.depth": [0.0, 10.0]}, ["water.current_table.depth", "the current there is not known"]),
     ({"water.current_table.depth": [0.0, -10.0]}, ["water.current_table.depth", "-10 m is out of range"]),
     ({"cable.sections.bare.length": -3.0}, ["cable.sections.bare.length", "-3"]),
-    ({"cable.sections.bare.elements": 2.5}, ["cable.sections.bare.elements", "integer", "2.5"]),
+    ({"cable.sections.bare.elements": 2.5}, ["cable.sections.bare.elements", "integer", "2.5; nothing was started"]),
     (
         {"cable.sections.bare.elements": 0, "scene": "full_scale_contact"},
         ["cable.sections.bare.elements", "is missing", "Give the number of elements"],
@@ -32,13 +41,16 @@ WRONG = [  # overrides, parts of the text
     ({"winch.most_scope": 440.0}, ["winch.most_scope", "440 m", "450 m"]),
     ({"cable.sections.bare.drag_law": "ribon"}, ["cable.sections.bare.drag_law", "ribon", "ribbon"]),
     ({"realtime.priority": 500}, ["realtime.priority", "500", "99"]),
-    ({"recording.enabled": 1}, ["recording.enabled", "true or false"]),
+    ({"recording.enabled": 1}, ["recording.enabled", "true or false, got 1; nothing was started"]),
+    ({"recording.enabled": True, "recording.root": "/dev/null/x"}, ["recording.root", "nothing was started"]),
+    ({"recording.path": "../x"}, ["recording.path", "no path; nothing was started"]),
+    ({"state_file": "../x"}, ["state_file", "../x", "no path; nothing was started"]),
     (
         {"solver.tension_error": 0.005},
         ["solver.tension_error", "0.005", "one step a tick; nothing was started", "cable-sim run"],
     ),
     ({"time_mode": "stepped"}, ["time_mode", "stepped", "realtime, lockstep"]),
-    ({"lockstep.rate": 0.05}, ["lockstep.rate", "0.05", "0.1 to 1000"]),
+    ({"lockstep.rate": 0.05}, ["lockstep.rate", "0.05", "nothing was started", "0.1 to 1000"]),
     ({"lockstep.wait": -1.0}, ["lockstep.wait", "-1 s", "from 0 s to 600 s"]),
     ({"scene": "nowhere"}, ["nowhere", "full_scale"]),
     ({"sheave.position": [0.0, 0.0, 0.0]}, ["sheave.position"]),  # senseless only beside the other numbers
@@ -53,6 +65,16 @@ def test_error_texts(overrides, parts):
         settle(overrides)
     for part in parts:
         assert part in str(error.value), str(error.value)
+
+
+@pytest.mark.parametrize("overrides, parts", WRONG, ids=[next(iter(o)) + str(i) for i, (o, _) in enumerate(WRONG)])
+def test_no_refusal_suggests_a_value_that_is_refused(overrides, parts):
+    from cable_sim_ros.ros.params import ParameterError, settle
+
+    with pytest.raises(ParameterError) as error:
+        settle(overrides)
+    if found := re.search(r"; write (-?[\d.e+]+)$", str(error.value)):
+        settle(overrides | {next(iter(overrides)): float(found[1])})
 
 
 def test_a_table_is_a_parameter_of_any_length_and_none_is_one_nan():

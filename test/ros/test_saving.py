@@ -24,6 +24,8 @@ from cable_sim_ros.ros import session as session_module
 from cable_sim_ros.ros.params import settle
 from cable_sim_ros.ros.stepped import SteppedSession
 from cable_sim_ros.runs import offline
+from cable_sim_ros.runs.step_choice import stepped
+from cable_sim_ros.sim.savefile import differences
 
 S = 1_000_000_000
 pytestmark = pytest.mark.skipif(
@@ -91,6 +93,16 @@ def make(monkeypatch):
         harness.close()
 
 
+@pytest.mark.parametrize("name", ["full_scale", "side_scan", "lowered_ctd", "flume"])
+def test_the_options_of_the_page_make_the_scene_of_a_node(name):
+    """docs/control.md: cable-sim run ... --step fixed --every 0.01 saves what a node of that scene takes."""
+    here = settle({"scene": name}).scene
+    assert differences(stepped(load_scene(name), "fixed", 0.01), here) == []
+    page = (Path(__file__).parents[2] / "docs" / "control.md").read_text("utf-8")
+    assert "--step fixed --every 0.01 --save recordings/state.npz" in page
+    assert differences(stepped(load_scene(name), "chosen", None), here), "what a run does by itself is refused"
+
+
 @pytest.mark.parametrize("kind", ["odometry", "imu"])
 def test_what_goes_on_from_a_file_is_what_would_have_gone_on(make, tmp_path, kind):
     one, path = make(), tmp_path / "new" / "tow.npz"
@@ -107,6 +119,7 @@ def test_what_goes_on_from_a_file_is_what_would_have_gone_on(make, tmp_path, kin
     others = [make()] if kind == "odometry" else []  # another node, which has heard nothing yet
     for harness in (one, *others):
         done, text = harness.session.restore(path)
+        assert text.removesuffix("; the clock goes back to it") in harness.said
         assert done and "the clock goes back to it" in text and harness.session.steps.clock == clock
         assert harness.session.state == "running" and harness.session.paused
         again = harness.step(20)
@@ -151,7 +164,7 @@ def test_a_state_that_does_not_fit_leaves_the_tow_as_it_was(make, tmp_path):
     assert not done and other.session.state == "waiting" and "tow.npz: is the state of another scene: " in text
     assert "cable.diameter is " in text and "m in the file, 0.009 m here" in text and "winch.max_rate is " in text
     assert text.endswith(
-        "nothing was loaded. Take the scene it was saved with ('side_scan'), or start this one ('side_scan') anew"
+        "nothing was loaded. Start 'side_scan' with the values of the file, or save it anew with those of here"
     )
     other.session.deactivate()
     text = "the node is ready: activate it first; nothing was restored"
@@ -169,6 +182,7 @@ def test_a_state_of_another_clock_is_taken_to_the_present(make, tmp_path):
     it = make()
     done, text = it.session.restore(path)
     assert done and text.startswith("restored the tow of 2.000 s from ") and text.endswith("; waiting for motion")
+    assert f"restored the tow of 2.000 s from {path}" in it.said
     it.feed(0, 200)
     it.step(50)
     assert it.frames[0]["payout"] == pytest.approx(run.frames["payout"][-1], abs=0.01)

@@ -162,7 +162,12 @@ def test_a_state_is_taken_by_a_simulator_of_its_scene_only(underway, saved):
     text = str(refused.value)
     assert text.startswith(f"{saved}: is the state of another scene: ship.tow_speed is ") and "; and 2 more; " in text
     assert re.search(r"water.density is 10\d\d(\.\d)? kg/m\^3 in the file, 1020 kg/m\^3 here", text)
-    assert text.endswith("Take the scene it was saved with ('full_scale'), or start this one ('full_scale') anew")
+    assert text.endswith("loaded. Start 'full_scale' with the values of the file, or save it anew with those of here")
+    other = Simulator(override(underway.scene, values).model_copy(update={"name": "mine"}))
+    with pytest.raises(
+        SaveError, match=r"Take the scene it was saved with \('full_scale'\), or start this one \('mine'\)"
+    ):
+        other.load_state(saved)
     assert other.state.now == before
 
 
