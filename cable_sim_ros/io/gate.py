@@ -58,6 +58,11 @@ class Cadence:
             return least is not None and self.newest < least and not self._passed
         return self.newest + self.period * (self._passed + 1) + self.slack <= clock
 
+    def expect(self, clock: int) -> None:
+        """Where a period is given there is a sender: its first message is due by this clock."""
+        if self._given is not None and self.newest is None:
+            self.newest = clock - self._given
+
     def miss(self, clock: int) -> None:
         """What was due by this clock is not waited for any more."""
         assert self.newest is not None

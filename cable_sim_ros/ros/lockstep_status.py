@@ -20,7 +20,7 @@ def lockstep_figures(session: SteppedSession) -> dict[str, Any]:
         "clock_s": steps.clock / SECOND,
         "rate": session.rate,
         "rate_wanted": steps.settings.rate,
-        "controller_spoke": steps.commands.newest is not None,
+        "controller_spoke": steps.commands.heard_count > 0,
         "commands_missed": steps.commands.missed,
         "commands_missed_in_row": steps.commands.in_row,
         "commands_late": steps.late,

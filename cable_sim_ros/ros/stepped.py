@@ -127,6 +127,7 @@ class SteppedSession(Session):
                 self.log("warn", self.ingest.notices.popleft())
             if took is Took.SAMPLE and self.state == "waiting":
                 self._start()
+                self.steps.commands.expect(self.steps.clock)
 
     def command(self, data: bytes, arrival: int) -> str:
         """One winch command as CDR bytes; it arrives at the clock, so that its own step's tick does not know it yet."""

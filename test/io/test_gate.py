@@ -130,3 +130,26 @@ def test_a_timer_that_does_not_fit_the_clock_is_not_missed_for_ever():
     cadence = Cadence(5, eager=True)
     fires = sorted({-(-15 * k // 10) * 10 for k in range(1, 60)})
     assert len(run(cadence, {k: [k] for k in fires}, range(10, 880, 10))) <= 2
+
+
+def test_where_a_period_is_given_the_first_command_is_awaited_too():
+    cadence = Cadence(3, period=20 * MS)
+    assert not cadence.due(10 * S)
+    cadence.expect(100 * MS)
+    assert cadence.due(100 * MS) and not cadence.heard_count
+    cadence.miss(100 * MS)
+    cadence.heard(110 * MS, 110 * MS)
+    assert not cadence.due(120 * MS) and cadence.due(130 * MS) and cadence.missed == 1
+    learnt = Cadence(3, eager=True)
+    learnt.expect(100 * MS)
+    assert not learnt.due(10 * S)
+
+
+def test_the_second_message_of_a_topic_is_awaited_where_a_tick_would_run_ahead_of_the_first():
+    gate = MotionGate(3, delay=30 * MS)
+    gate.put("odometry", S, b"", S)
+    assert gate.awaited(S + 30 * MS) == [] and gate.awaited(S + 40 * MS) == ["odometry"]
+    gate.miss(S + 40 * MS)
+    assert gate.awaited(S + 50 * MS) == [] and gate.cadence["odometry"].missed == 1
+    gate.put("odometry", S + 20 * MS, b"", S + 50 * MS)
+    assert gate.awaited(S + 50 * MS) == ["odometry"], "its period is known now"
