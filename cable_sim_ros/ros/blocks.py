@@ -57,8 +57,8 @@ class Lockstep(Block):
         "s",
         1e-4,
         60.0,
-        "simulation time from one command to the next; given, they are waited for from the first tick on; none: as they "
-        "come",
+        "simulation time from one command to the next; given, each is waited for from the first tick on; none: as "
+        "they come",
     )
     silent_after: int = quantity(
         5, "1", 1, 100_000, "commands missed in a row, after which a controller counts as silent: ERROR, not waited for"
