@@ -70,8 +70,9 @@ def copied(folder: Path) -> Path:
     return folder
 
 
-def linked(names: set[str], prefix: Path) -> None:
-    """Links the files of installed distributions into another prefix, at the same places."""
+def linked(names: set[str], prefix: Path, site: Path | None = None) -> None:
+    """Links the files of installed distributions into another prefix, at the same places; modules into `site`."""
+    modules = Path(sysconfig.get_path("purelib")).relative_to(sys.prefix)
     for name in names:
         for file in metadata.distribution(name).files or ():
             source = Path(os.path.normpath(file.locate()))
@@ -81,6 +82,8 @@ def linked(names: set[str], prefix: Path) -> None:
             if source.suffix in (".pyc", ".pth") or place.parts[0] == "bin":
                 continue
             target = prefix / place
+            if site is not None and place.is_relative_to(modules):
+                target = site / place.relative_to(modules)
             target.parent.mkdir(parents=True, exist_ok=True)
             if not target.exists():
                 target.symlink_to(source)
@@ -116,7 +119,10 @@ class World:
     def _system(self) -> None:
         stdlib = Path(sysconfig.get_path("stdlib"))
         here = self.usr / "lib" / stdlib.name
-        self.site = here / "site-packages"
+        # Debian's own Python, as Ubuntu's, looks there
+        debian = "deb_system" in sysconfig.get_scheme_names()
+        here.mkdir(parents=True)
+        self.site = self.usr / "lib" / "python3" / "dist-packages" if debian else here / "site-packages"
         self.site.mkdir(parents=True)
         for entry in stdlib.iterdir():
             if entry.name not in ("site-packages", "dist-packages", "EXTERNALLY-MANAGED", "__pycache__"):
@@ -131,17 +137,16 @@ class World:
         if sys.version_info >= (3, 12):  # the first wheel of numba for 3.12 is 0.59; Ubuntu has patched its own
             stubs = {"numba": wanted.pop("numba")}
         pip = [sys.executable, "-m", "pip", "install", "-q", "--only-binary=:all:", "--target", str(self.site)]
-        subprocess.run([*pip, *(f"{n}=={v}" for n, v in wanted.items())], check=True, timeout=300)
+        subprocess.run([*pip, "pip", *(f"{n}=={v}" for n, v in wanted.items())], check=True, timeout=300)
         for name, version in stubs.items():
             info = self.site / f"{name}-{version}.dist-info"
             info.mkdir()
             (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n")
             (self.site / f"{name}.py").write_text("raise ImportError('stands for a numba that is too old')\n")
-        linked(with_dependencies("colcon-common-extensions", set(), {n.lower() for n in UBUNTU}), self.usr)
+        linked(with_dependencies("colcon-common-extensions", set(), {n.lower() for n in UBUNTU}), self.usr, self.site)
         colcon = self.python.with_name("colcon")
         colcon.write_text(f"#!{self.python}\nimport sys\nfrom colcon_core.command import main\nsys.exit(main())\n")
         colcon.chmod(0o755)
-        self.shell("python3 -m ensurepip", said=False, check=True)
         (here / "EXTERNALLY-MANAGED").write_text(MARKER)
 
     def _distribution(self) -> None:
