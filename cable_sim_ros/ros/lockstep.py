@@ -1,10 +1,10 @@
 """Lockstep: who waits for whom, and for how long. Pure: told times and messages, says what to do next.
 
 A step takes /clock one tick ahead and says so, waits for the motion that is due by then, hands it on, does the tick,
-which lies `delay` behind the clock, and waits for the command that is due, once a controller has spoken. So a command
-with the stamp of this clock is there before the clock goes on, whether the controller answers /clock or the tick. Wall
-time enters in the bounded waits and in the pacing only, as the time that passed between two calls; a hole in the calls
-(the process stood still) counts as one LONGEST.
+which lies `delay` behind the clock, and waits for the command that is due, once a controller has spoken or where the
+period of its commands is given. So a command with the stamp of this clock is there before the clock goes on, whether
+the controller answers /clock or the tick. Wall time enters in the bounded waits and in the pacing only, as the time
+that passed between two calls; a hole in the calls (the process stood still) counts as one LONGEST.
 """
 
 from __future__ import annotations

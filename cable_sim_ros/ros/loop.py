@@ -183,8 +183,9 @@ class StepLoop(Loop):
         self.scheduler = "lockstep"
 
     def step(self, count: int = 1) -> None:
-        """Do so many ticks now, fewer where one cannot be solved."""
-        self._run(count)
+        """Do so many ticks now, fewer where one cannot be solved; none for 0."""
+        if count > 0:  # to the compiled loop 0 means real time, without an end
+            self._run(count)
 
     def run_to(self, count: int) -> None:
         self.step(count - self.count)

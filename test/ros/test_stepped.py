@@ -262,3 +262,14 @@ def test_bad_motion_and_bad_commands_are_counted_and_change_nothing(monkeypatch)
     assert run.until(150).time[-1] < 50 * S and session.state == "running" and lockstep_status(session).level == 0
     assert any("/clock goes to the stamp of the first motion" in text for text in run.said)
     run.close()
+
+
+def test_no_tick_is_no_tick(monkeypatch):
+    run = poured(monkeypatch)
+    run.until(3)
+    loop = run.session.built_loop
+    done = loop.count
+    loop.step(0)
+    loop.run_to(done)
+    assert loop.count == done
+    run.close()
