@@ -58,6 +58,7 @@ class Link:
         self.clock_came = threading.Event()
         self.spoken = threading.Event()  # has a command been heard since the last controller was started?
         self._controlled = False  # does a process of the test publish commands?
+        self._stamped: int | None = None  # stamp of our newest command that has one, ns
         self._awaited = False  # may its first command come before the next step?
         self.ears = Ears(domain, NAMESPACE, environment)
         self.feeder = Feeder(self._send, lockstep)
@@ -172,8 +173,10 @@ class Link:
         self._awaited = False
 
     def command(self, payout: float | None, rate: float | None) -> None:
-        """Publish a command, stamped with the clock of the motion."""
+        """Publish a command, stamped with the clock of the motion; a second one while the clock stands has no stamp:
+        one of the same stamp would be refused as sent twice, and the newest is to win."""
         stamp = self.now if self.lockstep and self.now is not None else time.time_ns()
+        self._stamped, stamp = stamp, 0 if stamp == self._stamped else stamp
         self._commander().publish(encode_command(stamp, payout, rate))
 
     def commanders(self) -> int:

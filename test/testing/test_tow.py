@@ -176,3 +176,14 @@ def test_a_node_in_real_time_from_start_to_end(tmp_path):
     for late in (lambda: sim.advance(1.0), lambda: sim.command(rate=0.0), lambda: sim.set("setpoint.gain", 1.0)):
         with pytest.raises(TowError, match="this tow is closed: nothing was done"):
             late()
+
+
+def test_of_two_commands_while_the_clock_stands_the_newest_wins(tmp_path):
+    parameters = {"setpoint.algorithm": "hold"}
+    with tow("full_scale", mode="lockstep", parameters=parameters, folder=tmp_path) as sim:
+        sim.feed(heave=(0.2, 8.0), duration=4.0)
+        begun = sim.advance(0.5).payout[-1]
+        sim.command(rate=0.5)
+        sim.command(rate=-0.5)
+        assert sim.advance(0.3).payout[-1] < begun - 0.1
+    assert sim.figures["commands_refused"] == {}
