@@ -9,6 +9,7 @@ from typing import Any
 
 import click
 
+from ..runs.number_option import LONGEST, Number
 from ..runs.progress import progress_bar
 from .experiments import EXPERIMENTS
 
@@ -54,7 +55,7 @@ def case(files, fidelity, as_json) -> None:
 @click.argument("names", nargs=-1, type=click.Choice(EXPERIMENTS), metavar="[NAME...]")
 @click.option(
     "--duration",
-    type=click.FloatRange(min=0.5),
+    type=Number(0.5, LONGEST, "s"),
     metavar="S",
     help="Seconds of each experiment in time; default: 10 of pulley, 300 of turbulence.",
 )
@@ -117,7 +118,9 @@ def stress(ids, quick, out, as_json) -> None:
     "scenes", nargs=-1, type=click.Choice([f"P{i}" for i in range(1, 10)], case_sensitive=False), metavar="[P1 ... P9]"
 )
 @click.option("--peers", is_flag=True, help="Other codes beside ours, taking turns; needs the extra [peers].")
-@click.option("--repeats", type=click.IntRange(min=1), help="Timed runs of each setting. Default: 5, of --features 15.")
+@click.option(
+    "--repeats", type=click.IntRange(1, 1000), help="Timed runs of each setting. Default: 5, of --features 15."
+)
 @click.option("--features", is_flag=True, help="In place of scenes: what each feature of a scene costs a step.")
 @click.option("--sheave-mesh", is_flag=True, help="In place of scenes: how fine a mesh the answers at the sheave need.")
 @click.option("--mesh", "promises", is_flag=True, help="In place of scenes: is the error promised for a mesh kept?")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from .number_option import LONGEST, Number
 from .progress import progress_bar
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ FAILED = 1  # exit code where the check finds more than was promised
 @click.option("--check", "checked", is_flag=True, help="Run with twice the elements and half the step, and compare.")
 @click.option(
     "--seconds",
-    type=click.FloatRange(min=0),
+    type=Number(0.0, LONGEST, "s"),
     default=60.0,
     show_default=True,
     metavar="S",

@@ -25,6 +25,7 @@ from ..sim.scene import Scene
 from ..sim.simulator import Simulator
 from ..sim.verdict import Reason, Verdict
 from . import verdict
+from .number_option import LONGEST
 from .passes import Pass
 from .rerun import Rerun
 from .resume import Resumed, told_of
@@ -34,7 +35,6 @@ from .step_choice import figures_of_steps, stepped
 from .stepping import Driven, Progress, silent
 from .summary import summarize
 
-LONGEST = 1e7  # s of a run
 HEAVE_SECONDS = 60.0  # s of a run under a sinusoidal heave where no duration is given
 AFTER_PLAN = 60.0  # s of a run after the last item of a winch plan, without a bag, where no duration is given
 NO_JOURNAL = (

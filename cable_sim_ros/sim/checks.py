@@ -19,7 +19,10 @@ from .current import flow_of
 from .data_sheet import (
     astern_cautions,
     astern_problems,
+    body_cautions,
     density_cautions,
+    density_problems,
+    height_problems,
     weight_problems,
     wrap_cautions,
     wrap_problems,
@@ -131,10 +134,14 @@ def problems(scene: Scene) -> list[Problem]:
         return [Problem("cable.sections", "has no section", "Give at least one section, from the drum end outward")]
     found += form_problems(scene.cable) + section_problems(scene) + weight_problems(scene) + bare_problems(scene)
     found += strum_problems(scene) + sea_problems(scene)
+    unit = density_problems(scene)
+    if unit:
+        return found + unit  # weights and stiffnesses are judged by them
     if any(problem.key.startswith("water.current_") for problem in found):
         return found  # how fast the water passes is not known
     if any(body.at not in sections for body in scene.bodies.values()):
         return found  # where they hang is not known
+    found += height_problems(scene)
     solver = scene.solver
     if solver.tension_error is None and solver.tick > LONGEST_STEP * (1.0 + 1e-9):
         found.append(
@@ -322,16 +329,18 @@ def cautions(scene: Scene) -> list[Problem]:
     found += seat_problems(scene, place.total)  # those that may be hauled in
     speed = water_speed(scene)
     found += setpoint_cautions(scene, speed) + damping_cautions(scene.cable) + swing_cautions(scene, speed)
+    found += body_cautions(scene, speed)
     found += amplified_cautions(scene.cable) + strum_cautions(scene) + drag_cautions(scene, speed)
-    height = scene.sheave.position[2] + scene.ship.reference_height - radius
-    if height < 0:
-        found.append(
-            Problem(
-                "sheave.position",
-                f"puts the lowest point of the sheave at {height:.3g} m, below 0 m, the water surface",
-                "Check the sign of z (up) and ship.reference_height",
+    for key, name, below in (("sheave", "sheave", radius), ("winch", "drum", scene.winch.drum_radius)):
+        height = getattr(scene, key).position[2] + scene.ship.reference_height - below
+        if height < 0:
+            found.append(
+                Problem(
+                    f"{key}.position",
+                    f"puts the lowest point of the {name} at {height:.3g} m, below 0 m, the water surface",
+                    "Check the sign of z (up) and ship.reference_height",
+                )
             )
-        )
     return found
 
 

@@ -18,6 +18,8 @@ ROUNDED = 1.02  # of a dry weight: a data sheet rounds
 # kg/m^3 over the full circle of the diameter: floating fibre rope 500, nylon 1150, armoured cable 3000 to 5500, steel
 # rope 4000 to 6500, solid steel 7850. A radius given for the diameter makes four times as much
 LEAST_DENSITY, MOST_DENSITY = 300.0, 9000.0
+# kg/m^3, beyond which there is no material at all: foam, osmium. A mass per km or per 100 m is beyond it
+NO_MATERIAL = 10.0, 23000.0
 MOST_FORWARD = math.radians(45.0)  # of a cable that leads forward under the ship, from the vertical
 
 
@@ -41,30 +43,99 @@ def weight_problems(scene: Scene) -> list[Problem]:
     ]
 
 
-def density_cautions(scene: Scene) -> list[Problem]:
-    """Cable lighter or heavier than any material for its diameter."""
-    found: dict[tuple[float, float], Problem] = {}
+def density_problems(scene: Scene) -> list[Problem]:
+    """Cable lighter or heavier for its diameter than anything there is: a unit, judged before what follows of it."""
+    low, high = NO_MATERIAL
+    return [
+        Problem(
+            mass_key,
+            f"= {mass:g} kg/m on {diameter_key} = {diameter:g} m makes a cable of {density:.4g} kg/m^3, outside "
+            f"{low:g} to {high:g} kg/m^3: there is no such material",
+            "Is it in kg/km, and are diameters in m? A steel rope of this diameter has about "
+            f"{5000.0 * 0.25 * math.pi * diameter**2:.2g} kg/m",
+        )
+        for (diameter, mass), (density, diameter_key, mass_key) in _densities(scene).items()
+        if not low <= density <= high
+    ]
+
+
+def _densities(scene: Scene) -> dict[tuple[float, float], tuple[float, str, str]]:
+    """Of each kind of cable, by diameter and mass per length: density [kg/m^3] over the full circle, and the keys."""
+    found: dict[tuple[float, float], tuple[float, str, str]] = {}
     for name, section in scene.cable.sections.items():
         own = material_of(scene.cable, section)
-        density = own.mass_per_length / (0.25 * math.pi * own.diameter**2)
-        if LEAST_DENSITY <= density <= MOST_DENSITY:
-            continue
-        keys = [
+        diameter_key, mass_key = (
             f"cable.sections.{name}.{key}" if getattr(section, key) is not None else f"cable.{key}"
             for key in ("diameter", "mass_per_length")
-        ]
+        )
+        density = own.mass_per_length / (0.25 * math.pi * own.diameter**2)
+        found.setdefault((own.diameter, own.mass_per_length), (density, diameter_key, mass_key))
+    return found
+
+
+def density_cautions(scene: Scene) -> list[Problem]:
+    """Cable lighter or heavier than any material for its diameter."""
+    found = []
+    for (diameter, mass), (density, diameter_key, mass_key) in _densities(scene).items():
+        if LEAST_DENSITY <= density <= MOST_DENSITY:
+            continue
         wrong = "a radius, or mm" if density > MOST_DENSITY else "too large, perhaps mm"
-        found.setdefault(
-            (own.diameter, own.mass_per_length),
+        found.append(
             Problem(
-                keys[0],
-                f"= {own.diameter:g} m and {keys[1]} = {own.mass_per_length:g} kg/m make a cable of {density:.4g} "
+                diameter_key,
+                f"= {diameter:g} m and {mass_key} = {mass:g} kg/m make a cable of {density:.4g} "
                 f"kg/m^3, outside {LEAST_DENSITY:g} to {MOST_DENSITY:g} kg/m^3 (fibre rope 500 to 1500, steel rope "
                 "4000 to 6500, solid steel 7850): its weight and drag in water are those of no cable",
                 f"Check both: is the diameter {wrong}?",
-            ),
+            )
         )
-    return list(found.values())
+    return found
+
+
+def body_cautions(scene: Scene, speed: float) -> list[Problem]:
+    """Bodies whose net weight may be in kg, or whose wing lifts; speed of the water past them [m/s]."""
+    found = []
+    for key, body in (("towbody", scene.towbody), *((f"bodies.{name}", body) for name, body in scene.bodies.items())):
+        dry, net = body.mass * scene.gravity, body.net_weight
+        if 0.0 < net < body.mass and scene.gravity > 1.0:
+            found.append(
+                Problem(
+                    f"{key}.net_weight",
+                    f"= {net:g} N is {100.0 * net / dry:.2g} % of the dry weight {dry:.4g} N of {key}.mass = "
+                    f"{body.mass:g} kg: a body that nearly floats, {dry / (dry - net):.3g} times as dense as water; "
+                    f"{net:g} kg would be {net * scene.gravity:.4g} N",
+                    "Give it in N",
+                )
+            )
+        if body.lift_area > 0.0:
+            lift = 0.5 * scene.water.density * body.lift_area * speed**2
+            found.append(
+                Problem(
+                    f"{key}.lift_area",
+                    f"= {body.lift_area:g} m^2 lifts the body, with {lift:.4g} N at {speed:.3g} m/s through the water, "
+                    f"against {key}.net_weight = {net:g} N",
+                    "A wing that presses down, a depressor's, has a negative one; leave it so if it is to lift",
+                )
+            )
+    return found
+
+
+def height_problems(scene: Scene) -> list[Problem]:
+    """Drum or sheave under the mean water surface: cable on them and between them is not modelled as wet."""
+    found = []
+    for key, radius in (("winch", scene.winch.drum_radius), ("sheave", scene.sheave.radius)):
+        height = getattr(scene, key).position[2] + scene.ship.reference_height
+        if height < 0.0:
+            found.append(
+                Problem(
+                    f"{key}.position",
+                    f"puts the centre of the {'drum' if key == 'winch' else 'sheave'} (radius {radius:g} m) at "
+                    f"{height:.4g} m, below 0 m, the water surface: water is not modelled on cable that lies on "
+                    "drum or sheave",
+                    "z is up from base_link, and ship.reference_height lifts it; check their signs",
+                )
+            )
+    return found
 
 
 def astern(scene: Scene) -> tuple[str, float, float]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import radians, sqrt
+from math import degrees, pi, radians, sqrt
 
 import numpy as np
 
@@ -110,6 +110,15 @@ class SheaveMesh:
     def aboard(self, size: float) -> np.ndarray:
         """Nodes from the drum to a little outboard of the sheave, m from the drum's tangent point."""
         mesh, route = self.scene.mesh, self.route
+        angle = self.shapes[self.start].angle
+        if self.shapes[self.start].closed and route.on_sheave(angle) <= 0.0:
+            raise MeshError(
+                "sheave.position",
+                f"lets the cable pass over the sheave: from the drum it falls {degrees(-route.tilt):.3g} deg below the "
+                f"horizontal, and the tow leads off {degrees(0.5 * pi - angle):.3g} deg below it, less: nothing "
+                "lies on the sheave",
+                "Put the sheave higher against the drum (z is up), or tow with a steeper cable",
+            )
         layer = max(size, LAYER * self.bending)
         shift = route.span * self.tension / extreme(self.scene.cable, "axial_stiffness")[1]
         # nodes stand at unstretched distances: tension moves them outboard

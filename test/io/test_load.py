@@ -264,9 +264,23 @@ TEXTS = {
     ),
     "no cable on the drum": (
         "winch: {drum: contact, position: [-28.8, 0.0, 3.1], drum_radius: 0.3, wrap: 6.0}",
-        "winch: {drum: contact, position: [-36.7, 0.0, -20.0], drum_radius: 0.3, wrap: 1.0}",
-        "tow.yaml:12: winch.wrap = 1 rad ends before the cable leaves the drum, 1.564 rad from its top: no cable lies "
-        "on the drum; nothing was started. Make it larger than 1.564 rad, by half a turn or more",
+        "winch: {drum: contact, position: [-36.7, 0.0, 0.1], drum_radius: 0.3, wrap: 1.0}",
+        "tow.yaml:12: winch.wrap = 1 rad ends before the cable leaves the drum, 1.529 rad from its top: no cable lies "
+        "on the drum; nothing was started. Make it larger than 1.529 rad, by half a turn or more",
+    ),
+    "drum under water": (
+        "ship: {tow_speed: 2.0}",
+        "ship: {tow_speed: 2.0, reference_height: -3.2}",
+        "tow.yaml:12: winch.position puts the centre of the drum (radius 0.3 m) at -0.1 m, below 0 m, the water "
+        "surface: water is not modelled on cable that lies on drum or sheave; nothing was started. z is up "
+        "from base_link, and ship.reference_height lifts it; check their signs",
+    ),
+    "mass of a kilometre": (
+        "mass_per_length: 0.389",
+        "mass_per_length: 389",
+        "tow.yaml:6: cable.mass_per_length = 389 kg/m on cable.diameter = 0.01 m makes a cable of 4.953e+06 kg/m^3, "
+        "outside 10 to 23000 kg/m^3: there is no such material; nothing was started. Is it in kg/km, and are diameters "
+        "in m? A steel rope of this diameter has about 0.39 kg/m",
     ),
     "body heavier in water than in air": (
         "mass: 250.0",
@@ -503,10 +517,10 @@ CAUTIONS = {
         "tow.yaml:14: towbody.net_weight and the wet weight of the cable add up to -684.8 N, not above 0 N: the tow "
         "rises to the surface, where the towbody model does not hold. Make the body heavier or its lift_area negative",
     ),
-    "sheave under water": (
+    "drum partly under water": (
         "ship: {tow_speed: 2.0}",
-        "ship: {tow_speed: 2.0, reference_height: -5.0}",
-        "tow.yaml:13: sheave.position puts the lowest point of the sheave at -1.55 m, below 0 m, the water surface. "
+        "ship: {tow_speed: 2.0, reference_height: -2.9}",
+        "tow.yaml:12: winch.position puts the lowest point of the drum at -0.1 m, below 0 m, the water surface. "
         "Check the sign of z (up) and ship.reference_height",
     ),
 }

@@ -193,6 +193,10 @@ def test_bad_calls_name_the_remedy(made, tmp_path):
     ):
         with pytest.raises(BagError, match=text):
             make_bags(out, data, only=(only,))
+    for speed in (float("nan"), 1e3):
+        with pytest.raises(BagError, match=r"is outside \[-15, 15\] m/s: nothing was written; give the mean speed"):
+            make_bags(tmp_path / "new", SOURCE, speed=speed)
+    assert not (tmp_path / "new").exists()
     broken = tmp_path / "lmg1903_seapath_1hz.csv"
     broken.write_text("t_s,roll_rad\n0,0\n")
     with pytest.raises(ValueError, match="has no comment 't_s: ... after <UTC>Z': the bag would have no time"):

@@ -41,9 +41,9 @@ def test_the_fine_zone_of_the_thesis_is_the_known_one():
     ("changes", "text"),
     [
         (
-            {"seabed.depth": 0.5, "ship.reference_height": -4.0},
-            r"seabed.depth = 0.5 m lies above the sheave, whose lowest point is at -0.55 m: the cable would leave it "
-            r"through the ground; nothing was started. Make it more than 1.05 m",
+            {"seabed.depth": 0.4, "sheave.position": [-36.8, 0.0, 0.26]},
+            r"seabed.depth = 0.4 m lies above the sheave, whose lowest point is at 0.01 m: the cable would leave it "
+            r"through the ground; nothing was started. Make it more than 0.49 m",
         ),
         (
             {"seabed.depth": 50.0, "towbody.net_weight": -20.0},

@@ -49,6 +49,13 @@ def quietly(name, values=None):
             "nothing was started. Speed ahead is positive; check the sign, or go slower",
         ),
         (
+            "side_scan",
+            {"sheave.position": [-16.0, 0.0, 0.1]},
+            "sheave.position lets the cable pass over the sheave: from the drum it falls 20.3 deg below the "
+            "horizontal, and the tow leads off 13.9 deg below it, less: nothing lies on the sheave; nothing was "
+            "started. Put the sheave higher against the drum",
+        ),
+        (
             "full_scale",
             {"sheave.position": [-20.8, 0.0, 3.7]},
             "sheave.position has x = -20.8 m, not aft of winch.position with x = -28.8 m: a winch aft of its "
@@ -101,6 +108,18 @@ def test_what_cannot_be_is_refused(name, values, text):
             {"ship.tow_speed": 0.0, "water.current": [2.0, 0.0]},
             "water.current = [2.0, 0.0] m/s overtakes the ship by 2 m/s: the cable leads forward under it, "
             "about 77 deg from the vertical, and nothing keeps it off the hull. Check its direction",
+        ),
+        (
+            "side_scan",
+            {"towbody.net_weight": 36.4},
+            "towbody.net_weight = 36.4 N is 7.4 % of the dry weight 490.5 N of towbody.mass = 50 kg: a body that "
+            "nearly floats, 1.08 times as dense as water; 36.4 kg would be 357.1 N. Give it in N",
+        ),
+        (
+            "side_scan",
+            {"towbody.lift_area": 0.05},
+            "towbody.lift_area = 0.05 m^2 lifts the body, with 108.8 N at 2.06 m/s through the water, against "
+            "towbody.net_weight = 357 N. A wing that presses down, a depressor's, has a negative one",
         ),
         ("full_scale", {"winch.wrap": 100.0}, "winch.wrap = 100 rad has no effect: winch.scope = 450 m says how much"),
     ],
