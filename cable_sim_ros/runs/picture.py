@@ -124,13 +124,23 @@ def caption(run: RecordedRun, skip_s: float) -> str:
     """Key figures of the run in a few sentences, numbers tied to their units."""
     s = summarize(run.frames, skip_s=skip_s)
     left_out = f", the first {s['skip_s']:.0f} s (grey) left out of these figures" if s["skip_s"] > 0.0 else ""
+    if s["tension_std_n"] is None:
+        body = (
+            f"A haul, by {s['hauled_m']:.1f} m: scope {s['scope_start_m']:.1f} m to {s['scope_end_m']:.1f} m, towbody "
+            f"{s['body_depth_start_m']:.1f} m to {s['body_depth_end_m']:.1f} m deep. "
+        )
+        spread = ""
+    else:
+        spread = f"{s['tension_std_n'] / 1e3:.3f} kN std, "
+        body = (
+            f"Towbody {s['body_depth_m']:.1f} m deep, std {s['body_depth_std_m']:.2f} m, "
+            f"{-s['body_position_m'][0]:.1f} m astern of the sheave; "
+            f"95 % ellipsoid {s['ellipsoid_volume_m3']:.3g} m³. "
+        )
     text = (
         f"{s['duration_s']:.0f} s simulated{left_out}. "
-        f"Tension at the sheave {s['tension_mean_n'] / 1e3:.2f} kN mean, {s['tension_std_n'] / 1e3:.3f} kN std, "
-        f"{s['tension_min_n'] / 1e3:.2f} to {s['tension_max_n'] / 1e3:.2f} kN. "
-        f"Towbody {s['body_depth_m']:.1f} m deep, std {s['body_depth_std_m']:.2f} m, "
-        f"{-s['body_position_m'][0]:.1f} m astern of the sheave; "
-        f"95 % ellipsoid {s['ellipsoid_volume_m3']:.3g} m³. "
+        f"Tension at the sheave {s['tension_mean_n'] / 1e3:.2f} kN mean, {spread}"
+        f"{s['tension_min_n'] / 1e3:.2f} to {s['tension_max_n'] / 1e3:.2f} kN. {body}"
         f"Sheave heave std {s['sheave_heave_std_m']:.2f} m. "
         f"Contact resultant {s['contact_resultant_mean_n'] / 1e3:.2f} kN mean, "
         f"wrap {s['wrap_angle_mean_deg']:.0f}° mean."

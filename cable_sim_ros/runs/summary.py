@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 SKIP = 20.0  # s
 SHARE = 0.95  # of the towbody positions inside the ellipsoid
 FLAT = 1e-6  # m; an ellipsoid whose least standard deviation is below this has no volume
+HAUL_OVER = 20.0  # s of the mean of the scope: a compensation is no haul
+HAULED = 2.0, 0.02  # m, and of the largest scope: what it moves by beyond is a haul
+NOTHING = 1e-9  # of the mean: a deviation below this is round-off
 AT_REST = 0.05  # m/s; a slower ship has no track, its heading is taken instead
 
 EXTREMES = (  # of a haul: name, meaning
@@ -32,27 +35,28 @@ EXTREMES = (  # of a haul: name, meaning
 # name, unit, meaning
 SUMMARY = (
     ("tension_mean_n", "N", "mean tension where the cable leaves the sheave"),
-    ("tension_std_n", "N", "its standard deviation"),
+    ("tension_std_n", "N", "its standard deviation; null of a haul"),
     ("tension_min_n", "N", "its least value"),
     ("tension_max_n", "N", "its largest value"),
     ("body_depth_m", "m", "mean depth of the towbody below the mean water surface"),
-    ("body_depth_std_m", "m", "its standard deviation"),
+    ("body_depth_std_m", "m", "its standard deviation; null of a haul"),
     (
         "body_position_m",
         "m",
-        "mean towbody position: forward and to port of the sheave along the mean tow, height above the water",
+        "mean towbody position: forward and to port of the sheave along the mean tow, height above the water; null of "
+        "a haul",
     ),
     (
         "ellipsoid_volume_m3",
         "m^3",
         "volume of the ellipsoid of the covariance of the towbody positions, in the frame "
-        "of the mean tow, that holds 95 % of normally distributed ones (chi-square, 3)",
+        "of the mean tow, that holds 95 % of normally distributed ones (chi-square, 3); null of a haul",
     ),
     (
         "ellipsoid_volume_points_m3",
         "m^3",
         "volume of the ellipsoid of the same shape that holds 95 % of the positions "
-        "themselves (Westin 2018, section 4.3)",
+        "themselves (Westin 2018, section 4.3); null of a haul",
     ),
     ("contact_resultant_mean_n", "N", "mean resultant of the cable on the sheave"),
     ("contact_resultant_max_n", "N", "its largest value"),
@@ -73,6 +77,16 @@ SUMMARY = (
         for name, what in EXTREMES
         for end, which in (("min", "least"), ("max", "largest"))
     ),
+    (
+        "hauled_m",
+        "m",
+        f"range of the mean scope over {HAUL_OVER:g} s, whole run. Above {HAULED[0]:g} m and {100.0 * HAULED[1]:g} % of "
+        "the largest scope the run is a haul: means are over all its scopes, what is about one place is null",
+    ),
+    ("scope_start_m", "m", "scope in the first Frame"),
+    ("scope_end_m", "m", "scope in the last Frame"),
+    ("body_depth_start_m", "m", "depth of the towbody in the first Frame"),
+    ("body_depth_end_m", "m", "depth of the towbody in the last Frame"),
     ("drum_end_s", "s", "time in which the winch stood at an end of its travel, whole run"),
     ("duration_s", "s", "simulated time, whole run"),
     (
@@ -150,22 +164,25 @@ def summarize(frames: np.recarray, *, skip_s: float = SKIP, **outside: float | N
     tension, depth = kept["tension"], -kept["body_position"][:, 2]
     offset = (kept["body_position"] - kept["sheave_position"])[:, :2].mean(axis=0)
     volume, volume_points = ellipsoid_volume((kept["time"] - kept["time"][0]) * 1e-9, kept["body_position"])
+    travel, hauls = haul_of(frames)
     figures = {
         "tension_mean_n": tension.mean(),
-        "tension_std_n": tension.std(),
+        "tension_std_n": None if hauls else _deviation(tension),
         "tension_min_n": tension.min(),
         "tension_max_n": tension.max(),
         "body_depth_m": depth.mean(),
-        "body_depth_std_m": depth.std(),
-        "body_position_m": [*map(float, tow_axes(kept) @ offset), float(-depth.mean())],
-        "ellipsoid_volume_m3": volume,
-        "ellipsoid_volume_points_m3": volume_points,
+        "body_depth_std_m": None if hauls else _deviation(depth),
+        "body_position_m": None if hauls else [*map(float, tow_axes(kept) @ offset), float(-depth.mean())],
+        "ellipsoid_volume_m3": None if hauls else volume,
+        "ellipsoid_volume_points_m3": None if hauls else volume_points,
         "contact_resultant_mean_n": kept["contact_resultant"].mean(),
         "contact_resultant_max_n": kept["contact_resultant"].max(),
         "wrap_angle_mean_deg": np.degrees(kept["wrap_angle"].mean()),
-        "sheave_heave_std_m": kept["sheave_position"][:, 2].std(),
+        "sheave_heave_std_m": _deviation(kept["sheave_position"][:, 2]),
         **strumming(kept),
         **extremes(frames),
+        "hauled_m": travel,
+        **ends(frames),
         "drum_end_s": float(np.sum(frames["status"] & Flag.DRUM_END != 0)) * tick_length(frames),
         "duration_s": (frames["time"][-1] - frames["time"][0]) * 1e-9,
         "skip_s": skip,
@@ -197,6 +214,33 @@ def extremes(frames: np.recarray) -> dict[str, float | None]:
         known = bool(np.isfinite(values).all())
         for end, of in (("min", np.min), ("max", np.max)):
             found[f"{name}_{end}_m"] = float(of(values)) if known else None
+    return found
+
+
+def _deviation(values: np.ndarray) -> float:
+    """Standard deviation; 0 where it is round-off, as of a static tow."""
+    found, size = float(values.std()), float(np.abs(values).max())
+    return found if found > NOTHING * size else 0.0
+
+
+def haul_of(frames: np.recarray) -> tuple[float | None, bool]:
+    """Range [m] of the mean scope over HAUL_OVER seconds, None where the Frames do not have the scope; is it a haul?"""
+    scope = np.asarray(frames["scope"], float)
+    if not np.isfinite(scope).all():
+        return None, False
+    tick = tick_length(frames)
+    count = min(len(scope), max(1, round(HAUL_OVER / tick))) if tick > 0.0 else 1
+    sums = np.concatenate(([0.0], np.cumsum(scope - scope[0])))
+    travel = float(np.ptp(sums[count:] - sums[:-count])) / count
+    return travel, travel > max(HAULED[0], HAULED[1] * float(scope.max()))
+
+
+def ends(frames: np.recarray) -> dict[str, float | None]:
+    """Scope and depth of the towbody in the first and the last Frame; None where the Frames do not have them."""
+    found: dict[str, float | None] = {}
+    for name, values in (("scope", frames["scope"]), ("body_depth", -frames["body_position"][:, 2])):
+        for end, k in (("start", 0), ("end", -1)):
+            found[f"{name}_{end}_m"] = float(values[k]) if np.isfinite(values[k]) else None
     return found
 
 

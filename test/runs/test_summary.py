@@ -74,6 +74,40 @@ def test_extremes_of_a_haul_are_those_of_the_whole_run():
     assert figures["drum_end_s"] == pytest.approx(1.0)
 
 
+def test_a_haul_is_not_summed_up_as_a_tow_at_one_place():
+    """Deviations, ellipsoid and place of a tow that goes from 300 m to 200 m are of no place; scope and depth at both
+    ends are there. Heave of a compensation, whatever its size, is no haul."""
+    frames = run(60.0)
+    time = (frames["time"] - frames["time"][0]) * 1e-9
+    frames["scope"] = np.interp(time, [10.0, 50.0], [300.0, 200.0])
+    frames["body_position"][:, 2] = -frames["scope"] / 3.0
+    figures = summarize(frames)
+    assert {name for name, value in figures.items() if value is None} - set(OUTSIDE) == {
+        "tension_std_n",
+        "body_depth_std_m",
+        "body_position_m",
+        "ellipsoid_volume_m3",
+        "ellipsoid_volume_points_m3",
+        "strum_amplification",
+        "strum_amplitude_max_diameters",
+    }
+    assert (figures["scope_start_m"], figures["scope_end_m"], figures["body_depth_end_m"]) == (
+        300.0,
+        200.0,
+        200.0 / 3.0,
+    )
+    assert 50.0 < figures["hauled_m"] < 100.0
+    frames["scope"] = 300.0 + 3.0 * np.sin(2.0 * np.pi * time / 10.0)
+    heaved = summarize(frames)
+    assert heaved["hauled_m"] < 0.1 and heaved["tension_std_n"] > 0.0
+
+
+def test_round_off_is_no_deviation():
+    frames = run(60.0)
+    frames["tension"] = 3191.0 + 1e-13 * np.arange(len(frames))
+    assert summarize(frames)["tension_std_n"] == 0.0
+
+
 def test_a_length_that_an_older_recording_lacks_is_unknown():
     frames = run(60.0)
     frames["scope"] = np.nan
