@@ -173,11 +173,14 @@ def node(ros_arguments: tuple[str, ...]) -> None:
     metavar="FILE",
     help="Begin with the state in FILE in place of the static start. SCENE may be left out.",
 )
+@click.option(
+    "--check", is_flag=True, help="Run it again with half the step and twice the elements: do the peaks stay?"
+)
 @out_option
 @markers_option
 @json_option
 def run(
-    scene, motion, heave, duration, winch, algorithm, imu_only, step, every, save, begin, out, markers, as_json
+    scene, motion, heave, duration, winch, algorithm, imu_only, step, every, save, begin, check, out, markers, as_json
 ) -> None:
     """Simulate SCENE offline, as fast as it goes."""
     _needs_out(markers, out)
@@ -213,6 +216,7 @@ def run(
             save=save,
             resumed=begin,
             markers=markers,
+            check=check,
             progress=progress,
         )
     tell(result, out, as_json)

@@ -143,8 +143,11 @@ class BagReader:
                 self._lost(file, *loss)
             if file.cut_off and not file.losses:
                 self.damage.add(f"{file.path.name} ends without its index, as of a recording that was cut off")
-        if not self.custom_data:
-            self.custom_data = _custom_data(self.files)
+        own, beside = _custom_data(self.files), self.custom_data
+        if own and beside and own != beside:  # the file's own is written with the messages, under a checksum
+            other = ", ".join(sorted(key for key in own.keys() | beside.keys() if own.get(key) != beside.get(key)))
+            self.damage.add(f"metadata.yaml says another {other} than the recording itself, which is believed")
+        self.custom_data = own or beside
 
     def _paths(self) -> tuple[list[Path], bool]:
         """Files of the bag, and whether the files or messages are compressed as a whole."""

@@ -20,11 +20,11 @@ from ..io.motion_table import MotionError, read_table, sine_heave
 from ..io.replay import RecordedTow, Residual, paired, read_tow, recorded_frames, residuals
 from ..io.resources import find_bag
 from ..io.winch_plan import WinchPlan
-from ..sim.savefile import check_place, same_scene
+from ..sim.savefile import SaveError, check_place, same_scene
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
 from ..sim.verdict import Reason, Verdict
-from . import verdict
+from . import finer, verdict
 from .number_option import LONGEST
 from .passes import Pass
 from .rerun import Rerun
@@ -73,6 +73,11 @@ FIGURES = (
     ("node", "", "`live`: figures of the node, as in its statistics file"),
     ("saved", "", "file with the state at the end; absent without `--save`"),
     ("resumed", "", "`--from`: `file`, `time_s` of its state, `motion`: goes on, or taken up anew; absent without it"),
+    (
+        "check",
+        "",
+        "`--check`: `agreed`, and of tension and its peaks [this run, with half the step and twice the elements]",
+    ),
     ("problem", "", "why the run ended early; absent when it did not"),
     (
         "verdict",
@@ -110,6 +115,7 @@ def run(
     save: str | os.PathLike | None = None,
     resumed: Resumed | str | os.PathLike | None = None,
     markers: float = 0.0,
+    check: bool = False,
     progress: Progress = silent,
 ) -> Run:
     """Simulate a scene under the motion of a bag or CSV table, a sinusoidal heave, or on its mean track (motion None).
@@ -120,7 +126,7 @@ def run(
     step and every: see `stepped`; out: folder to make, with the bag ``tow`` of every channel and ``summary.json``;
     save: file to write the state at the end to; resumed: such a file to begin from, see `runs.resume`: scene None is
     that of the file then, and winch None its plan where its motion goes on; markers: rate of ``cable/markers`` in the
-    bag [Hz], 0: none.
+    bag [Hz], 0: none; check: run it again finer, see `runs.finer`, not with ``resumed``.
     Raises SceneError, BagError, MotionError, PlanError, ResourceError, StartError, SaveError; a solver that gives up
     ends the run, and nothing is saved.
     """
@@ -128,6 +134,10 @@ def run(
     if scene is None and resumed is None:
         raise TypeError("run() needs a scene, or a saved state as `resumed`")
     check_rate(markers)
+    if check and resumed is not None:
+        raise SaveError(
+            f"{resumed.path}: no finer mesh begins with its state; nothing was simulated. Leave --check out"
+        )
     if duration is not None and not 0.0 < duration <= LONGEST:
         raise MotionError(
             f"duration = {duration:g} s is outside (0, {LONGEST:g}] s: nothing was simulated; give seconds"
@@ -165,6 +175,10 @@ def run(
         save_run(save, one, told)
         result.figures["saved"] = os.fspath(save)
     judged(result, scene, [*one.doubts, *_damage(tow)], before=before)
+    if check:
+        finer.compare(
+            result, scene, lambda: _motion_of(scene, motion, heave, lasts, imu_only), duration, plan, progress
+        )
     _write_summary(out, result)
     return result
 

@@ -80,8 +80,8 @@ SUMMARY = (
     (
         "hauled_m",
         "m",
-        f"range of the mean scope over {HAUL_OVER:g} s, whole run. Above {HAULED[0]:g} m and {100.0 * HAULED[1]:g} % of "
-        "the largest scope the run is a haul: means are over all its scopes, what is about one place is null",
+        f"range of the mean scope over {HAUL_OVER:g} s, whole run. Above {HAULED[0]:g} m and {100.0 * HAULED[1]:g} % "
+        "of the largest scope the run is a haul: means are over all its scopes, what is about one place is null",
     ),
     ("scope_start_m", "m", "scope in the first Frame"),
     ("scope_end_m", "m", "scope in the last Frame"),

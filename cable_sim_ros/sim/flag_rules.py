@@ -224,6 +224,13 @@ CHECKS = (
         TENSION + BODY,
         "the figures begin before waves and turbulence have grown, as the run is shorter than twice `water.ramp`",
     ),
+    (
+        "CHECK",
+        DOUBTFUL,
+        PEAKS,
+        "`run --check`: with half the step and twice the elements a peak or the deviation of the tension differs by "
+        "more than 2 %; where they agree, `SLACK` is taken back",
+    ),
     ("JOURNAL", DOUBTFUL, TENSION + BODY, "a replay could not do all that the journal of the recording says"),
     ("BEHIND", DOUBTFUL, TENSION + BODY, "the node did not hold real time and was taken to the present"),
     ("NOT_RECORDED", DOUBTFUL, TENSION + BODY, "messages were lost on the way to the disk"),

@@ -88,8 +88,6 @@ def test_a_haul_is_not_summed_up_as_a_tow_at_one_place():
         "body_position_m",
         "ellipsoid_volume_m3",
         "ellipsoid_volume_points_m3",
-        "strum_amplification",
-        "strum_amplitude_max_diameters",
     }
     assert (figures["scope_start_m"], figures["scope_end_m"], figures["body_depth_end_m"]) == (
         300.0,

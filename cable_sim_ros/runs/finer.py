@@ -1,0 +1,95 @@
+"""`cable-sim run --check`: the same run with half the step and twice the elements, and what that settles.
+
+Peaks of a cable that comes tight after slack depend on mesh and step until both are fine enough. Two runs that agree
+say that they are; two that do not say by how much they are not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from ..io.load import override
+from ..io.replay import RecordedTow
+from ..io.winch_plan import WinchPlan
+from ..physics.winch import DrumModel
+from ..sim.flag_rules import PEAKS
+from ..sim.mesh import mesh_plan
+from ..sim.mesh_kinds import FeedMesh
+from ..sim.scene import Scene
+from ..sim.verdict import check, verdict_of
+from .passes import Pass
+from .stepping import Progress
+from .summary import summarize
+
+if TYPE_CHECKING:
+    from .offline import Run
+
+SETTLED = ("SLACK", "RINGING")  # doubtful because of mesh and step alone
+AGREED = 0.02  # of the largest tension, and of the deviation
+ORDER = 4.0  # half the step is a quarter of the error: chosen steps are asked for that
+
+
+def finer(scene: Scene) -> tuple[Scene, FeedMesh | None]:
+    """The scene with half the step, and its mesh with every element halved; None where the scene itself has it."""
+    solver = scene.solver
+    values: dict[str, Any] = {"solver.tick": 0.5 * solver.tick}
+    if solver.tension_error is not None:
+        values["solver.tension_error"] = solver.tension_error / ORDER
+        values["solver.position_error"] = solver.position_error / ORDER
+    plan = mesh_plan(scene)
+    if plan is None or scene.winch.drum != DrumModel.FEED:
+        for name, section in scene.cable.sections.items():
+            values[f"cable.sections.{name}.elements"] = 2 * section.meshed
+        return override(scene, values), None
+    return override(scene, values), plan.mesh.doubled
+
+
+def compare(
+    result: Run,
+    scene: Scene,
+    motion: Callable[[], RecordedTow | None],
+    duration: float | None,
+    winch: WinchPlan | None,
+    progress: Progress,
+) -> Run:
+    """Run again, finer; `check` in the figures has each figure of both, and a verdict that peaks alone made doubtful
+    becomes ok where they agree.
+
+    motion: makes the messages of the ship's motion anew; duration: s, None: all there is. Raises as `offline.run`.
+    """
+    if result.problem or not len(result.frames):
+        return result
+    scene, mesh = finer(scene)
+    one = Pass(scene, motion(), progress=progress, winch=winch, mesh=mesh)
+    driven = one.go(duration, None)
+    figures, reasons = result.figures, list(result.verdict.reasons)
+    if driven.problem:
+        reasons.append(check("CHECK", f"the finer run did not come to its end, nothing was compared: {driven.problem}"))
+        figures["check"] = {"agreed": False, "problem": driven.problem}
+    else:
+        again = summarize(driven.frames, skip_s=figures["skip_s"])
+        told: dict[str, Any] = {name: [figures[name], again[name]] for name in ("tension_mean_n", *PEAKS)}
+        agreed = not any(apart(figures, again).values())
+        figures["check"] = {"agreed": agreed, "steps": [figures["steps"], again["steps"]], **told}
+        if agreed:
+            reasons = [reason for reason in reasons if reason.flag not in SETTLED]
+        else:
+            reasons.append(check("CHECK", "; ".join(text for text in apart(figures, again).values() if text)))
+    result.verdict = verdict_of(reasons)
+    figures["verdict"] = result.verdict.as_dict()
+    return result
+
+
+def apart(figures: dict[str, Any], again: dict[str, Any]) -> dict[str, str]:
+    """Of each figure of PEAKS, by how much two runs differ where that is more than AGREED, in words; "" where not."""
+    found, largest = {}, abs(again["tension_max_n"])
+    for name in PEAKS:
+        ours, theirs = figures[name], again[name]
+        known = ours is not None and theirs is not None
+        size = theirs if name == "tension_std_n" and known else largest
+        far = known and abs(ours - theirs) > AGREED * size
+        found[name] = (
+            f"{name} = {ours:.4g} N became {theirs:.4g} N with half the step and twice the elements" if far else ""
+        )
+    return found

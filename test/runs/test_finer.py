@@ -1,0 +1,65 @@
+"""A run again with half the step and twice the elements: peaks that stay are believed, others are given twice."""
+
+import pytest
+
+from cable_sim_ros.io.load import load_scene
+from cable_sim_ros.runs import finer, offline
+from cable_sim_ros.sim.savefile import SaveError
+from cable_sim_ros.sim.verdict import Reason, verdict_of
+
+FIGURES = {"tension_std_n": 100.0, "tension_min_n": 10.0, "tension_max_n": 2000.0}
+
+
+def test_half_the_step_and_twice_the_elements():
+    for name in ("side_scan", "full_scale_contact"):
+        scene = load_scene(name)
+        fine, mesh = finer.finer(scene)
+        assert fine.solver.tick == 0.5 * scene.solver.tick
+        if mesh is None:
+            counts = [section.elements for section in scene.cable.sections.values()]
+            assert [section.elements for section in fine.cable.sections.values()] == [2 * count for count in counts]
+        else:
+            assert mesh.nodes - 1 == 2 * (finer.mesh_plan(scene).mesh.nodes - 1)
+
+
+@pytest.mark.parametrize(
+    "name, value, far",
+    [
+        ("tension_max_n", 2039.0, False),
+        ("tension_max_n", 2050.0, True),
+        ("tension_min_n", 49.0, False),  # of the largest
+        ("tension_min_n", -40.0, True),
+        ("tension_std_n", 101.0, False),
+        ("tension_std_n", 103.0, True),
+        ("tension_std_n", None, False),  # of a haul
+    ],
+)
+def test_two_per_cent_agree(name, value, far):
+    texts = finer.apart(FIGURES, FIGURES | {name: value})
+    assert [key for key, text in texts.items() if text] == ([name] if far else [])
+    if far:
+        assert texts[name].endswith(f"became {value:.4g} N with half the step and twice the elements")
+
+
+def test_a_snap_that_stays_is_ok_and_one_that_does_not_says_by_how_much():
+    """SLACK put into the verdict of a steep heave, 5 s of fixed steps, whose peaks the finer run keeps."""
+    arguments = {"heave": (1.5, 5.0), "duration": 5.0, "step": "fixed"}
+    plain = offline.run("side_scan", **arguments)
+    plain.verdict = verdict_of([Reason("SLACK", 1.0, 0.2, (), "a snap"), *plain.verdict.reasons])
+    tow = offline.sine_heave(1.5, 5.0, 5.0, load_scene("side_scan").ship)
+    checked = finer.compare(plain, load_scene("side_scan"), lambda: tow, 5.0, None, offline.silent)
+    told = checked.figures["check"]
+    assert told["agreed"] and checked.verdict.state == "ok" and checked.figures["verdict"]["state"] == "ok"
+    ours, theirs = told["tension_max_n"]
+    assert ours == checked.figures["tension_max_n"] and 0.0 < abs(theirs / ours - 1.0) < 0.02
+    assert told["steps"][1] == pytest.approx(2 * told["steps"][0], rel=0.02)
+    plain.figures["tension_max_n"] *= 1.1  # as of a mesh that is too coarse
+    plain.verdict = verdict_of([Reason("SLACK", 1.0, 0.2, (), "a snap")])
+    doubted = finer.compare(plain, load_scene("side_scan"), lambda: tow, 5.0, None, offline.silent)
+    assert [reason.flag for reason in doubted.verdict.reasons] == ["SLACK", "CHECK"] and doubted.verdict.code == 4
+
+
+def test_a_saved_state_has_no_finer_mesh(tmp_path):
+    offline.run("side_scan", duration=0.1, save=tmp_path / "state.npz")
+    with pytest.raises(SaveError, match="no finer mesh begins with its state; nothing was simulated. Leave"):
+        offline.run(None, resumed=tmp_path / "state.npz", check=True, duration=0.1)
