@@ -16,6 +16,7 @@ from .lab.commands import COMMANDS as LAB_COMMANDS
 from .runs import expected
 from .runs.mesh_command import mesh as mesh_command
 from .runs.number_option import LONGEST, MOST_SPEED, Number
+from .runs.out_folder import ready
 from .runs.progress import progress_bar as _progress
 from .runs.span_command import span as span_command
 from .runs.told import tell
@@ -272,6 +273,7 @@ def live(bag, scene, duration, imu_only, out, as_json) -> None:
     path = find_bag(bag)
     tow = load_scene(scene)  # a mistake is reported here, before any process is started
     out = out or Path("runs") / time.strftime("%Y%m%d_%H%M%S")
+    ready(out)
     quiet = (lambda *_: None) if as_json else None
     told = run_live(path, scene, duration, out, imu_only=imu_only, progress=quiet)
     recorded = load_run(told["bag"])
@@ -334,10 +336,12 @@ def manual(out) -> None:
 @click.argument("source")
 @click.argument("target")
 def recover(source, target) -> None:
-    """Copy what can be read of the damaged or cut-off bag SOURCE into a new bag TARGET. Exit code 3: not all of it."""
+    """Copy what can be read of the damaged or cut-off bag SOURCE (a path, or the name of a shipped one) into a new bag
+    TARGET. Exit code 3: not all of it."""
     from .io.recovery import recover as recover_bag
+    from .io.resources import find_bag
 
-    result = recover_bag(source, target)
+    result = recover_bag(find_bag(source), target)
     click.echo(f"{target}: {result.messages} messages over {result.duration:.2f} s")
     if result.damage:
         raise DamagedBag(str(result.damage))

@@ -146,7 +146,13 @@ def _read(path: Path) -> tuple[list[str], dict[tuple[int, bool], str], list[int]
     names = [name.strip() for name in kept[0][1].split(",")]
     given = _given(path, names)
     lines, rows = [i for i, _ in kept[1:]], []
-    for i, cells in zip(lines, csv.reader(line for _, line in kept[1:])):
+    for i, (_, line) in zip(lines, kept[1:], strict=True):
+        try:
+            (cells,) = csv.reader([line])
+        except (csv.Error, ValueError) as error:
+            raise MotionError(
+                f"{path}:{i}: is no row of a table ({error}); {CONSEQUENCE}. Commas separate cells, points decimals"
+            ) from None
         if len(cells) != len(names):
             raise MotionError(
                 f"{path}:{i}: {len(cells)} cells under {len(names)} columns; {CONSEQUENCE}. Commas separate cells, "

@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from ..runs.number_option import LONGEST, Number
+from ..runs.out_folder import ready
 from ..runs.progress import progress_bar
 from .experiments import EXPERIMENTS
 
@@ -63,6 +64,7 @@ def case(files, fidelity, as_json) -> None:
 @json_option
 def validate(names, duration, out, as_json) -> None:
     """Repeat experiments of the source documents (default: all): measured, ours, allowed and who says so."""
+    ready(out)
     from .experiments import run as run_experiment
     from .experiments.table import as_data, markdown, print_result
 
@@ -70,7 +72,6 @@ def validate(names, duration, out, as_json) -> None:
         results = [run_experiment(name, duration, progress) for name in names or EXPERIMENTS]
     told = [as_data(result) for result in results]
     if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
         (out / "validate.json").write_text(json.dumps(told, indent=1) + "\n", "utf-8")
         (out / "validate.md").write_text("\n\n".join(map(markdown, results)) + "\n", "utf-8")
         for result in results:
@@ -95,6 +96,7 @@ STRESS_IDS = [*(f"N{i}" for i in range(1, 28)), "I10", "I11", "I12", "I14", "I16
 @json_option
 def stress(ids, quick, out, as_json) -> None:
     """Stability stress (default: all): measured against the limits. Leaves with code 1 where one is missed."""
+    ready(out)
     from . import stress as stresses
     from .stress.table import markdown, print_verdicts
 
@@ -102,7 +104,6 @@ def stress(ids, quick, out, as_json) -> None:
         verdicts = stresses.run(tuple(ids), quick, progress)
     told = [verdict.as_dict() for verdict in verdicts]
     if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
         (out / "stress.json").write_text(json.dumps(told, indent=1, default=float) + "\n", "utf-8")
         (out / "stress.md").write_text(markdown(verdicts) + "\n", "utf-8")
     if as_json:
@@ -142,8 +143,10 @@ def bench(scenes, peers, repeats, features, sheave_mesh, promises, haul, ticks, 
         if repeats and studies[0] not in ("features", "haul", "water"):
             option = "--" + studies[0].replace("_", "-")
             raise click.UsageError(f"{option} repeats nothing; leave --repeats out")
+        ready(out)
         _study(studies[0], repeats, out, as_json)
         return
+    ready(out)
     from . import bench as benchmarks
 
     with progress_bar(as_json) as progress:
@@ -155,7 +158,6 @@ def bench(scenes, peers, repeats, features, sheave_mesh, promises, haul, ticks, 
         )
     told = [benchmarks.as_json(row) for row in rows]
     if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
         about = benchmarks.about()
         (out / "bench.json").write_text(json.dumps({"about": about, "rows": told}, indent=1) + "\n", "utf-8")
         (out / "bench.md").write_text(benchmarks.markdown(rows) + "\n", "utf-8")
@@ -226,7 +228,6 @@ def _study(name: str, repeats: int | None, out: Path | None, as_json: bool) -> N
         found = data = sheave.sweeps()
         text = sheave.markdown(found)
     if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
         (out / f"{name}.json").write_text(json.dumps(data, indent=1) + "\n", "utf-8")
         (out / f"{name}.md").write_text(text + "\n", "utf-8")
     click.echo(json.dumps(data, indent=1) if as_json else text)

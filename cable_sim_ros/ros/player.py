@@ -180,8 +180,13 @@ def play_bag(
     from rclpy.executors import ExternalShutdownException
     from rclpy.utilities import remove_ros_args
 
+    from .process import RCLError, unreadable
+
     given = ["play", *ros_arguments]
-    unknown = remove_ros_args(given)[1:]
+    try:
+        unknown = remove_ros_args(given)[1:]
+    except RCLError as error:
+        raise PlayError(f"{unreadable(error)}; nothing was played. Correct the file or argument it names") from None
     if unknown:
         raise PlayError(
             f"{' '.join(unknown)}: no option of play; nothing was played. See --help; ROS arguments follow --ros-args"

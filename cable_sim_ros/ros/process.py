@@ -19,10 +19,15 @@ def start_ros(arguments: list[str]) -> None:
     try:
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     except RCLError as error:
-        what = str(error).removeprefix("failed to initialize rcl: ").partition(", at /")[0]
         raise ParameterError(
-            f"ROS arguments: {' '.join(what.split())[:400]}; nothing was started. Correct the file or argument it names"
+            f"{unreadable(error)}; nothing was started. Correct the file or argument it names"
         ) from None
+
+
+def unreadable(error: RCLError) -> str:
+    """What rcl says of arguments that it cannot read, without the places in its sources."""
+    what = str(error).removeprefix("failed to initialize rcl: ").removeprefix("Failed to parse ROS arguments: ")
+    return f"ROS arguments: {' '.join(what.partition(', at /')[0].split())[:400]}"
 
 
 def refuse_unknown(arguments: list[str]) -> None:

@@ -11,6 +11,7 @@ import click
 
 from ..physics.quantity import Block
 from .keys_option import keys_option
+from .out_folder import ready
 from .progress import progress_bar
 
 if TYPE_CHECKING:
@@ -40,11 +41,11 @@ def span(file: str, cases: tuple[str, ...], out: Path | None, as_json: bool) -> 
     """
     from . import span as runs
 
+    ready(out)
     with progress_bar(as_json) as progress:
         run = runs.run_span(file, list(cases) or None, progress)
     told = run.as_data()
     if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
         (out / "span.json").write_text(json.dumps(told, indent=1) + "\n", "utf-8")
         click.echo(f"picture:   {runs.draw_span(run, out / 'span.png')}", err=True)
     if as_json:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import click
 
+from ..runs.out_folder import ready
 from ..runs.progress import progress_bar
 
 IDS = [f"R{i}" for i in range(1, 12)] + [f"S{i}" for i in range(3, 10)]
@@ -24,6 +25,7 @@ def soak(ids, quick, out, as_json) -> None:
 
     Leaves with code 1 where a limit is missed. Needs ROS 2 and a machine that does nothing else.
     """
+    ready(out)
     from ..lab.stress.table import markdown, print_verdicts
     from .table import run
 
@@ -31,7 +33,6 @@ def soak(ids, quick, out, as_json) -> None:
         verdicts = run(tuple(ids), quick, progress)
     told = [verdict.as_dict() for verdict in verdicts]
     if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
         (out / "soak.json").write_text(json.dumps(told, indent=1, default=float) + "\n", "utf-8")
         (out / "soak.md").write_text(markdown(verdicts) + "\n", "utf-8")
     if as_json:

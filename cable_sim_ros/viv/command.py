@@ -10,6 +10,7 @@ import click
 
 from ..physics.quantity import Block
 from ..runs.keys_option import keys_option
+from ..runs.out_folder import ready
 from ..runs.progress import progress_bar
 
 
@@ -36,6 +37,7 @@ def viv(file: str, sensitivity: bool, out: Path | None, as_json: bool) -> None:
     from .response import vibration
 
     span = files.load_span(file)
+    ready(out)
     if sensitivity:
         from . import sensitivity as study
 
@@ -43,7 +45,6 @@ def viv(file: str, sensitivity: bool, out: Path | None, as_json: bool) -> None:
             changes = study.sensitivity(span, progress)
         told = [change._asdict() for change in changes]
         if out is not None:
-            out.mkdir(parents=True, exist_ok=True)
             (out / "sensitivity.json").write_text(json.dumps(told, indent=1) + "\n", "utf-8")
             (out / "sensitivity.md").write_text(study.markdown(changes) + "\n", "utf-8")
         if as_json:
@@ -59,7 +60,6 @@ def viv(file: str, sensitivity: bool, out: Path | None, as_json: bool) -> None:
     if out is not None:
         from .plot import draw
 
-        out.mkdir(parents=True, exist_ok=True)
         (out / "viv.json").write_text(json.dumps(data, indent=1) + "\n", "utf-8")
         click.echo(f"picture:   {draw(span, result, out / 'viv.png')}", err=True)
     if as_json:

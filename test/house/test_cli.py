@@ -103,7 +103,26 @@ def test_every_command_helps(command):
             "error: no/such/folder/x: cannot be written (No such file or directory); nothing was saved.",
         ),
         (("replay", "no_such_bag"), "error: no_such_bag: no such bag file"),
-        (("recover", "no_such_bag", "x"), "error: bag 'no_such_bag' does not exist: nothing was read"),
+        (("recover", "no_such_bag", "x"), "error: no_such_bag: no such bag file"),
+        (("recover", "lmg1903", "/dev/null"), "error: bag '/dev/null' exists already"),
+        (("case", "deep.json"), "error: deep.json: is nested deeper than Python reads; nothing was run."),
+        (("run", "side_scan", "--motion", "long.csv"), "error: long.csv:3: is no row of a table (field larger than"),
+        (("validate", "drag", "--out", "deep.json/x"), "--out deep.json/x: cannot be made or written (Not a"),
+        (("stress", "N1", "--out", "deep.json/x"), "--out deep.json/x: cannot be made or written"),
+        (("bench", "P1", "--out", "/dev/null/x"), "cannot be made or written (Not a directory); nothing was run."),
+        (("viv", "capozucca_5_5", "--out", "/dev/null/x"), "cannot be made or written (Not a directory); nothing was"),
+        (("span", "span_in_wind", "--out", "/dev/null/x"), "cannot be made or written (Not a directory); nothing was"),
+        (("soak", "R1", "--out", "/dev/null/x"), "cannot be made or written (Not a directory); nothing was run."),
+        pytest.param(
+            ("play", "nbp1406", "--ros-args", "-r"),
+            "error: ROS arguments: Couldn't parse trailing -r flag. No remap rule found.; nothing was played. Correct",
+            marks=pytest.mark.ros,
+        ),
+        pytest.param(
+            ("play", "nbp1406", "--ros-args", "-p", "x"),
+            "error: ROS arguments: Couldn't parse parameter override rule: '-p x'.",
+            marks=pytest.mark.ros,
+        ),
         pytest.param(("live", "no_such_bag"), "error: no_such_bag: no such bag file", marks=pytest.mark.ros),
         pytest.param(
             ("live", "--scene", "no_such_scene"), "error: no_such_scene: no such scene file", marks=pytest.mark.ros
@@ -145,6 +164,8 @@ def test_a_mistake_is_told_in_one_line(arguments, text, tmp_path, monkeypatch):
     if arguments[0] in ("live", "play"):
         pytest.importorskip("rclpy")
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "deep.json").write_text("[" * 100_000)
+    (tmp_path / "long.csv").write_text(f"time_s,heave_m\n0,0\n1,{'0' * 200_000}\n")
     result = call(*arguments)
     assert result.exit_code == 2 and text in result.stderr and "Traceback" not in result.stderr
     assert not result.stdout

@@ -77,6 +77,8 @@ def load_case(path: str | Path) -> Case:
     """Read a case file. Raises CaseError."""
     try:
         data = json.loads(Path(path).read_text("utf-8"))
+    except RecursionError:
+        raise CaseError(f"{path}: is nested deeper than Python reads; nothing was run. A case has two levels") from None
     except (ValueError, UnicodeDecodeError) as error:
         raise CaseError(f"{path}: this is no JSON ({error}); nothing was run") from None
     for key, kind in (("id", str), ("inputs", dict), ("outputs", list)):
