@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from rclpy._rclpy_pybind11 import InvalidHandle
 from rclpy.clock import Clock, ClockType
+from rclpy.qos import QoSProfile
 from std_srvs.srv import SetBool, Trigger
 
 from ..io.recording_place import root_problem
@@ -26,6 +27,9 @@ if TYPE_CHECKING:
 
 LOOK = 0.002  # s between looks at a step that is under way
 QUIT_AFTER = 0.3  # s, for the answer to reach its client
+# calls that may wait; the middleware drops what comes beyond without a word, from ten on where nothing else is said
+WAITING = 1000
+SERVICES = QoSProfile(depth=WAITING)
 STUCK = 5.0  # s beyond the bounded waits of a step, after which it is answered that it stands still
 
 
@@ -34,12 +38,15 @@ class SimulationControl:
 
     def __init__(self, node: CableSimNode) -> None:
         self.node = node
-        node.create_service(SetBool, "~/pause", self._on_pause)
-        node.create_service(Trigger, "~/step", self._on_step)
-        node.create_service(Trigger, "~/save", lambda request, response: self._answer(response, self.save()))
-        node.create_service(Trigger, "~/restore", lambda request, response: self._answer(response, self.restore()))
-        node.create_service(Trigger, "~/reset", lambda request, response: self._answer(response, self.reset()))
-        node.create_service(SetBool, "~/record", self._on_record)
+        for kind, name, answer in (
+            (SetBool, "pause", self._on_pause),
+            (Trigger, "step", self._on_step),
+            (Trigger, "save", lambda request, response: self._answer(response, self.save())),
+            (Trigger, "restore", lambda request, response: self._answer(response, self.restore())),
+            (Trigger, "reset", lambda request, response: self._answer(response, self.reset())),
+            (SetBool, "record", self._on_record),
+        ):
+            node.create_service(kind, f"~/{name}", answer, qos_profile=SERVICES)
         # wakes the executor, which looks at a coroutine that waits only when something comes
         self._looks = node.create_timer(LOOK, lambda: None, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self._looks.cancel()

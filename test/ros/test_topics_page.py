@@ -1,0 +1,49 @@
+"""docs/topics.md against the code: topics, rates and QoS."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rclpy")
+
+from cable_sim_ros.io import channels, markers
+from cable_sim_ros.io.messages import KINDS
+from cable_sim_ros.ros import control, node
+from cable_sim_ros.ros.blocks import NodeBlock
+
+PAGE = (Path(__file__).parents[2] / "docs" / "topics.md").read_text("utf-8")
+OUT, _, IN = PAGE.partition("## In")
+OURS = (*channels.CHANNELS, channels.STRUM, channels.TRANSFORMS)
+
+
+def rows(part):
+    return {name: cells.split(" | ") for name, cells in re.findall(r"^\| `([\w/]+)` \| (.*) \|$", part, re.M)}
+
+
+def told(qos):
+    reliability = {1: "reliable", 2: "best effort"}[int(qos.reliability)]
+    return f"{reliability}, {qos.depth}"
+
+
+def test_every_channel_stands_on_the_page_as_it_is():
+    page = rows(OUT)
+    for channel in OURS:
+        rate, qos, _ = page[channel.topic]
+        assert rate == (f"{channel.rate:g} Hz" if channel.rate else "every tick"), channel.topic
+        assert qos == told(node.QOS[channel.qos]), channel.topic
+    others = {markers.TOPIC, node.AGES_TOPIC, "/diagnostics", "/clock"}
+    assert set(page) == {channel.topic for channel in OURS} | others
+    assert page[node.AGES_TOPIC][1] == page["/diagnostics"][1] == told(node.QOS["reliable"])
+
+
+def test_every_input_stands_on_the_page_as_it_is():
+    page = rows(IN)
+    assert set(page) == {topic for _, topic in KINDS.values()}
+    for cells in page.values():
+        assert cells[0] == f"best effort, {node.INPUT_DEPTH[False]} ({node.INPUT_DEPTH[True]} in lockstep)"
+
+
+def test_services_may_wait_as_the_page_says():
+    assert f"{control.WAITING} calls may wait" in " ".join(PAGE.split()) and control.SERVICES.depth == control.WAITING
+    assert NodeBlock.model_fields["autostart"].default is True
