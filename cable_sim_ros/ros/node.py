@@ -48,6 +48,8 @@ from .topics import diagnostic_array, message_class, publishers_of, rows_of
 NAME, NAMESPACE = "cable_sim", "/tow_sim"
 INPUT_DEPTH = {False: 200, True: 5000}  # deep: a static start takes a second; in lockstep a bag may come at once
 QOS = {"reliable": QoSProfile(depth=10), "sensor": QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)}
+# ticks come faster than a listener may take them: what it has not acknowledged is kept so long (testing/link.py: PIECE)
+STEPPED_QOS = QOS | {"reliable": QoSProfile(depth=500)}
 LARGEST = 64_000  # bytes of an input; an Odometry has 720
 DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
 
@@ -104,7 +106,8 @@ class CableSimNode(LifecycleNode):
         node, frames = self.settings.node, self.settings.node.frame
         context = Context(frames.odom, frames.base_link, frames.sheave_link, frames.towbody_link, self.get_namespace())
         channels = rows_of(self.settings.scene, node.publish)
-        publishers, missing = publishers_of(self, context, channels, QOS)
+        qos = STEPPED_QOS if self.session.lockstep else QOS
+        publishers, missing = publishers_of(self, context, channels, qos)
         for text in missing:
             self.get_logger().info(text)
         session = self.session

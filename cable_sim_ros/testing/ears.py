@@ -54,6 +54,7 @@ class Ears:
         self._publishers: dict[str, Any] = {}
         self._clients: dict[str, Any] = {}
         self._stop = threading.Event()
+        self.watch: Callable[[], None] = lambda: None  # raises where it is of no use to wait on
         self.failure: BaseException | None = None  # of a callback
         self._executor = SingleThreadedExecutor(context=self.context)
         self._executor.add_node(self.node)
@@ -123,6 +124,7 @@ class Ears:
 
     def _until(self, deadline: float, problem: str) -> None:
         self.check()
+        self.watch()
         if time.monotonic() > deadline:
             raise TowError(problem)
 

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Iterator
+import os
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from ..physics.frame import Flag
 from .errors import TowError
 
 WORDS = {  # what shared texts call what is a keyword here
@@ -43,3 +49,47 @@ def refused() -> Iterator[None]:
         for word, here in WORDS.items():
             text = text.replace(word, here)
         raise TowError(text) from error
+
+
+def agree(mode: str, scene: Any, parameters: Mapping[str, Any]) -> None:
+    """TowError where a parameter says another mode or scene than the argument does."""
+    for name, value, ours in (("time_mode", mode, "mode"), ("scene", scene, "scene")):
+        given = parameters.get(name, value)
+        if given != value:
+            raise TowError(
+                f"parameters[{name!r}] = {given!r} and {ours} = {value!r} contradict each other: nothing was started; "
+                f"give {ours} alone"
+            )
+
+
+def with_motion(frames: np.recarray, end: int | None) -> np.recarray:
+    """The Frames; TowError where some of them have no motion as it has run out, fed to the stamp ``end`` [ns]."""
+    stale = frames["status"] & Flag.MOTION_STALE != 0
+    if end is None or not stale[frames["time"] > end].any():
+        return frames
+    raise TowError(
+        f"the motion that was fed ends at {end / 1e9:.2f} s, and {int(stale.sum())} of the {len(frames)} Frames to "
+        f"{int(frames['time'][-1]) / 1e9:.2f} s are of a ship without motion; feed more, or give motion_may_end=True"
+    )
+
+
+def as_text(name: str, value: Any) -> str:
+    """A parameter's value for the command line."""
+    try:
+        return json.dumps(value)
+    except TypeError as error:
+        raise TowError(
+            f"parameter {name!r} = {value!r} is of a type that no parameter has: nothing was started; give a float, "
+            f"int, bool, str or a list of floats"
+        ) from error
+
+
+def scene_text(scene: str | os.PathLike) -> str:
+    """Name or absolute path of a scene."""
+    try:
+        path = Path(scene)
+    except TypeError:
+        raise TowError(
+            f"scene = {scene!r} is neither a name nor a path: nothing was started; give 'full_scale' or a YAML file"
+        ) from None
+    return str(path.absolute()) if path.exists() else os.fspath(scene)

@@ -31,6 +31,8 @@ NAMESPACE, NODE = "/tow_sim", "/tow_sim/cable_sim"
 COMMAND = KINDS["command"][1]
 SERVICE = 30.0  # s for an answer
 STALLED = 60.0  # s of wall time without a Frame
+PIECE = 250  # ticks stepped at once: half of what the node keeps for a listener that is slow, so that none is lost
+LATE = 1.0  # s of wall time without one more Frame, after a step
 LOOK = 0.5  # s between two looks at who else is in the domain
 SPEAK = 3.0  # s of wall time for the first command of a controller, which may also come when the clock moves
 DELIVERED = Duration(seconds=3.0)  # for motion to the listeners that acknowledge it
@@ -131,17 +133,24 @@ class Link:
         target, tried = self.box.count + count, 0
         while self.box.count < target:
             left = target - self.box.count
+            piece = min(left, PIECE)
             if tried and self.box.missing:
                 raise TowError(f"{self.box.missing} ticks were not heard: the machine stood still; nothing counts now")
             if tried > 3:
                 raise TowError(f"{left} of {count} ticks gave no Frame; see the task lockstep of /diagnostics")
             self._sent()
             self._first_command(check)
-            self.set("lockstep.steps", left)
+            heard = self.box.count + piece
+            self.set("lockstep.steps", piece)
             self.call("step", None, STALLED, self._progress(check))
+            deadline = time.monotonic() + LATE
             with self.box.changed:  # in the step that takes up the first motion there is no tick
-                self.box.changed.wait_for(lambda: self.box.count >= target, timeout=1.0)
-            tried += 1
+                while self.box.count < heard and time.monotonic() < deadline:
+                    before = self.box.count
+                    self.box.changed.wait(0.2)
+                    if self.box.count > before:  # a machine that is slow: they are on their way
+                        deadline = time.monotonic() + LATE
+            tried = 0 if self.box.count >= heard else tried + 1
 
     def _progress(self, check: Callable[[], None]) -> Callable[[], bool]:
         seen = self.box.count

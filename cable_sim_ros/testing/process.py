@@ -9,8 +9,11 @@ import subprocess
 import sys
 import time
 import uuid
+import weakref
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 from . import watchdog
 from .errors import TowError
@@ -20,6 +23,15 @@ POLL = 0.01  # s
 TAIL = 30  # lines shown in errors
 MARK = uuid.uuid4().hex  # of this session; that of a tow begins with it
 _guard: subprocess.Popen | None = None
+opened: weakref.WeakSet[Any] = weakref.WeakSet()  # tows
+
+
+@atexit.register
+def _end_all() -> None:
+    """What nobody closed: a listener's thread must not run when the middleware is taken down."""
+    for one in list(opened):
+        with suppress(TowError):
+            one._end()
 
 
 def guard() -> None:

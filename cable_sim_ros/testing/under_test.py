@@ -1,4 +1,4 @@
-"""A node under test: started in its own process and domain, fed, stepped, commanded, read, and always ended."""
+"""A node under test: started in a process and domain of its own, fed, stepped, commanded, read, always ended."""
 
 from __future__ import annotations
 
@@ -17,11 +17,12 @@ from typing import Any
 
 import numpy as np
 
+from ..sim.flag_rules import DOUBTFUL, OK
 from . import shared_memory, watchdog
 from .domain import reserve
 from .errors import TowError
-from .given import number
-from .process import MARK, Process
+from .given import agree, as_text, number, scene_text, with_motion
+from .process import MARK, Process, opened
 
 READY_WITHIN = 300.0  # s; compiling everything from nothing takes minutes on a slow machine
 COMPILING = "the first start on a machine compiles for one to four minutes: give ready_within=300 or leave it out"
@@ -42,7 +43,8 @@ class Tow:
 
     scene: path or name of a shipped one; mode: "realtime" or "lockstep"; parameters: of the node (docs/parameters.md);
     record: to folder/tow; folder: for logs and recording, a temporary one by default; environment: further variables of
-    every process; ready_within: s; command: what to run in place of the node.
+    every process; ready_within: s; may_be_doubtful: a run whose verdict is doubtful is no failure of `close`; command:
+    what to run in place of the node.
     """
 
     def __init__(
@@ -55,12 +57,14 @@ class Tow:
         folder: str | os.PathLike | None = None,
         environment: Mapping[str, str] | None = None,
         ready_within: float = READY_WITHIN,
+        may_be_doubtful: bool = False,
         command: Sequence[str] = (sys.executable, "-m", "cable_sim_ros.ros.node"),
     ) -> None:
         if mode not in ("realtime", "lockstep"):
             raise TowError(f"mode = {mode!r} is not known: nothing was started; give 'realtime' or 'lockstep'")
         number("ready_within", ready_within, "s", "nothing was started", COMPILING)
-        self.mode, self.lockstep = mode, mode == "lockstep"
+        agree(mode, scene, parameters or {})
+        self.mode, self.lockstep, self.may_be_doubtful = mode, mode == "lockstep", may_be_doubtful
         try:
             self.folder = Path(folder) if folder is not None else self._temporary()
             self.folder.mkdir(parents=True, exist_ok=True)
@@ -74,9 +78,10 @@ class Tow:
         self.leftovers: list[int] = []  # ids of processes that outlived those we started, and were ended
         self._closing: list[Callable[[], Any]] = []  # in reverse order
         self._closed = False
+        opened.add(self)
         self._segments: set[str] = set()  # in shared memory, of our processes
         self._mark = f"{MARK}-{uuid.uuid4().hex}"
-        self._wanted: dict[str, Any] = {"scene": _scene(scene), "time_mode": mode}
+        self._wanted: dict[str, Any] = {"scene": scene_text(scene), "time_mode": mode}
         if self.lockstep:
             self._wanted |= {"lockstep.paused": True, "lockstep.rate": 0.0}
         if record:
@@ -105,7 +110,7 @@ class Tow:
         self._status = self.folder / f"node_{self._mark[-8:]}.json"
         arguments = [*command, "--ros-args"]
         for name, value in (self._wanted | {"statistics_file": str(self._status)}).items():
-            arguments += ["-p", f"{name}:={_text(name, value)}"]
+            arguments += ["-p", f"{name}:={as_text(name, value)}"]
         package = str(Path(__file__).resolve().parents[2])  # the node's is the one under test, however it was imported
         path = os.pathsep.join([package, *filter(None, [os.environ.get("PYTHONPATH")])])
         self._closing.append(self._sweep)
@@ -118,6 +123,7 @@ class Tow:
         closed: dict[str, str | None] = dict.fromkeys(OPENING)
         self._link = Link(self.domain, self._wanted, closed | own, self.lockstep)
         self._closing.append(self._link.close)
+        self._link.ears.watch = self.check
         self._await(lambda: self.state == "waiting", within, "ready for motion", remedy=f"; {COMPILING}")
         self._await(self._link.connected, START_WITHIN, "connected")
         self._segments |= shared_memory.mapped(self.node.pid)
@@ -218,8 +224,11 @@ class Tow:
 
     # ---- time
 
-    def advance(self, seconds: float) -> np.recarray:
-        """Let so many seconds of simulation pass; returns the Frames of this time."""
+    def advance(self, seconds: float, *, motion_may_end: bool = False) -> np.recarray:
+        """Let so many seconds of simulation pass; returns the Frames of this time.
+
+        TowError where the motion that was fed ran out meanwhile, unless it may: most thresholds pass in a calm.
+        """
         tick = self._link.tick / SECOND
         seconds = number("seconds", seconds, "s (one tick)", "nothing was simulated", "time goes forward", least=tick)
         self._open()
@@ -227,16 +236,19 @@ class Tow:
         steps = round(seconds * SECOND) // self._link.tick
         if self.lockstep:
             self.step(steps)
-            return self._since(begun)
-        first = self._first() if not begun else box.frames
-        target = int(first["time"][-1]) + steps * self._link.tick
+            return self._since(begun, motion_may_end)
+        target = (
+            int((box.frames if begun else self._first())["time"][-1])
+            + round(seconds * SECOND) // self._link.tick * self._link.tick
+        )
         self._await(
             lambda: box.frames["time"][-1] >= target, 1.5 * seconds + STALLED, f"{seconds:g} s further", every=0.05
         )
-        return self._since(begun)
+        return self._since(begun, motion_may_end)
 
-    def _since(self, begun: int) -> np.recarray:
-        return self._link.box.frames[begun:].view(np.recarray)
+    def _since(self, begun: int, motion_may_end: bool) -> np.recarray:
+        frames = self._link.box.frames[begun:].view(np.recarray)
+        return frames if motion_may_end else with_motion(frames, self._link.feeder.end)
 
     def step(self, count: int = 1) -> None:
         """Lockstep: so many ticks, and no more."""
@@ -247,10 +259,17 @@ class Tow:
         self._open()
         self._link.step(int(count), self.check)
 
-    def wait_until(self, condition: Callable[[np.recarray], Any], within: float, every: float = 0.1) -> np.recarray:
+    def wait_until(
+        self,
+        condition: Callable[[np.recarray], Any],
+        within: float,
+        every: float = 0.1,
+        *,
+        motion_may_end: bool = False,
+    ) -> np.recarray:
         """Go on until condition(frames) is true, at most `within` s of simulation; returns the Frames so far.
 
-        every: s of simulation between two looks.
+        every: s of simulation between two looks; motion_may_end: as of `advance`.
         """
         for name, value in (("within", within), ("every", every)):
             number(name, value, "s", "nothing was simulated", "give seconds of simulation")
@@ -267,7 +286,7 @@ class Tow:
                     f"{last.tension:.0f} N, pay-out {last.payout:.3f} m, rate {last.payout_rate:.3f} m/s, status "
                     f"{int(last.status)}"
                 )
-            self.advance(every)
+            self.advance(every, motion_may_end=motion_may_end)
 
     def _first(self) -> np.recarray:
         self._await(lambda: self._link.box.count > 0, START_WITHIN, "running: has it been fed motion?")
@@ -345,13 +364,20 @@ class Tow:
                 raise
 
     def close(self) -> None:
-        """End every process and leave the domain; a second call does nothing. TowError when the node had crashed."""
+        """End every process and leave the domain; a second call does nothing.
+
+        TowError when the node had crashed, or where its run is not ok and may not be doubtful.
+        """
         if self._closed:
             return
         crashed = self.node.code if self.node.watched else None
         self._end()
         if crashed is not None and (crashed < 0 or crashed > 1):
             raise TowError(f"the node had ended with code {crashed}\n{self.node.tail()}")
+        verdict = self.figures.get("verdict") or {}
+        if verdict.get("state", OK) == DOUBTFUL and not self.may_be_doubtful:
+            why = "; ".join(f"{r['flag']} for {r['seconds']:.3g} s: {r['text']}" for r in verdict["reasons"])
+            raise TowError(f"the run is doubtful: {why}. Where the test means it so, give may_be_doubtful=True")
 
     def _end(self) -> None:
         self._closed = True
@@ -367,24 +393,3 @@ class Tow:
     def _sweep(self) -> None:
         self.leftovers = watchdog.end(self._mark, patience=2.0)
         shared_memory.remove(self._segments)
-
-
-def _text(name: str, value: Any) -> str:
-    """A parameter's value for the command line."""
-    try:
-        return json.dumps(value)
-    except TypeError as error:
-        raise TowError(
-            f"parameter {name!r} = {value!r} is of a type that no parameter has: nothing was started; give a float, "
-            f"int, bool, str or a list of floats"
-        ) from error
-
-
-def _scene(scene: str | os.PathLike) -> str:
-    try:
-        path = Path(scene)
-    except TypeError:
-        raise TowError(
-            f"scene = {scene!r} is neither a name nor a path: nothing was started; give 'full_scale' or a YAML file"
-        ) from None
-    return str(path.absolute()) if path.exists() else os.fspath(scene)

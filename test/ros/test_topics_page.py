@@ -34,6 +34,7 @@ def test_every_channel_stands_on_the_page_as_it_is():
         assert qos == told(node.QOS[channel.qos]), channel.topic
     others = {markers.TOPIC, node.AGES_TOPIC, "/diagnostics", "/clock"}
     assert set(page) == {channel.topic for channel in OURS} | others
+    assert f"depth of {node.STEPPED_QOS['reliable'].depth} there" in " ".join(PAGE.split())
     assert page[node.AGES_TOPIC][1] == page["/diagnostics"][1] == told(node.QOS["reliable"])
 
 

@@ -1,6 +1,7 @@
 """A node under test: what it is fed and asked, what goes wrong, and that nothing is left of it."""
 
 import os
+import subprocess
 import sys
 import threading
 import time
@@ -48,6 +49,10 @@ def python(code):
         (
             {"folder": "/dev/null/tow"},
             r"folder = '/dev/null/tow' for logs .* \(.*\): nothing was started; give one that",
+        ),
+        (
+            {"mode": "realtime", "parameters": {"time_mode": "lockstep"}},
+            r"parameters\['time_mode'\] = 'lockstep' and mode = 'realtime' contradict each other: nothing was started",
         ),
         ({"scene": 42}, "scene = 42 is neither a name nor a path: nothing was started"),
         ({"parameters": {"winch.scope": {1}}}, r"parameter 'winch.scope' = \{1\} is of a type that no parameter has"),
@@ -163,11 +168,14 @@ def test_a_node_in_real_time_from_start_to_end(tmp_path):
         sim.run(gives_up, name="the pilot", within=0.0)
         with pytest.raises(TowError, match="the pilot ended with code 7\n  I give up"):
             sim.advance(20.0)
-        stray = "import subprocess, sys, time; "
-        stray += "subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(60)'], start_new_session=True); "
+        up = tmp_path / "the other is up"  # in a session of its own by then
+        other = f"import pathlib, time; pathlib.Path({str(up)!r}).touch(); time.sleep(60)"
+        stray = (
+            f"import subprocess, sys, time; subprocess.Popen([sys.executable, '-c', {other!r}], start_new_session=True)"
+        )
         sim.processes.clear()
-        sim.run(python(stray + "time.sleep(60)"), name="one that leaves another", within=0.0)
-        poll(lambda: len(watchdog.marked(sim._mark)) == 3, 10.0)
+        sim.run(python(f"{stray}; time.sleep(60)"), name="one that leaves another", within=0.0)
+        poll(up.exists, 30.0)
     assert len(sim.leftovers) == 1
     assert sim.node.code == 0 and sim.figures["state"] == "stopped" and sim.figures["last"] == "running"
     assert not watchdog.marked(sim._mark)
@@ -179,11 +187,41 @@ def test_a_node_in_real_time_from_start_to_end(tmp_path):
 
 
 def test_of_two_commands_while_the_clock_stands_the_newest_wins(tmp_path):
-    parameters = {"setpoint.algorithm": "hold"}
-    with tow("full_scale", mode="lockstep", parameters=parameters, folder=tmp_path) as sim:
-        sim.feed(heave=(0.2, 8.0), duration=4.0)
-        begun = sim.advance(0.5).payout[-1]
-        sim.command(rate=0.5)
-        sim.command(rate=-0.5)
-        assert sim.advance(0.3).payout[-1] < begun - 0.1
+    """And motion that runs out is no calm sea: it fails the advance, and the verdict the close."""
+    parameters = {"setpoint.algorithm": "hold", "lockstep.wait": 0.05}
+    sim = tow("full_scale", mode="lockstep", parameters=parameters, folder=tmp_path)
+    sim.feed(heave=(0.2, 8.0), duration=1.5)
+    begun = sim.advance(0.5).payout[-1]
+    sim.command(rate=0.5)
+    sim.command(rate=-0.5)
+    assert sim.advance(0.3).payout[-1] < begun - 0.1
+    with pytest.raises(TowError, match=r"the motion that was fed ends at .* of the 300 Frames to .* feed more, or"):
+        sim.advance(3.0)
+    assert len(sim.advance(2.0, motion_may_end=True)) == 200 and sim.missing == 0
+    with pytest.raises(TowError, match="the run is doubtful: MOTION_STALE for .* give may_be_doubtful=True"):
+        sim.close()
     assert sim.figures["commands_refused"] == {}
+
+
+KILLED = """
+import os, signal, time
+from cable_sim_ros.testing import TowError, tow
+sim = tow("full_scale", mode="lockstep", folder={folder!r})
+sim.feed(heave=(0.2, 8.0), duration=4.0)
+os.kill(sim.node.pid, signal.SIGKILL)
+begun = time.monotonic()
+try:
+    sim.advance(0.5)
+except TowError as error:
+    print(error, f"{{time.monotonic() - begun < 15.0}}", sim._mark, flush=True)
+"""
+
+
+def test_a_tow_that_nobody_closes_ends_with_its_session(tmp_path):
+    """After kill -9 of its node, which is said at once and not as a service without an answer; nothing aborts."""
+    done = subprocess.run(
+        [sys.executable, "-c", KILLED.format(folder=str(tmp_path))], capture_output=True, text=True, timeout=120
+    )
+    said = done.stdout.splitlines()
+    assert done.returncode == 0 and said[0] == "the node ended with code -9", done.stdout + done.stderr
+    assert "True" in said[-1] and not watchdog.marked(said[-1].split()[-1])
