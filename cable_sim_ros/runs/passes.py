@@ -29,7 +29,7 @@ from ..sim.mesh_kinds import FeedMesh
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
 from ..sim.verdict import Reason
-from . import mean_track
+from . import mean_track, pitch_sign
 from .resume import Resumed, nothing_left
 from .stepping import Drive, Driven, Progress, RunRecorder, silent
 
@@ -121,7 +121,7 @@ class Pass:
         _warn_of_travel(self.scene, frames["payout"] - payout)
         _warn_of_drag(self.scene, frames)
         if self.tow is not None:
-            self.doubts += mean_track.look(self.scene, start.heading, frames)
+            self.doubts += mean_track.look(self.scene, start.heading, frames) + pitch_sign.look(frames)
         return Driven(frames, compiled - begun, started - starting, drive.stepping, drive.cpu, drive.problem)
 
     def first(self) -> Start:

@@ -212,6 +212,13 @@ CHECKS = (
         "heading more than 10 deg from that of the start: another tow than that of the scene; half of it is a warning",
     ),
     (
+        "PITCH_SIGN",
+        DOUBTFUL,
+        TENSION + BODY,
+        "over 30 s or more the ship is drawn ahead as its bow goes up (correlation of acceleration and pitch below "
+        "-0.5): pitch with the other sign",
+    ),
+    (
         "RESIDUAL",
         DOUBTFUL,
         TENSION + BODY,
