@@ -216,7 +216,7 @@ CHECKS = (
         DOUBTFUL,
         TENSION + BODY,
         "over 30 s or more the ship is drawn ahead as its bow goes up (correlation of acceleration and pitch below "
-        "-0.5): pitch with the other sign",
+        "-0.4): pitch with the other sign",
     ),
     (
         "RESIDUAL",
