@@ -4,7 +4,7 @@
 # make install-check  installs as docs/install.md says: from a wheel, and beside a ROS from its distribution (a stand-in)
 # make bench  run time against error beside other codes;  make validate  repeats the experiments (both into runs/)
 # make soak  the real node under load, faults and hostile neighbours, R1 to S9 (two hours, idle machine), into runs/
-# make stress  stability N1 to N27, bags and recordings I and S at full size (half an hour or more), into runs/
+# make stress  stability N1 to N28, bags and recordings I and S at full size (half an hour or more), into runs/
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:

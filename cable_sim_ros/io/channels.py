@@ -290,7 +290,7 @@ CHANNELS = (
     ),
 )
 
-STRUM = Channel(  # of scenes with viv
+STRUM = Channel(
     "cable_strum",
     "cable/strum",
     "sensor_msgs/msg/PointCloud2",
@@ -306,10 +306,14 @@ TRANSFORMS = Channel(  # /tf of tools: relative, as on the global /tf the simula
 )
 
 
+SOMETIMES: tuple[tuple[Channel, Callable[[Scene], bool]], ...] = ((STRUM, strumming_on),)  # and which scenes have it
+EVERY = (*CHANNELS, TRANSFORMS, *(channel for channel, _ in SOMETIMES))  # that any scene may have: README, SROS2 policy
+
+
 def channels_of(scene: Scene) -> tuple[Channel, ...]:
     """Channels that a scene has."""
-    strum = (STRUM,) if strumming_on(scene) else ()
-    return (*CHANNELS[:-1], *strum, TRANSFORMS, CHANNELS[-1])
+    some = (channel for channel, has in SOMETIMES if has(scene))
+    return (*CHANNELS[:-1], *some, TRANSFORMS, CHANNELS[-1])
 
 
 def serialize(channel: Channel, frame, shape, contact, context: Context) -> bytes:
@@ -356,7 +360,7 @@ class Encoder:
 @cache
 def channel_of(topic: str, msgtype: str | None = None) -> Channel | None:
     """The channel a topic belongs to in whatever namespace, None if to none."""
-    for channel in (*CHANNELS, STRUM):
+    for channel in (*CHANNELS, *(channel for channel, _ in SOMETIMES)):
         if (topic == channel.topic or topic.endswith(f"/{channel.topic}")) and msgtype in (None, channel.msgtype):
             return channel
     return None

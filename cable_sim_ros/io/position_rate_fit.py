@@ -17,6 +17,8 @@ from math import exp
 
 import numpy as np
 
+from ..sim.elementary import product
+
 LIMIT = np.array([0.05] * 3 + [1.2e-3] * 3)  # m/s^2, rad/s^2 (40 m off): rms of false acceleration that is let pass
 COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw")
 SLOW_ROUGH, SLOW_MISFIT = 0.1, 0.5  # s; for longer intervals the limit grows: noise does less, differences err more
@@ -40,7 +42,7 @@ def _powers(matrix: np.ndarray, pole: float) -> list[np.ndarray]:
     step = matrix + pole * np.eye(len(matrix))
     powers = [np.eye(len(matrix))]
     for k in range(1, len(matrix)):
-        powers.append(powers[-1] @ step / k)
+        powers.append(product(powers[-1], step) / k)
     return powers
 
 
@@ -110,7 +112,7 @@ class PositionRateFit:
         new, old = np.array([v, slope, bend, zero]), np.array([v1, slope - bend * h, bend, zero])  # tracked exactly
         calm = np.array([v1, (v - self._velocities[-1]) / sum(self._steps), zero, zero])  # to begin with
         before = np.where(self._following, self._tracked, calm)
-        after = new + _decay(self._rate, CORNER, h) @ (before - old)
+        after = new + product(_decay(self._rate, CORNER, h), before - old)
         rate0, rate1 = (s[1] + 1.5 * CORNER * s[3] for s in (before, after))
         smooth = h * (before[0] + after[0]) / 2.0 - h * h * (rate1 - rate0) / 12.0
         self._tracked, self._following = after, self.smoothed.copy()
@@ -119,7 +121,7 @@ class PositionRateFit:
         drift = (z1 - z0) / h
         b, q = self._drawn
         d, b, q = np.array([z1, drift, 0.0 * q]) + (
-            _decay(self._position, self.pole, h) @ np.array([-z0, b - drift, q])
+            product(_decay(self._position, self.pole, h), np.array([-z0, b - drift, q]))
         )
         self._drawn = np.where(self.integrated, [b, q], 0.0)
         self._out = np.where(self.integrated, self._out + moved + d, x)

@@ -84,12 +84,12 @@ def validate(names, duration, out, as_json) -> None:
 
 
 # the keys of lab.stress.STRESS, whose import is long
-STRESS_IDS = [*(f"N{i}" for i in range(1, 28)), "I10", "I11", "I12", "I14", "I16", "S1", "S2", "S3"]
+STRESS_IDS = [*(f"N{i}" for i in range(1, 29)), "I10", "I11", "I12", "I14", "I16", "S1", "S2", "S3"]
 
 
 @click.command()
 @click.argument(
-    "ids", nargs=-1, type=click.Choice(STRESS_IDS, case_sensitive=False), metavar="[N1 ... N27, I10 ... I16, S1 ... S3]"
+    "ids", nargs=-1, type=click.Choice(STRESS_IDS, case_sensitive=False), metavar="[N1 ... N28, I10 ... I16, S1 ... S3]"
 )
 @click.option("--quick", is_flag=True, help="Shorter runs; what was shortened is in the notes.")
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for table and JSON.")

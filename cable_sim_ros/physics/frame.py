@@ -8,48 +8,53 @@ import numpy as np
 
 
 class Flag(IntFlag):
-    """Health flags of a tick; several may be set."""
+    """Health flags of a tick; several may be set. Name, bit and meaning are declared here and nowhere else."""
+
+    text: str
+
+    def __new__(cls, bit: int, text: str = ""):
+        flag = int.__new__(cls, bit)
+        flag._value_, flag.text = bit, text
+        return flag
 
     NONE = 0
-    NEWTON_FAILED = 1  # no solution at the smallest step: the tick was rolled back, the run halted
-    HALVED = 2  # the tick needed shorter substeps
-    SLACK = 4  # an element carries less than no tension
-    DETACHED = 8  # the cable left the sheave or its groove
-    PENETRATION = 16  # deepest contact above the limit of the scene
-    COARSE_AT_SURFACE = 32  # an element longer than 0.4 radii touches the sheave, or one longer than a radius the drum
-    MOTION_STALE = 64  # newest motion sample older than ship.stale_after
-    MOTION_BLENDING = 128  # a changed motion source (or the start) is being taken up
-    COMMAND_STALE = 256  # a rate command, or a stream of lengths, ran into winch.command_timeout: the winch holds
-    DRUM_END = 512  # the winch is at an end stop, drum empty or what hangs on the line at the sheave: it stopped
-    NOT_FINITE = 1024  # a non-finite number was found: the tick was rolled back, the run halted
-    SEABED = 2048  # cable or towbody lies on the seabed
-    WINCH_LIMIT = 4096  # the winch is at a soft limit of the scene (winch.least_scope, winch.most_scope): it stopped
-    SLACK_ENERGY = 8192  # slack cable gained more energy from the integration than solver.energy_share of the work
-    SETPOINT_LIMITED = 16384  # the set-point law asks for more than its limits give it (setpoint.max_...)
-    COMMAND_LIMITED = 32768  # a command asks for more than rate or travel of the winch allow: carried out at that
-    LOW_FLOW = 65536  # flow past the towbody below towbody.least_flow_speed: its heading is held
+    NEWTON_FAILED = 1, "no solution at the smallest step: the tick was rolled back, the run halted"
+    HALVED = 2, "the tick needed shorter substeps"
+    SLACK = 4, "an element carries less than no tension"
+    DETACHED = 8, "the cable left the sheave or its groove"
+    PENETRATION = 16, "deepest contact above the limit of the scene"
+    COARSE_AT_SURFACE = 32, "an element longer than 0.4 radii touches the sheave, or one longer than a radius the drum"
+    MOTION_STALE = 64, "newest motion sample older than ship.stale_after"
+    MOTION_BLENDING = 128, "a changed motion source (or the start) is being taken up"
+    COMMAND_STALE = 256, "a rate command, or a stream of lengths, ran into winch.command_timeout: the winch holds"
+    DRUM_END = 512, "the winch is at an end stop, drum empty or what hangs on the line at the sheave: it stopped"
+    NOT_FINITE = 1024, "a non-finite number was found: the tick was rolled back, the run halted"
+    SEABED = 2048, "cable or towbody lies on the seabed"
+    WINCH_LIMIT = 4096, "the winch is at a soft limit of the scene (winch.least_scope, winch.most_scope): it stopped"
+    SLACK_ENERGY = 8192, "slack cable gained more energy from the integration than solver.energy_share of the work"
+    SETPOINT_LIMITED = 16384, "the set-point law asks for more than its limits give it (setpoint.max_...)"
+    COMMAND_LIMITED = 32768, "a command asks for more than rate or travel of the winch allow: carried out at that"
+    LOW_FLOW = 65536, "flow past the towbody below towbody.least_flow_speed: its heading is held"
 
 
-# the same as plain numbers, in the same order: kernels know no enums
-(
-    NEWTON_FAILED,
-    HALVED,
-    SLACK,
-    DETACHED,
-    PENETRATION,
-    COARSE_AT_SURFACE,
-    MOTION_STALE,
-    MOTION_BLENDING,
-    COMMAND_STALE,
-    DRUM_END,
-    NOT_FINITE,
-    SEABED,
-    WINCH_LIMIT,
-    SLACK_ENERGY,
-    SETPOINT_LIMITED,
-    COMMAND_LIMITED,
-    LOW_FLOW,
-) = (int(flag) for flag in Flag if flag)
+# the same as plain numbers, each by its own name: kernels know no enums
+NEWTON_FAILED = int(Flag.NEWTON_FAILED)
+HALVED = int(Flag.HALVED)
+SLACK = int(Flag.SLACK)
+DETACHED = int(Flag.DETACHED)
+PENETRATION = int(Flag.PENETRATION)
+COARSE_AT_SURFACE = int(Flag.COARSE_AT_SURFACE)
+MOTION_STALE = int(Flag.MOTION_STALE)
+MOTION_BLENDING = int(Flag.MOTION_BLENDING)
+COMMAND_STALE = int(Flag.COMMAND_STALE)
+DRUM_END = int(Flag.DRUM_END)
+NOT_FINITE = int(Flag.NOT_FINITE)
+SEABED = int(Flag.SEABED)
+WINCH_LIMIT = int(Flag.WINCH_LIMIT)
+SLACK_ENERGY = int(Flag.SLACK_ENERGY)
+SETPOINT_LIMITED = int(Flag.SETPOINT_LIMITED)
+COMMAND_LIMITED = int(Flag.COMMAND_LIMITED)
+LOW_FLOW = int(Flag.LOW_FLOW)
 
 
 class Source(IntFlag):

@@ -76,19 +76,36 @@ inline = _compiler(forceinline=True)  # physics: scalars and tuples in and out
 driver = _compiler(nogil=True, cache=True)  # arrays and lane loops
 
 
-_published: set = set()
+_opaque: dict = {}  # symbol: the function that it stands for
+_published: dict = {}  # symbol: types of the version that was published
+_linked: set = set()  # what was asked for, by function and fingerprint of its arguments
 
 
 def symbol_of(dispatcher) -> str:
-    return "cable_sim_" + dispatcher.py_func.__name__.lstrip("_")
+    """Name under which a function's code is published: that of its module and its own, unique in the process."""
+    function = getattr(dispatcher, "py_func", dispatcher)  # without compilation it is the function itself
+    return f"{function.__module__}.{function.__qualname__}"
+
+
+def _claimed(dispatcher) -> str:
+    """The symbol of a function, which no other has. Raises ValueError."""
+    symbol = symbol_of(dispatcher)
+    if _opaque.setdefault(symbol, dispatcher) is not dispatcher:
+        raise ValueError(
+            f"two functions are called {symbol}: callers of one would run the code of the other, so the second was "
+            f"refused. Give it a name of its own in its module"
+        )
+    return symbol
 
 
 def opaque(dispatcher):
     """A function that calls ``dispatcher``'s one compiled version by symbol, for use inside compiled functions.
 
     Its code is neither copied into the caller nor optimised again there. ``link`` must have been called with arguments
-    of the types in use before a caller runs. Without compilation it is the function itself.
+    of the types in use before a caller runs. Without compilation it is the function itself. Raises ValueError where
+    another function has the name of this one in its module.
     """
+    symbol = _claimed(dispatcher)
     if numba.config.DISABLE_JIT:
         return dispatcher
 
@@ -99,7 +116,7 @@ def opaque(dispatcher):
 
         def code(context, builder, signature, values):
             kind = context.call_conv.get_function_type(signature.return_type, signature.args)
-            function = cgutils.get_or_insert_function(builder.module, kind, symbol_of(dispatcher))
+            function = cgutils.get_or_insert_function(builder.module, kind, symbol)
             status, value = context.call_conv.call_function(
                 builder, function, signature.return_type, signature.args, values
             )
@@ -116,15 +133,24 @@ def opaque(dispatcher):
 
 
 def link(dispatcher, *args) -> None:
-    """Compile ``dispatcher`` for these arguments (or load it from the cache) and publish its address for opaque()."""
+    """Compile ``dispatcher`` for these arguments (or load it from the cache) and publish its address for opaque().
+
+    Raises ValueError where it has no name of its own, TypeError where it was published for other types: callers by
+    symbol would run that version.
+    """
     if numba.config.DISABLE_JIT:
         return
     key = dispatcher, _fingerprint(args)
-    if key in _published:  # not: compiled, a direct call compiles without publishing
+    if key in _linked:  # not: compiled, a direct call compiles without publishing
         return
-    _published.add(key)
-    types = tuple(numba.typeof(a) for a in args)
+    symbol, types = _claimed(dispatcher), tuple(numba.typeof(a) for a in args)
+    if _published.setdefault(symbol, types) != types:
+        raise TypeError(
+            f"{symbol} is published for {_published[symbol]} and was linked for {types}: what calls it by symbol knows "
+            f"one version, so the second was refused. Coerce the arguments where they are made"
+        )
     dispatcher.compile(types)
     compiled = dispatcher.overloads[types]
     address = compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name)
-    llvmlite.binding.add_symbol(symbol_of(dispatcher), address)
+    llvmlite.binding.add_symbol(symbol, address)
+    _linked.add(key)

@@ -16,7 +16,7 @@ from .sea import SEA, Sea
 from .setpoint import SETPOINT
 from .shape import LINK
 from .ship import SHIP, SHIP_TIMES, TIME, TOW_FRAME
-from .surface import SURFACE
+from .surface import SURFACE, check_surfaces
 from .winch import DRUM, WINCH
 from .work import POWERS, Work, make_work
 
@@ -308,13 +308,13 @@ def records(count: int, kind: np.dtype) -> np.recarray:
 def make_state(arc: np.ndarray, surfaces: np.ndarray, sea: Sea | None = None, links: bool = False) -> State:
     """State of a line of elements, or of links, with these arc lengths [nodes] and SURFACE records; else zero.
 
-    sea: None where there is no more than a linear current.
+    sea: None where there is no more than a linear current. Raises ValueError, see check_surfaces.
     """
     nodes, z = len(arc), np.zeros
     state = State(
         memory=records(SLOTS, MEMORY),
         nodes=z((SLOTS, NODE_ROWS, nodes, 6)),
-        surfaces=np.array(surfaces, SURFACE).reshape(-1).view(np.recarray),
+        surfaces=check_surfaces(np.array(surfaces, SURFACE).reshape(-1)).view(np.recarray),
         survey=records(len(surfaces), SURVEY),
         stations=records(len(surfaces) * STATIONS_PER_ELEMENT * (nodes - 1), STATION),
         plan=records(1, PLAN),

@@ -45,8 +45,8 @@ SURFACE = np.dtype(
         ("crest", "f8"),  # m, |y| beyond which a point is beside the groove
         ("stiffness", "f8"),  # N/m^2.5
         ("damping", "f8"),  # s/m
-        ("friction", "f8"),  # Coulomb fraction of the normal load
-        ("slip", "f8"),  # m/s, slip at which 0.7 of the friction acts
+        ("friction", "f8"),  # Coulomb fraction of the normal load, on one-sided surfaces of the ground alone
+        ("slip", "f8"),  # m/s, slip at which 0.7 of the friction acts, above zero there
     ],
     align=True,
 )
@@ -143,7 +143,7 @@ def surfaces_of(scene) -> np.ndarray:
     drum, sheave = scene.winch.drum_radius + 0.5 * d, scene.sheave.radius + 0.5 * d
     throat = radians(scene.sheave.throat_angle_deg)
     k_drum = stiffness(tension, drum, 1.0, 1, depth)
-    k_sheave = stiffness(tension, sheave, np.sin(0.5 * throat), 2, depth)
+    k_sheave = stiffness(tension, sheave, sin(0.5 * throat), 2, depth)
     rim = scene.sheave.rim_radius + 0.5 * d
     rows = [surface_row(scene.sheave.position, sheave, throat, scene.sheave.groove_depth, rim, k_sheave, c.damping)]
     if scene.winch.drum == DrumModel.CONTACT:
@@ -154,6 +154,24 @@ def surfaces_of(scene) -> np.ndarray:
         k = weight / bed.penetration**1.5
         rows.append(floor_row(0.5 * d - bed.depth, k, bed.damping, bed.friction, bed.slip_speed))
     return np.stack(rows)
+
+
+def check_surfaces(surfaces: np.ndarray) -> np.ndarray:
+    """The SURFACE records [n], as given. Raises ValueError for a number that the law of its kind would not heed."""
+    for i, row in enumerate(surfaces):
+        kind, friction, slip = int(row["kind"]), float(row["friction"]), float(row["slip"])
+        if kind in (DRUM, GROOVE) and (friction != 0.0 or slip != 0.0):
+            name = "drum" if kind == DRUM else "groove"
+            raise ValueError(
+                f"surface {i}: friction = {friction:g} and slip = {slip:g} m/s of a {name}: the cable runs on drums "
+                f"and sheaves without friction, so they would be ignored; nothing was made. Leave both 0"
+            )
+        if kind not in (DRUM, GROOVE) and not slip > 0.0:
+            raise ValueError(
+                f"surface {i}: slip = {slip:g} m/s beside friction = {friction:g}: the friction of a point at rest "
+                f"would be no number; nothing was made. Give a slip above 0, as the seabed's 0.01 m/s"
+            )
+    return surfaces
 
 
 class Solid(NamedTuple):

@@ -25,20 +25,19 @@ LAST_SECOND = 1_050_000_000  # ns
 LAGGING = 0.1  # s behind the motion that are worth a warning: longer than the steps a controller acts in
 ARRIVED = 0.1  # m; a winch this near to its length is there
 NEWEST = 1000  # ticks the percentiles of /diagnostics look back
-ALARMS = {  # flags of a Frame that are worth a warning, and what they mean
-    Flag.SLACK: "a cable element carries no tension",
-    Flag.DETACHED: "the cable has left the sheave or its groove",
-    Flag.PENETRATION: "contact deeper than the limit of the scene",
-    Flag.COARSE_AT_SURFACE: "an element too long for the sheave or drum touches it",
-    Flag.DRUM_END: "an end of the winch's travel is reached (drum empty, or hauled in to the last metre): it stopped",
-    Flag.WINCH_LIMIT: "a soft limit of the scene (winch.least_scope, winch.most_scope) is reached: the winch stopped",
-    Flag.SLACK_ENERGY: "slack cable gained more energy from the integration than solver.energy_share of the work",
-    Flag.SEABED: "cable or towbody lies on the seabed",
-    Flag.SLACK_ENERGY: "slack cable gained energy from the integration: tension and towbody are doubtful",
-    Flag.SETPOINT_LIMITED: "the set-point law asks for more than its limits give it",
-    Flag.LOW_FLOW: "too little flow past the towbody: its heading is held",
-    Flag.HALVED: "the time step had to be shortened",
-}
+ALARMS = (  # flags of a Frame that are worth a warning, most telling first; their texts are those of Flag
+    Flag.SLACK,
+    Flag.DETACHED,
+    Flag.PENETRATION,
+    Flag.COARSE_AT_SURFACE,
+    Flag.DRUM_END,
+    Flag.WINCH_LIMIT,
+    Flag.SEABED,
+    Flag.SLACK_ENERGY,
+    Flag.SETPOINT_LIMITED,
+    Flag.LOW_FLOW,
+    Flag.HALVED,
+)
 
 
 class Watch:
@@ -259,7 +258,7 @@ class Watch:
         if publisher is not None and publisher.fault:
             return Status("solver", ERROR, publisher.fault, values)
         if frame is not None:
-            alarms = [text for flag, text in ALARMS.items() if flags & flag]
+            alarms = [flag.text for flag in ALARMS if flags & flag]
             if alarms:
                 return Status("solver", WARN, "; ".join(alarms), values)
         return Status("solver", OK, "solves" if frame is not None else session.state, values)

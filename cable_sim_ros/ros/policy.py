@@ -5,15 +5,18 @@ from __future__ import annotations
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
+from ..io.channels import SOMETIMES
 from ..io.resources import share_folder
 from .simulation_interfaces import SERVICES, service_name
 
 NODE, SPACE = "cable_sim", "/tow_sim"
 FILE = Path("config", "sros2", "policy.xml")
-# only where tf2_msgs, visualization_msgs or simulation_interfaces is installed, /clock only in lockstep, strum with viv
-OPTIONAL = {"/clock", f"{SPACE}/tf", f"{SPACE}/cable/markers", f"{SPACE}/cable/strum"} | {
-    f"{SPACE}/{NODE}/{service_name(name)}" for name in SERVICES
-}
+# only where tf2_msgs, visualization_msgs or simulation_interfaces is installed, in lockstep (/clock), in some scenes
+OPTIONAL = (
+    {"/clock", f"{SPACE}/tf", f"{SPACE}/cable/markers"}
+    | {f"{SPACE}/{channel.topic}" for channel, _ in SOMETIMES}
+    | {f"{SPACE}/{NODE}/{service_name(name)}" for name in SERVICES}
+)
 
 
 def rules(path: Path, name: str = NODE, space: str = SPACE) -> dict[str, set[str]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from importlib import import_module
 
-from ..io.channels import STRUM, TRANSFORMS, Channel, Context, channels_of
+from ..io.channels import SOMETIMES, TRANSFORMS, Channel, Context, channels_of
 from ..io.markers import markers_channel
 from ..sim.scene import Scene
 from .blocks import Publish
@@ -40,7 +40,7 @@ def diagnostic_array(node: str, statuses: Iterable[Status], stamp: int):
 def rows_of(scene: Scene, publish: Publish) -> tuple[Channel, ...]:
     """Channels of the node, at its rates."""
     rates = {"sheave_contact": publish.contact_rate, "cable_shape": publish.shape_rate}
-    rates |= {row.name: row.rate for row in (STRUM, TRANSFORMS)}
+    rates |= {row.name: row.rate for row in (TRANSFORMS, *(row for row, _ in SOMETIMES))}
     rows = tuple(row._replace(rate=rates.get(row.name, publish.state_rate)) for row in channels_of(scene))
     if publish.marker_rate == 0.0:
         return rows

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from ..physics.frame import Flag
+from ..sim.elementary import principal, product
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -134,13 +135,13 @@ def ellipsoid_volume(time: np.ndarray, positions: np.ndarray) -> tuple[float, fl
     """
     if len(positions) < 4:
         return 0.0, 0.0
-    track = np.vander(time - time.mean(), 2)
+    since = (time - time.mean())[:, None]
     rest = positions - positions.mean(axis=0)
-    rest[:, :2] -= track @ np.linalg.lstsq(track, rest[:, :2], rcond=None)[0]
-    variance, axes = np.linalg.eigh(np.cov(rest.T))
+    rest[:, :2] -= since * ((since * rest[:, :2]).sum(axis=0) / (since * since).sum())
+    variance, axes = principal((rest[:, :, None] * rest[:, None, :]).sum(axis=0) / (len(rest) - 1))
     if variance[0] < FLAT**2:
         return 0.0, 0.0
-    distance2 = np.sum((rest @ axes) ** 2 / variance, axis=1)
+    distance2 = np.sum(product(rest, axes) ** 2 / variance, axis=1)
     unit = 4.0 / 3.0 * np.pi * np.sqrt(np.prod(variance))
     normal, found = (float(unit * scale2**1.5) for scale2 in (chi2.ppf(SHARE, 3), np.quantile(distance2, SHARE)))
     return normal, found
@@ -172,7 +173,7 @@ def summarize(frames: np.recarray, *, skip_s: float = SKIP, **outside: float | N
         "tension_max_n": tension.max(),
         "body_depth_m": depth.mean(),
         "body_depth_std_m": None if hauls else _deviation(depth),
-        "body_position_m": None if hauls else [*map(float, tow_axes(kept) @ offset), float(-depth.mean())],
+        "body_position_m": None if hauls else [*map(float, product(tow_axes(kept), offset)), float(-depth.mean())],
         "ellipsoid_volume_m3": None if hauls else volume,
         "ellipsoid_volume_points_m3": None if hauls else volume_points,
         "contact_resultant_mean_n": kept["contact_resultant"].mean(),

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..physics.sea import SEA
 from ..physics.water import CurrentFrame, Water, WaveKind
+from .elementary import product
 from .scene import Scene
 from .sea import profile_table, table_values, variation_table
 
@@ -24,7 +25,7 @@ def current_of(water: Water, yaw: float) -> np.ndarray:
     """
     given = np.array([water.current, water.current_gradient])
     if water.current_frame is CurrentFrame.HEADING:
-        given = given @ np.array([[cos(yaw), sin(yaw)], [-sin(yaw), cos(yaw)]])
+        given = product(given, np.array([[cos(yaw), sin(yaw)], [-sin(yaw), cos(yaw)]]))
     return given.ravel()
 
 
@@ -76,7 +77,7 @@ def _turned(current: np.ndarray, factor: float, turn: float) -> np.ndarray:
     if factor == 1.0 and turn == 0.0:
         return current
     c, s = factor * cos(turn), factor * sin(turn)
-    return (current.reshape(2, 2) @ np.array([[c, s], [-s, c]])).ravel()
+    return product(current.reshape(2, 2), np.array([[c, s], [-s, c]])).ravel()
 
 
 def _cubics_at(pieces: np.ndarray, x: float) -> tuple[float, float]:

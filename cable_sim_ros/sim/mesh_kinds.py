@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..physics.feed import at_least as _at_least
+from .elementary import exp
 
 _smooth = getattr(_at_least, "py_func", _at_least)  # plain Python: a scene loads without compiling
 
@@ -124,7 +125,7 @@ def graded(length: float, size: float, most: float) -> np.ndarray:
 
 def geometric(count: int, ratio: float) -> np.ndarray:
     """Shares of elements whose last is ``ratio`` times as long as the first."""
-    sizes = np.exp(np.linspace(0.0, log(ratio), count)) if count > 1 else np.ones(1)
+    sizes = exp(np.linspace(0.0, log(ratio), count)) if count > 1 else np.ones(1)
     out = np.cumsum(sizes) / sizes.sum()
     out[-1] = 1.0
     return out

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.integrate import trapezoid
 
+from .elementary import power
 from .material import extreme
 from .mesh_kinds import Expected, FeedMesh, MeshError, MeshPlan, Part, ends, equal_parts, geometric, places_outboard
 from .mesh_sheave import OUTBOARD_LEAST, RADII_PER_TENSION, SheaveMesh, heave_amplitude
@@ -133,7 +134,7 @@ class Maker(SheaveMesh):
         share [m]: h^4 |d4r/ds4| of an element, see mesh_order.py.
         """
         shape, curve = self.shapes[scope], self.curves[scope]
-        steep = (curve / max(share, 1e-12)) ** (1.0 / self.order.power)
+        steep = power(curve / max(share, 1e-12), 1.0 / self.order.power)
         mass, added = self.masses[:, shape.section]
         speed = np.sqrt(np.maximum(shape.tension, 1e-9) / (mass + shape.wet * added))
         far = shape.s[-1] - shape.s
@@ -248,7 +249,7 @@ class Maker(SheaveMesh):
         if (h <= 0.0).any():
             return np.inf
         at = [np.interp(x, shape.s, curve) for x in (nodes[1:], 0.5 * (nodes[1:] + nodes[:-1]), nodes[:-1])]
-        error = self.order.per_shape * float((h**self.order.power * np.maximum.reduce(at)).sum())
+        error = self.order.per_shape * float((power(h, self.order.power) * np.maximum.reduce(at)).sum())
         error += self.floor(scope, mesh.nodes)
         for s, jump in kinks(shape):
             if np.abs(nodes - s).min() > 1e-6 * scope:

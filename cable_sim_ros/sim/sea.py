@@ -9,6 +9,7 @@ repeat), with a random phase, and with spreading a direction drawn from cos^2s. 
 
 from __future__ import annotations
 
+import math
 from math import pi
 
 import numpy as np
@@ -16,9 +17,11 @@ from scipy.interpolate import PchipInterpolator
 
 from ..physics.sea import EDDY_COLUMNS, PROFILE_COLUMNS, SEA_SETTINGS, WAVE_COLUMNS, Sea
 from ..physics.water import CurrentTable, CurrentVariation, Turbulence, Water, WaveKind, Waves
+from .elementary import exp, log, power, tanh
 
 BAND = 0.5, 6.0  # of the peak frequency: outside lies 2e-4 of the energy of a jonswap sea
 EDDY_BAND = 30.0  # over the time scale, rad: 92 % of the energy of a von Karman spectrum lies below
+LOWEST_EDDY = math.log(1e-4)  # of the band, in powers of e: points are even in the logarithm
 NEGLIGIBLE = 1e-5  # of the deviation of the velocity at the surface: what a component may bring where it is left out
 HIGHEST = 6.0  # deviations of the elevation: higher a sea of any length does not come
 FINE = 20001  # points of a cumulative spectrum
@@ -29,9 +32,9 @@ def wave_number(omega: np.ndarray, gravity: float, depth: float) -> np.ndarray:
     deep = omega**2 / gravity
     if not np.isfinite(depth):
         return deep
-    k = deep / np.sqrt(np.tanh(deep * depth))  # Eckart
+    k = deep / np.sqrt(tanh(deep * depth))  # Eckart
     for _ in range(20):
-        t = np.tanh(k * depth)
+        t = tanh(k * depth)
         k = k - (k * t - deep) / (t + k * depth * (1.0 - t * t))
     return k
 
@@ -40,7 +43,7 @@ def jonswap(omega: np.ndarray, peak: float, gamma: float) -> np.ndarray:
     """Shape of the spectrum at omega [rad/s], not scaled; peak [rad/s]."""
     x = omega / peak
     width = np.where(x <= 1.0, 0.07, 0.09)
-    return x**-5.0 * np.exp(-1.25 * x**-4.0) * gamma ** np.exp(-0.5 * ((x - 1.0) / width) ** 2)
+    return power(x, -5.0) * exp(-1.25 * power(x, -4.0)) * power(gamma, exp(-0.5 * ((x - 1.0) / width) ** 2))
 
 
 def drawn(density: np.ndarray, at: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
@@ -67,13 +70,13 @@ def wave_table(waves: Waves, gravity: float, depth: float) -> np.ndarray:
         b = np.full(n, towards)
         if waves.spreading is not None:
             angle = np.linspace(-pi, pi, FINE)
-            b += rng.permutation(drawn(np.cos(0.5 * angle) ** (2.0 * waves.spreading), angle, n, rng))
+            b += rng.permutation(drawn(power(np.cos(0.5 * angle), 2.0 * waves.spreading), angle, n, rng))
     k = wave_number(omega, gravity, depth)
-    bottom = np.exp(-2.0 * k * depth)
+    bottom = exp(-2.0 * k * depth)
     norm = 1.0 / (1.0 - bottom)
     speed = amplitude * omega * norm
     least = NEGLIGIBLE * np.sqrt(0.5 * (speed**2).sum())
-    reach = np.log(np.maximum(speed * (1.0 + bottom) / least, 1.0)) / k
+    reach = log(np.maximum(speed * (1.0 + bottom) / least, 1.0)) / k
     table = np.stack([amplitude, k, omega, phase, b, norm, bottom, reach], 1)
     return table[np.argsort(-reach, kind="stable")]
 
@@ -117,10 +120,10 @@ def eddy_table(turbulence: Turbulence) -> np.ndarray:
     """Sinusoids of the turbulence [n, EDDY_COLUMNS]."""
     rng, rows = np.random.default_rng(turbulence.seed), [np.zeros((0, EDDY_COLUMNS))]
     top = EDDY_BAND / turbulence.time_scale
-    band = np.concatenate(([0.0], np.geomspace(1e-4 * top, top, FINE)))
+    band = np.concatenate(([0.0], top * exp(np.linspace(LOWEST_EDDY, 0.0, FINE))))
     for axis, deviation in enumerate(turbulence.deviation):
         n = turbulence.components
-        spectrum = (1.0 + 70.8 * (0.5 / pi * band * turbulence.time_scale) ** 2) ** (-5.0 / 6.0)
+        spectrum = power(1.0 + 70.8 * (0.5 / pi * band * turbulence.time_scale) ** 2, -5.0 / 6.0)
         omega, phase = drawn(spectrum, band, n, rng), 2.0 * pi * rng.random(n)
         if deviation > 0.0:
             size = np.full(n, deviation * np.sqrt(2.0 / n))

@@ -18,6 +18,7 @@ from ..physics.section import material_of
 from ..physics.state import FLOW, NOW
 from ..physics.surface import FLOOR, GROOVE, SHEAVE_ROW
 from .current import flow_of
+from .elementary import product
 from .material import extreme, section_ends
 from .scene import Scene
 from .statics import MOST_PUSH, MOST_STEPS, Route, StartError, first_angle, first_strain, laid_angle
@@ -47,7 +48,7 @@ def turned(yaw: float) -> np.ndarray:
 def lead_of(scene: Scene, shape: TowShape, yaw: float) -> Lead:
     """How the cable of a shape leaves its sheave."""
     route = Route(scene)
-    down = -(shape.force[-1] @ turned(yaw)) / shape.tension[-1]  # in base_link
+    down = -product(shape.force[-1], turned(yaw)) / shape.tension[-1]  # in base_link
     angle = atan2(-route.side * down[0], -down[2])
     fleet = atan2(down[1], hypot(down[0], down[2]))
     return Lead(angle, fleet, route.on_sheave(angle) / route.sheave)
@@ -70,14 +71,14 @@ def along_shape(sim: Simulator, shape: TowShape, yaw: float) -> np.ndarray:
     aboard = arc <= leaves
     q, turn = np.zeros((len(arc), 6)), turned(yaw)
     r, g = route.nodes(stretch * arc[aboard], lead.angle)
-    q[aboard, :3], q[aboard, 3:] = r @ turn.T, stretch * g @ turn.T
+    q[aboard, :3], q[aboard, 3:] = product(r, turn.T), stretch * product(g, turn.T)
     off, _ = route.nodes(np.array([stretch * leaves]), lead.angle)
     longer = max(arc[-1] - leaves, 1e-9) / shape.s[-1]  # by what the cable inboard is stretched
     up = (arc[-1] - arc[~aboard]) / longer
     tangent = -((1.0 + strain) / shape.tension)[:, None] * shape.force
     way = longer * (shape.place - shape.place[-1])
     for k in range(3):
-        q[~aboard, k] = (off @ turn.T)[0, k] + np.interp(up, shape.s, way[:, k])
+        q[~aboard, k] = product(off, turn.T)[0, k] + np.interp(up, shape.s, way[:, k])
         q[~aboard, 3 + k] = np.interp(up, shape.s, tangent[:, k])
     return q
 
@@ -101,7 +102,7 @@ def straight(sim: Simulator, angle: float, strain: float, yaw: float) -> np.ndar
     """The same of a cable that leaves the sheave in a straight line, ``angle`` [rad] from the vertical."""
     r, g = Route(sim.scene).nodes((sim.state.arc - sim.state.arc[0]) * (1.0 + strain), angle)
     turn = turned(yaw)
-    return np.concatenate((r @ turn.T, (1.0 + strain) * g @ turn.T), axis=1)
+    return np.concatenate((product(r, turn.T), (1.0 + strain) * product(g, turn.T)), axis=1)
 
 
 def guesses(sim: Simulator, shape: TowShape, yaw: float) -> Iterator[np.ndarray]:

@@ -1,5 +1,6 @@
 """What README and docs/json.md say is so: commands, Python, tables, files."""
 
+import ast
 import re
 import shlex
 from pathlib import Path
@@ -9,7 +10,10 @@ import pytest
 from pydantic import ValidationError
 
 from cable_sim_ros import cli
-from cable_sim_ros.io.channels import CHANNELS
+from cable_sim_ros.io import channels
+from cable_sim_ros.io.channels import EVERY, Channel, Context, channels_of
+from cable_sim_ros.io.load import load_scene, override
+from cable_sim_ros.io.markers import markers_channel
 from cable_sim_ros.io.resources import shipped_bags, shipped_scenes
 from cable_sim_ros.io.winch_plan import WinchPlan
 from cable_sim_ros.runs import offline
@@ -92,10 +96,34 @@ def test_no_json_name_is_undeclared():
     assert len(declared) == len(SUMMARY) + len(offline.FIGURES)
 
 
+DRAWN = markers_channel(load_scene("full_scale"), 1.0)
+
+
 def test_every_channel_has_its_row():
-    for channel in CHANNELS:
+    for channel in (*EVERY, DRAWN):
         kind = channel.msgtype.replace("/msg/", "/")
         assert re.search(rf"^\| out \| `{channel.topic}` \| {kind} \|", README, re.M), channel.topic
+
+
+def test_every_channel_may_be_published_by_the_security_policy():
+    pytest.importorskip("rclpy")
+    from cable_sim_ros.ros.policy import FILE, rules
+
+    allowed = rules(ROOT / FILE)["topics publish"]
+    assert {Context().topic(channel) for channel in (*EVERY, DRAWN)} <= allowed
+
+
+@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+def test_a_channel_of_some_scenes_is_one_of_all():
+    """One that stood in no table was missing from README and policy, and nothing said so."""
+    rows = {row for row in vars(channels).values() if isinstance(row, Channel)}
+    by_hand = {f"cable.sections.{name}.drag_amplification": 1.0 for name in ("bare", "faired")}
+    strumming = override(load_scene("full_scale"), {"viv.law": "govardhan_williamson"} | by_hand)
+    shown = [*channels_of(load_scene("full_scale")), *channels_of(strumming)]
+    assert rows <= set(EVERY) and set(shown) == set(EVERY) and len(EVERY) == len(set(EVERY))
+    tree = ast.parse(Path(str(channels.__file__)).read_text("utf-8"))
+    made = [node for node in ast.walk(tree) if isinstance(node, ast.Call) and ast.unparse(node.func) == "Channel"]
+    assert len(made) == len(EVERY), "a channel is made that is not in EVERY"
 
 
 def test_shipped_names_are_right():

@@ -12,7 +12,7 @@ from cable_sim_ros.lab.stress.sheave_depth import depth
 from cable_sim_ros.physics.contact import EVENTS, latch, law, loads, touch
 from cable_sim_ros.physics.jit import NO
 from cable_sim_ros.physics.state import NOW, STEP, Q, make_state
-from cable_sim_ros.physics.surface import beside, clearance, groove_gap, solid, surface_row
+from cable_sim_ros.physics.surface import beside, check_surfaces, clearance, floor_row, groove_gap, solid, surface_row
 from cable_sim_ros.physics.survey import _survey
 
 STIFFNESS, SEAT = 1e9, 0.255
@@ -134,3 +134,22 @@ def test_a_detachment_with_its_rebounds_is_one_event():
     off = [latch(on, events, 1_000_000 * t, 20_000_000) for t, on in enumerate(pressed)]
     assert off == [False] + 24 * [True] + 10 * [False] + 2 * [True]
     assert events.detachments == 2
+
+
+@pytest.mark.parametrize("throat, name", [(None, "drum"), (np.pi / 3, "groove")])
+@pytest.mark.parametrize("key", ["friction", "slip"])
+def test_friction_of_drum_and_groove_is_refused(throat, name, key):
+    """It stood in the record and nothing heeded it: a sheave with mu = 0.4 turned the rope as one without."""
+    row = surface_row((0, 0, 0), SEAT, throat, 0.01, 0.008, STIFFNESS, 0.0)
+    assert len(check_surfaces(np.stack([row]))) == 1
+    row[key] = 0.4
+    with pytest.raises(
+        ValueError, match=rf"surface 1: {key} = 0\.4|surface 1: .*slip = 0\.4 m/s of a {name}.*Leave both"
+    ):
+        make_state(np.linspace(0.0, 1.0, 5), [floor_row(-1.0, 1e6, 0.0, 0.3, 0.01), row])
+
+
+def test_a_floor_on_which_a_point_at_rest_would_be_no_number_is_refused():
+    make_state(np.linspace(0.0, 1.0, 5), [floor_row(-1.0, 1e6, 0.0, 0.0, 0.01)])
+    with pytest.raises(ValueError, match=r"surface 0: slip = 0 m/s beside friction = 0\.3: .*Give a slip above 0"):
+        make_state(np.linspace(0.0, 1.0, 5), [floor_row(-1.0, 1e6, 0.0, 0.3, 0.0)])

@@ -1,4 +1,4 @@
-"""Stress: stability N1 to N27, bags and recordings I and S. Stimulus, measured, limit. ``cable-sim stress``."""
+"""Stress: stability N1 to N28, bags and recordings I and S. Stimulus, measured, limit. ``cable-sim stress``."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from . import (
     n23_n24_n25_travel_and_account,
     n26_random_scenes,
     n27_starts,
+    n28_processors,
 )
 from .verdict import Stress, Verdict, run_test
 
@@ -50,6 +51,7 @@ STRESS: dict[str, Stress] = {
     "N25": n23_n24_n25_travel_and_account.account,
     "N26": n26_random_scenes.scenes,
     "N27": n27_starts.starts,
+    "N28": n28_processors.processors,
     "I10": i10_s02_s03_damaged_bags.damaged,
     "I11": i11_i12_i14_i16_s01_recordings.bad_disk,
     "I12": i11_i12_i14_i16_s01_recordings.killed,

@@ -1,0 +1,76 @@
+"""Calls by symbol: a symbol is one function and one version; what is compiled belongs to one processor."""
+
+import inspect
+
+import numba
+import numpy as np
+import pytest
+
+from cable_sim_ros.physics import contact
+from cable_sim_ros.physics.jit import driver, link, opaque, symbol_of
+
+compiled = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="needs compilation")
+
+
+def settle_of(factor: float, module: str, name: str = "_settle"):
+    """A kernel as a file of its own would have it: ``factor`` times a number."""
+    namespace = {"__name__": module}
+    exec(f"def {name}(x):\n    return {factor} * x[0]", namespace)
+    return numba.njit(error_model="numpy", nogil=True, _nrt=False)(namespace[name])
+
+
+@compiled
+def test_two_modules_may_give_their_functions_the_same_name():
+    """Both were published as cable_sim_settle, and callers of the first ran the code of the second."""
+    first, second = settle_of(2.0, "one"), settle_of(3.0, "two")
+    by_first, by_second = opaque(first), opaque(second)
+
+    @numba.njit
+    def both(x):
+        return by_first(x), by_second(x)
+
+    x = np.ones(1)
+    link(first, x)
+    link(second, x)
+    assert both(x) == (2.0, 3.0)
+    assert {symbol_of(first), symbol_of(second)} == {"one._settle", "two._settle"}
+
+
+def test_a_second_function_of_the_same_name_is_refused():
+    first, second = settle_of(2.0, "three"), settle_of(3.0, "three")
+    opaque(first)
+    opaque(first)  # itself again
+    with pytest.raises(ValueError, match=r"two functions are called three\._settle: callers of one .* Give it a name"):
+        opaque(second)
+
+
+@compiled
+def test_a_second_version_of_a_function_is_refused():
+    kernel = settle_of(2.0, "four")
+    link(kernel, np.ones(1))
+    link(kernel, np.zeros(2))  # of the same types
+    with pytest.raises(TypeError, match=r"four\._settle is published for .* one version.*Coerce the arguments"):
+        link(kernel, np.ones(1, np.float32))
+
+
+def test_every_symbol_of_the_product_is_its_module_and_name():
+    from cable_sim_ros.physics import integrate, step, system
+
+    for module, name in ((integrate, "_settle"), (integrate, "_newton"), (step, "_finish"), (system, "_tick")):
+        assert symbol_of(getattr(module, name)) == f"{module.__name__}.{name}"
+
+
+@compiled
+def test_what_is_kept_on_disk_is_of_this_processor():
+    """Two machines may share a home: the index of kept code has name and features of the processor for LLVM."""
+    from numba.core.registry import cpu_target
+
+    codegen = cpu_target.target_context.codegen()
+    key = contact.contact_lanes._cache._index_key((numba.float64,), codegen)
+    assert codegen.magic_tuple() in key
+    assert codegen.magic_tuple()[1:] == (codegen._get_host_cpu_name(), codegen._tm_features)
+
+
+def test_kernels_are_compiled_without_leave_to_reorder():
+    """Sums and products as they stand: what LLVM may contract or reorder depends on the processor."""
+    assert "fastmath" not in inspect.getsource(inspect.getmodule(driver))
