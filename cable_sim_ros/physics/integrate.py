@@ -14,6 +14,7 @@ from .banded import solve, solve_again
 from .cable import mean_at
 from .jit import NO, YES, driver, inline, link, opaque
 from .line import link_residual, residual
+from .pull import follow
 from .quantity import Block, quantity
 from .state import AT_REST, FLOW, GAIN, MEAN, NOW, STEP, A, Change, Q, V, X, keep
 from .stir import STILL, link_stir, stir
@@ -215,6 +216,7 @@ def advance(line, state, h):
         for k in range(6):
             x[n, k] = ((1.0 - af) * a[n, k] + af * old_a[n, k] - am * old_x[n, k]) / (1.0 - am)
             mean[n, k] = mean_at(state.nodes, n, k, share)
+    follow(line, state)
     return used
 
 

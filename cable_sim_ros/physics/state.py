@@ -27,10 +27,10 @@ SLOTS = 3
 # rows of State.nodes, six numbers a node: position and gradient, their rates, accelerations, auxiliary
 # accelerations, their gain in the step before, the running mean of the material's rates, of a body how the water flows
 # past it (see towbody.py), how the element that begins at the node strums (columns: strum.py), the wake it sheds (see
-# wake.py), and arc length with its first and second rate (columns 0 to 2) and the kind of the element that begins there
-# (column shape.LINK)
-Q, V, A, X, GAIN, MEAN, FLOW, STRUM, WAKE, ARC = np.arange(10)
-NODE_ROWS = 10
+# wake.py), how the running mean answers to a pull at the top (see pull.py), and arc length with its first and second
+# rate (columns 0 to 2) and the kind of the element that begins there (column shape.LINK)
+Q, V, A, X, GAIN, MEAN, FLOW, STRUM, WAKE, PULL, ARC = np.arange(11)
+NODE_ROWS = 11
 
 HEALTH = np.dtype(
     [
@@ -71,6 +71,21 @@ CONTROL = np.dtype(  # the choice of the step, counts since the start
 SHEAVE = np.dtype([("position", "f8", 3), ("velocity", "f8", 3)])  # of its centre, tow frame
 # what instruments showed at the last tick; rad, rad with a sign (see setpoint.lead_of), N
 MEASURED = np.dtype([("departure_angle", "f8"), ("lead", "f8"), ("tension", "f8")])
+KNOWN = np.dtype(  # of the mean flow, see pull.py
+    [
+        ("speed", "f8", (2, 4)),  # m/s, m/s^2: two stages of the mean speed of the sheave, x and y, tow frame
+        ("rate", "f8"),  # m/s, commanded rate that has been taken into the mean
+        ("rate_mean", "f8"),  # m/s, of the commanded rate, and of the sheave's waves along the cable
+        ("wave_mean", "f8"),
+        ("common", "f8"),  # m^2/s^2, what both have in common, and the waves' own
+        ("waves", "f8"),
+        ("turned", "f8", 2),  # m/s, x and y: by what the turn of the cable changed the mean at its first wet node
+        ("moved", "f8"),  # m/s of changes since row PULL was computed
+        ("at", "f8"),  # s since the start, when it was
+        ("told", "i8"),  # 1: it has been
+    ],
+    align=True,
+)
 MEMORY = np.dtype(
     [
         ("time", TIME),
@@ -83,6 +98,7 @@ MEMORY = np.dtype(
         ("winch", WINCH),
         ("setpoint", SETPOINT),
         ("measured", MEASURED),
+        ("known", KNOWN),
         ("events", EVENTS),
         ("account", ACCOUNT),
         ("health", HEALTH),

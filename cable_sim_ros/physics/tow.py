@@ -10,6 +10,7 @@ from .feed import flow_of, lay_mesh
 from .instruments import end_strain
 from .integrate import coefficients, settle
 from .jit import NO, driver, link, opaque
+from .pull import take_up
 from .setpoint import set_point
 from .ship import evaluate, hull_point, rotate, spin
 from .state import ARC, NOW, STEP, A, Q, V
@@ -106,6 +107,7 @@ def advance_tow(model, state, inputs, commanded, until):
     now.winch.commanded, now.winch.command_rate = between(commanded, until, share, tick_ns * 1e-9)
     h = begin(model.line, state, tick_ns * 1e-9)
     blending = impose(model, state, inputs, now.time.now + int(share * tick_ns), h, now.winch.command_rate)
+    take_up(model.line, state, h)
     if not finish(model.line, state, h):
         return False, blending
     if state.plan[0].taken != 0:

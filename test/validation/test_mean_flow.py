@@ -1,0 +1,167 @@
+"""What is known to be no wave is in the mean flow at once; the truth of still water is a run with a short memory."""
+
+import numpy as np
+import pytest
+
+from cable_sim_ros import ShipMotion, Simulator, WinchCommand
+from cable_sim_ros.io.load import load_scene, override
+from cable_sim_ros.physics.state import MEAN, NOW, PULL
+
+pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+
+TICK, BEGIN, SHORT = 0.05, 20.0, 3.0  # s
+COARSE = {"solver.tick": TICK, "setpoint.algorithm": "hold", "sheave.groove_depth": 0.3}
+PLAIN = {f"cable.sections.{name}.drag_amplification": 1.0 for name in ("bare", "faired")}
+
+
+def begun(name: str, **keys) -> Simulator:
+    """A tow, started; keys with __ for a point."""
+    sim = Simulator(override(load_scene(name), COARSE | {k.replace("__", "."): v for k, v in keys.items()}))
+    sim.start()
+    return sim
+
+
+@pytest.fixture(scope="module")
+def starts():
+    """Started simulators and their beginning, by scene and time constant: each is started once."""
+    known = {}
+
+    def take(name, time):
+        if (name, time) not in known:
+            sim = begun(name, cable__mean_flow_time=time)
+            known[name, time] = sim, sim.snapshot()
+        sim, first = known[name, time]
+        sim.restore(first)
+        return sim
+
+    return take
+
+
+def wound(sim: Simulator, rate: float, seconds: float) -> np.recarray:
+    """Frames of so many seconds with the winch at ``rate`` [m/s]."""
+    frames = []
+    for _ in range(round(seconds / 0.25)):
+        sim.push(WinchCommand(time_ns=int(sim.frame.time) + 1, rate=rate))
+        frames.append(sim.run(round(0.25 / TICK)))
+    return np.concatenate(frames).view(np.recarray)
+
+
+@pytest.mark.parametrize(
+    ("name", "rate", "before"),
+    # N, 10 s after the start of the winch with the rate low-passed as the waves are
+    [("full_scale", -0.8, 4584.0), ("full_scale", 0.8, 2191.0), ("side_scan", -1.0, 903.0)],
+)
+def test_hauling_and_paying_out_are_no_waves(starts, name, rate, before):
+    got, wanted = (wound(starts(name, time), rate, 40.0).tension for time in (60.0, SHORT))
+    later = round(3.0 / TICK)  # the short memory has a lag of its own
+    assert np.abs(got[later:] / wanted[later:] - 1.0).max() < 0.03
+    at = round(10.0 / TICK)
+    assert abs(got[at] / wanted[at] - 1.0) < 0.02 < abs(before / wanted[at] - 1.0)
+
+
+def ease(t, time):
+    """From 0 at BEGIN to 1 after ``time`` [s]."""
+    s = np.clip((t - BEGIN) / time, 0.0, 1.0)
+    return s * s * (3.0 - 2.0 * s)
+
+
+def sailed(sim: Simulator, speed: float, yaw: float, time: float, seconds: float) -> np.recarray:
+    """Frames of a course from 2.2 m/s ahead to ``speed`` [m/s] and ``yaw`` [rad] within ``time`` [s]."""
+    fine = np.arange(0.0, seconds + 12.0, 0.05)
+    v, psi = 2.2 + ease(fine, time) * (speed - 2.2), yaw * ease(fine, time)
+    velocity = np.column_stack((v * np.cos(psi), v * np.sin(psi)))
+    place, rate, frames = np.cumsum(velocity, axis=0) * 0.05, np.gradient(psi, fine), []
+    for i in range(0, len(fine), 10):
+        sim.push(
+            ShipMotion(
+                time_ns=round(fine[i] * 1e9) + 1,
+                position=(*place[i], 0.0),
+                velocity=(*velocity[i], 0.0),
+                attitude=(0.0, 0.0, psi[i]),
+                rate=(0.0, 0.0, rate[i]),
+            )
+        )
+        if fine[i] >= 10.5 and i % 200 == 10:
+            frames.append(sim.run(round(10.0 / TICK)))
+    return np.concatenate(frames).view(np.recarray)
+
+
+@pytest.mark.parametrize(
+    # largest error of the tension allowed, and what it was before: the ship's mean speed is known only when the waves
+    # are told from it, 17 s late
+    ("speed", "yaw", "time", "seconds", "most", "before"),
+    [
+        (1.1, 0.0, 300.0, 400.0, 0.03, 0.10),
+        (0.0, 0.0, 60.0, 140.0, 0.45, 1.22),
+        (2.2, np.pi / 2.0, 300.0, 400.0, 0.06, 0.10),
+    ],
+    ids=["slower", "stop", "turn"],
+)
+def test_a_change_of_speed_and_a_turn(starts, speed, yaw, time, seconds, most, before):
+    got, wanted = (sailed(starts("full_scale", t), speed, yaw, time, seconds).tension for t in (60.0, SHORT))
+    assert np.abs(got / wanted - 1.0).max() < most < before
+    assert np.abs(np.diff(got)).max() < 0.01 * wanted[0]  # and without a jump
+
+
+def test_the_mean_goes_with_the_material():
+    """No low-pass in 40 s of paying out: what stood on a metre of cable stands on it still."""
+    sim = begun("full_scale", cable__mean_flow_time=36000.0)
+    middle, width = float(sim.state.arc[-1]) - 200.0, 60.0
+
+    def mark(arc):
+        return 1e-4 * np.exp(-(((arc - middle) / width) ** 2))  # m/s, aside, too slow to move anything
+
+    arc = sim.state.arc.copy()
+    sim.state.nodes[NOW, MEAN, :, 1] = mark(arc)
+    wound(sim, 0.8, 40.0)
+    moved = np.abs(sim.state.arc - arc).max()
+    wet = sim.state.q[:, 2] < -2.0
+    miss = np.abs(sim.state.nodes[NOW, MEAN, :, 1] - mark(sim.state.arc))[wet].max()
+    stays = np.abs(mark(arc) - mark(sim.state.arc))[wet].max()
+    assert moved > 30.0 and miss < 0.1 * stays
+
+
+def test_a_controller_that_compensates_by_commands_is_a_wave():
+    """The commanded rate that has the sheave's waves in it is not taken for a haul; what it has beside them is."""
+    sim, w, haul = begun("full_scale"), 2.0 * np.pi / 8.0, -0.2
+    down, kept, asked = float(sim.frame.departure_angle), [], []
+    for k in range(round(150.0 / TICK)):
+        t = (k + 10) * TICK
+        sim.push(
+            ShipMotion(
+                time_ns=round(t * 1e9),
+                position=(2.2 * t, 0.0, np.sin(w * t)),
+                velocity=(2.2, 0.0, w * np.cos(w * t)),
+                attitude=(0.0, 0.0, 0.0),
+                rate=(0.0, 0.0, 0.0),
+            )
+        )
+        now = int(sim.frame.time) * 1e-9 + TICK
+        rate = np.cos(down) * w * np.cos(w * now) + (haul if now > 75.0 else 0.0)
+        sim.push(WinchCommand(time_ns=int(sim.frame.time) + 1, rate=rate))
+        sim.tick()
+        asked.append(rate)
+        kept.append(float(sim.state.now.known.rate))
+    asked, kept = np.array(asked), np.array(kept)
+    calm, late = slice(round(50.0 / TICK), round(74.0 / TICK)), slice(round(120.0 / TICK), None)
+    assert kept[calm].std() < 0.2 * asked[calm].std()
+    assert kept[late].mean() == pytest.approx(haul, abs=0.03)
+
+
+def test_a_cable_without_amplification_needs_none_of_it():
+    sim = begun("full_scale", **PLAIN)
+    wound(sim, 0.5, 2.0)
+    assert sim.state.now.known.rate == 0.0 and not sim.state.nodes[NOW, PULL].any()
+
+
+def test_a_pull_moves_all_of_the_cable_along_itself(starts):
+    """The response has 1 m/s along the cable at the top and less of it where the cable bends; none of it stretches."""
+    sim = starts("full_scale", 60.0)
+    wound(sim, 0.1, 1.0)
+    q, pull = sim.state.q, sim.state.nodes[NOW, PULL, :, :3]
+    chord = np.diff(q[:, :3], axis=0)
+    chord /= np.linalg.norm(chord, axis=1)[:, None]
+    wet = q[:-1, 2] < -1.0
+    stretch = np.abs((np.diff(pull, axis=0) * chord).sum(1))[wet].max()
+    along = (pull[:-1] * chord).sum(1)[wet]
+    assert stretch < 1e-6 and along[0] == pytest.approx(1.0, abs=0.01) and 0.2 < along[-1] < along[0]
