@@ -13,7 +13,7 @@ import numpy as np
 
 from ..physics.section import material_of
 from ..physics.winch import DrumModel
-from .cautions import damping_cautions, drag_cautions, swing_cautions
+from .cautions import damping_cautions, drag_cautions, part_cautions, swing_cautions
 from .chain_checks import chain_cautions, chain_problems, form_problems
 from .current import flow_of
 from .data_sheet import (
@@ -323,6 +323,7 @@ def cautions(scene: Scene) -> list[Problem]:
     speed = water_speed(scene)
     found += setpoint_cautions(scene, speed) + damping_cautions(scene.cable) + swing_cautions(scene, speed)
     found += amplified_cautions(scene.cable) + strum_cautions(scene) + drag_cautions(scene, speed)
+    found += part_cautions(scene)
     height = scene.sheave.position[2] + scene.ship.reference_height - radius
     if height < 0:
         found.append(

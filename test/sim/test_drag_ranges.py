@@ -44,6 +44,26 @@ def test_shipped_scenes_keep_to_their_ranges(name):
     assert not [item for item in caught if "drag_" in str(item.message)]
 
 
+def test_a_factor_that_does_not_say_of_what_is_said_with_what_hangs_on_it():
+    (text,) = cautions(drag_amplification_of=None)
+    found = re.fullmatch(
+        r"drag_amplification_of is not given for the drag factor of bare \(2.37\), which multiplies the drag along the "
+        r"cable too, as Westin's: in the static shape (\S+) N at the sheave and (\S+) m deep, on the drag across alone "
+        r"(\S+) N and (\S+) m. Give drag_amplification_of: normal for a factor of a measured or printed C_D, both for "
+        r"one tuned so, docs/drag.md",
+        text,
+    )
+    assert found, text
+    scenes = [override(load_scene("full_scale"), {BARE + "drag_amplification_of": of}) for of in ("both", "normal")]
+    for scene, tension, depth in zip(scenes, (found[1], found[3]), (found[2], found[4]), strict=True):
+        shape = tow_shape(scene, 450.0)
+        assert (float(tension), float(depth)) == pytest.approx((shape.tension[-1], -shape.place[0, 2]), rel=1e-3)
+    assert float(found[1]) - float(found[3]) > 200.0
+    assert not cautions(drag_amplification_of="normal") and not cautions(drag_amplification_of="both")
+    assert not cautions(drag_amplification_of=None, drag_amplification=1.0)
+    assert not cautions(drag_amplification_of=None, ship__tow_speed=0.0), "no flow, nothing hangs on it"
+
+
 def test_reynolds_numbers_above_those_of_the_source():
     """A cable of 30 mm at 5 m/s in water of a twelfth of the viscosity."""
     fast = {"diameter": 0.03, "mass_per_length": 1.5, "water__viscosity": 1e-4, "ship__tow_speed": 5.0}
