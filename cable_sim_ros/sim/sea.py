@@ -4,9 +4,9 @@ JONSWAP, Hasselmann et al. (1973), S(w) ~ w^-5 exp(-5/4 (w/w_p)^-4) gamma^exp(-(
 and 0.09 above the peak, scaled so that the band kept holds Hs^2/16. The band is cut into as many parts as there are
 components, each has one wave with the energy of its part at a frequency drawn from it by the seed (so that the sea does
 not repeat), with a random phase, and with spreading a direction drawn from cos^2s. The parts are equal in a mean of
-energy and fourth moment: with parts of equal energy the last of 100 reached from 3 to 6 times the peak, and the fourth
-moment, to which accelerations and steepness go, hung on where in it one wave fell (42 % of it from seed to seed; 3 %
-now). Turbulence: von Karman, S(f) ~ (1 + 70.8 (f T)^2)^-5/6, each axis by parts of equal energy.
+energy and fourth moment: with parts of equal energy the last of 100 reaches from 3 to 6 times the peak, and the fourth
+moment, to which accelerations and steepness go, hangs on where in it one wave falls (42 % of it from seed to seed; so
+3 %). Turbulence: von Karman, S(f) ~ (1 + 70.8 (f T)^2)^-5/6, each axis by parts of equal energy.
 """
 
 from __future__ import annotations

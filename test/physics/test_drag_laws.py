@@ -167,7 +167,7 @@ def test_a_drag_factor_multiplies_what_the_section_says(law):
 
 
 def test_a_cable_drawn_along_itself_has_the_coefficient_of_the_whole_speed():
-    """879 m of 11 mm hauled straight up at 1 m/s: 113 N; C_D of the floor of 1 mm/s across, 2.6, would make it 258 N."""
+    """879 m of 11 mm hauled straight up at 1 m/s: 113 N; the C_D of 1 mm/s across, 2.6, would make it 258 N."""
     cable = Cable(diameter=0.011, mass_per_length=0.471, axial_stiffness=1e4, sections={})
     rows = law_rows(dressed(Section(length=1.0, elements=1)), cable, WATER, 9.81)
     re, unit = 1026.0 * 0.011 / 1.2e-3, 0.5 * 1026.0 * 0.011
