@@ -65,14 +65,18 @@ def tow(
     )
 
 
+BOTH = {"drag_amplification_of": "both"}
+
+
 def one(length: float, **more: Any) -> dict[str, dict]:
-    """A cable of one section."""
-    return {"cable": {"length": length, **more}}
+    """A cable of one section; a drag factor is of the drag across and along."""
+    both = BOTH if "drag_amplification" in more else {}
+    return {"cable": {"length": length, **both, **more}}
 
 
 def tows() -> list[Scene]:
     """The tows of the table in docs/mesh.md."""
-    g = {"drag_amplification": 2.37}
+    g = {"drag_amplification": 2.37, **BOTH}
     faired = {"drag_law": "ribbon", **g}
     thread = {
         "diameter": 0.45e-3, "mass_per_length": 0.2e-3, "axial_stiffness": 223.0, "bending_stiffness": 2.82e-6,
@@ -101,7 +105,7 @@ def tows() -> list[Scene]:
             speed=2.2, cable=rods),
         tow("faired_300m", {"faired": {"length": 400.0, **faired}}, 300.0, speed=5.0),
         tow("three_cables", {"upper": {"length": 300.0, **g}, "faired": {"length": 100.0, **faired},
-            "tail": {"length": 40.0, "drag_amplification": 1.5}}, 350.0, speed=2.5),
+            "tail": {"length": 40.0, "drag_amplification": 1.5, **BOTH}}, 350.0, speed=2.5),
         tow("rope_300m", one(350.0, drag_amplification=1.2), 300.0, speed=1.5, cable=rope),
         tow("umbilical_400m", one(500.0), 400.0, speed=1.0, cable=umbilical, body=lead, sheave=1.0),
         tow("heavy_1km", one(1200.0), 1000.0, speed=1.5, body=lead, sheave=0.4),

@@ -27,6 +27,7 @@ from .ancf import (
     COMPRESSION,
     EA,
     EI,
+    EXTRA_ALONG,
     EXTRA_DRAG,
     FLOW_0,
     FLOW_1,
@@ -263,7 +264,7 @@ def closed_loads(work, current, second):
         mean_lanes(work.mean_v, _N_MID, t)
         coefficients(p, t, POINT_W)
         for e in range(LANES):
-            t[POINT_R, e] = p[EXTRA_DRAG, e] * t[POINT_CD, e]
+            t[POINT_R, e] = t[POINT_CD, e]
     coefficients(p, t, POINT_V)
     for e in range(LANES):
         if p[CLOSED_DRAG, e] != 1.0 or wet[e] <= 0.0:
@@ -285,9 +286,9 @@ def closed_loads(work, current, second):
             mean = work.mean_v
             v, turn = get3(t, POINT_W, e), scale(per_length, sub(shear, sub(get3(mean, 6, e), get3(mean, 0, e))))
             b = p[HALF_RHO_D, e] * t[POINT_R, e]
-            f1, m1 = normal_drag(v, turn, u, b, length)
+            f1, m1 = normal_drag(v, turn, u, p[EXTRA_DRAG, e] * b, length)
             f, m = add(f, f1), add(m, m1)
-            c = 2.0 * p[FT, e] * b + p[EXTRA_DRAG, e] * friction(dot(v, u), p, e)[0]
+            c = p[EXTRA_ALONG, e] * (2.0 * p[FT, e] * b + friction(dot(v, u), p, e)[0])
             f1, m1 = tangential_drag(v, turn, u, c, length)
             f, m = add(f, f1), add(m, m1)
         f = (f[0], f[1], f[2] + p[BUOYANCY, e] * length)

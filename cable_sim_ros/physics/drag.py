@@ -6,7 +6,9 @@ f_D(mean of V_f - r_t): printed for a cable at rest in a steady stream, taken he
 Froude-Krylov part of (69b) is counted once (a horizontal, steady, sheared current has none).
 
 A tangential drag with a coefficient of its own, C_T |v_t| v_t, is a scalar and its derivative a point, zero for laws
-whose f_t is a function of the angle.
+whose f_t is a function of the angle. Such an f_t multiplies C_D(Re_n), which knows the flow across the cable alone: of
+a cable that is hauled straight up in still water that is the floor of 1 mm/s, and C_D 2.6. So the C_D of f_t goes over
+to that of the whole speed below GRAZING (drag_laws.py); at all larger angles it is C_D(Re_n).
 """
 
 from __future__ import annotations
@@ -22,13 +24,14 @@ from .ancf import (
     CN_FIT,
     CT_FIXED,
     CT_OF_RE,
+    EXTRA_ALONG,
     EXTRA_DRAG,
     FLOW_0,
     FLOW_1,
     HALF_RHO_D,
     RE_FACTOR,
 )
-from .drag_laws import CHOO_CASARELLA, FRICTION, RE_MOST, RE_TOP, choo_casarella, fitted, loading
+from .drag_laws import CHOO_CASARELLA, FRICTION, GRAZING, RE_MOST, RE_TOP, choo_casarella, fitted, loading
 from .jit import LANES, driver, inline
 from .vec import axpy, dot, get3, norm, plus3, plus_matrix, put3, put_matrix, scale, sub
 
@@ -37,15 +40,17 @@ SPEED_FLOOR = 1e-3     # m/s, regularises v_n, |v_t| and the sign of v_t
 # rows of the point table: position, relative velocity, water velocity, acceleration, unit tangent, 1/|dr/dxi|, V_n,
 # C_D, dC_D/dRe, above 0 for a lane off the top branch of C_D(Re) or of another law, xi' = -w/L of the material
 # (flow.py), fall of the water's velocity (x, y) with height, tangential drag of its own coefficient and its derivative
-# to v_t
+# to v_t, C_D of f_t and its derivatives to V_n and |v_t|
 (POINT_R, POINT_V, POINT_W, POINT_A, POINT_U, POINT_PER_G, POINT_VN, POINT_CD, POINT_DCD, POINT_X, POINT_FLOW,
- POINT_SHEAR, POINT_ALONG, POINT_DALONG) = np.array((0, 3, 6, 9, 12, 15, 16, 17, 18, 19, 20, 21, 23, 24))
-POINT_ROWS = 25
+ POINT_SHEAR, POINT_ALONG, POINT_DALONG, POINT_CDT) = np.array((0, 3, 6, 9, 12, 15, 16, 17, 18, 19, 20, 21, 23, 24, 25))
+POINT_ROWS = 28
 
 
 @inline
-def drag(v, u, vn, half_rho_d, re_factor, cd, dcd, p, e):
+def drag(v, u, vn, half_rho_d, re_factor, cd, dcd, cdt, p, e):
     """Drag per length of relative velocity v past unit tangent u, eq (58) with the thrust sign mended; vn regularised.
+
+    cdt: C_D of f_t and its derivatives to V_n and |v_t|.
 
     Returns alpha, beta, w, vt and the derivatives a1, a2, b1, b2 of
     f = alpha w + beta u,  df/dV = alpha I + w (a1 w + a2 u)^T + u (b1 w + (b2 - alpha) u)^T.
@@ -61,13 +66,15 @@ def drag(v, u, vn, half_rho_d, re_factor, cd, dcd, p, e):
     sign = vt * per_t
     k = half_rho_d * cd
     alpha = k * q2 * fn * per_n
-    beta = k * q2 * ft * sign
+    kt = half_rho_d * cdt[0]
+    beta = kt * q2 * ft * sign
     dk = half_rho_d * dcd * re_factor * q2
+    dk_vn, dk_at = half_rho_d * cdt[1] * q2, half_rho_d * cdt[2] * q2
     a_vn = (dk * fn + k * (2.0 * vn * fn + dn * at) - alpha) * per_n
     a_at = k * (2.0 * at * fn - dn * vn) * per_n
-    b_vn = sign * (dk * ft + k * (2.0 * vn * ft + dt * at))
-    b_at = k * sign * (2.0 * at * ft - dt * vn)
-    b2 = b_at * sign + k * q2 * ft * SPEED_FLOOR * SPEED_FLOOR * per_t * per_t * per_t
+    b_vn = sign * (dk_vn * ft + kt * (2.0 * vn * ft + dt * at))
+    b_at = sign * (dk_at * ft + kt * (2.0 * at * ft - dt * vn))
+    b2 = b_at * sign + kt * q2 * ft * SPEED_FLOOR * SPEED_FLOOR * per_t * per_t * per_t
     return alpha, beta, w, vt, a_vn * per_n, a_at * sign, b_vn * per_n, b2
 
 
@@ -114,6 +121,22 @@ def mean_lanes(m, n, t):
         put3(t, POINT_W, e, sub(get3(t, POINT_W, e), v))
 
 
+@inline
+def coefficient_along(across, d_across, whole, d_whole, vn, at, free):
+    """C_D of f_t and its derivatives to V_n and |v_t|: ``across``, that of V_n, from the angle of GRAZING up, and
+    ``whole``, that of |V|, along the cable. d_across, d_whole: derivatives to these speeds; free: 0 of a constant."""
+    ratio = vn / at
+    x = min(ratio * ratio * (1.0 / (GRAZING * GRAZING)), 1.0)
+    rest = free * (1.0 - x * x * (3.0 - 2.0 * x))
+    turn = (across - whole) * free * 12.0 * x * x * (1.0 - x)  # derivative to ln V_n at a constant |v_t|
+    q = sqrt(vn * vn + at * at)
+    return (
+        across + rest * (whole - across),
+        d_across + rest * (d_whole * vn / q - d_across) + turn / vn,
+        rest * d_whole * at / q - turn / at,
+    )
+
+
 @driver
 def coefficient_lanes(p, t, row):
     """V_n, and C_D and dC_D/dRe of the top branch of Choo-Casarella, for the velocity in ``row`` (POINT_V or POINT_W)
@@ -136,6 +159,16 @@ def coefficient_lanes(p, t, row):
     for e in range(LANES):   # a loop of its own: with the one above it is not vectorised
         t[POINT_ALONG, e] = 0.0
         t[POINT_DALONG, e] = 0.0
+    for e in range(LANES):
+        vt, vn = dot(get3(t, row, e), get3(t, POINT_U, e)), t[POINT_VN, e]
+        at = sqrt(vt * vt + SPEED_FLOOR * SPEED_FLOOR)
+        re = min(p[RE_FACTOR, e] * sqrt(vn * vn + at * at), RE_MOST)
+        r = 1.0 / sqrt(re)
+        free = 1.0 if p[CD_FIXED, e] < 0.0 else 0.0
+        c, c_vn, c_at = coefficient_along(
+            t[POINT_CD, e], p[RE_FACTOR, e] * t[POINT_DCD, e], 1.1 + 4.0 * r,
+            -2.0 * p[RE_FACTOR, e] * r * r * r * (1.0 if re < RE_MOST else 0.0), vn, at, free)
+        t[POINT_CDT, e], t[POINT_CDT + 1, e], t[POINT_CDT + 2, e] = c, c_vn, c_at
 
 
 @driver
@@ -144,11 +177,18 @@ def other_coefficients(p, t, row):
     for e in range(LANES):
         if t[POINT_X, e] > 0.0:
             if p[CD_FIXED, e] < 0.0:
-                re = p[RE_FACTOR, e] * t[POINT_VN, e]
+                k, vn = p[RE_FACTOR, e], t[POINT_VN, e]
                 if p[CN_FIT, e] == CHOO_CASARELLA:
-                    t[POINT_CD, e], t[POINT_DCD, e] = choo_casarella(re)
-                else:
-                    t[POINT_CD, e], t[POINT_DCD, e] = fitted(int(p[CN_FIT, e]), re)
+                    vt = dot(get3(t, row, e), get3(t, POINT_U, e))
+                    at = sqrt(vt * vt + SPEED_FLOOR * SPEED_FLOOR)
+                    cd, dcd = choo_casarella(k * vn)
+                    whole, slope = choo_casarella(k * sqrt(vn * vn + at * at))
+                    c, c_vn, c_at = coefficient_along(cd, k * dcd, whole, k * slope, vn, at, 1.0)
+                else:  # no law with another fit has an f_t
+                    cd, dcd = fitted(int(p[CN_FIT, e]), k * vn)
+                    c, c_vn, c_at = cd, k * dcd, 0.0
+                t[POINT_CD, e], t[POINT_DCD, e] = cd, dcd
+                t[POINT_CDT, e], t[POINT_CDT + 1, e], t[POINT_CDT + 2, e] = c, c_vn, c_at
             if p[CT_FIXED, e] + p[CT_OF_RE, e] > 0.0:
                 vt = dot(get3(t, row, e), get3(t, POINT_U, e))
                 t[POINT_ALONG, e], t[POINT_DALONG, e] = along(vt, p, e)
@@ -156,7 +196,7 @@ def other_coefficients(p, t, row):
 
 @driver
 def coefficients(p, t, row):
-    """Coefficients of every lane for the velocity in ``row`` of t: rows VN, CD, DCD, ALONG and DALONG."""
+    """Coefficients of every lane for the velocity in ``row`` of t: rows VN, CD, DCD, ALONG, DALONG and CDT."""
     coefficient_lanes(p, t, row)
     other_coefficients(p, t, row)
 
@@ -184,7 +224,7 @@ def drag_of(t, row, p, e):
     """drag() of lane e for the velocity in ``row`` of t, with the tangential drag of its own coefficient."""
     al, be, w, vt, a1, a2, b1, b2 = drag(
         get3(t, row, e), get3(t, POINT_U, e), t[POINT_VN, e], p[HALF_RHO_D, e], p[RE_FACTOR, e], t[POINT_CD, e],
-        t[POINT_DCD, e], p, e)
+        t[POINT_DCD, e], get3(t, POINT_CDT, e), p, e)
     return al, be + t[POINT_ALONG, e], w, vt, a1, a2, b1, b2 + t[POINT_DALONG, e]
 
 
@@ -238,12 +278,14 @@ def load_tangent_lanes(t, p, c1, c2, weight, f, ka, kb):
 
 @driver
 def mean_load_lanes(t, p, weight, f):
-    """Add weight * (G-1) f_D of the mean flow (row W of t), the extra drag of amplification, to f[3, LANES]."""
+    """Add weight * (G-1) f_D of the mean flow (row W of t), the extra drag of amplification, to f[3, LANES]: G - 1 of
+    the part across the cable and that of the part along it."""
     if t.shape[1] != LANES or p.shape[1] != LANES or weight.shape[0] != LANES or f.shape[1] != LANES:
         raise ValueError("lanes")
     for e in range(LANES):
         al, be, w, _, _, _, _, _ = drag_of(t, POINT_W, p, e)
-        plus3(f, 0, e, scale(weight[e] * p[EXTRA_DRAG, e], axpy(al, w, scale(be, get3(t, POINT_U, e)))))
+        s, st = weight[e] * p[EXTRA_DRAG, e], weight[e] * p[EXTRA_ALONG, e]
+        plus3(f, 0, e, axpy(s * al, w, scale(st * be, get3(t, POINT_U, e))))
 
 
 @driver
@@ -255,17 +297,17 @@ def mean_tangent_lanes(t, p, c1, weight, f, ka, kb):
     for e in range(LANES):
         u = get3(t, POINT_U, e)
         y, z, w, vt, y1, y2, z1, z2 = drag_of(t, POINT_W, p, e)
-        s = weight[e] * p[EXTRA_DRAG, e]
-        plus3(f, 0, e, scale(s, axpy(y, w, scale(z, u))))
+        s, st = weight[e] * p[EXTRA_DRAG, e], weight[e] * p[EXTRA_ALONG, e]
+        y, y1, y2, z, z1, z2 = s * y, s * y1, s * y2, st * z, st * z1, st * z2
+        plus3(f, 0, e, axpy(y, w, scale(z, u)))
         c = (-t[POINT_SHEAR, e], -t[POINT_SHEAR + 1, e], 0.0)
         q, r = axpy(y1, w, scale(y2, u)), axpy(z1, w, scale(z2 - y, u))
         dz = axpy(y, c, axpy(dot(q, c), w, scale(dot(r, c), u)))
-        ka[2, e] += s * dz[0]
-        ka[5, e] += s * dz[1]
-        ka[8, e] += s * dz[2]
-        o = -s * c1
-        plus_matrix(ka, 0, e, o * y, w, scale(o, q), u, scale(o, r))
-        k = s * t[POINT_PER_G, e]
+        ka[2, e] += dz[0]
+        ka[5, e] += dz[1]
+        ka[8, e] += dz[2]
+        plus_matrix(ka, 0, e, -c1 * y, w, scale(-c1, q), u, scale(-c1, r))
+        k = t[POINT_PER_G, e]
         i = k * (z - y * vt)
         h = scale(k * (y2 - y1 * vt), w)
         o = axpy(k * (z2 - z1 * vt - y), w, scale(-i, u))
@@ -276,7 +318,7 @@ def mean_tangent_lanes(t, p, c1, weight, f, ka, kb):
 def amplified(p):
     """Has any lane a drag factor other than 1? Without one the second drag evaluation is left out."""
     for e in range(LANES):
-        if p[EXTRA_DRAG, e] != 0.0:
+        if p[EXTRA_DRAG, e] != 0.0 or p[EXTRA_ALONG, e] != 0.0:
             return True
     return False
 

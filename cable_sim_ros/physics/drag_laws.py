@@ -5,6 +5,9 @@ Re_t of that along it. f_n and f_t are trigonometric polynomials in eta = atan(v
 5 eta. The quintic of Westin (60b) is fitted by the latter to 1e-7 of its unit (test), so that no law needs an arc
 tangent. f_t below zero counts as zero. A law has f_t or C_T.
 
+C_D of f_t is C_N(Re_n) too from 5.7 deg up, as Westin has it; nearer to the cable's own direction it goes over to that
+of the whole speed (drag.py).
+
 C_N is constant, Choo & Casarella's C_D(Re), or a fit: pieces a + b Re^n + c log10 Re, blended over ``BLEND`` decades at
 their bounds, so that C_N has a continuous derivative also where the print jumps. Formulas, misprints, ranges and what
 to take when: docs/drag.md.
@@ -26,6 +29,7 @@ from .ancf import (
     CT_FIXED,
     CT_OF_RE,
     DISPLACED,
+    EXTRA_ALONG,
     EXTRA_DRAG,
     FN,
     FT,
@@ -37,6 +41,7 @@ from .jit import driver, inline
 RE_LEAST, RE_BLEND_1, RE_BLEND_2, RE_MOST = 1e-3, (0.8, 1.25), (25.0, 36.0), 1e5
 RE_TOP = RE_BLEND_2[1]
 BLEND = 0.05  # decades of Re, full width
+GRAZING = 0.1  # tan eta, 5.7 deg: below it the C_D of f_t goes over from that of V_n to that of the whole speed
 LN10 = log(10.0)
 
 
@@ -55,6 +60,13 @@ class DragLaw(str, Enum):
     HUSTON_KAMMAN_10_ROW_2_PRINTED = "huston_kamman_10_row_2_printed"  # 1.0 there
     DYMORE = "dymore"  # crossflow with given constants c_d, c_f
     CAPOZUCCA = "capozucca"  # crossflow with C_dn = 1.0
+
+
+class AmplifiedDrag(str, Enum):
+    """What a drag factor found by hand multiplies."""
+
+    NORMAL = "normal"  # the drag across the cable: a measured C_D, Vandiver, Blevins
+    BOTH = "both"  # that along it too, Westin (64)
 
 
 # C_N(Re) of a law: what it is of Choo & Casarella, or a row of FITS
@@ -294,7 +306,7 @@ def element_rows(section, cable, water, gravity: float) -> dict[int, float]:
     d, density, law = cable.diameter, water.density, LAWS[section.drag_law]
     area = 0.25 * np.pi * d**2
     constant = law.drag_coefficient if section.drag_coefficient is None else section.drag_coefficient
-    tangential = section.tangential_coefficient
+    tangential, extra = section.tangential_coefficient, section.drag_amplification - 1.0
     if not constant and (law.least_drag > 0.0 or (tangential and law.per_ct is EVERY_ANGLE)):
         raise ValueError(
             f"the law {section.drag_law.value} needs a constant C_D above 0, and the section has none; nothing was "
@@ -306,7 +318,8 @@ def element_rows(section, cable, water, gravity: float) -> dict[int, float]:
         ADDED_MASS: density * area * cable.added_mass_coefficient,
         BUOYANCY: density * area * gravity,
         DISPLACED: density * area,
-        EXTRA_DRAG: section.drag_amplification - 1.0,
+        EXTRA_DRAG: extra,
+        EXTRA_ALONG: 0.0 if section.drag_amplification_of is AmplifiedDrag.NORMAL else extra,
         CD_FIXED: -1.0 if constant is None else constant,
         CN_FIT: float(law.fit),
     }

@@ -9,7 +9,21 @@ the pay-out; no element is ever split or merged. Number and order of nodes are c
 
 from __future__ import annotations
 
-from .ancf import CD_FIXED, CN_FIT, CT_FIXED, CT_OF_RE, EA, EI, EXTRA_DRAG, FN, FT, HALF_RHO_D, ROWS, WEIGHT_PER_LENGTH
+from .ancf import (
+    CD_FIXED,
+    CN_FIT,
+    CT_FIXED,
+    CT_OF_RE,
+    EA,
+    EI,
+    EXTRA_ALONG,
+    EXTRA_DRAG,
+    FN,
+    FT,
+    HALF_RHO_D,
+    ROWS,
+    WEIGHT_PER_LENGTH,
+)
 from .jit import LANES, driver, inline
 
 ABOARD = -1
@@ -123,7 +137,7 @@ def mix(feed, section, begin, end, rows, lane):
         to = end if i == zones.shape[0] - 1 else min(zones[i].end, end)
         m, w = materials[i], (to - at) / (end - begin)
         for r in range(ROWS):
-            if FN <= r < FT + 11 or r in (EXTRA_DRAG, CT_FIXED, CT_OF_RE):
+            if FN <= r < FT + 11 or r in (EXTRA_DRAG, EXTRA_ALONG, CT_FIXED, CT_OF_RE):
                 rows[r, lane] += w * m[HALF_RHO_D] * m[r]
             else:
                 rows[r, lane] += w * m[r]
@@ -139,5 +153,5 @@ def mix(feed, section, begin, end, rows, lane):
     if drag > 0.0:
         for r in range(FN, FT + 11):
             rows[r, lane] /= drag
-        for r in (EXTRA_DRAG, CT_FIXED, CT_OF_RE):
+        for r in (EXTRA_DRAG, EXTRA_ALONG, CT_FIXED, CT_OF_RE):
             rows[r, lane] /= drag

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from enum import Enum
 
-from .drag_laws import DragLaw
+from .drag_laws import AmplifiedDrag, DragLaw
 from .fairing import Fairing
 from .quantity import REQUIRED, Block, again, quantity
 from .strum import Viv
@@ -86,6 +86,15 @@ class Section(Block):
     )
     drag_amplification: float = quantity(
         1.0, "1", 0.1, 10.0, "total drag factor G of a cable at rest, (58)-(65) with G the total", "Westin (64)"
+    )
+    drag_amplification_of: AmplifiedDrag | None = quantity(
+        None,
+        "",
+        None,
+        None,
+        "what drag_amplification multiplies: normal, the drag across the cable, for a factor of a measured or printed "
+        "C_D; both, that along it too, for a factor tuned with (64); none: both, and a warning says what hangs on it",
+        "docs/drag.md; Westin (64); Vandiver (1983), Blevins (1990)",
     )
     drag_coefficient: float | None = quantity(
         None,

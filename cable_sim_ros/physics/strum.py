@@ -3,7 +3,8 @@
 Once a period, from the shape, the tension and the running mean of the flow across the cable: Reynolds number, shedding
 frequency, amplitude A/d, drag factor G, number of the mode of that frequency. G in force follows its target with a
 limited rate. Per element, kept in row STRUM of the node at which it begins; the gather (cable.py) adds G - 1 to that of
-the section, and drag.py multiplies the drag of the mean flow by it.
+the section, and drag.py multiplies the drag of the mean flow across the cable by it. Not that along it: the formulas
+are of the cross-flow C_D.
 
     alpha = (m/(rho A) + C_m) zeta
     A/d = 1.155 (1 - 1.12 alpha + 0.30 alpha^2) log10(0.41 Re^0.36)     Govardhan & Williamson (2006), Re 500 to 33000

@@ -1,5 +1,5 @@
 """Cautions about numbers that do not do what they seem to: damping without effect, a body that may swing by itself,
-a drag law outside the range of its source."""
+a drag factor that does not say of what, a drag law outside the range of its source."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from ..physics.ancf import RE_FACTOR
 from ..physics.cable import Cable
-from ..physics.drag_laws import LAWS, Law
+from ..physics.drag_laws import LAWS, AmplifiedDrag, DragLaw, Law
 from ..physics.fairing import dressed
 from ..physics.section import Section, material_of
 from .current import flow_of
@@ -21,6 +21,7 @@ from .tow_shape import TowShape, tow_shape
 
 SWING = 2.0  # rad/s; swings of a tow are slower
 STILL = 0.01  # m/s; slower water does not load a cable, whatever its law
+NOTHING = 1e-3  # of tension or depth: what hangs on less is not said
 
 
 def damping_cautions(cable: Cable) -> list[Problem]:
@@ -66,6 +67,53 @@ def swing_cautions(scene: Scene, speed: float) -> list[Problem]:
     return found
 
 
+def _fastest(scene: Scene) -> float:
+    """Speed [m/s] of the fastest water past the tow in its static start."""
+    length = sum(section.length for section in scene.cable.sections.values())
+    yaw, ahead = radians(scene.ship.heading_deg), scene.ship.tow_speed
+    flow = flow_of(scene.water, yaw, (ahead * cos(yaw), ahead * sin(yaw)))
+    depths = (0.0, length, *(min(depth, length) for depth in scene.water.current_table.depth or ()))
+    return max(hypot(*flow(-depth)) for depth in depths)
+
+
+def _at_rest(scene: Scene) -> TowShape:
+    route = Route(scene)
+    return tow_shape(scene, route.total - route.wound - route.inboard)
+
+
+def part_cautions(scene: Scene) -> list[Problem]:
+    """Drag factors by hand that do not say of what, with what hangs on it in the static shape."""
+    sections = scene.cable.sections
+    silent = {
+        name: section.drag_amplification
+        for name, section in sections.items()
+        if section.drag_amplification != 1.0
+        and section.drag_amplification_of is None
+        and dressed(section).drag_law is not DragLaw.OFF
+    }
+    if not silent or _fastest(scene) <= STILL:
+        return []
+    across = {"drag_amplification_of": AmplifiedDrag.NORMAL}
+    other = {name: s.model_copy(update=across) if name in silent else s for name, s in sections.items()}
+    cable = scene.cable.model_copy(update={"sections": other})
+    both, normal = _at_rest(scene), _at_rest(scene.model_copy(update={"cable": cable}))
+    told = [(float(-shape.place[0, 2]), float(shape.tension[-1])) for shape in (both, normal)]
+    if all(abs(a - b) <= NOTHING * abs(a) for a, b in zip(*told, strict=True)):
+        return []
+    (depth, tension), (depth_1, tension_1) = told
+    names = ", ".join(f"{name} ({factor:g})" for name, factor in silent.items())
+    return [
+        Problem(
+            f"cable.sections.{next(iter(silent))}.drag_amplification_of",
+            f"is not given for the drag factor of {names}, which multiplies the drag along the cable too, as Westin's: "
+            f"in the static shape {tension:.4g} N at the sheave and {depth:.4g} m deep, on the drag across alone "
+            f"{tension_1:.4g} N and {depth_1:.4g} m",
+            "Give drag_amplification_of: normal for a factor of a measured or printed C_D, both for one tuned so, "
+            "docs/drag.md",
+        )
+    ]
+
+
 def drag_cautions(scene: Scene, speed: float) -> list[Problem]:
     """Drag laws outside the range that their source gives: kind of cable, constant C_D, Re and angle of the flow.
 
@@ -73,11 +121,7 @@ def drag_cautions(scene: Scene, speed: float) -> list[Problem]:
     water past the ship.
     """
     found, asked = list[Problem](), dict[int, Law]()
-    length = sum(section.length for section in scene.cable.sections.values())
-    yaw, ahead = radians(scene.ship.heading_deg), scene.ship.tow_speed
-    flow = flow_of(scene.water, yaw, (ahead * cos(yaw), ahead * sin(yaw)))
-    depths = (0.0, length, *(min(depth, length) for depth in scene.water.current_table.depth or ()))
-    fastest = max(hypot(*flow(-depth)) for depth in depths)
+    fastest = _fastest(scene)
     for i, (name, section) in enumerate(scene.cable.sections.items()):
         own, key = dressed(section), f"cable.sections.{name}"
         law, constant = LAWS[own.drag_law], own.drag_coefficient
@@ -104,8 +148,7 @@ def drag_cautions(scene: Scene, speed: float) -> list[Problem]:
         if of_re or law.least_angle > 0.0:
             asked[i] = law
     if asked and fastest > STILL:
-        route = Route(scene)
-        shape = tow_shape(scene, route.total - route.wound - route.inboard)
+        shape = _at_rest(scene)
         sections = list(scene.cable.sections.items())
         for i, law in asked.items():
             found += _outside(scene, shape, i, *sections[i], law, speed)

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..physics.section import material_of
 from ..physics.winch import DrumModel
-from .cautions import damping_cautions, drag_cautions, swing_cautions
+from .cautions import damping_cautions, drag_cautions, part_cautions, swing_cautions
 from .chain_checks import chain_cautions, chain_problems, form_problems
 from .current import flow_of
 from .data_sheet import (
@@ -331,6 +331,7 @@ def cautions(scene: Scene) -> list[Problem]:
     found += setpoint_cautions(scene, speed) + damping_cautions(scene.cable) + swing_cautions(scene, speed)
     found += body_cautions(scene, speed)
     found += amplified_cautions(scene.cable) + strum_cautions(scene) + drag_cautions(scene, speed)
+    found += part_cautions(scene)
     for key, name, below in (("sheave", "sheave", radius), ("winch", "drum", scene.winch.drum_radius)):
         height = getattr(scene, key).position[2] + scene.ship.reference_height - below
         if height < 0:

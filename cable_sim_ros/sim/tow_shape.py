@@ -20,6 +20,7 @@ from ..physics.ancf import (
     CT_FIXED,
     CT_OF_RE,
     EA,
+    EXTRA_ALONG,
     EXTRA_DRAG,
     FN,
     FT,
@@ -27,7 +28,7 @@ from ..physics.ancf import (
     RE_FACTOR,
     WEIGHT_PER_LENGTH,
 )
-from ..physics.drag_laws import CHOO_CASARELLA, FRICTION, fitted
+from ..physics.drag_laws import CHOO_CASARELLA, FRICTION, GRAZING, fitted
 from ..physics.towbody import Towbody, body_record
 from .current import flow_of
 from .material import Hung, hung, material_rows, section_ends
@@ -78,8 +79,9 @@ class _Cable(NamedTuple):
     weight: float  # N/m dry
     buoyancy: float  # N/m
     half_rho_d: float
-    factor: float  # drag_amplification
-    strumming: Callable[[float], float]  # computed drag factor of a normal speed [m/s]
+    factor: float  # drag_amplification, of the drag across
+    along: float  # and along
+    strumming: Callable[[float], float]  # computed drag factor of a normal speed [m/s], of the drag across
     re: float  # Reynolds number of 1 m/s
     cd: float  # below 0: of the Reynolds number
     fit: int  # by this fit
@@ -100,6 +102,7 @@ def _cables(scene: Scene) -> list[_Cable]:
                 rows[BUOYANCY],
                 rows[HALF_RHO_D],
                 1.0 + rows[EXTRA_DRAG],
+                1.0 + rows[EXTRA_ALONG],
                 strumming,
                 rows[RE_FACTOR],
                 rows[CD_FIXED],
@@ -114,6 +117,25 @@ def _cables(scene: Scene) -> list[_Cable]:
     return found
 
 
+def _coefficient(c: _Cable, re: float) -> float:
+    """C_D by a law's fit."""
+    if c.fit != CHOO_CASARELLA:
+        return fitted(c.fit, re)[0]
+    return 1.1 + 4.0 / sqrt(re) if re > 30.0 else 1.45 + 8.55 * re**-0.9
+
+
+def _coefficients(c: _Cable, vn: float, at: float) -> tuple[float, float]:
+    """C_D of the drag across and that of f_t: of the whole speed where the cable lies in the flow."""
+    if c.cd >= 0.0:
+        return c.cd, c.cd
+    across = _coefficient(c, max(c.re * vn, 1e-2))
+    x = (vn / (GRAZING * at)) ** 2 if vn < GRAZING * at else 1.0
+    if x == 1.0 or c.fit != CHOO_CASARELLA:
+        return across, across
+    whole = _coefficient(c, max(c.re * hypot(vn, at), 1e-2))
+    return across, whole + x * x * (3.0 - 2.0 * x) * (across - whole)
+
+
 def _load(c: _Cable, z: float, force: Row, flow: Flow) -> tuple[float, float, float]:
     """Load per length [N/m] on cable with tension vector ``force`` at height z; flow(z): water past it."""
     if z >= 0.0:
@@ -126,13 +148,7 @@ def _load(c: _Cable, z: float, force: Row, flow: Flow) -> tuple[float, float, fl
     wx, wy, wz = vx - vt * ux, vy - vt * uy, -vt * uz
     vn = sqrt(wx * wx + wy * wy + wz * wz) + 1e-9
     q2 = vn * vn + vt * vt
-    re = max(c.re * vn, 1e-2)
-    if c.cd >= 0.0:
-        cd = c.cd
-    elif c.fit == CHOO_CASARELLA:
-        cd = 1.1 + 4.0 / sqrt(re) if re > 30.0 else 1.45 + 8.55 * re**-0.9
-    else:
-        cd = fitted(c.fit, re)[0]
+    cd, cdt = _coefficients(c, vn, abs(vt))
     q = sqrt(q2)
     co, si = abs(vt) / q, vn / q
     c2, s2 = co * co - si * si, 2.0 * si * co
@@ -145,11 +161,11 @@ def _load(c: _Cable, z: float, force: Row, flow: Flow) -> tuple[float, float, fl
         h[0] + h[1] * co + h[2] * c2 + h[3] * c3 + h[4] * c4 + h[5] * c5
         + h[6] * si + h[7] * s2 + h[8] * s3 + h[9] * s4 + h[10] * s5
     )  # fmt: skip
-    k = c.half_rho_d * c.factor * c.strumming(vn) * cd * q2
-    a, b = k * fn / vn, k * max(ft, 0.0) * (1.0 if vt >= 0.0 else -1.0)
+    a = c.half_rho_d * c.factor * c.strumming(vn) * cd * q2 * fn / vn
+    b = c.half_rho_d * c.along * cdt * q2 * max(ft, 0.0) * (1.0 if vt >= 0.0 else -1.0)
     if c.ct + c.ct_of_re > 0.0:
         ct = c.ct + c.ct_of_re * fitted(FRICTION, c.re * abs(vt))[0]
-        b += c.half_rho_d * c.factor * ct * abs(vt) * vt
+        b += c.half_rho_d * c.along * ct * abs(vt) * vt
     return a * wx + b * ux, a * wy + b * uy, a * wz + b * uz - c.weight + c.buoyancy
 
 

@@ -30,10 +30,11 @@ def node_rows(row: int) -> property:
     return property(lambda self: self.state.nodes[NOW, row], put)
 
 
-def hydro(law: DragLaw, fixed_cd: float | None, amplification: float, density: float = 1026.0, gravity: float = 9.81):
+def hydro(law: DragLaw, fixed_cd: float | None, amplification: float, density=1026.0, gravity=9.81, of="both"):
     """Hydrodynamic rows of a cable of 10 mm with this law; one that needs a constant C_D has 1.2."""
     fixed_cd = 1.2 if law is DragLaw.DYMORE else fixed_cd
-    section = Section(length=1.0, elements=1, drag_law=law, drag_coefficient=fixed_cd, drag_amplification=amplification)
+    amplified = {"drag_amplification": amplification, "drag_amplification_of": of}
+    section = Section(length=1.0, elements=1, drag_law=law, drag_coefficient=fixed_cd, **amplified)
     cable = Cable(diameter=0.01, mass_per_length=0.389, axial_stiffness=1e4, sections={"all": section})
     return element_rows(section, cable, Water(density=density, viscosity=1.2e-3), gravity)
 
@@ -57,6 +58,7 @@ class Bench:
         compression=1.0,
         law=None,
         amplification=1.7,
+        of="both",
         density=1026.0,
         current=(0.0, 0.0, 0.0, 0.0),
         lengths=None,
@@ -70,7 +72,7 @@ class Bench:
         for lane in range(groups * LANES):
             e = min(lane, n - 1)
             row = self.elements[lane // LANES, :, lane % LANES]
-            rows = hydro(law or laws[e % len(laws)], None if e % 3 else 1.2, amplification, density, gravity)
+            rows = hydro(law or laws[e % len(laws)], None if e % 3 else 1.2, amplification, density, gravity, of)
             for index, value in rows.items():
                 row[index] = value
             row[ancf.MASS_PER_LENGTH], row[ancf.EA], row[ancf.EI] = mass, ea, ei

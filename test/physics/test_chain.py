@@ -105,9 +105,10 @@ def test_tangent_of_material_that_runs_through_links():
     assert np.abs(got - want)[np.ix_(FREE, FREE)].max() < 1e-9 * np.abs(want).max()
 
 
-def test_closed_loads_are_those_of_many_points():
+@pytest.mark.parametrize("of, along", [("both", 0.5), ("normal", 0.0)])
+def test_closed_loads_are_those_of_many_points(of, along):
     """One link that turns in a stream, its stagnation point on it: the force on both ends against a fine sum."""
-    rig = wandering()
+    rig = wandering(drag_amplification_of=of)
     fine = np.zeros(24)
     closed = forces(rig)
     rig.model.elements[:, [ancf.HALF_RHO_D, ancf.ADDED_MASS, ancf.BUOYANCY]] = 0.0
@@ -116,20 +117,20 @@ def test_closed_loads_are_those_of_many_points():
     x = (np.arange(count) + 0.5) / count
     d, rho = 0.02, 1000.0
     for e in range(3):
-        along = q[e + 1, :3] - q[e, :3]
-        u = along / np.linalg.norm(along)
-        r = q[e, :3] + x[:, None] * along
+        chord = q[e + 1, :3] - q[e, :3]
+        u = chord / np.linalg.norm(chord)
+        r = q[e, :3] + x[:, None] * chord
         water = np.array((0.5, 0.3, 0.0)) - r[:, 2:] * (0.1, -0.05, 0.0)
         own = v[e, :3] + x[:, None] * (v[e + 1, :3] - v[e, :3])
         rate = a[e, :3] + x[:, None] * (a[e + 1, :3] - a[e, :3])
         mean = 0.2 * own
         load = np.tile((0.0, 0.0, rho * 9.81 * 0.25 * np.pi * d**2), (count, 1))
         load -= rho * 0.25 * np.pi * d**2 * (rate - (rate @ u)[:, None] * u)
-        for factor, speed in ((1.0, water - own), (0.5, water - mean)):
+        for factor, beside, speed in ((1.0, 1.0, water - own), (0.5, along, water - mean)):
             t = speed @ u
             w = speed - t[:, None] * u
             n = np.linalg.norm(w, axis=1)
-            load += factor * 0.5 * rho * d * (1.2 * n[:, None] * w + 0.05 * (np.abs(t) * t)[:, None] * u)
+            load += 0.5 * rho * d * (factor * 1.2 * n[:, None] * w + beside * 0.05 * (np.abs(t) * t)[:, None] * u)
         fine[6 * e : 6 * e + 3] += ((1.0 - x)[:, None] * load).mean(0)
         fine[6 * e + 6 : 6 * e + 9] += (x[:, None] * load).mean(0)
     got = (dry - closed)[FREE]

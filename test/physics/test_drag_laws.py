@@ -12,14 +12,25 @@ from hypothesis import strategies as st
 
 from cable_sim_ros.physics import ancf, drag, feed
 from cable_sim_ros.physics.cable import Cable
-from cable_sim_ros.physics.drag_laws import FITS, FRICTION, HK_6, HK_10, HK_10_PRINTED, LAWS, DragLaw, fitted
+from cable_sim_ros.physics.drag_laws import (
+    FITS,
+    FRICTION,
+    GRAZING,
+    HK_6,
+    HK_10,
+    HK_10_PRINTED,
+    LAWS,
+    DragLaw,
+    choo_casarella,
+    fitted,
+)
 from cable_sim_ros.physics.drag_laws import element_rows as law_rows
 from cable_sim_ros.physics.fairing import dressed
 from cable_sim_ros.physics.jit import LANES
 from cable_sim_ros.physics.section import Section
 from cable_sim_ros.physics.water import Water
 
-LAWS_OF_RE = [law for law, numbers in LAWS.items() if numbers.own_fit or numbers.per_ct is not None]
+LAWS_OF_RE = [law for law in LAWS if law is not DragLaw.OFF]
 WATER = Water(density=1026.0, viscosity=1.2e-3)
 UNIT = 0.5 * 1026.0 * 0.01  # rho d/2
 
@@ -39,11 +50,12 @@ def tables(rows: dict[int, float], flow, along=(1.0, 0.0, 0.0)) -> tuple[np.ndar
     return p, t
 
 
-def force(rows: dict[int, float], flow, along=(1.0, 0.0, 0.0)) -> np.ndarray:
-    """Drag [N/m] of the product's own kernels, [lanes, 3]."""
+def force(rows: dict[int, float], flow, along=(1.0, 0.0, 0.0), steady=False) -> np.ndarray:
+    """Drag [N/m] of the product's own kernels, [lanes, 3]; steady: the flow is its own mean, which is amplified."""
     p, t = tables(rows | {ancf.BUOYANCY: 0.0, ancf.ADDED_MASS: 0.0}, flow, along)
+    t[drag.POINT_W : drag.POINT_W + 3] = t[drag.POINT_V : drag.POINT_V + 3]
     out = np.zeros((3, LANES))
-    drag.water_load(t, p, np.ones(LANES), np.bool_(False), out)
+    drag.water_load(t, p, np.ones(LANES), np.bool_(steady), out)
     return out.T
 
 
@@ -130,13 +142,50 @@ def test_choo_casarella_and_crossflow_without_a_constant_are_one():
     st.sampled_from([law for law in DragLaw if law is not DragLaw.DRISCOLL_NAHON_PRINTED]),
     st.tuples(*[st.floats(-1.0, 1.0)] * 3),
     st.floats(-5.0, 1.2),
+    st.sampled_from(("both", "normal")),
 )
 @settings(max_examples=100, deadline=None)
-def test_no_law_adds_energy(law, way, size):
-    """Drag takes power from any relative flow, from 1e-5 to 16 m/s."""
+def test_no_law_adds_energy(law, way, size, of):
+    """Drag takes power from any relative flow, from 1e-5 to 16 m/s, amplified or not."""
     flow = 10.0**size * np.array(way)
-    rows = section_rows(drag_law=law, drag_coefficient=1.2 if LAWS[law].least_drag else None)
-    assert force(rows, flow)[0] @ flow >= 0.0
+    factor = {"drag_amplification": 2.4, "drag_amplification_of": of}
+    rows = section_rows(drag_law=law, drag_coefficient=1.2 if LAWS[law].least_drag else None, **factor)
+    plain, more = (force(rows, flow, steady=steady)[0] @ flow for steady in (False, True))
+    assert 0.0 <= plain <= more
+
+
+@pytest.mark.parametrize("law", [law for law in DragLaw if law is not DragLaw.OFF])
+def test_a_drag_factor_multiplies_what_the_section_says(law):
+    flow, keys = np.array((-1.5, 0.8, 0.6)), {"drag_coefficient": 1.2} if LAWS[law].least_drag else {}
+    if law not in (DragLaw.PODE, DragLaw.DRISCOLL_NAHON, DragLaw.DRISCOLL_NAHON_PRINTED, DragLaw.RIBBON):
+        keys["tangential_coefficient"] = 0.03
+    rest = force(section_rows(drag_law=law, **keys), flow, steady=True)[0]
+    for of, along in (("both", 2.4), ("normal", 1.0), (None, 2.4)):
+        rows = section_rows(drag_law=law, drag_amplification=2.4, drag_amplification_of=of, **keys)
+        np.testing.assert_allclose(force(rows, flow, steady=True)[0], rest * (along, 2.4, 2.4), rtol=1e-12)
+        assert (force(rows, flow)[0] == rest).all(), "of the mean flow alone"
+
+
+def test_a_cable_drawn_along_itself_has_the_coefficient_of_the_whole_speed():
+    """879 m of 11 mm hauled straight up at 1 m/s: 113 N; the C_D of 1 mm/s across, 2.6, would make it 258 N."""
+    cable = Cable(diameter=0.011, mass_per_length=0.471, axial_stiffness=1e4, sections={})
+    rows = law_rows(dressed(Section(length=1.0, elements=1)), cable, WATER, 9.81)
+    re, unit = 1026.0 * 0.011 / 1.2e-3, 0.5 * 1026.0 * 0.011
+    ft = sum(LAWS[DragLaw.DRISCOLL_NAHON].tangential[:6])
+    for speed in (0.1, 1.0, 2.0):
+        want = unit * choo_casarella(re * speed)[0] * ft * speed**2
+        assert force(rows, (-speed, 0.0, 0.0))[0, 0] == pytest.approx(-want, rel=2e-3), "f_t at 1 mm/s across"
+    assert -879.0 * force(rows, (-1.0, 0.0, 0.0))[0, 0] == pytest.approx(113.0, abs=1.0)
+    across = 1.01 * GRAZING  # m/s at 1 m/s along: from here on it is that of the flow across the cable
+    eta = np.arctan(across)
+    c = LAWS[DragLaw.DRISCOLL_NAHON].tangential
+    ft = c[0] + sum(c[k] * np.cos(k * eta) + c[5 + k] * np.sin(k * eta) for k in range(1, 6))
+    want = unit * choo_casarella(re * across)[0] * ft * (1.0 + across**2)
+    assert force(rows, (-1.0, across, 0.0))[0, 0] == pytest.approx(-want, rel=2e-5)
+    v = np.geomspace(1e-4, 1.0, 400)
+    along = np.concatenate([force(rows, [(-1.0, x, 0.0) for x in v[i : i + LANES]])[:, 0] for i in range(0, 400, 16)])
+    assert (np.abs(np.diff(along) / along[:-1]) < 0.02).all(), "no jump between"
+    assert np.ptp(along[v < 0.1]) < 0.1 * abs(along[0])
 
 
 @pytest.mark.parametrize("law", LAWS_OF_RE)
@@ -147,7 +196,7 @@ def test_force_has_its_exact_derivative(law, speed):
     if law is not DragLaw.PODE and not LAWS[law].own_friction:
         keys["tangential_coefficient"] = 0.03
     rows = section_rows(drag_law=law, **keys) | {ancf.BUOYANCY: 0.0, ancf.ADDED_MASS: 0.0}
-    angle = np.linspace(0.05, 3.09, LANES)
+    angle = np.concatenate(([0.02, 0.07, 0.0995], np.linspace(0.15, 3.12, LANES - 3)))
     flow = speed * np.stack((np.cos(angle), 0.6 * np.sin(angle), 0.8 * np.sin(angle)), 1)
     p, t = tables(rows, flow)
     t[drag.POINT_PER_G] = 1.0
@@ -199,7 +248,11 @@ def test_rows_of_a_law_that_needs_a_constant():
 
 def test_an_element_of_two_sections_averages_the_coefficients_of_its_own():
     """C_N of the longer part; C_T of each by its length (both are 10 mm thick)."""
-    parts = ({"drag_law": "crossflow", "tangential_coefficient": 0.03}, {"drag_law": "huston_kamman_6"})
+    factor = {"drag_amplification": 2.5, "drag_amplification_of": "normal"}
+    parts = (
+        {"drag_law": "crossflow", "tangential_coefficient": 0.03, "drag_amplification": 3.0},
+        {"drag_law": "huston_kamman_6"} | factor,
+    )
     materials = np.zeros((2, ancf.ROWS))
     for row, keys in zip(materials, parts, strict=True):
         for index, value in section_rows(**keys).items():
@@ -208,6 +261,8 @@ def test_an_element_of_two_sections_averages_the_coefficients_of_its_own():
     zones = np.rec.array([(10.0,), (20.0,)], dtype=[("end", "f8")])
     rows = np.zeros((ancf.ROWS, LANES))
     getattr(feed.mix, "py_func", feed.mix)(SimpleNamespace(zones=zones, materials=materials), 0, 8.0, 13.0, rows, 2)
+    assert rows[ancf.EXTRA_DRAG, 2] == pytest.approx(0.4 * 2.0 + 0.6 * 1.5)
+    assert rows[ancf.EXTRA_ALONG, 2] == pytest.approx(0.4 * 2.0)
     assert rows[ancf.CN_FIT, 2] == HK_6 and rows[ancf.CD_FIXED, 2] == -1.0
     assert rows[ancf.CT_FIXED, 2] == pytest.approx(0.4 * 0.03) and rows[ancf.CT_OF_RE, 2] == pytest.approx(0.6)
     np.testing.assert_allclose(rows[ancf.FN : ancf.FN + 5, 2], LAWS[DragLaw.CROSSFLOW].normal, rtol=1e-12)

@@ -7,6 +7,9 @@ import pytest
 from bench_cable import Bench, floor_under, record, touching
 
 from cable_sim_ros.physics.contact import touch
+from cable_sim_ros.physics.drag_laws import DragLaw
+from cable_sim_ros.physics.state import NOW, STRUM
+from cable_sim_ros.physics.strum import EXTRA
 from cable_sim_ros.physics.surface import solid
 
 C1, C2, SIGMA = 30.0, 900.0, 0.3
@@ -78,16 +81,28 @@ def test_folding_elements_with_axial_damping(share):
     assert worst(bench) < 1e-6
 
 
-@pytest.mark.parametrize("share", [0.01, 0.3, 1.0])
+@pytest.mark.parametrize("of, share", [("both", 0.01), ("both", 0.3), ("both", 1.0), ("normal", 0.3)])
 @pytest.mark.parametrize("top", [-5.0, 0.25], ids=["wet", "crossing"])
-def test_the_mean_flow_of_the_amplified_drag(top, share):
+def test_the_mean_flow_of_the_amplified_drag(top, of, share):
     """The mean velocity takes up a share of the velocity within the step; the drag of the mean flow has its part."""
-    bench = Bench(20, 4, current=(-2.0, 0.4, 0.02, -0.01))
+    bench = Bench(20, 4, current=(-2.0, 0.4, 0.02, -0.01), of=of)
     bench.wander(top=top)
+    if of == "normal":
+        bench.state.nodes[NOW, STRUM, :, EXTRA] = bench.rng.uniform(0.5, 1.5, bench.n + 1)
     bench.mean = 0.4 * bench.rng.normal(size=bench.mean.shape)
     still = bench.residual()
     bench.share = share
     assert np.abs(bench.residual() - still).max() > 1e-3, "the mean flow must matter"
+    assert worst(bench) < 1e-6
+
+
+def test_a_cable_that_is_drawn_along_itself():
+    """Within 6 deg of the flow the C_D of f_t leaves that of the flow across the cable."""
+    bench = Bench(20, 4, law=DragLaw.DRISCOLL_NAHON)
+    bench.wander(top=-5.0)
+    along = bench.q[:, 3:] / np.linalg.norm(bench.q[:, 3:], axis=1)[:, None]
+    bench.v = 1e-3 * bench.v
+    bench.v[:, :3] += np.geomspace(0.01, 2.0, 21)[:, None] * along
     assert worst(bench) < 1e-6
 
 

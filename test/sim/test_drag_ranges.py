@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.io.load import SceneWarning, load_scene, override
+from cable_sim_ros.physics.drag_laws import AmplifiedDrag
 from cable_sim_ros.physics.frame import FRAME
 from cable_sim_ros.runs.passes import _warn_of_drag
+from cable_sim_ros.sim.cautions import part_cautions
 from cable_sim_ros.sim.simulator import Simulator
 from cable_sim_ros.sim.statics import Route
 from cable_sim_ros.sim.tow_shape import tow_shape
@@ -42,6 +44,34 @@ def test_shipped_scenes_keep_to_their_ranges(name):
         warnings.simplefilter("always")
         load_scene(name)
     assert not [item for item in caught if "drag_" in str(item.message)]
+
+
+def test_a_factor_that_does_not_say_of_what_is_said_with_what_hangs_on_it():
+    (text,) = cautions(drag_amplification_of=None)
+    found = re.fullmatch(
+        r"drag_amplification_of is not given for the drag factor of bare \(2.37\), which multiplies the drag along the "
+        r"cable too, as Westin's: in the static shape (\S+) N at the sheave and (\S+) m deep, on the drag across alone "
+        r"(\S+) N and (\S+) m. Give drag_amplification_of: normal for a factor of a measured or printed C_D, both for "
+        r"one tuned so, docs/drag.md",
+        text,
+    )
+    assert found, text
+    scene = load_scene("full_scale")
+
+    def bare(**keys):
+        sections = scene.cable.sections
+        own = sections | {"bare": sections["bare"].model_copy(update=keys)}
+        return scene.model_copy(update={"cable": scene.cable.model_copy(update={"sections": own})})
+
+    normal = bare(drag_amplification_of=AmplifiedDrag.NORMAL)
+    for one, tension, depth in ((scene, found[1], found[2]), (normal, found[3], found[4])):
+        shape = tow_shape(one, 450.0)
+        assert (float(tension), float(depth)) == pytest.approx((shape.tension[-1], -shape.place[0, 2]), rel=1e-3)
+    assert float(found[1]) - float(found[3]) > 200.0
+    silent = bare(drag_amplification_of=None)
+    still = silent.model_copy(update={"ship": scene.ship.model_copy(update={"tow_speed": 0.0})})
+    plain = bare(drag_amplification_of=None, drag_amplification=1.0)
+    assert part_cautions(silent) and not any(part_cautions(one) for one in (scene, normal, still, plain))
 
 
 def test_reynolds_numbers_above_those_of_the_source():

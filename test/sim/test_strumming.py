@@ -101,6 +101,16 @@ def test_a_faired_section_and_dry_cable_have_a_factor_of_one(sim):
     assert (row(sim)[:-1][~faired & ~dry, EXTRA] > 0.5).all()
 
 
+def test_a_computed_factor_is_of_the_drag_across_the_cable(sim):
+    """The static shape without a mesh, where it is; by hand on both ways 2525 N."""
+    bare, tension = "cable.sections.bare.drag_amplification", sim.frame.tension
+    assert tension == pytest.approx(tow_shape(sim.scene, 450.0).tension[-1], rel=2e-3)
+    mean = sim.strum[:-1, COLUMN["amplification"]][sim.strum[:-1, COLUMN["amplitude"]] > 0.0].mean()
+    hand = {of: override(sim.scene, {"viv.law": "off", bare: mean, f"{bare}_of": of}) for of in ("normal", "both")}
+    pulls = {of: tow_shape(scene, 450.0).tension[-1] for of, scene in hand.items()}
+    assert pulls["normal"] == pytest.approx(tension, rel=3e-3) and pulls["both"] > 1.05 * tension
+
+
 def test_what_is_published_is_what_acts(sim):
     table = sim.strum
     assert table.shape == (sim.nodes, len(STRUM_COLUMNS)) and np.array_equal(table[:, :3], sim.shape[:, :3])

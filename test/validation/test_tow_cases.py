@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from cable_sim_ros.io.load import load_scene, override, scene_from_dict
-from cable_sim_ros.physics.drag_laws import LAWS, DragLaw, choo_casarella
+from cable_sim_ros.physics.drag_laws import LAWS, AmplifiedDrag, DragLaw, choo_casarella
 from cable_sim_ros.physics.fairing import PRESETS, dressed
 from cable_sim_ros.physics.section import material_of
 from cable_sim_ros.sim.simulator import Simulator
@@ -46,10 +46,12 @@ def profile(scene):
             cd = section.drag_coefficient or choo_casarella(density * d * speed * np.sin(eta) / water.viscosity)[0]
             if law is DragLaw.CROSSFLOW:
                 ft = section.tangential_coefficient / cd * np.cos(eta) ** 2
-            k = section.drag_amplification * q * d * cd
+            factor, both = section.drag_amplification, section.drag_amplification_of is not AmplifiedDrag.NORMAL
+            along = (factor if both else 1.0) * max(ft, 0.0)
+            k = q * d * cd
             stream = np.array((-1.0, 0.0))
             normal = stream - np.dot(stream, t) * t
-            load = k * (fn * normal / np.linalg.norm(normal) + max(ft, 0.0) * np.sign(np.dot(stream, t)) * t)
+            load = k * (factor * fn * normal / np.linalg.norm(normal) + along * np.sign(np.dot(stream, t)) * t)
             stretch = 1.0 + np.hypot(fx, fz) / own.axial_stiffness
             return [stretch * t[0], stretch * t[1], -load[0], weight - load[1]]
 
@@ -77,6 +79,7 @@ def profile(scene):
         {"ship.tow_speed": 1.0},
         {"cable.sections.bare.drag_amplification": 1.0, "cable.sections.faired.drag_amplification": 1.0},
         {"towbody.lift_area": 0.0},
+        {"cable.sections.bare.drag_amplification_of": "normal"},
     ],
 )
 def test_static_tow_against_the_differential_equation(changes):

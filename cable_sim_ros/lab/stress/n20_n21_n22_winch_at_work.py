@@ -139,10 +139,11 @@ def working(quick: bool) -> Found:
 
 
 PLACE = 0.01  # m, what the mesh of such a scope is made to
+DRAG = {"drag_amplification": 2.37, "drag_amplification_of": "both"}
 JOINTS = {
-    "fairing": {"fairing": "ribbon", "drag_amplification": 2.37},
+    "fairing": {"fairing": "ribbon"} | DRAG,
     "other cable": {"diameter": 0.013, "mass_per_length": 0.62, "axial_stiffness": 4e6, "bending_stiffness": 3.0},
-    "termination of 4 kg": {"drag_amplification": 2.37},
+    "termination of 4 kg": DRAG,
 }
 OUT, OVER = 20.0, 40.0  # m: scope of the boundary at the start, and hauled in
 # N, from one tick to the next: no step is in what a joint does; a mass of M is turned with M v^2/R as it comes over
@@ -152,7 +153,7 @@ PASSES = 9.5  # m from there to beyond the drum's tangent point
 
 def jointed(name: str, scope: float) -> Scene:
     """100 m that differ from the rest of the cable, or end it with a mass; ``scope`` [m] out."""
-    inner = {"length": 200.0, "drag_amplification": 2.37}
+    inner = {"length": 200.0} | DRAG
     if name.startswith("termination"):
         inner["termination_mass"] = 4.0
     return held(

@@ -96,7 +96,8 @@ def reversing(quick: bool) -> Found:
 def material_fixed(scope: float) -> Scene:
     """The shipped tow with a mesh fixed to the material, 0.1 m all along, and ``scope`` [m] of faired cable out."""
     length = 5.2 + 8.04 + scope
-    faired = {"length": length, "elements": round(length / 0.1), "drag_law": "ribbon", "drag_amplification": 2.37}
+    faired = {"length": length, "elements": round(length / 0.1), "drag_law": "ribbon"}
+    faired |= {"drag_amplification": 2.37, "drag_amplification_of": "both"}
     wrap = (5.2 - 0.02) / 0.305
     return held("full_scale_contact", cable__sections={"faired": faired}, winch__wrap=wrap)
 

@@ -41,7 +41,7 @@ def tow(stiffness: float, length: float, weight: float, speed: float, drum: str)
         "ship__tow_speed": speed,
         "setpoint__algorithm": "hold",
     }
-    drag = {"drag_amplification": 2.37}
+    drag = {"drag_amplification": 2.37, "drag_amplification_of": "both"}
     last = {"length": faired, "drag_law": "ribbon"} | drag
     if drum == "feed":
         sections = {"bare": {"length": length - faired + 20.0} | drag, "faired": last}

@@ -96,7 +96,7 @@ def drawn_cable(rng: np.random.Generator) -> dict:
 def drawn_sections(rng: np.random.Generator, scope: float, feeds: bool, drag: float) -> dict:
     """Plain data of the sections outboard, and what is inboard of them."""
     faired = rounded(scope * rng.uniform(0.05, 0.5)) if rng.random() < 0.6 else 0.0
-    plain, amplified = {"drag_amplification": drag}, {}
+    plain, amplified = {"drag_amplification": drag, "drag_amplification_of": "both"}, {}
     if faired:
         amplified["faired"] = {"length": faired, "fairing": str(rng.choice(("ribbon", "airfoil", "hair")))}
     if feeds:
