@@ -26,7 +26,7 @@ from .jit import LANES, driver, link, opaque
 from .state import ARC, NOW, STEP, A, Q
 from .vec import dot, norm, sub
 
-# s: over which the deviation of the tension is taken, that of now and its rate, and what passes before they bound a step
+# s: over which the deviation of the tension is taken, that of now and its rate; what passes before they bound a step
 DEVIATION_TIME, RATE_TIME, SETTLED = 30.0, 3.0, 5.0
 SEEN = 100.0  # times what a residual may be: a deviation below that is the solver's
 NO_BOUND = 1e300
@@ -101,7 +101,7 @@ def mean_tension(state):
 
 @driver
 def _longest_step(line, state, h):
-    """Take the step of h [s] into what the tension did lately; returns the longest step [s] that its deviation bears."""
+    """Take the step of h [s] into what the tension did lately; returns the longest step [s] its deviation bears."""
     settings, control = line.settings[0], state.memory[NOW].control
     tension = mean_tension(state)
     if control.age <= 0.0:

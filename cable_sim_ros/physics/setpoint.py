@@ -150,8 +150,9 @@ def lead_of(state, out):
 
 @inline
 def follow_lead(state, measured, h):
-    """Low-pass the measured lead [rad] over a step of h [s]: two equal time constants; it moves by the mean of its rates
-    before and after."""
+    """Low-pass the measured lead [rad] over a step of h [s]: two equal time constants.
+
+    It moves by the mean of its rates before and after."""
     r, before = h / state.lead_time, state.lead_rate
     ahead = (measured - state.lead - 0.5 * h * before) / state.lead_time
     state.lead_rate = (before + r * ahead) / (1.0 + 2.0 * r + 0.5 * r * r)
