@@ -6,6 +6,11 @@ With jerk j the auxiliary acceleration x of generalised-alpha lags, x = a + (am 
 Of a mode that a step does not resolve that is no error, the end of the step is in balance: S^-1 c2 M, S the matrix of
 the step, leaves slow modes as they are and takes a stiff one down by 1 + (its frequency times h)^2, after
 Shampine and Baca (1984). M is lumped: an estimate needs no more.
+
+That is an error over the working tension. What the steps add to the deviation of the tension is of its own size: a
+method of second order errs in the amplitude of what goes with frequency w by K (w h)^2 of it, in a variance by
+2 K h^2 times that of the rate. So the tension may change in one step by a share of its deviation, both as they were
+lately: that bounds (w h)^2 with the w of the deviation itself, whatever moves the tow.
 """
 
 from __future__ import annotations
@@ -20,6 +25,11 @@ from .integrate import coefficients
 from .jit import LANES, driver, link, opaque
 from .state import ARC, NOW, STEP, A, Q
 from .vec import dot, norm, sub
+
+# s: over which the deviation of the tension is taken, that of now and its rate; what passes before they bound a step
+DEVIATION_TIME, RATE_TIME, SETTLED = 30.0, 3.0, 5.0
+SEEN = 100.0  # times what a residual may be: a deviation below that is the solver's
+NO_BOUND = 1e300
 
 
 @driver
@@ -80,9 +90,43 @@ def _error_ratio(line, state, h):
     return max(control.position / settings.step_position, control.tension / settings.step_tension)
 
 
+@driver
+def mean_tension(state):
+    """Mean of the tension along the cable [N]: what rings in a few short elements does not show in it."""
+    arc, total = state.nodes[NOW, ARC, :, 0], 0.0
+    for e in range(state.tension.shape[0]):
+        total += (arc[e + 1] - arc[e]) * state.tension[e]
+    return total / (arc[arc.shape[0] - 1] - arc[0])
+
+
+@driver
+def _longest_step(line, state, h):
+    """Take the step of h [s] into what the tension did lately; returns the longest step [s] its deviation bears."""
+    settings, control = line.settings[0], state.memory[NOW].control
+    tension = mean_tension(state)
+    if control.age <= 0.0:
+        control.tension_mean = tension
+    else:
+        off, rate = tension - control.tension_mean, (tension - control.tension_last) / h
+        share = h / (h + min(control.age, DEVIATION_TIME))
+        control.tension_mean += share * off
+        control.variance += share * (off * off - control.variance)
+        share = h / (h + min(control.age, RATE_TIME))
+        control.variance_now += share * (off * off - control.variance_now)
+        control.rate_square += share * (rate * rate - control.rate_square)
+    control.tension_last = tension
+    control.age += h
+    deviation, least = sqrt(max(control.variance, control.variance_now)), SEEN * settings.tolerance
+    if control.age < SETTLED or deviation < least or control.rate_square <= 0.0:
+        return NO_BOUND
+    return settings.step_deviation * deviation / sqrt(control.rate_square)
+
+
 error_ratio = opaque(_error_ratio)
+longest_step = opaque(_longest_step)
 
 
 def link_error(line, state) -> None:
-    """Compile or load the estimate and publish it; call before anything that uses it runs."""
+    """Compile or load the estimates and publish them; call before anything that uses them runs."""
     link(_error_ratio, line, state, 0.0)
+    link(_longest_step, line, state, 0.0)

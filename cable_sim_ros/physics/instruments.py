@@ -77,9 +77,11 @@ def direction_at(state, s):
 @driver
 def measure(state, out, tension):
     """Keep what the instruments show of the departing cable: its direction ``out`` and tension [N]."""
-    measured = state.memory[NOW].measured
+    measured, now = state.memory[NOW].measured, state.memory[NOW].time.now
     measured.departure_angle, measured.tension = acos(min(max(-out[2], -1.0), 1.0)), tension
-    measured.lead = lead_of(state.memory[NOW].setpoint, out)
+    lead, since = lead_of(state.memory[NOW].setpoint, out), (now - measured.lead_at) * 1e-9
+    measured.lead_rate = (lead - measured.lead) / since if since > 0.0 else 0.0
+    measured.lead, measured.lead_at = lead, now
 
 
 @inline

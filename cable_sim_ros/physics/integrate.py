@@ -40,8 +40,8 @@ class Solver(Block):
         "1",
         1e-6,
         0.1,
-        "error of the tension that steps may bring, as a fraction of the working tension: each tick is divided into as "
-        "many as that takes (offline only); none: a tick is one step",
+        "error of the tension that steps may bring, as a fraction of the working tension, and of its deviation as a "
+        "fraction of that: each tick is divided into as many as that takes (offline only); none: a tick is one step",
     )
     position_error: float = quantity(
         0.01, "m", 1e-6, 10.0, "error of the places that steps may bring, where solver.tension_error is given"

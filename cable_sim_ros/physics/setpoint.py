@@ -117,17 +117,21 @@ class Setpoint(Block):
 
 @driver
 def mean_track(state, sheave, yaw, h):
-    """Follow the mean track of the sheave over a tick h [s]: second-order tracker, damping 0.707."""
+    """Follow the mean track of the sheave over a step h [s]: second-order tracker, damping 0.707.
+
+    The track moves by the mean of its speeds before and after, as everything in a set-point does: the winch follows
+    the cubic through both lengths and rates, and what they disagree by costs 6/h^2 of it in acceleration.
+    """
     if state.washout <= 0.0:
         return
     w = 2.0 * pi / state.washout
     for i in range(3):
-        e = (yaw if i == 2 else sheave.position[i]) - state.track[i]
-        k = 1.0 + 1.414 * w * h + w * w * h * h
-        e = (e - h * state.track_rate[i]) / k
+        before = state.track_speed[i]
+        e = (yaw if i == 2 else sheave.position[i]) - state.track[i] - 0.5 * h * (before + state.track_rate[i])
+        e /= 1.0 + 0.5 * h * (1.414 * w + w * w * h)
         state.track_rate[i] += w * w * h * e
         state.track_speed[i] = state.track_rate[i] + 1.414 * w * e
-        state.track[i] += h * state.track_speed[i]
+        state.track[i] += 0.5 * h * (before + state.track_speed[i])
 
 
 @inline
@@ -146,10 +150,13 @@ def lead_of(state, out):
 
 @inline
 def follow_lead(state, measured, h):
-    """Low-pass the measured lead [rad] over a step of h [s]: two equal time constants, backward Euler."""
-    r = h / state.lead_time
-    state.lead_rate = (state.lead_rate + r * (measured - state.lead) / state.lead_time) / (1.0 + 2.0 * r + r * r)
-    state.lead += h * state.lead_rate
+    """Low-pass the measured lead [rad] over a step of h [s]: two equal time constants.
+
+    It moves by the mean of its rates before and after."""
+    r, before = h / state.lead_time, state.lead_rate
+    ahead = (measured - state.lead - 0.5 * h * before) / state.lead_time
+    state.lead_rate = (before + r * ahead) / (1.0 + 2.0 * r + 0.5 * r * r)
+    state.lead += 0.5 * h * (before + state.lead_rate)
 
 
 @inline

@@ -65,10 +65,17 @@ CONTROL = np.dtype(  # the choice of the step, counts since the start
         ("unsolved", "i8"),  # steps refused by Newton or the rules of a step
         ("position", "f8"),  # m, N: estimated errors of the last step
         ("tension", "f8"),
+        ("age", "f8"),  # s that what follows has been watched; of the tension averaged along the cable:
+        ("tension_last", "f8"),  # N, after the last step
+        ("tension_mean", "f8"),  # N, running mean
+        ("variance", "f8"),  # N^2 about it, over DEVIATION_TIME and over RATE_TIME, see control.py
+        ("variance_now", "f8"),
+        ("rate_square", "f8"),  # N^2/s^2, mean square of its rate over RATE_TIME
     ],
     align=True,
 )
 SHEAVE = np.dtype([("position", "f8", 3), ("velocity", "f8", 3)])  # of its centre, tow frame
+<<<<<<< HEAD
 # what instruments showed at the last tick; rad, rad with a sign (see setpoint.lead_of), N
 MEASURED = np.dtype([("departure_angle", "f8"), ("lead", "f8"), ("tension", "f8")])
 KNOWN = np.dtype(  # of the mean flow, see pull.py
@@ -85,6 +92,11 @@ KNOWN = np.dtype(  # of the mean flow, see pull.py
         ("told", "i8"),  # 1: it has been
     ],
     align=True,
+=======
+# what instruments showed at the last tick; rad, rad with a sign (see setpoint.lead_of) and its rate, when [ns], N
+MEASURED = np.dtype(
+    [("departure_angle", "f8"), ("lead", "f8"), ("lead_rate", "f8"), ("lead_at", "i8"), ("tension", "f8")], align=True
+>>>>>>> i20-c1
 )
 MEMORY = np.dtype(
     [
@@ -118,6 +130,7 @@ LINE_SETTINGS = np.dtype(
         ("leave_step", "f8"),  # s, a longer step must not leave a groove
         ("step_position", "f8"),  # m, N: errors that a step may bring; 0: a tick is one step
         ("step_tension", "f8"),
+        ("step_deviation", "f8"),  # rms change of the tension in one step over its deviation
         ("max_iterations", "i8"),
         ("max_halvings", "i8"),
         ("jumps", "i8"),  # 1: tension or stretch may jump at a node inside, see observe.fill_shape

@@ -12,7 +12,7 @@ Used by the tow, by lines of one's own, by the cases and by the stress tests.
 
 from __future__ import annotations
 
-from .control import error_ratio, link_error
+from .control import error_ratio, link_error, longest_step
 from .integrate import advance, link_solver, predict
 from .jit import NO, driver, inline, link, opaque
 from .state import GAIN, NOW, STEP, Q, take_back
@@ -32,6 +32,7 @@ NO_LIMIT = 1e300
 # error of a chosen step over what it may be, up to which the next is twice as long: it goes with the third power of the
 # step; corrections up to which a step is worth doubling; and steps between a refused one and the next longer one
 GROW, EASY, WAIT = 0.1, 4, 10
+ROOM = 0.9  # of the longest step that the deviation bears may be filled by one that is made twice as long
 
 
 @driver
@@ -147,10 +148,14 @@ def _finish(line, state, h):
     plan.taken = 1
     plan.done += plan.share
     now.control.wait = max(now.control.wait - 1, 0)
-    longer = not chosen or (error <= GROW and used <= EASY and now.control.wait == 0)
+    longest = longest_step(line, state, h) if chosen else NO_LIMIT
+    longer = not chosen or (error <= GROW and used <= EASY and now.control.wait == 0 and 2.0 * h <= ROOM * longest)
     if longer and plan.share < 1.0 and (plan.done / (2.0 * plan.share)) % 1.0 == 0.0:
         plan.share *= 2.0
         plan.level -= 1
+    elif h > longest and plan.level < line.settings[0].max_halvings:
+        plan.share *= 0.5
+        plan.level += 1
     if chosen:
         now.control.level = plan.level
     return True

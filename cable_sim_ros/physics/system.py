@@ -20,7 +20,7 @@ from .frame import (
 )
 from .jit import driver, link, opaque
 from .observe import observe as _observe
-from .setpoint import by_angle, mean_track
+from .setpoint import by_angle
 from .ship import follow
 from .state import FLOW, NOW, TICK, Q, V, keep, take_back
 from .step import begin, finish, link_stepper, start, unfinished
@@ -75,7 +75,6 @@ def stride(model, state, inputs, output, slot, begun):
     if plan.done > done:
         now.time.now = last
         turn_bodies(model.line, state, h)
-        mean_track(now.setpoint, now.sheave, now.ship.motion.coord[5], h)
         if not blending:
             now.ship.blend_length = 0.0
         if plan.done < 1.0 and by_angle(now.setpoint.algorithm):
@@ -117,7 +116,6 @@ def _tick(model, state, inputs, output, slot):
         return halt(model, state, output, slot, NOT_FINITE | flags)
     if not chosen:
         turn_bodies(model.line, state, h)
-        mean_track(now.setpoint, now.sheave, now.ship.motion.coord[5], h)
     now.time.now = end
     now.time.ticks += 1
     if model.line.strum.sections.shape[0] > 0:

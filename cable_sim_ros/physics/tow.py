@@ -10,8 +10,12 @@ from .feed import flow_of, lay_mesh
 from .instruments import end_strain
 from .integrate import coefficients, settle
 from .jit import NO, driver, link, opaque
+<<<<<<< HEAD
 from .pull import take_up
 from .setpoint import set_point
+=======
+from .setpoint import mean_track, set_point
+>>>>>>> i20-c1
 from .ship import evaluate, hull_point, rotate, spin
 from .state import ARC, NOW, STEP, A, Q, V
 from .step import begin, finish
@@ -86,7 +90,12 @@ def impose(model, state, inputs, t, h, command_rate):
     now, settings = state.memory[NOW], model.settings[0]
     blending = evaluate(t, inputs, now, settings.ship.stale_decay)
     place_surfaces(model, state)
-    length, rate = set_point(now.setpoint, now.sheave, now.measured.lead, h)
+    # before the set-point: a track that lags by a step would shift it by each change of the step
+    mean_track(now.setpoint, now.sheave, now.ship.motion.coord[5], h)
+    # the angle half-way through the step: the last one would lag by half of it, and with it what a drift asks for
+    since = (t - now.measured.lead_at) * 1e-9 - 0.5 * h
+    lead = now.measured.lead + min(max(since, 0.0), h) * now.measured.lead_rate
+    length, rate = set_point(now.setpoint, now.sheave, lead, h)
     length += now.winch.commanded
     rate += command_rate
     servo(h, settings.drum, now.winch, (now.setpoint.length, now.setpoint.rate), (length, rate))

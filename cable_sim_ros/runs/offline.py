@@ -31,7 +31,7 @@ from .rerun import Rerun
 from .resume import Resumed, told_of
 from .resume import save as save_run
 from .start_up import growth, start_up, still_growing
-from .step_choice import figures_of_steps, stepped
+from .step_choice import doubts_of_steps, figures_of_steps, stepped
 from .stepping import Driven, Progress, silent
 from .summary import summarize
 
@@ -46,7 +46,8 @@ FIGURES = (
     ("departure_angle_deg", "deg", "mean angle of the departing cable from the downward vertical"),
     ("contact_resultant_n", "N", "mean resultant of the cable on the sheave, whole run"),
     ("ticks", "1", "ticks simulated"),
-    ("step_least_s", "s", "shortest step taken; `steps` counts them"),
+    ("steps_taken", "1", "steps taken since the static start; `steps` counts those of this run"),
+    ("step_least_s", "s", "shortest step taken"),
     ("step_median_s", "s", "median of the steps taken: half of the steps are no longer"),
     ("step_largest_s", "s", "longest step taken"),
     ("steps_refused", "1", "steps taken back and halved because of their error"),
@@ -275,6 +276,7 @@ def judged(
     counted = result.frames if frames is None else frames
     if scene is not None and not result.problem:
         others = [*others, *still_growing(scene, result.figures, before)]
+    others = [*others, *doubts_of_steps(result.figures)]
     result.verdict = verdict.judge(counted, scene, others, result.problem)
     if result.problem:
         result.figures["problem"] = result.problem

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from ..io.load import override
 from ..physics.integrate import Solver
+from ..sim.flag_rules import REFUSED_LEAST, REFUSED_SHARE
 from ..sim.scene import Scene
+from ..sim.verdict import Reason, check
 
 EVERY = 0.1  # s between Frames of a run whose steps are chosen, where the scene does not say
 
@@ -39,6 +42,7 @@ def figures_of_steps(steps: dict[float, int], control: np.record, solver: Solver
     lengths = np.repeat(list(steps), list(steps.values()))[::-1]
     chosen = solver.tension_error is not None
     return {
+        "steps_taken": len(lengths),
         "step_least_s": float(lengths[0]) if len(lengths) else None,
         "step_median_s": float(lengths[(len(lengths) - 1) // 2]) if len(lengths) else None,
         "step_largest_s": float(lengths[-1]) if len(lengths) else None,
@@ -47,3 +51,24 @@ def figures_of_steps(steps: dict[float, int], control: np.record, solver: Solver
         "step_tension_error": solver.tension_error,
         "step_position_error_m": solver.position_error if chosen else None,
     }
+
+
+def doubts_of_steps(figures: Mapping[str, Any]) -> tuple[Reason, ...]:
+    """Reason where the choice of the step did not come to rest, from the figures of a run."""
+    if figures.get("step_tension_error") is None:
+        return ()
+    refused, unsolved = figures["steps_refused"], figures["steps_unsolved"]
+    back = refused + unsolved
+    tried = figures["steps_taken"] + back
+    if back <= max(REFUSED_LEAST, REFUSED_SHARE * tried):
+        return ()
+    return (
+        check(
+            "STEP_CONTROL",
+            f"{back} of {tried} steps tried were taken back, {100.0 * back / tried:.2g} % (limit "
+            f"{100.0 * REFUSED_SHARE:g} %): {refused} for their error, {unsolved} without a solution; median "
+            f"{1e3 * figures['step_median_s']:.3g} ms, shortest {1e3 * figures['step_least_s']:.3g} ms. Something in "
+            "the loop of ship, set-point, winch and cable jumps, and shorter steps do not resolve it: peaks may be "
+            "made by it. Remedy: compare with --step fixed --every 0.01",
+        ),
+    )

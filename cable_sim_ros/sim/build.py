@@ -55,8 +55,9 @@ from .wakes import wake_table
 # EI of an element over w L^3 where its end carries no tension: the gradient of a free end has a rotational stiffness of
 # -T/30 there (T = w L/2), more than wL^3/240 makes it stable; it vanishes with the third power of the mesh
 END_STIFFNESS = 1.0 / 60.0
-# errors of one step over those of a run that its steps bring, as measured: docs/accuracy.md
-POSITION_PER_STEP, TENSION_PER_STEP = 0.05, 0.2
+# errors of one step over those of a run that its steps bring, and the error of the deviation over the square of the
+# change of the tension in one step, rms, over its deviation, as measured: docs/accuracy.md
+POSITION_PER_STEP, TENSION_PER_STEP, DEVIATION_PER_STEP = 0.05, 0.2, 0.6
 SHIPPED_TICK = Solver().tick
 LEAST_OUTBOARD = 1.0  # m of cable that stay outboard of the sheave when hauling in
 
@@ -225,6 +226,7 @@ def line_settings(cable: Cable, solver: Solver, gravity: float, tension: float, 
     if solver.tension_error is not None:
         row["step_position"] = POSITION_PER_STEP * solver.position_error
         row["step_tension"] = TENSION_PER_STEP * solver.tension_error * tension
+        row["step_deviation"] = sqrt(solver.tension_error / DEVIATION_PER_STEP)
     return row
 
 

@@ -18,6 +18,9 @@ CODE_OK, CODE_FAILED, CODE_INPUT, CODE_DAMAGED, CODE_DOUBTFUL = 0, 1, 2, 3, 4
 MOST_STRESS = 1.2e9
 WITHIN = 1e-3  # of the recorded mean tension, for a replay
 WITHIN_M = 0.01  # m, for a replay
+# chosen steps taken back, of those tried, and how many at least: one that fails each time it is tried again after
+# step.WAIT others is 1/11 of them, events of a seaway took back up to 1/100
+REFUSED_SHARE, REFUSED_LEAST = 0.05, 20
 WITHIN_JOURNAL = 1e-6  # of the tension, and m, for one that knows what every tick saw: another machine rounds otherwise
 
 TENSION = ("tension_mean_n", "tension_std_n", "tension_min_n", "tension_max_n")
@@ -237,6 +240,13 @@ CHECKS = (
         PEAKS,
         "`run --check`: with half the step and twice the elements a peak or the deviation of the tension differs by "
         "more than 2 %; where they agree, `SLACK` is taken back",
+    ),
+    (
+        "STEP_CONTROL",
+        DOUBTFUL,
+        PEAKS + BODY,
+        f"of the chosen steps that were tried more than {100.0 * REFUSED_SHARE:g} %, and more than {REFUSED_LEAST}, "
+        "were taken back: for their error, or without a solution",
     ),
     ("JOURNAL", DOUBTFUL, TENSION + BODY, "a replay could not do all that the journal of the recording says"),
     ("BEHIND", DOUBTFUL, TENSION + BODY, "the node did not hold real time and was taken to the present"),

@@ -98,9 +98,9 @@ def test_the_track_tells_how_fast_it_moves():
     state, sheave, before = filled(SETPOINT, washout=60.0), filled(SHEAVE), 0.0
     for k in range(2000):
         sheave.position[0] = np.sin(0.3 * k * H)
-        before = state.track[0]
+        before, speed = state.track[0], state.track_speed[0]
         mean_track(state, sheave, 0.0, H)
-        assert state.track_speed[0] == pytest.approx((state.track[0] - before) / H, abs=1e-9)
+        assert 0.5 * (speed + state.track_speed[0]) == pytest.approx((state.track[0] - before) / H, abs=1e-9)
 
 
 def test_a_cable_that_leads_forward_has_an_angle_below_zero():
@@ -179,6 +179,29 @@ def test_the_angle_is_filtered_the_same_whatever_the_step():
         seen.append(np.abs(np.diff(rates)).max() / h)
     w = 2.0 * np.pi / 9.0
     assert max(seen) < 1.5 * 1.5 * w * w, "the set-point accelerates as the heave does, whatever the angle ripples"
+
+
+def apart(law: int, h: float) -> float:
+    """Largest difference [m] of a set-point's way in one step of h [s] and the mean of its rates before and after: of a
+    ship that drifts with 0.3 m/s against its mean track, under a cable that turns by 0.01 rad/s."""
+    state, before, found = setpoint_of(law, washout=300.0, lead=1.0), (0.0, 0.0), []
+    for n in range(1, round(20.0 / h)):
+        t = n * h
+        sheave = heave(t)
+        sheave.position[0] += 0.3 * t
+        sheave.velocity[0] += 0.3
+        mean_track(state, sheave, 0.0, h)
+        length, rate = set_point(state, sheave, 1.0 + 0.01 * t, h)
+        found.append(abs(length - before[0] - 0.5 * h * (rate + before[1])))
+        before = length, rate
+    return max(found[1:])
+
+
+@pytest.mark.parametrize("law", [SIMPLE, RIGOROUS])
+def test_the_way_of_a_set_point_is_that_of_its_rate(law):
+    """To the third power of the step, as of any smooth motion: the winch follows the cubic through both, and what they
+    disagree by is 6/h^2 of it in acceleration, so one of second order stays however short the steps are."""
+    assert apart(law, 0.1) / apart(law, 0.05) > 6.5
 
 
 @pytest.mark.parametrize("law", [HOLD, RIGOROUS, SIMPLE_WATERLINE, RIGOROUS_WATERLINE])

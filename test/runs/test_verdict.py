@@ -9,6 +9,7 @@ from cable_sim_ros.io.load import load_scene, override
 from cable_sim_ros.io.replay import Residual
 from cable_sim_ros.physics.frame import FRAME, Flag
 from cable_sim_ros.runs import verdict
+from cable_sim_ros.runs.step_choice import doubts_of_steps
 from cable_sim_ros.runs.summary import SUMMARY
 from cable_sim_ros.sim import flag_rules
 from cable_sim_ros.sim.flag_rules import CHECKS, DOUBTFUL, FAILED, OK, RULES, rules_markdown
@@ -45,6 +46,31 @@ def test_every_flag_has_a_rule_and_every_figure_exists():
 
 def test_the_manual_has_the_table():
     assert rules_markdown() in FLAGS.read_text("utf-8")
+
+
+def steps(taken, refused, unsolved=0, error=0.005):
+    """Figures of a run that took, refused and could not solve so many steps."""
+    return {
+        "steps_taken": taken,
+        "steps_refused": refused,
+        "steps_unsolved": unsolved,
+        "step_median_s": 3.125e-3,
+        "step_least_s": 7.8e-4,
+        "step_tension_error": error,
+    }
+
+
+def test_a_choice_of_the_step_that_never_rests_is_doubtful():
+    """As it was with a set-point that jumped: one step in eleven refused."""
+    (reason,) = doubts_of_steps(steps(21806, 2039))
+    assert reason.flag == "STEP_CONTROL" and "tension_max_n" in reason.figures
+    assert "2039 of 23845 steps tried were taken back, 8.6 % (limit 5 %): 2039 for their error" in reason.text
+    assert "median 3.12 ms, shortest 0.78 ms" in reason.text and "--step fixed" in reason.text
+    found = verdict.judge(frames_of(), SHIPPED, [reason])
+    assert found.state == DOUBTFUL and found.code == 4
+    assert doubts_of_steps(steps(380, 0, 21)) and not doubts_of_steps(steps(380, 0, 20))
+    assert not doubts_of_steps(steps(1900, 60, 40)) and doubts_of_steps(steps(1900, 61, 40))
+    assert not doubts_of_steps(steps(1900, 600, error=None)), "fixed steps are halved where they must"
 
 
 def test_a_run_without_flags_is_ok():
