@@ -36,6 +36,8 @@ ALARMS = {  # flags of a Frame that are worth a warning, and what they mean
     Flag.SEABED: "cable or towbody lies on the seabed",
     Flag.SLACK_ENERGY: "slack cable gained energy from the integration: tension and towbody are doubtful",
     Flag.SETPOINT_LIMITED: "the set-point law asks for more than its limits give it",
+    Flag.WINCH_SATURATED: "the servo is held to winch.max_rate or winch.max_acceleration",
+    Flag.RINGING_DAMPED: "the time steps damp ringing of the tension, peaks are too small: a smaller solver.tick",
     Flag.LOW_FLOW: "too little flow past the towbody: its heading is held",
     Flag.HALVED: "the time step had to be shortened",
 }
