@@ -51,9 +51,10 @@ def damped(line, state, h):
         n = line.body_nodes[i]
         along = sub(row3(q, n), row3(q, max(n - 1, 0)))
         u = scale(1.0 / max(norm(along), 1e-12), along)
-        da = dot(u, sub(row3(state.nodes[NOW, A], n), row3(state.nodes[STEP, A], n)))
-        turn = da - dot(u, row3(gain, n))
-        if turn * turn < SMOOTH * SMOOTH * da * da:
+        a = dot(u, row3(state.nodes[NOW, A], n))
+        da = a - dot(u, row3(state.nodes[STEP, A], n))
+        turn = abs(da - dot(u, row3(gain, n)))
+        if turn < SMOOTH * abs(da) and turn < SMOOTH * SMOOTH * abs(a):  # a sine has one or the other all the time
             continue
         dx = dot(u, sub(row3(state.nodes[NOW, X], n), row3(state.nodes[STEP, X], n)))
         off = by_a * da - by_x * dx

@@ -127,7 +127,7 @@ def _damped(frames: np.recarray) -> str:
     decade = 10.0 ** np.floor(np.log10(good))
     nice = max(digit * decade for digit in NICE if digit * decade <= good * (1.0 + 1e-9))
     return (
-        f"about {np.sqrt(lost):.3g} N rms beside tension_std_n = {np.sqrt(there):.4g} N, up to "
+        f"{np.sqrt(lost):.3g} N rms or more beside a deviation of {np.sqrt(there):.4g} N, up to "
         f"{np.nanmax(frames['tension_damped']):.3g} N of a peak, by steps of {step:.2g} s. Steps of {nice:g} s keep "
         f"it: --step fixed --every {nice:g}, or solver.tick: {nice:g}"
     )

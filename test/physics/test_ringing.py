@@ -47,15 +47,14 @@ def taken(tow, rows, h):
     return total
 
 
-@pytest.mark.parametrize("phase", [0.3, 0.6])
-def test_it_is_the_energy_that_an_undamped_oscillator_loses(tow, phase):
-    h = 0.01
-    frequency = phase / h
-    rows = swing(frequency, h, round(40.0 / phase))  # six periods
+@pytest.mark.parametrize("phase, count", [(0.3, 3000), (0.6, 500)])
+def test_it_is_the_energy_that_an_undamped_oscillator_loses(tow, phase, count):
+    """Until it has come to rest: on the way some of it comes and goes with the phase."""
+    frequency = phase / 0.01
+    rows = swing(frequency, 0.01, count)
     energy = 0.5 * tow.scene.towbody.mass * (rows[:, 1] ** 2 + frequency**2 * rows[:, 0] ** 2)
-    lost = energy[0] - energy[-1]
-    assert lost > 0.1 * energy[0]
-    assert taken(tow, rows, h) == pytest.approx(lost, rel=0.05)
+    assert energy[-1] < 0.05 * energy[0]
+    assert taken(tow, rows, 0.01) == pytest.approx(energy[0] - energy[-1], rel=0.1)
 
 
 def test_a_motion_that_steps_resolve_loses_nothing(tow):

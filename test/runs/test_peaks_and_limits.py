@@ -1,5 +1,7 @@
 """What falls between ticks, what the steps damp, what the winch cannot do: in the figures and in the verdict."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -81,31 +83,32 @@ def test_pull_and_power_of_the_winch(stopped):
 @pytest.fixture(scope="module")
 def ringing():
     """A towbody of 250 kg in air on 4 m of cable, hauled in by 0.2 m: at 10 ms and the step that is named."""
-    plan = "0 hold, 1 rate -0.1, 3 hold"
-    coarse = offline.run(scene(winch__scope=4.0), winch=plan, duration=9.0, step="fixed")
-    return coarse, offline.run(scene(winch__scope=4.0), winch=plan, duration=9.0, step="fixed", every=0.002)
+    plan, tow = "0 hold, 0.5 rate -0.1, 1.5 hold", scene(winch__scope=4.0)
+    coarse = offline.run(tow, winch=plan, duration=5.0, step="fixed")
+    step = float(re.search(r"--step fixed --every (\S+),", coarse.verdict.reasons[0].text).group(1))
+    return coarse, offline.run(tow, winch=plan, duration=5.0, step="fixed", every=step)
 
 
 def test_steps_that_damp_what_rings_are_said(ringing):
     coarse, fine = ringing
     assert [reason.flag for reason in coarse.verdict.reasons] == ["RINGING_DAMPED"] and coarse.verdict.code == 4
     text = coarse.verdict.reasons[0].text
-    assert "Steps of 0.002 s keep it: --step fixed --every 0.002" in text and "by steps of 0.01 s" in text
+    assert "by steps of 0.01 s. Steps of 0.00" in text
     assert fine.verdict.state == "ok", "the step that it names will do"
-    assert fine.figures["tension_std_n"] > 1.5 * coarse.figures["tension_std_n"]
+    assert fine.figures["tension_std_n"] > 1.2 * coarse.figures["tension_std_n"]
 
 
 def test_the_size_of_what_is_missing_is_of_the_right_size(ringing):
     coarse, fine = (run.figures for run in ringing)
     missing = np.sqrt(fine["tension_std_n"] ** 2 - coarse["tension_std_n"] ** 2)
-    assert 0.5 * missing < coarse["tension_damped_n"] < 1.5 * missing
+    assert 0.5 * missing < coarse["tension_damped_n"] < 2.0 * missing
     assert fine["tension_damped_n"] < 0.2 * fine["tension_std_n"]
 
 
 def test_a_deviation_that_misses_ringing_is_said_without_a_flag():
     reason = verdict.judge(stand_in(3000.0, 30.0, damped=10.0), scene()).reasons[0]
-    assert reason.flag == "RINGING_DAMPED" and "about 7.07 N rms beside tension_std_n = 30 N" in reason.text
-    assert verdict.judge(stand_in(3000.0, 30.0, damped=8.0), scene()).state == "doubtful"
+    assert reason.flag == "RINGING_DAMPED" and "7.07 N rms or more beside a deviation of 30 N" in reason.text
+    assert verdict.judge(stand_in(3000.0, 30.0, damped=9.0), scene()).state == "doubtful"
     assert verdict.judge(stand_in(3000.0, 30.0, damped=6.0), scene()).state == "ok"  # 1 % of the deviation
     assert verdict.judge(stand_in(3000.0, 0.0, damped=3.0), scene()).state == "ok"  # 2 N of 3000
 
@@ -126,7 +129,7 @@ def stand_in(mean, deviation, damped):
 def saturated():
     """Heave of 1 m in 5 s, and a winch of 0.4 m/s and 0.6 m/s2."""
     keys = {"setpoint.algorithm": "simplified_waterline", "winch.max_rate": 0.4, "winch.max_acceleration": 0.6}
-    return offline.run(override(scene(), keys), heave=(1.0, 5.0), duration=30.0, step="fixed")
+    return offline.run(override(scene(), keys), heave=(1.0, 5.0), duration=20.0, step="fixed")
 
 
 def test_a_compensation_at_the_limits_of_its_winch_is_said(saturated):
