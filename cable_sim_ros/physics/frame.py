@@ -35,6 +35,11 @@ class Flag(IntFlag):
     SETPOINT_LIMITED = 16384, "the set-point law asks for more than its limits give it (setpoint.max_...)"
     COMMAND_LIMITED = 32768, "a command asks for more than rate or travel of the winch allow: carried out at that"
     LOW_FLOW = 65536, "flow past the towbody below towbody.least_flow_speed: its heading is held"
+    WINCH_SATURATED = 131072, "winch.max_rate or winch.max_acceleration held the servo for half of the tick or more"
+    RINGING_DAMPED = (
+        262144,
+        "the time steps have damped ringing of more than 0.05 of the working tension away: peaks are low",
+    )
 
 
 # the same as plain numbers, each by its own name: kernels know no enums
@@ -55,6 +60,8 @@ SLACK_ENERGY = int(Flag.SLACK_ENERGY)
 SETPOINT_LIMITED = int(Flag.SETPOINT_LIMITED)
 COMMAND_LIMITED = int(Flag.COMMAND_LIMITED)
 LOW_FLOW = int(Flag.LOW_FLOW)
+WINCH_SATURATED = int(Flag.WINCH_SATURATED)
+RINGING_DAMPED = int(Flag.RINGING_DAMPED)
 
 
 class Source(IntFlag):
@@ -80,9 +87,18 @@ FIELDS = (
     ("tension_vector", (3,), "f8", "N", "pull of the outboard cable on the sheave, axes of sheave_link"),
     ("departure_angle", (), "f8", "rad", "angle of the departing cable from the downward vertical, no sign"),
     ("tension_drum", (), "f8", "N", "tension at the drum"),
-    ("tension_least", (), "f8", "N", "least element tension along the cable"),
-    ("tension_most", (), "f8", "N", "largest element tension along the cable"),
+    ("tension_tick_min", (), "f8", "N", "least tension where the cable leaves the sheave in any time step of the tick"),
+    ("tension_tick_max", (), "f8", "N", "largest tension there in any time step of the tick"),
+    ("tension_least", (), "f8", "N", "least element tension along the cable in any time step of the tick"),
+    ("tension_most", (), "f8", "N", "largest element tension along the cable in any time step of the tick"),
     ("tension_body", (), "f8", "N", "tension at the towbody"),
+    (
+        "tension_damped",
+        (),
+        "f8",
+        "N",
+        "amplitude of the ringing of the tension that the time steps have damped away, an estimate",
+    ),
     (
         "amplification_mean",
         (),
@@ -99,7 +115,14 @@ FIELDS = (
     ("payout", (), "f8", "m", "unstretched cable off the drum, positive out"),
     ("payout_rate", (), "f8", "m/s", "rate of pay-out"),
     ("payout_acceleration", (), "f8", "m/s^2", "acceleration of pay-out"),
+    ("payout_rate_tick_max", (), "f8", "m/s", "largest speed of pay-out either way within the tick"),
+    ("payout_acceleration_tick_max", (), "f8", "m/s^2", "largest acceleration of pay-out either way within the tick"),
     ("payout_setpoint", (), "f8", "m", "pay-out the servo is steering to"),
+    ("rate_limited", (), "f8", "1", "share of the tick in which winch.max_rate held the servo"),
+    ("acceleration_limited", (), "f8", "1", "share of the tick in which winch.max_acceleration held the servo"),
+    ("travel_limited", (), "f8", "1", "share of the tick in which an end of the travel held or braked the servo"),
+    ("command_limited", (), "f8", "1", "share of the tick in which a command asked for more than rate or travel"),
+    ("ramp_limited", (), "f8", "1", "share of the tick in which winch.command_acceleration held the commanded rate"),
     ("scope", (), "f8", "m", "unstretched cable from the point above the sheave's axis to the towbody"),
     ("layback", (), "f8", "m", "horizontal distance from the sheave centre to the towbody"),
     ("cable_on_drum", (), "f8", "m", "unstretched cable left on the drum"),
@@ -108,8 +131,18 @@ FIELDS = (
     ("drum_angle", (), "f8", "rad", "drum angle, positive hauling in"),
     ("drum_rate", (), "f8", "rad/s", "drum speed, positive hauling in"),
     ("drum_torque", (), "f8", "N m", "torque of the cable on the drum, positive turning it out"),
+    ("tension_drum_tick_max", (), "f8", "N", "largest tension at the drum in any time step of the tick"),
+    ("winch_power_tick_min", (), "f8", "W", "least power of the winch on the cable in any time step of the tick"),
+    (
+        "winch_power_tick_max",
+        (),
+        "f8",
+        "W",
+        "largest power of the winch on the cable in any time step of the tick; negative where it pays out and brakes",
+    ),
     ("contact_force", (3,), "f8", "N", "resultant of the cable on the sheave, axes of sheave_link"),
     ("contact_resultant", (), "f8", "N", "norm of contact_force"),
+    ("contact_resultant_tick_max", (), "f8", "N", "largest contact_resultant in any time step of the tick"),
     ("contact_total", (), "f8", "N", "sum of the line loads of flanks, rims and cheeks, no directions"),
     ("wrap_angle", (), "f8", "rad", "arc between the first and the last loaded station on the sheave"),
     ("lifted_fraction", (), "f8", "1", "part of the geometric wrap that carries no load"),
@@ -121,7 +154,7 @@ FIELDS = (
         "least distance below the groove top along the wrap; past a rim minus the way from it; -depth: so far or more",
     ),
     ("contact_stations", (), "i8", "1", "rows of the contact table that are filled"),
-    ("penetration", (), "f8", "m", "deepest penetration of drum and sheave"),
+    ("penetration", (), "f8", "m", "deepest penetration of drum and sheave in any time step of the tick"),
     ("seabed_length", (), "f8", "m", "unstretched length of cable that lies on the seabed"),
     (
         "detachments",

@@ -20,6 +20,7 @@ from .frame import (
     MOTION_BLENDING,
     MOTION_STALE,
     PENETRATION,
+    RINGING_DAMPED,
     SEABED,
     SLACK,
     SLACK_ENERGY,
@@ -27,13 +28,14 @@ from .frame import (
 from .instruments import direction_at, drum_torque, measure, node_tension, tension_at
 from .jit import driver, inline
 from .readout import read_drums, read_ground, read_sheave
+from .ringing import missing
 from .sea import elevation
 from .ship import frame_shift, quaternion, spin, unrotate
 from .state import ARC, FLOW, NOW, A, Q, V
 from .strum import show, sum_up
 from .towbody import TURNING, heading, heading_held
 from .vec import dot, norm, scale
-from .winch import cell
+from .winch import ACCELERATION, COMMAND, RAMP, RATE, TRAVEL, cell
 
 SLACK_TENSION = 1e-3  # N below zero at which an element counts as slack
 
@@ -84,6 +86,53 @@ def fill_motion(state, f, body):
     f.motion_age = now.ship.age
 
 
+@inline
+def no_peaks(health):
+    """A tick begins: no step of it has been seen."""
+    health.tension_min, health.cable_min, health.power_min = 1e300, 1e300, 1e300
+    health.tension_max, health.cable_max, health.power_max = -1e300, -1e300, -1e300
+    health.contact_max, health.depth_max, health.pull_max = 0.0, 0.0, -1e300
+
+
+@inline
+def leaves(model, surface, seen):
+    """Arc lengths [m] of the first and last contact of the sheave, and how far from there its bend has died out."""
+    first, end = (seen.first, seen.last) if seen.loaded > 0 else (seen.nearest, seen.nearest)
+    return first, end, max(0.25 * surface.radius, 4.0 * model.settings[0].bending_length)
+
+
+@inline
+def pull_of(drum, state):
+    """Torque of the cable on the drum [N m], at the angle where its first node stands."""
+    angle = drum.tangent if drum.feeds != 0 else drum.angle_0 - state.memory[NOW].winch.length / drum.radius
+    return drum_torque(drum, angle, state)
+
+
+@inline
+def note_peaks(state, tension, contact, depth, pull):
+    """Take one step into the peaks of its tick: tension at the sheave, resultant there, pull at the drum [N] and depth
+    of contact [m]; tension along the cable is looked at here."""
+    health, rate = state.memory[NOW].health, state.memory[NOW].winch.rate
+    health.tension_min, health.tension_max = min(health.tension_min, tension), max(health.tension_max, tension)
+    health.contact_max, health.depth_max = max(health.contact_max, contact), max(health.depth_max, depth)
+    health.pull_max = max(health.pull_max, pull)
+    health.power_min, health.power_max = min(health.power_min, -pull * rate), max(health.power_max, -pull * rate)
+    least, most = health.cable_min, health.cable_max
+    for e in range(state.tension.shape[0]):
+        least, most = min(least, state.tension[e]), max(most, state.tension[e])
+    health.cable_min, health.cable_max = least, most
+
+
+@driver
+def glance(model, state, table):
+    """What observe() keeps of the peaks, of a step that no Frame shows; table: room for the stations of the sheave."""
+    seen, drum = read_sheave(model, state, table), model.settings[0].drum
+    _, end, ahead = leaves(model, state.surfaces[model.settings[0].sheave], seen)
+    depth, _ = read_drums(state)
+    pull = pull_of(drum, state) / drum.radius
+    note_peaks(state, tension_at(state, end + ahead), norm(seen.force), max(seen.deepest, depth), pull)
+
+
 @driver
 def fill_sheave(model, state, f, table):
     """Tension, departure and contact at the sheave.
@@ -93,8 +142,7 @@ def fill_sheave(model, state, f, table):
     now, settings = state.memory[NOW], model.settings[0]
     coord, sheave = now.ship.motion.coord, state.surfaces[settings.sheave]
     seen = read_sheave(model, state, table)
-    first, end = (seen.first, seen.last) if seen.loaded > 0 else (seen.nearest, seen.nearest)
-    ahead = max(0.25 * sheave.radius, 4.0 * settings.bending_length)
+    first, end, ahead = leaves(model, sheave, seen)
     out = direction_at(state, end + ahead)
     back = direction_at(state, first - ahead)
     f.tension = tension_at(state, end + ahead)
@@ -124,8 +172,6 @@ def fill_sheave(model, state, f, table):
     detached = latch(seen.loaded > 0 and spare > 0.0, now.events, now.time.now, hold)
     f.detachments = now.events.detachments
     flags = DETACHED if detached else 0
-    if f.penetration > settings.penetration_limit:
-        flags |= PENETRATION
     if coarse or seen.coarse:
         flags |= COARSE_AT_SURFACE
     return end + ahead, flags
@@ -148,26 +194,45 @@ def fill_winch(drum, state, f):
     f.payout_counter = drum.payout_0 + surface
     f.drum_angle = drum.angle_0 - surface / drum.radius
     f.drum_rate = -winch.rate * stretch / drum.radius
-    f.drum_torque = drum_torque(drum, drum.tangent if drum.feeds != 0 else f.drum_angle, state)
+    f.drum_torque = pull_of(drum, state)
     f.tension_drum = f.drum_torque / drum.radius
     f.command_age = winch.command_age
 
 
 @driver
+def fill_peaks(settings, state, f):
+    """Peaks of the tick with the step that this Frame shows, and what held the winch in it; returns the flags."""
+    health, winch, flags = state.memory[NOW].health, state.memory[NOW].winch, 0
+    note_peaks(state, f.tension, f.contact_resultant, f.penetration, f.tension_drum)
+    f.tension_tick_min, f.tension_tick_max = health.tension_min, health.tension_max
+    f.tension_least, f.tension_most = health.cable_min, health.cable_max
+    f.contact_resultant_tick_max, f.penetration = health.contact_max, health.depth_max
+    f.tension_drum_tick_max = health.pull_max
+    f.winch_power_tick_min, f.winch_power_tick_max = health.power_min, health.power_max
+    f.payout_rate_tick_max, f.payout_acceleration_tick_max = winch.fastest, winch.hardest
+    tick = settings.tick_ns * 1e-9
+    f.rate_limited, f.acceleration_limited = winch.held[RATE] / tick, winch.held[ACCELERATION] / tick
+    f.travel_limited, f.command_limited = winch.held[TRAVEL] / tick, winch.held[COMMAND] / tick
+    f.ramp_limited = winch.held[RAMP] / tick
+    f.tension_damped = missing(state.memory[NOW].account)
+    if f.penetration > settings.penetration_limit:
+        flags |= PENETRATION
+    if f.tension_least < -SLACK_TENSION:
+        flags |= SLACK
+    if f.tension_damped > settings.ringing_most:
+        flags |= RINGING_DAMPED
+    return flags
+
+
+@driver
 def fill_cable(line, state, f, body):
-    """Tensions along the cable and at the towbody at node ``body``, seabed, health of the solver; returns the flags."""
+    """Tension at the towbody at node ``body``, strumming, seabed, health of the solver; returns the flags."""
     health, q, flags = state.memory[NOW].health, state.nodes[NOW, Q], 0
-    least, most = 1e300, -1e300
-    for e in range(state.tension.shape[0]):
-        least, most = min(least, state.tension[e]), max(most, state.tension[e])
-    f.tension_least, f.tension_most = least, most
     arc = state.nodes[NOW, ARC]
     f.tension_body = joint_tension(state, body) if is_chain(arc) else node_tension(line.elements, q, body)
     f.seabed_length, aground = read_ground(line, state)
     f.amplification_mean, f.strum_amplitude_most = sum_up(line, state)
     f.iterations, f.substeps, f.residual = health.iterations, health.substeps, health.residual
-    if least < -SLACK_TENSION:
-        flags |= SLACK
     if aground or f.seabed_length > 0.0:
         flags |= SEABED
     return flags
@@ -208,7 +273,7 @@ def observe(model, state, output, slot, flags, blending):
     flags |= seen
     fill_winch(model.settings[0].drum, state, f)
     fill_energy(model.line, state, f)
-    flags |= fill_cable(model.line, state, f, body)
+    flags |= fill_cable(model.line, state, f, body) | fill_peaks(model.settings[0], state, f)
     if heading_held(model.line.bodies[0], state.nodes[NOW, FLOW, body]):
         flags |= LOW_FLOW
     if slack_gain(state.memory[NOW].account, f, flags & SLACK != 0, model.settings[0].energy_share):

@@ -40,6 +40,16 @@ HEALTH = np.dtype(
         ("residual", "f8"),  # N
         ("strain", "f8"),  # J
         ("last_step", "f8"),  # s
+        # least and largest of the steps of the tick: tension at the sheave and along the cable, N
+        ("tension_min", "f8"),
+        ("tension_max", "f8"),
+        ("cable_min", "f8"),
+        ("cable_max", "f8"),
+        ("contact_max", "f8"),  # N, resultant on the sheave
+        ("depth_max", "f8"),  # m, of drum and sheave
+        ("pull_max", "f8"),  # N, at the drum
+        ("power_min", "f8"),  # W, of the winch on the cable
+        ("power_max", "f8"),
     ],
     align=True,
 )
@@ -52,6 +62,9 @@ ACCOUNT = np.dtype(
         ("residual", "f8"),
         ("turned", "f8"),  # J since the start: work supplied, in and out both positive
         ("gained", "f8"),  # J of the residual while the cable was slack
+        ("ringing", "f8"),  # J that the integration took from ringing and that would still be there, see ringing.py
+        ("compliance", "f8"),  # m/N, of the cable along itself
+        ("material", "f8"),  # s, axial damping over EA
     ],
     align=True,
 )
@@ -145,6 +158,7 @@ TOW_SETTINGS = np.dtype(
         ("penetration_limit", "f8"),  # m
         ("groove_depth", "f8"),  # m
         ("energy_share", "f8"),  # see energy.slack_gain
+        ("ringing_most", "f8"),  # N of ringing lost to the integration, above which the tick is flagged
         ("bending_length", "f8"),  # m, sqrt(EI/T) at working tension
         ("ship", SHIP_TIMES),
         ("drum", DRUM),

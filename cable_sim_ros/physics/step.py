@@ -15,6 +15,7 @@ from __future__ import annotations
 from .control import error_ratio, link_error, longest_step
 from .integrate import advance, link_solver, predict
 from .jit import NO, driver, inline, link, opaque
+from .ringing import damped
 from .state import GAIN, NOW, STEP, Q, take_back
 from .stir import stir
 from .surface import GROOVE
@@ -143,6 +144,7 @@ def _finish(line, state, h):
             now.events.clearance = state.survey[i].clearance
     now.health.iterations += used
     now.health.substeps += 1
+    account.ringing += damped(line, state, h)
     now.control.taken[plan.level] += 1
     plan.used += used
     plan.taken = 1

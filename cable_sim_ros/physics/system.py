@@ -17,15 +17,19 @@ from .frame import (
     NOT_FINITE,
     SETPOINT_LIMITED,
     WINCH_LIMIT,
+    WINCH_SATURATED,
 )
 from .jit import driver, link, opaque
+from .observe import glance, no_peaks
 from .observe import observe as _observe
+from .ringing import fade
 from .setpoint import by_angle
 from .ship import follow
 from .state import FLOW, NOW, TICK, Q, V, keep, take_back
 from .step import begin, finish, link_stepper, start, unfinished
 from .tow import advance_tow, impose, link_strum, place_surfaces, strum
 from .towbody import turn_into_flow
+from .winch import ACCELERATION, RATE, forget, note_command
 
 observe = opaque(_observe)
 
@@ -67,9 +71,10 @@ def stride(model, state, inputs, output, slot, begun):
     now, plan, settings = state.memory[NOW], state.plan[0], model.settings[0]
     done = plan.done
     first, last = now.time.now, begun + np.int64((done + plan.share) * settings.tick_ns)
-    h = begin(model.line, state, settings.tick_ns * 1e-9)
+    h, before = begin(model.line, state, settings.tick_ns * 1e-9), now.winch.command_rate
     follow(first, last, inputs, now, settings.ship)
     rate = command_between(first, last, settings.drum, inputs, now.winch)
+    note_command(settings.drum, now.winch, before, h)
     blending = impose(model, state, inputs, last, h, rate)
     going_on = finish(model.line, state, h)
     if plan.done > done:
@@ -96,11 +101,14 @@ def _tick(model, state, inputs, output, slot):
     keep(state, TICK)
     end, h, flags = now.time.now + settings.tick_ns, settings.tick_ns * 1e-9, 0
     now.health.iterations, now.health.substeps = 0, 0
+    no_peaks(now.health)
+    forget(now.winch)
     begun, commanded, blending = now.time.now, (now.winch.commanded, now.winch.command_rate), False
     chosen = model.line.settings[0].step_tension > 0.0
     if not chosen:
         follow(begun, end, inputs, now, settings.ship)
         command(end, h, settings.drum, inputs, now.winch)
+        note_command(settings.drum, now.winch, commanded[1], h)
     until = now.winch.commanded, now.winch.command_rate
     start(state)
     while unfinished(state):
@@ -110,6 +118,8 @@ def _tick(model, state, inputs, output, slot):
             going_on, blending = advance_tow(model, state, inputs, commanded, until)
         if not going_on:
             return halt(model, state, output, slot, NEWTON_FAILED | HALVED)
+        if state.plan[0].taken != 0 and unfinished(state):
+            glance(model, state, output.contact[slot])
     if state.plan[0].halved != 0 and not chosen:
         flags |= HALVED
     if not (finite(state.nodes[NOW, Q]) and finite(state.nodes[NOW, V])):
@@ -118,6 +128,7 @@ def _tick(model, state, inputs, output, slot):
         turn_bodies(model.line, state, h)
     now.time.now = end
     now.time.ticks += 1
+    fade(model.line, state, h, now.time.ticks)
     if model.line.strum.sections.shape[0] > 0:
         strum(model, state, h, now.time.ticks)
     if now.winch.stale != 0:
@@ -130,6 +141,8 @@ def _tick(model, state, inputs, output, slot):
         flags |= WINCH_LIMIT
     if now.setpoint.limited != 0:
         flags |= SETPOINT_LIMITED
+    if 2.0 * (now.winch.held[RATE] + now.winch.held[ACCELERATION]) >= h:
+        flags |= WINCH_SATURATED
     if not blending:
         now.ship.blend_length = 0.0
     return observe(model, state, output, slot, flags, blending)

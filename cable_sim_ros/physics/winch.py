@@ -14,6 +14,9 @@ import numpy as np
 from .jit import driver, inline
 from .quantity import REQUIRED, Block, quantity
 
+# what holds the winch, see WINCH.held
+RATE, ACCELERATION, TRAVEL, COMMAND, RAMP = range(5)
+LIMITS = 5
 WOUND = 256  # cells of the cable's length that remember the strain they were wound with
 # lengths relative to the start, positive out
 WINCH = np.dtype(
@@ -35,6 +38,9 @@ WINCH = np.dtype(
         ("target_rate", "f8"),
         ("at_limit", "i8"),  # 1: stopped at a soft limit of the scene
         ("flow", "f8", 3),  # rate, acceleration, auxiliary acceleration of length as the solver has them, see feed.py
+        ("held", "f8", LIMITS),  # s of the tick in which it was held to a limit: by the servo, and of the commands
+        ("fastest", "f8"),  # m/s, m/s^2: largest of the tick, either way
+        ("hardest", "f8"),
         ("surface", "f8"),  # m, length over the drum's surface since the start, as a counter on it shows
         ("wound", "f8", WOUND),  # strain with which the cable was wound, by arc length
     ],
@@ -72,6 +78,7 @@ DRUM = np.dtype(
 )
 SERVO_STEP = 1e-3  # s
 END_WITHIN = 1e-9  # m; a set-point this near to an end of the travel is at it
+ON_RAMP = 1e-6  # of the ramp; a change of the rate this near to what it gives was held to it
 BRAKING = 0.8  # share of the largest acceleration with which the winch brakes ahead of an end
 
 
@@ -192,7 +199,9 @@ def servo(h, drum, winch, begin, end):
         s = (i + 1.0) / count
         target = x0 + s * (h * v0 + s * (b + s * c))
         rate = v0 + s * (2.0 * b + 3.0 * s * c) / h
+        held = -1
         if target >= high - END_WITHIN or target <= low + END_WITHIN:
+            held = TRAVEL
             out = target >= high - END_WITHIN
             end, stop = (high, drum.length_most) if out else (low, drum.length_least)
             target, rate = end, 0.0
@@ -200,19 +209,42 @@ def servo(h, drum, winch, begin, end):
         new = (k1 * (target - x - d * v - 0.25 * d * d * a) + k2 * (rate - v - 0.5 * d * a)) / (
             1.0 + 0.25 * k1 * d * d + 0.5 * k2 * d
         )
-        new = clip(new, -drum.accel_most, drum.accel_most)
+        if abs(new) > drum.accel_most:
+            new, held = clip(new, -drum.accel_most, drum.accel_most), ACCELERATION
         most = min(drum.rate_most, fastest(high - x, v, d, brake, drum.exact))
         least = -min(drum.rate_most, fastest(x - low, -v, d, brake, drum.exact))
         speed = v + 0.5 * d * (a + new)
         if speed > most or speed < least:
+            held = RATE if (most if speed > most else -least) >= drum.rate_most else TRAVEL
             speed = clip(speed, least, most)
             new = clip((speed - v) / d, -drum.accel_most, drum.accel_most)
         if abs(speed) >= drum.rate_most:
             new = 0.0  # it goes on as fast as it may
         x = clip(x + 0.5 * d * (v + speed), drum.length_least, drum.length_most)
         v, a = speed, new
+        winch.fastest, winch.hardest = max(winch.fastest, abs(v)), max(winch.hardest, abs(a))
+        if held >= 0:
+            winch.held[held] += d
         winch.target, winch.target_rate = target, rate
     winch.length, winch.rate, winch.accel = x, v, a
+
+
+@driver
+def forget(winch):
+    """A tick begins: nothing has held the winch in it."""
+    for i in range(LIMITS):
+        winch.held[i] = 0.0
+    winch.fastest, winch.hardest = abs(winch.rate), abs(winch.accel)
+
+
+@inline
+def note_command(drum, winch, before, h):
+    """Count h [s] of a command that asks for more than rate or travel, or that changed the commanded rate ``before`` as
+    fast as the ramp lets it."""
+    if winch.limited != 0:
+        winch.held[COMMAND] += h
+    if abs(winch.command_rate - before) >= (1.0 - ON_RAMP) * drum.ramp * h:
+        winch.held[RAMP] += h
 
 
 @inline

@@ -35,6 +35,8 @@ ALARMS = (  # flags of a Frame that are worth a warning, most telling first; the
     Flag.SEABED,
     Flag.SLACK_ENERGY,
     Flag.SETPOINT_LIMITED,
+    Flag.WINCH_SATURATED,
+    Flag.RINGING_DAMPED,
     Flag.LOW_FLOW,
     Flag.HALVED,
 )

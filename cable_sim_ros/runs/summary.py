@@ -33,12 +33,48 @@ EXTREMES = (  # of a haul: name, meaning
     ("cable_on_drum", "length of cable on the drum"),
 )
 
+WINCH_PEAKS = (  # name, unit, meaning, field of the Frame, which end of it
+    ("winch_rate_max_m_s", "m/s", "largest speed of pay-out, either way", "payout_rate_tick_max", np.max),
+    (
+        "winch_acceleration_max_m_s2",
+        "m/s^2",
+        "largest acceleration of pay-out, either way",
+        "payout_acceleration_tick_max",
+        np.max,
+    ),
+    ("winch_pull_max_n", "N", "largest tension at the drum", "tension_drum_tick_max", np.max),
+    ("winch_power_max_w", "W", "largest power of the winch on the cable", "winch_power_tick_max", np.max),
+    (
+        "winch_power_min_w",
+        "W",
+        "least power of the winch on the cable; negative: it paid out and braked",
+        "winch_power_tick_min",
+        np.min,
+    ),
+)
+WINCH_LIMITS = (  # name, and of the field of the Frame, what was held
+    ("rate_limited", "`winch.max_rate` held the servo"),
+    ("acceleration_limited", "`winch.max_acceleration` held the servo"),
+    ("travel_limited", "an end stop or a soft limit held or braked the servo"),
+    ("command_limited", "a command asked for more than rate or travel"),
+    ("ramp_limited", "`winch.command_acceleration` held the commanded rate"),
+)
+
 # name, unit, meaning
 SUMMARY = (
     ("tension_mean_n", "N", "mean tension where the cable leaves the sheave"),
     ("tension_std_n", "N", "its standard deviation; null of a haul"),
-    ("tension_min_n", "N", "its least value"),
-    ("tension_max_n", "N", "its largest value"),
+    ("tension_min_n", "N", "its least value, in any time step"),
+    ("tension_max_n", "N", "its largest value, in any time step"),
+    ("tension_min_at_s", "s", "time since the begin of the run at the end of the tick in which the least tension fell"),
+    ("tension_max_at_s", "s", "that of the largest tension"),
+    ("tension_max_payout_m", "m", "pay-out in that tick"),
+    ("tension_max_scope_m", "m", "scope in that tick"),
+    (
+        "tension_damped_n",
+        "N",
+        "rms of the ringing of the tension that the time steps damped away, an estimate: tension_std_n is without it",
+    ),
     ("body_depth_m", "m", "mean depth of the towbody below the mean water surface"),
     ("body_depth_std_m", "m", "its standard deviation; null of a haul"),
     (
@@ -60,7 +96,7 @@ SUMMARY = (
         "themselves (Westin 2018, section 4.3); null of a haul",
     ),
     ("contact_resultant_mean_n", "N", "mean resultant of the cable on the sheave"),
-    ("contact_resultant_max_n", "N", "its largest value"),
+    ("contact_resultant_max_n", "N", "its largest value, in any time step"),
     ("wrap_angle_mean_deg", "deg", "mean arc between the first and the last loaded station"),
     ("sheave_heave_std_m", "m", "standard deviation of the height of the sheave"),
     (
@@ -88,6 +124,8 @@ SUMMARY = (
     ("scope_end_m", "m", "scope in the last Frame"),
     ("body_depth_start_m", "m", "depth of the towbody in the first Frame"),
     ("body_depth_end_m", "m", "depth of the towbody in the last Frame"),
+    *((name, unit, f"{what}, whole run") for name, unit, what, *_ in WINCH_PEAKS),
+    *((f"winch_{name}_share", "1", f"share of the whole run in which {what}") for name, what in WINCH_LIMITS),
     ("drum_end_s", "s", "time in which the winch stood at an end of its travel, whole run"),
     ("duration_s", "s", "simulated time, whole run"),
     (
@@ -169,21 +207,21 @@ def summarize(frames: np.recarray, *, skip_s: float = SKIP, **outside: float | N
     figures = {
         "tension_mean_n": tension.mean(),
         "tension_std_n": None if hauls else _deviation(tension),
-        "tension_min_n": tension.min(),
-        "tension_max_n": tension.max(),
+        **peaks(kept, frames),
         "body_depth_m": depth.mean(),
         "body_depth_std_m": None if hauls else _deviation(depth),
         "body_position_m": None if hauls else [*map(float, product(tow_axes(kept), offset)), float(-depth.mean())],
         "ellipsoid_volume_m3": None if hauls else volume,
         "ellipsoid_volume_points_m3": None if hauls else volume_points,
         "contact_resultant_mean_n": kept["contact_resultant"].mean(),
-        "contact_resultant_max_n": kept["contact_resultant"].max(),
+        "contact_resultant_max_n": np.fmax(kept["contact_resultant"], kept["contact_resultant_tick_max"]).max(),
         "wrap_angle_mean_deg": np.degrees(kept["wrap_angle"].mean()),
         "sheave_heave_std_m": _deviation(kept["sheave_position"][:, 2]),
         **strumming(kept),
         **extremes(frames),
         "hauled_m": travel,
         **ends(frames),
+        **winch_at_work(frames),
         "drum_end_s": float(np.sum(frames["status"] & Flag.DRUM_END != 0)) * tick_length(frames),
         "duration_s": (frames["time"][-1] - frames["time"][0]) * 1e-9,
         "skip_s": skip,
@@ -205,6 +243,35 @@ def strumming(frames: np.recarray) -> dict[str, float | None]:
         "strum_amplification": float(factor.mean()) if known else None,
         "strum_amplitude_max_diameters": float(amplitude.max()) if known else None,
     }
+
+
+def peaks(kept: np.recarray, frames: np.recarray) -> dict[str, float | None]:
+    """Least and largest tension at the sheave of ``kept``, by the steps of every tick, and when and at which length of
+    cable it fell; ``frames``: of the whole run. An older recording has the ends of its ticks alone."""
+    low = np.fmin(kept["tension"], kept["tension_tick_min"])
+    high = np.fmax(kept["tension"], kept["tension_tick_max"])
+    at_min, at_max = kept[int(low.argmin())], kept[int(high.argmax())]
+    begun = int(frames["time"][0]) - round(tick_length(frames) * 1e9)  # a Frame is the end of its tick
+    lost = kept["tension_damped"]
+    return {
+        "tension_min_n": low.min(),
+        "tension_max_n": high.max(),
+        "tension_min_at_s": (int(at_min["time"]) - begun) * 1e-9,
+        "tension_max_at_s": (int(at_max["time"]) - begun) * 1e-9,
+        "tension_max_payout_m": _or_none(at_max["payout"]),
+        "tension_max_scope_m": _or_none(at_max["scope"]),
+        "tension_damped_n": float(np.sqrt(0.5 * np.mean(lost**2))) if np.isfinite(lost).all() else None,
+    }
+
+
+def _or_none(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def winch_at_work(frames: np.recarray) -> dict[str, float | None]:
+    """Peaks of the winch and the share of the time in which each of its limits held it; None as in extremes()."""
+    found = {name: _or_none(of(frames[field])) for name, _, _, field, of in WINCH_PEAKS}
+    return found | {f"winch_{name}_share": _or_none(frames[name].mean()) for name, _ in WINCH_LIMITS}
 
 
 def extremes(frames: np.recarray) -> dict[str, float | None]:

@@ -8,16 +8,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..physics.frame import Flag
-from ..sim.flag_rules import WITHIN, WITHIN_JOURNAL, WITHIN_M
+from ..sim.flag_rules import RULES, WITHIN, WITHIN_JOURNAL, WITHIN_M
 from ..sim.scene import Scene
 from ..sim.statics import DRUM_RESERVE, Route
 from ..sim.verdict import Reason, Verdict, check, judge_counts, overload, strength, verdict_of
-from .summary import tick_length
+from .summary import SKIP, after_start, tick_length
 
 if TYPE_CHECKING:
     from ..io.replay import Residual
 
 ENDING = 5.0  # s
+# of the deviation, and of the mean tension: ringing that the steps damped away below that is no reason
+DAMPED, SEEN = 0.02, 1e-3
+KEPT = 0.02  # of its energy, what steps that keep a ringing may take of it
+NICE = (1.0, 2.0, 5.0)
+LEAST_TICK = 1e-4  # s, of solver.tick
 AT_END = 1e-3  # m, of the cable that stays on the drum
 
 
@@ -40,6 +45,8 @@ def judge(frames: np.recarray, scene: Scene | None = None, others: Iterable[Reas
         others=(*over, *others),
         problem=problem,
     )
+    if not any(reason.flag == "RINGING_DAMPED" for reason in found.reasons):
+        found = verdict_of([*found.reasons, *_deviation_damped(frames)])
     return found._replace(reasons=tuple(_with_numbers(reason, frames, scene) for reason in found.reasons))
 
 
@@ -74,9 +81,56 @@ def _with_numbers(reason: Reason, frames: np.recarray, scene: Scene | None) -> R
     if reason.flag == "SLACK" and frames["tension"].min() < 0.0:
         text = f"tension at the sheave went down to {frames['tension'].min():.4g} N, a push. "
         return reason._replace(text=f"{reason.text}; {text}".rstrip(". "))
+    if reason.flag == "WINCH_SATURATED":
+        return reason._replace(text=f"{reason.text}; {_saturated(frames)}")
+    if reason.flag == "RINGING_DAMPED":
+        return reason._replace(text=f"{reason.text}; {_damped(frames)}")
     if reason.flag == "DRUM_END" and scene is not None:
         return reason._replace(text=f"{reason.text}; {_which_end(frames, scene)}")
     return reason
+
+
+def _saturated(frames: np.recarray) -> str:
+    """How much of the time which limit held the winch, and how far it was behind."""
+    shares = [float(np.nanmean(frames[f"{name}_limited"])) for name in ("rate", "acceleration")]
+    behind = float(np.abs(frames["payout_setpoint"] - frames["payout"]).max())
+    return (
+        f"winch.max_rate held it {100.0 * shares[0]:.3g} % of the run and winch.max_acceleration "
+        f"{100.0 * shares[1]:.3g} %, it was up to {behind:.3g} m behind"
+    )
+
+
+def _ringing(frames: np.recarray) -> tuple[np.recarray, float, float]:
+    """Frames after the start-up, variance of their tension and of the ringing that the steps damped away [N^2]."""
+    kept, _ = after_start(frames, SKIP)
+    lost = np.nan_to_num(kept["tension_damped"])
+    return kept, float(kept["tension"].var()), 0.5 * float(np.mean(lost**2))
+
+
+def _deviation_damped(frames: np.recarray) -> tuple[Reason, ...]:
+    """Reason where the ringing that the steps damped away would show in the deviation, though in no peak."""
+    kept, there, lost = _ringing(frames)
+    least = SEEN * abs(float(kept["tension"].mean()))
+    if not (lost > ((1.0 + DAMPED) ** 2 - 1.0) * there and lost > least * least):
+        return ()
+    rule = next(rule for rule in RULES if rule.flag == "RINGING_DAMPED")
+    return (Reason(rule.flag, 0.0, 0.0, rule.figures, rule.text),)
+
+
+def _damped(frames: np.recarray) -> str:
+    """What is missing, and the step that would keep it: numerical damping goes with the third power of the step."""
+    kept, there, lost = _ringing(frames)
+    lengths = kept["tension_damped"] ** 2
+    step = tick_length(frames) * float(np.sum(lengths / np.maximum(kept["substeps"], 1)) / max(lengths.sum(), 1e-300))
+    good = step * min((KEPT * there / max(lost, 1e-300)) ** (1.0 / 3.0), KEPT ** (1.0 / 3.0))
+    good = max(good, LEAST_TICK)
+    decade = 10.0 ** np.floor(np.log10(good))
+    nice = max(digit * decade for digit in NICE if digit * decade <= good * (1.0 + 1e-9))
+    return (
+        f"{np.sqrt(lost):.3g} N rms or more beside a deviation of {np.sqrt(there):.4g} N, up to "
+        f"{np.nanmax(frames['tension_damped']):.3g} N of a peak, by steps of {step:.2g} s. Steps of {nice:g} s keep "
+        f"it: --step fixed --every {nice:g}, or solver.tick: {nice:g}"
+    )
 
 
 def _which_end(frames: np.recarray, scene: Scene) -> str:

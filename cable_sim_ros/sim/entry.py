@@ -22,6 +22,7 @@ from numba import types
 
 from ..physics.frame import NEWTON_FAILED, NOT_FINITE
 from ..physics.jit import driver
+from ..physics.observe import no_peaks
 from ..physics.state import NOW
 from ..physics.system import link_tick, observe, tick
 from ..physics.tow import rest
@@ -181,6 +182,7 @@ def _drive(model, state, inputs, output, what, count, control, stats, heads):
     if what == 0:
         steps, iterations, left = rest(model, state, MASS_DAMPING, count, LONGEST_STEP)
         if steps >= 0:
+            no_peaks(state.memory[NOW].health)
             observe(model, state, output, 0, 0, False)
         health = state.memory[NOW].health
         health.iterations, health.substeps, health.residual = iterations, 0, left

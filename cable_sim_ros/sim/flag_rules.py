@@ -195,6 +195,25 @@ RULES = (
         "hardly any water flowed past the towbody: its heading was held",
         "the heading alone is held, no figure of the summary depends on it",
     ),
+    Rule(
+        "WINCH_SATURATED",
+        DOUBTFUL,
+        1.0,
+        0.01,
+        COMPENSATED,
+        "the winch was held to its largest rate or acceleration: it did not follow the set-point",
+        "as SETPOINT_LIMITED; without compensation the ramp of the commands is all there is to follow",
+        compensating=True,
+    ),
+    Rule(
+        "RINGING_DAMPED",
+        DOUBTFUL,
+        0.0,
+        0.0,
+        PEAKS,
+        "the time steps damped ringing of the tension away: deviation and peaks are too small",
+        "the flag has its own share of the working tension; without it as soon as the deviation misses 2 %",
+    ),
 )
 # causes that are no flags: name, state, figures, what is looked at
 CHECKS = (

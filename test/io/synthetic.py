@@ -35,10 +35,12 @@ def make_frames(count: int, tick_s: float = 0.01, seed: int = 1, start: int = ST
     frames["body_position"][:, 2] = 0.4 * HEAVE * lag - DEPTH
     frames["body_quaternion"] = frames["ship_quaternion"]
     frames["tension"] = TENSION + 1500 * np.sin(2 * np.pi * t / PERIOD + 0.6)
+    frames["tension_tick_min"] = frames["tension_tick_max"] = frames["tension"]
     angle = 1.05 + 0.05 * wave
     frames["departure_angle"] = angle
     frames["tension_vector"] = (frames["tension"] * np.array([-np.sin(angle), 0 * t, -np.cos(angle)])).T
     frames["contact_resultant"] = 1.2 * frames["tension"]
+    frames["contact_resultant_tick_max"] = frames["contact_resultant"]
     frames["wrap_angle"] = 0.9 + 0.05 * wave
     frames["contact_stations"] = 40
     frames["status"] = 0
