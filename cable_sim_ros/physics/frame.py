@@ -38,7 +38,7 @@ class Flag(IntFlag):
     WINCH_SATURATED = 131072, "winch.max_rate or winch.max_acceleration held the servo for half of the tick or more"
     RINGING_DAMPED = (
         262144,
-        "the time steps have damped ringing of more than 0.05 of the working tension away: peaks are low",
+        "the time steps damped ringing of more than 0.05 of the working tension away: peaks are low",
     )
 
 

@@ -88,9 +88,10 @@ CONTROL = np.dtype(  # the choice of the step, counts since the start
     align=True,
 )
 SHEAVE = np.dtype([("position", "f8", 3), ("velocity", "f8", 3)])  # of its centre, tow frame
-<<<<<<< HEAD
-# what instruments showed at the last tick; rad, rad with a sign (see setpoint.lead_of), N
-MEASURED = np.dtype([("departure_angle", "f8"), ("lead", "f8"), ("tension", "f8")])
+# what instruments showed at the last tick; rad, rad with a sign (see setpoint.lead_of) and its rate, when [ns], N
+MEASURED = np.dtype(
+    [("departure_angle", "f8"), ("lead", "f8"), ("lead_rate", "f8"), ("lead_at", "i8"), ("tension", "f8")], align=True
+)
 KNOWN = np.dtype(  # of the mean flow, see pull.py
     [
         ("speed", "f8", (2, 4)),  # m/s, m/s^2: two stages of the mean speed of the sheave, x and y, tow frame
@@ -105,11 +106,6 @@ KNOWN = np.dtype(  # of the mean flow, see pull.py
         ("told", "i8"),  # 1: it has been
     ],
     align=True,
-=======
-# what instruments showed at the last tick; rad, rad with a sign (see setpoint.lead_of) and its rate, when [ns], N
-MEASURED = np.dtype(
-    [("departure_angle", "f8"), ("lead", "f8"), ("lead_rate", "f8"), ("lead_at", "i8"), ("tension", "f8")], align=True
->>>>>>> i20-c1
 )
 MEMORY = np.dtype(
     [

@@ -10,12 +10,8 @@ from .feed import flow_of, lay_mesh
 from .instruments import end_strain
 from .integrate import coefficients, settle
 from .jit import NO, driver, link, opaque
-<<<<<<< HEAD
 from .pull import take_up
-from .setpoint import set_point
-=======
 from .setpoint import mean_track, set_point
->>>>>>> i20-c1
 from .ship import evaluate, hull_point, rotate, spin
 from .state import ARC, NOW, STEP, A, Q, V
 from .step import begin, finish
