@@ -20,8 +20,8 @@ from math import cos, sin, sqrt
 
 import numpy as np
 
-from .ancf import CD_FIXED, CN_FIT, CT_FIXED, CT_OF_RE, EXTRA_DRAG, HALF_RHO_D, RE_FACTOR
-from .drag import SPEED_FLOOR, along, drag
+from .ancf import CD_FIXED, CN_FIT, CT_FIXED, CT_OF_RE, EXTRA_ALONG, EXTRA_DRAG, HALF_RHO_D, RE_FACTOR
+from .drag import SPEED_FLOOR, along, coefficient_along, drag
 from .drag_laws import CHOO_CASARELLA, choo_casarella, fitted
 from .jit import LANES, driver, inline
 from .sea import current_at
@@ -67,25 +67,39 @@ def direction(q, n):
     return scale(1.0 / max(norm(g), 1e-12), g)
 
 
+@inline
+def coefficient(p, e, speed):
+    """C_D at a speed of the water, and its derivative to the speed; p: rows of a group, e: lane."""
+    if p[CD_FIXED, e] >= 0.0:
+        return p[CD_FIXED, e], 0.0
+    re = p[RE_FACTOR, e] * speed
+    if p[CN_FIT, e] == CHOO_CASARELLA:
+        cd, dcd = choo_casarella(re)
+    else:
+        cd, dcd = fitted(int(p[CN_FIT, e]), re)
+    return cd, dcd * p[RE_FACTOR, e]
+
+
 @driver
 def drag_change(p, e, extra, v, u, length, out):
-    """Add the derivative of an element's drag to the flow, [3, 3], to out; p: rows of a group, e: lane."""
+    """Add the derivative of an element's drag to the flow, [3, 3], to out; p: rows of a group, e: lane; extra: drag
+    factors less 1 across the cable and along it."""
     w = axpy(-dot(v, u), u, v)
     vn = sqrt(dot(w, w) + SPEED_FLOOR * SPEED_FLOOR)
-    re, cd, dcd = p[RE_FACTOR, e] * vn, p[CD_FIXED, e], 0.0
-    if cd < 0.0:
-        if p[CN_FIT, e] == CHOO_CASARELLA:
-            cd, dcd = choo_casarella(re)
-        else:
-            cd, dcd = fitted(int(p[CN_FIT, e]), re)
-    alpha, _, w, vt, a1, a2, b1, b2 = drag(v, u, vn, p[HALF_RHO_D, e], p[RE_FACTOR, e], cd, dcd, p, e)
+    at = sqrt(dot(v, u) * dot(v, u) + SPEED_FLOOR * SPEED_FLOOR)
+    cd, dcd = coefficient(p, e, vn)
+    whole, d_whole = coefficient(p, e, sqrt(vn * vn + at * at))
+    cdt = coefficient_along(cd, dcd, whole, d_whole, vn, at, 1.0 if p[CD_FIXED, e] < 0.0 else 0.0)
+    ref = p[RE_FACTOR, e]
+    alpha, _, w, vt, a1, a2, b1, b2 = drag(v, u, vn, p[HALF_RHO_D, e], ref, cd, dcd / max(ref, 1e-300), cdt, p, e)
     if p[CT_FIXED, e] + p[CT_OF_RE, e] > 0.0:
         b2 += along(vt, p, e)[1]
-    k = (1.0 + extra) * length
-    y, z = axpy(a1, w, scale(a2, u)), axpy(b1, w, scale(b2 - alpha, u))
+    k, kt = (1.0 + extra[0]) * length, (1.0 + extra[1]) * length
+    y, z = axpy(a1, w, scale(a2, u)), axpy(b1, w, scale(b2, u))
     for i in range(3):
         for j in range(3):
-            out[i, j] += k * ((alpha if i == j else 0.0) + w[i] * y[j] + u[i] * z[j])
+            across = alpha * ((1.0 if i == j else 0.0) - u[i] * u[j]) + w[i] * y[j]
+            out[i, j] += k * across + kt * u[i] * z[j]
 
 
 @driver
@@ -145,7 +159,8 @@ def resist(line, state, first):
         band[e, T, 0], band[e, T, 1], band[e, T, 2] = u
         m = scale(0.5, add(row3(mean, e), row3(mean, e + 1)))
         x, y = current_at(line.sea, memory, 0.5 * (q[e, 2] + q[e + 1, 2]))
-        extra = line.elements[e // LANES, EXTRA_DRAG, e % LANES] + state.nodes[NOW, STRUM, e, EXTRA]
+        rows = line.elements[e // LANES]
+        extra = rows[EXTRA_DRAG, e % LANES] + state.nodes[NOW, STRUM, e, EXTRA], rows[EXTRA_ALONG, e % LANES]
         half = 0.5 * (state.nodes[NOW, ARC, e + 1, 0] - state.nodes[NOW, ARC, e, 0])
         past = (x - m[0], y - m[1], -m[2])
         for n in range(e, e + 2):

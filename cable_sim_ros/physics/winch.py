@@ -134,7 +134,11 @@ class Winch(Block):
         configure=False,
     )
     command_delay: float = quantity(
-        0.0, "s", 0.0, 10.0, "dead time of the drive: a command counts so long after it came"
+        0.0,
+        "s",
+        0.0,
+        10.0,
+        "dead time: a command counts so long after it came; what a set-point law asks for is not delayed",
     )
     command_acceleration: float | None = quantity(
         None,
