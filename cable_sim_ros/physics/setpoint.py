@@ -127,9 +127,10 @@ def mean_track(state, sheave, yaw, h):
     w = 2.0 * pi / state.washout
     for i in range(3):
         before = state.track_speed[i]
-        e = (yaw if i == 2 else sheave.position[i]) - state.track[i] - 0.5 * h * (before + state.track_rate[i])
-        e /= 1.0 + 0.5 * h * (1.414 * w + w * w * h)
-        state.track_rate[i] += w * w * h * e
+        rate = state.track_rate[i] + 0.5 * h * w * (before - state.track_rate[i]) / 1.414  # of the deviation before
+        e = (yaw if i == 2 else sheave.position[i]) - state.track[i] - 0.5 * h * (before + rate)
+        e /= 1.0 + 0.5 * h * (1.414 * w + 0.5 * w * w * h)
+        state.track_rate[i] = rate + 0.5 * w * w * h * e
         state.track_speed[i] = state.track_rate[i] + 1.414 * w * e
         state.track[i] += 0.5 * h * (before + state.track_speed[i])
 

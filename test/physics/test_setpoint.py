@@ -103,6 +103,18 @@ def test_the_track_tells_how_fast_it_moves():
         assert 0.5 * (speed + state.track_speed[0]) == pytest.approx((state.track[0] - before) / H, abs=1e-9)
 
 
+def test_where_the_track_is_does_not_depend_on_the_step():
+    """A ship 2 m/s faster than its mean track: with one implicit rate the track led by half a step of it."""
+    ends = []
+    for h in (0.1, 0.05, 0.025):
+        state, sheave = filled(SETPOINT, washout=300.0), filled(SHEAVE)
+        for k in range(1, round(100.0 / h) + 1):
+            sheave.position[0] = 2.0 * k * h
+            mean_track(state, sheave, 0.0, h)
+        ends.append(state.track[0])
+    assert abs(ends[0] - ends[2]) < 1e-3 and abs(ends[1] - ends[2]) < 0.3 * abs(ends[0] - ends[2])
+
+
 def test_a_cable_that_leads_forward_has_an_angle_below_zero():
     """Ship heading north, mean track too: the cable astern, ahead, to the side."""
     state = filled(SETPOINT)
