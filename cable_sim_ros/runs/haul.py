@@ -70,7 +70,9 @@ def compose(run: RecordedRun, title: str, stamp: str = "") -> Figure:
 def caption(run: RecordedRun) -> str:
     """Least and largest of the haul, and the plan."""
     s, f = extremes(run.frames), run.frames
-    (least_kn, most_kn), plan = (of(f["tension"]) / 1e3 for of in (np.min, np.max)), run.custom_data.get("winch_plan")
+    least_kn = np.fmin(f["tension"], f["tension_tick_min"]).min() / 1e3
+    most_kn = np.fmax(f["tension"], f["tension_tick_max"]).max() / 1e3
+    plan = run.custom_data.get("winch_plan")
 
     def span(name: str) -> str:
         low, high = s[f"{name}_min_m"], s[f"{name}_max_m"]

@@ -265,7 +265,7 @@ def peaks(kept: np.recarray, frames: np.recarray) -> dict[str, float | None]:
 
 
 def _or_none(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
+    return float(value) + 0.0 if np.isfinite(value) else None  # no minus zero
 
 
 def winch_at_work(frames: np.recarray) -> dict[str, float | None]:
