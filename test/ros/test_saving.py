@@ -3,7 +3,6 @@ on from there bit for bit; what is refused leaves everything as it was."""
 
 from __future__ import annotations
 
-import json
 import math
 import os
 import sys
@@ -15,6 +14,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
 
+from state_files import with_notes
 from test_commands import command
 from test_motion import imu, odometry
 from test_stepped import Run, ship, winch
@@ -133,26 +133,23 @@ def test_a_state_that_does_not_fit_leaves_the_tow_as_it_was(make, tmp_path):
     it.feed(0, 200)
     it.step(30)
     assert it.session.save(path)[0]
-    with np.load(path) as archive:
-        members = {name: archive[name] for name in archive.files}
-
-    def with_notes(change) -> Path:
-        notes = json.loads(str(members["notes"]))
-        change(notes["node"])
-        with open(tmp_path / "other.npz", "wb") as file:
-            np.savez(file, **(members | {"notes": np.array(json.dumps(notes))}))
-        return tmp_path / "other.npz"
-
+    other_file = tmp_path / "other.npz"
     before, intake, clock = it.step(10), it.session.notes()["intake"], it.session.steps.clock
     for change in (
         lambda node: node["steps"]["object"].pop("clock"),
         lambda node: node.pop("intake"),
         lambda node: node["intake"]["object"].update(clock={"object": {}}),
+        lambda node: node["steps"]["object"].update(clock="now"),
+        lambda node: node["steps"]["object"].update(gate=None),
+        lambda node: node["intake"]["object"]["ingest"]["object"].update(settings=5),
+        lambda node: node["intake"]["object"].update(inputs=5),
+        lambda node: node.update(spoken=1),
     ):
-        done, text = it.session.restore(with_notes(change))
+        done, text = it.session.restore(with_notes(path, other_file, lambda notes, change=change: change(notes["node"])))
         assert not done and "other.npz: is damaged (its notes of the node do not fit" in text
         assert it.session.state == "running" and it.session.steps.clock == clock
         assert it.session.notes()["intake"] == intake
+    assert it.step(10) != before, "what was refused has not stopped it"
     it.session.set_live("winch.command_timeout", 0.9)
     done, text = it.session.restore(path)
     assert done and (
