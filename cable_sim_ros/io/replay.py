@@ -316,7 +316,9 @@ def residuals(frames: np.recarray, tow: RecordedTow, same: SameTicks | None = No
     """
     table = {channel.name: channel for channel in CHANNELS}
     decoded: dict[str, list[dict]] = {}
-    rows = []
+    rows: list[Residual] = []
+    if not len(frames):
+        return rows
     ours_time = frames["time"].astype(np.int64)
     for topic, quantity, unit, name, part in COMPARED:
         channel = table[CHANNEL_NAMES[topic]]

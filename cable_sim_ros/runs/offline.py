@@ -239,6 +239,8 @@ def replay(
         result.figures.update(_intake_figures(one))
         doubts += one.doubts
         faults = [*tow.notices, *told.faults, NO_JOURNAL]
+        if tow.journal and own:
+            doubts.append(verdict.check("JOURNAL", "; ".join([*told.faults, "the journal has no start to begin from"])))
     result.residuals = residuals(result.frames, tow, same)
     result.figures.update(
         residuals=[row._asdict() for row in result.residuals],
@@ -250,13 +252,10 @@ def replay(
         mean = result.figures.get("tension_mean_n", 0.0)
         doubts += verdict.differences(result.residuals, mean, bool(told.segments))
     if own and again is not None:  # whether it is the run, apart from what the run was
-        judged(result, scene)
-        result.run_verdict = result.verdict
-        result.figures["run_verdict"] = result.run_verdict.as_dict()
-        halted = result.problem and not again.halt_was_recorded
-        doubts += [verdict.check("HALTED", result.problem)] if halted else []
+        result.run_verdict = judged(result, scene).verdict
+        doubts += again.other_end(result.problem)
         result.verdict = verdict.verdict_of([*doubts, *_damage(tow)])
-        result.figures["verdict"] = result.verdict.as_dict()
+        result.figures |= {"run_verdict": result.run_verdict.as_dict(), "verdict": result.verdict.as_dict()}
     else:
         judged(result, scene, [*doubts, *_damage(tow)])
     _write_summary(out, result)

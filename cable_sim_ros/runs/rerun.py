@@ -14,6 +14,7 @@ from ..sim.live import set_live
 from ..sim.savefile import LAYOUT, SaveError, fitting
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
+from ..sim.verdict import Reason, check
 from .stepping import Drive, Driven, Progress, RunRecorder, silent
 
 CHUNK_TICKS = 256  # of one compiled call, at most; each begins with cold caches
@@ -47,10 +48,9 @@ class Rerun:
         numbers = np.concatenate(self._done) if self._done else np.zeros(0, np.int64)
         return SameTicks(self.tow, self.segments, numbers, self.tick)
 
-    @property
-    def halt_was_recorded(self) -> bool:
-        """Did the recorded run end in a tick that could not be solved?"""
-        return self.segments[-1].halted
+    def other_end(self, problem: str) -> list[Reason]:
+        """Reason where this ended early (problem), and the recorded run did not."""
+        return [check("HALTED", problem)] if problem and not self.segments[-1].halted else []
 
     def _bound(self, frames: np.recarray | None) -> None:
         """No more ticks than were recorded, and some that were not."""

@@ -74,10 +74,12 @@ def is_sealed(data: bytes) -> bool:
 def parts(data: bytes, names: Collection[str], most: int = FILE_MOST, packed: bool = False) -> dict[str, bytes]:
     """Members of an .npz file by their names, as bytes; names: those it may have; most: bytes of all of them; packed:
     they may be compressed."""
-    _judge_end(data)
+    count = _judge_end(data)
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             members = archive.infolist()
+            if len(members) != count:
+                raise Unfit(f"its directory says {count} members and has {len(members)}")
             _judge(members, names, most if packed else min(most, len(data)), packed)
             found = {}
             for member in members:
@@ -90,14 +92,15 @@ def parts(data: bytes, names: Collection[str], most: int = FILE_MOST, packed: bo
         raise Unfit(f"{type(error).__name__}: {error}") from None
 
 
-def _judge_end(data: bytes) -> None:
-    """Unfit where the directory is not a small one at the end of the file."""
+def _judge_end(data: bytes) -> int:
+    """How many members a small directory at the end of the file says there are; Unfit where it is another."""
     at = len(data) - END.size - (SEAL_SIZE if data[-SEAL_SIZE:-64] == SEAL else 0)
     if at < 0 or data[at : at + 4] != b"PK\x05\x06":
         raise Unfit("its end is missing")
     _, _, _, _, count, size, _, _ = END.unpack_from(data, at)
     if count > MEMBERS_MOST or size > INDEX_MOST or data[at - LOCATOR :].startswith(b"PK\x06\x07"):
         raise Unfit(f"its directory has {count} members in {size} bytes, at most {MEMBERS_MOST} in {INDEX_MOST} fit")
+    return count
 
 
 def _judge(members: list[zipfile.ZipInfo], names: Collection[str], most: int, packed: bool) -> None:

@@ -189,7 +189,9 @@ def test_only_a_regular_file_is_read(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "to a device").symlink_to("/dev/zero")
     for path in (tmp_path / "pipe", tmp_path / "to a device", tmp_path):
-        with pytest.raises(SaveError, match=r"cannot be read \(it is no regular file\); nothing was loaded. Give a file"):
+        with pytest.raises(
+            SaveError, match=r"cannot be read \(it is no regular file\); nothing was loaded. Give a file"
+        ):
             Simulator.load(path)
     with open(tmp_path / "giant", "wb") as file:
         file.truncate(300_000_000)
