@@ -69,12 +69,8 @@ FIGURES = (
     ("journal", "", "`replay`: true: the bag says what the run took and when, so that this is the same run"),
     ("replay_faults", "", "`replay`: why this may not be the run that was recorded, as texts"),
     ("residuals", "", "`replay`: list of channel, quantity, unit, mean, rms, largest, count; ours less recorded"),
-    (
-        "largest_difference",
-        "",
-        "`replay`: largest `difference` of any field of `sim/health` (`field`) over the `ticks` both have of those "
-        "`recorded`",
-    ),
+    ("largest_difference", "", "`replay`: largest difference of any field of `sim/health` over the common ticks"),
+    ("recorded_ticks", "1", "`replay`: ticks that the bag has in `sim/health`; `ticks` were simulated again"),
     ("node", "", "`live`: figures of the node, as in its statistics file"),
     ("saved", "", "file with the state at the end; absent without `--save`"),
     ("resumed", "", "`--from`: `file`, `time_s` of its state, `motion`: goes on, or taken up anew; absent without it"),
@@ -245,6 +241,7 @@ def replay(
     result.figures.update(
         residuals=[row._asdict() for row in result.residuals],
         largest_difference=largest_difference(result.frames, frames, same),
+        recorded_ticks=0 if frames is None else len(frames),
         journal=bool(told.segments),
         replay_faults=faults,
     )
@@ -305,7 +302,7 @@ def largest_difference(
     mine, other = at[at >= 0], np.flatnonzero(at >= 0)
     if not len(mine):
         return None
-    worst: dict[str, Any] = {"field": "", "difference": 0.0, "ticks": len(mine), "recorded": len(theirs)}
+    worst: dict[str, Any] = {"field": "", "difference": 0.0, "ticks": len(mine)}
     for name in ours.dtype.names or ():
         gap = np.abs(np.asarray(ours[name][mine], float) - np.asarray(theirs[name][other], float))
         value = float(np.nanmax(gap)) if np.isfinite(gap).any() else 0.0

@@ -19,7 +19,7 @@ from .stepping import Drive, Driven, Progress, RunRecorder, silent
 
 CHUNK_TICKS = 256  # of one compiled call, at most; each begins with cold caches
 RING_SHARE = 400, 100  # samples and commands a chunk may bring: less than half of each ring
-MORE_TICKS = 10_000  # that a journal may say beyond those in the bag: a slow disk drops what was published
+MORE_TICKS = 2_000  # that a journal may say beyond those in the bag: a slow disk drops what was published
 UNSEEN_MOST = 360_000  # ticks of a bag that has none to compare with: an hour of 10 ms
 NO_END = 2**62
 

@@ -11,7 +11,8 @@ import json
 import struct
 import zipfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -66,43 +67,39 @@ def rebuilt(members: dict[str, np.ndarray], **others: np.ndarray | str) -> bytes
     return sealed(npz(members | {name: text(v) if isinstance(v, str) else v for name, v in others.items()}))
 
 
-def crafted(data: bytes) -> dict[str, bytes]:
-    """Files made from a good one, by what is wrong with them."""
+def crafted(data: bytes) -> list[tuple[str, Callable[[], bytes]]]:
+    """What is wrong with a file, and how to make it from a good one."""
     members = members_of(data)
-    return {
-        **dict(_archives(members)),
-        **{f"header: {what}": _with_header(members, head) for what, head in HEADERS.items()},
-        **dict(_numbers(members)),
-        **dict(_notes(members)),
-    }
+    headers = [(f"header: {what}", partial(_with_header, members, head)) for what, head in HEADERS.items()]
+    return [*_archives(members), *headers, *_numbers(members), *_notes(members)]
 
 
-def _archives(members: dict[str, np.ndarray]) -> Iterator[tuple[str, bytes]]:
+def _archives(members: dict[str, np.ndarray]) -> Iterator[tuple[str, Callable[[], bytes]]]:
     whole = npz(members)
     directory = whole.index(b"PK\x01\x02")
     for what, (offset, form, values) in ENTRY.items():
         for value in values:
-            yield f"directory: {what} {value}", sealed(_patched(whole, directory + offset, form, value))
+            yield f"directory: {what} {value}", partial(_patched, whole, directory + offset, form, value)
     for what, (offset, form, values) in AT_END.items():
         for value in values:
-            yield f"end: {what} {value}", sealed(_patched(whole, len(whole) - END + offset, form, value))
-    yield "compressed", sealed(npz(members, compressed=True))
-    yield "bomb", sealed(npz(members | {"nodes": np.zeros(6_000_000)}, compressed=True))
-    yield "too many members", rebuilt(members | {f"x{k}": np.zeros(1) for k in range(70)})
-    yield "another member", rebuilt(members | {"../../outside": np.zeros(1)})
-    yield "nothing in it", sealed(npz({}))
+            yield f"end: {what} {value}", partial(_patched, whole, len(whole) - END + offset, form, value)
+    yield "compressed", lambda: sealed(npz(members, compressed=True))
+    yield "bomb", lambda: sealed(npz(members | {"nodes": np.zeros(6_000_000)}, compressed=True))
+    yield "too many members", partial(rebuilt, members | {f"x{k}": np.zeros(1) for k in range(70)})
+    yield "another member", partial(rebuilt, members | {"../../outside": np.zeros(1)})
+    yield "nothing in it", lambda: sealed(npz({}))
     memory = io.BytesIO(whole)
     with zipfile.ZipFile(memory, "a") as archive:
         archive.writestr(zipfile.ZipInfo("nodes.npy"), b"again")
-    yield "a member twice", sealed(memory.getvalue())
+    yield "a member twice", partial(sealed, memory.getvalue())
     for name in members:
-        yield f"without {name}", rebuilt({k: v for k, v in members.items() if k != name})
+        yield f"without {name}", partial(rebuilt, {k: v for k, v in members.items() if k != name})
 
 
 def _patched(data: bytes, at: int, form: str, value: int) -> bytes:
     changed = bytearray(data)
     struct.pack_into(form, changed, at, value)
-    return bytes(changed)
+    return sealed(bytes(changed))
 
 
 def _with_header(members: dict[str, np.ndarray], head: str) -> bytes:
@@ -115,13 +112,13 @@ def _with_header(members: dict[str, np.ndarray], head: str) -> bytes:
     return sealed(memory.getvalue())
 
 
-def _numbers(members: dict[str, np.ndarray]) -> Iterator[tuple[str, bytes]]:
+def _numbers(members: dict[str, np.ndarray]) -> Iterator[tuple[str, Callable[[], bytes]]]:
     for name, array in members.items():
         if name in TEXTS or name.startswith("step_"):
             continue
         for value in (np.nan, np.inf, 1e300):
             if array.dtype.kind == "f" and not (name == "inputs_command" and np.isnan(value)):
-                yield f"{name}: {value}", rebuilt(members | {name: np.full_like(array, value)})
+                yield f"{name}: {value}", partial(rebuilt, members | {name: np.full_like(array, value)})
     memory = members["memory"]
     for field in _fields(memory.dtype):
         for value in (
@@ -131,14 +128,14 @@ def _numbers(members: dict[str, np.ndarray]) -> Iterator[tuple[str, bytes]]:
         ):
             changed = memory.copy()
             _of(changed, field)[...] = value
-            yield f"memory.{field} = {value}", rebuilt(members | {"memory": changed})
+            yield f"memory.{field} = {value}", partial(rebuilt, members | {"memory": changed})
     for name, value in (("motion_head", -1), ("motion_head", 2**62), ("command_seen", -5), ("motion_time", -(2**63))):
         key = f"inputs_{name}"
-        yield f"{key} = {value}", rebuilt(members | {key: np.full_like(members[key], value)})
+        yield f"{key} = {value}", partial(rebuilt, members | {key: np.full_like(members[key], value)})
     for what, nodes in (("backwards", members["nodes"][:, ::-1].copy()), ("all zero", 0.0 * members["nodes"])):
-        yield f"nodes {what}", rebuilt(members | {"nodes": nodes})
-    yield "another shape", rebuilt(members | {"nodes": members["nodes"][:, :-1].copy()})
-    yield "another dtype", rebuilt(members | {"nodes": members["nodes"].astype(np.float32)})
+        yield f"nodes {what}", partial(rebuilt, members | {"nodes": nodes})
+    yield "another shape", partial(rebuilt, members | {"nodes": members["nodes"][:, :-1].copy()})
+    yield "another dtype", partial(rebuilt, members | {"nodes": members["nodes"].astype(np.float32)})
 
 
 def _fields(kind: np.dtype, prefix: str = "") -> Iterator[str]:
@@ -153,22 +150,22 @@ def _of(record: np.ndarray, field: str) -> np.ndarray:
     return record
 
 
-def _notes(members: dict[str, np.ndarray]) -> Iterator[tuple[str, bytes]]:
+def _notes(members: dict[str, np.ndarray]) -> Iterator[tuple[str, Callable[[], bytes]]]:
     for what, notes in {"nested": "[" * 100_000, "nested tables": '{"a":' * 100_000, "a number": "3", "": ""}.items():
-        yield f"notes: {what or 'empty'}", rebuilt(members, notes=notes)
+        yield f"notes: {what or 'empty'}", partial(rebuilt, members, notes=notes)
     notes = json.loads(bytes(members["notes"]))
     for path in _leaves(notes):
         for value in ("now", {"list": [1]}, {"object": {}}, {"array": ["<f8", [10**9], BOMB]}, [[]] * 3):
-            changed = json.loads(bytes(members["notes"]))
-            inner: Any = changed
-            for part in path[:-1]:
-                inner = inner[part]
-            if inner[path[-1]] != value:
-                inner[path[-1]] = value
-                yield (
-                    f"notes: {'.'.join(map(str, path[-4:]))} = {value!s:.20}",
-                    rebuilt(members, notes=json.dumps(changed)),
-                )
+            yield f"notes: {'.'.join(map(str, path[-4:]))} = {value!s:.20}", partial(_noted, members, path, value)
+
+
+def _noted(members: dict[str, np.ndarray], path: tuple, value: Any) -> bytes:
+    """The file with another value in its notes."""
+    notes = inner = json.loads(bytes(members["notes"]))
+    for part in path[:-1]:
+        inner = inner[part]
+    inner[path[-1]] = value
+    return rebuilt(members, notes=json.dumps(notes))
 
 
 BOMB = base64.b64encode(zlib.compress(bytes(10_000_000), 9)).decode()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import re
 from typing import get_args
@@ -176,3 +177,11 @@ def test_faults_without_number_are_counted():
 
 def test_a_sample_has_the_columns_of_the_ring():
     assert len(get_args(Sample)) == 1 + MOTION_COLUMNS
+
+
+def test_a_state_as_numpy_packs_it_is_read(tmp_path):
+    """So recorders before the common packing did; their bags stay readable."""
+    empty = rings(make_inputs())
+    np.savez_compressed(tmp_path / "state.npz", **empty)
+    state = state_of(base64.b64encode((tmp_path / "state.npz").read_bytes()).decode())
+    assert state.rings.keys() == empty.keys()

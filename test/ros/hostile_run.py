@@ -87,7 +87,7 @@ def main() -> None:
         members = members_of(good)
         bits = rng.integers(0, 8 * len(good), flips).tolist()
         for name, files, may_fit in (
-            ("crafted", crafted(good).items(), False),
+            ("crafted", ((what, make()) for what, make in crafted(good)), False),
             ("flipped", ((f"bit {bit}", flipped(good, bit)) for bit in bits), False),
             ("flipped below", ((f"number {k}", flipped_inside(members, rng)) for k in range(below)), True),
         ):
