@@ -16,9 +16,7 @@ Topic ``sim/journal`` of the bag (recorded only, not published), std_msgs/String
 from __future__ import annotations
 
 import base64
-import io
 import json
-import zipfile
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -27,10 +25,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..physics.inputs import COMMAND_ROWS, MOTION_ROWS, Inputs, push_command, push_motion
+from ..sim.npz_bytes import npz
 from ..sim.savefile import LAYOUT
+from .journal_entries import MSGTYPE, STATES_MOST, BadEntry, Begin, Command, Entry, Sample, entry_of, state_of
 from .typestore import STORE
 
-TOPIC, MSGTYPE = "sim/journal", "std_msgs/msg/String"
+TOPIC = "sim/journal"
+FAULTS_MOST = 20  # told as texts; the others are counted
+STARTS_MOST = 1000  # a static start takes some tenths of a second
 SPARE = 8  # rows of a ring that may be overwritten while it is read
 STATIC = ("start", "reset")  # causes of a start from the static equilibrium
 
@@ -151,19 +153,8 @@ def encoded(entry: Mapping[str, Any]) -> bytes:
 
 
 def packed(arrays: Mapping[str, np.ndarray]) -> str:
-    """Arrays as base64 of a compressed .npz."""
-    memory = io.BytesIO()
-    np.savez_compressed(memory, **arrays)  # type: ignore[arg-type]
-    return base64.b64encode(memory.getvalue()).decode()
-
-
-def unpacked(text: str) -> dict[str, np.ndarray]:
-    """Back from `packed`. ValueError where it is damaged."""
-    try:
-        with np.load(io.BytesIO(base64.b64decode(text)), allow_pickle=False) as archive:
-            return {name: archive[name] for name in archive.files}
-    except (zipfile.BadZipFile, OSError, KeyError, EOFError) as error:
-        raise ValueError(f"the state in the journal cannot be read ({type(error).__name__}: {error})") from None
+    """Arrays as base64 of a compressed .npz; back: `journal_entries.state_of`."""
+    return base64.b64encode(npz(arrays, compressed=True)).decode()
 
 
 @dataclass
@@ -173,36 +164,45 @@ class Segment:
     start: Start
     parameters: dict[str, Any]
     layout: str
-    arrays: dict[str, np.ndarray]  # of the snapshot
-    first: int  # number of the first tick
+    arrays: dict[str, bytes]  # of the snapshot, for `savefile.fitting`
+    rings: dict[str, np.ndarray]  # of inputs, as they were
+    first: int  # number of the first tick, in the count of the program
+    message: int = 0  # place of its start among the messages of the journal, as the bag has them
     ticks: int = 0
     halted: bool = False  # the tick after the last one could not be solved
-    motion: list[list[float]] = field(default_factory=list)
-    commands: list[list[float | None]] = field(default_factory=list)
+    ended: bool = False  # the journal says where it ends
+    motion: list[Sample] = field(default_factory=list)
+    commands: list[Command] = field(default_factory=list)
     seen: list[tuple[int, int, int]] = field(default_factory=list)  # tick of the segment, motion, commands from it on
     sets: list[tuple[int, str, Any]] = field(default_factory=list)  # tick of the segment, parameter, value
 
-    @property
-    def ticks_before(self) -> int:
-        """The Frame's `tick` at the start."""
-        return int(self.arrays["memory"]["time"]["ticks"]) if "memory" in self.arrays else 0
-
     def heads(self) -> np.ndarray:
         """What each tick sees of the rings, int64 [ticks, 2], counted as their heads."""
-        table = np.zeros((self.ticks, 2), np.int64)
-        for tick, motion, commands in self.seen:
-            table[tick:] = motion, commands
-        return table + self.base
+        seen = np.array(self.seen, np.int64)  # its ticks go up
+        return seen[np.searchsorted(seen[:, 0], np.arange(self.ticks), "right") - 1, 1:] + self.base
 
     @property
     def base(self) -> tuple[int, int]:
         """Heads of the rings at the start."""
-        return int(self.arrays["inputs_motion_head"][0]), int(self.arrays["inputs_command_head"][0])
+        return int(self.rings["inputs_motion_head"][0]), int(self.rings["inputs_command_head"][0])
+
+    @property
+    def newest(self) -> int | None:
+        """Stamp of the newest sample so far, ns."""
+        head = self.base[0]
+        before = int(self.rings["inputs_motion_time"][(head - 1) % MOTION_ROWS]) if head else None
+        return int(self.motion[-1][0]) if self.motion else before
+
+    def number(self, stamp: np.ndarray, period: int) -> np.ndarray:
+        """Ticks of the program's count by their stamps in this segment [ns], -1: none; period: of a tick [ns]."""
+        since = np.asarray(stamp, np.int64) - self.start.time
+        k = since // period
+        return np.where((since > 0) & (since % period == 0), self.first + k - 1, -1)
 
     def load(self, inputs: Inputs) -> None:
         """The rings of inputs as they were at the start."""
         for name, array in inputs._asdict().items():
-            array[...] = self.arrays[f"inputs_{name}"]
+            array[...] = self.rings[f"inputs_{name}"]
 
     def push(self, inputs: Inputs, motion_head: int, command_head: int) -> None:
         """Push the samples and commands up to these heads of the rings."""
@@ -210,7 +210,7 @@ class Segment:
         for stamp, *row in self.motion[int(inputs.motion_head[0]) - motion : motion_head - motion]:
             push_motion(inputs, int(stamp), row)
         for at, payout, rate in self.commands[int(inputs.command_head[0]) - command : command_head - command]:
-            push_command(inputs, int(at or 0), *(np.nan if v is None else v for v in (payout, rate)))
+            push_command(inputs, int(at), *(np.nan if v is None else v for v in (payout, rate)))
 
 
 class Told(NamedTuple):
@@ -221,55 +221,91 @@ class Told(NamedTuple):
 
 
 def read_journal(messages: list[bytes]) -> Told:
-    """Segments of the journal's messages, in whatever order they come."""
-    entries: list[dict[str, Any]] = []
-    faults: list[str] = []
-    for data in messages:
+    """Segments of the journal's messages, in whatever order they come. An entry that is none is left out, and said."""
+    found: dict[int, tuple[Entry, int]] = {}
+    faults = _Faults()
+    for place, data in enumerate(messages):
         try:
-            message: Any = STORE.deserialize_cdr(data, MSGTYPE)
-            entry = json.loads(message.data)
-            entry["n"], entry["tick"] = int(entry["n"]), int(entry["tick"])
-            entries.append(entry)
-        except Exception as error:  # the reader of bytes fails in many ways
-            faults.append(f"an entry cannot be read ({type(error).__name__})")
-    entries.sort(key=lambda entry: entry["n"])
-    numbers = {entry["n"] for entry in entries}
-    missing = (max(numbers) + 1 - len(numbers)) if numbers else 0
+            entry = entry_of(data)
+        except BadEntry as error:
+            faults.add(str(error))
+            continue
+        if entry.n in found:
+            faults.add(f"entry {entry.n} is there twice, the second is left out")
+        else:
+            found[entry.n] = entry, place
+    missing = (max(found) + 1 - len(found)) if found else 0
     if missing:
-        faults.append(f"{missing} of {max(numbers) + 1} entries are missing")
+        faults.add(f"{missing} of {max(found) + 1} entries are missing")
     segments: list[Segment] = []
-    for entry in entries:
+    unpacked = reached = 0
+    for number in sorted(found):
+        entry, place = found[number]
         try:
-            _take(entry, segments, faults)
-        except (KeyError, TypeError, ValueError, IndexError) as error:
-            faults.append(f"entry {entry['n']} cannot be used ({type(error).__name__}: {error})")
-    return Told(segments, faults)
+            if entry.tick < reached:
+                raise ValueError(f"it is of tick {entry.tick}, behind one of tick {reached}")
+            if entry.start is not None:
+                if len(segments) >= STARTS_MOST:
+                    raise ValueError(f"it is more than the {STARTS_MOST}th start")
+                segments.append(_begin(entry.start, entry.tick, place, unpacked))
+                unpacked += sum(map(len, segments[-1].arrays.values()))
+                _end(segments[:-1], entry.tick)
+            elif segments:
+                _take(entry, segments[-1])
+            reached = entry.tick
+        except ValueError as error:
+            faults.add(f"entry {number} cannot be used ({error})")
+        if entry.lost:
+            faults.add(f"{entry.lost} samples or ticks before tick {entry.tick} are not known")
+    return Told(segments, faults.texts())
 
 
-def _take(entry: dict[str, Any], segments: list[Segment], faults: list[str]) -> None:
-    tick = entry["tick"]
-    if "start" in entry:
-        begun = entry["start"]
-        if segments and not segments[-1].halted:
-            segments[-1].ticks = tick - segments[-1].first
-        x, y = begun["position"]
-        heading = None if begun["heading"] is None else float(begun["heading"])
-        start = Start(int(begun["time"]), (float(x), float(y)), heading, str(begun["cause"]))
-        arrays = unpacked(begun["state"])
-        segment = Segment(start, dict(begun["parameters"]), str(begun["layout"]), arrays, tick)
-        segments.append(segment)
-        segment.seen.append((0, len(segment.motion), len(segment.commands)))
-        return
-    if "lost" in entry:
-        faults.append(f"{entry['lost']} samples or ticks before tick {tick} are not known")
-    if not segments:
-        return
-    segment = segments[-1]
-    segment.motion += entry.get("motion", ())
-    segment.commands += entry.get("commands", ())
-    segment.seen.append((tick - segment.first, len(segment.motion), len(segment.commands)))
-    segment.sets += [(tick - segment.first, name, value) for name, value in entry.get("set", {}).items()]
-    segment.ticks = max(segment.ticks, tick - segment.first + ("end" not in entry))
-    if "end" in entry:
-        segment.ticks = tick - segment.first
-        segment.halted = entry["end"] == "halted"
+class _Faults:
+    """Texts, the first of them."""
+
+    def __init__(self) -> None:
+        self.kept: list[str] = []
+        self.more = 0
+
+    def add(self, text: str) -> None:
+        if len(self.kept) < FAULTS_MOST:
+            self.kept.append(text)
+        else:
+            self.more += 1
+
+    def texts(self) -> list[str]:
+        return [*self.kept, f"and {self.more} more"] if self.more else self.kept
+
+
+def _begin(begun: Begin, tick: int, place: int, unpacked: int) -> Segment:
+    """The segment that a `start` entry begins; unpacked: bytes of the states before it. Raises ValueError."""
+    state = state_of(begun.state)
+    if unpacked + sum(map(len, state.arrays.values())) > STATES_MOST:
+        raise ValueError(f"the states of the journal have more than {STATES_MOST} bytes")
+    start = Start(begun.time, begun.position, begun.heading, begun.cause)
+    segment = Segment(start, dict(begun.parameters), begun.layout, state.arrays, state.rings, tick, place)
+    segment.seen.append((0, 0, 0))
+    return segment
+
+
+def _end(before: list[Segment], tick: int) -> None:
+    """The segment before a start ends there."""
+    if before and not before[-1].halted:
+        before[-1].ticks, before[-1].ended = tick - before[-1].first, True
+
+
+def _take(entry: Entry, segment: Segment) -> None:
+    """Take in an entry that is no start. Raises ValueError, and has taken nothing then."""
+    newest = segment.newest
+    for sample in entry.motion:
+        if newest is not None and sample[0] <= newest:
+            raise ValueError(f"the stamp of a sample, {sample[0]} ns, does not advance past {newest} ns")
+        newest = sample[0]
+    at = entry.tick - segment.first
+    segment.motion += entry.motion
+    segment.commands += entry.commands
+    segment.seen.append((at, len(segment.motion), len(segment.commands)))
+    segment.sets += [(at, name, value) for name, value in entry.set.items()]
+    segment.ticks = max(segment.ticks, at + (entry.end is None))
+    if entry.end is not None:
+        segment.ticks, segment.ended, segment.halted = at, True, entry.end == "halted"

@@ -25,6 +25,18 @@ class RecordedRun(NamedTuple):
     strums: list[tuple[int, np.ndarray]] = []
 
 
+def places_of(times: list[int], frames: np.recarray) -> np.ndarray:
+    """Of each time [ns], in the order of a run, the Frame that has it or comes next; the last one at the end."""
+    if (np.diff(frames["time"]) > 0).all():
+        return np.minimum(np.searchsorted(frames["time"], times), len(frames) - 1)
+    at, places = 0, []
+    for time in times:  # the clock went back in between: a time may come again
+        later = np.flatnonzero(frames["time"][at:] == time)
+        at += int(later[0]) if len(later) else 0
+        places.append(at)
+    return np.array(places, int)
+
+
 def load_run(path: str | os.PathLike) -> RecordedRun:
     """Read a bag that this package recorded, in whatever namespace.
 

@@ -57,6 +57,8 @@ class RecordedTow:
     outputs: dict[str, list[bytes]] = field(default_factory=dict)  # name of the channel -> messages in order
     about: dict[str, str] = field(default_factory=dict)  # custom data of the bag
     journal: list[bytes] = field(default_factory=list)
+    behind: dict[str, list[int]] = field(default_factory=dict)  # name of the channel -> of each message, how many of
+    # the journal stand before it in the bag
     notices: list[str] = field(default_factory=list)  # what a user should know of the bag
     damage: str = ""  # what could not be read
 
@@ -105,15 +107,19 @@ def read_tow(path: str | os.PathLike, *, imu_only: bool = False) -> RecordedTow:
     """Read a bag. imu_only: leave odometry out. BagError if it cannot be read, or holds neither motion nor journal."""
     path = os.fspath(path)
     outputs: dict[str, list[bytes]] = {}
+    behind: dict[str, list[int]] = {}
     entries: list[bytes] = []
     damage, lost = Damage(), Damage()
     with BagReader(path) as reader:
         about = dict(reader.custom_data)
         ours = [name for name, kind in reader.topics.items() if channel_of(name, kind) or _is_journal(name, kind)]
-        for message in reader.read(ours) if ours else ():
+        kept = any(_is_journal(name, kind) for name, kind in reader.topics.items())
+        # in lockstep a restore takes the clock back: the order of the log times is not that of the ticks then
+        for message in reader.as_written(ours) if kept else reader.read(ours) if ours else ():
             channel = channel_of(message.topic, message.msgtype)
             if channel is not None:
                 outputs.setdefault(channel.name, []).append(message.data)
+                behind.setdefault(channel.name, []).append(len(entries))
             else:
                 entries.append(message.data)
         report(reader, damage)
@@ -130,7 +136,9 @@ def read_tow(path: str | os.PathLike, *, imu_only: bool = False) -> RecordedTow:
             f"bag '{path}' holds no {KINDS['imu'][0]}: nothing was simulated; leave --imu-only out, or give "
             "a bag with an IMU"
         )
-    tow = RecordedTow(path, events, outputs, about, entries, damage=str(lost or damage) if lost or damage else "")
+    tow = RecordedTow(
+        path, events, outputs, about, entries, behind, damage=str(lost or damage) if lost or damage else ""
+    )
     if not usable_arrivals(events):
         tow.events = by_stamps(events)
         tow.notices.append(
@@ -261,6 +269,32 @@ COMPARED = (  # channel, quantity, unit, field of the Frame, component or None
 CHANNEL_NAMES = {"sheave/tension": "sheave_tension", "towbody/pose": "towbody_pose", "winch/state": "winch_state"}
 
 
+class SameTicks:
+    """Which recorded message is of which simulated tick, by the number of the tick in the count of the program that
+    recorded. That count goes on over resets, jumps and restores, which stamps do not.
+
+    segments: of the journal; numbers: of the simulated ticks, in order; period: of a tick [ns].
+    """
+
+    def __init__(self, tow: RecordedTow, segments: list[journal.Segment], numbers: np.ndarray, period: int) -> None:
+        self.tow, self.segments, self.numbers, self.period = tow, segments, numbers, period
+        self._begins = np.array([segment.message for segment in segments])
+
+    def recorded(self, channel: str, time: np.ndarray) -> np.ndarray:
+        """Numbers of the ticks of a channel's messages, -1: of none; time: their stamps [ns]."""
+        of = np.searchsorted(self._begins, np.array(self.tow.behind.get(channel, ()), np.int64), "left") - 1
+        found = np.full(len(time), -1, np.int64)
+        for k, segment in enumerate(self.segments):
+            found[of == k] = segment.number(np.asarray(time)[of == k], self.period)
+        return found
+
+    def of(self, channel: str, time: np.ndarray) -> np.ndarray:
+        """Places among the simulated ticks of a channel's messages, -1: none."""
+        wanted = self.recorded(channel, time)
+        at = np.minimum(np.searchsorted(self.numbers, wanted), max(0, len(self.numbers) - 1))
+        return np.where(self.numbers[at] == wanted, at, -1) if len(self.numbers) else np.full(len(wanted), -1)
+
+
 def paired(ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
     """Index of the tick of ours at each time of theirs, -1: none; both in order, times may come again after a jump."""
     places: dict[int, list[int]] = {}
@@ -274,15 +308,17 @@ def paired(ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
     return found
 
 
-def residuals(frames: np.recarray, tow: RecordedTow) -> list[Residual]:
-    """What the bag recorded of the tow against the simulated Frames, at equal stamps.
+def residuals(frames: np.recarray, tow: RecordedTow, same: SameTicks | None = None) -> list[Residual]:
+    """What the bag recorded of the tow against the simulated Frames, at the same ticks, or at equal stamps.
 
-    At a stamp that is no tick of ours, ours are interpolated linearly. Only the time both cover counts. A channel that
-    the bag lacks has no row.
+    At a stamp that is no tick of ours, ours are interpolated linearly, but not where ``same`` says which are the same
+    ticks. Only the time both cover counts. A channel that the bag lacks has no row.
     """
     table = {channel.name: channel for channel in CHANNELS}
     decoded: dict[str, list[dict]] = {}
-    rows = []
+    rows: list[Residual] = []
+    if not len(frames):
+        return rows
     ours_time = frames["time"].astype(np.int64)
     for topic, quantity, unit, name, part in COMPARED:
         channel = table[CHANNEL_NAMES[topic]]
@@ -297,9 +333,15 @@ def residuals(frames: np.recarray, tow: RecordedTow) -> list[Residual]:
         ours = frames[name] if part is None else frames[name][:, part]
         if topic == "sheave/tension":  # a wrench has the norm of the pull, also of a push
             ours = np.abs(ours)
-        at = paired(ours_time, time)
+        at = paired(ours_time, time) if same is None else same.of(channel.name, time)
         rest = ours[at] - value
-        between = (at < 0) & (time >= ours_time[0]) & (time <= ours_time[-1]) & bool((np.diff(ours_time) > 0).all())
+        between = (
+            (at < 0)
+            & (same is None)
+            & (time >= ours_time[0])
+            & (time <= ours_time[-1])
+            & bool((np.diff(ours_time) > 0).all())
+        )
         origin = ours_time[0]  # differences of nanoseconds are exact in float64, the stamps are not
         rest[between] = np.interp((time[between] - origin).astype(float), (ours_time - origin).astype(float), ours)
         rest[between] -= value[between]

@@ -152,6 +152,10 @@ class Lockstep:
         self.paused, self.held, self.steps = present
         self.steps_left, self._called, self._next_step, self._said = 0, None, 0, 0
 
+    def check(self, tree: Any) -> None:
+        """Raise the ValueError of `set_back` now."""
+        memento.check(self, tree)
+
     # ---- messages
 
     def motion(self, kind: str, stamp: int, data: bytes) -> tuple[str, int]:

@@ -116,7 +116,7 @@ class CableSimNode(LifecycleNode):
             Encoder(context, self.settings.scene.solver.tick, channels),
             publishers,
             session.offset,
-            session.log_time,
+            session.record_time,
             () if node.recording.markers else (f"{self.get_namespace().rstrip('/')}/{MARKERS}",),
         )
         if isinstance(session, SteppedSession):
@@ -239,8 +239,7 @@ class CableSimNode(LifecycleNode):
     def _record(self, topic: str, msgtype: str, data: bytes, arrival: int | None = None) -> None:
         recorder = self.recording.recorder
         if recorder is not None:
-            at = self.session.log_time() if arrival is None else arrival + self.session.wall
-            recorder.put(topic, msgtype, at, data)
+            recorder.put(topic, msgtype, self.session.record_time(arrival), data)
 
     # ---- parameters
 

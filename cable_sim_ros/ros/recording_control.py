@@ -48,7 +48,7 @@ class RecordingControl:
             topic = f"{self.namespace.rstrip('/')}/{TOPIC}"
 
             def put(data: bytes) -> None:
-                recorder.put(topic, MSGTYPE, session.log_time(), data, keep=True)
+                recorder.put(topic, MSGTYPE, session.record_time(), data, keep=True)
 
             journal = session.new_journal(put)
             publisher.record(recorder, journal)  # first: it must miss no tick

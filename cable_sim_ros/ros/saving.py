@@ -77,7 +77,7 @@ class Saving:
         try:
             saved = savefile.read(path)
             savefile.same_scene(path, saved.scene, sim.scene, but=live)
-            arrays = savefile.fitting(path, saved.arrays, sim.snapshot())
+            arrays = sim.taken(path, saved)
         except SaveError as error:
             return False, str(error)
         text = f"restored the tow of {int(arrays['memory'].time.now) / SECOND:.3f} s from {path}"

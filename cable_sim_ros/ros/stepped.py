@@ -17,7 +17,7 @@ import numpy as np
 
 from ..io.gate import CONFIRM, FAR
 from ..io.intake import Took
-from ..io.memento import set_back, taken
+from ..io.memento import check, set_back, taken
 from ..io.messages import stamp_of
 from ..sim.savefile import damaged
 from .blocks import TimeMode
@@ -45,6 +45,7 @@ class SteppedSession(Session):
         self.rate = math.nan  # simulated over wall time, achieved
         self._rates: deque[tuple[int, int]] = deque()
         self._spoken = False  # has any motion come?
+        self._recorded = self._ahead = 0  # ns: newest time in a recording, which is so far ahead of the clock
 
     def _new_loop(self, *parts, **settings) -> Loop:
         return StepLoop(*parts, **settings)
@@ -56,6 +57,16 @@ class SteppedSession(Session):
 
     def log_time(self) -> int:
         return self.steps.clock
+
+    def record_time(self, arrival: int | None = None) -> int:
+        if arrival is not None:
+            return arrival + self._ahead
+        at = self.steps.clock + self._ahead
+        if at < self._recorded:  # the clock was taken back: readers go by these times, and would mix both parts
+            self._ahead += self._recorded - at
+            at = self._recorded
+        self._recorded = at
+        return at
 
     def offset(self) -> int | None:
         return None  # wall time says nothing of a stamp
@@ -169,13 +180,15 @@ class SteppedSession(Session):
     def go_back(self, path: Path, arrays: dict[str, np.ndarray], notes: Any) -> tuple[bool, str] | None:
         if not (isinstance(notes, dict) and notes.get("lockstep")):
             return None  # its motion came by another clock
-        before = self.notes()
-        self.built_loop.stop()
         try:
-            self._set_back(notes)
+            check(self.intake, notes["intake"])
+            self.steps.check(notes["steps"])
+            if not isinstance(notes["spoken"], bool):
+                raise ValueError("spoken is neither true nor false")
         except (KeyError, ValueError) as error:
-            self._set_back(before)
             return False, str(damaged(path, f"its notes of the node do not fit, {error}"))
+        self.built_loop.stop()
+        self._set_back(notes)
         self.put(arrays)
         start = self.here("restore")
         self._cause = "start"
@@ -187,7 +200,7 @@ class SteppedSession(Session):
     def _set_back(self, notes: dict[str, Any]) -> None:
         set_back(self.intake, notes["intake"])
         self.steps.set_back(notes["steps"])
-        self._spoken = bool(notes["spoken"])
+        self._spoken = notes["spoken"]
 
     def begin_anew(self) -> tuple[bool, str]:
         """As if the node had just been activated: /clock at lockstep.start, no motion yet."""

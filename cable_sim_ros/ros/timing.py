@@ -17,14 +17,19 @@ class Timing:
 
     lockstep = False
     clock: DataClock
+    wall: int
 
     def now(self) -> int:
         """The present on the clock of the arrivals, ns: what ages count to."""
         return time.monotonic_ns()
 
     def log_time(self) -> int:
-        """Time at which a recording has what is said now, ns."""
+        """The present for messages that this node stamps, ns."""
         return time.time_ns()
+
+    def record_time(self, arrival: int | None = None) -> int:
+        """Time at which a recording has what is said now, ns, it never goes back; arrival: of a message instead."""
+        return self.log_time() if arrival is None else arrival + self.wall
 
     def offset(self) -> int | None:
         """CLOCK_MONOTONIC less the clock of the motion, ns; None: not known."""

@@ -17,7 +17,7 @@ from ..io.journal import read_journal
 from ..io.load import load_scene, override, scene_from_text
 from ..io.markers import check_rate
 from ..io.motion_table import MotionError, read_table, sine_heave
-from ..io.replay import RecordedTow, Residual, paired, read_tow, recorded_frames, residuals
+from ..io.replay import RecordedTow, Residual, SameTicks, paired, read_tow, recorded_frames, residuals
 from ..io.resources import find_bag
 from ..io.winch_plan import WinchPlan
 from ..sim.savefile import SaveError, check_place, same_scene
@@ -71,6 +71,7 @@ FIGURES = (
     ("replay_faults", "", "`replay`: why this may not be the run that was recorded, as texts"),
     ("residuals", "", "`replay`: list of channel, quantity, unit, mean, rms, largest, count; ours less recorded"),
     ("largest_difference", "", "`replay`: largest difference of any field of `sim/health` over the common ticks"),
+    ("recorded_ticks", "1", "`replay`: ticks that the bag has in `sim/health`; `ticks` were simulated again"),
     ("node", "", "`live`: figures of the node, as in its statistics file"),
     ("saved", "", "file with the state at the end; absent without `--save`"),
     ("resumed", "", "`--from`: `file`, `time_s` of its state, `motion`: goes on, or taken up anew; absent without it"),
@@ -84,8 +85,10 @@ FIGURES = (
         "verdict",
         "",
         "`state` (ok, doubtful, failed) and `reasons`: list of `flag`, `seconds` in all, `share` of the run, `figures` "
-        "concerned, `text`; see [flags](flags.md#verdict)",
+        "concerned, `text`; see [flags](flags.md#verdict). Of a replay with a journal: whether it is the run that was "
+        "recorded",
     ),
+    ("run_verdict", "", "`replay`: the verdict on that run itself, of the same form; absent without a journal"),
 )
 
 
@@ -99,6 +102,7 @@ class Run:
     bag: Path | None = None
     residuals: list[Residual] = field(default_factory=list)
     verdict: Verdict = field(default_factory=Verdict)
+    run_verdict: Verdict | None = None  # on the run that a replay with a journal repeats; `verdict`: is it that run?
 
 
 def run(
@@ -230,10 +234,14 @@ def replay(
     frames = recorded_frames(tow)
     told = read_journal(tow.journal)
     doubts: list[Reason] = []
+    same = again = None
     if told.segments:
         again = Rerun(scene, tow, told, frames, progress)
         result = _run_of(again.sim, again.tick, tow, again.go(target, markers), target)
         faults = again.faults
+        if again.same:
+            same = again.same_ticks
+            faults += verdict.uncompared(result.frames, frames, same)
         if faults and own:
             doubts.append(verdict.check("JOURNAL", "; ".join(faults)))
     else:
@@ -242,17 +250,26 @@ def replay(
         result.figures.update(_intake_figures(one))
         doubts += one.doubts
         faults = [*tow.notices, *told.faults, NO_JOURNAL]
-    result.residuals = residuals(result.frames, tow)
+        if tow.journal and own:
+            doubts.append(verdict.check("JOURNAL", "; ".join([*told.faults, "the journal has no start to begin from"])))
+    result.residuals = residuals(result.frames, tow, same)
     result.figures.update(
         residuals=[row._asdict() for row in result.residuals],
-        largest_difference=largest_difference(result.frames, frames),
+        largest_difference=largest_difference(result.frames, frames, same),
+        recorded_ticks=0 if frames is None else len(frames),
         journal=bool(told.segments),
         replay_faults=faults,
     )
     if own:  # another scene is compared on purpose
         mean = result.figures.get("tension_mean_n", 0.0)
         doubts += verdict.differences(result.residuals, mean, bool(told.segments))
-    judged(result, scene, [*doubts, *_damage(tow)])
+    if own and again is not None:  # whether it is the run, apart from what the run was
+        result.run_verdict = judged(result, scene).verdict
+        doubts += again.other_end(result.problem)
+        result.verdict = verdict.verdict_of([*doubts, *_damage(tow)])
+        result.figures |= {"run_verdict": result.run_verdict.as_dict(), "verdict": result.verdict.as_dict()}
+    else:
+        judged(result, scene, [*doubts, *_damage(tow)])
     _write_summary(out, result)
     return result
 
@@ -290,11 +307,14 @@ def figures_markdown() -> str:
     return "\n".join(["| field | unit | meaning |", "|---|---|---|", *rows])
 
 
-def largest_difference(ours: np.recarray, theirs: np.recarray | None) -> dict[str, Any] | None:
-    """Largest difference of any Frame field over the ticks both have (by time); None without a common tick."""
+def largest_difference(
+    ours: np.recarray, theirs: np.recarray | None, same: SameTicks | None = None
+) -> dict[str, Any] | None:
+    """Largest difference of any Frame field over the ticks both have (same: which these are, else by time); None
+    without a common tick."""
     if theirs is None:
         return None
-    at = paired(ours["time"], theirs["time"])
+    at = paired(ours["time"], theirs["time"]) if same is None else same.of("sim_health", theirs["time"])
     mine, other = at[at >= 0], np.flatnonzero(at >= 0)
     if not len(mine):
         return None

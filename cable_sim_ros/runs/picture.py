@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..io.recorded_run import RecordedRun, load_run
+from ..io.recorded_run import RecordedRun, load_run, places_of
 from ..physics.frame import CONTACT_COLUMNS
-from .summary import SKIP, after_start, summarize, tow_axes
+from .summary import SKIP, after_start, since_first, summarize, tow_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -150,7 +150,7 @@ def caption(run: RecordedRun, skip_s: float) -> str:
 
 def seconds(run: RecordedRun) -> np.ndarray:
     """Time of the Frames from the first one [s]."""
-    return (run.frames["time"] - run.frames["time"][0]) * 1e-9
+    return since_first(run.frames) * 1e-9
 
 
 def side_view(axes: Axes, run: RecordedRun) -> None:
@@ -161,8 +161,7 @@ def side_view(axes: Axes, run: RecordedRun) -> None:
     axes.set_xlabel("along the tow, from the sheave [m]")
     axes.set_ylabel("height above the water [m]")
     forward = tow_axes(run.frames)[0]
-    at = np.searchsorted(run.frames["time"], [time for time, _ in run.shapes])
-    frames = run.frames[np.minimum(at, len(run.frames) - 1)]
+    frames = run.frames[places_of([time for time, _ in run.shapes], run.frames)]
     curves = [
         np.column_stack([(table[:, :2] - frame["sheave_position"][:2]) @ forward, table[:, 2]])
         for (_, table), frame in zip(run.shapes, frames)

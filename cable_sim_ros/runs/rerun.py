@@ -9,22 +9,26 @@ import numpy as np
 
 from ..io.journal import STATIC, Segment, Told
 from ..io.load import dump_scene
-from ..io.replay import RecordedTow
+from ..io.replay import RecordedTow, SameTicks
 from ..sim.live import set_live
 from ..sim.savefile import LAYOUT, SaveError, fitting
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
+from ..sim.verdict import Reason, check
 from .stepping import Drive, Driven, Progress, RunRecorder, silent
 
 CHUNK_TICKS = 256  # of one compiled call, at most; each begins with cold caches
 RING_SHARE = 400, 100  # samples and commands a chunk may bring: less than half of each ring
+MORE_TICKS = 2_000  # that a journal may say beyond those in the bag: a slow disk drops what was published
+UNSEEN_MOST = 360_000  # ticks of a bag that has none to compare with: an hour of 10 ms
+NO_END = 2**62
 
 
 class Rerun:
     """Simulates the segments of a journal again.
 
-    frames: recorded Frames, which say how long a recording goes on that was cut off; `faults` has what could not be
-    done as it was recorded, as texts.
+    frames: recorded Frames, which say how long a recording goes on that was cut off, and how much a journal may ask
+    for; `faults` has what could not be done as it was recorded, as texts.
     """
 
     def __init__(
@@ -35,9 +39,43 @@ class Rerun:
         self.same = tow.about.get("scene_yaml") == dump_scene(scene)
         self.sim = Simulator(scene)
         self.tick = int(self.sim.model.settings[0].tick_ns)
-        last = self.segments[-1]
-        if frames is not None and len(frames) and not last.halted:
-            last.ticks = max(last.ticks, int(frames["tick"][-1]) - last.ticks_before)
+        self._done: list[np.ndarray] = []  # numbers of the ticks that were simulated
+        self._bound(frames)
+
+    @property
+    def same_ticks(self) -> SameTicks:
+        """Which recorded tick is which of those that have been simulated."""
+        numbers = np.concatenate(self._done) if self._done else np.zeros(0, np.int64)
+        return SameTicks(self.tow, self.segments, numbers, self.tick)
+
+    def other_end(self, problem: str) -> list[Reason]:
+        """Reason where this ended early (problem), and the recorded run did not."""
+        return [check("HALTED", problem)] if problem and not self.segments[-1].halted else []
+
+    def _bound(self, frames: np.recarray | None) -> None:
+        """No more ticks than were recorded, and some that were not."""
+        recorded = None if frames is None else self.same_ticks.recorded("sim_health", frames["time"])
+        if recorded is not None and not (recorded >= 0).any():  # a scene with another tick
+            recorded = None
+        left = UNSEEN_MOST
+        for k, segment in enumerate(self.segments):
+            most = min(left, UNSEEN_MOST)
+            if recorded is not None:
+                until = self.segments[k + 1].first if k + 1 < len(self.segments) else None
+                of = recorded[(recorded >= segment.first) & (recorded < (NO_END if until is None else until))]
+                have = int(of.max()) + 1 - segment.first if len(of) else 0
+                most = have + min(left, MORE_TICKS)
+                if not segment.ended:  # cut off: its journal may be ahead of its Frames
+                    segment.ticks = have
+                left -= max(0, min(segment.ticks, most) - have)
+            else:
+                left -= min(segment.ticks, most)
+            if segment.ticks > most:
+                self.faults.append(
+                    f"the journal says {segment.ticks} ticks from {segment.start.time * 1e-9:.3f} s "
+                    f"({segment.start.cause}) on, of which the bag does not have that many: {most} were simulated"
+                )
+                segment.ticks, segment.halted = most, False
 
     def go(self, bag: Path | None, markers: float = 0.0) -> Driven:
         """Simulate; bag: directory to record to, or None; markers: rate of cable/markers [Hz]. Raises StartError."""
@@ -52,11 +90,12 @@ class Rerun:
             recording.offset = event.arrival - event.time
         try:
             for segment in self.segments:
-                starting = time.perf_counter()
+                starting, before = time.perf_counter(), drive.done
                 self._begin(segment)
                 started += time.perf_counter() - starting
                 drive.begin(segment.start)
                 self._steps(segment, drive)
+                self._done.append(segment.first + np.arange(drive.done - before))
             if recording is not None:
                 recording.inputs(self.tow.events)
         finally:
@@ -85,8 +124,11 @@ class Rerun:
 
     def _steps(self, segment: Segment, drive: Drive) -> None:
         heads, inputs, done = segment.heads(), self.sim.inputs, 0
-        changes = sorted({tick for tick, *_ in segment.sets if tick < segment.ticks} | {segment.ticks})
-        for until in changes:
+        changes: dict[int, list[tuple[str, object]]] = {segment.ticks: []}
+        for tick, name, value in segment.sets:
+            if tick < segment.ticks:
+                changes.setdefault(tick, []).append((name, value))
+        for until in sorted(changes):
             while done < until:
                 most = np.array((inputs.motion_head[0], inputs.command_head[0])) + RING_SHARE
                 part = heads[done : min(until, done + CHUNK_TICKS)]
@@ -95,9 +137,8 @@ class Rerun:
                 if not drive.run(len(part), part):
                     return
                 done += len(part)
-            for tick, name, value in segment.sets:
-                if tick == until and until < segment.ticks:
-                    self._set(name, value)
+            for name, value in changes[until]:
+                self._set(name, value)
         if segment.halted:  # it gave up here, and does so again
             drive.run(1)
 

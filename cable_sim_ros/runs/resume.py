@@ -7,15 +7,19 @@ up at its own beginning, the cable as it hangs, as after a jump of the clock (si
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from pydantic import BaseModel, ConfigDict, ValidationError
+
 from ..io.journal import Start
 from ..io.load import SceneWarning
 from ..io.memento import set_back, taken
 from ..io.motion_table import MotionError
+from ..io.remembered import Count, Real, Whole
 from ..io.replay import Event
 from ..io.winch_plan import WinchPlan
 from ..physics.inputs import make_inputs
@@ -34,9 +38,24 @@ class Told(NamedTuple):
     """What a run was told of its inputs; motion: a bag or table as given, None: none."""
 
     motion: str | None = None
-    heave: tuple[float, float] | None = None
+    heave: tuple[Real, Real] | None = None
     imu_only: bool = False
     winch: str | None = None
+
+
+class Note(BaseModel):
+    """What a run notes in its file."""
+
+    model_config = ConfigDict(strict=True)
+
+    told: Told
+    origin: tuple[Whole, Real, Real, Real | None]  # ns, m, m, rad
+    done: Count  # ticks
+    plan: tuple[Whole, Whole]  # ns
+    next: Count  # message of the motion
+    so_far: str  # fingerprint of those before it
+    commands: dict[str, Any]  # of `io.memento`
+    intake: dict[str, Any] | None = None
 
 
 def told_of(
@@ -81,8 +100,19 @@ class Resumed:
     def __init__(self, path: str | os.PathLike) -> None:
         """Raises SaveError."""
         self.path, self.saved = os.fspath(path), savefile.read(path)
-        self.note = self.saved.notes.get(RUN)
+        self.note = self._note(self.saved.notes.get(RUN))
         self.same_motion = False
+        self.time = 0  # ns, of the state; known after `begin`
+
+    def _note(self, found: Any) -> Note | None:
+        """The note of a run, checked; None in a file of something else."""
+        try:
+            return None if found is None else Note.model_validate_json(json.dumps(found))
+        except RecursionError as error:
+            raise self._damaged(error) from None
+        except ValidationError as error:
+            first = error.errors(include_url=False, include_context=False)[0]
+            raise self._damaged(ValueError(f"{'.'.join(map(str, first['loc']))}: {first['msg']}")) from None
 
     @property
     def scene(self) -> Scene:
@@ -96,11 +126,7 @@ class Resumed:
                 f"{self.path}: was not saved by a run, so it does not say under which motion to go on; nothing was "
                 f"simulated. Give --motion or --heave (--motion none: without)"
             )
-        try:
-            told = Told(**self.note["told"])
-            return told._replace(heave=None if told.heave is None else (float(told.heave[0]), float(told.heave[1])))
-        except (KeyError, TypeError, ValueError, IndexError) as error:
-            raise self._damaged(error) from None
+        return self.note.told
 
     def _as_before(self, told: Told) -> bool:
         """Is a run told the same motion as the saved one?"""
@@ -108,10 +134,7 @@ class Resumed:
 
     def before(self, told: Told) -> float:
         """Seconds that the saved run simulated under the motion that a run is told; 0 for another."""
-        try:
-            return int(self.note["done"]) * self.scene.solver.tick if self._as_before(told) else 0.0  # type: ignore
-        except (KeyError, TypeError, ValueError) as error:
-            raise self._damaged(error) from None
+        return self.note.done * self.scene.solver.tick if self.note is not None and self._as_before(told) else 0.0
 
     def plan(self, told: Told) -> WinchPlan | None:
         """The plan of the saved run, for one under the same motion."""
@@ -120,22 +143,25 @@ class Resumed:
 
     def figures(self) -> dict[str, Any]:
         """For the JSON of a run."""
-        time = int(self.saved.arrays["memory"]["time"]["now"]) * 1e-9
-        return {"file": self.path, "time_s": time, "motion": "goes on" if self.same_motion else "taken up anew"}
+        return {
+            "file": self.path,
+            "time_s": self.time * 1e-9,
+            "motion": "goes on" if self.same_motion else "taken up anew",
+        }
 
     def begin(self, one: Pass, own_plan: bool) -> Start:
         """Take the state into a pass that has not begun; own_plan: its plan is not that of the file.
 
         Raises SaveError for a state that does not fit, or whose heading is another than that of the motion.
         """
-        arrays = savefile.fitting(self.path, self.saved.arrays, one.sim.snapshot())
-        now = int(arrays["memory"].time.now)
+        arrays = one.sim.taken(self.path, self.saved)
+        now = self.time = int(arrays["memory"].time.now)
         try:
             self.same_motion = self.note is not None and self._is_same(one)
             if self.same_motion:
                 one.sim.restore(arrays)
                 return self._go_on(one, now, own_plan)
-        except (KeyError, TypeError, ValueError, IndexError) as error:
+        except ValueError as error:  # of set_back
             raise self._damaged(error) from None
         arrays |= {f"inputs_{name}": array for name, array in make_inputs()._asdict().items()}
         at = place(arrays["memory"])
@@ -164,21 +190,20 @@ class Resumed:
         """Is the motion so far that of the saved run, message for message?"""
         assert self.note is not None
         if one.tow is None:
-            return self.note["so_far"] == ""
-        count = int(self.note["next"])
-        return count > 0 and self.note["so_far"] == fingerprint(one.tow.events[:count])
+            return self.note.so_far == ""
+        return self.note.next > 0 and self.note.so_far == fingerprint(one.tow.events[: self.note.next])
 
     def _go_on(self, one: Pass, now: int, own_plan: bool) -> Start:
         assert self.note is not None
-        time, x, y, heading = self.note["origin"]
-        one.origin = Start(int(time), (float(x), float(y)), None if heading is None else float(heading))
-        one.done_before = int(self.note["done"])
-        one.plan_start, one.planned = (int(part) for part in self.note["plan"])
+        time, x, y, heading = self.note.origin
+        one.origin = Start(time, (x, y), heading)
+        one.done_before = self.note.done
+        one.plan_start, one.planned = self.note.plan
         if one.feeder is None:
-            set_back(one.commands, self.note["commands"])
+            set_back(one.commands, self.note.commands)
         else:
-            set_back(one.feeder.intake, self.note["intake"])
-            one.feeder.position = int(self.note["next"])
+            set_back(one.feeder.intake, self.note.intake)
+            one.feeder.position = self.note.next
         if own_plan:  # it takes the place of what was commanded before
             one.commands.reset()
             one.sim.inputs.command_head[0] = 0

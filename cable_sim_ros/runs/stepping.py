@@ -126,6 +126,7 @@ class RunRecorder:
         if self.journal is None:
             self.journal = Journal(self._entry, sim.inputs)
         self._time = start.time
+        self.offset = max(self.offset, self._last - start.time)  # log times go on where the clock goes back
         self.journal.start(done, start, {}, sim.snapshot())
 
     def inputs(self, events: list[Event]) -> None:

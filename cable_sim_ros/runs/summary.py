@@ -156,9 +156,19 @@ def tow_axes(frames: np.recarray) -> np.ndarray:
     return np.array([along, [-along[1], along[0]]])
 
 
+def since_first(frames: np.recarray) -> np.ndarray:
+    """Simulated time from the first Frame on [ns]; a tick more where the clock goes back, as by ~/restore."""
+    steps = np.diff(frames["time"])
+    if (steps > 0).all():
+        return frames["time"] - frames["time"][0]
+    forward = steps[steps > 0]
+    steps[steps <= 0] = int(np.median(forward)) if len(forward) else 1
+    return np.concatenate(([0], np.cumsum(steps)))
+
+
 def after_start(frames: np.recarray, skip_s: float) -> tuple[np.recarray, float]:
     """Frames without the start-up, and the seconds left out: ``skip_s``, but at most half the run."""
-    time = (frames["time"] - frames["time"][0]) * 1e-9
+    time = since_first(frames) * 1e-9
     skip = min(skip_s, 0.5 * time[-1])
     return frames[time >= skip], float(skip)
 
@@ -202,7 +212,7 @@ def summarize(frames: np.recarray, *, skip_s: float = SKIP, **outside: float | N
     kept, skip = after_start(frames, skip_s)
     tension, depth = kept["tension"], -kept["body_position"][:, 2]
     offset = (kept["body_position"] - kept["sheave_position"])[:, :2].mean(axis=0)
-    volume, volume_points = ellipsoid_volume((kept["time"] - kept["time"][0]) * 1e-9, kept["body_position"])
+    volume, volume_points = ellipsoid_volume(since_first(kept) * 1e-9, kept["body_position"])
     travel, hauls = haul_of(frames)
     figures = {
         "tension_mean_n": tension.mean(),
@@ -223,7 +233,7 @@ def summarize(frames: np.recarray, *, skip_s: float = SKIP, **outside: float | N
         **ends(frames),
         **winch_at_work(frames),
         "drum_end_s": float(np.sum(frames["status"] & Flag.DRUM_END != 0)) * tick_length(frames),
-        "duration_s": (frames["time"][-1] - frames["time"][0]) * 1e-9,
+        "duration_s": since_first(frames)[-1] * 1e-9,
         "skip_s": skip,
         "steps": int(frames["substeps"].sum()),
         "iterations": int(frames["iterations"].sum()),

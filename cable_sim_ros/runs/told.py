@@ -51,6 +51,9 @@ def tell(result: Run, out: Path | None, as_json: bool) -> None:
     if not as_json or result.verdict.code:
         for line in result.verdict.lines():
             click.echo(line, err=as_json)
+    if result.run_verdict is not None and not as_json:
+        for line in result.run_verdict.lines("the run itself"):
+            click.echo(line)
     if result.verdict.code:
         sys.exit(result.verdict.code)
 
@@ -66,7 +69,8 @@ def pictures_of(result: Run, out: Path | None) -> list[Path]:
 
     try:
         run = load_run(result.bag)
-        stamp = "" if result.verdict.state == OK else result.verdict.headline
+        judged = (result.verdict, result.run_verdict)  # of a replay, and of the run that it repeats
+        stamp = "; ".join(one.headline for one in judged if one is not None and one.state != OK)
         hauls = [draw_haul(run, out / "haul.png", stamp=stamp)] if "winch_plan" in run.custom_data else []
         skip = result.figures["skip_s"]
         strums = [draw_strum(run, out / "strumming.png", skip_s=skip, stamp=stamp)] if run.strums else []

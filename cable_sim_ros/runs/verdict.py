@@ -15,7 +15,7 @@ from ..sim.verdict import Reason, Verdict, check, judge_counts, overload, streng
 from .summary import SKIP, after_start, tick_length
 
 if TYPE_CHECKING:
-    from ..io.replay import Residual
+    from ..io.replay import Residual, SameTicks
 
 ENDING = 5.0  # s
 # of the deviation, and of the mean tension: ringing that the steps damped away below that is no reason
@@ -74,6 +74,20 @@ def differences(rows: Sequence[Residual], tension: float, journal: bool = False)
     if not found:
         return ()
     return (check("RESIDUAL", f"this replay is not the recorded run: it differs in {'; '.join(found)}"),)
+
+
+def uncompared(ours: np.recarray, theirs: np.recarray | None, same: SameTicks) -> list[str]:
+    """What of a run and its replay could not be compared tick by tick, as a text; ours: simulated, theirs: recorded."""
+    if theirs is None:
+        return []
+    at = same.of("sim_health", theirs["time"])
+    compared = len(np.unique(at[at >= 0]))
+    if compared == len(theirs) == len(ours):
+        return []
+    return [
+        f"{len(theirs)} ticks are in the bag and {len(ours)} were simulated, of which {compared} are the same and "
+        f"could be compared"
+    ]
 
 
 def _with_numbers(reason: Reason, frames: np.recarray, scene: Scene | None) -> Reason:

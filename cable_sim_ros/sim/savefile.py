@@ -1,7 +1,9 @@
 """Saved simulations: one .npz file with the scene as JSON, the version, the layout of the state, and every array of a
 snapshot. Same machine and version: a run continued from a file equals the run that was not interrupted bit for bit.
 
-Whoever feeds the simulation may add notes, a JSON object: where its motion and commands stand (runs, node).
+Whoever feeds the simulation may add notes, a JSON object: where its motion and commands stand (runs, node). A file may
+be anybody's: `npz_bytes` judges its bytes, `fitting` its arrays, `Simulator.taken` tries a tick of it; only what has
+passed all of that is applied.
 """
 
 from __future__ import annotations
@@ -9,29 +11,52 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import zipfile
-import zlib
 from collections.abc import Container, Iterator, Mapping
 from enum import Enum
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from pydantic import ValidationError
 
 from .. import __version__
 from ..physics.frame import CONTACT_COLUMNS, FRAME, SHAPE_COLUMNS, SLOPE_COLUMNS
+from ..physics.inputs import Inputs
+from ..physics.observe import Output
 from ..physics.quantity import Block
 from ..physics.state import MEMORY, NODE_ROWS
+from . import checks, state_values
+from .npz_bytes import (
+    FILE_MOST,
+    Foreign,
+    Unfit,
+    array,
+    is_sealed,
+    npz,
+    open_part,
+    part_of,
+    parts,
+    read_file,
+    sealed,
+    text,
+    text_of,
+    write_file,
+)
 from .scene import Scene
 
 FORMAT = "cable_sim_ros saved simulation"
 ABOUT, SCENE, NOTES = "about", "scene", "notes"  # members of the file beside the arrays
+ABOUT_MOST, SCENE_MOST = 10_000, 1_000_000  # bytes
 MOST_SHOWN = 5  # keys that differ, named in a refusal
 LAYOUT = hashlib.sha256(
     repr((MEMORY.descr, NODE_ROWS, FRAME.descr, SHAPE_COLUMNS, SLOPE_COLUMNS, CONTACT_COLUMNS)).encode()
 ).hexdigest()[:12]
-BROKEN = (zipfile.BadZipFile, zlib.error, OSError, EOFError, ValueError, KeyError, NotImplementedError)
+RINGS = tuple(f"inputs_{name}" for name in Inputs._fields)
+ARRAYS = (  # of a snapshot
+    *("memory", "nodes", "step_memory", "step_nodes"),
+    *(f"frame_{name}" for name in Output._fields),
+    *RINGS,
+)
 
 
 class SaveError(ValueError):
@@ -39,39 +64,40 @@ class SaveError(ValueError):
 
 
 class Saved(NamedTuple):
-    """What a file holds: the scene, the arrays of a snapshot, notes of whoever fed the simulation."""
+    """What a file holds: the scene, the arrays of a snapshot as bytes for `fitting`, notes of whoever fed the
+    simulation."""
 
     scene: Scene
-    arrays: dict[str, np.ndarray]
+    arrays: dict[str, bytes]
     notes: dict[str, Any]
 
 
 def write(
     path: str | os.PathLike, scene: Scene, snapshot: dict[str, np.ndarray], notes: Mapping[str, Any] | None = None
 ) -> None:
-    """Save a scene and a snapshot at ``path``, whole or not at all. Raises SaveError."""
-    path = Path(path)
-    part = path.with_name(path.name + ".part")
+    """Save a scene and a snapshot at ``path``, whole or not at all, and through no link. Raises SaveError."""
     about = json.dumps({"format": FORMAT, "version": __version__, "layout": LAYOUT})
-    members: dict[str, Any] = {ABOUT: np.array(about), SCENE: np.array(scene.model_dump_json()), **snapshot}
-    members[NOTES] = np.array(json.dumps(dict(notes or {})))
+    members: dict[str, np.ndarray] = {ABOUT: text(about), SCENE: text(scene.model_dump_json()), **snapshot}
+    members[NOTES] = text(json.dumps(dict(notes or {})))
+    data = sealed(npz(members))
+    if len(data) > FILE_MOST:
+        raise SaveError(
+            f"{path}: would have {len(data)} bytes, more than the {FILE_MOST} that are read again; nothing was saved. "
+            f"Save when less motion is held ahead of the clock"
+        )
     try:
-        with open(part, "wb") as file:  # by name, numpy would add its suffix
-            np.savez(file, **members)
-        os.replace(part, path)
-    except OSError as error:
-        part.unlink(missing_ok=True)
+        write_file(path, data)
+    except (OSError, ValueError) as error:
         raise _unwritable(path, error) from None
 
 
 def check_place(path: str | os.PathLike) -> None:
     """Raise the SaveError of write() now, for a place where nothing can be written."""
-    part = Path(f"{os.fspath(path)}.part")
     try:
         if Path(path).is_dir():
             raise IsADirectoryError(0, "Is a directory")
-        part.touch()
-        part.unlink()
+        os.close(open_part(Path(path)))
+        part_of(Path(path)).unlink()
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         raise _unwritable(path, error) from None
 
@@ -84,30 +110,57 @@ def _unwritable(path: str | os.PathLike, error: OSError | ValueError) -> SaveErr
 
 
 def read(path: str | os.PathLike) -> Saved:
-    """What a file of write() holds. Raises SaveError."""
+    """What a file of write() holds; nothing of it has been taken yet. Raises SaveError."""
     try:
-        with open(path, "rb") as file:
-            members = _members(path, file)
+        data = read_file(path)
     except OSError as error:
         raise SaveError(
             f"{path}: cannot be read ({error.strerror}); nothing was loaded. Check the path and its permissions"
         ) from None
-    about = _about(path, members)
-    if about["layout"] != LAYOUT:
+    except ValueError as error:  # Unfit, or a NUL in the name
         raise SaveError(
-            f"{path}: was saved by version {about['version']} with the state layout {about['layout']}, this is version "
-            f"{__version__} with {LAYOUT}: its numbers would stand for others; nothing was loaded. Load it with "
-            f"version {about['version']}, or start its scene again with this one"
-        )
+            f"{path}: cannot be read ({error}); nothing was loaded. Give a file of Simulator.save, --save or ~/save"
+        ) from None
+    if not data.startswith(b"PK\x03\x04"):
+        raise _foreign(path)
     try:
-        scene = Scene.model_validate_json(str(members.pop(SCENE)))
-    except (KeyError, ValidationError) as error:
+        whole = is_sealed(data)
+        members = parts(data, (ABOUT, SCENE, NOTES, *ARRAYS))
+        about = _about(path, members)
+        if about["layout"] != LAYOUT:
+            raise SaveError(
+                f"{path}: was saved by version {about['version']} with the state layout {about['layout']}, this is "
+                f"version {__version__} with {LAYOUT}: its numbers would stand for others; nothing was loaded. Load it "
+                f"with version {about['version']}, or start its scene again with this one"
+            )
+        if not whole:
+            raise SaveError(
+                f"{path}: has no checksum at its end: it is damaged, or of a version {about['version']} that wrote "
+                f"none; nothing was loaded. Load it with that version, or start its scene again with this one"
+            )
+        return Saved(_scene(path, members.pop(SCENE, b"")), members, _notes(members.pop(NOTES, b"")))
+    except Foreign:
+        raise _foreign(path) from None
+    except Unfit as error:
+        raise damaged(path, str(error)) from None
+
+
+def _scene(path: str | os.PathLike, data: bytes) -> Scene:
+    try:
+        scene = Scene.model_validate_json(text_of(SCENE, data, SCENE_MOST))
+        found = checks.problems(scene)
+    except (ValidationError, ValueError, ArithmeticError) as error:
         raise damaged(path, f"its scene cannot be read, {type(error).__name__}") from None
+    if found:
+        raise damaged(path, f"its scene cannot be started: {found[0].key} {found[0].text}")
+    return scene
+
+
+def _notes(data: bytes) -> dict[str, Any]:
     try:
-        notes = json.loads(str(members.pop(NOTES, "{}")))
-        return Saved(scene, members, dict(notes))
-    except (TypeError, ValueError) as error:
-        raise damaged(path, f"its notes cannot be read, {type(error).__name__}") from None
+        return dict(json.loads(text_of(NOTES, data, FILE_MOST)))
+    except (TypeError, ValueError, RecursionError) as error:
+        raise Unfit(f"its notes cannot be read, {type(error).__name__}") from None
 
 
 def same_scene(path: str | os.PathLike, saved: Scene, here: Scene, but: Container[str] = ()) -> None:
@@ -151,14 +204,28 @@ def _shown(value: Any, unit: str) -> str:
     return f"{text} {unit}".strip() if unit != "1" else text
 
 
-def fitting(path: str | os.PathLike, arrays: dict[str, np.ndarray], wanted: dict[str, np.ndarray]) -> dict:
-    """The arrays as a snapshot like ``wanted``, that of a simulator of their scene. Raises SaveError."""
+def fitting(path: str | os.PathLike, found: Mapping[str, bytes], wanted: Mapping[str, np.ndarray]) -> dict:
+    """Arrays of a file as a snapshot like ``wanted``, that of a simulator of their scene; their numbers are bounded.
+
+    Raises SaveError.
+    """
+    try:
+        arrays = exact(found, wanted)
+    except Unfit as error:
+        raise damaged(path, str(error)) from None
+    if problem := state_values.problem(arrays):
+        raise damaged(path, problem)
+    return arrays
+
+
+def exact(found: Mapping[str, bytes], wanted: Mapping[str, np.ndarray]) -> dict:
+    """Arrays of the dtypes and shapes of ``wanted``. Raises Unfit."""
+    arrays = {}
     for name, like in wanted.items():
-        found = arrays.get(name)
-        if found is None or found.shape != like.shape or found.dtype != like.dtype:
-            what = "is missing" if found is None else f"is {found.dtype.kind}{list(found.shape)}"
-            raise damaged(path, f"'{name}' {what}, expected {like.dtype.kind}{list(like.shape)}")
-    return {name: arrays[name].view(np.recarray)[()] if "memory" in name else arrays[name] for name in wanted}
+        if name not in found:
+            raise Unfit(f"'{name}' is missing, expected {like.dtype.kind}{list(like.shape)}")
+        arrays[name] = array(name, found[name], like)
+    return {name: found.view(np.recarray)[()] if "memory" in name else found for name, found in arrays.items()}
 
 
 def damaged(path: str | os.PathLike, what: str) -> SaveError:
@@ -166,13 +233,13 @@ def damaged(path: str | os.PathLike, what: str) -> SaveError:
     return SaveError(f"{path}: is damaged ({what}); nothing was loaded. Take another copy, or start its scene again")
 
 
-def _about(path: str | os.PathLike, members: dict) -> dict:
+def _about(path: str | os.PathLike, members: dict[str, bytes]) -> dict[str, str]:
     """What a file says of itself; SaveError where it is no saved simulation."""
     try:
-        about = json.loads(str(members.pop(ABOUT)))
+        about = json.loads(text_of(ABOUT, members.pop(ABOUT), ABOUT_MOST))
         if about["format"] == FORMAT:
-            return {key: str(about[key]) for key in ("version", "layout")}
-    except (KeyError, TypeError, json.JSONDecodeError):
+            return {key: f"{about[key]!s:.40}" for key in ("version", "layout")}
+    except (KeyError, TypeError, ValueError, RecursionError):
         pass
     raise _foreign(path)
 
@@ -181,16 +248,3 @@ def _foreign(path: str | os.PathLike) -> SaveError:
     return SaveError(
         f"{path}: is no saved simulation; nothing was loaded. Simulator.load takes a file of Simulator.save"
     )
-
-
-def _members(path: str | os.PathLike, file: BinaryIO) -> dict[str, np.ndarray]:
-    """Every array of an .npz file; their check sums are looked at on the way."""
-    if not zipfile.is_zipfile(file):  # its directory stands at the end: a file cut short has none
-        file.seek(0)
-        raise damaged(path, "its end is missing") if file.read(4) == b"PK\x03\x04" else _foreign(path)
-    file.seek(0)
-    try:
-        with np.load(file, allow_pickle=False) as archive:
-            return {name: archive[name] for name in archive.files}
-    except BROKEN as error:
-        raise damaged(path, f"{error}") from None

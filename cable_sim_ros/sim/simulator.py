@@ -224,14 +224,30 @@ class Simulator:
         """The Simulator of a file of save(), to go on where it was. Raises SaveError."""
         saved = savefile.read(path)
         sim = cls(saved.scene)
-        sim.restore(savefile.fitting(path, saved.arrays, sim.snapshot()))
+        sim.restore(sim.taken(path, saved))
         return sim
 
     def load_state(self, path: str | os.PathLike) -> None:
         """Go on where the simulator of a file of save() was. Raises SaveError with what differs for another scene."""
         saved = savefile.read(path)
         savefile.same_scene(path, saved.scene, self.scene)
-        self.restore(savefile.fitting(path, saved.arrays, self.snapshot()))
+        self.restore(self.taken(path, saved))
+
+    def taken(self, path: str | os.PathLike, saved: savefile.Saved) -> dict:
+        """The snapshot of a file of this scene, of which a twin has solved one tick; nothing is changed.
+
+        Raises SaveError.
+        """
+        arrays = savefile.fitting(path, saved.arrays, self.snapshot())
+        twin = Simulator(self.scene, self._mesh)
+        try:
+            twin.restore(arrays)
+            twin.run(1)
+        except Exception as error:  # a kernel too raises what it likes, where the numbers are no tow
+            raise savefile.damaged(
+                path, f"the tick after its state cannot be solved ({type(error).__name__})"
+            ) from None
+        return arrays
 
     def _drive(
         self, what: int, count: int, output: Output, inputs: Inputs | None = None, heads: np.ndarray | None = None

@@ -77,15 +77,15 @@ class Verdict(NamedTuple):
         lasted = [f"{r.flag} {r.seconds:.3g} s" if r.seconds > 0.0 else r.flag for r in self.reasons]
         return f"{self.state.upper()}: {', '.join(lasted)}"
 
-    def lines(self) -> list[str]:
-        """What the terminal says last."""
+    def lines(self, of: str = "verdict") -> list[str]:
+        """What the terminal says last; of: what is judged."""
         if self.state == OK:
-            return ["verdict: ok"]
+            return [f"{of}: ok"]
         what = {
             DOUBTFUL: "the run came to its end, but figures cannot be taken as they are",
             FAILED: "the run did not come to its end",
         }
-        return [f"verdict: {self.state}: {what[self.state]} (docs/flags.md)", *(f"  {r}" for r in self.reasons)]
+        return [f"{of}: {self.state}: {what[self.state]} (docs/flags.md)", *(f"  {r}" for r in self.reasons)]
 
 
 def verdict_of(reasons: Iterable[Reason]) -> Verdict:

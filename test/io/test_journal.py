@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import base64
 import json
+import re
+from typing import get_args
 
 import numpy as np
 import pytest
 
-from cable_sim_ros.io.journal import MSGTYPE, Journal, Start, encoded, packed, read_journal, unpacked
+from cable_sim_ros.io.journal import MSGTYPE, Journal, Start, encoded, packed, read_journal
+from cable_sim_ros.io.journal_entries import Sample, state_of
 from cable_sim_ros.io.typestore import STORE
-from cable_sim_ros.physics.inputs import MOTION_ROWS, make_inputs, push_command, push_motion
+from cable_sim_ros.physics.inputs import MOTION_COLUMNS, MOTION_ROWS, make_inputs, push_command, push_motion
 
 
 def rings(inputs):
@@ -57,7 +61,7 @@ def test_missing_and_damaged_entries_are_said():
     told = read_journal([*messages, b"\0\1\0\0junk"])
     assert len(told.faults) == 1 and told.faults[0].startswith("an entry cannot be read (")
     (fault,) = read_journal([encoded({"n": 0, "tick": 0, "start": {"cause": "start"}})]).faults
-    assert fault.startswith("entry 0 cannot be used (KeyError")
+    assert fault.startswith("entry 0 cannot be used (start.time: Field required")
 
 
 def test_a_damaged_state_is_said():
@@ -65,7 +69,8 @@ def test_a_damaged_state_is_said():
     entry["start"]["state"] = entry["start"]["state"][:200]
     told = read_journal([encoded(entry)])
     assert told.segments == [] and "the state in the journal cannot be read" in told.faults[0]
-    assert unpacked(packed({"a": np.arange(3)}))["a"].tolist() == [0, 1, 2]
+    empty = rings(make_inputs())
+    assert state_of(packed(empty)).rings.keys() == empty.keys()
 
 
 def test_samples_that_the_ring_has_lost_are_counted():
@@ -94,3 +99,89 @@ def test_a_halt_and_a_reset_after_it(ended, halted):
     first, second = read_journal(messages).segments
     assert first.halted is halted and first.ticks == (4 if halted else 5) and second.ticks == 2
     assert second.start.cause == "reset" and second.first == 5
+
+
+def entry(message) -> dict:
+    return json.loads(STORE.deserialize_cdr(message, MSGTYPE).data)
+
+
+def changed(place: int, **values) -> list[bytes]:
+    messages = written()
+    messages[place] = encoded(entry(messages[place]) | values)
+    return messages
+
+
+@pytest.mark.parametrize(
+    ("place", "values", "text"),
+    [
+        (2, {"motion": [[1] * 3]}, r"entry 2 cannot be used \(motion.0.3: Field required, got \[1, 1, 1\]\)"),
+        (
+            2,
+            {"motion": [[1009, *[float("inf")] * 14]]},
+            "entry 2 cannot be used .motion.0.1: Input should be .* got inf",
+        ),
+        (2, {"motion": [[1e999] * 15]}, r"entry 2 cannot be used \(motion.0.0: Input should be a"),
+        (
+            2,
+            {"motion": [[1000, *[0.0] * 14]]},
+            "entry 2 .*the stamp of a sample, 1000 ns, does not advance past 1002 ns",
+        ),
+        (
+            2,
+            {"motion": [[2000 + k, *[0.0] * 14] for k in range(1025)]},
+            "entry 2 .*motion: List should have at most 1024",
+        ),
+        (2, {"commands": [[5, "fast", None]]}, r"entry 2 cannot be used \(commands.0.1: "),
+        (2, {"set": ["winch.command_timeout"]}, r"entry 2 cannot be used \(set: Input should be an object"),
+        (2, {"set": {"winch.command_timeout": [1]}}, r"entry 2 cannot be used \(set.winch.command_timeout"),
+        (2, {"lost": -1}, r"entry 2 cannot be used \(lost: "),
+        (2, {"tick": 1.5}, r"entry 2 cannot be used \(tick: "),
+        (4, {"tick": 1}, r"entry 4 cannot be used \(it is of tick 1, behind one of tick 2\)"),
+        (2, {"end": 5}, r"entry 2 cannot be used \(end: "),
+        (2, {"n": 3}, "entry 3 is there twice, the second is left out"),
+        (0, {"start": "now"}, r"entry 0 cannot be used \(start: "),
+    ],
+)
+def test_an_entry_that_is_none_is_left_out_and_said(place, values, text):
+    faults = read_journal(changed(place, **values)).faults
+    assert re.match(text, faults[0]), faults
+    assert all("\n" not in fault and len(fault) < 300 for fault in faults)
+
+
+@pytest.mark.parametrize(
+    ("state", "text"),
+    [
+        ("!", "the state in the journal cannot be read"),
+        ("UEsDBA==", "its end is missing"),
+        (
+            packed(rings(make_inputs()) | {"inputs_motion": np.zeros(65_000_000, np.uint8)}),
+            "would have more than 64000000",
+        ),
+        (packed(rings(make_inputs()) | {"inputs_motion_head": np.array([-5])}), "-5 were written and 0 seen"),
+        (packed(rings(make_inputs()) | {"inputs_motion": np.zeros(3)}), r"'inputs_motion' is f\[3\]"),
+        (packed(rings(make_inputs()) | {"other": np.zeros(3)}), "'other.npy' is not part of it"),
+        (packed({}), "'inputs_motion_time' is missing"),
+    ],
+)
+def test_a_state_that_is_none_is_left_out_and_said(state, text):
+    begun = entry(written()[0])
+    begun["start"]["state"] = state
+    told = read_journal([encoded(begun), *written()[1:]])
+    assert told.segments == [] and re.search(text, told.faults[0]), told.faults
+
+
+def test_faults_without_number_are_counted():
+    told = read_journal([encoded({"n": "x"})] * 500)
+    assert len(told.faults) == 21 and told.faults[-1] == "and 480 more"
+
+
+def test_a_sample_has_the_columns_of_the_ring():
+    assert len(get_args(Sample)) == 1 + MOTION_COLUMNS
+
+
+def test_a_state_as_numpy_packs_it_is_read(tmp_path):
+    """So recorders before the common packing did; their bags stay readable."""
+    empty = rings(make_inputs())
+    np.savez_compressed(tmp_path / "state.npz", **empty)
+    state = state_of(base64.b64encode((tmp_path / "state.npz").read_bytes()).decode())
+    assert state.rings.keys() == empty.keys()

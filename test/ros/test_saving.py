@@ -3,29 +3,41 @@ on from there bit for bit; what is refused leaves everything as it was."""
 
 from __future__ import annotations
 
-import json
 import math
 import os
 import sys
 import time
+from collections import deque
 from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
 
+from hostile_files import crafted, flipped, flipped_inside, members_of
+from state_files import with_notes
 from test_commands import command
 from test_motion import imu, odometry
 from test_stepped import Run, ship, winch
 
+from cable_sim_ros import cli
+from cable_sim_ros.io.bag import BagReader
 from cable_sim_ros.io.load import load_scene, override
+from cable_sim_ros.io.memento import taken
+from cable_sim_ros.io.recorded_run import load_run
+from cable_sim_ros.io.remembered import declared
+from cable_sim_ros.io.replay import read_tow
 from cable_sim_ros.ros import session as session_module
 from cable_sim_ros.ros.params import settle
 from cable_sim_ros.ros.stepped import SteppedSession
 from cable_sim_ros.runs import offline
+from cable_sim_ros.runs.picture import caption
 from cable_sim_ros.runs.step_choice import stepped
 from cable_sim_ros.sim.savefile import differences
+from cable_sim_ros.sim.simulator import Simulator
+from cable_sim_ros.sim.verdict import Verdict
 
 S = 1_000_000_000
 pytestmark = pytest.mark.skipif(
@@ -133,26 +145,25 @@ def test_a_state_that_does_not_fit_leaves_the_tow_as_it_was(make, tmp_path):
     it.feed(0, 200)
     it.step(30)
     assert it.session.save(path)[0]
-    with np.load(path) as archive:
-        members = {name: archive[name] for name in archive.files}
-
-    def with_notes(change) -> Path:
-        notes = json.loads(str(members["notes"]))
-        change(notes["node"])
-        with open(tmp_path / "other.npz", "wb") as file:
-            np.savez(file, **(members | {"notes": np.array(json.dumps(notes))}))
-        return tmp_path / "other.npz"
-
+    other_file = tmp_path / "other.npz"
     before, intake, clock = it.step(10), it.session.notes()["intake"], it.session.steps.clock
     for change in (
         lambda node: node["steps"]["object"].pop("clock"),
         lambda node: node.pop("intake"),
         lambda node: node["intake"]["object"].update(clock={"object": {}}),
+        lambda node: node["steps"]["object"].update(clock="now"),
+        lambda node: node["steps"]["object"].update(gate=None),
+        lambda node: node["intake"]["object"]["ingest"]["object"].update(settings=5),
+        lambda node: node["intake"]["object"].update(inputs=5),
+        lambda node: node.update(spoken=1),
     ):
-        done, text = it.session.restore(with_notes(change))
+        done, text = it.session.restore(
+            with_notes(path, other_file, lambda notes, change=change: change(notes["node"]))
+        )
         assert not done and "other.npz: is damaged (its notes of the node do not fit" in text
         assert it.session.state == "running" and it.session.steps.clock == clock
         assert it.session.notes()["intake"] == intake
+    assert it.step(10) != before, "what was refused has not stopped it"
     it.session.set_live("winch.command_timeout", 0.9)
     done, text = it.session.restore(path)
     assert done and (
@@ -202,21 +213,136 @@ def test_a_state_of_another_clock_is_taken_to_the_present(make, tmp_path):
     assert late.session.state == "failed" and late.session.problem.startswith("not restored: the ship heads 0 deg")
 
 
-def test_a_recording_has_the_restore_and_is_replayed_bit_for_bit(monkeypatch, tmp_path):
-    """Time goes back in the bag, to what it says again."""
-    run = Run(monkeypatch, tmp_path / "bag", **{"lockstep.rate": 0.0, "lockstep.paused": True})
+def under_way(monkeypatch, bag: Path | None = None) -> Run:
+    monkeypatch.setattr(Simulator, "warm_up", lambda self, progress=None: 0.0)
+    run = Run(monkeypatch, bag, **{"lockstep.rate": 0.0, "lockstep.paused": True})
     for _, kind, data in ship():
         run.give(kind, data)
     commands = winch()
     run.at_clock = lambda clock: clock in commands and run.session.command(commands[clock], -1)
     run.session.pause(False)
+    return run
+
+
+def test_a_recording_has_every_restore_and_is_replayed_bit_for_bit(monkeypatch, tmp_path):
+    """Time goes back in the bag to what it says again, with other numbers, and not as far as before."""
+    run, state = under_way(monkeypatch, tmp_path / "bag"), tmp_path / "tow.npz"
     run.until(40)
-    assert run.session.save(tmp_path / "tow.npz")[0]
-    run.until(55)
-    assert run.session.restore(tmp_path / "tow.npz")[0]
-    frames = run.until(75)
+    assert run.session.save(state)[0]
+    run.until(90)
+    assert run.session.restore(state)[0]
+    run.until(105)
+    run.at_clock = lambda clock: None  # no command comes any more
+    assert run.session.restore(state)[0]
+    frames = run.until(130)
     run.close()
-    assert frames[40:55].tobytes() == frames[55:70].tobytes() and np.ptp(frames.payout[40:]) > 0.01
-    again = offline.replay(tmp_path / "bag")
-    assert again.frames.tobytes() == frames.tobytes()
-    assert again.figures["replay_faults"] == [] and again.figures["largest_difference"]["difference"] == 0.0
+    assert frames[40:55].tobytes() == frames[90:105].tobytes() and np.ptp(frames.payout[40:]) > 0.01
+    assert (frames.time[105:] == frames.time[40:65]).all() and (frames.tension[105:] != frames.tension[40:65]).any()
+    with BagReader(tmp_path / "bag") as reader:
+        log = [message.time for message in reader.as_written(reader.topics)]
+    assert log == sorted(log), "readers go by these"
+    again = offline.replay(tmp_path / "bag", out=tmp_path / "again")
+    third = offline.replay(again.bag)
+    for found in (again, third):
+        assert found.frames.tobytes() == frames.tobytes()
+        assert found.figures["replay_faults"] == [] and found.verdict.state == "ok"
+        assert found.figures["largest_difference"] == {"field": "", "difference": 0.0, "ticks": 130}
+        assert found.figures["recorded_ticks"] == 130
+        assert {row.count for row in found.residuals} == {130} and max(row.largest for row in found.residuals) < 1e-9
+
+    def lacking(path, **_):
+        tow = read_tow(path)
+        for table in (tow.outputs, tow.behind):
+            table["sim_health"] = table["sim_health"][:25]
+        return tow
+
+    monkeypatch.setattr(offline, "read_tow", lacking)
+    found = offline.replay(tmp_path / "bag")
+    text = "25 ticks are in the bag and 130 were simulated, of which 25 are the same and could be compared"
+    assert found.figures["replay_faults"] == [text] and found.verdict.code == 4 and found.run_verdict.state == "ok"
+
+
+def test_a_recording_that_goes_back_behind_its_beginning_is_summed_up(monkeypatch, tmp_path):
+    run, state = under_way(monkeypatch), tmp_path / "tow.npz"
+    run.until(10)
+    assert run.session.save(state)[0]
+    run.until(40)
+    run.record(tmp_path / "bag")
+    run.until(50)
+    assert run.session.restore(state)[0]
+    run.until(60)
+    run.close()
+    again = offline.replay(tmp_path / "bag", out=tmp_path / "again")
+    assert again.verdict.state == "ok" and again.figures["ticks"] == 20
+    assert again.figures["duration_s"] == pytest.approx(19 * 0.02) and again.figures["skip_s"] > 0.0
+    assert caption(load_run(again.bag), again.figures["skip_s"]), "what its picture says"
+
+
+def test_what_the_run_was_flagged_for_is_not_the_verdict_on_its_replay(monkeypatch, tmp_path):
+    """A cable that would have parted; the replay is that run to the last bit."""
+    monkeypatch.setattr(Simulator, "warm_up", lambda self, progress=None: 0.0)
+    scene = override(load_scene("side_scan"), {"cable.breaking_load": 300.0})
+    flagged = offline.run(scene, heave=(0.5, 8.0), duration=0.3, out=tmp_path)
+    assert flagged.verdict.state == "doubtful" and flagged.verdict.reasons[0].flag == "OVERLOAD"
+    again = offline.replay(flagged.bag)
+    assert again.frames.tobytes() == flagged.frames.tobytes() and again.verdict == Verdict()
+    assert again.run_verdict == flagged.verdict and again.figures["run_verdict"]["state"] == "doubtful"
+    done = CliRunner().invoke(cli.main, ["replay", str(flagged.bag)])
+    assert done.exit_code == 0 and "verdict: ok" in done.output.splitlines()
+    assert any(line.startswith("the run itself: doubtful: ") for line in done.output.splitlines())
+
+
+def test_files_of_somebody_who_means_harm_are_refused_and_the_node_lives(make, tmp_path):
+    """A sample of hostile_run.py: crafted, flipped, and flipped below the checksum: refused, or a tow that goes on."""
+    it, path = make(), tmp_path / "tow.npz"
+    it.feed(0, 100)
+    it.step(20)
+    assert it.session.save(path)[0]
+    good = path.read_bytes()
+    members, rng = members_of(good), np.random.default_rng(3)
+    before = it.step(5)
+    assert it.session.restore(path)[0]
+    files = {what: made() for what, made in crafted(good)[::16]}
+    files |= {f"bit {bit}": flipped(good, bit) for bit in rng.integers(0, 8 * len(good), 40).tolist()}
+    os.mkfifo(tmp_path / "pipe")
+    for what, data in files.items():
+        path.write_bytes(data)
+        state = it.session.built_sim.snapshot()
+        done, text = it.session.restore(path)
+        assert not done and "\n" not in text and str(path) in text, what
+        assert all((state[name] == array).all() for name, array in it.session.built_sim.snapshot().items()), what
+    assert not it.session.restore(tmp_path / "pipe")[0]
+    assert it.step(5) == before
+    for _ in range(12):
+        path.write_bytes(flipped_inside(members, rng))
+        if it.session.restore(path)[0]:
+            it.step(2)
+            assert it.session.state in ("running", "halted")
+        path.write_bytes(good)
+        assert it.session.restore(path)[0] and it.session.state == "running"
+    assert it.step(5) == before
+
+
+def test_what_a_session_remembers_is_declared(make):
+    """Of an attribute that may be absent or holds several, a file could bring anything: it needs a row."""
+    it = make()
+    it.feed(0, 100)
+    it.feed(0, 100, "imu")
+    it.step(20)
+    missing, seen = set(), set()
+
+    def look(thing):
+        if id(thing) in seen or not hasattr(thing, "__dict__") or "own" in taken(thing):
+            return
+        seen.add(id(thing))
+        for name, value in vars(thing).items():
+            several = isinstance(value, (list, tuple, dict, set, deque)) or value is None
+            if several and taken(value) != {"own": None} and not declared(type(thing).__name__, name):
+                if not (isinstance(value, dict) and all(hasattr(part, "__dict__") for part in value.values())):
+                    missing.add(f"{type(thing).__name__}.{name}")
+            for part in value.values() if isinstance(value, dict) else [value]:
+                look(part)
+
+    look(it.session.intake)
+    look(it.session.steps)
+    assert not missing, "rows of io/remembered.py"

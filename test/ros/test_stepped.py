@@ -79,11 +79,13 @@ class Run:
         session, context = self.session, Context()
         quiet = {context.topic(channel): SimpleNamespace(publish=lambda data: None) for channel in CHANNELS}
         encoder = Encoder(context, session.scene.solver.tick)
-        self.publisher = DirectPublisher(session.built_loop, encoder, quiet, session.offset, log_time=session.log_time)
+        self.publisher = DirectPublisher(
+            session.built_loop, encoder, quiet, session.offset, log_time=session.record_time
+        )
         self.publisher.start()
         self.recorder = Recorder(bag, custom_data={"scene_yaml": dump_scene(session.scene)})
         journal = session.new_journal(
-            lambda data: self.recorder.put(f"{context.namespace}/{TOPIC}", MSGTYPE, session.log_time(), data)
+            lambda data: self.recorder.put(f"{context.namespace}/{TOPIC}", MSGTYPE, session.record_time(), data)
         )
         self.publisher.record(self.recorder, journal)
         session.record(journal)

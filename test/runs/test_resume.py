@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-import json
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
+
+from state_files import with_notes
 
 from cable_sim_ros.io.journal import read_journal
 from cable_sim_ros.io.load import SceneWarning, load_scene, override
@@ -48,21 +53,6 @@ def short(events, monkeypatch):
         return RecordedTow("nbp1406", [event for event in events if not (imu_only and event.kind == "odometry")])
 
     monkeypatch.setattr(offline, "read_tow", read)
-
-
-def members(path) -> dict:
-    with np.load(path) as archive:
-        return {name: archive[name] for name in archive.files}
-
-
-def with_note(path, target, change):
-    """The file with its notes of the run changed."""
-    arrays = members(path)
-    notes = json.loads(str(arrays["notes"]))
-    change(notes)
-    with open(target, "wb") as file:
-        np.savez(file, **(arrays | {"notes": np.array(json.dumps(notes))}))
-    return target
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -164,7 +154,7 @@ def test_a_file_of_something_else_needs_a_motion(saved, tmp_path):
     ],
 )
 def test_damaged_notes_are_refused(saved, tmp_path, change):
-    path = with_note(saved[1], tmp_path / "tow.npz", lambda notes: change(notes["run"]))
+    path = with_notes(saved[1], tmp_path / "tow.npz", lambda notes: change(notes["run"]))
     with pytest.raises(SaveError, match="tow.npz: is damaged .its notes of the run do not fit, .*; nothing was loaded"):
         resumed = Resumed(path)
         resumed.told()
