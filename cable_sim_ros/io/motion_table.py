@@ -16,13 +16,14 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 from ..physics.heave import Heave
 from ..physics.ship import Ship
 from ..sim.attitude import body_rates, quaternion, rotation
 from ..sim.inputs import MOST_PITCH, MOST_POSITION, MOST_RATE, MOST_SPEED, MOST_TURNS
+from .motion_curves import Curve, Given, judged, through
 from .replay import Event, RecordedTow
+from .rounding import even
 from .typestore import STORE
 
 CONSEQUENCE = "nothing was simulated"
@@ -76,14 +77,18 @@ class Samples(NamedTuple):
     rate: np.ndarray
 
 
-def read_table(path: str | os.PathLike, ship: Ship) -> RecordedTow:
+def read_table(
+    path: str | os.PathLike, ship: Ship, sheave: tuple[float, float, float] = (0.0, 0.0, 0.0)
+) -> RecordedTow:
     """Ship motion of a CSV file as odometry messages; columns that are missing follow the mean track of ``ship``.
 
+    Rounded columns are smoothed (`io.motion_curves`); `rounded`, `notices` and `doubts` of the answer tell of it.
+    sheave: its place in base_link [m], where the acceleration that rounding leaves is judged.
     Raises MotionError; warns of gaps with MotionWarning.
     """
     path = Path(path)
     names, given, lines, data = _read(path)
-    time = data[:, names.index(TIME)]
+    time = even(data[:, names.index(TIME)])
     parts = _stretches(path, lines, time, ship)
     values = np.full((2, 6, len(time)), np.nan)  # value and rate, NaN: not given
     for (coordinate, rate), name in given.items():
@@ -96,9 +101,26 @@ def read_table(path: str | os.PathLike, ship: Ship) -> RecordedTow:
     values[0, 5] = np.unwrap(values[0, 5])
     moved = time - time[0]
     begin = round((time[0] if time[0] > 0.0 else time[0] + floor(-time[0]) + 1.0) * SECOND)  # stamp 0 means: none
-    pieces = [_sampled(moved[part], values[:, :, part], begin, ship) for part in parts]
+    columns = {k: (COLUMNS[name], name) for (k, rate), name in given.items() if not rate}
+    found = {
+        k: through(
+            Given(name, column.unit, column.scale, angle=k > 2),
+            [
+                (moved[part], values[0, k, part], None if (k, True) not in given else values[1, k, part])
+                for part in parts
+            ],
+        )
+        for k, (column, name) in columns.items()
+    }
+    pieces = [
+        _sampled(moved[part], {k: curves[i] for k, (curves, _) in found.items()}, begin, ship)
+        for i, part in enumerate(parts)
+    ]
     whole = Samples(*(np.concatenate(arrays) for arrays in zip(*pieces)))
-    return RecordedTow(os.fspath(path), odometry_events(whole, str(path)))
+    tow = RecordedTow(os.fspath(path), odometry_events(whole, str(path)))
+    told = judged(str(path), {k: report for k, (_, report) in found.items() if report}, whole, sheave)
+    tow.rounded, tow.notices, tow.doubts = told
+    return tow
 
 
 def sine_heave(amplitude: float, period: float, duration: float, ship: Ship) -> RecordedTow:
@@ -284,20 +306,14 @@ def _track(t: np.ndarray, ship: Ship) -> tuple[np.ndarray, np.ndarray]:
     return value, rate
 
 
-def _sampled(t: np.ndarray, given: np.ndarray, begin: int, ship: Ship) -> Samples:
+def _sampled(t: np.ndarray, curves: dict[int, Curve], begin: int, ship: Ship) -> Samples:
     """Rows without a gap, at their own times or every STEP where they are further apart; t: s since the beginning."""
     stamps = begin + np.round(t * SECOND).astype(np.int64)
     if np.median(np.diff(stamps)) > STEP:
         stamps = np.arange(stamps[0], stamps[-1] + 1, STEP)
     at = (stamps - begin) / SECOND
     value, rate = _track(at, ship)
-    for k in range(6):
-        if np.isnan(given[0, k, 0]):
-            continue
-        if np.isnan(given[1, k, 0]):
-            curve = CubicSpline(t, given[0, k])
-        else:
-            curve = CubicHermiteSpline(t, given[0, k], given[1, k])
+    for k, curve in curves.items():
         value[:, k], rate[:, k] = curve(at), curve(at, 1)
     return Samples(stamps, value, rate)
 

@@ -17,6 +17,7 @@ import numpy as np
 from ..physics.heave import Heave, MotionInput
 from ..physics.inputs import Inputs
 from ..sim.scene import Scene
+from ..sim.verdict import Reason
 from . import journal
 from .bag import BagError, BagReader, Damage, report
 from .bag_motion import read_motion
@@ -59,6 +60,8 @@ class RecordedTow:
     journal: list[bytes] = field(default_factory=list)
     notices: list[str] = field(default_factory=list)  # what a user should know of the bag
     damage: str = ""  # what could not be read
+    rounded: list[dict[str, object]] = field(default_factory=list)  # columns that were smoothed, for the JSON
+    doubts: list[Reason] = field(default_factory=list)  # what of the motion makes a run under it doubtful
 
     @cached_property
     def spans(self) -> list[Span]:

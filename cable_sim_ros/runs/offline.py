@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..io.bag_writer import BagError, cannot_make
+from ..io.coarse_bag import smooth_odometry
 from ..io.journal import read_journal
 from ..io.load import load_scene, override, scene_from_text
 from ..io.markers import check_rate
@@ -65,6 +66,13 @@ FIGURES = (
     ("commands_refused", "1", "winch commands refused, by cause"),
     ("commands_limited", "1", "winch commands that asked for more than the winch can do, by what was limited"),
     ("clock_jumps", "1", "jumps of the clock of the motion, over which the tow was carried"),
+    (
+        "motion_rounded",
+        "",
+        "rounded columns of a table, or coordinates of a bag, that were smoothed: list of `column`, `resolution` "
+        "and `unit`, `cutoff_hz`, and the rms accelerations in m/s^2 or rad/s^2 `acceleration_rounded` as rounded, `acceleration_left` wrong, "
+        "`acceleration_motion`; absent without one",
+    ),
     ("notices", "", "what is odd about the bag and its motion, as texts"),
     ("journal", "", "`replay`: true: the bag says what the run took and when, so that this is the same run"),
     ("replay_faults", "", "`replay`: why this may not be the run that was recorded, as texts"),
@@ -164,7 +172,7 @@ def run(
     elif save is not None:
         save_run(save, one, told)
         result.figures["saved"] = os.fspath(save)
-    judged(result, scene, [*one.doubts, *_damage(tow)], before=before)
+    judged(result, scene, [*one.doubts, *(tow.doubts if tow else ()), *_damage(tow)], before=before)
     _write_summary(out, result)
     return result
 
@@ -308,8 +316,12 @@ def _motion_of(
         amplitude, period = heave
         return sine_heave(amplitude, period, HEAVE_SECONDS if duration is None else duration, scene.ship)
     if table is not None:
-        return read_table(table, scene.ship)
-    return None if motion is None else read_tow(find_bag(motion), imu_only=imu_only)
+        return read_table(table, scene.ship, scene.sheave.position)
+    if motion is None:
+        return None
+    tow = read_tow(find_bag(motion), imu_only=imu_only)
+    smooth_odometry(tow, scene.sheave.position)
+    return tow
 
 
 def _run_of(
@@ -351,6 +363,7 @@ def _intake_figures(one: Pass) -> dict[str, Any]:
         "commands_limited": dict(intake.commands.clamped),
         "clock_jumps": intake.clock.jumps,
         "notices": [*one.tow.notices, *intake.ingest.notices],
+        **({"motion_rounded": one.tow.rounded} if one.tow.rounded else {}),
     }
 
 

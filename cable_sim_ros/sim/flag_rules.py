@@ -18,6 +18,8 @@ CODE_OK, CODE_FAILED, CODE_INPUT, CODE_DAMAGED, CODE_DOUBTFUL = 0, 1, 2, 3, 4
 MOST_STRESS = 1.2e9
 WITHIN = 1e-3  # of the recorded mean tension, for a replay
 WITHIN_M = 0.01  # m, for a replay
+ROUNDED = 0.08  # of the rms acceleration at the sheave, that rounded motion may leave wrong
+ROUNDED_LEAST = 5e-4  # m/s^2, and more than this: a tenth of a newton on a tow of 200 kg
 WITHIN_JOURNAL = 1e-6  # of the tension, and m, for one that knows what every tick saw: another machine rounds otherwise
 
 TENSION = ("tension_mean_n", "tension_std_n", "tension_min_n", "tension_max_n")
@@ -210,6 +212,13 @@ CHECKS = (
         TENSION + BODY,
         "over 30 s or more the mean speed of the motion is more than 10 % and 0.2 m/s from `ship.tow_speed`, or its "
         "heading more than 10 deg from that of the start: another tow than that of the scene; half of it is a warning",
+    ),
+    (
+        "MOTION_ROUNDED",
+        DOUBTFUL,
+        SEAWAY,
+        f"the acceleration at the sheave that the rounding of the motion leaves wrong is above {100.0 * ROUNDED:g} % "
+        f"of that of the motion, and {ROUNDED_LEAST:g} m/s^2",
     ),
     (
         "RESIDUAL",
