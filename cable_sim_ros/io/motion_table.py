@@ -11,7 +11,7 @@ import difflib
 import os
 import warnings
 from collections.abc import Sequence
-from math import cos, floor, radians, sin
+from math import atan2, cos, degrees, floor, radians, remainder, sin
 from pathlib import Path
 from typing import NamedTuple
 
@@ -32,6 +32,7 @@ COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw")
 SECOND = 1_000_000_000
 STEP = SECOND // 50  # ns between messages where the table is coarser
 UNEVEN = 0.05  # of the period: a step further from a whole number of periods is irregular
+CRAB = 10.0  # deg between where a ship points and where it goes: more than a current makes
 FEWEST = 4  # rows between gaps, for a cubic
 LONGEST = 86_400.0  # s of a table or a sinusoidal heave
 HEAVE_PERIODS = (1.0, 600.0)  # s
@@ -99,6 +100,8 @@ def read_table(
         if not rate:
             _within(path, lines, name, values[0, coordinate], data[:, names.index(name)], ship)
     values[0, 5] = np.unwrap(values[0, 5])
+    if (5, False) in given and (0, False) not in given:
+        _ahead(path, given[5, False], values[0, 5], ship)
     moved = time - time[0]
     begin = round((time[0] if time[0] > 0.0 else time[0] + floor(-time[0]) + 1.0) * SECOND)  # stamp 0 means: none
     columns = {k: (COLUMNS[name], name) for (k, rate), name in given.items() if not rate}
@@ -293,6 +296,18 @@ def _within(path: Path, lines: Sequence[int], name: str, values: np.ndarray, sho
         raise MotionError(
             f"{path}:{lines[i]}: {name} = {shown[i]:g} {column.unit} is outside [{low:g}, {high:g}] {column.unit}; "
             f"{CONSEQUENCE}. Check its unit{' and ship.reference_height' if k == 2 else ''}"
+        )
+
+
+def _ahead(path: Path, name: str, yaw: np.ndarray, ship: Ship) -> None:
+    """Raise MotionError where the ship would go along ship.heading_deg and point elsewhere; yaw: rad."""
+    mean = degrees(atan2(np.sin(yaw).mean(), np.cos(yaw).mean()))
+    off = remainder(mean - ship.heading_deg, 360.0)
+    if abs(off) > CRAB:
+        raise MotionError(
+            f"{path}: {name} has the mean {mean:.4g} deg and no x_m and y_m beside it: the ship would go along "
+            f"ship.heading_deg = {ship.heading_deg:g} deg and point {abs(off):.3g} deg away from it, more than "
+            f"{CRAB:g} deg; {CONSEQUENCE}. Set ship.heading_deg to {mean:.4g}, or give x_m and y_m too"
         )
 
 
