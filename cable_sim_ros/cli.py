@@ -14,6 +14,7 @@ from . import __version__
 from .lab.commands import COMMANDS as LAB_COMMANDS
 from .runs import expected
 from .runs.mesh_command import mesh as mesh_command
+from .runs.options import Heave, bag_options, settings_options
 from .runs.progress import progress_bar as _progress
 from .runs.span_command import span as span_command
 from .runs.told import tell
@@ -66,20 +67,6 @@ class DamagedBag(click.ClickException):
     """Only a part of a bag could be read."""
 
     exit_code = CODE_DAMAGED
-
-
-class Heave(click.ParamType):
-    """Amplitude [m] and period [s] of a heave, as in 1.2,8."""
-
-    name = "M,S"
-
-    def convert(self, value, param, context) -> tuple[float, float]:
-        """The two numbers."""
-        try:
-            amplitude, period = map(float, value.split(","))
-        except ValueError:
-            self.fail(f"{value!r} is not an amplitude in m and a period in s, as in 1.2,8; nothing was simulated")
-        return amplitude, period
 
 
 @click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
@@ -172,14 +159,13 @@ def node(ros_arguments: tuple[str, ...]) -> None:
     metavar="FILE",
     help="Begin with the state in FILE in place of the static start. SCENE may be left out.",
 )
+@settings_options
 @out_option
 @markers_option
 @json_option
-def run(
-    scene, motion, heave, duration, winch, algorithm, imu_only, step, every, save, begin, out, markers, as_json
-) -> None:
+def run(scene, motion, heave, imu_only, step, begin, convention, topics, settings, as_json, **asked) -> None:
     """Simulate SCENE offline, as fast as it goes."""
-    _needs_out(markers, out)
+    _needs_out(asked["markers"], asked["out"])
     if motion == "none" and heave is not None:
         raise click.UsageError("--heave and --motion none contradict each other; nothing was simulated; leave one out")
     if scene is None and begin is None:
@@ -188,48 +174,60 @@ def run(
         step = "chosen"
     with _progress(as_json) as progress:
         from .runs import offline
+        from .runs.asked import settings_of, topics_of
         from .runs.resume import Resumed
 
+        given, topics = settings_of(settings, convention), topics_of(topics)
         if begin is not None:
             begin = Resumed(begin)
         if motion is None and heave is None:
             if begin is None:
                 motion = SHIPPED_BAG
             else:
-                motion, heave, imu_only, _ = begin.told()
+                told = begin.told()
+                motion, heave, imu_only = told[:3]
+                given, topics = {**told.settings, **given}, topics or told.topics
 
         result = offline.run(
             scene,
             None if motion == "none" else motion,
             heave=heave,
-            duration=duration,
-            algorithm=algorithm,
             imu_only=imu_only,
-            winch=winch,
             step=step,
-            every=every,
-            out=out,
-            save=save,
             resumed=begin,
-            markers=markers,
+            settings=given,
+            topics=topics,
             progress=progress,
+            **asked,
         )
-    tell(result, out, as_json)
+    tell(result, asked["out"], as_json)
 
 
 @main.command()
 @click.argument("bag")
-@click.option("--scene", help="Scene in place of the one kept in the bag.")
+@click.option("--scene", help="Scene in place of the one kept in the bag; needed where the bag keeps none.")
+@click.option("--setpoint", "algorithm", metavar="NAME", help="Set-point algorithm in place of the scene's.")
+@settings_options
 @out_option
 @markers_option
 @json_option
-def replay(bag, scene, out, markers, as_json) -> None:
+def replay(bag, scene, algorithm, convention, topics, settings, out, markers, as_json) -> None:
     """Simulate a recorded BAG again and print the residuals against what it recorded of the tow."""
     _needs_out(markers, out)
     with _progress(as_json) as progress:
         from .runs import offline
+        from .runs.asked import settings_of, topics_of
 
-        result = offline.replay(bag, scene, out=out, markers=markers, progress=progress)
+        result = offline.replay(
+            bag,
+            scene,
+            algorithm=algorithm,
+            settings=settings_of(settings, convention),
+            topics=topics_of(topics),
+            out=out,
+            markers=markers,
+            progress=progress,
+        )
     tell(result, out, as_json)
 
 
@@ -289,11 +287,16 @@ def live(bag, scene, duration, imu_only, out, as_json) -> None:
 @click.option("--imu-only", is_flag=True, help="Leave the odometry out.")
 @click.option("--keep-stamps", is_flag=True, help="Send the recorded stamps instead of present ones.")
 @click.option("--lockstep", is_flag=True, help="Send by /clock, for a node with time_mode:=lockstep.")
+@bag_options
 @click.argument("ros_arguments", nargs=-1, type=click.UNPROCESSED)
-def play(bag, rate, loop, start, duration, imu_only, keep_stamps, lockstep, ros_arguments) -> None:
-    """Play the ship motion of BAG over real topics, as the ship's own sensors would send it."""
+def play(bag, rate, loop, start, duration, imu_only, keep_stamps, lockstep, convention, topics, ros_arguments) -> None:
+    """Play the ship motion of BAG over real topics, as the ship's own sensors would send it.
+
+    It is sent in ENU axes: with --convention ned it is turned.
+    """
     _need_ros()
     from .ros.player import play_bag
+    from .runs.asked import topics_of
 
     sent = play_bag(
         bag,
@@ -304,6 +307,8 @@ def play(bag, rate, loop, start, duration, imu_only, keep_stamps, lockstep, ros_
         imu_only=imu_only,
         keep_stamps=keep_stamps,
         lockstep=lockstep,
+        topics=topics_of(topics),
+        ned=convention == "ned",
         ros_arguments=ros_arguments,
     )
     click.echo(f"played {sent} messages", err=True)

@@ -37,6 +37,8 @@ class Told(NamedTuple):
     heave: tuple[float, float] | None = None
     imu_only: bool = False
     winch: str | None = None
+    settings: dict[str, Any] = {}  # how messages of the bag were taken in
+    topics: dict[str, str] = {}
 
 
 def told_of(
@@ -104,7 +106,7 @@ class Resumed:
 
     def _as_before(self, told: Told) -> bool:
         """Is a run told the same motion as the saved one?"""
-        return self.note is not None and self.told()[:3] == told[:3]
+        return self.note is not None and self.told()._replace(winch=None) == told._replace(winch=None)
 
     def before(self, told: Told) -> float:
         """Seconds that the saved run simulated under the motion that a run is told; 0 for another."""

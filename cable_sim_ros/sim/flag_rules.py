@@ -18,6 +18,7 @@ CODE_OK, CODE_FAILED, CODE_INPUT, CODE_DAMAGED, CODE_DOUBTFUL = 0, 1, 2, 3, 4
 MOST_STRESS = 1.2e9
 WITHIN = 1e-3  # of the recorded mean tension, for a replay
 WITHIN_M = 0.01  # m, for a replay
+REFUSED_S, REFUSED = 2.0, 0.01  # s and share of the run for which a refused source of motion is borne
 ROUNDED = 0.08  # of the rms acceleration at the sheave, that rounded motion may leave wrong
 ROUNDED_LEAST = 5e-4  # m/s^2, and more than this: a tenth of a newton on a tow of 200 kg
 WITHIN_JOURNAL = 1e-6  # of the tension, and m, for one that knows what every tick saw: another machine rounds otherwise
@@ -214,6 +215,13 @@ CHECKS = (
         "heading more than 10 deg from that of the start: another tow than that of the scene; half of it is a warning",
     ),
     (
+        "MOTION_REFUSED",
+        DOUBTFUL,
+        TENSION + BODY,
+        f"IMU or odometry were refused for more than {REFUSED_S:g} s and {100.0 * REFUSED:g} % of the run, as their "
+        "parts do not fit: the cause is named. Borne where the odometry that was used moves as the refused IMU",
+    ),
+    (
         "MOTION_ROUNDED",
         DOUBTFUL,
         SEAWAY,
@@ -226,6 +234,12 @@ CHECKS = (
         TENSION + BODY,
         f"a replay in the recorded scene is further than {100.0 * WITHIN:g} % of the tension, or {WITHIN_M:g} m, from "
         f"what the bag recorded; with a journal {WITHIN_JOURNAL:g} of the tension, or {WITHIN_JOURNAL:g} m",
+    ),
+    (
+        "NOT_COMPARED",
+        DOUBTFUL,
+        TENSION + BODY,
+        "a replay of a bag that recorded nothing of the tow at its times: there is nothing to compare with",
     ),
     (
         "SEA_GROWING",

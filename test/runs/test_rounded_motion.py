@@ -8,7 +8,7 @@ import pytest
 from cable_sim_ros.runs import offline
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
-PERIOD, SECONDS = 7.0, 42.0
+PERIOD, SECONDS = 7.0, 36.0
 DIGITS = {"x_m": 2, "y_m": 2, "heave_m": 2, "roll_deg": 1, "pitch_deg": 1, "yaw_deg": 1}
 
 
@@ -27,8 +27,8 @@ def motion(path, rounded):
 
 
 def wave(frames):
-    """Complex amplitude of the tension at the period of the waves, over the last three of them [N]."""
-    kept = frames[-round(3.0 * PERIOD / 0.1) :]
+    """Complex amplitude of the tension at the period of the waves, over the last two of them [N]."""
+    kept = frames[-round(2.0 * PERIOD / 0.1) :]
     return np.mean(kept["tension"] * np.exp(-2j * np.pi * kept["time"] * 1e-9 / PERIOD))
 
 
