@@ -6,7 +6,6 @@ import json
 import sys
 import time
 import warnings
-from math import isfinite
 from pathlib import Path
 
 import click
@@ -14,8 +13,11 @@ import click
 from . import __version__
 from .lab.commands import COMMANDS as LAB_COMMANDS
 from .runs import expected
+from .runs.bags_command import make_bags as make_bags_command
+from .runs.bags_command import recover as recover_command
 from .runs.mesh_command import mesh as mesh_command
-from .runs.number_option import LONGEST, MOST_SPEED, Number
+from .runs.number_option import LONGEST, Number
+from .runs.options import Heave, bag_options, settings_options
 from .runs.out_folder import ready
 from .runs.progress import progress_bar as _progress
 from .runs.span_command import span as span_command
@@ -63,28 +65,6 @@ def _warn(message: str, category: type[Warning], said: set[str], damaged: list[s
         if category.__name__ == "DamageWarning":  # of io/bag.py
             damaged.append(text)
         click.echo(f"warning: {message}", err=True)
-
-
-class DamagedBag(click.ClickException):
-    """Only a part of a bag could be read."""
-
-    exit_code = CODE_DAMAGED
-
-
-class Heave(click.ParamType):
-    """Amplitude [m] and period [s] of a heave, as in 1.2,8."""
-
-    name = "M,S"
-
-    def convert(self, value, param, context) -> tuple[float, float]:
-        """The two numbers."""
-        try:
-            amplitude, period = map(float, value.split(","))
-            if not (isfinite(amplitude) and isfinite(period)):
-                raise ValueError
-        except ValueError:
-            self.fail(f"{value!r} is not an amplitude in m and a period in s, as in 1.2,8; nothing was simulated")
-        return amplitude, period
 
 
 @click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
@@ -177,14 +157,13 @@ def node(ros_arguments: tuple[str, ...]) -> None:
 @click.option(
     "--check", is_flag=True, help="Run it again with half the step and twice the elements: do the peaks stay?"
 )
+@settings_options
 @out_option
 @markers_option
 @json_option
-def run(
-    scene, motion, heave, duration, winch, algorithm, imu_only, step, every, save, begin, check, out, markers, as_json
-) -> None:
+def run(scene, motion, heave, imu_only, step, begin, convention, topics, settings, as_json, **asked) -> None:
     """Simulate SCENE offline, as fast as it goes."""
-    _needs_out(markers, out)
+    _needs_out(asked["markers"], asked["out"])
     if motion == "none" and heave is not None:
         raise click.UsageError("--heave and --motion none contradict each other; nothing was simulated; leave one out")
     if scene is None and begin is None:
@@ -193,49 +172,60 @@ def run(
         step = "chosen"
     with _progress(as_json) as progress:
         from .runs import offline
+        from .runs.asked import settings_of, topics_of
         from .runs.resume import Resumed
 
+        given, topics = settings_of(settings, convention), topics_of(topics)
         if begin is not None:
             begin = Resumed(begin)
         if motion is None and heave is None:
             if begin is None:
                 motion = SHIPPED_BAG
             else:
-                motion, heave, imu_only, _ = begin.told()
+                told = begin.told()
+                motion, heave, imu_only = told[:3]
+                given, topics = {**told.settings, **given}, topics or told.topics
 
         result = offline.run(
             scene,
             None if motion == "none" else motion,
             heave=heave,
-            duration=duration,
-            algorithm=algorithm,
             imu_only=imu_only,
-            winch=winch,
             step=step,
-            every=every,
-            out=out,
-            save=save,
             resumed=begin,
-            markers=markers,
-            check=check,
+            settings=given,
+            topics=topics,
             progress=progress,
+            **asked,
         )
-    tell(result, out, as_json)
+    tell(result, asked["out"], as_json)
 
 
 @main.command()
 @click.argument("bag")
-@click.option("--scene", help="Scene in place of the one kept in the bag.")
+@click.option("--scene", help="Scene in place of the one kept in the bag; needed where the bag keeps none.")
+@click.option("--setpoint", "algorithm", metavar="NAME", help="Set-point algorithm in place of the scene's.")
+@settings_options
 @out_option
 @markers_option
 @json_option
-def replay(bag, scene, out, markers, as_json) -> None:
+def replay(bag, scene, algorithm, convention, topics, settings, out, markers, as_json) -> None:
     """Simulate a recorded BAG again and print the residuals against what it recorded of the tow."""
     _needs_out(markers, out)
     with _progress(as_json) as progress:
         from .runs import offline
+        from .runs.asked import settings_of, topics_of
 
-        result = offline.replay(bag, scene, out=out, markers=markers, progress=progress)
+        result = offline.replay(
+            bag,
+            scene,
+            algorithm=algorithm,
+            settings=settings_of(settings, convention),
+            topics=topics_of(topics),
+            out=out,
+            markers=markers,
+            progress=progress,
+        )
     tell(result, out, as_json)
 
 
@@ -301,11 +291,16 @@ def live(bag, scene, duration, imu_only, out, as_json) -> None:
 @click.option("--imu-only", is_flag=True, help="Leave the odometry out.")
 @click.option("--keep-stamps", is_flag=True, help="Send the recorded stamps instead of present ones.")
 @click.option("--lockstep", is_flag=True, help="Send by /clock, for a node with time_mode:=lockstep.")
+@bag_options
 @click.argument("ros_arguments", nargs=-1, type=click.UNPROCESSED)
-def play(bag, rate, loop, start, duration, imu_only, keep_stamps, lockstep, ros_arguments) -> None:
-    """Play the ship motion of BAG over real topics, as the ship's own sensors would send it."""
+def play(bag, rate, loop, start, duration, imu_only, keep_stamps, lockstep, convention, topics, ros_arguments) -> None:
+    """Play the ship motion of BAG over real topics, as the ship's own sensors would send it.
+
+    It is sent in ENU axes: with --convention ned it is turned.
+    """
     _need_ros()
     from .ros.player import play_bag
+    from .runs.asked import topics_of
 
     sent = play_bag(
         bag,
@@ -316,6 +311,8 @@ def play(bag, rate, loop, start, duration, imu_only, keep_stamps, lockstep, ros_
         imu_only=imu_only,
         keep_stamps=keep_stamps,
         lockstep=lockstep,
+        topics=topics_of(topics),
+        ned=convention == "ned",
         ros_arguments=ros_arguments,
     )
     click.echo(f"played {sent} messages", err=True)
@@ -332,44 +329,15 @@ def manual(out) -> None:
         out.write_text(text, "utf-8")
 
 
-@main.command()
-@click.argument("source")
-@click.argument("target")
-def recover(source, target) -> None:
-    """Copy what can be read of the damaged or cut-off bag SOURCE (a path, or the name of a shipped one) into a new bag
-    TARGET. Exit code 3: not all of it."""
-    from .io.recovery import recover as recover_bag
-    from .io.resources import find_bag
-
-    result = recover_bag(find_bag(source), target)
-    click.echo(f"{target}: {result.messages} messages over {result.duration:.2f} s")
-    if result.damage:
-        raise DamagedBag(str(result.damage))
-    click.echo("the source was whole: nothing is missing")
-
-
-@main.command("make-bags")
-@click.option("--out", default="bags", show_default=True, help="Folder for the bags.")
-@click.option("--data", help="Folder of the source CSV files. Default: the shipped ones.")
-@click.option(
-    "--speed",
-    type=Number(-MOST_SPEED, MOST_SPEED, "m/s"),
-    default=2.2,
-    show_default=True,
-    metavar="M/S",
-    help="Mean speed ahead.",
-)
-@click.option("--only", multiple=True, metavar="NAME", help="Make this bag only; may be repeated.")
-@click.option("--force", is_flag=True, help="Replace bags that exist.")
-def make_bags(out, data, speed, only, force) -> None:
-    """Make the shipped bags of recorded ship motion from their 1 Hz sources."""
-    from .runs.make_bags import make_bags as make
-
-    for row in make(out, data, speed=speed, only=only, force=force):
-        click.echo(row)
-
-
-for _command in (mesh_command, soak_command, viv_command, span_command, *LAB_COMMANDS):
+for _command in (
+    recover_command,
+    make_bags_command,
+    mesh_command,
+    soak_command,
+    viv_command,
+    span_command,
+    *LAB_COMMANDS,
+):
     main.add_command(_command)
 
 NODE_MANUAL = """## Node

@@ -42,14 +42,20 @@ class Comparison:
         self._drift = drift
         self.cause, self.gain, self._guess = "", nan, 0  # guess: index of what was found last
         self._rows = np.zeros((4 * WINDOWS[-1][0], self.columns))
+        self._for = 0
         self.begin()
+
+    @property
+    def agreed(self) -> int:
+        """Short windows that have fitted since the last finding; a long one counts for several."""
+        return self._for
 
     def begin(self) -> None:
         """Forget the window, not the cause."""
         self._count = self._end = 0
         self._sum, self._in_block, self._time = [0.0] * self.columns, 0, 0.0
         self._against: list[tuple[str, int]] = [("", 0)] * len(WINDOWS)
-        self._for = 0
+        self._for = self._for if self.cause == "" else 0
 
     def add(self, values: Sequence[float], dt: float) -> bool:
         """Take a sample, `dt` s after the one before. True where the cause has changed."""

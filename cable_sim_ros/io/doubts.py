@@ -50,6 +50,8 @@ DOUBTS = {
     "water surface",
     "heave_sign": "the vertical velocity of odom is the negative of what the specific force of imu/data gives: z "
     f"positive down? {UNUSED}; send z positive up, or all in NED axes with motion.convention: ned",
+    "motion_ned": "imu/data reads -g along the vertical, and the vertical velocity of odom goes with it: both positive "
+    f"down, so that all of the motion is in NED axes? {UNUSED}; set motion.convention: ned (--convention ned)",
     "attitude_ned": "pitch and yaw of odom turn against those of imu/data: odometry in NED axes, IMU in ENU, or the "
     f"other way round? odometry is {UNUSED}; send both in the axes of motion.convention",
     "attitude_axes": "the attitude of odom turns as that of imu/data only with axes swapped or reversed: mounting of "
@@ -57,7 +59,7 @@ DOUBTS = {
     "gravity_removed": "specific force is about 0 where it must be +g along the vertical: gravity removed? "
     f"{UNUSED}; send linear_acceleration with gravity (REP 145)",
     "gravity_sign": "specific force along the vertical is about -g where it must be +g: NED axes, or gravity instead "
-    f"of specific force? {UNUSED}; set motion.convention to the axes of the driver",
+    f"of specific force? {UNUSED}; set motion.convention (--convention) to the axes of the driver",
     "gravity_units": f"specific force along the vertical is about 1 where it must be 9.81: in g? {UNUSED}; send m/s^2",
     "gravity_direction": "specific force is more than 60 deg off the vertical of the attitude: accelerometer and "
     f"attitude in different axes? {UNUSED}; bring both to the same axes, or set heave.imu_rotation_deg",
@@ -121,3 +123,11 @@ def attitude_guesses() -> list[ROWS]:
 def heave_guesses() -> list[ROWS]:
     """Columns: vertical velocity of the odometry at the IMU, integral of the IMU's vertical acceleration."""
     return [("", np.array([[1.0, -1.0]])), ("heave_sign", np.array([[1.0, 1.0]]))]
+
+
+def ned_guesses() -> list[ROWS]:
+    """Columns: vertical velocity of the odometry at the IMU, integral of the acceleration of an IMU read with z down.
+
+    An IMU in NED axes beside odometry in ENU: they go against each other.
+    """
+    return [("", np.array([[1.0, 1.0]])), ("motion_ned", np.array([[1.0, -1.0]]))]

@@ -21,6 +21,7 @@ from .motion_stream import SECOND, Slow, Stream
 from .mounting import mounting_of
 from .plausible import HeaderWatch, Watch
 from .position_rate_fit import PositionRateFit
+from .refusals import IMU, ODOMETRY, Refusals
 
 JUMPED = 10  # backward stamps in a row that make a time jump
 LEARNT = 10.0  # s of odometry, from which on its mean speed outlives a second of wrong one
@@ -64,6 +65,7 @@ class MotionIngest:
             self._notice,
         )
         self._said: set[str] = set()
+        self.refused = Refusals()
         self.reset()
 
     def _notice(self, text: str) -> None:
@@ -110,7 +112,9 @@ class MotionIngest:
             message = decode_imu(data, self.settings.convention, self._mounting)
             stamp = self._imu.check(message.stamp, arrival)
             self._header.look("imu/data", message)
-            if cause := self._watch.imu(message, stamp):
+            cause = self._watch.imu(message, stamp)
+            self.refused.judged(IMU, cause, message.stamp)
+            if cause:
                 self._imu.skip(stamp)
                 raise Refused(cause)
         except Refused as refusal:
@@ -193,7 +197,9 @@ class MotionIngest:
             if abs(message.position[2] - self.ship.reference_height) > self.heave.max_displacement:
                 raise Refused("height")
             self._header.look("odom", message)
-            if cause := self._watch.odometry(message, stamp):
+            cause = self._watch.odometry(message, stamp)
+            self.refused.judged(ODOMETRY, cause, message.stamp)
+            if cause:
                 self._odometry.skip(stamp)
                 if self._velocity.time < LEARNT:  # mostly of what is refused now
                     self._velocity = Slow(self.heave.period)
@@ -274,7 +280,17 @@ class MotionIngest:
 
     def _refuse(self, topic: str, cause: str) -> None:
         self.counts[cause] += 1
+        self.refused.refused(topic, cause)
         self.last_refusal = f"{topic}: {CAUSES[cause]}"
+
+    @property
+    def convicted(self) -> dict[str, str]:
+        """What is found against each topic at present, "" where nothing is."""
+        return self._watch.causes
+
+    def refusals(self) -> list[tuple[str, float]]:
+        """Text and seconds of what was refused for what its parts say of each other; see `Refusals.told`."""
+        return self.refused.told(self._watch.witnessed)
 
     def _unwrap(self, yaw: float) -> float:
         if self._yaw is not None:

@@ -11,18 +11,19 @@ import difflib
 import os
 import warnings
 from collections.abc import Sequence
-from math import cos, floor, radians, sin
+from math import atan2, cos, degrees, floor, radians, remainder, sin
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 from ..physics.heave import Heave
 from ..physics.ship import Ship
 from ..sim.attitude import body_rates, quaternion, rotation
 from ..sim.inputs import MOST_PITCH, MOST_POSITION, MOST_RATE, MOST_SPEED, MOST_TURNS
+from .motion_curves import Curve, Given, judged, through
 from .replay import Event, RecordedTow
+from .rounding import even
 from .typestore import STORE
 
 CONSEQUENCE = "nothing was simulated"
@@ -31,6 +32,7 @@ COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw")
 SECOND = 1_000_000_000
 STEP = SECOND // 50  # ns between messages where the table is coarser
 UNEVEN = 0.05  # of the period: a step further from a whole number of periods is irregular
+CRAB = 10.0  # deg between where a ship points and where it goes: more than a current makes
 FEWEST = 4  # rows between gaps, for a cubic
 LONGEST = 86_400.0  # s of a table or a sinusoidal heave
 HEAVE_PERIODS = (1.0, 600.0)  # s
@@ -76,14 +78,18 @@ class Samples(NamedTuple):
     rate: np.ndarray
 
 
-def read_table(path: str | os.PathLike, ship: Ship) -> RecordedTow:
+def read_table(
+    path: str | os.PathLike, ship: Ship, sheave: tuple[float, float, float] = (0.0, 0.0, 0.0)
+) -> RecordedTow:
     """Ship motion of a CSV file as odometry messages; columns that are missing follow the mean track of ``ship``.
 
+    Rounded columns are smoothed (`io.motion_curves`); `rounded`, `notices` and `doubts` of the answer tell of it.
+    sheave: its place in base_link [m], where the acceleration that rounding leaves is judged.
     Raises MotionError; warns of gaps with MotionWarning.
     """
     path = Path(path)
     names, given, lines, data = _read(path)
-    time = data[:, names.index(TIME)]
+    time = even(data[:, names.index(TIME)])
     parts = _stretches(path, lines, time, ship)
     values = np.full((2, 6, len(time)), np.nan)  # value and rate, NaN: not given
     for (coordinate, rate), name in given.items():
@@ -94,11 +100,30 @@ def read_table(path: str | os.PathLike, ship: Ship) -> RecordedTow:
         if not rate:
             _within(path, lines, name, values[0, coordinate], data[:, names.index(name)], ship)
     values[0, 5] = np.unwrap(values[0, 5])
+    if (5, False) in given and (0, False) not in given:
+        _ahead(path, given[5, False], values[0, 5], ship)
     moved = time - time[0]
     begin = round((time[0] if time[0] > 0.0 else time[0] + floor(-time[0]) + 1.0) * SECOND)  # stamp 0 means: none
-    pieces = [_sampled(moved[part], values[:, :, part], begin, ship) for part in parts]
+    columns = {k: (COLUMNS[name], name) for (k, rate), name in given.items() if not rate}
+    found = {
+        k: through(
+            Given(name, column.unit, column.scale, angle=k > 2),
+            [
+                (moved[part], values[0, k, part], None if (k, True) not in given else values[1, k, part])
+                for part in parts
+            ],
+        )
+        for k, (column, name) in columns.items()
+    }
+    pieces = [
+        _sampled(moved[part], {k: curves[i] for k, (curves, _) in found.items()}, begin, ship)
+        for i, part in enumerate(parts)
+    ]
     whole = Samples(*(np.concatenate(arrays) for arrays in zip(*pieces)))
-    return RecordedTow(os.fspath(path), odometry_events(whole, str(path)))
+    tow = RecordedTow(os.fspath(path), odometry_events(whole, str(path)))
+    told = judged(str(path), {k: report for k, (_, report) in found.items() if report}, whole, sheave)
+    tow.rounded, tow.notices, tow.doubts = told
+    return tow
 
 
 def sine_heave(amplitude: float, period: float, duration: float, ship: Ship) -> RecordedTow:
@@ -280,6 +305,18 @@ def _within(path: Path, lines: Sequence[int], name: str, values: np.ndarray, sho
         )
 
 
+def _ahead(path: Path, name: str, yaw: np.ndarray, ship: Ship) -> None:
+    """Raise MotionError where the ship would go along ship.heading_deg and point elsewhere; yaw: rad."""
+    mean = degrees(atan2(np.sin(yaw).mean(), np.cos(yaw).mean()))
+    off = remainder(mean - ship.heading_deg, 360.0)
+    if abs(off) > CRAB:
+        raise MotionError(
+            f"{path}: {name} has the mean {mean:.4g} deg and no x_m and y_m beside it: the ship would go along "
+            f"ship.heading_deg = {ship.heading_deg:g} deg and point {abs(off):.3g} deg away from it, more than "
+            f"{CRAB:g} deg; {CONSEQUENCE}. Set ship.heading_deg to {mean:.4g}, or give x_m and y_m too"
+        )
+
+
 def _track(t: np.ndarray, ship: Ship) -> tuple[np.ndarray, np.ndarray]:
     """Coordinates [n, 6] and rates of the scene's mean track at times since its beginning."""
     yaw = radians(ship.heading_deg)
@@ -290,20 +327,14 @@ def _track(t: np.ndarray, ship: Ship) -> tuple[np.ndarray, np.ndarray]:
     return value, rate
 
 
-def _sampled(t: np.ndarray, given: np.ndarray, begin: int, ship: Ship) -> Samples:
+def _sampled(t: np.ndarray, curves: dict[int, Curve], begin: int, ship: Ship) -> Samples:
     """Rows without a gap, at their own times or every STEP where they are further apart; t: s since the beginning."""
     stamps = begin + np.round(t * SECOND).astype(np.int64)
     if np.median(np.diff(stamps)) > STEP:
         stamps = np.arange(stamps[0], stamps[-1] + 1, STEP)
     at = (stamps - begin) / SECOND
     value, rate = _track(at, ship)
-    for k in range(6):
-        if np.isnan(given[0, k, 0]):
-            continue
-        if np.isnan(given[1, k, 0]):
-            curve = CubicSpline(t, given[0, k])
-        else:
-            curve = CubicHermiteSpline(t, given[0, k], given[1, k])
+    for k, curve in curves.items():
         value[:, k], rate[:, k] = curve(at), curve(at, 1)
     return Samples(stamps, value, rate)
 

@@ -12,7 +12,8 @@ from math import cos, exp, hypot, inf, pi, sin, sqrt
 
 from ..sim.attitude import to_world
 from .comparison import Comparison
-from .doubts import DOUBTS, attitude_guesses, heave_guesses, rate_guesses, velocity_guesses
+from .cross_check import CrossCheck
+from .doubts import DOUBTS, rate_guesses, velocity_guesses
 from .messages import Imu, Odometry
 from .step_guard import HeightGuard, RateGuard
 
@@ -261,12 +262,11 @@ class Watch:
     """
 
     def __init__(self, gravity, reference, most, arm, jump, say: Callable[[str], None]) -> None:
-        self.gravity, self.arm, self.jump, self.say = gravity, arm, jump, say
+        self.jump, self.say = jump, say
         self._weighing = Weighing(gravity)
         self._turning = {"imu/data": Turning(world=False), "odom": Turning(world=True)}
         self._moving = Moving(reference, most)
-        self._turned = Comparison(attitude_guesses(), moving=1e-3, apart=2.5e-3)
-        self._heaved = Comparison(heave_guesses(), moving=0.02, apart=0.05, drift=True)
+        self._cross = CrossCheck(gravity, arm)
         self.causes = {"imu/data": "", "odom": ""}
         self.pose_only = False  # the twist of the odometry is not filled in, or not wholly
         self.reset()
@@ -274,8 +274,7 @@ class Watch:
     def reset(self) -> None:
         """A jump of the clock: forget the times, not the findings."""
         self._last: dict[str, tuple[int, float]] = {}  # stamp [ns] and unwrapped yaw
-        self._imu: tuple[int, tuple, float] | None = None  # stamp, angles, vertical acceleration
-        self._climbed = 0.0  # m/s, its integral
+        self._cross.reset()
         self._place: tuple[float, float, float] | None = None
         self._poses: list[tuple[float, ...]] = []  # x y z roll pitch of the first message without twist
 
@@ -290,6 +289,11 @@ class Watch:
         self._last[topic] = stamp, yaw
         return (dt if 0.0 < dt < GAP else 0.0), (angles[0], angles[1], yaw)
 
+    @property
+    def witnessed(self) -> bool:
+        """Has the odometry been seen to fit the IMU, convicted or not?"""
+        return self._cross.witnessed
+
     def imu(self, message: Imu, stamp: int) -> str:
         """Cause of refusal of an IMU message with this stamp [ns], or ""."""
         topic, turning = "imu/data", self._turning["imu/data"]
@@ -297,13 +301,9 @@ class Watch:
         if not dt:
             turning.begin()
             self._weighing.begin()
-            self._imu = None
         misfit = turning.take(angles, Axes(angles), message.rate, dt)
         self._weighing.take(angles, message.force, dt)
-        up = to_world(angles, message.force)[2] - self.gravity
-        if self._imu is not None:
-            self._climbed += 0.5 * dt * (up + self._imu[2])
-        self._imu = stamp, angles, up
+        self._cross.imu(stamp, angles, message.force, dt)
         cause = self._weighing.cause or turning.compared.cause
         self._note(topic, "rate_absent" if cause == "absent" else cause, turning.compared.gain)
         return self.causes[topic] or ("rate_misfit" if misfit else "")
@@ -332,7 +332,7 @@ class Watch:
             misfit = turning.take(angles, axes, message.rate, dt)
             climb = moving.take(place, axes, message.velocity, dt)
         moving.height(place[2] - moving.reference, climb, dt)
-        self._against_imu(stamp, angles, message, climb, dt)
+        self._cross.odometry(stamp, angles, message, climb, dt, self.causes["imu/data"])
         pose_only |= "absent" in (moving.compared.cause, turning.compared.cause)
         if pose_only and not self.pose_only:
             self.say(
@@ -340,7 +340,7 @@ class Watch:
                 "Rates are differences of the poses instead, one sample later; let the driver send the twist"
             )
         self.pose_only = pose_only
-        found = [part.cause for part in (moving.compared, turning.compared, self._turned, self._heaved)]
+        found = [moving.compared.cause, turning.compared.cause, *self._cross.causes]
         found += ["height_offset"] if moving.high else []
         gain = (moving if moving.compared.cause else turning).compared.gain
         self._note(topic, next((cause for cause in found if cause not in ("", "absent")), ""), gain)
@@ -353,18 +353,6 @@ class Watch:
         self._poses = self._poses or [pose]
         moved = [abs(a - b) for a, b in zip(pose, self._poses[0])]
         return max(moved[:3]) > 0.3 or max(moved[3:]) > 0.01
-
-    def _against_imu(self, stamp: int, angles, message: Odometry, climb: float, dt: float) -> None:
-        """Attitude and heave of the odometry against those of an IMU that fits itself."""
-        if self._imu is None or not dt or abs(stamp - self._imu[0]) > 100_000_000 or self.causes["imu/data"]:
-            self._turned.begin()
-            self._heaved.begin()
-            return
-        self._turned.add((*angles, *self._imu[1]), dt)
-        if message.twist:
-            (ax, ay, az), (p, q, r) = self.arm, message.rate
-            climb += to_world(angles, (q * az - r * ay, r * ax - p * az, p * ay - q * ax))[2]
-        self._heaved.add((climb, self._climbed), dt)
 
     def _note(self, topic: str, cause: str, gain: float) -> None:
         if cause == self.causes[topic]:

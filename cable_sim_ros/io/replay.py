@@ -8,6 +8,7 @@ bag, and both are judged as the live node judges them (`io.intake`). A bag that 
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
@@ -17,6 +18,7 @@ import numpy as np
 from ..physics.heave import Heave, MotionInput
 from ..physics.inputs import Inputs
 from ..sim.scene import Scene
+from ..sim.verdict import Reason
 from . import journal
 from .bag import BagError, BagReader, Damage, report
 from .bag_motion import read_motion
@@ -61,6 +63,9 @@ class RecordedTow:
     # the journal stand before it in the bag
     notices: list[str] = field(default_factory=list)  # what a user should know of the bag
     damage: str = ""  # what could not be read
+    rounded: list[dict[str, object]] = field(default_factory=list)  # columns that were smoothed, for the JSON
+    unfit: set[str] = field(default_factory=set)  # kinds of messages that are refused from the beginning
+    doubts: list[Reason] = field(default_factory=list)  # what of the motion makes a run under it doubtful
 
     @cached_property
     def spans(self) -> list[Span]:
@@ -103,8 +108,13 @@ class RecordedTow:
         return sum(span.count for span in self.spans) / max(1e-9, self.length * 1e-9)
 
 
-def read_tow(path: str | os.PathLike, *, imu_only: bool = False) -> RecordedTow:
-    """Read a bag. imu_only: leave odometry out. BagError if it cannot be read, or holds neither motion nor journal."""
+def read_tow(
+    path: str | os.PathLike, *, imu_only: bool = False, topics: Mapping[str, str] | None = None
+) -> RecordedTow:
+    """Read a bag. imu_only: leave odometry out; topics: as of `read_motion`.
+
+    BagError if it cannot be read, or holds neither motion nor journal.
+    """
     path = os.fspath(path)
     outputs: dict[str, list[bytes]] = {}
     behind: dict[str, list[int]] = {}
@@ -125,7 +135,7 @@ def read_tow(path: str | os.PathLike, *, imu_only: bool = False) -> RecordedTow:
         report(reader, damage)
     events = []
     try:
-        for time, kind, data in read_motion(path, damage=lost):
+        for time, kind, data in read_motion(path, dict(topics or {}), damage=lost):
             if not (imu_only and kind == "odometry"):
                 events.append(Event(stamp_of(data) or time, time, kind, data))
     except BagError:

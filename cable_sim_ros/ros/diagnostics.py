@@ -355,6 +355,10 @@ def final_figures(session: Session, publisher: TickPublisher | None, recorder_st
     figures["input_delay_ms"] = session.node.input_delay * 1e3
     figures["received"] = dict(session.received)
     figures["dropped"] = dict(drop_counts(session))
+    if getattr(session, "ingest", None) is not None:
+        figures["motion_refusals"] = [list(row) for row in session.ingest.refusals()]
+        ticks = session.loop.count if session.loop is not None else 0
+        figures["motion_s"] = ticks * session.scene.solver.tick
     if getattr(session, "commands", None) is not None:
         figures["commands_refused"] = dict(session.commands.refused)
         figures["commands_clamped"] = dict(session.commands.clamped)

@@ -12,10 +12,10 @@ from .session import Session
 
 def verdict_of_node(session: Session, publisher: TickPublisher | None, figures: Mapping[str, Any]) -> Verdict:
     """Verdict on a run that a node published; figures: its final ones. One that published nothing and did not fail is
-    ok."""
+    ok, unless motion came that it could not use."""
     scene, problem = session.scene, session.problem
     if publisher is None or publisher.latest is None:
-        return verdict_of([check("HALTED", problem)] if problem else [])
+        return verdict_of([check("HALTED", problem)] if problem else of_node(figures))
     return judge_counts(
         publisher.statuses,
         scene.solver.tick,

@@ -11,6 +11,7 @@ from collections import deque
 from typing import NamedTuple
 
 from ..io.cdr import JointTemplate
+from ..io.refusals import TOPICS
 from ..physics.frame import Flag
 from .status import ERROR, OK, WARN, Status, text_of
 
@@ -81,7 +82,9 @@ class InputHealth:
             return Status("inputs", OK, self.session.state, values)
         silent = {kind: self.ages[kind].age for kind in KINDS if self.ages[kind].state == STALE}
         fresh = [kind for kind in ("imu", "odometry") if self.ages[kind].state == FRESH]
-        said = [f"{kind} silent for {age:.1f} s" for kind, age in silent.items()]
+        refused = self._refused()
+        said = [f"{kind} silent for {age:.1f} s" for kind, age in silent.items() if kind not in refused]
+        said += [f"{kind} comes but is refused: {why}" for kind, why in refused.items()]
         if not fresh:
             said.append("no motion is known: the ship returns to its mean track")
             return Status("inputs", ERROR, "; ".join(said), values)
@@ -90,6 +93,14 @@ class InputHealth:
         if said:
             return Status("inputs", WARN, "; ".join(said), values)
         return Status("inputs", OK, "fresh", values)
+
+    def _refused(self) -> dict[str, str]:
+        """Why motion that comes is not used, by kind."""
+        ingest = getattr(self.session, "ingest", None)
+        if ingest is None:
+            return {}
+        coming = [kind for kind in TOPICS if self.ages[kind].state != FRESH and self.ages[kind].rate > 0.0]
+        return {kind: ingest.refused.why(kind) for kind in coming if ingest.refused.why(kind)}
 
     def levels(self) -> tuple:
         """What must be published at once when it changes."""

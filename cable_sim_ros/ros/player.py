@@ -14,7 +14,7 @@ import ctypes
 import struct
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
@@ -22,6 +22,7 @@ from typing import NamedTuple
 
 from ..io.bag_motion import read_motion
 from ..io.messages import KINDS, stamp_of
+from ..io.ned import in_enu
 from ..io.resources import find_bag
 from ..runs.number_option import LONGEST
 from . import discovery
@@ -44,8 +45,19 @@ class Item(NamedTuple):
     stamp: int
 
 
-def load(path: Path, *, start: float = 0.0, duration: float | None = None, imu_only: bool = False) -> list[Item]:
-    """Motion messages of a bag, start [s] after its first one, duration [s] long. PlayError when there are none."""
+def load(
+    path: Path,
+    *,
+    start: float = 0.0,
+    duration: float | None = None,
+    imu_only: bool = False,
+    topics: Mapping[str, str] | None = None,
+    ned: bool = False,
+) -> list[Item]:
+    """Motion messages of a bag, start [s] after its first one, duration [s] long. PlayError when there are none.
+
+    topics: as of `read_motion`; ned: they are in NED axes and turned to ENU, as a node by default wants them.
+    """
     for name, value in (("start", start), ("duration", duration)):
         if value is not None and not 0.0 <= value <= LONGEST:
             raise PlayError(
@@ -53,7 +65,7 @@ def load(path: Path, *, start: float = 0.0, duration: float | None = None, imu_o
             )
     items: list[Item] = []
     first = None
-    for log_time, kind, data in read_motion(path):
+    for log_time, kind, data in read_motion(path, dict(topics or {})):
         if kind == "command" or (imu_only and kind == "odometry"):
             continue
         stamp = stamp_of(data)
@@ -67,7 +79,7 @@ def load(path: Path, *, start: float = 0.0, duration: float | None = None, imu_o
             continue
         if duration is not None and due > duration * SECOND:
             break
-        items.append(Item(due, kind, data, stamp))
+        items.append(Item(due, kind, in_enu(kind, data) if ned else data, stamp))
     if not items:
         wanted = "sensor_msgs/Imu" if imu_only else "sensor_msgs/Imu or nav_msgs/Odometry"
         raise PlayError(f"bag '{path}' has no {wanted} in the part asked for (from {start:g} s on); nothing was played")
@@ -168,12 +180,15 @@ def play_bag(
     imu_only: bool = False,
     keep_stamps: bool = False,
     lockstep: bool = False,
+    topics: Mapping[str, str] | None = None,
+    ned: bool = False,
     ros_arguments: Sequence[str] = (),
 ) -> int:
     """Play the motion of a bag (path or name of a shipped one) until its end or a signal; returns messages sent.
 
     rate: speed of sending, 1 by default, stamps keep their spacing; loop: begin again at the end; start, duration: part
-    of the bag, s; lockstep: by /clock, not by wall time, then no rate; ros_arguments: passed on to rclpy.
+    of the bag, s; lockstep: by /clock, not by wall time, then no rate; topics, ned: see `load`; ros_arguments: passed
+    on to rclpy.
     Raises PlayError, BagError, ResourceError before a node is made.
     """
     import rclpy
@@ -198,7 +213,7 @@ def play_bag(
             f"--rate {rate:g} with --lockstep: /clock says when a message is sent; nothing was played. Leave --rate "
             f"out, and set lockstep.rate of the node"
         )
-    items = load(find_bag(bag), start=start, duration=duration, imu_only=imu_only)
+    items = load(find_bag(bag), start=start, duration=duration, imu_only=imu_only, topics=topics, ned=ned)
     node, sent = None, 0
     discovery.limit([])
     try:

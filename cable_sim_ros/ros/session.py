@@ -21,6 +21,7 @@ from ..io.commands import CommandIngest
 from ..io.intake import Intake, Took
 from ..io.journal import STATIC, Journal, Start
 from ..io.motion import MotionIngest
+from ..io.refusals import TOPICS
 from ..physics.frame import Source
 from ..physics.inputs import MOTION_ROWS, SOURCE
 from ..sim.build import make_output
@@ -334,7 +335,12 @@ class Session(Timing, Saving):
     def _say_waiting(self) -> None:
         if self.state == "waiting" and time.monotonic() - self._waiting_since >= 5.0:
             self._waiting_since = time.monotonic()
-            self.log("info", "waiting for motion on imu/data and odom")
+            ingest = getattr(self, "ingest", None)
+            why = [] if ingest is None else [f"{TOPICS[k]}: {w}" for k in TOPICS if (w := ingest.refused.why(k))]
+            if why:
+                self.log("error", f"motion comes, but none can be used, so the tow does not begin. {'; '.join(why)}")
+            else:
+                self.log("info", "waiting for motion on imu/data and odom")
 
     def _halted(self) -> None:
         self.state = "halted"

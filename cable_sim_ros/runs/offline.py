@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,9 +14,9 @@ import numpy as np
 
 from ..io.bag_writer import BagError, cannot_make
 from ..io.journal import read_journal
-from ..io.load import load_scene, override, scene_from_text
+from ..io.load import load_scene, override
 from ..io.markers import check_rate
-from ..io.motion_table import MotionError, read_table, sine_heave
+from ..io.motion_table import MotionError
 from ..io.replay import RecordedTow, Residual, SameTicks, paired, read_tow, recorded_frames, residuals
 from ..io.resources import find_bag
 from ..io.winch_plan import WinchPlan
@@ -24,71 +24,25 @@ from ..sim.savefile import SaveError, check_place, same_scene
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
 from ..sim.verdict import Reason, Verdict
-from . import finer, verdict
+from . import axes, finer, verdict
+from .asked import NOTHING, Settings, apply_to_bag, apply_to_scene, of_intake, refuse_without_bag
+from .figures import FIGURES as FIGURES
+from .figures import figures_markdown as figures_markdown
 from .number_option import LONGEST
-from .passes import Pass
+from .passes import Pass, taken_in
 from .rerun import Rerun
 from .resume import Resumed, told_of
 from .resume import save as save_run
+from .sources import HEAVE_SECONDS, motion_of, scene_of_bag
 from .start_up import growth, start_up, still_growing
 from .step_choice import doubts_of_steps, figures_of_steps, stepped
 from .stepping import Driven, Progress, silent
 from .summary import summarize
 
-HEAVE_SECONDS = 60.0  # s of a run under a sinusoidal heave where no duration is given
 AFTER_PLAN = 60.0  # s of a run after the last item of a winch plan, without a bag, where no duration is given
 NO_JOURNAL = (
     "the bag has no journal of what the run took and when: it was recorded by another program or an older version, so "
     "this is another run under the same motion, from a static start of its own"
-)
-# JSON names beside those of lab/summary.py: name, unit, meaning
-FIGURES = (
-    ("departure_angle_deg", "deg", "mean angle of the departing cable from the downward vertical"),
-    ("contact_resultant_n", "N", "mean resultant of the cable on the sheave, whole run"),
-    ("ticks", "1", "ticks simulated"),
-    ("steps_taken", "1", "steps taken since the static start; `steps` counts those of this run"),
-    ("step_least_s", "s", "shortest step taken"),
-    ("step_median_s", "s", "median of the steps taken: half of the steps are no longer"),
-    ("step_largest_s", "s", "longest step taken"),
-    ("steps_refused", "1", "steps taken back and halved because of their error"),
-    ("steps_unsolved", "1", "steps taken back and halved because they had no solution or none that can be trusted"),
-    ("step_tension_error", "1", "`solver.tension_error` that the steps were chosen to; null: a tick is one step"),
-    ("step_position_error_m", "m", "`solver.position_error` that the steps were chosen to; null: a tick is one step"),
-    ("compile_s", "s", "wall time of compiling, or of loading the compiled kernels"),
-    ("start_s", "s", "wall time of the static start"),
-    ("stepping_s", "s", "wall time of the stepping alone; `realtime_factor` is made from it"),
-    ("scene", "", "name of the scene"),
-    ("motion", "", "name of the bag or table, the heave, or none"),
-    ("setpoint", "", "set-point algorithm"),
-    ("imu_only", "", "true: odometry was left out"),
-    ("winch", "", "winch plan; absent without one"),
-    ("motion_refused", "1", "motion messages refused or bridged, by cause"),
-    ("commands_refused", "1", "winch commands refused, by cause"),
-    ("commands_limited", "1", "winch commands that asked for more than the winch can do, by what was limited"),
-    ("clock_jumps", "1", "jumps of the clock of the motion, over which the tow was carried"),
-    ("notices", "", "what is odd about the bag and its motion, as texts"),
-    ("journal", "", "`replay`: true: the bag says what the run took and when, so that this is the same run"),
-    ("replay_faults", "", "`replay`: why this may not be the run that was recorded, as texts"),
-    ("residuals", "", "`replay`: list of channel, quantity, unit, mean, rms, largest, count; ours less recorded"),
-    ("largest_difference", "", "`replay`: largest difference of any field of `sim/health` over the common ticks"),
-    ("recorded_ticks", "1", "`replay`: ticks that the bag has in `sim/health`; `ticks` were simulated again"),
-    ("node", "", "`live`: figures of the node, as in its statistics file"),
-    ("saved", "", "file with the state at the end; absent without `--save`"),
-    ("resumed", "", "`--from`: `file`, `time_s` of its state, `motion`: goes on, or taken up anew; absent without it"),
-    (
-        "check",
-        "",
-        "`--check`: `agreed`, and of tension and its peaks [this run, with half the step and twice the elements]",
-    ),
-    ("problem", "", "why the run ended early; absent when it did not"),
-    (
-        "verdict",
-        "",
-        "`state` (ok, doubtful, failed) and `reasons`: list of `flag`, `seconds` in all, `share` of the run, `figures` "
-        "concerned, `text`; see [flags](flags.md#verdict). Of a replay with a journal: whether it is the run that was "
-        "recorded",
-    ),
-    ("run_verdict", "", "`replay`: the verdict on that run itself, of the same form; absent without a journal"),
 )
 
 
@@ -121,6 +75,8 @@ def run(
     resumed: Resumed | str | os.PathLike | None = None,
     markers: float = 0.0,
     check: bool = False,
+    settings: Settings = NOTHING,
+    topics: Mapping[str, str] = NOTHING,
     progress: Progress = silent,
 ) -> Run:
     """Simulate a scene under the motion of a bag or CSV table, a sinusoidal heave, or on its mean track (motion None).
@@ -131,7 +87,9 @@ def run(
     step and every: see `stepped`; out: folder to make, with the bag ``tow`` of every channel and ``summary.json``;
     save: file to write the state at the end to; resumed: such a file to begin from, see `runs.resume`: scene None is
     that of the file then, and winch None its plan where its motion goes on; markers: rate of ``cable/markers`` in the
-    bag [Hz], 0: none; check: run it again finer, see `runs.finer`, not with ``resumed``.
+    bag [Hz], 0: none; check: run it again finer, see `runs.finer`, not with ``resumed``; settings: other values by
+    dotted key, of the scene, or of ``motion.`` and ``heave.`` for how the messages of a bag are taken in; topics: those
+    of a bag by kind (imu, odometry, command) where the search by type and name is not to decide.
     Raises SceneError, BagError, MotionError, PlanError, ResourceError, StartError, SaveError; a solver that gives up
     ends the run, and nothing is saved.
     """
@@ -148,7 +106,7 @@ def run(
             f"duration = {duration:g} s is outside (0, {LONGEST:g}] s: nothing was simulated; give seconds"
         )
     plan = None if winch is None else WinchPlan.of(winch)
-    told = told_of(motion, heave, imu_only, plan)
+    told = told_of(motion, heave, imu_only, plan)._replace(settings=of_intake(settings), topics=dict(topics))
     before = 0.0  # s simulated under the same motion
     if resumed is not None:
         before, plan = resumed.before(told), plan or resumed.plan(told)
@@ -156,12 +114,12 @@ def run(
     bag = _bag_path(out)
     if save is not None:
         check_place(save)
-    scene = _scene_of(scene, resumed, algorithm, step, every)
+    scene = _scene_of(scene, resumed, algorithm, step, every, settings)
     if duration is None and motion is None:
         after = 0.0 if plan is None else max(0.0, plan.last + AFTER_PLAN - before)
         duration = (max(HEAVE_SECONDS, after) if heave is not None else after) or None
     lasts = duration if duration is None or heave is None else before + duration
-    tow = _motion_of(scene, motion, heave, lasts, imu_only)
+    tow = motion_of(scene, motion, heave, lasts, imu_only, settings, topics)
     if plan is not None and tow is not None:
         tow.events = [event for event in tow.events if event.kind != "command"]
     one = Pass(scene, tow, progress=progress, winch=plan)
@@ -179,10 +137,15 @@ def run(
     elif save is not None:
         save_run(save, one, told)
         result.figures["saved"] = os.fspath(save)
-    judged(result, scene, [*one.doubts, *_damage(tow)], before=before)
+    judged(result, scene, [*one.doubts, *(tow.doubts if tow else ()), *_damage(tow)], before=before)
     if check:
         finer.compare(
-            result, scene, lambda: _motion_of(scene, motion, heave, lasts, imu_only), duration, plan, progress
+            result,
+            scene,
+            lambda: motion_of(scene, motion, heave, lasts, imu_only, settings, topics),
+            duration,
+            plan,
+            progress,
         )
     _write_summary(out, result)
     return result
@@ -194,12 +157,14 @@ def _scene_of(
     algorithm: str | None,
     step: str | None,
     every: float | None,
+    settings: Settings,
 ) -> Scene:
     """The scene to run; SaveError where it is not that of the state to begin from, but for the set-point algorithm."""
     if scene is None and resumed is not None:
         scene = resumed.scene
     elif not isinstance(scene, Scene):
         scene = load_scene(scene)  # type: ignore[arg-type]
+    scene = apply_to_scene(scene, settings)
     if algorithm is not None:
         scene = override(scene, {"setpoint.algorithm": algorithm})
     scene = stepped(scene, step, every)
@@ -212,25 +177,26 @@ def replay(
     bag: str | os.PathLike,
     scene: Scene | str | os.PathLike | None = None,
     *,
+    algorithm: str | None = None,
+    settings: Settings = NOTHING,
+    topics: Mapping[str, str] = NOTHING,
     out: str | os.PathLike | None = None,
     markers: float = 0.0,
     progress: Progress = silent,
 ) -> Run:
     """Simulate a recorded bag again and compare with what it recorded of the tow.
 
-    scene: default the one kept in the bag, else ``full_scale``. The start is the recorded one where the bag has it.
-    markers: as of `run`.
-    Raises as `run`.
+    scene: default the one kept in the bag. The start is the recorded one where the bag has it. algorithm, settings,
+    topics, markers: as of `run`; how messages are taken in can be set where the bag has no journal alone.
+    Raises as `run`, and BagError where no scene is given and the bag keeps none.
     """
     check_rate(markers)
     target = _bag_path(out)
-    tow = read_tow(find_bag(bag))
-    own = scene is None
-    if scene is None:
-        text = tow.about.get("scene_yaml")
-        scene = scene_from_text(text, f"scene kept in {tow.path}") if text else load_scene("full_scale")
-    elif not isinstance(scene, Scene):
-        scene = load_scene(scene)
+    tow = read_tow(find_bag(bag), topics=topics)
+    scene, own = scene_of_bag(tow, scene, algorithm, settings)
+    if tow.journal:
+        refuse_without_bag(settings, topics, "in the journal of the bag, as the run took it")
+    apply_to_bag(tow, settings)
     frames = recorded_frames(tow)
     told = read_journal(tow.journal)
     doubts: list[Reason] = []
@@ -245,6 +211,7 @@ def replay(
         if faults and own:
             doubts.append(verdict.check("JOURNAL", "; ".join(faults)))
     else:
+        axes.look(tow, scene, *taken_in(tow))
         one = Pass(scene, tow, progress=progress)
         result = _run_of(one.sim, one.tick, tow, one.go(None, target, markers), target)
         result.figures.update(_intake_figures(one))
@@ -260,6 +227,15 @@ def replay(
         journal=bool(told.segments),
         replay_faults=faults,
     )
+    if not result.residuals and result.figures["largest_difference"] is None:
+        doubts.append(
+            verdict.check(
+                "NOT_COMPARED",
+                f"{tow.path} recorded nothing of the tow at the times of this replay (no sheave/tension, towbody/pose "
+                "or winch/state), so nothing says whether this is the tow that was. For a run under its motion: "
+                "cable-sim run --motion",
+            )
+        )
     if own:  # another scene is compared on purpose
         mean = result.figures.get("tension_mean_n", 0.0)
         doubts += verdict.differences(result.residuals, mean, bool(told.segments))
@@ -301,12 +277,6 @@ def judged(
     return result
 
 
-def figures_markdown() -> str:
-    """FIGURES as a Markdown table, for the README."""
-    rows = [f"| `{name}` | {'' if unit == '1' else unit} | {meaning} |" for name, unit, meaning in FIGURES]
-    return "\n".join(["| field | unit | meaning |", "|---|---|---|", *rows])
-
-
 def largest_difference(
     ours: np.recarray, theirs: np.recarray | None, same: SameTicks | None = None
 ) -> dict[str, Any] | None:
@@ -325,27 +295,6 @@ def largest_difference(
         if value > worst["difference"]:
             worst.update(field=name, difference=value)
     return worst
-
-
-def _motion_of(
-    scene: Scene,
-    motion: str | os.PathLike | None,
-    heave: tuple[float, float] | None,
-    duration: float | None,
-    imu_only: bool,
-) -> RecordedTow | None:
-    """Messages of the ship's motion, whatever they come from."""
-    table = motion if motion is not None and Path(motion).suffix.lower() == ".csv" else None
-    if heave is not None and motion is not None:
-        raise MotionError(f"heave and the motion '{motion}' were both given: nothing was simulated; give one of them")
-    if imu_only and (table is not None or heave is not None):
-        raise MotionError(f"{motion or '--heave'} gives no IMU messages: nothing was simulated; leave --imu-only out")
-    if heave is not None:
-        amplitude, period = heave
-        return sine_heave(amplitude, period, HEAVE_SECONDS if duration is None else duration, scene.ship)
-    if table is not None:
-        return read_table(table, scene.ship)
-    return None if motion is None else read_tow(find_bag(motion), imu_only=imu_only)
 
 
 def _run_of(
@@ -387,6 +336,7 @@ def _intake_figures(one: Pass) -> dict[str, Any]:
         "commands_limited": dict(intake.commands.clamped),
         "clock_jumps": intake.clock.jumps,
         "notices": [*one.tow.notices, *intake.ingest.notices],
+        **({"motion_rounded": one.tow.rounded} if one.tow.rounded else {}),
     }
 
 

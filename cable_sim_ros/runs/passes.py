@@ -29,7 +29,7 @@ from ..sim.mesh_kinds import FeedMesh
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
 from ..sim.verdict import Reason
-from . import mean_track, pitch_sign
+from . import axes, mean_track, pitch_sign
 from .resume import Resumed, nothing_left
 from .stepping import Drive, Driven, Progress, RunRecorder, silent
 
@@ -63,7 +63,7 @@ class Pass:
         self.tick = round(scene.solver.tick * SECOND)
         self._check_ring()
         drum = self.sim.model.settings[0].drum
-        self.feeder = None if tow is None else Feeder(self.sim.inputs, tow, scene, *_taken_in(tow), drum)
+        self.feeder = None if tow is None else Feeder(self.sim.inputs, tow, scene, *taken_in(tow), drum)
         self.pending: list[Event] = []
         self.commands = CommandIngest(self.sim.inputs, drum) if self.feeder is None else self.feeder.commands
         self.winch = winch
@@ -122,6 +122,8 @@ class Pass:
         _warn_of_drag(self.scene, frames)
         if self.tow is not None:
             self.doubts += mean_track.look(self.scene, start.heading, frames) + pitch_sign.look(frames)
+        if self.feeder is not None:
+            self.doubts += axes.doubts(self.feeder.ingest, drive.done * self.tick / SECOND)
         return Driven(frames, compiled - begun, started - starting, drive.stepping, drive.cpu, drive.problem)
 
     def first(self) -> Start:
@@ -230,7 +232,7 @@ class Pass:
         return round(CHUNK * SECOND) if self.tow is None else round(RING_SHARE / max(1.0, self.tow.rate) * SECOND)
 
 
-def _taken_in(tow: RecordedTow) -> tuple[MotionInput, Heave]:
+def taken_in(tow: RecordedTow) -> tuple[MotionInput, Heave]:
     """How the recording node took its motion in, where the bag says so; keys of other versions are left out."""
     try:
         node = json.loads(tow.about["node"])
@@ -287,7 +289,7 @@ def _mean_yaw(tow: RecordedTow, yaw: float, ingest: MotionIngest) -> float:
     convention, mounting = ingest.settings.convention, mounting_of(ingest.heave.imu_rotation_deg)
     until, total = tow.start + round(HEADING_OVER * SECOND), [0.0, 0.0]
     for event in tow.events:
-        if event.kind == "command" or not tow.start <= event.time <= until:
+        if event.kind == "command" or event.kind in tow.unfit or not tow.start <= event.time <= until:
             continue
         try:
             if event.kind == "imu":

@@ -41,6 +41,8 @@ class Told(NamedTuple):
     heave: tuple[Real, Real] | None = None
     imu_only: bool = False
     winch: str | None = None
+    settings: dict[str, Any] = {}  # how messages of the bag were taken in
+    topics: dict[str, str] = {}
 
 
 class Note(BaseModel):
@@ -130,7 +132,7 @@ class Resumed:
 
     def _as_before(self, told: Told) -> bool:
         """Is a run told the same motion as the saved one?"""
-        return self.note is not None and self.told()[:3] == told[:3]
+        return self.note is not None and self.told()._replace(winch=None) == told._replace(winch=None)
 
     def before(self, told: Told) -> float:
         """Seconds that the saved run simulated under the motion that a run is told; 0 for another."""

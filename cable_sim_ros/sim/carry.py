@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from math import degrees, pi, remainder
+from math import degrees, hypot, pi, remainder
 
 import numpy as np
 
 from ..physics.ship import NO_EPOCH
 
+MOVED_MOST, MOVED_SPEED = 10.0, 1.0  # m, m/s: a ship taken further, or faster on the mean, drags its tow along
 TURN_MOST = 30.0  # deg; a ship turned further within ship.start_blend sweeps its stern faster than one can turn
 
 
@@ -27,6 +28,27 @@ def heading_problem(memory: np.record, heading: float | None) -> str:
     return (
         f"the ship heads {degrees(there) % 360.0:.0f} deg in the state and {degrees(there) % 360.0 + turned:.0f} deg "
         f"in the motion: the tow would be swept round by {abs(turned):.0f} deg, more than {TURN_MOST:g} deg"
+    )
+
+
+def start_problem(memory: np.record, yaw: float, at: tuple[float, ...], blend: float) -> str:
+    """ "" or why a tow that has been started cannot take up motion; yaw [rad] and at [m, x y]: of its first sample,
+    which is taken up over blend [s]."""
+    began, turned = memory.ship.mean_coord[5], degrees(remainder(yaw - memory.ship.mean_coord[5], 2.0 * pi))
+    if abs(turned) > TURN_MOST:
+        return (
+            f"the tow was started heading {degrees(began) % 360.0:.0f} deg, and its first motion heads "
+            f"{degrees(yaw) % 360.0:.0f} deg: it would be swept round by {abs(turned):.0f} deg, more than "
+            f"{TURN_MOST:g} deg. Nothing was pushed. Begin with start(heading={yaw:.4g}) [rad], or set ship.heading_deg"
+        )
+    x, y = place(memory)
+    far, most = hypot(at[0] - x, at[1] - y), max(MOVED_MOST, MOVED_SPEED * blend)
+    if far <= most:
+        return ""
+    return (
+        f"the tow was started at x, y = {x:.1f}, {y:.1f} m, and its first motion is {far:.0f} m away, more than "
+        f"{most:g} m: it would be dragged there within ship.start_blend = {blend:g} s. Nothing was pushed. Begin with "
+        f"start(position=({at[0]:.6g}, {at[1]:.6g}))"
     )
 
 

@@ -21,6 +21,9 @@ WITHIN_M = 0.01  # m, for a replay
 # chosen steps taken back, of those tried, and how many at least: one that fails each time it is tried again after
 # step.WAIT others is 1/11 of them, events of a seaway took back up to 1/100
 REFUSED_SHARE, REFUSED_LEAST = 0.05, 20
+REFUSED_S, REFUSED = 2.0, 0.01  # s and share of the run for which a refused source of motion is borne
+ROUNDED = 0.08  # of the rms acceleration at the sheave, that rounded motion may leave wrong
+ROUNDED_LEAST = 5e-4  # m/s^2, and more than this: a tenth of a newton on a tow of 200 kg
 WITHIN_JOURNAL = 1e-6  # of the tension, and m, for one that knows what every tick saw: another machine rounds otherwise
 
 TENSION = ("tension_mean_n", "tension_std_n", "tension_min_n", "tension_max_n")
@@ -241,11 +244,31 @@ CHECKS = (
         "-0.4): pitch with the other sign",
     ),
     (
+        "MOTION_REFUSED",
+        DOUBTFUL,
+        TENSION + BODY,
+        f"IMU or odometry were refused for more than {REFUSED_S:g} s and {100.0 * REFUSED:g} % of the run, as their "
+        "parts do not fit: the cause is named. Borne where the odometry that was used moves as the refused IMU",
+    ),
+    (
+        "MOTION_ROUNDED",
+        DOUBTFUL,
+        SEAWAY,
+        f"the acceleration at the sheave that the rounding of the motion leaves wrong is above {100.0 * ROUNDED:g} % "
+        f"of that of the motion, and {ROUNDED_LEAST:g} m/s^2",
+    ),
+    (
         "RESIDUAL",
         DOUBTFUL,
         TENSION + BODY,
         f"a replay in the recorded scene is further than {100.0 * WITHIN:g} % of the tension, or {WITHIN_M:g} m, from "
         f"what the bag recorded; with a journal {WITHIN_JOURNAL:g} of the tension, or {WITHIN_JOURNAL:g} m",
+    ),
+    (
+        "NOT_COMPARED",
+        DOUBTFUL,
+        TENSION + BODY,
+        "a replay of a bag that recorded nothing of the tow at its times: there is nothing to compare with",
     ),
     (
         "SEA_GROWING",

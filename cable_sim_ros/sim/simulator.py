@@ -18,9 +18,10 @@ from ..physics.ship import NO_EPOCH
 from ..physics.state import ARC, MEMORY, NOW, STEP
 from . import savefile
 from .build import build_model, build_state, make_output
+from .carry import start_problem
 from .current import declare_water
 from .entry import CONTROL_WORDS, SETTLE, STATS_COLUMNS, TICKS, drive
-from .inputs import InputError, ShipMotion, WinchCommand, push
+from .inputs import YAW, InputError, ShipMotion, WinchCommand, push
 from .mesh_kinds import FeedMesh
 from .savefile import SaveError
 from .scene import Scene
@@ -87,7 +88,8 @@ class Simulator:
 
         time_ns: simulation time of the start; position: x y of base_link in odom [m]; heading: mean yaw of the motion
         to come [rad], None: the scene's. What was pushed before the first start counts; a later start forgets it,
-        unless keep_inputs. Raises StartError with the residual where it does not settle, or settles beside its sheave;
+        unless keep_inputs. Raises InputError where that is motion of another heading or place and no heading is given,
+        StartError with the residual where it does not settle, or settles beside its sheave;
         nothing is simulated then.
         """
         scene, state = self.scene, self.state
@@ -105,6 +107,9 @@ class Simulator:
         now.ship.mean_coord[:] = (0.0, 0.0, scene.ship.reference_height, 0.0, 0.0, yaw)
         now.ship.motion.coord[:] = now.ship.mean_coord
         now.ship.epoch = NO_EPOCH
+        if heading is None and self.inputs.motion_head[0] and not keep_inputs:
+            first = self.inputs.motion[0]
+            self._fits_start(float(first[YAW]), (float(first[0]), float(first[1])))
         declare(now.setpoint, scene, self._algorithm, yaw)
         drum = self.model.settings[0].drum
         lay_mesh(self.model.feed, drum, now.winch, state.nodes[NOW, ARC], self.model.line.elements)
@@ -114,6 +119,11 @@ class Simulator:
         self.start_report = settle(self, shape, yaw)
         now.health.iterations = now.health.substeps = 0
         take_rest(now, scene)
+
+    def _fits_start(self, yaw: float, place: tuple[float, ...]) -> None:
+        problem = start_problem(self.state.now, yaw, place, self.scene.ship.start_blend)
+        if problem:
+            raise InputError(f"{self.scene.name}: {problem}")
 
     def _clear(self) -> np.record:
         """Nothing has happened yet; returns the present memory."""
@@ -148,7 +158,10 @@ class Simulator:
         return self.output.contact[0, : int(self.output.frame[0]["contact_stations"])]
 
     def push(self, item: ShipMotion | WinchCommand) -> None:
-        """Queue one sample of ship motion or one winch command. Raises InputError."""
+        """Queue one sample of ship motion or one winch command. Raises InputError, also where the first sample is of
+        another heading or place than the start: see `sim.carry.start_problem`."""
+        if self._begun and isinstance(item, ShipMotion) and not self.inputs.motion_head[0]:
+            self._fits_start(item.angles[2], item.position[:2])
         push(self.inputs, item, int(self.frame["time"]), self.scene.ship.max_gap)
 
     def tick(self, inputs: Inputs | None = None) -> np.record:

@@ -24,6 +24,8 @@ from .flag_rules import (
     FAILED,
     MOST_STRESS,
     OK,
+    REFUSED,
+    REFUSED_S,
     RULES,
 )
 from .scene import Scene
@@ -164,6 +166,16 @@ def overload(scene: Scene, most: float, seconds: float = 0.0, share: float = 0.0
     )
 
 
+def refused_motion(refusals: Iterable[tuple[str, float]], length: float) -> tuple[Reason, ...]:
+    """Reasons where a source of motion was refused for long; refusals: text and s; length: of the run, s."""
+    least = max(REFUSED_S, REFUSED * length)
+    return tuple(
+        check("MOTION_REFUSED", text, seconds, min(1.0, seconds / max(length, 1e-9)))
+        for text, seconds in refusals
+        if seconds > least
+    )
+
+
 def of_node(figures: Mapping[str, Any]) -> tuple[Reason, ...]:
     """Reasons that the final figures of a node give beside its Frames."""
     found, recorder = [], figures.get("recorder") or {}
@@ -172,4 +184,5 @@ def of_node(figures: Mapping[str, Any]) -> tuple[Reason, ...]:
         found.append(check("BEHIND", f"the node did not hold real time and was taken to the present, {times}"))
     if recorder.get("dropped"):
         found.append(check("NOT_RECORDED", f"{recorder['dropped']} messages were not recorded: the disk is too slow"))
+    found += refused_motion(map(tuple, figures.get("motion_refusals") or ()), figures.get("motion_s") or 0.0)
     return tuple(found)

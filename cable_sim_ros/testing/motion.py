@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 import struct
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..io.motion_table import Samples, odometry_events, read_table, sine_heave
+from ..io.motion_table import MotionWarning, Samples, odometry_events, read_table, sine_heave
 from ..io.replay import Event, read_tow
 from ..io.resources import find_bag
 from ..sim.inputs import ShipMotion
@@ -78,7 +79,10 @@ def _events(source: Any, ship: Ship, heave: Any, start: float, duration: float |
         return sine_heave(amplitude, period, start + duration, ship).events
     if isinstance(source, (str, os.PathLike)):
         if Path(source).suffix.lower() == ".csv":
-            return read_table(source, ship).events
+            table = read_table(source, ship)
+            for doubt in table.doubts:
+                warnings.warn(doubt.text, MotionWarning, stacklevel=4)
+            return table.events
         return read_tow(find_bag(os.fspath(source)), imu_only=imu_only).events
     return _of_samples(source)
 

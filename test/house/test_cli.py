@@ -320,8 +320,10 @@ def test_a_warning_is_said_once():
 def test_a_replay_says_when_there_is_nothing_to_compare(monkeypatch):
     real = Pass._ticks
     monkeypatch.setattr(Pass, "_ticks", lambda self, start, duration: min(100, real(self, start, duration)))
-    result = call("replay", "lmg1903")
-    assert result.exit_code == 0 and "The bag recorded nothing of the tow" in result.stdout
+    assert "keeps no scene" in (bare := call("replay", "lmg1903")).stderr and bare.exit_code == 2
+    result = call("replay", "lmg1903", "--scene", "full_scale")
+    assert result.exit_code == 4 and "The bag recorded nothing of the tow" in result.stdout
+    assert "NOT_COMPARED" in result.stdout
 
 
 def test_out_has_bag_figures_and_picture(tmp_path):

@@ -77,7 +77,7 @@ def test_every_coordinate_and_rate_in_its_unit(table):
 
 def test_rates_that_are_given_are_used(table):
     t = np.arange(0.0, 5.0)
-    given = dict(time_s=t, heave_m=0.0, heave_mps=0.4, roll_deg=0.0, roll_degps=2.0, yaw_rad=0.0, yaw_radps=-0.1)
+    given = dict(time_s=t, heave_m=0.0, heave_mps=0.4, roll_deg=0.0, roll_degps=2.0, yaw_rad=0.5, yaw_radps=-0.1)
     _, value, rate = rows_of(read_table(table(**given), SHIP))
     assert rate[::50, 2] == pytest.approx(0.4) and rate[::50, 3] == pytest.approx(radians(2.0))
     assert rate[::50, 5] == pytest.approx(-0.1) and value[::50, 3] == pytest.approx(0.0, abs=1e-12)
@@ -198,3 +198,14 @@ def test_sinusoidal_heave():
 def test_a_heave_that_no_ship_makes_is_refused(values, message):
     with pytest.raises(MotionError, match=message):
         sine_heave(*values, SHIP)
+
+
+def test_a_ship_that_would_point_away_from_where_it_goes_is_refused(table):
+    t = np.arange(5.0)
+    off = dict(time_s=t, yaw_deg=390.0 + 12.0 + t)
+    with pytest.raises(MotionError, match=r"yaw_deg has the mean 44 deg and no x_m and y_m beside it: the ship"):
+        read_table(table(**off), SHIP)
+    with pytest.raises(MotionError, match=r"14 deg away from it, more than 10 deg; .* Set ship.heading_deg to 44"):
+        read_table(table(**off), SHIP)
+    read_table(table(**off, x_m=t, y_m=t), SHIP)
+    read_table(table(time_s=t, yaw_deg=32.0), SHIP)

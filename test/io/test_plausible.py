@@ -129,6 +129,36 @@ def test_odometry_that_only_an_imu_shows_to_be_wrong(name):
     assert through(events(None, wrong(m)))[1] == {}  # by itself it fits
 
 
+def test_imu_and_odometry_that_are_down_together_are_both_refused():
+    """The IMU alone was convicted, and the odometry beside it believed."""
+    m = sail(6.0)
+    it, first, used = through(events(ned(m), ned(m)))
+    assert first.pop(("imu/data", "gravity_sign")) <= 0.5 and first.pop(("odom", "motion_ned")) <= 4.0
+    assert not first and used == 0
+    (imu_text, imu_time), (odom_text, odom_time) = it.refusals()
+    assert imu_text.startswith(f"imu/data was refused (gravity_sign): {DOUBTS['gravity_sign']}; odom was refused too")
+    assert odom_text.startswith("odom was refused (motion_ned)") and imu_time > 5.0 and odom_time > 1.5
+    turned = MotionIngest(make_inputs(), Ship(), Heave(), MotionInput(convention="ned"))
+    assert through(events(ned(m), ned(m)), turned)[1] == {} and turned.refusals() == []
+
+
+@pytest.mark.parametrize("name", ["all in NED", "rates deg/s", "gravity removed"])
+def test_odometry_that_moves_as_a_refused_imu_is_no_doubt(name):
+    m = sail(15.0)
+    it, first, _ = through(events(IMU[name][0](m), m))
+    assert [topic for topic, _ in first] == ["imu/data"] and it.refusals() == []
+
+
+def test_odometry_beside_a_refused_imu_in_a_calm_is_in_doubt():
+    """A ship that lies still tells nothing of its axes."""
+    m = sail(6.0, sea=0.0)
+    it, _, _ = through(events(ned(m), m))
+    ((text, seconds),) = it.refusals()
+    assert "what is wrong with the one may be wrong with both" in text and seconds > 5.0
+    it, _, _ = through(events(ned(m)))
+    assert it.refusals()[0][0].endswith("nothing else came, so that the ship was on its mean track meanwhile")
+
+
 @pytest.mark.parametrize("beside", [False, True])
 @pytest.mark.parametrize("name", IMU)
 def test_wrong_imu_is_named_and_not_used(name, beside):
@@ -326,7 +356,7 @@ def test_messages_above_64_kb_are_refused_before_they_are_read():
 
 def test_every_doubt_has_a_test_and_a_remedy():
     tested = {row[1] for table in (ODOMETRY, BESIDE_IMU, IMU) for row in table.values()}
-    assert tested | {"rate_misfit", "velocity_misfit", "height_step", "attitude_axes"} == set(DOUBTS)
+    assert tested | {"motion_ned", "rate_misfit", "velocity_misfit", "height_step", "attitude_axes"} == set(DOUBTS)
     assert all("; " in text and CAUSES[cause] == text for cause, text in DOUBTS.items())
 
 

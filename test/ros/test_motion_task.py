@@ -18,6 +18,8 @@ from cable_sim_ros.physics.heave import Heave, MotionInput
 from cable_sim_ros.physics.inputs import make_inputs
 from cable_sim_ros.physics.ship import Ship
 from cable_sim_ros.ros.diagnostics import ERROR, WARN, Watch
+from cable_sim_ros.ros.ending import verdict_of_node
+from cable_sim_ros.ros.health import InputHealth
 
 
 def task(status=0, **wrong):
@@ -73,3 +75,31 @@ def test_a_refusal_is_reported_with_its_own_cause():
     assert status.message == f"1 message refused in the last second; behind: {CAUSES['behind']}"
     it.counts["behind"] += 1
     assert look().message.startswith("2 messages refused in the last second; behind")
+
+
+def test_an_imu_that_comes_and_is_refused_is_not_called_silent():
+    """Nor is the run of a node that it alone fed one without a reason."""
+    m = sail(4.0)
+    it = MotionIngest(make_inputs(), Ship(), Heave())
+    for stamp, imu in zip(stamps(m), imu_messages(replace(m, force=-m.force))):
+        it.imu(imu, stamp)
+    received = {"imu": 0, "odometry": 0}
+    session = SimpleNamespace(
+        state="running", ingest=it, wall=0, received=received,
+        scene=SimpleNamespace(ship=Ship()), node=SimpleNamespace(motion=MotionInput()),
+    )  # fmt: skip
+    health, now = InputHealth(session), int(stamps(m)[-1])
+    health.look(now, None)
+    received["imu"] = 50
+    health.look(now + 10**9, None)
+    status = health.status()
+    assert status.level == ERROR and "silent" not in status.message
+    assert status.message.startswith(f"imu comes but is refused: gravity_sign: {DOUBTS['gravity_sign']}; no motion is")
+    ((text, seconds),) = it.refusals()
+    told = {"motion_refusals": [[text, seconds]], "motion_s": 0.0}
+    never_began = verdict_of_node(SimpleNamespace(scene=None, problem=""), None, told)
+    assert [reason.flag for reason in never_began.reasons] == ["MOTION_REFUSED"] and never_began.code == 4
+    assert (
+        "gravity_sign" in never_began.reasons[0].text
+        and verdict_of_node(SimpleNamespace(scene=None, problem=""), None, {}).state == "ok"
+    )

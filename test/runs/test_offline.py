@@ -20,7 +20,7 @@ from cable_sim_ros.io.winch_plan import PlanError
 from cable_sim_ros.physics.frame import FRAME, Flag
 from cable_sim_ros.physics.heave import Convention, Heave, MotionInput
 from cable_sim_ros.physics.inputs import MOTION_ROWS, make_inputs
-from cable_sim_ros.runs import mean_track, offline, passes, step_choice
+from cable_sim_ros.runs import mean_track, offline, passes, sources, step_choice
 from cable_sim_ros.sim.simulator import Simulator, SolverError, StartError
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
@@ -82,9 +82,14 @@ def test_a_replay_is_judged_by_its_residuals(recorded, monkeypatch):
     assert offline.replay(bag).verdict.state == "ok"
     slower = override(load_quietly("full_scale"), {"towbody.net_weight": 600.0})
     assert offline.replay(bag, slower).verdict.state == "ok"
-    monkeypatch.setattr(offline, "scene_from_text", lambda text, origin: slower)
+    monkeypatch.setattr(sources, "scene_from_text", lambda text, origin: slower)
     found = offline.replay(bag)
     assert found.verdict.code == 4 and found.figures["verdict"]["reasons"][0]["flag"] == "RESIDUAL"
+    whole = read_tow(bag)  # of another program: it keeps no scene, so the one that is given is to be that of the bag
+    monkeypatch.setattr(offline, "read_tow", lambda path, topics: RecordedTow(path, whole.events, whole.outputs))
+    with pytest.raises(BagError, match="keeps no scene"):
+        offline.replay(bag)
+    assert offline.replay(bag, slower).verdict.reasons[0].flag == "RESIDUAL"
 
 
 def test_chunks_leave_no_trace(recorded, monkeypatch):
@@ -219,11 +224,11 @@ def test_motion_is_taken_in_as_the_recording_node_did():
         "heave": {"period": 90.0},
         "scene": "full_scale",
     }
-    motion, heave = passes._taken_in(RecordedTow("", [], about={"node": json.dumps(node)}))
+    motion, heave = passes.taken_in(RecordedTow("", [], about={"node": json.dumps(node)}))
     assert (motion.convention, motion.odometry_timeout, motion.position_time) == (Convention.NED, 0.7, 0.0)
     assert motion.max_jump == MotionInput().max_jump and heave == Heave(period=90.0)
     for about in ({}, {"node": "{"}, {"node": "[]"}, {"node": '{"motion": 3}'}, {"node": "{}"}):
-        assert passes._taken_in(RecordedTow("", [], about=about)) == (MotionInput(), Heave())
+        assert passes.taken_in(RecordedTow("", [], about=about)) == (MotionInput(), Heave())
     event = read_tow(offline.find_bag("nbp1406")).events[0]
     one = passes.Pass(load_scene("full_scale"), RecordedTow("", [event], about={"node": json.dumps(node)}))
     assert one.feeder.ingest.settings == motion and one.feeder.ingest.heave == heave

@@ -16,7 +16,7 @@ from cable_sim_ros.io.journal import read_journal
 from cable_sim_ros.io.load import SceneWarning, load_scene, override
 from cable_sim_ros.io.motion_table import MotionError
 from cable_sim_ros.io.replay import RecordedTow, read_tow
-from cable_sim_ros.runs import offline, passes
+from cable_sim_ros.runs import offline, passes, sources
 from cable_sim_ros.runs.resume import Resumed
 from cable_sim_ros.sim.savefile import SaveError
 from cable_sim_ros.sim.simulator import Simulator
@@ -49,10 +49,10 @@ def events():
 def short(events, monkeypatch):
     """The bag is no longer than that."""
 
-    def read(path, *, imu_only=False):
+    def read(path, *, imu_only=False, topics=None):
         return RecordedTow("nbp1406", [event for event in events if not (imu_only and event.kind == "odometry")])
 
-    monkeypatch.setattr(offline, "read_tow", read)
+    monkeypatch.setattr(sources, "read_tow", read)
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -176,3 +176,28 @@ def test_energy_gained_in_slack_is_flagged_above_its_share():
     assert not slack_gain(account, frame[1], True, 0.05)
     frame.energy_residual[1] += 0.2
     assert slack_gain(account, frame[1], True, 0.05)
+
+
+def test_motion_of_another_heading_or_place_than_the_start_is_refused():
+    """It was taken up over 20 s, with a third of the right deviation and no word."""
+
+    def sample(yaw=0.0, at=(0.0, 0.0), k=1):
+        velocity = (2.2 * np.cos(yaw), 2.2 * np.sin(yaw), 0.0)
+        return ShipMotion(
+            time_ns=k * 10**8, position=(*at, 0.0), velocity=velocity, attitude=(0, 0, yaw), rate=(0, 0, 0)
+        )
+
+    sim = Simulator(load_scene("full_scale"))
+    sim.start()
+    with pytest.raises(InputError, match=r"heading 0 deg, and its first motion heads 90 deg: it would be swept"):
+        sim.push(sample(np.pi / 2))
+    with pytest.raises(
+        InputError, match=r"its first motion is 500 m away, more than 10 m: .* start\(position=\(500, 0\)"
+    ):
+        sim.push(sample(at=(500.0, 0.0)))
+    sim.push(sample(0.1, (5.0, 0.0)))
+    sim.push(sample(1.0, k=2))  # a ship may turn
+    early = Simulator(load_scene("full_scale"))
+    early.push(sample(np.pi / 2, (500.0, 0.0)))
+    with pytest.raises(InputError, match=r"Begin with start\(heading=1.571\) \[rad\], or set ship.heading_deg"):
+        early.start()

@@ -1,0 +1,51 @@
+"""A look at the beginning of a bag before anything is simulated: motion that nothing can be made of is refused.
+
+A node learns within seconds that its sensors speak in other axes, and stops using them. A bag is known as a whole, so
+the run says so at once instead of a tow whose ship lies still.
+"""
+
+from __future__ import annotations
+
+from ..io.doubts import DOUBTS
+from ..io.intake import Intake, Took
+from ..io.motion import MotionIngest
+from ..io.motion_table import MotionError
+from ..io.refusals import TOPICS
+from ..io.replay import RecordedTow
+from ..physics.heave import Heave, MotionInput
+from ..physics.inputs import make_inputs
+from ..sim.scene import Scene
+from ..sim.verdict import Reason, refused_motion
+
+GLANCE, LOOK = 1.0, 20.0  # s of motion: where the first convicts nobody, the rest is not looked at
+MOST = 20_000  # messages
+NED = ("motion_ned", "gravity_sign", "attitude_ned", "heave_sign")
+
+
+def look(tow: RecordedTow, scene: Scene, motion: MotionInput, heave: Heave) -> None:
+    """Raise MotionError where every source of motion stands convicted after the first LOOK seconds; note which do."""
+    intake, heard = Intake(make_inputs(), scene, motion, heave), dict[str, int]()
+    for event in tow.events[:MOST]:
+        if event.kind == "command":
+            continue
+        after = (event.time - tow.start) * 1e-9
+        if intake.motion(event.kind, event.data, event.arrival) is Took.JUMPED:
+            return
+        heard[event.kind] = heard.get(event.kind, 0) + 1
+        if after > LOOK or (after > GLANCE and not any(intake.ingest.convicted.values())):
+            break
+    found = {TOPICS[kind]: intake.ingest.convicted[TOPICS[kind]] for kind in heard}
+    if not found or not all(found.values()):
+        tow.unfit = {kind for kind in heard if found[TOPICS[kind]]}
+        return
+    said = "; ".join(f"{topic} ({cause}): {DOUBTS[cause]}" for topic, cause in found.items())
+    remedy = " Is it in NED axes? Then give --convention ned." if set(found.values()) & set(NED) else ""
+    raise MotionError(
+        f"{tow.path}: none of the ship's motion can be used. {said}. Nothing was simulated: it would be a tow on its "
+        f"mean track.{remedy} See the causes in docs/motion.md"
+    )
+
+
+def doubts(ingest: MotionIngest, length: float) -> tuple[Reason, ...]:
+    """Reasons that refused sources of motion give to the verdict; length: of the motion, s."""
+    return refused_motion(ingest.refusals(), length)

@@ -1,0 +1,67 @@
+"""Figures of a run that are not statistics of its Frames (those: runs/summary.py): one row each, for JSON and pages."""
+
+from __future__ import annotations
+
+# JSON names beside those of lab/summary.py: name, unit, meaning
+FIGURES = (
+    ("departure_angle_deg", "deg", "mean angle of the departing cable from the downward vertical"),
+    ("contact_resultant_n", "N", "mean resultant of the cable on the sheave, whole run"),
+    ("ticks", "1", "ticks simulated"),
+    ("steps_taken", "1", "steps taken since the static start; `steps` counts those of this run"),
+    ("step_least_s", "s", "shortest step taken"),
+    ("step_median_s", "s", "median of the steps taken: half of the steps are no longer"),
+    ("step_largest_s", "s", "longest step taken"),
+    ("steps_refused", "1", "steps taken back and halved because of their error"),
+    ("steps_unsolved", "1", "steps taken back and halved because they had no solution or none that can be trusted"),
+    ("step_tension_error", "1", "`solver.tension_error` that the steps were chosen to; null: a tick is one step"),
+    ("step_position_error_m", "m", "`solver.position_error` that the steps were chosen to; null: a tick is one step"),
+    ("compile_s", "s", "wall time of compiling, or of loading the compiled kernels"),
+    ("start_s", "s", "wall time of the static start"),
+    ("stepping_s", "s", "wall time of the stepping alone; `realtime_factor` is made from it"),
+    ("scene", "", "name of the scene"),
+    ("motion", "", "name of the bag or table, the heave, or none"),
+    ("setpoint", "", "set-point algorithm"),
+    ("imu_only", "", "true: odometry was left out"),
+    ("winch", "", "winch plan; absent without one"),
+    ("motion_refused", "1", "motion messages refused or bridged, by cause"),
+    ("commands_refused", "1", "winch commands refused, by cause"),
+    ("commands_limited", "1", "winch commands that asked for more than the winch can do, by what was limited"),
+    ("clock_jumps", "1", "jumps of the clock of the motion, over which the tow was carried"),
+    (
+        "motion_rounded",
+        "",
+        "rounded columns of a table, or coordinates of a bag, that were smoothed: list of `column`, `resolution` "
+        "and `unit`, `cutoff_hz`, and the rms accelerations in m/s^2 or rad/s^2 `acceleration_rounded` as rounded, "
+        "`acceleration_left` wrong, "
+        "`acceleration_motion`; absent without one",
+    ),
+    ("notices", "", "what is odd about the bag and its motion, as texts"),
+    ("journal", "", "`replay`: true: the bag says what the run took and when, so that this is the same run"),
+    ("replay_faults", "", "`replay`: why this may not be the run that was recorded, as texts"),
+    ("residuals", "", "`replay`: list of channel, quantity, unit, mean, rms, largest, count; ours less recorded"),
+    ("largest_difference", "", "`replay`: largest difference of any field of `sim/health` over the common ticks"),
+    ("recorded_ticks", "1", "`replay`: ticks that the bag has in `sim/health`; `ticks` were simulated again"),
+    ("node", "", "`live`: figures of the node, as in its statistics file"),
+    ("saved", "", "file with the state at the end; absent without `--save`"),
+    ("resumed", "", "`--from`: `file`, `time_s` of its state, `motion`: goes on, or taken up anew; absent without it"),
+    (
+        "check",
+        "",
+        "`--check`: `agreed`, and of tension and its peaks [this run, with half the step and twice the elements]",
+    ),
+    ("problem", "", "why the run ended early; absent when it did not"),
+    (
+        "verdict",
+        "",
+        "`state` (ok, doubtful, failed) and `reasons`: list of `flag`, `seconds` in all, `share` of the run, `figures` "
+        "concerned, `text`; see [flags](flags.md#verdict). Of a replay with a journal: whether it is the run that was "
+        "recorded",
+    ),
+    ("run_verdict", "", "`replay`: the verdict on that run itself, of the same form; absent without a journal"),
+)
+
+
+def figures_markdown() -> str:
+    """FIGURES as a Markdown table, for the README."""
+    rows = [f"| `{name}` | {'' if unit == '1' else unit} | {meaning} |" for name, unit, meaning in FIGURES]
+    return "\n".join(["| field | unit | meaning |", "|---|---|---|", *rows])

@@ -1,0 +1,45 @@
+"""Options that mean the same in every command that takes them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import isfinite
+
+import click
+
+CONVENTION_HELP = "Axes of the IMU and odometry messages in the bag; the node's motion.convention."
+TOPIC_HELP = "Topic of the bag for a kind (imu, odometry, command), as in imu=/mru/imu. May be repeated."
+SET_HELP = (
+    "A value by its dotted key, as the node's parameters: of the scene (water.density=1000), or of how messages are "
+    "taken in (heave.imu_position=[1, 0, 2]). May be repeated."
+)
+
+
+def bag_options(command: Callable) -> Callable:
+    """--convention and --topic: how a bag is read."""
+    topic = click.option("--topic", "topics", multiple=True, metavar="KIND=NAME", help=TOPIC_HELP)
+    convention = click.option("--convention", type=click.Choice(["enu", "ned"]), help=CONVENTION_HELP)
+    return convention(topic(command))
+
+
+def settings_options(command: Callable) -> Callable:
+    """--convention, --topic and --set, which mean the same in every command that takes them."""
+    for option in (click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help=SET_HELP), bag_options):
+        command = option(command)
+    return command
+
+
+class Heave(click.ParamType):
+    """Amplitude [m] and period [s] of a heave, as in 1.2,8."""
+
+    name = "M,S"
+
+    def convert(self, value: str, param: click.Parameter | None, context: click.Context | None) -> tuple[float, float]:
+        """The two numbers."""
+        try:
+            amplitude, period = map(float, value.split(","))
+            if not (isfinite(amplitude) and isfinite(period)):
+                raise ValueError
+        except ValueError:
+            self.fail(f"{value!r} is not an amplitude in m and a period in s, as in 1.2,8; nothing was simulated")
+        return amplitude, period
