@@ -113,7 +113,7 @@ def _heave(scene: Scene, half: Scene, mesh: FeedMesh, fine: FeedMesh, seconds: f
 
 def as_json(scene: Scene, plan: MeshPlan, changes: list[Change]) -> dict[str, Any]:
     """Plain figures of `cable-sim mesh`."""
-    start = scope_range(scene)[0]
+    start, names = scope_range(scene)[0], scene.cable.sections
     told: dict[str, Any] = {
         "scene": scene.name,
         "elements": plan.mesh.nodes - 1,
@@ -123,7 +123,7 @@ def as_json(scene: Scene, plan: MeshPlan, changes: list[Change]) -> dict[str, An
         "tick_s": scene.solver.tick,
         "tick_that_would_do_s": plan.tick,
         "aboard_m": plan.mesh.aboard.tolist(),
-        "shares": {name: share.tolist() for name, share in zip(scene.cable.sections, plan.mesh.shares, strict=True)},
+        "shares": {name: share.tolist() for name, share in zip(names, plan.mesh.section_shares, strict=True)},
     }
     if changes:
         told["change"] = [_plain(change) for change in changes]

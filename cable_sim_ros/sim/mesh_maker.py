@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from math import ceil, nan, pi, sqrt
+from math import ceil, degrees, nan, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import trapezoid
 
 from .material import extreme
+from .mesh_corners import DIAMETERS, corner_error, corners, zones
 from .mesh_kinds import Expected, FeedMesh, MeshError, MeshPlan, Part, ends, equal_parts, geometric, places_outboard
+from .mesh_order import CUBICS
 from .mesh_sheave import OUTBOARD_LEAST, RADII_PER_TENSION, SheaveMesh, heave_amplitude
 from .statics import ROUND_OFF
 from .tow_shape import TowShape
@@ -28,7 +30,8 @@ MOST_ELEMENTS = 600
 FIRST_SHARE = 100.0  # the search for as few elements as will do begins so coarse
 LEAST_PROMISE = 0.2  # of the place asked for: no estimate from a static shape is better than that in waves
 SOLVER_SHARE = 0.6  # of the error of the place may be the solver's
-SHORTEST = 0.25  # of a sheave element: shorter ones are not made
+SHORTEST = 0.25  # of a sheave element: shorter ones are not made, but at a corner
+CORNERS_MOST = 0.6  # of the error of the place may be of corners, with the shortest elements there
 
 
 WANTS = (  # what asks for elements outboard, in the order of Maker.density
@@ -55,6 +58,8 @@ class Maker(SheaveMesh):
     def plan(self) -> MeshPlan:
         """Mesh with as few elements as keep the promise at every scope; then what is written by hand."""
         size, accuracy = self.sheave_size(), self.scene.accuracy
+        if self.order is CUBICS:
+            self.corners = corners(self.scene, self.shapes, self.heave * (2.0 * pi / SHORTEST_PERIOD) ** 2)
         self.check_sections(size)
         aboard = self.aboard(size)
         self.check_start(aboard)
@@ -62,6 +67,7 @@ class Maker(SheaveMesh):
         while True:
             mesh = self.outboard(aboard, size, share, False)
             self.check_solver(mesh.nodes)
+            self.check_corners(mesh)
             if all(e.position <= self.position and e.outboard <= accuracy.tension for e in self.errors(mesh)):
                 break
             if mesh.nodes > MOST_ELEMENTS:
@@ -105,6 +111,27 @@ class Maker(SheaveMesh):
                 f"which with {worst:.4g} m of scope is {floor:.2g} m of the towbody's place",
                 f"Give {1.1 * floor / SOLVER_SHARE:.2g} m or more, or solver.tolerance {tolerance:.1g} or less",
             )
+
+    def check_corners(self, mesh: FeedMesh) -> None:
+        """Refuse a place finer than the shortest elements at corners keep it; one not asked for is then coarser."""
+        left = {}
+        for scope in self.shapes:
+            nodes = self.arcs(mesh, scope)[::-1]
+            left[scope] = corner_error(self.corners, nodes, scope) if (np.diff(nodes) > 0.0).all() else 0.0
+        scope = max(left, key=left.__getitem__)
+        if left[scope] <= CORNERS_MOST * self.position:
+            return
+        if self.scene.accuracy.position is None:
+            self.position = 1.1 * left[scope] / CORNERS_MOST
+            return
+        worst = max((c for c in self.corners if scope in c.turns), key=lambda c: c.turns[scope].angle)
+        raise MeshError(
+            "accuracy.position",
+            f"= {self.position:g} m cannot be met: {worst.what} turns the line by "
+            f"{degrees(worst.turns[scope].angle):.3g} deg, and with the shortest elements beside it, {DIAMETERS:g} "
+            f"diameters of the cable, corners err by {left[scope]:.2g} m with {scope:.4g} m of scope",
+            f"Give {1.1 * left[scope] / CORNERS_MOST:.2g} m or more",
+        )
 
     # outboard
 
@@ -179,11 +206,16 @@ class Maker(SheaveMesh):
         shares = []
         wants = {scope: self.density(scope, share) for scope in self.shapes}
         densities = {scope: want.max(0) for scope, want in wants.items()}
-        for i, name in enumerate(self.names):
+        self.zones = zones(self.scene, self.corners, self.position, by_hand)
+        for i, length, sizes, _ in self.zones:
+            if sizes:
+                shares.append(np.append(np.cumsum(sizes[:-1]) / length, 1.0))
+                continue
+            name = self.names[i]
             written = self.scene.mesh.sections.get(name) if by_hand else None
             x, n = self.envelope(i, densities)
             count = max(1, ceil(float(trapezoid(n, x)) - 1e-6))
-            count = min(count, max(1, int(self.lengths[i] / (SHORTEST * size))))
+            count = min(count, max(1, int(length / (SHORTEST * size))))
             self.reasons[f"section {name}"] = self.why(i, wants)
             if written is not None and written.elements is not None:
                 count = written.elements
@@ -195,7 +227,9 @@ class Maker(SheaveMesh):
             )
         pressed = np.array([len(s) * (PRESSED if i < len(shares) - 1 else 1.0) for i, s in enumerate(shares)])
         room = OUTBOARD_LEAST * (self.start + self.route.inboard - aboard[-1]) / pressed.sum()
-        return FeedMesh(aboard, tuple(shares), np.cumsum(pressed * min(size, room)))
+        ends, sections = np.cumsum([zone.length for zone in self.zones]), np.array([z.section for z in self.zones])
+        ends[-1] = self.route.total
+        return FeedMesh(aboard, tuple(shares), np.cumsum(pressed * min(size, room)), ends, sections)
 
     def why(self, section: int, wants: dict[float, np.ndarray]) -> str:
         """What decides the elements of a section, at the start, or with the most cable out."""
@@ -238,7 +272,7 @@ class Maker(SheaveMesh):
     def arcs(self, mesh: FeedMesh, scope: float) -> np.ndarray:
         """Distance [m] of the outboard nodes from the body at ``scope``, from the last node aboard on."""
         total = self.route.total
-        return total - places_outboard(mesh, total, np.cumsum(self.lengths), total - scope - self.route.inboard)
+        return total - places_outboard(mesh, total, total - scope - self.route.inboard)
 
     def expected_position(self, mesh: FeedMesh, scope: float) -> float:
         """Error [m] of the body's place with ``scope`` out."""
@@ -249,7 +283,7 @@ class Maker(SheaveMesh):
             return np.inf
         at = [np.interp(x, shape.s, curve) for x in (nodes[1:], 0.5 * (nodes[1:] + nodes[:-1]), nodes[:-1])]
         error = self.order.per_shape * float((h**self.order.power * np.maximum.reduce(at)).sum())
-        error += self.floor(scope, mesh.nodes)
+        error += self.floor(scope, mesh.nodes) + corner_error(self.corners, nodes, scope)
         for s, jump in kinks(shape):
             if np.abs(nodes - s).min() > 1e-6 * scope:
                 error += self.order.per_kink * float(h[min(int(np.searchsorted(nodes, s)), len(h)) - 1]) ** 2 * jump
@@ -305,10 +339,15 @@ class Maker(SheaveMesh):
         if self.spare:
             rows.append(Part("hanging", "ship", self.spare, *ends(sizes[last:]), self.reasons["hanging"]))
         h, at = -np.diff(self.arcs(mesh, self.start)), 0
-        for name, share in zip(self.names, mesh.shares, strict=True):
+        for zone, share in zip(self.zones, mesh.shares, strict=True):
             part = h[at : at + len(share)]
             at += len(share)
-            rows.append(Part(name, "outboard", len(share), *ends(part), self.reasons[f"section {name}"]))
+            name = self.names[zone.section]
+            reason = self.reasons[f"section {name}"]
+            if zone.corner is not None:
+                reason = f"corner of {degrees(zone.corner.angle):.3g} deg at {zone.corner.what}"
+                name = f"{name}, {'end' if zone.corner.section == zone.section else 'begin'}"
+            rows.append(Part(name, "outboard", len(share), *ends(part), reason))
         return tuple(rows)
 
     def tick(self) -> float:
