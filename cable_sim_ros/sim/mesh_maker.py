@@ -13,6 +13,7 @@ from .mesh_corners import DIAMETERS, corner_error, corners, zones
 from .mesh_kinds import Expected, FeedMesh, MeshError, MeshPlan, Part, ends, equal_parts, geometric, places_outboard
 from .mesh_order import CUBICS
 from .mesh_sheave import OUTBOARD_LEAST, RADII_PER_TENSION, SheaveMesh, heave_amplitude
+from .mesh_waves import MOST_OF_WAVES, TO_WAVES, wave_density, wave_error
 from .statics import ROUND_OFF
 from .tow_shape import TowShape
 
@@ -40,6 +41,7 @@ WANTS = (  # what asks for elements outboard, in the order of Maker.density
     "sideways motion, damped by drag",
     "jump of the curvature at the water surface",
     "touchdown on the seabed",
+    "waves of the water",
 )
 PER_HEIGHT = 15.0  # elements over the height from seabed to sheave: where cable comes down it turns level within that
 
@@ -64,6 +66,7 @@ class Maker(SheaveMesh):
         aboard = self.aboard(size)
         self.check_start(aboard)
         share = FIRST_SHARE * self.position / self.order.per_shape
+        self.follow_waves(aboard, size, share)
         while True:
             mesh = self.outboard(aboard, size, share, False)
             self.check_solver(mesh.nodes)
@@ -75,6 +78,17 @@ class Maker(SheaveMesh):
             share *= 0.75
         mesh = self.outboard(aboard, size, share, True)
         return MeshPlan(mesh, self.parts(mesh), self.promise(mesh), self.tick())
+
+    def follow_waves(self, aboard: np.ndarray, size: float, share: float) -> None:
+        """What the waves ask for; less than for the accuracy where that is more than MOST_OF_WAVES elements."""
+        error = TO_WAVES * self.scene.accuracy.tension
+        while self.waves is not None:
+            for scope, shape in self.shapes.items():
+                if scope >= self.start:  # the elements near the surface are others with each scope
+                    self.for_waves[scope] = wave_density(self.waves, shape, error)
+            if self.outboard(aboard, size, share, False).nodes <= MOST_OF_WAVES:
+                return
+            error *= 1.5
 
     def unreachable(self, mesh: FeedMesh) -> MeshError:
         """The error of an accuracy that no mesh of MOST_ELEMENTS keeps."""
@@ -155,7 +169,7 @@ class Maker(SheaveMesh):
                 )
 
     def density(self, scope: float, share: float) -> np.ndarray:
-        """Elements per length along the shape at ``scope``, from the body, that each of WANTS asks for [5, n].
+        """Elements per length along the shape at ``scope``, from the body, that each of WANTS asks for [6, n].
 
         share [m]: h^4 |d4r/ds4| of an element, see mesh_order.py.
         """
@@ -170,6 +184,7 @@ class Maker(SheaveMesh):
             1.0 / (LAYERS * self.damped_length(shape) + SMOOTH * far),
             np.zeros_like(far),
             np.full_like(far, self.touchdown),
+            self.for_waves[scope],
         ]
         for place, jump in kinks(shape):
             if jump > 0.0:
@@ -321,8 +336,10 @@ class Maker(SheaveMesh):
         begin, end = mesh.aboard[:-1], mesh.aboard[1:]
         size = float((end - begin)[(end > self.contact[0]) & (begin < self.contact[1])].max())
         sheave, least = size / self.route.sheave / RADII_PER_TENSION, LEAST_PROMISE * self.position
+        waves = {e.scope: wave_error(self.waves, self.shapes[e.scope], self.arcs(mesh, e.scope)[::-1])
+                 for e in self.errors(mesh)}
         return tuple(
-            Expected(e.scope, max(sheave, e.outboard), max(e.position, least))
+            Expected(e.scope, max(sheave, e.outboard, waves[e.scope]), max(e.position, least))
             if self.shapes[e.scope].closed
             else Expected(e.scope, nan, nan)
             for e in self.errors(mesh)

@@ -14,6 +14,7 @@ from .mesh_blocks import SheaveAnswer
 from .mesh_corners import Corner, Zone
 from .mesh_kinds import MeshError, even, graded
 from .mesh_order import CUBICS, LINKS
+from .mesh_waves import wave_field
 from .scene import Scene
 from .statics import Route
 from .tow_shape import tow_shape
@@ -69,6 +70,8 @@ class SheaveMesh:
         self.position = scene.accuracy.position or min(max(USUAL_POSITION, PER_SCOPE[0] * most), PER_SCOPE[1] * most)
         self.reasons: dict[str, str] = {}
         self.corners: list[Corner] = []
+        self.waves = wave_field(scene)
+        self.for_waves = {scope: np.zeros(len(shape.s)) for scope, shape in self.shapes.items()}  # elements per length
         self.zones: list[Zone] = []
         self.spare = 0  # elements aboard that only a tow that hangs straight down needs
 

@@ -1,8 +1,9 @@
 """Static shape of the tow by integration from the towbody upward; the mesh is made from it.
 
 No mesh, no bending, no sheave: dF/ds = -f for the tension vector F, dr/ds = (1 + T/EA) F/T, by Runge-Kutta in s from
-the body; the depth of the body is shifted until the upper end comes to the sheave. Where there is a seabed, what would
-lie below it is laid straight on it. Independent of the kernels, plain Python.
+the body; the depth of the body is shifted until the upper end comes to the sheave. Where there is a seabed and the body
+comes down to it, so much of its weight, and then so much cable, lies there that it does; what lies is laid straight and
+drags with the seabed's friction. Independent of the kernels, plain Python.
 """
 
 from __future__ import annotations
@@ -41,6 +42,7 @@ SHOTS = 30
 LOOSE = 1e-3  # of the scope: a shape that ends farther from the sheave is none
 SETTLED = 2e-5  # of the scope
 LYING = 1e-3  # of the weight of a body on the ground is left to the cable
+HALVINGS = 40  # of what lies
 
 
 Row = tuple[float, ...]
@@ -193,18 +195,47 @@ def _held(body: Towbody, water: tuple[float, float], scene: Scene, z: float) -> 
     return np.array([-along * water[0], -along * water[1], -float(row["lift"]) * speed * speed])
 
 
+class _Ground(NamedTuple):
+    """The seabed under a tow."""
+
+    bottom: float  # m, its height
+    rub: tuple[float, float]  # friction over the weight that lies: what it adds to the tension vector up the cable
+
+    def bears(self, force: Row, weight: float) -> Row:
+        """The tension vector above something of ``weight`` [N] that lies there, or is lifted by it."""
+        down = max(weight, 0.0)
+        return (force[0] + self.rub[0] * down, force[1] + self.rub[1] * down, 0.0)
+
+
 def _march(
-    cables: list[_Cable], spans: list[tuple[float, int]], y: Row, flow: Flow, bottom: float, joints: dict[int, Joint]
+    cables: list[_Cable],
+    spans: list[tuple[float, int]],
+    y: Row,
+    flow: Flow,
+    ground: _Ground,
+    joints: dict[int, Joint],
+    laid: float = 0.0,
 ) -> list[tuple[float, Row, int]]:
-    """From the body up over spans [(length, index of section)]; rows of s, y, section."""
+    """From the body up over spans [(length, index of section)]; rows of s, y, section. laid: m that lie on the ground."""
     total = sum(length for length, _ in spans)
-    out, s = [], 0.0
+    out, s, bottom = [], 0.0, ground.bottom
     for length, i in spans:
         c, done = cables[i], 0.0
         if i in joints:
-            y = (*y[:3], *(a + b for a, b in zip(y[3:], joints[i](y[2]), strict=True)))
+            added = joints[i](y[2])
+            force = tuple(a + b for a, b in zip(y[3:], added, strict=True))
+            y = (*y[:3], *(ground.bears((*force[:2], 0.0), added[2]) if s < laid else force))
         while done < length - 1e-9 * total:
             out.append((s + done, y, i))
+            if s + done < laid - 1e-9 * total:
+                h = min(total / LEAST_STEPS, length - done, laid - s - done)
+                t = hypot(y[3], y[4]) or 1e-12
+                f = _load(c, bottom, y[3:], flow)
+                force = ground.bears((y[3] - h * f[0], y[4] - h * f[1], 0.0), (c.weight - c.buoyancy) * h)
+                e = h * (1.0 + t / c.ea) / t
+                y = (y[0] + e * y[3], y[1] + e * y[4], bottom, *force)
+                done += h
+                continue
             t = sqrt(y[3] ** 2 + y[4] ** 2 + y[5] ** 2)
             f = _load(c, y[2], y[3:], flow)
             vx, vy = flow(y[2])
@@ -226,6 +257,11 @@ def _march(
     return out
 
 
+def _free(route: Route, scope: float, angle: float) -> float:
+    """Length [m] that hangs free of a sheave that the cable leaves at ``angle`` [rad]."""
+    return max(scope - route.on_sheave(angle) + route.inboard - route.span, 0.01 * scope)
+
+
 def tow_shape(scene: Scene, scope: float, heading: float | None = None) -> TowShape:
     """Static shape of the tow with ``scope`` [m] out. The sheave stands at its mean place.
 
@@ -237,12 +273,15 @@ def tow_shape(scene: Scene, scope: float, heading: float | None = None) -> TowSh
 
     top = scene.sheave.position[2] + scene.ship.reference_height
     bed = scene.seabed.depth
-    bottom = -np.inf if bed is None else -bed
+    over = scene.ship.tow_speed
+    slides = 0.0 if bed is None else scene.seabed.friction * over / hypot(over, scene.seabed.slip_speed)
+    ground = _Ground(-np.inf if bed is None else -bed, (slides * cos(yaw), slides * sin(yaw)))
+    bottom = ground.bottom
     joints = _joints(scene, flow)
     angle, z, low, high = 0.5 * pi, top - 0.5 * scope, top - 1.5 * scope, top
     closed, tried = False, list[tuple[float, float]]()
     for _ in range(SHOTS):
-        free = max(scope - route.on_sheave(angle) + route.inboard - route.span, 0.01 * scope)
+        free = _free(route, scope, angle)
         spans, left = [], free
         for i in reversed(range(len(cables))):
             length = min(left, list(scene.cable.sections.values())[i].length)
@@ -252,24 +291,38 @@ def tow_shape(scene: Scene, scope: float, heading: float | None = None) -> TowSh
         z = max(z, bottom)
         towbody = Hung("towbody", scope, scene.towbody.net_weight, scene.towbody.mass)
         held = _held(scene.towbody, flow(z), scene, z) + (0.0, 0.0, towbody.weight(scene.gravity, z))
-        for borne in (1.0, LYING) if z <= bottom else (1.0,):
+
+        def shot(lies: float, spans=spans, held=held, z=z, free=free) -> tuple[list[tuple[float, Row, int]], float, float]:
+            """Rows, gap at the sheave and angle there; lies: share of the weight on the ground, from 1 on of the cable."""
+            borne, laid = max(1.0 - lies, LYING), max(lies - 1.0, 0.0) * free
             force = tuple(held.tolist())
-            if borne < 1.0:  # the ground bears it
-                force = (*force[:2], borne * max(force[2], 0.0))
+            if lies > 0.0:
+                rests = (1.0 - borne) * max(force[2], 0.0)
+                force = (*ground.bears(force, rests)[:2], borne * max(force[2], 0.0) if laid == 0.0 else 0.0)
             if hypot(hypot(*force[:2]), force[2]) < 1e-9:
-                force = (0.0, 0.0, 1e-9)
-            rows = _march(cables, spans, (0.0, 0.0, z, *force), flow, bottom, joints)
+                force = (-1e-9 * cos(yaw), -1e-9 * sin(yaw), 0.0) if laid > 0.0 else (0.0, 0.0, 1e-9)
+            rows = _march(cables, spans, (0.0, 0.0, z, *force), flow, ground, joints, laid)
             end = rows[-1][1]
             t = sqrt(sum(f * f for f in end[3:])) or 1e-12
             aft = 1.0 if (end[3] * cos(yaw) + end[4] * sin(yaw)) * route.side >= 0.0 else -1.0
-            angle = aft * min(acos(max(-1.0, min(1.0, end[5] / t))), 0.5 * pi)
-            gap = top + route.sheave * sin(angle) - end[2]
-            if gap > 0.0:  # the whole of its weight is too little: it does not come down to the ground
-                break
-        lies = borne < 1.0
-        closed = abs(gap) < LOOSE * scope or lies
-        if abs(gap) < SETTLED * scope or (lies and gap > 0.0):
+            leaves = aft * min(acos(max(-1.0, min(1.0, end[5] / t))), 0.5 * pi)
+            return rows, top + route.sheave * sin(leaves) - end[2], leaves
+
+        rows, gap, angle = shot(0.0)
+        lies = z <= bottom and gap < 0.0
+        if lies:  # its whole weight lifts the line over the sheave: so much lies that it does not
+            few, many = 0.0, 2.0
+            for _ in range(HALVINGS):
+                half = 0.5 * (few + many)
+                rows, gap, angle = shot(half)
+                few, many = (half, many) if gap < 0.0 else (few, half)
+                if abs(gap) < SETTLED * scope:
+                    break
+        closed = abs(gap) < LOOSE * scope
+        if abs(gap) < SETTLED * scope and abs(free - _free(route, scope, angle)) < SETTLED * scope:
             break
+        if lies:
+            continue
         low, high = (z, high) if gap > 0.0 else (low, z)
         rate = 1.0
         if tried and abs(z - tried[-1][0]) > 1e-9 * scope:  # secant: a flat tow rises more than its body
