@@ -121,16 +121,17 @@ def others(seconds: float = SECONDS, progress: Progress = silent) -> list[Got]:
 def markdown(rows: list[Got]) -> str:
     """The second table of docs/mesh.md."""
     lines = [
-        "| tow | scope [m] | elements | promised: tension [%] / place [mm] | static | fixed 10 ms: mean / deviation [%] "
-        "/ place [mm] | chosen steps | deviation over mean [%] | kept |",
+        "| tow | scope [m] | elements | promised: tension [%] / place [mm] | static | fixed 10 ms: mean / deviation "
+        "[%] / place [mm] | chosen steps | deviation over mean [%] | kept |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
     for r in rows:
+        kept = "yes" if r.kept else f"**no** {r.problem}".strip()
         lines.append(
             f"| `{r.tow}` | {r.scope:.4g} | {r.elements} | {100 * r.tension_promised:.2g} "
             f"/ {1e3 * r.position_promised:.2g} | {100 * r.tension_static:.1g} / {1e3 * r.position_static:.1g} "
             f"| {100 * r.tension_mean:.1g} / {100 * r.tension_deviation:.2g} / {1e3 * r.position:.2g} "
             f"| {100 * r.chosen_mean:.1g} / {100 * r.chosen_deviation:.2g} / {1e3 * r.chosen_position:.2g} "
-            f"| {100 * r.deviation_of_mean:.2g} | {'yes' if r.kept else '**no**' + (': ' + r.problem)[: 60 * bool(r.problem)]} |"
+            f"| {100 * r.deviation_of_mean:.2g} | {kept} |"
         )
     return "\n".join(lines)

@@ -23,7 +23,7 @@ FAILED = 1  # exit code where the check finds more than was promised
 
 @click.command()
 @click.argument("scene")
-@click.option("--check", "checked", is_flag=True, help="Run with two and four times the elements and half the step, and compare.")
+@click.option("--check", "checked", is_flag=True, help="Measure it by two and four times the elements, half the step.")
 @click.option(
     "--seconds",
     type=click.FloatRange(min=0),

@@ -156,7 +156,7 @@ def short_elements(corner: Corner, least: float, room: tuple[float, float], allo
 
 
 def zones(scene: Scene, found: list[Corner], position: float, by_hand: bool) -> list[Zone]:
-    """The zones of a mesh for an error ``position`` [m]: sections, and the short elements beside the corners of them."""
+    """The zones of a mesh for an error ``position`` [m]: sections, and the short elements beside their corners."""
     sections, least = list(scene.cable.sections.items()), DIAMETERS * extreme(scene.cable, "diameter", max)[1]
     room = []
     for name, section in sections:
@@ -168,9 +168,7 @@ def zones(scene: Scene, found: list[Corner], position: float, by_hand: bool) -> 
         if corner.angle <= 0.0:
             continue
         i = corner.section
-        inboard, outboard = short_elements(
-            corner, least, (room[i], room[i + 1]), CORNER_SHARE * position / len(found)
-        )
+        inboard, outboard = short_elements(corner, least, (room[i], room[i + 1]), CORNER_SHARE * position / len(found))
         if inboard:
             before[i] = Zone(i, sum(inboard), inboard[::-1], corner)
         if outboard:

@@ -336,8 +336,10 @@ class Maker(SheaveMesh):
         begin, end = mesh.aboard[:-1], mesh.aboard[1:]
         size = float((end - begin)[(end > self.contact[0]) & (begin < self.contact[1])].max())
         sheave, least = size / self.route.sheave / RADII_PER_TENSION, LEAST_PROMISE * self.position
-        waves = {e.scope: wave_error(self.waves, self.shapes[e.scope], self.arcs(mesh, e.scope)[::-1])
-                 for e in self.errors(mesh)}
+        waves = {
+            e.scope: wave_error(self.waves, self.shapes[e.scope], self.arcs(mesh, e.scope)[::-1])
+            for e in self.errors(mesh)
+        }
         return tuple(
             Expected(e.scope, max(sheave, e.outboard, waves[e.scope]), max(e.position, least))
             if self.shapes[e.scope].closed
