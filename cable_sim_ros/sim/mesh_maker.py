@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import ceil, degrees, nan, pi, sqrt
+from math import ceil, degrees, hypot, nan, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +20,8 @@ from .tow_shape import TowShape
 SHORTEST_PERIOD = 4.0  # s, of ship motion at a sheave: shorter waves do not move a ship
 PER_WAVE = 2.0  # elements per wave along the cable; of 2 and of 5 the tension's deviation is the same to 1e-3
 LAYERS = 0.7  # first element outboard over the length within which drag damps the cable's sideways motion
+AT_BODY = 3.0  # the same of the element at the towbody; of 6 a tow at 1.2 m/s with a heave of 1 m in 6 s erred by 70 mm
+LEANS = 0.05  # of the tension, across: less is a cast
 BROADSIDE_DRAG = 1.2  # C_D of that estimate
 SMOOTH = 2.0  # an element beside one of length h is no longer than h + SMOOTH times the way between
 KINK_SHARE = 0.3  # of the error of the place may come from one jump of the curvature
@@ -181,7 +183,7 @@ class Maker(SheaveMesh):
         wants = [
             steep,
             PER_WAVE / (speed * SHORTEST_PERIOD),
-            1.0 / (LAYERS * self.damped_length(shape) + SMOOTH * far),
+            self.layers(shape),
             np.zeros_like(far),
             np.full_like(far, self.touchdown),
             self.for_waves[scope],
@@ -209,12 +211,26 @@ class Maker(SheaveMesh):
         """Heave [m] that the mesh is made for: a sea for a ship, ripples for a tow of a few metres."""
         return heave_amplitude(self.start)
 
-    def damped_length(self, shape: TowShape) -> float:
-        """Length [m] within which drag damps the sideways motion that the sheave gives the cable: sqrt(T/(b omega))."""
+    def layers(self, shape: TowShape) -> np.ndarray:
+        """Elements per length [n] for sideways motion, from where the cable gets it: the sheave, and what hangs on it."""
+        wants = 1.0 / (LAYERS * self.damped_length(shape, shape.tension[-1]) + SMOOTH * (shape.s[-1] - shape.s))
+        if hypot(*shape.force[0, :2]) > LEANS * shape.tension[0]:  # straight down a heave moves nothing sideways
+            layer = self.damped_length(shape, shape.tension[0])
+            wants = np.maximum(wants, 1.0 / (AT_BODY * layer + SMOOTH * shape.s))
+        for corner in self.corners:
+            turn = corner.turns.get(shape.scope)
+            if turn is not None:
+                away = np.abs(shape.s - turn.at)
+                layer = self.damped_length(shape, np.interp(turn.at, shape.s, shape.tension))
+                wants = np.maximum(wants, 1.0 / (LAYERS * layer + SMOOTH * away))
+        return wants
+
+    def damped_length(self, shape: TowShape, tension: float) -> float:
+        """Length [m] within which drag damps sideways motion of the cable under ``tension`` [N]: sqrt(T/(b omega))."""
         water, thickest = self.scene.water, extreme(self.scene.cable, "diameter", max)[1]
         omega = 2.0 * pi / SHORTEST_PERIOD
         drag = water.density * thickest * BROADSIDE_DRAG * max(shape.speed, omega * self.heave)
-        return sqrt(float(shape.tension[-1]) / (drag * omega))
+        return sqrt(float(tension) / (drag * omega))
 
     def outboard(self, aboard: np.ndarray, size: float, share: float, by_hand: bool) -> FeedMesh:
         """The whole mesh: shares of each zone that serve at every scope; by_hand: with the numbers of the scene."""

@@ -19,9 +19,10 @@ from .sea import wave_number, wave_table
 from .tow_shape import TowShape
 
 PER_WAVE_ERROR = 6.0  # error of an element, (k h)^4 e^(-k d), over that of the deviation of the tension: measured
-PER_LOST = 20.0  # share of the energy of the velocity that is lost, over that of the deviation: measured
+PER_LOST = 10.0  # share of the energy of the velocity that is lost, over that of the deviation: measured
 TO_WAVES = 0.8  # of accuracy.tension, for elements come out longer here and there than asked for
 CREST = 3.0  # deviations of the elevation: as far the surface moves
+ABOVE = 1.5  # crests: elements are as short so far up, for the last of them is longer
 SIZES = np.geomspace(0.02, 500.0, 160)  # m, tried
 
 
@@ -71,7 +72,7 @@ def wave_density(waves: WaveField | None, shape: TowShape, error: float) -> np.n
     z = shape.place[:, 2]
     if waves is None:
         return np.zeros(len(z))
-    return np.where(z < waves.crest, 1.0 / waves.size(np.maximum(-z - waves.crest, 0.0), error), 0.0)
+    return np.where(z < ABOVE * waves.crest, 1.0 / waves.size(np.maximum(-z - waves.crest, 0.0), error), 0.0)
 
 
 def wave_error(waves: WaveField | None, shape: TowShape, nodes: np.ndarray) -> float:
