@@ -11,7 +11,7 @@ from scipy.integrate import trapezoid
 from .material import extreme
 from .mesh_corners import DIAMETERS, corner_error, corners, zones
 from .mesh_kinds import Expected, FeedMesh, MeshError, MeshPlan, Part, ends, equal_parts, geometric, places_outboard
-from .mesh_order import CUBICS
+from .mesh_order import CUBICS, kinks
 from .mesh_sheave import OUTBOARD_LEAST, RADII_PER_TENSION, SheaveMesh, heave_amplitude
 from .mesh_waves import MOST_OF_WAVES, TO_WAVES, wave_density, wave_error
 from .statics import ROUND_OFF
@@ -20,7 +20,7 @@ from .tow_shape import TowShape
 SHORTEST_PERIOD = 4.0  # s, of ship motion at a sheave: shorter waves do not move a ship
 PER_WAVE = 2.0  # elements per wave along the cable; of 2 and of 5 the tension's deviation is the same to 1e-3
 LAYERS = 0.7  # first element outboard over the length within which drag damps the cable's sideways motion
-AT_BODY = 3.0  # the same of the element at the towbody; of 6 a tow at 1.2 m/s with a heave of 1 m in 6 s erred by 70 mm
+AT_BODY = 1.0  # the same of the element at the towbody of a line with bodies; without it one of four erred by 70 mm
 LEANS = 0.05  # of the tension, across: less is a cast
 BROADSIDE_DRAG = 1.2  # C_D of that estimate
 SMOOTH = 2.0  # an element beside one of length h is no longer than h + SMOOTH times the way between
@@ -31,6 +31,7 @@ PER_TOLERANCE = 0.5  # error of the body's place per residual of every node belo
 PRESSED = 6.0
 MOST_ELEMENTS = 600
 FIRST_SHARE = 100.0  # the search for as few elements as will do begins so coarse
+LEAST_WITH_BODIES = 0.5  # the same where bodies or terminations hang on the line: they move it as the towbody does
 LEAST_PROMISE = 0.2  # of the place asked for: no estimate from a static shape is better than that in waves
 SOLVER_SHARE = 0.6  # of the error of the place may be the solver's
 SHORTEST = 0.25  # of a sheave element: shorter ones are not made, but at a corner
@@ -212,9 +213,10 @@ class Maker(SheaveMesh):
         return heave_amplitude(self.start)
 
     def layers(self, shape: TowShape) -> np.ndarray:
-        """Elements per length [n] for sideways motion, from where the cable gets it: the sheave, and what hangs on it."""
+        """Elements per length [n] for sideways motion, from where it gets it: the sheave, and what hangs on it."""
         wants = 1.0 / (LAYERS * self.damped_length(shape, shape.tension[-1]) + SMOOTH * (shape.s[-1] - shape.s))
-        if hypot(*shape.force[0, :2]) > LEANS * shape.tension[0]:  # straight down a heave moves nothing sideways
+        leans = hypot(*shape.force[0, :2]) > LEANS * shape.tension[0]
+        if self.corners and leans:  # straight down a heave moves nothing sideways
             layer = self.damped_length(shape, shape.tension[0])
             wants = np.maximum(wants, 1.0 / (AT_BODY * layer + SMOOTH * shape.s))
         for corner in self.corners:
@@ -351,7 +353,8 @@ class Maker(SheaveMesh):
         """Expected errors at the largest scope, at the start, and below it."""
         begin, end = mesh.aboard[:-1], mesh.aboard[1:]
         size = float((end - begin)[(end > self.contact[0]) & (begin < self.contact[1])].max())
-        sheave, least = size / self.route.sheave / RADII_PER_TENSION, LEAST_PROMISE * self.position
+        sheave = size / self.route.sheave / RADII_PER_TENSION
+        least = (LEAST_WITH_BODIES if self.corners else LEAST_PROMISE) * self.position
         waves = {
             e.scope: wave_error(self.waves, self.shapes[e.scope], self.arcs(mesh, e.scope)[::-1])
             for e in self.errors(mesh)
@@ -392,10 +395,3 @@ class Maker(SheaveMesh):
         axial = 2.0 * pi * sqrt(mass * max(self.start, 1e-3) / stiff)
         step = min(SHORTEST_PERIOD, max(axial, 0.2)) / 40.0
         return float(f"{min(step, 0.05):.1g}")
-
-
-def kinks(shape: TowShape) -> list[tuple[float, float]]:
-    """Where the curvature jumps, at the water surface and between sections: m from the body, and jump [1/m]."""
-    jump = np.linalg.norm(np.diff(shape.bend, axis=0), axis=1)
-    where = np.flatnonzero((np.diff(shape.wet.astype(int)) != 0) | (np.diff(shape.section) != 0))
-    return [(float(shape.s[i]), float(jump[i])) for i in where]

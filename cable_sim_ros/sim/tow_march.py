@@ -24,6 +24,7 @@ from ..physics.ancf import (
     RE_FACTOR,
     WEIGHT_PER_LENGTH,
 )
+from ..physics.drag import SPEED_FLOOR
 from ..physics.drag_laws import CHOO_CASARELLA, FRICTION, fitted
 from ..physics.towbody import Towbody, body_record
 from .material import Hung, hung, material_rows, section_ends
@@ -54,6 +55,7 @@ class CableLoads(NamedTuple):
     normal: tuple[float, ...]
     tangential: tuple[float, ...]
     ea: float
+    least: float  # m/s across it that C_D(Re) is taken of at least
 
 
 def cable_loads(scene: Scene) -> list[CableLoads]:
@@ -75,6 +77,7 @@ def cable_loads(scene: Scene) -> list[CableLoads]:
                 tuple(rows[FN + i] for i in range(5)),
                 tuple(rows[FT + i] for i in range(11)),
                 rows[EA],
+                0.0 if scene.seabed.depth is None else SPEED_FLOOR,  # along what lies C_D(Re) has no other bound
             )
         )
     return found
@@ -92,7 +95,7 @@ def line_load(c: CableLoads, z: float, force: Row, flow: Flow) -> tuple[float, f
     wx, wy, wz = vx - vt * ux, vy - vt * uy, -vt * uz
     vn = sqrt(wx * wx + wy * wy + wz * wz) + 1e-9
     q2 = vn * vn + vt * vt
-    re = max(c.re * vn, 1e-2)
+    re = max(c.re * max(vn, c.least), 1e-2)
     if c.cd >= 0.0:
         cd = c.cd
     elif c.fit == CHOO_CASARELLA:

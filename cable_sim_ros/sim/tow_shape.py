@@ -23,7 +23,8 @@ SHOTS = 30
 LOOSE = 1e-3  # of the scope: a shape that ends farther from the sheave is none
 SETTLED = 2e-5  # of the scope
 LYING = 1e-3  # of the weight of a body on the ground is left to the cable
-HALVINGS = 40  # of what lies
+HALVINGS = 30  # of what lies
+LIMP = 0.1  # of the weight of cable from ground to sheave: with less pull along the ground it lies slack
 
 
 class TowShape(NamedTuple):
@@ -89,14 +90,22 @@ class _Shooting(NamedTuple):
         if lies > 0.0:
             down, borne = max(force[2], 0.0), max(1.0 - lies, LYING)
             force = (*ground.bears(force, (1.0 - borne) * down)[:2], borne * down if laid == 0.0 else 0.0)
+        if laid > 0.0 and hypot(*force[:2]) < self.slack:
+            force = (self.slack * cos(yaw), self.slack * sin(yaw), 0.0)
         if hypot(hypot(*force[:2]), force[2]) < 1e-9:
-            force = (1e-9 * cos(yaw), 1e-9 * sin(yaw), 0.0) if laid > 0.0 else (0.0, 0.0, 1e-9)
+            force = (0.0, 0.0, 1e-9)
         rows = march(self.cables, self.spans(free), (0.0, 0.0, z, *force), self.flow, ground, self.joints, laid)
         end = rows[-1][1]
         t = sqrt(sum(f * f for f in end[3:])) or 1e-12
         aft = 1.0 if (end[3] * cos(yaw) + end[4] * sin(yaw)) * self.route.side >= 0.0 else -1.0
         angle = aft * min(acos(max(-1.0, min(1.0, end[5] / t))), 0.5 * pi)
         return rows, self.top + self.route.sheave * sin(angle) - end[2], angle
+
+    @property
+    def slack(self) -> float:
+        """Pull [N] along the ground below which the cable lies there slack, and no place is its own."""
+        last = self.cables[-1]
+        return max(LIMP * (self.top - self.ground.bottom) * (last.weight - last.buoyancy), 1e-9)
 
     def lying(self, z: float, free: float) -> tuple[list[tuple[float, Row, int]], float, float]:
         """shot() from the ground, with as much lying there as brings the upper end to the sheave."""
@@ -135,10 +144,13 @@ def tow_shape(scene: Scene, scope: float, heading: float | None = None) -> TowSh
         if lies:
             rows, gap, angle = shooting.lying(z, free)
         closed = abs(gap) < LOOSE * scope
-        if abs(gap) < SETTLED * scope and (not lies or abs(free - _free(route, scope, angle)) < SETTLED * scope):
-            break
         if lies:
+            closed = closed and (rows[0][1][5] > 0.0 or hypot(*rows[0][1][3:5]) > shooting.slack)
+            if abs(free - _free(route, scope, angle)) < SETTLED * scope:
+                break
             continue
+        if abs(gap) < SETTLED * scope:
+            break
         low, high = (z, high) if gap > 0.0 else (low, z)
         rate = 1.0
         if tried and abs(z - tried[-1][0]) > 1e-9 * scope:  # secant: a flat tow rises more than its body
