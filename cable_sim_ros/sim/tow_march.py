@@ -59,6 +59,7 @@ class CableLoads(NamedTuple):
 
 
 def cable_loads(scene: Scene) -> list[CableLoads]:
+    """Numbers for loads of every section, from the drum end."""
     cable, found = scene.cable, []
     for section, strumming in zip(cable.sections.values(), drag_factors(scene), strict=True):
         rows = material_rows(cable, section, scene.water, scene.gravity)
