@@ -199,10 +199,13 @@ def _study(name: str, repeats: int | None, out: Path | None, as_json: bool) -> N
         found = features.costs(repeats or features.TURNS)
         data, text = [row._asdict() for row in found], features.markdown(found)
     elif name == "mesh":
-        from . import mesh_promise
+        from . import mesh_other, mesh_promise
 
         found = mesh_promise.promises()
-        data, text = [row._asdict() for row in found], mesh_promise.markdown(found)
+        with progress_bar(as_json) as progress:
+            others = mesh_other.others(progress=progress)
+        data = {"tows": [row._asdict() for row in found], "other_tows": [row._asdict() for row in others]}
+        text = mesh_promise.markdown(found) + "\n\n" + mesh_other.markdown(others)
     elif name == "haul":
         from . import haul_cost
 

@@ -89,7 +89,8 @@ def drag_change(p, e, extra, v, u, length, out):
     at = sqrt(dot(v, u) * dot(v, u) + SPEED_FLOOR * SPEED_FLOOR)
     cd, dcd = coefficient(p, e, vn)
     whole, d_whole = coefficient(p, e, sqrt(vn * vn + at * at))
-    cdt = coefficient_along(cd, dcd, whole, d_whole, vn, at, 1.0 if p[CD_FIXED, e] < 0.0 else 0.0)
+    free = 1.0 if p[CD_FIXED, e] < 0.0 and p[CN_FIT, e] == CHOO_CASARELLA else 0.0
+    cdt = coefficient_along(cd, dcd, whole, d_whole, vn, at, free)
     ref = p[RE_FACTOR, e]
     alpha, _, w, vt, a1, a2, b1, b2 = drag(v, u, vn, p[HALF_RHO_D, e], ref, cd, dcd / max(ref, 1e-300), cdt, p, e)
     if p[CT_FIXED, e] + p[CT_OF_RE, e] > 0.0:

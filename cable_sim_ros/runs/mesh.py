@@ -1,8 +1,9 @@
-"""The mesh of a scene: what was chosen and why, what error is promised, and what a finer mesh and step change."""
+"""The mesh of a scene: what was chosen and why, what error is promised, and what finer meshes and steps show."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,6 +19,7 @@ from ..sim.simulator import Simulator
 from .passes import Pass, Progress, silent
 
 HEAVE_PERIOD = 8.0  # s
+LEAST_FALL = 2.0  # of what a halving changes to what the next does: that of an error of the first order
 SECONDS, SKIP = 60.0, 20.0  # s of the check, and what of it is left out of the statistics
 
 
@@ -26,7 +28,7 @@ class CheckError(RuntimeError):
 
 
 class Change(NamedTuple):
-    """What doubling the mesh and halving the step changes."""
+    """Error of a mesh as three of them show it, see extrapolated()."""
 
     what: str
     tension: float  # relative, of the static tension or of its mean
@@ -54,42 +56,70 @@ def heave_of(scene: Scene) -> tuple[float, float]:
 
 
 def check(scene: Scene, plan: MeshPlan, progress: Progress = silent, seconds: float = SECONDS) -> list[Change]:
-    """Change of statics, and of a heave with the winch held, from the mesh to twice as many elements and half the step.
+    """Error of statics, and of a heave with the winch held: the mesh against two and four times as many elements, both
+    with half the step, and what would be left with any number.
 
     seconds: of the heave, 0: statics alone. Raises StartError, CheckError.
     """
     scene = scene.model_copy(update={"setpoint": scene.setpoint.model_copy(update={"algorithm": SetpointLaw.HOLD})})
-    fine = plan.mesh.doubled
+    meshes = (plan.mesh, plan.mesh.doubled, plan.mesh.doubled.doubled)
     progress("static start", 0.0, 2.0)
-    found = [_static(scene, plan.mesh, fine)]
+    found = [_static(scene, meshes)]
     if seconds > 0.0:
         solver = scene.solver
         half = scene.model_copy(update={"solver": solver.model_copy(update={"tick": 0.5 * solver.tick})})
         progress("heave", 1.0, 2.0)
-        found.append(_heave(scene, half, plan.mesh, fine, seconds))
+        found.append(_heave(scene, half, meshes, seconds))
     progress("done", 2.0, 2.0)
     return found
 
 
-def _static(scene: Scene, mesh: FeedMesh, fine: FeedMesh) -> Change:
+def extrapolated(coarse: float, fine: float) -> float:
+    """Error of a mesh from what halving its elements changes, and halving them again: a size in any unit.
+
+    What is left after the second is taken to fall on by the same factor, Richardson, by LEAST_FALL at the least: of
+    the first order, as at a corner within an element, one halving shows half of an error. Where the second changes as
+    much as the first or more nothing is known of what is left: it is taken as once more as much.
+    """
+    fall = max(coarse / fine, LEAST_FALL) if fine > 0.0 else np.inf
+    return coarse + fine + fine / (fall - 1.0)
+
+
+def _signed(a: float, b: float, c: float) -> float:
+    """Relative error of a by those of the two finer meshes; its sign is that of the whole change."""
+    size = extrapolated(abs(a / b - 1.0), abs(b / c - 1.0))
+    if (a - b) * (b - c) < 0.0:  # to and fro: the changes do not add up
+        size = max(abs(a / c - 1.0), abs(b / c - 1.0)) + abs(b / c - 1.0) / (LEAST_FALL - 1.0)
+    return float(np.copysign(size, a - c))
+
+
+def _static(scene: Scene, meshes: Sequence[FeedMesh]) -> Change:
     frames = []
-    for one in (mesh, fine):
+    for one in meshes:
         sim = Simulator(scene, one)
         sim.start()
         frames.append(sim.frame.copy())
-    a, b = frames
+    a, b, c = frames
     return Change(
         "static",
-        float(a.tension / b.tension - 1.0),
+        _signed(float(a.tension), float(b.tension), float(c.tension)),
         float("nan"),
-        float(np.linalg.norm(a.body_position - b.body_position)),
+        _apart(a.body_position, b.body_position, c.body_position),
     )
 
 
-def _heave(scene: Scene, half: Scene, mesh: FeedMesh, fine: FeedMesh, seconds: float) -> Change:
+def _apart(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> float:
+    """Error [m] of the places a [..., 3] by those of the two finer meshes: the largest."""
+    first, second = a - b, b - c
+    coarse, fine = (float(np.sqrt((x**2).sum(-1)).max()) for x in (first, second))
+    whole = float(np.sqrt(((a - c) ** 2).sum(-1)).max())
+    return whole + extrapolated(coarse, fine) - coarse - fine
+
+
+def _heave(scene: Scene, half: Scene, meshes: Sequence[FeedMesh], seconds: float) -> Change:
     amplitude, period = heave_of(scene)
     skip, driven = seconds * SKIP / SECONDS, []
-    for one, with_mesh in ((scene, mesh), (half, fine)):
+    for one, with_mesh in zip((scene, half, half), meshes, strict=True):
         motion = sine_heave(amplitude, period, seconds, one.ship)
         run = Pass(one, motion, mesh=with_mesh).go(seconds, None)
         if run.problem:
@@ -97,23 +127,23 @@ def _heave(scene: Scene, half: Scene, mesh: FeedMesh, fine: FeedMesh, seconds: f
                 f"{scene.name}: the check stopped with {with_mesh.nodes - 1} elements and steps of "
                 f"{one.solver.tick:g} s: {run.problem}; nothing was compared. Remedy: --seconds 0 compares the statics"
             )
-        driven.append(run.frames)
-    coarse, finer = driven[0], driven[1][1::2].view(np.recarray)  # at the same times
-    count = min(len(coarse), len(finer))
-    apart = coarse.body_position[:count] - finer.body_position[:count]
+        driven.append(run.frames if one is scene else run.frames[1::2].view(np.recarray))  # at the same times
+    count = min(map(len, driven))
+    a, b, c = (frames[:count].view(np.recarray) for frames in driven)
     late = slice(round(skip / scene.solver.tick), count)
-    a, b = coarse.tension[late], finer.tension[late]
+    pulls = [frames.tension[late] for frames in (a, b, c)]
+    means, deviations = [float(pull.mean()) for pull in pulls], [float(pull.std()) for pull in pulls]
     return Change(
         f"heave of {amplitude:.3g} m, {period:g} s",
-        float(a.mean() / b.mean() - 1.0),
-        float(a.std() / b.std() - 1.0),
-        float(np.sqrt((apart**2).sum(1)).max()),
+        _signed(*means),
+        _signed(*deviations),
+        _apart(a.body_position, b.body_position, c.body_position),
     )
 
 
 def as_json(scene: Scene, plan: MeshPlan, changes: list[Change]) -> dict[str, Any]:
     """Plain figures of `cable-sim mesh`."""
-    start = scope_range(scene)[0]
+    start, names = scope_range(scene)[0], scene.cable.sections
     told: dict[str, Any] = {
         "scene": scene.name,
         "elements": plan.mesh.nodes - 1,
@@ -123,7 +153,7 @@ def as_json(scene: Scene, plan: MeshPlan, changes: list[Change]) -> dict[str, An
         "tick_s": scene.solver.tick,
         "tick_that_would_do_s": plan.tick,
         "aboard_m": plan.mesh.aboard.tolist(),
-        "shares": {name: share.tolist() for name, share in zip(scene.cable.sections, plan.mesh.shares, strict=True)},
+        "shares": {name: share.tolist() for name, share in zip(names, plan.mesh.section_shares, strict=True)},
     }
     if changes:
         told["change"] = [_plain(change) for change in changes]

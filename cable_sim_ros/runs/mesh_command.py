@@ -24,7 +24,7 @@ FAILED = 1  # exit code where the check finds more than was promised
 
 @click.command()
 @click.argument("scene")
-@click.option("--check", "checked", is_flag=True, help="Run with twice the elements and half the step, and compare.")
+@click.option("--check", "checked", is_flag=True, help="Measure it by two and four times the elements, half the step.")
 @click.option(
     "--seconds",
     type=Number(0.0, LONGEST, "s"),
@@ -37,7 +37,8 @@ FAILED = 1  # exit code where the check finds more than was promised
 def mesh(scene: str, checked: bool, seconds: float, as_json: bool) -> None:
     """The mesh made for SCENE: elements, lengths, the reason of each, the expected error.
 
-    With --check, what a finer mesh and step change beside what is promised; leaves with code 1 where it is more.
+    With --check, the error that finer meshes and a finer step show beside what is promised; leaves with code 1 where
+    it is more.
     """
     from . import mesh as study
 
@@ -86,7 +87,7 @@ def _print(scene: Scene, plan: MeshPlan, changes: list[Change], told: dict[str, 
             for change in changes
         ]
         columns = ("what", "tension, mean %", "tension, deviation %", "place of the towbody m")
-        console.print(_table("Against twice the elements and half the step", columns, rows))
+        console.print(_table("Error by two and four times the elements and half the step", columns, rows))
         console.print("within what is promised" if told["kept"] else "MORE than is promised")
 
 

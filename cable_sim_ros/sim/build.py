@@ -111,7 +111,7 @@ def element_table(cable: Cable, water: Water, gravity: float, free_ends: tuple[b
 def light_end(scene: Scene, mesh: FeedMesh | None) -> bool:
     """Does the towbody pull less than the last element weighs, at the longest that it may become?"""
     last = list(scene.cable.sections.values())[-1]
-    shares = None if mesh is None else np.append(0.0, mesh.shares[-1])  # of the last section, from its begin
+    shares = None if mesh is None else np.append(0.0, mesh.section_shares[-1])  # of the last section, from its begin
     size = last.length / last.meshed if shares is None else last.length * (shares[-1] - shares[-2])
     rows = material_rows(scene.cable, last, scene.water, scene.gravity)
     return bool(abs(scene.towbody.net_weight) < rows[ancf.MASS_PER_LENGTH] * scene.gravity * size)
@@ -184,7 +184,7 @@ def drum_record(scene: Scene, route: Route, mesh: FeedMesh | None) -> np.ndarray
 def hauled_in(scene: Scene, mesh: FeedMesh) -> float:
     """Pay-out [m] at which hauling in ends: the towbody or a body on the line is next to the mesh at the sheave."""
     ends, last = section_ends(scene.cable), mesh.aboard[-1]
-    least = dict(zip(ends, mesh.least + mesh.blend, strict=True))
+    least = dict(zip(ends, mesh.least[mesh.last_zones] + mesh.blend, strict=True))
     total = max(ends.values())
     stops = [last + mesh.least[-1]]
     return float(max(stops + [total - ends[body.at] + last + least[body.at] for body in scene.bodies.values()]))
@@ -196,7 +196,8 @@ def feed_of(scene: Scene, mesh: FeedMesh | None) -> Feed:
     materials = np.array([material_rows(cable, s, scene.water, scene.gravity) for s in cable.sections.values()])
     if mesh is not None:
         zones, nodes = np.zeros(len(mesh.shares), ZONE), np.zeros(mesh.nodes, FEED_NODE)
-        zones["end"], zones["least"] = np.cumsum([s.length for s in cable.sections.values()]), mesh.least
+        zones["end"], zones["least"] = mesh.ends, mesh.least
+        materials = materials[mesh.sections]
         aboard = len(mesh.aboard)
         nodes["zone"] = np.repeat([ABOARD, *range(len(zones))], [aboard, *map(len, mesh.shares)])
         nodes["place"] = np.concatenate([mesh.aboard, *mesh.shares])

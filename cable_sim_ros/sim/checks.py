@@ -27,7 +27,7 @@ from .data_sheet import (
     wrap_cautions,
     wrap_problems,
 )
-from .feed_checks import drum_problems, mesh_problems
+from .feed_checks import drum_problems, mesh_problems, wave_cautions
 from .joints import body_problems, seat_problems, section_problems
 from .material import extreme, hung, outboard, wet_weight
 from .mesh import arc_lengths_at_start
@@ -325,7 +325,8 @@ def cautions(scene: Scene) -> list[Problem]:
             )
         )
     found += chain_cautions(scene, elements(scene), place.tangent, place.leaves)
-    found += sea_cautions(scene) + density_cautions(scene) + astern_cautions(scene) + wrap_cautions(scene)
+    found += sea_cautions(scene) + wave_cautions(scene)
+    found += density_cautions(scene) + astern_cautions(scene) + wrap_cautions(scene)
     found += seat_problems(scene, place.total)  # those that may be hauled in
     speed = water_speed(scene)
     found += setpoint_cautions(scene, speed) + damping_cautions(scene.cable) + swing_cautions(scene, speed)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from ..physics.water import WaveKind
 from ..physics.winch import DrumModel
 from .mesh import MeshError, mesh_plan
+from .mesh_sheave import scope_range
 from .problem import Problem
 from .scene import Scene
 from .statics import DRUM_RESERVE, Route
+
+WAVES_BEYOND = 1.5  # times accuracy.tension: an estimate is not better
 
 
 def drum_problems(scene: Scene) -> list[Problem]:
@@ -148,3 +152,26 @@ def mesh_problems(scene: Scene) -> list[Problem]:
     except MeshError as error:
         return [Problem(error.key, error.text, error.remedy)]
     return []
+
+
+def wave_cautions(scene: Scene) -> list[Problem]:
+    """Waves of the water that the elements are too long for, from the start to the largest scope."""
+    plan = mesh_plan(scene) if scene.water.waves.kind is not WaveKind.OFF else None
+    if plan is None:
+        return []
+    start = scope_range(scene)[0]
+    worst = max(
+        (row.tension for row in plan.expected if row.scope >= start and row.tension == row.tension), default=0.0
+    )
+    if worst <= WAVES_BEYOND * scene.accuracy.tension:
+        return []
+    waves, key = scene.water.waves, "accuracy.tension"
+    return [
+        Problem(
+            "water.waves.period",
+            f"= {waves.period:g} s needs shorter elements near the surface than the mesh of {plan.mesh.nodes - 1} has: "
+            f"the deviation of the tension is expected to err by {100.0 * worst:.2g} % of itself, {key} = "
+            f"{scene.accuracy.tension:g} is not kept",
+            f"Give {key} {1.1 * worst:.2g}, leave out numbers under mesh, or a shorter scope (winch.most_scope)",
+        )
+    ]

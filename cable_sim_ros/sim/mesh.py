@@ -31,9 +31,7 @@ def arc_lengths_at_start(scene: Scene) -> np.ndarray:
     plan, route = mesh_plan(scene), Route(scene)
     if plan is None:
         raise ValueError("the mesh of winch.drum = contact is cable.sections.*.elements")
-    out = places_outboard(
-        plan.mesh, route.total, np.cumsum([s.length for s in scene.cable.sections.values()]), route.wound
-    )
+    out = places_outboard(plan.mesh, route.total, route.wound)
     return np.concatenate((route.wound + plan.mesh.aboard, out[1:]))
 
 

@@ -25,26 +25,46 @@ class MeshError(ValueError):
 
 
 class FeedMesh(NamedTuple):
-    """Where the nodes stand, see physics/feed.py."""
+    """Where the nodes stand, see physics/feed.py. A section is one zone, or several."""
 
     aboard: np.ndarray  # [n] m from the drum's tangent point, the first 0
-    shares: tuple[np.ndarray, ...]  # of each section's zone: shares of its length, ascending, the last 1
-    least: np.ndarray  # [sections] m from the last node aboard, nearer the end of a zone does not come
+    shares: tuple[np.ndarray, ...]  # of each zone: shares of its length, ascending, the last 1
+    least: np.ndarray  # [zones] m from the last node aboard, nearer the end of a zone does not come
+    ends: np.ndarray  # [zones] m from the cable's inner end: the material at the end of a zone
+    sections: np.ndarray  # [zones] index of the section that a zone is of
+
+    @property
+    def last_zones(self) -> np.ndarray:
+        """Zone at the outboard end of each section."""
+        return np.append(np.flatnonzero(np.diff(self.sections)), len(self.sections) - 1)
 
     @property
     def boundaries(self) -> np.ndarray:
         """Node at the outboard end of each section."""
-        return len(self.aboard) - 1 + np.cumsum([len(s) for s in self.shares])
+        return (len(self.aboard) - 1 + np.cumsum([len(s) for s in self.shares]))[self.last_zones]
+
+    @property
+    def section_shares(self) -> list[np.ndarray]:
+        """Of each section: shares of its length, over all its zones."""
+        begins = np.concatenate(([0.0], self.ends[:-1]))
+        out, first = [], 0
+        for last in self.last_zones:
+            zones = range(first, int(last) + 1)
+            places = [begins[i] + s * (self.ends[i] - begins[i]) for i, s in zip(zones, self.shares[first : last + 1])]
+            length = self.ends[last] - begins[first]
+            out.append(self.shares[first] if first == last else (np.concatenate(places) - begins[first]) / length)
+            first = int(last) + 1
+        return out
 
     @property
     def nodes(self) -> int:
-        return int(self.boundaries[-1]) + 1
+        return len(self.aboard) + sum(len(s) for s in self.shares)
 
     @property
     def doubled(self) -> FeedMesh:
         """Every element halved."""
         cut = [halved(np.concatenate(([0.0], share)))[1:] for share in self.shares]
-        return FeedMesh(halved(self.aboard), tuple(cut), self.least)
+        return self._replace(aboard=halved(self.aboard), shares=tuple(cut))
 
     @property
     def blend(self) -> float:
@@ -83,10 +103,10 @@ class MeshPlan(NamedTuple):
     tick: float  # s, that would do
 
 
-def places_outboard(mesh: FeedMesh, total: float, boundaries: np.ndarray, tangent: float) -> np.ndarray:
+def places_outboard(mesh: FeedMesh, total: float, tangent: float) -> np.ndarray:
     """Arc lengths from the last node aboard on, as physics/feed.py lays them, with ``tangent`` m on the drum."""
     last = tangent + mesh.aboard[-1]
-    ends = np.array([_smooth(float(b - last), float(low), mesh.blend)[0] for b, low in zip(boundaries, mesh.least)])
+    ends = np.array([_smooth(float(b - last), float(low), mesh.blend)[0] for b, low in zip(mesh.ends, mesh.least)])
     ends[-1] = total - last
     places, begin = [np.zeros(1)], 0.0
     for end, share in zip(ends, mesh.shares, strict=True):

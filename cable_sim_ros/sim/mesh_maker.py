@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import ceil, nan, pi, sqrt
+from math import ceil, degrees, hypot, nan, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -10,14 +10,19 @@ from scipy.integrate import trapezoid
 
 from .elementary import power
 from .material import extreme
+from .mesh_corners import DIAMETERS, corner_error, corners, zones
 from .mesh_kinds import Expected, FeedMesh, MeshError, MeshPlan, Part, ends, equal_parts, geometric, places_outboard
+from .mesh_order import CUBICS, kinks
 from .mesh_sheave import OUTBOARD_LEAST, RADII_PER_TENSION, SheaveMesh, heave_amplitude
+from .mesh_waves import MOST_OF_WAVES, TO_WAVES, wave_density, wave_error
 from .statics import ROUND_OFF
 from .tow_shape import TowShape
 
 SHORTEST_PERIOD = 4.0  # s, of ship motion at a sheave: shorter waves do not move a ship
 PER_WAVE = 2.0  # elements per wave along the cable; of 2 and of 5 the tension's deviation is the same to 1e-3
 LAYERS = 0.7  # first element outboard over the length within which drag damps the cable's sideways motion
+AT_BODY = 1.0  # the same of the element at the towbody of a line with bodies; without it one of four erred by 70 mm
+LEANS = 0.05  # of the tension, across: less is a cast
 BROADSIDE_DRAG = 1.2  # C_D of that estimate
 SMOOTH = 2.0  # an element beside one of length h is no longer than h + SMOOTH times the way between
 KINK_SHARE = 0.3  # of the error of the place may come from one jump of the curvature
@@ -27,9 +32,11 @@ PER_TOLERANCE = 0.5  # error of the body's place per residual of every node belo
 PRESSED = 6.0
 MOST_ELEMENTS = 600
 FIRST_SHARE = 100.0  # the search for as few elements as will do begins so coarse
+LEAST_WITH_BODIES = 0.5  # the same where bodies or terminations hang on the line: they move it as the towbody does
 LEAST_PROMISE = 0.2  # of the place asked for: no estimate from a static shape is better than that in waves
 SOLVER_SHARE = 0.6  # of the error of the place may be the solver's
-SHORTEST = 0.25  # of a sheave element: shorter ones are not made
+SHORTEST = 0.25  # of a sheave element: shorter ones are not made, but at a corner
+CORNERS_MOST = 0.6  # of the error of the place may be of corners, with the shortest elements there
 
 
 WANTS = (  # what asks for elements outboard, in the order of Maker.density
@@ -38,6 +45,7 @@ WANTS = (  # what asks for elements outboard, in the order of Maker.density
     "sideways motion, damped by drag",
     "jump of the curvature at the water surface",
     "touchdown on the seabed",
+    "waves of the water",
 )
 PER_HEIGHT = 15.0  # elements over the height from seabed to sheave: where cable comes down it turns level within that
 
@@ -56,13 +64,17 @@ class Maker(SheaveMesh):
     def plan(self) -> MeshPlan:
         """Mesh with as few elements as keep the promise at every scope; then what is written by hand."""
         size, accuracy = self.sheave_size(), self.scene.accuracy
+        if self.order is CUBICS:
+            self.corners = corners(self.scene, self.shapes, self.heave * (2.0 * pi / SHORTEST_PERIOD) ** 2)
         self.check_sections(size)
         aboard = self.aboard(size)
         self.check_start(aboard)
         share = FIRST_SHARE * self.position / self.order.per_shape
+        self.follow_waves(aboard, size, share)
         while True:
             mesh = self.outboard(aboard, size, share, False)
             self.check_solver(mesh.nodes)
+            self.check_corners(mesh)
             if all(e.position <= self.position and e.outboard <= accuracy.tension for e in self.errors(mesh)):
                 break
             if mesh.nodes > MOST_ELEMENTS:
@@ -70,6 +82,17 @@ class Maker(SheaveMesh):
             share *= 0.75
         mesh = self.outboard(aboard, size, share, True)
         return MeshPlan(mesh, self.parts(mesh), self.promise(mesh), self.tick())
+
+    def follow_waves(self, aboard: np.ndarray, size: float, share: float) -> None:
+        """What the waves ask for; less than for the accuracy where that is more than MOST_OF_WAVES elements."""
+        error = TO_WAVES * self.scene.accuracy.tension
+        while self.waves is not None:
+            for scope, shape in self.shapes.items():
+                if scope >= self.start:  # the elements near the surface are others with each scope
+                    self.for_waves[scope] = wave_density(self.waves, shape, error)
+            if self.outboard(aboard, size, share, False).nodes <= MOST_OF_WAVES:
+                return
+            error *= 1.5
 
     def unreachable(self, mesh: FeedMesh) -> MeshError:
         """The error of an accuracy that no mesh of MOST_ELEMENTS keeps."""
@@ -107,6 +130,27 @@ class Maker(SheaveMesh):
                 f"Give {1.1 * floor / SOLVER_SHARE:.2g} m or more, or solver.tolerance {tolerance:.1g} or less",
             )
 
+    def check_corners(self, mesh: FeedMesh) -> None:
+        """Refuse a place finer than the shortest elements at corners keep it; one not asked for is then coarser."""
+        left = {}
+        for scope in self.shapes:
+            nodes = self.arcs(mesh, scope)[::-1]
+            left[scope] = corner_error(self.corners, nodes, scope) if (np.diff(nodes) > 0.0).all() else 0.0
+        scope = max(left, key=left.__getitem__)
+        if left[scope] <= CORNERS_MOST * self.position:
+            return
+        if self.scene.accuracy.position is None:
+            self.position = 1.1 * left[scope] / CORNERS_MOST
+            return
+        worst = max((c for c in self.corners if scope in c.turns), key=lambda c: c.turns[scope].angle)
+        raise MeshError(
+            "accuracy.position",
+            f"= {self.position:g} m cannot be met: {worst.what} turns the line by "
+            f"{degrees(worst.turns[scope].angle):.3g} deg, and with the shortest elements beside it, {DIAMETERS:g} "
+            f"diameters of the cable, corners err by {left[scope]:.2g} m with {scope:.4g} m of scope",
+            f"Give {1.1 * left[scope] / CORNERS_MOST:.2g} m or more",
+        )
+
     # outboard
 
     def check_sections(self, size: float) -> None:
@@ -129,7 +173,7 @@ class Maker(SheaveMesh):
                 )
 
     def density(self, scope: float, share: float) -> np.ndarray:
-        """Elements per length along the shape at ``scope``, from the body, that each of WANTS asks for [5, n].
+        """Elements per length along the shape at ``scope``, from the body, that each of WANTS asks for [6, n].
 
         share [m]: h^4 |d4r/ds4| of an element, see mesh_order.py.
         """
@@ -141,9 +185,10 @@ class Maker(SheaveMesh):
         wants = [
             steep,
             PER_WAVE / (speed * SHORTEST_PERIOD),
-            1.0 / (LAYERS * self.damped_length(shape) + SMOOTH * far),
+            self.layers(shape),
             np.zeros_like(far),
             np.full_like(far, self.touchdown),
+            self.for_waves[scope],
         ]
         for place, jump in kinks(shape):
             if jump > 0.0:
@@ -168,23 +213,43 @@ class Maker(SheaveMesh):
         """Heave [m] that the mesh is made for: a sea for a ship, ripples for a tow of a few metres."""
         return heave_amplitude(self.start)
 
-    def damped_length(self, shape: TowShape) -> float:
-        """Length [m] within which drag damps the sideways motion that the sheave gives the cable: sqrt(T/(b omega))."""
+    def layers(self, shape: TowShape) -> np.ndarray:
+        """Elements per length [n] for sideways motion, from where it gets it: the sheave, and what hangs on it."""
+        wants = 1.0 / (LAYERS * self.damped_length(shape, shape.tension[-1]) + SMOOTH * (shape.s[-1] - shape.s))
+        leans = hypot(*shape.force[0, :2]) > LEANS * shape.tension[0]
+        if self.corners and leans:  # straight down a heave moves nothing sideways
+            layer = self.damped_length(shape, shape.tension[0])
+            wants = np.maximum(wants, 1.0 / (AT_BODY * layer + SMOOTH * shape.s))
+        for corner in self.corners:
+            turn = corner.turns.get(shape.scope)
+            if turn is not None:
+                away = np.abs(shape.s - turn.at)
+                layer = self.damped_length(shape, np.interp(turn.at, shape.s, shape.tension))
+                wants = np.maximum(wants, 1.0 / (LAYERS * layer + SMOOTH * away))
+        return wants
+
+    def damped_length(self, shape: TowShape, tension: float) -> float:
+        """Length [m] within which drag damps sideways motion of the cable under ``tension`` [N]: sqrt(T/(b omega))."""
         water, thickest = self.scene.water, extreme(self.scene.cable, "diameter", max)[1]
         omega = 2.0 * pi / SHORTEST_PERIOD
         drag = water.density * thickest * BROADSIDE_DRAG * max(shape.speed, omega * self.heave)
-        return sqrt(float(shape.tension[-1]) / (drag * omega))
+        return sqrt(float(tension) / (drag * omega))
 
     def outboard(self, aboard: np.ndarray, size: float, share: float, by_hand: bool) -> FeedMesh:
         """The whole mesh: shares of each zone that serve at every scope; by_hand: with the numbers of the scene."""
         shares = []
         wants = {scope: self.density(scope, share) for scope in self.shapes}
         densities = {scope: want.max(0) for scope, want in wants.items()}
-        for i, name in enumerate(self.names):
+        self.zones = zones(self.scene, self.corners, self.position, by_hand)
+        for i, length, sizes, _ in self.zones:
+            if sizes:
+                shares.append(np.append(np.cumsum(sizes[:-1]) / length, 1.0))
+                continue
+            name = self.names[i]
             written = self.scene.mesh.sections.get(name) if by_hand else None
             x, n = self.envelope(i, densities)
             count = max(1, ceil(float(trapezoid(n, x)) - 1e-6))
-            count = min(count, max(1, int(self.lengths[i] / (SHORTEST * size))))
+            count = min(count, max(1, int(length / (SHORTEST * size))))
             self.reasons[f"section {name}"] = self.why(i, wants)
             if written is not None and written.elements is not None:
                 count = written.elements
@@ -196,7 +261,9 @@ class Maker(SheaveMesh):
             )
         pressed = np.array([len(s) * (PRESSED if i < len(shares) - 1 else 1.0) for i, s in enumerate(shares)])
         room = OUTBOARD_LEAST * (self.start + self.route.inboard - aboard[-1]) / pressed.sum()
-        return FeedMesh(aboard, tuple(shares), np.cumsum(pressed * min(size, room)))
+        ends, sections = np.cumsum([zone.length for zone in self.zones]), np.array([z.section for z in self.zones])
+        ends[-1] = self.route.total
+        return FeedMesh(aboard, tuple(shares), np.cumsum(pressed * min(size, room)), ends, sections)
 
     def why(self, section: int, wants: dict[float, np.ndarray]) -> str:
         """What decides the elements of a section, at the start, or with the most cable out."""
@@ -239,7 +306,7 @@ class Maker(SheaveMesh):
     def arcs(self, mesh: FeedMesh, scope: float) -> np.ndarray:
         """Distance [m] of the outboard nodes from the body at ``scope``, from the last node aboard on."""
         total = self.route.total
-        return total - places_outboard(mesh, total, np.cumsum(self.lengths), total - scope - self.route.inboard)
+        return total - places_outboard(mesh, total, total - scope - self.route.inboard)
 
     def expected_position(self, mesh: FeedMesh, scope: float) -> float:
         """Error [m] of the body's place with ``scope`` out."""
@@ -250,7 +317,7 @@ class Maker(SheaveMesh):
             return np.inf
         at = [np.interp(x, shape.s, curve) for x in (nodes[1:], 0.5 * (nodes[1:] + nodes[:-1]), nodes[:-1])]
         error = self.order.per_shape * float((power(h, self.order.power) * np.maximum.reduce(at)).sum())
-        error += self.floor(scope, mesh.nodes)
+        error += self.floor(scope, mesh.nodes) + corner_error(self.corners, nodes, scope)
         for s, jump in kinks(shape):
             if np.abs(nodes - s).min() > 1e-6 * scope:
                 error += self.order.per_kink * float(h[min(int(np.searchsorted(nodes, s)), len(h)) - 1]) ** 2 * jump
@@ -287,9 +354,14 @@ class Maker(SheaveMesh):
         """Expected errors at the largest scope, at the start, and below it."""
         begin, end = mesh.aboard[:-1], mesh.aboard[1:]
         size = float((end - begin)[(end > self.contact[0]) & (begin < self.contact[1])].max())
-        sheave, least = size / self.route.sheave / RADII_PER_TENSION, LEAST_PROMISE * self.position
+        sheave = size / self.route.sheave / RADII_PER_TENSION
+        least = (LEAST_WITH_BODIES if self.corners else LEAST_PROMISE) * self.position
+        waves = {
+            e.scope: wave_error(self.waves, self.shapes[e.scope], self.arcs(mesh, e.scope)[::-1])
+            for e in self.errors(mesh)
+        }
         return tuple(
-            Expected(e.scope, max(sheave, e.outboard), max(e.position, least))
+            Expected(e.scope, max(sheave, e.outboard, waves[e.scope]), max(e.position, least))
             if self.shapes[e.scope].closed
             else Expected(e.scope, nan, nan)
             for e in self.errors(mesh)
@@ -306,10 +378,15 @@ class Maker(SheaveMesh):
         if self.spare:
             rows.append(Part("hanging", "ship", self.spare, *ends(sizes[last:]), self.reasons["hanging"]))
         h, at = -np.diff(self.arcs(mesh, self.start)), 0
-        for name, share in zip(self.names, mesh.shares, strict=True):
+        for zone, share in zip(self.zones, mesh.shares, strict=True):
             part = h[at : at + len(share)]
             at += len(share)
-            rows.append(Part(name, "outboard", len(share), *ends(part), self.reasons[f"section {name}"]))
+            name = self.names[zone.section]
+            reason = self.reasons[f"section {name}"]
+            if zone.corner is not None:
+                reason = f"corner of {degrees(zone.corner.angle):.3g} deg at {zone.corner.what}"
+                name = f"{name}, {'end' if zone.corner.section == zone.section else 'begin'}"
+            rows.append(Part(name, "outboard", len(share), *ends(part), reason))
         return tuple(rows)
 
     def tick(self) -> float:
@@ -319,10 +396,3 @@ class Maker(SheaveMesh):
         axial = 2.0 * pi * sqrt(mass * max(self.start, 1e-3) / stiff)
         step = min(SHORTEST_PERIOD, max(axial, 0.2)) / 40.0
         return float(f"{min(step, 0.05):.1g}")
-
-
-def kinks(shape: TowShape) -> list[tuple[float, float]]:
-    """Where the curvature jumps, at the water surface and between sections: m from the body, and jump [1/m]."""
-    jump = np.linalg.norm(np.diff(shape.bend, axis=0), axis=1)
-    where = np.flatnonzero((np.diff(shape.wet.astype(int)) != 0) | (np.diff(shape.section) != 0))
-    return [(float(shape.s[i]), float(jump[i])) for i in where]

@@ -31,3 +31,10 @@ def link_measure(shape: TowShape) -> np.ndarray:
 CUBICS = Order(4, 1.0 / 1500.0, 1.0 / 120.0, "static shape, |d4r/ds4|", fourth_derivative)
 # where both errors add up; the largest found for four shipped scenes on 4 meshes each is 0.75 of it (docs/segments.md)
 LINKS = Order(3, 1.0, 1.0 / 12.0, "static shape, corners between links", link_measure)
+
+
+def kinks(shape: TowShape) -> list[tuple[float, float]]:
+    """Where the curvature jumps, at the water surface and between sections: m from the body, and jump [1/m]."""
+    jump = np.linalg.norm(np.diff(shape.bend, axis=0), axis=1)
+    where = np.flatnonzero((np.diff(shape.wet.astype(int)) != 0) | (np.diff(shape.section) != 0))
+    return [(float(shape.s[i]), float(jump[i])) for i in where]

@@ -11,8 +11,10 @@ from ..physics.section import CableModel
 from .chain_checks import MOST_SAGITTA, longest_on
 from .material import extreme, material_rows
 from .mesh_blocks import SheaveAnswer
+from .mesh_corners import Corner, Zone
 from .mesh_kinds import MeshError, even, graded
 from .mesh_order import CUBICS, LINKS
+from .mesh_waves import wave_field
 from .scene import Scene
 from .statics import Route
 from .tow_shape import tow_shape
@@ -67,6 +69,10 @@ class SheaveMesh:
         self.masses = np.array([[row[MASS_PER_LENGTH], row[ADDED_MASS]] for row in rows]).T  # kg/m, own and added
         self.position = scene.accuracy.position or min(max(USUAL_POSITION, PER_SCOPE[0] * most), PER_SCOPE[1] * most)
         self.reasons: dict[str, str] = {}
+        self.corners: list[Corner] = []
+        self.waves = wave_field(scene)
+        self.for_waves = {scope: np.zeros(len(shape.s)) for scope, shape in self.shapes.items()}  # elements per length
+        self.zones: list[Zone] = []
         self.spare = 0  # elements aboard that only a tow that hangs straight down needs
 
     def sheave_size(self) -> float:

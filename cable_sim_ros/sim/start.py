@@ -124,8 +124,11 @@ def settle(sim: Simulator, shape: TowShape, yaw: float) -> dict[str, float]:
     for guess in guesses(sim, shape, yaw):
         sim.state.q[:] = guess
         sim.state.q[:, :3] += sim.state.now.ship.mean_coord[:3]
-        steps = sim.bring_to_rest(MOST_STEPS)
-        tried, iterations, left = tried + abs(steps), iterations + int(health.iterations), float(health.residual)
+        for _ in range(2):
+            steps = sim.bring_to_rest(MOST_STEPS)
+            tried, iterations, left = tried + abs(steps), iterations + int(health.iterations), float(health.residual)
+            if steps >= 0 or not left <= sim.tolerance:
+                break  # else its steps became too short to tell, and what they led to is balanced: begin from there
         resting = steps >= 0 and bool(np.isfinite(sim.state.q).all())
         if resting and (clear or not int(sim.frame.status) & Flag.DETACHED):
             check_push(sim)

@@ -1,52 +1,30 @@
 """Static shape of the tow by integration from the towbody upward; the mesh is made from it.
 
 No mesh, no bending, no sheave: dF/ds = -f for the tension vector F, dr/ds = (1 + T/EA) F/T, by Runge-Kutta in s from
-the body; the depth of the body is shifted until the upper end comes to the sheave. Where there is a seabed, what would
-lie below it is laid straight on it. Independent of the kernels, plain Python.
+the body; the depth of the body is shifted until the upper end comes to the sheave. Where there is a seabed and the body
+comes down to it, so much of its weight, and then so much cable, lies there that it does; what lies is laid straight and
+drags with the seabed's friction. Independent of the kernels, plain Python.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import acos, cos, hypot, pi, radians, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
-from ..physics.ancf import (
-    BUOYANCY,
-    CD_FIXED,
-    CN_FIT,
-    CT_FIXED,
-    CT_OF_RE,
-    EA,
-    EXTRA_ALONG,
-    EXTRA_DRAG,
-    FN,
-    FT,
-    HALF_RHO_D,
-    RE_FACTOR,
-    WEIGHT_PER_LENGTH,
-)
-from ..physics.drag_laws import CHOO_CASARELLA, FRICTION, GRAZING, fitted
-from ..physics.towbody import Towbody, body_record
 from .current import flow_of
-from .material import Hung, hung, material_rows, section_ends
+from .material import Hung
 from .scene import Scene
 from .statics import Route
-from .strumming import drag_factors
+from .tow_march import CableLoads, Flow, Ground, Joint, Row, cable_loads, holding_force, joint_forces, line_load, march
 
-STEP = 0.06  # of the length over which the tension vector turns
-LEAST_STEPS = 160  # in all
 SHOTS = 30
 LOOSE = 1e-3  # of the scope: a shape that ends farther from the sheave is none
 SETTLED = 2e-5  # of the scope
 LYING = 1e-3  # of the weight of a body on the ground is left to the cable
-
-
-Row = tuple[float, ...]
-Flow = Callable[[float], tuple[float, float]]  # water past the tow at a height, m/s
-Joint = Callable[[float], Row]  # force that what hangs there needs at a height, N
+HALVINGS = 30  # of what lies
+LIMP = 0.1  # of the weight of cable from ground to sheave: with less pull along the ground it lies slack
 
 
 class TowShape(NamedTuple):
@@ -73,173 +51,72 @@ class TowShape(NamedTuple):
         return np.linalg.norm(self.force, axis=1)
 
 
-class _Cable(NamedTuple):
-    """One section's numbers for loads."""
-
-    weight: float  # N/m dry
-    buoyancy: float  # N/m
-    half_rho_d: float
-    factor: float  # drag_amplification, of the drag across
-    along: float  # and along
-    strumming: Callable[[float], float]  # computed drag factor of a normal speed [m/s], of the drag across
-    re: float  # Reynolds number of 1 m/s
-    cd: float  # below 0: of the Reynolds number
-    fit: int  # by this fit
-    ct: float  # of its own
-    ct_of_re: float  # share of C_T(Re)
-    normal: tuple[float, ...]
-    tangential: tuple[float, ...]
-    ea: float
+def _free(route: Route, scope: float, angle: float) -> float:
+    """Length [m] that hangs free of a sheave that the cable leaves at ``angle`` [rad]."""
+    return max(scope - route.on_sheave(angle) + route.inboard - route.span, 0.01 * scope)
 
 
-def _cables(scene: Scene) -> list[_Cable]:
-    cable, found = scene.cable, []
-    for section, strumming in zip(cable.sections.values(), drag_factors(scene), strict=True):
-        rows = material_rows(cable, section, scene.water, scene.gravity)
-        found.append(
-            _Cable(
-                rows[WEIGHT_PER_LENGTH],
-                rows[BUOYANCY],
-                rows[HALF_RHO_D],
-                1.0 + rows[EXTRA_DRAG],
-                1.0 + rows[EXTRA_ALONG],
-                strumming,
-                rows[RE_FACTOR],
-                rows[CD_FIXED],
-                int(rows[CN_FIT]),
-                rows[CT_FIXED],
-                rows[CT_OF_RE],
-                tuple(rows[FN + i] for i in range(5)),
-                tuple(rows[FT + i] for i in range(11)),
-                rows[EA],
-            )
-        )
-    return found
+class _Shooting(NamedTuple):
+    """What a shot from the body at the sheave is made with."""
 
+    scene: Scene
+    route: Route
+    cables: list[CableLoads]
+    joints: dict[int, Joint]
+    flow: Flow
+    ground: Ground
+    yaw: float
+    top: float  # m, height of the sheave
 
-def _coefficient(c: _Cable, re: float) -> float:
-    """C_D by a law's fit."""
-    if c.fit != CHOO_CASARELLA:
-        return fitted(c.fit, re)[0]
-    return 1.1 + 4.0 / sqrt(re) if re > 30.0 else 1.45 + 8.55 * re**-0.9
+    def spans(self, free: float) -> list[tuple[float, int]]:
+        """Length [m] and index of every section that hangs free, from the body."""
+        found, sections = [], list(self.scene.cable.sections.values())
+        for i in reversed(range(len(sections))):
+            length = min(free, sections[i].length)
+            if length > 0.0:
+                found.append((length, i))
+            free -= length
+        return found
 
+    def shot(self, z: float, free: float, lies: float = 0.0) -> tuple[list[tuple[float, Row, int]], float, float]:
+        """Rows of march() from a body at z with ``free`` m of cable, gap at the sheave [m] and angle there [rad].
 
-def _coefficients(c: _Cable, vn: float, at: float) -> tuple[float, float]:
-    """C_D of the drag across and that of f_t: of the whole speed where the cable lies in the flow."""
-    if c.cd >= 0.0:
-        return c.cd, c.cd
-    across = _coefficient(c, max(c.re * vn, 1e-2))
-    x = (vn / (GRAZING * at)) ** 2 if vn < GRAZING * at else 1.0
-    if x == 1.0 or c.fit != CHOO_CASARELLA:
-        return across, across
-    whole = _coefficient(c, max(c.re * hypot(vn, at), 1e-2))
-    return across, whole + x * x * (3.0 - 2.0 * x) * (across - whole)
+        lies: share of the body's weight that the ground bears; from 1 on all of it, and more is a share of the cable.
+        """
+        scene, yaw, ground = self.scene, self.yaw, self.ground
+        body = Hung("towbody", free, scene.towbody.net_weight, scene.towbody.mass)
+        held = holding_force(scene.towbody, self.flow(z), scene, z) + (0.0, 0.0, body.weight(scene.gravity, z))
+        force, laid = tuple(held.tolist()), max(lies - 1.0, 0.0) * free
+        if lies > 0.0:
+            down, borne = max(force[2], 0.0), max(1.0 - lies, LYING)
+            force = (*ground.bears(force, (1.0 - borne) * down)[:2], borne * down if laid == 0.0 else 0.0)
+        if laid > 0.0 and hypot(*force[:2]) < self.slack:
+            force = (self.slack * cos(yaw), self.slack * sin(yaw), 0.0)
+        if hypot(hypot(*force[:2]), force[2]) < 1e-9:
+            force = (0.0, 0.0, 1e-9)
+        rows = march(self.cables, self.spans(free), (0.0, 0.0, z, *force), self.flow, ground, self.joints, laid)
+        end = rows[-1][1]
+        t = sqrt(sum(f * f for f in end[3:])) or 1e-12
+        aft = 1.0 if (end[3] * cos(yaw) + end[4] * sin(yaw)) * self.route.side >= 0.0 else -1.0
+        angle = aft * min(acos(max(-1.0, min(1.0, end[5] / t))), 0.5 * pi)
+        return rows, self.top + self.route.sheave * sin(angle) - end[2], angle
 
+    @property
+    def slack(self) -> float:
+        """Pull [N] along the ground below which the cable lies there slack, and no place is its own."""
+        last = self.cables[-1]
+        return max(LIMP * (self.top - self.ground.bottom) * (last.weight - last.buoyancy), 1e-9)
 
-def _load(c: _Cable, z: float, force: Row, flow: Flow) -> tuple[float, float, float]:
-    """Load per length [N/m] on cable with tension vector ``force`` at height z; flow(z): water past it."""
-    if z >= 0.0:
-        return 0.0, 0.0, -c.weight
-    fx, fy, fz = force
-    t = sqrt(fx * fx + fy * fy + fz * fz) or 1e-12
-    ux, uy, uz = fx / t, fy / t, fz / t
-    vx, vy = flow(z)
-    vt = vx * ux + vy * uy
-    wx, wy, wz = vx - vt * ux, vy - vt * uy, -vt * uz
-    vn = sqrt(wx * wx + wy * wy + wz * wz) + 1e-9
-    q2 = vn * vn + vt * vt
-    cd, cdt = _coefficients(c, vn, abs(vt))
-    q = sqrt(q2)
-    co, si = abs(vt) / q, vn / q
-    c2, s2 = co * co - si * si, 2.0 * si * co
-    n, h = c.normal, c.tangential
-    fn = n[0] + n[1] * co + n[2] * si + n[3] * c2 + n[4] * s2
-    c3, s3 = c2 * co - s2 * si, s2 * co + c2 * si
-    c4, s4 = c2 * c2 - s2 * s2, 2.0 * s2 * c2
-    c5, s5 = c4 * co - s4 * si, s4 * co + c4 * si
-    ft = (
-        h[0] + h[1] * co + h[2] * c2 + h[3] * c3 + h[4] * c4 + h[5] * c5
-        + h[6] * si + h[7] * s2 + h[8] * s3 + h[9] * s4 + h[10] * s5
-    )  # fmt: skip
-    a = c.half_rho_d * c.factor * c.strumming(vn) * cd * q2 * fn / vn
-    b = c.half_rho_d * c.along * cdt * q2 * max(ft, 0.0) * (1.0 if vt >= 0.0 else -1.0)
-    if c.ct + c.ct_of_re > 0.0:
-        ct = c.ct + c.ct_of_re * fitted(FRICTION, c.re * abs(vt))[0]
-        b += c.half_rho_d * c.along * ct * abs(vt) * vt
-    return a * wx + b * ux, a * wy + b * uy, a * wz + b * uz - c.weight + c.buoyancy
-
-
-def _slope(c: _Cable, y: Row, flow: Flow) -> Row:
-    """d/ds of (x, y, z, Fx, Fy, Fz) up the cable."""
-    force = y[3:]
-    t = sqrt(force[0] ** 2 + force[1] ** 2 + force[2] ** 2) or 1e-12
-    f = _load(c, y[2], force, flow)
-    e = (1.0 + t / c.ea) / t
-    return (e * force[0], e * force[1], e * force[2], -f[0], -f[1], -f[2])
-
-
-def _joints(scene: Scene, flow: Flow) -> dict[int, Joint]:
-    """By section: force [N] that what hangs at its outboard end adds to the tension vector above it, at height z."""
-    ends, found = list(section_ends(scene.cable).values()), dict[int, Joint]()
-    bodies = {f"bodies.{name}": body for name, body in scene.bodies.items()}
-
-    def pull(things: list[Hung]) -> Joint:
-        def at(z: float) -> Row:
-            force = np.array([0.0, 0.0, sum(thing.weight(scene.gravity, z) for thing in things)])
-            for thing in things:
-                if thing.key in bodies:
-                    force += _held(bodies[thing.key], flow(z), scene, z)
-            return tuple(force.tolist())
-
-        return at
-
-    for i, end in enumerate(ends):
-        things = [thing for thing in hung(scene) if thing.place == end]
-        if things:
-            found[i] = pull(things)
-    return found
-
-
-def _held(body: Towbody, water: tuple[float, float], scene: Scene, z: float) -> np.ndarray:
-    """Force [N] that holds a body at height z against drag and lift; water: flow past it."""
-    if z >= 0.0:
-        return np.zeros(3)
-    row, speed = body_record(body, scene.gravity, scene.water.density), hypot(*water)
-    along = float(row["drag"][0]) * speed
-    return np.array([-along * water[0], -along * water[1], -float(row["lift"]) * speed * speed])
-
-
-def _march(
-    cables: list[_Cable], spans: list[tuple[float, int]], y: Row, flow: Flow, bottom: float, joints: dict[int, Joint]
-) -> list[tuple[float, Row, int]]:
-    """From the body up over spans [(length, index of section)]; rows of s, y, section."""
-    total = sum(length for length, _ in spans)
-    out, s = [], 0.0
-    for length, i in spans:
-        c, done = cables[i], 0.0
-        if i in joints:
-            y = (*y[:3], *(a + b for a, b in zip(y[3:], joints[i](y[2]), strict=True)))
-        while done < length - 1e-9 * total:
-            out.append((s + done, y, i))
-            t = sqrt(y[3] ** 2 + y[4] ** 2 + y[5] ** 2)
-            f = _load(c, y[2], y[3:], flow)
-            vx, vy = flow(y[2])
-            scale = hypot(hypot(f[0], f[1]), f[2]) + 0.3 * c.half_rho_d * c.factor * (vx * vx + vy * vy) * (y[2] < 0.0)
-            h = min(STEP * t / max(scale, 1e-12) + 1e-5 * total, total / LEAST_STEPS, length - done)
-            h = max(h, 1e-4 * length)
-            if length - done - h < 0.3 * h:
-                h = length - done
-            k1 = _slope(c, y, flow)
-            k2 = _slope(c, tuple(a + 0.5 * h * b for a, b in zip(y, k1, strict=True)), flow)
-            k3 = _slope(c, tuple(a + 0.5 * h * b for a, b in zip(y, k2, strict=True)), flow)
-            k4 = _slope(c, tuple(a + h * b for a, b in zip(y, k3, strict=True)), flow)
-            y = tuple(a + h / 6.0 * (p + 2.0 * (q + r) + w) for a, p, q, r, w in zip(y, k1, k2, k3, k4, strict=True))
-            if y[2] < bottom:  # what would go below the ground lies on it, straight
-                y = (*y[:2], bottom, *y[3:5], max(y[5], 0.0))
-            done += h
-        s += length
-        out.append((s, y, i))
-    return out
+    def lying(self, z: float, free: float) -> tuple[list[tuple[float, Row, int]], float, float]:
+        """shot() from the ground, with as much lying there as brings the upper end to the sheave."""
+        few, many = 0.0, 2.0
+        for _ in range(HALVINGS):
+            half = 0.5 * (few + many)
+            rows, gap, angle = self.shot(z, free, half)
+            few, many = (half, many) if gap < 0.0 else (few, half)
+            if abs(gap) < SETTLED * free:
+                break
+        return rows, gap, angle
 
 
 def tow_shape(scene: Scene, scope: float, heading: float | None = None) -> TowShape:
@@ -247,44 +124,32 @@ def tow_shape(scene: Scene, scope: float, heading: float | None = None) -> TowSh
 
     heading: yaw of the ship [rad]; None: the scene's.
     """
-    route, cables = Route(scene), _cables(scene)
+    route, cables, over, bed = Route(scene), cable_loads(scene), scene.ship.tow_speed, scene.seabed
     yaw = radians(scene.ship.heading_deg) if heading is None else heading
-    flow = flow_of(scene.water, yaw, (scene.ship.tow_speed * cos(yaw), scene.ship.tow_speed * sin(yaw)))
-
+    flow = flow_of(scene.water, yaw, (over * cos(yaw), over * sin(yaw)))
     top = scene.sheave.position[2] + scene.ship.reference_height
-    bed = scene.seabed.depth
-    bottom = -np.inf if bed is None else -bed
-    joints = _joints(scene, flow)
+    slides = bed.friction * over / hypot(over, bed.slip_speed)
+    bottom = -np.inf if bed.depth is None else -bed.depth
+    ground = Ground(bottom, (slides * cos(yaw), slides * sin(yaw)))
+    shooting = _Shooting(scene, route, cables, joint_forces(scene, flow), flow, ground, yaw, top)
     angle, z, low, high = 0.5 * pi, top - 0.5 * scope, top - 1.5 * scope, top
     closed, tried = False, list[tuple[float, float]]()
     for _ in range(SHOTS):
-        free = max(scope - route.on_sheave(angle) + route.inboard - route.span, 0.01 * scope)
-        spans, left = [], free
-        for i in reversed(range(len(cables))):
-            length = min(left, list(scene.cable.sections.values())[i].length)
-            if length > 0.0:
-                spans.append((length, i))
-            left -= length
+        free = _free(route, scope, angle)
         z = max(z, bottom)
-        towbody = Hung("towbody", scope, scene.towbody.net_weight, scene.towbody.mass)
-        held = _held(scene.towbody, flow(z), scene, z) + (0.0, 0.0, towbody.weight(scene.gravity, z))
-        for borne in (1.0, LYING) if z <= bottom else (1.0,):
-            force = tuple(held.tolist())
-            if borne < 1.0:  # the ground bears it
-                force = (*force[:2], borne * max(force[2], 0.0))
-            if hypot(hypot(*force[:2]), force[2]) < 1e-9:
-                force = (0.0, 0.0, 1e-9)
-            rows = _march(cables, spans, (0.0, 0.0, z, *force), flow, bottom, joints)
-            end = rows[-1][1]
-            t = sqrt(sum(f * f for f in end[3:])) or 1e-12
-            aft = 1.0 if (end[3] * cos(yaw) + end[4] * sin(yaw)) * route.side >= 0.0 else -1.0
-            angle = aft * min(acos(max(-1.0, min(1.0, end[5] / t))), 0.5 * pi)
-            gap = top + route.sheave * sin(angle) - end[2]
-            if gap > 0.0:  # the whole of its weight is too little: it does not come down to the ground
+        rows, gap, angle = shooting.shot(z, free)
+        lies = (
+            z <= bottom and gap < 0.0
+        )  # its whole weight lifts the line over the sheave: so much lies that it does not
+        if lies:
+            rows, gap, angle = shooting.lying(z, free)
+        closed = abs(gap) < LOOSE * scope
+        if lies:
+            closed = closed and (rows[0][1][5] > 0.0 or hypot(*rows[0][1][3:5]) > shooting.slack)
+            if abs(free - _free(route, scope, angle)) < SETTLED * scope:
                 break
-        lies = borne < 1.0
-        closed = abs(gap) < LOOSE * scope or lies
-        if abs(gap) < SETTLED * scope or (lies and gap > 0.0):
+            continue
+        if abs(gap) < SETTLED * scope:
             break
         low, high = (z, high) if gap > 0.0 else (low, z)
         rate = 1.0
@@ -299,7 +164,7 @@ def tow_shape(scene: Scene, scope: float, heading: float | None = None) -> TowSh
     section = np.array([row[2] for row in rows])
     pull = y[:, 3:]
     tension = np.maximum(np.linalg.norm(pull, axis=1), 1e-12)
-    load = np.array([_load(cables[i], row[2], row[3:], flow) for i, row in zip(section, y, strict=True)])
+    load = np.array([line_load(cables[i], row[2], row[3:], flow) for i, row in zip(section, y, strict=True)])
     tangent = pull / tension[:, None]
     across = load - (load * tangent).sum(1)[:, None] * tangent
     wet = y[:, 2] < 0.0

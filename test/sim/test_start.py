@@ -10,6 +10,7 @@ import pytest
 
 from cable_sim_ros import ShipMotion
 from cable_sim_ros.io.load import SceneWarning, load_scene, override
+from cable_sim_ros.lab.mesh_tows import armoured, one, tow
 from cable_sim_ros.physics.energy import slack_gain
 from cable_sim_ros.physics.frame import FRAME, Flag
 from cable_sim_ros.physics.inputs import push_command, push_motion
@@ -201,3 +202,37 @@ def test_motion_of_another_heading_or_place_than_the_start_is_refused():
     early.push(sample(np.pi / 2, (500.0, 0.0)))
     with pytest.raises(InputError, match=r"Begin with start\(heading=1.571\) \[rad\], or set ship.heading_deg"):
         early.start()
+
+
+@pytest.mark.parametrize("speed", [0.3, 1.0])
+def test_a_cable_dragged_on_the_seabed_rests_where_its_shape_says(speed):
+    """The first guess lay far below the ground: 440 steps and a fold by chance, or a refusal that asked for way."""
+    sim = Simulator(scene_of(ship__tow_speed=speed, seabed__depth=100.0, setpoint__algorithm="hold"))
+    sim.start()
+    shape = tow_shape(sim.scene, 450.0)
+    assert shape.closed and int(sim.frame.status) & Flag.SEABED
+    assert sim.start_report["steps"] < 60
+    assert sim.frame.tension == pytest.approx(shape.tension[-1], rel=0.01)
+    laid = shape.s[shape.place[:, 2] < -99.99].max()
+    assert sim.frame.seabed_length == pytest.approx(laid, abs=10.0)
+
+
+def test_a_stiff_umbilical_dragged_at_half_a_metre_per_second_starts():
+    cable = {**armoured(0.03), "bending_stiffness": 2000.0, "bending_damping": 20.0, "axial_stiffness": 1.8e8}
+    sled = {"mass": 2000.0, "net_weight": 17000.0, "drag_area": (0.5, 1.5, 1.5)}
+    sim = Simulator(tow("x", one(130.0), 80.0, speed=0.1, cable=cable, body=sled, sheave=1.0, seabed={"depth": 40.0}))
+    sim.start()
+    assert sim.start_report["residual_n"] <= sim.tolerance and sim.start_report["steps"] < 200
+
+
+def test_a_start_that_is_balanced_when_its_steps_end_has_come_to_rest(monkeypatch):
+    """The error named a residual below its own limit."""
+    sim, called, settle = Simulator(scene_of(setpoint__algorithm="hold")), [], Simulator.bring_to_rest
+
+    def out_of_steps(self, steps):
+        called.append(settle(self, steps))
+        return -called[-1] if len(called) == 1 else called[-1]
+
+    monkeypatch.setattr(Simulator, "bring_to_rest", out_of_steps)
+    sim.start()
+    assert len(called) == 2 and sim.start_report["residual_n"] <= sim.tolerance

@@ -66,7 +66,7 @@ def wrong_rest(sim: Simulator) -> str:
     shape = tow_shape(scene, float(frame.scope))
     bed = scene.seabed.depth
     if not shape.closed or (bed is not None and float(shape.place[:, 2].min()) <= -bed):
-        return ""  # nothing to compare with: what lies on the ground is laid straight in a shape, without friction
+        return ""  # nothing to compare with: the depth is that of the ground, or the tow comes to the surface
     route = Route(scene)  # what is stretched inboard comes off the sheave
     off = (route.on_drum + route.inboard) * float(shape.tension.max()) / scene.cable.axial_stiffness
     depth = float(frame.body_position[2] - shape.place[0, 2]) + off
