@@ -20,7 +20,7 @@ from .tow_shape import TowShape
 
 PER_WAVE_ERROR = 6.0  # error of an element, (k h)^4 e^(-k d), over that of the deviation of the tension: measured
 PER_LOST = 10.0  # share of the energy of the velocity that is lost, over that of the deviation: measured
-TO_WAVES = 0.8  # of accuracy.tension, for elements come out longer here and there than asked for
+TO_WAVES = 0.4  # of accuracy.tension, for elements come out longer here and there than asked for
 CREST = 3.0  # deviations of the elevation: as far the surface moves
 ABOVE = 1.5  # crests: elements are as short so far up, for the last of them is longer
 SIZES = np.geomspace(0.02, 500.0, 160)  # m, tried
