@@ -82,8 +82,8 @@ def corners(scene: Scene, shapes: dict[float, TowShape], acceleration: float) ->
             if len(below) == 0 or not (shape.section == i).any():
                 continue
             low, high = shape.force[below[-1]], shape.force[below[-1] + 1]
-            tensions = [max(float(np.linalg.norm(force)), 1e-9) for force in (high, low)]
-            static = atan2(float(np.linalg.norm(np.cross(low, high))), float(low @ high))
+            tensions = [max(hypot(*force), 1e-9) for force in (high, low)]
+            static = atan2(hypot(*np.cross(low, high)), float((low * high).sum()))
             heaved = atan2(mass * acceleration * hypot(low[0], low[1]) / tensions[1], min(tensions))
             bending = [sqrt(ei / t) for ei, t in zip(stiff[i : i + 2], tensions, strict=True)]
             turns[scope] = Turn(min(static + heaved, pi), float(shape.s[below[-1]]), (bending[0], bending[1]))
@@ -103,7 +103,9 @@ def stiffness(sizes: tuple[float, ...], bending: float) -> float:
         p, q = 36.0 / (30.0 * h) + 12.0 * bending**2 / h**3, 0.1 + 6.0 * bending**2 / h**2
         r, s = 4.0 * h / 30.0 + 4.0 * bending**2 / h, 2.0 * bending**2 / h - h / 30.0
         a[2 * i : 2 * i + 4, 2 * i : 2 * i + 4] += ((p, q, -p, q), (q, r, -q, s), (-p, -q, p, -q), (q, s, -q, r))
-    return float(a[1, 1] - a[1, 2:] @ np.linalg.solve(a[2:, 2:], a[1, 2:]))
+    for k in range(2 * n + 1, 1, -1):  # one unknown after the other, from the far end: the matrix is positive definite
+        a[:k, :k] -= a[:k, k, None] * (a[k, :k] / a[k, k])
+    return float(a[1, 1])
 
 
 def in_series(one: float, other: float) -> float:
@@ -131,7 +133,7 @@ def short_elements(corner: Corner, least: float, room: tuple[float, float], allo
     counts = sorted(((i, j) for i in range(MOST_SIDE + 1) for j in range(MOST_SIDE + 1)), key=lambda c: (sum(c), c))
     known: dict[tuple[int, int, float, float], float] = {}
     for count in counts:
-        for first in np.geomspace(longest, least, TRIED).tolist():
+        for first in [longest * (least / longest) ** (k / (TRIED - 1)) for k in range(TRIED)]:
             sides = []
             for n, size in zip(count, (first, max(first * ratio, least)), strict=True):
                 sides.append(tuple(size * GROWTH**k for k in range(n)))

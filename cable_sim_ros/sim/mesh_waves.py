@@ -7,6 +7,7 @@ that an element does not see at all are lost with their share of the energy. doc
 
 from __future__ import annotations
 
+import math
 from math import pi
 from typing import NamedTuple
 
@@ -14,6 +15,7 @@ import numpy as np
 
 from ..physics.sea import AMPLITUDE, BOTTOM, FREQUENCY, NORM, NUMBER
 from ..physics.water import WaveKind
+from .elementary import exp
 from .scene import Scene
 from .sea import wave_number, wave_table
 from .tow_shape import TowShape
@@ -23,9 +25,7 @@ PER_LOST = 10.0  # share of the energy of the velocity that is lost, over that o
 TO_WAVES = 0.4  # of accuracy.tension, for elements come out longer here and there than asked for
 CREST = 3.0  # deviations of the elevation: as far the surface moves
 ABOVE = 1.5  # crests: elements are as short so far up, for the last of them is longer
-SIZES = np.geomspace(0.02, 500.0, 160)  # m, tried
-
-
+SIZES = np.array([0.02 * 25000.0 ** (k / 159) for k in range(160)])  # m, tried
 MOST_OF_WAVES = 300  # elements, where the waves decide: shorter ones than that asks for are not made
 
 
@@ -42,29 +42,42 @@ class WaveField(NamedTuple):
 
     def fall(self, depth: np.ndarray) -> np.ndarray:
         """Velocity of the peak's wave at depths [m], over that at the surface."""
-        down = np.exp(-self.peak * depth)
+        down = exp(-self.peak * depth)
         return np.asarray((down + self.peak_bottom / np.maximum(down, 1e-300)) / (1.0 + self.peak_bottom))
 
-    def lost(self, depth: np.ndarray, size: np.ndarray) -> np.ndarray:
-        """Share of the energy that elements of ``size`` [m] at ``depth`` [m] lose, both [m]."""
-        fall = np.exp(-self.number * depth[:, None])
+    def energy(self, depth: np.ndarray) -> np.ndarray:
+        """[depths, n] share of each component in the energy of the velocity at the surface, at depths [m]."""
+        fall = exp(-self.number * depth[:, None])
         fall = (fall + self.bottom / np.maximum(fall, 1e-300)) / (1.0 + self.bottom)
-        unseen = np.minimum(1.0, (self.number * size[:, None]) ** 8)
-        energy = self.speed**2
-        return np.asarray((energy * fall**2 * unseen).sum(1) / energy.sum())
+        share = self.speed * self.speed
+        return np.asarray(share * fall * fall / share.sum())
 
     def error(self, depth: np.ndarray, size: np.ndarray) -> np.ndarray:
         """Error of the deviation of the tension, relative, by elements of ``size`` at ``depth`` [m], both [n]."""
-        found = self.fall(depth) * np.minimum(1.0, (self.peak * size) ** 4) / PER_WAVE_ERROR
-        return np.maximum(found, self.lost(depth, size) / PER_LOST) if self.irregular else found
+        found = self.fall(depth) * _unseen(self.peak * size, 4) / PER_WAVE_ERROR
+        if self.irregular:
+            lost = (self.energy(depth) * _unseen(self.number * size[:, None], 8)).sum(1)
+            found = np.maximum(found, lost / PER_LOST)
+        return found
 
     def size(self, depth: np.ndarray, error: float) -> np.ndarray:
         """Longest elements [n] m at ``depth`` [n] m that err by ``error`` at most; inf: any."""
         depths, back = np.unique(depth.round(2), return_inverse=True)
+        fall, energy = self.fall(depths) / PER_WAVE_ERROR, self.energy(depths) / PER_LOST
         longest = np.zeros(len(depths))
         for size in SIZES:
-            longest[self.error(depths, np.full(len(depths), size)) <= error] = size
+            found = fall * _unseen(self.peak * size, 4)
+            if self.irregular:
+                found = np.maximum(found, (energy * _unseen(self.number * size, 8)).sum(1))
+            longest[found <= error] = size
         return np.asarray(np.where(longest < SIZES[-1], np.maximum(longest, SIZES[0]), np.inf)[back])
+
+
+def _unseen(turns: np.ndarray | float, power: int) -> np.ndarray:
+    """(k h)^4 or (k h)^8, at most 1: products, for a power of numpy's is of the processor."""
+    square = np.asarray(turns, float) ** 2
+    fourth = square * square
+    return np.minimum(1.0, fourth if power == 4 else fourth * fourth)
 
 
 def wave_density(waves: WaveField | None, shape: TowShape, error: float) -> np.ndarray:
@@ -98,7 +111,7 @@ def wave_field(scene: Scene) -> WaveField | None:
         table[:, NUMBER],
         table[:, BOTTOM],
         peak,
-        float(np.exp(-2.0 * peak * depth)),
+        math.exp(-2.0 * peak * depth),
         waves.kind is WaveKind.JONSWAP,
         float(min(amplitude.sum(), CREST * np.sqrt(0.5 * (amplitude**2).sum()))),
     )
