@@ -31,6 +31,9 @@ from .towbody import heading
 from .vec import add, axpy, dot, norm, row3, scale, sub
 
 TAKE_UP = 0.3  # s, with which a commanded rate is taken into the mean
+# m/s^2, at most: a cable that is paid out faster than it falls does not follow its winch, and a mean that did would
+# push it: +-5 m/s by turns of half a second struck with 67 kN without this bound, 15 before there was a known part
+FASTEST = 0.5
 SHARP = 9.0  # corner of the ship's mean speed times cable.mean_flow_time: passes less than the mean flow up to 20 s
 BUTTERWORTH = (0.9238795325112867, 0.3826834323650898)  # damping of the two halves of a low-pass of fourth order
 MOVED, OLD = 0.05, 5.0  # m/s of changes and s, after which the response is computed anew
@@ -273,7 +276,8 @@ def learn(known, velocity, rate, t, tau, h):
     known.waves += a * (wave * wave - known.waves)
     share = min(max(known.common / (known.waves + LEAST_WAVE), 0.0), 1.0)
     before = known.rate
-    known.rate += h / (TAKE_UP + h) * (rate - share * wave - known.rate)
+    taken = h / (TAKE_UP + h) * (rate - share * wave - known.rate)
+    known.rate += min(max(taken, -FASTEST * h), FASTEST * h)
     return change + known.rate - before
 
 

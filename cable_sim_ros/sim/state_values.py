@@ -17,6 +17,7 @@ from .inputs import MOST_POSITION
 
 MOST = 1e12  # of any number; its square and cube are still numbers
 MOST_ENERGY = 1e18  # J, W: sums since the start
+NO_PEAK = 1e300  # of a step before the first: physics/observe.no_peaks; each tick begins with it
 MOST_TIME = 2**62  # ns; the difference of two still is an int64
 MOST_COUNT = 2**53
 # integers by name, or by the end of it: least, most
@@ -25,6 +26,7 @@ WHOLE = {
     "time.start": (-MOST_TIME, MOST_TIME),
     "time.blend": (-MOST_TIME, MOST_TIME),
     "ship.mean_at": (-MOST_TIME, MOST_TIME),
+    "measured.lead_at": (-MOST_TIME, MOST_TIME),
     "winch.line_end": (-MOST_TIME, MOST_TIME),
     "winch.line_command": (-MOST_TIME, MOST_TIME),
     "events.pressed_since": (-MOST_TIME, MOST_TIME),
@@ -76,6 +78,8 @@ def _out_of_bounds(name: str, field: str, values: np.ndarray) -> str:
     if not np.isfinite(values).all():
         return f"{where} is not finite"
     largest, most_is = float(np.abs(values).max()), MOST_ENERGY if field.startswith("account.") else MOST
+    if field.startswith("health.") and field.endswith(("_min", "_max")) and (np.abs(values) == NO_PEAK).all():
+        return ""
     return "" if largest <= most_is else f"{where} is {largest:.3g}"
 
 
