@@ -26,8 +26,8 @@ from .ringing import fade
 from .setpoint import by_angle
 from .ship import follow
 from .state import FLOW, NOW, TICK, Q, V, keep, take_back
-from .step import begin, finish, link_stepper, start, unfinished
-from .tow import advance_tow, impose, link_strum, place_surfaces, strum
+from .step import begin, link_stepper, start, unfinished
+from .tow import advance_tow, end_step, impose, link_strum, place_surfaces, strum
 from .towbody import turn_into_flow
 from .winch import ACCELERATION, RATE, forget, note_command
 
@@ -76,7 +76,7 @@ def stride(model, state, inputs, output, slot, begun):
     rate = command_between(first, last, settings.drum, inputs, now.winch)
     note_command(settings.drum, now.winch, before, h)
     blending = impose(model, state, inputs, last, h, rate)
-    going_on = finish(model.line, state, h)
+    going_on = end_step(model, state, h)
     if plan.done > done:
         now.time.now = last
         turn_bodies(model.line, state, h)

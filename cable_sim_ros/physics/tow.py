@@ -112,14 +112,21 @@ def advance_tow(model, state, inputs, commanded, until):
     now.winch.commanded, now.winch.command_rate = between(commanded, until, share, tick_ns * 1e-9)
     h = begin(model.line, state, tick_ns * 1e-9)
     blending = impose(model, state, inputs, now.time.now + int(share * tick_ns), h, now.winch.command_rate)
+    return end_step(model, state, h), blending
+
+
+@driver
+def end_step(model, state, h):
+    """Solve the step of h [s] that was imposed, and wind what ran off or onto the drum. False: no halving left."""
     take_up(model.line, state, h)
     if not finish(model.line, state, h):
-        return False, blending
+        return False
     if state.plan[0].taken != 0:
+        now = state.memory[NOW]
         moved = now.winch.length - state.memory[STEP].winch.length
         wind(model.settings[0].drum, now.winch, moved, end_strain(model.line.elements, state))
         now.account.work[FED] += beads_fed(model.line, state)
-    return True, blending
+    return True
 
 
 @driver

@@ -116,15 +116,6 @@ class SheaveMesh:
     def aboard(self, size: float) -> np.ndarray:
         """Nodes from the drum to a little outboard of the sheave, m from the drum's tangent point."""
         mesh, route = self.scene.mesh, self.route
-        angle = self.shapes[self.start].angle
-        if self.shapes[self.start].closed and route.on_sheave(angle) <= 0.0:
-            raise MeshError(
-                "sheave.position",
-                f"lets the cable pass over the sheave: from the drum it falls {degrees(-route.tilt):.3g} deg below the "
-                f"horizontal, and the tow leads off {degrees(0.5 * pi - angle):.3g} deg below it, less: nothing "
-                "lies on the sheave",
-                "Put the sheave higher against the drum (z is up), or tow with a steeper cable",
-            )
         layer = max(size, LAYER * self.bending)
         shift = route.span * self.tension / extreme(self.scene.cable, "axial_stiffness")[1]
         # nodes stand at unstretched distances: tension moves them outboard
@@ -137,6 +128,14 @@ class SheaveMesh:
         else:
             leaves, layer, hanging = route.on_sheave(self.shapes[self.start].angle), mesh.after, 0.0
         room = 0.5 * self.start
+        if leaves <= 0.0:
+            raise MeshError(
+                "sheave.position",
+                f"lets the cable pass over the sheave: from the drum it falls {degrees(-route.tilt):.3g} deg below the "
+                f"horizontal, and the tow leads off {degrees(0.5 * pi - least_angle):.3g} deg below it, less by more "
+                f"than the {degrees(SWING):.3g} deg that it swings in a seaway: nothing ever lies on the sheave",
+                "Put the sheave higher against the drum (z is up), or tow with a steeper cable",
+            )
         self.contact = (route.span * (1 + 1e-9), (route.span + min(leaves, room)) * (1 - 1e-9))  # m, on the sheave
         end = route.span + min(leaves + layer, room)
         begin = route.span - before

@@ -3,6 +3,7 @@
 import pytest
 
 from cable_sim_ros.io.load import load_scene
+from cable_sim_ros.io.motion_table import sine_heave
 from cable_sim_ros.runs import finer, offline
 from cable_sim_ros.sim.savefile import SaveError
 from cable_sim_ros.sim.verdict import Reason, verdict_of
@@ -46,7 +47,7 @@ def test_a_snap_that_stays_is_ok_and_one_that_does_not_says_by_how_much():
     arguments = {"heave": (1.5, 5.0), "duration": 5.0, "step": "fixed"}
     plain = offline.run("side_scan", **arguments)
     plain.verdict = verdict_of([Reason("SLACK", 1.0, 0.2, (), "a snap"), *plain.verdict.reasons])
-    tow = offline.sine_heave(1.5, 5.0, 5.0, load_scene("side_scan").ship)
+    tow = sine_heave(1.5, 5.0, 5.0, load_scene("side_scan").ship)
     checked = finer.compare(plain, load_scene("side_scan"), lambda: tow, 5.0, None, offline.silent)
     told = checked.figures["check"]
     assert told["agreed"] and checked.verdict.state == "ok" and checked.figures["verdict"]["state"] == "ok"

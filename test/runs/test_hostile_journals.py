@@ -36,7 +36,7 @@ def replayed(tow, monkeypatch):
         change(entries)
         monkeypatch.setattr(tow, "journal", [encoded(entry) for entry in entries])
         monkeypatch.setattr(offline, "find_bag", lambda bag: bag)
-        monkeypatch.setattr(offline, "read_tow", lambda path: tow)
+        monkeypatch.setattr(offline, "read_tow", lambda path, topics=None: tow)
         return offline.replay("bag")
 
     return replayed

@@ -50,10 +50,8 @@ def quietly(name, values=None):
         ),
         (
             "side_scan",
-            {"sheave.position": [-16.0, 0.0, 0.1]},
-            "sheave.position lets the cable pass over the sheave: from the drum it falls 20.3 deg below the "
-            "horizontal, and the tow leads off 13.9 deg below it, less: nothing lies on the sheave; nothing was "
-            "started. Put the sheave higher against the drum",
+            {"winch.position": [-8.0, 0.0, 20.0], "sheave.position": [-12.0, 0.0, 0.5]},
+            "sheave.position lets the cable pass over the sheave: from the drum it falls 78.6 deg below the horizontal",
         ),
         (
             "full_scale",

@@ -100,7 +100,7 @@ def test_the_current_at_depth_counts():
 
 
 def test_reynolds_numbers_below_those_of_the_source():
-    slow = {"water__viscosity": 0.01, "ship__tow_speed": 0.05, "diameter": 1.5e-4}
+    slow = {"water__viscosity": 0.01, "ship__tow_speed": 0.05, "diameter": 1.5e-4, "mass_per_length": 1e-4}
     text = next(text for text in cautions(drag_law="huston_kamman_10", **slow) if "drag_law" in text)
     assert "= huston_kamman_10 is used outside its range (Huston and Kamman (1980), equation 10): " in text
     assert re.search(r"Re of the flow across the cable is 0\.\d+ to \S+, the range 1 and more: the lowest branch", text)

@@ -166,7 +166,7 @@ def test_a_body_on_the_line_stops_before_it_comes_to_the_sheave():
     assert Flag(int(frames.status[-1])) & Flag.DRUM_END and keeps_cable(frames)
     assert frames.payout_rate[-1] == pytest.approx(0.0, abs=1e-3)
     assert sim.state.arc[node] == pytest.approx(450.0, abs=1e-6), "it stays where it is clamped"
-    assert 150.0 < frames.scope[-1] < 156.0, "8 m were to be hauled in"
+    assert 150.0 < frames.scope[-1] < 157.0, "8 m were to be hauled in; the short elements beside it stop it first"
     away = np.linalg.norm(sim.state.q[node, :3] - sim.state.now.sheave.position)
     assert away > 2.0 * sim.scene.sheave.radius
     back = commanded(sim, 2.0, 1.0)
@@ -176,7 +176,7 @@ def test_a_body_on_the_line_stops_before_it_comes_to_the_sheave():
 @pytest.mark.parametrize(
     "changes, plan, end, flag",
     [
-        ({"winch.scope": 6.0}, "0 hold, 1 rate -1", 1.22517, Flag.DRUM_END),
+        ({"winch.scope": 6.0}, "0 hold, 1 rate -1", 1.23529, Flag.DRUM_END),
         ({"winch.scope": 60.0, "winch.least_scope": 58.0}, "0 hold, 1 rate -0.5", 58.0, Flag.WINCH_LIMIT),
         ({"winch.scope": 60.0, "winch.most_scope": 63.0}, "0 hold, 1 rate 1", 63.0, Flag.WINCH_LIMIT),
     ],
