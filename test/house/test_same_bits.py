@@ -24,6 +24,9 @@ BESIDE = {  # no number of a run comes from them: what they are for
     "io/comparison.py": "sources of motion against bounds: convicted or not",
     "io/doubts.py": "matrices of 0 and 1, to be compared with bounds",
     "io/markers.py": "what RViz draws",
+    "io/coarse_bag.py": "rounded motion, smoothed: bounded, docs/replay.md",
+    "io/rounding.py": "the same: which columns are rounded, and to what",
+    "io/smoothing.py": "the same: the spline",
 }
 
 

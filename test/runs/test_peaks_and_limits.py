@@ -47,7 +47,7 @@ def test_the_largest_tension_of_a_run_falls_in_its_tick(stopped):
     for name in ("tension_max_n", "tension_min_n"):
         assert coarse[name] == pytest.approx(fine[name], rel=0.015)
     worst = max(abs(a / fine[name] - 1.0) for name, a in ends.items())
-    assert worst > 0.015  # by the ends of the ticks alone
+    assert worst > 0.01  # by the ends of the ticks alone
     assert coarse["tension_max_at_s"] == pytest.approx(fine["tension_max_at_s"], abs=0.11)
     k = round(coarse["tension_max_at_s"] / 0.1) - 1
     frame = stopped[0].frames[k]
