@@ -17,7 +17,7 @@ class DamagedBag(click.ClickException):
 @click.command()
 @click.argument("source")
 @click.argument("target")
-def recover(source, target) -> None:
+def recover(source: str, target: str) -> None:
     """Copy what can be read of the damaged or cut-off bag SOURCE (a path, or the name of a shipped one) into a new bag
     TARGET. Exit code 3: not all of it."""
     from ..io.recovery import recover as recover_bag
@@ -43,7 +43,7 @@ def recover(source, target) -> None:
 )
 @click.option("--only", multiple=True, metavar="NAME", help="Make this bag only; may be repeated.")
 @click.option("--force", is_flag=True, help="Replace bags that exist.")
-def make_bags(out, data, speed, only, force) -> None:
+def make_bags(out: str, data: str | None, speed: float, only: tuple[str, ...], force: bool) -> None:
     """Make the shipped bags of recorded ship motion from their 1 Hz sources."""
     from .make_bags import make_bags as make
 
