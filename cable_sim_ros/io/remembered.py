@@ -16,8 +16,10 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field, TypeAdapter, ValidationError
 
+from .doubts import DOUBTS
 from .gate import MOST, Held
 from .messages import CAUSES, Command, Odometry
+from .refusals import IMU, ODOMETRY
 
 WHOLE_MOST, REAL_MOST, TEXT_MOST = 2**62, 1e15, 10_000
 Whole = Annotated[int, Field(ge=-WHOLE_MOST, le=WHOLE_MOST)]
@@ -72,6 +74,27 @@ def _finite(value: Any) -> bool:
     return not isinstance(value, (int, float)) or abs(value) <= WHOLE_MOST
 
 
+def _named(*names: str) -> Callable[[Any], bool]:
+    """One of these texts, or none: what is looked up in a table of texts."""
+    return lambda value: isinstance(value, str) and (not value or value in names)
+
+
+def _by_topic(inner: Callable[[Any], bool], both: bool = False) -> Callable[[Any], bool]:
+    """A value for each topic of motion, or for some."""
+
+    def fits(value: Any) -> bool:
+        topics = {IMU, ODOMETRY}
+        whole = isinstance(value, dict) and (value.keys() == topics if both else value.keys() <= topics)
+        return whole and all(inner(part) for part in value.values())
+
+    return fits
+
+
+def _seconds(value: Any) -> bool:
+    """By the cause of a refusal."""
+    return _fits(dict[Text, Annotated[Real, Field(ge=0.0)]], value) and value.keys() <= CAUSES.keys()
+
+
 Hint = Any  # a type, or a function that says whether a value fits
 REMEMBERED: dict[str, dict[str, Hint]] = {
     "Intake": {"wall": SAME, "refused": dict[Text, Count]},
@@ -101,16 +124,19 @@ REMEMBERED: dict[str, dict[str, Hint]] = {
     },
     "HeaderWatch": {"_frames": SAME, "_seen": dict[Text, tuple[bytes, ...]]},
     "Watch": {
-        "gravity": SAME,
-        "arm": SAME,
         "jump": SAME,
-        "causes": dict[Text, Text],
+        "causes": _by_topic(_named(*DOUBTS), both=True),
         "_last": dict[Text, tuple[Whole, Real]],
-        "_imu": tuple[Whole, Three, Real] | None,
         "_place": Three | None,
         "_poses": list[tuple[Real, Real, Real, Real, Real]],
     },
-    "Weighing": {"gravity": SAME, "_held": tuple[Text, Real]},
+    "CrossCheck": {"gravity": SAME, "arm": SAME, "_imu": tuple[Whole, Three, Real] | None},
+    "Refusals": {
+        "_seconds": _by_topic(_seconds, both=True),
+        "_newest": _by_topic(lambda value: _fits(Whole, value)),
+        "_cause": _by_topic(_named(*CAUSES)),
+    },
+    "Weighing": {"gravity": SAME, "cause": _named(*DOUBTS), "_held": tuple[Text, Real]},
     "Turning": {
         "_world": SAME,
         "_angles": Three | None,
@@ -137,6 +163,7 @@ REMEMBERED: dict[str, dict[str, Hint]] = {
         "_squares": SAME,
         "_floor": SAME,
         "_drift": SAME,
+        "cause": _named("absent", *DOUBTS),
         "gain": Open,
         "_guess": Count,
         "_count": Count,

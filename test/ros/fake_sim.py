@@ -170,10 +170,15 @@ class Simulator:
 
     def snapshot(self) -> dict:
         rings = {f"inputs_{name}": array.copy() for name, array in self.inputs._asdict().items()}
-        return {"memory": self.state.memory[0].copy(), "value": self.state.value.copy(), **rings}
+        return {"memory": self.state.memory[0].copy(), "nodes": self.state.value.copy(), **rings}  # names of the file
+
+    def taken(self, path, saved) -> dict:
+        from cable_sim_ros.sim import savefile
+
+        return savefile.exact(saved.arrays, self.snapshot())
 
     def restore(self, saved: dict) -> None:
-        self.state.memory[0], self.state.value[:] = saved["memory"], saved["value"]
+        self.state.memory[0], self.state.value[:] = saved["memory"], saved["nodes"]
         for name, array in self.inputs._asdict().items():
             array[...] = saved[f"inputs_{name}"]
 

@@ -56,6 +56,7 @@ def test_in_real_time_the_tow_is_saved_and_restored_and_time_does_not_stand(worl
     saved, text = remote.trigger("save")
     assert saved and text.endswith("states/state.npz") and [path.name for path in root.iterdir()] == ["state.npz"]
     restored, text = remote.trigger("restore")
+    assert restored, text
     assert restored and "it goes on at the present, and the winch holds until it is commanded" in text
     assert node.state()["state"] == "running"
     assert "not a name for a state file" in remote.parameter("state_file", string_value="../x")
@@ -140,7 +141,7 @@ def control():
 
     timer = SimpleNamespace(cancel=lambda: None, reset=lambda: None)
     node = SimpleNamespace(session=Stepped(), settings=settle({"lockstep.wait": 2.0}), report_state=lambda: None)
-    node.create_service, node.create_timer = lambda *given: None, lambda *given, **named: timer
+    node.create_service, node.create_timer = lambda *given, **named: None, lambda *given, **named: timer
     node.get_logger = lambda: SimpleNamespace(info=lambda text: None)
     node.get_parameter = lambda name: SimpleNamespace(value="state")
     return SimulationControl(node)

@@ -82,6 +82,8 @@ def move(seconds, odd=None):
         took("odometry", "odom", "nav_msgs/msg/Odometry", data, arrival)
         session.motion("odometry", data, arrival)
         session.poll()
+        if session.state == "waiting":
+            until = time.monotonic() + seconds  # the start takes as long as the machine does
         k += 1
         time.sleep(0.02)
 
