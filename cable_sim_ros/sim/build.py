@@ -249,7 +249,7 @@ def build_line(
 ) -> LineModel:
     """A line as numbers for kernels, in the one place that coerces them: every line has one type signature."""
     return LineModel(
-        elements=np.ascontiguousarray(elements, float),
+        elements=np.require(elements, float, ["C", "W"]),  # written by the drum that feeds: a locked one is copied
         held=lock(held),
         bodies=lock(bodies, BODY),
         body_nodes=lock(np.asarray(body_nodes), np.int64),
