@@ -14,7 +14,7 @@ from .banded import solve, solve_again
 from .cable import mean_at
 from .jit import NO, YES, driver, inline, link, opaque
 from .line import link_residual, residual
-from .pull import follow
+from .pull import follow, link_pull
 from .quantity import Block, quantity
 from .state import AT_REST, FLOW, GAIN, MEAN, NOW, STEP, A, Change, Q, V, X, keep
 from .stir import STILL, link_stir, stir
@@ -294,6 +294,7 @@ settle = opaque(_settle)
 def link_solver(line, state) -> None:
     """Compile or load the assembly and the Newton solve and publish them; call before anything that uses them runs."""
     link_residual(line, state)
+    link_pull(line, state)
     link(_newton, line, state, AT_REST)
     link(_predict, line, state, 0.0)
     link_stir(line, state)

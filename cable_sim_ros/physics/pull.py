@@ -23,7 +23,7 @@ import numpy as np
 from .ancf import CD_FIXED, CN_FIT, CT_FIXED, CT_OF_RE, EXTRA_ALONG, EXTRA_DRAG, HALF_RHO_D, RE_FACTOR
 from .drag import SPEED_FLOOR, along, coefficient_along, drag
 from .drag_laws import CHOO_CASARELLA, choo_casarella, fitted
-from .jit import LANES, driver, inline
+from .jit import LANES, driver, inline, link, opaque
 from .sea import current_at
 from .state import ARC, FLOW, MEAN, NOW, PULL, STEP, STRUM, Q
 from .strum import EXTRA
@@ -282,7 +282,7 @@ def learn(known, velocity, rate, t, tau, h):
 
 
 @driver
-def take_up(line, state, h):
+def _take_up(line, state, h):
     """Take into the mean flow what is known of the step of h [s] in hand: ship and winch are at its end."""
     now, nodes = state.memory[NOW], state.nodes[NOW]
     if not is_amplified(line, state):
@@ -362,8 +362,17 @@ def turn(line, state):
 
 
 @driver
-def follow(line, state):
+def _follow(line, state):
     """What a solved step does to the mean velocity beside the low-pass: it goes with the material and turns with it."""
     if is_amplified(line, state):
         carry(state)
         turn(line, state)
+
+
+take_up, follow = opaque(_take_up), opaque(_follow)
+
+
+def link_pull(line, state) -> None:
+    """Compile or load what moves the mean flow and publish it; call before anything that uses it runs."""
+    link(_take_up, line, state, 0.0)
+    link(_follow, line, state)
