@@ -28,10 +28,14 @@ def look(frames: np.recarray) -> list[Reason]:
     yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
     velocity = np.asarray(frames["ship_velocity"], float)
     surge = np.gradient(velocity[:, 0] * np.cos(yaw) + velocity[:, 1] * np.sin(yaw), time)
-    if not (pitch.std() > LEAST_PITCH and surge.std() > LEAST_SURGE):
-        return []
-    agree = float(np.corrcoef(surge, pitch)[0, 1])
-    if not agree < AGAINST:
+    with np.errstate(invalid="ignore", divide="ignore"):
+        agree = float(np.corrcoef(surge, pitch)[0, 1])
+    return judged(pitch.std(), surge.std(), agree)
+
+
+def judged(pitch: float, surge: float, agree: float) -> list[Reason]:
+    """As `look`; pitch, surge: standard deviations, deg and m/s^2; agree: their correlation."""
+    if not (pitch > LEAST_PITCH and surge > LEAST_SURGE and agree < AGAINST):
         return []
     return [
         check(

@@ -124,7 +124,12 @@ def _ringing(frames: np.recarray) -> tuple[np.recarray, float, float]:
 def _deviation_damped(frames: np.recarray) -> tuple[Reason, ...]:
     """Reason where the ringing that the steps damped away would show in the deviation, though in no peak."""
     kept, there, lost = _ringing(frames)
-    least = SEEN * abs(float(kept["tension"].mean()))
+    return deviation_damped(float(kept["tension"].mean()), there, lost)
+
+
+def deviation_damped(mean: float, there: float, lost: float) -> tuple[Reason, ...]:
+    """As `_deviation_damped`, of the mean tension [N], its variance and the ringing damped away [N^2]."""
+    least = SEEN * abs(mean)
     if not (lost > ((1.0 + DAMPED) ** 2 - 1.0) * there and lost > least * least):
         return ()
     rule = next(rule for rule in RULES if rule.flag == "RINGING_DAMPED")
