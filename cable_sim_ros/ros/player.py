@@ -24,11 +24,11 @@ from ..io.bag_motion import read_motion
 from ..io.messages import KINDS, stamp_of
 from ..io.ned import in_enu
 from ..io.resources import find_bag
-from ..runs.number_option import LONGEST
 from . import discovery
 from .topics import message_class
 
 SECOND = 1_000_000_000
+LONGEST = 1e7  # s of a bag
 SLEEP_CHUNK = 0.1  # s, so that a signal is seen soon
 
 

@@ -6,9 +6,7 @@ from math import asin, atan2, cos, degrees, isfinite, nan, sin, sqrt
 
 import numpy as np
 
-from ..runs import pitch_sign
-from ..runs.summary import SKIP
-from ..runs.verdict import deviation_damped
+from ..sim.deviation_checks import PITCHED_OVER, SKIP, deviation_damped, pitch_against
 from ..sim.verdict import Reason
 
 AT_ONCE = 1.5  # ticks from one Frame to the next: more is a gap, and no acceleration is taken over it
@@ -76,10 +74,10 @@ class RunningSums:
 
     def reasons(self) -> list[Reason]:
         """Pitch of the wrong sign, and ringing that the steps damped away and the deviation misses."""
-        found = []
-        if self._ship.count * self.tick >= pitch_sign.LEAST_SECONDS:
+        found: list[Reason] = []
+        if self._ship.count * self.tick >= PITCHED_OVER:
             surge, pitch = self._ship.deviations
-            found += pitch_sign.judged(pitch, surge, self._ship.correlation)
+            found += pitch_against(pitch, surge, self._ship.correlation)
         if self._tension.count:
             there, (mean, lost) = self._tension.deviations[0], self._tension.mean
             text = f"{sqrt(0.5 * lost):.3g} N rms or more beside a deviation of {there:.4g} N"
