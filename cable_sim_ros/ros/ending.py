@@ -1,4 +1,4 @@
-"""How a node ended: the verdict on what it published, from counts, for it keeps no Frames."""
+"""How a node ended: the verdict on what it published, from counts and sums, for it keeps no Frames."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def verdict_of_node(session: Session, publisher: TickPublisher | None, figures: 
     scene, problem = session.scene, session.problem
     if publisher is None or publisher.latest is None:
         return verdict_of([check("HALTED", problem)] if problem else of_node(figures))
-    return judge_counts(
+    found = judge_counts(
         publisher.statuses,
         scene.solver.tick,
         int(publisher.latest["status"]),
@@ -24,3 +24,5 @@ def verdict_of_node(session: Session, publisher: TickPublisher | None, figures: 
         others=(*overload(scene, publisher.most_tension), *of_node(figures)),
         problem=problem,
     )
+    known = {reason.flag for reason in found.reasons}
+    return verdict_of([*found.reasons, *(more for more in publisher.sums.reasons() if more.flag not in known)])

@@ -16,6 +16,7 @@ from ..io.journal import Journal
 from ..io.recorder import Recorder
 from .figures import Samples
 from .loop import HALT, HEADS_ROWS, Loop, raise_priority
+from .running import RunningSums
 
 
 class TickPublisher:
@@ -45,6 +46,7 @@ class TickPublisher:
         self.latest: np.record | None = None  # newest Frame that was published, a copy
         self.statuses: Counter[int] = Counter()  # ticks with each status word
         self.most_tension = 0.0  # N
+        self.sums = RunningSums(1e-9 * loop.period_ns)
         self.fault = ""  # why the newest frame could not be published, or ""
         self.failure: BaseException | None = None
         self.lateness, self.work, self.latency = Samples(), Samples(), Samples()  # ms
@@ -120,6 +122,7 @@ class TickPublisher:
         self.published += 1
         self.statuses[int(frame["status"])] += 1
         self.most_tension = max(self.most_tension, float(frame["tension_most"]))
+        self.sums.add(frame)
         self.fault = ""
         self.latest = frame
 

@@ -10,34 +10,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..sim.verdict import Reason, check
-
-AGAINST = -0.4  # correlation; of any half minute of the two records it is +0.30 or more, of two minutes +0.46
-LEAST_SECONDS = 30.0
-# deg, and m/s^2: less pitch or surge than that says nothing, as of a table without one of them
-LEAST_PITCH, LEAST_SURGE = 0.05, 0.003
+from ..sim.deviation_checks import PITCHED_OVER, pitch_against
+from ..sim.verdict import Reason
 
 
 def look(frames: np.recarray) -> list[Reason]:
     """A reason to doubt the run whose pitch goes against its surge; none where one of them is missing or too small."""
     time = (frames["time"] - frames["time"][0]) * 1e-9 if len(frames) else np.zeros(0)
-    if len(time) < 10 or time[-1] < LEAST_SECONDS:
+    if len(time) < 10 or time[-1] < PITCHED_OVER:
         return []
     x, y, z, w = np.asarray(frames["ship_quaternion"], float).T
     pitch = np.degrees(np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0)))
     yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
     velocity = np.asarray(frames["ship_velocity"], float)
     surge = np.gradient(velocity[:, 0] * np.cos(yaw) + velocity[:, 1] * np.sin(yaw), time)
-    if not (pitch.std() > LEAST_PITCH and surge.std() > LEAST_SURGE):
-        return []
-    agree = float(np.corrcoef(surge, pitch)[0, 1])
-    if not agree < AGAINST:
-        return []
-    return [
-        check(
-            "PITCH_SIGN",
-            f"the ship is drawn ahead as its bow goes up: acceleration ahead and pitch have a correlation of "
-            f"{agree:.2f}, recorded ships +0.6 to +0.9. Pitch is positive bow down here (x forward, y to port, z "
-            "up); most sensors count bow up. Change the sign of the pitch, or leave it where the motion is made up",
-        )
-    ]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        agree = float(np.corrcoef(surge, pitch)[0, 1])
+    return list(pitch_against(float(pitch.std()), float(surge.std()), agree))

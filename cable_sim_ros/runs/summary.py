@@ -12,12 +12,12 @@ import numpy as np
 from scipy.stats import chi2
 
 from ..physics.frame import Flag
+from ..sim.deviation_checks import SKIP
 from ..sim.elementary import principal, product
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-SKIP = 20.0  # s
 SHARE = 0.95  # of the towbody positions inside the ellipsoid
 FLAT = 1e-6  # m; an ellipsoid whose least standard deviation is below this has no volume
 HAUL_OVER = 20.0  # s of the mean of the scope: a compensation is no haul

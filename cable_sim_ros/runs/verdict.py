@@ -8,18 +8,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..physics.frame import Flag
-from ..sim.flag_rules import RULES, WITHIN, WITHIN_JOURNAL, WITHIN_M
+from ..sim.deviation_checks import SKIP, deviation_damped
+from ..sim.flag_rules import WITHIN, WITHIN_JOURNAL, WITHIN_M
 from ..sim.scene import Scene
 from ..sim.statics import DRUM_RESERVE, Route
 from ..sim.verdict import Reason, Verdict, check, judge_counts, overload, strength, verdict_of
-from .summary import SKIP, after_start, tick_length
+from .summary import after_start, tick_length
 
 if TYPE_CHECKING:
     from ..io.replay import Residual, SameTicks
 
 ENDING = 5.0  # s
-# of the deviation, and of the mean tension: ringing that the steps damped away below that is no reason
-DAMPED, SEEN = 0.02, 1e-3
 KEPT = 0.02  # of its energy, what steps that keep a ringing may take of it
 NICE = (1.0, 2.0, 5.0)
 LEAST_TICK = 1e-4  # s, of solver.tick
@@ -124,11 +123,7 @@ def _ringing(frames: np.recarray) -> tuple[np.recarray, float, float]:
 def _deviation_damped(frames: np.recarray) -> tuple[Reason, ...]:
     """Reason where the ringing that the steps damped away would show in the deviation, though in no peak."""
     kept, there, lost = _ringing(frames)
-    least = SEEN * abs(float(kept["tension"].mean()))
-    if not (lost > ((1.0 + DAMPED) ** 2 - 1.0) * there and lost > least * least):
-        return ()
-    rule = next(rule for rule in RULES if rule.flag == "RINGING_DAMPED")
-    return (Reason(rule.flag, 0.0, 0.0, rule.figures, rule.text),)
+    return deviation_damped(float(kept["tension"].mean()), there, lost)
 
 
 def _damped(frames: np.recarray) -> str:

@@ -12,15 +12,22 @@ pytest.importorskip("rclpy")
 pytestmark = pytest.mark.ros
 
 
-def ended(statuses, problem="", most=2000.0, **figures):
+TICK = 0.01
+
+
+def ended(statuses, problem="", most=2000.0, frames=(), **figures):
     from cable_sim_ros.io.load import load_scene
     from cable_sim_ros.physics.frame import FRAME
     from cable_sim_ros.ros.ending import verdict_of_node
+    from cable_sim_ros.ros.running import RunningSums
 
     frame = np.zeros(1, FRAME).view(np.recarray)[0]
     frame.status = list(statuses)[-1] if statuses else 0
     latest = frame if statuses else None
-    publisher = SimpleNamespace(statuses=Counter(statuses), latest=latest, most_tension=most)
+    sums = RunningSums(TICK)
+    for one in frames:
+        sums.add(one)
+    publisher = SimpleNamespace(statuses=Counter(statuses), latest=latest, most_tension=most, sums=sums)
     return verdict_of_node(SimpleNamespace(scene=load_scene("full_scale"), problem=problem), publisher, figures)
 
 
@@ -39,6 +46,41 @@ def ended(statuses, problem="", most=2000.0, **figures):
 def test_a_node_ends_as_its_ticks_say(given, state, flags):
     found = ended(*given)
     assert (found.state, [reason.flag for reason in found.reasons]) == (state, flags)
+
+
+def sailing(bow_down=1.0, ringing=0.0):
+    """60 s on a wave: the ship is drawn ahead as its bow goes down; ringing [N] is what the steps damped away."""
+    from cable_sim_ros.physics.frame import FRAME
+
+    t = TICK * np.arange(6000)
+    frames = np.zeros(len(t), FRAME).view(np.recarray)
+    frames.time = np.round(t * 1e9)
+    pitch = bow_down * np.radians(2.0) * np.sin(0.7 * t)
+    frames.ship_quaternion[:, 1], frames.ship_quaternion[:, 3] = np.sin(0.5 * pitch), np.cos(0.5 * pitch)
+    frames.ship_velocity[:, 0] = 2.0 - 0.3 * np.cos(0.7 * t)
+    frames.tension = 2000.0 + 100.0 * np.sin(0.7 * t)
+    frames.tension_damped = ringing
+    return frames
+
+
+@pytest.mark.parametrize(
+    "given, flags",
+    [
+        ({}, []),
+        ({"bow_down": -1.0}, ["PITCH_SIGN"]),
+        ({"ringing": 25.0}, ["RINGING_DAMPED"]),  # 2 % of 71 N more is 20 N of it, an amplitude
+        ({"ringing": 15.0}, []),
+    ],
+)
+def test_a_node_says_what_a_run_over_its_frames_says(given, flags):
+    from cable_sim_ros.runs import pitch_sign, verdict
+
+    frames = sailing(**given)
+    found = ended({0: len(frames)}, frames=frames)
+    assert [reason.flag for reason in found.reasons] == flags
+    offline = [*pitch_sign.look(frames), *verdict.judge(frames).reasons]
+    assert [reason.flag for reason in offline] == flags
+    assert all(a.text.split(",")[0] == b.text.split(",")[0] for a, b in zip(found.reasons, offline)), "the same numbers"
 
 
 def test_lost_messages_and_lost_time_count():

@@ -1,0 +1,42 @@
+"""Checks of a run by means and deviations over it: a run has them from its Frames, a node from running sums."""
+
+from __future__ import annotations
+
+from .flag_rules import RULES
+from .verdict import Reason, check
+
+SKIP = 20.0  # s at the start, which figures leave out: the motion is taken up there
+# correlation of surge and pitch; of any half minute of the two records it is +0.30 or more, of two minutes +0.46
+AGAINST = -0.4
+PITCHED_OVER = 30.0  # s, at least
+# deg, and m/s^2: less pitch or surge than that says nothing, as of a table without one of them
+LEAST_PITCH, LEAST_SURGE = 0.05, 0.003
+# of the deviation, and of the mean tension: ringing that the steps damped away below that is no reason
+DAMPED, SEEN = 0.02, 1e-3
+
+
+def pitch_against(pitch: float, surge: float, agree: float) -> tuple[Reason, ...]:
+    """Reason where the pitch goes against the surge. pitch, surge: standard deviations, deg and m/s^2; agree: their
+    correlation."""
+    if not (pitch > LEAST_PITCH and surge > LEAST_SURGE and agree < AGAINST):
+        return ()
+    return (
+        check(
+            "PITCH_SIGN",
+            f"the ship is drawn ahead as its bow goes up: acceleration ahead and pitch have a correlation of "
+            f"{agree:.2f}, recorded ships +0.6 to +0.9. Pitch is positive bow down here (x forward, y to port, z "
+            "up); most sensors count bow up. Change the sign of the pitch, or leave it where the motion is made up",
+        ),
+    )
+
+
+def deviation_damped(mean: float, there: float, lost: float) -> tuple[Reason, ...]:
+    """Reason where the ringing that the steps damped away would show in the deviation, though in no peak.
+
+    mean: of the tension, N; there, lost: variances of the tension and of that ringing, N^2.
+    """
+    least = SEEN * abs(mean)
+    if not (lost > ((1.0 + DAMPED) ** 2 - 1.0) * there and lost > least * least):
+        return ()
+    rule = next(rule for rule in RULES if rule.flag == "RINGING_DAMPED")
+    return (Reason(rule.flag, 0.0, 0.0, rule.figures, rule.text),)
