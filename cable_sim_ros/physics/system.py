@@ -26,8 +26,8 @@ from .ringing import fade
 from .setpoint import by_angle
 from .ship import follow
 from .state import FLOW, NOW, TICK, Q, V, keep, take_back
-from .step import begin, finish, link_stepper, start, unfinished
-from .tow import advance_tow, impose, link_strum, place_surfaces, strum
+from .step import begin, link_stepper, start, unfinished
+from .tow import advance_tow, link_strum, pass_through, place_surfaces, strum
 from .towbody import turn_into_flow
 from .winch import ACCELERATION, RATE, forget, note_command
 
@@ -75,8 +75,7 @@ def stride(model, state, inputs, output, slot, begun):
     follow(first, last, inputs, now, settings.ship)
     rate = command_between(first, last, settings.drum, inputs, now.winch)
     note_command(settings.drum, now.winch, before, h)
-    blending = impose(model, state, inputs, last, h, rate)
-    going_on = finish(model.line, state, h)
+    going_on, blending = pass_through(model, state, inputs, last, h, rate)
     if plan.done > done:
         now.time.now = last
         turn_bodies(model.line, state, h)

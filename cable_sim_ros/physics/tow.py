@@ -102,6 +102,24 @@ def impose(model, state, inputs, t, h, command_rate):
 
 
 @driver
+def pass_through(model, state, inputs, t, h, command_rate):
+    """What every step of a tow that was begun does, steps of the tick or chosen ones, until the time t [ns], h [s] on.
+
+    Returns (False: no halving left, is a source blending).
+    """
+    blending = impose(model, state, inputs, t, h, command_rate)
+    take_up(model.line, state, h)
+    if not finish(model.line, state, h):
+        return False, blending
+    if state.plan[0].taken != 0:
+        now = state.memory[NOW]
+        moved = now.winch.length - state.memory[STEP].winch.length
+        wind(model.settings[0].drum, now.winch, moved, end_strain(model.line.elements, state))
+        now.account.work[FED] += beads_fed(model.line, state)
+    return True, blending
+
+
+@driver
 def advance_tow(model, state, inputs, commanded, until):
     """Take what is to be taken next of a tick. Returns (False: no halving left, is a source blending).
 
@@ -111,15 +129,7 @@ def advance_tow(model, state, inputs, commanded, until):
     share = plan.done + plan.share
     now.winch.commanded, now.winch.command_rate = between(commanded, until, share, tick_ns * 1e-9)
     h = begin(model.line, state, tick_ns * 1e-9)
-    blending = impose(model, state, inputs, now.time.now + int(share * tick_ns), h, now.winch.command_rate)
-    take_up(model.line, state, h)
-    if not finish(model.line, state, h):
-        return False, blending
-    if state.plan[0].taken != 0:
-        moved = now.winch.length - state.memory[STEP].winch.length
-        wind(model.settings[0].drum, now.winch, moved, end_strain(model.line.elements, state))
-        now.account.work[FED] += beads_fed(model.line, state)
-    return True, blending
+    return pass_through(model, state, inputs, now.time.now + int(share * tick_ns), h, now.winch.command_rate)
 
 
 @driver
