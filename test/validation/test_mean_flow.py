@@ -166,3 +166,12 @@ def test_a_pull_moves_all_of_the_cable_along_itself(starts):
     stretch = np.abs((np.diff(pull, axis=0) * chord).sum(1))[wet].max()
     along = (pull[:-1] * chord).sum(1)[wet]
     assert stretch < 1e-3 and along[0] == pytest.approx(1.0, abs=0.01) and 0.2 < along[-1] < along[0]
+
+
+def test_steps_that_are_chosen_know_the_same(starts):
+    """A haul in chosen steps and in fixed ones: the mean flow of both, and the counter on the drum."""
+    fixed = wound(starts("full_scale", 60.0), -0.8, 20.0)
+    chosen = wound(begun("full_scale", solver__tension_error=0.005), -0.8, 20.0)
+    assert np.unique(chosen.substeps).size > 1, "they were chosen"
+    assert np.abs(chosen.tension / fixed.tension - 1.0)[round(2.0 / TICK) :].max() < 0.005
+    assert np.abs(chosen.payout_counter - fixed.payout_counter).max() < 1e-3 < np.ptp(chosen.payout_counter)
