@@ -1,14 +1,9 @@
 """What is known of the mean flow at once: how fast the cable is pulled through the water, and how its shape turns.
 
 The running mean of the material's velocity (state.MEAN) is slow, to keep waves out of the drag that is amplified. What
-is no wave need not wait for it: the commanded rate of the winch and the mean speed of the sheave. A change dp of the
-speed with which material comes outboard where the cable enters the water changes the mean velocity of node i by
-dp t_i, t_i the unit tangent: the cable slides along itself. That it sinks or rises besides is left to the running mean:
-the balance of a momentary shape, with its waves and the corners at bodies, depends on the mesh (a haul with a depressor
-erred by 3 m on its own mesh).
-
-Where a controller compensates heave through commands, what they have in common with the sheave's motion along the cable
-is a wave and is left out. docs/theory.md, mean flow.
+is no wave need not wait for it: the mean speed of the sheave. A change dp of the speed with which material comes
+outboard where the cable enters the water changes the mean velocity of node i by dp t_i, t_i the unit tangent: the cable
+slides along itself. The commanded rate of the winch is not among what is known: docs/theory.md, mean flow, says why.
 """
 
 from __future__ import annotations
@@ -22,17 +17,9 @@ from .state import ARC, MEAN, NOW, PULL, STEP, STRUM, Q
 from .strum import EXTRA
 from .vec import norm, scale
 
-TAKE_UP = 0.3  # s, with which a commanded rate is taken into the mean
-# m/s^2, at most: a cable that is paid out faster than it falls does not follow its winch, and a mean that did would
-# push it: +-5 m/s by turns of half a second struck with 67 kN without this bound, 15 before there was a known part
-FASTEST = 0.5
-# s, for which a commanded rate has its sign before it is known to be no wave: a swing of 8 s by commands turns each 4 s
-KEPT = 5.0
-SLOW = 0.02  # m/s: what is taken in of a rate of this sign is no more than a rest
 SHARP = 9.0  # corner of the ship's mean speed times cable.mean_flow_time: passes less than the mean flow up to 20 s
 BUTTERWORTH = (0.9238795325112867, 0.3826834323650898)  # damping of the two halves of a low-pass of fourth order
 MOVED, OLD = 0.05, 5.0  # m/s of changes and s, after which the response is computed anew
-LEAST_WAVE = 1e-6  # m^2/s^2, below which a motion of the sheave is no wave
 SEEN = 1e-9  # m/s, a change that is one
 UPRIGHT, LYING = 0.1, 0.3  # square of the horizontal share of a direction: none of its turning counts, all of it
 
@@ -91,10 +78,10 @@ def slide(state):
 
 
 @driver
-def learn(known, velocity, rate, t, tau, h):
-    """Follow the mean speed of the sheave and the commanded rate [m/s] over a step h [s]; returns by how much what they
-    bring outboard along t has changed. velocity: of the sheave, tow frame; tau: cable.mean_flow_time."""
-    w, change, wave = SHARP / tau, 0.0, -velocity[2] * t[2]
+def learn(known, velocity, t, tau, h):
+    """Follow the mean speed of the sheave [m/s] over a step h [s]; returns by how much what it brings outboard along t
+    has changed. velocity: of the sheave, tow frame; tau: cable.mean_flow_time."""
+    w, change = SHARP / tau, 0.0
     for k in range(2):
         x, before = velocity[k], known.speed[k, 2]
         for i in range(2):
@@ -103,22 +90,7 @@ def learn(known, velocity, rate, t, tau, h):
             x = u + h * r
             known.speed[k, 2 * i], known.speed[k, 2 * i + 1] = x, r
         change += (x - before) * t[k]
-        wave -= (velocity[k] - x) * t[k]
-    a = 2.0 * h / (tau + 2.0 * h)
-    known.rate_mean += a * (rate - known.rate_mean)
-    known.wave_mean += a * (wave - known.wave_mean)
-    off, wave = rate - known.rate_mean, wave - known.wave_mean
-    known.common += a * (off * wave - known.common)
-    known.waves += a * (wave * wave - known.waves)
-    share = min(max(known.common / (known.waves + LEAST_WAVE), 0.0), 1.0)
-    known.kept = known.kept + h if rate * known.sign > 0.0 else 0.0
-    known.sign = 1.0 if rate > 0.0 else (-1.0 if rate < 0.0 else 0.0)
-    if known.kept < KEPT and known.sign * known.rate <= SLOW:
-        rate, share = 0.0, 0.0
-    before = known.rate
-    taken = h / (TAKE_UP + h) * (rate - share * wave - known.rate)
-    known.rate += min(max(taken, -FASTEST * h), FASTEST * h)
-    return change + known.rate - before
+    return change
 
 
 @driver
@@ -129,7 +101,7 @@ def _take_up(line, state, h):
         return
     known = now.known
     top = direction(nodes[Q], first_wet(nodes[Q]))
-    change = learn(known, now.sheave.velocity, now.winch.command_rate, top, line.settings[0].mean_flow_time, h)
+    change = learn(known, now.sheave.velocity, top, line.settings[0].mean_flow_time, h)
     change -= known.turned[0] * top[0] + known.turned[1] * top[1]  # of the turn of the ship, that is in the mean
     known.turned[0], known.turned[1] = 0.0, 0.0
     if abs(change) < SEEN:

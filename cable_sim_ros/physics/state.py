@@ -95,13 +95,6 @@ MEASURED = np.dtype(
 KNOWN = np.dtype(  # of the mean flow, see pull.py
     [
         ("speed", "f8", (2, 4)),  # m/s, m/s^2: two stages of the mean speed of the sheave, x and y, tow frame
-        ("rate", "f8"),  # m/s, commanded rate that has been taken into the mean
-        ("sign", "f8"),  # of the commanded rate, and for how long it has had it [s]
-        ("kept", "f8"),
-        ("rate_mean", "f8"),  # m/s, of the commanded rate, and of the sheave's waves along the cable
-        ("wave_mean", "f8"),
-        ("common", "f8"),  # m^2/s^2, what both have in common, and the waves' own
-        ("waves", "f8"),
         ("turned", "f8", 2),  # m/s, x and y: by what the turn of the cable changed the mean at its first wet node
         ("moved", "f8"),  # m/s of changes since row PULL was computed
         ("at", "f8"),  # s since the start, when it was

@@ -43,7 +43,9 @@ def test_a_table_of_a_real_sensor_tows_as_the_exact_one(tmp_path):
     told = {row["column"]: row["resolution"] for row in rounded.figures["motion_rounded"]}
     assert told == pytest.approx({name: 10.0**-digits for name, digits in DIGITS.items()})
     assert sum("smoothed within its rounding" in note for note in rounded.figures["notices"]) == 6
-    assert rounded.verdict.state == exact.verdict.state == "ok" and "motion_rounded" not in exact.figures
+    # the made-up pitch goes against the surge, rounded or not; nothing else is doubted
+    assert [[reason.flag for reason in run.verdict.reasons] for run in (rounded, exact)] == [["PITCH_SIGN"]] * 2
+    assert "motion_rounded" not in exact.figures
 
 
 def test_motion_below_its_resolution_makes_the_run_doubtful(tmp_path):
