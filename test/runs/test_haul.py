@@ -31,9 +31,7 @@ def test_the_haul_of_the_command_line_is_replayed_bit_for_bit(tmp_path):
     line = ["run", "full_scale", "--heave", "1,8", "--winch", "0 rate -3, 20 hold", "--duration", "25", "--json"]
     for words in ([*line, "--out", str(tmp_path)], ["replay", str(tmp_path / "tow"), "--json"]):
         result = CliRunner().invoke(cli.main, words, catch_exceptions=False)
+        assert result.exit_code == 0, result.stderr
         figures = json.loads(result.stdout)
-        # 3 m/s against the water press the cable deeper than the scene's working tension: flagged in the run alone
-        assert {reason["flag"] for reason in figures["verdict"]["reasons"]} <= {"PENETRATION"}, result.stderr
-    assert result.exit_code == 0
     assert figures["largest_difference"]["difference"] == 0.0
     assert figures["scope_max_m"] - figures["scope_min_m"] == pytest.approx(60.0, abs=2.0)
