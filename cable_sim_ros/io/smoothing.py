@@ -15,7 +15,7 @@ from math import inf, log, pi
 import numpy as np
 from scipy.interpolate import BSpline
 from scipy.linalg import solveh_banded
-from scipy.sparse import csr_array, diags_array
+from scipy.sparse import csr_array, diags  # diags_array came with scipy 1.12
 
 DEGREE, PENALTY = 3, 3  # of the spline; derivative that is kept small
 LONGEST = 60.0  # s, period of the lowest cut-off
@@ -66,11 +66,11 @@ class _Stretch:
         n = rows.shape[1]
         if rates is not None:
             lower = BSpline.design_matrix(inside, self.knots[1:-1], DEGREE - 1)
-            step = diags_array([-np.ones(n - 1), np.ones(n - 1)], offsets=[0, 1], shape=(n - 1, n)) / self.h
+            step = csr_array(diags([-np.ones(n - 1), np.ones(n - 1)], [0, 1], shape=(n - 1, n))) / self.h
             self.rows.append(csr_array(lower @ step))
             self.data.append(rates - self.slope)
         binomial = np.array([-1.0, 3.0, -3.0, 1.0])
-        third = diags_array([c * np.ones(n - PENALTY) for c in binomial], offsets=range(4), shape=(n - PENALTY, n))
+        third = csr_array(diags([c * np.ones(n - PENALTY) for c in binomial], range(4), shape=(n - PENALTY, n)))
         self.penalty = _banded((third.T @ third) / self.h ** (2 * PENALTY - 1))
         self.normal = sum(_banded(w * (a.T @ a)) for w, a in zip(weights, self.rows))
 
