@@ -14,7 +14,7 @@ from .banded import solve, solve_again
 from .cable import mean_at
 from .jit import NO, YES, driver, inline, link, opaque
 from .line import link_residual, residual
-from .pull import follow, link_pull
+from .pull import follow, link_pull, mean_share
 from .quantity import Block, quantity
 from .state import AT_REST, FLOW, GAIN, MEAN, NOW, STEP, A, Change, Q, V, X, keep
 from .stir import STILL, link_stir, stir
@@ -64,12 +64,6 @@ def coefficients(h, rho):
     gamma = 0.5 + af - am
     beta = 0.25 * (gamma + 0.5) ** 2
     return am, af, beta, gamma, gamma / (h * beta), (1.0 - am) / ((1.0 - af) * h * h * beta)
-
-
-@inline
-def mean_share(line, h):
-    """Share of a step of h [s] that the running mean of the velocity takes up: backward Euler of m' = (v - m) / tau."""
-    return h / (line.settings[0].mean_flow_time + h)
 
 
 @driver
@@ -206,7 +200,7 @@ predict = opaque(_predict)
 def advance(line, state, h):
     """Solve the predicted step, held unknowns already at its end. Returns the iterations, or -1 and no valid state."""
     am, af, _, _, c1, c2 = coefficients(h, line.settings[0].rho_inf)
-    share = mean_share(line, h)
+    share = mean_share(state.memory[NOW].known, line.settings[0].mean_flow_time, h)
     used = newton(line, state, Change(c1, c2, line.settings[0].mass_damping, share))
     if used < 0:
         return used

@@ -1,9 +1,8 @@
-"""What is known of the mean flow at once: how fast the cable is pulled through the water, and how its shape turns.
+"""What the mean flow does beside its low-pass: its memory, and how it goes and turns with the cable.
 
-The running mean of the material's velocity (state.MEAN) is slow, to keep waves out of the drag that is amplified. What
-is no wave need not wait for it: the mean speed of the sheave. A change dp of the speed with which material comes
-outboard where the cable enters the water changes the mean velocity of node i by dp t_i, t_i the unit tangent: the cable
-slides along itself. The commanded rate of the winch is not among what is known: docs/theory.md, mean flow, says why.
+The running mean of the material's velocity (state.MEAN) is slow, to keep waves out of the drag that is amplified. After
+a change that is no wave, of the commanded rate of the winch or of the ship's mean speed, it begins anew: the memory is
+short first and grows with the time since, as the mean of all that came after the change would have it.
 """
 
 from __future__ import annotations
@@ -13,14 +12,17 @@ from math import sqrt
 from .ancf import EXTRA_DRAG
 from .jit import LANES, driver, inline, link, opaque
 from .sea import current_at
-from .state import ARC, MEAN, NOW, PULL, STEP, STRUM, Q
+from .state import ARC, MEAN, NOW, STEP, STRUM, Q
 from .strum import EXTRA
 from .vec import norm, scale
 
-SHARP = 9.0  # corner of the ship's mean speed times cable.mean_flow_time: passes less than the mean flow up to 20 s
+# corners times cable.mean_flow_time: what is left of a wave of 10 s is 0.3 % of a speed, 10 % of a commanded rate
+SHIP, WINCH = 9.0, 27.0
 BUTTERWORTH = (0.9238795325112867, 0.3826834323650898)  # damping of the two halves of a low-pass of fourth order
-MOVED, OLD = 0.05, 5.0  # m/s of changes and s, after which the response is computed anew
-SEEN = 1e-9  # m/s, a change that is one
+HALF_WAVE = 10.0  # s, of the longest wave
+SHORTEST = 2.0  # s, memory just after a change: some periods of vortices
+TOLERATED = 0.05  # m/s between what is known and what the mean has of it: no change yet
+AT_ONCE = 1.0  # s, in which a difference of twice that shortens the memory to a third
 UPRIGHT, LYING = 0.1, 0.3  # square of the horizontal share of a direction: none of its turning counts, all of it
 
 
@@ -68,52 +70,67 @@ def slopes(table, arc, first):
                 table[n, 3 + k] = (up * before + down * after) / (before + after)
 
 
-@driver
-def slide(state):
-    """Row PULL: what a pull of 1 m/s outboard changes the mean velocities by, the tangents, and their slopes."""
-    q, pull = state.nodes[NOW, Q], state.nodes[NOW, PULL]
-    for n in range(q.shape[0]):
-        pull[n, 0], pull[n, 1], pull[n, 2] = direction(q, n)
-    slopes(pull, state.nodes[NOW, ARC], 0)
+@inline
+def smoothed(stages, x, w, h):
+    """Butterworth low-pass of fourth order, corner w [rad/s], over a step h [s]; stages: value and rate of two."""
+    for i in range(2):
+        u, r = stages[2 * i], stages[2 * i + 1]
+        r = (r + h * w * w * (x - u)) / (1.0 + h * w * (2.0 * BUTTERWORTH[i] + h * w))
+        x = u + h * r
+        stages[2 * i], stages[2 * i + 1] = x, r
+    return x
 
 
 @driver
-def learn(known, velocity, t, tau, h):
-    """Follow the mean speed of the sheave [m/s] over a step h [s]; returns by how much what it brings outboard along t
-    has changed. velocity: of the sheave, tow frame; tau: cable.mean_flow_time."""
-    w, change = SHARP / tau, 0.0
-    for k in range(2):
-        x, before = velocity[k], known.speed[k, 2]
-        for i in range(2):
-            u, r = known.speed[k, 2 * i], known.speed[k, 2 * i + 1]
-            r = (r + h * w * w * (x - u)) / (1.0 + h * w * (2.0 * BUTTERWORTH[i] + h * w))
-            x = u + h * r
-            known.speed[k, 2 * i], known.speed[k, 2 * i + 1] = x, r
-        change += (x - before) * t[k]
-    return change
+def changed(known, velocity, current, rate, t, tau, h):
+    """By how much ship or winch [m/s] have changed beyond what the running mean has of it, after a step h [s].
+
+    velocity: of the sheave, tow frame; rate: commanded; t: outboard, where the cable enters the water. A controller may
+    compensate waves by commands: as much as the low-pass leaves of the sheave's waves is no change of the winch, unless
+    the change keeps its sign for longer than half a wave.
+    """
+    w = SHIP / tau
+    x, y = smoothed(known.east, velocity[0], w, h), smoothed(known.north, velocity[1], w, h)
+    speed = sqrt((x - current[0]) ** 2 + (y - current[1]) ** 2)
+    w = WINCH / tau
+    wound, heave = smoothed(known.wound, rate, w, h), smoothed(known.heave, velocity[2], w, h)
+    surge = smoothed(known.surge, (velocity[0] - x) * t[0] + (velocity[1] - y) * t[1], w, h)
+    known.waves = max(sqrt(heave * heave + surge * surge), known.waves * tau / (tau + h))
+    if known.begun == 0:
+        known.begun, known.taken[0] = 1, speed
+    share = mean_share(known, tau, h)
+    ship, winch = speed - known.taken[0], wound - known.taken[1]
+    known.taken[0] += share * ship
+    known.taken[1] += share * winch
+    known.kept = known.kept + h if winch * known.winch > 0.0 else h
+    known.winch = winch
+    return max(abs(ship), abs(winch) - (known.waves if known.kept < HALF_WAVE else 0.0))
+
+
+@inline
+def mean_share(known, tau, h):
+    """Share of a step of h [s] that the running mean of the velocity takes up: backward Euler of m' = (v - m) / memory.
+
+    1 / memory = 1 / tau + known.faster; tau: cable.mean_flow_time.
+    """
+    taken = h * (1.0 / tau + known.faster)
+    return taken / (1.0 + taken)
 
 
 @driver
 def _take_up(line, state, h):
-    """Take into the mean flow what is known of the step of h [s] in hand: ship and winch are at its end."""
-    now, nodes = state.memory[NOW], state.nodes[NOW]
-    if not is_amplified(line, state):
+    """Set the memory of the mean flow for the step of h [s] in hand: ship and winch are at its end."""
+    now, tau = state.memory[NOW], line.settings[0].mean_flow_time
+    if tau <= SHORTEST or not is_amplified(line, state):
         return
-    known = now.known
-    top = direction(nodes[Q], first_wet(nodes[Q]))
-    change = learn(known, now.sheave.velocity, top, line.settings[0].mean_flow_time, h)
-    change -= known.turned[0] * top[0] + known.turned[1] * top[1]  # of the turn of the ship, that is in the mean
-    known.turned[0], known.turned[1] = 0.0, 0.0
-    if abs(change) < SEEN:
+    known, q, c = now.known, state.nodes[NOW, Q], now.current
+    top = direction(q, first_wet(q))
+    change = changed(known, now.sheave.velocity, (c[0], c[1]), now.winch.command_rate, top, tau, h)
+    if change <= TOLERATED and known.faster == 0.0:
         return
-    known.moved += abs(change)
-    if known.told == 0 or known.moved > MOVED or (now.sea.time - known.at) > OLD:
-        slide(state)
-        known.told, known.moved, known.at = 1, 0.0, now.sea.time
-    mean, pull = nodes[MEAN], nodes[PULL]
-    for n in range(mean.shape[0]):
-        for k in range(6):
-            mean[n, k] += change * pull[n, k]
+    memory = 1.0 / (1.0 / tau + known.faster) + h
+    memory /= 1.0 + max(change / TOLERATED - 1.0, 0.0) * h / AT_ONCE
+    known.faster = max(1.0 / max(memory, SHORTEST) - 1.0 / tau, 0.0)
 
 
 @driver
@@ -155,7 +172,6 @@ def turn(line, state):
     """Turn the mean flow past every node about the vertical with the cable over the step just solved: in a turn the
     cable follows the ship's path, and the flow along it stays along it."""
     q, old, mean, memory = state.nodes[NOW, Q], state.nodes[STEP, Q], state.nodes[NOW, MEAN], state.memory[NOW]
-    top = first_wet(q)
     for n in range(q.shape[0]):
         x0, y0, x1, y1 = old[n, 3], old[n, 4], q[n, 3], q[n, 4]
         level = x1 * x1 + y1 * y1
@@ -167,10 +183,7 @@ def turn(line, state):
         c = sqrt(max(1.0 - s * s, 0.0))
         x, y = current_at(line.sea, memory, min(q[n, 2], 0.0))
         wx, wy = x - mean[n, 0], y - mean[n, 1]
-        mx, my = x - (c * wx - s * wy), y - (s * wx + c * wy)
-        if n == top:
-            memory.known.turned[0], memory.known.turned[1] = mx - mean[n, 0], my - mean[n, 1]
-        mean[n, 0], mean[n, 1] = mx, my
+        mean[n, 0], mean[n, 1] = x - (c * wx - s * wy), y - (s * wx + c * wy)
 
 
 @driver

@@ -27,10 +27,10 @@ SLOTS = 3
 # rows of State.nodes, six numbers a node: position and gradient, their rates, accelerations, auxiliary
 # accelerations, their gain in the step before, the running mean of the material's rates, of a body how the water flows
 # past it (see towbody.py), how the element that begins at the node strums (columns: strum.py), the wake it sheds (see
-# wake.py), how the running mean answers to a pull at the top (see pull.py), and arc length with its first and second
-# rate (columns 0 to 2) and the kind of the element that begins there (column shape.LINK)
-Q, V, A, X, GAIN, MEAN, FLOW, STRUM, WAKE, PULL, ARC = np.arange(11)
-NODE_ROWS = 11
+# wake.py), and arc length with its first and second rate (columns 0 to 2) and the kind of the element that begins there
+# (column shape.LINK)
+Q, V, A, X, GAIN, MEAN, FLOW, STRUM, WAKE, ARC = np.arange(10)
+NODE_ROWS = 10
 
 HEALTH = np.dtype(
     [
@@ -94,11 +94,17 @@ MEASURED = np.dtype(
 )
 KNOWN = np.dtype(  # of the mean flow, see pull.py
     [
-        ("speed", "f8", (2, 4)),  # m/s, m/s^2: two stages of the mean speed of the sheave, x and y, tow frame
-        ("turned", "f8", 2),  # m/s, x and y: by what the turn of the cable changed the mean at its first wet node
-        ("moved", "f8"),  # m/s of changes since row PULL was computed
-        ("at", "f8"),  # s since the start, when it was
-        ("told", "i8"),  # 1: it has been
+        ("east", "f8", 4),  # two stages of the mean speed of the sheave, x and y, tow frame [m/s, m/s^2]
+        ("north", "f8", 4),
+        ("wound", "f8", 4),  # of the commanded rate, and of the sheave's waves, upward and along the cable
+        ("heave", "f8", 4),
+        ("surge", "f8", 4),
+        ("waves", "f8"),  # m/s, envelope of the last two
+        ("taken", "f8", 2),  # m/s: speed and rate as far as the running mean has them
+        ("winch", "f8"),  # m/s: what it has not of the rate, and for how long that has its sign [s]
+        ("kept", "f8"),
+        ("faster", "f8"),  # 1/s, by which the mean is faster than cable.mean_flow_time has it
+        ("begun", "i8"),  # 1: speed is known
     ],
     align=True,
 )
