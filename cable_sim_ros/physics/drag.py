@@ -138,6 +138,23 @@ def coefficient_along(across, d_across, whole, d_whole, vn, at, free):
 
 
 @driver
+def grazing_lanes(p, t, row):
+    """C_D of f_t where the water goes along the cable in any lane: rows CDT."""
+    if p.shape[1] != LANES or t.shape[1] != LANES:
+        raise ValueError("lanes")
+    for e in range(LANES):
+        vt, vn = dot(get3(t, row, e), get3(t, POINT_U, e)), t[POINT_VN, e]
+        at = sqrt(vt * vt + SPEED_FLOOR * SPEED_FLOOR)
+        re = min(p[RE_FACTOR, e] * sqrt(vn * vn + at * at), RE_MOST)
+        r = 1.0 / sqrt(re)
+        free = 1.0 if p[CD_FIXED, e] < 0.0 else 0.0
+        c, c_vn, c_at = coefficient_along(
+            t[POINT_CD, e], p[RE_FACTOR, e] * t[POINT_DCD, e], 1.1 + 4.0 * r,
+            -2.0 * p[RE_FACTOR, e] * r * r * r * (1.0 if re < RE_MOST else 0.0), vn, at, free)
+        t[POINT_CDT, e], t[POINT_CDT + 1, e], t[POINT_CDT + 2, e] = c, c_vn, c_at
+
+
+@driver
 def coefficient_lanes(p, t, row):
     """V_n, and C_D and dC_D/dRe of the top branch of Choo-Casarella, for the velocity in ``row`` (POINT_V or POINT_W)
     of t; row POINT_X says which lanes need other_coefficients."""
@@ -161,14 +178,16 @@ def coefficient_lanes(p, t, row):
         t[POINT_DALONG, e] = 0.0
     for e in range(LANES):
         vt, vn = dot(get3(t, row, e), get3(t, POINT_U, e)), t[POINT_VN, e]
-        at = sqrt(vt * vt + SPEED_FLOOR * SPEED_FLOOR)
-        re = min(p[RE_FACTOR, e] * sqrt(vn * vn + at * at), RE_MOST)
-        r = 1.0 / sqrt(re)
         free = 1.0 if p[CD_FIXED, e] < 0.0 else 0.0
-        c, c_vn, c_at = coefficient_along(
-            t[POINT_CD, e], p[RE_FACTOR, e] * t[POINT_DCD, e], 1.1 + 4.0 * r,
-            -2.0 * p[RE_FACTOR, e] * r * r * r * (1.0 if re < RE_MOST else 0.0), vn, at, free)
-        t[POINT_CDT, e], t[POINT_CDT + 1, e], t[POINT_CDT + 2, e] = c, c_vn, c_at
+        grazes = GRAZING * GRAZING * (vt * vt + SPEED_FLOOR * SPEED_FLOOR) - vn * vn
+        t[POINT_CDT, e] = t[POINT_CD, e]
+        t[POINT_CDT + 1, e] = p[RE_FACTOR, e] * t[POINT_DCD, e]
+        t[POINT_CDT + 2, e] = free * max(grazes, 0.0)
+    grazes = 0.0
+    for e in range(LANES):
+        grazes = max(grazes, t[POINT_CDT + 2, e])
+    if grazes > 0.0:
+        grazing_lanes(p, t, row)
 
 
 @driver

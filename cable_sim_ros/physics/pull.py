@@ -27,10 +27,10 @@ UPRIGHT, LYING = 0.1, 0.3  # square of the horizontal share of a direction: none
 
 
 @driver
-def is_amplified(line, state):
-    """Has any element a drag factor other than 1?"""
-    for e in range(state.tension.shape[0]):
-        if line.elements[e // LANES, EXTRA_DRAG, e % LANES] + state.nodes[NOW, STRUM, e, EXTRA] != 0.0:
+def is_amplified(elements, strumming):
+    """Has any element a drag factor other than 1? strumming: row STRUM of the nodes."""
+    for e in range(strumming.shape[0] - 1):
+        if elements[e // LANES, EXTRA_DRAG, e % LANES] + strumming[e, EXTRA] != 0.0:
             return True
     return False
 
@@ -121,7 +121,7 @@ def mean_share(known, tau, h):
 def _take_up(line, state, h):
     """Set the memory of the mean flow for the step of h [s] in hand: ship and winch are at its end."""
     now, tau = state.memory[NOW], line.settings[0].mean_flow_time
-    if tau <= SHORTEST or not is_amplified(line, state):
+    if tau <= SHORTEST or not is_amplified(line.elements, state.nodes[NOW, STRUM]):
         return
     known, q, c = now.known, state.nodes[NOW, Q], now.current
     top = direction(q, first_wet(q))
@@ -134,17 +134,22 @@ def _take_up(line, state, h):
 
 
 @driver
-def carry(state):
-    """Carry the mean velocity with the material through the mesh, in the water, over the step just solved.
+def flows(arc, old):
+    """Has material moved through the mesh?"""
+    for n in range(arc.shape[0]):
+        if arc[n, 0] != old[n, 0]:
+            return True
+    return False
+
+
+@driver
+def carry(q, arc, old, mean, new):
+    """Carry the mean velocity with the material through the mesh, in the water, over the step just solved; new: room.
 
     Where a node stands now the material had stood elsewhere among the old nodes: cubic between these.
     """
-    arc, old, mean, new = state.nodes[NOW, ARC], state.nodes[STEP, ARC], state.nodes[NOW, MEAN], state.work.step
-    last, flows = mean.shape[0] - 1, False
-    for n in range(last + 1):
-        flows = flows or arc[n, 0] != old[n, 0]
-    first = first_wet(state.nodes[NOW, Q])
-    if not flows or first >= last:
+    last, first = mean.shape[0] - 1, first_wet(q)
+    if first >= last:
         return
     slopes(mean, old, first)
     for n in range(first, last + 1):
@@ -168,20 +173,21 @@ def carry(state):
 
 
 @driver
-def turn(line, state):
+def turn(q, old, mean, sea, memory):
     """Turn the mean flow past every node about the vertical with the cable over the step just solved: in a turn the
     cable follows the ship's path, and the flow along it stays along it."""
-    q, old, mean, memory = state.nodes[NOW, Q], state.nodes[STEP, Q], state.nodes[NOW, MEAN], state.memory[NOW]
     for n in range(q.shape[0]):
         x0, y0, x1, y1 = old[n, 3], old[n, 4], q[n, 3], q[n, 4]
+        cross = x0 * y1 - y0 * x1
+        if cross == 0.0:
+            continue
         level = x1 * x1 + y1 * y1
         free = min(max((level / (level + q[n, 5] * q[n, 5]) - UPRIGHT) / (LYING - UPRIGHT), 0.0), 1.0)
-        cross = x0 * y1 - y0 * x1
-        if free <= 0.0 or cross == 0.0:
+        if free <= 0.0:
             continue
         s = free * cross / sqrt(level * (x0 * x0 + y0 * y0))
         c = sqrt(max(1.0 - s * s, 0.0))
-        x, y = current_at(line.sea, memory, min(q[n, 2], 0.0))
+        x, y = current_at(sea, memory, min(q[n, 2], 0.0))
         wx, wy = x - mean[n, 0], y - mean[n, 1]
         mean[n, 0], mean[n, 1] = x - (c * wx - s * wy), y - (s * wx + c * wy)
 
@@ -189,9 +195,12 @@ def turn(line, state):
 @driver
 def _follow(line, state):
     """What a solved step does to the mean velocity beside the low-pass: it goes with the material and turns with it."""
-    if is_amplified(line, state):
-        carry(state)
-        turn(line, state)
+    now, old = state.nodes[NOW], state.nodes[STEP]
+    if not is_amplified(line.elements, now[STRUM]):
+        return
+    if flows(now[ARC], old[ARC]):
+        carry(now[Q], now[ARC], old[ARC], now[MEAN], state.work.step)
+    turn(now[Q], old[Q], now[MEAN], line.sea, state.memory[NOW])
 
 
 take_up, follow = opaque(_take_up), opaque(_follow)
