@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..physics.heave import Convention
+from ..physics.heave_filter import Convention
 from ..sim.attitude import to_world
 from .messages import Odometry, Refused, decode_odometry
 from .motion_curves import Given, Rounding, judged, through

@@ -12,8 +12,8 @@ from math import isnan, nan
 
 import numpy as np
 
-from ..physics.command import ASKED_WITHIN
 from ..physics.inputs import Inputs, push_command
+from ..physics.winch_command import ASKED_WITHIN
 from .messages import CAUSES, JOINT, KINDS, Command, Refused, decode_command
 from .typestore import STORE
 

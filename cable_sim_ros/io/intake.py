@@ -11,7 +11,7 @@ from enum import Enum
 
 import numpy as np
 
-from ..physics.heave import Heave, MotionInput
+from ..physics.heave_filter import Heave, MotionInput
 from ..physics.inputs import MOTION_ROWS, Inputs
 from ..sim.scene import Scene
 from .clock import DataClock, Stamp

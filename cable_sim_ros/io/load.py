@@ -11,7 +11,7 @@ from typing import Any
 import yaml
 from pydantic import ValidationError
 
-from ..physics.quantity import declared
+from ..physics.parameter import declared
 from ..sim import checks
 from ..sim.scene import Scene
 from . import resources, yaml12

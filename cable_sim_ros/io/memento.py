@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from ..physics.inputs import Inputs
-from ..physics.quantity import Block
+from ..physics.parameter import Block
 from . import remembered
 from .gate import Held
 from .messages import Command, Odometry

@@ -12,7 +12,7 @@ from math import degrees, isfinite, isinf, isnan, nan, pi, sqrt
 from struct import Struct
 from typing import Any, NamedTuple
 
-from ..physics.heave import Convention
+from ..physics.heave_filter import Convention
 from ..sim.attitude import angles_of, to_world
 from ..sim.inputs import MOST_COMMAND, MOST_PITCH, MOST_POSITION, MOST_RATE, MOST_SPEED, NORM_WITHIN
 from .bag_writer import BagError

@@ -12,7 +12,7 @@ from collections import deque
 from math import cos, hypot, nan, pi, sin
 
 from ..physics.frame import Source
-from ..physics.heave import Heave, HeaveFilter, MotionInput
+from ..physics.heave_filter import Heave, HeaveFilter, MotionInput
 from ..physics.inputs import Inputs, push_motion
 from ..physics.ship import Ship
 from ..sim.attitude import angle_rates, to_world

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..physics.heave import Heave
+from ..physics.heave_filter import Heave
 from ..physics.ship import Ship
 from ..sim.attitude import body_rates, quaternion, rotation
 from ..sim.inputs import MOST_PITCH, MOST_POSITION, MOST_RATE, MOST_SPEED, MOST_TURNS

@@ -12,7 +12,7 @@ from typing import Union, get_args, get_origin
 
 from pydantic import ValidationError
 
-from ..physics.quantity import REQUIRED, Block, block_of, declared, interval
+from ..physics.parameter import REQUIRED, Block, block_of, declared, interval
 from ..sim.scene import Scene
 from .yaml12 import dotted
 

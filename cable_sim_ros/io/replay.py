@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..physics.heave import Heave, MotionInput
+from ..physics.heave_filter import Heave, MotionInput
 from ..physics.inputs import Inputs
 from ..sim.scene import Scene
 from ..sim.verdict import Reason

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..physics.surface import END_LOAD, stiffness, surface_row
+from ..physics.contact_surface import END_LOAD, stiffness, surface_row
 from ..sim.rig import Rig, load_of
 
 PENETRATION = 1e-4  # of the radius, under the line load T/R: does not show

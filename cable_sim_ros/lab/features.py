@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..physics.contact_surface import surface_row
 from ..physics.drag_laws import DragLaw
-from ..physics.surface import surface_row
 from ..physics.water import Water
 from ..sim.rig import Rig, cable_of, load_of
 

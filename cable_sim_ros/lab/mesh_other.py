@@ -9,7 +9,7 @@ import numpy as np
 
 from ..io.motion_table import sine_heave
 from ..io.winch_plan import WinchPlan
-from ..physics.setpoint import SetpointLaw
+from ..physics.heave_compensation import SetpointLaw
 from ..runs.mesh import at_scope
 from ..runs.passes import Pass, Progress, silent
 from ..runs.step_choice import stepped

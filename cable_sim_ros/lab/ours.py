@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ..physics.contact import Contact
+from ..physics.contact_surface import surface_row
 from ..physics.drag_laws import DragLaw
 from ..physics.integrate import Solver
 from ..physics.section import CableModel
-from ..physics.surface import surface_row
 from ..physics.towbody import Towbody
 from ..physics.water import Water
 from ..sim.rig import HALVED, Rig, cable_of, load_of

@@ -13,7 +13,7 @@ from math import ceil, cos, degrees, radians, sin, sqrt
 import numpy as np
 
 from ..physics.contact import Contact
-from ..physics.surface import stiffness
+from ..physics.contact_surface import stiffness
 from ..sim.rig import FOLDING, Rig, RigError, cable_of
 from .bend import Bend, drum, pieces, pulls
 from .stations import Stations, stations

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..physics.shape import W5, X5
+from ..physics.hermite import W5, X5
 from ..physics.state import STATIONS_PER_ELEMENT
 from ..sim.rig import Rig
 

@@ -20,8 +20,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from .hermite import GAUSS_4_W, GAUSS_4_X, MASS, WEIGHT
 from .jit import LANES, driver, inline
-from .shape import GAUSS_4_W, GAUSS_4_X, MASS, WEIGHT
 from .vec import add, axpy, dot, get3, norm, plus3, put3, scale, sub
 
 # rows of the element table P
@@ -30,9 +30,10 @@ from .vec import add, axpy, dot, get3, norm, plus3, put3, scale, sub
 FN = 14          # 5 rows: cos 0, cos 1, sin 1, cos 2, sin 2
 FT = 19          # 11 rows: cos 0..5, sin 1..5
 COMPRESSION = 30
-# rates of the mesh through the material over the length of the element, at its two ends, see flow.py: s'/L, s''/L
+# rates of the mesh through the material over the length of the element, at its two ends, s'/L and s''/L, see
+# mesh_convection.py
 FLOW_0, FLOW_1, FLOW_RATE_0, FLOW_RATE_1 = range(31, 35)
-# of links, see chain.py: buoyancy that is taken off along them [N/m]; 1 where their drag has the closed forms
+# of links, see link_element.py: buoyancy that is taken off along them [N/m]; 1 where their drag has the closed forms
 AXIAL_LIFT, CLOSED_DRAG = 35, 36
 DISPLACED = 37  # kg/m of water that it displaces
 # fit of C_N(Re) (drag_laws.py), C_T of its own: a constant, and the share of that of the Reynolds number along

@@ -1,7 +1,7 @@
 """Contact law: force from gap, normal and closing speed (Hunt-Crossley), Westin (2018) (93).
 
 f = k delta^1.5 max(0, 1 + D ddelta/dt) n: smooth where contact opens and closes, and never attractive.
-The stiffness follows from a penetration limit, not from Table 9 (trap T3: 60 mm). Geometry is in surface.py.
+The stiffness follows from a penetration limit, not from Table 9 (trap T3: 60 mm). Geometry is in contact_surface.py.
 A floor also drags: Coulomb friction against the slip v, f_t = -mu f v / sqrt(v^2 + v_s^2), smooth at rest.
 """
 
@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .contact_surface import DRUM, GROOVE, Gap, drum_gap, gap, groove_gap, solid
 from .drag import POINT_FLOW, POINT_R, POINT_V, flow_at
 from .jit import LANES, driver, inline
-from .quantity import Block, quantity
-from .surface import DRUM, GROOVE, Gap, drum_gap, gap, groove_gap, solid
+from .parameter import Block, quantity
 from .vec import axpy, cross, dot, get3, plus_matrix, put3, put_matrix, scale
 
 EVENTS = np.dtype(
@@ -23,7 +23,7 @@ EVENTS = np.dtype(
         ("detachments", "i8"),
         ("seated", "i8"),  # 1 while on the sheave
         ("pressed_since", "i8"),  # ns, -1: it does not press
-        ("clearance", "f8"),  # m, groove clearance at the end of the last step, see survey.py
+        ("clearance", "f8"),  # m, groove clearance at the end of the last step, see contact_detection.py
     ],
     align=True,
 )
@@ -189,7 +189,7 @@ def half_row(n, p, t, m, slip, bend, vr, spin, c1):
 @driver
 def contact_tangent_lanes(t, surface, c1, weight, out):
     """contact_lanes with its derivatives: f, ka to position, with c1 for the velocity part, kb to the slope through the
-    velocity of the material, which changes with xi' dr/dxi (flow.py); each [., LANES]."""
+    velocity of the material, which changes with xi' dr/dxi (mesh_convection.py); each [., LANES]."""
     f, ka, kb = out
     if (
         t.shape[1] != LANES

@@ -39,8 +39,8 @@ SPEED_FLOOR = 1e-3     # m/s, regularises v_n, |v_t| and the sign of v_t
 
 # rows of the point table: position, relative velocity, water velocity, acceleration, unit tangent, 1/|dr/dxi|, V_n,
 # C_D, dC_D/dRe, above 0 for a lane off the top branch of C_D(Re) or of another law, xi' = -w/L of the material
-# (flow.py), fall of the water's velocity (x, y) with height, tangential drag of its own coefficient and its derivative
-# to v_t, C_D of f_t and its derivatives to V_n and |v_t|
+# (mesh_convection.py), fall of the water's velocity (x, y) with height, tangential drag of its own coefficient and its
+# derivative to v_t, C_D of f_t and its derivatives to V_n and |v_t|
 (POINT_R, POINT_V, POINT_W, POINT_A, POINT_U, POINT_PER_G, POINT_VN, POINT_CD, POINT_DCD, POINT_X, POINT_FLOW,
  POINT_SHEAR, POINT_ALONG, POINT_DALONG, POINT_CDT) = np.array((0, 3, 6, 9, 12, 15, 16, 17, 18, 19, 20, 21, 23, 24, 25))
 POINT_ROWS = 28

@@ -5,12 +5,12 @@ from __future__ import annotations
 from math import sqrt
 
 from .ancf import BUOYANCY, EA, EI, MASS_PER_LENGTH, WEIGHT_PER_LENGTH
-from .bead import aboard, carried
-from .flow import convective, second
+from .hermite import LINK, W5, X5, hermite_of, shape
 from .jit import LANES, driver, inline
-from .shape import LINK, W5, X5, hermite_of, shape
+from .mesh_convection import convective, second
+from .point_mass import aboard, carried
 from .state import ARC, NOW, STEP, Q, V
-from .work import FED, HELD, LOADS, LOST_POWER, SURFACES, WATER
+from .workspace import FED, HELD, LOADS, LOST_POWER, SURFACES, WATER
 
 
 @inline

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from .quantity import Block, quantity
+from .parameter import Block, quantity
 from .sea import ELEVATION
 from .water import Water
-from .work import RISE, Work
+from .workspace import RISE, Work
 
 NO_SURFACE = 1e30  # m, elevation of a surface that is nowhere
 

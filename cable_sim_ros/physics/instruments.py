@@ -10,9 +10,9 @@ from __future__ import annotations
 from math import acos, cos, sin, sqrt
 
 from .ancf import COMPRESSION, EA
+from .heave_compensation import lead_of
+from .hermite import LINK, point_of
 from .jit import LANES, driver, inline
-from .setpoint import lead_of
-from .shape import LINK, point_of
 from .ship import unrotate
 from .state import ARC, NOW, Q
 from .vec import axpy, norm, scale

@@ -10,16 +10,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from .banded import solve, solve_again
-from .cable import mean_at
+from .block_tridiagonal import solve, solve_again
+from .cable_assembly import mean_at
 from .jit import NO, YES, driver, inline, link, opaque
 from .line import link_residual, residual
-from .pull import follow, link_pull, mean_share
-from .quantity import Block, quantity
+from .mean_flow import follow, link_pull, mean_share
+from .parameter import Block, quantity
 from .state import AT_REST, FLOW, GAIN, MEAN, NOW, STEP, A, Change, Q, V, X, keep
-from .stir import STILL, link_stir, stir
 from .towbody import face_flow
-from .wake import no_wake_load
+from .wake_oscillator import no_wake_load
+from .water_kinematics import STILL, link_stir, stir
 
 # a step halved so often takes a correction that does not make the residual less back by halves: from which one on, how
 # often, and how much less it is to be. Longer steps are better halved first: that resolves what makes them hard

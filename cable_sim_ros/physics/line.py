@@ -7,17 +7,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from .bead import carry
-from .cable import assemble, link_assembly
-from .chain import align, is_chain, limp
+from .cable_assembly import assemble, link_assembly
+from .contact_surface import ON_GROUND
 from .energy import fed
 from .jit import driver, link, opaque
+from .link_element import align, is_chain, limp
+from .point_mass import carry
 from .state import ARC, AT_REST, FLOW, NOW, A, Q, V
-from .surface import ON_GROUND
 from .towbody import lie
 from .towbody import load as body_load
-from .wake import add_wake
-from .work import FED, HELD, LOADS, SURFACES, WATER
+from .wake_oscillator import add_wake
+from .workspace import FED, HELD, LOADS, SURFACES, WATER
 
 
 @driver

@@ -9,9 +9,9 @@ from enum import Enum
 
 from .drag_laws import AmplifiedDrag, DragLaw
 from .fairing import Fairing
-from .quantity import REQUIRED, Block, again, quantity
-from .strum import Viv
-from .wake import Wake
+from .parameter import REQUIRED, Block, again, quantity
+from .viv_amplification import Viv
+from .wake_oscillator import Wake
 
 
 class CableModel(str, Enum):

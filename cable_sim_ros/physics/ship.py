@@ -17,7 +17,7 @@ import numpy as np
 
 from .inputs import EPOCH, MOTION_ROWS, SOURCE
 from .jit import driver, inline
-from .quantity import Block, quantity
+from .parameter import Block, quantity
 from .vec import add, cross, scale
 
 MOTION = np.dtype([("coord", "f8", 6), ("rate", "f8", 6), ("accel", "f8", 6)])  # x y z roll pitch yaw of base_link

@@ -11,14 +11,14 @@ from typing import NamedTuple
 import numpy as np
 
 from .contact import EVENTS
+from .contact_surface import SURFACE, check_surfaces
+from .heave_compensation import SETPOINT
+from .hermite import LINK
 from .jit import driver, inline
 from .sea import SEA, Sea
-from .setpoint import SETPOINT
-from .shape import LINK
 from .ship import SHIP, SHIP_TIMES, TIME, TOW_FRAME
-from .surface import SURFACE, check_surfaces
 from .winch import DRUM, WINCH
-from .work import POWERS, Work, make_work
+from .workspace import POWERS, Work, make_work
 
 # numpy integers: a literal argument compiles a version of its own
 NOW, STEP, TICK = np.arange(3)  # slots: the present, the beginning of the step, that of the tick
@@ -26,9 +26,9 @@ SLOTS = 3
 
 # rows of State.nodes, six numbers a node: position and gradient, their rates, accelerations, auxiliary
 # accelerations, their gain in the step before, the running mean of the material's rates, of a body how the water flows
-# past it (see towbody.py), how the element that begins at the node strums (columns: strum.py), the wake it sheds (see
-# wake.py), and arc length with its first and second rate (columns 0 to 2) and the kind of the element that begins there
-# (column shape.LINK)
+# past it (see towbody.py), how the element that begins at the node strums (columns: viv_amplification.py), the wake it
+# sheds (see wake_oscillator.py), and arc length with its first and second rate (columns 0 to 2) and the kind of the
+# element that begins there (column hermite.LINK)
 Q, V, A, X, GAIN, MEAN, FLOW, STRUM, WAKE, ARC = np.arange(10)
 NODE_ROWS = 10
 
@@ -81,7 +81,7 @@ CONTROL = np.dtype(  # the choice of the step, counts since the start
         ("age", "f8"),  # s that what follows has been watched; of the tension averaged along the cable:
         ("tension_last", "f8"),  # N, after the last step
         ("tension_mean", "f8"),  # N, running mean
-        ("variance", "f8"),  # N^2 about it, over DEVIATION_TIME and over RATE_TIME, see control.py
+        ("variance", "f8"),  # N^2 about it, over DEVIATION_TIME and over RATE_TIME, see step_error.py
         ("variance_now", "f8"),
         ("rate_square", "f8"),  # N^2/s^2, mean square of its rate over RATE_TIME
     ],
@@ -92,7 +92,7 @@ SHEAVE = np.dtype([("position", "f8", 3), ("velocity", "f8", 3)])  # of its cent
 MEASURED = np.dtype(
     [("departure_angle", "f8"), ("lead", "f8"), ("lead_rate", "f8"), ("lead_at", "i8"), ("tension", "f8")], align=True
 )
-KNOWN = np.dtype(  # of the mean flow, see pull.py
+KNOWN = np.dtype(  # of the mean flow, see mean_flow.py
     [
         ("east", "f8", 4),  # two stages of the mean speed of the sheave, x and y, tow frame [m/s, m/s^2]
         ("north", "f8", 4),
@@ -251,7 +251,7 @@ STRUM_SECTION = np.dtype(
 
 
 class Strum(NamedTuple):
-    """What strumming needs, see strum.py; no rows: it is not computed."""
+    """What strumming needs, see viv_amplification.py; no rows: it is not computed."""
 
     rules: np.ndarray  # STRUM_RULES [0 or 1]
     sections: np.ndarray  # STRUM_SECTION [0 or sections]
@@ -271,7 +271,7 @@ class LineModel(NamedTuple):
     settings: np.ndarray  # LINE_SETTINGS [1]
     strum: Strum
     sea: Sea
-    wakes: np.ndarray  # WAKE_SECTION [sections], see wake.py; none: no section has a wake
+    wakes: np.ndarray  # WAKE_SECTION [sections], see wake_oscillator.py; none: no section has a wake
 
 
 FEED_NODE = np.dtype([("zone", "i8"), ("place", "f8")])  # zone or -1, aboard; m from the tangent point, or share of it
@@ -285,7 +285,7 @@ ZONE = np.dtype(
 
 
 class Feed(NamedTuple):
-    """What a winch that feeds cable needs, see feed.py; no zones: the mesh is fixed to the material."""
+    """What a winch that feeds cable needs, see mesh_motion.py; no zones: the mesh is fixed to the material."""
 
     nodes: np.ndarray  # FEED_NODE [nodes]
     zones: np.ndarray  # ZONE [zones], one a section

@@ -4,23 +4,23 @@ from __future__ import annotations
 
 import numpy as np
 
-from .command import between
+from .contact_detection import survey
+from .contact_surface import ON_SHIP
 from .energy import beads_fed
-from .feed import flow_of, lay_mesh
+from .heave_compensation import mean_track, set_point
 from .instruments import end_strain
 from .integrate import coefficients, settle
 from .jit import NO, driver, link, opaque
-from .pull import take_up
-from .setpoint import mean_track, set_point
+from .mean_flow import take_up
+from .mesh_motion import flow_of, lay_mesh
 from .ship import evaluate, hull_point, rotate, spin
 from .state import ARC, NOW, STEP, A, Q, V
-from .step import begin, finish
-from .strum import aim, approach
-from .surface import ON_SHIP
-from .survey import survey
+from .substeps import begin, finish
 from .vec import at3
+from .viv_amplification import aim, approach
 from .winch import WOUND, drum_point, servo, wind
-from .work import FED
+from .winch_command import between
+from .workspace import FED
 
 NOT_MOVING = (0.0, 0.0, 0.0)
 AT_ONCE, CONSISTENT, ROUNDS = 1e3, 1e-5, 40  # of a static start: change of a drag factor, that is none; rounds to it

@@ -15,13 +15,13 @@ from math import atan2, cos, pi, sin, sqrt
 
 import numpy as np
 
-from .bead import half_height
 from .contact import rubbing
+from .contact_surface import solid
 from .drag_laws import smooth
 from .jit import driver, inline
-from .quantity import REQUIRED, Block, quantity
+from .parameter import REQUIRED, Block, quantity
+from .point_mass import half_height
 from .sea import ELEVATION, EXTRA, ORBIT, RATE, SHEAR
-from .surface import solid
 from .vec import at3, axpy, dot, scale
 
 BODY = np.dtype(

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from enum import Enum
 
-from .quantity import Block, quantity
+from .parameter import Block, quantity
 
 
 class CurrentFrame(str, Enum):

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from .ancf import HALF_RHO_D, LENGTH
 from .drag import amplified, mean_lanes, point_lanes, water_load, water_tangent
+from .hermite import W4, X4, shape, slope
 from .jit import LANES, driver, inline
 from .sea import ELEVATION, push_lanes, stream_at, stream_lanes
-from .shape import W4, X4, shape, slope
-from .work import RISE
+from .workspace import RISE
 
 THIRD = 1.0 / 3.0
 

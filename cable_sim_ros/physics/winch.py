@@ -1,4 +1,4 @@
-"""Winch: drum with the cable end on its surface, servo of Westin (2018) (136); what is commanded: command.py.
+"""Winch: drum with the cable end on its surface, servo of Westin (2018) (136); what is commanded: winch_command.py.
 
 The drum angle phi is positive hauling in; pay-out is positive cable out: payout = payout_0 + R (phi_0 - phi), R the
 radius of the cable's centreline on the drum. (136) is written in pay-out and integrated implicitly at 1 ms.
@@ -12,7 +12,7 @@ from math import cos, sin, sqrt
 import numpy as np
 
 from .jit import driver, inline
-from .quantity import REQUIRED, Block, quantity
+from .parameter import REQUIRED, Block, quantity
 
 # what holds the winch, see WINCH.held
 RATE, ACCELERATION, TRAVEL, COMMAND, RAMP = range(5)
@@ -37,7 +37,11 @@ WINCH = np.dtype(
         ("target", "f8"),  # m, what the servo steers to, and its rate
         ("target_rate", "f8"),
         ("at_limit", "i8"),  # 1: stopped at a soft limit of the scene
-        ("flow", "f8", 3),  # rate, acceleration, auxiliary acceleration of length as the solver has them, see feed.py
+        (
+            "flow",
+            "f8",
+            3,
+        ),  # rate, acceleration, auxiliary acceleration of length as the solver has them, see mesh_motion.py
         ("held", "f8", LIMITS),  # s of the tick in which it was held to a limit: by the servo, and of the commands
         ("fastest", "f8"),  # m/s, m/s^2: largest of the tick, either way
         ("hardest", "f8"),

@@ -1,12 +1,12 @@
-"""What the node needs beside the scene: every number of its own, declared once as Blocks (physics/quantity.py)."""
+"""What the node needs beside the scene: every number of its own, declared once as Blocks (physics/parameter.py)."""
 
 from __future__ import annotations
 
 from enum import Enum
 
 from ..io.markers import MOST_RATE
-from ..physics.heave import Heave, MotionInput
-from ..physics.quantity import Block, quantity
+from ..physics.heave_filter import Heave, MotionInput
+from ..physics.parameter import Block, quantity
 
 
 class TimeMode(str, Enum):

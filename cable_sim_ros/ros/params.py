@@ -1,6 +1,6 @@
 """ROS parameters of the node: every number of the scene, and what only the node needs.
 
-Both are declared as Blocks (physics/quantity.py), so one walk gives names, descriptions, units, ranges and sources.
+Both are declared as Blocks (physics/parameter.py), so one walk gives names, descriptions, units, ranges and sources.
 The values of a parameter file or `-p` stand above those of the scene file; the sum is checked as a Scene again.
 """
 
@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, Union, get_args, get_origin
 from ..io.load import SceneError, SceneWarning, load_scene, override
 from ..io.recording_place import name_problem, root_problem, state_problem
 from ..io.resources import find_scene
-from ..physics.quantity import Block
+from ..physics.parameter import Block
 from ..sim.scene import Scene
 from .blocks import NodeBlock
 from .lockstep import rate_problem

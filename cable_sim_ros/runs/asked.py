@@ -18,8 +18,8 @@ from ..io.messages import KINDS
 from ..io.motion_table import MotionError
 from ..io.replay import RecordedTow
 from ..io.yaml12 import YamlError, parse
-from ..physics.heave import Heave, MotionInput
-from ..physics.quantity import Block, declared
+from ..physics.heave_filter import Heave, MotionInput
+from ..physics.parameter import Block, declared
 from ..sim.scene import Scene
 
 BLOCKS: dict[str, type[Block]] = {"motion": MotionInput, "heave": Heave}

@@ -12,7 +12,7 @@ from ..io.motion import MotionIngest
 from ..io.motion_table import MotionError
 from ..io.refusals import TOPICS
 from ..io.replay import RecordedTow
-from ..physics.heave import Heave, MotionInput
+from ..physics.heave_filter import Heave, MotionInput
 from ..physics.inputs import make_inputs
 from ..sim.scene import Scene
 from ..sim.verdict import Reason, refused_motion

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import click
 
-from ..physics.quantity import Block
+from ..physics.parameter import Block
 
 
 def keys_option(kind: Callable[[], type[Block]]) -> Callable:

@@ -7,7 +7,7 @@ import types
 from collections.abc import Sequence
 from typing import Any, Union, get_args, get_origin
 
-from ..physics.quantity import REQUIRED, Block, Declared, declared
+from ..physics.parameter import REQUIRED, Block, Declared, declared
 from ..sim.scene import Scene
 
 TITLE = """# Parameters

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..io.load import SceneError, load_scene
 from ..io.motion_table import sine_heave
-from ..physics.setpoint import SetpointLaw
+from ..physics.heave_compensation import SetpointLaw
 from ..sim.mesh import FeedMesh, MeshPlan, mesh_plan
 from ..sim.mesh_kinds import Expected
 from ..sim.mesh_sheave import heave_amplitude, scope_range

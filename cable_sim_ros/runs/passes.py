@@ -20,9 +20,9 @@ from ..io.motion_table import MotionError
 from ..io.mounting import mounting_of
 from ..io.replay import Event, Feeder, RecordedTow
 from ..io.winch_plan import WinchPlan
-from ..physics.heave import Heave, MotionInput
+from ..physics.heave_filter import Heave, MotionInput
 from ..physics.inputs import MOTION_ROWS
-from ..physics.quantity import Block
+from ..physics.parameter import Block
 from ..sim import checks
 from ..sim.carry import carried_over
 from ..sim.mesh_kinds import FeedMesh

@@ -18,7 +18,7 @@ import numpy as np
 from ..io.load import SceneError
 from ..io.span_file import checked_span, load_span
 from ..physics.state import NOW, WAKE
-from ..physics.wake import RE_LEAST, WAKE_Q, WakeLaw
+from ..physics.wake_oscillator import RE_LEAST, WAKE_Q, WakeLaw
 from ..sim.flag_rules import FAILED
 from ..sim.rig import HALVED, RigError
 from ..sim.span import Span, SpanCase, SpanLine, natural_frequency, shedding_frequency, span_line

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ..physics.quantity import Block
+from ..physics.parameter import Block
 from .keys_option import keys_option
 from .out_folder import ready
 from .progress import progress_bar

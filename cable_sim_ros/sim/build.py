@@ -10,13 +10,14 @@ import numpy as np
 import numpy.typing as npt
 
 from ..physics import ancf
-from ..physics.bead import BEAD, bead_record
-from ..physics.cable import Cable
-from ..physics.feed import ABOARD
+from ..physics.cable_assembly import Cable
+from ..physics.contact_surface import SHEAVE_ROW, surfaces_of
 from ..physics.frame import CONTACT_COLUMNS, FRAME, MAX_STATIONS, SHAPE_COLUMNS, SLOPE_COLUMNS, STRUM_COLUMNS
 from ..physics.integrate import Solver
 from ..physics.jit import LANES
-from ..physics.observe import Output
+from ..physics.mesh_motion import ABOARD
+from ..physics.output import Output
+from ..physics.point_mass import BEAD, bead_record
 from ..physics.sea import Sea
 from ..physics.section import CableModel
 from ..physics.state import (
@@ -37,10 +38,9 @@ from ..physics.state import (
     make_state,
     records,
 )
-from ..physics.step import LEAVE_STEP, TURN_MOST
-from ..physics.surface import SHEAVE_ROW, surfaces_of
+from ..physics.substeps import LEAVE_STEP, TURN_MOST
 from ..physics.towbody import BODY, Towbody, body_record
-from ..physics.wake import WAKE_SECTION
+from ..physics.wake_oscillator import WAKE_SECTION
 from ..physics.water import Water
 from ..physics.winch import DRUM
 from .checks import fine_zone
@@ -66,7 +66,7 @@ LEAST_OUTBOARD = 1.0  # m of cable that stay outboard of the sheave when hauling
 
 
 class Rules(NamedTuple):
-    """What the stepper does with a step it cannot trust, see physics/step.py. NO_LIMIT switches a rule off."""
+    """What the stepper does with a step it cannot trust, see physics/substeps.py. NO_LIMIT switches a rule off."""
 
     max_halvings: int
     turn_most: float = TURN_MOST
@@ -286,7 +286,7 @@ def build_model(scene: Scene, mesh: FeedMesh | None = None) -> Model:
     settings["drum"] = drum_record(scene, Route(scene), mesh)
     if mesh is None:
         elements = element_table(scene.cable, scene.water, scene.gravity, (False, light_end(scene, None)))
-    else:  # filled for the pay-out, see feed.py
+    else:  # filled for the pay-out, see mesh_motion.py
         elements = np.zeros((-(-(nodes - 1) // LANES), ancf.ROWS, LANES))
     rules = Rules(halvings(scene.solver))
     line = line_settings(scene.cable, scene.solver, scene.gravity, tension, rules)

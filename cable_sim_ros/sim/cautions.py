@@ -8,7 +8,7 @@ from math import cos, hypot, radians, sin
 import numpy as np
 
 from ..physics.ancf import RE_FACTOR
-from ..physics.cable import Cable
+from ..physics.cable_assembly import Cable
 from ..physics.drag_laws import LAWS, AmplifiedDrag, DragLaw, Law
 from ..physics.fairing import dressed
 from ..physics.section import Section, material_of

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import pi, sqrt
 from typing import NamedTuple
 
-from ..physics.cable import Cable
+from ..physics.cable_assembly import Cable
 from ..physics.section import CableModel, LinkBuoyancy, material_of
 from ..physics.winch import DrumModel
 from .material import extreme

@@ -22,9 +22,9 @@ from numba import types
 
 from ..physics.frame import NEWTON_FAILED, NOT_FINITE
 from ..physics.jit import driver
-from ..physics.observe import no_peaks
+from ..physics.output import no_peaks
 from ..physics.state import NOW
-from ..physics.system import link_tick, observe, tick
+from ..physics.tick import link_tick, observe, tick
 from ..physics.tow import rest
 
 LINUX = sys.platform.startswith("linux")

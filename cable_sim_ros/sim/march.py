@@ -6,14 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..physics.banded import solve
+from ..physics.block_tridiagonal import solve
+from ..physics.contact_detection import survey
 from ..physics.integrate import settle
 from ..physics.jit import NO, YES, driver
 from ..physics.line import residual
 from ..physics.state import AT_REST, NOW, A, Change, Q, V, X
-from ..physics.step import begin, finish, start, unfinished
-from ..physics.stir import stir
-from ..physics.survey import survey
+from ..physics.substeps import begin, finish, start, unfinished
+from ..physics.water_kinematics import stir
 
 
 class Moved(NamedTuple):

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..physics import ancf
-from ..physics.cable import Cable
+from ..physics.cable_assembly import Cable
 from ..physics.drag_laws import element_rows, of_components
 from ..physics.fairing import dressed, fairing_weight, put_on
 from ..physics.section import CableModel, LinkBuoyancy, Section, material_of

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import Enum
 
-from ..physics.quantity import Block, quantity
+from ..physics.parameter import Block, quantity
 
 
 class SheaveAnswer(str, Enum):

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..physics.feed import at_least as _at_least
+from ..physics.mesh_motion import at_least as _at_least
 from .elementary import exp
 
 _smooth = getattr(_at_least, "py_func", _at_least)  # plain Python: a scene loads without compiling
@@ -25,7 +25,7 @@ class MeshError(ValueError):
 
 
 class FeedMesh(NamedTuple):
-    """Where the nodes stand, see physics/feed.py. A section is one zone, or several."""
+    """Where the nodes stand, see physics/mesh_motion.py. A section is one zone, or several."""
 
     aboard: np.ndarray  # [n] m from the drum's tangent point, the first 0
     shares: tuple[np.ndarray, ...]  # of each zone: shares of its length, ascending, the last 1
@@ -104,7 +104,7 @@ class MeshPlan(NamedTuple):
 
 
 def places_outboard(mesh: FeedMesh, total: float, tangent: float) -> np.ndarray:
-    """Arc lengths from the last node aboard on, as physics/feed.py lays them, with ``tangent`` m on the drum."""
+    """Arc lengths from the last node aboard on, as physics/mesh_motion.py lays them, with ``tangent`` m on the drum."""
     last = tangent + mesh.aboard[-1]
     ends = np.array([_smooth(float(b - last), float(low), mesh.blend)[0] for b, low in zip(mesh.ends, mesh.least)])
     ends[-1] = total - last

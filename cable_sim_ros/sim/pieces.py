@@ -8,11 +8,11 @@ import numpy as np
 import numpy.typing as npt
 
 from ..physics.ancf import ADDED_MASS, BUOYANCY, DISPLACED, HALF_RHO_D, RE_FACTOR
-from ..physics.cable import Cable, Section
+from ..physics.cable_assembly import Cable, Section
 from ..physics.drag_laws import DragLaw
 from ..physics.integrate import Solver
 from ..physics.state import LOAD
-from ..physics.step import NO_LIMIT, TURN_MOST
+from ..physics.substeps import NO_LIMIT, TURN_MOST
 from .build import Rules
 
 FOLDING = 1e-7  # cable.compression_share of a cable that goes slack

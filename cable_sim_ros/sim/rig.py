@@ -25,15 +25,15 @@ import numpy as np
 import numpy.typing as npt
 
 from ..physics.ancf import AXIAL_DAMPING, EA, EI, MASS_PER_LENGTH, WEIGHT_PER_LENGTH
-from ..physics.cable import Cable
-from ..physics.chain import limp
+from ..physics.cable_assembly import Cable
+from ..physics.contact_surface import SURFACE
 from ..physics.fluid import Fluid, fill_space
 from ..physics.integrate import Solver
 from ..physics.jit import LANES, NO, YES
+from ..physics.link_element import limp
 from ..physics.section import CableModel
 from ..physics.state import AT_REST, FLOW, LOAD, NOW, STRUT, Change, LineModel, Q, V, X, make_state
-from ..physics.step import NO_LIMIT, link_stepper
-from ..physics.surface import SURFACE
+from ..physics.substeps import NO_LIMIT, link_stepper
 from ..physics.towbody import BODY, Towbody, body_record
 from ..physics.water import Water
 from .build import Rules, arc_lengths, bead_table, build_line, element_table, line_settings, lock
@@ -74,7 +74,7 @@ class Rig:
     Fluid, without a surface; depth: of the water [m] for its waves, none: deep; the frame of the scene keys of the
     water is that of the world; mass_damping [1/s]: of all motion, 2 zeta om for a share zeta of critical at om;
     held: {node: components}, see hold(); bodies: {node: Towbody} or {node: mass [kg]}; surfaces: SURFACE records, see
-    physics/surface.py, standing where they are; loads: LOAD records, see load_of(); struts: STRUT records;
+    physics/contact_surface.py, standing where they are; loads: LOAD records, see load_of(); struts: STRUT records;
     tension: working tension [N] that scales the tolerance. Nodes count from 0, negative ones from the end.
     """
 

@@ -22,8 +22,8 @@ from pydantic import ValidationError
 from .. import __version__
 from ..physics.frame import CONTACT_COLUMNS, FRAME, SHAPE_COLUMNS, SLOPE_COLUMNS
 from ..physics.inputs import Inputs
-from ..physics.observe import Output
-from ..physics.quantity import Block
+from ..physics.output import Output
+from ..physics.parameter import Block
 from ..physics.state import MEMORY, NODE_ROWS
 from . import checks, state_values
 from .npz_bytes import (

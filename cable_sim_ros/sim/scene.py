@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from ..physics.cable import Cable
+from ..physics.cable_assembly import Cable
 from ..physics.contact import Contact
+from ..physics.contact_surface import Seabed, Sheave
+from ..physics.heave_compensation import Setpoint
 from ..physics.integrate import Solver
-from ..physics.quantity import REQUIRED, Block, quantity
-from ..physics.setpoint import Setpoint
+from ..physics.parameter import REQUIRED, Block, quantity
 from ..physics.ship import Ship
-from ..physics.strum import Viv
-from ..physics.surface import Seabed, Sheave
 from ..physics.towbody import LineBody, Towbody
+from ..physics.viv_amplification import Viv
 from ..physics.water import Water
 from ..physics.winch import Winch
 from .mesh_blocks import Accuracy, Mesh

@@ -6,7 +6,7 @@ from math import inf, pi, tanh
 
 import numpy as np
 
-from ..physics.quantity import Block
+from ..physics.parameter import Block
 from ..physics.water import CurrentTable, WaveKind, Waves
 from .problem import Problem
 from .scene import Scene

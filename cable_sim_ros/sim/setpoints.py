@@ -6,8 +6,8 @@ from math import acos, cos, degrees, radians, sqrt
 
 import numpy as np
 
+from ..physics.heave_compensation import EXCESS_TENSION, KNEE, SetpointLaw
 from ..physics.section import material_of
-from ..physics.setpoint import EXCESS_TENSION, KNEE, SetpointLaw
 from .problem import Problem
 from .scene import Scene
 from .statics import first_angle

@@ -9,11 +9,11 @@ from math import cos, radians, sin
 
 import numpy as np
 
-from ..physics.feed import lay_mesh
 from ..physics.frame import FRAME, SHAPE_COLUMNS, Flag, strum_table
+from ..physics.heave_compensation import LAWS, SetpointLaw
 from ..physics.inputs import Inputs, make_inputs
-from ..physics.observe import Output
-from ..physics.setpoint import LAWS, SetpointLaw
+from ..physics.mesh_motion import lay_mesh
+from ..physics.output import Output
 from ..physics.ship import NO_EPOCH
 from ..physics.state import ARC, MEMORY, NOW, STEP
 from . import savefile

@@ -14,13 +14,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from pydantic import field_validator, model_validator
 
+from ..physics.contact_surface import surface_row
 from ..physics.drag_laws import DragLaw
 from ..physics.fluid import Fluid
 from ..physics.integrate import Solver
-from ..physics.quantity import REQUIRED, Block, quantity
+from ..physics.parameter import REQUIRED, Block, quantity
 from ..physics.section import Material
-from ..physics.surface import surface_row
-from ..physics.wake import Wake
+from ..physics.wake_oscillator import Wake
 from .build import lock
 from .rig import Rig, cable_of, load_of
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import ceil
 
-from ..physics.wake import WakeLaw
+from ..physics.wake_oscillator import WakeLaw
 from .problem import Problem, apart
 from .span import LEAD_ELEMENTS, MOST_ELEMENTS, Span, SpanCase, SpanEnds, seat_of, shedding_frequency, wet_lengths
 from .wakes import ELEMENTS, wave_length

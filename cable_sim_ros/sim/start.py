@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ..physics.contact_surface import FLOOR, GROOVE, SHEAVE_ROW
 from ..physics.frame import Flag
 from ..physics.section import material_of
 from ..physics.state import FLOW, NOW
-from ..physics.surface import FLOOR, GROOVE, SHEAVE_ROW
 from .current import flow_of
 from .elementary import product
 from .material import extreme, section_ends

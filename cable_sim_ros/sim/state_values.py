@@ -10,8 +10,8 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from ..physics.heave_compensation import LAWS
 from ..physics.inputs import COMMAND_ROWS, MOTION_ROWS
-from ..physics.setpoint import LAWS
 from ..physics.state import ARC, LEVELS, Q
 from .inputs import MOST_POSITION
 

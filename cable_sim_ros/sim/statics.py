@@ -10,7 +10,7 @@ from math import asin, atan2, cos, hypot, pi, sin, tan
 
 import numpy as np
 
-from ..physics.cable import Cable
+from ..physics.cable_assembly import Cable
 from ..physics.fairing import PRESETS
 from ..physics.section import Section, material_of
 from ..physics.winch import DrumModel

@@ -6,7 +6,7 @@ from enum import Enum
 
 import numpy as np
 
-from ..physics.strum import AMPLITUDE_MOST, FACTOR_MOST, RE_FULL, RE_SHEDDING, Viv
+from ..physics.viv_amplification import AMPLITUDE_MOST, FACTOR_MOST, RE_FULL, RE_SHEDDING, Viv
 from .problem import Problem
 from .scene import Scene
 from .statics import Route

@@ -1,4 +1,4 @@
-"""Strumming of a scene: its numbers for the kernels (physics/strum.py), and its drag factor in plain Python."""
+"""Strumming of a scene: its numbers for physics/viv_amplification.py, and its drag factor in plain Python."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from math import pi
 
 import numpy as np
 
-from ..physics import strum
+from ..physics import viv_amplification
 from ..physics.drag_laws import DragLaw
 from ..physics.fairing import Fairing, dressed, fairing_weight
 from ..physics.section import Section, material_of
 from ..physics.state import STRUM_RULES, STRUM_SECTION
-from ..physics.strum import RE_SHEDDING, StrumLaw, StrumRms
+from ..physics.viv_amplification import RE_SHEDDING, StrumLaw, StrumRms
 from .material import section_ends
 from .scene import Scene
 
@@ -33,7 +33,10 @@ def strum_rules(scene: Scene) -> np.ndarray:
     """STRUM_RULES [1], or none where viv is off."""
     viv = scene.viv
     rules = np.zeros(1 if on(scene) else 0, STRUM_RULES)
-    rules["law"], rules["formula"] = strum.LAWS.index(viv.law), strum.FORMULAS.index(viv.amplification)
+    rules["law"], rules["formula"] = (
+        viv_amplification.LAWS.index(viv.law),
+        viv_amplification.FORMULAS.index(viv.amplification),
+    )
     rules["antinode"] = viv.rms is StrumRms.ANTINODE
     rules["every"] = max(1, round(viv.period / scene.solver.tick))
     rules["multiplier"], rules["band"], rules["rate"] = viv.multiplier, viv.lock_in_band, viv.rate
@@ -68,10 +71,10 @@ def strum_amplitudes(scene: Scene) -> list[Callable[[float], float]]:
     rules, rows = strum_rules(scene), strum_sections(scene)
     if not on(scene):
         return [lambda speed: 0.0] * len(scene.cable.sections)
-    law, amplitude, onset = int(rules[0]["law"]), _plain(strum.amplitude), _plain(strum.onset)
+    law, amplitude, onset = int(rules[0]["law"]), _plain(viv_amplification.amplitude), _plain(viv_amplification.onset)
 
     def of(row: np.ndarray) -> Callable[[float], float]:
-        alpha, most, re_1 = float(row["mass_damping"]), strum.AMPLITUDE_MOST, float(row["reynolds"])
+        alpha, most, re_1 = float(row["mass_damping"]), viv_amplification.AMPLITUDE_MOST, float(row["reynolds"])
         multiplier = float(row["multiplier"]) * scene.viv.multiplier
 
         def at(speed: float) -> float:
@@ -87,15 +90,15 @@ def strum_amplitudes(scene: Scene) -> list[Callable[[float], float]]:
 
 def unbounded_factor(scene: Scene, amplitude: float) -> float:
     """Drag factor of an amplitude A/d, before its bound."""
-    formula = strum.FORMULAS.index(scene.viv.amplification)
+    formula = viv_amplification.FORMULAS.index(scene.viv.amplification)
     antinode = int(scene.viv.rms is StrumRms.ANTINODE)
-    return _plain(strum.amplification)(formula, antinode, amplitude) if amplitude > 0.0 else 1.0
+    return _plain(viv_amplification.amplification)(formula, antinode, amplitude) if amplitude > 0.0 else 1.0
 
 
 def drag_factors(scene: Scene) -> list[Callable[[float], float]]:
     """By section: drag factor of strumming for a normal speed [m/s]; without the reduction by viv.lock_in_band."""
 
     def factor(amplitude: Callable[[float], float]) -> Callable[[float], float]:
-        return lambda speed: min(unbounded_factor(scene, amplitude(speed)), strum.FACTOR_MOST)
+        return lambda speed: min(unbounded_factor(scene, amplitude(speed)), viv_amplification.FACTOR_MOST)
 
     return [factor(amplitude) for amplitude in strum_amplitudes(scene)]

@@ -11,8 +11,8 @@ from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 from ..physics.frame import Flag
+from ..physics.heave_compensation import SetpointLaw
 from ..physics.section import material_of
-from ..physics.setpoint import SetpointLaw
 from .flag_rules import (
     CHECKS,
     CODE_DAMAGED,

@@ -1,4 +1,4 @@
-"""Wakes of a line (physics/wake.py): their table, how they begin, and what mesh and step must be able to follow."""
+"""Wakes of a line (physics/wake_oscillator.py): table and beginning, and what mesh and step must be able to follow."""
 
 from __future__ import annotations
 
@@ -8,13 +8,22 @@ from math import inf, pi, sqrt
 
 import numpy as np
 
-from ..physics.cable import Cable
+from ..physics.cable_assembly import Cable
 from ..physics.drag_laws import DragLaw
 from ..physics.fairing import Fairing, dressed
 from ..physics.fluid import Fluid
 from ..physics.section import CableModel, Material, Section, material_of
 from ..physics.state import NOW, WAKE, State
-from ..physics.wake import START, WAKE_Q, WAKE_S, WAKE_SECTION, WakeLaw, WakePhase, section_of_node, wake_section
+from ..physics.wake_oscillator import (
+    START,
+    WAKE_Q,
+    WAKE_S,
+    WAKE_SECTION,
+    WakeLaw,
+    WakePhase,
+    section_of_node,
+    wake_section,
+)
 from ..physics.water import Water
 from .material import section_ends
 from .problem import Problem, apart

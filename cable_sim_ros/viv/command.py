@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from ..physics.quantity import Block
+from ..physics.parameter import Block
 from ..runs.keys_option import keys_option
 from ..runs.out_folder import ready
 from ..runs.progress import progress_bar

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from cable_sim_ros import Simulator
-from cable_sim_ros.physics import step
+from cable_sim_ros.physics import substeps
 from cable_sim_ros.physics.frame import SHAPE_COLUMNS, SLOPE_COLUMNS, STRUM_COLUMNS
 from cable_sim_ros.physics.inputs import make_inputs
 from cable_sim_ros.physics.state import LineModel, Model, State
@@ -47,7 +47,7 @@ def test_signatures_are_those_of_the_page():
         (given,) = re.findall(rf"{name}\(([\w, ]+)\)", PAGE)
         assert given.split(", ") == list(inspect.signature(getattr(function, "py_func", function)).parameters)
     for name in ("start", "begin", "finish", "unfinished", "link_stepper"):
-        assert hasattr(step, name) and f"`{name}`" in PAGE
+        assert hasattr(substeps, name) and f"`{name}`" in PAGE
     assert {"SETTLE", "TICKS", "LIVE"} <= set(vars(entry)) and hasattr(march, "march")
 
 

@@ -24,8 +24,8 @@ MAY = {  # floor: what it may import of ours; nothing of the product imports lab
 }
 PHYSICS_MAY = {"numpy", "scipy", "numba", "math", "cmath", "enum", "typing", "collections", "functools", "__future__"}
 PHYSICS_ALSO = {
-    "quantity.py": {"pydantic", "pydantic_core"},
-    "rows.py": {"llvmlite"},
+    "parameter.py": {"pydantic", "pydantic_core"},
+    "simd.py": {"llvmlite"},
     "jit.py": {"os", "hashlib", "pathlib", "sys", "tempfile", "importlib", "platform", "types", "warnings", "llvmlite"},
 }
 ROS = {

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from cable_sim_ros.cli import manual_text
-from cable_sim_ros.physics.quantity import declared
+from cable_sim_ros.physics.parameter import declared
 from cable_sim_ros.sim.scene import Scene
 
 MANUAL = Path(__file__).resolve().parents[2] / "docs" / "parameters.md"

@@ -14,7 +14,7 @@ from click.testing import CliRunner
 from cable_sim_ros import cli
 from cable_sim_ros.io.load import load_scene
 from cable_sim_ros.physics.frame import Flag
-from cable_sim_ros.physics.setpoint import SetpointLaw
+from cable_sim_ros.physics.heave_compensation import SetpointLaw
 from cable_sim_ros.runs import offline
 from cable_sim_ros.sim.statics import Route
 

@@ -15,12 +15,12 @@ from cable_sim_ros.io.messages import CAUSES, KINDS, Refused, decode_command, de
 from cable_sim_ros.io.motion import MotionIngest
 from cable_sim_ros.io.replay import Event, Feeder, RecordedTow, read_tow
 from cable_sim_ros.io.typestore import STORE
-from cable_sim_ros.physics.command import command as carry
-from cable_sim_ros.physics.heave import Heave
+from cable_sim_ros.physics.heave_filter import Heave
 from cable_sim_ros.physics.inputs import COMMAND_ROWS, make_inputs
 from cable_sim_ros.physics.ship import Ship
 from cable_sim_ros.physics.state import records
 from cable_sim_ros.physics.winch import DRUM, WINCH
+from cable_sim_ros.physics.winch_command import command as carry
 
 NOW = T0 + 100 * S
 

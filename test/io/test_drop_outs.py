@@ -8,7 +8,7 @@ from test_motion import T0, S
 from true_ship import imu_messages, odometry_messages, sail, stamps
 
 from cable_sim_ros.io.motion import MotionIngest
-from cable_sim_ros.physics.heave import Heave
+from cable_sim_ros.physics.heave_filter import Heave
 from cable_sim_ros.physics.inputs import make_inputs
 from cable_sim_ros.physics.ship import NO_EPOCH, SHIP_TIMES, evaluate, follow
 from cable_sim_ros.physics.ship import Ship as Parameters

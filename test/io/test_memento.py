@@ -13,7 +13,7 @@ from cable_sim_ros.io import remembered
 from cable_sim_ros.io.memento import set_back, taken
 from cable_sim_ros.io.messages import Command
 from cable_sim_ros.physics.frame import Source
-from cable_sim_ros.physics.heave import Heave
+from cable_sim_ros.physics.heave_filter import Heave
 from cable_sim_ros.physics.inputs import make_inputs
 
 

@@ -20,7 +20,7 @@ from cable_sim_ros.io.messages import CAUSES, Refused, decode_imu, decode_odomet
 from cable_sim_ros.io.motion import MotionIngest
 from cable_sim_ros.io.typestore import STORE
 from cable_sim_ros.physics.frame import Source
-from cable_sim_ros.physics.heave import Convention, Heave, MotionInput
+from cable_sim_ros.physics.heave_filter import Convention, Heave, MotionInput
 from cable_sim_ros.physics.inputs import EPOCH, MOTION_ROWS, SOURCE, make_inputs
 from cable_sim_ros.physics.ship import Ship
 

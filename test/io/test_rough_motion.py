@@ -13,7 +13,7 @@ from cable_sim_ros.io.position_rate_fit import PositionRateFit
 from cable_sim_ros.io.replay import Event, RecordedTow
 from cable_sim_ros.io.stamps import SOUGHT, RegularStamps
 from cable_sim_ros.physics.frame import Source
-from cable_sim_ros.physics.heave import Heave, MotionInput
+from cable_sim_ros.physics.heave_filter import Heave, MotionInput
 from cable_sim_ros.physics.inputs import EPOCH, SOURCE, make_inputs
 from cable_sim_ros.physics.ship import Ship
 

@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 from cable_sim_ros.io.commands import encode_command
 from cable_sim_ros.io.messages import decode_command
 from cable_sim_ros.io.winch_plan import UNITS, PlanError, WinchPlan
-from cable_sim_ros.physics.command import command
 from cable_sim_ros.physics.inputs import COMMAND_ROWS, make_inputs, push_command
 from cable_sim_ros.physics.state import records
 from cable_sim_ros.physics.winch import DRUM, WINCH
+from cable_sim_ros.physics.winch_command import command
 from cable_sim_ros.sim.entry import look
 
 TICK, S = 10_000_000, 1_000_000_000

@@ -7,9 +7,9 @@ import pytest
 
 from cable_sim_ros.lab.bend import Walk, drum, pulls
 from cable_sim_ros.lab.stations import stations
+from cable_sim_ros.physics.contact_surface import surface_row
 from cable_sim_ros.physics.integrate import Solver
-from cable_sim_ros.physics.step import LEAVE_STEP, NO_LIMIT, TURN_MOST, TURN_STEP
-from cable_sim_ros.physics.surface import surface_row
+from cable_sim_ros.physics.substeps import LEAVE_STEP, NO_LIMIT, TURN_MOST, TURN_STEP
 from cable_sim_ros.sim.build import Rules
 from cable_sim_ros.sim.rig import HALVED, WHIPPING, Rig, RigError, cable_of, load_of
 

@@ -14,7 +14,7 @@ from cable_sim_ros.io.load import SceneError, load_scene
 from cable_sim_ros.io.span_file import load_span, span_from_dict
 from cable_sim_ros.lab.experiments.wake import PRINTED, WATER, changed, lock, modes, printed
 from cable_sim_ros.physics.state import NOW, WAKE
-from cable_sim_ros.physics.wake import WAKE_Q, WakeLaw
+from cable_sim_ros.physics.wake_oscillator import WAKE_Q, WakeLaw
 from cable_sim_ros.runs.span import run_span
 from cable_sim_ros.sim.span import SpanEnds, natural_frequency, span_line
 

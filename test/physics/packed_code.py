@@ -16,11 +16,11 @@ import numba
 import numpy as np
 from numba.core.codegen import CPUCodeLibrary
 
-from cable_sim_ros.physics import ancf, cable, contact, drag, sea
-from cable_sim_ros.physics.cable import CONTACT_POINTS
+from cable_sim_ros.physics import ancf, cable_assembly, contact, drag, sea
+from cable_sim_ros.physics.cable_assembly import CONTACT_POINTS
+from cable_sim_ros.physics.contact_surface import DRUM, FLOOR, GROOVE, SURFACE, Solid, solid
 from cable_sim_ros.physics.drag import POINT_V
-from cable_sim_ros.physics.surface import DRUM, FLOOR, GROOVE, SURFACE, Solid, solid
-from cable_sim_ros.physics.work import make_work
+from cable_sim_ros.physics.workspace import make_work
 
 W = make_work(4).lanes[0]
 LANE, TABLE, ROW = W.lane[0], np.zeros((4, 16)), np.zeros(1, SURFACE)[0]
@@ -32,8 +32,8 @@ KERNELS = {
     ancf.inertia_tangent_lanes: (W.p, 1.0, W.k),
     ancf.elastic_lanes: (W.x, W.p, W.force, LANE, W.lane[1], W.lane[2]),
     ancf.elastic_tangent_lanes: (W.x, W.p, 1.0, W.force, LANE, W.lane[1], W.lane[2], W.k9, W.k),
-    cable.power_of: (W.x, W.force, 16, LANE),
-    cable.near_surface: (W.x, ROW, LANE),
+    cable_assembly.power_of: (W.x, W.force, 16, LANE),
+    cable_assembly.near_surface: (W.x, ROW, LANE),
     drag.point_lanes: (W.x, W.p, TABLE, TABLE, CURRENT, W.point),
     drag.mean_lanes: (W.mean_v, TABLE, W.point),
     drag.coefficient_lanes: (W.p, W.point, POINT_V),
@@ -50,7 +50,7 @@ KERNELS = {
     contact.contact_lanes: (W.point, ROW, LANE, W.load[0]),
     contact.contact_tangent_lanes: (W.point, ROW, 1.0, LANE, OUT),
 }
-OF_SURFACES = (contact.contact_lanes, contact.contact_tangent_lanes, cable.near_surface)
+OF_SURFACES = (contact.contact_lanes, contact.contact_tangent_lanes, cable_assembly.near_surface)
 KINDS = {"drum": DRUM, "groove": GROOVE, "floor": FLOOR}
 
 _optimise = CPUCodeLibrary._optimize_final_module
@@ -99,7 +99,7 @@ def main(cpu: str, features: str) -> None:
     CPUCodeLibrary._optimize_final_module = _for_both
     found = {kernel.py_func.__name__: counted(kernel, args, machine) for kernel, args in KERNELS.items()}
     for name, kind in KINDS.items():
-        contact.solid = cable.solid = of_kind(kind)
+        contact.solid = cable_assembly.solid = of_kind(kind)
         for kernel in OF_SURFACES:
             found[f"{kernel.py_func.__name__} {name}"] = counted(kernel, KERNELS[kernel], machine)
     print(json.dumps(found))

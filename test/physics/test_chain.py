@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.physics import ancf
-from cable_sim_ros.physics.shape import LINK, point_of
+from cable_sim_ros.physics.hermite import LINK, point_of
 from cable_sim_ros.physics.state import ARC, NOW, Change
 from cable_sim_ros.physics.water import Water
 from cable_sim_ros.sim.rig import Rig, RigError, cable_of

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cable_sim_ros.physics.command import approach, between, command, command_between
 from cable_sim_ros.physics.inputs import make_inputs, push_command
 from cable_sim_ros.physics.state import records
 from cable_sim_ros.physics.winch import DRUM, WINCH, servo
+from cable_sim_ros.physics.winch_command import approach, between, command, command_between
 from cable_sim_ros.sim.entry import look
 
 NAN, S, TICK = np.nan, 1_000_000_000, 10_000_000

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 from cable_sim_ros.io.load import SceneError, load_scene, override
 from cable_sim_ros.physics.integrate import Solver
-from cable_sim_ros.physics.step import NO_LIMIT
+from cable_sim_ros.physics.substeps import NO_LIMIT
 from cable_sim_ros.sim.build import Rules
 from cable_sim_ros.sim.inputs import WinchCommand
 from cable_sim_ros.sim.rig import Rig, cable_of

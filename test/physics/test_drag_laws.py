@@ -10,8 +10,8 @@ from bench_cable import Bench
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cable_sim_ros.physics import ancf, drag, feed
-from cable_sim_ros.physics.cable import Cable
+from cable_sim_ros.physics import ancf, drag, mesh_motion
+from cable_sim_ros.physics.cable_assembly import Cable
 from cable_sim_ros.physics.drag_laws import (
     FITS,
     FRICTION,
@@ -260,7 +260,9 @@ def test_an_element_of_two_sections_averages_the_coefficients_of_its_own():
     materials[:, ancf.EA] = 1e4
     zones = np.rec.array([(10.0,), (20.0,)], dtype=[("end", "f8")])
     rows = np.zeros((ancf.ROWS, LANES))
-    getattr(feed.mix, "py_func", feed.mix)(SimpleNamespace(zones=zones, materials=materials), 0, 8.0, 13.0, rows, 2)
+    getattr(mesh_motion.mix, "py_func", mesh_motion.mix)(
+        SimpleNamespace(zones=zones, materials=materials), 0, 8.0, 13.0, rows, 2
+    )
     assert rows[ancf.EXTRA_DRAG, 2] == pytest.approx(0.4 * 2.0 + 0.6 * 1.5)
     assert rows[ancf.EXTRA_ALONG, 2] == pytest.approx(0.4 * 2.0)
     assert rows[ancf.CN_FIT, 2] == HK_6 and rows[ancf.CD_FIXED, 2] == -1.0

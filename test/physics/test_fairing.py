@@ -19,7 +19,7 @@ from cable_sim_ros.physics.ancf import (
     ROWS,
     WEIGHT_PER_LENGTH,
 )
-from cable_sim_ros.physics.cable import Cable, Section
+from cable_sim_ros.physics.cable_assembly import Cable, Section
 from cable_sim_ros.physics.drag_laws import DragLaw
 from cable_sim_ros.physics.fairing import PRESETS, Fairing, dressed, fairing_weight
 from cable_sim_ros.physics.section import Material

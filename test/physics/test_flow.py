@@ -7,9 +7,9 @@ import pytest
 from bench_cable import Bench, floor_under, touching
 
 from cable_sim_ros.io.load import load_scene
-from cable_sim_ros.physics.feed import lay_mesh
-from cable_sim_ros.physics.flow import material
-from cable_sim_ros.physics.shape import point_of, shape
+from cable_sim_ros.physics.hermite import point_of, shape
+from cable_sim_ros.physics.mesh_convection import material
+from cable_sim_ros.physics.mesh_motion import lay_mesh
 from cable_sim_ros.physics.state import ARC, NOW
 from cable_sim_ros.sim.simulator import Simulator
 

@@ -10,13 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from cable_sim_ros.physics import frame, surface
+from cable_sim_ros.physics import contact_surface, frame
 from cable_sim_ros.physics.ancf import ROWS
-from cable_sim_ros.physics.banded import FACTOR_COLUMNS, solve, solve_again
+from cable_sim_ros.physics.block_tridiagonal import FACTOR_COLUMNS, solve, solve_again
 from cable_sim_ros.physics.contact import press, touch
 from cable_sim_ros.physics.drag_laws import LAWS, DragLaw, choo_casarella, loading
 from cable_sim_ros.physics.frame import Flag
-from cable_sim_ros.physics.work import LOST_POWER, OWN, SURFACES, WATER
+from cable_sim_ros.physics.workspace import LOST_POWER, OWN, SURFACES, WATER
 
 angles = st.floats(-3.0, 3.0)
 
@@ -117,8 +117,8 @@ def test_contact_never_pulls(delta, closing, damping):
 @given(st.floats(-0.03, 0.03), st.floats(-0.02, 0.03), st.floats(-5.0, 5.0), st.floats(-5.0, 5.0))
 @settings(max_examples=100, deadline=None)
 def test_groove_pushes_away_from_its_flanks_and_out(y, h, vy, vh):
-    row = surface.surface_row((0, 0, 0), 0.25, np.pi / 3, 0.01, 0.02, 1e9, 0.3)
-    gap, own, other = touch(surface.solid(record(row)), (0.0, y, 0.25 + h), (0.0, vy, vh))
+    row = contact_surface.surface_row((0, 0, 0), 0.25, np.pi / 3, 0.01, 0.02, 1e9, 0.3)
+    gap, own, other = touch(contact_surface.solid(record(row)), (0.0, y, 0.25 + h), (0.0, vy, vh))
     f1, f2 = own.load, other.load
     assert f1 >= 0.0 and f2 >= 0.0
     assert f1 * gap.own.normal[2] + f2 * gap.other.normal[2] >= 0.0, "the radial part points out of the groove"
@@ -127,8 +127,8 @@ def test_groove_pushes_away_from_its_flanks_and_out(y, h, vy, vh):
 
 
 def test_drum_is_a_groove_of_one_flank():
-    row = surface.surface_row((0, 0, 0), 0.3, None, 0.0, 0.0, 1e9, 0.0)
-    gap, own, other = touch(surface.solid(record(row)), (0.0, 5.0, 0.299), (0.0, 0.0, 0.0))
+    row = contact_surface.surface_row((0, 0, 0), 0.3, None, 0.0, 0.0, 1e9, 0.0)
+    gap, own, other = touch(contact_surface.solid(record(row)), (0.0, 5.0, 0.299), (0.0, 0.0, 0.0))
     assert own.load == pytest.approx(1e9 * 1e-3**1.5) and other.load == 0.0
     assert gap.own.normal == pytest.approx((0.0, 0.0, 1.0))
 

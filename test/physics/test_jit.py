@@ -54,9 +54,9 @@ def test_a_second_version_of_a_function_is_refused():
 
 
 def test_every_symbol_of_the_product_is_its_module_and_name():
-    from cable_sim_ros.physics import integrate, step, system
+    from cable_sim_ros.physics import integrate, substeps, tick
 
-    for module, name in ((integrate, "_settle"), (integrate, "_newton"), (step, "_finish"), (system, "_tick")):
+    for module, name in ((integrate, "_settle"), (integrate, "_newton"), (substeps, "_finish"), (tick, "_tick")):
         assert symbol_of(getattr(module, name)) == f"{module.__name__}.{name}"
 
 

@@ -5,7 +5,7 @@ import math
 import pydantic
 import pytest
 
-from cable_sim_ros.physics.quantity import REQUIRED, Block, declared, interval, quantity
+from cable_sim_ros.physics.parameter import REQUIRED, Block, declared, interval, quantity
 from cable_sim_ros.sim.scene import Scene
 
 

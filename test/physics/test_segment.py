@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cable_sim_ros.physics.segment import added_mass, integrals, normal_drag, tangential_drag
+from cable_sim_ros.physics.link_loads import added_mass, integrals, normal_drag, tangential_drag
 
 
 @pytest.mark.parametrize(

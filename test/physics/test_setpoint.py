@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cable_sim_ros.physics.setpoint import SETPOINT, compensation, lead_of, mean_track, set_point, within
+from cable_sim_ros.physics.heave_compensation import SETPOINT, compensation, lead_of, mean_track, set_point, within
 from cable_sim_ros.physics.state import SHEAVE, records
 
 HOLD, SIMPLE, RIGOROUS, SIMPLE_WATERLINE, RIGOROUS_WATERLINE = range(5)

@@ -7,8 +7,8 @@ from math import pi
 import pytest
 
 from cable_sim_ros.lab.experiments.viv_tow import facchinetti
-from cable_sim_ros.physics import strum
-from cable_sim_ros.physics.strum import FORMULAS, LAWS, StrumDrag, StrumLaw
+from cable_sim_ros.physics import viv_amplification
+from cable_sim_ros.physics.viv_amplification import FORMULAS, LAWS, StrumDrag, StrumLaw
 
 
 def plain(function):
@@ -16,7 +16,8 @@ def plain(function):
 
 
 amplitude, amplification, onset, strouhal = map(
-    plain, (strum.amplitude, strum.amplification, strum.onset, strum.strouhal)
+    plain,
+    (viv_amplification.amplitude, viv_amplification.amplification, viv_amplification.onset, viv_amplification.strouhal),
 )
 FLUME, FULL = (0.2e-3, 0.45e-3), (0.389, 0.010)  # mass per length [kg/m], diameter [m]
 # cable, damping ratio, normal speed; A/d of Skop-Griffin, Sarpkaya, Govardhan-Williamson, Facchinetti; G of Vandiver

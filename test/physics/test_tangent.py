@@ -7,10 +7,10 @@ import pytest
 from bench_cable import Bench, floor_under, record, touching
 
 from cable_sim_ros.physics.contact import touch
+from cable_sim_ros.physics.contact_surface import solid
 from cable_sim_ros.physics.drag_laws import DragLaw
 from cable_sim_ros.physics.state import NOW, STRUM
-from cable_sim_ros.physics.strum import EXTRA
-from cable_sim_ros.physics.surface import solid
+from cable_sim_ros.physics.viv_amplification import EXTRA
 
 C1, C2, SIGMA = 30.0, 900.0, 0.3
 

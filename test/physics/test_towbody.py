@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from bench_cable import record
 
+from cable_sim_ros.physics.contact_surface import floor_row
 from cable_sim_ros.physics.jit import NO, YES
 from cable_sim_ros.physics.line import AT_REST
 from cable_sim_ros.physics.sea import NODE_COLUMNS
 from cable_sim_ros.physics.state import Change
-from cable_sim_ros.physics.surface import floor_row
 from cable_sim_ros.physics.towbody import (
     Towbody,
     body_record,

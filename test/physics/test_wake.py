@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.physics.fluid import Fluid
-from cable_sim_ros.physics.shape import shape
+from cable_sim_ros.physics.hermite import shape
 from cable_sim_ros.physics.state import NOW, WAKE
-from cable_sim_ros.physics.step import NO_LIMIT
-from cable_sim_ros.physics.wake import (
+from cable_sim_ros.physics.substeps import NO_LIMIT
+from cable_sim_ros.physics.wake_oscillator import (
     SATURATION,
     WAKE_FLOW,
     WAKE_Q,

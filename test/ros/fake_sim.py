@@ -15,8 +15,8 @@ import numpy as np
 from numba import njit
 
 from cable_sim_ros.physics.frame import CONTACT_COLUMNS, FRAME, SHAPE_COLUMNS, SLOPE_COLUMNS
+from cable_sim_ros.physics.heave_compensation import SetpointLaw
 from cable_sim_ros.physics.inputs import Inputs, make_inputs
-from cable_sim_ros.physics.setpoint import SetpointLaw
 from cable_sim_ros.physics.state import MEMORY, TOW_SETTINGS, records
 
 NODES, STATIONS = 20, 8
@@ -187,7 +187,7 @@ class Simulator:
 
 
 def install() -> None:
-    system = types.ModuleType("cable_sim_ros.physics.system")
+    system = types.ModuleType("cable_sim_ros.physics.tick")
     system.tick, system.observe, system.link_tick = tick, observe, lambda *parts: None
     from cable_sim_ros.physics import tow
 
@@ -197,7 +197,7 @@ def install() -> None:
     sys.modules["cable_sim_ros.sim.build"] = build
     simulator = types.ModuleType("cable_sim_ros.sim.simulator")
     simulator.Simulator, simulator.StartError, simulator.SolverError = Simulator, StartError, SolverError
-    sys.modules["cable_sim_ros.physics.system"] = system
+    sys.modules["cable_sim_ros.physics.tick"] = system
     sys.modules["cable_sim_ros.sim.simulator"] = simulator
 
 

@@ -16,7 +16,7 @@ from test_commands import NOW, S, command
 from cable_sim_ros.io.commands import CommandIngest
 from cable_sim_ros.io.messages import CAUSES
 from cable_sim_ros.physics.frame import FRAME, Flag
-from cable_sim_ros.physics.heave import MotionInput
+from cable_sim_ros.physics.heave_filter import MotionInput
 from cable_sim_ros.physics.inputs import make_inputs
 from cable_sim_ros.physics.ship import Ship
 from cable_sim_ros.physics.state import records

@@ -14,7 +14,7 @@ from cable_sim_ros.io.doubts import DOUBTS
 from cable_sim_ros.io.messages import CAUSES
 from cable_sim_ros.io.motion import MotionIngest
 from cable_sim_ros.physics.frame import Flag
-from cable_sim_ros.physics.heave import Heave, MotionInput
+from cable_sim_ros.physics.heave_filter import Heave, MotionInput
 from cable_sim_ros.physics.inputs import make_inputs
 from cable_sim_ros.physics.ship import Ship
 from cable_sim_ros.ros.diagnostics import ERROR, WARN, Watch

@@ -235,7 +235,7 @@ def test_a_parameter_file_reaches_the_scene(world):
 
 
 def test_a_whole_number_that_may_be_left_out_is_0_in_ros():
-    from cable_sim_ros.physics.quantity import Block, quantity
+    from cable_sim_ros.physics.parameter import Block, quantity
     from cable_sim_ros.ros.params import checked, rows
 
     class One(Block):

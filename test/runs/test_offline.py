@@ -18,7 +18,7 @@ from cable_sim_ros.io.recorded_run import load_run
 from cable_sim_ros.io.replay import Feeder, RecordedTow, read_tow, residuals
 from cable_sim_ros.io.winch_plan import PlanError
 from cable_sim_ros.physics.frame import FRAME, Flag
-from cable_sim_ros.physics.heave import Convention, Heave, MotionInput
+from cable_sim_ros.physics.heave_filter import Convention, Heave, MotionInput
 from cable_sim_ros.physics.inputs import MOTION_ROWS, make_inputs
 from cable_sim_ros.runs import mean_track, offline, passes, sources, step_choice
 from cable_sim_ros.sim.simulator import Simulator, SolverError, StartError

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.io.load import SceneWarning, load_scene, override
-from cable_sim_ros.physics.setpoint import EXCESS_TENSION
+from cable_sim_ros.physics.heave_compensation import EXCESS_TENSION
 from cable_sim_ros.sim.setpoints import impedance
 from cable_sim_ros.sim.simulator import Simulator
 

@@ -11,11 +11,11 @@ import pytest
 from cable_sim_ros import ShipMotion
 from cable_sim_ros.io.load import SceneWarning, load_scene, override
 from cable_sim_ros.lab.mesh_tows import armoured, one, tow
+from cable_sim_ros.physics.contact_surface import Seabed
 from cable_sim_ros.physics.energy import slack_gain
 from cable_sim_ros.physics.frame import FRAME, Flag
 from cable_sim_ros.physics.inputs import push_command, push_motion
 from cable_sim_ros.physics.state import ACCOUNT, records
-from cable_sim_ros.physics.surface import Seabed
 from cable_sim_ros.sim.inputs import InputError
 from cable_sim_ros.sim.simulator import Simulator, StartError
 from cable_sim_ros.sim.statics import Route

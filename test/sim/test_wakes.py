@@ -12,7 +12,7 @@ from cable_sim_ros.io.resources import find_scene
 from cable_sim_ros.physics.fluid import Fluid
 from cable_sim_ros.physics.section import Material
 from cable_sim_ros.physics.state import NOW, WAKE
-from cable_sim_ros.physics.wake import WAKE_Q, WAKE_RATE
+from cable_sim_ros.physics.wake_oscillator import WAKE_Q, WAKE_RATE
 from cable_sim_ros.sim.rig import Rig, RigError, cable_of
 from cable_sim_ros.sim.simulator import Simulator
 from cable_sim_ros.sim.wakes import least_tensions, wave_length

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.io.load import load_scene, override
+from cable_sim_ros.physics.contact_surface import floor_row
 from cable_sim_ros.physics.frame import Flag
-from cable_sim_ros.physics.surface import floor_row
 from cable_sim_ros.runs import offline
 from cable_sim_ros.sim.rig import HALVED, Rig, cable_of, load_of
 from cable_sim_ros.sim.simulator import Simulator, StartError

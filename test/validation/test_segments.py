@@ -8,7 +8,7 @@ from scipy.integrate import trapezoid
 
 from cable_sim_ros.lab.experiments import run
 from cable_sim_ros.lab.experiments.segments import printed
-from cable_sim_ros.physics.segment import integrals
+from cable_sim_ros.physics.link_loads import integrals
 from cable_sim_ros.physics.towbody import Towbody
 from cable_sim_ros.physics.water import Water
 from cable_sim_ros.sim.rig import Rig, cable_of

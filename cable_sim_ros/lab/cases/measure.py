@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.integrate import trapezoid
 
-from ...physics.shape import W4, X4, shape, slope
+from ...physics.hermite import W4, X4, shape, slope
 from ...sim.rig import History, Rig
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from ...io.load import load_scene, override
 from ...physics import drag
 from ...physics.ancf import ADDED_MASS, BUOYANCY, RE_FACTOR, ROWS
-from ...physics.cable import Cable
+from ...physics.cable_assembly import Cable
 from ...physics.drag_laws import DragLaw, element_rows
 from ...physics.fairing import dressed
 from ...physics.jit import LANES

@@ -17,8 +17,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...physics.link_loads import integrals
 from ...physics.section import CableModel
-from ...physics.segment import integrals
 from ...physics.towbody import Towbody
 from ...physics.water import Water
 from ...sim.rig import Rig, cable_of

@@ -17,7 +17,7 @@ import numpy as np
 
 from ...io.load import SceneWarning, load_scene, override
 from ...physics.frame import STRUM_COLUMNS
-from ...physics.strum import amplification, amplitude
+from ...physics.viv_amplification import amplification, amplitude
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator
 from ...sim.strumming import _plain, strum_rules, strum_sections

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.special import jn_zeros
 
 from ...io.load import SceneError
-from ...physics.cable import Cable
+from ...physics.cable_assembly import Cable
 from ...physics.frame import Flag
 from ...sim.rig import Rig, cable_of, load_of
 from ...sim.simulator import Simulator, SolverError, StartError

@@ -6,7 +6,7 @@ from math import cos, pi, radians, sin
 
 import numpy as np
 
-from ...physics.setpoint import LAWS
+from ...physics.heave_compensation import LAWS
 
 DENSITY, GRAVITY = 1026.0, 9.81
 # name of the cable, density [kg/m^3] and Young's modulus [N/m^2] of its cross-section: steel, synthetic, umbilical

@@ -47,7 +47,7 @@ MASS = (
 WEIGHT = np.array([0.5, 1.0 / 12.0, 0.5, -1.0 / 12.0])
 
 
-LINK = 3  # column of the arc lengths: 1 where the element that begins at the node is a link (chain.py)
+LINK = 3  # column of the arc lengths: 1 where the element that begins at the node is a link (link_element.py)
 
 
 @inline
@@ -83,7 +83,7 @@ def on_link(arc, q, v, e, x):
 def point_of(arc, q, v, e, x):
     """Position, velocity, tangent (not unit) of element e at xi = x; arc: s and s' of the nodes [nodes, 6].
 
-    The velocity is that of the material: v = N q' + L' (h_1 g_1 + h_3 g_2) + xi' dr/dxi, see flow.py.
+    The velocity is that of the material: v = N q' + L' (h_1 g_1 + h_3 g_2) + xi' dr/dxi, see mesh_convection.py.
     """
     length = arc[e + 1, 0] - arc[e, 0]
     if arc[e, LINK] != 0.0:

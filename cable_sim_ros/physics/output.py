@@ -1,6 +1,6 @@
 """What one tick answers: the state as a Frame row with its tables of shape and contact.
 
-Each part is filled by one function; what is read is in instruments.py, readout.py and energy.py.
+Each part is filled by one function; what is read is in instruments.py, contact_output.py and energy.py.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .chain import is_chain, joint_tension
 from .contact import latch
+from .contact_output import read_drums, read_ground, read_sheave
 from .energy import fill_energy, slack_gain
 from .frame import (
     COARSE_AT_SURFACE,
@@ -27,14 +27,14 @@ from .frame import (
 )
 from .instruments import direction_at, drum_torque, measure, node_tension, tension_at
 from .jit import driver, inline
-from .readout import read_drums, read_ground, read_sheave
+from .link_element import is_chain, joint_tension
 from .ringing import missing
 from .sea import elevation
 from .ship import frame_shift, quaternion, spin, unrotate
 from .state import ARC, FLOW, NOW, A, Q, V
-from .strum import show, sum_up
 from .towbody import TURNING, heading, heading_held
 from .vec import dot, norm, scale
+from .viv_amplification import show, sum_up
 from .winch import ACCELERATION, COMMAND, RAMP, RATE, TRAVEL, cell
 
 SLACK_TENSION = 1e-3  # N below zero at which an element counts as slack

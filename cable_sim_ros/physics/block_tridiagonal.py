@@ -8,7 +8,7 @@ column k: the multiples taken from the six rows, its own the reciprocal pivot, a
 from __future__ import annotations
 
 from .jit import driver
-from .rows import row_update
+from .simd import row_update
 
 COLUMNS = 16
 RHS = 12

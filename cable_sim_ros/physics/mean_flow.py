@@ -13,8 +13,8 @@ from .ancf import EXTRA_DRAG
 from .jit import LANES, driver, inline, link, opaque
 from .sea import current_at
 from .state import ARC, MEAN, NOW, STEP, STRUM, Q
-from .strum import EXTRA
 from .vec import norm, scale
+from .viv_amplification import EXTRA
 
 # corners times cable.mean_flow_time: what is left of a wave of 10 s is 0.3 % of a speed, 10 % of a commanded rate
 SHIP, WINCH = 9.0, 27.0

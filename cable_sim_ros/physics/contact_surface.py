@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .jit import inline
-from .quantity import REQUIRED, Block, quantity
+from .parameter import REQUIRED, Block, quantity
 from .vec import at3, axpy, cross, dot, norm, scale, sub
 from .winch import DrumModel
 

@@ -20,7 +20,7 @@ import numpy as np
 from .jit import driver, inline
 from .vec import axpy, dot, scale
 
-# Gauss-Legendre with 16 points on [-1, 1], the positive half; literals, see shape.py
+# Gauss-Legendre with 16 points on [-1, 1], the positive half; literals, see hermite.py
 _X16 = np.array(
     (0.09501250983763744, 0.2816035507792589, 0.45801677765722737, 0.6178762444026438,
      0.755404408355003, 0.8656312023878318, 0.9445750230732326, 0.9894009349916499)

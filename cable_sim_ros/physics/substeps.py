@@ -12,16 +12,16 @@ Used by the tow, by lines of one's own, by the cases and by the stress tests.
 
 from __future__ import annotations
 
-from .control import error_ratio, link_error, longest_step
+from .contact_detection import DEEP, THROUGH, link_survey, survey
+from .contact_surface import GROOVE
 from .integrate import advance, link_solver, predict
 from .jit import NO, driver, inline, link, opaque
 from .ringing import damped
 from .state import GAIN, NOW, STEP, Q, take_back
-from .stir import stir
-from .surface import GROOVE
-from .survey import DEEP, THROUGH, link_survey, survey
-from .wake import advance_wake
-from .work import POWERS
+from .step_error import error_ratio, link_error, longest_step
+from .wake_oscillator import advance_wake
+from .water_kinematics import stir
+from .workspace import POWERS
 
 # change of a gradient in one step, and the step [s] below which it may change by more: long steps that turn slack cable
 # farther gain energy until one has no solution

@@ -1,13 +1,12 @@
 """The order of physics: ship -> surfaces -> winch -> water -> cable -> towbody -> Frame, one tick in one compiled call.
 
-The types stand in state.py (Model, State), inputs.py and observe.py (Output); sim/entry.py is the compiled entry.
+The types stand in state.py (Model, State), inputs.py and output.py (Output); sim/entry.py is the compiled entry.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from .command import command, command_between
 from .frame import (
     COMMAND_LIMITED,
     COMMAND_STALE,
@@ -19,17 +18,18 @@ from .frame import (
     WINCH_LIMIT,
     WINCH_SATURATED,
 )
+from .heave_compensation import by_angle
 from .jit import driver, link, opaque
-from .observe import glance, no_peaks
-from .observe import observe as _observe
+from .output import glance, no_peaks
+from .output import observe as _observe
 from .ringing import fade
-from .setpoint import by_angle
 from .ship import follow
 from .state import FLOW, NOW, TICK, Q, V, keep, take_back
-from .step import begin, link_stepper, start, unfinished
+from .substeps import begin, link_stepper, start, unfinished
 from .tow import advance_tow, end_step, impose, link_strum, place_surfaces, strum
 from .towbody import turn_into_flow
 from .winch import ACCELERATION, RATE, forget, note_command
+from .winch_command import command, command_between
 
 observe = opaque(_observe)
 

@@ -1,7 +1,7 @@
 """One survey of contact: every station of every surface is visited once a step, and all that is asked of it read off.
 
 A station is a Gauss point of an element within reach of a surface. Groove clearance, a cable that entered its sheave,
-depth on the drum, the Frame and its contact table are read from the table of stations, see readout.py.
+depth on the drum, the Frame and its contact table are read from the table of stations, see contact_output.py.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ import numpy as np
 
 from .coarse import LONG, lies_in
 from .contact import LOADED, touch
+from .contact_surface import FLOOR, GROOVE, NO_TOP, beside, clearance, out_of_reach, place, solid
+from .hermite import W5, X5, hermite_of, point_of
 from .jit import driver, inline, link, opaque
-from .shape import W5, X5, hermite_of, point_of
 from .state import ARC, NOW, STEP, Q, V
-from .surface import FLOOR, GROOVE, NO_TOP, beside, clearance, out_of_reach, place, solid
 from .vec import axpy, cross, row3, sub
 
 NOT_ENTERED, DEEP, THROUGH = range(3)  # SURVEY.entered

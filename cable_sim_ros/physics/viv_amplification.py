@@ -2,9 +2,9 @@
 
 Once a period, from the shape, the tension and the running mean of the flow across the cable: Reynolds number, shedding
 frequency, amplitude A/d, drag factor G, number of the mode of that frequency. G in force follows its target with a
-limited rate. Per element, kept in row STRUM of the node at which it begins; the gather (cable.py) adds G - 1 to that of
-the section, and drag.py multiplies the drag of the mean flow across the cable by it. Not that along it: the formulas
-are of the cross-flow C_D.
+limited rate. Per element, kept in row STRUM of the node at which it begins; the gather (cable_assembly.py) adds G - 1
+to that of the section, and drag.py multiplies the drag of the mean flow across the cable by it. Not that along it: the
+formulas are of the cross-flow C_D.
 
     alpha = (m/(rho A) + C_m) zeta
     A/d = 1.155 (1 - 1.12 alpha + 0.30 alpha^2) log10(0.41 Re^0.36)     Govardhan & Williamson (2006), Re 500 to 33000
@@ -21,13 +21,13 @@ from __future__ import annotations
 from enum import Enum
 from math import log, log10, pi, sqrt
 
+from .hermite import point_of
 from .jit import driver, inline
-from .quantity import Block, quantity
+from .parameter import Block, quantity
 from .sea import current_at
-from .shape import point_of
 from .state import ARC, MEAN, NOW, STRUM, Q
 from .vec import axpy, dot, norm, scale
-from .work import BINS
+from .workspace import BINS
 
 EXTRA, TARGET, SPEED, FREQUENCY, AMPLITUDE, MODE = range(6)  # columns: G - 1, what it tends to, m/s, Hz, 1, 1
 RE_SHEDDING, RE_FULL = 47.0, 60.0  # below the first the wake is steady; amplitudes set in smoothly up to the second

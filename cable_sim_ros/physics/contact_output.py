@@ -6,10 +6,10 @@ from math import atan2
 from typing import NamedTuple
 
 from .contact import LOADED
+from .contact_surface import DRUM, ON_GROUND, gap, solid
 from .jit import driver
 from .ship import unrotate
 from .state import ARC, NOW, Q
-from .surface import DRUM, ON_GROUND, gap, solid
 from .vec import at3, row3
 
 NOT_MOVING = (0.0, 0.0, 0.0)

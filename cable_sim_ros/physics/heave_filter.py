@@ -23,7 +23,7 @@ from math import ceil, cos, hypot, pi, sin
 import numpy as np
 
 from .jit import driver, inline
-from .quantity import Block, quantity
+from .parameter import Block, quantity
 from .vec import cross
 
 MEMORY = 10.0  # w = MEMORY / age while the memory expands

@@ -14,7 +14,7 @@ from math import atan2, cos, exp, pi, sin
 import numpy as np
 
 from .jit import driver, inline
-from .quantity import Block, quantity
+from .parameter import Block, quantity
 from .ship import hermite
 
 SETPOINT = np.dtype(

@@ -23,11 +23,11 @@ import numpy as np
 
 from .drag_laws import smooth
 from .jit import LANES, driver, inline
-from .quantity import Block, quantity
+from .parameter import Block, quantity
 from .sea import ELEVATION, EXTRA, ORBIT, SHEAR
 from .state import ARC, NOW, STEP, WAKE, Q, V
 from .vec import add, axpy, cross, dot, scale
-from .work import WATER
+from .workspace import WATER
 
 # columns of State.nodes[:, WAKE]: q and s; the lagging flow past the node [m/s]; its shedding frequency [rad/s], 0: not
 # begun

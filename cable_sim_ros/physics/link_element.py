@@ -11,7 +11,7 @@ Joints: without bending stiffness the gradients of the nodes are no unknowns; th
 links beside them, for all that reads directions. With it each link pulls the gradients of its two nodes to its own
 direction by springs of 2 EI/L. A gradient has no inertia and so stands between its links, and the joint is a spring
 of EI over their mean length: as stiff as the cable. Bending damping is left out. Column LINK of the arc lengths
-tells a link (shape.py).
+tells a link (hermite.py).
 """
 
 from __future__ import annotations
@@ -42,12 +42,12 @@ from .ancf import (
     damping,
 )
 from .drag import POINT_CD, POINT_R, POINT_U, POINT_V, POINT_W, coefficients, friction, mean_lanes, point_lanes
+from .hermite import LINK, X4, shape, slope
 from .jit import LANES, driver, inline
-from .segment import added_mass, normal_drag, tangential_drag
-from .shape import LINK, X4, shape, slope
+from .link_loads import added_mass, normal_drag, tangential_drag
 from .state import ARC, NOW, Q
 from .vec import add, axpy, dot, get3, norm, put3, row3, scale, sub
-from .work import ENERGY, LOST, RISE, TENSION, WET
+from .workspace import ENERGY, LOST, RISE, TENSION, WET
 
 THIRD, SIXTH = 1.0 / 3.0, 1.0 / 6.0
 # the middle of an element, a point a lane
@@ -252,7 +252,7 @@ def any_of(row, value):
 @driver
 def closed_loads(work, current, second):
     """In place of the loads of the four drag points of wet links whose law allows it, two at the outer points with the
-    resultant and the first moment of the closed forms (segment.py). second: with the extra drag of the mean flow.
+    resultant and the first moment of the closed forms (link_loads.py). second: with the extra drag of the mean flow.
 
     Their coefficient is that of the middle. The tangent stays that of the four points.
     """

@@ -20,7 +20,7 @@ from math import sqrt
 import numpy as np
 
 from .ancf import ADDED_MASS, EA, MASS_PER_LENGTH
-from .banded import RHS, solve, solve_again
+from .block_tridiagonal import RHS, solve, solve_again
 from .integrate import coefficients
 from .jit import LANES, driver, link, opaque
 from .state import ARC, NOW, STEP, A, Q

@@ -8,6 +8,7 @@ from __future__ import annotations
 from math import cos, pi, sin
 
 from .drag import POINT_R
+from .hermite import X4, shape
 from .jit import LANES, driver, link, opaque
 from .sea import (
     ELEVATION,
@@ -24,7 +25,6 @@ from .sea import (
     tabled,
     wave_lanes,
 )
-from .shape import X4, shape
 from .state import ARC, NOW, Q
 
 STILL = -1.0  # in place of the length of a step: a static start

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .ancf import K9_ROWS, ROWS
-from .banded import COLUMNS, FACTOR_COLUMNS
+from .block_tridiagonal import COLUMNS, FACTOR_COLUMNS
 from .drag import POINT_ROWS
 from .jit import LANES
 from .sea import NODE_COLUMNS, STREAM_ROWS
@@ -17,7 +17,7 @@ from .sea import NODE_COLUMNS, STREAM_ROWS
 # counts with water, surfaces and own
 OWN, LOST_POWER, WATER, SURFACES, HELD, LOADS, FED = range(7)
 POWERS = 7
-BINS = 257  # bounds of the classes of speed, see strum.py
+BINS = 257  # bounds of the classes of speed, see viv_amplification.py
 
 UNKNOWNS, MEAN_UNKNOWNS = 36, 12
 TENSION, ENERGY, WEIGHT, WET, NEAR, LOST, SUM = range(7)  # WET: 1 wet, 0 dry, -1 crossing the surface
@@ -34,7 +34,7 @@ LANE_TABLES = np.dtype(
         ("force", "f8", (12, LANES)),
         ("k", "f8", (144, LANES)),
         ("k9", "f8", (K9_ROWS, LANES)),
-        ("director", "f8", (6, LANES)),  # L g of the two nodes of a link, see chain.py
+        ("director", "f8", (6, LANES)),  # L g of the two nodes of a link, see link_element.py
         ("point", "f8", (POINT_ROWS, LANES)),
         ("load", "f8", (5, 3, LANES)),  # of each point
         ("by_place", "f8", (5, 9, LANES)),  # derivative of the load of a point to N_j y_j
@@ -71,7 +71,7 @@ class Work(NamedTuple):
     phase: np.ndarray  # [waves, 3]
     gusts: np.ndarray  # [6]
     stream_of_body: np.ndarray  # [STREAM_ROWS, LANES]
-    wake: np.ndarray  # [nodes, 6] load of the wakes, held in a step, see wake.py
+    wake: np.ndarray  # [nodes, 6] load of the wakes, held in a step, see wake_oscillator.py
 
 
 def make_work(nodes: int, waves: int = 0, streams: bool = False) -> Work:

@@ -10,10 +10,10 @@ from __future__ import annotations
 import numpy as np
 
 from .drag_laws import smooth
-from .flow import material
+from .hermite import LINK, hermite_of, shape
 from .instruments import locate
 from .jit import driver, inline
-from .shape import LINK, hermite_of, shape
+from .mesh_convection import material
 from .state import ARC, NOW, A, Q, V
 from .vec import add
 
@@ -75,7 +75,7 @@ def carried(place, state):
 
 @inline
 def flowing(s, p, q2, q, v, e, arc):
-    """What the flow of the material adds to velocity and acceleration at a point, see flow.py; s: N_i there."""
+    """What the flow of the material (mesh_convection.py) adds to velocity and acceleration at a point; s: N_i there."""
     vx, ax = component(s, p, q2, q, v, e, arc, 0)
     vy, ay = component(s, p, q2, q, v, e, arc, 1)
     vz, az = component(s, p, q2, q, v, e, arc, 2)

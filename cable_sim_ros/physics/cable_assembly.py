@@ -24,21 +24,30 @@ from .ancf import (
     inertia_lanes,
     inertia_tangent_lanes,
 )
-from .chain import bend_joints, closed_loads, drop_axial_lift, fold, is_chain, link_lanes, straighten, straighten_mean
 from .contact import contact_lanes, contact_point_lanes, contact_tangent_lanes
+from .contact_surface import DRUM, GROOVE, NO_TOP, out_of_reach, solid
 from .drag import amplified, mean_lanes, point_lanes, spread_force, spread_matrix, water_load, water_tangent
-from .flow import convective_tangent_lanes, material_lanes
+from .hermite import W4, W5, X4, X5, shape, slope
 from .jit import LANES, driver, inline, link, opaque
+from .link_element import (
+    bend_joints,
+    closed_loads,
+    drop_axial_lift,
+    fold,
+    is_chain,
+    link_lanes,
+    straighten,
+    straighten_mean,
+)
+from .mesh_convection import convective_tangent_lanes, material_lanes
 from .sea import push_lanes, stream_lanes
 from .section import Cable as Cable
 from .section import Section as Section
-from .shape import W4, W5, X4, X5, shape, slope
 from .state import ARC, AT_REST, MEAN, NOW, STRUM, A, Q, V
-from .strum import EXTRA
-from .surface import DRUM, GROOVE, NO_TOP, out_of_reach, solid
 from .vec import add, dot, get3, scale, sub
+from .viv_amplification import EXTRA
 from .waterline import THIRD, immersion, raise_lanes, waterline
-from .work import ENERGY, LOST, LOST_POWER, NEAR, OWN, RISE, SUM, SURFACES, TENSION, WATER, WEIGHT, WET
+from .workspace import ENERGY, LOST, LOST_POWER, NEAR, OWN, RISE, SUM, SURFACES, TENSION, WATER, WEIGHT, WET
 
 CONTACT_POINTS, DRAG_POINTS = np.arange(0, 12)[[5, 4]]  # numpy integers: no version per literal
 _N4 = np.array([shape(x) for x in X4])
