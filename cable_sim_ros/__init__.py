@@ -12,7 +12,7 @@ __version__ = "0.1.0"
 _FACE = {  # name -> module
     "Rig": "sim.rig",
     "ShipMotion": "sim.inputs",
-    "Simulator": "face",
+    "Simulator": "api",
     "WinchCommand": "sim.inputs",
     "WinchPlan": "io.winch_plan",
     "load_scene": "io.load",
@@ -20,7 +20,7 @@ _FACE = {  # name -> module
 __all__ = ["Rig", "ShipMotion", "Simulator", "WinchCommand", "WinchPlan", "__version__", "load_scene"]
 
 if TYPE_CHECKING:
-    from .face import Simulator
+    from .api import Simulator
     from .io.load import load_scene
     from .io.winch_plan import WinchPlan
     from .sim.inputs import ShipMotion, WinchCommand

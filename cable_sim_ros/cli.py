@@ -20,8 +20,8 @@ from .runs.number_option import LONGEST, Number
 from .runs.options import Heave, bag_options, settings_options
 from .runs.out_folder import ready
 from .runs.progress import progress_bar as _progress
+from .runs.report import tell
 from .runs.span_command import span as span_command
-from .runs.told import tell
 from .sim.flag_rules import CODE_DAMAGED, CODE_INPUT
 from .soak.command import soak as soak_command
 from .start import NEEDS_ROS
@@ -255,8 +255,8 @@ def live(bag, scene, duration, imu_only, out, as_json) -> None:
     from .io.resources import find_bag
     from .ros.live import live as run_live
     from .runs.offline import Run, judged
-    from .runs.start_up import start_up
     from .runs.summary import OUTSIDE, summarize
+    from .runs.transient import start_up
     from .runs.verdict import played
     from .sim.verdict import of_node
 

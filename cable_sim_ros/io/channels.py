@@ -20,7 +20,7 @@ import numpy as np
 
 from ..physics.frame import CONTACT_COLUMNS, FRAME, SHAPE_COLUMNS, STRUM_COLUMNS, strum_table
 from ..sim.scene import Scene
-from ..sim.strumming import on as strumming_on
+from ..sim.viv_tables import on as strumming_on
 from .cdr import JointTemplate, cloud, cloud_table, header, header_time, store_type
 from .frame_numbers import NAMES, PLACES, numbers_of
 from .typestore import STORE

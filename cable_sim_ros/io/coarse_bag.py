@@ -14,7 +14,7 @@ from ..sim.attitude import to_world
 from .messages import Odometry, Refused, decode_odometry
 from .motion_curves import Given, Rounding, judged, through
 from .motion_table import COORDINATES, SECOND, Samples, odometry_events
-from .replay import Event, RecordedTow
+from .recorded_tow import Event, RecordedTow
 from .rounding import FEWEST, even, resolution
 
 UNEVEN = 0.45  # of the period: stamps further off a line are no jitter

@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..sim.attitude import to_world
-from .comparison import GOOD, Comparison
-from .doubts import attitude_guesses, heave_guesses, ned_guesses
+from .fault_hypotheses import attitude_guesses, heave_guesses, ned_guesses
 from .messages import Odometry
+from .regression import GOOD, Comparison
 
 NEAR = 100_000_000  # ns between an IMU message and the odometry that is held against it
 DOWN = "gravity_sign"  # the finding of an IMU whose vertical is reversed

@@ -15,7 +15,7 @@ from ..physics.parameter import declared
 from ..sim import checks
 from ..sim.scene import Scene
 from . import resources, yaml12
-from .problems import CONSEQUENCE, kind_of, line_of, place, texts_of, unknown_key
+from .scene_errors import CONSEQUENCE, kind_of, line_of, place, texts_of, unknown_key
 
 
 class SceneError(ValueError):

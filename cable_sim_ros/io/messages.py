@@ -16,7 +16,7 @@ from ..physics.heave_filter import Convention
 from ..sim.attitude import angles_of, to_world
 from ..sim.inputs import MOST_COMMAND, MOST_PITCH, MOST_POSITION, MOST_RATE, MOST_SPEED, NORM_WITHIN
 from .bag_writer import BagError
-from .doubts import DOUBTS
+from .fault_hypotheses import DOUBTS
 from .mounting import Mounting, Rotor
 
 MOST_FORCE = 50.0  # m/s^2

@@ -19,7 +19,7 @@ from ..sim.attitude import angle_rates, to_world
 from .messages import CAUSES, Odometry, Refused, decode_imu, decode_odometry
 from .motion_stream import SECOND, Slow, Stream
 from .mounting import mounting_of
-from .plausible import HeaderWatch, Watch
+from .plausibility import HeaderWatch, Watch
 from .position_rate_fit import PositionRateFit
 from .refusals import IMU, ODOMETRY, Refusals
 

@@ -22,7 +22,7 @@ from ..physics.ship import Ship
 from ..sim.attitude import body_rates, quaternion, rotation
 from ..sim.inputs import MOST_PITCH, MOST_POSITION, MOST_RATE, MOST_SPEED, MOST_TURNS
 from .motion_curves import Curve, Given, judged, through
-from .replay import Event, RecordedTow
+from .recorded_tow import Event, RecordedTow
 from .rounding import even
 from .typestore import STORE
 

@@ -13,7 +13,7 @@ from ..sim.span import Span, SpanFile
 from ..sim.span_checks import span_problems
 from . import resources, yaml12
 from .load import SceneError
-from .problems import CONSEQUENCE, line_of, place, texts_of
+from .scene_errors import CONSEQUENCE, line_of, place, texts_of
 
 
 def load_span(path_or_name: str | os.PathLike) -> Span:

@@ -17,7 +17,7 @@ import numba
 import numpy as np
 
 from .. import __version__
-from ..runs.passes import Progress, silent
+from ..runs.message_run import Progress, silent
 from . import haul_bench, ours, tow_bench
 from .ours import Setting, even, links
 from .row import METRES, Row

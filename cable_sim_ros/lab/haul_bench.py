@@ -17,7 +17,7 @@ import numpy as np
 
 from ..io.load import load_scene, override
 from ..io.motion_table import read_table
-from ..io.replay import RecordedTow
+from ..io.recorded_tow import RecordedTow
 from ..io.winch_plan import WinchPlan
 from ..runs.offline import stepped
 from ..sim.mesh import FeedMesh, feed_mesh

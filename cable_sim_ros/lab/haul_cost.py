@@ -12,11 +12,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ..io.load import load_scene, override
-from ..io.replay import read_tow
+from ..io.recorded_tow import read_tow
 from ..io.resources import find_bag
 from ..sim.mesh import FeedMesh, feed_mesh
+from ..sim.route import Route
 from ..sim.scene import Scene
-from ..sim.statics import Route
 from .tow_bench import drive, simulated
 
 ON_DRUM = (50.0, 200.0, 500.0, 1000.0, 2000.0)  # m, with the scope of the scene out

@@ -11,7 +11,7 @@ from ..io.motion_table import sine_heave
 from ..io.winch_plan import WinchPlan
 from ..physics.heave_compensation import SetpointLaw
 from ..runs.mesh import at_scope
-from ..runs.passes import Pass, Progress, silent
+from ..runs.message_run import Pass, Progress, silent
 from ..runs.step_choice import stepped
 from ..sim.mesh import FeedMesh, mesh_plan
 from ..sim.mesh_sheave import scope_range

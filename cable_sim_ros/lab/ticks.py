@@ -1,6 +1,6 @@
 """Longest tick in real time with the winch at work. ``cable-sim bench --ticks``.
 
-The compiled real-time loop of the node (sim/entry.py) in a thread of its own, fed with a heave and a winch plan as they
+The compiled real-time loop of the node (sim/loop.py) in a thread of its own, fed with a heave and a winch plan as they
 go, without topics: the work of a tick is from its waking to its Frame, with caches as cold as the sleep left them.
 """
 
@@ -18,7 +18,9 @@ import numpy as np
 from ..io.load import load_scene, override
 from ..io.winch_plan import WinchPlan
 from ..sim.build import make_output
-from ..sim.entry import (
+from ..sim.inputs import ShipMotion, WinchCommand
+from ..sim.inputs import push as push_to
+from ..sim.loop import (
     CONTROL_WORDS,
     COUNT,
     DONE,
@@ -39,8 +41,6 @@ from ..sim.entry import (
     WAKE,
     drive,
 )
-from ..sim.inputs import ShipMotion, WinchCommand
-from ..sim.inputs import push as push_to
 from ..sim.simulator import Simulator
 
 TICK = 0.01  # s

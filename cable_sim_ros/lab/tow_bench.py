@@ -13,11 +13,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ..io.load import load_scene, override
-from ..io.replay import RecordedTow, read_tow
+from ..io.recorded_tow import RecordedTow, read_tow
 from ..io.resources import find_bag
 from ..io.winch_plan import WinchPlan
+from ..runs.message_run import Driven, Pass
 from ..runs.offline import stepped
-from ..runs.passes import Driven, Pass
 from ..sim.mesh import FeedMesh, feed_mesh, mesh_plan
 from ..sim.scene import Scene
 from .row import Row

@@ -14,7 +14,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from ..io.load import SceneWarning, load_scene, override
-from ..io.replay import read_tow
+from ..io.recorded_tow import read_tow
 from ..io.resources import find_bag
 from ..sim.mesh import feed_mesh
 from ..sim.scene import Scene

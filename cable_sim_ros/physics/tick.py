@@ -1,6 +1,6 @@
 """The order of physics: ship -> surfaces -> winch -> water -> cable -> towbody -> Frame, one tick in one compiled call.
 
-The types stand in state.py (Model, State), inputs.py and output.py (Output); sim/entry.py is the compiled entry.
+The types stand in state.py (Model, State), inputs.py and output.py (Output); sim/loop.py is the compiled entry.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ from typing import Any
 from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
 
-from .neighbours import full_name
+from .graph_monitor import full_name
 
 TOPIC = "/clock"
 SECOND = 1_000_000_000

@@ -12,11 +12,11 @@ from math import isnan
 
 from ..io.messages import CAUSES, Command
 from ..physics.frame import Flag, Source
-from .figures import Rate
 from .health import InputHealth
 from .lockstep_status import lockstep_figures, lockstep_status
 from .publisher import TickPublisher
 from .session import Session
+from .statistics import Rate
 from .status import ERROR, OK, WARN, Status
 from .status import text_of as _text
 from .stepped import SteppedSession

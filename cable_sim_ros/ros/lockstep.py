@@ -13,8 +13,8 @@ from collections import deque
 from enum import Enum
 from typing import Any
 
-from ..io import memento
-from ..io.gate import FAR, Cadence, MotionGate
+from ..io import checkpoint
+from ..io.time_sequencer import FAR, Cadence, MotionGate
 from .blocks import Lockstep as Settings
 
 SECOND = 1_000_000_000
@@ -148,13 +148,13 @@ class Lockstep:
         Raises ValueError.
         """
         present = self.paused, self.held, self.steps
-        memento.set_back(self, tree)
+        checkpoint.set_back(self, tree)
         self.paused, self.held, self.steps = present
         self.steps_left, self._called, self._next_step, self._said = 0, None, 0, 0
 
     def check(self, tree: Any) -> None:
         """Raise the ValueError of `set_back` now."""
-        memento.check(self, tree)
+        checkpoint.check(self, tree)
 
     # ---- messages
 

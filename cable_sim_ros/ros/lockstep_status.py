@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ..io.gate import CONFIRM
+from ..io.time_sequencer import CONFIRM
 from .status import ERROR, OK, WARN, Status, text_of
 from .stepped import SECOND, SteppedSession
 

@@ -1,4 +1,4 @@
-"""The stepping loop in its own thread: the compiled entry in its LIVE mode (sim/entry.py), which never needs the
+"""The stepping loop in its own thread: the compiled entry in its LIVE mode (sim/loop.py), which never needs the
 interpreter lock, with its control words, its stats rows and the eventfd that wakes the publisher.
 """
 
@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..sim.entry import (
+from ..sim.loop import (
     CONTROL_WORDS,
     COUNT,
     EVENTFD,

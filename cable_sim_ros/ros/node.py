@@ -23,32 +23,33 @@ from ..io.markers import TOPIC as MARKERS
 from ..io.messages import CAUSES, KINDS, stamp_of
 from ..io.recording_place import name_problem, state_problem
 from ..sim.flag_rules import FAILED
-from ..sim.live import changed, ways
+from ..sim.live_parameters import changed, ways
 from . import discovery
 from .arrival import Arrivals, StampArrivals
 from .clock_topic import ClockTopic
 from .control import SimulationControl
-from .declare import declare, overrides_of
+from .declare_parameters import declare, overrides_of
 from .diagnostics import Watch, final_figures
-from .drain import spin
-from .ending import verdict_of_node
-from .figures import write_json
+from .executor import spin
+from .graph_monitor import EVERY as NEIGHBOURS_EVERY
+from .graph_monitor import Neighbours
 from .health import MSGTYPE as AGES_TYPE
 from .health import TOPIC as AGES_TOPIC
 from .lockstep import rate_problem
-from .neighbours import EVERY as NEIGHBOURS_EVERY
-from .neighbours import Neighbours
-from .params import ParameterError, checked, settle
+from .node_verdict import verdict_of_node
+from .parameters import ParameterError, checked, settle
 from .process import Stop, autostart, refuse_unknown, start_ros
 from .publisher import DirectPublisher, TickPublisher
 from .recording_control import RecordingControl
+from .statistics import write_json
 from .stepped import SteppedSession, session_of
 from .topics import diagnostic_array, message_class, publishers_of, rows_of
 
 NAME, NAMESPACE = "cable_sim", "/tow_sim"
 INPUT_DEPTH = {False: 200, True: 5000}  # deep: a static start takes a second; in lockstep a bag may come at once
 QOS = {"reliable": QoSProfile(depth=10), "sensor": QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)}
-# ticks come faster than a listener may take them: what it has not acknowledged is kept so long (testing/link.py: PIECE)
+# ticks come faster than a listener may take them: what it has not acknowledged is kept so long (PIECE of
+# testing/node_topics.py)
 STEPPED_QOS = QOS | {"reliable": QoSProfile(depth=500)}
 LARGEST = 64_000  # bytes of an input; an Odometry has 720
 DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"

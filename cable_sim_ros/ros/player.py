@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 from ..io.bag_motion import read_motion
 from ..io.messages import KINDS, stamp_of
-from ..io.ned import in_enu
+from ..io.ned_to_enu import in_enu
 from ..io.resources import find_bag
 from . import discovery
 from .topics import message_class

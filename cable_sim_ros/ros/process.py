@@ -11,7 +11,7 @@ from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
-from .params import ParameterError
+from .parameters import ParameterError
 
 
 def start_ros(arguments: list[str]) -> None:

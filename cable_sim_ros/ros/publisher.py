@@ -14,9 +14,9 @@ from rclpy._rclpy_pybind11 import RCLError
 from ..io.channels import Encoder
 from ..io.journal import Journal
 from ..io.recorder import Recorder
-from .figures import Samples
 from .loop import HALT, HEADS_ROWS, Loop, raise_priority
-from .running import RunningSums
+from .running_sums import RunningSums
+from .statistics import Samples
 
 
 class TickPublisher:

@@ -11,7 +11,7 @@ from ..io.journal import MSGTYPE, TOPIC
 from ..io.load import dump_scene
 from ..io.recorder import Recorder, RecorderStats
 from ..io.recording_place import Names, name_problem, root_problem
-from .params import Settings
+from .parameters import Settings
 from .publisher import TickPublisher
 from .session import Session
 

@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..io.arrival_order import Intake
 from ..io.clock import DataClock
-from ..io.intake import Intake
 from ..io.journal import Start
 from ..physics.inputs import make_inputs
 from ..physics.state import NOW
 from ..sim import savefile
-from ..sim.carry import heading_problem, place
-from ..sim.live import set_live, value_of, ways
+from ..sim.live_parameters import set_live, value_of, ways
+from ..sim.rebase import heading_problem, place
 from ..sim.savefile import SaveError, differences
 from ..sim.simulator import Simulator
 from .loop import Loop

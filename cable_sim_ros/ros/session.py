@@ -16,24 +16,24 @@ from typing import Any
 
 import numpy as np
 
+from ..io.arrival_order import Intake, Took
 from ..io.clock import DataClock
 from ..io.commands import CommandIngest
-from ..io.intake import Intake, Took
 from ..io.journal import STATIC, Journal, Start
 from ..io.motion import MotionIngest
 from ..io.refusals import TOPICS
 from ..physics.frame import Source
 from ..physics.inputs import MOTION_ROWS, SOURCE
 from ..sim.build import make_output
-from ..sim.carry import carried_over
 from ..sim.current import turned_current
-from ..sim.live import changed, set_live
+from ..sim.live_parameters import changed, set_live
+from ..sim.rebase import carried_over
 from ..sim.simulator import Simulator, StartError
 from .blocks import NodeBlock
-from .interpreter import quiet
+from .gc_tuning import quiet
 from .loop import MAPPING, RESYNCS, SKIPPED, TARGET, Loop
 from .overload import Pace
-from .params import Settings
+from .parameters import Settings
 from .saving import Saving
 from .timing import Timing
 
@@ -290,7 +290,7 @@ class Session(Timing, Saving):
         return self.state == "running", self.problem or text
 
     def set_live(self, name: str, value: Any) -> None:
-        """Give a live parameter of the scene (sim/live.py) another value, between two ticks where the loop runs."""
+        """Give a live parameter of the scene (sim/live_parameters.py) another value, between two ticks of the loop."""
         self.scene = changed(self.scene, name, value)
         self.live[name] = value
         if self.sim is None:

@@ -15,15 +15,15 @@ from typing import Any
 
 import numpy as np
 
-from ..io.gate import CONFIRM, FAR
-from ..io.intake import Took
-from ..io.memento import check, set_back, taken
+from ..io.arrival_order import Took
+from ..io.checkpoint import check, set_back, taken
 from ..io.messages import stamp_of
+from ..io.time_sequencer import CONFIRM, FAR
 from ..sim.savefile import damaged
 from .blocks import TimeMode
 from .lockstep import Do, Lockstep
 from .loop import REACHED, Loop, StepLoop
-from .params import Settings
+from .parameters import Settings
 from .saving import UNDER_WAY
 from .session import SECOND, Session
 

@@ -16,7 +16,7 @@ from pydantic import ValidationError
 from ..io.load import override
 from ..io.messages import KINDS
 from ..io.motion_table import MotionError
-from ..io.replay import RecordedTow
+from ..io.recorded_tow import RecordedTow
 from ..io.yaml12 import YamlError, parse
 from ..physics.heave_filter import Heave, MotionInput
 from ..physics.parameter import Block, declared

@@ -16,7 +16,7 @@ from ..sim.mesh_kinds import Expected
 from ..sim.mesh_sheave import heave_amplitude, scope_range
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
-from .passes import Pass, Progress, silent
+from .message_run import Pass, Progress, silent
 
 HEAVE_PERIOD = 8.0  # s
 LEAST_FALL = 2.0  # of what a halving changes to what the next does: that of an error of the first order

@@ -17,27 +17,27 @@ from ..io.journal import read_journal
 from ..io.load import load_scene, override
 from ..io.markers import check_rate
 from ..io.motion_table import MotionError
-from ..io.replay import RecordedTow, Residual, SameTicks, paired, read_tow, recorded_frames, residuals
+from ..io.recorded_tow import RecordedTow, Residual, SameTicks, paired, read_tow, recorded_frames, residuals
 from ..io.resources import find_bag
 from ..io.winch_plan import WinchPlan
 from ..sim.savefile import SaveError, check_place, same_scene
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
 from ..sim.verdict import Reason, Verdict
-from . import axes, finer, verdict
+from . import motion_preview, refinement_check, verdict
 from .asked import NOTHING, Settings, apply_to_bag, apply_to_scene, of_intake, refuse_without_bag
-from .figures import FIGURES as FIGURES
-from .figures import figures_markdown as figures_markdown
+from .journal_replay import Rerun
+from .message_run import Pass, taken_in
+from .metrics import FIGURES as FIGURES
+from .metrics import figures_markdown as figures_markdown
 from .number_option import LONGEST
-from .passes import Pass, taken_in
-from .rerun import Rerun
 from .resume import Resumed, told_of
 from .resume import save as save_run
 from .sources import HEAVE_SECONDS, motion_of, scene_of_bag
-from .start_up import growth, start_up, still_growing
 from .step_choice import doubts_of_steps, figures_of_steps, stepped
 from .stepping import Driven, Progress, silent
 from .summary import summarize
+from .transient import growth, start_up, still_growing
 
 AFTER_PLAN = 60.0  # s of a run after the last item of a winch plan, without a bag, where no duration is given
 NO_JOURNAL = (
@@ -139,7 +139,7 @@ def run(
         result.figures["saved"] = os.fspath(save)
     judged(result, scene, [*one.doubts, *(tow.doubts if tow else ()), *_damage(tow)], before=before)
     if check:
-        finer.compare(
+        refinement_check.compare(
             result,
             scene,
             lambda: motion_of(scene, motion, heave, lasts, imu_only, settings, topics),
@@ -211,7 +211,7 @@ def replay(
         if faults and own:
             doubts.append(verdict.check("JOURNAL", "; ".join(faults)))
     else:
-        axes.look(tow, scene, *taken_in(tow))
+        motion_preview.look(tow, scene, *taken_in(tow))
         one = Pass(scene, tow, progress=progress)
         result = _run_of(one.sim, one.tick, tow, one.go(None, target, markers), target)
         result.figures.update(_intake_figures(one))

@@ -1,7 +1,7 @@
 """Runs that go on from a saved state: what a run notes in its file of motion and plan, and how the next takes it up.
 
 Under the same motion, event for event, the run goes on as if it had not been interrupted. Another motion takes the tow
-up at its own beginning, the cable as it hangs, as after a jump of the clock (sim/carry.py).
+up at its own beginning, the cable as it hangs, as after a jump of the clock (sim/rebase.py).
 """
 
 from __future__ import annotations
@@ -15,21 +15,21 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from ..io.checkpoint import set_back, taken
+from ..io.checkpoint_values import Count, Real, Whole
 from ..io.journal import Start
 from ..io.load import SceneWarning
-from ..io.memento import set_back, taken
 from ..io.motion_table import MotionError
-from ..io.remembered import Count, Real, Whole
-from ..io.replay import Event
+from ..io.recorded_tow import Event
 from ..io.winch_plan import WinchPlan
 from ..physics.inputs import make_inputs
 from ..sim import savefile
-from ..sim.carry import carried_over, heading_problem, place
+from ..sim.rebase import carried_over, heading_problem, place
 from ..sim.savefile import SaveError
 from ..sim.scene import Scene
 
 if TYPE_CHECKING:
-    from .passes import Pass
+    from .message_run import Pass
 
 RUN = "run"  # key of the notes in the file
 

@@ -10,12 +10,12 @@ from ..io.bag_writer import BagError
 from ..io.coarse_bag import smooth_odometry
 from ..io.load import load_scene, override, scene_from_text
 from ..io.motion_table import MotionError, read_table, sine_heave
-from ..io.replay import RecordedTow, read_tow
+from ..io.recorded_tow import RecordedTow, read_tow
 from ..io.resources import find_bag
 from ..sim.scene import Scene
-from . import axes
+from . import motion_preview
 from .asked import NOTHING, Settings, apply_to_bag, apply_to_scene, refuse_without_bag
-from .passes import taken_in
+from .message_run import taken_in
 
 HEAVE_SECONDS = 60.0  # s of a run under a sinusoidal heave where no duration is given
 
@@ -46,7 +46,7 @@ def motion_of(
         return None
     tow = read_tow(find_bag(motion), imu_only=imu_only, topics=topics)
     apply_to_bag(tow, settings)
-    axes.look(tow, scene, *taken_in(tow))
+    motion_preview.look(tow, scene, *taken_in(tow))
     smooth_odometry(tow, scene.sheave.position)
     return tow
 

@@ -16,7 +16,7 @@ from ..io.journal import MSGTYPE, TOPIC, Journal, Start
 from ..io.load import dump_scene
 from ..io.markers import markers_channel
 from ..io.messages import KINDS
-from ..io.replay import Event, RecordedTow
+from ..io.recorded_tow import Event, RecordedTow
 from ..io.winch_plan import WinchPlan
 from ..physics.frame import FRAME
 from ..sim.scene import Scene

@@ -10,13 +10,13 @@ import numpy as np
 from ..physics.frame import Flag
 from ..sim.deviation_checks import SKIP, deviation_damped
 from ..sim.flag_rules import WITHIN, WITHIN_JOURNAL, WITHIN_M
+from ..sim.route import DRUM_RESERVE, Route
 from ..sim.scene import Scene
-from ..sim.statics import DRUM_RESERVE, Route
 from ..sim.verdict import Reason, Verdict, check, judge_counts, overload, strength, verdict_of
 from .summary import after_start, tick_length
 
 if TYPE_CHECKING:
-    from ..io.replay import Residual, SameTicks
+    from ..io.recorded_tow import Residual, SameTicks
 
 ENDING = 5.0  # s
 KEPT = 0.02  # of its energy, what steps that keep a ringing may take of it

@@ -46,11 +46,11 @@ from ..physics.winch import DRUM
 from .checks import fine_zone
 from .material import extreme, material_rows, section_ends, termination_weight
 from .mesh import FeedMesh, feed_mesh
+from .route import DRUM_RESERVE, ROUND_OFF, Route
 from .scene import Scene
-from .sea import sea_of
-from .statics import DRUM_RESERVE, ROUND_OFF, Route
-from .strumming import strum_rules, strum_sections
-from .wakes import wake_table
+from .sea_tables import sea_of
+from .viv_tables import strum_rules, strum_sections
+from .wake_tables import wake_table
 
 # EI of an element over w L^3 where its end carries no tension: the gradient of a free end has a rotational stiffness of
 # -T/30 there (T = w L/2), more than wL^3/240 makes it stable; it vanishes with the third power of the mesh

@@ -13,10 +13,8 @@ import numpy as np
 
 from ..physics.section import material_of
 from ..physics.winch import DrumModel
-from .cautions import damping_cautions, drag_cautions, part_cautions, swing_cautions
-from .chain_checks import chain_cautions, chain_problems, form_problems
-from .current import flow_of
-from .data_sheet import (
+from .compensation_setup import setpoint_cautions
+from .consistency_checks import (
     astern_cautions,
     astern_problems,
     body_cautions,
@@ -27,18 +25,20 @@ from .data_sheet import (
     wrap_cautions,
     wrap_problems,
 )
-from .feed_checks import drum_problems, mesh_problems, wave_cautions
-from .joints import body_problems, seat_problems, section_problems
+from .current import flow_of
+from .link_checks import chain_cautions, chain_problems, form_problems
 from .material import extreme, hung, outboard, wet_weight
 from .mesh import arc_lengths_at_start
 from .mesh_blocks import SheaveAnswer
+from .mesh_motion_checks import drum_problems, mesh_problems, wave_cautions
 from .problem import Problem, apart
+from .route import DRUM_RESERVE, ROUND_OFF, Route, first_angle
 from .scene import Scene
+from .scene_warnings import damping_cautions, drag_cautions, part_cautions, swing_cautions
 from .sea_checks import sea_cautions, sea_problems
-from .setpoints import setpoint_cautions
-from .statics import DRUM_RESERVE, ROUND_OFF, Route, first_angle
-from .strum_checks import strum_cautions, strum_problems
-from .wakes import amplified_cautions, bare_problems, wake_problems
+from .section_checks import body_problems, seat_problems, section_problems
+from .viv_checks import strum_cautions, strum_problems
+from .wake_tables import amplified_cautions, bare_problems, wake_problems
 
 # longest element on the sheave over its radius: with compensation on, ripple of the tension above 1 Hz was measured as
 # 0.03 % at 0.25, 0.05 % at 0.4, 0.15 % at 0.6, 0.36 % at 1.2 (full scale, docs/accuracy.md)

@@ -12,7 +12,7 @@ from ..physics.sea import SEA
 from ..physics.water import CurrentFrame, Water, WaveKind
 from .elementary import product
 from .scene import Scene
-from .sea import profile_table, table_values, variation_table
+from .sea_tables import profile_table, table_values, variation_table
 
 HEADING_WITHIN = 5.0  # deg; a ship in waves yaws as much
 

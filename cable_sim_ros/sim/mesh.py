@@ -11,8 +11,8 @@ import numpy as np
 
 from .mesh_kinds import FeedMesh, MeshError, MeshPlan, places_outboard
 from .mesh_maker import Maker
+from .route import Route
 from .scene import Scene
-from .statics import Route
 
 
 def feed_mesh(scene: Scene) -> FeedMesh | None:

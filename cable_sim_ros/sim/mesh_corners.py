@@ -20,7 +20,7 @@ import numpy as np
 
 from .material import extreme, hung, material_of, section_ends
 from .scene import Scene
-from .tow_shape import TowShape
+from .static_shape import TowShape
 
 CORNER_SHARE = 0.3  # of the error of the place may come from all corners together
 DIAMETERS = 2.0  # a shorter element is no cable

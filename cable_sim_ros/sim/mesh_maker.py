@@ -15,8 +15,8 @@ from .mesh_kinds import Expected, FeedMesh, MeshError, MeshPlan, Part, ends, equ
 from .mesh_order import CUBICS, kinks
 from .mesh_sheave import OUTBOARD_LEAST, RADII_PER_TENSION, SheaveMesh, heave_amplitude
 from .mesh_waves import MOST_OF_WAVES, TO_WAVES, wave_density, wave_error
-from .statics import ROUND_OFF
-from .tow_shape import TowShape
+from .route import ROUND_OFF
+from .static_shape import TowShape
 
 SHORTEST_PERIOD = 4.0  # s, of ship motion at a sheave: shorter waves do not move a ship
 PER_WAVE = 2.0  # elements per wave along the cable; of 2 and of 5 the tension's deviation is the same to 1e-3

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .tow_shape import TowShape, fourth_derivative, third_derivative
+from .static_shape import TowShape, fourth_derivative, third_derivative
 
 
 class Order(NamedTuple):

@@ -8,16 +8,16 @@ import numpy as np
 
 from ..physics.ancf import ADDED_MASS, MASS_PER_LENGTH
 from ..physics.section import CableModel
-from .chain_checks import MOST_SAGITTA, longest_on
+from .link_checks import MOST_SAGITTA, longest_on
 from .material import extreme, material_rows
 from .mesh_blocks import SheaveAnswer
 from .mesh_corners import Corner, Zone
 from .mesh_kinds import MeshError, even, graded
 from .mesh_order import CUBICS, LINKS
 from .mesh_waves import wave_field
+from .route import Route
 from .scene import Scene
-from .statics import Route
-from .tow_shape import tow_shape
+from .static_shape import tow_shape
 
 SWING = radians(10.0)  # departure angle against the static one under way in waves
 SCOPES = (1.0, 0.3, 0.1)  # of the scope at the start; the largest that the winch pays out besides

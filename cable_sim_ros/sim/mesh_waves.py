@@ -17,8 +17,8 @@ from ..physics.sea import AMPLITUDE, BOTTOM, FREQUENCY, NORM, NUMBER
 from ..physics.water import WaveKind
 from .elementary import exp
 from .scene import Scene
-from .sea import wave_number, wave_table
-from .tow_shape import TowShape
+from .sea_tables import wave_number, wave_table
+from .static_shape import TowShape
 
 PER_WAVE_ERROR = 6.0  # error of an element, (k h)^4 e^(-k d), over that of the deviation of the tension: measured
 PER_LOST = 10.0  # share of the energy of the velocity that is lost, over that of the deviation: measured

@@ -38,14 +38,14 @@ from ..physics.towbody import BODY, Towbody, body_record
 from ..physics.water import Water
 from .build import Rules, arc_lengths, bead_table, build_line, element_table, line_settings, lock
 from .current import declare_water
-from .joints import water_problems
-from .march import Moved, Samples, accelerate, begin_step, bring_to_rest, look, march, take, weigh_up
-from .pieces import FOLDING as FOLDING
-from .pieces import HALVED, SHIPPED, WHOLE, cable_of, load_of, rows_in_air
-from .pieces import WHIPPING as WHIPPING
 from .problem import Problem
-from .sea import sea_of
-from .wakes import begin_wakes, line_problems, step_problems, wake_table
+from .rig_entries import Moved, Samples, accelerate, begin_step, bring_to_rest, look, march, take, weigh_up
+from .rig_parts import FOLDING as FOLDING
+from .rig_parts import HALVED, SHIPPED, WHOLE, cable_of, load_of, rows_in_air
+from .rig_parts import WHIPPING as WHIPPING
+from .sea_tables import sea_of
+from .section_checks import water_problems
+from .wake_tables import begin_wakes, line_problems, step_problems, wake_table
 
 COMPONENTS = {"x": [0], "y": [1], "z": [2], "r": [0, 1, 2], "gx": [3], "gy": [4], "gz": [5], "g": [3, 4, 5]}
 

@@ -10,7 +10,7 @@ from ..physics.parameter import Block
 from ..physics.water import CurrentTable, WaveKind, Waves
 from .problem import Problem
 from .scene import Scene
-from .sea import wave_number
+from .sea_tables import wave_number
 
 BREAKING = 0.142  # of H/L over tanh(kd): Miche (1944)
 STEEPEST = 1.0 / 7.0  # of Hs over the deep-water length of Tp: no sea is that steep

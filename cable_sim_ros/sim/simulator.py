@@ -18,18 +18,18 @@ from ..physics.ship import NO_EPOCH
 from ..physics.state import ARC, MEMORY, NOW, STEP
 from . import savefile
 from .build import build_model, build_state, make_output
-from .carry import start_problem
+from .compensation_setup import declare, take_rest
 from .current import declare_water
-from .entry import CONTROL_WORDS, SETTLE, STATS_COLUMNS, TICKS, drive
 from .inputs import YAW, InputError, ShipMotion, WinchCommand, push
+from .loop import CONTROL_WORDS, SETTLE, STATS_COLUMNS, TICKS, drive
 from .mesh_kinds import FeedMesh
+from .rebase import start_problem
+from .route import StartError
 from .savefile import SaveError
 from .scene import Scene
-from .setpoints import declare, take_rest
-from .start import settle, turn_bodies
-from .statics import StartError
-from .tow_shape import tow_shape
-from .wakes import begin_wakes
+from .static_equilibrium import settle, turn_bodies
+from .static_shape import tow_shape
+from .wake_tables import begin_wakes
 
 
 class SolverError(RuntimeError):

@@ -7,7 +7,7 @@ from math import ceil
 from ..physics.wake_oscillator import WakeLaw
 from .problem import Problem, apart
 from .span import LEAD_ELEMENTS, MOST_ELEMENTS, Span, SpanCase, SpanEnds, seat_of, shedding_frequency, wet_lengths
-from .wakes import ELEMENTS, wave_length
+from .wake_tables import ELEMENTS, wave_length
 
 # of the radius that the cable may be pressed into the groove: found by trial, at 0.45 no rest is found any more
 MOST_DEPTH = 0.4

@@ -8,11 +8,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 _FACE = {  # name -> module
-    "Tow": ".under_test",
+    "Tow": ".tow_sim",
     "TowError": ".errors",
     "load_run": "..io.recorded_run",
     "replay": "..runs.offline",
-    "tow": ".under_test",
+    "tow": ".tow_sim",
 }
 __all__ = ["Tow", "TowError", "load_run", "replay", "tow"]
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ..io.recorded_run import load_run
     from ..runs.offline import replay
     from .errors import TowError
-    from .under_test import Tow, tow
+    from .tow_sim import Tow, tow
 
 
 def __getattr__(name: str) -> object:

@@ -19,7 +19,7 @@ import numpy as np
 
 from . import shared_memory, watchdog
 from .process import MARK
-from .under_test import tow
+from .tow_sim import tow
 
 DEAF = "import signal, time; signal.signal(signal.SIGINT, signal.SIG_IGN); time.sleep(600)"
 WITHIN = 20.0  # s for a stop; a longer one counts as hung

@@ -12,12 +12,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..io.motion_table import MotionWarning, Samples, odometry_events, read_table, sine_heave
-from ..io.replay import Event, read_tow
+from ..io.recorded_tow import Event, read_tow
 from ..io.resources import find_bag
 from ..sim.inputs import ShipMotion
 from ..sim.scene import Ship
+from .arguments import number, refused
 from .errors import TowError
-from .given import number, refused
 
 SECOND = 1_000_000_000
 INPUTS = ("imu", "odometry", "command")  # in this order at one stamp

@@ -13,7 +13,7 @@ import pytest
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from .under_test import Tow
+    from .tow_sim import Tow
 
 TOWS = "_cable_sim_tows"  # attribute of a test's item
 SHOWN = 40  # lines of a node in the report
@@ -26,7 +26,7 @@ def tow_sim(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Callable
     Each has a folder under tmp_path. All are closed after the test. Skips the test where rclpy is not installed.
     """
     pytest.importorskip("rclpy", reason="tow_sim needs rclpy (pip install 'cable_sim_ros[ros]', or a ROS 2 to source)")
-    from .under_test import tow
+    from .tow_sim import tow
 
     tows: list[Tow] = []
     setattr(request.node, TOWS, tows)

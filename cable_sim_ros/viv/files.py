@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from ..io import resources, yaml12
 from ..io.load import SceneError
-from ..io.problems import CONSEQUENCE, kind_of, line_of, place, texts_of
+from ..io.scene_errors import CONSEQUENCE, kind_of, line_of, place, texts_of
 from ..sim.problem import Problem
 from . import checks
 from .response import Vibration

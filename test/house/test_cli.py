@@ -14,8 +14,8 @@ from click.testing import CliRunner
 from cable_sim_ros import cli
 from cable_sim_ros.physics.ship import Ship
 from cable_sim_ros.runs import expected, offline
+from cable_sim_ros.runs.message_run import Pass
 from cable_sim_ros.runs.number_option import MOST_SPEED, Number
-from cable_sim_ros.runs.passes import Pass
 from cable_sim_ros.sim.simulator import Simulator, StartError
 
 COMMANDS = {

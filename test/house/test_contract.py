@@ -11,7 +11,7 @@ from cable_sim_ros.physics import substeps
 from cable_sim_ros.physics.frame import SHAPE_COLUMNS, SLOPE_COLUMNS, STRUM_COLUMNS
 from cable_sim_ros.physics.inputs import make_inputs
 from cable_sim_ros.physics.state import LineModel, Model, State
-from cable_sim_ros.sim import build, entry, march
+from cable_sim_ros.sim import build, loop, rig_entries
 
 PAGE = (Path(__file__).parents[2] / "docs" / "contract.md").read_text("utf-8")
 
@@ -43,12 +43,12 @@ def test_what_the_page_calls_is_there():
 
 
 def test_signatures_are_those_of_the_page():
-    for function, name in ((entry.drive, "drive"), (build.make_output, "make_output")):
+    for function, name in ((loop.drive, "drive"), (build.make_output, "make_output")):
         (given,) = re.findall(rf"{name}\(([\w, ]+)\)", PAGE)
         assert given.split(", ") == list(inspect.signature(getattr(function, "py_func", function)).parameters)
     for name in ("start", "begin", "finish", "unfinished", "link_stepper"):
         assert hasattr(substeps, name) and f"`{name}`" in PAGE
-    assert {"SETTLE", "TICKS", "LIVE"} <= set(vars(entry)) and hasattr(march, "march")
+    assert {"SETTLE", "TICKS", "LIVE"} <= set(vars(loop)) and hasattr(rig_entries, "march")
 
 
 def test_tables_of_a_tow_have_the_columns_of_the_page():

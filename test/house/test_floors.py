@@ -17,7 +17,7 @@ MAY = {  # floor: what it may import of ours; nothing of the product imports lab
     "lab": {"physics", "sim", "io", "runs", "viv", "lab"},
     "ros": {"physics", "sim", "io", "ros"},
     "testing": {"physics", "sim", "io", "runs", "ros", "testing"},  # for users' tests: nothing of ours imports it
-    "face": {"physics", "sim", "io"},
+    "api": {"physics", "sim", "io"},
     "soak": {"physics", "sim", "io", "runs", "lab", "ros", "soak"},
     "cli": {"physics", "sim", "io", "runs", "viv", "lab", "ros", "soak", "start"},
     "start": {"cli", "ros"},

@@ -17,12 +17,12 @@ CHOSEN = {
 }
 SCIPY = {"make_smoothing_spline", "make_interp_spline", "savgol_filter", "solve_ivp", "linalg"}  # by LAPACK and BLAS
 BESIDE = {  # no number of a run comes from them: what they are for
-    "sim/strum_checks.py": "texts of cautions",
-    "sim/cautions.py": "texts of cautions",
+    "sim/viv_checks.py": "texts of cautions",
+    "sim/scene_warnings.py": "texts of cautions",
     "sim/rig.py": "a line of one's own, not a run",
     "sim/span.py": "a span, not a run",
-    "io/comparison.py": "sources of motion against bounds: convicted or not",
-    "io/doubts.py": "matrices of 0 and 1, to be compared with bounds",
+    "io/regression.py": "sources of motion against bounds: convicted or not",
+    "io/fault_hypotheses.py": "matrices of 0 and 1, to be compared with bounds",
     "io/markers.py": "what RViz draws",
     "io/coarse_bag.py": "rounded motion, smoothed: bounded, docs/replay.md",
     "io/rounding.py": "the same: which columns are rounded, and to what",

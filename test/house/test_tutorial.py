@@ -16,7 +16,7 @@ from cable_sim_ros.io.load import load_scene
 from cable_sim_ros.physics.frame import Flag
 from cable_sim_ros.physics.heave_compensation import SetpointLaw
 from cable_sim_ros.runs import offline
-from cable_sim_ros.sim.statics import Route
+from cable_sim_ros.sim.route import Route
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"

@@ -13,7 +13,7 @@ from cable_sim_ros.physics.inputs import make_inputs
 from cable_sim_ros.physics.ship import NO_EPOCH, SHIP_TIMES, evaluate, follow
 from cable_sim_ros.physics.ship import Ship as Parameters
 from cable_sim_ros.physics.state import MEMORY, records
-from cable_sim_ros.sim.entry import look
+from cable_sim_ros.sim.loop import look
 
 TICK = S // 100
 LATE = 3 * S // 100  # ns, the delay with which the motion is used

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cable_sim_ros.io.gate import CONFIRM, MOST, Cadence, MotionGate
+from cable_sim_ros.io.time_sequencer import CONFIRM, MOST, Cadence, MotionGate
 
 MS = 1_000_000
 S = 1_000_000_000

@@ -9,8 +9,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from cable_sim_ros.io import remembered
-from cable_sim_ros.io.memento import set_back, taken
+from cable_sim_ros.io import checkpoint_values
+from cable_sim_ros.io.checkpoint import set_back, taken
 from cable_sim_ros.io.messages import Command
 from cable_sim_ros.physics.frame import Source
 from cable_sim_ros.physics.heave_filter import Heave
@@ -22,7 +22,9 @@ def through_json(value):
 
 
 def test_every_kind_comes_back(monkeypatch):
-    monkeypatch.setitem(remembered.REMEMBERED, "SimpleNamespace", {"plain": list, "several": tuple, "source": Source})
+    monkeypatch.setitem(
+        checkpoint_values.REMEMBERED, "SimpleNamespace", {"plain": list, "several": tuple, "source": Source}
+    )
     rows = np.zeros(2, [("a", "f8"), ("b", "i8", 2)]).view(np.recarray)
     rows.b[1] = 3, 4
     value = SimpleNamespace(

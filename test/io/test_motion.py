@@ -15,7 +15,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from cable_sim_ros.io.bag import BagError, BagWriter
 from cable_sim_ros.io.bag_motion import read_motion
-from cable_sim_ros.io.doubts import DOUBTS
+from cable_sim_ros.io.fault_hypotheses import DOUBTS
 from cable_sim_ros.io.messages import CAUSES, Refused, decode_imu, decode_odometry, find_topics
 from cable_sim_ros.io.motion import MotionIngest
 from cable_sim_ros.io.typestore import STORE

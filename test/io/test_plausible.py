@@ -11,10 +11,10 @@ from test_motion import BAGS, T0, S, imu, odometry
 from true_ship import FLIP, SWAP, G, imu_messages, ned, noisy, odometry_messages, rotor, sail, stamps, world
 
 from cable_sim_ros.io.bag_motion import read_motion
-from cable_sim_ros.io.doubts import DOUBTS
+from cable_sim_ros.io.fault_hypotheses import DOUBTS
 from cable_sim_ros.io.messages import CAUSES, decode_imu, decode_odometry
 from cable_sim_ros.io.motion import MotionIngest
-from cable_sim_ros.io.plausible import Watch
+from cable_sim_ros.io.plausibility import Watch
 from cable_sim_ros.physics.frame import Source
 from cable_sim_ros.physics.heave_filter import Heave, MotionInput
 from cable_sim_ros.physics.inputs import SOURCE, make_inputs

@@ -10,7 +10,7 @@ from test_motion import BAGS, STEP, T0, S, imu, ingest, newest, odometry, sample
 from cable_sim_ros.io.bag_motion import read_motion
 from cable_sim_ros.io.motion import MotionIngest
 from cable_sim_ros.io.position_rate_fit import PositionRateFit
-from cable_sim_ros.io.replay import Event, RecordedTow
+from cable_sim_ros.io.recorded_tow import Event, RecordedTow
 from cable_sim_ros.io.stamps import SOUGHT, RegularStamps
 from cable_sim_ros.physics.frame import Source
 from cable_sim_ros.physics.heave_filter import Heave, MotionInput
@@ -312,7 +312,7 @@ def rough(event, random):
 @pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
 def test_rough_odometry_tows_as_clean_odometry_does():
     from cable_sim_ros.io.load import load_scene
-    from cable_sim_ros.runs.passes import Pass
+    from cable_sim_ros.runs.message_run import Pass
 
     random = np.random.default_rng(6)
     clean = [Event(time, time, kind, data) for time, kind, data in read_motion(BAGS / "nbp1406") if kind == "odometry"][

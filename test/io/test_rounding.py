@@ -12,7 +12,7 @@ from cable_sim_ros.io.coarse_bag import smooth_odometry
 from cable_sim_ros.io.messages import decode_odometry
 from cable_sim_ros.io.motion_curves import Given, through
 from cable_sim_ros.io.motion_table import Samples, odometry_events, read_table
-from cable_sim_ros.io.replay import RecordedTow
+from cable_sim_ros.io.recorded_tow import RecordedTow
 from cable_sim_ros.io.rounding import even, noise, resolution
 from cable_sim_ros.physics.ship import Ship
 

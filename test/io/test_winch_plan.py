@@ -12,7 +12,7 @@ from cable_sim_ros.physics.inputs import COMMAND_ROWS, make_inputs, push_command
 from cable_sim_ros.physics.state import records
 from cable_sim_ros.physics.winch import DRUM, WINCH
 from cable_sim_ros.physics.winch_command import command
-from cable_sim_ros.sim.entry import look
+from cable_sim_ros.sim.loop import look
 
 TICK, S = 10_000_000, 1_000_000_000
 START = 7 * S + 3

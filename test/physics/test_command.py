@@ -11,7 +11,7 @@ from cable_sim_ros.physics.inputs import make_inputs, push_command
 from cable_sim_ros.physics.state import records
 from cable_sim_ros.physics.winch import DRUM, WINCH, servo
 from cable_sim_ros.physics.winch_command import approach, between, command, command_between
-from cable_sim_ros.sim.entry import look
+from cable_sim_ros.sim.loop import look
 
 NAN, S, TICK = np.nan, 1_000_000_000, 10_000_000
 

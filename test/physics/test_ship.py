@@ -21,7 +21,7 @@ from cable_sim_ros.physics.ship import (
     unrotate,
 )
 from cable_sim_ros.physics.state import MEMORY, records
-from cable_sim_ros.sim.entry import look
+from cable_sim_ros.sim.loop import look
 
 ARM = (-36.8, 0.4, 3.7)
 AMPLITUDE = np.array([0.8, 0.5, 1.5, 0.21, 0.087, 0.052])

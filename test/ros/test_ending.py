@@ -18,8 +18,8 @@ TICK = 0.01
 def ended(statuses, problem="", most=2000.0, frames=(), **figures):
     from cable_sim_ros.io.load import load_scene
     from cable_sim_ros.physics.frame import FRAME
-    from cable_sim_ros.ros.ending import verdict_of_node
-    from cable_sim_ros.ros.running import RunningSums
+    from cable_sim_ros.ros.node_verdict import verdict_of_node
+    from cable_sim_ros.ros.running_sums import RunningSums
 
     frame = np.zeros(1, FRAME).view(np.recarray)[0]
     frame.status = list(statuses)[-1] if statuses else 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cable_sim_ros.ros.discovery import limit
-from cable_sim_ros.ros.neighbours import Endpoint, full_name, judge
+from cable_sim_ros.ros.graph_monitor import Endpoint, full_name, judge
 
 OWN = "/tow_sim/cable_sim"
 POSE, IMU = "/tow_sim/towbody/pose", "/tow_sim/imu/data"

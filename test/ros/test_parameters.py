@@ -59,7 +59,7 @@ WRONG = [  # overrides, parts of the text
 
 @pytest.mark.parametrize("overrides, parts", WRONG, ids=[next(iter(o)) + str(i) for i, (o, _) in enumerate(WRONG)])
 def test_error_texts(overrides, parts):
-    from cable_sim_ros.ros.params import ParameterError, settle
+    from cable_sim_ros.ros.parameters import ParameterError, settle
 
     with pytest.raises(ParameterError) as error:
         settle(overrides)
@@ -69,7 +69,7 @@ def test_error_texts(overrides, parts):
 
 @pytest.mark.parametrize("overrides, parts", WRONG, ids=[next(iter(o)) + str(i) for i, (o, _) in enumerate(WRONG)])
 def test_no_refusal_suggests_a_value_that_is_refused(overrides, parts):
-    from cable_sim_ros.ros.params import ParameterError, settle
+    from cable_sim_ros.ros.parameters import ParameterError, settle
 
     with pytest.raises(ParameterError) as error:
         settle(overrides)
@@ -78,7 +78,7 @@ def test_no_refusal_suggests_a_value_that_is_refused(overrides, parts):
 
 
 def test_a_table_is_a_parameter_of_any_length_and_none_is_one_nan():
-    from cable_sim_ros.ros.params import settle
+    from cable_sim_ros.ros.parameters import settle
 
     none = [math.nan]
     settings = settle(
@@ -96,7 +96,7 @@ def test_a_table_is_a_parameter_of_any_length_and_none_is_one_nan():
 
 
 def test_overrides_stand_above_the_scene_file():
-    from cable_sim_ros.ros.params import settle
+    from cable_sim_ros.ros.parameters import settle
 
     settings = settle(
         {
@@ -130,14 +130,14 @@ def test_overrides_stand_above_the_scene_file():
 
 
 def test_a_number_that_is_none_gives_way_to_another():
-    from cable_sim_ros.ros.params import settle
+    from cable_sim_ros.ros.parameters import settle
 
     winch = settle({"winch.scope": math.nan, "winch.cable_on_drum": 100.0, "winch.most_scope": 520.0}).scene.winch
     assert (winch.scope, winch.cable_on_drum, winch.most_scope, winch.least_scope) == (None, 100.0, 520.0, None)
 
 
 def test_every_row_says_what_it_is():
-    from cable_sim_ros.ros.params import settle
+    from cable_sim_ros.ros.parameters import settle
 
     rows = settle({}).rows
     names = [row.name for row in rows]
@@ -197,8 +197,8 @@ def test_declared_parameters_and_changes_at_run_time(world):
 
 
 def test_what_is_declared_live_is_live_and_nothing_else():
-    from cable_sim_ros.ros.params import rows, settle
-    from cable_sim_ros.sim.live import ways
+    from cable_sim_ros.ros.parameters import rows, settle
+    from cable_sim_ros.sim.live_parameters import ways
 
     settings = settle({})
     declared = {row.name for row in settings.rows if not row.configure}
@@ -236,7 +236,7 @@ def test_a_parameter_file_reaches_the_scene(world):
 
 def test_a_whole_number_that_may_be_left_out_is_0_in_ros():
     from cable_sim_ros.physics.parameter import Block, quantity
-    from cable_sim_ros.ros.params import checked, rows
+    from cable_sim_ros.ros.parameters import checked, rows
 
     class One(Block):
         count: int | None = quantity(None, "1", 1, 10, "elements")
@@ -249,7 +249,7 @@ def test_a_whole_number_that_may_be_left_out_is_0_in_ros():
 
 
 def test_an_argument_that_the_node_does_not_know_is_refused():
-    from cable_sim_ros.ros.params import ParameterError
+    from cable_sim_ros.ros.parameters import ParameterError
     from cable_sim_ros.ros.process import refuse_unknown
 
     refuse_unknown(["node", "--ros-args", "-p", "scene:=side_scan", "--", "--ros-args", "-r", "__ns:=/a"])

@@ -11,9 +11,9 @@ import pytest
 
 from cable_sim_ros.io.bag import read_bag, read_metadata
 from cable_sim_ros.io.load import scene_from_text
-from cable_sim_ros.ros.params import ParameterError, settle
+from cable_sim_ros.ros.parameters import ParameterError, settle
 from cable_sim_ros.ros.recording_control import RecordingControl
-from cable_sim_ros.sim.live import changed
+from cable_sim_ros.sim.live_parameters import changed
 
 TOGGLES = 100  # a thousand are stress row S1
 IMU, TOPIC = "sensor_msgs/msg/Imu", "/tow_sim/imu/data"

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from cable_sim_ros.io.journal import read_journal
-from cable_sim_ros.io.replay import read_tow
+from cable_sim_ros.io.recorded_tow import read_tow
 
 HERE = Path(__file__).parent
 pytestmark = pytest.mark.skipif(
@@ -29,7 +29,7 @@ warnings.simplefilter("ignore")
 from cable_sim_ros.io.channels import CHANNELS, Context, Encoder
 from cable_sim_ros.io.journal import MSGTYPE, TOPIC
 from cable_sim_ros.io.recorder import Recorder
-from cable_sim_ros.ros.params import settle
+from cable_sim_ros.ros.parameters import settle
 from cable_sim_ros.ros.publisher import TickPublisher
 from cable_sim_ros.ros.session import Session
 from cable_sim_ros.runs import offline

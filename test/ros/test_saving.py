@@ -24,13 +24,13 @@ from test_stepped import Run, ship, winch
 
 from cable_sim_ros import cli
 from cable_sim_ros.io.bag import BagReader
+from cable_sim_ros.io.checkpoint import taken
+from cable_sim_ros.io.checkpoint_values import declared
 from cable_sim_ros.io.load import load_scene, override
-from cable_sim_ros.io.memento import taken
 from cable_sim_ros.io.recorded_run import load_run
-from cable_sim_ros.io.remembered import declared
-from cable_sim_ros.io.replay import read_tow
+from cable_sim_ros.io.recorded_tow import read_tow
 from cable_sim_ros.ros import session as session_module
-from cable_sim_ros.ros.params import settle
+from cable_sim_ros.ros.parameters import settle
 from cable_sim_ros.ros.stepped import SteppedSession
 from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.picture import caption
@@ -356,4 +356,4 @@ def test_what_a_session_remembers_is_declared(make):
 
     look(it.session.intake)
     look(it.session.steps)
-    assert not missing, "rows of io/remembered.py"
+    assert not missing, "rows of io/checkpoint_values.py"

@@ -21,10 +21,10 @@ import json, time
 import fake_sim
 fake_sim.install()
 from cable_sim_ros.io.messages import stamp_of
-from cable_sim_ros.io.replay import Event, Feeder, RecordedTow
+from cable_sim_ros.io.recorded_tow import Event, Feeder, RecordedTow
 from cable_sim_ros.physics.inputs import make_inputs
 from cable_sim_ros.ros.diagnostics import Watch, final_figures
-from cable_sim_ros.ros.params import settle
+from cable_sim_ros.ros.parameters import settle
 from cable_sim_ros.ros.session import Session
 from test_commands import command, decisions, odd_tow, pushed
 from test_motion import STEP, T0, S, odometry

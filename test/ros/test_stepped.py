@@ -51,7 +51,7 @@ class Run:
 
     def __init__(self, monkeypatch, bag: Path | None = None, **parameters) -> None:
         from cable_sim_ros.ros import session as module
-        from cable_sim_ros.ros.params import settle
+        from cable_sim_ros.ros.parameters import settle
         from cable_sim_ros.ros.stepped import session_of
 
         monkeypatch.setattr(module, "quiet", lambda: None)
@@ -182,7 +182,7 @@ def test_the_same_bits_poured_in_or_one_by_one_paused_stepped_replayed_and_free_
 
 def free_running(run: Run, begin: int) -> np.recarray:
     """The same messages pushed into a plain Simulator, each as soon as its tick could know it."""
-    from cable_sim_ros.io.intake import Intake
+    from cable_sim_ros.io.arrival_order import Intake
     from cable_sim_ros.sim.simulator import Simulator
 
     sim = Simulator(run.session.scene)

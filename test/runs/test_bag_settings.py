@@ -15,7 +15,7 @@ from cable_sim_ros.io.load import SceneError, load_scene
 from cable_sim_ros.io.messages import KINDS, decode_imu, decode_odometry
 from cable_sim_ros.io.motion_table import MotionError
 from cable_sim_ros.io.mounting import times
-from cable_sim_ros.io.ned import in_enu
+from cable_sim_ros.io.ned_to_enu import in_enu
 from cable_sim_ros.physics.heave_filter import Convention
 from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.asked import apply_to_scene, settings_of, topics_of

@@ -4,7 +4,7 @@ import pytest
 
 from cable_sim_ros.io.load import load_scene
 from cable_sim_ros.io.motion_table import sine_heave
-from cable_sim_ros.runs import finer, offline
+from cable_sim_ros.runs import offline, refinement_check
 from cable_sim_ros.sim.savefile import SaveError
 from cable_sim_ros.sim.verdict import Reason, verdict_of
 
@@ -14,13 +14,13 @@ FIGURES = {"tension_std_n": 100.0, "tension_min_n": 10.0, "tension_max_n": 2000.
 def test_half_the_step_and_twice_the_elements():
     for name in ("side_scan", "full_scale_contact"):
         scene = load_scene(name)
-        fine, mesh = finer.finer(scene)
+        fine, mesh = refinement_check.finer(scene)
         assert fine.solver.tick == 0.5 * scene.solver.tick
         if mesh is None:
             counts = [section.elements for section in scene.cable.sections.values()]
             assert [section.elements for section in fine.cable.sections.values()] == [2 * count for count in counts]
         else:
-            assert mesh.nodes - 1 == 2 * (finer.mesh_plan(scene).mesh.nodes - 1)
+            assert mesh.nodes - 1 == 2 * (refinement_check.mesh_plan(scene).mesh.nodes - 1)
 
 
 @pytest.mark.parametrize(
@@ -36,7 +36,7 @@ def test_half_the_step_and_twice_the_elements():
     ],
 )
 def test_two_per_cent_agree(name, value, far):
-    texts = finer.apart(FIGURES, FIGURES | {name: value})
+    texts = refinement_check.apart(FIGURES, FIGURES | {name: value})
     assert [key for key, text in texts.items() if text] == ([name] if far else [])
     if far:
         assert texts[name].endswith(f"became {value:.4g} N with half the step and twice the elements")
@@ -48,7 +48,7 @@ def test_a_snap_that_stays_is_ok_and_one_that_does_not_says_by_how_much():
     plain = offline.run("side_scan", **arguments)
     plain.verdict = verdict_of([Reason("SLACK", 1.0, 0.2, (), "a snap"), *plain.verdict.reasons])
     tow = sine_heave(1.5, 5.0, 5.0, load_scene("side_scan").ship)
-    checked = finer.compare(plain, load_scene("side_scan"), lambda: tow, 5.0, None, offline.silent)
+    checked = refinement_check.compare(plain, load_scene("side_scan"), lambda: tow, 5.0, None, offline.silent)
     told = checked.figures["check"]
     assert told["agreed"] and checked.verdict.state == "ok" and checked.figures["verdict"]["state"] == "ok"
     ours, theirs = told["tension_max_n"]
@@ -56,7 +56,7 @@ def test_a_snap_that_stays_is_ok_and_one_that_does_not_says_by_how_much():
     assert told["steps"][1] == pytest.approx(2 * told["steps"][0], rel=0.02)
     plain.figures["tension_max_n"] *= 1.1  # as of a mesh that is too coarse
     plain.verdict = verdict_of([Reason("SLACK", 1.0, 0.2, (), "a snap")])
-    doubted = finer.compare(plain, load_scene("side_scan"), lambda: tow, 5.0, None, offline.silent)
+    doubted = refinement_check.compare(plain, load_scene("side_scan"), lambda: tow, 5.0, None, offline.silent)
     assert [reason.flag for reason in doubted.verdict.reasons] == ["SLACK", "CHECK"] and doubted.verdict.code == 4
 
 

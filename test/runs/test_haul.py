@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 from cable_sim_ros import cli
 from cable_sim_ros.io.load import load_scene, override
-from cable_sim_ros.io.replay import read_tow
+from cable_sim_ros.io.recorded_tow import read_tow
 from cable_sim_ros.runs import offline
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")

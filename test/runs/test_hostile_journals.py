@@ -8,7 +8,7 @@ import json
 import pytest
 
 from cable_sim_ros.io.journal import MSGTYPE, encoded
-from cable_sim_ros.io.replay import read_tow
+from cable_sim_ros.io.recorded_tow import read_tow
 from cable_sim_ros.io.typestore import STORE
 from cable_sim_ros.runs import offline
 from cable_sim_ros.sim.simulator import Simulator

@@ -11,9 +11,9 @@ import pytest
 from cable_sim_ros.io.commands import encode_command
 from cable_sim_ros.io.load import load_scene, override
 from cable_sim_ros.io.messages import decode_odometry
-from cable_sim_ros.io.replay import Event, RecordedTow, by_stamps, read_tow, usable_arrivals
+from cable_sim_ros.io.recorded_tow import Event, RecordedTow, by_stamps, read_tow, usable_arrivals
 from cable_sim_ros.io.resources import find_bag
-from cable_sim_ros.runs.passes import Pass
+from cable_sim_ros.runs.message_run import Pass
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
 S = 1_000_000_000

@@ -15,12 +15,12 @@ from cable_sim_ros.io.journal import read_journal
 from cable_sim_ros.io.load import SceneError, SceneWarning, load_scene, override
 from cable_sim_ros.io.motion_table import MotionError
 from cable_sim_ros.io.recorded_run import load_run
-from cable_sim_ros.io.replay import Feeder, RecordedTow, read_tow, residuals
+from cable_sim_ros.io.recorded_tow import Feeder, RecordedTow, read_tow, residuals
 from cable_sim_ros.io.winch_plan import PlanError
 from cable_sim_ros.physics.frame import FRAME, Flag
 from cable_sim_ros.physics.heave_filter import Convention, Heave, MotionInput
 from cable_sim_ros.physics.inputs import MOTION_ROWS, make_inputs
-from cable_sim_ros.runs import mean_track, offline, passes, sources, step_choice
+from cable_sim_ros.runs import mean_track, message_run, offline, sources, step_choice
 from cable_sim_ros.sim.simulator import Simulator, SolverError, StartError
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
@@ -36,10 +36,10 @@ def recorded(tmp_path_factory):
 
 def test_the_shipped_cable_stays_in_its_groove_when_begun_like_a_node():
     """Along the first heading, where an offline run takes the mean: out of 10 mm the cable climbed after 11 s."""
-    begun = passes.Pass(load_scene("full_scale"), read_tow(offline.find_bag("nbp1406")))
+    begun = message_run.Pass(load_scene("full_scale"), read_tow(offline.find_bag("nbp1406")))
     assert begun._start().heading is not None
     time, x, y, yaw = begun.feeder.ingest.first_pose
-    begun._start = lambda: passes.Start(time, (x, y), yaw)
+    begun._start = lambda: message_run.Start(time, (x, y), yaw)
     frames = begun.go(14.0, None).frames
     assert frames.groove_margin.min() > 0.02 and not (frames.status & (Flag.DETACHED | Flag.HALVED)).any()
     assert np.degrees(frames.wrap_angle.min()) < 8.0, "the sheave must come down to the water"
@@ -48,7 +48,7 @@ def test_the_shipped_cable_stays_in_its_groove_when_begun_like_a_node():
 def test_without_motion_the_tow_is_static():
     result = offline.run("full_scale")
     figures = result.figures
-    assert figures["motion"] == "none" and figures["duration_s"] == pytest.approx(passes.SETTLE, abs=0.011)
+    assert figures["motion"] == "none" and figures["duration_s"] == pytest.approx(message_run.SETTLE, abs=0.011)
     assert figures["tension_std_n"] < 1e-3 * figures["tension_mean_n"]
     assert figures["body_depth_m"] == pytest.approx(-result.frames["body_position"][-1, 2], abs=1e-3)
     assert 0 < figures["departure_angle_deg"] < 90 and figures["contact_resultant_n"] > 0
@@ -93,7 +93,7 @@ def test_a_replay_is_judged_by_its_residuals(recorded, monkeypatch):
 
 
 def test_chunks_leave_no_trace(recorded, monkeypatch):
-    monkeypatch.setattr(passes, "CHUNK", 0.07)
+    monkeypatch.setattr(message_run, "CHUNK", 0.07)
     again = offline.run("full_scale", "nbp1406", duration=SECONDS)
     assert again.frames.tobytes() == recorded[0].frames.tobytes()
 
@@ -159,7 +159,7 @@ def test_imu_alone_moves_the_ship():
 
 
 def test_a_solver_that_gives_up_ends_the_run_with_what_there_is(monkeypatch):
-    run, calls = passes.Simulator.run, []
+    run, calls = message_run.Simulator.run, []
 
     def fails(self, count, heads=None):
         calls.append(count)
@@ -167,10 +167,10 @@ def test_a_solver_that_gives_up_ends_the_run_with_what_there_is(monkeypatch):
             raise SolverError("residual 12 N")
         return run(self, count, heads=heads)
 
-    monkeypatch.setattr(passes, "CHUNK", 0.1)
+    monkeypatch.setattr(message_run, "CHUNK", 0.1)
     scene = load_scene("full_scale")
-    one = passes.Pass(scene, None)
-    monkeypatch.setattr(passes.Simulator, "run", fails)
+    one = message_run.Pass(scene, None)
+    monkeypatch.setattr(message_run.Simulator, "run", fails)
     monkeypatch.setattr(one.sim, "warm_up", lambda progress: None)
     result = one.go(1.0, None)
     assert result.problem == "the solver gave up after 0.20 s: residual 12 N" and len(result.frames) == 20
@@ -214,8 +214,8 @@ def test_the_ring_is_never_overrun():
     fast = RecordedTow(
         tow.path, [e._replace(time=sooner(e.time), arrival=sooner(e.arrival)) for e in tow.events[:8000]]
     )
-    chunk = passes.Pass(load_scene("full_scale"), fast)._ring_limit()
-    assert fast.rate > 1900 and fast.rate * (chunk + passes.AHEAD) * 1e-9 < MOTION_ROWS
+    chunk = message_run.Pass(load_scene("full_scale"), fast)._ring_limit()
+    assert fast.rate > 1900 and fast.rate * (chunk + message_run.AHEAD) * 1e-9 < MOTION_ROWS
 
 
 def test_motion_is_taken_in_as_the_recording_node_did():
@@ -224,20 +224,20 @@ def test_motion_is_taken_in_as_the_recording_node_did():
         "heave": {"period": 90.0},
         "scene": "full_scale",
     }
-    motion, heave = passes.taken_in(RecordedTow("", [], about={"node": json.dumps(node)}))
+    motion, heave = message_run.taken_in(RecordedTow("", [], about={"node": json.dumps(node)}))
     assert (motion.convention, motion.odometry_timeout, motion.position_time) == (Convention.NED, 0.7, 0.0)
     assert motion.max_jump == MotionInput().max_jump and heave == Heave(period=90.0)
     for about in ({}, {"node": "{"}, {"node": "[]"}, {"node": '{"motion": 3}'}, {"node": "{}"}):
-        assert passes.taken_in(RecordedTow("", [], about=about)) == (MotionInput(), Heave())
+        assert message_run.taken_in(RecordedTow("", [], about=about)) == (MotionInput(), Heave())
     event = read_tow(offline.find_bag("nbp1406")).events[0]
-    one = passes.Pass(load_scene("full_scale"), RecordedTow("", [event], about={"node": json.dumps(node)}))
+    one = message_run.Pass(load_scene("full_scale"), RecordedTow("", [event], about={"node": json.dumps(node)}))
     assert one.feeder.ingest.settings == motion and one.feeder.ingest.heave == heave
 
 
 def test_commands_of_the_bag_reach_the_ring():
     from cable_sim_ros.io.cdr import header
     from cable_sim_ros.io.channels import EMPTY, JointState
-    from cable_sim_ros.io.replay import Event
+    from cable_sim_ros.io.recorded_tow import Event
     from cable_sim_ros.io.typestore import STORE
 
     def event(time, names, position, velocity):
@@ -447,7 +447,7 @@ def test_a_replay_of_a_plan_gives_the_same_numbers(hauled):
 
 
 def test_chunks_leave_no_trace_of_a_plan(hauled, monkeypatch):
-    monkeypatch.setattr(passes, "CHUNK", 0.07)
+    monkeypatch.setattr(message_run, "CHUNK", 0.07)
     again = offline.run("full_scale", "nbp1406", duration=SECONDS, algorithm="hold", winch=HAUL)
     assert again.frames.tobytes() == hauled.frames.tobytes()
 
@@ -459,7 +459,7 @@ def test_a_plan_takes_the_place_of_the_commands_of_a_bag(hauled):
 
 def test_a_plan_without_motion_runs_a_minute_longer(monkeypatch):
     asked = []
-    monkeypatch.setattr(passes.Pass, "go", lambda self, duration, *given: asked.append(duration) or self.stop())
+    monkeypatch.setattr(message_run.Pass, "go", lambda self, duration, *given: asked.append(duration) or self.stop())
     for heave, plan in ((None, "0 hold, 100 hold"), ((0.5, 8.0), "0 hold"), ((0.5, 8.0), "100 hold"), (None, None)):
         with pytest.raises(AttributeError):
             offline.run("full_scale", heave=heave, winch=plan)
@@ -541,7 +541,7 @@ def test_a_tick_longer_than_the_motion_that_is_kept_is_refused():
         "1600 motion messages a second are 1600 in a tick .* of 1 s, more than the 800 .* Give --every of at most 0.5 s"
     )
     with pytest.raises(MotionError, match=text):
-        passes.Pass(scene, tow)
+        message_run.Pass(scene, tow)
 
 
 @pytest.mark.parametrize("duration", [float("nan"), float("inf"), 0.0, -1.0])

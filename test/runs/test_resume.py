@@ -15,8 +15,8 @@ from state_files import with_notes
 from cable_sim_ros.io.journal import read_journal
 from cable_sim_ros.io.load import SceneWarning, load_scene, override
 from cable_sim_ros.io.motion_table import MotionError
-from cable_sim_ros.io.replay import RecordedTow, read_tow
-from cable_sim_ros.runs import offline, passes, sources
+from cable_sim_ros.io.recorded_tow import RecordedTow, read_tow
+from cable_sim_ros.runs import message_run, offline, sources
 from cable_sim_ros.runs.resume import Resumed
 from cable_sim_ros.sim.savefile import SaveError
 from cable_sim_ros.sim.simulator import Simulator
@@ -104,8 +104,8 @@ def test_another_motion_takes_the_tow_up_at_its_beginning(saved):
 
 
 def test_a_motion_of_another_heading_is_refused(saved, monkeypatch):
-    real = passes.Pass._start
-    monkeypatch.setattr(passes.Pass, "_start", lambda self: real(self)._replace(heading=1.0))
+    real = message_run.Pass._start
+    monkeypatch.setattr(message_run.Pass, "_start", lambda self: real(self)._replace(heading=1.0))
     text = (
         r"tow.npz: the ship heads 0 deg in the state and 57 deg in the motion: the tow would be swept round by 57 deg, "
     )
@@ -167,9 +167,9 @@ def test_nothing_is_saved_where_that_cannot_be_or_the_run_gave_up(saved, tmp_pat
         offline.run("side_scan", duration=0.1, save=tmp_path / "gone" / "x")
     with pytest.raises(SaveError, match=r"cannot be written \(Is a directory\)"):
         offline.run("side_scan", duration=0.1, save=tmp_path)
-    real = passes.Pass.go
+    real = message_run.Pass.go
     monkeypatch.setattr(
-        passes.Pass, "go", lambda self, *given: real(self, *given)._replace(problem="the solver gave up")
+        message_run.Pass, "go", lambda self, *given: real(self, *given)._replace(problem="the solver gave up")
     )
     result = offline.run("side_scan", duration=0.1, save=tmp_path / "x")
     assert result.problem == f"the solver gave up; its state was not saved to {tmp_path / 'x'}"

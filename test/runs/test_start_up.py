@@ -7,8 +7,8 @@ import pytest
 
 from cable_sim_ros.io.load import load_scene, override
 from cable_sim_ros.io.recorded_run import load_run
-from cable_sim_ros.runs import offline, picture, told
-from cable_sim_ros.runs.start_up import growth, start_up, still_growing
+from cable_sim_ros.runs import offline, picture, report
+from cable_sim_ros.runs.transient import growth, start_up, still_growing
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
 WAVES = {"water.waves.kind": "airy", "water.waves.height": 1.0, "water.waves.period": 4.0}
@@ -51,7 +51,7 @@ def test_a_sea_that_still_grows_makes_the_figures_doubtful():
 def test_json_and_picture_leave_out_the_same(tmp_path):
     result = offline.run(scene(**WAVES, water__ramp=2.0), duration=5.0, out=tmp_path)
     assert result.figures["skip_s"] == 2.0 and result.verdict.state == "ok"
-    assert told.pictures_of(result, tmp_path)
+    assert report.pictures_of(result, tmp_path)
     kept = result.frames[result.frames.time - result.frames.time[0] >= 2e9]
     assert result.figures["tension_std_n"] == pytest.approx(kept.tension.std())
     caption = picture.caption(load_run(result.bag), result.figures["skip_s"]).replace("\u00a0", " ")
@@ -63,7 +63,7 @@ def test_pictures_get_the_start_up_of_the_figures(tmp_path, monkeypatch):
     result = offline.run(scene(), duration=0.5, out=tmp_path)
     given = []
     monkeypatch.setattr(picture, "draw_run", lambda run, out, **more: given.append(more["skip_s"]))
-    told.pictures_of(result, tmp_path)
+    report.pictures_of(result, tmp_path)
     assert given == [result.figures["skip_s"]] == [0.0]
     assert "left out" not in picture.caption(load_run(result.bag), 0.0)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.io.load import load_scene, override
-from cable_sim_ros.io.replay import Residual
+from cable_sim_ros.io.recorded_tow import Residual
 from cable_sim_ros.physics.frame import FRAME, Flag
 from cable_sim_ros.runs import verdict
 from cable_sim_ros.runs.step_choice import doubts_of_steps

@@ -9,7 +9,7 @@ import pytest
 
 from cable_sim_ros.io.load import load_scene
 from cable_sim_ros.physics.inputs import push_motion
-from cable_sim_ros.sim.carry import carried_over
+from cable_sim_ros.sim.rebase import carried_over
 from cable_sim_ros.sim.simulator import Simulator
 
 pytestmark = [

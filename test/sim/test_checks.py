@@ -6,7 +6,7 @@ import pytest
 
 from cable_sim_ros.io.load import SceneError, load_scene, override
 from cable_sim_ros.sim import checks
-from cable_sim_ros.sim.statics import Route, first_angle
+from cable_sim_ros.sim.route import Route, first_angle
 
 
 @pytest.mark.parametrize("name", ["full_scale", "full_scale_contact", "side_scan", "lowered_ctd", "flume"])

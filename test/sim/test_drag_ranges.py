@@ -11,11 +11,11 @@ import pytest
 from cable_sim_ros.io.load import SceneWarning, load_scene, override
 from cable_sim_ros.physics.drag_laws import AmplifiedDrag
 from cable_sim_ros.physics.frame import FRAME
-from cable_sim_ros.runs.passes import _warn_of_drag
-from cable_sim_ros.sim.cautions import part_cautions
+from cable_sim_ros.runs.message_run import _warn_of_drag
+from cable_sim_ros.sim.route import Route
+from cable_sim_ros.sim.scene_warnings import part_cautions
 from cable_sim_ros.sim.simulator import Simulator
-from cable_sim_ros.sim.statics import Route
-from cable_sim_ros.sim.tow_shape import tow_shape
+from cable_sim_ros.sim.static_shape import tow_shape
 
 BARE = "cable.sections.bare."
 

@@ -13,7 +13,7 @@ from cable_sim_ros.sim.mesh import arc_lengths_at_start, mesh_plan
 from cable_sim_ros.sim.mesh_kinds import equal_parts, geometric, graded
 from cable_sim_ros.sim.mesh_sheave import scope_range
 from cable_sim_ros.sim.simulator import Simulator
-from cable_sim_ros.sim.tow_shape import fourth_derivative, tow_shape
+from cable_sim_ros.sim.static_shape import fourth_derivative, tow_shape
 
 TOWS = {scene.name: scene for scene in tows()}
 QUICK = [

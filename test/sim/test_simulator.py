@@ -13,9 +13,9 @@ from cable_sim_ros.io.resources import is_span
 from cable_sim_ros.physics.frame import FRAME, Flag
 from cable_sim_ros.physics.inputs import push_command, push_motion
 from cable_sim_ros.sim.build import lock
-from cable_sim_ros.sim.entry import _drive
+from cable_sim_ros.sim.loop import _drive
+from cable_sim_ros.sim.route import Route
 from cable_sim_ros.sim.simulator import Simulator, SolverError, StartError
-from cable_sim_ros.sim.statics import Route
 
 ROOT = Path(__file__).parents[2]
 SCENES = sorted(path for path in (ROOT / "config").glob("*.yaml") if not is_span(path))

@@ -17,9 +17,9 @@ from cable_sim_ros.physics.frame import FRAME, Flag
 from cable_sim_ros.physics.inputs import push_command, push_motion
 from cable_sim_ros.physics.state import ACCOUNT, records
 from cable_sim_ros.sim.inputs import InputError
+from cable_sim_ros.sim.route import Route
 from cable_sim_ros.sim.simulator import Simulator, StartError
-from cable_sim_ros.sim.statics import Route
-from cable_sim_ros.sim.tow_shape import tow_shape
+from cable_sim_ros.sim.static_shape import tow_shape
 
 CONFIG = Path(__file__).parents[2] / "config"
 # the tow of the issue: thrown off its sheave it hung at 21.9 m in place of 13.7

@@ -20,11 +20,11 @@ from cable_sim_ros.runs.strum_picture import draw_strum
 from cable_sim_ros.runs.summary import summarize
 from cable_sim_ros.sim.checks import cautions
 from cable_sim_ros.sim.inputs import WinchCommand
-from cable_sim_ros.sim.live import set_live
+from cable_sim_ros.sim.live_parameters import set_live
 from cable_sim_ros.sim.rig import Rig
 from cable_sim_ros.sim.simulator import Simulator, SolverError
-from cable_sim_ros.sim.strumming import drag_factors
-from cable_sim_ros.sim.tow_shape import tow_shape
+from cable_sim_ros.sim.static_shape import tow_shape
+from cable_sim_ros.sim.viv_tables import drag_factors
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
 ON = {

@@ -15,7 +15,7 @@ from cable_sim_ros.physics.state import NOW, WAKE
 from cable_sim_ros.physics.wake_oscillator import WAKE_Q, WAKE_RATE
 from cable_sim_ros.sim.rig import Rig, RigError, cable_of
 from cable_sim_ros.sim.simulator import Simulator
-from cable_sim_ros.sim.wakes import least_tensions, wave_length
+from cable_sim_ros.sim.wake_tables import least_tensions, wave_length
 
 CTD = {"water.current": [0.05, 0.0], "winch.scope": 60.0}  # slow water, and elements short enough for its vortices
 

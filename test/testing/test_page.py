@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from cable_sim_ros.testing.under_test import Tow
+from cable_sim_ros.testing.tow_sim import Tow
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "testing.md").read_text("utf-8")

@@ -25,7 +25,7 @@ class Fake:
             raise RuntimeError("it would not end")
 
 sys.modules["rclpy"] = {rclpy}
-module = types.ModuleType("cable_sim_ros.testing.under_test")
+module = types.ModuleType("cable_sim_ros.testing.tow_sim")
 module.tow, FAILS = Fake, {fails}
 sys.modules[module.__name__] = module
 """

@@ -13,7 +13,7 @@ pytest.importorskip("rclpy")
 pytestmark = [pytest.mark.ros, pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time")]
 
 from cable_sim_ros.testing import Tow, TowError, tow, watchdog  # noqa: E402
-from cable_sim_ros.testing.link import Link  # noqa: E402
+from cable_sim_ros.testing.node_topics import Link  # noqa: E402
 from cable_sim_ros.testing.process import MARK  # noqa: E402
 
 NAN = float("nan")
@@ -115,7 +115,7 @@ def link_without_a_node(spoken, controlled=True):
 
 
 def test_the_first_command_is_awaited_before_the_first_step(monkeypatch):
-    monkeypatch.setattr("cable_sim_ros.testing.link.SPEAK", 0.3)
+    monkeypatch.setattr("cable_sim_ros.testing.node_topics.SPEAK", 0.3)
     link, looks = link_without_a_node(spoken=False), []
     begun = time.monotonic()
     threading.Timer(0.1, link.spoken.set).start()

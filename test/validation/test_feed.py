@@ -9,7 +9,7 @@ from cable_sim_ros import Simulator, WinchCommand
 from cable_sim_ros.io.load import load_scene, override
 from cable_sim_ros.physics.ancf import MASS_PER_LENGTH
 from cable_sim_ros.physics.jit import LANES
-from cable_sim_ros.sim.statics import Route
+from cable_sim_ros.sim.route import Route
 
 MASS, BODY, GRAVITY = 0.389, 250.0, 9.81
 

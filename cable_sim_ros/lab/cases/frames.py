@@ -9,7 +9,7 @@ import numpy as np
 from ...physics.inputs import EPOCH, MOTION_COLUMNS, make_inputs, push_motion
 from ...physics.ship import MOTION, Ship, evaluate, hull_point, quaternion
 from ...physics.state import MEMORY
-from ...sim.entry import look
+from ...sim.loop import look
 from .family import Case, CaseError, Level, Values, family
 from .wet import NUMBER
 

@@ -23,8 +23,8 @@ from ...physics.fairing import dressed
 from ...physics.jit import LANES
 from ...physics.section import Section
 from ...physics.water import Water
-from ...sim.statics import Route
-from ...sim.tow_shape import tow_shape
+from ...sim.route import Route
+from ...sim.static_shape import tow_shape
 from . import Comparison, Result
 
 DIAMETER, MASS, SPEED, GRAVITY = 0.010, 0.389, 2.2, 9.81  # of Westin's cable and tow

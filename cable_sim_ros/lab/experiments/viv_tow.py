@@ -20,7 +20,7 @@ from ...physics.frame import STRUM_COLUMNS
 from ...physics.viv_amplification import amplification, amplitude
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator
-from ...sim.strumming import _plain, strum_rules, strum_sections
+from ...sim.viv_tables import _plain, strum_rules, strum_sections
 from . import Comparison, Result
 
 LAW = "govardhan_williamson"

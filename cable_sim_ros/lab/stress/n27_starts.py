@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 from ...io.load import SceneError
 from ...physics.frame import Flag
+from ...sim.route import Route
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator, StartError
-from ...sim.statics import Route
-from ...sim.tow_shape import tow_shape
+from ...sim.static_shape import tow_shape
 from .tows import finite, shipped
 from .verdict import Figure, Found, stress
 

@@ -15,9 +15,20 @@ import numpy as np
 
 from .current import flow_of
 from .material import Hung
+from .route import Route
 from .scene import Scene
-from .statics import Route
-from .tow_march import CableLoads, Flow, Ground, Joint, Row, cable_loads, holding_force, joint_forces, line_load, march
+from .static_integration import (
+    CableLoads,
+    Flow,
+    Ground,
+    Joint,
+    Row,
+    cable_loads,
+    holding_force,
+    joint_forces,
+    line_load,
+    march,
+)
 
 SHOTS = 30
 LOOSE = 1e-3  # of the scope: a shape that ends farther from the sheave is none

@@ -15,9 +15,9 @@ from ..physics.section import Section, material_of
 from .current import flow_of
 from .material import material_rows
 from .problem import Problem
+from .route import Route
 from .scene import Scene
-from .statics import Route
-from .tow_shape import TowShape, tow_shape
+from .static_shape import TowShape, tow_shape
 
 SWING = 2.0  # rad/s; swings of a tow are slower
 STILL = 0.01  # m/s; slower water does not load a cable, whatever its law

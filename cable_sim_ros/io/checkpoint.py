@@ -20,9 +20,9 @@ import numpy as np
 
 from ..physics.inputs import Inputs
 from ..physics.parameter import Block
-from . import remembered
-from .gate import Held
+from . import checkpoint_values
 from .messages import Command, Odometry
+from .time_sequencer import Held
 
 RECORDS = {kind.__name__: kind for kind in (Command, Held, Odometry)}
 PLAIN = (type(None), bool, int, float, str)
@@ -106,7 +106,7 @@ def _object(fresh: Any, attributes: dict[str, Any], changes: Changes) -> Any:
         if own:
             continue
         value = _back(before, tree, changes)
-        if problem := remembered.problem(kind, name, before, value):
+        if problem := checkpoint_values.problem(kind, name, before, value):
             raise ValueError(problem)
         changes.append((fresh, name, value))
     return fresh

@@ -13,7 +13,7 @@ import click
 from ..sim.flag_rules import OK
 
 if TYPE_CHECKING:
-    from ..io.replay import Residual
+    from ..io.recorded_tow import Residual
     from .offline import Run
 
 

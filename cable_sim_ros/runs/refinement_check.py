@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from ..io.load import override
-from ..io.replay import RecordedTow
+from ..io.recorded_tow import RecordedTow
 from ..io.winch_plan import WinchPlan
 from ..physics.winch import DrumModel
 from ..sim.flag_rules import PEAKS
@@ -18,7 +18,7 @@ from ..sim.mesh import mesh_plan
 from ..sim.mesh_kinds import FeedMesh
 from ..sim.scene import Scene
 from ..sim.verdict import check, verdict_of
-from .passes import Pass
+from .message_run import Pass
 from .stepping import Progress
 from .summary import summarize
 

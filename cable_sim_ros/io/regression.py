@@ -13,7 +13,7 @@ from math import nan, sqrt
 
 import numpy as np
 
-from .doubts import ROWS
+from .fault_hypotheses import ROWS
 
 BLOCK = 0.1  # s
 WINDOWS = ((8, 1, 2), (30, 3, 2), (80, 8, 2))  # blocks in it, looked at every so many, times in a row that convict

@@ -1,5 +1,5 @@
-"""Integration of a tow from its body upward, for the static shape (tow_shape.py): loads of the cable, of what hangs on
-it, of the seabed under it. Independent of the kernels, plain Python.
+"""Integration of a tow from its body upward, for the static shape (static_shape.py): loads of the cable, of what hangs
+on it, of the seabed under it. Independent of the kernels, plain Python.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from ..physics.drag_laws import CHOO_CASARELLA, FRICTION, GRAZING, fitted
 from ..physics.towbody import Towbody, body_record
 from .material import Hung, hung, material_rows, section_ends
 from .scene import Scene
-from .strumming import drag_factors
+from .viv_tables import drag_factors
 
 STEP = 0.06  # of the length over which the tension vector turns
 LEAST_STEPS = 160  # in all

@@ -19,9 +19,9 @@ import numpy as np
 
 from ..sim.flag_rules import DOUBTFUL, OK
 from . import shared_memory, watchdog
+from .arguments import agree, as_text, number, scene_text, with_motion
 from .domain import reserve
 from .errors import TowError
-from .given import agree, as_text, number, scene_text, with_motion
 from .process import MARK, Process, opened
 
 READY_WITHIN = 300.0  # s; compiling everything from nothing takes minutes on a slow machine
@@ -118,7 +118,7 @@ class Tow:
             "the node", arguments, self.folder / "node.log", self.environment | {"PYTHONPATH": path}, [self._descriptor]
         )
         self._closing.append(self.node.stop)
-        from .link import Link  # imports ROS, while the node does
+        from .node_topics import Link  # imports ROS, while the node does
 
         closed: dict[str, str | None] = dict.fromkeys(OPENING)
         self._link = Link(self.domain, self._wanted, closed | own, self.lockstep)

@@ -18,18 +18,18 @@ from ..io.messages import Refused, decode_imu, decode_odometry
 from ..io.motion import MotionIngest
 from ..io.motion_table import MotionError
 from ..io.mounting import mounting_of
-from ..io.replay import Event, Feeder, RecordedTow
+from ..io.recorded_tow import Event, Feeder, RecordedTow
 from ..io.winch_plan import WinchPlan
 from ..physics.heave_filter import Heave, MotionInput
 from ..physics.inputs import MOTION_ROWS
 from ..physics.parameter import Block
 from ..sim import checks
-from ..sim.carry import carried_over
 from ..sim.mesh_kinds import FeedMesh
+from ..sim.rebase import carried_over
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
 from ..sim.verdict import Reason
-from . import axes, mean_track, pitch_sign
+from . import mean_track, motion_preview, pitch_sign
 from .resume import Resumed, nothing_left
 from .stepping import Drive, Driven, Progress, RunRecorder, silent
 
@@ -123,7 +123,7 @@ class Pass:
         if self.tow is not None:
             self.doubts += mean_track.look(self.scene, start.heading, frames) + pitch_sign.look(frames)
         if self.feeder is not None:
-            self.doubts += axes.doubts(self.feeder.ingest, drive.done * self.tick / SECOND)
+            self.doubts += motion_preview.doubts(self.feeder.ingest, drive.done * self.tick / SECOND)
         return Driven(frames, compiled - begun, started - starting, drive.stepping, drive.cpu, drive.problem)
 
     def first(self) -> Start:

@@ -14,7 +14,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 
-from ..ros.drain import drain
+from ..ros.executor import drain
 from .errors import TowError
 
 DEPTH = 2000  # messages: 20 s of Frames, should this process stand still

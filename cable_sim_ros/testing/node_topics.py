@@ -19,9 +19,9 @@ from std_srvs.srv import SetBool, Trigger
 
 from ..io.commands import encode_command
 from ..io.messages import KINDS
-from ..ros.params import FOREIGN, settle
+from ..ros.parameters import FOREIGN, settle
 from ..ros.topics import message_class
-from .ears import Ears
+from .client import Ears
 from .errors import TowError
 from .feeder import AHEAD, Feeder
 from .frames import FrameBox

@@ -27,10 +27,10 @@ from ..physics.wake_oscillator import (
 from ..physics.water import Water
 from .material import section_ends
 from .problem import Problem, apart
+from .route import Route
 from .scene import Scene
-from .statics import Route
-from .strumming import on, strums
-from .tow_shape import tow_shape
+from .static_shape import tow_shape
+from .viv_tables import on, strums
 
 # steps a period of shedding, at least: the time integration then makes the period of a free vibration 0.8 % longer and
 # damps it by 0.07 % of critical; and elements a wave of the cable at that frequency

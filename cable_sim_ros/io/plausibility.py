@@ -11,11 +11,11 @@ from collections.abc import Callable
 from math import cos, exp, hypot, inf, pi, sin, sqrt
 
 from ..sim.attitude import to_world
-from .comparison import Comparison
 from .cross_check import CrossCheck
-from .doubts import DOUBTS, rate_guesses, velocity_guesses
+from .fault_hypotheses import DOUBTS, rate_guesses, velocity_guesses
 from .messages import Imu, Odometry
-from .step_guard import HeightGuard, RateGuard
+from .outlier_gate import HeightGuard, RateGuard
+from .regression import Comparison
 
 GAP = 1.6  # s; a longer gap begins anew
 LEAK, MISFIT = (

@@ -1,4 +1,4 @@
-"""Declaring the rows of ros/params.py on a node, and changing the few that may change while it runs."""
+"""Declaring the rows of ros/parameters.py on a node, and changing the few that may change while it runs."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, ParameterType
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 
-from .params import NONE, ParameterError, Row
+from .parameters import NONE, ParameterError, Row
 
 TYPES = {
     float: ParameterType.PARAMETER_DOUBLE,

@@ -10,8 +10,8 @@ from ..physics.section import CableModel, LinkBuoyancy, material_of
 from ..physics.winch import DrumModel
 from .material import extreme
 from .problem import Problem, apart
+from .route import Route
 from .scene import Scene
-from .statics import Route
 
 LONGEST_LINK = 1.0  # radii of drum or sheave: a longer link lies on it with one point
 # sagitta L^2/8R of a link on drum or sheave over the penetration that contact allows; of 1.8 the full-scale tow has

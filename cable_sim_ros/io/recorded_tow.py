@@ -20,12 +20,12 @@ from ..physics.inputs import Inputs
 from ..sim.scene import Scene
 from ..sim.verdict import Reason
 from . import journal
+from .arrival_order import Intake, Took
 from .bag import BagError, BagReader, Damage, report
 from .bag_motion import read_motion
 from .channels import CHANNELS, channel_of, decode, decode_frames
 from .clock import CONFIRM, DataClock, Stamp
 from .commands import NEVER, CommandIngest
-from .intake import Intake, Took
 from .messages import KINDS, stamp_of
 from .motion import MotionIngest
 

@@ -7,8 +7,8 @@ from ..physics.winch import DrumModel
 from .mesh import MeshError, mesh_plan
 from .mesh_sheave import scope_range
 from .problem import Problem
+from .route import DRUM_RESERVE, Route
 from .scene import Scene
-from .statics import DRUM_RESERVE, Route
 
 WAVES_BEYOND = 1.5  # times accuracy.tension: an estimate is not better
 

@@ -1,7 +1,7 @@
 """Static start of a tow: first guesses from its integrated static shape, settled on its sheave.
 
 A guess lays the stretched cable along the route to the sheave, as deep in its groove as its tension presses it, and
-outboard along the shape by integration (tow_shape.py); where that does not settle, straight. What settles beside the
+outboard along the shape by integration (static_shape.py); where that does not settle, straight. What settles beside the
 sheave is no start, unless the cable by its shape passes clear of it.
 """
 
@@ -20,9 +20,9 @@ from ..physics.state import FLOW, NOW
 from .current import flow_of
 from .elementary import product
 from .material import extreme, section_ends
+from .route import MOST_PUSH, MOST_STEPS, Route, StartError, first_angle, first_strain, laid_angle
 from .scene import Scene
-from .statics import MOST_PUSH, MOST_STEPS, Route, StartError, first_angle, first_strain, laid_angle
-from .tow_shape import TowShape
+from .static_shape import TowShape
 
 if TYPE_CHECKING:
     from .simulator import Simulator

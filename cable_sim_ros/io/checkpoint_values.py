@@ -16,10 +16,10 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field, TypeAdapter, ValidationError
 
-from .doubts import DOUBTS
-from .gate import MOST, Held
+from .fault_hypotheses import DOUBTS
 from .messages import CAUSES, Command, Odometry
 from .refusals import IMU, ODOMETRY
+from .time_sequencer import MOST, Held
 
 WHOLE_MOST, REAL_MOST, TEXT_MOST = 2**62, 1e15, 10_000
 Whole = Annotated[int, Field(ge=-WHOLE_MOST, le=WHOLE_MOST)]

@@ -9,8 +9,8 @@ import numpy as np
 
 from ..io.journal import STATIC, Segment, Told
 from ..io.load import dump_scene
-from ..io.replay import RecordedTow, SameTicks
-from ..sim.live import set_live
+from ..io.recorded_tow import RecordedTow, SameTicks
+from ..sim.live_parameters import set_live
 from ..sim.savefile import LAYOUT, SaveError, fitting
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator

@@ -11,8 +11,8 @@ from ..physics.winch import DrumModel
 from .current import flow_of
 from .material import termination_weight
 from .problem import Problem, apart
+from .route import first_angle
 from .scene import Scene
-from .statics import first_angle
 
 ROUNDED = 1.02  # of a dry weight: a data sheet rounds
 # kg/m^3 over the full circle of the diameter: floating fibre rope 500, nylon 1150, armoured cable 3000 to 5500, steel

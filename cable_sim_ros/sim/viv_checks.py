@@ -8,10 +8,10 @@ import numpy as np
 
 from ..physics.viv_amplification import AMPLITUDE_MOST, FACTOR_MOST, RE_FULL, RE_SHEDDING, Viv
 from .problem import Problem
+from .route import Route
 from .scene import Scene
-from .statics import Route
-from .strumming import on, strum_amplitudes, strum_sections, strums, unbounded_factor
-from .tow_shape import TowShape, tow_shape
+from .static_shape import TowShape, tow_shape
+from .viv_tables import on, strum_amplitudes, strum_sections, strums, unbounded_factor
 
 FITTED = 500.0, 33000.0  # Reynolds numbers of the data of Govardhan & Williamson
 STEEP_DEG = 35.0  # inclination to the flow below which the flow across the cable says too much
