@@ -67,7 +67,7 @@ setup(
     license="MIT",
     packages=find_packages(include=[NAME, NAME + ".*"]),
     package_data={
-        NAME: ["py.typed", "requirements.txt", "**/*.html", "**/*.c", "**/*.js", "**/*.css", "lab/reference/*"]
+        NAME: ["py.typed", "requirements.txt", "**/*.html", "**/*.c", "**/*.js", "**/*.css", "verification/reference/*"]
     },
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/" + NAME]),

@@ -103,7 +103,7 @@ def cable_sim() -> int:
     """The command ``cable-sim``."""
 
     def load() -> Callable[[], object]:
-        from .cli import main
+        from .cli.commands import main
 
         return main
 

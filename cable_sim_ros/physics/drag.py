@@ -31,7 +31,17 @@ from .ancf import (
     HALF_RHO_D,
     RE_FACTOR,
 )
-from .drag_laws import CHOO_CASARELLA, FRICTION, GRAZING, RE_MOST, RE_TOP, choo_casarella, fitted, loading
+from .drag_laws import (
+    CHOO_CASARELLA,
+    FRICTION,
+    GRAZING,
+    RE_MOST,
+    RE_TOP,
+    choo_casarella,
+    coefficient_along,
+    fitted,
+    loading,
+)
 from .jit import LANES, driver, inline
 from .vec import axpy, dot, get3, norm, plus3, plus_matrix, put3, put_matrix, scale, sub
 
@@ -121,22 +131,6 @@ def mean_lanes(m, n, t):
         put3(t, POINT_W, e, sub(get3(t, POINT_W, e), v))
 
 
-@inline
-def coefficient_along(across, d_across, whole, d_whole, vn, at, free):
-    """C_D of f_t and its derivatives to V_n and |v_t|: ``across``, that of V_n, from the angle of GRAZING up, and
-    ``whole``, that of |V|, along the cable. d_across, d_whole: derivatives to these speeds; free: 0 of a constant."""
-    ratio = vn / at
-    x = min(ratio * ratio * (1.0 / (GRAZING * GRAZING)), 1.0)
-    rest = free * (1.0 - x * x * (3.0 - 2.0 * x))
-    turn = (across - whole) * free * 12.0 * x * x * (1.0 - x)  # derivative to ln V_n at a constant |v_t|
-    q = sqrt(vn * vn + at * at)
-    return (
-        across + rest * (whole - across),
-        d_across + rest * (d_whole * vn / q - d_across) + turn / vn,
-        rest * d_whole * at / q - turn / at,
-    )
-
-
 @driver
 def grazing_lanes(p, t, row):
     """C_D of f_t where the water goes along the cable in any lane: rows CDT."""
@@ -156,8 +150,7 @@ def grazing_lanes(p, t, row):
 
 @driver
 def coefficient_lanes(p, t, row):
-    """V_n, and C_D and dC_D/dRe of the top branch of Choo-Casarella, for the velocity in ``row`` (POINT_V or POINT_W)
-    of t; row POINT_X says which lanes need other_coefficients."""
+    """V_n, C_D and dC_D/dRe of Choo-Casarella's top branch for the velocity in ``row``; POINT_X: the other lanes."""
     if p.shape[1] != LANES or t.shape[1] != LANES:
         raise ValueError("lanes")
     for e in range(LANES):

@@ -212,6 +212,22 @@ def of_components(law: DragLaw) -> bool:
 
 
 @inline
+def coefficient_along(across, d_across, whole, d_whole, vn, at, free):
+    """C_D of f_t and its derivatives to V_n and |v_t|: ``across``, that of V_n, from the angle of GRAZING up, and
+    ``whole``, that of |V|, along the cable. d_across, d_whole: derivatives to these speeds; free: 0 of a constant."""
+    ratio = vn / at
+    x = min(ratio * ratio * (1.0 / (GRAZING * GRAZING)), 1.0)
+    rest = free * (1.0 - x * x * (3.0 - 2.0 * x))
+    turn = (across - whole) * free * 12.0 * x * x * (1.0 - x)  # derivative to ln V_n at a constant |v_t|
+    q = sqrt(vn * vn + at * at)
+    return (
+        across + rest * (whole - across),
+        d_across + rest * (d_whole * vn / q - d_across) + turn / vn,
+        rest * d_whole * at / q - turn / at,
+    )
+
+
+@inline
 def smooth(x, low, high):
     """Smoothstep from 0 at low to 1 at high and its derivative."""
     t = min(max((x - low) / (high - low), 0.0), 1.0)

@@ -24,11 +24,11 @@ from ..io.bag_motion import read_motion
 from ..io.messages import KINDS, stamp_of
 from ..io.ned_to_enu import in_enu
 from ..io.resources import find_bag
+from ..limits import LONGEST_RUN
 from . import discovery
 from .topics import message_class
 
 SECOND = 1_000_000_000
-LONGEST = 1e7  # s of a bag
 SLEEP_CHUNK = 0.1  # s, so that a signal is seen soon
 
 
@@ -59,9 +59,9 @@ def load(
     topics: as of `read_motion`; ned: they are in NED axes and turned to ENU, as a node by default wants them.
     """
     for name, value in (("start", start), ("duration", duration)):
-        if value is not None and not 0.0 <= value <= LONGEST:
+        if value is not None and not 0.0 <= value <= LONGEST_RUN:
             raise PlayError(
-                f"--{name} {value:g} s is outside [0, {LONGEST:g}] s; nothing was played; give seconds of the bag"
+                f"--{name} {value:g} s is outside [0, {LONGEST_RUN:g}] s; nothing was played; give seconds of the bag"
             )
     items: list[Item] = []
     first = None

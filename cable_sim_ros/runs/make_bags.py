@@ -24,8 +24,8 @@ from scipy.signal import butter, sosfiltfilt, welch
 from ..io.bag import BagError, BagWriter
 from ..io.resources import share_folder
 from ..io.typestore import STORE
+from ..limits import MOST_TOW_SPEED
 from ..sim.attitude import body_rates, quaternion, rotation
-from .number_option import MOST_SPEED
 
 GRAVITY = 9.81  # m/s^2, as in the scenes
 SPEED = 2.2  # m/s, mean speed ahead: that of the tow, in place of the ship's own
@@ -266,10 +266,10 @@ def make_bags(
     data: folder of the source CSV files, None: the shipped ones; speed: mean speed ahead, m/s; only: names of RECORDS,
     none: all; force: replace bags that exist. Raises BagError.
     """
-    if not abs(speed) <= MOST_SPEED:
+    if not abs(speed) <= MOST_TOW_SPEED:
         raise BagError(
-            f"speed = {speed:g} m/s is outside [-{MOST_SPEED:g}, {MOST_SPEED:g}] m/s: nothing was written; give "
-            "the mean speed ahead"
+            f"speed = {speed:g} m/s is outside [-{MOST_TOW_SPEED:g}, {MOST_TOW_SPEED:g}] m/s: nothing was written; "
+            "give the mean speed ahead"
         )
     rows: list[str] = []
     source = share_folder() / "bags" / "source" if data is None else Path(data)

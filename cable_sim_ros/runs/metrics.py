@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-# JSON names beside those of lab/summary.py: name, unit, meaning
+# JSON names beside those of runs/summary.py: name, unit, meaning
 FIGURES = (
     ("departure_angle_deg", "deg", "mean angle of the departing cable from the downward vertical"),
     ("contact_resultant_n", "N", "mean resultant of the cable on the sheave, whole run"),

@@ -20,19 +20,19 @@ from ..io.motion_table import MotionError
 from ..io.recorded_tow import RecordedTow, Residual, SameTicks, paired, read_tow, recorded_frames, residuals
 from ..io.resources import find_bag
 from ..io.winch_plan import WinchPlan
+from ..limits import LONGEST_RUN
 from ..sim.savefile import SaveError, check_place, same_scene
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
 from ..sim.verdict import Reason, Verdict
 from . import motion_preview, refinement_check, verdict
-from .asked import NOTHING, Settings, apply_to_bag, apply_to_scene, of_intake, refuse_without_bag
 from .journal_replay import Rerun
 from .message_run import Pass, taken_in
 from .metrics import FIGURES as FIGURES
 from .metrics import figures_markdown as figures_markdown
-from .number_option import LONGEST
 from .resume import Resumed, told_of
 from .resume import save as save_run
+from .settings import NOTHING, Settings, apply_to_bag, apply_to_scene, of_intake, refuse_without_bag
 from .sources import HEAVE_SECONDS, motion_of, scene_of_bag
 from .step_choice import doubts_of_steps, figures_of_steps, stepped
 from .stepping import Driven, Progress, silent
@@ -101,9 +101,9 @@ def run(
         raise SaveError(
             f"{resumed.path}: no finer mesh begins with its state; nothing was simulated. Leave --check out"
         )
-    if duration is not None and not 0.0 < duration <= LONGEST:
+    if duration is not None and not 0.0 < duration <= LONGEST_RUN:
         raise MotionError(
-            f"duration = {duration:g} s is outside (0, {LONGEST:g}] s: nothing was simulated; give seconds"
+            f"duration = {duration:g} s is outside (0, {LONGEST_RUN:g}] s: nothing was simulated; give seconds"
         )
     plan = None if winch is None else WinchPlan.of(winch)
     told = told_of(motion, heave, imu_only, plan)._replace(settings=of_intake(settings), topics=dict(topics))

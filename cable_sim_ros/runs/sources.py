@@ -14,8 +14,8 @@ from ..io.recorded_tow import RecordedTow, read_tow
 from ..io.resources import find_bag
 from ..sim.scene import Scene
 from . import motion_preview
-from .asked import NOTHING, Settings, apply_to_bag, apply_to_scene, refuse_without_bag
 from .message_run import taken_in
+from .settings import NOTHING, Settings, apply_to_bag, apply_to_scene, refuse_without_bag
 
 HEAVE_SECONDS = 60.0  # s of a run under a sinusoidal heave where no duration is given
 

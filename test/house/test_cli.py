@@ -11,11 +11,12 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from cable_sim_ros import cli
+from cable_sim_ros.cli import commands, expected_errors
+from cable_sim_ros.cli.number import Number
+from cable_sim_ros.limits import MOST_TOW_SPEED
 from cable_sim_ros.physics.ship import Ship
-from cable_sim_ros.runs import expected, offline
+from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.message_run import Pass
-from cable_sim_ros.runs.number_option import MOST_SPEED, Number
 from cable_sim_ros.sim.simulator import Simulator, StartError
 
 COMMANDS = {
@@ -46,18 +47,18 @@ def same_warnings(monkeypatch):
 
 
 def call(*arguments):
-    return CliRunner().invoke(cli.main, [str(a) for a in arguments])
+    return CliRunner().invoke(commands.main, [str(a) for a in arguments])
 
 
 def test_the_commands_are_the_promised_ones():
-    assert set(cli.main.commands) == COMMANDS
+    assert set(commands.main.list_commands(None)) == COMMANDS
 
 
 @pytest.mark.parametrize("command", sorted(COMMANDS))
 def test_every_command_helps(command):
     result = call(command, "--help")
     assert result.exit_code == 0 and result.output.startswith("Usage:")
-    options = [p for p in cli.main.commands[command].params if isinstance(p, click.Option)]
+    options = [p for p in commands.main.get_command(None, command).params if isinstance(p, click.Option)]
     undocumented = [p.name for p in options if not p.help]
     assert not undocumented
 
@@ -175,9 +176,10 @@ def test_a_mistake_is_told_in_one_line(arguments, text, tmp_path, monkeypatch):
 
 def numbers():
     """Every number of the command line: command, option, type."""
-    for name, command in sorted(cli.main.commands.items()):
+    for name in commands.main.list_commands(None):
+        command = commands.main.get_command(None, name)
         for option in command.params:
-            if isinstance(option.type, (click.types.FloatParamType, click.types.IntParamType, cli.Heave)):
+            if isinstance(option.type, (click.types.FloatParamType, click.types.IntParamType, commands.Heave)):
                 yield name, option
 
 
@@ -192,12 +194,14 @@ def test_every_number_is_finite_and_in_a_range():
             assert None not in (option.type.min, option.type.max), (name, option.name)
         for value in ("nan", "inf", "-inf", "1e999"):
             with pytest.raises(click.BadParameter):
-                option.type.convert(value if not isinstance(option.type, cli.Heave) else f"1,{value}", option, None)
+                option.type.convert(
+                    value if not isinstance(option.type, commands.Heave) else f"1,{value}", option, None
+                )
 
 
 def test_the_speed_of_a_bag_is_that_of_a_scene():
     limits = Ship.model_json_schema()["properties"]["tow_speed"]
-    assert (limits["low"], limits["high"]) == (-MOST_SPEED, MOST_SPEED)
+    assert (limits["low"], limits["high"]) == (-MOST_TOW_SPEED, MOST_TOW_SPEED)
 
 
 def test_a_mistake_of_ours_keeps_its_traceback(monkeypatch):
@@ -274,7 +278,7 @@ def test_the_last_line_is_the_verdict_and_the_exit_code_goes_with_it(tmp_path):
 
 def test_a_cable_that_misses_its_sheave_is_refused_with_the_angle(tmp_path):
     scene = tmp_path / "miss.yaml"
-    text = (Path(cli.__file__).parents[1] / "config" / "full_scale.yaml").read_text("utf-8")
+    text = (Path(commands.__file__).parents[2] / "config" / "full_scale.yaml").read_text("utf-8")
     scene.write_text(text.replace("position: [-36.8, 0.0, 3.7]", "position: [-36.8, 3.0, 3.7]"), "utf-8")
     missed = call("run", scene, "--motion", "none", "--duration", "1")
     assert missed.exit_code == 1 and missed.stderr.count("error:") == 1
@@ -297,16 +301,16 @@ def test_a_start_that_fails_is_one_line_and_code_1(arguments, monkeypatch):
 
 def test_every_expected_error_is_one_of_ours():
     """By the name of the module that has it: an error that moves must not become a traceback."""
-    for name, code in expected.EXPECTED.items():
+    for name, code in expected_errors.EXPECTED.items():
         module, _, kind = name.rpartition(".")
         if ".ros." in name:
             pytest.importorskip("rclpy")
         error = getattr(importlib.import_module(module), kind)
         assert error.__module__ == module and code in (1, 2)
-    names = {name.rpartition(".")[2] for name in expected.EXPECTED}
+    names = {name.rpartition(".")[2] for name in expected_errors.EXPECTED}
     # caught where they arise; an estimate of the mesh; raised in a user's own tests
     internal = {"Refused", "YamlError", "Error", "TowError"}
-    sources = (Path(cli.__file__).parent).rglob("*.py")
+    sources = Path(commands.__file__).parents[1].rglob("*.py")
     declared = set(re.findall(r"^class (\w*Error|Refused)\b", "\n".join(p.read_text("utf-8") for p in sources), re.M))
     assert declared - internal == names
 
@@ -359,7 +363,7 @@ def test_without_ros_the_commands_that_need_it_say_so(command, monkeypatch):
 
 def test_help_loads_neither_ros_nor_the_compiler():
     code = (
-        "import sys; from cable_sim_ros.cli import main\n"
+        "import sys; from cable_sim_ros.cli.commands import main\n"
         "try: main(['--help'])\n"
         "except SystemExit: pass\n"
         "print(sorted({'rclpy', 'numba', 'numpy', 'matplotlib'} & set(sys.modules)))"

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from cable_sim_ros.cli import manual_text
+from cable_sim_ros.cli.commands import manual_text
 from cable_sim_ros.physics.parameter import declared
 from cable_sim_ros.sim.scene import Scene
 

@@ -9,7 +9,7 @@ import click
 import pytest
 from pydantic import ValidationError
 
-from cable_sim_ros import cli
+from cable_sim_ros.cli.commands import main
 from cable_sim_ros.io import channels
 from cable_sim_ros.io.channels import EVERY, Channel, Context, channels_of
 from cable_sim_ros.io.load import load_scene, override
@@ -37,14 +37,14 @@ def test_there_are_commands_to_check():
 @pytest.mark.parametrize("text", commands())
 def test_commands_exist_with_their_options(text):
     _, name, *arguments = shlex.split(text)
-    command = cli.main.commands[name]
+    command = main.get_command(None, name)
     parser = command.make_parser(click.Context(command))
     parser.parse_args(arguments)  # raises for an unknown option; argument types are the command's own matter
 
 
 def test_every_command_is_in_the_readme():
     named = {text.split()[1] for text in commands()}
-    assert named == set(cli.main.commands)
+    assert named == set(main.list_commands(None))
 
 
 def test_make_targets_exist():

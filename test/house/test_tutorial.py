@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from cable_sim_ros import cli
+from cable_sim_ros.cli import commands
 from cable_sim_ros.io.load import load_scene
 from cable_sim_ros.physics.frame import Flag
 from cable_sim_ros.physics.heave_compensation import SetpointLaw
@@ -36,7 +36,7 @@ def folder(tmp_path, monkeypatch):
 
 def command(words):
     """Output of a `cable-sim` command."""
-    result = CliRunner().invoke(cli.main, words, catch_exceptions=False)
+    result = CliRunner().invoke(commands.main, words, catch_exceptions=False)
     assert result.exit_code == 0, f"{words}\n{result.output}\n{result.stderr}"
     return result.output
 

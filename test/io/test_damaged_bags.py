@@ -6,13 +6,13 @@ import warnings
 import pytest
 from click.testing import CliRunner
 
-from cable_sim_ros import cli
+from cable_sim_ros.cli import commands
 from cable_sim_ros.io.bag import BagError, BagReader, BagWriter, Damage, DamageWarning, read_bag, read_metadata
 from cable_sim_ros.io.bag_motion import read_motion
 from cable_sim_ros.io.mcap_file import McapFile, Unreadable
 from cable_sim_ros.io.recorder import MESSAGE_MOST, Recorder
 from cable_sim_ros.io.recovery import recover
-from cable_sim_ros.lab.stress.bags import IMU, TOPIC, chunks_of, known_bag, mcap_of
+from cable_sim_ros.verification.stress.bags import IMU, TOPIC, chunks_of, known_bag, mcap_of
 
 COUNT = 600
 
@@ -165,7 +165,7 @@ def test_what_is_no_mcap_file_is_named(tmp_path):
 
 def test_exit_codes_of_recover(bag, tmp_path):
     def recovered(name):
-        done = CliRunner().invoke(cli.main, ["recover", str(bag), str(tmp_path / name)])
+        done = CliRunner().invoke(commands.main, ["recover", str(bag), str(tmp_path / name)])
         return done.exit_code, done.output
 
     code, said = recovered("whole")
@@ -198,10 +198,10 @@ def test_a_command_that_read_a_damaged_bag_leaves_with_code_3(monkeypatch):
             warnings.warn("bag 'x' is damaged", DamageWarning, stacklevel=1)
         return "figures"
 
-    monkeypatch.setattr(cli, "manual_text", reads_twice)
+    monkeypatch.setattr(commands, "manual_text", reads_twice)
     with warnings.catch_warnings():
         warnings.simplefilter("always")
-        done = CliRunner().invoke(cli.main, ["manual"])
+        done = CliRunner().invoke(commands.main, ["manual"])
     assert done.exit_code == 3 and "figures" in done.output
     assert done.output.count("warning: bag 'x' is damaged") == 1
 

@@ -8,7 +8,6 @@ from bench_cable import record
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cable_sim_ros.lab.stress.sheave_depth import depth
 from cable_sim_ros.physics.contact import EVENTS, latch, law, loads, touch
 from cable_sim_ros.physics.contact_detection import _survey
 from cable_sim_ros.physics.contact_surface import (
@@ -22,6 +21,7 @@ from cable_sim_ros.physics.contact_surface import (
 )
 from cable_sim_ros.physics.jit import NO
 from cable_sim_ros.physics.state import NOW, STEP, Q, make_state
+from cable_sim_ros.verification.stress.sheave_depth import depth
 
 STIFFNESS, SEAT = 1e9, 0.255
 ROW = record(surface_row((0, 0, 0), SEAT, np.pi / 3, 0.01, 0.008, STIFFNESS, 0.0))

@@ -22,18 +22,18 @@ from test_commands import command
 from test_motion import imu, odometry
 from test_stepped import Run, ship, winch
 
-from cable_sim_ros import cli
+from cable_sim_ros.cli import commands
 from cable_sim_ros.io.bag import BagReader
 from cable_sim_ros.io.checkpoint import taken
 from cable_sim_ros.io.checkpoint_values import declared
 from cable_sim_ros.io.load import load_scene, override
 from cable_sim_ros.io.recorded_run import load_run
 from cable_sim_ros.io.recorded_tow import read_tow
+from cable_sim_ros.plots.run import caption
 from cable_sim_ros.ros import session as session_module
 from cable_sim_ros.ros.parameters import settle
 from cable_sim_ros.ros.stepped import SteppedSession
 from cable_sim_ros.runs import offline
-from cable_sim_ros.runs.picture import caption
 from cable_sim_ros.runs.step_choice import stepped
 from cable_sim_ros.sim.inputs import WinchCommand
 from cable_sim_ros.sim.savefile import differences
@@ -298,7 +298,7 @@ def test_what_the_run_was_flagged_for_is_not_the_verdict_on_its_replay(monkeypat
     again = offline.replay(flagged.bag)
     assert again.frames.tobytes() == flagged.frames.tobytes() and again.verdict == Verdict()
     assert again.run_verdict == flagged.verdict and again.figures["run_verdict"]["state"] == "doubtful"
-    done = CliRunner().invoke(cli.main, ["replay", str(flagged.bag)])
+    done = CliRunner().invoke(commands.main, ["replay", str(flagged.bag)])
     assert done.exit_code == 0 and "verdict: ok" in done.output.splitlines()
     assert any(line.startswith("the run itself: doubtful: ") for line in done.output.splitlines())
 

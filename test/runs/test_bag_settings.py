@@ -7,7 +7,7 @@ import struct
 import pytest
 from click.testing import CliRunner
 
-from cable_sim_ros.cli import main
+from cable_sim_ros.cli.commands import main
 from cable_sim_ros.io.bag import BagError
 from cable_sim_ros.io.bag_motion import read_motion
 from cable_sim_ros.io.bag_writer import BagWriter
@@ -18,7 +18,7 @@ from cable_sim_ros.io.mounting import times
 from cable_sim_ros.io.ned_to_enu import in_enu
 from cable_sim_ros.physics.heave_filter import Convention
 from cable_sim_ros.runs import offline
-from cable_sim_ros.runs.asked import apply_to_scene, settings_of, topics_of
+from cable_sim_ros.runs.settings import apply_to_scene, settings_of, topics_of
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
 SECONDS = 6.0

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from cable_sim_ros import cli
+from cable_sim_ros.cli import commands
 from cable_sim_ros.io.load import load_scene, override
 from cable_sim_ros.io.recorded_tow import read_tow
 from cable_sim_ros.runs import offline
@@ -30,7 +30,7 @@ def test_the_haul_of_the_command_line_is_replayed_bit_for_bit(tmp_path):
     """With chosen steps, as a user gets them; 60 m of it."""
     line = ["run", "full_scale", "--heave", "1,8", "--winch", "0 rate -3, 20 hold", "--duration", "25", "--json"]
     for words in ([*line, "--out", str(tmp_path)], ["replay", str(tmp_path / "tow"), "--json"]):
-        result = CliRunner().invoke(cli.main, words, catch_exceptions=False)
+        result = CliRunner().invoke(commands.main, words, catch_exceptions=False)
         assert result.exit_code == 0, result.stderr
         figures = json.loads(result.stdout)
     assert figures["largest_difference"]["difference"] == 0.0

@@ -13,8 +13,8 @@ from synthetic import make_contact, make_frames, make_shape
 from cable_sim_ros.io.bag import BagError
 from cable_sim_ros.io.recorded_run import RecordedRun
 from cable_sim_ros.physics.frame import CONTACT_COLUMNS
-from cable_sim_ros.runs import haul
-from cable_sim_ros.runs.picture import STYLE, caption, compose, contact_bands, draw_run
+from cable_sim_ros.plots import haul
+from cable_sim_ros.plots.run import STYLE, caption, compose, contact_bands, draw_run
 
 matplotlib = pytest.importorskip("matplotlib")
 COLUMNS = [name for name, _ in CONTACT_COLUMNS]
@@ -95,7 +95,7 @@ def test_file_is_written_and_the_same_each_time(tmp_path):
 def test_title_is_that_of_the_scene(monkeypatch, tmp_path):
     titles = []
     monkeypatch.setattr(
-        "cable_sim_ros.runs.picture.compose",
+        "cable_sim_ros.plots.run.compose",
         lambda recording, title, skip_s, stamp: titles.append(title) or matplotlib.figure.Figure(),
     )
     draw_run(run(scene="a scene"), tmp_path / "a.png")

@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.io.load import SceneError, SceneWarning, override
-from cable_sim_ros.lab.mesh_promise import markdown, measure
-from cable_sim_ros.lab.mesh_tows import tows
 from cable_sim_ros.runs.mesh import as_json, check, plan_of
 from cable_sim_ros.sim import mesh, mesh_maker
 from cable_sim_ros.sim.checks import elements, fine_zone, travel_cautions
@@ -14,6 +12,8 @@ from cable_sim_ros.sim.mesh_kinds import equal_parts, geometric, graded
 from cable_sim_ros.sim.mesh_sheave import scope_range
 from cable_sim_ros.sim.simulator import Simulator
 from cable_sim_ros.sim.static_shape import fourth_derivative, tow_shape
+from cable_sim_ros.verification.mesh_promise import markdown, measure
+from cable_sim_ros.verification.mesh_tows import tows
 
 TOWS = {scene.name: scene for scene in tows()}
 QUICK = [

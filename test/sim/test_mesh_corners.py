@@ -3,8 +3,6 @@
 import pytest
 
 from cable_sim_ros.io.load import SceneError, SceneWarning, override
-from cable_sim_ros.lab import mesh_other
-from cable_sim_ros.lab.mesh_other_tows import other_tows
 from cable_sim_ros.runs.mesh import check, extrapolated, kept
 from cable_sim_ros.sim import mesh_maker
 from cable_sim_ros.sim.mesh import mesh_plan
@@ -12,6 +10,8 @@ from cable_sim_ros.sim.mesh_corners import Turn, error_per_turn, stiffness
 from cable_sim_ros.sim.mesh_kinds import places_outboard
 from cable_sim_ros.sim.mesh_maker import Maker
 from cable_sim_ros.sim.mesh_sheave import scope_range
+from cable_sim_ros.verification import mesh_other
+from cable_sim_ros.verification.mesh_other_tows import other_tows
 
 TOWS = {tow.scene.name: tow for tow in other_tows()}
 LIMP = override(TOWS["heavy_depressor"].scene, {"cable.bending_stiffness": 0.0, "cable.bending_damping": 0.0})

@@ -15,8 +15,8 @@ from cable_sim_ros.physics.inputs import push_motion
 from cable_sim_ros.physics.section import Section
 from cable_sim_ros.physics.state import NOW, STRUM
 from cable_sim_ros.physics.viv_amplification import AMPLITUDE, EXTRA, FREQUENCY, MODE, SPEED, TARGET
+from cable_sim_ros.plots.strumming import draw_strum
 from cable_sim_ros.runs import offline
-from cable_sim_ros.runs.strum_picture import draw_strum
 from cable_sim_ros.runs.summary import summarize
 from cable_sim_ros.sim.checks import cautions
 from cable_sim_ros.sim.inputs import WinchCommand

@@ -8,17 +8,22 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from cable_sim_ros import cli
-from cable_sim_ros.lab.commands import STRESS_IDS
-from cable_sim_ros.lab.stress import STRESS, run
-from cable_sim_ros.lab.stress.n03_load_reversals import Impulse, changes, most_within
-from cable_sim_ros.lab.stress.n08_n14_overspeed_and_cold_start import LIGHT_FISH, OUTBOARD, WOUND, short_on_drum
-from cable_sim_ros.lab.stress.n20_n21_n22_winch_at_work import SOFT, undragged
-from cable_sim_ros.lab.stress.tows import finite, held, started
-from cable_sim_ros.lab.stress.verdict import IS, WITHIN, Figure
+from cable_sim_ros.cli import commands
 from cable_sim_ros.physics.frame import Flag
 from cable_sim_ros.physics.inputs import push_command
 from cable_sim_ros.physics.integrate import coefficients
+from cable_sim_ros.verification.commands import STRESS_IDS
+from cable_sim_ros.verification.stress import STRESS, run
+from cable_sim_ros.verification.stress.n03_load_reversals import Impulse, changes, most_within
+from cable_sim_ros.verification.stress.n08_n14_overspeed_and_cold_start import (
+    LIGHT_FISH,
+    OUTBOARD,
+    WOUND,
+    short_on_drum,
+)
+from cable_sim_ros.verification.stress.n20_n21_n22_winch_at_work import SOFT, undragged
+from cable_sim_ros.verification.stress.tows import finite, held, started
+from cable_sim_ros.verification.stress.verdict import IS, WITHIN, Figure
 
 QUICK = ["N1", "N3", "N4", "N5", "N6", "N7", "N10", "N12", "N13", "N15", "N16", "N17", "N18", "N19", "N20", "N25"]
 QUICK += ["N26", "N27", "N28"]
@@ -45,7 +50,7 @@ def test_a_figure_that_is_not_finite_never_passes():
 
 
 def test_the_command_tells_measured_and_limit():
-    done = CliRunner().invoke(cli.main, ["stress", "N19", "--quick", "--json"])
+    done = CliRunner().invoke(commands.main, ["stress", "N19", "--quick", "--json"])
     assert done.exit_code == 0, done.output
     told = json.loads(done.stdout)[0]
     assert told["id"] == "N19" and told["passed"] is True and set(told["limits"]) <= set(told["measured"])

@@ -13,9 +13,9 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
-from cable_sim_ros.lab.cases import Case, CaseError, Fidelity, Output, run_case
-from cable_sim_ros.lab.cases.wet import drag_law
 from cable_sim_ros.physics.drag_laws import DragLaw
+from cable_sim_ros.verification.cases import Case, CaseError, Fidelity, Output, run_case
+from cable_sim_ros.verification.cases.wet import drag_law
 
 FIDELITIES = tuple(Fidelity)
 

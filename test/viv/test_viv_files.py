@@ -10,14 +10,15 @@ import pytest
 from click.testing import CliRunner
 from spans import data, span
 
-from cable_sim_ros import cli, viv
+from cable_sim_ros import viv
+from cable_sim_ros.cli import commands
 from cable_sim_ros.io import yaml12
 from cable_sim_ros.io.load import SceneError, load_scene
 from cable_sim_ros.io.resources import find_viv, shipped_viv
-from cable_sim_ros.lab.experiments import run as run_experiment
+from cable_sim_ros.plots.vibration import compose
 from cable_sim_ros.runs.manual import tables
+from cable_sim_ros.verification.experiments import run as run_experiment
 from cable_sim_ros.viv import checks, files, report, sensitivity
-from cable_sim_ros.viv.plot import compose
 from cable_sim_ros.viv.response import leading, vibration
 from cable_sim_ros.viv.span import Span
 
@@ -31,7 +32,7 @@ def same_warnings(monkeypatch):
 
 
 def call(*arguments):
-    return CliRunner().invoke(cli.main, [str(a) for a in arguments])
+    return CliRunner().invoke(commands.main, [str(a) for a in arguments])
 
 
 REFUSED = [

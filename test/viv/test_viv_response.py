@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from spans import FOOT_PER_POUND, INCH, span
 
-from cable_sim_ros.lab.experiments.viv import CASES, as_printed
+from cable_sim_ros.verification.experiments.viv import CASES, as_printed
 from cable_sim_ros.viv import exact, lift
 from cable_sim_ros.viv import green as greens
 from cable_sim_ros.viv.files import changed, load_span

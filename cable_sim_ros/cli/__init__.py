@@ -1,0 +1,1 @@
+"""The command line ``cable-sim``: a file for each group of commands."""

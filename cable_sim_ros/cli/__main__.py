@@ -1,0 +1,5 @@
+"""``python -m cable_sim_ros.cli``."""
+
+from .commands import main
+
+main()

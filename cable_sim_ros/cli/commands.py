@@ -1,0 +1,383 @@
+"""One command line over everything. Each command imports what it needs when it runs; only the node needs ROS."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+import warnings
+from importlib import import_module
+from pathlib import Path
+
+import click
+
+from .. import __version__
+from ..limits import LONGEST_RUN
+from ..sim.flag_rules import CODE_DAMAGED, CODE_INPUT
+from ..start import NEEDS_ROS
+from . import expected_errors
+from .bags import make_bags as make_bags_command
+from .bags import recover as recover_command
+from .mesh import mesh as mesh_command
+from .number import Number
+from .options import Heave, bag_options, settings_options
+from .out_folder import ready
+from .progress import progress_bar as _progress
+from .report import tell
+from .span import span as span_command
+from .viv import viv as viv_command
+
+JSON = "cable_sim_ros.json"  # of click's context
+SHIPPED_BAG, SHIPPED_SCENE = "nbp1406", "full_scale"
+PASS_ON = {"ignore_unknown_options": True, "allow_extra_args": True}
+
+
+# commands that are loaded where they are asked for: nothing of the product imports verification
+LATER = {
+    "bench": "verification.commands",
+    "case": "verification.commands",
+    "soak": "verification.soak.command",
+    "stress": "verification.commands",
+    "validate": "verification.commands",
+}
+
+
+class Commands(click.Group):
+    """Group that reports an expected error in one line and leaves with its code."""
+
+    def list_commands(self, context: click.Context) -> list[str]:
+        """All names, those of LATER too."""
+        return sorted({*super().list_commands(context), *LATER})
+
+    def get_command(self, context: click.Context, name: str) -> click.Command | None:
+        """The command of this name, imported now where it is one of LATER."""
+        if name in LATER and name not in self.commands:
+            self.add_command(getattr(import_module(f"cable_sim_ros.{LATER[name]}"), name))
+        return super().get_command(context, name)
+
+    def parse_args(self, context: click.Context, args: list[str]) -> list[str]:
+        """Keep whether the figures are to be JSON, for an error that comes before them."""
+        context.meta[JSON] = "--json" in args
+        return super().parse_args(context, args)
+
+    def invoke(self, context: click.Context):
+        """Run a command; expected errors become one line on stderr."""
+        said: set[str] = set()
+        damaged: list[str] = []
+        warnings.showwarning = lambda message, category, *_: _warn(str(message), category, said, damaged)
+        try:
+            result = super().invoke(context)
+            if damaged:
+                context.exit(CODE_DAMAGED)
+            return result
+        except Exception as error:
+            code = expected_errors.code_of(error)
+            if code is None:
+                raise
+            context.exit(expected_errors.report(error, code, context.meta[JSON]))
+
+
+def _warn(message: str, category: type[Warning], said: set[str], damaged: list[str]) -> None:
+    """A warning in one line, once: a scene with another number is checked again, under another name."""
+    text = message.partition(": ")[2] or message
+    if text not in said:
+        said.add(text)
+        if category.__name__ == "DamageWarning":  # of io/bag.py
+            damaged.append(text)
+        click.echo(f"warning: {message}", err=True)
+
+
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="cable-sim")
+def main() -> None:
+    """Simulate a shipboard cable tow: scenes are YAML files or names of shipped ones, bags are rosbag2 directories."""
+
+
+json_option = click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
+out_option = click.option(
+    "--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for the bag, figures and picture."
+)
+
+
+markers_option = click.option(
+    "--markers",
+    type=Number(0.0, 1000.0, "Hz"),
+    default=0.0,
+    metavar="HZ",
+    help="Rate of cable/markers in the bag of --out, for Foxglove and RViz. Default: none.",
+)
+
+
+def _needs_out(markers: float, out: Path | None) -> None:
+    if markers > 0.0 and out is None:
+        raise click.UsageError("--markers writes into the bag of --out; nothing was simulated; give --out DIR")
+
+
+@main.command(context_settings=PASS_ON)
+@click.argument("ros_arguments", nargs=-1, type=click.UNPROCESSED)
+def node(ros_arguments: tuple[str, ...]) -> None:
+    """The real-time ROS 2 node, seen on this host only unless --open is given.
+
+    ROS arguments are passed on, as in: --ros-args -p scene:=full_scale.
+    """
+    _need_ros()
+    from ..ros.node import main as node_main
+
+    sys.exit(node_main(["node", *ros_arguments]))
+
+
+@main.command()
+@click.argument("scene", required=False)
+@click.option(
+    "--motion",
+    metavar="BAG|CSV|none",
+    help="Ship motion: a bag, a table in a CSV file, or none: the static tow. Default: the bag nbp1406; with --from "
+    "that of the saved run, which goes on.",
+)
+@click.option(
+    "--heave", type=Heave(), help="Sinusoidal heave in place of --motion: amplitude in m, period in s, as in 1.2,8."
+)
+@click.option(
+    "--duration",
+    type=Number(0.0, LONGEST_RUN, "s", above=True),
+    metavar="S",
+    help="Seconds to simulate. Default: all the motion there is; 60 s of a --heave; without motion a short settling; "
+    "without a bag at least a minute more than --winch.",
+)
+@click.option(
+    "--winch",
+    metavar="PLAN|FILE",
+    help="What the winch is to do, times in s from the start: '0 hold, 60 rate 0.5, 360 hold'; also length M and "
+    "scope M. Positive is cable out. Compensation goes on and adds to it.",
+)
+@click.option("--setpoint", "algorithm", metavar="NAME", help="Set-point algorithm in place of the scene's.")
+@click.option("--imu-only", is_flag=True, help="Leave the odometry of the bag out.")
+@click.option(
+    "--step",
+    type=click.Choice(["chosen", "fixed"]),
+    help="Time step: chosen by its error (solver.tension_error, else accuracy.tension), or fixed: one a Frame. "
+    "Default: chosen; with --from and no SCENE as saved.",
+)
+@click.option(
+    "--every",
+    type=Number(1e-4, 1.0, "s"),
+    metavar="S",
+    help="Seconds between Frames. Default: solver.tick of the scene; 0.1 where it does not choose steps itself.",
+)
+@click.option(
+    "--save", type=click.Path(path_type=Path), metavar="FILE", help="Write the state at the end to FILE, for --from."
+)
+@click.option(
+    "--from",
+    "begin",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Begin with the state in FILE in place of the static start. SCENE may be left out.",
+)
+@click.option(
+    "--check", is_flag=True, help="Run it again with half the step and twice the elements: do the peaks stay?"
+)
+@settings_options
+@out_option
+@markers_option
+@json_option
+def run(scene, motion, heave, imu_only, step, begin, convention, topics, settings, as_json, **asked) -> None:
+    """Simulate SCENE offline, as fast as it goes."""
+    _needs_out(asked["markers"], asked["out"])
+    if motion == "none" and heave is not None:
+        raise click.UsageError("--heave and --motion none contradict each other; nothing was simulated; leave one out")
+    if scene is None and begin is None:
+        raise click.UsageError("Missing argument 'SCENE' (or --from FILE)")
+    if scene is not None and step is None:
+        step = "chosen"
+    with _progress(as_json) as progress:
+        from ..runs import offline
+        from ..runs.resume import Resumed
+        from ..runs.settings import settings_of, topics_of
+
+        given, topics = settings_of(settings, convention), topics_of(topics)
+        if begin is not None:
+            begin = Resumed(begin)
+        if motion is None and heave is None:
+            if begin is None:
+                motion = SHIPPED_BAG
+            else:
+                told = begin.told()
+                motion, heave, imu_only = told[:3]
+                given, topics = {**told.settings, **given}, topics or told.topics
+
+        result = offline.run(
+            scene,
+            None if motion == "none" else motion,
+            heave=heave,
+            imu_only=imu_only,
+            step=step,
+            resumed=begin,
+            settings=given,
+            topics=topics,
+            progress=progress,
+            **asked,
+        )
+    tell(result, asked["out"], as_json)
+
+
+@main.command()
+@click.argument("bag")
+@click.option("--scene", help="Scene in place of the one kept in the bag; needed where the bag keeps none.")
+@click.option("--setpoint", "algorithm", metavar="NAME", help="Set-point algorithm in place of the scene's.")
+@settings_options
+@out_option
+@markers_option
+@json_option
+def replay(bag, scene, algorithm, convention, topics, settings, out, markers, as_json) -> None:
+    """Simulate a recorded BAG again and print the residuals against what it recorded of the tow."""
+    _needs_out(markers, out)
+    with _progress(as_json) as progress:
+        from ..runs import offline
+        from ..runs.settings import settings_of, topics_of
+
+        result = offline.replay(
+            bag,
+            scene,
+            algorithm=algorithm,
+            settings=settings_of(settings, convention),
+            topics=topics_of(topics),
+            out=out,
+            markers=markers,
+            progress=progress,
+        )
+    tell(result, out, as_json)
+
+
+@main.command()
+@click.argument("bag", default=SHIPPED_BAG)
+@click.option("--scene", default=SHIPPED_SCENE, show_default=True, help="Scene to simulate.")
+@click.option(
+    "--duration",
+    type=Number(1.0, LONGEST_RUN, "s"),
+    default=60.0,
+    show_default=True,
+    metavar="S",
+    help="Seconds of the bag to play.",
+)
+@click.option("--imu-only", is_flag=True, help="Leave the odometry of the bag out.")
+@click.option(
+    "--out",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Folder for the bag, figures and picture. Default: runs/<date and time>.",
+)
+@json_option
+def live(bag, scene, duration, imu_only, out, as_json) -> None:
+    """Play BAG over real topics into the node, in real time: summary, picture, recorded bag."""
+    _need_ros()
+    from ..io.load import load_scene
+    from ..io.recorded_run import load_run
+    from ..io.resources import find_bag
+    from ..ros.live import live as run_live
+    from ..runs.offline import Run, judged
+    from ..runs.summary import OUTSIDE, summarize
+    from ..runs.transient import start_up
+    from ..runs.verdict import played
+    from ..sim.verdict import of_node
+
+    path = find_bag(bag)
+    tow = load_scene(scene)  # a mistake is reported here, before any process is started
+    out = out or Path("runs") / time.strftime("%Y%m%d_%H%M%S")
+    ready(out)
+    quiet = (lambda *_: None) if as_json else None
+    told = run_live(path, scene, duration, out, imu_only=imu_only, progress=quiet)
+    recorded = load_run(told["bag"])
+    node_figures = told["node"]
+    outside = {name: node_figures.get(name) for name in OUTSIDE}
+    figures = summarize(recorded.frames, skip_s=start_up(tow, True), **outside)
+    figures.update(scene=recorded.custom_data.get("scene", str(scene)), motion=Path(bag).name, node=node_figures)
+    result = Run(recorded.frames, figures, node_figures.get("problem", ""), Path(told["bag"]))
+    judged(result, tow, of_node(node_figures), played(recorded.frames))
+    (out / "summary.json").write_text(json.dumps(result.figures, indent=1) + "\n", "utf-8")
+    tell(result, out, as_json)
+
+
+@main.command(context_settings=PASS_ON)
+@click.argument("bag")
+@click.option(
+    "--rate",
+    type=Number(0.0, 100.0, above=True),
+    show_default="1.0",
+    help="Speed of sending; stamps keep their spacing.",
+)
+@click.option("--loop", is_flag=True, help="Begin again at the end, stamps going on.")
+@click.option(
+    "--start", type=Number(0.0, LONGEST_RUN, "s"), default=0.0, metavar="S", help="Seconds of the bag to skip."
+)
+@click.option(
+    "--duration", type=Number(0.0, LONGEST_RUN, "s"), metavar="S", help="Stop after so many seconds of the bag."
+)
+@click.option("--imu-only", is_flag=True, help="Leave the odometry out.")
+@click.option("--keep-stamps", is_flag=True, help="Send the recorded stamps instead of present ones.")
+@click.option("--lockstep", is_flag=True, help="Send by /clock, for a node with time_mode:=lockstep.")
+@bag_options
+@click.argument("ros_arguments", nargs=-1, type=click.UNPROCESSED)
+def play(bag, rate, loop, start, duration, imu_only, keep_stamps, lockstep, convention, topics, ros_arguments) -> None:
+    """Play the ship motion of BAG over real topics, as the ship's own sensors would send it.
+
+    It is sent in ENU axes: with --convention ned it is turned.
+    """
+    _need_ros()
+    from ..ros.player import play_bag
+    from ..runs.settings import topics_of
+
+    sent = play_bag(
+        bag,
+        rate=rate,
+        loop=loop,
+        start=start,
+        duration=duration,
+        imu_only=imu_only,
+        keep_stamps=keep_stamps,
+        lockstep=lockstep,
+        topics=topics_of(topics),
+        ned=convention == "ned",
+        ros_arguments=ros_arguments,
+    )
+    click.echo(f"played {sent} messages", err=True)
+
+
+@main.command()
+@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="File to write. Default: standard output.")
+def manual(out) -> None:
+    """The parameter manual in Markdown, made from the declarations."""
+    text = manual_text()
+    if out is None:
+        click.echo(text, nl=False)
+    else:
+        out.write_text(text, "utf-8")
+
+
+for _command in (recover_command, make_bags_command, mesh_command, viv_command, span_command):
+    main.add_command(_command)
+
+NODE_MANUAL = """## Node
+
+Parameters that only the node has, set like those of the scene (`--ros-args -p input_delay:=0.05`).
+"""
+
+
+def manual_text() -> str:
+    """The whole parameter manual: scene and node."""
+    from ..ros.blocks import NodeBlock
+    from ..runs import manual as writer
+
+    return writer.text([(NODE_MANUAL, NodeBlock)])
+
+
+class NoRos(click.ClickException):
+    """rclpy cannot be imported."""
+
+    exit_code = CODE_INPUT
+
+
+def _need_ros() -> None:
+    try:
+        import rclpy  # noqa: F401
+    except ImportError as error:
+        raise NoRos(f"this command {NEEDS_ROS.format(error=error)}") from None

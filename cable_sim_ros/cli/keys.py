@@ -1,0 +1,25 @@
+"""The option ``--keys`` of commands whose file is of a kind of its own: lists what such a file may hold, and leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import click
+
+from ..physics.parameter import Block
+
+
+def keys_option(kind: Callable[[], type[Block]]) -> Callable:
+    """kind: gives the block of the whole file; called, and so imported, only where the option is used."""
+
+    def tell(context: click.Context, _parameter: click.Parameter, asked: bool) -> None:
+        if not asked:
+            return
+        from ..runs.manual import tables
+
+        click.echo("\n".join(tables(kind())), nl=False)
+        context.exit()
+
+    return click.option(
+        "--keys", is_flag=True, is_eager=True, expose_value=False, callback=tell, help="List the keys of a FILE."
+    )

@@ -1,0 +1,32 @@
+"""The type of every number on the command line: finite, and in a range that is said where it is not kept."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import click
+
+
+class Number(click.FloatRange):
+    """A finite number from ``least`` to ``most``; above: the least itself is refused; unit: as it stands in errors."""
+
+    name = "number"
+
+    def __init__(self, least: float, most: float, unit: str = "", *, above: bool = False):
+        super().__init__(min=least, max=most, min_open=above)
+        self.unit = f" {unit}" if unit else ""
+        self.range = f"{'(' if above else '['}{least:g}, {most:g}]{self.unit}"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """The number; a usage error, code 2, where it is none, not finite or out of range."""
+        try:
+            number = float(value)
+        except (TypeError, ValueError):
+            self.fail(f"{value!r} is not a number; nothing was done. Give one in {self.range}", param, ctx)
+        if not math.isfinite(number):
+            self.fail(f"{value} is not a finite number; nothing was done. Give one in {self.range}", param, ctx)
+        assert self.min is not None and self.max is not None
+        if number > self.max or number < self.min or (self.min_open and number == self.min):
+            self.fail(f"{number:g}{self.unit} is outside {self.range}; nothing was done", param, ctx)
+        return number

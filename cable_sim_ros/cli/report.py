@@ -1,0 +1,121 @@
+"""What the command line says of a run: figures, pictures, paths, residuals of a replay."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ..sim.flag_rules import OK
+
+if TYPE_CHECKING:
+    from ..io.recorded_tow import Residual
+    from ..runs.offline import Run
+
+
+def tell(result: Run, out: Path | None, as_json: bool) -> None:
+    """Figures, residuals of a replay, picture, paths and verdict of a run; leaves with the code of its verdict."""
+    pictures = pictures_of(result, out)
+    if as_json:
+        click.echo(json.dumps(result.figures, indent=1))
+    else:
+        from rich.console import Console
+
+        from ..runs.offline import FIGURES
+        from ..runs.summary import format_value, summary_table
+
+        figures = result.figures
+        table = summary_table(figures, f"{figures.get('scene', '')}, motion {figures.get('motion')}")
+        for name, unit, meaning in FIGURES[:1]:
+            if name in figures:
+                table.add_row(name, format_value(figures[name]), unit, meaning)
+        Console(width=None if sys.stdout.isatty() else 120).print(table)
+        if "largest_difference" in figures:
+            residual_table(result.residuals, figures["largest_difference"])
+        for notice in (*figures.get("notices", ()), *figures.get("replay_faults", ())):
+            click.echo(f"note: {notice}")
+        for what, path in (
+            *(("picture", path) for path in pictures),
+            ("recording", result.bag),
+            ("figures", out / "summary.json" if out else None),
+            ("state", figures.get("saved")),
+        ):
+            if path is not None:
+                click.echo(f"{what + ':':11}{path}")
+    if result.problem:
+        click.echo(f"error: {result.problem}; the figures are of the part before it", err=True)
+    if not as_json or result.verdict.code:
+        for line in result.verdict.lines():
+            click.echo(line, err=as_json)
+    if result.run_verdict is not None and not as_json:
+        for line in result.run_verdict.lines("the run itself"):
+            click.echo(line)
+    if result.verdict.code:
+        sys.exit(result.verdict.code)
+
+
+def pictures_of(result: Run, out: Path | None) -> list[Path]:
+    """Draw the run, its haul where the winch had a plan, and the strumming of its cable where that was computed."""
+    if out is None or result.bag is None or not len(result.frames):
+        return []
+    from ..io.recorded_run import load_run
+    from ..plots.haul import draw_haul
+    from ..plots.run import draw_run
+    from ..plots.strumming import draw_strum
+
+    try:
+        run = load_run(result.bag)
+        judged = (result.verdict, result.run_verdict)  # of a replay, and of the run that it repeats
+        stamp = "; ".join(one.headline for one in judged if one is not None and one.state != OK)
+        hauls = [draw_haul(run, out / "haul.png", stamp=stamp)] if "winch_plan" in run.custom_data else []
+        skip = result.figures["skip_s"]
+        strums = [draw_strum(run, out / "strumming.png", skip_s=skip, stamp=stamp)] if run.strums else []
+        return [draw_run(run, out / "run.png", skip_s=skip, stamp=stamp), *hauls, *strums]
+    except RuntimeError as error:  # matplotlib is an extra
+        click.echo(f"warning: {error}", err=True)
+        return []
+
+
+def residual_table(rows: Sequence[Residual], difference: dict[str, Any] | None) -> None:
+    """Table of the residuals of a replay, and its largest difference."""
+    if not rows and difference is None:
+        click.echo(
+            "The bag recorded nothing of the tow (no sheave/tension, towbody/pose or winch/state): "
+            "there is nothing to compare with."
+        )
+        return
+    from rich.console import Console, JustifyMethod
+    from rich.table import Table
+
+    table = Table(title="Residuals: simulated less recorded", title_justify="left")
+    columns: tuple[tuple[str, JustifyMethod], ...] = (
+        ("topic", "left"),
+        ("quantity", "left"),
+        ("mean", "right"),
+        ("rms", "right"),
+        ("largest", "right"),
+        ("unit", "left"),
+        ("messages", "right"),
+    )
+    for name, justify in columns:
+        table.add_column(name, justify=justify)
+    for row in rows:
+        table.add_row(
+            row.channel,
+            row.quantity,
+            f"{row.mean:.4g}",
+            f"{row.rms:.4g}",
+            f"{row.largest:.4g}",
+            row.unit,
+            str(row.count),
+        )
+    Console(width=None if sys.stdout.isatty() else 120).print(table)
+    if difference is not None:
+        click.echo(
+            f"Largest difference of any figure of a Frame over {difference['ticks']} common ticks: "
+            f"{difference['difference']:.3g}" + (f" ({difference['field']})" if difference["field"] else "")
+        )

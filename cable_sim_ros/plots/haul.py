@@ -1,0 +1,223 @@
+"""Picture of a haul: cable at several times, tension, depth and layback, scope and rate, nodes along the cable."""
+
+from __future__ import annotations
+
+import os
+import textwrap
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..io.recorded_run import RecordedRun
+from ..io.winch_plan import WinchPlan
+from ..runs.summary import extremes, tow_axes
+from .run import (
+    BLUE,
+    FAINT,
+    INK,
+    ORANGE,
+    PURPLE,
+    SIZE,
+    WATER,
+    equal_scales,
+    least_span,
+    put_stamp,
+    render,
+    scene_name,
+    seconds,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+GREEN = "#2a8a5e"
+SHAPES = 7  # at most, side by side
+MOST_LINES = 1200  # times at which the nodes are drawn
+LINEAR = 10.0  # m either side of the sheave; logarithmic beyond
+RATE_OVER = 1.0  # s of the mean of the rate: waves and steps of a tick are not what a haul is about
+LEAST_SPANS = {"tension": 0.02, "depth": 0.2, "rate": 0.1}  # share, m, m/s: what hardly moves shall look so
+
+
+def draw_haul(
+    run: RecordedRun | str | os.PathLike, out: str | os.PathLike, *, title: str | None = None, stamp: str = ""
+) -> Path:
+    """Draw the haul of a run to an image file and return its path. Arguments and errors as `picture.draw_run`."""
+    return render(run, out, lambda recorded: compose(recorded, title or scene_name(recorded), stamp))
+
+
+def compose(run: RecordedRun, title: str, stamp: str = "") -> Figure:
+    """The matplotlib Figure of a haul."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
+    FigureCanvasAgg(figure)
+    columns = figure.add_gridspec(1, 2, left=0.065, right=0.935, top=0.875, bottom=0.155, wspace=0.26)
+    left, right = columns[0].subgridspec(2, 1, hspace=0.36), columns[1].subgridspec(3, 1, hspace=0.5)
+    shapes(figure.add_subplot(left[0]), run)
+    nodes(figure.add_subplot(left[1]), run)
+    tension(figure.add_subplot(right[0]), run)
+    depth(figure.add_subplot(right[1]), run)
+    lengths(figure.add_subplot(right[2]), run)
+    figure.text(0.065, 0.945, title, size=20, weight="bold")
+    figure.text(0.065, 0.028, caption(run), size=12, linespacing=1.4, va="bottom")
+    put_stamp(figure, stamp)
+    return figure
+
+
+def caption(run: RecordedRun) -> str:
+    """Least and largest of the haul, and the plan."""
+    s, f = extremes(run.frames), run.frames
+    least_kn = np.fmin(f["tension"], f["tension_tick_min"]).min() / 1e3
+    most_kn = np.fmax(f["tension"], f["tension_tick_max"]).max() / 1e3
+    plan = run.custom_data.get("winch_plan")
+
+    def span(name: str) -> str:
+        low, high = s[f"{name}_min_m"], s[f"{name}_max_m"]
+        return "not recorded" if low is None or high is None else f"{low:.1f} to {high:.1f} m"
+
+    text = (
+        f"Whole run: scope {span('scope')}, towbody {span('body_depth')} deep, layback {span('layback')}, tension at "
+        f"the sheave {least_kn:.2f} to {most_kn:.2f} kN, cable on the drum {span('cable_on_drum')}."
+    )
+    return textwrap.fill(text, 165) + (f"\nWinch plan: {_shortened(plan, 150)}" if plan else "")
+
+
+def _shortened(text: str, most: int) -> str:
+    return text if len(text) <= most else text[: most - 2].rpartition(",")[0] + ", ..."
+
+
+def _shape_frames(run: RecordedRun) -> np.recarray:
+    """The Frame of every shape table."""
+    at = np.searchsorted(run.frames["time"], [time for time, _ in run.shapes])
+    return run.frames[np.minimum(at, len(run.frames) - 1)].view(np.recarray)
+
+
+def shapes(axes: Axes, run: RecordedRun) -> None:
+    """Cable from the side at up to SHAPES times, evenly apart; sheave at 0."""
+    import matplotlib
+
+    axes.set_title("Cable from the side")
+    axes.set_xlabel("along the tow, from the sheave [m]")
+    axes.set_ylabel("height above the water [m]")
+    axes.axhline(0.0, color=WATER, lw=2, zorder=1)
+    if not run.shapes:
+        return
+    frames, forward = _shape_frames(run), tow_axes(run.frames)[0]
+    chosen = np.unique(np.linspace(0, len(frames) - 1, SHAPES).round().astype(int))
+    colours = matplotlib.colormaps["viridis"](np.linspace(0.0, 0.9, len(chosen)))
+    begin, corners = run.frames["time"][0], []
+    for k, colour in zip(chosen, colours):
+        table, frame = run.shapes[k][1], frames[k]
+        curve = np.column_stack([(table[:, :2] - frame["sheave_position"][:2]) @ forward, table[:, 2]])
+        when = (frame["time"] - begin) * 1e-9
+        axes.plot(*curve.T, color=colour, lw=2, label=f"{when:.0f} s, {frame['scope']:.1f} m")
+        axes.plot(*curve[-1], "D", color=colour, ms=7, zorder=4)
+        corners += [curve.min(axis=0), curve.max(axis=0)]
+    axes.plot(0.0, frames[-1]["sheave_position"][2], "o", color=INK, ms=7, mfc="white", mew=2, zorder=5)
+    low, high = np.min(corners, axis=0), np.max(corners, axis=0)
+    equal_scales(axes, (low[0], high[0]), (low[1], high[1]), margin=0.08)
+    axes.legend(title="time, scope", fontsize=10, loc="best")
+
+
+def nodes(axes: Axes, run: RecordedRun) -> None:
+    """Every node's unstretched length past the sheave over time: how the elements share the cable."""
+    from matplotlib.collections import LineCollection
+
+    axes.set_title("Nodes along the cable")
+    axes.set_ylabel("unstretched cable past the sheave [m]")
+    axes.set_yscale("symlog", linthresh=LINEAR)
+    axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    if not run.shapes:
+        _times(axes, run)
+        return
+    every = max(1, len(run.shapes) // MOST_LINES)
+    frames, tables = _shape_frames(run)[::every], [table for _, table in run.shapes[::every]]
+    time = (frames["time"] - run.frames["time"][0]) * 1e-9
+    scope = np.nan_to_num(frames["scope"])
+    past = scope[:, None] - np.array([table[-1, 4] - table[:, 4] for table in tables])
+    lines = [np.column_stack([time, column]) for column in past.T]
+    axes.add_collection(LineCollection(lines, colors=FAINT, lw=0.5))
+    axes.plot(time, past[:, -1], color=ORANGE, lw=2)
+    axes.plot(time, scope - frames["payout"], color=PURPLE, lw=2)
+    axes.axhline(0.0, color=INK, lw=1.5)
+    top = 1.6 * max(past.max(), LINEAR)
+    axes.set_ylim(min(past.min(), -1.0) * 1.15, top)
+    for name, y, colour in (("towbody", past[-1, -1], ORANGE), ("sheave", 0.0, INK), ("drum", past[-1, -1], PURPLE)):
+        y = scope[-1] - frames["payout"][-1] if name == "drum" else y
+        axes.annotate(
+            name,
+            (1.0, y),
+            xycoords=axes.get_yaxis_transform(),
+            xytext=(5, 0),
+            textcoords="offset points",
+            color=colour,
+            va="center",
+            size=11,
+        )
+    _times(axes, run)
+
+
+def _times(axes: Axes, run: RecordedRun) -> None:
+    """Time axis with the items of the plan."""
+    end = max(seconds(run)[-1], 1e-3)
+    axes.set_xlim(0, end)
+    axes.set_xlabel("time [s]")
+    plan = run.custom_data.get("winch_plan")
+    for item in WinchPlan(plan).items if plan else ():
+        if 0.0 < item.time < end:
+            axes.axvline(item.time, color=FAINT, lw=1, ls=(0, (2, 3)))
+
+
+def tension(axes: Axes, run: RecordedRun) -> None:
+    """Tension at the sheave and at the towbody over time."""
+    axes.set_title("Tension")
+    axes.set_ylabel("tension [kN]")
+    axes.plot(seconds(run), run.frames["tension"] / 1e3, color=BLUE, lw=1.2, label="at the sheave")
+    axes.plot(seconds(run), run.frames["tension_body"] / 1e3, color=ORANGE, lw=1.0, label="at the towbody")
+    least_span(axes, LEAST_SPANS["tension"] * abs(run.frames["tension"].mean()) / 1e3)
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=2, fontsize=11, borderaxespad=0.2)
+    _times(axes, run)
+
+
+def depth(axes: Axes, run: RecordedRun) -> None:
+    """Depth of the towbody on the left axis, layback on the right one."""
+    axes.set_title("Towbody depth and layback")
+    axes.plot(seconds(run), -run.frames["body_position"][:, 2], color=ORANGE, lw=1.6)
+    least_span(axes, LEAST_SPANS["depth"])
+    axes.invert_yaxis()
+    _twin(axes, "depth [m]", ORANGE, "layback [m]", GREEN, run.frames["layback"], seconds(run), LEAST_SPANS["depth"])
+    _times(axes, run)
+
+
+def lengths(axes: Axes, run: RecordedRun) -> None:
+    """Scope on the left axis, rate of pay-out on the right one."""
+    axes.set_title("Scope and rate of pay-out")
+    time = seconds(run)
+    axes.plot(time, run.frames["scope"], color=PURPLE, lw=1.8, zorder=3)
+    least_span(axes, LEAST_SPANS["depth"])
+    half = round(0.5 * RATE_OVER / max(float(np.median(np.diff(time))), 1e-6)) if len(time) > 1 else 0
+    total = np.concatenate(([0.0], np.cumsum(run.frames["payout_rate"])))
+    index = np.arange(len(time))
+    first, last = np.maximum(index - half, 0), np.minimum(index + half + 1, len(time))
+    rate = (total[last] - total[first]) / (last - first)
+    name = "rate, out positive [m/s]"
+    _twin(axes, "scope [m]", PURPLE, name, BLUE, rate, time, LEAST_SPANS["rate"])
+    _times(axes, run)
+
+
+def _twin(
+    axes: Axes, left: str, colour: str, right: str, other: str, values: np.ndarray, time: np.ndarray, span: float
+) -> None:
+    """Name the left axis and draw ``values`` over ``time`` [s] on one to the right."""
+    axes.set_ylabel(left, color=colour)
+    axes.tick_params(axis="y", colors=colour)
+    twin = axes.twinx()
+    twin.grid(False)
+    twin.spines["right"].set_visible(True)
+    twin.plot(time, values, color=other, lw=1.0)
+    least_span(twin, span)
+    twin.set_ylabel(right, color=other)
+    twin.tick_params(axis="y", colors=other)

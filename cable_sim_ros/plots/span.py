@@ -1,0 +1,42 @@
+"""Picture of a span in a cross wind: its motion in the middle and its wake."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ..runs.span import SpanRun
+from .canvas import canvas
+from .run import BLUE, FAINT, ORANGE
+
+
+def draw_span(run: SpanRun, path: Path) -> Path:
+    """Vertical motion in the middle and its wake, one row a case. RuntimeError where matplotlib is missing."""
+    with canvas(path, (14.0, 1.2 + 2.6 * len(run.rows))) as figure:
+        axes = figure.subplots(len(run.rows), 2, width_ratios=(2.0, 1.0), squeeze=False)
+        for (whole, close), row in zip(axes, run.rows, strict=True):
+            told = run.histories[row.case]
+            near = told.time >= told.time[-1] - 3.0 / (row.wake_frequency_hz or row.natural_frequency_hz)
+            scale, unit = _unit(row.vertical_peak_m)
+            whole.plot(told.time, scale * told.vertical, color=BLUE, lw=0.7)
+            whole.set_title(f"{row.case}: {row.length_m:g} m, {row.tension_n:g} N, wind {row.wind_m_s:g} m/s")
+            whole.set_ylabel(f"vertical [{unit}]")
+            close.plot(told.time[near], scale * told.vertical[near], color=BLUE, lw=1.6, label=f"vertical [{unit}]")
+            other, small = _unit(row.streamwise_peak_m)
+            part = told.streamwise[near] - told.streamwise[near].mean()
+            close.plot(told.time[near], other * part, color=ORANGE, lw=1.6, label=f"streamwise [{small}]")
+            close.plot(told.time[near], told.wake[near], color=FAINT, lw=1.2, ls="--", label="wake q [1]")
+            close.set_title("the last three periods")
+            low, high = close.get_ylim()
+            close.set_ylim(low, high + 0.25 * (high - low))
+            close.legend(loc="upper right", ncols=3, fontsize=9)
+        for axis in axes[-1]:
+            axis.set_xlabel("time [s]")
+    return path
+
+
+def _unit(size: float) -> tuple[float, str]:
+    """Factor and unit in which a length [m] reads well."""
+    for factor, unit in ((1.0, "m"), (1e3, "mm"), (1e6, "um")):
+        if size * factor >= 1.0:
+            return factor, unit
+    return 1e6, "um"

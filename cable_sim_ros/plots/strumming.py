@@ -1,0 +1,101 @@
+"""Picture of strumming: how the cable of a run strums along its length, and what that does to its drag."""
+
+from __future__ import annotations
+
+import os
+import textwrap
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..io.recorded_run import RecordedRun
+from ..physics.frame import STRUM_COLUMNS
+from ..runs.summary import SKIP, after_start
+from .run import BLUE, FAINT, ORANGE, PURPLE, SIZE, WATER, put_stamp, render, scene_name
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+COLUMN = {name: k for k, (name, _) in enumerate(STRUM_COLUMNS)}
+PANELS = (  # column, title, label of its axis, colour
+    ("amplitude", "Amplitude of the antinodes", "A / diameter", BLUE),
+    ("amplification", "Drag factor in force", "drag / drag at rest", ORANGE),
+    ("shedding_frequency", "Shedding frequency", "frequency [Hz]", PURPLE),
+    ("normal_speed", "Mean flow across the cable", "normal speed [m/s]", "#2a8a5e"),
+)
+
+
+def draw_strum(
+    run: RecordedRun | str | os.PathLike,
+    out: str | os.PathLike,
+    *,
+    title: str | None = None,
+    skip_s: float = SKIP,
+    stamp: str = "",
+) -> Path:
+    """Draw the strumming of a run to an image file and return its path. Arguments and errors as `picture.draw_run`;
+    ValueError where the run has no channel cable/strum."""
+    return render(run, out, lambda recorded: compose(recorded, title or scene_name(recorded), skip_s, stamp))
+
+
+def outboard(run: RecordedRun, skip_s: float) -> tuple[np.ndarray, np.ndarray]:
+    """Distance along the cable from the sheave [m] of every node outboard of it, and strumming [messages, nodes,
+    STRUM_COLUMNS] after the start-up."""
+    if not run.strums:
+        raise ValueError("the run has no channel cable/strum: nothing was drawn; record it with viv.law other than off")
+    start = after_start(run.frames, skip_s)[0]["time"][0]
+    tables = np.array([table for time, table in run.strums if time >= start] or [run.strums[-1][1]])
+    xyz = tables.mean(axis=0)[:, :3]
+    along = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(xyz, axis=0), axis=1))))
+    distance = along - along[-1] + float(run.frames["scope"][-1])
+    keep = distance >= 0.0
+    return distance[keep], tables[:, keep]
+
+
+def compose(run: RecordedRun, title: str, skip_s: float, stamp: str = "") -> Figure:
+    """The matplotlib Figure; see `picture.compose`."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
+    FigureCanvasAgg(figure)
+    figure.subplots_adjust(left=0.065, right=0.965, top=0.875, bottom=0.15, wspace=0.2, hspace=0.36)
+    distance, tables = outboard(run, skip_s)
+    for axes, panel in zip(figure.subplots(2, 2).flat, PANELS, strict=True):
+        along_cable(axes, distance, tables, *panel)
+    modes = tables[..., COLUMN["mode"]]
+    strumming = modes > 0.0
+    figure.text(0.065, 0.945, f"{title}: strumming", size=20, weight="bold")
+    said = "Nothing strums."
+    if strumming.any():
+        factor = tables[..., COLUMN["amplification"]]
+        low, high = sorted((modes[strumming].min(), modes[strumming].max()))
+        frequencies = tables[..., COLUMN["shedding_frequency"]][strumming]
+        said = (
+            f"Modes {low:.0f} to {high:.0f} of the span from the sheave to the towbody, "
+            f"{frequencies.min():.3g} to {frequencies.max():.3g} Hz. Drag factor where the cable strums "
+            f"{factor[strumming].mean():.2f} on average. Line: mean over the run, band: least to largest. "
+            f"Blue ground: in the water."
+        )
+    figure.text(0.065, 0.025, "\n".join(textwrap.wrap(said, 172)), size=12, linespacing=1.5, va="bottom")
+    put_stamp(figure, stamp)
+    return figure
+
+
+def along_cable(axes: Axes, x: np.ndarray, tables: np.ndarray, name: str, title: str, label: str, color: str) -> None:
+    """One column against the distance from the sheave: mean and band. A value holds from its node to the next."""
+    values = tables[..., COLUMN[name]]
+    axes.set_title(title)
+    axes.set_xlabel("along the cable, from the sheave [m]")
+    axes.set_ylabel(label)
+    wet = tables[:, :, 2].mean(axis=0) < 0.0
+    if wet.any():
+        axes.axvspan(x[wet.argmax()], x[-1], color=WATER, alpha=0.18, lw=0, zorder=0)
+    axes.fill_between(x, values.min(axis=0), values.max(axis=0), step="post", color=color, alpha=0.25, lw=0)
+    axes.step(x, values.mean(axis=0), where="post", color=color, lw=2)
+    axes.set_xlim(x[0], x[-1])
+    least = 1.0 if name == "amplification" else 0.0
+    axes.axhline(least, color=FAINT, lw=0.8)
+    axes.set_ylim(least - 0.04 * max(values.max() - least, 0.1), least + 1.12 * max(values.max() - least, 0.1))

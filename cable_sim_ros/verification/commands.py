@@ -1,0 +1,240 @@
+"""Commands of the laboratory: cases, experiments, stress and benchmarks."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..cli.number import Number
+from ..cli.out_folder import ready
+from ..cli.progress import progress_bar
+from ..limits import LONGEST_RUN
+from .experiments import EXPERIMENTS
+
+FAILED = 1  # exit code where a value is missing or a limit is not kept
+json_option = click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
+
+
+@click.command()
+@click.argument("files", nargs=-1, required=True, metavar="FILE...")
+@click.option(
+    "--fidelity",
+    type=click.Choice(["verification", "realtime"]),
+    default="verification",
+    show_default=True,
+    help="Refined until settled, or the shipped step on a mesh for real time.",
+)
+@json_option
+def case(files, fidelity, as_json) -> None:
+    """Run verification cases: values from the product's own element, water, contact and integrator.
+
+    With --json one object for one FILE, a list for several. Leaves with code 1 where a value is missing.
+    """
+    from .cases import Fidelity, load_case, run_case
+
+    cases = [load_case(path) for path in files]
+    done = []
+    with progress_bar(as_json) as progress:
+        for i, one in enumerate(cases):
+            progress(one.id, i, len(cases))
+            done.append(run_case(one, Fidelity(fidelity)))
+    if as_json:
+        told = [figures._asdict() for figures in done]
+        click.echo(json.dumps(told[0] if len(told) == 1 else told, indent=1))
+    else:
+        from .cases.table import print_cases
+
+        print_cases(done, cases)
+    if any(o["value"] is None for figures in done for o in figures.outputs):
+        sys.exit(FAILED)
+
+
+@click.command()
+@click.argument("names", nargs=-1, type=click.Choice(EXPERIMENTS), metavar="[NAME...]")
+@click.option(
+    "--duration",
+    type=Number(0.5, LONGEST_RUN, "s"),
+    metavar="S",
+    help="Seconds of each experiment in time; default: 10 of pulley, 300 of turbulence.",
+)
+@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for plots and figures.")
+@json_option
+def validate(names, duration, out, as_json) -> None:
+    """Repeat experiments of the source documents (default: all): measured, ours, allowed and who says so."""
+    ready(out)
+    from .experiments import run as run_experiment
+    from .experiments.table import as_data, markdown, print_result
+
+    with progress_bar(as_json) as progress:
+        results = [run_experiment(name, duration, progress) for name in names or EXPERIMENTS]
+    told = [as_data(result) for result in results]
+    if out is not None:
+        (out / "validate.json").write_text(json.dumps(told, indent=1) + "\n", "utf-8")
+        (out / "validate.md").write_text("\n\n".join(map(markdown, results)) + "\n", "utf-8")
+        for result in results:
+            click.echo(f"plot:      {result.plot(out)}", err=True)
+    if as_json:
+        click.echo(json.dumps(told, indent=1))
+        return
+    for result in results:
+        print_result(result)
+
+
+# the keys of lab.stress.STRESS, whose import is long
+STRESS_IDS = [*(f"N{i}" for i in range(1, 29)), "I10", "I11", "I12", "I14", "I16", "S1", "S2", "S3"]
+
+
+@click.command()
+@click.argument(
+    "ids", nargs=-1, type=click.Choice(STRESS_IDS, case_sensitive=False), metavar="[N1 ... N28, I10 ... I16, S1 ... S3]"
+)
+@click.option("--quick", is_flag=True, help="Shorter runs; what was shortened is in the notes.")
+@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for table and JSON.")
+@json_option
+def stress(ids, quick, out, as_json) -> None:
+    """Stability stress (default: all): measured against the limits. Leaves with code 1 where one is missed."""
+    ready(out)
+    from . import stress as stresses
+    from .stress.table import markdown, print_verdicts
+
+    with progress_bar(as_json) as progress:
+        verdicts = stresses.run(tuple(ids), quick, progress)
+    told = [verdict.as_dict() for verdict in verdicts]
+    if out is not None:
+        (out / "stress.json").write_text(json.dumps(told, indent=1, default=float) + "\n", "utf-8")
+        (out / "stress.md").write_text(markdown(verdicts) + "\n", "utf-8")
+    if as_json:
+        click.echo(json.dumps(told, indent=1, default=float))
+    else:
+        print_verdicts(verdicts)
+    if not all(verdict.passed for verdict in verdicts):
+        sys.exit(FAILED)
+
+
+@click.command()
+@click.argument(
+    "scenes", nargs=-1, type=click.Choice([f"P{i}" for i in range(1, 10)], case_sensitive=False), metavar="[P1 ... P9]"
+)
+@click.option("--peers", is_flag=True, help="Other codes beside ours, taking turns; needs the extra [peers].")
+@click.option(
+    "--repeats", type=click.IntRange(1, 1000), help="Timed runs of each setting. Default: 5, of --features 15."
+)
+@click.option("--features", is_flag=True, help="In place of scenes: what each feature of a scene costs a step.")
+@click.option("--sheave-mesh", is_flag=True, help="In place of scenes: how fine a mesh the answers at the sheave need.")
+@click.option("--mesh", "promises", is_flag=True, help="In place of scenes: is the error promised for a mesh kept?")
+@click.option("--haul", is_flag=True, help="In place of scenes: what cable on the drum, cable out and elements cost.")
+@click.option("--ticks", is_flag=True, help="In place of scenes: the longest tick in real time, a minute at 2 m/s.")
+@click.option("--water", is_flag=True, help="In place of scenes: what each option of the water costs a tick.")
+@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for table, JSON and plots.")
+@json_option
+def bench(scenes, peers, repeats, features, sheave_mesh, promises, haul, ticks, water, out, as_json) -> None:
+    """Run time against error on the benchmark scenes (default: all), medians of runs that take turns."""
+    asked = {"features": features, "sheave_mesh": sheave_mesh, "mesh": promises, "haul": haul}
+    studies = [name for name, on in (asked | {"ticks": ticks, "water": water}).items() if on]
+    if studies:
+        if len(studies) > 1 or scenes or peers:
+            raise click.UsageError(
+                "--features, --sheave-mesh, --mesh, --haul, --ticks and --water each stand alone: no scene and no "
+                "--peers beside them"
+            )
+        if repeats and studies[0] not in ("features", "haul", "water"):
+            option = "--" + studies[0].replace("_", "-")
+            raise click.UsageError(f"{option} repeats nothing; leave --repeats out")
+        ready(out)
+        _study(studies[0], repeats, out, as_json)
+        return
+    ready(out)
+    from . import bench as benchmarks
+
+    with progress_bar(as_json) as progress:
+        rows = benchmarks.bench(
+            tuple(scenes) or benchmarks.SCENES,
+            with_peers=peers,
+            repeats=repeats or benchmarks.REPEATS,
+            progress=progress,
+        )
+    told = [benchmarks.as_json(row) for row in rows]
+    if out is not None:
+        about = benchmarks.about()
+        (out / "bench.json").write_text(json.dumps({"about": about, "rows": told}, indent=1) + "\n", "utf-8")
+        (out / "bench.md").write_text(benchmarks.markdown(rows) + "\n", "utf-8")
+        for path in benchmarks.plots(rows, out):
+            click.echo(f"plot:      {path}", err=True)
+    if as_json:
+        click.echo(json.dumps(told, indent=1))
+        return
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title="Run time against error", title_justify="left")
+    for name in (
+        "scene",
+        "code",
+        "setting",
+        "elements",
+        "step ms",
+        "tension",
+        "position",
+        "CPU s/s",
+        "us/el/it",
+        "it/step",
+        "note",
+    ):
+        table.add_column(name)
+    for row in rows:
+        table.add_row(*benchmarks.cells(row))
+    Console(width=None if sys.stdout.isatty() else 160).print(table)
+
+
+def _study(name: str, repeats: int | None, out: Path | None, as_json: bool) -> None:
+    """A study by the name of its option: Markdown or JSON, both into the folder."""
+    found: Any
+    data: Any
+    if name == "features":
+        from . import features
+
+        found = features.costs(repeats or features.TURNS)
+        data, text = [row._asdict() for row in found], features.markdown(found)
+    elif name == "mesh":
+        from . import mesh_other, mesh_promise
+
+        found = mesh_promise.promises()
+        with progress_bar(as_json) as progress:
+            others = mesh_other.others(progress=progress)
+        data = {"tows": [row._asdict() for row in found], "other_tows": [row._asdict() for row in others]}
+        text = mesh_promise.markdown(found) + "\n\n" + mesh_other.markdown(others)
+    elif name == "haul":
+        from . import haul_cost
+
+        with progress_bar(False) as progress:
+            found = haul_cost.study(repeats or haul_cost.TURNS, progress)
+        data = found._asdict() | {"points": [point._asdict() for point in found.points]}
+        text = haul_cost.markdown(found)
+    elif name == "ticks":
+        from . import ticks
+
+        with progress_bar(False) as progress:
+            found = ticks.ticks(progress=progress)
+        data, text = found._asdict(), ticks.markdown(found)
+    elif name == "water":
+        from . import water_cost
+
+        with progress_bar(as_json) as progress:
+            found = water_cost.costs(repeats or water_cost.TURNS, progress)
+        data, text = [row._asdict() | {"off": row.off, "on": row.on} for row in found], water_cost.markdown(found)
+    else:
+        from . import sheave
+
+        found = data = sheave.sweeps()
+        text = sheave.markdown(found)
+    if out is not None:
+        (out / f"{name}.json").write_text(json.dumps(data, indent=1) + "\n", "utf-8")
+        (out / f"{name}.md").write_text(text + "\n", "utf-8")
+    click.echo(json.dumps(data, indent=1) if as_json else text)
+
+
+COMMANDS = (case, validate, stress, bench)

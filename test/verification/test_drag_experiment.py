@@ -1,0 +1,65 @@
+"""The drag laws beside the print: every figure within what is allowed, the page as it is computed, the command."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from cable_sim_ros.cli import commands
+from cable_sim_ros.physics.drag_laws import LAWS, DragLaw
+from cable_sim_ros.verification.experiments import drag
+
+PAGE = (Path(__file__).resolve().parents[2] / "docs" / "drag.md").read_text("utf-8")
+
+
+def test_critical_angles_of_every_model_to_a_hundredth_of_a_degree():
+    """Straight cable of the product's kernels against the formula solved independently, printed to 0.01 deg."""
+    wanted = np.array([model.angles for model in drag.MODELS])
+    assert wanted.shape == (11, 5)
+    assert np.abs(drag.critical_angles() - wanted).max() <= 0.01
+
+
+def test_an_angle_that_is_off_would_be_seen():
+    """1 % of drag is 0.08 deg of the steepest model."""
+    angles = drag.critical_angles(drag.MODELS[:1], (1.0, 1.01))[0]
+    assert 0.05 < angles[0] - angles[1] < 0.12
+
+
+def test_loading_functions_to_the_printed_digits():
+    assert np.abs(drag.loading_functions() - np.array(drag.LOADING_TABLE)).max() < 6e-5
+
+
+def test_the_tables_of_the_page_are_those_that_are_computed():
+    for table in drag.page_tables():
+        assert table in PAGE, (
+            "run: cable-sim validate drag --out DIR and put the tables of DIR/drag.md into docs/drag.md"
+        )
+
+
+def test_the_page_names_every_law_and_key():
+    rows = [line.split("`")[1] for line in PAGE.splitlines() if line.startswith("| `")]
+    assert {law.value for law in DragLaw} == set(LAWS) <= set(rows)
+    assert {"drag_coefficient", "tangential_coefficient", "friction_coefficient"} <= set(rows)
+
+
+def test_validate_drag_prints_ours_beside_the_print(tmp_path):
+    done = CliRunner().invoke(commands.main, ["validate", "drag", "--json", "--out", str(tmp_path)])
+    assert done.exit_code == 0, done.output
+    (told,) = json.loads(done.stdout)
+    judged = [row for row in told["rows"] if row["allowed"] is not None]
+    assert len(judged) == 11 + 55 + 49
+    assert all(abs(row["ours"] - row["measured"]) <= row["allowed"] for row in judged)
+    different = {row["name"]: row for row in told["rows"] if row["allowed"] is None}
+    assert len(different) == 7 and all(row["source"] for row in different.values())
+    assert different["F_1 eq. 12a in reversed flow"]["ours"] == pytest.approx(
+        -different["F_1 eq. 12a in reversed flow"]["measured"], rel=1e-5
+    )
+    depth = {row["choice"]: row["depth m"] for row in told["choices"]}
+    assert depth["0.11 on sin 2 eta as printed"] == pytest.approx(21.7, abs=0.5), "the judgement of the default"
+    assert (tmp_path / "drag.png").stat().st_size > 10_000 and (tmp_path / "drag.md").read_text().count(
+        "| model |"
+    ) == 1

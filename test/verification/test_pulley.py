@@ -1,0 +1,45 @@
+"""The pulley experiment: its two-point load, start, energy; the command."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from cable_sim_ros.cli import commands
+from cable_sim_ros.verification.experiments import EXPERIMENTS
+from cable_sim_ros.verification.experiments.pulley import CONFIGURATIONS, Choice, build, ranges, swing
+
+
+@pytest.mark.parametrize("number", CONFIGURATIONS)
+def test_it_starts_where_the_table_says_and_gains_nothing(number):
+    told = swing(number, 1.0)
+    assert told.wrap[0] == pytest.approx(CONFIGURATIONS[number][3], abs=0.2)
+    assert told.energy.max() < 2e-3 * np.ptp(told.energy) + 0.02, "a passive system never gains"
+    low, high = ranges(told)["wrap"]
+    assert high > 120.0 and low > CONFIGURATIONS[number][3] - 0.5
+
+
+def test_the_load_is_the_rigid_body_of_the_source():
+    """Mass, first and second moment about the rope's end: m, m L_PG, m L_PI^2 (its swing has the right inertia)."""
+    mass, inertia, centre, _ = CONFIGURATIONS[2]
+    length, aa, ab, bb = (build(2, Choice()).model.struts[name][0] for name in ("length", "aa", "ab", "bb"))
+    assert aa + 2.0 * ab + bb == pytest.approx(mass)
+    assert (ab + bb) * length == pytest.approx(mass * centre)
+    assert bb * length**2 == pytest.approx(mass * inertia**2)
+
+
+def test_validate_tells_measured_ours_allowed_and_choices(tmp_path):
+    done = CliRunner().invoke(
+        commands.main, ["validate", "pulley", "--json", "--duration", "0.5", "--out", str(tmp_path)]
+    )
+    assert done.exit_code == 0, done.output
+    told = json.loads(done.stdout)[0]
+    row = next(r for r in told["rows"] if r["name"] == "configuration 1, largest wrap")
+    assert row["measured"] == 146.0 and row["allowed"] == 2.77 and row["unit"] == "deg"
+    withheld = [r for r in told["rows"] if "configuration 2" in r["name"]]
+    assert withheld and all(r["measured"] is None for r in withheld)
+    assert len(told["choices"]) >= 10 and (tmp_path / "pulley.png").stat().st_size > 10_000
+    assert "pulley" in EXPERIMENTS

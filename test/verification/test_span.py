@@ -1,0 +1,134 @@
+"""A span in a wind: beside a sum of modes and the printed table, locked in, second order in the step; its command."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from cable_sim_ros.cli.commands import main
+from cable_sim_ros.io.load import SceneError, load_scene
+from cable_sim_ros.io.span_file import load_span, span_from_dict
+from cable_sim_ros.physics.state import NOW, WAKE
+from cable_sim_ros.physics.wake_oscillator import WAKE_Q, WakeLaw
+from cable_sim_ros.runs.span import run_span
+from cable_sim_ros.sim.span import SpanEnds, natural_frequency, span_line
+from cable_sim_ros.verification.experiments.wake import PRINTED, WATER, changed, lock, modes, printed
+
+CASE = {"length": 2.0, "tension": 200.0, "wind": 0.302}
+
+
+@pytest.fixture(scope="module")
+def span():
+    return load_span("span_in_wind")
+
+
+@pytest.fixture(scope="module")
+def table(span):
+    return {row.case: row for row in run_span(span).rows}
+
+
+def test_natural_frequencies_are_those_of_table_a2(span):
+    """18.99 rad/s for case 1, where the table prints 19.9: its wind speed gives 18.98."""
+    for name, printed_rad in (("case_1", 18.99), ("case_2", 7.57), ("case_3", 12.0), ("case_4", 16.9)):
+        assert 2.0 * np.pi * natural_frequency(span, span.cases[name]) == pytest.approx(printed_rad, rel=5e-3)
+
+
+def test_table_a3_within_what_is_allowed(table):
+    rows = printed(table)
+    judged = [row for row in rows if row.allowed is not None]
+    assert len(judged) == 6 and len(rows) == 3 * len(PRINTED)
+    for row in judged:
+        assert abs(row.ours - row.measured) <= row.allowed, row.name
+    assert all(row.steady and row.wake_amplitude == pytest.approx(2.7, abs=0.1) for row in table.values())
+    assert all(row.vertical_peak_m < 6e-6 and abs(row.wake_shift_percent) < 0.2 for row in table.values())
+
+
+@pytest.mark.parametrize("law", [WakeLaw.BAI_QIN, WakeLaw.FACCHINETTI])
+def test_a_pinned_span_is_the_sum_of_its_modes(span, law):
+    pinned = changed(span, ends=SpanEnds.PINNED, wake=changed(span.wake, law=law))
+    row = run_span(pinned, ["case_1"]).rows[0]
+    vertical, along = modes(pinned, pinned.cases["case_1"], {"bai_qin": 0.2, "facchinetti": 1.0 / 3.0}[law.value])
+    assert row.vertical_peak_m == pytest.approx(vertical, rel=0.03)
+    assert row.streamwise_peak_m == pytest.approx(along, rel=0.03)
+    assert row.streamwise_frequency_hz == pytest.approx(2.0 * row.vertical_frequency_hz, rel=2e-3)
+
+
+def test_in_water_the_wake_locks_in(span):
+    """Between 0.8 and 1.3 of the speed of resonance it keeps to the natural frequency, at 0.6 and 2 to its own."""
+    water = changed(span, ends=SpanEnds.PINNED, fluid=WATER, damping_ratio=0.02, elements=8)
+    told = lock(water, 2.0, 200.0, (0.6, 0.85, 1.25, 2.0), "water")
+    assert told.locked.tolist() == [False, True, True, False]
+    assert np.abs(told.wake[1:3] - 1.0).max() < 0.06
+    np.testing.assert_allclose(told.wake[[0, 3]], told.free[[0, 3]], rtol=0.06)
+    assert 0.3 < told.amplitude[1:3].min() and told.amplitude[1:3].max() < 0.8
+    assert told.amplitude[[0, 3]].max() < 0.05
+
+
+def test_wake_and_cable_together_are_of_second_order_in_the_step(span):
+    """A span that locks in in water, six periods from rest: place and wake in the middle. Soft, so that round-off of
+    the axial force does not show."""
+    soft = changed(span.cable, axial_stiffness=1e5)
+    water = changed(span, ends=SpanEnds.PINNED, fluid=WATER, elements=4, gravity=1e-3, cable=soft)
+    case = changed(water.cases["case_1"], wind=0.27)
+    period = span.cable.diameter / (span.wake.strouhal * case.wind)
+
+    def end(steps):
+        rig = span_line(water, case).rig
+        rig.run(6.0 * period, period / steps)
+        return np.array((rig.state.q[2, 2], rig.state.nodes[NOW, WAKE, 2, WAKE_Q]))
+
+    exact = end(1440)
+    errors = np.array([np.abs(end(steps) - exact) for steps in (40, 80, 160)])
+    assert np.log2(errors[:-1] / errors[1:]).min() > 1.75, errors
+
+
+def test_the_command_prints_json_and_draws(tmp_path):
+    pytest.importorskip("matplotlib")
+    arguments = ["span", "span_in_wind", "--case", "case_1", "--json", "--out", str(tmp_path)]
+    result = CliRunner().invoke(main, arguments)
+    assert result.exit_code == 0, result.output
+    told = json.loads(result.stdout)
+    assert told == json.loads((tmp_path / "span.json").read_text())
+    assert told["span"] == "span_in_wind" and [case["case"] for case in told["cases"]] == ["case_1"]
+    assert 4e-6 < told["cases"][0]["vertical_peak_m"] < 6e-6
+    assert (tmp_path / "span.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_a_span_is_no_scene_and_a_scene_is_no_span(tmp_path):
+    with pytest.raises(
+        SceneError, match="span_in_wind.yaml:3: span stands at the top: this is a span in a wind, not a"
+    ):
+        load_scene("span_in_wind")
+    with pytest.raises(SceneError, match="has no key `span`, so it is no span.*span_in_wind.*for `cable-sim run`"):
+        load_span(Path(__file__).parents[2] / "config" / "flume.yaml")
+    with pytest.raises(SceneError, match="no such span file; nothing was started. .*span_in_wind"):
+        load_span("nowhere")
+    broken = tmp_path / "broken.yaml"
+    broken.write_text("span: {a: [}\n")
+    with pytest.raises(SceneError, match="broken.yaml:1: .*Correct the YAML"):
+        load_span(broken)
+    broken.write_bytes(b"span: \xff\n")
+    with pytest.raises(SceneError, match="is not UTF-8 text; nothing was started. Check the file"):
+        load_span(broken)
+
+
+def test_mistakes_in_a_span_are_reported_like_those_of_a_scene(span):
+    data = json.loads(span.model_dump_json())
+    with pytest.raises(
+        SceneError, match=r"span.cases.one.wind = -1.0 m/s is outside \[0, 100\] m/s \(speed of the wind"
+    ):
+        span_from_dict({"span": data | {"cases": {"one": CASE | {"wind": -1.0}}}}, "here")
+    with pytest.raises(SceneError, match="span.cases.one = 3 is a number, expected a block of keys.*wind: 0.3"):
+        span_from_dict({"span": data | {"cases": {"one": 3}}}, "here")
+    with pytest.raises(
+        SceneError, match="span.dampingratio = 0.1: there is no such key.*Did you mean span.damping_ratio"
+    ):
+        span_from_dict({"span": data | {"dampingratio": 0.1}}, "here")
+    with pytest.raises(SceneError, match="span.cases has no case; nothing was started. Give length, tension and wind"):
+        span_from_dict({"span": data | {"cases": {}}}, "here")
+    with pytest.raises(SceneError, match="case 'two' is not in span_in_wind; nothing was run. Known: case_1, case_2"):
+        run_span(span, ["two"])

@@ -1,0 +1,166 @@
+"""What a span refuses, in its own keys and with its own exit code; a span that sheds nothing, and one not steady."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+import yaml
+from click.testing import CliRunner
+
+from cable_sim_ros.cli.commands import main
+from cable_sim_ros.io import yaml12
+from cable_sim_ros.io.load import SceneError
+from cable_sim_ros.io.resources import find_span
+from cable_sim_ros.io.span_file import load_span, span_from_dict
+from cable_sim_ros.physics.drag_laws import DragLaw
+from cable_sim_ros.runs import span as runs
+from cable_sim_ros.runs.span import FIELDS, SpanRow, fields_markdown, run_span
+from cable_sim_ros.sim.rig import RigError
+from cable_sim_ros.sim.span import SpanDragLaw
+from cable_sim_ros.verification.experiments.wake import changed
+
+CASE = {"length": 2.0, "tension": 200.0, "wind": 0.302}
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+def data(case=None, **values):
+    told = yaml12.parse(Path(find_span("span_in_wind")).read_text("utf-8"))[0]
+    return {"span": told["span"] | {"cases": {"a": CASE | (case or {})}} | values}
+
+
+def refusal(case=None, **values):
+    with pytest.raises(SceneError) as caught:
+        span_from_dict(data(case, **values), "here")
+    return "\n".join(caught.value.problems)
+
+
+def command(tmp_path, *arguments, case=None, **values):
+    path = tmp_path / "mine.yaml"
+    path.write_text(yaml.dump(data(case, **values), Dumper=yaml12.Dumper), "utf-8")
+    return CliRunner().invoke(main, ["span", str(path), *arguments])
+
+
+def test_the_wind_is_of_the_case_alone():
+    assert (
+        "here: span.fluid has current = [0, 5], and what blows past a span is the wind of each case, straight across "
+        "it, alone. Leave current out and give span.cases.<name>.wind; nothing was started"
+    ) in refusal(fluid={"current": [0, 5]})
+    assert "current" not in CliRunner().invoke(main, ["span", "x", "--keys"]).output
+
+
+def test_elements_are_even():
+    text = "here: span.elements = 17 is odd, and must be even, for one node is in the middle. Give 16 or 18; nothing"
+    assert text in refusal(elements=17)
+
+
+def test_drag_laws_that_cannot_work_are_not_offered():
+    assert {law.value for law in DragLaw} - {law.value for law in SpanDragLaw} == {"ribbon", "dymore"}
+    keys = CliRunner().invoke(main, ["span", "x", "--keys"]).output
+    assert "crossflow" in keys and "dymore" not in keys and "ribbon" not in keys
+    text = refusal(drag_law="dymore")
+    assert "span.drag_law = 'dymore' is none of its laws" in text and "ribbon" not in text
+
+
+def test_a_case_that_does_not_lie_over_its_sheaves_is_refused():
+    text = refusal(sheave={"radius": 0.005})
+    assert "here: span.cases.a.tension = 200 N presses the cable 0.0554 m into the groove of a sheave on which" in text
+    assert (
+        "with a radius of 0.015 m, more than 0.006 m, 40 % of it: no rest is found there; nothing was started" in text
+    )
+    least = float(text.split("Make span.sheave.stiffness at least ")[1].split()[0])
+    span_from_dict(data(sheave={"radius": 0.005, "stiffness": 1.01 * least}), "here")
+    text = refusal({"length": 0.1})
+    assert (
+        "span.cases.a.length = 0.1 m is shorter than 0.1106 m: what lies near the two sheaves (span.sheave.ra" in text
+    )
+    assert "nothing was started. Make it at least 0.1106 m, span.sheave.radius smaller, or span.ends pinned" in text
+    span_from_dict(data({"length": 0.1}, ends="pinned"), "here")
+    text = refusal({"length": 5.0, "tension": 20.0})
+    assert (
+        "span.cases.a.tension = 20 N is less than 31.08 N: with span.sheave.tail = 1 m of cable beside it, such" in text
+    )
+    assert "runs up to the sheave; nothing was started. Make it at least 31.08 N, well above for a taut span" in text
+
+
+def test_elements_too_long_for_the_shedding_are_refused_in_keys_of_the_span():
+    text = refusal({"wind": 5.0})
+    assert "span.elements = 16 makes elements of 0.118 m, longer than 0.0589 m, 1/6 of a wave of this cable at" in text
+    assert "the 50 Hz that case a sheds at 5 m/s under 200 N: the mesh does not carry the vibration; nothing" in text
+    needed = int(text.rsplit("Give at least ", 1)[1])
+    assert needed == 34 and "cable.sections" not in text
+    span_from_dict(data({"wind": 5.0}, elements=needed), "here")
+    text = refusal({"wind": 30.0})
+    assert "span.cases.a.wind = 30 m/s with elements of 0.027 m next to the sheaves, longer than" in text
+    assert "Give less wind, or a smaller span.sheave.radius" in text
+    assert "It would take" in refusal({"wind": 90.0, "length": 100.0}, ends="pinned")
+    span_from_dict(data({"wind": 30.0}, wake={"law": "off"}), "here")
+
+
+@pytest.mark.parametrize(
+    ("case", "values"), [({"wind": 30.0}, {}), ({"length": 0.1}, {}), ({}, {"drag_law": "ribbon"})]
+)
+def test_refused_input_leaves_with_2_and_names_the_file_and_line(tmp_path, case, values):
+    result = command(tmp_path, "--json", case=case, **values)
+    assert result.exit_code == 2 and result.stdout == ""
+    assert "mine.yaml:" in result.stderr and "span." in result.stderr
+
+
+def test_a_span_of_python_is_checked_as_a_file_is():
+    span = load_span("span_in_wind")
+    case = changed(span.cases["case_1"], wind=30.0)
+    with pytest.raises(SceneError, match="span_in_wind: span.cases.a.wind = 30 m/s with elements"):
+        run_span(span.model_copy(update={"cases": {"a": case}}))
+
+
+@pytest.mark.parametrize(
+    ("where", "flag", "what"),
+    [("span_line", "NO_START", "finds no rest in its wind"), ("vibrate", "HALTED", "could not be run on")],
+)
+def test_the_json_of_a_span_that_fails_is_that_of_a_span(tmp_path, monkeypatch, where, flag, what):
+    def fails(*_):
+        raise RigError("no static equilibrium")
+
+    monkeypatch.setattr(runs, "span_line", lambda *_: None)
+    monkeypatch.setattr(runs, where, fails)
+    result = command(tmp_path, "--json")
+    assert result.exit_code == 1
+    told = json.loads(result.stdout)
+    assert told["problem"].endswith(f"mine.yaml: span.cases.a {what}: no static equilibrium; no case has figures")
+    reason = told["verdict"]["reasons"][0]
+    assert told["verdict"]["state"] == "failed" and reason["flag"] == flag
+    assert "vertical_rms_m" in reason["figures"] and not any("tension" in name for name in reason["figures"])
+
+
+def test_where_nothing_is_shed_there_is_no_wake(tmp_path):
+    result = command(tmp_path, "--json", case={"wind": 0.03}, ends="pinned", steps=30, elements=4)
+    assert result.exit_code == 0, result.output
+    told = json.loads(result.stdout)
+    row = told["cases"][0]
+    assert row["reynolds"] == pytest.approx(40.0) and told["verdict"]["state"] == "ok"
+    names = ("wake_frequency_hz", "wake_amplitude", "wake_shift_percent", "lock_in_width_percent", "steady")
+    assert all(row[name] is None for name in (*names, "vertical_frequency_hz", "streamwise_frequency_hz"))
+    assert row["vertical_peak_m"] < 1e-9
+    assert told["notices"] == [
+        "a: nothing is shed, the Reynolds number 40 is not above 47: no wake, and no vibration by it"
+    ]
+    shown = command(tmp_path, case={"wind": 0.03}, ends="pinned", steps=30, elements=4, wake={"law": "off"})
+    assert "note: a: nothing is shed, for span.wake.law is off" in shown.output and "verdict: ok" in shown.output
+
+
+def test_what_is_not_steady_is_doubtful(tmp_path):
+    """Beside resonance, damped by the air alone, it beats for longer than the 400 periods of a run."""
+    result = command(tmp_path, "--json", case={"wind": 0.31}, damping_ratio=0.0, ends="pinned", steps=30, elements=4)
+    told = json.loads(result.stdout)
+    assert not told["cases"][0]["steady"] and result.exit_code == 4
+    reason = told["verdict"]["reasons"][0]
+    assert told["verdict"]["state"] == "doubtful" and reason["flag"] == "NOT_STEADY"
+    assert "vertical_peak_m" in reason["figures"] and "wake_amplitude" in reason["figures"]
+    assert "a: over the last 20 of 400 periods the amplitude goes on changing, by more than 2 %" in reason["text"]
+    assert "More span.damping_ratio (= 0) is steady sooner" in result.stderr
+
+
+def test_the_fields_of_a_case_are_in_the_manual():
+    assert tuple(FIELDS) == SpanRow._fields
+    assert fields_markdown() in (DOCS / "json.md").read_text("utf-8")

@@ -1,0 +1,24 @@
+"""The tables of the laboratory leave nothing out: every family and stress test that a module defines is listed."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+
+import pytest
+
+from cable_sim_ros.verification import cases, stress
+from cable_sim_ros.verification.cases.family import Family
+from cable_sim_ros.verification.stress.verdict import Stress
+
+
+@pytest.mark.parametrize(
+    ("package", "kind", "table"),
+    [(cases, Family, cases.FAMILIES), (stress, Stress, tuple(stress.STRESS.values()))],
+    ids=["families", "stress"],
+)
+def test_every_declaration_is_listed_once(package, kind, table):
+    modules = [importlib.import_module(f"{package.__name__}.{m.name}") for m in pkgutil.iter_modules(package.__path__)]
+    defined = {id(value) for module in modules for value in vars(module).values() if isinstance(value, kind)}
+    assert {id(item) for item in table} == defined
+    assert len(table) == len(defined)
