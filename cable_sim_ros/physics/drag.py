@@ -48,9 +48,9 @@ from .vec import axpy, dot, get3, norm, plus3, plus_matrix, put3, put_matrix, sc
 SPEED_FLOOR = 1e-3     # m/s, regularises v_n, |v_t| and the sign of v_t
 
 # rows of the point table: position, relative velocity, water velocity, acceleration, unit tangent, 1/|dr/dxi|, V_n,
-# C_D, dC_D/dRe, above 0 for a lane off the top branch of C_D(Re) or of another law, xi' = -w/L of the material
-# (mesh_convection.py), fall of the water's velocity (x, y) with height, tangential drag of its own coefficient and its
-# derivative to v_t, C_D of f_t and its derivatives to V_n and |v_t|
+# C_D, dC_D/dRe, above 0 for a lane off the top branch of C_D(Re) or of another law, below 0 where water grazes, xi' =
+# -w/L of the material (mesh_convection.py), fall of the water's velocity (x, y) with height, tangential drag of its own
+# coefficient and its derivative to v_t, C_D of f_t and its derivatives to V_n and |v_t|
 (POINT_R, POINT_V, POINT_W, POINT_A, POINT_U, POINT_PER_G, POINT_VN, POINT_CD, POINT_DCD, POINT_X, POINT_FLOW,
  POINT_SHEAR, POINT_ALONG, POINT_DALONG, POINT_CDT) = np.array((0, 3, 6, 9, 12, 15, 16, 17, 18, 19, 20, 21, 23, 24, 25))
 POINT_ROWS = 28
@@ -161,32 +161,32 @@ def coefficient_lanes(p, t, row):
         fixed = p[CD_FIXED, e]
         free = 1.0 if fixed < 0.0 else 0.0
         q = 1.0 / sqrt(re)
+        along = dot(v, u)
+        grazes = free if vn * vn < GRAZING * GRAZING * (along * along + SPEED_FLOOR * SPEED_FLOOR) else 0.0
         t[POINT_VN, e] = vn
         t[POINT_CD, e] = free * (1.1 + 4.0 * q) + (1.0 - free) * fixed
         t[POINT_DCD, e] = -2.0 * free * q * q * q
         off = 1.0 if fixed < 0.0 and (re < RE_TOP or re > RE_MOST) else 0.0
-        t[POINT_X, e] = off + p[CN_FIT, e] + p[CT_FIXED, e] + p[CT_OF_RE, e]
+        other = off + p[CN_FIT, e] + p[CT_FIXED, e] + p[CT_OF_RE, e]
+        t[POINT_X, e] = other if other > 0.0 else -grazes
     for e in range(LANES):   # a loop of its own: with the one above it is not vectorised
         t[POINT_ALONG, e] = 0.0
         t[POINT_DALONG, e] = 0.0
-    for e in range(LANES):
-        vt, vn = dot(get3(t, row, e), get3(t, POINT_U, e)), t[POINT_VN, e]
-        free = 1.0 if p[CD_FIXED, e] < 0.0 else 0.0
-        grazes = GRAZING * GRAZING * (vt * vt + SPEED_FLOOR * SPEED_FLOOR) - vn * vn
         t[POINT_CDT, e] = t[POINT_CD, e]
         t[POINT_CDT + 1, e] = p[RE_FACTOR, e] * t[POINT_DCD, e]
-        t[POINT_CDT + 2, e] = free * max(grazes, 0.0)
-    grazes = 0.0
-    for e in range(LANES):
-        grazes = max(grazes, t[POINT_CDT + 2, e])
-    if grazes > 0.0:
-        grazing_lanes(p, t, row)
+        t[POINT_CDT + 2, e] = 0.0
 
 
 @driver
 def other_coefficients(p, t, row):
-    """C_D off the top branch of Choo-Casarella and of other laws, tangential drag of its own coefficient, by lane."""
+    """C_D off the top branch of Choo-Casarella, of other laws and of f_t; tangential drag of its own coefficient."""
+    grazes, others = False, False
     for e in range(LANES):
+        grazes |= t[POINT_X, e] < 0.0
+        others |= t[POINT_X, e] > 0.0
+    if grazes:
+        grazing_lanes(p, t, row)
+    for e in range(LANES if others else 0):
         if t[POINT_X, e] > 0.0:
             if p[CD_FIXED, e] < 0.0:
                 k, vn = p[RE_FACTOR, e], t[POINT_VN, e]

@@ -210,7 +210,8 @@ def advance(line, state, h):
         for k in range(6):
             x[n, k] = ((1.0 - af) * a[n, k] + af * old_a[n, k] - am * old_x[n, k]) / (1.0 - am)
             mean[n, k] = mean_at(state.nodes, n, k, share)
-    follow(line, state)
+    if line.settings[0].amplified != 0:
+        follow(line, state)
     return used
 
 

@@ -136,6 +136,7 @@ LINE_SETTINGS = np.dtype(
         ("mass_damping", "f8"),  # 1/s
         ("rho_inf", "f8"),
         ("mean_flow_time", "f8"),  # s
+        ("amplified", "i8"),  # 1: a section has a drag factor other than 1, by hand or computed
         ("turn_most", "f8"),  # change of a gradient in one step
         ("leave_step", "f8"),  # s, a longer step must not leave a groove
         ("step_position", "f8"),  # m, N: errors that a step may bring; 0: a tick is one step

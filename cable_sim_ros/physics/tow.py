@@ -118,7 +118,8 @@ def advance_tow(model, state, inputs, commanded, until):
 @driver
 def end_step(model, state, h):
     """Solve the step of h [s] that was imposed, and wind what ran off or onto the drum. False: no halving left."""
-    take_up(model.line, state, h)
+    if model.line.settings[0].amplified != 0:
+        take_up(model.line, state, h)
     if not finish(model.line, state, h):
         return False
     if state.plan[0].taken != 0:

@@ -218,11 +218,12 @@ def halvings(solver: Solver) -> int:
 
 
 def line_settings(cable: Cable, solver: Solver, gravity: float, tension: float, rules: Rules) -> np.ndarray:
-    """LINE_SETTINGS [1]; tension: working tension [N] that scales the tolerance."""
+    """LINE_SETTINGS [1]; tension: working tension [N] that scales the tolerance"""
     row = np.zeros(1, LINE_SETTINGS)
     row["gravity"], row["rho_inf"] = gravity, solver.rho_inf
     row["tolerance"] = max(solver.tolerance * tension, ROUND_OFF * extreme(cable, "axial_stiffness", max)[1])
     row["mean_flow_time"] = cable.mean_flow_time
+    row["amplified"] = any(section.drag_amplification != 1.0 for section in cable.sections.values())
     row["max_iterations"] = solver.max_iterations
     row["max_halvings"], row["turn_most"], row["leave_step"] = rules
     alike = extreme(cable, "axial_stiffness")[1] == extreme(cable, "axial_stiffness", max)[1]
@@ -291,6 +292,8 @@ def build_model(scene: Scene, mesh: FeedMesh | None = None) -> Model:
     rules = Rules(halvings(scene.solver))
     line = line_settings(scene.cable, scene.solver, scene.gravity, tension, rules)
     line["jumps"] |= bool(scene.bodies)
+    strum = strum_rules(scene), strum_sections(scene)
+    line["amplified"] |= len(strum[1]) > 0
     return Model(
         line=build_line(
             elements,
@@ -299,7 +302,7 @@ def build_model(scene: Scene, mesh: FeedMesh | None = None) -> Model:
             body_nodes(scene, mesh),
             line,
             beads=bead_table(scene.cable, scene.water, scene.gravity),
-            strum=(strum_rules(scene), strum_sections(scene)),
+            strum=strum,
             sea=sea_of(scene.water, scene.gravity, scene.seabed.depth),
             wakes=wake_table(scene.cable, scene.water),
         ),
