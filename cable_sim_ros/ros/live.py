@@ -137,7 +137,7 @@ def live(
             )
             player = Child(
                 "player",
-                [sys.executable, "-m", "cable_sim_ros.cli.commands", "play", str(bag), "--duration", str(duration)]
+                [sys.executable, "-m", "cable_sim_ros.cli", "play", str(bag), "--duration", str(duration)]
                 + (["--imu-only"] if imu_only else []),
                 own,
             )

@@ -65,7 +65,7 @@ def test_a_bag_reaches_a_paused_node_whole_and_through_a_pause(world, bag):
     from test_lockstep_node import Watcher
 
     watcher = Watcher(world)
-    player = world.run("cable_sim_ros.cli.commands", "play", str(bag), "--lockstep", "--duration", "6")
+    player = world.run("cable_sim_ros.cli", "play", str(bag), "--lockstep", "--duration", "6")
     node = world.node(time_mode="lockstep", lockstep__rate=0.0, lockstep__wait=2.0, lockstep__paused=True)
     node.until("waiting")
     poll(lambda: watcher.figure("motion_held") >= 1.0, 20.0, "the first message")

@@ -42,7 +42,7 @@ def test_topics_frames_stamps_and_recording(world, bag):
     node = world.node(recording__enabled=True, recording__root=str(path.parent), recording__path=path.name).until(
         "waiting"
     )
-    player = world.run("cable_sim_ros.cli.commands", "play", str(bag), "--duration", "6")
+    player = world.run("cable_sim_ros.cli", "play", str(bag), "--duration", "6")
     node.until("running")
     assert player.wait(20.0) == 0, player.text
     poll(lambda: len(pose) > 400, 10.0, f"400 poses, got {len(pose)}")
@@ -121,12 +121,12 @@ def test_player_imu_only_and_faults(world, bag):
     ears = world.ears()
     imu, odom = ears.listen(Imu, "imu/data"), ears.listen(Odometry, "odom")
     player = world.run(
-        "cable_sim_ros.cli.commands", "play", str(bag), "--duration", "2", "--imu-only", "--start", "1", "--keep-stamps"
+        "cable_sim_ros.cli", "play", str(bag), "--duration", "2", "--imu-only", "--start", "1", "--keep-stamps"
     )
     assert player.wait(20.0) == 0, player.text
     poll(lambda: len(imu) >= 100, 5.0, f"100 messages, got {len(imu)}")
     assert not odom
     assert stamp(imu[0]) == 1_400_000_001 * 10**9
-    absent = world.run("cable_sim_ros.cli.commands", "play", "no_such_bag")
+    absent = world.run("cable_sim_ros.cli", "play", "no_such_bag")
     assert absent.wait(20.0) == 2
     assert "no such bag" in absent.text and "Traceback" not in absent.text

@@ -22,7 +22,7 @@ import fake_sim
 fake_sim.install()
 import numpy as np
 from cable_sim_ros.ros import loop as L
-from cable_sim_ros.sim import entry
+from cable_sim_ros.sim import loop as entry
 
 class Scene:
     class solver: tick = 0.01

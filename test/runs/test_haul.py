@@ -29,6 +29,7 @@ def test_a_haul_is_replayed_bit_for_bit(tmp_path, law):
 def test_the_haul_of_the_command_line_is_replayed_bit_for_bit(tmp_path):
     """With chosen steps, as a user gets them; 60 m of it."""
     line = ["run", "full_scale", "--heave", "1,8", "--winch", "0 rate -3, 20 hold", "--duration", "25", "--json"]
+    line += ["--set", "contact.working_tension=9000"]
     for words in ([*line, "--out", str(tmp_path)], ["replay", str(tmp_path / "tow"), "--json"]):
         result = CliRunner().invoke(commands.main, words, catch_exceptions=False)
         assert result.exit_code == 0, result.stderr

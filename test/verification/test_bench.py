@@ -104,8 +104,8 @@ def test_the_whole_tow_has_both_drums_and_says_what_feeding_brings(monkeypatch):
 
 
 def test_a_haul_and_back_is_a_row(monkeypatch):
-    monkeypatch.setattr(haul_bench, "METRES", 12.0)
-    monkeypatch.setattr(haul_bench, "STARTED", 4.0)
+    monkeypatch.setattr(haul_bench, "METRES", 24.0)
+    monkeypatch.setattr(haul_bench, "STARTED", 20.0)  # s; the mean flow knows the haul after 5
     monkeypatch.setattr(haul_bench, "RESTS", (5.0, 30.0))
     monkeypatch.setattr(haul_bench, "HAULS", haul_bench.HAULS[1:2])
     (row,) = haul_bench.hauled(1)
