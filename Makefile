@@ -1,15 +1,18 @@
 # make run   makes the environment and plays recorded ship motion through the node (about 90 s after the install)
-# make coverage  runs the tests (half as long again) and lists what they leave out above the physics
-# make test  makes the environment and runs the tests;  make lint  runs the linter and the type checks
+# make check  tests that start no process, and the linter: after an edit (a minute and a half, kernels compiled)
+# make test   makes the environment and runs what a user needs to trust an installation
+# make test-rest  the other tests;  make lint  runs the linter and the type checks
+# make coverage  runs all tests (half as long again) and lists what they leave out above the physics
 # make install-check  installs as docs/install.md says: from a wheel, and beside a ROS from its distribution (a stand-in)
 # make bench  run time against error beside other codes;  make validate  repeats the experiments (both into runs/)
 # make soak  the real node under load, faults and hostile neighbours, R1 to S9 (two hours, idle machine), into runs/
 # make stress  stability N1 to N28, bags and recordings I and S at full size (half an hour or more), into runs/
+# make nightly  stress, validate and bench one after the other
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help run test install-check coverage lint bench validate stress soak clean
+.PHONY: help run check test test-rest install-check coverage lint bench validate stress soak nightly clean
 
 VENV ?= .venv
 BIN := $(VENV)/bin
@@ -17,6 +20,8 @@ PIP := $(BIN)/python -m pip install -qq --disable-pip-version-check
 PACKAGING := setup.py setup.cfg package.xml cable_sim_ros/requirements.txt
 SECONDS_OF_TOW ?= 60
 PYTEST_ARGS ?=
+# a file of tests stays on one worker: its starts are shared
+PYTEST = $(BIN)/python -m pytest -n auto --maxprocesses 4 --dist loadfile
 
 help:
 	@sed -n 's/^# //p' Makefile
@@ -24,8 +29,15 @@ help:
 run: $(VENV)/.run
 	$(BIN)/cable-sim live nbp1406 --scene full_scale --duration $(SECONDS_OF_TOW)
 
+check: $(VENV)/.test
+	$(PYTEST) -m check $(PYTEST_ARGS)
+	$(MAKE) lint
+
 test: $(VENV)/.test
-	$(BIN)/python -m pytest $(PYTEST_ARGS)
+	$(PYTEST) -m "check or trust" $(PYTEST_ARGS)
+
+test-rest: $(VENV)/.test
+	$(PYTEST) -m "rest and not install" $(PYTEST_ARGS)
 
 install-check: $(VENV)/.test
 	$(BIN)/python -m pytest -n 2 --dist loadfile -m install test/install $(PYTEST_ARGS)
@@ -53,6 +65,8 @@ stress: $(VENV)/.test
 
 soak: $(VENV)/.test
 	$(BIN)/cable-sim soak --out runs/soak
+
+nightly: stress validate bench
 
 validate: $(VENV)/.test
 	$(BIN)/cable-sim validate --out runs/validate

@@ -1,0 +1,79 @@
+"""The tier of every test, and what a run of a tier cost.
+
+check: kernels and bytes, texts, pure parts of the node; starts no process. trust: what a user needs to trust an
+installation. rest: everything else. What is not named here is of the rest, so a new test runs in CI at least.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections import defaultdict
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).parent
+CHECK = {
+    "physics",
+    "io",
+    "viv",
+    *(f"ros/test_{name}.py" for name in "command_task lockstep motion_task overload recording_control stepped".split()),
+    "ros/test_topics_page.py",
+    *(f"house/test_{name}.py" for name in "contract docs face floors manual same_bits versions_found views".split()),
+}
+TRUST = {
+    "sim",
+    "runs",
+    "validation",
+    "physics/test_packed.py",  # these three start processes
+    "io/test_bag.py",
+    "io/test_typestore.py",
+    "house/test_package.py",
+    "house/test_readme.py",
+    "house/test_tutorial.py",
+    "ros/test_end_to_end.py::test_topics_frames_stamps_and_recording",
+    "testing/test_tow.py::test_a_node_in_real_time_from_start_to_end",
+    "examples/test_recorded_bag.py",
+}
+_costs: dict[str, float] = defaultdict(float)
+_begun = time.monotonic()
+
+
+def tier_of(node: str) -> str:
+    """check, trust or rest; node: id of a test below test/, the longest name that is listed counts."""
+    name = node.partition("[")[0]
+    file = name.partition("::")[0]
+    for listed in (name, file, file.partition("/")[0]):
+        for tier, names in (("trust", TRUST), ("check", CHECK)):
+            if listed in names:
+                return tier
+    return "rest"
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark every test with its tier."""
+    for item in items:
+        file = item.path.relative_to(HERE).as_posix()
+        item.add_marker(tier_of(f"{file}::{item.nodeid.partition('::')[2]}"))
+
+
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    """Add up what each file costs."""
+    _costs[report.nodeid.partition("::")[0]] += report.duration
+
+
+def pytest_terminal_summary(terminalreporter, config: pytest.Config) -> None:
+    """Say what the run cost, and keep it in runs/durations.json."""
+    if config.option.collectonly or hasattr(config, "workerinput"):
+        return
+    wall = time.monotonic() - _begun
+    tier = config.option.markexpr or "all"
+    terminalreporter.write_line(f"{tier}: {wall:.0f} s of wall time, {sum(_costs.values()):.0f} s in tests")
+    folder = HERE.parent / "runs"
+    try:
+        folder.mkdir(exist_ok=True)
+        kept = {"tier": tier, "wall_s": wall, "files_s": dict(sorted(_costs.items(), key=lambda cost: -cost[1]))}
+        (folder / f"durations_{tier.replace(' ', '_')}.json").write_text(json.dumps(kept, indent=1) + "\n", "utf-8")
+    except OSError as error:  # a source folder that cannot be written
+        terminalreporter.write_line(f"durations were not kept: {error}")
