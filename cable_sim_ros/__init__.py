@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 __version__ = "0.1.0"
 
 _FACE = {  # name -> module
+    "CableSimError": "errors",
     "Rig": "sim.rig",
     "ShipMotion": "sim.inputs",
     "Simulator": "api",
@@ -17,10 +18,11 @@ _FACE = {  # name -> module
     "WinchPlan": "io.winch_plan",
     "load_scene": "io.load",
 }
-__all__ = ["Rig", "ShipMotion", "Simulator", "WinchCommand", "WinchPlan", "__version__", "load_scene"]
+__all__ = ["CableSimError", "Rig", "ShipMotion", "Simulator", "WinchCommand", "WinchPlan", "__version__", "load_scene"]
 
 if TYPE_CHECKING:
     from .api import Simulator
+    from .errors import CableSimError
     from .io.load import load_scene
     from .io.winch_plan import WinchPlan
     from .sim.inputs import ShipMotion, WinchCommand

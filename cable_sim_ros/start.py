@@ -13,15 +13,16 @@ from functools import cache
 from importlib import metadata
 from pathlib import Path
 
+from .errors import CODE_INPUT, CableSimError
+
 REQUIREMENTS = Path(__file__).with_name("requirements.txt")
-CODE_INPUT = 2  # that of sim/flag_rules.py
 NEEDS_ROS = (
     "needs ROS 2, and rclpy cannot be imported ({error}); nothing was started. Source your ROS installation, or: "
     "pip install 'cable_sim_ros[ros]'. `cable-sim run` and `replay` work without it"
 )
 
 
-class NotInstalledError(ImportError):
+class NotInstalledError(CableSimError, ImportError):
     """A package is missing, too old or too new; the text names it, where it lies, what is needed and the remedy."""
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import click
 
+from ..errors import CODE_DAMAGED
 from ..limits import MOST_TOW_SPEED
-from ..sim.flag_rules import CODE_DAMAGED
 from .number import Number
 
 

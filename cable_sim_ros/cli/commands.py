@@ -12,8 +12,8 @@ from pathlib import Path
 import click
 
 from .. import __version__
+from ..errors import CODE_DAMAGED, CODE_INPUT
 from ..limits import LONGEST_RUN
-from ..sim.flag_rules import CODE_DAMAGED, CODE_INPUT
 from ..start import NEEDS_ROS
 from . import expected_errors
 from .bags import make_bags as make_bags_command

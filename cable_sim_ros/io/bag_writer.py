@@ -20,6 +20,7 @@ from mcap.records import ChunkIndex
 from mcap.writer import CompressionType, Writer
 
 from .. import __version__
+from ..errors import CableSimError
 from .typestore import ROS_DISTRO, definition, type_hash
 
 CHUNK_SIZE = 256 * 1024  # bytes; larger chunks compress no better and stall the writer longer
@@ -27,7 +28,7 @@ SHOWN = 120  # characters of a path in an error
 INFINITE = {"sec": 9223372036, "nsec": 854775807}
 
 
-class BagError(Exception):
+class BagError(CableSimError):
     """A bag that cannot be written or read; the text says what, what follows, and what to do."""
 
 

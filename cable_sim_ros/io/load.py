@@ -11,6 +11,7 @@ from typing import Any
 import yaml
 from pydantic import ValidationError
 
+from ..errors import CableSimError
 from ..physics.parameter import declared
 from ..sim import checks
 from ..sim.scene import Scene
@@ -18,7 +19,7 @@ from . import resources, yaml12
 from .scene_errors import CONSEQUENCE, kind_of, line_of, place, texts_of, unknown_key
 
 
-class SceneError(ValueError):
+class SceneError(CableSimError, ValueError):
     """A scene that cannot be used. ``problems``: one text each, with file, line, key, value, bound and remedy."""
 
     def __init__(self, problems: list[str]):

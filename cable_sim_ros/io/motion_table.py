@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..errors import CableSimError
 from ..physics.heave_filter import Heave
 from ..physics.ship import Ship
 from ..sim.attitude import body_rates, quaternion, rotation
@@ -38,7 +39,7 @@ LONGEST = 86_400.0  # s of a table or a sinusoidal heave
 HEAVE_PERIODS = (1.0, 600.0)  # s
 
 
-class MotionError(ValueError):
+class MotionError(CableSimError, ValueError):
     """Ship motion that cannot be used; the text names file, line, column, value, unit, bound and remedy."""
 
 

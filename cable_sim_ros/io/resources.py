@@ -10,11 +10,13 @@ import os
 import sys
 from pathlib import Path
 
+from ..errors import CableSimError
+
 PACKAGE = "cable_sim_ros"
 CODE = Path(__file__).resolve().parents[1]
 
 
-class ResourceError(ValueError):
+class ResourceError(CableSimError, ValueError):
     """No file of that name; the text lists what there is."""
 
 

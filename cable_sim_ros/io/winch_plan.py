@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..errors import CableSimError
 from ..sim.inputs import MOST_COMMAND, WinchCommand
 
 CONSEQUENCE = "nothing was simulated"
@@ -28,7 +29,7 @@ ROUND_OFF = 1e-6  # m; how far past an end a length may be asked for, that of pr
 REPEAT = 0.5  # of winch.command_timeout: how often a plan gives its order again, as an operator's console does
 
 
-class PlanError(ValueError):
+class PlanError(CableSimError, ValueError):
     """A plan that cannot be carried out; the text names item, value, unit, bound and remedy."""
 
 

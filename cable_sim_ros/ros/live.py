@@ -17,18 +17,22 @@ from collections.abc import Callable
 from contextlib import nullcontext
 from pathlib import Path
 
+from ..errors import CODE_INPUT, RunError
+
 READY_WITHIN = 300.0  # s; compiling everything from nothing takes up to a minute on a slow machine
 START_WITHIN = 60.0  # s from the first message to the first tick
 STOP_WITHIN = 10.0  # s from SIGINT to the end; then the process is killed
 POLL = 0.1  # s
 
 
-class LiveError(RuntimeError):
+class LiveError(RunError):
     """A child process that failed; the text has its last lines."""
 
 
 class LiveInputError(LiveError):
     """What was asked for cannot be done: nothing was started."""
+
+    exit_code = CODE_INPUT
 
 
 class Child:

@@ -13,6 +13,7 @@ from enum import Enum
 from types import UnionType
 from typing import Any, NamedTuple, Union, get_args, get_origin
 
+from ..errors import CableSimError
 from ..io.load import SceneError, SceneWarning, load_scene, override
 from ..io.recording_place import name_problem, root_problem, state_problem
 from ..io.resources import find_scene
@@ -27,7 +28,7 @@ NONE: dict[type, Any] = {float: math.nan, int: 0, str: "", list: [math.nan]}
 FOREIGN_PREFIX = ("qos_overrides.",)
 
 
-class ParameterError(ValueError):
+class ParameterError(CableSimError, ValueError):
     """Parameters that cannot be used; the text names key, value, unit, bound and remedy."""
 
 

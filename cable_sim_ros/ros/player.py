@@ -20,6 +20,7 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
+from ..errors import CableSimError
 from ..io.bag_motion import read_motion
 from ..io.messages import KINDS, stamp_of
 from ..io.ned_to_enu import in_enu
@@ -32,7 +33,7 @@ SECOND = 1_000_000_000
 SLEEP_CHUNK = 0.1  # s, so that a signal is seen soon
 
 
-class PlayError(ValueError):
+class PlayError(CableSimError, ValueError):
     """A bag or an option that cannot be used; the text says why and what to do."""
 
 

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..errors import RunError
 from ..io.load import SceneError, load_scene
 from ..io.motion_table import sine_heave
 from ..physics.heave_compensation import SetpointLaw
@@ -23,7 +24,7 @@ LEAST_FALL = 2.0  # of what a halving changes to what the next does: that of an 
 SECONDS, SKIP = 60.0, 20.0  # s of the check, and what of it is left out of the statistics
 
 
-class CheckError(RuntimeError):
+class CheckError(RunError):
     """The check of a mesh did not run to its end."""
 
 

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..errors import RunError
 from ..io.load import SceneError
 from ..io.span_file import checked_span, load_span
 from ..physics.state import NOW, WAKE
@@ -149,7 +150,7 @@ class SpanRun(NamedTuple):
         }
 
 
-class SpanRunError(RuntimeError):
+class SpanRunError(RunError):
     """A case that could not be solved; ``flag``: NO_START, HALTED."""
 
     def __init__(self, text: str, flag: str):

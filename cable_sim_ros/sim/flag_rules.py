@@ -11,8 +11,6 @@ from typing import NamedTuple
 
 OK, DOUBTFUL, FAILED = "ok", "doubtful", "failed"
 DAMAGE = "DAMAGE"
-# exit codes of every command; where several apply: 2, 1, 3, 4, 0
-CODE_OK, CODE_FAILED, CODE_INPUT, CODE_DAMAGED, CODE_DOUBTFUL = 0, 1, 2, 3, 4
 # N/m^2 on the full circle of the diameter: steel ropes break at 800 to 1150 MPa of it (1960 MPa wire, fill 0.4 to 0.6),
 # aramid and HMPE ropes at 1000 to 1250 MPa, so that beyond it no cable of that diameter is whole
 MOST_STRESS = 1.2e9

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import CableSimError
 from ..physics.frame import Source
 from ..physics.inputs import COMMAND_ROWS, EPOCH, MOTION_ROWS, SOURCE, Inputs, push_command, push_motion
 from .attitude import angle_rates, angles_of
@@ -27,7 +28,7 @@ SPARE = 16  # rows of a ring that stay free of samples ahead: the tick needs tho
 YAW = 5  # column of a motion sample
 
 
-class InputError(ValueError):
+class InputError(CableSimError, ValueError):
     """A sample or command that cannot be taken; the text names field, value, unit, bound and remedy."""
 
 

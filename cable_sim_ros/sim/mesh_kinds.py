@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..errors import CableSimError
 from ..physics.mesh_motion import at_least as _at_least
 from .elementary import exp
 
@@ -16,7 +17,7 @@ _smooth = getattr(_at_least, "py_func", _at_least)  # plain Python: a scene load
 SPREAD = 20.0  # mean element of a section over its shortest
 
 
-class MeshError(ValueError):
+class MeshError(CableSimError, ValueError):
     """No mesh as asked for; key, text and remedy as in a Problem."""
 
     def __init__(self, key: str, text: str, remedy: str):

@@ -24,6 +24,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from ..errors import RunError
 from ..physics.ancf import AXIAL_DAMPING, EA, EI, MASS_PER_LENGTH, WEIGHT_PER_LENGTH
 from ..physics.cable_assembly import Cable
 from ..physics.contact_surface import SURFACE
@@ -50,7 +51,7 @@ from .wake_tables import begin_wakes, line_problems, step_problems, wake_table
 COMPONENTS = {"x": [0], "y": [1], "z": [2], "r": [0, 1, 2], "gx": [3], "gy": [4], "gz": [5], "g": [3, 4, 5]}
 
 
-class RigError(RuntimeError):
+class RigError(RunError):
     """A line that could not be solved; nothing of it is given as a value."""
 
 

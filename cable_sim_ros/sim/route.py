@@ -10,6 +10,7 @@ from math import asin, atan2, cos, hypot, pi, sin, tan
 
 import numpy as np
 
+from ..errors import RunError
 from ..physics.cable_assembly import Cable
 from ..physics.fairing import PRESETS
 from ..physics.section import Section, material_of
@@ -26,8 +27,10 @@ ROUND_OFF = 1e-12  # least residual that can be asked for, over EA
 MOST_PUSH = 0.01  # push in a cable at rest over its largest tension: more is no state a cable stays in
 
 
-class StartError(RuntimeError):
+class StartError(RunError):
     """No static equilibrium was found; ``residual`` [N] is what is left."""
+
+    cause = "NO_START"
 
     def __init__(self, message: str, residual: float):
         super().__init__(message)

@@ -20,6 +20,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from .. import __version__
+from ..errors import CableSimError
 from ..physics.frame import CONTACT_COLUMNS, FRAME, SHAPE_COLUMNS, SLOPE_COLUMNS
 from ..physics.inputs import Inputs
 from ..physics.output import Output
@@ -59,7 +60,7 @@ ARRAYS = (  # of a snapshot
 )
 
 
-class SaveError(ValueError):
+class SaveError(CableSimError, ValueError):
     """A simulation that could not be saved or loaded; the text names the file, the reason and the remedy."""
 
 

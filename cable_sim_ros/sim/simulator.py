@@ -9,6 +9,7 @@ from math import cos, radians, sin
 
 import numpy as np
 
+from ..errors import RunError
 from ..physics.frame import FRAME, SHAPE_COLUMNS, Flag, strum_table
 from ..physics.heave_compensation import LAWS, SetpointLaw
 from ..physics.inputs import Inputs, make_inputs
@@ -32,7 +33,7 @@ from .static_shape import tow_shape
 from .wake_tables import begin_wakes
 
 
-class SolverError(RuntimeError):
+class SolverError(RunError):
     """The tick could not be solved; the state is that before it. frames: of the ticks before it in the same call."""
 
     def __init__(self, text: str, frames: np.recarray | None = None) -> None:

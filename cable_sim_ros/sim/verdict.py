@@ -10,24 +10,11 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
+from ..errors import CODE_DAMAGED, CODE_DOUBTFUL, CODE_FAILED, CODE_OK
 from ..physics.frame import Flag
 from ..physics.heave_compensation import SetpointLaw
 from ..physics.section import material_of
-from .flag_rules import (
-    CHECKS,
-    CODE_DAMAGED,
-    CODE_DOUBTFUL,
-    CODE_FAILED,
-    CODE_OK,
-    DAMAGE,
-    DOUBTFUL,
-    FAILED,
-    MOST_STRESS,
-    OK,
-    REFUSED,
-    REFUSED_S,
-    RULES,
-)
+from .flag_rules import CHECKS, DAMAGE, DOUBTFUL, FAILED, MOST_STRESS, OK, REFUSED, REFUSED_S, RULES
 from .scene import Scene
 
 FIGURES_OF = {name: figures for name, _, figures, _ in CHECKS}

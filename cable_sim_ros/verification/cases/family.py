@@ -6,8 +6,10 @@ import re
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from ...errors import CableSimError
 
-class CaseError(ValueError):
+
+class CaseError(CableSimError, ValueError):
     """A case file that cannot be taken; the text names file, key and consequence."""
 
 

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ...errors import RunError
 from ...ros.live import Child, environment, read_state
 from ...ros.probe import Probe
 
@@ -22,7 +23,7 @@ READY_WITHIN = 300.0  # s; compiling everything from nothing takes minutes on a 
 NODE = [sys.executable, "-m", "cable_sim_ros.ros.node"]
 
 
-class RigError(RuntimeError):
+class RigError(RunError):
     """A process of the test that did not do what the test needs; the text has its last lines."""
 
 

@@ -1,0 +1,24 @@
+"""Errors that a user is told, and the codes that commands leave with. Imports nothing.
+
+An error of these is expected: its text is the whole message, the command line prints it in one line. Any other error is
+a fault of the program and keeps its traceback.
+"""
+
+# where several apply: 2, 1, 3, 4, 0
+CODE_OK, CODE_FAILED, CODE_INPUT, CODE_DAMAGED, CODE_DOUBTFUL = 0, 1, 2, 3, 4
+
+
+class CableSimError(Exception):
+    """What is wrong with what was given, or why a run came to no end; every error of the package is one.
+
+    exit_code: of a command that ends with it; cause: name in sim/flag_rules.CHECKS, where that is a run that failed.
+    """
+
+    exit_code = CODE_INPUT
+    cause = "HALTED"
+
+
+class RunError(CableSimError, RuntimeError):
+    """What was given was right, but no run came of it."""
+
+    exit_code = CODE_FAILED
