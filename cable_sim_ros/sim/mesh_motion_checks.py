@@ -121,7 +121,7 @@ def feed_problems(scene: Scene) -> list[Problem]:
 def limit_problems(scene: Scene) -> list[Problem]:
     """Soft limits that leave no travel, or that the start lies beyond."""
     winch, route = scene.winch, Route(scene)
-    scope = route.total - route.wound - route.inboard
+    scope = route.scope
     low, high = winch.least_scope, winch.most_scope
     if low is not None and high is not None and low >= high:
         return [

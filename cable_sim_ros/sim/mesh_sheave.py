@@ -38,7 +38,7 @@ USUAL_POSITION, PER_SCOPE = 0.01, (1e-5, 1e-3)  # m, kept within shares of the s
 def scope_range(scene: Scene) -> tuple[float, float, float]:
     """Scope [m] at the start, the least that the mesh is made for, and the largest that the winch pays out."""
     route, winch = Route(scene), scene.winch
-    start = route.total - route.wound - route.inboard
+    start = route.scope
     most = route.total - winch.dead_length - route.inboard
     if winch.most_scope is not None:
         most = min(most, winch.most_scope)

@@ -115,6 +115,11 @@ class Route:
         """Length [m] from leaving the drum to the point above the sheave's axis; the scope begins there."""
         return self.span + self.sheave * (self.tilt if self.tilt > 0.0 else tan(self.tilt))
 
+    @property
+    def scope(self) -> float:
+        """Length [m] outboard at the start, from the point above the sheave's axis."""
+        return self.total - self.wound - self.inboard
+
     def on_sheave(self, angle: float) -> float:
         """Length [m] that lies on the sheave under a line that leaves at ``angle`` [rad] from the vertical."""
         return max(self.sheave * (0.5 * pi - angle + self.tilt), 0.0)

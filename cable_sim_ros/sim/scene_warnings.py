@@ -77,8 +77,7 @@ def _fastest(scene: Scene) -> float:
 
 
 def _at_rest(scene: Scene) -> TowShape:
-    route = Route(scene)
-    return tow_shape(scene, route.total - route.wound - route.inboard)
+    return tow_shape(scene, Route(scene).scope)
 
 
 def part_cautions(scene: Scene) -> list[Problem]:

@@ -71,7 +71,7 @@ def strum_cautions(scene: Scene) -> list[Problem]:
 def _far_cautions(scene: Scene) -> list[Problem]:
     """Reynolds numbers and angles to the flow of the tow at rest that the laws were not made for."""
     route, rows = Route(scene), strum_sections(scene)
-    shape = tow_shape(scene, route.total - route.wound - route.inboard)
+    shape = tow_shape(scene, route.scope)
     strumming = shape.wet & (rows["strums"][shape.section] > 0)
     if not strumming.any():
         return []

@@ -188,7 +188,7 @@ def wake_problems(scene: Scene, table: list[tuple[float, float, str]], speed: fl
 def least_tensions(scene: Scene) -> dict[str, float]:
     """Least tension [N] in the static shape at the start of each section that is in the water, where vortices are."""
     route, names = Route(scene), list(section_ends(scene.cable))
-    shape = tow_shape(scene, route.total - route.wound - route.inboard)
+    shape = tow_shape(scene, route.scope)
     within = {name: shape.tension[(shape.section == i) & shape.wet] for i, name in enumerate(names)}
     return {name: float(tension.min()) for name, tension in within.items() if len(tension)}
 

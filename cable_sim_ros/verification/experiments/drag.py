@@ -194,7 +194,7 @@ def _otherwise() -> list[dict]:
     """What another law of the bare part changes in the static shape of full_scale."""
     scene = load_scene("full_scale")
     route = Route(scene)
-    scope, told = route.total - route.wound - route.inboard, []
+    scope, told = route.scope, []
     for name, keys in ({"as shipped": {}} | OTHERWISE).items():
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # laws outside their range are what is compared
