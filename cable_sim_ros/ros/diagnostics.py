@@ -12,6 +12,8 @@ from math import isnan
 
 from ..io.messages import CAUSES, Command
 from ..physics.frame import Flag, Source
+from ..sim.flag_rules import OK as OK_RUN
+from ..sim.flag_rules import RULES
 from .health import InputHealth
 from .lockstep_status import lockstep_figures, lockstep_status
 from .publisher import TickPublisher
@@ -25,21 +27,8 @@ LAST_SECOND = 1_050_000_000  # ns
 LAGGING = 0.1  # s behind the motion that are worth a warning: longer than the steps a controller acts in
 ARRIVED = 0.1  # m; a winch this near to its length is there
 NEWEST = 1000  # ticks the percentiles of /diagnostics look back
-ALARMS = (  # flags of a Frame that are worth a warning, most telling first; their texts are those of Flag
-    Flag.SLACK,
-    Flag.DETACHED,
-    Flag.PENETRATION,
-    Flag.COARSE_AT_SURFACE,
-    Flag.DRUM_END,
-    Flag.WINCH_LIMIT,
-    Flag.SEABED,
-    Flag.SLACK_ENERGY,
-    Flag.SETPOINT_LIMITED,
-    Flag.WINCH_SATURATED,
-    Flag.RINGING_DAMPED,
-    Flag.LOW_FLOW,
-    Flag.HALVED,
-)
+# those that make a run doubtful first
+ALARMS = tuple(Flag[rule.flag] for rule in sorted(RULES, key=lambda rule: rule.state == OK_RUN) if rule.alarm)
 
 
 class Watch:

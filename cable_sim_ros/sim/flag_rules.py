@@ -37,7 +37,8 @@ class Rule(NamedTuple):
     """How much of a flag a run bears: up to ``seconds`` in all, or ``share`` of the run where that is longer.
 
     state: of a run with more of it, OK: any amount is harmless; at_end: a run that ends with it is not ok either;
-    compensating: it only counts where a set-point law drives the winch.
+    compensating: it only counts where a set-point law drives the winch; alarm: a tick with it is a warning in
+    /diagnostics.
     """
 
     flag: str
@@ -49,6 +50,7 @@ class Rule(NamedTuple):
     why: str  # these bounds
     at_end: bool = False
     compensating: bool = False
+    alarm: bool = False
 
 
 RULES = (
@@ -70,7 +72,7 @@ RULES = (
         "a number that is not finite was found and the run halted",
         "nothing was simulated after it",
     ),
-    Rule("HALVED", OK, 0.0, 0.0, (), "shorter steps were needed", "they are solved to the same tolerance"),
+    Rule("HALVED", OK, 0.0, 0.0, (), "shorter steps were needed", "they are solved to the same tolerance", alarm=True),
     Rule(
         "SLACK",
         DOUBTFUL,
@@ -80,6 +82,7 @@ RULES = (
         "part of the cable carried less than no tension: the least tension is that of a rod, and the snap as it comes "
         "tight depends on mesh and step. Do not design for these peaks without a finer step",
         "one snap makes the largest tension of a run of any length; a touch of less than 0.1 s makes none",
+        alarm=True,
     ),
     Rule(
         "DETACHED",
@@ -91,6 +94,7 @@ RULES = (
         "its groove, and tension is that of a cable without its sheave",
         "a lift of some tenths of a second is a snap that comes down again; longer, it lies beside the sheave",
         at_end=True,
+        alarm=True,
     ),
     Rule(
         "PENETRATION",
@@ -101,6 +105,7 @@ RULES = (
         "the cable was pressed deeper into the sheave than contact.penetration_limit: line loads are spread too wide. "
         "Tension and towbody hardly notice. Give contact.working_tension the highest tension expected",
         "contact figures are means over the run: 1 % of it does not show in them",
+        alarm=True,
     ),
     Rule(
         "COARSE_AT_SURFACE",
@@ -111,6 +116,7 @@ RULES = (
         "an element too long for sheave or drum lay on it: tension ripples or jumps, contact and wrap angle are wrong. "
         "Give a finer mesh there",
         "each coming on is a jump of the tension, which stands as a peak in a run of any length",
+        alarm=True,
     ),
     Rule(
         "MOTION_STALE",
@@ -148,6 +154,7 @@ RULES = (
         COMPENSATED,
         "the winch stood at an end stop: it did not go where commands and set-point sent it",
         "one heave at the end stop makes the largest tension of a run of any length",
+        alarm=True,
     ),
     Rule(
         "WINCH_LIMIT",
@@ -158,8 +165,18 @@ RULES = (
         "the winch stood at a soft limit of the scene: that way there was no compensation and tension took the motion",
         "as DRUM_END; without compensation a winch that stops at its limit does what the scene asks of it",
         compensating=True,
+        alarm=True,
     ),
-    Rule("SEABED", OK, 0.0, 0.0, (), "cable or towbody lay on the seabed", "the seabed of the scene carries it"),
+    Rule(
+        "SEABED",
+        OK,
+        0.0,
+        0.0,
+        (),
+        "cable or towbody lay on the seabed",
+        "the seabed of the scene carries it",
+        alarm=True,
+    ),
     Rule(
         "SLACK_ENERGY",
         DOUBTFUL,
@@ -168,6 +185,7 @@ RULES = (
         (*PEAKS, *BODY),
         "slack cable gained energy that nothing gave it: what it does when it comes tight is too strong",
         "the flag has its own share of the work",
+        alarm=True,
     ),
     Rule(
         "SETPOINT_LIMITED",
@@ -177,6 +195,7 @@ RULES = (
         COMPENSATED,
         "the set-point law asked for more than there is and was limited: this is not its compensation",
         "one heave without compensation makes the largest tension; 1 % of the run does not show in the rest",
+        alarm=True,
     ),
     Rule(
         "COMMAND_LIMITED",
@@ -195,6 +214,7 @@ RULES = (
         (),
         "hardly any water flowed past the towbody: its heading was held",
         "the heading alone is held, no figure of the summary depends on it",
+        alarm=True,
     ),
     Rule(
         "WINCH_SATURATED",
@@ -205,6 +225,7 @@ RULES = (
         "the winch was held to its largest rate or acceleration: it did not follow the set-point",
         "as SETPOINT_LIMITED; without compensation the ramp of the commands is all there is to follow",
         compensating=True,
+        alarm=True,
     ),
     Rule(
         "RINGING_DAMPED",
@@ -214,6 +235,7 @@ RULES = (
         PEAKS,
         "the time steps damped ringing of the tension away: deviation and peaks are too small",
         "the flag has its own share of the working tension; without it as soon as the deviation misses 2 %",
+        alarm=True,
     ),
 )
 # causes that are no flags: name, state, figures, what is looked at
