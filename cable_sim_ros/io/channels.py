@@ -307,7 +307,7 @@ TRANSFORMS = Channel(  # /tf of tools: relative, as on the global /tf the simula
 
 
 SOMETIMES: tuple[tuple[Channel, Callable[[Scene], bool]], ...] = ((STRUM, strumming_on),)  # and which scenes have it
-EVERY = (*CHANNELS, TRANSFORMS, *(channel for channel, _ in SOMETIMES))  # that any scene may have: README, SROS2 policy
+EVERY = (*CHANNELS, TRANSFORMS, *(channel for channel, _ in SOMETIMES))  # of any scene: docs/topics.md, SROS2 policy
 
 
 def channels_of(scene: Scene) -> tuple[Channel, ...]:

@@ -308,7 +308,7 @@ def flag_names(flags: Flag) -> str:
 
 
 def final_figures(session: Session, publisher: TickPublisher | None, recorder_stats) -> dict:
-    """Figures of the whole run (of the newest ten minutes where they are percentiles), names as in the README."""
+    """Figures of the whole run (of the newest ten minutes where they are percentiles), names as in docs/json.md."""
     figures: dict = {"state": session.state, "problem": session.problem}
     if session.loop is not None:
         counters = session.counters()

@@ -62,6 +62,6 @@ FIGURES = (
 
 
 def figures_markdown() -> str:
-    """FIGURES as a Markdown table, for the README."""
+    """FIGURES as a Markdown table, for docs/json.md."""
     rows = [f"| `{name}` | {'' if unit == '1' else unit} | {meaning} |" for name, unit, meaning in FIGURES]
     return "\n".join(["| field | unit | meaning |", "|---|---|---|", *rows])

@@ -1,6 +1,6 @@
 """Summary of a run: the figures a towing engineer asks for first, from its Frames.
 
-One table declares every figure; the JSON, the printed table and the README are made from it. Statistics leave out
+One table declares every figure; the JSON, the printed table and docs/json.md are made from it. Statistics leave out
 the first ``skip_s`` seconds, in which the tow finds its rhythm; counts and durations are of the whole run.
 """
 
@@ -352,6 +352,6 @@ def summary_table(summary: dict, title: str = "Summary") -> Table:
 
 
 def summary_markdown() -> str:
-    """The declaration as a Markdown table, for the README."""
+    """The declaration as a Markdown table, for docs/json.md."""
     rows = [f"| `{name}` | {'' if unit == '1' else unit} | {meaning} |" for name, unit, meaning in SUMMARY]
     return "\n".join(["| field | unit | meaning |", "|---|---|---|", *rows])

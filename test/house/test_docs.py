@@ -12,7 +12,7 @@ from cable_sim_ros.io.messages import CAUSES
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "cable_sim_ros"
 DOCS = ROOT / "docs"
-PAGES = [ROOT / "README.md", *sorted(DOCS.glob("*.md"))]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md"))]
 CODE = {path: path.read_text("utf-8") for path in sorted(PACKAGE.rglob("*.py"))}
 THEORY = (DOCS / "theory.md").read_text("utf-8")
 REFERENCES = (DOCS / "references.md").read_text("utf-8")
@@ -116,6 +116,11 @@ def test_explicit_anchors_are_unique():
     for page in PAGES:
         ids = re.findall(r'<a id="([^"]+)"></a>', page.read_text("utf-8"))
         assert len(ids) == len(set(ids)), page.name
+
+
+def test_every_picture_is_shown_on_a_page():
+    shown = {path.name for page in PAGES for path in map(Path, re.findall(r"\]\(([^)\s]+)\)", page.read_text("utf-8")))}
+    assert {path.name for path in DOCS.glob("*.[ps][nv]g")} - shown == set()
 
 
 def test_every_page_is_in_the_index():

@@ -1,4 +1,4 @@
-"""What README and docs/json.md say is so: commands, Python, tables, files."""
+"""What README, CONTRIBUTING and the pages of reference say is so: commands, Python, topics, figures, floors, files."""
 
 import ast
 import re
@@ -9,11 +9,14 @@ import click
 import pytest
 from pydantic import ValidationError
 
+import cable_sim_ros
 from cable_sim_ros.cli.commands import main
+from cable_sim_ros.cli.report import tell
 from cable_sim_ros.io import channels
 from cable_sim_ros.io.channels import EVERY, Channel, Context, channels_of
 from cable_sim_ros.io.load import load_scene, override
 from cable_sim_ros.io.markers import markers_channel
+from cable_sim_ros.io.messages import KINDS
 from cable_sim_ros.io.resources import shipped_bags, shipped_scenes
 from cable_sim_ros.io.winch_plan import WinchPlan
 from cable_sim_ros.runs import offline
@@ -21,20 +24,36 @@ from cable_sim_ros.runs.summary import SUMMARY, summary_markdown
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text("utf-8")
-JSON = (ROOT / "docs" / "json.md").read_text("utf-8")
+CONTRIBUTING = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
+COMMANDS, FIGURES, INDEX, JSON, TOPICS, WINCH = (
+    (ROOT / "docs" / f"{name}.md").read_text("utf-8")
+    for name in ("commands", "figures", "index", "json", "topics", "winch")
+)
 MAKEFILE = (ROOT / "Makefile").read_text("utf-8")
+PLACEHOLDER = "cable-sim COMMAND --help"
+DOORS = ["Start", "How-to", "Reference", "Theory", "Evidence", "Developers"]
 
 
-def commands():
-    """Every `cable-sim ...` in the README as words."""
-    return sorted({text for text in re.findall(r"`(cable-sim [^`]*)`", README)})
+def commands(*pages):
+    """Every `cable-sim ...` of the pages as words."""
+    return sorted({text for page in pages for text in re.findall(r"`(cable-sim [^`]*)`", page)} - {PLACEHOLDER})
+
+
+def section(page, heading):
+    """What stands on a page under a heading of the second level."""
+    return page.partition(f"\n## {heading}\n")[2].partition("\n## ")[0]
+
+
+def plain(text):
+    """A text in one line."""
+    return " ".join(text.split())
 
 
 def test_there_are_commands_to_check():
-    assert len(commands()) >= 8
+    assert len(commands(COMMANDS)) >= len(main.list_commands(None))
 
 
-@pytest.mark.parametrize("text", commands())
+@pytest.mark.parametrize("text", commands(README, CONTRIBUTING, COMMANDS, INDEX))
 def test_commands_exist_with_their_options(text):
     _, name, *arguments = shlex.split(text)
     command = main.get_command(None, name)
@@ -42,22 +61,47 @@ def test_commands_exist_with_their_options(text):
     parser.parse_args(arguments)  # raises for an unknown option; argument types are the command's own matter
 
 
-def test_every_command_is_in_the_readme():
-    named = {text.split()[1] for text in commands()}
-    assert named == set(main.list_commands(None))
+def test_every_command_has_its_row():
+    """One row a command in the first table; the second has only forms of `run`."""
+    first = re.findall(r"^\| `cable-sim ([\w-]+)", section(COMMANDS, "Every command"), re.M)
+    assert sorted(first) == sorted(main.list_commands(None))
+    second = re.findall(r"^\| `cable-sim ([\w-]+)", section(COMMANDS, "Offline runs"), re.M)
+    assert len(second) >= 8 and set(second) == {"run"}
 
 
-def test_make_targets_exist():
-    for target in set(re.findall(r"make (\w+)", README)):
+@pytest.mark.parametrize("page", [README, CONTRIBUTING, COMMANDS], ids=["README", "CONTRIBUTING", "commands"])
+def test_make_targets_exist(page):
+    targets = set(re.findall(r"`make ([a-z-]+)", page)) | set(re.findall(r"^make ([a-z-]+)", page, re.M))
+    assert targets
+    for target in targets:
         assert re.search(rf"^{target}:", MAKEFILE, re.M), target
 
 
+def test_every_make_target_stands_in_contributing():
+    (targets,) = re.findall(r"^\.PHONY: (.*)$", MAKEFILE, re.M)
+    assert set(targets.split()) - set(re.findall(r"`make ([a-z-]+)", CONTRIBUTING)) == {"help", "clean"}
+
+
 @pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
-def test_the_python_of_the_readme_runs(capsys):
+def test_the_python_of_the_readme_runs_and_prints_what_it_says(capsys):
     (code,) = re.findall(r"```python\n(.*?)```", README, re.S)
+    assert len([line for line in code.splitlines() if line]) <= 12
     exec(compile(code, "README.md", "exec"), {})
-    tension = float(capsys.readouterr().out.split()[0])
-    assert tension > 100.0
+    (said,) = re.findall(r"# (\d+ N, [\d.]+ m deep)$", code, re.M)
+    printed, shown = (list(map(float, re.findall(r"[\d.]+", text))) for text in (capsys.readouterr().out, said))
+    assert printed[0] == pytest.approx(shown[0], abs=1.0) and printed[1] == pytest.approx(shown[1], abs=0.1)
+
+
+@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+def test_what_the_readme_shows_of_a_run_is_what_a_run_prints(tmp_path, capsys):
+    (block,) = re.findall(r"```text\n(.*?)```", README, re.S)
+    rows = re.findall(r"^│ (\w+) +│ [\d.]+ │ (\w+) +│ (.*?) +│$", block, re.M)
+    assert len(rows) == 3 and set(rows) <= set(SUMMARY)
+    tell(offline.run("full_scale", duration=1.0, out=tmp_path), tmp_path, as_json=False)
+    printed = capsys.readouterr().out.splitlines()
+    assert all(any(line.startswith(f"│ {name} ") for line in printed) for name, *_ in rows)
+    paths = [line.replace(f"{tmp_path}/", "runs/20261122_233406/") for line in printed if not line.startswith("│")]
+    assert paths[-4:] == block.splitlines()[-4:]
 
 
 def test_the_python_of_the_rig_page_runs(capsys):
@@ -73,14 +117,14 @@ def test_the_python_of_the_rig_page_runs(capsys):
 
 
 def test_the_python_of_the_winch_page_runs(capsys):
-    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "winch.md").read_text("utf-8"), re.S)
+    blocks = re.findall(r"```python\n(.*?)```", WINCH, re.S)
     (code,) = (block for block in blocks if "rclpy" not in block)  # test/ros/test_controller.py runs the other
     exec(compile(code, "winch.md", "exec"), {})
     assert float(capsys.readouterr().out) == pytest.approx(0.2, abs=1e-3)
 
 
 def test_the_plans_of_the_pages_are_plans():
-    for page in (README, (ROOT / "docs" / "winch.md").read_text("utf-8")):
+    for page in (COMMANDS, WINCH):
         plans = re.findall(r'--winch "([^"]*)"', page)
         assert plans and all(str(WinchPlan(plan)) == plan for plan in plans)
 
@@ -102,7 +146,22 @@ DRAWN = markers_channel(load_scene("full_scale"), 1.0)
 def test_every_channel_has_its_row():
     for channel in (*EVERY, DRAWN):
         kind = channel.msgtype.replace("/msg/", "/")
-        assert re.search(rf"^\| out \| `{channel.topic}` \| {kind} \|", README, re.M), channel.topic
+        assert re.search(rf"^\| `{channel.topic}` \| {kind} \|", section(TOPICS, "Out"), re.M), channel.topic
+        assert f"`{channel.topic}`" in section(README, "Topics"), channel.topic
+
+
+def test_every_input_has_its_row():
+    for msgtype, topic in KINDS.values():
+        kind = msgtype.replace("/msg/", "/")
+        assert re.search(rf"^\| `{topic}` \| {kind} \|", section(TOPICS, "In"), re.M), topic
+        assert f"`{topic}`" in section(README, "Topics"), topic
+
+
+def test_the_readme_names_no_other_topic():
+    lines = re.findall(r"^\* (.*)$", section(README, "Topics"), re.M)
+    assert len(lines) == 5
+    listed = set(re.findall(r"^\| `([\w/]+)` \|", TOPICS, re.M))
+    assert {name for line in lines for name in re.findall(r"`([\w/]+)`", line)} == listed
 
 
 def test_every_channel_may_be_published_by_the_security_policy():
@@ -115,7 +174,7 @@ def test_every_channel_may_be_published_by_the_security_policy():
 
 @pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
 def test_a_channel_of_some_scenes_is_one_of_all():
-    """One that stood in no table was missing from README and policy, and nothing said so."""
+    """One that stood in no table was missing from page and policy, and nothing said so."""
     rows = {row for row in vars(channels).values() if isinstance(row, Channel)}
     by_hand = {f"cable.sections.{name}.drag_amplification": 1.0 for name in ("bare", "faired")}
     strumming = override(load_scene("full_scale"), {"viv.law": "govardhan_williamson"} | by_hand)
@@ -128,29 +187,68 @@ def test_a_channel_of_some_scenes_is_one_of_all():
 
 def test_shipped_names_are_right():
     for name in ("nbp1406", "lmg1903"):
-        assert name in shipped_bags() and f"`{name}`" in README
-    assert all(f"`{name}`" in README for name in shipped_scenes())
+        assert name in shipped_bags()
+    for heading, names in (("Scenes", shipped_scenes()), ("Bags", shipped_bags())):
+        assert sorted(re.findall(r"^\| `(\w+)` \|", section(COMMANDS, heading), re.M)) == names
 
 
-@pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md"])
+@pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md", "docs/commands.md", "docs/index.md"])
 def test_files_named_in_a_page_exist(page):
     text = (ROOT / page).read_text("utf-8")
     for path in re.findall(r"\]\(((?!http)[^)]+)\)", text):
-        assert (ROOT / path.partition("#")[0]).exists(), path
+        assert ((ROOT / page).parent / path.partition("#")[0]).exists(), path
     for path in re.findall(r"`((?:physics|sim|io|runs|lab|ros)/\w+\.py)`", text):
         assert (ROOT / "cable_sim_ros" / path).exists(), path
     for path in re.findall(r"`((?:test|docs|config|bags|\.ci)/[\w/.]*)`", text):
         assert (ROOT / path).exists(), path
 
 
-def test_the_readme_has_six_figures_and_the_others_stand_elsewhere():
-    table = README[README.index("\n## Figures\n") :].split("\n\n")[2].splitlines()
-    assert len(table) == 2 + 6
-    others = (ROOT / "docs" / "figures.md").read_text("utf-8")
-    assert not [row for row in table[2:] if row in others]
+def test_the_readme_has_three_figures_and_each_stands_among_all():
+    """Each result, and the mesh of the reference, is that of the same row in docs/figures.md."""
+    bullets = [plain(text) for text in section(README, "Figures").split("\n* ")[1:]]
+    assert [re.match(r"\*\*(\w+):", text)[1] for text in bullets] == ["Speed", "Accuracy", "Agreement"]
+    numbers = [set(re.findall(r"\d+\.\d+|\d{3,}", re.sub(r"\(\d{4}\)|NBP1406", "", text))) for text in bullets]
+    assert [len(found) for found in numbers] == [4, 2, 6]
+    rows = [row for row in FIGURES.splitlines() if row.startswith("|")]
+    for found, first in zip(numbers, ("offline", "offline", "static tow `full_scale_westin`"), strict=True):
+        among = " ".join(row for row in rows if row.startswith(f"| {first}"))
+        assert found <= set(re.findall(r"\d+\.\d+|\d{3,}", among)), found
+    for condition in ("AVX2", "Python 3.11", "numba 0.68"):
+        assert condition in section(README, "Figures").split("\n* ")[0] and condition in FIGURES.split("|")[0]
 
 
-def test_targets_of_contributing_exist():
-    text = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
-    for target in set(re.findall(r"`make (\w+)", text)):
-        assert re.search(rf"^{target}:", MAKEFILE, re.M), target
+def test_no_row_of_a_table_stands_on_two_pages():
+    pages = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+    mine = ("README.md", "CONTRIBUTING.md", "commands.md", "figures.md", "index.md", "topics.md")
+    where: dict[str, set[str]] = {}
+    for page in pages:
+        for row in page.read_text("utf-8").splitlines():
+            if row.startswith("| ") and len(row) > 60:
+                where.setdefault(row, set()).add(page.name)
+    assert len(where) > 500
+    assert not {row: names for row, names in where.items() if len(names) > 1 and names & set(mine)}
+
+
+def test_readme_and_index_have_the_same_doors():
+    assert re.findall(r"^\* \*\*([\w-]+)\*\*: ", section(README, "Doors"), re.M) == DOORS
+    assert re.findall(r"^## (.+)$", INDEX, re.M) == DOORS
+    for door in DOORS:  # what the README opens, the index opens under the same door
+        text = section(README, "Doors").partition(f"* **{door}**: ")[2].partition("\n* ")[0]
+        opened = {target.removeprefix("docs/") for target in re.findall(r"\]\(([^)]+)\)", text)}
+        behind = {target.removeprefix("../") for target in re.findall(r"\]\(([^)]+)\)", section(INDEX, door))}
+        assert opened and opened <= behind | {f"index.md#{door.lower()}"}, door
+
+
+def test_the_readme_is_a_page_of_short_lines():
+    assert len(README.splitlines()) <= 100
+    for page in (README, CONTRIBUTING, INDEX):
+        lines = [line for line in page.splitlines() if not line.startswith(("|", "!["))]
+        assert [line for line in lines if len(line) > 100] == []
+
+
+def test_contributing_names_every_floor():
+    (block,) = re.findall(r"```\ncable_sim_ros/\n(.*?)```", CONTRIBUTING, re.S)
+    folders = {path.parent.name for path in (ROOT / "cable_sim_ros").glob("*/__init__.py")}
+    assert set(re.findall(r"^  (\w+)/ ", block, re.M)) == folders
+    names = block.partition("lazily: ")[2].partition("\n  physics/")[0]
+    assert set(re.findall(r"\w+", names)) <= set(cable_sim_ros.__all__)

@@ -29,20 +29,23 @@ def told(qos):
 def test_every_channel_stands_on_the_page_as_it_is():
     page = rows(OUT)
     for channel in OURS:
-        rate, qos, _ = page[channel.topic]
+        kind, _, rate, qos, _ = page[channel.topic]
+        assert kind == channel.msgtype.replace("/msg/", "/"), channel.topic
         assert rate == (f"{channel.rate:g} Hz" if channel.rate else "every tick"), channel.topic
         assert qos == told(node.QOS[channel.qos]), channel.topic
     others = {markers.TOPIC, node.AGES_TOPIC, "/diagnostics", "/clock"}
     assert set(page) == {channel.topic for channel in OURS} | others
     assert f"depth of {node.STEPPED_QOS['reliable'].depth} there" in " ".join(PAGE.split())
-    assert page[node.AGES_TOPIC][1] == page["/diagnostics"][1] == told(node.QOS["reliable"])
+    assert page[node.AGES_TOPIC][3] == page["/diagnostics"][3] == told(node.QOS["reliable"])
 
 
 def test_every_input_stands_on_the_page_as_it_is():
     page = rows(IN)
     assert set(page) == {topic for _, topic in KINDS.values()}
-    for cells in page.values():
-        assert cells[0] == f"best effort, {node.INPUT_DEPTH[False]} ({node.INPUT_DEPTH[True]} in lockstep)"
+    kinds = {topic: msgtype.replace("/msg/", "/") for msgtype, topic in KINDS.values()}
+    for topic, cells in page.items():
+        assert cells[0] == kinds[topic]
+        assert cells[2] == f"best effort, {node.INPUT_DEPTH[False]} ({node.INPUT_DEPTH[True]} in lockstep)"
 
 
 def test_services_may_wait_as_the_page_says():

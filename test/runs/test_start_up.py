@@ -84,8 +84,9 @@ def test_the_pages_say_what_a_run_without_motion_is_in_waves():
     page = " ".join((root / "docs" / "waves.md").read_text("utf-8").split())
     assert "With waves or turbulence on `--motion none` is the tow in the sea alone, no static tow" in page
     assert "[`SEA_GROWING`](flags.md#verdict)" in page and "the edge of a cube of its displaced volume" in page
-    (row,) = [line for line in (root / "README.md").read_text("utf-8").splitlines() if "--motion none --json" in line]
-    assert "the sea alone" in row and "docs/waves.md#figures-of-a-run" in row
+    commands = (root / "docs" / "commands.md").read_text("utf-8")
+    (row,) = [line for line in commands.splitlines() if "--motion none --json" in line]
+    assert "the sea alone" in row and "`--duration`" in row and "](waves.md#figures-of-a-run)" in row
     assert "leaves the key out or\ngives `null`" in (root / "docs" / "parameters.md").read_text("utf-8")
 
 
