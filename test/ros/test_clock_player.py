@@ -84,5 +84,6 @@ def test_a_bag_reaches_a_paused_node_whole_and_through_a_pause(world, bag):
     stamps = watcher.stamps()
     assert set(b - a for a, b in zip(stamps, stamps[1:])) == {10 * MS} and len(stamps) >= 600
     figures = node.state()
-    assert figures["received"] == {"imu": 301, "odometry": 301} and figures["dropped"] == {}
+    assert set(figures["received"]) == {"imu", "odometry"} and figures["dropped"] == {}
+    assert set(figures["received"].values()) <= {300, 301}, "the last may be on its way when the node is stopped"
     assert figures["lockstep"]["imu_missed"] <= 5 and "played 602 messages" in player.text
