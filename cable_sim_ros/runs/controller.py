@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..sim.inputs import WinchCommand
+from ..sim.inputs import InputError, WinchCommand
 
 if TYPE_CHECKING:
     from .offline import Run
@@ -102,6 +103,10 @@ class ControlLoop:
                 f"The run ended there; return WinchCommand(rate=...) in m/s or WinchCommand(payout=...) in m, positive "
                 f"out, or None to leave the winch with the command before"
             )
+        try:
+            replace(command)  # one that was changed after it was made is checked again
+        except InputError as error:
+            raise ControllerError(f"{where}: returned what is no command. {error}. The run ended there") from error
         until = now + round(self.ticks * self.tick * 1e9)
         if command.time_ns is not None and not now < command.time_ns <= until:
             raise ControllerError(
@@ -111,13 +116,6 @@ class ControlLoop:
             )
         self.commands += 1
         return command
-
-    def refused(self, cause: str, now: int, begin: int) -> ControllerError:
-        """The error for a command that the winch's intake refused; cause: in words."""
-        return ControllerError(
-            f"controller, after {(now - begin) * 1e-9:.3f} s of the run: its command is refused ({cause}). The run "
-            f"ended there; return finite numbers in m and m/s"
-        )
 
     def figures(self) -> dict[str, float | int]:
         """For the JSON of a run."""

@@ -14,7 +14,7 @@ import numpy as np
 from ..io.commands import CommandIngest, encode_command
 from ..io.journal import Start
 from ..io.load import SceneWarning
-from ..io.messages import CAUSES, Refused, decode_imu, decode_odometry
+from ..io.messages import Refused, decode_imu, decode_odometry
 from ..io.motion import MotionIngest
 from ..io.motion_table import MotionError
 from ..io.mounting import mounting_of
@@ -229,22 +229,19 @@ class Pass:
 
         The command counts a nanosecond late, see `WinchPlan.commands`. Raises ControllerError.
         """
-        begin = self.origin.time
-        command = control.ask(self.sim.frame, now, begin)
+        command = control.ask(self.sim.frame, now, self.origin.time)
         if command is not None:
-            cause = self._push(command, now + 1 if command.time_ns is None else command.time_ns)
-            if cause:
-                raise control.refused(CAUSES[cause], now, begin)
+            self._push(command, now + 1 if command.time_ns is None else command.time_ns)
             self.pending.sort(key=lambda event: event.arrival)
 
-    def _push(self, command: WinchCommand, stamp: int) -> str:
-        """Push a command as a message with this stamp [ns]; returns the cause of its refusal, "" where it is taken."""
+    def _push(self, command: WinchCommand, stamp: int) -> None:
+        """Push a command as a message with this stamp [ns]."""
         offset, least = 0, 0
         if self.feeder is not None:
             offset, least = self.feeder.clock.offset or 0, (self.feeder.clock.first or 0) + 1
         data, arrival = encode_command(stamp, command.payout, command.rate), max(stamp + offset, least)
         self.pending.append(Event(stamp, arrival, "command", data))
-        return self.commands.take(data, arrival, stamp)
+        self.commands.take(data, arrival, stamp)
 
     def _check_ring(self) -> None:
         """A tick needs all the motion it lasts, and what comes before and after it, in the ring of inputs."""

@@ -90,9 +90,9 @@ def run(
     step and every: see `stepped`; out: folder to make, with the bag ``tow`` of every channel and ``summary.json``;
     save: file to write the state at the end to; resumed: such a file to begin from, see `runs.resume`: scene None is
     that of the file then, and winch None its plan where its motion goes on; markers: rate of ``cable/markers`` in the
-    bag [Hz], 0: none; check: run it again finer, see `runs.finer`, not with ``resumed``; settings: other values by
-    dotted key, of the scene, or of ``motion.`` and ``heave.`` for how the messages of a bag are taken in; topics: those
-    of a bag by kind (imu, odometry, command) where the search by type and name is not to decide.
+    bag [Hz], 0: none; check: run it again finer, see `runs.refinement_check`, not with ``resumed``; settings: other
+    values by dotted key, of the scene, or of ``motion.`` and ``heave.`` for how the messages of a bag are taken in;
+    topics: those of a bag by kind (imu, odometry, command) where the search by type and name is not to decide.
 
     controller: commands the winch in place of a plan and of the commands of the bag: a callable that takes a copy of
     the row of the last tick (a record of FRAME, SI units; the first is that of the start) and returns a WinchCommand,
@@ -211,6 +211,7 @@ def replay(
 
     scene: default the one kept in the bag. The start is the recorded one where the bag has it. algorithm, settings,
     topics, markers: as of `run`; how messages are taken in can be set where the bag has no journal alone.
+    The Run has ``frames`` [ticks] as of `run`, and ``residuals``, ours less recorded, with their units.
     Raises as `run`, and BagError where no scene is given and the bag keeps none.
     """
     check_rate(markers)
