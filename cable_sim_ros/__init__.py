@@ -11,20 +11,40 @@ __version__ = "0.1.0"
 
 _FACE = {  # name -> module
     "CableSimError": "errors",
+    "ControllerError": "runs.controller",
     "Rig": "sim.rig",
     "ShipMotion": "sim.inputs",
     "Simulator": "api",
     "WinchCommand": "sim.inputs",
     "WinchPlan": "io.winch_plan",
     "load_scene": "io.load",
+    "motion_of_bag": "runs.motion_samples",
+    "replay": "runs.offline",
+    "run": "runs.offline",
 }
-__all__ = ["CableSimError", "Rig", "ShipMotion", "Simulator", "WinchCommand", "WinchPlan", "__version__", "load_scene"]
+__all__ = [
+    "CableSimError",
+    "ControllerError",
+    "Rig",
+    "ShipMotion",
+    "Simulator",
+    "WinchCommand",
+    "WinchPlan",
+    "__version__",
+    "load_scene",
+    "motion_of_bag",
+    "replay",
+    "run",
+]
 
 if TYPE_CHECKING:
     from .api import Simulator
     from .errors import CableSimError
     from .io.load import load_scene
     from .io.winch_plan import WinchPlan
+    from .runs.controller import ControllerError
+    from .runs.motion_samples import motion_of_bag
+    from .runs.offline import replay, run
     from .sim.inputs import ShipMotion, WinchCommand
     from .sim.rig import Rig
 

@@ -24,12 +24,14 @@ from ..physics.heave_filter import Heave, MotionInput
 from ..physics.inputs import MOTION_ROWS
 from ..physics.parameter import Block
 from ..sim import checks
+from ..sim.inputs import WinchCommand
 from ..sim.mesh_kinds import FeedMesh
 from ..sim.rebase import carried_over
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
 from ..sim.verdict import Reason
 from . import mean_track, motion_preview, pitch_sign
+from .controller import ControllerError, ControlLoop
 from .resume import Resumed, nothing_left
 from .stepping import Drive, Driven, Progress, RunRecorder, silent
 
@@ -47,7 +49,8 @@ HEADING_OVER = 60.0  # s of motion whose mean yaw is the heading of the start
 class Pass:
     """One pass of the simulator over its input.
 
-    tow: recorded motion, None for the mean track; winch: a plan that commands the winch; mesh: in place of the scene's.
+    tow: recorded motion, None for the mean track; winch: a plan that commands the winch; mesh: in place of the scene's;
+    control: a controller that commands it, in place of a plan. `failed`: its error, which ended the pass.
     """
 
     def __init__(
@@ -57,6 +60,7 @@ class Pass:
         progress: Progress = silent,
         winch: WinchPlan | None = None,
         mesh: FeedMesh | None = None,
+        control: ControlLoop | None = None,
     ) -> None:
         self.scene, self.tow, self.progress = scene, tow, progress
         self.sim = Simulator(scene, mesh)
@@ -66,7 +70,8 @@ class Pass:
         self.feeder = None if tow is None else Feeder(self.sim.inputs, tow, scene, *taken_in(tow), drum)
         self.pending: list[Event] = []
         self.commands = CommandIngest(self.sim.inputs, drum) if self.feeder is None else self.feeder.commands
-        self.winch = winch
+        self.winch, self.control = winch, control
+        self.failed: ControllerError | None = None
         if winch is not None:
             winch.check(self.sim.model.settings[0].drum)
         self.doubts: list[Reason] = []  # of the run, beside those of its Frames
@@ -114,6 +119,8 @@ class Pass:
         try:
             drive.begin(start)
             self._steps(drive, start.time, ticks)
+        except ControllerError as error:  # the ticks before it count
+            self.failed = error
         finally:
             drive.close()
         self.done = self.done_before + drive.done
@@ -124,7 +131,8 @@ class Pass:
             self.doubts += mean_track.look(self.scene, start.heading, frames) + pitch_sign.look(frames)
         if self.feeder is not None:
             self.doubts += motion_preview.doubts(self.feeder.ingest, drive.done * self.tick / SECOND)
-        return Driven(frames, compiled - begun, started - starting, drive.stepping, drive.cpu, drive.problem)
+        problem = drive.problem or str(self.failed or "")
+        return Driven(frames, compiled - begun, started - starting, drive.stepping, drive.cpu, problem)
 
     def first(self) -> Start:
         """Where the motion begins; pushes it as far as that."""
@@ -163,6 +171,8 @@ class Pass:
         chunk = max(1, min(min(round(CHUNK * SECOND), self._ring_limit()) // self.tick, CHUNK_TICKS))
         while drive.done < ticks and not drive.problem:
             count = min(chunk, ticks - drive.done)
+            if self.control is not None:
+                count = min(count, self.control.most)
             if self.feeder is not None and self.tow is not None:
                 self.pending += self.feeder.until(now + count * self.tick + AHEAD)
                 if self.feeder.jumped:
@@ -174,6 +184,10 @@ class Pass:
                         self.plan_start, self.planned = self.plan_start + went - now, self.planned + went - now
                         now = went
                         continue
+            if self.control is not None:
+                self._ask(self.control, now)
+                count = min(count, self.control.left)
+                self.control.left -= count
             now += count * self.tick
             if self.winch is not None:
                 self._command(self.winch, self.plan_start, self.planned, now + AHEAD)
@@ -206,15 +220,28 @@ class Pass:
 
         Their arrival is on the clock of the bag, and after that of the motion which the run began with.
         """
+        for command in plan.commands(self.sim.model.settings[0].drum, start, begin, end):
+            self._push(command, int(command.time_ns or 0))
+        self.pending.sort(key=lambda event: event.arrival)
+
+    def _ask(self, control: ControlLoop, now: int) -> None:
+        """Ask the controller if it is due, and push its command, as a message like those of a plan.
+
+        The command counts a nanosecond late, see `WinchPlan.commands`. Raises ControllerError.
+        """
+        command = control.ask(self.sim.frame, now, self.origin.time)
+        if command is not None:
+            self._push(command, now + 1 if command.time_ns is None else command.time_ns)
+            self.pending.sort(key=lambda event: event.arrival)
+
+    def _push(self, command: WinchCommand, stamp: int) -> None:
+        """Push a command as a message with this stamp [ns]."""
         offset, least = 0, 0
         if self.feeder is not None:
             offset, least = self.feeder.clock.offset or 0, (self.feeder.clock.first or 0) + 1
-        for command in plan.commands(self.sim.model.settings[0].drum, start, begin, end):
-            stamp = int(command.time_ns or 0)
-            data, arrival = encode_command(stamp, command.payout, command.rate), max(stamp + offset, least)
-            self.commands.take(data, arrival, stamp)
-            self.pending.append(Event(stamp, arrival, "command", data))
-        self.pending.sort(key=lambda event: event.arrival)
+        data, arrival = encode_command(stamp, command.payout, command.rate), max(stamp + offset, least)
+        self.pending.append(Event(stamp, arrival, "command", data))
+        self.commands.take(data, arrival, stamp)
 
     def _check_ring(self) -> None:
         """A tick needs all the motion it lasts, and what comes before and after it, in the ring of inputs."""

@@ -23,6 +23,11 @@ FIGURES = (
     ("setpoint", "", "set-point algorithm"),
     ("imu_only", "", "true: odometry was left out"),
     ("winch", "", "winch plan; absent without one"),
+    (
+        "controller",
+        "",
+        "controller given to `run` in Python: `period_s`, `calls`, `commands`, `limited` (counts); absent without one",
+    ),
     ("motion_refused", "1", "motion messages refused or bridged, by cause"),
     ("commands_refused", "1", "winch commands refused, by cause"),
     ("commands_limited", "1", "winch commands that asked for more than the winch can do, by what was limited"),

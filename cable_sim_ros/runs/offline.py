@@ -26,6 +26,7 @@ from ..sim.scene import Scene
 from ..sim.simulator import Simulator
 from ..sim.verdict import Reason, Verdict
 from . import motion_preview, refinement_check, verdict
+from .controller import Controller, ControlLoop, alone
 from .journal_replay import Rerun
 from .message_run import Pass, taken_in
 from .metrics import FIGURES as FIGURES
@@ -77,6 +78,8 @@ def run(
     check: bool = False,
     settings: Settings = NOTHING,
     topics: Mapping[str, str] = NOTHING,
+    controller: Controller | None = None,
+    control_period: float | None = None,
     progress: Progress = silent,
 ) -> Run:
     """Simulate a scene under the motion of a bag or CSV table, a sinusoidal heave, or on its mean track (motion None).
@@ -87,12 +90,23 @@ def run(
     step and every: see `stepped`; out: folder to make, with the bag ``tow`` of every channel and ``summary.json``;
     save: file to write the state at the end to; resumed: such a file to begin from, see `runs.resume`: scene None is
     that of the file then, and winch None its plan where its motion goes on; markers: rate of ``cable/markers`` in the
-    bag [Hz], 0: none; check: run it again finer, see `runs.finer`, not with ``resumed``; settings: other values by
-    dotted key, of the scene, or of ``motion.`` and ``heave.`` for how the messages of a bag are taken in; topics: those
-    of a bag by kind (imu, odometry, command) where the search by type and name is not to decide.
-    Raises SceneError, BagError, MotionError, PlanError, ResourceError, StartError, SaveError; a solver that gives up
-    ends the run, and nothing is saved.
+    bag [Hz], 0: none; check: run it again finer, see `runs.refinement_check`, not with ``resumed``; settings: other
+    values by dotted key, of the scene, or of ``motion.`` and ``heave.`` for how the messages of a bag are taken in;
+    topics: those of a bag by kind (imu, odometry, command) where the search by type and name is not to decide.
+
+    controller: commands the winch in place of a plan and of the commands of the bag: a callable that takes a copy of
+    the row of the last tick (a record of FRAME, SI units; the first is that of the start) and returns a WinchCommand,
+    or None: the command before goes on. It is asked between two ticks, every control_period [s, a whole number of
+    ticks; None: every tick] of simulation time, which stands meanwhile. Its command counts from the tick that follows,
+    ``winch.command_delay`` later where the scene has one; a rate lasts ``winch.command_timeout``.
+
+    The Run has ``frames`` [ticks] (fields and units: ``cable_sim_ros.physics.frame.FIELDS``), ``figures`` by the names
+    of docs/json.md, ``problem`` and ``verdict``. Raises SceneError, BagError, MotionError, PlanError, ResourceError,
+    StartError, SaveError; a solver that gives up ends the run, and nothing is saved. Raises ControllerError where the
+    controller raises or returns what is no command: the run ends there, what was recorded of it and its summary stay,
+    and ``run`` of the error has it.
     """
+    alone(winch, controller, control_period, check)
     resumed = resumed if resumed is None or isinstance(resumed, Resumed) else Resumed(resumed)
     if scene is None and resumed is None:
         raise TypeError("run() needs a scene, or a saved state as `resumed`")
@@ -108,28 +122,34 @@ def run(
     plan = None if winch is None else WinchPlan.of(winch)
     told = told_of(motion, heave, imu_only, plan)._replace(settings=of_intake(settings), topics=dict(topics))
     before = 0.0  # s simulated under the same motion
+    own_plan = winch is not None
     if resumed is not None:
-        before, plan = resumed.before(told), plan or resumed.plan(told)
+        before, kept = resumed.before(told), resumed.plan(told)
+        own_plan |= controller is not None and kept is not None
+        plan = plan or (kept if controller is None else None)
         told = told._replace(winch=None if plan is None else str(plan))
     bag = _bag_path(out)
     if save is not None:
         check_place(save)
     scene = _scene_of(scene, resumed, algorithm, step, every, settings)
+    control = None if controller is None else ControlLoop(controller, control_period, scene.solver.tick)
     if duration is None and motion is None:
         after = 0.0 if plan is None else max(0.0, plan.last + AFTER_PLAN - before)
         duration = (max(HEAVE_SECONDS, after) if heave is not None else after) or None
     lasts = duration if duration is None or heave is None else before + duration
     tow = motion_of(scene, motion, heave, lasts, imu_only, settings, topics)
-    if plan is not None and tow is not None:
+    if tow is not None and (plan is not None or control is not None):
         tow.events = [event for event in tow.events if event.kind != "command"]
-    one = Pass(scene, tow, progress=progress, winch=plan)
-    driven = one.go(duration, bag, markers, resumed, winch is not None)
+    one = Pass(scene, tow, progress=progress, winch=plan, control=control)
+    driven = one.go(duration, bag, markers, resumed, own_plan)
     before = one.done_before * one.tick * 1e-9
     result = _run_of(one.sim, one.tick, tow, driven, bag, before)
     result.figures.update(_intake_figures(one))
     result.figures["imu_only"] = imu_only
     if plan is not None:
         result.figures["winch"] = str(plan)
+    if control is not None:
+        result.figures["controller"] = control.figures() | {"limited": dict(one.commands.clamped)}
     if resumed is not None:
         result.figures["resumed"] = resumed.figures()
     if save is not None and result.problem:
@@ -148,6 +168,9 @@ def run(
             progress,
         )
     _write_summary(out, result)
+    if one.failed is not None:
+        one.failed.run = result
+        raise one.failed
     return result
 
 
@@ -188,6 +211,7 @@ def replay(
 
     scene: default the one kept in the bag. The start is the recorded one where the bag has it. algorithm, settings,
     topics, markers: as of `run`; how messages are taken in can be set where the bag has no journal alone.
+    The Run has ``frames`` [ticks] as of `run`, and ``residuals``, ours less recorded, with their units.
     Raises as `run`, and BagError where no scene is given and the bag keeps none.
     """
     check_rate(markers)

@@ -1,0 +1,123 @@
+"""A winch controller of the user's own in an offline run: a callable that takes a row and gives a command."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import RunError
+from ..sim.inputs import InputError, WinchCommand
+
+if TYPE_CHECKING:
+    from .offline import Run
+
+Controller = Callable[[np.record], WinchCommand | None]  # row of the last tick -> command, None: as it was
+WHOLE = 1e-6  # of a tick: a control period nearer to a whole number of ticks is one
+NOTHING_DONE = "nothing was simulated"
+
+
+class ControllerError(RunError):
+    """A controller that cannot be asked, raised, or gave what is no command.
+
+    run: what was simulated before, with its Frames, figures and recording; None where nothing was. ``__cause__`` is
+    what the controller raised.
+    """
+
+    run: Run | None = None
+
+
+def alone(winch: object | None, controller: object | None, control_period: float | None, check: bool) -> None:
+    """Raise ControllerError for what a controller cannot be given with."""
+    if controller is None and control_period is not None:
+        raise ControllerError(
+            f"control_period = {control_period:g} s was given without a controller: {NOTHING_DONE}. Give both, "
+            f"or leave it out"
+        )
+    if controller is not None and winch is not None:
+        raise ControllerError(
+            f"controller and winch = {str(winch)!r:.60} both command the winch: {NOTHING_DONE}. Give one of "
+            f"them; a controller can follow a plan by the time of its row"
+        )
+    if controller is not None and check:
+        raise ControllerError(
+            f"check=True would run a second time, with a controller that remembers the first: {NOTHING_DONE}. "
+            "Leave it out, and run again with a new controller and half the `every`"
+        )
+
+
+class ControlLoop:
+    """Asks a controller once in a control period, between two ticks.
+
+    `left`: ticks until it is asked again; `calls` and `commands` count.
+    """
+
+    def __init__(self, controller: Controller, period: float | None, tick: float) -> None:
+        """period: s, None: every tick; tick: s. Raises ControllerError for a period that is not made of ticks."""
+        if not callable(controller):
+            raise ControllerError(
+                f"controller = {controller!r:.60} is a {type(controller).__name__}, no callable; {NOTHING_DONE}. Give "
+                f"a function that takes the row of a tick and returns a WinchCommand or None"
+            )
+        ticks = 1.0 if period is None else period / tick
+        if not 1.0 - WHOLE <= ticks < 2**31 or abs(ticks - round(ticks)) > WHOLE:
+            raise ControllerError(
+                f"control_period = {period:g} s is no whole number of ticks of {tick:g} s; {NOTHING_DONE}. Give a "
+                f"multiple of {tick:g} s, or another length of the ticks with `every`"
+            )
+        self.controller, self.ticks, self.tick = controller, round(ticks), tick
+        self.left = self.calls = self.commands = 0
+
+    @property
+    def most(self) -> int:
+        """Ticks that may be simulated before it is asked."""
+        return self.left or self.ticks
+
+    def ask(self, row: np.record, now: int, begin: int) -> WinchCommand | None:
+        """Its command on the row of the last tick, if it is due; now, begin: ns, of the present and of the run.
+
+        A row of another time, after a jump of the clock, is not shown: the controller is asked a tick later. Raises
+        ControllerError.
+        """
+        if self.left:
+            return None
+        if int(row["time"]) != now:
+            self.left = 1
+            return None
+        self.left = self.ticks
+        self.calls += 1
+        where = f"controller, after {(now - begin) * 1e-9:.3f} s of the run"
+        try:
+            command = self.controller(row.copy())
+        except Exception as error:
+            raise ControllerError(
+                f"{where}: raised {type(error).__name__}: {error}. The run ended there; correct the controller. What "
+                f"was simulated before is `run` of this error"
+            ) from error
+        if command is None:
+            return None
+        if not isinstance(command, WinchCommand):
+            raise ControllerError(
+                f"{where}: returned {command!r:.60}, a {type(command).__name__} and neither a WinchCommand nor None. "
+                f"The run ended there; return WinchCommand(rate=...) in m/s or WinchCommand(payout=...) in m, positive "
+                f"out, or None to leave the winch with the command before"
+            )
+        try:
+            replace(command)  # one that was changed after it was made is checked again
+        except InputError as error:
+            raise ControllerError(f"{where}: returned what is no command. {error}. The run ended there") from error
+        until = now + round(self.ticks * self.tick * 1e9)
+        if command.time_ns is not None and not now < command.time_ns <= until:
+            raise ControllerError(
+                f"{where}: returned WinchCommand.time_ns = {command.time_ns} ns, outside ({now}, {until}] ns, the "
+                f"control period that begins. The run ended there; leave time_ns out, a command then counts at once; "
+                f"a dead time of the drive is winch.command_delay of the scene"
+            )
+        self.commands += 1
+        return command
+
+    def figures(self) -> dict[str, float | int]:
+        """For the JSON of a run."""
+        return {"period_s": self.ticks * self.tick, "calls": self.calls, "commands": self.commands}
