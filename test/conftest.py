@@ -29,6 +29,7 @@ TRUST = {
     "physics/test_packed.py",  # these three start processes
     "io/test_bag.py",
     "io/test_typestore.py",
+    "house/test_jobs.py",
     "house/test_package.py",
     "house/test_readme.py",
     "house/test_tutorial.py",

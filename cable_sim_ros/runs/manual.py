@@ -13,15 +13,16 @@ from ..sim.scene import Scene
 TITLE = """# Parameters
 
 Made by `cable-sim manual --out docs/parameters.md` from the declarations in the code; do not edit.
-SI units; degrees only where a name says `_deg`. A value outside its range, an unknown key or a wrong type stops the
-start. **fixed**: a change needs a new start; **live**: may be changed while the node runs.
+SI units; degrees only where a name says `_deg`. A value outside its range, an unknown key or a
+wrong type stops the start. **fixed**: a change needs a new start; **live**: may be changed while
+the node runs.
 """
 
 SCENE = """## Scene
 
-Keys of a scene file. The same dotted names are ROS parameters of the node, where they stand above the file.
-`<name>` is the free name of a section or of a body on the line. Where the default is none, a file leaves the key out or
-gives `null`; in a ROS parameter file a list is then `[.nan]`.
+Keys of a scene file. The same dotted names are ROS parameters of the node, where they stand above
+the file. `<name>` is the free name of a section or of a body on the line. Where the default is
+none, a file leaves the key out or gives `null`; in a ROS parameter file a list is then `[.nan]`.
 """
 
 

@@ -12,6 +12,7 @@ from cable_sim_ros.io.messages import CAUSES
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "cable_sim_ros"
 DOCS = ROOT / "docs"
+WIDEST = 100  # characters of a line of prose
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md"))]
 CODE = {path: path.read_text("utf-8") for path in sorted(PACKAGE.rglob("*.py"))}
 THEORY = (DOCS / "theory.md").read_text("utf-8")
@@ -99,6 +100,27 @@ def wrong_links(page, text):
         elif anchor and anchor not in anchors(path.read_text("utf-8")):
             wrong.append(f"{target}: no such anchor")
     return wrong
+
+
+def too_wide(text):
+    """Lines of prose over WIDEST characters that have a blank to break at; a link or a piece of code stays whole."""
+    rest = re.sub(r"^ *(```|\$\$).*?(?:^ *```|\$\$)$", "", text, flags=re.S | re.M)
+    wide = [line for line in rest.splitlines() if len(line) > WIDEST and not re.match(r" *[|#]|    ", line)]
+    whole = r"!?\[[^\]]*\]\([^)]*\)|(`+)[^`]+\1|\$[^$]+\$"
+    return [line for line in wide if " " in re.sub(whole, "x", re.sub(r"^ *(?:[-*+] +|\d+[.)] +)?", "", line))]
+
+
+@pytest.mark.parametrize("page", sorted({*DOCS.glob("*.md")}), ids=lambda path: path.name)
+def test_lines_of_prose_are_not_too_wide(page):
+    assert too_wide(page.read_text("utf-8")) == []
+
+
+def test_a_wide_line_is_found():
+    line = "a word and " * 10
+    link = f"* [{line}](theory.md)"
+    allowed = f"| {line} |\n\n```\n{line}\n```\n\n$$a\n{line}$$\n\n# {line}\n\n{link}\n"
+    assert too_wide(allowed) == []
+    assert too_wide(f"{allowed}* {line}\n  {link} then\n") == [f"* {line}", f"  {link} then"]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)

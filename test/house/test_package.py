@@ -9,6 +9,7 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import pytest
+import yaml
 
 import cable_sim_ros
 from cable_sim_ros.io import resources
@@ -16,6 +17,7 @@ from cable_sim_ros.io.load import load_scene
 from cable_sim_ros.io.span_file import load_span
 
 ROOT = Path(__file__).resolve().parents[2]
+CITATION = yaml.safe_load((ROOT / "CITATION.cff").read_text("utf-8"))
 PACKAGE_XML = ElementTree.parse(ROOT / "package.xml").getroot()
 # key -> what it installs on Ubuntu 24.04; source: ros/rosdistro, rosdep/python.yaml at 8468e88 (2026-08-22)
 ROSDEP = {
@@ -75,13 +77,37 @@ def test_package_xml_is_one_that_colcon_takes():
 
 
 def test_version_is_the_same_everywhere(arguments):
-    assert PACKAGE_XML.findtext("version") == arguments["version"] == cable_sim_ros.__version__
+    assert PACKAGE_XML.findtext("version") == arguments["version"] == cable_sim_ros.__version__ == CITATION["version"]
 
 
 def test_name_and_licence_are_the_same_everywhere(arguments):
     assert PACKAGE_XML.findtext("name") == arguments["name"] == resources.PACKAGE
     assert PACKAGE_XML.findtext("license") == arguments["license"] == "MIT"
     assert (ROOT / "LICENSE").read_text().startswith("MIT License")
+    assert CITATION["title"] == arguments["name"] and CITATION["license"] == "MIT"
+
+
+def test_authors_are_the_same_everywhere(arguments):
+    (author,) = CITATION["authors"]
+    (named,) = PACKAGE_XML.findall("author")
+    assert author["name"] == named.text == arguments["author"] == PACKAGE_XML.findtext("maintainer")
+    assert author["email"] == named.get("email") == arguments["maintainer_email"]
+
+
+def test_the_thesis_that_is_cited_stands_in_the_references():
+    (thesis,) = CITATION["references"]
+    page = " ".join((ROOT / "docs" / "references.md").read_text("utf-8").split())
+    assert f"C. {thesis['authors'][0]['family-names']}, *{thesis['title']}*" in page and str(thesis["year"]) in page
+
+
+def test_rosdoc2_finds_its_file_the_pages_and_the_package():
+    """Its two YAML documents: kind of the file, and settings with paths from the folder of package.xml."""
+    file = ROOT / PACKAGE_XML.findtext("export/rosdoc2")
+    kind, config = yaml.safe_load_all(file.read_text("utf-8"))
+    assert kind == {"type": "rosdoc2 config", "version": 1}
+    (builder,) = config["builders"]
+    assert list((ROOT / builder["sphinx"]["sphinx_sourcedir"]).glob("*.md"))
+    assert (ROOT / config["settings"]["python_source"] / "__init__.py").exists()
 
 
 def test_python_dependencies_are_the_same_in_both_worlds(arguments):
