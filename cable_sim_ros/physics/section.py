@@ -158,7 +158,7 @@ class Cable(Material):
         1.0,
         36000.0,
         "time constant of the cable's own mean velocity, with which the mean flow past it acts "
-        "on the extra drag of amplification; several waves long",
+        "on the extra drag of amplification; several waves long. Shorter for a while after a change of winch or ship",
         "docs/theory.md; Westin (64) in a steady tow",
     )
     model: CableModel = quantity(
