@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from ..sim.deviation_checks import hauled_into_waves
 from ..sim.verdict import Verdict, check, judge_counts, of_node, overload, verdict_of
 from .publisher import TickPublisher
 from .session import Session
@@ -21,7 +22,11 @@ def verdict_of_node(session: Session, publisher: TickPublisher | None, figures: 
         scene.solver.tick,
         int(publisher.latest["status"]),
         scene=scene,
-        others=(*overload(scene, publisher.most_tension), *of_node(figures)),
+        others=(
+            *overload(scene, publisher.most_tension),
+            *hauled_into_waves(scene, publisher.sums.least_scope),
+            *of_node(figures),
+        ),
         problem=problem,
     )
     known = {reason.flag for reason in found.reasons}

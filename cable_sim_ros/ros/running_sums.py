@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import asin, atan2, cos, degrees, isfinite, nan, sin, sqrt
+from math import asin, atan2, cos, degrees, inf, isfinite, nan, sin, sqrt
 
 import numpy as np
 
@@ -53,10 +53,12 @@ class RunningSums:
         self._tension = Moments()  # N, and the square of what was damped away, N^2
         self._ship = Moments()  # acceleration ahead, m/s^2, and pitch, deg
         self._before: tuple[int, float, float] = 0, nan, nan  # time [ns], velocity ahead [m/s], pitch [deg]
+        self.least_scope = inf  # m
 
     def add(self, frame: np.record) -> None:
         """One Frame."""
         self._seen += 1
+        self.least_scope = min(self.least_scope, float(frame["scope"]))
         x, y, z, w = (float(part) for part in frame["ship_quaternion"])
         yaw = atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
         pitch = degrees(asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x)))))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..physics.frame import Flag
-from ..sim.deviation_checks import SKIP, deviation_damped
+from ..sim.deviation_checks import SKIP, deviation_damped, hauled_into_waves
 from ..sim.flag_rules import WITHIN, WITHIN_JOURNAL, WITHIN_M
 from ..sim.route import DRUM_RESERVE, Route
 from ..sim.scene import Scene
@@ -36,6 +36,7 @@ def judge(frames: np.recarray, scene: Scene | None = None, others: Iterable[Reas
     if scene is not None:
         share = float(np.mean(most > strength(scene)))
         over = overload(scene, float(most.max()), share * len(most) * tick, share)
+        over += hauled_into_waves(scene, float(frames["scope"].min()))
     found = judge_counts(
         dict(zip(map(int, status), map(int, counts))),
         tick,

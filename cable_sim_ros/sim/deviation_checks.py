@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
+
+from ..physics.water import WaveKind
 from .flag_rules import RULES
+from .mesh import mesh_plan
+from .mesh_motion_checks import WAVES_BEYOND
+from .route import Route
+from .scene import Scene
 from .verdict import Reason, check
 
 SKIP = 20.0  # s at the start, which figures leave out: the motion is taken up there
@@ -40,3 +47,26 @@ def deviation_damped(mean: float, there: float, lost: float) -> tuple[Reason, ..
         return ()
     rule = next(rule for rule in RULES if rule.flag == "RINGING_DAMPED")
     return (Reason(rule.flag, 0.0, 0.0, rule.figures, rule.text),)
+
+
+def hauled_into_waves(scene: Scene, least: float) -> tuple[Reason, ...]:
+    """Reason where cable was hauled in to a scope of ``least`` [m] at which the elements are too long for the waves of
+    the water: the mesh is made for them from the scope of the start on."""
+    start = Route(scene).scope
+    plan = mesh_plan(scene) if scene.water.waves.kind is not WaveKind.OFF and least < start else None
+    rows = () if plan is None else sorted((row.scope, row.tension) for row in plan.expected if np.isfinite(row.tension))
+    if not rows:
+        return ()
+    worst = max((error for scope, error in rows if least <= scope < start), default=0.0)
+    worst = max(worst, float(np.interp(least, *np.array(rows).T)))
+    if worst <= WAVES_BEYOND * scene.accuracy.tension:
+        return ()
+    return (
+        check(
+            "MESH_WAVES",
+            f"cable was hauled in from a scope of {start:.4g} m to {least:.4g} m, where the elements are too long for "
+            f"waves of {scene.water.waves.period:g} s: the deviation of the tension is expected to err by "
+            f"{100.0 * worst:.2g} % of itself there, accuracy.tension = {scene.accuracy.tension:g} is not kept. Start "
+            f"with the shorter scope, or run with --check",
+        ),
+    )

@@ -264,6 +264,13 @@ CHECKS = (
         "-0.4): pitch with the other sign",
     ),
     (
+        "MESH_WAVES",
+        DOUBTFUL,
+        SEAWAY,
+        "cable was hauled in, from the scope of the start, to one at which the elements are too long for the waves of "
+        "the water: 1.5 times `accuracy.tension` or more",
+    ),
+    (
         "MOTION_REFUSED",
         DOUBTFUL,
         TENSION + BODY,

@@ -1,10 +1,15 @@
 """Bodies and terminations turn the line: the elements beside such a corner, their error, and the check that sees it."""
 
+import re
+
 import pytest
 
-from cable_sim_ros.io.load import SceneError, SceneWarning, override
+from cable_sim_ros import Simulator
+from cable_sim_ros.io.load import SceneError, SceneWarning, load_scene, override
 from cable_sim_ros.runs.mesh import check, extrapolated, kept
+from cable_sim_ros.runs.verdict import judge
 from cable_sim_ros.sim import mesh_maker
+from cable_sim_ros.sim.deviation_checks import hauled_into_waves
 from cable_sim_ros.sim.mesh import mesh_plan
 from cable_sim_ros.sim.mesh_corners import Turn, error_per_turn, stiffness
 from cable_sim_ros.sim.mesh_kinds import places_outboard
@@ -140,3 +145,21 @@ def test_a_mesh_by_hand_too_coarse_for_its_waves_brings_a_caution():
     )
     with pytest.warns(SceneWarning, match=text):
         override(TOWS["wave_of_4_s"].scene, {"mesh.sections": {"cable": {"elements": 12}}})
+
+
+def test_a_haul_to_where_the_mesh_is_too_coarse_for_the_waves_is_doubtful():
+    """The mesh is made for the waves from the scope of the start on; shallower, the verdict says what it errs by."""
+    waves = {"water.waves.kind": "airy", "water.waves.height": 1.0, "water.waves.period": 5.0}
+    scene = override(load_scene("full_scale"), waves)
+    assert not hauled_into_waves(scene, 449.0) and not hauled_into_waves(load_scene("full_scale"), 100.0)
+    (reason,) = hauled_into_waves(scene, 200.0)
+    assert reason.flag == "MESH_WAVES" and "450 m to 200 m" in reason.text
+    said = float(re.search(r"err by (\S+) %", reason.text)[1])
+    error = {row.scope: row.tension for row in mesh_plan(scene).expected}
+    assert 1.5 < said / 100.0 / scene.accuracy.tension and said < 100.0 * error[135.0]
+    sim = Simulator(scene)
+    sim.start()
+    frames = sim.run(2).copy()
+    assert "MESH_WAVES" not in {reason.flag for reason in judge(frames, scene).reasons}
+    frames["scope"] = 200.0
+    assert "MESH_WAVES" in {reason.flag for reason in judge(frames, scene).reasons}
