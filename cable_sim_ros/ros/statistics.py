@@ -32,17 +32,22 @@ class Samples:
 
 
 class Rate:
-    """Events per second, from a counter looked at now and then."""
+    """Events per second, from a counter looked at now and then, also twice at once where a state changes."""
+
+    SHORTEST = 200_000_000  # ns; over less than that a regular stream shows any rate, 0 as well
 
     def __init__(self) -> None:
         self._last: tuple[int, int] | None = None
+        self._rate = math.nan
 
     def of(self, count: int, monotonic_ns: int) -> float:
-        """Rate [1/s] since the call before; nan at the first."""
-        last, self._last = self._last, (count, monotonic_ns)
-        if last is None or monotonic_ns <= last[1]:
-            return math.nan
-        return (count - last[0]) / ((monotonic_ns - last[1]) * 1e-9)
+        """Rate [1/s] since a call before, SHORTEST ago at least; nan at the first."""
+        if self._last is None:
+            self._last = count, monotonic_ns
+        since = monotonic_ns - self._last[1]
+        if since >= self.SHORTEST:
+            self._rate, self._last = (count - self._last[0]) / (since * 1e-9), (count, monotonic_ns)
+        return self._rate
 
 
 def clean(value):
