@@ -38,6 +38,7 @@ test: $(VENV)/.test
 
 test-rest: $(VENV)/.test
 	$(PYTEST) -m "rest and not install" $(PYTEST_ARGS)
+	$(BIN)/python -m pytest -m alone $(PYTEST_ARGS)
 
 install-check: $(VENV)/.test
 	$(BIN)/python -m pytest -n 2 --dist loadfile -m install test/install $(PYTEST_ARGS)

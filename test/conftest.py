@@ -47,6 +47,12 @@ REST = {  # of folders named above, long for what they add there
     "validation/test_cases_hydro.py",
     "validation/test_setpoint_runs.py",
 }
+ALONE = {  # of the rest: several processes in real time, which other work on the machine would hold up
+    "examples/test_heave_compensator.py",
+    "examples/test_dying_controller.py",
+    *(f"ros/test_{name}.py" for name in "clock_player controller end_to_end health inputs live lockstep_node".split()),
+    *(f"ros/test_{name}.py" for name in "real ros2_control ros2_control_lockstep run_is_replay".split()),
+}
 _costs: dict[str, float] = defaultdict(float)
 _begun = time.monotonic()
 
@@ -66,7 +72,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark every test with its tier."""
     for item in items:
         file = item.path.relative_to(HERE).as_posix()
-        item.add_marker(tier_of(f"{file}::{item.nodeid.partition('::')[2]}"))
+        tier = tier_of(f"{file}::{item.nodeid.partition('::')[2]}")
+        item.add_marker("alone" if tier == "rest" and file in ALONE else tier)
 
 
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:
