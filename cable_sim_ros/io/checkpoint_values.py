@@ -1,4 +1,4 @@
-"""What the attributes of the objects that take inputs in may be, for notes that come from a file (`io.memento`).
+"""What the attributes of the objects that take inputs in may be, for notes that come from a file (`io.checkpoint`).
 
 An attribute that always is one bool, int, float, text, enum, array or object needs no row: it stays of that kind, and
 finite. Rows are for those that may be absent, hold several, must not be zero, or be a number that is none; `SAME` is

@@ -2,7 +2,7 @@
 
 The node can only smooth what has come, with the twist to hold it against (`io.position_rate_fit`). A bag is known as a
 whole: where its poses are rounded, and its twist is absent or rounded as well, they go through the same spline as a
-rounded table (`io.motion_curves`). A twist that does not fit the poses is left for `io.plausible` to name.
+rounded table (`io.motion_curves`). A twist that does not fit the poses is left for `io.plausibility` to name.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Wrong units and axes of motion messages by name: what `io.plausible` finds, how it shows, what to do about it.
+"""Wrong units and axes of motion messages by name: what `io.plausibility` finds, how it shows, what to do about it.
 
 A guess says how the columns of a comparison would hang together if it were so: rows A with A columns = 0, columns being
 what is integrated or measured. The first guess of a table is that nothing is wrong.

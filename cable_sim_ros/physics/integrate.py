@@ -14,7 +14,7 @@ from .block_tridiagonal import solve, solve_again
 from .cable_assembly import mean_at
 from .jit import NO, YES, driver, inline, link, opaque
 from .line import link_residual, residual
-from .mean_flow import follow, link_pull, mean_share
+from .mean_flow import follow, link_mean_flow, mean_share
 from .parameter import Block, quantity
 from .state import AT_REST, FLOW, GAIN, MEAN, NOW, STEP, A, Change, Q, V, X, keep
 from .towbody import face_flow
@@ -289,7 +289,7 @@ settle = opaque(_settle)
 def link_solver(line, state) -> None:
     """Compile or load the assembly and the Newton solve and publish them; call before anything that uses them runs."""
     link_residual(line, state)
-    link_pull(line, state)
+    link_mean_flow(line, state)
     link(_newton, line, state, AT_REST)
     link(_predict, line, state, 0.0)
     link_stir(line, state)

@@ -16,7 +16,7 @@ from .state import ARC, MEAN, NOW, STEP, STRUM, Q
 from .vec import norm, scale
 from .viv_amplification import EXTRA
 
-# corners times cable.mean_flow_time: what is left of a wave of 10 s is 0.3 % of a speed, 10 % of a commanded rate
+# corners times cable.mean_flow_time; with 60 s 0.1 % of a wave of 8 s is left of a speed, 11 % of a commanded rate
 SHIP, WINCH = 9.0, 27.0
 BUTTERWORTH = (0.9238795325112867, 0.3826834323650898)  # damping of the two halves of a low-pass of fourth order
 HALF_WAVE = 10.0  # s, of the longest wave
@@ -206,7 +206,7 @@ def _follow(line, state):
 take_up, follow = opaque(_take_up), opaque(_follow)
 
 
-def link_pull(line, state) -> None:
+def link_mean_flow(line, state) -> None:
     """Compile or load what moves the mean flow and publish it; call before anything that uses it runs."""
     link(_take_up, line, state, 0.0)
     link(_follow, line, state)

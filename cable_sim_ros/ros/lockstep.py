@@ -143,7 +143,7 @@ class Lockstep:
         self._stamps.clear()
 
     def set_back(self, tree: Any) -> None:
-        """As it was when it was taken (io.memento), but for what is of the present: whether it stands, and its pace.
+        """As it was when it was taken (io.checkpoint), but for what is of the present: whether it stands, and its pace.
 
         Raises ValueError.
         """

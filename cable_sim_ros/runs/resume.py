@@ -56,7 +56,7 @@ class Note(BaseModel):
     plan: tuple[Whole, Whole]  # ns
     next: Count  # message of the motion
     so_far: str  # fingerprint of those before it
-    commands: dict[str, Any]  # of `io.memento`
+    commands: dict[str, Any]  # of `io.checkpoint`
     intake: dict[str, Any] | None = None
 
 

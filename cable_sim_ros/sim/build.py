@@ -218,7 +218,7 @@ def halvings(solver: Solver) -> int:
 
 
 def line_settings(cable: Cable, solver: Solver, gravity: float, tension: float, rules: Rules) -> np.ndarray:
-    """LINE_SETTINGS [1]; tension: working tension [N] that scales the tolerance"""
+    """LINE_SETTINGS [1]; tension: working tension [N] that scales the tolerance."""
     row = np.zeros(1, LINE_SETTINGS)
     row["gravity"], row["rho_inf"] = gravity, solver.rho_inf
     row["tolerance"] = max(solver.tolerance * tension, ROUND_OFF * extreme(cable, "axial_stiffness", max)[1])

@@ -52,7 +52,8 @@ shift = 0  # ns, of the motion's clock
 k = 0
 
 def record():
-    global recorder
+    global recorder, recorded_from
+    recorded_from = session.built_loop.count
     recorder = Recorder(bag, custom_data={"scene_yaml": offline_scene()})
     put = lambda data: recorder.put(f"{context.namespace}/{TOPIC}", MSGTYPE, time.time_ns(), data)
     journal = session.new_journal(put)
@@ -93,6 +94,10 @@ def order(stamp, position=(), velocity=(), **more):
     return session.command(data, arrival)
 
 def finish():
+    for _ in range(100):  # a loaded machine makes fewer ticks in the same time
+        if not 0 <= session.built_loop.count - recorded_from <= 80:
+            break
+        move(0.1)
     session.built_loop.stop()
     publisher.end_recording()
     stats = recorder.close()
@@ -188,7 +193,7 @@ def run_and_replay(what: str, bag: Path) -> dict:
 
 def same(found: dict) -> None:
     assert found["state"] == "" and found["dropped"] == 0 and found["faults"] == []
-    assert found["ticks"] == found["largest"]["ticks"] > 20, "every tick is in the recording"
+    assert found["ticks"] == found["largest"]["ticks"] > 60, "every tick is in the recording"
     assert found["largest"]["difference"] == 0.0, found["largest"]
 
 
