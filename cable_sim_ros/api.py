@@ -32,7 +32,7 @@ class Simulator(simulator.Simulator):
     def run(
         self, count: int, winch: WinchPlan | str | os.PathLike | None = None, *, heads: np.ndarray | None = None
     ) -> np.recarray:
-        """Advance ``count`` ticks; returns their Frames. Raises SolverError, PlanError.
+        """Advance ``count`` ticks; returns their tick outputs. Raises SolverError, PlanError.
 
         winch: a plan, its text or file, its times in s from the start of the simulation; give it again to go on with
         it. What else is pushed as a winch command meanwhile must not be newer than the plan's. heads: see the class

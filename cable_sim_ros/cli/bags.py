@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from ..errors import CODE_DAMAGED
-from ..limits import MOST_TOW_SPEED
+from ..limits import MAX_TOW_SPEED
 from .number import Number
 
 
@@ -36,7 +36,7 @@ def recover(source: str, target: str) -> None:
 @click.option("--data", help="Folder of the source CSV files. Default: the shipped ones.")
 @click.option(
     "--speed",
-    type=Number(-MOST_TOW_SPEED, MOST_TOW_SPEED, "m/s"),
+    type=Number(-MAX_TOW_SPEED, MAX_TOW_SPEED, "m/s"),
     default=2.2,
     show_default=True,
     metavar="M/S",

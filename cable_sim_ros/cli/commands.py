@@ -155,14 +155,14 @@ def node(ros_arguments: tuple[str, ...]) -> None:
 @click.option(
     "--step",
     type=click.Choice(["chosen", "fixed"]),
-    help="Time step: chosen by its error (solver.tension_error, else accuracy.tension), or fixed: one a Frame. "
+    help="Time step: chosen by its error (solver.tension_error, else accuracy.tension), or fixed: one a tick. "
     "Default: chosen; with --from and no SCENE as saved.",
 )
 @click.option(
     "--every",
     type=Number(1e-4, 1.0, "s"),
     metavar="S",
-    help="Seconds between Frames. Default: solver.tick of the scene; 0.1 where it does not choose steps itself.",
+    help="Seconds between tick outputs. Default: solver.tick of the scene; 0.1 where it does not choose steps itself.",
 )
 @click.option(
     "--save", type=click.Path(path_type=Path), metavar="FILE", help="Write the state at the end to FILE, for --from."
@@ -202,9 +202,9 @@ def run(scene, motion, heave, imu_only, step, begin, convention, topics, setting
             if begin is None:
                 motion = SHIPPED_BAG
             else:
-                told = begin.told()
-                motion, heave, imu_only = told[:3]
-                given, topics = {**told.settings, **given}, topics or told.topics
+                report = begin.report()
+                motion, heave, imu_only = report[:3]
+                given, topics = {**report.settings, **given}, topics or report.topics
 
         result = offline.run(
             scene,
@@ -285,15 +285,15 @@ def live(bag, scene, duration, imu_only, out, as_json) -> None:
     out = out or Path("runs") / time.strftime("%Y%m%d_%H%M%S")
     ready(out)
     quiet = (lambda *_: None) if as_json else None
-    told = run_live(path, scene, duration, out, imu_only=imu_only, progress=quiet)
-    recorded = load_run(told["bag"])
-    node_figures = told["node"]
-    outside = {name: node_figures.get(name) for name in OUTSIDE}
-    figures = summarize(recorded.frames, skip_s=start_up(tow, True), **outside)
-    figures.update(scene=recorded.custom_data.get("scene", str(scene)), motion=Path(bag).name, node=node_figures)
-    result = Run(recorded.frames, figures, node_figures.get("problem", ""), Path(told["bag"]))
-    judged(result, tow, of_node(node_figures), played(recorded.frames))
-    (out / "summary.json").write_text(json.dumps(result.figures, indent=1) + "\n", "utf-8")
+    report = run_live(path, scene, duration, out, imu_only=imu_only, progress=quiet)
+    recorded = load_run(report["bag"])
+    node_metrics = report["node"]
+    outside = {name: node_metrics.get(name) for name in OUTSIDE}
+    metrics = summarize(recorded.frames, skip_s=start_up(tow, True), **outside)
+    metrics.update(scene=recorded.custom_data.get("scene", str(scene)), motion=Path(bag).name, node=node_metrics)
+    result = Run(recorded.frames, metrics, node_metrics.get("problem", ""), Path(report["bag"]))
+    judged(result, tow, of_node(node_metrics), played(recorded.frames))
+    (out / "summary.json").write_text(json.dumps(result.metrics, indent=1) + "\n", "utf-8")
     tell(result, out, as_json)
 
 

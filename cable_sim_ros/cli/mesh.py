@@ -48,20 +48,20 @@ def mesh(scene: str, checked: bool, seconds: float, as_json: bool) -> None:
     if checked:
         with progress_bar(as_json) as progress:
             changes = study.check(tow, plan, progress, seconds)
-    told = study.as_json(tow, plan, changes)
+    report = study.as_json(tow, plan, changes)
     if as_json:
-        click.echo(json.dumps(told, indent=1))
+        click.echo(json.dumps(report, indent=1))
     else:
-        _print(tow, plan, changes, told)
-    if changes and not told["kept"]:
+        _print(tow, plan, changes, report)
+    if changes and not report["kept"]:
         sys.exit(FAILED)
 
 
-def _print(scene: Scene, plan: MeshPlan, changes: list[Change], told: dict[str, Any]) -> None:
+def _print(scene: Scene, plan: MeshPlan, changes: list[Change], report: dict[str, Any]) -> None:
     from rich.console import Console
 
     console = Console(width=None if sys.stdout.isatty() else 140)
-    title = f"{scene.name}: {told['elements']} elements, {told['scope_m']:.4g} m of scope at the start"
+    title = f"{scene.name}: {report['elements']} elements, {report['scope_m']:.4g} m of scope at the start"
     rows: list[tuple[str, ...]] = [
         (part.name, part.place, f"{part.elements}", f"{part.shortest:.3g}", f"{part.longest:.3g}", part.reason)
         for part in plan.parts
@@ -89,7 +89,7 @@ def _print(scene: Scene, plan: MeshPlan, changes: list[Change], told: dict[str, 
         ]
         columns = ("what", "tension, mean %", "tension, deviation %", "place of the towbody m")
         console.print(_table("Error by two and four times the elements and half the step", columns, rows))
-        console.print("within what is promised" if told["kept"] else "MORE than is promised")
+        console.print("within what is promised" if report["kept"] else "MORE than is promised")
 
 
 def _table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:

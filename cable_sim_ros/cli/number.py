@@ -9,14 +9,15 @@ import click
 
 
 class Number(click.FloatRange):
-    """A finite number from ``least`` to ``most``; above: the least itself is refused; unit: as it stands in errors."""
+    """A finite number from ``minimum`` to ``maximum``; above: the least itself is refused; unit: as it stands in
+    errors."""
 
     name = "number"
 
-    def __init__(self, least: float, most: float, unit: str = "", *, above: bool = False):
-        super().__init__(min=least, max=most, min_open=above)
+    def __init__(self, minimum: float, maximum: float, unit: str = "", *, above: bool = False):
+        super().__init__(min=minimum, max=maximum, min_open=above)
         self.unit = f" {unit}" if unit else ""
-        self.range = f"{'(' if above else '['}{least:g}, {most:g}]{self.unit}"
+        self.range = f"{'(' if above else '['}{minimum:g}, {maximum:g}]{self.unit}"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """The number; a usage error, code 2, where it is none, not finite or out of range."""

@@ -21,28 +21,28 @@ def tell(result: Run, out: Path | None, as_json: bool) -> None:
     """Figures, residuals of a replay, picture, paths and verdict of a run; leaves with the code of its verdict."""
     pictures = pictures_of(result, out)
     if as_json:
-        click.echo(json.dumps(result.figures, indent=1))
+        click.echo(json.dumps(result.metrics, indent=1))
     else:
         from rich.console import Console
 
-        from ..runs.offline import FIGURES
+        from ..runs.offline import METRICS
         from ..runs.summary import format_value, summary_table
 
-        figures = result.figures
-        table = summary_table(figures, f"{figures.get('scene', '')}, motion {figures.get('motion')}")
-        for name, unit, meaning in FIGURES[:1]:
-            if name in figures:
-                table.add_row(name, format_value(figures[name]), unit, meaning)
+        metrics = result.metrics
+        table = summary_table(metrics, f"{metrics.get('scene', '')}, motion {metrics.get('motion')}")
+        for name, unit, meaning in METRICS[:1]:
+            if name in metrics:
+                table.add_row(name, format_value(metrics[name]), unit, meaning)
         Console(width=None if sys.stdout.isatty() else 120).print(table)
-        if "largest_difference" in figures:
-            residual_table(result.residuals, figures["largest_difference"])
-        for notice in (*figures.get("notices", ()), *figures.get("replay_faults", ())):
+        if "largest_difference" in metrics:
+            residual_table(result.residuals, metrics["largest_difference"])
+        for notice in (*metrics.get("notices", ()), *metrics.get("replay_faults", ())):
             click.echo(f"note: {notice}")
         for what, path in (
             *(("picture", path) for path in pictures),
             ("recording", result.bag),
             ("figures", out / "summary.json" if out else None),
-            ("state", figures.get("saved")),
+            ("state", metrics.get("saved")),
         ):
             if path is not None:
                 click.echo(f"{what + ':':11}{path}")
@@ -72,7 +72,7 @@ def pictures_of(result: Run, out: Path | None) -> list[Path]:
         judged = (result.verdict, result.run_verdict)  # of a replay, and of the run that it repeats
         stamp = "; ".join(one.headline for one in judged if one is not None and one.state != OK)
         hauls = [draw_haul(run, out / "haul.png", stamp=stamp)] if "winch_plan" in run.custom_data else []
-        skip = result.figures["skip_s"]
+        skip = result.metrics["skip_s"]
         strums = [draw_strum(run, out / "strumming.png", skip_s=skip, stamp=stamp)] if run.strums else []
         return [draw_run(run, out / "run.png", skip_s=skip, stamp=stamp), *hauls, *strums]
     except RuntimeError as error:  # matplotlib is an extra
@@ -116,6 +116,6 @@ def residual_table(rows: Sequence[Residual], difference: dict[str, Any] | None) 
     Console(width=None if sys.stdout.isatty() else 120).print(table)
     if difference is not None:
         click.echo(
-            f"Largest difference of any figure of a Frame over {difference['ticks']} common ticks: "
+            f"Largest difference of any figure of a tick output over {difference['ticks']} common ticks: "
             f"{difference['difference']:.3g}" + (f" ({difference['field']})" if difference["field"] else "")
         )

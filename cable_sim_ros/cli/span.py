@@ -44,14 +44,14 @@ def span(file: str, cases: tuple[str, ...], out: Path | None, as_json: bool) -> 
     ready(out)
     with progress_bar(as_json) as progress:
         run = runs.run_span(file, list(cases) or None, progress)
-    told = run.as_data()
+    report = run.as_data()
     if out is not None:
         from ..plots.span import draw_span
 
-        (out / "span.json").write_text(json.dumps(told, indent=1) + "\n", "utf-8")
+        (out / "span.json").write_text(json.dumps(report, indent=1) + "\n", "utf-8")
         click.echo(f"picture:   {draw_span(run, out / 'span.png')}", err=True)
     if as_json:
-        click.echo(json.dumps(told, indent=1))
+        click.echo(json.dumps(report, indent=1))
     else:
         _print(run)
         for notice in run.notices:
@@ -89,7 +89,7 @@ def _print(run: SpanRun) -> None:
     for head, _ in columns:
         table.add_column(head, justify="left" if head in ("case", "steady") else "right")
     for row in run.rows:
-        told = row._asdict()
-        cells = [told[name] for _, name in columns[1:-1] if name is not None]
+        report = row._asdict()
+        cells = [report[name] for _, name in columns[1:-1] if name is not None]
         table.add_row(row.case, *("-" if v is None else f"{v:.4g}" for v in cells), STEADY[row.steady])
     Console(width=None if sys.stdout.isatty() else 160).print(table)

@@ -43,19 +43,19 @@ def viv(file: str, sensitivity: bool, out: Path | None, as_json: bool) -> None:
 
         with progress_bar(as_json, "choices") as progress:
             changes = study.sensitivity(span, progress)
-        told = [change._asdict() for change in changes]
+        rows = [change._asdict() for change in changes]
         if out is not None:
-            (out / "sensitivity.json").write_text(json.dumps(told, indent=1) + "\n", "utf-8")
+            (out / "sensitivity.json").write_text(json.dumps(rows, indent=1) + "\n", "utf-8")
             (out / "sensitivity.md").write_text(study.markdown(changes) + "\n", "utf-8")
         if as_json:
-            click.echo(json.dumps(told, indent=1))
+            click.echo(json.dumps(rows, indent=1))
         else:
             report.print_sensitivity(span, changes)
         return
     with progress_bar(as_json, "frequencies") as progress:
         result = vibration(span, progress)
-    for caution in files.cautions(span, result):
-        warnings.warn(f"{file}: {caution}", files.SpanWarning, stacklevel=2)
+    for warning in files.warnings(span, result):
+        warnings.warn(f"{file}: {warning}", files.SpanWarning, stacklevel=2)
     data = files.as_data(span, result)
     if out is not None:
         from ..plots.vibration import draw

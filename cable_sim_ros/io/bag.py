@@ -21,12 +21,12 @@ from rosbags.highlevel import AnyReader
 from .bag_writer import BagError as BagError
 from .bag_writer import BagWriter as BagWriter
 from .bag_writer import shown
-from .mcap_file import RECORD_MOST, McapFile, Piece, Raw, Unreadable, size_text
+from .mcap_file import MAX_RECORD, McapFile, Piece, Raw, Unreadable, size_text
 from .typestore import STORE
 
-METADATA_MOST = 1_000_000  # bytes of metadata.yaml
-HELD_MOST = 128_000_000  # bytes held to put messages of overlapping chunks in order
-TOLD_MOST = 100  # losses kept as text
+MAX_METADATA = 1_000_000  # bytes of metadata.yaml
+MAX_HELD = 128_000_000  # bytes held to put messages of overlapping chunks in order
+MAX_REPORT = 100  # losses kept as text
 
 
 class DamageWarning(UserWarning):
@@ -61,7 +61,7 @@ class Damage:
     def add(self, text: str, *, chunks: int = 0, size: int = 0) -> None:
         self.chunks_lost += chunks
         self.bytes_lost += size
-        if len(self.messages) < TOLD_MOST and text not in self.messages:
+        if len(self.messages) < MAX_REPORT and text not in self.messages:
             self.messages.append(text)
 
     def __str__(self) -> str:
@@ -237,7 +237,7 @@ class BagReader:
             held.sort(key=attrgetter("time"))  # stable
             until = work[number + 1][0].first if number + 1 < len(work) else None
             ready = len(held)
-            if until is not None and size < HELD_MOST:
+            if until is not None and size < MAX_HELD:
                 while ready and held[ready - 1].time >= until:
                     ready -= 1
             for message in held[:ready]:
@@ -303,8 +303,8 @@ def _metadata(path: Path) -> dict[str, Any]:
     """As above, types of what is used checked; ValueError with the reason."""
     file = path / "metadata.yaml"
     try:
-        if file.stat().st_size > METADATA_MOST:
-            raise ValueError(f"metadata.yaml is larger than {size_text(METADATA_MOST)}")
+        if file.stat().st_size > MAX_METADATA:
+            raise ValueError(f"metadata.yaml is larger than {size_text(MAX_METADATA)}")
         info = yaml.safe_load(file.read_text("utf-8"))["rosbag2_bagfile_information"]
         names, data = info["relative_file_paths"], info.get("custom_data") or {}
     except (OSError, UnicodeError, yaml.YAMLError, KeyError, TypeError, AttributeError, RecursionError) as error:
@@ -341,8 +341,8 @@ def _check_sizes(path: Path) -> None:
     try:
         database = sqlite3.connect(f"file:{path}?mode=ro", uri=True)
         try:
-            count, most = database.execute(
-                "SELECT count(*), max(length(data)) FROM messages WHERE length(data) > ?", (RECORD_MOST,)
+            count, maximum = database.execute(
+                "SELECT count(*), max(length(data)) FROM messages WHERE length(data) > ?", (MAX_RECORD,)
             ).fetchone()
         finally:
             database.close()
@@ -351,7 +351,7 @@ def _check_sizes(path: Path) -> None:
     if count:
         raise BagError(
             _cannot_read(
-                path, f"{count} messages are above the limit of {size_text(RECORD_MOST)}, up to {size_text(most)}"
+                path, f"{count} messages are above the limit of {size_text(MAX_RECORD)}, up to {size_text(maximum)}"
             )
         )
 

@@ -9,7 +9,7 @@ from .bag import BagError, BagReader, Damage, report
 from .mcap_file import size_text
 from .messages import KINDS, find_topics
 
-INPUT_MOST = 1_000_000  # bytes; an Imu has 350, and a frame_id of megabytes is no name
+MAX_INPUT = 1_000_000  # bytes; an Imu has 350, and a frame_id of megabytes is no name
 
 
 def read_motion(
@@ -18,7 +18,7 @@ def read_motion(
     """(log time ns, kind, CDR bytes) of a bag.
 
     kind is "imu", "odometry" or "command"; topics: kind -> name where the search by type and name is not to decide.
-    Order: time, then topic, then order of recording. damage: as in `read_bag`; larger messages than INPUT_MOST are left
+    Order: time, then topic, then order of recording. damage: as in `read_bag`; larger messages than MAX_INPUT are left
     out and counted there. BagError if the bag cannot be read or has no ship motion.
     """
     with BagReader(path) as reader:
@@ -32,9 +32,9 @@ def read_motion(
         same: list[tuple[str, bytes]] = []  # messages of one time
         now = 0
         for topic, _, time, data in reader.read(kinds):
-            if len(data) > INPUT_MOST:
+            if len(data) > MAX_INPUT:
                 reader.damage.refused += 1
-                reader.damage.add(f"messages of '{topic}' above {size_text(INPUT_MOST)} are left out")
+                reader.damage.add(f"messages of '{topic}' above {size_text(MAX_INPUT)} are left out")
                 continue
             if time != now:
                 yield from ((now, kinds[name], item) for name, item in sorted(same, key=lambda pair: pair[0]))

@@ -1,11 +1,12 @@
 """Channels: one row per published quantity. The live topic and the recording write the same bytes from the same row.
 
-To add one: write a function (Frame, shape table, contact table, context) -> message, a reader back, and a row in
+To add one: write a function (tick output, shape table, contact table, context) -> message, a reader back, and a row in
 CHANNELS. Types and conventions: REP-103, REP-105, sensor_msgs, nav_msgs, geometry_msgs.
 
 Headers carry the simulation time exactly. Clouds are float32: 10 km from the start x has steps of 1 mm.
-``sim/health`` is a JointState, because every plotting tool shows one: name = field of the Frame with the component
-(``body_position.x``), position = its value; no velocity, no effort. ``time`` is in the header, where it is exact.
+``sim/health`` is a JointState, because every plotting tool shows one: name = field of the tick output with the
+component (``body_position.x``), position = its value; no velocity, no effort. ``time`` is in the header, where it is
+exact.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..physics.frame import CONTACT_COLUMNS, FRAME, SHAPE_COLUMNS, STRUM_COLUMNS, strum_table
+from ..physics.tick_output import CONTACT_COLUMNS, SHAPE_COLUMNS, STRUM_COLUMNS, TICK_OUTPUT, strum_table
 from ..sim.scene import Scene
 from ..sim.viv_tables import on as strumming_on
 from .cdr import JointTemplate, cloud, cloud_table, header, header_time, store_type
@@ -52,7 +53,7 @@ HEALTH_PLACES = [
 
 @dataclass(frozen=True)
 class Context:
-    """What a message needs beside the Frame: names of frames, and the namespace of the topics."""
+    """What a message needs beside the tick output: names of frames, and the namespace of the topics."""
 
     odom: str = "odom"
     base_link: str = "base_link"
@@ -67,8 +68,8 @@ class Context:
 
 class Channel(NamedTuple):
     """One row: name, relative topic, ROS type, rate [Hz] (0 = every tick), QoS ("reliable", "sensor"), function to a
-    message, function back to a dict of Frame fields (None: not read back, other channels have all of it), and a quicker
-    way to the same bytes where there is one; optional: goes on where its message package is not installed."""
+    message, function back to a dict of tick output fields (None: not read back, other channels have all of it), and a
+    quicker way to the same bytes where there is one; optional: goes on where its message package is not installed."""
 
     name: str
     topic: str
@@ -116,7 +117,7 @@ def winch_state(f, shape, contact, context: Context):
 
 
 def read_winch_state(m) -> dict:
-    """Back to Frame fields."""
+    """Back to tick output fields."""
     payout, drum = m.name.index("payout"), m.name.index("drum")
     return {
         "payout": m.position[payout],
@@ -134,7 +135,7 @@ def towbody_pose(f, shape, contact, context: Context):
 
 
 def read_towbody_pose(m) -> dict:
-    """Back to Frame fields."""
+    """Back to tick output fields."""
     q = m.pose.orientation
     return {"body_position": _xyz(m.pose.position), "body_quaternion": (q.x, q.y, q.z, q.w)}
 
@@ -151,7 +152,7 @@ def towbody_odom(f, shape, contact, context: Context):
 
 
 def read_towbody_odom(m) -> dict:
-    """Back to Frame fields, velocities turned to odom."""
+    """Back to tick output fields, velocities turned to odom."""
     fields = read_towbody_pose(m.pose)
     q, twist = fields["body_quaternion"], m.twist.twist
     return fields | {"body_velocity": rotate(q, _xyz(twist.linear)), "body_rate": rotate(q, _xyz(twist.angular))}
@@ -165,13 +166,13 @@ def sheave_tension(f, shape, contact, context: Context):
 
 
 def read_sheave_tension(m) -> dict:
-    """Back to Frame fields; the tension is the norm of the force."""
+    """Back to tick output fields; the tension is the norm of the force."""
     force = _xyz(m.wrench.force)
     return {"tension_vector": force, "tension": hypot(*force)}
 
 
 def sheave_contact(f, shape, contact, context: Context):
-    """One point per contact station, inboard to outboard: the filled rows of the contact table."""
+    """One point per contact point, inboard to outboard: the filled rows of the contact table."""
     return cloud(f.time, context.sheave_link, CONTACT_COLUMNS, contact[: f.contact_stations], "sheave/contact")
 
 
@@ -186,19 +187,19 @@ def cable_strum(f, shape, contact, context: Context):
 
 
 def sim_health(f, shape, contact, context: Context):
-    """Every field of the Frame."""
+    """Every field of the tick output."""
     return JointState(header(f.time, ""), list(HEALTH), np.array(f.numbers[1:], float), EMPTY, EMPTY)
 
 
 def read_sim_health(m) -> dict:
-    """Back to Frame fields, by name: a recording of another version may have others or lack some."""
+    """Back to tick output fields, by name: a recording of another version may have others or lack some."""
     values = dict(zip(m.name, m.position.tolist()))
     fields: dict = {}
     for part in HEALTH:
         if part in values:
             name = part.partition(".")[0]
             fields[name] = (*fields.get(name, ()), values[part]) if "." in part else values[part]
-    return {name: int(value) if FRAME[name].kind == "i" else value for name, value in fields.items()}
+    return {name: int(value) if TICK_OUTPUT[name].kind == "i" else value for name, value in fields.items()}
 
 
 def transforms(f, shape, contact, context: Context):
@@ -319,7 +320,8 @@ def channels_of(scene: Scene) -> tuple[Channel, ...]:
 def serialize(channel: Channel, frame, shape, contact, context: Context) -> bytes:
     """CDR bytes of one channel by the message and its serializer, the plain way; `Encoder` is the quick one.
 
-    frame: record of dtype FRAME; shape [nodes, 5 or more]; contact [stations, 9]. ValueError names what is not finite.
+    frame: record of dtype TICK_OUTPUT; shape [nodes, 5 or more]; contact [contact points, 9]. ValueError names what is
+    not finite.
     """
     message = channel.write(numbers_of(frame), shape, contact, context)
     return bytes(STORE.serialize_cdr(message, channel.msgtype))
@@ -370,21 +372,22 @@ _HEALTH_READER = JointTemplate(HEALTH, arrays=1)
 
 
 def decode(channel: Channel, data: bytes) -> dict:
-    """CDR bytes -> dict of the Frame fields the channel carries, ``time`` [ns] first; tables as float64 arrays."""
+    """CDR bytes -> dict of the tick output fields the channel carries, ``time`` [ns] first; tables as float64
+    arrays."""
     message: Any = STORE.deserialize_cdr(data, channel.msgtype)
     assert channel.read is not None, f"{channel.name} is not read back"
     return {"time": header_time(message.header), **channel.read(message)}
 
 
 def decode_frame(data: bytes) -> np.void:
-    """CDR bytes of ``sim/health`` -> record of dtype FRAME, bit by bit the one written. Fields that the
+    """CDR bytes of ``sim/health`` -> record of dtype TICK_OUTPUT, bit by bit the one written. Fields that the
     recording lacks are NaN, or 0 for integers."""
     return decode_frames([data])[0]
 
 
 def decode_frames(messages: list[bytes]) -> np.recarray:
-    """Messages of ``sim/health`` in order -> recarray of FRAME [messages]; see `decode_frame`."""
-    frames = np.zeros(len(messages), FRAME)
+    """Messages of ``sim/health`` in order -> recarray of TICK_OUTPUT [messages]; see `decode_frame`."""
+    frames = np.zeros(len(messages), TICK_OUTPUT)
     read = [_HEALTH_READER.read(data) for data in messages]
     ours = {k: numbers for k, numbers in enumerate(read) if numbers is not None}
     if ours:  # the names are ours: all frames at once, 40 times quicker than the general way
@@ -395,6 +398,6 @@ def decode_frames(messages: list[bytes]) -> np.recarray:
             frames[name][rows] = values[:, place]
     for k in (k for k in range(len(read)) if k not in ours):
         fields = decode(CHANNELS[-1], messages[k])
-        for name in FRAME.names or ():
-            frames[name][k] = fields.get(name, np.nan if FRAME[name].base.kind == "f" else 0)
+        for name in TICK_OUTPUT.names or ():
+            frames[name][k] = fields.get(name, np.nan if TICK_OUTPUT[name].base.kind == "f" else 0)
     return frames.view(np.recarray)

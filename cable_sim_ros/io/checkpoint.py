@@ -27,7 +27,7 @@ from .time_sequencer import Held
 RECORDS = {kind.__name__: kind for kind in (Command, Held, Odometry)}
 PLAIN = (type(None), bool, int, float, str)
 CONTAINERS = (list, tuple, dict, set, deque, bytes)
-ARRAY_MOST, MESSAGE_MOST = 1_000_000, 2_000_000  # bytes of an array, of a message that is held
+MAX_ARRAY, MAX_MESSAGE = 1_000_000, 2_000_000  # bytes of an array, of a message that is held
 OWN = {"own": None}  # stands for what the fresh object has of its own
 
 
@@ -124,22 +124,22 @@ def _array(fresh: Any, parts: list[Any], changes: Changes) -> np.ndarray:
     if kind.hasobject or (kind.kind == "V" and not kind.names):
         raise ValueError(f"an array of {code!s:.20} does not stand there")
     count = math.prod(shape)
-    if not 0 <= count * kind.itemsize <= ARRAY_MOST or any(type(n) is not int or n < 0 for n in shape):
+    if not 0 <= count * kind.itemsize <= MAX_ARRAY or any(type(n) is not int or n < 0 for n in shape):
         raise ValueError(f"an array of {shape!s:.40} does not stand there")
     array = np.frombuffer(_unpacked(packed, count * kind.itemsize), kind).reshape(shape).copy()
     return array.view(type(fresh)) if isinstance(fresh, np.recarray) else array
 
 
 def _bytes(fresh: Any, packed: str, changes: Changes) -> bytes:
-    return _unpacked(packed, MESSAGE_MOST)
+    return _unpacked(packed, MAX_MESSAGE)
 
 
-def _unpacked(packed: str, most: int) -> bytes:
+def _unpacked(packed: str, maximum: int) -> bytes:
     """Back from zlib in base64, of at most so many bytes."""
     unpacker = zlib.decompressobj()
-    data = unpacker.decompress(base64.b64decode(packed, validate=True), most + 1)
-    if len(data) > most or not unpacker.eof:
-        raise ValueError(f"there are more than {most} bytes, or they are cut off")
+    data = unpacker.decompress(base64.b64decode(packed, validate=True), maximum + 1)
+    if len(data) > maximum or not unpacker.eof:
+        raise ValueError(f"there are more than {maximum} bytes, or they are cut off")
     return data
 
 

@@ -19,16 +19,16 @@ from pydantic import Field, TypeAdapter, ValidationError
 from .fault_hypotheses import DOUBTS
 from .messages import CAUSES, Command, Odometry
 from .refusals import IMU, ODOMETRY
-from .time_sequencer import MOST, Held
+from .time_sequencer import MAX, Held
 
-WHOLE_MOST, REAL_MOST, TEXT_MOST = 2**62, 1e15, 10_000
-Whole = Annotated[int, Field(ge=-WHOLE_MOST, le=WHOLE_MOST)]
-Count = Annotated[int, Field(ge=0, le=WHOLE_MOST)]
-Period = Annotated[int, Field(gt=0, le=WHOLE_MOST)]
-Real = Annotated[float, Field(ge=-REAL_MOST, le=REAL_MOST, allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0.0, le=REAL_MOST, allow_inf_nan=False)]
+MAX_WHOLE, MAX_REAL, MAX_TEXT = 2**62, 1e15, 10_000
+Whole = Annotated[int, Field(ge=-MAX_WHOLE, le=MAX_WHOLE)]
+Count = Annotated[int, Field(ge=0, le=MAX_WHOLE)]
+Period = Annotated[int, Field(gt=0, le=MAX_WHOLE)]
+Real = Annotated[float, Field(ge=-MAX_REAL, le=MAX_REAL, allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0.0, le=MAX_REAL, allow_inf_nan=False)]
 Open = float  # may be infinite or no number
-Text = Annotated[str, Field(max_length=TEXT_MOST)]
+Text = Annotated[str, Field(max_length=MAX_TEXT)]
 Three = tuple[Real, Real, Real]
 Reals = tuple[Real, ...]
 
@@ -40,14 +40,14 @@ class _Same:
 SAME = _Same()
 
 
-def _rows(shape: tuple[int, ...], least: int = 1, most: int = 1, absent: bool = False) -> Callable[[Any], bool]:
+def _rows(shape: tuple[int, ...], minimum: int = 1, maximum: int = 1, absent: bool = False) -> Callable[[Any], bool]:
     """A finite array, or a list of them."""
 
     def fits(value: Any) -> bool:
         if value is None:
             return absent
         several = value if isinstance(value, list) else [value]
-        return least <= len(several) <= most and all(
+        return minimum <= len(several) <= maximum and all(
             isinstance(part, np.ndarray) and part.shape == shape and np.isfinite(part).all() for part in several
         )
 
@@ -56,8 +56,8 @@ def _rows(shape: tuple[int, ...], least: int = 1, most: int = 1, absent: bool = 
 
 def _in_order(value: Any) -> bool:
     """Held messages by topic, each in the order of their stamps."""
-    return _fits(dict[Text, Annotated[list[Held], Field(max_length=MOST)]], value) and all(
-        list(held) == sorted(held) and all(abs(message.stamp) <= WHOLE_MOST for message in held)
+    return _fits(dict[Text, Annotated[list[Held], Field(max_length=MAX)]], value) and all(
+        list(held) == sorted(held) and all(abs(message.stamp) <= MAX_WHOLE for message in held)
         for held in value.values()
     )
 
@@ -71,7 +71,7 @@ def _odometry(value: Any) -> bool:
 def _finite(value: Any) -> bool:
     if isinstance(value, (list, tuple)):
         return all(_finite(part) for part in value)
-    return not isinstance(value, (int, float)) or abs(value) <= WHOLE_MOST
+    return not isinstance(value, (int, float)) or abs(value) <= MAX_WHOLE
 
 
 def _named(*names: str) -> Callable[[Any], bool]:
@@ -148,7 +148,7 @@ REMEMBERED: dict[str, dict[str, Hint]] = {
     },
     "Moving": {
         "reference": SAME,
-        "most": SAME,
+        "maximum": SAME,
         "_before": Reals,
         "_first": Three,
         "_integral": list[Real],
@@ -173,7 +173,7 @@ REMEMBERED: dict[str, dict[str, Hint]] = {
         "_against": list[tuple[Text, Count]],
     },
     "RateGuard": {"floor": SAME, "ramp": SAME, "_before": tuple[Three, Three] | None, "_kept": Reals, "_off": Three},
-    "HeightGuard": {"most": SAME, "_before": tuple[Real, Real] | None},
+    "HeightGuard": {"maximum": SAME, "_before": tuple[Real, Real] | None},
     "Stream": {"stamp": Whole | None, "arrival": Whole | None, "used": Whole | None, "period": Open},
     "RegularStamps": {"largest": SAME, "period": Open, "jitter": Open, "_recent": list[Whole], "_count": Count},
     "PositionRateFit": {
@@ -211,7 +211,7 @@ REMEMBERED: dict[str, dict[str, Hint]] = {
         "period": Period | None,
         "slack": Count,
         "in_row": Count,
-        "heard_count": Count,
+        "received_count": Count,
         "_passed": Count,
         "missed": Count,
         "_gaps": deque[Period],
@@ -271,9 +271,9 @@ def _of_its_kind(before: Any, value: Any) -> bool:
         names = value.dtype.names
         return all(np.isfinite(part).all() for part in ([value[name] for name in names] if names else [value]))
     if type(before) is float:
-        return type(value) in (int, float) and abs(value) <= REAL_MOST
+        return type(value) in (int, float) and abs(value) <= MAX_REAL
     if type(before) is int:
-        return type(value) is int and abs(value) <= WHOLE_MOST
+        return type(value) is int and abs(value) <= MAX_WHOLE
     if isinstance(before, str):
-        return isinstance(value, str) and len(value) <= TEXT_MOST
+        return isinstance(value, str) and len(value) <= MAX_TEXT
     return before is None or type(before) is type(value)

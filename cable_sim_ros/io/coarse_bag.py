@@ -43,8 +43,8 @@ def smooth_odometry(tow: RecordedTow, sheave: tuple[float, float, float]) -> Non
     value = _poses(messages)
     twist = np.array([[*m.velocity, *m.rate] for m in messages])
     steps = [resolution(column) for column in twist.T]
-    told = any(m.twist for m in messages)
-    if told and not (any(steps[:3]) and any(steps[3:])):
+    sent = any(m.twist for m in messages)
+    if sent and not (any(steps[:3]) and any(steps[3:])):
         return
     ends = [*(np.flatnonzero(np.diff(counts) > GAP) + 1).tolist(), len(t)]
     parts = [slice(a, b) for a, b in zip([0, *ends], ends)]
@@ -60,7 +60,7 @@ def smooth_odometry(tow: RecordedTow, sheave: tuple[float, float, float]) -> Non
     if not found:
         return
     whole = _samples(t, parts, curves, int(times[0]))
-    if told and not _fits(whole, value, twist, steps):
+    if sent and not _fits(whole, value, twist, steps):
         return
     _replace(tow, places, whole)
     _tell(tow, found, whole, sheave)
@@ -115,8 +115,8 @@ def _fits(whole: Samples, value: np.ndarray, twist: np.ndarray, steps: list[floa
         if off > max(FITS[0] * float(np.std(whole.rate[:, k])), FITS[1] * max(steps[:3])):
             return False
     turned = twist[:, 3:5] - whole.rate[:, 3:5]  # of small angles these are the rates of roll and pitch
-    most = np.maximum(FITS[0] * whole.rate[:, 3:5].std(axis=0), FITS[1] * max(steps[3:]))
-    return bool((turned.std(axis=0) <= most + 0.05 * np.abs(whole.rate[:, 5]).max()).all())
+    maximum = np.maximum(FITS[0] * whole.rate[:, 3:5].std(axis=0), FITS[1] * max(steps[3:]))
+    return bool((turned.std(axis=0) <= maximum + 0.05 * np.abs(whole.rate[:, 5]).max()).all())
 
 
 def _replace(tow: RecordedTow, places: list[int], whole: Samples) -> None:

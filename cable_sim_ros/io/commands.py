@@ -101,7 +101,7 @@ class CommandIngest:
         """How much may still be commanded out and in [m] from a pay-out [m]."""
         if self.drum is None:
             return nan, nan
-        low, high = (float(self.drum.payout_0 + end) for end in (self.drum.reach_least, self.drum.reach_most))
+        low, high = (float(self.drum.payout_0 + end) for end in (self.drum.min_reach, self.drum.max_reach))
         return max(high - payout, 0.0), max(payout - low, 0.0)
 
     def _note_lag(self, stamp: int, arrival: int, data_now: int) -> None:
@@ -114,7 +114,7 @@ class CommandIngest:
             self._lags.append((arrival, self.lag))
 
     def _note_clamp(self, command: Command, drum: np.record) -> None:
-        low, high = (float(drum.payout_0 + end) for end in (drum.reach_least, drum.reach_most))
+        low, high = (float(drum.payout_0 + end) for end in (drum.min_reach, drum.max_reach))
         if not isnan(command.payout):
             if not low - ASKED_WITHIN <= command.payout <= high + ASKED_WITHIN:
                 self.clamped["length"] += 1
@@ -123,8 +123,8 @@ class CommandIngest:
                     f"a length of {command.payout:g} m is outside the travel, {low:.2f} to {high:.2f} m of pay-out: "
                     f"the winch goes to {end:.2f} m"
                 )
-        elif abs(command.rate) > drum.rate_most * (1.0 + ASKED_WITHIN):
+        elif abs(command.rate) > drum.max_rate * (1.0 + ASKED_WITHIN):
             self.clamped["rate"] += 1
             self.last_clamp = (
-                f"a rate of {command.rate:g} m/s is beyond winch.max_rate = {drum.rate_most:g} m/s: carried out at that"
+                f"a rate of {command.rate:g} m/s is beyond winch.max_rate = {drum.max_rate:g} m/s: carried out at that"
             )

@@ -1,4 +1,4 @@
-"""A Frame as plain Python numbers, checked to be finite.
+"""A tick output as plain Python numbers, checked to be finite.
 
 Reading a field of a numpy record costs 1 to 5 us and there are dozens; unpacking all of it at once costs 5 us.
 """
@@ -11,13 +11,13 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from ..physics.frame import FIELDS, FRAME
+from ..physics.tick_output import FIELDS, TICK_OUTPUT
 
 _CODES = {"i8": "q", "f8": "d"}
 _WORDS = struct.Struct("<" + "".join(_CODES[kind] * int(np.prod(shape)) for _, shape, kind, *_ in FIELDS))
-if _WORDS.size != FRAME.itemsize:
+if _WORDS.size != TICK_OUTPUT.itemsize:
     raise TypeError(
-        f"FRAME has {FRAME.itemsize} bytes and its 8-byte fields {_WORDS.size}: "
+        f"TICK_OUTPUT has {TICK_OUTPUT.itemsize} bytes and its 8-byte fields {_WORDS.size}: "
         f"no channel could be written; declare every field i8 or f8"
     )
 
@@ -29,7 +29,7 @@ def _components(name: str, shape: tuple[int, ...]) -> list[str]:
     return [f"{name}.{axis}" for axis, _ in zip(axes, range(shape[0]))]
 
 
-# every number of a Frame in order: "tension", "body_position.x", ...
+# every number of a tick output in order: "tension", "body_position.x", ...
 NAMES = tuple(part for name, shape, *_ in FIELDS for part in _components(name, shape))
 
 PLACES = []  # field -> its place among the numbers: an index, or a slice for a vector
@@ -39,11 +39,12 @@ for _name, _shape, *_ in FIELDS:
 
 
 class FrameNumbers(SimpleNamespace):
-    """Fields of a Frame as attributes: int, float, or tuple of floats; ``numbers``: all of them in order of NAMES."""
+    """Fields of a tick output as attributes: int, float, or tuple of floats; ``numbers``: all of them in order of
+    NAMES."""
 
 
 def numbers_of(frame: np.void) -> FrameNumbers:
-    """Unpack one Frame (record of dtype FRAME).
+    """Unpack one tick output (record of dtype TICK_OUTPUT).
 
     ValueError names the first field that is not finite: such a frame must not be published or recorded.
     """

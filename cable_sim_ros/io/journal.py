@@ -27,12 +27,12 @@ import numpy as np
 from ..physics.inputs import COMMAND_ROWS, MOTION_ROWS, Inputs, push_command, push_motion
 from ..sim.npz_bytes import npz
 from ..sim.savefile import LAYOUT
-from .journal_entries import MSGTYPE, STATES_MOST, BadEntry, Begin, Command, Entry, Sample, entry_of, state_of
+from .journal_entries import MAX_STATES, MSGTYPE, BadEntry, Begin, Command, Entry, Sample, entry_of, state_of
 from .typestore import STORE
 
 TOPIC = "sim/journal"
-FAULTS_MOST = 20  # told as texts; the others are counted
-STARTS_MOST = 1000  # a static start takes some tenths of a second
+MAX_FAULTS = 20  # told as texts; the others are counted
+MAX_STARTS = 1000  # a static start takes some tenths of a second
 SPARE = 8  # rows of a ring that may be overwritten while it is read
 STATIC = ("start", "reset")  # causes of a start from the static equilibrium
 
@@ -213,14 +213,14 @@ class Segment:
             push_command(inputs, int(at), *(np.nan if v is None else v for v in (payout, rate)))
 
 
-class Told(NamedTuple):
+class Report(NamedTuple):
     """A journal read: its segments, and what is wrong with it, as texts."""
 
     segments: list[Segment]
     faults: list[str]
 
 
-def read_journal(messages: list[bytes]) -> Told:
+def read_journal(messages: list[bytes]) -> Report:
     """Segments of the journal's messages, in whatever order they come. An entry that is none is left out, and said."""
     found: dict[int, tuple[Entry, int]] = {}
     faults = _Faults()
@@ -245,8 +245,8 @@ def read_journal(messages: list[bytes]) -> Told:
             if entry.tick < reached:
                 raise ValueError(f"it is of tick {entry.tick}, behind one of tick {reached}")
             if entry.start is not None:
-                if len(segments) >= STARTS_MOST:
-                    raise ValueError(f"it is more than the {STARTS_MOST}th start")
+                if len(segments) >= MAX_STARTS:
+                    raise ValueError(f"it is more than the {MAX_STARTS}th start")
                 segments.append(_begin(entry.start, entry.tick, place, unpacked))
                 unpacked += sum(map(len, segments[-1].arrays.values()))
                 _end(segments[:-1], entry.tick)
@@ -257,7 +257,7 @@ def read_journal(messages: list[bytes]) -> Told:
             faults.add(f"entry {number} cannot be used ({error})")
         if entry.lost:
             faults.add(f"{entry.lost} samples or ticks before tick {entry.tick} are not known")
-    return Told(segments, faults.texts())
+    return Report(segments, faults.texts())
 
 
 class _Faults:
@@ -268,7 +268,7 @@ class _Faults:
         self.more = 0
 
     def add(self, text: str) -> None:
-        if len(self.kept) < FAULTS_MOST:
+        if len(self.kept) < MAX_FAULTS:
             self.kept.append(text)
         else:
             self.more += 1
@@ -280,8 +280,8 @@ class _Faults:
 def _begin(begun: Begin, tick: int, place: int, unpacked: int) -> Segment:
     """The segment that a `start` entry begins; unpacked: bytes of the states before it. Raises ValueError."""
     state = state_of(begun.state)
-    if unpacked + sum(map(len, state.arrays.values())) > STATES_MOST:
-        raise ValueError(f"the states of the journal have more than {STATES_MOST} bytes")
+    if unpacked + sum(map(len, state.arrays.values())) > MAX_STATES:
+        raise ValueError(f"the states of the journal have more than {MAX_STATES} bytes")
     start = Start(begun.time, begun.position, begun.heading, begun.cause)
     segment = Segment(start, dict(begun.parameters), begun.layout, state.arrays, state.rings, tick, place)
     segment.seen.append((0, 0, 0))

@@ -16,19 +16,19 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from ..physics.inputs import COMMAND_ROWS, MOTION_ROWS, make_inputs
 from ..sim.npz_bytes import Unfit, parts
 from ..sim.savefile import ARRAYS, exact
-from ..sim.state_values import MOST_COUNT, MOST_TIME, rings_problem
+from ..sim.state_values import MAX_COUNT, MAX_TIME, rings_problem
 from .typestore import STORE
 
 MSGTYPE = "std_msgs/msg/String"
-ENTRY_MOST = 64_000_000  # bytes of one entry
-STATE_MOST, STATES_MOST = 64_000_000, 1_000_000_000  # bytes of a state, and of all of them, unpacked
-NUMBER_MOST = 1e9  # of any number of a sample, m and m/s and rad of a start and a command
+MAX_ENTRY = 64_000_000  # bytes of one entry
+MAX_STATE, MAX_STATES = 64_000_000, 1_000_000_000  # bytes of a state, and of all of them, unpacked
+MAX_NUMBER = 1e9  # of any number of a sample, m and m/s and rad of a start and a command
 NUMBER = re.compile(r'"n" *: *(\d{1,16})')  # of an entry that cannot be read as a whole
 CAUSES = Literal["start", "reset", "jump", "behind", "recording", "restore"]
 
-Number = Annotated[float, Field(ge=-NUMBER_MOST, le=NUMBER_MOST, allow_inf_nan=False)]
-Time = Annotated[int, Field(ge=-MOST_TIME, le=MOST_TIME)]
-Count = Annotated[int, Field(ge=0, le=MOST_COUNT)]
+Number = Annotated[float, Field(ge=-MAX_NUMBER, le=MAX_NUMBER, allow_inf_nan=False)]
+Time = Annotated[int, Field(ge=-MAX_TIME, le=MAX_TIME)]
+Count = Annotated[int, Field(ge=0, le=MAX_COUNT)]
 Commanded = Number | None
 Name = Annotated[str, Field(max_length=100)]
 Value = bool | Annotated[float, Field(allow_inf_nan=False)] | Name | None
@@ -72,8 +72,8 @@ class BadEntry(ValueError):
 
 def entry_of(data: bytes) -> Entry:
     """The entry of a message. Raises BadEntry."""
-    if len(data) > ENTRY_MOST:
-        raise BadEntry(f"an entry has {len(data)} bytes, at most {ENTRY_MOST} are read")
+    if len(data) > MAX_ENTRY:
+        raise BadEntry(f"an entry has {len(data)} bytes, at most {MAX_ENTRY} are read")
     try:
         message: Any = STORE.deserialize_cdr(data, MSGTYPE)
         text = str(message.data)
@@ -102,9 +102,9 @@ class State(NamedTuple):
 def state_of(text: str) -> State:
     """Back from the text of a `start` entry; the rings have been looked at. Raises ValueError."""
     try:
-        if len(text) > STATE_MOST:
-            raise Unfit(f"it has {len(text)} bytes, at most {STATE_MOST} are read")
-        arrays = parts(base64.b64decode(text, validate=True), ARRAYS, STATE_MOST, packed=True)
+        if len(text) > MAX_STATE:
+            raise Unfit(f"it has {len(text)} bytes, at most {MAX_STATE} are read")
+        arrays = parts(base64.b64decode(text, validate=True), ARRAYS, MAX_STATE, packed=True)
         rings = exact(arrays, {f"inputs_{name}": like for name, like in make_inputs()._asdict().items()})
         if problem := rings_problem(rings):
             raise Unfit(problem)

@@ -102,8 +102,8 @@ def scene_from_dict(data: Mapping[str, Any], origin: str, lines: Mapping[tuple, 
     found = checks.problems(scene)
     if found:
         raise SceneError([_checked(p, origin, lines, f"; {CONSEQUENCE}") for p in found])
-    for caution in checks.cautions(scene):
-        warnings.warn(_checked(caution, origin, lines, ""), SceneWarning, stacklevel=4)
+    for warning in checks.warnings(scene):
+        warnings.warn(_checked(warning, origin, lines, ""), SceneWarning, stacklevel=4)
     return scene
 
 

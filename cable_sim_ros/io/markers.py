@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..physics.frame import CONTACT_COLUMNS, SHAPE_COLUMNS, SLOPE_COLUMNS
 from ..physics.section import CableModel
+from ..physics.tick_output import CONTACT_COLUMNS, SHAPE_COLUMNS, SLOPE_COLUMNS
 from ..sim.scene import Scene
 from .bag_writer import BagError
 from .cdr import SECOND, header, refuse_not_finite, store_type
@@ -35,7 +35,7 @@ MSGTYPE, TOPIC = "visualization_msgs/msg/MarkerArray", "cable/markers"
 LIFETIME = (
     2.0  # s without a new message after which a tool takes the markers away; three periods where those are longer
 )
-MOST_RATE = 1000.0  # Hz
+MAX_RATE = 1000.0  # Hz
 POINTS = 200  # of the cable, where its mesh has no more nodes
 WIDE = 500.0  # cable lengths a line width, at most
 ROUND, FINE = 6.0, 40.0  # sheave radii at the real diameter; beyond, distance from either end over the line width
@@ -100,9 +100,9 @@ def cable_points(table: np.ndarray, parts: int) -> tuple[np.ndarray, np.ndarray]
     return np.concatenate((between.reshape(-1, 3), place[-1:])), np.append(pulled.reshape(-1), tension[-1])
 
 
-def colours(tension: np.ndarray, most: float) -> np.ndarray:
-    """RGBA [n, 4] of tensions [N], from none to ``most`` and beyond; slack in a colour of its own."""
-    at = np.clip(tension / most, 0.0, 1.0) * (len(SCALE) - 1)
+def colours(tension: np.ndarray, maximum: float) -> np.ndarray:
+    """RGBA [n, 4] of tensions [N], from none to ``maximum`` and beyond; slack in a colour of its own."""
+    at = np.clip(tension / maximum, 0.0, 1.0) * (len(SCALE) - 1)
     low = np.minimum(at.astype(int), len(SCALE) - 2)
     rgba = np.ones((len(tension), 4), np.float32)
     rgba[:, :3] = SCALE[low] + (at - low)[:, None] * (SCALE[low + 1] - SCALE[low])
@@ -125,7 +125,7 @@ def body_size(scene: Scene) -> tuple[float, float]:
 class Colours(NamedTuple):
     """The colour scale: its top [N], and how tensions are written."""
 
-    most: float
+    maximum: float
     unit: str
     divisor: float
 
@@ -133,20 +133,21 @@ class Colours(NamedTuple):
         return f"{tension / self.divisor:.3g} {self.unit}"
 
 
-def colour_scale(scene: Scene, most: float | None) -> Colours:
+def colour_scale(scene: Scene, maximum: float | None) -> Colours:
     """most: top of the scale [N], None: 1.25 times the working tension of the scene."""
-    top = 1.25 * scene.contact.working_tension if most is None else most
+    top = 1.25 * scene.contact.working_tension if maximum is None else maximum
     return Colours(top, *(("kN", 1e3) if top >= 1e3 else ("N", 1.0) if top >= 1.0 else ("mN", 1e-3)))
 
 
 class TowDrawing:
-    """Markers of one scene: called with a Frame's numbers and tables it gives the message, `data` gives its bytes.
+    """Markers of one scene: called with a tick output's numbers and tables it gives the message, `data` gives its
+    bytes.
 
     rate: Hz, for the lifetime; most: top of the colour scale [N], None: from the scene.
     """
 
-    def __init__(self, scene: Scene, rate: float, most: float | None = None) -> None:
-        self.scene, self.scale = scene, colour_scale(scene, most)
+    def __init__(self, scene: Scene, rate: float, maximum: float | None = None) -> None:
+        self.scene, self.scale = scene, colour_scale(scene, maximum)
         self.lifetime = round(max(LIFETIME, 3.0 / rate) * SECOND)
         self.links = scene.cable.model is CableModel.SEGMENTS
         self.diameter, self.radius = scene.cable.diameter, scene.sheave.radius
@@ -197,13 +198,13 @@ class TowDrawing:
     def _cable(self, f, shape: np.ndarray) -> list[Drawn]:
         parts = 1 if self.links else min(8, max(1, POINTS // (len(shape) - 1)))
         points, tension = cable_points(shape, parts)
-        colour, last = colours(tension, self.scale.most), self.widths - 1
+        colour, last = colours(tension, self.scale.maximum), self.widths - 1
         from_sheave, from_body = _apart(points, f.sheave_position), _apart(points, f.body_position)
         away = np.minimum(from_sheave, from_body)
         away = np.minimum(away[:-1], away[1:])  # of what is between two points
-        most = min(last, floor(log(max(f.scope / WIDE / self.diameter, 1.0), STEP)))
+        maximum = min(last, floor(log(max(f.scope / WIDE / self.diameter, 1.0), STEP)))
         times_real = np.where(away > ROUND * self.radius, away / (FINE * self.diameter), 1.0)
-        level = np.minimum(np.ceil(np.log(np.maximum(times_real, 1.0)) / log(STEP)), most).astype(int)
+        level = np.minimum(np.ceil(np.log(np.maximum(times_real, 1.0)) / log(STEP)), maximum).astype(int)
         level[: np.argmin(from_sheave)] = 0  # on board
         outward = np.arange(len(level)) <= np.argmax(away)
         key = np.maximum.accumulate(np.where(outward, level, 2 * last - level))
@@ -252,7 +253,7 @@ class TowDrawing:
         (x, y, z), (bx, by, bz) = f.sheave_position, f.body_position
         said = (
             ((x, y, z + 2.0 * tall), f"tension {s.text(f.tension)}\npay-out {f.payout:.1f} m"),
-            ((x, y, z + 10.0 * tall), f"0 to {s.text(s.most)}"),
+            ((x, y, z + 10.0 * tall), f"0 to {s.text(s.maximum)}"),
             ((bx, by, bz - 2.0 * tall), f"towbody, {-bz:.1f} m deep"),
         )
         height = np.linspace(3.8, 9.0, len(SCALE)) * tall
@@ -278,17 +279,17 @@ class TowDrawing:
 
 
 def check_rate(rate: float) -> None:
-    """Raise BagError where a rate of cable/markers [Hz] in a bag is not 0 (none) to MOST_RATE."""
-    if not 0.0 <= rate <= MOST_RATE:
+    """Raise BagError where a rate of cable/markers [Hz] in a bag is not 0 (none) to MAX_RATE."""
+    if not 0.0 <= rate <= MAX_RATE:
         raise BagError(
-            f"markers = {rate:g} Hz is outside [0, {MOST_RATE:g}] Hz; nothing was simulated. Give messages a second, "
+            f"markers = {rate:g} Hz is outside [0, {MAX_RATE:g}] Hz; nothing was simulated. Give messages a second, "
             f"10 for example, or leave --markers out for none"
         )
 
 
-def markers_channel(scene: Scene, rate: float, most: float | None = None) -> Channel:
+def markers_channel(scene: Scene, rate: float, maximum: float | None = None) -> Channel:
     """The row of cable/markers; arguments as of TowDrawing. Nothing is read back: all of it is in other channels."""
-    drawing = TowDrawing(scene, rate, most)
+    drawing = TowDrawing(scene, rate, maximum)
     return Channel(
         "cable_markers", TOPIC, MSGTYPE, rate, "reliable", drawing, None, lambda: drawing.data, optional=True
     )

@@ -22,7 +22,7 @@ from mcap import records
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 
-RECORD_MOST = 64_000_000  # bytes of one record, and of one chunk decompressed
+MAX_RECORD = 64_000_000  # bytes of one record, and of one chunk decompressed
 MAGIC = b"\x89MCAP0\r\n"
 END = 37  # bytes of footer and magic
 HEAD = struct.Struct("<BQ")  # opcode, length
@@ -90,7 +90,7 @@ class McapFile:
             self.size = os.fstat(self._file.fileno()).st_size
             if not self.size:
                 raise Unreadable("it is empty")
-            self._effort = 4 * self.size + RECORD_MOST  # bytes that a search may read: no file takes for ever
+            self._effort = 4 * self.size + MAX_RECORD  # bytes that a search may read: no file takes for ever
             if not self._from_summary():
                 self._walk()
         except BaseException:
@@ -117,15 +117,15 @@ class McapFile:
     # ---- bytes
 
     def _read(self, offset: int, size: int) -> bytes:
-        data = os.pread(self._file.fileno(), size, offset) if size <= RECORD_MOST + 64 else b""
+        data = os.pread(self._file.fileno(), size, offset) if size <= MAX_RECORD + 64 else b""
         if len(data) != size:
             raise Unreadable(f"it is cut off: {size} bytes are wanted, {max(0, self.size - offset)} are there")
         return data
 
     def _content(self, offset: int, size: int) -> bytes:
         """Records of a chunk, decompressed; size: of its record, head included."""
-        if not HEAD.size + CHUNK.size + 8 <= size <= RECORD_MOST:
-            raise Unreadable(f"a chunk of {size_text(size)} is above the limit of {size_text(RECORD_MOST)}")
+        if not HEAD.size + CHUNK.size + 8 <= size <= MAX_RECORD:
+            raise Unreadable(f"a chunk of {size_text(size)} is above the limit of {size_text(MAX_RECORD)}")
         record = memoryview(self._read(offset, size))
         *_, length, checksum, letters = CHUNK.unpack_from(record, HEAD.size)
         at = HEAD.size + CHUNK.size + letters
@@ -259,9 +259,9 @@ class McapFile:
                 return end  # whole; what follows has to speak for itself
         if not self._plausible(end):
             raise Unreadable("a record's length leads nowhere")
-        if length > RECORD_MOST:
+        if length > MAX_RECORD:
             self.losses.append(
-                Loss(at, end - at, f"a record of {size_text(length)} is above the limit of {size_text(RECORD_MOST)}")
+                Loss(at, end - at, f"a record of {size_text(length)} is above the limit of {size_text(MAX_RECORD)}")
             )
         elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
             self._register(opcode, self._read(at + HEAD.size, length))
@@ -286,7 +286,7 @@ class McapFile:
         if at + HEAD.size > self.size:
             return True
         opcode, length = HEAD.unpack(self._read(at, HEAD.size))
-        return _known(opcode) and (length <= RECORD_MOST or at + HEAD.size + length <= self.size)
+        return _known(opcode) and (length <= MAX_RECORD or at + HEAD.size + length <= self.size)
 
     def _search(self, lost: int, why: str) -> int:
         """Where the next whole record begins behind a place; what lies between is a loss."""
@@ -375,8 +375,8 @@ def _record_of(kind, body: bytes):
 
 def _decompress(name: bytes, data: memoryview, size: int) -> bytes:
     """A chunk's content of the size that it says; Unreadable if that is not what comes out."""
-    if size > RECORD_MOST:
-        raise Unreadable(f"a chunk of {size_text(size)} decompressed is above the limit of {size_text(RECORD_MOST)}")
+    if size > MAX_RECORD:
+        raise Unreadable(f"a chunk of {size_text(size)} decompressed is above the limit of {size_text(MAX_RECORD)}")
     try:
         if name == b"zstd":
             if zstandard.get_frame_parameters(data).content_size in (size, zstandard.CONTENTSIZE_UNKNOWN):

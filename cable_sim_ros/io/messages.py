@@ -14,19 +14,19 @@ from typing import Any, NamedTuple
 
 from ..physics.heave_filter import Convention
 from ..sim.attitude import angles_of, to_world
-from ..sim.inputs import MOST_COMMAND, MOST_PITCH, MOST_POSITION, MOST_RATE, MOST_SPEED, NORM_WITHIN
+from ..sim.inputs import MAX_COMMAND, MAX_PITCH, MAX_POSITION, MAX_RATE, MAX_SPEED, NORM_WITHIN
 from .bag_writer import BagError
 from .fault_hypotheses import DOUBTS
 from .mounting import Mounting, Rotor
 
-MOST_FORCE = 50.0  # m/s^2
-MOST_BYTES = 65536  # of a message of motion or a command; they have some hundred
+MAX_FORCE = 50.0  # m/s^2
+MAX_BYTES = 65536  # of a message of motion or a command; they have some hundred
 JOINT = "payout"  # of a winch command
 DRUM = "drum"  # the other joint of winch/state; it takes no commands
 
 # the one vocabulary of refusals, live and replayed: cause -> what to say ("" = an event, nothing was refused)
 CAUSES = {
-    "size": f"the bytes are not a message of this type, or more than {MOST_BYTES}: dropped; check type and sender of "
+    "size": f"the bytes are not a message of this type, or more than {MAX_BYTES}: dropped; check type and sender of "
     "the topic",
     "encoding": "the bytes are not plain CDR: dropped; use a driver or bag with CDR messages",
     "not_finite": "a number is NaN or infinite (in a winch command: infinite): dropped; check the sender",
@@ -34,8 +34,8 @@ CAUSES = {
     "no_orientation": "orientation_covariance[0] is -1, so there is no attitude, and none is estimated here: dropped; "
     "use a sensor with attitude, or odometry",
     "out_of_range": "a number is beyond what a ship does "
-    f"({MOST_FORCE:g} m/s^2, {MOST_RATE:g} rad/s, {MOST_SPEED:g} m/s, {degrees(MOST_PITCH):g} deg pitch, "
-    f"{MOST_POSITION:g} m) or a winch is commanded ({MOST_COMMAND:g} m or m/s): dropped; check sender and units",
+    f"({MAX_FORCE:g} m/s^2, {MAX_RATE:g} rad/s, {MAX_SPEED:g} m/s, {degrees(MAX_PITCH):g} deg pitch, "
+    f"{MAX_POSITION:g} m) or a winch is commanded ({MAX_COMMAND:g} m or m/s): dropped; check sender and units",
     "height": "odometry z is further from ship.reference_height than heave.max_displacement: dropped; z must be the "
     "height of base_link above the mean water surface",
     "no_stamp": "the stamp is zero: dropped; if it stays zero, arrival times are used",
@@ -124,7 +124,7 @@ def stamp_of(data: bytes) -> int | None:
 
 def _order(data: bytes) -> str:
     """Byte order of a message that has room for a header; Refused for other bytes."""
-    if not 16 <= len(data) <= MOST_BYTES:
+    if not 16 <= len(data) <= MAX_BYTES:
         raise Refused("size")
     if data[0] != 0 or data[1] not in (0, 1):
         raise Refused("encoding")
@@ -162,16 +162,16 @@ def _unit(x: float, y: float, z: float, w: float) -> tuple[Rotor, float]:
 
 def _angles(rotor: Rotor) -> tuple[float, float, float]:
     angles = angles_of(*rotor)
-    if abs(angles[1]) > MOST_PITCH:
+    if abs(angles[1]) > MAX_PITCH:
         raise Refused("out_of_range")
     return angles
 
 
-def _check(values, most: float) -> None:
+def _check(values, maximum: float) -> None:
     for value in values:
         if not isfinite(value):
             raise Refused("not_finite")
-        if abs(value) > most:
+        if abs(value) > maximum:
             raise Refused("out_of_range")
 
 
@@ -195,8 +195,8 @@ def decode_imu(data: bytes, convention: Convention = Convention.ENU, mounting: M
     rate, force = d[13:16], d[25:28]
     _check(d[:4], 2.0)
     rotor, norm = _unit(*d[:4])
-    _check(rate, MOST_RATE)
-    _check(force, MOST_FORCE)
+    _check(rate, MAX_RATE)
+    _check(force, MAX_FORCE)
     ned = convention is Convention.NED
     if ned:
         rate, force = _body(rate), _body(force)
@@ -211,12 +211,12 @@ def decode_odometry(data: bytes, convention: Convention = Convention.ENU) -> Odo
     """Checked numbers of a nav_msgs/Odometry; Refused if it cannot be used. Covariances are not read."""
     stamp, d, frames = _open(data, 2, _ODOMETRY)
     position, velocity, rate = d[:3], d[43:46], d[46:49]
-    _check(position, MOST_POSITION)
+    _check(position, MAX_POSITION)
     _check(d[3:7], 2.0)
     rotor, norm = _unit(*d[3:7])
     angles = _angles(rotor)
-    _check(velocity, MOST_SPEED)
-    _check(rate, MOST_RATE)
+    _check(velocity, MAX_SPEED)
+    _check(rate, MAX_RATE)
     if convention is Convention.NED:
         position = position[1], position[0], -position[2]
         angles, rate, velocity = _world_angles(angles), _body(rate), _body(velocity)
@@ -286,7 +286,7 @@ def decode_command(data: bytes) -> Command:
         raise Refused("not_finite")
     if isnan(payout) and isnan(rate) and force is not None and not isnan(force):
         raise Refused("effort_only")
-    if abs(payout) > MOST_COMMAND or abs(rate) > MOST_COMMAND:
+    if abs(payout) > MAX_COMMAND or abs(rate) > MAX_COMMAND:
         raise Refused("out_of_range")
     return Command(stamp_of(data) or 0, payout, rate)
 

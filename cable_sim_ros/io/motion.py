@@ -11,10 +11,10 @@ from __future__ import annotations
 from collections import deque
 from math import cos, hypot, nan, pi, sin
 
-from ..physics.frame import Source
 from ..physics.heave_filter import Heave, HeaveFilter, MotionInput
 from ..physics.inputs import Inputs, push_motion
 from ..physics.ship import Ship
+from ..physics.tick_output import Source
 from ..sim.attitude import angle_rates, to_world
 from .messages import CAUSES, Odometry, Refused, decode_imu, decode_odometry
 from .motion_stream import SECOND, Slow, Stream
@@ -290,7 +290,7 @@ class MotionIngest:
 
     def refusals(self) -> list[tuple[str, float]]:
         """Text and seconds of what was refused for what its parts say of each other; see `Refusals.told`."""
-        return self.refused.told(self._watch.witnessed)
+        return self.refused.report(self._watch.witnessed)
 
     def _unwrap(self, yaw: float) -> float:
         if self._yaw is not None:

@@ -14,7 +14,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
-from ..sim.flag_rules import ROUNDED, ROUNDED_LEAST
+from ..sim.flag_rules import MIN_ROUNDED, ROUNDED
 from ..sim.verdict import Reason, check
 from .rounding import noise, resolution
 from .smoothing import smooth
@@ -124,7 +124,7 @@ def judged(
     wrong = hypot(*left[:3], z * left[4], y * left[5], x * left[5], z * left[3], x * left[4], y * left[3])
     moving = _in_plane(motion, sheave)
     reasons = []
-    if wrong > max(ROUNDED * moving, ROUNDED_LEAST):
+    if wrong > max(ROUNDED * moving, MIN_ROUNDED):
         coarse = ", ".join(f"{one.column.name} to {one.resolution:.3g} {one.column.unit}" for one in found.values())
         reasons.append(
             check(

@@ -21,7 +21,7 @@ from ..errors import CableSimError
 from ..physics.heave_filter import Heave
 from ..physics.ship import Ship
 from ..sim.attitude import body_rates, quaternion, rotation
-from ..sim.inputs import MOST_PITCH, MOST_POSITION, MOST_RATE, MOST_SPEED, MOST_TURNS
+from ..sim.inputs import MAX_PITCH, MAX_POSITION, MAX_RATE, MAX_SPEED, MAX_TURNS
 from .motion_curves import Curve, Given, judged, through
 from .recorded_tow import Event, RecordedTow
 from .rounding import even
@@ -122,8 +122,8 @@ def read_table(
     ]
     whole = Samples(*(np.concatenate(arrays) for arrays in zip(*pieces)))
     tow = RecordedTow(os.fspath(path), odometry_events(whole, str(path)))
-    told = judged(str(path), {k: report for k, (_, report) in found.items() if report}, whole, sheave)
-    tow.rounded, tow.notices, tow.doubts = told
+    judgement = judged(str(path), {k: report for k, (_, report) in found.items() if report}, whole, sheave)
+    tow.rounded, tow.notices, tow.doubts = judgement
     return tow
 
 
@@ -132,10 +132,10 @@ def sine_heave(amplitude: float, period: float, duration: float, ship: Ship) -> 
 
     duration: of the run, s. Raises MotionError.
     """
-    most, where = Heave().max_displacement, f"heave of {amplitude:g} m in {period:g} s"
-    if not 0.0 < amplitude <= most:
+    maximum, where = Heave().max_displacement, f"heave of {amplitude:g} m in {period:g} s"
+    if not 0.0 < amplitude <= maximum:
         raise MotionError(
-            f"{where}: the amplitude is outside (0, {most:g}] m; {CONSEQUENCE}. "
+            f"{where}: the amplitude is outside (0, {maximum:g}] m; {CONSEQUENCE}. "
             f"Give --heave AMPLITUDE,PERIOD in m and s"
         )
     if not HEAVE_PERIODS[0] <= period <= HEAVE_PERIODS[1]:
@@ -262,15 +262,15 @@ def _stretches(path: Path, lines: Sequence[int], time: np.ndarray, ship: Ship) -
             f"seconds? Cut the table into parts"
         )
     period = float(np.median(steps))
-    share = steps / period
-    uneven = np.abs(share - np.maximum(1.0, np.round(share))) > UNEVEN
+    fraction = steps / period
+    uneven = np.abs(fraction - np.maximum(1.0, np.round(fraction))) > UNEVEN
     if uneven.any():
         k = int(np.argmax(uneven))
         raise MotionError(
             f"{path}:{lines[k + 1]}: a step of {steps[k]:.6g} s is no whole number of periods of {period:.6g} s within "
             f"{100 * UNEVEN:g} %; {CONSEQUENCE}. Sample the motion evenly; rows may be left out"
         )
-    ends = [*(np.flatnonzero(np.round(share) > 1.0) + 1).tolist(), len(time)]
+    ends = [*(np.flatnonzero(np.round(fraction) > 1.0) + 1).tolist(), len(time)]
     parts = [slice(a, b) for a, b in zip([0, *ends], ends)]
     for part in parts:
         if part.stop - part.start < FEWEST:
@@ -294,12 +294,12 @@ def _within(path: Path, lines: Sequence[int], name: str, values: np.ndarray, sho
     """Raise MotionError where a coordinate is beyond what is taken of a ship."""
     k, column = COLUMNS[name].coordinate, COLUMNS[name]
     middle = ship.reference_height if k == 2 else 0.0
-    most = (MOST_POSITION, MOST_POSITION, Heave().max_displacement, MOST_TURNS, MOST_PITCH, MOST_TURNS)[k]
-    bad = np.abs(values - middle) > most
+    maximum = (MAX_POSITION, MAX_POSITION, Heave().max_displacement, MAX_TURNS, MAX_PITCH, MAX_TURNS)[k]
+    bad = np.abs(values - middle) > maximum
     if bad.any():
         i = int(np.argmax(bad))
         middle = 0.0 if name.startswith("heave") else middle
-        low, high = (middle - most) / column.scale, (middle + most) / column.scale
+        low, high = (middle - maximum) / column.scale, (middle + maximum) / column.scale
         raise MotionError(
             f"{path}:{lines[i]}: {name} = {shown[i]:g} {column.unit} is outside [{low:g}, {high:g}] {column.unit}; "
             f"{CONSEQUENCE}. Check its unit{' and ship.reference_height' if k == 2 else ''}"
@@ -348,17 +348,17 @@ def odometry_events(path: Samples, where: str) -> list[Event]:
             *body_rates(path.value[:, 3], path.value[:, 4], path.rate[:, 3:].T),
         ]
     )
-    for what, values, most, unit in (
-        ("speed", twist[:, :3], MOST_SPEED, "m/s"),
-        ("angular rate", twist[:, 3:], MOST_RATE, "rad/s"),
+    for what, values, maximum, unit in (
+        ("speed", twist[:, :3], MAX_SPEED, "m/s"),
+        ("angular rate", twist[:, 3:], MAX_RATE, "rad/s"),
     ):
         worst = np.abs(values).max(1)
-        if worst.max() > most:
-            i = int(np.argmax(worst > most))
+        if worst.max() > maximum:
+            i = int(np.argmax(worst > maximum))
             after = (path.time[i] - path.time[0]) / SECOND
             raise MotionError(
                 f"{where}: {after:g} s after the beginning the {what} is {worst[i]:.4g} {unit} along an axis of the "
-                f"ship, above {most:g} {unit}; {CONSEQUENCE}. Check units, and rows that jump"
+                f"ship, above {maximum:g} {unit}; {CONSEQUENCE}. Check units, and rows that jump"
             )
     kinds = STORE.types
     header, stamp, odometry, vector, point, rotor = (

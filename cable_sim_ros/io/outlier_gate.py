@@ -12,7 +12,7 @@ from math import dist, exp, hypot
 LEARN, LEARN_MESSAGES = 1.0, 10  # s and messages before a stream is judged
 MEMORY = 60.0  # s, decay of the largest usual value
 OVER = 1.5  # times the largest usual change, that is still usual
-SHARE = 0.5  # of a step, that the positions must leave unexplained
+FRACTION = 0.5  # of a step, that the positions must leave unexplained
 WINDOW = 0.2  # s, memory of the misfit while messages are refused
 AGAIN = 0.1  # s for which it must fit to be used again
 GIVE_UP = 5.0  # s; a step that lasts so long without a name is the stream's new way
@@ -54,7 +54,7 @@ class RateGuard:
             return self._still(v, off, misfit, dt)
         step = dist(v, self._kept)
         judged = self._age >= LEARN and self._seen >= LEARN_MESSAGES
-        if judged and step > self.floor + (self.ramp + OVER * self._peak) * dt and misfit > SHARE * step:
+        if judged and step > self.floor + (self.ramp + OVER * self._peak) * dt and misfit > FRACTION * step:
             self._refused, self._step, self._fits = dt, step, 0.0
             self._off, self._span = (0.0, 0.0, 0.0), 0.0
             return True
@@ -68,7 +68,7 @@ class RateGuard:
         self._refused += dt
         fade = exp(-dt / WINDOW)
         self._off, self._span = tuple(fade * a + b for a, b in zip(self._off, off)), fade * self._span + dt
-        fits = min(misfit, 2.0 * hypot(*self._off) / self._span) <= SHARE * self._step
+        fits = min(misfit, 2.0 * hypot(*self._off) / self._span) <= FRACTION * self._step
         self._fits = self._fits + dt if fits else 0.0
         if self._refused > GIVE_UP:
             self._forget()
@@ -84,8 +84,8 @@ class HeightGuard:
     most: step that is always usual, m.
     """
 
-    def __init__(self, most: float) -> None:
-        self.most = most
+    def __init__(self, maximum: float) -> None:
+        self.maximum = maximum
         self._peak = self._age = 0.0
         self._seen = 0
         self.begin()
@@ -103,7 +103,7 @@ class HeightGuard:
         expected = self._before[0] + 0.5 * dt * (self._before[1] + climb)
         off = abs(z - expected)
         judged = self._age >= LEARN and self._seen >= LEARN_MESSAGES
-        if judged and off > self.most + 2.0 * self._peak + 0.1 * self._refused:
+        if judged and off > self.maximum + 2.0 * self._peak + 0.1 * self._refused:
             self._refused += dt
             if self._refused <= GIVE_UP_HEIGHT:
                 self._before = expected, climb

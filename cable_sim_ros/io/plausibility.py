@@ -98,11 +98,11 @@ class Turning:
             return max(map(abs, rate)) > UNSEEN
         moved = [0.5 * dt * (a + b) for a, b in zip(self._before, rates)]
         self._integral = [a + b for a, b in zip(self._integral, moved)]
-        fade, share, bad = exp(-dt / LEAK), min(1.0, dt / 5.0), stepped
+        fade, fraction, bad = exp(-dt / LEAK), min(1.0, dt / 5.0), stepped
         for i in range(3):
             off = self._misfit[i] = fade * self._misfit[i] + angles[i] - self._angles[i] - moved[i]
-            self._mean[i] += share * (angles[i] - self._mean[i])
-            self._square[i] += share * ((angles[i] - self._mean[i]) ** 2 - self._square[i])
+            self._mean[i] += fraction * (angles[i] - self._mean[i])
+            self._square[i] += fraction * ((angles[i] - self._mean[i]) ** 2 - self._square[i])
             bad |= abs(off) > MISFIT[0] and abs(off) > MISFIT[0] + MISFIT[1] * sqrt(self._square[i])
         self._angles, self._before = angles, rates
         self.compared.add((*angles, *self._integral), dt)
@@ -112,11 +112,11 @@ class Turning:
 class Moving:
     """Position against the integral of the velocity, and height against its reference."""
 
-    def __init__(self, reference: float, most: float) -> None:
+    def __init__(self, reference: float, maximum: float) -> None:
         self.compared = Comparison(velocity_guesses(), moving=0.03, apart=0.05)
-        self.reference, self.most = reference, most
+        self.reference, self.maximum = reference, maximum
         self.high = False
-        self._guard, self._height_guard = RateGuard(MOVE_STEP, MOVE_RAMP), HeightGuard(0.5 * most)
+        self._guard, self._height_guard = RateGuard(MOVE_STEP, MOVE_RAMP), HeightGuard(0.5 * maximum)
         self.begin()
 
     def begin(self) -> None:
@@ -161,12 +161,12 @@ class Moving:
         """
         if dt > 0.0:
             self._age += dt
-            fast, slow = (min(1.0, dt / min(most, self._age)) for most in (1.0, 10.0))
+            fast, slow = (min(1.0, dt / min(maximum, self._age)) for maximum in (1.0, 10.0))
             self._mean += min(1.0, dt / min(SLOW, self._age)) * (z - self._mean)
             self._rise += fast * (abs(up) - self._rise)
             self._bend += fast * (abs(up - self._up) / dt - self._bend)
             self._speed += slow * (abs(up) - self._speed)
-        self._far = 0.0 if abs(z) <= self.most else self._far + dt
+        self._far = 0.0 if abs(z) <= self.maximum else self._far + dt
         self._up = up
         self._crest, self._trough = max(self._crest, z), min(self._trough, z)
         if self._age < 0.8:
@@ -175,18 +175,18 @@ class Moving:
             self._turns += 1
         if abs(up) > 0.5 * self._speed:
             self._way = up
-        most = self.most
+        maximum = self.maximum
         swing = SWELL * hypot(1.6 * self._rise, SWELL * 1.6 * self._bend)
-        calm = abs(z) > most + 1.25 * swing and self._far > SLOW
-        if calm or (self._age > SLOW and abs(self._mean) > most + 0.2 * self._speed * SWELL):
+        calm = abs(z) > maximum + 1.25 * swing and self._far > SLOW
+        if calm or (self._age > SLOW and abs(self._mean) > maximum + 0.2 * self._speed * SWELL):
             self.high = True
         elif self._turns < 2:
-            if abs(z) + swing < most:
+            if abs(z) + swing < maximum:
                 self.high = False
             return
         else:  # a crest and a trough have passed
             middle, half = 0.5 * (self._crest + self._trough), 0.5 * (self._crest - self._trough)
-            self.high = abs(middle) > most + (0.0 if self.high else 0.25 * half)
+            self.high = abs(middle) > maximum + (0.0 if self.high else 0.25 * half)
         self._turns, self._crest, self._trough = 0, z, z
 
 
@@ -203,9 +203,9 @@ class Weighing:
     def take(self, angles, force, dt: float) -> bool:
         """Force in body axes [m/s^2]. True where the cause has changed."""
         self._age += dt
-        share = min(1.0, dt / max(1e-9, min(0.5, self._age)))
-        self._size += share * (sqrt(force[0] ** 2 + force[1] ** 2 + force[2] ** 2) - self._size)
-        self._up += share * (to_world(angles, force)[2] - self._up)
+        fraction = min(1.0, dt / max(1e-9, min(0.5, self._age)))
+        self._size += fraction * (sqrt(force[0] ** 2 + force[1] ** 2 + force[2] ** 2) - self._size)
+        self._up += fraction * (to_world(angles, force)[2] - self._up)
         cause, since = self._now(), self._held[1] + dt
         self._held = (cause, since) if cause == self._held[0] else (cause, 0.0)
         if cause == self.cause or self._age < 0.4 or self._held[1] < (0.2 if cause else 1.0):
@@ -227,7 +227,7 @@ IMU_FRAME = "imu_link"  # what drivers call the sensor itself; heave.imu_positio
 
 
 class HeaderWatch:
-    """Frame names and the norm of the quaternion: what is said once for each topic."""
+    """Tick output names and the norm of the quaternion: what is said once for each topic."""
 
     def __init__(self, frames: tuple[str, str], say: Callable[[str], None]) -> None:
         self._frames, self._say = frames, say
@@ -261,11 +261,11 @@ class Watch:
     jump: horizontal jump of the position that is no motion [m]; say: is called with each finding in words.
     """
 
-    def __init__(self, gravity, reference, most, arm, jump, say: Callable[[str], None]) -> None:
+    def __init__(self, gravity, reference, maximum, arm, jump, say: Callable[[str], None]) -> None:
         self.jump, self.say = jump, say
         self._weighing = Weighing(gravity)
         self._turning = {"imu/data": Turning(world=False), "odom": Turning(world=True)}
-        self._moving = Moving(reference, most)
+        self._moving = Moving(reference, maximum)
         self._cross = CrossCheck(gravity, arm)
         self.causes = {"imu/data": "", "odom": ""}
         self.pose_only = False  # the twist of the odometry is not filled in, or not wholly

@@ -133,8 +133,8 @@ class PositionRateFit:
             self.integrated |= (np.abs(misfit) > PLAIN * LIMIT) & (h <= SLOW_ROUGH)
             return
         self._age = min(self._age + h, WATCHED)
-        share = min(1.0, h / self._age)
-        self._misfit += share * (misfit * misfit - self._misfit)
-        self._roughness += share * (roughness * roughness - self._roughness)
+        fraction = min(1.0, h / self._age)
+        self._misfit += fraction * (misfit * misfit - self._misfit)
+        self._roughness += fraction * (roughness * roughness - self._roughness)
         self.smoothed |= self._roughness > (LIMIT * max(1.0, (h / SLOW_ROUGH) ** 2)) ** 2
         self.integrated |= (self._misfit > (LIMIT * max(1.0, (h / SLOW_MISFIT) ** 4)) ** 2) | self.smoothed

@@ -14,9 +14,9 @@ HEALTH = next(channel for channel in CHANNELS if channel.name == "sim_health")
 
 
 class RecordedRun(NamedTuple):
-    """A run: ``frames`` recarray of FRAME [ticks]; ``shapes`` and ``contacts``: (time [ns], table) pairs, columns as in
-    physics/frame.py; ``custom_data`` of the bag: scene name and whatever the recorder was given; ``strums``: as shapes,
-    empty where viv was off."""
+    """A run: ``frames`` recarray of TICK_OUTPUT [ticks]; ``shapes`` and ``contacts``: (time [ns], table) pairs,
+    columns as in physics/tick_output.py; ``custom_data`` of the bag: scene name and whatever the recorder was given;
+    ``strums``: as shapes, empty where viv was off."""
 
     frames: np.recarray
     shapes: list[tuple[int, np.ndarray]]
@@ -26,7 +26,7 @@ class RecordedRun(NamedTuple):
 
 
 def places_of(times: list[int], frames: np.recarray) -> np.ndarray:
-    """Of each time [ns], in the order of a run, the Frame that has it or comes next; the last one at the end."""
+    """Of each time [ns], in the order of a run, the tick output that has it or comes next; the last one at the end."""
     if (np.diff(frames["time"]) > 0).all():
         return np.minimum(np.searchsorted(frames["time"], times), len(frames) - 1)
     at, places = 0, []
@@ -40,7 +40,7 @@ def places_of(times: list[int], frames: np.recarray) -> np.ndarray:
 def load_run(path: str | os.PathLike) -> RecordedRun:
     """Read a bag that this package recorded, in whatever namespace.
 
-    BagError if it cannot be read, or has no Frames (no ``sim/health``).
+    BagError if it cannot be read, or has no tick outputs (no ``sim/health``).
     """
     frames: list[bytes] = []
     shapes: list[tuple[int, np.ndarray]] = []

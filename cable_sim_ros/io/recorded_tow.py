@@ -267,7 +267,7 @@ class Residual(NamedTuple):
     count: int  # type: ignore[assignment]  # a tuple's own count() is not used here
 
 
-COMPARED = (  # channel, quantity, unit, field of the Frame, component or None
+COMPARED = (  # channel, quantity, unit, field of the tick output, component or None
     ("sheave/tension", "tension", "N", "tension", None),
     ("towbody/pose", "x", "m", "body_position", 0),
     ("towbody/pose", "y", "m", "body_position", 1),
@@ -310,16 +310,16 @@ def paired(ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
     places: dict[int, list[int]] = {}
     for k, time in enumerate(ours.tolist()):
         places.setdefault(time, []).append(k)
-    found, least = np.full(len(theirs), -1), 0
+    found, minimum = np.full(len(theirs), -1), 0
     for i, time in enumerate(theirs.tolist()):
-        later = [k for k in places.get(time, ()) if k >= least]
+        later = [k for k in places.get(time, ()) if k >= minimum]
         if later:
-            found[i] = least = later[0]
+            found[i] = minimum = later[0]
     return found
 
 
 def residuals(frames: np.recarray, tow: RecordedTow, same: SameTicks | None = None) -> list[Residual]:
-    """What the bag recorded of the tow against the simulated Frames, at the same ticks, or at equal stamps.
+    """What the bag recorded of the tow against the simulated tick outputs, at the same ticks, or at equal stamps.
 
     At a stamp that is no tick of ours, ours are interpolated linearly, but not where ``same`` says which are the same
     ticks. Only the time both cover counts. A channel that the bag lacks has no row.
@@ -373,6 +373,6 @@ def residuals(frames: np.recarray, tow: RecordedTow, same: SameTicks | None = No
 
 
 def recorded_frames(tow: RecordedTow) -> np.recarray | None:
-    """The Frames the bag recorded (``sim/health``), None if it has none."""
+    """The tick outputs the bag recorded (``sim/health``), None if it has none."""
     messages = tow.outputs.get("sim_health")
     return decode_frames(messages) if messages else None

@@ -15,7 +15,7 @@ from .mcap_file import size_text
 
 POLL = 0.05  # s; the feeding thread never wakes anyone, it only appends
 FLUSH = 1.0  # s of wall time: the most a crash may cost
-MESSAGE_MOST = 16_000_000  # bytes of one message
+MAX_MESSAGE = 16_000_000  # bytes of one message
 QUEUE_BYTES = 64_000_000  # of messages that wait
 KEPT_SIZE = 65_536  # messages that wait and are to be kept
 
@@ -29,7 +29,7 @@ class RecorderStats(NamedTuple):
     written: int
     dropped: int
     waiting: int
-    most_waiting: int
+    max_waiting: int
     errors: int
     error: str
     slowest_flush: float
@@ -70,7 +70,7 @@ class Recorder:
         self._declared: deque[tuple[str, str, str]] = deque()
         self._lock = threading.Lock()  # held for an append or a swap of the queue only
         self._stop = threading.Event()
-        self._number = self._dropped = self._kept_dropped = self._most = self._errors = 0
+        self._number = self._dropped = self._kept_dropped = self._maximum = self._errors = 0
         self._unsaved: list[bool] = []  # keep of the messages in the chunk in progress
         self._written = 0
         self._error, self._ended, self._slowest = "", "", 0.0
@@ -101,21 +101,21 @@ class Recorder:
             if self._ended or self._stop.is_set():
                 self._drop(item)
                 return
-            if size > MESSAGE_MOST:
+            if size > MAX_MESSAGE:
                 self._drop(item)
                 self._fail(
-                    f"a message of '{topic}' has {size_text(size)}, above the limit of {size_text(MESSAGE_MOST)}: "
+                    f"a message of '{topic}' has {size_text(size)}, above the limit of {size_text(MAX_MESSAGE)}: "
                     f"it is not recorded; check its sender"
                 )
                 return
-            queue, most = (self._kept, KEPT_SIZE) if keep else (self._queue, self.queue_size)
-            while queue and (len(queue) >= most or self._bytes[keep] + size > QUEUE_BYTES):
+            queue, maximum = (self._kept, KEPT_SIZE) if keep else (self._queue, self.queue_size)
+            while queue and (len(queue) >= maximum or self._bytes[keep] + size > QUEUE_BYTES):
                 old = queue.popleft()
                 self._bytes[keep] -= len(old.message[3])
                 self._drop(old)
             queue.append(item)
             self._bytes[keep] += size
-            self._most = max(self._most, len(self._queue) + len(self._kept))
+            self._maximum = max(self._maximum, len(self._queue) + len(self._kept))
 
     @property
     def alive(self) -> bool:
@@ -129,7 +129,7 @@ class Recorder:
                 self._written,
                 self._dropped,
                 len(self._queue) + len(self._kept),
-                self._most,
+                self._maximum,
                 self._errors,
                 self._error,
                 self._slowest,
@@ -252,9 +252,9 @@ class Recorder:
         self._saved()
 
 
-def too_full(path: str | os.PathLike, least: int) -> str:
+def too_full(path: str | os.PathLike, minimum: int) -> str:
     """ "" or a clause that says that the disk of a path has less than `least` bytes free."""
     free = shutil.disk_usage(path).free
-    if free >= least:
+    if free >= minimum:
         return ""
-    return f"{size_text(free)} of the disk are free, {size_text(least)} are to be left (recording.least_free)"
+    return f"{size_text(free)} of the disk are free, {size_text(minimum)} are to be left (recording.least_free)"

@@ -10,8 +10,8 @@ from pathlib import Path
 from .bag_writer import shown
 from .recorder import too_full
 
-NAME_MOST = 64  # characters
-NAME = re.compile(rf"[A-Za-z0-9_-]{{1,{NAME_MOST}}}")
+MAX_NAME = 64  # characters
+NAME = re.compile(rf"[A-Za-z0-9_-]{{1,{MAX_NAME}}}")
 
 
 def name_problem(key: str, value: str, done: str = "recorded") -> str:
@@ -28,7 +28,7 @@ def _name_problem(key: str, value: str, what: str, done: str) -> str:
     if NAME.fullmatch(value):
         return ""
     return (
-        f"parameter '{key}' = {shown(value)} is not a name for {what}: 1 to {NAME_MOST} of A-Z a-z 0-9 _ - are "
+        f"parameter '{key}' = {shown(value)} is not a name for {what}: 1 to {MAX_NAME} of A-Z a-z 0-9 _ - are "
         f"allowed, no path; nothing was {done}. Give a name, and its folder as recording.root"
     )
 
@@ -74,7 +74,7 @@ class Names:
         while True:
             number += 1
             suffix = "" if number == 1 else f"_{number}"
-            path = self.root / (base[: NAME_MOST - len(suffix)] + suffix)
+            path = self.root / (base[: MAX_NAME - len(suffix)] + suffix)
             if not os.path.lexists(path) or (number == 1 and wanted):
                 self._asked = wanted, number
                 return path

@@ -34,7 +34,7 @@ class Refusals:
         cause = self._cause.get(TOPICS[kind], "")
         return f"{cause}: {CAUSES[cause]}" if cause else ""
 
-    def told(self, witnessed: bool) -> list[tuple[str, float]]:
+    def report(self, witnessed: bool) -> list[tuple[str, float]]:
         """Text and seconds for each topic that was refused; witnessed: the odometry fits a refused IMU, which then
         casts no doubt on it."""
         found = []

@@ -112,13 +112,13 @@ class Comparison:
             steps = np.diff(rows[:, : self._own], axis=0)
             smooth = float((steps * steps).sum()) < 0.3 * moving  # of noise it is twice that, of a slope a sixth
             return "absent" if smooth and moving > self._floor[1] * count else None
-        least = self._floor[1] * count * (4.0 if self._drift and not long else 1.0)
+        minimum = self._floor[1] * count * (4.0 if self._drift and not long else 1.0)
         best = min(left)
-        if apart >= least and best <= UNEXPLAINED * min(apart, moving):
+        if apart >= minimum and best <= UNEXPLAINED * min(apart, moving):
             within = 1.5 * best + 0.01 * apart
             if not (self.cause and left[self._guess] <= within):  # a finding stays while it does as well as any
                 self._guess = next(i for i, rest in enumerate(left) if rest <= within)
                 self.gain = sqrt(follower / moving)
             return self.causes[self._guess]
         doubted = left[self._guess] if self._guess else moving  # what speaks for good must speak against that
-        return "" if doubted >= least and apart <= UNEXPLAINED * min(doubted, moving) else None
+        return "" if doubted >= minimum and apart <= UNEXPLAINED * min(doubted, moving) else None

@@ -19,8 +19,8 @@ from scipy.sparse import csr_array, diags  # diags_array came with scipy 1.12
 
 DEGREE, PENALTY = 3, 3  # of the spline; derivative that is kept small
 LONGEST = 60.0  # s, period of the lowest cut-off
-KNOTS = 0.4  # s between knots to begin with, halved until the cut-off is KNOT_SHARE of what they can follow
-KNOT_SHARE = 0.3
+KNOTS = 0.4  # s between knots to begin with, halved until the cut-off is KNOT_FRACTION of what they can follow
+KNOT_FRACTION = 0.3
 HALVINGS = 14  # of the logarithm of the cut-off: to 0.1 %
 REPEATED = 0.17  # of the increment: largest rms that the rounding of a regular wave has at the frequency of the wave
 STIFF = 100.0  # rates that are exact weigh as if they were off by this part of what the values are, over 10 s
@@ -135,7 +135,7 @@ def smooth(
             else:
                 high = middle
         cutoff = float(np.exp(high))
-        if spacing <= dt * 1.001 or cutoff < KNOT_SHARE * pi / spacing:
+        if spacing <= dt * 1.001 or cutoff < KNOT_FRACTION * pi / spacing:
             break
         spacing = max(dt, 0.5 * spacing)
     stiffness = _stiffness(high, weights, dt)

@@ -14,7 +14,7 @@ SOUGHT = 16  # stamps from which a fit is begun
 MEMORY = 200  # stamps, the memory of the fit
 EXACT = 1_000  # ns; a stamp so near to the line is used as it is: an exactly periodic stream stays untouched
 WIDEST = 0.45  # periods off the line that can still be distinguished from a dropped sample
-LEAST = 0.02  # periods; a stamp further off than this and five times the rms does not fit
+MIN = 0.02  # periods; a stamp further off than this and five times the rms does not fit
 MISFITS = 3  # end the fit
 FORGIVEN = 0.1  # misfits that a stamp which fits takes off
 LONGEST = 50  # periods without a stamp end the fit
@@ -57,7 +57,7 @@ class RegularStamps:
         steps = max(1, int(ahead + 0.3))  # too few heal with the next stamp, too many would not
         line = self._line + round(steps * self.period)
         off = stamp - line
-        if abs(off) > self.period * WIDEST or abs(off) > max(5.0 * self.jitter, LEAST * self.period):
+        if abs(off) > self.period * WIDEST or abs(off) > max(5.0 * self.jitter, MIN * self.period):
             self._misfits += 1
             return stamp if self._misfits < MISFITS else self._anew(stamp)
         self._misfits = max(0.0, self._misfits - FORGIVEN)

@@ -14,7 +14,7 @@ from typing import NamedTuple
 SECOND = 1_000_000_000
 FAR = SECOND  # ns off the clock, from which on a stamp is odd, as in real time
 CONFIRM = 5  # stamps ahead that must agree before they are believed, as in real time
-MOST = 100_000  # messages held of one topic: half an hour at 50 Hz
+MAX = 100_000  # messages held of one topic: half an hour at 50 Hz
 KEPT = 10  # gaps that a period is learnt from
 ORDER = {"imu": 0, "odometry": 1}
 
@@ -36,7 +36,7 @@ class Cadence:
         """Forget the sender; what was missed stays counted."""
         self.newest: int | None = None  # stamp, ns
         self.period = self._given
-        self.slack = self.in_row = self.heard_count = 0
+        self.slack = self.in_row = self.received_count = 0
         self._eager, self._widest = self._shortest, 1.5  # times the usual gap: a longer one is a lost message
         self._passed = 0  # periods since the newest that are not waited for any more
         self._gaps: deque[int] = deque(maxlen=KEPT)
@@ -47,7 +47,7 @@ class Cadence:
         """Has it missed so many in a row that it is not waited for?"""
         return self.in_row >= self.silent_after
 
-    def due(self, clock: int, least: int | None = None) -> bool:
+    def due(self, clock: int, minimum: int | None = None) -> bool:
         """Must the next message be there when the clock says this?
 
         least: stamp that is needed while there is no period; None: no message is waited for then.
@@ -55,7 +55,7 @@ class Cadence:
         if self.newest is None or self.silent:
             return False
         if self.period is None:
-            return least is not None and self.newest < least and not self._passed
+            return minimum is not None and self.newest < minimum and not self._passed
         return self.newest + self.period * (self._passed + 1) + self.slack <= clock
 
     def expect(self, clock: int) -> None:
@@ -73,9 +73,9 @@ class Cadence:
             return
         self._passed = max(self._passed + 1, (clock - self.slack - self.newest) // self.period)
 
-    def heard(self, stamp: int, clock: int) -> None:
+    def received(self, stamp: int, clock: int) -> None:
         """A message with this stamp came for the step of this clock."""
-        self.heard_count += 1
+        self.received_count += 1
         if self.newest is not None and stamp > self.newest:
             gap = stamp - self.newest
             if self.in_row and self.period is not None:
@@ -89,8 +89,8 @@ class Cadence:
         assert self.period is not None and self.newest is not None
         ahead = max(1, round(gap / self.period))
         why = "late" if ahead <= self._passed else "slow"
-        before, self._suspect = self._suspect, (why, self.heard_count)
-        since = self.heard_count - before[1]
+        before, self._suspect = self._suspect, (why, self.received_count)
+        since = self.received_count - before[1]
         if why == before[0] == "late" and since == 1:
             self.slack = min(FAR, max(self.slack, clock - self.newest - ahead * self.period))
         elif why == before[0] == "slow" and since <= KEPT:
@@ -149,7 +149,7 @@ class MotionGate:
         if stamp < clock - FAR:
             self.refused_in_row += 1
             return "stamp_off_clock", 1
-        if len(held) + len(ahead) >= MOST:
+        if len(held) + len(ahead) >= MAX:
             return "held_full", 1
         self.refused_in_row = 0
         self.number += 1
@@ -174,7 +174,7 @@ class MotionGate:
         self._ahead[kind].clear()
 
     def _take_in(self, message: Held, clock: int) -> None:
-        self.cadence[message.kind].heard(message.stamp, clock)
+        self.cadence[message.kind].received(message.stamp, clock)
         insort(self._held[message.kind], message)
 
     def awaited(self, clock: int) -> list[str]:

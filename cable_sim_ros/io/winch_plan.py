@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import CableSimError
-from ..sim.inputs import MOST_COMMAND, WinchCommand
+from ..sim.inputs import MAX_COMMAND, WinchCommand
 
 CONSEQUENCE = "nothing was simulated"
 EXAMPLE = "'0 hold, 60 rate 0.5, 360 hold'"
@@ -103,24 +103,24 @@ class WinchPlan:
 
     def check(self, drum: np.record) -> None:
         """Can this winch (record of physics.winch.DRUM) do it? Raises PlanError."""
-        low, high = drum.payout_0 + drum.reach_least, drum.payout_0 + drum.reach_most
-        soft = drum.limit_least > drum.length_least or drum.limit_most < drum.length_most
-        fixed = drum.reach_least > drum.limit_least or drum.reach_most < drum.limit_most
+        low, high = drum.payout_0 + drum.min_reach, drum.payout_0 + drum.max_reach
+        soft = drum.min_limit > drum.min_length or drum.max_limit < drum.max_length
+        fixed = drum.min_reach > drum.min_limit or drum.max_reach < drum.max_limit
         ends = {"length": (low, high), "scope": (low - drum.inboard, high - drum.inboard)}
         for k, item in enumerate(self.items, 1):
             where = f"winch plan, item {k} '{item}'"
-            if item.order == "rate" and abs(item.value) > drum.rate_most:
+            if item.order == "rate" and abs(item.value) > drum.max_rate:
                 raise PlanError(
-                    f"{where}: rate = {item.value:g} m/s is beyond winch.max_rate = {drum.rate_most:g} m/s; "
-                    f"{CONSEQUENCE}. Give a rate in [{-drum.rate_most:g}, {drum.rate_most:g}] m/s, or raise "
+                    f"{where}: rate = {item.value:g} m/s is beyond winch.max_rate = {drum.max_rate:g} m/s; "
+                    f"{CONSEQUENCE}. Give a rate in [{-drum.max_rate:g}, {drum.max_rate:g}] m/s, or raise "
                     f"winch.max_rate"
                 )
             if item.order in ends:
-                least, most = ends[item.order]
-                if not least - ROUND_OFF <= item.value <= most + ROUND_OFF:
+                minimum, maximum = ends[item.order]
+                if not minimum - ROUND_OFF <= item.value <= maximum + ROUND_OFF:
                     raise PlanError(
-                        f"{where}: {item.order} = {item.value:g} m is outside the winch's travel, [{least:.3f}, "
-                        f"{most:.3f}] m; {CONSEQUENCE}. Give a {item.order} within it, "
+                        f"{where}: {item.order} = {item.value:g} m is outside the winch's travel, [{minimum:.3f}, "
+                        f"{maximum:.3f}] m; {CONSEQUENCE}. Give a {item.order} within it, "
                         f"{_more_travel(soft, fixed)}"
                     )
 
@@ -171,23 +171,23 @@ def _item(where: str, text: str) -> PlanItem:
         )
     if not unit:
         return PlanItem(time, order)
-    least = -MOST_COMMAND if order == "rate" else 0.0
-    return PlanItem(time, order, _number(where, order, words[2], unit, least, MOST_COMMAND))
+    minimum = -MAX_COMMAND if order == "rate" else 0.0
+    return PlanItem(time, order, _number(where, order, words[2], unit, minimum, MAX_COMMAND))
 
 
-def _number(where: str, key: str, word: str, unit: str, least: float, most: float) -> float:
+def _number(where: str, key: str, word: str, unit: str, minimum: float, maximum: float) -> float:
     try:
         number = float(word)
     except ValueError:
         number = float("nan")
     if not isfinite(number):
         raise PlanError(
-            f"{where}: {key} = {word} is no finite number; {CONSEQUENCE}. Give one in [{least:g}, {most:g}] {unit}, "
-            f"without its unit"
+            f"{where}: {key} = {word} is no finite number; {CONSEQUENCE}. Give one in [{minimum:g}, {maximum:g}] "
+            f"{unit}, without its unit"
         )
-    if not least <= number <= most:
+    if not minimum <= number <= maximum:
         raise PlanError(
-            f"{where}: {key} = {number:g} {unit} is outside [{least:g}, {most:g}] {unit}; {CONSEQUENCE}. "
+            f"{where}: {key} = {number:g} {unit} is outside [{minimum:g}, {maximum:g}] {unit}; {CONSEQUENCE}. "
             f"Check its sign and unit"
         )
     return number + 0.0  # no -0

@@ -20,9 +20,9 @@ _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?|[-+]?\
 
 
 DEEPEST = 50  # levels of a file; a scene has five
-MOST_VALUES = 3000  # of a file, aliases followed; a scene has a few hundred
+MAX_VALUES = 3000  # of a file, aliases followed; a scene has a few hundred
 LONGEST = 1_000_000  # characters of a file
-MOST_DIGITS = 300  # of an integer
+MAX_DIGITS = 300  # of an integer
 
 
 class YamlError(ValueError):
@@ -39,7 +39,7 @@ def resolve(text: str) -> Any:
         return None
     if _BOOL.fullmatch(text):
         return text.lower() == "true"
-    if _INT.fullmatch(text) and len(text) <= MOST_DIGITS:
+    if _INT.fullmatch(text) and len(text) <= MAX_DIGITS:
         return int(text, 0) if text[:2] in ("0x", "0o") else int(text)
     if _FLOAT.fullmatch(text):
         return float(re.sub(r"\.(?=[iInN])", "", text))  # .inf and .nan as Python writes them
@@ -89,8 +89,8 @@ def _build(node, path: Path, lines, problems, above) -> Any:
     lines.setdefault(path, node.start_mark.line + 1)
     if len(path) > DEEPEST:  # aliases within aliases
         raise YamlError([(node.start_mark.line + 1, f"is nested deeper than {DEEPEST} levels through aliases")])
-    if len(lines) > MOST_VALUES:  # a path each, so aliases within aliases count as often as they stand
-        raise YamlError([(node.start_mark.line + 1, f"has more than {MOST_VALUES} values, counting aliases")])
+    if len(lines) > MAX_VALUES:  # a path each, so aliases within aliases count as often as they stand
+        raise YamlError([(node.start_mark.line + 1, f"has more than {MAX_VALUES} values, counting aliases")])
     if id(node) in above:
         problems.append((node.start_mark.line + 1, f"{dotted(path)} contains itself through an alias"))
         return None

@@ -154,11 +154,11 @@ def damping(viscous, tension, compression):
     What is not a rod's (share ``compression``) is cut off at the tension: a cable neither pushes nor drags when slack.
     Returns the force and its derivatives for viscous and tension.
     """
-    most = max(tension, 0.0)
+    maximum = max(tension, 0.0)
     free = 1.0 - compression
-    cut = 1.0 if abs(viscous) > most else 0.0
+    cut = 1.0 if abs(viscous) > maximum else 0.0
     side = 1.0 if viscous > 0.0 else -1.0
-    return (viscous + free * cut * (side * most - viscous), 1.0 - free * cut,
+    return (viscous + free * cut * (side * maximum - viscous), 1.0 - free * cut,
             free * cut * side * (1.0 if tension > 0.0 else 0.0))
 
 

@@ -34,7 +34,7 @@ from .link_element import (
     closed_loads,
     drop_axial_lift,
     fold,
-    is_chain,
+    is_links,
     link_lanes,
     straighten,
     straighten_mean,
@@ -94,7 +94,7 @@ def gather(group, elements, state):
             x[27 + c, lane] = length * a[e, 3 + c]
             x[30 + c, lane] = a[e + 1, c]
             x[33 + c, lane] = length * a[e + 1, 3 + c]
-    if is_chain(arc):
+    if is_links(arc):
         straighten(state.work.lanes[0])
     if flows:
         material_lanes(x, p)
@@ -102,16 +102,16 @@ def gather(group, elements, state):
 
 
 @inline
-def mean_at(nodes, n, c, share):
+def mean_at(nodes, n, c, fraction):
     """Running mean of the material's velocity at node n, and of the rate of its gradient, after a step that takes up
-    ``share``: component c."""
+    ``fraction``: component c."""
     v = nodes[NOW, V, n, c] - (nodes[NOW, ARC, n, 1] * nodes[NOW, Q, n, 3 + c] if c < 3 else 0.0)
-    return nodes[NOW, MEAN, n, c] + share * (v - nodes[NOW, MEAN, n, c])
+    return nodes[NOW, MEAN, n, c] + fraction * (v - nodes[NOW, MEAN, n, c])
 
 
 @driver
-def gather_mean(group, state, share):
-    """Running mean of the scaled velocities into lanes, at the end of a step of which it takes up ``share``."""
+def gather_mean(group, state, fraction):
+    """Running mean of the scaled velocities into lanes, at the end of a step of which it takes up ``fraction``."""
     tables, nodes = state.work.lanes[0], state.nodes
     p, mean = tables.p, tables.mean_v
     count = nodes.shape[2] - 1
@@ -120,9 +120,9 @@ def gather_mean(group, state, share):
         length = p[LENGTH, lane]
         for c in range(6):
             scaled = length if c >= 3 else 1.0
-            mean[c, lane] = scaled * mean_at(nodes, e, c, share)
-            mean[6 + c, lane] = scaled * mean_at(nodes, e + 1, c, share)
-    if is_chain(nodes[NOW, ARC]):
+            mean[c, lane] = scaled * mean_at(nodes, e, c, fraction)
+            mean[6 + c, lane] = scaled * mean_at(nodes, e + 1, c, fraction)
+    if is_links(nodes[NOW, ARC]):
         straighten_mean(mean)
 
 
@@ -257,9 +257,9 @@ def _water_part(state, group, change, tangent):
         return False
     m = state.memory[NOW].current
     current = (m[0], m[1], m[2], m[3])
-    second, links = amplified(p), is_chain(state.nodes[NOW, ARC])
+    second, links = amplified(p), is_links(state.nodes[NOW, ARC])
     if second:
-        gather_mean(group, state, change.share)
+        gather_mean(group, state, change.fraction)
     if wet:
         for g in range(4):
             for e in range(LANES):
@@ -336,7 +336,7 @@ def _assemble(line, state, change, tangent):
     elements, work, tension = line.elements, state.work.lanes[0], state.tension
     x, p, force, k, lane_sum = work.x, work.p, work.force, work.k, work.lane[SUM]
     c1, c2, sigma = change.velocity, change.acceleration, change.damping
-    count, links = tension.shape[0], is_chain(state.nodes[NOW, ARC])
+    count, links = tension.shape[0], is_links(state.nodes[NOW, ARC])
     total = 0.0
     for group in range(elements.shape[0]):
         flows = gather(group, elements, state)

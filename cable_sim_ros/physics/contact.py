@@ -28,7 +28,7 @@ EVENTS = np.dtype(
     align=True,
 )
 NOTHING = (0.0, 0.0, 0.0)
-LOADED = 1e-3  # N/m, line load above which a station counts as loaded
+LOADED = 1e-3  # N/m, line load above which a contact point counts as loaded
 
 
 class Contact(Block):

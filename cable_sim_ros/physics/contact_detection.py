@@ -1,7 +1,9 @@
-"""One survey of contact: every station of every surface is visited once a step, and all that is asked of it read off.
+"""Contact detection: every contact point of every surface is visited once a step, and all that is asked of it read
+off.
 
-A station is a Gauss point of an element within reach of a surface. Groove clearance, a cable that entered its sheave,
-depth on the drum, the Frame and its contact table are read from the table of stations, see contact_output.py.
+A contact point is a Gauss point of an element within reach of a surface. Groove clearance, a cable that entered its
+sheave, depth on the drum, the tick output and its contact table are read from the table of contact points, see
+contact_output.py.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from .jit import driver, inline, link, opaque
 from .state import ARC, NOW, STEP, Q, V
 from .vec import axpy, cross, row3, sub
 
-NOT_ENTERED, DEEP, THROUGH = range(3)  # SURVEY.entered
+NOT_ENTERED, DEEP, THROUGH = range(3)  # DETECTED.entered
 
 
 @inline
@@ -31,18 +33,18 @@ def crossed(s, r, side, h):
 
 
 @inline
-def note(station, surface, element, s, r, touched):
-    """Fill one STATION record but for its place and length."""
-    station.surface, station.element = surface, element
+def note(contact_point, surface, element, s, r, touched):
+    """Fill one CONTACT_POINT record but for its place and length."""
+    contact_point.surface, contact_point.element = surface, element
     g = touched.gap
     rel = sub(r, s.centre)
     for k in range(3):
-        station.rel[k] = rel[k]
-        station.normal_own[k] = g.own.normal[k]
-        station.normal_other[k] = g.other.normal[k]
-    station.depth_own, station.depth_other = g.own.depth, g.other.depth
-    station.load_own, station.load_other = touched.own.load, touched.other.load
-    station.side, station.height = g.side, g.height
+        contact_point.rel[k] = rel[k]
+        contact_point.normal_own[k] = g.own.normal[k]
+        contact_point.normal_other[k] = g.other.normal[k]
+    contact_point.depth_own, contact_point.depth_other = g.own.depth, g.other.depth
+    contact_point.load_own, contact_point.load_other = touched.own.load, touched.other.load
+    contact_point.side, contact_point.height = g.side, g.height
 
 
 @driver
@@ -54,8 +56,8 @@ def lies_on(s, arc, q, e):
 
 
 @driver
-def _survey(state, h, everywhere):
-    """Visit every station of every surface after a step of h [s]: state.stations and state.survey.
+def _detect_contact(state, h, everywhere):
+    """Visit every contact point of every surface after a step of h [s]: state.contact_points and state.detected.
 
     h: 0 where there is no step to compare with, so that nothing can have gone through a surface; everywhere: out of
     reach too.
@@ -63,8 +65,8 @@ def _survey(state, h, everywhere):
     arc, q, v, old = state.nodes[NOW, ARC], state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[STEP, Q]
     count = 0
     for i in range(state.surfaces.shape[0]):
-        s, found = solid(state.surfaces[i]), state.survey[i]
-        found.first, found.entered, found.coarse, least = count, NOT_ENTERED, 0, NO_TOP
+        s, found = solid(state.surfaces[i]), state.detected[i]
+        found.first, found.entered, found.coarse, minimum = count, NOT_ENTERED, 0, NO_TOP
         for e in range(arc.shape[0] - 1):
             length = arc[e + 1, 0] - arc[e, 0]
             mid, _, _ = point_of(arc, q, v, e, 0.5)
@@ -74,17 +76,17 @@ def _survey(state, h, everywhere):
                 found.coarse = 1
             for g in range(5):
                 r, w, _ = point_of(arc, q, v, e, X5[g])
-                touched, station = touch(s, r, w), state.stations[count]
-                note(station, i, e, s, r, touched)
-                station.place, station.length = arc[e, 0] + X5[g] * length, W5[g] * length
+                touched, contact_point = touch(s, r, w), state.contact_points[count]
+                note(contact_point, i, e, s, r, touched)
+                contact_point.place, contact_point.length = arc[e, 0] + X5[g] * length, W5[g] * length
                 count += 1
                 if s.kind != GROOVE:
-                    station.clearance = NO_TOP
+                    contact_point.clearance = NO_TOP
                     continue
                 below = clearance(touched.gap, s)
-                station.clearance = below
+                contact_point.clearance = below
                 if touched.own.load + touched.other.load > LOADED and below > 0.0:
-                    least = min(least, below)
+                    minimum = min(minimum, below)
                 if touched.gap.own.depth > s.rim:
                     found.entered = max(found.entered, DEEP)
                 side = beside(touched.gap.y, touched.gap.height, s)
@@ -92,13 +94,13 @@ def _survey(state, h, everywhere):
                     was, _, _ = point_of(arc, old, v, e, X5[g])
                     if crossed(s, was, side, h):
                         found.entered = THROUGH
-        found.clearance = -1.0 if least == NO_TOP else least
+        found.clearance = -1.0 if minimum == NO_TOP else minimum
         found.end = count
 
 
-survey = opaque(_survey)
+detect_contact = opaque(_detect_contact)
 
 
-def link_survey(state) -> None:
-    """Compile or load the survey and publish it; call before anything that uses it runs."""
-    link(_survey, state, 0.0, np.bool_(False))
+def link_contact_detection(state) -> None:
+    """Compile or load the detection and publish it; call before anything that uses it runs."""
+    link(_detect_contact, state, 0.0, np.bool_(False))

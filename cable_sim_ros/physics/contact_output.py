@@ -1,4 +1,5 @@
-"""Contact read-out: what the stations of a survey say of the sheave, and how deep drum and sheave are pressed in."""
+"""Contact read-out: what the detected contact points say of the sheave, and how deep drum and sheave are pressed
+in."""
 
 from __future__ import annotations
 
@@ -17,10 +18,10 @@ COARSE, COARSE_DRUM = 0.4, 1.0  # element length over radius of sheave and drum
 
 
 class Reading(NamedTuple):
-    """The sheave as its stations show it; lengths are of unstretched cable."""
+    """The sheave as its contact points show it; lengths are of unstretched cable."""
 
     rows: int  # of the contact table
-    loaded: int  # stations loaded in the groove
+    loaded: int  # contact points loaded in the groove
     force: tuple  # N, resultant on the sheave, world axes
     total: float  # N, of both halves, without direction
     first: float  # m, first and last loaded arc length
@@ -36,14 +37,14 @@ class Reading(NamedTuple):
 def read_sheave(model, state, table):
     """Stations of the sheave into the rows of a contact table; returns a Reading."""
     i = model.settings[0].sheave
-    surface, found, arc = state.surfaces[i], state.survey[i], state.nodes[NOW, ARC, :, 0]
+    surface, found, arc = state.surfaces[i], state.detected[i], state.nodes[NOW, ARC, :, 0]
     coord = state.memory[NOW].ship.motion.coord
     rows, loaded = 0, 0
     fx, fy, fz, total = 0.0, 0.0, 0.0, 0.0
     first, last, deepest, coarse, length = 0.0, 0.0, 0.0, found.coarse != 0, 0.0
     nearest, where, spare = 1e300, 0.0, -model.settings[0].groove_depth
     for j in range(found.first, found.end):
-        s = state.stations[j]
+        s = state.contact_points[j]
         f1, f2, n1, n2 = s.load_own, s.load_other, s.normal_own, s.normal_other
         rel = unrotate(coord, at3(s.rel, 0))
         if abs(s.height) < nearest and rel[2] > 0.0:
@@ -77,9 +78,9 @@ def read_drums(state):
     deepest, coarse, arc = 0.0, False, state.nodes[NOW, ARC, :, 0]
     for i in range(state.surfaces.shape[0]):
         if state.surfaces[i].kind == DRUM:
-            coarse = coarse or state.survey[i].coarse != 0
-            for j in range(state.survey[i].first, state.survey[i].end):
-                s = state.stations[j]
+            coarse = coarse or state.detected[i].coarse != 0
+            for j in range(state.detected[i].first, state.detected[i].end):
+                s = state.contact_points[j]
                 if s.depth_own > 0.0:
                     deepest = max(deepest, s.depth_own)
                     length = arc[s.element + 1] - arc[s.element]
@@ -94,8 +95,8 @@ def read_ground(line, state):
     for i in range(state.surfaces.shape[0]):
         s = solid(state.surfaces[i])
         if state.surfaces[i].carrier == ON_GROUND:
-            for j in range(state.survey[i].first, state.survey[i].end):
-                length += state.stations[j].length if state.stations[j].depth_own > 0.0 else 0.0
+            for j in range(state.detected[i].first, state.detected[i].end):
+                length += state.contact_points[j].length if state.contact_points[j].depth_own > 0.0 else 0.0
             for k in range(line.bodies.shape[0]):
                 body = body or gap(s, row3(state.nodes[NOW, Q], line.body_nodes[k]), NOT_MOVING).own.depth > 0.0
     return length, body

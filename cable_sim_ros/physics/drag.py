@@ -35,7 +35,7 @@ from .drag_laws import (
     CHOO_CASARELLA,
     FRICTION,
     GRAZING,
-    RE_MOST,
+    MAX_RE,
     RE_TOP,
     choo_casarella,
     coefficient_along,
@@ -139,12 +139,12 @@ def grazing_lanes(p, t, row):
     for e in range(LANES):
         vt, vn = dot(get3(t, row, e), get3(t, POINT_U, e)), t[POINT_VN, e]
         at = sqrt(vt * vt + SPEED_FLOOR * SPEED_FLOOR)
-        re = min(p[RE_FACTOR, e] * sqrt(vn * vn + at * at), RE_MOST)
+        re = min(p[RE_FACTOR, e] * sqrt(vn * vn + at * at), MAX_RE)
         r = 1.0 / sqrt(re)
         free = 1.0 if p[CD_FIXED, e] < 0.0 else 0.0
         c, c_vn, c_at = coefficient_along(
             t[POINT_CD, e], p[RE_FACTOR, e] * t[POINT_DCD, e], 1.1 + 4.0 * r,
-            -2.0 * p[RE_FACTOR, e] * r * r * r * (1.0 if re < RE_MOST else 0.0), vn, at, free)
+            -2.0 * p[RE_FACTOR, e] * r * r * r * (1.0 if re < MAX_RE else 0.0), vn, at, free)
         t[POINT_CDT, e], t[POINT_CDT + 1, e], t[POINT_CDT + 2, e] = c, c_vn, c_at
 
 
@@ -166,7 +166,7 @@ def coefficient_lanes(p, t, row):
         t[POINT_VN, e] = vn
         t[POINT_CD, e] = free * (1.1 + 4.0 * q) + (1.0 - free) * fixed
         t[POINT_DCD, e] = -2.0 * free * q * q * q
-        off = 1.0 if fixed < 0.0 and (re < RE_TOP or re > RE_MOST) else 0.0
+        off = 1.0 if fixed < 0.0 and (re < RE_TOP or re > MAX_RE) else 0.0
         other = off + p[CN_FIT, e] + p[CT_FIXED, e] + p[CT_OF_RE, e]
         t[POINT_X, e] = other if other > 0.0 else -grazes
     for e in range(LANES):   # a loop of its own: with the one above it is not vectorised
@@ -353,7 +353,7 @@ def water_tangent(t, p, change, weight, second, out):
     load_tangent_lanes(t, p, change.velocity, change.acceleration, weight, f, ka, kb)
     if second:
         coefficients(p, t, POINT_W)
-        mean_tangent_lanes(t, p, change.share * change.velocity, weight, f, ka, kb)
+        mean_tangent_lanes(t, p, change.fraction * change.velocity, weight, f, ka, kb)
 
 
 @driver

@@ -38,7 +38,7 @@ from .ancf import (
 )
 from .jit import driver, inline
 
-RE_LEAST, RE_BLEND_1, RE_BLEND_2, RE_MOST = 1e-3, (0.8, 1.25), (25.0, 36.0), 1e5
+MIN_RE, RE_BLEND_1, RE_BLEND_2, MAX_RE = 1e-3, (0.8, 1.25), (25.0, 36.0), 1e5
 RE_TOP = RE_BLEND_2[1]
 BLEND = 0.05  # decades of Re, full width
 GRAZING = 0.1  # tan eta, 5.7 deg: below it the C_D of f_t goes over from that of V_n to that of the whole speed
@@ -75,7 +75,7 @@ CHOO_CASARELLA, HK_6, HK_10, HK_10_PRINTED, FRICTION = range(5)
 
 def _pieces(*rows) -> list[tuple[float, ...]]:
     """Pieces (upper bound in Re, a, b, n, c) with log10 of the bound, the last repeated to seven."""
-    pieces = [(log10(most) if most < inf else inf, *rest) for most, *rest in rows]
+    pieces = [(log10(maximum) if maximum < inf else inf, *rest) for maximum, *rest in rows]
     return pieces + [pieces[-1]] * (7 - len(pieces))
 
 
@@ -134,11 +134,11 @@ class Law(NamedTuple):
     own_fit: bool = False  # is the law named after its C_N(Re)? Then no constant may replace it
     own_friction: bool = False  # C_T(Re_t) where the section has no C_t
     drag_coefficient: float | None = None  # its own constant C_D
-    least_drag: float = 0.0  # constant C_D that the source gives, from
-    most_drag: float = inf  # to
-    least_re: float = 0.0  # Re_n for which the source gives C_N, from
-    most_re: float = inf  # to
-    least_angle: float = 0.0  # deg, least eta
+    min_drag: float = 0.0  # constant C_D that the source gives, from
+    max_drag: float = inf  # to
+    min_re: float = 0.0  # Re_n for which the source gives C_N, from
+    max_re: float = inf  # to
+    min_angle: float = 0.0  # deg, least eta
     fairing: tuple[str, ...] = ANY  # kinds of cable it was measured on or is meant for
     source: str = ""
     outside: str = ""  # what is used outside the range
@@ -148,7 +148,7 @@ _BARE = Law(
     (0.5, -0.1, 0.1, -0.4, -0.011),
     _FT_BARE,
     fairing=BARE,
-    most_re=1e5,
+    max_re=1e5,
     source="Westin (2018), (60)-(61)",
     outside="C_D is held at its value at Re = 1e5, and a cylinder loses most of its drag in the drag crisis beyond",
 )
@@ -161,7 +161,7 @@ _HK = Law(
     own_fit=True,
     own_friction=True,
     fairing=BARE,
-    least_re=1.0,
+    min_re=1.0,
     source="Huston and Kamman (1980), equation 10",
     outside="the lowest branch is extended below its bound",
 )
@@ -170,7 +170,7 @@ LAWS: dict[DragLaw, Law] = {
     DragLaw.DRISCOLL_NAHON: _BARE,
     DragLaw.DRISCOLL_NAHON_PRINTED: _BARE._replace(
         normal=(0.5, -0.1, 0.1, -0.4, -0.11),
-        least_angle=8.0,
+        min_angle=8.0,
         outside="f_n is negative below 8 deg, C_D held beyond Re = 1e5",
     ),
     DragLaw.RIBBON: _BARE._replace(
@@ -182,14 +182,14 @@ LAWS: dict[DragLaw, Law] = {
     DragLaw.CROSSFLOW: _CROSS,
     DragLaw.PODE: _CROSS._replace(per_ct=EVERY_ANGLE),
     DragLaw.CHOO_CASARELLA: _CROSS._replace(own_fit=True, fairing=BARE),
-    DragLaw.HUSTON_KAMMAN_6: _HK._replace(fit=HK_6, least_re=0.1, source="Huston and Kamman (1980), equation 6"),
+    DragLaw.HUSTON_KAMMAN_6: _HK._replace(fit=HK_6, min_re=0.1, source="Huston and Kamman (1980), equation 6"),
     DragLaw.HUSTON_KAMMAN_10: _HK._replace(fit=HK_10),
     DragLaw.HUSTON_KAMMAN_10_ROW_2_PRINTED: _HK._replace(fit=HK_10_PRINTED),
     DragLaw.DYMORE: Law(
         _SQUARE,
         per_ct=_COSINE,
-        least_drag=0.5,
-        most_drag=2.0,
+        min_drag=0.5,
+        max_drag=2.0,
         source="the Dymore manual, equation 10",
         outside="the manual says no more of such a cable",
     ),
@@ -197,8 +197,8 @@ LAWS: dict[DragLaw, Law] = {
         _SQUARE,
         per_ct=_COSINE,
         drag_coefficient=1.0,
-        most_re=3e5,
-        least_angle=85.0,
+        max_re=3e5,
+        min_angle=85.0,
         fairing=BARE,
         source="Capozucca (1988), equation 3.6",
         outside="its cases are vertical cables in a horizontal current; C_dn is the same number",
@@ -237,11 +237,11 @@ def smooth(x, low, high):
 @inline
 def choo_casarella(re):
     """C_D(Re) of (61) and dC_D/dRe, blended over Re 0.8-1.25 and 25-36, held outside 1e-3..1e5."""
-    if re >= RE_MOST:
-        return 1.1 + 4.0 / sqrt(RE_MOST), 0.0
+    if re >= MAX_RE:
+        return 1.1 + 4.0 / sqrt(MAX_RE), 0.0
     if re >= RE_TOP:
         return 1.1 + 4.0 / sqrt(re), -2.0 / (re * sqrt(re))
-    x = max(re, RE_LEAST)
+    x = max(re, MIN_RE)
     mid = 8.55 * x**-0.9
     cd, dcd = 1.45 + mid, -0.9 * mid / x
     if x > RE_BLEND_2[0]:
@@ -255,7 +255,7 @@ def choo_casarella(re):
         dlow = g / x * (-1.0 + 1.0 / s + 0.87 / (s * s) - 2.61 / (s * s * s))
         t, dt = smooth(x, RE_BLEND_1[0], RE_BLEND_1[1])
         cd, dcd = low + t * (cd - low), dlow + t * (dcd - dlow) + dt * (cd - low)
-    return cd, (dcd if re > RE_LEAST else 0.0)
+    return cd, (dcd if re > MIN_RE else 0.0)
 
 
 @inline
@@ -268,7 +268,7 @@ def piece(fit, i, re, x):
 @driver
 def fitted(fit, re):
     """C(Re) of row ``fit`` of FITS and its derivative, held below 1e-3."""
-    held = max(re, RE_LEAST)
+    held = max(re, MIN_RE)
     x, i = log10(held), 0
     while x > FITS[fit, i, 0] + 0.5 * BLEND:
         i += 1
@@ -278,7 +278,7 @@ def fitted(fit, re):
         t, dt = smooth(x, bound - 0.5 * BLEND, bound + 0.5 * BLEND)
         after, dafter = piece(fit, i + 1, held, x)
         c, dc = c + t * (after - c), dc + t * (dafter - dc) + dt * (after - c)
-    return c, (dc / (LN10 * held) if re > RE_LEAST else 0.0)
+    return c, (dc / (LN10 * held) if re > MIN_RE else 0.0)
 
 
 @inline
@@ -323,7 +323,7 @@ def element_rows(section, cable, water, gravity: float) -> dict[int, float]:
     area = 0.25 * np.pi * d**2
     constant = law.drag_coefficient if section.drag_coefficient is None else section.drag_coefficient
     tangential, extra = section.tangential_coefficient, section.drag_amplification - 1.0
-    if not constant and (law.least_drag > 0.0 or (tangential and law.per_ct is EVERY_ANGLE)):
+    if not constant and (law.min_drag > 0.0 or (tangential and law.per_ct is EVERY_ANGLE)):
         raise ValueError(
             f"the law {section.drag_law.value} needs a constant C_D above 0, and the section has none; nothing was "
             "built. Give drag_coefficient"

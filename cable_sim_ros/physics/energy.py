@@ -113,7 +113,7 @@ def fed(line, state):
 
 @driver
 def fill_energy(line, state, f):
-    """Energy fields of a Frame record; the account begins with the first Frame."""
+    """Energy fields of a tick output record; the account begins with the first tick output."""
     now = state.memory[NOW]
     kinetic, potential, dry = energies(line, state)
     account, strain = now.account, now.health.strain
@@ -133,9 +133,9 @@ def fill_energy(line, state, f):
 
 
 @driver
-def slack_gain(account, f, slack, share):
-    """Has the integration given slack cable more than ``share`` of the work turned over since the start, and of the
-    energy that moves and stretches the tow now? Call once a Frame record, filled by fill_energy."""
+def slack_gain(account, f, slack, fraction):
+    """Has the integration given slack cable more than ``fraction`` of the work turned over since the start, and of the
+    energy that moves and stretches the tow now? Call once a tick output record, filled by fill_energy."""
     if f.tick == 0:
         account.supplied, account.residual, account.turned, account.gained = (
             f.work_supplied,
@@ -147,4 +147,4 @@ def slack_gain(account, f, slack, share):
     if slack:
         account.gained += f.energy_residual - account.residual
     account.supplied, account.residual = f.work_supplied, f.energy_residual
-    return account.gained > share * (account.turned + f.kinetic_energy + f.strain_energy)
+    return account.gained > fraction * (account.turned + f.kinetic_energy + f.strain_energy)

@@ -28,15 +28,15 @@ SETPOINT = np.dtype(
         ("track", "f8", 3),  # mean track of the sheave x, y, yaw, the state of their tracker, and their rates
         ("track_rate", "f8", 3),
         ("track_speed", "f8", 3),
-        ("lead", "f8"),  # rad, low-passed departure angle in the plane of the mean track, and its rate
-        ("lead_rate", "f8"),
-        ("lead_time", "f8"),  # s, of that filter
-        ("gain_most", "f8"),  # of the waterline laws
+        ("departure", "f8"),  # rad, low-passed departure angle in the plane of the mean track, and its rate
+        ("departure_rate", "f8"),
+        ("departure_time", "f8"),  # s, of that filter
+        ("max_gain", "f8"),  # of the waterline laws
         ("excess", "f8"),  # m, what is given beyond the motion of the sheave along the cable, and its rate
         ("excess_rate", "f8"),
-        ("excess_most", "f8"),  # m
-        ("excess_rate_most", "f8"),  # m/s
-        ("amplitude_most", "f8"),  # m
+        ("max_excess", "f8"),  # m
+        ("max_excess_rate", "f8"),  # m/s
+        ("max_amplitude", "f8"),  # m
         ("offset", "f8"),  # m, from the law engaged to the one before as the change began, and its rate
         ("offset_rate", "f8"),
         ("transfer", "f8"),  # s, over which that dies out
@@ -59,7 +59,7 @@ class SetpointLaw(str, Enum):
 
 
 LAWS = tuple(SetpointLaw)
-ANGLE_MOST = 1.5  # rad; (1) has a pole at the horizontal
+MAX_ANGLE = 1.5  # rad; (1) has a pole at the horizontal
 KNEE = 0.8  # share of a limit up to which nothing is changed
 CATCH_UP = 1.0  # s, time constant with which what was held back by a limit of the rate is caught up
 RATE_TIME = 0.5  # s, in which the excess comes from rest to its largest rate at the soonest
@@ -142,7 +142,7 @@ def by_angle(law):
 
 
 @inline
-def lead_of(state, out):
+def signed_departure(state, out):
     """Angle [rad] of a direction of the cable from the downward vertical in the plane of the mean track: positive where
     it leads aft."""
     yaw = state.track[2]
@@ -150,34 +150,35 @@ def lead_of(state, out):
 
 
 @inline
-def follow_lead(state, measured, h):
+def follow_departure(state, measured, h):
     """Low-pass the measured lead [rad] over a step of h [s]: two equal time constants.
 
     It moves by the mean of its rates before and after."""
-    r, before = h / state.lead_time, state.lead_rate
-    ahead = (measured - state.lead - 0.5 * h * before) / state.lead_time
-    state.lead_rate = (before + r * ahead) / (1.0 + 2.0 * r + 0.5 * r * r)
-    state.lead += 0.5 * h * (before + state.lead_rate)
+    r, before = h / state.departure_time, state.departure_rate
+    ahead = (measured - state.departure - 0.5 * h * before) / state.departure_time
+    state.departure_rate = (before + r * ahead) / (1.0 + 2.0 * r + 0.5 * r * r)
+    state.departure += 0.5 * h * (before + state.departure_rate)
 
 
 @inline
-def within(x, most):
+def within(x, maximum):
     """x within +-most, and the derivative: x itself up to KNEE of it, from there on an exponential approach."""
-    size, knee = abs(x), KNEE * most
+    size, knee = abs(x), KNEE * maximum
     if size <= knee:
         return x, 1.0
-    if most <= 0.0:
+    if maximum <= 0.0:
         return 0.0, 0.0
-    slope = exp((knee - size) / (most - knee))
-    y = most - (most - knee) * slope
+    slope = exp((knee - size) / (maximum - knee))
+    y = maximum - (maximum - knee) * slope
     return (y if x > 0.0 else -y), slope
 
 
 @inline
-def height_gain(theta, most):
-    """Pay-out per height of the sheave, 1/cos theta up to ``most``, and its derivative; theta: rad, less than pi/2."""
+def height_gain(theta, maximum):
+    """Pay-out per height of the sheave, 1/cos theta up to ``maximum``, and its derivative; theta: rad, less than
+    pi/2."""
     c = cos(theta)
-    gain, slope = within(1.0 / c, most)
+    gain, slope = within(1.0 / c, maximum)
     return gain, slope * sin(theta) / (c * c)
 
 
@@ -196,15 +197,15 @@ def compensation(state, sheave):
     x, y = p[0] - state.track[0], p[1] - state.track[1]
     dx, dy, dz = c * x + s * y, c * y - s * x, p[2] - state.height
     vx = c * (v[0] - state.track_speed[0]) + s * (v[1] - state.track_speed[1]) + dy * state.track_speed[2]
-    theta, turn = (state.lead, state.lead_rate) if by_angle(law) else (state.angle, 0.0)
-    if abs(theta) > ANGLE_MOST:
-        theta, turn = (ANGLE_MOST if theta > 0.0 else -ANGLE_MOST), 0.0
+    theta, turn = (state.departure, state.departure_rate) if by_angle(law) else (state.angle, 0.0)
+    if abs(theta) > MAX_ANGLE:
+        theta, turn = (MAX_ANGLE if theta > 0.0 else -MAX_ANGLE), 0.0
     length = dx * sin(theta) + dz * cos(theta)
     rate = vx * sin(theta) + v[2] * cos(theta) + (dx * cos(theta) - dz * sin(theta)) * turn
     if law <= 2:
         return length, rate, 0.0, 0.0
-    gain, slope = height_gain(theta, state.gain_most)
-    still, _ = height_gain(state.angle, state.gain_most)
+    gain, slope = height_gain(theta, state.max_gain)
+    still, _ = height_gain(state.angle, state.max_gain)
     whole, whole_rate = p[2] * gain - state.height * still, v[2] * gain + p[2] * slope * turn
     return length, rate, whole - length, whole_rate - rate
 
@@ -213,26 +214,27 @@ def compensation(state, sheave):
 def follow_excess(state, wanted, wanted_rate, h):
     """Follow what a law asks for beyond the motion of the sheave over a step of h [s], within amplitude, rate and what
     the rate may change by."""
-    end, slope = within(wanted, state.excess_most)
+    end, slope = within(wanted, state.max_excess)
     end_rate = slope * wanted_rate
     behind = end - state.excess - 0.5 * h * (state.excess_rate + end_rate)
-    rate, _ = within(end_rate + behind / (CATCH_UP + 0.5 * h), state.excess_rate_most)
-    change = state.excess_rate_most * h / RATE_TIME
+    rate, _ = within(end_rate + behind / (CATCH_UP + 0.5 * h), state.max_excess_rate)
+    change = state.max_excess_rate * h / RATE_TIME
     rate = min(max(rate, state.excess_rate - change), state.excess_rate + change)
     state.excess += 0.5 * h * (state.excess_rate + rate)
     state.excess_rate = rate
 
 
 @driver
-def set_point(state, sheave, lead, h):
-    """Set-point [m] of the compensation and its rate at the end of a step of h [s]; lead: measured angle, see lead_of.
+def set_point(state, sheave, departure, h):
+    """Set-point [m] of the compensation and its rate at the end of a step of h [s]; lead: measured angle, see
+    signed_departure.
 
     Within its limits, and without a jump where the law was changed: the difference dies out over the transfer time.
     """
-    follow_lead(state, lead, h)
+    follow_departure(state, departure, h)
     length, rate, beyond, beyond_rate = compensation(state, sheave)
     follow_excess(state, beyond, beyond_rate, h)
-    whole, slope = within(length + state.excess, state.amplitude_most)
+    whole, slope = within(length + state.excess, state.max_amplitude)
     rate = slope * (rate + state.excess_rate)
     state.limited = 1 if abs(whole - length - beyond) > SEEN else 0
     if state.engaged != state.algorithm:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from math import acos, cos, sin, sqrt
 
 from .ancf import COMPRESSION, EA
-from .heave_compensation import lead_of
+from .heave_compensation import signed_departure
 from .hermite import LINK, point_of
 from .jit import LANES, driver, inline
 from .ship import unrotate
@@ -79,9 +79,9 @@ def measure(state, out, tension):
     """Keep what the instruments show of the departing cable: its direction ``out`` and tension [N]."""
     measured, now = state.memory[NOW].measured, state.memory[NOW].time.now
     measured.departure_angle, measured.tension = acos(min(max(-out[2], -1.0), 1.0)), tension
-    lead, since = lead_of(state.memory[NOW].setpoint, out), (now - measured.lead_at) * 1e-9
-    measured.lead_rate = (lead - measured.lead) / since if since > 0.0 else 0.0
-    measured.lead, measured.lead_at = lead, now
+    departure, since = signed_departure(state.memory[NOW].setpoint, out), (now - measured.departure_stamp) * 1e-9
+    measured.departure_rate = (departure - measured.departure) / since if since > 0.0 else 0.0
+    measured.departure, measured.departure_stamp = departure, now
 
 
 @inline

@@ -14,9 +14,9 @@ from .block_tridiagonal import solve, solve_again
 from .cable_assembly import mean_at
 from .jit import NO, YES, driver, inline, link, opaque
 from .line import link_residual, residual
-from .mean_flow import follow, link_mean_flow, mean_share
+from .mean_flow import follow, link_mean_flow, mean_fraction
 from .parameter import Block, quantity
-from .state import AT_REST, FLOW, GAIN, MEAN, NOW, STEP, A, Change, Q, V, X, keep
+from .state import AT_REST, FLOW, GAIN, MEAN, NOW, STEP, A, Change, Q, V, X, checkpoint
 from .towbody import face_flow
 from .wake_oscillator import no_wake_load
 from .water_kinematics import STILL, link_stir, stir
@@ -114,15 +114,15 @@ def _predict(line, state, h):
     """
     am, af, beta, gamma, _, _ = coefficients(h, line.settings[0].rho_inf)
     before = state.memory[NOW].health.last_step
-    share = trend(state, h)
+    fraction = trend(state, h)
     if line.settings[0].step_tension > 0.0 and before > 0.0 and before != h:
         stretch_lag(state, h / before)
-    keep(state, STEP)
+    checkpoint(state, STEP)
     q, v, a, gain = state.nodes[NOW, Q], state.nodes[NOW, V], state.nodes[NOW, A], state.nodes[NOW, GAIN]
     old_v, old_a, old_x = state.nodes[STEP, V], state.nodes[STEP, A], state.nodes[STEP, X]
     for n in range(q.shape[0]):
         for k in range(6):
-            rise, x = share * gain[n, k], old_x[n, k]
+            rise, x = fraction * gain[n, k], old_x[n, k]
             new = (old_a[n, k] + (1.0 - af) * rise - am * x) / (1.0 - am)
             q[n, k] += h * old_v[n, k] + h * h * ((0.5 - beta) * x + beta * new)
             v[n, k] += h * ((1.0 - gamma) * x + gamma * new)
@@ -200,8 +200,8 @@ predict = opaque(_predict)
 def advance(line, state, h):
     """Solve the predicted step, held unknowns already at its end. Returns the iterations, or -1 and no valid state."""
     am, af, _, _, c1, c2 = coefficients(h, line.settings[0].rho_inf)
-    share = mean_share(state.memory[NOW].known, line.settings[0].mean_flow_time, h)
-    used = newton(line, state, Change(c1, c2, line.settings[0].mass_damping, share))
+    fraction = mean_fraction(state.memory[NOW].known, line.settings[0].mean_flow_time, h)
+    used = newton(line, state, Change(c1, c2, line.settings[0].mass_damping, fraction))
     if used < 0:
         return used
     a, x, mean = state.nodes[NOW, A], state.nodes[NOW, X], state.nodes[NOW, MEAN]
@@ -209,7 +209,7 @@ def advance(line, state, h):
     for n in range(x.shape[0]):
         for k in range(6):
             x[n, k] = ((1.0 - af) * a[n, k] + af * old_a[n, k] - am * old_x[n, k]) / (1.0 - am)
-            mean[n, k] = mean_at(state.nodes, n, k, share)
+            mean[n, k] = mean_at(state.nodes, n, k, fraction)
     if line.settings[0].amplified != 0:
         follow(line, state)
     return used
@@ -236,7 +236,7 @@ def face(line, state):
 
 
 @driver
-def _settle(line, state, sigma, max_steps, step_most):
+def _settle(line, state, sigma, max_steps, max_step):
     """Static equilibrium with the held unknowns where they are: backward Euler, step 0.02 s growing by 1.7.
 
     sigma: mass damping [1/s]. Returns (steps, iterations, residual [N] at rest); steps < 0 where it did not settle.
@@ -268,7 +268,7 @@ def _settle(line, state, sigma, max_steps, step_most):
         total += used
         plan.level = 0
         face(line, state)
-        if h >= min(1.0, step_most):  # balanced at rest is settled; a free end without tension needs no longer one
+        if h >= min(1.0, max_step):  # balanced at rest is settled; a free end without tension needs no longer one
             copy(v, old_v)
             rest_still(state)
             stir(line, state, STILL)
@@ -277,7 +277,7 @@ def _settle(line, state, sigma, max_steps, step_most):
                 copy(a, x)
                 return count, total, rest
             copy(old_v, v)
-        h = min(1.7 * h, step_most)
+        h = min(1.7 * h, max_step)
     rest_still(state)
     stir(line, state, STILL)
     return -count, total, residual(line, state, AT_REST, NO)

@@ -11,7 +11,7 @@ from .cable_assembly import assemble, link_assembly
 from .contact_surface import ON_GROUND
 from .energy import fed
 from .jit import driver, link, opaque
-from .link_element import align, is_chain, limp
+from .link_element import align, is_links, without_bending
 from .point_mass import carry
 from .state import ARC, AT_REST, FLOW, NOW, A, Q, V
 from .towbody import lie
@@ -96,7 +96,7 @@ def _residual(line, state, change, tangent):
     """
     band, lower, q, v = state.work.band, state.work.lower, state.nodes[NOW, Q], state.nodes[NOW, V]
     gravity, arc = line.settings[0].gravity, state.nodes[NOW, ARC]
-    links = is_chain(arc)
+    links = is_links(arc)
     if links:
         align(line.elements, state)
     state.memory[NOW].health.strain = assemble(line, state, change, tangent)
@@ -112,7 +112,7 @@ def _residual(line, state, change, tangent):
     for i in range(last + 1):
         per_length = 1.0 / (arc[min(i + 1, last), 0] - arc[max(i - 1, 0), 0])
         for k in range(6):
-            if line.held[i, k] > 0.0 or (links and k > 2 and limp(line.elements, i, last)):
+            if line.held[i, k] > 0.0 or (links and k > 2 and without_bending(line.elements, i, last)):
                 state.reaction[i, k] = -band[i, k, 12]
                 through = arc[i, 1] * q[i, 3 + k] if k < 3 else 0.0  # the material moves on through the held node
                 held -= band[i, k, 12] * (v[i, k] - through)

@@ -96,12 +96,12 @@ def rod_lanes(x, p, c1, k9):
         h, w = get3(x, 3, e), sub(get3(x, 18, e), get3(x, 12, e))
         r = 1.0 / norm(h)
         u = scale(r, h)
-        per_length, share = p[PER_LENGTH, e], p[COMPRESSION, e]
+        per_length, fraction = p[PER_LENGTH, e], p[COMPRESSION, e]
         strain = per_length / r - 1.0
-        stiff = p[EA, e] * (share if strain < 0.0 else 1.0)
+        stiff = p[EA, e] * (fraction if strain < 0.0 else 1.0)
         rate = dot(u, w)
         c = p[AXIAL_DAMPING, e] * per_length
-        damped, by_rate, by_tension = damping(c * rate, stiff * strain, share)
+        damped, by_rate, by_tension = damping(c * rate, stiff * strain, fraction)
         t = stiff * strain + damped
         # dT/dh = z; the rates of the ends are the material's: d(w)/dh = c1 - L'/L
         d = by_rate * c
@@ -234,7 +234,7 @@ def bend_joints(work, tangent):
 
 
 @inline
-def limp(elements, n, last):
+def without_bending(elements, n, last):
     """Has the joint at node n, of nodes 0 to ``last``, no bending stiffness on either side?"""
     e, o = max(n - 1, 0), min(n, last - 1)
     return elements[e // LANES, EI, e % LANES] == 0.0 and elements[o // LANES, EI, o % LANES] == 0.0
@@ -336,7 +336,7 @@ def align(elements, state):
     q, arc = state.nodes[NOW, Q], state.nodes[NOW, ARC]
     last = q.shape[0] - 1
     for n in range(last + 1):
-        if not limp(elements, n, last):
+        if not without_bending(elements, n, last):
             continue
         before, after = max(n - 1, 0), min(n, last - 1)
         a, b = 0.5 / (arc[before + 1, 0] - arc[before, 0]), 0.5 / (arc[after + 1, 0] - arc[after, 0])
@@ -345,7 +345,7 @@ def align(elements, state):
 
 
 @driver
-def is_chain(arc):
+def is_links(arc):
     """Is the line of the arc lengths [nodes, 6] one of links?"""
     return arc[0, LINK] != 0.0
 

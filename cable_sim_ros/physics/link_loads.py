@@ -49,12 +49,12 @@ def gauss(a, b, c, x, w):
 
 
 @inline
-def closed(c, least, y):
+def closed(c, minimum, y):
     """Antiderivatives of y^k sqrt(c y^2 + least), k = 0, 1, 2, at y from the point of least speed."""
-    r = sqrt(c * y * y + least)
-    log = 0.0 if least <= 0.0 else least / sqrt(c) * asinh(y * sqrt(c / least))
+    r = sqrt(c * y * y + minimum)
+    log = 0.0 if minimum <= 0.0 else minimum / sqrt(c) * asinh(y * sqrt(c / minimum))
     j0 = 0.5 * (y * r + log)
-    return j0, r * r * r / (3.0 * c), (y * r * r * r - least * j0) / (4.0 * c)
+    return j0, r * r * r / (3.0 * c), (y * r * r * r - minimum * j0) / (4.0 * c)
 
 
 @driver
@@ -72,8 +72,8 @@ def integrals(a, b, c, length):
     reach = 1e300
     if c > 1e-30:
         at = -0.5 * b / c  # of the least speed, in half lengths
-        least = max(a - 0.25 * b * b / c, 0.0)  # its square
-        off = sqrt(least / c)
+        minimum = max(a - 0.25 * b * b / c, 0.0)  # its square
+        off = sqrt(minimum / c)
         axis = 0.5 * (hypot(at - 1.0, off) + hypot(at + 1.0, off))
         reach = axis + sqrt(max(axis * axis - 1.0, 0.0))
     if reach > VERY_FAR:
@@ -81,8 +81,8 @@ def integrals(a, b, c, length):
     elif reach > FAR:
         j0, j1, j2 = gauss(a, b, c, _X16, _W16)
     else:
-        p0, p1, p2 = closed(c, least, 1.0 - at)
-        m0, m1, m2 = closed(c, least, -1.0 - at)
+        p0, p1, p2 = closed(c, minimum, 1.0 - at)
+        m0, m1, m2 = closed(c, minimum, -1.0 - at)
         k0, k1, k2 = p0 - m0, p1 - m1, p2 - m2
         j0, j1, j2 = k0, k1 + at * k0, k2 + at * (2.0 * k1 + at * k0)
     f = sqrt(size) * h

@@ -98,17 +98,17 @@ def changed(known, velocity, current, rate, t, tau, h):
     known.waves = max(sqrt(heave * heave + surge * surge), known.waves * tau / (tau + h))
     if known.begun == 0:
         known.begun, known.taken[0] = 1, speed
-    share = mean_share(known, tau, h)
+    fraction = mean_fraction(known, tau, h)
     ship, winch = speed - known.taken[0], wound - known.taken[1]
-    known.taken[0] += share * ship
-    known.taken[1] += share * winch
+    known.taken[0] += fraction * ship
+    known.taken[1] += fraction * winch
     known.kept = known.kept + h if winch * known.winch > 0.0 else h
     known.winch = winch
     return max(abs(ship), abs(winch) - (known.waves if known.kept < HALF_WAVE else 0.0))
 
 
 @inline
-def mean_share(known, tau, h):
+def mean_fraction(known, tau, h):
     """Share of a step of h [s] that the running mean of the velocity takes up: backward Euler of m' = (v - m) / memory.
 
     1 / memory = 1 / tau + known.faster; tau: cable.mean_flow_time.

@@ -2,7 +2,7 @@
 
 Arc length s counts from the cable's inner end on the drum. Nodes aboard keep their distance from the drum's tangent
 point; nodes outboard keep their share of their zone, the cable between the ends of two sections. The end of a zone is
-on the end of its section while that hangs outboard; nearer than ``least`` to the last node aboard it waits there and
+on the end of its section while that hangs outboard; nearer than ``minimum`` to the last node aboard it waits there and
 the material runs on through it, so that an element may hold several sections. Every place is twice differentiable in
 the pay-out; no element is ever split or merged. Number and order of nodes are constant. docs/theory.md, section 4.
 """
@@ -30,15 +30,15 @@ ABOARD = -1
 
 
 @inline
-def at_least(d, least, width):
+def at_least(d, minimum, width):
     """A smooth max(d, least), exact from ``width`` on either side, with its first and second derivative to d."""
-    u = (d - least) / width
+    u = (d - minimum) / width
     if u >= 1.0:
         return d, 1.0, 0.0
     if u <= -1.0:
-        return least, 0.0, 0.0
+        return minimum, 0.0, 0.0
     return (
-        least + width * (0.1875 + u * (0.5 + u * (0.375 - 0.0625 * u * u))),
+        minimum + width * (0.1875 + u * (0.5 + u * (0.375 - 0.0625 * u * u))),
         0.5 + u * (0.75 - 0.25 * u * u),
         0.75 * (1.0 - u * u) / width,
     )
@@ -79,13 +79,13 @@ def lay_mesh(feed, drum, winch, arc, elements):
         while zone < nodes[n].zone:
             zone += 1
             begin = end
-            x, d1, d2 = at_least(zones[zone].end - arc[last, 0], zones[zone].least, drum.blend)
+            x, d1, d2 = at_least(zones[zone].end - arc[last, 0], zones[zone].minimum, drum.blend)
             if zone == zones.shape[0] - 1:
                 x, d1, d2 = zones[zone].end - arc[last, 0], 1.0, 0.0
             end = (x, -d1 * rate, d2 * rate * rate - d1 * accel)
-        share = nodes[n].place
+        fraction = nodes[n].place
         for k in range(3):
-            arc[n, k] = arc[last, k] + begin[k] + share * (end[k] - begin[k])
+            arc[n, k] = arc[last, k] + begin[k] + fraction * (end[k] - begin[k])
     fill_elements(feed, drum, arc, elements)
 
 
@@ -109,8 +109,8 @@ def fill_elements(feed, drum, arc, elements):
             content[e] = -1
         if e == count - 1 and drum.end_stiffness > 0.0:
             length = end - begin
-            least = drum.end_stiffness * rows[WEIGHT_PER_LENGTH, lane] * length**3
-            rows[EI, lane] = max(feed.materials[zones.shape[0] - 1, EI], least)
+            minimum = drum.end_stiffness * rows[WEIGHT_PER_LENGTH, lane] * length**3
+            rows[EI, lane] = max(feed.materials[zones.shape[0] - 1, EI], minimum)
     tail = count % LANES
     if tail > 0:  # the empty lanes repeat the last element
         rows = elements[elements.shape[0] - 1]

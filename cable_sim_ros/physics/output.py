@@ -1,4 +1,4 @@
-"""What one tick answers: the state as a Frame row with its tables of shape and contact.
+"""What one tick answers: the state as a tick output row with its tables of shape and contact.
 
 Each part is filled by one function; what is read is in instruments.py, contact_output.py and energy.py.
 """
@@ -13,7 +13,14 @@ import numpy as np
 from .contact import latch
 from .contact_output import read_drums, read_ground, read_sheave
 from .energy import fill_energy, slack_gain
-from .frame import (
+from .instruments import direction_at, drum_torque, measure, node_tension, tension_at
+from .jit import driver, inline
+from .link_element import is_links, joint_tension
+from .ringing import missing
+from .sea import elevation
+from .ship import frame_shift, quaternion, spin, unrotate
+from .state import ARC, FLOW, NOW, A, Q, V
+from .tick_output import (
     COARSE_AT_SURFACE,
     DETACHED,
     LOW_FLOW,
@@ -25,13 +32,6 @@ from .frame import (
     SLACK,
     SLACK_ENERGY,
 )
-from .instruments import direction_at, drum_torque, measure, node_tension, tension_at
-from .jit import driver, inline
-from .link_element import is_chain, joint_tension
-from .ringing import missing
-from .sea import elevation
-from .ship import frame_shift, quaternion, spin, unrotate
-from .state import ARC, FLOW, NOW, A, Q, V
 from .towbody import TURNING, heading, heading_held
 from .vec import dot, norm, scale
 from .viv_amplification import show, sum_up
@@ -41,11 +41,11 @@ SLACK_TENSION = 1e-3  # N below zero at which an element counts as slack
 
 
 class Output(NamedTuple):
-    """A ring of Frames with their tables."""
+    """A ring of tick outputs with their tables."""
 
-    frame: np.ndarray  # records of frame.FRAME [rows]
-    shape: np.ndarray  # [rows, nodes, 8], with five columns more where viv is on (frame.STRUM_COLUMNS)
-    contact: np.ndarray  # [rows, stations, 9]
+    frame: np.ndarray  # records of tick_output.TICK_OUTPUT [rows]
+    shape: np.ndarray  # [rows, nodes, 8], with five columns more where viv is on (tick_output.STRUM_COLUMNS)
+    contact: np.ndarray  # [rows, contact points, 9]
 
 
 @inline
@@ -117,15 +117,16 @@ def note_peaks(state, tension, contact, depth, pull):
     health.contact_max, health.depth_max = max(health.contact_max, contact), max(health.depth_max, depth)
     health.pull_max = max(health.pull_max, pull)
     health.power_min, health.power_max = min(health.power_min, -pull * rate), max(health.power_max, -pull * rate)
-    least, most = health.cable_min, health.cable_max
+    minimum, maximum = health.cable_min, health.cable_max
     for e in range(state.tension.shape[0]):
-        least, most = min(least, state.tension[e]), max(most, state.tension[e])
-    health.cable_min, health.cable_max = least, most
+        minimum, maximum = min(minimum, state.tension[e]), max(maximum, state.tension[e])
+    health.cable_min, health.cable_max = minimum, maximum
 
 
 @driver
 def glance(model, state, table):
-    """What observe() keeps of the peaks, of a step that no Frame shows; table: room for the stations of the sheave."""
+    """What observe() keeps of the peaks, of a step that no tick output shows; table: room for the contact points of
+    the sheave."""
     seen, drum = read_sheave(model, state, table), model.settings[0].drum
     _, end, ahead = leaves(model, state.surfaces[model.settings[0].sheave], seen)
     depth, _ = read_drums(state)
@@ -157,13 +158,13 @@ def fill_sheave(model, state, f, table):
     f.contact_resultant, f.contact_total = norm(seen.force), seen.total
     f.wrap_angle = (end - first) / sheave.radius if seen.loaded > 0 else 0.0
     f.lifted_fraction = min(max(1.0 - seen.length / max(wrap * sheave.radius, 1e-9), 0.0), 1.0)
-    # groove margin over the stations between the two tangent directions, and the nearest one
+    # groove margin over the contact points between the two tangent directions, and the nearest one
     body_out, body_back = unrotate(coord, out), unrotate(coord, back)
     low, high = atan2(-body_back[2], -body_back[0]), atan2(-body_out[2], -body_out[0])
-    spare, offset = seen.clearance, state.survey[settings.sheave].first
+    spare, offset = seen.clearance, state.detected[settings.sheave].first
     for i in range(seen.rows):
         if min(low, high) <= table[i, 3] <= max(low, high):
-            spare = min(spare, state.stations[offset + i].clearance)
+            spare = min(spare, state.contact_points[offset + i].clearance)
     f.groove_margin = max(spare, -settings.groove_depth)
     f.contact_stations = seen.rows
     depth, coarse = read_drums(state)
@@ -201,7 +202,7 @@ def fill_winch(drum, state, f):
 
 @driver
 def fill_peaks(settings, state, f):
-    """Peaks of the tick with the step that this Frame shows, and what held the winch in it; returns the flags."""
+    """Peaks of the tick with the step that this tick output shows, and what held the winch in it; returns the flags."""
     health, winch, flags = state.memory[NOW].health, state.memory[NOW].winch, 0
     note_peaks(state, f.tension, f.contact_resultant, f.penetration, f.tension_drum)
     f.tension_tick_min, f.tension_tick_max = health.tension_min, health.tension_max
@@ -219,7 +220,7 @@ def fill_peaks(settings, state, f):
         flags |= PENETRATION
     if f.tension_least < -SLACK_TENSION:
         flags |= SLACK
-    if f.tension_damped > settings.ringing_most:
+    if f.tension_damped > settings.max_ringing:
         flags |= RINGING_DAMPED
     return flags
 
@@ -229,7 +230,7 @@ def fill_cable(line, state, f, body):
     """Tension at the towbody at node ``body``, strumming, seabed, health of the solver; returns the flags."""
     health, q, flags = state.memory[NOW].health, state.nodes[NOW, Q], 0
     arc = state.nodes[NOW, ARC]
-    f.tension_body = joint_tension(state, body) if is_chain(arc) else node_tension(line.elements, q, body)
+    f.tension_body = joint_tension(state, body) if is_links(arc) else node_tension(line.elements, q, body)
     f.seabed_length, aground = read_ground(line, state)
     f.amplification_mean, f.strum_amplitude_most = sum_up(line, state)
     f.iterations, f.substeps, f.residual = health.iterations, health.substeps, health.residual
@@ -248,7 +249,7 @@ def fill_shape(line, state, aboard, table):
     """
     now, q, arc = state.memory[NOW], state.nodes[NOW, Q], state.nodes[NOW, ARC, :, 0]
     inside = arc[arc.shape[0] - 1] if line.settings[0].jumps != 0 else aboard
-    links = is_chain(state.nodes[NOW, ARC])
+    links = is_links(state.nodes[NOW, ARC])
     ox, oy = frame_shift(now, now.time.now)
     for n in range(arc.shape[0]):
         table[n, 0], table[n, 1], table[n, 2] = q[n, 0] + ox, q[n, 1] + oy, q[n, 2]
@@ -268,7 +269,7 @@ def observe(model, state, output, slot, flags, blending):
     f, body = output.frame[slot], model.line.body_nodes[0]
     fill_motion(state, f, body)
     at, sea = state.memory[NOW].sheave.position, model.line.sea
-    f.surface_elevation = elevation(sea.waves, state.work.phase, state.memory[NOW].sea.share, at[0], at[1])
+    f.surface_elevation = elevation(sea.waves, state.work.phase, state.memory[NOW].sea.fraction, at[0], at[1])
     aboard, seen = fill_sheave(model, state, f, output.contact[slot])
     flags |= seen
     fill_winch(model.settings[0].drum, state, f)

@@ -41,7 +41,7 @@ SEA = np.dtype(
     [
         ("time", "f8"),  # s since the start, at the end of the step begun last
         ("shift", "f8", 2),  # m, of the tow frame in the world the phases of the waves belong to
-        ("share", "f8", 2),  # of waves and turbulence that acts, and its rate [1/s]: they grow from the start
+        ("fraction", "f8", 2),  # of waves and turbulence that acts, and its rate [1/s]: they grow from the start
         ("steady", "f8", 4),  # current at the surface and its gradient before it varies, in the world
         ("current_yaw", "f8"),  # rad, by which tables of current and turbulence are turned into the world
         ("wave_yaw", "f8"),  # the same of the waves
@@ -120,7 +120,7 @@ def decay(x):
 
 
 @driver
-def wave_lanes(waves, phase, share, top, place, out):
+def wave_lanes(waves, phase, fraction, top, place, out):
     """Velocity and acceleration of the waves into rows ORBIT and RATE of out [STREAM_ROWS, LANES].
 
     phase [n, 3]: k cos b, k sin b, phase now; share: see SEA; top: highest z of the points, components that do not
@@ -152,17 +152,17 @@ def wave_lanes(waves, phase, share, top, place, out):
     for k in range(3):
         for e in range(LANES):
             u = out[ORBIT + k, e]
-            out[ORBIT + k, e] = share[0] * u
-            out[RATE + k, e] = share[0] * out[RATE + k, e] + share[1] * u
+            out[ORBIT + k, e] = fraction[0] * u
+            out[RATE + k, e] = fraction[0] * out[RATE + k, e] + fraction[1] * u
 
 
 @driver
-def elevation(waves, phase, share, x, y):
+def elevation(waves, phase, fraction, x, y):
     """Height [m] of the surface over z = 0 at x, y of the tow frame."""
     eta = 0.0
     for i in range(waves.shape[0]):
         eta += waves[i, AMPLITUDE] * sincos(phase[i, 0] * x + phase[i, 1] * y + phase[i, 2])[1]
-    return share[0] * eta
+    return fraction[0] * eta
 
 
 @inline
@@ -217,8 +217,8 @@ def gust(eddies, now, out):
         out[3 + k] -= eddies[i, 1] * omega * sin(angle)
     c, s = cos(now.current_yaw), sin(now.current_yaw)
     for k in range(3):
-        out[3 + k] = now.share[0] * out[3 + k] + now.share[1] * out[k]
-        out[k] *= now.share[0]
+        out[3 + k] = now.fraction[0] * out[3 + k] + now.fraction[1] * out[k]
+        out[k] *= now.fraction[0]
     for k in range(0, 6, 3):
         out[k], out[k + 1] = c * out[k] - s * out[k + 1], s * out[k] + c * out[k + 1]
 

@@ -45,7 +45,7 @@ SHIP_TIMES = np.dtype(
 )  # s
 NO_EPOCH = -1.0
 MEAN_MEMORY = 30.0  # s, of the mean speed: waves of 10 s leave 1/20 of their velocity in it
-MEAN_LEAST = 5.0  # s of motion, before which the mean speed is that of the start
+MIN_MEAN = 5.0  # s of motion, before which the mean speed is that of the start
 
 
 class Ship(Block):
@@ -173,7 +173,7 @@ def path(t, epoch, inputs, memory, decay, out):
     decay [s]: heave, roll, pitch to their mean, yaw to rest, and of surge and sway what differs from the mean speed.
     """
     mean, velocity, going = memory.ship.mean_coord, memory.frame.velocity, memory.ship.mean_rate
-    known = memory.ship.mean_age >= MEAN_LEAST
+    known = memory.ship.mean_age >= MIN_MEAN
     for i in range(6):
         out.coord[i], out.rate[i], out.accel[i] = mean[i], 0.0, 0.0
     if epoch == NO_EPOCH:

@@ -58,7 +58,7 @@ ACCOUNT = np.dtype(
         ("work", "f8", POWERS),  # J since the start
         ("power", "f8", POWERS),  # W
         ("stored", "f8"),  # J at the start
-        ("supplied", "f8"),  # J, work_supplied and energy_residual of the last Frame
+        ("supplied", "f8"),  # J, work_supplied and energy_residual of the last tick output
         ("residual", "f8"),
         ("turned", "f8"),  # J since the start: work supplied, in and out both positive
         ("gained", "f8"),  # J of the residual while the cable was slack
@@ -90,7 +90,14 @@ CONTROL = np.dtype(  # the choice of the step, counts since the start
 SHEAVE = np.dtype([("position", "f8", 3), ("velocity", "f8", 3)])  # of its centre, tow frame
 # what instruments showed at the last tick; rad, rad with a sign (see setpoint.lead_of) and its rate, when [ns], N
 MEASURED = np.dtype(
-    [("departure_angle", "f8"), ("lead", "f8"), ("lead_rate", "f8"), ("lead_at", "i8"), ("tension", "f8")], align=True
+    [
+        ("departure_angle", "f8"),
+        ("departure", "f8"),
+        ("departure_rate", "f8"),
+        ("departure_stamp", "i8"),
+        ("tension", "f8"),
+    ],
+    align=True,
 )
 KNOWN = np.dtype(  # of the mean flow, see mean_flow.py
     [
@@ -137,7 +144,7 @@ LINE_SETTINGS = np.dtype(
         ("rho_inf", "f8"),
         ("mean_flow_time", "f8"),  # s
         ("amplified", "i8"),  # 1: a section has a drag factor other than 1, by hand or computed
-        ("turn_most", "f8"),  # change of a gradient in one step
+        ("max_turn", "f8"),  # change of a gradient in one step
         ("leave_step", "f8"),  # s, a longer step must not leave a groove
         ("step_position", "f8"),  # m, N: errors that a step may bring; 0: a tick is one step
         ("step_tension", "f8"),
@@ -156,7 +163,7 @@ TOW_SETTINGS = np.dtype(
         ("penetration_limit", "f8"),  # m
         ("groove_depth", "f8"),  # m
         ("energy_share", "f8"),  # see energy.slack_gain
-        ("ringing_most", "f8"),  # N of ringing lost to the integration, above which the tick is flagged
+        ("max_ringing", "f8"),  # N of ringing lost to the integration, above which the tick is flagged
         ("bending_length", "f8"),  # m, sqrt(EI/T) at working tension
         ("ship", SHIP_TIMES),
         ("drum", DRUM),
@@ -168,8 +175,8 @@ LOAD = np.dtype([("node", "i8"), ("force", "f8", 3), ("moment", "f8", 3)])  # N,
 STRUT = np.dtype(
     [("node", "i8"), ("length", "f8"), ("stiffness", "f8"), ("aa", "f8"), ("ab", "f8"), ("bb", "f8")]
 )  # m, N, kg
-STATIONS_PER_ELEMENT = 5
-STATION = np.dtype(
+CONTACT_POINTS_PER_ELEMENT = 5
+CONTACT_POINT = np.dtype(
     [
         ("surface", "i8"),
         ("element", "i8"),
@@ -188,9 +195,9 @@ STATION = np.dtype(
     ],
     align=True,
 )
-SURVEY = np.dtype(
+DETECTED = np.dtype(
     [
-        ("first", "i8"),  # its rows in the table of stations
+        ("first", "i8"),  # its rows in the table of contact points
         ("end", "i8"),
         ("clearance", "f8"),  # m below the top of the groove where the cable presses highest; -1: nowhere in it
         ("entered", "i8"),  # 1: deeper than the rim is round; 2: through it from side to side
@@ -207,14 +214,14 @@ class Change(NamedTuple):
     velocity: float
     acceleration: float
     damping: float
-    share: float
+    fraction: float
 
 
 AT_REST = Change(0.0, 0.0, 0.0, 0.0)
 PLAN = np.dtype(
     [
         ("done", "f8"),
-        ("share", "f8"),
+        ("fraction", "f8"),
         ("level", "i8"),
         ("halved", "i8"),
         ("used", "i8"),
@@ -279,7 +286,7 @@ FEED_NODE = np.dtype([("zone", "i8"), ("place", "f8")])  # zone or -1, aboard; m
 ZONE = np.dtype(
     [
         ("end", "f8"),  # m, arc length at which its section ends
-        ("least", "f8"),  # m, from the last node aboard: nearer its end does not come
+        ("minimum", "f8"),  # m, from the last node aboard: nearer its end does not come
     ],
     align=True,
 )
@@ -300,8 +307,8 @@ class State(NamedTuple):
     memory: np.ndarray  # MEMORY [SLOTS]
     nodes: np.ndarray  # [SLOTS, NODE_ROWS, nodes, 6]
     surfaces: np.ndarray  # SURFACE [n], where they are now: made from the ship's motion
-    survey: np.ndarray  # SURVEY [n], of the last step
-    stations: np.ndarray  # STATION [most], those that the survey found
+    detected: np.ndarray  # DETECTED [n], of the last step
+    contact_points: np.ndarray  # CONTACT_POINT [most], those that were detected
     plan: np.ndarray  # PLAN [1], how far the step asked for has come
     tension: np.ndarray  # [elements] N
     reaction: np.ndarray  # [nodes, 6] what holds the held unknowns [N, N m]
@@ -356,8 +363,8 @@ def make_state(arc: np.ndarray, surfaces: np.ndarray, sea: Sea | None = None, li
         memory=records(SLOTS, MEMORY),
         nodes=z((SLOTS, NODE_ROWS, nodes, 6)),
         surfaces=check_surfaces(np.array(surfaces, SURFACE).reshape(-1)).view(np.recarray),
-        survey=records(len(surfaces), SURVEY),
-        stations=records(len(surfaces) * STATIONS_PER_ELEMENT * (nodes - 1), STATION),
+        detected=records(len(surfaces), DETECTED),
+        contact_points=records(len(surfaces) * CONTACT_POINTS_PER_ELEMENT * (nodes - 1), CONTACT_POINT),
         plan=records(1, PLAN),
         tension=z(nodes - 1),
         reaction=z((nodes, 6)),
@@ -378,12 +385,12 @@ def copy_slot(state, source, target):
 
 
 @inline
-def keep(state, slot):
+def checkpoint(state, slot):
     """Remember the present in a slot."""
     copy_slot(state, NOW, slot)
 
 
 @inline
-def take_back(state, slot):
+def restore(state, slot):
     """Return to what a slot remembers."""
     copy_slot(state, slot, NOW)

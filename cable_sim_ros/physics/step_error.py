@@ -56,12 +56,12 @@ def local_error(line, state, h):
     """
     work, a, old = state.work, state.nodes[NOW, A], state.nodes[STEP, A]
     am, af, beta, _, _, c2 = coefficients(h, line.settings[0].rho_inf)
-    share = c2 * h * h * (beta + 0.5 * (am - af) - 1.0 / 6.0)
+    fraction = c2 * h * h * (beta + 0.5 * (am - af) - 1.0 / 6.0)
     for n in range(a.shape[0]):
         level, upright = weigh(line, state, n)
         for k in range(6):
             mass = 0.0 if k > 2 or line.held[n, k] > 0.0 else (upright if k == 2 else level)
-            work.band[n, k, RHS] = share * mass * (a[n, k] - old[n, k])
+            work.band[n, k, RHS] = fraction * mass * (a[n, k] - old[n, k])
     x = work.step
     if state.plan[0].factored != 0:
         solve_again(work.band, work.lower, work.factor, x)
@@ -108,16 +108,16 @@ def _longest_step(line, state, h):
         control.tension_mean = tension
     else:
         off, rate = tension - control.tension_mean, (tension - control.tension_last) / h
-        share = h / (h + min(control.age, DEVIATION_TIME))
-        control.tension_mean += share * off
-        control.variance += share * (off * off - control.variance)
-        share = h / (h + min(control.age, RATE_TIME))
-        control.variance_now += share * (off * off - control.variance_now)
-        control.rate_square += share * (rate * rate - control.rate_square)
+        fraction = h / (h + min(control.age, DEVIATION_TIME))
+        control.tension_mean += fraction * off
+        control.variance += fraction * (off * off - control.variance)
+        fraction = h / (h + min(control.age, RATE_TIME))
+        control.variance_now += fraction * (off * off - control.variance_now)
+        control.rate_square += fraction * (rate * rate - control.rate_square)
     control.tension_last = tension
     control.age += h
-    deviation, least = sqrt(max(control.variance, control.variance_now)), SEEN * settings.tolerance
-    if control.age < SETTLED or deviation < least or control.rate_square <= 0.0:
+    deviation, minimum = sqrt(max(control.variance, control.variance_now)), SEEN * settings.tolerance
+    if control.age < SETTLED or deviation < minimum or control.rate_square <= 0.0:
         return NO_BOUND
     return settings.step_deviation * deviation / sqrt(control.rate_square)
 

@@ -12,12 +12,12 @@ Used by the tow, by lines of one's own, by the cases and by the stress tests.
 
 from __future__ import annotations
 
-from .contact_detection import DEEP, THROUGH, link_survey, survey
+from .contact_detection import DEEP, THROUGH, detect_contact, link_contact_detection
 from .contact_surface import GROOVE
 from .integrate import advance, link_solver, predict
 from .jit import NO, driver, inline, link, opaque
 from .ringing import damped
-from .state import GAIN, NOW, STEP, Q, take_back
+from .state import GAIN, NOW, STEP, Q, restore
 from .step_error import error_ratio, link_error, longest_step
 from .wake_oscillator import advance_wake
 from .water_kinematics import stir
@@ -25,7 +25,7 @@ from .workspace import POWERS
 
 # change of a gradient in one step, and the step [s] below which it may change by more: long steps that turn slack cable
 # farther gain energy until one has no solution
-TURN_MOST, TURN_STEP = 0.2, 4e-4
+MAX_TURN, TURN_STEP = 0.2, 4e-4
 # s; a longer step must not end off the sheave it began on, nor higher than half-way up the groove that it began in, nor
 # with a cable deeper in it than its rim is round: Newton may converge on the wrong side (trap T5). Shorter ones may
 LEAVE_STEP = 2e-3
@@ -39,13 +39,13 @@ ROOM = 0.9  # of the longest step that the deviation bears may be filled by one 
 @driver
 def turned_far(line, state, h):
     """Did the step of h [s] turn a gradient by more than it may?"""
-    most = line.settings[0].turn_most
-    if h <= TURN_STEP or most >= NO_LIMIT:
+    maximum = line.settings[0].max_turn
+    if h <= TURN_STEP or maximum >= NO_LIMIT:
         return False
     q, old = state.nodes[NOW, Q], state.nodes[STEP, Q]
     for n in range(q.shape[0]):
         for k in range(3, 6):
-            if abs(q[n, k] - old[n, k]) > most:
+            if abs(q[n, k] - old[n, k]) > maximum:
                 return True
     return False
 
@@ -55,7 +55,7 @@ def left_groove(line, state, h):
     """Did the step of h [s] end where it cannot be trusted to have led: through, deep in, off or high up a sheave?"""
     events, leave = state.memory[NOW].events, line.settings[0].leave_step
     for i in range(state.surfaces.shape[0]):
-        s, found = state.surfaces[i], state.survey[i]
+        s, found = state.surfaces[i], state.detected[i]
         if s.kind != GROOVE or leave >= NO_LIMIT:
             continue
         if found.entered == THROUGH:
@@ -74,10 +74,10 @@ def left_groove(line, state, h):
 def start(state):
     """A step is asked for."""
     plan = state.plan[0]
-    plan.done, plan.share, plan.level, plan.halved, plan.used, plan.taken = 0.0, 1.0, 0, 0, 0, 0
+    plan.done, plan.fraction, plan.level, plan.halved, plan.used, plan.taken = 0.0, 1.0, 0, 0, 0, 0
     while plan.level < state.memory[NOW].control.level:
         plan.level += 1
-        plan.share *= 0.5
+        plan.fraction *= 0.5
 
 
 @inline
@@ -89,7 +89,7 @@ def unfinished(state):
 @driver
 def begin(line, state, length):
     """Begin what is to be taken next of a step of ``length`` [s]; returns its own length."""
-    h = state.plan[0].share * length
+    h = state.plan[0].fraction * length
     predict(line, state, h)
     stir(line, state, h)
     if line.wakes.shape[0] > 0:
@@ -101,14 +101,14 @@ def begin(line, state, length):
 def halve(line, state):
     """Take the step back; the next will be half as long. False where it has been halved often enough."""
     plan = state.plan[0]
-    take_back(state, STEP)
+    restore(state, STEP)
     gain = state.nodes[NOW, GAIN]
     for n in range(gain.shape[0]):  # of no use for a step of another length
         for k in range(6):
             gain[n, k] = 0.0
     plan.taken = 0
     plan.level += 1
-    plan.share *= 0.5
+    plan.fraction *= 0.5
     if line.settings[0].step_tension > 0.0:
         state.memory[NOW].control.wait = WAIT
     return plan.level <= line.settings[0].max_halvings
@@ -120,7 +120,7 @@ def _finish(line, state, h):
     plan, now = state.plan[0], state.memory[NOW]
     used = advance(line, state, h)
     if used >= 0 and state.surfaces.shape[0] > 0 and line.settings[0].leave_step < NO_LIMIT:
-        survey(state, h, NO)
+        detect_contact(state, h, NO)
         if left_groove(line, state, h):
             used = -1
     if used < 0 or turned_far(line, state, h):
@@ -141,22 +141,22 @@ def _finish(line, state, h):
         account.power[i] = state.work.lanes[0].power[i]
     for i in range(state.surfaces.shape[0]):
         if state.surfaces[i].kind == GROOVE:
-            now.events.clearance = state.survey[i].clearance
+            now.events.clearance = state.detected[i].clearance
     now.health.iterations += used
     now.health.substeps += 1
     account.ringing += damped(line, state, h)
     now.control.taken[plan.level] += 1
     plan.used += used
     plan.taken = 1
-    plan.done += plan.share
+    plan.done += plan.fraction
     now.control.wait = max(now.control.wait - 1, 0)
     longest = longest_step(line, state, h) if chosen else NO_LIMIT
     longer = not chosen or (error <= GROW and used <= EASY and now.control.wait == 0 and 2.0 * h <= ROOM * longest)
-    if longer and plan.share < 1.0 and (plan.done / (2.0 * plan.share)) % 1.0 == 0.0:
-        plan.share *= 2.0
+    if longer and plan.fraction < 1.0 and (plan.done / (2.0 * plan.fraction)) % 1.0 == 0.0:
+        plan.fraction *= 2.0
         plan.level -= 1
     elif h > longest and plan.level < line.settings[0].max_halvings:
-        plan.share *= 0.5
+        plan.fraction *= 0.5
         plan.level += 1
     if chosen:
         now.control.level = plan.level
@@ -167,8 +167,8 @@ finish = opaque(_finish)
 
 
 def link_stepper(line, state) -> None:
-    """Compile or load solver, survey and stepper and publish them; call before anything that uses them runs."""
+    """Compile or load solver, contact detection and stepper and publish them; call before what uses them runs."""
     link_solver(line, state)
-    link_survey(state)
+    link_contact_detection(state)
     link_error(line, state)
     link(_finish, line, state, 0.0)

@@ -1,4 +1,5 @@
-"""The order of physics: ship -> surfaces -> winch -> water -> cable -> towbody -> Frame, one tick in one compiled call.
+"""The order of physics: ship -> surfaces -> winch -> water -> cable -> towbody -> tick output, one tick in one
+compiled call.
 
 The types stand in state.py (Model, State), inputs.py and output.py (Output); sim/loop.py is the compiled entry.
 """
@@ -7,7 +8,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from .frame import (
+from .heave_compensation import by_angle
+from .jit import driver, link, opaque
+from .output import glance, no_peaks
+from .output import observe as _observe
+from .ringing import fade
+from .ship import follow
+from .state import FLOW, NOW, TICK, Q, V, checkpoint, restore
+from .substeps import begin, link_stepper, start, unfinished
+from .tick_output import (
     COMMAND_LIMITED,
     COMMAND_STALE,
     DRUM_END,
@@ -18,14 +27,6 @@ from .frame import (
     WINCH_LIMIT,
     WINCH_SATURATED,
 )
-from .heave_compensation import by_angle
-from .jit import driver, link, opaque
-from .output import glance, no_peaks
-from .output import observe as _observe
-from .ringing import fade
-from .ship import follow
-from .state import FLOW, NOW, TICK, Q, V, keep, take_back
-from .substeps import begin, link_stepper, start, unfinished
 from .tow import advance_tow, end_step, impose, link_strum, place_surfaces, strum
 from .towbody import turn_into_flow
 from .winch import ACCELERATION, RATE, forget, note_command
@@ -47,7 +48,7 @@ def finite(x):
 @driver
 def halt(model, state, output, slot, flags):
     """Roll the tick back and halt the run: everything is as it was before the tick, but for the flags."""
-    take_back(state, TICK)
+    restore(state, TICK)
     place_surfaces(model, state)
     state.memory[NOW].halted = flags
     output.frame[slot].status = flags
@@ -70,7 +71,7 @@ def stride(model, state, inputs, output, slot, begun):
     """
     now, plan, settings = state.memory[NOW], state.plan[0], model.settings[0]
     done = plan.done
-    first, last = now.time.now, begun + np.int64((done + plan.share) * settings.tick_ns)
+    first, last = now.time.now, begun + np.int64((done + plan.fraction) * settings.tick_ns)
     h, before = begin(model.line, state, settings.tick_ns * 1e-9), now.winch.command_rate
     follow(first, last, inputs, now, settings.ship)
     rate = command_between(first, last, settings.drum, inputs, now.winch)
@@ -89,7 +90,7 @@ def stride(model, state, inputs, output, slot, begun):
 
 @driver
 def _tick(model, state, inputs, output, slot):
-    """Advance one tick and fill row ``slot`` of the output. Returns the flags (frame.Flag).
+    """Advance one tick and fill row ``slot`` of the output. Returns the flags (tick_output.Flag).
 
     A step that Newton cannot solve is halved, max_halvings times at most; then the tick is rolled back and the run
     halts: a halted simulation changes nothing and returns its flags again.
@@ -98,7 +99,7 @@ def _tick(model, state, inputs, output, slot):
     if now.halted != 0:
         output.frame[slot].status = now.halted
         return now.halted
-    keep(state, TICK)
+    checkpoint(state, TICK)
     end, h, flags = now.time.now + settings.tick_ns, settings.tick_ns * 1e-9, 0
     now.health.iterations, now.health.substeps = 0, 0
     no_peaks(now.health)

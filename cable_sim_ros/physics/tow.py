@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .contact_detection import survey
+from .contact_detection import detect_contact
 from .contact_surface import ON_SHIP
 from .energy import beads_fed
 from .heave_compensation import mean_track, set_point
@@ -89,9 +89,9 @@ def impose(model, state, inputs, t, h, command_rate):
     # before the set-point: a track that lags by a step would shift it by each change of the step
     mean_track(now.setpoint, now.sheave, now.ship.motion.coord[5], h)
     # the angle half-way through the step: the last one would lag by half of it, and with it what a drift asks for
-    since = (t - now.measured.lead_at) * 1e-9 - 0.5 * h
-    lead = now.measured.lead + min(max(since, 0.0), h) * now.measured.lead_rate
-    length, rate = set_point(now.setpoint, now.sheave, lead, h)
+    since = (t - now.measured.departure_stamp) * 1e-9 - 0.5 * h
+    departure = now.measured.departure + min(max(since, 0.0), h) * now.measured.departure_rate
+    length, rate = set_point(now.setpoint, now.sheave, departure, h)
     length += now.winch.commanded
     rate += command_rate
     servo(h, settings.drum, now.winch, (now.setpoint.length, now.setpoint.rate), (length, rate))
@@ -108,10 +108,10 @@ def advance_tow(model, state, inputs, commanded, until):
     commanded, until: pay-out commanded at the beginning and at the end of the tick, each with its rate [m, m/s].
     """
     now, plan, tick_ns = state.memory[NOW], state.plan[0], model.settings[0].tick_ns
-    share = plan.done + plan.share
-    now.winch.commanded, now.winch.command_rate = between(commanded, until, share, tick_ns * 1e-9)
+    fraction = plan.done + plan.fraction
+    now.winch.commanded, now.winch.command_rate = between(commanded, until, fraction, tick_ns * 1e-9)
     h = begin(model.line, state, tick_ns * 1e-9)
-    blending = impose(model, state, inputs, now.time.now + int(share * tick_ns), h, now.winch.command_rate)
+    blending = impose(model, state, inputs, now.time.now + int(fraction * tick_ns), h, now.winch.command_rate)
     return end_step(model, state, h), blending
 
 
@@ -131,22 +131,22 @@ def end_step(model, state, h):
 
 
 @driver
-def rest(model, state, sigma, max_steps, step_most):
+def rest(model, state, sigma, max_steps, max_step):
     """Static equilibrium of the tow at the ship's present pose, see integrate.settle.
 
     Where viv is on, settled again until shape and drag factors of strumming belong together; they are not rate limited.
     """
     place_surfaces(model, state)
     hold_end(model, state)
-    result = settle(model.line, state, sigma, max_steps, step_most)
+    result = settle(model.line, state, sigma, max_steps, max_step)
     if model.line.strum.sections.shape[0] > 0:
         rounds = 0
         while result[0] >= 0 and strum(model, state, 0.0, 0) > CONSISTENT:
             rounds += 1
-            steps, iterations, left = settle(model.line, state, sigma, max_steps, step_most)
+            steps, iterations, left = settle(model.line, state, sigma, max_steps, max_step)
             result = steps if rounds < ROUNDS else -abs(steps), result[1] + iterations, left
     strain = end_strain(model.line.elements, state)
     for i in range(WOUND):
         state.memory[NOW].winch.wound[i] = strain
-    survey(state, 0.0, NO)
+    detect_contact(state, 0.0, NO)
     return result

@@ -35,14 +35,14 @@ BODY = np.dtype(
         ("lift", "f8"),  # kg/m
         ("half_height", "f8"),  # m, half of that over which it leaves the water
         ("flow_time", "f8"),  # s
-        ("least_flow", "f8"),  # m/s
+        ("min_flow", "f8"),  # m/s
         ("floor_stiffness", "f8"),  # N/m^1.5 of a floor under it
     ],
     align=True,
 )
 SPEED_FLOOR = 1e-3
 LAG, TURNING = 2, 5  # columns of a body's flow: its heading less that which faces the flow [rad], turning rate [rad/s]
-TURN_MOST = 0.5 * pi  # rad, by which a body turns at most in one of its time constants
+MAX_TURN = 0.5 * pi  # rad, by which a body turns at most in one of its time constants
 
 
 class Towbody(Block):
@@ -87,7 +87,7 @@ def body_record(body: Towbody, gravity: float, density: float) -> np.ndarray:
     row["drag"] = 0.5 * density * np.array(body.drag_area)
     row["lift"] = 0.5 * density * body.lift_area
     row["half_height"] = half_height(float(row["buoyancy"]), gravity, density)
-    row["flow_time"], row["least_flow"] = body.flow_time_constant, body.least_flow_speed
+    row["flow_time"], row["min_flow"] = body.flow_time_constant, body.least_flow_speed
     return row
 
 
@@ -113,7 +113,7 @@ def heading(flow):
 def heading_held(body, flow):
     """Is the heading of a body held for want of flow? Not of one that is alike ahead and across: it has none."""
     alike = body.drag[0] == body.drag[1] and body.added[0] == body.added[1]
-    return speed_past(flow) < body.least_flow and not alike
+    return speed_past(flow) < body.min_flow and not alike
 
 
 @driver
@@ -211,7 +211,7 @@ def face_flow(body, node, current):
     """A body at rest faces the flow where it is, where there is enough of it; node: q, flow, water, see load()."""
     q, flow, water = node
     x, y = past(q, water, current)
-    if sqrt(x * x + y * y) >= body.least_flow:
+    if sqrt(x * x + y * y) >= body.min_flow:
         flow[0], flow[1], flow[LAG] = x, y, 0.0
 
 
@@ -220,16 +220,16 @@ def turn_into_flow(body, node, current, h):
     """Low-pass the flow past the body over a step h [s] and turn the body into it, as fast as it may; keep the rate.
 
     node: q, v of the node and flow, each [6], and water, see load(). Below the least flow speed the heading is held,
-    from twice that speed on it may turn by TURN_MOST in the body's time constant, between in proportion.
+    from twice that speed on it may turn by MAX_TURN in the body's time constant, between in proportion.
     """
     q, v, flow, water = node
     x, y = past(q, water, current)
     w, before = h / (body.flow_time + h), heading(flow)
     flow[0] += w * (x - v[0] - flow[0])
     flow[1] += w * (y - v[1] - flow[1])
-    free = min(max(speed_past(flow) / body.least_flow - 1.0, 0.0), 1.0)
-    most = free * TURN_MOST * h / body.flow_time
+    free = min(max(speed_past(flow) / body.min_flow - 1.0, 0.0), 1.0)
+    maximum = free * MAX_TURN * h / body.flow_time
     miss = facing(flow) - before
     miss = atan2(sin(miss), cos(miss))
-    turn = min(max(miss, -most), most)
+    turn = min(max(miss, -maximum), maximum)
     flow[LAG], flow[TURNING] = turn - miss, turn / h

@@ -31,7 +31,7 @@ from .workspace import BINS
 
 EXTRA, TARGET, SPEED, FREQUENCY, AMPLITUDE, MODE = range(6)  # columns: G - 1, what it tends to, m/s, Hz, 1, 1
 RE_SHEDDING, RE_FULL = 47.0, 60.0  # below the first the wake is steady; amplitudes set in smoothly up to the second
-STRING, ALPHA_MOST, AMPLITUDE_MOST, FACTOR_MOST = 1.155, 1.8, 1.3, 3.0
+STRING, MAX_ALPHA, MAX_AMPLITUDE, MAX_FACTOR = 1.155, 1.8, 1.3, 3.0
 SLOWEST, FASTEST = 1e-3, 20.0  # m/s, bounds of the classes of speed
 SHAPE_ONLY = 8  # columns of the shape table that are no matter of this file
 
@@ -133,7 +133,7 @@ def amplitude(law, alpha, re):
         st = 0.2 * (1.0 - 20.0 / re)
         s = 2.0 * pi * pi * pi * st * st * alpha
         return STRING * (1.29 / (1.0 + 0.43 * s) ** 3.35 if law == SKOP_GRIFFIN else 0.32 / sqrt(0.06 + s * s))
-    a = min(alpha, ALPHA_MOST)
+    a = min(alpha, MAX_ALPHA)
     return STRING * (1.0 - 1.12 * a + 0.30 * a * a) * log10(0.41 * re**0.36)
 
 
@@ -148,8 +148,8 @@ def amplification(formula, antinode, a):
 @inline
 def class_of(speed):
     """Place of a speed among the classes, logarithmic, 0 to BINS - 1."""
-    share = log(max(speed, SLOWEST) / SLOWEST) / log(FASTEST / SLOWEST)
-    return min(share, 1.0) * (BINS - 1)
+    fraction = log(max(speed, SLOWEST) / SLOWEST) / log(FASTEST / SLOWEST)
+    return min(fraction, 1.0) * (BINS - 1)
 
 
 @inline
@@ -204,7 +204,7 @@ def look_along(line, state, begin):
         re = s.reynolds * speed
         if s.strums != 0 and re > RE_SHEDDING:
             row[e, FREQUENCY] = strouhal(re) * speed / s.diameter
-            a = min(max(amplitude(rules.law, s.mass_damping, re), 0.0), AMPLITUDE_MOST)
+            a = min(max(amplitude(rules.law, s.mass_damping, re), 0.0), MAX_AMPLITUDE)
             row[e, AMPLITUDE] = onset(re) * rules.multiplier * s.multiplier * a
             bins[min(int(class_of(speed)) + 1, BINS - 1)] += length if wet else 0.0
     for i in range(1, BINS):
@@ -229,7 +229,7 @@ def aim(model, state):
             row[e, MODE] = max(1.0, float(int(2.0 * row[e, FREQUENCY] * travel + 0.5)))
         a = row[e, AMPLITUDE]
         factor = amplification(rules.formula, rules.antinode, a) if a > 0.0 else 1.0
-        row[e, TARGET] = min(factor, FACTOR_MOST) - 1.0
+        row[e, TARGET] = min(factor, MAX_FACTOR) - 1.0
         if dry(state.nodes[NOW, Q], e):
             for k in range(SPEED, MODE + 1):
                 row[e, k] = 0.0
@@ -238,11 +238,11 @@ def aim(model, state):
 
 
 @driver
-def approach(state, most):
-    """Let every drag factor go to its target, by ``most`` at most. Returns the largest change."""
+def approach(state, maximum):
+    """Let every drag factor go to its target, by ``maximum`` at most. Returns the largest change."""
     row, largest = state.nodes[NOW, STRUM], 0.0
     for n in range(row.shape[0]):
-        change = min(max(row[n, TARGET] - row[n, EXTRA], -most), most)
+        change = min(max(row[n, TARGET] - row[n, EXTRA], -maximum), maximum)
         row[n, EXTRA] += change
         largest = max(largest, abs(change))
     return largest
@@ -254,13 +254,13 @@ def sum_up(line, state):
     if line.strum.sections.shape[0] == 0:
         return 1.0, 0.0
     arc, row = state.nodes[NOW, ARC, :, 0], state.nodes[NOW, STRUM]
-    total, wet, most = 0.0, 0.0, 0.0
+    total, wet, maximum = 0.0, 0.0, 0.0
     for e in range(arc.shape[0] - 1):
         if row[e, SPEED] > 0.0:
             total += row[e, EXTRA] * (arc[e + 1] - arc[e])
             wet += arc[e + 1] - arc[e]
-            most = max(most, row[e, AMPLITUDE])
-    return 1.0 + (total / wet if wet > 0.0 else 0.0), most
+            maximum = max(maximum, row[e, AMPLITUDE])
+    return 1.0 + (total / wet if wet > 0.0 else 0.0), maximum
 
 
 @driver

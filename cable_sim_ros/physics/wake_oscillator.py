@@ -11,7 +11,7 @@ oscillator for a2 = 1/3. Alone it ends on a cycle of amplitude 2/sqrt(3 a2).
     f_CF = (1/4) C_L0 rho U^2 d q  along t x V_n,     f_SW = -(1/4) C_D0 rho U^2 d q q'/om  along V_n
 
 U = |V_n| of the flow past the cable, less along it, with a lag of FLOW_PERIODS periods of shedding: t is the tangent
-from the drum end outward, Y' the velocity of the cable along t x V_n beyond that flow. Below RE_LEAST nothing is shed.
+from the drum end outward, Y' the velocity of the cable along t x V_n beyond that flow. Below MIN_RE nothing is shed.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ from .workspace import WATER
 WAKE_Q, WAKE_S, WAKE_FLOW, WAKE_RATE = np.array((0, 1, 2, 5))
 START = 0.1  # q^2 + s^2 = START^2 at the start: a small wake, which grows
 FLOW_PERIODS = 10.0
-SUBSTEP = 0.1  # rad of shedding that one sub-step of the oscillator takes at most, MOST_SUBSTEPS of them a step
-MOST_SUBSTEPS = 200
-MOST_SWING = 8.0  # diameters: a wake is driven no harder than by such an amplitude at its own frequency
-RE_LEAST, RE_FULL = 47.0, 60.0  # nothing is shed below, all of the force acts from there on
+SUBSTEP = 0.1  # rad of shedding that one sub-step of the oscillator takes at most, MAX_SUBSTEPS of them a step
+MAX_SUBSTEPS = 200
+MAX_SWING = 8.0  # diameters: a wake is driven no harder than by such an amplitude at its own frequency
+MIN_RE, RE_FULL = 47.0, 60.0  # nothing is shed below, all of the force acts from there on
 # rad of shedding in a step: beyond the first the force fades, at the second its mean over the step is taken, none
 TURN_FADES, TURN_LOST = 2.0 * pi / 10.0, 2.0 * pi / 5.0
 
@@ -137,7 +137,7 @@ def oscillate(q, s, a1, a2, om, first, last, h):
 
     Strang's splitting in equal sub-steps: damping (exact), half a kick, rotation (exact), half a kick, damping.
     """
-    count = max(1, min(int(ceil(om * h / SUBSTEP)), MOST_SUBSTEPS))
+    count = max(1, min(int(ceil(om * h / SUBSTEP)), MAX_SUBSTEPS))
     dt = h / count
     c, n, grown = cos(om * dt), sin(om * dt), exp(a1 * om * dt)
     for i in range(count):
@@ -180,11 +180,11 @@ def stream_near(streams, n, last, z):
 
 @inline
 def shed(past, tangent, row):
-    """(V_n [m/s], its size, shedding frequency [rad/s] held at that of RE_LEAST, share of the force by Re)."""
+    """(V_n [m/s], its size, shedding frequency [rad/s] held at that of MIN_RE, share of the force by Re)."""
     across = axpy(-dot(past, tangent), tangent, past)
     speed = sqrt(dot(across, across))
-    om = 2.0 * pi * row.strouhal * max(speed, RE_LEAST / row.re_factor) / row.diameter
-    return across, speed, om, smooth(row.re_factor * speed, RE_LEAST, RE_FULL)[0]
+    om = 2.0 * pi * row.strouhal * max(speed, MIN_RE / row.re_factor) / row.diameter
+    return across, speed, om, smooth(row.re_factor * speed, MIN_RE, RE_FULL)[0]
 
 
 @driver
@@ -213,24 +213,24 @@ def advance_wake(line, state, h):
             for k in range(3):
                 wake[WAKE_FLOW + k] = first[k]
             wake[WAKE_RATE] = shed(first, tangent, row)[2]
-        share = 1.0 - exp(-h * wake[WAKE_RATE] / (2.0 * pi * FLOW_PERIODS))
+        fraction = 1.0 - exp(-h * wake[WAKE_RATE] / (2.0 * pi * FLOW_PERIODS))
         for k in range(3):
-            wake[WAKE_FLOW + k] += share * (0.5 * (first[k] + last[k]) - wake[WAKE_FLOW + k])
+            wake[WAKE_FLOW + k] += fraction * (0.5 * (first[k] + last[k]) - wake[WAKE_FLOW + k])
         past = (wake[WAKE_FLOW], wake[WAKE_FLOW + 1], wake[WAKE_FLOW + 2])
-        across, speed, om, share = shed(past, tangent, row)
+        across, speed, om, fraction = shed(past, tangent, row)
         mean = 0.5 * (wake[WAKE_RATE] + om)
         wake[WAKE_RATE] = om
         along = scale(1.0 / max(speed, 1e-9), across)
         aside = cross(tangent, along)
-        most = MOST_SWING * row.diameter * mean
-        drive = share * row.a3 / row.diameter
-        begin = drive * min(max(-dot(first, aside), -most), most)
-        end = drive * min(max(-dot(last, aside), -most), most)
+        maximum = MAX_SWING * row.diameter * mean
+        drive = fraction * row.a3 / row.diameter
+        begin = drive * min(max(-dot(first, aside), -maximum), maximum)
+        end = drive * min(max(-dot(last, aside), -maximum), maximum)
         q, s = oscillate(wake[WAKE_Q], wake[WAKE_S], row.a1, row.a2, mean, begin, end, h)
         wake[WAKE_Q], wake[WAKE_S] = q, s
         rate = -s + row.a1 * (1.0 - row.a2 * q * q) * q + end / om
-        share *= 1.0 - smooth(om * h, TURN_FADES, TURN_LOST)[0]
-        pressure = share * speed * speed
+        fraction *= 1.0 - smooth(om * h, TURN_FADES, TURN_LOST)[0]
+        pressure = fraction * speed * speed
         for k in range(3):
             load[n, k] = pressure * q * aside[k]
             load[n, 3 + k] = -pressure * q * rate * along[k]

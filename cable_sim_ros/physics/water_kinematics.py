@@ -40,11 +40,11 @@ def pass_time(sea, state, h):
         for k in range(2):
             now.shift[k] += h * frame.velocity[k]
     grown = min(now.time / settings.ramp, 1.0) if settings.ramp > 0.0 else 1.0
-    now.share[0], now.share[1] = grown * grown * (3.0 - 2.0 * grown), 0.0
+    now.fraction[0], now.fraction[1] = grown * grown * (3.0 - 2.0 * grown), 0.0
     if grown < 1.0:
-        now.share[1] = 6.0 * grown * (1.0 - grown) / settings.ramp
+        now.fraction[1] = 6.0 * grown * (1.0 - grown) / settings.ramp
     if h < 0.0:
-        now.share[0], now.share[1] = 0.0, 0.0
+        now.fraction[0], now.fraction[1] = 0.0, 0.0
     factor, turn = 1.0, now.current_yaw
     if sea.variation.shape[0] > 0:
         factor, angle, _, _ = look_up(sea.variation, now.time)
@@ -73,7 +73,7 @@ def heave_surface(sea, state):
         for n in range(e, e + 2):
             if low < crest and high > -crest:
                 if n > marked:
-                    work.around[n, ELEVATION] = elevation(sea.waves, work.phase, now.share, q[n, 0], q[n, 1])
+                    work.around[n, ELEVATION] = elevation(sea.waves, work.phase, now.fraction, q[n, 0], q[n, 1])
                     marked = n
             elif n > marked:
                 work.around[n, ELEVATION] = 0.0
@@ -82,7 +82,7 @@ def heave_surface(sea, state):
 @driver
 def fill(sea, now, work, gusts, top, place, out):
     """Stream at the points in rows POINT_R of ``place`` into out [STREAM_ROWS, LANES]; top: their highest z."""
-    wave_lanes(sea.waves, work.phase, now.share, top, place, out)
+    wave_lanes(sea.waves, work.phase, now.fraction, top, place, out)
     for e in range(LANES):
         out[EXTRA, e], out[EXTRA + 1, e], out[EXTRA + 2, e] = gusts[0], gusts[1], gusts[2]
         out[SHEAR, e], out[SHEAR + 1, e] = 0.0, 0.0
@@ -143,7 +143,7 @@ def _stir(line, state, h):
         fill(sea, now, work, gusts, q[n, 2], place, out)
         for row in range(out.shape[0]):
             work.around[n, row] = out[row, 0]
-        work.around[n, ELEVATION] = elevation(sea.waves, work.phase, now.share, q[n, 0], q[n, 1])
+        work.around[n, ELEVATION] = elevation(sea.waves, work.phase, now.fraction, q[n, 0], q[n, 1])
 
 
 stir = opaque(_stir)

@@ -58,8 +58,8 @@ DRUM = np.dtype(
         ("side", "f8"),  # 1: the sheave lies aft of the drum, else -1
         ("gain_p", "f8"),
         ("gain_d", "f8"),
-        ("rate_most", "f8"),
-        ("accel_most", "f8"),
+        ("max_rate", "f8"),
+        ("max_accel", "f8"),
         ("timeout", "f8"),  # s
         ("delay", "i8"),  # ns, after which a command counts
         ("ramp", "f8"),  # m/s^2, of what is commanded
@@ -68,12 +68,12 @@ DRUM = np.dtype(
         ("total", "f8"),  # m of cable
         ("payout_0", "f8"),  # m off the drum at the start
         ("inboard", "f8"),  # m from the tangent point to above the sheave's axis
-        ("length_least", "f8"),  # end stops
-        ("length_most", "f8"),
-        ("limit_least", "f8"),  # soft limits
-        ("limit_most", "f8"),
-        ("reach_least", "f8"),  # ends of what may be commanded
-        ("reach_most", "f8"),
+        ("min_length", "f8"),  # end stops
+        ("max_length", "f8"),
+        ("min_limit", "f8"),  # soft limits
+        ("max_limit", "f8"),
+        ("min_reach", "f8"),  # ends of what may be commanded
+        ("max_reach", "f8"),
         ("exact", "i8"),  # 1: brakes alike in steps of any length, see fastest(); where they are chosen
         ("blend", "f8"),  # m, see feed.at_least
         ("end_stiffness", "f8"),  # EI of the last element over w L^3, see sim/build.py
@@ -200,8 +200,8 @@ def servo(h, drum, winch, begin, end):
     k1, k2 = drum.gain_p, drum.gain_d
     x, v, a = winch.length, winch.rate, winch.accel
     winch.at_end, winch.at_limit = 0, 0
-    low, high = max(drum.limit_least, drum.length_least), min(drum.limit_most, drum.length_most)
-    brake = 2.0 * BRAKING * drum.accel_most
+    low, high = max(drum.min_limit, drum.min_length), min(drum.max_limit, drum.max_length)
+    brake = 2.0 * BRAKING * drum.max_accel
     b, c = 3.0 * (x1 - x0) - h * (2.0 * v0 + v1), -2.0 * (x1 - x0) + h * (v0 + v1)
     for i in range(count):
         s = (i + 1.0) / count
@@ -211,24 +211,24 @@ def servo(h, drum, winch, begin, end):
         if target >= high - END_WITHIN or target <= low + END_WITHIN:
             held = TRAVEL
             out = target >= high - END_WITHIN
-            end, stop = (high, drum.length_most) if out else (low, drum.length_least)
+            end, stop = (high, drum.max_length) if out else (low, drum.min_length)
             target, rate = end, 0.0
             winch.at_end, winch.at_limit = (1, 0) if end == stop else (0, 1)
         new = (k1 * (target - x - d * v - 0.25 * d * d * a) + k2 * (rate - v - 0.5 * d * a)) / (
             1.0 + 0.25 * k1 * d * d + 0.5 * k2 * d
         )
-        if abs(new) > drum.accel_most:
-            new, held = clip(new, -drum.accel_most, drum.accel_most), ACCELERATION
-        most = min(drum.rate_most, fastest(high - x, v, d, brake, drum.exact))
-        least = -min(drum.rate_most, fastest(x - low, -v, d, brake, drum.exact))
+        if abs(new) > drum.max_accel:
+            new, held = clip(new, -drum.max_accel, drum.max_accel), ACCELERATION
+        maximum = min(drum.max_rate, fastest(high - x, v, d, brake, drum.exact))
+        minimum = -min(drum.max_rate, fastest(x - low, -v, d, brake, drum.exact))
         speed = v + 0.5 * d * (a + new)
-        if speed > most or speed < least:
-            held = RATE if (most if speed > most else -least) >= drum.rate_most else TRAVEL
-            speed = clip(speed, least, most)
-            new = clip((speed - v) / d, -drum.accel_most, drum.accel_most)
-        if abs(speed) >= drum.rate_most:
+        if speed > maximum or speed < minimum:
+            held = RATE if (maximum if speed > maximum else -minimum) >= drum.max_rate else TRAVEL
+            speed = clip(speed, minimum, maximum)
+            new = clip((speed - v) / d, -drum.max_accel, drum.max_accel)
+        if abs(speed) >= drum.max_rate:
             new = 0.0  # it goes on as fast as it may
-        x = clip(x + 0.5 * d * (v + speed), drum.length_least, drum.length_most)
+        x = clip(x + 0.5 * d * (v + speed), drum.min_length, drum.max_length)
         v, a = speed, new
         winch.fastest, winch.hardest = max(winch.fastest, abs(v)), max(winch.hardest, abs(a))
         if held >= 0:

@@ -29,16 +29,16 @@ def approach(offset, rate, low, high, a, h):
         return 0.0, 0.0
     stop = offset + 0.5 * rate * abs(rate) / a
     way = 1.0 if stop < 0.0 or (stop == 0.0 and rate > 0.0) else -1.0
-    e, w, most = way * offset, way * rate, high if way > 0.0 else -low
+    e, w, maximum = way * offset, way * rate, high if way > 0.0 else -low
     peak = sqrt(max(0.5 * w * w - a * e, 0.0))
-    top = min(peak, most)
+    top = min(peak, maximum)
     t = abs(top - w) / a
     if h < t:
         s = a if top > w else -a
         return way * (e + h * (w + 0.5 * s * h)), way * (w + s * h)
     e, h = e + 0.5 * t * (w + top), h - t
-    if peak > most:
-        if most <= 0.0:
+    if peak > maximum:
+        if maximum <= 0.0:
             return way * e, 0.0  # what it is measured from goes as fast as can be
         t = max(-e - 0.5 * top * top / a, 0.0) / top
         if h < t:
@@ -63,12 +63,12 @@ def steer(h, goal, slope, hurry, low, high, drum, winch):
     e, w = approach(x - goal, v - slope, low, high, a, h)
     new, rate = goal + slope * h + e, slope + w
     rest = new + 0.5 * rate * abs(rate) / a
-    end = clip(rest, drum.reach_least, drum.reach_most)
+    end = clip(rest, drum.min_reach, drum.max_reach)
     if rest != end:
-        e, rate = approach(x - end, v, -drum.rate_most, drum.rate_most, a, h)
+        e, rate = approach(x - end, v, -drum.max_rate, drum.max_rate, a, h)
         new = end + e
-    winch.commanded = clip(new, drum.reach_least, drum.reach_most)
-    winch.command_rate = clip(rate, -drum.rate_most, drum.rate_most)
+    winch.commanded = clip(new, drum.min_reach, drum.max_reach)
+    winch.command_rate = clip(rate, -drum.max_rate, drum.max_rate)
 
 
 @inline
@@ -102,7 +102,7 @@ def interval(number, drum, inputs):
 def along_lengths(begin, h, length, every, drum, winch):
     """Carry out a length [m from the start] for h [s] from begin [ns] on: alone (every = 0) it is gone to at the
     largest rate, of a stream the line to it is followed."""
-    goal, most = clip(length, drum.reach_least, drum.reach_most), drum.rate_most
+    goal, maximum = clip(length, drum.min_reach, drum.max_reach), drum.max_rate
     if abs(length - goal) > ASKED_WITHIN:
         winch.limited = 1
     left = (winch.line_end - begin) * 1e-9
@@ -110,11 +110,11 @@ def along_lengths(begin, h, length, every, drum, winch):
         d, slope = h, 0.0
         if left > LANDED:
             d, slope = min(h, left), (goal - winch.line) / left
-            if abs(slope) > most * (1.0 + ASKED_WITHIN):
+            if abs(slope) > maximum * (1.0 + ASKED_WITHIN):
                 winch.limited = 1
         else:
             winch.line = goal
-        steer(d, winch.line, clip(slope, -most, most), 1.0 / max(every, LANDED), -most, most, drum, winch)
+        steer(d, winch.line, clip(slope, -maximum, maximum), 1.0 / max(every, LANDED), -maximum, maximum, drum, winch)
         winch.line += slope * d
         left -= d
         h -= d
@@ -123,15 +123,15 @@ def along_lengths(begin, h, length, every, drum, winch):
 @driver
 def at_rate(h, rate, drum, winch):
     """Carry out a rate [m/s] for h [s]; it ends at rest at the end of the travel."""
-    most, x, v = drum.rate_most, winch.commanded, winch.command_rate
-    kept = clip(rate, -most, most)
+    maximum, x, v = drum.max_rate, winch.commanded, winch.command_rate
+    kept = clip(rate, -maximum, maximum)
     if kept == 0.0:
-        steer(h, x + 0.5 * v * abs(v) / drum.ramp, 0.0, 0.0, -most, most, drum, winch)
+        steer(h, x + 0.5 * v * abs(v) / drum.ramp, 0.0, 0.0, -maximum, maximum, drum, winch)
         return
-    end = drum.reach_most if kept > 0.0 else drum.reach_least
-    if abs(rate) > most * (1.0 + ASKED_WITHIN) or abs(end - x) <= 0.5 * kept * kept / drum.ramp:
+    end = drum.max_reach if kept > 0.0 else drum.min_reach
+    if abs(rate) > maximum * (1.0 + ASKED_WITHIN) or abs(end - x) <= 0.5 * kept * kept / drum.ramp:
         winch.limited = 1
-    low, high = (-most, kept) if kept > 0.0 else (kept, most)
+    low, high = (-maximum, kept) if kept > 0.0 else (kept, maximum)
     steer(h, end, 0.0, 0.0, low, high, drum, winch)
 
 

@@ -21,7 +21,7 @@ from .run import (
     SIZE,
     WATER,
     equal_scales,
-    least_span,
+    min_span,
     put_stamp,
     render,
     scene_name,
@@ -34,10 +34,10 @@ if TYPE_CHECKING:
 
 GREEN = "#2a8a5e"
 SHAPES = 7  # at most, side by side
-MOST_LINES = 1200  # times at which the nodes are drawn
+MAX_LINES = 1200  # times at which the nodes are drawn
 LINEAR = 10.0  # m either side of the sheave; logarithmic beyond
 RATE_OVER = 1.0  # s of the mean of the rate: waves and steps of a tick are not what a haul is about
-LEAST_SPANS = {"tension": 0.02, "depth": 0.2, "rate": 0.1}  # share, m, m/s: what hardly moves shall look so
+MIN_SPANS = {"tension": 0.02, "depth": 0.2, "rate": 0.1}  # share, m, m/s: what hardly moves shall look so
 
 
 def draw_haul(
@@ -70,8 +70,8 @@ def compose(run: RecordedRun, title: str, stamp: str = "") -> Figure:
 def caption(run: RecordedRun) -> str:
     """Least and largest of the haul, and the plan."""
     s, f = extremes(run.frames), run.frames
-    least_kn = np.fmin(f["tension"], f["tension_tick_min"]).min() / 1e3
-    most_kn = np.fmax(f["tension"], f["tension_tick_max"]).max() / 1e3
+    min_kn = np.fmin(f["tension"], f["tension_tick_min"]).min() / 1e3
+    max_kn = np.fmax(f["tension"], f["tension_tick_max"]).max() / 1e3
     plan = run.custom_data.get("winch_plan")
 
     def span(name: str) -> str:
@@ -80,17 +80,17 @@ def caption(run: RecordedRun) -> str:
 
     text = (
         f"Whole run: scope {span('scope')}, towbody {span('body_depth')} deep, layback {span('layback')}, tension at "
-        f"the sheave {least_kn:.2f} to {most_kn:.2f} kN, cable on the drum {span('cable_on_drum')}."
+        f"the sheave {min_kn:.2f} to {max_kn:.2f} kN, cable on the drum {span('cable_on_drum')}."
     )
     return textwrap.fill(text, 165) + (f"\nWinch plan: {_shortened(plan, 150)}" if plan else "")
 
 
-def _shortened(text: str, most: int) -> str:
-    return text if len(text) <= most else text[: most - 2].rpartition(",")[0] + ", ..."
+def _shortened(text: str, maximum: int) -> str:
+    return text if len(text) <= maximum else text[: maximum - 2].rpartition(",")[0] + ", ..."
 
 
 def _shape_frames(run: RecordedRun) -> np.recarray:
-    """The Frame of every shape table."""
+    """The tick output of every shape table."""
     at = np.searchsorted(run.frames["time"], [time for time, _ in run.shapes])
     return run.frames[np.minimum(at, len(run.frames) - 1)].view(np.recarray)
 
@@ -133,7 +133,7 @@ def nodes(axes: Axes, run: RecordedRun) -> None:
     if not run.shapes:
         _times(axes, run)
         return
-    every = max(1, len(run.shapes) // MOST_LINES)
+    every = max(1, len(run.shapes) // MAX_LINES)
     frames, tables = _shape_frames(run)[::every], [table for _, table in run.shapes[::every]]
     time = (frames["time"] - run.frames["time"][0]) * 1e-9
     scope = np.nan_to_num(frames["scope"])
@@ -177,7 +177,7 @@ def tension(axes: Axes, run: RecordedRun) -> None:
     axes.set_ylabel("tension [kN]")
     axes.plot(seconds(run), run.frames["tension"] / 1e3, color=BLUE, lw=1.2, label="at the sheave")
     axes.plot(seconds(run), run.frames["tension_body"] / 1e3, color=ORANGE, lw=1.0, label="at the towbody")
-    least_span(axes, LEAST_SPANS["tension"] * abs(run.frames["tension"].mean()) / 1e3)
+    min_span(axes, MIN_SPANS["tension"] * abs(run.frames["tension"].mean()) / 1e3)
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=2, fontsize=11, borderaxespad=0.2)
     _times(axes, run)
 
@@ -186,9 +186,9 @@ def depth(axes: Axes, run: RecordedRun) -> None:
     """Depth of the towbody on the left axis, layback on the right one."""
     axes.set_title("Towbody depth and layback")
     axes.plot(seconds(run), -run.frames["body_position"][:, 2], color=ORANGE, lw=1.6)
-    least_span(axes, LEAST_SPANS["depth"])
+    min_span(axes, MIN_SPANS["depth"])
     axes.invert_yaxis()
-    _twin(axes, "depth [m]", ORANGE, "layback [m]", GREEN, run.frames["layback"], seconds(run), LEAST_SPANS["depth"])
+    _twin(axes, "depth [m]", ORANGE, "layback [m]", GREEN, run.frames["layback"], seconds(run), MIN_SPANS["depth"])
     _times(axes, run)
 
 
@@ -197,14 +197,14 @@ def lengths(axes: Axes, run: RecordedRun) -> None:
     axes.set_title("Scope and rate of pay-out")
     time = seconds(run)
     axes.plot(time, run.frames["scope"], color=PURPLE, lw=1.8, zorder=3)
-    least_span(axes, LEAST_SPANS["depth"])
+    min_span(axes, MIN_SPANS["depth"])
     half = round(0.5 * RATE_OVER / max(float(np.median(np.diff(time))), 1e-6)) if len(time) > 1 else 0
     total = np.concatenate(([0.0], np.cumsum(run.frames["payout_rate"])))
     index = np.arange(len(time))
     first, last = np.maximum(index - half, 0), np.minimum(index + half + 1, len(time))
     rate = (total[last] - total[first]) / (last - first)
     name = "rate, out positive [m/s]"
-    _twin(axes, "scope [m]", PURPLE, name, BLUE, rate, time, LEAST_SPANS["rate"])
+    _twin(axes, "scope [m]", PURPLE, name, BLUE, rate, time, MIN_SPANS["rate"])
     _times(axes, run)
 
 
@@ -218,6 +218,6 @@ def _twin(
     twin.grid(False)
     twin.spines["right"].set_visible(True)
     twin.plot(time, values, color=other, lw=1.0)
-    least_span(twin, span)
+    min_span(twin, span)
     twin.set_ylabel(right, color=other)
     twin.tick_params(axis="y", colors=other)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..io.recorded_run import RecordedRun, load_run, places_of
-from ..physics.frame import CONTACT_COLUMNS
+from ..physics.tick_output import CONTACT_COLUMNS
 from ..runs.summary import SKIP, after_start, since_first, summarize, tow_axes
 
 if TYPE_CHECKING:
@@ -149,7 +149,7 @@ def caption(run: RecordedRun, skip_s: float) -> str:
 
 
 def seconds(run: RecordedRun) -> np.ndarray:
-    """Time of the Frames from the first one [s]."""
+    """Time of the tick outputs from the first one [s]."""
     return since_first(run.frames) * 1e-9
 
 
@@ -226,7 +226,7 @@ def equal_scales(axes: Axes, x: tuple[float, float], y: tuple[float, float], mar
     axes.set_ylim(np.mean(y) - 0.5 * scale * height, np.mean(y) + 0.5 * scale * height)
 
 
-def least_span(axes: Axes, span: float) -> None:
+def min_span(axes: Axes, span: float) -> None:
     """Widen the y axis to ``span``: what hardly moves shall look so."""
     low, high = axes.get_ylim()
     if high - low < span:
@@ -258,7 +258,7 @@ def tension(axes: Axes, run: RecordedRun, skip_s: float) -> None:
         va="center",
         size=11,
     )
-    least_span(axes, 0.02 * abs(mean))
+    min_span(axes, 0.02 * abs(mean))
     _shade(axes, run, skip_s)
 
 
@@ -267,7 +267,7 @@ def heave(axes: Axes, run: RecordedRun, skip_s: float) -> None:
     axes.set_title("Towbody depth and sheave heave")
     time, kept = seconds(run), after_start(run.frames, skip_s)[0]
     axes.plot(time, -run.frames["body_position"][:, 2], color=ORANGE, lw=1.6)
-    least_span(axes, 0.2)
+    min_span(axes, 0.2)
     axes.invert_yaxis()
     axes.set_ylabel("towbody depth [m]", color=ORANGE)
     axes.tick_params(axis="y", colors=ORANGE)
@@ -276,7 +276,7 @@ def heave(axes: Axes, run: RecordedRun, skip_s: float) -> None:
     right.spines["right"].set_visible(True)
     mean = kept["sheave_position"][:, 2].mean()
     right.plot(time, run.frames["sheave_position"][:, 2] - mean, color=PURPLE, lw=1.0)
-    least_span(right, 0.2)
+    min_span(right, 0.2)
     right.set_ylabel("sheave heave [m]", color=PURPLE)
     right.tick_params(axis="y", colors=PURPLE)
     _shade(axes, run, skip_s)
@@ -284,7 +284,7 @@ def heave(axes: Axes, run: RecordedRun, skip_s: float) -> None:
 
 def contact_bands(run: RecordedRun, skip_s: float, points: int = 181) -> tuple[np.ndarray, np.ndarray] | None:
     """Wrap angles [points] rad and line load [messages, 2 flanks, points] N/m of every contact message after the start;
-    None if no station was ever in the table. Outside the stations the load is 0."""
+    None if no contact point was ever in the table. Outside the contact points the load is 0."""
     start = after_start(run.frames, skip_s)[0]["time"][0]
     tables = [table for time, table in run.contacts if time >= start and len(table)]
     if not tables:
@@ -306,7 +306,7 @@ def contact(axes: Axes, run: RecordedRun, skip_s: float) -> None:
     axes.set_ylabel("line load of a flank [kN/m]")
     bands = contact_bands(run, skip_s)
     if bands is None:
-        axes.text(0.5, 0.5, "no contact station recorded", ha="center", transform=axes.transAxes, color=FAINT)
+        axes.text(0.5, 0.5, "no contact point recorded", ha="center", transform=axes.transAxes, color=FAINT)
         return
     grid, loads = np.degrees(bands[0]), bands[1] / 1e3
     sides = (("port flank", PORT, "-"), ("starboard flank", STARBOARD, (0, (5, 2))))

@@ -14,17 +14,17 @@ def draw_span(run: SpanRun, path: Path) -> Path:
     with canvas(path, (14.0, 1.2 + 2.6 * len(run.rows))) as figure:
         axes = figure.subplots(len(run.rows), 2, width_ratios=(2.0, 1.0), squeeze=False)
         for (whole, close), row in zip(axes, run.rows, strict=True):
-            told = run.histories[row.case]
-            near = told.time >= told.time[-1] - 3.0 / (row.wake_frequency_hz or row.natural_frequency_hz)
+            report = run.histories[row.case]
+            near = report.time >= report.time[-1] - 3.0 / (row.wake_frequency_hz or row.natural_frequency_hz)
             scale, unit = _unit(row.vertical_peak_m)
-            whole.plot(told.time, scale * told.vertical, color=BLUE, lw=0.7)
+            whole.plot(report.time, scale * report.vertical, color=BLUE, lw=0.7)
             whole.set_title(f"{row.case}: {row.length_m:g} m, {row.tension_n:g} N, wind {row.wind_m_s:g} m/s")
             whole.set_ylabel(f"vertical [{unit}]")
-            close.plot(told.time[near], scale * told.vertical[near], color=BLUE, lw=1.6, label=f"vertical [{unit}]")
+            close.plot(report.time[near], scale * report.vertical[near], color=BLUE, lw=1.6, label=f"vertical [{unit}]")
             other, small = _unit(row.streamwise_peak_m)
-            part = told.streamwise[near] - told.streamwise[near].mean()
-            close.plot(told.time[near], other * part, color=ORANGE, lw=1.6, label=f"streamwise [{small}]")
-            close.plot(told.time[near], told.wake[near], color=FAINT, lw=1.2, ls="--", label="wake q [1]")
+            part = report.streamwise[near] - report.streamwise[near].mean()
+            close.plot(report.time[near], other * part, color=ORANGE, lw=1.6, label=f"streamwise [{small}]")
+            close.plot(report.time[near], report.wake[near], color=FAINT, lw=1.2, ls="--", label="wake q [1]")
             close.set_title("the last three periods")
             low, high = close.get_ylim()
             close.set_ylim(low, high + 0.25 * (high - low))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..io.recorded_run import RecordedRun
-from ..physics.frame import STRUM_COLUMNS
+from ..physics.tick_output import STRUM_COLUMNS
 from ..runs.summary import SKIP, after_start
 from .run import BLUE, FAINT, ORANGE, PURPLE, SIZE, WATER, put_stamp, render, scene_name
 
@@ -96,6 +96,6 @@ def along_cable(axes: Axes, x: np.ndarray, tables: np.ndarray, name: str, title:
     axes.fill_between(x, values.min(axis=0), values.max(axis=0), step="post", color=color, alpha=0.25, lw=0)
     axes.step(x, values.mean(axis=0), where="post", color=color, lw=2)
     axes.set_xlim(x[0], x[-1])
-    least = 1.0 if name == "amplification" else 0.0
-    axes.axhline(least, color=FAINT, lw=0.8)
-    axes.set_ylim(least - 0.04 * max(values.max() - least, 0.1), least + 1.12 * max(values.max() - least, 0.1))
+    minimum = 1.0 if name == "amplification" else 0.0
+    axes.axhline(minimum, color=FAINT, lw=0.8)
+    axes.set_ylim(minimum - 0.04 * max(values.max() - minimum, 0.1), minimum + 1.12 * max(values.max() - minimum, 0.1))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..viv.report import MOST_MODES
+from ..viv.report import MAX_MODES
 from ..viv.response import Vibration, leading
 from ..viv.span import Span
 from .run import BLUE, FAINT, INK, ORANGE, STYLE, WATER
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SIZE = (14.0, 9.0)  # inches
-LEAST_PLACES = 4  # of a half wave that is drawn
+MIN_PLACES = 4  # of a half wave that is drawn
 SHOWN = 1e-5  # of the peak of a spectrum: what lies below is left out of the picture
 
 
@@ -62,8 +62,8 @@ def _spectrum(axis: Axes, result: Vibration, values, what, unit, rms, rms_unit) 
     axis.semilogy(f, values, color=BLUE, lw=1.8, zorder=3)
     low, high = result.shedding
     axis.axvspan(low, high, color=WATER, alpha=0.35, lw=0, label=f"shedding, {low:.3g} to {high:.3g} Hz")
-    some = "" if len(result.frequencies) <= MOST_MODES else f", {MOST_MODES} of the largest response"
-    for i, f_n in enumerate(result.frequencies[leading(result, MOST_MODES)]):
+    some = "" if len(result.frequencies) <= MAX_MODES else f", {MAX_MODES} of the largest response"
+    for i, f_n in enumerate(result.frequencies[leading(result, MAX_MODES)]):
         axis.axvline(
             f_n, color=ORANGE, lw=0.9, ls=(0, (4, 3)), label=None if i else f"modes with a damping ratio{some}"
         )
@@ -92,7 +92,7 @@ def _along(axis: Axes, result: Vibration) -> None:
     """Rms displacement along the cable over the shapes of some modes."""
     top = 1e3 * float(result.rms_displacement.max())
     count = len(result.modes)
-    drawn = min(count, (len(result.arc) - 1) // LEAST_PLACES)  # a shape of fewer places would look like another
+    drawn = min(count, (len(result.arc) - 1) // MIN_PLACES)  # a shape of fewer places would look like another
     shown = sorted({0, 1, 2, drawn - 1} & set(range(count)))
     scale = 0.8 * top / float(np.abs(result.modes[shown]).max())
     for n in shown:
@@ -112,7 +112,7 @@ def _along(axis: Axes, result: Vibration) -> None:
 
 def _damping(axis: Axes, span: Span, result: Vibration) -> None:
     """Where each mode is driven, and its damping ratio."""
-    shown = leading(result, MOST_MODES)
+    shown = leading(result, MAX_MODES)
     count = len(shown)
     for row, n in enumerate(shown, 1):
         axis.plot([0.0, result.arc[-1]], [row, row], color=FAINT, lw=0.6, alpha=0.6)

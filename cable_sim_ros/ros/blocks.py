@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import Enum
 
-from ..io.markers import MOST_RATE
+from ..io.markers import MAX_RATE
 from ..physics.heave_filter import Heave, MotionInput
 from ..physics.parameter import Block, quantity
 
@@ -91,7 +91,7 @@ class RecordingParameters(Block):
 
 
 class Publish(Block):
-    marker_rate: float = quantity(10.0, "Hz", 0.0, MOST_RATE, "rate of cable/markers, for RViz and Foxglove; 0: none")
+    marker_rate: float = quantity(10.0, "Hz", 0.0, MAX_RATE, "rate of cable/markers, for RViz and Foxglove; 0: none")
     marker_tension: float | None = quantity(
         None,
         "N",

@@ -69,10 +69,10 @@ def play_by_clock(node, items: list[Item], *, loop: bool, keep_stamps: bool, ali
     from rosgraph_msgs.msg import Clock
 
     publishers, follower = publishers_of(node, items), Follower(items, keep_stamps, loop)
-    heard: list[int] = []
+    received: list[int] = []
 
     def hear(message: Clock) -> None:
-        heard[:] = [message.clock.sec * SECOND + message.clock.nanosec]
+        received[:] = [message.clock.sec * SECOND + message.clock.nanosec]
 
     node.create_subscription(Clock, TOPIC, hear, QoSProfile(depth=1))
     executor = SingleThreadedExecutor(context=node.context)
@@ -82,7 +82,7 @@ def play_by_clock(node, items: list[Item], *, loop: bool, keep_stamps: bool, ali
     while alive() and not follower.done:
         executor.spin_once(timeout_sec=0.1)
         now = time.monotonic()
-        if not heard:
+        if not received:
             if now - begun > PATIENCE and not said:
                 said = True
                 print(f"no {TOPIC} yet: start the node with -p time_mode:=lockstep", file=sys.stderr, flush=True)
@@ -93,7 +93,7 @@ def play_by_clock(node, items: list[Item], *, loop: bool, keep_stamps: bool, ali
             continue
         if now < ready:
             continue
-        for item, shift in follower.due(heard[0]):
+        for item, shift in follower.due(received[0]):
             publishers[item.kind].publish(restamped(item, shift) if shift else item.data)
             sent += 1
         progress(follower.played / SECOND)

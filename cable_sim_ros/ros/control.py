@@ -73,16 +73,16 @@ class SimulationControl:
         self._dropped = 0
         self._looks.reset()
         left, moved = session.steps_left, time.monotonic()
-        most = STUCK + 2.0 * self.node.settings.node.lockstep.wait  # for motion, then for a command
+        maximum = STUCK + 2.0 * self.node.settings.node.lockstep.wait  # for motion, then for a command
         try:
             while session.steps_left:
                 if self.node.session is not session or session.state not in ("waiting", "running"):
                     return False, f"{self._done(count, session.steps_left)}: the node is {self.node.session.state}"
                 if session.steps_left != left:
                     left, moved = session.steps_left, time.monotonic()
-                elif time.monotonic() - moved > most:
+                elif time.monotonic() - moved > maximum:
                     return False, (
-                        f"{self._done(count, left)}: nothing has moved for {most:g} s ({self._why_not()}). They are "
+                        f"{self._done(count, left)}: nothing has moved for {maximum:g} s ({self._why_not()}). They are "
                         f"still to be done; ~/pause with data: true drops them"
                     )
                 await _Turn()

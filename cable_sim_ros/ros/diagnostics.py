@@ -11,11 +11,11 @@ from collections import Counter, deque
 from math import isnan
 
 from ..io.messages import CAUSES, Command
-from ..physics.frame import Flag, Source
+from ..physics.tick_output import Flag, Source
 from ..sim.flag_rules import OK as OK_RUN
 from ..sim.flag_rules import RULES
 from .health import InputHealth
-from .lockstep_status import lockstep_figures, lockstep_status
+from .lockstep_status import lockstep_metrics, lockstep_status
 from .publisher import TickPublisher
 from .session import Session
 from .statistics import Rate
@@ -262,7 +262,7 @@ class Watch:
             "written": str(stats.written),
             "dropped": str(stats.dropped),
             "waiting": str(stats.waiting),
-            "most_waiting": str(stats.most_waiting),
+            "max_waiting": str(stats.max_waiting),
             "errors": str(stats.errors),
             "slowest_flush_ms": _text(stats.slowest_flush * 1e3),
         }
@@ -307,27 +307,27 @@ def flag_names(flags: Flag) -> str:
     return ", ".join(str(flag.name).lower() for flag in Flag if flag and flags & flag) or "none"
 
 
-def final_figures(session: Session, publisher: TickPublisher | None, recorder_stats) -> dict:
+def final_metrics(session: Session, publisher: TickPublisher | None, recorder_stats) -> dict:
     """Figures of the whole run (of the newest ten minutes where they are percentiles), names as in docs/json.md."""
-    figures: dict = {"state": session.state, "problem": session.problem}
+    metrics: dict = {"state": session.state, "problem": session.problem}
     if session.loop is not None:
         counters = session.counters()
-        figures |= counters | {
+        metrics |= counters | {
             "missed_ticks": counters["overruns"] + counters["skipped"],
             "scheduler": session.loop.scheduler,
             "static_start_s": session.start_cost,
         }
         since = session.ended - session.running_since  # of the newest start
         pace = session.pace
-        figures |= {"least_real_time_factor": pace.least_factor, "overloaded_s": pace.overloaded_s}
-        figures["longest_standstill_s"] = pace.longest_stop
+        metrics |= {"min_real_time_factor": pace.min_factor, "overloaded_s": pace.overloaded_s}
+        metrics["longest_standstill_s"] = pace.longest_stop
         if not math.isnan(since) and not session.resets + session.skips_ahead + session.clock.jumps:
-            figures["realtime_factor"] = counters["ticks"] * session.loop.period_ns * 1e-9 / max(since, 1e-3)
+            metrics["realtime_factor"] = counters["ticks"] * session.loop.period_ns * 1e-9 / max(since, 1e-3)
     if publisher is not None:
         late = publisher.lateness.percentiles(50, 99, 99.9, 100)
         work = publisher.work.percentiles(50, 99, 100)
         latency = publisher.latency.percentiles(50, 99, 100)
-        figures |= {
+        metrics |= {
             "published_ticks": publisher.published,
             "publisher_skipped": publisher.skipped,
             "jitter_p50_ms": late[0],
@@ -341,19 +341,19 @@ def final_figures(session: Session, publisher: TickPublisher | None, recorder_st
             "latency_p99_ms": latency[1],
             "latency_max_ms": latency[2],
         }
-    figures["input_delay_ms"] = session.node.input_delay * 1e3
-    figures["received"] = dict(session.received)
-    figures["dropped"] = dict(drop_counts(session))
+    metrics["input_delay_ms"] = session.node.input_delay * 1e3
+    metrics["received"] = dict(session.received)
+    metrics["dropped"] = dict(drop_counts(session))
     if getattr(session, "ingest", None) is not None:
-        figures["motion_refusals"] = [list(row) for row in session.ingest.refusals()]
+        metrics["motion_refusals"] = [list(row) for row in session.ingest.refusals()]
         ticks = session.loop.count if session.loop is not None else 0
-        figures["motion_s"] = ticks * session.scene.solver.tick
+        metrics["motion_s"] = ticks * session.scene.solver.tick
     if getattr(session, "commands", None) is not None:
-        figures["commands_refused"] = dict(session.commands.refused)
-        figures["commands_clamped"] = dict(session.commands.clamped)
-        figures["no_commands"] = session.commands.no_command
+        metrics["commands_refused"] = dict(session.commands.refused)
+        metrics["commands_clamped"] = dict(session.commands.clamped)
+        metrics["no_commands"] = session.commands.no_command
     if isinstance(session, SteppedSession):
-        figures["lockstep"] = lockstep_figures(session)
+        metrics["lockstep"] = lockstep_metrics(session)
     if recorder_stats is not None:
-        figures["recorder"] = recorder_stats._asdict()
-    return figures
+        metrics["recorder"] = recorder_stats._asdict()
+    return metrics

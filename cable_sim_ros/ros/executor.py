@@ -16,7 +16,7 @@ from rclpy.executors import SingleThreadedExecutor, TimeoutObject
 from .loop import raise_priority
 
 TURN = 5_000_000  # ns of steps between two turns of the executor, so that services and timers get theirs
-MOST = 100  # messages of one topic at a time, so that a flood cannot hold up services and timers for ever
+MAX = 100  # messages of one topic at a time, so that a flood cannot hold up services and timers for ever
 
 
 def drain(subscriptions: Sequence) -> int:
@@ -26,7 +26,7 @@ def drain(subscriptions: Sequence) -> int:
     subscriptions: of rclpy, with callbacks of (message, info). Call it from the executor's thread, outside callbacks.
     """
     taken, waiting = 0, list(subscriptions)
-    for _ in range(MOST):
+    for _ in range(MAX):
         for subscription in list(waiting):
             with subscription.handle:
                 found = subscription.handle.take_message(subscription.msg_type, subscription.raw)

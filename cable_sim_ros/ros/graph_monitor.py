@@ -85,8 +85,8 @@ class Neighbours:
             return []
         names = [full_name(name, space) for name, space in self.node.get_node_names_and_namespaces()]
         sent = [endpoint for topic in inputs for endpoint in self._found.get(topic, [])]
-        told = [endpoint for topic in outputs for endpoint in self._found.get(topic, [])]
-        self.problems = judge(self.own, names, told, sent)
+        report = [endpoint for topic in outputs for endpoint in self._found.get(topic, [])]
+        self.problems = judge(self.own, names, report, sent)
         new = [problem for problem in self.problems if problem not in self._known]
         self._known.update(new)
         return new

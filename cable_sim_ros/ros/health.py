@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from ..io.cdr import JointTemplate
 from ..io.refusals import TOPICS
-from ..physics.frame import Flag
+from ..physics.tick_output import Flag
 from .status import ERROR, OK, WARN, Status, text_of
 
 KINDS = ("imu", "odometry", "command")

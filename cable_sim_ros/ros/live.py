@@ -110,16 +110,16 @@ def live(
     """
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
-    tow, figures = out / "tow", out / "node.json"
+    tow, metrics = out / "tow", out / "node.json"
     if tow.exists():
         raise LiveInputError(f"'{tow}' exists already: a recording is not overwritten; give another directory")
-    figures.unlink(missing_ok=True)
+    metrics.unlink(missing_ok=True)
     settings = {
         "scene": str(scene),
         "recording.enabled": True,
         "recording.root": str(out.absolute()),
         "recording.path": tow.name,
-        "statistics_file": str(figures),
+        "statistics_file": str(metrics),
     } | (parameters or {})
     command = (node_command or [sys.executable, "-m", "cable_sim_ros.ros.node"]) + ["--ros-args"]
     for name, value in settings.items():
@@ -134,7 +134,7 @@ def live(
             children.append(node)
             _await(
                 node,
-                figures,
+                metrics,
                 ("waiting",),
                 READY_WITHIN,
                 lambda waited: report("compiling and solving the start", waited, None),
@@ -146,7 +146,7 @@ def live(
                 own,
             )
             children.append(player)
-            _follow(node, player, figures, duration, report)
+            _follow(node, player, metrics, duration, report)
             player_exit = player.stop()
             if player_exit != 0:
                 raise player.failed(f"ended with code {player_exit}")
@@ -156,7 +156,7 @@ def live(
     finally:
         for child in reversed(children):
             child.stop()
-    result = read_state(figures)
+    result = read_state(metrics)
     if result.get("state") != "stopped":
         raise node.failed("left no final figures")
     return {
@@ -177,11 +177,11 @@ def read_state(path: Path) -> dict:
         return {}
 
 
-def _await(node: Child, figures: Path, states: tuple[str, ...], within: float, report: Callable[[float], None]) -> None:
+def _await(node: Child, metrics: Path, states: tuple[str, ...], within: float, report: Callable[[float], None]) -> None:
     begun = time.monotonic()
     while True:
         waited = time.monotonic() - begun
-        state = read_state(figures)
+        state = read_state(metrics)
         if state.get("state") in states:
             return
         if node.code is not None:
@@ -194,18 +194,18 @@ def _await(node: Child, figures: Path, states: tuple[str, ...], within: float, r
         time.sleep(POLL)
 
 
-def _follow(node: Child, player: Child, figures: Path, duration: float, report) -> None:
+def _follow(node: Child, player: Child, metrics: Path, duration: float, report) -> None:
     """Until the player has ended by itself."""
     running = None
     begun = time.monotonic()
     while player.code is None:
-        state = read_state(figures).get("state")
+        state = read_state(metrics).get("state")
         if state in ("running", "overloaded") and running is None:
             running = time.monotonic()
         if node.code is not None:
             raise node.failed(f"ended with code {node.code} while the motion was playing")
         if state in ("failed", "halted"):
-            raise node.failed(f"is {state}: {read_state(figures).get('problem', '')}")
+            raise node.failed(f"is {state}: {read_state(metrics).get('problem', '')}")
         if running is None and time.monotonic() - begun > START_WITHIN:
             raise node.failed(f"did not start within {START_WITHIN:g} s of the first motion message")
         report("running in real time", 0.0 if running is None else min(duration, time.monotonic() - running), duration)

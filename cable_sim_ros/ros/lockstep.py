@@ -22,17 +22,17 @@ REPEAT = 20_000_000  # ns of wall time after which an unchanged clock is said ag
 LONGEST = 100_000_000  # ns of wall time that one call counts at most
 CATCH_UP = 100_000_000  # ns of wall time that is made up for at a rate
 OF_A_CLOCK = 60 * SECOND  # ns; a stamp further off is not of this clock
-LEAST_RATE = 0.1  # but 0: as fast as it goes
+MIN_RATE = 0.1  # but 0: as fast as it goes
 REMEMBERED = 64  # stamps of commands
 
 
 def rate_problem(value: float, done: str = "changed") -> str:
     """What is wrong with a value of lockstep.rate, or ""; done: what was not done, for the text."""
-    if value == 0.0 or value >= LEAST_RATE:
+    if value == 0.0 or value >= MIN_RATE:
         return ""
     return (
-        f"parameter 'lockstep.rate' = {value:g} is neither 0 (as fast as it goes) nor {LEAST_RATE:g} or more; nothing "
-        f"was {done}: a slower clock looks like a dead one to whoever listens. Give 0 or {LEAST_RATE:g} to 1000, or "
+        f"parameter 'lockstep.rate' = {value:g} is neither 0 (as fast as it goes) nor {MIN_RATE:g} or more; nothing "
+        f"was {done}: a slower clock looks like a dead one to whoever listens. Give 0 or {MIN_RATE:g} to 1000, or "
         f"pause and step"
     )
 
@@ -111,13 +111,13 @@ class Lockstep:
     def _over(self) -> bool:
         return self._waited >= self.settings.wait * SECOND
 
-    def _stand(self, now: int, most: int) -> tuple[Do, float]:
+    def _stand(self, now: int, maximum: int) -> tuple[Do, float]:
         """Say the clock again after a while: one that missed it would wait for ever."""
         left = self._said + REPEAT - now
         if left <= 0:
             self._said = now
             return Do.CLOCK, 0.0
-        return Do.WAIT, min(left, most) * 1e-9
+        return Do.WAIT, min(left, maximum) * 1e-9
 
     def _begin(self, now: int, free: bool) -> tuple[Do, float]:
         rate = self.settings.rate
@@ -185,7 +185,7 @@ class Lockstep:
             self._stamps.append(stamp)
         else:
             stamp = self.clock
-        self.commands.heard(stamp, self.clock)
+        self.commands.received(stamp, self.clock)
 
     @property
     def doing(self) -> str:

@@ -10,17 +10,17 @@ from .status import ERROR, OK, WARN, Status, text_of
 from .stepped import SECOND, SteppedSession
 
 
-def lockstep_figures(session: SteppedSession) -> dict[str, Any]:
+def lockstep_metrics(session: SteppedSession) -> dict[str, Any]:
     """What lockstep did so far; times in s, periods and slacks of simulated time."""
     steps = session.steps
-    figures = {
+    metrics = {
         "doing": _doing(session),
         "step": steps.steps,
         "steps_left": steps.steps_left,
         "clock_s": steps.clock / SECOND,
         "rate": session.rate,
         "rate_wanted": steps.settings.rate,
-        "controller_spoke": steps.commands.heard_count > 0,
+        "controller_spoke": steps.commands.received_count > 0,
         "commands_missed": steps.commands.missed,
         "commands_missed_in_row": steps.commands.in_row,
         "commands_late": steps.late,
@@ -28,18 +28,18 @@ def lockstep_figures(session: SteppedSession) -> dict[str, Any]:
         "motion_held": steps.gate.held,
     }
     for name, cadence in (("command", steps.commands), *steps.gate.cadence.items()):
-        figures[f"{name}_period_s"] = _seconds(cadence.period)
-        figures[f"{name}_slack_s"] = _seconds(cadence.slack)
+        metrics[f"{name}_period_s"] = _seconds(cadence.period)
+        metrics[f"{name}_slack_s"] = _seconds(cadence.slack)
     for kind, cadence in steps.gate.cadence.items():
-        figures[f"{kind}_missed"] = cadence.missed
-    figures |= {f"refused: {cause}": count for cause, count in _refused(session).items()}
-    return figures
+        metrics[f"{kind}_missed"] = cadence.missed
+    metrics |= {f"refused: {cause}": count for cause, count in _refused(session).items()}
+    return metrics
 
 
 def lockstep_status(session: SteppedSession) -> Status:
     """ERROR while held, with a silent controller or motion off the clock; WARN while a topic of motion is silent."""
     steps = session.steps
-    values = {key: _text(value) for key, value in lockstep_figures(session).items()}
+    values = {key: _text(value) for key, value in lockstep_metrics(session).items()}
     if steps.held:
         return Status("lockstep", ERROR, f"held: {steps.held}", values)
     if steps.commands.silent:

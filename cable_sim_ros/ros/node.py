@@ -29,7 +29,7 @@ from .arrival import Arrivals, StampArrivals
 from .clock_topic import ClockTopic
 from .control import SimulationControl
 from .declare_parameters import declare, overrides_of
-from .diagnostics import Watch, final_figures
+from .diagnostics import Watch, final_metrics
 from .executor import spin
 from .graph_monitor import EVERY as NEIGHBOURS_EVERY
 from .graph_monitor import Neighbours
@@ -66,8 +66,8 @@ class CableSimNode(LifecycleNode):
         except BaseException:
             self.destroy_node()
             raise
-        for caution in self.settings.cautions:
-            self.get_logger().warning(caution)
+        for warning in self.settings.warnings:
+            self.get_logger().warning(warning)
         if self.get_parameter("use_sim_time").value:
             self.get_logger().warning("use_sim_time is ignored: the clock is that of the stamps of imu/data and odom")
         self.add_on_set_parameters_callback(self._may_set)
@@ -178,25 +178,25 @@ class CableSimNode(LifecycleNode):
         state = self.session.state
         self._stop_threads()
         self.recording.finish(self.session, self.publisher)
-        figures = final_figures(self.session, self.publisher, self.recording.stats())
-        figures |= {"state": "stopped", "last": state}
+        metrics = final_metrics(self.session, self.publisher, self.recording.stats())
+        metrics |= {"state": "stopped", "last": state}
         for rank, value in zip((50, 99, 100), self.arrivals.taken.percentiles(50, 99, 100)):
-            figures[f"sample_age_p{rank}_ms"] = value
-        figures["wall_clock_steps"] = self.arrivals.steps
-        verdict = verdict_of_node(self.session, self.publisher, figures)
+            metrics[f"sample_age_p{rank}_ms"] = value
+        metrics["wall_clock_steps"] = self.arrivals.steps
+        verdict = verdict_of_node(self.session, self.publisher, metrics)
         self.ended_badly = verdict.state == FAILED
-        figures["verdict"] = verdict.as_dict()
-        if figures.get("published_ticks"):
+        metrics["verdict"] = verdict.as_dict()
+        if metrics.get("published_ticks"):
             print(
-                f"{figures['ticks']} ticks, {figures['missed_ticks']} missed, {figures['resyncs']} resyncs, "
-                f"jitter p99 {figures['jitter_p99_ms']:.2f} ms, "
-                f"stamp to tension p50 {figures['latency_p50_ms']:.1f} ms, "
-                f"p99 {figures['latency_p99_ms']:.1f} ms, {figures['scheduler']}",
+                f"{metrics['ticks']} ticks, {metrics['missed_ticks']} missed, {metrics['resyncs']} resyncs, "
+                f"jitter p99 {metrics['jitter_p99_ms']:.2f} ms, "
+                f"stamp to tension p50 {metrics['latency_p50_ms']:.1f} ms, "
+                f"p99 {metrics['latency_p99_ms']:.1f} ms, {metrics['scheduler']}",
                 file=sys.stderr,
             )
-        if verdict.reasons or figures.get("published_ticks"):
+        if verdict.reasons or metrics.get("published_ticks"):
             print(*verdict.lines(), sep="\n", file=sys.stderr, flush=True)
-        self._write_statistics(figures)
+        self._write_statistics(metrics)
 
     def _stop_threads(self) -> None:
         self.session.close()

@@ -1,4 +1,4 @@
-"""How a node ended: the verdict on what it published, from counts and sums, for it keeps no Frames."""
+"""How a node ended: the verdict on what it published, from counts and sums, for it keeps no tick outputs."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from .publisher import TickPublisher
 from .session import Session
 
 
-def verdict_of_node(session: Session, publisher: TickPublisher | None, figures: Mapping[str, Any]) -> Verdict:
+def verdict_of_node(session: Session, publisher: TickPublisher | None, metrics: Mapping[str, Any]) -> Verdict:
     """Verdict on a run that a node published; figures: its final ones. One that published nothing and did not fail is
     ok, unless motion came that it could not use."""
     scene, problem = session.scene, session.problem
     if publisher is None or publisher.latest is None:
-        return verdict_of([check("HALTED", problem)] if problem else of_node(figures))
+        return verdict_of([check("HALTED", problem)] if problem else of_node(metrics))
     found = judge_counts(
         publisher.statuses,
         scene.solver.tick,
         int(publisher.latest["status"]),
         scene=scene,
         others=(
-            *overload(scene, publisher.most_tension),
+            *overload(scene, publisher.max_tension),
             *hauled_into_waves(scene, publisher.sums.least_scope),
-            *of_node(figures),
+            *of_node(metrics),
         ),
         problem=problem,
     )

@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 SECOND = 1_000_000_000
 WINDOW = 600_000_000  # ns of wall time that the real-time factor is measured over; with the polls, shown within 1 s
-LEAST = 500_000_000  # ns; no judgement on less
+MIN = 500_000_000  # ns; no judgement on less
 TOO_SLOW = 0.97  # real-time factor; what is lost above it is a tick or two, which the resyncs show
 BUSY = 0.9  # share of the wall time spent in ticks, below which it is not the model that holds the loop up
 RECOVERED = 2 * SECOND  # ns of real time held, after which the overload is over
@@ -29,7 +29,7 @@ class Pace:
         self.period = period_ns
         self.overloaded = False
         self.factor = math.nan
-        self.least_factor = math.nan
+        self.min_factor = math.nan
         self.overloads = self.stops = 0
         self.overloaded_s = self.longest_stop = self.last_stop = 0.0
         self._stopped_at = -math.inf  # s
@@ -68,14 +68,14 @@ class Pace:
             self._window.popleft()
         since, first, work = self._window[0]
         self._window.append((now, count, self._work))
-        if now - since < LEAST:
+        if now - since < MIN:
             return lines
         under_way = now - self._done if now - self._done > 2 * self.period else 0
         self.factor = (count - first) * self.period / (now - since)
         busy = (self._work - work + under_way) / (now - since)
         if self.factor < TOO_SLOW and busy > BUSY:
             self._bad_at = now
-            self.least_factor = min(self.factor, self.least_factor) if self.overloads else self.factor
+            self.min_factor = min(self.factor, self.min_factor) if self.overloads else self.factor
             if not self.overloaded:
                 lines += self.overload(now)
         if self.overloaded:

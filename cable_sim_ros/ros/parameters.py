@@ -124,7 +124,7 @@ class Settings(NamedTuple):
     scene_path: str
     node: NodeBlock
     rows: list[Row]
-    cautions: list[str]
+    warnings: list[str]
 
 
 def settle(overrides: dict[str, Any]) -> Settings:

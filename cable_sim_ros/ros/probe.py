@@ -37,7 +37,7 @@ class Probe:
         self.executor = SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.node)
         self._best_effort = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
-        self.heard: dict[str, list[tuple[float, Any]]] = {}
+        self.received: dict[str, list[tuple[float, Any]]] = {}
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._spin, name=name, daemon=True)
         self._thread.start()
@@ -52,7 +52,7 @@ class Probe:
 
     def listen(self, msgtype: str, topic: str, raw: bool = False) -> list[tuple[float, Any]]:
         """List that grows by (arrival on CLOCK_MONOTONIC [s], message or its bytes)."""
-        box = self.heard[topic] = []
+        box = self.received[topic] = []
         self.node.create_subscription(
             message_class(msgtype),
             topic,
@@ -72,14 +72,14 @@ class Probe:
         self.listen("diagnostic_msgs/msg/DiagnosticArray", DIAGNOSTICS)
 
     def frames(self, since: int = 0) -> tuple[np.ndarray, np.recarray]:
-        """Times of arrival [s] and Frames heard, from message number `since` on."""
-        box = self.heard[HEALTH][since:]
+        """Times of arrival [s] and tick outputs heard, from message number `since` on."""
+        box = self.received[HEALTH][since:]
         return np.array([at for at, _ in box]), decode_frames([data for _, data in box])
 
     def tasks(self, name: str, since: float = 0.0) -> list[Task]:
         """Statuses of one task of the node heard after a time [s], oldest first."""
         found = []
-        for at, array in list(self.heard[DIAGNOSTICS]):
+        for at, array in list(self.received[DIAGNOSTICS]):
             if at < since:
                 continue
             for status in array.status:

@@ -43,9 +43,9 @@ class TickPublisher:
         self._recording = threading.Lock()  # held while a tick is being recorded
         self.next = loop.count
         self.published = self.skipped = 0
-        self.latest: np.record | None = None  # newest Frame that was published, a copy
+        self.latest: np.record | None = None  # newest tick output that was published, a copy
         self.statuses: Counter[int] = Counter()  # ticks with each status word
-        self.most_tension = 0.0  # N
+        self.max_tension = 0.0  # N
         self.sums = RunningSums(1e-9 * loop.period_ns)
         self.fault = ""  # why the newest frame could not be published, or ""
         self.failure: BaseException | None = None
@@ -121,7 +121,7 @@ class TickPublisher:
         self.work.add((row.done - row.wake) * 1e-6)
         self.published += 1
         self.statuses[int(frame["status"])] += 1
-        self.most_tension = max(self.most_tension, float(frame["tension_most"]))
+        self.max_tension = max(self.max_tension, float(frame["tension_most"]))
         self.sums.add(frame)
         self.fault = ""
         self.latest = frame

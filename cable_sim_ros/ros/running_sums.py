@@ -1,4 +1,5 @@
-"""What the verdict of a node needs of its Frames beside counts: sums over the ticks, for it keeps no Frames."""
+"""What the verdict of a node needs of its tick outputs beside counts: sums over the ticks, for it keeps no tick
+outputs."""
 
 from __future__ import annotations
 
@@ -9,7 +10,7 @@ import numpy as np
 from ..sim.deviation_checks import PITCHED_OVER, SKIP, deviation_damped, pitch_against
 from ..sim.verdict import Reason
 
-AT_ONCE = 1.5  # ticks from one Frame to the next: more is a gap, and no acceleration is taken over it
+AT_ONCE = 1.5  # ticks from one tick output to the next: more is a gap, and no acceleration is taken over it
 
 
 class Moments:
@@ -42,7 +43,7 @@ class Moments:
 
 
 class RunningSums:
-    """Takes every Frame that was published; tick: s. `reasons` are those that a run over all of them would have.
+    """Takes every tick output that was published; tick: s. `reasons` are those that a run over all of them would have.
 
     The first 20 s are left out, as in the summary: there the motion is taken up.
     """
@@ -56,7 +57,7 @@ class RunningSums:
         self.least_scope = inf  # m
 
     def add(self, frame: np.record) -> None:
-        """One Frame."""
+        """One tick output."""
         self._seen += 1
         self.least_scope = min(self.least_scope, float(frame["scope"]))
         x, y, z, w = (float(part) for part in frame["ship_quaternion"])

@@ -140,7 +140,8 @@ class Saving:
         return turned and f"not restored: {turned}; nothing is simulated until ~/reset"
 
     def _take_frame(self) -> None:
-        """The newest Frame into the simulator's own output, where a file has it from: the loop writes to a ring."""
+        """The newest tick output into the simulator's own output, where a file has it from: the loop writes to a
+        ring."""
         sim, loop = self.built_sim, self.built_loop
         slot = (loop.count - 1) % loop.rows
         if loop.count and int(loop.output.frame[slot]["time"]) == int(sim.state.memory[NOW].time.now):

@@ -22,8 +22,8 @@ from ..io.commands import CommandIngest
 from ..io.journal import STATIC, Journal, Start
 from ..io.motion import MotionIngest
 from ..io.refusals import TOPICS
-from ..physics.frame import Source
 from ..physics.inputs import MOTION_ROWS, SOURCE
+from ..physics.tick_output import Source
 from ..sim.build import make_output
 from ..sim.current import turned_current
 from ..sim.live_parameters import changed, set_live

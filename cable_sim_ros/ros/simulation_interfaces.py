@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 PACKAGE = "simulation_interfaces"
 SERVICES = ("GetSimulatorFeatures", "GetSimulationState", "SetSimulationState", "StepSimulation", "ResetSimulation")
-STEPS_MOST = 1_000_000  # as lockstep.steps
+MAX_STEPS = 1_000_000  # as lockstep.steps
 
 
 def service_name(name: str) -> str:
@@ -111,8 +111,8 @@ class Standard:
         if self.state == self.State.STATE_STOPPED:
             text = f"the node is {session.state}: set the state to paused first"
             return self._answer(response, result.RESULT_INCORRECT_STATE, text)
-        if not 1 <= steps <= STEPS_MOST:
-            text = f"steps = {steps} is outside [1, {STEPS_MOST}]: nothing was stepped"
+        if not 1 <= steps <= MAX_STEPS:
+            text = f"steps = {steps} is outside [1, {MAX_STEPS}]: nothing was stepped"
             return self._answer(response, result.RESULT_OPERATION_FAILED, text)
         done, text = await self.control.step(steps)
         return self._answer(response, result.RESULT_OK if done else result.RESULT_OPERATION_FAILED, text)

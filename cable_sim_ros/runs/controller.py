@@ -22,8 +22,8 @@ NOTHING_DONE = "nothing was simulated"
 class ControllerError(RunError):
     """A controller that cannot be asked, raised, or gave what is no command.
 
-    run: what was simulated before, with its Frames, figures and recording; None where nothing was. ``__cause__`` is
-    what the controller raised.
+    run: what was simulated before, with its tick outputs, figures and recording; None where nothing was. ``__cause__``
+    is what the controller raised.
     """
 
     run: Run | None = None
@@ -71,7 +71,7 @@ class ControlLoop:
         self.left = self.calls = self.commands = 0
 
     @property
-    def most(self) -> int:
+    def maximum(self) -> int:
         """Ticks that may be simulated before it is asked."""
         return self.left or self.ticks
 
@@ -118,6 +118,6 @@ class ControlLoop:
         self.commands += 1
         return command
 
-    def figures(self) -> dict[str, float | int]:
+    def metrics(self) -> dict[str, float | int]:
         """For the JSON of a run."""
         return {"period_s": self.ticks * self.tick, "calls": self.calls, "commands": self.commands}

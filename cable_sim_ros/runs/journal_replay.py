@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..io.journal import STATIC, Segment, Told
+from ..io.journal import STATIC, Report, Segment
 from ..io.load import dump_scene
 from ..io.recorded_tow import RecordedTow, SameTicks
 from ..sim.live_parameters import set_live
@@ -18,24 +18,24 @@ from ..sim.verdict import Reason, check
 from .stepping import Drive, Driven, Progress, RunRecorder, silent
 
 CHUNK_TICKS = 256  # of one compiled call, at most; each begins with cold caches
-RING_SHARE = 400, 100  # samples and commands a chunk may bring: less than half of each ring
+RING_FRACTION = 400, 100  # samples and commands a chunk may bring: less than half of each ring
 MORE_TICKS = 2_000  # that a journal may say beyond those in the bag: a slow disk drops what was published
-UNSEEN_MOST = 360_000  # ticks of a bag that has none to compare with: an hour of 10 ms
+MAX_UNSEEN = 360_000  # ticks of a bag that has none to compare with: an hour of 10 ms
 NO_END = 2**62
 
 
 class Rerun:
     """Simulates the segments of a journal again.
 
-    frames: recorded Frames, which say how long a recording goes on that was cut off, and how much a journal may ask
-    for; `faults` has what could not be done as it was recorded, as texts.
+    frames: recorded tick outputs, which say how long a recording goes on that was cut off, and how much a journal may
+    ask for; `faults` has what could not be done as it was recorded, as texts.
     """
 
     def __init__(
-        self, scene: Scene, tow: RecordedTow, told: Told, frames: np.recarray | None, progress: Progress = silent
+        self, scene: Scene, tow: RecordedTow, report: Report, frames: np.recarray | None, progress: Progress = silent
     ) -> None:
         self.scene, self.tow, self.progress = scene, tow, progress
-        self.segments, self.faults = told.segments, list(told.faults)
+        self.segments, self.faults = report.segments, list(report.faults)
         self.same = tow.about.get("scene_yaml") == dump_scene(scene)
         self.sim = Simulator(scene)
         self.tick = int(self.sim.model.settings[0].tick_ns)
@@ -57,25 +57,25 @@ class Rerun:
         recorded = None if frames is None else self.same_ticks.recorded("sim_health", frames["time"])
         if recorded is not None and not (recorded >= 0).any():  # a scene with another tick
             recorded = None
-        left = UNSEEN_MOST
+        left = MAX_UNSEEN
         for k, segment in enumerate(self.segments):
-            most = min(left, UNSEEN_MOST)
+            maximum = min(left, MAX_UNSEEN)
             if recorded is not None:
                 until = self.segments[k + 1].first if k + 1 < len(self.segments) else None
                 of = recorded[(recorded >= segment.first) & (recorded < (NO_END if until is None else until))]
                 have = int(of.max()) + 1 - segment.first if len(of) else 0
-                most = have + min(left, MORE_TICKS)
-                if not segment.ended:  # cut off: its journal may be ahead of its Frames
+                maximum = have + min(left, MORE_TICKS)
+                if not segment.ended:  # cut off: its journal may be ahead of its tick outputs
                     segment.ticks = have
-                left -= max(0, min(segment.ticks, most) - have)
+                left -= max(0, min(segment.ticks, maximum) - have)
             else:
-                left -= min(segment.ticks, most)
-            if segment.ticks > most:
+                left -= min(segment.ticks, maximum)
+            if segment.ticks > maximum:
                 self.faults.append(
                     f"the journal says {segment.ticks} ticks from {segment.start.time * 1e-9:.3f} s "
-                    f"({segment.start.cause}) on, of which the bag does not have that many: {most} were simulated"
+                    f"({segment.start.cause}) on, of which the bag does not have that many: {maximum} were simulated"
                 )
-                segment.ticks, segment.halted = most, False
+                segment.ticks, segment.halted = maximum, False
 
     def go(self, bag: Path | None, markers: float = 0.0) -> Driven:
         """Simulate; bag: directory to record to, or None; markers: rate of cable/markers [Hz]. Raises StartError."""
@@ -130,9 +130,9 @@ class Rerun:
                 changes.setdefault(tick, []).append((name, value))
         for until in sorted(changes):
             while done < until:
-                most = np.array((inputs.motion_head[0], inputs.command_head[0])) + RING_SHARE
+                maximum = np.array((inputs.motion_head[0], inputs.command_head[0])) + RING_FRACTION
                 part = heads[done : min(until, done + CHUNK_TICKS)]
-                part = part[: max(1, int((part <= most).all(axis=1).sum()))]
+                part = part[: max(1, int((part <= maximum).all(axis=1).sum()))]
                 segment.push(inputs, *part[-1].tolist())
                 if not drive.run(len(part), part):
                     return

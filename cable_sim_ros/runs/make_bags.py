@@ -24,7 +24,7 @@ from scipy.signal import butter, sosfiltfilt, welch
 from ..io.bag import BagError, BagWriter
 from ..io.resources import share_folder
 from ..io.typestore import STORE
-from ..limits import MOST_TOW_SPEED
+from ..limits import MAX_TOW_SPEED
 from ..sim.attitude import body_rates, quaternion, rotation
 
 GRAVITY = 9.81  # m/s^2, as in the scenes
@@ -238,7 +238,7 @@ def provenance(name: str, moved: Displacement, speed: float) -> dict[str, str]:
     }
 
 
-def figures(name: str, moved: Displacement) -> list[str]:
+def metrics(name: str, moved: Displacement) -> list[str]:
     """Rows of the table in bags/README.md: bag, quantity, std, largest, peak period."""
     motion = CubicSpline(moved.t, moved.motion)(np.arange(0, moved.t[-1], 1.0 / RATE))
     rows = []
@@ -266,9 +266,9 @@ def make_bags(
     data: folder of the source CSV files, None: the shipped ones; speed: mean speed ahead, m/s; only: names of RECORDS,
     none: all; force: replace bags that exist. Raises BagError.
     """
-    if not abs(speed) <= MOST_TOW_SPEED:
+    if not abs(speed) <= MAX_TOW_SPEED:
         raise BagError(
-            f"speed = {speed:g} m/s is outside [-{MOST_TOW_SPEED:g}, {MOST_TOW_SPEED:g}] m/s: nothing was written; "
+            f"speed = {speed:g} m/s is outside [-{MAX_TOW_SPEED:g}, {MAX_TOW_SPEED:g}] m/s: nothing was written; "
             "give the mean speed ahead"
         )
     rows: list[str] = []
@@ -288,5 +288,5 @@ def make_bags(
         if path.exists():
             shutil.rmtree(path)
         write(path, interpolate(moved, speed=speed), provenance(name, moved, speed))
-        rows += figures(name, moved)
+        rows += metrics(name, moved)
     return rows

@@ -20,7 +20,7 @@ from ..sim.simulator import Simulator
 from .message_run import Pass, Progress, silent
 
 HEAVE_PERIOD = 8.0  # s
-LEAST_FALL = 2.0  # of what a halving changes to what the next does: that of an error of the first order
+MIN_FALL = 2.0  # of what a halving changes to what the next does: that of an error of the first order
 SECONDS, SKIP = 60.0, 20.0  # s of the check, and what of it is left out of the statistics
 
 
@@ -78,11 +78,11 @@ def check(scene: Scene, plan: MeshPlan, progress: Progress = silent, seconds: fl
 def extrapolated(coarse: float, fine: float) -> float:
     """Error of a mesh from what halving its elements changes, and halving them again: a size in any unit.
 
-    What is left after the second is taken to fall on by the same factor, Richardson, by LEAST_FALL at the least: of
+    What is left after the second is taken to fall on by the same factor, Richardson, by MIN_FALL at the least: of
     the first order, as at a corner within an element, one halving shows half of an error. Where the second changes as
     much as the first or more nothing is known of what is left: it is taken as once more as much.
     """
-    fall = max(coarse / fine, LEAST_FALL) if fine > 0.0 else np.inf
+    fall = max(coarse / fine, MIN_FALL) if fine > 0.0 else np.inf
     return coarse + fine + fine / (fall - 1.0)
 
 
@@ -90,7 +90,7 @@ def _signed(a: float, b: float, c: float) -> float:
     """Relative error of a by those of the two finer meshes; its sign is that of the whole change."""
     size = extrapolated(abs(a / b - 1.0), abs(b / c - 1.0))
     if (a - b) * (b - c) < 0.0:  # to and fro: the changes do not add up
-        size = max(abs(a / c - 1.0), abs(b / c - 1.0)) + abs(b / c - 1.0) / (LEAST_FALL - 1.0)
+        size = max(abs(a / c - 1.0), abs(b / c - 1.0)) + abs(b / c - 1.0) / (MIN_FALL - 1.0)
     return float(np.copysign(size, a - c))
 
 
@@ -145,7 +145,7 @@ def _heave(scene: Scene, half: Scene, meshes: Sequence[FeedMesh], seconds: float
 def as_json(scene: Scene, plan: MeshPlan, changes: list[Change]) -> dict[str, Any]:
     """Plain figures of `cable-sim mesh`."""
     start, names = scope_range(scene)[0], scene.cable.sections
-    told: dict[str, Any] = {
+    report: dict[str, Any] = {
         "scene": scene.name,
         "elements": plan.mesh.nodes - 1,
         "scope_m": start,
@@ -154,12 +154,12 @@ def as_json(scene: Scene, plan: MeshPlan, changes: list[Change]) -> dict[str, An
         "tick_s": scene.solver.tick,
         "tick_that_would_do_s": plan.tick,
         "aboard_m": plan.mesh.aboard.tolist(),
-        "shares": {name: share.tolist() for name, share in zip(names, plan.mesh.section_shares, strict=True)},
+        "shares": {name: fraction.tolist() for name, fraction in zip(names, plan.mesh.section_fractions, strict=True)},
     }
     if changes:
-        told["change"] = [_plain(change) for change in changes]
-        told["kept"] = kept(plan, start, changes)
-    return told
+        report["change"] = [_plain(change) for change in changes]
+        report["kept"] = kept(plan, start, changes)
+    return report
 
 
 def _plain(row: Expected | Change) -> dict[str, Any]:

@@ -39,8 +39,8 @@ SECOND = 1_000_000_000
 AHEAD = SECOND // 10  # motion is pushed this far past the end of a chunk, so that no tick looks past the newest
 # s and ticks of one compiled call, at most; each begins with cold caches
 CHUNK, CHUNK_TICKS = 5.0, 256
-RING_MOST = 800  # samples a tick may last: the ring holds 1024, with those of AHEAD and the one before
-RING_SHARE = 400  # samples a chunk may bring: less than half the ring
+MAX_RING = 800  # samples a tick may last: the ring holds 1024, with those of AHEAD and the one before
+RING_FRACTION = 400  # samples a chunk may bring: less than half the ring
 SETTLE = 5.0  # s of a run without motion
 FASTER = 1.1, 0.2  # of ship.tow_speed, m/s: drag laws are looked at again
 HEADING_OVER = 60.0  # s of motion whose mean yaw is the heading of the start
@@ -74,7 +74,7 @@ class Pass:
         self.failed: ControllerError | None = None
         if winch is not None:
             winch.check(self.sim.model.settings[0].drum)
-        self.doubts: list[Reason] = []  # of the run, beside those of its Frames
+        self.doubts: list[Reason] = []  # of the run, beside those of its tick outputs
         self.origin = Start(0, (0.0, 0.0), None)  # where the motion was begun with
         self.done = self.done_before = 0  # ticks under this motion, and those of them before this pass
         self.plan_start = self.planned = 0  # ns: the plan's zero; its commands before `planned` are pushed
@@ -172,7 +172,7 @@ class Pass:
         while drive.done < ticks and not drive.problem:
             count = min(chunk, ticks - drive.done)
             if self.control is not None:
-                count = min(count, self.control.most)
+                count = min(count, self.control.maximum)
             if self.feeder is not None and self.tow is not None:
                 self.pending += self.feeder.until(now + count * self.tick + AHEAD)
                 if self.feeder.jumped:
@@ -236,10 +236,10 @@ class Pass:
 
     def _push(self, command: WinchCommand, stamp: int) -> None:
         """Push a command as a message with this stamp [ns]."""
-        offset, least = 0, 0
+        offset, minimum = 0, 0
         if self.feeder is not None:
-            offset, least = self.feeder.clock.offset or 0, (self.feeder.clock.first or 0) + 1
-        data, arrival = encode_command(stamp, command.payout, command.rate), max(stamp + offset, least)
+            offset, minimum = self.feeder.clock.offset or 0, (self.feeder.clock.first or 0) + 1
+        data, arrival = encode_command(stamp, command.payout, command.rate), max(stamp + offset, minimum)
         self.pending.append(Event(stamp, arrival, "command", data))
         self.commands.take(data, arrival, stamp)
 
@@ -248,15 +248,15 @@ class Pass:
         if self.tow is None:
             return
         tick, rate = self.scene.solver.tick, self.tow.rate
-        if min(tick * rate, len(self.tow.events)) > RING_MOST:
+        if min(tick * rate, len(self.tow.events)) > MAX_RING:
             raise MotionError(
                 f"{self.tow.path}: {rate:.4g} motion messages a second are {tick * rate:.4g} in a tick (solver.tick, "
-                f"--every) of {tick:g} s, more than the {RING_MOST} that are kept for it; nothing was simulated. Give "
-                f"--every of at most {RING_MOST / rate:.2g} s"
+                f"--every) of {tick:g} s, more than the {MAX_RING} that are kept for it; nothing was simulated. Give "
+                f"--every of at most {MAX_RING / rate:.2g} s"
             )
 
     def _ring_limit(self) -> int:
-        return round(CHUNK * SECOND) if self.tow is None else round(RING_SHARE / max(1.0, self.tow.rate) * SECOND)
+        return round(CHUNK * SECOND) if self.tow is None else round(RING_FRACTION / max(1.0, self.tow.rate) * SECOND)
 
 
 def taken_in(tow: RecordedTow) -> tuple[MotionInput, Heave]:
@@ -278,8 +278,8 @@ def _known(block: type[Block], values: dict[str, Any]) -> dict[str, Any]:
 def _warn_of_travel(scene: Scene, payout: np.ndarray) -> None:
     """Warn where the winch took a coarse element onto the sheave, or had too little cable on the drum."""
     if min(checks.fine_zone(scene)) > 0.0 and len(payout):  # else the scene itself has been warned of
-        for caution in checks.travel_cautions(scene, max(0.0, -payout.min()), max(0.0, payout.max())):
-            warnings.warn(f"{scene.name}: {caution.key} {caution.text}. {caution.remedy}", SceneWarning, stacklevel=3)
+        for warning in checks.travel_warnings(scene, max(0.0, -payout.min()), max(0.0, payout.max())):
+            warnings.warn(f"{scene.name}: {warning.key} {warning.text}. {warning.remedy}", SceneWarning, stacklevel=3)
 
 
 def _warn_of_drag(scene: Scene, frames: np.ndarray) -> None:
@@ -289,11 +289,11 @@ def _warn_of_drag(scene: Scene, frames: np.ndarray) -> None:
         return
     ship = scene.ship.model_copy(update={"tow_speed": math.copysign(speed, scene.ship.tow_speed)})
     run = scene.model_copy(update={"ship": ship})
-    known = {caution.key for caution in checks.drag_cautions(scene, checks.water_speed(scene))}
-    for caution in checks.drag_cautions(run, checks.water_speed(run)):
-        if caution.key not in known:
+    known = {warning.key for warning in checks.drag_warnings(scene, checks.water_speed(scene))}
+    for warning in checks.drag_warnings(run, checks.water_speed(run)):
+        if warning.key not in known:
             warnings.warn(
-                f"{scene.name}: the ship reached {speed:.3g} m/s, and {caution.key} {caution.text}. {caution.remedy}",
+                f"{scene.name}: the ship reached {speed:.3g} m/s, and {warning.key} {warning.text}. {warning.remedy}",
                 SceneWarning,
                 stacklevel=3,
             )

@@ -1,9 +1,10 @@
-"""Figures of a run that are not statistics of its Frames (those: runs/summary.py): one row each, for JSON and pages."""
+"""Figures of a run that are not statistics of its tick outputs (those: runs/summary.py): one row each, for JSON and
+pages."""
 
 from __future__ import annotations
 
 # JSON names beside those of runs/summary.py: name, unit, meaning
-FIGURES = (
+METRICS = (
     ("departure_angle_deg", "deg", "mean angle of the departing cable from the downward vertical"),
     ("contact_resultant_n", "N", "mean resultant of the cable on the sheave, whole run"),
     ("ticks", "1", "ticks simulated"),
@@ -66,7 +67,7 @@ FIGURES = (
 )
 
 
-def figures_markdown() -> str:
+def metrics_markdown() -> str:
     """FIGURES as a Markdown table, for docs/json.md."""
-    rows = [f"| `{name}` | {'' if unit == '1' else unit} | {meaning} |" for name, unit, meaning in FIGURES]
+    rows = [f"| `{name}` | {'' if unit == '1' else unit} | {meaning} |" for name, unit, meaning in METRICS]
     return "\n".join(["| field | unit | meaning |", "|---|---|---|", *rows])

@@ -18,25 +18,25 @@ from ..sim.scene import Scene
 from ..sim.verdict import Reason, refused_motion
 
 GLANCE, LOOK = 1.0, 20.0  # s of motion: where the first convicts nobody, the rest is not looked at
-MOST = 20_000  # messages
+MAX = 20_000  # messages
 NED = ("motion_ned", "gravity_sign", "attitude_ned", "heave_sign")
 
 
 def look(tow: RecordedTow, scene: Scene, motion: MotionInput, heave: Heave) -> None:
     """Raise MotionError where every source of motion stands convicted after the first LOOK seconds; note which do."""
-    intake, heard = Intake(make_inputs(), scene, motion, heave), dict[str, int]()
-    for event in tow.events[:MOST]:
+    intake, received = Intake(make_inputs(), scene, motion, heave), dict[str, int]()
+    for event in tow.events[:MAX]:
         if event.kind == "command":
             continue
         after = (event.time - tow.start) * 1e-9
         if intake.motion(event.kind, event.data, event.arrival) is Took.JUMPED:
             return
-        heard[event.kind] = heard.get(event.kind, 0) + 1
+        received[event.kind] = received.get(event.kind, 0) + 1
         if after > LOOK or (after > GLANCE and not any(intake.ingest.convicted.values())):
             break
-    found = {TOPICS[kind]: intake.ingest.convicted[TOPICS[kind]] for kind in heard}
+    found = {TOPICS[kind]: intake.ingest.convicted[TOPICS[kind]] for kind in received}
     if not found or not all(found.values()):
-        tow.unfit = {kind for kind in heard if found[TOPICS[kind]]}
+        tow.unfit = {kind for kind in received if found[TOPICS[kind]]}
         return
     said = "; ".join(f"{topic} ({cause}): {DOUBTS[cause]}" for topic, cause in found.items())
     remedy = " Is it in NED axes? Then give --convention ned." if set(found.values()) & set(NED) else ""

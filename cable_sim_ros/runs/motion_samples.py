@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from ..io.arrival_order import Intake, Took
 from ..io.load import load_scene
 from ..io.motion_table import MotionError
-from ..physics.frame import Source
 from ..physics.inputs import EPOCH, MOTION_ROWS, SOURCE, make_inputs
+from ..physics.tick_output import Source
 from ..sim.attitude import body_rates
 from ..sim.inputs import ShipMotion
 from ..sim.scene import Scene

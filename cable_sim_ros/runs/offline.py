@@ -29,13 +29,13 @@ from . import motion_preview, refinement_check, verdict
 from .controller import Controller, ControlLoop, alone
 from .journal_replay import Rerun
 from .message_run import Pass, taken_in
-from .metrics import FIGURES as FIGURES
-from .metrics import figures_markdown as figures_markdown
-from .resume import Resumed, told_of
+from .metrics import METRICS as METRICS
+from .metrics import metrics_markdown as metrics_markdown
+from .resume import Resumed, report_of
 from .resume import save as save_run
 from .settings import NOTHING, Settings, apply_to_bag, apply_to_scene, of_intake, refuse_without_bag
 from .sources import HEAVE_SECONDS, motion_of, scene_of_bag
-from .step_choice import doubts_of_steps, figures_of_steps, stepped
+from .step_choice import doubts_of_steps, metrics_of_steps, stepped
 from .stepping import Driven, Progress, silent
 from .summary import summarize
 from .transient import growth, start_up, still_growing
@@ -49,10 +49,10 @@ NO_JOURNAL = (
 
 @dataclass
 class Run:
-    """What a run gave: Frames, plain figures by JSON name, why it ended early ("" = it did not), files made."""
+    """What a run gave: tick outputs, plain figures by JSON name, why it ended early ("" = it did not), files made."""
 
     frames: np.recarray
-    figures: dict[str, Any]
+    metrics: dict[str, Any]
     problem: str = ""
     bag: Path | None = None
     residuals: list[Residual] = field(default_factory=list)
@@ -95,16 +95,16 @@ def run(
     topics: those of a bag by kind (imu, odometry, command) where the search by type and name is not to decide.
 
     controller: commands the winch in place of a plan and of the commands of the bag: a callable that takes a copy of
-    the row of the last tick (a record of FRAME, SI units; the first is that of the start) and returns a WinchCommand,
-    or None: the command before goes on. It is asked between two ticks, every control_period [s, a whole number of
-    ticks; None: every tick] of simulation time, which stands meanwhile. Its command counts from the tick that follows,
-    ``winch.command_delay`` later where the scene has one; a rate lasts ``winch.command_timeout``.
+    the row of the last tick (a record of TICK_OUTPUT, SI units; the first is that of the start) and returns a
+    WinchCommand, or None: the command before goes on. It is asked between two ticks, every control_period [s, a whole
+    number of ticks; None: every tick] of simulation time, which stands meanwhile. Its command counts from the tick
+    that follows, ``winch.command_delay`` later where the scene has one; a rate lasts ``winch.command_timeout``.
 
-    The Run has ``frames`` [ticks] (fields and units: ``cable_sim_ros.physics.frame.FIELDS``), ``figures`` by the names
-    of docs/json.md, ``problem`` and ``verdict``. Raises SceneError, BagError, MotionError, PlanError, ResourceError,
-    StartError, SaveError; a solver that gives up ends the run, and nothing is saved. Raises ControllerError where the
-    controller raises or returns what is no command: the run ends there, what was recorded of it and its summary stay,
-    and ``run`` of the error has it.
+    The Run has ``frames`` [ticks] (fields and units: ``cable_sim_ros.physics.tick_output.FIELDS``), ``metrics`` by the
+    names of docs/json.md, ``problem`` and ``verdict``. Raises SceneError, BagError, MotionError, PlanError,
+    ResourceError, StartError, SaveError; a solver that gives up ends the run, and nothing is saved. Raises
+    ControllerError where the controller raises or returns what is no command: the run ends there, what was recorded of
+    it and its summary stay, and ``run`` of the error has it.
     """
     alone(winch, controller, control_period, check)
     resumed = resumed if resumed is None or isinstance(resumed, Resumed) else Resumed(resumed)
@@ -120,14 +120,14 @@ def run(
             f"duration = {duration:g} s is outside (0, {LONGEST_RUN:g}] s: nothing was simulated; give seconds"
         )
     plan = None if winch is None else WinchPlan.of(winch)
-    told = told_of(motion, heave, imu_only, plan)._replace(settings=of_intake(settings), topics=dict(topics))
+    report = report_of(motion, heave, imu_only, plan)._replace(settings=of_intake(settings), topics=dict(topics))
     before = 0.0  # s simulated under the same motion
     own_plan = winch is not None
     if resumed is not None:
-        before, kept = resumed.before(told), resumed.plan(told)
+        before, kept = resumed.before(report), resumed.plan(report)
         own_plan |= controller is not None and kept is not None
         plan = plan or (kept if controller is None else None)
-        told = told._replace(winch=None if plan is None else str(plan))
+        report = report._replace(winch=None if plan is None else str(plan))
     bag = _bag_path(out)
     if save is not None:
         check_place(save)
@@ -144,19 +144,19 @@ def run(
     driven = one.go(duration, bag, markers, resumed, own_plan)
     before = one.done_before * one.tick * 1e-9
     result = _run_of(one.sim, one.tick, tow, driven, bag, before)
-    result.figures.update(_intake_figures(one))
-    result.figures["imu_only"] = imu_only
+    result.metrics.update(_intake_metrics(one))
+    result.metrics["imu_only"] = imu_only
     if plan is not None:
-        result.figures["winch"] = str(plan)
+        result.metrics["winch"] = str(plan)
     if control is not None:
-        result.figures["controller"] = control.figures() | {"limited": dict(one.commands.clamped)}
+        result.metrics["controller"] = control.metrics() | {"limited": dict(one.commands.clamped)}
     if resumed is not None:
-        result.figures["resumed"] = resumed.figures()
+        result.metrics["resumed"] = resumed.metrics()
     if save is not None and result.problem:
         result.problem += f"; its state was not saved to {os.fspath(save)}"
     elif save is not None:
-        save_run(save, one, told)
-        result.figures["saved"] = os.fspath(save)
+        save_run(save, one, report)
+        result.metrics["saved"] = os.fspath(save)
     judged(result, scene, [*one.doubts, *(tow.doubts if tow else ()), *_damage(tow)], before=before)
     if check:
         refinement_check.compare(
@@ -222,11 +222,11 @@ def replay(
         refuse_without_bag(settings, topics, "in the journal of the bag, as the run took it")
     apply_to_bag(tow, settings)
     frames = recorded_frames(tow)
-    told = read_journal(tow.journal)
+    report = read_journal(tow.journal)
     doubts: list[Reason] = []
     same = again = None
-    if told.segments:
-        again = Rerun(scene, tow, told, frames, progress)
+    if report.segments:
+        again = Rerun(scene, tow, report, frames, progress)
         result = _run_of(again.sim, again.tick, tow, again.go(target, markers), target)
         faults = again.faults
         if again.same:
@@ -238,20 +238,22 @@ def replay(
         motion_preview.look(tow, scene, *taken_in(tow))
         one = Pass(scene, tow, progress=progress)
         result = _run_of(one.sim, one.tick, tow, one.go(None, target, markers), target)
-        result.figures.update(_intake_figures(one))
+        result.metrics.update(_intake_metrics(one))
         doubts += one.doubts
-        faults = [*tow.notices, *told.faults, NO_JOURNAL]
+        faults = [*tow.notices, *report.faults, NO_JOURNAL]
         if tow.journal and own:
-            doubts.append(verdict.check("JOURNAL", "; ".join([*told.faults, "the journal has no start to begin from"])))
+            doubts.append(
+                verdict.check("JOURNAL", "; ".join([*report.faults, "the journal has no start to begin from"]))
+            )
     result.residuals = residuals(result.frames, tow, same)
-    result.figures.update(
+    result.metrics.update(
         residuals=[row._asdict() for row in result.residuals],
         largest_difference=largest_difference(result.frames, frames, same),
         recorded_ticks=0 if frames is None else len(frames),
-        journal=bool(told.segments),
+        journal=bool(report.segments),
         replay_faults=faults,
     )
-    if not result.residuals and result.figures["largest_difference"] is None:
+    if not result.residuals and result.metrics["largest_difference"] is None:
         doubts.append(
             verdict.check(
                 "NOT_COMPARED",
@@ -261,13 +263,13 @@ def replay(
             )
         )
     if own:  # another scene is compared on purpose
-        mean = result.figures.get("tension_mean_n", 0.0)
-        doubts += verdict.differences(result.residuals, mean, bool(told.segments))
+        mean = result.metrics.get("tension_mean_n", 0.0)
+        doubts += verdict.differences(result.residuals, mean, bool(report.segments))
     if own and again is not None:  # whether it is the run, apart from what the run was
         result.run_verdict = judged(result, scene).verdict
         doubts += again.other_end(result.problem)
         result.verdict = verdict.verdict_of([*doubts, *_damage(tow)])
-        result.figures |= {"run_verdict": result.run_verdict.as_dict(), "verdict": result.verdict.as_dict()}
+        result.metrics |= {"run_verdict": result.run_verdict.as_dict(), "verdict": result.verdict.as_dict()}
     else:
         judged(result, scene, [*doubts, *_damage(tow)])
     _write_summary(out, result)
@@ -287,24 +289,24 @@ def judged(
 ) -> Run:
     """The run with its verdict, in its figures too.
 
-    others: reasons beside those of its Frames; frames: those that count, all by default; before: s that had been
+    others: reasons beside those of its tick outputs; frames: those that count, all by default; before: s that had been
     simulated when the run began.
     """
     counted = result.frames if frames is None else frames
     if scene is not None and not result.problem:
-        others = [*others, *still_growing(scene, result.figures, before)]
-    others = [*others, *doubts_of_steps(result.figures)]
+        others = [*others, *still_growing(scene, result.metrics, before)]
+    others = [*others, *doubts_of_steps(result.metrics)]
     result.verdict = verdict.judge(counted, scene, others, result.problem)
     if result.problem:
-        result.figures["problem"] = result.problem
-    result.figures["verdict"] = result.verdict.as_dict()
+        result.metrics["problem"] = result.problem
+    result.metrics["verdict"] = result.verdict.as_dict()
     return result
 
 
 def largest_difference(
     ours: np.recarray, theirs: np.recarray | None, same: SameTicks | None = None
 ) -> dict[str, Any] | None:
-    """Largest difference of any Frame field over the ticks both have (same: which these are, else by time); None
+    """Largest difference of any tick output field over the ticks both have (same: which these are, else by time); None
     without a common tick."""
     if theirs is None:
         return None
@@ -326,17 +328,17 @@ def _run_of(
 ) -> Run:
     """The run's figures; tick: ns; before: s that had been simulated when it began."""
     frames, scene = driven.frames, sim.scene
-    figures: dict[str, Any] = {}
+    metrics: dict[str, Any] = {}
     if len(frames):
         simulated = len(frames) * tick * 1e-9
         skip = max(0.0, start_up(scene, tow is not None) - before)
-        figures = summarize(frames, skip_s=skip, realtime_factor=simulated / driven.stepping_s)
+        metrics = summarize(frames, skip_s=skip, realtime_factor=simulated / driven.stepping_s)
         kept = frames[-1:] if tow is None and not growth(scene)[1] else frames
-        figures.update(
+        metrics.update(
             departure_angle_deg=float(np.degrees(kept["departure_angle"].mean())),
             contact_resultant_n=float(kept["contact_resultant"].mean()),
         )
-    figures.update(
+    metrics.update(
         ticks=len(frames),
         compile_s=driven.compile_s,
         start_s=driven.start_s,
@@ -345,11 +347,11 @@ def _run_of(
         motion="none" if tow is None else Path(tow.path).name,
         setpoint=scene.setpoint.algorithm.value,
     )
-    figures.update(figures_of_steps(sim.steps, sim.state.now.control, scene.solver))
-    return Run(frames, figures, driven.problem, bag)
+    metrics.update(metrics_of_steps(sim.steps, sim.state.now.control, scene.solver))
+    return Run(frames, metrics, driven.problem, bag)
 
 
-def _intake_figures(one: Pass) -> dict[str, Any]:
+def _intake_metrics(one: Pass) -> dict[str, Any]:
     """What of a bag's messages was not taken as it came."""
     if one.feeder is None or one.tow is None:
         return {}
@@ -383,4 +385,4 @@ def _bag_path(out: str | os.PathLike | None) -> Path | None:
 
 def _write_summary(out: str | os.PathLike | None, result: Run) -> None:
     if out is not None:
-        (Path(out) / "summary.json").write_text(json.dumps(result.figures, indent=1) + "\n", "utf-8")
+        (Path(out) / "summary.json").write_text(json.dumps(result.metrics, indent=1) + "\n", "utf-8")

@@ -63,29 +63,29 @@ def compare(
     scene, mesh = finer(scene)
     one = Pass(scene, motion(), progress=progress, winch=winch, mesh=mesh)
     driven = one.go(duration, None)
-    figures, reasons = result.figures, list(result.verdict.reasons)
+    metrics, reasons = result.metrics, list(result.verdict.reasons)
     if driven.problem:
         reasons.append(check("CHECK", f"the finer run did not come to its end, nothing was compared: {driven.problem}"))
-        figures["check"] = {"agreed": False, "problem": driven.problem}
+        metrics["check"] = {"agreed": False, "problem": driven.problem}
     else:
-        again = summarize(driven.frames, skip_s=figures["skip_s"])
-        told: dict[str, Any] = {name: [figures[name], again[name]] for name in ("tension_mean_n", *PEAKS)}
-        agreed = not any(apart(figures, again).values())
-        figures["check"] = {"agreed": agreed, "steps": [figures["steps"], again["steps"]], **told}
+        again = summarize(driven.frames, skip_s=metrics["skip_s"])
+        report: dict[str, Any] = {name: [metrics[name], again[name]] for name in ("tension_mean_n", *PEAKS)}
+        agreed = not any(apart(metrics, again).values())
+        metrics["check"] = {"agreed": agreed, "steps": [metrics["steps"], again["steps"]], **report}
         if agreed:
             reasons = [reason for reason in reasons if reason.flag not in SETTLED]
         else:
-            reasons.append(check("CHECK", "; ".join(text for text in apart(figures, again).values() if text)))
+            reasons.append(check("CHECK", "; ".join(text for text in apart(metrics, again).values() if text)))
     result.verdict = verdict_of(reasons)
-    figures["verdict"] = result.verdict.as_dict()
+    metrics["verdict"] = result.verdict.as_dict()
     return result
 
 
-def apart(figures: dict[str, Any], again: dict[str, Any]) -> dict[str, str]:
+def apart(metrics: dict[str, Any], again: dict[str, Any]) -> dict[str, str]:
     """Of each figure of PEAKS, by how much two runs differ where that is more than AGREED, in words; "" where not."""
     found, largest = {}, abs(again["tension_max_n"])
     for name in PEAKS:
-        ours, theirs = figures[name], again[name]
+        ours, theirs = metrics[name], again[name]
         known = ours is not None and theirs is not None
         size = theirs if name == "tension_std_n" and known else largest
         far = known and abs(ours - theirs) > AGREED * size

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 RUN = "run"  # key of the notes in the file
 
 
-class Told(NamedTuple):
+class Report(NamedTuple):
     """What a run was told of its inputs; motion: a bag or table as given, None: none."""
 
     motion: str | None = None
@@ -50,7 +50,7 @@ class Note(BaseModel):
 
     model_config = ConfigDict(strict=True)
 
-    told: Told
+    report: Report
     origin: tuple[Whole, Real, Real, Real | None]  # ns, m, m, rad
     done: Count  # ticks
     plan: tuple[Whole, Whole]  # ns
@@ -60,20 +60,20 @@ class Note(BaseModel):
     intake: dict[str, Any] | None = None
 
 
-def told_of(
+def report_of(
     motion: str | os.PathLike | None, heave: tuple[float, float] | None, imu_only: bool, winch: WinchPlan | None
-) -> Told:
+) -> Report:
     """As noted in a file: a path is kept absolute, a shipped bag by its name."""
     if motion is not None:
         motion = str(Path(motion).resolve()) if Path(motion).exists() else os.fspath(motion)
-    return Told(motion, heave, imu_only, None if winch is None else str(winch))
+    return Report(motion, heave, imu_only, None if winch is None else str(winch))
 
 
-def save(path: str | os.PathLike, one: Pass, told: Told) -> None:
+def save(path: str | os.PathLike, one: Pass, report: Report) -> None:
     """Write the state at the end of a pass, with where its motion and plan stand. Raises SaveError."""
     origin = one.origin
     note: dict[str, Any] = {
-        "told": told._asdict(),
+        "told": report._asdict(),
         "origin": [origin.time, *origin.position, origin.heading],
         "done": one.done,
         "plan": [one.plan_start, one.planned],
@@ -121,29 +121,29 @@ class Resumed:
         """Of the file."""
         return self.saved.scene
 
-    def told(self) -> Told:
+    def report(self) -> Report:
         """What the saved run was told. Raises MotionError for a file of something else than `cable-sim run`."""
         if self.note is None:
             raise MotionError(
                 f"{self.path}: was not saved by a run, so it does not say under which motion to go on; nothing was "
                 f"simulated. Give --motion or --heave (--motion none: without)"
             )
-        return self.note.told
+        return self.note.report
 
-    def _as_before(self, told: Told) -> bool:
+    def _as_before(self, report: Report) -> bool:
         """Is a run told the same motion as the saved one?"""
-        return self.note is not None and self.told()._replace(winch=None) == told._replace(winch=None)
+        return self.note is not None and self.report()._replace(winch=None) == report._replace(winch=None)
 
-    def before(self, told: Told) -> float:
+    def before(self, report: Report) -> float:
         """Seconds that the saved run simulated under the motion that a run is told; 0 for another."""
-        return self.note.done * self.scene.solver.tick if self.note is not None and self._as_before(told) else 0.0
+        return self.note.done * self.scene.solver.tick if self.note is not None and self._as_before(report) else 0.0
 
-    def plan(self, told: Told) -> WinchPlan | None:
+    def plan(self, report: Report) -> WinchPlan | None:
         """The plan of the saved run, for one under the same motion."""
-        plan = self.told().winch if self._as_before(told) else None
+        plan = self.report().winch if self._as_before(report) else None
         return None if plan is None else WinchPlan(plan)
 
-    def figures(self) -> dict[str, Any]:
+    def metrics(self) -> dict[str, Any]:
         """For the JSON of a run."""
         return {
             "file": self.path,

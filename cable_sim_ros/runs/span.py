@@ -18,7 +18,7 @@ from ..errors import RunError
 from ..io.load import SceneError
 from ..io.span_file import checked_span, load_span
 from ..physics.state import NOW, WAKE
-from ..physics.wake_oscillator import RE_LEAST, WAKE_Q, WakeLaw
+from ..physics.wake_oscillator import MIN_RE, WAKE_Q, WakeLaw
 from ..sim.flag_rules import FAILED
 from ..sim.rig import HALVED, RigError
 from ..sim.span import Span, SpanCase, SpanLine, natural_frequency, shedding_frequency, span_line
@@ -26,7 +26,7 @@ from ..sim.verdict import Reason, Verdict, verdict_of
 
 BEGIN, LOOK = 25, 20  # periods for a wake to grow, and at the end over which is measured
 SETTLE = 1.2  # time constants of the damping, over zeta in periods, that the vibration is given beside
-MOST = 400  # periods of a run
+MAX = 400  # periods of a run
 STEADY = 0.02  # share by which the amplitudes of the two halves of LOOK may differ
 
 
@@ -65,7 +65,7 @@ FIELDS = {  # unit and meaning
     "wind_m_s": ("m/s", "wind across the span, as given"),
     "natural_frequency_hz": ("Hz", "first natural frequency (A24), with the added mass of the fluid"),
     "strouhal_frequency_hz": ("Hz", "St U/d (A25)"),
-    "reynolds": ("", f"Reynolds number of the wind on the diameter; up to {RE_LEAST:g} nothing is shed"),
+    "reynolds": ("", f"Reynolds number of the wind on the diameter; up to {MIN_RE:g} nothing is shed"),
     "vertical_rms_m": ("m", "rms across the wind in the middle of the span"),
     "vertical_peak_m": ("m", "its peak"),
     "streamwise_rms_m": ("m", "rms along the wind in the middle of the span"),
@@ -111,11 +111,7 @@ class SpanRun(NamedTuple):
         off = self.span.wake.law is WakeLaw.OFF
         return [
             f"{row.case}: nothing is shed, "
-            + (
-                "for span.wake.law is off"
-                if off
-                else f"the Reynolds number {row.reynolds:.3g} is not above {RE_LEAST:g}"
-            )
+            + ("for span.wake.law is off" if off else f"the Reynolds number {row.reynolds:.3g} is not above {MIN_RE:g}")
             + ": no wake, and no vibration by it"
             for row in self.rows
             if not sheds(self.span, row.wind_m_s)
@@ -184,13 +180,13 @@ def run_span(
         except RigError as error:
             what = "finds no rest in its wind" if flag == "NO_START" else "could not be run on"
             raise SpanRunError(f"{origin}: span.cases.{name} {what}: {error}; no case has figures", flag) from None
-        rows.append(figures(span, name, line, histories[name]))
+        rows.append(metrics(span, name, line, histories[name]))
     return SpanRun(span, rows, histories)
 
 
 def periods(span: Span) -> int:
     """How many periods of shedding a run has."""
-    return min(BEGIN + LOOK + ceil(SETTLE / max(span.damping_ratio, 1e-9)), MOST)
+    return min(BEGIN + LOOK + ceil(SETTLE / max(span.damping_ratio, 1e-9)), MAX)
 
 
 def reynolds(span: Span, wind: float) -> float:
@@ -200,7 +196,7 @@ def reynolds(span: Span, wind: float) -> float:
 
 def sheds(span: Span, wind: float) -> bool:
     """Are vortices shed in a wind [m/s]?"""
-    return span.wake.law is not WakeLaw.OFF and reynolds(span, wind) > RE_LEAST
+    return span.wake.law is not WakeLaw.OFF and reynolds(span, wind) > MIN_RE
 
 
 def vibrate(span: Span, case: SpanCase, line: SpanLine) -> SpanHistory:
@@ -217,12 +213,12 @@ def vibrate(span: Span, case: SpanCase, line: SpanLine) -> SpanHistory:
     return SpanHistory(step * np.arange(1, count + 1), *seen.T)
 
 
-def figures(span: Span, name: str, line: SpanLine, told: SpanHistory) -> SpanRow:
+def metrics(span: Span, name: str, line: SpanLine, report: SpanHistory) -> SpanRow:
     """The figures of a history."""
     case = span.cases[name]
     last = slice(-LOOK * span.steps, None)
-    z, y, end, q = (_about_mean(x[last]) for x in (told.vertical, told.streamwise, told.end, told.wake))
-    time = told.time[last]
+    z, y, end, q = (_about_mean(x[last]) for x in (report.vertical, report.streamwise, report.end, report.wake))
+    time = report.time[last]
     wake, free, shed = frequency(time, q), held_frequency(span, case), sheds(span, case.wind)
     size = float(np.abs(q).max())
     drive = span.wake.coupling * float(np.abs(z).max()) / span.cable.diameter
@@ -247,7 +243,7 @@ def figures(span: Span, name: str, line: SpanLine, told: SpanHistory) -> SpanRow
         wake_shift_percent=100.0 * (wake / free - 1.0) if shed else None,
         lock_in_width_percent=50.0 * drive / size if shed else None,
         steady=_steady(z) and _steady(q) if shed else None,
-        steps=len(told.time),
+        steps=len(report.time),
     )
 
 

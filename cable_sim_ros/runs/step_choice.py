@@ -9,17 +9,17 @@ import numpy as np
 
 from ..io.load import override
 from ..physics.integrate import Solver
-from ..sim.flag_rules import REFUSED_LEAST, REFUSED_SHARE
+from ..sim.flag_rules import MIN_REFUSED, REFUSED_FRACTION
 from ..sim.scene import Scene
 from ..sim.verdict import Reason, check
 
-EVERY = 0.1  # s between Frames of a run whose steps are chosen, where the scene does not say
+EVERY = 0.1  # s between tick outputs of a run whose steps are chosen, where the scene does not say
 
 
 def stepped(scene: Scene, step: str | None, every: float | None) -> Scene:
-    """The scene with other steps: "chosen" by their error, "fixed": one a Frame, None: as the scene says.
+    """The scene with other steps: "chosen" by their error, "fixed": one a tick, None: as the scene says.
 
-    every: s between Frames; default: the scene's tick, of steps chosen that the scene did not choose EVERY. Steps
+    every: s between tick outputs; default: the scene's tick, of steps chosen that the scene did not choose EVERY. Steps
     that the scene did not choose have the errors of its accuracy.
     """
     if step not in (None, "chosen", "fixed"):
@@ -37,7 +37,7 @@ def stepped(scene: Scene, step: str | None, every: float | None) -> Scene:
     return override(scene, values) if values else scene
 
 
-def figures_of_steps(steps: dict[float, int], control: np.record, solver: Solver) -> dict[str, Any]:
+def metrics_of_steps(steps: dict[float, int], control: np.record, solver: Solver) -> dict[str, Any]:
     """How the time was divided, for the JSON; steps: length [s] -> how many, longest first."""
     lengths = np.repeat(list(steps), list(steps.values()))[::-1]
     chosen = solver.tension_error is not None
@@ -53,21 +53,21 @@ def figures_of_steps(steps: dict[float, int], control: np.record, solver: Solver
     }
 
 
-def doubts_of_steps(figures: Mapping[str, Any]) -> tuple[Reason, ...]:
+def doubts_of_steps(metrics: Mapping[str, Any]) -> tuple[Reason, ...]:
     """Reason where the choice of the step did not come to rest, from the figures of a run."""
-    if figures.get("step_tension_error") is None:
+    if metrics.get("step_tension_error") is None:
         return ()
-    refused, unsolved = figures["steps_refused"], figures["steps_unsolved"]
+    refused, unsolved = metrics["steps_refused"], metrics["steps_unsolved"]
     back = refused + unsolved
-    tried = figures["steps_taken"] + back
-    if back <= max(REFUSED_LEAST, REFUSED_SHARE * tried):
+    tried = metrics["steps_taken"] + back
+    if back <= max(MIN_REFUSED, REFUSED_FRACTION * tried):
         return ()
     return (
         check(
             "STEP_CONTROL",
             f"{back} of {tried} steps tried were taken back, {100.0 * back / tried:.2g} % (limit "
-            f"{100.0 * REFUSED_SHARE:g} %): {refused} for their error, {unsolved} without a solution; median "
-            f"{1e3 * figures['step_median_s']:.3g} ms, shortest {1e3 * figures['step_least_s']:.3g} ms. Something in "
+            f"{100.0 * REFUSED_FRACTION:g} %): {refused} for their error, {unsolved} without a solution; median "
+            f"{1e3 * metrics['step_median_s']:.3g} ms, shortest {1e3 * metrics['step_least_s']:.3g} ms. Something in "
             "the loop of ship, set-point, winch and cable jumps, and shorter steps do not resolve it: peaks may be "
             "made by it. Remedy: compare with --step fixed --every 0.01",
         ),

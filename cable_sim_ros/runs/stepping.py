@@ -18,7 +18,7 @@ from ..io.markers import markers_channel
 from ..io.messages import KINDS
 from ..io.recorded_tow import Event, RecordedTow
 from ..io.winch_plan import WinchPlan
-from ..physics.frame import FRAME
+from ..physics.tick_output import TICK_OUTPUT
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator, SolverError
 
@@ -30,8 +30,8 @@ def silent(what: str, done: float, total: float) -> None:
 
 
 class Driven(NamedTuple):
-    """Frames of a pass, wall times [s] of compiling, static start and stepping, CPU time [s] of stepping, and why it
-    ended early ("" = not)."""
+    """Tick outputs of a pass, wall times [s] of compiling, static start and stepping, CPU time [s] of stepping, and
+    why it ended early ("" = not)."""
 
     frames: np.recarray
     compile_s: float
@@ -89,7 +89,7 @@ class Drive:
     @property
     def frames(self) -> np.recarray:
         """Every tick so far."""
-        parts = np.concatenate(self._parts) if self._parts else np.zeros(0, FRAME)
+        parts = np.concatenate(self._parts) if self._parts else np.zeros(0, TICK_OUTPUT)
         return parts.view(np.recarray)
 
 

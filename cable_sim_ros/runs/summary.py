@@ -1,4 +1,4 @@
-"""Summary of a run: the figures a towing engineer asks for first, from its Frames.
+"""Summary of a run: the figures a towing engineer asks for first, from its tick outputs.
 
 One table declares every figure; the JSON, the printed table and docs/json.md are made from it. Statistics leave out
 the first ``skip_s`` seconds, in which the tow finds its rhythm; counts and durations are of the whole run.
@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.stats import chi2
 
-from ..physics.frame import Flag
+from ..physics.tick_output import Flag
 from ..sim.deviation_checks import SKIP
 from ..sim.elementary import principal, product
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-SHARE = 0.95  # of the towbody positions inside the ellipsoid
+FRACTION = 0.95  # of the towbody positions inside the ellipsoid
 FLAT = 1e-6  # m; an ellipsoid whose least standard deviation is below this has no volume
 HAUL_OVER = 20.0  # s of the mean of the scope: a compensation is no haul
 HAULED = 2.0, 0.02  # m, and of the largest scope: what it moves by beyond is a haul
@@ -33,7 +33,7 @@ EXTREMES = (  # of a haul: name, meaning
     ("cable_on_drum", "length of cable on the drum"),
 )
 
-WINCH_PEAKS = (  # name, unit, meaning, field of the Frame, which end of it
+WINCH_PEAKS = (  # name, unit, meaning, field of the tick output, which end of it
     ("winch_rate_max_m_s", "m/s", "largest speed of pay-out, either way", "payout_rate_tick_max", np.max),
     (
         "winch_acceleration_max_m_s2",
@@ -52,7 +52,7 @@ WINCH_PEAKS = (  # name, unit, meaning, field of the Frame, which end of it
         np.min,
     ),
 )
-WINCH_LIMITS = (  # name, and of the field of the Frame, what was held
+WINCH_LIMITS = (  # name, and of the field of the tick output, what was held
     ("rate_limited", "`winch.max_rate` held the servo"),
     ("acceleration_limited", "`winch.max_acceleration` held the servo"),
     ("travel_limited", "an end stop or a soft limit held or braked the servo"),
@@ -97,7 +97,7 @@ SUMMARY = (
     ),
     ("contact_resultant_mean_n", "N", "mean resultant of the cable on the sheave"),
     ("contact_resultant_max_n", "N", "its largest value, in any time step"),
-    ("wrap_angle_mean_deg", "deg", "mean arc between the first and the last loaded station"),
+    ("wrap_angle_mean_deg", "deg", "mean arc between the first and the last loaded contact point"),
     ("sheave_heave_std_m", "m", "standard deviation of the height of the sheave"),
     (
         "strum_amplification",
@@ -120,10 +120,10 @@ SUMMARY = (
         f"range of the mean scope over {HAUL_OVER:g} s, whole run. Above {HAULED[0]:g} m and {100.0 * HAULED[1]:g} % "
         "of the largest scope the run is a haul: means are over all its scopes, what is about one place is null",
     ),
-    ("scope_start_m", "m", "scope in the first Frame"),
-    ("scope_end_m", "m", "scope in the last Frame"),
-    ("body_depth_start_m", "m", "depth of the towbody in the first Frame"),
-    ("body_depth_end_m", "m", "depth of the towbody in the last Frame"),
+    ("scope_start_m", "m", "scope in the first tick output"),
+    ("scope_end_m", "m", "scope in the last tick output"),
+    ("body_depth_start_m", "m", "depth of the towbody in the first tick output"),
+    ("body_depth_end_m", "m", "depth of the towbody in the last tick output"),
     *((name, unit, f"{what}, whole run") for name, unit, what, *_ in WINCH_PEAKS),
     *((f"winch_{name}_share", "1", f"share of the whole run in which {what}") for name, what in WINCH_LIMITS),
     ("drum_end_s", "s", "time in which the winch stood at an end of its travel, whole run"),
@@ -157,7 +157,7 @@ def tow_axes(frames: np.recarray) -> np.ndarray:
 
 
 def since_first(frames: np.recarray) -> np.ndarray:
-    """Simulated time from the first Frame on [ns]; a tick more where the clock goes back, as by ~/restore."""
+    """Simulated time from the first tick output on [ns]; a tick more where the clock goes back, as by ~/restore."""
     steps = np.diff(frames["time"])
     if (steps > 0).all():
         return frames["time"] - frames["time"][0]
@@ -167,7 +167,7 @@ def since_first(frames: np.recarray) -> np.ndarray:
 
 
 def after_start(frames: np.recarray, skip_s: float) -> tuple[np.recarray, float]:
-    """Frames without the start-up, and the seconds left out: ``skip_s``, but at most half the run."""
+    """Tick outputs without the start-up, and the seconds left out: ``skip_s``, but at most half the run."""
     time = since_first(frames) * 1e-9
     skip = min(skip_s, 0.5 * time[-1])
     return frames[time >= skip], float(skip)
@@ -191,15 +191,16 @@ def ellipsoid_volume(time: np.ndarray, positions: np.ndarray) -> tuple[float, fl
         return 0.0, 0.0
     distance2 = np.sum(product(rest, axes) ** 2 / variance, axis=1)
     unit = 4.0 / 3.0 * np.pi * np.sqrt(np.prod(variance))
-    normal, found = (float(unit * scale2**1.5) for scale2 in (chi2.ppf(SHARE, 3), np.quantile(distance2, SHARE)))
+    normal, found = (float(unit * scale2**1.5) for scale2 in (chi2.ppf(FRACTION, 3), np.quantile(distance2, FRACTION)))
     return normal, found
 
 
 def summarize(frames: np.recarray, *, skip_s: float = SKIP, **outside: float | None) -> dict:
     """Summary of a run as a dict in the order of SUMMARY, JSON-ready.
 
-    frames: recarray of FRAME [ticks], of `load_run` or `Simulator.run`; skip_s: start-up to leave out [s]; outside:
-    what the Frames do not know, by the names in OUTSIDE, None where unknown. ValueError for no Frames or a bad skip.
+    frames: recarray of TICK_OUTPUT [ticks], of `load_run` or `Simulator.run`; skip_s: start-up to leave out [s];
+    outside: what the tick outputs do not know, by the names in OUTSIDE, None where unknown. ValueError for no tick
+    outputs or a bad skip.
     """
     if unknown := set(outside) - set(OUTSIDE):
         raise TypeError(
@@ -214,7 +215,7 @@ def summarize(frames: np.recarray, *, skip_s: float = SKIP, **outside: float | N
     offset = (kept["body_position"] - kept["sheave_position"])[:, :2].mean(axis=0)
     volume, volume_points = ellipsoid_volume(since_first(kept) * 1e-9, kept["body_position"])
     travel, hauls = haul_of(frames)
-    figures = {
+    metrics = {
         "tension_mean_n": tension.mean(),
         "tension_std_n": None if hauls else _deviation(tension),
         **peaks(kept, frames),
@@ -241,12 +242,13 @@ def summarize(frames: np.recarray, *, skip_s: float = SKIP, **outside: float | N
         **{name: outside.get(name) for name in OUTSIDE},
     }
     return {
-        name: float(figures[name]) if isinstance(figures[name], np.floating) else figures[name] for name, *_ in SUMMARY
+        name: float(metrics[name]) if isinstance(metrics[name], np.floating) else metrics[name] for name, *_ in SUMMARY
     }
 
 
 def strumming(frames: np.recarray) -> dict[str, float | None]:
-    """Figures of strumming; None where viv was off, nothing strummed, or the Frames are of a version without it."""
+    """Figures of strumming; None where viv was off, nothing strummed, or the tick outputs are of a version without
+    it."""
     factor, amplitude = frames["amplification_mean"], frames["strum_amplitude_most"]
     known = bool(np.isfinite(factor).all() and np.isfinite(amplitude).all() and (amplitude > 0.0).any())
     return {
@@ -261,7 +263,7 @@ def peaks(kept: np.recarray, frames: np.recarray) -> dict[str, float | None]:
     low = np.fmin(kept["tension"], kept["tension_tick_min"])
     high = np.fmax(kept["tension"], kept["tension_tick_max"])
     at_min, at_max = kept[int(low.argmin())], kept[int(high.argmax())]
-    begun = int(frames["time"][0]) - round(tick_length(frames) * 1e9)  # a Frame is the end of its tick
+    begun = int(frames["time"][0]) - round(tick_length(frames) * 1e9)  # a tick output is the end of its tick
     lost = kept["tension_damped"]
     return {
         "tension_min_n": low.min(),
@@ -285,7 +287,7 @@ def winch_at_work(frames: np.recarray) -> dict[str, float | None]:
 
 
 def extremes(frames: np.recarray) -> dict[str, float | None]:
-    """Least and largest of EXTREMES; None where the Frames are of a version that did not have the field."""
+    """Least and largest of EXTREMES; None where the tick outputs are of a version that did not have the field."""
     found: dict[str, float | None] = {}
     for name, _ in EXTREMES:
         values = -frames["body_position"][:, 2] if name == "body_depth" else frames[name]
@@ -302,7 +304,8 @@ def _deviation(values: np.ndarray) -> float:
 
 
 def haul_of(frames: np.recarray) -> tuple[float | None, bool]:
-    """Range [m] of the mean scope over HAUL_OVER seconds, None where the Frames do not have the scope; is it a haul?"""
+    """Range [m] of the mean scope over HAUL_OVER seconds, None where the tick outputs do not have the scope; is it a
+    haul?"""
     scope = np.asarray(frames["scope"], float)
     if not np.isfinite(scope).all():
         return None, False
@@ -314,7 +317,8 @@ def haul_of(frames: np.recarray) -> tuple[float | None, bool]:
 
 
 def ends(frames: np.recarray) -> dict[str, float | None]:
-    """Scope and depth of the towbody in the first and the last Frame; None where the Frames do not have them."""
+    """Scope and depth of the towbody in the first and the last tick output; None where the tick outputs do not have
+    them."""
     found: dict[str, float | None] = {}
     for name, values in (("scope", frames["scope"]), ("body_depth", -frames["body_position"][:, 2])):
         for end, k in (("start", 0), ("end", -1)):
@@ -323,7 +327,7 @@ def ends(frames: np.recarray) -> dict[str, float | None]:
 
 
 def tick_length(frames: np.recarray) -> float:
-    """Seconds between Frames; 0 for a single one."""
+    """Seconds between tick outputs; 0 for a single one."""
     return float(np.median(np.diff(frames["time"]))) * 1e-9 if len(frames) > 1 else 0.0
 
 

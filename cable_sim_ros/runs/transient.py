@@ -25,13 +25,13 @@ def start_up(scene: Scene, moved: bool) -> float:
     return max(SKIP if moved else 0.0, growth(scene)[0])
 
 
-def still_growing(scene: Scene, figures: Mapping[str, Any], before: float = 0.0) -> list[Reason]:
+def still_growing(scene: Scene, metrics: Mapping[str, Any], before: float = 0.0) -> list[Reason]:
     """The reason that makes a run doubtful whose figures begin before the sea has grown; figures: by JSON name.
 
     before: s that had been simulated when the run began.
     """
     ramp, what = growth(scene)
-    skip = figures.get("skip_s")
+    skip = metrics.get("skip_s")
     if ramp == 0.0 or skip is None or skip + before >= GROWN * ramp:
         return []
     x = (skip + before) / ramp
@@ -39,7 +39,7 @@ def still_growing(scene: Scene, figures: Mapping[str, Any], before: float = 0.0)
         check(
             "SEA_GROWING",
             f"{what} grow from the static start over water.ramp = {ramp:g} s, but of a run of "
-            f"{figures['duration_s']:.3g} s the "
+            f"{metrics['duration_s']:.3g} s the "
             f"figures leave out no more than half, {skip:.3g} s, after which the growth is at "
             f"{100.0 * x * x * (3.0 - 2.0 * x):.0f} %: they are not those of the grown sea. Simulate {2.0 * ramp:g} s "
             f"or more, or make water.ramp shorter; the static tow is that of the scene without {what}",

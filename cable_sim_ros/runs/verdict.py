@@ -1,4 +1,4 @@
-"""Verdict on the Frames of a run, and on a replay beside its recording. States and bounds: sim/verdict.py."""
+"""Verdict on the tick outputs of a run, and on a replay beside its recording. States and bounds: sim/verdict.py."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..physics.frame import Flag
+from ..physics.tick_output import Flag
 from ..sim.deviation_checks import SKIP, deviation_damped, hauled_into_waves
 from ..sim.flag_rules import WITHIN, WITHIN_JOURNAL, WITHIN_M
 from ..sim.route import DRUM_RESERVE, Route
@@ -21,21 +21,21 @@ if TYPE_CHECKING:
 ENDING = 5.0  # s
 KEPT = 0.02  # of its energy, what steps that keep a ringing may take of it
 NICE = (1.0, 2.0, 5.0)
-LEAST_TICK = 1e-4  # s, of solver.tick
+MIN_TICK = 1e-4  # s, of solver.tick
 AT_END = 1e-3  # m, of the cable that stays on the drum
 
 
 def judge(frames: np.recarray, scene: Scene | None = None, others: Iterable[Reason] = (), problem: str = "") -> Verdict:
-    """Verdict on the Frames of a run; scene: None where it is not known; problem: why it ended early."""
+    """Verdict on the tick outputs of a run; scene: None where it is not known; problem: why it ended early."""
     if not len(frames):
         return verdict_of([*([check("HALTED", problem)] if problem else []), *others])
     status, counts = np.unique(frames["status"], return_counts=True)
     tick = tick_length(frames) or (0.0 if scene is None else scene.solver.tick)
-    most = frames["tension_most"]
+    maximum = frames["tension_most"]
     over: tuple[Reason, ...] = ()
     if scene is not None:
-        share = float(np.mean(most > strength(scene)))
-        over = overload(scene, float(most.max()), share * len(most) * tick, share)
+        fraction = float(np.mean(maximum > strength(scene)))
+        over = overload(scene, float(maximum.max()), fraction * len(maximum) * tick, fraction)
         over += hauled_into_waves(scene, float(frames["scope"].min()))
     found = judge_counts(
         dict(zip(map(int, status), map(int, counts))),
@@ -51,11 +51,12 @@ def judge(frames: np.recarray, scene: Scene | None = None, others: Iterable[Reas
 
 
 def played(frames: np.recarray) -> np.recarray:
-    """Frames of a live run without those at its end, ENDING at most, that had no motion as the player had ended."""
+    """Tick outputs of a live run without those at its end, ENDING at most, that had no motion as the player had
+    ended."""
     stale = frames["status"] & Flag.MOTION_STALE != 0
-    most = round(ENDING / (tick_length(frames) or 1.0))
+    maximum = round(ENDING / (tick_length(frames) or 1.0))
     trailing = len(stale) if stale.all() else int(np.argmin(stale[::-1]))
-    if not 0 < trailing <= most or trailing == len(frames):
+    if not 0 < trailing <= maximum or trailing == len(frames):
         return frames
     return frames[: len(frames) - trailing].view(np.recarray)
 
@@ -63,8 +64,8 @@ def played(frames: np.recarray) -> np.recarray:
 def differences(rows: Sequence[Residual], tension: float, journal: bool = False) -> tuple[Reason, ...]:
     """Reasons where a replay is too far from its recording; tension: the recorded mean, or ours [N]; journal: the bag
     says what every tick saw."""
-    share, metres = (WITHIN_JOURNAL, WITHIN_JOURNAL) if journal else (WITHIN, WITHIN_M)
-    limits, found = {"N": share * abs(tension), "m": metres}, []
+    fraction, metres = (WITHIN_JOURNAL, WITHIN_JOURNAL) if journal else (WITHIN, WITHIN_M)
+    limits, found = {"N": fraction * abs(tension), "m": metres}, []
     for row in rows:
         limit = limits.get(row.unit)
         if limit is not None and row.largest > limit:
@@ -91,7 +92,7 @@ def uncompared(ours: np.recarray, theirs: np.recarray | None, same: SameTicks) -
 
 
 def _with_numbers(reason: Reason, frames: np.recarray, scene: Scene | None) -> Reason:
-    """The reason with what the Frames say of it."""
+    """The reason with what the tick outputs say of it."""
     if reason.flag == "SLACK" and frames["tension"].min() < 0.0:
         text = f"tension at the sheave went down to {frames['tension'].min():.4g} N, a push. "
         return reason._replace(text=f"{reason.text}; {text}".rstrip(". "))
@@ -106,16 +107,17 @@ def _with_numbers(reason: Reason, frames: np.recarray, scene: Scene | None) -> R
 
 def _saturated(frames: np.recarray) -> str:
     """How much of the time which limit held the winch, and how far it was behind."""
-    shares = [float(np.nanmean(frames[f"{name}_limited"])) for name in ("rate", "acceleration")]
+    fractions = [float(np.nanmean(frames[f"{name}_limited"])) for name in ("rate", "acceleration")]
     behind = float(np.abs(frames["payout_setpoint"] - frames["payout"]).max())
     return (
-        f"winch.max_rate held it {100.0 * shares[0]:.3g} % of the run and winch.max_acceleration "
-        f"{100.0 * shares[1]:.3g} %, it was up to {behind:.3g} m behind"
+        f"winch.max_rate held it {100.0 * fractions[0]:.3g} % of the run and winch.max_acceleration "
+        f"{100.0 * fractions[1]:.3g} %, it was up to {behind:.3g} m behind"
     )
 
 
 def _ringing(frames: np.recarray) -> tuple[np.recarray, float, float]:
-    """Frames after the start-up, variance of their tension and of the ringing that the steps damped away [N^2]."""
+    """Tick outputs after the start-up, variance of their tension and of the ringing that the steps damped away
+    [N^2]."""
     kept, _ = after_start(frames, SKIP)
     lost = np.nan_to_num(kept["tension_damped"])
     return kept, float(kept["tension"].var()), 0.5 * float(np.mean(lost**2))
@@ -133,7 +135,7 @@ def _damped(frames: np.recarray) -> str:
     lengths = kept["tension_damped"] ** 2
     step = tick_length(frames) * float(np.sum(lengths / np.maximum(kept["substeps"], 1)) / max(lengths.sum(), 1e-300))
     good = step * min((KEPT * there / max(lost, 1e-300)) ** (1.0 / 3.0), KEPT ** (1.0 / 3.0))
-    good = max(good, LEAST_TICK)
+    good = max(good, MIN_TICK)
     decade = 10.0 ** np.floor(np.log10(good))
     nice = max(digit * decade for digit in NICE if digit * decade <= good * (1.0 + 1e-9))
     return (

@@ -12,7 +12,6 @@ import numpy.typing as npt
 from ..physics import ancf
 from ..physics.cable_assembly import Cable
 from ..physics.contact_surface import SHEAVE_ROW, surfaces_of
-from ..physics.frame import CONTACT_COLUMNS, FRAME, MAX_STATIONS, SHAPE_COLUMNS, SLOPE_COLUMNS, STRUM_COLUMNS
 from ..physics.integrate import Solver
 from ..physics.jit import LANES
 from ..physics.mesh_motion import ABOARD
@@ -38,7 +37,15 @@ from ..physics.state import (
     make_state,
     records,
 )
-from ..physics.substeps import LEAVE_STEP, TURN_MOST
+from ..physics.substeps import LEAVE_STEP, MAX_TURN
+from ..physics.tick_output import (
+    CONTACT_COLUMNS,
+    MAX_CONTACT_POINTS,
+    SHAPE_COLUMNS,
+    SLOPE_COLUMNS,
+    STRUM_COLUMNS,
+    TICK_OUTPUT,
+)
 from ..physics.towbody import BODY, Towbody, body_record
 from ..physics.wake_oscillator import WAKE_SECTION
 from ..physics.water import Water
@@ -61,15 +68,15 @@ POSITION_PER_STEP, TENSION_PER_STEP, DEVIATION_PER_STEP = 0.05, 0.2, 0.6
 SHIPPED_TICK = Solver().tick
 # of the working tension: amplitude of ringing lost to the time steps that is flagged. Shipped scenes lose up to 0.002
 # of it where a winch starts or stops; a body in air that rang lost 0.15, and more than half of its deviation
-RINGING_MOST = 0.05
-LEAST_OUTBOARD = 1.0  # m of cable that stay outboard of the sheave when hauling in
+MAX_RINGING = 0.05
+MIN_OUTBOARD = 1.0  # m of cable that stay outboard of the sheave when hauling in
 
 
 class Rules(NamedTuple):
     """What the stepper does with a step it cannot trust, see physics/substeps.py. NO_LIMIT switches a rule off."""
 
     max_halvings: int
-    turn_most: float = TURN_MOST
+    max_turn: float = MAX_TURN
     leave_step: float = LEAVE_STEP  # s
 
 
@@ -111,8 +118,10 @@ def element_table(cable: Cable, water: Water, gravity: float, free_ends: tuple[b
 def light_end(scene: Scene, mesh: FeedMesh | None) -> bool:
     """Does the towbody pull less than the last element weighs, at the longest that it may become?"""
     last = list(scene.cable.sections.values())[-1]
-    shares = None if mesh is None else np.append(0.0, mesh.section_shares[-1])  # of the last section, from its begin
-    size = last.length / last.meshed if shares is None else last.length * (shares[-1] - shares[-2])
+    fractions = (
+        None if mesh is None else np.append(0.0, mesh.section_fractions[-1])
+    )  # of the last section, from its begin
+    size = last.length / last.meshed if fractions is None else last.length * (fractions[-1] - fractions[-2])
     rows = material_rows(scene.cable, last, scene.water, scene.gravity)
     return bool(abs(scene.towbody.net_weight) < rows[ancf.MASS_PER_LENGTH] * scene.gravity * size)
 
@@ -155,39 +164,39 @@ def drum_record(scene: Scene, route: Route, mesh: FeedMesh | None) -> np.ndarray
     row["centre"] = w.position
     row["radius"], row["angle_0"], row["side"] = route.drum, w.wrap, route.side
     row["gain_p"], row["gain_d"] = w.proportional_gain, w.derivative_gain
-    row["rate_most"], row["accel_most"] = w.max_rate, w.max_acceleration
+    row["max_rate"], row["max_accel"] = w.max_rate, w.max_acceleration
     row["timeout"], row["delay"] = w.command_timeout, round(w.command_delay * 1e9)
     row["ramp"] = min(w.command_acceleration or w.max_acceleration, w.max_acceleration)
     row["total"], row["payout_0"], row["inboard"] = route.total, route.total - route.wound, route.inboard
     row["feeds"], row["tangent"] = route.feeds, route.tilt
     row["exact"] = scene.solver.tension_error is not None
-    row["length_most"] = route.wound - w.dead_length - DRUM_RESERVE * route.drum
-    row["length_least"] = -(route.total - route.wound - route.span - LEAST_OUTBOARD)
+    row["max_length"] = route.wound - w.dead_length - DRUM_RESERVE * route.drum
+    row["min_length"] = -(route.total - route.wound - route.span - MIN_OUTBOARD)
     cubic = scene.cable.model is CableModel.ANCF
     if mesh is not None:
         row["blend"] = mesh.blend
-        row["length_least"] = hauled_in(scene, mesh) - row["payout_0"]
+        row["min_length"] = hauled_in(scene, mesh) - row["payout_0"]
         row["end_stiffness"] = END_STIFFNESS if cubic and light_end(scene, mesh) else 0.0
     inboard = route.inboard - row["payout_0"]
-    row["limit_least"] = row["length_least"] if w.least_scope is None else w.least_scope + inboard
-    row["limit_most"] = row["length_most"] if w.most_scope is None else w.most_scope + inboard
-    row["limit_least"] = max(row["limit_least"], row["length_least"])  # beyond an end stop it limits nothing
-    row["limit_most"] = min(row["limit_most"], row["length_most"])
-    row["reach_least"], row["reach_most"] = row["limit_least"], row["limit_most"]
+    row["min_limit"] = row["min_length"] if w.least_scope is None else w.least_scope + inboard
+    row["max_limit"] = row["max_length"] if w.most_scope is None else w.most_scope + inboard
+    row["min_limit"] = max(row["min_limit"], row["min_length"])  # beyond an end stop it limits nothing
+    row["max_limit"] = min(row["max_limit"], row["max_length"])
+    row["min_reach"], row["max_reach"] = row["min_limit"], row["max_limit"]
     if mesh is None:  # a coarse element on the sheave ends in a run that cannot be solved
         paid, hauled = fine_zone(scene)
-        row["reach_least"] = max(row["reach_least"], -hauled if hauled > 0.0 else -np.inf)
-        row["reach_most"] = min(row["reach_most"], paid if paid > 0.0 else np.inf)
+        row["min_reach"] = max(row["min_reach"], -hauled if hauled > 0.0 else -np.inf)
+        row["max_reach"] = min(row["max_reach"], paid if paid > 0.0 else np.inf)
     return row
 
 
 def hauled_in(scene: Scene, mesh: FeedMesh) -> float:
     """Pay-out [m] at which hauling in ends: the towbody or a body on the line is next to the mesh at the sheave."""
     ends, last = section_ends(scene.cable), mesh.aboard[-1]
-    least = dict(zip(ends, mesh.least[mesh.last_zones] + mesh.blend, strict=True))
+    minimum = dict(zip(ends, mesh.minimum[mesh.last_zones] + mesh.blend, strict=True))
     total = max(ends.values())
-    stops = [last + mesh.least[-1]]
-    return float(max(stops + [total - ends[body.at] + last + least[body.at] for body in scene.bodies.values()]))
+    stops = [last + mesh.minimum[-1]]
+    return float(max(stops + [total - ends[body.at] + last + minimum[body.at] for body in scene.bodies.values()]))
 
 
 def feed_of(scene: Scene, mesh: FeedMesh | None) -> Feed:
@@ -195,12 +204,12 @@ def feed_of(scene: Scene, mesh: FeedMesh | None) -> Feed:
     cable, zones, nodes = scene.cable, np.zeros(0, ZONE), np.zeros(0, FEED_NODE)
     materials = np.array([material_rows(cable, s, scene.water, scene.gravity) for s in cable.sections.values()])
     if mesh is not None:
-        zones, nodes = np.zeros(len(mesh.shares), ZONE), np.zeros(mesh.nodes, FEED_NODE)
-        zones["end"], zones["least"] = mesh.ends, mesh.least
+        zones, nodes = np.zeros(len(mesh.fractions), ZONE), np.zeros(mesh.nodes, FEED_NODE)
+        zones["end"], zones["minimum"] = mesh.ends, mesh.minimum
         materials = materials[mesh.sections]
         aboard = len(mesh.aboard)
-        nodes["zone"] = np.repeat([ABOARD, *range(len(zones))], [aboard, *map(len, mesh.shares)])
-        nodes["place"] = np.concatenate([mesh.aboard, *mesh.shares])
+        nodes["zone"] = np.repeat([ABOARD, *range(len(zones))], [aboard, *map(len, mesh.fractions)])
+        nodes["place"] = np.concatenate([mesh.aboard, *mesh.fractions])
     return Feed(
         lock(nodes, FEED_NODE), lock(zones, ZONE), lock(materials), np.full(max(len(nodes) - 1, 0), -1, np.int64)
     )
@@ -225,7 +234,7 @@ def line_settings(cable: Cable, solver: Solver, gravity: float, tension: float, 
     row["mean_flow_time"] = cable.mean_flow_time
     row["amplified"] = any(section.drag_amplification != 1.0 for section in cable.sections.values())
     row["max_iterations"] = solver.max_iterations
-    row["max_halvings"], row["turn_most"], row["leave_step"] = rules
+    row["max_halvings"], row["max_turn"], row["leave_step"] = rules
     alike = extreme(cable, "axial_stiffness")[1] == extreme(cable, "axial_stiffness", max)[1]
     row["jumps"] = not alike or any(section.termination_mass > 0.0 for section in cable.sections.values())
     if solver.tension_error is not None:
@@ -281,7 +290,7 @@ def build_model(scene: Scene, mesh: FeedMesh | None = None) -> Model:
     settings["penetration_limit"] = scene.contact.penetration_limit * scene.cable.diameter
     settings["groove_depth"] = scene.sheave.groove_depth
     settings["energy_share"] = scene.solver.energy_share
-    settings["ringing_most"] = RINGING_MOST * tension
+    settings["max_ringing"] = MAX_RINGING * tension
     settings["bending_length"] = sqrt(extreme(scene.cable, "bending_stiffness", max)[1] / tension)
     settings["ship"] = (ship.stale_after, ship.stale_decay, ship.start_blend, ship.source_blend)
     settings["drum"] = drum_record(scene, Route(scene), mesh)
@@ -320,8 +329,10 @@ def build_state(scene: Scene, mesh: FeedMesh | None = None) -> State:
 
 
 def make_output(model: Model, nodes: int, rows: int) -> Output:
-    """A ring of ``rows`` Frames with their shape and contact tables."""
+    """A ring of ``rows`` tick outputs with their shape and contact tables."""
     width = len(SHAPE_COLUMNS) + len(SLOPE_COLUMNS) + (len(STRUM_COLUMNS) - 3) * len(model.line.strum.rules)
     return Output(
-        np.zeros(rows, FRAME), np.zeros((rows, nodes, width)), np.zeros((rows, MAX_STATIONS, len(CONTACT_COLUMNS)))
+        np.zeros(rows, TICK_OUTPUT),
+        np.zeros((rows, nodes, width)),
+        np.zeros((rows, MAX_CONTACT_POINTS, len(CONTACT_COLUMNS))),
     )

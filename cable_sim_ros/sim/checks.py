@@ -1,6 +1,6 @@
 """Checks across blocks: what makes a scene senseless although every number is in its range.
 
-``problems`` stop a scene from loading; ``cautions`` are numbers that will show in the results. Lengths are of
+``problems`` stop a scene from loading; ``warnings`` are numbers that will show in the results. Lengths are of
 unstretched cable counted from its fixed end on the drum; drum, span and sheave are taken in the x-z plane.
 """
 
@@ -13,32 +13,32 @@ import numpy as np
 
 from ..physics.section import material_of
 from ..physics.winch import DrumModel
-from .compensation_setup import setpoint_cautions
+from .compensation_setup import setpoint_warnings
 from .consistency_checks import (
-    astern_cautions,
     astern_problems,
-    body_cautions,
-    density_cautions,
+    astern_warnings,
+    body_warnings,
     density_problems,
+    density_warnings,
     height_problems,
     weight_problems,
-    wrap_cautions,
     wrap_problems,
+    wrap_warnings,
 )
 from .current import flow_of
-from .link_checks import chain_cautions, chain_problems, form_problems
+from .link_checks import chain_problems, chain_warnings, form_problems
 from .material import extreme, hung, outboard, wet_weight
 from .mesh import arc_lengths_at_start
 from .mesh_blocks import SheaveAnswer
-from .mesh_motion_checks import drum_problems, mesh_problems, wave_cautions
+from .mesh_motion_checks import drum_problems, mesh_problems, wave_warnings
 from .problem import Problem, apart
 from .route import DRUM_RESERVE, ROUND_OFF, Route, first_angle
 from .scene import Scene
-from .scene_warnings import damping_cautions, drag_cautions, part_cautions, swing_cautions
-from .sea_checks import sea_cautions, sea_problems
+from .scene_warnings import damping_warnings, drag_warnings, part_warnings, swing_warnings
+from .sea_checks import sea_problems, sea_warnings
 from .section_checks import body_problems, seat_problems, section_problems
-from .viv_checks import strum_cautions, strum_problems
-from .wake_tables import amplified_cautions, bare_problems, wake_problems
+from .viv_checks import strum_problems, strum_warnings
+from .wake_tables import amplified_warnings, bare_problems, wake_problems
 
 # longest element on the sheave over its radius: with compensation on, ripple of the tension above 1 Hz was measured as
 # 0.03 % at 0.25, 0.05 % at 0.4, 0.15 % at 0.6, 0.36 % at 1.2 (full scale, docs/accuracy.md)
@@ -49,9 +49,9 @@ FINE_ELEMENT = 0.4
 RESOLVED = 1.5
 FINE_ZONE = 1.0  # m of fine mesh (and of cable on the drum) wanted when a compensation drives the winch
 LONGEST_STEP = 0.1  # s, of a tick that is one step
-MOST_STRAIN = 0.1  # under the weight of the tow
-MOST_FLOOR = 1e-4  # that residual over the working tension
-LEAST_FLOOR_GAP = 10.0  # penetrations that a seabed must lie below the sheave
+MAX_STRAIN = 0.1  # under the weight of the tow
+MAX_FLOOR = 1e-4  # that residual over the working tension
+MIN_FLOOR_GAP = 10.0  # penetrations that a seabed must lie below the sheave
 
 
 class Layout(NamedTuple):
@@ -184,13 +184,13 @@ def problems(scene: Scene) -> list[Problem]:
         return found
     place = layout(scene)
     if place.wound <= 0.0 and not feeds:
-        least = winch.wrap - place.wound / Route(scene).drum
+        minimum = winch.wrap - place.wound / Route(scene).drum
         found.append(
             Problem(
                 "winch.wrap",
-                f"= {winch.wrap:g} rad ends before the cable leaves the drum, {least:.4g} rad from its top: no cable "
+                f"= {winch.wrap:g} rad ends before the cable leaves the drum, {minimum:.4g} rad from its top: no cable "
                 "lies on the drum",
-                f"Make it larger than {least:.4g} rad, by half a turn or more",
+                f"Make it larger than {minimum:.4g} rad, by half a turn or more",
             )
         )
     if place.total <= place.tangent and not feeds:
@@ -216,26 +216,26 @@ def problems(scene: Scene) -> list[Problem]:
     if not found and not feeds:
         found += wrap_problems(scene, elements(scene), place.wound)
     pull, (key, stiffness) = downforce(scene), extreme(scene.cable, "axial_stiffness")
-    if pull > MOST_STRAIN * stiffness:
+    if pull > MAX_STRAIN * stiffness:
         found.append(
             Problem(
                 key,
                 f"= {stiffness:g} N is stretched by {100.0 * pull / stiffness:.3g} % by the "
-                f"{pull:.4g} N that pull the tow down, more than {100.0 * MOST_STRAIN:g} %: the element's law is one "
+                f"{pull:.4g} N that pull the tow down, more than {100.0 * MAX_STRAIN:g} %: the element's law is one "
                 f"of small strain, and no step (solver.tick = {scene.solver.tick:g} s) makes up for it",
-                f"Make it at least {pull / MOST_STRAIN:.3g} N, or the tow lighter; check its unit (EA in N)",
+                f"Make it at least {pull / MAX_STRAIN:.3g} N, or the tow lighter; check its unit (EA in N)",
             )
         )
     key, stiffness = extreme(scene.cable, "axial_stiffness", max)
     floor, working = ROUND_OFF * stiffness, scene.contact.working_tension
-    if floor > MOST_FLOOR * working:
+    if floor > MAX_FLOOR * working:
         found.append(
             Problem(
                 key,
                 f"= {stiffness:g} N leaves a round-off of {floor:.3g} N in every force, more than "
-                f"{100.0 * MOST_FLOOR:g} % of contact.working_tension = {working:g} N: a step (solver.tick = "
+                f"{100.0 * MAX_FLOOR:g} % of contact.working_tension = {working:g} N: a step (solver.tick = "
                 f"{scene.solver.tick:g} s) cannot be solved to less",
-                f"Make it at most {MOST_FLOOR * working / ROUND_OFF:.3g} N; a cable without stretch needs no more",
+                f"Make it at most {MAX_FLOOR * working / ROUND_OFF:.3g} N; a cable without stretch needs no more",
             )
         )
     found = found if found else mesh_problems(scene)
@@ -252,13 +252,13 @@ def seabed_problems(scene: Scene) -> list[Problem]:
     if bed.depth is None:
         return found
     lowest = scene.sheave.position[2] - scene.sheave.radius + scene.ship.reference_height
-    if -bed.depth > lowest - LEAST_FLOOR_GAP * bed.penetration:
+    if -bed.depth > lowest - MIN_FLOOR_GAP * bed.penetration:
         found.append(
             Problem(
                 "seabed.depth",
                 f"= {bed.depth:g} m lies above the sheave, whose lowest point is at {lowest:.4g} m: the cable would "
                 "leave it through the ground",
-                f"Make it more than {LEAST_FLOOR_GAP * bed.penetration - lowest:.4g} m",
+                f"Make it more than {MIN_FLOOR_GAP * bed.penetration - lowest:.4g} m",
             )
         )
     wet = min(wet_weight(scene, section) for section in scene.cable.sections.values())
@@ -274,7 +274,7 @@ def seabed_problems(scene: Scene) -> list[Problem]:
     return found
 
 
-def cautions(scene: Scene) -> list[Problem]:
+def warnings(scene: Scene) -> list[Problem]:
     """Numbers that can be run but will show in the results; each names number, threshold and remedy."""
     found = []
     place, radius, feeds = layout(scene), scene.sheave.radius, scene.winch.drum == DrumModel.FEED
@@ -300,7 +300,7 @@ def cautions(scene: Scene) -> list[Problem]:
             )
         )
     elif scene.setpoint.algorithm != "hold":
-        found += travel_cautions(scene, FINE_ZONE, FINE_ZONE)
+        found += travel_warnings(scene, FINE_ZONE, FINE_ZONE)
     stiff = material_of(scene.cable, scene.cable.sections[name]).bending_stiffness if name else 0.0
     resolved = RESOLVED * math.sqrt(stiff / scene.contact.working_tension)
     spread = not feeds or scene.accuracy.sheave is not SheaveAnswer.RESULTANT  # is it asked for?
@@ -324,15 +324,15 @@ def cautions(scene: Scene) -> list[Problem]:
                 "Make the body heavier or its lift_area negative",
             )
         )
-    found += chain_cautions(scene, elements(scene), place.tangent, place.leaves)
-    found += sea_cautions(scene) + wave_cautions(scene)
-    found += density_cautions(scene) + astern_cautions(scene) + wrap_cautions(scene)
+    found += chain_warnings(scene, elements(scene), place.tangent, place.leaves)
+    found += sea_warnings(scene) + wave_warnings(scene)
+    found += density_warnings(scene) + astern_warnings(scene) + wrap_warnings(scene)
     found += seat_problems(scene, place.total)  # those that may be hauled in
     speed = water_speed(scene)
-    found += setpoint_cautions(scene, speed) + damping_cautions(scene.cable) + swing_cautions(scene, speed)
-    found += body_cautions(scene, speed)
-    found += amplified_cautions(scene.cable) + strum_cautions(scene) + drag_cautions(scene, speed)
-    found += part_cautions(scene)
+    found += setpoint_warnings(scene, speed) + damping_warnings(scene.cable) + swing_warnings(scene, speed)
+    found += body_warnings(scene, speed)
+    found += amplified_warnings(scene.cable) + strum_warnings(scene) + drag_warnings(scene, speed)
+    found += part_warnings(scene)
     for key, name, below in (("sheave", "sheave", radius), ("winch", "drum", scene.winch.drum_radius)):
         height = getattr(scene, key).position[2] + scene.ship.reference_height - below
         if height < 0:
@@ -346,7 +346,7 @@ def cautions(scene: Scene) -> list[Problem]:
     return found
 
 
-def travel_cautions(scene: Scene, hauled: float, paid: float) -> list[Problem]:
+def travel_warnings(scene: Scene, hauled: float, paid: float) -> list[Problem]:
     """Cautions for a winch that hauls in and pays out by these lengths [m, both positive] from the start."""
     found = []
     wound = layout(scene).wound

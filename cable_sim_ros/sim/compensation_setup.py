@@ -23,20 +23,20 @@ def declare(setpoint: np.record, scene: Scene, algorithm: int, yaw: float) -> No
     setpoint.track[2] = yaw
     setpoint.angle = radians(block.nominal_angle_deg or 0.0)
     setpoint.washout, setpoint.transfer = block.washout_period, block.transfer_time
-    setpoint.lead_time = block.angle_filter_time
-    setpoint.gain_most, setpoint.amplitude_most = block.max_gain, block.max_amplitude
-    setpoint.excess_most = block.max_excess
+    setpoint.departure_time = block.angle_filter_time
+    setpoint.max_gain, setpoint.max_amplitude = block.max_gain, block.max_amplitude
+    setpoint.max_excess = block.max_excess
 
 
 def take_rest(now: np.record, scene: Scene) -> None:
     """What the laws take from the static start: height and place of the sheave, departure angle, tension."""
     setpoint, measured = now.setpoint, now.measured
     setpoint.height, setpoint.track[:2] = now.sheave.position[2], now.sheave.position[:2]
-    setpoint.lead = measured.lead
+    setpoint.departure = measured.departure
     if scene.setpoint.nominal_angle_deg is None:
-        setpoint.angle = min(max(measured.lead, STEEPEST), FLATTEST)
+        setpoint.angle = min(max(measured.departure, STEEPEST), FLATTEST)
     rate = scene.setpoint.max_excess_rate
-    setpoint.excess_rate_most = EXCESS_TENSION * measured.tension / impedance(scene) if rate is None else rate
+    setpoint.max_excess_rate = EXCESS_TENSION * measured.tension / impedance(scene) if rate is None else rate
 
 
 def impedance(scene: Scene) -> float:
@@ -46,7 +46,7 @@ def impedance(scene: Scene) -> float:
     return max(sqrt(material.axial_stiffness * material.mass_per_length) for material in materials)
 
 
-def setpoint_cautions(scene: Scene, speed: float) -> list[Problem]:
+def setpoint_warnings(scene: Scene, speed: float) -> list[Problem]:
     """A waterline law on a cable so flat that it is limited; speed of the water past the tow [m/s]."""
     block = scene.setpoint
     if block.algorithm not in WATERLINE:

@@ -17,10 +17,10 @@ from .scene import Scene
 ROUNDED = 1.02  # of a dry weight: a data sheet rounds
 # kg/m^3 over the full circle of the diameter: floating fibre rope 500, nylon 1150, armoured cable 3000 to 5500, steel
 # rope 4000 to 6500, solid steel 7850. A radius given for the diameter makes four times as much
-LEAST_DENSITY, MOST_DENSITY = 300.0, 9000.0
+MIN_DENSITY, MAX_DENSITY = 300.0, 9000.0
 # kg/m^3, beyond which there is no material at all: foam, osmium. A mass per km or per 100 m is beyond it
 NO_MATERIAL = 10.0, 23000.0
-MOST_FORWARD = math.radians(45.0)  # of a cable that leads forward under the ship, from the vertical
+MAX_FORWARD = math.radians(45.0)  # of a cable that leads forward under the ship, from the vertical
 
 
 def weight_problems(scene: Scene) -> list[Problem]:
@@ -73,18 +73,18 @@ def _densities(scene: Scene) -> dict[tuple[float, float], tuple[float, str, str]
     return found
 
 
-def density_cautions(scene: Scene) -> list[Problem]:
+def density_warnings(scene: Scene) -> list[Problem]:
     """Cable lighter or heavier than any material for its diameter."""
     found = []
     for (diameter, mass), (density, diameter_key, mass_key) in _densities(scene).items():
-        if LEAST_DENSITY <= density <= MOST_DENSITY:
+        if MIN_DENSITY <= density <= MAX_DENSITY:
             continue
-        wrong = "a radius, or mm" if density > MOST_DENSITY else "too large, perhaps mm"
+        wrong = "a radius, or mm" if density > MAX_DENSITY else "too large, perhaps mm"
         found.append(
             Problem(
                 diameter_key,
                 f"= {diameter:g} m and {mass_key} = {mass:g} kg/m make a cable of {density:.4g} "
-                f"kg/m^3, outside {LEAST_DENSITY:g} to {MOST_DENSITY:g} kg/m^3 (fibre rope 500 to 1500, steel rope "
+                f"kg/m^3, outside {MIN_DENSITY:g} to {MAX_DENSITY:g} kg/m^3 (fibre rope 500 to 1500, steel rope "
                 "4000 to 6500, solid steel 7850): its weight and drag in water are those of no cable",
                 f"Check both: is the diameter {wrong}?",
             )
@@ -92,7 +92,7 @@ def density_cautions(scene: Scene) -> list[Problem]:
     return found
 
 
-def body_cautions(scene: Scene, speed: float) -> list[Problem]:
+def body_warnings(scene: Scene, speed: float) -> list[Problem]:
     """Bodies whose net weight may be in kg, or whose wing lifts; speed of the water past them [m/s]."""
     found = []
     for key, body in (("towbody", scene.towbody), *((f"bodies.{name}", body) for name, body in scene.bodies.items())):
@@ -152,26 +152,26 @@ def astern(scene: Scene) -> tuple[str, float, float]:
 def astern_problems(scene: Scene) -> list[Problem]:
     """A ship that goes astern so fast that the cable streams forward under it."""
     key, ahead, angle = astern(scene)
-    if angle <= MOST_FORWARD or key != "ship.tow_speed":
+    if angle <= MAX_FORWARD or key != "ship.tow_speed":
         return []
     return [
         Problem(
             key,
             f"= {_value(scene, key)} sends the ship astern through the water at {ahead:.3g} m/s: the cable leads "
             f"forward under the ship, about {math.degrees(angle):.0f} deg from the vertical, more than "
-            f"{math.degrees(MOST_FORWARD):.0f} deg; there is no hull in the model for it to lie against",
+            f"{math.degrees(MAX_FORWARD):.0f} deg; there is no hull in the model for it to lie against",
             "Speed ahead is positive; check the sign, or go slower",
         )
     ]
 
 
-def astern_cautions(scene: Scene) -> list[Problem]:
+def astern_warnings(scene: Scene) -> list[Problem]:
     """A cable that leads forward: the ship goes slowly astern, or a current from astern overtakes it."""
     key, ahead, angle = astern(scene)
     if ahead <= 0.0:
         return []
     if key != "ship.tow_speed":
-        if angle <= MOST_FORWARD:
+        if angle <= MAX_FORWARD:
             return []
         return [
             Problem(
@@ -197,12 +197,12 @@ def wrap_problems(scene: Scene, elements: list[tuple[float, float, str]], wound:
     elements: (first, last arc length [m], section); wound: length [m] on the drum.
     """
     winch = scene.winch
-    most = 2.0 * winch.drum_radius
-    long = next(((a, b, name) for a, b, name in elements if b <= wound and b - a > most * (1.0 + 1e-9)), None)
+    maximum = 2.0 * winch.drum_radius
+    long = next(((a, b, name) for a, b, name in elements if b <= wound and b - a > maximum * (1.0 + 1e-9)), None)
     if long is None:
         return []
     first, last, name = long
-    size, bound = apart(last - first, most)
+    size, bound = apart(last - first, maximum)
     return [
         Problem(
             "winch.wrap",
@@ -218,7 +218,7 @@ def wrap_problems(scene: Scene, elements: list[tuple[float, float, str]], wound:
     ]
 
 
-def wrap_cautions(scene: Scene) -> list[Problem]:
+def wrap_warnings(scene: Scene) -> list[Problem]:
     """A wrap that says nothing, as the length that is out is given."""
     winch = scene.winch
     key = "scope" if winch.scope is not None else "cable_on_drum"

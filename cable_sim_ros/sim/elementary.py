@@ -15,7 +15,7 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
-LEAST_TURN = 1e-17  # of the geometric mean of both diagonals: a smaller element turns nothing
+MIN_TURN = 1e-17  # of the geometric mean of both diagonals: a smaller element turns nothing
 SWEEPS = 50  # six are enough: it converges quadratically
 
 
@@ -50,7 +50,7 @@ def principal(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     for _ in range(SWEEPS):
         turned = False
         for p, q in combinations(range(n), 2):
-            if abs(a[p][q]) <= LEAST_TURN * math.sqrt(abs(a[p][p] * a[q][q])):
+            if abs(a[p][q]) <= MIN_TURN * math.sqrt(abs(a[p][p] * a[q][q])):
                 continue
             turned = True
             tau = (a[q][q] - a[p][p]) / (2.0 * a[p][q])

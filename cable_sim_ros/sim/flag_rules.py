@@ -13,15 +13,15 @@ OK, DOUBTFUL, FAILED = "ok", "doubtful", "failed"
 DAMAGE = "DAMAGE"
 # N/m^2 on the full circle of the diameter: steel ropes break at 800 to 1150 MPa of it (1960 MPa wire, fill 0.4 to 0.6),
 # aramid and HMPE ropes at 1000 to 1250 MPa, so that beyond it no cable of that diameter is whole
-MOST_STRESS = 1.2e9
+MAX_STRESS = 1.2e9
 WITHIN = 1e-3  # of the recorded mean tension, for a replay
 WITHIN_M = 0.01  # m, for a replay
 # chosen steps taken back, of those tried, and how many at least: one that fails each time it is tried again after
 # step.WAIT others is 1/11 of them, events of a seaway took back up to 1/100
-REFUSED_SHARE, REFUSED_LEAST = 0.05, 20
+REFUSED_FRACTION, MIN_REFUSED = 0.05, 20
 REFUSED_S, REFUSED = 2.0, 0.01  # s and share of the run for which a refused source of motion is borne
 ROUNDED = 0.08  # of the rms acceleration at the sheave, that rounded motion may leave wrong
-ROUNDED_LEAST = 5e-4  # m/s^2, and more than this: a tenth of a newton on a tow of 200 kg
+MIN_ROUNDED = 5e-4  # m/s^2, and more than this: a tenth of a newton on a tow of 200 kg
 WITHIN_JOURNAL = 1e-6  # of the tension, and m, for one that knows what every tick saw: another machine rounds otherwise
 
 TENSION = ("tension_mean_n", "tension_std_n", "tension_min_n", "tension_max_n")
@@ -34,7 +34,7 @@ COMPENSATED = (*PEAKS, "body_depth_std_m", *BODY[3:], *WINCH)
 
 
 class Rule(NamedTuple):
-    """How much of a flag a run bears: up to ``seconds`` in all, or ``share`` of the run where that is longer.
+    """How much of a flag a run bears: up to ``seconds`` in all, or ``fraction`` of the run where that is longer.
 
     state: of a run with more of it, OK: any amount is harmless; at_end: a run that ends with it is not ok either;
     compensating: it only counts where a set-point law drives the winch; alarm: a tick with it is a warning in
@@ -44,8 +44,8 @@ class Rule(NamedTuple):
     flag: str
     state: str
     seconds: float
-    share: float
-    figures: tuple[str, ...]
+    fraction: float
+    metrics: tuple[str, ...]
     text: str
     why: str  # these bounds
     at_end: bool = False
@@ -246,7 +246,7 @@ CHECKS = (
         "OVERLOAD",
         DOUBTFUL,
         TENSION + CONTACT + BODY,
-        f"tension above `breaking_load`; of a section without, {MOST_STRESS / 1e6:g} MPa on the full circle of its "
+        f"tension above `breaking_load`; of a section without, {MAX_STRESS / 1e6:g} MPa on the full circle of its "
         "diameter, which no steel or fibre rope carries. Of several sections the strongest counts",
     ),
     (
@@ -282,7 +282,7 @@ CHECKS = (
         DOUBTFUL,
         SEAWAY,
         f"the acceleration at the sheave that the rounding of the motion leaves wrong is above {100.0 * ROUNDED:g} % "
-        f"of that of the motion, and {ROUNDED_LEAST:g} m/s^2",
+        f"of that of the motion, and {MIN_ROUNDED:g} m/s^2",
     ),
     (
         "RESIDUAL",
@@ -314,7 +314,7 @@ CHECKS = (
         "STEP_CONTROL",
         DOUBTFUL,
         PEAKS + BODY,
-        f"of the chosen steps that were tried more than {100.0 * REFUSED_SHARE:g} %, and more than {REFUSED_LEAST}, "
+        f"of the chosen steps that were tried more than {100.0 * REFUSED_FRACTION:g} %, and more than {MIN_REFUSED}, "
         "were taken back: for their error, or without a solution",
     ),
     ("JOURNAL", DOUBTFUL, TENSION + BODY, "a replay could not do all that the journal of the recording says"),
@@ -322,7 +322,7 @@ CHECKS = (
     ("NOT_RECORDED", DOUBTFUL, TENSION + BODY, "messages were lost on the way to the disk"),
     (DAMAGE, DOUBTFUL, TENSION + BODY, "the bag was damaged and read in part; exit code 3"),
 )
-FIGURES_OF = {name: figures for name, _, figures, _ in CHECKS}
+METRICS_OF = {name: metrics for name, _, metrics, _ in CHECKS}
 STATE_OF = {rule.flag: rule.state for rule in RULES} | {name: state for name, state, _, _ in CHECKS}
 
 
@@ -331,17 +331,17 @@ def rules_markdown() -> str:
     rows = ["| flag | harmless up to | why | more of it: the run is | figures concerned |", "|---|---|---|---|---|"]
     for rule in RULES:
         bound = "any time" if rule.state == OK else f"{rule.seconds:g} s"
-        bound += f", or {100.0 * rule.share:g} % of the run where that is longer" if rule.share else ""
+        bound += f", or {100.0 * rule.fraction:g} % of the run where that is longer" if rule.fraction else ""
         bound += ", and not at the end of the run" if rule.at_end else ""
         bound += "; any time with `setpoint.algorithm: hold`" if rule.compensating else ""
         rows.append(
             f"| `{rule.flag}` | {'none' if rule.state == FAILED else bound} | {rule.why} | {rule.state} | "
-            f"{_named(rule.figures)} |"
+            f"{_named(rule.metrics)} |"
         )
     rows += ["", "| cause | what is looked at | the run is | figures concerned |", "|---|---|---|---|"]
-    rows += [f"| `{name}` | {text} | {state} | {_named(figures)} |" for name, state, figures, text in CHECKS]
+    rows += [f"| `{name}` | {text} | {state} | {_named(metrics)} |" for name, state, metrics, text in CHECKS]
     return "\n".join(rows)
 
 
-def _named(figures: Iterable[str]) -> str:
-    return ", ".join(f"`{name}`" for name in dict.fromkeys(figures)) or "none"
+def _named(metrics: Iterable[str]) -> str:
+    return ", ".join(f"`{name}`" for name in dict.fromkeys(metrics)) or "none"

@@ -13,17 +13,17 @@ from typing import Any
 import numpy as np
 
 from ..errors import CableSimError
-from ..physics.frame import Source
 from ..physics.inputs import COMMAND_ROWS, EPOCH, MOTION_ROWS, SOURCE, Inputs, push_command, push_motion
+from ..physics.tick_output import Source
 from .attitude import angle_rates, angles_of
 
-MOST_POSITION = 1e7  # m
-MOST_SPEED = 50.0  # m/s
-MOST_RATE = 5.0  # rad/s
-MOST_PITCH = radians(80.0)  # roll and yaw have no meaning near 90 deg
-MOST_TURNS = 1e3  # rad, of roll and yaw: an angle beyond it is no attitude
+MAX_POSITION = 1e7  # m
+MAX_SPEED = 50.0  # m/s
+MAX_RATE = 5.0  # rad/s
+MAX_PITCH = radians(80.0)  # roll and yaw have no meaning near 90 deg
+MAX_TURNS = 1e3  # rad, of roll and yaw: an angle beyond it is no attitude
 NORM_WITHIN = 1e-2  # a quaternion nearer to norm 1 is renormalised
-MOST_COMMAND = 1e5  # m, m/s: a number beyond this is no command
+MAX_COMMAND = 1e5  # m, m/s: a number beyond this is no command
 SPARE = 16  # rows of a ring that stay free of samples ahead: the tick needs those around the present
 YAW = 5  # column of a motion sample
 
@@ -42,7 +42,7 @@ class ShipMotion:
     quaternion: x, y, z, w of the same rotation, in place of ``attitude``; exactly one of the two is given.
     velocity: of base_link in odom, m/s: the derivative of ``position`` (not in the ship's axes as a ROS twist).
     rate: angular velocity in base_link, rad/s, as a gyro measures it.
-    source: what it counts as in the Frame's ``motion_source``.
+    source: what it counts as in the tick output's ``motion_source``.
     jump: True where the motion does not go on from the sample before (another sensor, another place): it is then taken
     up over ``ship.source_blend``. A gap above ``ship.max_gap`` and another source are jumps by themselves.
 
@@ -61,22 +61,22 @@ class ShipMotion:
 
     def __post_init__(self) -> None:
         _set(self, time_ns=_stamp(self, self.time_ns))
-        _set(self, position=_vector(self, "position", "m", (MOST_POSITION,) * 3))
-        _set(self, velocity=_vector(self, "velocity", "m/s", (MOST_SPEED,) * 3))
-        _set(self, rate=_vector(self, "rate", "rad/s", (MOST_RATE,) * 3))
+        _set(self, position=_vector(self, "position", "m", (MAX_POSITION,) * 3))
+        _set(self, velocity=_vector(self, "velocity", "m/s", (MAX_SPEED,) * 3))
+        _set(self, rate=_vector(self, "rate", "rad/s", (MAX_RATE,) * 3))
         if (self.attitude is None) == (self.quaternion is None):
             raise InputError(
                 f"ShipMotion.attitude = {self.attitude!r} and quaternion = {self.quaternion!r}: exactly one of them is "
                 f"needed; nothing was pushed. Give attitude=(roll, pitch, yaw) in rad, or quaternion=(x, y, z, w)"
             )
         if self.attitude is not None:
-            _set(self, attitude=_vector(self, "attitude", "rad", (MOST_TURNS, MOST_PITCH, MOST_TURNS)))
+            _set(self, attitude=_vector(self, "attitude", "rad", (MAX_TURNS, MAX_PITCH, MAX_TURNS)))
         else:
             _set(self, quaternion=_unit(self))
         if self.source not in (Source.ODOMETRY, Source.IMU):
             raise InputError(
                 f"ShipMotion.source = {self.source!r} is neither Source.ODOMETRY nor Source.IMU: nothing was pushed. "
-                f"Give one of them, of cable_sim_ros.physics.frame, or leave it out"
+                f"Give one of them, of cable_sim_ros.physics.tick_output, or leave it out"
             )
 
     @property
@@ -99,10 +99,10 @@ class ShipMotion:
 class WinchCommand:
     """One command to the winch; pay-out positive = cable out, unstretched metres off the drum.
 
-    payout: length to go to, m, counted as the Frame's ``payout``: approached at ``winch.max_rate``, then held. Lengths
-    that follow each other within ``winch.command_timeout`` are a stream: the winch follows the line between them.
-    rate: rate of pay-out, m/s, kept for ``winch.command_timeout``: repeat it in time. Not used where payout is given.
-    time_ns: when it comes, integer ns; None: now. It counts ``winch.command_delay`` later. Raises InputError.
+    payout: length to go to, m, counted as the tick output's ``payout``: approached at ``winch.max_rate``, then held.
+    Lengths that follow each other within ``winch.command_timeout`` are a stream: the winch follows the line between
+    them. rate: rate of pay-out, m/s, kept for ``winch.command_timeout``: repeat it in time. Not used where payout is
+    given. time_ns: when it comes, integer ns; None: now. It counts ``winch.command_delay`` later. Raises InputError.
     """
 
     payout: float | None = None
@@ -119,7 +119,7 @@ class WinchCommand:
             )
         for name, unit in (("payout", "m"), ("rate", "m/s")):
             if getattr(self, name) is not None:
-                _set(self, **{name: _number(self, name, getattr(self, name), unit, MOST_COMMAND)})
+                _set(self, **{name: _number(self, name, getattr(self, name), unit, MAX_COMMAND)})
 
 
 def push(inputs: Inputs, item: ShipMotion | WinchCommand, now_ns: int, max_gap: float) -> None:
@@ -200,21 +200,23 @@ def _stamp(owner: object, value: Any) -> int:
     return stamp
 
 
-def _vector(owner: object, name: str, unit: str, most: tuple[float, ...]) -> tuple[float, ...]:
+def _vector(owner: object, name: str, unit: str, maximum: tuple[float, ...]) -> tuple[float, ...]:
     value = getattr(owner, name)
     try:
         parts = tuple(value)
     except TypeError:
         parts = ()
-    if len(parts) != len(most) or isinstance(value, str):
+    if len(parts) != len(maximum) or isinstance(value, str):
         raise InputError(
-            f"{type(owner).__name__}.{name} = {value!r} is not {len(most)} numbers in {unit}: nothing was pushed. "
-            f"Give for example {name}=({', '.join(['0.0'] * len(most))})"
+            f"{type(owner).__name__}.{name} = {value!r} is not {len(maximum)} numbers in {unit}: nothing was pushed. "
+            f"Give for example {name}=({', '.join(['0.0'] * len(maximum))})"
         )
-    return tuple(_number(owner, f"{name}[{i}]", part, unit, limit) for i, (part, limit) in enumerate(zip(parts, most)))
+    return tuple(
+        _number(owner, f"{name}[{i}]", part, unit, limit) for i, (part, limit) in enumerate(zip(parts, maximum))
+    )
 
 
-def _number(owner: object, name: str, value: Any, unit: str, most: float) -> float:
+def _number(owner: object, name: str, value: Any, unit: str, maximum: float) -> float:
     try:
         number = nan if isinstance(value, (bool, str)) else float(value)
     except (TypeError, ValueError):
@@ -223,12 +225,12 @@ def _number(owner: object, name: str, value: Any, unit: str, most: float) -> flo
         what = "not a number" if isnan(number) else "infinite"
         raise InputError(
             f"{type(owner).__name__}.{name} = {value!r} {unit} is {what}: nothing was pushed. Leave the sample out, or "
-            f"give a number in [{-most:.4g}, {most:.4g}] {unit}"
+            f"give a number in [{-maximum:.4g}, {maximum:.4g}] {unit}"
         )
-    if abs(number) > most:
+    if abs(number) > maximum:
         raise InputError(
-            f"{type(owner).__name__}.{name} = {number:g} {unit} is outside [{-most:.4g}, {most:.4g}] {unit}: nothing "
-            f"was pushed. Check its unit and axes"
+            f"{type(owner).__name__}.{name} = {number:g} {unit} is outside [{-maximum:.4g}, {maximum:.4g}] {unit}: "
+            f"nothing was pushed. Check its unit and axes"
         )
     return number
 
@@ -243,9 +245,9 @@ def _unit(item: ShipMotion) -> tuple[float, ...]:
         )
     parts = tuple(part / norm for part in parts)
     pitch = angles_of(*parts)[1]
-    if abs(pitch) > MOST_PITCH:
+    if abs(pitch) > MAX_PITCH:
         raise InputError(
             f"ShipMotion.quaternion = {item.quaternion!r} is a pitch of {pitch:.4g} rad, outside "
-            f"[{-MOST_PITCH:.4g}, {MOST_PITCH:.4g}] rad: nothing was pushed. Check the order of its components (w last)"
+            f"[{-MAX_PITCH:.4g}, {MAX_PITCH:.4g}] rad: nothing was pushed. Check the order of its components (w last)"
         )
     return parts

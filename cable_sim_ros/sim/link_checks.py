@@ -16,7 +16,7 @@ from .scene import Scene
 LONGEST_LINK = 1.0  # radii of drum or sheave: a longer link lies on it with one point
 # sagitta L^2/8R of a link on drum or sheave over the penetration that contact allows; of 1.8 the full-scale tow has
 # the contact force within 0.03 % and a penetration 1.1 times as large, of 4.4 the flag PENETRATION (docs/segments.md)
-MOST_SAGITTA = 2.0
+MAX_SAGITTA = 2.0
 
 
 class Bent(NamedTuple):
@@ -29,8 +29,8 @@ class Bent(NamedTuple):
 
 
 def longest_on(radius: float, allowed: float) -> float:
-    """Longest link [m] whose sagitta on a ``radius`` [m] is MOST_SAGITTA of the penetration ``allowed`` [m]."""
-    return sqrt(8.0 * radius * MOST_SAGITTA * allowed)
+    """Longest link [m] whose sagitta on a ``radius`` [m] is MAX_SAGITTA of the penetration ``allowed`` [m]."""
+    return sqrt(8.0 * radius * MAX_SAGITTA * allowed)
 
 
 def bent_links(scene: Scene, table: list[tuple[float, float, str]], tangent: float, leaves: float) -> list[Bent]:
@@ -75,7 +75,7 @@ def form_problems(cable: Cable) -> list[Problem]:
     ]
 
 
-def chain_cautions(scene: Scene, table: list[tuple[float, float, str]], tangent: float, leaves: float) -> list[Problem]:
+def chain_warnings(scene: Scene, table: list[tuple[float, float, str]], tangent: float, leaves: float) -> list[Problem]:
     """What links leave out, and where their corners show."""
     if scene.cable.model is not CableModel.SEGMENTS:
         return []
@@ -98,7 +98,7 @@ def chain_cautions(scene: Scene, table: list[tuple[float, float, str]], tangent:
                     f"cable.sections.{bent.section}",
                     "lies on {} = {:g} m with links of {} m, longer than {} m, whose middle is {:g} contact "
                     "penetrations below their ends: the load sits on the middles, penetration and tension will "
-                    "ripple".format(bent.key, bent.radius, *apart(bent.size, longest), MOST_SAGITTA),
+                    "ripple".format(bent.key, bent.radius, *apart(bent.size, longest), MAX_SAGITTA),
                     f"Give it more elements there, links of at most {longest:.2g} m",
                 )
             )

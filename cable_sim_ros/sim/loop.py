@@ -20,11 +20,11 @@ import sys
 import numpy as np
 from numba import types
 
-from ..physics.frame import NEWTON_FAILED, NOT_FINITE
 from ..physics.jit import driver
 from ..physics.output import no_peaks
 from ..physics.state import NOW
 from ..physics.tick import link_tick, observe, tick
+from ..physics.tick_output import NEWTON_FAILED, NOT_FINITE
 from ..physics.tow import rest
 
 LINUX = sys.platform.startswith("linux")
@@ -35,7 +35,7 @@ _write = types.ExternalFunction("write", types.int64(types.int32, _INT64, types.
 
 CLOCK_MONOTONIC, TIMER_ABSTIME, SECOND = 1, 1, 1_000_000_000
 SLEEP_CHUNK = 50_000_000  # ns, so that a stop is seen soon
-SLEEP_LEAST = 200_000  # ns given to others by a tick that found its deadline already past
+MIN_SLEEP = 200_000  # ns given to others by a tick that found its deadline already past
 MASS_DAMPING = 0.2  # 1/s, of the pseudo-transient only; it has no part in the equilibrium (trap T8)
 LONGEST_STEP = 1000.0  # s, of the pseudo-transient
 HALT = NEWTON_FAILED | NOT_FINITE
@@ -128,7 +128,7 @@ def pace(due, control, buffer):
         control[RESYNCS] += 1
         control[SKIPPED] += behind
     if called >= deadline:  # no sleep above: leave the core a moment, a FIFO thread starves it otherwise
-        sleep_until(wake + SLEEP_LEAST, control, buffer)
+        sleep_until(wake + MIN_SLEEP, control, buffer)
     control[MAPPING] = mapping
     return deadline, wake
 
@@ -172,7 +172,7 @@ def live(model, state, inputs, output, control, stats, heads, buffer, one, count
 def _drive(model, state, inputs, output, what, count, control, stats, heads):
     """Do one thing with the simulation.
 
-    SETTLE: static start in at most ``count`` steps, Frame into row 0; returns the steps,
+    SETTLE: static start in at most ``count`` steps, tick output into row 0; returns the steps,
     negative where it did not settle, and leaves iterations and residual [N] in the health.
     TICKS: ``count`` ticks into rows 0..count-1; returns the ticks done before a halt. heads, int64 [count, 2]: samples
     and commands that each of them sees; without a row each sees what has been written.

@@ -22,10 +22,10 @@ from .material import extreme, hung, material_of, section_ends
 from .scene import Scene
 from .static_shape import TowShape
 
-CORNER_SHARE = 0.3  # of the error of the place may come from all corners together
+CORNER_FRACTION = 0.3  # of the error of the place may come from all corners together
 DIAMETERS = 2.0  # a shorter element is no cable
 GROWTH = 2.0  # of an element on its neighbour nearer to the corner
-MOST_SIDE = 3  # short elements on a side
+MAX_SIDE = 3  # short elements on a side
 OF_SECTION = 0.45  # of its section, the elements of a corner on either end
 TRIED = 20  # lengths
 LONG = 100.0  # the element beyond, over the last short one, where it is not known yet
@@ -119,7 +119,9 @@ def error_per_turn(turn: Turn, inboard: tuple[float, ...], outboard: tuple[float
     return abs(in_series(*sides) - in_series(*turn.bending))
 
 
-def short_elements(corner: Corner, least: float, room: tuple[float, float], allowed: float) -> list[tuple[float, ...]]:
+def short_elements(
+    corner: Corner, minimum: float, room: tuple[float, float], allowed: float
+) -> list[tuple[float, ...]]:
     """Lengths [m] of the short elements inboard and outboard of a corner, each from it on: as few as err by at most
     ``allowed`` [m] in all, of these the longest; where none do, the best.
 
@@ -128,14 +130,14 @@ def short_elements(corner: Corner, least: float, room: tuple[float, float], allo
     turns = list(corner.turns.values())
     bending = [max(turn.bending[side] for turn in turns) for side in (0, 1)]
     ratio = bending[1] / bending[0] if min(bending) > 0.0 else 1.0
-    longest = max(20.0 * max(bending), 12.0 * allowed / corner.angle, 2.0 * least)
+    longest = max(20.0 * max(bending), 12.0 * allowed / corner.angle, 2.0 * minimum)
     best: tuple[float, list[tuple[float, ...]]] = (np.inf, [(), ()])
-    counts = sorted(((i, j) for i in range(MOST_SIDE + 1) for j in range(MOST_SIDE + 1)), key=lambda c: (sum(c), c))
+    counts = sorted(((i, j) for i in range(MAX_SIDE + 1) for j in range(MAX_SIDE + 1)), key=lambda c: (sum(c), c))
     known: dict[tuple[int, int, float, float], float] = {}
     for count in counts:
-        for first in [longest * (least / longest) ** (k / (TRIED - 1)) for k in range(TRIED)]:
+        for first in [longest * (minimum / longest) ** (k / (TRIED - 1)) for k in range(TRIED)]:
             sides = []
-            for n, size in zip(count, (first, max(first * ratio, least)), strict=True):
+            for n, size in zip(count, (first, max(first * ratio, minimum)), strict=True):
                 sides.append(tuple(size * GROWTH**k for k in range(n)))
             if any(sum(sizes) > space for sizes, space in zip(sides, room, strict=True)):
                 continue
@@ -159,7 +161,7 @@ def short_elements(corner: Corner, least: float, room: tuple[float, float], allo
 
 def zones(scene: Scene, found: list[Corner], position: float, by_hand: bool) -> list[Zone]:
     """The zones of a mesh for an error ``position`` [m]: sections, and the short elements beside their corners."""
-    sections, least = list(scene.cable.sections.items()), DIAMETERS * extreme(scene.cable, "diameter", max)[1]
+    sections, minimum = list(scene.cable.sections.items()), DIAMETERS * extreme(scene.cable, "diameter", max)[1]
     room = []
     for name, section in sections:
         written = scene.mesh.sections.get(name)
@@ -170,7 +172,9 @@ def zones(scene: Scene, found: list[Corner], position: float, by_hand: bool) -> 
         if corner.angle <= 0.0:
             continue
         i = corner.section
-        inboard, outboard = short_elements(corner, least, (room[i], room[i + 1]), CORNER_SHARE * position / len(found))
+        inboard, outboard = short_elements(
+            corner, minimum, (room[i], room[i + 1]), CORNER_FRACTION * position / len(found)
+        )
         if inboard:
             before[i] = Zone(i, sum(inboard), inboard[::-1], corner)
         if outboard:

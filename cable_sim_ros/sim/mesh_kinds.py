@@ -29,8 +29,8 @@ class FeedMesh(NamedTuple):
     """Where the nodes stand, see physics/mesh_motion.py. A section is one zone, or several."""
 
     aboard: np.ndarray  # [n] m from the drum's tangent point, the first 0
-    shares: tuple[np.ndarray, ...]  # of each zone: shares of its length, ascending, the last 1
-    least: np.ndarray  # [zones] m from the last node aboard, nearer the end of a zone does not come
+    fractions: tuple[np.ndarray, ...]  # of each zone: fractions of its length, ascending, the last 1
+    minimum: np.ndarray  # [zones] m from the last node aboard, nearer the end of a zone does not come
     ends: np.ndarray  # [zones] m from the cable's inner end: the material at the end of a zone
     sections: np.ndarray  # [zones] index of the section that a zone is of
 
@@ -42,35 +42,37 @@ class FeedMesh(NamedTuple):
     @property
     def boundaries(self) -> np.ndarray:
         """Node at the outboard end of each section."""
-        return (len(self.aboard) - 1 + np.cumsum([len(s) for s in self.shares]))[self.last_zones]
+        return (len(self.aboard) - 1 + np.cumsum([len(s) for s in self.fractions]))[self.last_zones]
 
     @property
-    def section_shares(self) -> list[np.ndarray]:
-        """Of each section: shares of its length, over all its zones."""
+    def section_fractions(self) -> list[np.ndarray]:
+        """Of each section: fractions of its length, over all its zones."""
         begins = np.concatenate(([0.0], self.ends[:-1]))
         out, first = [], 0
         for last in self.last_zones:
             zones = range(first, int(last) + 1)
-            places = [begins[i] + s * (self.ends[i] - begins[i]) for i, s in zip(zones, self.shares[first : last + 1])]
+            places = [
+                begins[i] + s * (self.ends[i] - begins[i]) for i, s in zip(zones, self.fractions[first : last + 1])
+            ]
             length = self.ends[last] - begins[first]
-            out.append(self.shares[first] if first == last else (np.concatenate(places) - begins[first]) / length)
+            out.append(self.fractions[first] if first == last else (np.concatenate(places) - begins[first]) / length)
             first = int(last) + 1
         return out
 
     @property
     def nodes(self) -> int:
-        return len(self.aboard) + sum(len(s) for s in self.shares)
+        return len(self.aboard) + sum(len(s) for s in self.fractions)
 
     @property
     def doubled(self) -> FeedMesh:
         """Every element halved."""
-        cut = [halved(np.concatenate(([0.0], share)))[1:] for share in self.shares]
-        return self._replace(aboard=halved(self.aboard), shares=tuple(cut))
+        cut = [halved(np.concatenate(([0.0], fraction)))[1:] for fraction in self.fractions]
+        return self._replace(aboard=halved(self.aboard), fractions=tuple(cut))
 
     @property
     def blend(self) -> float:
         """Way [m] over which the end of a zone lets go of the end of its section."""
-        return 0.5 * float(self.least[0])
+        return 0.5 * float(self.minimum[0])
 
 
 class Part(NamedTuple):
@@ -107,11 +109,11 @@ class MeshPlan(NamedTuple):
 def places_outboard(mesh: FeedMesh, total: float, tangent: float) -> np.ndarray:
     """Arc lengths from the last node aboard on, as physics/mesh_motion.py lays them, with ``tangent`` m on the drum."""
     last = tangent + mesh.aboard[-1]
-    ends = np.array([_smooth(float(b - last), float(low), mesh.blend)[0] for b, low in zip(mesh.ends, mesh.least)])
+    ends = np.array([_smooth(float(b - last), float(low), mesh.blend)[0] for b, low in zip(mesh.ends, mesh.minimum)])
     ends[-1] = total - last
     places, begin = [np.zeros(1)], 0.0
-    for end, share in zip(ends, mesh.shares, strict=True):
-        places.append(begin + share * (end - begin))
+    for end, fraction in zip(ends, mesh.fractions, strict=True):
+        places.append(begin + fraction * (end - begin))
         begin = end
     return last + np.concatenate(places)
 
@@ -134,13 +136,13 @@ def even(length: float, size: float) -> np.ndarray:
     return np.full(count, length / count) if count else np.zeros(0)
 
 
-def graded(length: float, size: float, most: float) -> np.ndarray:
-    """Parts of ``length`` that double from ``size`` to at most ``most``."""
+def graded(length: float, size: float, maximum: float) -> np.ndarray:
+    """Parts of ``length`` that double from ``size`` to at most ``maximum``."""
     parts, done, part = [], 0.0, size
     while done < length - 1e-9 * (length + size):
         parts.append(part)
         done += part
-        part = min(2.0 * part, most)
+        part = min(2.0 * part, maximum)
     return np.array(parts) * (length / done) if parts else np.zeros(0)
 
 

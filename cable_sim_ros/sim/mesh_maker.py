@@ -13,7 +13,7 @@ from .material import extreme
 from .mesh_corners import DIAMETERS, corner_error, corners, zones
 from .mesh_kinds import Expected, FeedMesh, MeshError, MeshPlan, Part, ends, equal_parts, geometric, places_outboard
 from .mesh_order import CUBICS, kinks
-from .mesh_sheave import OUTBOARD_LEAST, RADII_PER_TENSION, SheaveMesh, heave_amplitude
+from .mesh_sheave import MIN_OUTBOARD, RADII_PER_TENSION, SheaveMesh, heave_amplitude
 from .mesh_waves import MOST_OF_WAVES, TO_WAVES, wave_density, wave_error
 from .route import ROUND_OFF
 from .static_shape import TowShape
@@ -25,18 +25,18 @@ AT_BODY = 1.0  # the same of the element at the towbody of a line with bodies; w
 LEANS = 0.05  # of the tension, across: less is a cast
 BROADSIDE_DRAG = 1.2  # C_D of that estimate
 SMOOTH = 2.0  # an element beside one of length h is no longer than h + SMOOTH times the way between
-KINK_SHARE = 0.3  # of the error of the place may come from one jump of the curvature
+KINK_FRACTION = 0.3  # of the error of the place may come from one jump of the curvature
 PER_TOLERANCE = 0.5  # error of the body's place per residual of every node below, over the tension along the cable
 # sheave elements for each element of a section that is hauled in; of 1 a section's end that came to the sheave at 1 m/s
 # changed the tension by 3.5 N in one tick of 20 ms, of 3 by 0.6 N, of 6 by 0.4 N, as much as without one
 PRESSED = 6.0
-MOST_ELEMENTS = 600
-FIRST_SHARE = 100.0  # the search for as few elements as will do begins so coarse
-LEAST_WITH_BODIES = 0.5  # the same where bodies or terminations hang on the line: they move it as the towbody does
-LEAST_PROMISE = 0.2  # of the place asked for: no estimate from a static shape is better than that in waves
-SOLVER_SHARE = 0.6  # of the error of the place may be the solver's
+MAX_ELEMENTS = 600
+FIRST_FRACTION = 100.0  # the search for as few elements as will do begins so coarse
+MIN_WITH_BODIES = 0.5  # the same where bodies or terminations hang on the line: they move it as the towbody does
+MIN_PROMISE = 0.2  # of the place asked for: no estimate from a static shape is better than that in waves
+SOLVER_FRACTION = 0.6  # of the error of the place may be the solver's
 SHORTEST = 0.25  # of a sheave element: shorter ones are not made, but at a corner
-CORNERS_MOST = 0.6  # of the error of the place may be of corners, with the shortest elements there
+MAX_CORNERS = 0.6  # of the error of the place may be of corners, with the shortest elements there
 
 
 WANTS = (  # what asks for elements outboard, in the order of Maker.density
@@ -69,35 +69,35 @@ class Maker(SheaveMesh):
         self.check_sections(size)
         aboard = self.aboard(size)
         self.check_start(aboard)
-        share = FIRST_SHARE * self.position / self.order.per_shape
-        self.follow_waves(aboard, size, share)
+        fraction = FIRST_FRACTION * self.position / self.order.per_shape
+        self.follow_waves(aboard, size, fraction)
         while True:
-            mesh = self.outboard(aboard, size, share, False)
+            mesh = self.outboard(aboard, size, fraction, False)
             self.check_solver(mesh.nodes)
             self.check_corners(mesh)
             if all(e.position <= self.position and e.outboard <= accuracy.tension for e in self.errors(mesh)):
                 break
-            if mesh.nodes > MOST_ELEMENTS:
+            if mesh.nodes > MAX_ELEMENTS:
                 raise self.unreachable(mesh)
-            share *= 0.75
-        mesh = self.outboard(aboard, size, share, True)
+            fraction *= 0.75
+        mesh = self.outboard(aboard, size, fraction, True)
         return MeshPlan(mesh, self.parts(mesh), self.promise(mesh), self.tick())
 
-    def follow_waves(self, aboard: np.ndarray, size: float, share: float) -> None:
+    def follow_waves(self, aboard: np.ndarray, size: float, fraction: float) -> None:
         """What the waves ask for; less than for the accuracy where that is more than MOST_OF_WAVES elements."""
         error = TO_WAVES * self.scene.accuracy.tension
         while self.waves is not None:
             for scope, shape in self.shapes.items():
                 if scope >= self.start:  # the elements near the surface are others with each scope
                     self.for_waves[scope] = wave_density(self.waves, shape, error)
-            if self.outboard(aboard, size, share, False).nodes <= MOST_OF_WAVES:
+            if self.outboard(aboard, size, fraction, False).nodes <= MOST_OF_WAVES:
                 return
             error *= 1.5
 
     def unreachable(self, mesh: FeedMesh) -> MeshError:
-        """The error of an accuracy that no mesh of MOST_ELEMENTS keeps."""
+        """The error of an accuracy that no mesh of MAX_ELEMENTS keeps."""
         errors, accuracy, count = self.errors(mesh), self.scene.accuracy, mesh.nodes - 1
-        many = f"cannot be met: with {count} elements, and more than {MOST_ELEMENTS} are not made,"
+        many = f"cannot be met: with {count} elements, and more than {MAX_ELEMENTS} are not made,"
         worst = max(errors, key=lambda e: e.position)
         if worst.position > self.position:
             return MeshError(
@@ -118,16 +118,16 @@ class Maker(SheaveMesh):
         """Refuse a place finer than the forces are solved to; one that the scene does not ask for is then coarser."""
         worst = max(self.shapes, key=lambda scope: self.floor(scope, nodes))
         floor, solver = self.floor(worst, nodes), self.scene.solver
-        if floor > SOLVER_SHARE * self.position and self.scene.accuracy.position is None:
-            self.position = 1.1 * floor / SOLVER_SHARE
-        elif floor > SOLVER_SHARE * self.position:
-            tolerance = 0.9 * solver.tolerance * SOLVER_SHARE * self.position / floor
+        if floor > SOLVER_FRACTION * self.position and self.scene.accuracy.position is None:
+            self.position = 1.1 * floor / SOLVER_FRACTION
+        elif floor > SOLVER_FRACTION * self.position:
+            tolerance = 0.9 * solver.tolerance * SOLVER_FRACTION * self.position / floor
             raise MeshError(
                 "accuracy.position",
                 f"= {self.position:g} m cannot be met: forces are solved to {self.tolerance:.2g} N (solver.tolerance = "
                 f"{solver.tolerance:g} of contact.working_tension = {self.scene.contact.working_tension:g} N), "
                 f"which with {worst:.4g} m of scope is {floor:.2g} m of the towbody's place",
-                f"Give {1.1 * floor / SOLVER_SHARE:.2g} m or more, or solver.tolerance {tolerance:.1g} or less",
+                f"Give {1.1 * floor / SOLVER_FRACTION:.2g} m or more, or solver.tolerance {tolerance:.1g} or less",
             )
 
     def check_corners(self, mesh: FeedMesh) -> None:
@@ -137,10 +137,10 @@ class Maker(SheaveMesh):
             nodes = self.arcs(mesh, scope)[::-1]
             left[scope] = corner_error(self.corners, nodes, scope) if (np.diff(nodes) > 0.0).all() else 0.0
         scope = max(left, key=left.__getitem__)
-        if left[scope] <= CORNERS_MOST * self.position:
+        if left[scope] <= MAX_CORNERS * self.position:
             return
         if self.scene.accuracy.position is None:
-            self.position = 1.1 * left[scope] / CORNERS_MOST
+            self.position = 1.1 * left[scope] / MAX_CORNERS
             return
         worst = max((c for c in self.corners if scope in c.turns), key=lambda c: c.turns[scope].angle)
         raise MeshError(
@@ -148,7 +148,7 @@ class Maker(SheaveMesh):
             f"= {self.position:g} m cannot be met: {worst.what} turns the line by "
             f"{degrees(worst.turns[scope].angle):.3g} deg, and with the shortest elements beside it, {DIAMETERS:g} "
             f"diameters of the cable, corners err by {left[scope]:.2g} m with {scope:.4g} m of scope",
-            f"Give {1.1 * left[scope] / CORNERS_MOST:.2g} m or more",
+            f"Give {1.1 * left[scope] / MAX_CORNERS:.2g} m or more",
         )
 
     # outboard
@@ -172,13 +172,13 @@ class Maker(SheaveMesh):
                     else f"Make it {shortest:.3g} m or longer, or part of the section beside it",
                 )
 
-    def density(self, scope: float, share: float) -> np.ndarray:
+    def density(self, scope: float, fraction: float) -> np.ndarray:
         """Elements per length along the shape at ``scope``, from the body, that each of WANTS asks for [6, n].
 
         share [m]: h^4 |d4r/ds4| of an element, see mesh_order.py.
         """
         shape, curve = self.shapes[scope], self.curves[scope]
-        steep = power(curve / max(share, 1e-12), 1.0 / self.order.power)
+        steep = power(curve / max(fraction, 1e-12), 1.0 / self.order.power)
         mass, added = self.masses[:, shape.section]
         speed = np.sqrt(np.maximum(shape.tension, 1e-9) / (mass + shape.wet * added))
         far = shape.s[-1] - shape.s
@@ -192,7 +192,7 @@ class Maker(SheaveMesh):
         ]
         for place, jump in kinks(shape):
             if jump > 0.0:
-                here = sqrt(self.order.per_kink * jump / (KINK_SHARE * self.position))
+                here = sqrt(self.order.per_kink * jump / (KINK_FRACTION * self.position))
                 i = int(np.searchsorted(shape.s, place))
                 rise = abs(float(shape.force[i, 2])) / float(shape.tension[i])
                 travel = self.heave / max(rise, 1e-3) if shape.wet[i] != shape.wet[min(i + 1, len(far) - 1)] else 0.0
@@ -235,15 +235,15 @@ class Maker(SheaveMesh):
         drag = water.density * thickest * BROADSIDE_DRAG * max(shape.speed, omega * self.heave)
         return sqrt(float(tension) / (drag * omega))
 
-    def outboard(self, aboard: np.ndarray, size: float, share: float, by_hand: bool) -> FeedMesh:
-        """The whole mesh: shares of each zone that serve at every scope; by_hand: with the numbers of the scene."""
-        shares = []
-        wants = {scope: self.density(scope, share) for scope in self.shapes}
+    def outboard(self, aboard: np.ndarray, size: float, fraction: float, by_hand: bool) -> FeedMesh:
+        """The whole mesh: fractions of each zone that serve at every scope; by_hand: with the numbers of the scene."""
+        fractions = []
+        wants = {scope: self.density(scope, fraction) for scope in self.shapes}
         densities = {scope: want.max(0) for scope, want in wants.items()}
         self.zones = zones(self.scene, self.corners, self.position, by_hand)
         for i, length, sizes, _ in self.zones:
             if sizes:
-                shares.append(np.append(np.cumsum(sizes[:-1]) / length, 1.0))
+                fractions.append(np.append(np.cumsum(sizes[:-1]) / length, 1.0))
                 continue
             name = self.names[i]
             written = self.scene.mesh.sections.get(name) if by_hand else None
@@ -254,16 +254,16 @@ class Maker(SheaveMesh):
             if written is not None and written.elements is not None:
                 count = written.elements
                 self.reasons[f"section {name}"] = "by hand: mesh.sections"
-            shares.append(
+            fractions.append(
                 equal_parts(x, n, count)
                 if written is None or written.grading is None
                 else geometric(count, written.grading)
             )
-        pressed = np.array([len(s) * (PRESSED if i < len(shares) - 1 else 1.0) for i, s in enumerate(shares)])
-        room = OUTBOARD_LEAST * (self.start + self.route.inboard - aboard[-1]) / pressed.sum()
+        pressed = np.array([len(s) * (PRESSED if i < len(fractions) - 1 else 1.0) for i, s in enumerate(fractions)])
+        room = MIN_OUTBOARD * (self.start + self.route.inboard - aboard[-1]) / pressed.sum()
         ends, sections = np.cumsum([zone.length for zone in self.zones]), np.array([z.section for z in self.zones])
         ends[-1] = self.route.total
-        return FeedMesh(aboard, tuple(shares), np.cumsum(pressed * min(size, room)), ends, sections)
+        return FeedMesh(aboard, tuple(fractions), np.cumsum(pressed * min(size, room)), ends, sections)
 
     def why(self, section: int, wants: dict[float, np.ndarray]) -> str:
         """What decides the elements of a section, at the start, or with the most cable out."""
@@ -341,7 +341,7 @@ class Maker(SheaveMesh):
     def errors(self, mesh: FeedMesh) -> list[Error]:
         """What the mesh outboard and the solver leave, at every scope that leaves the mesh room."""
         found, weight = [], float(self.masses[0].max()) * self.scene.gravity
-        pressed = float(mesh.aboard[-1] + mesh.least[-1]) - self.route.inboard
+        pressed = float(mesh.aboard[-1] + mesh.minimum[-1]) - self.route.inboard
         for scope, shape in self.shapes.items():
             if scope < min(pressed, self.start):
                 continue
@@ -355,13 +355,13 @@ class Maker(SheaveMesh):
         begin, end = mesh.aboard[:-1], mesh.aboard[1:]
         size = float((end - begin)[(end > self.contact[0]) & (begin < self.contact[1])].max())
         sheave = size / self.route.sheave / RADII_PER_TENSION
-        least = (LEAST_WITH_BODIES if self.corners else LEAST_PROMISE) * self.position
+        minimum = (MIN_WITH_BODIES if self.corners else MIN_PROMISE) * self.position
         waves = {
             e.scope: wave_error(self.waves, self.shapes[e.scope], self.arcs(mesh, e.scope)[::-1])
             for e in self.errors(mesh)
         }
         return tuple(
-            Expected(e.scope, max(sheave, e.outboard, waves[e.scope]), max(e.position, least))
+            Expected(e.scope, max(sheave, e.outboard, waves[e.scope]), max(e.position, minimum))
             if self.shapes[e.scope].closed
             else Expected(e.scope, nan, nan)
             for e in self.errors(mesh)
@@ -378,15 +378,15 @@ class Maker(SheaveMesh):
         if self.spare:
             rows.append(Part("hanging", "ship", self.spare, *ends(sizes[last:]), self.reasons["hanging"]))
         h, at = -np.diff(self.arcs(mesh, self.start)), 0
-        for zone, share in zip(self.zones, mesh.shares, strict=True):
-            part = h[at : at + len(share)]
-            at += len(share)
+        for zone, fraction in zip(self.zones, mesh.fractions, strict=True):
+            part = h[at : at + len(fraction)]
+            at += len(fraction)
             name = self.names[zone.section]
             reason = self.reasons[f"section {name}"]
             if zone.corner is not None:
                 reason = f"corner of {degrees(zone.corner.angle):.3g} deg at {zone.corner.what}"
                 name = f"{name}, {'end' if zone.corner.section == zone.section else 'begin'}"
-            rows.append(Part(name, "outboard", len(share), *ends(part), reason))
+            rows.append(Part(name, "outboard", len(fraction), *ends(part), reason))
         return tuple(rows)
 
     def tick(self) -> float:

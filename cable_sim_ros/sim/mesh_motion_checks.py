@@ -154,7 +154,7 @@ def mesh_problems(scene: Scene) -> list[Problem]:
     return []
 
 
-def wave_cautions(scene: Scene) -> list[Problem]:
+def wave_warnings(scene: Scene) -> list[Problem]:
     """Waves of the water that the elements are too long for, from the start to the largest scope."""
     plan = mesh_plan(scene) if scene.water.waves.kind is not WaveKind.OFF else None
     if plan is None:

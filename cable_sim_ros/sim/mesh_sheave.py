@@ -8,7 +8,7 @@ import numpy as np
 
 from ..physics.ancf import ADDED_MASS, MASS_PER_LENGTH
 from ..physics.section import CableModel
-from .link_checks import MOST_SAGITTA, longest_on
+from .link_checks import MAX_SAGITTA, longest_on
 from .material import extreme, material_rows
 from .mesh_blocks import SheaveAnswer
 from .mesh_corners import Corner, Zone
@@ -21,7 +21,7 @@ from .static_shape import tow_shape
 
 SWING = radians(10.0)  # departure angle against the static one under way in waves
 SCOPES = (1.0, 0.3, 0.1)  # of the scope at the start; the largest that the winch pays out besides
-LEAST_SCOPE = 10.0  # sheave radii: nearer than that a body is hauled in, not towed
+MIN_SCOPE = 10.0  # sheave radii: nearer than that a body is hauled in, not towed
 RADII_PER_TENSION = 50.0  # sheave element over its radius, per relative error of tension; 0.25 radii at 0.005
 FINEST = 0.025  # radii; what 0.0005 asks for
 COARSEST = 0.4
@@ -30,25 +30,25 @@ PER_BENDING = {SheaveAnswer.DISTRIBUTION: 1.5, SheaveAnswer.ENDS: 0.75}  # eleme
 SOFTEST_ENDS = 0.01  # penetration limit with which the ends of the contact are those of a rigid sheave
 NO_BENDING = 0.2  # radii: element where a load along the sheave is wanted of a cable without bending stiffness
 LAYER = 4.0  # bending lengths of fine mesh beside the sheave
-HEAVE_MOST, HEAVE_PER_SCOPE = 1.0, 0.01  # m; and of the scope where that is less
-OUTBOARD_LEAST = 0.1  # of the scope at the start: all zones pressed together are no longer
-USUAL_POSITION, PER_SCOPE = 0.01, (1e-5, 1e-3)  # m, kept within shares of the scope: promised where nothing is said
+MAX_HEAVE, HEAVE_PER_SCOPE = 1.0, 0.01  # m; and of the scope where that is less
+MIN_OUTBOARD = 0.1  # of the scope at the start: all zones pressed together are no longer
+USUAL_POSITION, PER_SCOPE = 0.01, (1e-5, 1e-3)  # m, kept within fractions of the scope: promised where nothing is said
 
 
 def scope_range(scene: Scene) -> tuple[float, float, float]:
     """Scope [m] at the start, the least that the mesh is made for, and the largest that the winch pays out."""
     route, winch = Route(scene), scene.winch
     start = route.scope
-    most = route.total - winch.dead_length - route.inboard
+    maximum = route.total - winch.dead_length - route.inboard
     if winch.most_scope is not None:
-        most = min(most, winch.most_scope)
-    low = max(SCOPES[-1] * start, winch.least_scope or 0.0, LEAST_SCOPE * route.sheave)
-    return start, min(low, start), max(most, start)
+        maximum = min(maximum, winch.most_scope)
+    low = max(SCOPES[-1] * start, winch.least_scope or 0.0, MIN_SCOPE * route.sheave)
+    return start, min(low, start), max(maximum, start)
 
 
 def heave_amplitude(scope: float) -> float:
     """Heave [m] that a mesh is made for and checked with, for a scope [m] at the start."""
-    return min(HEAVE_MOST, HEAVE_PER_SCOPE * scope)
+    return min(MAX_HEAVE, HEAVE_PER_SCOPE * scope)
 
 
 class SheaveMesh:
@@ -58,8 +58,8 @@ class SheaveMesh:
         self.scene, self.route = scene, Route(scene)
         self.names = list(scene.cable.sections)
         self.lengths = np.array([s.length for s in scene.cable.sections.values()])
-        self.start, low, most = scope_range(scene)
-        scopes = {most, *(max(share * self.start, low) for share in SCOPES)}
+        self.start, low, maximum = scope_range(scene)
+        scopes = {maximum, *(max(fraction * self.start, low) for fraction in SCOPES)}
         self.shapes = {scope: tow_shape(scene, scope) for scope in sorted(scopes, reverse=True)}
         self.order = LINKS if scene.cable.model is CableModel.SEGMENTS else CUBICS
         self.curves = {scope: self.order.measure(shape) for scope, shape in self.shapes.items()}
@@ -67,7 +67,9 @@ class SheaveMesh:
         self.bending = sqrt(extreme(scene.cable, "bending_stiffness")[1] / self.tension)
         rows = [material_rows(scene.cable, s, scene.water, scene.gravity) for s in scene.cable.sections.values()]
         self.masses = np.array([[row[MASS_PER_LENGTH], row[ADDED_MASS]] for row in rows]).T  # kg/m, own and added
-        self.position = scene.accuracy.position or min(max(USUAL_POSITION, PER_SCOPE[0] * most), PER_SCOPE[1] * most)
+        self.position = scene.accuracy.position or min(
+            max(USUAL_POSITION, PER_SCOPE[0] * maximum), PER_SCOPE[1] * maximum
+        )
         self.reasons: dict[str, str] = {}
         self.corners: list[Corner] = []
         self.waves = wave_field(scene)
@@ -91,7 +93,7 @@ class SheaveMesh:
         limit = self.scene.contact.penetration_limit * extreme(self.scene.cable, "diameter")[1]
         if self.order is LINKS and longest_on(radius, limit) < size:
             size = longest_on(radius, limit)
-            reason = f"links whose middle is {MOST_SAGITTA:g} contact penetrations below their ends"
+            reason = f"links whose middle is {MAX_SAGITTA:g} contact penetrations below their ends"
         if accuracy.sheave in PER_BENDING:
             factor = PER_BENDING[accuracy.sheave]
             limit = self.scene.contact.penetration_limit
@@ -121,9 +123,9 @@ class SheaveMesh:
         # nodes stand at unstretched distances: tension moves them outboard
         shift = shift if shift > 0.25 * size else 0.0
         before = min((layer if mesh.before is None else mesh.before) + shift, 0.9 * route.span)
-        least_angle = min(shape.angle for shape in self.shapes.values())
+        min_angle = min(shape.angle for shape in self.shapes.values())
         if mesh.after is None:
-            leaves = route.on_sheave(least_angle - SWING)
+            leaves = route.on_sheave(min_angle - SWING)
             hanging = max(route.on_sheave(0.0) - leaves, 0.0) + self.scene.accuracy.slack
         else:
             leaves, layer, hanging = route.on_sheave(self.shapes[self.start].angle), mesh.after, 0.0
@@ -132,7 +134,7 @@ class SheaveMesh:
             raise MeshError(
                 "sheave.position",
                 f"lets the cable pass over the sheave: from the drum it falls {degrees(-route.tilt):.3g} deg below the "
-                f"horizontal, and the tow leads off {degrees(0.5 * pi - least_angle):.3g} deg below it, less by more "
+                f"horizontal, and the tow leads off {degrees(0.5 * pi - min_angle):.3g} deg below it, less by more "
                 f"than the {degrees(SWING):.3g} deg that it swings in a seaway: nothing ever lies on the sheave",
                 "Put the sheave higher against the drum (z is up), or tow with a steeper cable",
             )
@@ -174,11 +176,11 @@ class SheaveMesh:
     def check_start(self, aboard: np.ndarray) -> None:
         """Refuse a start with less cable out than the mesh at the sheave holds."""
         off = self.start + self.route.inboard
-        if aboard[-1] >= (1.0 - OUTBOARD_LEAST) * off:
-            least = aboard[-1] / (1.0 - OUTBOARD_LEAST) - self.route.inboard
+        if aboard[-1] >= (1.0 - MIN_OUTBOARD) * off:
+            minimum = aboard[-1] / (1.0 - MIN_OUTBOARD) - self.route.inboard
             raise MeshError(
                 "winch.scope",
                 f"of {self.start:.4g} m at the start ends on the mesh at the sheave, which reaches "
                 f"{aboard[-1] - self.route.inboard:.3g} m outboard of the sheave's axis: nothing is left for the tow",
-                f"Start with {1.1 * max(least, 0.0):.3g} m or more, or a shorter mesh.after",
+                f"Start with {1.1 * max(minimum, 0.0):.3g} m or more, or a shorter mesh.after",
             )

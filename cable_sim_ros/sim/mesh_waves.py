@@ -49,8 +49,8 @@ class WaveField(NamedTuple):
         """[depths, n] share of each component in the energy of the velocity at the surface, at depths [m]."""
         fall = exp(-self.number * depth[:, None])
         fall = (fall + self.bottom / np.maximum(fall, 1e-300)) / (1.0 + self.bottom)
-        share = self.speed * self.speed
-        return np.asarray(share * fall * fall / share.sum())
+        fraction = self.speed * self.speed
+        return np.asarray(fraction * fall * fall / fraction.sum())
 
     def error(self, depth: np.ndarray, size: np.ndarray) -> np.ndarray:
         """Error of the deviation of the tension, relative, by elements of ``size`` at ``depth`` [m], both [n]."""

@@ -19,9 +19,9 @@ from pathlib import Path
 import numpy as np
 from numpy.lib import format as npy
 
-FILE_MOST = 256_000_000  # bytes of a file
-HEAD_MOST = 32_768  # bytes of the header of one array: that of MEMORY has some thousand
-MEMBERS_MOST, INDEX_MOST = 64, 65_536  # arrays of a file, bytes of its directory
+MAX_FILE = 256_000_000  # bytes of a file
+MAX_HEAD = 32_768  # bytes of the header of one array: that of MEMORY has some thousand
+MAX_MEMBERS, MAX_INDEX = 64, 65_536  # arrays of a file, bytes of its directory
 SEAL = b"sha256:"
 SEAL_SIZE = len(SEAL) + 64
 END = struct.Struct("<4s4H2LH")  # end of the central directory, PKWARE APPNOTE 4.3.16
@@ -71,7 +71,7 @@ def is_sealed(data: bytes) -> bool:
     return True
 
 
-def parts(data: bytes, names: Collection[str], most: int = FILE_MOST, packed: bool = False) -> dict[str, bytes]:
+def parts(data: bytes, names: Collection[str], maximum: int = MAX_FILE, packed: bool = False) -> dict[str, bytes]:
     """Members of an .npz file by their names, as bytes; names: those it may have; most: bytes of all of them; packed:
     they may be compressed."""
     count = _judge_end(data)
@@ -80,7 +80,7 @@ def parts(data: bytes, names: Collection[str], most: int = FILE_MOST, packed: bo
             members = archive.infolist()
             if len(members) != count:
                 raise Unfit(f"its directory says {count} members and has {len(members)}")
-            _judge(members, names, most if packed else min(most, len(data)), packed)
+            _judge(members, names, maximum if packed else min(maximum, len(data)), packed)
             found = {}
             for member in members:
                 with archive.open(member) as file:
@@ -98,12 +98,12 @@ def _judge_end(data: bytes) -> int:
     if at < 0 or data[at : at + 4] != b"PK\x05\x06":
         raise Unfit("its end is missing")
     _, _, _, _, count, size, _, _ = END.unpack_from(data, at)
-    if count > MEMBERS_MOST or size > INDEX_MOST or data[at - LOCATOR :].startswith(b"PK\x06\x07"):
-        raise Unfit(f"its directory has {count} members in {size} bytes, at most {MEMBERS_MOST} in {INDEX_MOST} fit")
+    if count > MAX_MEMBERS or size > MAX_INDEX or data[at - LOCATOR :].startswith(b"PK\x06\x07"):
+        raise Unfit(f"its directory has {count} members in {size} bytes, at most {MAX_MEMBERS} in {MAX_INDEX} fit")
     return count
 
 
-def _judge(members: list[zipfile.ZipInfo], names: Collection[str], most: int, packed: bool) -> None:
+def _judge(members: list[zipfile.ZipInfo], names: Collection[str], maximum: int, packed: bool) -> None:
     seen: set[str] = set()
     total = 0
     for member in members:
@@ -120,8 +120,8 @@ def _judge(members: list[zipfile.ZipInfo], names: Collection[str], most: int, pa
         if how == zipfile.ZIP_STORED and member.compress_size != member.file_size:
             raise Unfit(f"the two sizes of '{name}' contradict each other")
         total += member.file_size
-        if total > most:
-            raise Unfit(f"its arrays would have more than {most} bytes")
+        if total > maximum:
+            raise Unfit(f"its arrays would have more than {maximum} bytes")
         seen.add(name)
 
 
@@ -135,13 +135,13 @@ def array(name: str, data: bytes, like: np.ndarray) -> np.ndarray:
     return np.frombuffer(data, like.dtype, like.size, at).reshape(like.shape).copy()
 
 
-def text_of(name: str, data: bytes, most: int) -> str:
+def text_of(name: str, data: bytes, maximum: int) -> str:
     """A member of `parts` as text, of at most so many bytes."""
     kind, shape, at = _header(name, data)
     if kind.kind not in "SU" or shape or kind.itemsize != len(data) - at:
         raise Unfit(f"'{name}' is no text")
-    if kind.itemsize > most:
-        raise Unfit(f"'{name}' has {kind.itemsize} bytes, at most {most} are taken")
+    if kind.itemsize > maximum:
+        raise Unfit(f"'{name}' has {kind.itemsize} bytes, at most {maximum} are taken")
     try:  # U: of versions before the checksum
         return data[at:].decode("utf-32-le" if kind.kind == "U" else "utf-8").rstrip("\0")
     except UnicodeDecodeError:
@@ -150,11 +150,11 @@ def text_of(name: str, data: bytes, most: int) -> str:
 
 def _header(name: str, data: bytes) -> tuple[np.dtype, tuple[int, ...], int]:
     """dtype and shape of a member, and where its numbers begin."""
-    file = io.BytesIO(data[: HEAD_MOST + 16])
+    file = io.BytesIO(data[: MAX_HEAD + 16])
     try:
         version = npy.read_magic(file)
         read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
-        shape, turned, kind = read(file, max_header_size=HEAD_MOST)
+        shape, turned, kind = read(file, max_header_size=MAX_HEAD)
         if turned:
             raise ValueError("its order is that of Fortran")
     except Exception as error:  # numpy has Python parse it, which raises what it likes
@@ -169,7 +169,7 @@ def _shown(kind: np.dtype, shape: tuple[int, ...]) -> str:
 # ---- files
 
 
-def read_file(path: str | os.PathLike, most: int = FILE_MOST) -> bytes:
+def read_file(path: str | os.PathLike, maximum: int = MAX_FILE) -> bytes:
     """The bytes of a regular file of at most so many; OSError, or Unfit. A pipe is not waited for."""
     if not stat.S_ISREG(os.stat(path).st_mode):  # before it is opened: that may do something to a device
         raise Unfit("it is no regular file")
@@ -177,9 +177,9 @@ def read_file(path: str | os.PathLike, most: int = FILE_MOST) -> bytes:
         is_now = os.fstat(file.fileno())
         if not stat.S_ISREG(is_now.st_mode):
             raise Unfit("it is no regular file")
-        if is_now.st_size > most:
-            raise Unfit(f"it has {is_now.st_size} bytes, at most {most} are read")
-        return file.read(most)
+        if is_now.st_size > maximum:
+            raise Unfit(f"it has {is_now.st_size} bytes, at most {maximum} are read")
+        return file.read(maximum)
 
 
 def write_file(path: str | os.PathLike, data: bytes) -> None:

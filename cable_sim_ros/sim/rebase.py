@@ -8,8 +8,8 @@ import numpy as np
 
 from ..physics.ship import NO_EPOCH
 
-MOVED_MOST, MOVED_SPEED = 10.0, 1.0  # m, m/s: a ship taken further, or faster on the mean, drags its tow along
-TURN_MOST = 30.0  # deg; a ship turned further within ship.start_blend sweeps its stern faster than one can turn
+MAX_MOVED, MOVED_SPEED = 10.0, 1.0  # m, m/s: a ship taken further, or faster on the mean, drags its tow along
+MAX_TURN = 30.0  # deg; a ship turned further within ship.start_blend sweeps its stern faster than one can turn
 
 
 def place(memory: np.record) -> tuple[float, float]:
@@ -23,11 +23,11 @@ def heading_problem(memory: np.record, heading: float | None) -> str:
     """ "" or why the tow of a memory cannot be taken to motion of another heading [rad]; None: it has none."""
     there = float(memory.ship.motion.coord[5])
     turned = 0.0 if heading is None else degrees(remainder(heading - there, 2.0 * pi))
-    if abs(turned) <= TURN_MOST:
+    if abs(turned) <= MAX_TURN:
         return ""
     return (
         f"the ship heads {degrees(there) % 360.0:.0f} deg in the state and {degrees(there) % 360.0 + turned:.0f} deg "
-        f"in the motion: the tow would be swept round by {abs(turned):.0f} deg, more than {TURN_MOST:g} deg"
+        f"in the motion: the tow would be swept round by {abs(turned):.0f} deg, more than {MAX_TURN:g} deg"
     )
 
 
@@ -35,20 +35,20 @@ def start_problem(memory: np.record, yaw: float, at: tuple[float, ...], blend: f
     """ "" or why a tow that has been started cannot take up motion; yaw [rad] and at [m, x y]: of its first sample,
     which is taken up over blend [s]."""
     began, turned = memory.ship.mean_coord[5], degrees(remainder(yaw - memory.ship.mean_coord[5], 2.0 * pi))
-    if abs(turned) > TURN_MOST:
+    if abs(turned) > MAX_TURN:
         return (
             f"the tow was started heading {degrees(began) % 360.0:.0f} deg, and its first motion heads "
             f"{degrees(yaw) % 360.0:.0f} deg: it would be swept round by {abs(turned):.0f} deg, more than "
-            f"{TURN_MOST:g} deg. Nothing was pushed. Begin with start(heading={yaw:.4g}) [rad], or set ship.heading_deg"
+            f"{MAX_TURN:g} deg. Nothing was pushed. Begin with start(heading={yaw:.4g}) [rad], or set ship.heading_deg"
         )
     x, y = place(memory)
-    far, most = hypot(at[0] - x, at[1] - y), max(MOVED_MOST, MOVED_SPEED * blend)
-    if far <= most:
+    far, maximum = hypot(at[0] - x, at[1] - y), max(MAX_MOVED, MOVED_SPEED * blend)
+    if far <= maximum:
         return ""
     return (
         f"the tow was started at x, y = {x:.1f}, {y:.1f} m, and its first motion is {far:.0f} m away, more than "
-        f"{most:g} m: it would be dragged there within ship.start_blend = {blend:g} s. Nothing was pushed. Begin with "
-        f"start(position=({at[0]:.6g}, {at[1]:.6g}))"
+        f"{maximum:g} m: it would be dragged there within ship.start_blend = {blend:g} s. Nothing was pushed. Begin "
+        f"with start(position=({at[0]:.6g}, {at[1]:.6g}))"
     )
 
 

@@ -31,7 +31,7 @@ from ..physics.contact_surface import SURFACE
 from ..physics.fluid import Fluid, fill_space
 from ..physics.integrate import Solver
 from ..physics.jit import LANES, NO, YES
-from ..physics.link_element import limp
+from ..physics.link_element import without_bending
 from ..physics.section import CableModel
 from ..physics.state import AT_REST, FLOW, LOAD, NOW, STRUT, Change, LineModel, Q, V, X, make_state
 from ..physics.substeps import NO_LIMIT, link_stepper
@@ -40,7 +40,7 @@ from ..physics.water import Water
 from .build import Rules, arc_lengths, bead_table, build_line, element_table, line_settings, lock
 from .current import declare_water
 from .problem import Problem
-from .rig_entries import Moved, Samples, accelerate, begin_step, bring_to_rest, look, march, take, weigh_up
+from .rig_entries import Moved, Samples, accelerate, begin_step, bring_to_rest, integrate, look, take, weigh_up
 from .rig_parts import FOLDING as FOLDING
 from .rig_parts import HALVED, SHIPPED, WHOLE, cable_of, load_of, rows_in_air
 from .rig_parts import WHIPPING as WHIPPING
@@ -216,7 +216,7 @@ class Rig:
 
     def _limp(self, node: int) -> bool:
         """Is the node a joint of links that bears no moment?"""
-        return self._links and bool(limp(self.model.elements, node % self.nodes, self.nodes - 1))
+        return self._links and bool(without_bending(self.model.elements, node % self.nodes, self.nodes - 1))
 
     def _check_loads(self, rows: np.ndarray) -> None:
         for row in rows:
@@ -289,7 +289,7 @@ class Rig:
             strain=z(samples),
         )
         follow = self._moved(h * np.arange(steps + 1), moved, motion)
-        done, iterations = march(self._under(rules), self.state, h, int(every), follow, out)
+        done, iterations = integrate(self._under(rules), self.state, h, int(every), follow, out)
         self.iterations += iterations
         if done < steps or not np.isfinite(self.state.q).all():
             raise self._stuck(done, steps, h, rules)
@@ -317,8 +317,9 @@ class Rig:
         change of position, are left in state.work.band and lower."""
         return weigh_up(self.model, self.state, change, YES if tangent else NO)
 
-    def survey(self, q: np.ndarray | None = None, v: np.ndarray | None = None) -> np.ndarray:
-        """STATION records of every Gauss point on every surface, of the present or of a sample q, v of a History."""
+    def contact_table(self, q: np.ndarray | None = None, v: np.ndarray | None = None) -> np.ndarray:
+        """CONTACT_POINT records of every Gauss point on every surface, of the present or of a sample q, v of a
+        History."""
         kept = self.state.nodes[NOW, [Q, V]].copy()
         try:
             if q is not None:
@@ -328,7 +329,7 @@ class Rig:
             look(self.state)
         finally:
             self.state.q[:], self.state.v[:] = kept
-        return self.state.stations
+        return self.state.contact_points
 
     def _moved(self, times: np.ndarray, nodes: tuple[int, ...], motion: Callable | None) -> Moved:
         table = np.zeros((len(times), 0, 9)) if motion is None else np.ascontiguousarray(motion(times), float)
@@ -340,11 +341,11 @@ class Rig:
 
     def _under(self, rules: Rules) -> LineModel:
         settings = self.model.settings.copy()
-        settings["max_halvings"], settings["turn_most"], settings["leave_step"] = rules
+        settings["max_halvings"], settings["max_turn"], settings["leave_step"] = rules
         return self.model._replace(settings=lock(settings, settings.dtype))
 
     def _stuck(self, done: int, steps: int, h: float, rules: Rules) -> RigError:
-        turn = f" without turning a gradient by more than {rules.turn_most:g}" if rules.turn_most < NO_LIMIT else ""
+        turn = f" without turning a gradient by more than {rules.max_turn:g}" if rules.max_turn < NO_LIMIT else ""
         return RigError(
             f"step {done + 1} of {steps} ({h:g} s) could not be solved in {self.solver.max_iterations} "
             f"iterations{turn}, {rules.max_halvings} halvings allowed; remedy: a smaller step or a finer mesh"

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..physics.block_tridiagonal import solve
-from ..physics.contact_detection import survey
+from ..physics.contact_detection import detect_contact
 from ..physics.integrate import settle
 from ..physics.jit import NO, YES, driver
 from ..physics.line import residual
@@ -76,7 +76,7 @@ def between(first, last, h, s):
 def move(state, moved, i, length):
     """Put the moved nodes where they are at the end of what is being taken of step i of ``length`` [s]."""
     plan, nodes = state.plan[0], state.nodes[NOW]
-    s = plan.done + plan.share
+    s = plan.done + plan.fraction
     for m in range(moved.nodes.shape[0]):
         n, first, last = moved.nodes[m], moved.table[i, m], moved.table[i + 1, m]
         for k in range(3):
@@ -98,7 +98,7 @@ def take(line, state, moved, i, length):
 
 
 @driver
-def march(line, state, h, every, moved, out):
+def integrate(line, state, h, every, moved, out):
     """Steps of h [s], as many as ``moved`` has, into the Samples out. Returns the steps done, the iterations."""
     steps, used = moved.table.shape[0] - 1, 0
     for i in range(steps):
@@ -134,8 +134,8 @@ def bring_to_rest(line, state, sigma, steps, longest):
 
 @driver
 def look(state):
-    """survey.survey of every station as an entry of its own."""
-    survey(state, 0.0, YES)
+    """contact_detection.detect_contact of every contact point as an entry of its own."""
+    detect_contact(state, 0.0, YES)
 
 
 @driver

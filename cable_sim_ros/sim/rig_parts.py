@@ -12,14 +12,14 @@ from ..physics.cable_assembly import Cable, Section
 from ..physics.drag_laws import DragLaw
 from ..physics.integrate import Solver
 from ..physics.state import LOAD
-from ..physics.substeps import NO_LIMIT, TURN_MOST
+from ..physics.substeps import MAX_TURN, NO_LIMIT
 from .build import Rules
 
 FOLDING = 1e-7  # cable.compression_share of a cable that goes slack
 SHIPPED = Solver()  # the defaults of the product: step, rho_inf, tolerance
 WHOLE = Rules(0, NO_LIMIT, NO_LIMIT)  # steps as asked for, or not at all
 HALVED = Rules(SHIPPED.max_halvings, NO_LIMIT, NO_LIMIT)  # halved where Newton does not solve them
-WHIPPING = Rules(10, TURN_MOST, NO_LIMIT)  # and where they turn the cable far: for one that goes slack
+WHIPPING = Rules(10, MAX_TURN, NO_LIMIT)  # and where they turn the cable far: for one that goes slack
 
 
 def cable_of(sections: list[dict], **numbers: Any) -> Cable:

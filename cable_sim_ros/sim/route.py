@@ -20,11 +20,11 @@ from .scene import Scene
 
 DRUM_RESERVE = 0.3  # rad of wrap that must stay on the drum
 FIRST_DRAG = 1.2  # drag coefficient of the first guess
-MOST_STEPS = 400
+MAX_STEPS = 400
 LAID_OUT = 1.22  # rad from the vertical, of a first guess that lies on the seabed
-MOST_STRAIN = 0.01  # of the first guess
+MAX_STRAIN = 0.01  # of the first guess
 ROUND_OFF = 1e-12  # least residual that can be asked for, over EA
-MOST_PUSH = 0.01  # push in a cable at rest over its largest tension: more is no state a cable stays in
+MAX_PUSH = 0.01  # push in a cable at rest over its largest tension: more is no state a cable stays in
 
 
 class StartError(RunError):
@@ -49,14 +49,14 @@ def first_angle(scene: Scene, speed: float) -> float:
     weight += sum((wet_weight(scene, s) - weight) * s.length for s in sections) / length
     weight += sum(thing.net_weight for thing in hung(scene)) / length
     drag = 0.5 * FIRST_DRAG * water.density * cable.diameter * speed**2
-    drag *= sum(s.length * s.drag_amplification * drag_share(cable, s) for s in sections) / length
+    drag *= sum(s.length * s.drag_amplification * drag_fraction(cable, s) for s in sections) / length
     if drag < 1e-9 * abs(weight):
         return 0.0
     k = max(weight, 1e-9) / (2.0 * drag)
     return asin(hypot(k, 1.0) - k)
 
 
-def drag_share(cable: Cable, section: Section) -> float:
+def drag_fraction(cable: Cable, section: Section) -> float:
     """Drag of the first guess of a section over that of the bare cable, without amplification [1]."""
     preset = PRESETS[section.fairing]
     faired = 1.0 if preset.drag_coefficient is None else preset.drag_coefficient / FIRST_DRAG
@@ -75,7 +75,7 @@ def laid_angle(scene: Scene, angle: float) -> float:
 
 def first_strain(scene: Scene) -> float:
     """Strain [1] of a stretched first guess: that of the working tension in the softest section."""
-    return min(scene.contact.working_tension / extreme(scene.cable, "axial_stiffness")[1], MOST_STRAIN)
+    return min(scene.contact.working_tension / extreme(scene.cable, "axial_stiffness")[1], MAX_STRAIN)
 
 
 class Route:
@@ -153,7 +153,7 @@ class Route:
         r, g = np.zeros((len(arc), 3)), np.zeros((len(arc), 3))
         for i, s in enumerate(arc):
             x, z, dx, dz = self.place(float(s), angle)
-            share = min(max(x / self.away, 0.0), 1.0)
-            r[i] = self.centre + (-self.side * x, self.offset * share, z)
+            fraction = min(max(x / self.away, 0.0), 1.0)
+            r[i] = self.centre + (-self.side * x, self.offset * fraction, z)
             g[i] = (-self.side * dx, 0.0, dz)
         return r, g

@@ -21,14 +21,14 @@ from pydantic import ValidationError
 
 from .. import __version__
 from ..errors import CableSimError
-from ..physics.frame import CONTACT_COLUMNS, FRAME, SHAPE_COLUMNS, SLOPE_COLUMNS
 from ..physics.inputs import Inputs
 from ..physics.output import Output
 from ..physics.parameter import Block
 from ..physics.state import MEMORY, NODE_ROWS
+from ..physics.tick_output import CONTACT_COLUMNS, SHAPE_COLUMNS, SLOPE_COLUMNS, TICK_OUTPUT
 from . import checks, state_values
 from .npz_bytes import (
-    FILE_MOST,
+    MAX_FILE,
     Foreign,
     Unfit,
     array,
@@ -47,10 +47,10 @@ from .scene import Scene
 
 FORMAT = "cable_sim_ros saved simulation"
 ABOUT, SCENE, NOTES = "about", "scene", "notes"  # members of the file beside the arrays
-ABOUT_MOST, SCENE_MOST = 10_000, 1_000_000  # bytes
-MOST_SHOWN = 5  # keys that differ, named in a refusal
+MAX_ABOUT, MAX_SCENE = 10_000, 1_000_000  # bytes
+MAX_SHOWN = 5  # keys that differ, named in a refusal
 LAYOUT = hashlib.sha256(
-    repr((MEMORY.descr, NODE_ROWS, FRAME.descr, SHAPE_COLUMNS, SLOPE_COLUMNS, CONTACT_COLUMNS)).encode()
+    repr((MEMORY.descr, NODE_ROWS, TICK_OUTPUT.descr, SHAPE_COLUMNS, SLOPE_COLUMNS, CONTACT_COLUMNS)).encode()
 ).hexdigest()[:12]
 RINGS = tuple(f"inputs_{name}" for name in Inputs._fields)
 ARRAYS = (  # of a snapshot
@@ -81,9 +81,9 @@ def write(
     members: dict[str, np.ndarray] = {ABOUT: text(about), SCENE: text(scene.model_dump_json()), **snapshot}
     members[NOTES] = text(json.dumps(dict(notes or {})))
     data = sealed(npz(members))
-    if len(data) > FILE_MOST:
+    if len(data) > MAX_FILE:
         raise SaveError(
-            f"{path}: would have {len(data)} bytes, more than the {FILE_MOST} that are read again; nothing was saved. "
+            f"{path}: would have {len(data)} bytes, more than the {MAX_FILE} that are read again; nothing was saved. "
             f"Save when less motion is held ahead of the clock"
         )
     try:
@@ -148,7 +148,7 @@ def read(path: str | os.PathLike) -> Saved:
 
 def _scene(path: str | os.PathLike, data: bytes) -> Scene:
     try:
-        scene = Scene.model_validate_json(text_of(SCENE, data, SCENE_MOST))
+        scene = Scene.model_validate_json(text_of(SCENE, data, MAX_SCENE))
         found = checks.problems(scene)
     except (ValidationError, ValueError, ArithmeticError) as error:
         raise damaged(path, f"its scene cannot be read, {type(error).__name__}") from None
@@ -159,7 +159,7 @@ def _scene(path: str | os.PathLike, data: bytes) -> Scene:
 
 def _notes(data: bytes) -> dict[str, Any]:
     try:
-        return dict(json.loads(text_of(NOTES, data, FILE_MOST)))
+        return dict(json.loads(text_of(NOTES, data, MAX_FILE)))
     except (TypeError, ValueError, RecursionError) as error:
         raise Unfit(f"its notes cannot be read, {type(error).__name__}") from None
 
@@ -168,11 +168,11 @@ def same_scene(path: str | os.PathLike, saved: Scene, here: Scene, but: Containe
     """Raise SaveError with what differs where ``here`` is not the scene of a file; but: keys that may differ."""
     found = [text for key, text in differences(saved, here) if key not in but]
     if found:
-        more = f"; and {len(found) - MOST_SHOWN} more" if len(found) > MOST_SHOWN else ""
+        more = f"; and {len(found) - MAX_SHOWN} more" if len(found) > MAX_SHOWN else ""
         remedy = f"Take the scene it was saved with ('{saved.name}'), or start this one ('{here.name}') anew"
         if saved.name == here.name:  # parameters or options made them differ
             remedy = f"Start '{here.name}' with the values of the file, or save it anew with those of here"
-        shown = "; ".join(found[:MOST_SHOWN]) + more
+        shown = "; ".join(found[:MAX_SHOWN]) + more
         raise SaveError(f"{path}: is the state of another scene: {shown}; nothing was loaded. {remedy}")
 
 
@@ -237,7 +237,7 @@ def damaged(path: str | os.PathLike, what: str) -> SaveError:
 def _about(path: str | os.PathLike, members: dict[str, bytes]) -> dict[str, str]:
     """What a file says of itself; SaveError where it is no saved simulation."""
     try:
-        about = json.loads(text_of(ABOUT, members.pop(ABOUT), ABOUT_MOST))
+        about = json.loads(text_of(ABOUT, members.pop(ABOUT), MAX_ABOUT))
         if about["format"] == FORMAT:
             return {key: f"{about[key]!s:.40}" for key in ("version", "layout")}
     except (KeyError, TypeError, ValueError, RecursionError):

@@ -24,13 +24,15 @@ STILL = 0.01  # m/s; slower water does not load a cable, whatever its law
 NOTHING = 1e-3  # of tension or depth: what hangs on less is not said
 
 
-def damping_cautions(cable: Cable) -> list[Problem]:
+def damping_warnings(cable: Cable) -> list[Problem]:
     """Bending damping without bending stiffness: it is that stiffness times a time, so there is none."""
-    limp = dict[str, float]()
+    without_bending = dict[str, float]()
     for name, section in cable.sections.items():
         own = material_of(cable, section)
         if own.bending_damping > 0.0 and own.bending_stiffness == 0.0:
-            limp["cable" if section.bending_damping is None else f"cable.sections.{name}"] = own.bending_damping
+            without_bending["cable" if section.bending_damping is None else f"cable.sections.{name}"] = (
+                own.bending_damping
+            )
     return [
         Problem(
             f"{key}.bending_damping",
@@ -38,11 +40,11 @@ def damping_cautions(cable: Cable) -> list[Problem]:
             "the bending energy, and there is none",
             "Give bending_stiffness above 0 N m^2, or leave bending_damping out",
         )
-        for key, damping in limp.items()
+        for key, damping in without_bending.items()
     ]
 
 
-def swing_cautions(scene: Scene, speed: float) -> list[Problem]:
+def swing_warnings(scene: Scene, speed: float) -> list[Problem]:
     """Bodies whose added mass across drives a swing by more than their drag across damps it; speed past them [m/s].
 
     A body that swings with v sin(w t) turns into the flow a little late, and the turning of its axes pulls it on with
@@ -80,7 +82,7 @@ def _at_rest(scene: Scene) -> TowShape:
     return tow_shape(scene, Route(scene).scope)
 
 
-def part_cautions(scene: Scene) -> list[Problem]:
+def part_warnings(scene: Scene) -> list[Problem]:
     """Drag factors by hand that do not say of what, with what hangs on it in the static shape."""
     sections = scene.cable.sections
     silent = {
@@ -96,10 +98,10 @@ def part_cautions(scene: Scene) -> list[Problem]:
     other = {name: s.model_copy(update=across) if name in silent else s for name, s in sections.items()}
     cable = scene.cable.model_copy(update={"sections": other})
     both, normal = _at_rest(scene), _at_rest(scene.model_copy(update={"cable": cable}))
-    told = [(float(-shape.place[0, 2]), float(shape.tension[-1])) for shape in (both, normal)]
-    if all(abs(a - b) <= NOTHING * abs(a) for a, b in zip(*told, strict=True)):
+    report = [(float(-shape.place[0, 2]), float(shape.tension[-1])) for shape in (both, normal)]
+    if all(abs(a - b) <= NOTHING * abs(a) for a, b in zip(*report, strict=True)):
         return []
-    (depth, tension), (depth_1, tension_1) = told
+    (depth, tension), (depth_1, tension_1) = report
     names = ", ".join(f"{name} ({factor:g})" for name, factor in silent.items())
     return [
         Problem(
@@ -113,7 +115,7 @@ def part_cautions(scene: Scene) -> list[Problem]:
     ]
 
 
-def drag_cautions(scene: Scene, speed: float) -> list[Problem]:
+def drag_warnings(scene: Scene, speed: float) -> list[Problem]:
     """Drag laws outside the range that their source gives: kind of cable, constant C_D, Re and angle of the flow.
 
     Re and angle are those of the static shape of the start, computed where they can matter at all; speed [m/s] of the
@@ -133,18 +135,18 @@ def drag_cautions(scene: Scene, speed: float) -> list[Problem]:
                     "Leave drag_law out for that of the fairing, or correct one of the two",
                 )
             )
-        if constant is not None and not law.least_drag <= constant <= law.most_drag:
+        if constant is not None and not law.min_drag <= constant <= law.max_drag:
             found.append(
                 Problem(
                     f"{key}.drag_coefficient",
-                    f"= {constant:g} is outside {law.least_drag:g} to {law.most_drag:g}, the range of {law.source}, "
+                    f"= {constant:g} is outside {law.min_drag:g} to {law.max_drag:g}, the range of {law.source}, "
                     f"for the law {own.drag_law.value}",
                     "Check it, or take drag_law: crossflow, which takes any constant",
                 )
             )
         fast = material_rows(scene.cable, section, scene.water, scene.gravity)[RE_FACTOR] * fastest
-        of_re = constant is None and (law.least_re > 0.0 or fast > law.most_re)
-        if of_re or law.least_angle > 0.0:
+        of_re = constant is None and (law.min_re > 0.0 or fast > law.max_re)
+        if of_re or law.min_angle > 0.0:
             asked[i] = law
     if asked and fastest > STILL:
         shape = _at_rest(scene)
@@ -167,13 +169,13 @@ def _outside(
     re = material_rows(scene.cable, section, scene.water, scene.gravity)[RE_FACTOR] * across
     angle = np.degrees(np.arctan2(across, np.abs(along)))
     own, found = dressed(section), []
-    if own.drag_coefficient is None and (re.min() < law.least_re or re.max() > law.most_re):
-        given = f"{law.least_re:g} and more" if np.isinf(law.most_re) else f"up to {law.most_re:g}"
+    if own.drag_coefficient is None and (re.min() < law.min_re or re.max() > law.max_re):
+        given = f"{law.min_re:g} and more" if np.isinf(law.max_re) else f"up to {law.max_re:g}"
         found.append(f"Re of the flow across the cable is {re.min():.3g} to {re.max():.3g}, the range {given}")
-    if angle.min() < law.least_angle:
+    if angle.min() < law.min_angle:
         found.append(
             f"the angle between cable and flow is {angle.min():.3g} to {angle.max():.3g} deg, the range "
-            f"{law.least_angle:g} to 90 deg"
+            f"{law.min_angle:g} to 90 deg"
         )
     return [
         Problem(

@@ -199,14 +199,14 @@ def _wave_problems(scene: Scene) -> list[Problem]:
     depth = inf if scene.seabed.depth is None else scene.seabed.depth
     length = _length(waves, scene.gravity, depth)
     if waves.kind is WaveKind.AIRY:
-        most = BREAKING * length * (tanh(2.0 * pi * depth / length) if depth < inf else 1.0)
-        if waves.height > most:
+        maximum = BREAKING * length * (tanh(2.0 * pi * depth / length) if depth < inf else 1.0)
+        if waves.height > maximum:
             found.append(
                 Problem(
                     "water.waves.height",
-                    f"= {waves.height:g} m is more than {most:.4g} m, the height at which a wave of {length:.4g} m "
+                    f"= {waves.height:g} m is more than {maximum:.4g} m, the height at which a wave of {length:.4g} m "
                     f"({waves.period:g} s) breaks: there is no such wave",
-                    f"Make it at most {most:.3g} m, or the period longer",
+                    f"Make it at most {maximum:.3g} m, or the period longer",
                 )
             )
         return found
@@ -231,16 +231,16 @@ def _wave_problems(scene: Scene) -> list[Problem]:
     return found
 
 
-def sea_cautions(scene: Scene) -> list[Problem]:
+def sea_warnings(scene: Scene) -> list[Problem]:
     """What of waves and turbulence will show in the results."""
     waves, turbulence, found = scene.water.waves, scene.water.turbulence, list[Problem]()
-    least = TICKS * scene.solver.tick
-    if any(turbulence.deviation) and turbulence.time_scale < least * (1.0 - 1e-9):
+    minimum = TICKS * scene.solver.tick
+    if any(turbulence.deviation) and turbulence.time_scale < minimum * (1.0 - 1e-9):
         found.append(
             Problem(
                 "water.turbulence.time_scale",
-                f"= {turbulence.time_scale:g} s is shorter than {least:g} s, {TICKS} ticks: what changes from tick to "
-                "tick is not followed, its part of the deviation acts as noise",
+                f"= {turbulence.time_scale:g} s is shorter than {minimum:g} s, {TICKS} ticks: what changes from tick "
+                "to tick is not followed, its part of the deviation acts as noise",
                 "Give a longer one, or a shorter solver.tick",
             )
         )

@@ -96,8 +96,8 @@ def wave_table(waves: Waves, gravity: float, depth: float) -> np.ndarray:
     bottom = exp(-2.0 * k * depth)
     norm = 1.0 / (1.0 - bottom)
     speed = amplitude * omega * norm
-    least = NEGLIGIBLE * np.sqrt(0.5 * (speed**2).sum())
-    reach = log(np.maximum(speed * (1.0 + bottom) / least, 1.0)) / k
+    minimum = NEGLIGIBLE * np.sqrt(0.5 * (speed**2).sum())
+    reach = log(np.maximum(speed * (1.0 + bottom) / minimum, 1.0)) / k
     table = np.stack([amplitude, k, omega, phase, b, norm, bottom, reach], 1)
     return table[np.argsort(-reach, kind="stable")]
 

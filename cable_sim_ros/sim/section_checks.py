@@ -78,11 +78,11 @@ def water_problems(name: str, section: Section) -> list[Problem]:
             text = f"= {getattr(section, kind):g} has no part in the law {called}, {why}"
             remedy = f"Leave it out, or take drag_law: {DragLaw.CROSSFLOW.value}"
             found.append(Problem(f"{key}.{kind}", text, remedy))
-    if law.least_drag > 0.0 and not constant:
+    if law.min_drag > 0.0 and not constant:
         text = (
             f"= {called} needs a constant C_D above 0, and drag_coefficient = "
-            f"{'none' if constant is None else f'{constant:g}'}: its source gives {law.least_drag:g} to "
-            f"{law.most_drag:g}, no value"
+            f"{'none' if constant is None else f'{constant:g}'}: its source gives {law.min_drag:g} to "
+            f"{law.max_drag:g}, no value"
         )
         found.append(Problem(f"{key}.drag_law", text, "Give drag_coefficient"))
     if law.own_fit and section.drag_coefficient is not None:

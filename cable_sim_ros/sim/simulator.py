@@ -10,13 +10,13 @@ from math import cos, radians, sin
 import numpy as np
 
 from ..errors import RunError
-from ..physics.frame import FRAME, SHAPE_COLUMNS, Flag, strum_table
 from ..physics.heave_compensation import LAWS, SetpointLaw
 from ..physics.inputs import Inputs, make_inputs
 from ..physics.mesh_motion import lay_mesh
 from ..physics.output import Output
 from ..physics.ship import NO_EPOCH
 from ..physics.state import ARC, MEMORY, NOW, STEP
+from ..physics.tick_output import SHAPE_COLUMNS, TICK_OUTPUT, Flag, strum_table
 from . import savefile
 from .build import build_model, build_state, make_output
 from .compensation_setup import declare, take_rest
@@ -38,7 +38,7 @@ class SolverError(RunError):
 
     def __init__(self, text: str, frames: np.recarray | None = None) -> None:
         super().__init__(text)
-        self.frames = np.zeros(0, FRAME).view(np.recarray) if frames is None else frames
+        self.frames = np.zeros(0, TICK_OUTPUT).view(np.recarray) if frames is None else frames
 
 
 class Simulator:
@@ -140,7 +140,7 @@ class Simulator:
 
     @property
     def frame(self) -> np.record:
-        """The Frame of the last tick, or of the start."""
+        """The tick output of the last tick, or of the start."""
         return self.output.frame.view(np.recarray)[0]
 
     @property
@@ -155,7 +155,7 @@ class Simulator:
 
     @property
     def contact(self) -> np.ndarray:
-        """Contact stations of the last tick [stations, 9], columns CONTACT_COLUMNS."""
+        """Contact contact points of the last tick [contact points, 9], columns CONTACT_COLUMNS."""
         return self.output.contact[0, : int(self.output.frame[0]["contact_stations"])]
 
     def push(self, item: ShipMotion | WinchCommand) -> None:
@@ -166,13 +166,13 @@ class Simulator:
         push(self.inputs, item, int(self.frame["time"]), self.scene.ship.max_gap)
 
     def tick(self, inputs: Inputs | None = None) -> np.record:
-        """Advance one tick with ``inputs`` (default: self.inputs); returns its Frame. Raises SolverError."""
+        """Advance one tick with ``inputs`` (default: self.inputs); returns its tick output. Raises SolverError."""
         if self._drive(TICKS, 1, self.output, inputs) < 1:
             raise self._halted()
         return self.frame
 
     def run(self, count: int, *, heads: np.ndarray | None = None) -> np.recarray:
-        """Advance ``count`` ticks in one compiled call; returns their Frames. Raises SolverError.
+        """Advance ``count`` ticks in one compiled call; returns their tick outputs. Raises SolverError.
 
         heads, int64 [count, 2]: motion samples and commands, counted from the first, that each tick sees of those
         written; default all.
@@ -309,4 +309,4 @@ class Simulator:
         )
 
 
-__all__ = ["FRAME", "InputError", "SaveError", "Simulator", "SolverError", "StartError"]
+__all__ = ["TICK_OUTPUT", "InputError", "SaveError", "Simulator", "SolverError", "StartError"]

@@ -28,7 +28,7 @@ from .rig import Rig, cable_of, load_of
 # below which round-off leaves it: places count from the middle of the span, which keeps that small
 RESIDUAL, ROUND_OFF = 5e-10, 4e-14
 ARC_ELEMENTS, LEAD_ELEMENTS, TAIL_ELEMENTS = 6, 2, 2
-MOST_ELEMENTS = 1000  # of the rest of the span
+MAX_ELEMENTS = 1000  # of the rest of the span
 LEAD = 0.3  # rad beyond the top of the sheave that the finer mesh goes on: sag wraps the cable farther than the top
 
 
@@ -117,7 +117,7 @@ class Span(Block):
     ends: SpanEnds = quantity(SpanEnds.SHEAVES, "", None, None, "what holds the span")
     sheave: SpanSheave = quantity(SpanSheave(), "", None, None, "sheaves")
     elements: int = quantity(
-        16, "1", 4, MOST_ELEMENTS, "elements of the span; even, for one node is in the middle", "Westin A.3"
+        16, "1", 4, MAX_ELEMENTS, "elements of the span; even, for one node is in the middle", "Westin A.3"
     )
     steps: int = quantity(60, "1", 30, 10000, "steps a period of shedding")
     cases: dict[str, SpanCase] = quantity(REQUIRED, "", None, None, "cases by name")

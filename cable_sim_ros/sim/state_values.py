@@ -13,31 +13,31 @@ import numpy as np
 from ..physics.heave_compensation import LAWS
 from ..physics.inputs import COMMAND_ROWS, MOTION_ROWS
 from ..physics.state import ARC, LEVELS, Q
-from .inputs import MOST_POSITION
+from .inputs import MAX_POSITION
 
-MOST = 1e12  # of any number; its square and cube are still numbers
-MOST_ENERGY = 1e18  # J, W: sums since the start
+MAX = 1e12  # of any number; its square and cube are still numbers
+MAX_ENERGY = 1e18  # J, W: sums since the start
 NO_PEAK = 1e300  # of a step before the first: physics/observe.no_peaks; each tick begins with it
-MOST_TIME = 2**62  # ns; the difference of two still is an int64
-MOST_COUNT = 2**53
+MAX_TIME = 2**62  # ns; the difference of two still is an int64
+MAX_COUNT = 2**53
 # integers by name, or by the end of it: least, most
 WHOLE = {
-    "time.now": (-MOST_TIME, MOST_TIME),
-    "time.start": (-MOST_TIME, MOST_TIME),
-    "time.blend": (-MOST_TIME, MOST_TIME),
-    "ship.mean_at": (-MOST_TIME, MOST_TIME),
-    "measured.lead_at": (-MOST_TIME, MOST_TIME),
-    "winch.line_end": (-MOST_TIME, MOST_TIME),
-    "winch.line_command": (-MOST_TIME, MOST_TIME),
-    "events.pressed_since": (-MOST_TIME, MOST_TIME),
+    "time.now": (-MAX_TIME, MAX_TIME),
+    "time.start": (-MAX_TIME, MAX_TIME),
+    "time.blend": (-MAX_TIME, MAX_TIME),
+    "ship.mean_at": (-MAX_TIME, MAX_TIME),
+    "measured.departure_stamp": (-MAX_TIME, MAX_TIME),
+    "winch.line_end": (-MAX_TIME, MAX_TIME),
+    "winch.line_command": (-MAX_TIME, MAX_TIME),
+    "events.pressed_since": (-MAX_TIME, MAX_TIME),
     "setpoint.algorithm": (0, len(LAWS) - 1),
     "setpoint.engaged": (-1, len(LAWS) - 1),
     "control.level": (0, LEVELS - 1),
-    "control.wait": (0, MOST_COUNT),
+    "control.wait": (0, MAX_COUNT),
     "halted": (0, 0),
-    "frame.time": (-MOST_TIME, MOST_TIME),
+    "frame.time": (-MAX_TIME, MAX_TIME),
 }
-COUNTED = (-1, MOST_COUNT)  # all others
+COUNTED = (-1, MAX_COUNT)  # all others
 RINGS = (("motion", MOTION_ROWS, False), ("command", COMMAND_ROWS, True))  # name, rows, NaN: not commanded
 
 
@@ -72,22 +72,22 @@ def _out_of_bounds(name: str, field: str, values: np.ndarray) -> str:
         return ""
     where = f"{name}: {field}" if field else name
     if values.dtype.kind == "i":
-        least, most = WHOLE.get(field, COUNTED)
+        minimum, maximum = WHOLE.get(field, COUNTED)
         low, high = int(values.min()), int(values.max())
-        return "" if least <= low and high <= most else f"{where} is {low if low < least else high}"
+        return "" if minimum <= low and high <= maximum else f"{where} is {low if low < minimum else high}"
     if not np.isfinite(values).all():
         return f"{where} is not finite"
-    largest, most_is = float(np.abs(values).max()), MOST_ENERGY if field.startswith("account.") else MOST
+    largest, max_is = float(np.abs(values).max()), MAX_ENERGY if field.startswith("account.") else MAX
     if field.startswith("health.") and field.endswith(("_min", "_max")) and (np.abs(values) == NO_PEAK).all():
         return ""
-    return "" if largest <= most_is else f"{where} is {largest:.3g}"
+    return "" if largest <= max_is else f"{where} is {largest:.3g}"
 
 
 def _mesh(nodes: np.ndarray) -> str:
     if not (np.diff(nodes[ARC, :, 0]) > 0.0).all():
         return "nodes: the arc lengths of the nodes do not go up"
-    if not np.abs(nodes[Q, :, :3]).max() <= MOST_POSITION:
-        return f"nodes: a node is further than {MOST_POSITION:g} m away"
+    if not np.abs(nodes[Q, :, :3]).max() <= MAX_POSITION:
+        return f"nodes: a node is further than {MAX_POSITION:g} m away"
     return ""
 
 
@@ -96,11 +96,11 @@ def rings_problem(arrays: Mapping[str, np.ndarray]) -> str:
     for name, rows, may_lack in RINGS:
         time, values = arrays[f"inputs_{name}_time"], arrays[f"inputs_{name}"]
         head, seen = int(arrays[f"inputs_{name}_head"][0]), int(arrays[f"inputs_{name}_seen"][0])
-        if not (0 <= head <= MOST_COUNT and 0 <= seen <= MOST_COUNT):
+        if not (0 <= head <= MAX_COUNT and 0 <= seen <= MAX_COUNT):
             return f"inputs_{name}: {head} were written and {seen} seen"
-        if not np.abs(time.astype(float)).max() <= MOST_TIME:
+        if not np.abs(time.astype(float)).max() <= MAX_TIME:
             return f"inputs_{name}: a time is out of range"
-        if not ((np.abs(values) <= MOST) | (may_lack & np.isnan(values))).all():
+        if not ((np.abs(values) <= MAX) | (may_lack & np.isnan(values))).all():
             return f"inputs_{name} is not finite"
         used = [k % rows for k in range(max(0, head - rows), head)]
         if name == "motion" and not (np.diff(time[used]) > 0).all():

@@ -14,24 +14,24 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ..physics.contact_surface import FLOOR, GROOVE, SHEAVE_ROW
-from ..physics.frame import Flag
 from ..physics.section import material_of
 from ..physics.state import FLOW, NOW
+from ..physics.tick_output import Flag
 from .current import flow_of
 from .elementary import product
 from .material import extreme, section_ends
-from .route import MOST_PUSH, MOST_STEPS, Route, StartError, first_angle, first_strain, laid_angle
+from .route import MAX_PUSH, MAX_STEPS, Route, StartError, first_angle, first_strain, laid_angle
 from .scene import Scene
 from .static_shape import TowShape
 
 if TYPE_CHECKING:
     from .simulator import Simulator
 
-LEAST_FLOW = 1e-6  # m/s
-MOST_FLEET = 0.1  # rad to one side of the sheave: more may be why the cable does not stay in its groove
+MIN_FLOW = 1e-6  # m/s
+MAX_FLEET = 0.1  # rad to one side of the sheave: more may be why the cable does not stay in its groove
 
 
-class Lead(NamedTuple):
+class Departure(NamedTuple):
     """How the cable leaves the sheave by its static shape, rad: from the downward vertical, aft positive, in the plane
     of the sheave; out of that plane; and what of it wraps the sheave."""
 
@@ -45,13 +45,13 @@ def turned(yaw: float) -> np.ndarray:
     return np.array([[cos(yaw), -sin(yaw), 0.0], [sin(yaw), cos(yaw), 0.0], [0.0, 0.0, 1.0]])
 
 
-def lead_of(scene: Scene, shape: TowShape, yaw: float) -> Lead:
+def signed_departure(scene: Scene, shape: TowShape, yaw: float) -> Departure:
     """How the cable of a shape leaves its sheave."""
     route = Route(scene)
     down = -product(shape.force[-1], turned(yaw)) / shape.tension[-1]  # in base_link
     angle = atan2(-route.side * down[0], -down[2])
     fleet = atan2(down[1], hypot(down[0], down[2]))
-    return Lead(angle, fleet, route.on_sheave(angle) / route.sheave)
+    return Departure(angle, fleet, route.on_sheave(angle) / route.sheave)
 
 
 def strains(scene: Scene, shape: TowShape) -> np.ndarray:
@@ -64,15 +64,15 @@ def strains(scene: Scene, shape: TowShape) -> np.ndarray:
 def along_shape(sim: Simulator, shape: TowShape, yaw: float) -> np.ndarray:
     """Nodes [nodes, 6] in axes of the world about base_link: stretched along the route, then along the shape."""
     route, arc = Route(sim.scene), sim.state.arc - sim.state.arc[0]
-    lead, strain = lead_of(sim.scene, shape, yaw), strains(sim.scene, shape)
+    departure, strain = signed_departure(sim.scene, shape, yaw), strains(sim.scene, shape)
     stretch = 1.0 + strain[-1]
     press(route, sim.state.surfaces, float(shape.tension[-1]))
-    leaves = min((route.on_drum + route.span + route.on_sheave(lead.angle)) / stretch, arc[-1])
+    leaves = min((route.on_drum + route.span + route.on_sheave(departure.angle)) / stretch, arc[-1])
     aboard = arc <= leaves
     q, turn = np.zeros((len(arc), 6)), turned(yaw)
-    r, g = route.nodes(stretch * arc[aboard], lead.angle)
+    r, g = route.nodes(stretch * arc[aboard], departure.angle)
     q[aboard, :3], q[aboard, 3:] = product(r, turn.T), stretch * product(g, turn.T)
-    off, _ = route.nodes(np.array([stretch * leaves]), lead.angle)
+    off, _ = route.nodes(np.array([stretch * leaves]), departure.angle)
     longer = max(arc[-1] - leaves, 1e-9) / shape.s[-1]  # by what the cable inboard is stretched
     up = (arc[-1] - arc[~aboard]) / longer
     tangent = -((1.0 + strain) / shape.tension)[:, None] * shape.force
@@ -117,15 +117,15 @@ def guesses(sim: Simulator, shape: TowShape, yaw: float) -> Iterator[np.ndarray]
 def settle(sim: Simulator, shape: TowShape, yaw: float) -> dict[str, float]:
     """Bring a cleared Simulator to rest at its mean pose: steps, iterations and residual [N]. Raises StartError."""
     scene, health = sim.scene, sim.state.now.health
-    lead = lead_of(scene, shape, yaw)
+    departure = signed_departure(scene, shape, yaw)
     solid = float(sim.state.surfaces[SHEAVE_ROW].stiffness) > 0.0
-    clear = not solid or (shape.closed and lead.wrap <= 0.0)  # it passes above the sheave: the scene has it so
+    clear = not solid or (shape.closed and departure.wrap <= 0.0)  # it passes above the sheave: the scene has it so
     tried, iterations, beside, left = 0, 0, False, np.inf
     for guess in guesses(sim, shape, yaw):
         sim.state.q[:] = guess
         sim.state.q[:, :3] += sim.state.now.ship.mean_coord[:3]
         for _ in range(2):
-            steps = sim.bring_to_rest(MOST_STEPS)
+            steps = sim.bring_to_rest(MAX_STEPS)
             tried, iterations, left = tried + abs(steps), iterations + int(health.iterations), float(health.residual)
             if steps >= 0 or not left <= sim.tolerance:
                 break  # else its steps became too short to tell, and what they led to is balanced: begin from there
@@ -134,29 +134,29 @@ def settle(sim: Simulator, shape: TowShape, yaw: float) -> dict[str, float]:
             check_push(sim)
             return {"steps": tried, "iterations": iterations, "residual_n": left}
         beside = beside or resting
-    raise off_sheave(scene, lead, left) if beside else no_equilibrium(sim, lead, tried, iterations, left)
+    raise off_sheave(scene, departure, left) if beside else no_equilibrium(sim, departure, tried, iterations, left)
 
 
 def check_push(sim: Simulator) -> None:
     """Refuse a rest in which the cable pushes. Raises StartError."""
     state = sim.state
-    pushed, most = int(state.tension.argmin()), float(state.tension.max())
-    if state.tension[pushed] < -MOST_PUSH * most:
+    pushed, maximum = int(state.tension.argmin()), float(state.tension.max())
+    if state.tension[pushed] < -MAX_PUSH * maximum:
         raise StartError(
             f"{sim.scene.name}: at rest the cable would have to push with {-state.tension[pushed]:.4g} N at arc length "
-            f"{state.arc[pushed]:.4g} m, more than {100.0 * MOST_PUSH:g} % of its largest tension {most:.4g} N: it "
+            f"{state.arc[pushed]:.4g} m, more than {100.0 * MAX_PUSH:g} % of its largest tension {maximum:.4g} N: it "
             f"folds there, and where it would come to lie is not known; nothing was started. Remedy: more weight "
             f"at the body (towbody.net_weight), or a ship under way (ship.tow_speed)",
             float(state.now.health.residual),
         )
 
 
-def way(scene: Scene, lead: Lead) -> str:
+def way(scene: Scene, departure: Departure) -> str:
     """How the cable would leave the sheave, in words."""
-    side = "port" if lead.fleet > 0.0 else "starboard"
+    side = "port" if departure.fleet > 0.0 else "starboard"
     return (
-        f"by its static shape it wraps the sheave by {degrees(lead.wrap):.3g} deg and leads "
-        f"{degrees(abs(lead.fleet)):.3g} deg to {side} of its plane, in a groove of sheave.groove_depth = "
+        f"by its static shape it wraps the sheave by {degrees(departure.wrap):.3g} deg and leads "
+        f"{degrees(abs(departure.fleet)):.3g} deg to {side} of its plane, in a groove of sheave.groove_depth = "
         f"{scene.sheave.groove_depth:g} m"
     )
 
@@ -167,36 +167,36 @@ def from_drum(scene: Scene) -> float:
     return atan2(abs(aside), abs(ahead))
 
 
-def remedy(scene: Scene, lead: Lead) -> str:
+def remedy(scene: Scene, departure: Departure) -> str:
     """What helps a cable that leaves the sheave so."""
     comes = from_drum(scene)
-    if abs(comes) > MOST_FLEET:
+    if abs(comes) > MAX_FLEET:
         return (
             f"it comes {degrees(comes):.3g} deg aslant from the drum: bring winch.position and sheave.position into "
             f"line (the same y)"
         )
-    if abs(lead.fleet) > MOST_FLEET:
+    if abs(departure.fleet) > MAX_FLEET:
         return "a flow from ahead (ship.heading_deg, water.current, ship.tow_speed), or a deeper sheave.groove_depth"
     stiffness = extreme(scene.cable, "axial_stiffness")[0]
     return f"a stiffer cable ({stiffness}), a sheave higher above the drum (sheave.position), or a finer mesh on it"
 
 
-def off_sheave(scene: Scene, lead: Lead, left: float) -> StartError:
+def off_sheave(scene: Scene, departure: Departure, left: float) -> StartError:
     """The error of a cable that comes to rest only beside its sheave, with the cause."""
     return StartError(
-        f"{scene.name}: at rest the cable is not in the groove of its sheave: {way(scene, lead)}, and does not stay "
-        f"there; nothing was started, for contact and tension of such a tow are not those of a cable on its sheave. "
-        f"Remedy: {remedy(scene, lead)}",
+        f"{scene.name}: at rest the cable is not in the groove of its sheave: {way(scene, departure)}, and does not "
+        f"stay there; nothing was started, for contact and tension of such a tow are not those of a cable on its "
+        f"sheave. Remedy: {remedy(scene, departure)}",
         left,
     )
 
 
-def no_equilibrium(sim: Simulator, lead: Lead, tried: int, iterations: int, left: float) -> StartError:
+def no_equilibrium(sim: Simulator, departure: Departure, tried: int, iterations: int, left: float) -> StartError:
     """The error of a tow that does not come to rest."""
     scene = sim.scene
-    aside = f": {way(scene, lead)}" if abs(lead.fleet) > MOST_FLEET else ""
+    aside = f": {way(scene, departure)}" if abs(departure.fleet) > MAX_FLEET else ""
     helps = (
-        remedy(scene, lead)
+        remedy(scene, departure)
         if aside
         else "check weight and drag of towbody and cable, or begin with a shorter cable or a coarser mesh"
     )
@@ -218,6 +218,6 @@ def turn_bodies(sim: Simulator, shape: TowShape, yaw: float) -> None:
     for node, place in zip(sim.model.line.body_nodes, places, strict=True):
         z = float(np.interp(place, shape.s, shape.place[:, 2]))
         past = flow(z)
-        if hypot(*past) < LEAST_FLOW:
+        if hypot(*past) < MIN_FLOW:
             past = (-cos(yaw), -sin(yaw))
         state.nodes[NOW, FLOW, node, :2] = past

@@ -33,7 +33,7 @@ from .scene import Scene
 from .viv_tables import drag_factors
 
 STEP = 0.06  # of the length over which the tension vector turns
-LEAST_STEPS = 160  # in all
+MIN_STEPS = 160  # in all
 
 Row = tuple[float, ...]
 Flow = Callable[[float], tuple[float, float]]  # water past the tow at a height, m/s
@@ -57,7 +57,7 @@ class CableLoads(NamedTuple):
     normal: tuple[float, ...]
     tangential: tuple[float, ...]
     ea: float
-    least: float  # m/s across it that C_D(Re) is taken of at least
+    minimum: float  # m/s across it that C_D(Re) is taken of at least
 
 
 def cable_loads(scene: Scene) -> list[CableLoads]:
@@ -98,11 +98,11 @@ def _coefficients(c: CableLoads, vn: float, at: float) -> tuple[float, float]:
     """C_D of the drag across and that of f_t: of the whole speed where the cable lies in the flow."""
     if c.cd >= 0.0:
         return c.cd, c.cd
-    across = _coefficient(c, max(c.re * max(vn, c.least), 1e-2))
+    across = _coefficient(c, max(c.re * max(vn, c.minimum), 1e-2))
     x = (vn / (GRAZING * at)) ** 2 if vn < GRAZING * at else 1.0
     if x == 1.0 or c.fit != CHOO_CASARELLA:
         return across, across
-    whole = _coefficient(c, max(c.re * max(hypot(vn, at), c.least), 1e-2))
+    whole = _coefficient(c, max(c.re * max(hypot(vn, at), c.minimum), 1e-2))
     return across, whole + x * x * (3.0 - 2.0 * x) * (across - whole)
 
 
@@ -191,7 +191,7 @@ class Ground(NamedTuple):
         return (force[0] + self.rub[0] * down, force[1] + self.rub[1] * down, 0.0)
 
 
-def march(
+def integrate(
     cables: list[CableLoads],
     spans: list[tuple[float, int]],
     y: Row,
@@ -215,7 +215,7 @@ def march(
         while done < length - 1e-9 * total:
             out.append((s + done, y, i))
             if s + done < laid - 1e-9 * total:
-                h = min(total / LEAST_STEPS, length - done, laid - s - done)
+                h = min(total / MIN_STEPS, length - done, laid - s - done)
                 t = hypot(y[3], y[4]) or 1e-12
                 f = line_load(c, bottom, y[3:], flow)
                 force = ground.bears((y[3] - h * f[0], y[4] - h * f[1], 0.0), (c.weight - c.buoyancy) * h)
@@ -227,7 +227,7 @@ def march(
             f = line_load(c, y[2], y[3:], flow)
             vx, vy = flow(y[2])
             scale = hypot(hypot(f[0], f[1]), f[2]) + 0.3 * c.half_rho_d * c.factor * (vx * vx + vy * vy) * (y[2] < 0.0)
-            h = min(STEP * t / max(scale, 1e-12) + 1e-5 * total, total / LEAST_STEPS, length - done)
+            h = min(STEP * t / max(scale, 1e-12) + 1e-5 * total, total / MIN_STEPS, length - done)
             h = max(h, 1e-4 * length)
             if length - done - h < 0.3 * h:
                 h = length - done

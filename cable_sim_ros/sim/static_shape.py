@@ -25,9 +25,9 @@ from .static_integration import (
     Row,
     cable_loads,
     holding_force,
+    integrate,
     joint_forces,
     line_load,
-    march,
 )
 
 SHOTS = 30
@@ -105,7 +105,7 @@ class _Shooting(NamedTuple):
             force = (self.slack * cos(yaw), self.slack * sin(yaw), 0.0)
         if hypot(hypot(*force[:2]), force[2]) < 1e-9:
             force = (0.0, 0.0, 1e-9)
-        rows = march(self.cables, self.spans(free), (0.0, 0.0, z, *force), self.flow, ground, self.joints, laid)
+        rows = integrate(self.cables, self.spans(free), (0.0, 0.0, z, *force), self.flow, ground, self.joints, laid)
         end = rows[-1][1]
         t = sqrt(sum(f * f for f in end[3:])) or 1e-12
         aft = 1.0 if (end[3] * cos(yaw) + end[4] * sin(yaw)) * self.route.side >= 0.0 else -1.0

@@ -1,7 +1,7 @@
 """Verdict on a run: ok, doubtful or failed, why, for how long and for which figures. The bounds: flag_rules.py.
 
-Made from counts of status words, which a node has too; what needs the Frames of a run is in runs/verdict.py. The JSON,
-the last lines on the terminal, the exit code, the stamp on the pictures and the end of the node are made from it.
+Made from counts of status words, which a node has too; what needs the tick outputs of a run is in runs/verdict.py. The
+JSON, the last lines on the terminal, the exit code, the stamp on the pictures and the end of the node are made from it.
 """
 
 from __future__ import annotations
@@ -11,28 +11,38 @@ from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 from ..errors import CODE_DAMAGED, CODE_DOUBTFUL, CODE_FAILED, CODE_OK
-from ..physics.frame import Flag
 from ..physics.heave_compensation import SetpointLaw
 from ..physics.section import material_of
-from .flag_rules import CHECKS, DAMAGE, DOUBTFUL, FAILED, MOST_STRESS, OK, REFUSED, REFUSED_S, RULES
+from ..physics.tick_output import Flag
+from .flag_rules import CHECKS, DAMAGE, DOUBTFUL, FAILED, MAX_STRESS, OK, REFUSED, REFUSED_S, RULES
 from .scene import Scene
 
-FIGURES_OF = {name: figures for name, _, figures, _ in CHECKS}
+METRICS_OF = {name: metrics for name, _, metrics, _ in CHECKS}
 STATE_OF = {rule.flag: rule.state for rule in RULES} | {name: state for name, state, _, _ in CHECKS}
 
 
 class Reason(NamedTuple):
-    """Why a run is not ok: flag of the Frame or name of CHECKS, for how long [s], share of the run, names of the
+    """Why a run is not ok: flag of the tick output or name of CHECKS, for how long [s], share of the run, names of the
     figures in the JSON, meaning in words."""
 
     flag: str
     seconds: float
-    share: float
-    figures: tuple[str, ...]
+    fraction: float
+    metrics: tuple[str, ...]
     text: str
 
+    def as_dict(self) -> dict[str, Any]:
+        """For the JSON."""
+        return {
+            "flag": self.flag,
+            "seconds": self.seconds,
+            "share": self.fraction,
+            "figures": list(self.metrics),
+            "text": self.text,
+        }
+
     def __str__(self) -> str:
-        lasted = f" for {self.seconds:.3g} s ({100.0 * self.share:.3g} % of the run)" if self.seconds > 0.0 else ""
+        lasted = f" for {self.seconds:.3g} s ({100.0 * self.fraction:.3g} % of the run)" if self.seconds > 0.0 else ""
         return f"{self.flag}{lasted}: {self.text}"
 
 
@@ -53,10 +63,7 @@ class Verdict(NamedTuple):
 
     def as_dict(self) -> dict[str, Any]:
         """For the JSON."""
-        return {
-            "state": self.state,
-            "reasons": [reason._asdict() | {"figures": list(reason.figures)} for reason in self.reasons],
-        }
+        return {"state": self.state, "reasons": [reason.as_dict() for reason in self.reasons]}
 
     @property
     def headline(self) -> str:
@@ -84,9 +91,9 @@ def verdict_of(reasons: Iterable[Reason]) -> Verdict:
     return Verdict(FAILED if FAILED in states else DOUBTFUL if reasons else OK, reasons)
 
 
-def check(name: str, text: str, seconds: float = 0.0, share: float = 0.0) -> Reason:
+def check(name: str, text: str, seconds: float = 0.0, fraction: float = 0.0) -> Reason:
     """A reason that is one of CHECKS."""
-    return Reason(name, float(seconds), float(share), FIGURES_OF[name], text)
+    return Reason(name, float(seconds), float(fraction), METRICS_OF[name], text)
 
 
 def judge_counts(
@@ -100,8 +107,8 @@ def judge_counts(
 ) -> Verdict:
     """Verdict on a run of which only the ticks with each status word are known.
 
-    statuses: status word of the Frames -> ticks; tick: length [s]; last: status of the last tick; others: reasons that
-    are not flags; problem: why it ended early.
+    statuses: status word of the tick outputs -> ticks; tick: length [s]; last: status of the last tick; others:
+    reasons that are not flags; problem: why it ended early.
     """
     total = sum(statuses.values())
     reasons = [check("HALTED", problem)] if problem else []
@@ -111,8 +118,8 @@ def judge_counts(
         if not ticks or rule.state == OK or (rule.compensating and scene is not None and not compensates(scene)):
             continue
         seconds = ticks * tick
-        if seconds > max(rule.seconds, rule.share * total * tick) * (1.0 + 1e-9) or (rule.at_end and last & bit):
-            reasons.append(Reason(rule.flag, seconds, ticks / total, rule.figures, rule.text))
+        if seconds > max(rule.seconds, rule.fraction * total * tick) * (1.0 + 1e-9) or (rule.at_end and last & bit):
+            reasons.append(Reason(rule.flag, seconds, ticks / total, rule.metrics, rule.text))
     return verdict_of([*reasons, *others])
 
 
@@ -126,50 +133,50 @@ def strength(scene: Scene) -> float:
     limits = []
     for section in scene.cable.sections.values():
         own = material_of(scene.cable, section)
-        limits.append(own.breaking_load or 0.25 * math.pi * own.diameter**2 * MOST_STRESS)
+        limits.append(own.breaking_load or 0.25 * math.pi * own.diameter**2 * MAX_STRESS)
     return max(limits)
 
 
-def overload(scene: Scene, most: float, seconds: float = 0.0, share: float = 0.0) -> tuple[Reason, ...]:
+def overload(scene: Scene, maximum: float, seconds: float = 0.0, fraction: float = 0.0) -> tuple[Reason, ...]:
     """Reason where the largest tension [N] is above the strength; seconds, share: how long, 0 where not known."""
     limit = strength(scene)
-    if not most > limit:
+    if not maximum > limit:
         return ()
-    stretch = 100.0 * most / min(material_of(scene.cable, s).axial_stiffness for s in scene.cable.sections.values())
+    stretch = 100.0 * maximum / min(material_of(scene.cable, s).axial_stiffness for s in scene.cable.sections.values())
     known = any(material_of(scene.cable, s).breaking_load for s in scene.cable.sections.values())
     bound = (
         f"the breaking load of {limit:.4g} N"
         if known
-        else f"{limit:.4g} N, {MOST_STRESS / 1e6:g} MPa of its full circle, which no steel or fibre rope carries"
+        else f"{limit:.4g} N, {MAX_STRESS / 1e6:g} MPa of its full circle, which no steel or fibre rope carries"
     )
     return (
         check(
             "OVERLOAD",
-            f"tension went up to {most:.4g} N, a strain of {stretch:.2g} %: above {bound}. The cable would "
+            f"tension went up to {maximum:.4g} N, a strain of {stretch:.2g} %: above {bound}. The cable would "
             "have parted; what follows is no tow",
             seconds,
-            share,
+            fraction,
         ),
     )
 
 
 def refused_motion(refusals: Iterable[tuple[str, float]], length: float) -> tuple[Reason, ...]:
     """Reasons where a source of motion was refused for long; refusals: text and s; length: of the run, s."""
-    least = max(REFUSED_S, REFUSED * length)
+    minimum = max(REFUSED_S, REFUSED * length)
     return tuple(
         check("MOTION_REFUSED", text, seconds, min(1.0, seconds / max(length, 1e-9)))
         for text, seconds in refusals
-        if seconds > least
+        if seconds > minimum
     )
 
 
-def of_node(figures: Mapping[str, Any]) -> tuple[Reason, ...]:
-    """Reasons that the final figures of a node give beside its Frames."""
-    found, recorder = [], figures.get("recorder") or {}
-    if figures.get("skips_ahead"):
-        times = f"{figures['skips_ahead']} time{'s' * (figures['skips_ahead'] > 1)}"
+def of_node(metrics: Mapping[str, Any]) -> tuple[Reason, ...]:
+    """Reasons that the final figures of a node give beside its tick outputs."""
+    found, recorder = [], metrics.get("recorder") or {}
+    if metrics.get("skips_ahead"):
+        times = f"{metrics['skips_ahead']} time{'s' * (metrics['skips_ahead'] > 1)}"
         found.append(check("BEHIND", f"the node did not hold real time and was taken to the present, {times}"))
     if recorder.get("dropped"):
         found.append(check("NOT_RECORDED", f"{recorder['dropped']} messages were not recorded: the disk is too slow"))
-    found += refused_motion(map(tuple, figures.get("motion_refusals") or ()), figures.get("motion_s") or 0.0)
+    found += refused_motion(map(tuple, metrics.get("motion_refusals") or ()), metrics.get("motion_s") or 0.0)
     return tuple(found)

@@ -6,7 +6,7 @@ from enum import Enum
 
 import numpy as np
 
-from ..physics.viv_amplification import AMPLITUDE_MOST, FACTOR_MOST, RE_FULL, RE_SHEDDING, Viv
+from ..physics.viv_amplification import MAX_AMPLITUDE, MAX_FACTOR, RE_FULL, RE_SHEDDING, Viv
 from .problem import Problem
 from .route import Route
 from .scene import Scene
@@ -36,7 +36,7 @@ def strum_problems(scene: Scene) -> list[Problem]:
     ]
 
 
-def strum_cautions(scene: Scene) -> list[Problem]:
+def strum_warnings(scene: Scene) -> list[Problem]:
     """Strumming without effect or far from the data behind it."""
     sections = scene.cable.sections
     if not on(scene):
@@ -65,10 +65,10 @@ def strum_cautions(scene: Scene) -> list[Problem]:
                 "Leave it out, or take the fairing off",
             )
         ]
-    return _far_cautions(scene)
+    return _far_warnings(scene)
 
 
-def _far_cautions(scene: Scene) -> list[Problem]:
+def _far_warnings(scene: Scene) -> list[Problem]:
     """Reynolds numbers and angles to the flow of the tow at rest that the laws were not made for."""
     route, rows = Route(scene), strum_sections(scene)
     shape = tow_shape(scene, route.scope)
@@ -124,10 +124,10 @@ def _inclined(scene: Scene, rows: np.ndarray, shape: TowShape, strumming: np.nda
     speed = np.maximum(shape.past[strumming], 1e-9)
     angles = np.degrees(np.arcsin(np.minimum(shape.across[strumming] / speed, 1.0)))
     angle = float(np.average(angles, weights=np.gradient(shape.s)[strumming]))
-    most = scene.viv.multiplier * float(rows["multiplier"][shape.section][strumming].max())
-    if angle >= STEEP_DEG or most <= MEANT:
+    maximum = scene.viv.multiplier * float(rows["multiplier"][shape.section][strumming].max())
+    if angle >= STEEP_DEG or maximum <= MEANT:
         return []
-    product = "" if most == scene.viv.multiplier else f" ({most:.3g} with the viv_multiplier of the section)"
+    product = "" if maximum == scene.viv.multiplier else f" ({maximum:.3g} with the viv_multiplier of the section)"
     text = (
         f"= {scene.viv.multiplier:g}{product} with cable that is inclined by {angle:.3g} deg on average to the flow, "
         f"less than {STEEP_DEG:g} deg: there a cable strums less than the flow across it says"
@@ -137,18 +137,18 @@ def _inclined(scene: Scene, rows: np.ndarray, shape: TowShape, strumming: np.nda
 
 def _bounds(scene: Scene, a: np.ndarray) -> list[Problem]:
     """Amplitudes and drag factors beyond what is known; a: A/d of the strumming cable."""
-    found, most = [], float(a.max())
-    if most > AMPLITUDE_MOST:
+    found, maximum = [], float(a.max())
+    if maximum > MAX_AMPLITUDE:
         text = (
-            f"= {scene.viv.multiplier:g} gives amplitudes of up to {most:.3g} diameters, more than the "
-            f"{AMPLITUDE_MOST:g} that the laws are bounded by"
+            f"= {scene.viv.multiplier:g} gives amplitudes of up to {maximum:.3g} diameters, more than the "
+            f"{MAX_AMPLITUDE:g} that the laws are bounded by"
         )
         found.append(Problem("viv.multiplier", text, "Give a smaller one; cables strum with one diameter or less"))
-    at_bound = float(np.mean([unbounded_factor(scene, x) >= FACTOR_MOST for x in a]))
+    at_bound = float(np.mean([unbounded_factor(scene, x) >= MAX_FACTOR for x in a]))
     if at_bound > 0.0:
         text = (
-            f"= {scene.viv.amplification.value} gives a drag factor of {unbounded_factor(scene, most):.3g}, and "
-            f"{100.0 * at_bound:.3g} % of the strumming cable is held at the bound of {FACTOR_MOST:g}: there the "
+            f"= {scene.viv.amplification.value} gives a drag factor of {unbounded_factor(scene, maximum):.3g}, and "
+            f"{100.0 * at_bound:.3g} % of the strumming cable is held at the bound of {MAX_FACTOR:g}: there the "
             "factor no longer answers to the flow"
         )
         found.append(

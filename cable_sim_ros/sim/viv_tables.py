@@ -74,14 +74,14 @@ def strum_amplitudes(scene: Scene) -> list[Callable[[float], float]]:
     law, amplitude, onset = int(rules[0]["law"]), _plain(viv_amplification.amplitude), _plain(viv_amplification.onset)
 
     def of(row: np.ndarray) -> Callable[[float], float]:
-        alpha, most, re_1 = float(row["mass_damping"]), viv_amplification.AMPLITUDE_MOST, float(row["reynolds"])
+        alpha, maximum, re_1 = float(row["mass_damping"]), viv_amplification.MAX_AMPLITUDE, float(row["reynolds"])
         multiplier = float(row["multiplier"]) * scene.viv.multiplier
 
         def at(speed: float) -> float:
             re = re_1 * speed
             if not row["strums"] or re <= RE_SHEDDING:
                 return 0.0
-            return onset(re) * multiplier * min(max(amplitude(law, alpha, re), 0.0), most)
+            return onset(re) * multiplier * min(max(amplitude(law, alpha, re), 0.0), maximum)
 
         return at
 
@@ -99,6 +99,6 @@ def drag_factors(scene: Scene) -> list[Callable[[float], float]]:
     """By section: drag factor of strumming for a normal speed [m/s]; without the reduction by viv.lock_in_band."""
 
     def factor(amplitude: Callable[[float], float]) -> Callable[[float], float]:
-        return lambda speed: min(unbounded_factor(scene, amplitude(speed)), viv_amplification.FACTOR_MOST)
+        return lambda speed: min(unbounded_factor(scene, amplitude(speed)), viv_amplification.MAX_FACTOR)
 
     return [factor(amplitude) for amplitude in strum_amplitudes(scene)]

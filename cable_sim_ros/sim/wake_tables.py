@@ -125,11 +125,11 @@ def step_problems(cable: Cable, speed: float, step: float, key: str = "solver.ti
     for name, section in cable.sections.items():
         frequency = shedding(cable, section, speed)
         if step * frequency * STEPS > 1.0 + 1e-9:
-            given, most = apart(step, 1.0 / (STEPS * frequency))
+            given, maximum = apart(step, 1.0 / (STEPS * frequency))
             found.append(
                 Problem(
                     key,
-                    f"= {given} s is longer than {most} s, 1/{STEPS} of a period of the vortices that "
+                    f"= {given} s is longer than {maximum} s, 1/{STEPS} of a period of the vortices that "
                     f"cable.sections.{name} sheds at {frequency:.4g} Hz (wake.strouhal = {section.wake.strouhal:g} at "
                     f"{speed:.3g} m/s): the steps do not follow them, and their force would be lost",
                     f"Make it at most {1.0 / (STEPS * frequency):.2g} s, or leave the wake of that section out",
@@ -159,14 +159,14 @@ def element_problems(
         frequency = shedding(cable, section, speed)
         bound = wave_length(material_of(cable, section), water.density, frequency, tension) / ELEMENTS
         if longest > bound * (1.0 + 1e-9):
-            given, most = apart(longest, bound)
+            given, maximum = apart(longest, bound)
             found.append(
                 Problem(
                     f"cable.sections.{name}.wake.law",
-                    f"= {section.wake.law.value} on elements of {given} m, longer than {most} m, 1/{ELEMENTS} of a "
+                    f"= {section.wake.law.value} on elements of {given} m, longer than {maximum} m, 1/{ELEMENTS} of a "
                     f"wave of this cable at the {frequency:.4g} Hz that it sheds at {speed:.3g} m/s under "
                     f"{tension:.4g} N: the mesh does not carry the vibration",
-                    remedy.format(name=name, least=bound),
+                    remedy.format(name=name, minimum=bound),
                 )
             )
     return found
@@ -177,15 +177,15 @@ def wake_problems(scene: Scene, table: list[tuple[float, float, str]], speed: fl
     beyond the sheave as (first, last arc length [m], section)."""
     if not has_wakes(scene.cable) or speed == 0.0:
         return []
-    pulls = least_tensions(scene)
+    pulls = min_tensions(scene)
     longest = {name: max((b - a for a, b, held in table if held == name), default=0.0) for name in pulls}
     rows = [(name, longest[name], pull) for name, pull in pulls.items()]
-    remedy = "Give mesh.sections.{name} or the section more elements, of at most {least:.2g} m, or leave its wake out"
+    remedy = "Give mesh.sections.{name} or the section more elements, of at most {minimum:.2g} m, or leave its wake out"
     found = element_problems(scene.cable, scene.water, speed, rows, remedy)
     return step_problems(scene.cable, speed, scene.solver.tick) + found
 
 
-def least_tensions(scene: Scene) -> dict[str, float]:
+def min_tensions(scene: Scene) -> dict[str, float]:
     """Least tension [N] in the static shape at the start of each section that is in the water, where vortices are."""
     route, names = Route(scene), list(section_ends(scene.cable))
     shape = tow_shape(scene, route.scope)
@@ -202,11 +202,11 @@ def line_problems(cable: Cable, water: Water | Fluid | None, speed: float, tensi
     if water is None:
         return found
     rows = [(name, section.length / section.meshed, tension) for name, section in cable.sections.items()]
-    remedy = "Give cable.sections.{name} elements of at most {least:.2g} m, or leave its wake out"
+    remedy = "Give cable.sections.{name} elements of at most {minimum:.2g} m, or leave its wake out"
     return found + element_problems(cable, water, speed, rows, remedy)
 
 
-def amplified_cautions(cable: Cable) -> list[Problem]:
+def amplified_warnings(cable: Cable) -> list[Problem]:
     """Sections whose drag is amplified for the vibration that their wake computes."""
     return [
         Problem(

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..physics.frame import Flag
+from ..physics.tick_output import Flag
 from .errors import TowError
 
 WORDS = {  # what shared texts call what is a keyword here
@@ -22,15 +22,15 @@ WORDS = {  # what shared texts call what is a keyword here
 }
 
 
-def number(name: str, value: Any, unit: str, consequence: str, remedy: str, *, least: float | None = None) -> float:
+def number(name: str, value: Any, unit: str, consequence: str, remedy: str, *, minimum: float | None = None) -> float:
     """The value as a finite float, above 0 or, where it is given, from `least` on; else TowError."""
     try:
         got = math.nan if isinstance(value, (bool, str)) else float(value)
     except (TypeError, ValueError, OverflowError):
         got = math.nan
-    if math.isfinite(got) and (got > 0.0 if least is None else got >= least):
+    if math.isfinite(got) and (got > 0.0 if minimum is None else got >= minimum):
         return got
-    bound = "above 0" if least is None else "" if least == -math.inf else f"from {least:g}"
+    bound = "above 0" if minimum is None else "" if minimum == -math.inf else f"from {minimum:g}"
     wanted = " ".join(filter(None, ["finite number", bound, unit]))
     raise TowError(f"{name} = {value!r} is no {wanted}: {consequence}; {remedy}")
 
@@ -63,13 +63,13 @@ def agree(mode: str, scene: Any, parameters: Mapping[str, Any]) -> None:
 
 
 def with_motion(frames: np.recarray, end: int | None) -> np.recarray:
-    """The Frames; TowError where some of them have no motion as it has run out, fed to the stamp ``end`` [ns]."""
+    """The tick outputs; TowError where some of them have no motion as it has run out, fed to the stamp ``end`` [ns]."""
     stale = frames["status"] & Flag.MOTION_STALE != 0
     if end is None or not stale[frames["time"] > end].any():
         return frames
     raise TowError(
-        f"the motion that was fed ends at {end / 1e9:.2f} s, and {int(stale.sum())} of the {len(frames)} Frames to "
-        f"{int(frames['time'][-1]) / 1e9:.2f} s are of a ship without motion; feed more, or give motion_may_end=True"
+        f"the motion that was fed ends at {end / 1e9:.2f} s, and {int(stale.sum())} of the {len(frames)} tick outputs "
+        f"to {int(frames['time'][-1]) / 1e9:.2f} s are of a ship without motion; feed more, or give motion_may_end=True"
     )
 
 

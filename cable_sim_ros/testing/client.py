@@ -1,4 +1,5 @@
-"""Our own end of the topics, in the test's process: hears Frames, clock and anything else, sends, calls services."""
+"""Our own end of the topics, in the test's process: hears tick outputs, clock and anything else, sends, calls
+services."""
 
 from __future__ import annotations
 
@@ -17,7 +18,7 @@ from rclpy.serialization import deserialize_message
 from ..ros.executor import drain
 from .errors import TowError
 
-DEPTH = 2000  # messages: 20 s of Frames, should this process stand still
+DEPTH = 2000  # messages: 20 s of tick outputs, should this process stand still
 NAME = "cable_sim_test"
 
 

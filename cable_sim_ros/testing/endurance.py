@@ -65,10 +65,10 @@ def endure(count: int, scene: str = "full_scale", kill_every: int = 5, say: Any 
     }
 
 
-def failed(figures: dict[str, Any]) -> list[str]:
+def failed(metrics: dict[str, Any]) -> list[str]:
     """Names of the figures that are not 0 and should be."""
     wanted = ("leftover_processes", "shared_memory_left", "threads_left", "hung")
-    return [name for name in wanted if figures[name]] + ["descriptors_gained"] * (figures["descriptors_gained"] > 0)
+    return [name for name in wanted if metrics[name]] + ["descriptors_gained"] * (metrics["descriptors_gained"] > 0)
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -77,9 +77,9 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("count", type=int, nargs="?", default=100)
     parser.add_argument("--scene", default="full_scale")
     given = parser.parse_args(list(arguments))
-    figures = endure(given.count, given.scene, say=lambda text: print(text, file=sys.stderr, flush=True))
-    print(json.dumps(figures, indent=1))
-    return 1 if failed(figures) else 0
+    metrics = endure(given.count, given.scene, say=lambda text: print(text, file=sys.stderr, flush=True))
+    print(json.dumps(metrics, indent=1))
+    return 1 if failed(metrics) else 0
 
 
 if __name__ == "__main__":

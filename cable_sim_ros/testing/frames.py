@@ -1,4 +1,4 @@
-"""Frames as they come from `sim/health`, kept and handed out as one array."""
+"""Tick outputs as they come from `sim/health`, kept and handed out as one array."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import threading
 import numpy as np
 
 from ..io.channels import decode_frames
-from ..physics.frame import FRAME
+from ..physics.tick_output import TICK_OUTPUT
 
-EMPTY = np.zeros(0, FRAME).view(np.recarray)
+EMPTY = np.zeros(0, TICK_OUTPUT).view(np.recarray)
 
 
 class FrameBox:
@@ -30,7 +30,7 @@ class FrameBox:
 
     @property
     def frames(self) -> np.recarray:
-        """Every Frame so far, in order: recarray of FRAME [n], read-only."""
+        """Every tick output so far, in order: recarray of TICK_OUTPUT [n], read-only."""
         with self.changed:
             fresh, self._fresh = self._fresh, []
         if fresh:
@@ -40,6 +40,6 @@ class FrameBox:
 
     @property
     def missing(self) -> int:
-        """Ticks between the first and the last Frame that were not heard; a reset begins anew."""
+        """Ticks between the first and the last tick output that were not heard; a reset begins anew."""
         steps = np.diff(self.frames["tick"])
         return int((steps[steps > 1] - 1).sum())

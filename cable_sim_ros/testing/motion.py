@@ -49,7 +49,7 @@ def messages(
     """
     if (source is None) == (heave is None):
         raise TowError("give one source of motion: a bag, a CSV file, samples, or heave=(m, s); nothing was sent")
-    start = number("start", start, "s", "nothing was sent", "leave it out to begin with the first message", least=0.0)
+    start = number("start", start, "s", "nothing was sent", "leave it out to begin with the first message", minimum=0.0)
     if duration is not None:
         duration = number("duration", duration, "s", "nothing was sent", "leave it out for all the motion of a source")
     with refused():

@@ -30,9 +30,9 @@ from .motion import SECOND, Message
 NAMESPACE, NODE = "/tow_sim", "/tow_sim/cable_sim"
 COMMAND = KINDS["command"][1]
 SERVICE = 30.0  # s for an answer
-STALLED = 60.0  # s of wall time without a Frame
+STALLED = 60.0  # s of wall time without a tick output
 PIECE = 250  # ticks stepped at once: half of what the node keeps for a listener that is slow, so that none is lost
-LATE = 1.0  # s of wall time without one more Frame, after a step
+LATE = 1.0  # s of wall time without one more tick output, after a step
 LOOK = 0.5  # s between two looks at who else is in the domain
 SPEAK = 3.0  # s of wall time for the first command of a controller, which may also come when the clock moves
 DELIVERED = Duration(seconds=3.0)  # for motion to the listeners that acknowledge it
@@ -75,8 +75,8 @@ class Link:
 
     def connected(self) -> bool:
         """Do both ends know of each other, on every topic that is used?"""
-        heard = all(publisher.get_subscription_count() for publisher in self._publishers.values())
-        return heard and self._health.get_publisher_count() > 0 and (not self.lockstep or self.clock_came.is_set())
+        received = all(publisher.get_subscription_count() for publisher in self._publishers.values())
+        return received and self._health.get_publisher_count() > 0 and (not self.lockstep or self.clock_came.is_set())
 
     def check(self) -> None:
         """TowError when a thread of ours has failed."""
@@ -127,7 +127,8 @@ class Link:
         return stamp
 
     def step(self, count: int, check: Callable[[], None]) -> None:
-        """Lockstep: so many ticks, all their Frames heard. check(): raises where the node or a controller has ended."""
+        """Lockstep: so many ticks, all their tick outputs heard. check(): raises where the node or a controller has
+        ended."""
         if not self.feeder.sent and not self.feeder.waiting:
             raise TowError("no motion was fed: nothing was stepped; call feed() first")
         target, tried = self.box.count + count, 0
@@ -137,20 +138,20 @@ class Link:
             if tried and self.box.missing:
                 raise TowError(f"{self.box.missing} ticks were not heard: the machine stood still; nothing counts now")
             if tried > 3:
-                raise TowError(f"{left} of {count} ticks gave no Frame; see the task lockstep of /diagnostics")
+                raise TowError(f"{left} of {count} ticks gave no tick output; see the task lockstep of /diagnostics")
             self._sent()
             self._first_command(check)
-            heard = self.box.count + piece
+            received = self.box.count + piece
             self.set("lockstep.steps", piece)
             self.call("step", None, STALLED, self._progress(check))
             deadline = time.monotonic() + LATE
             with self.box.changed:  # in the step that takes up the first motion there is no tick
-                while self.box.count < heard and time.monotonic() < deadline:
+                while self.box.count < received and time.monotonic() < deadline:
                     before = self.box.count
                     self.box.changed.wait(0.2)
                     if self.box.count > before:  # a machine that is slow: they are on their way
                         deadline = time.monotonic() + LATE
-            tried = 0 if self.box.count >= heard else tried + 1
+            tried = 0 if self.box.count >= received else tried + 1
 
     def _progress(self, check: Callable[[], None]) -> Callable[[], bool]:
         seen = self.box.count

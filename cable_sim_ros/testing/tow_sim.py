@@ -26,7 +26,7 @@ from .process import MARK, Process, opened
 
 READY_WITHIN = 300.0  # s; compiling everything from nothing takes minutes on a slow machine
 COMPILING = "the first start on a machine compiles for one to four minutes: give ready_within=300 or leave it out"
-START_WITHIN = 60.0  # s of wall time from the first motion to the first Frame
+START_WITHIN = 60.0  # s of wall time from the first motion to the first tick output
 STALLED = 30.0  # s of wall time, beside what real time takes
 SECOND = 1_000_000_000
 ALONE = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}  # neither heard by a ship nor hearing it
@@ -131,10 +131,10 @@ class Tow:
     @property
     def state(self) -> str:
         """State of the node: docs/realtime.md."""
-        return str(self.figures.get("state", "starting"))
+        return str(self.metrics.get("state", "starting"))
 
     @property
-    def figures(self) -> dict[str, Any]:
+    def metrics(self) -> dict[str, Any]:
         """What the node wrote of itself last; after `close` its final figures."""
         try:
             return json.loads(self._status.read_text("utf-8"))
@@ -178,7 +178,7 @@ class Tow:
         self._open()
         for name, value, unit in (("rate", rate, "m/s"), ("payout", payout, "m")):
             if value is not None:
-                number(name, value, unit, "nothing was commanded", "rate=0.0 stops the winch", least=-math.inf)
+                number(name, value, unit, "nothing was commanded", "rate=0.0 stops the winch", minimum=-math.inf)
         self._link.command(payout, rate)
 
     def run(self, command: Sequence[object], *, name: str = "", may_end: bool = False, within: float = 30.0) -> Process:
@@ -192,7 +192,7 @@ class Tow:
                 f"command = {command!r} is no list of a program and its arguments: nothing was started; give "
                 f"[sys.executable, 'my_controller.py']"
             )
-        number("within", within, "s", "nothing was started", "0 does not wait for commands", least=0.0)
+        number("within", within, "s", "nothing was started", "0 does not wait for commands", minimum=0.0)
         self._open()
         if within:
             self._link.controller_comes()
@@ -225,12 +225,12 @@ class Tow:
     # ---- time
 
     def advance(self, seconds: float, *, motion_may_end: bool = False) -> np.recarray:
-        """Let so many seconds of simulation pass; returns the Frames of this time.
+        """Let so many seconds of simulation pass; returns the tick outputs of this time.
 
         TowError where the motion that was fed ran out meanwhile, unless it may: most thresholds pass in a calm.
         """
         tick = self._link.tick / SECOND
-        seconds = number("seconds", seconds, "s (one tick)", "nothing was simulated", "time goes forward", least=tick)
+        seconds = number("seconds", seconds, "s (one tick)", "nothing was simulated", "time goes forward", minimum=tick)
         self._open()
         box, begun = self._link.box, self._link.box.count
         steps = round(seconds * SECOND) // self._link.tick
@@ -254,7 +254,7 @@ class Tow:
         """Lockstep: so many ticks, and no more."""
         if not self.lockstep:
             raise TowError("step() is for mode='lockstep': real time goes on by itself; use advance() or wait_until()")
-        if int(number("count", count, "tick", "nothing was stepped", "give whole ticks", least=1)) != count:
+        if int(number("count", count, "tick", "nothing was stepped", "give whole ticks", minimum=1)) != count:
             raise TowError(f"count = {count!r} is no whole number of ticks: nothing was stepped; advance() takes s")
         self._open()
         self._link.step(int(count), self.check)
@@ -267,7 +267,7 @@ class Tow:
         *,
         motion_may_end: bool = False,
     ) -> np.recarray:
-        """Go on until condition(frames) is true, at most `within` s of simulation; returns the Frames so far.
+        """Go on until condition(frames) is true, at most `within` s of simulation; returns the tick outputs so far.
 
         every: s of simulation between two looks; motion_may_end: as of `advance`.
         """
@@ -308,11 +308,11 @@ class Tow:
 
     def check(self) -> None:
         """TowError when the node or a process beside it has ended or failed."""
-        code, figures = self.node.code, self.figures
+        code, metrics = self.node.code, self.metrics
         if code is not None:
             raise TowError(f"the node ended with code {code}\n{self.node.tail()}")
-        if figures.get("state") in ("failed", "halted"):
-            raise TowError(f"the node is {figures['state']}: {figures.get('problem')}\n{self.node.tail()}")
+        if metrics.get("state") in ("failed", "halted"):
+            raise TowError(f"the node is {metrics['state']}: {metrics.get('problem')}\n{self.node.tail()}")
         for process in self.processes:
             if process.watched and process.code not in (None, 0):
                 raise TowError(f"{process.name} ended with code {process.code}\n{process.tail()}")
@@ -322,12 +322,12 @@ class Tow:
 
     @property
     def frames(self) -> np.recarray:
-        """Every Frame so far, in order, fields by name (`frames.tension`): docs/testing.md."""
+        """Every tick output so far, in order, fields by name (`frames.tension`): docs/testing.md."""
         return self._link.box.frames
 
     @property
     def missing(self) -> int:
-        """Ticks between the first and the last Frame that were not heard."""
+        """Ticks between the first and the last tick output that were not heard."""
         return self._link.box.missing
 
     @property
@@ -374,7 +374,7 @@ class Tow:
         self._end()
         if crashed is not None and (crashed < 0 or crashed > 1):
             raise TowError(f"the node had ended with code {crashed}\n{self.node.tail()}")
-        verdict = self.figures.get("verdict") or {}
+        verdict = self.metrics.get("verdict") or {}
         if verdict.get("state", OK) == DOUBTFUL and not self.may_be_doubtful:
             why = "; ".join(f"{r['flag']} for {r['seconds']:.3g} s: {r['text']}" for r in verdict["reasons"])
             raise TowError(f"the run is doubtful: {why}. Where the test means it so, give may_be_doubtful=True")

@@ -83,7 +83,7 @@ TOWS: dict[str, Callable[[int, Progress], list[Row]]] = {
     "P9": haul_bench.deep_tow,
 }
 SCENES = (*SWEEPS, *TOWS)
-MOST_NAMES = 5  # beside each other in a legend
+MAX_NAMES = 5  # beside each other in a legend
 PEER_SCENES = ("P2", "P4", "P5", "P6")
 
 
@@ -266,7 +266,7 @@ def plots(rows: list[Row], folder: Path) -> list[Path]:
                 axis.set_xlabel("CPU s per simulated s" if scene != "P1" else "CPU s")
                 axis.set_title(f"{scene}: {what.replace('_', ' of ')} [{unit}]")
             handles = axis.get_legend_handles_labels()
-            figure.legend(*handles, loc="outside lower center", ncols=min(max(len(handles[0]), 1), MOST_NAMES))
+            figure.legend(*handles, loc="outside lower center", ncols=min(max(len(handles[0]), 1), MAX_NAMES))
             path = folder / f"bench_{scene.lower()}.png"
             figure.savefig(path, metadata={"Software": None})
         made.append(path)

@@ -47,8 +47,8 @@ class Bend(NamedTuple):
         """Change of the unit tangent per length, inward [1/m, n, 3]; half of it where arc and straight meet."""
         psi, on = self.angle(s), s - self.lead
         eps = 1e-9 * self.radius
-        share = 0.5 * ((on > eps) & (on < self.contact + eps)) + 0.5 * ((on > -eps) & (on < self.contact - eps))
-        return -(share / self.radius)[:, None] * np.stack([np.sin(psi), 0.0 * psi, np.cos(psi)], 1)
+        fraction = 0.5 * ((on > eps) & (on < self.contact + eps)) + 0.5 * ((on > -eps) & (on < self.contact - eps))
+        return -(fraction / self.radius)[:, None] * np.stack([np.sin(psi), 0.0 * psi, np.cos(psi)], 1)
 
 
 def pieces(*parts: tuple[float, float]) -> list[dict]:
@@ -81,10 +81,10 @@ def pulls(*forces: tuple[int, tuple[float, float, float] | np.ndarray]) -> list[
 
 def distributed(arc: np.ndarray, per_length: np.ndarray) -> list[np.ndarray]:
     """A load per length [n, 3] lumped on the nodes [N]."""
-    share = np.zeros(len(arc))
-    share[:-1] += 0.5 * np.diff(arc)
-    share[1:] += 0.5 * np.diff(arc)
-    return pulls(*((n, share[n] * per_length[n]) for n in range(len(arc))))
+    fraction = np.zeros(len(arc))
+    fraction[:-1] += 0.5 * np.diff(arc)
+    fraction[1:] += 0.5 * np.diff(arc)
+    return pulls(*((n, fraction[n] * per_length[n]) for n in range(len(arc))))
 
 
 class Walk:

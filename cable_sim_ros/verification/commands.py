@@ -43,13 +43,13 @@ def case(files, fidelity, as_json) -> None:
             progress(one.id, i, len(cases))
             done.append(run_case(one, Fidelity(fidelity)))
     if as_json:
-        told = [figures._asdict() for figures in done]
-        click.echo(json.dumps(told[0] if len(told) == 1 else told, indent=1))
+        report = [metrics._asdict() for metrics in done]
+        click.echo(json.dumps(report[0] if len(report) == 1 else report, indent=1))
     else:
         from .cases.table import print_cases
 
         print_cases(done, cases)
-    if any(o["value"] is None for figures in done for o in figures.outputs):
+    if any(o["value"] is None for metrics in done for o in metrics.outputs):
         sys.exit(FAILED)
 
 
@@ -71,14 +71,14 @@ def validate(names, duration, out, as_json) -> None:
 
     with progress_bar(as_json) as progress:
         results = [run_experiment(name, duration, progress) for name in names or EXPERIMENTS]
-    told = [as_data(result) for result in results]
+    report = [as_data(result) for result in results]
     if out is not None:
-        (out / "validate.json").write_text(json.dumps(told, indent=1) + "\n", "utf-8")
+        (out / "validate.json").write_text(json.dumps(report, indent=1) + "\n", "utf-8")
         (out / "validate.md").write_text("\n\n".join(map(markdown, results)) + "\n", "utf-8")
         for result in results:
             click.echo(f"plot:      {result.plot(out)}", err=True)
     if as_json:
-        click.echo(json.dumps(told, indent=1))
+        click.echo(json.dumps(report, indent=1))
         return
     for result in results:
         print_result(result)
@@ -103,12 +103,12 @@ def stress(ids, quick, out, as_json) -> None:
 
     with progress_bar(as_json) as progress:
         verdicts = stresses.run(tuple(ids), quick, progress)
-    told = [verdict.as_dict() for verdict in verdicts]
+    report = [verdict.as_dict() for verdict in verdicts]
     if out is not None:
-        (out / "stress.json").write_text(json.dumps(told, indent=1, default=float) + "\n", "utf-8")
+        (out / "stress.json").write_text(json.dumps(report, indent=1, default=float) + "\n", "utf-8")
         (out / "stress.md").write_text(markdown(verdicts) + "\n", "utf-8")
     if as_json:
-        click.echo(json.dumps(told, indent=1, default=float))
+        click.echo(json.dumps(report, indent=1, default=float))
     else:
         print_verdicts(verdicts)
     if not all(verdict.passed for verdict in verdicts):
@@ -157,15 +157,15 @@ def bench(scenes, peers, repeats, features, sheave_mesh, promises, haul, ticks, 
             repeats=repeats or benchmarks.REPEATS,
             progress=progress,
         )
-    told = [benchmarks.as_json(row) for row in rows]
+    report = [benchmarks.as_json(row) for row in rows]
     if out is not None:
         about = benchmarks.about()
-        (out / "bench.json").write_text(json.dumps({"about": about, "rows": told}, indent=1) + "\n", "utf-8")
+        (out / "bench.json").write_text(json.dumps({"about": about, "rows": report}, indent=1) + "\n", "utf-8")
         (out / "bench.md").write_text(benchmarks.markdown(rows) + "\n", "utf-8")
         for path in benchmarks.plots(rows, out):
             click.echo(f"plot:      {path}", err=True)
     if as_json:
-        click.echo(json.dumps(told, indent=1))
+        click.echo(json.dumps(report, indent=1))
         return
     from rich.console import Console
     from rich.table import Table

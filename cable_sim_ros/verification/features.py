@@ -113,7 +113,7 @@ FEATURES: dict[str, tuple[Callable, Callable, Callable]] = {
 
 def costs(turns: int = TURNS) -> list[Cost]:
     """Medians over ``turns`` runs of each feature, the three of a feature in turn within the same minute."""
-    told = []
+    report = []
     for name, variants in FEATURES.items():
         times: list[list[float]] = [[], [], []]
         for turn in range(turns + 1):
@@ -124,8 +124,8 @@ def costs(turns: int = TURNS) -> list[Cost]:
                 if turn:
                     # per Newton iteration: contact takes more of them, which is not the cost of looking at it
                     times[k].append(1e6 * (time.process_time() - begin) / max(rig.iterations, 1))
-        told.append(Cost(name, *(statistics.median(t) for t in times)))
-    return told
+        report.append(Cost(name, *(statistics.median(t) for t in times)))
+    return report
 
 
 def markdown(rows: list[Cost]) -> str:

@@ -38,7 +38,7 @@ Shown = Callable[[str, float, float], None]
 
 
 def go(sim: Simulator, seconds: float, plan: str = "0 hold") -> tuple[np.recarray, float]:
-    """Frames of so many seconds with a winch plan that begins now, and the CPU time [s] they took."""
+    """Tick outputs of so many seconds with a winch plan that begins now, and the CPU time [s] they took."""
     orders, drum, tick = WinchPlan(plan), sim.model.settings[0].drum, int(sim.model.settings[0].tick_ns)
     begin, cpu, parts = int(sim.frame.time), 0.0, []
     left = round(seconds * 1e9) // tick
@@ -68,7 +68,7 @@ class Haul(NamedTuple):
 
 
 def haul(sim: Simulator, rate: float, static: np.record, rests: tuple[float, ...] = RESTS) -> Haul:
-    """Haul METRES at ``rate`` [m/s, out positive], then rest, against the Frame of a static start there."""
+    """Haul METRES at ``rate`` [m/s, out positive], then rest, against the tick output of a static start there."""
     frames, cpu = go(sim, METRES / RATE, f"0 rate {rate:g}")
     tick = sim.scene.solver.tick
     jump, ripple = smoothness(frames.tension[round(STARTED / tick) :], tick)
@@ -154,11 +154,11 @@ def hauled(repeats: int, progress: Shown = lambda *_: None) -> list[Row]:
 
 def _haul_row(name: str, scene: Scene, cpu: float, inward: Haul, outward: Haul, missing: float) -> Row:
     numbers = mesh_numbers(scene)
-    figures = {"realtime_factor": 1.0 / cpu, "scope_missing_m": missing}
+    metrics = {"realtime_factor": 1.0 / cpu, "scope_missing_m": missing}
     for way, one_way in (("in", inward), ("out", outward)):
-        figures |= {f"{way}_step_n": one_way.jump, f"{way}_ripple_rms_n": one_way.ripple}
+        metrics |= {f"{way}_step_n": one_way.jump, f"{way}_ripple_rms_n": one_way.ripple}
         for rest, away, off in zip(RESTS, one_way.away, one_way.off):
-            figures |= {f"{way}_{rest:g}_s_place_m": away, f"{way}_{rest:g}_s_tension_n": off}
+            metrics |= {f"{way}_{rest:g}_s_place_m": away, f"{way}_{rest:g}_s_tension_n": off}
     places = ", ".join(
         f"{way} {' / '.join(f'{1e3 * a:.1f}' for a in h.away)} mm, {' / '.join(f'{o:+.2f}' for o in h.off)} N"
         for way, h in (("in", inward), ("out", outward))
@@ -179,7 +179,7 @@ def _haul_row(name: str, scene: Scene, cpu: float, inward: Haul, outward: Haul, 
         f"{1.0 / cpu:.0f} x real time while hauling; step {inward.jump:.2f} / {outward.jump:.2f} N, ripple "
         f"{inward.ripple:.3f} / {outward.ripple:.3f} N rms in / out; from a static start "
         f"{' / '.join(f'{r:g}' for r in RESTS)} s after: {places}",
-        figures,
+        metrics,
     )
 
 
@@ -214,9 +214,9 @@ def jonswap(seconds: float) -> tuple[np.ndarray, np.ndarray]:
     """Time [s] and heave [m] of a sea of HEIGHT and PERIOD, the same every time."""
     frequency = np.linspace(0.6, 2.6, COMPONENTS + 1) / PERIOD
     step, frequency = frequency[1] - frequency[0], 0.5 * (frequency[1:] + frequency[:-1])
-    share = frequency * PERIOD
-    width = np.where(share <= 1.0, 0.07, 0.09)
-    spectrum = share**-5.0 * np.exp(-1.25 * share**-4.0) * PEAK ** np.exp(-0.5 * ((share - 1.0) / width) ** 2)
+    fraction = frequency * PERIOD
+    width = np.where(fraction <= 1.0, 0.07, 0.09)
+    spectrum = fraction**-5.0 * np.exp(-1.25 * fraction**-4.0) * PEAK ** np.exp(-0.5 * ((fraction - 1.0) / width) ** 2)
     amplitude = np.sqrt(2.0 * spectrum * step)
     amplitude *= HEIGHT / 4.0 / np.sqrt(0.5 * (amplitude**2).sum())
     random = np.random.default_rng(SEED)
@@ -273,14 +273,14 @@ def _deep_row(scene: Scene, frames: np.recarray, cost: float, fine: np.recarray)
     wrong, elements = errors(got, fine), sum(numbers)
     iterations, steps = float(frames.iterations.sum()), float(frames.substeps.sum())
     step = f"{1e3 * solver.tick:g} ms" if solver.tension_error is None else f"chosen, {solver.tension_error:g}"
-    figures = {
+    metrics = {
         "realtime_factor": 1.0 / cost,
         "error_mean": wrong.mean,
         "error_deviation": wrong.deviation,
         "rms_difference_n": wrong.rms,
         "tension_mean_n": float(got.tension.mean()),
         "tension_std_n": float(got.tension.std()),
-        "tension_least_n": float(got.tension.min()),
+        "min_tension_n": float(got.tension.min()),
         "body_risen_m": float(frames.body_position[-1, 2] - frames.body_position[0, 2]),
     }
     return Row(
@@ -296,5 +296,5 @@ def _deep_row(scene: Scene, frames: np.recarray, cost: float, fine: np.recarray)
         iterations / steps,
         f"{1.0 / cost:.0f} x real time; tension {got.tension.mean() / 1e3:.1f} kN, std "
         f"{got.tension.std() / 1e3:.2f} kN, rms difference {wrong.rms:.0f} N",
-        figures,
+        metrics,
     )

@@ -16,7 +16,7 @@ from numba import njit
 from .ours import DEEP, Ours, _every, ramped_heave
 from .scenes import reference, static_shape
 
-SHARE = 0.5  # of the largest stable step
+FRACTION = 0.5  # of the largest stable step
 DAMPING = 0.02  # of critical, of one segment's axial mode
 SETTLE = 60.0  # s before the heave of P5 begins
 
@@ -84,7 +84,7 @@ def _forces(links, x, v, f):
 
 
 @njit(error_model="numpy", cache=True)
-def _march(links, x, v, h, steps, every, moved, out):
+def _integrate(links, x, v, h, steps, every, moved, out):
     """Semi-implicit Euler; the first mass is pinned or follows moved [steps, 2, 2] (position, velocity)."""
     n = x.shape[0]
     mass, weight, k, c, length = links.mass, links.weight, links.k, links.c, links.length
@@ -120,7 +120,7 @@ def released(setting: Chain) -> Ours:
     out = np.zeros((steps // every, 3))
     begin = time.process_time()
     links = Links(mass, mass * p["g"], k, c, length, float(p["EI"]), 0.0, 0.0, 0.0)
-    _march(links, x, v, h, steps, every, np.zeros((0, 2, 2)), out)
+    _integrate(links, x, v, h, steps, every, np.zeros((0, 2, 2)), out)
     cpu = time.process_time() - begin
     history = np.vstack(
         ((0.0, p["L"], 0.0, mass[0] * p["g"]), np.column_stack((p["dt_out"] * np.arange(1, len(out) + 1), out)))
@@ -144,13 +144,13 @@ def towed(setting: Chain) -> Ours:
     h = p["dt_out"] / every
     nothing, settle = np.zeros((0, 2, 2)), int(round(SETTLE / h))
     links = Links(mass, weight, k, c, length, 0.0, float(p["U"]), kn, kt)
-    _march(links, x, v, h, settle, settle, nothing, np.zeros((1, 3)))
+    _integrate(links, x, v, h, settle, settle, nothing, np.zeros((1, 3)))
     steps = every * int(round(p["T"] / p["dt_out"]))
     path = ramped_heave(p, h * np.arange(1, steps + 1))[:, 0]
     moved = np.ascontiguousarray(np.stack((path[:, [0, 2]] - (0.0, DEEP), path[:, [3, 5]]), 1))
     out = np.zeros((steps // every, 3))
     begin = time.process_time()
-    _march(links, x, v, h, steps, every, moved, out)
+    _integrate(links, x, v, h, steps, every, moved, out)
     cpu = time.process_time() - begin
     first = (0.0, start["params"]["L"], 0.0, out[0, 2])
     history = np.vstack((first, np.column_stack((p["dt_out"] * np.arange(1, len(out) + 1), out))))
@@ -165,7 +165,7 @@ def _chain(p: dict, setting: Chain):
     mass[[0, -1]] *= 0.5
     k = ea / length
     c = 2.0 * DAMPING * sqrt(k * mass[1])
-    return np.zeros((n + 1, 2)), np.zeros((n + 1, 2)), mass, k, c, length, SHARE * length / sqrt(ea / p["mu"])
+    return np.zeros((n + 1, 2)), np.zeros((n + 1, 2)), mass, k, c, length, FRACTION * length / sqrt(ea / p["mu"])
 
 
 CASES = {

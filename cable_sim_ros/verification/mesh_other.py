@@ -20,7 +20,7 @@ from ..sim.simulator import Simulator
 from .mesh_other_tows import Tow, other_tows
 
 SECONDS, SKIP = 60.0, 20.0  # of a run, and what of it is left out of mean and deviation
-EVERY = 0.1  # s between Frames
+EVERY = 0.1  # s between tick outputs
 STEP, SMALL_STEP = 0.01, 0.0025  # s: as in real time, and of the reference
 
 
@@ -50,8 +50,8 @@ def _run(tow: Tow, scene: Scene, mesh: FeedMesh, seconds: float) -> tuple[np.nda
     motion = None if tow.heave is None else sine_heave(*tow.heave, seconds, scene.ship)
     plan = None if tow.plan is None else WinchPlan(tow.plan)
     done = Pass(scene, motion, winch=plan, mesh=mesh).go(seconds, None)
-    share = round(EVERY / scene.solver.tick)
-    frames = done.frames[share - 1 :: share]
+    fraction = round(EVERY / scene.solver.tick)
+    frames = done.frames[fraction - 1 :: fraction]
     return frames["tension"], frames["body_position"], done.problem
 
 
@@ -74,12 +74,12 @@ def measure(tow: Tow, seconds: float = SECONDS, small_step: float = SMALL_STEP) 
         rest.append(sim.frame.copy())
     static = float(rest[0].tension / rest[1].tension - 1.0)
     apart = float(np.linalg.norm(rest[0].body_position - rest[1].body_position))
-    errors, share, problem = [(0.0, 0.0, 0.0)] * 2, 0.0, ""
+    errors, fraction, problem = [(0.0, 0.0, 0.0)] * 2, 0.0, ""
     if seconds > 0.0:
         reference = _run(tow, _with_step(scene, small_step), fine, seconds)
         late = slice(round(SKIP / SECONDS * seconds / EVERY), len(reference[0]))
         pull, problem, errors = reference[0][late], reference[2], []
-        share = float(pull.std() / pull.mean())
+        fraction = float(pull.std() / pull.mean())
         for one in (_with_step(scene, STEP), stepped(scene, "chosen", EVERY)):
             tension, place, ended = _run(tow, one, plan.mesh, seconds)
             problem = problem or ended
@@ -102,7 +102,7 @@ def measure(tow: Tow, seconds: float = SECONDS, small_step: float = SMALL_STEP) 
         static,
         apart,
         *errors[0],
-        share,
+        fraction,
         *errors[1],
         kept,
         problem,

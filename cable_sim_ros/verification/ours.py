@@ -53,7 +53,7 @@ class Setting(NamedTuple):
 
 def mesh_text(mesh: tuple[tuple[float, int], ...]) -> str:
     """A mesh as the tables show it."""
-    return " + ".join(f"{n} on {share:g}" for share, n in mesh) if len(mesh) > 1 else f"{mesh[0][1]}"
+    return " + ".join(f"{n} on {fraction:g}" for fraction, n in mesh) if len(mesh) > 1 else f"{mesh[0][1]}"
 
 
 def even(n: int, dt: float = 0.0, rho: float = Solver().rho_inf) -> Setting:
@@ -67,7 +67,7 @@ def links(*settings: Setting) -> tuple[Setting, ...]:
 
 
 def _sections(length: float, setting: Setting, **more) -> list[dict]:
-    return [{"length": share * length, "elements": n} | more for share, n in setting.mesh]
+    return [{"length": fraction * length, "elements": n} | more for fraction, n in setting.mesh]
 
 
 def _dry(p: dict, length: float, setting: Setting, held: dict, tension: float, **more) -> Rig:
@@ -90,10 +90,10 @@ def _every(interval: float, dt: float) -> int:
 def _run(rig: Rig, setting: Setting, duration: float, interval: float, columns, first, **more) -> Ours:
     """March and time it; ``columns(history)`` -> [samples, columns], ``first``: the row at t = 0."""
     begin = time.process_time()
-    told = rig.run(duration, setting.dt, every=_every(interval, setting.dt), rules=HALVED, **more)
+    report = rig.run(duration, setting.dt, every=_every(interval, setting.dt), rules=HALVED, **more)
     cpu = time.process_time() - begin
-    history = np.vstack((first, np.column_stack((told.time, columns(told)))))
-    return Ours(str(setting), setting.elements, setting.dt, history, cpu, duration, told.iterations, told.steps)
+    history = np.vstack((first, np.column_stack((report.time, columns(report)))))
+    return Ours(str(setting), setting.elements, setting.dt, history, cpu, duration, report.iterations, report.steps)
 
 
 def catenary(setting: Setting) -> Ours:

@@ -24,4 +24,4 @@ class Row(NamedTuple):
     us_per_element_iteration: float | None
     iterations_per_step: float | None
     note: str = ""
-    figures: dict[str, float] = {}
+    metrics: dict[str, float] = {}

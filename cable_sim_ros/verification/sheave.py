@@ -16,7 +16,7 @@ from ..physics.contact import Contact
 from ..physics.contact_surface import stiffness
 from ..sim.rig import FOLDING, Rig, RigError, cable_of
 from .bend import Bend, drum, pieces, pulls
-from .stations import Stations, stations
+from .contact_points import ContactPoints, contact_points
 
 TENSION, STIFF, RADIUS, MASS = 3190.0, 1.4, 0.255, 0.389  # N, N m^2, m, kg/m: config/full_scale.yaml
 DIAMETER, HALF_THROAT = 0.010, radians(30.0)
@@ -35,20 +35,20 @@ def scale() -> float:
     return sqrt(STIFF / TENSION)
 
 
-def solve(wrap: float, ratio: float, phase: float, limit: float | None) -> Stations | None:
+def solve(wrap: float, ratio: float, phase: float, limit: float | None) -> ContactPoints | None:
     """Settled contact for a wrap [rad] and elements of ``ratio`` bending lengths; None where it did not settle.
 
     limit: contact.penetration_limit of the scene's groove; None: the hard cylinder.
     """
     # taut throughout: the share that resists compression only changes how the start gets there
-    for share in (1.0, FOLDING):
-        table = _solve(wrap, ratio, phase, limit, share)
+    for fraction in (1.0, FOLDING):
+        table = _solve(wrap, ratio, phase, limit, fraction)
         if table is not None:
             return table
     return None
 
 
-def _solve(wrap: float, ratio: float, phase: float, limit: float | None, share: float) -> Stations | None:
+def _solve(wrap: float, ratio: float, phase: float, limit: float | None, fraction: float) -> ContactPoints | None:
     """One try of solve()."""
     size = ratio * scale()
     count = ceil((RADIUS * wrap + 12.0 * scale()) / size) + 1
@@ -61,7 +61,7 @@ def _solve(wrap: float, ratio: float, phase: float, limit: float | None, share: 
         mass_per_length=MASS,
         axial_stiffness=1e5 * TENSION,
         bending_stiffness=STIFF,
-        compression_share=share,
+        compression_share=fraction,
     )
     nodes = 1 + sum(s.elements for s in cable.sections.values())
     _, g = bend.nodes(np.array([0.0, total]))
@@ -85,10 +85,10 @@ def _solve(wrap: float, ratio: float, phase: float, limit: float | None, share: 
             rig.settle()
     except RigError:
         return None
-    return stations(rig)
+    return contact_points(rig)
 
 
-def answers(table: Stations, wrap: float) -> dict[str, float]:
+def answers(table: ContactPoints, wrap: float) -> dict[str, float]:
     """Resultant [N], contact and lost angle [deg], end reaction [N], line load inside [N/m]; nan: there is none."""
     edges = table.edges()
     of = dict.fromkeys(ANSWERS[:-1], float("nan")) | {"resultant": float(np.linalg.norm(table.resultant))}
@@ -105,8 +105,8 @@ def answers(table: Stations, wrap: float) -> dict[str, float]:
     return of
 
 
-def accumulated(table: Stations, places: np.ndarray) -> np.ndarray:
-    """Share of the load that lies before these angles, by the boundaries of the stations."""
+def accumulated(table: ContactPoints, places: np.ndarray) -> np.ndarray:
+    """Share of the load that lies before these angles, by the boundaries of the contact points."""
     order = np.argsort(table.angle)
     total = np.concatenate(([0.0], np.cumsum((table.weight * table.load)[order])))
     middle = table.angle[order]

@@ -1,7 +1,8 @@
 """Longest tick in real time with the winch at work. ``cable-sim bench --ticks``.
 
 The compiled real-time loop of the node (sim/loop.py) in a thread of its own, fed with a heave and a winch plan as they
-go, without topics: the work of a tick is from its waking to its Frame, with caches as cold as the sleep left them.
+go, without topics: the work of a tick is from its waking to its tick output, with caches as cold as the sleep left
+them.
 """
 
 from __future__ import annotations
@@ -103,7 +104,7 @@ def ticks(seconds: float | None = None, progress: Callable[[str, float, float], 
         pushed = until
 
     push(0)
-    least = most = float(sim.run(REHEARSED).payout[-1])
+    minimum = maximum = float(sim.run(REHEARSED).payout[-1])
     now, period = int(sim.frame.time), int(sim.model.settings[0].tick_ns)
     output = make_output(sim.model, sim.nodes, ROWS)
     control, stats = np.zeros(CONTROL_WORDS, np.int64), np.zeros((ROWS, STATS_COLUMNS), np.int64)
@@ -132,7 +133,7 @@ def ticks(seconds: float | None = None, progress: Callable[[str, float, float], 
             rows = [k % ROWS for k in range(seen, count)]
             work += list(stats[rows, DONE] - stats[rows, WAKE])
             payout = output.frame["payout"][rows]
-            least, most = min(least, *payout, most), max(most, *payout, least)
+            minimum, maximum = min(minimum, *payout, maximum), max(maximum, *payout, minimum)
             seen = count
             push(int(control[REACHED]))
             progress("ticks", seen * period / SECOND, seconds)
@@ -144,7 +145,7 @@ def ticks(seconds: float | None = None, progress: Callable[[str, float, float], 
         raise RuntimeError(f"the solver gave up after {seen * period / SECOND:.2f} s")
     shown = np.quantile(np.array(work) * 1e-6, SHARES).tolist()
     missed = int(control[OVERRUNS] + control[SKIPPED])
-    return Ticks(sim.nodes - 1, most - least, scheduler[0], len(work), missed, *shown)
+    return Ticks(sim.nodes - 1, maximum - minimum, scheduler[0], len(work), missed, *shown)
 
 
 def markdown(found: Ticks) -> str:

@@ -168,7 +168,7 @@ def simulated(frames: np.recarray, scene: Scene) -> float:
 
 
 def sampled(frames: np.recarray, scene: Scene) -> np.recarray:
-    """Frames each SAMPLE seconds, without the first SKIP."""
+    """Tick outputs each SAMPLE seconds, without the first SKIP."""
     every = round(SAMPLE / scene.solver.tick)
     frames = frames[every - 1 :: every]
     return frames[frames.time - frames.time[0] >= SKIP * 1e9]
@@ -205,7 +205,7 @@ def _row(job: Setting, driven: Driven, cost: float, fine: np.recarray, yardstick
     got = sampled(frames, job.scene)
     wrong = errors(got, fine)
     iterations, steps = float(frames.iterations.sum()), float(frames.substeps.sum())
-    figures = {
+    metrics = {
         "realtime_factor": 1.0 / cost,
         "error_mean": wrong.mean,
         "error_deviation": wrong.deviation,
@@ -216,7 +216,7 @@ def _row(job: Setting, driven: Driven, cost: float, fine: np.recarray, yardstick
     note = f"{1.0 / cost:.0f} x real time"
     if job.drum == "feed" and yardstick:
         ratios = {tick: base / cost for tick, base in yardstick.items()}
-        figures |= {f"over_contact_{1e3 * tick:g}_ms": ratio for tick, ratio in ratios.items()}
+        metrics |= {f"over_contact_{1e3 * tick:g}_ms": ratio for tick, ratio in ratios.items()}
         shown = ", ".join(f"{ratio:.1f} x contact at {1e3 * tick:g} ms" for tick, ratio in ratios.items())
         note += f", {shown}"
     return Row(
@@ -231,5 +231,5 @@ def _row(job: Setting, driven: Driven, cost: float, fine: np.recarray, yardstick
         1e6 * cost * simulated(frames, job.scene) / (elements * iterations),
         iterations / steps,
         f"{note}; std {got.tension.std():.1f} N, reference {fine.tension.std():.1f} N",
-        figures,
+        metrics,
     )

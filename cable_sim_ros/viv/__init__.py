@@ -11,15 +11,15 @@ _FACE = {  # name -> module
     "SpanError": "files",
     "SpanWarning": "files",
     "Vibration": "response",
-    "cautions": "files",
+    "warnings": "files",
     "load_span": "files",
     "span_from_dict": "files",
     "vibration": "response",
 }
-__all__ = ["Span", "SpanError", "SpanWarning", "Vibration", "cautions", "load_span", "span_from_dict", "vibration"]
+__all__ = ["Span", "SpanError", "SpanWarning", "Vibration", "warnings", "load_span", "span_from_dict", "vibration"]
 
 if TYPE_CHECKING:
-    from .files import SpanError, SpanWarning, cautions, load_span, span_from_dict
+    from .files import SpanError, SpanWarning, load_span, span_from_dict, warnings
     from .response import Vibration, vibration
     from .span import Span
 

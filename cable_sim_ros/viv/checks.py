@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from ..sim.problem import Problem
-from .grid import MOST_STEPS, even_steps, lift_range, uneven
+from .grid import MAX_STEPS, even_steps, lift_range, uneven
 from .line import Line
 from .response import Vibration, correlation_length, count_modes, modes_shed
-from .span import MOST_SEGMENTS, Span
+from .span import MAX_SEGMENTS, Span
 
 COARSE = 4.0  # parts of the cable per half wave of its top mode
 STEP_TOO_LONG = 2.0  # half widths of the narrowest resonance
-LEAST_STEPS = 4  # up to the top of the lift at the shedding frequency: fewer are no spectrum
+MIN_STEPS = 4  # up to the top of the lift at the shedding frequency: fewer are no spectrum
 LARGE = 0.75  # of the diameter: rms of a motion of about one diameter, where real cables stop
 WKB_APART = 0.01
 
@@ -136,14 +136,14 @@ def _modes(span: Span, line: Line) -> list[Problem]:
                 "Give one ratio for each mode, or leave response.modes out",
             )
         ]
-    most = 2000
+    maximum = 2000
     count = count_modes(span, line) if line.shedding_range[1] > 0.0 else 1
-    if count <= most:
+    if count <= maximum:
         return []
     return [
         Problem(
             "flow.speed",
-            f"sheds up to {line.shedding_range[1]:.4g} Hz, mode {count}; more than {most} are not computed",
+            f"sheds up to {line.shedding_range[1]:.4g} Hz, mode {count}; more than {maximum} are not computed",
             "Check length, tension and diameter; a longer cable behaves as an infinite one: take a part of it",
         )
     ]
@@ -169,29 +169,29 @@ def _grids(span: Span, line: Line) -> list[Problem]:
         span.damping.ratios or damping.damping(line, span.damping, count, correlation_length(span, line)).ratios
     )
     found = lift_range(span, line)
-    if (span.response.frequency_step or 0.0) * LEAST_STEPS > found.shed:
+    if (span.response.frequency_step or 0.0) * MIN_STEPS > found.shed:
         return [
             Problem(
                 "response.frequency_step",
-                f"= {span.response.frequency_step:g} Hz is longer than 1/{LEAST_STEPS} of the {found.shed:.4g} Hz up "
+                f"= {span.response.frequency_step:g} Hz is longer than 1/{MIN_STEPS} of the {found.shed:.4g} Hz up "
                 "to which the lift reaches at the shedding frequency: its sum means nothing",
                 "Leave it out: steps are chosen",
             )
         ]
     step, number = even_steps(span, line, f, ratios)
-    if span.response.frequencies or number <= MOST_STEPS:
+    if span.response.frequencies or number <= MAX_STEPS:
         return []
-    longer = _up(found.top / MOST_STEPS)
+    longer = _up(found.top / MAX_STEPS)
     remedy = f"Give response.frequency_step: {longer:g} or longer, or the number of equal steps as response.frequencies"
     if span.response.frequency_step:
-        text = f"= {step:.3g} Hz takes {number} steps to the top of the lift spectrum, more than {MOST_STEPS}"
+        text = f"= {step:.3g} Hz takes {number} steps to the top of the lift spectrum, more than {MAX_STEPS}"
         return [Problem("response.frequency_step", text, f"{remedy}, or leave it out: steps are chosen")]
     number = len(uneven(span, line, f, ratios).frequency)
-    if number <= MOST_STEPS:
+    if number <= MAX_STEPS:
         return []
     text = (
         f"= {span.response.steps_per_half_width:g} takes {number} steps to the top of the lift spectrum, more than "
-        f"{MOST_STEPS}; the narrowest resonance has a damping ratio of {ratios.min():.3g}, the narrowest lift peak a "
+        f"{MAX_STEPS}; the narrowest resonance has a damping ratio of {ratios.min():.3g}, the narrowest lift peak a "
         f"standard deviation of {found.narrowest:.3g} Hz"
     )
     return [Problem("response.steps_per_half_width", text, f"Give fewer, or more flow.turbulence; or {_low(remedy)}")]
@@ -209,17 +209,18 @@ def _low(text: str) -> str:
 
 def _finer(count: int, shed: int) -> str:
     """Remedy for segments that are too long for a number of modes."""
-    most, needed = MOST_SEGMENTS, int(np.ceil(2.0 * COARSE * count))
-    if needed <= most:
+    maximum, needed = MAX_SEGMENTS, int(np.ceil(2.0 * COARSE * count))
+    if needed <= maximum:
         return f"Give {needed} or more"
-    if COARSE * count <= most:
-        return f"Give {most}, the most"
+    if COARSE * count <= maximum:
+        return f"Give {maximum}, the most"
     if shed < count:
-        return f"Leave response.modes out: {shed} modes are shed; {most} segments are enough for {int(most / COARSE)}"
-    return f"Give {most}, the most; they are enough for {int(most / COARSE)} modes: take a part of the cable"
+        enough = int(maximum / COARSE)
+        return f"Leave response.modes out: {shed} modes are shed; {maximum} segments are enough for {enough}"
+    return f"Give {maximum}, the most; they are enough for {int(maximum / COARSE)} modes: take a part of the cable"
 
 
-def cautions(span: Span, result: Vibration) -> list[Problem]:
+def warnings(span: Span, result: Vibration) -> list[Problem]:
     """What is doubtful about a result: number, threshold, remedy."""
     found = []
     first, top, count = result.frequencies[0], result.shedding[1], len(result.frequencies)

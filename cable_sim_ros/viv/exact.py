@@ -9,17 +9,17 @@ from scipy.sparse import csr_matrix
 from .line import Line
 from .modes import bands
 
-CELLS_PER_WAVE, LEAST_CELLS, MOST_CELLS = 60, 400, 20_000
+CELLS_PER_WAVE, MIN_CELLS, MAX_CELLS = 60, 400, 20_000
 
 
 def cells_for(line: Line, top: float) -> int:
     """Cells of a grid that resolves the waves of frequency top [Hz] where they are shortest."""
     at = np.linspace(0.0, line.length, 401)
     slowest = np.sqrt(line.tension(at) / line.mass(at)).min()
-    return int(min(max(CELLS_PER_WAVE * line.length * top / slowest, LEAST_CELLS), MOST_CELLS))
+    return int(min(max(CELLS_PER_WAVE * line.length * top / slowest, MIN_CELLS), MAX_CELLS))
 
 
-def share(line: Line, s: np.ndarray, cells: int) -> csr_matrix:
+def fraction(line: Line, s: np.ndarray, cells: int) -> csr_matrix:
     """Matrix (len(s), cells - 1) that interpolates values of the inner points at s; its transpose shares out forces."""
     at = np.clip(s / line.length * cells, 0.0, cells)
     left = np.minimum(at.astype(int), cells - 1)
@@ -35,7 +35,7 @@ def respond(line: Line, s: np.ndarray, mu: np.ndarray, load: np.ndarray, top: fl
     stiffness, mass = bands(line, cells)
     order = 2 if line.stiffness else 1
     kept = stiffness[2 - order : 3 + order].astype(complex)
-    at = share(line, s, cells)
+    at = fraction(line, s, cells)
     out = np.empty(load.shape, complex)
     for k, square in enumerate(mu**2):
         matrix = kept.copy()

@@ -130,7 +130,7 @@ FIELDS: dict[str, Field] = {
     "acceleration_spectrum_m2_s4_hz": Field("m^2/s^4/Hz", "that of the acceleration", "acceleration_spectrum"),
     "modes": Field("", "shapes of the modes along `arc_m`, one list each", "modes"),
 }
-CAUTIONS = "cautions"
+WARNINGS = "cautions"
 
 
 def as_data(span: Span, result: Vibration) -> dict[str, Any]:
@@ -141,12 +141,12 @@ def as_data(span: Span, result: Vibration) -> dict[str, Any]:
         value = value.max() if field.largest else value
         return value.tolist() if hasattr(value, "tolist") else value
 
-    return {**{name: plain(field) for name, field in FIELDS.items()}, CAUTIONS: cautions(span, result)}
+    return {**{name: plain(field) for name, field in FIELDS.items()}, WARNINGS: warnings(span, result)}
 
 
-def cautions(span: Span, result: Vibration) -> list[str]:
+def warnings(span: Span, result: Vibration) -> list[str]:
     """What is doubtful about a result, one text each: number, threshold, remedy."""
-    return [text_of(problem) for problem in checks.cautions(span, result)]
+    return [text_of(problem) for problem in checks.warnings(span, result)]
 
 
 def fields_markdown() -> str:
@@ -155,5 +155,5 @@ def fields_markdown() -> str:
         f"| `{name}` | {field.unit} | {field.meaning} | `.{field.attribute}{'.max()' if field.largest else ''}` |"
         for name, field in FIELDS.items()
     ]
-    rows.append(f"| `{CAUTIONS}` |  | what is doubtful about the result, as texts | `cautions(span, result)` |")
+    rows.append(f"| `{WARNINGS}` |  | what is doubtful about the result, as texts | `cautions(span, result)` |")
     return "\n".join(("| field | unit | meaning | in Python |", "|---|---|---|---|", *rows))

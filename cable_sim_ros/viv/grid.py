@@ -11,7 +11,7 @@ from . import lift, modes
 from .line import Line
 from .span import Method, Span
 
-MOST_STEPS, EQUAL = 20_000, 2_000  # steps; more equal ones than the second are not taken where none is asked for
+MAX_STEPS, EQUAL = 20_000, 2_000  # steps; more equal ones than the second are not taken where none is asked for
 TAIL = 4.0  # standard deviations of the lift above its top frequency
 FINE = 0.05  # of a half width near a resonance: mesh that the uneven steps are laid out on
 OFF = 1e-3  # of a frequency: what finite differences may be from it
@@ -49,7 +49,7 @@ def even_steps(span: Span, line: Line, f: np.ndarray, ratios: np.ndarray) -> tup
 
 
 def grid(span: Span, line: Line, f: np.ndarray, ratios: np.ndarray) -> Grid:
-    """Frequencies of the spectra; f [Hz], ratios: of the modes. More than MOST_STEPS are refused by checks.py."""
+    """Frequencies of the spectra; f [Hz], ratios: of the modes. More than MAX_STEPS are refused by checks.py."""
     step, number = even_steps(span, line, f, ratios)
     if span.response.frequency_step or span.response.frequencies or number <= EQUAL:
         return Grid(step * np.arange(1, number + 1), np.full(number, step), True)
@@ -102,8 +102,8 @@ def _mesh(place, half, spread, top: float) -> np.ndarray:
     for at, width, flat, a, b in zip(place, half, spread, low, high, strict=True):
         if a >= top:
             break
-        most = np.arcsinh((b - a) / width)
-        out = flat + width * np.sinh(np.arange(0.0, most + FINE, FINE))
+        maximum = np.arcsinh((b - a) / width)
+        out = flat + width * np.sinh(np.arange(0.0, maximum + FINE, FINE))
         parts.append(np.concatenate((at - out, (at,), at + out)).clip(a, min(b, top)))
     mesh = np.unique(np.concatenate(parts))
     return mesh[np.concatenate(((True,), np.diff(mesh) > 1e-12 * top))]

@@ -66,8 +66,8 @@ class Line:
         at = np.unique(np.concatenate((self.knots, s.ravel(), (0.0, self.length))))
         root, step = np.sqrt(self.tension(at)), np.diff(at)
         both = root[1:] + root[:-1]
-        share = NODES * (2.0 * root[:-1, None] + NODES * np.diff(root)[:, None]) / both[:, None]
-        mean = np.sqrt(self.mass(at[:-1, None] + step[:, None] * share)) @ WEIGHTS
+        fraction = NODES * (2.0 * root[:-1, None] + NODES * np.diff(root)[:, None]) / both[:, None]
+        mean = np.sqrt(self.mass(at[:-1, None] + step[:, None] * fraction)) @ WEIGHTS
         tau = np.concatenate(((0.0,), np.cumsum(2.0 * step / both * mean)))
         return np.interp(s, at, tau)
 

@@ -12,8 +12,8 @@ from scipy.sparse.linalg import eigsh
 from .line import Line
 from .span import Shape
 
-LEAST_CELLS, CELLS_PER_MODE = 400, 40  # of the finite differences
-MOST_EXACT = 50  # modes; the error of WKB falls as the square of the mode number
+MIN_CELLS, CELLS_PER_MODE = 400, 40  # of the finite differences
+MAX_EXACT = 50  # modes; the error of WKB falls as the square of the mode number
 DIAGONALS = (2, 1, 0, -1, -2)
 
 
@@ -74,8 +74,8 @@ def bands(line: Line, cells: int) -> tuple[np.ndarray, np.ndarray]:
 
 def exact_frequencies(line: Line, count: int) -> np.ndarray:
     """Frequencies of modes 1 to count, 50 at most [Hz], by finite differences on two grids, extrapolated."""
-    count = min(count, MOST_EXACT)
-    cells = max(LEAST_CELLS, CELLS_PER_MODE * count)
+    count = min(count, MAX_EXACT)
+    cells = max(MIN_CELLS, CELLS_PER_MODE * count)
     coarse, fine = (_squares(line, n, count) for n in (cells, 2 * cells))
     return np.sqrt((4.0 * fine - coarse) / 3.0) / (2.0 * pi)
 

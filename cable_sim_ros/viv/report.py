@@ -12,8 +12,8 @@ from .response import Vibration, leading
 from .sensitivity import COLUMNS, Change
 from .span import Span
 
-MOST_MODES = 20  # of the table and the picture
-MOST_PLACES = 9  # of the table along the cable
+MAX_MODES = 20  # of the table and the picture
+MAX_PLACES = 9  # of the table along the cable
 
 
 def console() -> Console:
@@ -50,12 +50,12 @@ def print_vibration(span: Span, result: Vibration) -> None:
             f"{result.damping_whole[n]:.4f}",
             regions(result.driven[n]),
         )
-        for n in leading(result, MOST_MODES)
+        for n in leading(result, MAX_MODES)
     ]
     count = len(result.frequencies)
-    some = "" if count <= MOST_MODES else f", {MOST_MODES} of {count}, of the largest response; all stand in --json"
+    some = "" if count <= MAX_MODES else f", {MAX_MODES} of {count}, of the largest response; all stand in --json"
     out.print(table(f"{result.name}: modes{some}", columns, rows))
-    every = max(1, (len(result.arc) - 1) // (MOST_PLACES - 1))
+    every = max(1, (len(result.arc) - 1) // (MAX_PLACES - 1))
     along = [
         (
             f"{result.arc[i]:.5g}",

@@ -52,12 +52,14 @@ class Vibration(NamedTuple):
     segments: int  # that the lift acts on
 
 
-def leading(result: Vibration, most: int) -> list[int]:
+def leading(result: Vibration, maximum: int) -> list[int]:
     """Modes (from 0) of the largest mean square at the place, by the spectrum up to half way to their neighbours."""
     between = 0.5 * (result.frequencies[1:] + result.frequencies[:-1])
-    share = np.zeros(len(result.frequencies))
-    np.add.at(share, np.searchsorted(between, result.frequency), result.displacement_spectrum * result.frequency_width)
-    return sorted(int(n) for n in np.argsort(-share, kind="stable")[:most])
+    fraction = np.zeros(len(result.frequencies))
+    np.add.at(
+        fraction, np.searchsorted(between, result.frequency), result.displacement_spectrum * result.frequency_width
+    )
+    return sorted(int(n) for n in np.argsort(-fraction, kind="stable")[:maximum])
 
 
 def count_modes(span: Span, line: Line) -> int:

@@ -10,7 +10,7 @@ from enum import Enum
 from ..physics.parameter import REQUIRED, Block, quantity
 
 SOURCE = "Capozucca (1988)"
-MOST_SEGMENTS = 5000
+MAX_SEGMENTS = 5000
 
 
 class Shape(str, Enum):
@@ -152,7 +152,7 @@ class ResponseBlock(Block):
     modes: int | None = quantity(
         None, "1", 1, 2000, "modes with a damping ratio; none: those up to the top shedding frequency, rounded"
     )
-    segments: int = quantity(200, "1", 4, MOST_SEGMENTS, "parts of the cable that the lift acts on")
+    segments: int = quantity(200, "1", 4, MAX_SEGMENTS, "parts of the cable that the lift acts on")
     points: int = quantity(200, "1", 4, 5000, "parts between the places where the response is reported")
     place: float | None = quantity(
         None, "m", 0.0, 2e4, "place s whose spectrum is reported; none: where the rms displacement is largest"

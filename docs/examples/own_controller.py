@@ -58,7 +58,7 @@ def main(words=None):
         late = frames[frames.time - frames.time[0] > given.skip * 1e9]
         mean, std, depth = late.tension.mean(), late.tension.std(), late.body_position[:, 2].std()
         print(f"{name:10}  tension {mean:.0f} N, std {std:.1f} N, depth std {depth:.3f} m")
-    print(f"{runs['controller'].figures['controller']['commands']} commands")
+    print(f"{runs['controller'].metrics['controller']['commands']} commands")
 
 
 if __name__ == "__main__":

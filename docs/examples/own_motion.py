@@ -46,10 +46,10 @@ def main(words=None):
     heave = np.array([sample.position[2] for sample in samples])
     frames = result.frames
     sheave, depth = frames.sheave_position[:, 2], -frames.body_position[:, 2]
-    least, largest = frames.tension_tick_min.min(), frames.tension_tick_max.max()
+    minimum, largest = frames.tension_tick_min.min(), frames.tension_tick_max.max()
     print(f"{len(samples)} samples, heave {heave.min():.2f} to {heave.max():.2f} m")
     print(f"sheave {np.ptp(sheave):.2f} m up and down, towbody {np.ptp(depth):.2f} m at {depth.mean():.1f} m")
-    print(f"tension {least:.0f} to {largest:.0f} N, verdict {result.verdict.state}")
+    print(f"tension {minimum:.0f} to {largest:.0f} N, verdict {result.verdict.state}")
 
 
 if __name__ == "__main__":

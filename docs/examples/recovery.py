@@ -46,10 +46,10 @@ def main(words=None):
     parts = {"before": seconds < begin, "haul": (seconds >= begin) & (seconds < end), "after": seconds >= end}
     print("part    tension N: least  mean  largest   depth m: least  largest")
     for name, part in parts.items():
-        least, most = frames.tension_tick_min[part].min(), frames.tension_tick_max[part].max()
+        minimum, maximum = frames.tension_tick_min[part].min(), frames.tension_tick_max[part].max()
         depth = -frames.body_position[part, 2]
         mean = frames.tension[part].mean()
-        print(f"{name:6}  {least:16.0f}  {mean:4.0f}  {most:7.0f}   {depth.min():14.1f}  {depth.max():7.1f}")
+        print(f"{name:6}  {minimum:16.0f}  {mean:4.0f}  {maximum:7.0f}   {depth.min():14.1f}  {depth.max():7.1f}")
     slack = np.count_nonzero(frames.tension_least < 0.0) * float(np.median(np.diff(seconds)))
     print(
         f"scope {frames.scope[-1]:.1f} m at the end, slack somewhere for {slack:.1f} s, verdict {result.verdict.state}"

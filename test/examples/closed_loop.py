@@ -22,7 +22,7 @@ TAUS = np.arange(-0.05, 0.6, 0.001)
 
 
 def run(mode, seconds, law="hold", rate=0, delay=0.0):
-    """Frames after SKIP, simulated over wall time, and the task `command` of /diagnostics at the end."""
+    """Tick outputs after SKIP, simulated over wall time, and the task `command` of /diagnostics at the end."""
     parameters = {"setpoint.algorithm": law, "winch.command_delay": delay}
     if mode == "lockstep" and rate:
         parameters["lockstep.command_period"] = 1.0 / rate
@@ -37,7 +37,7 @@ def run(mode, seconds, law="hold", rate=0, delay=0.0):
         time.sleep(1.2)  # until /diagnostics has said so
         said = sim.diagnostics["command"][2]
     seconds_of = frames.time * 1e-9
-    return frames[(seconds_of > begin + SKIP) & (seconds_of <= begin + seconds)], speed, said, sim.figures
+    return frames[(seconds_of > begin + SKIP) & (seconds_of <= begin + seconds)], speed, said, sim.metrics
 
 
 def spectrum(values):
@@ -68,8 +68,8 @@ def lost(held, tau):
     return float(np.sqrt((power * np.square(2.0 * np.sin(0.5 * w * tau))).sum() / power.sum()))
 
 
-def row(name, mode, held, frames, speed, said, figures):
-    """One row of the table; held: Frames with the winch held."""
+def row(name, mode, held, frames, speed, said, metrics):
+    """One row of the table; held: tick outputs with the winch held."""
     late = lateness(frames) if np.ptp(frames.payout) > 0.01 else None
     age = frames.command_age[frames.command_age >= 0.0]
     return {
@@ -83,7 +83,7 @@ def row(name, mode, held, frames, speed, said, figures):
         "command_age_ms": float(1e3 * age.mean()) if len(age) else None,
         "lag_ms": float(said["lag_ms"]) if said.get("lag_clock") == "motion" else None,
         "speed": speed,
-        "missed_ticks": figures.get("missed_ticks"),
+        "missed_ticks": metrics.get("missed_ticks"),
     }
 
 

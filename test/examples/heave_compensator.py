@@ -104,8 +104,8 @@ class HeaveCompensator(Node):
             self.begun = t
         stamp, ahead, up = past[-1]
         if len(past) == 2 and stamp > past[0][0]:  # carry the sample on to t
-            share = (t - stamp) / (stamp - past[0][0])
-            ahead, up = ahead + share * (ahead - past[0][1]), up + share * (up - past[0][2])
+            fraction = (t - stamp) / (stamp - past[0][0])
+            ahead, up = ahead + fraction * (ahead - past[0][1]), up + fraction * (up - past[0][2])
         h = self.period / SECOND
         self.mean += (ahead - self.mean) * h / MEAN_TIME
         speed = (ahead - self.mean) * math.sin(ANGLE) + up * math.cos(ANGLE)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cable_sim_ros.physics.frame import Flag
+from cable_sim_ros.physics.tick_output import Flag
 
 CONTROLLER = Path(__file__).with_name("heave_compensator.py")
 PARAMETERS = ("-p", "use_sim_time:=true", "-p", "ramp:=1.0")  # s until the controller has its whole gain
@@ -25,7 +25,7 @@ def test_the_winch_holds_when_its_controller_dies(tow_sim):
     controller.kill()  # as a crash: no last command
     died = sim.frames.time[-1]
     frames = sim.wait_until(lambda frames: frames.status[-1] & Flag.COMMAND_STALE, within=2.0, every=0.01)
-    # the newest command is up to one period and the input delay ahead of the Frame that was seen last
+    # the newest command is up to one period and the input delay ahead of the tick output that was seen last
     assert TIMEOUT <= (frames.time[-1] - died) * 1e-9 <= TIMEOUT + 0.02 + 0.03 + 0.01
 
     after = sim.advance(1.0)

@@ -36,7 +36,7 @@ def waves():
 
 
 def closed_loop(tow_sim, rate, mode, seconds=CALM + GROWS + COUNTED, **options):
-    """Frames of so many seconds of the motion, from the first tick on, and the stamp of the motion's begin, s."""
+    """Tick outputs of so many seconds of the motion, from the first tick on, and the stamp of the motion's begin, s."""
     parameters = {"setpoint.algorithm": "hold"}  # the node's own compensation off: both would add up
     if mode == "lockstep":
         parameters["lockstep.command_period"] = 1.0 / rate  # each command is waited for, from the first one on
@@ -49,7 +49,7 @@ def closed_loop(tow_sim, rate, mode, seconds=CALM + GROWS + COUNTED, **options):
 
 
 def counted(frames, begin):
-    """Frames of the wave that counts."""
+    """Tick outputs of the wave that counts."""
     seconds = frames.time * 1e-9 - begin - CALM - GROWS
     return frames[(seconds > 0.0) & (seconds <= COUNTED)]
 

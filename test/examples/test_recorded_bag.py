@@ -14,7 +14,7 @@ SECONDS = 3.0
 
 @pytest.fixture(scope="module")
 def golden(tmp_path_factory):
-    """Bag of a short run: motion, Frames, and the journal of what every tick saw."""
+    """Bag of a short run: motion, tick outputs, and the journal of what every tick saw."""
     pytest.importorskip("rclpy")
     with tow("full_scale", mode="lockstep", record=True, folder=tmp_path_factory.mktemp("golden")) as sim:
         sim.feed("nbp1406", start=60.0, duration=SECONDS + 1.0)
@@ -36,5 +36,5 @@ def test_the_node_gives_the_recorded_frames_again(tow_sim, golden):
 
 def test_the_recording_replayed_without_ros_is_the_same(golden):
     again = replay(golden)
-    assert again.figures["largest_difference"]["difference"] == 0.0
-    assert again.figures["largest_difference"]["ticks"] == round(SECONDS / 0.01)
+    assert again.metrics["largest_difference"]["difference"] == 0.0
+    assert again.metrics["largest_difference"]["ticks"] == round(SECONDS / 0.01)

@@ -89,8 +89,8 @@ def test_a_table_of_ones_own_is_run(tmp_path, capsys):
     module.write(tmp_path / "mine.csv", columns | {"heave_m": 0.5 * columns["heave_m"]})
     theirs = printed("own_motion", [str(tmp_path / "mine.csv"), "--duration", "3"], capsys)
     heave = 0.5 * columns["heave_m"]
-    least, largest = (float(text) for text in re.findall(r"heave (\S+) to (\S+) m", theirs)[0])
-    assert (least, largest) == pytest.approx((heave.min(), heave.max()), abs=0.006)
+    minimum, largest = (float(text) for text in re.findall(r"heave (\S+) to (\S+) m", theirs)[0])
+    assert (minimum, largest) == pytest.approx((heave.min(), heave.max()), abs=0.006)
 
 
 def test_a_recording_becomes_a_table_and_a_picture(folder, capsys):

@@ -13,7 +13,7 @@ from click.testing import CliRunner
 from cable_sim_ros.cli import commands, expected_errors
 from cable_sim_ros.cli.number import Number
 from cable_sim_ros.io.motion_table import MotionError
-from cable_sim_ros.limits import MOST_TOW_SPEED
+from cable_sim_ros.limits import MAX_TOW_SPEED
 from cable_sim_ros.physics.ship import Ship
 from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.message_run import Pass
@@ -202,7 +202,7 @@ def test_every_number_is_finite_and_in_a_range():
 
 def test_the_speed_of_a_bag_is_that_of_a_scene():
     limits = Ship.model_json_schema()["properties"]["tow_speed"]
-    assert (limits["low"], limits["high"]) == (-MOST_TOW_SPEED, MOST_TOW_SPEED)
+    assert (limits["low"], limits["high"]) == (-MAX_TOW_SPEED, MAX_TOW_SPEED)
 
 
 def test_a_mistake_of_ours_keeps_its_traceback(monkeypatch):
@@ -217,16 +217,16 @@ def test_a_mistake_of_ours_keeps_its_traceback(monkeypatch):
 def test_json_is_all_that_is_printed():
     result = call("run", "full_scale", "--motion", "none", "--duration", "0.1", "--json")
     assert result.exit_code == 0, result.output
-    figures = json.loads(result.stdout)
-    assert figures["body_depth_m"] > 0 and len(figures["body_position_m"]) == 3
-    assert (figures["ticks"], figures["step_tension_error"]) == (1, 0.005)
+    metrics = json.loads(result.stdout)
+    assert metrics["body_depth_m"] > 0 and len(metrics["body_position_m"]) == 3
+    assert (metrics["ticks"], metrics["step_tension_error"]) == (1, 0.005)
 
 
 def test_steps_are_fixed_and_frames_as_far_apart_as_asked_for():
     arguments = ("run", "full_scale", "--motion", "none", "--duration", "0.2", "--json")
     for more, ticks, tolerance in ((("--step", "fixed"), 20, None), (("--every", "0.05"), 4, 0.005)):
-        figures = json.loads(call(*arguments, *more).stdout)
-        assert (figures["ticks"], figures["step_tension_error"]) == (ticks, tolerance)
+        metrics = json.loads(call(*arguments, *more).stdout)
+        assert (metrics["ticks"], metrics["step_tension_error"]) == (ticks, tolerance)
 
 
 def test_a_run_goes_on_from_where_another_was_saved(tmp_path):
@@ -236,9 +236,9 @@ def test_a_run_goes_on_from_where_another_was_saved(tmp_path):
     first = call(*arguments, "--duration", "0.5", "--save", state)
     assert first.exit_code == 0 and f"state:     {state}" in first.stdout, first.stderr
     rest = ("--from", state, "--duration", "0.3", "--save", state, "--json")
-    figures = json.loads(call("run", *rest).stdout)
-    assert figures["resumed"]["motion"] == "goes on" and figures["saved"] == str(state) and figures["ticks"] == 30
-    assert max(figures["body_depth_max_m"], 0.0) <= whole["body_depth_max_m"] and figures["motion"] == whole["motion"]
+    metrics = json.loads(call("run", *rest).stdout)
+    assert metrics["resumed"]["motion"] == "goes on" and metrics["saved"] == str(state) and metrics["ticks"] == 30
+    assert max(metrics["body_depth_max_m"], 0.0) <= whole["body_depth_max_m"] and metrics["motion"] == whole["motion"]
     again = json.loads(call(*arguments, "--from", state, "--duration", "0.1", "--json").stdout)
     assert again["resumed"]["time_s"] == pytest.approx(1.8)
     refused = call("run", "side_scan", "--from", state)
@@ -269,12 +269,12 @@ def test_the_last_line_is_the_verdict_and_the_exit_code_goes_with_it(tmp_path):
     thrown = call(*arguments)
     assert thrown.exit_code == 4 and thrown.stdout.splitlines()[-3].startswith("verdict: doubtful")
     assert "SLACK for " in thrown.stdout.splitlines()[-2] and "DETACHED for " in thrown.stdout.splitlines()[-1]
-    told = call(*arguments, "--json", "--out", tmp_path / "out")
-    figures = json.loads(told.stdout)
-    assert told.exit_code == 4 and figures["verdict"]["state"] == "doubtful" and "verdict: doubtful" in told.stderr
-    reason = figures["verdict"]["reasons"][1]
+    report = call(*arguments, "--json", "--out", tmp_path / "out")
+    metrics = json.loads(report.stdout)
+    assert report.exit_code == 4 and metrics["verdict"]["state"] == "doubtful" and "verdict: doubtful" in report.stderr
+    reason = metrics["verdict"]["reasons"][1]
     assert reason["flag"] == "DETACHED" and 0.5 < reason["seconds"] < 6.0 and "tension_max_n" in reason["figures"]
-    assert json.loads((tmp_path / "out" / "summary.json").read_text("utf-8"))["verdict"] == figures["verdict"]
+    assert json.loads((tmp_path / "out" / "summary.json").read_text("utf-8"))["verdict"] == metrics["verdict"]
 
 
 def test_a_cable_that_misses_its_sheave_is_refused_with_the_angle(tmp_path):
@@ -296,8 +296,8 @@ def test_a_start_that_fails_is_one_line_and_code_1(arguments, monkeypatch):
     result = call(*arguments)
     assert result.exit_code == 1 and "Traceback" not in result.stderr
     assert result.stderr.splitlines()[-1] == "error: full_scale: no static equilibrium, residual 12 N"
-    told = json.loads(call(*arguments, "--json").stdout)
-    assert told["verdict"]["state"] == "failed" and told["verdict"]["reasons"][0]["flag"] == "NO_START"
+    report = json.loads(call(*arguments, "--json").stdout)
+    assert report["verdict"]["state"] == "failed" and report["verdict"]["reasons"][0]["flag"] == "NO_START"
 
 
 def test_every_error_of_the_package_is_expected():

@@ -89,8 +89,8 @@ def test_executable_installed_by_colcon_runs(workspace):
 
 @pytest.mark.colcon
 def test_scenes_and_bags_are_found_after_colcon(workspace):
-    share, *names = sourced(workspace, sys.executable, "-c", WHERE).split()
-    assert share.startswith(str(workspace)) and {"full_scale", "nbp1406"} <= set(names)
+    fraction, *names = sourced(workspace, sys.executable, "-c", WHERE).split()
+    assert fraction.startswith(str(workspace)) and {"full_scale", "nbp1406"} <= set(names)
 
 
 @pytest.mark.colcon
@@ -133,6 +133,6 @@ def test_scenes_and_bags_are_found_after_pip(tmp_path):
         str(tmp_path / "source"),
         cwd=tmp_path,
     )
-    share, *names = call(sys.executable, "-c", WHERE, cwd=tmp_path, PYTHONPATH=str(tmp_path / "there")).split()
-    assert share == str(tmp_path / "there" / "share" / "cable_sim_ros")
+    fraction, *names = call(sys.executable, "-c", WHERE, cwd=tmp_path, PYTHONPATH=str(tmp_path / "there")).split()
+    assert fraction == str(tmp_path / "there" / "share" / "cable_sim_ros")
     assert {"full_scale", "full_scale_westin", "nbp1406", "lmg1903"} <= set(names)

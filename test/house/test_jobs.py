@@ -76,8 +76,8 @@ def test_the_controller_takes_off_most_of_what_the_heave_puts_on(capsys):
     (command,) = re.findall(r"^    rate = .*$", CONTROLLED, re.M)
     for code in (CONTROLLED, CONTROLLED.replace(command, "    rate = 0.0")):
         exec(compile(code, "jobs.md", "exec"), {})
-        least, largest = map(float, re.findall(r"\d+", capsys.readouterr().out))
-        spans.append(largest - least)
+        minimum, largest = map(float, re.findall(r"\d+", capsys.readouterr().out))
+        spans.append(largest - minimum)
     assert 0.0 < spans[0] < 0.4 * spans[1], spans
 
 

@@ -25,7 +25,7 @@ from cable_sim_ros.runs.summary import SUMMARY, summary_markdown
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text("utf-8")
 CONTRIBUTING = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
-COMMANDS, FIGURES, INDEX, JSON, TOPICS, WINCH = (
+COMMANDS, METRICS, INDEX, JSON, TOPICS, WINCH = (
     (ROOT / "docs" / f"{name}.md").read_text("utf-8")
     for name in ("commands", "figures", "index", "json", "topics", "winch")
 )
@@ -130,14 +130,14 @@ def test_the_plans_of_the_pages_are_plans():
 
 
 def test_tables_of_json_names_are_the_declared_ones():
-    assert summary_markdown() in JSON and offline.figures_markdown() in JSON
+    assert summary_markdown() in JSON and offline.metrics_markdown() in JSON
 
 
 @pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
 def test_no_json_name_is_undeclared():
-    declared = {name for name, *_ in (*SUMMARY, *offline.FIGURES)}
-    assert set(offline.run("full_scale", duration=0.1).figures) <= declared
-    assert len(declared) == len(SUMMARY) + len(offline.FIGURES)
+    declared = {name for name, *_ in (*SUMMARY, *offline.METRICS)}
+    assert set(offline.run("full_scale", duration=0.1).metrics) <= declared
+    assert len(declared) == len(SUMMARY) + len(offline.METRICS)
 
 
 DRAWN = markers_channel(load_scene("full_scale"), 1.0)
@@ -209,12 +209,12 @@ def test_the_readme_has_three_figures_and_each_stands_among_all():
     assert [re.match(r"\*\*(\w+):", text)[1] for text in bullets] == ["Speed", "Accuracy", "Agreement"]
     numbers = [set(re.findall(r"\d+\.\d+|\d{3,}", re.sub(r"\(\d{4}\)|NBP1406", "", text))) for text in bullets]
     assert [len(found) for found in numbers] == [4, 2, 6]
-    rows = [row for row in FIGURES.splitlines() if row.startswith("|")]
+    rows = [row for row in METRICS.splitlines() if row.startswith("|")]
     for found, first in zip(numbers, ("offline", "offline", "static tow `full_scale_westin`"), strict=True):
         among = " ".join(row for row in rows if row.startswith(f"| {first}"))
         assert found <= set(re.findall(r"\d+\.\d+|\d{3,}", among)), found
     for condition in ("AVX2", "Python 3.11", "numba 0.68"):
-        assert condition in section(README, "Figures").split("\n* ")[0] and condition in FIGURES.split("|")[0]
+        assert condition in section(README, "Figures").split("\n* ")[0] and condition in METRICS.split("|")[0]
 
 
 def test_no_row_of_a_table_stands_on_two_pages():

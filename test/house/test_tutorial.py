@@ -13,8 +13,8 @@ from click.testing import CliRunner
 
 from cable_sim_ros.cli import commands
 from cable_sim_ros.io.load import load_scene
-from cable_sim_ros.physics.frame import Flag
 from cable_sim_ros.physics.heave_compensation import SetpointLaw
+from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.runs import offline
 from cable_sim_ros.sim.route import Route
 
@@ -101,10 +101,10 @@ def test_lengths_in_text_and_sketch_are_those_of_the_scene():
 
 
 def test_static_figures_in_the_text_are_the_computed_ones():
-    figures = offline.run("side_scan").figures
+    metrics = offline.run("side_scan").metrics
     assert (
-        f"depth {figures['body_depth_m']:.1f} m, tension {figures['tension_mean_n']:.0f} N, "
-        f"departure angle {figures['departure_angle_deg']:.1f} deg" in words()
+        f"depth {metrics['body_depth_m']:.1f} m, tension {metrics['tension_mean_n']:.0f} N, "
+        f"departure angle {metrics['departure_angle_deg']:.1f} deg" in words()
     )
 
 

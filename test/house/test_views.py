@@ -12,7 +12,7 @@ from cable_sim_ros.io.channels import HEALTH, JOINTS, TRANSFORMS, Context, chann
 from cable_sim_ros.io.load import load_scene
 from cable_sim_ros.io.markers import markers_channel
 from cable_sim_ros.io.typestore import STORE
-from cable_sim_ros.physics.frame import CONTACT_COLUMNS, SHAPE_COLUMNS
+from cable_sim_ros.physics.tick_output import CONTACT_COLUMNS, SHAPE_COLUMNS
 
 CONFIG = Path(__file__).resolve().parents[2] / "config"
 SCENE = load_scene("full_scale")
@@ -61,9 +61,9 @@ def test_rviz_displays_take_topics_of_their_type(rviz):
 
 
 def test_rviz_looks_at_frames_there_are(rviz):
-    assert rviz["Global Options"]["Fixed Frame"] == "odom"
+    assert rviz["Global Options"]["Fixed tick output"] == "odom"
     views = [rviz["Views"]["Current"], *rviz["Views"]["Saved"]]
-    assert {view["Target Frame"] for view in views} <= FRAMES and len(views) == 3
+    assert {view["Target tick output"] for view in views} <= FRAMES and len(views) == 3
     assert TRANSFORMS.topic == "tf"
 
 
@@ -95,7 +95,7 @@ def test_foxglove_draws_topics_fields_and_frames_there_are(foxglove):
 
 
 def test_foxglove_plots_what_its_labels_say(foxglove):
-    """An index into sim/health must be that of the quantity: a new field of the Frame shifts it."""
+    """An index into sim/health must be that of the quantity: a new field of the tick output shifts it."""
     named = {
         "sheave": "tension",
         "drum": "tension_drum",

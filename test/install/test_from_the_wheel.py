@@ -43,9 +43,9 @@ def call(installed, *command, timeout=60):
 def test_code_and_data_are_those_of_the_wheel(installed):
     script = "import cable_sim_ros; from cable_sim_ros.io.resources import *; "
     script += "print(cable_sim_ros.__file__, share_folder(), *shipped_scenes(), *shipped_bags())"
-    code, share, *names = call(installed, "python", "-c", script).stdout.split()
+    code, fraction, *names = call(installed, "python", "-c", script).stdout.split()
     environment = installed[0].parent
-    assert Path(code).is_relative_to(environment) and Path(share) == environment / "share" / "cable_sim_ros"
+    assert Path(code).is_relative_to(environment) and Path(fraction) == environment / "share" / "cable_sim_ros"
     expected = {path.stem for path in (ROOT / "config").glob("*.yaml")} | {"nbp1406", "lmg1903"}
     assert set(names) | {"span_in_wind"} == expected
 

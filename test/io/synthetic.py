@@ -1,4 +1,4 @@
-"""A made-up tow: Frames and tables that look like a run, without any physics behind them."""
+"""A made-up tow: tick outputs and tables that look like a run, without any physics behind them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from cable_sim_ros.io.bag import BagWriter
 from cable_sim_ros.io.channels import Context, Encoder
-from cable_sim_ros.physics.frame import CONTACT_COLUMNS, FIELDS, FRAME, SHAPE_COLUMNS
+from cable_sim_ros.physics.tick_output import CONTACT_COLUMNS, FIELDS, SHAPE_COLUMNS, TICK_OUTPUT
 
 START = 1_700_000_000_000_000_000
 SPEED = 2.5  # m/s
@@ -17,9 +17,9 @@ DEPTH = 180.0  # m, mean
 
 
 def make_frames(count: int, tick_s: float = 0.01, seed: int = 1, start: int = START) -> np.recarray:
-    """``count`` Frames: steady tow heading 30 degrees, heave of 10 s, every other field random."""
+    """``count`` tick outputs: steady tow heading 30 degrees, heave of 10 s, every other field random."""
     random = np.random.default_rng(seed)
-    frames = np.zeros(count, FRAME)
+    frames = np.zeros(count, TICK_OUTPUT)
     for name, shape, kind, _, _ in FIELDS:
         frames[name] = random.integers(0, 5, (count, *shape)) if kind == "i8" else random.normal(size=(count, *shape))
     t = np.arange(count) * tick_s
@@ -60,7 +60,7 @@ def make_shape(frame: np.void, nodes: int = 41) -> np.ndarray:
 
 
 def make_contact(frame: np.void) -> np.ndarray:
-    """Contact table [stations, 9], ``contact_stations`` rows filled."""
+    """Contact table [contact points, 9], ``contact_stations`` rows filled."""
     n = int(frame["contact_stations"])
     wrap = np.linspace(-0.1, 0.9, n)
     bulge = np.clip(np.sin(np.pi * (wrap + 0.1) / frame["wrap_angle"]), 0, None) * frame["tension"]
@@ -83,7 +83,7 @@ assert len(CONTACT_COLUMNS) == 9
 
 
 def write_run(path, seconds: float = 10.0, tick_s: float = 0.01, **custom: str) -> np.recarray:
-    """Record a made-up run to a bag and return its Frames."""
+    """Record a made-up run to a bag and return its tick outputs."""
     frames = make_frames(round(seconds / tick_s), tick_s)
     encoder = Encoder(Context(), tick_s)
     with BagWriter(path, custom_data={"scene": "made-up tow", **custom}) as writer:

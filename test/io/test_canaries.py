@@ -35,6 +35,6 @@ def test_the_text_names_line_and_bound(name, text):
 
 def test_broken_parameter_files_never_break_the_loader():
     found = files.run(True)
-    assert all(figure.passed for figure in found.figures if figure.name == "that broke the loader"), found.notes
-    measured = {figure.name: figure.value for figure in found.figures}
+    assert all(figure.passed for figure in found.metrics if figure.name == "that broke the loader"), found.notes
+    measured = {figure.name: figure.value for figure in found.metrics}
     assert measured["that are scenes"] >= 10 and measured["refused with a text"] >= 100

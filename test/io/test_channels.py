@@ -22,7 +22,7 @@ from cable_sim_ros.io.channels import (
 )
 from cable_sim_ros.io.frame_numbers import NAMES, numbers_of
 from cable_sim_ros.io.typestore import STORE
-from cable_sim_ros.physics.frame import CONTACT_COLUMNS, FIELDS, FRAME, SHAPE_COLUMNS
+from cable_sim_ros.physics.tick_output import CONTACT_COLUMNS, FIELDS, SHAPE_COLUMNS, TICK_OUTPUT
 
 CONTEXT = Context()
 BY_NAME = {channel.name: channel for channel in CHANNELS}
@@ -31,8 +31,8 @@ finite = st.floats(allow_nan=False, allow_infinity=False, width=64)
 
 @st.composite
 def frames(draw):
-    """Any finite Frame; unit quaternions, because a velocity is turned by one and back."""
-    frame = np.zeros((), FRAME)
+    """Any finite tick output; unit quaternions, because a velocity is turned by one and back."""
+    frame = np.zeros((), TICK_OUTPUT)
     for name, shape, kind, _, _ in FIELDS:
         if name == "time":
             frame[name] = draw(st.integers(0, 2**31 * 10**9 - 1))

@@ -232,7 +232,7 @@ def test_a_stop_acts_at_once_though_the_clock_of_the_motion_stepped_back():
     assert it.take(command(0, velocity=[0.5]), 0, NOW) == ""
     assert it.take(command(0, velocity=[0.0]), S, NOW + S - 19 * S // 10) == ""
     winch, drum, tick = records(1, WINCH)[0], records(1, DRUM)[0], S // 100
-    drum.ramp, drum.rate_most, drum.timeout, drum.reach_most = 20.0, 5.0, 0.5, 9.0
+    drum.ramp, drum.max_rate, drum.timeout, drum.max_reach = 20.0, 5.0, 0.5, 9.0
     winch.command_rate = 0.1
     assert carry(NOW - 9 * S // 10 + tick, 0.01, drum, it.inputs, winch) == 0.0 and winch.stale == 0
     assert carry(NOW + tick, 0.01, drum, it.inputs, winch) == 0.0, "nor does the older one come back"
@@ -266,7 +266,7 @@ def test_the_lag_is_arrival_less_stamp_on_the_clock_of_the_stamp():
 
 def test_what_is_clamped_is_counted_and_said():
     drum = records(1, DRUM)[0]
-    drum.payout_0, drum.rate_most, drum.reach_least, drum.reach_most = 450.0, 2.0, -430.0, 15.0
+    drum.payout_0, drum.max_rate, drum.min_reach, drum.max_reach = 450.0, 2.0, -430.0, 15.0
     it = CommandIngest(make_inputs(), drum)
     for asked, what in (
         ({"velocity": [2.0]}, {}),

@@ -10,7 +10,7 @@ from cable_sim_ros.cli import commands
 from cable_sim_ros.io.bag import BagError, BagReader, BagWriter, Damage, DamageWarning, read_bag, read_metadata
 from cable_sim_ros.io.bag_motion import read_motion
 from cable_sim_ros.io.mcap_file import McapFile, Unreadable
-from cable_sim_ros.io.recorder import MESSAGE_MOST, Recorder
+from cable_sim_ros.io.recorder import MAX_MESSAGE, Recorder
 from cable_sim_ros.io.recovery import recover
 from cable_sim_ros.verification.stress.bags import IMU, TOPIC, chunks_of, known_bag, mcap_of
 
@@ -253,7 +253,7 @@ def test_messages_to_be_kept_are_not_the_ones_that_are_dropped(tmp_path, monkeyp
 def test_a_message_of_megabytes_is_refused_and_the_queue_has_a_size_in_bytes(tmp_path, monkeypatch):
     monkeypatch.setattr("cable_sim_ros.io.recorder.QUEUE_BYTES", 1000)
     recorder = Recorder(tmp_path / "bag", poll_s=30.0)
-    recorder.put("/a", IMU, 0, bytes(MESSAGE_MOST + 1))
+    recorder.put("/a", IMU, 0, bytes(MAX_MESSAGE + 1))
     assert "a message of '/a' has 16 MB, above the limit of 16 MB: it is not recorded" in recorder.stats().error
     for k in range(1, 6):
         recorder.put("/a", IMU, k, bytes(400))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cable_sim_ros.io.time_sequencer import CONFIRM, MOST, Cadence, MotionGate
+from cable_sim_ros.io.time_sequencer import CONFIRM, MAX, Cadence, MotionGate
 
 MS = 1_000_000
 S = 1_000_000_000
@@ -72,8 +72,8 @@ def test_one_odd_stamp_is_refused_and_a_jump_ahead_is_held_until_the_clock_is_th
 
 def test_a_bag_poured_in_at_once_is_held_as_far_as_there_is_room():
     gate = MotionGate(5)
-    refused = [gate.put("odometry", k * MS, b"", 0) for k in range(MOST + 2)]
-    assert gate.held == MOST and refused.count(("held_full", 1)) == 2
+    refused = [gate.put("odometry", k * MS, b"", 0) for k in range(MAX + 2)]
+    assert gate.held == MAX and refused.count(("held_full", 1)) == 2
     assert len(gate.take(50 * MS)) == 51
 
 
@@ -88,7 +88,7 @@ def run(cadence: Cadence, arrivals: dict[int, list[int]], steps: range) -> list[
     missed = []
     for clock in steps:
         for stamp in arrivals.get(clock, ()):
-            cadence.heard(stamp * MS, clock * MS)
+            cadence.received(stamp * MS, clock * MS)
         if cadence.due(clock * MS):
             cadence.miss(clock * MS)
             missed.append(clock)
@@ -113,15 +113,15 @@ def test_one_command_that_comes_late_teaches_nothing():
 
 def test_the_period_is_that_of_the_first_two_a_shorter_one_shortens_it_and_a_slower_sender_lengthens_it():
     cadence = Cadence(5, eager=True)
-    cadence.heard(0, 0)
+    cadence.received(0, 0)
     assert cadence.period is None and not cadence.due(10 * S)
-    cadence.heard(40 * MS, 40 * MS)
-    cadence.heard(60 * MS, 60 * MS)
+    cadence.received(40 * MS, 40 * MS)
+    cadence.received(60 * MS, 60 * MS)
     assert cadence.period == 20 * MS
     missed = run(cadence, {k: [k] for k in range(100, 500, 40)}, range(70, 500, 10))
     assert missed == [80, 120] and cadence.period == 40 * MS
     fixed = Cadence(5, period=50 * MS)
-    fixed.heard(0, 0)
+    fixed.received(0, 0)
     assert fixed.period == 50 * MS and fixed.due(50 * MS) and not fixed.due(49 * MS)
 
 
@@ -136,9 +136,9 @@ def test_where_a_period_is_given_the_first_command_is_awaited_too():
     cadence = Cadence(3, period=20 * MS)
     assert not cadence.due(10 * S)
     cadence.expect(100 * MS)
-    assert cadence.due(100 * MS) and not cadence.heard_count
+    assert cadence.due(100 * MS) and not cadence.received_count
     cadence.miss(100 * MS)
-    cadence.heard(110 * MS, 110 * MS)
+    cadence.received(110 * MS, 110 * MS)
     assert not cadence.due(120 * MS) and cadence.due(130 * MS) and cadence.missed == 1
     learnt = Cadence(3, eager=True)
     learnt.expect(100 * MS)

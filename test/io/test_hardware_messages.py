@@ -147,8 +147,8 @@ def driven(it, write, seconds=4.0, timeout=0.5, cycle=2):
     """Rates [m/s] of the winch at 100 Hz and whether stale, messages sent; write(component, step): the controller."""
     ingest, messages = CommandIngest(make_inputs()), 0
     winch, drum = records(1, WINCH)[0], records(1, DRUM)[0]
-    drum.ramp, drum.rate_most, drum.timeout, drum.payout_0 = 20.0, 5.0, timeout, 450.0
-    drum.reach_least, drum.reach_most = -400.0, 100.0
+    drum.ramp, drum.max_rate, drum.timeout, drum.payout_0 = 20.0, 5.0, timeout, 450.0
+    drum.min_reach, drum.max_reach = -400.0, 100.0
     rates, stale = [], []
     for step in range(int(seconds * 100)):
         time = NOW + step * STEP

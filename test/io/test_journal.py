@@ -37,9 +37,9 @@ def written(ticks=6, samples=3):
 
 
 def test_what_is_written_is_read_back_tick_by_tick():
-    told = read_journal(written())
-    (segment,) = told.segments
-    assert told.faults == [] and segment.ticks == 6 and not segment.halted
+    report = read_journal(written())
+    (segment,) = report.segments
+    assert report.faults == [] and segment.ticks == 6 and not segment.halted
     assert segment.start == Start(1000, (1.0, 2.0), 0.5, "start")
     assert segment.parameters == {"winch.command_timeout": 0.7}
     assert segment.heads().tolist() == [[3, 0], [6, 0], [9, 1], [12, 1], [15, 1], [18, 1]]
@@ -58,8 +58,8 @@ def test_the_order_of_the_messages_does_not_matter():
 def test_missing_and_damaged_entries_are_said():
     messages = written()
     assert read_journal([*messages[:2], *messages[3:]]).faults == ["1 of 8 entries are missing"]
-    told = read_journal([*messages, b"\0\1\0\0junk"])
-    assert len(told.faults) == 1 and told.faults[0].startswith("an entry cannot be read (")
+    report = read_journal([*messages, b"\0\1\0\0junk"])
+    assert len(report.faults) == 1 and report.faults[0].startswith("an entry cannot be read (")
     (fault,) = read_journal([encoded({"n": 0, "tick": 0, "start": {"cause": "start"}})]).faults
     assert fault.startswith("entry 0 cannot be used (start.time: Field required")
 
@@ -67,8 +67,8 @@ def test_missing_and_damaged_entries_are_said():
 def test_a_damaged_state_is_said():
     entry = json.loads(STORE.deserialize_cdr(written()[0], MSGTYPE).data)
     entry["start"]["state"] = entry["start"]["state"][:200]
-    told = read_journal([encoded(entry)])
-    assert told.segments == [] and "the state in the journal cannot be read" in told.faults[0]
+    report = read_journal([encoded(entry)])
+    assert report.segments == [] and "the state in the journal cannot be read" in report.faults[0]
     empty = rings(make_inputs())
     assert state_of(packed(empty)).rings.keys() == empty.keys()
 
@@ -166,13 +166,13 @@ def test_an_entry_that_is_none_is_left_out_and_said(place, values, text):
 def test_a_state_that_is_none_is_left_out_and_said(state, text):
     begun = entry(written()[0])
     begun["start"]["state"] = state
-    told = read_journal([encoded(begun), *written()[1:]])
-    assert told.segments == [] and re.search(text, told.faults[0]), told.faults
+    report = read_journal([encoded(begun), *written()[1:]])
+    assert report.segments == [] and re.search(text, report.faults[0]), report.faults
 
 
 def test_faults_without_number_are_counted():
-    told = read_journal([encoded({"n": "x"})] * 500)
-    assert len(told.faults) == 21 and told.faults[-1] == "and 480 more"
+    report = read_journal([encoded({"n": "x"})] * 500)
+    assert len(report.faults) == 21 and report.faults[-1] == "and 480 more"
 
 
 def test_a_sample_has_the_columns_of_the_ring():

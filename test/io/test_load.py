@@ -369,7 +369,7 @@ def test_off_is_a_law_and_not_a_boolean():
 # --- files ------------------------------------------------------------------------------------------------------
 
 
-def told(path):
+def report(path):
     with pytest.raises(SceneError) as caught:
         load_scene(path)
     (problem,) = caught.value.problems
@@ -377,7 +377,7 @@ def told(path):
 
 
 def test_missing_file_lists_the_shipped_scenes():
-    assert told("no_such_tow") == (
+    assert report("no_such_tow") == (
         "no_such_tow: no such scene file; nothing was started. Give the path of a scene, or "
         f"the name of a shipped one: {', '.join(resources.shipped_scenes())}"
     )
@@ -404,11 +404,11 @@ def test_missing_file_lists_the_shipped_scenes():
 def test_file_that_is_no_scene(tmp_path, content, text):
     path = tmp_path / "tow.yaml"
     path.write_bytes(content)
-    assert told(path) == text.format(path=path, names=", ".join(resources.shipped_scenes()))
+    assert report(path) == text.format(path=path, names=", ".join(resources.shipped_scenes()))
 
 
 def test_a_folder_is_no_scene(tmp_path):
-    assert told(tmp_path).startswith(f"{tmp_path}: no such scene file; nothing was started.")
+    assert report(tmp_path).startswith(f"{tmp_path}: no such scene file; nothing was started.")
 
 
 def test_shipped_scenes_are_found_by_name_and_by_file_name():
@@ -475,7 +475,7 @@ def test_override_is_checked_like_a_file(key, value, text):
 
 # --- cautions ---------------------------------------------------------------------------------------------------
 
-CAUTIONS = {
+WARNINGS = {
     "coarse on the sheave": (
         "sheave: {length: 8.0, elements: 128}",
         "sheave: {length: 8.0, elements: 16}",
@@ -526,7 +526,7 @@ CAUTIONS = {
 }
 
 
-@pytest.mark.parametrize("old, new, text", CAUTIONS.values(), ids=CAUTIONS)
+@pytest.mark.parametrize("old, new, text", WARNINGS.values(), ids=WARNINGS)
 def test_caution(old, new, text):
     compensated = SCENE.replace(old, new) + "setpoint: {algorithm: simplified_sheave}\n"
     with pytest.warns(SceneWarning) as caught:

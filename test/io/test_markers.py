@@ -1,4 +1,4 @@
-"""cable/markers: the bytes are those of the serializer, and they draw what the Frame says."""
+"""cable/markers: the bytes are those of the serializer, and they draw what the tick output says."""
 
 import math
 
@@ -34,7 +34,8 @@ def scene():
 
 @pytest.fixture(scope="module")
 def tow(scene):
-    """A tow that has moved: Frame, table of shape with slopes, table of contact, position and gradient of its nodes."""
+    """A tow that has moved: tick output, table of shape with slopes, table of contact, position and gradient of its
+    nodes."""
     sim = Simulator(scene)
     sim.start()
     sim.run(5)
@@ -67,14 +68,14 @@ def place(marker):
 
 
 @pytest.mark.parametrize("model", list(CableModel))
-@pytest.mark.parametrize("stations", [0, 1, 40, 300])
-def test_quick_bytes_are_those_of_the_serializer(scene, model, stations):
+@pytest.mark.parametrize("contact_points", [0, 1, 40, 300])
+def test_quick_bytes_are_those_of_the_serializer(scene, model, contact_points):
     row = markers_channel(scene.model_copy(update={"cable": scene.cable.model_copy(update={"model": model})}), 10.0)
     encoder = Encoder(CONTEXT, 0.01, (row,))
     for frame in make_frames(3):
         frame["tick"] = 0
-        contact = np.resize(make_contact(frame), (max(stations, 1), 9))
-        frame["contact_stations"] = stations
+        contact = np.resize(make_contact(frame), (max(contact_points, 1), 9))
+        frame["contact_stations"] = contact_points
         [(_, topic, data)] = encoder.encode(frame, sloped(frame), contact)
         assert topic == "/tow_sim/cable/markers"
         assert data == serialize(row, frame, sloped(frame), contact, CONTEXT)
@@ -119,16 +120,16 @@ def test_the_pieces_of_the_cable_join_and_cover_it(scene, tow):
 
 def test_every_tick_has_the_same_names_and_what_has_no_points_is_taken_away(scene):
     names = set()
-    for stations in (40, 0):
+    for contact_points in (40, 0):
         frame = make_frames(1)[0]
         contact = make_contact(frame)
-        frame["contact_stations"] = stations
+        frame["contact_stations"] = contact_points
         markers = drawn(scene, frame, sloped(frame), contact)
         names.add(tuple(markers))
         for marker in markers.values():
             line = marker.type in (4, 5)
             assert (marker.action == DELETE) == (line and not marker.points), (marker.ns, marker.id)
-        assert markers["contact", 0].action == (0 if stations else DELETE)
+        assert markers["contact", 0].action == (0 if contact_points else DELETE)
     assert len(names) == 1
 
 
@@ -184,10 +185,10 @@ def test_line_load_has_its_length_and_side(scene):
     contact = make_contact(frame)
     contact[:, 4], contact[:, 5] = scene.contact.working_tension / scene.sheave.radius, 1e9
     markers = drawn(scene, frame, sloped(frame), contact)
-    for k, (side, most) in enumerate(((1.0, 1.0), (-1.0, 3.0))):
+    for k, (side, maximum) in enumerate(((1.0, 1.0), (-1.0, 3.0))):
         lines = points(markers["contact", k]).reshape(-1, 2, 3)
         way = lines[:, 1] - lines[:, 0]
-        assert np.linalg.norm(way, axis=1) == pytest.approx(most * scene.sheave.radius)
+        assert np.linalg.norm(way, axis=1) == pytest.approx(maximum * scene.sheave.radius)
         assert (np.sign(way[:, 1]) == side).all()
 
 
@@ -200,7 +201,7 @@ def test_colours_rise_in_lightness_and_slack_stands_out():
 
 
 def test_the_scale_is_that_of_the_scene_or_the_one_asked_for(scene):
-    assert TowDrawing(scene, 10.0).scale.most == 1.25 * scene.contact.working_tension
+    assert TowDrawing(scene, 10.0).scale.maximum == 1.25 * scene.contact.working_tension
     assert TowDrawing(scene, 10.0, 7000.0).scale.text(7000.0) == "7 kN"
     assert TowDrawing(scene, 10.0, 0.02).scale.text(0.009) == "9 mN"
     assert TowDrawing(scene, 10.0, 20.0).scale.text(1.5) == "1.5 N"

@@ -12,9 +12,9 @@ import pytest
 from cable_sim_ros.io import checkpoint_values
 from cable_sim_ros.io.checkpoint import set_back, taken
 from cable_sim_ros.io.messages import Command
-from cable_sim_ros.physics.frame import Source
 from cable_sim_ros.physics.heave_filter import Heave
 from cable_sim_ros.physics.inputs import make_inputs
+from cable_sim_ros.physics.tick_output import Source
 
 
 def through_json(value):

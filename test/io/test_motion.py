@@ -19,10 +19,10 @@ from cable_sim_ros.io.fault_hypotheses import DOUBTS
 from cable_sim_ros.io.messages import CAUSES, Refused, decode_imu, decode_odometry, find_topics
 from cable_sim_ros.io.motion import MotionIngest
 from cable_sim_ros.io.typestore import STORE
-from cable_sim_ros.physics.frame import Source
 from cable_sim_ros.physics.heave_filter import Convention, Heave, MotionInput
 from cable_sim_ros.physics.inputs import EPOCH, MOTION_ROWS, SOURCE, make_inputs
 from cable_sim_ros.physics.ship import Ship
+from cable_sim_ros.physics.tick_output import Source
 
 BAGS = Path(__file__).parents[2] / "bags"
 G = 9.81

@@ -15,10 +15,10 @@ from cable_sim_ros.io.fault_hypotheses import DOUBTS
 from cable_sim_ros.io.messages import CAUSES, decode_imu, decode_odometry
 from cable_sim_ros.io.motion import MotionIngest
 from cable_sim_ros.io.plausibility import Watch
-from cable_sim_ros.physics.frame import Source
 from cable_sim_ros.physics.heave_filter import Heave, MotionInput
 from cable_sim_ros.physics.inputs import SOURCE, make_inputs
 from cable_sim_ros.physics.ship import Ship
+from cable_sim_ros.physics.tick_output import Source
 from cable_sim_ros.sim.attitude import angles_of, rotation
 
 DEGREES = 180.0 / pi

@@ -12,10 +12,10 @@ from cable_sim_ros.io.motion import MotionIngest
 from cable_sim_ros.io.position_rate_fit import PositionRateFit
 from cable_sim_ros.io.recorded_tow import Event, RecordedTow
 from cable_sim_ros.io.stamps import SOUGHT, RegularStamps
-from cable_sim_ros.physics.frame import Source
 from cable_sim_ros.physics.heave_filter import Heave, MotionInput
 from cable_sim_ros.physics.inputs import EPOCH, SOURCE, make_inputs
 from cable_sim_ros.physics.ship import Ship
+from cable_sim_ros.physics.tick_output import Source
 
 ARM = np.array([1.0, 1, 1, 40, 40, 40])  # m: what an angle moves at the sheave
 

@@ -106,9 +106,9 @@ def test_an_exact_table_passes_bit_for_bit_and_a_rounded_one_is_told(tmp_path):
     assert np.array_equal([m.position[2] for m in decoded], CubicSpline(T, WAVE + 0.5)(at))
     assert exact.rounded == [] and exact.notices == [] and exact.doubts == []
     coarse = read_table(table(tmp_path / "b.csv", heave_m=np.round(WAVE, 2), roll_deg=2.0 * WAVE), SHIP, SHEAVE)
-    (told,) = coarse.rounded
-    assert told["column"] == "heave_m" and told["resolution"] == pytest.approx(0.01) and told["unit"] == "m"
-    assert told["acceleration_left"] < 0.02 * told["acceleration_motion"] < told["acceleration_rounded"]
+    (report,) = coarse.rounded
+    assert report["column"] == "heave_m" and report["resolution"] == pytest.approx(0.01) and report["unit"] == "m"
+    assert report["acceleration_left"] < 0.02 * report["acceleration_motion"] < report["acceleration_rounded"]
     assert "b.csv: heave_m is rounded to 0.01 m, which by itself makes" in coarse.notices[0] and not coarse.doubts
     heights = np.array([decode_odometry(event.data).position[2] for event in coarse.events])
     assert heights[100:-100] == pytest.approx(CubicSpline(T, WAVE + 0.5)(at)[100:-100], abs=0.005)
@@ -117,7 +117,7 @@ def test_an_exact_table_passes_bit_for_bit_and_a_rounded_one_is_told(tmp_path):
 def test_motion_of_a_quantum_or_two_makes_a_run_doubtful(tmp_path):
     calm = read_table(table(tmp_path / "calm.csv", heave_m=np.round(0.025 * WAVE, 2)), SHIP, SHEAVE)
     (doubt,) = calm.doubts
-    assert doubt.flag == "MOTION_ROUNDED" and "tension_std_n" in doubt.figures
+    assert doubt.flag == "MOTION_ROUNDED" and "tension_std_n" in doubt.metrics
     assert "rounded (heave_m to 0.01 m); smoothed within that, it still leaves 0.00" in doubt.text
     assert "limit 8 %). Write the motion with more digits" in doubt.text
     fine = read_table(table(tmp_path / "fine.csv", heave_m=np.round(0.025 * WAVE, 4)), SHIP, SHEAVE)

@@ -107,8 +107,8 @@ def test_noisy_positions_and_low_rates_are_not_refused(hertz, noise):
 
 
 @pytest.mark.parametrize("change", [0.5, 3.0])
-@pytest.mark.parametrize("within, most", [(0.0, 6), (0.2, 0)])
-def test_a_blow_that_the_position_follows_is_used(change, within, most):
+@pytest.mark.parametrize("within, maximum", [(0.0, 6), (0.2, 0)])
+def test_a_blow_that_the_position_follows_is_used(change, within, maximum):
     """m/s lost in a collision within 0.2 s, or from one sample to the next, which takes 0.1 s to believe."""
     m, random = sail(20.0), np.random.default_rng(9)
     lost = np.clip((m.t - 10.0) / within, 0.0, 1.0) if within else 1.0 * (m.t > 10.0)
@@ -117,7 +117,7 @@ def test_a_blow_that_the_position_follows_is_used(change, within, most):
     velocity = m.velocity + np.einsum("nji,nj->ni", m.turn, lost[:, None] * blow)
     position = m.position + way[:, None] * blow + 1e-4 * random.standard_normal(m.position.shape)
     refused, said = watched(events(None, replace(m, position=position, velocity=velocity)))
-    assert len(refused) <= most and said == []
+    assert len(refused) <= maximum and said == []
 
 
 @pytest.mark.slow

@@ -61,10 +61,10 @@ def test_bag_says_the_distribution_it_was_made_with(tmp_path, name):
 def test_text_and_hash_are_those_of_the_messages_installed():
     """The definition files and hashes that the distribution in use ships, where its wheels are here."""
     pytest.importorskip("rclpy")
-    shares = [Path(prefix) / "share" for prefix in (sys.prefix, *os.environ.get("AMENT_PREFIX_PATH", "").split(":"))]
+    fractions = [Path(prefix) / "share" for prefix in (sys.prefix, *os.environ.get("AMENT_PREFIX_PATH", "").split(":"))]
     for kind in ("sensor_msgs/msg/Imu", "sensor_msgs/msg/JointState", "nav_msgs/msg/Odometry"):
         package, _, name = kind.split("/")
-        found = [share / package / "msg" / f"{name}.json" for share in shares]
+        found = [fraction / package / "msg" / f"{name}.json" for fraction in fractions]
         (path,) = [path for path in found if path.is_file()][:1]
         hashes = {entry["type_name"]: entry["hash_string"] for entry in json.loads(path.read_text())["type_hashes"]}
         assert hashes[kind] == typestore.type_hash(kind)

@@ -21,9 +21,9 @@ START = 7 * S + 3
 def drum_of(**values):
     """A drum with 450 m paid out of 466, of which 8 m are inboard."""
     row = records(1, DRUM)[0]
-    usual = {"rate_most": 2.0, "timeout": 0.5, "payout_0": 450.0, "total": 466.0, "inboard": 8.0}
-    usual |= {f"{end}_least": -430.0 for end in ("length", "limit", "reach")}
-    usual |= {f"{end}_most": 15.0 for end in ("length", "limit", "reach")} | {"ramp": 1e9}  # as good as none
+    usual = {"max_rate": 2.0, "timeout": 0.5, "payout_0": 450.0, "total": 466.0, "inboard": 8.0}
+    usual |= {f"min_{end}": -430.0 for end in ("length", "limit", "reach")}
+    usual |= {f"max_{end}": 15.0 for end in ("length", "limit", "reach")} | {"ramp": 1e9}  # as good as none
     for name, value in (usual | values).items():
         row[name] = value
     return row
@@ -135,8 +135,8 @@ def test_what_the_winch_cannot_do_is_refused(text, said):
     ("limits", "remedy"),
     [
         ({}, "or more cable"),
-        ({"limit_most": 10.0, "reach_most": 10.0}, "or other winch.least_scope and winch.most_scope"),
-        ({"reach_most": 2.0}, "or more fine elements on that side of the sheave (cable.sections.*.elements)"),
+        ({"max_limit": 10.0, "max_reach": 10.0}, "or other winch.least_scope and winch.most_scope"),
+        ({"max_reach": 2.0}, "or more fine elements on that side of the sheave (cable.sections.*.elements)"),
     ],
 )
 def test_a_length_outside_the_travel_is_refused_with_what_would_widen_it(limits, remedy):

@@ -34,11 +34,11 @@ def sail(seconds, hertz=50.0, sea=1.0, heading=0.7, speed=2.2, turning=0.0, heig
     t = begin + np.arange(round(seconds * hertz)) / hertz
     x, v, a = (np.zeros((len(t), 6)) for _ in range(3))
     for i in range(6):
-        for w, share, phase in WAVES:
-            angle, most = w * t + phase + 1.3 * i, sea * size[i] * share
-            x[:, i] += most * np.sin(angle)
-            v[:, i] += most * w * np.cos(angle)
-            a[:, i] -= most * w * w * np.sin(angle)
+        for w, fraction, phase in WAVES:
+            angle, maximum = w * t + phase + 1.3 * i, sea * size[i] * fraction
+            x[:, i] += maximum * np.sin(angle)
+            v[:, i] += maximum * w * np.cos(angle)
+            a[:, i] -= maximum * w * w * np.sin(angle)
     course = heading + turning * t
     ahead = np.stack([np.cos(course), np.sin(course)], axis=1)
     if turning:
@@ -104,12 +104,12 @@ def world(m: Motion, vector):
     return np.einsum("nij,nj->ni", m.turn, vector)
 
 
-def noisy(m: Motion, share: float, seed: int) -> Motion:
+def noisy(m: Motion, fraction: float, seed: int) -> Motion:
     """Normal noise of a share of what the waves do to each quantity, on everything that is sent."""
     random = np.random.default_rng(seed)
 
     def add(x):
-        return x + share * detrend(x, axis=0).std(axis=0) * random.standard_normal(x.shape)
+        return x + fraction * detrend(x, axis=0).std(axis=0) * random.standard_normal(x.shape)
 
     angles = np.unwrap(np.array([angles_of(*q) for q in rotor(m.turn).tolist()]), axis=0)
     return replace(

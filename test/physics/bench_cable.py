@@ -82,7 +82,7 @@ class Bench:
         lengths = rng.uniform(0.1, 0.3, n) if lengths is None else np.full(n, lengths)
         self.state = make_state(np.concatenate(([0.0], np.cumsum(lengths))), [])
         self.state.now.current[:] = current
-        self.share = 0.0  # of the running mean that a step takes up
+        self.fraction = 0.0  # of the running mean that a step takes up
 
     @property
     def arc(self) -> np.ndarray:
@@ -132,12 +132,12 @@ class Bench:
 
     def residual(self, sigma=0.0) -> np.ndarray:
         """R [nodes, 6]."""
-        self.energy = self.assemble(Change(0.0, 0.0, sigma, self.share), NO)
+        self.energy = self.assemble(Change(0.0, 0.0, sigma, self.fraction), NO)
         return -self.work.band[:, :, 12].copy()
 
     def tangent(self, c1: float, c2: float, sigma: float = 0.0) -> np.ndarray:
         """dR/dq with v and a following by c1 and c2 [6 nodes, 6 nodes]."""
-        self.assemble(Change(c1, c2, sigma, self.share), YES)
+        self.assemble(Change(c1, c2, sigma, self.fraction), YES)
         n = self.n + 1
         k = np.zeros((6 * n, 6 * n))
         for i in range(n):

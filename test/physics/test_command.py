@@ -18,10 +18,10 @@ NAN, S, TICK = np.nan, 1_000_000_000, 10_000_000
 
 def drum_of(**values) -> np.record:
     """450 m paid out, a travel of 400 m in and 100 m out of that; 2 m/s^2."""
-    usual = {"rate_most": 5.0, "accel_most": 20.0, "ramp": 2.0, "timeout": 0.5, "payout_0": 450.0}
-    usual |= {"gain_p": 250.0, "gain_d": 50.0, "reach_least": -400.0, "reach_most": 100.0} | values
-    for end in ("least", "most"):
-        usual[f"length_{end}"] = usual[f"limit_{end}"] = usual[f"reach_{end}"]
+    usual = {"max_rate": 5.0, "max_accel": 20.0, "ramp": 2.0, "timeout": 0.5, "payout_0": 450.0}
+    usual |= {"gain_p": 250.0, "gain_d": 50.0, "min_reach": -400.0, "max_reach": 100.0} | values
+    for end in ("min", "max"):
+        usual[f"{end}_length"] = usual[f"{end}_limit"] = usual[f"{end}_reach"]
     row = records(1, DRUM)[0]
     for name, value in usual.items():
         row[name] = value
@@ -71,7 +71,7 @@ def test_rate_is_taken_up_kept_to_its_time_out_and_given_up_with_the_ramp():
 
 def test_length_alone_is_gone_to_at_the_largest_rate_and_lands_at_rest():
     """10 m at 2 m/s, 2 m/s^2: 10/2 + 2/2 s, without overshoot."""
-    it = Carried(rate_most=2.0)
+    it = Carried(max_rate=2.0)
     it.give(payout=460.0)
     it.run(5.99)
     assert max(it.rates) == pytest.approx(2.0) and it.lengths[-1] < 10.0
@@ -93,7 +93,7 @@ def test_length_wins_over_rate_of_the_same_message():
 
 def test_the_newest_wins_from_where_the_winch_is_and_stop_stops():
     """A rate takes over half way to a length, and rate 0 brakes it; the length is forgotten."""
-    it = Carried(rate_most=0.5)
+    it = Carried(max_rate=0.5)
     it.give(payout=440.0)
     it.run(1.0)
     it.give(rate=0.5)
@@ -108,7 +108,7 @@ def test_the_newest_wins_from_where_the_winch_is_and_stop_stops():
 @pytest.mark.parametrize("payout, rate", [(NAN, 0.5), (900.0, NAN), (1e308, NAN), (NAN, 1e308)])
 def test_what_is_asked_past_the_end_is_not_saved_up(payout, rate):
     """Ten seconds against the end: at rest there, said, and the first tick of the way back hauls in."""
-    it = Carried(rate_most=0.5, reach_most=0.3, timeout=60.0)
+    it = Carried(max_rate=0.5, max_reach=0.3, timeout=60.0)
     it.give(payout, rate)
     it.run(10.0)
     assert it.lengths[-1] == max(it.lengths) == 0.3 and it.rates[-1] == 0.0 and it.winch.limited == 1
@@ -198,7 +198,7 @@ def test_the_same_length_again_and_again_is_that_length():
 
 
 def test_a_stream_faster_than_the_winch_is_followed_at_the_largest_rate():
-    it = Carried(rate_most=1.0)
+    it = Carried(max_rate=1.0)
     for k in range(40):
         it.give(payout=450.0 + 0.3 * k)
         it.run(0.1)

@@ -54,11 +54,11 @@ def swing(t: np.ndarray) -> np.ndarray:
 
 
 def error_of(tension_error: float, position_error: float) -> tuple[float, int]:
-    """Largest error of the place of the body in 20 s [m] with Frames each 0.5 s, and the steps it took."""
+    """Largest error of the place of the body in 20 s [m] with tick outputs each 0.5 s, and the steps it took."""
     rig = pendulum(tension_error=tension_error, position_error=position_error)
-    told = rig.run(20.0, 0.5, rules=Rules(16, NO_LIMIT, NO_LIMIT))
-    assert told.time[-1] == pytest.approx(20.0)
-    return float(np.abs(told.q[:, -1, 0] - swing(told.time)).max()), int(rig.state.now.control.taken.sum())
+    report = rig.run(20.0, 0.5, rules=Rules(16, NO_LIMIT, NO_LIMIT))
+    assert report.time[-1] == pytest.approx(20.0)
+    return float(np.abs(report.q[:, -1, 0] - swing(report.time)).max()), int(rig.state.now.control.taken.sum())
 
 
 def test_the_error_falls_with_the_tolerance():
@@ -89,14 +89,14 @@ def test_a_change_of_step_keeps_the_second_order():
         rig = pendulum(tension_error=0.1, position_error=10.0)
         for _ in range(round(6.0 / (3.0 * h))):
             rig.run(h, h)
-            told = rig.run(2.0 * h, 2.0 * h)
-        errors.append(abs(float(told.q[-1, -1, 0]) - swing(np.array((0.0, 6.0)))[-1]))
+            report = rig.run(2.0 * h, 2.0 * h)
+        errors.append(abs(float(report.q[-1, -1, 0]) - swing(np.array((0.0, 6.0)))[-1]))
     assert errors[0] / errors[1] > 3.3, errors
 
 
 @pytest.fixture(scope="module")
 def tow():
-    """A tow in chosen steps whose winch pays out from 1.0037 s to 1.5073 s, and its Frames of 3 s."""
+    """A tow in chosen steps whose winch pays out from 1.0037 s to 1.5073 s, and its tick outputs of 3 s."""
     sim = begun()
     return sim, sim.run(30)
 
@@ -147,13 +147,13 @@ def test_a_step_whose_error_cannot_be_met_halts_the_run():
         r"0.01 s, in steps to solver.tension_error = 1e-06 and solver.position_error = 0.01 m; the run halted .* "
         r"Remedy: .*fixed steps \(cable-sim run --step fixed; "
     )
-    with pytest.raises(SolverError, match=text) as told:
+    with pytest.raises(SolverError, match=text) as report:
         sim.run(200)
     assert sim.state.now.halted != 0 and sim.frame.time < 1_510_000_000
-    frames = told.value.frames
+    frames = report.value.frames
     assert 0 < len(frames) < 200 and frames[-1].tobytes() == sim.frame.tobytes(), "of the ticks before it"
     since = (sim.frame.time - sim.state.now.time.start) * 1e-9
-    assert f"the tick after {since:.3f} s of simulation" in str(told.value)
+    assert f"the tick after {since:.3f} s of simulation" in str(report.value)
 
 
 def test_long_ticks_are_for_chosen_steps():

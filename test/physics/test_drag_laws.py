@@ -101,7 +101,7 @@ def test_the_blend_is_a_twentieth_of_a_decade_wide():
 
 @pytest.mark.parametrize("law", [law for law in DragLaw if law is not DragLaw.OFF])
 def test_reversed_flow_reverses_the_drag(law):
-    rows = section_rows(drag_law=law, drag_coefficient=1.2 if LAWS[law].least_drag else None)
+    rows = section_rows(drag_law=law, drag_coefficient=1.2 if LAWS[law].min_drag else None)
     for flow in ((2.0, 0.0, 0.3), (0.4, -1.0, 0.2), (1.5, 0.0, 0.0)):
         there, back = force(rows, flow)[0], force(rows, np.negative(flow))[0]
         np.testing.assert_allclose(back, -there, rtol=1e-12, atol=1e-15)
@@ -149,14 +149,14 @@ def test_no_law_adds_energy(law, way, size, of):
     """Drag takes power from any relative flow, from 1e-5 to 16 m/s, amplified or not."""
     flow = 10.0**size * np.array(way)
     factor = {"drag_amplification": 2.4, "drag_amplification_of": of}
-    rows = section_rows(drag_law=law, drag_coefficient=1.2 if LAWS[law].least_drag else None, **factor)
+    rows = section_rows(drag_law=law, drag_coefficient=1.2 if LAWS[law].min_drag else None, **factor)
     plain, more = (force(rows, flow, steady=steady)[0] @ flow for steady in (False, True))
     assert 0.0 <= plain <= more
 
 
 @pytest.mark.parametrize("law", [law for law in DragLaw if law is not DragLaw.OFF])
 def test_a_drag_factor_multiplies_what_the_section_says(law):
-    flow, keys = np.array((-1.5, 0.8, 0.6)), {"drag_coefficient": 1.2} if LAWS[law].least_drag else {}
+    flow, keys = np.array((-1.5, 0.8, 0.6)), {"drag_coefficient": 1.2} if LAWS[law].min_drag else {}
     if law not in (DragLaw.PODE, DragLaw.DRISCOLL_NAHON, DragLaw.DRISCOLL_NAHON_PRINTED, DragLaw.RIBBON):
         keys["tangential_coefficient"] = 0.03
     rest = force(section_rows(drag_law=law, **keys), flow, steady=True)[0]
@@ -192,7 +192,7 @@ def test_a_cable_drawn_along_itself_has_the_coefficient_of_the_whole_speed():
 @pytest.mark.parametrize("speed", [1e-4, 2e-3, 0.0117, 0.047, 0.5, 2.2, 12.0, 17.5])
 def test_force_has_its_exact_derivative(law, speed):
     """d f/d V of the kernels against differences of their force, in lanes within every blend of C_N and C_T."""
-    keys = {"drag_coefficient": 1.2} if LAWS[law].least_drag else {}
+    keys = {"drag_coefficient": 1.2} if LAWS[law].min_drag else {}
     if law is not DragLaw.PODE and not LAWS[law].own_friction:
         keys["tangential_coefficient"] = 0.03
     rows = section_rows(drag_law=law, **keys) | {ancf.BUOYANCY: 0.0, ancf.ADDED_MASS: 0.0}

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from cable_sim_ros.physics import frame
-from cable_sim_ros.physics.frame import Flag
+from cable_sim_ros.physics import tick_output
+from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.ros.diagnostics import ALARMS
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "flags.md"
@@ -16,7 +16,7 @@ FLAGS = [flag for flag in Flag if flag]
 @pytest.mark.parametrize("flag", FLAGS, ids=lambda flag: flag.name)
 def test_the_number_that_kernels_know_is_that_of_the_name(flag):
     """They were matched by position: with two names swapped LOW_FLOW was 32768."""
-    assert type(getattr(frame, flag.name)) is int and getattr(frame, flag.name) == flag.value
+    assert type(getattr(tick_output, flag.name)) is int and getattr(tick_output, flag.name) == flag.value
 
 
 def test_each_flag_has_a_bit_and_a_text_of_its_own():

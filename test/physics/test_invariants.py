@@ -10,12 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from cable_sim_ros.physics import contact_surface, frame
+from cable_sim_ros.physics import contact_surface, tick_output
 from cable_sim_ros.physics.ancf import ROWS
 from cable_sim_ros.physics.block_tridiagonal import FACTOR_COLUMNS, solve, solve_again
 from cable_sim_ros.physics.contact import press, touch
 from cable_sim_ros.physics.drag_laws import LAWS, DragLaw, choo_casarella, loading
-from cable_sim_ros.physics.frame import Flag
+from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.physics.workspace import LOST_POWER, OWN, SURFACES, WATER
 
 angles = st.floats(-3.0, 3.0)
@@ -245,7 +245,7 @@ def test_solver_against_dense():
 def test_flags_of_the_kernels_are_those_of_the_frame():
     for flag in Flag:
         if flag:
-            assert getattr(frame, flag.name) == flag.value
+            assert getattr(tick_output, flag.name) == flag.value
 
 
 def test_touching_helper_presses():
@@ -288,16 +288,16 @@ def test_powers_are_the_forces_on_the_velocities(seed):
 def test_a_cable_folds_where_a_rod_would_push():
     """Shorter than unstretched an element resists with a share of EA, and its tangent is exact."""
     push = []
-    for share in (1.0, 0.01):
-        bench = Bench(1, 0, ea=1e4, ei=0.0, ca=0.0, tau=0.0, gravity=0.0, compression=share, lengths=1.0)
+    for fraction in (1.0, 0.01):
+        bench = Bench(1, 0, ea=1e4, ei=0.0, ca=0.0, tau=0.0, gravity=0.0, compression=fraction, lengths=1.0)
         bench.q[:, 0], bench.q[:, 2], bench.q[:, 3] = (0.0, 0.9), 10.0, 0.9
         push.append(bench.residual()[1, 0])
     assert push[0] == pytest.approx(-1e3, rel=1e-9) and push[1] == pytest.approx(-10.0, rel=1e-9)
 
 
-def slack_and_taut(seed: int, share: float, ca: float = 20.0) -> Bench:
+def slack_and_taut(seed: int, fraction: float, ca: float = 20.0) -> Bench:
     """Dry elements in every state between folded and stretched, end gradients of any length."""
-    bench = Bench(20, seed, compression=share, ca=ca, ei=0.01, tau=0.0, gravity=0.0, mass=0.0)
+    bench = Bench(20, seed, compression=fraction, ca=ca, ei=0.01, tau=0.0, gravity=0.0, mass=0.0)
     bench.wander(top=50.0)
     bench.q[:, :3] += 0.03 * bench.rng.normal(size=(21, 3))
     return bench

@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cable_sim_ros.io.load import load_scene
-from cable_sim_ros.physics.frame import Flag
 from cable_sim_ros.physics.inputs import push_motion
-from cable_sim_ros.physics.state import MEMORY, NOW, SLOTS, STEP, TICK, keep, make_state, take_back
+from cable_sim_ros.physics.state import MEMORY, NOW, SLOTS, STEP, TICK, checkpoint, make_state, restore
+from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.sim.simulator import Simulator, SolverError
 
 ROOT = Path(__file__).parents[2]
@@ -51,10 +51,10 @@ def test_taking_back_is_the_identity_whatever_was_written_in_between(seed, slot)
     state, random = make_state(np.linspace(0.0, 1.0, 5), []), np.random.default_rng(seed)
     scribble(state, random)
     before = everything(state)
-    keep(state, slot)
+    checkpoint(state, slot)
     scribble(state, random)
     assert everything(state) != before
-    take_back(state, slot)
+    restore(state, slot)
     assert everything(state) == before
     other = STEP + TICK - slot
     assert not any(leaves(state.memory[other])["winch.length"]) and not state.nodes[other, :-1].any(), "left alone"

@@ -52,14 +52,14 @@ def test_sine_cosine_and_decay_are_those_of_the_library():
     assert (out[~near, 2] < 4e-7).all() and (out[:, 2] > 0.0).all()
 
 
-def kinematics(points, t, depth=np.inf, share=(1.0, 0.0)):
+def kinematics(points, t, depth=np.inf, fraction=(1.0, 0.0)):
     """Velocity and acceleration [n, 3] of the wave at points [n, 3] and time t, by the kernel."""
     table = wave_table(Waves(kind="airy", height=HEIGHT, period=PERIOD, towards_deg=np.degrees(TOWARDS)), G, depth)
     k, omega = table[0, 1], table[0, 2]
     phase = np.array([[k * np.cos(TOWARDS), k * np.sin(TOWARDS), -omega * t]])
     place, out = np.zeros((POINT_ROWS, LANES)), np.full((STREAM_ROWS, LANES), np.nan)
     place[:3, : len(points)] = np.transpose(points)
-    wave_lanes(table, phase, np.array(share), max(p[2] for p in points), place, out)
+    wave_lanes(table, phase, np.array(fraction), max(p[2] for p in points), place, out)
     return out[ORBIT : ORBIT + 3, : len(points)].T, out[RATE : RATE + 3, : len(points)].T
 
 
@@ -97,7 +97,7 @@ def test_the_flow_of_waves_has_no_source_no_turn_and_the_acceleration_that_it_sa
 
 
 def test_while_the_waves_grow_their_acceleration_holds_the_growth():
-    whole, grown = kinematics([(0.0, 0.0, -1.0)], 1.0), kinematics([(0.0, 0.0, -1.0)], 1.0, share=(0.3, 0.05))
+    whole, grown = kinematics([(0.0, 0.0, -1.0)], 1.0), kinematics([(0.0, 0.0, -1.0)], 1.0, fraction=(0.3, 0.05))
     np.testing.assert_allclose(grown[0], 0.3 * whole[0], rtol=1e-12)
     np.testing.assert_allclose(grown[1], 0.3 * whole[1] + 0.05 * whole[0], rtol=1e-12)
 
@@ -146,7 +146,7 @@ def gusts(eddies, now, out):
 def test_turbulence_has_the_acceleration_of_its_velocity_and_turns_with_the_heading():
     eddies = eddy_table(Turbulence(deviation=(0.03, 0.02, 0.01), time_scale=0.5))
     now, h, out = np.zeros(1, SEA).view(np.recarray)[0], 1e-5, []
-    now.share[0] = 1.0
+    now.fraction[0] = 1.0
     for t in (2.0 - h, 2.0 + h, 2.0):
         now.time = t
         out.append(np.zeros(6))

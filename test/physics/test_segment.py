@@ -46,8 +46,8 @@ def test_integrals_of_4000_random_links():
     a, c = 10.0 ** rng.uniform(-10.0, 10.0, n), 10.0 ** rng.uniform(-10.0, 10.0, n)
     b = 2.0 * np.sqrt(a * c) * rng.uniform(-1.0, 1.0, n)
     still = np.arange(n) % 3 == 0
-    at, least = rng.uniform(-1.0, 1.0, n) * length, c * 10.0 ** rng.uniform(-30.0, -6.0, n)
-    a, b = np.where(still, least + c * at * at, a), np.where(still, -2.0 * c * at, b)
+    at, minimum = rng.uniform(-1.0, 1.0, n) * length, c * 10.0 ** rng.uniform(-30.0, -6.0, n)
+    a, b = np.where(still, minimum + c * at * at, a), np.where(still, -2.0 * c * at, b)
     want = quadrature(a, b, c, np.full(n, length))
     got = np.array([integrals(*row, length) for row in zip(a, b, c, strict=True)])
     scale = np.sqrt(np.maximum(a, c * 0.25 * length**2))[:, None] * (0.5 * length) ** np.arange(1, 4)

@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cable_sim_ros.physics.heave_compensation import SETPOINT, compensation, lead_of, mean_track, set_point, within
+from cable_sim_ros.physics.heave_compensation import (
+    SETPOINT,
+    compensation,
+    mean_track,
+    set_point,
+    signed_departure,
+    within,
+)
 from cable_sim_ros.physics.state import SHEAVE, records
 
 HOLD, SIMPLE, RIGOROUS, SIMPLE_WATERLINE, RIGOROUS_WATERLINE = range(5)
@@ -22,8 +29,8 @@ def filled(kind: np.dtype, **values) -> np.record:
 
 def setpoint_of(law: int, **values) -> np.record:
     """A SETPOINT with the shipped filter and transfer and limits far away."""
-    usual = {"algorithm": law, "engaged": law, "angle": 1.3, "lead": 1.0, "height": 3.7, "lead_time": 5.0}
-    usual |= {"gain_most": 20.0, "excess_most": 1e3, "excess_rate_most": 1e3, "amplitude_most": 1e4, "transfer": 10.0}
+    usual = {"algorithm": law, "engaged": law, "angle": 1.3, "departure": 1.0, "height": 3.7, "departure_time": 5.0}
+    usual |= {"max_gain": 20.0, "max_excess": 1e3, "max_excess_rate": 1e3, "max_amplitude": 1e4, "transfer": 10.0}
     return filled(SETPOINT, **usual | values)
 
 
@@ -68,7 +75,7 @@ def test_the_rate_holds_the_turning_of_the_cable_and_of_the_mean_track(law, turn
     """Everything moves at once: place, angle, gain near its limit, heading of the track; against differences."""
 
     def at(t: float):
-        state = setpoint_of(law, lead=0.9 + turn * t, lead_rate=turn, gain_most=1.8)
+        state = setpoint_of(law, departure=0.9 + turn * t, departure_rate=turn, max_gain=1.8)
         state.track[:] = 1.0 + 0.2 * t, -0.5 * t, 0.4 + 0.05 * t
         state.track_speed[:] = 0.2, -0.5, 0.05
         place = (3.0 + 0.7 * t, 2.0 - 0.4 * t, 4.5 + 0.9 * t)
@@ -119,14 +126,14 @@ def test_a_cable_that_leads_forward_has_an_angle_below_zero():
     """Ship heading north, mean track too: the cable astern, ahead, to the side."""
     state = filled(SETPOINT)
     state.track[2] = 0.5 * np.pi
-    assert lead_of(state, (0.0, -np.sin(0.7), -np.cos(0.7))) == pytest.approx(0.7)
-    assert lead_of(state, (0.0, np.sin(0.7), -np.cos(0.7))) == pytest.approx(-0.7)
-    assert lead_of(state, (np.sin(0.7), 0.0, -np.cos(0.7))) == pytest.approx(0.0, abs=1e-12)
+    assert signed_departure(state, (0.0, -np.sin(0.7), -np.cos(0.7))) == pytest.approx(0.7)
+    assert signed_departure(state, (0.0, np.sin(0.7), -np.cos(0.7))) == pytest.approx(-0.7)
+    assert signed_departure(state, (np.sin(0.7), 0.0, -np.cos(0.7))) == pytest.approx(0.0, abs=1e-12)
 
 
 @pytest.mark.parametrize("law", [SIMPLE, RIGOROUS])
 def test_under_a_cable_that_leads_forward_surge_ahead_hauls_in(law):
-    state = setpoint_of(law, angle=-0.6, lead=-0.6)
+    state = setpoint_of(law, angle=-0.6, departure=-0.6)
     length, rate, *_ = compensation(state, filled(SHEAVE, position=(1.0, 0.0, 3.7), velocity=(2.0, 0.0, 0.0)))
     assert length == pytest.approx(-np.sin(0.6)) and rate == pytest.approx(-2.0 * np.sin(0.6))
 
@@ -153,7 +160,7 @@ def follow(state, seconds: float, measured=lambda t: 1.0, begin: float = 0.0, h:
 @pytest.mark.parametrize("law", [SIMPLE_WATERLINE, RIGOROUS_WATERLINE])
 def test_a_waterline_law_on_a_flat_cable_is_limited_and_says_so(law):
     """1/cos(1.36 rad) = 4.8: 6.9 m either way are asked for."""
-    state = setpoint_of(law, angle=1.36, lead=1.36, gain_most=2.0, excess_most=1.0, excess_rate_most=0.6)
+    state = setpoint_of(law, angle=1.36, departure=1.36, max_gain=2.0, max_excess=1.0, max_excess_rate=0.6)
     rows = follow(state, 60.0, lambda t: 1.36)
     assert np.abs(rows[:, 3]).max() <= 1.0 + 1e-3 and np.abs(rows[:, 4]).max() <= 0.6
     assert np.abs(rows[:, 3]).max() > 0.5, "limited, not off"
@@ -163,7 +170,7 @@ def test_a_waterline_law_on_a_flat_cable_is_limited_and_says_so(law):
 
 def test_a_waterline_law_on_a_steep_cable_is_the_printed_one():
     """Within its limits (1) to 20 micrometres, and no flag."""
-    state = setpoint_of(SIMPLE_WATERLINE, angle=0.5, gain_most=2.0, excess_most=1.0, excess_rate_most=0.6)
+    state = setpoint_of(SIMPLE_WATERLINE, angle=0.5, max_gain=2.0, max_excess=1.0, max_excess_rate=0.6)
     rows = follow(state, 30.0)
     up = 1.5 * np.sin(2.0 * np.pi / 9.0 * rows[:, 0])
     np.testing.assert_allclose(rows[1000:, 1], up[1000:] / np.cos(0.5), atol=2e-5)
@@ -172,7 +179,7 @@ def test_a_waterline_law_on_a_steep_cable_is_the_printed_one():
 
 def test_a_drift_is_paid_out_to_the_largest_amplitude_only():
     """A ship that is 1 m/s faster than its mean track, for 100 s."""
-    state, length = setpoint_of(SIMPLE, amplitude_most=20.0), []
+    state, length = setpoint_of(SIMPLE, max_amplitude=20.0), []
     for k in range(10_000):
         sheave = filled(SHEAVE, position=(k * H, 0.0, 3.7), velocity=(1.0, 0.0, 0.0))
         length.append(set_point(state, sheave, 1.0, H)[0])
@@ -184,9 +191,9 @@ def test_the_angle_is_filtered_the_same_whatever_the_step():
     """A ripple of 0.1 rad at 2 Hz goes; a step of 0.2 rad is followed as by two time constants of 5 s."""
     seen = []
     for h in (0.01, 0.001):
-        state = setpoint_of(RIGOROUS, lead=1.0)
+        state = setpoint_of(RIGOROUS, departure=1.0)
         rows = follow(state, 5.0, lambda t: 1.2 + 0.1 * np.sin(4.0 * np.pi * t), h=h)
-        assert state.lead == pytest.approx(1.0 + 0.2 * (1.0 - 2.0 * np.exp(-1.0)), abs=2e-3)
+        assert state.departure == pytest.approx(1.0 + 0.2 * (1.0 - 2.0 * np.exp(-1.0)), abs=2e-3)
         rates = rows[:, 2]
         seen.append(np.abs(np.diff(rates)).max() / h)
     w = 2.0 * np.pi / 9.0
@@ -196,7 +203,7 @@ def test_the_angle_is_filtered_the_same_whatever_the_step():
 def apart(law: int, h: float) -> float:
     """Largest difference [m] of a set-point's way in one step of h [s] and the mean of its rates before and after: of a
     ship that drifts with 0.3 m/s against its mean track, under a cable that turns by 0.01 rad/s."""
-    state, before, found = setpoint_of(law, washout=300.0, lead=1.0), (0.0, 0.0), []
+    state, before, found = setpoint_of(law, washout=300.0, departure=1.0), (0.0, 0.0), []
     for n in range(1, round(20.0 / h)):
         t = n * h
         sheave = heave(t)
@@ -218,7 +225,7 @@ def test_the_way_of_a_set_point_is_that_of_its_rate(law):
 
 @pytest.mark.parametrize("law", [HOLD, RIGOROUS, SIMPLE_WATERLINE, RIGOROUS_WATERLINE])
 def test_a_change_of_the_law_under_way_is_no_jump(law):
-    state = setpoint_of(SIMPLE, gain_most=2.0, excess_most=1.0, excess_rate_most=0.6)
+    state = setpoint_of(SIMPLE, max_gain=2.0, max_excess=1.0, max_excess_rate=0.6)
     before = follow(state, 11.0)
     state.algorithm = law
     after = follow(state, 25.0, begin=11.0)
@@ -226,7 +233,7 @@ def test_a_change_of_the_law_under_way_is_no_jump(law):
     away = rows[1100, 1] - (rows[1099, 1] + H * rows[1099, 2])
     assert abs(away) < 1e-9 and rows[1100, 2] == pytest.approx(rows[1099, 2], abs=1e-9)
     assert np.abs(np.diff(rows[:, 2])).max() / H < 2.5  # m/s^2; was a step of the length
-    alone = setpoint_of(law, gain_most=2.0, excess_most=1.0, excess_rate_most=0.6)
+    alone = setpoint_of(law, max_gain=2.0, max_excess=1.0, max_excess_rate=0.6)
     alone = follow(alone, 36.0)
     if law != RIGOROUS_WATERLINE and law != SIMPLE_WATERLINE:  # the excess has a past of its own
         np.testing.assert_allclose(rows[2200:, 1], alone[2200:, 1], atol=1e-6)

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cable_sim_ros.physics.contact import EVENTS, latch, law, loads, touch
-from cable_sim_ros.physics.contact_detection import _survey
+from cable_sim_ros.physics.contact_detection import _detect_contact
 from cable_sim_ros.physics.contact_surface import (
     beside,
     check_surfaces,
@@ -84,11 +84,11 @@ def test_cheek_and_rim():
     assert not force(WIDTH + 1e-6, -0.1).any() and not force(ROW.crest, ROW.top + 1e-6).any()
 
 
-@pytest.mark.parametrize("share", [0.5, 1.0])
+@pytest.mark.parametrize("fraction", [0.5, 1.0])
 @pytest.mark.parametrize("joint", ["flank", "cheek"])
-def test_no_step_where_rim_meets_flank_and_cheek(joint, share):
+def test_no_step_where_rim_meets_flank_and_cheek(joint, fraction):
     """Across both joints the force goes on, at a depth of half and of nearly the whole rim."""
-    inner = ROW.rim - share * 0.9 * ROW.rim
+    inner = ROW.rim - fraction * 0.9 * ROW.rim
     angle = {"flank": np.radians(150.0), "cheek": 0.0}[joint]
     middle = np.array((ROW.crest, ROW.top - ROW.rim))
 
@@ -132,8 +132,8 @@ def test_a_step_through_the_disc_is_seen(before, after, found):
     for slot, y in ((STEP, before), (NOW, after)):
         q = state.nodes[slot, Q]
         q[:, 1], q[:, 2], q[:, 5] = y, -state.arc, -1.0
-    _survey(state, 0.01, NO)
-    assert state.survey[0].entered == found
+    _detect_contact(state, 0.01, NO)
+    assert state.detected[0].entered == found
 
 
 def test_a_detachment_with_its_rebounds_is_one_event():

@@ -71,19 +71,19 @@ def test_slow_water_takes_the_low_branches_of_the_drag_coefficient():
     assert worst(bench) < 1e-5
 
 
-@pytest.mark.parametrize("share", [0.0, 0.01])
-def test_folding_elements_with_axial_damping(share):
+@pytest.mark.parametrize("fraction", [0.0, 0.01])
+def test_folding_elements_with_axial_damping(fraction):
     """Elements between folded and stretched, some with their damping cut off at the tension."""
-    bench = Bench(20, 4, compression=share, ca=20.0)
+    bench = Bench(20, 4, compression=fraction, ca=20.0)
     bench.wander(top=50.0)
     bench.residual()
     assert (bench.tension < 0.01).any() and (bench.tension > 1.0).any()
     assert worst(bench) < 1e-6
 
 
-@pytest.mark.parametrize("of, share", [("both", 0.01), ("both", 0.3), ("both", 1.0), ("normal", 0.3)])
+@pytest.mark.parametrize("of, fraction", [("both", 0.01), ("both", 0.3), ("both", 1.0), ("normal", 0.3)])
 @pytest.mark.parametrize("top", [-5.0, 0.25], ids=["wet", "crossing"])
-def test_the_mean_flow_of_the_amplified_drag(top, of, share):
+def test_the_mean_flow_of_the_amplified_drag(top, of, fraction):
     """The mean velocity takes up a share of the velocity within the step; the drag of the mean flow has its part."""
     bench = Bench(20, 4, current=(-2.0, 0.4, 0.02, -0.01), of=of)
     bench.wander(top=top)
@@ -91,7 +91,7 @@ def test_the_mean_flow_of_the_amplified_drag(top, of, share):
         bench.state.nodes[NOW, STRUM, :, EXTRA] = bench.rng.uniform(0.5, 1.5, bench.n + 1)
     bench.mean = 0.4 * bench.rng.normal(size=bench.mean.shape)
     still = bench.residual()
-    bench.share = share
+    bench.fraction = fraction
     assert np.abs(bench.residual() - still).max() > 1e-3, "the mean flow must matter"
     assert worst(bench) < 1e-6
 
@@ -110,13 +110,13 @@ def test_without_amplification_the_mean_flow_has_no_part():
     bench = Bench(20, 6, current=(-1.0, 0.4, 0.02, -0.01), amplification=1.0)
     bench.wander(top=0.25)
     before, tangent = bench.residual(), bench.tangent(C1, C2)
-    bench.mean, bench.share = bench.rng.normal(size=bench.mean.shape), 0.5
+    bench.mean, bench.fraction = bench.rng.normal(size=bench.mean.shape), 0.5
     assert (bench.residual() == before).all() and (bench.tangent(C1, C2) == tangent).all()
 
 
-@pytest.mark.parametrize("share", [0.01, 1.0])
+@pytest.mark.parametrize("fraction", [0.01, 1.0])
 @pytest.mark.parametrize("slip", ["sliding", "creeping", "at rest"])
-def test_a_floor_under_the_cable(slip, share):
+def test_a_floor_under_the_cable(slip, fraction):
     """Normal press and friction, sliding far above the slip speed, below it, and next to rest on the floor."""
     bench = Bench(6, 8, current=(-1.0, 0.4, 0.02, -0.01))
     bench.wander(top=-5.0, slope=0.05)
@@ -130,5 +130,5 @@ def test_a_floor_under_the_cable(slip, share):
     assert pressed[:, 2].min() < -1.0, "it must press up"
     along = np.abs(pressed[:, :2]).max() / np.abs(pressed[:, 2]).max()
     assert {"sliding": along > 0.2, "creeping": 0.01 < along < 0.2, "at rest": along < 0.01}[slip]
-    bench.share = share
+    bench.fraction = fraction
     assert worst(bench) < 1e-6

@@ -36,12 +36,12 @@ LAWS = [WakeLaw.BAI_QIN, WakeLaw.FACCHINETTI]
 
 def cycle(a1, a2, h=0.005, seconds=30.0, start=0.1):
     """q over time, the first half left out."""
-    q, s, told = start, 0.0, []
+    q, s, report = start, 0.0, []
     for _ in range(round(seconds / h)):
         q, s = oscillate(q, s, a1, a2, OM, 0.0, 0.0, h)
-        told.append(q)
-    half = len(told) // 2
-    return h * np.arange(half), np.array(told[half:])
+        report.append(q)
+    half = len(report) // 2
+    return h * np.arange(half), np.array(report[half:])
 
 
 def rod(current=(0.0, WIND), law="bai_qin", held="rg", elements=ELEMENTS, water=None, **wake) -> Rig:
@@ -94,15 +94,15 @@ def test_a_held_cable_feels_the_lift_of_the_cycle(law):
     """C_L0/4 rho U^2 d q0 up and down, C_D0/8 rho U^2 d q0^2 along at twice the frequency, on all of its length."""
     rig, q0 = rod(law=law), 2.0 / np.sqrt(3.0 * SATURATION[law])
     period = DIAMETER / (0.2 * WIND)
-    told = rig.run(30.0 * period, period / 60.0)
-    last = told.time > 20.0 * period
-    force = -told.reaction[last][:, :, :3].sum(1)
+    report = rig.run(30.0 * period, period / 60.0)
+    last = report.time > 20.0 * period
+    force = -report.reaction[last][:, :, :3].sum(1)
     pressure = 1.2 * WIND**2 * DIAMETER * LENGTH
     up, along = (force[:, k] - 0.5 * (force[:, k].max() + force[:, k].min()) for k in (2, 1))
     assert np.abs(up).max() == pytest.approx(0.3 / 4.0 * pressure * q0, rel=3e-3)
     # q q'/om is not quite that of a sine: 1 + a1/4 to first order
     assert np.abs(along).max() == pytest.approx(0.2 / 8.0 * pressure * q0**2, rel=0.1)
-    ratio = frequency(told.time[last], along) / frequency(told.time[last], up)
+    ratio = frequency(report.time[last], along) / frequency(report.time[last], up)
     assert ratio == pytest.approx(2.0, rel=1e-3)
     assert np.abs(force[:, 0]).max() < 1e-12
 
@@ -146,9 +146,9 @@ def test_nothing_is_shed_below_reynolds_47_nor_above_the_water_nor_within_a_long
     advance_wake(wet.model, wet.state, 1e-3)
     assert np.abs(wet.state.work.wake).max() > 0.0
     period = DIAMETER / (0.2 * WIND)
-    for share, left in ((1.0 / STEPS, True), (0.21, False)):
+    for fraction, left in ((1.0 / STEPS, True), (0.21, False)):
         rig = rod()
-        advance_wake(rig.model, rig.state, share * period)
+        advance_wake(rig.model, rig.state, fraction * period)
         assert (np.abs(rig.state.work.wake).max() > 0.0) == left
 
 

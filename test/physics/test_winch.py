@@ -20,10 +20,10 @@ def filled(kind: np.dtype, **values) -> np.record:
 
 def drum_of(**values) -> np.record:
     """A drum of the full-scale winch."""
-    usual = {"radius": 0.305, "angle_0": 3.8, "side": 1.0, "gain_p": 250.0, "gain_d": 50.0, "rate_most": 5.0}
-    usual |= {"accel_most": 20.0, "timeout": 0.5, "payout_0": 450.0, "length_least": -400.0, "length_most": 1.0}
+    usual = {"radius": 0.305, "angle_0": 3.8, "side": 1.0, "gain_p": 250.0, "gain_d": 50.0, "max_rate": 5.0}
+    usual |= {"max_accel": 20.0, "timeout": 0.5, "payout_0": 450.0, "min_length": -400.0, "max_length": 1.0}
     row = usual | values
-    row = {"limit_least": row["length_least"], "limit_most": row["length_most"]} | row  # no soft limits
+    row = {"min_limit": row["min_length"], "max_limit": row["max_length"]} | row  # no soft limits
     return filled(DRUM, **row)
 
 
@@ -40,7 +40,7 @@ def test_servo_follows_the_printed_equation():
 
 
 def test_servo_keeps_its_limits_and_stops_at_the_end_of_the_drum():
-    winch, drum = filled(WINCH), drum_of(rate_most=0.5, accel_most=2.0, length_most=0.3)
+    winch, drum = filled(WINCH), drum_of(max_rate=0.5, max_accel=2.0, max_length=0.3)
     rates = [0.0]
     for _ in range(400):
         servo(0.01, drum, winch, (5.0, 0.0), (5.0, 0.0))
@@ -56,7 +56,7 @@ def test_servo_keeps_its_limits_and_stops_at_the_end_of_the_drum():
 @pytest.mark.parametrize("rate", [0.0, 1.0, -1.0], ids=["a step", "too fast a ramp out", "too fast a ramp in"])
 def test_at_the_largest_rate_the_drum_does_not_accelerate(rate, h):
     """From the step on with which it comes there: that one was published with what had brought it there."""
-    winch, drum, reached = filled(WINCH), drum_of(rate_most=0.49, accel_most=20.0, length_most=100.0), 0
+    winch, drum, reached = filled(WINCH), drum_of(max_rate=0.49, max_accel=20.0, max_length=100.0), 0
     for k in range(round(2.0 / h)):
         begin = 5.0 if rate == 0.0 else k * h * rate
         servo(h, drum, winch, (begin, rate), (begin + h * rate, rate))
@@ -68,12 +68,12 @@ def test_at_the_largest_rate_the_drum_does_not_accelerate(rate, h):
     assert winch.accel * winch.rate < 0.0, "and brakes at once"
 
 
-@pytest.mark.parametrize("limits", [{}, {"limit_least": -0.25, "limit_most": 0.25}], ids=["end stop", "soft limit"])
+@pytest.mark.parametrize("limits", [{}, {"min_limit": -0.25, "max_limit": 0.25}], ids=["end stop", "soft limit"])
 @pytest.mark.parametrize("rate", [4.0, 1.0, -1.0])
 def test_in_chosen_steps_the_winch_brakes_no_harder_than_it_can_whatever_their_lengths(rate, limits):
     """A jump of its speed where a step is shorter than the one before would be refused at any length."""
-    drum = drum_of(length_least=-0.3, length_most=0.3, exact=1, **limits)
-    end, lengths = limits.get("limit_most", 0.3), [0.025, 0.0125, 7.8e-4, 2.4e-5, 3.9e-4, 2.4e-5, 2.4e-5]
+    drum = drum_of(min_length=-0.3, max_length=0.3, exact=1, **limits)
+    end, lengths = limits.get("max_limit", 0.3), [0.025, 0.0125, 7.8e-4, 2.4e-5, 3.9e-4, 2.4e-5, 2.4e-5]
     for first in (0, 2, 4):  # the braking falls into other steps
         winch, asked, hardest = filled(WINCH), 0.0, 0.0
         for k in range(100):

@@ -113,7 +113,7 @@ class Ears:
         self.node = rclpy.create_node("ears", context=self.context, namespace="/tow_sim")
         self.executor = SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.node)
-        self.heard: dict[str, list] = {}
+        self.received: dict[str, list] = {}
         self._thread = threading.Thread(target=self._spin, daemon=True)
         self._stop = threading.Event()
         self._thread.start()
@@ -129,7 +129,7 @@ class Ears:
     def listen(self, kind: type, topic: str, raw: bool = False) -> list:
         from rclpy.qos import QoSProfile, ReliabilityPolicy
 
-        box = self.heard[topic] = []
+        box = self.received[topic] = []
         profile = QoSProfile(depth=500, reliability=ReliabilityPolicy.BEST_EFFORT)
         self.node.create_subscription(kind, topic, box.append, profile, raw=raw)
         return box
@@ -143,7 +143,7 @@ class Ears:
 
     def diagnostics(self) -> dict:
         """Newest status of each task: name -> (level, message, values)."""
-        box = self.heard["/diagnostics"]
+        box = self.received["/diagnostics"]
         if not box:
             return {}
         return {

@@ -14,13 +14,13 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from cable_sim_ros.physics.frame import CONTACT_COLUMNS, FRAME, SHAPE_COLUMNS, SLOPE_COLUMNS
 from cable_sim_ros.physics.heave_compensation import SetpointLaw
 from cable_sim_ros.physics.inputs import Inputs, make_inputs
 from cable_sim_ros.physics.state import MEMORY, TOW_SETTINGS, records
+from cable_sim_ros.physics.tick_output import CONTACT_COLUMNS, SHAPE_COLUMNS, SLOPE_COLUMNS, TICK_OUTPUT
 
 NODES, STATIONS = 20, 8
-TEMPLATE = np.zeros(1, FRAME)
+TEMPLATE = np.zeros(1, TICK_OUTPUT)
 WORK = int(os.environ.get("FAKE_WORK", "0"))
 
 
@@ -28,7 +28,7 @@ def settings_of(winch) -> np.recarray:
     """What a session reads of a model's settings: the drum's limits. A travel of 100 m either way, datum zero."""
     found = records(1, TOW_SETTINGS)
     drum = found[0].drum
-    drum.rate_most, drum.timeout, drum.reach_least, drum.reach_most = winch.max_rate, winch.command_timeout, -100, 100
+    drum.max_rate, drum.timeout, drum.min_reach, drum.max_reach = winch.max_rate, winch.command_timeout, -100, 100
     return found
 
 
@@ -129,7 +129,7 @@ def rest(model, state, sigma, count, longest):
 
 def make_output(model: Model, nodes: int, rows: int) -> Output:
     return Output(
-        np.zeros(rows, FRAME),
+        np.zeros(rows, TICK_OUTPUT),
         np.zeros((rows, NODES, len(SHAPE_COLUMNS) + len(SLOPE_COLUMNS))),
         np.zeros((rows, STATIONS, len(CONTACT_COLUMNS))),
     )

@@ -46,39 +46,39 @@ def generate(folder: Path) -> None:
     from rosidl_generator_py.generate_py_impl import generate_py
     from rosidl_generator_type_description import generate_type_hash
 
-    share, idls = PREFIX / "share", []
+    fraction, idls = PREFIX / "share", []
     for path in sorted((*HERE.glob("msg/*.msg"), *HERE.glob("srv/*.srv"))):
         relative = path.relative_to(HERE)
         convert = convert_msg_to_idl if path.suffix == ".msg" else convert_srv_to_idl
         convert(HERE, PACKAGE, relative, folder / "idl" / relative.parent)
         idls.append(str(relative.with_suffix(".idl")))
 
-    def told(out: str, template: str, **more) -> str:
+    def report(out: str, template: str, **more) -> str:
         place = folder / out / PACKAGE
         place.mkdir(parents=True, exist_ok=True)
         file = folder / f"{template}.json"
         given = {
             "package_name": PACKAGE,
             "output_dir": str(place),
-            "template_dir": str(share / template / "resource"),
+            "template_dir": str(fraction / template / "resource"),
             "idl_tuples": [f"{folder / 'idl'}:{idl}" for idl in idls],
-            "ros_interface_dependencies": [f"{n}:{p}" for n in NEEDED for p in (share / n).rglob("*.idl")],
+            "ros_interface_dependencies": [f"{n}:{p}" for n in NEEDED for p in (fraction / n).rglob("*.idl")],
             "target_dependencies": [],
         }
         file.write_text(json.dumps(given | more))
         return str(file)
 
     generate_type_hash(
-        told("td", "rosidl_generator_type_description", include_paths=[f"{n}:{share / n}" for n in NEEDED])
+        report("td", "rosidl_generator_type_description", include_paths=[f"{n}:{fraction / n}" for n in NEEDED])
     )
     described = [f"{idl}:{folder / 'td' / PACKAGE / Path(idl).with_suffix('.json')}" for idl in idls]
-    generate_c(told("c", "rosidl_generator_c", type_description_tuples=described))
-    rosidl_typesupport_fastrtps_c.generate_typesupport_fastrtps_c(told("c", SUPPORT))
-    rosidl_typesupport_c.generate_c(told("c", "rosidl_typesupport_c"), [SUPPORT])
-    generate_py(told("py", "rosidl_generator_py"), ["rosidl_typesupport_c"])
+    generate_c(report("c", "rosidl_generator_c", type_description_tuples=described))
+    rosidl_typesupport_fastrtps_c.generate_typesupport_fastrtps_c(report("c", SUPPORT))
+    rosidl_typesupport_c.generate_c(report("c", "rosidl_typesupport_c"), [SUPPORT])
+    generate_py(report("py", "rosidl_generator_py"), ["rosidl_typesupport_c"])
     for kind in ("rosidl_generator_c", SUPPORT):
         name = f"{kind}__visibility_control.h"
-        text = (share / kind / "resource" / f"{name}.in").read_text()
+        text = (fraction / kind / "resource" / f"{name}.in").read_text()
         text = text.replace("@PROJECT_NAME@", PACKAGE).replace("@PROJECT_NAME_UPPER@", PACKAGE.upper())
         (folder / "c" / PACKAGE / "msg" / name).write_text(text)
     (folder / "py" / PACKAGE / "__init__.py").touch()

@@ -85,6 +85,6 @@ def test_a_bag_reaches_a_paused_node_whole_and_through_a_pause(world, bag):
     assert node.stop() == 0
     stamps = watcher.stamps()
     assert set(b - a for a, b in zip(stamps, stamps[1:])) == {10 * MS} and len(stamps) >= 600
-    figures = node.state()
-    assert figures["received"] == {"imu": 301, "odometry": 301} and figures["dropped"] == {}
-    assert figures["lockstep"]["imu_missed"] <= 5 and "played 602 messages" in player.text
+    metrics = node.state()
+    assert metrics["received"] == {"imu": 301, "odometry": 301} and metrics["dropped"] == {}
+    assert metrics["lockstep"]["imu_missed"] <= 5 and "played 602 messages" in player.text

@@ -15,11 +15,11 @@ from test_commands import NOW, S, command
 
 from cable_sim_ros.io.commands import CommandIngest
 from cable_sim_ros.io.messages import CAUSES
-from cable_sim_ros.physics.frame import FRAME, Flag
 from cable_sim_ros.physics.heave_filter import MotionInput
 from cable_sim_ros.physics.inputs import make_inputs
 from cable_sim_ros.physics.ship import Ship
 from cable_sim_ros.physics.state import records
+from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.physics.winch import DRUM
 from cable_sim_ros.ros.diagnostics import OK, WARN, Watch
 
@@ -29,9 +29,9 @@ SECOND = 10**9
 def watched(flags=Flag.NONE, payout=450.0):
     """(ingest, its task): a winch with 20 to 465 m of travel that stands at ``payout``."""
     drum = records(1, DRUM)[0]
-    drum.payout_0, drum.rate_most, drum.reach_least, drum.reach_most = 450.0, 2.0, -430.0, 15.0
+    drum.payout_0, drum.max_rate, drum.min_reach, drum.max_reach = 450.0, 2.0, -430.0, 15.0
     commands = CommandIngest(make_inputs(), drum)
-    frame = np.zeros((), FRAME)
+    frame = np.zeros((), TICK_OUTPUT)
     frame["payout"], frame["status"] = payout, flags
     session = SimpleNamespace(
         commands=commands,

@@ -68,19 +68,19 @@ def test_topics_frames_stamps_and_recording(world, bag):
     assert tasks["loop"][2]["state"] == "running"
     assert 90.0 < float(tasks["loop"][2]["rate_hz"]) < 110.0
 
-    figures = node.state()
-    assert figures["state"] == "stopped" and figures["last"] == "running"
-    assert figures["latency_p50_ms"] > 25.0  # the input delay is part of it
-    assert figures["recorder"]["errors"] == 0 and figures["recorder"]["dropped"] == 0
+    metrics = node.state()
+    assert metrics["state"] == "stopped" and metrics["last"] == "running"
+    assert metrics["latency_p50_ms"] > 25.0  # the input delay is part of it
+    assert metrics["recorder"]["errors"] == 0 and metrics["recorder"]["dropped"] == 0
     assert read_metadata(path)["custom_data"]["scene"] == "full_scale"
     (segment,) = read_journal([m.data for m in read_bag(path) if m.topic == "/tow_sim/sim/journal"]).segments
-    assert segment.start.time == stamps[0] - TICK or len(pose) < figures["ticks"]
-    assert segment.ticks == figures["ticks"]
+    assert segment.start.time == stamps[0] - TICK or len(pose) < metrics["ticks"]
+    assert segment.ticks == metrics["ticks"]
     recorded = {}
     for message in read_bag(path):
         recorded.setdefault(message.topic, []).append(message.data)
     assert {"/tow_sim/imu/data", "/tow_sim/odom", "/diagnostics", "/tow_sim/sim/health"} <= set(recorded)
-    assert len(recorded["/tow_sim/towbody/pose"]) == figures["ticks"], "every tick is recorded"
+    assert len(recorded["/tow_sim/towbody/pose"]) == metrics["ticks"], "every tick is recorded"
     assert set(raw) <= set(recorded["/tow_sim/towbody/pose"]), "live bytes and recorded bytes differ"
 
 

@@ -1,4 +1,4 @@
-"""The verdict of a node, which keeps counts and no Frames."""
+"""The verdict of a node, which keeps counts and no tick outputs."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ pytestmark = pytest.mark.ros
 TICK = 0.01
 
 
-def ended(statuses, problem="", most=2000.0, frames=(), **figures):
+def ended(statuses, problem="", maximum=2000.0, frames=(), **metrics):
     from cable_sim_ros.io.load import load_scene
-    from cable_sim_ros.physics.frame import FRAME
+    from cable_sim_ros.physics.tick_output import TICK_OUTPUT
     from cable_sim_ros.ros.node_verdict import verdict_of_node
     from cable_sim_ros.ros.running_sums import RunningSums
 
-    frame = np.zeros(1, FRAME).view(np.recarray)[0]
+    frame = np.zeros(1, TICK_OUTPUT).view(np.recarray)[0]
     frame.status = list(statuses)[-1] if statuses else 0
     latest = frame if statuses else None
     sums = RunningSums(TICK)
     for one in frames:
         sums.add(one)
-    publisher = SimpleNamespace(statuses=Counter(statuses), latest=latest, most_tension=most, sums=sums)
-    return verdict_of_node(SimpleNamespace(scene=load_scene("full_scale"), problem=problem), publisher, figures)
+    publisher = SimpleNamespace(statuses=Counter(statuses), latest=latest, max_tension=maximum, sums=sums)
+    return verdict_of_node(SimpleNamespace(scene=load_scene("full_scale"), problem=problem), publisher, metrics)
 
 
 @pytest.mark.parametrize(
@@ -50,10 +50,10 @@ def test_a_node_ends_as_its_ticks_say(given, state, flags):
 
 def sailing(bow_down=1.0, ringing=0.0):
     """60 s on a wave: the ship is drawn ahead as its bow goes down; ringing [N] is what the steps damped away."""
-    from cable_sim_ros.physics.frame import FRAME
+    from cable_sim_ros.physics.tick_output import TICK_OUTPUT
 
     t = TICK * np.arange(6000)
-    frames = np.zeros(len(t), FRAME).view(np.recarray)
+    frames = np.zeros(len(t), TICK_OUTPUT).view(np.recarray)
     frames.time = np.round(t * 1e9)
     pitch = bow_down * np.radians(2.0) * np.sin(0.7 * t)
     frames.ship_quaternion[:, 1], frames.ship_quaternion[:, 3] = np.sin(0.5 * pitch), np.cos(0.5 * pitch)

@@ -121,10 +121,10 @@ def test_a_process_that_stood_still_says_so_and_goes_on(world, ears):
         assert text.startswith(f"the process stood still for {seconds:.1f} s, ") and at - woken < 0.5
         assert values["standstills"] == str(number)
         time.sleep(0.5)
-    figures = ears.first("loop", lambda *_: True, time.monotonic(), 3.0, "figures")[4]
-    assert figures["clock_jumps"] == "0", "what was sent meanwhile looks like a jump of the clock"
-    assert figures["skips_ahead"] == "1" and float(figures["lag_ms"]) < 500.0 and figures["state"] == "running"
-    assert figures["resets"] == "0" and node.stop() == 0
+    metrics = ears.first("loop", lambda *_: True, time.monotonic(), 3.0, "figures")[4]
+    assert metrics["clock_jumps"] == "0", "what was sent meanwhile looks like a jump of the clock"
+    assert metrics["skips_ahead"] == "1" and float(metrics["lag_ms"]) < 500.0 and metrics["state"] == "running"
+    assert metrics["resets"] == "0" and node.stop() == 0
 
 
 def test_a_model_too_big_is_overloaded_at_once_and_never_starts_anew(world, ears):
@@ -141,8 +141,8 @@ def test_a_model_too_big_is_overloaded_at_once_and_never_starts_anew(world, ears
     assert 0.0 < float(values["real_time_factor"]) < 0.9 and values["overloads"] == "1"
     assert node.text.count("] [tow_sim.cable_sim]: overloaded") == 1
     assert node.stop() == 0
-    figures = node.state()
-    assert figures["overloaded_s"] > 2.0 and 0.0 < figures["least_real_time_factor"] < 0.9
+    metrics = node.state()
+    assert metrics["overloaded_s"] > 2.0 and 0.0 < metrics["min_real_time_factor"] < 0.9
 
 
 def test_neighbours_are_warned_of_and_giants_refused(world, ears):

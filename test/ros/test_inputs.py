@@ -26,17 +26,17 @@ def running(world):
     ears.listen(JointState, "sim/health")
     ship = world.ship(ears).sail()
     node = world.node().until("running")
-    poll(lambda: ears.heard["towbody/pose"] and ears.heard["/diagnostics"], 115.0, "poses and diagnostics")
+    poll(lambda: ears.received["towbody/pose"] and ears.received["/diagnostics"], 115.0, "poses and diagnostics")
     return world, node, ears, ship
 
 
 def numbers(ears):
     """Every number heard so far."""
-    for message in ears.heard["towbody/pose"]:
+    for message in ears.received["towbody/pose"]:
         p, q = message.pose.position, message.pose.orientation
         yield from (p.x, p.y, p.z, q.x, q.y, q.z, q.w)
     for topic in ("winch/state", "sim/health"):
-        for message in ears.heard[topic]:
+        for message in ears.received[topic]:
             yield from (*message.position, *message.velocity, *message.effort)
 
 
@@ -100,8 +100,8 @@ def test_stale_motion_is_reported_and_taken_up_again(running):
         "an ERROR of the motion",
     )
     assert "stale" in text
-    before = len(ears.heard["towbody/pose"])
-    poll(lambda: len(ears.heard["towbody/pose"]) > before + 50, 15.0, "ticks without motion")
+    before = len(ears.received["towbody/pose"])
+    poll(lambda: len(ears.received["towbody/pose"]) > before + 50, 15.0, "ticks without motion")
     ship.silent = False
     poll(lambda: ears.diagnostics()["motion"][0] == 0, 115.0, "motion OK again")
     assert all(map(math.isfinite, numbers(ears)))
@@ -114,7 +114,7 @@ def test_a_backward_jump_of_the_clock_maps_it_anew(running):
     node.until("running", 5.0)
 
     def on_new_clock():
-        message = ears.heard["towbody/pose"][-1]
+        message = ears.received["towbody/pose"][-1]
         return abs(time.time() - 3600.0 - message.header.stamp.sec) < 3.0
 
     poll(on_new_clock, 15.0, "poses on the new clock")
@@ -136,7 +136,7 @@ def test_winch_commands(running):
     world, node, ears, ship = running
     publisher = ears.node.create_publisher(JointState, "winch/command", 10)
     poll(publisher.get_subscription_count, 15.0, "the node to listen")
-    state = ears.heard["winch/state"]
+    state = ears.received["winch/state"]
 
     def send_until(message, condition, what):
         def once():
@@ -194,12 +194,12 @@ def test_a_halt_stops_the_poses_until_reset(running):
     poll(lambda: publisher.publish(fatal) or ears.diagnostics()["solver"][0] == 2, 15.0, "an ERROR of the solver")
     node.until("halted", 5.0)
     assert "~/reset" in ears.diagnostics()["solver"][1]
-    count = len(ears.heard["towbody/pose"])
-    poll(lambda: len(ears.heard["/diagnostics"]) >= 3, 15.0, "three seconds")
-    assert len(ears.heard["towbody/pose"]) == count, "poses are published after the halt"
+    count = len(ears.received["towbody/pose"])
+    poll(lambda: len(ears.received["/diagnostics"]) >= 3, 15.0, "three seconds")
+    assert len(ears.received["towbody/pose"]) == count, "poses are published after the halt"
     answer = ears.call(Trigger, "/tow_sim/cable_sim/reset", Trigger.Request())
     assert answer.success, answer.message
-    poll(lambda: len(ears.heard["towbody/pose"]) > count + 20, 15.0, "poses after the reset")
+    poll(lambda: len(ears.received["towbody/pose"]) > count + 20, 15.0, "poses after the reset")
 
 
 def test_record_service(running):
@@ -213,8 +213,8 @@ def test_record_service(running):
     answer = ears.call(SetBool, "/tow_sim/cable_sim/record", SetBool.Request(data=True))
     assert answer.success, answer.message
     assert not ears.call(SetBool, "/tow_sim/cable_sim/record", SetBool.Request(data=True)).success
-    count = len(ears.heard["towbody/pose"])
-    poll(lambda: len(ears.heard["towbody/pose"]) > count + 50, 15.0, "fifty ticks")
+    count = len(ears.received["towbody/pose"])
+    poll(lambda: len(ears.received["towbody/pose"]) > count + 50, 15.0, "fifty ticks")
     answer = ears.call(SetBool, "/tow_sim/cable_sim/record", SetBool.Request(data=False))
     assert answer.success, answer.message
     bags = list(world.folder.glob("recordings/tow_*"))
@@ -243,15 +243,15 @@ def test_life_cycle_by_its_services(running):
 
     assert change(Transition.TRANSITION_DEACTIVATE)
     node.until("ready", 5.0)
-    count = len(ears.heard["towbody/pose"])
+    count = len(ears.received["towbody/pose"])
     assert change(Transition.TRANSITION_ACTIVATE)
-    poll(lambda: len(ears.heard["towbody/pose"]) > count + 20, 15.0, "poses after a second activation")
+    poll(lambda: len(ears.received["towbody/pose"]) > count + 20, 15.0, "poses after a second activation")
     assert change(Transition.TRANSITION_DEACTIVATE)
     assert change(Transition.TRANSITION_CLEANUP)
     node.until("unconfigured", 5.0)
     assert change(Transition.TRANSITION_CONFIGURE)
-    count = len(ears.heard["towbody/pose"])
+    count = len(ears.received["towbody/pose"])
     assert change(Transition.TRANSITION_ACTIVATE)
-    poll(lambda: len(ears.heard["towbody/pose"]) > count + 20, 20.0, "poses after a second configure")
+    poll(lambda: len(ears.received["towbody/pose"]) > count + 20, 20.0, "poses after a second configure")
     assert "Traceback" not in node.text
     assert node.stop() == 0

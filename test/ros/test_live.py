@@ -25,7 +25,7 @@ def test_live_returns_figures_and_a_bag(own, bag):
     from cable_sim_ros.ros.live import live
 
     phases = []
-    told = live(
+    report = live(
         bag,
         "full_scale",
         4.0,
@@ -34,12 +34,12 @@ def test_live_returns_figures_and_a_bag(own, bag):
         node_command=FAKE,
         progress=lambda phase, done, total: phases.append(phase),
     )
-    assert told["node_exit"] == told["player_exit"] == 0
-    figures = told["node"]
-    assert figures["ticks"] >= 300
-    assert 0.9 < figures["realtime_factor"] < 1.1
-    assert figures["missed_ticks"] == figures["overruns"] + figures["skipped"]
-    assert len(load_run(told["bag"]).frames) == figures["published_ticks"]
+    assert report["node_exit"] == report["player_exit"] == 0
+    metrics = report["node"]
+    assert metrics["ticks"] >= 300
+    assert 0.9 < metrics["realtime_factor"] < 1.1
+    assert metrics["missed_ticks"] == metrics["overruns"] + metrics["skipped"]
+    assert len(load_run(report["bag"]).frames) == metrics["published_ticks"]
     assert phases[-1] == "running in real time"
 
 

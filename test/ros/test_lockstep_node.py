@@ -207,8 +207,8 @@ def test_nodes_on_the_clock_in_any_order_pause_step_rate_and_a_controller_that_d
     stamps = watcher.stamps()
     assert set(b - a for a, b in zip(stamps, stamps[1:])) == {TICK}, "no tick is lost in all of it"
     assert node.stop() == 0
-    figures = node.state()["lockstep"]
-    assert figures["commands_missed"] >= 5 and figures["rate_wanted"] == 0.0
+    metrics = node.state()["lockstep"]
+    assert metrics["commands_missed"] >= 5 and metrics["rate_wanted"] == 0.0
     bag_is_on_the_clock(world, stamps)
 
 

@@ -13,10 +13,10 @@ from true_ship import T0, imu_messages, odometry_messages, replace, sail, stamps
 from cable_sim_ros.io.fault_hypotheses import DOUBTS
 from cable_sim_ros.io.messages import CAUSES
 from cable_sim_ros.io.motion import MotionIngest
-from cable_sim_ros.physics.frame import Flag
 from cable_sim_ros.physics.heave_filter import Heave, MotionInput
 from cable_sim_ros.physics.inputs import make_inputs
 from cable_sim_ros.physics.ship import Ship
+from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.ros.diagnostics import ERROR, WARN, Watch
 from cable_sim_ros.ros.health import InputHealth
 from cable_sim_ros.ros.node_verdict import verdict_of_node
@@ -96,8 +96,8 @@ def test_an_imu_that_comes_and_is_refused_is_not_called_silent():
     assert status.level == ERROR and "silent" not in status.message
     assert status.message.startswith(f"imu comes but is refused: gravity_sign: {DOUBTS['gravity_sign']}; no motion is")
     ((text, seconds),) = it.refusals()
-    told = {"motion_refusals": [[text, seconds]], "motion_s": 0.0}
-    never_began = verdict_of_node(SimpleNamespace(scene=None, problem=""), None, told)
+    report = {"motion_refusals": [[text, seconds]], "motion_s": 0.0}
+    never_began = verdict_of_node(SimpleNamespace(scene=None, problem=""), None, report)
     assert [reason.flag for reason in never_began.reasons] == ["MOTION_REFUSED"] and never_began.code == 4
     assert (
         "gravity_sign" in never_began.reasons[0].text

@@ -81,7 +81,7 @@ def test_an_overload_ends_when_real_time_is_held_again():
     loop.run(3.0, 2_000_000)
     assert not loop.pace.overloaded and loop.lines[-1] == ("info", "no longer overloaded: real time is held again")
     assert 4.0 < loop.pace.overloaded_s < 5.0 + (RECOVERED + SECOND) * 1e-9
-    assert loop.pace.least_factor == pytest.approx(0.5, abs=0.05) and ended < loop.now
+    assert loop.pace.min_factor == pytest.approx(0.5, abs=0.05) and ended < loop.now
 
 
 @pytest.mark.parametrize("seconds", [0.1, 0.5, 1.0, 5.0])

@@ -16,16 +16,16 @@ def test_recorded_ship_motion_through_the_node_and_replayed(world):
     from cable_sim_ros.ros.live import live
     from cable_sim_ros.runs.offline import replay
 
-    told = live("nbp1406", "full_scale", 6.0, world.folder / "out", domain=world.domain, progress=lambda *_: None)
-    figures = told["node"]
-    assert figures["last"] == "running" and figures["dropped"] == {}
-    recorded = load_run(told["bag"]).frames
-    assert len(recorded) == figures["published_ticks"] >= 400
+    report = live("nbp1406", "full_scale", 6.0, world.folder / "out", domain=world.domain, progress=lambda *_: None)
+    metrics = report["node"]
+    assert metrics["last"] == "running" and metrics["dropped"] == {}
+    recorded = load_run(report["bag"]).frames
+    assert len(recorded) == metrics["published_ticks"] >= 400
     for name in recorded.dtype.names:
         assert np.isfinite(recorded[name]).all(), name
     assert 500.0 < recorded["tension"].mean() < 20_000.0
 
-    again = replay(told["bag"]).frames
+    again = replay(report["bag"]).frames
     # samples that came too late for a tick come too late again
     same = min(len(again), len(recorded))
     assert (again["time"][:same] == recorded["time"][:same]).all()

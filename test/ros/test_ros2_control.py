@@ -93,7 +93,7 @@ def task(ears):
 
 def rates(ears, seconds: float) -> list[float]:
     """Rates of the pay-out [m/s] that come in the seconds from now on."""
-    box = ears.heard["winch/state"]
+    box = ears.received["winch/state"]
     begun = len(box)
     time.sleep(seconds)
     return [message.velocity[message.name.index("payout")] for message in box[begun:]]
@@ -148,8 +148,8 @@ def test_commands_that_are_equal_to_the_state_and_lengths(tow, world):
     it.command["payout/velocity"] = 0.3
     poll(lambda: it.state["payout/velocity"] == pytest.approx(0.3), 15.0, "the rate in the state")
     box, begun, sent, cycles = (
-        ears.heard["winch/state"],
-        len(ears.heard["winch/state"]),
+        ears.received["winch/state"],
+        len(ears.received["winch/state"]),
         len(hardware.sent),
         hardware.cycles,
     )

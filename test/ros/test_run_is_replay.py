@@ -229,5 +229,5 @@ def test_a_state_that_is_restored(tmp_path):
     texts = [text for _, text in found["said"]]
     assert any(text.startswith("saved at ") for text in texts)
     assert any("it goes on at the present, and the winch holds until it is commanded" in text for text in texts)
-    told = read_journal(read_tow(tmp_path / "bag").journal)
-    assert [segment.start.cause for segment in told.segments] == ["start", "restore"]
+    report = read_journal(read_tow(tmp_path / "bag").journal)
+    assert [segment.start.cause for segment in report.segments] == ["start", "restore"]

@@ -78,7 +78,7 @@ class Harness:
         return self.session.command(command(self.session.steps.clock, [], [rate]), 0)
 
     def step(self, count: int) -> list[bytes]:
-        """So many ticks; their Frames."""
+        """So many ticks; their tick outputs."""
         before, until = len(self.frames), time.monotonic() + 20.0
         begun, text = self.session.step(count)
         assert begun, text
@@ -256,9 +256,9 @@ def test_a_recording_has_every_restore_and_is_replayed_bit_for_bit(monkeypatch, 
     third = offline.replay(again.bag)
     for found in (again, third):
         assert found.frames.tobytes() == frames.tobytes()
-        assert found.figures["replay_faults"] == [] and found.verdict.state == "ok"
-        assert found.figures["largest_difference"] == {"field": "", "difference": 0.0, "ticks": 130}
-        assert found.figures["recorded_ticks"] == 130
+        assert found.metrics["replay_faults"] == [] and found.verdict.state == "ok"
+        assert found.metrics["largest_difference"] == {"field": "", "difference": 0.0, "ticks": 130}
+        assert found.metrics["recorded_ticks"] == 130
         assert {row.count for row in found.residuals} == {130} and max(row.largest for row in found.residuals) < 1e-9
 
     def lacking(path, **_):
@@ -270,7 +270,7 @@ def test_a_recording_has_every_restore_and_is_replayed_bit_for_bit(monkeypatch, 
     monkeypatch.setattr(offline, "read_tow", lacking)
     found = offline.replay(tmp_path / "bag")
     text = "25 ticks are in the bag and 130 were simulated, of which 25 are the same and could be compared"
-    assert found.figures["replay_faults"] == [text] and found.verdict.code == 4 and found.run_verdict.state == "ok"
+    assert found.metrics["replay_faults"] == [text] and found.verdict.code == 4 and found.run_verdict.state == "ok"
 
 
 def test_a_recording_that_goes_back_behind_its_beginning_is_summed_up(monkeypatch, tmp_path):
@@ -284,9 +284,9 @@ def test_a_recording_that_goes_back_behind_its_beginning_is_summed_up(monkeypatc
     run.until(60)
     run.close()
     again = offline.replay(tmp_path / "bag", out=tmp_path / "again")
-    assert again.verdict.state == "ok" and again.figures["ticks"] == 20
-    assert again.figures["duration_s"] == pytest.approx(19 * 0.02) and again.figures["skip_s"] > 0.0
-    assert caption(load_run(again.bag), again.figures["skip_s"]), "what its picture says"
+    assert again.verdict.state == "ok" and again.metrics["ticks"] == 20
+    assert again.metrics["duration_s"] == pytest.approx(19 * 0.02) and again.metrics["skip_s"] > 0.0
+    assert caption(load_run(again.bag), again.metrics["skip_s"]), "what its picture says"
 
 
 def test_what_the_run_was_flagged_for_is_not_the_verdict_on_its_replay(monkeypatch, tmp_path):
@@ -297,7 +297,7 @@ def test_what_the_run_was_flagged_for_is_not_the_verdict_on_its_replay(monkeypat
     assert flagged.verdict.state == "doubtful" and flagged.verdict.reasons[0].flag == "OVERLOAD"
     again = offline.replay(flagged.bag)
     assert again.frames.tobytes() == flagged.frames.tobytes() and again.verdict == Verdict()
-    assert again.run_verdict == flagged.verdict and again.figures["run_verdict"]["state"] == "doubtful"
+    assert again.run_verdict == flagged.verdict and again.metrics["run_verdict"]["state"] == "doubtful"
     done = CliRunner().invoke(commands.main, ["replay", str(flagged.bag)])
     assert done.exit_code == 0 and "verdict: ok" in done.output.splitlines()
     assert any(line.startswith("the run itself: doubtful: ") for line in done.output.splitlines())

@@ -39,10 +39,10 @@ def test_live_markers_are_those_recorded(world):
     assert node.stop() == 0 and "Traceback" not in node.text
     data = recorded(world.folder / "tow")
     by_stamp = {stamp_of(written): written for written in data[MARKERS]}
-    for heard in live:
-        written = by_stamp[stamp_of(heard)]
-        assert heard[: len(written)] == written, "live bytes and recorded bytes differ"
-        assert len(heard) - len(written) < 4  # the wire pads to four bytes
+    for received in live:
+        written = by_stamp[stamp_of(received)]
+        assert received[: len(written)] == written, "live bytes and recorded bytes differ"
+        assert len(received) - len(written) < 4  # the wire pads to four bytes
     ticks = len(data["/tow_sim/towbody/pose"])
     assert len(data[MARKERS]) == pytest.approx(ticks / 10, abs=1) and len(data[TF]) == pytest.approx(ticks / 5, abs=1)
 

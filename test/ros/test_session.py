@@ -23,7 +23,7 @@ fake_sim.install()
 from cable_sim_ros.io.messages import stamp_of
 from cable_sim_ros.io.recorded_tow import Event, Feeder, RecordedTow
 from cable_sim_ros.physics.inputs import make_inputs
-from cable_sim_ros.ros.diagnostics import Watch, final_figures
+from cable_sim_ros.ros.diagnostics import Watch, final_metrics
 from cable_sim_ros.ros.parameters import settle
 from cable_sim_ros.ros.session import Session
 from test_commands import command, decisions, odd_tow, pushed
@@ -50,7 +50,7 @@ def live(event):
 wanted = decisions(tow, live)
 state = session.state
 watched = {status.name: status.values for status in Watch(session).statuses(None, None, False)}
-figures = final_figures(session, None, None)
+figures = final_metrics(session, None, None)
 commanded = int(session.sim.inputs.command_head[0])
 session.reset()
 kept = [commanded, int(session.sim.inputs.command_head[0]), session.commands.last]

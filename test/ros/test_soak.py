@@ -19,10 +19,10 @@ def test_the_command_offers_the_rows_that_there_are():
 def test_missed_share_and_percentiles():
     import numpy as np
 
-    from cable_sim_ros.verification.soak.pace import missed_share
+    from cable_sim_ros.verification.soak.pace import missed_fraction
     from cable_sim_ros.verification.soak.rig import percentile
 
-    assert missed_share({"overruns": 1.0, "skipped": 9.0, "ticks": 991.0}) == 0.01
+    assert missed_fraction({"overruns": 1.0, "skipped": 9.0, "ticks": 991.0}) == 0.01
     assert np.isnan(percentile([], 50)) and percentile([1.0, 3.0], 50) == 2.0
 
 

@@ -175,7 +175,7 @@ def test_the_same_bits_poured_in_or_one_by_one_paused_stepped_replayed_and_free_
     from cable_sim_ros.runs import offline
 
     replayed = offline.replay(str(tmp_path / "bag"))
-    assert replayed.figures["replay_faults"] == [] and replayed.figures["largest_difference"]["difference"] == 0.0
+    assert replayed.metrics["replay_faults"] == [] and replayed.metrics["largest_difference"]["difference"] == 0.0
     assert replayed.frames.tobytes() == frames.tobytes()
     assert free_running(first, int(frames.time[0]) - 20 * MS).tobytes() == frames.tobytes()
 
@@ -242,11 +242,11 @@ def test_bad_motion_and_bad_commands_are_counted_and_change_nothing(monkeypatch)
     assert run.wall < 30 * S, "bounded"
     refused = session.commands.refused
     assert refused["step_future"] == refused["step_past"] == refused["step_twice"] > 1
-    from cable_sim_ros.ros.lockstep_status import lockstep_figures, lockstep_status
+    from cable_sim_ros.ros.lockstep_status import lockstep_metrics, lockstep_status
 
     status = lockstep_status(session)
     assert status.level == 2 and "silent" in status.message and status.values["refused: step_twice"] != "0"
-    assert lockstep_figures(session)["commands_missed"] == 5
+    assert lockstep_metrics(session)["commands_missed"] == 5
     for stamp in (0, 1_700_000_000 * S):
         assert session.command(command(stamp, velocity=[0.1]), -1) == ""
     assert steps.unstamped == 2 and not steps.commands.silent, "it speaks again"

@@ -21,7 +21,7 @@ def rows(part):
     return {name: cells.split(" | ") for name, cells in re.findall(r"^\| `([\w/]+)` \| (.*) \|$", part, re.M)}
 
 
-def told(qos):
+def report(qos):
     reliability = {1: "reliable", 2: "best effort"}[int(qos.reliability)]
     return f"{reliability}, {qos.depth}"
 
@@ -32,11 +32,11 @@ def test_every_channel_stands_on_the_page_as_it_is():
         kind, _, rate, qos, _ = page[channel.topic]
         assert kind == channel.msgtype.replace("/msg/", "/"), channel.topic
         assert rate == (f"{channel.rate:g} Hz" if channel.rate else "every tick"), channel.topic
-        assert qos == told(node.QOS[channel.qos]), channel.topic
+        assert qos == report(node.QOS[channel.qos]), channel.topic
     others = {markers.TOPIC, node.AGES_TOPIC, "/diagnostics", "/clock"}
     assert set(page) == {channel.topic for channel in OURS} | others
     assert f"depth of {node.STEPPED_QOS['reliable'].depth} there" in " ".join(PAGE.split())
-    assert page[node.AGES_TOPIC][3] == page["/diagnostics"][3] == told(node.QOS["reliable"])
+    assert page[node.AGES_TOPIC][3] == page["/diagnostics"][3] == report(node.QOS["reliable"])
 
 
 def test_every_input_stands_on_the_page_as_it_is():

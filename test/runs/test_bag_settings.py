@@ -89,21 +89,21 @@ def test_a_bag_in_ned_is_refused_and_right_once_its_axes_are_given(bags):
     with pytest.raises(MotionError, match=r"Is it in NED axes\? Then give --convention ned\."):
         ran(bags["ned"], imu_only=True)
     true, given = ran(bags["enu"]), ran(bags["ned"], settings=settings_of((), "ned"))
-    assert given.figures["tension_std_n"] == pytest.approx(true.figures["tension_std_n"], rel=1e-6)
-    assert given.figures["motion_refused"] == {} and given.verdict.state == true.verdict.state == "ok"
+    assert given.metrics["tension_std_n"] == pytest.approx(true.metrics["tension_std_n"], rel=1e-6)
+    assert given.metrics["motion_refused"] == {} and given.verdict.state == true.verdict.state == "ok"
     beside = ran(bags["ned_imu"])  # odometry that is right, beside an IMU that is not: the heading is not the IMU's
-    assert beside.figures["tension_std_n"] == pytest.approx(true.figures["tension_std_n"], rel=1e-3)
-    assert beside.figures["motion_refused"]["gravity_sign"] > 50
+    assert beside.metrics["tension_std_n"] == pytest.approx(true.metrics["tension_std_n"], rel=1e-3)
+    assert beside.metrics["motion_refused"]["gravity_sign"] > 50
 
 
 def test_the_axes_are_kept_in_a_recording_and_in_a_saved_state(bags, tmp_path):
     how = {"settings": {"motion.convention": "ned"}}
     first = ran(bags["ned"], out=tmp_path / "a", save=tmp_path / "s.npz", **how)
     again = offline.run("full_scale", first.bag, duration=2.0, every=0.1, step="chosen")
-    assert again.figures["motion_refused"] == {}
-    assert again.figures["tension_std_n"] == pytest.approx(first.figures["tension_std_n"], rel=0.05)  # fewer headings
-    told = offline.Resumed(tmp_path / "s.npz").told()
-    assert told.settings == how["settings"] and told.topics == TOPICS
+    assert again.metrics["motion_refused"] == {}
+    assert again.metrics["tension_std_n"] == pytest.approx(first.metrics["tension_std_n"], rel=0.05)  # fewer headings
+    report = offline.Resumed(tmp_path / "s.npz").report()
+    assert report.settings == how["settings"] and report.topics == TOPICS
 
 
 @pytest.mark.parametrize(
@@ -151,13 +151,13 @@ def test_a_replay_names_its_scene_and_says_where_there_is_nothing_to_compare(bag
         offline.replay(bags["enu"], topics=TOPICS)
     found = offline.replay(bags["enu"], "full_scale", algorithm="hold", topics=TOPICS)
     assert [reason.flag for reason in found.verdict.reasons] == ["NOT_COMPARED"] and found.verdict.code == 4
-    assert found.figures["setpoint"] == "hold"
+    assert found.metrics["setpoint"] == "hold"
 
 
 def test_another_scene_than_the_kept_one_is_compared_on_purpose(bags, tmp_path):
     first = ran(bags["enu"], out=tmp_path / "a")
     same = offline.replay(first.bag, load_scene("full_scale"))  # the steps of the run are not those of the file
-    assert same.figures["largest_difference"]["ticks"] > 0 and same.verdict.state == "ok"
+    assert same.metrics["largest_difference"]["ticks"] > 0 and same.verdict.state == "ok"
     held = offline.replay(first.bag, algorithm="hold")
     assert held.verdict.state == "ok" and max(row.largest for row in held.residuals if row.unit == "N") > 10.0
     with pytest.raises(MotionError, match="the motion is in the journal of the bag, as the run took it"):

@@ -8,7 +8,7 @@ from cable_sim_ros.runs import offline, refinement_check
 from cable_sim_ros.sim.savefile import SaveError
 from cable_sim_ros.sim.verdict import Reason, verdict_of
 
-FIGURES = {"tension_std_n": 100.0, "tension_min_n": 10.0, "tension_max_n": 2000.0}
+METRICS = {"tension_std_n": 100.0, "tension_min_n": 10.0, "tension_max_n": 2000.0}
 
 
 def test_half_the_step_and_twice_the_elements():
@@ -36,7 +36,7 @@ def test_half_the_step_and_twice_the_elements():
     ],
 )
 def test_two_per_cent_agree(name, value, far):
-    texts = refinement_check.apart(FIGURES, FIGURES | {name: value})
+    texts = refinement_check.apart(METRICS, METRICS | {name: value})
     assert [key for key, text in texts.items() if text] == ([name] if far else [])
     if far:
         assert texts[name].endswith(f"became {value:.4g} N with half the step and twice the elements")
@@ -49,12 +49,12 @@ def test_a_snap_that_stays_is_ok_and_one_that_does_not_says_by_how_much():
     plain.verdict = verdict_of([Reason("SLACK", 1.0, 0.2, (), "a snap"), *plain.verdict.reasons])
     tow = sine_heave(1.5, 5.0, 5.0, load_scene("side_scan").ship)
     checked = refinement_check.compare(plain, load_scene("side_scan"), lambda: tow, 5.0, None, offline.silent)
-    told = checked.figures["check"]
-    assert told["agreed"] and checked.verdict.state == "ok" and checked.figures["verdict"]["state"] == "ok"
-    ours, theirs = told["tension_max_n"]
-    assert ours == checked.figures["tension_max_n"] and 0.0 < abs(theirs / ours - 1.0) < 0.02
-    assert told["steps"][1] == pytest.approx(2 * told["steps"][0], rel=0.02)
-    plain.figures["tension_max_n"] *= 1.1  # as of a mesh that is too coarse
+    report = checked.metrics["check"]
+    assert report["agreed"] and checked.verdict.state == "ok" and checked.metrics["verdict"]["state"] == "ok"
+    ours, theirs = report["tension_max_n"]
+    assert ours == checked.metrics["tension_max_n"] and 0.0 < abs(theirs / ours - 1.0) < 0.02
+    assert report["steps"][1] == pytest.approx(2 * report["steps"][0], rel=0.02)
+    plain.metrics["tension_max_n"] *= 1.1  # as of a mesh that is too coarse
     plain.verdict = verdict_of([Reason("SLACK", 1.0, 0.2, (), "a snap")])
     doubted = refinement_check.compare(plain, load_scene("side_scan"), lambda: tow, 5.0, None, offline.silent)
     assert [reason.flag for reason in doubted.verdict.reasons] == ["SLACK", "CHECK"] and doubted.verdict.code == 4

@@ -22,7 +22,7 @@ def test_a_haul_is_replayed_bit_for_bit(tmp_path, law):
     assert first.frames.scope[0] - first.frames.scope[-1] == pytest.approx(203.0, abs=2.5)
     assert np.abs(first.frames.payout + first.frames.cable_on_drum - 600.0).max() < 1e-9
     again = offline.replay(first.bag)
-    assert again.figures["largest_difference"] == {"field": "", "difference": 0.0, "ticks": len(first.frames)}
+    assert again.metrics["largest_difference"] == {"field": "", "difference": 0.0, "ticks": len(first.frames)}
     assert read_tow(first.bag).about["scene_yaml"]
 
 
@@ -33,6 +33,6 @@ def test_the_haul_of_the_command_line_is_replayed_bit_for_bit(tmp_path):
     for words in ([*line, "--out", str(tmp_path)], ["replay", str(tmp_path / "tow"), "--json"]):
         result = CliRunner().invoke(commands.main, words, catch_exceptions=False)
         assert result.exit_code == 0, result.stderr
-        figures = json.loads(result.stdout)
-    assert figures["largest_difference"]["difference"] == 0.0
-    assert figures["scope_max_m"] - figures["scope_min_m"] == pytest.approx(60.0, abs=2.0)
+        metrics = json.loads(result.stdout)
+    assert metrics["largest_difference"]["difference"] == 0.0
+    assert metrics["scope_max_m"] - metrics["scope_min_m"] == pytest.approx(60.0, abs=2.0)

@@ -44,7 +44,7 @@ def replayed(tow, monkeypatch):
 
 def test_as_it_was_recorded_it_is_the_run(replayed):
     found = replayed(lambda entries: None)
-    assert found.verdict.state == "ok" and found.figures["ticks"] == found.figures["recorded_ticks"] == 30
+    assert found.verdict.state == "ok" and found.metrics["ticks"] == found.metrics["recorded_ticks"] == 30
 
 
 @pytest.mark.parametrize(
@@ -64,8 +64,8 @@ def test_as_it_was_recorded_it_is_the_run(replayed):
 )
 def test_what_does_not_hold_is_said(replayed, change, text):
     found = replayed(change)
-    told = [*found.figures["replay_faults"], *(str(reason) for reason in found.verdict.reasons)]
-    assert any(text in fault for fault in told), told
-    assert found.figures["ticks"] <= 2_030
+    report = [*found.metrics["replay_faults"], *(str(reason) for reason in found.verdict.reasons)]
+    assert any(text in fault for fault in report), report
+    assert found.metrics["ticks"] <= 2_030
     if "no journal" not in text:
         assert found.verdict.code in (1, 4)

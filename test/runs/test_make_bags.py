@@ -22,9 +22,9 @@ from cable_sim_ros.runs.make_bags import (
     Displacement,
     derive,
     displacement,
-    figures,
     interpolate,
     make_bags,
+    metrics,
     read_csv,
 )
 from cable_sim_ros.sim.attitude import quaternion, rotation
@@ -91,7 +91,7 @@ def test_readme_has_the_figures():
     text = (BAGS / "README.md").read_text()
     for name, record in RECORDS.items():
         moved = displacement(record, SOURCE)
-        for row in figures(name, moved):
+        for row in metrics(name, moved):
             assert row in text
         assert f"{np.degrees(moved.heading):.1f} deg" in text
     assert "interpolated from 1 Hz" in text and "MIT" in text

@@ -11,7 +11,7 @@ from cable_sim_ros import ShipMotion, Simulator, motion_of_bag, run
 from cable_sim_ros.io.motion_table import MotionError
 from cable_sim_ros.io.recorded_tow import RecordedTow, read_tow
 from cable_sim_ros.io.resources import find_bag
-from cable_sim_ros.physics.frame import Source
+from cable_sim_ros.physics.tick_output import Source
 from cable_sim_ros.runs import sources
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
@@ -40,7 +40,7 @@ def restamped(event, seconds):
 
 
 def pushed(samples, start, count):
-    """Frames of a Simulator that is given the samples."""
+    """Tick outputs of a Simulator that is given the samples."""
     sim = Simulator("side_scan")
     sim.start(*start)
     for sample in samples:

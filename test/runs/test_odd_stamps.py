@@ -152,7 +152,7 @@ def test_another_scene_begins_a_jump_from_rest_and_says_so(events, tmp_path):
     moved = [*events[:half], *(restamped(e, e.time + 40 * S) for e in events[half:])]
     scene = load_scene("full_scale")
     Pass(scene, RecordedTow("", moved)).go(SECONDS, tmp_path / "bag")
-    assert offline.replay(tmp_path / "bag").figures["replay_faults"] == []
+    assert offline.replay(tmp_path / "bag").metrics["replay_faults"] == []
     other = offline.replay(tmp_path / "bag", override(scene, {"towbody.net_weight": 545.0}))
-    (fault,) = other.figures["replay_faults"]
+    (fault,) = other.metrics["replay_faults"]
     assert "(jump) is of another scene: begun there from the static equilibrium" in fault

@@ -17,9 +17,9 @@ from cable_sim_ros.io.motion_table import MotionError
 from cable_sim_ros.io.recorded_run import load_run
 from cable_sim_ros.io.recorded_tow import Feeder, RecordedTow, read_tow, residuals
 from cable_sim_ros.io.winch_plan import PlanError
-from cable_sim_ros.physics.frame import FRAME, Flag
 from cable_sim_ros.physics.heave_filter import Convention, Heave, MotionInput
 from cable_sim_ros.physics.inputs import MOTION_ROWS, make_inputs
+from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.runs import mean_track, message_run, offline, sources, step_choice
 from cable_sim_ros.sim.simulator import Simulator, SolverError, StartError
 
@@ -47,11 +47,11 @@ def test_the_shipped_cable_stays_in_its_groove_when_begun_like_a_node():
 
 def test_without_motion_the_tow_is_static():
     result = offline.run("full_scale")
-    figures = result.figures
-    assert figures["motion"] == "none" and figures["duration_s"] == pytest.approx(message_run.SETTLE, abs=0.011)
-    assert figures["tension_std_n"] < 1e-3 * figures["tension_mean_n"]
-    assert figures["body_depth_m"] == pytest.approx(-result.frames["body_position"][-1, 2], abs=1e-3)
-    assert 0 < figures["departure_angle_deg"] < 90 and figures["contact_resultant_n"] > 0
+    metrics = result.metrics
+    assert metrics["motion"] == "none" and metrics["duration_s"] == pytest.approx(message_run.SETTLE, abs=0.011)
+    assert metrics["tension_std_n"] < 1e-3 * metrics["tension_mean_n"]
+    assert metrics["body_depth_m"] == pytest.approx(-result.frames["body_position"][-1, 2], abs=1e-3)
+    assert 0 < metrics["departure_angle_deg"] < 90 and metrics["contact_resultant_n"] > 0
 
 
 def test_a_run_lasts_as_long_as_asked_and_at_most_as_the_bag(recorded):
@@ -66,7 +66,7 @@ def test_a_run_lasts_as_long_as_asked_and_at_most_as_the_bag(recorded):
 
 def test_the_setpoint_can_be_chosen():
     held = offline.run("full_scale", "nbp1406", duration=SECONDS, algorithm="hold")
-    assert held.figures["setpoint"] == "hold" and np.ptp(held.frames["payout"]) < 1e-6
+    assert held.metrics["setpoint"] == "hold" and np.ptp(held.frames["payout"]) < 1e-6
 
 
 def test_the_same_run_gives_the_same_bytes(recorded, tmp_path):
@@ -84,7 +84,7 @@ def test_a_replay_is_judged_by_its_residuals(recorded, monkeypatch):
     assert offline.replay(bag, slower).verdict.state == "ok"
     monkeypatch.setattr(sources, "scene_from_text", lambda text, origin: slower)
     found = offline.replay(bag)
-    assert found.verdict.code == 4 and found.figures["verdict"]["reasons"][0]["flag"] == "RESIDUAL"
+    assert found.verdict.code == 4 and found.metrics["verdict"]["reasons"][0]["flag"] == "RESIDUAL"
     whole = read_tow(bag)  # of another program: it keeps no scene, so the one that is given is to be that of the bag
     monkeypatch.setattr(offline, "read_tow", lambda path, topics: RecordedTow(path, whole.events, whole.outputs))
     with pytest.raises(BagError, match="keeps no scene"):
@@ -100,18 +100,18 @@ def test_chunks_leave_no_trace(recorded, monkeypatch):
 
 def test_a_replay_gives_the_same_numbers(recorded):
     result = offline.replay(recorded[0].bag)
-    assert result.figures["largest_difference"] == {"field": "", "difference": 0.0, "ticks": len(recorded[0].frames)}
+    assert result.metrics["largest_difference"] == {"field": "", "difference": 0.0, "ticks": len(recorded[0].frames)}
     assert {row.channel for row in result.residuals} == {"sheave/tension", "towbody/pose", "winch/state"}
     assert all(row.largest < 1e-9 and row.count == len(recorded[0].frames) for row in result.residuals)
 
 
 def test_a_replay_without_a_journal_says_that_it_is_another_run(recorded, monkeypatch):
     whole = offline.replay(recorded[0].bag)
-    assert whole.figures["journal"] is True and whole.figures["replay_faults"] == []
+    assert whole.metrics["journal"] is True and whole.metrics["replay_faults"] == []
     monkeypatch.setattr(offline, "read_journal", lambda messages: read_journal([]))
     result = offline.replay(recorded[0].bag)
-    assert result.figures["journal"] is False and result.figures["largest_difference"]["ticks"] > 300
-    (fault,) = result.figures["replay_faults"]
+    assert result.metrics["journal"] is False and result.metrics["largest_difference"]["ticks"] > 300
+    (fault,) = result.metrics["replay_faults"]
     assert "no journal of what the run took and when" in fault and "static start of its own" in fault
 
 
@@ -139,13 +139,13 @@ def test_the_bag_is_read_back_by_other_readers(recorded):
 
 def test_figures_are_written_beside_the_bag(recorded):
     result, out = recorded
-    assert json.loads((out / "summary.json").read_text()) == json.loads(json.dumps(result.figures))
-    assert result.figures["commands_refused"] == {}
+    assert json.loads((out / "summary.json").read_text()) == json.loads(json.dumps(result.metrics))
+    assert result.metrics["commands_refused"] == {}
 
 
 def test_a_bag_without_outputs_has_no_residuals():
     tow = read_tow(offline.find_bag("lmg1903"))
-    assert tow.outputs == {} and residuals(np.zeros(3, FRAME).view(np.recarray), tow) == []
+    assert tow.outputs == {} and residuals(np.zeros(3, TICK_OUTPUT).view(np.recarray), tow) == []
 
 
 def test_a_recording_is_not_overwritten(recorded):
@@ -155,7 +155,7 @@ def test_a_recording_is_not_overwritten(recorded):
 
 def test_imu_alone_moves_the_ship():
     result = offline.run("full_scale", "nbp1406", duration=SECONDS, imu_only=True)
-    assert set(result.frames["motion_source"]) == {2} and result.figures["imu_only"] is True
+    assert set(result.frames["motion_source"]) == {2} and result.metrics["imu_only"] is True
 
 
 def test_a_solver_that_gives_up_ends_the_run_with_what_there_is(monkeypatch):
@@ -185,7 +185,7 @@ def test_a_run_that_halts_keeps_every_tick_before_it_and_its_replay_halts_there(
     assert f"gave up after {done * 0.01:.2f} s: full_scale: the tick after {done * 0.01:.3f} s of" in result.problem
     again = offline.replay(result.bag)
     assert again.problem == result.problem
-    assert again.figures["largest_difference"] == {"field": "", "difference": 0.0, "ticks": done}
+    assert again.metrics["largest_difference"] == {"field": "", "difference": 0.0, "ticks": done}
 
 
 def test_residuals_are_ours_less_theirs_at_equal_stamps(recorded):
@@ -278,10 +278,10 @@ def test_motion_of_ones_own_is_recorded_and_replays_as_it_ran(kind, tmp_path):
         given = {"motion": table}
     ran = offline.run("full_scale", **given, duration=4.0, out=tmp_path / "out")
     assert not ran.problem and len(ran.frames) == 400 and (ran.frames.motion_source == 1).all()
-    assert ran.figures["motion"] == ("own.csv" if kind == "table" else "heave 1.2 m, 8 s")
-    assert ran.figures["motion_refused"] == {} and np.ptp(ran.frames.ship_position[:, 2]) > 0.1
+    assert ran.metrics["motion"] == ("own.csv" if kind == "table" else "heave 1.2 m, 8 s")
+    assert ran.metrics["motion_refused"] == {} and np.ptp(ran.frames.ship_position[:, 2]) > 0.1
     again = offline.replay(ran.bag)
-    assert again.figures["largest_difference"] == {"field": "", "difference": 0.0, "ticks": 400}
+    assert again.metrics["largest_difference"] == {"field": "", "difference": 0.0, "ticks": 400}
 
 
 def test_a_heave_is_taken_up_from_the_static_tow_and_then_followed():
@@ -310,9 +310,9 @@ def test_motion_that_cannot_be_used_stops_before_the_run(given, text):
 
 
 def on_a_track(speed, heading_deg, seconds=60.0, turn_deg=0.0):
-    """Frames of a ship that surges by waves about a straight track; turn_deg: change of heading halfway."""
+    """Tick outputs of a ship that surges by waves about a straight track; turn_deg: change of heading halfway."""
     t = 0.01 * np.arange(round(seconds / 0.01))
-    frames = np.zeros(len(t), FRAME).view(np.recarray)
+    frames = np.zeros(len(t), TICK_OUTPUT).view(np.recarray)
     yaw = np.radians(heading_deg + turn_deg * (t > 0.5 * seconds))
     step = 0.01 * (speed + 0.5 * np.cos(0.2 * np.pi * t))
     frames.ship_position[:, :2] = 1000.0 + np.cumsum(np.stack([step * np.cos(yaw), step * np.sin(yaw)], 1), axis=0)
@@ -406,7 +406,7 @@ def test_a_run_off_the_mean_track_says_so():
     scene = override(load_quietly("full_scale"), {"ship.tow_speed": 1.9})
     with pytest.warns(SceneWarning, match="ship.tow_speed is 1.9 m/s: the ship follows the motion"):
         result = offline.run(scene, "nbp1406", duration=45.0)
-    assert result.verdict.code == 4 and [reason["flag"] for reason in result.figures["verdict"]["reasons"]] == [
+    assert result.verdict.code == 4 and [reason["flag"] for reason in result.metrics["verdict"]["reasons"]] == [
         "MEAN_TRACK"
     ]
 
@@ -422,15 +422,15 @@ def hauled(tmp_path_factory):
 
 
 def test_the_winch_follows_its_plan(hauled):
-    frames, figures = hauled.frames, hauled.figures
+    frames, metrics = hauled.frames, hauled.metrics
     out = frames["payout_setpoint"] - frames["payout_setpoint"][0]
     assert out[98] == 0.0 and out[149] == pytest.approx(0.1, abs=0.002) and out[199] == pytest.approx(0.2, abs=0.002)
     assert out[-1] == pytest.approx(0.0, abs=1e-9) and frames["payout"][-1] == pytest.approx(
         frames["payout"][0], abs=1e-3
     )
-    assert np.ptp(frames["payout"] - frames["scope"]) < 1e-9 and figures["winch"] == HAUL
-    assert figures["scope_max_m"] - figures["scope_min_m"] == pytest.approx(0.2, abs=0.01)
-    assert figures["commands_refused"] == {} and not (frames["status"] & Flag.COMMAND_STALE).any()
+    assert np.ptp(frames["payout"] - frames["scope"]) < 1e-9 and metrics["winch"] == HAUL
+    assert metrics["scope_max_m"] - metrics["scope_min_m"] == pytest.approx(0.2, abs=0.01)
+    assert metrics["commands_refused"] == {} and not (frames["status"] & Flag.COMMAND_STALE).any()
 
 
 def test_compensation_adds_to_the_plan(hauled, recorded):
@@ -441,8 +441,8 @@ def test_compensation_adds_to_the_plan(hauled, recorded):
 
 def test_a_replay_of_a_plan_gives_the_same_numbers(hauled):
     result = offline.replay(hauled.bag, offline.override(load_scene("full_scale"), {"setpoint.algorithm": "hold"}))
-    assert result.figures["largest_difference"]["difference"] == 0.0
-    assert "winch" not in result.figures and result.figures["journal"]
+    assert result.metrics["largest_difference"]["difference"] == 0.0
+    assert "winch" not in result.metrics and result.metrics["journal"]
     assert read_tow(hauled.bag).about["winch_plan"] == HAUL
 
 
@@ -478,26 +478,26 @@ def test_a_plan_longer_than_the_run_is_said():
 def test_steps_chosen_by_their_error_are_as_good_and_counted(recorded):
     fixed, _ = recorded
     result = offline.run("full_scale", "nbp1406", duration=SECONDS, step="chosen")
-    figures, frames = result.figures, result.frames
+    metrics, frames = result.metrics, result.frames
     assert (np.diff(frames["time"]) == 100_000_000).all() and len(frames) == round(SECONDS / step_choice.EVERY)
     same = fixed.frames[np.isin(fixed.frames["time"], frames["time"])]
     assert len(same) == len(frames) and np.abs(frames["tension"] - same["tension"]).max() < 16.0
     assert np.linalg.norm(frames["body_position"] - same["body_position"], axis=1).max() < 0.01
-    assert figures["steps"] < fixed.figures["steps"] / 3 and figures["iterations"] < fixed.figures["iterations"]
-    assert figures["step_least_s"] <= figures["step_median_s"] <= figures["step_largest_s"] <= step_choice.EVERY
-    assert (figures["step_tension_error"], figures["step_position_error_m"]) == (0.005, 0.01)
-    assert figures["steps_refused"] >= 0 and figures["steps_unsolved"] >= 0 and "HALVED" not in figures["flags"]
-    assert fixed.figures["step_tension_error"] is None and fixed.figures["step_median_s"] == 0.01
+    assert metrics["steps"] < fixed.metrics["steps"] / 3 and metrics["iterations"] < fixed.metrics["iterations"]
+    assert metrics["step_least_s"] <= metrics["step_median_s"] <= metrics["step_largest_s"] <= step_choice.EVERY
+    assert (metrics["step_tension_error"], metrics["step_position_error_m"]) == (0.005, 0.01)
+    assert metrics["steps_refused"] >= 0 and metrics["steps_unsolved"] >= 0 and "HALVED" not in metrics["flags"]
+    assert fixed.metrics["step_tension_error"] is None and fixed.metrics["step_median_s"] == 0.01
 
 
 @pytest.mark.parametrize(
-    "scene, motion, law, seconds, most",
+    "scene, motion, law, seconds, maximum",
     [
         ("side_scan", {"motion": "nbp1406"}, "rigorous_sheave", 30.0, 1500),  # a ship that drifts off its mean track
         ("lowered_ctd", {"heave": (0.3, 4.0)}, "hold", 40.0, 900),  # next to the first axial mode of the tow
     ],
 )
-def test_steps_keep_what_is_promised_of_the_deviation(scene, motion, law, seconds, most):
+def test_steps_keep_what_is_promised_of_the_deviation(scene, motion, law, seconds, maximum):
     """0.5 % of the deviation, against 10 ms. Before: 10000 steps of 3 ms for the first, 1.6 % off the second."""
     chosen, fixed = (
         offline.run(load_quietly(scene), **motion, duration=seconds, algorithm=law, step=step, every=every)
@@ -508,15 +508,15 @@ def test_steps_keep_what_is_promised_of_the_deviation(scene, motion, law, second
     assert (ours["time"] == fine["time"]).all()
     assert ours["tension"].std() == pytest.approx(fine["tension"].std(), rel=0.005)
     assert np.linalg.norm(ours["body_position"] - fine["body_position"], axis=1).max() < 0.01
-    assert chosen.figures["steps"] < most and chosen.figures["steps_refused"] < 10
+    assert chosen.metrics["steps"] < maximum and chosen.metrics["steps_refused"] < 10
     assert chosen.verdict.state == "ok"
 
 
 def test_a_replay_of_chosen_steps_gives_the_same_numbers(tmp_path):
     first = offline.run("full_scale", "nbp1406", duration=2.0, step="chosen", out=tmp_path)
     again = offline.replay(first.bag)
-    assert again.figures["largest_difference"] == {"field": "", "difference": 0.0, "ticks": len(first.frames)}
-    assert again.figures["step_tension_error"] == 0.005
+    assert again.metrics["largest_difference"] == {"field": "", "difference": 0.0, "ticks": len(first.frames)}
+    assert again.metrics["step_tension_error"] == 0.005
 
 
 def test_the_scene_decides_unless_told_otherwise():
@@ -555,6 +555,6 @@ def test_a_cable_that_pushes_at_the_sheave_replays_as_it_ran(tmp_path):
     ran = offline.run("lowered_ctd", heave=(3.0, 4.0), duration=5.0, out=tmp_path)
     assert ran.frames.tension.min() < 0.0, "hauled up and let fall"
     again = offline.replay(ran.bag)
-    assert again.figures["largest_difference"]["difference"] == 0.0
+    assert again.metrics["largest_difference"]["difference"] == 0.0
     assert all(row.largest < 1e-9 for row in again.residuals)
     assert "RESIDUAL" not in {reason.flag for reason in again.verdict.reasons}

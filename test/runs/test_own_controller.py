@@ -12,7 +12,7 @@ from cable_sim_ros import ControllerError, WinchCommand, replay, run
 from cable_sim_ros.io.bag import BagReader
 from cable_sim_ros.io.recorded_tow import RecordedTow, read_tow
 from cable_sim_ros.io.resources import find_bag
-from cable_sim_ros.physics.frame import Flag
+from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.runs import sources
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
@@ -48,7 +48,7 @@ def test_it_sees_the_row_of_every_tick_from_the_start_on():
     assert times == [begin, *result.frames.time[:-1]]
     for row, frame in zip(keeper.rows[1:], result.frames):
         assert row.tobytes() == frame.tobytes(), "a copy, that is the same after the run"
-    assert result.figures["controller"] == {"period_s": 0.01, "calls": 50, "commands": 50, "limited": {}}
+    assert result.metrics["controller"] == {"period_s": 0.01, "calls": 50, "commands": 50, "limited": {}}
 
 
 def test_it_is_asked_once_a_period_and_other_ticks_go_by():
@@ -56,7 +56,7 @@ def test_it_is_asked_once_a_period_and_other_ticks_go_by():
     result = run("side_scan", duration=0.5, controller=keeper, control_period=0.2, **HEAVE)
     begin = result.frames.time[0] - S // 100
     assert [int(row.time) - begin for row in keeper.rows] == [0, S // 5, 2 * S // 5]
-    assert result.figures["controller"]["calls"] == 3
+    assert result.metrics["controller"]["calls"] == 3
 
 
 @pytest.mark.parametrize(
@@ -72,7 +72,7 @@ def test_a_replay_of_its_recording_gives_the_same_bits(given, tmp_path, bag):
     assert again.frames.tobytes() == first.frames.tobytes() and again.verdict.state == "ok"
     with BagReader(first.bag) as recorded:
         commands = [message for message in recorded if message.topic.endswith("winch/command")]
-    assert len(commands) == first.figures["controller"]["commands"]
+    assert len(commands) == first.metrics["controller"]["commands"]
 
 
 def test_its_command_is_taken_by_the_tick_that_follows():
@@ -93,7 +93,7 @@ def test_without_an_answer_the_command_before_goes_on_and_runs_out():
     result = run("side_scan", duration=1.0, controller=lambda row: answers.pop() if answers else None)
     stale = (result.frames.status & Flag.COMMAND_STALE) != 0
     assert not stale[:49].any() and stale[52:].all(), "winch.command_timeout is 0.5 s"
-    assert result.figures["controller"]["commands"] == 1 and result.figures["controller"]["calls"] == 100
+    assert result.metrics["controller"]["commands"] == 1 and result.metrics["controller"]["calls"] == 100
 
 
 def test_a_command_may_count_later_in_its_period():
@@ -107,7 +107,7 @@ def test_a_command_may_count_later_in_its_period():
 
 def test_what_asks_for_too_much_is_limited_and_counted():
     result = run("side_scan", duration=0.1, controller=lambda row: WinchCommand(rate=99.0))
-    assert result.figures["controller"]["limited"] == {"rate": 10}
+    assert result.metrics["controller"]["limited"] == {"rate": 10}
 
 
 def test_the_commands_of_the_bag_are_left_out(tmp_path):
@@ -131,7 +131,7 @@ def test_it_takes_the_place_of_a_saved_plan(tmp_path):
     under = run(None, duration=0.2, controller=keeper, resumed=path, **HEAVE)
     assert int(keeper.rows[0].time) == under.frames.time[0], "of the motion's clock, not of the state's"
     held = run(None, duration=0.5, controller=lambda row: None, resumed=path)
-    assert held.frames.payout_rate[-1] == pytest.approx(0.0, abs=0.01) and "winch" not in held.figures
+    assert held.frames.payout_rate[-1] == pytest.approx(0.0, abs=0.01) and "winch" not in held.metrics
 
 
 def test_after_a_jump_of_the_clock_it_is_asked_a_tick_later(bag):
@@ -141,7 +141,7 @@ def test_after_a_jump_of_the_clock_it_is_asked_a_tick_later(bag):
         bag[k] = bag[k]._replace(time=bag[k].time + 40 * S, data=bytes(data))
     keeper = Keeper()
     result = run("side_scan", "nbp1406", controller=keeper)
-    assert result.figures["clock_jumps"] == 1
+    assert result.metrics["clock_jumps"] == 1
     asked, (at,) = {int(row.time) for row in keeper.rows}, np.flatnonzero(np.diff(result.frames.time) > S)
     assert set(result.frames.time[:-1].tolist()) - asked == {int(result.frames.time[at])}, "no row of the other clock"
     assert all(int(row.time) in {*result.frames.time.tolist(), keeper.rows[0].time} for row in keeper.rows)
@@ -182,7 +182,7 @@ def test_a_fault_ends_the_run_and_says_so(fault):
         run("side_scan", duration=0.5, controller=lambda row: fails(row) if row.tick >= 20 else None)
     result = caught.value.run
     assert len(result.frames) == 20 and result.verdict.state == "failed"
-    assert result.problem == result.figures["problem"] == str(caught.value)
+    assert result.problem == result.metrics["problem"] == str(caught.value)
 
 
 def test_what_was_recorded_before_a_fault_stays_and_is_replayed(tmp_path):
@@ -193,8 +193,8 @@ def test_what_was_recorded_before_a_fault_stays_and_is_replayed(tmp_path):
         run("side_scan", duration=0.5, controller=controller, out=tmp_path, save=tmp_path / "state.npz")
     result = caught.value.run
     assert not (tmp_path / "state.npz").exists() and "its state was not saved" in result.problem
-    told = json.loads((tmp_path / "summary.json").read_text("utf-8"))
-    assert str(caught.value) in told["problem"] and told["verdict"]["state"] == "failed"
+    report = json.loads((tmp_path / "summary.json").read_text("utf-8"))
+    assert str(caught.value) in report["problem"] and report["verdict"]["state"] == "failed"
     again = replay(result.bag)
     assert again.frames.tobytes() == result.frames.tobytes() and again.verdict.state == "ok"
 

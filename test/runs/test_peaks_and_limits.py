@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.io.load import load_scene, override
-from cable_sim_ros.physics.frame import FRAME, Flag
+from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.runs import offline, verdict
 from cable_sim_ros.runs.summary import summarize
 from cable_sim_ros.sim.inputs import WinchCommand
@@ -25,7 +25,7 @@ def scene(**keys):
 
 @pytest.fixture(scope="module")
 def stopped():
-    """Hauled in at 1 m/s from 2.03 s on and stopped: Frames of 0.1 s, steps chosen; and every 10 ms."""
+    """Hauled in at 1 m/s from 2.03 s on and stopped: tick outputs of 0.1 s, steps chosen; and every 10 ms."""
     plan = "0 hold, 2.03 rate -1.0, 3.03 hold"
     coarse = offline.run(scene(), winch=plan, duration=4.0, step="chosen")
     return coarse, offline.run(scene(), winch=plan, duration=4.0, step="fixed")
@@ -42,7 +42,7 @@ def test_the_peaks_of_every_step_are_kept(stopped):
 
 
 def test_the_largest_tension_of_a_run_falls_in_its_tick(stopped):
-    coarse, fine = stopped[0].figures, stopped[1].figures
+    coarse, fine = stopped[0].metrics, stopped[1].metrics
     ends = summarize_ends(stopped[0].frames)
     for name in ("tension_max_n", "tension_min_n"):
         assert coarse[name] == pytest.approx(fine[name], rel=0.015)
@@ -61,20 +61,20 @@ def summarize_ends(frames):
     for name in ("tension_tick_min", "tension_tick_max", "contact_resultant_tick_max", "tension_damped"):
         old[name] = np.nan
     old["winch_power_tick_max"] = old["rate_limited"] = np.nan
-    figures = summarize(old.view(np.recarray))
-    assert figures["tension_damped_n"] is None and figures["winch_power_max_w"] is None
-    assert figures["winch_rate_limited_share"] is None and figures["contact_resultant_max_n"] > 0.0
-    return {name: figures[name] for name in ("tension_max_n", "tension_min_n")}
+    metrics = summarize(old.view(np.recarray))
+    assert metrics["tension_damped_n"] is None and metrics["winch_power_max_w"] is None
+    assert metrics["winch_rate_limited_share"] is None and metrics["contact_resultant_max_n"] > 0.0
+    return {name: metrics[name] for name in ("tension_max_n", "tension_min_n")}
 
 
 def test_pull_and_power_of_the_winch(stopped):
-    frames, figures = stopped[1].frames, stopped[1].figures
+    frames, metrics = stopped[1].frames, stopped[1].metrics
     power = -frames.tension_drum * frames.payout_rate
-    assert figures["winch_power_max_w"] == pytest.approx(power.max(), rel=1e-12)
-    assert figures["winch_power_min_w"] == pytest.approx(power.min(), rel=1e-12, abs=1e-9)
-    assert figures["winch_pull_max_n"] == frames.tension_drum.max()
-    assert figures["winch_rate_max_m_s"] >= abs(frames.payout_rate).max() > 0.99
-    assert figures["winch_acceleration_max_m_s2"] >= abs(frames.payout_acceleration).max()
+    assert metrics["winch_power_max_w"] == pytest.approx(power.max(), rel=1e-12)
+    assert metrics["winch_power_min_w"] == pytest.approx(power.min(), rel=1e-12, abs=1e-9)
+    assert metrics["winch_pull_max_n"] == frames.tension_drum.max()
+    assert metrics["winch_rate_max_m_s"] >= abs(frames.payout_rate).max() > 0.99
+    assert metrics["winch_acceleration_max_m_s2"] >= abs(frames.payout_acceleration).max()
 
 
 # ---- ringing that the steps damp
@@ -95,11 +95,11 @@ def test_steps_that_damp_what_rings_are_said(ringing):
     text = coarse.verdict.reasons[0].text
     assert "by steps of 0.01 s. Steps of 0.00" in text
     assert fine.verdict.state == "ok", "the step that it names will do"
-    assert fine.figures["tension_std_n"] > 1.2 * coarse.figures["tension_std_n"]
+    assert fine.metrics["tension_std_n"] > 1.2 * coarse.metrics["tension_std_n"]
 
 
 def test_the_size_of_what_is_missing_is_of_the_right_size(ringing):
-    coarse, fine = (run.figures for run in ringing)
+    coarse, fine = (run.metrics for run in ringing)
     missing = np.sqrt(fine["tension_std_n"] ** 2 - coarse["tension_std_n"] ** 2)
     assert 0.5 * missing < coarse["tension_damped_n"] < 2.0 * missing
     assert fine["tension_damped_n"] < 0.2 * fine["tension_std_n"]
@@ -114,8 +114,8 @@ def test_a_deviation_that_misses_ringing_is_said_without_a_flag():
 
 
 def stand_in(mean, deviation, damped):
-    """Frames of 60 s with a sine of the tension."""
-    frames = np.zeros(6000, FRAME).view(np.recarray)
+    """Tick outputs of 60 s with a sine of the tension."""
+    frames = np.zeros(6000, TICK_OUTPUT).view(np.recarray)
     frames.time = np.arange(1, 6001) * 10_000_000
     frames.tension = mean + np.sqrt(2.0) * deviation * np.sin(2.0 * np.pi * np.arange(6000) / 1000.0)
     frames.tension_most, frames.tension_damped, frames.substeps = frames.tension, damped, 1
@@ -133,14 +133,14 @@ def saturated():
 
 
 def test_a_compensation_at_the_limits_of_its_winch_is_said(saturated):
-    figures, frames = saturated.figures, saturated.frames
+    metrics, frames = saturated.metrics, saturated.frames
     at_rate = float(np.mean(abs(frames.payout_rate) >= 0.4 - 1e-9))
     hardest = float(np.mean(abs(frames.payout_acceleration) >= 0.6 - 1e-9))
-    assert figures["winch_rate_limited_share"] == pytest.approx(at_rate, abs=0.02) and at_rate > 0.1
-    assert figures["winch_acceleration_limited_share"] == pytest.approx(hardest, abs=0.05) and hardest > 0.1
-    assert (figures["winch_rate_max_m_s"], figures["winch_acceleration_max_m_s2"]) == (0.4, 0.6)
+    assert metrics["winch_rate_limited_share"] == pytest.approx(at_rate, abs=0.02) and at_rate > 0.1
+    assert metrics["winch_acceleration_limited_share"] == pytest.approx(hardest, abs=0.05) and hardest > 0.1
+    assert (metrics["winch_rate_max_m_s"], metrics["winch_acceleration_max_m_s2"]) == (0.4, 0.6)
     reason = next(reason for reason in saturated.verdict.reasons if reason.flag == "WINCH_SATURATED")
-    assert f"winch.max_rate held it {100.0 * figures['winch_rate_limited_share']:.3g} % of the run" in reason.text
+    assert f"winch.max_rate held it {100.0 * metrics['winch_rate_limited_share']:.3g} % of the run" in reason.text
     behind = abs(frames.payout_setpoint - frames.payout).max()
     assert f"up to {behind:.3g} m behind" in reason.text and saturated.verdict.code == 4
     assert "WINCH_SATURATED" not in [reason.flag for reason in verdict.judge(frames, scene()).reasons], "hold"

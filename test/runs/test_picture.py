@@ -12,7 +12,7 @@ from synthetic import make_contact, make_frames, make_shape
 
 from cable_sim_ros.io.bag import BagError
 from cable_sim_ros.io.recorded_run import RecordedRun
-from cable_sim_ros.physics.frame import CONTACT_COLUMNS
+from cable_sim_ros.physics.tick_output import CONTACT_COLUMNS
 from cable_sim_ros.plots import haul
 from cable_sim_ros.plots.run import STYLE, caption, compose, contact_bands, draw_run
 

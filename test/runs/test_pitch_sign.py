@@ -6,16 +6,16 @@ import pytest
 from cable_sim_ros.io.bag_motion import read_motion
 from cable_sim_ros.io.messages import decode_odometry
 from cable_sim_ros.io.resources import find_bag
-from cable_sim_ros.physics.frame import FRAME
+from cable_sim_ros.physics.tick_output import TICK_OUTPUT
 from cable_sim_ros.runs import pitch_sign
 
 
 @pytest.fixture(scope="module", params=["nbp1406", "lmg1903"])
 def frames(request):
-    """Ten Frames a second of a recorded ship, a minute of them."""
+    """Ten tick outputs a second of a recorded ship, a minute of them."""
     data = [message for _, kind, message in read_motion(find_bag(request.param)) if kind == "odometry"][1000:4000:5]
     poses = [decode_odometry(message) for message in data]
-    found = np.zeros(len(poses), FRAME).view(np.recarray)
+    found = np.zeros(len(poses), TICK_OUTPUT).view(np.recarray)
     found["time"] = [pose.stamp for pose in poses]
     angles = np.array([pose.angles for pose in poses])
     found["ship_quaternion"] = quaternions(angles)
@@ -43,7 +43,7 @@ def test_a_pitch_of_the_other_sign_is_doubted(frames):
     other["ship_quaternion"] = quaternions(angles * (1.0, -1.0, 1.0))
     (reason,) = pitch_sign.look(other)
     assert reason.flag == "PITCH_SIGN" and "Pitch is positive bow down here" in reason.text
-    assert "body_depth_m" in reason.figures
+    assert "body_depth_m" in reason.metrics
 
 
 def test_without_pitch_surge_or_time_nothing_is_said(frames):

@@ -60,11 +60,11 @@ def test_two_parts_are_the_whole(case, short, tmp_path):
     given, path = CASES[case], tmp_path / "tow.npz"
     whole = offline.run("side_scan", duration=1.2, **given)
     first = offline.run("side_scan", duration=0.7, save=path, **given)
-    assert first.figures["saved"] == str(path)
+    assert first.metrics["saved"] == str(path)
     rest = {key: value for key, value in given.items() if key != "step"}
     second = offline.run(None, duration=0.5, resumed=path, **rest)
     assert len(second.frames) and first.frames.tobytes() + second.frames.tobytes() == whole.frames.tobytes()
-    resumed = second.figures["resumed"]
+    resumed = second.metrics["resumed"]
     assert resumed["motion"] == "goes on" and resumed["time_s"] == pytest.approx(first.frames.time[-1] * 1e-9)
 
 
@@ -73,7 +73,7 @@ def test_a_plan_goes_on_and_another_takes_its_place(saved):
     first, path = saved
     second = offline.run(None, heave=(0.5, 8.0), duration=0.5, resumed=path)
     assert first.frames.tobytes() + second.frames.tobytes() == whole.frames.tobytes()
-    assert second.figures["winch"] == first.figures["winch"]
+    assert second.metrics["winch"] == first.metrics["winch"]
     held = offline.run(None, heave=(0.5, 8.0), duration=1.0, resumed=path, winch="0 hold")
     assert abs(held.frames["payout_rate"][-1]) < 0.01 < abs(second.frames["payout_rate"][-1])
 
@@ -94,13 +94,13 @@ def test_another_motion_takes_the_tow_up_at_its_beginning(saved):
         SceneWarning, match=r"tow.npz: was not saved under heave 0.3 m, 6 s: the tow as it hangs is taken"
     ):
         second = offline.run(None, heave=(0.3, 6.0), duration=0.5, resumed=path)
-    assert second.figures["resumed"]["motion"] == "taken up anew" and "winch" not in second.figures
+    assert second.metrics["resumed"]["motion"] == "taken up anew" and "winch" not in second.metrics
     assert second.frames["time"][0] == 10**9 + 10_000_000, "at the beginning of its own motion"
     assert second.frames["payout"][0] == pytest.approx(first.frames["payout"][-1], abs=0.01)
     assert np.ptp(second.frames["payout"]) < 0.05, "the winch holds"
     still = offline.run(None, duration=0.2, resumed=path)
     assert still.frames["time"][0] == first.frames["time"][-1] + 10_000_000
-    assert still.figures["resumed"]["motion"] == "taken up anew"
+    assert still.metrics["resumed"]["motion"] == "taken up anew"
 
 
 def test_a_motion_of_another_heading_is_refused(saved, monkeypatch):
@@ -124,7 +124,7 @@ def test_another_scene_is_refused_with_what_differs(saved):
     with pytest.raises(SaveError, match=r"solver.tick is 0.01 s in the file, 0.02 s here; nothing was loaded"):
         offline.run("side_scan", heave=(0.5, 8.0), resumed=path, every=0.02)
     held = offline.run("side_scan", heave=(0.5, 8.0), duration=0.1, resumed=path, algorithm="simplified_sheave")
-    assert held.figures["setpoint"] == "simplified_sheave", "the algorithm may be another, as in a run"
+    assert held.metrics["setpoint"] == "simplified_sheave", "the algorithm may be another, as in a run"
 
 
 def test_a_file_of_something_else_needs_a_motion(saved, tmp_path):
@@ -135,7 +135,7 @@ def test_a_file_of_something_else_needs_a_motion(saved, tmp_path):
         "own.npz: was not saved by a run, so it does not say under which motion to go on; nothing was simulated. Give"
     )
     with pytest.raises(MotionError, match=text):
-        Resumed(tmp_path / "own.npz").told()
+        Resumed(tmp_path / "own.npz").report()
     assert len(offline.run(None, heave=(0.3, 6.0), duration=0.1, resumed=tmp_path / "own.npz").frames) == 10
     with pytest.raises(TypeError, match="needs a scene, or a saved state"):
         offline.run(None)
@@ -157,7 +157,7 @@ def test_damaged_notes_are_refused(saved, tmp_path, change):
     path = with_notes(saved[1], tmp_path / "tow.npz", lambda notes: change(notes["run"]))
     with pytest.raises(SaveError, match="tow.npz: is damaged .its notes of the run do not fit, .*; nothing was loaded"):
         resumed = Resumed(path)
-        resumed.told()
+        resumed.report()
         offline.run(None, heave=(0.5, 8.0), duration=0.1, resumed=resumed)
 
 
@@ -173,7 +173,7 @@ def test_nothing_is_saved_where_that_cannot_be_or_the_run_gave_up(saved, tmp_pat
     )
     result = offline.run("side_scan", duration=0.1, save=tmp_path / "x")
     assert result.problem == f"the solver gave up; its state was not saved to {tmp_path / 'x'}"
-    assert not (tmp_path / "x").exists() and result.figures["problem"] == result.problem
+    assert not (tmp_path / "x").exists() and result.metrics["problem"] == result.problem
 
 
 def test_a_recorded_part_is_replayed(saved, tmp_path):
@@ -181,4 +181,4 @@ def test_a_recorded_part_is_replayed(saved, tmp_path):
     (segment,) = read_journal(read_tow(result.bag).journal).segments
     assert segment.start.cause == "restore"
     again = offline.replay(result.bag)
-    assert again.frames.tobytes() == result.frames.tobytes() and again.figures["replay_faults"] == []
+    assert again.frames.tobytes() == result.frames.tobytes() and again.metrics["replay_faults"] == []

@@ -37,15 +37,15 @@ def test_a_table_of_a_real_sensor_tows_as_the_exact_one(tmp_path):
         offline.run("side_scan", motion(tmp_path / f"{name}.csv", name == "rounded"), duration=SECONDS, step="chosen")
         for name in ("exact", "rounded")
     )
-    assert rounded.figures["tension_std_n"] == pytest.approx(exact.figures["tension_std_n"], rel=0.05)
+    assert rounded.metrics["tension_std_n"] == pytest.approx(exact.metrics["tension_std_n"], rel=0.05)
     seen = wave(rounded.frames) / wave(exact.frames)
     assert abs(seen) == pytest.approx(1.0, abs=0.05) and abs(np.degrees(np.angle(seen))) < 1.0
-    told = {row["column"]: row["resolution"] for row in rounded.figures["motion_rounded"]}
-    assert told == pytest.approx({name: 10.0**-digits for name, digits in DIGITS.items()})
-    assert sum("smoothed within its rounding" in note for note in rounded.figures["notices"]) == 6
+    report = {row["column"]: row["resolution"] for row in rounded.metrics["motion_rounded"]}
+    assert report == pytest.approx({name: 10.0**-digits for name, digits in DIGITS.items()})
+    assert sum("smoothed within its rounding" in note for note in rounded.metrics["notices"]) == 6
     # the made-up pitch goes against the surge, rounded or not; nothing else is doubted
     assert [[reason.flag for reason in run.verdict.reasons] for run in (rounded, exact)] == [["PITCH_SIGN"]] * 2
-    assert "motion_rounded" not in exact.figures
+    assert "motion_rounded" not in exact.metrics
 
 
 def test_motion_below_its_resolution_makes_the_run_doubtful(tmp_path):

@@ -39,7 +39,7 @@ def test_what_is_left_out(changes, what, still, moved):
 def test_a_sea_that_still_grows_makes_the_figures_doubtful():
     slow = scene(**WAVES, water__ramp=100.0)
     (reason,) = still_growing(slow, {"skip_s": 50.0, "duration_s": 99.99})
-    assert reason.flag == "SEA_GROWING" and "tension_std_n" in reason.figures
+    assert reason.flag == "SEA_GROWING" and "tension_std_n" in reason.metrics
     assert reason.text == (
         "waves grow from the static start over water.ramp = 100 s, but of a run of 100 s the figures leave out no "
         "more than half, 50 s, after which the growth is at 50 %: they are not those of the grown sea. Simulate 200 s "
@@ -47,18 +47,18 @@ def test_a_sea_that_still_grows_makes_the_figures_doubtful():
     )
     assert not still_growing(slow, {"skip_s": 99.995, "duration_s": 199.99})
     assert not still_growing(scene(water__ramp=100.0), {"skip_s": 0.0, "duration_s": 4.99})
-    assert not still_growing(slow, {})  # a run without Frames
+    assert not still_growing(slow, {})  # a run without tick outputs
 
 
 def test_json_and_picture_leave_out_the_same(tmp_path):
     result = offline.run(scene(**WAVES, water__ramp=2.0), duration=5.0, out=tmp_path)
-    assert result.figures["skip_s"] == 2.0 and result.verdict.state == "ok"
+    assert result.metrics["skip_s"] == 2.0 and result.verdict.state == "ok"
     assert report.pictures_of(result, tmp_path)
     kept = result.frames[result.frames.time - result.frames.time[0] >= 2e9]
-    assert result.figures["tension_std_n"] == pytest.approx(kept.tension.std())
-    caption = picture.caption(load_run(result.bag), result.figures["skip_s"]).replace("\u00a0", " ")
+    assert result.metrics["tension_std_n"] == pytest.approx(kept.tension.std())
+    caption = picture.caption(load_run(result.bag), result.metrics["skip_s"]).replace("\u00a0", " ")
     assert "the first 2 s (grey) left out" in caption
-    assert f"{result.figures['tension_std_n'] / 1e3:.3f} kN std" in caption
+    assert f"{result.metrics['tension_std_n'] / 1e3:.3f} kN std" in caption
 
 
 def test_pictures_get_the_start_up_of_the_figures(tmp_path, monkeypatch):
@@ -66,7 +66,7 @@ def test_pictures_get_the_start_up_of_the_figures(tmp_path, monkeypatch):
     given = []
     monkeypatch.setattr(picture, "draw_run", lambda run, out, **more: given.append(more["skip_s"]))
     report.pictures_of(result, tmp_path)
-    assert given == [result.figures["skip_s"]] == [0.0]
+    assert given == [result.metrics["skip_s"]] == [0.0]
     assert "left out" not in picture.caption(load_run(result.bag), 0.0)
 
 
@@ -75,8 +75,8 @@ def test_a_short_run_in_waves_is_doubtful_and_without_them_static(tmp_path):
     waves, still = offline.run(scene(**WAVES), out=tmp_path), offline.run(scene())
     assert [reason.flag for reason in waves.verdict.reasons] == ["SEA_GROWING"] and waves.verdict.code == 4
     assert json.loads((tmp_path / "summary.json").read_text("utf-8"))["verdict"]["state"] == "doubtful"
-    assert waves.figures["tension_std_n"] > 100.0 * still.figures["tension_std_n"]
-    assert still.verdict.state == "ok" and still.figures["skip_s"] == 0.0
+    assert waves.metrics["tension_std_n"] > 100.0 * still.metrics["tension_std_n"]
+    assert still.verdict.state == "ok" and still.metrics["skip_s"] == 0.0
 
 
 def test_the_pages_say_what_a_run_without_motion_is_in_waves():

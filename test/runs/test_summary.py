@@ -15,7 +15,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
 from synthetic import DEPTH, HEAVE, TENSION, make_frames, write_run
 
 from cable_sim_ros.io.recorded_run import load_run
-from cable_sim_ros.physics.frame import Flag
+from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.runs.summary import (
     OUTSIDE,
     SUMMARY,
@@ -34,20 +34,20 @@ def run(seconds=60.0, tick_s=0.1):
 
 
 def test_figures_of_a_sine():
-    figures = summarize(run(60.0))  # 20 s to 60 s: four whole waves
-    assert figures["tension_mean_n"] == pytest.approx(TENSION, abs=0.01)
-    assert figures["tension_std_n"] == pytest.approx(1500 / math.sqrt(2), rel=1e-6)
-    assert figures["tension_max_n"] == pytest.approx(TENSION + 1500, rel=1e-3)
-    assert figures["tension_min_n"] == pytest.approx(TENSION - 1500, rel=1e-3)
-    assert figures["body_depth_m"] == pytest.approx(DEPTH, abs=1e-9)
-    assert figures["body_depth_std_m"] == pytest.approx(0.4 * HEAVE / math.sqrt(2))
-    assert figures["sheave_heave_std_m"] == pytest.approx(HEAVE / math.sqrt(2))
-    assert figures["body_position_m"] == pytest.approx([-320, 0, -DEPTH], abs=1e-9)
-    assert figures["contact_resultant_mean_n"] == pytest.approx(1.2 * TENSION)
-    assert figures["wrap_angle_mean_deg"] == pytest.approx(math.degrees(0.9))
-    assert (figures["steps"], figures["iterations"]) == (600, 1800)
-    assert (figures["duration_s"], figures["skip_s"]) == (pytest.approx(59.9), 20.0)
-    assert figures["ellipsoid_volume_m3"] == 0.0  # the made-up towbody only heaves
+    metrics = summarize(run(60.0))  # 20 s to 60 s: four whole waves
+    assert metrics["tension_mean_n"] == pytest.approx(TENSION, abs=0.01)
+    assert metrics["tension_std_n"] == pytest.approx(1500 / math.sqrt(2), rel=1e-6)
+    assert metrics["tension_max_n"] == pytest.approx(TENSION + 1500, rel=1e-3)
+    assert metrics["tension_min_n"] == pytest.approx(TENSION - 1500, rel=1e-3)
+    assert metrics["body_depth_m"] == pytest.approx(DEPTH, abs=1e-9)
+    assert metrics["body_depth_std_m"] == pytest.approx(0.4 * HEAVE / math.sqrt(2))
+    assert metrics["sheave_heave_std_m"] == pytest.approx(HEAVE / math.sqrt(2))
+    assert metrics["body_position_m"] == pytest.approx([-320, 0, -DEPTH], abs=1e-9)
+    assert metrics["contact_resultant_mean_n"] == pytest.approx(1.2 * TENSION)
+    assert metrics["wrap_angle_mean_deg"] == pytest.approx(math.degrees(0.9))
+    assert (metrics["steps"], metrics["iterations"]) == (600, 1800)
+    assert (metrics["duration_s"], metrics["skip_s"]) == (pytest.approx(59.9), 20.0)
+    assert metrics["ellipsoid_volume_m3"] == 0.0  # the made-up towbody only heaves
 
 
 def test_skipped_start_does_not_count_but_its_flags_do():
@@ -55,9 +55,9 @@ def test_skipped_start_does_not_count_but_its_flags_do():
     frames["tension"][:100] = 1e6
     frames["status"][3:5] = Flag.HALVED | Flag.MOTION_BLENDING
     frames["status"][-1] = Flag.HALVED
-    figures = summarize(frames, skip_s=10.0)
-    assert figures["tension_max_n"] < 11e3
-    assert figures["flags"] == {"HALVED": 3, "MOTION_BLENDING": 2}
+    metrics = summarize(frames, skip_s=10.0)
+    assert metrics["tension_max_n"] < 11e3
+    assert metrics["flags"] == {"HALVED": 3, "MOTION_BLENDING": 2}
     assert summarize(frames, skip_s=9.8)["tension_max_n"] == 1e6
 
 
@@ -66,12 +66,12 @@ def test_extremes_of_a_haul_are_those_of_the_whole_run():
     frames["payout"] = np.linspace(400.0, 100.0, len(frames))
     frames["body_position"][5, 2] = -500.0
     frames["status"][7:17] = Flag.DRUM_END
-    figures = summarize(frames)
-    assert (figures["payout_min_m"], figures["payout_max_m"]) == (100.0, 400.0)
-    assert figures["body_depth_max_m"] == 500.0 and figures["body_depth_min_m"] == pytest.approx(DEPTH - 0.6, abs=1e-3)
-    assert figures["layback_max_m"] == frames["layback"].max() and figures["scope_min_m"] == frames["scope"].min()
-    assert figures["cable_on_drum_max_m"] == frames["cable_on_drum"].max()
-    assert figures["drum_end_s"] == pytest.approx(1.0)
+    metrics = summarize(frames)
+    assert (metrics["payout_min_m"], metrics["payout_max_m"]) == (100.0, 400.0)
+    assert metrics["body_depth_max_m"] == 500.0 and metrics["body_depth_min_m"] == pytest.approx(DEPTH - 0.6, abs=1e-3)
+    assert metrics["layback_max_m"] == frames["layback"].max() and metrics["scope_min_m"] == frames["scope"].min()
+    assert metrics["cable_on_drum_max_m"] == frames["cable_on_drum"].max()
+    assert metrics["drum_end_s"] == pytest.approx(1.0)
 
 
 def test_a_haul_is_not_summed_up_as_a_tow_at_one_place():
@@ -81,20 +81,20 @@ def test_a_haul_is_not_summed_up_as_a_tow_at_one_place():
     time = (frames["time"] - frames["time"][0]) * 1e-9
     frames["scope"] = np.interp(time, [10.0, 50.0], [300.0, 200.0])
     frames["body_position"][:, 2] = -frames["scope"] / 3.0
-    figures = summarize(frames)
-    assert {name for name, value in figures.items() if value is None} - set(OUTSIDE) == {
+    metrics = summarize(frames)
+    assert {name for name, value in metrics.items() if value is None} - set(OUTSIDE) == {
         "tension_std_n",
         "body_depth_std_m",
         "body_position_m",
         "ellipsoid_volume_m3",
         "ellipsoid_volume_points_m3",
     }
-    assert (figures["scope_start_m"], figures["scope_end_m"], figures["body_depth_end_m"]) == (
+    assert (metrics["scope_start_m"], metrics["scope_end_m"], metrics["body_depth_end_m"]) == (
         300.0,
         200.0,
         200.0 / 3.0,
     )
-    assert 50.0 < figures["hauled_m"] < 100.0
+    assert 50.0 < metrics["hauled_m"] < 100.0
     frames["scope"] = 300.0 + 3.0 * np.sin(2.0 * np.pi * time / 10.0)
     heaved = summarize(frames)
     assert heaved["hauled_m"] < 0.1 and heaved["tension_std_n"] > 0.0
@@ -109,21 +109,21 @@ def test_round_off_is_no_deviation():
 def test_a_length_that_an_older_recording_lacks_is_unknown():
     frames = run(60.0)
     frames["scope"] = np.nan
-    figures = summarize(frames)
-    assert figures["scope_min_m"] is None and figures["scope_max_m"] is None and figures["payout_min_m"] is not None
+    metrics = summarize(frames)
+    assert metrics["scope_min_m"] is None and metrics["scope_max_m"] is None and metrics["payout_min_m"] is not None
 
 
 def test_short_run_keeps_its_second_half():
-    figures = summarize(run(10.1), skip_s=20.0)
-    assert figures["skip_s"] == pytest.approx(5.0)
+    metrics = summarize(run(10.1), skip_s=20.0)
+    assert metrics["skip_s"] == pytest.approx(5.0)
     assert summarize(run(0.1))["tension_std_n"] == 0.0  # one frame
 
 
 def test_figures_are_the_declared_ones_and_plain_json():
-    figures = summarize(run(), missed_ticks=2, latency_p99_ms=3.5)
-    assert list(figures) == [name for name, *_ in SUMMARY]
-    again = json.loads(json.dumps(figures, allow_nan=False))
-    assert again == figures
+    metrics = summarize(run(), missed_ticks=2, latency_p99_ms=3.5)
+    assert list(metrics) == [name for name, *_ in SUMMARY]
+    again = json.loads(json.dumps(metrics, allow_nan=False))
+    assert again == metrics
     assert (again["missed_ticks"], again["latency_p99_ms"], again["realtime_factor"]) == (2, 3.5, None)
 
 
@@ -198,12 +198,12 @@ def test_summary_of_a_bag_is_that_of_its_frames(tmp_path):
 
 
 def test_printed_table_and_markdown_have_every_known_figure():
-    figures = summarize(run(), missed_ticks=0)
+    metrics = summarize(run(), missed_ticks=0)
     console = Console(width=200, record=True, file=open("/dev/null", "w"))
-    console.print(summary_table(figures, "a run"))
+    console.print(summary_table(metrics, "a run"))
     text, markdown = console.export_text(), summary_markdown()
     for name, unit, meaning in SUMMARY:
-        assert (name in text) == (figures[name] is not None)
+        assert (name in text) == (metrics[name] is not None)
         assert f"| `{name}` | {'' if unit == '1' else unit} | {meaning} |" in markdown
     assert "9000" in text and "-320  " in text and "none" in text
     assert set(OUTSIDE) <= {name for name, *_ in SUMMARY}

@@ -7,7 +7,7 @@ import pytest
 
 from cable_sim_ros.io.load import load_scene, override
 from cable_sim_ros.io.recorded_tow import Residual
-from cable_sim_ros.physics.frame import FRAME, Flag
+from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.runs import verdict
 from cable_sim_ros.runs.step_choice import doubts_of_steps
 from cable_sim_ros.runs.summary import SUMMARY
@@ -22,8 +22,8 @@ SHIPPED = load_scene("full_scale")
 
 
 def frames_of(seconds=60.0, tension=2000.0, **flagged):
-    """Frames of a run; flagged: seconds of each flag, from the begin on."""
-    frames = np.zeros(round(seconds / TICK), FRAME).view(np.recarray)
+    """Tick outputs of a run; flagged: seconds of each flag, from the begin on."""
+    frames = np.zeros(round(seconds / TICK), TICK_OUTPUT).view(np.recarray)
     frames.time = np.arange(1, len(frames) + 1) * round(TICK * 1e9)
     frames.tension = frames.tension_most = tension
     for name, lasting in flagged.items():
@@ -38,9 +38,9 @@ def flags_of(found):
 def test_every_flag_has_a_rule_and_every_figure_exists():
     names = [rule.flag for rule in RULES]
     assert set(names) >= {flag.name for flag in Flag if flag} | RESERVED and len(names) == len(set(names))
-    figures = {name for name, *_ in SUMMARY}
-    assert {name for rule in RULES for name in rule.figures} <= figures
-    assert {name for _, _, concerned, _ in CHECKS for name in concerned} <= figures
+    metrics = {name for name, *_ in SUMMARY}
+    assert {name for rule in RULES for name in rule.metrics} <= metrics
+    assert {name for _, _, concerned, _ in CHECKS for name in concerned} <= metrics
     assert not set(names) & {name for name, *_ in CHECKS}
 
 
@@ -63,7 +63,7 @@ def steps(taken, refused, unsolved=0, error=0.005):
 def test_a_choice_of_the_step_that_never_rests_is_doubtful():
     """As it was with a set-point that jumped: one step in eleven refused."""
     (reason,) = doubts_of_steps(steps(21806, 2039))
-    assert reason.flag == "STEP_CONTROL" and "tension_max_n" in reason.figures
+    assert reason.flag == "STEP_CONTROL" and "tension_max_n" in reason.metrics
     assert "2039 of 23845 steps tried were taken back, 8.6 % (limit 5 %): 2039 for their error" in reason.text
     assert "median 3.12 ms, shortest 0.78 ms" in reason.text and "--step fixed" in reason.text
     found = verdict.judge(frames_of(), SHIPPED, [reason])
@@ -81,7 +81,7 @@ def test_a_run_without_flags_is_ok():
 
 @pytest.mark.parametrize("rule", [rule for rule in RULES if rule.flag in Flag.__members__], ids=lambda rule: rule.flag)
 def test_a_flag_counts_from_its_bound_on(rule):
-    bound = max(rule.seconds, 60.0 * rule.share)
+    bound = max(rule.seconds, 60.0 * rule.fraction)
     below = verdict.judge(frames_of(**{rule.flag: bound}), SHIPPED)
     above = verdict.judge(frames_of(**{rule.flag: bound + TICK}), SHIPPED)
     assert below.state == OK
@@ -89,15 +89,15 @@ def test_a_flag_counts_from_its_bound_on(rule):
         assert verdict.judge(frames_of(**{rule.flag: 60.0}), SHIPPED).state == OK
         return
     assert above.state == rule.state and flags_of(above) == [rule.flag]
-    assert above.reasons[0].seconds == pytest.approx(bound + TICK) and above.reasons[0].figures == rule.figures
-    assert above.reasons[0].share == pytest.approx((bound + TICK) / 60.0)
+    assert above.reasons[0].seconds == pytest.approx(bound + TICK) and above.reasons[0].metrics == rule.metrics
+    assert above.reasons[0].fraction == pytest.approx((bound + TICK) / 60.0)
     assert above.code == {DOUBTFUL: 4, FAILED: 1}[rule.state]
 
 
 def test_a_share_bears_more_of_a_longer_run():
     stale = next(rule for rule in RULES if rule.flag == "MOTION_STALE")
     assert verdict.judge(frames_of(60.0, MOTION_STALE=3.0)).state == DOUBTFUL
-    assert verdict.judge(frames_of(3.0 / stale.share + 1.0, MOTION_STALE=3.0)).state == OK
+    assert verdict.judge(frames_of(3.0 / stale.fraction + 1.0, MOTION_STALE=3.0)).state == OK
 
 
 def test_a_cable_beside_its_sheave():
@@ -140,7 +140,7 @@ def test_a_push_is_said_with_its_number():
 def test_tension_that_no_cable_carries():
     """102 kN on 10 mm of cable, 1.5 %."""
     found = verdict.judge(frames_of(tension=102e3), SHIPPED)
-    assert flags_of(found) == ["OVERLOAD"] and found.code == 4 and found.reasons[0].share == 1.0
+    assert flags_of(found) == ["OVERLOAD"] and found.code == 4 and found.reasons[0].fraction == 1.0
     assert found.reasons[0].text == (
         "tension went up to 1.02e+05 N, a strain of 1.5 %: above 9.425e+04 N, 1200 MPa of its full circle, which no "
         "steel or fibre rope carries. The cable would have parted; what follows is no tow"
@@ -216,7 +216,7 @@ def test_the_figures_of_a_node():
 
 
 def test_bounds_are_sane():
-    assert 0.0 < flag_rules.WITHIN < 0.05 and 1e9 < flag_rules.MOST_STRESS < 2e9
+    assert 0.0 < flag_rules.WITHIN < 0.05 and 1e9 < flag_rules.MAX_STRESS < 2e9
 
 
 @pytest.mark.parametrize("trailing, kept", [(0.0, 60.0), (1.4, 58.6), (4.9, 55.1), (6.0, 60.0), (60.0, 60.0)])

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.io.load import load_scene, override
-from cable_sim_ros.physics.frame import Flag
 from cable_sim_ros.physics.inputs import push_command
+from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.sim.simulator import Simulator
 
 NAN = np.nan
@@ -42,7 +42,7 @@ def at_an_end(frames: np.recarray, travel: tuple[float, float]) -> bool:
 
 def travel_of(sim: Simulator) -> tuple[float, float]:
     drum = sim.model.settings[0].drum
-    return float(drum.payout_0 + drum.reach_least), float(drum.payout_0 + drum.reach_most)
+    return float(drum.payout_0 + drum.min_reach), float(drum.payout_0 + drum.max_reach)
 
 
 def test_twenty_metres_out_given_as_a_length_hauls_nearly_all_of_it_in():
@@ -52,14 +52,14 @@ def test_twenty_metres_out_given_as_a_length_hauls_nearly_all_of_it_in():
     assert np.ptp(frames.payout[-100:]) < 0.1 and frames.payout[-1] > 150.0, "a stop stops it"
 
 
-@pytest.mark.parametrize("ramp, most", [(None, 20e3), (2.0, 12e3)])
+@pytest.mark.parametrize("ramp, maximum", [(None, 20e3), (2.0, 12e3)])
 @pytest.mark.parametrize("payout, rate", [(20.0, NAN), (NAN, -5.0), (-1e308, NAN), (NAN, -1e308)])
-def test_a_mesh_fixed_to_the_material_hauls_in_as_far_as_it_is_fine(payout, rate, ramp, most):
+def test_a_mesh_fixed_to_the_material_hauls_in_as_far_as_it_is_fine(payout, rate, ramp, maximum):
     """It halted after 2 s at 119 kN, with 25 m elements on the sheave."""
     sim, frames = ran(FIXED, [(6.0, payout, rate), (3.0, NAN, 5.0), (3.0, NAN, -5.0)], ramp)
     low, high = travel_of(sim)
     assert low == pytest.approx(458.09, abs=0.01) and high == pytest.approx(462.82, abs=0.01)
-    assert at_an_end(frames[:600], (low, high)) and frames.tension.max() < most
+    assert at_an_end(frames[:600], (low, high)) and frames.tension.max() < maximum
 
 
 @pytest.mark.parametrize("ramp", [None, 2.0])

@@ -9,7 +9,7 @@ import pytest
 
 from cable_sim_ros import ShipMotion, Simulator
 from cable_sim_ros.io.load import SceneError, SceneWarning, load_scene, override
-from cable_sim_ros.physics.frame import Flag
+from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.sim.mesh import mesh_plan
 
 LINKS = {"cable.model": "segments"}
@@ -22,7 +22,7 @@ def quiet(name: str, changes: dict):
 
 
 def heaving(sim: Simulator, seconds: float) -> np.recarray:
-    """Start, a metre of heave at 8 s, compensated, and pay-out at 0.5 m/s; returns the Frames."""
+    """Start, a metre of heave at 8 s, compensated, and pay-out at 0.5 m/s; returns the tick outputs."""
     sim.start()
     for k in range(1, round(seconds / 0.02) + 10):
         t = 0.02 * k
@@ -43,9 +43,9 @@ def heaving(sim: Simulator, seconds: float) -> np.recarray:
 @pytest.mark.parametrize("name", ["full_scale", "flume"])
 def test_a_tow_on_links_rests_where_it_rests_on_cubic_elements(name):
     """Made from the same accuracy; without bending, for the mesh is made for the shape without it."""
-    limp = {"cable.bending_stiffness": 0.0, "cable.bending_damping": 0.0}
-    scene = quiet(name, LINKS | limp)
-    links, cubic = Simulator(scene), Simulator(quiet(name, limp))
+    without_bending = {"cable.bending_stiffness": 0.0, "cable.bending_damping": 0.0}
+    scene = quiet(name, LINKS | without_bending)
+    links, cubic = Simulator(scene), Simulator(quiet(name, without_bending))
     links.start()
     cubic.start()
     apart = np.linalg.norm(links.frame.body_position - cubic.frame.body_position)

@@ -10,17 +10,17 @@ import pytest
 
 from cable_sim_ros.io.load import SceneWarning, load_scene, override
 from cable_sim_ros.physics.drag_laws import AmplifiedDrag
-from cable_sim_ros.physics.frame import FRAME
+from cable_sim_ros.physics.tick_output import TICK_OUTPUT
 from cable_sim_ros.runs.message_run import _warn_of_drag
 from cable_sim_ros.sim.route import Route
-from cable_sim_ros.sim.scene_warnings import part_cautions
+from cable_sim_ros.sim.scene_warnings import part_warnings
 from cable_sim_ros.sim.simulator import Simulator
 from cable_sim_ros.sim.static_shape import tow_shape
 
 BARE = "cable.sections.bare."
 
 
-def cautions(name: str = "full_scale", **changes) -> list[str]:
+def warned(name: str = "full_scale", **changes) -> list[str]:
     """Warnings of a shipped scene with changes of its section ``bare`` (or, with __, of any key)."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -35,7 +35,7 @@ def cautions(name: str = "full_scale", **changes) -> list[str]:
 
 @pytest.mark.parametrize("law", ["driscoll_nahon", "choo_casarella", "huston_kamman_6", "huston_kamman_10"])
 def test_a_law_within_its_range_is_no_caution(law):
-    assert cautions(drag_law=law) == []
+    assert warned(drag_law=law) == []
 
 
 @pytest.mark.parametrize("name", ["full_scale", "full_scale_contact", "side_scan", "lowered_ctd", "flume"])
@@ -47,7 +47,7 @@ def test_shipped_scenes_keep_to_their_ranges(name):
 
 
 def test_a_factor_that_does_not_say_of_what_is_said_with_what_hangs_on_it():
-    (text,) = cautions(drag_amplification_of=None)
+    (text,) = warned(drag_amplification_of=None)
     found = re.fullmatch(
         r"drag_amplification_of is not given for the drag factor of bare \(2.37\), which multiplies the drag along the "
         r"cable too, as Westin's: in the static shape (\S+) N at the sheave and (\S+) m deep, on the drag across alone "
@@ -71,13 +71,13 @@ def test_a_factor_that_does_not_say_of_what_is_said_with_what_hangs_on_it():
     silent = bare(drag_amplification_of=None)
     still = silent.model_copy(update={"ship": scene.ship.model_copy(update={"tow_speed": 0.0})})
     plain = bare(drag_amplification_of=None, drag_amplification=1.0)
-    assert part_cautions(silent) and not any(part_cautions(one) for one in (scene, normal, still, plain))
+    assert part_warnings(silent) and not any(part_warnings(one) for one in (scene, normal, still, plain))
 
 
 def test_reynolds_numbers_above_those_of_the_source():
     """A cable of 30 mm at 5 m/s in water of a twelfth of the viscosity."""
     fast = {"diameter": 0.03, "mass_per_length": 1.5, "water__viscosity": 1e-4, "ship__tow_speed": 5.0}
-    (text,) = cautions(**fast)
+    (text,) = warned(**fast)
     found = re.fullmatch(
         r"drag_law = driscoll_nahon is used outside its range \(Westin \(2018\), \(60\)-\(61\)\): in the "
         r"static shape at 5 m/s Re of the flow across the cable is (\S+) to (\S+), the range up to 100000: C_D is "
@@ -87,28 +87,28 @@ def test_reynolds_numbers_above_those_of_the_source():
     )
     assert found, text
     assert 1e5 < float(found[2]) <= 1026.0 * 0.03 * 5.0 / 1e-4
-    assert cautions(**fast, drag_coefficient=1.2) == [], "a constant has no range"
+    assert warned(**fast, drag_coefficient=1.2) == [], "a constant has no range"
 
 
 def test_the_current_at_depth_counts():
     """Slow at the surface, fast along the lower half of the cable."""
     table = {"depth": [0.0, 20.0, 40.0], "east": [0.0, 0.0, -3.0], "north": [0.0, 0.0, 0.0]}
     fast = {"diameter": 0.03, "mass_per_length": 3.0, "water__viscosity": 1e-4, "ship__tow_speed": 0.1}
-    assert cautions(**fast) == []
-    (text,) = cautions(**fast, water__current_table=table)
+    assert warned(**fast) == []
+    (text,) = warned(**fast, water__current_table=table)
     assert "Re of the flow across the cable is " in text
 
 
 def test_reynolds_numbers_below_those_of_the_source():
     slow = {"water__viscosity": 0.01, "ship__tow_speed": 0.05, "diameter": 1.5e-4, "mass_per_length": 1e-4}
-    text = next(text for text in cautions(drag_law="huston_kamman_10", **slow) if "drag_law" in text)
+    text = next(text for text in warned(drag_law="huston_kamman_10", **slow) if "drag_law" in text)
     assert "= huston_kamman_10 is used outside its range (Huston and Kamman (1980), equation 10): " in text
     assert re.search(r"Re of the flow across the cable is 0\.\d+ to \S+, the range 1 and more: the lowest branch", text)
-    assert cautions(drag_law="huston_kamman_10", ship__tow_speed=0.0) == [], "no flow, no Reynolds number"
+    assert warned(drag_law="huston_kamman_10", ship__tow_speed=0.0) == [], "no flow, no Reynolds number"
 
 
 def test_angles_outside_those_of_the_source():
-    (text,) = cautions(drag_law="capozucca")
+    (text,) = warned(drag_law="capozucca")
     found = re.search(
         r"^drag_law = capozucca is used outside its range \(Capozucca \(1988\), equation 3.6\): in the static "
         r"shape at 2.2 m/s the angle between cable and flow is (\S+) to (\S+) deg, the range 85 to 90 deg: its cases "
@@ -126,29 +126,29 @@ def test_the_printed_law_at_angles_where_its_normal_drag_is_negative():
 
 
 def test_a_constant_outside_those_of_the_source():
-    (text,) = cautions(drag_law="dymore", drag_coefficient=2.5)
+    (text,) = warned(drag_law="dymore", drag_coefficient=2.5)
     assert text == (
         "drag_coefficient = 2.5 is outside 0.5 to 2, the range of the Dymore manual, equation 10, for the law dymore. "
         "Check it, or take drag_law: crossflow, which takes any constant"
     )
-    assert cautions(drag_law="dymore", drag_coefficient=1.2) == []
+    assert warned(drag_law="dymore", drag_coefficient=1.2) == []
 
 
 def test_a_law_of_another_kind_of_cable():
-    (text,) = cautions(drag_law="driscoll_nahon", fairing="ribbon")
+    (text,) = warned(drag_law="driscoll_nahon", fairing="ribbon")
     assert text == (
         "drag_law = driscoll_nahon is of a cable with fairing: none (Westin (2018), (60)-(61)), the section has "
         "fairing: ribbon, which it does not describe. Leave drag_law out for that of the fairing, or correct one of "
         "the two"
     )
-    assert cautions(drag_law="ribbon") == [] and cautions(fairing="airfoil") == []
+    assert warned(drag_law="ribbon") == [] and warned(fairing="airfoil") == []
 
 
 def test_a_run_faster_than_the_scene_looks_again():
     """Of sections of which the scene itself has not been warned; and not where the ship keeps to its speed."""
     heavy = {BARE + "diameter": 0.02, BARE + "mass_per_length": 2.5}
     scene = override(load_scene("full_scale"), heavy | {"water.viscosity": 1e-4, "ship.tow_speed": 0.3})
-    frames = np.zeros(100, FRAME)
+    frames = np.zeros(100, TICK_OUTPUT)
     for speed, many in ((0.5, 0), (2.0, 2)):
         frames["ship_velocity"][:, 0] = speed
         with warnings.catch_warnings(record=True) as caught:

@@ -5,7 +5,7 @@ import pytest
 from pydantic import ValidationError
 
 from cable_sim_ros.io.load import load_scene, override
-from cable_sim_ros.physics.frame import Flag
+from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.sim.inputs import WinchCommand
 from cable_sim_ros.sim.live_parameters import changed, set_live, ways
 from cable_sim_ros.sim.simulator import Simulator

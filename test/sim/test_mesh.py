@@ -6,7 +6,7 @@ import pytest
 from cable_sim_ros.io.load import SceneError, SceneWarning, override
 from cable_sim_ros.runs.mesh import as_json, check, plan_of
 from cable_sim_ros.sim import mesh, mesh_maker
-from cable_sim_ros.sim.checks import elements, fine_zone, travel_cautions
+from cable_sim_ros.sim.checks import elements, fine_zone, travel_warnings
 from cable_sim_ros.sim.mesh import arc_lengths_at_start, mesh_plan
 from cable_sim_ros.sim.mesh_kinds import equal_parts, geometric, graded
 from cable_sim_ros.sim.mesh_sheave import scope_range
@@ -41,8 +41,8 @@ def test_the_full_scale_tow_comes_out_as_in_the_theory():
     plan = mesh_plan(scene)
     assert 23 <= plan.mesh.nodes - 1 <= 39
     assert all(row.tension <= 0.005 and row.position <= 0.01 for row in plan.expected)
-    start, low, most = scope_range(scene)
-    assert {row.scope for row in plan.expected} >= {start, most} and low == pytest.approx(0.1 * start)
+    start, low, maximum = scope_range(scene)
+    assert {row.scope for row in plan.expected} >= {start, maximum} and low == pytest.approx(0.1 * start)
     assert all(part.reason for part in plan.parts)
 
 
@@ -58,9 +58,9 @@ def test_every_mesh_is_in_order_at_every_scope(name):
     arc = arc_lengths_at_start(scene)
     assert (np.diff(arc) > 0.0).all() and len(arc) == plan.mesh.nodes
     assert arc[-1] == pytest.approx(sum(s.length for s in scene.cable.sections.values()))
-    assert (np.diff(plan.mesh.least) > 0.0).all() and plan.mesh.least[0] > 0.0
-    for share in plan.mesh.shares:
-        assert share[-1] == 1.0 and (np.diff(share, prepend=0.0) > 0.0).all()
+    assert (np.diff(plan.mesh.minimum) > 0.0).all() and plan.mesh.minimum[0] > 0.0
+    for fraction in plan.mesh.fractions:
+        assert fraction[-1] == 1.0 and (np.diff(fraction, prepend=0.0) > 0.0).all()
 
 
 def test_the_mesh_is_where_the_simulator_lays_it():
@@ -187,15 +187,15 @@ def test_how_lengths_are_cut():
     assert graded(7.0, 1.0, 1.0) == pytest.approx(np.ones(7))
     x = np.linspace(0.0, 1.0, 101)
     assert equal_parts(x, np.ones(101), 4) == pytest.approx([0.25, 0.5, 0.75, 1.0])
-    shares = equal_parts(x, 1e6 * (x > 0.999) + 1.0, 4)
-    assert np.diff(shares, prepend=0.0).min() > 0.25 / 20 / 2, "no part far below the mean"
+    fractions = equal_parts(x, 1e6 * (x > 0.999) + 1.0, 4)
+    assert np.diff(fractions, prepend=0.0).min() > 0.25 / 20 / 2, "no part far below the mean"
 
 
 def test_the_figures_are_plain_and_say_whether_the_promise_is_kept():
     scene, plan = plan_of(TOWS["last_metres"])
-    told = as_json(scene, plan, check(scene, plan, seconds=0.0))
-    assert told["elements"] == plan.mesh.nodes - 1 == sum(part["elements"] for part in told["parts"])
-    assert told["kept"] is True and told["change"][0]["deviation"] is None
+    report = as_json(scene, plan, check(scene, plan, seconds=0.0))
+    assert report["elements"] == plan.mesh.nodes - 1 == sum(part["elements"] for part in report["parts"])
+    assert report["kept"] is True and report["change"][0]["deviation"] is None
 
 
 REFUSED = [
@@ -299,7 +299,7 @@ def test_a_mesh_that_makes_no_sense_is_refused(changes, text):
 
 
 def test_a_place_that_no_mesh_of_so_many_elements_keeps_is_refused(monkeypatch):
-    monkeypatch.setattr(mesh_maker, "MOST_ELEMENTS", 15)
+    monkeypatch.setattr(mesh_maker, "MAX_ELEMENTS", 15)
     mesh._plan.cache_clear()
     text = (
         r"accuracy.position = 0.02 m cannot be met: with \d+ elements, and more than 15 are not made, "
@@ -320,10 +320,10 @@ def test_cautions_of_a_winch_that_feeds():
     )
     with pytest.warns(SceneWarning, match=text + r"will ripple. Give mesh.sheave more elements, or leave it out"):
         with_keys(mesh__sheave=2)
-    assert travel_cautions(TOWS["full_scale"], 400.0, 100.0) == [], "the fine mesh stays at the sheave"
-    (caution,) = travel_cautions(TOWS["full_scale"], 0.0, 200.0)
-    assert caution.key == "winch.scope"
-    assert caution.text == "leaves 142 m to be paid out, less than 200 m: the winch stops at the end"
+    assert travel_warnings(TOWS["full_scale"], 400.0, 100.0) == [], "the fine mesh stays at the sheave"
+    (warning,) = travel_warnings(TOWS["full_scale"], 0.0, 200.0)
+    assert warning.key == "winch.scope"
+    assert warning.text == "leaves 142 m to be paid out, less than 200 m: the winch stops at the end"
 
 
 def test_a_mesh_fixed_to_the_material_has_no_plan():

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cable_sim_ros.physics.frame import Source
 from cable_sim_ros.physics.inputs import COMMAND_ROWS, EPOCH, MOTION_ROWS, SOURCE, make_inputs
 from cable_sim_ros.physics.ship import MOTION, quaternion, spin
 from cable_sim_ros.physics.state import records
+from cable_sim_ros.physics.tick_output import Source
 from cable_sim_ros.sim.attitude import angle_rates, angles_of, body_rates, to_world
 from cable_sim_ros.sim.inputs import InputError, ShipMotion, WinchCommand, push
 

@@ -130,10 +130,10 @@ def test_a_member_that_does_not_fit_is_refused(saved, tmp_path, members, text):
         Simulator.load(rewritten(saved, tmp_path / "tow.npz", **members))
 
 
-@pytest.mark.parametrize("share", [0.1, 0.5, 0.999])
-def test_a_file_cut_short_is_refused(saved, tmp_path, share):
+@pytest.mark.parametrize("fraction", [0.1, 0.5, 0.999])
+def test_a_file_cut_short_is_refused(saved, tmp_path, fraction):
     data = saved.read_bytes()
-    (tmp_path / "cut.npz").write_bytes(data[: int(share * len(data))])
+    (tmp_path / "cut.npz").write_bytes(data[: int(fraction * len(data))])
     with pytest.raises(SaveError, match=r"cut.npz: is damaged \(its end is missing\); nothing was loaded"):
         Simulator.load(tmp_path / "cut.npz")
 

@@ -14,7 +14,7 @@ from cable_sim_ros.sim.compensation_setup import impedance
 from cable_sim_ros.sim.simulator import Simulator
 
 
-def cautions(name: str, **changes) -> list[str]:
+def warned(name: str, **changes) -> list[str]:
     """Warnings of a shipped scene with changes."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -29,7 +29,7 @@ def cautions(name: str, **changes) -> list[str]:
 @pytest.mark.parametrize("law", ["simplified_waterline", "rigorous_waterline"])
 @pytest.mark.parametrize("name", ["full_scale", "full_scale_contact"])
 def test_a_waterline_law_on_a_flat_tow_is_a_caution_with_its_number(law, name):
-    (text,) = [text for text in cautions(name, setpoint__algorithm=law) if "setpoint.algorithm" in text]
+    (text,) = [text for text in warned(name, setpoint__algorithm=law) if "setpoint.algorithm" in text]
     assert re.search(
         rf"setpoint.algorithm = {law}: 1/cos\(\d\d deg\) = \d\.\d m of pay-out per m of heave \(the angle is "
         r"estimated\), of which 0\.\d+ m is the motion of the sheave along the cable; the rest strains the tow. It is "
@@ -42,33 +42,33 @@ def test_a_waterline_law_on_a_flat_tow_is_a_caution_with_its_number(law, name):
 
 
 def test_the_angle_of_the_caution_is_the_nominal_one_where_it_is_given():
-    (text,) = cautions("full_scale", setpoint__algorithm="simplified_waterline", setpoint__nominal_angle_deg=-60.0)
+    (text,) = warned("full_scale", setpoint__algorithm="simplified_waterline", setpoint__nominal_angle_deg=-60.0)
     assert "1/cos(60 deg) = 2.0 m of pay-out per m of heave (the angle is setpoint.nominal_angle_deg)" in text
 
 
 def test_other_laws_and_steep_cables_are_no_caution():
-    assert cautions("full_scale", setpoint__algorithm="rigorous_sheave") == []
-    assert cautions("lowered_ctd", setpoint__algorithm="rigorous_waterline") == []
+    assert warned("full_scale", setpoint__algorithm="rigorous_sheave") == []
+    assert warned("lowered_ctd", setpoint__algorithm="rigorous_waterline") == []
 
 
 def test_bending_damping_without_bending_stiffness_is_a_caution():
     said = "= 6.4e-05 N m^2 s has no effect where bending_stiffness is 0 N m^2: the damping acts on the rate of the "
     said += "bending energy, and there is none. Give bending_stiffness above 0 N m^2, or leave bending_damping out"
-    (text,) = [text for text in cautions("full_scale", cable__bending_stiffness=0.0) if "damping" in text]
+    (text,) = [text for text in warned("full_scale", cable__bending_stiffness=0.0) if "damping" in text]
     assert text.endswith("cable.bending_damping " + said)
     own = {"cable.sections.faired.bending_stiffness": 0.0, "cable.sections.faired.bending_damping": 6.4e-5}
-    (text,) = [text for text in cautions("full_scale", **own) if "damping" in text]
+    (text,) = [text for text in warned("full_scale", **own) if "damping" in text]
     assert text.endswith("cable.sections.faired.bending_damping " + said)
     assert not [
         text
-        for text in cautions("full_scale", cable__bending_stiffness=0.0, cable__bending_damping=0.0)
+        for text in warned("full_scale", cable__bending_stiffness=0.0, cable__bending_damping=0.0)
         if "damping" in text
     ]
 
 
 def test_a_body_that_may_swing_by_itself_is_a_caution():
     """394 N s/m from its added mass, 211 N s/m of damping; and none of the shipped scenes has one."""
-    (text,) = cautions("side_scan", towbody__added_mass=[10.0, 2000.0, 10.0])
+    (text,) = warned("side_scan", towbody__added_mass=[10.0, 2000.0, 10.0])
     assert text.endswith(
         "towbody.added_mass across is 2000 kg, 1990 kg more than ahead: while it turns into the flow in "
         "towbody.flow_time_constant = 5 s that drives a swing to the side with up to 394 N s/m, more than the 211 N "
@@ -76,7 +76,7 @@ def test_a_body_that_may_swing_by_itself_is_a_caution():
         "the same body, or make flow_time_constant longer"
     )
     for name in ("full_scale", "full_scale_contact", "full_scale_westin", "side_scan", "lowered_ctd", "flume"):
-        assert not [text for text in cautions(name) if "swing" in text]
+        assert not [text for text in warned(name) if "swing" in text]
 
 
 def test_the_laws_start_from_the_static_tow():
@@ -84,11 +84,11 @@ def test_the_laws_start_from_the_static_tow():
     sim.start(heading=2.0)
     setpoint, frame = sim.state.now.setpoint, sim.frame
     assert setpoint.engaged == setpoint.algorithm == 1, "taken up with the motion, not after it"
-    assert setpoint.angle == setpoint.lead == pytest.approx(float(frame.departure_angle), abs=1e-6)
+    assert setpoint.angle == setpoint.departure == pytest.approx(float(frame.departure_angle), abs=1e-6)
     np.testing.assert_allclose(setpoint.track, (*frame.sheave_position[:2], 2.0))
     assert impedance(sim.scene) == pytest.approx(np.sqrt(6.786e6 * 0.389))
-    assert setpoint.excess_rate_most == pytest.approx(EXCESS_TENSION * frame.tension / np.sqrt(6.786e6 * 0.389))
+    assert setpoint.max_excess_rate == pytest.approx(EXCESS_TENSION * frame.tension / np.sqrt(6.786e6 * 0.389))
     given = Simulator(override(sim.scene, {"setpoint.max_excess_rate": 0.2, "setpoint.nominal_angle_deg": -5.0}))
     given.start()
-    assert given.state.now.setpoint.excess_rate_most == 0.2
+    assert given.state.now.setpoint.max_excess_rate == 0.2
     assert given.state.now.setpoint.angle == pytest.approx(np.radians(-5.0))

@@ -10,8 +10,8 @@ import pytest
 
 from cable_sim_ros.io.load import SceneError, load_scene, override
 from cable_sim_ros.io.resources import is_span
-from cable_sim_ros.physics.frame import FRAME, Flag
 from cable_sim_ros.physics.inputs import push_command, push_motion
+from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.sim.build import lock
 from cable_sim_ros.sim.loop import _drive
 from cable_sim_ros.sim.route import Route
@@ -188,7 +188,7 @@ def test_yaw_and_place_of_the_tow_do_not_matter(scene):
 
 def test_compensation_quietens_tension_and_towbody(started):
     sim, saved = started
-    figures = {}
+    metrics = {}
     for law in ("hold", "simplified_sheave", "rigorous_sheave"):
         sim.restore(saved)
         sim.set_algorithm(law)
@@ -198,10 +198,10 @@ def test_compensation_quietens_tension_and_towbody(started):
             if k:
                 frames.append(sim.run(100))
         frames = np.concatenate(frames)[1400:]
-        figures[law] = float(frames["tension"].std()), float(frames["body_position"][:, 2].std())
-    assert figures["simplified_sheave"][0] < 0.25 * figures["hold"][0]
-    assert figures["simplified_sheave"][1] < 0.5 * figures["hold"][1]
-    assert figures["rigorous_sheave"][0] < 0.35 * figures["hold"][0]
+        metrics[law] = float(frames["tension"].std()), float(frames["body_position"][:, 2].std())
+    assert metrics["simplified_sheave"][0] < 0.25 * metrics["hold"][0]
+    assert metrics["simplified_sheave"][1] < 0.5 * metrics["hold"][1]
+    assert metrics["rigorous_sheave"][0] < 0.35 * metrics["hold"][0]
 
 
 def test_winch_command_pays_out(sim):
@@ -226,7 +226,7 @@ def test_paying_out_stops_where_the_fine_mesh_ends_and_is_reported():
     push_command(sim.inputs, 0, 1e4, np.nan)
     frames = sim.run(200)
     assert Flag(int(frames.status[-1])) & Flag.COMMAND_LIMITED
-    assert frames.payout[-1] == pytest.approx(drum.payout_0 + drum.reach_most, abs=1e-3) and frames.payout[-1] > before
+    assert frames.payout[-1] == pytest.approx(drum.payout_0 + drum.max_reach, abs=1e-3) and frames.payout[-1] > before
     assert np.isfinite(frames.tension).all()
 
 
@@ -345,7 +345,7 @@ def test_model_arrays_are_locked(started):
 def test_frames_of_a_run_are_finite(sim):
     heave(sim, 3.0)
     frames = sim.run(200)
-    for name in FRAME.names:
+    for name in TICK_OUTPUT.names:
         assert np.isfinite(frames[name]).all(), name
     assert np.isfinite(sim.shape).all() and np.isfinite(sim.contact).all()
     assert (np.abs(np.linalg.norm(frames.body_quaternion, axis=1) - 1.0) < 1e-12).all()
@@ -367,5 +367,5 @@ def test_a_towbody_paid_out_onto_the_seabed_is_dragged_along_and_flagged():
         :, 2
     ].min() > -54.5 - 2 * settled
     assert frames.body_velocity[-500:, 0].mean() == pytest.approx(sim.scene.ship.tow_speed, rel=0.01)
-    for name in FRAME.names:
+    for name in TICK_OUTPUT.names:
         assert np.isfinite(frames[name]).all(), name

@@ -12,9 +12,9 @@ from cable_sim_ros import ShipMotion
 from cable_sim_ros.io.load import SceneWarning, load_scene, override
 from cable_sim_ros.physics.contact_surface import Seabed
 from cable_sim_ros.physics.energy import slack_gain
-from cable_sim_ros.physics.frame import FRAME, Flag
 from cable_sim_ros.physics.inputs import push_command, push_motion
 from cable_sim_ros.physics.state import ACCOUNT, records
+from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.sim.inputs import InputError
 from cable_sim_ros.sim.route import Route
 from cable_sim_ros.sim.simulator import Simulator, StartError
@@ -141,11 +141,11 @@ def test_the_last_section_may_be_one_element():
     assert sim.frame.contact_total > 0.0
 
 
-@pytest.mark.parametrize("share", [1e-3, 0.0])
-def test_a_cable_that_folds_goes_through_slack_and_back(share):
+@pytest.mark.parametrize("fraction", [1e-3, 0.0])
+def test_a_cable_that_folds_goes_through_slack_and_back(fraction):
     """A hanging body in a heave it cannot follow: it halted at its first slack, and -0.7 MN were published at it."""
     scene = scene_of(
-        cable__compression_share=share,
+        cable__compression_share=fraction,
         winch__scope=150.0,
         ship__tow_speed=0.0,
         towbody__net_weight=250.0,
@@ -163,13 +163,13 @@ def test_a_cable_that_folds_goes_through_slack_and_back(share):
         parts.append(sim.run(50))
         shape = min(shape, float(sim.chunk_tables[0][:50, :, 3].min()))
     frames = np.concatenate(parts).view(np.recarray)
-    slack = frames.status & Flag.SLACK > 0 if share else frames.tension_least < 1e-3
+    slack = frames.status & Flag.SLACK > 0 if fraction else frames.tension_least < 1e-3
     assert slack.any() and frames.tension.max() > 1000.0
     assert min(frames.tension_body.min(), shape) > -500.0
 
 
 def test_energy_gained_in_slack_is_flagged_above_its_share():
-    account, frame = records(1, ACCOUNT)[0], np.zeros(2, FRAME).view(np.recarray)
+    account, frame = records(1, ACCOUNT)[0], np.zeros(2, TICK_OUTPUT).view(np.recarray)
     assert not slack_gain(account, frame[0], False, 0.05)
     frame.tick[1], frame.work_supplied[1], frame.energy_residual[1], frame.kinetic_energy[1] = 1, -100.0, 7.0, 10.0
     assert not slack_gain(account, frame[1], False, 0.05), "gained, but not in slack"

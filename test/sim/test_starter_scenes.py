@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.io.load import load_scene, override
-from cable_sim_ros.physics.frame import Flag
 from cable_sim_ros.physics.inputs import push_motion
+from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.sim.checks import elements
 from cable_sim_ros.sim.simulator import Simulator
 
@@ -27,7 +27,7 @@ def started(name, **changes):
 
 
 def frames_of_heave(sim, amplitude, period, seconds):
-    """Frames of a ship that heaves; 50 Hz motion, pushed a second ahead."""
+    """Tick outputs of a ship that heaves; 50 Hz motion, pushed a second ahead."""
     w, speed, frames, pushed = 2.0 * pi / period, sim.scene.ship.tow_speed, [], 0
     for second in range(seconds):
         while pushed < 50 * (second + 2):

@@ -10,15 +10,15 @@ from cable_sim_ros.io.channels import STRUM as CHANNEL
 from cable_sim_ros.io.channels import channels_of, decode
 from cable_sim_ros.io.load import SceneError, load_scene, override
 from cable_sim_ros.io.recorded_run import load_run
-from cable_sim_ros.physics.frame import SHAPE_COLUMNS, SLOPE_COLUMNS, STRUM_COLUMNS, Flag
 from cable_sim_ros.physics.inputs import push_motion
 from cable_sim_ros.physics.section import Section
 from cable_sim_ros.physics.state import NOW, STRUM
+from cable_sim_ros.physics.tick_output import SHAPE_COLUMNS, SLOPE_COLUMNS, STRUM_COLUMNS, Flag
 from cable_sim_ros.physics.viv_amplification import AMPLITUDE, EXTRA, FREQUENCY, MODE, SPEED, TARGET
 from cable_sim_ros.plots.strumming import draw_strum
 from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.summary import summarize
-from cable_sim_ros.sim.checks import cautions
+from cable_sim_ros.sim.checks import warnings
 from cable_sim_ros.sim.inputs import WinchCommand
 from cable_sim_ros.sim.live_parameters import set_live
 from cable_sim_ros.sim.rig import Rig
@@ -236,9 +236,9 @@ def test_a_run_is_recorded_summed_up_drawn_and_its_replay_is_the_run(tmp_path):
     assert last["strum"].shape[1] == len(STRUM_COLUMNS)
     recorded = load_run(run.bag)
     assert [time for time, _ in recorded.strums] == [m for m in recorded.frames.time if m % 10**9 == 0]
-    figures = summarize(recorded.frames)
-    assert figures["strum_amplification"] == pytest.approx(recorded.frames.amplification_mean.mean(), abs=0.01)
-    assert run.figures["strum_amplitude_max_diameters"] == figures["strum_amplitude_max_diameters"] > 0.9
+    metrics = summarize(recorded.frames)
+    assert metrics["strum_amplification"] == pytest.approx(recorded.frames.amplification_mean.mean(), abs=0.01)
+    assert run.metrics["strum_amplitude_max_diameters"] == metrics["strum_amplitude_max_diameters"] > 0.9
     assert draw_strum(run.bag, tmp_path / "strumming.png").stat().st_size > 20_000
     again = offline.replay(run.bag, out=tmp_path / "again")
     assert np.array_equal(again.frames, run.frames)
@@ -248,7 +248,7 @@ def test_a_run_is_recorded_summed_up_drawn_and_its_replay_is_the_run(tmp_path):
 
 def test_a_run_without_it_has_no_figures_and_no_picture(tmp_path):
     run = offline.run("full_scale", duration=1.0, out=tmp_path)
-    assert run.figures["strum_amplification"] is None and not load_run(run.bag).strums
+    assert run.metrics["strum_amplification"] is None and not load_run(run.bag).strums
     with pytest.raises(ValueError, match="no channel cable/strum: nothing was drawn; record it with viv.law other"):
         draw_strum(run.bag, tmp_path / "strumming.png")
 
@@ -312,45 +312,45 @@ STILL = {"water.current": [-0.1, 0.0], "water.current_gradient": [0.0, 0.0]}
     ],
 )
 def test_what_has_no_effect_or_is_far_from_its_data_is_said(name, changes, texts):
-    found = "\n".join(f"{c.key} {c.text}. {c.remedy}" for c in cautions(override(load_scene(name), changes)))
+    found = "\n".join(f"{c.key} {c.text}. {c.remedy}" for c in warnings(override(load_scene(name), changes)))
     for text in texts:
         assert text in found
 
 
-def viv_cautions(name="full_scale", **changes):
+def viv_warnings(name="full_scale", **changes):
     named = {key.replace("__", "."): value for key, value in changes.items()}
     scene = override(load_scene(name), (ON if "viv__law" not in changes else {}) | named)
-    return [f"{c.key} {c.text}. {c.remedy}" for c in cautions(scene) if "viv" in c.key]
+    return [f"{c.key} {c.text}. {c.remedy}" for c in warnings(scene) if "viv" in c.key]
 
 
 def test_a_small_multiplier_silences_the_caution_of_inclination_and_a_large_one_does_not():
-    assert not viv_cautions(viv__multiplier=0.6)
-    assert not viv_cautions(cable__sections__bare__viv_multiplier=0.6)
+    assert not viv_warnings(viv__multiplier=0.6)
+    assert not viv_warnings(cable__sections__bare__viv_multiplier=0.6)
     for multiplier in (0.85, 0.99, 1.01):
-        (text,) = viv_cautions(viv__multiplier=multiplier)
+        (text,) = viv_warnings(viv__multiplier=multiplier)
         assert f"viv.multiplier = {multiplier:g} with cable that is inclined by 1" in text
-    (text,) = viv_cautions(viv__multiplier=0.6, cable__sections__bare__viv_multiplier=1.5)
+    (text,) = viv_warnings(viv__multiplier=0.6, cable__sections__bare__viv_multiplier=1.5)
     assert "= 0.6 (0.9 with the viv_multiplier of the section) with cable that is inclined by" in text
 
 
 def test_amplitudes_and_factors_beyond_their_bounds_are_said():
-    found = "\n".join(viv_cautions(viv__multiplier=2.0))
+    found = "\n".join(viv_warnings(viv__multiplier=2.0))
     assert "viv.multiplier = 2 gives amplitudes of up to " in found and "more than the 1.3 that the laws" in found
-    found = "\n".join(viv_cautions(viv__amplification="blevins"))
+    found = "\n".join(viv_warnings(viv__amplification="blevins"))
     assert "viv.amplification = blevins gives a drag factor of 3." in found
     assert " % of the strumming cable is held at the bound of 3" in found
 
 
 def test_a_damping_that_switches_strumming_off_is_said():
-    (text,) = viv_cautions(viv__damping_ratio=1.0)
+    (text,) = viv_warnings(viv__damping_ratio=1.0)
     assert "viv.damping_ratio = 1 gives section bare a mass damping of " in text
     assert "at which govardhan_williamson has an amplitude of 0 diameters: it does not strum, its drag" in text
-    (text,) = viv_cautions(cable__sections__bare__viv_damping_ratio=1.0)
+    (text,) = viv_warnings(cable__sections__bare__viv_damping_ratio=1.0)
     assert text.startswith("cable.sections.bare.viv_damping_ratio = 1 gives section bare")
 
 
 def test_keys_of_the_block_without_a_law_have_no_effect():
-    found = viv_cautions(viv__law="off", viv__multiplier=0.6, viv__damping_ratio=0.02, viv__amplification="blevins")
+    found = viv_warnings(viv__law="off", viv__multiplier=0.6, viv__damping_ratio=0.02, viv__amplification="blevins")
     assert [text.partition(" while")[0] for text in found] == [
         "viv.damping_ratio = 0.02 has no effect",
         "viv.multiplier = 0.6 has no effect",

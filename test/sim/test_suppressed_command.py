@@ -12,7 +12,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
 from hardware_component import INTERFACES, Component, Joint, Message
 
 from cable_sim_ros import ShipMotion, Simulator, WinchCommand, load_scene
-from cable_sim_ros.physics.frame import Flag
+from cable_sim_ros.physics.tick_output import Flag
 
 RATE, SECONDS = 0.3, 6.0
 

@@ -15,7 +15,7 @@ from cable_sim_ros.physics.state import NOW, WAKE
 from cable_sim_ros.physics.wake_oscillator import WAKE_Q, WAKE_RATE
 from cable_sim_ros.sim.rig import Rig, RigError, cable_of
 from cable_sim_ros.sim.simulator import Simulator
-from cable_sim_ros.sim.wake_tables import least_tensions, wave_length
+from cable_sim_ros.sim.wake_tables import min_tensions, wave_length
 
 CTD = {"water.current": [0.05, 0.0], "winch.scope": 60.0}  # slow water, and elements short enough for its vortices
 
@@ -62,7 +62,7 @@ def test_the_wave_is_that_of_a_stiff_string():
 
 def test_the_bound_of_a_light_line_is_of_its_least_tension():
     """Flume: 7.8 mN at the towbody, below the working tension of its contact."""
-    assert least_tensions(load_scene("flume"))["line"] == pytest.approx(7.8e-3, rel=0.02)
+    assert min_tensions(load_scene("flume"))["line"] == pytest.approx(7.8e-3, rel=0.02)
     fast = {"cable.sections.line.wake.law": "facchinetti", "solver.tick": 2e-4, "cable.bending_stiffness": 0.0}
     mesh = {"mesh.sections": {"line": {"elements": 40}}}
     text = refusal("flume", **fast, **mesh)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.io.load import SceneError, load_scene, override
-from cable_sim_ros.physics.frame import Flag
 from cable_sim_ros.physics.inputs import push_command
+from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.runs import offline
 from cable_sim_ros.sim.inputs import InputError, WinchCommand
 from cable_sim_ros.sim.simulator import Simulator
@@ -27,7 +27,7 @@ def started(**changes) -> Simulator:
 
 
 def commanded(sim: Simulator, seconds: float, rate: float) -> np.recarray:
-    """Frames of a rate given now, whatever its size."""
+    """Tick outputs of a rate given now, whatever its size."""
     push_command(sim.inputs, int(sim.frame.time), np.nan, rate)
     return sim.run(round(seconds / TICK))
 
@@ -38,7 +38,7 @@ def keeps_cable(frames: np.recarray, total: float = 600.0) -> bool:
 
 
 @pytest.mark.parametrize(
-    "changes, rate, least, most, flag",
+    "changes, rate, minimum, maximum, flag",
     [
         ({"winch.most_scope": 453.0}, 2.0, 450.0, 453.0, Flag.WINCH_LIMIT),
         ({"winch.least_scope": 447.0}, -2.0, 447.0, 450.0, Flag.WINCH_LIMIT),
@@ -48,30 +48,30 @@ def keeps_cable(frames: np.recarray, total: float = 600.0) -> bool:
     ],
     ids=["soft limit, paying out", "soft limit, hauling in", "end stop with dead length", "end stop within the limit"],
 )
-def test_the_winch_stops_at_a_limit_and_reports_it(changes, rate, least, most, flag):
+def test_the_winch_stops_at_a_limit_and_reports_it(changes, rate, minimum, maximum, flag):
     sim = started(**changes)
     before = sim.frame.scope
     frames = commanded(sim, 4.0, rate)
     assert keeps_cable(frames)
-    assert frames.scope.min() > least - 1e-9 and frames.scope.max() < most + 1e-3
-    end = most if rate > 0.0 else least
+    assert frames.scope.min() > minimum - 1e-9 and frames.scope.max() < maximum + 1e-3
+    end = maximum if rate > 0.0 else minimum
     assert frames.scope[-1] == pytest.approx(end, abs=1e-3) and frames.payout_rate[-1] == pytest.approx(0.0, abs=1e-3)
     assert Flag(int(frames.status[-1])) & STOPPED == flag and not Flag(int(frames.status[0])) & STOPPED
     assert np.abs(np.diff(frames.payout_rate)).max() <= 20.0 * TICK * 1.05, "it brakes ahead of the end"
     back = commanded(sim, 1.0, -rate)  # what was commanded past the end is not saved up
     assert keeps_cable(back) and not Flag(int(back.status[-1])) & STOPPED
     assert abs(back.scope[-1] - end) == pytest.approx(2.0, abs=0.2) and before == pytest.approx(
-        least if rate > 0.0 else most
+        minimum if rate > 0.0 else maximum
     )
 
 
 def test_hauling_in_ends_where_the_towbody_comes_to_the_mesh_of_the_sheave():
     sim = started(**{"winch.scope": 30.0, "accuracy.position": 0.05})
-    least = sim.frame.payout + float(sim.model.settings[0].drum.length_least)
+    minimum = sim.frame.payout + float(sim.model.settings[0].drum.min_length)
     frames = commanded(sim, 25.0, -2.0)
     assert keeps_cable(frames) and np.isfinite(frames.tension).all()
     assert Flag(int(frames.status[-1])) & STOPPED == Flag.DRUM_END
-    assert frames.payout[-1] == pytest.approx(least, abs=1e-3) and frames.payout.min() > least - 1e-9
+    assert frames.payout[-1] == pytest.approx(minimum, abs=1e-3) and frames.payout.min() > minimum - 1e-9
     assert 0.0 < frames.scope[-1] < 5.0, "nearly all of it is in"
 
 
@@ -185,9 +185,9 @@ def test_a_body_on_the_line_stops_before_it_comes_to_the_sheave():
 def test_with_chosen_steps_the_winch_comes_to_rest_at_an_end(changes, plan, end, flag):
     """As `cable-sim run` does it by default: steps follow the braking, and the slack and snaps of 2 m of cable."""
     scene = override(load_scene("side_scan"), changes)
-    told = offline.run(scene, winch=plan, duration=9.0, step="chosen")
-    assert told.problem == "" and len(told.frames) == 90
-    last = told.frames[-1]
+    report = offline.run(scene, winch=plan, duration=9.0, step="chosen")
+    assert report.problem == "" and len(report.frames) == 90
+    last = report.frames[-1]
     assert last.scope == pytest.approx(end, abs=1e-5) and last.payout_rate == pytest.approx(0.0, abs=1e-6)
     assert Flag(int(last.status)) & STOPPED == flag
-    assert keeps_cable(told.frames, 300.0)
+    assert keeps_cable(report.frames, 300.0)

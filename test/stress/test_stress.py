@@ -9,12 +9,12 @@ import pytest
 from click.testing import CliRunner
 
 from cable_sim_ros.cli import commands
-from cable_sim_ros.physics.frame import Flag
 from cable_sim_ros.physics.inputs import push_command
 from cable_sim_ros.physics.integrate import coefficients
+from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.verification.commands import STRESS_IDS
 from cable_sim_ros.verification.stress import STRESS, run
-from cable_sim_ros.verification.stress.n03_load_reversals import Impulse, changes, most_within
+from cable_sim_ros.verification.stress.n03_load_reversals import Impulse, changes, max_within
 from cable_sim_ros.verification.stress.n08_n14_overspeed_and_cold_start import (
     LIGHT_FISH,
     OUTBOARD,
@@ -23,7 +23,7 @@ from cable_sim_ros.verification.stress.n08_n14_overspeed_and_cold_start import (
 )
 from cable_sim_ros.verification.stress.n20_n21_n22_winch_at_work import SOFT, undragged
 from cable_sim_ros.verification.stress.tows import finite, held, started
-from cable_sim_ros.verification.stress.verdict import IS, WITHIN, Figure
+from cable_sim_ros.verification.stress.verdict import IS, WITHIN, Metric
 
 QUICK = ["N1", "N3", "N4", "N5", "N6", "N7", "N10", "N12", "N13", "N15", "N16", "N17", "N18", "N19", "N20", "N25"]
 QUICK += ["N26", "N27", "N28"]
@@ -33,7 +33,7 @@ BAGS = ["I10", "I11", "I12", "I14", "I16", "S1", "S2", "S3"]
 @pytest.mark.parametrize("name", [*QUICK, "N9", *BAGS])
 def test_quick(name):
     verdict = run((name,), quick=True)[0]
-    assert verdict.passed, [f"{f.name}: {f.value} ({f.bound})" for f in verdict.figures if f.passed is False]
+    assert verdict.passed, [f"{f.name}: {f.value} ({f.bound})" for f in verdict.metrics if f.passed is False]
 
 
 def test_all_are_in_the_table_and_each_module_is_named_by_its_numbers():
@@ -44,16 +44,16 @@ def test_all_are_in_the_table_and_each_module_is_named_by_its_numbers():
 
 
 def test_a_figure_that_is_not_finite_never_passes():
-    assert Figure("x", float("nan"), "", 1.0).passed is False
-    assert Figure("x", -2.0, "", 1.0, WITHIN).passed is False
-    assert Figure("x", True, "", True, IS).passed is True
+    assert Metric("x", float("nan"), "", 1.0).passed is False
+    assert Metric("x", -2.0, "", 1.0, WITHIN).passed is False
+    assert Metric("x", True, "", True, IS).passed is True
 
 
 def test_the_command_tells_measured_and_limit():
     done = CliRunner().invoke(commands.main, ["stress", "N19", "--quick", "--json"])
     assert done.exit_code == 0, done.output
-    told = json.loads(done.stdout)[0]
-    assert told["id"] == "N19" and told["passed"] is True and set(told["limits"]) <= set(told["measured"])
+    report = json.loads(done.stdout)[0]
+    assert report["id"] == "N19" and report["passed"] is True and set(report["limits"]) <= set(report["measured"])
 
 
 def test_impulse_is_what_the_time_integration_gives_to_the_velocity():
@@ -72,8 +72,8 @@ def test_impulse_is_what_the_time_integration_gives_to_the_velocity():
 
 
 def test_changes_within_a_window():
-    assert most_within(np.array((0.0, 0.01, 0.02, 0.05)), 0.02) == 3
-    assert most_within(np.zeros(0)) == 0
+    assert max_within(np.array((0.0, 0.01, 0.02, 0.05)), 0.02) == 3
+    assert max_within(np.zeros(0)) == 0
     assert list(changes(np.array((True, True, False, True)))) == [2, 3]
 
 

@@ -15,9 +15,9 @@ def test_nothing_is_left_of_nodes_that_were_stopped_and_killed():
     pytest.importorskip("rclpy")
     from cable_sim_ros.testing.endurance import endure, failed
 
-    figures = endure(2, kill_every=2)
-    assert failed(figures) == [] and figures["starts"] == 2
-    bad = dict.fromkeys(figures, 1)
+    metrics = endure(2, kill_every=2)
+    assert failed(metrics) == [] and metrics["starts"] == 2
+    bad = dict.fromkeys(metrics, 1)
     assert failed(bad) == ["leftover_processes", "shared_memory_left", "threads_left", "hung", "descriptors_gained"]
 
 

@@ -122,10 +122,14 @@ def test_the_first_command_is_awaited_before_the_first_step(monkeypatch):
     link._first_command(lambda: looks.append(0))
     assert 0.1 <= time.monotonic() - begun < 0.3 and looks, "until it has come; a controller that ends is seen"
 
-    for spoken, controlled, least, most in ((True, True, 0.0, 0.1), (False, False, 0.0, 0.1), (False, True, 0.3, 1.0)):
+    for spoken, controlled, minimum, maximum in (
+        (True, True, 0.0, 0.1),
+        (False, False, 0.0, 0.1),
+        (False, True, 0.3, 1.0),
+    ):
         link, begun = link_without_a_node(spoken, controlled), time.monotonic()
         link._first_command(lambda: None)
-        assert least <= time.monotonic() - begun < most
+        assert minimum <= time.monotonic() - begun < maximum
         begun = time.monotonic()
         link._first_command(lambda: None)
         assert time.monotonic() - begun < 0.1, "once"
@@ -177,7 +181,7 @@ def test_a_node_in_real_time_from_start_to_end(tmp_path):
         sim.run(python(f"{stray}; time.sleep(60)"), name="one that leaves another", within=0.0)
         poll(up.exists, 30.0)
     assert len(sim.leftovers) == 1
-    assert sim.node.code == 0 and sim.figures["state"] == "stopped" and sim.figures["last"] == "running"
+    assert sim.node.code == 0 and sim.metrics["state"] == "stopped" and sim.metrics["last"] == "running"
     assert not watchdog.marked(sim._mark)
     assert (sim.recording / "metadata.yaml").is_file()
     sim.close()
@@ -195,12 +199,14 @@ def test_of_two_commands_while_the_clock_stands_the_newest_wins(tmp_path):
     sim.command(rate=0.5)
     sim.command(rate=-0.5)
     assert sim.advance(0.3).payout[-1] < begun - 0.1
-    with pytest.raises(TowError, match=r"the motion that was fed ends at .* of the 300 Frames to .* feed more, or"):
+    with pytest.raises(
+        TowError, match=r"the motion that was fed ends at .* of the 300 tick outputs to .* feed more, or"
+    ):
         sim.advance(3.0)
     assert len(sim.advance(2.0, motion_may_end=True)) == 200 and sim.missing == 0
     with pytest.raises(TowError, match="the run is doubtful: MOTION_STALE for .* give may_be_doubtful=True"):
         sim.close()
-    assert sim.figures["commands_refused"] == {}
+    assert sim.metrics["commands_refused"] == {}
 
 
 KILLED = """

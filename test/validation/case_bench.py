@@ -18,8 +18,8 @@ def check(inputs: dict, expected: dict, fidelities=BOTH) -> None:
             [],
             "inline",
         )
-        figures = run_case(case, fidelity)
-        got = {o["name"]: o["value"] for o in figures.outputs}
+        metrics = run_case(case, fidelity)
+        got = {o["name"]: o["value"] for o in metrics.outputs}
         for name, (value, rel, size) in expected.items():
-            assert got[name] is not None, (fidelity.value, name, figures.notes)
+            assert got[name] is not None, (fidelity.value, name, metrics.notes)
             assert abs(got[name] - value) <= max(rel * abs(value), size), (fidelity.value, name, got[name], value)

@@ -29,8 +29,8 @@ def both(inputs, expected, realtime=None):
     """Run at both fidelities; ``realtime``: what is expected there where it differs."""
     one = case(inputs, expected)
     for fidelity, wanted in ((Fidelity.VERIFICATION, expected), (Fidelity.REALTIME, realtime or expected)):
-        figures = run_case(one, fidelity)
-        check({o["name"]: o["value"] for o in figures.outputs}, wanted)
+        metrics = run_case(one, fidelity)
+        check({o["name"]: o["value"] for o in metrics.outputs}, wanted)
 
 
 @pytest.mark.parametrize("tension, root, half", [(3710.0, 0.25, 30.0), (900.0, 0.4, 40.0)])

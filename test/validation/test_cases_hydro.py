@@ -28,11 +28,11 @@ def solve(inputs: dict, names: dict, fidelity: Fidelity) -> dict:
     return {o["name"]: o["value"] for o in run_case(Case("any", inputs, outputs, [], "any"), fidelity).outputs}
 
 
-def compare(told: dict, meant: dict, names: dict) -> None:
+def compare(report: dict, meant: dict, names: dict) -> None:
     for name, tolerance in names.items():
         allowed = {"abs": tolerance[0], "rel": 0.0} if isinstance(tolerance, tuple) else {"rel": tolerance}
-        assert told[name] is not None, name
-        assert told[name] == pytest.approx(meant[name], **allowed), name
+        assert report[name] is not None, name
+        assert report[name] == pytest.approx(meant[name], **allowed), name
 
 
 # loading functions as printed by Westin (2018) (60), (145), and the laws of two coefficients; eta in rad
@@ -139,36 +139,36 @@ def test_straight_tow_is_the_steady_line_of_its_law(text, cd, law, speed):
 
 def test_a_line_without_a_body_lies_at_the_critical_angle():
     inputs = {**TOW, "drag_law": TOWS[0][0], "speed_m_s": 2.0, "body_wet_weight_N": 0.0, "body_drag_area_CdA_m2": 0.0}
-    told = solve(inputs, TOW_NAMES, Fidelity.VERIFICATION)
-    assert told["cable angle from horizontal at the tow point"] == pytest.approx(
-        told["critical angle from horizontal"], abs=0.01
+    report = solve(inputs, TOW_NAMES, Fidelity.VERIFICATION)
+    assert report["cable angle from horizontal at the tow point"] == pytest.approx(
+        report["critical angle from horizontal"], abs=0.01
     )
 
 
 def test_a_wet_weight_that_does_not_fit_is_taken_and_said():
     inputs = {**TOW, "drag_law": TOWS[0][0], "speed_m_s": 1.5, "wet_weight_N_m": 2.5}
     case = Case("any", inputs, [Output(n, "", 0.005, None) for n in TOW_NAMES], [], "any")
-    figures = run_case(case, Fidelity.REALTIME)
-    compare({o["name"]: o["value"] for o in figures.outputs}, tow_by_scipy(inputs, 1.5, two(1.5, 0.03)), TOW_NAMES)
-    assert any("buoyancy was set" in note for note in figures.notes)
+    metrics = run_case(case, Fidelity.REALTIME)
+    compare({o["name"]: o["value"] for o in metrics.outputs}, tow_by_scipy(inputs, 1.5, two(1.5, 0.03)), TOW_NAMES)
+    assert any("buoyancy was set" in note for note in metrics.notes)
 
 
 def test_words_of_a_drag_law():
-    def told(text):
+    def report(text):
         return drag_law(Case("any", {"drag_law": text}, [], [], "any.json"))
 
-    assert told(PRINTED)["drag_law"] is DragLaw.DRISCOLL_NAHON_PRINTED
-    assert told(TOWS[3][0]) == {
+    assert report(PRINTED)["drag_law"] is DragLaw.DRISCOLL_NAHON_PRINTED
+    assert report(TOWS[3][0]) == {
         "drag_law": DragLaw.DRISCOLL_NAHON,
         "drag_coefficient": 1.4,
         "tangential_coefficient": 0.0,
     }
-    assert told(TOWS[1][0])["tangential_coefficient"] == pytest.approx(0.012 * pi)
-    assert told(BOTH)["tangential_coefficient"] == 0.03
-    assert told(TOWS[2][0])["tangential_coefficient"] == pytest.approx(0.025 * 1.3)
+    assert report(TOWS[1][0])["tangential_coefficient"] == pytest.approx(0.012 * pi)
+    assert report(BOTH)["tangential_coefficient"] == 0.03
+    assert report(TOWS[2][0])["tangential_coefficient"] == pytest.approx(0.025 * 1.3)
     for text in ("sails, Cd=1.2", "loading functions, Cd=1.2", "ribbon"):
         with pytest.raises(CaseError, match="any.json"):
-            told(text)
+            report(text)
 
 
 CIRCLE = {
@@ -355,7 +355,7 @@ def test_a_point_of_the_ship_moves_with_six_harmonics(offset, size):
     }
     turns = {f"orientation quaternion x,y,z,w at {t} s (sign free)": t for t in (3.0, 17.503)}
     for fidelity in FIDELITIES:
-        told = solve(inputs, {**names, **dict.fromkeys(turns, (1e-9,))}, fidelity)
+        report = solve(inputs, {**names, **dict.fromkeys(turns, (1e-9,))}, fidelity)
         for t in (3.0, 17.503):
             h = 1e-3
             before, now, after = (pose(t + k * h)[0] for k in (-1, 0, 1))
@@ -365,7 +365,7 @@ def test_a_point_of_the_ship_moves_with_six_harmonics(offset, size):
                 "acceleration": (after - 2 * now + before) / h**2,
             }
             for what, (tolerance,) in (("position", (1e-6,)), ("velocity", (1e-4,)), ("acceleration", (5e-3,))):
-                assert told[f"sheave centre {what} at {t} s"] == pytest.approx(meant[what], abs=tolerance, rel=0)
+                assert report[f"sheave centre {what} at {t} s"] == pytest.approx(meant[what], abs=tolerance, rel=0)
         for name, t in turns.items():
-            q = np.array(told[name])
+            q = np.array(report[name])
             assert np.abs(q * np.sign(q[3]) - pose(t)[1] * np.sign(pose(t)[1][3])).max() < 1e-9

@@ -74,7 +74,7 @@ def chain(inputs: dict, axis: int, amplitude: float, period: float, parts: int =
     r, v = first + s[:, None] * (last - first), np.zeros((parts + 1, 3))
     r[:, 2] -= 0.3 * length * 4.0 * s * (1.0 - s)
     h = 0.3 * part / sqrt(ea / mu)
-    still, told = 60.0, []
+    still, report = 60.0, []
     for i in range(int((still + 4.0 * period) / h)):
         t = i * h - still
         u = min(max(t / period, 0.0), 1.0)
@@ -107,8 +107,8 @@ def chain(inputs: dict, axis: int, amplitude: float, period: float, parts: int =
         v[1:-1] += h * a
         r[1:-1] += h * v[1:-1]
         if t > 3.0 * period:
-            told.append(tension[-1] + 0.5 * part * (mu - water) * g * along[-1, 2])
-    return max(told), min(told)
+            report.append(tension[-1] + 0.5 * part * (mu - water) * g * along[-1, 2])
+    return max(report), min(report)
 
 
 @pytest.mark.parametrize("inputs", [PUBLISHED, OTHER])
@@ -129,8 +129,8 @@ def test_tension_extremes_are_those_of_a_lumped_chain(inputs, axis, amplitude, p
     case = Case("any", inputs, [Output(name, "N", None, 1300.0) for name in names], [], "any")
     meant = chain(inputs, "xyz".index(axis), amplitude, period)
     for fidelity in Fidelity:
-        told = [o["value"] for o in run_case(case, fidelity).outputs]
-        assert told == pytest.approx(meant, abs=1300.0)
+        report = [o["value"] for o in run_case(case, fidelity).outputs]
+        assert report == pytest.approx(meant, abs=1300.0)
 
 
 def test_a_motion_that_is_not_understood_is_refused():

@@ -32,10 +32,10 @@ def elastic_catenary(span, rise, length, weight, ea):
         "T at end B": (tension[-1], 1e-3, 0),
         "stretched length": (stretched, 1e-4, 0),
     }
-    for share in (0.25, 0.4, 0.75):
-        x, z = at(share * length, h, v)
-        expected[f"x at s={share} L0"] = (x, 0, 5e-4 * length)
-        expected[f"z at s={share} L0"] = (z, 0, 5e-4 * length)
+    for fraction in (0.25, 0.4, 0.75):
+        x, z = at(fraction * length, h, v)
+        expected[f"x at s={fraction} L0"] = (x, 0, 5e-4 * length)
+        expected[f"z at s={fraction} L0"] = (z, 0, 5e-4 * length)
     return expected
 
 

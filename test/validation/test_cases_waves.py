@@ -90,9 +90,9 @@ def test_pluck(length, mass, tension, at, height, ea):
     c = np.sqrt(tension / mass)
     period = 2 * length / c
     expected = {"wave speed": (c, 0.01, 0), "period P": (period, 5e-3, 0)}
-    for name, share, allowed in (("P/8", 1 / 8, 0.03), ("P/4", 1 / 4, 0.03), ("P/2", 1 / 2, 0.06), ("P", 1.0, 0.08)):
+    for name, fraction, allowed in (("P/8", 1 / 8, 0.03), ("P/4", 1 / 4, 0.03), ("P/2", 1 / 2, 0.06), ("P", 1.0, 0.08)):
         expected[f"midpoint displacement at t={name}"] = (
-            plucked(length / 2, share * period, length, at, height, c),
+            plucked(length / 2, fraction * period, length, at, height, c),
             0,
             allowed * height,
         )

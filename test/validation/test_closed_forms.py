@@ -29,9 +29,9 @@ def cantilever(n: int, load: float, ea: float = 3e7) -> np.ndarray:
     """Tip of n elements of the product's cable, unit length, EI = 1, loaded in ten steps."""
     bench = Bench(n, 0, ea=ea, ei=1.0, ca=0.0, tau=0.0, mass=0.0, gravity=0.0, lengths=1.0 / n)
     bench.q[:, 0], bench.q[:, 2], bench.q[:, 3] = bench.arc, 10.0, 1.0
-    for share in np.linspace(0.1, 1.0, 10):
+    for fraction in np.linspace(0.1, 1.0, 10):
         force = np.zeros_like(bench.q)
-        force[-1, 2] = load * share
+        force[-1, 2] = load * fraction
         settle(bench, list(range(6)), force, steps=200, tolerance=1e-6)
     return bench.q[-1, [0, 2]] - (0.0, 10.0)
 

@@ -27,7 +27,7 @@ def ease(t: np.ndarray, time: float) -> np.ndarray:
 
 
 def sail(sim: Simulator, kind: str) -> np.recarray:
-    """Run a course; returns the Frames, every tenth."""
+    """Run a course; returns the tick outputs, every tenth."""
     speed, yaw, time, seconds = COURSES[kind]
     fine = np.arange(0.0, seconds + 2.0, 0.01)
     v, psi = 2.2 + ease(fine, time) * (speed - 2.2), yaw * ease(fine, time)

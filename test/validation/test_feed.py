@@ -48,14 +48,14 @@ def mass_out(sim) -> float:
 def test_the_drum_pulls_with_the_mass_outboard_times_its_acceleration(pull):
     """Vertical cable in air: T = (mu l + M) (g - P''), whatever runs through the mesh; here up to 2 m/s."""
     sim = in_air()
-    told = []
+    report = []
     for i in range(400):
         t = 0.01 * (i + 1)
         sim.push(WinchCommand(rate=pull * t))
         f = sim.tick()
         hung = MASS * (f.scope - Route(sim.scene).sheave) + BODY
-        told.append((f.tension, hung * (GRAVITY - pull), f.payout_rate))
-    tension, expected, rate = np.array(told[150:350]).T  # the weight bounces at first
+        report.append((f.tension, hung * (GRAVITY - pull), f.payout_rate))
+    tension, expected, rate = np.array(report[150:350]).T  # the weight bounces at first
     assert abs(rate[-1]) > 1.9
     print(f"T over (mu l + M)(g - a) - 1: {tension.mean() / expected.mean() - 1:.1e}")
     assert tension.mean() == pytest.approx(expected.mean(), rel=2e-3)
@@ -81,13 +81,13 @@ def swung(name: str, values: dict) -> np.ndarray:
     tick, omega = 0.02, 2.0 * np.pi / 8.0
     sim = Simulator(override(load_scene(name), {"setpoint.algorithm": "hold", "solver.tick": tick} | values))
     sim.start()
-    first, told = sim.frame.body_position - sim.frame.sheave_position, []
+    first, report = sim.frame.body_position - sim.frame.sheave_position, []
     for i in range(round(16.0 / tick)):
         sim.push(WinchCommand(rate=0.4 * omega * np.cos(omega * tick * (i + 0.5))))
         f = sim.tick()
         hung = f.body_position - f.sheave_position
-        told.append([f.tension, *(hung - first), *hung])
-    return np.array(told)[round(8.0 / tick) :]
+        report.append([f.tension, *(hung - first), *hung])
+    return np.array(report)[round(8.0 / tick) :]
 
 
 def test_small_travel_is_that_of_a_cable_wound_on_a_surface():

@@ -38,7 +38,7 @@ def starts():
 
 
 def wound(sim: Simulator, rate: float, seconds: float) -> np.recarray:
-    """Frames of so many seconds with the winch at ``rate`` [m/s]."""
+    """Tick outputs of so many seconds with the winch at ``rate`` [m/s]."""
     frames = []
     for _ in range(round(seconds / 0.25)):
         sim.push(WinchCommand(time_ns=int(sim.frame.time) + 1, rate=rate))
@@ -53,7 +53,7 @@ def ease(t, time):
 
 
 def sailed(sim: Simulator, speed: float, yaw: float, time: float, seconds: float) -> np.recarray:
-    """Frames of a course from 2.2 m/s ahead to ``speed`` [m/s] and ``yaw`` [rad] within ``time`` [s]."""
+    """Tick outputs of a course from 2.2 m/s ahead to ``speed`` [m/s] and ``yaw`` [rad] within ``time`` [s]."""
     fine = np.arange(0.0, seconds + 12.0, 0.05)
     v, psi = 2.2 + ease(fine, time) * (speed - 2.2), yaw * ease(fine, time)
     velocity = np.column_stack((v * np.cos(psi), v * np.sin(psi)))
@@ -113,7 +113,7 @@ def test_compensation_by_commands_is_a_wave_and_a_haul_in_it_is_none(starts):
 @pytest.mark.parametrize(
     # largest error of the tension allowed, and what it was before: the ship's mean speed is known only when the waves
     # are told from it, 17 s late
-    ("speed", "yaw", "time", "seconds", "most", "before"),
+    ("speed", "yaw", "time", "seconds", "maximum", "before"),
     [
         (1.1, 0.0, 300.0, 400.0, 0.03, 0.10),
         (0.0, 0.0, 60.0, 140.0, 0.30, 1.22),
@@ -121,9 +121,9 @@ def test_compensation_by_commands_is_a_wave_and_a_haul_in_it_is_none(starts):
     ],
     ids=["slower", "stop", "turn"],
 )
-def test_a_change_of_speed_and_a_turn(starts, speed, yaw, time, seconds, most, before):
+def test_a_change_of_speed_and_a_turn(starts, speed, yaw, time, seconds, maximum, before):
     got, wanted = (sailed(starts("full_scale", t), speed, yaw, time, seconds).tension for t in (60.0, SHORT))
-    assert np.abs(got / wanted - 1.0).max() < most < before
+    assert np.abs(got / wanted - 1.0).max() < maximum < before
     assert np.abs(np.diff(got)).max() < 0.01 * wanted[0]  # and without a jump
 
 

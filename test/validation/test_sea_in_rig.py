@@ -268,7 +268,7 @@ def test_elevation_is_that_of_the_sea_where_the_sheave_is(tow):
 def test_a_replay_of_a_recording_is_the_run_bit_for_bit(tmp_path):
     ran = offline.run(override(load_scene("full_scale"), WILD), heave=(0.5, 8.0), duration=4.0, out=tmp_path / "run")
     again = offline.replay(ran.bag)
-    assert again.figures["largest_difference"] == {"field": "", "difference": 0.0, "ticks": 400}
+    assert again.metrics["largest_difference"] == {"field": "", "difference": 0.0, "ticks": 400}
     assert np.ptp(ran.frames.surface_elevation) > 0.05
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from cable_sim_ros.io.load import load_scene, override
 from cable_sim_ros.physics.contact_surface import floor_row
-from cable_sim_ros.physics.frame import Flag
+from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.runs import offline
 from cable_sim_ros.sim.rig import HALVED, Rig, cable_of, load_of
 from cable_sim_ros.sim.simulator import Simulator, StartError
@@ -45,7 +45,7 @@ def test_a_chain_laid_on_a_floor_hangs_as_the_catenary_of_its_touchdown(pull, he
     # penetration under its own weight, away from the touchdown and its end
     lying = (s > hanging + 0.1 * length) & (s < 0.95 * length)
     assert rig.state.q[lying, 2] == pytest.approx(-depth, rel=0.02)
-    pressed = rig.survey()
+    pressed = rig.contact_table()
     load = float((pressed["load_own"] * pressed["length"]).sum())
     assert load == pytest.approx(WEIGHT * (length - hanging), rel=0.02)
 

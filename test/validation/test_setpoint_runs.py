@@ -7,7 +7,7 @@ import pytest
 
 from cable_sim_ros import ShipMotion, Simulator
 from cable_sim_ros.io.load import load_scene, override
-from cable_sim_ros.physics.frame import Flag
+from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.runs import offline
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
@@ -33,19 +33,19 @@ def test_a_waterline_law_on_a_flat_tow_does_not_destroy_it(scene, law):
 @pytest.mark.parametrize("tick", [0.01, 0.0025])
 def test_the_measured_angle_does_not_rattle_the_winch(tick):
     """Winch acceleration and tension as with the constant angle, whatever the step; were 8 and 1.7 times as much."""
-    most, std = [], []
+    maximum, std = [], []
     for law in ("simplified_sheave", "rigorous_sheave"):
         frames = offline.run("full_scale", "nbp1406", duration=30.0, algorithm=law, step="fixed", every=tick).frames
         kept = frames[round(20.0 / tick) :]
-        most.append(float(np.abs(kept.payout_acceleration).max()))
+        maximum.append(float(np.abs(kept.payout_acceleration).max()))
         std.append(float(kept.tension.std()))
         assert seen(frames, Flag.SETPOINT_LIMITED) == 0.0
-    assert most[0] < 0.8 and most[1] < 1.2 * most[0]
+    assert maximum[0] < 0.8 and maximum[1] < 1.2 * maximum[0]
     assert std[1] < 1.3 * std[0]
 
 
 def moved(sim: Simulator, seconds: float, place) -> np.recarray:
-    """Push ship motion place(t) [m, three of them] sampled at 50 Hz, go on by ``seconds``; returns the Frames."""
+    """Push ship motion place(t) [m, three of them] sampled at 50 Hz, go on by ``seconds``; returns the tick outputs."""
     begin, tick = float(sim.frame.time) * 1e-9, sim.scene.solver.tick
     frames = []
     for first in np.arange(begin, begin + seconds - 1e-9, 10.0):

@@ -96,7 +96,7 @@ def test_the_whole_tow_has_both_drums_and_says_what_feeding_brings(monkeypatch):
     assert [r.setting.split(", ")[-1] for r in rows] == ["50 ms", "0.005", "50 ms", "50 ms"]
     feed, chosen, contact, fine = rows
     assert feed.elements < contact.elements < 2 * fine.elements
-    assert feed.figures["over_contact_50_ms"] == pytest.approx(contact.cpu_s_per_sim_s / feed.cpu_s_per_sim_s)
+    assert feed.metrics["over_contact_50_ms"] == pytest.approx(contact.cpu_s_per_sim_s / feed.cpu_s_per_sim_s)
     assert "x contact at 50 ms" in chosen.note and "x real time" in contact.note
     assert all(r.error_tension < 0.05 and r.error_position < 0.02 for r in rows)
     assert json.loads(json.dumps([bench.as_json(r) for r in rows]))[0]["figures"]["realtime_factor"] > 1.0
@@ -110,10 +110,10 @@ def test_a_haul_and_back_is_a_row(monkeypatch):
     monkeypatch.setattr(haul_bench, "HAULS", haul_bench.HAULS[1:2])
     (row,) = haul_bench.hauled(1)
     assert row.setting.startswith("hold, feed ") and row.setting.endswith("50 ms")
-    told = row.figures
-    assert told["scope_missing_m"] == pytest.approx(0.0, abs=1e-9)
-    assert told["in_30_s_place_m"] == pytest.approx(row.error_position, abs=told["out_30_s_place_m"])
-    assert told["in_ripple_rms_n"] < 1.0 and told["out_step_n"] < 10.0 and "5 / 30 s after" in row.note
+    report = row.metrics
+    assert report["scope_missing_m"] == pytest.approx(0.0, abs=1e-9)
+    assert report["in_30_s_place_m"] == pytest.approx(row.error_position, abs=report["out_30_s_place_m"])
+    assert report["in_ripple_rms_n"] < 1.0 and report["out_step_n"] < 10.0 and "5 / 30 s after" in row.note
 
 
 def test_ripple_is_what_a_running_mean_leaves():

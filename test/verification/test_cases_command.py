@@ -25,16 +25,16 @@ def run(tmp_path, data, *more):
 def test_values_in_the_form_of_the_contract(tmp_path):
     done = run(tmp_path, CASE | {"outputs": CASE["outputs"][:1]}, "--json")
     assert done.exit_code == 0, done.output
-    told = json.loads(done.stdout)
-    assert set(told) == {"id", "outputs", "elements", "dt_s", "cpu_s", "notes"}
-    assert told["outputs"][0]["value"] == pytest.approx(800.0, rel=1e-6)
+    report = json.loads(done.stdout)
+    assert set(report) == {"id", "outputs", "elements", "dt_s", "cpu_s", "notes"}
+    assert report["outputs"][0]["value"] == pytest.approx(800.0, rel=1e-6)
 
 
 def test_a_missing_value_is_null_with_a_note_and_code_1(tmp_path):
     done = run(tmp_path, CASE, "--json", "--fidelity", "realtime")
     assert done.exit_code == 1
-    told = json.loads(done.stdout)
-    assert told["outputs"][1]["value"] is None and any("no value for: colour" in n for n in told["notes"])
+    report = json.loads(done.stdout)
+    assert report["outputs"][1]["value"] is None and any("no value for: colour" in n for n in report["notes"])
 
 
 @pytest.mark.parametrize(

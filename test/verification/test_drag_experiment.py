@@ -49,16 +49,16 @@ def test_the_page_names_every_law_and_key():
 def test_validate_drag_prints_ours_beside_the_print(tmp_path):
     done = CliRunner().invoke(commands.main, ["validate", "drag", "--json", "--out", str(tmp_path)])
     assert done.exit_code == 0, done.output
-    (told,) = json.loads(done.stdout)
-    judged = [row for row in told["rows"] if row["allowed"] is not None]
+    (report,) = json.loads(done.stdout)
+    judged = [row for row in report["rows"] if row["allowed"] is not None]
     assert len(judged) == 11 + 55 + 49
     assert all(abs(row["ours"] - row["measured"]) <= row["allowed"] for row in judged)
-    different = {row["name"]: row for row in told["rows"] if row["allowed"] is None}
+    different = {row["name"]: row for row in report["rows"] if row["allowed"] is None}
     assert len(different) == 7 and all(row["source"] for row in different.values())
     assert different["F_1 eq. 12a in reversed flow"]["ours"] == pytest.approx(
         -different["F_1 eq. 12a in reversed flow"]["measured"], rel=1e-5
     )
-    depth = {row["choice"]: row["depth m"] for row in told["choices"]}
+    depth = {row["choice"]: row["depth m"] for row in report["choices"]}
     assert depth["0.11 on sin 2 eta as printed"] == pytest.approx(21.7, abs=0.5), "the judgement of the default"
     assert (tmp_path / "drag.png").stat().st_size > 10_000 and (tmp_path / "drag.md").read_text().count(
         "| model |"

@@ -15,10 +15,10 @@ from cable_sim_ros.verification.experiments.pulley import CONFIGURATIONS, Choice
 
 @pytest.mark.parametrize("number", CONFIGURATIONS)
 def test_it_starts_where_the_table_says_and_gains_nothing(number):
-    told = swing(number, 1.0)
-    assert told.wrap[0] == pytest.approx(CONFIGURATIONS[number][3], abs=0.2)
-    assert told.energy.max() < 2e-3 * np.ptp(told.energy) + 0.02, "a passive system never gains"
-    low, high = ranges(told)["wrap"]
+    report = swing(number, 1.0)
+    assert report.wrap[0] == pytest.approx(CONFIGURATIONS[number][3], abs=0.2)
+    assert report.energy.max() < 2e-3 * np.ptp(report.energy) + 0.02, "a passive system never gains"
+    low, high = ranges(report)["wrap"]
     assert high > 120.0 and low > CONFIGURATIONS[number][3] - 0.5
 
 
@@ -36,10 +36,10 @@ def test_validate_tells_measured_ours_allowed_and_choices(tmp_path):
         commands.main, ["validate", "pulley", "--json", "--duration", "0.5", "--out", str(tmp_path)]
     )
     assert done.exit_code == 0, done.output
-    told = json.loads(done.stdout)[0]
-    row = next(r for r in told["rows"] if r["name"] == "configuration 1, largest wrap")
+    report = json.loads(done.stdout)[0]
+    row = next(r for r in report["rows"] if r["name"] == "configuration 1, largest wrap")
     assert row["measured"] == 146.0 and row["allowed"] == 2.77 and row["unit"] == "deg"
-    withheld = [r for r in told["rows"] if "configuration 2" in r["name"]]
+    withheld = [r for r in report["rows"] if "configuration 2" in r["name"]]
     assert withheld and all(r["measured"] is None for r in withheld)
-    assert len(told["choices"]) >= 10 and (tmp_path / "pulley.png").stat().st_size > 10_000
+    assert len(report["choices"]) >= 10 and (tmp_path / "pulley.png").stat().st_size > 10_000
     assert "pulley" in EXPERIMENTS

@@ -7,14 +7,14 @@ import pytest
 
 from cable_sim_ros.physics.contact_surface import surface_row
 from cable_sim_ros.physics.integrate import Solver
-from cable_sim_ros.physics.substeps import LEAVE_STEP, NO_LIMIT, TURN_MOST, TURN_STEP
+from cable_sim_ros.physics.substeps import LEAVE_STEP, MAX_TURN, NO_LIMIT, TURN_STEP
 from cable_sim_ros.sim.build import Rules
 from cable_sim_ros.sim.rig import HALVED, WHIPPING, Rig, RigError, cable_of, load_of
 from cable_sim_ros.verification.bend import Walk, drum, pulls
-from cable_sim_ros.verification.stations import stations
+from cable_sim_ros.verification.contact_points import contact_points
 
 LENGTH, NODES = 2.0, 5
-REFUSING = Rules(0, TURN_MOST, NO_LIMIT)
+REFUSING = Rules(0, MAX_TURN, NO_LIMIT)
 
 
 def rod(speed: float = 0.0, gravity: float = 0.0, iterations: int = 20) -> Rig:
@@ -42,18 +42,16 @@ def rod(speed: float = 0.0, gravity: float = 0.0, iterations: int = 20) -> Rig:
 @pytest.mark.parametrize(
     ("turn", "step", "refused"),
     [
-        (1.5 * TURN_MOST, 2.0 * TURN_STEP, True),
-        (0.5 * TURN_MOST, 2.0 * TURN_STEP, False),
-        (1.5 * TURN_MOST, 0.9 * TURN_STEP, False),
+        (1.5 * MAX_TURN, 2.0 * TURN_STEP, True),
+        (0.5 * MAX_TURN, 2.0 * TURN_STEP, False),
+        (1.5 * MAX_TURN, 0.9 * TURN_STEP, False),
     ],
 )
 def test_a_step_that_turns_the_cable_far_is_taken_back(turn, step, refused):
     rig = rod(turn / step)
     before = rig.state.q.copy()
     if refused:
-        with pytest.raises(
-            RigError, match=f"turning a gradient by more than {TURN_MOST:g}.*0 halvings.*a smaller step"
-        ):
+        with pytest.raises(RigError, match=f"turning a gradient by more than {MAX_TURN:g}.*0 halvings.*a smaller step"):
             rig.run(step, step, rules=REFUSING)
         assert np.array_equal(rig.state.q, before)
     else:
@@ -62,7 +60,7 @@ def test_a_step_that_turns_the_cable_far_is_taken_back(turn, step, refused):
 
 
 def test_a_step_that_turns_the_cable_far_goes_in_halves():
-    rig = rod(2.5 * TURN_MOST / (4.0 * TURN_STEP))
+    rig = rod(2.5 * MAX_TURN / (4.0 * TURN_STEP))
     assert list(rig.steps(4.0 * TURN_STEP, rules=WHIPPING)) == [TURN_STEP] * 4
 
 
@@ -151,7 +149,7 @@ def test_stations_of_each_surface_and_of_a_sample_of_a_run():
     rest = (s - radius * angle)[:, None] * g
     rig.place(radius * np.stack((np.sin(angle), 0.0 * s, np.cos(angle)), 1) + rest, g)
     rig.settle()
-    table, other = stations(rig), stations(rig, 1)
+    table, other = contact_points(rig), contact_points(rig, 1)
     assert len(table.s) == len(other.s) == 200 and table.weight.sum() == pytest.approx(2.0)
     assert np.all(np.diff(table.s) > 0.0) and np.all(np.diff(table.angle) > 0.0)
     assert table.resultant == pytest.approx((0.0, 0.0, 2.0 * tension * np.sin(0.5 * wrap)), abs=0.5)
@@ -159,9 +157,9 @@ def test_stations_of_each_surface_and_of_a_sample_of_a_run():
     assert not other.load.any() and other.gap.min() > 49.0
     q = rig.state.q.copy()
     q[:, 2] += 1.0
-    lifted_off = stations(rig, q=q)
+    lifted_off = contact_points(rig, q=q)
     assert not lifted_off.load.any() and lifted_off.gap.min() > 0.0
-    assert np.array_equal(stations(rig).load, table.load), "the present is as it was"
+    assert np.array_equal(contact_points(rig).load, table.load), "the present is as it was"
 
 
 def test_residual_is_what_is_out_of_balance():

@@ -25,10 +25,10 @@ def test_a_hard_sheave_is_the_rigid_cylinder():
 def test_elements_at_the_threshold_are_within_five_percent(wrap_deg, phase):
     wrap, places = radians(wrap_deg), np.linspace(-0.2, radians(wrap_deg) + 0.2, 401)
     fine, here, coarse = (solve(wrap, ratio, phase, LIMITS[0]) for ratio in (0.15, RESOLVED, 5.0))
-    exact, told, rough = (answers(table, wrap) for table in (fine, here, coarse))
+    exact, report, rough = (answers(table, wrap) for table in (fine, here, coarse))
     for name, value in exact.items():
         if value == value:
-            assert told[name] == pytest.approx(value, rel=0.05), name
+            assert report[name] == pytest.approx(value, rel=0.05), name
     assert np.abs(accumulated(here, places) - accumulated(fine, places)).max() < 0.05
     # far coarser, as the shipped mesh: the resultant holds
     assert rough["resultant"] == pytest.approx(exact["resultant"], rel=1e-3)

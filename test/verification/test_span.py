@@ -60,12 +60,12 @@ def test_a_pinned_span_is_the_sum_of_its_modes(span, law):
 def test_in_water_the_wake_locks_in(span):
     """Between 0.8 and 1.3 of the speed of resonance it keeps to the natural frequency, at 0.6 and 2 to its own."""
     water = changed(span, ends=SpanEnds.PINNED, fluid=WATER, damping_ratio=0.02, elements=8)
-    told = lock(water, 2.0, 200.0, (0.6, 0.85, 1.25, 2.0), "water")
-    assert told.locked.tolist() == [False, True, True, False]
-    assert np.abs(told.wake[1:3] - 1.0).max() < 0.06
-    np.testing.assert_allclose(told.wake[[0, 3]], told.free[[0, 3]], rtol=0.06)
-    assert 0.3 < told.amplitude[1:3].min() and told.amplitude[1:3].max() < 0.8
-    assert told.amplitude[[0, 3]].max() < 0.05
+    report = lock(water, 2.0, 200.0, (0.6, 0.85, 1.25, 2.0), "water")
+    assert report.locked.tolist() == [False, True, True, False]
+    assert np.abs(report.wake[1:3] - 1.0).max() < 0.06
+    np.testing.assert_allclose(report.wake[[0, 3]], report.free[[0, 3]], rtol=0.06)
+    assert 0.3 < report.amplitude[1:3].min() and report.amplitude[1:3].max() < 0.8
+    assert report.amplitude[[0, 3]].max() < 0.05
 
 
 def test_wake_and_cable_together_are_of_second_order_in_the_step(span):
@@ -91,10 +91,10 @@ def test_the_command_prints_json_and_draws(tmp_path):
     arguments = ["span", "span_in_wind", "--case", "case_1", "--json", "--out", str(tmp_path)]
     result = CliRunner().invoke(main, arguments)
     assert result.exit_code == 0, result.output
-    told = json.loads(result.stdout)
-    assert told == json.loads((tmp_path / "span.json").read_text())
-    assert told["span"] == "span_in_wind" and [case["case"] for case in told["cases"]] == ["case_1"]
-    assert 4e-6 < told["cases"][0]["vertical_peak_m"] < 6e-6
+    report = json.loads(result.stdout)
+    assert report == json.loads((tmp_path / "span.json").read_text())
+    assert report["span"] == "span_in_wind" and [case["case"] for case in report["cases"]] == ["case_1"]
+    assert 4e-6 < report["cases"][0]["vertical_peak_m"] < 6e-6
     assert (tmp_path / "span.png").read_bytes()[:4] == b"\x89PNG"
 
 

@@ -26,8 +26,8 @@ DOCS = Path(__file__).parents[2] / "docs"
 
 
 def data(case=None, **values):
-    told = yaml12.parse(Path(find_span("span_in_wind")).read_text("utf-8"))[0]
-    return {"span": told["span"] | {"cases": {"a": CASE | (case or {})}} | values}
+    report = yaml12.parse(Path(find_span("span_in_wind")).read_text("utf-8"))[0]
+    return {"span": report["span"] | {"cases": {"a": CASE | (case or {})}} | values}
 
 
 def refusal(case=None, **values):
@@ -69,8 +69,8 @@ def test_a_case_that_does_not_lie_over_its_sheaves_is_refused():
     assert (
         "with a radius of 0.015 m, more than 0.006 m, 40 % of it: no rest is found there; nothing was started" in text
     )
-    least = float(text.split("Make span.sheave.stiffness at least ")[1].split()[0])
-    span_from_dict(data(sheave={"radius": 0.005, "stiffness": 1.01 * least}), "here")
+    minimum = float(text.split("Make span.sheave.stiffness at least ")[1].split()[0])
+    span_from_dict(data(sheave={"radius": 0.005, "stiffness": 1.01 * minimum}), "here")
     text = refusal({"length": 0.1})
     assert (
         "span.cases.a.length = 0.1 m is shorter than 0.1106 m: what lies near the two sheaves (span.sheave.ra" in text
@@ -126,23 +126,23 @@ def test_the_json_of_a_span_that_fails_is_that_of_a_span(tmp_path, monkeypatch, 
     monkeypatch.setattr(runs, where, fails)
     result = command(tmp_path, "--json")
     assert result.exit_code == 1
-    told = json.loads(result.stdout)
-    assert told["problem"].endswith(f"mine.yaml: span.cases.a {what}: no static equilibrium; no case has figures")
-    reason = told["verdict"]["reasons"][0]
-    assert told["verdict"]["state"] == "failed" and reason["flag"] == flag
+    report = json.loads(result.stdout)
+    assert report["problem"].endswith(f"mine.yaml: span.cases.a {what}: no static equilibrium; no case has figures")
+    reason = report["verdict"]["reasons"][0]
+    assert report["verdict"]["state"] == "failed" and reason["flag"] == flag
     assert "vertical_rms_m" in reason["figures"] and not any("tension" in name for name in reason["figures"])
 
 
 def test_where_nothing_is_shed_there_is_no_wake(tmp_path):
     result = command(tmp_path, "--json", case={"wind": 0.03}, ends="pinned", steps=30, elements=4)
     assert result.exit_code == 0, result.output
-    told = json.loads(result.stdout)
-    row = told["cases"][0]
-    assert row["reynolds"] == pytest.approx(40.0) and told["verdict"]["state"] == "ok"
+    report = json.loads(result.stdout)
+    row = report["cases"][0]
+    assert row["reynolds"] == pytest.approx(40.0) and report["verdict"]["state"] == "ok"
     names = ("wake_frequency_hz", "wake_amplitude", "wake_shift_percent", "lock_in_width_percent", "steady")
     assert all(row[name] is None for name in (*names, "vertical_frequency_hz", "streamwise_frequency_hz"))
     assert row["vertical_peak_m"] < 1e-9
-    assert told["notices"] == [
+    assert report["notices"] == [
         "a: nothing is shed, the Reynolds number 40 is not above 47: no wake, and no vibration by it"
     ]
     shown = command(tmp_path, case={"wind": 0.03}, ends="pinned", steps=30, elements=4, wake={"law": "off"})
@@ -152,10 +152,10 @@ def test_where_nothing_is_shed_there_is_no_wake(tmp_path):
 def test_what_is_not_steady_is_doubtful(tmp_path):
     """Beside resonance, damped by the air alone, it beats for longer than the 400 periods of a run."""
     result = command(tmp_path, "--json", case={"wind": 0.31}, damping_ratio=0.0, ends="pinned", steps=30, elements=4)
-    told = json.loads(result.stdout)
-    assert not told["cases"][0]["steady"] and result.exit_code == 4
-    reason = told["verdict"]["reasons"][0]
-    assert told["verdict"]["state"] == "doubtful" and reason["flag"] == "NOT_STEADY"
+    report = json.loads(result.stdout)
+    assert not report["cases"][0]["steady"] and result.exit_code == 4
+    reason = report["verdict"]["reasons"][0]
+    assert report["verdict"]["state"] == "doubtful" and reason["flag"] == "NOT_STEADY"
     assert "vertical_peak_m" in reason["figures"] and "wake_amplitude" in reason["figures"]
     assert "a: over the last 20 of 400 periods the amplitude goes on changing, by more than 2 %" in reason["text"]
     assert "More span.damping_ratio (= 0) is steady sooner" in result.stderr

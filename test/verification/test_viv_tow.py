@@ -27,8 +27,8 @@ def test_validate_prints_printed_ours_allowed_and_why(short, tmp_path):
         catch_exceptions=False,
     )
     assert done.exit_code == 0, done.output
-    told = json.loads(done.stdout)[0]
-    rows = {row["name"]: row for row in told["rows"]}
+    report = json.loads(done.stdout)[0]
+    rows = {row["name"]: row for row in report["rows"]}
     checked = [row for row in rows.values() if row["measured"] is not None and row["allowed"] is not None]
     assert len(checked) >= 8
     for row in checked:
@@ -36,5 +36,5 @@ def test_validate_prints_printed_ours_allowed_and_why(short, tmp_path):
     assert rows["flume, damping 0.02: miss"]["ours"] < 13.0
     assert rows["full scale: mean factor on the bare part"]["ours"] == pytest.approx(2.05, abs=0.05)
     assert 100 < rows["full scale, lowest mode"]["ours"] < rows["full scale, highest mode"]["ours"] < 250
-    assert told["choices"][0]["choice"] == "flume: no strumming" and told["choices"][0]["x"] > 100.0
+    assert report["choices"][0]["choice"] == "flume: no strumming" and report["choices"][0]["x"] > 100.0
     assert (tmp_path / "strumming.png").stat().st_size > 20_000

@@ -181,7 +181,7 @@ def test_a_name_that_is_not_shipped():
         viv.load_span("no_such")
 
 
-CAUTIONS = [
+WARNINGS = [
     (
         {"flow": {"speed": [0.1, 0.0]}},
         "flow.speed sheds up to 0.5667 Hz, below the first frequency 0.8986 Hz: no mode is driven at resonance. The",
@@ -220,17 +220,17 @@ CAUTIONS = [
 ]
 
 
-@pytest.mark.parametrize("blocks, text", CAUTIONS, ids=range(len(CAUTIONS)))
+@pytest.mark.parametrize("blocks, text", WARNINGS, ids=range(len(WARNINGS)))
 def test_a_doubtful_result_says_so(blocks, text):
     case = span(**blocks)
-    found = [files.text_of(problem) for problem in checks.cautions(case, vibration(case))]
-    assert any(text in caution for caution in found), found
+    found = [files.text_of(problem) for problem in checks.warnings(case, vibration(case))]
+    assert any(text in warning for warning in found), found
 
 
 @pytest.mark.parametrize("name", shipped_viv())
 def test_shipped_spans_load_and_raise_no_caution(name):
     case = viv.load_span(name)
-    assert checks.cautions(case, vibration(case)) == []
+    assert checks.warnings(case, vibration(case)) == []
 
 
 def test_the_four_printed_cases_are_shipped():
@@ -246,16 +246,16 @@ def test_the_package_imports_when_a_name_is_used():
 def test_json_has_the_fields_of_the_contract_and_nothing_else_is_printed(tmp_path):
     result = call("viv", "capozucca_5_7", "--json", "--out", tmp_path)
     assert result.exit_code == 0, result.output
-    told = json.loads(result.stdout)
-    assert set(told) == {*files.FIELDS, files.CAUTIONS}
+    data = json.loads(result.stdout)
+    assert set(data) == {*files.FIELDS, files.WARNINGS}
     contract = ["frequencies_hz", "damping_ratios", "arc_m", "rms_displacement_m", "rms_acceleration_m_s2"]
-    assert all(isinstance(told[name], list) for name in contract)
-    assert len(told["arc_m"]) == len(told["rms_displacement_m"]) == len(told["rms_acceleration_m_s2"]) == 201
-    assert told["max_rms_displacement_m"] == max(told["rms_displacement_m"])
-    assert told["max_rms_displacement_diameters"] == pytest.approx(told["max_rms_displacement_m"] / 0.028575)
-    assert told["place_m"] == pytest.approx(0.125 * told["arc_m"][-1]) and told["reading"] == "A"
-    assert told["frequencies_hz"][0] == pytest.approx(0.92632, rel=1e-4) and len(told["modes"]) == 4
-    assert json.loads((tmp_path / "viv.json").read_text("utf-8")) == told
+    assert all(isinstance(data[name], list) for name in contract)
+    assert len(data["arc_m"]) == len(data["rms_displacement_m"]) == len(data["rms_acceleration_m_s2"]) == 201
+    assert data["max_rms_displacement_m"] == max(data["rms_displacement_m"])
+    assert data["max_rms_displacement_diameters"] == pytest.approx(data["max_rms_displacement_m"] / 0.028575)
+    assert data["place_m"] == pytest.approx(0.125 * data["arc_m"][-1]) and data["reading"] == "A"
+    assert data["frequencies_hz"][0] == pytest.approx(0.92632, rel=1e-4) and len(data["modes"]) == 4
+    assert json.loads((tmp_path / "viv.json").read_text("utf-8")) == data
     assert (tmp_path / "viv.png").stat().st_size > 50_000
 
 
@@ -282,7 +282,7 @@ def test_the_python_and_the_file_of_the_page_run(capsys):
     (text,) = re.findall(r"```yaml\n(.*?)```", PAGE, re.S)
     case = files.span_from_dict(*yaml12.parse(text)[:1], "viv.md")
     result = vibration(case)
-    assert checks.cautions(case, result) == [] and len(result.frequencies) > 10
+    assert checks.warnings(case, result) == [] and len(result.frequencies) > 10
 
 
 def test_many_modes_are_computed_and_fifty_of_them_exactly():
@@ -300,7 +300,7 @@ def test_too_many_modes_for_the_most_segments():
 def test_a_long_cable_shows_the_modes_of_the_largest_response(tmp_path, capsys):
     case = span(flow={"speed": [9.0, 8.0]}, response={"segments": 40, "points": 100, "frequencies": 400})
     result = vibration(case)
-    shown = leading(result, report.MOST_MODES)
+    shown = leading(result, report.MAX_MODES)
     assert len(shown) == 20 < len(result.frequencies) and shown == sorted(shown)
     at_peak = int(np.abs(result.frequencies - result.frequency[result.displacement_spectrum.argmax()]).argmin())
     assert at_peak in shown and leading(result, 1)[0] in shown
@@ -325,7 +325,7 @@ def test_names_in_python_stand_beside_those_of_json():
     for name, attribute in rows:
         value = eval(f"result.{attribute}", {"result": result})
         assert data[name] == (value.tolist() if hasattr(value, "tolist") else value), name
-    assert data["cautions"] == viv.cautions(case, result)
+    assert data["cautions"] == viv.warnings(case, result)
 
 
 def test_a_choice_outside_the_range_of_its_key_is_left_out():
@@ -350,17 +350,17 @@ def numbers(markdown):
 def test_the_sensitivity_of_the_page_is_that_of_the_command(tmp_path):
     result = call("viv", "capozucca_5_7", "--sensitivity", "--json", "--out", tmp_path)
     assert result.exit_code == 0, result.output
-    told = {row["choice"]: row for row in json.loads(result.stdout)}
+    data = {row["choice"]: row for row in json.loads(result.stdout)}
     page = numbers(PAGE.partition("fig. 5.7 (`capozucca_5_7`):")[2].partition("The riser")[0])
-    for row in told.values():
+    for row in data.values():
         assert page[row["choice"]] == pytest.approx([100.0 * x for x in list(row.values())[1:]], abs=0.1), row
-    assert told["damping ratios - 15 %"]["place"] == pytest.approx(0.08, abs=0.005)
-    assert told["exponential correlation"]["place"] == pytest.approx(-0.13, abs=0.01)
-    assert told["flow the other way round"]["place"] == pytest.approx(-0.08, abs=0.005)
-    assert told["mean squares taken as rms values"]["place"] == pytest.approx(-0.20, abs=0.015)
-    assert abs(told["response by the other method"]["place"]) < 1e-3
+    assert data["damping ratios - 15 %"]["place"] == pytest.approx(0.08, abs=0.005)
+    assert data["exponential correlation"]["place"] == pytest.approx(-0.13, abs=0.01)
+    assert data["flow the other way round"]["place"] == pytest.approx(-0.08, abs=0.005)
+    assert data["mean squares taken as rms values"]["place"] == pytest.approx(-0.20, abs=0.015)
+    assert abs(data["response by the other method"]["place"]) < 1e-3
     assert (tmp_path / "sensitivity.md").read_text("utf-8").startswith("| choice | rms there % |")
-    assert "reading A of the lift" not in told, "what it is already is no choice"
+    assert "reading A of the lift" not in data, "what it is already is no choice"
 
 
 def test_the_sensitivity_is_printed_as_a_table(monkeypatch):

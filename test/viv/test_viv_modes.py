@@ -232,7 +232,7 @@ def test_the_shipped_files_are_the_printed_inputs(name, gradient, printed):
     """Feet, inches and pounds by definition; masses as weight over 32.2 ft/s^2."""
     foot, pound = 0.3048, 4.4482216152605
     slug = pound / foot
-    length, diameter, weight, tension, share, flow = printed
+    length, diameter, weight, tension, fraction, flow = printed
     case = load_span(name)
     arc, speed = np.array(flow).T
     assert case.cable.length == pytest.approx(length * foot) and case.cable.diameter == pytest.approx(diameter * 0.0254)
@@ -240,6 +240,6 @@ def test_the_shipped_files_are_the_printed_inputs(name, gradient, printed):
     assert case.water.density == pytest.approx(62.4 / 32.2 * slug / foot**3, rel=1e-7)
     assert case.tension.start == pytest.approx(tension * pound, rel=1e-7)
     assert case.tension.gradient == pytest.approx(gradient * pound / foot, rel=1e-7)
-    assert case.lift.correlation_length == pytest.approx(share * length * foot)
+    assert case.lift.correlation_length == pytest.approx(fraction * length * foot)
     assert case.flow.arc == pytest.approx(arc * length * foot) and case.flow.speed == pytest.approx(speed * foot)
     assert case.flow.turbulence == pytest.approx(0.25 * foot) and case.flow.strouhal == 0.17

@@ -53,7 +53,7 @@ FAMILIES: tuple[Family, ...] = (  # of two that ask for as many inputs the earli
     waves.pluck,
 )
 SETTLED = 0.2  # share of its tolerance by which an output may still move between the last two levels
-MOST_LEVELS = 6
+MAX_LEVELS = 6
 CPU_BUDGET = 240.0  # s of one case, beyond which no finer level is begun
 
 
@@ -62,7 +62,7 @@ class Fidelity(str, Enum):
     REALTIME = "realtime"
 
 
-class Figures(NamedTuple):
+class Metrics(NamedTuple):
     """What ``cable-sim case --json`` prints; value None where there is no honest one."""
 
     id: str
@@ -100,7 +100,7 @@ def family_of(case: Case) -> Family | None:
     return max(fitting, key=lambda f: len(f.keys), default=None)
 
 
-def run_case(case: Case, fidelity: Fidelity = Fidelity.VERIFICATION) -> Figures:
+def run_case(case: Case, fidelity: Fidelity = Fidelity.VERIFICATION) -> Metrics:
     """Values of one case. A case without a family, or one that cannot be solved, says so in its notes."""
     family = family_of(case)
     if family is None:
@@ -115,7 +115,7 @@ def run_case(case: Case, fidelity: Fidelity = Fidelity.VERIFICATION) -> Figures:
     missing = [o["name"] for o in outputs if o["value"] is None]
     if missing:
         notes.append(f"no value for: {'; '.join(missing)}")
-    return Figures(
+    return Metrics(
         case.id,
         outputs,
         values.elements,
@@ -132,7 +132,7 @@ def _realtime(family: Family, case: Case) -> tuple[Values, int, list[str]]:
 def _refined(family: Family, case: Case) -> tuple[Values, int, list[str]]:
     """Refine until every output moves by less than SETTLED of its tolerance."""
     begin, values, moved = time.process_time(), None, math.inf
-    for level in range(MOST_LEVELS):
+    for level in range(MAX_LEVELS):
         before, spent = values, time.process_time()
         try:
             values = family.solve(case, Level(level, None))
@@ -143,7 +143,7 @@ def _refined(family: Family, case: Case) -> tuple[Values, int, list[str]]:
         spent = time.process_time() - spent
         if before is not None:
             moved = max(
-                (share_moved(o, before.of.get(o.name), values.of.get(o.name)) for o in case.outputs), default=0.0
+                (fraction_moved(o, before.of.get(o.name), values.of.get(o.name)) for o in case.outputs), default=0.0
             )
             if moved <= SETTLED:
                 return (
@@ -159,7 +159,7 @@ def _refined(family: Family, case: Case) -> tuple[Values, int, list[str]]:
     return values, level, [f"not settled: the last refinement still moved an output by {moved:.2g} of its tolerance"]
 
 
-def share_moved(output: Output, before, after) -> float:
+def fraction_moved(output: Output, before, after) -> float:
     """Change of an output (a number or a vector) over its tolerance."""
     if before is None or after is None:
         return 0.0 if before is after else math.inf
@@ -170,8 +170,8 @@ def share_moved(output: Output, before, after) -> float:
     return change / allowed
 
 
-def _without(case: Case, why: str, cpu: float = 0.0) -> Figures:
-    return Figures(case.id, [{"name": o.name, "value": None} for o in case.outputs], 0, 0.0, cpu, [why])
+def _without(case: Case, why: str, cpu: float = 0.0) -> Metrics:
+    return Metrics(case.id, [{"name": o.name, "value": None} for o in case.outputs], 0, 0.0, cpu, [why])
 
 
 __all__ = ["FAMILIES", "Case", "CaseError", "Family", "Fidelity", "Figures", "load_case", "run_case"]

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...sim.rig import Rig, RigError, cable_of, load_of
 from ..bend import Bend, Walk, distributed, drum
-from ..stations import stations
+from ..contact_points import contact_points
 from .family import Case, Level, Values, family
 
 LENGTH = 1.0  # m of the straight cable that falls flat
@@ -48,7 +48,7 @@ def bounce(case: Case, level: Level) -> Values:
     walk, deep, seen = Walk(rig), 0.0, [(0.0, 0.0, -speed)]
     while walk.time < 20.0 * scale:
         walk.step(step)
-        depth, rise = -float(stations(rig).gap.mean()), float(rig.state.v[0, 2])
+        depth, rise = -float(contact_points(rig).gap.mean()), float(rig.state.v[0, 2])
         seen.append((walk.time, depth, rise))
         deep = max(deep, depth)
         if depth <= 0.0:
@@ -56,15 +56,15 @@ def bounce(case: Case, level: Level) -> Values:
     else:
         return Values({}, 1, step, ["the mass did not come off the surface again"])
     (t0, d0, v0), (t1, d1, v1) = seen[-2:]
-    share = d0 / (d0 - d1)
+    fraction = d0 / (d0 - d1)
     # largest penetration: the cubic through position and speed of the two samples about the turn
     i = next(n for n in range(1, len(seen)) if seen[n][2] >= 0.0)
-    told = {
-        "rebound speed": v0 + share * (v1 - v0),
+    report = {
+        "rebound speed": v0 + fraction * (v1 - v0),
         "largest penetration": turn(seen[i - 1], seen[i], deep),
-        "contact time": t0 + share * (t1 - t0),
+        "contact time": t0 + fraction * (t1 - t0),
     }
-    return Values(told, 1, step, walk.note(step))
+    return Values(report, 1, step, walk.note(step))
 
 
 def crosswise(y: np.ndarray, z: float) -> tuple[np.ndarray, np.ndarray]:
@@ -178,11 +178,11 @@ class Crest:
             rig.settle(longest=self.wait, steps=60)
         except RigError:
             pass  # still moving: how far it came decides
-        gap = stations(rig).gap
+        gap = contact_points(rig).gap
         return bool(np.isfinite(gap).all() and np.abs(gap).max() < CLIMBED * self.radius)
 
     def ratio(self) -> float:
         """Line load across over line load outward of the state at hand, as the groove gives it."""
-        force, ey = stations(self.rig).resultant, self.rig.state.surfaces["axis"][0]
+        force, ey = contact_points(self.rig).resultant, self.rig.state.surfaces["axis"][0]
         across = float(force @ ey)
         return abs(across) / float(np.linalg.norm(force - across * ey))

@@ -1,4 +1,4 @@
-"""Frames: the motion of a ship carried to a point of its hull."""
+"""Tick outputs: the motion of a ship carried to a point of its hull."""
 
 from __future__ import annotations
 

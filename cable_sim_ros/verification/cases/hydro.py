@@ -90,13 +90,13 @@ def fall(case: Case, rig: Rig, node: int, step: float) -> dict[str, float]:
             steps = max(int(np.ceil((t - now) / step - 1e-9)), 1)
             rig.run(t - now, (t - now) / steps, every=steps)
             now = t
-        told = {
+        report = {
             "speed": -rig.state.v[node, 2],
             "drop": start - rig.state.q[node, 2],
             "depth": start - rig.state.q[node, 2],
             "acceleration": -rig.state.a[node, 2],
         }
-        of.update({name: float(told[m[1]]) for name, m in asked if float(m[2]) == t})
+        of.update({name: float(report[m[1]]) for name, m in asked if float(m[2]) == t})
     for name, _ in case.asked("terminal speed"):
         of[name] = float(until(rig, lambda: -rig.state.v[node, 2], step))
     return of

@@ -13,7 +13,7 @@ from .family import Case, CaseError, Level, Values, family
 from .wet import NUMBER, crossflow
 
 REPEATS = 2e-3  # share of the working tension by which extremes may differ from one period to the next
-MOST_PERIODS = 12
+MAX_PERIODS = 12
 
 
 def sagging(arc: np.ndarray, first: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -136,8 +136,8 @@ def jumper(case: Case, level: Level) -> Values:
     asked = case.asked(r"(largest|smallest) (top|bottom)-end tension .*motion along ([xyz])")
     for axis in sorted({m[3] for _, m in asked}):
         rig.place(rest[:, :3], rest[:, 3:])
-        found, told = sway(case, rig, ends, "xyz".index(axis), moved, step, wet)
-        notes.append(f"along {axis}: {told}")
+        found, report = sway(case, rig, ends, "xyz".index(axis), moved, step, wet)
+        notes.append(f"along {axis}: {report}")
         of.update({name: found[m[1], m[2]] for name, m in asked if m[3] == axis})
     return Values(of, n, step, notes)
 
@@ -146,7 +146,7 @@ def sway(case: Case, rig: Rig, ends: dict, axis: int, still: np.ndarray, step: f
     """Extremes of the end tensions over the last two periods of a motion, by (largest or smallest, end); a note."""
     amplitude, period = oscillation(case)
     per, past = max(int(round(period / step)), 16), []
-    for i in range(MOST_PERIODS):
+    for i in range(MAX_PERIODS):
         path = rig.run(period, period / per, moved=(-1,), motion=swaying(still, axis, amplitude, period, i * period))
         now = {}
         for end, node in ends.items():

@@ -9,7 +9,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from ...sim.rig import Rig, RigError, cable_of
 from ..bend import MOVING, Bend, Walk, distributed, drum, pieces, pulls
-from ..stations import stations
+from ..contact_points import contact_points
 from .family import Case, Level, Values, family
 
 FINE = 0.2  # element on the pulley over its radius on the coarsest mesh: half the shipped one
@@ -101,7 +101,7 @@ def atwood(case: Case, level: Level) -> Values:
             -rig.state.v[node, 2],
             rig.tension_at(level_of(rig, side)),
             rig.tension_at(level_of(rig, -side)),
-            stations(rig).resultant[2],
+            contact_points(rig).resultant[2],
         )
 
     seen = {}
@@ -185,7 +185,7 @@ def lift_off(case: Case, level: Level) -> Values:
         except RigError as error:
             notes.append(f"stopped at {walk.time:.3g} s: {error}")
             break
-        table = stations(rig)
+        table = contact_points(rig)
         now = []
         for place in places - 0.5 * pi:
             low, high = max(place - 0.3, 0.1 - 0.5 * pi), min(place + 0.3, wrap - 0.5 * pi - 0.1)
@@ -222,13 +222,13 @@ def _first_zero(case, times, loads, places, speeds, lengths, elements, step, not
     found = []
     calm = np.ones(CALM) / CALM
     for i, place in enumerate(places):
-        share = np.convolve(np.pad(loads[:, i] / loads[0, i], CALM // 2, mode="edge"), calm, "valid")
-        below = np.flatnonzero(share < 0.1)
+        fraction = np.convolve(np.pad(loads[:, i] / loads[0, i], CALM // 2, mode="edge"), calm, "valid")
+        below = np.flatnonzero(fraction < 0.1)
         stop = below[0] if len(below) else len(times)
-        use = np.arange(stop)[(share[:stop] < 0.8)]
+        use = np.arange(stop)[(fraction[:stop] < 0.8)]
         if len(use) < 3 or not len(below):
             continue
-        fit = np.polyfit(times[use], share[use], 2)
+        fit = np.polyfit(times[use], fraction[use], 2)
         roots = [r.real for r in np.roots(fit) if abs(r.imag) < 1e-9 and r.real > times[use[-1]] - 2.0 * step]
         if roots:
             found.append((min(roots), place))
@@ -240,13 +240,13 @@ def _first_zero(case, times, loads, places, speeds, lengths, elements, step, not
         ahead = max(when - times[-1], 0.0)
         return np.interp(when, times, series) + ahead * (series[-1] - series[-2]) / (times[-1] - times[-2])
 
-    told = {
+    report = {
         "lift-off time": when,
         "speed at lift-off": then(speeds),
         "free length left at lift-off": then(lengths),
         "angular position of first lift-off from the free-side tangent": np.degrees(where),
     }
-    return {o.name: float(told[o.name]) for o in case.outputs if o.name in told}, elements, step, notes
+    return {o.name: float(report[o.name]) for o in case.outputs if o.name in report}, elements, step, notes
 
 
 @family(
@@ -269,8 +269,8 @@ def wrapping(case: Case, level: Level) -> Values:
     )
     rope = case.number("rope_mass_per_length_kg_m", 1e-3 * mass / length)
     wrap = 0.5 * pi - start
-    most = min(0.5 * pi + 1.3 * abs(start) + 0.3, 2.0 * pi)
-    fine = min(radius * most + radius, 0.9 * length)
+    maximum = min(0.5 * pi + 1.3 * abs(start) + 0.3, 2.0 * pi)
+    fine = min(radius * maximum + radius, 0.9 * length)
     size = FINE * radius / level.mesh(1)
     cable = cable_of(
         pieces((fine, size), (length - fine, 4.0 * size)),
@@ -303,7 +303,7 @@ def wrapping(case: Case, level: Level) -> Values:
             now,
             float(np.arctan2(chord[0], -chord[2])),
             float(rig.state.tension[first:].mean()),
-            float(np.linalg.norm(stations(rig).resultant)),
+            float(np.linalg.norm(contact_points(rig).resultant)),
         )
 
     seen = [look(0.0)]
@@ -320,7 +320,7 @@ def wrapping(case: Case, level: Level) -> Values:
     tension, contact = (sosfiltfilt(low_pass, table[:, k], padlen=len(t) // 4) for k in (2, 3))
     once = t <= period
     other = extreme(t[once], angle[once], -1.0 if start >= 0.0 else 1.0)
-    told = {
+    report = {
         "full period": period,
         "other extreme angle from vertical": other,
         "smallest wrap": 90.0 - angle[once].max(),
@@ -328,7 +328,7 @@ def wrapping(case: Case, level: Level) -> Values:
         "largest tension": tension[once].max(),
         "smallest tension": tension[once].min(),
     }
-    of = {o.name: float(told[o.name]) for o in case.outputs if o.name in told}
+    of = {o.name: float(report[o.name]) for o in case.outputs if o.name in report}
     series = {"wrap": 90.0 - angle, "tension": tension, "total contact force": contact, "angle from vertical": angle}
     for name, m in case.asked(r"(wrap|tension|total contact force|angle from vertical) at ([\d.eE+-]+) period"):
         of[name] = float(np.interp(float(m[2]) * period, t, series[m[1]]))

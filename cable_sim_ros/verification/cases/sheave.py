@@ -8,7 +8,7 @@ import numpy as np
 
 from ...sim.rig import Rig, cable_of
 from ..bend import MOVING, Bend, Walk, drum, pieces, pulls
-from ..stations import Stations, stations
+from ..contact_points import ContactPoints, contact_points
 from .family import Case, Level, Values, family
 
 FINE = 0.1  # element at the sheave over its radius on the coarsest mesh: the shipped mesh is at 0.4
@@ -77,7 +77,7 @@ def static_wrap(case: Case, level: Level) -> Values:
     of, notes, elements = {}, [], 0
     groove = [n for n in names if "each flank" in n]
 
-    def solved(wrap: float, half: float | None) -> Stations:
+    def solved(wrap: float, half: float | None) -> ContactPoints:
         nonlocal elements
         surface = drum(radius, tension, half_angle=half, depth=radius)
         if "contact_stiffness_kN" in case.inputs:
@@ -85,7 +85,7 @@ def static_wrap(case: Case, level: Level) -> Values:
         rig = symmetric(tension, radius, radians(wrap), 2.0 * radius, size, surface, fine=2.0 * radius)
         elements = rig.nodes - 1
         rig.settle()
-        return stations(rig)
+        return contact_points(rig)
 
     if case.number("exponent", 1.5) != 1.5:
         return Values({}, 0, 0.0, ["the product's contact law has the exponent 1.5 only"])
@@ -133,21 +133,21 @@ def bending_boundary(case: Case, level: Level) -> Values:
         fine=6.0 * scale,
     )
     soften(rig, tension)
-    table = stations(rig)
-    told = boundary(table, wrap, 3.0 * scale)
+    table = contact_points(rig)
+    report = boundary(table, wrap, 3.0 * scale)
     of, notes = {}, []
     for output in case.outputs:
         if output.name.startswith("angle by which contact stops short"):
-            of[output.name] = told["lost"]
+            of[output.name] = report["lost"]
         elif output.name.startswith("concentrated reaction"):
-            of[output.name] = told["end"]
+            of[output.name] = report["end"]
         elif output.name.startswith("line load inside"):
-            of[output.name] = told["inside"]
+            of[output.name] = report["inside"]
         elif output.name.startswith("total contact force"):
             of[output.name] = float(np.linalg.norm(table.resultant))
-    if told["gap"] is not None:
-        notes.append(f"the gap of the penalty closes {told['gap']:.3g} deg short of the geometric tangent")
-    if told["end"] is None:
+    if report["gap"] is not None:
+        notes.append(f"the gap of the penalty closes {report['gap']:.3g} deg short of the geometric tangent")
+    if report["end"] is None:
         notes.append(
             "the contact has no stretch of constant load between two end reactions: too little wrap, or too "
             "coarse a mesh for sqrt(EI/T)"
@@ -168,7 +168,7 @@ def soften(rig: Rig, tension: float, penetration: float = TRACE) -> None:
     rig.settle()
 
 
-def boundary(table: Stations, wrap: float, reach: float) -> dict[str, float | None]:
+def boundary(table: ContactPoints, wrap: float, reach: float) -> dict[str, float | None]:
     """Angle lost at each end [deg], end reaction [N], line load inside [N/m], and the angle lost by the gap [deg]."""
     edges = table.edges()
     if edges is None:
@@ -225,10 +225,10 @@ def heavy_static(case: Case, level: Level) -> Values:
     )
     rig.place(*bend.nodes(rig.arc))
     rig.settle()
-    table = stations(rig)
+    table = contact_points(rig)
     places = {"left tangent point": left, "top": left + 0.5 * bend.contact, "right tangent point": left + bend.contact}
     of = {f"tension at the {where}": rig.tension_at(s) for where, s in places.items()}
-    # the load ends at the tangent points: there it is read off a parabola through the stations inside of them
+    # the load ends at the tangent points: there it is read off a parabola through the contact points inside of them
     of["line load at the top"] = table.fit(-0.25, 0.25, 0.0)
     of["line load at the tangent points"] = 0.5 * (
         table.fit(-0.5 * pi + 0.1, -0.5 * pi + 1.1, -0.5 * pi) + table.fit(0.5 * pi - 1.1, 0.5 * pi - 0.1, 0.5 * pi)
@@ -294,7 +294,7 @@ def running(case: Case, level: Level) -> Values:
         # in real time the way is sampled by 20 steps at least, whatever the shipped step
         h = min(level.step(0.05 * size / v), 0.05 * way / v)
         walk.to(way / 1.5 / v, h)
-        seen = walk.to(way / v, h, lambda t: stations(rig))
+        seen = walk.to(way / v, h, lambda t: contact_points(rig))
         if v == speed:
             step = h
             notes.extend(walk.note(h))

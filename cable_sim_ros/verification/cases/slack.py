@@ -19,7 +19,7 @@ BIGHTS = 2  # half waves in which a slack tether is laid
 FALL_STEPS = 400  # steps of a real-time run over the time of a free fall, at least
 
 
-def march(
+def integrate(
     rig: Rig,
     step: float,
     longest: float,
@@ -87,18 +87,18 @@ def falling_chain(case: Case, level: Level) -> Values:
             r"(time for the tip to drop|tip x when it has dropped|tip speed when it has dropped) ([\d.]+) L"
         )
     }
-    most, fall = max([0.1, *(d for _, d in drops.values())]), float(np.sqrt(2.0 * length / gravity))
+    maximum, fall = max([0.1, *(d for _, d in drops.values())]), float(np.sqrt(2.0 * length / gravity))
     step = fall_step(level, fall, FALL_STEPS)
-    t, x, drop, speed = march(
+    t, x, drop, speed = integrate(
         rig,
         step,
         3.0 * fall,
         lambda rig: (rig.state.q[-1, 0], -rig.state.q[-1, 2], float(np.linalg.norm(rig.state.v[-1, :3]))),
-        lambda t, seen: seen[1] > most * length,
+        lambda t, seen: seen[1] > maximum * length,
     )
     of = {}
-    for name, (what, share) in drops.items():
-        at = crossings(t, drop, share * length)
+    for name, (what, fraction) in drops.items():
+        at = crossings(t, drop, fraction * length)
         if len(at):
             read = t if what.startswith("time") else x if what.startswith("tip x") else speed
             of[name] = float(np.interp(at[0], t, read))
@@ -169,7 +169,7 @@ def drop_snap(case: Case, level: Level) -> Values:
             float(rig.state.tension.mean()),
         )
 
-    t, apart, z, speed, tension = march(rig, step, 3.2 * fall + 2.0 * swing, look, lambda t, seen: False)
+    t, apart, z, speed, tension = integrate(rig, step, 3.2 * fall + 2.0 * swing, look, lambda t, seen: False)
     events = crossings(t, apart, length)
     of, notes = {}, []
     if len(events) < 4:

@@ -152,9 +152,9 @@ def tip_moment(case: Case, level: Level) -> Values:
         for name, m in case.asked(r"tip ([xyz]), M=([-\d.eE+]+) N m.*")
     }
     rig = cantilever(case, n, ei / length**2)
-    of, now, most = {}, 0.0, 0.25 * np.pi * ei / length
+    of, now, maximum = {}, 0.0, 0.25 * np.pi * ei / length
     for m in sorted({m for _, m in asked.values()}, key=abs):
-        steps = max(int(np.ceil(abs(m - now) / most - 1e-9)), 1)
+        steps = max(int(np.ceil(abs(m - now) / maximum - 1e-9)), 1)
         for part in np.linspace(now, m, steps + 1)[1:]:
             rig.model.loads["moment"][0, 1] = -part
             rig.settle()

@@ -13,13 +13,13 @@ from .family import Case
 def print_cases(done: list, cases: list[Case]) -> None:
     """One table a case: output, value, unit; then mesh, step, time and notes."""
     console = Console(width=None if sys.stdout.isatty() else 120)
-    for figures, case in zip(done, cases, strict=True):
-        table = Table(title=figures.id, title_justify="left")
+    for metrics, case in zip(done, cases, strict=True):
+        table = Table(title=metrics.id, title_justify="left")
         table.add_column("output")
         table.add_column("value", justify="right")
         table.add_column("unit")
-        for output, told in zip(case.outputs, figures.outputs, strict=True):
-            value = told["value"]
+        for output, report in zip(case.outputs, metrics.outputs, strict=True):
+            value = report["value"]
             text = (
                 "no value"
                 if value is None
@@ -28,7 +28,7 @@ def print_cases(done: list, cases: list[Case]) -> None:
             table.add_row(output.name, text, output.unit)
         console.print(table)
         console.print(
-            f"{figures.elements} elements, step {figures.dt_s:g} s, {figures.cpu_s:.2f} CPU s", highlight=False
+            f"{metrics.elements} elements, step {metrics.dt_s:g} s, {metrics.cpu_s:.2f} CPU s", highlight=False
         )
-        for note in figures.notes:
+        for note in metrics.notes:
             console.print(f"  {note}", highlight=False)

@@ -13,7 +13,7 @@ from .family import Case, Level, Values, family
 from .wet import DEEP, STRAIN, crossflow, drag_law, graded, weigh
 
 STEADY = 2e-5  # share by which a steady turn may still change from one turn to the next
-MOST_TURNS = 60
+MAX_TURNS = 60
 
 
 class Tow:
@@ -130,7 +130,7 @@ def around(radius: float, speed: float):
     return motion
 
 
-def turn_figures(rig: Rig) -> np.ndarray:
+def turn_metrics(rig: Rig) -> np.ndarray:
     """Radius and depth of the body, angle by which it trails [rad], tension at the tow point."""
     r = rig.state.q[:, :3]
     bearing = np.unwrap(np.arctan2(r[:, 1], r[:, 0]))  # along the cable, so that it may trail by more than half a turn
@@ -177,9 +177,9 @@ def circle_tow(case: Case, level: Level) -> Values:
     step = 0.5 if level.realtime else level.step(0.5)
     # whole turns end where they began, so that the table of the motion is the same for each
     step, before, turns = turn / np.ceil(turn / step), np.full(4, np.inf), 0
-    while turns < MOST_TURNS:
+    while turns < MAX_TURNS:
         rig.run(turn, step, every=int(round(turn / step)), moved=(0,), motion=motion)
-        turns, now = turns + 1, turn_figures(rig)
+        turns, now = turns + 1, turn_metrics(rig)
         change = float(np.max(np.abs(now - before) / np.maximum(np.abs(now), 1e-9)))
         if change < STEADY:
             break
@@ -192,7 +192,7 @@ def circle_tow(case: Case, level: Level) -> Values:
         dt = level.step(step)
         steps = int(round(0.125 * turn / dt))
         rig.run(steps * dt, dt, every=steps, moved=(0,), motion=motion)
-        now = turn_figures(rig)
+        now = turn_metrics(rig)
     of = {
         "body circle radius": now[0],
         "body depth": now[1],

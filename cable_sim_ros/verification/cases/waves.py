@@ -207,7 +207,7 @@ def pluck(case: Case, level: Level) -> Values:
         (start,),
     )
     zeros = crossings(t, z, 0.0)
-    of = {name: float(np.interp(share * period, t, z)) for name, share in moments.items()}
+    of = {name: float(np.interp(fraction * period, t, z)) for name, fraction in moments.items()}
     if len(zeros) > 2:
         whole = (len(zeros) - 1) // 2 * 2
         of["period P"] = float(2.0 * (zeros[whole] - zeros[0]) / whole)

@@ -194,17 +194,17 @@ def _otherwise() -> list[dict]:
     """What another law of the bare part changes in the static shape of full_scale."""
     scene = load_scene("full_scale")
     route = Route(scene)
-    scope, told = route.scope, []
+    scope, report = route.scope, []
     for name, keys in ({"as shipped": {}} | OTHERWISE).items():
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # laws outside their range are what is compared
             other = override(scene, {f"cable.sections.bare.{key}": value for key, value in keys.items()})
         shape = tow_shape(other, scope)
-        told.append((name, -shape.place[0, 2], np.degrees(shape.angle), shape.tension[-1]))
-    first = told[0]
+        report.append((name, -shape.place[0, 2], np.degrees(shape.angle), shape.tension[-1]))
+    first = report[0]
     return [
         {"choice": name, "depth m": d - first[1], "top angle deg": a - first[2], "top tension N": t - first[3]}
-        for name, d, a, t in told[1:]
+        for name, d, a, t in report[1:]
     ]
 
 

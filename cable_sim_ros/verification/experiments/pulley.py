@@ -80,11 +80,11 @@ def build(number: int, choice: Choice) -> Rig:
         axial_damping=DAMPING,
         diameter=DIAMETER,
     )
-    share = gravity_centre / inertia
+    fraction = gravity_centre / inertia
     load = lead + rope  # its first point; the last element only carries the unknowns of the second
     strut = np.zeros((), STRUT)
     strut["node"], strut["length"], strut["stiffness"] = load, inertia, choice.stiffness
-    strut["aa"], strut["ab"], strut["bb"] = 2.0 * mass * (1.0 - share), mass * (share - 1.0), mass
+    strut["aa"], strut["ab"], strut["bb"] = 2.0 * mass * (1.0 - fraction), mass * (fraction - 1.0), mass
     rig = Rig(
         cable,
         held={0: "r", -1: "g"},
@@ -106,7 +106,7 @@ def build(number: int, choice: Choice) -> Rig:
     # held as by a hand across the rope: the part of the weight across it is carried until the release
     across = np.array((sin(angle), 0.0, cos(angle)))
     carried = pull * cos(angle)
-    for node, part in ((load, 1.0 - share), (load + 1, share)):
+    for node, part in ((load, 1.0 - fraction), (load + 1, fraction)):
         rig.load(node, carried * part * across)
     rig.settle(steps=800)
     rig.release_loads()
@@ -120,23 +120,23 @@ def swing(number: int, duration: float, choice: Choice = CHOSEN) -> Swing:
 
     mass, inertia, gravity_centre, _ = CONFIGURATIONS[number]
     rig = build(number, choice)
-    told = rig.run(duration, choice.step)
+    report = rig.run(duration, choice.step)
     load = rig.nodes - 2
     # the rope's own direction a diameter before the load, where the markers would be
-    g = told.q[:, load - 1, 3:]
+    g = report.q[:, load - 1, 3:]
     wrap = np.degrees(np.unwrap(np.arctan2(-g[:, 2], g[:, 0])))
-    tension = np.linalg.norm(told.reaction[:, 0, :3], axis=1)
+    tension = np.linalg.norm(report.reaction[:, 0, :3], axis=1)
     rate = 1.0 / choice.step
     smooth = sosfiltfilt(butter(choice.order, choice.cutoff, fs=rate, output="sos"), tension)
-    share = gravity_centre / inertia
-    p, i = told.q[:, load], told.q[:, load + 1]
-    vp, vi = told.v[:, load, :3], told.v[:, load + 1, :3]
+    fraction = gravity_centre / inertia
+    p, i = report.q[:, load], report.q[:, load + 1]
+    vp, vi = report.v[:, load, :3], report.v[:, load + 1, :3]
     kinetic = mass * (
-        (1.0 - share) * np.sum(vp * vp, 1) + (share - 1.0) * np.sum(vp * vi, 1) + 0.5 * np.sum(vi * vi, 1)
+        (1.0 - fraction) * np.sum(vp * vp, 1) + (fraction - 1.0) * np.sum(vp * vi, 1) + 0.5 * np.sum(vi * vi, 1)
     )
-    height = p[:, 2] + share * (i[:, 2] - p[:, 2])
+    height = p[:, 2] + fraction * (i[:, 2] - p[:, 2])
     energy = kinetic + mass * 9.81 * height
-    return Swing(told.time, wrap, tension, smooth, energy - energy[0])
+    return Swing(report.time, wrap, tension, smooth, energy - energy[0])
 
 
 def ranges(s: Swing) -> dict[str, tuple[float, float]]:

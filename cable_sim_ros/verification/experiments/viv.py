@@ -101,8 +101,8 @@ def _modes(case: Case, computed: Vibration) -> list[Comparison]:
 
 def _rms(case: Case, span: Span, printed: Vibration, fine: Vibration) -> list[Comparison]:
     """Rms displacement at the printed place, by grids, ratios and readings."""
-    share = printed.place / span.cable.length
-    name = f"fig. {case.figure}, rms displacement at {share:g} of the length"
+    fraction = printed.place / span.cable.length
+    name = f"fig. {case.figure}, rms displacement at {fraction:g} of the length"
     value = None if case.rms is None else 1e3 * case.rms
     allowed = None if value is None else value * case.rms_allowed
 

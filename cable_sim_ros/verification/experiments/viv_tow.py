@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...io.load import SceneWarning, load_scene, override
-from ...physics.frame import STRUM_COLUMNS
+from ...physics.tick_output import STRUM_COLUMNS
 from ...physics.viv_amplification import amplification, amplitude
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator

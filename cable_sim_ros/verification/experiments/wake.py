@@ -148,12 +148,12 @@ def printed(base: dict[str, SpanRow]) -> list[Comparison]:
     rows = []
     for name, (vertical, along, end) in PRINTED.items():
         row = base[name]
-        for what, ours, value, share, why in (
+        for what, ours, value, fraction, why in (
             ("vertical", row.vertical_peak_m, vertical, ALLOWED_VERTICAL, WHY_VERTICAL),
             ("streamwise", row.streamwise_peak_m, along, ALLOWED_STREAMWISE, WHY_STREAMWISE),
             ("vertical at the sheave", row.end_vertical_peak_m, end, None, WHY_END),
         ):
-            allowed = None if value is None or share is None else share * value
+            allowed = None if value is None or fraction is None else fraction * value
             rows.append(Comparison(f"{name}: {what}", "1e-6 m", 1e6 * ours, value, allowed, SOURCE, why))
     return rows
 
@@ -212,13 +212,13 @@ def draw(found: list[Lock], path: Path) -> Path:
 
     with canvas(path, (14.0, 7.5)) as figure:
         grid = figure.subplots(2, len(found), sharex="col")
-        for (over, under), told in zip(grid.T, found, strict=True):
-            over.plot(told.ratio, told.free, color=FAINT, lw=1.4, ls="--", label="held cable")
+        for (over, under), report in zip(grid.T, found, strict=True):
+            over.plot(report.ratio, report.free, color=FAINT, lw=1.4, ls="--", label="held cable")
             over.axhline(1.0, color=FAINT, lw=0.8)
-            over.plot(told.ratio, told.wake, color=BLUE, lw=1.8, marker="o", ms=4, label="wake")
-            over.set_title(told.name)
+            over.plot(report.ratio, report.wake, color=BLUE, lw=1.8, marker="o", ms=4, label="wake")
+            over.set_title(report.name)
             over.legend(loc="upper left")
-            under.plot(told.ratio, 1e3 * told.amplitude, color=ORANGE, lw=1.8, marker="o", ms=4)
+            under.plot(report.ratio, 1e3 * report.amplitude, color=ORANGE, lw=1.8, marker="o", ms=4)
             under.set_ylim(bottom=0.0)
             under.set_xlabel("speed over that of resonance")
         grid[0, 0].set_ylabel("frequency over the natural one")

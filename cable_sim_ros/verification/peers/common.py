@@ -31,7 +31,7 @@ class Setting(NamedTuple):
     def arc(self, length: float) -> np.ndarray:
         """Arc length [m] of the nodes."""
         return np.concatenate(
-            ([0.0], np.cumsum(np.repeat(*zip(*((share * length / n, n) for share, n in self.mesh), strict=True))))
+            ([0.0], np.cumsum(np.repeat(*zip(*((fraction * length / n, n) for fraction, n in self.mesh), strict=True))))
         )
 
     def __str__(self) -> str:

@@ -29,7 +29,7 @@ def _deck(setting: Setting) -> str:
     p = reference("P5").params
     rule, across = "-" * 20, sqrt(4.0 * body_volume(p) / BODY / pi)
     x, z = reference("P5").history[0, 1:3]
-    cable = "\n".join(f"1 cable {share * p['L']} {n}" for share, n in setting.mesh)
+    cable = "\n".join(f"1 cable {fraction * p['L']} {n}" for fraction, n in setting.mesh)
     return f"""P5
 {rule} LINE TYPES {rule}
 TypeName Diam Mass/m EA BA/-zeta EI Cd Ca CdAx CaAx
@@ -85,12 +85,12 @@ def cabledyn_towed(setting: Setting) -> Ours:
 
             for _ in range(int(round(SETTLE / setting.dt))):
                 system.step(setting.dt, q, v, a)
-            told = [look(0.0)]
+            report = [look(0.0)]
             begin = time.process_time()
             for i, row in enumerate(path, 1):
                 q[host], v[host], a[host] = row[:3], row[3:6], row[6:]
                 system.step(setting.dt, q, v, a)
                 if i % every == 0:
-                    told.append(look(i * setting.dt))
+                    report.append(look(i * setting.dt))
             cpu = time.process_time() - begin
-    return Ours(str(setting), setting.elements, setting.dt, np.array(told), cpu, p["T"], 0, count)
+    return Ours(str(setting), setting.elements, setting.dt, np.array(report), cpu, p["T"], 0, count)

@@ -86,14 +86,14 @@ def _towed(setting: Setting, step: Callable, look: Callable) -> Ours:
     for i, row in enumerate(_tow_path(setting.dt, 0.0, SPIN_UP, False)):
         step(row, i * setting.dt)
     path, every = _tow_path(setting.dt, SPIN_UP, p["T"], True), max(int(round(p["dt_out"] / setting.dt)), 1)
-    told = [(0.0, *look(np.array((path[0, 0], 0.0, TOP))))]
+    report = [(0.0, *look(np.array((path[0, 0], 0.0, TOP))))]
     begin = time.process_time()
     for i, row in enumerate(path):
         step(row, SPIN_UP + i * setting.dt)
         if (i + 1) % every == 0:
-            told.append(((i + 1) * setting.dt, *look(np.array((row[0], 0.0, TOP)))))
+            report.append(((i + 1) * setting.dt, *look(np.array((row[0], 0.0, TOP)))))
     cpu = time.process_time() - begin
-    return Ours(str(setting), setting.elements, setting.inner, np.array(told), cpu, p["T"], 0, len(path))
+    return Ours(str(setting), setting.elements, setting.inner, np.array(report), cpu, p["T"], 0, len(path))
 
 
 def moordyn_towed(setting: Setting) -> Ours:

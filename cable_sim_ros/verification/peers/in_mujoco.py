@@ -54,7 +54,7 @@ def _model(links, options: str, end: str = "") -> Any:
     )
 
 
-def _march(model: Any, data: Any, setting: Setting, p: dict, gravity=None, wind=None):
+def _integrate(model: Any, data: Any, setting: Setting, p: dict, gravity=None, wind=None):
     """Coordinates and velocities [instants, joints] every dt_out, and CPU time [s]. gravity, wind: their vertical
     component, one a step."""
     import mujoco
@@ -112,11 +112,11 @@ def mujoco_released(setting: Setting) -> Ours:
     ]
     model = _model(links, f'timestep="{setting.dt}" gravity="0 0 {-p["g"]}"')
     data = mujoco.MjData(model)
-    q, v, cpu = _march(model, data, setting, p)
+    q, v, cpu = _integrate(model, data, setting, p)
     still = np.zeros(len(q))
     seen = _see(model, data, q, v, still - p["g"], still)
-    told = np.column_stack((p["dt_out"] * np.arange(len(q)), seen.tip, np.linalg.norm(seen.force, axis=1)))
-    return Ours(str(setting), n, setting.dt, told, cpu, p["T"], 0, int(round(p["T"] / setting.dt)))
+    report = np.column_stack((p["dt_out"] * np.arange(len(q)), seen.tip, np.linalg.norm(seen.force, axis=1)))
+    return Ours(str(setting), n, setting.dt, report, cpu, p["T"], 0, int(round(p["T"] / setting.dt)))
 
 
 def _wet_piece(x: float, length: float, p: dict) -> str:
@@ -163,14 +163,14 @@ def mujoco_towed(setting: Setting) -> Ours:
     mujoco.mj_step(model, data, int(round(SETTLE / setting.dt)))
     count = int(round(p["T"] / setting.dt))
     middle = ramped_heave(p, setting.dt * (np.arange(count) + 0.5))[:, 0]
-    q, v, cpu = _march(model, data, setting, p, -p["g"] - middle[:, 8], -middle[:, 5])
+    q, v, cpu = _integrate(model, data, setting, p, -p["g"] - middle[:, 8], -middle[:, 5])
     times = p["dt_out"] * np.arange(len(q))
     top = ramped_heave(p, times)[:, 0]
     seen = _see(model, data, q, v, -p["g"] - top[:, 8], -top[:, 5])
     pieces = np.repeat(np.diff(arc) / setting.points, setting.points)
     force = seen.force - (0.0, lift.sum()) - _drag(seen, pieces, top, p)
-    told = np.column_stack((times, seen.tip + top[:, [0, 2]] - (0.0, DEEP), np.linalg.norm(force, axis=1)))
-    return Ours(str(setting), setting.elements, setting.dt, told, cpu, p["T"], 0, count)
+    report = np.column_stack((times, seen.tip + top[:, [0, 2]] - (0.0, DEEP), np.linalg.norm(force, axis=1)))
+    return Ours(str(setting), setting.elements, setting.dt, report, cpu, p["T"], 0, count)
 
 
 def _drag(seen: _Seen, lengths: np.ndarray, top: np.ndarray, p: dict) -> np.ndarray:

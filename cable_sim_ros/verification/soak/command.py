@@ -31,12 +31,12 @@ def soak(ids, quick, out, as_json) -> None:
 
     with progress_bar(as_json) as progress:
         verdicts = run(tuple(ids), quick, progress)
-    told = [verdict.as_dict() for verdict in verdicts]
+    report = [verdict.as_dict() for verdict in verdicts]
     if out is not None:
-        (out / "soak.json").write_text(json.dumps(told, indent=1, default=float) + "\n", "utf-8")
+        (out / "soak.json").write_text(json.dumps(report, indent=1, default=float) + "\n", "utf-8")
         (out / "soak.md").write_text(markdown(verdicts) + "\n", "utf-8")
     if as_json:
-        click.echo(json.dumps(told, indent=1, default=float))
+        click.echo(json.dumps(report, indent=1, default=float))
     else:
         print_verdicts(verdicts)
     if not all(verdict.passed for verdict in verdicts):

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..stress.verdict import IS, Figure, Found, stress
-from .pace import SETTLED, counters, grown, missed_share
+from ..stress.verdict import IS, Found, Metric, stress
+from .pace import SETTLED, counters, grown, missed_fraction
 from .rig import Rig, percentile, rig, until
 
 SOON = 0.1  # s from a time-out to its status on the wire
@@ -36,7 +36,7 @@ def said_at(it: Rig, text: str, since: float) -> float | None:
 def stopped(quick: bool) -> Found:
     """Each stop during motion at 50 Hz; what was sent meanwhile waits in the queues."""
     lengths = (0.1, 1.0) if quick else (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
-    figures, resumed = [], []
+    metrics, resumed = [], []
     with rig() as it:
         it.sail()
         time.sleep(SETTLED)
@@ -47,21 +47,21 @@ def stopped(quick: bool) -> Found:
             woken = time.monotonic()
             said = f"the process stood still for {seconds:.1f} s"
             at = until(partial(said_at, it, said, woken), 5.0, said)
-            figures.append(Figure(f"{seconds:g} s: said after", at - woken, "s", 0.2))
+            metrics.append(Metric(f"{seconds:g} s: said after", at - woken, "s", 0.2))
             time.sleep(2.3)
             resumed.append(max(t.level for t in it.probe.tasks("motion", woken + 1.0)))
         values = counters(it, time.monotonic())
         _, frames = it.probe.frames()
         final = it.finish()
-    figures += [
-        Figure("standstills counted", values["standstills"], "", float(len(lengths)), IS),
-        Figure("clock jumps", values["clock_jumps"], "", 0.0, IS),
-        Figure("static starts", values["resets"], "", 0.0, IS),
-        Figure("level of motion a second later", max(resumed), "", 1),
-        Figure("largest change of tension in a tick", float(np.abs(np.diff(frames["tension"])).max()), "N"),
-        Figure("taken to the present", final["skips_ahead"]),
+    metrics += [
+        Metric("standstills counted", values["standstills"], "", float(len(lengths)), IS),
+        Metric("clock jumps", values["clock_jumps"], "", 0.0, IS),
+        Metric("static starts", values["resets"], "", 0.0, IS),
+        Metric("level of motion a second later", max(resumed), "", 1),
+        Metric("largest change of tension in a tick", float(np.abs(np.diff(frames["tension"])).max()), "N"),
+        Metric("taken to the present", final["skips_ahead"]),
     ]
-    return Found(figures)
+    return Found(metrics)
 
 
 @stress("wall clock of the process stepped by +1 h, -1 h, +0.4 s, -0.4 s", "no tick missed for it, no message refused")
@@ -90,12 +90,12 @@ def stepped(quick: bool) -> Found:
     counts = {name: after[name] - before[name] for name in after}
     return Found(
         [
-            Figure("ticks missed", missed_share(counts), "", 1e-2),
-            Figure("clock jumps", counts["clock_jumps"], "", 0.0, IS),
-            Figure("messages refused", sum(final["dropped"].values()), "", 0, IS),
-            Figure("refused by cause", str(final["dropped"])),
-            Figure("steps seen", final["wall_clock_steps"], "", len(steps), IS),
-            Figure("samples taken in after, p99", final["sample_age_p99_ms"], "ms", 20.0),
+            Metric("ticks missed", missed_fraction(counts), "", 1e-2),
+            Metric("clock jumps", counts["clock_jumps"], "", 0.0, IS),
+            Metric("messages refused", sum(final["dropped"].values()), "", 0, IS),
+            Metric("refused by cause", str(final["dropped"])),
+            Metric("steps seen", final["wall_clock_steps"], "", len(steps), IS),
+            Metric("samples taken in after, p99", final["sample_age_p99_ms"], "ms", 20.0),
         ]
     )
 
@@ -103,7 +103,7 @@ def stepped(quick: bool) -> Found:
 @stress("IMU and odometry at 500 Hz each, and a flood of service calls", "sample age p99 <= 20 ms, missed <= 1 %")
 def flooded(quick: bool) -> Found:
     """Age: from the stamp, on the clock of the data, to the sample being in the ring."""
-    seconds, figures = (5.0 if quick else 60.0), []
+    seconds, metrics = (5.0 if quick else 60.0), []
     for flood in ("", "services"):
         with rig() as it:
             it.sail(500.0, 500.0)
@@ -115,14 +115,14 @@ def flooded(quick: bool) -> Found:
             rates = it.probe.tasks("inputs")[-1].values
             final = it.finish()
         name = "with service calls" if flood else "alone"
-        figures += [
-            Figure(f"{name}: sample age, p50", final["sample_age_p50_ms"], "ms"),
-            Figure(f"{name}: sample age, p99", final["sample_age_p99_ms"], "ms", 20.0),
-            Figure(f"{name}: ticks missed", missed_share(counts), "", 1e-2),
-            Figure(f"{name}: IMU and odometry taken in", f"{rates['imu_rate_hz']}, {rates['odometry_rate_hz']} Hz"),
-            Figure(f"{name}: messages refused", sum(final["dropped"].values())),
+        metrics += [
+            Metric(f"{name}: sample age, p50", final["sample_age_p50_ms"], "ms"),
+            Metric(f"{name}: sample age, p99", final["sample_age_p99_ms"], "ms", 20.0),
+            Metric(f"{name}: ticks missed", missed_fraction(counts), "", 1e-2),
+            Metric(f"{name}: IMU and odometry taken in", f"{rates['imu_rate_hz']}, {rates['odometry_rate_hz']} Hz"),
+            Metric(f"{name}: messages refused", sum(final["dropped"].values())),
         ]
-    return Found(figures)
+    return Found(metrics)
 
 
 @stress("a model too big for real time", "overloaded within 1 s with the factor; no new start; ticks go on")
@@ -130,19 +130,19 @@ def too_big(quick: bool) -> Found:
     """The shipped scene on its sheave at ticks of 0.2 ms, in place of 10 ms."""
     with rig(scene="full_scale_contact", solver__tick=0.0002) as it:
         it.sail()
-        begun = it.probe.heard["sim/health"][0][0]
+        begun = it.probe.received["sim/health"][0][0]
         at = first_status(it, "loop", 2, 0.0, 20.0)
         time.sleep(5.0 if quick else 60.0)
         status = it.probe.tasks("loop", time.monotonic() - 2.0)[-1]
         final = it.finish()
     return Found(
         [
-            Figure("said after the first tick", at - begun, "s", 1.0),
-            Figure("state", status.values["state"], "", "overloaded", IS),
-            Figure("real-time factor", float(status.values["real_time_factor"]), "", 0.97),
-            Figure("static starts", final["resets"], "", 0, IS),
-            Figure("taken to the present", final["skips_ahead"]),
-            Figure("ticks", final["ticks"]),
+            Metric("said after the first tick", at - begun, "s", 1.0),
+            Metric("state", status.values["state"], "", "overloaded", IS),
+            Metric("real-time factor", float(status.values["real_time_factor"]), "", 0.97),
+            Metric("static starts", final["resets"], "", 0, IS),
+            Metric("taken to the present", final["skips_ahead"]),
+            Metric("ticks", final["ticks"]),
         ],
         [status.message],
     )
@@ -153,24 +153,24 @@ def silent(quick: bool) -> Found:
     """The sensors' process is killed; the last message heard beside the node is where the time-out begins."""
     late = []
     with rig() as it:
-        heard = it.probe.listen("nav_msgs/msg/Odometry", "odom", raw=True)
+        received = it.probe.listen("nav_msgs/msg/Odometry", "odom", raw=True)
         for _ in range(2 if quick else 20):
-            before = len(heard)
+            before = len(received)
             it.sail()
-            until(lambda before=before: len(heard) > before + 50, 10.0, "odometry")
+            until(lambda before=before: len(received) > before + 50, 10.0, "odometry")
             until(lambda: [s for s in it.probe.tasks("inputs")[-1:] if s.level == 0], 10.0, "fresh inputs")
             time.sleep(0.5)
             assert it.sensors is not None
             it.sensors.process.kill()
             it.sensors.process.wait()
             time.sleep(0.1)
-            last = heard[-1][0]
+            last = received[-1][0]
             late.append(first_status(it, "inputs", 2, last, 5.0) - last - 0.5)
         it.finish()
     return Found(
         [
-            Figure("after the time-out, p50", percentile(late, 50), "s"),
-            Figure("after the time-out, longest", max(late), "s", SOON),
+            Metric("after the time-out, p50", percentile(late, 50), "s"),
+            Metric("after the time-out, longest", max(late), "s", SOON),
         ],
         [f"{len(late)} times"],
     )

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ...io.load import SceneError, SceneWarning, scene_from_text
 from ...io.resources import find_scene, shipped_scenes
-from ..stress.verdict import IS, Figure, Found, stress
+from ..stress.verdict import IS, Found, Metric, stress
 
 CANARIES = {  # name -> YAML text
     "20 000 brackets": "name: " + "[" * 20_000,
@@ -112,11 +112,11 @@ def files(quick: bool) -> Found:
             broken.append(f"{name}: {found}")
     return Found(
         [
-            Figure("files", len(texts)),
-            Figure("that are scenes", classes.get("scene", 0)),
-            Figure("refused with a text", classes.get("refused", 0)),
-            Figure("that broke the loader", len(broken), "", 0, IS),
-            Figure("longest time for a file", longest, "s", 2.0),
+            Metric("files", len(texts)),
+            Metric("that are scenes", classes.get("scene", 0)),
+            Metric("refused with a text", classes.get("refused", 0)),
+            Metric("that broke the loader", len(broken), "", 0, IS),
+            Metric("longest time for a file", longest, "s", 2.0),
         ],
         broken[:20] + (["shortened from 10 000"] if quick else []),
     )

@@ -8,18 +8,18 @@ import sys
 import time
 
 from ...ros.live import Child, environment
-from ..stress.verdict import IS, LEAST, Figure, Found, stress
-from .pace import SETTLED, grown, missed_share
+from ..stress.verdict import IS, MIN, Found, Metric, stress
+from .pace import SETTLED, grown, missed_fraction
 from .rig import Rig, percentile, rig, until
 
 PORT, PER_DOMAIN = 7400, 250  # DDSI-RTPS 9.6.2: 7400 + 250 domain + offset
 
 
-def _kept_on(it: Rig, counts: dict[str, float]) -> list[Figure]:
+def _kept_on(it: Rig, counts: dict[str, float]) -> list[Metric]:
     return [
-        Figure("the node still runs", it.node.code is None, "", True, IS),
-        Figure("ticks missed", missed_share(counts), "", 1e-2),
-        Figure("static starts", counts["resets"], "", 0.0, IS),
+        Metric("the node still runs", it.node.code is None, "", True, IS),
+        Metric("ticks missed", missed_fraction(counts), "", 1e-2),
+        Metric("static starts", counts["resets"], "", 0.0, IS),
     ]
 
 
@@ -33,14 +33,14 @@ def giants(quick: bool) -> Found:
         before = it.resident()
         it.start("flood", "cable_sim_ros.ros.flood", "giants", "--bytes", str(size), "--seconds", str(seconds))
         counts = grown(it, seconds + 3.0)
-        figures = _kept_on(it, counts)
+        metrics = _kept_on(it, counts)
         memory = it.resident() - before
         final = it.finish()
     return Found(
         [
-            *figures,
-            Figure("giants refused", final["dropped"].get("size", 0), "", 1, LEAST),
-            Figure("memory gained, in giants", memory * 1e6 / size, "", 20.0),
+            *metrics,
+            Metric("giants refused", final["dropped"].get("size", 0), "", 1, MIN),
+            Metric("memory gained, in giants", memory * 1e6 / size, "", 20.0),
         ],
         ["the middleware keeps buffers as long as the longest message that it has seen"],
     )
@@ -55,7 +55,7 @@ def discovery(quick: bool) -> Found:
         it.state("running", within=30.0)
         said = "discovery: this host only" in it.node.tail()
         it.finish()
-    return Found([Figure("said at the start", said, "", True, IS), Figure("heard on this host", True, "", True, IS)])
+    return Found([Metric("said at the start", said, "", True, IS), Metric("heard on this host", True, "", True, IS)])
 
 
 @stress("scans: junk to every DDS port of the domain", "the node runs on, missed <= 1 %")
@@ -76,9 +76,9 @@ def scans(quick: bool) -> Found:
             with socket.socket() as knock:
                 knock.settimeout(0.05)
                 knock.connect_ex(("127.0.0.1", port))
-        figures = _kept_on(it, grown(it, 3.0))
+        metrics = _kept_on(it, grown(it, 3.0))
         it.finish()
-    return Found([*figures, Figure("datagrams", count)])
+    return Found([*metrics, Metric("datagrams", count)])
 
 
 @stress("floods of every input and every service at once", "the node runs on, missed <= 1 %, the motion still arrives")
@@ -94,17 +94,17 @@ def floods(quick: bool) -> Found:
             until(lambda child=child: "flooding" in child.lines, 20.0, f"a flood of {what}")
         counts = grown(it, seconds)
         _, frames = it.probe.frames(mark)
-        figures = _kept_on(it, counts)
+        metrics = _kept_on(it, counts)
         time.sleep(3.0)
         level = it.probe.tasks("inputs")[-1].level
         final = it.finish()
     return Found(
         [
-            *figures,
-            Figure("age of the motion of a tick, p50", 1e3 * percentile(frames["motion_age"], 50), "ms"),
-            Figure("age of the motion of a tick, p99", 1e3 * percentile(frames["motion_age"], 99), "ms", 1500.0),
-            Figure("level of the inputs two seconds later", level, "", 0),
-            Figure("junk refused", final["dropped"].get("size", 0), "", 1, LEAST),
+            *metrics,
+            Metric("age of the motion of a tick, p50", 1e3 * percentile(frames["motion_age"], 50), "ms"),
+            Metric("age of the motion of a tick, p99", 1e3 * percentile(frames["motion_age"], 99), "ms", 1500.0),
+            Metric("level of the inputs two seconds later", level, "", 0),
+            Metric("junk refused", final["dropped"].get("size", 0), "", 1, MIN),
         ],
         ["who may send to a topic can squeeze out what others send: only the policy of config/sros2 prevents that"],
     )
@@ -135,9 +135,9 @@ def foreign(quick: bool) -> Found:
         it.finish()
     return Found(
         [
-            Figure("foreign publisher said after", spoofed, "s", 4.0),
-            Figure("second node of the name said after", twins, "s", 4.0),
-            Figure("lines in the log for the publisher", text.count("towbody/pose is also published by"), "", 1, IS),
+            Metric("foreign publisher said after", spoofed, "s", 4.0),
+            Metric("second node of the name said after", twins, "s", 4.0),
+            Metric("lines in the log for the publisher", text.count("towbody/pose is also published by"), "", 1, IS),
         ]
     )
 
@@ -151,4 +151,4 @@ def policy(quick: bool) -> Found:
         it.sail()
         wrong = differences(it.probe.node)
         it.finish()
-    return Found([Figure("differences", len(wrong), "", 0, IS)], wrong)
+    return Found([Metric("differences", len(wrong), "", 0, IS)], wrong)

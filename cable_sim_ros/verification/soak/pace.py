@@ -11,7 +11,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from ...ros.live import Child
-from ..stress.verdict import IS, Figure, Found, stress
+from ..stress.verdict import IS, Found, Metric, stress
 from .rig import Rig, percentile, rig, until
 
 WRAPPED = [sys.executable, "-m", "cable_sim_ros.verification.soak.wrapped_node"]
@@ -35,7 +35,7 @@ def grown(it: Rig, seconds: float) -> dict[str, float]:
     return {name: after[name] - before[name] for name in before}
 
 
-def missed_share(counts: dict[str, float]) -> float:
+def missed_fraction(counts: dict[str, float]) -> float:
     """Overruns and skipped deadlines among the deadlines there were."""
     return (counts["overruns"] + counts["skipped"]) / max(1.0, counts["ticks"] + counts["skipped"])
 
@@ -52,7 +52,7 @@ def hogs(count: int):
             child.process.wait()
 
 
-def _timed(quick: bool, loaded: bool, most: float) -> Found:
+def _timed(quick: bool, loaded: bool, maximum: float) -> Found:
     seconds = 10.0 if quick else 600.0
     with rig() as it:
         it.sail()
@@ -62,11 +62,11 @@ def _timed(quick: bool, loaded: bool, most: float) -> Found:
         final = it.finish()
     return Found(
         [
-            Figure("ticks missed", missed_share(counts), "", most),
-            Figure("ticks", counts["ticks"]),
-            Figure("resyncs", counts["resyncs"]),
-            Figure("start of a tick after its deadline, p99", final["jitter_p99_ms"], "ms"),
-            Figure("scheduler", final["scheduler"]),
+            Metric("ticks missed", missed_fraction(counts), "", maximum),
+            Metric("ticks", counts["ticks"]),
+            Metric("resyncs", counts["resyncs"]),
+            Metric("start of a tick after its deadline, p99", final["jitter_p99_ms"], "ms"),
+            Metric("scheduler", final["scheduler"]),
         ],
         [f"{seconds:g} s" + ("; shortened from 600 s: a share below 1 in 1000 is not resolved" if quick else "")],
     )
@@ -99,11 +99,11 @@ def hoarded(quick: bool) -> Found:
         held = json.loads((it.folder / "report.json").read_text())["objects"]
     return Found(
         [
-            Figure("ticks missed", missed_share({name: after[name] - before[name] for name in after}), "", 1e-4),
-            Figure("longest time without an output", 1e3 * float(np.diff(arrived).max()), "ms", 100.0),
-            Figure("samples taken in after, p99", final["sample_age_p99_ms"], "ms"),
-            Figure("objects", held),
-            Figure("memory in use", resident, "MB"),
+            Metric("ticks missed", missed_fraction({name: after[name] - before[name] for name in after}), "", 1e-4),
+            Metric("longest time without an output", 1e3 * float(np.diff(arrived).max()), "ms", 100.0),
+            Metric("samples taken in after, p99", final["sample_age_p99_ms"], "ms"),
+            Metric("objects", held),
+            Metric("memory in use", resident, "MB"),
         ]
     )
 
@@ -117,19 +117,19 @@ def hour(quick: bool) -> Found:
         time.sleep(settled)
         before, memory, latency = counters(it, time.monotonic()), [it.resident()], []
         for _ in range(10):
-            it.probe.heard["sim/health"].clear()
+            it.probe.received["sim/health"].clear()
             time.sleep(seconds / 10.0)
             memory.append(it.resident())
             latency.append(float(it.probe.tasks("loop")[-1].values["latency_p50_ms"]))
-            del it.probe.heard["/diagnostics"][:-3]
+            del it.probe.received["/diagnostics"][:-3]
         after = counters(it, time.monotonic())
         it.finish()
     counts = {name: after[name] - before[name] for name in after}
     return Found(
         [
-            Figure("memory gained", max(memory) - memory[0], "MB", 1.0),
-            Figure("ticks missed", missed_share(counts), "", 1e-4),
-            Figure("drift of the stamp to tension, p50", max(latency) - min(latency), "ms", 2.0),
+            Metric("memory gained", max(memory) - memory[0], "MB", 1.0),
+            Metric("ticks missed", missed_fraction(counts), "", 1e-4),
+            Metric("drift of the stamp to tension, p50", max(latency) - min(latency), "ms", 2.0),
         ],
         [f"{seconds:g} s after {settled:g} s" + ("; shortened from 1 h" if quick else "")],
     )
@@ -149,10 +149,10 @@ def stamp_to_tension(quick: bool) -> Found:
     seen = 1e3 * (arrived + wall - frames["time"] * 1e-9)
     return Found(
         [
-            Figure("stamp to tension, p50", final["latency_p50_ms"], "ms"),
-            Figure("stamp to tension, p99", final["latency_p99_ms"], "ms", DELAY + 10.0),
-            Figure("seen by a subscriber, p50", percentile(seen, 50), "ms"),
-            Figure("seen by a subscriber, p99", percentile(seen, 99), "ms", DELAY + 10.0),
+            Metric("stamp to tension, p50", final["latency_p50_ms"], "ms"),
+            Metric("stamp to tension, p99", final["latency_p99_ms"], "ms", DELAY + 10.0),
+            Metric("seen by a subscriber, p50", percentile(seen, 50), "ms"),
+            Metric("seen by a subscriber, p99", percentile(seen, 99), "ms", DELAY + 10.0),
         ]
     )
 
@@ -169,10 +169,10 @@ def first_ticks(quick: bool) -> Found:
         late = json.loads((it.folder / "report.json").read_text())["compiled_while_ticking"]
     return Found(
         [
-            Figure("ticks missed", values["overruns"] + values["skipped"], "", 0),
-            Figure("compiled while ticks run", len(late), "", 0, IS),
-            Figure("longest gap between two of the first 100 outputs", 1e3 * float(np.diff(arrived[:100]).max()), "ms"),
-            Figure("stamps off the grid of ticks", int((np.diff(frames["time"][:100]) != 10_000_000).sum()), "", 0, IS),
+            Metric("ticks missed", values["overruns"] + values["skipped"], "", 0),
+            Metric("compiled while ticks run", len(late), "", 0, IS),
+            Metric("longest gap between two of the first 100 outputs", 1e3 * float(np.diff(arrived[:100]).max()), "ms"),
+            Metric("stamps off the grid of ticks", int((np.diff(frames["time"][:100]) != 10_000_000).sum()), "", 0, IS),
         ],
         late[:5],
     )

@@ -44,7 +44,7 @@ class Rig:
 
     def __init__(self, folder: Path, domain: int, node: Child) -> None:
         self.folder, self.domain, self.node = folder, domain, node
-        self.figures = folder / "node.json"
+        self.metrics = folder / "node.json"
         self.sensors: Child | None = None
         self.children: list[Child] = [node]
         self.probe = Probe(domain)
@@ -66,7 +66,7 @@ class Rig:
         def there():
             if self.node.code is not None:
                 raise self.node.failed(f"ended with code {self.node.code}")
-            state = read_state(self.figures).get("state", "")
+            state = read_state(self.metrics).get("state", "")
             return state if state in wanted else ""
 
         return until(there, within, f"state {' or '.join(wanted)}", 0.05)
@@ -77,7 +77,7 @@ class Rig:
             "sensors", "cable_sim_ros.ros.sender", "--imu", str(imu), "--odometry", str(odometry), "--heave", heave
         )
         self.state("running", "overloaded", within=60.0)
-        until(lambda: self.probe.heard["sim/health"], 10.0, "the first tick")
+        until(lambda: self.probe.received["sim/health"], 10.0, "the first tick")
 
     def moor(self) -> None:
         """End the sensors."""
@@ -85,8 +85,8 @@ class Rig:
         self.sensors.stop()
 
     def mark(self) -> int:
-        """Number of the next Frame, for `probe.frames`."""
-        return len(self.probe.heard["sim/health"])
+        """Number of the next tick output, for `probe.frames`."""
+        return len(self.probe.received["sim/health"])
 
     def resident(self) -> float:
         """Memory of the node in use [MB]."""
@@ -104,7 +104,7 @@ class Rig:
             child.stop()
         if self.node.stop() != 0:
             raise RigError(str(self.node.failed(f"ended with code {self.node.code}")))
-        return read_state(self.figures)
+        return read_state(self.metrics)
 
     def close(self) -> None:
         """Stop everything, whatever state it is in."""

@@ -28,7 +28,7 @@ STRESS: dict[str, Stress] = {
     "N2": n01_n02_slack_and_dead_stop.dead_stop,
     "N3": n03_load_reversals.reversals,
     "N4": n04_n18_climbing_and_pressing.climb,
-    "N5": n05_n06_n15_stiffness_and_order.limp,
+    "N5": n05_n06_n15_stiffness_and_order.without_bending,
     "N6": n05_n06_n15_stiffness_and_order.stiffness,
     "N7": n07_n11_long_cable_and_long_run.long_cable,
     "N8": n08_n14_overspeed_and_cold_start.winch,

@@ -130,7 +130,7 @@ def _answer(pipe, function: Callable, *args) -> None:
     pipe.send(function(*args))
 
 
-def most_memory() -> float:
+def max_memory() -> float:
     """Largest memory of this process so far [MB]."""
     with open("/proc/self/status", encoding="ascii") as status:
         return next(int(line.split()[1]) for line in status if line.startswith("VmHWM")) / 1e3

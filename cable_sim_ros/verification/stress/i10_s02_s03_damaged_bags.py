@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from ...io.recovery import recover
-from .bags import apart, chunks_of, giants, known_bag, mcap_of, most_memory, read
-from .verdict import IS, MOST, Figure, Found, stress
+from .bags import apart, chunks_of, giants, known_bag, max_memory, mcap_of, read
+from .verdict import IS, MAX, Found, Metric, stress
 
 CUTS = 64
 
@@ -65,13 +65,13 @@ def damaged(quick: bool) -> Found:
         back = _recovered(folder, whole, chunks, rng.integers(0, 8 * len(whole), 20))
     return Found(
         [
-            Figure("tracebacks", count["failed"], "", 0, MOST),
-            Figure("bags with an untouched chunk missing", count["missing"], "", 0, MOST),
-            Figure("bags with a changed message", count["wrong"], "", 0, MOST),
-            Figure("bags that lost a message without a word", count["unsaid"], "", 0, MOST),
-            Figure("more than one line said", count["lines"], "", 0, MOST),
-            Figure("recovered bags with an untouched chunk missing", back, "", 0, MOST),
-            Figure("slowest read, CPU", slowest, "s", 10.0, MOST),
+            Metric("tracebacks", count["failed"], "", 0, MAX),
+            Metric("bags with an untouched chunk missing", count["missing"], "", 0, MAX),
+            Metric("bags with a changed message", count["wrong"], "", 0, MAX),
+            Metric("bags that lost a message without a word", count["unsaid"], "", 0, MAX),
+            Metric("more than one line said", count["lines"], "", 0, MAX),
+            Metric("recovered bags with an untouched chunk missing", back, "", 0, MAX),
+            Metric("slowest read, CPU", slowest, "s", 10.0, MAX),
         ]
     )
 
@@ -131,9 +131,9 @@ def no_bags(quick: bool) -> Found:
                 failed.append(f"{str(path)[-20:]!r}: {error[:80]!r}")
     return Found(
         [
-            Figure("paths not refused in one line", len(failed), "", 0, MOST),
-            Figure("messages from outside of the bag", outside, "", 0, MOST),
-            Figure("slowest refusal, CPU", slowest, "s", 10.0, MOST),
+            Metric("paths not refused in one line", len(failed), "", 0, MAX),
+            Metric("messages from outside of the bag", outside, "", 0, MAX),
+            Metric("slowest refusal, CPU", slowest, "s", 10.0, MAX),
         ],
         failed,
     )
@@ -142,20 +142,20 @@ def no_bags(quick: bool) -> Found:
 @stress("gigabytes in a bag: messages, chunks, lengths, zeros", "rest delivered; memory <= 1 GB, <= 10 s")
 def enormous(quick: bool) -> Found:
     """S3: gigabytes in a bag: a message, a chunk, a length that leads nowhere, compressed and plain zeros."""
-    figures = []
+    metrics = []
     with tempfile.TemporaryDirectory() as scratch:
         for what, path in giants(Path(scratch)).items():
             messages, said, seconds, memory = apart(_read_giant, path)
-            figures += [
-                Figure(f"{what}: messages of 200", messages, "", 200, IS),
-                Figure(f"{what}: said", said, "", True, IS),
-                Figure(f"{what}: memory", memory, "MB", 1000.0, MOST),
-                Figure(f"{what}: CPU", seconds, "s", 10.0, MOST),
+            metrics += [
+                Metric(f"{what}: messages of 200", messages, "", 200, IS),
+                Metric(f"{what}: said", said, "", True, IS),
+                Metric(f"{what}: memory", memory, "MB", 1000.0, MAX),
+                Metric(f"{what}: CPU", seconds, "s", 10.0, MAX),
             ]
-    return Found(figures)
+    return Found(metrics)
 
 
 def _read_giant(path: Path) -> tuple[int, bool, float, float]:
     begun = time.process_time()
     messages, damage, error = read(path)
-    return len(messages), bool(damage or error), time.process_time() - begun, most_memory()
+    return len(messages), bool(damage or error), time.process_time() - begun, max_memory()

@@ -16,10 +16,10 @@ from rosbags.highlevel import AnyReader
 
 from ...io.bag import BagError, BagWriter
 from ...io.recorder import Recorder, RecorderStats
-from ...io.recording_place import NAME_MOST, Names, name_problem, root_problem
+from ...io.recording_place import MAX_NAME, Names, name_problem, root_problem
 from ...io.recovery import recover
 from .bags import IMU, TOPIC, apart, imu, read, start_apart
-from .verdict import IS, MOST, Figure, Found, stress
+from .verdict import IS, MAX, Found, Metric, stress
 
 RATE = 1100.0  # messages/s of a node at 100 Hz that records all its topics
 ROOMS = (20_000, 60_000, 200_000)  # bytes
@@ -28,7 +28,7 @@ ROOMS = (20_000, 60_000, 200_000)  # bytes
 @stress("disk full, over its quota, slow, below least_free", "accepted = written + dropped; recovered = written")
 def bad_disk(quick: bool) -> Found:
     """I11: disk full, over its quota, slow, and below the space that is to be left."""
-    figures = []
+    metrics = []
     count = 2000 if quick else 20_000
     with tempfile.TemporaryDirectory() as scratch:
         cases = [(f"full after {room // 1000} kB", "full", room) for room in ROOMS]
@@ -37,13 +37,13 @@ def bad_disk(quick: bool) -> Found:
             path = Path(scratch) / f"{kind}{room}"
             stats = apart(_record_badly, path, kind, room, count)
             lost_count = count - stats.written - stats.dropped - stats.waiting
-            figures += [
-                Figure(f"{what}: accepted - written - dropped", lost_count, "", 0, IS),
-                Figure(f"{what}: reason given", bool(stats.error) or kind == "slow", "", True, IS),
-                Figure(f"{what}: recovered - written", _recovered(path) - stats.written, "", 0, IS),
-                Figure(f"{what}: written", stats.written),
+            metrics += [
+                Metric(f"{what}: accepted - written - dropped", lost_count, "", 0, IS),
+                Metric(f"{what}: reason given", bool(stats.error) or kind == "slow", "", True, IS),
+                Metric(f"{what}: recovered - written", _recovered(path) - stats.written, "", 0, IS),
+                Metric(f"{what}: written", stats.written),
             ]
-    return Found(figures)
+    return Found(metrics)
 
 
 def _record_badly(path: Path, kind: str, room: int, count: int) -> RecorderStats:
@@ -100,7 +100,7 @@ def killed(quick: bool) -> Found:
     """I12: kill -9 between 0.1 and 2.5 s after the start."""
     number = 10 if quick else 100
     unreadable = unsaid = 0
-    most_lost = most_lost_early = 0.0
+    max_lost = max_lost_early = 0.0
     delays = np.random.default_rng(1).permutation(np.linspace(0.1, 2.5, number))
     with tempfile.TemporaryDirectory() as scratch:
         for batch in np.array_split(delays, -(-number // 10)):
@@ -128,16 +128,16 @@ def killed(quick: bool) -> Found:
                 except Exception:
                     unreadable += 1
                     continue
-                most_lost = max(most_lost, lost)
+                max_lost = max(max_lost, lost)
                 if delay < 1.0:
-                    most_lost_early = max(most_lost_early, lost / delay)
+                    max_lost_early = max(max_lost_early, lost / delay)
     return Found(
         [
-            Figure("killed", number),
-            Figure("bags not readable after recover", unreadable, "", 0, MOST),
-            Figure("recovered without a word on the loss", unsaid, "", 0, MOST),
-            Figure("most lost", most_lost, "s", 1.25, MOST),  # a second, and the poll of a loaded machine
-            Figure("most lost of a bag below 1 s, over its length", most_lost_early, "", 1.0, MOST),
+            Metric("killed", number),
+            Metric("bags not readable after recover", unreadable, "", 0, MAX),
+            Metric("recovered without a word on the loss", unsaid, "", 0, MAX),
+            Metric("most lost", max_lost, "s", 1.25, MAX),  # a second, and the poll of a loaded machine
+            Metric("most lost of a bag below 1 s, over its length", max_lost_early, "", 1.0, MAX),
         ]
     )
 
@@ -173,7 +173,7 @@ def wrong_places(quick: bool) -> Found:
         locked = apart(_as_nobody, folder / "locked" / "run")
         if "Permission denied" not in locked:
             wrong.append(f"locked: {locked}")
-    return Found([Figure("places not refused with their reason", len(wrong), "", 0, MOST)], wrong)
+    return Found([Metric("places not refused with their reason", len(wrong), "", 0, MAX)], wrong)
 
 
 def _made(path: Path) -> str:
@@ -201,12 +201,12 @@ def accounting(quick: bool) -> Found:
     numbers = [int.from_bytes(m.data[4:12], "little") for m in messages]
     return Found(
         [
-            Figure("accepted - written - dropped", accepted - stats.written - stats.dropped, "", 0, IS),
-            Figure("in the bag - written", len(messages) - stats.written, "", 0, IS),
-            Figure("dropped of those to be kept", stats.kept_dropped, "", 0, IS),
-            Figure("missing of those to be kept", kept - sum(k % 50 == 0 for k in numbers), "", 0, IS),
-            Figure("damaged", bool(damage) or bool(error), "", False, IS),
-            Figure("dropped over accepted", stats.dropped / accepted),
+            Metric("accepted - written - dropped", accepted - stats.written - stats.dropped, "", 0, IS),
+            Metric("in the bag - written", len(messages) - stats.written, "", 0, IS),
+            Metric("dropped of those to be kept", stats.kept_dropped, "", 0, IS),
+            Metric("missing of those to be kept", kept - sum(k % 50 == 0 for k in numbers), "", 0, IS),
+            Metric("damaged", bool(damage) or bool(error), "", False, IS),
+            Metric("dropped over accepted", stats.dropped / accepted),
         ]
     )
 
@@ -246,7 +246,7 @@ def names(quick: bool) -> Found:
     made_up = ["".join(rng.choice(letters, rng.integers(1, 8))) for _ in range(1000 if quick else 10_000)]
     plain = set("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-")
     taken = [n for n in bad + made_up if not set(n) <= plain and not name_problem("recording.path", n)]
-    good = ["a", "A-b_9", "x" * NAME_MOST, "-", "tow_20260101_000000"]
+    good = ["a", "A-b_9", "x" * MAX_NAME, "-", "tow_20260101_000000"]
     refused = [n for n in good + [m for m in made_up if set(m) <= plain] if name_problem("recording.path", n)]
     unsaid = [n for n in bad if not all(word in name_problem("recording.path", n) for word in ("path'", "A-Z", "root"))]
     with tempfile.TemporaryDirectory() as scratch:
@@ -254,7 +254,7 @@ def names(quick: bool) -> Found:
         places, files, threads = Names(str(root)), len(os.listdir("/proc/self/fd")), threading.active_count()
         begun, toggles = time.perf_counter(), 100 if quick else 1000
         for _ in range(toggles):
-            for wanted in ("", "x" * NAME_MOST):
+            for wanted in ("", "x" * MAX_NAME):
                 with Recorder(places.next(wanted)) as recorder:
                     places.made()
                     recorder.put(TOPIC, IMU, 1, b"")
@@ -264,14 +264,14 @@ def names(quick: bool) -> Found:
         outside = [path.name for path in Path(scratch).iterdir() if path != root]
     return Found(
         [
-            Figure("names taken that are none", len(taken), "", 0, MOST),
-            Figure("refusals without key, rule and remedy", len(unsaid), "", 0, MOST),
-            Figure("names refused that are some", len(refused), "", 0, MOST),
-            Figure("made outside of the root", len(outside), "", 0, MOST),
-            Figure("longest name made", max(map(len, found)), "characters", NAME_MOST, MOST),
-            Figure("recordings missing of those made", 2 * toggles - len(found), "", 0, IS),
-            Figure("time of a recording begun and ended", spent / toggles / 2, "s", 0.2, MOST),
-            Figure("files and threads left open", opened, "", 0, MOST),
+            Metric("names taken that are none", len(taken), "", 0, MAX),
+            Metric("refusals without key, rule and remedy", len(unsaid), "", 0, MAX),
+            Metric("names refused that are some", len(refused), "", 0, MAX),
+            Metric("made outside of the root", len(outside), "", 0, MAX),
+            Metric("longest name made", max(map(len, found)), "characters", MAX_NAME, MAX),
+            Metric("recordings missing of those made", 2 * toggles - len(found), "", 0, IS),
+            Metric("time of a recording begun and ended", spent / toggles / 2, "s", 0.2, MAX),
+            Metric("files and threads left open", opened, "", 0, MAX),
         ],
         [repr(n) for n in taken + refused + unsaid],
     )

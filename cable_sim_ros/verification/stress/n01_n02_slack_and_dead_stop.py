@@ -10,7 +10,7 @@ from ..cases import Fidelity, run_case
 from ..cases.family import Case, Output
 from ..cases.slack import bowed
 from ..cases.statics import hanging_shape
-from .verdict import LEAST, WITHIN, Figure, Found, stress
+from .verdict import MIN, WITHIN, Found, Metric, stress
 
 GRAVITY = 9.81
 DROP = {
@@ -38,11 +38,11 @@ FIDELITIES = (Fidelity.VERIFICATION, Fidelity.REALTIME)
 def values(name: str, inputs: dict, outputs: dict[str, float], fidelity: Fidelity) -> tuple[dict, list[str]]:
     """Values and notes of a verification case with these outputs {name: relative tolerance}."""
     case = Case(name, inputs, [Output(o, "", tolerance, None) for o, tolerance in outputs.items()], [], "stress")
-    told = run_case(case, fidelity)
-    return {o["name"]: o["value"] for o in told.outputs}, told.notes
+    report = run_case(case, fidelity)
+    return {o["name"]: o["value"] for o in report.outputs}, report.notes
 
 
-def least_of_drop(elements: int, step: float) -> float:
+def min_of_drop(elements: int, step: float) -> float:
     """Least element tension of the dropped mass, from its fall over the snap to the next one, over T0."""
     p = DROP
     length, weight = p["tether_length_m"], p["end_mass_kg"] * GRAVITY
@@ -58,19 +58,19 @@ def least_of_drop(elements: int, step: float) -> float:
         bodies={elements: p["end_mass_kg"]},
     )
     bowed(rig, length - p["free_fall_height_m"])
-    return least_along(rig, step, 2.0) / weight
+    return min_along(rig, step, 2.0) / weight
 
 
-def least_along(rig: Rig, step: float, seconds: float) -> float:
+def min_along(rig: Rig, step: float, seconds: float) -> float:
     """Least tension of any element during a run [N]."""
-    least = np.inf
+    minimum = np.inf
     for _ in range(round(seconds / step)):
         rig.run(step, step, rules=WHIPPING)
-        least = min(least, float(rig.state.tension.min()))
-    return least
+        minimum = min(minimum, float(rig.state.tension.min()))
+    return minimum
 
 
-def least_of_chain(elements: int, step: float) -> float:
+def min_of_chain(elements: int, step: float) -> float:
     """Least element tension of the falling chain until it hangs below its support, over T0 at that support."""
     p = CHAIN
     length, weight = p["length_m"], p["mass_per_length_kg_m"] * GRAVITY * p["length_m"]
@@ -90,7 +90,7 @@ def least_of_chain(elements: int, step: float) -> float:
     rig.settle()
     top = float(np.linalg.norm(rig.state.reaction[0, :3]))
     rig.release(elements)
-    return least_along(rig, step, 0.4) / top
+    return min_along(rig, step, 0.4) / top
 
 
 def drop_truth() -> dict[str, float]:
@@ -151,40 +151,41 @@ def _catenary(length: float, span: float) -> float:
 
 DROP_ALLOWED = dict(zip(drop_truth(), (0.005, 0.01, 0.01, 0.03, 0.01, 0.03)))
 CHAIN_ALLOWED = {
-    f"time for the tip to drop {share:.2f} L": allowed for share, allowed in zip((0.25, 0.5, 0.75), (0.01, 0.01, 0.015))
+    f"time for the tip to drop {fraction:.2f} L": allowed
+    for fraction, allowed in zip((0.25, 0.5, 0.75), (0.01, 0.01, 0.015))
 }
 
 
 @stress("slack: dropped and falling cables, snap", "case tolerances; tension never below -0.001 T0")
 def slack(quick: bool) -> Found:
     """N1: slack: dropped and falling cables, snap."""
-    figures, notes = [], []
+    metrics, notes = [], []
     chain = dict(zip(CHAIN_ALLOWED, chain_times(40 if quick else 80)))
     fidelity = Fidelity.REALTIME if quick else Fidelity.VERIFICATION
     for name, inputs, truth, allowed in (
         ("dropped mass", DROP, drop_truth(), DROP_ALLOWED),
         ("falling chain", CHAIN, chain, CHAIN_ALLOWED),
     ):
-        got, told = values(name, inputs, allowed, fidelity)
-        figures += [
-            Figure(
+        got, report = values(name, inputs, allowed, fidelity)
+        metrics += [
+            Metric(
                 f"{name}, {what}", None if got[what] is None else got[what] / truth[what] - 1.0, "", tolerance, WITHIN
             )
             for what, tolerance in allowed.items()
         ]
-        notes += told[1:]
+        notes += report[1:]
     # the mesh and step that a real-time run would carry, and finer ones: a push that is the mesh's goes with it
     for elements, step in ((16, 1e-3), (64, 2.5e-4))[: 1 if quick else 2]:
         mesh = f"{elements} elements, {1e3 * step:g} ms"
-        figures += [
-            Figure(f"dropped mass, least tension over T0, {mesh}", least_of_drop(elements, step), "", -1e-3, LEAST),
-            Figure(f"falling chain, least tension over T0, {mesh}", least_of_chain(elements, step), "", -1e-3, LEAST),
+        metrics += [
+            Metric(f"dropped mass, least tension over T0, {mesh}", min_of_drop(elements, step), "", -1e-3, MIN),
+            Metric(f"falling chain, least tension over T0, {mesh}", min_of_chain(elements, step), "", -1e-3, MIN),
         ]
     notes.append(
         "T0: weight of the dropped mass; tension of the hanging chain at the end that stays. Dropped mass "
         "against a massless unilateral spring, chain against rigid links (an independent code)"
     )
-    return Found(figures, notes)
+    return Found(metrics, notes)
 
 
 @stress(
@@ -195,17 +196,17 @@ def dead_stop(quick: bool) -> Found:
     """N2: snap and winch dead stop (the first reflection from the body makes 3 rho c V)."""
     wave = 3.0 * np.sqrt(STOP["EA_N"] * STOP["mass_per_length_kg_m"]) * STOP["payout_speed_m_s"]
     snap = "largest tension"
-    figures, notes = [], []
+    metrics, notes = [], []
     for name, inputs, what, peak, allowed in (
         ("dead stop", STOP, TOP, wave, 0.01),
         ("snap", DROP, snap, drop_truth()[snap], 0.01),
     ):
         for fidelity in FIDELITIES[1 if quick else 0 :]:
-            got, told = values(name, inputs, {what: allowed}, fidelity)
+            got, report = values(name, inputs, {what: allowed}, fidelity)
             off = None if got[what] is None else float(got[what] / peak - 1.0)
             real = fidelity is Fidelity.REALTIME
-            figures.append(Figure(f"{name}, peak, {fidelity.value}", off, "", 0.15 if real else 0.04, WITHIN))
+            metrics.append(Metric(f"{name}, peak, {fidelity.value}", off, "", 0.15 if real else 0.04, WITHIN))
             if real:
-                figures.append(Figure(f"{name}, peak, realtime, not low by more", off, "", -0.10, LEAST))
-            notes += [f"{name}, {fidelity.value}: {note}" for note in told[1:]]
-    return Found(figures, notes)
+                metrics.append(Metric(f"{name}, peak, realtime, not low by more", off, "", -0.10, MIN))
+            notes += [f"{name}, {fidelity.value}: {note}" for note in report[1:]]
+    return Found(metrics, notes)

@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from ...physics.contact import EVENTS, LOADED, Contact, latch
-from ...physics.frame import Flag
 from ...physics.inputs import push_command, push_motion
 from ...physics.integrate import coefficients
+from ...physics.tick_output import Flag
 from ...sim.rig import WHIPPING, Rig, cable_of, load_of
 from ...sim.simulator import SolverError
 from ..bend import drum
-from ..stations import Stations, stations
+from ..contact_points import ContactPoints, contact_points
 from .sheave_depth import Watch
 from .tows import held, started
-from .verdict import IS, LEAST, WITHIN, Figure, Found, stress
+from .verdict import IS, MIN, WITHIN, Found, Metric, stress
 
 WINDOW = 0.020  # s after an event
 MASS, LENGTH, ELEMENTS, LINEAR = 2.0, 0.6, 6, 0.389  # kg at each end, m, of the bench; kg/m of the shipped cable
@@ -47,7 +47,7 @@ def changes(pressed: np.ndarray) -> np.ndarray:
     return np.flatnonzero(pressed[1:] != pressed[:-1]) + 1
 
 
-def most_within(times: np.ndarray, window: float = WINDOW) -> int:
+def max_within(times: np.ndarray, window: float = WINDOW) -> int:
     """Largest number of ``times`` [s] within ``window`` [s] of one of them, itself counted."""
     return max((int(((times >= t) & (times <= t + window)).sum()) for t in times), default=0)
 
@@ -79,15 +79,15 @@ class Bench:
         self.weight = 9.81 * (2.0 * MASS + LINEAR * LENGTH)
         self.pull(-40.0)
         rig.settle()
-        self.impulse = Impulse(self.forces(stations(rig)), rig.solver.rho_inf)
+        self.impulse = Impulse(self.forces(contact_points(rig)), rig.solver.rho_inf)
         self.sampled = 0.0  # N s, step times force at its end
-        self.least, self.seen = 0.0, []
+        self.minimum, self.seen = 0.0, []
 
     def pull(self, load: float) -> None:
         """Upward force on each end [N]."""
         self.rig.model.loads["force"][:, 2] = load
 
-    def forces(self, table: Stations) -> np.ndarray:
+    def forces(self, table: ContactPoints) -> np.ndarray:
         """Upward force of the drum, and of loads and weight [N]."""
         return np.array((table.resultant[2], self.rig.model.loads["force"][:, 2].sum() - self.weight))
 
@@ -98,12 +98,12 @@ class Bench:
                 self._look(h)
 
     def _look(self, h: float) -> None:
-        table = stations(self.rig)
+        table = contact_points(self.rig)
         force, flanks = self.forces(table), table.flanks
         self.impulse.step(h, force)
         self.time += h
         self.sampled += h * force[0]
-        self.least = min(self.least, float(flanks.min()))
+        self.minimum = min(self.minimum, float(flanks.min()))
         self.seen.append((self.time, float(flanks.sum(1).max()) > LOADED))
 
     def momentum(self) -> float:
@@ -136,7 +136,7 @@ def reversed_loads(bench: Bench, count: int, rng) -> tuple[np.ndarray, float, bo
         state = bench.rig.state
         finite = finite and bool(np.isfinite(state.q).all() and np.isfinite(state.tension).all())
     rows = np.array(rows)
-    return rows[::2] + rows[1::2], bench.least, finite
+    return rows[::2] + rows[1::2], bench.minimum, finite
 
 
 @stress(
@@ -147,37 +147,37 @@ def reversals(quick: bool) -> Found:
     """A cable across a drum pulled off and pressed on by random loads; a tow whose ship drops under it."""
     count, throws = (60, 6) if quick else (1000, 50)
     rng, bench = np.random.default_rng(3), Bench()
-    impulses, least, finite = reversed_loads(bench, count, rng)
-    given, told, wanted = impulses.T
+    impulses, minimum, finite = reversed_loads(bench, count, rng)
+    given, report, wanted = impulses.T
     off, sampled = (
-        np.abs(x - wanted) / np.maximum(np.abs(wanted), 0.1 * np.median(np.abs(wanted))) for x in (given, told)
+        np.abs(x - wanted) / np.maximum(np.abs(wanted), 0.1 * np.median(np.abs(wanted))) for x in (given, report)
     )
     contact, flag, events = bench.events()
     tow = Thrown()
     notes = tow.throw(throws, rng)
     return Found(
         [
-            Figure("bench, least line load of a flank", least, "N/m", 0.0, LEAST),
-            Figure(
+            Metric("bench, least line load of a flank", minimum, "N/m", 0.0, MIN),
+            Metric(
                 "bench, impulse against momentum change, all", float(given.sum() / wanted.sum() - 1.0), "", 0.02, WITHIN
             ),
-            Figure(
+            Metric(
                 "bench, impulse against momentum change, worst of one detachment and return", float(off.max()), "", 0.02
             ),
-            Figure("bench, the same with step times force at its end for the impulse", float(sampled.max())),
-            Figure("bench, most changes of the flag within 20 ms of one", most_within(flag), "", 2),
-            Figure("bench, most changes of the bare contact within 20 ms of one", most_within(contact)),
-            Figure("bench, numbers finite", finite, "", True, IS),
-            Figure("tow, least detachments of a throw", min(tow.detachments, default=0), "", 1, LEAST),
-            Figure("tow, most changes of the flag within 20 ms of one", max(tow.flag, default=0), "", 2),
-            Figure("tow, most changes of the bare contact within 20 ms of one", max(tow.contact, default=0)),
-            *(f._replace(name=f"tow, {f.name}") for f in tow.watch.figures(tow.sim.scene.cable.diameter)),
-            Figure("tow, back on the sheave after every throw", tow.returned, "", True, IS),
+            Metric("bench, the same with step times force at its end for the impulse", float(sampled.max())),
+            Metric("bench, most changes of the flag within 20 ms of one", max_within(flag), "", 2),
+            Metric("bench, most changes of the bare contact within 20 ms of one", max_within(contact)),
+            Metric("bench, numbers finite", finite, "", True, IS),
+            Metric("tow, least detachments of a throw", min(tow.detachments, default=0), "", 1, MIN),
+            Metric("tow, most changes of the flag within 20 ms of one", max(tow.flag, default=0), "", 2),
+            Metric("tow, most changes of the bare contact within 20 ms of one", max(tow.contact, default=0)),
+            *(f._replace(name=f"tow, {f.name}") for f in tow.watch.metrics(tow.sim.scene.cable.diameter)),
+            Metric("tow, back on the sheave after every throw", tow.returned, "", True, IS),
         ],
         [
             f"bench: {count} reversals at {1e3 * STEP:g} ms on two masses of {MASS:g} kg, drum of 0.25 m, the shipped "
             f"contact (1 mm at 4 kN, D = 0.3); {events} detachments, {len(contact)} changes of the bare contact",
-            "impulse: as generalised-alpha gives it to the velocities; the flag: contact.latch, as in the Frames",
+            "impulse: as generalised-alpha gives it to the velocities; the flag: contact.latch, as in the tick outputs",
             f"tow: at {TOWED:g} m/s, {1e3 * TICK:g} ms ticks; {throws} times from rest the ship drops 0.9 to 3 m at 14 "
             f"to 25 m/s^2, stops and comes back up; {sum(tow.detachments)} detachments",
             *notes,
@@ -236,5 +236,5 @@ class Thrown:
         time, off = frames.time * 1e-9, frames.status & Flag.DETACHED > 0
         self.detachments.append(int(frames.detachments[-1]) - int(frames.detachments[0]))
         self.returned = self.returned and not bool(off[-1])
-        self.flag.append(most_within(time[changes(off)]))
-        self.contact.append(most_within(time[changes(frames.contact_total > 0.0)]))
+        self.flag.append(max_within(time[changes(off)]))
+        self.contact.append(max_within(time[changes(frames.contact_total > 0.0)]))

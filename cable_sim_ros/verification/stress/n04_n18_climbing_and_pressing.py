@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...physics.frame import Flag
+from ...physics.tick_output import Flag
 from ...sim.simulator import SolverError
 from ..cases import Fidelity
 from .n01_n02_slack_and_dead_stop import values
 from .sheave_depth import Watch
 from .tows import Sea, held, reel, sail, started
-from .verdict import IS, WITHIN, Figure, Found, stress
+from .verdict import IS, WITHIN, Found, Metric, stress
 
 TURN_ABOUT = 5.0  # s
 ROLL, YAW = {"roll": (np.radians(70.0), 80.0, 0.0)}, {"yaw": (np.radians(60.0), 80.0, 0.0)}
@@ -20,7 +20,7 @@ HIGHEST = 4200.0  # N, contact.working_tension of the tows of N18: their highest
 
 @stress(
     "groove climb-out: fleet angle, heel +-70 deg",
-    "threshold within 2 deg; latched flag in the next Frame; the cable never passes through the sheave",
+    "threshold within 2 deg; latched flag in the next tick output; the cable never passes through the sheave",
 )
 def climb(quick: bool) -> Found:
     """A slack cable in a groove that heels; a tow whose ship slowly rolls to 70 deg and back, at rest and under way."""
@@ -37,8 +37,8 @@ def climb(quick: bool) -> Found:
         {heel: 0.01},
         Fidelity.REALTIME if quick else Fidelity.VERIFICATION,
     )
-    figures = [
-        Figure(
+    metrics = [
+        Metric(
             "heel at climb-out of a slack cable against 90 deg less the half angle",
             None if got[heel] is None else got[heel] - (90.0 - WALL),
             "deg",
@@ -53,13 +53,13 @@ def climb(quick: bool) -> Found:
         ("towed, fleet angle to 60 deg in 20 s", 2.2, YAW),
         ("towed, heel to -70 deg in 4 s", 2.2, {"roll": (np.radians(-70.0), 16.0, 0.0)}),
     )[: 3 if quick else 4]:
-        found, told = heeled(speed, sea)
-        figures += [f._replace(name=f"{name}: {f.name}") for f in found]
-        notes += [f"{name}: {note}" for note in told]
-    return Found(figures, notes)
+        found, report = heeled(speed, sea)
+        metrics += [f._replace(name=f"{name}: {f.name}") for f in found]
+        notes += [f"{name}: {note}" for note in report]
+    return Found(metrics, notes)
 
 
-def heeled(speed: float, waves: dict, rate: float = 0.0) -> tuple[list[Figure], list[str]]:
+def heeled(speed: float, waves: dict, rate: float = 0.0) -> tuple[list[Metric], list[str]]:
     """A tow at ``speed`` [m/s] whose ship turns as ``waves`` say, for 40 s: up and back, or more.
 
     rate: [m/s] at which its winch hauls in and pays out, turn by turn, TURN_ABOUT seconds each.
@@ -83,31 +83,31 @@ def heeled(speed: float, waves: dict, rate: float = 0.0) -> tuple[list[Figure], 
                     out_at = (f.time * 1e-9, float(np.degrees(angle)))
     except SolverError as error:
         notes.append(str(error))
-    figures = [
-        Figure("Frames out of the groove without flag or event", missed, "", 0),
-        Figure("events taken back", unlatched, "", 0),
-        *watch.figures(scene.cable.diameter),
-        Figure("ran to its end", not notes, "", True, IS),
+    metrics = [
+        Metric("tick outputs out of the groove without flag or event", missed, "", 0),
+        Metric("events taken back", unlatched, "", 0),
+        *watch.metrics(scene.cable.diameter),
+        Metric("ran to its end", not notes, "", True, IS),
     ]
     notes.append(
         "stayed in the groove"
         if out_at is None
         else f"out of the groove after {out_at[0]:.1f} s at {out_at[1]:.1f} deg of the ship"
     )
-    return figures, notes
+    return metrics, notes
 
 
 @stress("highest tension, least wrap", "penetration <= 0.1 diameter")
 def pressed(quick: bool) -> Found:
     """Static tows at nearly the tension the contact is made for, the sheave raised until the cable hardly bends."""
-    figures, notes = [], []
+    metrics, notes = [], []
     for speed, rise in ((2.2, 0.6), (2.6, 0.6), (2.6, -0.6), (2.6, -1.0), (2.6, -1.2), (2.6, 2.0))[: 3 if quick else 6]:
         scene = held(ship__tow_speed=speed, sheave__position=[-36.8, 0.0, 3.1 + rise], contact__working_tension=HIGHEST)
         frame = started(scene).frame
         name = f"{speed:g} m/s, sheave {rise:+g} m above the drum"
-        figures += [
-            Figure(f"penetration over diameter, {name}", float(frame.penetration / scene.cable.diameter), "", 0.1),
-            Figure(
+        metrics += [
+            Metric(f"penetration over diameter, {name}", float(frame.penetration / scene.cable.diameter), "", 0.1),
+            Metric(
                 f"largest tension over contact.working_tension, {name}", float(frame.tension_most / HIGHEST), "", 1.0
             ),
         ]
@@ -115,4 +115,4 @@ def pressed(quick: bool) -> Found:
             f"{name}: {frame.tension:.0f} N at the sheave, largest {frame.tension_most:.0f} N, wrap "
             f"{np.degrees(frame.wrap_angle):.1f} deg, departure {np.degrees(frame.departure_angle):.1f} deg"
         )
-    return Found(figures, notes)
+    return Found(metrics, notes)

@@ -9,32 +9,32 @@ from scipy.special import jn_zeros
 
 from ...io.load import SceneError
 from ...physics.cable_assembly import Cable
-from ...physics.frame import Flag
+from ...physics.tick_output import Flag
 from ...sim.rig import Rig, cable_of, load_of
 from ...sim.simulator import Simulator, SolverError, StartError
 from ..cases import Fidelity
 from .n01_n02_slack_and_dead_stop import values
 from .tows import Sea, finite, sail, shipped, started
-from .verdict import IS, WITHIN, Figure, Found, stress
+from .verdict import IS, WITHIN, Found, Metric, stress
 
 REFUSED_IN = 1.0  # s
 
 
 @stress("EI = 0 everywhere", "runs, case tolerances")
-def limp(quick: bool) -> Found:
+def without_bending(quick: bool) -> Found:
     """A tow in a sea without bending stiffness, a catenary and a hanging chain against their closed forms."""
     seconds = 5.0 if quick else 120.0
-    told = {}
+    report = {}
     for ei in (0.0, 1.4):
         scene = shipped(cable__bending_stiffness=ei)
         sim = started(scene)
         static = sim.frame.copy()
-        told[ei] = (static, sail(sim, Sea(scene, heave=(1.0, 8.0, 0.0), pitch=(0.03, 7.0, 1.0)), seconds))
-    (limp_0, limp_t), (stiff_0, stiff_t) = told[0.0], told[1.4]
-    figures = [
-        Figure("tow, numbers finite", finite(limp_t), "", True, IS),
-        Figure("tow, static tension against EI = 1.4", float(limp_0.tension / stiff_0.tension - 1.0), "", 0.01, WITHIN),
-        Figure(
+        report[ei] = (static, sail(sim, Sea(scene, heave=(1.0, 8.0, 0.0), pitch=(0.03, 7.0, 1.0)), seconds))
+    (limp_0, limp_t), (stiff_0, stiff_t) = report[0.0], report[1.4]
+    metrics = [
+        Metric("tow, numbers finite", finite(limp_t), "", True, IS),
+        Metric("tow, static tension against EI = 1.4", float(limp_0.tension / stiff_0.tension - 1.0), "", 0.01, WITHIN),
+        Metric(
             "tow, largest difference of the tension over the sea against EI = 1.4",
             float(np.abs(limp_t.tension - stiff_t.tension).max() / stiff_0.tension),
             "",
@@ -56,8 +56,8 @@ def limp(quick: bool) -> Found:
     for _ in range(80):
         h = np.sqrt(low * high)
         low, high = (h, high) if 2.0 * h * np.arcsinh(0.5 * length / h) < span else (low, h)
-    figures.append(
-        Figure(
+    metrics.append(
+        Metric(
             "catenary, horizontal tension",
             float(abs(rig.state.reaction[0, 0]) / (mass * 9.81 * h) - 1.0),
             "",
@@ -74,8 +74,8 @@ def limp(quick: bool) -> Found:
     )
     for k, (name, allowed) in enumerate(modes.items()):
         truth = 0.5 * jn_zeros(0, 3)[k] * np.sqrt(9.81 / length)
-        figures.append(
-            Figure(
+        metrics.append(
+            Metric(
                 f"hanging chain, {name}",
                 None if got[name] is None else float(got[name] / truth - 1.0),
                 "",
@@ -83,14 +83,14 @@ def limp(quick: bool) -> Found:
                 WITHIN,
             )
         )
-    return Found(figures, notes[1:])
+    return Found(metrics, notes[1:])
 
 
 @stress("EA 1e3 ... 1e10 N", "finite, or refused within 1 s naming EA and step")
 def stiffness(quick: bool) -> Found:
     """The shipped tow in a sea at every decade of EA: a run whose answer is finite and settled, or a refusal."""
     seconds = 2.0 if quick else 60.0
-    figures, notes = [], []
+    metrics, notes = [], []
     for power in range(3, 11):
         ea = 10.0**power
         begin = time.perf_counter()
@@ -103,25 +103,25 @@ def stiffness(quick: bool) -> Found:
         except (SceneError, StartError, SolverError) as error:
             late, text = time.perf_counter() - begin, str(error)
             named = "axial_stiffness" in text and ("solver.tick" in text or "step" in text)
-            figures += [
-                Figure(f"EA 1e{power}: refused after", late, "s", REFUSED_IN),
-                Figure(f"EA 1e{power}: the refusal names EA and step", named, "", True, IS),
+            metrics += [
+                Metric(f"EA 1e{power}: refused after", late, "s", REFUSED_IN),
+                Metric(f"EA 1e{power}: the refusal names EA and step", named, "", True, IS),
             ]
             notes.append(f"EA 1e{power}: {text}")
             continue
         strain = float(frames.tension_most.max() / ea)
-        figures += [
-            Figure(f"EA 1e{power}: numbers finite", finite(frames), "", True, IS),
-            Figure(f"EA 1e{power}: at rest on the sheave, no flag DETACHED", seated),
+        metrics += [
+            Metric(f"EA 1e{power}: numbers finite", finite(frames), "", True, IS),
+            Metric(f"EA 1e{power}: at rest on the sheave, no flag DETACHED", seated),
         ]
         notes.append(
             f"EA 1e{power}: tension {frames.tension.min():.0f} to {frames.tension.max():.0f} N, largest strain "
             f"{strain:.2g}, {frames.iterations.mean():.1f} iterations a tick"
         )
-    return Found(figures, notes)
+    return Found(metrics, notes)
 
 
-def tip(elements: int, share: float = 1.0) -> np.ndarray:
+def tip(elements: int, fraction: float = 1.0) -> np.ndarray:
     """Tip of a clamped rod under a dead load P across it, P L^2 / EI = 10; share: Cable.compression_share."""
     length, ei = 1.0, 1.0
     rig = Rig(
@@ -130,7 +130,7 @@ def tip(elements: int, share: float = 1.0) -> np.ndarray:
             mass_per_length=0.1,
             axial_stiffness=1e6 * ei,
             bending_stiffness=ei,
-            compression_share=share,
+            compression_share=fraction,
         ),
         held={0: "rg"},
         tension=10.0,
@@ -145,14 +145,14 @@ def tip(elements: int, share: float = 1.0) -> np.ndarray:
 @stress("n, 2n, 4n elements", "observed order within 0.3 of theory")
 def order(quick: bool) -> Found:
     """Large bending: the tip converges with the fourth power of the element's length."""
-    figures, notes = [], []
-    for share, judged in ((1.0, True), (Cable.model_fields["compression_share"].default, False)):
-        tips = [tip(n, share) for n in (4, 8, 16, 32)]
+    metrics, notes = [], []
+    for fraction, judged in ((1.0, True), (Cable.model_fields["compression_share"].default, False)):
+        tips = [tip(n, fraction) for n in (4, 8, 16, 32)]
         for k, n in enumerate((4, 8)):
             coarse, fine = np.linalg.norm(tips[k] - tips[k + 1]), np.linalg.norm(tips[k + 1] - tips[k + 2])
-            figures.append(
-                Figure(
-                    f"order less 4, {n}, {2 * n}, {4 * n} elements, compression_share {share:g}",
+            metrics.append(
+                Metric(
+                    f"order less 4, {n}, {2 * n}, {4 * n} elements, compression_share {fraction:g}",
                     float(np.log2(coarse / fine) - 4.0),
                     "",
                     0.3 if judged else None,
@@ -165,4 +165,4 @@ def order(quick: bool) -> Found:
         "zero, folds more the finer the mesh, and the tip does not converge: reported, not judged. Beyond 32 "
         "elements the difference is below what the residual allows"
     )
-    return Found(figures, notes)
+    return Found(metrics, notes)

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...sim.simulator import Simulator
 from .tows import Sea, held, sail, started
-from .verdict import IS, WITHIN, Figure, Found, stress
+from .verdict import IS, WITHIN, Found, Metric, stress
 
 DAY = 86400.0
 
@@ -38,12 +38,12 @@ def long_cable(quick: bool) -> Found:
     wet = dry - water.density * 0.25 * np.pi * cable.diameter**2 * scene.gravity
     want = scene.towbody.net_weight + wet * (line[-1, 4] - at) + dry * (at - leaves)
     strain = (scene.towbody.net_weight * 10000.0 + 0.5 * wet * 10000.0**2) / cable.axial_stiffness
-    figures = [
-        Figure("ready after", ready, "s", 60.0),
-        Figure(
+    metrics = [
+        Metric("ready after", ready, "s", 60.0),
+        Metric(
             "tension at the sheave against the weights below it", float(frame.tension / want - 1.0), "", 1e-3, WITHIN
         ),
-        Figure(
+        Metric(
             "depth of the body against unstretched length and stretch",
             float(-frame.body_position[2] / (line[-1, 4] - at + strain) - 1.0),
             "",
@@ -53,8 +53,8 @@ def long_cable(quick: bool) -> Found:
     ]
     seconds = 5.0 if quick else 60.0
     frames = sim.run(round(seconds / scene.solver.tick))
-    figures.append(
-        Figure(
+    metrics.append(
+        Metric(
             f"change of the tension in {seconds:g} s",
             float(np.abs(frames.tension / frame.tension - 1.0).max()),
             "",
@@ -62,7 +62,7 @@ def long_cable(quick: bool) -> Found:
         )
     )
     return Found(
-        figures, [f"{frame.tension:.1f} N, want {want:.1f} N, {sim.nodes - 1} elements; kernels compiled before"]
+        metrics, [f"{frame.tension:.1f} N, want {want:.1f} N, {sim.nodes - 1} elements; kernels compiled before"]
     )
 
 
@@ -99,13 +99,13 @@ def day(quick: bool) -> Found:
     wanted = start + round(done / tick) * round(tick * 1e9)
     return Found(
         [
-            Figure("drift of the mean tension of a period", float(drift[0]), "", 1e-3),
-            Figure("drift of the mean tension at the body", float(drift[1]), "", 1e-3),
-            Figure("drift of the mean depth", float(drift[2]), "", 1e-3),
-            Figure("nanoseconds beside ticks times step", int(sim.frame.time) - wanted, "ns", 0),
-            Figure("stamp is an integer", sim.frame.time.dtype == np.dtype("i8"), "", True, IS),
-            Figure("memory gained after the first 300 s", (max(memory) - memory[0]) / 1e6, "MB", 5.0),
-            Figure("memory gained at the end", (memory[-1] - memory[0]) / 1e6, "MB", 5.0),
+            Metric("drift of the mean tension of a period", float(drift[0]), "", 1e-3),
+            Metric("drift of the mean tension at the body", float(drift[1]), "", 1e-3),
+            Metric("drift of the mean depth", float(drift[2]), "", 1e-3),
+            Metric("nanoseconds beside ticks times step", int(sim.frame.time) - wanted, "ns", 0),
+            Metric("stamp is an integer", sim.frame.time.dtype == np.dtype("i8"), "", True, IS),
+            Metric("memory gained after the first 300 s", (max(memory) - memory[0]) / 1e6, "MB", 5.0),
+            Metric("memory gained at the end", (memory[-1] - memory[0]) / 1e6, "MB", 5.0),
         ],
         [
             f"{done:g} s in ticks of {1e3 * tick:g} ms, {len(sim.state.arc) - 1} elements, heave 0.5 m, {period:g} s; "

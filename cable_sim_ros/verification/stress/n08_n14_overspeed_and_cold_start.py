@@ -7,11 +7,11 @@ from collections.abc import Callable
 import numpy as np
 
 from ...io.load import SceneError
-from ...physics.frame import Flag
+from ...physics.tick_output import Flag
 from ...sim.scene import Scene
 from ...sim.simulator import SolverError, StartError
 from .tows import finite, held, reel, started, weights
-from .verdict import IS, LEAST, WITHIN, Figure, Found, stress
+from .verdict import IS, MIN, WITHIN, Found, Metric, stress
 
 FINE = 0.1  # m, elements that come over sheave and drum where the mesh is fixed to the material
 OUTBOARD, WOUND, SPAN = 12.0, 16.0, 8.04  # m; the last from drum to sheave
@@ -47,7 +47,7 @@ def short_on_drum(outboard: float, wound: float, **values) -> Scene:
     return held("full_scale_contact", **STILL | {"cable__sections": cable, "winch__wrap": wrap} | values)
 
 
-def _overspeed(name: str, tow: Callable[..., Scene], waits: int) -> tuple[list[Figure], list[str]]:
+def _overspeed(name: str, tow: Callable[..., Scene], waits: int) -> tuple[list[Metric], list[str]]:
     """Pay-out commanded at ten times what the winch can for 2.5 s, a stop, and so many times ten seconds."""
     scene = tow(OUTBOARD, WOUND, **LIGHT_FISH)
     sim = started(scene)
@@ -60,25 +60,25 @@ def _overspeed(name: str, tow: Callable[..., Scene], waits: int) -> tuple[list[F
         # not against the weights: the light fish leaves the bending at the sheave its share, EI kappa^2/2 = 9 N
         settled = started(tow(OUTBOARD + paid, WOUND - paid, **LIGHT_FISH)).frame
     except SolverError as error:
-        return [Figure(f"{name}, ran to its end", False, "", True, IS)], [f"{name}: {error}"]
-    most = float(np.abs(out.payout_rate).max() / scene.winch.max_rate)
+        return [Metric(f"{name}, ran to its end", False, "", True, IS)], [f"{name}: {error}"]
+    maximum = float(np.abs(out.payout_rate).max() / scene.winch.max_rate)
     swing = float(np.ptp(last.tension) / last.tension.mean())
     return [
-        Figure(f"{name}, largest rate of pay-out over winch.max_rate", most, "", 1.0 + 1e-9),
-        Figure(f"{name}, slack reported", bool((out.status & Flag.SLACK > 0).any()), "", True, IS),
-        Figure(
+        Metric(f"{name}, largest rate of pay-out over winch.max_rate", maximum, "", 1.0 + 1e-9),
+        Metric(f"{name}, slack reported", bool((out.status & Flag.SLACK > 0).any()), "", True, IS),
+        Metric(
             f"{name}, least tension at the fish over that at rest", float(out.tension_body.min() / still.tension_body)
         ),
-        Figure(f"{name}, numbers finite", all(finite(f) for f in (out, *after)), "", True, IS),
-        Figure(
+        Metric(f"{name}, numbers finite", all(finite(f) for f in (out, *after)), "", True, IS),
+        Metric(
             f"{name}, after the stop, mean tension against a start at this pay-out",
             float(last.tension.mean() / settled.tension - 1.0),
             "",
             0.02,
             WITHIN,
         ),
-        Figure(f"{name}, after the stop, swing of the tension", swing),
-        Figure(
+        Metric(f"{name}, after the stop, swing of the tension", swing),
+        Metric(
             f"{name}, after the stop, slack no longer reported",
             not bool((last.status & Flag.SLACK).any()),
             "",
@@ -94,7 +94,7 @@ def _overspeed(name: str, tow: Callable[..., Scene], waits: int) -> tuple[list[F
 @stress("winch overspeed, slack at the fish, haul-in to the last metre", "slack reported, recovers to within 2 %")
 def winch(quick: bool) -> Found:
     """Hanging in still water: pay-out faster than the fish sinks, then a stop; and hauling in all there is."""
-    figures, notes = [], []
+    metrics, notes = [], []
     # slack cable leaves its sheave, and comes back where elements of its size wait for it; the turns on a drum with
     # contact come loose and whip, a subject of its own
     for name, tow in (
@@ -102,23 +102,23 @@ def winch(quick: bool) -> Found:
         ("overspeed", short),
         ("overspeed, drum with contact", short_on_drum),
     )[: 1 if quick else 3]:
-        found, told = _overspeed(name, tow, 3 if quick else 12)
-        figures, notes = figures + found, notes + told
+        found, report = _overspeed(name, tow, 3 if quick else 12)
+        metrics, notes = metrics + found, notes + report
     scene = short(15.0, 4.0)
     sim = started(scene)
     try:
-        least = float(-sim.model.settings["drum"]["length_least"][0])  # length that may be hauled in
-        hauled = reel(sim, -1.0, least + 3.0)
+        minimum = float(-sim.model.settings["drum"]["min_length"][0])  # length that may be hauled in
+        hauled = reel(sim, -1.0, minimum + 3.0)
         rest = reel(sim, 0.0, 20.0 if quick else 60.0)
-        figures += [
-            Figure(
+        metrics += [
+            Metric(
                 "haul-in, cable left outboard of the tangent point of the sheave",
                 float(15.0 + (hauled.payout[-1] - hauled.payout[0])),
                 "m",
             ),
-            Figure("haul-in, end reported", bool((hauled.status & Flag.DRUM_END > 0).any()), "", True, IS),
-            Figure("haul-in, numbers finite", finite(hauled) and finite(rest), "", True, IS),
-            Figure(
+            Metric("haul-in, end reported", bool((hauled.status & Flag.DRUM_END > 0).any()), "", True, IS),
+            Metric("haul-in, numbers finite", finite(hauled) and finite(rest), "", True, IS),
+            Metric(
                 "haul-in, mean tension against the weights that hang",
                 float(rest.tension[-500:].mean() / weights(sim) - 1.0),
                 "",
@@ -126,10 +126,10 @@ def winch(quick: bool) -> Found:
                 WITHIN,
             ),
         ]
-        reel(sim, 1.0, least)
+        reel(sim, 1.0, minimum)
         rest = reel(sim, 0.0, 20.0 if quick else 60.0)
-        figures.append(
-            Figure(
+        metrics.append(
+            Metric(
                 "paid out again, mean tension against the weights that hang",
                 float(rest.tension[-500:].mean() / weights(sim) - 1.0),
                 "",
@@ -138,9 +138,9 @@ def winch(quick: bool) -> Found:
             )
         )
     except SolverError as error:
-        figures.append(Figure("haul-in ran to its end", False, "", True, IS))
+        metrics.append(Metric("haul-in ran to its end", False, "", True, IS))
         notes.append(f"haul-in: {error}")
-    return Found(figures, notes)
+    return Found(metrics, notes)
 
 
 @stress(
@@ -149,7 +149,7 @@ def winch(quick: bool) -> Found:
 )
 def cold(quick: bool) -> Found:
     """Each start by itself: a refusal must say why; a state must stay, and balance the weights if nothing flows."""
-    figures, notes = [], []
+    metrics, notes = [], []
 
     def full(outboard: float, speed: float, **values) -> Scene:
         return held(**{"ship__tow_speed": speed, "winch__scope": outboard} | values)
@@ -175,13 +175,13 @@ def cold(quick: bool) -> Found:
         except (SceneError, StartError) as error:
             text = str(error)
             clear = "nothing was started" in text and any(c.isdigit() for c in text)
-            figures.append(Figure(f"{name}: the error says why", clear, "", True, IS))
+            metrics.append(Metric(f"{name}: the error says why", clear, "", True, IS))
             notes.append(f"{name}: refused: {text}")
             continue
         first, depth = sim.frame.copy(), sim.shape[-1, 2]
         if speed == 0.0 and not values and length > 4.0:
-            figures.append(
-                Figure(
+            metrics.append(
+                Metric(
                     f"{name}: tension against the weights that hang",
                     float(first["tension"] / weights(sim) - 1.0),
                     "",
@@ -190,30 +190,30 @@ def cold(quick: bool) -> Found:
                 )
             )
         scale = max(abs(float(first["tension"])), 1.0)
-        figures.append(
-            Figure(
+        metrics.append(
+            Metric(
                 f"{name}: least element tension over that at the sheave",
                 float(first["tension_least"] / scale),
                 "",
                 -0.01,
-                LEAST,
+                MIN,
             )
         )
-        figures.append(Figure(f"{name}: residual over tension", float(first["residual"] / scale), "", 1e-5))
+        metrics.append(Metric(f"{name}: residual over tension", float(first["residual"] / scale), "", 1e-5))
         try:
             frames = sim.run(round((10.0 if quick else 60.0) / sim.scene.solver.tick))
         except SolverError as error:
-            figures.append(Figure(f"{name}: stays where it settled", False, "", True, IS))
+            metrics.append(Metric(f"{name}: stays where it settled", False, "", True, IS))
             notes.append(f"{name}: {error}")
             continue
-        figures += [
-            Figure(
+        metrics += [
+            Metric(
                 f"{name}: change of the tension when let run",
                 float(np.abs(frames.tension - first["tension"]).max() / scale),
                 "",
                 1e-3,
             ),
-            Figure(
+            Metric(
                 f"{name}: change of the depth over the length",
                 float(np.abs(frames.body_position[:, 2] - depth).max() / length),
                 "",
@@ -224,4 +224,4 @@ def cold(quick: bool) -> Found:
             f"{name}: {first['tension']:.1f} N, body at {first['body_position'][2]:.2f} m, least element tension "
             f"{first['tension_least']:.3g} N, {sim.start_report['steps']} steps"
         )
-    return Found(figures, notes)
+    return Found(metrics, notes)

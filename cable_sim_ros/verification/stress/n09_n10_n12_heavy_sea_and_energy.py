@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from ...io.load import scene_from_dict
-from ...physics.frame import FRAME, Flag
+from ...physics.tick_output import TICK_OUTPUT, Flag
 from ...sim.simulator import Simulator, SolverError
 from .sheave_depth import Watch
 from .tows import Sea, finite, held, sail, shipped, started
-from .verdict import IS, Figure, Found, stress
+from .verdict import IS, Found, Metric, stress
 
 SUPPLIED, LOST = "work_supplied", ("work_water", "work_contact", "dissipated")
 RESIDUAL = "energy_residual"  # J, cumulative since the start: stored + dissipated - supplied
@@ -17,12 +17,13 @@ ACCOUNT = (SUPPLIED, *LOST, RESIDUAL)
 
 
 def accounted() -> bool:
-    """Do Frames carry an account of energy?"""
-    return all(name in FRAME.names for name in ACCOUNT)
+    """Do tick outputs carry an account of energy?"""
+    return all(name in TICK_OUTPUT.names for name in ACCOUNT)
 
 
-def residual_share(first, last, supplied: float) -> float:
-    """Energy residual gained between two Frames over the work turned over [1]; ``supplied``: sum of |d work| [J]."""
+def residual_fraction(first, last, supplied: float) -> float:
+    """Energy residual gained between two tick outputs over the work turned over [1]; ``supplied``: sum of |d work|
+    [J]."""
     return abs(float(last[RESIDUAL]) - float(first[RESIDUAL])) / max(supplied, 1e-300)
 
 
@@ -31,15 +32,15 @@ def turned_over(frames) -> float:
     return float(np.abs(np.diff(frames[SUPPLIED])).sum())
 
 
-NOT_YET = f"Frames have no {', '.join(ACCOUNT)}"
+NOT_YET = f"tick outputs have no {', '.join(ACCOUNT)}"
 
 
-def _heavy(depth: float, seconds: float) -> tuple[list[Figure], list[str], bool]:
+def _heavy(depth: float, seconds: float) -> tuple[list[Metric], list[str], bool]:
     scene = held(sheave__groove_depth=depth, accuracy__slack=1.0)
     sim = started(scene)
     sea = Sea(scene, heave=(6.0, 8.0, 0.0), roll=(np.radians(35.0), 11.0, 0.0))
     watch = Watch(sim)
-    good, least, most, flags, work, share, done = True, np.inf, -np.inf, 0, 0.0, None, 0.0
+    good, minimum, maximum, flags, work, fraction, done = True, np.inf, -np.inf, 0, 0.0, None, 0.0
     notes, first = [], None
     parts = []
     try:
@@ -47,41 +48,41 @@ def _heavy(depth: float, seconds: float) -> tuple[list[Figure], list[str], bool]
             frames = watch.look(sail(sim, sea, min(10.0, seconds - done)))
             done += min(10.0, seconds - done)
             good = good and finite(frames)
-            least, most = min(least, frames.tension_least.min()), max(most, frames.tension_most.max())
+            minimum, maximum = min(minimum, frames.tension_least.min()), max(maximum, frames.tension_most.max())
             flags |= int(np.bitwise_or.reduce(frames.status))
             if accounted():
                 first = frames[0].copy() if first is None else first
                 work += turned_over(frames)
-                share = residual_share(first, frames[-1], work)
+                fraction = residual_fraction(first, frames[-1], work)
             parts.append(frames.iterations.mean())
     except SolverError as error:
         notes.append(f"groove {1e3 * depth:g} mm: {error}")
     name = f"groove {1e3 * depth:g} mm"
-    figures = [
-        Figure(f"{name}, simulated", done, "s", seconds, ">="),
-        Figure(f"{name}, numbers finite", good, "", True, IS),
-        *(f._replace(name=f"{name}, {f.name}") for f in watch.figures(scene.cable.diameter)),
+    metrics = [
+        Metric(f"{name}, simulated", done, "s", seconds, ">="),
+        Metric(f"{name}, numbers finite", good, "", True, IS),
+        *(f._replace(name=f"{name}, {f.name}") for f in watch.metrics(scene.cable.diameter)),
     ]
-    if share is not None:
-        figures.append(Figure(f"{name}, energy residual over work", share, "", 0.01))
+    if fraction is not None:
+        metrics.append(Metric(f"{name}, energy residual over work", fraction, "", 0.01))
     notes.append(
-        f"{name}: element tensions {least:.0f} to {most:.0f} N, {np.mean(parts) if parts else 0.0:.1f} iterations "
+        f"{name}: element tensions {minimum:.0f} to {maximum:.0f} N, {np.mean(parts) if parts else 0.0:.1f} iterations "
         f"a tick, {Flag(flags)!r}; deepest in the sheave at {watch.when:.2f} s"
     )
-    return figures, notes, share is not None
+    return metrics, notes, fraction is not None
 
 
 @stress("heave +-6 m at 8 s, roll +-35 deg, 30 min", "finite, energy residual <= 1 % of work")
 def heavy(quick: bool) -> Found:
     """The shipped tow, winch held, 20 ms ticks, in Westin's groove of 10 mm, in its own and in one of 100 mm."""
     seconds = 120.0 if quick else 1800.0
-    figures, notes, measured = [], [], True
+    metrics, notes, measured = [], [], True
     own = held().sheave.groove_depth
     for depth in (0.01, own, 0.1):
-        found, told, energy = _heavy(depth, seconds)
-        figures, notes, measured = figures + found, notes + told, measured and energy
+        found, report, energy = _heavy(depth, seconds)
+        metrics, notes, measured = metrics + found, notes + report, measured and energy
     notes.append(f"roll of 11 s; the groove of the shipped scene is {1e3 * own:g} mm deep")
-    return Found(figures, notes, "" if measured else NOT_YET)
+    return Found(metrics, notes, "" if measured else NOT_YET)
 
 
 @stress("step x2, x5, x10", "within 2x the error, or sub-stepped or refused with a flag")
@@ -91,27 +92,27 @@ def steps(quick: bool) -> Found:
     sea = {"heave": (1.0, 8.0, 0.0), "pitch": (0.03, 7.0, 1.0), "roll": (0.1, 9.0, 0.5)}
     finer = {"accuracy__tension": shipped().accuracy.tension / 4.0, "accuracy__position": 0.004}
     reference = _trace(shipped(solver__tick=0.002, **finer), sea, seconds, settle)
-    figures, notes, shipped_error = [], [], None
+    metrics, notes, shipped_error = [], [], None
     for factor in (1, 2, 5, 10):
         try:
-            told = _trace(shipped(solver__tick=0.01 * factor), sea, seconds, settle)
+            report = _trace(shipped(solver__tick=0.01 * factor), sea, seconds, settle)
         except SolverError as error:
             flagged = "NEWTON_FAILED" in str(error)
-            figures.append(Figure(f"step x{factor}, refused with a flag", flagged, "", True, IS))
+            metrics.append(Metric(f"step x{factor}, refused with a flag", flagged, "", True, IS))
             notes.append(f"step x{factor}: {error}")
             continue
         shift = reference["tension"].mean()
         error = {
-            "tension": np.abs(told["tension"] - reference["tension"]).max() / shift,
-            "body": np.linalg.norm(told["body"] - reference["body"], axis=1).max(),
+            "tension": np.abs(report["tension"] - reference["tension"]).max() / shift,
+            "body": np.linalg.norm(report["body"] - reference["body"], axis=1).max(),
         }
         if factor == 1:
             shipped_error = error
-        flagged = told["halved"] > 0
+        flagged = report["halved"] > 0
         for name, _ in (("tension", ""), ("body", "m")):
             ratio = float(error[name] / shipped_error[name])
-            figures.append(
-                Figure(
+            metrics.append(
+                Metric(
                     f"step x{factor}, largest error of {name} over that of the shipped step",
                     ratio,
                     "",
@@ -120,14 +121,14 @@ def steps(quick: bool) -> Found:
             )
         notes.append(
             f"step x{factor}: largest error of the tension {100 * error['tension']:.3g} %, of the body "
-            f"{1e3 * error['body']:.3g} mm; {told['halved']} of {told['ticks']} ticks sub-stepped"
+            f"{1e3 * error['body']:.3g} mm; {report['halved']} of {report['ticks']} ticks sub-stepped"
         )
     notes.append(
         f"{seconds:g} s, compared every 0.1 s from {settle:g} s on, against a mesh made for a quarter of the errors, "
         "at 2 ms; errors are those of mesh and step together. Above 2 a step with sub-stepped ticks (flag HALVED) is "
         "shown, not judged"
     )
-    return Found(figures, notes)
+    return Found(metrics, notes)
 
 
 def _trace(scene, sea: dict, seconds: float, settle: float) -> dict:
@@ -179,22 +180,22 @@ def swinging(tick: float) -> Simulator:
 )
 def energy(quick: bool) -> Found:
     """N12: energy: stored + dissipated - supplied."""
-    figures, notes = [], []
+    metrics, notes = [], []
     for tick in (0.002, 0.01):
         sim = swinging(tick)
         lowest = 0.389 * 10.0 * 9.81 * (sim.state.q[0, 2] - 5.0)
         swing = 0.5 * 0.389 * 9.81 * 10.0**2 * (1.0 - np.sqrt(0.75))
-        gain, least = -np.inf, np.inf
+        gain, minimum = -np.inf, np.inf
         for _ in range(2 if quick else 60):
             frames = sim.run(round(10.0 / tick))
             left = (frames.kinetic_energy + frames.strain_energy + frames.potential_energy - lowest) / swing - 1.0
-            gain, least = max(gain, float(left.max())), min(least, float(left.min()))
-        figures.append(Figure(f"undamped swing, largest gain over its energy, {1e3 * tick:g} ms", gain, "", 1e-4))
+            gain, minimum = max(gain, float(left.max())), min(minimum, float(left.min()))
+        metrics.append(Metric(f"undamped swing, largest gain over its energy, {1e3 * tick:g} ms", gain, "", 1e-4))
         notes.append(
-            f"undamped swing of 30 deg at {1e3 * tick:g} ms: {-100 * least:.3g} % lost in {20 if quick else 600} s"
+            f"undamped swing of 30 deg at {1e3 * tick:g} ms: {-100 * minimum:.3g} % lost in {20 if quick else 600} s"
         )
     if not accounted():
-        return Found(figures, notes, NOT_YET)
+        return Found(metrics, notes, NOT_YET)
     seconds = 60.0 if quick else 600.0
     for name, scene in (("compensation on", shipped()), ("winch held", held())):
         sim = started(scene)
@@ -204,9 +205,9 @@ def energy(quick: bool) -> Found:
             frames = sail(sim, sea, 10.0)
             first = frames[0].copy() if first is None else first
             work, done = work + turned_over(frames), done + 10.0
-        figures.append(
-            Figure(
-                f"tow in a sea, {name}, energy residual over work", residual_share(first, frames[-1], work), "", 1e-3
+        metrics.append(
+            Metric(
+                f"tow in a sea, {name}, energy residual over work", residual_fraction(first, frames[-1], work), "", 1e-3
             )
         )
-    return Found(figures, notes)
+    return Found(metrics, notes)

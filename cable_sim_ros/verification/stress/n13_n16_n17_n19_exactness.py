@@ -12,7 +12,7 @@ from ...physics.water import Water
 from ...sim.rig import Rig, cable_of
 from ...sim.simulator import Simulator
 from .tows import Sea, sail, shipped, started
-from .verdict import IS, MOST, WITHIN, Figure, Found, stress
+from .verdict import IS, MAX, WITHIN, Found, Metric, stress
 
 TURN, FAR = 2.4, (1e5, -1e5)  # rad, m
 HAULED = -3.5  # m/s; 200 m in a minute
@@ -60,11 +60,11 @@ def repeat(quick: bool) -> Found:
     )
     return Found(
         [
-            Figure("runs that differ, of three", len(bits) - 1, "", 0),
-            Figure("largest relative difference after save, file and resume", worst, "", 1e-12),
-            Figure("resumed run bit-identical", again.tobytes() == straight.tobytes(), "", True, IS),
-            Figure("run beside its fork bit-identical", beside.tobytes() == straight.tobytes(), "", True, IS),
-            Figure(
+            Metric("runs that differ, of three", len(bits) - 1, "", 0),
+            Metric("largest relative difference after save, file and resume", worst, "", 1e-12),
+            Metric("resumed run bit-identical", again.tobytes() == straight.tobytes(), "", True, IS),
+            Metric("run beside its fork bit-identical", beside.tobytes() == straight.tobytes(), "", True, IS),
+            Metric(
                 "difference of the fork's own tension",
                 float(abs(other.tension[-1] - straight.tension[-1])),
                 "N",
@@ -97,7 +97,7 @@ def symmetries(quick: bool) -> Found:
         return sail(sim, sea, seconds)
 
     base = run()
-    figures = []
+    metrics = []
     for name, how in (
         ("yaw 2.4 rad", {"heading": TURN}),
         ("shift 1e5 m", {"place": FAR}),
@@ -109,9 +109,9 @@ def symmetries(quick: bool) -> Found:
             float(np.abs(other[t] / base[t] - 1.0).max())
             for t in ("tension", "tension_body", "tension_drum", "tension_most")
         )
-        figures.append(Figure(f"largest relative difference of a tension, {name}", worst, "", 1e-6))
+        metrics.append(Metric(f"largest relative difference of a tension, {name}", worst, "", 1e-6))
     return Found(
-        figures,
+        metrics,
         [
             f"{seconds:g} s of heave, pitch, roll, sway and yaw; tension at sheave, body, drum and the "
             "largest along the cable"
@@ -127,7 +127,7 @@ def _force(rig: Rig) -> np.ndarray:
 @stress("element crossing the waterline, 200 positions", "no jump above 1.5x the smooth increment")
 def waterline(quick: bool) -> Found:
     """Straight elements, steep, flat and curved, lowered through the surface in a current."""
-    figures = []
+    metrics = []
     for name, slope, bow in (("steep", 0.6, 0.0), ("flat", 0.05, 0.0), ("curved", 0.3, 0.25)):
         rig = Rig(
             cable_of(
@@ -149,16 +149,12 @@ def waterline(quick: bool) -> Found:
             total.append(_force(rig))
         step = np.abs(np.diff(total, axis=0)).max(1)
         smooth = np.percentile(step[step > 1e-9 * step.max()], 75)
-        figures.append(
-            Figure(
-                f"largest step of the force over its smooth increment, {name}",
-                float(step.max() / smooth),
-                "",
-                1.5,
-                MOST,
+        metrics.append(
+            Metric(
+                f"largest step of the force over its smooth increment, {name}", float(step.max() / smooth), "", 1.5, MAX
             )
         )
-    return Found(figures, ["2 m element in 2.2 m/s; the smooth increment is the upper quartile of the 200 steps"])
+    return Found(metrics, ["2 m element in 2.2 m/s; the smooth increment is the upper quartile of the 200 steps"])
 
 
 @stress("rigid spin, 100 turns, damping on", "spin kept to 0.1 %")
@@ -166,7 +162,7 @@ def spin(quick: bool) -> Found:
     """Straight cable with a tip mass about one end, no gravity, internal damping far above any cable's."""
     length, mu, tip, omega, ea = 10.0, 0.389, 5.0, 6.0, 1e9
     turns = 20 if quick else 100
-    figures, notes = [], []
+    metrics, notes = [], []
     for step, judged in ((0.002, True), (0.01, False)):
         rig = Rig(
             cable_of(
@@ -194,12 +190,12 @@ def spin(quick: bool) -> Found:
             omega * stretch[:, None] * across,
         )
         rig.balance()
-        told = rig.run(2.0 * np.pi / omega * turns, step, every=10)
-        r, v = told.q[:, -1, :3], told.v[:, -1, :3]
+        report = rig.run(2.0 * np.pi / omega * turns, step, every=10)
+        r, v = report.q[:, -1, :3], report.v[:, -1, :3]
         rate = (r[:, 0] * v[:, 1] - r[:, 1] * v[:, 0]) / (r[:, 0] ** 2 + r[:, 1] ** 2)
         kept = rate[-len(rate) // turns :].mean() / omega - 1.0
-        figures.append(
-            Figure(
+        metrics.append(
+            Metric(
                 f"change of the spin after {turns} turns, {1e3 * step:g} ms",
                 float(kept),
                 "",
@@ -207,10 +203,10 @@ def spin(quick: bool) -> Found:
                 WITHIN,
             )
         )
-        figures.append(
-            Figure(
+        metrics.append(
+            Metric(
                 f"hub tension against m w^2 L + mu w^2 L^2/2, {1e3 * step:g} ms",
-                float(np.linalg.norm(told.reaction[-1, 0, :3]) / tension[0] - 1.0),
+                float(np.linalg.norm(report.reaction[-1, 0, :3]) / tension[0] - 1.0),
                 "",
                 3e-3 if judged else None,
                 WITHIN,
@@ -222,4 +218,4 @@ def spin(quick: bool) -> Found:
     notes.append(
         "judged at 2 ms; at the shipped 10 ms the integrator's own loss (rho_inf 0.3, w h = 0.06) is shown beside it"
     )
-    return Found(figures, notes)
+    return Found(metrics, notes)

@@ -8,10 +8,10 @@ from ...sim.scene import Scene
 from ...sim.simulator import Simulator, SolverError
 from .n03_load_reversals import TOWED, Thrown
 from .n04_n18_climbing_and_pressing import ROLL, YAW, heeled
-from .n09_n10_n12_heavy_sea_and_energy import residual_share, turned_over
+from .n09_n10_n12_heavy_sea_and_energy import residual_fraction, turned_over
 from .sheave_depth import Watch
 from .tows import finite, held, reel, started
-from .verdict import IS, LEAST, WITHIN, Figure, Found, stress
+from .verdict import IS, MIN, WITHIN, Found, Metric, stress
 
 # EA [N], scope [m], net weight of the body [N], acceleration of the winch [m/s^2], when the wave is looked at [s]: the
 # front is longer than an element, the reflection from the body comes after 0.21 s and 0.46 s
@@ -48,8 +48,8 @@ RAMP = 5.0  # s
 
 def ramped(sim: Simulator, begin: float, end: float) -> list[np.recarray]:
     """Bring the winch from one rate to another [m/s] little by little, so that next to no wave is left."""
-    shares = 0.5 * (1.0 - np.cos(np.pi * np.linspace(0.02, 1.0, 50)))
-    return [reel(sim, begin + (end - begin) * share, RAMP / 50) for share in shares]
+    fractions = 0.5 * (1.0 - np.cos(np.pi * np.linspace(0.02, 1.0, 50)))
+    return [reel(sim, begin + (end - begin) * fraction, RAMP / 50) for fraction in fractions]
 
 
 def brought_to(scene: Scene, rate: float) -> Simulator:
@@ -88,23 +88,23 @@ def jump(sim: Simulator, end: float, begin: float, window: tuple[float, float]) 
 )
 def wave(quick: bool) -> Found:
     """Cable running in or out is stopped dead, and cable at rest set running, at up to the largest rate."""
-    figures = []
+    metrics = []
     for cable, name in ((STIFF, "shipped EA"), (SOFT, "EA 300 kN")):
         *numbers, window = cable
         scene = undragged(*numbers)
-        most = scene.winch.max_rate
-        for rate in (most,) if quick else (RATE, -RATE, most, -most):
+        maximum = scene.winch.max_rate
+        for rate in (maximum,) if quick else (RATE, -RATE, maximum, -maximum):
             for how, begin, end in (("stopped", rate, 0.0), ("set running", 0.0, rate)):
                 if begin == 0.0 and rate > 0.0 and cable is STIFF and quick:
                     continue
                 off = jump(brought_to(scene, begin), end, begin, window)
                 way = "out" if rate > 0.0 else "in"
-                figures += [
-                    Figure(f"{name}, {abs(rate):g} m/s {way} {how}, at the {place}", value, "", 0.01, WITHIN)
+                metrics += [
+                    Metric(f"{name}, {abs(rate):g} m/s {way} {how}, at the {place}", value, "", 0.01, WITHIN)
                     for place, value in off.items()
                 ]
     return Found(
-        figures,
+        metrics,
         [f"{c[0]:g} N: {c[1]:g} m, mean from {c[4][0]:g} to {c[4][1]:g} s after it, 1 ms" for c in (STIFF, SOFT)],
     )
 
@@ -115,16 +115,16 @@ def wave(quick: bool) -> Found:
 )
 def working(quick: bool) -> Found:
     """Throws of a tow and slow turns of its ship, the winch paying out or hauling in at 2 m/s."""
-    figures, notes = [], []
+    metrics, notes = [], []
     for rate in (RATE, -RATE):
         way = f"thrown, {rate:+g} m/s"
         tow = Thrown(rate)
         notes += tow.throw(2 if quick else 20, np.random.default_rng(4))
-        figures += [
-            Figure(f"{way}, least detachments of a throw", min(tow.detachments, default=0), "", 1, LEAST),
-            Figure(f"{way}, most changes of the flag within 20 ms of one", max(tow.flag, default=0), "", 2),
-            *(f._replace(name=f"{way}, {f.name}") for f in tow.watch.figures(tow.sim.scene.cable.diameter)),
-            Figure(f"{way}, back on the sheave after every throw", tow.returned, "", True, IS),
+        metrics += [
+            Metric(f"{way}, least detachments of a throw", min(tow.detachments, default=0), "", 1, MIN),
+            Metric(f"{way}, most changes of the flag within 20 ms of one", max(tow.flag, default=0), "", 2),
+            *(f._replace(name=f"{way}, {f.name}") for f in tow.watch.metrics(tow.sim.scene.cable.diameter)),
+            Metric(f"{way}, back on the sheave after every throw", tow.returned, "", True, IS),
         ]
         notes.append(f"{way}: {len(tow.detachments)} throws at {TOWED:g} m/s, {sum(tow.detachments)} detachments")
     for name, speed, waves in (
@@ -132,10 +132,10 @@ def working(quick: bool) -> Found:
         ("towed, fleet angle to 60 deg in 20 s", 2.2, YAW),
         ("towed, heel to 70 deg in 20 s", 2.2, ROLL),
     )[: 1 if quick else 3]:
-        found, told = heeled(speed, waves, RATE)
-        figures += [f._replace(name=f"{name}: {f.name}") for f in found]
-        notes += [f"{name}: {note}" for note in told]
-    return Found(figures, notes)
+        found, report = heeled(speed, waves, RATE)
+        metrics += [f._replace(name=f"{name}: {f.name}") for f in found]
+        notes += [f"{name}: {note}" for note in report]
+    return Found(metrics, notes)
 
 
 PLACE = 0.01  # m, what the mesh of such a scope is made to
@@ -176,7 +176,7 @@ def against(sim: Simulator, direct: Simulator) -> tuple[float, float]:
 )
 def joint(quick: bool) -> Found:
     """Fairing, another cable, a termination: hauled from 20 m outboard onto the drum and paid out again."""
-    figures, notes = [], []
+    metrics, notes = [], []
     for name in list(JOINTS)[-1 if quick else 0 :]:
         scene = jointed(name, 100.0 + OUT)
         sim = started(scene)
@@ -198,24 +198,24 @@ def joint(quick: bool) -> Found:
                 way = "hauled in" if rate < 0.0 else "paid out again"
                 # hauled in, the direct start has a mesh of its own: what both are promised to err by
                 allowed = (scene.accuracy.tension * sim.frame.tension, 2.0 * PLACE) if rate < 0.0 else (0.5, 0.015)
-                figures += [
-                    Figure(f"{name}, {way}, tension against a direct start", newton, "N", float(allowed[0])),
-                    Figure(f"{name}, {way}, body against a direct start", metres, "m", allowed[1]),
+                metrics += [
+                    Metric(f"{name}, {way}, tension against a direct start", newton, "N", float(allowed[0])),
+                    Metric(f"{name}, {way}, body against a direct start", metres, "m", allowed[1]),
                 ]
         except SolverError as error:
-            figures.append(Figure(f"{name}, ran to its end", False, "", True, IS))
+            metrics.append(Metric(f"{name}, ran to its end", False, "", True, IS))
             notes.append(f"{name}: {error}")
             continue
-        figures += [
-            Figure(
+        metrics += [
+            Metric(
                 f"{name}, step of the tension from tick to tick where it passes, less the median",
                 max(steps),
                 "N",
                 float(STEPS[name]),
             ),
-            Figure(f"{name}, numbers finite", good, "", True, IS),
-            *(f._replace(name=f"{name}, {f.name}") for f in watch.figures(scene.cable.diameter)),
-            Figure(f"{name}, energy residual over work", residual_share(first, sim.frame, work), "", 1e-3),
+            Metric(f"{name}, numbers finite", good, "", True, IS),
+            *(f._replace(name=f"{name}, {f.name}") for f in watch.metrics(scene.cable.diameter)),
+            Metric(f"{name}, energy residual over work", residual_fraction(first, sim.frame, work), "", 1e-3),
         ]
         notes.append(f"{name}: {first.tension:.1f} N at the start, {sim.nodes - 1} elements, {settle:g} s of settling")
-    return Found(figures, notes)
+    return Found(metrics, notes)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from ...physics.ancf import MASS_PER_LENGTH
-from ...physics.frame import Flag
+from ...physics.tick_output import Flag
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator
-from .n09_n10_n12_heavy_sea_and_energy import residual_share, turned_over
+from .n09_n10_n12_heavy_sea_and_energy import residual_fraction, turned_over
 from .n20_n21_n22_winch_at_work import against
 from .tows import HELD, Sea, finite, held, reel, sail, shipped, started
-from .verdict import IS, WITHIN, Figure, Found, stress
+from .verdict import IS, WITHIN, Found, Metric, stress
 
 SWELL = {"heave": (1.5, 8.0, 0.0), "pitch": (0.04, 7.0, 1.0), "roll": (0.15, 9.0, 0.5)}
 PATIENT = {"winch__command_timeout": 3600.0}
@@ -38,7 +38,7 @@ class Account:
         self.kept, self.tension = 0.0, []
 
     def look(self, frames: np.recarray) -> np.recarray:
-        """Count a part; returns its Frames."""
+        """Count a part; returns its tick outputs."""
         total = self.sim.model.settings["drum"]["total"][0]
         self.work += turned_over(frames)
         self.mass = max(self.mass, mass_error(self.sim))
@@ -47,14 +47,14 @@ class Account:
         self.tension.append(frames.tension)
         return frames
 
-    def figures(self, name: str, residual: float) -> list[Figure]:
+    def metrics(self, name: str, residual: float) -> list[Metric]:
         """What is judged; residual: limit of the energy residual over the work."""
-        share = residual_share(self.first, self.sim.frame, self.work)
+        fraction = residual_fraction(self.first, self.sim.frame, self.work)
         return [
-            Figure(f"{name}, numbers finite", self.good, "", True, IS),
-            Figure(f"{name}, energy residual over work", share, "", residual),
-            Figure(f"{name}, mass in mesh and drum against the whole", self.mass, "", 1e-9),
-            Figure(f"{name}, cable off the drum and on it against the whole", self.kept, "", 1e-9),
+            Metric(f"{name}, numbers finite", self.good, "", True, IS),
+            Metric(f"{name}, energy residual over work", fraction, "", residual),
+            Metric(f"{name}, mass in mesh and drum against the whole", self.mass, "", 1e-9),
+            Metric(f"{name}, cable off the drum and on it against the whole", self.kept, "", 1e-9),
         ]
 
 
@@ -70,7 +70,7 @@ def direct(scene_values: dict, payout: float, scene: Scene) -> Simulator:
 )
 def reversing(quick: bool) -> Found:
     """2 m/s out and in, turn by turn, the winch compensating or held, in a sea or without."""
-    seconds, figures, notes = (40.0 if quick else 600.0), [], []
+    seconds, metrics, notes = (40.0 if quick else 600.0), [], []
     for name, values, waves in (("held, still", HELD, None), ("compensation in a sea", {}, SWELL))[1 if quick else 0 :]:
         scene = shipped(**values | PATIENT)
         sim = started(scene)
@@ -79,18 +79,18 @@ def reversing(quick: bool) -> Found:
         for turn in range(round(seconds / 2.0)):
             rate = 1.0 if turn in (0, round(seconds / 2.0) - 1) else 2.0  # about where it began
             account.look(reel(sim, rate if turn % 2 == 0 else -rate, 2.0, sea))
-        figures += account.figures(name, 1e-2)
+        metrics += account.metrics(name, 1e-2)
         tension = np.concatenate(account.tension)
         if waves is None:
             account.look(reel(sim, 0.0, 60.0 if quick else 1800.0))
             newton, metres = against(sim, direct(values | PATIENT, float(sim.frame.payout), scene))
-            figures += [
-                Figure(f"{name}, settled, tension against a direct start", newton, "N", 0.5),
-                Figure(f"{name}, settled, body against a direct start", metres, "m", 0.015),
-                Figure(f"{name}, cable lost", abs(float(sim.frame.payout) - begin), "m", 1e-3),
+            metrics += [
+                Metric(f"{name}, settled, tension against a direct start", newton, "N", 0.5),
+                Metric(f"{name}, settled, body against a direct start", metres, "m", 0.015),
+                Metric(f"{name}, cable lost", abs(float(sim.frame.payout) - begin), "m", 1e-3),
             ]
         notes.append(f"{name}: {tension.min():.0f} to {tension.max():.0f} N")
-    return Found(figures, notes)
+    return Found(metrics, notes)
 
 
 def material_fixed(scope: float) -> Scene:
@@ -108,27 +108,27 @@ def material_fixed(scope: float) -> Scene:
 )
 def last_metre(quick: bool) -> Found:
     """The shipped tow hauled in at 2 m/s until the winch stops, fairing and all; the rate stays commanded a while."""
-    figures, notes = [], []
+    metrics, notes = [], []
     waves = {"heave": (0.5, 8.0, 0.0), "roll": (0.1, 9.0, 0.5)}
     for name, sea in (("still", {}), ("in a sea", waves))[: 1 if quick else 2]:
         scene = shipped(**HELD | PATIENT | ({"winch__scope": 30.0} if quick else {}))
         sim = started(scene)
         drum, swell = sim.model.settings["drum"][0], Sea(scene, **sea) if sea else None
-        least, account = float(drum["payout_0"] + drum["length_least"]), Account(sim)
-        way = float(sim.frame.payout) - least
+        minimum, account = float(drum["payout_0"] + drum["min_length"]), Account(sim)
+        way = float(sim.frame.payout) - minimum
         hauled = account.look(reel(sim, -2.0, way / 2.0 + 2.0, swell))
         rest = account.look(reel(sim, -2.0, 60.0, swell))
-        figures += [
-            Figure(
+        metrics += [
+            Metric(
                 f"{name}, flag DRUM_END while the rate stays commanded",
                 bool(((rest.status & Flag.DRUM_END) > 0).all()),
                 "",
                 True,
                 IS,
             ),
-            Figure(f"{name}, pay-out below the stop", float(max(least - hauled.payout.min(), 0.0)), "m", 1e-9),
-            Figure(f"{name}, scope that is left", float(rest.scope[-1]), "m"),
-            Figure(
+            Metric(f"{name}, pay-out below the stop", float(max(minimum - hauled.payout.min(), 0.0)), "m", 1e-9),
+            Metric(f"{name}, scope that is left", float(rest.scope[-1]), "m"),
+            Metric(
                 f"{name}, largest tension hauling in over that of the start",
                 float(hauled.tension.max() / account.first.tension),
             ),
@@ -136,8 +136,8 @@ def last_metre(quick: bool) -> Found:
         if not sea:
             fixed = started(material_fixed(float(rest.scope[-1]))).frame
             mean = float(rest.tension[-1000:].mean())
-            figures.append(
-                Figure(
+            metrics.append(
+                Metric(
                     f"{name}, tension against a mesh fixed to the material",
                     mean / float(fixed.tension) - 1.0,
                     "",
@@ -147,24 +147,24 @@ def last_metre(quick: bool) -> Found:
             )
         account.look(reel(sim, 2.0, way / 2.0, swell))
         again = account.look(reel(sim, 0.0, 60.0 if quick else 3000.0, swell))
-        figures += [
-            Figure(f"{name}, flag gone when paying out", not bool((again.status & Flag.DRUM_END).any()), "", True, IS),
-            *account.figures(name, 1e-3),
+        metrics += [
+            Metric(f"{name}, flag gone when paying out", not bool((again.status & Flag.DRUM_END).any()), "", True, IS),
+            *account.metrics(name, 1e-3),
         ]
         if not sea:
             newton, metres = against(sim, started(scene))
-            figures += [
-                Figure(f"{name}, paid out again, tension against the start", newton, "N", 0.5),
-                Figure(f"{name}, paid out again, body against the start", metres, "m", 0.015),
+            metrics += [
+                Metric(f"{name}, paid out again, tension against the start", newton, "N", 0.5),
+                Metric(f"{name}, paid out again, body against the start", metres, "m", 0.015),
             ]
         notes.append(f"{name}: {way:.1f} m hauled in, {sim.nodes - 1} elements")
-    return Found(figures, notes)
+    return Found(metrics, notes)
 
 
 @stress("the account of a winch at work", "residual <= 1e-3 of work, mass 1e-9")
 def account(quick: bool) -> Found:
     """Ten minutes of compensation; the same while 250 m are hauled in at 1 m/s and paid out again."""
-    figures = []
+    metrics = []
     for name, waves, rates in (
         ("compensation", SWELL, (0.0, 0.0)),
         ("compensation and 250 m of travel", SWELL, (-1.0, 1.0)),
@@ -177,5 +177,5 @@ def account(quick: bool) -> Found:
             for _ in range(2 if quick else 25):
                 parts.look(reel(sim, rate, 10.0, sea) if rate else sail(sim, sea, 10.0))
             parts.look(reel(sim, 0.0, 10.0 if quick else 50.0, sea))
-        figures += parts.figures(name, 1e-3)
-    return Found(figures, ["work: what goes in and out through winch and hull, both counted positive"])
+        metrics += parts.metrics(name, 1e-3)
+    return Found(metrics, ["work: what goes in and out through winch and hull, both counted positive"])

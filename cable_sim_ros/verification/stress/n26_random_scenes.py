@@ -12,13 +12,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ...io.load import SceneError, SceneWarning, scene_from_dict
-from ...physics.frame import Flag
+from ...physics.tick_output import Flag
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator, SolverError, StartError
 from .n27_starts import wrong_rest
 from .random_scenes import draw, drawn_sea, drawn_winch
 from .tows import Sea, finite, held, reel, sail, started
-from .verdict import Figure, Found, stress
+from .verdict import Found, Metric, stress
 
 SEED, SCENES, QUICK = 11, 170, 12
 SEA, QUICK_SEA = 30.0, 3.0  # s
@@ -142,18 +142,18 @@ def scenes(quick: bool) -> Found:
     counts = Counter(end.what for end in ends)
     flags = Counter(flag.name for end in ends for flag in Flag if flag and end.flags & flag)
     deep = [end.deepest for end in ends if end.deepest > 0.5]
-    figures = [
-        Figure("scenes", count),
-        *(Figure(what, counts[what]) for what in GOOD),
-        *(Figure(what, counts[what], "", 0) for what in BAD),
-        *(Figure(f"with flag {name}", flags[name]) for name in sorted(flags)),
-        Figure("deeper than half a diameter", len(deep)),
-        Figure(
+    metrics = [
+        Metric("scenes", count),
+        *(Metric(what, counts[what]) for what in GOOD),
+        *(Metric(what, counts[what], "", 0) for what in BAD),
+        *(Metric(f"with flag {name}", flags[name]) for name in sorted(flags)),
+        Metric("deeper than half a diameter", len(deep)),
+        Metric(
             "of these, tension above contact.working_tension by half",
             sum(end.deepest > 0.5 and end.tension > 1.5 for end in ends),
         ),
-        Figure("deepest penetration over the diameter", max((end.deepest for end in ends), default=0.0)),
-        Figure("most energy gained in slack, of the work", max((end.gained for end in ends), default=0.0)),
+        Metric("deepest penetration over the diameter", max((end.deepest for end in ends), default=0.0)),
+        Metric("most energy gained in slack, of the work", max((end.gained for end in ends), default=0.0)),
     ]
     notes = [f"scene {n}: {end.what}: {end.text}" for n, end in enumerate(ends) if end.what not in (OK, DOUBTFUL)]
-    return Found(figures, notes)
+    return Found(metrics, notes)

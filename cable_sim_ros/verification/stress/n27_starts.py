@@ -7,13 +7,13 @@ from itertools import product
 from typing import NamedTuple
 
 from ...io.load import SceneError
-from ...physics.frame import Flag
+from ...physics.tick_output import Flag
 from ...sim.route import Route
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator, StartError
 from ...sim.static_shape import tow_shape
 from .tows import finite, shipped
-from .verdict import Figure, Found, stress
+from .verdict import Found, Metric, stress
 
 STIFFNESS, LENGTH = (1e5, 3e5, 1e6, 1e7, 1e8), (10.0, 30.0, 150.0, 600.0)  # EA [N], scope [m]
 WEIGHT, SPEED = (100.0, 500.0, 2000.0, 6000.0), (0.0, 1.0, 2.2, 3.0)  # towbody.net_weight [N], ship.tow_speed [m/s]
@@ -100,17 +100,17 @@ def starts(quick: bool) -> Found:
     found = [(numbers, begun(*numbers)) for numbers in every]
     counts = Counter(start.what for _, start in found)
     soft = [start for _, start in found if start.strain > 0.02]
-    figures = [
-        Figure("starts", len(found)),
-        *(Figure(what, counts[what]) for what in (OK, SCENE, START)),
-        *(Figure(what, counts[what], "", 0) for what in (FALSE, CRASH)),
-        Figure("largest strain at rest", float(max(start.strain for _, start in found))),
-        Figure("at rest with more than 2 % of strain", sum(start.what == OK for start in soft)),
+    metrics = [
+        Metric("starts", len(found)),
+        *(Metric(what, counts[what]) for what in (OK, SCENE, START)),
+        *(Metric(what, counts[what], "", 0) for what in (FALSE, CRASH)),
+        Metric("largest strain at rest", float(max(start.strain for _, start in found))),
+        Metric("at rest with more than 2 % of strain", sum(start.what == OK for start in soft)),
     ]
     notes = []
     for numbers, start in found:
         if start.what in (START, FALSE, CRASH):
             ea, length, weight, speed, drum = numbers
-            told = f"EA {ea:g} N, {length:g} m, {weight:g} N, {speed:g} m/s, {drum}: {start.what}: {start.text}"
-            notes.append(told)
-    return Found(figures, notes)
+            report = f"EA {ea:g} N, {length:g} m, {weight:g} N, {speed:g} m/s, {drum}: {start.what}: {start.text}"
+            notes.append(report)
+    return Found(metrics, notes)

@@ -20,7 +20,7 @@ import numba
 
 from ...runs import offline
 from .tows import shipped
-from .verdict import Figure, Found, stress
+from .verdict import Found, Metric, stress
 
 WALL = {"compile_s", "start_s", "stepping_s", "realtime_factor"}  # figures of the clock on the wall
 SEA = {
@@ -63,16 +63,17 @@ def runs(quick: bool) -> dict:
 
 
 def digests(quick: bool) -> dict[str, str]:
-    """Of each run its Frames, every field of every tick, and its figures but for those of the clock on the wall."""
+    """Of each run its tick outputs, every field of every tick, and its figures but for those of the clock on the
+    wall."""
     found = {}
     for name, (scene, options) in runs(quick).items():
         run = offline.run(scene, **options)
         frames = hashlib.sha256()
         for field in run.frames.dtype.names or ():
             frames.update(run.frames[field].tobytes())
-        figures = json.dumps({key: value for key, value in run.figures.items() if key not in WALL})
-        found[f"{name}: Frames"] = frames.hexdigest()
-        found[f"{name}: figures"] = hashlib.sha256(figures.encode()).hexdigest()
+        metrics = json.dumps({key: value for key, value in run.metrics.items() if key not in WALL})
+        found[f"{name}: tick outputs"] = frames.hexdigest()
+        found[f"{name}: figures"] = hashlib.sha256(metrics.encode()).hexdigest()
     return found
 
 
@@ -101,24 +102,24 @@ def different(here: dict[str, str], there: dict[str, str]) -> list[str]:
 
 @stress(
     "kernels for AVX2 and AVX-512, numpy and BLAS of the oldest processor, each in a process of its own",
-    "every Frame and figure to the bit",
+    "every tick output and figure to the bit",
 )
 def processors(quick: bool) -> Found:
     """N28: the same bits on every x86-64 processor with AVX2."""
     has = llvm.get_host_cpu_features()
     if not (platform.machine() in ("x86_64", "AMD64") and has.get("avx2") and has.get("fma")):
-        return Found([Figure("processor", platform.machine())], ["not promised without AVX2 and FMA: nothing was run"])
-    here, notes, figures = digests(quick), [], []
+        return Found([Metric("processor", platform.machine())], ["not promised without AVX2 and FMA: nothing was run"])
+    here, notes, metrics = digests(quick), [], []
 
     def compared(name: str, environment: dict[str, str], judged: bool = True) -> None:
         wrong = different(here, elsewhere(environment, quick))
-        figures.append(Figure(f"differ, {name}", len(wrong), f"of {len(here)}", 0 if judged else None))
+        metrics.append(Metric(f"differ, {name}", len(wrong), f"of {len(here)}", 0 if judged else None))
         if wrong:
             notes.append(f"{name}: {', '.join(wrong)}")
 
     compared("oldest numpy and BLAS", plain_numpy() | OTHER_BLAS)
     if quick or numba.config.DISABLE_JIT:
-        return Found(figures, [*notes, "short runs; kernels of this machine alone"])
+        return Found(metrics, [*notes, "short runs; kernels of this machine alone"])
     compared("C library without FMA", NO_FMA, judged=False)
     for target in TARGETS:
         if target == WIDE and not has.get("avx512f"):
@@ -129,4 +130,4 @@ def processors(quick: bool) -> Found:
             compared(f"kernels for {target}", own)
             if target == BEFORE:
                 compared(f"kernels for {target}, C library without FMA", own | NO_FMA, judged=False)
-    return Found(figures, notes)
+    return Found(metrics, notes)

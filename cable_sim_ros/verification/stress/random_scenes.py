@@ -14,7 +14,7 @@ MATERIALS = (("steel", 6500.0, 8e10), ("fibre", 1300.0, 2e10), ("umbilical", 220
 LONGEST, SHORTEST = 600.0, 8.0  # m of scope
 SPARE = 30.0  # m of cable on a drum that feeds
 SEA_HEAVE, SEA_PERIOD = 3.0, (5.0, 14.0)  # m, s
-MOST_RATE = 1.5  # m/s of a winch plan
+MAX_RATE = 1.5  # m/s of a winch plan
 
 
 def between(rng: np.random.Generator, low: float, high: float) -> float:
@@ -113,8 +113,8 @@ def drawn_body(rng: np.random.Generator) -> dict:
     return {
         "mass": mass,
         "net_weight": rounded(mass * GRAVITY * rng.uniform(0.1, 0.85)),
-        "added_mass": [rounded(mass * share) for share in (0.1, 0.6, 0.8)],
-        "drag_area": [rounded(area * share) for share in (0.1, 0.8, 1.0)],
+        "added_mass": [rounded(mass * fraction) for fraction in (0.1, 0.6, 0.8)],
+        "drag_area": [rounded(area * fraction) for fraction in (0.1, 0.8, 1.0)],
         "lift_area": rounded(-0.3 * area * rng.choice((0.0, 0.0, 1.0))),
     }
 
@@ -126,8 +126,8 @@ def drawn_current(rng: np.random.Generator, scope: float, heading: float) -> tup
         return [0.0, 0.0], [0.0, 0.0]
     speed, turn = rng.uniform(0.1, 0.8), radians(heading + rng.choice((0.0, 180.0)) + rng.uniform(-60.0, 60.0))
     east, north = speed * cos(turn), speed * sin(turn)
-    share = rng.choice((0.0, 0.5, 1.0)) / scope
-    return [rounded(east), rounded(north)], [rounded(east * share), rounded(north * share)]
+    fraction = rng.choice((0.0, 0.5, 1.0)) / scope
+    return [rounded(east), rounded(north)], [rounded(east * fraction), rounded(north * fraction)]
 
 
 def drawn_sea(rng: np.random.Generator) -> dict:
@@ -145,4 +145,4 @@ def drawn_winch(rng: np.random.Generator) -> list[float]:
     """Rates of pay-out [m/s], one for every five seconds; empty: no commands."""
     if rng.random() < 0.6:
         return []
-    return [rounded(rate) for rate in rng.uniform(-MOST_RATE, MOST_RATE, 8)]
+    return [rounded(rate) for rate in rng.uniform(-MAX_RATE, MAX_RATE, 8)]

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...physics.frame import CONTACT_COLUMNS
-from .verdict import Figure
+from ...physics.tick_output import CONTACT_COLUMNS
+from .verdict import Metric
 
 Y, GAP, ARC = ([name for name, _ in CONTACT_COLUMNS].index(name) for name in ("y", "gap", "arc_length"))
 SAME = 1e-3  # m
-BETWEEN = np.linspace(0.0, 1.0, 5)[:-1]  # places looked at between two stations, on their chord
+BETWEEN = np.linspace(0.0, 1.0, 5)[:-1]  # places looked at between two contact points, on their chord
 
 
 def depth(surface: np.ndarray, y, gap):
@@ -25,15 +25,17 @@ def depth(surface: np.ndarray, y, gap):
 
 
 class Watch:
-    """Looks at the tables of a run: deepest [m], when [s], and how often a station went through the disc."""
+    """Looks at the tables of a run: deepest [m], when [s], and how often a contact point went through the disc."""
 
     def __init__(self, sim):
         self.sim, self.surface = sim, sim.state.surfaces[int(sim.model.settings["sheave"][0])]
         self.deepest, self.when, self.through = -np.inf, 0.0, 0
-        self._sides = np.zeros((0, 2))  # of each station beside the sheave in the last tick: place on the cable, side
+        self._sides = np.zeros(
+            (0, 2)
+        )  # of each contact point beside the sheave in the last tick: place on the cable, side
 
     def look(self, frames):
-        """Look at the part of the run just made; returns its Frames."""
+        """Look at the part of the run just made; returns its tick outputs."""
         feeds = bool(self.sim.model.settings[0].drum["feeds"])
         for frame, rows in zip(frames, self.sim.chunk_tables[1], strict=False):
             rows = rows[: int(frame.contact_stations)].copy()
@@ -43,16 +45,16 @@ class Watch:
             self._passing(rows)
         return frames
 
-    def figures(self, diameter: float) -> list[Figure]:
+    def metrics(self, diameter: float) -> list[Metric]:
         """Neither deeper than a diameter [m] anywhere nor through."""
         return [
-            Figure("deepest into the sheave, over the diameter", self.deepest / diameter, "", 1.0),
-            Figure("stations through the sheave", self.through, "", 0),
+            Metric("deepest into the sheave, over the diameter", self.deepest / diameter, "", 1.0),
+            Metric("contact points through the sheave", self.through, "", 0),
         ]
 
     def _deep(self, time: float, rows: np.ndarray) -> None:
         points = rows[:, (Y, GAP)]
-        near = np.diff(rows[:, ARC]) < 0.5  # stations of elements side by side
+        near = np.diff(rows[:, ARC]) < 0.5  # contact points of elements side by side
         chords = points[:-1][near, None] + BETWEEN[:, None] * np.diff(points, axis=0)[near, None]
         points = np.concatenate((points, chords.reshape(-1, 2)))
         into = float(depth(self.surface, points[:, 0], points[:, 1]).max())
@@ -60,7 +62,7 @@ class Watch:
             self.deepest, self.when = into, time
 
     def _passing(self, rows: np.ndarray) -> None:
-        """A station is through when it is beside on one side in one tick and beside on the other in the next.
+        """A contact point is through when it is beside on one side in one tick and beside on the other in the next.
 
         It is the same one where it is nearest and no more than SAME away: nodes outboard move along the cable.
         """

@@ -17,7 +17,7 @@ def markdown(verdicts: list[Verdict]) -> str:
     tests = [f"| {v.id} | {v.stimulus} | {v.criterion} | {WORD[v.passed]} | {v.cpu_s:.0f} |" for v in verdicts]
     rows = []
     for v in verdicts:
-        for i, f in enumerate(v.figures):
+        for i, f in enumerate(v.metrics):
             unit = f" {f.unit}" if f.unit and f.limit is None else ""
             word = WORD[f.passed] if f.bound else ""
             cells = ("" if i else v.id, f.name, f"{as_text(f.value)}{unit}", f.bound, word)
@@ -42,7 +42,7 @@ def print_verdicts(verdicts: list[Verdict]) -> None:
     for name in ("id", "figure", "measured", "limit", "verdict"):
         table.add_column(name, justify="right" if name == "measured" else "left")
     for v in verdicts:
-        for i, f in enumerate(f for f in v.figures if f.limit is not None):
+        for i, f in enumerate(f for f in v.metrics if f.limit is not None):
             table.add_row(v.id if not i else "", f.name, as_text(f.value), f.bound, WORD[f.passed])
     console = Console(width=None if sys.stdout.isatty() else 150)
     console.print(table)

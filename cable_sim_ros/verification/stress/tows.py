@@ -89,7 +89,8 @@ class Sea:
 
 
 def sail(sim: Simulator, sea: Sea | None, seconds: float, rate: float = RATE, keep=None) -> list | np.ndarray:
-    """Run a started tow through ``seconds`` of a sea; returns all Frames, or what ``keep(frames)`` makes of each part.
+    """Run a started tow through ``seconds`` of a sea; returns all tick outputs, or what ``keep(frames)`` makes of each
+    part.
 
     Samples go one second ahead of the tow. The tow may have run before: the sea goes on.
     """
@@ -114,5 +115,5 @@ def started(scene: Scene, **how) -> Simulator:
 
 
 def finite(frames: np.ndarray) -> bool:
-    """No NaN or infinity in any number of the Frames."""
+    """No NaN or infinity in any number of the tick outputs."""
     return all(bool(np.isfinite(frames[name]).all()) for name in frames.dtype.names)

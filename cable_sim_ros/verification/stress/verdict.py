@@ -7,17 +7,17 @@ import time
 from collections.abc import Callable
 from typing import NamedTuple
 
-MOST, LEAST, WITHIN, IS = "<=", ">=", "within", "=="
+MAX, MIN, WITHIN, IS = "<=", ">=", "within", "=="
 
 
-class Figure(NamedTuple):
+class Metric(NamedTuple):
     """One measured number and what it is held against. ``limit`` None: shown, not judged."""
 
     name: str
     value: float | str | bool | None
     unit: str = ""
     limit: float | str | bool | None = None
-    how: str = MOST
+    how: str = MAX
 
     @property
     def passed(self) -> bool | None:
@@ -31,7 +31,7 @@ class Figure(NamedTuple):
             return False
         if self.how == WITHIN:
             return abs(value) <= self.limit
-        return value <= self.limit if self.how == MOST else value >= self.limit
+        return value <= self.limit if self.how == MAX else value >= self.limit
 
     @property
     def bound(self) -> str:
@@ -40,7 +40,7 @@ class Figure(NamedTuple):
             return ""
         if self.how == IS:
             return as_text(self.limit)
-        sign = {MOST: "<= ", LEAST: ">= ", WITHIN: "+-"}[self.how]
+        sign = {MAX: "<= ", MIN: ">= ", WITHIN: "+-"}[self.how]
         return f"{sign}{as_text(self.limit)}{' ' + self.unit if self.unit else ''}"
 
 
@@ -59,7 +59,7 @@ class Verdict(NamedTuple):
     id: str
     stimulus: str
     criterion: str
-    figures: list[Figure]
+    metrics: list[Metric]
     passed: bool | None  # None: not measurable yet
     notes: list[str]
     cpu_s: float
@@ -71,10 +71,10 @@ class Verdict(NamedTuple):
             "stimulus": self.stimulus,
             "criterion": self.criterion,
             "passed": self.passed,
-            "measured": {f.name: _plain(f.value) for f in self.figures},
-            "units": {f.name: f.unit for f in self.figures},
-            "limits": {f.name: f.bound for f in self.figures if f.limit is not None},
-            "failed": [f.name for f in self.figures if f.passed is False],
+            "measured": {f.name: _plain(f.value) for f in self.metrics},
+            "units": {f.name: f.unit for f in self.metrics},
+            "limits": {f.name: f.bound for f in self.metrics if f.limit is not None},
+            "failed": [f.name for f in self.metrics if f.passed is False],
             "notes": self.notes,
             "cpu_s": round(self.cpu_s, 2),
         }
@@ -90,7 +90,7 @@ def _plain(value):
 class Found(NamedTuple):
     """What a test returns. ``missing``: why its figures cannot be measured yet, in place of a verdict."""
 
-    figures: list[Figure]
+    metrics: list[Metric]
     notes: list[str] = []
     missing: str = ""
 
@@ -114,11 +114,11 @@ def run_test(id: str, test: Stress, quick: bool = False) -> Verdict:
     try:
         found = test.run(quick)
     except Exception as error:  # a stress test that breaks is a finding, and the others must go on
-        found = Found([Figure("ran to its end", False, "", True, IS)], [f"{type(error).__name__}: {error}"])
-    verdicts = [f.passed for f in found.figures if f.passed is not None]
+        found = Found([Metric("ran to its end", False, "", True, IS)], [f"{type(error).__name__}: {error}"])
+    verdicts = [f.passed for f in found.metrics if f.passed is not None]
     passed = bool(verdicts) and all(verdicts)
     notes = list(found.notes)
     if found.missing:
         notes.append(f"not measurable yet: {found.missing}")
         passed = None if all(verdicts) else False
-    return Verdict(id, test.stimulus, test.criterion, found.figures, passed, notes, time.process_time() - begin)
+    return Verdict(id, test.stimulus, test.criterion, found.metrics, passed, notes, time.process_time() - begin)

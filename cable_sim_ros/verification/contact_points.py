@@ -1,8 +1,8 @@
-"""Contact of a line on one surface, station by station along the cable, read from the product's own survey.
+"""Contact of a line on one surface, point by point along the cable, read from the product's own contact detection.
 
-A station is a Gauss point of the assembly. Line loads of single stations swing about their mean where elements are
-coarser than the bending boundary layer sqrt(EI/T); what is reported of a stretch is therefore the sum of load times
-weight.
+A contact point is a Gauss point of the assembly. Line loads of single contact points swing about their mean where
+elements are coarser than the bending boundary layer sqrt(EI/T); what is reported of a stretch is therefore the sum of
+load times weight.
 """
 
 from __future__ import annotations
@@ -12,15 +12,15 @@ from functools import cached_property
 import numpy as np
 
 from ..physics.hermite import W5, X5
-from ..physics.state import STATIONS_PER_ELEMENT
+from ..physics.state import CONTACT_POINTS_PER_ELEMENT
 from ..sim.rig import Rig
 
 
-class Stations:
+class ContactPoints:
     """Stations of a line on a drum or sheave. Lengths [m], angles [rad] from the vertical to +x, line loads [N/m]."""
 
     def __init__(self, rows: np.ndarray, axis: np.ndarray):
-        """rows: STATION records [stations] of the surface; axis: its unit axis [3]."""
+        """rows: CONTACT_POINT records [contact points] of the surface; axis: its unit axis [3]."""
         self.rows, self.axis = rows, axis
 
     @property
@@ -30,12 +30,12 @@ class Stations:
 
     @property
     def weight(self) -> np.ndarray:
-        """Length of cable a station stands for."""
+        """Length of cable a contact point stands for."""
         return self.rows["length"]
 
     @cached_property
     def radial(self) -> np.ndarray:
-        """Unit vectors from the axis to the stations [stations, 3]."""
+        """Unit vectors from the axis to the contact points [contact points, 3]."""
         rel = self.rows["rel"]
         out = rel - (rel @ self.axis)[:, None] * self.axis
         return out / np.sqrt(np.sum(out * out, axis=1) + 1e-30)[:, None]  # never over zero on the axis
@@ -47,7 +47,7 @@ class Stations:
 
     @property
     def flanks(self) -> np.ndarray:
-        """Normal line load of the half on the station's own side and of the other one [stations, 2]."""
+        """Normal line load of the half on the contact point's own side and of the other one [contact points, 2]."""
         return np.column_stack((self.rows["load_own"], self.rows["load_other"]))
 
     @property
@@ -57,7 +57,7 @@ class Stations:
 
     @cached_property
     def force(self) -> np.ndarray:
-        """Line load of the surface on the cable [stations, 3]."""
+        """Line load of the surface on the cable [contact points, 3]."""
         r = self.rows
         return r["load_own"][:, None] * r["normal_own"] + r["load_other"][:, None] * r["normal_other"]
 
@@ -72,7 +72,7 @@ class Stations:
         return self.weight @ self.force
 
     def mean(self, low: float, high: float, what: np.ndarray | None = None) -> float:
-        """Line load (or another column) averaged over the stations between two angles round the surface."""
+        """Line load (or another column) averaged over the contact points between two angles round the surface."""
         inside = (self.angle >= low) & (self.angle <= high)
         if not inside.any():
             return float("nan")
@@ -80,7 +80,7 @@ class Stations:
         return float(self.weight[inside] @ values[inside] / self.weight[inside].sum())
 
     def fit(self, low: float, high: float, at: float) -> float:
-        """Radial line load at an angle, of the parabola through the stations between two angles."""
+        """Radial line load at an angle, of the parabola through the contact points between two angles."""
         inside = (self.angle >= low) & (self.angle <= high)
         degree = min(2, int(inside.sum()) - 1)
         if degree < 0:
@@ -88,7 +88,7 @@ class Stations:
         return float(np.polyfit(self.angle[inside] - at, self.load[inside], degree, w=self.weight[inside] ** 0.5)[-1])
 
     def edges(self) -> tuple[float, float] | None:
-        """Angles where contact begins and ends: zero of the gap, between the stations where it changes sign."""
+        """Angles where contact begins and ends: zero of the gap, between the contact points where it changes sign."""
         on = np.flatnonzero((self.gap < 0.0) & (self.load > 0.0))
         if not len(on):
             return None
@@ -98,8 +98,8 @@ class Stations:
         if not 0 <= outside < len(self.gap):
             return float(self.angle[inside])
         a, b = self.gap[inside], self.gap[outside]
-        share = a / (a - b) if b > a else 0.0
-        return float(self.angle[inside] + share * (self.angle[outside] - self.angle[inside]))
+        fraction = a / (a - b) if b > a else 0.0
+        return float(self.angle[inside] + fraction * (self.angle[outside] - self.angle[inside]))
 
     def ends(self, inside: float, reach: float) -> list[tuple[float, float]] | None:
         """Both ends of the contact as (place [rad], concentrated reaction [N]), first the one at the smaller angle.
@@ -128,8 +128,10 @@ class Stations:
         return found
 
 
-def stations(rig: Rig, surface: int = 0, q: np.ndarray | None = None, v: np.ndarray | None = None) -> Stations:
+def contact_points(
+    rig: Rig, surface: int = 0, q: np.ndarray | None = None, v: np.ndarray | None = None
+) -> ContactPoints:
     """Contact on one of a rig's surfaces, of the present state or of a sample q, v of a run."""
-    count = STATIONS_PER_ELEMENT * (rig.nodes - 1)
-    rows = rig.survey(q, v)[surface * count : (surface + 1) * count]
-    return Stations(rows.copy(), rig.state.surfaces["axis"][surface].copy())
+    count = CONTACT_POINTS_PER_ELEMENT * (rig.nodes - 1)
+    rows = rig.contact_table(q, v)[surface * count : (surface + 1) * count]
+    return ContactPoints(rows.copy(), rig.state.surfaces["axis"][surface].copy())

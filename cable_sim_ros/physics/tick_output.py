@@ -1,4 +1,4 @@
-"""Frame: what one tick answers. One table declares every published quantity with unit and meaning."""
+"""Tick output: what one tick answers. One table declares every published quantity with unit and meaning."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ FIELDS = (
     ("contact_resultant", (), "f8", "N", "norm of contact_force"),
     ("contact_resultant_tick_max", (), "f8", "N", "largest contact_resultant in any time step of the tick"),
     ("contact_total", (), "f8", "N", "sum of the line loads of flanks, rims and cheeks, no directions"),
-    ("wrap_angle", (), "f8", "rad", "arc between the first and the last loaded station on the sheave"),
+    ("wrap_angle", (), "f8", "rad", "arc between the first and the last loaded contact point on the sheave"),
     ("lifted_fraction", (), "f8", "1", "part of the geometric wrap that carries no load"),
     (
         "groove_margin",
@@ -180,9 +180,9 @@ FIELDS = (
     ("status", (), "i8", "1", "Flag bits"),
 )
 
-FRAME = np.dtype([(name, kind, shape) for name, shape, kind, _, _ in FIELDS], align=True)
+TICK_OUTPUT = np.dtype([(name, kind, shape) for name, shape, kind, _, _ in FIELDS], align=True)
 
-# columns of the two tables that go with a Frame
+# columns of the two tables that go with a tick output
 SHAPE_COLUMNS = (("x", "m"), ("y", "m"), ("z", "m"), ("tension", "N"), ("arc_length", "m"))  # odom, one row a node
 # behind them in the shape table: the gradient dr/ds of the node, from which the cubic between nodes follows
 SLOPE_COLUMNS = (("slope_x", "1"), ("slope_y", "1"), ("slope_z", "1"))  # zero where links are straight
@@ -196,7 +196,7 @@ STRUM_COLUMNS = (
     ("amplitude", "1"),  # of the antinodes, in diameters
     ("amplification", "1"),  # drag factor in force
 )
-CONTACT_COLUMNS = (  # sheave_link axes, one row a contact station of the sheave, inboard to outboard
+CONTACT_COLUMNS = (  # sheave_link axes, one row a contact point of the sheave, inboard to outboard
     ("x", "m"),
     ("y", "m"),
     ("z", "m"),
@@ -205,9 +205,9 @@ CONTACT_COLUMNS = (  # sheave_link axes, one row a contact station of the sheave
     ("load_starboard", "N/m"),  # line load of each half: flank, rim, cheek
     ("gap", "m"),  # distance of the centreline from its seat in the groove; negative: pressed in
     ("arc_length", "m"),  # unstretched arc length from the drum end
-    ("length", "m"),  # length of cable the station stands for
+    ("length", "m"),  # length of cable the contact point stands for
 )
-MAX_STATIONS = 512
+MAX_CONTACT_POINTS = 512
 
 
 def strum_table(shape: np.ndarray) -> np.ndarray:
