@@ -73,7 +73,7 @@ def save(path: str | os.PathLike, one: Pass, report: Report) -> None:
     """Write the state at the end of a pass, with where its motion and plan stand. Raises SaveError."""
     origin = one.origin
     note: dict[str, Any] = {
-        "told": report._asdict(),
+        "report": report._asdict(),
         "origin": [origin.time, *origin.position, origin.heading],
         "done": one.done,
         "plan": [one.plan_start, one.planned],

@@ -48,7 +48,7 @@ def test_signatures_are_those_of_the_page():
         assert given.split(", ") == list(inspect.signature(getattr(function, "py_func", function)).parameters)
     for name in ("start", "begin", "finish", "unfinished", "link_stepper"):
         assert hasattr(substeps, name) and f"`{name}`" in PAGE
-    assert {"SETTLE", "TICKS", "LIVE"} <= set(vars(loop)) and hasattr(rig_entries, "march")
+    assert {"SETTLE", "TICKS", "LIVE"} <= set(vars(loop)) and hasattr(rig_entries, "integrate")
 
 
 def test_tables_of_a_tow_have_the_columns_of_the_page():

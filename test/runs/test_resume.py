@@ -144,8 +144,8 @@ def test_a_file_of_something_else_needs_a_motion(saved, tmp_path):
 @pytest.mark.parametrize(
     "change",
     [
-        lambda run: run.pop("told"),
-        lambda run: run["told"].update(heave=[1.0]),
+        lambda run: run.pop("report"),
+        lambda run: run["report"].update(heave=[1.0]),
         lambda run: run.pop("done"),
         lambda run: run.update(origin=[1.0]),
         lambda run: run["intake"]["object"].pop("clock"),
