@@ -25,6 +25,7 @@ from ..physics.inputs import MOTION_ROWS
 from ..physics.parameter import Block
 from ..sim import checks
 from ..sim.inputs import WinchCommand
+from ..sim.layout import layout_of
 from ..sim.mesh_kinds import FeedMesh
 from ..sim.rebase import carried_over
 from ..sim.scene import Scene
@@ -277,8 +278,9 @@ def _known(block: type[Block], values: dict[str, Any]) -> dict[str, Any]:
 
 def _warn_of_travel(scene: Scene, payout: np.ndarray) -> None:
     """Warn where the winch took a coarse element onto the sheave, or had too little cable on the drum."""
-    if min(checks.fine_zone(scene)) > 0.0 and len(payout):  # else the scene itself has been warned of
-        for warning in checks.travel_warnings(scene, max(0.0, -payout.min()), max(0.0, payout.max())):
+    layout = layout_of(scene)
+    if min(layout.fine_zone) > 0.0 and len(payout):  # else the scene itself has been warned of
+        for warning in checks.travel_warnings(layout, max(0.0, -payout.min()), max(0.0, payout.max())):
             warnings.warn(f"{scene.name}: {warning.key} {warning.text}. {warning.remedy}", SceneWarning, stacklevel=3)
 
 
@@ -289,8 +291,8 @@ def _warn_of_drag(scene: Scene, frames: np.ndarray) -> None:
         return
     ship = scene.ship.model_copy(update={"tow_speed": math.copysign(speed, scene.ship.tow_speed)})
     run = scene.model_copy(update={"ship": ship})
-    known = {warning.key for warning in checks.drag_warnings(scene, checks.water_speed(scene))}
-    for warning in checks.drag_warnings(run, checks.water_speed(run)):
+    known = {warning.key for warning in checks.drag_warnings(scene, layout_of(scene).water_speed)}
+    for warning in checks.drag_warnings(run, layout_of(run).water_speed):
         if warning.key not in known:
             warnings.warn(
                 f"{scene.name}: the ship reached {speed:.3g} m/s, and {warning.key} {warning.text}. {warning.remedy}",

@@ -14,7 +14,7 @@ from ..io.recorded_tow import RecordedTow
 from ..io.winch_plan import WinchPlan
 from ..physics.winch import DrumModel
 from ..sim.flag_rules import PEAKS
-from ..sim.mesh import mesh_plan
+from ..sim.layout import layout_of
 from ..sim.mesh_kinds import FeedMesh
 from ..sim.scene import Scene
 from ..sim.verdict import check, verdict_of
@@ -37,7 +37,7 @@ def finer(scene: Scene) -> tuple[Scene, FeedMesh | None]:
     if solver.tension_error is not None:
         values["solver.tension_error"] = solver.tension_error / ORDER
         values["solver.position_error"] = solver.position_error / ORDER
-    plan = mesh_plan(scene)
+    plan = layout_of(scene).plan
     if plan is None or scene.winch.drum != DrumModel.FEED:
         for name, section in scene.cable.sections.items():
             values[f"cable.sections.{name}.elements"] = 2 * section.meshed

@@ -18,7 +18,8 @@ from ..io.resources import find_bag
 from ..io.winch_plan import WinchPlan
 from ..runs.message_run import Driven, Pass
 from ..runs.offline import stepped
-from ..sim.mesh import FeedMesh, feed_mesh, mesh_plan
+from ..sim.layout import layout_of
+from ..sim.mesh_kinds import FeedMesh
 from ..sim.scene import Scene
 from .row import Row
 
@@ -50,7 +51,7 @@ class Setting(NamedTuple):
 
 def mesh_numbers(scene: Scene) -> list[int]:
     """Elements of the parts of the mesh, from the drum."""
-    plan = mesh_plan(scene)
+    plan = layout_of(scene).plan
     if plan is None:
         return [section.elements or 0 for section in scene.cable.sections.values()]
     return [part.elements for part in plan.parts]
@@ -70,7 +71,7 @@ class Fine(NamedTuple):
 
 def refined(scene: Scene, doublings: int, tick: float) -> Fine:
     """The scene on its feeding mesh doubled so often, with steps of ``tick`` [s] solved to FINE_TOLERANCE."""
-    mesh = feed_mesh(scene)
+    mesh = layout_of(scene).mesh
     for _ in range(doublings):
         mesh = None if mesh is None else mesh.doubled
     fine = stepped(scene, "fixed", tick)

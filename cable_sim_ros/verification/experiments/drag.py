@@ -23,8 +23,7 @@ from ...physics.fairing import dressed
 from ...physics.jit import LANES
 from ...physics.section import Section
 from ...physics.water import Water
-from ...sim.route import Route
-from ...sim.static_shape import tow_shape
+from ...sim.layout import layout_of
 from . import Comparison, Result
 
 DIAMETER, MASS, SPEED, GRAVITY = 0.010, 0.389, 2.2, 9.81  # of Westin's cable and tow
@@ -193,13 +192,13 @@ def _differences() -> list[Comparison]:
 def _otherwise() -> list[dict]:
     """What another law of the bare part changes in the static shape of full_scale."""
     scene = load_scene("full_scale")
-    route = Route(scene)
+    route = layout_of(scene).route
     scope, report = route.scope, []
     for name, keys in ({"as shipped": {}} | OTHERWISE).items():
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # laws outside their range are what is compared
             other = override(scene, {f"cable.sections.bare.{key}": value for key, value in keys.items()})
-        shape = tow_shape(other, scope)
+        shape = layout_of(other).shape(scope)
         report.append((name, -shape.place[0, 2], np.degrees(shape.angle), shape.tension[-1]))
     first = report[0]
     return [
