@@ -17,7 +17,7 @@ from ..sim.mesh_kinds import Expected, FeedMesh, MeshPlan
 from ..sim.mesh_sheave import heave_amplitude, scope_range
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
-from .message_run import Pass, Progress, silent
+from .message_run import MessageRun, Progress, silent
 
 HEAVE_PERIOD = 8.0  # s
 MIN_FALL = 2.0  # of what a halving changes to what the next does: that of an error of the first order
@@ -122,7 +122,7 @@ def _heave(scene: Scene, half: Scene, meshes: Sequence[FeedMesh], seconds: float
     skip, driven = seconds * SKIP / SECONDS, []
     for one, with_mesh in zip((scene, half, half), meshes, strict=True):
         motion = sine_heave(amplitude, period, seconds, one.ship)
-        run = Pass(one, motion, mesh=with_mesh).go(seconds, None)
+        run = MessageRun(one, motion, mesh=with_mesh).run(seconds, None)
         if run.problem:
             raise CheckError(
                 f"{scene.name}: the check stopped with {with_mesh.nodes - 1} elements and steps of "

@@ -18,7 +18,7 @@ from ..sim.layout import layout_of
 from ..sim.mesh_kinds import FeedMesh
 from ..sim.scene import Scene
 from ..sim.verdict import check, verdict_of
-from .message_run import Pass
+from .message_run import MessageRun
 from .stepping import Progress
 from .summary import summarize
 
@@ -61,8 +61,8 @@ def compare(
     if result.problem or not len(result.frames):
         return result
     scene, mesh = finer(scene)
-    one = Pass(scene, motion(), progress=progress, winch=winch, mesh=mesh)
-    driven = one.go(duration, None)
+    one = MessageRun(scene, motion(), progress=progress, winch=winch, mesh=mesh)
+    driven = one.run(duration, None)
     metrics, reasons = result.metrics, list(result.verdict.reasons)
     if driven.problem:
         reasons.append(check("CHECK", f"the finer run did not come to its end, nothing was compared: {driven.problem}"))

@@ -11,7 +11,7 @@ from ..io.motion_table import sine_heave
 from ..io.winch_plan import WinchPlan
 from ..physics.heave_compensation import SetpointLaw
 from ..runs.mesh import at_scope
-from ..runs.message_run import Pass, Progress, silent
+from ..runs.message_run import MessageRun, Progress, silent
 from ..runs.step_choice import stepped
 from ..sim.layout import layout_of
 from ..sim.mesh_kinds import FeedMesh
@@ -50,7 +50,7 @@ def _run(tow: Tow, scene: Scene, mesh: FeedMesh, seconds: float) -> tuple[np.nda
     """Tension [n] and place of the towbody [n, 3] each EVERY s, and why it ended early."""
     motion = None if tow.heave is None else sine_heave(*tow.heave, seconds, scene.ship)
     plan = None if tow.plan is None else WinchPlan(tow.plan)
-    done = Pass(scene, motion, winch=plan, mesh=mesh).go(seconds, None)
+    done = MessageRun(scene, motion, winch=plan, mesh=mesh).run(seconds, None)
     fraction = round(EVERY / scene.solver.tick)
     frames = done.frames[fraction - 1 :: fraction]
     return frames["tension"], frames["body_position"], done.problem

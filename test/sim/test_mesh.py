@@ -2,16 +2,16 @@
 
 import numpy as np
 import pytest
-from cable_sim_ros.sim.layout import layout_of
 
 from cable_sim_ros.io.load import SceneError, SceneWarning, override
 from cable_sim_ros.runs.mesh import as_json, check, plan_of
-from cable_sim_ros.sim import mesh, mesh_maker
+from cable_sim_ros.sim import layout, mesh_maker
 from cable_sim_ros.sim.checks import travel_warnings
+from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.mesh_kinds import equal_parts, geometric, graded
 from cable_sim_ros.sim.mesh_sheave import scope_range
 from cable_sim_ros.sim.simulator import Simulator
-from cable_sim_ros.sim.static_shape import fourth_derivative, tow_shape
+from cable_sim_ros.sim.static_shape import fourth_derivative
 from cable_sim_ros.verification.mesh_promise import markdown, measure
 from cable_sim_ros.verification.mesh_tows import tows
 
@@ -75,7 +75,7 @@ def test_the_shape_by_integration_is_that_of_the_elements(name):
     scene = TOWS[name]
     sim = Simulator(scene)
     sim.start()
-    shape = tow_shape(scene, scope_range(layout_of(scene))[0])
+    shape = layout_of(scene).shape()
     assert shape.place[0, 2] == pytest.approx(float(sim.frame.body_position[2]), abs=2e-3 * shape.scope)
     assert shape.tension[-1] == pytest.approx(float(sim.frame.tension), rel=3e-3)
 
@@ -300,7 +300,7 @@ def test_a_mesh_that_makes_no_sense_is_refused(changes, text):
 
 def test_a_place_that_no_mesh_of_so_many_elements_keeps_is_refused(monkeypatch):
     monkeypatch.setattr(mesh_maker, "MAX_ELEMENTS", 15)
-    mesh._plan.cache_clear()
+    layout._made.clear()
     text = (
         r"accuracy.position = 0.02 m cannot be met: with \d+ elements, and more than 15 are not made, "
         r"the towbody's place "
@@ -311,7 +311,7 @@ def test_a_place_that_no_mesh_of_so_many_elements_keeps_is_refused(monkeypatch):
         with pytest.raises(SceneError, match=text):
             with_keys(accuracy__position=0.02)
     finally:
-        mesh._plan.cache_clear()
+        layout._made.clear()
 
 
 def test_cautions_of_a_winch_that_feeds():
