@@ -22,6 +22,7 @@ from .consistency_checks import (
     wrap_problems,
     wrap_warnings,
 )
+from .friction_checks import friction_problems, friction_warnings
 from .layout import FINE_ELEMENT, Layout, layout_of
 from .link_checks import form_problems, link_problems, link_warnings
 from .material import extreme, hung, outboard, wet_weight
@@ -143,7 +144,7 @@ def problems(scene: Scene) -> list[Problem]:
             )
         )
     found += seabed_problems(scene) + seat_problems(scene, layout.leaves) + body_problems(scene, layout.leaves)
-    found += astern_problems(scene)
+    found += astern_problems(scene) + friction_problems(scene)
     if not found and not feeds:
         found += wrap_problems(layout)
     pull, (key, stiffness) = downforce(layout), extreme(scene.cable, "axial_stiffness")
@@ -262,7 +263,7 @@ def warnings(scene: Scene) -> list[Problem]:
     found += setpoint_warnings(scene, speed) + damping_warnings(scene.cable) + swing_warnings(scene, speed)
     found += body_warnings(scene, speed)
     found += amplified_warnings(scene.cable) + strum_warnings(layout) + drag_warnings(scene, speed)
-    found += part_warnings(scene)
+    found += part_warnings(scene) + friction_warnings(scene)
     for key, name, below in (("sheave", "sheave", radius), ("winch", "drum", scene.winch.drum_radius)):
         height = getattr(scene, key).position[2] + scene.ship.reference_height - below
         if height < 0:
