@@ -79,7 +79,7 @@ def rubbed(state):
 
 
 @driver
-def _detect_contact(state, h, everywhere):
+def _detect_contact(state, h, everywhere) -> None:
     """Visit every contact point of every surface after a step of h [s]: state.contact_points and state.detected.
 
     h: 0 where there is no step to compare with, so that nothing can have gone through a surface; everywhere: out of

@@ -273,7 +273,7 @@ def fill_shape(line, state, aboard, table):
 
 
 @driver
-def observe(model, state, output, slot, flags, blending):
+def observe(model, state, output, slot, flags, blending) -> int:
     """Fill row ``slot`` of the output from the state; returns the flags with what was seen added."""
     f, body = output.frame[slot], model.line.body_nodes[0]
     fill_motion(state, f, body)

@@ -115,7 +115,7 @@ def halve(line, state):
 
 
 @driver
-def _finish(line, state, h):
+def _finish(line, state, h) -> bool:
     """Solve the step of h [s] begun, held unknowns at its end, and take it or halve it. False: no halving left."""
     plan, now = state.plan[0], state.memory[NOW]
     used = advance(line, state, h)

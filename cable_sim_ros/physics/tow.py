@@ -27,7 +27,7 @@ AT_ONCE, CONSISTENT, ROUNDS = 1e3, 1e-5, 40  # of a static start: change of a dr
 
 
 @driver
-def _strum(model, state, h, tick):
+def _strum(model, state, h, tick) -> float:
     """Drag factors of strumming over a tick of h [s]; new targets at every so many ticks, tick 0: and all at once.
     Returns the largest change."""
     rules = model.line.strum.rules[0]

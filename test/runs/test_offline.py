@@ -21,6 +21,7 @@ from cable_sim_ros.physics.heave_filter import Convention, Heave, MotionInput
 from cable_sim_ros.physics.inputs import MOTION_ROWS, make_inputs
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.runs import mean_track, message_run, offline, sources, step_choice
+from cable_sim_ros.sim import simulator
 from cable_sim_ros.sim.simulator import Simulator, SolverError, StartError
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
@@ -40,7 +41,7 @@ def test_the_shipped_cable_stays_in_its_groove_when_begun_like_a_node():
     assert begun._start().heading is not None
     time, x, y, yaw = begun.feeder.ingest.first_pose
     begun._start = lambda: message_run.Start(time, (x, y), yaw)
-    frames = begun.go(14.0, None).frames
+    frames = begun.run(14.0, None).frames
     assert frames.groove_margin.min() > 0.02 and not (frames.status & (Flag.DETACHED | Flag.HALVED)).any()
     assert np.degrees(frames.wrap_angle.min()) < 8.0, "the sheave must come down to the water"
 
@@ -159,7 +160,7 @@ def test_imu_alone_moves_the_ship():
 
 
 def test_a_solver_that_gives_up_ends_the_run_with_what_there_is(monkeypatch):
-    run, calls = message_run.Simulator.run, []
+    run, calls = simulator.Simulator.run, []
 
     def fails(self, count, heads=None):
         calls.append(count)
@@ -170,7 +171,7 @@ def test_a_solver_that_gives_up_ends_the_run_with_what_there_is(monkeypatch):
     monkeypatch.setattr(message_run, "CHUNK", 0.1)
     scene = load_scene("full_scale")
     one = message_run.MessageRun(scene, None)
-    monkeypatch.setattr(message_run.Simulator, "run", fails)
+    monkeypatch.setattr(simulator.Simulator, "run", fails)
     monkeypatch.setattr(one.sim, "warm_up", lambda progress: None)
     result = one.run(1.0, None)
     assert result.problem == "the solver gave up after 0.20 s: residual 12 N" and len(result.frames) == 20
