@@ -272,11 +272,11 @@ def draw(path: Path) -> Path:
         for law in (*COEFFICIENTS, DragLaw.HUSTON_KAMMAN_10_ROW_2_PRINTED, DragLaw.CHOO_CASARELLA, DragLaw.CAPOZUCCA):
             dashed = "--" if law is DragLaw.HUSTON_KAMMAN_10_ROW_2_PRINTED else "-"
             left.loglog(re, [coefficient(law, x) for x in re], dashed, label=law.value)
-        left.set(title="C_N across the stream", xlabel="Reynolds number", ylim=(0.2, 20.0))
+        left.set(title="Coefficient across the stream", xlabel="Reynolds number", ylabel="C_N", ylim=(0.2, 20.0))
         for name, law, component in LOADINGS:
             if component == 0:
                 right.plot(eta, [_loading(law, 0, x) for x in eta], label=name)
-        right.set(title="f_n", xlabel="angle between cable and flow [deg]")
+        right.set(title="Loading function", xlabel="angle between cable and flow [deg]", ylabel="f_n")
         for axis in (left, right):
             axis.legend()
     return path
