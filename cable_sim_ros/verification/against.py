@@ -105,7 +105,7 @@ def compare(
             jobs = [partial(_timed, tree, name) for tree in trees]
             try:
                 (theirs, mine), _ = in_turn(jobs, rounds, progress, [f"{name} at {tree.name}" for tree in trees])
-            except _AbsentError as error:
+            except _Absent as error:
                 if error.tree is not there:
                     raise CompareError(f"{name} of this tree failed ({error}); nothing was compared. Mend it") from None
                 absent.append(f"{there.name} does not run {name}: {error}")
@@ -118,7 +118,7 @@ def compare(
     return Comparison(trees[1].name, there.name, rounds, rows, means(rows), absent)
 
 
-class _AbsentError(Exception):
+class _Absent(Exception):
     """A tree does not run a benchmark; the text is its last words."""
 
     def __init__(self, tree: Tree, words: str) -> None:
@@ -137,11 +137,11 @@ def commands_of(name: str) -> list[list[str]]:
 def _timed(tree: Tree, name: str) -> tuple[list[Found], None]:
     report, words = first_that_runs(tree, commands_of(name))
     if report is None:
-        raise _AbsentError(tree, words)
+        raise _Absent(tree, words)
     try:
         return (ticks_found(name, report) if name in TICKS else rows_found(report)), None
     except (KeyError, TypeError, AttributeError) as error:
-        raise _AbsentError(tree, f"its JSON is another one ({type(error).__name__}: {error})") from None
+        raise _Absent(tree, f"its JSON is another one ({type(error).__name__}: {error})") from None
 
 
 def rows_found(report: list[dict[str, Any]]) -> list[Found]:
@@ -277,7 +277,7 @@ def as_json(found: Comparison) -> dict[str, Any]:
 def markdown(found: Comparison) -> str:
     """The table, the mean of each benchmark, and in words what has no ratio."""
     lines = [
-        f"This tree, {found.commit}, beside {found.against}: CPU s per simulated s, medians of {found.rounds} rounds.",
+        f"This tree, {found.commit}, beside {found.against}: CPU s per simulated s, medians of {found.rounds} in turn.",
         "A ratio below 1: this tree is faster. In brackets: least and largest of the rounds.",
         "",
         f"| benchmark | setting | elements, {found.against} | step [ms] | CPU s per s | {found.against} | ratio | "

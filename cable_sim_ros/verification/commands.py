@@ -121,7 +121,10 @@ BENCH_IDS, TICK_IDS = [f"P{i}" for i in range(1, 10)], ["full_scale", "side_scan
 
 @click.command()
 @click.argument(
-    "scenes", nargs=-1, type=click.Choice([*BENCH_IDS, *TICK_IDS], case_sensitive=False), metavar="[P1 ... P9]"
+    "scenes",
+    nargs=-1,
+    type=click.Choice([*BENCH_IDS, *TICK_IDS], case_sensitive=False),
+    metavar="[P1 ... P9, full_scale, side_scan]",
 )
 @click.option("--peers", is_flag=True, help="Other codes beside ours, taking turns; needs the extra [peers].")
 @click.option("--repeats", type=Count(1, 1000), help="Timed runs of each setting. Default: 5, of --features 15.")
