@@ -13,6 +13,7 @@ import numpy as np
 
 from .jit import driver, inline
 from .parameter import REQUIRED, Block, quantity
+from .tick_output import COMMAND_LIMITED, COMMAND_STALE, DRUM_END, WINCH_LIMIT, WINCH_SATURATED
 
 # what holds the winch, see WINCH.held
 RATE, ACCELERATION, TRAVEL, COMMAND, RAMP = range(5)
@@ -111,6 +112,14 @@ class Winch(Block):
         "feed: cable runs in and out at the drum's tangent point, any length; contact: its end is fixed on the drum's "
         "surface, for travel of a few metres and as a check",
     )
+    drum_friction: float = quantity(
+        0.0,
+        "1",
+        0.0,
+        1.0,
+        "Coulomb friction of the cable on the drum that turns under it, of its load there; with drum: contact alone",
+        "off: as Westin; no source for a value",
+    )
     cable_on_drum: float | None = quantity(
         None, "m", 0.0, 2e4, "unstretched cable on the drum at the start; none: what scope, else wrap leaves there"
     )
@@ -175,6 +184,12 @@ def drum_point(drum, winch):
     v = (x * r * w * c, 0.0, -r * w * s)
     a = (x * r * (dw * c - w * w * s), 0.0, -r * (dw * s + w * w * c))
     return p, v, a
+
+
+@inline
+def drum_turning(drum, winch):
+    """Rate [rad/s] at which the drum turns about y in base_link, its surface with the end of the cable on it."""
+    return -drum.side * winch.rate / drum.radius
 
 
 @inline
@@ -243,6 +258,23 @@ def forget(winch):
     for i in range(LIMITS):
         winch.held[i] = 0.0
     winch.fastest, winch.hardest = abs(winch.rate), abs(winch.accel)
+
+
+@driver
+def winch_flags(winch, h):
+    """Flags of the winch after a tick of h [s]."""
+    flags = 0
+    if winch.stale != 0:
+        flags |= COMMAND_STALE
+    if winch.limited != 0:
+        flags |= COMMAND_LIMITED
+    if winch.at_end != 0:
+        flags |= DRUM_END
+    if winch.at_limit != 0:
+        flags |= WINCH_LIMIT
+    if 2.0 * (winch.held[RATE] + winch.held[ACCELERATION]) >= h:
+        flags |= WINCH_SATURATED
+    return flags
 
 
 @inline
