@@ -277,7 +277,7 @@ def as_json(found: Comparison) -> dict[str, Any]:
 def markdown(found: Comparison) -> str:
     """The table, the mean of each benchmark, and in words what has no ratio."""
     lines = [
-        f"This tree, {found.commit}, beside {found.against}: CPU s per simulated s, medians of {found.rounds} in turn.",
+        f"This tree, {found.commit}, beside {found.against}: CPU s per simulated s, medians, rounds: {found.rounds}.",
         "A ratio below 1: this tree is faster. In brackets: least and largest of the rounds.",
         "",
         f"| benchmark | setting | elements, {found.against} | step [ms] | CPU s per s | {found.against} | ratio | "
