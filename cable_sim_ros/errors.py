@@ -6,6 +6,10 @@ a fault of the program and keeps its traceback.
 
 # where several apply: 2, 1, 3, 4, 0
 CODE_OK, CODE_FAILED, CODE_INPUT, CODE_DAMAGED, CODE_DOUBTFUL = 0, 1, 2, 3, 4
+NEEDS_ROS = (
+    "needs ROS 2, and rclpy cannot be imported ({error}); nothing was started. Source your ROS installation, or: "
+    "pip install 'cable_sim_ros[ros]'. `cable-sim run` and `replay` work without it"
+)
 
 
 class CableSimError(Exception):

@@ -13,13 +13,9 @@ from functools import cache
 from importlib import metadata
 from pathlib import Path
 
-from .errors import CODE_INPUT, CableSimError
+from .errors import CODE_INPUT, NEEDS_ROS, CableSimError
 
 REQUIREMENTS = Path(__file__).with_name("requirements.txt")
-NEEDS_ROS = (
-    "needs ROS 2, and rclpy cannot be imported ({error}); nothing was started. Source your ROS installation, or: "
-    "pip install 'cable_sim_ros[ros]'. `cable-sim run` and `replay` work without it"
-)
 
 
 class NotInstalledError(CableSimError, ImportError):

@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable
 
 from .clock_topic import TOPIC
-from .player import SECOND, Item, _interval, publishers_of, restamped
+from .playback import SECOND, Item, interval, publishers_of, restamped
 
 SETTLE = 0.3  # s; the other side may learn of us a little later than we of it
 PATIENCE = 5.0  # s without a clock, after which it is said
@@ -27,7 +27,7 @@ class Follower:
             (i.stamp if abs(i.stamp - first - i.due) <= SECOND else first + i.due, n, i) for n, i in enumerate(items)
         )
         self._items = sorted(timed)
-        self._length = self._items[-1][0] - first + _interval(items)
+        self._length = self._items[-1][0] - first + interval(items)
         self._loop, self._keep = loop, keep_stamps
         self.shift: int | None = 0 if keep_stamps else None
         self._next = 0

@@ -11,39 +11,27 @@ hears it.
 from __future__ import annotations
 
 import ctypes
-import struct
 import sys
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
 
 from ..errors import CableSimError
 from ..io.bag_motion import read_motion
-from ..io.messages import KINDS, stamp_of
+from ..io.messages import stamp_of
 from ..io.ned_to_enu import in_enu
 from ..io.resources import find_bag
 from ..limits import LONGEST_RUN
 from . import discovery
-from .topics import message_class
+from .playback import SECOND, Item, interval, publishers_of, restamped
 
-SECOND = 1_000_000_000
 SLEEP_CHUNK = 0.1  # s, so that a signal is seen soon
 
 
 class PlayError(CableSimError, ValueError):
     """A bag or an option that cannot be used; the text says why and what to do."""
-
-
-class Item(NamedTuple):
-    """One message to send: time from the first [ns], kind (imu, odometry), CDR bytes, its stamp [ns]."""
-
-    due: int
-    kind: str
-    data: bytes
-    stamp: int
 
 
 def load(
@@ -87,13 +75,6 @@ def load(
     return items
 
 
-def restamped(item: Item, shift: int) -> bytes:
-    """The message with its stamp moved by shift [ns]."""
-    data = bytearray(item.data)
-    struct.pack_into("<iI", data, 4, *divmod(item.stamp + shift, SECOND))
-    return bytes(data)
-
-
 class _Timespec(ctypes.Structure):
     _fields_ = (("sec", ctypes.c_long), ("nsec", ctypes.c_long))
 
@@ -111,16 +92,6 @@ def sleep_until(deadline: int, alive) -> bool:
         libc.clock_nanosleep(1, 1, ctypes.byref(_Timespec(until // SECOND, until % SECOND)), None)
 
 
-def publishers_of(node, items: list[Item]) -> dict:
-    """Publishers for the kinds of the items. Reliable is heard by every subscriber, and by the node as best effort."""
-    from rclpy.qos import QoSProfile
-
-    return {
-        kind: node.create_publisher(message_class(KINDS[kind][0]), KINDS[kind][1], QoSProfile(depth=50))
-        for kind in {item.kind for item in items}
-    }
-
-
 def play(
     node, items: list[Item], *, rate: float = 1.0, loop: bool = False, keep_stamps: bool = False, alive, progress
 ) -> int:
@@ -130,7 +101,7 @@ def play(
     while alive() and time.monotonic() < wait and not all(p.get_subscription_count() for p in publishers.values()):
         time.sleep(0.02)
     time.sleep(0.3)  # the other side may learn of us a little later than we of it
-    length = items[-1].due + _interval(items)
+    length = items[-1].due + interval(items)
     begun, sent, reported = time.monotonic_ns() + SECOND // 50, 0, 0
     base = time.time_ns() + SECOND // 50
     lap = 0
@@ -151,12 +122,6 @@ def play(
     for publisher in publishers.values():  # let the last messages out before the process ends
         publisher.wait_for_all_acked()
     return sent
-
-
-def _interval(items: list[Item]) -> int:
-    """Typical time between messages of the first kind, ns: what a lap adds at its seam."""
-    times = [item.due for item in items if item.kind == items[0].kind]
-    return (times[-1] - times[0]) // max(1, len(times) - 1)
 
 
 def _bar(total: float | None):

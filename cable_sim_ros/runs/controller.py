@@ -12,7 +12,7 @@ from ..errors import RunError
 from ..sim.inputs import InputError, WinchCommand
 
 if TYPE_CHECKING:
-    from .offline import Run
+    from .result import Run
 
 Controller = Callable[[np.record], WinchCommand | None]  # row of the last tick -> command, None: as it was
 WHOLE = 1e-6  # of a tick: a control period nearer to a whole number of ticks is one

@@ -14,7 +14,7 @@ from ..io.motion_table import sine_heave
 from ..physics.heave_compensation import SetpointLaw
 from ..sim.layout import layout_of
 from ..sim.mesh_kinds import Expected, FeedMesh, MeshPlan
-from ..sim.mesh_sheave import heave_amplitude, scope_range
+from ..sim.mesh_sheave import heave_amplitude
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
 from .message_run import MessageRun, Progress, silent
@@ -53,7 +53,7 @@ def plan_of(scene: Scene | str | os.PathLike) -> tuple[Scene, MeshPlan]:
 
 def heave_of(scene: Scene) -> tuple[float, float]:
     """Amplitude [m] and period [s] of the heave of the check."""
-    return heave_amplitude(scope_range(layout_of(scene))[0]), HEAVE_PERIOD
+    return heave_amplitude(layout_of(scene).route.scope), HEAVE_PERIOD
 
 
 def check(scene: Scene, plan: MeshPlan, progress: Progress = silent, seconds: float = SECONDS) -> list[Change]:
@@ -144,7 +144,7 @@ def _heave(scene: Scene, half: Scene, meshes: Sequence[FeedMesh], seconds: float
 
 def as_json(scene: Scene, plan: MeshPlan, changes: list[Change]) -> dict[str, Any]:
     """Plain figures of `cable-sim mesh`."""
-    start, names = scope_range(layout_of(scene))[0], scene.cable.sections
+    start, names = layout_of(scene).route.scope, scene.cable.sections
     report: dict[str, Any] = {
         "scene": scene.name,
         "elements": plan.mesh.nodes - 1,

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import math
 import warnings
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -19,9 +17,7 @@ from ..io.motion_table import MotionError
 from ..io.mounting import mounting_of
 from ..io.recorded_tow import Event, Feeder, RecordedTow
 from ..io.winch_plan import WinchPlan
-from ..physics.heave_filter import Heave, MotionInput
 from ..physics.inputs import MOTION_ROWS
-from ..physics.parameter import Block
 from ..sim import checks
 from ..sim.inputs import WinchCommand
 from ..sim.layout import layout_of
@@ -33,6 +29,7 @@ from . import mean_track, motion_preview, pitch_sign
 from .controller import ControllerError, ControlLoop
 from .resume import Resumed, nothing_left
 from .runner import Runner
+from .settings import recorded_intake
 from .stepping import Progress, Stepped, Stepper, silent
 
 SECOND = 1_000_000_000
@@ -65,7 +62,7 @@ class MessageRun(Runner):
         super().__init__(scene, tow, progress, mesh)
         self._check_ring()
         drum = self.sim.model.settings[0].drum
-        self.feeder = None if tow is None else Feeder(self.sim.inputs, tow, scene, *taken_in(tow), drum)
+        self.feeder = None if tow is None else Feeder(self.sim.inputs, tow, scene, *recorded_intake(tow), drum)
         self.pending: list[Event] = []
         self.commands = CommandIngest(self.sim.inputs, drum) if self.feeder is None else self.feeder.commands
         self.winch, self.control = winch, control
@@ -252,22 +249,6 @@ class MessageRun(Runner):
 
     def _ring_limit(self) -> int:
         return round(CHUNK * SECOND) if self.tow is None else round(RING_FRACTION / max(1.0, self.tow.rate) * SECOND)
-
-
-def taken_in(tow: RecordedTow) -> tuple[MotionInput, Heave]:
-    """How the recording node took its motion in, where the bag says so; keys of other versions are left out."""
-    try:
-        node = json.loads(tow.about["node"])
-        return (
-            MotionInput.model_validate(_known(MotionInput, node.get("motion", {}))),
-            Heave.model_validate(_known(Heave, node.get("heave", {}))),
-        )
-    except (KeyError, ValueError, TypeError, AttributeError):
-        return MotionInput(), Heave()
-
-
-def _known(block: type[Block], values: dict[str, Any]) -> dict[str, Any]:
-    return {key: value for key, value in values.items() if key in block.model_fields}
 
 
 def _warn_of_travel(scene: Scene, payout: np.ndarray) -> None:

@@ -13,8 +13,7 @@ from ..physics.tick_output import Source
 from ..sim.attitude import body_rates
 from ..sim.inputs import ShipMotion
 from ..sim.scene import Scene
-from .message_run import taken_in
-from .settings import NOTHING, Settings
+from .settings import NOTHING, Settings, recorded_intake
 from .sources import motion_of
 
 
@@ -41,7 +40,7 @@ def motion_of_bag(
     tow = motion_of(scene, bag, None, None, imu_only, settings, topics)
     assert tow is not None  # for motion None alone
     inputs = make_inputs()
-    intake = Intake(inputs, scene, *taken_in(tow))
+    intake = Intake(inputs, scene, *recorded_intake(tow))
     samples: list[ShipMotion] = []
     epoch = None
     for event in tow.events:

@@ -6,7 +6,6 @@ import json
 import os
 import tempfile
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -17,23 +16,24 @@ from ..io.journal import read_journal
 from ..io.load import load_scene, override
 from ..io.markers import check_rate
 from ..io.motion_table import MotionError
-from ..io.recorded_tow import RecordedTow, Residual, SameTicks, paired, read_tow, recorded_frames, residuals
+from ..io.recorded_tow import RecordedTow, SameTicks, paired, read_tow, recorded_frames, residuals
 from ..io.resources import find_bag
 from ..io.winch_plan import WinchPlan
 from ..limits import LONGEST_RUN
 from ..sim.savefile import SaveError, check_place, same_scene
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
-from ..sim.verdict import Reason, Verdict
+from ..sim.verdict import Reason
 from . import motion_preview, refinement_check, verdict
 from .controller import Controller, ControlLoop, alone
 from .journal_replay import JournalReplay
-from .message_run import MessageRun, taken_in
+from .message_run import MessageRun
 from .metrics import METRICS as METRICS
 from .metrics import metrics_markdown as metrics_markdown
+from .result import Run as Run
 from .resume import Resumed, report_of
 from .resume import save as save_run
-from .settings import NOTHING, Settings, apply_to_bag, apply_to_scene, of_intake, refuse_without_bag
+from .settings import NOTHING, Settings, apply_to_bag, apply_to_scene, of_intake, recorded_intake, refuse_without_bag
 from .sources import HEAVE_SECONDS, motion_of, scene_of_bag
 from .step_choice import doubts_of_steps, metrics_of_steps, stepped
 from .stepping import Progress, Stepped, silent
@@ -45,19 +45,6 @@ NO_JOURNAL = (
     "the bag has no journal of what the run took and when: it was recorded by another program or an older version, so "
     "this is another run under the same motion, from a static start of its own"
 )
-
-
-@dataclass
-class Run:
-    """What a run gave: tick outputs, plain figures by JSON name, why it ended early ("" = it did not), files made."""
-
-    frames: np.recarray
-    metrics: dict[str, Any]
-    problem: str = ""
-    bag: Path | None = None
-    residuals: list[Residual] = field(default_factory=list)
-    verdict: Verdict = field(default_factory=Verdict)
-    run_verdict: Verdict | None = None  # on the run that a replay with a journal repeats; `verdict`: is it that run?
 
 
 def run(
@@ -235,7 +222,7 @@ def replay(
         if faults and own:
             doubts.append(verdict.check("JOURNAL", "; ".join(faults)))
     else:
-        motion_preview.look(tow, scene, *taken_in(tow))
+        motion_preview.look(tow, scene, *recorded_intake(tow))
         one = MessageRun(scene, tow, progress=progress)
         result = _run_of(one.sim, one.tick, tow, one.run(None, target, markers), target)
         result.metrics.update(_intake_metrics(one))

@@ -23,7 +23,7 @@ from .stepping import Progress
 from .summary import summarize
 
 if TYPE_CHECKING:
-    from .offline import Run
+    from .result import Run
 
 SETTLED = ("SLACK", "RINGING_DAMPED")  # doubtful because of mesh and step alone
 AGREED = 0.02  # of the largest tension, and of the deviation

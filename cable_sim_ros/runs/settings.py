@@ -119,3 +119,19 @@ def refuse_without_bag(settings: Settings, topics: Mapping[str, str], what: str)
             f"{', '.join(asked)}: says how messages of a bag are taken in, but the motion is {what}; {CONSEQUENCE}. "
             f"Leave it out"
         )
+
+
+def recorded_intake(tow: RecordedTow) -> tuple[MotionInput, Heave]:
+    """How the recording node took its motion in, where the bag says so; keys of other versions are left out."""
+    try:
+        node = json.loads(tow.about["node"])
+        return (
+            MotionInput.model_validate(_known(MotionInput, node.get("motion", {}))),
+            Heave.model_validate(_known(Heave, node.get("heave", {}))),
+        )
+    except (KeyError, ValueError, TypeError, AttributeError):
+        return MotionInput(), Heave()
+
+
+def _known(block: type[Block], values: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in values.items() if key in block.model_fields}

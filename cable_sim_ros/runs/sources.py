@@ -14,8 +14,7 @@ from ..io.recorded_tow import RecordedTow, read_tow
 from ..io.resources import find_bag
 from ..sim.scene import Scene
 from . import motion_preview
-from .message_run import taken_in
-from .settings import NOTHING, Settings, apply_to_bag, apply_to_scene, refuse_without_bag
+from .settings import NOTHING, Settings, apply_to_bag, apply_to_scene, recorded_intake, refuse_without_bag
 
 HEAVE_SECONDS = 60.0  # s of a run under a sinusoidal heave where no duration is given
 
@@ -46,7 +45,7 @@ def motion_of(
         return None
     tow = read_tow(find_bag(motion), imu_only=imu_only, topics=topics)
     apply_to_bag(tow, settings)
-    motion_preview.look(tow, scene, *taken_in(tow))
+    motion_preview.look(tow, scene, *recorded_intake(tow))
     smooth_odometry(tow, scene.sheave.position)
     return tow
 

@@ -81,7 +81,7 @@ class Layout:
 
         Made from an accuracy (sim/mesh_maker.py); numbers that the scene writes under ``mesh`` stand. docs/mesh.md.
         """
-        return Maker(self).plan() if self.route.feeds else None
+        return Maker(self.scene, self.route, self.shape).plan() if self.route.feeds else None
 
     @property
     def mesh(self) -> FeedMesh | None:

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from math import pi, sqrt
-from typing import TYPE_CHECKING, NamedTuple
+from math import pi
+from typing import NamedTuple
 
 from ..physics.cable_assembly import Cable
 from ..physics.section import CableModel, LinkBuoyancy, material_of
 from ..physics.winch import DrumModel
+from .layout import Layout
 from .material import extreme
+from .mesh_order import MAX_SAGITTA, longest_on
 from .problem import Problem, apart
 from .scene import Scene
 
-if TYPE_CHECKING:
-    from .layout import Layout
-
 LONGEST_LINK = 1.0  # radii of drum or sheave: a longer link lies on it with one point
-# sagitta L^2/8R of a link on drum or sheave over the penetration that contact allows; of 1.8 the full-scale tow has
-# the contact force within 0.03 % and a penetration 1.1 times as large, of 4.4 the flag PENETRATION (docs/segments.md)
-MAX_SAGITTA = 2.0
 
 
 class Bent(NamedTuple):
@@ -28,11 +24,6 @@ class Bent(NamedTuple):
     radius: float
     size: float
     section: str
-
-
-def longest_on(radius: float, allowed: float) -> float:
-    """Longest link [m] whose sagitta on a ``radius`` [m] is MAX_SAGITTA of the penetration ``allowed`` [m]."""
-    return sqrt(8.0 * radius * MAX_SAGITTA * allowed)
 
 
 def bent_links(layout: Layout) -> list[Bent]:

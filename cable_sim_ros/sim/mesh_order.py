@@ -3,11 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from .static_shape import TowShape, fourth_derivative, third_derivative
+
+# sagitta L^2/8R of a link on drum or sheave over the penetration that contact allows; of 1.8 the full-scale tow has
+# the contact force within 0.03 % and a penetration 1.1 times as large, of 4.4 the flag PENETRATION (docs/segments.md)
+MAX_SAGITTA = 2.0
+
+
+def longest_on(radius: float, allowed: float) -> float:
+    """Longest link [m] whose sagitta on a ``radius`` [m] is MAX_SAGITTA of the penetration ``allowed`` [m]."""
+    return sqrt(8.0 * radius * MAX_SAGITTA * allowed)
 
 
 class Order(NamedTuple):

@@ -10,26 +10,44 @@ from __future__ import annotations
 from collections.abc import Iterator
 from copy import copy
 from math import atan2, cos, degrees, hypot, sin
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from ..physics.contact_surface import FLOOR, GROOVE, SHEAVE_ROW
 from ..physics.section import material_of
-from ..physics.state import FLOW, NOW
+from ..physics.state import FLOW, NOW, Model, State
 from ..physics.tick_output import Flag
 from .current import flow_of
 from .elementary import product
+from .layout import Layout
 from .material import extreme, section_ends
 from .route import MAX_PUSH, MAX_STEPS, Route, StartError, first_angle, first_strain, laid_angle
 from .scene import Scene
 from .static_shape import TowShape
 
-if TYPE_CHECKING:
-    from .simulator import Simulator
-
 MIN_FLOW = 1e-6  # m/s
 MAX_FLEET = 0.1  # rad to one side of the sheave: more may be why the cable does not stay in its groove
+
+
+class Tow(Protocol):
+    """What a start needs of a Simulator."""
+
+    scene: Scene
+    layout: Layout
+    model: Model
+    state: State
+
+    @property
+    def frame(self) -> np.record: ...
+
+    @property
+    def tolerance(self) -> float: ...
+
+    @property
+    def stiffness(self) -> str: ...
+
+    def bring_to_rest(self, steps: int) -> int: ...
 
 
 class Departure(NamedTuple):
@@ -61,7 +79,7 @@ def strains(scene: Scene, shape: TowShape) -> np.ndarray:
     return shape.tension / stiffness[shape.section]
 
 
-def along_shape(sim: Simulator, shape: TowShape, yaw: float) -> np.ndarray:
+def along_shape(sim: Tow, shape: TowShape, yaw: float) -> np.ndarray:
     """Nodes [nodes, 6] in axes of the world about base_link: stretched along the route, then along the shape."""
     route, arc = copy(sim.layout.route), sim.state.arc - sim.state.arc[0]
     departure, strain = signed_departure(route, shape, yaw), strains(sim.scene, shape)
@@ -98,14 +116,14 @@ def press(route: Route, surfaces: np.ndarray, tension: float) -> None:
             route.drum -= depth
 
 
-def straight(sim: Simulator, angle: float, strain: float, yaw: float) -> np.ndarray:
+def straight(sim: Tow, angle: float, strain: float, yaw: float) -> np.ndarray:
     """The same of a cable that leaves the sheave in a straight line, ``angle`` [rad] from the vertical."""
     r, g = sim.layout.route.nodes((sim.state.arc - sim.state.arc[0]) * (1.0 + strain), angle)
     turn = turned(yaw)
     return np.concatenate((product(r, turn.T), (1.0 + strain) * product(g, turn.T)), axis=1)
 
 
-def guesses(sim: Simulator, shape: TowShape, yaw: float) -> Iterator[np.ndarray]:
+def guesses(sim: Tow, shape: TowShape, yaw: float) -> Iterator[np.ndarray]:
     """Nodes [nodes, 6] about base_link to begin with, best first."""
     if shape.closed:
         yield along_shape(sim, shape, yaw)
@@ -114,7 +132,7 @@ def guesses(sim: Simulator, shape: TowShape, yaw: float) -> Iterator[np.ndarray]
         yield straight(sim, angle, strain, yaw)
 
 
-def settle(sim: Simulator, shape: TowShape, yaw: float) -> dict[str, float]:
+def settle(sim: Tow, shape: TowShape, yaw: float) -> dict[str, float]:
     """Bring a cleared Simulator to rest at its mean pose: steps, iterations and residual [N]. Raises StartError."""
     scene, health = sim.scene, sim.state.now.health
     departure = signed_departure(sim.layout.route, shape, yaw)
@@ -137,7 +155,7 @@ def settle(sim: Simulator, shape: TowShape, yaw: float) -> dict[str, float]:
     raise off_sheave(scene, departure, left) if beside else no_equilibrium(sim, departure, tried, iterations, left)
 
 
-def check_push(sim: Simulator) -> None:
+def check_push(sim: Tow) -> None:
     """Refuse a rest in which the cable pushes. Raises StartError."""
     state = sim.state
     pushed, maximum = int(state.tension.argmin()), float(state.tension.max())
@@ -191,7 +209,7 @@ def off_sheave(scene: Scene, departure: Departure, left: float) -> StartError:
     )
 
 
-def no_equilibrium(sim: Simulator, departure: Departure, tried: int, iterations: int, left: float) -> StartError:
+def no_equilibrium(sim: Tow, departure: Departure, tried: int, iterations: int, left: float) -> StartError:
     """The error of a tow that does not come to rest."""
     scene = sim.scene
     aside = f": {way(scene, departure)}" if abs(departure.fleet) > MAX_FLEET else ""
@@ -209,7 +227,7 @@ def no_equilibrium(sim: Simulator, departure: Departure, tried: int, iterations:
     )
 
 
-def turn_bodies(sim: Simulator, shape: TowShape, yaw: float) -> None:
+def turn_bodies(sim: Tow, shape: TowShape, yaw: float) -> None:
     """Turn every body into the water that passes it at its depth, one in still water ahead with the ship."""
     scene, state, ends = sim.scene, sim.state, section_ends(sim.scene.cable)
     total = max(ends.values())

@@ -15,7 +15,6 @@ from ..runs.message_run import MessageRun, Progress, silent
 from ..runs.step_choice import stepped
 from ..sim.layout import layout_of
 from ..sim.mesh_kinds import FeedMesh
-from ..sim.mesh_sheave import scope_range
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
 from .mesh_other_tows import Tow, other_tows
@@ -67,7 +66,7 @@ def measure(tow: Tow, seconds: float = SECONDS, small_step: float = SMALL_STEP) 
     plan = layout_of(scene).plan
     if plan is None:
         raise ValueError(f"{scene.name} has no mesh made for it")
-    start, fine = scope_range(layout_of(scene))[0], plan.mesh.doubled.doubled
+    start, fine = layout_of(scene).route.scope, plan.mesh.doubled.doubled
     promised, rest = at_scope(plan, start), []
     for mesh in (plan.mesh, fine):
         sim = Simulator(scene, mesh)

@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 from ..runs.mesh import at_scope, check, heave_of, kept
 from ..sim.layout import layout_of
-from ..sim.mesh_sheave import scope_range
 from ..sim.scene import Scene
 from .mesh_tows import tows
 
@@ -39,7 +38,7 @@ def measure(scene: Scene, seconds: float = 60.0) -> Row:
     if plan is None:
         raise ValueError(f"{scene.name} has no mesh made for it")
     scene = scene.model_copy(update={"solver": scene.solver.model_copy(update={"tick": plan.tick})})
-    start = scope_range(layout_of(scene))[0]
+    start = layout_of(scene).route.scope
     promised, changes = at_scope(plan, start), check(scene, plan, seconds=seconds)
     static, heave = changes[0], changes[-1]
     moved = seconds > 0.0

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cable_sim_ros.sim.layout import layout_of
 from click.testing import CliRunner
 
 from cable_sim_ros.cli import commands
@@ -17,6 +16,7 @@ from cable_sim_ros.io.load import load_scene
 from cable_sim_ros.physics.heave_compensation import SetpointLaw
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.runs import offline
+from cable_sim_ros.sim.layout import layout_of
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"

@@ -20,7 +20,7 @@ from cable_sim_ros.io.winch_plan import PlanError
 from cable_sim_ros.physics.heave_filter import Convention, Heave, MotionInput
 from cable_sim_ros.physics.inputs import MOTION_ROWS, make_inputs
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
-from cable_sim_ros.runs import mean_track, message_run, offline, sources, step_choice
+from cable_sim_ros.runs import mean_track, message_run, offline, settings, sources, step_choice
 from cable_sim_ros.sim import simulator
 from cable_sim_ros.sim.simulator import Simulator, SolverError, StartError
 
@@ -225,11 +225,11 @@ def test_motion_is_taken_in_as_the_recording_node_did():
         "heave": {"period": 90.0},
         "scene": "full_scale",
     }
-    motion, heave = message_run.taken_in(RecordedTow("", [], about={"node": json.dumps(node)}))
+    motion, heave = settings.recorded_intake(RecordedTow("", [], about={"node": json.dumps(node)}))
     assert (motion.convention, motion.odometry_timeout, motion.position_time) == (Convention.NED, 0.7, 0.0)
     assert motion.max_jump == MotionInput().max_jump and heave == Heave(period=90.0)
     for about in ({}, {"node": "{"}, {"node": "[]"}, {"node": '{"motion": 3}'}, {"node": "{}"}):
-        assert message_run.taken_in(RecordedTow("", [], about=about)) == (MotionInput(), Heave())
+        assert settings.recorded_intake(RecordedTow("", [], about=about)) == (MotionInput(), Heave())
     event = read_tow(offline.find_bag("nbp1406")).events[0]
     one = message_run.MessageRun(load_scene("full_scale"), RecordedTow("", [event], about={"node": json.dumps(node)}))
     assert one.feeder.ingest.settings == motion and one.feeder.ingest.heave == heave

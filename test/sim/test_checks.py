@@ -3,9 +3,9 @@
 from math import cos, hypot, radians, sin
 
 import pytest
-from cable_sim_ros.sim.layout import layout_of
 
 from cable_sim_ros.io.load import SceneError, load_scene, override
+from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.route import first_angle
 
 

@@ -4,12 +4,12 @@ import warnings
 from math import pi
 
 import pytest
-from cable_sim_ros.sim.layout import layout_of
 
 from cable_sim_ros.io.load import SceneError, SceneWarning, dump_scene, load_scene, override, scene_from_dict
 from cable_sim_ros.io.load import scene_from_text as read
 from cable_sim_ros.sim import checks
 from cable_sim_ros.sim.build import build_model
+from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.simulator import Simulator
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")

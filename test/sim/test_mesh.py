@@ -41,13 +41,13 @@ def test_the_full_scale_tow_comes_out_as_in_the_theory():
     plan = layout_of(scene).plan
     assert 23 <= plan.mesh.nodes - 1 <= 39
     assert all(row.tension <= 0.005 and row.position <= 0.01 for row in plan.expected)
-    start, low, maximum = scope_range(layout_of(scene))
+    start, low, maximum = scope_range(scene, layout_of(scene).route)
     assert {row.scope for row in plan.expected} >= {start, maximum} and low == pytest.approx(0.1 * start)
     assert all(part.reason for part in plan.parts)
 
 
 def test_there_are_tows_from_a_flume_to_the_deep_sea():
-    scopes = [scope_range(layout_of(scene))[0] for scene in TOWS.values()]
+    scopes = [layout_of(scene).route.scope for scene in TOWS.values()]
     assert len(TOWS) >= 20 and min(scopes) < 10.0 and max(scopes) >= 6000.0
 
 

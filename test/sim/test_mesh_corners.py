@@ -3,7 +3,6 @@
 import re
 
 import pytest
-from cable_sim_ros.sim.layout import layout_of
 
 from cable_sim_ros import Simulator
 from cable_sim_ros.io.load import SceneError, SceneWarning, load_scene, override
@@ -11,10 +10,9 @@ from cable_sim_ros.runs.mesh import check, extrapolated, kept
 from cable_sim_ros.runs.verdict import judge
 from cable_sim_ros.sim import mesh_maker
 from cable_sim_ros.sim.deviation_checks import hauled_into_waves
+from cable_sim_ros.sim.layout import Layout, layout_of
 from cable_sim_ros.sim.mesh_corners import Turn, error_per_turn, stiffness
 from cable_sim_ros.sim.mesh_kinds import places_outboard
-from cable_sim_ros.sim.mesh_maker import Maker
-from cable_sim_ros.sim.mesh_sheave import scope_range
 from cable_sim_ros.verification import mesh_other
 from cable_sim_ros.verification.mesh_other_tows import other_tows
 
@@ -66,7 +64,7 @@ def test_the_static_promise_is_kept_beside_bodies(name):
 
 def without_corners(scene, monkeypatch):
     monkeypatch.setattr(mesh_maker, "corners", lambda *_: [])
-    return Maker(layout_of(scene)).plan()
+    return Layout(scene).plan
 
 
 def test_the_check_sees_an_error_of_the_first_order_whole(monkeypatch):
@@ -75,7 +73,7 @@ def test_the_check_sees_an_error_of_the_first_order_whole(monkeypatch):
     plan = without_corners(scene, monkeypatch)
     (static,) = check(scene, plan, seconds=0.0)
     assert 0.019 < static.position < 0.028
-    assert not kept(plan, scope_range(layout_of(scene))[0], [static])
+    assert not kept(plan, layout_of(scene).route.scope, [static])
 
 
 def test_what_is_left_after_two_halvings_falls_as_they_did():
@@ -89,7 +87,7 @@ def test_what_is_left_after_two_halvings_falls_as_they_did():
 def test_short_elements_move_with_the_material(hauled):
     scene = TOWS["heavy_depressor"].scene
     plan, total = layout_of(scene).plan, sum(s.length for s in scene.cable.sections.values())
-    wound = total - scope_range(layout_of(scene))[0] - 8.0 + hauled
+    wound = total - layout_of(scene).route.scope - 8.0 + hauled
     places = places_outboard(plan.mesh, total, wound)
     node = int(plan.mesh.boundaries[0]) - (len(plan.mesh.aboard) - 1)
     assert places[node] == pytest.approx(450.0), "the depressor stands on its node"
@@ -122,7 +120,7 @@ def test_waves_want_short_elements_near_the_surface():
     calm, plan = layout_of(override(scene, {"water.waves": {}})).plan, layout_of(scene).plan
     assert calm.mesh.nodes + 20 < plan.mesh.nodes < 120
     assert any("waves of the water" in part.reason for part in plan.parts)
-    start = scope_range(layout_of(scene))[0]
+    start = layout_of(scene).route.scope
     assert all(row.tension <= 1.5 * scene.accuracy.tension for row in plan.expected if row.scope >= start)
 
 

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cable_sim_ros.sim.layout import layout_of
 
 from cable_sim_ros.io.load import SceneError, load_scene, override
 from cable_sim_ros.io.resources import is_span
 from cable_sim_ros.physics.inputs import push_command, push_motion
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.sim.build import lock
+from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.loop import _drive
 from cable_sim_ros.sim.simulator import Simulator, SolverError, StartError
 

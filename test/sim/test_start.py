@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cable_sim_ros.sim.layout import layout_of
 
 from cable_sim_ros import ShipMotion
 from cable_sim_ros.io.load import SceneWarning, load_scene, override
@@ -17,6 +16,7 @@ from cable_sim_ros.physics.inputs import push_command, push_motion
 from cable_sim_ros.physics.state import ACCOUNT, records
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.sim.inputs import InputError
+from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.simulator import Simulator, StartError
 from cable_sim_ros.verification.mesh_tows import armoured, one, tow
 

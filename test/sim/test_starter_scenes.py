@@ -5,11 +5,11 @@ from math import acos, degrees, pi, sqrt
 
 import numpy as np
 import pytest
-from cable_sim_ros.sim.layout import layout_of
 
 from cable_sim_ros.io.load import load_scene, override
 from cable_sim_ros.physics.inputs import push_motion
 from cable_sim_ros.physics.tick_output import Flag
+from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.simulator import Simulator
 
 HEAVE = {"side_scan": (1.2, 8.0), "lowered_ctd": (1.2, 8.0), "flume": (0.02, 2.0)}  # m, s

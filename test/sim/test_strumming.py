@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from cable_sim_ros.sim.layout import layout_of
 
 from cable_sim_ros.io.bag import read_bag
 from cable_sim_ros.io.channels import STRUM as CHANNEL
@@ -21,6 +20,7 @@ from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.summary import summarize
 from cable_sim_ros.sim.checks import warnings
 from cable_sim_ros.sim.inputs import WinchCommand
+from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.live_parameters import set_live
 from cable_sim_ros.sim.rig import Rig
 from cable_sim_ros.sim.simulator import Simulator, SolverError
