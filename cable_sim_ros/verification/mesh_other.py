@@ -122,8 +122,8 @@ def page(first: str, second: str) -> str:
     """docs/mesh_tables.md: both tables, under what they are."""
     return (
         "# Is the promise of the mesh kept?\n\n"
-        "Made by `cable-sim bench --mesh --out DIR` as `DIR/mesh.md`; do not edit. What is measured, and the misses:\n"
-        "[mesh](mesh.md#is-the-promise-kept).\n\n"
+        "Made by `cable-sim bench --mesh --out DIR` as `DIR/mesh.md`; do not edit. Conditions and\n"
+        "misses: [mesh](mesh.md#is-the-promise-kept).\n\n"
         f"## Tows of one cable, one towbody\n\n{first}\n\n## Other tows\n\n{second}"
     )
 
