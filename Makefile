@@ -8,11 +8,12 @@
 # make soak  the real node under load, faults and hostile neighbours, R1 to S9 (two hours, idle machine), into runs/
 # make stress  stability N1 to N28, bags and recordings I and S at full size (half an hour or more), into runs/
 # make nightly  stress, validate and bench one after the other
+# make docs  the pages of docs/ and the Python API as a site, build/docs/index.html; a broken link is an error
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help run check test test-rest install-check coverage lint bench validate stress soak nightly clean
+.PHONY: help run check test test-rest install-check coverage lint bench validate stress soak nightly docs clean
 
 VENV ?= .venv
 BIN := $(VENV)/bin
@@ -73,6 +74,10 @@ validate: $(VENV)/.test
 	$(BIN)/cable-sim validate --out runs/validate
 	$(BIN)/cable-sim bench --mesh --out runs/validate
 
+docs: $(VENV)/.docs
+	$(BIN)/sphinx-build -q -W --keep-going -c docs -d build/doctrees . build/docs
+	@echo "site: build/docs/index.html"
+
 clean:
 	rm -rf $(VENV) build install log *.egg-info
 
@@ -93,6 +98,11 @@ $(BIN)/python:
 $(VENV)/.run: $(PACKAGING) | $(BIN)/python
 	@echo "installing the simulator, ROS 2 (rclpy from wheels) and matplotlib: a minute or two the first time"
 	@$(PIP) -e '.[ros,viz]'
+	@touch $@
+
+$(VENV)/.docs: $(PACKAGING) | $(BIN)/python
+	@echo "installing the simulator with Sphinx: a minute or two the first time"
+	@$(PIP) -e '.[docs]'
 	@touch $@
 
 $(VENV)/.test: $(PACKAGING) | $(BIN)/python

@@ -7,6 +7,8 @@ installation. rest: everything else. What is not named here is of the rest, so a
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 import time
 from collections import defaultdict
 from pathlib import Path
@@ -53,6 +55,13 @@ ALONE = {  # of the rest: several processes in real time, which other work on th
     *(f"ros/test_{name}.py" for name in "clock_player controller end_to_end health inputs live lockstep_node".split()),
     *(f"ros/test_{name}.py" for name in "real ros2_control ros2_control_lockstep run_is_replay".split()),
 }
+WITHOUT_KERNELS = {"install"}  # tiers that run those of other installs
+COMPILE = """
+from cable_sim_ros import Simulator
+from cable_sim_ros.sim.rig import warm_up
+Simulator("flume").warm_up()
+warm_up()
+"""
 _costs: dict[str, float] = defaultdict(float)
 _begun = time.monotonic()
 
@@ -74,6 +83,21 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         file = item.path.relative_to(HERE).as_posix()
         tier = tier_of(f"{file}::{item.nodeid.partition('::')[2]}")
         item.add_marker("alone" if tier == "rest" and file in ALONE else tier)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Compile the kernels once, on all cores, before workers begin that would each compile them."""
+    option = session.config.option
+    workers = getattr(option, "numprocesses", None) or getattr(option, "tx", None)
+    if (
+        hasattr(session.config, "workerinput")
+        or option.collectonly
+        or not workers
+        or option.markexpr in WITHOUT_KERNELS
+    ):
+        return
+    subprocess.run([sys.executable, "-W", "ignore", "-c", COMPILE], cwd=HERE.parent, stdout=subprocess.DEVNULL)
 
 
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:

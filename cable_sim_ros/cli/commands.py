@@ -343,10 +343,14 @@ def play(bag, rate, loop, start, duration, imu_only, keep_stamps, lockstep, conv
 
 
 @main.command()
+@click.argument("page", type=click.Choice(["parameters", "fields"]), default="parameters")
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="File to write. Default: standard output.")
-def manual(out) -> None:
-    """The parameter manual in Markdown, made from the declarations."""
-    text = manual_text()
+def manual(page, out) -> None:
+    """A PAGE of the manual in Markdown, made from the declarations.
+
+    parameters: every key of a scene and of the node; fields: what a tick answers, with units, tables and topics.
+    """
+    text = manual_text() if page == "parameters" else fields_text()
     if out is None:
         click.echo(text, nl=False)
     else:
@@ -368,6 +372,13 @@ def manual_text() -> str:
     from ..runs import manual as writer
 
     return writer.text([(NODE_MANUAL, NodeBlock)])
+
+
+def fields_text() -> str:
+    """The reference of the fields of a tick, of its tables and of the topics of a recording."""
+    from ..runs import field_manual
+
+    return field_manual.text()
 
 
 class NoRos(click.ClickException):

@@ -4,9 +4,8 @@ To add one: write a function (tick output, shape table, contact table, context) 
 CHANNELS. Types and conventions: REP-103, REP-105, sensor_msgs, nav_msgs, geometry_msgs.
 
 Headers carry the simulation time exactly. Clouds are float32: 10 km from the start x has steps of 1 mm.
-``sim/health`` is a JointState, because every plotting tool shows one: name = field of the tick output with the
-component (``body_position.x``), position = its value; no velocity, no effort. ``time`` is in the header, where it is
-exact.
+``sim/health`` is a JointState, because every plotting tool shows one: name = field with the component
+(``body_position.x``), position = its value; no velocity, no effort. ``time`` is in the header, where it is exact.
 """
 
 from __future__ import annotations
@@ -68,8 +67,8 @@ class Context:
 
 class Channel(NamedTuple):
     """One row: name, relative topic, ROS type, rate [Hz] (0 = every tick), QoS ("reliable", "sensor"), function to a
-    message, function back to a dict of tick output fields (None: not read back, other channels have all of it), and a
-    quicker way to the same bytes where there is one; optional: goes on where its message package is not installed."""
+    message, function back to a dict of fields (None: not read back, other channels have all of it), and a quicker way
+    to the same bytes where there is one; optional: goes on where its message package is not installed."""
 
     name: str
     topic: str
@@ -320,8 +319,7 @@ def channels_of(scene: Scene) -> tuple[Channel, ...]:
 def serialize(channel: Channel, frame, shape, contact, context: Context) -> bytes:
     """CDR bytes of one channel by the message and its serializer, the plain way; `Encoder` is the quick one.
 
-    frame: record of dtype TICK_OUTPUT; shape [nodes, 5 or more]; contact [contact points, 9]. ValueError names what is
-    not finite.
+    frame: TICK_OUTPUT record; shape [nodes, 5 or more]; contact [points, 9]. ValueError names what is not finite.
     """
     message = channel.write(numbers_of(frame), shape, contact, context)
     return bytes(STORE.serialize_cdr(message, channel.msgtype))
@@ -372,8 +370,7 @@ _HEALTH_READER = JointTemplate(HEALTH, arrays=1)
 
 
 def decode(channel: Channel, data: bytes) -> dict:
-    """CDR bytes -> dict of the tick output fields the channel carries, ``time`` [ns] first; tables as float64
-    arrays."""
+    """CDR bytes -> dict of the fields the channel carries, ``time`` [ns] first; tables as float64 arrays."""
     message: Any = STORE.deserialize_cdr(data, channel.msgtype)
     assert channel.read is not None, f"{channel.name} is not read back"
     return {"time": header_time(message.header), **channel.read(message)}

@@ -244,7 +244,7 @@ def power_of(x, force, count, total):
 
 
 @driver
-def _water_part(state, group, change, tangent):
+def _water_part(state, group, change, tangent) -> bool:
     """Drag, added mass and buoyancy of the group in the lanes into force and k. Returns whether anything was wet."""
     work = state.work.lanes[0]
     x, p = work.x, work.p
@@ -293,7 +293,7 @@ water_part = opaque(_water_part)
 
 
 @driver
-def _contact_part(state, change, tangent):
+def _contact_part(state, change, tangent) -> bool:
     """Contact of the group in the lanes into force and k. Returns whether any surface is near."""
     work = state.work.lanes[0]
     x, p = work.x, work.p
@@ -326,7 +326,7 @@ contact_part = opaque(_contact_part)
 
 
 @driver
-def _assemble(line, state, change, tangent):
+def _assemble(line, state, change, tangent) -> float:
     """Residual R = M a + Q_int - Q_ext as -R in band[:, :, 12] and, with tangent, dR/dq.
 
     line: a LineModel; change: see state.Change. state.tension receives the element tensions [N],

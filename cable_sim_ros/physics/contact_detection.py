@@ -11,12 +11,12 @@ from __future__ import annotations
 import numpy as np
 
 from .coarse import LONG, lies_in
-from .contact import LOADED, touch
+from .contact import LOADED, rubs, touch
 from .contact_surface import FLOOR, GROOVE, NO_TOP, beside, clearance, out_of_reach, place, solid
 from .hermite import W5, X5, hermite_of, point_of
 from .jit import driver, inline, link, opaque
 from .state import ARC, NOW, STEP, Q, V
-from .vec import axpy, cross, row3, sub
+from .vec import axpy, cross, dot, row3, sub
 
 NOT_ENTERED, DEEP, THROUGH = range(3)  # DETECTED.entered
 
@@ -45,6 +45,9 @@ def note(contact_point, surface, element, s, r, touched):
     contact_point.depth_own, contact_point.depth_other = g.own.depth, g.other.depth
     contact_point.load_own, contact_point.load_other = touched.own.load, touched.other.load
     contact_point.side, contact_point.height = g.side, g.height
+    rub = rubs(s, touched) if s.friction > 0.0 else (0.0, 0.0, 0.0)
+    for k in range(3):
+        contact_point.rub[k] = rub[k]
 
 
 @driver
@@ -56,7 +59,27 @@ def lies_on(s, arc, q, e):
 
 
 @driver
-def _detect_contact(state, h, everywhere):
+def rubbed(state):
+    """Power [W] that friction on the surfaces takes from the cable and turns into heat, now."""
+    arc, q, v, lost = state.nodes[NOW, ARC], state.nodes[NOW, Q], state.nodes[NOW, V], 0.0
+    for i in range(state.surfaces.shape[0]):
+        s = solid(state.surfaces[i])
+        if s.friction == 0.0:
+            continue
+        for e in range(arc.shape[0] - 1):
+            length = arc[e + 1, 0] - arc[e, 0]
+            mid, _, _ = point_of(arc, q, v, e, 0.5)
+            if out_of_reach(s, mid, 0.55 * length):
+                continue
+            for g in range(5):
+                r, w, _ = point_of(arc, q, v, e, X5[g])
+                touched = touch(s, s.stiffness, r, w)
+                lost -= W5[g] * length * dot(rubs(s, touched), touched.gap.slip)
+    return lost
+
+
+@driver
+def _detect_contact(state, h, everywhere) -> None:
     """Visit every contact point of every surface after a step of h [s]: state.contact_points and state.detected.
 
     h: 0 where there is no step to compare with, so that nothing can have gone through a surface; everywhere: out of
@@ -76,7 +99,7 @@ def _detect_contact(state, h, everywhere):
                 found.coarse = 1
             for g in range(5):
                 r, w, _ = point_of(arc, q, v, e, X5[g])
-                touched, contact_point = touch(s, r, w), state.contact_points[count]
+                touched, contact_point = touch(s, s.stiffness, r, w), state.contact_points[count]
                 note(contact_point, i, e, s, r, touched)
                 contact_point.place, contact_point.length = arc[e, 0] + X5[g] * length, W5[g] * length
                 count += 1

@@ -11,7 +11,7 @@ from .contact_surface import DRUM, ON_GROUND, gap, solid
 from .jit import driver
 from .ship import unrotate
 from .state import ARC, NOW, Q
-from .vec import at3, row3
+from .vec import at3, cross, dot, row3
 
 NOT_MOVING = (0.0, 0.0, 0.0)
 COARSE, COARSE_DRUM = 0.4, 1.0  # element length over radius of sheave and drum
@@ -45,14 +45,14 @@ def read_sheave(model, state, table):
     nearest, where, spare = 1e300, 0.0, -model.settings[0].groove_depth
     for j in range(found.first, found.end):
         s = state.contact_points[j]
-        f1, f2, n1, n2 = s.load_own, s.load_other, s.normal_own, s.normal_other
+        f1, f2, n1, n2, rub = s.load_own, s.load_other, s.normal_own, s.normal_other, s.rub
         rel = unrotate(coord, at3(s.rel, 0))
         if abs(s.height) < nearest and rel[2] > 0.0:
             nearest, where, spare = abs(s.height), s.place, s.clearance
         if f1 + f2 > LOADED:
-            fx -= s.length * (f1 * n1[0] + f2 * n2[0])
-            fy -= s.length * (f1 * n1[1] + f2 * n2[1])
-            fz -= s.length * (f1 * n1[2] + f2 * n2[2])
+            fx -= s.length * (f1 * n1[0] + f2 * n2[0] + rub[0])
+            fy -= s.length * (f1 * n1[1] + f2 * n2[1] + rub[1])
+            fz -= s.length * (f1 * n1[2] + f2 * n2[2] + rub[2])
             total += s.length * (f1 + f2)
             deepest = max(deepest, max(s.depth_own if f1 > 0.0 else 0.0, s.depth_other if f2 > 0.0 else 0.0))
             coarse = coarse or arc[s.element + 1] - arc[s.element] > COARSE * surface.radius
@@ -70,6 +70,16 @@ def read_sheave(model, state, table):
             table[rows, 8] = s.length
             rows += 1
     return Reading(rows, loaded, (fx, fy, fz), total, first, last, where, spare, deepest, coarse, length)
+
+
+@driver
+def rub_moment(state, i):
+    """Moment [N m] of the friction of round surface i on the cable about its axis."""
+    axis, moment = at3(state.surfaces[i].axis, 0), 0.0
+    for j in range(state.detected[i].first, state.detected[i].end):
+        s = state.contact_points[j]
+        moment += s.length * dot(cross(at3(s.rel, 0), at3(s.rub, 0)), axis)
+    return moment
 
 
 @driver

@@ -45,8 +45,8 @@ SURFACE = np.dtype(
         ("crest", "f8"),  # m, |y| beyond which a point is beside the groove
         ("stiffness", "f8"),  # N/m^2.5
         ("damping", "f8"),  # s/m
-        ("friction", "f8"),  # Coulomb fraction of the normal load, on one-sided surfaces of the ground alone
-        ("slip", "f8"),  # m/s, slip at which 0.7 of the friction acts, above zero there
+        ("friction", "f8"),  # Coulomb fraction of the normal load
+        ("slip", "f8"),  # m/s, slip at which 0.7 of the friction acts, above zero where there is friction
     ],
     align=True,
 )
@@ -66,6 +66,25 @@ class Sheave(Block):
         0.5,
         "rounding of the rim, from the flank into the cheek; reaching at most half-way down the groove",
         "no source: half the shipped cable's diameter",
+    )
+    friction: float = quantity(
+        0.0,
+        "1",
+        0.0,
+        1.0,
+        "Coulomb friction of the cable in the groove, of the load on each flank: what holds it before it slides",
+        "off: as Westin; no source for a value, 0.1 to 0.2 of steel on steel",
+        configure=False,
+    )
+    bearing_friction: float = quantity(
+        0.0,
+        "1",
+        0.0,
+        100.0,
+        "friction of the bearing, ln of the tension ratio per rad of wrap: that of the journal times its radius over "
+        "that of the sheave; where it is more than the groove holds, the sheave stands",
+        "off: as Westin; journal 0.1 in a plain bearing, Feyrer (2007) 3.5.1",
+        configure=False,
     )
 
 
@@ -101,16 +120,20 @@ def surface_row(
     rim: float,
     stiffness: float,
     damping: float,
+    friction: float = 0.0,
+    slip: float = 0.001,
 ) -> np.ndarray:
     """A drum or sheave as a SURFACE record: centre in base_link [m], radius of the seated centreline [m], throat angle
     [rad] (None: drum), SI units. It stands where its carrier's origin is the world's until it is placed.
 
-    rim: radius of the round rim as the centreline meets it, the sheave's own and half a diameter.
+    rim: radius of the round rim as the centreline meets it, the sheave's own and half a diameter; friction: of the load
+    on each flank, against the slip past what the spin of the record turns; slip: at which 0.7 of it acts [m/s].
     """
     row = np.zeros((), SURFACE)
     row["kind"], row["carrier"] = (DRUM if throat_angle is None else GROOVE), ON_SHIP
     row["body"], row["centre"], row["axis"] = position, position, (0.0, 1.0, 0.0)
     row["radius"], row["stiffness"], row["damping"] = seat_radius, stiffness, damping
+    row["friction"], row["slip"] = friction, slip
     if throat_angle is None:
         row["slope_sin"], row["rim"], row["top"], row["crest"] = 1.0, 0.0, NO_TOP, NO_TOP
     else:
@@ -145,9 +168,11 @@ def surfaces_of(scene) -> np.ndarray:
     k_drum = stiffness(tension, drum, 1.0, 1, depth)
     k_sheave = stiffness(tension, sheave, sin(0.5 * throat), 2, depth)
     rim = scene.sheave.rim_radius + 0.5 * d
-    rows = [surface_row(scene.sheave.position, sheave, throat, scene.sheave.groove_depth, rim, k_sheave, c.damping)]
+    at, groove, brake = scene.sheave.position, scene.sheave.groove_depth, (sheave_friction(scene.sheave), c.slip_speed)
+    rows = [surface_row(at, sheave, throat, groove, rim, k_sheave, c.damping, *brake)]
     if scene.winch.drum == DrumModel.CONTACT:
-        rows.append(surface_row(scene.winch.position, drum, None, 0.0, 0.0, k_drum, c.damping))
+        brake = scene.winch.drum_friction, c.slip_speed
+        rows.append(surface_row(scene.winch.position, drum, None, 0.0, 0.0, k_drum, c.damping, *brake))
     if bed.depth is not None:
         area = 0.25 * np.pi * d**2
         weight = abs(scene.cable.mass_per_length - scene.water.density * area) * scene.gravity
@@ -157,21 +182,25 @@ def surfaces_of(scene) -> np.ndarray:
 
 
 def check_surfaces(surfaces: np.ndarray) -> np.ndarray:
-    """The SURFACE records [n], as given. Raises ValueError for a number that the law of its kind would not heed."""
+    """The SURFACE records [n], as given. Raises ValueError for friction that would be no number."""
     for i, row in enumerate(surfaces):
-        kind, friction, slip = int(row["kind"]), float(row["friction"]), float(row["slip"])
-        if kind in (DRUM, GROOVE) and (friction != 0.0 or slip != 0.0):
-            name = "drum" if kind == DRUM else "groove"
+        friction, slip = float(row["friction"]), float(row["slip"])
+        if not friction >= 0.0:
             raise ValueError(
-                f"surface {i}: friction = {friction:g} and slip = {slip:g} m/s of a {name}: the cable runs on drums "
-                f"and sheaves without friction, so they would be ignored; nothing was made. Leave both 0"
+                f"surface {i}: friction = {friction:g} is below 0: it would drive the cable; nothing was made. "
+                f"Give 0 or more"
             )
-        if kind not in (DRUM, GROOVE) and not slip > 0.0:
+        if not slip > 0.0 and (friction > 0.0 or row["kind"] not in (DRUM, GROOVE)):
             raise ValueError(
                 f"surface {i}: slip = {slip:g} m/s beside friction = {friction:g}: the friction of a point at rest "
                 f"would be no number; nothing was made. Give a slip above 0, as the seabed's 0.01 m/s"
             )
     return surfaces
+
+
+def sheave_friction(sheave: Sheave) -> float:
+    """Friction on each flank that acts along the cable: the groove's, or the bearing's where the sheave turns first."""
+    return min(sheave.friction, sheave.bearing_friction * sin(radians(0.5 * sheave.throat_angle_deg)))
 
 
 class Solid(NamedTuple):

@@ -10,7 +10,7 @@ from .jit import LANES, driver, inline
 from .mesh_convection import convective, second
 from .point_mass import aboard, carried
 from .state import ARC, NOW, STEP, Q, V
-from .workspace import FED, HELD, LOADS, LOST_POWER, SURFACES, WATER
+from .workspace import FED, HELD, LOADS, LOST_POWER, RUBBED, SURFACES, WATER
 
 
 @inline
@@ -128,6 +128,7 @@ def fill_energy(line, state, f):
         work[SURFACES],
         work[LOST_POWER],
     )
+    f.friction_heat = work[RUBBED]
     supplied = work[HELD] + work[FED] + work[WATER] + work[SURFACES] + work[LOADS]
     f.energy_residual = stored - account.stored + work[LOST_POWER] - supplied
 

@@ -106,7 +106,7 @@ def stretch_lag(state, ratio):
 
 
 @driver
-def _predict(line, state, h):
+def _predict(line, state, h) -> None:
     """Begin a step: keep the present in slot STEP, extrapolate with an acceleration that stays or goes on changing.
 
     In a step of another length, so after a halving, it stays (see trend): one that goes on changing may foresee stiff
@@ -143,7 +143,7 @@ def correct(state, change, part):
 
 
 @driver
-def _newton(line, state, change):
+def _newton(line, state, change) -> int:
     """Solve the step for q; v and a follow by change. Returns the corrections used, or -1 where it does not converge.
 
     Where slack elements fold, the stiffness jumps at no tension, and whole corrections may lead from one side of it to
@@ -236,7 +236,7 @@ def face(line, state):
 
 
 @driver
-def _settle(line, state, sigma, max_steps, max_step):
+def _settle(line, state, sigma, max_steps, max_step) -> tuple[int, int, float]:
     """Static equilibrium with the held unknowns where they are: backward Euler, step 0.02 s growing by 1.7.
 
     sigma: mass damping [1/s]. Returns (steps, iterations, residual [N] at rest); steps < 0 where it did not settle.

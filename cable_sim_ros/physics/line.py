@@ -89,7 +89,7 @@ def bodies(line, state, change, tangent):
 
 
 @driver
-def _residual(line, state, change, tangent):
+def _residual(line, state, change, tangent) -> float:
     """Assemble the whole system for the present q, v, a; returns the largest residual force [N].
 
     With tangent the system holds dR/dq, with the change of v and a.

@@ -118,7 +118,7 @@ def mean_fraction(known, tau, h):
 
 
 @driver
-def _take_up(line, state, h):
+def _take_up(line, state, h) -> None:
     """Set the memory of the mean flow for the step of h [s] in hand: ship and winch are at its end."""
     now, tau = state.memory[NOW], line.settings[0].mean_flow_time
     if tau <= SHORTEST or not is_amplified(line.elements, state.nodes[NOW, STRUM]):
@@ -193,7 +193,7 @@ def turn(q, old, mean, sea, memory):
 
 
 @driver
-def _follow(line, state):
+def _follow(line, state) -> None:
     """What a solved step does to the mean velocity beside the low-pass: it goes with the material and turns with it."""
     now, old = state.nodes[NOW], state.nodes[STEP]
     if not is_amplified(line.elements, now[STRUM]):

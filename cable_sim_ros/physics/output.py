@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from .contact import latch
-from .contact_output import read_drums, read_ground, read_sheave
+from .contact_output import read_drums, read_ground, read_sheave, rub_moment
+from .contact_surface import DRUM, ON_SHIP
 from .energy import fill_energy, slack_gain
 from .instruments import direction_at, drum_torque, measure, node_tension, tension_at
 from .jit import driver, inline
@@ -103,9 +104,14 @@ def leaves(model, surface, seen):
 
 @inline
 def pull_of(drum, state):
-    """Torque of the cable on the drum [N m], at the angle where its first node stands."""
+    """Torque of the cable on the drum [N m]: of its end, at the angle where its first node stands, and by friction."""
     angle = drum.tangent if drum.feeds != 0 else drum.angle_0 - state.memory[NOW].winch.length / drum.radius
-    return drum_torque(drum, angle, state)
+    torque = drum_torque(drum, angle, state)
+    for i in range(state.surfaces.shape[0]):
+        s = state.surfaces[i]
+        if s.kind == DRUM and s.carrier == ON_SHIP and s.friction > 0.0:
+            torque += drum.side * rub_moment(state, i)
+    return torque
 
 
 @inline
@@ -155,6 +161,9 @@ def fill_sheave(model, state, f, table):
     for k in range(3):
         f.tension_vector[k] = vec[k]
         f.contact_force[k] = res[k]
+    f.sheave_friction = (
+        -settings.drum.side * rub_moment(state, settings.sheave) / sheave.radius if sheave.friction > 0.0 else 0.0
+    )
     f.contact_resultant, f.contact_total = norm(seen.force), seen.total
     f.wrap_angle = (end - first) / sheave.radius if seen.loaded > 0 else 0.0
     f.lifted_fraction = min(max(1.0 - seen.length / max(wrap * sheave.radius, 1e-9), 0.0), 1.0)
@@ -264,7 +273,7 @@ def fill_shape(line, state, aboard, table):
 
 
 @driver
-def observe(model, state, output, slot, flags, blending):
+def observe(model, state, output, slot, flags, blending) -> int:
     """Fill row ``slot`` of the output from the state; returns the flags with what was seen added."""
     f, body = output.frame[slot], model.line.body_nodes[0]
     fill_motion(state, f, body)

@@ -189,6 +189,7 @@ CONTACT_POINT = np.dtype(
         ("depth_other", "f8"),
         ("load_own", "f8"),  # N/m
         ("load_other", "f8"),
+        ("rub", "f8", 3),  # N/m, friction on the cable, world axes
         ("side", "f8"),
         ("height", "f8"),  # m over the seat
         ("clearance", "f8"),  # m below the top of the groove

@@ -83,7 +83,7 @@ def local_error(line, state, h):
 
 
 @driver
-def _error_ratio(line, state, h):
+def _error_ratio(line, state, h) -> float:
     """Error of the solved step of h [s] over what it may be; not finite where it cannot be told."""
     settings, control = line.settings[0], state.memory[NOW].control
     control.position, control.tension = local_error(line, state, h)
@@ -100,7 +100,7 @@ def mean_tension(state):
 
 
 @driver
-def _longest_step(line, state, h):
+def _longest_step(line, state, h) -> float:
     """Take the step of h [s] into what the tension did lately; returns the longest step [s] its deviation bears."""
     settings, control = line.settings[0], state.memory[NOW].control
     tension = mean_tension(state)

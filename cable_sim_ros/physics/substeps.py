@@ -12,7 +12,7 @@ Used by the tow, by lines of one's own, by the cases and by the stress tests.
 
 from __future__ import annotations
 
-from .contact_detection import DEEP, THROUGH, detect_contact, link_contact_detection
+from .contact_detection import DEEP, THROUGH, detect_contact, link_contact_detection, rubbed
 from .contact_surface import GROOVE
 from .integrate import advance, link_solver, predict
 from .jit import NO, driver, inline, link, opaque
@@ -21,7 +21,7 @@ from .state import GAIN, NOW, STEP, Q, restore
 from .step_error import error_ratio, link_error, longest_step
 from .wake_oscillator import advance_wake
 from .water_kinematics import stir
-from .workspace import POWERS
+from .workspace import POWERS, RUBBED
 
 # change of a gradient in one step, and the step [s] below which it may change by more: long steps that turn slack cable
 # farther gain energy until one has no solution
@@ -115,7 +115,7 @@ def halve(line, state):
 
 
 @driver
-def _finish(line, state, h):
+def _finish(line, state, h) -> bool:
     """Solve the step of h [s] begun, held unknowns at its end, and take it or halve it. False: no halving left."""
     plan, now = state.plan[0], state.memory[NOW]
     used = advance(line, state, h)
@@ -136,6 +136,7 @@ def _finish(line, state, h):
             now.control.refused += 1
             return going_on
     account = now.account
+    state.work.lanes[0].power[RUBBED] = rubbed(state)
     for i in range(POWERS):  # trapezium; the powers of the last residual are those of the end of the step
         account.work[i] += 0.5 * h * (account.power[i] + state.work.lanes[0].power[i])
         account.power[i] = state.work.lanes[0].power[i]

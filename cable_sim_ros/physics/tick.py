@@ -89,7 +89,7 @@ def stride(model, state, inputs, output, slot, begun):
 
 
 @driver
-def _tick(model, state, inputs, output, slot):
+def _tick(model, state, inputs, output, slot) -> int:
     """Advance one tick and fill row ``slot`` of the output. Returns the flags (tick_output.Flag).
 
     A step that Newton cannot solve is halved, max_halvings times at most; then the tick is rolled back and the run

@@ -144,6 +144,13 @@ FIELDS = (
     ("contact_resultant", (), "f8", "N", "norm of contact_force"),
     ("contact_resultant_tick_max", (), "f8", "N", "largest contact_resultant in any time step of the tick"),
     ("contact_total", (), "f8", "N", "sum of the line loads of flanks, rims and cheeks, no directions"),
+    (
+        "sheave_friction",
+        (),
+        "f8",
+        "N",
+        "friction of the sheave along the cable, from its moment: tension at the drum less that outboard",
+    ),
     ("wrap_angle", (), "f8", "rad", "arc between the first and the last loaded contact point on the sheave"),
     ("lifted_fraction", (), "f8", "1", "part of the geometric wrap that carries no load"),
     (
@@ -170,6 +177,13 @@ FIELDS = (
     ("work_water", (), "f8", "J", "work of the water since the start: drag, buoyancy, added mass, lift"),
     ("work_contact", (), "f8", "J", "work of drum, sheave and seabed on cable and towbody since the start"),
     ("dissipated", (), "f8", "J", "energy lost in the cable's material since the start"),
+    (
+        "friction_heat",
+        (),
+        "f8",
+        "J",
+        "heat of the cable's friction on sheave, drum and seabed since the start; work_contact is already less by it",
+    ),
     ("energy_residual", (), "f8", "J", "stored less start, plus dissipated, less work: error of the integration"),
     ("iterations", (), "i8", "1", "Newton iterations of the tick"),
     ("substeps", (), "i8", "1", "time steps of the tick"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .contact_detection import detect_contact
-from .contact_surface import ON_SHIP
+from .contact_surface import DRUM, ON_SHIP
 from .energy import beads_fed
 from .heave_compensation import mean_track, set_point
 from .instruments import end_strain
@@ -16,9 +16,9 @@ from .mesh_motion import flow_of, lay_mesh
 from .ship import evaluate, hull_point, rotate, spin
 from .state import ARC, NOW, STEP, A, Q, V
 from .substeps import begin, finish
-from .vec import at3
+from .vec import at3, axpy
 from .viv_amplification import aim, approach
-from .winch import WOUND, drum_point, servo, wind
+from .winch import WOUND, drum_point, drum_turning, servo, wind
 from .winch_command import between
 from .workspace import FED
 
@@ -27,7 +27,7 @@ AT_ONCE, CONSISTENT, ROUNDS = 1e3, 1e-5, 40  # of a static start: change of a dr
 
 
 @driver
-def _strum(model, state, h, tick):
+def _strum(model, state, h, tick) -> float:
     """Drag factors of strumming over a tick of h [s]; new targets at every so many ticks, tick 0: and all at once.
     Returns the largest change."""
     rules = model.line.strum.rules[0]
@@ -65,6 +65,20 @@ def place_surfaces(model, state):
             if i == model.settings[0].sheave:
                 now.sheave.position[k] = p[k]
                 now.sheave.velocity[k] = v[k]
+    turn_drum(model, state)
+
+
+@driver
+def turn_drum(model, state):
+    """Spin of a drum that rubs: the ship's and, about its axis, the drum's as the winch turns now."""
+    now = state.memory[NOW]
+    for i in range(state.surfaces.shape[0]):
+        s = state.surfaces[i]
+        if s.kind == DRUM and s.carrier == ON_SHIP and s.friction > 0.0:
+            omega, _ = spin(now.ship.motion)
+            turned = axpy(drum_turning(model.settings[0].drum, now.winch), at3(s.axis, 0), omega)
+            for k in range(3):
+                s.spin[k] = turned[k]
 
 
 @driver
@@ -72,6 +86,7 @@ def hold_end(model, state):
     """Position, velocity and acceleration of the first node, imposed exactly, and the mesh for the pay-out of now."""
     now, nodes = state.memory[NOW], state.nodes[NOW]
     lay_mesh(model.feed, model.settings[0].drum, now.winch, nodes[ARC], model.line.elements)
+    turn_drum(model, state)
     p, v, a = drum_point(model.settings[0].drum, now.winch)
     p, v, a = hull_point(now.ship.motion, p, v, a)
     for k in range(3):

@@ -15,7 +15,7 @@ from math import atan2, cos, pi, sin, sqrt
 
 import numpy as np
 
-from .contact import rubbing
+from .contact import acts, touch
 from .contact_surface import solid
 from .drag_laws import smooth
 from .jit import driver, inline
@@ -184,19 +184,20 @@ def lie(body, surface, node, change, tangent, band):
     """Add the load of the ground on the body to its node's row of the system, as load() does; returns its power [W]."""
     q, v = at3(node[0], 0), at3(node[1], 0)
     s = solid(surface)
-    acts, g, p, along, per_speed = rubbing(s, body.floor_stiffness, q, v)
+    g, p, _ = touch(s, body.floor_stiffness, q, v)
+    load, along = acts(s, g.own, p), p.along
     for i in range(3):
-        band[i, 12] += acts[i]
+        band[i, 12] += load[i]
     if tangent:
         n, c1 = g.own.normal, change.velocity
         row = scale(-p.by_depth - c1 * p.by_closing, n)
         direction = axpy(-s.friction, along, n)
-        k = s.friction * p.load * c1 * per_speed
+        k = s.friction * p.load * c1 * p.per_speed
         for i in range(3):
             for j in range(3):
                 same = 1.0 if i == j else 0.0
                 band[i, j] -= direction[i] * row[j] - k * (same - n[i] * n[j] - along[i] * along[j])
-    return dot(acts, v)
+    return dot(load, v)
 
 
 @inline

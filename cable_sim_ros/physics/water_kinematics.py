@@ -117,7 +117,7 @@ def locate_points(state, group, g, place):
 
 
 @driver
-def _stir(line, state, h):
+def _stir(line, state, h) -> None:
     """The water at the end of a step of h [s] that has just been predicted; h = 0: of now; STILL: of now, without waves
     and turbulence."""
     sea, work = line.sea, state.work

@@ -111,6 +111,14 @@ class Winch(Block):
         "feed: cable runs in and out at the drum's tangent point, any length; contact: its end is fixed on the drum's "
         "surface, for travel of a few metres and as a check",
     )
+    drum_friction: float = quantity(
+        0.0,
+        "1",
+        0.0,
+        1.0,
+        "Coulomb friction of the cable on the drum that turns under it, of its load there; with drum: contact alone",
+        "off: as Westin; no source for a value",
+    )
     cable_on_drum: float | None = quantity(
         None, "m", 0.0, 2e4, "unstretched cable on the drum at the start; none: what scope, else wrap leaves there"
     )
@@ -175,6 +183,12 @@ def drum_point(drum, winch):
     v = (x * r * w * c, 0.0, -r * w * s)
     a = (x * r * (dw * c - w * w * s), 0.0, -r * (dw * s + w * w * c))
     return p, v, a
+
+
+@inline
+def drum_turning(drum, winch):
+    """Rate [rad/s] at which the drum turns about y in base_link, its surface with the end of the cable on it."""
+    return -drum.side * winch.rate / drum.radius
 
 
 @inline

@@ -14,9 +14,9 @@ from .sea import NODE_COLUMNS, STREAM_ROWS
 
 # powers [W] and works [J]: what the cable's own forces take (inertia, weight, stiffness, damping), what damping loses
 # of it, and what water, surfaces, held nodes, loads and the energy of material that enters give to the cable; a body
-# counts with water, surfaces and own
-OWN, LOST_POWER, WATER, SURFACES, HELD, LOADS, FED = range(7)
-POWERS = 7
+# counts with water, surfaces and own; what friction of the cable on surfaces turns into heat is a part of the surfaces'
+OWN, LOST_POWER, WATER, SURFACES, HELD, LOADS, FED, RUBBED = range(8)
+POWERS = 8
 BINS = 257  # bounds of the classes of speed, see viv_amplification.py
 
 UNKNOWNS, MEAN_UNKNOWNS = 36, 12

@@ -27,6 +27,7 @@ def canvas(path: Path, size: tuple[float, float]) -> Iterator[Figure]:
         raise RuntimeError("matplotlib is not installed: no plot was drawn; install cable_sim_ros[viz]") from None
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=size, dpi=80, facecolor="white", layout="constrained")
+        figure.get_layout_engine().set(w_pad=0.1, h_pad=0.1)  # inches: titles keep off the edge and the panel above
         FigureCanvasAgg(figure)
         yield figure
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -11,22 +11,10 @@ import numpy as np
 
 from ..io.recorded_run import RecordedRun
 from ..io.winch_plan import WinchPlan
-from ..runs.summary import extremes, tow_axes
-from .run import (
-    BLUE,
-    FAINT,
-    INK,
-    ORANGE,
-    PURPLE,
-    SIZE,
-    WATER,
-    equal_scales,
-    min_span,
-    put_stamp,
-    render,
-    scene_name,
-    seconds,
-)
+from ..runs.summary import extremes
+from .heading import force_unit, places, put_heading, scene_name
+from .run import PURPLE, min_span, render, seconds
+from .side import BLUE, FAINT, INK, ORANGE, PAD, SIZE, cable_curves, fit, put_note, ship_and_water
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,6 +25,7 @@ SHAPES = 7  # at most, side by side
 MAX_LINES = 1200  # times at which the nodes are drawn
 LINEAR = 10.0  # m either side of the sheave; logarithmic beyond
 RATE_OVER = 1.0  # s of the mean of the rate: waves and steps of a tick are not what a haul is about
+LEGEND = 1.75  # inches to the right of the sheave
 MIN_SPANS = {"tension": 0.02, "depth": 0.2, "rate": 0.1}  # share, m, m/s: what hardly moves shall look so
 
 
@@ -54,25 +43,25 @@ def compose(run: RecordedRun, title: str, stamp: str = "") -> Figure:
 
     figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
     FigureCanvasAgg(figure)
-    columns = figure.add_gridspec(1, 2, left=0.065, right=0.935, top=0.875, bottom=0.155, wspace=0.26)
+    columns = figure.add_gridspec(1, 2, left=0.075, right=0.935, top=0.855, bottom=0.145, wspace=0.27)
     left, right = columns[0].subgridspec(2, 1, hspace=0.36), columns[1].subgridspec(3, 1, hspace=0.5)
     shapes(figure.add_subplot(left[0]), run)
     nodes(figure.add_subplot(left[1]), run)
     tension(figure.add_subplot(right[0]), run)
     depth(figure.add_subplot(right[1]), run)
     lengths(figure.add_subplot(right[2]), run)
-    figure.text(0.065, 0.945, title, size=20, weight="bold")
-    figure.text(0.065, 0.028, caption(run), size=12, linespacing=1.4, va="bottom")
-    put_stamp(figure, stamp)
+    figure.text(0.075, 0.025, caption(run), size=12, linespacing=1.5, va="bottom")
+    put_heading(figure, run, title, stamp)
     return figure
 
 
 def caption(run: RecordedRun) -> str:
-    """Least and largest of the haul, and the plan."""
+    """Least and largest of the haul."""
     s, f = extremes(run.frames), run.frames
-    min_kn = np.fmin(f["tension"], f["tension_tick_min"]).min() / 1e3
-    max_kn = np.fmax(f["tension"], f["tension_tick_max"]).max() / 1e3
-    plan = run.custom_data.get("winch_plan")
+    minimum = np.fmin(f["tension"], f["tension_tick_min"]).min()
+    maximum = np.fmax(f["tension"], f["tension_tick_max"]).max()
+    factor, unit = force_unit(np.array([maximum]))
+    digits = places(factor * maximum)
 
     def span(name: str) -> str:
         low, high = s[f"{name}_min_m"], s[f"{name}_max_m"]
@@ -80,13 +69,10 @@ def caption(run: RecordedRun) -> str:
 
     text = (
         f"Whole run: scope {span('scope')}, towbody {span('body_depth')} deep, layback {span('layback')}, tension at "
-        f"the sheave {min_kn:.2f} to {max_kn:.2f} kN, cable on the drum {span('cable_on_drum')}."
+        f"the sheave {factor * minimum:.{digits}f} to {factor * maximum:.{digits}f} {unit}, "
+        f"cable on the drum {span('cable_on_drum')}."
     )
-    return textwrap.fill(text, 165) + (f"\nWinch plan: {_shortened(plan, 150)}" if plan else "")
-
-
-def _shortened(text: str, maximum: int) -> str:
-    return text if len(text) <= maximum else text[: maximum - 2].rpartition(",")[0] + ", ..."
+    return textwrap.fill(text, 165)
 
 
 def _shape_frames(run: RecordedRun) -> np.recarray:
@@ -102,24 +88,21 @@ def shapes(axes: Axes, run: RecordedRun) -> None:
     axes.set_title("Cable from the side")
     axes.set_xlabel("along the tow, from the sheave [m]")
     axes.set_ylabel("height above the water [m]")
-    axes.axhline(0.0, color=WATER, lw=2, zorder=1)
     if not run.shapes:
         return
-    frames, forward = _shape_frames(run), tow_axes(run.frames)[0]
+    frames, curves = _shape_frames(run), cable_curves(run)
     chosen = np.unique(np.linspace(0, len(frames) - 1, SHAPES).round().astype(int))
     colours = matplotlib.colormaps["viridis"](np.linspace(0.0, 0.9, len(chosen)))
-    begin, corners = run.frames["time"][0], []
+    begin = run.frames["time"][0]
     for k, colour in zip(chosen, colours):
-        table, frame = run.shapes[k][1], frames[k]
-        curve = np.column_stack([(table[:, :2] - frame["sheave_position"][:2]) @ forward, table[:, 2]])
-        when = (frame["time"] - begin) * 1e-9
-        axes.plot(*curve.T, color=colour, lw=2, label=f"{when:.0f} s, {frame['scope']:.1f} m")
-        axes.plot(*curve[-1], "D", color=colour, ms=7, zorder=4)
-        corners += [curve.min(axis=0), curve.max(axis=0)]
-    axes.plot(0.0, frames[-1]["sheave_position"][2], "o", color=INK, ms=7, mfc="white", mew=2, zorder=5)
-    low, high = np.min(corners, axis=0), np.max(corners, axis=0)
-    equal_scales(axes, (low[0], high[0]), (low[1], high[1]), margin=0.08)
-    axes.legend(title="time, scope", fontsize=10, loc="best")
+        when = (frames[k]["time"] - begin) * 1e-9
+        axes.plot(*curves[k].T, color=colour, lw=2, label=f"{when:.0f} s, {frames[k]['scope']:.1f} m")
+        axes.plot(*curves[k][-1], "D", color=colour, ms=7, zorder=4)
+    sheave = float(frames[-1]["sheave_position"][2])
+    points = np.vstack([*(curves[k] for k in chosen), (0.0, 0.0), (0.0, sheave)])
+    put_note(axes, fit(axes, points, (PAD[3], LEGEND, PAD[3], PAD[3]))[1])
+    ship_and_water(axes, sheave)
+    axes.legend(title="time, scope", fontsize=10, loc="lower right")
 
 
 def nodes(axes: Axes, run: RecordedRun) -> None:
@@ -127,7 +110,7 @@ def nodes(axes: Axes, run: RecordedRun) -> None:
     from matplotlib.collections import LineCollection
 
     axes.set_title("Nodes along the cable")
-    axes.set_ylabel("unstretched cable past the sheave [m]")
+    axes.set_ylabel("cable past the sheave [m]")
     axes.set_yscale("symlog", linthresh=LINEAR)
     axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
     if not run.shapes:
@@ -173,11 +156,12 @@ def _times(axes: Axes, run: RecordedRun) -> None:
 
 def tension(axes: Axes, run: RecordedRun) -> None:
     """Tension at the sheave and at the towbody over time."""
+    factor, unit = force_unit(run.frames["tension"])
     axes.set_title("Tension")
-    axes.set_ylabel("tension [kN]")
-    axes.plot(seconds(run), run.frames["tension"] / 1e3, color=BLUE, lw=1.2, label="at the sheave")
-    axes.plot(seconds(run), run.frames["tension_body"] / 1e3, color=ORANGE, lw=1.0, label="at the towbody")
-    min_span(axes, MIN_SPANS["tension"] * abs(run.frames["tension"].mean()) / 1e3)
+    axes.set_ylabel(f"tension [{unit}]")
+    axes.plot(seconds(run), factor * run.frames["tension"], color=BLUE, lw=1.2, label="at the sheave")
+    axes.plot(seconds(run), factor * run.frames["tension_body"], color=ORANGE, lw=1.0, label="at the towbody")
+    min_span(axes, MIN_SPANS["tension"] * factor * abs(run.frames["tension"].mean()))
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=2, fontsize=11, borderaxespad=0.2)
     _times(axes, run)
 

@@ -11,18 +11,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..io.recorded_run import RecordedRun, load_run, places_of
+from ..io.recorded_run import RecordedRun, load_run
 from ..physics.tick_output import CONTACT_COLUMNS
-from ..runs.summary import SKIP, after_start, since_first, summarize, tow_axes
+from ..runs.summary import SKIP, after_start, since_first, summarize
+from .heading import force_unit, places, put_heading, scene_name
+from .side import BLUE, FAINT, INK, ORANGE, SIZE, WATER, side_view
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-SIZE = (16.0, 10.0)  # inches; 1600 x 1000 at 100 dots per inch
-INK, FAINT = "#1b2733", "#8a949e"
-BLUE, ORANGE, PURPLE, WATER = "#1f6fb2", "#d4651b", "#6a4c9c", "#9cc4e4"
-STAMP_WIDTH = 75  # characters of a line
+__all__ = ["BLUE", "FAINT", "INK", "ORANGE", "PURPLE", "SIZE", "STYLE", "WATER", "draw_run"]
+PURPLE = "#6a4c9c"
+LOADED = 0.01  # of the largest line load: what lies below is left out of the panel
 PORT, STARBOARD = "#c23b33", "#2a8a5e"  # as the side lights
 COLUMN = {name: k for k, (name, _) in enumerate(CONTACT_COLUMNS)}
 STYLE = {
@@ -42,6 +43,7 @@ STYLE = {
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.axisbelow": True,
+    "axes.prop_cycle": f"cycler('color', {[BLUE, ORANGE, STARBOARD, PORT, PURPLE]})",
     "legend.frameon": False,
     "axes.formatter.useoffset": False,
     "lines.solid_capstyle": "round",
@@ -65,11 +67,6 @@ def draw_run(
     return render(run, out, lambda recorded: compose(recorded, title or scene_name(recorded), skip_s, stamp))
 
 
-def scene_name(run: RecordedRun) -> str:
-    """Title of a picture: the scene's name where the recording has it."""
-    return run.custom_data.get("scene", "Cable tow")
-
-
 def render(run: RecordedRun | str | os.PathLike, out: str | os.PathLike, make: Callable[[RecordedRun], Figure]) -> Path:
     """Save the Figure that ``make`` composes of a run; arguments and errors as `draw_run`."""
     try:
@@ -91,38 +88,27 @@ def compose(run: RecordedRun, title: str, skip_s: float, stamp: str = "") -> Fig
     figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
     FigureCanvasAgg(figure)
     panels = figure.subplots(2, 2, gridspec_kw={"width_ratios": [1.12, 1.0]})
-    figure.subplots_adjust(left=0.065, right=0.945, top=0.875, bottom=0.17, wspace=0.27, hspace=0.36)
+    figure.subplots_adjust(left=0.075, right=0.945, top=0.855, bottom=0.16, wspace=0.3, hspace=0.38)
     side_view(panels[0, 0], run)
     tension(panels[0, 1], run, skip_s)
     heave(panels[1, 0], run, skip_s)
     contact(panels[1, 1], run, skip_s)
-    figure.text(0.065, 0.945, title, size=20, weight="bold")
+    put_heading(figure, run, title, stamp)
     figure.text(
-        0.065, 0.025, "\n".join(textwrap.wrap(caption(run, skip_s), 172)), size=12, linespacing=1.5, va="bottom"
+        0.075, 0.025, "\n".join(textwrap.wrap(caption(run, skip_s), 168)), size=12, linespacing=1.5, va="bottom"
     )
-    put_stamp(figure, stamp)
     return figure
-
-
-def put_stamp(figure: Figure, stamp: str) -> None:
-    """Write over the top right corner why the figures cannot be taken as they are; "" writes nothing."""
-    if stamp:
-        figure.text(
-            0.945,
-            0.957,
-            textwrap.fill(stamp, STAMP_WIDTH, max_lines=2, placeholder=" ..."),
-            size=13,
-            weight="bold",
-            color="white",
-            ha="right",
-            va="center",
-            bbox={"boxstyle": "round,pad=0.5", "facecolor": PORT, "edgecolor": "none"},
-        )
 
 
 def caption(run: RecordedRun, skip_s: float) -> str:
     """Key figures of the run in a few sentences, numbers tied to their units."""
     s = summarize(run.frames, skip_s=skip_s)
+    factor, unit = force_unit(np.array([s["tension_max_n"]]))
+    digits = places(factor * s["tension_max_n"])
+
+    def force(name: str, more: int = 0) -> str:
+        return f"{factor * s[name]:.{digits + more}f}"
+
     left_out = f", the first {s['skip_s']:.0f} s (grey) left out of these figures" if s["skip_s"] > 0.0 else ""
     if s["tension_std_n"] is None:
         body = (
@@ -131,7 +117,7 @@ def caption(run: RecordedRun, skip_s: float) -> str:
         )
         spread = ""
     else:
-        spread = f"{s['tension_std_n'] / 1e3:.3f} kN std, "
+        spread = f"{force('tension_std_n', 1)} {unit} std, "
         body = (
             f"Towbody {s['body_depth_m']:.1f} m deep, std {s['body_depth_std_m']:.2f} m, "
             f"{-s['body_position_m'][0]:.1f} m astern of the sheave; "
@@ -139,13 +125,13 @@ def caption(run: RecordedRun, skip_s: float) -> str:
         )
     text = (
         f"{s['duration_s']:.0f} s simulated{left_out}. "
-        f"Tension at the sheave {s['tension_mean_n'] / 1e3:.2f} kN mean, {spread}"
-        f"{s['tension_min_n'] / 1e3:.2f} to {s['tension_max_n'] / 1e3:.2f} kN. {body}"
+        f"Tension at the sheave {force('tension_mean_n')} {unit} mean, {spread}"
+        f"{force('tension_min_n')} to {force('tension_max_n')} {unit}. {body}"
         f"Sheave heave std {s['sheave_heave_std_m']:.2f} m. "
-        f"Contact resultant {s['contact_resultant_mean_n'] / 1e3:.2f} kN mean, "
+        f"Contact resultant {force('contact_resultant_mean_n')} {unit} mean, "
         f"wrap {s['wrap_angle_mean_deg']:.0f}° mean."
     )
-    return re.sub(r"(?<=\d) (?=(s|kN|m|m³|%)\b)", "\u00a0", text)
+    return re.sub(r"(?<=\d) (?=(s|kN|N|mN|m|m³|%)\b)", "\u00a0", text)
 
 
 def seconds(run: RecordedRun) -> np.ndarray:
@@ -153,82 +139,9 @@ def seconds(run: RecordedRun) -> np.ndarray:
     return since_first(run.frames) * 1e-9
 
 
-def side_view(axes: Axes, run: RecordedRun) -> None:
-    """Cable at the end of the run, coloured by tension, earlier ones faint; sheave at 0, water surface, ship."""
-    from matplotlib.collections import LineCollection
-
-    axes.set_title("Cable from the side, end of the run")
-    axes.set_xlabel("along the tow, from the sheave [m]")
-    axes.set_ylabel("height above the water [m]")
-    forward = tow_axes(run.frames)[0]
-    frames = run.frames[places_of([time for time, _ in run.shapes], run.frames)]
-    curves = [
-        np.column_stack([(table[:, :2] - frame["sheave_position"][:2]) @ forward, table[:, 2]])
-        for (_, table), frame in zip(run.shapes, frames)
-    ]
-    for curve in curves[:: max(1, len(curves) // 20)]:
-        axes.plot(*curve.T, color=FAINT, lw=0.6, alpha=0.5)
-    last = run.frames[-1]
-    if curves:
-        tension_kn = run.shapes[-1][1][:, 3] / 1e3
-        points = curves[-1][:, None]
-        line = LineCollection(
-            np.concatenate([points[:-1], points[1:]], axis=1),
-            cmap="viridis",
-            lw=3,
-            array=0.5 * (tension_kn[:-1] + tension_kn[1:]),
-            capstyle="round",
-        )
-        axes.add_collection(line)
-        bar = axes.figure.colorbar(line, ax=axes, pad=0.015, fraction=0.04)
-        bar.set_label("tension [kN]")
-        bar.outline.set_visible(False)
-    body = np.array([(last["body_position"] - last["sheave_position"])[:2] @ forward, last["body_position"][2]])
-    sheave = np.array([0.0, last["sheave_position"][2]])
-    length = 2.0 * max((last["ship_position"] - last["sheave_position"])[:2] @ forward, 5.0)
-    hull = np.array([[0.02, 0.05], [0.9, 0.06], [1.05, 0.10], [0.92, -0.07], [0.12, -0.07], [0.02, -0.02]]) * length
-    axes.fill(*hull.T, color="#b4bcc4", zorder=2, lw=0)
-    axes.annotate(
-        "ship", (0.55 * length, 0.10 * length), xytext=(0, 5), textcoords="offset points", ha="center", color=FAINT
-    )
-    axes.axhline(0.0, color=WATER, lw=2, zorder=1)
-    axes.plot(*sheave, "o", color=INK, ms=7, mfc="white", mew=2, zorder=4)
-    axes.plot(*body, "D", color=ORANGE, ms=9, zorder=4)
-    axes.annotate("towbody", body, xytext=(0, 12), textcoords="offset points", ha="center", color=ORANGE, weight="bold")
-    axes.annotate("sheave", sheave, xytext=(-8, 9), textcoords="offset points", ha="right", weight="bold")
-    axes.annotate(
-        "water surface",
-        (0.01, 0.0),
-        xycoords=axes.get_yaxis_transform(),
-        xytext=(0, -16),
-        textcoords="offset points",
-        color=BLUE,
-    )
-    axes.annotate(
-        "tow direction",
-        (0.99, 0.5),
-        xycoords="axes fraction",
-        xytext=(0.80, 0.5),
-        va="center",
-        ha="right",
-        arrowprops={"arrowstyle": "->", "color": FAINT, "lw": 1.5},
-        color=FAINT,
-    )
-    equal_scales(axes, (body[0], 1.05 * length), (body[1], 0.15 * length), margin=0.1)
-
-
-def equal_scales(axes: Axes, x: tuple[float, float], y: tuple[float, float], margin: float) -> None:
-    """Limits that show x and y with a margin, a metre as long across as up, without changing the panel."""
-    box = axes.get_position()
-    width, height = box.width * SIZE[0], box.height * SIZE[1]
-    scale = (1 + 2 * margin) * max((x[1] - x[0]) / width, (y[1] - y[0]) / height)
-    axes.set_xlim(np.mean(x) - 0.5 * scale * width, np.mean(x) + 0.5 * scale * width)
-    axes.set_ylim(np.mean(y) - 0.5 * scale * height, np.mean(y) + 0.5 * scale * height)
-
-
 def min_span(axes: Axes, span: float) -> None:
-    """Widen the y axis to ``span``: what hardly moves shall look so."""
-    low, high = axes.get_ylim()
+    """Widen the y axis to ``span`` where the data have less: what hardly moves shall look so."""
+    low, high = axes.dataLim.intervaly
     if high - low < span:
         axes.set_ylim(0.5 * (low + high - span), 0.5 * (low + high + span))
 
@@ -241,16 +154,20 @@ def _shade(axes: Axes, run: RecordedRun, skip_s: float) -> None:
 
 
 def tension(axes: Axes, run: RecordedRun, skip_s: float) -> None:
-    """Tension at the sheave over time with its mean and standard deviation."""
+    """Tension at the sheave over time with its mean and, where the run is no haul, its standard deviation."""
+    factor, unit = force_unit(run.frames["tension"])
     axes.set_title("Tension at the sheave")
-    axes.set_ylabel("tension [kN]")
-    axes.plot(seconds(run), run.frames["tension"] / 1e3, color=BLUE, lw=1.2)
-    kept = after_start(run.frames, skip_s)[0]["tension"] / 1e3
+    axes.set_ylabel(f"tension [{unit}]")
+    axes.plot(seconds(run), factor * run.frames["tension"], color=BLUE, lw=1.2)
+    kept = factor * after_start(run.frames, skip_s)[0]["tension"]
     mean, std = kept.mean(), kept.std()
-    axes.axhspan(mean - std, mean + std, color=BLUE, alpha=0.10, lw=0)
+    min_span(axes, 0.02 * abs(mean))
+    hauled = summarize(run.frames, skip_s=skip_s)["tension_std_n"] is None
+    if not hauled:
+        axes.axhspan(mean - std, mean + std, color=BLUE, alpha=0.10, lw=0)
     axes.axhline(mean, color=INK, lw=1, ls=(0, (6, 4)))
     axes.annotate(
-        "mean\n± std",
+        "mean" if hauled else "mean\n± std",
         (1.0, mean),
         xycoords=axes.get_yaxis_transform(),
         xytext=(6, 0),
@@ -258,7 +175,6 @@ def tension(axes: Axes, run: RecordedRun, skip_s: float) -> None:
         va="center",
         size=11,
     )
-    min_span(axes, 0.02 * abs(mean))
     _shade(axes, run, skip_s)
 
 
@@ -279,6 +195,8 @@ def heave(axes: Axes, run: RecordedRun, skip_s: float) -> None:
     min_span(right, 0.2)
     right.set_ylabel("sheave heave [m]", color=PURPLE)
     right.tick_params(axis="y", colors=PURPLE)
+    for axis in (axes, right):
+        axis.locator_params(axis="y", nbins=7)
     _shade(axes, run, skip_s)
 
 
@@ -303,17 +221,20 @@ def contact(axes: Axes, run: RecordedRun, skip_s: float) -> None:
     """Line load of both flanks against the wrap angle: mean, and band from least to largest."""
     axes.set_title("Contact along the sheave")
     axes.set_xlabel("angle about the sheave axis from its top, outboard positive [°]")
-    axes.set_ylabel("line load of a flank [kN/m]")
     bands = contact_bands(run, skip_s)
+    factor, unit = force_unit(bands[1] if bands else np.zeros(1))
+    axes.set_ylabel(f"line load of a flank [{unit}/m]")
     if bands is None:
         axes.text(0.5, 0.5, "no contact point recorded", ha="center", transform=axes.transAxes, color=FAINT)
         return
-    grid, loads = np.degrees(bands[0]), bands[1] / 1e3
-    sides = (("port flank", PORT, "-"), ("starboard flank", STARBOARD, (0, (5, 2))))
+    grid, loads = np.degrees(bands[0]), factor * bands[1]
+    sides = (("port, mean", PORT, "-"), ("starboard, mean", STARBOARD, (0, (5, 2))))
     for side, (label, color, style) in enumerate(sides):
         axes.fill_between(grid, loads[:, side].min(axis=0), loads[:, side].max(axis=0), color=color, alpha=0.16, lw=0)
-        axes.plot(grid, loads[:, side].mean(axis=0), color=color, lw=2, ls=style, label=f"{label}, mean")
+        axes.plot(grid, loads[:, side].mean(axis=0), color=color, lw=2, ls=style, label=label)
     axes.fill_between([], [], color=FAINT, alpha=0.3, lw=0, label="least to largest")
-    axes.set_xlim(grid[0], grid[-1])
-    axes.set_ylim(0, 1.2 * max(loads.max(), 1e-3))  # room for the legend
-    axes.legend(loc="upper center", ncols=3, fontsize=11, borderaxespad=0.2)
+    loaded = grid[loads.max(axis=(0, 1)) > LOADED * loads.max()] if loads.max() > 0.0 else grid
+    room = 0.15 * max(np.ptp(loaded), 5.0)
+    axes.set_xlim(loaded[0] - room, loaded[-1] + room)
+    axes.set_ylim(0, 1.25 * max(loads.max(), 1e-3))  # room for the legend
+    axes.legend(loc="upper center", ncols=3, fontsize=11, borderaxespad=0.2, handlelength=1.6, columnspacing=1.4)

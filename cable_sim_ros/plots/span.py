@@ -28,7 +28,7 @@ def draw_span(run: SpanRun, path: Path) -> Path:
             close.set_title("the last three periods")
             low, high = close.get_ylim()
             close.set_ylim(low, high + 0.25 * (high - low))
-            close.legend(loc="upper right", ncols=3, fontsize=9)
+            close.legend(loc="upper right", ncols=3, fontsize=9, handlelength=1.5, columnspacing=1.2)
         for axis in axes[-1]:
             axis.set_xlabel("time [s]")
     return path

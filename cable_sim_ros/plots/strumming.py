@@ -12,7 +12,9 @@ import numpy as np
 from ..io.recorded_run import RecordedRun
 from ..physics.tick_output import STRUM_COLUMNS
 from ..runs.summary import SKIP, after_start
-from .run import BLUE, FAINT, ORANGE, PURPLE, SIZE, WATER, put_stamp, render, scene_name
+from .heading import put_stamp, scene_name
+from .run import PURPLE, render
+from .side import BLUE, FAINT, ORANGE, SIZE, WATER
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -42,7 +42,8 @@ def compose(span: Span, result: Vibration) -> Figure:
     figure = Figure(figsize=SIZE, dpi=100, facecolor="white", layout="constrained")
     FigureCanvasAgg(figure)
     panels = figure.subplots(2, 2)
-    figure.suptitle(result.name, x=0.01, ha="left", size=18, weight="bold", color=INK)
+    figure.get_layout_engine().set(w_pad=0.15, h_pad=0.12)  # inches
+    figure.suptitle(result.name, x=0.012, ha="left", size=18, weight="bold", color=INK)
     _spectrum(
         panels[0, 0], result, result.displacement_spectrum * 1e6, "displacement", "mm$^2$/Hz",
         1e3 * result.place_rms_displacement, "mm",
@@ -126,6 +127,6 @@ def _damping(axis: Axes, span: Span, result: Vibration) -> None:
     axis.grid(axis="y", visible=False)
     axis.set_xlabel("s [m]")
     axis.set_ylabel("mode")
-    axis.set_title("Part of the cable that drives each mode")
+    axis.set_title("Where each mode is driven")
     given = " (given)" if span.damping.ratios else ""
     axis.set_title(f"damping ratio{given}", loc="right", size=12, weight="normal")

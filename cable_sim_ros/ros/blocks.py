@@ -78,7 +78,7 @@ class RecordingParameters(Block):
         "",
         None,
         None,
-        "name of the bag to make under recording.root: 1 to 64 of A-Z a-z 0-9 _ -; empty: tow_<date and time>. A "
+        "name of the bag to make under recording.root: 1 to 64 of A-Z a-z 0-9 _ -; empty: tow_ with date and time. A "
         "second recording of one run gets _2, _3, ... behind the name",
         configure=False,
     )

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 
 import numpy as np
 
-from ..io.journal import STATIC, Report, Segment
+from ..io.journal import STATIC, Report, Segment, Start
 from ..io.load import dump_scene
 from ..io.recorded_tow import RecordedTow, SameTicks
 from ..sim.live_parameters import set_live
 from ..sim.savefile import LAYOUT, SaveError, fitting
 from ..sim.scene import Scene
-from ..sim.simulator import Simulator
 from ..sim.verdict import Reason, check
-from .stepping import Drive, Driven, Progress, RunRecorder, silent
+from .runner import Runner
+from .stepping import Progress, Stepped, Stepper, silent
 
 CHUNK_TICKS = 256  # of one compiled call, at most; each begins with cold caches
 RING_FRACTION = 400, 100  # samples and commands a chunk may bring: less than half of each ring
@@ -24,7 +23,7 @@ MAX_UNSEEN = 360_000  # ticks of a bag that has none to compare with: an hour of
 NO_END = 2**62
 
 
-class Rerun:
+class JournalReplay(Runner):
     """Simulates the segments of a journal again.
 
     frames: recorded tick outputs, which say how long a recording goes on that was cut off, and how much a journal may
@@ -34,11 +33,10 @@ class Rerun:
     def __init__(
         self, scene: Scene, tow: RecordedTow, report: Report, frames: np.recarray | None, progress: Progress = silent
     ) -> None:
-        self.scene, self.tow, self.progress = scene, tow, progress
+        super().__init__(scene, tow, progress)
+        self.recorded = tow
         self.segments, self.faults = report.segments, list(report.faults)
         self.same = tow.about.get("scene_yaml") == dump_scene(scene)
-        self.sim = Simulator(scene)
-        self.tick = int(self.sim.model.settings[0].tick_ns)
         self._done: list[np.ndarray] = []  # numbers of the ticks that were simulated
         self._bound(frames)
 
@@ -46,7 +44,7 @@ class Rerun:
     def same_ticks(self) -> SameTicks:
         """Which recorded tick is which of those that have been simulated."""
         numbers = np.concatenate(self._done) if self._done else np.zeros(0, np.int64)
-        return SameTicks(self.tow, self.segments, numbers, self.tick)
+        return SameTicks(self.recorded, self.segments, numbers, self.tick)
 
     def other_end(self, problem: str) -> list[Reason]:
         """Reason where this ended early (problem), and the recorded run did not."""
@@ -77,30 +75,30 @@ class Rerun:
                 )
                 segment.ticks, segment.halted = maximum, False
 
-    def go(self, bag: Path | None, markers: float = 0.0) -> Driven:
+    def run(self, bag: Path | None, markers: float = 0.0) -> Stepped:
         """Simulate; bag: directory to record to, or None; markers: rate of cable/markers [Hz]. Raises StartError."""
-        begun = time.perf_counter()
-        self.sim.warm_up(progress=lambda text: self.progress(text, 0.0, 0.0))
-        compiled = time.perf_counter()
-        recording = None if bag is None else RunRecorder(bag, self.scene, self.tow, None, markers)
-        drive = Drive(self.sim, recording, self.progress, sum(segment.ticks for segment in self.segments))
-        started = 0.0
-        if recording is not None and self.tow.events:
-            event = self.tow.events[0]
-            recording.offset = event.arrival - event.time
-        try:
-            for segment in self.segments:
-                starting, before = time.perf_counter(), drive.done
+        return self._run(bag, markers)
+
+    def _prepare(self) -> tuple[Start, int]:
+        self._begin(self.segments[0])
+        return self.segments[0].start, sum(segment.ticks for segment in self.segments)
+
+    @property
+    def _offset(self) -> int:
+        events = self.recorded.events
+        return events[0].arrival - events[0].time if events else 0
+
+    def _steps(self, stepper: Stepper, now: int, ticks: int) -> str:
+        for segment in self.segments:
+            if segment is not self.segments[0]:
                 self._begin(segment)
-                started += time.perf_counter() - starting
-                drive.begin(segment.start)
-                self._steps(segment, drive)
-                self._done.append(segment.first + np.arange(drive.done - before))
-            if recording is not None:
-                recording.inputs(self.tow.events)
-        finally:
-            drive.close()
-        return Driven(drive.frames, compiled - begun, started, drive.stepping, drive.cpu, drive.problem)
+                stepper.begin(segment.start)
+            before = stepper.done
+            self._segment(segment, stepper)
+            self._done.append(segment.first + np.arange(stepper.done - before))
+        if stepper.recording is not None:
+            stepper.recording.inputs(self.recorded.events)
+        return ""
 
     def _begin(self, segment: Segment) -> None:
         start = segment.start
@@ -109,7 +107,7 @@ class Rerun:
                 self._set(name, value)
         if start.cause not in STATIC and self.same and segment.layout == LAYOUT:
             try:
-                self.sim.restore(fitting(self.tow.path, segment.arrays, self.sim.snapshot()))
+                self.sim.restore(fitting(self.recorded.path, segment.arrays, self.sim.snapshot()))
                 return
             except SaveError as error:
                 self.faults.append(str(error))
@@ -119,10 +117,10 @@ class Rerun:
                 f"the state of the tow at {start.time * 1e-9:.3f} s ({start.cause}) is {why}: begun there from the "
                 f"static equilibrium"
             )
-        self.sim.start(start.time, start.position, start.heading)
+        self._start_at(start)
         segment.load(self.sim.inputs)
 
-    def _steps(self, segment: Segment, drive: Drive) -> None:
+    def _segment(self, segment: Segment, stepper: Stepper) -> None:
         heads, inputs, done = segment.heads(), self.sim.inputs, 0
         changes: dict[int, list[tuple[str, object]]] = {segment.ticks: []}
         for tick, name, value in segment.sets:
@@ -134,13 +132,13 @@ class Rerun:
                 part = heads[done : min(until, done + CHUNK_TICKS)]
                 part = part[: max(1, int((part <= maximum).all(axis=1).sum()))]
                 segment.push(inputs, *part[-1].tolist())
-                if not drive.run(len(part), part):
+                if not stepper.run(len(part), part):
                     return
                 done += len(part)
             for name, value in changes[until]:
                 self._set(name, value)
         if segment.halted:  # it gave up here, and does so again
-            drive.run(1)
+            stepper.run(1)
 
     def _set(self, name: str, value: object) -> None:
         if not self.same:

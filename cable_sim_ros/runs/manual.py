@@ -44,7 +44,8 @@ def tables(block: type[Block]) -> list[str]:
         groups.setdefault(group, []).append(item)
     out = []
     for group, items in groups.items():
-        rows = [f"### {group}\n"] if group else []
+        name = f"`{group}`" if "<" in group else group  # <name> by itself would be taken for a tag
+        rows = [f"### {name}\n"] if group else []
         rows += ["| key | default | unit | range | changes | meaning | source |", "|---|---|---|---|---|---|---|"]
         rows += [_row(item) for item in items]
         out.append("\n".join(rows) + "\n")

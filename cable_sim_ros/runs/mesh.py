@@ -12,12 +12,12 @@ from ..errors import RunError
 from ..io.load import SceneError, load_scene
 from ..io.motion_table import sine_heave
 from ..physics.heave_compensation import SetpointLaw
-from ..sim.mesh import FeedMesh, MeshPlan, mesh_plan
-from ..sim.mesh_kinds import Expected
+from ..sim.layout import layout_of
+from ..sim.mesh_kinds import Expected, FeedMesh, MeshPlan
 from ..sim.mesh_sheave import heave_amplitude, scope_range
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
-from .message_run import Pass, Progress, silent
+from .message_run import MessageRun, Progress, silent
 
 HEAVE_PERIOD = 8.0  # s
 MIN_FALL = 2.0  # of what a halving changes to what the next does: that of an error of the first order
@@ -40,7 +40,7 @@ class Change(NamedTuple):
 def plan_of(scene: Scene | str | os.PathLike) -> tuple[Scene, MeshPlan]:
     """A scene and its mesh. Raises SceneError, also for a mesh that is fixed to the material."""
     scene = scene if isinstance(scene, Scene) else load_scene(scene)
-    plan = mesh_plan(scene)
+    plan = layout_of(scene).plan
     if plan is None:
         raise SceneError(
             [
@@ -53,7 +53,7 @@ def plan_of(scene: Scene | str | os.PathLike) -> tuple[Scene, MeshPlan]:
 
 def heave_of(scene: Scene) -> tuple[float, float]:
     """Amplitude [m] and period [s] of the heave of the check."""
-    return heave_amplitude(scope_range(scene)[0]), HEAVE_PERIOD
+    return heave_amplitude(scope_range(layout_of(scene))[0]), HEAVE_PERIOD
 
 
 def check(scene: Scene, plan: MeshPlan, progress: Progress = silent, seconds: float = SECONDS) -> list[Change]:
@@ -122,7 +122,7 @@ def _heave(scene: Scene, half: Scene, meshes: Sequence[FeedMesh], seconds: float
     skip, driven = seconds * SKIP / SECONDS, []
     for one, with_mesh in zip((scene, half, half), meshes, strict=True):
         motion = sine_heave(amplitude, period, seconds, one.ship)
-        run = Pass(one, motion, mesh=with_mesh).go(seconds, None)
+        run = MessageRun(one, motion, mesh=with_mesh).run(seconds, None)
         if run.problem:
             raise CheckError(
                 f"{scene.name}: the check stopped with {with_mesh.nodes - 1} elements and steps of "
@@ -144,7 +144,7 @@ def _heave(scene: Scene, half: Scene, meshes: Sequence[FeedMesh], seconds: float
 
 def as_json(scene: Scene, plan: MeshPlan, changes: list[Change]) -> dict[str, Any]:
     """Plain figures of `cable-sim mesh`."""
-    start, names = scope_range(scene)[0], scene.cable.sections
+    start, names = scope_range(layout_of(scene))[0], scene.cable.sections
     report: dict[str, Any] = {
         "scene": scene.name,
         "elements": plan.mesh.nodes - 1,

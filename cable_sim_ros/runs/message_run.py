@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import time
 import warnings
 from pathlib import Path
 from typing import Any
@@ -25,15 +24,16 @@ from ..physics.inputs import MOTION_ROWS
 from ..physics.parameter import Block
 from ..sim import checks
 from ..sim.inputs import WinchCommand
+from ..sim.layout import layout_of
 from ..sim.mesh_kinds import FeedMesh
 from ..sim.rebase import carried_over
 from ..sim.scene import Scene
-from ..sim.simulator import Simulator
 from ..sim.verdict import Reason
 from . import mean_track, motion_preview, pitch_sign
 from .controller import ControllerError, ControlLoop
 from .resume import Resumed, nothing_left
-from .stepping import Drive, Driven, Progress, RunRecorder, silent
+from .runner import Runner
+from .stepping import Progress, Stepped, Stepper, silent
 
 SECOND = 1_000_000_000
 AHEAD = SECOND // 10  # motion is pushed this far past the end of a chunk, so that no tick looks past the newest
@@ -46,8 +46,8 @@ FASTER = 1.1, 0.2  # of ship.tow_speed, m/s: drag laws are looked at again
 HEADING_OVER = 60.0  # s of motion whose mean yaw is the heading of the start
 
 
-class Pass:
-    """One pass of the simulator over its input.
+class MessageRun(Runner):
+    """A run over messages of the ship's motion, and the commands of a plan or of a controller.
 
     tow: recorded motion, None for the mean track; winch: a plan that commands the winch; mesh: in place of the scene's;
     control: a controller that commands it, in place of a plan. `failed`: its error, which ended the pass.
@@ -62,9 +62,7 @@ class Pass:
         mesh: FeedMesh | None = None,
         control: ControlLoop | None = None,
     ) -> None:
-        self.scene, self.tow, self.progress = scene, tow, progress
-        self.sim = Simulator(scene, mesh)
-        self.tick = round(scene.solver.tick * SECOND)
+        super().__init__(scene, tow, progress, mesh)
         self._check_ring()
         drum = self.sim.model.settings[0].drum
         self.feeder = None if tow is None else Feeder(self.sim.inputs, tow, scene, *taken_in(tow), drum)
@@ -79,60 +77,50 @@ class Pass:
         self.done = self.done_before = 0  # ticks under this motion, and those of them before this pass
         self.plan_start = self.planned = 0  # ns: the plan's zero; its commands before `planned` are pushed
 
-    def go(
+    def run(
         self,
         duration: float | None,
         bag: Path | None,
         markers: float = 0.0,
         resumed: Resumed | None = None,
         own_plan: bool = False,
-    ) -> Driven:
+    ) -> Stepped:
         """Simulate. duration: s, None for all there is; bag: directory to record to, or None; markers: rate of
         cable/markers in it [Hz]. Raises StartError.
 
         resumed: a state to begin from in place of the static start, raises SaveError; own_plan: the plan is not that
         of the state.
         """
-        begun = time.perf_counter()
-        self.sim.warm_up(progress=lambda text: self.progress(text, 0.0, 0.0))
-        compiled = time.perf_counter()
-        starting = time.perf_counter()
-        if resumed is None:
+        self._duration, self._resumed, self._own_plan = duration, resumed, own_plan
+        stepped = self._run(bag, markers)
+        frames, count = stepped.frames, len(stepped.frames)
+        self.done = self.done_before + count
+        _warn_of_travel(self.scene, frames["payout"] - self._payout)
+        _warn_of_drag(self.scene, frames)
+        if self.tow is not None:
+            self.doubts += mean_track.look(self.scene, self._heading, frames) + pitch_sign.look(frames)
+        if self.feeder is not None:
+            self.doubts += motion_preview.doubts(self.feeder.ingest, count * self.tick / SECOND)
+        return stepped
+
+    def _prepare(self) -> tuple[Start, int]:
+        if self._resumed is None:
             start = self.origin = self._start()
             self.plan_start = self.planned = start.time
             mean_track.before(self.scene, start.heading)
-            self.progress("static start", 0.0, 0.0)
-            starting = time.perf_counter()
-            self.sim.start(time_ns=start.time, position=start.position, heading=start.heading)
+            self._start_at(start)
         else:
-            start = resumed.begin(self, own_plan)
+            start = self._resumed.begin(self, self._own_plan)
             mean_track.before(self.scene, start.heading)
-        started = time.perf_counter()
-        payout = float(self.sim.frame["payout"])
-        ticks = self._ticks(self.origin, duration)
+        self._payout, self._heading = float(self.sim.frame["payout"]), start.heading
+        ticks = self._ticks(self.origin, self._duration)
         if self.winch is not None:
-            _warn_of_plan(self.scene, self.winch, (start.time - self.plan_start) * 1e-9 + ticks * self.tick * 1e-9)
-        recording = None if bag is None else RunRecorder(bag, self.scene, self.tow, self.winch, markers)
-        drive = Drive(self.sim, recording, self.progress, ticks)
-        if recording is not None and self.feeder is not None:
-            recording.offset = self.feeder.clock.offset or 0
-        try:
-            drive.begin(start)
-            self._steps(drive, start.time, ticks)
-        except ControllerError as error:  # the ticks before it count
-            self.failed = error
-        finally:
-            drive.close()
-        self.done = self.done_before + drive.done
-        frames = drive.frames
-        _warn_of_travel(self.scene, frames["payout"] - payout)
-        _warn_of_drag(self.scene, frames)
-        if self.tow is not None:
-            self.doubts += mean_track.look(self.scene, start.heading, frames) + pitch_sign.look(frames)
-        if self.feeder is not None:
-            self.doubts += motion_preview.doubts(self.feeder.ingest, drive.done * self.tick / SECOND)
-        problem = drive.problem or str(self.failed or "")
-        return Driven(frames, compiled - begun, started - starting, drive.stepping, drive.cpu, problem)
+            _warn_of_plan(self.scene, self.winch, (start.time - self.plan_start + ticks * self.tick) / SECOND)
+        return start, ticks
+
+    @property
+    def _offset(self) -> int:
+        return 0 if self.feeder is None else self.feeder.clock.offset or 0
 
     def first(self) -> Start:
         """Where the motion begins; pushes it as far as that."""
@@ -167,10 +155,17 @@ class Pass:
             length = min(length, round(duration * SECOND))
         return max(1, length // self.tick)
 
-    def _steps(self, drive: Drive, now: int, ticks: int) -> None:
+    def _steps(self, stepper: Stepper, now: int, ticks: int) -> str:
+        try:
+            self._follow_motion(stepper, now, ticks)
+        except ControllerError as error:  # the ticks before it count
+            self.failed = error
+        return str(self.failed or "")
+
+    def _follow_motion(self, stepper: Stepper, now: int, ticks: int) -> None:
         chunk = max(1, min(min(round(CHUNK * SECOND), self._ring_limit()) // self.tick, CHUNK_TICKS))
-        while drive.done < ticks and not drive.problem:
-            count = min(chunk, ticks - drive.done)
+        while stepper.done < ticks and not stepper.problem:
+            count = min(chunk, ticks - stepper.done)
             if self.control is not None:
                 count = min(count, self.control.maximum)
             if self.feeder is not None and self.tow is not None:
@@ -178,7 +173,7 @@ class Pass:
                 if self.feeder.jumped:
                     count = min(count, ((self.feeder.intake.newest or now) - now) // self.tick)
                     if count <= 0:
-                        went = self._follow(drive)
+                        went = self._follow(stepper)
                         if went is None:
                             return
                         self.plan_start, self.planned = self.plan_start + went - now, self.planned + went - now
@@ -192,10 +187,10 @@ class Pass:
             if self.winch is not None:
                 self._command(self.winch, self.plan_start, self.planned, now + AHEAD)
                 self.planned = now + AHEAD
-            drive.run(count, None, self.pending)
+            stepper.run(count, None, self.pending)
             self.pending = []
 
-    def _follow(self, drive: Drive) -> int | None:
+    def _follow(self, stepper: Stepper) -> int | None:
         """Take the tow over a jump of the motion's clock, as the node does; the new time, None where nothing comes."""
         feeder = self.feeder
         assert feeder is not None
@@ -210,9 +205,9 @@ class Pass:
         row = self.sim.inputs.motion[(int(self.sim.inputs.motion_head[0]) - 1) % MOTION_ROWS]
         position = float(row[0]), float(row[1])
         self.sim.restore(carried_over(self.sim.snapshot(), begin, position))
-        if drive.recording is not None:
-            drive.recording.offset = feeder.clock.offset or 0
-        drive.begin(Start(begin, position, float(row[5]), "jump"))
+        if stepper.recording is not None:
+            stepper.recording.offset = feeder.clock.offset or 0
+        stepper.begin(Start(begin, position, float(row[5]), "jump"))
         return begin
 
     def _command(self, plan: WinchPlan, start: int, begin: int, end: int) -> None:
@@ -277,8 +272,9 @@ def _known(block: type[Block], values: dict[str, Any]) -> dict[str, Any]:
 
 def _warn_of_travel(scene: Scene, payout: np.ndarray) -> None:
     """Warn where the winch took a coarse element onto the sheave, or had too little cable on the drum."""
-    if min(checks.fine_zone(scene)) > 0.0 and len(payout):  # else the scene itself has been warned of
-        for warning in checks.travel_warnings(scene, max(0.0, -payout.min()), max(0.0, payout.max())):
+    layout = layout_of(scene)
+    if min(layout.fine_zone) > 0.0 and len(payout):  # else the scene itself has been warned of
+        for warning in checks.travel_warnings(layout, max(0.0, -payout.min()), max(0.0, payout.max())):
             warnings.warn(f"{scene.name}: {warning.key} {warning.text}. {warning.remedy}", SceneWarning, stacklevel=3)
 
 
@@ -289,8 +285,8 @@ def _warn_of_drag(scene: Scene, frames: np.ndarray) -> None:
         return
     ship = scene.ship.model_copy(update={"tow_speed": math.copysign(speed, scene.ship.tow_speed)})
     run = scene.model_copy(update={"ship": ship})
-    known = {warning.key for warning in checks.drag_warnings(scene, checks.water_speed(scene))}
-    for warning in checks.drag_warnings(run, checks.water_speed(run)):
+    known = {warning.key for warning in checks.drag_warnings(scene, layout_of(scene).water_speed)}
+    for warning in checks.drag_warnings(run, layout_of(run).water_speed):
         if warning.key not in known:
             warnings.warn(
                 f"{scene.name}: the ship reached {speed:.3g} m/s, and {warning.key} {warning.text}. {warning.remedy}",

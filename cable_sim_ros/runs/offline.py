@@ -27,8 +27,8 @@ from ..sim.simulator import Simulator
 from ..sim.verdict import Reason, Verdict
 from . import motion_preview, refinement_check, verdict
 from .controller import Controller, ControlLoop, alone
-from .journal_replay import Rerun
-from .message_run import Pass, taken_in
+from .journal_replay import JournalReplay
+from .message_run import MessageRun, taken_in
 from .metrics import METRICS as METRICS
 from .metrics import metrics_markdown as metrics_markdown
 from .resume import Resumed, report_of
@@ -36,7 +36,7 @@ from .resume import save as save_run
 from .settings import NOTHING, Settings, apply_to_bag, apply_to_scene, of_intake, refuse_without_bag
 from .sources import HEAVE_SECONDS, motion_of, scene_of_bag
 from .step_choice import doubts_of_steps, metrics_of_steps, stepped
-from .stepping import Driven, Progress, silent
+from .stepping import Progress, Stepped, silent
 from .summary import summarize
 from .transient import growth, start_up, still_growing
 
@@ -140,8 +140,8 @@ def run(
     tow = motion_of(scene, motion, heave, lasts, imu_only, settings, topics)
     if tow is not None and (plan is not None or control is not None):
         tow.events = [event for event in tow.events if event.kind != "command"]
-    one = Pass(scene, tow, progress=progress, winch=plan, control=control)
-    driven = one.go(duration, bag, markers, resumed, own_plan)
+    one = MessageRun(scene, tow, progress=progress, winch=plan, control=control)
+    driven = one.run(duration, bag, markers, resumed, own_plan)
     before = one.done_before * one.tick * 1e-9
     result = _run_of(one.sim, one.tick, tow, driven, bag, before)
     result.metrics.update(_intake_metrics(one))
@@ -226,8 +226,8 @@ def replay(
     doubts: list[Reason] = []
     same = again = None
     if report.segments:
-        again = Rerun(scene, tow, report, frames, progress)
-        result = _run_of(again.sim, again.tick, tow, again.go(target, markers), target)
+        again = JournalReplay(scene, tow, report, frames, progress)
+        result = _run_of(again.sim, again.tick, tow, again.run(target, markers), target)
         faults = again.faults
         if again.same:
             same = again.same_ticks
@@ -236,8 +236,8 @@ def replay(
             doubts.append(verdict.check("JOURNAL", "; ".join(faults)))
     else:
         motion_preview.look(tow, scene, *taken_in(tow))
-        one = Pass(scene, tow, progress=progress)
-        result = _run_of(one.sim, one.tick, tow, one.go(None, target, markers), target)
+        one = MessageRun(scene, tow, progress=progress)
+        result = _run_of(one.sim, one.tick, tow, one.run(None, target, markers), target)
         result.metrics.update(_intake_metrics(one))
         doubts += one.doubts
         faults = [*tow.notices, *report.faults, NO_JOURNAL]
@@ -324,7 +324,7 @@ def largest_difference(
 
 
 def _run_of(
-    sim: Simulator, tick: int, tow: RecordedTow | None, driven: Driven, bag: Path | None, before: float = 0.0
+    sim: Simulator, tick: int, tow: RecordedTow | None, driven: Stepped, bag: Path | None, before: float = 0.0
 ) -> Run:
     """The run's figures; tick: ns; before: s that had been simulated when it began."""
     frames, scene = driven.frames, sim.scene
@@ -351,7 +351,7 @@ def _run_of(
     return Run(frames, metrics, driven.problem, bag)
 
 
-def _intake_metrics(one: Pass) -> dict[str, Any]:
+def _intake_metrics(one: MessageRun) -> dict[str, Any]:
     """What of a bag's messages was not taken as it came."""
     if one.feeder is None or one.tow is None:
         return {}

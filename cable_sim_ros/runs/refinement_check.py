@@ -14,11 +14,11 @@ from ..io.recorded_tow import RecordedTow
 from ..io.winch_plan import WinchPlan
 from ..physics.winch import DrumModel
 from ..sim.flag_rules import PEAKS
-from ..sim.mesh import mesh_plan
+from ..sim.layout import layout_of
 from ..sim.mesh_kinds import FeedMesh
 from ..sim.scene import Scene
 from ..sim.verdict import check, verdict_of
-from .message_run import Pass
+from .message_run import MessageRun
 from .stepping import Progress
 from .summary import summarize
 
@@ -37,7 +37,7 @@ def finer(scene: Scene) -> tuple[Scene, FeedMesh | None]:
     if solver.tension_error is not None:
         values["solver.tension_error"] = solver.tension_error / ORDER
         values["solver.position_error"] = solver.position_error / ORDER
-    plan = mesh_plan(scene)
+    plan = layout_of(scene).plan
     if plan is None or scene.winch.drum != DrumModel.FEED:
         for name, section in scene.cable.sections.items():
             values[f"cable.sections.{name}.elements"] = 2 * section.meshed
@@ -61,8 +61,8 @@ def compare(
     if result.problem or not len(result.frames):
         return result
     scene, mesh = finer(scene)
-    one = Pass(scene, motion(), progress=progress, winch=winch, mesh=mesh)
-    driven = one.go(duration, None)
+    one = MessageRun(scene, motion(), progress=progress, winch=winch, mesh=mesh)
+    driven = one.run(duration, None)
     metrics, reasons = result.metrics, list(result.verdict.reasons)
     if driven.problem:
         reasons.append(check("CHECK", f"the finer run did not come to its end, nothing was compared: {driven.problem}"))

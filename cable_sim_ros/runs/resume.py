@@ -29,7 +29,7 @@ from ..sim.savefile import SaveError
 from ..sim.scene import Scene
 
 if TYPE_CHECKING:
-    from .message_run import Pass
+    from .message_run import MessageRun
 
 RUN = "run"  # key of the notes in the file
 
@@ -69,7 +69,7 @@ def report_of(
     return Report(motion, heave, imu_only, None if winch is None else str(winch))
 
 
-def save(path: str | os.PathLike, one: Pass, report: Report) -> None:
+def save(path: str | os.PathLike, one: MessageRun, report: Report) -> None:
     """Write the state at the end of a pass, with where its motion and plan stand. Raises SaveError."""
     origin = one.origin
     note: dict[str, Any] = {
@@ -151,7 +151,7 @@ class Resumed:
             "motion": "goes on" if self.same_motion else "taken up anew",
         }
 
-    def begin(self, one: Pass, own_plan: bool) -> Start:
+    def begin(self, one: MessageRun, own_plan: bool) -> Start:
         """Take the state into a pass that has not begun; own_plan: its plan is not that of the file.
 
         Raises SaveError for a state that does not fit, or whose heading is another than that of the motion.
@@ -188,14 +188,14 @@ class Resumed:
         one.origin, one.plan_start, one.planned = start, start.time, start.time
         return start
 
-    def _is_same(self, one: Pass) -> bool:
+    def _is_same(self, one: MessageRun) -> bool:
         """Is the motion so far that of the saved run, message for message?"""
         assert self.note is not None
         if one.tow is None:
             return self.note.so_far == ""
         return self.note.next > 0 and self.note.so_far == fingerprint(one.tow.events[: self.note.next])
 
-    def _go_on(self, one: Pass, now: int, own_plan: bool) -> Start:
+    def _go_on(self, one: MessageRun, now: int, own_plan: bool) -> Start:
         assert self.note is not None
         time, x, y, heading = self.note.origin
         one.origin = Start(time, (x, y), heading)

@@ -29,7 +29,7 @@ def silent(what: str, done: float, total: float) -> None:
     """Progress that is not reported."""
 
 
-class Driven(NamedTuple):
+class Stepped(NamedTuple):
     """Tick outputs of a pass, wall times [s] of compiling, static start and stepping, CPU time [s] of stepping, and
     why it ended early ("" = not)."""
 
@@ -41,7 +41,7 @@ class Driven(NamedTuple):
     problem: str
 
 
-class Drive:
+class Stepper:
     """Chunks of ticks of one simulator, recorded or not. `done` ticks of `total` (0 = not known)."""
 
     def __init__(self, sim: Simulator, recording: RunRecorder | None, progress: Progress, total: int = 0) -> None:

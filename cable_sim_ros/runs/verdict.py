@@ -10,7 +10,8 @@ import numpy as np
 from ..physics.tick_output import Flag
 from ..sim.deviation_checks import SKIP, deviation_damped, hauled_into_waves
 from ..sim.flag_rules import WITHIN, WITHIN_JOURNAL, WITHIN_M
-from ..sim.route import DRUM_RESERVE, Route
+from ..sim.layout import layout_of
+from ..sim.route import DRUM_RESERVE
 from ..sim.scene import Scene
 from ..sim.verdict import Reason, Verdict, check, judge_counts, overload, strength, verdict_of
 from .summary import after_start, tick_length
@@ -147,7 +148,7 @@ def _damped(frames: np.recarray) -> str:
 
 def _which_end(frames: np.recarray, scene: Scene) -> str:
     """Which end stop it was: at one end only what always stays is on the drum."""
-    stays = scene.winch.dead_length + DRUM_RESERVE * Route(scene).drum
+    stays = scene.winch.dead_length + DRUM_RESERVE * layout_of(scene).route.drum
     left = frames["cable_on_drum"][frames["status"] & Flag.DRUM_END != 0]
     out = bool(np.any(left < stays + AT_END))
     back = bool(np.any(left >= stays + AT_END))

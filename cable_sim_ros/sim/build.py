@@ -50,10 +50,10 @@ from ..physics.towbody import BODY, Towbody, body_record
 from ..physics.wake_oscillator import WAKE_SECTION
 from ..physics.water import Water
 from ..physics.winch import DRUM
-from .checks import fine_zone
-from .material import extreme, material_rows, section_ends, termination_weight
-from .mesh import FeedMesh, feed_mesh
-from .route import DRUM_RESERVE, ROUND_OFF, Route
+from .layout import Layout
+from .material import arc_lengths, extreme, material_rows, section_ends, termination_weight
+from .mesh_kinds import FeedMesh
+from .route import DRUM_RESERVE, ROUND_OFF
 from .scene import Scene
 from .sea_tables import sea_of
 from .viv_tables import strum_rules, strum_sections
@@ -87,12 +87,6 @@ def lock(array: np.ndarray, kind: npt.DTypeLike = float) -> np.ndarray:
         array = array.view(np.recarray)
     array.setflags(write=False)
     return array
-
-
-def arc_lengths(cable: Cable) -> np.ndarray:
-    """Unstretched arc length of every node from the drum end [m]."""
-    lengths = [np.full(s.meshed, s.length / s.meshed) for s in cable.sections.values()]
-    return np.concatenate(([0.0], np.cumsum(np.concatenate(lengths))))
 
 
 def element_table(cable: Cable, water: Water, gravity: float, free_ends: tuple[bool, bool]) -> np.ndarray:
@@ -158,9 +152,10 @@ def bead_table(cable: Cable, water: Water, gravity: float) -> np.ndarray:
     return np.array(rows, BEAD)
 
 
-def drum_record(scene: Scene, route: Route, mesh: FeedMesh | None) -> np.ndarray:
+def drum_record(layout: Layout, mesh: FeedMesh | None) -> np.ndarray:
     """Winch as numbers; the lengths that may be paid out and hauled in follow from the route, and from the mesh."""
-    w, row = scene.winch, np.zeros((), DRUM)
+    scene, route, row = layout.scene, layout.route, np.zeros((), DRUM)
+    w = scene.winch
     row["centre"] = w.position
     row["radius"], row["angle_0"], row["side"] = route.drum, w.wrap, route.side
     row["gain_p"], row["gain_d"] = w.proportional_gain, w.derivative_gain
@@ -184,7 +179,7 @@ def drum_record(scene: Scene, route: Route, mesh: FeedMesh | None) -> np.ndarray
     row["max_limit"] = min(row["max_limit"], row["max_length"])
     row["min_reach"], row["max_reach"] = row["min_limit"], row["max_limit"]
     if mesh is None:  # a coarse element on the sheave ends in a run that cannot be solved
-        paid, hauled = fine_zone(scene)
+        paid, hauled = layout.fine_zone
         row["min_reach"] = max(row["min_reach"], -hauled if hauled > 0.0 else -np.inf)
         row["max_reach"] = min(row["max_reach"], paid if paid > 0.0 else np.inf)
     return row
@@ -276,10 +271,10 @@ def build_line(
     )
 
 
-def build_model(scene: Scene, mesh: FeedMesh | None = None) -> Model:
+def build_model(layout: Layout, mesh: FeedMesh | None = None) -> Model:
     """The scene as numbers for kernels. mesh: in place of the one made for the scene."""
-    mesh = feed_mesh(scene) if mesh is None else mesh
-    nodes = len(arc_lengths(scene.cable)) if mesh is None else mesh.nodes
+    scene, mesh = layout.scene, layout.mesh if mesh is None else mesh
+    nodes = len(layout.arc) if mesh is None else mesh.nodes
     held = np.zeros((nodes, 6))
     held[0, :3] = 1.0
     tension, ship = scene.contact.working_tension, scene.ship
@@ -293,7 +288,7 @@ def build_model(scene: Scene, mesh: FeedMesh | None = None) -> Model:
     settings["max_ringing"] = MAX_RINGING * tension
     settings["bending_length"] = sqrt(extreme(scene.cable, "bending_stiffness", max)[1] / tension)
     settings["ship"] = (ship.stale_after, ship.stale_decay, ship.start_blend, ship.source_blend)
-    settings["drum"] = drum_record(scene, Route(scene), mesh)
+    settings["drum"] = drum_record(layout, mesh)
     if mesh is None:
         elements = element_table(scene.cable, scene.water, scene.gravity, (False, light_end(scene, None)))
     else:  # filled for the pay-out, see mesh_motion.py
@@ -320,10 +315,10 @@ def build_model(scene: Scene, mesh: FeedMesh | None = None) -> Model:
     )
 
 
-def build_state(scene: Scene, mesh: FeedMesh | None = None) -> State:
+def build_state(layout: Layout, mesh: FeedMesh | None = None) -> State:
     """Preallocated state for the scene's mesh, or another; everything zero but for arc lengths that stay."""
-    mesh = feed_mesh(scene) if mesh is None else mesh
-    arc = arc_lengths(scene.cable) if mesh is None else np.zeros(mesh.nodes)
+    scene, mesh = layout.scene, layout.mesh if mesh is None else mesh
+    arc = layout.arc if mesh is None else np.zeros(mesh.nodes)
     sea, links = sea_of(scene.water, scene.gravity, scene.seabed.depth), scene.cable.model is CableModel.SEGMENTS
     return make_state(arc, surfaces_of(scene), sea, links)
 

@@ -7,9 +7,6 @@ unstretched cable counted from its fixed end on the drum; drum, span and sheave 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
-
-import numpy as np
 
 from ..physics.section import material_of
 from ..physics.winch import DrumModel
@@ -25,14 +22,14 @@ from .consistency_checks import (
     wrap_problems,
     wrap_warnings,
 )
-from .current import flow_of
-from .link_checks import chain_problems, chain_warnings, form_problems
+from .friction_checks import friction_problems, friction_warnings
+from .layout import FINE_ELEMENT, Layout, layout_of
+from .link_checks import form_problems, link_problems, link_warnings
 from .material import extreme, hung, outboard, wet_weight
-from .mesh import arc_lengths_at_start
 from .mesh_blocks import SheaveAnswer
 from .mesh_motion_checks import drum_problems, mesh_problems, wave_warnings
 from .problem import Problem, apart
-from .route import DRUM_RESERVE, ROUND_OFF, Route, first_angle
+from .route import DRUM_RESERVE, ROUND_OFF
 from .scene import Scene
 from .scene_warnings import damping_warnings, drag_warnings, part_warnings, swing_warnings
 from .sea_checks import sea_problems, sea_warnings
@@ -40,9 +37,6 @@ from .section_checks import body_problems, seat_problems, section_problems
 from .viv_checks import strum_problems, strum_warnings
 from .wake_tables import amplified_warnings, bare_problems, wake_problems
 
-# longest element on the sheave over its radius: with compensation on, ripple of the tension above 1 Hz was measured as
-# 0.03 % at 0.25, 0.05 % at 0.4, 0.15 % at 0.6, 0.36 % at 1.2 (full scale, docs/accuracy.md)
-FINE_ELEMENT = 0.4
 # longest element on the sheave over the bending length sqrt(EI/T): line load, its edges and the reactions at the ends
 # of the contact within 5 % at the shipped contact stiffness, resultant 0.001 %; at 5 they are off by 12 to 86 %, the
 # resultant by 0.03 % (cable-sim bench --sheave-mesh, docs/accuracy.md)
@@ -54,81 +48,20 @@ MAX_FLOOR = 1e-4  # that residual over the working tension
 MIN_FLOOR_GAP = 10.0  # penetrations that a seabed must lie below the sheave
 
 
-class Layout(NamedTuple):
-    """Where the cable lies before it hangs free: arc lengths [m] from the fixed end."""
-
-    wound: float  # leaves the drum
-    tangent: float  # meets the sheave
-    leaves: float  # leaves the sheave, as the static start begins
-    total: float  # ends
-
-
-def layout(scene: Scene) -> Layout:
-    """Cable on the drum, straight to the sheave along the upper tangent, over it, then free: the route of the start.
-
-    Drum and sheave must be apart, see problems().
-    """
-    route = Route(scene)
-    tangent = route.wound + route.span
-    leaves = tangent + route.on_sheave(first_angle(scene, water_speed(scene)))
-    return Layout(route.wound, tangent, leaves, sum(section.length for section in scene.cable.sections.values()))
-
-
-def elements(scene: Scene) -> list[tuple[float, float, str]]:
-    """Every element as (first, last arc length [m], name of its section), from the drum end, as the start has them."""
-    start, out = 0.0, []
-    if scene.winch.drum == DrumModel.FEED:
-        arc, names = arc_lengths_at_start(scene), list(scene.cable.sections)
-        ends = np.cumsum([section.length for section in scene.cable.sections.values()])
-        held = np.minimum(np.searchsorted(ends, 0.5 * (arc[1:] + arc[:-1])), len(names) - 1)
-        return [(float(a), float(b), names[i]) for a, b, i in zip(arc[:-1], arc[1:], held, strict=True)]
-    for name, section in scene.cable.sections.items():
-        size = section.length / section.meshed
-        out += [(start + k * size, start + (k + 1) * size, name) for k in range(section.meshed)]
-        start += section.length
-    return out
-
-
-def fine_zone(scene: Scene) -> tuple[float, float]:
-    """Lengths [m] of the zone with elements fine enough for the sheave, on its inboard and its outboard side.
-
-    It is what the winch may pay out, and haul in, before a coarser element comes onto the sheave (trap T6): what lies
-    on the sheave belongs to neither. (0, 0) when the element at the tangent point is itself too long.
-    """
-    limit = FINE_ELEMENT * scene.sheave.radius * (1 + 1e-9)
-    _, tangent, leaves, _ = layout(scene)
-    table = elements(scene)
-    here = next((i for i, (first, last, _) in enumerate(table) if first <= tangent < last), None)
-    if here is None or table[here][1] - table[here][0] > limit:
-        return 0.0, 0.0
-    low = high = here
-    while low > 0 and table[low - 1][1] - table[low - 1][0] <= limit:
-        low -= 1
-    while high + 1 < len(table) and table[high + 1][1] - table[high + 1][0] <= limit:
-        high += 1
-    return tangent - table[low][0], max(0.0, table[high][1] - leaves)
-
-
-def downforce(scene: Scene) -> float:
+def downforce(layout: Layout) -> float:
     """Force [N] that pulls the tow down: wet weight of the cable past the sheave, net weights and lifts of what hangs
     there."""
-    start, pressure = layout(scene).tangent, 0.5 * scene.water.density * water_speed(scene) ** 2
+    scene, start = layout.scene, layout.tangent
+    pressure = 0.5 * scene.water.density * layout.water_speed**2
     cable = sum(wet_weight(scene, section) * length for length, section in outboard(scene, start))
     things = sum(thing.net_weight for thing in hung(scene) if thing.place > start)
     lift = pressure * sum(body.lift_area for body in (scene.towbody, *scene.bodies.values()))
     return cable + things + scene.towbody.net_weight - lift
 
 
-def water_speed(scene: Scene) -> float:
-    """Speed [m/s] of the ship through the water at its surface."""
-    heading = math.radians(scene.ship.heading_deg)
-    east, north = flow_of(scene.water, heading)(0.0)
-    return math.hypot(scene.ship.tow_speed * math.cos(heading) - east, scene.ship.tow_speed * math.sin(heading) - north)
-
-
 def problems(scene: Scene) -> list[Problem]:
     """What makes the scene senseless; empty when it can be started."""
-    found = list[Problem]()
+    found, layout = list[Problem](), layout_of(scene)
     sections = scene.cable.sections
     if not sections:
         return [Problem("cable.sections", "has no section", "Give at least one section, from the drum end outward")]
@@ -178,13 +111,12 @@ def problems(scene: Scene) -> list[Problem]:
         )
     if distance <= winch.drum_radius + sheave.radius:
         return found  # there is no route to measure along
-    found += drum_problems(scene)
+    found += drum_problems(layout)
     feeds = scene.winch.drum == DrumModel.FEED
     if feeds and found:
         return found
-    place = layout(scene)
-    if place.wound <= 0.0 and not feeds:
-        minimum = winch.wrap - place.wound / Route(scene).drum
+    if layout.wound <= 0.0 and not feeds:
+        minimum = winch.wrap - layout.wound / layout.route.drum
         found.append(
             Problem(
                 "winch.wrap",
@@ -193,29 +125,29 @@ def problems(scene: Scene) -> list[Problem]:
                 f"Make it larger than {minimum:.4g} rad, by half a turn or more",
             )
         )
-    if place.total <= place.tangent and not feeds:
+    if layout.total <= layout.tangent and not feeds:
         found.append(
             Problem(
                 "cable.sections",
-                f"add up to {place.total:.4g} m, but {place.tangent:.4g} m are needed to reach the "
-                f"sheave ({place.wound:.4g} m on the drum, {place.tangent - place.wound:.4g} m to the sheave)",
-                f"Make the cable longer than {place.tangent:.4g} m, or winch.wrap smaller",
+                f"add up to {layout.total:.4g} m, but {layout.tangent:.4g} m are needed to reach the "
+                f"sheave ({layout.wound:.4g} m on the drum, {layout.tangent - layout.wound:.4g} m to the sheave)",
+                f"Make the cable longer than {layout.tangent:.4g} m, or winch.wrap smaller",
             )
         )
-    elif downforce(scene) <= 0.0 and water_speed(scene) == 0.0:
+    elif downforce(layout) <= 0.0 and layout.water_speed == 0.0:
         found.append(
             Problem(
                 "towbody.net_weight",
-                f"and the wet weight of the cable add up to {downforce(scene):.4g} N, must be above "
+                f"and the wet weight of the cable add up to {downforce(layout):.4g} N, must be above "
                 "0 N while the ship is at rest in the water: nothing pulls the cable straight",
                 "Make the body or the cable heavier, or give ship.tow_speed",
             )
         )
-    found += seabed_problems(scene) + seat_problems(scene, place.leaves) + body_problems(scene, place.leaves)
-    found += astern_problems(scene)
+    found += seabed_problems(scene) + seat_problems(scene, layout.leaves) + body_problems(scene, layout.leaves)
+    found += astern_problems(scene) + friction_problems(scene)
     if not found and not feeds:
-        found += wrap_problems(scene, elements(scene), place.wound)
-    pull, (key, stiffness) = downforce(scene), extreme(scene.cable, "axial_stiffness")
+        found += wrap_problems(layout)
+    pull, (key, stiffness) = downforce(layout), extreme(scene.cable, "axial_stiffness")
     if pull > MAX_STRAIN * stiffness:
         found.append(
             Problem(
@@ -238,12 +170,11 @@ def problems(scene: Scene) -> list[Problem]:
                 f"Make it at most {MAX_FLOOR * working / ROUND_OFF:.3g} N; a cable without stretch needs no more",
             )
         )
-    found = found if found else mesh_problems(scene)
-    found = found if found else chain_problems(scene, elements(scene), place.tangent, place.leaves)
+    found = found if found else mesh_problems(layout)
+    found = found if found else link_problems(layout)
     if found:
         return found  # there may be no mesh
-    out = [row for row in elements(scene) if row[1] > place.leaves]
-    return wake_problems(scene, out, water_speed(scene))
+    return wake_problems(layout)
 
 
 def seabed_problems(scene: Scene) -> list[Problem]:
@@ -276,13 +207,13 @@ def seabed_problems(scene: Scene) -> list[Problem]:
 
 def warnings(scene: Scene) -> list[Problem]:
     """Numbers that can be run but will show in the results; each names number, threshold and remedy."""
-    found = []
-    place, radius, feeds = layout(scene), scene.sheave.radius, scene.winch.drum == DrumModel.FEED
+    found, layout = list[Problem](), layout_of(scene)
+    radius, feeds = scene.sheave.radius, scene.winch.drum == DrumModel.FEED
     size, name = max(
         (
             (last - first, name)
-            for first, last, name in elements(scene)
-            if first <= max(place.leaves, place.tangent + FINE_ELEMENT * radius) and last >= place.tangent
+            for first, last, name in layout.elements
+            if first <= max(layout.leaves, layout.tangent + FINE_ELEMENT * radius) and last >= layout.tangent
         ),
         default=(0.0, ""),
     )
@@ -300,7 +231,7 @@ def warnings(scene: Scene) -> list[Problem]:
             )
         )
     elif scene.setpoint.algorithm != "hold":
-        found += travel_warnings(scene, FINE_ZONE, FINE_ZONE)
+        found += travel_warnings(layout, FINE_ZONE, FINE_ZONE)
     stiff = material_of(scene.cable, scene.cable.sections[name]).bending_stiffness if name else 0.0
     resolved = RESOLVED * math.sqrt(stiff / scene.contact.working_tension)
     spread = not feeds or scene.accuracy.sheave is not SheaveAnswer.RESULTANT  # is it asked for?
@@ -315,24 +246,24 @@ def warnings(scene: Scene) -> list[Problem]:
                 f"Where the spread matters, elements of at most {resolved:.3g} m there",
             )
         )
-    if downforce(scene) <= 0.0:
+    if downforce(layout) <= 0.0:
         found.append(
             Problem(
                 "towbody.net_weight",
-                f"and the wet weight of the cable add up to {downforce(scene):.4g} N, not above 0 N: "
+                f"and the wet weight of the cable add up to {downforce(layout):.4g} N, not above 0 N: "
                 "the tow rises to the surface, where the towbody model does not hold",
                 "Make the body heavier or its lift_area negative",
             )
         )
-    found += chain_warnings(scene, elements(scene), place.tangent, place.leaves)
-    found += sea_warnings(scene) + wave_warnings(scene)
+    found += link_warnings(layout)
+    found += sea_warnings(scene) + wave_warnings(layout)
     found += density_warnings(scene) + astern_warnings(scene) + wrap_warnings(scene)
-    found += seat_problems(scene, place.total)  # those that may be hauled in
-    speed = water_speed(scene)
+    found += seat_problems(scene, layout.total)  # those that may be hauled in
+    speed = layout.water_speed
     found += setpoint_warnings(scene, speed) + damping_warnings(scene.cable) + swing_warnings(scene, speed)
     found += body_warnings(scene, speed)
-    found += amplified_warnings(scene.cable) + strum_warnings(scene) + drag_warnings(scene, speed)
-    found += part_warnings(scene)
+    found += amplified_warnings(scene.cable) + strum_warnings(layout) + drag_warnings(scene, speed)
+    found += part_warnings(scene) + friction_warnings(scene)
     for key, name, below in (("sheave", "sheave", radius), ("winch", "drum", scene.winch.drum_radius)):
         height = getattr(scene, key).position[2] + scene.ship.reference_height - below
         if height < 0:
@@ -346,12 +277,11 @@ def warnings(scene: Scene) -> list[Problem]:
     return found
 
 
-def travel_warnings(scene: Scene, hauled: float, paid: float) -> list[Problem]:
+def travel_warnings(layout: Layout, hauled: float, paid: float) -> list[Problem]:
     """Cautions for a winch that hauls in and pays out by these lengths [m, both positive] from the start."""
-    found = []
-    wound = layout(scene).wound
+    found, scene, wound = list[Problem](), layout.scene, layout.wound
     if scene.winch.drum == DrumModel.FEED:  # the fine mesh stays at the sheave, whatever runs through it
-        travel = wound - scene.winch.dead_length - DRUM_RESERVE * Route(scene).drum
+        travel = wound - scene.winch.dead_length - DRUM_RESERVE * layout.route.drum
         if travel < paid * (1 - 1e-9):
             found.append(
                 Problem(
@@ -363,7 +293,7 @@ def travel_warnings(scene: Scene, hauled: float, paid: float) -> list[Problem]:
                 )
             )
         return found
-    inboard, outboard = fine_zone(scene)
+    inboard, outboard = layout.fine_zone
     sides = ((outboard, hauled, "outboard", "hauling in"), (inboard, paid, "inboard", "paying out"))
     for have, want, side, how in sides:
         if have < want:

@@ -9,6 +9,7 @@ import math
 from ..physics.section import material_of
 from ..physics.winch import DrumModel
 from .current import flow_of
+from .layout import Layout
 from .material import termination_weight
 from .problem import Problem, apart
 from .route import first_angle
@@ -191,14 +192,11 @@ def astern_warnings(scene: Scene) -> list[Problem]:
     ]
 
 
-def wrap_problems(scene: Scene, elements: list[tuple[float, float, str]], wound: float) -> list[Problem]:
-    """With winch.drum = contact: elements wound whole on the drum that are too long to follow it.
-
-    elements: (first, last arc length [m], section); wound: length [m] on the drum.
-    """
-    winch = scene.winch
+def wrap_problems(layout: Layout) -> list[Problem]:
+    """With winch.drum = contact: elements wound whole on the drum that are too long to follow it."""
+    winch, wound = layout.scene.winch, layout.wound
     maximum = 2.0 * winch.drum_radius
-    long = next(((a, b, name) for a, b, name in elements if b <= wound and b - a > maximum * (1.0 + 1e-9)), None)
+    long = next(((a, b, name) for a, b, name in layout.elements if b <= wound and b - a > maximum * (1.0 + 1e-9)), None)
     if long is None:
         return []
     first, last, name = long

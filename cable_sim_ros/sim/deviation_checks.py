@@ -6,9 +6,8 @@ import numpy as np
 
 from ..physics.water import WaveKind
 from .flag_rules import RULES
-from .mesh import mesh_plan
+from .layout import layout_of
 from .mesh_motion_checks import WAVES_BEYOND
-from .route import Route
 from .scene import Scene
 from .verdict import Reason, check
 
@@ -52,8 +51,9 @@ def deviation_damped(mean: float, there: float, lost: float) -> tuple[Reason, ..
 def hauled_into_waves(scene: Scene, minimum: float) -> tuple[Reason, ...]:
     """Reason where cable was hauled in to a scope of ``minimum`` [m] at which the elements are too long for the waves
     of the water: the mesh is made for them from the scope of the start on."""
-    start = Route(scene).scope
-    plan = mesh_plan(scene) if scene.water.waves.kind is not WaveKind.OFF and minimum < start else None
+    layout = layout_of(scene)
+    start = layout.route.scope
+    plan = layout.plan if scene.water.waves.kind is not WaveKind.OFF and minimum < start else None
     rows = () if plan is None else sorted((row.scope, row.tension) for row in plan.expected if np.isfinite(row.tension))
     if not rows:
         return ()

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from math import pi, sqrt
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from ..physics.cable_assembly import Cable
 from ..physics.section import CableModel, LinkBuoyancy, material_of
 from ..physics.winch import DrumModel
 from .material import extreme
 from .problem import Problem, apart
-from .route import Route
 from .scene import Scene
+
+if TYPE_CHECKING:
+    from .layout import Layout
 
 LONGEST_LINK = 1.0  # radii of drum or sheave: a longer link lies on it with one point
 # sagitta L^2/8R of a link on drum or sheave over the penetration that contact allows; of 1.8 the full-scale tow has
@@ -33,21 +35,22 @@ def longest_on(radius: float, allowed: float) -> float:
     return sqrt(8.0 * radius * MAX_SAGITTA * allowed)
 
 
-def bent_links(scene: Scene, table: list[tuple[float, float, str]], tangent: float, leaves: float) -> list[Bent]:
-    """Longest links on the sheave and, where it is a contact surface, on the drum; table: see checks.elements."""
-    route, found = Route(scene), []
-    places = [("sheave.radius", route.sheave, tangent, max(leaves, tangent))]
-    if scene.winch.drum == DrumModel.CONTACT:
+def bent_links(layout: Layout) -> list[Bent]:
+    """Longest links on the sheave and, where it is a contact surface, on the drum."""
+    route, found = layout.route, []
+    places = [("sheave.radius", route.sheave, layout.tangent, max(layout.leaves, layout.tangent))]
+    if layout.scene.winch.drum == DrumModel.CONTACT:
         places.append(("winch.drum_radius", route.drum, 0.0, route.wound))
     for key, radius, begin, end in places:
-        on = [(last - first, name) for first, last, name in table if first < end and last > begin]
+        on = [(last - first, name) for first, last, name in layout.elements if first < end and last > begin]
         if on:
             found.append(Bent(key, radius, *max(on)))
     return found
 
 
-def chain_problems(scene: Scene, table: list[tuple[float, float, str]], tangent: float, leaves: float) -> list[Problem]:
+def link_problems(layout: Layout) -> list[Problem]:
     """Links that cannot lie on what they are to lie on."""
+    scene = layout.scene
     if scene.cable.model is not CableModel.SEGMENTS:
         return []
     return [
@@ -57,7 +60,7 @@ def chain_problems(scene: Scene, table: list[tuple[float, float, str]], tangent:
             "point".format(bent.key, bent.radius, *apart(bent.size, LONGEST_LINK * bent.radius)),
             f"Give it more elements there, links of at most {longest_on(bent.radius, _allowed(scene)):.2g} m",
         )
-        for bent in bent_links(scene, table, tangent, leaves)
+        for bent in bent_links(layout)
         if bent.size > LONGEST_LINK * bent.radius * (1 + 1e-9)
     ]
 
@@ -75,8 +78,9 @@ def form_problems(cable: Cable) -> list[Problem]:
     ]
 
 
-def chain_warnings(scene: Scene, table: list[tuple[float, float, str]], tangent: float, leaves: float) -> list[Problem]:
+def link_warnings(layout: Layout) -> list[Problem]:
     """What links leave out, and where their corners show."""
+    scene = layout.scene
     if scene.cable.model is not CableModel.SEGMENTS:
         return []
     found = []
@@ -90,7 +94,7 @@ def chain_warnings(scene: Scene, table: list[tuple[float, float, str]], tangent:
                 "Leave it out, or cable.model ancf",
             )
         )
-    for bent in bent_links(scene, table, tangent, leaves):
+    for bent in bent_links(layout):
         longest = longest_on(bent.radius, _allowed(scene))
         if bent.size > longest * (1 + 1e-9):
             found.append(

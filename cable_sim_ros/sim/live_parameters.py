@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ..physics.contact_surface import SHEAVE_ROW, sheave_friction
 from ..physics.state import NOW
 from .scene import Scene
 from .simulator import Simulator
@@ -34,6 +35,10 @@ def _flow_time(sim: Simulator, value: float, place: int) -> None:
     _write(sim.model.line.bodies, lambda rows: rows["flow_time"].__setitem__(place, value))
 
 
+def _sheave(sim: Simulator, _: float) -> None:
+    sim.state.surfaces["friction"][SHEAVE_ROW] = sheave_friction(sim.scene.sheave)
+
+
 def _write(array: np.ndarray, change: Callable[[np.ndarray], None]) -> None:
     """Change an array that is locked while kernels run."""
     array.setflags(write=True)
@@ -48,6 +53,8 @@ def ways(scene: Scene) -> dict[str, Way]:
     table: dict[str, Way] = {
         "setpoint.algorithm": lambda sim, value: sim.set_algorithm(value),
         "setpoint.washout_period": _washout_period,
+        "sheave.bearing_friction": _sheave,
+        "sheave.friction": _sheave,
         "viv.multiplier": _viv_multiplier,
         "winch.command_timeout": _command_timeout,
     }

@@ -26,6 +26,7 @@ from ..physics.state import NOW
 from ..physics.tick import link_tick, observe, tick
 from ..physics.tick_output import NEWTON_FAILED, NOT_FINITE
 from ..physics.tow import rest
+from .compiling import prepare
 
 LINUX = sys.platform.startswith("linux")
 _INT64 = types.CPointer(types.int64)
@@ -202,5 +203,6 @@ def _drive(model, state, inputs, output, what, count, control, stats, heads):
 
 def drive(model, state, inputs, output, what, count, control, stats, heads) -> int:
     """The compiled entry, see _drive; compiles it or loads it from the cache at the first call."""
-    link_tick(model, state, inputs, output)
-    return _drive(model, state, inputs, output, what, int(count), control, stats, heads)
+    arguments = (model, state, inputs, output, what, int(count), control, stats, heads)
+    prepare(link_tick, (model, state, inputs, output), _drive, arguments)
+    return _drive(*arguments)

@@ -18,6 +18,12 @@ from ..physics.water import Water
 from .scene import Scene
 
 
+def arc_lengths(cable: Cable) -> np.ndarray:
+    """Places [nodes] of the nodes of a mesh fixed to the material, m from the cable's inner end."""
+    lengths = [np.full(s.meshed, s.length / s.meshed) for s in cable.sections.values()]
+    return np.concatenate(([0.0], np.cumsum(np.concatenate(lengths))))
+
+
 def material_rows(cable: Cable, section: Section, water: Water, gravity: float) -> np.ndarray:
     """Rows of the element table (physics/ancf.py) of one section [ROWS]; the length is left at zero."""
     own, rows = material_of(cable, section), np.zeros(ancf.ROWS)

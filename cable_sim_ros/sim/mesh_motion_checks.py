@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from ..physics.water import WaveKind
 from ..physics.winch import DrumModel
-from .mesh import MeshError, mesh_plan
-from .mesh_sheave import scope_range
+from .layout import Layout
+from .mesh_kinds import MeshError
 from .problem import Problem
-from .route import DRUM_RESERVE, Route
+from .route import DRUM_RESERVE
 from .scene import Scene
 
 WAVES_BEYOND = 1.5  # times accuracy.tension: an estimate is not better
 
 
-def drum_problems(scene: Scene) -> list[Problem]:
+def drum_problems(layout: Layout) -> list[Problem]:
     """Keys that belong to the other model of the drum, and lengths that do not go together."""
-    return feed_problems(scene) if scene.winch.drum == DrumModel.FEED else contact_problems(scene)
+    feeds = layout.scene.winch.drum == DrumModel.FEED
+    return feed_problems(layout) if feeds else contact_problems(layout.scene)
 
 
 def contact_problems(scene: Scene) -> list[Problem]:
@@ -54,9 +55,10 @@ def contact_problems(scene: Scene) -> list[Problem]:
     return found
 
 
-def feed_problems(scene: Scene) -> list[Problem]:
+def feed_problems(layout: Layout) -> list[Problem]:
     """A winch that feeds takes sections as material only, and needs cable on the drum and outboard."""
-    found, winch, route = list[Problem](), scene.winch, Route(scene)
+    found, scene, route = list[Problem](), layout.scene, layout.route
+    winch = scene.winch
     for name, section in scene.cable.sections.items():
         if section.elements is not None:
             found.append(
@@ -115,12 +117,12 @@ def feed_problems(scene: Scene) -> list[Problem]:
                 "Make the cable longer, or leave less of it on the drum",
             )
         )
-    return found or limit_problems(scene)
+    return found or limit_problems(layout)
 
 
-def limit_problems(scene: Scene) -> list[Problem]:
+def limit_problems(layout: Layout) -> list[Problem]:
     """Soft limits that leave no travel, or that the start lies beyond."""
-    winch, route = scene.winch, Route(scene)
+    winch, route = layout.scene.winch, layout.route
     scope = route.scope
     low, high = winch.least_scope, winch.most_scope
     if low is not None and high is not None and low >= high:
@@ -145,21 +147,22 @@ def limit_problems(scene: Scene) -> list[Problem]:
     return found
 
 
-def mesh_problems(scene: Scene) -> list[Problem]:
+def mesh_problems(layout: Layout) -> list[Problem]:
     """A mesh that cannot be made as asked for; for a scene without other problems."""
     try:
-        mesh_plan(scene)
+        layout.plan  # noqa: B018  made here
     except MeshError as error:
         return [Problem(error.key, error.text, error.remedy)]
     return []
 
 
-def wave_warnings(scene: Scene) -> list[Problem]:
+def wave_warnings(layout: Layout) -> list[Problem]:
     """Waves of the water that the elements are too long for, from the start to the largest scope."""
-    plan = mesh_plan(scene) if scene.water.waves.kind is not WaveKind.OFF else None
+    scene = layout.scene
+    plan = layout.plan if scene.water.waves.kind is not WaveKind.OFF else None
     if plan is None:
         return []
-    start = scope_range(scene)[0]
+    start = layout.route.scope
     worst = max(
         (row.tension for row in plan.expected if row.scope >= start and row.tension == row.tension), default=0.0
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import degrees, pi, radians, sqrt
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,9 +16,9 @@ from .mesh_corners import Corner, Zone
 from .mesh_kinds import MeshError, even, graded
 from .mesh_order import CUBICS, LINKS
 from .mesh_waves import wave_field
-from .route import Route
-from .scene import Scene
-from .static_shape import tow_shape
+
+if TYPE_CHECKING:
+    from .layout import Layout
 
 SWING = radians(10.0)  # departure angle against the static one under way in waves
 SCOPES = (1.0, 0.3, 0.1)  # of the scope at the start; the largest that the winch pays out besides
@@ -35,9 +36,9 @@ MIN_OUTBOARD = 0.1  # of the scope at the start: all zones pressed together are 
 USUAL_POSITION, PER_SCOPE = 0.01, (1e-5, 1e-3)  # m, kept within fractions of the scope: promised where nothing is said
 
 
-def scope_range(scene: Scene) -> tuple[float, float, float]:
+def scope_range(layout: Layout) -> tuple[float, float, float]:
     """Scope [m] at the start, the least that the mesh is made for, and the largest that the winch pays out."""
-    route, winch = Route(scene), scene.winch
+    route, winch = layout.route, layout.scene.winch
     start = route.scope
     maximum = route.total - winch.dead_length - route.inboard
     if winch.most_scope is not None:
@@ -54,13 +55,14 @@ def heave_amplitude(scope: float) -> float:
 class SheaveMesh:
     """What a scene asks of its mesh, the static shapes it is made for, and the nodes aboard."""
 
-    def __init__(self, scene: Scene):
-        self.scene, self.route = scene, Route(scene)
+    def __init__(self, layout: Layout):
+        scene = layout.scene
+        self.scene, self.route = scene, layout.route
         self.names = list(scene.cable.sections)
         self.lengths = np.array([s.length for s in scene.cable.sections.values()])
-        self.start, low, maximum = scope_range(scene)
+        self.start, low, maximum = scope_range(layout)
         scopes = {maximum, *(max(fraction * self.start, low) for fraction in SCOPES)}
-        self.shapes = {scope: tow_shape(scene, scope) for scope in sorted(scopes, reverse=True)}
+        self.shapes = {scope: layout.shape(scope) for scope in sorted(scopes, reverse=True)}
         self.order = LINKS if scene.cable.model is CableModel.SEGMENTS else CUBICS
         self.curves = {scope: self.order.measure(shape) for scope, shape in self.shapes.items()}
         self.tension = max(float(shape.tension[-1]) for shape in self.shapes.values())

@@ -38,6 +38,7 @@ from ..physics.substeps import NO_LIMIT, link_stepper
 from ..physics.towbody import BODY, Towbody, body_record
 from ..physics.water import Water
 from .build import Rules, arc_lengths, bead_table, build_line, element_table, line_settings, lock
+from .compiling import prepare
 from .current import declare_water
 from .problem import Problem
 from .rig_entries import Moved, Samples, accelerate, begin_step, bring_to_rest, integrate, look, take, weigh_up
@@ -143,7 +144,7 @@ class Rig:
         self._check_loads(pulls)
         self.hold(held)
         self.iterations = 0
-        link_stepper(self.model, self.state)
+        prepare(link_stepper, (self.model, self.state))
 
     @property
     def nodes(self) -> int:

@@ -63,12 +63,12 @@ def drag_fraction(cable: Cable, section: Section) -> float:
     return material_of(cable, section).diameter / cable.diameter * preset.thickness * faired
 
 
-def laid_angle(scene: Scene, angle: float) -> float:
+def laid_angle(scene: Scene, route: Route, angle: float) -> float:
     """The same angle, or a flatter one where that line would reach the seabed: cable that is laid out tight comes to
     rest, cable let down in a bight folds on the ground."""
     if scene.seabed.depth is None:
         return angle
-    free = sum(s.length for s in scene.cable.sections.values()) - Route(scene).wound - Route(scene).span
+    free = route.total - route.wound - route.span
     down = scene.seabed.depth + scene.sheave.position[2] + scene.ship.reference_height
     return max(angle, LAID_OUT) if free * cos(angle) > down else angle
 

@@ -13,11 +13,11 @@ from ..physics.drag_laws import LAWS, AmplifiedDrag, DragLaw, Law
 from ..physics.fairing import dressed
 from ..physics.section import Section, material_of
 from .current import flow_of
+from .layout import layout_of
 from .material import material_rows
 from .problem import Problem
-from .route import Route
 from .scene import Scene
-from .static_shape import TowShape, tow_shape
+from .static_shape import TowShape
 
 SWING = 2.0  # rad/s; swings of a tow are slower
 STILL = 0.01  # m/s; slower water does not load a cable, whatever its law
@@ -79,7 +79,7 @@ def _fastest(scene: Scene) -> float:
 
 
 def _at_rest(scene: Scene) -> TowShape:
-    return tow_shape(scene, Route(scene).scope)
+    return layout_of(scene).shape()
 
 
 def part_warnings(scene: Scene) -> list[Problem]:

@@ -22,6 +22,7 @@ from .build import build_model, build_state, make_output
 from .compensation_setup import declare, take_rest
 from .current import declare_water
 from .inputs import YAW, InputError, ShipMotion, WinchCommand, push
+from .layout import layout_of
 from .loop import CONTROL_WORDS, SETTLE, STATS_COLUMNS, TICKS, drive
 from .mesh_kinds import FeedMesh
 from .rebase import start_problem
@@ -29,7 +30,6 @@ from .route import StartError
 from .savefile import SaveError
 from .scene import Scene
 from .static_equilibrium import settle, turn_bodies
-from .static_shape import tow_shape
 from .wake_tables import begin_wakes
 
 
@@ -54,9 +54,9 @@ class Simulator:
                 f"scene = {scene!r:.60} is a {type(scene).__name__}, expected a Scene; nothing was built. "
                 f"cable_sim_ros.Simulator takes the name or file of a scene and plain data"
             )
-        self.scene, self._mesh = scene, mesh
-        self.model = build_model(scene, mesh)
-        self.state = build_state(scene, mesh)
+        self.scene, self.layout, self._mesh = scene, layout_of(scene), mesh
+        self.model = build_model(self.layout, mesh)
+        self.state = build_state(self.layout, mesh)
         self.inputs = make_inputs()
         self._algorithm = LAWS.index(scene.setpoint.algorithm)
         self.nodes = len(self.state.arc)
@@ -115,7 +115,7 @@ class Simulator:
         drum = self.model.settings[0].drum
         lay_mesh(self.model.feed, drum, now.winch, state.nodes[NOW, ARC], self.model.line.elements)
         begin_wakes(state, scene.cable)
-        shape = tow_shape(scene, float(drum.payout_0 - drum.inboard), yaw)
+        shape = self.layout.shape(float(drum.payout_0 - drum.inboard), yaw)
         turn_bodies(self, shape, yaw)
         self.start_report = settle(self, shape, yaw)
         now.health.iterations = now.health.substeps = 0

@@ -8,6 +8,7 @@ sheave is no start, unless the cable by its shape passes clear of it.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from copy import copy
 from math import atan2, cos, degrees, hypot, sin
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -45,9 +46,8 @@ def turned(yaw: float) -> np.ndarray:
     return np.array([[cos(yaw), -sin(yaw), 0.0], [sin(yaw), cos(yaw), 0.0], [0.0, 0.0, 1.0]])
 
 
-def signed_departure(scene: Scene, shape: TowShape, yaw: float) -> Departure:
+def signed_departure(route: Route, shape: TowShape, yaw: float) -> Departure:
     """How the cable of a shape leaves its sheave."""
-    route = Route(scene)
     down = -product(shape.force[-1], turned(yaw)) / shape.tension[-1]  # in base_link
     angle = atan2(-route.side * down[0], -down[2])
     fleet = atan2(down[1], hypot(down[0], down[2]))
@@ -63,8 +63,8 @@ def strains(scene: Scene, shape: TowShape) -> np.ndarray:
 
 def along_shape(sim: Simulator, shape: TowShape, yaw: float) -> np.ndarray:
     """Nodes [nodes, 6] in axes of the world about base_link: stretched along the route, then along the shape."""
-    route, arc = Route(sim.scene), sim.state.arc - sim.state.arc[0]
-    departure, strain = signed_departure(sim.scene, shape, yaw), strains(sim.scene, shape)
+    route, arc = copy(sim.layout.route), sim.state.arc - sim.state.arc[0]
+    departure, strain = signed_departure(route, shape, yaw), strains(sim.scene, shape)
     stretch = 1.0 + strain[-1]
     press(route, sim.state.surfaces, float(shape.tension[-1]))
     leaves = min((route.on_drum + route.span + route.on_sheave(departure.angle)) / stretch, arc[-1])
@@ -100,7 +100,7 @@ def press(route: Route, surfaces: np.ndarray, tension: float) -> None:
 
 def straight(sim: Simulator, angle: float, strain: float, yaw: float) -> np.ndarray:
     """The same of a cable that leaves the sheave in a straight line, ``angle`` [rad] from the vertical."""
-    r, g = Route(sim.scene).nodes((sim.state.arc - sim.state.arc[0]) * (1.0 + strain), angle)
+    r, g = sim.layout.route.nodes((sim.state.arc - sim.state.arc[0]) * (1.0 + strain), angle)
     turn = turned(yaw)
     return np.concatenate((product(r, turn.T), (1.0 + strain) * product(g, turn.T)), axis=1)
 
@@ -109,7 +109,7 @@ def guesses(sim: Simulator, shape: TowShape, yaw: float) -> Iterator[np.ndarray]
     """Nodes [nodes, 6] about base_link to begin with, best first."""
     if shape.closed:
         yield along_shape(sim, shape, yaw)
-    angle = laid_angle(sim.scene, first_angle(sim.scene, shape.speed))
+    angle = laid_angle(sim.scene, sim.layout.route, first_angle(sim.scene, shape.speed))
     for strain in (0.0, first_strain(sim.scene)):
         yield straight(sim, angle, strain, yaw)
 
@@ -117,7 +117,7 @@ def guesses(sim: Simulator, shape: TowShape, yaw: float) -> Iterator[np.ndarray]
 def settle(sim: Simulator, shape: TowShape, yaw: float) -> dict[str, float]:
     """Bring a cleared Simulator to rest at its mean pose: steps, iterations and residual [N]. Raises StartError."""
     scene, health = sim.scene, sim.state.now.health
-    departure = signed_departure(scene, shape, yaw)
+    departure = signed_departure(sim.layout.route, shape, yaw)
     solid = float(sim.state.surfaces[SHEAVE_ROW].stiffness) > 0.0
     clear = not solid or (shape.closed and departure.wrap <= 0.0)  # it passes above the sheave: the scene has it so
     tried, iterations, beside, left = 0, 0, False, np.inf

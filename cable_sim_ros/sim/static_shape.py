@@ -130,12 +130,12 @@ class _Shooting(NamedTuple):
         return rows, gap, angle
 
 
-def tow_shape(scene: Scene, scope: float, heading: float | None = None) -> TowShape:
-    """Static shape of the tow with ``scope`` [m] out. The sheave stands at its mean place.
+def tow_shape(scene: Scene, route: Route, scope: float, heading: float | None = None) -> TowShape:
+    """Static shape of the tow with ``scope`` [m] out, see Layout.shape(). The sheave stands at its mean place.
 
     heading: yaw of the ship [rad]; None: the scene's.
     """
-    route, cables, over, bed = Route(scene), cable_loads(scene), scene.ship.tow_speed, scene.seabed
+    cables, over, bed = cable_loads(scene), scene.ship.tow_speed, scene.seabed
     yaw = radians(scene.ship.heading_deg) if heading is None else heading
     flow = flow_of(scene.water, yaw, (over * cos(yaw), over * sin(yaw)))
     top = scene.sheave.position[2] + scene.ship.reference_height

@@ -7,10 +7,10 @@ from enum import Enum
 import numpy as np
 
 from ..physics.viv_amplification import MAX_AMPLITUDE, MAX_FACTOR, RE_FULL, RE_SHEDDING, Viv
+from .layout import Layout
 from .problem import Problem
-from .route import Route
 from .scene import Scene
-from .static_shape import TowShape, tow_shape
+from .static_shape import TowShape
 from .viv_tables import on, strum_amplitudes, strum_sections, strums, unbounded_factor
 
 FITTED = 500.0, 33000.0  # Reynolds numbers of the data of Govardhan & Williamson
@@ -36,8 +36,9 @@ def strum_problems(scene: Scene) -> list[Problem]:
     ]
 
 
-def strum_warnings(scene: Scene) -> list[Problem]:
+def strum_warnings(layout: Layout) -> list[Problem]:
     """Strumming without effect or far from the data behind it."""
+    scene = layout.scene
     sections = scene.cable.sections
     if not on(scene):
         values = {name: getattr(scene.viv, name) for name in Viv.model_fields if name != "law"}
@@ -65,13 +66,13 @@ def strum_warnings(scene: Scene) -> list[Problem]:
                 "Leave it out, or take the fairing off",
             )
         ]
-    return _far_warnings(scene)
+    return _far_warnings(layout)
 
 
-def _far_warnings(scene: Scene) -> list[Problem]:
+def _far_warnings(layout: Layout) -> list[Problem]:
     """Reynolds numbers and angles to the flow of the tow at rest that the laws were not made for."""
-    route, rows = Route(scene), strum_sections(scene)
-    shape = tow_shape(scene, route.scope)
+    scene, shape = layout.scene, layout.shape()
+    rows = strum_sections(scene)
     strumming = shape.wet & (rows["strums"][shape.section] > 0)
     if not strumming.any():
         return []

@@ -25,11 +25,10 @@ from ..physics.wake_oscillator import (
     wake_section,
 )
 from ..physics.water import Water
+from .layout import Layout
 from .material import section_ends
 from .problem import Problem, apart
-from .route import Route
 from .scene import Scene
-from .static_shape import tow_shape
 from .viv_tables import on, strums
 
 # steps a period of shedding, at least: the time integration then makes the period of a free vibration 0.8 % longer and
@@ -172,23 +171,23 @@ def element_problems(
     return found
 
 
-def wake_problems(scene: Scene, table: list[tuple[float, float, str]], speed: float) -> list[Problem]:
-    """What of a tow cannot follow the vortices shed at ``speed`` [m/s], straight across the cable; its elements
-    beyond the sheave as (first, last arc length [m], section)."""
+def wake_problems(layout: Layout) -> list[Problem]:
+    """What of a tow cannot follow the vortices shed straight across the cable; its elements beyond the sheave."""
+    scene, speed = layout.scene, layout.water_speed
     if not has_wakes(scene.cable) or speed == 0.0:
         return []
-    pulls = min_tensions(scene)
-    longest = {name: max((b - a for a, b, held in table if held == name), default=0.0) for name in pulls}
+    pulls = min_tensions(layout)
+    out = [element for element in layout.elements if element.last > layout.leaves]
+    longest = {name: max((b - a for a, b, held in out if held == name), default=0.0) for name in pulls}
     rows = [(name, longest[name], pull) for name, pull in pulls.items()]
     remedy = "Give mesh.sections.{name} or the section more elements, of at most {minimum:.2g} m, or leave its wake out"
     found = element_problems(scene.cable, scene.water, speed, rows, remedy)
     return step_problems(scene.cable, speed, scene.solver.tick) + found
 
 
-def min_tensions(scene: Scene) -> dict[str, float]:
+def min_tensions(layout: Layout) -> dict[str, float]:
     """Least tension [N] in the static shape at the start of each section that is in the water, where vortices are."""
-    route, names = Route(scene), list(section_ends(scene.cable))
-    shape = tow_shape(scene, route.scope)
+    shape, names = layout.shape(), list(section_ends(layout.scene.cable))
     within = {name: shape.tension[(shape.section == i) & shape.wet] for i, name in enumerate(names)}
     return {name: float(tension.min()) for name, tension in within.items() if len(tension)}
 

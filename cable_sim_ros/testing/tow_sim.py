@@ -25,7 +25,7 @@ from .errors import TowError
 from .process import MARK, Process, opened
 
 READY_WITHIN = 300.0  # s; compiling everything from nothing takes minutes on a slow machine
-COMPILING = "the first start on a machine compiles for one to four minutes: give ready_within=300 or leave it out"
+COMPILING = "the first start on a machine compiles for up to two minutes: give ready_within=300 or leave it out"
 START_WITHIN = 60.0  # s of wall time from the first motion to the first tick output
 STALLED = 30.0  # s of wall time, beside what real time takes
 SECOND = 1_000_000_000

@@ -59,7 +59,7 @@ class ContactPoints:
     def force(self) -> np.ndarray:
         """Line load of the surface on the cable [contact points, 3]."""
         r = self.rows
-        return r["load_own"][:, None] * r["normal_own"] + r["load_other"][:, None] * r["normal_other"]
+        return r["load_own"][:, None] * r["normal_own"] + r["load_other"][:, None] * r["normal_other"] + r["rub"]
 
     @cached_property
     def load(self) -> np.ndarray:

@@ -20,7 +20,8 @@ from ..io.motion_table import read_table
 from ..io.recorded_tow import RecordedTow
 from ..io.winch_plan import WinchPlan
 from ..runs.offline import stepped
-from ..sim.mesh import FeedMesh, feed_mesh
+from ..sim.layout import layout_of
+from ..sim.mesh_kinds import FeedMesh
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
 from .mesh_tows import armoured, one, tow
@@ -136,7 +137,7 @@ def hauled(repeats: int, progress: Shown = lambda *_: None) -> list[Row]:
         first = sim.frame.copy()
         go(sim, BEFORE)
         hauled_in = override(scene, {"winch.scope": float(first.scope) - METRES})
-        short = _begun(hauled_in, feed_mesh(scene)).frame
+        short = _begun(hauled_in, layout_of(scene).mesh).frame
         inward = haul(sim, -RATE, short)
         outward = haul(sim, RATE, first)
         found.append((inward, outward, float(sim.frame.scope - first.scope)))

@@ -14,8 +14,8 @@ import numpy as np
 from ..io.load import load_scene, override
 from ..io.recorded_tow import read_tow
 from ..io.resources import find_bag
-from ..sim.mesh import FeedMesh, feed_mesh
-from ..sim.route import Route
+from ..sim.layout import layout_of
+from ..sim.mesh_kinds import FeedMesh
 from ..sim.scene import Scene
 from .tow_bench import drive, simulated
 
@@ -49,7 +49,7 @@ def scene_with(on_drum: float, scope: float) -> Scene:
     """full_scale with so much cable [m] on the drum and out."""
     base = override(load_scene("full_scale"), {"solver.tick": TICK})
     faired = base.cable.sections["faired"].length
-    total = on_drum + Route(base).inboard + scope
+    total = on_drum + layout_of(base).route.inboard + scope
     values = {"cable.sections.bare.length": total - faired, "winch.scope": scope, "winch.most_scope": scope + ROOM}
     return override(base, values)
 
@@ -57,7 +57,7 @@ def scene_with(on_drum: float, scope: float) -> Scene:
 def jobs() -> list[tuple[str, float, Scene, FeedMesh | None]]:
     """What is varied, its value, scene and mesh."""
     base = override(load_scene("full_scale"), {"solver.tick": TICK})
-    mesh, scope = feed_mesh(base), float(base.winch.scope or 0.0)
+    mesh, scope = layout_of(base).mesh, float(base.winch.scope or 0.0)
     found = [("drum", metres, scene_with(metres, scope), mesh) for metres in ON_DRUM]
     found += [("out", metres, scene_with(LEFT, metres), mesh) for metres in PAID_OUT]
     for doublings in DOUBLINGS:

@@ -11,9 +11,10 @@ from ..io.motion_table import sine_heave
 from ..io.winch_plan import WinchPlan
 from ..physics.heave_compensation import SetpointLaw
 from ..runs.mesh import at_scope
-from ..runs.message_run import Pass, Progress, silent
+from ..runs.message_run import MessageRun, Progress, silent
 from ..runs.step_choice import stepped
-from ..sim.mesh import FeedMesh, mesh_plan
+from ..sim.layout import layout_of
+from ..sim.mesh_kinds import FeedMesh
 from ..sim.mesh_sheave import scope_range
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
@@ -49,7 +50,7 @@ def _run(tow: Tow, scene: Scene, mesh: FeedMesh, seconds: float) -> tuple[np.nda
     """Tension [n] and place of the towbody [n, 3] each EVERY s, and why it ended early."""
     motion = None if tow.heave is None else sine_heave(*tow.heave, seconds, scene.ship)
     plan = None if tow.plan is None else WinchPlan(tow.plan)
-    done = Pass(scene, motion, winch=plan, mesh=mesh).go(seconds, None)
+    done = MessageRun(scene, motion, winch=plan, mesh=mesh).run(seconds, None)
     fraction = round(EVERY / scene.solver.tick)
     frames = done.frames[fraction - 1 :: fraction]
     return frames["tension"], frames["body_position"], done.problem
@@ -63,10 +64,10 @@ def measure(tow: Tow, seconds: float = SECONDS, small_step: float = SMALL_STEP) 
     """Promise and result of one tow; seconds 0: statics alone (zeros for the rest)."""
     hold = tow.scene.setpoint.model_copy(update={"algorithm": SetpointLaw.HOLD})
     scene = tow.scene.model_copy(update={"setpoint": hold})
-    plan = mesh_plan(scene)
+    plan = layout_of(scene).plan
     if plan is None:
         raise ValueError(f"{scene.name} has no mesh made for it")
-    start, fine = scope_range(scene)[0], plan.mesh.doubled.doubled
+    start, fine = scope_range(layout_of(scene))[0], plan.mesh.doubled.doubled
     promised, rest = at_scope(plan, start), []
     for mesh in (plan.mesh, fine):
         sim = Simulator(scene, mesh)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from ..runs.mesh import at_scope, check, heave_of, kept
-from ..sim.mesh import mesh_plan
+from ..sim.layout import layout_of
 from ..sim.mesh_sheave import scope_range
 from ..sim.scene import Scene
 from .mesh_tows import tows
@@ -35,11 +35,11 @@ class Row(NamedTuple):
 
 def measure(scene: Scene, seconds: float = 60.0) -> Row:
     """Promise and check of one tow; seconds 0: statics alone (zeros for the heave). The step is the plan's."""
-    plan = mesh_plan(scene)
+    plan = layout_of(scene).plan
     if plan is None:
         raise ValueError(f"{scene.name} has no mesh made for it")
     scene = scene.model_copy(update={"solver": scene.solver.model_copy(update={"tick": plan.tick})})
-    start = scope_range(scene)[0]
+    start = scope_range(layout_of(scene))[0]
     promised, changes = at_scope(plan, start), check(scene, plan, seconds=seconds)
     static, heave = changes[0], changes[-1]
     moved = seconds > 0.0

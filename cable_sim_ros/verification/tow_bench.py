@@ -16,9 +16,10 @@ from ..io.load import load_scene, override
 from ..io.recorded_tow import RecordedTow, read_tow
 from ..io.resources import find_bag
 from ..io.winch_plan import WinchPlan
-from ..runs.message_run import Driven, Pass
+from ..runs.message_run import MessageRun, Stepped
 from ..runs.offline import stepped
-from ..sim.mesh import FeedMesh, feed_mesh, mesh_plan
+from ..sim.layout import layout_of
+from ..sim.mesh_kinds import FeedMesh
 from ..sim.scene import Scene
 from .row import Row
 
@@ -50,7 +51,7 @@ class Setting(NamedTuple):
 
 def mesh_numbers(scene: Scene) -> list[int]:
     """Elements of the parts of the mesh, from the drum."""
-    plan = mesh_plan(scene)
+    plan = layout_of(scene).plan
     if plan is None:
         return [section.elements or 0 for section in scene.cable.sections.values()]
     return [part.elements for part in plan.parts]
@@ -70,7 +71,7 @@ class Fine(NamedTuple):
 
 def refined(scene: Scene, doublings: int, tick: float) -> Fine:
     """The scene on its feeding mesh doubled so often, with steps of ``tick`` [s] solved to FINE_TOLERANCE."""
-    mesh = feed_mesh(scene)
+    mesh = layout_of(scene).mesh
     for _ in range(doublings):
         mesh = None if mesh is None else mesh.doubled
     fine = stepped(scene, "fixed", tick)
@@ -106,7 +107,7 @@ def rows(repeats: int, progress: Callable[[str, float, float], None] = lambda *_
     tow = read_tow(find_bag("nbp1406"))
     jobs = [setting for law in LAWS for setting in settings(law)]
     times: list[list[float]] = [[] for _ in jobs]
-    last: list[Driven] = []
+    last: list[Stepped] = []
     for turn in range(repeats + 1):
         last = []
         for k, job in enumerate(jobs):
@@ -129,7 +130,7 @@ def rows(repeats: int, progress: Callable[[str, float, float], None] = lambda *_
     return found
 
 
-def of_reference(name: str, law: str, fine: Fine, check: Fine, driven: Driven, wrong: Errors) -> Row:
+def of_reference(name: str, law: str, fine: Fine, check: Fine, driven: Stepped, wrong: Errors) -> Row:
     """The row of a reference, run once, against one that is finer still."""
     tick, frames = fine.scene.solver.tick, driven.frames
     cost, iterations = driven.stepping_cpu_s / simulated(frames, fine.scene), float(frames.iterations.sum())
@@ -154,9 +155,9 @@ def drive(
     mesh: FeedMesh | None = None,
     winch: WinchPlan | None = None,
     seconds: float = SECONDS,
-) -> Driven:
+) -> Stepped:
     """So many seconds of recorded motion. Raises RuntimeError where the solver gives up."""
-    driven = Pass(scene, tow, winch=winch, mesh=mesh).go(seconds, None)
+    driven = MessageRun(scene, tow, winch=winch, mesh=mesh).run(seconds, None)
     if driven.problem:
         raise RuntimeError(driven.problem)
     return driven
@@ -200,7 +201,7 @@ def errors(frames: np.recarray, fine: np.recarray) -> Errors:
     )
 
 
-def _row(job: Setting, driven: Driven, cost: float, fine: np.recarray, yardstick: dict[float, float]) -> Row:
+def _row(job: Setting, driven: Stepped, cost: float, fine: np.recarray, yardstick: dict[float, float]) -> Row:
     frames, elements = driven.frames, sum(mesh_numbers(job.scene))
     got = sampled(frames, job.scene)
     wrong = errors(got, fine)

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 from ..io.load import SceneWarning, load_scene, override
 from ..io.recorded_tow import read_tow
 from ..io.resources import find_bag
-from ..sim.mesh import feed_mesh
+from ..sim.layout import layout_of
 from ..sim.scene import Scene
 from .tow_bench import drive, simulated
 
@@ -96,7 +96,7 @@ def costs(turns: int = TURNS, progress: Callable[[str, float, float], None] = la
     tow, found = read_tow(find_bag("nbp1406")), []
     for k, (name, (off, on)) in enumerate(OPTIONS.items()):
         scenes = [scene_with(changes) for changes in ({}, off, on) if changes is not None]
-        mesh = feed_mesh(scenes[0])
+        mesh = layout_of(scenes[0]).mesh
         times: list[list[float]] = [[] for _ in scenes]
         corrections = [0.0] * len(scenes)
         for turn in range(turns + 1):

@@ -16,7 +16,7 @@ from cable_sim_ros.io.motion_table import MotionError
 from cable_sim_ros.limits import MAX_TOW_SPEED
 from cable_sim_ros.physics.ship import Ship
 from cable_sim_ros.runs import offline
-from cable_sim_ros.runs.message_run import Pass
+from cable_sim_ros.runs.message_run import MessageRun
 from cable_sim_ros.sim.route import StartError
 from cable_sim_ros.sim.simulator import Simulator, SolverError
 
@@ -320,8 +320,8 @@ def test_a_warning_is_said_once():
 
 
 def test_a_replay_says_when_there_is_nothing_to_compare(monkeypatch):
-    real = Pass._ticks
-    monkeypatch.setattr(Pass, "_ticks", lambda self, start, duration: min(100, real(self, start, duration)))
+    real = MessageRun._ticks
+    monkeypatch.setattr(MessageRun, "_ticks", lambda self, start, duration: min(100, real(self, start, duration)))
     assert "keeps no scene" in (bare := call("replay", "lmg1903")).stderr and bare.exit_code == 2
     result = call("replay", "lmg1903", "--scene", "full_scale")
     assert result.exit_code == 4 and "The bag recorded nothing of the tow" in result.stdout

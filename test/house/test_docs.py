@@ -30,6 +30,7 @@ CITED = {  # what the code cites -> its entry in docs/references.md; both sides 
     "Folb and Nelligan": "Folb and Nelligan (1982)",
     "Dean & Dalrymple (1991)": "Dean and Dalrymple (1991)",
     "Faltinsen (1990)": "Faltinsen (1990)",
+    "Feyrer (2007)": "Feyrer (2007)",
     "Fritsch & Butland (1984)": "Fritsch and Butland (1984)",
     "Hasselmann et al. (1973)": "Hasselmann et al. (1973)",
     "Miche (1944)": "Miche (1944)",

@@ -29,7 +29,10 @@ PHYSICS_MAY = {"numpy", "scipy", "numba", "math", "cmath", "enum", "typing", "co
 PHYSICS_ALSO = {
     "parameter.py": {"pydantic", "pydantic_core"},
     "simd.py": {"llvmlite"},
-    "jit.py": {"os", "hashlib", "pathlib", "sys", "tempfile", "importlib", "platform", "types", "warnings", "llvmlite"},
+    "jit.py": {"hashlib", "pathlib", "threading", "llvmlite"},
+    "kernel_form.py": {"hashlib", "pickle", "warnings", "llvmlite"},
+    "kernel_key.py": {"dis", "hashlib", "pathlib", "platform", "sys", "types", "llvmlite"},
+    "kernel_cache.py": {"contextlib", "hashlib", "os", "pathlib", "re", "shutil", "tempfile", "time", "uuid"},
 }
 ROS = {
     "rclpy",

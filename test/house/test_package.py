@@ -106,7 +106,7 @@ def test_rosdoc2_finds_its_file_the_pages_and_the_package():
     kind, config = yaml.safe_load_all(file.read_text("utf-8"))
     assert kind == {"type": "rosdoc2 config", "version": 1}
     (builder,) = config["builders"]
-    assert list((ROOT / builder["sphinx"]["sphinx_sourcedir"]).glob("*.md"))
+    assert (ROOT / builder["sphinx"]["user_doc_dir"] / "conf.py").exists()
     assert (ROOT / config["settings"]["python_source"] / "__init__.py").exists()
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cable_sim_ros.sim.layout import layout_of
 from click.testing import CliRunner
 
 from cable_sim_ros.cli import commands
@@ -16,7 +17,6 @@ from cable_sim_ros.io.load import load_scene
 from cable_sim_ros.physics.heave_compensation import SetpointLaw
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.runs import offline
-from cable_sim_ros.sim.route import Route
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
@@ -89,7 +89,7 @@ def test_only_marked_blocks_use_heave():
 
 def test_lengths_in_text_and_sketch_are_those_of_the_scene():
     scene, sketch = load_scene("side_scan"), (DOCS / "tow.svg").read_text("utf-8")
-    route, scope, sections = Route(scene), scene.winch.scope, scene.cable.sections
+    route, scope, sections = layout_of(scene).route, scene.winch.scope, scene.cable.sections
     assert f"| **{scope:g} m** |" in TUTORIAL and f"| {route.span:.2f} m |" in TUTORIAL
     assert f"{route.sheave:.3f} m x {route.tilt:.3f} | {route.inboard:.2f} m |" in TUTORIAL
     assert f"{np.degrees(route.tilt):.1f} deg or {route.tilt:.3f} rad" in TUTORIAL

@@ -61,9 +61,9 @@ def test_rviz_displays_take_topics_of_their_type(rviz):
 
 
 def test_rviz_looks_at_frames_there_are(rviz):
-    assert rviz["Global Options"]["Fixed tick output"] == "odom"
+    assert rviz["Global Options"]["Fixed Frame"] == "odom"
     views = [rviz["Views"]["Current"], *rviz["Views"]["Saved"]]
-    assert {view["Target tick output"] for view in views} <= FRAMES and len(views) == 3
+    assert {view["Target Frame"] for view in views} <= FRAMES and len(views) == 3
     assert TRANSFORMS.topic == "tf"
 
 

@@ -312,7 +312,7 @@ def rough(event, random):
 @pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
 def test_rough_odometry_tows_as_clean_odometry_does():
     from cable_sim_ros.io.load import load_scene
-    from cable_sim_ros.runs.message_run import Pass
+    from cable_sim_ros.runs.message_run import MessageRun
 
     random = np.random.default_rng(6)
     clean = [Event(time, time, kind, data) for time, kind, data in read_motion(BAGS / "nbp1406") if kind == "odometry"][
@@ -320,7 +320,7 @@ def test_rough_odometry_tows_as_clean_odometry_does():
     ]
     scene = load_scene(str(Path(__file__).parents[2] / "config" / "full_scale.yaml"))
     runs = [
-        Pass(scene, RecordedTow(name, events)).go(20.0, None).frames
+        MessageRun(scene, RecordedTow(name, events)).run(20.0, None).frames
         for name, events in (("clean", clean), ("rough", [rough(event, random) for event in clean]))
     ]
     tension, other = (run["tension"] for run in runs)

@@ -118,7 +118,7 @@ def test_contact_never_pulls(delta, closing, damping):
 @settings(max_examples=100, deadline=None)
 def test_groove_pushes_away_from_its_flanks_and_out(y, h, vy, vh):
     row = contact_surface.surface_row((0, 0, 0), 0.25, np.pi / 3, 0.01, 0.02, 1e9, 0.3)
-    gap, own, other = touch(contact_surface.solid(record(row)), (0.0, y, 0.25 + h), (0.0, vy, vh))
+    gap, own, other = touch(contact_surface.solid(record(row)), 1e9, (0.0, y, 0.25 + h), (0.0, vy, vh))
     f1, f2 = own.load, other.load
     assert f1 >= 0.0 and f2 >= 0.0
     assert f1 * gap.own.normal[2] + f2 * gap.other.normal[2] >= 0.0, "the radial part points out of the groove"
@@ -128,7 +128,7 @@ def test_groove_pushes_away_from_its_flanks_and_out(y, h, vy, vh):
 
 def test_drum_is_a_groove_of_one_flank():
     row = contact_surface.surface_row((0, 0, 0), 0.3, None, 0.0, 0.0, 1e9, 0.0)
-    gap, own, other = touch(contact_surface.solid(record(row)), (0.0, 5.0, 0.299), (0.0, 0.0, 0.0))
+    gap, own, other = touch(contact_surface.solid(record(row)), 1e9, (0.0, 5.0, 0.299), (0.0, 0.0, 0.0))
     assert own.load == pytest.approx(1e9 * 1e-3**1.5) and other.load == 0.0
     assert gap.own.normal == pytest.approx((0.0, 0.0, 1.0))
 

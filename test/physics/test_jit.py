@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.physics import contact
-from cable_sim_ros.physics.jit import driver, link, opaque, symbol_of
+from cable_sim_ros.physics.jit import driver, link, opaque, returned_by, symbol_of
 
 compiled = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="needs compilation")
 
@@ -61,14 +61,49 @@ def test_every_symbol_of_the_product_is_its_module_and_name():
 
 
 @compiled
-def test_what_is_kept_on_disk_is_of_this_processor():
-    """Two machines may share a home: the index of kept code has name and features of the processor for LLVM."""
+def test_what_is_kept_on_disk_is_of_this_processor(monkeypatch):
+    """Two machines may share a home: the name of kept code has name and features of the processor for LLVM."""
     from numba.core.registry import cpu_target
 
     codegen = cpu_target.target_context.codegen()
-    key = contact.contact_lanes._cache._index_key((numba.float64,), codegen)
-    assert codegen.magic_tuple() in key
     assert codegen.magic_tuple()[1:] == (codegen._get_host_cpu_name(), codegen._tm_features)
+    keys = []
+    for processor in (codegen.magic_tuple(), ("x86_64", "nehalem", ""), ("x86_64", "haswell", "")):
+        monkeypatch.setattr(type(codegen), "magic_tuple", lambda self, processor=processor: processor)
+        keys.append(contact.contact_lanes._cache.key((numba.float64,)))
+    assert None not in keys and len(set(keys)) == 3
+
+
+@compiled
+def test_a_caller_with_other_types_than_those_published_is_refused():
+    kernel = settle_of(2.0, "five")
+    by_symbol = opaque(kernel)
+    link(kernel, np.ones(1))
+
+    @numba.njit
+    def caller(x):
+        return by_symbol(x)
+
+    assert caller(np.ones(1)) == 2.0
+    with pytest.raises(TypeError, match=r"five\._settle is called with .*float32.* by symbol there is one version"):
+        caller(np.ones(1, np.float32))
+
+
+@pytest.mark.parametrize("said, kind", [("float", "float64"), ("int", "int64"), ("bool", "bool"), ("None", "none")])
+@compiled
+def test_what_a_function_says_it_returns_is_what_its_callers_take(said, kind):
+    namespace = {"__name__": "six"}
+    exec(f"def _f(x) -> {said}:\n    return x", namespace)
+    kernel = driver(namespace["_f"])
+    assert str(returned_by(kernel)) == kind
+
+
+@compiled
+def test_what_no_caller_can_take_is_refused():
+    namespace = {"__name__": "seven"}
+    exec("def _f(x) -> list:\n    return x", namespace)
+    with pytest.raises(TypeError, match=r"seven\._f .* says that it returns list, known are float, int, bool, None"):
+        opaque(driver(namespace["_f"]))
 
 
 def test_kernels_are_compiled_without_leave_to_reorder():

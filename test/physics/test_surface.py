@@ -31,7 +31,7 @@ AROUND = (st.floats(-1.2 * WIDTH, 1.2 * WIDTH), st.floats(-0.1, 1.2 * ROW.top))
 
 
 def looked(y: float, h: float):
-    return touch(SOLID, (0.0, y, SEAT + h), (0.0, 0.0, 0.0))
+    return touch(SOLID, STIFFNESS, (0.0, y, SEAT + h), (0.0, 0.0, 0.0))
 
 
 def force(y: float, h: float) -> np.ndarray:
@@ -104,9 +104,9 @@ def test_a_drum_is_the_groove_without_a_second_flank(place, speed):
     row = record(surface_row((0, 0, 0), SEAT, None, 0.0, 0.0, STIFFNESS, 0.3))
     row.spin[1] = 0.7
     drum = solid(row)
-    gap, own, other = touch(drum, place, speed)
+    gap, own, other = touch(drum, STIFFNESS, place, speed)
     groove = groove_gap(drum, place, speed)
-    assert own == law(drum, groove.own, groove.slip) and gap.rho == groove.rho and other.load == 0.0
+    assert own == law(drum, STIFFNESS, groove.own, groove.slip) and gap.rho == groove.rho and other.load == 0.0
     np.testing.assert_array_equal((gap.radial, gap.around, gap.slip), (groove.radial, groove.around, groove.slip))
     assert gap.own.depth == groove.own.depth and gap.own.normal == groove.own.normal
 
@@ -144,17 +144,20 @@ def test_a_detachment_with_its_rebounds_is_one_event():
     assert events.detachments == 2
 
 
-@pytest.mark.parametrize("throat, name", [(None, "drum"), (np.pi / 3, "groove")])
-@pytest.mark.parametrize("key", ["friction", "slip"])
-def test_friction_of_drum_and_groove_is_refused(throat, name, key):
-    """It stood in the record and nothing heeded it: a sheave with mu = 0.4 turned the rope as one without."""
-    row = surface_row((0, 0, 0), SEAT, throat, 0.01, 0.008, STIFFNESS, 0.0)
+@pytest.mark.parametrize("throat", [None, np.pi / 3], ids=["drum", "groove"])
+def test_friction_that_would_drive_or_be_no_number_is_refused(throat):
+    row = surface_row((0, 0, 0), SEAT, throat, 0.01, 0.008, STIFFNESS, 0.0, 0.4, 0.001)
     assert len(check_surfaces(np.stack([row]))) == 1
-    row[key] = 0.4
-    with pytest.raises(
-        ValueError, match=rf"surface 1: {key} = 0\.4|surface 1: .*slip = 0\.4 m/s of a {name}.*Leave both"
+    for key, value, text in (
+        ("friction", -0.1, r"surface 1: friction = -0\.1 is below 0: .*nothing was made. Give 0 or more"),
+        ("slip", 0.0, r"surface 1: slip = 0 m/s beside friction = 0\.4: .*Give a slip above 0"),
     ):
-        make_state(np.linspace(0.0, 1.0, 5), [floor_row(-1.0, 1e6, 0.0, 0.3, 0.01), row])
+        wrong = row.copy()
+        wrong[key] = value
+        with pytest.raises(ValueError, match=text):
+            make_state(np.linspace(0.0, 1.0, 5), [floor_row(-1.0, 1e6, 0.0, 0.3, 0.01), wrong])
+    row["friction"], row["slip"] = 0.0, 0.0
+    assert len(check_surfaces(np.stack([row]))) == 1, "without friction a slip speed says nothing"
 
 
 def test_a_floor_on_which_a_point_at_rest_would_be_no_number_is_refused():

@@ -58,7 +58,7 @@ def test_each_part_of_the_sheave(where, side):
     }[where]
     row["centre"] = bench.q[2, :3] - (0.0, side * y, row["radius"] + gap)
     bench.surfaces = row[None]
-    found, own, _ = touch(solid(record(row)), tuple(bench.q[2, :3]), tuple(bench.v[2, :3]))
+    found, own, _ = touch(solid(record(row)), row["stiffness"], tuple(bench.q[2, :3]), tuple(bench.v[2, :3]))
     assert own.load > 0.1 and found.side == side and (found.own.bend > 0.0) == (where == "rim")
     assert (abs(found.own.normal[1]) == 1.0) == (where == "cheek")
     assert worst(bench) < 1e-6

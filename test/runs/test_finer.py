@@ -20,7 +20,7 @@ def test_half_the_step_and_twice_the_elements():
             counts = [section.elements for section in scene.cable.sections.values()]
             assert [section.elements for section in fine.cable.sections.values()] == [2 * count for count in counts]
         else:
-            assert mesh.nodes - 1 == 2 * (refinement_check.mesh_plan(scene).mesh.nodes - 1)
+            assert mesh.nodes - 1 == 2 * (refinement_check.layout_of(scene).plan.mesh.nodes - 1)
 
 
 @pytest.mark.parametrize(

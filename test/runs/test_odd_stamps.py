@@ -13,7 +13,7 @@ from cable_sim_ros.io.load import load_scene, override
 from cable_sim_ros.io.messages import decode_odometry
 from cable_sim_ros.io.recorded_tow import Event, RecordedTow, by_stamps, read_tow, usable_arrivals
 from cable_sim_ros.io.resources import find_bag
-from cable_sim_ros.runs.message_run import Pass
+from cable_sim_ros.runs.message_run import MessageRun
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
 S = 1_000_000_000
@@ -34,9 +34,9 @@ def restamped(event: Event, stamp: int) -> Event:
 
 
 def driven(events: list[Event], scene=None):
-    one = Pass(scene or load_scene("full_scale"), RecordedTow("", events))
+    one = MessageRun(scene or load_scene("full_scale"), RecordedTow("", events))
     begun = time.process_time()
-    frames = one.go(SECONDS, None).frames
+    frames = one.run(SECONDS, None).frames
     return one, frames, time.process_time() - begun
 
 
@@ -110,7 +110,7 @@ def test_a_bag_of_which_no_motion_can_be_used_is_refused(events):
         struct.pack_into("<d", data, data.index(struct.pack("<d", decode_odometry(event.data).position[2])), 100.0)
         high.append(event._replace(data=bytes(data)))
     with pytest.raises(MotionError, match="no message of the ship's motion can be used .height 50.: nothing was simul"):
-        Pass(load_scene("full_scale"), RecordedTow("high", high)).go(1.0, None)
+        MessageRun(load_scene("full_scale"), RecordedTow("high", high)).run(1.0, None)
 
 
 def test_the_notice_of_log_times_that_stand_still(tmp_path):
@@ -151,7 +151,7 @@ def test_another_scene_begins_a_jump_from_rest_and_says_so(events, tmp_path):
     half = len(events) // 2
     moved = [*events[:half], *(restamped(e, e.time + 40 * S) for e in events[half:])]
     scene = load_scene("full_scale")
-    Pass(scene, RecordedTow("", moved)).go(SECONDS, tmp_path / "bag")
+    MessageRun(scene, RecordedTow("", moved)).run(SECONDS, tmp_path / "bag")
     assert offline.replay(tmp_path / "bag").metrics["replay_faults"] == []
     other = offline.replay(tmp_path / "bag", override(scene, {"towbody.net_weight": 545.0}))
     (fault,) = other.metrics["replay_faults"]

@@ -21,6 +21,7 @@ from cable_sim_ros.physics.heave_filter import Convention, Heave, MotionInput
 from cable_sim_ros.physics.inputs import MOTION_ROWS, make_inputs
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.runs import mean_track, message_run, offline, sources, step_choice
+from cable_sim_ros.sim import simulator
 from cable_sim_ros.sim.simulator import Simulator, SolverError, StartError
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
@@ -36,11 +37,11 @@ def recorded(tmp_path_factory):
 
 def test_the_shipped_cable_stays_in_its_groove_when_begun_like_a_node():
     """Along the first heading, where an offline run takes the mean: out of 10 mm the cable climbed after 11 s."""
-    begun = message_run.Pass(load_scene("full_scale"), read_tow(offline.find_bag("nbp1406")))
+    begun = message_run.MessageRun(load_scene("full_scale"), read_tow(offline.find_bag("nbp1406")))
     assert begun._start().heading is not None
     time, x, y, yaw = begun.feeder.ingest.first_pose
     begun._start = lambda: message_run.Start(time, (x, y), yaw)
-    frames = begun.go(14.0, None).frames
+    frames = begun.run(14.0, None).frames
     assert frames.groove_margin.min() > 0.02 and not (frames.status & (Flag.DETACHED | Flag.HALVED)).any()
     assert np.degrees(frames.wrap_angle.min()) < 8.0, "the sheave must come down to the water"
 
@@ -159,7 +160,7 @@ def test_imu_alone_moves_the_ship():
 
 
 def test_a_solver_that_gives_up_ends_the_run_with_what_there_is(monkeypatch):
-    run, calls = message_run.Simulator.run, []
+    run, calls = simulator.Simulator.run, []
 
     def fails(self, count, heads=None):
         calls.append(count)
@@ -169,10 +170,10 @@ def test_a_solver_that_gives_up_ends_the_run_with_what_there_is(monkeypatch):
 
     monkeypatch.setattr(message_run, "CHUNK", 0.1)
     scene = load_scene("full_scale")
-    one = message_run.Pass(scene, None)
-    monkeypatch.setattr(message_run.Simulator, "run", fails)
+    one = message_run.MessageRun(scene, None)
+    monkeypatch.setattr(simulator.Simulator, "run", fails)
     monkeypatch.setattr(one.sim, "warm_up", lambda progress: None)
-    result = one.go(1.0, None)
+    result = one.run(1.0, None)
     assert result.problem == "the solver gave up after 0.20 s: residual 12 N" and len(result.frames) == 20
 
 
@@ -214,7 +215,7 @@ def test_the_ring_is_never_overrun():
     fast = RecordedTow(
         tow.path, [e._replace(time=sooner(e.time), arrival=sooner(e.arrival)) for e in tow.events[:8000]]
     )
-    chunk = message_run.Pass(load_scene("full_scale"), fast)._ring_limit()
+    chunk = message_run.MessageRun(load_scene("full_scale"), fast)._ring_limit()
     assert fast.rate > 1900 and fast.rate * (chunk + message_run.AHEAD) * 1e-9 < MOTION_ROWS
 
 
@@ -230,7 +231,7 @@ def test_motion_is_taken_in_as_the_recording_node_did():
     for about in ({}, {"node": "{"}, {"node": "[]"}, {"node": '{"motion": 3}'}, {"node": "{}"}):
         assert message_run.taken_in(RecordedTow("", [], about=about)) == (MotionInput(), Heave())
     event = read_tow(offline.find_bag("nbp1406")).events[0]
-    one = message_run.Pass(load_scene("full_scale"), RecordedTow("", [event], about={"node": json.dumps(node)}))
+    one = message_run.MessageRun(load_scene("full_scale"), RecordedTow("", [event], about={"node": json.dumps(node)}))
     assert one.feeder.ingest.settings == motion and one.feeder.ingest.heave == heave
 
 
@@ -459,7 +460,9 @@ def test_a_plan_takes_the_place_of_the_commands_of_a_bag(hauled):
 
 def test_a_plan_without_motion_runs_a_minute_longer(monkeypatch):
     asked = []
-    monkeypatch.setattr(message_run.Pass, "go", lambda self, duration, *given: asked.append(duration) or self.stop())
+    monkeypatch.setattr(
+        message_run.MessageRun, "run", lambda self, duration, *given: asked.append(duration) or self.stop()
+    )
     for heave, plan in ((None, "0 hold, 100 hold"), ((0.5, 8.0), "0 hold"), ((0.5, 8.0), "100 hold"), (None, None)):
         with pytest.raises(AttributeError):
             offline.run("full_scale", heave=heave, winch=plan)
@@ -541,7 +544,7 @@ def test_a_tick_longer_than_the_motion_that_is_kept_is_refused():
         "1600 motion messages a second are 1600 in a tick .* of 1 s, more than the 800 .* Give --every of at most 0.5 s"
     )
     with pytest.raises(MotionError, match=text):
-        message_run.Pass(scene, tow)
+        message_run.MessageRun(scene, tow)
 
 
 @pytest.mark.parametrize("duration", [float("nan"), float("inf"), 0.0, -1.0])

@@ -14,6 +14,7 @@ from cable_sim_ros.io.bag import BagError
 from cable_sim_ros.io.recorded_run import RecordedRun
 from cable_sim_ros.physics.tick_output import CONTACT_COLUMNS
 from cable_sim_ros.plots import haul
+from cable_sim_ros.plots.heading import DONE_WIDTH, force_unit, what_was_done
 from cable_sim_ros.plots.run import STYLE, caption, compose, contact_bands, draw_run
 
 matplotlib = pytest.importorskip("matplotlib")
@@ -48,8 +49,32 @@ def reeled(recording):
     return recording._replace(frames=frames)
 
 
+def scaled(recording, along, down):
+    """The same tow with the cable and the towbody behind the sheave so many times further aft and deeper."""
+    frames = recording.frames.copy()
+    sheave = frames["sheave_position"]
+    frames["body_position"][:, :2] = sheave[:, :2] + along * (frames["body_position"] - sheave)[:, :2]
+    frames["body_position"][:, 2] *= down
+    shapes = []
+    for (time, table), frame in zip(recording.shapes, recording.frames[::5]):
+        table = table.copy()
+        table[:, :2] = frame["sheave_position"][:2] + along * (table[:, :2] - frame["sheave_position"][:2])
+        table[:, 2] *= np.where(table[:, 2] < 0.0, down, 1.0)
+        shapes.append((time, table))
+    return recording._replace(frames=frames, shapes=shapes)
+
+
+def straight(recording):
+    """The same tow with a cable that rises from the towbody at once."""
+    return recording._replace(shapes=[(time, np.linspace(table[0], table[-1], 40)) for time, table in recording.shapes])
+
+
 CASES = {
     "whole": run,
+    "straight": lambda: straight(run()),
+    "deep": lambda: scaled(run(), 0.1, 8.0),
+    "shallow": lambda: scaled(run(), 1.0, 0.02),
+    "a flume": lambda: scaled(run(), 0.02, 0.02),
     "still": lambda: still(run()),
     "one tick": lambda: run(0.1),
     "no shapes": lambda: run()._replace(shapes=[]),
@@ -78,10 +103,87 @@ def test_every_text_is_inside_and_every_axis_has_a_unit(case, kind):
         assert len(titles) == count
         both = [axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)]
         ticks = {label for axis in both for label in axis.get_ticklabels()}
+        boxes = {}
         for text in figure.findobj(matplotlib.text.Text):
             if text.get_text() and text.get_visible() and text not in ticks:
-                box = text.get_window_extent()
+                box = matplotlib.text.Text.get_window_extent(text)  # of an annotation: without its arrow
                 assert box.x0 >= 0 and box.y0 >= 0 and box.x1 <= 1600 and box.y1 <= 1000, text
+                for other, taken in boxes.items():
+                    assert not box.overlaps(taken), (text, other)
+                boxes[text] = box
+        lines = [line for line in figure.axes[0].lines if len(line.get_xdata()) > 2]
+        for line in lines if kind == "run" else ():
+            at = line.get_transform().transform(line.get_xydata())
+            dense = np.concatenate([np.linspace(a, b, 50) for a, b in zip(at[:-1], at[1:])])
+            for text, box in boxes.items():
+                inside = (dense > [box.x0, box.y0]) & (dense < [box.x1, box.y1])
+                assert not inside.all(axis=1).any(), f"the cable runs through {text}"
+
+
+def test_a_deep_tow_fills_its_panel_and_says_that_it_is_not_to_scale():
+    for case, note in (("whole", ""), ("deep", "across enlarged × "), ("shallow", "heights enlarged × ")):
+        recording = CASES[case]()
+        with matplotlib.rc_context(STYLE):
+            axes = compose(recording, "a", 20.0).axes[0]
+        (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
+        box = axes.get_window_extent()
+        ratio = (y1 - y0) / box.height / ((x1 - x0) / box.width)  # of a metre across to a metre up
+        assert axes.get_title(loc="right").startswith(note) and bool(note) == bool(axes.get_title(loc="right"))
+        assert ratio == pytest.approx(1.0) if case == "whole" else not 0.2 < ratio < 5.0
+        curve = max(axes.lines, key=lambda line: len(line.get_xdata())).get_xydata()
+        sheave = recording.frames["sheave_position"][-1, 2]
+        assert x0 < curve[:, 0].min() and x1 > 0.0 and y0 < curve[:, 1].min() and y1 > sheave
+        if note:
+            assert np.ptp(curve[:, 0]) > 0.4 * (x1 - x0) and np.ptp(curve[:, 1]) > 0.4 * (y1 - y0)
+        else:
+            assert (np.ptp(curve, axis=0) > 0.5 * np.array([x1 - x0, y1 - y0])).any()
+
+
+def test_the_heading_says_what_was_done():
+    assert what_was_done(run()) == "60 s" and what_was_done(run(0.1)) == "0 s"
+    law = "setpoint:\n  algorithm: {}\n"
+    done = what_was_done(run(motion="heave 1.2 m, 8 s", winch_plan="0 hold", scene_yaml=law.format("hold")))
+    assert done == "heave 1.2 m, 8 s; 60 s; winch: 0 hold; no compensation"
+    done = what_was_done(run(motion="nbp1406", scene_yaml=law.format("rigorous_sheave")))
+    assert done == "ship motion nbp1406; 60 s; compensation rigorous_sheave"
+    assert what_was_done(run(motion="none", scene_yaml="a: [")) == "no ship motion; 60 s"
+    plan = ", ".join(f"{k} rate -0.1" for k in range(40))
+    done = what_was_done(run(motion="nbp1406", winch_plan=plan, scene_yaml=law.format("hold")))
+    assert len(done) <= DONE_WIDTH and done.startswith("ship motion nbp1406; 60 s; winch: 0 rate -0.1, 1 rate")
+    assert done.endswith(" rate -0.1, ...; no compensation")
+
+
+def test_small_forces_are_told_in_small_units():
+    assert force_unit(np.array([-9e3])) == (1e-3, "kN") and force_unit(np.array([640.0, -20.0])) == (1.0, "N")
+    assert force_unit(np.array([9e-3])) == (1e3, "mN") and force_unit(np.zeros(0)) == (1e-3, "kN")
+    recording = run()
+    for name in ("tension", "tension_tick_min", "tension_tick_max", "contact_resultant"):
+        recording.frames[name] *= 1e-6
+    text = caption(recording, 20.0).replace("\u00a0", " ")
+    assert "9.00 mN mean, 1.061 mN std, 7.50 to 10.50 mN" in text and "resultant 10.80 mN mean" in text
+    with matplotlib.rc_context(STYLE):
+        labels = {axes.get_ylabel() for axes in compose(recording, "a", 20.0).axes}
+    assert "tension [mN]" in labels
+
+
+def test_the_contact_panel_shows_what_is_loaded():
+    recording = run()
+    for _, table in recording.contacts:
+        table[:, COLUMNS.index("load_port")][12:] = table[:, COLUMNS.index("load_starboard")][12:] = 0.0
+    with matplotlib.rc_context(STYLE):
+        (axes,) = [a for a in compose(recording, "a", 20.0).axes if "angle" in a.get_xlabel()]
+    loaded = np.degrees(recording.contacts[-1][1][:12, COLUMNS.index("wrap_angle")])
+    low, high = axes.get_xlim()
+    assert low < loaded[0] and loaded[-1] < high and high - low < 2.0 * np.ptp(loaded)
+
+
+def test_a_haul_has_no_deviation_about_its_mean():
+    for recording, expected in ((run(), "mean\n± std"), (reeled(run()), "mean")):
+        with matplotlib.rc_context(STYLE):
+            (axes,) = [
+                a for a in compose(recording, "a", 20.0).axes if a.get_title(loc="left") == "Tension at the sheave"
+            ]
+        assert [text.get_text() for text in axes.texts] == [expected]
 
 
 def test_file_is_written_and_the_same_each_time(tmp_path):
@@ -118,13 +220,12 @@ def test_caption_has_the_figures_of_the_summary():
 
 def test_caption_of_a_haul_has_its_extremes():
     recording = reeled(run())
-    text = haul.caption(recording._replace(custom_data={"winch_plan": "0 hold, 5 rate -5"}))
+    text = haul.caption(recording)
     assert max(map(len, text.splitlines())) <= 165
-    text = text.replace("\n", " ").replace(" Winch", "\nWinch")
+    text = text.replace("\n", " ")
     for part in (
         "scope 142.0 to 442.0 m, towbody 179.4 to 180.6 m deep, layback 99.4 to 309.4 m",
         "tension at the sheave 7.50 to 10.50 kN, cable on the drum 58.0 to 358.0 m.",
-        "\nWinch plan: 0 hold, 5 rate -5",
     ):
         assert part in text
     recording.frames["scope"] = np.nan

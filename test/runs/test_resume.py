@@ -104,8 +104,8 @@ def test_another_motion_takes_the_tow_up_at_its_beginning(saved):
 
 
 def test_a_motion_of_another_heading_is_refused(saved, monkeypatch):
-    real = message_run.Pass._start
-    monkeypatch.setattr(message_run.Pass, "_start", lambda self: real(self)._replace(heading=1.0))
+    real = message_run.MessageRun._start
+    monkeypatch.setattr(message_run.MessageRun, "_start", lambda self: real(self)._replace(heading=1.0))
     text = (
         r"tow.npz: the ship heads 0 deg in the state and 57 deg in the motion: the tow would be swept round by 57 deg, "
     )
@@ -167,9 +167,9 @@ def test_nothing_is_saved_where_that_cannot_be_or_the_run_gave_up(saved, tmp_pat
         offline.run("side_scan", duration=0.1, save=tmp_path / "gone" / "x")
     with pytest.raises(SaveError, match=r"cannot be written \(Is a directory\)"):
         offline.run("side_scan", duration=0.1, save=tmp_path)
-    real = message_run.Pass.go
+    real = message_run.MessageRun.run
     monkeypatch.setattr(
-        message_run.Pass, "go", lambda self, *given: real(self, *given)._replace(problem="the solver gave up")
+        message_run.MessageRun, "run", lambda self, *given: real(self, *given)._replace(problem="the solver gave up")
     )
     result = offline.run("side_scan", duration=0.1, save=tmp_path / "x")
     assert result.problem == f"the solver gave up; its state was not saved to {tmp_path / 'x'}"

@@ -6,11 +6,11 @@ import warnings
 
 import numpy as np
 import pytest
+from cable_sim_ros.sim.layout import layout_of
 
 from cable_sim_ros import ShipMotion, Simulator
 from cable_sim_ros.io.load import SceneError, SceneWarning, load_scene, override
 from cable_sim_ros.physics.tick_output import Flag
-from cable_sim_ros.sim.mesh import mesh_plan
 
 LINKS = {"cable.model": "segments"}
 
@@ -49,7 +49,9 @@ def test_a_tow_on_links_rests_where_it_rests_on_cubic_elements(name):
     links.start()
     cubic.start()
     apart = np.linalg.norm(links.frame.body_position - cubic.frame.body_position)
-    assert apart < 1.5 * mesh_plan(scene).expected[-3].position or name == "flume"  # nothing is promised of the flume
+    assert (
+        apart < 1.5 * layout_of(scene).plan.expected[-3].position or name == "flume"
+    )  # nothing is promised of the flume
     assert apart < 0.011
     assert links.frame.tension == pytest.approx(float(cubic.frame.tension), rel=2e-3)
     assert links.frame.tension_body == pytest.approx(float(cubic.frame.tension_body), rel=5e-3)

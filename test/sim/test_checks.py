@@ -3,35 +3,36 @@
 from math import cos, hypot, radians, sin
 
 import pytest
+from cable_sim_ros.sim.layout import layout_of
 
 from cable_sim_ros.io.load import SceneError, load_scene, override
-from cable_sim_ros.sim import checks
-from cable_sim_ros.sim.route import Route, first_angle
+from cable_sim_ros.sim.route import first_angle
 
 
 @pytest.mark.parametrize("name", ["full_scale", "full_scale_contact", "side_scan", "lowered_ctd", "flume"])
 def test_lengths_of_the_checks_are_those_of_the_route(name):
     """The cable turns from the drum, onto the sheave and off it at the lengths that the checks count from."""
     scene = load_scene(name)
-    angle, route = first_angle(scene, checks.water_speed(scene)), Route(scene)
+    layout = layout_of(scene)
+    angle, route = first_angle(scene, layout.water_speed), layout.route
     unmeshed = route.wound - route.on_drum  # a winch that feeds has its first node where the cable leaves the drum
-    place = checks.Layout(*(s - unmeshed for s in checks.layout(scene)))
+    wound, tangent, leaves = (s - unmeshed for s in (layout.wound, layout.tangent, layout.leaves))
     eps = 1e-6 * scene.sheave.radius
-    x, z, *_ = route.place(place.wound - (0.0 if route.feeds else eps), angle)
+    x, z, *_ = route.place(wound - (0.0 if route.feeds else eps), angle)
     assert hypot(x, z) == pytest.approx(route.drum, rel=1e-9), "on the drum up to there"
-    for s in place[1 if route.feeds else 0 : 3]:
+    for s in (wound, tangent, leaves)[1 if route.feeds else 0 :]:
         before, after = route.place(s - eps, angle)[2:], route.place(s + eps, angle)[2:]
         assert before[0] * after[0] + before[1] * after[1] == pytest.approx(1.0, abs=1e-9), "a smooth route"
-    free = route.place(place.leaves + eps, angle)
+    free = route.place(leaves + eps, angle)
     assert free[2:] == pytest.approx((sin(angle), -cos(angle)), abs=1e-9), "straight from there on"
-    curved = route.place(place.leaves - 0.5 * (place.leaves - place.tangent), angle)
+    curved = route.place(leaves - 0.5 * (leaves - tangent), angle)
     assert hypot(curved[0] - route.away, curved[1] - route.rise) == pytest.approx(route.sheave, rel=1e-9)
 
 
 def test_the_fine_zone_of_the_thesis_is_the_known_one():
     scene = load_scene("full_scale_westin")
-    inboard, outboard = checks.fine_zone(scene)
-    wrapped = Route(scene).on_sheave(first_angle(scene, scene.ship.tow_speed))
+    inboard, outboard = layout_of(scene).fine_zone
+    wrapped = layout_of(scene).route.on_sheave(first_angle(scene, scene.ship.tow_speed))
     assert wrapped == pytest.approx(0.25 * radians(14.0), abs=0.002)  # nearly level: the critical angle
     assert outboard + wrapped == pytest.approx(0.86, abs=0.005)  # trap T6
     assert inboard == pytest.approx(2.5 - 0.86, abs=0.005)

@@ -7,15 +7,14 @@ import warnings
 
 import numpy as np
 import pytest
+from cable_sim_ros.sim.layout import layout_of
 
 from cable_sim_ros.io.load import SceneWarning, load_scene, override
 from cable_sim_ros.physics.drag_laws import AmplifiedDrag
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT
 from cable_sim_ros.runs.message_run import _warn_of_drag
-from cable_sim_ros.sim.route import Route
 from cable_sim_ros.sim.scene_warnings import part_warnings
 from cable_sim_ros.sim.simulator import Simulator
-from cable_sim_ros.sim.static_shape import tow_shape
 
 BARE = "cable.sections.bare."
 
@@ -65,7 +64,7 @@ def test_a_factor_that_does_not_say_of_what_is_said_with_what_hangs_on_it():
 
     normal = bare(drag_amplification_of=AmplifiedDrag.NORMAL)
     for one, tension, depth in ((scene, found[1], found[2]), (normal, found[3], found[4])):
-        shape = tow_shape(one, 450.0)
+        shape = layout_of(one).shape(450.0)
         assert (float(tension), float(depth)) == pytest.approx((shape.tension[-1], -shape.place[0, 2]), rel=1e-3)
     assert float(found[1]) - float(found[3]) > 200.0
     silent = bare(drag_amplification_of=None)
@@ -176,8 +175,8 @@ def test_a_run_faster_than_the_scene_looks_again():
 def test_a_tow_of_each_law_starts_where_its_shape_says(keys):
     """The kernels against the integration from the towbody upward, which the mesh and the cautions are made from."""
     scene = override(load_scene("full_scale"), {BARE + key: value for key, value in keys.items()})
-    sim, route = Simulator(scene), Route(scene)
+    sim, route = Simulator(scene), layout_of(scene).route
     sim.start()
-    shape = tow_shape(scene, route.total - route.wound - route.inboard)
+    shape = layout_of(scene).shape(route.total - route.wound - route.inboard)
     assert sim.frame.body_position[2] == pytest.approx(shape.place[0, 2], abs=0.02)
     assert sim.frame.tension == pytest.approx(shape.tension[-1], rel=2e-3)

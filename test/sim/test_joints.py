@@ -4,6 +4,7 @@ import warnings
 from math import pi
 
 import pytest
+from cable_sim_ros.sim.layout import layout_of
 
 from cable_sim_ros.io.load import SceneError, SceneWarning, dump_scene, load_scene, override, scene_from_dict
 from cable_sim_ros.io.load import scene_from_text as read
@@ -202,23 +203,23 @@ def test_caution(sections, bodies, text):
 
 def test_downforce_counts_every_section_and_what_hangs_on_it():
     """By hand: wet weight past the tangent point, pods, terminations and lifts in still water and under way."""
-    plain = checks.downforce(scene())
+    plain = checks.downforce(layout_of(scene()))
     area = 0.25 * pi
-    assert plain == checks.downforce(load_scene("full_scale_contact"))
-    place = checks.layout(scene())
+    assert plain == checks.downforce(layout_of(load_scene("full_scale_contact")))
+    place = layout_of(scene())
     winch = load_scene("full_scale").winch.model_dump(mode="json") | {"scope": None}
     fed = scene(base="full_scale", winch=winch | {"cable_on_drum": 600.0 - (place.total - place.wound)})
-    assert checks.downforce(fed) == pytest.approx(plain, rel=1e-9), "what is on the drum does not pull"
+    assert checks.downforce(layout_of(fed)) == pytest.approx(plain, rel=1e-9), "what is on the drum does not pull"
     hung = scene({"bare": {"termination_mass": 3.0, "termination_net_weight": 20.0}}, {"pod": POD | {"lift_area": 0.1}})
     lift = 0.5 * hung.water.density * 0.1 * hung.ship.tow_speed**2
-    assert checks.downforce(hung) == pytest.approx(plain + 20.0 + 50.0 - lift, rel=1e-12)
+    assert checks.downforce(layout_of(hung)) == pytest.approx(plain + 20.0 + 50.0 - lift, rel=1e-12)
     thick = scene({"faired": {"diameter": 0.02, "mass_per_length": 1.5}})
     more = 150.0 * 9.81 * (1.5 - 0.389 - thick.water.density * area * (0.02**2 - 0.01**2))
-    assert checks.downforce(thick) == pytest.approx(plain + more, rel=1e-9)
+    assert checks.downforce(layout_of(thick)) == pytest.approx(plain + more, rel=1e-9)
 
 
 def test_bodies_stand_at_the_ends_of_their_sections():
-    model = build_model(scene({"bare": {"termination_mass": 3.0}}, {"pod": POD}))
+    model = build_model(layout_of(scene({"bare": {"termination_mass": 3.0}}, {"pod": POD})))
     nodes = model.line.held.shape[0]
     sections = load_scene("full_scale_contact").cable.sections
     assert list(model.line.body_nodes) == [nodes - 1, nodes - 1 - sections["faired"].elements]

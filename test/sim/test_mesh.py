@@ -5,13 +5,13 @@ import pytest
 
 from cable_sim_ros.io.load import SceneError, SceneWarning, override
 from cable_sim_ros.runs.mesh import as_json, check, plan_of
-from cable_sim_ros.sim import mesh, mesh_maker
-from cable_sim_ros.sim.checks import elements, fine_zone, travel_warnings
-from cable_sim_ros.sim.mesh import arc_lengths_at_start, mesh_plan
+from cable_sim_ros.sim import layout, mesh_maker
+from cable_sim_ros.sim.checks import travel_warnings
+from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.mesh_kinds import equal_parts, geometric, graded
 from cable_sim_ros.sim.mesh_sheave import scope_range
 from cable_sim_ros.sim.simulator import Simulator
-from cable_sim_ros.sim.static_shape import fourth_derivative, tow_shape
+from cable_sim_ros.sim.static_shape import fourth_derivative
 from cable_sim_ros.verification.mesh_promise import markdown, measure
 from cable_sim_ros.verification.mesh_tows import tows
 
@@ -33,29 +33,29 @@ def with_keys(name="full_scale", **values):
 
 
 def parts(scene):
-    return {part.name: part for part in mesh_plan(scene).parts}
+    return {part.name: part for part in layout_of(scene).plan.parts}
 
 
 def test_the_full_scale_tow_comes_out_as_in_the_theory():
     scene = with_keys(accuracy__tension=0.005, accuracy__position=0.01, accuracy__sheave="resultant")
-    plan = mesh_plan(scene)
+    plan = layout_of(scene).plan
     assert 23 <= plan.mesh.nodes - 1 <= 39
     assert all(row.tension <= 0.005 and row.position <= 0.01 for row in plan.expected)
-    start, low, maximum = scope_range(scene)
+    start, low, maximum = scope_range(layout_of(scene))
     assert {row.scope for row in plan.expected} >= {start, maximum} and low == pytest.approx(0.1 * start)
     assert all(part.reason for part in plan.parts)
 
 
 def test_there_are_tows_from_a_flume_to_the_deep_sea():
-    scopes = [scope_range(scene)[0] for scene in TOWS.values()]
+    scopes = [scope_range(layout_of(scene))[0] for scene in TOWS.values()]
     assert len(TOWS) >= 20 and min(scopes) < 10.0 and max(scopes) >= 6000.0
 
 
 @pytest.mark.parametrize("name", TOWS)
 def test_every_mesh_is_in_order_at_every_scope(name):
     scene = TOWS[name]
-    plan = mesh_plan(scene)
-    arc = arc_lengths_at_start(scene)
+    plan = layout_of(scene).plan
+    arc = layout_of(scene).arc
     assert (np.diff(arc) > 0.0).all() and len(arc) == plan.mesh.nodes
     assert arc[-1] == pytest.approx(sum(s.length for s in scene.cable.sections.values()))
     assert (np.diff(plan.mesh.minimum) > 0.0).all() and plan.mesh.minimum[0] > 0.0
@@ -66,7 +66,7 @@ def test_every_mesh_is_in_order_at_every_scope(name):
 def test_the_mesh_is_where_the_simulator_lays_it():
     sim = Simulator(TOWS["three_cables"])
     sim.start()
-    np.testing.assert_allclose(sim.state.arc, arc_lengths_at_start(TOWS["three_cables"]), rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(sim.state.arc, layout_of(TOWS["three_cables"]).arc, rtol=0.0, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", ["full_scale", "side_scan_fast", "rope_300m", "shear_1500m", "deep_tow_3km"])
@@ -75,7 +75,7 @@ def test_the_shape_by_integration_is_that_of_the_elements(name):
     scene = TOWS[name]
     sim = Simulator(scene)
     sim.start()
-    shape = tow_shape(scene, scope_range(scene)[0])
+    shape = layout_of(scene).shape()
     assert shape.place[0, 2] == pytest.approx(float(sim.frame.body_position[2]), abs=2e-3 * shape.scope)
     assert shape.tension[-1] == pytest.approx(float(sim.frame.tension), rel=3e-3)
 
@@ -91,7 +91,7 @@ def test_the_fourth_derivative_of_a_hanging_chain_is_that_of_the_catenary():
             }
         }
     )
-    shape = tow_shape(scene.model_copy(update={"cable": cable}), 400.0)
+    shape = layout_of(scene.model_copy(update={"cable": cable})).shape(400.0)
     wet = slice(5, int(np.flatnonzero(np.diff(shape.section))[0]) - 5)
     h, v = shape.force[wet, 0], shape.force[wet, 2]
     w = (0.389 - 900.0 * np.pi / 4 * 1e-4) * 9.81
@@ -118,8 +118,8 @@ def test_the_promise_is_kept_in_a_heave():
 
 def test_the_line_load_wants_elements_by_the_bending_length_and_is_then_within_five_percent():
     scene = with_keys(accuracy__sheave="distribution")
-    plan = mesh_plan(scene)
-    bending = (scene.cable.bending_stiffness / max(tow_shape(scene, 450.0).tension)) ** 0.5
+    plan = layout_of(scene).plan
+    bending = (scene.cable.bending_stiffness / max(layout_of(scene).shape(450.0).tension)) ** 0.5
     assert parts(scene)["sheave"].longest <= 1.5 * bending * 1.001
     assert plan.mesh.nodes - 1 < 128
     loads = []
@@ -154,7 +154,7 @@ def test_what_is_written_by_hand_stands():
     assert [found[n].elements for n in ("inboard", "sheave", "bare", "faired")] == [1, 20, 10, 6]
     assert found["bare"].longest == pytest.approx(10.0 * found["bare"].shortest, rel=1e-6)
     assert "hand" in found["sheave"].reason and "hand" in found["bare"].reason
-    coarse = mesh_plan(with_keys(mesh__sheave=2))
+    coarse = layout_of(with_keys(mesh__sheave=2)).plan
     assert max(row.tension for row in coarse.expected) > 0.005, "the promise is that of the mesh, not of the wish"
 
 
@@ -166,10 +166,10 @@ def test_nothing_is_promised_for_a_tow_that_rises_out_of_the_water():
 
 def test_the_checks_know_the_elements_of_a_fed_mesh():
     scene = TOWS["three_cables"]
-    table = elements(scene)
-    assert [first for first, _, _ in table] + [table[-1][1]] == pytest.approx(list(arc_lengths_at_start(scene)))
+    table = layout_of(scene).elements
+    assert [first for first, _, _ in table] + [table[-1][1]] == pytest.approx(list(layout_of(scene).arc))
     assert {name for _, _, name in table} == {"upper", "faired", "tail"}
-    assert min(fine_zone(scene)) > 0.0
+    assert min(layout_of(scene).fine_zone) > 0.0
 
 
 def test_a_section_that_never_comes_outboard_has_one_element():
@@ -177,7 +177,7 @@ def test_a_section_that_never_comes_outboard_has_one_element():
 
 
 def test_less_accuracy_needs_fewer_elements():
-    counts = [mesh_plan(with_keys(accuracy__position=p)).mesh.nodes for p in (0.01, 0.1, 1.0)]
+    counts = [layout_of(with_keys(accuracy__position=p)).plan.mesh.nodes for p in (0.01, 0.1, 1.0)]
     assert counts == sorted(counts, reverse=True) and counts[0] > counts[-1]
 
 
@@ -300,7 +300,7 @@ def test_a_mesh_that_makes_no_sense_is_refused(changes, text):
 
 def test_a_place_that_no_mesh_of_so_many_elements_keeps_is_refused(monkeypatch):
     monkeypatch.setattr(mesh_maker, "MAX_ELEMENTS", 15)
-    mesh._plan.cache_clear()
+    layout._made.clear()
     text = (
         r"accuracy.position = 0.02 m cannot be met: with \d+ elements, and more than 15 are not made, "
         r"the towbody's place "
@@ -311,7 +311,7 @@ def test_a_place_that_no_mesh_of_so_many_elements_keeps_is_refused(monkeypatch):
         with pytest.raises(SceneError, match=text):
             with_keys(accuracy__position=0.02)
     finally:
-        mesh._plan.cache_clear()
+        layout._made.clear()
 
 
 def test_cautions_of_a_winch_that_feeds():
@@ -320,8 +320,8 @@ def test_cautions_of_a_winch_that_feeds():
     )
     with pytest.warns(SceneWarning, match=text + r"will ripple. Give mesh.sheave more elements, or leave it out"):
         with_keys(mesh__sheave=2)
-    assert travel_warnings(TOWS["full_scale"], 400.0, 100.0) == [], "the fine mesh stays at the sheave"
-    (warning,) = travel_warnings(TOWS["full_scale"], 0.0, 200.0)
+    assert travel_warnings(layout_of(TOWS["full_scale"]), 400.0, 100.0) == [], "the fine mesh stays at the sheave"
+    (warning,) = travel_warnings(layout_of(TOWS["full_scale"]), 0.0, 200.0)
     assert warning.key == "winch.scope"
     assert warning.text == "leaves 142 m to be paid out, less than 200 m: the winch stops at the end"
 
@@ -333,7 +333,7 @@ def test_a_mesh_fixed_to_the_material_has_no_plan():
         cable__sections__bare__elements=40,
         cable__sections__faired__elements=12,
     )
-    assert mesh_plan(scene) is None
+    assert layout_of(scene).plan is None
     text = (
         r"full_scale: winch.drum = contact has its mesh written in cable.sections.\*.elements; no mesh is made. Leave"
     )

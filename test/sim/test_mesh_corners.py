@@ -3,6 +3,7 @@
 import re
 
 import pytest
+from cable_sim_ros.sim.layout import layout_of
 
 from cable_sim_ros import Simulator
 from cable_sim_ros.io.load import SceneError, SceneWarning, load_scene, override
@@ -10,7 +11,6 @@ from cable_sim_ros.runs.mesh import check, extrapolated, kept
 from cable_sim_ros.runs.verdict import judge
 from cable_sim_ros.sim import mesh_maker
 from cable_sim_ros.sim.deviation_checks import hauled_into_waves
-from cable_sim_ros.sim.mesh import mesh_plan
 from cable_sim_ros.sim.mesh_corners import Turn, error_per_turn, stiffness
 from cable_sim_ros.sim.mesh_kinds import places_outboard
 from cable_sim_ros.sim.mesh_maker import Maker
@@ -60,13 +60,13 @@ def test_the_static_promise_is_kept_beside_bodies(name):
     got = mesh_other.measure(TOWS[name], 0.0)
     assert got.kept, got
     assert name in mesh_other.markdown([got])
-    reasons = [part.reason for part in mesh_plan(TOWS[name].scene).parts]
+    reasons = [part.reason for part in layout_of(TOWS[name].scene).plan.parts]
     assert any("corner of" in reason for reason in reasons) or not TOWS[name].scene.bodies
 
 
 def without_corners(scene, monkeypatch):
     monkeypatch.setattr(mesh_maker, "corners", lambda *_: [])
-    return Maker(scene).plan()
+    return Maker(layout_of(scene)).plan()
 
 
 def test_the_check_sees_an_error_of_the_first_order_whole(monkeypatch):
@@ -75,7 +75,7 @@ def test_the_check_sees_an_error_of_the_first_order_whole(monkeypatch):
     plan = without_corners(scene, monkeypatch)
     (static,) = check(scene, plan, seconds=0.0)
     assert 0.019 < static.position < 0.028
-    assert not kept(plan, scope_range(scene)[0], [static])
+    assert not kept(plan, scope_range(layout_of(scene))[0], [static])
 
 
 def test_what_is_left_after_two_halvings_falls_as_they_did():
@@ -88,8 +88,8 @@ def test_what_is_left_after_two_halvings_falls_as_they_did():
 @pytest.mark.parametrize("hauled", [0.0, 100.0, 250.0])
 def test_short_elements_move_with_the_material(hauled):
     scene = TOWS["heavy_depressor"].scene
-    plan, total = mesh_plan(scene), sum(s.length for s in scene.cable.sections.values())
-    wound = total - scope_range(scene)[0] - 8.0 + hauled
+    plan, total = layout_of(scene).plan, sum(s.length for s in scene.cable.sections.values())
+    wound = total - scope_range(layout_of(scene))[0] - 8.0 + hauled
     places = places_outboard(plan.mesh, total, wound)
     node = int(plan.mesh.boundaries[0]) - (len(plan.mesh.aboard) - 1)
     assert places[node] == pytest.approx(450.0), "the depressor stands on its node"
@@ -102,7 +102,7 @@ def test_numbers_by_hand_stand_and_their_error_is_told():
     scene = override(
         TOWS["heavy_depressor"].scene, {"mesh.sections": {n: {"elements": 12} for n in ("bare", "faired")}}
     )
-    plan = mesh_plan(scene)
+    plan = layout_of(scene).plan
     assert [part.elements for part in plan.parts if part.place == "outboard"] == [12, 12]
     assert max(row.position for row in plan.expected) > 0.1
 
@@ -119,10 +119,10 @@ def test_a_place_that_the_shortest_elements_do_not_keep_is_refused():
 
 def test_waves_want_short_elements_near_the_surface():
     scene = TOWS["wave_of_4_s"].scene
-    calm, plan = mesh_plan(override(scene, {"water.waves": {}})), mesh_plan(scene)
+    calm, plan = layout_of(override(scene, {"water.waves": {}})).plan, layout_of(scene).plan
     assert calm.mesh.nodes + 20 < plan.mesh.nodes < 120
     assert any("waves of the water" in part.reason for part in plan.parts)
-    start = scope_range(scene)[0]
+    start = scope_range(layout_of(scene))[0]
     assert all(row.tension <= 1.5 * scene.accuracy.tension for row in plan.expected if row.scope >= start)
 
 
@@ -130,7 +130,7 @@ def test_the_promise_is_kept_in_waves_alone():
     """The deviation of the tension was 9 % low."""
     tow = TOWS["wave_of_4_s"]
     pulls = []
-    for mesh in (mesh_plan(tow.scene).mesh, mesh_plan(tow.scene).mesh.doubled):
+    for mesh in (layout_of(tow.scene).plan.mesh, layout_of(tow.scene).plan.mesh.doubled):
         tension, _, problem = mesh_other._run(tow, tow.scene, mesh, 25.0)
         assert not problem
         pulls.append(tension[100:])
@@ -155,7 +155,7 @@ def test_a_haul_to_where_the_mesh_is_too_coarse_for_the_waves_is_doubtful():
     (reason,) = hauled_into_waves(scene, 200.0)
     assert reason.flag == "MESH_WAVES" and "450 m to 200 m" in reason.text
     said = float(re.search(r"err by (\S+) %", reason.text)[1])
-    error = {row.scope: row.tension for row in mesh_plan(scene).expected}
+    error = {row.scope: row.tension for row in layout_of(scene).plan.expected}
     assert 1.5 < said / 100.0 / scene.accuracy.tension and said < 100.0 * error[135.0]
     sim = Simulator(scene)
     sim.start()

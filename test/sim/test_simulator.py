@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cable_sim_ros.sim.layout import layout_of
 
 from cable_sim_ros.io.load import SceneError, load_scene, override
 from cable_sim_ros.io.resources import is_span
@@ -14,7 +15,6 @@ from cable_sim_ros.physics.inputs import push_command, push_motion
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.sim.build import lock
 from cable_sim_ros.sim.loop import _drive
-from cable_sim_ros.sim.route import Route
 from cable_sim_ros.sim.simulator import Simulator, SolverError, StartError
 
 ROOT = Path(__file__).parents[2]
@@ -113,10 +113,10 @@ def test_lengths_from_the_drum_to_the_towbody_add_up(sim):
 def test_the_scope_of_a_sheave_below_the_drum_begins_on_the_tangent():
     """The line comes down to the sheave and passes over its axis before it touches it."""
     scene = load_scene(ROOT / "config" / "full_scale.yaml")
-    route = Route(override(scene, {"sheave.position": [-36.8, 0.0, 2.1]}))
+    route = layout_of(override(scene, {"sheave.position": [-36.8, 0.0, 2.1]})).route
     assert route.tilt < 0.0
     assert route.place(route.on_drum + route.inboard, 0.3)[0] == pytest.approx(route.away, abs=1e-12)
-    level = Route(override(scene, {"sheave.position": [-36.8, 0.0, 4.7]}))
+    level = layout_of(override(scene, {"sheave.position": [-36.8, 0.0, 4.7]})).route
     assert level.tilt > 0.0
     assert level.place(level.on_drum + level.inboard, 0.3)[0] == pytest.approx(level.away, abs=1e-12)
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cable_sim_ros.sim.layout import layout_of
 
 from cable_sim_ros import ShipMotion
 from cable_sim_ros.io.load import SceneWarning, load_scene, override
@@ -16,9 +17,7 @@ from cable_sim_ros.physics.inputs import push_command, push_motion
 from cable_sim_ros.physics.state import ACCOUNT, records
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.sim.inputs import InputError
-from cable_sim_ros.sim.route import Route
 from cable_sim_ros.sim.simulator import Simulator, StartError
-from cable_sim_ros.sim.static_shape import tow_shape
 from cable_sim_ros.verification.mesh_tows import armoured, one, tow
 
 CONFIG = Path(__file__).parents[2] / "config"
@@ -51,9 +50,9 @@ def test_a_soft_cable_rests_on_its_sheave_where_its_shape_says(drum, stiffness):
     scene = scene_of("full_scale" if drum == "feed" else "full_scale_contact", **values, **scope)
     sim = Simulator(scene)
     sim.start()
-    frame, shape = sim.frame, tow_shape(scene, float(sim.frame.scope))
+    frame, shape = sim.frame, layout_of(scene).shape(float(sim.frame.scope))
     assert not int(frame.status) & Flag.DETACHED and frame.contact_total > frame.tension
-    route, strain = Route(scene), shape.tension[-1] / stiffness
+    route, strain = layout_of(scene).route, shape.tension[-1] / stiffness
     off = (route.on_drum + route.inboard) * strain  # what is stretched inboard comes off the sheave
     assert frame.body_position[2] == pytest.approx(shape.place[0, 2] - off, abs=0.1)
     assert frame.tension == pytest.approx(shape.tension[-1], rel=0.01)
@@ -90,7 +89,7 @@ def test_a_tow_that_the_current_leads_back_under_the_ship_has_its_mesh_on_the_sh
     scene = scene_of(ship__tow_speed=0.0, water__current=[0.7, 0.0], winch__scope=120.0, towbody__lift_area=0.0)
     sim = Simulator(scene)
     sim.start()
-    shape = tow_shape(scene, float(sim.frame.scope))
+    shape = layout_of(scene).shape(float(sim.frame.scope))
     assert shape.angle < -0.3 and sim.frame.wrap_angle > 1.8
     assert sim.frame.tension == pytest.approx(shape.tension[-1], rel=2e-3)
 
@@ -99,13 +98,13 @@ def test_a_light_tow_over_deep_ground_is_not_taken_to_lie_on_it():
     """The search for its shape began on the ground and took that for the answer."""
     scene = scene_of(winch__scope=120.0, ship__tow_speed=2.5, towbody__lift_area=0.0)
     aground = scene.model_copy(update={"seabed": Seabed(depth=60.0)})
-    found, free = tow_shape(aground, 120.0), tow_shape(scene, 120.0)
+    found, free = layout_of(aground).shape(120.0), layout_of(scene).shape(120.0)
     assert found.closed and found.place[0, 2] == pytest.approx(free.place[0, 2], abs=0.05)
 
 
 def test_a_body_above_the_water_weighs_what_it_weighs_in_air():
     scene = scene_of(winch__scope=2.0, ship__tow_speed=0.0)
-    assert tow_shape(scene, 2.0).force[0, 2] == pytest.approx(250.0 * 9.81)
+    assert layout_of(scene).shape(2.0).force[0, 2] == pytest.approx(250.0 * 9.81)
 
 
 def test_the_start_heads_into_the_flow_at_the_depth_of_the_body():
@@ -209,7 +208,7 @@ def test_a_cable_dragged_on_the_seabed_rests_where_its_shape_says(speed):
     """The first guess lay far below the ground: 440 steps and a fold by chance, or a refusal that asked for way."""
     sim = Simulator(scene_of(ship__tow_speed=speed, seabed__depth=100.0, setpoint__algorithm="hold"))
     sim.start()
-    shape = tow_shape(sim.scene, 450.0)
+    shape = layout_of(sim.scene).shape(450.0)
     assert shape.closed and int(sim.frame.status) & Flag.SEABED
     assert sim.start_report["steps"] < 60
     assert sim.frame.tension == pytest.approx(shape.tension[-1], rel=0.01)

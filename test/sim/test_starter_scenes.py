@@ -5,11 +5,11 @@ from math import acos, degrees, pi, sqrt
 
 import numpy as np
 import pytest
+from cable_sim_ros.sim.layout import layout_of
 
 from cable_sim_ros.io.load import load_scene, override
 from cable_sim_ros.physics.inputs import push_motion
 from cable_sim_ros.physics.tick_output import Flag
-from cable_sim_ros.sim.checks import elements
 from cable_sim_ros.sim.simulator import Simulator
 
 HEAVE = {"side_scan": (1.2, 8.0), "lowered_ctd": (1.2, 8.0), "flume": (0.02, 2.0)}  # m, s
@@ -43,7 +43,7 @@ def frames_of_heave(sim, amplitude, period, seconds):
 @pytest.mark.parametrize("name", HEAVE)
 def test_heave_raises_no_flag_but_that_of_the_start(name):
     sim = started(name)
-    assert len(elements(sim.scene)) < 150
+    assert len(layout_of(sim.scene).elements) < 150
     frames = frames_of_heave(sim, *HEAVE[name], 120)
     assert Flag(int(np.bitwise_or.reduce(frames["status"]))) == Flag.MOTION_BLENDING
     assert not frames["status"][1100:].any()

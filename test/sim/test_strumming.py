@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from cable_sim_ros.sim.layout import layout_of
 
 from cable_sim_ros.io.bag import read_bag
 from cable_sim_ros.io.channels import STRUM as CHANNEL
@@ -23,7 +24,6 @@ from cable_sim_ros.sim.inputs import WinchCommand
 from cable_sim_ros.sim.live_parameters import set_live
 from cable_sim_ros.sim.rig import Rig
 from cable_sim_ros.sim.simulator import Simulator, SolverError
-from cable_sim_ros.sim.static_shape import tow_shape
 from cable_sim_ros.sim.viv_tables import drag_factors
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
@@ -104,10 +104,10 @@ def test_a_faired_section_and_dry_cable_have_a_factor_of_one(sim):
 def test_a_computed_factor_is_of_the_drag_across_the_cable(sim):
     """The static shape without a mesh, where it is; by hand on both ways 2525 N."""
     bare, tension = "cable.sections.bare.drag_amplification", sim.frame.tension
-    assert tension == pytest.approx(tow_shape(sim.scene, 450.0).tension[-1], rel=2e-3)
+    assert tension == pytest.approx(layout_of(sim.scene).shape(450.0).tension[-1], rel=2e-3)
     mean = sim.strum[:-1, COLUMN["amplification"]][sim.strum[:-1, COLUMN["amplitude"]] > 0.0].mean()
     hand = {of: override(sim.scene, {"viv.law": "off", bare: mean, f"{bare}_of": of}) for of in ("normal", "both")}
-    pulls = {of: tow_shape(scene, 450.0).tension[-1] for of, scene in hand.items()}
+    pulls = {of: layout_of(scene).shape(450.0).tension[-1] for of, scene in hand.items()}
     assert pulls["normal"] == pytest.approx(tension, rel=3e-3) and pulls["both"] > 1.05 * tension
 
 
@@ -379,4 +379,4 @@ def test_the_depth_at_full_scale(factor, depth):
     """The wing pulls with 722 N, as printed for fresh water."""
     changes = {f"cable.sections.{name}.drag_amplification": factor for name in ("bare", "faired")}
     scene = override(load_scene("full_scale"), changes | {"towbody.lift_area": -722.0 / (0.5 * 1026.0 * 2.2**2)})
-    assert -tow_shape(scene, 450.0).place[0, 2] == pytest.approx(depth, abs=0.5)
+    assert -layout_of(scene).shape(450.0).place[0, 2] == pytest.approx(depth, abs=0.5)

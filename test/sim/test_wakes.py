@@ -6,6 +6,7 @@ import warnings
 
 import numpy as np
 import pytest
+from cable_sim_ros.sim.layout import layout_of
 
 from cable_sim_ros.io.load import SceneError, SceneWarning, load_scene, override, scene_from_text
 from cable_sim_ros.io.resources import find_scene
@@ -62,7 +63,7 @@ def test_the_wave_is_that_of_a_stiff_string():
 
 def test_the_bound_of_a_light_line_is_of_its_least_tension():
     """Flume: 7.8 mN at the towbody, below the working tension of its contact."""
-    assert min_tensions(load_scene("flume"))["line"] == pytest.approx(7.8e-3, rel=0.02)
+    assert min_tensions(layout_of(load_scene("flume")))["line"] == pytest.approx(7.8e-3, rel=0.02)
     fast = {"cable.sections.line.wake.law": "facchinetti", "solver.tick": 2e-4, "cable.bending_stiffness": 0.0}
     mesh = {"mesh.sections": {"line": {"elements": 40}}}
     text = refusal("flume", **fast, **mesh)

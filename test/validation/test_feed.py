@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from cable_sim_ros.sim.layout import layout_of
 
 from cable_sim_ros import Simulator, WinchCommand
 from cable_sim_ros.io.load import load_scene, override
 from cable_sim_ros.physics.ancf import MASS_PER_LENGTH
 from cable_sim_ros.physics.jit import LANES
-from cable_sim_ros.sim.route import Route
 
 MASS, BODY, GRAVITY = 0.389, 250.0, 9.81
 
@@ -53,7 +53,7 @@ def test_the_drum_pulls_with_the_mass_outboard_times_its_acceleration(pull):
         t = 0.01 * (i + 1)
         sim.push(WinchCommand(rate=pull * t))
         f = sim.tick()
-        hung = MASS * (f.scope - Route(sim.scene).sheave) + BODY
+        hung = MASS * (f.scope - layout_of(sim.scene).route.sheave) + BODY
         report.append((f.tension, hung * (GRAVITY - pull), f.payout_rate))
     tension, expected, rate = np.array(report[150:350]).T  # the weight bounces at first
     assert abs(rate[-1]) > 1.9
@@ -94,7 +94,7 @@ def test_small_travel_is_that_of_a_cable_wound_on_a_surface():
     """Within 1 % of the swing of the tension and 5 mm. What remains is the other drum's: cable that is fixed 3 m before
     the tangent point, on a surface that it presses in, and elements of 0.24 m there. Less of all that, less remains."""
     base = load_scene("full_scale_contact")
-    route = Route(base)
+    route = layout_of(base).route
     scope = route.total - route.wound - route.inboard
     fed = swung("full_scale", {"winch.scope": scope})
     swing = np.ptp(fed[:, 0])

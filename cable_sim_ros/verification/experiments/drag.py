@@ -23,8 +23,7 @@ from ...physics.fairing import dressed
 from ...physics.jit import LANES
 from ...physics.section import Section
 from ...physics.water import Water
-from ...sim.route import Route
-from ...sim.static_shape import tow_shape
+from ...sim.layout import layout_of
 from . import Comparison, Result
 
 DIAMETER, MASS, SPEED, GRAVITY = 0.010, 0.389, 2.2, 9.81  # of Westin's cable and tow
@@ -193,13 +192,13 @@ def _differences() -> list[Comparison]:
 def _otherwise() -> list[dict]:
     """What another law of the bare part changes in the static shape of full_scale."""
     scene = load_scene("full_scale")
-    route = Route(scene)
+    route = layout_of(scene).route
     scope, report = route.scope, []
     for name, keys in ({"as shipped": {}} | OTHERWISE).items():
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # laws outside their range are what is compared
             other = override(scene, {f"cable.sections.bare.{key}": value for key, value in keys.items()})
-        shape = tow_shape(other, scope)
+        shape = layout_of(other).shape(scope)
         report.append((name, -shape.place[0, 2], np.degrees(shape.angle), shape.tension[-1]))
     first = report[0]
     return [
@@ -273,11 +272,11 @@ def draw(path: Path) -> Path:
         for law in (*COEFFICIENTS, DragLaw.HUSTON_KAMMAN_10_ROW_2_PRINTED, DragLaw.CHOO_CASARELLA, DragLaw.CAPOZUCCA):
             dashed = "--" if law is DragLaw.HUSTON_KAMMAN_10_ROW_2_PRINTED else "-"
             left.loglog(re, [coefficient(law, x) for x in re], dashed, label=law.value)
-        left.set(title="C_N across the stream", xlabel="Reynolds number", ylim=(0.2, 20.0))
+        left.set(title="Coefficient across the stream", xlabel="Reynolds number", ylabel="C_N", ylim=(0.2, 20.0))
         for name, law, component in LOADINGS:
             if component == 0:
                 right.plot(eta, [_loading(law, 0, x) for x in eta], label=name)
-        right.set(title="f_n", xlabel="angle between cable and flow [deg]")
+        right.set(title="Loading function", xlabel="angle between cable and flow [deg]", ylabel="f_n")
         for axis in (left, right):
             axis.legend()
     return path

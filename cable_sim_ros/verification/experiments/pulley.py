@@ -222,8 +222,16 @@ def draw(swings: dict[int, Swing], path: Path) -> Path:
                 for k, value in enumerate(MEASURED.get(n, {}).get(what, ())):
                     axis.axhline(value, color=ORANGE, ls="--", lw=1.2, label=None if k else "measured range")
                 name = "wrap angle" if what == "wrap" else "tension at the pin"
-                axis.set_title(f"configuration {n}: {name} [{unit}]")
-                axis.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=3, borderaxespad=0.0)
+                axis.set_title(f"Configuration {n}")
+                axis.set_ylabel(f"{name} [{unit}]")
+                axis.legend(
+                    loc="lower right",
+                    bbox_to_anchor=(1.0, 0.98),
+                    ncols=3,
+                    borderaxespad=0.0,
+                    handlelength=1.4,
+                    columnspacing=1.2,
+                )
                 axis.set_xlim(0.0, s.time[-1])
                 axis.set_xlabel("time [s]" if n == 3 else "")
     return path

@@ -219,7 +219,7 @@ def draw(found: list[Lock], path: Path) -> Path:
             over.set_title(report.name)
             over.legend(loc="upper left")
             under.plot(report.ratio, 1e3 * report.amplitude, color=ORANGE, lw=1.8, marker="o", ms=4)
-            under.set_ylim(bottom=0.0)
+            under.set_ylim(0.0, 1.08e3 * report.amplitude.max())
             under.set_xlabel("speed over that of resonance")
         grid[0, 0].set_ylabel("frequency over the natural one")
         grid[1, 0].set_ylabel("vertical amplitude [d/1000]")

@@ -8,10 +8,9 @@ from typing import NamedTuple
 
 from ...io.load import SceneError
 from ...physics.tick_output import Flag
-from ...sim.route import Route
+from ...sim.layout import layout_of
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator, StartError
-from ...sim.static_shape import tow_shape
 from .tows import finite, shipped
 from .verdict import Found, Metric, stress
 
@@ -63,11 +62,11 @@ def wrong_rest(sim: Simulator) -> str:
         return "a number is not finite"
     if int(frame.status) & Flag.DETACHED or frame.contact_total <= 0.0:
         return "the cable is beside its sheave"
-    shape = tow_shape(scene, float(frame.scope))
+    shape = layout_of(scene).shape(float(frame.scope))
     bed = scene.seabed.depth
     if not shape.closed or (bed is not None and float(shape.place[:, 2].min()) <= -bed):
         return ""  # nothing to compare with: the depth is that of the ground, or the tow comes to the surface
-    route = Route(scene)  # what is stretched inboard comes off the sheave
+    route = layout_of(scene).route  # what is stretched inboard comes off the sheave
     off = (route.on_drum + route.inboard) * float(shape.tension.max()) / scene.cable.axial_stiffness
     depth = float(frame.body_position[2] - shape.place[0, 2]) + off
     if abs(depth) > NEAR * abs(float(shape.place[0, 2])) + AWAY:

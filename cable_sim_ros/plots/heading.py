@@ -1,0 +1,99 @@
+"""What stands over every picture of a run: the scene, what was done with it, and whether the figures can be taken."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import TYPE_CHECKING
+
+import numpy as np
+import yaml
+
+from ..io.recorded_run import RecordedRun
+from ..runs.summary import since_first
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+STAMP = "#c23b33"
+STAMP_WIDTH = 75  # characters of a line
+DONE_WIDTH = 160  # characters of what was done
+HOLD = "hold"  # the set-point law that does nothing
+
+
+def scene_name(run: RecordedRun) -> str:
+    """Title of a picture: the scene's name where the recording has it."""
+    return run.custom_data.get("scene", "Cable tow")
+
+
+def what_was_done(run: RecordedRun) -> str:
+    """Motion, duration and winch of a run, as far as its recording has them."""
+    about = run.custom_data
+    motion = about.get("motion")
+    time = since_first(run.frames) * 1e-9
+    # a tick output stands for what came before it
+    seconds = time[-1] + (np.median(np.diff(time)) if len(time) > 1 else 0.0)
+    parts = [] if motion is None else ["no ship motion" if motion == "none" else _motion(motion)]
+    parts.append(f"{seconds:.0f} s" if seconds >= 10.0 else f"{seconds:.2g} s")
+    if plan := about.get("winch_plan"):
+        parts.append(f"winch: {plan}")
+    if law := _law(about.get("scene_yaml", "")):
+        parts.append("no compensation" if law == HOLD else f"compensation {law}")
+    return _cut(parts)
+
+
+def _cut(parts: list[str]) -> str:
+    """The parts in one line of at most DONE_WIDTH characters: the longest gives way, behind one of its items."""
+    long = max(range(len(parts)), key=lambda k: len(parts[k]))
+    room = DONE_WIDTH - sum(len(part) + 2 for k, part in enumerate(parts) if k != long)
+    if len(parts[long]) > room:
+        parts = [*parts]
+        parts[long] = parts[long][: room - 5].rpartition(",")[0] + ", ..."
+    return "; ".join(parts)
+
+
+def _motion(name: str) -> str:
+    return name if name.startswith("heave ") else f"ship motion {name}"
+
+
+def _law(scene: str) -> str:
+    """Set-point law of a scene in YAML, "" where the text has none."""
+    try:
+        data = yaml.safe_load(scene) or {}
+    except yaml.YAMLError:
+        return ""
+    block = data.get("setpoint") if isinstance(data, dict) else None
+    return str(block.get("algorithm", "")) if isinstance(block, dict) else ""
+
+
+def put_heading(figure: Figure, run: RecordedRun, title: str, stamp: str = "") -> None:
+    """Title, what was done under it, and the stamp in the top right corner."""
+    figure.text(0.075, 0.95, title, size=20, weight="bold")
+    figure.text(0.075, 0.915, what_was_done(run), size=13)
+    put_stamp(figure, stamp)
+
+
+def put_stamp(figure: Figure, stamp: str) -> None:
+    """Write over the top right corner why the figures cannot be taken as they are; "" writes nothing."""
+    if stamp:
+        figure.text(
+            0.945,
+            0.964,
+            textwrap.fill(stamp, STAMP_WIDTH, max_lines=2, placeholder=" ..."),
+            size=13,
+            weight="bold",
+            color="white",
+            ha="right",
+            va="center",
+            bbox={"boxstyle": "round,pad=0.5", "facecolor": STAMP, "edgecolor": "none"},
+        )
+
+
+def force_unit(forces: np.ndarray) -> tuple[float, str]:
+    """Factor and unit in which forces [N] read well: kN, N or mN."""
+    maximum = float(np.abs(forces).max(initial=0.0))
+    return (1e-3, "kN") if maximum >= 1e3 or maximum == 0.0 else (1.0, "N") if maximum >= 1.0 else (1e3, "mN")
+
+
+def places(maximum: float) -> int:
+    """Decimals with which numbers up to ``maximum`` are written: four digits of it, at most two decimals."""
+    return max(0, min(2, 4 - len(str(int(abs(maximum))))))

@@ -1,0 +1,133 @@
+"""The cable from the side: scales of the panel, ship, sheave, towbody, and the cable coloured by its tension."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..io.recorded_run import RecordedRun, places_of
+from ..runs.summary import tow_axes
+from .heading import force_unit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+SIZE = (16.0, 10.0)  # inches; 1600 x 1000 at 100 dots per inch
+INK, FAINT = "#1b2733", "#8a949e"
+BLUE, ORANGE, WATER, HULL = "#1f6fb2", "#d4651b", "#9cc4e4", "#b4bcc4"
+PAD = (0.95, 1.05, 0.45, 0.45)  # inches beside what is drawn: left, right, below, above
+NEEDLE = 5.0  # beyond this ratio of the two scales a drawing to scale would be a needle
+SHIP = ((0.02, 0.04), (0.72, 0.05), (0.84, 0.09), (0.74, -0.06), (0.10, -0.06), (0.02, -0.02))  # inches, a symbol
+UNDER_WAY = 0.05  # m/s
+
+
+def cable_curves(run: RecordedRun) -> list[np.ndarray]:
+    """Each recorded shape as [nodes, 2]: along the tow from the sheave, height above the water, m."""
+    forward = tow_axes(run.frames)[0]
+    frames = run.frames[places_of([time for time, _ in run.shapes], run.frames)]
+    return [
+        np.column_stack([(table[:, :2] - frame["sheave_position"][:2]) @ forward, table[:, 2]])
+        for (_, table), frame in zip(run.shapes, frames)
+    ]
+
+
+def fit(
+    axes: Axes, points: np.ndarray, pad: tuple[float, float, float, float] = PAD
+) -> tuple[tuple[float, float], str]:
+    """Limits that show points [n, 2] with inches of room beside them, without changing the panel.
+
+    A metre is as long across as up, unless that would draw a needle. Returns the scales [m/inch] and a note, "" where
+    they are equal.
+    """
+    box = axes.get_position()
+    left, right, below, above = pad
+    low, span = points.min(axis=0), np.ptp(points, axis=0)
+    room = np.array([box.width * SIZE[0] - left - right, box.height * SIZE[1] - below - above])
+    scale = np.maximum(span, 1e-3) / room
+    note = ""
+    if scale.max() <= NEEDLE * scale.min():
+        scale[:] = scale.max()
+    else:
+        across = scale[0] < scale[1]
+        note = f"{'across' if across else 'heights'} enlarged × {float(f'{scale.max() / scale.min():.2g}'):g}"
+    first = low - 0.5 * (room * scale - span) - np.array([left, below]) * scale
+    whole = room + np.array([left + right, below + above])
+    axes.set_xlim(first[0], first[0] + whole[0] * scale[0])
+    axes.set_ylim(first[1], first[1] + whole[1] * scale[1])
+    return (float(scale[0]), float(scale[1])), note
+
+
+def put_note(axes: Axes, note: str) -> None:
+    """Say at the right of the title that the two scales differ."""
+    axes.set_title(note, loc="right", size=11, weight="normal", color=FAINT)
+
+
+def ship_and_water(axes: Axes, sheave_height: float) -> None:
+    """Water surface, a ship as a symbol of one size, and the sheave that it carries."""
+    from matplotlib.patches import Polygon
+    from matplotlib.transforms import ScaledTranslation
+
+    axes.axhline(0.0, color=WATER, lw=2, zorder=1)
+    symbol = axes.figure.dpi_scale_trans + ScaledTranslation(0.0, 0.0, axes.transData)
+    axes.add_patch(Polygon(SHIP, closed=True, facecolor=HULL, lw=0, zorder=2, transform=symbol, clip_on=True))
+    axes.plot([0.0, 0.0], [0.0, sheave_height], color=HULL, lw=2, zorder=2)
+    axes.plot(0.0, sheave_height, "o", color=INK, ms=7, mfc="white", mew=2, zorder=5)
+
+
+def side_view(axes: Axes, run: RecordedRun) -> None:
+    """Cable at the end of the run, coloured by tension, earlier ones faint; sheave at 0, water surface, ship."""
+    from matplotlib.collections import LineCollection
+
+    axes.set_title("Cable from the side, end of the run")
+    axes.set_xlabel("along the tow, from the sheave [m]")
+    axes.set_ylabel("height above the water [m]")
+    curves, forward, last = cable_curves(run), tow_axes(run.frames)[0], run.frames[-1]
+    for curve in curves[:: max(1, len(curves) // 20)]:
+        axes.plot(*curve.T, color=FAINT, lw=0.6, alpha=0.5)
+    if curves:
+        factor, unit = force_unit(run.shapes[-1][1][:, 3])
+        tension = factor * run.shapes[-1][1][:, 3]
+        points = curves[-1][:, None]
+        line = LineCollection(
+            np.concatenate([points[:-1], points[1:]], axis=1),
+            cmap="viridis",
+            lw=3,
+            array=0.5 * (tension[:-1] + tension[1:]),
+            capstyle="round",
+            zorder=3,
+        )
+        axes.add_collection(line, autolim=False)
+        bar = axes.figure.colorbar(line, ax=axes, pad=0.015, fraction=0.04)
+        bar.set_label(f"tension [{unit}]")
+        bar.outline.set_visible(False)
+    body = np.array([(last["body_position"] - last["sheave_position"])[:2] @ forward, last["body_position"][2]])
+    sheave = np.array([0.0, last["sheave_position"][2]])
+    _, note = fit(axes, np.vstack([*curves, body, sheave, (0.0, 0.0)]))
+    put_note(axes, note)
+    ship_and_water(axes, float(sheave[1]))
+    axes.plot(*body, "D", color=ORANGE, ms=9, zorder=4)
+    _labels(axes, body, sheave, float(np.hypot(*run.frames["ship_velocity"][:, :2].mean(axis=0))))
+
+
+def _labels(axes: Axes, body: np.ndarray, sheave: np.ndarray, speed: float) -> None:
+    """Names where a cable that streams aft leaves room: below the towbody, above the sheave, low on the right."""
+
+    def name(text: str, at: tuple, offset: tuple[float, float], ha: str = "center", **more) -> None:
+        axes.annotate(text, at, xytext=offset, textcoords="offset points", ha=ha, zorder=6, **more)
+
+    name("towbody", tuple(body), (0, -10), va="top", color=ORANGE, weight="bold")
+    name("sheave", tuple(sheave), (-8, 8), ha="right", weight="bold")
+    name("ship", (0.0, 0.0), (60, 8), ha="center", color=FAINT)
+    name("water surface", (0.01, 0.0), (0, 4), ha="left", color=BLUE, xycoords=axes.get_yaxis_transform())
+    if speed >= UNDER_WAY:
+        axes.annotate(
+            "tow direction",
+            (0.99, 0.06),
+            xycoords="axes fraction",
+            xytext=(0.80, 0.06),
+            va="center",
+            ha="right",
+            arrowprops={"arrowstyle": "->", "color": FAINT, "lw": 1.5},
+            color=FAINT,
+        )

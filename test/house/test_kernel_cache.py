@@ -1,0 +1,260 @@
+"""Kernels on disk: an edit compiles what it is part of and nothing else, nothing stale is ever run, any process works.
+
+On a small package with a copy of what compiles; each run is a process of its own.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+
+import llvmlite.binding
+import numba
+import pytest
+from small_package import AS_IT_IS, FILES, Small
+
+pytestmark = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="needs compilation")
+ALL = ["_heavier", "_heavy", "by_law", "paired", "run", "scaled", "tabled"]
+TWO_WORKERS = "compiling.SMALL, compiling.cores = -1, lambda: 3"
+ONE_CORE = "compiling.SMALL, compiling.cores = -1, lambda: 1"
+
+
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory):
+    """The package as it is, compiled once."""
+    small = Small(tmp_path_factory.mktemp("compiled"))
+    assert small.run() == (AS_IT_IS, ALL)
+    return small
+
+
+@pytest.fixture
+def small(compiled, tmp_path):
+    """A package of its own, its kernels on disk."""
+    copy = Small(tmp_path)
+    copy.cache = tmp_path / "own"
+    folder = copy.cache / "cable_sim_ros" / "kernels"
+    folder.mkdir(parents=True)
+    for name, content in compiled.files().items():
+        (folder / name).write_bytes(content)
+    return copy
+
+
+EDITS = {
+    "nothing": ("physics/numbers.py", "FACTOR = 2.0", "FACTOR = 2.0", AS_IT_IS, []),
+    "a comment": ("physics/inlined.py", "  # of it", "\n    # of another\n", AS_IT_IS, []),
+    "a docstring": ("physics/inlined.py", "A multiple.", "So many times it.", AS_IT_IS, []),
+    "lines above": ("physics/heavy.py", "@driver\ndef _heavy(", "\n\n\n@driver\ndef _heavy(", AS_IT_IS, []),
+    "a number in another file": (
+        "physics/numbers.py",
+        "FACTOR = 2.0",
+        "FACTOR = 3.0",
+        AS_IT_IS + 100.0,
+        ["_heavy", "scaled"],
+    ),
+    "a table": ("physics/numbers.py", "[1.0, 10.0]", "[1.0, 20.0]", AS_IT_IS + 10.0, ["run", "tabled"]),
+    "an enum": ("physics/numbers.py", "SQUARE = 2", "SQUARE = 3", AS_IT_IS - 6.0, ["by_law", "run"]),
+    "an inline function": (
+        "physics/inlined.py",
+        "return FACTOR * x",
+        "return FACTOR * x + 1.0",
+        AS_IT_IS + 1.0,
+        ["_heavy", "scaled"],
+    ),
+    "the body of what is called by symbol": (
+        "physics/heavy.py",
+        "scaled(paired(rows[0].a).first)",
+        "rows[0].b",
+        AS_IT_IS,
+        ["_heavy"],
+    ),
+    "what a call by symbol returns": (
+        "physics/heavy.py",
+        '_heavy(rows) -> float:\n    """The first of a row."""\n    return scaled(paired(rows[0].a).first)',
+        "_heavy(rows) -> int:\n    return int(7)",
+        AS_IT_IS - 200.0 + 7.0,
+        ["_heavier", "_heavy"],
+    ),
+    "fields of a record": (
+        "physics/numbers.py",
+        '[("a", "f8"), ("b", "f8")]',
+        '[("b", "f8"), ("a", "f8")]',
+        AS_IT_IS,
+        ["_heavier", "_heavy", "run"],
+    ),
+    "the type of a field": (
+        "physics/numbers.py",
+        '("a", "f8")',
+        '("a", "i8")',
+        AS_IT_IS,
+        ["_heavier", "_heavy", "paired", "run", "scaled"],
+    ),
+    "fields of a named tuple": (
+        "physics/numbers.py",
+        "first: float\n    second: float",
+        "second: float\n    first: float",
+        AS_IT_IS - 200.0,
+        ["_heavy", "paired"],
+    ),
+}
+
+
+@pytest.mark.parametrize("file, old, new, value, names", EDITS.values(), ids=EDITS)
+def test_an_edit_compiles_what_it_is_part_of(small, file, old, new, value, names):
+    small.edit(file, old, new)
+    assert small.run() == (value, names)
+    assert small.run() == (value, []), "what was compiled was not kept"
+
+
+def test_what_was_edited_back_is_still_there(small):
+    small.edit("physics/numbers.py", "FACTOR = 2.0", "FACTOR = 3.0")
+    small.run()
+    small.edit("physics/numbers.py", "FACTOR = 3.0", "FACTOR = 2.0")
+    assert small.run() == (AS_IT_IS, [])
+
+
+def test_a_change_of_what_compiles_compiles_everything(small):
+    small.edit("physics/kernel_form.py", "ENTRY, PUBLISHED, CALLED =", "SPARE = 0\nENTRY, PUBLISHED, CALLED =")
+    assert small.run() == (AS_IT_IS, ALL)
+
+
+def test_another_processor_has_kernels_of_its_own(small):
+    assert small.run(NUMBA_CPU_NAME="x86-64", NUMBA_CPU_FEATURES="") == (AS_IT_IS, ALL)
+
+
+def test_a_wrong_word_on_what_it_returns_is_refused(small):
+    small.edit("physics/heavy.py", "def _heavy(rows) -> float:", "def _heavy(rows) -> int:")
+    out, err = small.start().communicate(timeout=300)
+    assert not out
+    assert re.search(r"small\.physics\.heavy\._heavy returns float64 and says int64: .* not published", err)
+
+
+def test_a_damaged_file_is_compiled_again(small):
+    folder = small.cache / "cable_sim_ros" / "kernels"
+    for path in folder.iterdir():
+        path.write_bytes(path.read_bytes()[:-100] + bytes(100))
+    assert small.run() == (AS_IT_IS, ALL)
+    assert small.run() == (AS_IT_IS, [])
+
+
+def machine_code(small: Small) -> dict[str, list[bytes]]:
+    """Of every file that has some: the sections of its object that are code."""
+    objects = {
+        name: content[content.index(b"\x7fELF") :] for name, content in small.files().items() if b"\x7fELF" in content
+    }
+    found = {name: llvmlite.binding.ObjectFileRef.from_data(data).sections() for name, data in objects.items()}
+    return {
+        name: [bytes(section.data()) for section in sections if section.is_text()] for name, sections in found.items()
+    }
+
+
+def test_workers_make_the_same_code(compiled, tmp_path):
+    by_many, by_one = Small(tmp_path / "many"), Small(tmp_path / "one")
+    assert by_many.run(TWO_WORKERS).value == by_one.run(ONE_CORE).value == AS_IT_IS
+    assert set(by_many.files()) == set(by_one.files()) == set(compiled.files())
+    code = machine_code(compiled)
+    assert len(code) == 3 and all(b"".join(sections) for sections in code.values())
+    assert machine_code(by_many) == machine_code(by_one) == code
+
+
+WAITING = """
+import glob, time
+
+def keep(form, types, keep=compiling.Form.keep, until=time.monotonic() + 120.0):
+    kept = os.environ["NUMBA_CACHE_DIR"] + "/cable_sim_ros/kernels/*."
+    while len(glob.glob(kept + "published") + glob.glob(kept + "entry")) < 2 and time.monotonic() < until:
+        time.sleep(0.05)
+    keep(form, types)
+
+compiling.Form.keep = keep  # workers do not run this
+"""
+
+
+def test_workers_compile_what_the_process_then_finds(tmp_path):
+    ran = Small(tmp_path).run(f"{TWO_WORKERS}\n{WAITING}")
+    assert ran.value == AS_IT_IS and len({"run", "_heavy", "_heavier"} & set(ran.compiled)) == 1
+
+
+@pytest.mark.parametrize(
+    "script",
+    ["exit 1", "echo ready; read line; exit 9", "echo ready; read line; kill -9 $$", "exec 0<&-; exec 1>&-"],
+    ids=["does not start", "leaves a kernel undone", "is killed", "says nothing"],
+)
+def test_without_a_worker_the_process_compiles_itself(tmp_path, script):
+    program = tmp_path / "python-dies"
+    program.write_text(f"#!/bin/sh\n{script}\n")
+    program.chmod(0o755)
+    assert Small(tmp_path).run(f"{TWO_WORKERS}\nsys.executable = {str(program)!r}") == (AS_IT_IS, ALL)
+
+
+def test_an_error_in_the_process_ends_the_workers(tmp_path):
+    broken = "def keep(*a): raise MemoryError('here')\ncompiling.Form.keep = keep"
+    out, err = Small(tmp_path).start(f"{TWO_WORKERS}\n{broken}").communicate(timeout=120)
+    assert not out and "MemoryError: here" in err
+
+
+def test_a_worker_that_hangs_is_given_up(tmp_path):
+    program = tmp_path / "python-hangs"
+    program.write_text("#!/bin/sh\necho ready; exec sleep 600\n")
+    program.chmod(0o755)
+    setup = f"{TWO_WORKERS}\ncompiling.HANGS = compiling.TIMES = 0.1\nsys.executable = {str(program)!r}"
+    assert Small(tmp_path).run(setup) == (AS_IT_IS, ALL)
+
+
+@pytest.mark.parametrize("how", ["-c", "-"])
+@pytest.mark.parametrize(
+    "setup",
+    [TWO_WORKERS, f"{TWO_WORKERS}\nsys.frozen = True", f"{TWO_WORKERS}\nsys.executable = ''"],
+    ids=["workers", "frozen", "embedded"],
+)
+def test_any_kind_of_process_works(tmp_path, how, setup):
+    assert Small(tmp_path).run(setup, how).value == AS_IT_IS
+
+
+def test_a_frozen_or_embedded_program_starts_no_worker(tmp_path):
+    no_worker = "compiling.subprocess.Popen = None"
+    for own in ("sys.frozen = True", "sys.executable = ''", "sys.executable = '/usr/bin/simulator'"):
+        assert Small(tmp_path / str(len(own))).run(f"{TWO_WORKERS}\n{no_worker}\n{own}") == (AS_IT_IS, ALL)
+
+
+def test_without_compilation(tmp_path):
+    small = Small(tmp_path)
+    assert small.run(NUMBA_DISABLE_JIT="1") == (AS_IT_IS, [])
+    assert not small.files()
+
+
+def test_a_home_that_cannot_be_written(tmp_path):
+    small = Small(tmp_path)
+    (tmp_path / "temporary").mkdir()
+    own = {"NUMBA_CACHE_DIR": "/dev/null/cache", "TMPDIR": str(tmp_path / "temporary")}
+    assert small.run(TWO_WORKERS, **own).value == AS_IT_IS
+    assert small.run(**own) == (AS_IT_IS, [])
+    assert list((tmp_path / "temporary").glob(f"cable_sim_ros-{os.getuid()}/kernels/*.entry"))
+
+
+def test_nowhere_to_write(tmp_path):
+    nowhere = "from pathlib import Path\ncompiling.files.folders = [Path('/dev/null/kernels')]"
+    small = Small(tmp_path)
+    assert small.run(f"{TWO_WORKERS}\n{nowhere}") == (AS_IT_IS, ALL)
+    assert not small.files()
+
+
+def test_two_processes_at_the_same_time(tmp_path):
+    small = Small(tmp_path)
+    both = [small.start(TWO_WORKERS), small.start(ONE_CORE)]
+    assert [small.end(process).value for process in both] == [AS_IT_IS, AS_IT_IS]
+    assert small.run() == (AS_IT_IS, [])
+
+
+def test_what_was_compiled_before_a_number_was_replaced_is_not_kept(small):
+    """A function compiled with the old number stands in memory; a caller's name on disk would say the new one."""
+    small.edit("physics/numbers.py", "FACTOR = 2.0", "FACTOR = 4.0")
+    replace = "import small.physics.inlined as i, numba\ni.scaled.called.compile((numba.float64,))\ni.FACTOR = 5.0"
+    ran = small.run(replace)
+    assert "_heavy" in ran.compiled
+    small.edit("physics/numbers.py", "FACTOR = 4.0", "FACTOR = 5.0")
+    assert small.run() == (AS_IT_IS + 300.0, ["_heavy", "scaled"])
+
+
+def test_the_package_is_what_the_edits_say():
+    assert {file for file, *_ in EDITS.values()} <= set(FILES) and sys.version_info >= (3, 11)

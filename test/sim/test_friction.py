@@ -1,0 +1,173 @@
+"""Friction of a whole tow on its sheave and drum: what the keys do, what they are refused for, what they cost."""
+
+from __future__ import annotations
+
+from math import cos, exp, pi, sin
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from cable_sim_ros.io.load import SceneError, SceneWarning, load_scene, override
+from cable_sim_ros.physics.contact_surface import SHEAVE_ROW
+from cable_sim_ros.sim.inputs import ShipMotion, WinchCommand
+from cable_sim_ros.sim.live_parameters import set_live
+from cable_sim_ros.sim.route import Route
+from cable_sim_ros.sim.simulator import Simulator
+
+STANDS = {"sheave.friction": 0.1, "sheave.bearing_friction": 10.0}
+TURNS = {"sheave.friction": 0.1, "sheave.bearing_friction": 0.02}
+RATE, SPAN_WEIGHT = 0.5, 3.816  # m/s, N/m
+
+
+class Haul(NamedTuple):
+    scene: object
+    frames: np.ndarray
+
+    @property
+    def end(self) -> np.ndarray:
+        return self.frames[-50:]
+
+    def mean(self, name: str) -> float:
+        return float(self.end[name].mean())
+
+    @property
+    def log_ratio(self) -> float:
+        return float(np.log(self.end["tension_drum"] / self.end["tension"]).mean())
+
+    @property
+    def wrap(self) -> float:
+        """Turn of the cable over the sheave: from the chord to the drum and its sag to the departing cable."""
+        sag = 0.5 * SPAN_WEIGHT * Route(self.scene).span / self.mean("tension_drum")
+        return 0.5 * pi - self.mean("departure_angle") + Route(self.scene).tilt + sag
+
+
+@pytest.fixture(scope="module")
+def haul():
+    """A tow under a ship that goes straight on, its winch at a rate [m/s] for some seconds."""
+    done = {}
+
+    def made(changes: dict, rate: float = -RATE, name: str = "full_scale", seconds: float = 4.0) -> Haul:
+        key = (name, rate, seconds, *changes.items())
+        if key not in done:
+            scene = override(load_scene(name), {"setpoint.algorithm": "hold"} | changes)
+            sim = Simulator(scene)
+            sim.start()
+            parts = []
+            for _ in range(round(10 * seconds)):
+                sim.push(WinchCommand(rate=rate))
+                parts.append(sim.run(10).copy())
+            done[key] = Haul(scene, np.concatenate(parts))
+        return done[key]
+
+    return made
+
+
+@pytest.mark.parametrize("rate", [-RATE, RATE], ids=["hauls", "pays_out"])
+@pytest.mark.parametrize("changes, per_radian", [(STANDS, 0.1 / sin(pi / 6)), (TURNS, 0.02)], ids=["stands", "turns"])
+def test_the_drum_bears_more_hauling_in_and_less_paying_out(haul, changes, per_radian, rate):
+    """By Euler's ratio over the turn of the cable, within 3 % of its logarithm: the wrap is known to its sag."""
+    free, rubs = haul({}, rate), haul(changes, rate)
+    log_ratio = -np.sign(rate) * (rubs.log_ratio - free.log_ratio)
+    assert log_ratio == pytest.approx(per_radian * rubs.wrap, rel=0.03)
+    force = rubs.mean("tension_drum") - rubs.mean("tension") - free.mean("tension_drum") + free.mean("tension")
+    assert rubs.mean("sheave_friction") == pytest.approx(force, rel=0.03, abs=1.0)
+    assert rubs.mean("tension") == pytest.approx(free.mean("tension"), rel=1e-3), "outboard nothing changes"
+    assert rubs.frames["iterations"].sum() <= 1.1 * free.frames["iterations"].sum(), "as hard to solve as without"
+
+
+def test_the_heat_is_the_friction_over_the_cable_that_ran_through(haul):
+    rubs = haul(STANDS)
+    heat, end = rubs.frames["friction_heat"], slice(-50, None)
+    assert (np.diff(heat) >= 0.0).all()
+    power = np.diff(heat[end]).mean() / rubs.scene.solver.tick
+    assert power == pytest.approx(rubs.mean("sheave_friction") * RATE, rel=0.01)
+    residual = [np.ptp(haul(changes).frames["energy_residual"][end]) for changes in ({}, STANDS)]
+    assert residual[1] < 1.5 * residual[0] + 0.01 * power * 0.5, "the account closes as without"
+
+
+def test_a_winch_that_reverses_under_a_sheave_that_stands():
+    """Compensated heave: the drum feels every reversal, the cable outboard none, and steps stay as easy."""
+    report = []
+    for changes in ({}, STANDS):
+        sim, frames, w = Simulator(override(load_scene("full_scale"), changes)), [], 2.0 * pi / 8.0
+        sim.start()
+        for k in range(1600):
+            t = 0.01 * (k + 2)
+            x, v = (2.2 * t, 0.0, 0.5 * sin(w * t)), (2.2, 0.0, 0.5 * w * cos(w * t))
+            level = (0.0, 0.0, 0.0)
+            sim.push(ShipMotion(time_ns=round(t * 1e9), position=x, velocity=v, attitude=level, rate=level))
+            frames.append(sim.run(1).copy())
+        report.append(np.concatenate(frames)[800:])
+    free, rubs = report
+    assert rubs["tension"].std() == pytest.approx(free["tension"].std(), rel=0.05)
+    assert rubs["tension_drum"].std() > 2.0 * free["tension_drum"].std()
+    swing = np.ptp(rubs["sheave_friction"])  # from one side to the other: twice the friction of a steady haul
+    wrap = 0.5 * pi - rubs["departure_angle"].mean() + Route(sim.scene).tilt
+    assert swing == pytest.approx(2.0 * rubs["tension"].mean() * (exp(0.2 * wrap) - 1.0), rel=0.15)
+    assert rubs["iterations"].sum() < 1.25 * free["iterations"].sum()
+    assert (rubs["substeps"] > 1).mean() < 0.01
+
+
+def test_without_friction_no_bit_depends_on_its_other_numbers(haul):
+    plain = haul({}, seconds=1.0).frames
+    with pytest.warns(SceneWarning, match="has no effect"):
+        other = haul({"sheave.bearing_friction": 0.5, "contact.slip_speed": 0.1}, seconds=1.0).frames
+    assert plain.tobytes() == other.tobytes()
+    assert not plain["sheave_friction"].any() and not plain["friction_heat"].any()
+
+
+def test_a_bearing_seizes_under_way():
+    """Live: from the next tick on, kept by a start, without another compilation."""
+    sim = Simulator(override(load_scene("full_scale"), {"setpoint.algorithm": "hold"} | TURNS))
+    sim.start()
+    report = []
+    for bearing in (0.02, 10.0):
+        set_live(sim, "sheave.bearing_friction", bearing)
+        for _ in range(15):
+            sim.push(WinchCommand(rate=-RATE))
+            sim.run(10)
+        report.append(float(sim.frame["sheave_friction"]))
+    assert report[1] == pytest.approx(10.0 * report[0], rel=0.1)  # 0.1/sin 30 deg over 0.02, at 3 % more tension
+    sim.start()
+    assert sim.state.surfaces[SHEAVE_ROW].friction == 0.1 and sim.scene.sheave.bearing_friction == 10.0
+
+
+@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+def test_a_drum_that_rubs_turns_with_its_cable(haul):
+    """Cable wound on a drum goes with it: no heat to speak of, and the torque is that of the whole tension."""
+    free = haul({}, name="full_scale_contact", seconds=2.0)
+    rubs = haul({"winch.drum_friction": 0.1}, name="full_scale_contact", seconds=2.0)
+    assert rubs.mean("tension_drum") == pytest.approx(free.mean("tension_drum"), rel=0.01)
+    slides = RATE * 2.0 * rubs.mean("tension") * (1.0 - exp(-0.1 * 2.0 * pi))  # a turn that would slide
+    assert 0.0 < rubs.frames["friction_heat"][-1] < 0.01 * slides
+    lost = [np.abs(each.frames["energy_residual"]).max() for each in (free, rubs)]
+    assert lost[1] < 10.0 * lost[0]
+
+
+def test_friction_on_a_drum_that_feeds_is_refused():
+    with pytest.raises(
+        SceneError,
+        match=r"winch.drum_friction = 0.2 has no cable to act on: with winch.drum = feed .*; nothing was started. "
+        r"Leave it out; winch.drum = contact, for travel of a few metres",
+    ):
+        override(load_scene("full_scale"), {"winch.drum_friction": 0.2})
+
+
+@pytest.mark.parametrize(
+    "changes, text",
+    [
+        (
+            {"sheave.friction": 0.1},
+            r"sheave.friction = 0.1 has no effect: .* turns with the cable.* for a sheave that stands 0.2 or more",
+        ),
+        ({"sheave.bearing_friction": 0.02}, r"sheave.bearing_friction = 0.02 has no effect: .*Give sheave.friction"),
+        (
+            TURNS | {"contact.slip_speed": 0.5},
+            r"contact.slip_speed = 0.5 m/s is above 0.25 m/s, 0.05 of winch.max_rate = 5 m/s: friction acts in part",
+        ),
+    ],
+)
+def test_friction_that_acts_on_nothing_or_in_part_is_said(changes, text):
+    with pytest.warns(SceneWarning, match=text):
+        override(load_scene("full_scale"), changes)
