@@ -7,7 +7,7 @@ nor ROS.
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 _FACE = {  # name -> module
     "CableSimError": "errors",

@@ -26,7 +26,13 @@ extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.mathjax"]
 if ALONE:
     root_doc = "README"
     html_math_renderer = "mathml"  # read without a network, and a formula that is wrong fails the build
-    include_patterns = ["README.md", "CONTRIBUTING.md", "docs/*.md", *(f"{name}.md" for name in BESIDE)]
+    include_patterns = [
+        "README.md",
+        "CONTRIBUTING.md",
+        "docs/*.md",
+        "CHANGELOG.rst",
+        *(f"{name}.md" for name in BESIDE),
+    ]
 
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 6  # every heading is an anchor, named as a repository page names it

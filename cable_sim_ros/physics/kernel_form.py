@@ -182,7 +182,7 @@ class Form(CPUDispatcher):
         super().compile(sig)
         return self.overloads[_parts(sig)[0]].entry_point
 
-    def checkpoint(self, args: tuple) -> None:
+    def keep(self, args: tuple) -> None:
         """Compile for these types onto the disk only: nothing that it calls need be there."""
         with global_compiler_lock:
             if args not in self.overloads and self._cache.lacks(args):

@@ -16,20 +16,10 @@ from .ringing import fade
 from .ship import follow
 from .state import FLOW, NOW, TICK, Q, V, checkpoint, restore
 from .substeps import begin, link_stepper, start, unfinished
-from .tick_output import (
-    COMMAND_LIMITED,
-    COMMAND_STALE,
-    DRUM_END,
-    HALVED,
-    NEWTON_FAILED,
-    NOT_FINITE,
-    SETPOINT_LIMITED,
-    WINCH_LIMIT,
-    WINCH_SATURATED,
-)
+from .tick_output import HALVED, NEWTON_FAILED, NOT_FINITE, SETPOINT_LIMITED
 from .tow import advance_tow, end_step, impose, link_strum, place_surfaces, strum
 from .towbody import turn_into_flow
-from .winch import ACCELERATION, RATE, forget, note_command
+from .winch import forget, note_command, winch_flags
 from .winch_command import command, command_between
 
 observe = opaque(_observe)
@@ -132,18 +122,9 @@ def _tick(model, state, inputs, output, slot) -> int:
     fade(model.line, state, h, now.time.ticks)
     if model.line.strum.sections.shape[0] > 0:
         strum(model, state, h, now.time.ticks)
-    if now.winch.stale != 0:
-        flags |= COMMAND_STALE
-    if now.winch.limited != 0:
-        flags |= COMMAND_LIMITED
-    if now.winch.at_end != 0:
-        flags |= DRUM_END
-    if now.winch.at_limit != 0:
-        flags |= WINCH_LIMIT
+    flags |= winch_flags(now.winch, h)
     if now.setpoint.limited != 0:
         flags |= SETPOINT_LIMITED
-    if 2.0 * (now.winch.held[RATE] + now.winch.held[ACCELERATION]) >= h:
-        flags |= WINCH_SATURATED
     if not blending:
         now.ship.blend_length = 0.0
     return observe(model, state, output, slot, flags, blending)

@@ -13,6 +13,7 @@ import numpy as np
 
 from .jit import driver, inline
 from .parameter import REQUIRED, Block, quantity
+from .tick_output import COMMAND_LIMITED, COMMAND_STALE, DRUM_END, WINCH_LIMIT, WINCH_SATURATED
 
 # what holds the winch, see WINCH.held
 RATE, ACCELERATION, TRAVEL, COMMAND, RAMP = range(5)
@@ -257,6 +258,23 @@ def forget(winch):
     for i in range(LIMITS):
         winch.held[i] = 0.0
     winch.fastest, winch.hardest = abs(winch.rate), abs(winch.accel)
+
+
+@driver
+def winch_flags(winch, h):
+    """Flags of the winch after a tick of h [s]."""
+    flags = 0
+    if winch.stale != 0:
+        flags |= COMMAND_STALE
+    if winch.limited != 0:
+        flags |= COMMAND_LIMITED
+    if winch.at_end != 0:
+        flags |= DRUM_END
+    if winch.at_limit != 0:
+        flags |= WINCH_LIMIT
+    if 2.0 * (winch.held[RATE] + winch.held[ACCELERATION]) >= h:
+        flags |= WINCH_SATURATED
+    return flags
 
 
 @inline

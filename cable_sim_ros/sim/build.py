@@ -156,10 +156,12 @@ def drum_record(layout: Layout, mesh: FeedMesh | None) -> np.ndarray:
     """Winch as numbers; the lengths that may be paid out and hauled in follow from the route, and from the mesh."""
     scene, route, row = layout.scene, layout.route, np.zeros((), DRUM)
     w = scene.winch
+    for key in set(DRUM.names or ()) & set(type(w).model_fields):  # a number that kernels take as it is given
+        row[key] = getattr(w, key)
     row["centre"] = w.position
     row["radius"], row["angle_0"], row["side"] = route.drum, w.wrap, route.side
     row["gain_p"], row["gain_d"] = w.proportional_gain, w.derivative_gain
-    row["max_rate"], row["max_accel"] = w.max_rate, w.max_acceleration
+    row["max_accel"] = w.max_acceleration
     row["timeout"], row["delay"] = w.command_timeout, round(w.command_delay * 1e9)
     row["ramp"] = min(w.command_acceleration or w.max_acceleration, w.max_acceleration)
     row["total"], row["payout_0"], row["inboard"] = route.total, route.total - route.wound, route.inboard

@@ -201,6 +201,9 @@ def test_every_file_in_config_is_of_one_kind():
     assert sorted(sum(kinds, [])) == sorted(path.stem for path in ours)
 
 
-def test_changelog_has_the_version_or_says_unreleased():
-    text = (ROOT / "CHANGELOG.md").read_text("utf-8")
-    assert "## [Unreleased]" in text or f"## [{cable_sim_ros.__version__}]" in text
+def test_changelog_has_the_version_or_says_forthcoming():
+    """In the form that bloom reads: a title of the package, sections of a version and a date."""
+    text = (ROOT / "CHANGELOG.rst").read_text("utf-8")
+    sections = re.findall(r"^(.+)\n-{5,}$", text, re.M)
+    assert sections and all(re.fullmatch(r"Forthcoming|\d+\.\d+\.\d+ \(\d{4}-\d\d-\d\d\)", name) for name in sections)
+    assert "Forthcoming" in sections or sections[0].startswith(f"{cable_sim_ros.__version__} (")
