@@ -7,7 +7,7 @@
 # make bench  run time against error beside other codes;  make validate  repeats the experiments (both into runs/)
 # make soak  the real node under load, faults and hostile neighbours, R1 to S9 (two hours, idle machine), into runs/
 # make stress  stability N1 to N28, bags and recordings I and S at full size (half an hour or more), into runs/
-# make nightly  stress, validate and bench one after the other
+# make nightly  stress, validate and bench one after the other, then run times beside AGAINST
 # make docs  the pages of docs/ and the Python API as a site, build/docs/index.html; a broken link is an error
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
@@ -21,6 +21,8 @@ PIP := $(BIN)/python -m pip install -qq --disable-pip-version-check
 PACKAGING := setup.py setup.cfg package.xml cable_sim_ros/requirements.txt
 SECONDS_OF_TOW ?= 60
 PYTEST_ARGS ?=
+# make nightly compares run times with this commit: the last release, or one of 2026-11-21 while there is none
+AGAINST ?= $(or $(shell git describe --tags --abbrev=0 2>/dev/null),911d3e8)
 # a file of tests stays on one worker: its starts are shared
 PYTEST = $(BIN)/python -m pytest -n auto --maxprocesses 4 --dist loadfile
 
@@ -69,6 +71,7 @@ soak: $(VENV)/.test
 	$(BIN)/cable-sim soak --out runs/soak
 
 nightly: stress validate bench
+	$(BIN)/cable-sim bench --against $(AGAINST) --out runs/against
 
 validate: $(VENV)/.test
 	$(BIN)/cable-sim validate --out runs/validate

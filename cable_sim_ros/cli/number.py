@@ -31,3 +31,24 @@ class Number(click.FloatRange):
         if number > self.max or number < self.min or (self.min_open and number == self.min):
             self.fail(f"{number:g}{self.unit} is outside {self.range}; nothing was done", param, ctx)
         return number
+
+
+class Count(click.IntRange):
+    """A whole number from ``minimum`` to ``maximum``."""
+
+    name = "count"
+
+    def __init__(self, minimum: int, maximum: int):
+        super().__init__(min=minimum, max=maximum)
+        self.range = f"[{minimum}, {maximum}]"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        """The number; a usage error, code 2, where it is none or out of range."""
+        try:
+            number = int(value)
+        except (TypeError, ValueError):
+            self.fail(f"{value!r} is not a whole number; nothing was done. Give one in {self.range}", param, ctx)
+        assert self.min is not None and self.max is not None
+        if not self.min <= number <= self.max:
+            self.fail(f"{number} is outside {self.range}; nothing was done. Give one inside", param, ctx)
+        return number

@@ -61,6 +61,11 @@ class ControlLoop:
                 f"controller = {controller!r:.60} is a {type(controller).__name__}, no callable; {NOTHING_DONE}. Give "
                 f"a function that takes the row of a tick and returns a WinchCommand or None"
             )
+        given: object = period  # whatever the user gave
+        if given is not None and (isinstance(given, bool) or not isinstance(given, (int, float, np.number))):
+            raise ControllerError(
+                f"control_period = {period!r:.60} is a {type(period).__name__}, no number; {NOTHING_DONE}. Give seconds"
+            )
         ticks = 1.0 if period is None else period / tick
         if not 1.0 - WHOLE <= ticks < 2**31 or abs(ticks - round(ticks)) > WHOLE:
             raise ControllerError(

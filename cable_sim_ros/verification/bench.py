@@ -10,6 +10,7 @@ import platform
 import statistics
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ from . import haul_bench, ours, tow_bench
 from .ours import Setting, even, links
 from .row import METRES, Row
 from .scenes import errors
+from .turns import in_turn
 
 REPEATS = 5
 # P4 meshes: before, on and after the sheave
@@ -111,20 +113,19 @@ def _scene(scene: str, with_peers: bool, repeats: int) -> list[Row]:
             Row(scene, code, "", 0, 0.0, float("nan"), float("nan"), float("nan"), None, None, why)
             for code, why in missing
         ]
-    times: list[list[float]] = [[] for _ in jobs]
-    last: list[Any] = [None] * len(jobs)
     problem = [""] * len(jobs)
-    for turn in range(repeats + 1):
-        for k, (_, setting, run) in enumerate(jobs):
-            if problem[k]:
-                continue
-            try:
-                last[k] = run(setting)
-            except Exception as error:  # another code's failure is a result of the table, not the end of it
-                problem[k] = f"failed: {str(error).splitlines()[0][:160]}"
-                continue
-            if turn:
-                times[k].append(last[k].cpu_s / last[k].simulated_s)
+
+    def attempt(k: int) -> tuple[float, Any]:
+        if problem[k]:
+            return float("nan"), None
+        try:
+            done = jobs[k][2](jobs[k][1])
+        except Exception as error:  # another code's failure is a result of the table, not the end of it
+            problem[k] = f"failed: {str(error).splitlines()[0][:160]}"
+            return float("nan"), None
+        return done.cpu_s / done.simulated_s, done
+
+    times, last = in_turn([partial(attempt, k) for k in range(len(jobs))], repeats)
     for k, (code, setting, _) in enumerate(jobs):
         if problem[k]:
             rows.append(

@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from ..cli.number import Number
+from ..cli.number import Count, Number
 from ..cli.out_folder import ready
 from ..cli.progress import progress_bar
 from ..limits import LONGEST_RUN
@@ -115,26 +115,56 @@ def stress(ids, quick, out, as_json) -> None:
         sys.exit(FAILED)
 
 
+# the scenes of bench.SCENES and against.TICKS, whose imports are long
+BENCH_IDS, TICK_IDS = [f"P{i}" for i in range(1, 10)], ["full_scale", "side_scan"]
+
+
 @click.command()
 @click.argument(
-    "scenes", nargs=-1, type=click.Choice([f"P{i}" for i in range(1, 10)], case_sensitive=False), metavar="[P1 ... P9]"
+    "scenes",
+    nargs=-1,
+    type=click.Choice([*BENCH_IDS, *TICK_IDS], case_sensitive=False),
+    metavar="[P1 ... P9, full_scale, side_scan]",
 )
 @click.option("--peers", is_flag=True, help="Other codes beside ours, taking turns; needs the extra [peers].")
-@click.option(
-    "--repeats", type=click.IntRange(1, 1000), help="Timed runs of each setting. Default: 5, of --features 15."
-)
+@click.option("--repeats", type=Count(1, 1000), help="Timed runs of each setting. Default: 5, of --features 15.")
 @click.option("--features", is_flag=True, help="In place of scenes: what each feature of a scene costs a step.")
 @click.option("--sheave-mesh", is_flag=True, help="In place of scenes: how fine a mesh the answers at the sheave need.")
 @click.option("--mesh", "promises", is_flag=True, help="In place of scenes: is the error promised for a mesh kept?")
 @click.option("--haul", is_flag=True, help="In place of scenes: what cable on the drum, cable out and elements cost.")
 @click.option("--ticks", is_flag=True, help="In place of scenes: the longest tick in real time, a minute at 2 m/s.")
 @click.option("--water", is_flag=True, help="In place of scenes: what each option of the water costs a tick.")
+@click.option(
+    "--against",
+    metavar="COMMIT",
+    help="Run times as ratios to those of an earlier commit, of P2, P5 to P9 and the ticks of full_scale and side_scan "
+    "unless named.",
+)
+@click.option("--rounds", type=Count(1, 100), help="Rounds of --against, both versions in each. Default: 3.")
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for table, JSON and plots.")
 @json_option
-def bench(scenes, peers, repeats, features, sheave_mesh, promises, haul, ticks, water, out, as_json) -> None:
+def bench(
+    scenes, peers, repeats, features, sheave_mesh, promises, haul, ticks, water, against, rounds, out, as_json
+) -> None:
     """Run time against error on the benchmark scenes (default: all), medians of runs that take turns."""
     asked = {"features": features, "sheave_mesh": sheave_mesh, "mesh": promises, "haul": haul}
     studies = [name for name, on in (asked | {"ticks": ticks, "water": water}).items() if on]
+    if against is not None:
+        if studies or peers or repeats:
+            raise click.UsageError(
+                "--against compares two versions of this project by themselves: beside it stand names of benchmarks, "
+                "--rounds, --out and --json alone; nothing was run. Leave the other options out"
+            )
+        ready(out)
+        _compare(against, scenes, rounds, out, as_json)
+        return
+    if rounds:
+        raise click.UsageError("--rounds are those of --against; nothing was run. Give --against COMMIT, or --repeats")
+    if of_ticks := [name for name in scenes if name in TICK_IDS]:
+        raise click.UsageError(
+            f"{' '.join(of_ticks)}: ticks have a time only beside another version; nothing was run. Give --against "
+            f"COMMIT, or benchmarks from P1 to P9"
+        )
     if studies:
         if len(studies) > 1 or scenes or peers:
             raise click.UsageError(
@@ -190,6 +220,17 @@ def bench(scenes, peers, repeats, features, sheave_mesh, promises, haul, ticks, 
     Console(width=None if sys.stdout.isatty() else 160).print(table)
 
 
+def _compare(commit: str, names: tuple[str, ...], rounds: int | None, out: Path | None, as_json: bool) -> None:
+    """Ratios to a commit: Markdown or JSON, both into the folder."""
+    from . import against
+    from .bench import about
+
+    with progress_bar(as_json, "runs") as progress:
+        found = against.compare(commit, names or against.BENCHMARKS, rounds or against.ROUNDS, out, progress)
+    data, text = {"about": about()} | against.as_json(found), against.markdown(found)
+    _written("against", data, text, out, as_json)
+
+
 def _study(name: str, repeats: int | None, out: Path | None, as_json: bool) -> None:
     """A study by the name of its option: Markdown or JSON, both into the folder."""
     found: Any
@@ -231,6 +272,10 @@ def _study(name: str, repeats: int | None, out: Path | None, as_json: bool) -> N
 
         found = data = sheave.sweeps()
         text = sheave.markdown(found)
+    _written(name, data, text, out, as_json)
+
+
+def _written(name: str, data: Any, text: str, out: Path | None, as_json: bool) -> None:
     if out is not None:
         (out / f"{name}.json").write_text(json.dumps(data, indent=1) + "\n", "utf-8")
         (out / f"{name}.md").write_text(text + "\n", "utf-8")

@@ -10,6 +10,7 @@ from __future__ import annotations
 import statistics
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +19,7 @@ from ..physics.contact_surface import surface_row
 from ..physics.drag_laws import DragLaw
 from ..physics.water import Water
 from ..sim.rig import Rig, cable_of, load_of
+from .turns import in_turn
 
 ELEMENTS, LENGTH, STEP, STEPS, TURNS = 64, 64.0, 0.01, 400, 15
 FAR = (0.0, 500.0, 0.0)
@@ -115,17 +117,17 @@ def costs(turns: int = TURNS) -> list[Cost]:
     """Medians over ``turns`` runs of each feature, the three of a feature in turn within the same minute."""
     report = []
     for name, variants in FEATURES.items():
-        times: list[list[float]] = [[], [], []]
-        for turn in range(turns + 1):
-            for k, build in enumerate(variants):
-                rig = build()
-                begin = time.process_time()
-                rig.run(STEP * STEPS, STEP, every=STEPS)
-                if turn:
-                    # per Newton iteration: contact takes more of them, which is not the cost of looking at it
-                    times[k].append(1e6 * (time.process_time() - begin) / max(rig.iterations, 1))
+        times, _ = in_turn([partial(_stepped, build) for build in variants], turns)
         report.append(Cost(name, *(statistics.median(t) for t in times)))
     return report
+
+
+def _stepped(build: Callable[[], Rig]) -> tuple[float, None]:
+    """Microseconds per Newton iteration: contact takes more of them, which is not the cost of looking at it."""
+    rig = build()
+    begin = time.process_time()
+    rig.run(STEP * STEPS, STEP, every=STEPS)
+    return 1e6 * (time.process_time() - begin) / max(rig.iterations, 1), None
 
 
 def markdown(rows: list[Cost]) -> str:

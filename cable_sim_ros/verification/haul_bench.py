@@ -10,6 +10,7 @@ import statistics
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -26,7 +27,8 @@ from ..sim.scene import Scene
 from ..sim.simulator import Simulator
 from .mesh_tows import armoured, one, tow
 from .row import Row
-from .tow_bench import drive, errors, mesh_numbers, of_reference, refined, sampled, simulated
+from .tow_bench import drive, errors, mesh_numbers, of_reference, refined, sampled, simulated, timed
+from .turns import in_turn
 
 METRES, RATE = 250.0, 1.0  # m, m/s of P8
 BEFORE = 20.0  # s held before a haul
@@ -141,16 +143,17 @@ def hauled(repeats: int, progress: Shown = lambda *_: None) -> list[Row]:
         inward = haul(sim, -RATE, short)
         outward = haul(sim, RATE, first)
         found.append((inward, outward, float(sim.frame.scope - first.scope)))
-    times: list[list[float]] = [[] for _ in scenes]
-    for turn in range(repeats + 1):
-        for k, scene in enumerate(scenes):
-            progress(f"P8 {HAULS[k].name}", turn * len(scenes) + k, (repeats + 1) * len(scenes))
-            sim = _begun(scene)
-            go(sim, BEFORE)
-            frames, cpu = zip(*(go(sim, METRES / RATE, f"0 rate {rate:g}") for rate in (-RATE, RATE)))
-            if turn:
-                times[k].append(sum(cpu) / sum(simulated(f, scene) for f in frames))
+    names = [f"P8 {setting.name}" for setting in HAULS]
+    times, _ = in_turn([partial(_both_ways, scene) for scene in scenes], repeats, progress, names)
     return [_haul_row(s.name, scene, statistics.median(t), *f) for s, scene, t, f in zip(HAULS, scenes, times, found)]
+
+
+def _both_ways(scene: Scene) -> tuple[float, None]:
+    """CPU time [s per simulated s] of a haul in and out again."""
+    sim = _begun(scene)
+    go(sim, BEFORE)
+    frames, cpu = zip(*(go(sim, METRES / RATE, f"0 rate {rate:g}") for rate in (-RATE, RATE)))
+    return sum(cpu) / sum(simulated(f, scene) for f in frames), None
 
 
 def _haul_row(name: str, scene: Scene, cpu: float, inward: Haul, outward: Haul, missing: float) -> Row:
@@ -247,16 +250,8 @@ def deep_tow(repeats: int, progress: Shown = lambda *_: None) -> list[Row]:
     begin, end = DEEP_BEGIN, DEEP_BEGIN + DEEP_HAUL / DEEP_RATE
     plan = WinchPlan(f"0 hold, {begin:g} rate {-DEEP_RATE:g}, {end:g} hold")
     scenes = [stepped(base, "chosen" if tick is None else "fixed", tick) for tick in DEEP_TICKS]
-
-    times: list[list[float]] = [[] for _ in scenes]
-    last = []
-    for turn in range(repeats + 1):
-        last = []
-        for k, scene in enumerate(scenes):
-            progress(f"P9 {scene.solver.tick:g} s", turn * len(scenes) + k, (repeats + 1) * len(scenes))
-            last.append(drive(scene, motion, None, plan, DEEP_SECONDS))
-            if turn:
-                times[k].append(last[k].stepping_cpu_s / simulated(last[k].frames, scene))
+    jobs = [partial(timed, scene, motion, None, plan, DEEP_SECONDS) for scene in scenes]
+    times, last = in_turn(jobs, repeats, progress, [f"P9 {scene.solver.tick:g} s" for scene in scenes])
     fine, check = refined(base, 1, DEEP_FINE), refined(base, 2, DEEP_FINE)
     driven, checked = (drive(by.scene, motion, by.mesh, plan, DEEP_SECONDS) for by in (fine, check))
     reference = sampled(driven.frames, fine.scene)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import statistics
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +19,7 @@ from ..sim.layout import layout_of
 from ..sim.mesh_kinds import FeedMesh
 from ..sim.scene import Scene
 from .tow_bench import drive, simulated
+from .turns import in_turn
 
 ON_DRUM = (50.0, 200.0, 500.0, 1000.0, 2000.0)  # m, with the scope of the scene out
 PAID_OUT = (200.0, 300.0, 450.0, 700.0, 1000.0)  # m of scope, LEFT on the drum
@@ -71,16 +73,18 @@ def jobs() -> list[tuple[str, float, Scene, FeedMesh | None]]:
 def study(turns: int = TURNS, progress: Callable[[str, float, float], None] = lambda *_: None) -> Study:
     """Medians of so many turns over all points."""
     tow, todo = read_tow(find_bag("nbp1406")), jobs()
-    times: list[list[float]] = [[] for _ in todo]
-    corrections = [0.0] * len(todo)
-    for turn in range(turns + 1):
-        for k, (what, at, scene, mesh) in enumerate(todo):
-            progress(f"{what} {at:g}", turn * len(todo) + k, (turns + 1) * len(todo))
-            driven = drive(scene, tow, mesh, None, SECONDS)
-            time = simulated(driven.frames, scene)
-            corrections[k] = float(driven.frames.iterations.sum()) / time
-            if turn:
-                times[k].append(driven.stepping_cpu_s / time)
+
+    def run(scene: Scene, mesh: FeedMesh | None) -> tuple[float, float]:
+        driven = drive(scene, tow, mesh, None, SECONDS)
+        time = simulated(driven.frames, scene)
+        return driven.stepping_cpu_s / time, float(driven.frames.iterations.sum()) / time
+
+    times, corrections = in_turn(
+        [partial(run, scene, mesh) for _, _, scene, mesh in todo],
+        turns,
+        progress,
+        [f"{what} {at:g}" for what, at, *_ in todo],
+    )
     costs = [statistics.median(t) for t in times]
     points = [Cost(what, at, cost, 1e6 * cost / each) for (what, at, *_), cost, each in zip(todo, costs, corrections)]
     slopes = {what: (slope(points, what, 2), slope(points, what, 3)) for what in ("drum", "out")}

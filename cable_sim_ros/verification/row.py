@@ -10,7 +10,7 @@ METRES = ("P7", "P8", "P9")  # scenes whose error of position is a distance
 class Row(NamedTuple):
     """One line of the table; errors are fractions, of position in P7 to P9 metres.
 
-    figures: what else was measured, by name with its unit, for the JSON.
+    metrics: what else was measured, by name with its unit, for the JSON.
     """
 
     scene: str

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import statistics
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +23,7 @@ from ..sim.layout import layout_of
 from ..sim.mesh_kinds import FeedMesh
 from ..sim.scene import Scene
 from .row import Row
+from .turns import in_turn
 
 SECONDS, SKIP = 40.0, 10.0  # of nbp1406, and what of it is left out of the statistics
 LAWS = ("hold", "simplified_sheave")
@@ -106,15 +108,9 @@ def rows(repeats: int, progress: Callable[[str, float, float], None] = lambda *_
     """P7, both set-points and both drums in turn."""
     tow = read_tow(find_bag("nbp1406"))
     jobs = [setting for law in LAWS for setting in settings(law)]
-    times: list[list[float]] = [[] for _ in jobs]
-    last: list[Stepped] = []
-    for turn in range(repeats + 1):
-        last = []
-        for k, job in enumerate(jobs):
-            progress(f"P7 {job.name}", turn * len(jobs) + k, (repeats + 1) * len(jobs))
-            last.append(drive(job.scene, tow))
-            if turn:
-                times[k].append(last[k].stepping_cpu_s / simulated(last[k].frames, job.scene))
+    times, last = in_turn(
+        [partial(timed, job.scene, tow) for job in jobs], repeats, progress, [f"P7 {job.name}" for job in jobs]
+    )
     costs = [statistics.median(t) for t in times]
     found = []
     for law in LAWS:
@@ -161,6 +157,18 @@ def drive(
     if driven.problem:
         raise RuntimeError(driven.problem)
     return driven
+
+
+def timed(
+    scene: Scene,
+    tow: RecordedTow,
+    mesh: FeedMesh | None = None,
+    winch: WinchPlan | None = None,
+    seconds: float = SECONDS,
+) -> tuple[float, Stepped]:
+    """CPU time of stepping [s per simulated s], and what was driven."""
+    driven = drive(scene, tow, mesh, winch, seconds)
+    return driven.stepping_cpu_s / simulated(driven.frames, scene), driven
 
 
 def simulated(frames: np.recarray, scene: Scene) -> float:

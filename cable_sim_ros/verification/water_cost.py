@@ -11,14 +11,17 @@ from __future__ import annotations
 import statistics
 import warnings
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 from ..io.load import SceneWarning, load_scene, override
 from ..io.recorded_tow import read_tow
 from ..io.resources import find_bag
 from ..sim.layout import layout_of
+from ..sim.mesh_kinds import FeedMesh
 from ..sim.scene import Scene
 from .tow_bench import drive, simulated
+from .turns import in_turn
 
 SECONDS, TURNS = 30.0, 11
 DEPTHS = {"depth": [0.0, 50.0, 200.0], "speed": [0.3, 0.2, 0.1], "towards_deg": [90.0, 60.0, 30.0]}
@@ -97,16 +100,14 @@ def costs(turns: int = TURNS, progress: Callable[[str, float, float], None] = la
     for k, (name, (off, on)) in enumerate(OPTIONS.items()):
         scenes = [scene_with(changes) for changes in ({}, off, on) if changes is not None]
         mesh = layout_of(scenes[0]).mesh
-        times: list[list[float]] = [[] for _ in scenes]
-        corrections = [0.0] * len(scenes)
-        for turn in range(turns + 1):
-            progress(name, k * (turns + 1) + turn, len(OPTIONS) * (turns + 1))
-            for i, scene in enumerate(scenes):
-                driven = drive(scene, tow, mesh, None, SECONDS)
-                ticks = round(simulated(driven.frames, scene) / scene.solver.tick)
-                corrections[i] = float(driven.frames.iterations.sum()) / ticks
-                if turn:
-                    times[i].append(1e6 * driven.stepping_cpu_s / ticks)
+        progress(name, k, len(OPTIONS))
+
+        def run(scene: Scene, mesh: FeedMesh | None = mesh) -> tuple[float, float]:
+            driven = drive(scene, tow, mesh, None, SECONDS)
+            ticks = round(simulated(driven.frames, scene) / scene.solver.tick)
+            return 1e6 * driven.stepping_cpu_s / ticks, float(driven.frames.iterations.sum()) / ticks
+
+        times, corrections = in_turn([partial(run, scene) for scene in scenes], turns)
         absent = statistics.median(times[0])
         us = [absent * statistics.median(b / a for a, b in zip(times[0], t, strict=True)) for t in times]
         found.append(Cost(name, absent, us[1] if off is not None else None, us[-1], corrections[0], corrections[-1]))

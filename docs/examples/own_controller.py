@@ -4,7 +4,6 @@ Usage: python3 own_controller.py [SCENE] [--heave 1.0 8.0] [--duration 60] [--ou
 """
 
 import argparse
-import warnings
 from math import cos, sin
 
 from cable_sim_ros import WinchCommand, load_scene, run
@@ -45,7 +44,6 @@ def main(words=None):
     parser.add_argument("--skip", type=float, default=20.0, help="s at the begin that do not count")
     parser.add_argument("--out", help="folder to make, for the recording of the second run")
     given = parser.parse_args(words)
-    warnings.simplefilter("ignore")
     scene = override(load_scene(given.scene), {"setpoint.algorithm": "hold"})  # else both would compensate
     common = {"heave": tuple(given.heave), "duration": given.duration, "step": "chosen", "every": PERIOD}
     controller = HeaveController(scene.ship.tow_speed)
@@ -57,7 +55,7 @@ def main(words=None):
         frames = result.frames
         late = frames[frames.time - frames.time[0] > given.skip * 1e9]
         mean, std, depth = late.tension.mean(), late.tension.std(), late.body_position[:, 2].std()
-        print(f"{name:10}  tension {mean:.0f} N, std {std:.1f} N, depth std {depth:.3f} m")
+        print(f"{name:10}  tension {mean:.0f} N, std {std:.1f} N, depth std {depth:.3f} m, {result.verdict.state}")
     print(f"{runs['controller'].metrics['controller']['commands']} commands")
 
 

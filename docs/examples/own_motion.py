@@ -5,7 +5,6 @@ Usage: python3 own_motion.py [FILE.csv] [--scene side_scan] [--duration 60]
 
 import argparse
 import tempfile
-import warnings
 from pathlib import Path
 
 import numpy as np
@@ -36,7 +35,6 @@ def main(words=None):
     parser.add_argument("--scene", default="side_scan", help="name or file of a scene")
     parser.add_argument("--duration", type=float, default=60.0, help="s")
     given = parser.parse_args(words)
-    warnings.simplefilter("ignore")
     with tempfile.TemporaryDirectory() as folder:
         path = given.file or Path(folder) / "mine.csv"
         if given.file is None:

@@ -4,7 +4,6 @@ Usage: python3 recovery.py [SCENE] [--scope 20] [--rate 1.0] [--heave 1.0 8.0] [
 """
 
 import argparse
-import warnings
 
 import numpy as np
 
@@ -35,7 +34,6 @@ def main(words=None):
     parser.add_argument("--wait", type=float, default=30.0, help="s in the waves after the haul")
     parser.add_argument("--out", help="folder to make, for the recording")
     given = parser.parse_args(words)
-    warnings.simplefilter("ignore")  # cautions of the scene; the verdict below has what matters of the run
     scene = load_scene(given.scene)
     scene = override(scene, {"winch.command_acceleration": given.acceleration})
     result, (begin, end) = recover(

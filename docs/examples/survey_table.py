@@ -4,7 +4,6 @@ Usage: python3 survey_table.py [SCENE] [--scope 100 150 200] [--speed 1.5 2.0 2.
 """
 
 import argparse
-import warnings
 
 from cable_sim_ros import Simulator, load_scene
 from cable_sim_ros.io.load import override
@@ -28,7 +27,6 @@ def main(words=None):
     parser.add_argument("--scope", nargs="+", type=float, default=[100.0, 150.0, 200.0], help="m outboard")
     parser.add_argument("--speed", nargs="+", type=float, default=[1.5, 2.0, 2.5], help="m/s through the water")
     given = parser.parse_args(words)
-    warnings.simplefilter("ignore")  # the scene's own cautions, the same for every row
     print("scope m  speed m/s  depth m  tension N  layback m")
     for scope, speed, depth, tension, layback in table(load_scene(given.scene), given.scope, given.speed):
         print(f"{scope:7.0f}  {speed:9.2f}  {depth:7.1f}  {tension:9.0f}  {layback:9.1f}")

@@ -214,6 +214,7 @@ def test_what_it_cannot_be_given_with_is_refused():
         ({"controller": nothing, "winch": "0 hold"}, "winch = '0 hold' both command the winch: nothing was simulated"),
         ({"controller": nothing, "check": True}, "check=True would run a second time"),
         ({"control_period": 0.1}, "control_period = 0.1 s was given without a controller: nothing was simulated"),
+        ({"controller": nothing, "control_period": "1"}, "control_period = '1' is a str, no number; nothing was"),
         (
             {"controller": nothing, "control_period": 0.015},
             "control_period = 0.015 s is no whole number of ticks of 0.01 s; nothing was simulated. Give a multiple",
