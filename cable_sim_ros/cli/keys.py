@@ -9,15 +9,18 @@ import click
 from ..physics.parameter import Block
 
 
-def keys_option(kind: Callable[[], type[Block]]) -> Callable:
-    """kind: gives the block of the whole file; called, and so imported, only where the option is used."""
+def keys_option(kind: Callable[[], type[Block]], heading: str = "") -> Callable:
+    """kind: gives the block of the whole file; called, and so imported, only where the option is used.
+
+    heading: Markdown that stands above the tables.
+    """
 
     def tell(context: click.Context, _parameter: click.Parameter, asked: bool) -> None:
         if not asked:
             return
         from ..runs.manual import tables
 
-        click.echo("\n".join(tables(kind())), nl=False)
+        click.echo(heading + "\n".join(tables(kind())), nl=False)
         context.exit()
 
     return click.option(

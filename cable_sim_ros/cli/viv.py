@@ -13,6 +13,13 @@ from .keys import keys_option
 from .out_folder import ready
 from .progress import progress_bar
 
+HEADING = """# Keys of a span file
+
+Made by `cable-sim viv any --keys > docs/viv_keys.md`; do not edit. The command:
+[vibration](viv.md).
+
+"""
+
 
 def _kind() -> type[Block]:
     from ..viv.span import Span
@@ -23,7 +30,7 @@ def _kind() -> type[Block]:
 @click.command()
 @click.argument("file")
 @click.option("--sensitivity", is_flag=True, help="What the response changes by where a choice is made otherwise.")
-@keys_option(_kind)
+@keys_option(_kind, HEADING)
 @click.option(
     "--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for the figures (viv.json) and the picture."
 )

@@ -67,14 +67,14 @@ def validate(names, duration, out, as_json) -> None:
     """Repeat experiments of the source documents (default: all): measured, ours, allowed and who says so."""
     ready(out)
     from .experiments import run as run_experiment
-    from .experiments.table import as_data, markdown, print_result
+    from .experiments.table import as_data, page, print_result
 
     with progress_bar(as_json) as progress:
         results = [run_experiment(name, duration, progress) for name in names or EXPERIMENTS]
     report = [as_data(result) for result in results]
     if out is not None:
         (out / "validate.json").write_text(json.dumps(report, indent=1) + "\n", "utf-8")
-        (out / "validate.md").write_text("\n\n".join(map(markdown, results)) + "\n", "utf-8")
+        (out / "validate.md").write_text(page(results), "utf-8")
         for result in results:
             click.echo(f"plot:      {result.plot(out)}", err=True)
     if as_json:
@@ -247,7 +247,7 @@ def _study(name: str, repeats: int | None, out: Path | None, as_json: bool) -> N
         with progress_bar(as_json) as progress:
             others = mesh_other.others(progress=progress)
         data = {"tows": [row._asdict() for row in found], "other_tows": [row._asdict() for row in others]}
-        text = mesh_promise.markdown(found) + "\n\n" + mesh_other.markdown(others)
+        text = mesh_other.page(mesh_promise.markdown(found), mesh_other.markdown(others))
     elif name == "haul":
         from . import haul_cost
 

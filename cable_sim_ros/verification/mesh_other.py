@@ -118,8 +118,18 @@ def others(seconds: float = SECONDS, progress: Progress = silent) -> list[Got]:
     return found
 
 
+def page(first: str, second: str) -> str:
+    """docs/mesh_tables.md: both tables, under what they are."""
+    return (
+        "# Is the promise of the mesh kept?\n\n"
+        "Made by `cable-sim bench --mesh --out DIR` as `DIR/mesh.md`; do not edit. Conditions and\n"
+        "misses: [mesh](mesh.md#is-the-promise-kept).\n\n"
+        f"## Tows of one cable, one towbody\n\n{first}\n\n## Other tows\n\n{second}"
+    )
+
+
 def markdown(rows: list[Got]) -> str:
-    """The second table of docs/mesh.md."""
+    """The second table of docs/mesh_tables.md."""
     lines = [
         "| tow | scope [m] | elements | promised: tension [%] / place [mm] | static | fixed 10 ms: mean / deviation "
         "[%] / place [mm] | chosen steps | deviation over mean [%] | kept |",

@@ -65,7 +65,7 @@ def promises(seconds: float = 60.0) -> list[Row]:
 
 
 def markdown(rows: list[Row]) -> str:
-    """The table of docs/mesh.md."""
+    """The first table of docs/mesh_tables.md."""
     lines = [
         "| tow | scope [m] | heave [m] | elements | step [ms] | promised: tension [%] / place [mm] | static | "
         "heave: mean / deviation [%] / place [mm] | kept |",
@@ -78,6 +78,6 @@ def markdown(rows: list[Row]) -> str:
             f"| {100 * r.tension_promised:.2g} / {1e3 * r.position_promised:.2g} "
             f"| {100 * r.tension_static:.1g} / {1e3 * r.position_static:.1g} "
             f"| {100 * r.tension_mean:.1g} / {100 * r.tension_deviation:.1g} / {1e3 * r.position_heave:.1g} "
-            f"| {'yes' if r.kept else 'no: ' + (r.note or 'see below')} |"
+            f"| {'yes' if r.kept else '**no**' + (': ' + r.note if r.note else '')} |"
         )
     return "\n".join(lines)

@@ -112,6 +112,6 @@ def sensitivity(span: Span, progress: Callable[[str, int, int], object] = lambda
 
 
 def markdown(changes: list[Change]) -> str:
-    """The table for docs/viv.md."""
+    """The table of docs/experiments.md."""
     rows = [f"| {c.choice} | " + " | ".join(f"{100.0 * x:+.1f}" for x in c[1:]) + " |" for c in changes]
     return "\n".join(("| " + " | ".join(COLUMNS) + " |", "|---" * len(COLUMNS) + "|", *rows))

@@ -13,7 +13,8 @@ from cable_sim_ros.cli import commands
 from cable_sim_ros.physics.drag_laws import LAWS, DragLaw
 from cable_sim_ros.verification.experiments import drag
 
-PAGE = (Path(__file__).resolve().parents[2] / "docs" / "drag.md").read_text("utf-8")
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+PAGE = (DOCS / "drag.md").read_text("utf-8")
 
 
 def test_critical_angles_of_every_model_to_a_hundredth_of_a_degree():
@@ -33,11 +34,10 @@ def test_loading_functions_to_the_printed_digits():
     assert np.abs(drag.loading_functions() - np.array(drag.LOADING_TABLE)).max() < 6e-5
 
 
-def test_the_tables_of_the_page_are_those_that_are_computed():
+def test_the_tables_of_the_page_of_experiments_are_those_that_are_computed():
+    page = (DOCS / "experiments.md").read_text("utf-8")
     for table in drag.page_tables():
-        assert table in PAGE, (
-            "run: cable-sim validate drag --out DIR and put the tables of DIR/drag.md into docs/drag.md"
-        )
+        assert table in page, "run: cable-sim validate --out DIR and copy DIR/validate.md to docs/experiments.md"
 
 
 def test_the_page_names_every_law_and_key():
@@ -60,6 +60,6 @@ def test_validate_drag_prints_ours_beside_the_print(tmp_path):
     )
     depth = {row["choice"]: row["depth m"] for row in report["choices"]}
     assert depth["0.11 on sin 2 eta as printed"] == pytest.approx(21.7, abs=0.5), "the judgement of the default"
-    assert (tmp_path / "drag.png").stat().st_size > 10_000 and (tmp_path / "drag.md").read_text().count(
-        "| model |"
-    ) == 1
+    page = (tmp_path / "validate.md").read_text("utf-8")
+    assert (tmp_path / "drag.png").stat().st_size > 10_000 and page.count("| model |") == 1
+    assert page.startswith("# Experiments: every figure\n\nMade by `cable-sim validate --out DIR`")

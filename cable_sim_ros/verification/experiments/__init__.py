@@ -26,6 +26,7 @@ class Result(NamedTuple):
     choices: list[dict]  # what had to be chosen, and what choosing otherwise changes: key "choice", then figures
     plot: Callable[[Path], Path]
     chosen: str = "chosen otherwise: what changes"  # heading of the choices
+    tables: Callable[[], list[str]] | None = None  # Markdown in place of the table of all rows
 
 
 # each a module of this folder with experiment(duration, progress); duration: s, None: its own

@@ -226,18 +226,13 @@ def experiment(duration: float | None, progress) -> Result:
             for (name, _, _), value, want in zip(LOADINGS, ours, printed, strict=True)
         ]
     progress("full_scale with other laws", 2, 3)
-    return Result("drag", rows + _differences(), _otherwise(), write)
-
-
-def write(folder: Path) -> Path:
-    """Curves of the laws as drag.png, tables of docs/drag.md as drag.md. RuntimeError where matplotlib is missing."""
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / "drag.md").write_text("\n\n".join(page_tables()) + "\n", "utf-8")
-    return draw(folder / "drag.png")
+    return Result(
+        "drag", rows + _differences(), _otherwise(), lambda folder: draw(folder / "drag.png"), tables=page_tables
+    )
 
 
 def page_tables() -> list[str]:
-    """Critical angles, loading functions, differences and choices as in docs/drag.md."""
+    """What docs/experiments.md has of the laws: the cases of the print, what differs and what a law changes."""
     angles = [[m.name, *(f"{x:.2f}" for x in row)] for m, row in zip(MODELS, critical_angles(), strict=True)]
     functions = [
         [f"{eta:g}", *(f"{round(x, 4) + 0.0:.4f}" for x in row)]
@@ -249,9 +244,14 @@ def page_tables() -> list[str]:
     choices = _otherwise()
     changes = [[c["choice"], *(f"{x:+.1f}" for name, x in c.items() if name != "choice")] for c in choices]
     return [
+        "Critical angle [deg] of a long straight cable by total drag factor, `w cos h = G q C_N f_n(h)`:\n"
+        "10 mm, 0.389 kg/m, 1026 kg/m3, 1.2e-3 Pa s, 2.2 m/s:",
         _table(["model", *(f"{g:g}" for g in FACTORS)], angles),
+        "Loading functions; eta in deg, $f_t$ below 0 counts as zero:",
         _table(["eta", *(name for name, _, _ in LOADINGS)], functions),
+        "What does not agree with the print, and why:",
         _table(["figure", "printed", "ours", "why"], differences),
+        "What another law of the bare part changes in the static shape of `full_scale`:",
         _table(["law", *list(choices[0])[1:]], changes),
     ]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterable
 from math import ceil, log10
 from typing import Any
 
@@ -55,9 +56,27 @@ def markdown(result: Result) -> str:
     ]
     if result.choices:
         names = _choices(result)
-        lines += ["", "| chosen otherwise | " + " | ".join(names) + " |", "|---" * (1 + len(names)) + "|"]
+        lines += [
+            "",
+            f"{result.chosen[0].upper()}{result.chosen[1:]}:",
+            "",
+            "| chosen otherwise | " + " | ".join(names) + " |",
+            "|---" * (1 + len(names)) + "|",
+        ]
         lines += ["| " + " | ".join((c["choice"], *(f"{c[k]:+.2f}" for k in names))) + " |" for c in result.choices]
     return "\n".join(lines)
+
+
+def page(results: Iterable[Result]) -> str:
+    """docs/experiments.md: the tables of every experiment."""
+    parts = [
+        "# Experiments: every figure",
+        "Made by `cable-sim validate --out DIR` as `DIR/validate.md`; do not edit. `measured` is what "
+        "the\nsource measured or printed, `allowed` the largest difference that it reports for its own model.",
+    ]
+    for result in results:
+        parts += [f"## {result.experiment}", *(result.tables() if result.tables else [markdown(result)])]
+    return "\n\n".join(parts) + "\n"
 
 
 def print_result(result: Result) -> None:

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...viv import sensitivity
 from ...viv.files import changed, load_span
 from ...viv.green import green
 from ...viv.line import Line
@@ -19,6 +20,7 @@ from ...viv.modes import frequencies
 from ...viv.response import Vibration, vibration
 from ...viv.span import Reading, Span
 from . import Comparison, Result
+from .table import markdown
 
 INCH, FOOT_PER_POUND, PSI = 0.0254, 0.3048 / 4.4482216152605, 6894.757293168
 SOURCE = "Capozucca (1988)"
@@ -86,7 +88,14 @@ def experiment(duration: float | None, progress=lambda *_: None) -> Result:
         rows += _modes(case, computed)
         rows += _rms(case, span, printed, fine)
     rows += _green() + _stiffness()
-    return Result("viv", rows, [], lambda folder: draw(shown, folder / "viv_response.png"))
+    result = Result("viv", rows, [], lambda folder: draw(shown, folder / "viv_response.png"))
+    return result._replace(tables=lambda: [markdown(result), *_sensitivity()])
+
+
+def _sensitivity() -> list[str]:
+    """What each choice otherwise changes in the case of fig. 5.7."""
+    changes = sensitivity.sensitivity(load_span("capozucca_5_7"))
+    return ["Chosen otherwise, changes in the case of fig. 5.7 (`capozucca_5_7`):", sensitivity.markdown(changes)]
 
 
 def _modes(case: Case, computed: Vibration) -> list[Comparison]:

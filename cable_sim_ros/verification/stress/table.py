@@ -1,4 +1,4 @@
-"""The stress table: on the terminal and in docs/stress.md."""
+"""The stress table: on the terminal and as Markdown."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ WORD = {True: "pass", False: "MISS", None: "not measurable"}
 
 
 def markdown(verdicts: list[Verdict]) -> str:
-    """The two tables of docs/stress.md: one row a test, and one row a figure, those without a limit for information."""
+    """Two tables: one row a test, and one row a figure, those without a limit for information."""
     tests = [f"| {v.id} | {v.stimulus} | {v.criterion} | {WORD[v.passed]} | {v.cpu_s:.0f} |" for v in verdicts]
     rows = []
     for v in verdicts:
