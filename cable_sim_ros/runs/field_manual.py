@@ -36,8 +36,8 @@ edit. SI units. The world is `odom`: ENU, z up, z = 0 at the mean water surface.
 
 ## Fields
 
-A record of `FRAME`, {size} bytes. A shape of [3] is a vector x y z, one of [4] a quaternion x y z w.
-Every field is in `sim/health`; the last column names the topic that has it beside.
+A record of `TICK_OUTPUT`, {size} bytes. A shape of [3] is a vector x y z, one of [4] a quaternion
+x y z w. Every field is in `sim/health`; the last column names the topic that has it beside.
 
 | field | type, shape | unit | meaning | also on |
 |---|---|---|---|---|
