@@ -72,8 +72,8 @@ RECORDING = """
 
 A recording is a rosbag2 directory with MCAP storage ([recordings](recordings.md)); messages are
 plain CDR, stamps are simulation time. Names are relative to the namespace, `{namespace}`. An offline
-run has a tick output each 0.1 s (`--every`), which bounds the rates of this table; the node has one each
-tick and takes its rates from the parameters named. What the node records beside these:
+run has a tick output each 0.1 s (`--every`), which bounds the rates of this table; the node has one
+each tick and takes its rates from the parameters named. What the node records beside these:
 [recordings](recordings.md).
 
 | topic | type | rate | in the node | QoS: reliability, depth | fields |
