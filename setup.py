@@ -8,7 +8,7 @@ from setuptools import find_packages, setup
 
 HERE = Path(__file__).resolve().parent  # colcon --symlink-install runs a link to this file
 NAME = "cable_sim_ros"
-VERSION = re.search(r'__version__ = "([^"]+)"', (HERE / NAME / "__init__.py").read_text()).group(1)
+VERSION = re.search(r'__version__ = "([^"]+)"', (HERE / NAME / "version.py").read_text()).group(1)
 
 REQUIRES = [
     line.partition("#")[0].strip()

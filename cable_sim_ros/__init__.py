@@ -7,7 +7,7 @@ nor ROS.
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-__version__ = "0.2.0"
+from .version import __version__ as __version__
 
 _FACE = {  # name -> module
     "CableSimError": "errors",

@@ -21,7 +21,7 @@ ALONE = "rosdoc2_settings" not in globals()  # rosdoc2 has a first page of its o
 
 project = "cable_sim_ros"
 author = copyright = "cable_sim_ros maintainers"
-release = re.search(r'__version__ = "(.+)"', (TOP / "cable_sim_ros/__init__.py").read_text("utf-8"))[1] if ALONE else ""
+release = re.search(r'__version__ = "(.+)"', (TOP / "cable_sim_ros/version.py").read_text("utf-8"))[1] if ALONE else ""
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.mathjax"]
 if ALONE:
     root_doc = "README"

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import click
 
-from .. import __version__
 from ..errors import CODE_DAMAGED, CODE_INPUT, NEEDS_ROS
 from ..limits import LONGEST_RUN
+from ..version import __version__
 from . import expected_errors
 from .bags import make_bags as make_bags_command
 from .bags import recover as recover_command

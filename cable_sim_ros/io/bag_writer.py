@@ -19,8 +19,8 @@ from mcap.data_stream import RecordBuilder
 from mcap.records import ChunkIndex
 from mcap.writer import CompressionType, Writer
 
-from .. import __version__
 from ..errors import CableSimError
+from ..version import __version__
 from .typestore import ROS_DISTRO, definition, type_hash
 
 CHUNK_SIZE = 256 * 1024  # bytes; larger chunks compress no better and stall the writer longer

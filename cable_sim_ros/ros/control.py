@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Generator
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from rclpy._rclpy_pybind11 import InvalidHandle
 from rclpy.clock import Clock, ClockType
@@ -18,12 +18,11 @@ from rclpy.qos import QoSProfile
 from std_srvs.srv import SetBool, Trigger
 
 from ..io.recording_place import root_problem
-from . import simulation_interfaces
-from .recording_control import MEGABYTE
+from .parameters import Settings
+from .publisher import TickPublisher
+from .recording_control import MEGABYTE, RecordingControl
+from .session import Session
 from .stepped import SteppedSession
-
-if TYPE_CHECKING:
-    from .node import CableSimNode
 
 LOOK = 0.002  # s between looks at a step that is under way
 QUIT_AFTER = 0.3  # s, for the answer to reach its client
@@ -33,10 +32,28 @@ SERVICES = QoSProfile(depth=WAITING)
 STUCK = 5.0  # s beyond the bounded waits of a step, after which it is answered that it stands still
 
 
+class SimulationNode(Protocol):
+    """What the services need of the node, beside what every rclpy node has."""
+
+    session: Session
+    settings: Settings
+    publisher: TickPublisher | None
+    recording: RecordingControl
+    create_service: Callable[..., Any]
+    create_timer: Callable[..., Any]
+    get_parameter: Callable[[str], Any]
+    get_logger: Callable[[], Any]
+    get_fully_qualified_name: Callable[[], str]
+    trigger_activate: Callable[[], Any]
+    trigger_deactivate: Callable[[], Any]
+
+    def report_state(self) -> None: ...
+
+
 class SimulationControl:
     """The services of one node; made once, they work on the session that the node has."""
 
-    def __init__(self, node: CableSimNode) -> None:
+    def __init__(self, node: SimulationNode) -> None:
         self.node = node
         for kind, name, answer in (
             (SetBool, "pause", self._on_pause),
@@ -55,7 +72,6 @@ class SimulationControl:
         self.on_quit: Callable[[], None] | None = None  # ends the process; set by whoever runs it
         self._quits = node.create_timer(QUIT_AFTER, self._quit, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self._quits.cancel()
-        self.standard = simulation_interfaces.offer(self)
 
     # ---- what the services do: (done, text)
 

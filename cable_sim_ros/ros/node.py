@@ -24,7 +24,7 @@ from ..io.messages import CAUSES, KINDS, stamp_of
 from ..io.recording_place import name_problem, state_problem
 from ..sim.flag_rules import FAILED
 from ..sim.live_parameters import changed, ways
-from . import discovery
+from . import discovery, simulation_interfaces
 from .arrival import Arrivals, StampArrivals
 from .clock_topic import ClockTopic
 from .control import SimulationControl
@@ -81,6 +81,7 @@ class CableSimNode(LifecycleNode):
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self.control = SimulationControl(self)
+        self.standard = simulation_interfaces.offer(self.control)
         self.create_timer(0.05, self._on_poll, clock=self._steady)
         self.create_timer(1.0, self._on_diagnostics, clock=self._steady)
         self.create_timer(NEIGHBOURS_EVERY, self._on_neighbours, clock=self._steady)

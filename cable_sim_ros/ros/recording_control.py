@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from .. import __version__
 from ..io.bag_writer import BagError
 from ..io.journal import MSGTYPE, TOPIC
 from ..io.load import dump_scene
 from ..io.recorder import Recorder, RecorderStats
 from ..io.recording_place import Names, name_problem, root_problem
+from ..version import __version__
 from .parameters import Settings
 from .publisher import TickPublisher
 from .session import Session

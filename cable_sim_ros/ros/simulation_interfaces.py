@@ -9,14 +9,12 @@ from __future__ import annotations
 
 from importlib import import_module
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rclpy.lifecycle import TransitionCallbackReturn
 
-from .. import __version__
-
-if TYPE_CHECKING:
-    from .control import SimulationControl
+from ..version import __version__
+from .control import SimulationControl
 
 PACKAGE = "simulation_interfaces"
 SERVICES = ("GetSimulatorFeatures", "GetSimulationState", "SetSimulationState", "StepSimulation", "ResetSimulation")

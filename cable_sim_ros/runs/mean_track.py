@@ -24,7 +24,7 @@ def before(scene: Scene, heading: float | None) -> None:
     """
     turned = "" if heading is None else turned_current(scene, heading)
     if turned:
-        warnings.warn(f"{scene.name}: {turned}", SceneWarning, stacklevel=4)
+        warnings.warn(f"{scene.name}: {turned}", SceneWarning, stacklevel=6)
 
 
 def look(scene: Scene, heading: float | None, frames: np.recarray) -> list[Reason]:

@@ -284,7 +284,7 @@ def _warn_of_plan(scene: Scene, plan: WinchPlan, seconds: float) -> None:
             f"{scene.name}: the run ends after {seconds:g} s, before item{'s' if len(late) > 1 else ''} "
             f"'{', '.join(late)}' of the winch plan: not carried out. A longer --duration, and motion for it",
             SceneWarning,
-            stacklevel=4,
+            stacklevel=6,
         )
 
 

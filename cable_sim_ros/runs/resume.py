@@ -11,25 +11,24 @@ import json
 import os
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from ..io.checkpoint import set_back, taken
 from ..io.checkpoint_values import Count, Real, Whole
+from ..io.commands import CommandIngest
 from ..io.journal import Start
 from ..io.load import SceneWarning
 from ..io.motion_table import MotionError
-from ..io.recorded_tow import Event
+from ..io.recorded_tow import Event, Feeder, RecordedTow
 from ..io.winch_plan import WinchPlan
 from ..physics.inputs import make_inputs
 from ..sim import savefile
 from ..sim.rebase import carried_over, heading_problem, place
 from ..sim.savefile import SaveError
 from ..sim.scene import Scene
-
-if TYPE_CHECKING:
-    from .message_run import MessageRun
+from ..sim.simulator import Simulator
 
 RUN = "run"  # key of the notes in the file
 
@@ -69,7 +68,7 @@ def report_of(
     return Report(motion, heave, imu_only, None if winch is None else str(winch))
 
 
-def save(path: str | os.PathLike, one: MessageRun, report: Report) -> None:
+def save(path: str | os.PathLike, one: Position, report: Report) -> None:
     """Write the state at the end of a pass, with where its motion and plan stand. Raises SaveError."""
     origin = one.origin
     note: dict[str, Any] = {
@@ -94,6 +93,25 @@ def fingerprint(events: list[Event]) -> str:
         digest.update(f"{event.time} {event.arrival} {event.kind} {len(event.data)}\n".encode())
         digest.update(event.data)
     return digest.hexdigest()
+
+
+class Position(Protocol):
+    """Where a run stands in its motion, its plan and its commands."""
+
+    sim: Simulator
+    scene: Scene
+    tow: RecordedTow | None
+    feeder: Feeder | None
+    commands: CommandIngest
+    origin: Start
+    plan_start: int
+    planned: int
+    done: int
+    done_before: int
+
+    def first(self) -> Start:
+        """Where the motion begins; pushes it as far as that."""
+        ...
 
 
 class Resumed:
@@ -151,7 +169,7 @@ class Resumed:
             "motion": "goes on" if self.same_motion else "taken up anew",
         }
 
-    def begin(self, one: MessageRun, own_plan: bool) -> Start:
+    def begin(self, one: Position, own_plan: bool) -> Start:
         """Take the state into a pass that has not begun; own_plan: its plan is not that of the file.
 
         Raises SaveError for a state that does not fit, or whose heading is another than that of the motion.
@@ -176,7 +194,7 @@ class Resumed:
                 f"that motion, and takes it up over ship.start_blend = {one.scene.ship.start_blend:g} s. To go on "
                 f"where it was, give the motion it was saved under, or none of the options for it",
                 SceneWarning,
-                stacklevel=4,
+                stacklevel=6,
             )
         problem = heading_problem(arrays["memory"], start.heading)
         if problem:
@@ -188,14 +206,14 @@ class Resumed:
         one.origin, one.plan_start, one.planned = start, start.time, start.time
         return start
 
-    def _is_same(self, one: MessageRun) -> bool:
+    def _is_same(self, one: Position) -> bool:
         """Is the motion so far that of the saved run, message for message?"""
         assert self.note is not None
         if one.tow is None:
             return self.note.so_far == ""
         return self.note.next > 0 and self.note.so_far == fingerprint(one.tow.events[: self.note.next])
 
-    def _go_on(self, one: MessageRun, now: int, own_plan: bool) -> Start:
+    def _go_on(self, one: Position, now: int, own_plan: bool) -> Start:
         assert self.note is not None
         time, x, y, heading = self.note.origin
         one.origin = Start(time, (x, y), heading)

@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .. import __version__
 from ..io.bag import BagWriter
 from ..io.channels import Context, Encoder, channels_of
 from ..io.journal import MSGTYPE, TOPIC, Journal, Start
@@ -21,6 +20,7 @@ from ..io.winch_plan import WinchPlan
 from ..physics.tick_output import TICK_OUTPUT
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator, SolverError
+from ..version import __version__
 
 Progress = Callable[[str, float, float], None]  # what is done, seconds done, seconds in all (0 = not known)
 

@@ -19,13 +19,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from pydantic import ValidationError
 
-from .. import __version__
 from ..errors import CableSimError
 from ..physics.inputs import Inputs
 from ..physics.output import Output
 from ..physics.parameter import Block
 from ..physics.state import MEMORY, NODE_ROWS
 from ..physics.tick_output import CONTACT_COLUMNS, SHAPE_COLUMNS, SLOPE_COLUMNS, TICK_OUTPUT
+from ..version import __version__
 from . import checks, state_values
 from .npz_bytes import (
     MAX_FILE,

@@ -17,8 +17,8 @@ from typing import Any
 import numba
 import numpy as np
 
-from .. import __version__
 from ..runs.message_run import Progress, silent
+from ..version import __version__
 from . import haul_bench, ours, tow_bench
 from .ours import Setting, even, links
 from .row import METRES, Row

@@ -1,6 +1,7 @@
 """Floors import only downward; rclpy stays on the top one; nothing leaves its shape."""
 
 import ast
+import graphlib
 from pathlib import Path
 
 import pytest
@@ -24,7 +25,7 @@ MAY = {  # floor: what it may import of ours; nothing of the product imports ver
     "errors": set(),
     "start": {"cli", "ros"},
 }
-LEAVES = {"errors", "limits"}  # they import nothing, all above the kernels may import them
+LEAVES = {"errors", "limits", "version"}  # they import nothing, all above the kernels may import them
 PHYSICS_MAY = {"numpy", "scipy", "numba", "math", "cmath", "enum", "typing", "collections", "functools", "__future__"}
 PHYSICS_ALSO = {
     "parameter.py": {"pydantic", "pydantic_core"},
@@ -83,7 +84,7 @@ def test_imports_go_downward(path):
     for module in imports(path):
         if module[0] == "cable_sim_ros":
             target = module[1] if len(module) > 1 else "__init__"
-            allowed = MAY[floor] | {"__init__", "__version__"} | (set() if floor in {"physics", *LEAVES} else LEAVES)
+            allowed = MAY[floor] | {"__init__"} | (set() if floor in {"physics", *LEAVES} else LEAVES)
             assert target in allowed, f"{floor} imports {'.'.join(module)}"
         elif floor == "physics":
             assert module[0] in PHYSICS_MAY | PHYSICS_ALSO.get(path.name, set()), f"physics imports {module[0]}"
@@ -118,3 +119,24 @@ def test_modules_and_public_functions_say_what_they_do(path):
             if not ast.get_docstring(node) and not says_itself:
                 missing.append(node.name)
     assert not missing, f"no docstring: {', '.join(missing)}"
+
+
+def test_no_modules_import_each_other_in_a_ring():
+    """Also not for types alone: what two modules share stands in a third."""
+    names = {".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path for path in MODULES}
+    needs = {name: set() for name in names}
+    for name, path in names.items():
+        package = name.split(".") if path.name == "__init__.py" else name.split(".")[:-1]
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if isinstance(node, ast.ImportFrom):
+                begin = package[: len(package) - node.level + 1] if node.level else []
+                module = ".".join([*begin, *(node.module or "").split(".")]).strip(".")
+                needs[name] |= {
+                    f"{module}.{one.name}" if f"{module}.{one.name}" in names else module for one in node.names
+                }
+    graph = {name: {other for other in wanted if other in names and other != name} for name, wanted in needs.items()}
+    assert sum(map(len, graph.values())) > 500, "the imports were not read"
+    try:
+        graphlib.TopologicalSorter(graph).prepare()
+    except graphlib.CycleError as error:
+        pytest.fail(" -> ".join(error.args[1]))

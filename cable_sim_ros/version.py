@@ -1,0 +1,3 @@
+"""The version. Imports nothing."""
+
+__version__ = "0.2.0"
