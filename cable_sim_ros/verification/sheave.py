@@ -114,11 +114,23 @@ def accumulated(table: ContactPoints, places: np.ndarray) -> np.ndarray:
     return np.interp(places, bounds, total / total[-1])
 
 
+def reference(wrap: float, limit: float | None) -> ContactPoints:
+    """The finest mesh of the sweep, in the first position in which it settles. Raises RigError."""
+    for phase in PHASES:
+        found = solve(wrap, RATIOS[-1], phase, limit)
+        if found is not None:
+            return found
+    raise RigError(
+        f"a wrap of {degrees(wrap):g} deg with elements of {RATIOS[-1]:g} bending lengths did not settle in any of "
+        f"{len(PHASES)} positions: there is nothing to compare the others with. Take another wrap"
+    )
+
+
 def sweep(wrap_deg: float, limit: float | None) -> dict:
     """Worst errors of each answer for every element length, and the longest element that keeps each within 5 %."""
     wrap = radians(wrap_deg)
     places = np.linspace(-0.2, wrap + 0.2, 801)
-    finest = solve(wrap, RATIOS[-1], 0.0, limit)
+    finest = reference(wrap, limit)
     exact = answers(finest, wrap)
     shape = accumulated(finest, places)
     rows = []
@@ -150,13 +162,13 @@ def sweep(wrap_deg: float, limit: float | None) -> dict:
 
 def softness(wrap_deg: float, limit: float) -> dict:
     """Converged answers for a contact.penetration_limit."""
-    table = solve(radians(wrap_deg), RATIOS[-1], 0.0, limit)
-    found = dict.fromkeys(ANSWERS[:-1], float("nan")) if table is None else answers(table, radians(wrap_deg))
+    table = reference(radians(wrap_deg), limit)
+    found = answers(table, radians(wrap_deg))
     return {
         "wrap_deg": wrap_deg,
         "penetration_limit": limit,
         **{name: _plain(x) for name, x in found.items()},
-        "largest_line_load": None if table is None else _plain(float(table.load.max())),
+        "largest_line_load": _plain(float(table.load.max())),
     }
 
 
