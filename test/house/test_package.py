@@ -207,3 +207,9 @@ def test_changelog_has_the_version_or_says_forthcoming():
     sections = re.findall(r"^(.+)\n-{5,}$", text, re.M)
     assert sections and all(re.fullmatch(r"Forthcoming|\d+\.\d+\.\d+ \(\d{4}-\d\d-\d\d\)", name) for name in sections)
     assert "Forthcoming" in sections or sections[0].startswith(f"{cable_sim_ros.__version__} (")
+
+
+def test_test_files_have_names_of_their_own():
+    """Two files of one name in two folders cannot be collected together."""
+    names = [path.name for path in (ROOT / "test").rglob("test_*.py")]
+    assert sorted(names) == sorted(set(names))
