@@ -22,7 +22,7 @@ PACKAGING := setup.py setup.cfg package.xml cable_sim_ros/requirements.txt
 SECONDS_OF_TOW ?= 60
 PYTEST_ARGS ?=
 # make nightly compares run times with this commit: the last release, or one of 2026-11-21 while there is none
-AGAINST ?= $(or $(shell git describe --tags --abbrev=0 2>/dev/null),911d3e8)
+AGAINST ?= $(or $(shell git describe --tags --abbrev=0 HEAD^ 2>/dev/null),911d3e8)
 # a file of tests stays on one worker: its starts are shared
 PYTEST = $(BIN)/python -m pytest -n auto --maxprocesses 4 --dist loadfile
 
