@@ -65,7 +65,17 @@ class Unknown:
     pass
 
 
-@pytest.mark.parametrize("value", [Unknown(), Unknown, object(), os, open(os.devnull), np.array([None])], ids=str)
+UNTOLD = {
+    "instance": Unknown(),
+    "class": Unknown,
+    "object": object(),
+    "module": os,
+    "file": open(os.devnull),
+    "array of objects": np.array([None]),
+}
+
+
+@pytest.mark.parametrize("value", UNTOLD.values(), ids=UNTOLD)
 def test_what_cannot_be_told_is_refused(value):
     with pytest.raises(UnknownContent):
         spell(value, [])
