@@ -18,6 +18,8 @@ HEADING = """# Keys of a span file
 Made by `cable-sim viv any --keys > docs/viv_keys.md`; do not edit. The command:
 [vibration](viv.md).
 
+## Keys
+
 """
 
 

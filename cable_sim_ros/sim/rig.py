@@ -251,7 +251,7 @@ class Rig:
                 if k == e or (e == last and k > e):  # the tail repeats the last element
                     for row, value in rows.items():
                         table[k // LANES, row, k % LANES] = value
-        self.model = self.model._replace(elements=lock(table))
+        self.model = self.model._replace(elements=table)
 
     def empty_element(self, element: int) -> None:
         """Leave an element only its unknowns, next to no mass and stiffness: it carries the far end of a strut."""

@@ -38,8 +38,8 @@ def python(code):
         ({"command": python(NODE + "sys.exit(3)")}, "the node ended with code 3\n  so far so good"),
         (
             {"command": python(NODE + "time.sleep(60)"), "ready_within": 1.0},
-            r"not ready for motion, within 1 s \(state starting\); the first start on a machine compiles for one to "
-            r"four minutes: give ready_within=300 or leave it out\n  so far so good",
+            r"not ready for motion, within 1 s \(state starting\); the first start on a machine compiles for up "
+            r"to two minutes: give ready_within=300 or leave it out\n  so far so good",
         ),
         (
             {"command": python("import time; time.sleep(60)"), "ready_within": 0.2},
