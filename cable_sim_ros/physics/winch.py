@@ -76,7 +76,7 @@ DRUM = np.dtype(
         ("min_reach", "f8"),  # ends of what may be commanded
         ("max_reach", "f8"),
         ("exact", "i8"),  # 1: brakes alike in steps of any length, see fastest(); where they are chosen
-        ("blend", "f8"),  # m, see feed.at_least
+        ("blend", "f8"),  # m, see mesh_motion.at_least
         ("end_stiffness", "f8"),  # EI of the last element over w L^3, see sim/build.py
     ],
     align=True,

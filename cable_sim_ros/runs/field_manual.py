@@ -58,7 +58,7 @@ output the slope of the cable follows: {slopes}.
 CONTACT = """
 ### `sheave/contact`
 
-One row a contact contact point of the sheave, inboard to outboard; axes of `sheave_link`. The
+One row for each contact point of the sheave, inboard to outboard; axes of `sheave_link`. The
 table has `contact_stations` rows, at most {rows}.
 """
 STRUM = """

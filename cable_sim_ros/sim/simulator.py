@@ -155,12 +155,12 @@ class Simulator:
 
     @property
     def contact(self) -> np.ndarray:
-        """Contact contact points of the last tick [contact points, 9], columns CONTACT_COLUMNS."""
+        """Contact points of the last tick [contact points, 9], columns CONTACT_COLUMNS."""
         return self.output.contact[0, : int(self.output.frame[0]["contact_stations"])]
 
     def push(self, item: ShipMotion | WinchCommand) -> None:
         """Queue one sample of ship motion or one winch command. Raises InputError, also where the first sample is of
-        another heading or place than the start: see `sim.carry.start_problem`."""
+        another heading or place than the start: see `sim.rebase.start_problem`."""
         if self._begun and isinstance(item, ShipMotion) and not self.inputs.motion_head[0]:
             self._fits_start(item.angles[2], item.position[:2])
         push(self.inputs, item, int(self.frame["time"]), self.scene.ship.max_gap)

@@ -17,7 +17,7 @@ from .inputs import MAX_POSITION
 
 MAX = 1e12  # of any number; its square and cube are still numbers
 MAX_ENERGY = 1e18  # J, W: sums since the start
-NO_PEAK = 1e300  # of a step before the first: physics/observe.no_peaks; each tick begins with it
+NO_PEAK = 1e300  # of a step before the first: physics/output.no_peaks; each tick begins with it
 MAX_TIME = 2**62  # ns; the difference of two still is an int64
 MAX_COUNT = 2**53
 # integers by name, or by the end of it: least, most
