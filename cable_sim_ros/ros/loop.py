@@ -54,7 +54,7 @@ class Row(NamedTuple):
 
 
 class Loop:
-    """The loop thread with its rings. `output` must have the rows of a ring, see physics.tick.make_output."""
+    """The loop thread with its rings. `output` must have the rows of a ring, see sim.build.make_output."""
 
     def __init__(self, model, state, inputs, output, *, period_ns: int, priority: int = 0, max_catchup: int = 3):
         self.parts = (model, state, inputs, output)
