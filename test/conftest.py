@@ -29,24 +29,25 @@ TRUST = {
     "sim",
     "runs",
     "validation",
-    "physics/test_packed.py",  # these three start processes
-    "io/test_bag.py",
+    "io/test_bag.py",  # these two start processes
     "io/test_typestore.py",
     "house/test_jobs.py",
     "house/test_package.py",
     "house/test_readme.py",
-    "house/test_tutorial.py",
     "ros/test_end_to_end.py::test_topics_frames_stamps_and_recording",
     "testing/test_tow.py::test_a_node_in_real_time_from_start_to_end",
-    "examples/test_recorded_bag.py",
 }
 REST = {  # of folders named above, long for what they add there
     "io/test_rough_motion.py",
     "io/test_step_guard.py",
+    "physics/test_friction.py",
+    "physics/test_packed.py",
+    "runs/test_make_bags.py",
     "runs/test_odd_stamps.py",
+    "runs/test_picture.py",
     "runs/test_resume.py",
     "sim/test_careless_commands.py",
-    "validation/test_cases_hydro.py",
+    *(f"validation/test_cases_{name}.py" for name in "contact hydro slack waves".split()),
     "validation/test_setpoint_runs.py",
 }
 ALONE = {  # of the rest: several processes in real time, which other work on the machine would hold up
