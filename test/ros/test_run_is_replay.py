@@ -108,7 +108,7 @@ def finish():
     print(json.dumps(dict(
         state=session.problem, said=said, resets=session.resets, jumps=session.clock.jumps, dropped=stats.dropped,
         refused=session.commands.refused, motion=session.intake.refused, skipped=publisher.skipped,
-        largest=again.figures["largest_difference"], faults=again.figures["replay_faults"],
+        largest=again.metrics["largest_difference"], faults=again.metrics["replay_faults"],
         moved=float(abs(again.frames["payout"] - again.frames["payout"][0]).max()), ticks=len(again.frames))))
 """
 
