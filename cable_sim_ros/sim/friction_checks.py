@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from math import radians, sin
+from math import exp, radians, sin
 
 from ..physics.contact_surface import sheave_friction
 from ..physics.winch import DrumModel
+from .layout import layout_of
 from .problem import Problem
 from .scene import Scene
 
@@ -57,6 +58,19 @@ def friction_warnings(scene: Scene) -> list[Problem]:
                 f"= {scene.contact.slip_speed:g} m/s is above {coarse:.3g} m/s, {COARSE_SLIP:g} of winch.max_rate = "
                 f"{scene.winch.max_rate:g} m/s: friction acts in part at most speeds of the winch",
                 f"Make it {coarse:.3g} m/s or less",
+            )
+        )
+    elif acts and scene.setpoint.algorithm == "hold":
+        layout = layout_of(scene)
+        wrap, tension = (layout.leaves - layout.tangent) / layout.route.sheave, scene.contact.working_tension
+        missing = tension * (exp(sheave_friction(sheave) * wrap / sin(radians(0.5 * sheave.throat_angle_deg))) - 1.0)
+        found.append(
+            Problem(
+                "contact.slip_speed",
+                f"= {scene.contact.slip_speed:g} m/s: while the winch is held (setpoint.algorithm = hold) the cable "
+                f"slips no faster than that, and friction acts in part: up to {missing:.3g} N of the sheave's at "
+                f"contact.working_tension are missing in the tension at the drum",
+                "Take the tension at the drum while the winch runs, or make it smaller (docs/limits.md, creep)",
             )
         )
     return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from math import cos, exp, pi, sin
 from typing import NamedTuple
 
@@ -171,3 +172,15 @@ def test_friction_on_a_drum_that_feeds_is_refused():
 def test_friction_that_acts_on_nothing_or_in_part_is_said(changes, text):
     with pytest.warns(SceneWarning, match=text):
         override(load_scene("full_scale"), changes)
+
+
+def test_a_held_winch_is_said_to_have_its_friction_in_part():
+    """T (exp(mu wrap / sin 30 deg) - 1) of the working tension; a law that moves the winch brings no such word."""
+    friction = {"sheave.friction": 0.1, "sheave.bearing_friction": 10.0}
+    with pytest.warns(
+        SceneWarning, match=r"contact.slip_speed = 0.001 m/s: while the winch is held .* N of the sheave"
+    ):
+        override(load_scene("full_scale"), friction | {"setpoint.algorithm": "hold"})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", SceneWarning)
+        override(load_scene("full_scale"), friction)
