@@ -19,18 +19,20 @@ HERE = Path(__file__).parent
 CHECK = {
     "physics",
     "io",
-    "viv",
     *(f"ros/test_{name}.py" for name in "command_task lockstep motion_task overload recording_control stepped".split()),
     "ros/test_statistics.py",
     "ros/test_topics_page.py",
     *(f"house/test_{name}.py" for name in "contract docs face floors manual same_bits versions_found views".split()),
 }
 TRUST = {
+    "viv",
     "sim",
     "runs",
     "validation",
     "io/test_bag.py",  # these two start processes
     "io/test_typestore.py",
+    "io/test_motion.py",  # these two take long
+    "io/test_plausible.py",
     "house/test_jobs.py",
     "house/test_package.py",
     "house/test_readme.py",
