@@ -23,6 +23,7 @@ from ..io.markers import TOPIC as MARKERS
 from ..io.messages import CAUSES, KINDS, stamp_of
 from ..io.recording_place import name_problem, state_problem
 from ..sim.flag_rules import FAILED
+from ..sim.friction_checks import slow
 from ..sim.live_parameters import changed, ways
 from . import discovery, simulation_interfaces
 from .arrival import Arrivals, StampArrivals
@@ -120,6 +121,7 @@ class CableSimNode(LifecycleNode):
             session.offset,
             session.record_time,
             () if node.recording.markers else (f"{self.get_namespace().rstrip('/')}/{MARKERS}",),
+            slow(self.settings.scene),
         )
         if isinstance(session, SteppedSession):
             session.publish_ticks = self.publisher.drain

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..sim.deviation_checks import hauled_into_waves
+from ..sim.friction_checks import in_part
 from ..sim.verdict import Verdict, check, judge_counts, of_node, overload, verdict_of
 from .publisher import TickPublisher
 from .session import Session
@@ -25,6 +26,7 @@ def verdict_of_node(session: Session, publisher: TickPublisher | None, metrics: 
         others=(
             *overload(scene, publisher.max_tension),
             *hauled_into_waves(scene, publisher.sums.least_scope),
+            *in_part(scene, publisher.sums.slow_fraction),
             *of_node(metrics),
         ),
         problem=problem,

@@ -24,7 +24,7 @@ class TickPublisher:
 
     publishers: absolute topic -> rclpy publisher, of the topics whose messages are installed; offset(): monotonic time
     less time of the data's clock, ns, or None; log_time(): the time at which a recording has a message, ns; unrecorded:
-    absolute topics that are only published. A recording may be begun and ended at any time.
+    absolute topics that are only published; slow: see `RunningSums`. A recording may be begun and ended at any time.
     """
 
     def __init__(
@@ -35,6 +35,7 @@ class TickPublisher:
         offset: Callable[[], int | None],
         log_time: Callable[[], int] = time.time_ns,
         unrecorded: tuple[str, ...] = (),
+        slow: float = 0.0,
     ) -> None:
         self.loop, self.encoder, self.publishers, self.offset = loop, encoder, publishers, offset
         self.log_time, self.unrecorded = log_time, unrecorded
@@ -46,7 +47,7 @@ class TickPublisher:
         self.latest: np.record | None = None  # newest tick output that was published, a copy
         self.statuses: Counter[int] = Counter()  # ticks with each status word
         self.max_tension = 0.0  # N
-        self.sums = RunningSums(1e-9 * loop.period_ns)
+        self.sums = RunningSums(1e-9 * loop.period_ns, slow)
         self.fault = ""  # why the newest frame could not be published, or ""
         self.failure: BaseException | None = None
         self.lateness, self.work, self.latency = Samples(), Samples(), Samples()  # ms

@@ -43,14 +43,15 @@ class Moments:
 
 
 class RunningSums:
-    """Takes every tick output that was published; tick: s. `reasons` are those that a run over all of them would have.
+    """Takes every tick output that was published; tick: s; slow: m/s, pay-out below it is counted. `reasons` are
+    those that a run over all of them would have.
 
     The first 20 s are left out, as in the summary: there the motion is taken up.
     """
 
-    def __init__(self, tick: float) -> None:
-        self.tick = tick
-        self._seen = 0
+    def __init__(self, tick: float, slow: float = 0.0) -> None:
+        self.tick, self.slow = tick, slow
+        self._seen = self._slow = 0
         self._tension = Moments()  # N, and the square of what was damped away, N^2
         self._ship = Moments()  # acceleration ahead, m/s^2, and pitch, deg
         self._before: tuple[int, float, float] = 0, nan, nan  # time [ns], velocity ahead [m/s], pitch [deg]
@@ -59,6 +60,7 @@ class RunningSums:
     def add(self, frame: np.record) -> None:
         """One tick output."""
         self._seen += 1
+        self._slow += abs(float(frame["payout_rate"])) < self.slow
         self.least_scope = min(self.least_scope, float(frame["scope"]))
         x, y, z, w = (float(part) for part in frame["ship_quaternion"])
         yaw = atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
@@ -74,6 +76,11 @@ class RunningSums:
         since = (now[0] - time) * 1e-9
         if 0.0 < since < AT_ONCE * self.tick and isfinite(speed):
             self._ship.add((ahead - speed) / since, 0.5 * (pitch + angle))
+
+    @property
+    def slow_fraction(self) -> float:
+        """Part of the ticks in which the cable ran slower than ``slow``."""
+        return self._slow / max(self._seen, 1)
 
     def reasons(self) -> list[Reason]:
         """Pitch of the wrong sign, and ringing that the steps damped away and the deviation misses."""

@@ -10,6 +10,7 @@ import numpy as np
 from ..physics.tick_output import Flag
 from ..sim.deviation_checks import SKIP, deviation_damped, hauled_into_waves
 from ..sim.flag_rules import WITHIN, WITHIN_JOURNAL, WITHIN_M
+from ..sim.friction_checks import in_part, slow
 from ..sim.layout import layout_of
 from ..sim.route import DRUM_RESERVE
 from ..sim.scene import Scene
@@ -38,6 +39,7 @@ def judge(frames: np.recarray, scene: Scene | None = None, others: Iterable[Reas
         fraction = float(np.mean(maximum > strength(scene)))
         over = overload(scene, float(maximum.max()), fraction * len(maximum) * tick, fraction)
         over += hauled_into_waves(scene, float(frames["scope"].min()))
+        over += in_part(scene, float(np.mean(np.abs(frames["payout_rate"]) < slow(scene))))
     found = judge_counts(
         dict(zip(map(int, status), map(int, counts))),
         tick,

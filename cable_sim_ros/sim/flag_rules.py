@@ -271,6 +271,13 @@ CHECKS = (
         "the water: 1.5 times `accuracy.tension` or more",
     ),
     (
+        "FRICTION_SLIP",
+        DOUBTFUL,
+        ("winch_pull_max_n", "winch_power_max_w", "winch_power_min_w"),
+        "with friction on sheave or drum the winch ran slower than 3 times `contact.slip_speed` for more than 5 % of "
+        "the run, as one that is held: there friction acts in part, by more than 0.1 % of `contact.working_tension`",
+    ),
+    (
         "MOTION_REFUSED",
         DOUBTFUL,
         TENSION + BODY,

@@ -93,8 +93,8 @@ class Layout:
         """Places [nodes] of the nodes at the start. Raises MeshError."""
         if self.mesh is not None:
             out = places_outboard(self.mesh, self.total, self.wound)
-            return np.concatenate((self.wound + self.mesh.aboard, out[1:]))
-        return arc_lengths(self.scene.cable)
+            return _locked(np.concatenate((self.wound + self.mesh.aboard, out[1:])))
+        return _locked(arc_lengths(self.scene.cable))
 
     @cached_property
     def elements(self) -> list[Element]:
@@ -135,7 +135,17 @@ class Layout:
         return self._shape(self.route.scope if scope is None else scope, heading)
 
     def _static_shape(self, scope: float, heading: float | None) -> TowShape:
-        return tow_shape(self.scene, self.route, scope, heading)
+        shape = tow_shape(self.scene, self.route, scope, heading)
+        for part in shape:
+            if isinstance(part, np.ndarray):
+                _locked(part)
+        return shape
+
+
+def _locked(array: np.ndarray) -> np.ndarray:
+    """Read-only: what equal scenes share is written by none of them."""
+    array.setflags(write=False)
+    return array
 
 
 _made: dict[str, Layout] = {}

@@ -185,3 +185,14 @@ def floor_under(bench: Bench, node: int, slip: float = 0.01, depth: float = 0.00
     row = floor_row(bench.q[node, 2] + depth, 1e6, 0.2, 0.4, slip)
     row["speed"] = (0.1, -0.2, 0.0)
     return row
+
+
+def lay_on(bench: Bench, row: np.ndarray, where: str, side: float, node: int = 2) -> None:
+    """Put a node on the flank, the round rim or the cheek of a groove, on one side of it: the only surface there is."""
+    y, gap = {
+        "flank": (0.3 * row["crest"], 0.0),
+        "cheek": (row["crest"] + 0.5 * row["rim"], -0.1),
+        "rim": (row["crest"] + 0.1 * row["rim"], row["top"] - 0.2 * row["rim"]),
+    }[where]
+    row["centre"] = bench.q[node, :3] - (0.0, side * y, row["radius"] + gap)
+    bench.surfaces = row[None]

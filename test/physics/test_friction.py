@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from bench_cable import Bench, floor_under, record, touching
+from bench_cable import Bench, floor_under, lay_on, record, touching
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_flow import worst as worst_of_flow
@@ -74,13 +74,7 @@ def test_tangent_on_each_part_of_the_sheave(where, side):
     bench = Bench(4, 3)
     bench.wander(top=5.0)
     row = rubbing(bench, 2, "groove", slip=0.3)
-    y, gap = {
-        "flank": (0.3 * row["crest"], 0.0),
-        "cheek": (row["crest"] + 0.5 * row["rim"], -0.1),
-        "rim": (row["crest"] + 0.1 * row["rim"], row["top"] - 0.2 * row["rim"]),
-    }[where]
-    row["centre"] = bench.q[2, :3] - (0.0, side * y, row["radius"] + gap)
-    bench.surfaces = row[None]
+    lay_on(bench, row, where, side)
     s = solid(record(row))
     touched = touch(s, s.stiffness, tuple(bench.q[2, :3]), tuple(bench.v[2, :3]))
     assert touched.own.load > 0.1 and (touched.gap.own.bend > 0.0) == (where == "rim")

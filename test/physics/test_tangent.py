@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from bench_cable import Bench, floor_under, record, touching
+from bench_cable import Bench, floor_under, lay_on, record, touching
 
 from cable_sim_ros.physics.contact import touch
 from cable_sim_ros.physics.contact_surface import solid
@@ -51,13 +51,7 @@ def test_each_part_of_the_sheave(where, side):
     bench = Bench(4, 3)
     bench.wander(top=5.0)
     row = touching(bench, 2, np.pi / 3)
-    y, gap = {
-        "flank": (0.3 * row["crest"], 0.0),
-        "cheek": (row["crest"] + 0.5 * row["rim"], -0.1),
-        "rim": (row["crest"] + 0.1 * row["rim"], row["top"] - 0.2 * row["rim"]),
-    }[where]
-    row["centre"] = bench.q[2, :3] - (0.0, side * y, row["radius"] + gap)
-    bench.surfaces = row[None]
+    lay_on(bench, row, where, side)
     found, own, _ = touch(solid(record(row)), row["stiffness"], tuple(bench.q[2, :3]), tuple(bench.v[2, :3]))
     assert own.load > 0.1 and found.side == side and (found.own.bend > 0.0) == (where == "rim")
     assert (abs(found.own.normal[1]) == 1.0) == (where == "cheek")

@@ -15,20 +15,22 @@ pytestmark = pytest.mark.ros
 TICK = 0.01
 
 
-def ended(statuses, problem="", maximum=2000.0, frames=(), **metrics):
-    from cable_sim_ros.io.load import load_scene
+def ended(statuses, problem="", maximum=2000.0, frames=(), changes=None, **metrics):
+    from cable_sim_ros.io.load import load_scene, override
     from cable_sim_ros.physics.tick_output import TICK_OUTPUT
     from cable_sim_ros.ros.node_verdict import verdict_of_node
     from cable_sim_ros.ros.running_sums import RunningSums
+    from cable_sim_ros.sim.friction_checks import slow
 
     frame = np.zeros(1, TICK_OUTPUT).view(np.recarray)[0]
     frame.status = list(statuses)[-1] if statuses else 0
     latest = frame if statuses else None
-    sums = RunningSums(TICK)
+    scene = override(load_scene("full_scale"), changes or {})
+    sums = RunningSums(TICK, slow(scene))
     for one in frames:
         sums.add(one)
     publisher = SimpleNamespace(statuses=Counter(statuses), latest=latest, max_tension=maximum, sums=sums)
-    return verdict_of_node(SimpleNamespace(scene=load_scene("full_scale"), problem=problem), publisher, metrics)
+    return verdict_of_node(SimpleNamespace(scene=scene, problem=problem), publisher, metrics)
 
 
 @pytest.mark.parametrize(
@@ -86,3 +88,15 @@ def test_a_node_says_what_a_run_over_its_frames_says(given, flags):
 def test_lost_messages_and_lost_time_count():
     found = ended({0: 6000}, skips_ahead=1, recorder={"dropped": 3})
     assert [reason.flag for reason in found.reasons] == ["BEHIND", "NOT_RECORDED"]
+
+
+def test_a_node_whose_winch_is_held_doubts_its_pull_where_there_is_friction():
+    from cable_sim_ros.physics.tick_output import TICK_OUTPUT
+
+    frames = np.zeros(50, TICK_OUTPUT).view(np.recarray)
+    frames.ship_quaternion[:, 3], frames.scope = 1.0, 450.0
+    friction = {"sheave.friction": 0.1, "sheave.bearing_friction": 0.02}
+    assert ended({0: 50}, frames=frames).state == "ok"
+    assert [r.flag for r in ended({0: 50}, frames=frames, changes=friction).reasons] == ["FRICTION_SLIP"]
+    frames.payout_rate[:48] = 0.1
+    assert ended({0: 50}, frames=frames, changes=friction).state == "ok"

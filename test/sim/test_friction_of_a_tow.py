@@ -11,7 +11,11 @@ import pytest
 
 from cable_sim_ros.io.load import SceneError, SceneWarning, load_scene, override
 from cable_sim_ros.physics.contact_surface import SHEAVE_ROW
+from cable_sim_ros.physics.tick_output import TICK_OUTPUT
+from cable_sim_ros.runs.verdict import judge
+from cable_sim_ros.sim.friction_checks import may_miss
 from cable_sim_ros.sim.inputs import ShipMotion, WinchCommand
+from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.live_parameters import set_live
 from cable_sim_ros.sim.route import Route
 from cable_sim_ros.sim.simulator import Simulator
@@ -178,9 +182,34 @@ def test_a_held_winch_is_said_to_have_its_friction_in_part():
     """T (exp(mu wrap / sin 30 deg) - 1) of the working tension; a law that moves the winch brings no such word."""
     friction = {"sheave.friction": 0.1, "sheave.bearing_friction": 10.0}
     with pytest.warns(
-        SceneWarning, match=r"contact.slip_speed = 0.001 m/s: while the winch is held .* N of the sheave"
+        SceneWarning, match=r"contact.slip_speed = 0.001 m/s: while the winch is held .* up to 22\.1 N at contact"
     ):
         override(load_scene("full_scale"), friction | {"setpoint.algorithm": "hold"})
     with warnings.catch_warnings():
         warnings.simplefilter("error", SceneWarning)
         override(load_scene("full_scale"), friction)
+
+
+def test_a_run_with_a_held_winch_is_doubtful_of_its_pull():
+    """Slower than 3 slip speeds for more than a twentieth of the run; without friction, or hauling, it is ok."""
+    held = override(load_scene("full_scale"), TURNS)
+    frames = np.zeros(100, TICK_OUTPUT).view(np.recarray)
+    frames.time, frames.payout_rate, frames.scope = np.arange(100) * 10_000_000, 0.5, 450.0
+    assert judge(frames, held).state == "ok"
+    frames.payout_rate[:6] = -0.0029
+    (reason,) = judge(frames, held).reasons
+    assert reason.flag == "FRICTION_SLIP" and "for 6 % of the run" in reason.text
+    assert "winch_pull_max_n" in reason.metrics
+    tension = held.contact.working_tension
+    wrap = (layout_of(held).leaves - layout_of(held).tangent) / layout_of(held).route.sheave
+    assert may_miss(held) == pytest.approx(tension * (exp(held.sheave.bearing_friction * wrap) - 1.0))
+    frames.payout_rate[5] = 0.0031
+    assert judge(frames, held).state == "ok", "5 % are borne"
+    frames.payout_rate = 0.0
+    assert judge(frames, load_scene("full_scale")).state == "ok"
+
+
+@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+def test_the_drum_counts_with_what_may_be_missing():
+    scene = override(load_scene("full_scale_contact"), {"winch.drum_friction": 0.1})
+    assert may_miss(scene) == pytest.approx(scene.contact.working_tension * (1.0 - exp(-0.1 * scene.winch.wrap)))

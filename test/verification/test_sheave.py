@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.sim.checks import RESOLVED
+from cable_sim_ros.sim.rig import RigError
+from cable_sim_ros.verification import sheave
 from cable_sim_ros.verification.sheave import LIMITS, RADIUS, TENSION, accumulated, answers, scale, solve
 
 PHI = 2.0 * np.arcsin(0.5 * scale() / RADIUS)  # free elastica: EI / 2 R^2 = T (1 - cos phi)
@@ -32,3 +34,10 @@ def test_elements_at_the_threshold_are_within_five_percent(wrap_deg, phase):
     assert np.abs(accumulated(here, places) - accumulated(fine, places)).max() < 0.05
     # far coarser, as the shipped mesh: the resultant holds
     assert rough["resultant"] == pytest.approx(exact["resultant"], rel=1e-3)
+
+
+def test_a_finest_mesh_that_settles_nowhere_is_told(monkeypatch):
+    monkeypatch.setattr(sheave, "solve", lambda *_: None)
+    text = "a wrap of 12 deg with elements of 0.1 bending lengths did not settle in any of 4 positions: .*another wrap"
+    with pytest.raises(RigError, match=text):
+        sheave.reference(radians(12.0), None)
