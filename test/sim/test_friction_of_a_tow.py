@@ -182,7 +182,7 @@ def test_a_held_winch_is_said_to_have_its_friction_in_part():
     """T (exp(mu wrap / sin 30 deg) - 1) of the working tension; a law that moves the winch brings no such word."""
     friction = {"sheave.friction": 0.1, "sheave.bearing_friction": 10.0}
     with pytest.warns(
-        SceneWarning, match=r"contact.slip_speed = 0.001 m/s: while the winch is held .* up to 22\.1 N at contact"
+        SceneWarning, match=r"contact.slip_speed = 0.001 m/s: while the winch is held .* up to 226 N at contact"
     ):
         override(load_scene("full_scale"), friction | {"setpoint.algorithm": "hold"})
     with warnings.catch_warnings():
