@@ -10,43 +10,58 @@ from typing import TYPE_CHECKING
 from .version import __version__ as __version__
 
 _FACE = {  # name -> module
+    "BagReader": "io.bags.bag",
     "CableSimError": "errors",
     "ControllerError": "runs.controller",
-    "Rig": "sim.rig",
+    "Rig": "sim.rig.rig",
+    "SceneWarning": "io.scenes.load",
     "ShipMotion": "sim.inputs",
     "Simulator": "api",
     "WinchCommand": "sim.inputs",
-    "WinchPlan": "io.winch_plan",
-    "load_scene": "io.load",
+    "WinchPlan": "io.scenes.winch_plan",
+    "load_run": "io.recordings.recorded_run",
+    "load_scene": "io.scenes.load",
     "motion_of_bag": "runs.motion_samples",
+    "override": "io.scenes.load",
     "replay": "runs.offline",
     "run": "runs.offline",
+    "run_span": "runs.span",
+    "scene_from_dict": "io.scenes.load",
 }
 __all__ = [
+    "BagReader",
     "CableSimError",
     "ControllerError",
     "Rig",
+    "SceneWarning",
     "ShipMotion",
     "Simulator",
     "WinchCommand",
     "WinchPlan",
     "__version__",
+    "load_run",
     "load_scene",
     "motion_of_bag",
+    "override",
     "replay",
     "run",
+    "run_span",
+    "scene_from_dict",
 ]
 
 if TYPE_CHECKING:
     from .api import Simulator
     from .errors import CableSimError
-    from .io.load import load_scene
-    from .io.winch_plan import WinchPlan
+    from .io.bags.bag import BagReader
+    from .io.recordings.recorded_run import load_run
+    from .io.scenes.load import SceneWarning, load_scene, override, scene_from_dict
+    from .io.scenes.winch_plan import WinchPlan
     from .runs.controller import ControllerError
     from .runs.motion_samples import motion_of_bag
     from .runs.offline import replay, run
+    from .runs.span import run_span
     from .sim.inputs import ShipMotion, WinchCommand
-    from .sim.rig import Rig
+    from .sim.rig.rig import Rig
 
 
 def __getattr__(name: str) -> object:

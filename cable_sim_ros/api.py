@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from .io.load import load_scene, scene_from_dict
-from .io.winch_plan import WinchPlan
+from .io.scenes.load import load_scene, scene_from_dict
+from .io.scenes.winch_plan import WinchPlan
 from .sim import simulator
 from .sim.scene import Scene
 

@@ -61,7 +61,7 @@ ALONE = {  # of the rest: several processes in real time, which other work on th
 WITHOUT_KERNELS = {"install"}  # tiers that run those of other installs
 COMPILE = """
 from cable_sim_ros import Simulator
-from cable_sim_ros.sim.rig import warm_up
+from cable_sim_ros.sim.rig.rig import warm_up
 Simulator("flume").warm_up()
 warm_up()
 """

@@ -21,8 +21,8 @@ class DamagedBag(click.ClickException):
 def recover(source: str, target: str) -> None:
     """Copy what can be read of the damaged or cut-off bag SOURCE (a path, or the name of a shipped one) into a new bag
     TARGET. Exit code 3: not all of it."""
-    from ..io.recovery import recover as recover_bag
-    from ..io.resources import find_bag
+    from ..io.recordings.recovery import recover as recover_bag
+    from ..io.scenes.resources import find_bag
 
     result = recover_bag(find_bag(source), target)
     click.echo(f"{target}: {result.messages} messages over {result.duration:.2f} s")

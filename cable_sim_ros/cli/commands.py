@@ -81,7 +81,7 @@ def _warn(message: str, category: type[Warning], said: set[str], damaged: list[s
     text = message.partition(": ")[2] or message
     if text not in said:
         said.add(text)
-        if category.__name__ == "DamageWarning":  # of io/bag.py
+        if category.__name__ == "DamageWarning":  # of io/bags/bag.py
             damaged.append(text)
         click.echo(f"warning: {message}", err=True)
 
@@ -269,10 +269,10 @@ def replay(bag, scene, algorithm, convention, topics, settings, out, markers, as
 def live(bag, scene, duration, imu_only, out, as_json) -> None:
     """Play BAG over real topics into the node, in real time: summary, picture, recorded bag."""
     _need_ros()
-    from ..io.load import load_scene
-    from ..io.recorded_run import load_run
-    from ..io.resources import find_bag
-    from ..ros.live import live as run_live
+    from ..io.recordings.recorded_run import load_run
+    from ..io.scenes.load import load_scene
+    from ..io.scenes.resources import find_bag
+    from ..ros.play.live import live as run_live
     from ..runs.offline import Run, judged
     from ..runs.summary import OUTSIDE, summarize
     from ..runs.transient import start_up
@@ -322,7 +322,7 @@ def play(bag, rate, loop, start, duration, imu_only, keep_stamps, lockstep, conv
     It is sent in ENU axes: with --convention ned it is turned.
     """
     _need_ros()
-    from ..ros.player import play_bag
+    from ..ros.play.player import play_bag
     from ..runs.settings import topics_of
 
     sent = play_bag(

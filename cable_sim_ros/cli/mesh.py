@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from ..runs.mesh import Change
-    from ..sim.mesh_kinds import MeshPlan
+    from ..sim.mesh.mesh_kinds import MeshPlan
     from ..sim.scene import Scene
 
 FAILED = 1  # exit code where the check finds more than was promised

@@ -13,7 +13,7 @@ import click
 from ..sim.flag_rules import OK
 
 if TYPE_CHECKING:
-    from ..io.recorded_tow import Residual
+    from ..io.sources.recorded_tow import Residual
     from ..runs.offline import Run
 
 
@@ -62,7 +62,7 @@ def pictures_of(result: Run, out: Path | None) -> list[Path]:
     """Draw the run, its haul where the winch had a plan, and the strumming of its cable where that was computed."""
     if out is None or result.bag is None or not len(result.frames):
         return []
-    from ..io.recorded_run import load_run
+    from ..io.recordings.recorded_run import load_run
     from ..plots.haul import draw_haul
     from ..plots.run import draw_run
     from ..plots.strumming import draw_strum

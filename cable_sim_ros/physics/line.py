@@ -1,6 +1,6 @@
 """A line: the cable with what holds it, hangs on it and pulls it, and the balance of its forces.
 
-This is all the solver sees. The tow of a ship is one user of it (tow.py), lines of one's own are another (sim/rig.py).
+This is all the solver sees. The tow of a ship is one user of it (tow.py), lines of one's own are another (sim/rig).
 """
 
 from __future__ import annotations

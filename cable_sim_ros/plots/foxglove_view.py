@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from ..io.bag import BagError, read_bag
-from ..io.channels import rotate
-from ..io.markers import TOPIC
-from ..io.resources import share_folder
-from ..io.typestore import STORE
+from ..io.bags.bag import BagError, read_bag
+from ..io.bags.typestore import STORE
+from ..io.messages.channels import rotate
+from ..io.messages.markers import TOPIC
+from ..io.scenes.resources import share_folder
 from .canvas import canvas
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..io.recorded_run import RecordedRun
-from ..io.winch_plan import WinchPlan
+from ..io.recordings.recorded_run import RecordedRun
+from ..io.scenes.winch_plan import WinchPlan
 from ..runs.summary import extremes
 from .heading import force_unit, places, put_heading, scene_name
 from .run import PURPLE, min_span, render, seconds

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import yaml
 
-from ..io.recorded_run import RecordedRun
+from ..io.recordings.recorded_run import RecordedRun
 from ..runs.summary import since_first
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..io.recorded_run import RecordedRun, load_run
+from ..io.recordings.recorded_run import RecordedRun, load_run
 from ..physics.tick_output import CONTACT_COLUMNS
 from ..runs.summary import SKIP, after_start, since_first, summarize
 from .heading import force_unit, places, put_heading, scene_name

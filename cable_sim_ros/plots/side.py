@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..io.recorded_run import RecordedRun, places_of
+from ..io.recordings.recorded_run import RecordedRun, places_of
 from ..runs.summary import tow_axes
 from .heading import force_unit
 

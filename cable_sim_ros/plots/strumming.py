@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..io.recorded_run import RecordedRun
+from ..io.recordings.recorded_run import RecordedRun
 from ..physics.tick_output import STRUM_COLUMNS
 from ..runs.summary import SKIP, after_start
 from .heading import put_stamp, scene_name

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import Enum
 
-from ..io.markers import MAX_RATE
+from ..io.messages.markers import MAX_RATE
 from ..physics.heave_filter import Heave, MotionInput
 from ..physics.parameter import Block, quantity
 

@@ -13,8 +13,8 @@ from collections import deque
 from enum import Enum
 from typing import Any
 
-from ..io import checkpoint
-from ..io.time_sequencer import FAR, Cadence, MotionGate
+from ..io.motion import checkpoint
+from ..io.motion.time_sequencer import FAR, Cadence, MotionGate
 from .blocks import Lockstep as Settings
 
 SECOND = 1_000_000_000
@@ -143,7 +143,7 @@ class Lockstep:
         self._stamps.clear()
 
     def set_back(self, tree: Any) -> None:
-        """As it was when it was taken (io.checkpoint), but for what is of the present: whether it stands, and its pace.
+        """As it was when it was taken, but for what is of the present: whether it stands, and its pace.
 
         Raises ValueError.
         """

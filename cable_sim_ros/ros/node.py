@@ -18,30 +18,31 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
 
-from ..io.channels import Context, Encoder
-from ..io.markers import TOPIC as MARKERS
-from ..io.messages import CAUSES, KINDS, stamp_of
-from ..io.recording_place import name_problem, state_problem
+from ..io.messages.channels import Context, Encoder
+from ..io.messages.markers import TOPIC as MARKERS
+from ..io.messages.messages import CAUSES, KINDS, stamp_of
+from ..io.recordings.recording_place import name_problem, state_problem
+from ..sim.checks.friction_checks import slow
 from ..sim.flag_rules import FAILED
-from ..sim.friction_checks import slow
 from ..sim.live_parameters import changed, ways
-from . import discovery, simulation_interfaces
+from . import discovery
 from .arrival import Arrivals, StampArrivals
-from .clock_topic import ClockTopic
-from .control import SimulationControl
 from .declare_parameters import declare, overrides_of
-from .diagnostics import Watch, final_metrics
 from .executor import spin
 from .graph_monitor import EVERY as NEIGHBOURS_EVERY
 from .graph_monitor import Neighbours
-from .health import MSGTYPE as AGES_TYPE
-from .health import TOPIC as AGES_TOPIC
 from .lockstep import rate_problem
-from .node_verdict import verdict_of_node
 from .parameters import ParameterError, checked, settle
+from .play.clock_topic import ClockTopic
 from .process import Stop, autostart, refuse_unknown, start_ros
 from .publisher import DirectPublisher, TickPublisher
-from .recording_control import RecordingControl
+from .report.diagnostics import Watch, final_metrics
+from .report.health import MSGTYPE as AGES_TYPE
+from .report.health import TOPIC as AGES_TOPIC
+from .report.node_verdict import verdict_of_node
+from .services import simulation_interfaces
+from .services.control import SimulationControl
+from .services.recording_control import RecordingControl
 from .statistics import write_json
 from .stepped import SteppedSession, session_of
 from .topics import diagnostic_array, message_class, publishers_of, rows_of

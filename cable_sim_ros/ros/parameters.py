@@ -14,9 +14,9 @@ from types import UnionType
 from typing import Any, NamedTuple, Union, get_args, get_origin
 
 from ..errors import CableSimError
-from ..io.load import SceneError, SceneWarning, load_scene, override
-from ..io.recording_place import name_problem, root_problem, state_problem
-from ..io.resources import find_scene
+from ..io.recordings.recording_place import name_problem, root_problem, state_problem
+from ..io.scenes.load import SceneError, SceneWarning, load_scene, override
+from ..io.scenes.resources import find_scene
 from ..physics.parameter import Block
 from ..sim.scene import Scene
 from .blocks import NodeBlock

@@ -11,9 +11,9 @@ from collections.abc import Callable
 import numpy as np
 from rclpy._rclpy_pybind11 import RCLError
 
-from ..io.channels import Encoder
-from ..io.journal import Journal
-from ..io.recorder import Recorder
+from ..io.messages.channels import Encoder
+from ..io.recordings.journal import Journal
+from ..io.recordings.recorder import Recorder
 from .loop import HALT, HEADS_ROWS, Loop, raise_priority
 from .running_sums import RunningSums
 from .statistics import Samples

@@ -7,7 +7,7 @@ from math import asin, atan2, cos, degrees, inf, isfinite, nan, sin, sqrt
 
 import numpy as np
 
-from ..sim.deviation_checks import PITCHED_OVER, SKIP, deviation_damped, pitch_against
+from ..sim.checks.deviation_checks import PITCHED_OVER, SKIP, deviation_damped, pitch_against
 from ..sim.verdict import Reason
 
 AT_ONCE = 1.5  # ticks from one tick output to the next: more is a gap, and no acceleration is taken over it

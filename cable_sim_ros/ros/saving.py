@@ -1,4 +1,4 @@
-"""Save and restore of a session's tow, as files of sim/savefile.py, whatever the time mode.
+"""Save and restore of a session's tow, as files of sim/saved/savefile.py, whatever the time mode.
 
 In real time a restored tow is taken to the present, the cable as it hangs, like one whose clock has jumped: the motion
 and the commands of then are over. In lockstep the clock goes back to the saved time with everything that simulation,
@@ -14,15 +14,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..io.arrival_order import Intake
-from ..io.clock import DataClock
-from ..io.journal import Start
+from ..io.motion.arrival_order import Intake
+from ..io.motion.clock import DataClock
+from ..io.recordings.journal import Start
 from ..physics.inputs import make_inputs
 from ..physics.state import NOW
-from ..sim import savefile
 from ..sim.live_parameters import set_live, value_of, ways
 from ..sim.rebase import heading_problem, place
-from ..sim.savefile import SaveError, differences
+from ..sim.saved import savefile
+from ..sim.saved.savefile import SaveError, differences
 from ..sim.simulator import Simulator
 from .loop import Loop
 

@@ -16,19 +16,19 @@ from typing import Any
 
 import numpy as np
 
-from ..io.arrival_order import Intake, Took
-from ..io.clock import DataClock
-from ..io.commands import CommandIngest
-from ..io.journal import STATIC, Journal, Start
-from ..io.motion import MotionIngest
-from ..io.refusals import TOPICS
+from ..io.messages.commands import CommandIngest
+from ..io.motion.arrival_order import Intake, Took
+from ..io.motion.clock import DataClock
+from ..io.motion.motion import MotionIngest
+from ..io.motion.refusals import TOPICS
+from ..io.recordings.journal import STATIC, Journal, Start
 from ..physics.inputs import MOTION_ROWS, SOURCE
 from ..physics.tick_output import Source
 from ..sim.build import make_output
-from ..sim.current import turned_current
 from ..sim.live_parameters import changed, set_live
 from ..sim.rebase import carried_over
 from ..sim.simulator import Simulator, StartError
+from ..sim.tables.current import turned_current
 from .blocks import NodeBlock
 from .gc_tuning import quiet
 from .loop import MAPPING, RESYNCS, SKIPPED, TARGET, Loop

@@ -15,11 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from ..io.arrival_order import Took
-from ..io.checkpoint import check, set_back, taken
-from ..io.messages import stamp_of
-from ..io.time_sequencer import CONFIRM, FAR
-from ..sim.savefile import damaged
+from ..io.messages.messages import stamp_of
+from ..io.motion.arrival_order import Took
+from ..io.motion.checkpoint import check, set_back, taken
+from ..io.motion.time_sequencer import CONFIRM, FAR
+from ..sim.saved.savefile import damaged
 from .blocks import TimeMode
 from .lockstep import Do, Lockstep
 from .loop import REACHED, Loop, StepLoop

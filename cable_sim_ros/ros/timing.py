@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 
-from ..io.clock import DataClock
+from ..io.motion.clock import DataClock
 
 NOT_IN_REAL_TIME = (
     "time_mode is realtime: the clock of the motion drives, and does not stand; start the node with "

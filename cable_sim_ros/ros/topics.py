@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from importlib import import_module
 
-from ..io.channels import SOMETIMES, TRANSFORMS, Channel, Context, channels_of
-from ..io.markers import markers_channel
+from ..io.messages.channels import SOMETIMES, TRANSFORMS, Channel, Context, channels_of
+from ..io.messages.markers import markers_channel
 from ..sim.scene import Scene
 from .blocks import Publish
 from .status import Status

@@ -6,11 +6,11 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from ..io import journal
-from ..io.bag_writer import qos_profile
-from ..io.channels import EVERY, HEALTH, SOMETIMES, TRANSFORMS, Channel, Context, Encoder, decode
-from ..io.markers import MAX_RATE, MSGTYPE, TOPIC
-from ..io.messages import KINDS
+from ..io.bags.bag_writer import qos_profile
+from ..io.messages.channels import EVERY, HEALTH, SOMETIMES, TRANSFORMS, Channel, Context, Encoder, decode
+from ..io.messages.markers import MAX_RATE, MSGTYPE, TOPIC
+from ..io.messages.messages import KINDS
+from ..io.recordings import journal
 from ..physics.tick_output import (
     CONTACT_COLUMNS,
     FIELDS,

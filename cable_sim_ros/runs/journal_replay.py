@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ..io.journal import STATIC, Report, Segment, Start
-from ..io.load import dump_scene
-from ..io.recorded_tow import RecordedTow, SameTicks
+from ..io.recordings.journal import STATIC, Report, Segment, Start
+from ..io.scenes.load import dump_scene
+from ..io.sources.recorded_tow import RecordedTow, SameTicks
 from ..sim.live_parameters import set_live
-from ..sim.savefile import LAYOUT, SaveError, fitting
+from ..sim.saved.savefile import LAYOUT, SaveError, fitting
 from ..sim.scene import Scene
 from ..sim.verdict import Reason, check
 from .runner import Runner

@@ -21,11 +21,11 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfiltfilt, welch
 
-from ..io.bag import BagError, BagWriter
-from ..io.resources import share_folder
-from ..io.typestore import STORE
+from ..io.bags.bag import BagError, BagWriter
+from ..io.bags.typestore import STORE
+from ..io.scenes.resources import share_folder
 from ..limits import MAX_TOW_SPEED
-from ..sim.attitude import body_rates, quaternion, rotation
+from ..sim.tables.attitude import body_rates, quaternion, rotation
 
 GRAVITY = 9.81  # m/s^2, as in the scenes
 SPEED = 2.2  # m/s, mean speed ahead: that of the tow, in place of the ship's own

@@ -7,9 +7,9 @@ import warnings
 
 import numpy as np
 
-from ..io.load import SceneWarning
-from ..sim.current import HEADING_WITHIN, turned_current
+from ..io.scenes.load import SceneWarning
 from ..sim.scene import Scene
+from ..sim.tables.current import HEADING_WITHIN, turned_current
 from ..sim.verdict import Reason, check
 
 MEAN_OVER = 30.0  # s, at least, for a mean of the motion: less is the waves'

@@ -9,12 +9,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import RunError
-from ..io.load import SceneError, load_scene
-from ..io.motion_table import sine_heave
+from ..io.scenes.load import SceneError, load_scene
+from ..io.sources.motion_table import sine_heave
 from ..physics.heave_compensation import SetpointLaw
 from ..sim.layout import layout_of
-from ..sim.mesh_kinds import Expected, FeedMesh, MeshPlan
-from ..sim.mesh_sheave import heave_amplitude
+from ..sim.mesh.mesh_kinds import Expected, FeedMesh, MeshPlan
+from ..sim.mesh.mesh_sheave import heave_amplitude
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
 from .message_run import MessageRun, Progress, silent

@@ -8,20 +8,20 @@ from pathlib import Path
 
 import numpy as np
 
-from ..io.commands import CommandIngest, encode_command
-from ..io.journal import Start
-from ..io.load import SceneWarning
-from ..io.messages import Refused, decode_imu, decode_odometry
-from ..io.motion import MotionIngest
-from ..io.motion_table import MotionError
-from ..io.mounting import mounting_of
-from ..io.recorded_tow import Event, Feeder, RecordedTow
-from ..io.winch_plan import WinchPlan
+from ..io.messages.commands import CommandIngest, encode_command
+from ..io.messages.messages import Refused, decode_imu, decode_odometry
+from ..io.messages.mounting import mounting_of
+from ..io.motion.motion import MotionIngest
+from ..io.recordings.journal import Start
+from ..io.scenes.load import SceneWarning
+from ..io.scenes.winch_plan import WinchPlan
+from ..io.sources.motion_table import MotionError
+from ..io.sources.recorded_tow import Event, Feeder, RecordedTow
 from ..physics.inputs import MOTION_ROWS
-from ..sim import checks
+from ..sim.checks import checks
 from ..sim.inputs import WinchCommand
 from ..sim.layout import layout_of
-from ..sim.mesh_kinds import FeedMesh
+from ..sim.mesh.mesh_kinds import FeedMesh
 from ..sim.rebase import carried_over
 from ..sim.scene import Scene
 from ..sim.verdict import Reason

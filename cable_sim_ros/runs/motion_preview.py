@@ -6,12 +6,12 @@ the run says so at once instead of a tow whose ship lies still.
 
 from __future__ import annotations
 
-from ..io.arrival_order import Intake, Took
-from ..io.fault_hypotheses import DOUBTS
-from ..io.motion import MotionIngest
-from ..io.motion_table import MotionError
-from ..io.recorded_tow import RecordedTow
-from ..io.refusals import TOPICS
+from ..io.messages.fault_hypotheses import DOUBTS
+from ..io.motion.arrival_order import Intake, Took
+from ..io.motion.motion import MotionIngest
+from ..io.motion.refusals import TOPICS
+from ..io.sources.motion_table import MotionError
+from ..io.sources.recorded_tow import RecordedTow
 from ..physics.heave_filter import Heave, MotionInput
 from ..physics.inputs import make_inputs
 from ..sim.scene import Scene

@@ -5,14 +5,14 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 
-from ..io.arrival_order import Intake, Took
-from ..io.load import load_scene
-from ..io.motion_table import MotionError
+from ..io.motion.arrival_order import Intake, Took
+from ..io.scenes.load import load_scene
+from ..io.sources.motion_table import MotionError
 from ..physics.inputs import EPOCH, MOTION_ROWS, SOURCE, make_inputs
 from ..physics.tick_output import Source
-from ..sim.attitude import body_rates
 from ..sim.inputs import ShipMotion
 from ..sim.scene import Scene
+from ..sim.tables.attitude import body_rates
 from .settings import NOTHING, Settings, recorded_intake
 from .sources import motion_of
 

@@ -11,16 +11,16 @@ from typing import Any
 
 import numpy as np
 
-from ..io.bag_writer import BagError, cannot_make
-from ..io.journal import read_journal
-from ..io.load import load_scene, override
-from ..io.markers import check_rate
-from ..io.motion_table import MotionError
-from ..io.recorded_tow import RecordedTow, SameTicks, paired, read_tow, recorded_frames, residuals
-from ..io.resources import find_bag
-from ..io.winch_plan import WinchPlan
+from ..io.bags.bag_writer import BagError, cannot_make
+from ..io.messages.markers import check_rate
+from ..io.recordings.journal import read_journal
+from ..io.scenes.load import load_scene, override
+from ..io.scenes.resources import find_bag
+from ..io.scenes.winch_plan import WinchPlan
+from ..io.sources.motion_table import MotionError
+from ..io.sources.recorded_tow import RecordedTow, SameTicks, paired, read_tow, recorded_frames, residuals
 from ..limits import LONGEST_RUN
-from ..sim.savefile import SaveError, check_place, same_scene
+from ..sim.saved.savefile import SaveError, check_place, same_scene
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
 from ..sim.verdict import Reason

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..sim.deviation_checks import PITCHED_OVER, pitch_against
+from ..sim.checks.deviation_checks import PITCHED_OVER, pitch_against
 from ..sim.verdict import Reason
 
 

@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from ..io.load import override
-from ..io.recorded_tow import RecordedTow
-from ..io.winch_plan import WinchPlan
+from ..io.scenes.load import override
+from ..io.scenes.winch_plan import WinchPlan
+from ..io.sources.recorded_tow import RecordedTow
 from ..physics.winch import DrumModel
 from ..sim.flag_rules import PEAKS
 from ..sim.layout import layout_of
-from ..sim.mesh_kinds import FeedMesh
+from ..sim.mesh.mesh_kinds import FeedMesh
 from ..sim.scene import Scene
 from ..sim.verdict import check, verdict_of
 from .message_run import MessageRun

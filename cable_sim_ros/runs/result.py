@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..io.recorded_tow import Residual
+from ..io.sources.recorded_tow import Residual
 from ..sim.verdict import Verdict
 
 

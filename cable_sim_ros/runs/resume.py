@@ -15,18 +15,18 @@ from typing import Any, NamedTuple, Protocol
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from ..io.checkpoint import set_back, taken
-from ..io.checkpoint_values import Count, Real, Whole
-from ..io.commands import CommandIngest
-from ..io.journal import Start
-from ..io.load import SceneWarning
-from ..io.motion_table import MotionError
-from ..io.recorded_tow import Event, Feeder, RecordedTow
-from ..io.winch_plan import WinchPlan
+from ..io.messages.commands import CommandIngest
+from ..io.motion.checkpoint import set_back, taken
+from ..io.motion.checkpoint_values import Count, Real, Whole
+from ..io.recordings.journal import Start
+from ..io.scenes.load import SceneWarning
+from ..io.scenes.winch_plan import WinchPlan
+from ..io.sources.motion_table import MotionError
+from ..io.sources.recorded_tow import Event, Feeder, RecordedTow
 from ..physics.inputs import make_inputs
-from ..sim import savefile
 from ..sim.rebase import carried_over, heading_problem, place
-from ..sim.savefile import SaveError
+from ..sim.saved import savefile
+from ..sim.saved.savefile import SaveError
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
 
@@ -55,7 +55,7 @@ class Note(BaseModel):
     plan: tuple[Whole, Whole]  # ns
     next: Count  # message of the motion
     so_far: str  # fingerprint of those before it
-    commands: dict[str, Any]  # of `io.checkpoint`
+    commands: dict[str, Any]  # of `io.motion.checkpoint`
     intake: dict[str, Any] | None = None
 
 

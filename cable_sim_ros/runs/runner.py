@@ -6,10 +6,10 @@ import time
 from abc import ABC, abstractmethod
 from pathlib import Path
 
-from ..io.journal import Start
-from ..io.recorded_tow import RecordedTow
-from ..io.winch_plan import WinchPlan
-from ..sim.mesh_kinds import FeedMesh
+from ..io.recordings.journal import Start
+from ..io.scenes.winch_plan import WinchPlan
+from ..io.sources.recorded_tow import RecordedTow
+from ..sim.mesh.mesh_kinds import FeedMesh
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
 from .stepping import Progress, RunRecorder, Stepped, Stepper

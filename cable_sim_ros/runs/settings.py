@@ -13,11 +13,11 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from ..io.load import override
-from ..io.messages import KINDS
-from ..io.motion_table import MotionError
-from ..io.recorded_tow import RecordedTow
-from ..io.yaml12 import YamlError, parse
+from ..io.messages.messages import KINDS
+from ..io.scenes.load import override
+from ..io.scenes.yaml12 import YamlError, parse
+from ..io.sources.motion_table import MotionError
+from ..io.sources.recorded_tow import RecordedTow
 from ..physics.heave_filter import Heave, MotionInput
 from ..physics.parameter import Block, declared
 from ..sim.scene import Scene

@@ -6,12 +6,12 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 
-from ..io.bag_writer import BagError
-from ..io.coarse_bag import smooth_odometry
-from ..io.load import load_scene, override, scene_from_text
-from ..io.motion_table import MotionError, read_table, sine_heave
-from ..io.recorded_tow import RecordedTow, read_tow
-from ..io.resources import find_bag
+from ..io.bags.bag_writer import BagError
+from ..io.scenes.load import load_scene, override, scene_from_text
+from ..io.scenes.resources import find_bag
+from ..io.sources.coarse_bag import smooth_odometry
+from ..io.sources.motion_table import MotionError, read_table, sine_heave
+from ..io.sources.recorded_tow import RecordedTow, read_tow
 from ..sim.scene import Scene
 from . import motion_preview
 from .settings import NOTHING, Settings, apply_to_bag, apply_to_scene, recorded_intake, refuse_without_bag

@@ -15,12 +15,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import RunError
-from ..io.load import SceneError
-from ..io.span_file import checked_span, load_span
+from ..io.scenes.load import SceneError
+from ..io.scenes.span_file import checked_span, load_span
 from ..physics.state import NOW, WAKE
 from ..physics.wake_oscillator import MIN_RE, WAKE_Q, WakeLaw
 from ..sim.flag_rules import FAILED
-from ..sim.rig import HALVED, RigError
+from ..sim.rig.rig import HALVED, RigError
 from ..sim.span import Span, SpanCase, SpanLine, natural_frequency, shedding_frequency, span_line
 from ..sim.verdict import Reason, Verdict, verdict_of
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..io.load import override
+from ..io.scenes.load import override
 from ..physics.integrate import Solver
 from ..sim.flag_rules import MIN_REFUSED, REFUSED_FRACTION
 from ..sim.scene import Scene

@@ -12,8 +12,8 @@ import numpy as np
 from scipy.stats import chi2
 
 from ..physics.tick_output import Flag
-from ..sim.deviation_checks import SKIP
-from ..sim.elementary import principal, product
+from ..sim.checks.deviation_checks import SKIP
+from ..sim.tables.elementary import principal, product
 
 if TYPE_CHECKING:
     from rich.table import Table

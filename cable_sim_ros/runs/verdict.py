@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..physics.tick_output import Flag
-from ..sim.deviation_checks import SKIP, deviation_damped, hauled_into_waves
+from ..sim.checks.deviation_checks import SKIP, deviation_damped, hauled_into_waves
+from ..sim.checks.friction_checks import in_part, slow
 from ..sim.flag_rules import WITHIN, WITHIN_JOURNAL, WITHIN_M
-from ..sim.friction_checks import in_part, slow
 from ..sim.layout import layout_of
-from ..sim.route import DRUM_RESERVE
 from ..sim.scene import Scene
+from ..sim.statics.route import DRUM_RESERVE
 from ..sim.verdict import Reason, Verdict, check, judge_counts, overload, strength, verdict_of
 from .summary import after_start, tick_length
 
 if TYPE_CHECKING:
-    from ..io.recorded_tow import Residual, SameTicks
+    from ..io.sources.recorded_tow import Residual, SameTicks
 
 ENDING = 5.0  # s
 KEPT = 0.02  # of its energy, what steps that keep a ringing may take of it

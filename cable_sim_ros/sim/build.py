@@ -51,12 +51,12 @@ from ..physics.wake_oscillator import WAKE_SECTION
 from ..physics.water import Water
 from ..physics.winch import DRUM
 from .layout import Layout
-from .material import arc_lengths, extreme, material_rows, section_ends, termination_weight
-from .mesh_kinds import FeedMesh
-from .route import DRUM_RESERVE, ROUND_OFF
+from .mesh.mesh_kinds import FeedMesh
 from .scene import Scene
-from .sea_tables import sea_of
-from .viv_tables import strum_rules, strum_sections
+from .statics.route import DRUM_RESERVE, ROUND_OFF
+from .tables.material import arc_lengths, extreme, material_rows, section_ends, termination_weight
+from .tables.sea_tables import sea_of
+from .tables.viv_tables import strum_rules, strum_sections
 from .wake_tables import wake_table
 
 # EI of an element over w L^3 where its end carries no tension: the gradient of a free end has a rotational stiffness of

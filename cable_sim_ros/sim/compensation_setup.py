@@ -9,8 +9,8 @@ import numpy as np
 from ..physics.heave_compensation import EXCESS_TENSION, KNEE, SetpointLaw
 from ..physics.section import material_of
 from .problem import Problem
-from .route import first_angle
 from .scene import Scene
+from .statics.route import first_angle
 
 STEEPEST, FLATTEST = radians(-85.0), radians(85.0)  # of a nominal angle
 WATERLINE = (SetpointLaw.SIMPLIFIED_WATERLINE, SetpointLaw.RIGOROUS_WATERLINE)

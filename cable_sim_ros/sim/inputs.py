@@ -15,7 +15,7 @@ import numpy as np
 from ..errors import CableSimError
 from ..physics.inputs import COMMAND_ROWS, EPOCH, MOTION_ROWS, SOURCE, Inputs, push_command, push_motion
 from ..physics.tick_output import Source
-from .attitude import angle_rates, angles_of
+from .tables.attitude import angle_rates, angles_of
 
 MAX_POSITION = 1e7  # m
 MAX_SPEED = 50.0  # m/s

@@ -14,13 +14,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ..physics.winch import DrumModel
-from .current import flow_of
-from .material import arc_lengths
-from .mesh_kinds import FeedMesh, MeshPlan, places_outboard
-from .mesh_maker import Maker
-from .route import Route, first_angle
+from .mesh.mesh_kinds import FeedMesh, MeshPlan, places_outboard
+from .mesh.mesh_maker import Maker
 from .scene import Scene
-from .static_shape import TowShape, tow_shape
+from .statics.route import Route, first_angle
+from .statics.static_shape import TowShape, tow_shape
+from .tables.current import flow_of
+from .tables.material import arc_lengths
 
 KEPT = 32  # layouts, and shapes of one
 # longest element on the sheave over its radius: with compensation on, ripple of the tension above 1 Hz was measured as
@@ -79,7 +79,7 @@ class Layout:
     def plan(self) -> MeshPlan | None:
         """The mesh with its reasons; None where it is fixed to the material. Raises MeshError.
 
-        Made from an accuracy (sim/mesh_maker.py); numbers that the scene writes under ``mesh`` stand. docs/mesh.md.
+        Made from an accuracy (mesh/mesh_maker.py); numbers that the scene writes under ``mesh`` stand. docs/mesh.md.
         """
         return Maker(self.scene, self.route, self.shape).plan() if self.route.feeds else None
 

@@ -17,19 +17,19 @@ from ..physics.output import Output
 from ..physics.ship import NO_EPOCH
 from ..physics.state import ARC, MEMORY, NOW, STEP
 from ..physics.tick_output import SHAPE_COLUMNS, TICK_OUTPUT, Flag, strum_table
-from . import savefile
 from .build import build_model, build_state, make_output
 from .compensation_setup import declare, take_rest
-from .current import declare_water
 from .inputs import YAW, InputError, ShipMotion, WinchCommand, push
 from .layout import layout_of
 from .loop import CONTROL_WORDS, SETTLE, STATS_COLUMNS, TICKS, drive
-from .mesh_kinds import FeedMesh
+from .mesh.mesh_kinds import FeedMesh
 from .rebase import start_problem
-from .route import StartError
-from .savefile import SaveError
+from .saved import savefile
+from .saved.savefile import SaveError
 from .scene import Scene
 from .static_equilibrium import settle, turn_bodies
+from .statics.route import StartError
+from .tables.current import declare_water
 from .wake_tables import begin_wakes
 
 

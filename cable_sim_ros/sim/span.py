@@ -22,7 +22,7 @@ from ..physics.parameter import REQUIRED, Block, quantity
 from ..physics.section import Material
 from ..physics.wake_oscillator import Wake
 from .build import lock
-from .rig import Rig, cable_of, load_of
+from .rig.rig import Rig, cable_of, load_of
 
 # largest residual over the tension, for the vibration of a span in air moves forces of a millionth of it; and over EA,
 # below which round-off leaves it: places count from the middle of the span, which keeps that small

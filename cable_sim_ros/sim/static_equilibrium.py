@@ -18,13 +18,13 @@ from ..physics.contact_surface import FLOOR, GROOVE, SHEAVE_ROW
 from ..physics.section import material_of
 from ..physics.state import FLOW, NOW, Model, State
 from ..physics.tick_output import Flag
-from .current import flow_of
-from .elementary import product
 from .layout import Layout
-from .material import extreme, section_ends
-from .route import MAX_PUSH, MAX_STEPS, Route, StartError, first_angle, first_strain, laid_angle
 from .scene import Scene
-from .static_shape import TowShape
+from .statics.route import MAX_PUSH, MAX_STEPS, Route, StartError, first_angle, first_strain, laid_angle
+from .statics.static_shape import TowShape
+from .tables.current import flow_of
+from .tables.elementary import product
+from .tables.material import extreme, section_ends
 
 MIN_FLOW = 1e-6  # m/s
 MAX_FLEET = 0.1  # rad to one side of the sheave: more may be why the cable does not stay in its groove

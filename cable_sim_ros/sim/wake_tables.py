@@ -26,10 +26,10 @@ from ..physics.wake_oscillator import (
 )
 from ..physics.water import Water
 from .layout import Layout
-from .material import section_ends
 from .problem import Problem, apart
 from .scene import Scene
-from .viv_tables import on, strums
+from .tables.material import section_ends
+from .tables.viv_tables import on, strums
 
 # steps a period of shedding, at least: the time integration then makes the period of a free vibration 0.8 % longer and
 # damps it by 0.07 % of critical; and elements a wave of the cable at that frequency

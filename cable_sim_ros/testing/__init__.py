@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 _FACE = {  # name -> module
     "Tow": ".tow_sim",
     "TowError": ".errors",
-    "load_run": "..io.recorded_run",
+    "load_run": "..io.recordings.recorded_run",
     "replay": "..runs.offline",
     "tow": ".tow_sim",
 }
 __all__ = ["Tow", "TowError", "load_run", "replay", "tow"]
 
 if TYPE_CHECKING:
-    from ..io.recorded_run import load_run
+    from ..io.recordings.recorded_run import load_run
     from ..runs.offline import replay
     from .errors import TowError
     from .tow_sim import Tow, tow

@@ -38,7 +38,7 @@ def number(name: str, value: Any, unit: str, consequence: str, remedy: str, *, m
 @contextmanager
 def refused() -> Iterator[None]:
     """What the package says of a file, a bag or a value, as a TowError with the same text."""
-    from ..io.bag_writer import BagError
+    from ..io.bags.bag_writer import BagError
 
     try:
         yield

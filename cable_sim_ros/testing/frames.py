@@ -6,7 +6,7 @@ import threading
 
 import numpy as np
 
-from ..io.channels import decode_frames
+from ..io.messages.channels import decode_frames
 from ..physics.tick_output import TICK_OUTPUT
 
 EMPTY = np.zeros(0, TICK_OUTPUT).view(np.recarray)

@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..io.motion_table import MotionWarning, Samples, odometry_events, read_table, sine_heave
-from ..io.recorded_tow import Event, read_tow
-from ..io.resources import find_bag
+from ..io.scenes.resources import find_bag
+from ..io.sources.motion_table import MotionWarning, Samples, odometry_events, read_table, sine_heave
+from ..io.sources.recorded_tow import Event, read_tow
 from ..sim.inputs import ShipMotion
 from ..sim.scene import Ship
 from .arguments import number, refused

@@ -17,8 +17,8 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
-from ..io.commands import encode_command
-from ..io.messages import KINDS
+from ..io.messages.commands import encode_command
+from ..io.messages.messages import KINDS
 from ..ros.parameters import FOREIGN, settle
 from ..ros.topics import message_class
 from .client import Ears

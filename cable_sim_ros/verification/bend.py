@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..physics.contact_surface import END_LOAD, stiffness, surface_row
-from ..sim.rig import Rig, load_of
+from ..sim.rig.rig import Rig, load_of
 
 PENETRATION = 1e-4  # of the radius, under the line load T/R: does not show
 MOVING = 1e-3  # the same where cable runs on: a fifth of the shipped one; stiffer contact only chatters more

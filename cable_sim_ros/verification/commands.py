@@ -178,7 +178,7 @@ def bench(
         _study(studies[0], repeats, out, as_json)
         return
     ready(out)
-    from . import bench as benchmarks
+    from .benchmarks import bench as benchmarks
 
     with progress_bar(as_json) as progress:
         rows = benchmarks.bench(
@@ -222,8 +222,8 @@ def bench(
 
 def _compare(commit: str, names: tuple[str, ...], rounds: int | None, out: Path | None, as_json: bool) -> None:
     """Ratios to a commit: Markdown or JSON, both into the folder."""
-    from . import against
-    from .bench import about
+    from .benchmarks import against
+    from .benchmarks.bench import about
 
     with progress_bar(as_json, "runs") as progress:
         found = against.compare(commit, names or against.BENCHMARKS, rounds or against.ROUNDS, out, progress)
@@ -236,12 +236,12 @@ def _study(name: str, repeats: int | None, out: Path | None, as_json: bool) -> N
     found: Any
     data: Any
     if name == "features":
-        from . import features
+        from .benchmarks import features
 
         found = features.costs(repeats or features.TURNS)
         data, text = [row._asdict() for row in found], features.markdown(found)
     elif name == "mesh":
-        from . import mesh_other, mesh_promise
+        from .meshes import mesh_other, mesh_promise
 
         found = mesh_promise.promises()
         with progress_bar(as_json) as progress:
@@ -249,20 +249,20 @@ def _study(name: str, repeats: int | None, out: Path | None, as_json: bool) -> N
         data = {"tows": [row._asdict() for row in found], "other_tows": [row._asdict() for row in others]}
         text = mesh_other.page(mesh_promise.markdown(found), mesh_other.markdown(others))
     elif name == "haul":
-        from . import haul_cost
+        from .benchmarks import haul_cost
 
         with progress_bar(False) as progress:
             found = haul_cost.study(repeats or haul_cost.TURNS, progress)
         data = found._asdict() | {"points": [point._asdict() for point in found.points]}
         text = haul_cost.markdown(found)
     elif name == "ticks":
-        from . import ticks
+        from .benchmarks import ticks
 
         with progress_bar(False) as progress:
             found = ticks.ticks(progress=progress)
         data, text = found._asdict(), ticks.markdown(found)
     elif name == "water":
-        from . import water_cost
+        from .benchmarks import water_cost
 
         with progress_bar(as_json) as progress:
             found = water_cost.costs(repeats or water_cost.TURNS, progress)

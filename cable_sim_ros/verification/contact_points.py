@@ -13,7 +13,7 @@ import numpy as np
 
 from ..physics.hermite import W5, X5
 from ..physics.state import CONTACT_POINTS_PER_ELEMENT
-from ..sim.rig import Rig
+from ..sim.rig.rig import Rig
 
 
 class ContactPoints:

@@ -14,7 +14,7 @@ from ..physics.integrate import Solver
 from ..physics.section import CableModel
 from ..physics.towbody import Towbody
 from ..physics.water import Water
-from ..sim.rig import HALVED, Rig, cable_of, load_of
+from ..sim.rig.rig import HALVED, Rig, cable_of, load_of
 from .scenes import reference
 
 DEEP = -1000.0  # m, where the stream scenes are set up: everything is wet

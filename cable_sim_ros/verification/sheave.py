@@ -14,7 +14,7 @@ import numpy as np
 
 from ..physics.contact import Contact
 from ..physics.contact_surface import stiffness
-from ..sim.rig import FOLDING, Rig, RigError, cable_of
+from ..sim.rig.rig import FOLDING, Rig, RigError, cable_of
 from .bend import Bend, drum, pieces, pulls
 from .contact_points import ContactPoints, contact_points
 

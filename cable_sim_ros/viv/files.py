@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
-from ..io import resources, yaml12
-from ..io.load import SceneError
-from ..io.scene_errors import CONSEQUENCE, kind_of, line_of, place, texts_of
+from ..io.scenes import resources, yaml12
+from ..io.scenes.load import SceneError
+from ..io.scenes.scene_errors import CONSEQUENCE, kind_of, line_of, place, texts_of
 from ..sim.problem import Problem
 from . import checks
 from .response import Vibration

@@ -7,7 +7,7 @@ import argparse
 from math import cos, sin
 
 from cable_sim_ros import WinchCommand, load_scene, run
-from cable_sim_ros.io.load import override
+from cable_sim_ros.io.scenes.load import override
 
 PERIOD = 0.05  # s between two commands
 GAIN, LEAK = 0.5, 100.0  # 1/s; s after which a length that was paid out is forgotten

@@ -7,7 +7,7 @@ import argparse
 
 import numpy as np
 
-from cable_sim_ros.io.recorded_run import load_run
+from cable_sim_ros.io.recordings.recorded_run import load_run
 from cable_sim_ros.physics.tick_output import FIELDS
 
 UNITS = {name: unit for name, _, _, unit, _ in FIELDS}  # of every field of a row

@@ -8,7 +8,7 @@ import argparse
 import numpy as np
 
 from cable_sim_ros import load_scene, run
-from cable_sim_ros.io.load import override
+from cable_sim_ros.io.scenes.load import override
 
 SETTLE = 20.0  # s before the haul: the heave is taken up over ship.start_blend, 10 s
 

@@ -6,7 +6,7 @@ Usage: python3 survey_table.py [SCENE] [--scope 100 150 200] [--speed 1.5 2.0 2.
 import argparse
 
 from cable_sim_ros import Simulator, load_scene
-from cable_sim_ros.io.load import override
+from cable_sim_ros.io.scenes.load import override
 
 
 def table(scene, scopes, speeds):

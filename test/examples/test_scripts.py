@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cable_sim_ros.io.load import SceneWarning
+from cable_sim_ros.io.scenes.load import SceneWarning
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "docs" / "examples"

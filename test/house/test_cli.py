@@ -12,13 +12,13 @@ from click.testing import CliRunner
 
 from cable_sim_ros.cli import commands, expected_errors
 from cable_sim_ros.cli.number import Number
-from cable_sim_ros.io.motion_table import MotionError
+from cable_sim_ros.io.sources.motion_table import MotionError
 from cable_sim_ros.limits import MAX_TOW_SPEED
 from cable_sim_ros.physics.ship import Ship
 from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.message_run import MessageRun
-from cable_sim_ros.sim.route import StartError
 from cable_sim_ros.sim.simulator import Simulator, SolverError
+from cable_sim_ros.sim.statics.route import StartError
 
 COMMANDS = {
     "node",

@@ -21,7 +21,7 @@ PARTS = (
     "config",
     "bags",
 )
-WHERE = "from cable_sim_ros.io.resources import *; print(share_folder(), *shipped_scenes(), *shipped_bags())"
+WHERE = "from cable_sim_ros.io.scenes.resources import *; print(share_folder(), *shipped_scenes(), *shipped_bags())"
 
 
 def copied(folder):

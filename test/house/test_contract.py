@@ -11,7 +11,8 @@ from cable_sim_ros.physics import substeps
 from cable_sim_ros.physics.inputs import make_inputs
 from cable_sim_ros.physics.state import LineModel, Model, State
 from cable_sim_ros.physics.tick_output import SHAPE_COLUMNS, SLOPE_COLUMNS, STRUM_COLUMNS
-from cable_sim_ros.sim import build, loop, rig_entries
+from cable_sim_ros.sim import build, loop
+from cable_sim_ros.sim.rig import rig_entries
 
 PAGE = (Path(__file__).parents[2] / "docs" / "contract.md").read_text("utf-8")
 

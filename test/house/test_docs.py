@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from cable_sim_ros.io.messages import CAUSES
+from cable_sim_ros.io.messages.messages import CAUSES
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "cable_sim_ros"

@@ -121,8 +121,8 @@ def test_modules_and_public_functions_say_what_they_do(path):
     assert not missing, f"no docstring: {', '.join(missing)}"
 
 
-def test_no_modules_import_each_other_in_a_ring():
-    """Also not for types alone: what two modules share stands in a third."""
+def module_graph():
+    """Module -> the modules of ours that it imports, also for types alone."""
     names = {".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path for path in MODULES}
     needs = {name: set() for name in names}
     for name, path in names.items():
@@ -136,7 +136,47 @@ def test_no_modules_import_each_other_in_a_ring():
                 }
     graph = {name: {other for other in wanted if other in names and other != name} for name, wanted in needs.items()}
     assert sum(map(len, graph.values())) > 500, "the imports were not read"
+    return graph
+
+
+def room_of(name):
+    """A folder inside a floor counts as one; a module that stands on its floor is itself."""
+    parts = name.split(".")
+    return ".".join(parts[:3]) if len(parts) > 3 else name
+
+
+def rooms_graph(graph):
+    """The same with the folders as nodes."""
+    rooms = {}
+    for name, wanted in graph.items():
+        rooms.setdefault(room_of(name), set()).update(room_of(other) for other in wanted)
+    return {room: wanted - {room} for room, wanted in rooms.items()}
+
+
+def ring_in(graph):
+    """Names of a ring, or none."""
     try:
         graphlib.TopologicalSorter(graph).prepare()
     except graphlib.CycleError as error:
-        pytest.fail(" -> ".join(error.args[1]))
+        return error.args[1]
+    return []
+
+
+def test_no_modules_import_each_other_in_a_ring():
+    """Also not for types alone: what two modules share stands in a third."""
+    assert not ring_in(module_graph())
+
+
+def test_no_folders_import_each_other_in_a_ring():
+    """What two folders share stands in a third, or on their floor."""
+    assert not ring_in(rooms_graph(module_graph()))
+    assert ring_in(rooms_graph({"p.io.bags.a": {"p.io.messages.b"}, "p.io.messages.c": {"p.io.bags.d"}}))
+
+
+def test_a_folder_is_read_at_a_glance():
+    """A floor or a folder of more than 30 files is a drawer; physics is one subject and stays flat."""
+    count = {}
+    for path in MODULES:
+        count[path.parent] = count.get(path.parent, 0) + 1
+    crowded = {str(folder.relative_to(PACKAGE)): n for folder, n in count.items() if n > 30}
+    assert set(crowded) <= {"physics"}, crowded

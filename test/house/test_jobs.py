@@ -8,9 +8,9 @@ import click
 import pytest
 
 from cable_sim_ros.cli.commands import main
-from cable_sim_ros.io.load import load_scene
-from cable_sim_ros.io.resources import shipped_bags, shipped_scenes
-from cable_sim_ros.io.winch_plan import WinchPlan
+from cable_sim_ros.io.scenes.load import load_scene
+from cable_sim_ros.io.scenes.resources import shipped_bags, shipped_scenes
+from cable_sim_ros.io.scenes.winch_plan import WinchPlan
 from cable_sim_ros.physics.heave_compensation import SetpointLaw
 from cable_sim_ros.runs.settings import apply_to_scene, settings_of
 
@@ -70,7 +70,7 @@ def test_the_table_of_static_tows_is_printed(capsys):
     assert tension[0] < tension[2] and tension[1] < tension[3]
 
 
-@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 def test_the_controller_takes_off_most_of_what_the_heave_puts_on(capsys):
     spans = []
     (command,) = re.findall(r"^    rate = .*$", CONTROLLED, re.M)

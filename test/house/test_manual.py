@@ -8,7 +8,7 @@ import pytest
 import cable_sim_ros
 from cable_sim_ros import testing
 from cable_sim_ros.cli.commands import fields_text, manual_text
-from cable_sim_ros.io.channels import EVERY
+from cable_sim_ros.io.messages.channels import EVERY
 from cable_sim_ros.physics.parameter import declared
 from cable_sim_ros.physics.tick_output import CONTACT_COLUMNS, FIELDS, SHAPE_COLUMNS, STRUM_COLUMNS
 from cable_sim_ros.runs import field_manual

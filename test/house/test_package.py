@@ -12,9 +12,9 @@ import pytest
 import yaml
 
 import cable_sim_ros
-from cable_sim_ros.io import resources
-from cable_sim_ros.io.load import load_scene
-from cable_sim_ros.io.span_file import load_span
+from cable_sim_ros.io.scenes import resources
+from cable_sim_ros.io.scenes.load import load_scene
+from cable_sim_ros.io.scenes.span_file import load_span
 
 ROOT = Path(__file__).resolve().parents[2]
 CITATION = yaml.safe_load((ROOT / "CITATION.cff").read_text("utf-8"))
@@ -185,7 +185,7 @@ def test_every_scene_and_bag_is_installed(arguments):
 
 
 @pytest.mark.parametrize("name", resources.shipped_scenes())
-@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 def test_every_shipped_scene_loads_and_is_called_like_its_file(name):
     assert load_scene(name).name == name
 

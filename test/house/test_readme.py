@@ -12,13 +12,12 @@ from pydantic import ValidationError
 import cable_sim_ros
 from cable_sim_ros.cli.commands import main
 from cable_sim_ros.cli.report import tell
-from cable_sim_ros.io import channels
-from cable_sim_ros.io.channels import EVERY, Channel, Context, channels_of
-from cable_sim_ros.io.load import load_scene, override
-from cable_sim_ros.io.markers import markers_channel
-from cable_sim_ros.io.messages import KINDS
-from cable_sim_ros.io.resources import shipped_bags, shipped_scenes
-from cable_sim_ros.io.winch_plan import WinchPlan
+from cable_sim_ros.io.messages.channels import EVERY, Channel, Context, channels_of
+from cable_sim_ros.io.messages.markers import markers_channel
+from cable_sim_ros.io.messages.messages import KINDS, channels
+from cable_sim_ros.io.scenes.load import load_scene, override
+from cable_sim_ros.io.scenes.resources import shipped_bags, shipped_scenes
+from cable_sim_ros.io.scenes.winch_plan import WinchPlan
 from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.summary import SUMMARY, summary_markdown
 
@@ -82,7 +81,7 @@ def test_every_make_target_stands_in_contributing():
     assert set(targets.split()) - set(re.findall(r"`make ([a-z-]+)", CONTRIBUTING)) == {"help", "clean"}
 
 
-@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 def test_the_python_of_the_readme_runs_and_prints_what_it_says(capsys):
     (code,) = re.findall(r"```python\n(.*?)```", README, re.S)
     assert len([line for line in code.splitlines() if line]) <= 12
@@ -92,7 +91,7 @@ def test_the_python_of_the_readme_runs_and_prints_what_it_says(capsys):
     assert printed[0] == pytest.approx(shown[0], abs=1.0) and printed[1] == pytest.approx(shown[1], abs=0.1)
 
 
-@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 def test_what_the_readme_shows_of_a_run_is_what_a_run_prints(tmp_path, capsys):
     (block,) = re.findall(r"```text\n(.*?)```", README, re.S)
     rows = re.findall(r"^│ (\w+) +│ [\d.]+ │ (\w+) +│ (.*?) +│$", block, re.M)
@@ -133,7 +132,7 @@ def test_tables_of_json_names_are_the_declared_ones():
     assert summary_markdown() in JSON and offline.metrics_markdown() in JSON
 
 
-@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 def test_no_json_name_is_undeclared():
     declared = {name for name, *_ in (*SUMMARY, *offline.METRICS)}
     assert set(offline.run("full_scale", duration=0.1).metrics) <= declared
@@ -166,13 +165,13 @@ def test_the_readme_names_no_other_topic():
 
 def test_every_channel_may_be_published_by_the_security_policy():
     pytest.importorskip("rclpy")
-    from cable_sim_ros.ros.policy import FILE, rules
+    from cable_sim_ros.ros.services.policy import FILE, rules
 
     allowed = rules(ROOT / FILE)["topics publish"]
     assert {Context().topic(channel) for channel in (*EVERY, DRAWN)} <= allowed
 
 
-@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 def test_a_channel_of_some_scenes_is_one_of_all():
     """One that stood in no table was missing from page and policy, and nothing said so."""
     rows = {row for row in vars(channels).values() if isinstance(row, Channel)}

@@ -17,16 +17,16 @@ CHOSEN = {
 }
 SCIPY = {"make_smoothing_spline", "make_interp_spline", "savgol_filter", "solve_ivp", "linalg"}  # by LAPACK and BLAS
 BESIDE = {  # no number of a run comes from them: what they are for
-    "sim/viv_checks.py": "texts of cautions",
-    "sim/scene_warnings.py": "texts of cautions",
-    "sim/rig.py": "a line of one's own, not a run",
+    "sim/checks/viv_checks.py": "texts of cautions",
+    "sim/checks/scene_warnings.py": "texts of cautions",
+    "sim/rig/rig.py": "a line of one's own, not a run",
     "sim/span.py": "a span, not a run",
-    "io/regression.py": "sources of motion against bounds: convicted or not",
-    "io/fault_hypotheses.py": "matrices of 0 and 1, to be compared with bounds",
-    "io/markers.py": "what RViz draws",
-    "io/coarse_bag.py": "rounded motion, smoothed: bounded, docs/replay.md",
-    "io/rounding.py": "the same: which columns are rounded, and to what",
-    "io/smoothing.py": "the same: the spline",
+    "io/plausibility/regression.py": "sources of motion against bounds: convicted or not",
+    "io/messages/fault_hypotheses.py": "matrices of 0 and 1, to be compared with bounds",
+    "io/messages/markers.py": "what RViz draws",
+    "io/sources/coarse_bag.py": "rounded motion, smoothed: bounded, docs/replay.md",
+    "io/sources/rounding.py": "the same: which columns are rounded, and to what",
+    "io/sources/smoothing.py": "the same: the spline",
 }
 
 
@@ -64,7 +64,7 @@ def test_a_run_takes_nothing_that_is_chosen_by_the_processor():
         if names := found(path.read_text("utf-8")):
             used[path.relative_to(PACKAGE).as_posix()] = names
     wrong = {name: names for name, names in used.items() if name not in BESIDE}
-    assert not wrong, f"the last bit depends on the processor: {wrong}; take those of sim/elementary.py"
+    assert not wrong, f"the last bit depends on the processor: {wrong}; take those of sim/tables/elementary.py"
     assert set(used) == set(BESIDE), "a file that is let pass has none of them"
 
 

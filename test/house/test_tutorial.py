@@ -12,7 +12,7 @@ import pytest
 from click.testing import CliRunner
 
 from cable_sim_ros.cli import commands
-from cable_sim_ros.io.load import load_scene
+from cable_sim_ros.io.scenes.load import load_scene
 from cable_sim_ros.physics.heave_compensation import SetpointLaw
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.runs import offline

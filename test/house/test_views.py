@@ -8,10 +8,10 @@ from xml.etree import ElementTree
 import pytest
 import yaml
 
-from cable_sim_ros.io.channels import HEALTH, JOINTS, TRANSFORMS, Context, channels_of
-from cable_sim_ros.io.load import load_scene
-from cable_sim_ros.io.markers import markers_channel
-from cable_sim_ros.io.typestore import STORE
+from cable_sim_ros.io.bags.typestore import STORE
+from cable_sim_ros.io.messages.channels import HEALTH, JOINTS, TRANSFORMS, Context, channels_of
+from cable_sim_ros.io.messages.markers import markers_channel
+from cable_sim_ros.io.scenes.load import load_scene
 from cable_sim_ros.physics.tick_output import CONTACT_COLUMNS, SHAPE_COLUMNS
 
 CONFIG = Path(__file__).resolve().parents[2] / "config"

@@ -17,7 +17,7 @@ import sysconfig
 from importlib import metadata
 from pathlib import Path
 
-from cable_sim_ros.io.typestore import ROS_DISTRO
+from cable_sim_ros.io.bags.typestore import ROS_DISTRO
 
 ROOT = Path(__file__).resolve().parents[2]
 UBUNTU = {  # of 24.04, by installation logs and package lists in public repositories; numba's: by docs/install.md

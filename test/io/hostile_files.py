@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from cable_sim_ros.sim.npz_bytes import npz, sealed, text
+from cable_sim_ros.sim.saved.npz_bytes import npz, sealed, text
 
 END = 22  # bytes of the end of the directory of a zip file
 TEXTS = ("about", "scene", "notes")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cable_sim_ros.io.bag import BagWriter
-from cable_sim_ros.io.channels import Context, Encoder
+from cable_sim_ros.io.bags.bag import BagWriter
+from cable_sim_ros.io.messages.channels import Context, Encoder
 from cable_sim_ros.physics.tick_output import CONTACT_COLUMNS, FIELDS, SHAPE_COLUMNS, TICK_OUTPUT
 
 START = 1_700_000_000_000_000_000

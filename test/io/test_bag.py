@@ -18,12 +18,12 @@ from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import Reader
 from synthetic import make_frames, write_run
 
-from cable_sim_ros.io.bag import BagError, BagWriter, Damage, Message, read_bag, read_metadata
-from cable_sim_ros.io.channels import CHANNELS, Context, decode, serialize
-from cable_sim_ros.io.recorded_run import load_run
-from cable_sim_ros.io.recorder import Recorder
-from cable_sim_ros.io.recovery import recover
-from cable_sim_ros.io.typestore import STORE, definition, type_hash
+from cable_sim_ros.io.bags.bag import BagError, BagWriter, Damage, Message, read_bag, read_metadata
+from cable_sim_ros.io.bags.typestore import STORE, definition, type_hash
+from cable_sim_ros.io.messages.channels import CHANNELS, Context, decode, serialize
+from cable_sim_ros.io.recordings.recorded_run import load_run
+from cable_sim_ros.io.recordings.recorder import Recorder
+from cable_sim_ros.io.recordings.recovery import recover
 
 ROOT = Path(__file__).parents[2]
 HEALTH = CHANNELS[-1]
@@ -257,7 +257,7 @@ def test_stuck_disk_does_not_hold_up_the_end(tmp_path):
 
 FULL_DISK = """
     import os, resource, signal, sys, time
-    from cable_sim_ros.io.recorder import Recorder
+    from cable_sim_ros.io.recordings.recorder import Recorder
     signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
     recorder = Recorder(sys.argv[1], flush_s=0.01, poll_s=0.002)
@@ -286,7 +286,7 @@ def test_full_disk_ends_the_recording_and_nothing_else(tmp_path):
 
 ENDLESS = """
     import sys, time
-    from cable_sim_ros.io.recorder import Recorder
+    from cable_sim_ros.io.recordings.recorder import Recorder
     recorder = Recorder(sys.argv[1], custom_data={"scene": "s"})
     data = bytes.fromhex(sys.argv[2])
     while True:

@@ -8,9 +8,9 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from test_motion import bag_of_any_kind
 
-from cable_sim_ros.io.bag import BagError, Damage, read_bag
-from cable_sim_ros.io.bag_motion import read_motion
-from cable_sim_ros.io.typestore import STORE
+from cable_sim_ros.io.bags.bag import BagError, Damage, read_bag
+from cable_sim_ros.io.bags.typestore import STORE
+from cable_sim_ros.io.sources.bag_motion import read_motion
 
 
 @pytest.mark.parametrize("kind", ["SQLITE3", "ros1"])

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from synthetic import START, make_contact, make_frames, make_shape
 
-from cable_sim_ros.io.channels import (
+from cable_sim_ros.io.bags.typestore import STORE
+from cable_sim_ros.io.messages.channels import (
     CHANNELS,
     HEALTH,
     Context,
@@ -20,8 +21,7 @@ from cable_sim_ros.io.channels import (
     rotate,
     serialize,
 )
-from cable_sim_ros.io.frame_numbers import NAMES, numbers_of
-from cable_sim_ros.io.typestore import STORE
+from cable_sim_ros.io.messages.frame_numbers import NAMES, numbers_of
 from cable_sim_ros.physics.tick_output import CONTACT_COLUMNS, FIELDS, SHAPE_COLUMNS, TICK_OUTPUT
 
 CONTEXT = Context()

@@ -9,12 +9,20 @@ from hypothesis import strategies as st
 from rosbags.rosbag2 import StoragePlugin, Writer
 from test_motion import STEP, T0, S, imu, odometry
 
-from cable_sim_ros.io.clock import DataClock, Stamp
-from cable_sim_ros.io.commands import CommandIngest
-from cable_sim_ros.io.messages import CAUSES, KINDS, Refused, decode_command, decode_imu, decode_odometry, stamp_of
-from cable_sim_ros.io.motion import MotionIngest
-from cable_sim_ros.io.recorded_tow import Event, Feeder, RecordedTow, read_tow
-from cable_sim_ros.io.typestore import STORE
+from cable_sim_ros.io.bags.typestore import STORE
+from cable_sim_ros.io.messages.commands import CommandIngest
+from cable_sim_ros.io.messages.messages import (
+    CAUSES,
+    KINDS,
+    Refused,
+    decode_command,
+    decode_imu,
+    decode_odometry,
+    stamp_of,
+)
+from cable_sim_ros.io.motion.clock import DataClock, Stamp
+from cable_sim_ros.io.motion.motion import MotionIngest
+from cable_sim_ros.io.sources.recorded_tow import Event, Feeder, RecordedTow, read_tow
 from cable_sim_ros.physics.heave_filter import Heave
 from cable_sim_ros.physics.inputs import COMMAND_ROWS, make_inputs
 from cable_sim_ros.physics.ship import Ship

@@ -7,11 +7,11 @@ import pytest
 from click.testing import CliRunner
 
 from cable_sim_ros.cli import commands
-from cable_sim_ros.io.bag import BagError, BagReader, BagWriter, Damage, DamageWarning, read_bag, read_metadata
-from cable_sim_ros.io.bag_motion import read_motion
-from cable_sim_ros.io.mcap_file import McapFile, Unreadable
-from cable_sim_ros.io.recorder import MAX_MESSAGE, Recorder
-from cable_sim_ros.io.recovery import recover
+from cable_sim_ros.io.bags.bag import BagError, BagReader, BagWriter, Damage, DamageWarning, read_bag, read_metadata
+from cable_sim_ros.io.bags.mcap_file import McapFile, Unreadable
+from cable_sim_ros.io.recordings.recorder import MAX_MESSAGE, Recorder
+from cable_sim_ros.io.recordings.recovery import recover
+from cable_sim_ros.io.sources.bag_motion import read_motion
 from cable_sim_ros.verification.stress.bags import IMU, TOPIC, chunks_of, known_bag, mcap_of
 
 COUNT = 600
@@ -237,7 +237,7 @@ def test_a_long_recording_takes_no_more_memory(tmp_path):
 
 
 def test_messages_to_be_kept_are_not_the_ones_that_are_dropped(tmp_path, monkeypatch):
-    monkeypatch.setattr("cable_sim_ros.io.recorder.KEPT_SIZE", 20)
+    monkeypatch.setattr("cable_sim_ros.io.recordings.recorder.KEPT_SIZE", 20)
     recorder = Recorder(tmp_path / "bag", queue_size=10, poll_s=30.0)  # the thread sleeps until closed
     for k in range(100):
         recorder.put("/a", IMU, k, b"", keep=k % 10 == 0)
@@ -251,7 +251,7 @@ def test_messages_to_be_kept_are_not_the_ones_that_are_dropped(tmp_path, monkeyp
 
 
 def test_a_message_of_megabytes_is_refused_and_the_queue_has_a_size_in_bytes(tmp_path, monkeypatch):
-    monkeypatch.setattr("cable_sim_ros.io.recorder.QUEUE_BYTES", 1000)
+    monkeypatch.setattr("cable_sim_ros.io.recordings.recorder.QUEUE_BYTES", 1000)
     recorder = Recorder(tmp_path / "bag", poll_s=30.0)
     recorder.put("/a", IMU, 0, bytes(MAX_MESSAGE + 1))
     assert "a message of '/a' has 16 MB, above the limit of 16 MB: it is not recorded" in recorder.stats().error

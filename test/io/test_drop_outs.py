@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from test_motion import T0, S
 from true_ship import imu_messages, odometry_messages, sail, stamps
 
-from cable_sim_ros.io.motion import MotionIngest
+from cable_sim_ros.io.motion.motion import MotionIngest
 from cable_sim_ros.physics.heave_filter import Heave
 from cable_sim_ros.physics.inputs import make_inputs
 from cable_sim_ros.physics.ship import NO_EPOCH, SHIP_TIMES, evaluate, follow

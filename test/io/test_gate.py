@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cable_sim_ros.io.time_sequencer import CONFIRM, MAX, Cadence, MotionGate
+from cable_sim_ros.io.motion.time_sequencer import CONFIRM, MAX, Cadence, MotionGate
 
 MS = 1_000_000
 S = 1_000_000_000

@@ -12,7 +12,7 @@ import pytest
 from hardware_component import INTERFACES, Component, Joint, Message
 from test_commands import NOW, S, command, pushed
 
-from cable_sim_ros.io.commands import CommandIngest
+from cable_sim_ros.io.messages.commands import CommandIngest
 from cable_sim_ros.physics.inputs import make_inputs
 from cable_sim_ros.physics.state import records
 from cable_sim_ros.physics.winch import DRUM, WINCH

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from cable_sim_ros.io import resources
-from cable_sim_ros.io.load import (
+from cable_sim_ros.io.scenes import resources
+from cable_sim_ros.io.scenes.load import (
     SceneError,
     SceneWarning,
     dump_scene,
@@ -18,7 +18,9 @@ from cable_sim_ros.io.load import (
     scene_from_text,
 )
 
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")  # those expected are caught
+pytestmark = pytest.mark.filterwarnings(
+    "ignore::cable_sim_ros.io.scenes.load.SceneWarning"
+)  # those expected are caught
 
 SCENE = """\
 name: short_tow

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from synthetic import START, make_contact, make_frames, make_shape
 
-from cable_sim_ros.io.channels import TRANSFORMS, Context, Encoder, rotate, serialize
-from cable_sim_ros.io.frame_numbers import numbers_of
-from cable_sim_ros.io.load import load_scene
-from cable_sim_ros.io.markers import (
+from cable_sim_ros.io.bags.typestore import STORE
+from cable_sim_ros.io.messages.channels import TRANSFORMS, Context, Encoder, rotate, serialize
+from cable_sim_ros.io.messages.frame_numbers import numbers_of
+from cable_sim_ros.io.messages.markers import (
     MSGTYPE,
     SLACK,
     TowDrawing,
@@ -19,7 +19,7 @@ from cable_sim_ros.io.markers import (
     markers_channel,
     times,
 )
-from cable_sim_ros.io.typestore import STORE
+from cable_sim_ros.io.scenes.load import load_scene
 from cable_sim_ros.physics.section import CableModel
 from cable_sim_ros.sim.simulator import Simulator
 

@@ -9,9 +9,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from cable_sim_ros.io import checkpoint_values
-from cable_sim_ros.io.checkpoint import set_back, taken
-from cable_sim_ros.io.messages import Command
+from cable_sim_ros.io.messages.messages import Command
+from cable_sim_ros.io.motion import checkpoint_values
+from cable_sim_ros.io.motion.checkpoint import set_back, taken
 from cable_sim_ros.physics.heave_filter import Heave
 from cable_sim_ros.physics.inputs import make_inputs
 from cable_sim_ros.physics.tick_output import Source

@@ -13,12 +13,12 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_typestore
 
-from cable_sim_ros.io.bag import BagError, BagWriter
-from cable_sim_ros.io.bag_motion import read_motion
-from cable_sim_ros.io.fault_hypotheses import DOUBTS
-from cable_sim_ros.io.messages import CAUSES, Refused, decode_imu, decode_odometry, find_topics
-from cable_sim_ros.io.motion import MotionIngest
-from cable_sim_ros.io.typestore import STORE
+from cable_sim_ros.io.bags.bag import BagError, BagWriter
+from cable_sim_ros.io.bags.typestore import STORE
+from cable_sim_ros.io.messages.fault_hypotheses import DOUBTS
+from cable_sim_ros.io.messages.messages import CAUSES, Refused, decode_imu, decode_odometry, find_topics
+from cable_sim_ros.io.motion.motion import MotionIngest
+from cable_sim_ros.io.sources.bag_motion import read_motion
 from cable_sim_ros.physics.heave_filter import Convention, Heave, MotionInput
 from cable_sim_ros.physics.inputs import EPOCH, MOTION_ROWS, SOURCE, make_inputs
 from cable_sim_ros.physics.ship import Ship

@@ -8,10 +8,10 @@ from math import cos, pi, radians, sin
 import numpy as np
 import pytest
 
-from cable_sim_ros.io.messages import decode_odometry
-from cable_sim_ros.io.motion_table import COLUMNS, MotionError, MotionWarning, read_table, sine_heave
+from cable_sim_ros.io.messages.messages import decode_odometry
+from cable_sim_ros.io.sources.motion_table import COLUMNS, MotionError, MotionWarning, read_table, sine_heave
 from cable_sim_ros.physics.ship import Ship
-from cable_sim_ros.sim.attitude import angle_rates, to_world
+from cable_sim_ros.sim.tables.attitude import angle_rates, to_world
 
 SHIP = Ship(tow_speed=2.0, heading_deg=30.0, reference_height=0.5)
 SECOND = 10**9

@@ -10,16 +10,16 @@ from hypothesis import strategies as st
 from test_motion import BAGS, T0, S, imu, odometry
 from true_ship import FLIP, SWAP, G, imu_messages, ned, noisy, odometry_messages, rotor, sail, stamps, world
 
-from cable_sim_ros.io.bag_motion import read_motion
-from cable_sim_ros.io.fault_hypotheses import DOUBTS
-from cable_sim_ros.io.messages import CAUSES, decode_imu, decode_odometry
-from cable_sim_ros.io.motion import MotionIngest
-from cable_sim_ros.io.plausibility import Watch
+from cable_sim_ros.io.messages.fault_hypotheses import DOUBTS
+from cable_sim_ros.io.messages.messages import CAUSES, decode_imu, decode_odometry
+from cable_sim_ros.io.motion.motion import MotionIngest
+from cable_sim_ros.io.plausibility.plausibility import Watch
+from cable_sim_ros.io.sources.bag_motion import read_motion
 from cable_sim_ros.physics.heave_filter import Heave, MotionInput
 from cable_sim_ros.physics.inputs import SOURCE, make_inputs
 from cable_sim_ros.physics.ship import Ship
 from cable_sim_ros.physics.tick_output import Source
-from cable_sim_ros.sim.attitude import angles_of, rotation
+from cable_sim_ros.sim.tables.attitude import angles_of, rotation
 
 DEGREES = 180.0 / pi
 KNOTS = 1.943844

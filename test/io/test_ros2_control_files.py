@@ -8,8 +8,8 @@ import pytest
 import yaml
 from hardware_component import INTERFACES, of_urdf
 
-from cable_sim_ros.io.channels import CHANNELS
-from cable_sim_ros.io.messages import DRUM, JOINT, KINDS
+from cable_sim_ros.io.messages.channels import CHANNELS
+from cable_sim_ros.io.messages.messages import DRUM, JOINT, KINDS
 
 FILES = Path(__file__).resolve().parents[2] / "config" / "ros2_control"
 URDFS = {"winch_velocity.urdf": "velocity", "winch_position.urdf": "position"}

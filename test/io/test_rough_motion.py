@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from test_motion import BAGS, STEP, T0, S, imu, ingest, newest, odometry, samples
 
-from cable_sim_ros.io.bag_motion import read_motion
-from cable_sim_ros.io.motion import MotionIngest
-from cable_sim_ros.io.position_rate_fit import PositionRateFit
-from cable_sim_ros.io.recorded_tow import Event, RecordedTow
-from cable_sim_ros.io.stamps import SOUGHT, RegularStamps
+from cable_sim_ros.io.motion.motion import MotionIngest
+from cable_sim_ros.io.motion.position_rate_fit import PositionRateFit
+from cable_sim_ros.io.motion.stamps import SOUGHT, RegularStamps
+from cable_sim_ros.io.sources.bag_motion import read_motion
+from cable_sim_ros.io.sources.recorded_tow import Event, RecordedTow
 from cable_sim_ros.physics.heave_filter import Heave, MotionInput
 from cable_sim_ros.physics.inputs import EPOCH, SOURCE, make_inputs
 from cable_sim_ros.physics.ship import Ship
@@ -309,9 +309,9 @@ def rough(event, random):
 
 
 @pytest.mark.slow
-@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 def test_rough_odometry_tows_as_clean_odometry_does():
-    from cable_sim_ros.io.load import load_scene
+    from cable_sim_ros.io.scenes.load import load_scene
     from cable_sim_ros.runs.message_run import MessageRun
 
     random = np.random.default_rng(6)

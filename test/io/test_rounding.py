@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from cable_sim_ros.io.coarse_bag import smooth_odometry
-from cable_sim_ros.io.messages import decode_odometry
-from cable_sim_ros.io.motion_curves import Given, through
-from cable_sim_ros.io.motion_table import Samples, odometry_events, read_table
-from cable_sim_ros.io.recorded_tow import RecordedTow
-from cable_sim_ros.io.rounding import even, noise, resolution
+from cable_sim_ros.io.messages.messages import decode_odometry
+from cable_sim_ros.io.sources.coarse_bag import smooth_odometry
+from cable_sim_ros.io.sources.motion_curves import Given, through
+from cable_sim_ros.io.sources.motion_table import Samples, odometry_events, read_table
+from cable_sim_ros.io.sources.recorded_tow import RecordedTow
+from cable_sim_ros.io.sources.rounding import even, noise, resolution
 from cable_sim_ros.physics.ship import Ship
 
 SHEAVE = (-16.0, 0.0, 6.0)

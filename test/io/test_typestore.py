@@ -10,13 +10,13 @@ from pathlib import Path
 import pytest
 import yaml
 
-from cable_sim_ros.io import typestore
+from cable_sim_ros.io.bags import typestore
 
 USED = ("sensor_msgs/msg/Imu", "nav_msgs/msg/Odometry", "sensor_msgs/msg/JointState", "sensor_msgs/msg/PointCloud2")
 USED += ("geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/WrenchStamped", "diagnostic_msgs/msg/DiagnosticArray")
 WRITE = """
 import sys
-from cable_sim_ros.io.bag_writer import BagWriter
+from cable_sim_ros.io.bags.bag_writer import BagWriter
 with BagWriter(sys.argv[1]) as bag:
     bag.declare("/imu/data", "sensor_msgs/msg/Imu")
 """

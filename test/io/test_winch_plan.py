@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cable_sim_ros.io.commands import encode_command
-from cable_sim_ros.io.messages import decode_command
-from cable_sim_ros.io.winch_plan import UNITS, PlanError, WinchPlan
+from cable_sim_ros.io.messages.commands import encode_command
+from cable_sim_ros.io.messages.messages import decode_command
+from cable_sim_ros.io.scenes.winch_plan import UNITS, PlanError, WinchPlan
 from cable_sim_ros.physics.inputs import COMMAND_ROWS, make_inputs, push_command
 from cable_sim_ros.physics.state import records
 from cable_sim_ros.physics.winch import DRUM, WINCH

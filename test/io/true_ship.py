@@ -9,7 +9,7 @@ import numpy as np
 from scipy.signal import detrend
 from test_motion import T0, S, imu, odometry
 
-from cable_sim_ros.sim.attitude import angles_of, body_rates, quaternion, rotation
+from cable_sim_ros.sim.tables.attitude import angles_of, body_rates, quaternion, rotation
 
 G = 9.81
 WAVES = ((0.6, 1.0, 0.0), (0.95, 0.4, 1.0), (1.5, 0.12, 2.0))  # rad/s, share, phase

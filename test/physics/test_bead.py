@@ -13,7 +13,7 @@ from cable_sim_ros.physics.sea import NODE_COLUMNS
 from cable_sim_ros.physics.state import ARC, AT_REST, NOW, Change, make_state
 from cable_sim_ros.physics.towbody import Towbody, body_record, load
 from cable_sim_ros.sim.build import lock
-from cable_sim_ros.sim.rig import Rig, cable_of
+from cable_sim_ros.sim.rig.rig import Rig, cable_of
 
 MASS, NET, GRAVITY, DENSITY = 7.0, 40.0, 9.81, 1026.0
 

@@ -9,7 +9,7 @@ from cable_sim_ros.physics import ancf
 from cable_sim_ros.physics.hermite import LINK, point_of
 from cable_sim_ros.physics.state import ARC, NOW, Change
 from cable_sim_ros.physics.water import Water
-from cable_sim_ros.sim.rig import Rig, RigError, cable_of
+from cable_sim_ros.sim.rig.rig import Rig, RigError, cable_of
 
 CHANGE = Change(30.0, 900.0, 0.0, 0.2)
 

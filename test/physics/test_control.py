@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from cable_sim_ros.io.load import SceneError, load_scene, override
+from cable_sim_ros.io.scenes.load import SceneError, load_scene, override
 from cable_sim_ros.physics.integrate import Solver
 from cable_sim_ros.physics.substeps import NO_LIMIT
 from cable_sim_ros.sim.build import Rules
 from cable_sim_ros.sim.inputs import WinchCommand
-from cable_sim_ros.sim.rig import Rig, cable_of
+from cable_sim_ros.sim.rig.rig import Rig, cable_of
 from cable_sim_ros.sim.simulator import Simulator, SolverError
 
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 LENGTH, MASS, GRAVITY, ANGLE, STIFFNESS = 10.0, 100.0, 9.81, 0.5, 1e7
 CHOSEN = {
     "solver.tension_error": 0.005,

@@ -24,7 +24,7 @@ from cable_sim_ros.physics.drag_laws import DragLaw
 from cable_sim_ros.physics.fairing import PRESETS, Fairing, dressed, fairing_weight
 from cable_sim_ros.physics.section import Material
 from cable_sim_ros.physics.water import Water
-from cable_sim_ros.sim.material import material_rows
+from cable_sim_ros.sim.tables.material import material_rows
 
 WATER, GRAVITY, D = Water(), 9.81, 0.02
 STRIPPED = {"fairing_mass": 0.0, "fairing_net_weight": 0.0}

@@ -7,7 +7,7 @@ import pytest
 
 from cable_sim_ros.physics import tick_output
 from cable_sim_ros.physics.tick_output import Flag
-from cable_sim_ros.ros.diagnostics import ALARMS
+from cable_sim_ros.ros.report.diagnostics import ALARMS
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "flags.md"
 FLAGS = [flag for flag in Flag if flag]

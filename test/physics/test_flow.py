@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from bench_cable import Bench, floor_under, touching
 
-from cable_sim_ros.io.load import load_scene
+from cable_sim_ros.io.scenes.load import load_scene
 from cable_sim_ros.physics.hermite import point_of, shape
 from cable_sim_ros.physics.mesh_convection import material
 from cable_sim_ros.physics.mesh_motion import lay_mesh

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 from scipy.signal import csd, welch
 
-from cable_sim_ros.io.bag_motion import read_motion
-from cable_sim_ros.io.messages import decode_imu, decode_odometry
+from cable_sim_ros.io.messages.messages import decode_imu, decode_odometry
+from cable_sim_ros.io.sources.bag_motion import read_motion
 from cable_sim_ros.physics.heave_filter import SETTLED, Heave, HeaveFilter, response
-from cable_sim_ros.sim.attitude import rotation
+from cable_sim_ros.sim.tables.attitude import rotation
 
 BAGS = Path(__file__).parents[2] / "bags"
 G = 9.81

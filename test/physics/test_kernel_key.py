@@ -210,7 +210,8 @@ def test_types_are_told_apart_by_their_fields():
 
 @compiled
 def test_every_kernel_of_the_product_has_a_known_content():
-    from cable_sim_ros.sim import loop, rig_entries
+    from cable_sim_ros.sim import loop
+    from cable_sim_ros.sim.rig import rig_entries
 
     modules = [
         import_module(f"cable_sim_ros.physics.{m.name}") for m in pkgutil.iter_modules(cable_sim_ros.physics.__path__)

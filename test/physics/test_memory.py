@@ -10,14 +10,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cable_sim_ros.io.load import load_scene
+from cable_sim_ros.io.scenes.load import load_scene
 from cable_sim_ros.physics.inputs import push_motion
 from cable_sim_ros.physics.state import MEMORY, NOW, SLOTS, STEP, TICK, checkpoint, make_state, restore
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.sim.simulator import Simulator, SolverError
 
 ROOT = Path(__file__).parents[2]
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 
 
 def leaves(record, kind: np.dtype = MEMORY, name: str = "") -> dict[str, bytes]:

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from cable_sim_ros.io.load import load_scene
+from cable_sim_ros.io.scenes.load import load_scene
 from cable_sim_ros.physics.integrate import coefficients
 from cable_sim_ros.physics.ringing import damped
 from cable_sim_ros.physics.state import GAIN, NOW, STEP, A, Q, V, X
 from cable_sim_ros.sim.simulator import Simulator
 
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 RHO = 0.3
 
 

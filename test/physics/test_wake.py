@@ -26,7 +26,7 @@ from cable_sim_ros.physics.wake_oscillator import (
 from cable_sim_ros.physics.water import Water
 from cable_sim_ros.runs.span import frequency
 from cable_sim_ros.sim.build import Rules
-from cable_sim_ros.sim.rig import Rig, RigError, cable_of
+from cable_sim_ros.sim.rig.rig import Rig, RigError, cable_of
 from cable_sim_ros.sim.wake_tables import STEPS
 
 OM, A1 = 19.0, 0.3

@@ -277,8 +277,8 @@ def world(tmp_path, kernel_cache, monkeypatch):
 @pytest.fixture(scope="session")
 def bag(tmp_path_factory) -> Path:
     """12 s of a heaving ship, IMU and odometry at 50 Hz, stamps of the year 2014."""
-    from cable_sim_ros.io.bag import BagWriter
-    from cable_sim_ros.io.typestore import STORE
+    from cable_sim_ros.io.bags.bag import BagWriter
+    from cable_sim_ros.io.bags.typestore import STORE
 
     types = STORE.types
     vector, point, turn = (types[f"geometry_msgs/msg/{name}"] for name in ("Vector3", "Point", "Quaternion"))

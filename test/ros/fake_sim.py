@@ -173,7 +173,7 @@ class Simulator:
         return {"memory": self.state.memory[0].copy(), "nodes": self.state.value.copy(), **rings}  # names of the file
 
     def taken(self, path, saved) -> dict:
-        from cable_sim_ros.sim import savefile
+        from cable_sim_ros.sim.saved import savefile
 
         return savefile.exact(saved.arrays, self.snapshot())
 

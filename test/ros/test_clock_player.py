@@ -13,8 +13,8 @@ MS = 1_000_000
 
 
 def follower(stamps, **how):
-    from cable_sim_ros.ros.clock_player import Follower
-    from cable_sim_ros.ros.player import Item
+    from cable_sim_ros.ros.play.clock_player import Follower
+    from cable_sim_ros.ros.play.player import Item
 
     return Follower([Item(due * MS, "imu", b"", stamp * MS) for due, stamp in stamps], **how)
 
@@ -54,7 +54,7 @@ def test_a_loop_goes_on_behind_its_end():
 
 
 def test_a_rate_beside_lockstep_is_refused():
-    from cable_sim_ros.ros.player import PlayError, play_bag
+    from cable_sim_ros.ros.play.player import PlayError, play_bag
 
     for rate in (2.0, 1.0):  # also the one that is the default
         with pytest.raises(PlayError, match=f"--rate {rate:g} with --lockstep.*lockstep.rate"):

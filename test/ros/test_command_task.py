@@ -13,15 +13,15 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
 from test_commands import NOW, S, command
 
-from cable_sim_ros.io.commands import CommandIngest
-from cable_sim_ros.io.messages import CAUSES
+from cable_sim_ros.io.messages.commands import CommandIngest
+from cable_sim_ros.io.messages.messages import CAUSES
 from cable_sim_ros.physics.heave_filter import MotionInput
 from cable_sim_ros.physics.inputs import make_inputs
 from cable_sim_ros.physics.ship import Ship
 from cable_sim_ros.physics.state import records
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.physics.winch import DRUM
-from cable_sim_ros.ros.diagnostics import OK, WARN, Watch
+from cable_sim_ros.ros.report.diagnostics import OK, WARN, Watch
 
 SECOND = 10**9
 

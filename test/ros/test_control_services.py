@@ -136,8 +136,8 @@ class Stepped:
 
 @pytest.fixture
 def control():
-    from cable_sim_ros.ros.control import SimulationControl
     from cable_sim_ros.ros.parameters import settle
+    from cable_sim_ros.ros.services.control import SimulationControl
 
     timer = SimpleNamespace(cancel=lambda: None, reset=lambda: None)
     node = SimpleNamespace(session=Stepped(), settings=settle({"lockstep.wait": 2.0}), report_state=lambda: None)

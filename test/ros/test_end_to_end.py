@@ -24,8 +24,8 @@ def test_topics_frames_stamps_and_recording(world, bag):
     from nav_msgs.msg import Odometry
     from sensor_msgs.msg import JointState, PointCloud2
 
-    from cable_sim_ros.io.bag import read_bag, read_metadata
-    from cable_sim_ros.io.journal import read_journal
+    from cable_sim_ros.io.bags.bag import read_bag, read_metadata
+    from cable_sim_ros.io.recordings.journal import read_journal
 
     ears = world.ears()
     pose = ears.listen(PoseStamped, "towbody/pose")

@@ -163,7 +163,7 @@ def test_neighbours_are_warned_of_and_giants_refused(world, ears):
     )
     assert "imu of more than 64 kB refused" in node.text
     poll(lambda: any(s[1] == "neighbours" and s[2] == 0 for s in ears.statuses), 10.0, "nobody else")
-    from cable_sim_ros.ros.policy import differences
+    from cable_sim_ros.ros.services.policy import differences
 
     assert differences(ears.node) == [], "config/sros2/policy.xml is not what the node has"
     spoof = ears.node.create_publisher(PoseStamped, "towbody/pose", 10)

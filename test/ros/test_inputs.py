@@ -207,7 +207,7 @@ def test_record_service(running):
     from rcl_interfaces.srv import SetParameters
     from std_srvs.srv import SetBool
 
-    from cable_sim_ros.io.bag import read_bag
+    from cable_sim_ros.io.bags.bag import read_bag
 
     world, node, ears, ship = running
     answer = ears.call(SetBool, "/tow_sim/cable_sim/record", SetBool.Request(data=True))

@@ -21,8 +21,8 @@ def own(world, monkeypatch):
 
 
 def test_live_returns_figures_and_a_bag(own, bag):
-    from cable_sim_ros.io.recorded_run import load_run
-    from cable_sim_ros.ros.live import live
+    from cable_sim_ros.io.recordings.recorded_run import load_run
+    from cable_sim_ros.ros.play.live import live
 
     phases = []
     report = live(
@@ -44,7 +44,7 @@ def test_live_returns_figures_and_a_bag(own, bag):
 
 
 def test_a_node_that_fails_is_reported_with_its_last_lines(own, bag, monkeypatch):
-    from cable_sim_ros.ros.live import LiveError, live
+    from cable_sim_ros.ros.play.live import LiveError, live
 
     monkeypatch.setenv("FAKE_START_FAILS", "1")
     with pytest.raises(LiveError, match="(?s)node.*residual 123 N"):
@@ -52,7 +52,7 @@ def test_a_node_that_fails_is_reported_with_its_last_lines(own, bag, monkeypatch
 
 
 def test_a_bag_that_is_none_is_reported(own):
-    from cable_sim_ros.ros.live import LiveError, live
+    from cable_sim_ros.ros.play.live import LiveError, live
 
     with pytest.raises(LiveError, match="(?s)player.*no such bag"):
         live(
@@ -67,7 +67,7 @@ def test_a_bag_that_is_none_is_reported(own):
 
 
 def test_an_old_recording_is_not_overwritten(own, bag):
-    from cable_sim_ros.ros.live import LiveError, live
+    from cable_sim_ros.ros.play.live import LiveError, live
 
     (own.folder / "out" / "tow").mkdir(parents=True)
     with pytest.raises(LiveError, match="exists already"):

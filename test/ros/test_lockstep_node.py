@@ -213,7 +213,7 @@ def test_nodes_on_the_clock_in_any_order_pause_step_rate_and_a_controller_that_d
 
 
 def bag_is_on_the_clock(world, stamps: list[int]) -> None:
-    from cable_sim_ros.io.bag import BagReader
+    from cable_sim_ros.io.bags.bag import BagReader
 
     (path,) = [p for p in world.folder.glob("tow_*") if p.is_dir()]
     with BagReader(path) as reader:
@@ -258,7 +258,7 @@ def test_another_clock_before_the_start_is_refused(monkeypatch):
     """Without a process of its own: what `open` raises fails the configure, as every error there does."""
     from types import SimpleNamespace
 
-    from cable_sim_ros.ros import clock_topic
+    from cable_sim_ros.ros.play import clock_topic
 
     others: list = []
     node = SimpleNamespace(

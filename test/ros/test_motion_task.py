@@ -10,16 +10,16 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
 from true_ship import T0, imu_messages, odometry_messages, replace, sail, stamps
 
-from cable_sim_ros.io.fault_hypotheses import DOUBTS
-from cable_sim_ros.io.messages import CAUSES
-from cable_sim_ros.io.motion import MotionIngest
+from cable_sim_ros.io.messages.fault_hypotheses import DOUBTS
+from cable_sim_ros.io.messages.messages import CAUSES
+from cable_sim_ros.io.motion.motion import MotionIngest
 from cable_sim_ros.physics.heave_filter import Heave, MotionInput
 from cable_sim_ros.physics.inputs import make_inputs
 from cable_sim_ros.physics.ship import Ship
 from cable_sim_ros.physics.tick_output import Flag
-from cable_sim_ros.ros.diagnostics import ERROR, WARN, Watch
-from cable_sim_ros.ros.health import InputHealth
-from cable_sim_ros.ros.node_verdict import verdict_of_node
+from cable_sim_ros.ros.report.diagnostics import ERROR, WARN, Watch
+from cable_sim_ros.ros.report.health import InputHealth
+from cable_sim_ros.ros.report.node_verdict import verdict_of_node
 
 
 def task(status=0, **wrong):

@@ -6,9 +6,9 @@ import struct
 
 import pytest
 
-from cable_sim_ros.io.bag import BagError, BagWriter, read_bag
-from cable_sim_ros.io.resources import find_bag
-from cable_sim_ros.ros.player import PlayError, load, restamped
+from cable_sim_ros.io.bags.bag import BagError, BagWriter, read_bag
+from cable_sim_ros.io.scenes.resources import find_bag
+from cable_sim_ros.ros.play.player import PlayError, load, restamped
 
 SECOND = 10**9
 

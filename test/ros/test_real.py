@@ -12,8 +12,8 @@ pytestmark = [pytest.mark.ros, pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_
 
 
 def test_recorded_ship_motion_through_the_node_and_replayed(world):
-    from cable_sim_ros.io.recorded_run import load_run
-    from cable_sim_ros.ros.live import live
+    from cable_sim_ros.io.recordings.recorded_run import load_run
+    from cable_sim_ros.ros.play.live import live
     from cable_sim_ros.runs.offline import replay
 
     report = live("nbp1406", "full_scale", 6.0, world.folder / "out", domain=world.domain, progress=lambda *_: None)

@@ -9,10 +9,10 @@ import time
 
 import pytest
 
-from cable_sim_ros.io.bag import read_bag, read_metadata
-from cable_sim_ros.io.load import scene_from_text
+from cable_sim_ros.io.bags.bag import read_bag, read_metadata
+from cable_sim_ros.io.scenes.load import scene_from_text
 from cable_sim_ros.ros.parameters import ParameterError, settle
-from cable_sim_ros.ros.recording_control import RecordingControl
+from cable_sim_ros.ros.services.recording_control import RecordingControl
 from cable_sim_ros.sim.live_parameters import changed
 
 TOGGLES = 100  # a thousand are stress row S1

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import pytest
 
-from cable_sim_ros.io.journal import read_journal
-from cable_sim_ros.io.recorded_tow import read_tow
+from cable_sim_ros.io.recordings.journal import read_journal
+from cable_sim_ros.io.sources.recorded_tow import read_tow
 
 HERE = Path(__file__).parent
 pytestmark = pytest.mark.skipif(
@@ -26,9 +26,9 @@ SCRIPT = """
 import json, math, sys, threading, time, warnings
 from types import SimpleNamespace
 warnings.simplefilter("ignore")
-from cable_sim_ros.io.channels import CHANNELS, Context, Encoder
-from cable_sim_ros.io.journal import MSGTYPE, TOPIC
-from cable_sim_ros.io.recorder import Recorder
+from cable_sim_ros.io.messages.channels import CHANNELS, Context, Encoder
+from cable_sim_ros.io.recordings.journal import MSGTYPE, TOPIC
+from cable_sim_ros.io.recordings.recorder import Recorder
 from cable_sim_ros.ros.parameters import settle
 from cable_sim_ros.ros.publisher import TickPublisher
 from cable_sim_ros.ros.session import Session
@@ -61,7 +61,7 @@ def record():
     session.record(journal)
 
 def offline_scene():
-    from cable_sim_ros.io.load import dump_scene
+    from cable_sim_ros.io.scenes.load import dump_scene
     return dump_scene(session.scene)
 
 def now():

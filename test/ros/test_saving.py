@@ -23,12 +23,12 @@ from test_motion import imu, odometry
 from test_stepped import Run, ship, winch
 
 from cable_sim_ros.cli import commands
-from cable_sim_ros.io.bag import BagReader
-from cable_sim_ros.io.checkpoint import taken
-from cable_sim_ros.io.checkpoint_values import declared
-from cable_sim_ros.io.load import load_scene, override
-from cable_sim_ros.io.recorded_run import load_run
-from cable_sim_ros.io.recorded_tow import read_tow
+from cable_sim_ros.io.bags.bag import BagReader
+from cable_sim_ros.io.motion.checkpoint import taken
+from cable_sim_ros.io.motion.checkpoint_values import declared
+from cable_sim_ros.io.recordings.recorded_run import load_run
+from cable_sim_ros.io.scenes.load import load_scene, override
+from cable_sim_ros.io.sources.recorded_tow import read_tow
 from cable_sim_ros.plots.run import caption
 from cable_sim_ros.ros import session as session_module
 from cable_sim_ros.ros.parameters import settle
@@ -36,7 +36,7 @@ from cable_sim_ros.ros.stepped import SteppedSession
 from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.step_choice import stepped
 from cable_sim_ros.sim.inputs import WinchCommand
-from cable_sim_ros.sim.savefile import differences
+from cable_sim_ros.sim.saved.savefile import differences
 from cable_sim_ros.sim.simulator import Simulator
 from cable_sim_ros.sim.verdict import Verdict
 
@@ -356,4 +356,4 @@ def test_what_a_session_remembers_is_declared(make):
 
     look(it.session.intake)
     look(it.session.steps)
-    assert not missing, "rows of io/checkpoint_values.py"
+    assert not missing, "rows of io/motion/checkpoint_values.py"

@@ -19,7 +19,7 @@ def stamp_of(array: bytes) -> bytes:
 
 
 def recorded(path):
-    from cable_sim_ros.io.bag import read_bag
+    from cable_sim_ros.io.bags.bag import read_bag
 
     data: dict[str, list[bytes]] = {}
     for message in read_bag(path):

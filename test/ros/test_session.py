@@ -20,10 +20,10 @@ SCRIPT = """
 import json, time
 import fake_sim
 fake_sim.install()
-from cable_sim_ros.io.messages import stamp_of
-from cable_sim_ros.io.recorded_tow import Event, Feeder, RecordedTow
+from cable_sim_ros.io.messages.messages import stamp_of
+from cable_sim_ros.io.sources.recorded_tow import Event, Feeder, RecordedTow
 from cable_sim_ros.physics.inputs import make_inputs
-from cable_sim_ros.ros.diagnostics import Watch, final_metrics
+from cable_sim_ros.ros.report.diagnostics import Watch, final_metrics
 from cable_sim_ros.ros.parameters import settle
 from cable_sim_ros.ros.session import Session
 from test_commands import command, decisions, odd_tow, pushed

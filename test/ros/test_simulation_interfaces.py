@@ -13,7 +13,7 @@ import standard_package
 from conftest import poll
 
 pytest.importorskip("rclpy")
-from cable_sim_ros.ros.simulation_interfaces import service_name
+from cable_sim_ros.ros.services.simulation_interfaces import service_name
 
 pytestmark = [
     pytest.mark.ros,
@@ -72,7 +72,7 @@ def standard(world, package):
 
 
 def test_in_lockstep_all_of_it_works(world, standard):
-    from cable_sim_ros.ros.policy import differences
+    from cable_sim_ros.ros.services.policy import differences
 
     node, ears, it = standard(time_mode="lockstep", lockstep__paused=True)
     node.until("waiting")
@@ -106,7 +106,7 @@ def test_in_real_time_what_needs_time_to_stand_is_refused(package):
     """The handlers by themselves, with the classes of the package."""
     from rclpy.lifecycle import TransitionCallbackReturn as Done
 
-    from cable_sim_ros.ros.simulation_interfaces import Standard as Handlers
+    from cable_sim_ros.ros.services.simulation_interfaces import Standard as Handlers
     from cable_sim_ros.ros.timing import NOT_IN_REAL_TIME
 
     msg, srv = (importlib.import_module(f"simulation_interfaces.{part}") for part in ("msg", "srv"))

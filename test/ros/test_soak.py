@@ -27,9 +27,9 @@ def test_missed_share_and_percentiles():
 
 
 def test_a_made_up_ship_sends_what_the_node_reads():
-    from cable_sim_ros.io.messages import decode_imu, decode_odometry
+    from cable_sim_ros.io.messages.messages import decode_imu, decode_odometry
     from cable_sim_ros.physics.heave_filter import Convention
-    from cable_sim_ros.ros.sender import Ship
+    from cable_sim_ros.ros.load.sender import Ship
 
     ship = Ship(1.0, 8.0)
     imu = decode_imu(ship.message("imu", 5_000_000_123, 2.0), Convention.ENU)

@@ -70,10 +70,10 @@ class Run:
         self.session.activate()
 
     def record(self, bag: Path) -> None:
-        from cable_sim_ros.io.channels import CHANNELS, Context, Encoder
-        from cable_sim_ros.io.journal import MSGTYPE, TOPIC
-        from cable_sim_ros.io.load import dump_scene
-        from cable_sim_ros.io.recorder import Recorder
+        from cable_sim_ros.io.messages.channels import CHANNELS, Context, Encoder
+        from cable_sim_ros.io.recordings.journal import MSGTYPE, TOPIC
+        from cable_sim_ros.io.recordings.recorder import Recorder
+        from cable_sim_ros.io.scenes.load import dump_scene
         from cable_sim_ros.ros.publisher import DirectPublisher
 
         session, context = self.session, Context()
@@ -182,7 +182,7 @@ def test_the_same_bits_poured_in_or_one_by_one_paused_stepped_replayed_and_free_
 
 def free_running(run: Run, begin: int) -> np.recarray:
     """The same messages pushed into a plain Simulator, each as soon as its tick could know it."""
-    from cable_sim_ros.io.arrival_order import Intake
+    from cable_sim_ros.io.motion.arrival_order import Intake
     from cable_sim_ros.sim.simulator import Simulator
 
     sim = Simulator(run.session.scene)
@@ -242,7 +242,7 @@ def test_bad_motion_and_bad_commands_are_counted_and_change_nothing(monkeypatch)
     assert run.wall < 30 * S, "bounded"
     refused = session.commands.refused
     assert refused["step_future"] == refused["step_past"] == refused["step_twice"] > 1
-    from cable_sim_ros.ros.lockstep_status import lockstep_metrics, lockstep_status
+    from cable_sim_ros.ros.report.lockstep_status import lockstep_metrics, lockstep_status
 
     status = lockstep_status(session)
     assert status.level == 2 and "silent" in status.message and status.values["refused: step_twice"] != "0"

@@ -7,10 +7,10 @@ import pytest
 
 pytest.importorskip("rclpy")
 
-from cable_sim_ros.io import channels, markers
-from cable_sim_ros.io.messages import KINDS
-from cable_sim_ros.ros import control, node
+from cable_sim_ros.io.messages.messages import KINDS, channels, markers
+from cable_sim_ros.ros import node
 from cable_sim_ros.ros.blocks import NodeBlock
+from cable_sim_ros.ros.services import control
 
 PAGE = (Path(__file__).parents[2] / "docs" / "topics.md").read_text("utf-8")
 OUT, _, IN = PAGE.partition("## In")

@@ -2,10 +2,10 @@
 
 import pytest
 
-from cable_sim_ros.io.load import load_scene
-from cable_sim_ros.io.motion_table import sine_heave
+from cable_sim_ros.io.scenes.load import load_scene
+from cable_sim_ros.io.sources.motion_table import sine_heave
 from cable_sim_ros.runs import offline, refinement_check
-from cable_sim_ros.sim.savefile import SaveError
+from cable_sim_ros.sim.saved.savefile import SaveError
 from cable_sim_ros.sim.verdict import Reason, verdict_of
 
 METRICS = {"tension_std_n": 100.0, "tension_min_n": 10.0, "tension_max_n": 2000.0}

@@ -7,13 +7,13 @@ import json
 
 import pytest
 
-from cable_sim_ros.io.journal import MSGTYPE, encoded
-from cable_sim_ros.io.recorded_tow import read_tow
-from cable_sim_ros.io.typestore import STORE
+from cable_sim_ros.io.bags.typestore import STORE
+from cable_sim_ros.io.recordings.journal import MSGTYPE, encoded
+from cable_sim_ros.io.sources.recorded_tow import read_tow
 from cable_sim_ros.runs import offline
 from cable_sim_ros.sim.simulator import Simulator
 
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 
 
 @pytest.fixture(scope="module")

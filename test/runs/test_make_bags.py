@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from rosbags.highlevel import AnyReader
 from scipy.interpolate import CubicSpline
 
-from cable_sim_ros.io.bag import BagError, read_bag, read_metadata
-from cable_sim_ros.io.messages import decode_imu, decode_odometry
+from cable_sim_ros.io.bags.bag import BagError, read_bag, read_metadata
+from cable_sim_ros.io.messages.messages import decode_imu, decode_odometry
 from cable_sim_ros.runs.make_bags import (
     GRAVITY,
     IMU_TOPIC,
@@ -27,7 +27,7 @@ from cable_sim_ros.runs.make_bags import (
     metrics,
     read_csv,
 )
-from cable_sim_ros.sim.attitude import quaternion, rotation
+from cable_sim_ros.sim.tables.attitude import quaternion, rotation
 
 BAGS = Path(__file__).parents[2] / "bags"
 SOURCE = BAGS / "source"

@@ -4,7 +4,7 @@ import pytest
 from click.testing import CliRunner
 
 from cable_sim_ros.cli.commands import main
-from cable_sim_ros.io.bag import BagError, BagWriter, read_bag
+from cable_sim_ros.io.bags.bag import BagError, BagWriter, read_bag
 from cable_sim_ros.plots.foxglove_view import draw_bag, series
 from cable_sim_ros.runs import offline
 

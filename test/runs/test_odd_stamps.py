@@ -8,14 +8,14 @@ import time
 import numpy as np
 import pytest
 
-from cable_sim_ros.io.commands import encode_command
-from cable_sim_ros.io.load import load_scene, override
-from cable_sim_ros.io.messages import decode_odometry
-from cable_sim_ros.io.recorded_tow import Event, RecordedTow, by_stamps, read_tow, usable_arrivals
-from cable_sim_ros.io.resources import find_bag
+from cable_sim_ros.io.messages.commands import encode_command
+from cable_sim_ros.io.messages.messages import decode_odometry
+from cable_sim_ros.io.scenes.load import load_scene, override
+from cable_sim_ros.io.scenes.resources import find_bag
+from cable_sim_ros.io.sources.recorded_tow import Event, RecordedTow, by_stamps, read_tow, usable_arrivals
 from cable_sim_ros.runs.message_run import MessageRun
 
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 S = 1_000_000_000
 SECONDS = 4.0
 
@@ -102,7 +102,7 @@ def test_log_times_that_stand_still_are_no_arrivals(events, clean, tmp_path):
 
 def test_a_bag_of_which_no_motion_can_be_used_is_refused(events):
     """Heights of a hundred metres: not a tow on the mean track that nobody asked for."""
-    from cable_sim_ros.io.motion_table import MotionError
+    from cable_sim_ros.io.sources.motion_table import MotionError
 
     high = []
     for event in events[:50]:
@@ -114,7 +114,7 @@ def test_a_bag_of_which_no_motion_can_be_used_is_refused(events):
 
 
 def test_the_notice_of_log_times_that_stand_still(tmp_path):
-    from cable_sim_ros.io.bag import BagWriter
+    from cable_sim_ros.io.bags.bag import BagWriter
 
     with BagWriter(tmp_path / "flat") as bag:
         for event in read_tow(find_bag("nbp1406")).events[:300]:

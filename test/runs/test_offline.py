@@ -9,14 +9,14 @@ import pytest
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 
-from cable_sim_ros.io.bag import BagError
-from cable_sim_ros.io.channels import CHANNELS, Context, Encoder
-from cable_sim_ros.io.journal import read_journal
-from cable_sim_ros.io.load import SceneError, SceneWarning, load_scene, override
-from cable_sim_ros.io.motion_table import MotionError
-from cable_sim_ros.io.recorded_run import load_run
-from cable_sim_ros.io.recorded_tow import Feeder, RecordedTow, read_tow, residuals
-from cable_sim_ros.io.winch_plan import PlanError
+from cable_sim_ros.io.bags.bag import BagError
+from cable_sim_ros.io.messages.channels import CHANNELS, Context, Encoder
+from cable_sim_ros.io.recordings.journal import read_journal
+from cable_sim_ros.io.recordings.recorded_run import load_run
+from cable_sim_ros.io.scenes.load import SceneError, SceneWarning, load_scene, override
+from cable_sim_ros.io.scenes.winch_plan import PlanError
+from cable_sim_ros.io.sources.motion_table import MotionError
+from cable_sim_ros.io.sources.recorded_tow import Feeder, RecordedTow, read_tow, residuals
 from cable_sim_ros.physics.heave_filter import Convention, Heave, MotionInput
 from cable_sim_ros.physics.inputs import MOTION_ROWS, make_inputs
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
@@ -24,7 +24,7 @@ from cable_sim_ros.runs import mean_track, message_run, offline, settings, sourc
 from cable_sim_ros.sim import simulator
 from cable_sim_ros.sim.simulator import Simulator, SolverError, StartError
 
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 SECONDS = 4.0
 
 
@@ -236,10 +236,10 @@ def test_motion_is_taken_in_as_the_recording_node_did():
 
 
 def test_commands_of_the_bag_reach_the_ring():
-    from cable_sim_ros.io.cdr import header
-    from cable_sim_ros.io.channels import EMPTY, JointState
-    from cable_sim_ros.io.recorded_tow import Event
-    from cable_sim_ros.io.typestore import STORE
+    from cable_sim_ros.io.bags.typestore import STORE
+    from cable_sim_ros.io.messages.cdr import header
+    from cable_sim_ros.io.messages.channels import EMPTY, JointState
+    from cable_sim_ros.io.sources.recorded_tow import Event
 
     def event(time, names, position, velocity):
         message = JointState(header(time, ""), names, np.array(position), np.array(velocity), EMPTY)

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from cable_sim_ros import ControllerError, WinchCommand, replay, run
-from cable_sim_ros.io.bag import BagReader
-from cable_sim_ros.io.recorded_tow import RecordedTow, read_tow
-from cable_sim_ros.io.resources import find_bag
+from cable_sim_ros.io.bags.bag import BagReader
+from cable_sim_ros.io.scenes.resources import find_bag
+from cable_sim_ros.io.sources.recorded_tow import RecordedTow, read_tow
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.runs import sources
 
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 S = 1_000_000_000
 HEAVE = {"heave": (0.5, 8.0)}
 

@@ -5,14 +5,14 @@ import re
 import numpy as np
 import pytest
 
-from cable_sim_ros.io.load import load_scene, override
+from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.runs import offline, verdict
 from cable_sim_ros.runs.summary import summarize
 from cable_sim_ros.sim.inputs import WinchCommand
 from cable_sim_ros.sim.simulator import Simulator
 
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 HELD = {"setpoint.algorithm": "hold"}
 
 

@@ -10,8 +10,8 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
 from synthetic import make_contact, make_frames, make_shape
 
-from cable_sim_ros.io.bag import BagError
-from cable_sim_ros.io.recorded_run import RecordedRun
+from cable_sim_ros.io.bags.bag import BagError
+from cable_sim_ros.io.recordings.recorded_run import RecordedRun
 from cable_sim_ros.physics.tick_output import CONTACT_COLUMNS
 from cable_sim_ros.plots import haul
 from cable_sim_ros.plots.heading import DONE_WIDTH, force_unit, what_was_done

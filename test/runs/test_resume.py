@@ -12,16 +12,16 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
 
 from state_files import with_notes
 
-from cable_sim_ros.io.journal import read_journal
-from cable_sim_ros.io.load import SceneWarning, load_scene, override
-from cable_sim_ros.io.motion_table import MotionError
-from cable_sim_ros.io.recorded_tow import RecordedTow, read_tow
+from cable_sim_ros.io.recordings.journal import read_journal
+from cable_sim_ros.io.scenes.load import SceneWarning, load_scene, override
+from cable_sim_ros.io.sources.motion_table import MotionError
+from cable_sim_ros.io.sources.recorded_tow import RecordedTow, read_tow
 from cable_sim_ros.runs import message_run, offline, sources
 from cable_sim_ros.runs.resume import Resumed
-from cable_sim_ros.sim.savefile import SaveError
+from cable_sim_ros.sim.saved.savefile import SaveError
 from cable_sim_ros.sim.simulator import Simulator
 
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 CASES = {
     "heave": {"heave": (0.5, 8.0)},
     "without motion": {},

@@ -6,13 +6,13 @@ from pathlib import Path
 import pytest
 
 from cable_sim_ros.cli import report
-from cable_sim_ros.io.load import load_scene, override
-from cable_sim_ros.io.recorded_run import load_run
+from cable_sim_ros.io.recordings.recorded_run import load_run
+from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.plots import run as picture
 from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.transient import growth, start_up, still_growing
 
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 WAVES = {"water.waves.kind": "airy", "water.waves.height": 1.0, "water.waves.period": 4.0}
 GUSTY = {"water.turbulence.deviation": [0.03, 0.0, 0.0]}
 

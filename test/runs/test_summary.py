@@ -14,7 +14,7 @@ from rich.console import Console
 sys.path.insert(0, str(Path(__file__).parents[1] / "io"))
 from synthetic import DEPTH, HEAVE, TENSION, make_frames, write_run
 
-from cable_sim_ros.io.recorded_run import load_run
+from cable_sim_ros.io.recordings.recorded_run import load_run
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.runs.summary import (
     OUTSIDE,

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cable_sim_ros.io.load import load_scene, override
-from cable_sim_ros.io.recorded_tow import Residual
+from cable_sim_ros.io.scenes.load import load_scene, override
+from cable_sim_ros.io.sources.recorded_tow import Residual
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.runs import verdict
 from cable_sim_ros.runs.step_choice import doubts_of_steps

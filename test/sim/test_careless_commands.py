@@ -5,7 +5,7 @@ import warnings
 import numpy as np
 import pytest
 
-from cable_sim_ros.io.load import load_scene, override
+from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.physics.inputs import push_command
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.sim.simulator import Simulator

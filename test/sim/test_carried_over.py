@@ -7,13 +7,13 @@ import os
 import numpy as np
 import pytest
 
-from cable_sim_ros.io.load import load_scene
+from cable_sim_ros.io.scenes.load import load_scene
 from cable_sim_ros.physics.inputs import push_motion
 from cable_sim_ros.sim.rebase import carried_over
 from cable_sim_ros.sim.simulator import Simulator
 
 pytestmark = [
-    pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning"),
+    pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning"),
     pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="too slow without compilation"),
 ]
 SECOND = 1_000_000_000

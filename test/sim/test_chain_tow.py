@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cable_sim_ros import ShipMotion, Simulator
-from cable_sim_ros.io.load import SceneError, SceneWarning, load_scene, override
+from cable_sim_ros.io.scenes.load import SceneError, SceneWarning, load_scene, override
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.sim.layout import layout_of
 

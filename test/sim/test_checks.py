@@ -4,9 +4,9 @@ from math import cos, hypot, radians, sin
 
 import pytest
 
-from cable_sim_ros.io.load import SceneError, load_scene, override
+from cable_sim_ros.io.scenes.load import SceneError, load_scene, override
 from cable_sim_ros.sim.layout import layout_of
-from cable_sim_ros.sim.route import first_angle
+from cable_sim_ros.sim.statics.route import first_angle
 
 
 @pytest.mark.parametrize("name", ["full_scale", "full_scale_contact", "side_scan", "lowered_ctd", "flume"])

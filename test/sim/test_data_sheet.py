@@ -5,10 +5,10 @@ import warnings
 import numpy as np
 import pytest
 
-from cable_sim_ros.io.load import SceneError, SceneWarning, load_scene, override
-from cable_sim_ros.sim.current import current_of, turned_current
+from cable_sim_ros.io.scenes.load import SceneError, SceneWarning, load_scene, override
 from cable_sim_ros.sim.problem import apart
-from cable_sim_ros.sim.rig import Rig, RigError, cable_of
+from cable_sim_ros.sim.rig.rig import Rig, RigError, cable_of
+from cable_sim_ros.sim.tables.current import current_of, turned_current
 
 
 def quietly(name, values=None):

@@ -8,12 +8,12 @@ import warnings
 import numpy as np
 import pytest
 
-from cable_sim_ros.io.load import SceneWarning, load_scene, override
+from cable_sim_ros.io.scenes.load import SceneWarning, load_scene, override
 from cable_sim_ros.physics.drag_laws import AmplifiedDrag
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT
 from cable_sim_ros.runs.message_run import _warn_of_drag
+from cable_sim_ros.sim.checks.scene_warnings import part_warnings
 from cable_sim_ros.sim.layout import layout_of
-from cable_sim_ros.sim.scene_warnings import part_warnings
 from cable_sim_ros.sim.simulator import Simulator
 
 BARE = "cable.sections.bare."

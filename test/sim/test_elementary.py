@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cable_sim_ros.sim.elementary import exp, log, power, principal, product, tanh
+from cable_sim_ros.sim.tables.elementary import exp, log, power, principal, product, tanh
 
 RNG = np.random.default_rng(3)
 

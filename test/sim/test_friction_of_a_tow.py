@@ -9,16 +9,16 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from cable_sim_ros.io.load import SceneError, SceneWarning, load_scene, override
+from cable_sim_ros.io.scenes.load import SceneError, SceneWarning, load_scene, override
 from cable_sim_ros.physics.contact_surface import SHEAVE_ROW
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT
 from cable_sim_ros.runs.verdict import judge
-from cable_sim_ros.sim.friction_checks import may_miss
+from cable_sim_ros.sim.checks.friction_checks import may_miss
 from cable_sim_ros.sim.inputs import ShipMotion, WinchCommand
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.live_parameters import set_live
-from cable_sim_ros.sim.route import Route
 from cable_sim_ros.sim.simulator import Simulator
+from cable_sim_ros.sim.statics.route import Route
 
 STANDS = {"sheave.friction": 0.1, "sheave.bearing_friction": 10.0}
 TURNS = {"sheave.friction": 0.1, "sheave.bearing_friction": 0.02}
@@ -138,7 +138,7 @@ def test_a_bearing_seizes_under_way():
     assert sim.state.surfaces[SHEAVE_ROW].friction == 0.1 and sim.scene.sheave.bearing_friction == 10.0
 
 
-@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 def test_a_drum_that_rubs_turns_with_its_cable(haul):
     """Cable wound on a drum goes with it: no heat to speak of, and the torque is that of the whole tension."""
     free = haul({}, name="full_scale_contact", seconds=2.0)
@@ -209,7 +209,7 @@ def test_a_run_with_a_held_winch_is_doubtful_of_its_pull():
     assert judge(frames, load_scene("full_scale")).state == "ok"
 
 
-@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 def test_the_drum_counts_with_what_may_be_missing():
     scene = override(load_scene("full_scale_contact"), {"winch.drum_friction": 0.1})
     assert may_miss(scene) == pytest.approx(scene.contact.working_tension * (1.0 - exp(-0.1 * scene.winch.wrap)))

@@ -5,14 +5,14 @@ from math import pi
 
 import pytest
 
-from cable_sim_ros.io.load import SceneError, SceneWarning, dump_scene, load_scene, override, scene_from_dict
-from cable_sim_ros.io.load import scene_from_text as read
-from cable_sim_ros.sim import checks
+from cable_sim_ros.io.scenes.load import SceneError, SceneWarning, dump_scene, load_scene, override, scene_from_dict
+from cable_sim_ros.io.scenes.load import scene_from_text as read
 from cable_sim_ros.sim.build import build_model
+from cable_sim_ros.sim.checks import checks
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.simulator import Simulator
 
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 POD = {"at": "bare", "mass": 20.0, "net_weight": 50.0}
 
 

@@ -3,17 +3,18 @@
 import numpy as np
 import pytest
 
-from cable_sim_ros.io.load import SceneError, SceneWarning, override
+from cable_sim_ros.io.scenes.load import SceneError, SceneWarning, override
 from cable_sim_ros.runs.mesh import as_json, check, plan_of
-from cable_sim_ros.sim import layout, mesh_maker
-from cable_sim_ros.sim.checks import travel_warnings
+from cable_sim_ros.sim import layout
+from cable_sim_ros.sim.checks.checks import travel_warnings
 from cable_sim_ros.sim.layout import layout_of
-from cable_sim_ros.sim.mesh_kinds import equal_parts, geometric, graded
-from cable_sim_ros.sim.mesh_sheave import scope_range
+from cable_sim_ros.sim.mesh import mesh_maker
+from cable_sim_ros.sim.mesh.mesh_kinds import equal_parts, geometric, graded
+from cable_sim_ros.sim.mesh.mesh_sheave import scope_range
 from cable_sim_ros.sim.simulator import Simulator
-from cable_sim_ros.sim.static_shape import fourth_derivative
-from cable_sim_ros.verification.mesh_promise import markdown, measure
-from cable_sim_ros.verification.mesh_tows import tows
+from cable_sim_ros.sim.statics.static_shape import fourth_derivative
+from cable_sim_ros.verification.meshes.mesh_promise import markdown, measure
+from cable_sim_ros.verification.meshes.mesh_tows import tows
 
 TOWS = {scene.name: scene for scene in tows()}
 QUICK = [
@@ -25,7 +26,7 @@ QUICK = [
     "light_1km",
     "deep_tow_6km",
 ]
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 
 
 def with_keys(name="full_scale", **values):

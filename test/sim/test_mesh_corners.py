@@ -5,20 +5,20 @@ import re
 import pytest
 
 from cable_sim_ros import Simulator
-from cable_sim_ros.io.load import SceneError, SceneWarning, load_scene, override
+from cable_sim_ros.io.scenes.load import SceneError, SceneWarning, load_scene, override
 from cable_sim_ros.runs.mesh import check, extrapolated, kept
 from cable_sim_ros.runs.verdict import judge
-from cable_sim_ros.sim import mesh_maker
-from cable_sim_ros.sim.deviation_checks import hauled_into_waves
+from cable_sim_ros.sim.checks.deviation_checks import hauled_into_waves
 from cable_sim_ros.sim.layout import Layout, layout_of
-from cable_sim_ros.sim.mesh_corners import Turn, error_per_turn, stiffness
-from cable_sim_ros.sim.mesh_kinds import places_outboard
-from cable_sim_ros.verification import mesh_other
-from cable_sim_ros.verification.mesh_other_tows import other_tows
+from cable_sim_ros.sim.mesh import mesh_maker
+from cable_sim_ros.sim.mesh.mesh_corners import Turn, error_per_turn, stiffness
+from cable_sim_ros.sim.mesh.mesh_kinds import places_outboard
+from cable_sim_ros.verification.meshes import mesh_other
+from cable_sim_ros.verification.meshes.mesh_other_tows import other_tows
 
 TOWS = {tow.scene.name: tow for tow in other_tows()}
 LIMP = override(TOWS["heavy_depressor"].scene, {"cable.bending_stiffness": 0.0, "cable.bending_damping": 0.0})
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 
 
 def test_there_are_twenty_tows_of_every_kind():

@@ -13,8 +13,8 @@ from cable_sim_ros.physics.inputs import COMMAND_ROWS, EPOCH, MOTION_ROWS, SOURC
 from cable_sim_ros.physics.ship import MOTION, quaternion, spin
 from cable_sim_ros.physics.state import records
 from cable_sim_ros.physics.tick_output import Source
-from cable_sim_ros.sim.attitude import angle_rates, angles_of, body_rates, to_world
 from cable_sim_ros.sim.inputs import InputError, ShipMotion, WinchCommand, push
+from cable_sim_ros.sim.tables.attitude import angle_rates, angles_of, body_rates, to_world
 
 STILL = {"position": (0, 0, 0), "velocity": (0, 0, 0), "rate": (0, 0, 0), "attitude": (0, 0, 0)}
 GAP = 1.5  # s

@@ -19,12 +19,12 @@ from state_files import rewritten
 
 import cable_sim_ros
 from cable_sim_ros import ShipMotion, WinchCommand
-from cable_sim_ros.io.load import load_scene, override
+from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.physics.state import NODE_ROWS
-from cable_sim_ros.sim import savefile
+from cable_sim_ros.sim.saved import savefile
 from cable_sim_ros.sim.simulator import SaveError, Simulator
 
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 PLACE = (1e5, -3e4)  # m, in odom
 
 

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from cable_sim_ros.io import yaml12
-from cable_sim_ros.io.load import SceneError, SceneWarning, load_scene, override, scene_from_dict
+from cable_sim_ros.io.scenes import yaml12
+from cable_sim_ros.io.scenes.load import SceneError, SceneWarning, load_scene, override, scene_from_dict
 from cable_sim_ros.physics.water import CurrentFrame, CurrentTable, CurrentVariation, Turbulence, Water, Waves
-from cable_sim_ros.sim.current import flow_of
-from cable_sim_ros.sim.sea_tables import eddy_table, jonswap, sea_of, wave_number, wave_table
+from cable_sim_ros.sim.tables.current import flow_of
+from cable_sim_ros.sim.tables.sea_tables import eddy_table, jonswap, sea_of, wave_number, wave_table
 
 G = 9.81
 

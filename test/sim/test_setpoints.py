@@ -8,7 +8,7 @@ import warnings
 import numpy as np
 import pytest
 
-from cable_sim_ros.io.load import SceneWarning, load_scene, override
+from cable_sim_ros.io.scenes.load import SceneWarning, load_scene, override
 from cable_sim_ros.physics.heave_compensation import EXCESS_TENSION
 from cable_sim_ros.sim.compensation_setup import impedance
 from cable_sim_ros.sim.simulator import Simulator

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cable_sim_ros import ShipMotion
-from cable_sim_ros.io.load import SceneWarning, load_scene, override
+from cable_sim_ros.io.scenes.load import SceneWarning, load_scene, override
 from cable_sim_ros.physics.contact_surface import Seabed
 from cable_sim_ros.physics.energy import slack_gain
 from cable_sim_ros.physics.inputs import push_command, push_motion
@@ -18,7 +18,7 @@ from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.sim.inputs import InputError
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.simulator import Simulator, StartError
-from cable_sim_ros.verification.mesh_tows import armoured, one, tow
+from cable_sim_ros.verification.meshes.mesh_tows import armoured, one, tow
 
 CONFIG = Path(__file__).parents[2] / "config"
 # the tow of the issue: thrown off its sheave it hung at 21.9 m in place of 13.7

@@ -6,7 +6,7 @@ from math import acos, degrees, pi, sqrt
 import numpy as np
 import pytest
 
-from cable_sim_ros.io.load import load_scene, override
+from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.physics.inputs import push_motion
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.sim.layout import layout_of

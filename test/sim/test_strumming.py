@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cable_sim_ros.io.bag import read_bag
-from cable_sim_ros.io.channels import STRUM as CHANNEL
-from cable_sim_ros.io.channels import channels_of, decode
-from cable_sim_ros.io.load import SceneError, load_scene, override
-from cable_sim_ros.io.recorded_run import load_run
+from cable_sim_ros.io.bags.bag import read_bag
+from cable_sim_ros.io.messages.channels import STRUM as CHANNEL
+from cable_sim_ros.io.messages.channels import channels_of, decode
+from cable_sim_ros.io.recordings.recorded_run import load_run
+from cable_sim_ros.io.scenes.load import SceneError, load_scene, override
 from cable_sim_ros.physics.inputs import push_motion
 from cable_sim_ros.physics.section import Section
 from cable_sim_ros.physics.state import NOW, STRUM
@@ -18,15 +18,15 @@ from cable_sim_ros.physics.viv_amplification import AMPLITUDE, EXTRA, FREQUENCY,
 from cable_sim_ros.plots.strumming import draw_strum
 from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.summary import summarize
-from cable_sim_ros.sim.checks import warnings
+from cable_sim_ros.sim.checks.checks import warnings
 from cable_sim_ros.sim.inputs import WinchCommand
 from cable_sim_ros.sim.layout import layout_of
 from cable_sim_ros.sim.live_parameters import set_live
-from cable_sim_ros.sim.rig import Rig
+from cable_sim_ros.sim.rig.rig import Rig
 from cable_sim_ros.sim.simulator import Simulator, SolverError
-from cable_sim_ros.sim.viv_tables import drag_factors
+from cable_sim_ros.sim.tables.viv_tables import drag_factors
 
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 ON = {
     "viv.law": "govardhan_williamson",
     "cable.sections.bare.drag_amplification": 1.0,

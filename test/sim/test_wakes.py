@@ -7,14 +7,14 @@ import warnings
 import numpy as np
 import pytest
 
-from cable_sim_ros.io.load import SceneError, SceneWarning, load_scene, override, scene_from_text
-from cable_sim_ros.io.resources import find_scene
+from cable_sim_ros.io.scenes.load import SceneError, SceneWarning, load_scene, override, scene_from_text
+from cable_sim_ros.io.scenes.resources import find_scene
 from cable_sim_ros.physics.fluid import Fluid
 from cable_sim_ros.physics.section import Material
 from cable_sim_ros.physics.state import NOW, WAKE
 from cable_sim_ros.physics.wake_oscillator import WAKE_Q, WAKE_RATE
 from cable_sim_ros.sim.layout import layout_of
-from cable_sim_ros.sim.rig import Rig, RigError, cable_of
+from cable_sim_ros.sim.rig.rig import Rig, RigError, cable_of
 from cable_sim_ros.sim.simulator import Simulator
 from cable_sim_ros.sim.wake_tables import min_tensions, wave_length
 

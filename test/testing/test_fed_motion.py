@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from cable_sim_ros import ShipMotion
-from cable_sim_ros.io.messages import decode_odometry, stamp_of
-from cable_sim_ros.io.resources import ResourceError
+from cable_sim_ros.io.messages.messages import decode_odometry, stamp_of
+from cable_sim_ros.io.scenes.resources import ResourceError
 from cable_sim_ros.physics.ship import Ship
 from cable_sim_ros.testing.errors import TowError
 from cable_sim_ros.testing.feeder import Feeder

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.physics.workspace import RUBBED
-from cable_sim_ros.sim.rig import Rig, cable_of
+from cable_sim_ros.sim.rig.rig import Rig, cable_of
 from cable_sim_ros.verification.bend import MOVING, Bend, Walk, drum, pieces, pulls
 
 RADIUS, WRAP, PULL, SPEED, SLIP = 0.25, 1.2, 1000.0, 0.3, 1e-3

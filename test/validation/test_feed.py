@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cable_sim_ros import Simulator, WinchCommand
-from cable_sim_ros.io.load import load_scene, override
+from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.physics.ancf import MASS_PER_LENGTH
 from cable_sim_ros.physics.jit import LANES
 from cable_sim_ros.sim.layout import layout_of

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from cable_sim_ros.io.load import load_scene, override
+from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.physics.sea import ELEVATION, EXTRA, current_at
 from cable_sim_ros.physics.towbody import Towbody
 from cable_sim_ros.physics.water import CurrentTable, CurrentVariation, Turbulence, Water, Waves
 from cable_sim_ros.runs import offline
-from cable_sim_ros.sim.rig import HALVED, Rig, cable_of
+from cable_sim_ros.sim.rig.rig import HALVED, Rig, cable_of
 from cable_sim_ros.sim.simulator import Simulator
 
 RHO, G, D, CD, CA = 1026.0, 9.81, 0.05, 1.2, 1.0
@@ -264,7 +264,7 @@ def test_elevation_is_that_of_the_sea_where_the_sheave_is(tow):
     assert frame.surface_elevation == pytest.approx(eta, abs=1e-6)
 
 
-@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 def test_a_replay_of_a_recording_is_the_run_bit_for_bit(tmp_path):
     ran = offline.run(override(load_scene("full_scale"), WILD), heave=(0.5, 8.0), duration=4.0, out=tmp_path / "run")
     again = offline.replay(ran.bag)
@@ -272,7 +272,7 @@ def test_a_replay_of_a_recording_is_the_run_bit_for_bit(tmp_path):
     assert np.ptp(ran.frames.surface_elevation) > 0.05
 
 
-@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 def test_chosen_steps_see_the_water_of_their_end():
     """Ticks divided by their error: the same sea at the same time, and next to the same tow."""
     values = {"water.waves.kind": "airy", "water.waves.height": 2.0, "water.ramp": 4.0}

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from cable_sim_ros.io.load import load_scene, override
+from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.physics.contact_surface import floor_row
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.runs import offline
-from cable_sim_ros.sim.rig import HALVED, Rig, cable_of, load_of
+from cable_sim_ros.sim.rig.rig import HALVED, Rig, cable_of, load_of
 from cable_sim_ros.sim.simulator import Simulator, StartError
 
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 
 WEIGHT, FRICTION, SLIP = 4.0, 0.3, 0.01  # N/m, 1, m/s
 

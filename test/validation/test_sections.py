@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from scipy.optimize import fsolve
 
-from cable_sim_ros.io.load import load_scene, scene_from_dict
+from cable_sim_ros.io.scenes.load import load_scene, scene_from_dict
 from cable_sim_ros.physics.towbody import Towbody
 from cable_sim_ros.physics.water import Water
 from cable_sim_ros.runs import offline
-from cable_sim_ros.sim.material import wet_weight
-from cable_sim_ros.sim.rig import Rig, cable_of
+from cable_sim_ros.sim.rig.rig import Rig, cable_of
 from cable_sim_ros.sim.simulator import Simulator
+from cable_sim_ros.sim.tables.material import wet_weight
 
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 G = 9.81
 
 

@@ -9,7 +9,7 @@ from scipy.integrate import trapezoid
 from cable_sim_ros.physics.link_loads import integrals
 from cable_sim_ros.physics.towbody import Towbody
 from cable_sim_ros.physics.water import Water
-from cable_sim_ros.sim.rig import Rig, cable_of
+from cable_sim_ros.sim.rig.rig import Rig, cable_of
 from cable_sim_ros.verification.experiments import run
 from cable_sim_ros.verification.experiments.segments import printed
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from cable_sim_ros import ShipMotion, Simulator
-from cable_sim_ros.io.load import load_scene, override
+from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.runs import offline
 
-pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.load.SceneWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 SETTLED = 2000  # ticks of the start that statistics leave out
 
 

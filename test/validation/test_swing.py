@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.special import j0, jn_zeros
 
-from cable_sim_ros.io.load import scene_from_dict
+from cable_sim_ros.io.scenes.load import scene_from_dict
 from cable_sim_ros.sim.simulator import Simulator
 
 LENGTH, MASS, GRAVITY = 10.0, 0.389, 9.81

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from cable_sim_ros.io.load import load_scene, override, scene_from_dict
+from cable_sim_ros.io.scenes.load import load_scene, override, scene_from_dict
 from cable_sim_ros.physics.drag_laws import LAWS, AmplifiedDrag, DragLaw, choo_casarella
 from cable_sim_ros.physics.fairing import PRESETS, dressed
 from cable_sim_ros.physics.section import material_of

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cable_sim_ros.verification.bench import PEER_SCENES
+from cable_sim_ros.verification.benchmarks.bench import PEER_SCENES
 from cable_sim_ros.verification.ours import CLEAR, leaving_tension
 from cable_sim_ros.verification.peers import CANNOT, CODES, RUNS, Setting, even, installed
 from cable_sim_ros.verification.peers.stream import Stream

@@ -9,7 +9,7 @@ from cable_sim_ros.physics.contact_surface import surface_row
 from cable_sim_ros.physics.integrate import Solver
 from cable_sim_ros.physics.substeps import LEAVE_STEP, MAX_TURN, NO_LIMIT, TURN_STEP
 from cable_sim_ros.sim.build import Rules
-from cable_sim_ros.sim.rig import HALVED, WHIPPING, Rig, RigError, cable_of, load_of
+from cable_sim_ros.sim.rig.rig import HALVED, WHIPPING, Rig, RigError, cable_of, load_of
 from cable_sim_ros.verification.bend import Walk, drum, pulls
 from cable_sim_ros.verification.contact_points import contact_points
 

@@ -5,8 +5,8 @@ from math import cos, degrees, radians, sin
 import numpy as np
 import pytest
 
-from cable_sim_ros.sim.checks import RESOLVED
-from cable_sim_ros.sim.rig import RigError
+from cable_sim_ros.sim.checks.checks import RESOLVED
+from cable_sim_ros.sim.rig.rig import RigError
 from cable_sim_ros.verification import sheave
 from cable_sim_ros.verification.sheave import LIMITS, RADIUS, TENSION, accumulated, answers, scale, solve
 

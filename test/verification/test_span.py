@@ -10,8 +10,8 @@ import pytest
 from click.testing import CliRunner
 
 from cable_sim_ros.cli.commands import main
-from cable_sim_ros.io.load import SceneError, load_scene
-from cable_sim_ros.io.span_file import load_span, span_from_dict
+from cable_sim_ros.io.scenes.load import SceneError, load_scene
+from cable_sim_ros.io.scenes.span_file import load_span, span_from_dict
 from cable_sim_ros.physics.state import NOW, WAKE
 from cable_sim_ros.physics.wake_oscillator import WAKE_Q, WakeLaw
 from cable_sim_ros.runs.span import run_span

@@ -12,9 +12,9 @@ from spans import data, span
 
 from cable_sim_ros import viv
 from cable_sim_ros.cli import commands
-from cable_sim_ros.io import yaml12
-from cable_sim_ros.io.load import SceneError, load_scene
-from cable_sim_ros.io.resources import find_viv, shipped_viv
+from cable_sim_ros.io.scenes import yaml12
+from cable_sim_ros.io.scenes.load import SceneError, load_scene
+from cable_sim_ros.io.scenes.resources import find_viv, shipped_viv
 from cable_sim_ros.plots.vibration import compose
 from cable_sim_ros.runs.manual import tables
 from cable_sim_ros.verification.experiments import run as run_experiment

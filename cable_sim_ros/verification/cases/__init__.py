@@ -14,7 +14,7 @@ from enum import Enum
 from pathlib import Path
 from typing import NamedTuple
 
-from ...sim.rig import SHIPPED, RigError, warm_up
+from ...sim.rig.rig import SHIPPED, RigError, warm_up
 from . import contact, frames, hydro, jumper, modes, pendulum, pulley, sheave, slack, statics, tow, waves
 from .family import Case, CaseError, Family, Level, Output, Values
 

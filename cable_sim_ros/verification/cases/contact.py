@@ -6,7 +6,7 @@ from math import cos, pi, radians, sin, sqrt
 
 import numpy as np
 
-from ...sim.rig import Rig, RigError, cable_of, load_of
+from ...sim.rig.rig import Rig, RigError, cable_of, load_of
 from ..bend import Bend, Walk, distributed, drum
 from ..contact_points import contact_points
 from .family import Case, Level, Values, family

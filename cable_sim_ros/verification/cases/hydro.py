@@ -10,7 +10,7 @@ from ...physics.ancf import BUOYANCY
 from ...physics.drag_laws import DragLaw
 from ...physics.towbody import Towbody
 from ...physics.water import Water
-from ...sim.rig import Rig, RigError, cable_of
+from ...sim.rig.rig import Rig, RigError, cable_of
 from .family import Case, Level, Values, family
 from .wet import DEEP, NUMBER, STRAIN, crossflow
 

@@ -8,7 +8,7 @@ from math import hypot, pi
 import numpy as np
 
 from ...physics.water import Water
-from ...sim.rig import Rig, cable_of
+from ...sim.rig.rig import Rig, cable_of
 from .family import Case, CaseError, Level, Values, family
 from .wet import NUMBER, crossflow
 

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.integrate import trapezoid
 
 from ...physics.hermite import W4, X4, shape, slope
-from ...sim.rig import History, Rig
+from ...sim.rig.rig import History, Rig
 
 
 def point(rig: Rig, s: float, q: np.ndarray | None = None) -> np.ndarray:

@@ -11,7 +11,7 @@ import numpy as np
 from ...physics.state import Change
 from ...physics.towbody import Towbody
 from ...physics.water import Water
-from ...sim.rig import HALVED, Rig, RigError, cable_of, load_of
+from ...sim.rig.rig import HALVED, Rig, RigError, cable_of, load_of
 from .family import Case, Level, Values, family
 from .measure import crossings, follow, tension_along
 

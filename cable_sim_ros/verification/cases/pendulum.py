@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 
-from ...sim.rig import Rig, cable_of
+from ...sim.rig.rig import Rig, cable_of
 from .family import Case, CaseError, Level, Values, family
 
 ANGULAR = re.compile(r"([-+.\deE]+) rad/s \* x along \+y")

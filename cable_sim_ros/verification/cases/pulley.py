@@ -7,7 +7,7 @@ from math import cos, pi, radians, sin, sqrt
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from ...sim.rig import Rig, RigError, cable_of
+from ...sim.rig.rig import Rig, RigError, cable_of
 from ..bend import MOVING, Bend, Walk, distributed, drum, pieces, pulls
 from ..contact_points import contact_points
 from .family import Case, Level, Values, family

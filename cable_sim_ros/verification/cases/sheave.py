@@ -6,7 +6,7 @@ from math import pi, radians, sqrt
 
 import numpy as np
 
-from ...sim.rig import Rig, cable_of
+from ...sim.rig.rig import Rig, cable_of
 from ..bend import MOVING, Bend, Walk, drum, pieces, pulls
 from ..contact_points import ContactPoints, contact_points
 from .family import Case, Level, Values, family

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.integrate import trapezoid
 
-from ...sim.rig import FOLDING, WHIPPING, Rig, cable_of
+from ...sim.rig.rig import FOLDING, WHIPPING, Rig, cable_of
 from .family import Case, CaseError, Level, Values, family
 from .measure import crossings
 from .statics import hanging_shape

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...sim.rig import Rig, cable_of, load_of
+from ...sim.rig.rig import Rig, cable_of, load_of
 from .family import Case, CaseError, Level, Values, family
 from .measure import moment, nearest, numbers, point, stretched_length
 

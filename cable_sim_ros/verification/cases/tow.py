@@ -8,7 +8,7 @@ import numpy as np
 
 from ...physics.towbody import Towbody
 from ...physics.water import Water
-from ...sim.rig import Rig, cable_of
+from ...sim.rig.rig import Rig, cable_of
 from .family import Case, Level, Values, family
 from .wet import DEEP, STRAIN, crossflow, drag_law, graded, weigh
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ...sim.rig import Rig, cable_of, load_of
+from ...sim.rig.rig import Rig, cable_of, load_of
 from .family import Case, CaseError, Level, Values, family
 from .measure import crossings, follow, mean_between, point
 

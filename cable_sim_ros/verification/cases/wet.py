@@ -7,7 +7,7 @@ from math import pi
 
 from ...physics.ancf import BUOYANCY
 from ...physics.drag_laws import DragLaw
-from ...sim.rig import Rig
+from ...sim.rig.rig import Rig
 from .family import Case, CaseError
 
 NUMBER = r"[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?"

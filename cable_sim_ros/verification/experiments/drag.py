@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...io.load import load_scene, override
+from ...io.scenes.load import load_scene, override
 from ...physics import drag
 from ...physics.ancf import ADDED_MASS, BUOYANCY, RE_FACTOR, ROWS
 from ...physics.cable_assembly import Cable

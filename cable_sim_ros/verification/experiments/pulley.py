@@ -16,7 +16,7 @@ import numpy as np
 
 from ...physics.integrate import Solver
 from ...physics.state import STRUT
-from ...sim.rig import Rig, cable_of
+from ...sim.rig.rig import Rig, cable_of
 from ..bend import drum
 from . import Comparison, Result
 

@@ -21,7 +21,7 @@ from ...physics.link_loads import integrals
 from ...physics.section import CableModel
 from ...physics.towbody import Towbody
 from ...physics.water import Water
-from ...sim.rig import Rig, cable_of
+from ...sim.rig.rig import Rig, cable_of
 from . import Comparison, Result
 
 GRAVITY, DEPTH, STREAM, LENGTH = 9.81, -100.0, 2.2, 5.0  # m/s^2, m (all wet), m/s, m

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...io.load import SceneWarning, load_scene, override
+from ...io.scenes.load import SceneWarning, load_scene, override
 from ...runs.summary import ellipsoid_volume
 from ...sim.simulator import Simulator
 from . import Comparison, Result

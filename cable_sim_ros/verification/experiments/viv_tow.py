@@ -15,12 +15,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...io.load import SceneWarning, load_scene, override
+from ...io.scenes.load import SceneWarning, load_scene, override
 from ...physics.tick_output import STRUM_COLUMNS
 from ...physics.viv_amplification import amplification, amplitude
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator
-from ...sim.viv_tables import _plain, strum_rules, strum_sections
+from ...sim.tables.viv_tables import _plain, strum_rules, strum_sections
 from . import Comparison, Result
 
 LAW = "govardhan_williamson"

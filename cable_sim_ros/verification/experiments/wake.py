@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...io.span_file import load_span
+from ...io.scenes.span_file import load_span
 from ...physics.wake_oscillator import SATURATION, Wake, WakeLaw, WakePhase
 from ...runs.span import SpanRow, held_frequency, run_span
 from ...sim.span import Span, SpanCase, SpanEnds, SpanFluid, natural_frequency

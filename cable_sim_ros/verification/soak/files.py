@@ -8,8 +8,8 @@ import time
 import warnings
 from pathlib import Path
 
-from ...io.load import SceneError, SceneWarning, scene_from_text
-from ...io.resources import find_scene, shipped_scenes
+from ...io.scenes.load import SceneError, SceneWarning, scene_from_text
+from ...io.scenes.resources import find_scene, shipped_scenes
 from ..stress.verdict import IS, Found, Metric, stress
 
 CANARIES = {  # name -> YAML text

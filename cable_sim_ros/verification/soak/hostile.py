@@ -7,7 +7,7 @@ import socket
 import sys
 import time
 
-from ...ros.live import Child, environment
+from ...ros.play.live import Child, environment
 from ..stress.verdict import IS, MIN, Found, Metric, stress
 from .pace import SETTLED, grown, missed_fraction
 from .rig import Rig, percentile, rig, until
@@ -31,7 +31,7 @@ def giants(quick: bool) -> Found:
         it.sail()
         time.sleep(SETTLED)
         before = it.resident()
-        it.start("flood", "cable_sim_ros.ros.flood", "giants", "--bytes", str(size), "--seconds", str(seconds))
+        it.start("flood", "cable_sim_ros.ros.load.flood", "giants", "--bytes", str(size), "--seconds", str(seconds))
         counts = grown(it, seconds + 3.0)
         metrics = _kept_on(it, counts)
         memory = it.resident() - before
@@ -51,7 +51,7 @@ def discovery(quick: bool) -> Found:
     """The node without ROS_AUTOMATIC_DISCOVERY_RANGE, the sensors open to the subnet."""
     with rig(None, {"ROS_AUTOMATIC_DISCOVERY_RANGE": ""}) as it:
         open_to_all = environment(it.domain) | {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}
-        it.children.append(Child("sensors", [sys.executable, "-m", "cable_sim_ros.ros.sender"], open_to_all))
+        it.children.append(Child("sensors", [sys.executable, "-m", "cable_sim_ros.ros.load.sender"], open_to_all))
         it.state("running", within=30.0)
         said = "discovery: this host only" in it.node.tail()
         it.finish()
@@ -90,7 +90,7 @@ def floods(quick: bool) -> Found:
         time.sleep(SETTLED)
         mark = it.mark()
         for what in ("topics", "services"):
-            child = it.start("flood", "cable_sim_ros.ros.flood", what, "--seconds", str(seconds))
+            child = it.start("flood", "cable_sim_ros.ros.load.flood", what, "--seconds", str(seconds))
             until(lambda child=child: "flooding" in child.lines, 20.0, f"a flood of {what}")
         counts = grown(it, seconds)
         _, frames = it.probe.frames(mark)
@@ -113,7 +113,7 @@ def floods(quick: bool) -> Found:
 @stress("a foreign publisher on an output, a second node of the name", "each warned of within 4 s, once")
 def foreign(quick: bool) -> Found:
     """The listener publishes on towbody/pose; another node calls itself cable_sim."""
-    from ...ros.probe import Probe
+    from ...ros.load.probe import Probe
 
     with rig() as it:
         it.sail()
@@ -145,7 +145,7 @@ def foreign(quick: bool) -> Found:
 @stress("SROS2 policy", "names every topic and service that the node has, and no other")
 def policy(quick: bool) -> Found:
     """The graph of a running node against config/sros2/policy.xml."""
-    from ...ros.policy import differences
+    from ...ros.services.policy import differences
 
     with rig() as it:
         it.sail()

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from ...ros.live import Child
+from ...ros.play.live import Child
 from ..stress.verdict import IS, Found, Metric, stress
 from .rig import Rig, percentile, rig, until
 

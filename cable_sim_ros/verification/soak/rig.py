@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import RunError
-from ...ros.live import Child, environment, read_state
-from ...ros.probe import Probe
+from ...ros.load.probe import Probe
+from ...ros.play.live import Child, environment, read_state
 
 READY_WITHIN = 300.0  # s; compiling everything from nothing takes minutes on a slow machine
 NODE = [sys.executable, "-m", "cable_sim_ros.ros.node"]
@@ -74,7 +74,7 @@ class Rig:
     def sail(self, imu: float = 50.0, odometry: float = 50.0, heave: str = "1,8") -> None:
         """Start the sensors at rates [Hz]; returns once ticks are heard."""
         self.sensors = self.start(
-            "sensors", "cable_sim_ros.ros.sender", "--imu", str(imu), "--odometry", str(odometry), "--heave", heave
+            "sensors", "cable_sim_ros.ros.load.sender", "--imu", str(imu), "--odometry", str(odometry), "--heave", heave
         )
         self.state("running", "overloaded", within=60.0)
         until(lambda: self.probe.received["sim/health"], 10.0, "the first tick")

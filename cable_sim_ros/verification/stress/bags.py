@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from ...io.bag import BagError, BagWriter, Damage, Message, read_bag
-from ...io.mcap_file import HEAD, McapFile
+from ...io.bags.bag import BagError, BagWriter, Damage, Message, read_bag
+from ...io.bags.mcap_file import HEAD, McapFile
 
 IMU, TOPIC = "sensor_msgs/msg/Imu", "/tow_sim/imu/data"
 SIZE = 348  # bytes of an Imu

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...io.recovery import recover
+from ...io.recordings.recovery import recover
 from .bags import apart, chunks_of, giants, known_bag, max_memory, mcap_of, read
 from .verdict import IS, MAX, Found, Metric, stress
 

@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 from rosbags.highlevel import AnyReader
 
-from ...io.bag import BagError, BagWriter
-from ...io.recorder import Recorder, RecorderStats
-from ...io.recording_place import MAX_NAME, Names, name_problem, root_problem
-from ...io.recovery import recover
+from ...io.bags.bag import BagError, BagWriter
+from ...io.recordings.recorder import Recorder, RecorderStats
+from ...io.recordings.recording_place import MAX_NAME, Names, name_problem, root_problem
+from ...io.recordings.recovery import recover
 from .bags import IMU, TOPIC, apart, imu, read, start_apart
 from .verdict import IS, MAX, Found, Metric, stress
 

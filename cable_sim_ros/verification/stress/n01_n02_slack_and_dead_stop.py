@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from ...sim.rig import FOLDING, WHIPPING, Rig, cable_of
+from ...sim.rig.rig import FOLDING, WHIPPING, Rig, cable_of
 from ..cases import Fidelity, run_case
 from ..cases.family import Case, Output
 from ..cases.slack import bowed

@@ -8,7 +8,7 @@ from ...physics.contact import EVENTS, LOADED, Contact, latch
 from ...physics.inputs import push_command, push_motion
 from ...physics.integrate import coefficients
 from ...physics.tick_output import Flag
-from ...sim.rig import WHIPPING, Rig, cable_of, load_of
+from ...sim.rig.rig import WHIPPING, Rig, cable_of, load_of
 from ...sim.simulator import SolverError
 from ..bend import drum
 from ..contact_points import ContactPoints, contact_points

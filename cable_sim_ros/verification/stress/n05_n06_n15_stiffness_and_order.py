@@ -7,10 +7,10 @@ import time
 import numpy as np
 from scipy.special import jn_zeros
 
-from ...io.load import SceneError
+from ...io.scenes.load import SceneError
 from ...physics.cable_assembly import Cable
 from ...physics.tick_output import Flag
-from ...sim.rig import Rig, cable_of, load_of
+from ...sim.rig.rig import Rig, cable_of, load_of
 from ...sim.simulator import Simulator, SolverError, StartError
 from ..cases import Fidelity
 from .n01_n02_slack_and_dead_stop import values

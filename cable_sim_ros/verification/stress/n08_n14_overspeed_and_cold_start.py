@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ...io.load import SceneError
+from ...io.scenes.load import SceneError
 from ...physics.tick_output import Flag
 from ...sim.scene import Scene
 from ...sim.simulator import SolverError, StartError

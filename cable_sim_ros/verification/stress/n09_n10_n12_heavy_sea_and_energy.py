@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...io.load import scene_from_dict
+from ...io.scenes.load import scene_from_dict
 from ...physics.tick_output import TICK_OUTPUT, Flag
 from ...sim.simulator import Simulator, SolverError
 from .sheave_depth import Watch

@@ -9,7 +9,7 @@ import numpy as np
 from ...physics.drag_laws import DragLaw
 from ...physics.inputs import push_command
 from ...physics.water import Water
-from ...sim.rig import Rig, cable_of
+from ...sim.rig.rig import Rig, cable_of
 from ...sim.simulator import Simulator
 from .tows import Sea, sail, shipped, started
 from .verdict import IS, MAX, WITHIN, Found, Metric, stress

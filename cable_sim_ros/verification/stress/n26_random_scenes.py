@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...io.load import SceneError, SceneWarning, scene_from_dict
+from ...io.scenes.load import SceneError, SceneWarning, scene_from_dict
 from ...physics.tick_output import Flag
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator, SolverError, StartError

@@ -6,7 +6,7 @@ from collections import Counter
 from itertools import product
 from typing import NamedTuple
 
-from ...io.load import SceneError
+from ...io.scenes.load import SceneError
 from ...physics.tick_output import Flag
 from ...sim.layout import layout_of
 from ...sim.scene import Scene

@@ -6,7 +6,7 @@ import warnings
 
 import numpy as np
 
-from ...io.load import SceneWarning, load_scene, override
+from ...io.scenes.load import SceneWarning, load_scene, override
 from ...physics.inputs import EPOCH, MOTION_COLUMNS, SOURCE, push_command, push_motion
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator

@@ -1,0 +1,1 @@
+"""Messages as bytes: what comes in checked, what goes out serialised once."""

@@ -1,0 +1,98 @@
+"""Messages in the order in which they arrive: one rule for the stamps, live and from a bag.
+
+Motion goes through the clock of its stamps (`clock.py`) into the ingest of motion; commands are put on that clock by
+their arrival. What is dropped on the way is counted by cause, in the words of `messages.CAUSES`.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from enum import Enum
+
+import numpy as np
+
+from ...physics.heave_filter import Heave, MotionInput
+from ...physics.inputs import MOTION_ROWS, Inputs
+from ...sim.scene import Scene
+from ..messages.commands import CommandIngest
+from ..messages.messages import stamp_of
+from .clock import DataClock, Stamp
+from .motion import MotionIngest
+
+
+class Took(Enum):
+    """What became of a message of motion."""
+
+    NOTHING = "nothing"  # no new sample: refused, or waiting for the next one
+    SAMPLE = "sample"
+    JUMPED = "jumped"  # the clock of the stamps has jumped: call `Intake.jump`
+
+
+class Intake:
+    """Writes the rings of inputs; one writer: call it from one thread.
+
+    wall: ns to add to an arrival to have the time of day, for messages without a stamp; drum: the DRUM record, for
+    commands beyond the winch; frames: names of world and ship in the messages. `refused` counts motion that did not
+    come as far as the ingest.
+    """
+
+    def __init__(
+        self,
+        inputs: Inputs,
+        scene: Scene,
+        motion: MotionInput | None = None,
+        heave: Heave | None = None,
+        clock: DataClock | None = None,
+        wall: int = 0,
+        drum: np.record | None = None,
+        frames: tuple[str, str] = ("odom", "base_link"),
+    ) -> None:
+        self.inputs, self.wall = inputs, wall
+        self.clock = clock or DataClock()
+        self.ingest = MotionIngest(inputs, scene.ship, heave or Heave(), motion, scene.gravity, frames)
+        self.commands = CommandIngest(inputs, drum, wall)
+        self.refused: Counter[str] = Counter()
+
+    def motion(self, kind: str, data: bytes, arrival: int) -> Took:
+        """One message of kind "imu" or "odometry" as CDR bytes; arrival: ns."""
+        stamp = stamp_of(data)
+        if stamp is None:
+            self.refused["size"] += 1
+            return Took.NOTHING
+        if stamp:
+            judged = self.clock.judge(stamp, arrival)
+            if judged is not Stamp.FITS:
+                self.refused["stamp_off_clock"] += 1
+                return Took.JUMPED if judged is Stamp.JUMPED else Took.NOTHING
+        before = int(self.inputs.motion_head[0])
+        self.ingest.take(kind, data, arrival + self.wall)
+        if int(self.inputs.motion_head[0]) == before:
+            return Took.NOTHING
+        self.clock.update(int(self.inputs.motion_time[before % MOTION_ROWS]), arrival)
+        return Took.SAMPLE
+
+    def command(self, data: bytes, arrival: int) -> str:
+        """One winch command as CDR bytes; arrival: ns. Returns "" or the cause of its refusal."""
+        return self.commands.take(data, arrival, self.clock.now(arrival))
+
+    def jump(self) -> None:
+        """Forget motion, commands and clock after a jump; empties the rings: only while no tick runs."""
+        self.clock.reset()
+        self.ingest.reset()
+        self.forget_commands()
+
+    def forget_commands(self) -> None:
+        """The winch holds where the next start has it; only while no tick runs."""
+        self.commands.reset()
+        self.inputs.command_head[0] = 0
+
+    @property
+    def newest(self) -> int | None:
+        """Stamp of the newest sample, ns."""
+        head = int(self.inputs.motion_head[0])
+        return int(self.inputs.motion_time[(head - 1) % MOTION_ROWS]) if head else None
+
+    def refusals(self) -> dict[str, int]:
+        """Motion refused or bridged, by cause, where there was any."""
+        counts = Counter({cause: count for cause, count in self.ingest.counts.items() if count})
+        return dict(counts + self.refused)

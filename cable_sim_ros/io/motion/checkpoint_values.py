@@ -1,0 +1,279 @@
+"""What the attributes of the objects that take inputs in may be, for notes that come from a file (`checkpoint.py`).
+
+An attribute that always is one bool, int, float, text, enum, array or object needs no row: it stays of that kind, and
+finite. Rows are for those that may be absent, hold several, must not be zero, or be a number that is none; `SAME` is
+for what settings made, which the file must agree with.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from functools import cache
+from types import FunctionType
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import Field, TypeAdapter, ValidationError
+
+from ..messages.fault_hypotheses import DOUBTS
+from ..messages.messages import CAUSES, Command, Odometry
+from .refusals import IMU, ODOMETRY
+from .time_sequencer import MAX, Held
+
+MAX_WHOLE, MAX_REAL, MAX_TEXT = 2**62, 1e15, 10_000
+Whole = Annotated[int, Field(ge=-MAX_WHOLE, le=MAX_WHOLE)]
+Count = Annotated[int, Field(ge=0, le=MAX_WHOLE)]
+Period = Annotated[int, Field(gt=0, le=MAX_WHOLE)]
+Real = Annotated[float, Field(ge=-MAX_REAL, le=MAX_REAL, allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0.0, le=MAX_REAL, allow_inf_nan=False)]
+Open = float  # may be infinite or no number
+Text = Annotated[str, Field(max_length=MAX_TEXT)]
+Three = tuple[Real, Real, Real]
+Reals = tuple[Real, ...]
+
+
+class _Same:
+    """Of the settings: as the object has it."""
+
+
+SAME = _Same()
+
+
+def _rows(shape: tuple[int, ...], minimum: int = 1, maximum: int = 1, absent: bool = False) -> Callable[[Any], bool]:
+    """A finite array, or a list of them."""
+
+    def fits(value: Any) -> bool:
+        if value is None:
+            return absent
+        several = value if isinstance(value, list) else [value]
+        return minimum <= len(several) <= maximum and all(
+            isinstance(part, np.ndarray) and part.shape == shape and np.isfinite(part).all() for part in several
+        )
+
+    return fits
+
+
+def _in_order(value: Any) -> bool:
+    """Held messages by topic, each in the order of their stamps."""
+    return _fits(dict[Text, Annotated[list[Held], Field(max_length=MAX)]], value) and all(
+        list(held) == sorted(held) and all(abs(message.stamp) <= MAX_WHOLE for message in held)
+        for held in value.values()
+    )
+
+
+def _odometry(value: Any) -> bool:
+    """Decoded odometry, or several, or none."""
+    several = value if isinstance(value, list) else [] if value is None else [value]
+    return len(several) <= 8 and all(_fits(Odometry, part) and _finite(part) for part in several)
+
+
+def _finite(value: Any) -> bool:
+    if isinstance(value, (list, tuple)):
+        return all(_finite(part) for part in value)
+    return not isinstance(value, (int, float)) or abs(value) <= MAX_WHOLE
+
+
+def _named(*names: str) -> Callable[[Any], bool]:
+    """One of these texts, or none: what is looked up in a table of texts."""
+    return lambda value: isinstance(value, str) and (not value or value in names)
+
+
+def _by_topic(inner: Callable[[Any], bool], both: bool = False) -> Callable[[Any], bool]:
+    """A value for each topic of motion, or for some."""
+
+    def fits(value: Any) -> bool:
+        topics = {IMU, ODOMETRY}
+        whole = isinstance(value, dict) and (value.keys() == topics if both else value.keys() <= topics)
+        return whole and all(inner(part) for part in value.values())
+
+    return fits
+
+
+def _seconds(value: Any) -> bool:
+    """By the cause of a refusal."""
+    return _fits(dict[Text, Annotated[Real, Field(ge=0.0)]], value) and value.keys() <= CAUSES.keys()
+
+
+Hint = Any  # a type, or a function that says whether a value fits
+REMEMBERED: dict[str, dict[str, Hint]] = {
+    "Intake": {"wall": SAME, "refused": dict[Text, Count]},
+    "DataClock": {
+        "offset": Whole | None,
+        "last_stamp": Whole | None,
+        "first": Whole | None,
+        "_buckets": dict[Whole, Whole],
+        "_suspects": list[tuple[Whole, Whole]],
+        "_behind": list[Whole],
+    },
+    "HeaveFilter": {"gravity": SAME, "_tuning": SAME},
+    "MotionIngest": {
+        "counts": lambda value: _fits(dict[Text, Count], value) and set(CAUSES) <= set(value),
+        "notices": deque[Text],
+        "_mounting": SAME,
+        "_said": set[Text],
+        "first_pose": tuple[Whole, Real, Real, Real] | None,
+        "origin": tuple[Real, Real],
+        "_began": Whole | None,
+        "_yaw": Real | None,
+        "_last": tuple[Whole, Annotated[list[Real], Field(min_length=12, max_length=12)]] | None,
+        "_track": Annotated[list[Real], Field(min_length=2, max_length=2)] | None,
+        "_track_velocity": tuple[Real, Real],
+        "_before": _odometry,
+        "_waiting": lambda value: isinstance(value, list) and _odometry(value),
+    },
+    "HeaderWatch": {"_frames": SAME, "_seen": dict[Text, tuple[bytes, ...]]},
+    "Watch": {
+        "jump": SAME,
+        "causes": _by_topic(_named(*DOUBTS), both=True),
+        "_last": dict[Text, tuple[Whole, Real]],
+        "_place": Three | None,
+        "_poses": list[tuple[Real, Real, Real, Real, Real]],
+    },
+    "CrossCheck": {"gravity": SAME, "arm": SAME, "_imu": tuple[Whole, Three, Real] | None},
+    "Refusals": {
+        "_seconds": _by_topic(_seconds, both=True),
+        "_newest": _by_topic(lambda value: _fits(Whole, value)),
+        "_cause": _by_topic(_named(*CAUSES)),
+    },
+    "Weighing": {"gravity": SAME, "cause": _named(*DOUBTS), "_held": tuple[Text, Real]},
+    "Turning": {
+        "_world": SAME,
+        "_angles": Three | None,
+        "_before": Reals,
+        "_integral": list[Real],
+        "_misfit": list[Real],
+        "_mean": list[Real],
+        "_square": list[Real],
+    },
+    "Moving": {
+        "reference": SAME,
+        "maximum": SAME,
+        "_before": Reals,
+        "_first": Three,
+        "_integral": list[Real],
+        "_crest": Open,
+        "_trough": Open,
+        "_far": Open,
+    },
+    "Comparison": {
+        "causes": SAME,
+        "columns": SAME,
+        "_own": SAME,
+        "_squares": SAME,
+        "_floor": SAME,
+        "_drift": SAME,
+        "cause": _named("absent", *DOUBTS),
+        "gain": Open,
+        "_guess": Count,
+        "_count": Count,
+        "_end": Count,
+        "_in_block": Count,
+        "_sum": list[Real],
+        "_against": list[tuple[Text, Count]],
+    },
+    "RateGuard": {"floor": SAME, "ramp": SAME, "_before": tuple[Three, Three] | None, "_kept": Reals, "_off": Three},
+    "HeightGuard": {"maximum": SAME, "_before": tuple[Real, Real] | None},
+    "Stream": {"stamp": Whole | None, "arrival": Whole | None, "used": Whole | None, "period": Open},
+    "RegularStamps": {"largest": SAME, "period": Open, "jitter": Open, "_recent": list[Whole], "_count": Count},
+    "PositionRateFit": {
+        "pole": SAME,
+        "_position": SAME,
+        "_rate": SAME,
+        "_x": _rows((6,), absent=True),
+        "_velocities": _rows((6,), 0, 4),
+        "_steps": Annotated[list[Positive], Field(max_length=3)],
+    },
+    "Slow": {"memory": SAME, "mean": Reals | None},
+    "CommandIngest": {
+        "wall": SAME,
+        "refused": dict[Text, Count],
+        "clamped": dict[Text, Count],
+        "_lags": deque[tuple[Whole, Real]],
+        "last": Command | None,
+        "last_arrival": Whole | None,
+        "lag": Open,
+    },
+    "Lockstep": {
+        "period": SAME,
+        "delay": SAME,
+        "steps": Count,
+        "steps_left": Count,
+        "_called": Whole | None,
+        "_stamps": deque[Whole],
+    },
+    "MotionGate": {"delay": SAME, "cadence": {}, "_held": _in_order, "_ahead": _in_order},
+    "Cadence": {
+        "silent_after": SAME,
+        "_given": SAME,
+        "_shortest": SAME,
+        "newest": Whole | None,
+        "period": Period | None,
+        "slack": Count,
+        "in_row": Count,
+        "received_count": Count,
+        "_passed": Count,
+        "missed": Count,
+        "_gaps": deque[Period],
+        "_suspect": tuple[Text, Count],
+    },
+}
+
+
+@cache
+def _adapter(hint: Hint) -> TypeAdapter:
+    return TypeAdapter(hint)
+
+
+def _fits(hint: Hint, value: Any) -> bool:
+    try:
+        _adapter(hint).validate_python(value, strict=True)
+    except ValidationError:
+        return False
+    return True
+
+
+def declared(kind: str, name: str) -> bool:
+    """Has an attribute of a class a row?"""
+    return name in REMEMBERED.get(kind, {})
+
+
+def problem(kind: str, name: str, before: Any, value: Any) -> str:
+    """ "" or why a value is none for an attribute that has another now, as a clause."""
+    hint = REMEMBERED.get(kind, {}).get(name)
+    if hint == {}:  # a table of objects, which are looked at one by one
+        good = isinstance(value, dict) and value.keys() == before.keys()
+    elif hint is SAME:
+        good = _alike(before, value)
+    elif hint is not None:
+        good = hint(value) if isinstance(hint, FunctionType) else _fits(hint, value)
+    else:
+        good = _of_its_kind(before, value)
+    return "" if good else f"{kind}.{name} = {value!r:.40} does not fit"
+
+
+def _alike(before: Any, value: Any) -> bool:
+    if isinstance(before, np.ndarray):
+        return isinstance(value, np.ndarray) and before.shape == value.shape and before.tobytes() == value.tobytes()
+    if isinstance(before, (list, tuple)):
+        return (
+            type(before) is type(value)
+            and len(before) == len(value)
+            and all(_alike(a, b) for a, b in zip(before, value))
+        )
+    return type(before) is type(value) and before == value
+
+
+def _of_its_kind(before: Any, value: Any) -> bool:
+    if isinstance(before, np.ndarray):
+        if not isinstance(value, np.ndarray) or (value.shape, value.dtype) != (before.shape, before.dtype):
+            return False
+        names = value.dtype.names
+        return all(np.isfinite(part).all() for part in ([value[name] for name in names] if names else [value]))
+    if type(before) is float:
+        return type(value) in (int, float) and abs(value) <= MAX_REAL
+    if type(before) is int:
+        return type(value) is int and abs(value) <= MAX_WHOLE
+    if isinstance(before, str):
+        return isinstance(value, str) and len(value) <= MAX_TEXT
+    return before is None or type(before) is type(value)

@@ -1,0 +1,311 @@
+"""Journal of a recording: what the simulation was given and which tick took it, so that a replay needs no guess.
+
+Topic ``sim/journal`` of the bag (recorded only, not published), std_msgs/String, one JSON object a message:
+
+* ``n``: number of the entry, from 0 on without a gap; ``tick``: ticks the program had done; the next one is the first
+  that has what the entry says.
+* ``start``: the simulation begins here, why (``cause``: start, reset, jump, behind, recording, restore), ``time``
+  [ns], ``position`` [m], ``heading`` [rad], ``parameters`` that are not as in the scene, and ``state``: a snapshot, as
+  a compressed .npz in base64. Of a start from the static equilibrium it has the rings of inputs only.
+* ``motion``: samples as the ticks see them from here on, each a stamp [ns] and the 14 numbers of `physics.inputs`.
+* ``commands``: to the winch, each the time [ns] from which it counts, pay-out [m] and rate [m/s], null = none.
+* ``set``: parameters that were changed; ``lost``: samples and commands that are not known any more; ``end``: why the
+  recording or the simulation ended.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...physics.inputs import COMMAND_ROWS, MOTION_ROWS, Inputs, push_command, push_motion
+from ...sim.saved.npz_bytes import npz
+from ...sim.saved.savefile import LAYOUT
+from ..bags.typestore import STORE
+from .journal_entries import MAX_STATES, MSGTYPE, BadEntry, Begin, Command, Entry, Sample, entry_of, state_of
+
+TOPIC = "sim/journal"
+MAX_FAULTS = 20  # told as texts; the others are counted
+MAX_STARTS = 1000  # a static start takes some tenths of a second
+SPARE = 8  # rows of a ring that may be overwritten while it is read
+STATIC = ("start", "reset")  # causes of a start from the static equilibrium
+
+
+class Start(NamedTuple):
+    """Where and when a simulation begins: ns, m in odom, rad (None: the scene's heading); cause as in the journal."""
+
+    time: int
+    position: tuple[float, float]
+    heading: float | None
+    cause: str = "start"
+
+
+class Journal:
+    """Writes the entries of one recording, in the order of the ticks.
+
+    put(bytes): records one message. Of two threads one may say `start` and `set` between two ticks, while the other
+    goes through the `tick`s that are done: what was said waits for its tick.
+    """
+
+    def __init__(self, put: Callable[[bytes], None], inputs: Inputs) -> None:
+        self.put, self.inputs = put, inputs
+        self._notes: deque[tuple[int, Callable[[], dict[str, Any]], tuple[int, int] | None]] = deque()
+        self._count = 0
+        self._motion = self._commands = 0  # heads that stand in the journal
+        self._begun = False
+        self.first: int | None = None  # the first tick that it covers
+
+    def start(self, done: int, start: Start, parameters: Mapping[str, Any], snapshot: Mapping[str, np.ndarray]) -> None:
+        """The simulation begins at ``start``; done: ticks the program has done; snapshot: of the simulator.
+
+        parameters: live ones that were changed.
+        """
+        heads = int(snapshot["inputs_motion_head"][0]), int(snapshot["inputs_command_head"][0])
+
+        def entry() -> dict[str, Any]:  # packed by the thread that writes it, not between two ticks
+            kept = {k: v for k, v in snapshot.items() if k.startswith("inputs_") or start.cause not in STATIC}
+            return {
+                "start": {
+                    "cause": start.cause,
+                    "time": start.time,
+                    "position": list(start.position),
+                    "heading": start.heading,
+                    "parameters": given,
+                    "layout": LAYOUT,
+                    "state": packed(kept),
+                }
+            }
+
+        given = dict(parameters)
+        self._notes.append((done, entry, heads))
+        self.first = done if self.first is None else self.first
+
+    def set(self, done: int, name: str, value: Any) -> None:
+        """A parameter has another value from the next tick on."""
+        self._notes.append((done, lambda: {"set": {name: value}}, None))
+
+    def covers(self, index: int) -> bool:
+        """Is this tick part of what is recorded?"""
+        return self.first is not None and index >= self.first
+
+    def tick(self, index: int, motion_head: int, command_head: int) -> None:
+        """Tick ``index``, counted from 0, saw so many motion samples and commands since the rings were empty."""
+        self._settle(index)
+        if not self._begun:
+            return
+        entry: dict[str, Any] = {}
+        lost = 0
+        if motion_head > self._motion:
+            first = max(self._motion, int(self.inputs.motion_head[0]) - MOTION_ROWS + SPARE)
+            lost += first - self._motion
+            entry["motion"] = [self._sample(k) for k in range(first, motion_head)]
+        if command_head > self._commands:
+            first = max(self._commands, int(self.inputs.command_head[0]) - COMMAND_ROWS + SPARE)
+            lost += first - self._commands
+            entry["commands"] = [self._command(k) for k in range(first, command_head)]
+        if entry:
+            self._motion, self._commands = motion_head, command_head
+            self._write(index, entry | ({"lost": lost} if lost else {}))
+
+    def lose(self, index: int, count: int) -> None:
+        """What ``count`` ticks from ``index`` on saw is not known."""
+        self._settle(index)
+        self._write(index, {"lost": count})
+
+    def end(self, done: int, why: str) -> None:
+        """The recording, or the simulation, ended after ``done`` ticks."""
+        self._settle(done)
+        self._write(done, {"end": why})
+
+    def _settle(self, index: int) -> None:
+        while self._notes and self._notes[0][0] <= index:
+            done, entry, heads = self._notes.popleft()
+            if heads is not None:
+                self._motion, self._commands = heads
+                self._begun = True
+            self._write(done, entry())
+
+    def _write(self, done: int, entry: Mapping[str, Any]) -> None:
+        self.put(encoded({"n": self._count, "tick": done, **entry}))
+        self._count += 1
+
+    def _sample(self, index: int) -> list[float]:
+        row = index % MOTION_ROWS
+        return [int(self.inputs.motion_time[row]), *self.inputs.motion[row].tolist()]
+
+    def _command(self, index: int) -> list[float | None]:
+        row = index % COMMAND_ROWS
+        return [
+            int(self.inputs.command_time[row]),
+            *(None if value != value else value for value in self.inputs.command[row].tolist()),
+        ]
+
+
+def encoded(entry: Mapping[str, Any]) -> bytes:
+    """CDR bytes of an entry."""
+    return bytes(STORE.serialize_cdr(STORE.types[MSGTYPE](json.dumps(entry, separators=(",", ":"))), MSGTYPE))
+
+
+def packed(arrays: Mapping[str, np.ndarray]) -> str:
+    """Arrays as base64 of a compressed .npz; back: `journal_entries.state_of`."""
+    return base64.b64encode(npz(arrays, compressed=True)).decode()
+
+
+@dataclass
+class Segment:
+    """Ticks from one start to the next, with all that they saw."""
+
+    start: Start
+    parameters: dict[str, Any]
+    layout: str
+    arrays: dict[str, bytes]  # of the snapshot, for `savefile.fitting`
+    rings: dict[str, np.ndarray]  # of inputs, as they were
+    first: int  # number of the first tick, in the count of the program
+    message: int = 0  # place of its start among the messages of the journal, as the bag has them
+    ticks: int = 0
+    halted: bool = False  # the tick after the last one could not be solved
+    ended: bool = False  # the journal says where it ends
+    motion: list[Sample] = field(default_factory=list)
+    commands: list[Command] = field(default_factory=list)
+    seen: list[tuple[int, int, int]] = field(default_factory=list)  # tick of the segment, motion, commands from it on
+    sets: list[tuple[int, str, Any]] = field(default_factory=list)  # tick of the segment, parameter, value
+
+    def heads(self) -> np.ndarray:
+        """What each tick sees of the rings, int64 [ticks, 2], counted as their heads."""
+        seen = np.array(self.seen, np.int64)  # its ticks go up
+        return seen[np.searchsorted(seen[:, 0], np.arange(self.ticks), "right") - 1, 1:] + self.base
+
+    @property
+    def base(self) -> tuple[int, int]:
+        """Heads of the rings at the start."""
+        return int(self.rings["inputs_motion_head"][0]), int(self.rings["inputs_command_head"][0])
+
+    @property
+    def newest(self) -> int | None:
+        """Stamp of the newest sample so far, ns."""
+        head = self.base[0]
+        before = int(self.rings["inputs_motion_time"][(head - 1) % MOTION_ROWS]) if head else None
+        return int(self.motion[-1][0]) if self.motion else before
+
+    def number(self, stamp: np.ndarray, period: int) -> np.ndarray:
+        """Ticks of the program's count by their stamps in this segment [ns], -1: none; period: of a tick [ns]."""
+        since = np.asarray(stamp, np.int64) - self.start.time
+        k = since // period
+        return np.where((since > 0) & (since % period == 0), self.first + k - 1, -1)
+
+    def load(self, inputs: Inputs) -> None:
+        """The rings of inputs as they were at the start."""
+        for name, array in inputs._asdict().items():
+            array[...] = self.rings[f"inputs_{name}"]
+
+    def push(self, inputs: Inputs, motion_head: int, command_head: int) -> None:
+        """Push the samples and commands up to these heads of the rings."""
+        motion, command = self.base
+        for stamp, *row in self.motion[int(inputs.motion_head[0]) - motion : motion_head - motion]:
+            push_motion(inputs, int(stamp), row)
+        for at, payout, rate in self.commands[int(inputs.command_head[0]) - command : command_head - command]:
+            push_command(inputs, int(at), *(np.nan if v is None else v for v in (payout, rate)))
+
+
+class Report(NamedTuple):
+    """A journal read: its segments, and what is wrong with it, as texts."""
+
+    segments: list[Segment]
+    faults: list[str]
+
+
+def read_journal(messages: list[bytes]) -> Report:
+    """Segments of the journal's messages, in whatever order they come. An entry that is none is left out, and said."""
+    found: dict[int, tuple[Entry, int]] = {}
+    faults = _Faults()
+    for place, data in enumerate(messages):
+        try:
+            entry = entry_of(data)
+        except BadEntry as error:
+            faults.add(str(error))
+            continue
+        if entry.n in found:
+            faults.add(f"entry {entry.n} is there twice, the second is left out")
+        else:
+            found[entry.n] = entry, place
+    missing = (max(found) + 1 - len(found)) if found else 0
+    if missing:
+        faults.add(f"{missing} of {max(found) + 1} entries are missing")
+    segments: list[Segment] = []
+    unpacked = reached = 0
+    for number in sorted(found):
+        entry, place = found[number]
+        try:
+            if entry.tick < reached:
+                raise ValueError(f"it is of tick {entry.tick}, behind one of tick {reached}")
+            if entry.start is not None:
+                if len(segments) >= MAX_STARTS:
+                    raise ValueError(f"it is more than the {MAX_STARTS}th start")
+                segments.append(_begin(entry.start, entry.tick, place, unpacked))
+                unpacked += sum(map(len, segments[-1].arrays.values()))
+                _end(segments[:-1], entry.tick)
+            elif segments:
+                _take(entry, segments[-1])
+            reached = entry.tick
+        except ValueError as error:
+            faults.add(f"entry {number} cannot be used ({error})")
+        if entry.lost:
+            faults.add(f"{entry.lost} samples or ticks before tick {entry.tick} are not known")
+    return Report(segments, faults.texts())
+
+
+class _Faults:
+    """Texts, the first of them."""
+
+    def __init__(self) -> None:
+        self.kept: list[str] = []
+        self.more = 0
+
+    def add(self, text: str) -> None:
+        if len(self.kept) < MAX_FAULTS:
+            self.kept.append(text)
+        else:
+            self.more += 1
+
+    def texts(self) -> list[str]:
+        return [*self.kept, f"and {self.more} more"] if self.more else self.kept
+
+
+def _begin(begun: Begin, tick: int, place: int, unpacked: int) -> Segment:
+    """The segment that a `start` entry begins; unpacked: bytes of the states before it. Raises ValueError."""
+    state = state_of(begun.state)
+    if unpacked + sum(map(len, state.arrays.values())) > MAX_STATES:
+        raise ValueError(f"the states of the journal have more than {MAX_STATES} bytes")
+    start = Start(begun.time, begun.position, begun.heading, begun.cause)
+    segment = Segment(start, dict(begun.parameters), begun.layout, state.arrays, state.rings, tick, place)
+    segment.seen.append((0, 0, 0))
+    return segment
+
+
+def _end(before: list[Segment], tick: int) -> None:
+    """The segment before a start ends there."""
+    if before and not before[-1].halted:
+        before[-1].ticks, before[-1].ended = tick - before[-1].first, True
+
+
+def _take(entry: Entry, segment: Segment) -> None:
+    """Take in an entry that is no start. Raises ValueError, and has taken nothing then."""
+    newest = segment.newest
+    for sample in entry.motion:
+        if newest is not None and sample[0] <= newest:
+            raise ValueError(f"the stamp of a sample, {sample[0]} ns, does not advance past {newest} ns")
+        newest = sample[0]
+    at = entry.tick - segment.first
+    segment.motion += entry.motion
+    segment.commands += entry.commands
+    segment.seen.append((at, len(segment.motion), len(segment.commands)))
+    segment.sets += [(at, name, value) for name, value in entry.set.items()]
+    segment.ticks = max(segment.ticks, at + (entry.end is None))
+    if entry.end is not None:
+        segment.ticks, segment.ended, segment.halted = at, True, entry.end == "halted"

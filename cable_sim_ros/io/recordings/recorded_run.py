@@ -1,0 +1,66 @@
+"""A recorded run as arrays: what summary, picture and residuals start from."""
+
+from __future__ import annotations
+
+import os
+from typing import NamedTuple
+
+import numpy as np
+
+from ..bags.bag import BagError, BagReader, report
+from ..messages.channels import CHANNELS, STRUM, channel_of, decode, decode_frames
+
+HEALTH = next(channel for channel in CHANNELS if channel.name == "sim_health")
+
+
+class RecordedRun(NamedTuple):
+    """A run: ``frames`` recarray of TICK_OUTPUT [ticks]; ``shapes`` and ``contacts``: (time [ns], table) pairs,
+    columns as in physics/tick_output.py; ``custom_data`` of the bag: scene name and whatever the recorder was given;
+    ``strums``: as shapes, empty where viv was off."""
+
+    frames: np.recarray
+    shapes: list[tuple[int, np.ndarray]]
+    contacts: list[tuple[int, np.ndarray]]
+    custom_data: dict[str, str]
+    strums: list[tuple[int, np.ndarray]] = []
+
+
+def places_of(times: list[int], frames: np.recarray) -> np.ndarray:
+    """Of each time [ns], in the order of a run, the tick output that has it or comes next; the last one at the end."""
+    if (np.diff(frames["time"]) > 0).all():
+        return np.minimum(np.searchsorted(frames["time"], times), len(frames) - 1)
+    at, places = 0, []
+    for time in times:  # the clock went back in between: a time may come again
+        later = np.flatnonzero(frames["time"][at:] == time)
+        at += int(later[0]) if len(later) else 0
+        places.append(at)
+    return np.array(places, int)
+
+
+def load_run(path: str | os.PathLike) -> RecordedRun:
+    """Read a bag that this package recorded, in whatever namespace.
+
+    BagError if it cannot be read, or has no tick outputs (no ``sim/health``).
+    """
+    frames: list[bytes] = []
+    shapes: list[tuple[int, np.ndarray]] = []
+    contacts: list[tuple[int, np.ndarray]] = []
+    strums: list[tuple[int, np.ndarray]] = []
+    with BagReader(path) as bag:
+        for message in bag:
+            channel = channel_of(message.topic, message.msgtype)
+            if channel is HEALTH:
+                frames.append(message.data)
+            elif channel is STRUM:
+                fields = decode(channel, message.data)
+                strums.append((fields["time"], fields["strum"]))
+            elif channel is not None and channel.name in ("cable_shape", "sheave_contact"):
+                fields = decode(channel, message.data)
+                (shapes if "shape" in fields else contacts).append((fields.pop("time"), *fields.values()))
+        report(bag, None)
+    if not frames:
+        raise BagError(
+            f"bag '{path}' has no topic '{HEALTH.topic}' of type {HEALTH.msgtype}: there is no run to "
+            f"summarise; give a bag that the node or the offline run recorded"
+        )
+    return RecordedRun(decode_frames(frames), shapes, contacts, bag.custom_data, strums)

@@ -1,0 +1,1 @@
+"""Scenes, span files and winch plans: text in, checked objects out."""

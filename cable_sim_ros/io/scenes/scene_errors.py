@@ -1,0 +1,270 @@
+"""What is wrong with a scene, in words: one text for each problem, with place, key, value, bound and remedy."""
+
+from __future__ import annotations
+
+import difflib
+import enum
+import math
+import re
+import types
+from collections.abc import Mapping
+from typing import Union, get_args, get_origin
+
+from pydantic import ValidationError
+
+from ...physics.parameter import REQUIRED, Block, block_of, declared, interval
+from ...sim.scene import Scene
+from .yaml12 import dotted
+
+CONSEQUENCE = "nothing was started"
+LONGEST_SYMBOL = 2  # letters
+ENTRIES = {  # of tables by free names, as examples
+    "sections": "{length: 10.0}",
+    "bodies": "{at: first, mass: 50.0, net_weight: 300.0}",
+    "mesh": "{elements: 4}",
+    "cases": "{length: 2.0, tension: 200.0, wind: 0.3}",
+}
+
+
+def place(origin: str, line: int) -> str:
+    """Where a problem stands: ``file:line``, or the file alone."""
+    return f"{origin}:{line}" if line else origin
+
+
+def line_of(lines: Mapping[tuple, int], path: tuple) -> int:
+    """Line of a path, or of the nearest block around it; 0 when unknown."""
+    while path and path not in lines:
+        path = path[:-1]
+    return lines.get(path, 0) if path else 0
+
+
+def texts_of(error: ValidationError, data, origin: str, lines, root: type[Block] = Scene) -> list[str]:
+    """One text for each problem pydantic found in a file of kind root, in its order; a vector is reported once."""
+    out: dict[tuple, str] = {}
+    for item in error.errors():
+        path = item["loc"]
+        field, owner = _field(path, root)
+        if path and isinstance(path[-1], int) and field is not None:  # one text for a vector
+            path = path[:-1]
+        if path not in out:
+            out[path] = _text(item, path, field, owner, data, origin, lines, root)
+    return [out[path] for path in sorted(out, key=lambda p: (line_of(lines, p), dotted(p)))]
+
+
+def _text(item, path, field, owner, data, origin, lines, root) -> str:
+    value = _value(data, path)
+    key, kind = dotted(path), item["type"]
+    where = place(origin, line_of(lines, path[:-1] if value is _ABSENT else path))
+    if kind == "extra_forbidden":
+        return unknown_key(where, path, value, [d.key for d in declared(root)], owner)
+    if kind == "value_error":  # a validator of the scene: its text says what and how
+        return f"{where}: {key} {str(item['msg']).removeprefix('Value error, ')}; {CONSEQUENCE}"
+    if field is None and kind in ("model_type", "dict_type"):  # a free name: of a section or a body
+        return (
+            f"{where}: {key} = {_show(value)} is {kind_of(value)}, expected a block of keys; {CONSEQUENCE}. "
+            f"Write for example `{path[-1]}: {ENTRIES['mesh' if path[0] == 'mesh' else path[-2]]}`"
+        )
+    if field is None:
+        return f"{where}: {key} = {_show(value)}: {item['msg']}; {CONSEQUENCE}. See the parameter manual"
+    wanted, example = _wanted(field), _example(path, field)
+    about = field.description
+    if kind == "missing" and value is _ABSENT:
+        return f"{where}: {key} is missing ({about}); {CONSEQUENCE}. Give {wanted}, for example `{example}`"
+    extra = field.json_schema_extra
+    unit = f" {extra['unit']}" if extra["unit"] not in ("", "1") else ""
+    if kind == "out_of_range":
+        which = item["ctx"]["components"]
+        part = f", component {', '.join(str(i) for i in which)}," if isinstance(value, list | tuple) else ""
+        return (
+            f"{where}: {key} = {_show(value)}{unit}{part} is outside {item['ctx']['interval']}{unit} ({about}); "
+            f"{CONSEQUENCE}. Give a value in {item['ctx']['interval']}{unit}"
+        )
+    if kind == "finite_number":
+        return (
+            f"{where}: {key} = {_show(value)}{unit} is not finite ({about}); {CONSEQUENCE}. "
+            f"Give {wanted}, for example `{example}`"
+        )
+    if kind == "enum":
+        words = [member.value for member in _enum(field.annotation)]
+        near = difflib.get_close_matches(str(value).lower(), words, 1)
+        hint = f"did you mean {near[0]}? " if near else ""
+        return (
+            f"{where}: {key} = {_show(value)} is none of its laws ({about}); {CONSEQUENCE}. "
+            f"{hint.capitalize()}Known: {', '.join(words)}"
+        )
+    if str(value).lower() == "none" and type(None) in get_args(field.annotation):
+        return (
+            f"{where}: {key} = {_show(value)} is text, expected {wanted} ({about}); {CONSEQUENCE}. "
+            f"None is written `{path[-1]}: null`, or the key is left out"
+        )
+    text = _looks_like_number(value) or _odd_entry(value)
+    hint = f"{text}. " if text else ""
+    return (
+        f"{where}: {key} = {_show(value)} is {kind_of(value)}, expected {wanted} ({about}); {CONSEQUENCE}. "
+        f"{hint}Write for example `{example}`"
+    )
+
+
+def unknown_key(where: str, path: tuple, value, known: list[str], owner: type[Block] | None = None) -> str:
+    """Text of a key that does not exist, with the nearest known one."""
+    key = dotted(path)
+    siblings = list(owner.model_fields) if owner else []
+    near = _of_symbol(str(path[-1]), owner) or difflib.get_close_matches(str(path[-1]), siblings, 1, 0.6)
+    if near and str(path[-1]).endswith("_deg") and not near[0].endswith("_deg"):
+        near = []  # no angle
+    if near:
+        nearest = dotted((*path[:-1], near[0]))
+    else:  # the whole key, then the right name in the wrong block
+        same = [k for k in known if k.split(".")[-1] == path[-1]]
+        beside = {dotted((*path[:-1], name)) for name in siblings}  # only the block is alike
+        whole = [k for k in difflib.get_close_matches(key, known, 1, 0.6) if k not in beside]
+        nearest = (whole or same or [""])[0]
+    remedy = (
+        f"Did you mean {nearest}?"
+        if nearest
+        else (f"Known here: {', '.join(siblings)}" if siblings else "See the parameter manual")
+    )
+    return f"{where}: {key} = {_show(value)}: there is no such key; {CONSEQUENCE}. {remedy}"
+
+
+def _of_symbol(name: str, owner: type[Block] | None) -> list[str]:
+    """Keys of a block whose description has this symbol, as Hs has that of water.waves.height."""
+    fields = owner.model_fields if owner else {}
+    word = re.compile(rf"\b{re.escape(name.capitalize())}\b")
+    return [
+        key for key, field in fields.items() if len(name) <= LONGEST_SYMBOL and word.search(field.description or "")
+    ]
+
+
+_ABSENT = object()
+
+
+def _value(data, path: tuple):
+    for part in path:
+        try:
+            data = data[part]
+        except (KeyError, IndexError, TypeError):
+            return _ABSENT
+    return data
+
+
+def _field(path: tuple, root: type[Block]):
+    """Declaration at a path of the file, and the Block that should hold its last key; None where there is none."""
+    block: type[Block] | None = root
+    owner, field, table = None, None, False
+    for part in path:
+        if isinstance(part, int):  # component of a vector: the vector's own declaration
+            break
+        if table:  # a free name
+            owner, field, table = None, None, False
+            continue
+        owner, field = block, (block.model_fields.get(part) if block else None)
+        block, table = block_of(field.annotation) if field else (None, False)
+    return field, owner
+
+
+def _enum(annotation):
+    return next(
+        part for part in (annotation, *get_args(annotation)) if isinstance(part, type) and issubclass(part, enum.Enum)
+    )
+
+
+def _wanted(field) -> str:
+    """What a key expects, in words: ``a number in [900, 1100] kg/m^3``."""
+    annotation, extra = field.annotation, field.json_schema_extra
+    inner, table = block_of(annotation)
+    if inner:
+        return "a table of blocks by name" if table else "a block of keys"
+    parts = get_args(annotation) if get_origin(annotation) in (Union, types.UnionType) else (annotation,)
+    kinds = []
+    for part in parts:
+        if get_origin(part) is tuple:
+            kinds.append("a list of numbers" if ... in get_args(part) else f"{len(get_args(part))} numbers")
+        elif isinstance(part, type) and issubclass(part, enum.Enum):
+            kinds.append("one of " + ", ".join(member.value for member in part))
+        else:
+            kinds.append(
+                {float: "a number", int: "a whole number", str: "text", bool: "true or false", type(None): "null"}.get(
+                    part, str(part)
+                )
+            )
+    bounds = interval(extra["low"], extra["high"], extra["above"])
+    unit = f" {extra['unit']}" if extra["unit"] not in ("", "1") else ""
+    return " or ".join(kinds) + (f" in {bounds}{unit}" if bounds else "")
+
+
+def _example(path: tuple, field) -> str:
+    inner, table = block_of(field.annotation)
+    name = next(part for part in reversed(path) if isinstance(part, str))
+    if inner:
+        first = next(iter(inner.model_fields))
+        body = f"{{{first}: {_plain(_sample(inner.model_fields[first]))}, ...}}"
+        return f"{name}: {{first: {body}}}" if table else f"{name}: {body}"
+    return f"{name}: {_plain(_sample(field))}"
+
+
+def _sample(field):
+    """A value that would be accepted: the default, else the middle of the range on the scale it spans."""
+    default, extra = field.default, field.json_schema_extra
+    if not field.is_required() and default is not REQUIRED and default is not None:
+        return default.value if isinstance(default, enum.Enum) else default
+    if not extra["unit"]:
+        return "my_tow"
+    low, high = extra["low"] if extra["low"] is not None else extra["above"], extra["high"]
+    number = 1.0
+    if low is not None and high is not None:
+        number = float(f"{math.sqrt(low * high):.1g}") if low > 0 else 1.0 if low <= 1.0 <= high else low
+    if int in (field.annotation, *get_args(field.annotation)):
+        return round(number)
+    for part in (field.annotation, *get_args(field.annotation)):
+        if get_origin(part) is tuple:
+            return [number] * len(get_args(part))
+    return number
+
+
+def _plain(value) -> str:
+    return f"[{', '.join(str(v) for v in value)}]" if isinstance(value, list | tuple) else str(value)
+
+
+def _show(value) -> str:
+    if value is None or isinstance(value, bool):
+        return {None: "null", True: "true", False: "false"}[value]
+    text = "nothing" if value is _ABSENT else repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def kind_of(value) -> str:
+    """What a value is, in words: ``text``, ``a list of 3``."""
+    for kind, word in (
+        (bool, "true or false"),
+        (str, "text"),
+        (int, "a number"),
+        (float, "a number"),
+        (Mapping, "a block of keys"),
+    ):
+        if isinstance(value, kind):
+            return word
+    if isinstance(value, list | tuple):
+        return f"a list of {len(value)}"
+    return "empty" if value is None else f"a {type(value).__name__}"
+
+
+def _odd_entry(value) -> str:
+    """The first entry of a list that is no number, and what is wrong with it."""
+    for i, part in enumerate(value if isinstance(value, list | tuple) else ()):
+        if isinstance(part, bool) or not isinstance(part, int | float):
+            text = _looks_like_number(part)
+            return f"Entry {i + 1} is {_show(part)}, {kind_of(part)}{': ' + text[0].lower() + text[1:] if text else ''}"
+    return ""
+
+
+def _looks_like_number(value) -> str:
+    if not isinstance(value, str):
+        return ""
+    try:
+        float(value.replace(",", "."))
+    except ValueError:
+        return "A number is written without its unit" if value[:1].isdigit() else ""
+    if "_" in value:
+        return "YAML numbers have no _"
+    return "The decimal sign is a point" if "," in value else "A number is written without quotes"

@@ -1,0 +1,201 @@
+"""Winch plan: what the winch is to do and when, in a line of text or a file, and the commands that carry it out.
+
+An item is a time in seconds from the start of the run, an order and its value: `0 hold`, `60 rate 0.5`,
+`360 length 250`, `600 scope 300`. It lasts until the next. Commas or line ends separate items; # begins a comment.
+"""
+
+from __future__ import annotations
+
+import difflib
+import os
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import isfinite
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ...errors import CableSimError
+from ...sim.inputs import MAX_COMMAND, WinchCommand
+
+CONSEQUENCE = "nothing was simulated"
+EXAMPLE = "'0 hold, 60 rate 0.5, 360 hold'"
+UNITS = {"hold": "", "rate": "m/s", "length": "m", "scope": "m"}  # order -> unit of its value, "": it has none
+SECOND = 1_000_000_000
+LONGEST = 1e6  # s
+ROUND_OFF = 1e-6  # m; how far past an end a length may be asked for, that of printed figures
+REPEAT = 0.5  # of winch.command_timeout: how often a plan gives its order again, as an operator's console does
+
+
+class PlanError(CableSimError, ValueError):
+    """A plan that cannot be carried out; the text names item, value, unit, bound and remedy."""
+
+
+class PlanItem(NamedTuple):
+    """From ``time`` [s] on: order, a key of UNITS, and its value (hold: 0)."""
+
+    time: float
+    order: str
+    value: float = 0.0
+
+    def __str__(self) -> str:
+        words = (_plain(self.time), self.order, *([_plain(self.value)] if UNITS[self.order] else []))
+        return " ".join(words)
+
+
+@dataclass(frozen=True, init=False)
+class WinchPlan:
+    """Orders to the winch in the order of time: ``WinchPlan("0 hold, 60 rate 0.5, 360 hold")``.
+
+    hold: stand still; rate: pay out so many m/s, hauling in negative; length, scope: go at ``winch.max_rate`` to so
+    many metres off the drum, or outboard of the sheave, and hold. Before the first item the winch holds. ``str`` of a
+    plan is its text. Raises PlanError.
+    """
+
+    items: tuple[PlanItem, ...]
+
+    def __init__(self, text: str, where: str = "winch plan") -> None:
+        lines = [line.partition("#")[0] for line in text.splitlines()]
+        parts = [part.strip() for line in lines for part in line.split(",") if part.strip()]
+        if not parts:
+            raise PlanError(f"{where}: has no item; {CONSEQUENCE}. Write for example {EXAMPLE}")
+        items = [_item(f"{where}, item {k} '{part}'", part) for k, part in enumerate(parts, 1)]
+        for k in range(1, len(items)):
+            if _ns(items[k].time) <= _ns(items[k - 1].time):
+                raise PlanError(
+                    f"{where}, item {k + 1} '{parts[k]}': time = {items[k].time:g} s is not after that of the item "
+                    f"before, {items[k - 1].time:g} s; {CONSEQUENCE}. Put the items in order of time, each time once"
+                )
+        object.__setattr__(self, "items", tuple(items))
+
+    @classmethod
+    def read(cls, path: str | os.PathLike) -> WinchPlan:
+        """The plan of a text file. Raises PlanError."""
+        try:
+            text = Path(path).read_text("utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            why = getattr(error, "strerror", None) or "it is no UTF-8 text"
+            raise PlanError(
+                f"winch plan {path}: cannot be read ({why}); {CONSEQUENCE}. Give a text file with a line for each "
+                f"item, or the plan itself, for example {EXAMPLE}"
+            ) from None
+        return cls(text, f"winch plan {path}")
+
+    @classmethod
+    def of(cls, given: WinchPlan | str | os.PathLike) -> WinchPlan:
+        """A plan, its text, or its file. A string is a text where it begins with a number, else a path."""
+        if isinstance(given, WinchPlan):
+            return given
+        if isinstance(given, str) and (not given.strip() or re.match(r"\s*[-+.\d]\S*\s", given + " ")):
+            if not Path(given or " ").is_file():
+                return cls(given)
+        return cls.read(given)
+
+    def __str__(self) -> str:
+        return ", ".join(map(str, self.items))
+
+    @property
+    def last(self) -> float:
+        """Time of the last item [s]."""
+        return self.items[-1].time
+
+    def check(self, drum: np.record) -> None:
+        """Can this winch (record of physics.winch.DRUM) do it? Raises PlanError."""
+        low, high = drum.payout_0 + drum.min_reach, drum.payout_0 + drum.max_reach
+        soft = drum.min_limit > drum.min_length or drum.max_limit < drum.max_length
+        fixed = drum.min_reach > drum.min_limit or drum.max_reach < drum.max_limit
+        ends = {"length": (low, high), "scope": (low - drum.inboard, high - drum.inboard)}
+        for k, item in enumerate(self.items, 1):
+            where = f"winch plan, item {k} '{item}'"
+            if item.order == "rate" and abs(item.value) > drum.max_rate:
+                raise PlanError(
+                    f"{where}: rate = {item.value:g} m/s is beyond winch.max_rate = {drum.max_rate:g} m/s; "
+                    f"{CONSEQUENCE}. Give a rate in [{-drum.max_rate:g}, {drum.max_rate:g}] m/s, or raise "
+                    f"winch.max_rate"
+                )
+            if item.order in ends:
+                minimum, maximum = ends[item.order]
+                if not minimum - ROUND_OFF <= item.value <= maximum + ROUND_OFF:
+                    raise PlanError(
+                        f"{where}: {item.order} = {item.value:g} m is outside the winch's travel, [{minimum:.3f}, "
+                        f"{maximum:.3f}] m; {CONSEQUENCE}. Give a {item.order} within it, "
+                        f"{_more_travel(soft, fixed)}"
+                    )
+
+    def commands(self, drum: np.record, start: int, begin: int, end: int) -> Iterator[WinchCommand]:
+        """Commands with stamps in [begin, end) ns of a run that started at ``start`` ns, the same however it is cut.
+
+        A tick takes the newest command not after its end: stamped a nanosecond late, an order begins with the first
+        tick that begins at its time or holds it. It is given again every half of the time-out.
+        """
+        period = max(1, int(REPEAT * drum.timeout * SECOND))
+        first = [start + _ns(item.time) + 1 for item in self.items]
+        for item, since, until in zip(self.items, first, [*first[1:], end]):
+            repeats = max(0, -((since - begin) // period))
+            for stamp in range(since + repeats * period, min(until, end), period):
+                yield _command(item, stamp, float(drum.inboard))
+
+
+def _more_travel(soft: bool, fixed: bool) -> str:
+    """How to have more travel where soft limits, or a mesh fixed to the material, end it."""
+    if fixed:
+        return "or more fine elements on that side of the sheave (cable.sections.*.elements)"
+    return "or other winch.least_scope and winch.most_scope" if soft else "or more cable"
+
+
+def _command(item: PlanItem, stamp: int, inboard: float) -> WinchCommand:
+    if item.order in ("hold", "rate"):
+        return WinchCommand(rate=item.value, time_ns=stamp)
+    return WinchCommand(payout=item.value + (inboard if item.order == "scope" else 0.0), time_ns=stamp)
+
+
+def _item(where: str, text: str) -> PlanItem:
+    """One item. Raises PlanError."""
+    words = text.split()
+    time = _number(where, "time", words[0], "s", 0.0, LONGEST)
+    if len(words) < 2:
+        raise PlanError(f"{where}: has no order; {CONSEQUENCE}. Known: {', '.join(UNITS)}; for example {EXAMPLE}")
+    order = words[1]
+    if order not in UNITS:
+        near = difflib.get_close_matches(order, UNITS, 1)
+        hint = f"Did you mean {near[0]}?" if near else f"Known: {', '.join(UNITS)}"
+        raise PlanError(f"{where}: '{order}' is no order; {CONSEQUENCE}. {hint}")
+    unit = UNITS[order]
+    if len(words) != (3 if unit else 2):
+        needs = f"one value in {unit}" if unit else "no value"
+        raise PlanError(
+            f"{where}: {order} takes {needs}, here are {len(words) - 2}; {CONSEQUENCE}. Write 'TIME {order}"
+            f"{' VALUE' if unit else ''}', with a comma or a line end between items"
+        )
+    if not unit:
+        return PlanItem(time, order)
+    minimum = -MAX_COMMAND if order == "rate" else 0.0
+    return PlanItem(time, order, _number(where, order, words[2], unit, minimum, MAX_COMMAND))
+
+
+def _number(where: str, key: str, word: str, unit: str, minimum: float, maximum: float) -> float:
+    try:
+        number = float(word)
+    except ValueError:
+        number = float("nan")
+    if not isfinite(number):
+        raise PlanError(
+            f"{where}: {key} = {word} is no finite number; {CONSEQUENCE}. Give one in [{minimum:g}, {maximum:g}] "
+            f"{unit}, without its unit"
+        )
+    if not minimum <= number <= maximum:
+        raise PlanError(
+            f"{where}: {key} = {number:g} {unit} is outside [{minimum:g}, {maximum:g}] {unit}; {CONSEQUENCE}. "
+            f"Check its sign and unit"
+        )
+    return number + 0.0  # no -0
+
+
+def _ns(seconds: float) -> int:
+    return round(seconds * SECOND)
+
+
+def _plain(number: float) -> str:
+    return repr(float(number)).removesuffix(".0")

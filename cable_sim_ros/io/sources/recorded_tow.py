@@ -1,0 +1,378 @@
+"""Recorded bags as input: motion and commands in order of arrival, and what the bag recorded of the tow.
+
+Inputs are found by `messages.find_topics`. Stamps are those of the messages' headers, arrivals the log times of the
+bag, and both are judged as the live node judges them (`io.intake`). A bag that this program recorded has a journal
+(`recordings/journal.py`) beside, which says what the simulation took and when.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from ...physics.heave_filter import Heave, MotionInput
+from ...physics.inputs import Inputs
+from ...sim.scene import Scene
+from ...sim.verdict import Reason
+from ..bags.bag import BagError, BagReader, Damage, report
+from ..messages.channels import CHANNELS, channel_of, decode, decode_frames
+from ..messages.commands import NEVER, CommandIngest
+from ..messages.messages import KINDS, stamp_of
+from ..motion.arrival_order import Intake, Took
+from ..motion.clock import CONFIRM, DataClock, Stamp
+from ..motion.motion import MotionIngest
+from ..recordings import journal
+from .bag_motion import read_motion
+
+STILL = 1_000_000_000  # ns; a longer step of the stamps says nothing of how long a bag lasts
+AGREE = 0.5  # share of the time by the stamps that log times must cover to be arrivals
+
+
+class Event(NamedTuple):
+    """One input message: stamp of its header and time of arrival [ns], kind (imu, odometry, command), CDR bytes."""
+
+    time: int
+    arrival: int
+    kind: str
+    data: bytes
+
+
+class Span(NamedTuple):
+    """Motion between two jumps of its clock: stamps of the first and the last message [ns], and their number."""
+
+    start: int
+    end: int
+    count: int  # type: ignore[assignment]  # a tuple's own count() is not used here
+
+
+@dataclass
+class RecordedTow:
+    """A bag read once: input events in order of arrival, recorded outputs by channel, what the bag says of itself."""
+
+    path: str
+    events: list[Event]
+    outputs: dict[str, list[bytes]] = field(default_factory=dict)  # name of the channel -> messages in order
+    about: dict[str, str] = field(default_factory=dict)  # custom data of the bag
+    journal: list[bytes] = field(default_factory=list)
+    behind: dict[str, list[int]] = field(default_factory=dict)  # name of the channel -> of each message, how many of
+    # the journal stand before it in the bag
+    notices: list[str] = field(default_factory=list)  # what a user should know of the bag
+    damage: str = ""  # what could not be read
+    rounded: list[dict[str, object]] = field(default_factory=list)  # columns that were smoothed, for the JSON
+    unfit: set[str] = field(default_factory=set)  # kinds of messages that are refused from the beginning
+    doubts: list[Reason] = field(default_factory=list)  # what of the motion makes a run under it doubtful
+
+    @cached_property
+    def spans(self) -> list[Span]:
+        """The motion by its stamps; odd stamps belong to none."""
+        clock, spans = DataClock(), []
+        for event in self.events:
+            if event.kind == "command":
+                continue
+            judged = clock.judge(event.time, event.arrival)
+            if judged is Stamp.FITS:
+                if clock.offset is None:
+                    spans.append(Span(event.time, event.time, 0))
+                first, last, count = spans[-1]
+                spans[-1] = Span(first, max(last, event.time), count + 1)
+                clock.update(event.time, event.arrival)
+            elif judged is Stamp.JUMPED:
+                clock.reset()
+                if spans[-1].count < CONFIRM:  # it was the odd one
+                    spans.pop()
+        return spans or [Span(0, 0, 0)]
+
+    @property
+    def start(self) -> int:
+        """Stamp of the first motion message, ns."""
+        return self.spans[0].start
+
+    @property
+    def end(self) -> int:
+        """Stamp of the last motion message, ns."""
+        return self.spans[-1].end
+
+    @property
+    def length(self) -> int:
+        """Time that the motion covers, ns."""
+        return sum(span.end - span.start for span in self.spans)
+
+    @cached_property
+    def rate(self) -> float:
+        """Motion messages per second."""
+        return sum(span.count for span in self.spans) / max(1e-9, self.length * 1e-9)
+
+
+def read_tow(
+    path: str | os.PathLike, *, imu_only: bool = False, topics: Mapping[str, str] | None = None
+) -> RecordedTow:
+    """Read a bag. imu_only: leave odometry out; topics: as of `read_motion`.
+
+    BagError if it cannot be read, or holds neither motion nor journal.
+    """
+    path = os.fspath(path)
+    outputs: dict[str, list[bytes]] = {}
+    behind: dict[str, list[int]] = {}
+    entries: list[bytes] = []
+    damage, lost = Damage(), Damage()
+    with BagReader(path) as reader:
+        about = dict(reader.custom_data)
+        ours = [name for name, kind in reader.topics.items() if channel_of(name, kind) or _is_journal(name, kind)]
+        kept = any(_is_journal(name, kind) for name, kind in reader.topics.items())
+        # in lockstep a restore takes the clock back: the order of the log times is not that of the ticks then
+        for message in reader.as_written(ours) if kept else reader.read(ours) if ours else ():
+            channel = channel_of(message.topic, message.msgtype)
+            if channel is not None:
+                outputs.setdefault(channel.name, []).append(message.data)
+                behind.setdefault(channel.name, []).append(len(entries))
+            else:
+                entries.append(message.data)
+        report(reader, damage)
+    events = []
+    try:
+        for time, kind, data in read_motion(path, dict(topics or {}), damage=lost):
+            if not (imu_only and kind == "odometry"):
+                events.append(Event(stamp_of(data) or time, time, kind, data))
+    except BagError:
+        if not entries:  # with them it is a run without motion
+            raise
+    if not entries and not any(event.kind != "command" for event in events):
+        raise BagError(
+            f"bag '{path}' holds no {KINDS['imu'][0]}: nothing was simulated; leave --imu-only out, or give "
+            "a bag with an IMU"
+        )
+    tow = RecordedTow(
+        path, events, outputs, about, entries, behind, damage=str(lost or damage) if lost or damage else ""
+    )
+    if not usable_arrivals(events):
+        tow.events = by_stamps(events)
+        tow.notices.append(
+            f"{path}: the log times do not run with the stamps of the motion, so they are no times of arrival: "
+            f"messages are taken in their order, as if each had come at once"
+        )
+    return tow
+
+
+def _is_journal(topic: str, msgtype: str) -> bool:
+    return msgtype == journal.MSGTYPE and f"/{topic}".endswith(f"/{journal.TOPIC}")
+
+
+def usable_arrivals(events: list[Event]) -> bool:
+    """Can the log times be times of arrival? Not where they stand still while the stamps go on."""
+    motion = [event for event in events if event.kind != "command"]
+    by_stamp = sum(min(max(b.time - a.time, 0), STILL) for a, b in zip(motion, motion[1:]))
+    by_log = motion[-1].arrival - motion[0].arrival if motion else 0
+    return by_log >= AGREE * by_stamp
+
+
+def by_stamps(events: list[Event]) -> list[Event]:
+    """The events as if each had come at once: the arrival runs with the stamps, whose jumps are left out."""
+    out, now, last = [], events[0].time if events else 0, None
+    for event in events:
+        if event.kind != "command":
+            if last is not None:
+                now += min(max(event.time - last, 0), STILL)
+            last = event.time
+        out.append(event._replace(arrival=now))
+    return out
+
+
+class Feeder:
+    """Pushes the events of a bag into the rings, in order of arrival, up to a time; its intake counts refusals.
+
+    `jumped`: the clock of the motion has jumped, and no more comes before `follow`.
+    """
+
+    def __init__(
+        self,
+        inputs: Inputs,
+        tow: RecordedTow,
+        scene: Scene,
+        motion: MotionInput | None = None,
+        heave: Heave | None = None,
+        drum: np.record | None = None,
+    ) -> None:
+        self.intake = Intake(inputs, scene, motion, heave, drum=drum)
+        self.inputs, self.tow, self.jumped = inputs, tow, False
+        self.position = 0  # events that have been pushed
+
+    @property
+    def ingest(self) -> MotionIngest:
+        """Of the motion."""
+        return self.intake.ingest
+
+    @property
+    def commands(self) -> CommandIngest:
+        """Of the winch commands."""
+        return self.intake.commands
+
+    @property
+    def clock(self) -> DataClock:
+        """Of the motion."""
+        return self.intake.clock
+
+    @property
+    def following(self) -> int:
+        """Stamp of the next event, ns."""
+        return self.tow.events[self.position].time
+
+    @property
+    def done(self) -> bool:
+        """True when every event has been pushed."""
+        return self.position >= len(self.tow.events)
+
+    def until(self, time_ns: int) -> list[Event]:
+        """Push every event up to this time, or to a jump of the clock; returns them.
+
+        The time of motion is its stamp, that of a command its arrival on the clock of the motion. An odd stamp has
+        none: it is judged in its turn.
+        """
+        first, events = self.position, self.tow.events
+        while not self.jumped and self.position < len(events) and self._due(events[self.position]) <= time_ns:
+            event = events[self.position]
+            self.position += 1
+            if event.kind == "command":
+                self.intake.command(event.data, event.arrival)
+            else:
+                self.jumped = self.intake.motion(event.kind, event.data, event.arrival) is Took.JUMPED
+        return events[first : self.position]
+
+    def follow(self) -> None:
+        """Go on behind a jump of the clock; no tick may run meanwhile."""
+        self.intake.jump()
+        self.jumped = False
+
+    def _due(self, event: Event) -> int:
+        if event.kind != "command":
+            known = self.clock.offset is not None and self.clock.fits(event.time, event.arrival)
+            return event.time if known else NEVER
+        now = self.clock.now(event.arrival)
+        return NEVER if now is None else now
+
+
+class Residual(NamedTuple):
+    """Ours less what the bag recorded, of one quantity: mean, RMS and largest magnitude over `count` times."""
+
+    channel: str
+    quantity: str
+    unit: str
+    mean: float
+    rms: float
+    largest: float
+    count: int  # type: ignore[assignment]  # a tuple's own count() is not used here
+
+
+COMPARED = (  # channel, quantity, unit, field of the tick output, component or None
+    ("sheave/tension", "tension", "N", "tension", None),
+    ("towbody/pose", "x", "m", "body_position", 0),
+    ("towbody/pose", "y", "m", "body_position", 1),
+    ("towbody/pose", "z", "m", "body_position", 2),
+    ("winch/state", "payout", "m", "payout", None),
+    ("winch/state", "payout rate", "m/s", "payout_rate", None),
+    ("winch/state", "tension at the drum", "N", "tension_drum", None),
+)
+CHANNEL_NAMES = {"sheave/tension": "sheave_tension", "towbody/pose": "towbody_pose", "winch/state": "winch_state"}
+
+
+class SameTicks:
+    """Which recorded message is of which simulated tick, by the number of the tick in the count of the program that
+    recorded. That count goes on over resets, jumps and restores, which stamps do not.
+
+    segments: of the journal; numbers: of the simulated ticks, in order; period: of a tick [ns].
+    """
+
+    def __init__(self, tow: RecordedTow, segments: list[journal.Segment], numbers: np.ndarray, period: int) -> None:
+        self.tow, self.segments, self.numbers, self.period = tow, segments, numbers, period
+        self._begins = np.array([segment.message for segment in segments])
+
+    def recorded(self, channel: str, time: np.ndarray) -> np.ndarray:
+        """Numbers of the ticks of a channel's messages, -1: of none; time: their stamps [ns]."""
+        of = np.searchsorted(self._begins, np.array(self.tow.behind.get(channel, ()), np.int64), "left") - 1
+        found = np.full(len(time), -1, np.int64)
+        for k, segment in enumerate(self.segments):
+            found[of == k] = segment.number(np.asarray(time)[of == k], self.period)
+        return found
+
+    def of(self, channel: str, time: np.ndarray) -> np.ndarray:
+        """Places among the simulated ticks of a channel's messages, -1: none."""
+        wanted = self.recorded(channel, time)
+        at = np.minimum(np.searchsorted(self.numbers, wanted), max(0, len(self.numbers) - 1))
+        return np.where(self.numbers[at] == wanted, at, -1) if len(self.numbers) else np.full(len(wanted), -1)
+
+
+def paired(ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
+    """Index of the tick of ours at each time of theirs, -1: none; both in order, times may come again after a jump."""
+    places: dict[int, list[int]] = {}
+    for k, time in enumerate(ours.tolist()):
+        places.setdefault(time, []).append(k)
+    found, minimum = np.full(len(theirs), -1), 0
+    for i, time in enumerate(theirs.tolist()):
+        later = [k for k in places.get(time, ()) if k >= minimum]
+        if later:
+            found[i] = minimum = later[0]
+    return found
+
+
+def residuals(frames: np.recarray, tow: RecordedTow, same: SameTicks | None = None) -> list[Residual]:
+    """What the bag recorded of the tow against the simulated tick outputs, at the same ticks, or at equal stamps.
+
+    At a stamp that is no tick of ours, ours are interpolated linearly, but not where ``same`` says which are the same
+    ticks. Only the time both cover counts. A channel that the bag lacks has no row.
+    """
+    table = {channel.name: channel for channel in CHANNELS}
+    decoded: dict[str, list[dict]] = {}
+    rows: list[Residual] = []
+    if not len(frames):
+        return rows
+    ours_time = frames["time"].astype(np.int64)
+    for topic, quantity, unit, name, part in COMPARED:
+        channel = table[CHANNEL_NAMES[topic]]
+        messages = tow.outputs.get(channel.name)
+        if not messages:
+            continue
+        if channel.name not in decoded:
+            decoded[channel.name] = [decode(channel, data) for data in messages]
+        theirs = decoded[channel.name]
+        time = np.array([fields["time"] for fields in theirs], np.int64)
+        value = np.array([fields[name] if part is None else fields[name][part] for fields in theirs], float)
+        ours = frames[name] if part is None else frames[name][:, part]
+        if topic == "sheave/tension":  # a wrench has the norm of the pull, also of a push
+            ours = np.abs(ours)
+        at = paired(ours_time, time) if same is None else same.of(channel.name, time)
+        rest = ours[at] - value
+        between = (
+            (at < 0)
+            & (same is None)
+            & (time >= ours_time[0])
+            & (time <= ours_time[-1])
+            & bool((np.diff(ours_time) > 0).all())
+        )
+        origin = ours_time[0]  # differences of nanoseconds are exact in float64, the stamps are not
+        rest[between] = np.interp((time[between] - origin).astype(float), (ours_time - origin).astype(float), ours)
+        rest[between] -= value[between]
+        rest = rest[(at >= 0) | between]
+        if not len(rest):
+            continue
+        rows.append(
+            Residual(
+                topic,
+                quantity,
+                unit,
+                float(rest.mean()),
+                float(np.sqrt(np.mean(rest**2))),
+                float(np.abs(rest).max()),
+                len(rest),
+            )
+        )
+    return rows
+
+
+def recorded_frames(tow: RecordedTow) -> np.recarray | None:
+    """The tick outputs the bag recorded (``sim/health``), None if it has none."""
+    messages = tow.outputs.get("sim_health")
+    return decode_frames(messages) if messages else None

@@ -1,0 +1,233 @@
+"""A live run: the node in one process, the player in another, real topics between them.
+
+live("nbp1406", "full_scale", duration=60.0, out="run") -> {"node": {...}, "bag": "run/tow", ...}
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from contextlib import nullcontext
+from pathlib import Path
+
+from ...errors import CODE_INPUT, RunError
+
+READY_WITHIN = 300.0  # s; compiling everything from nothing takes up to a minute on a slow machine
+START_WITHIN = 60.0  # s from the first message to the first tick
+STOP_WITHIN = 10.0  # s from SIGINT to the end; then the process is killed
+POLL = 0.1  # s
+
+
+class LiveError(RunError):
+    """A child process that failed; the text has its last lines."""
+
+
+class LiveInputError(LiveError):
+    """What was asked for cannot be done: nothing was started."""
+
+    exit_code = CODE_INPUT
+
+
+class Child:
+    """A process of ours with its last lines of output."""
+
+    def __init__(self, name: str, command: list[str], environment: dict[str, str]) -> None:
+        self.name = name
+        self.lines: deque[str] = deque(maxlen=40)
+        self.process = subprocess.Popen(
+            command,
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
+            stdin=subprocess.DEVNULL,
+        )
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def _read(self) -> None:
+        for line in self.process.stdout or ():
+            self.lines.append(line.rstrip())
+
+    @property
+    def code(self) -> int | None:
+        return self.process.poll()
+
+    def tail(self) -> str:
+        """The last lines, indented."""
+        self._reader.join(0.5)
+        return "\n".join("  " + line for line in self.lines)
+
+    def stop(self) -> int:
+        """SIGINT, and SIGKILL after a bound; the return code."""
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGINT)
+            try:
+                self.process.wait(STOP_WITHIN)
+            except subprocess.TimeoutExpired:
+                self.process.kill()
+                self.process.wait()
+        self._reader.join(1.0)
+        return self.process.returncode
+
+    def failed(self, what: str) -> LiveError:
+        return LiveError(f"the {self.name} {what}; its last lines:\n{self.tail() or '  (none)'}")
+
+
+def environment(domain: int | None) -> dict[str, str]:
+    """Our environment, alone on its own domain: neither heard by the ship nor hearing it."""
+    # 1 to 100: the ports of higher domains may be those of other programs
+    number = 1 + os.getpid() % 100 if domain is None else domain
+    return os.environ | {"ROS_DOMAIN_ID": str(number), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+
+
+def live(
+    bag,
+    scene,
+    duration: float,
+    out,
+    *,
+    domain: int | None = None,
+    parameters: dict | None = None,
+    imu_only: bool = False,
+    progress: Callable[[str, float, float | None], None] | None = None,
+    node_command: list[str] | None = None,
+) -> dict:
+    """Play a bag into the node in real time, recorded to `out`/tow.
+
+    bag, scene: paths or names of shipped ones; duration: s of the bag; out: directory to make; domain: ROS domain,
+    derived from the process id by default; parameters: further node parameters; progress(phase, done, total): called as
+    it goes, a progress bar on a terminal by default. Returns {"bag", "node" (figures of ros/report/diagnostics.py),
+    "node_exit", "player_exit", "played_s", "wall_s"}. Raises LiveError.
+    """
+    out = Path(out)
+    out.mkdir(parents=True, exist_ok=True)
+    tow, metrics = out / "tow", out / "node.json"
+    if tow.exists():
+        raise LiveInputError(f"'{tow}' exists already: a recording is not overwritten; give another directory")
+    metrics.unlink(missing_ok=True)
+    settings = {
+        "scene": str(scene),
+        "recording.enabled": True,
+        "recording.root": str(out.absolute()),
+        "recording.path": tow.name,
+        "statistics_file": str(metrics),
+    } | (parameters or {})
+    command = (node_command or [sys.executable, "-m", "cable_sim_ros.ros.node"]) + ["--ros-args"]
+    for name, value in settings.items():
+        command += ["-p", f"{name}:={json.dumps(value)}"]
+    own = environment(domain)
+    begun = time.monotonic()
+    children: list[Child] = []
+    context, report = (nullcontext(), progress) if progress else _bar()
+    try:
+        with context:
+            node = Child("node", command, own)
+            children.append(node)
+            _await(
+                node,
+                metrics,
+                ("waiting",),
+                READY_WITHIN,
+                lambda waited: report("compiling and solving the start", waited, None),
+            )
+            player = Child(
+                "player",
+                [sys.executable, "-m", "cable_sim_ros.cli", "play", str(bag), "--duration", str(duration)]
+                + (["--imu-only"] if imu_only else []),
+                own,
+            )
+            children.append(player)
+            _follow(node, player, metrics, duration, report)
+            player_exit = player.stop()
+            if player_exit != 0:
+                raise player.failed(f"ended with code {player_exit}")
+            node_exit = node.stop()
+            if node_exit != 0:
+                raise node.failed(f"ended with code {node_exit}")
+    finally:
+        for child in reversed(children):
+            child.stop()
+    result = read_state(metrics)
+    if result.get("state") != "stopped":
+        raise node.failed("left no final figures")
+    return {
+        "bag": str(tow),
+        "node": result,
+        "node_exit": node_exit,
+        "player_exit": player_exit,
+        "played_s": float(duration),
+        "wall_s": time.monotonic() - begun,
+    }
+
+
+def read_state(path: Path) -> dict:
+    """What the node wrote last; {} before it wrote anything."""
+    try:
+        return json.loads(path.read_text("utf-8"))
+    except FileNotFoundError:
+        return {}
+
+
+def _await(node: Child, metrics: Path, states: tuple[str, ...], within: float, report: Callable[[float], None]) -> None:
+    begun = time.monotonic()
+    while True:
+        waited = time.monotonic() - begun
+        state = read_state(metrics)
+        if state.get("state") in states:
+            return
+        if node.code is not None:
+            raise node.failed(f"ended with code {node.code} before it was ready")
+        if state.get("state") in ("failed", "halted"):
+            raise node.failed(f"is {state['state']}: {state.get('problem', '')}")
+        if waited > within:
+            raise node.failed(f"was not ready within {within:g} s (state {state.get('state', 'unknown')})")
+        report(waited)
+        time.sleep(POLL)
+
+
+def _follow(node: Child, player: Child, metrics: Path, duration: float, report) -> None:
+    """Until the player has ended by itself."""
+    running = None
+    begun = time.monotonic()
+    while player.code is None:
+        state = read_state(metrics).get("state")
+        if state in ("running", "overloaded") and running is None:
+            running = time.monotonic()
+        if node.code is not None:
+            raise node.failed(f"ended with code {node.code} while the motion was playing")
+        if state in ("failed", "halted"):
+            raise node.failed(f"is {state}: {read_state(metrics).get('problem', '')}")
+        if running is None and time.monotonic() - begun > START_WITHIN:
+            raise node.failed(f"did not start within {START_WITHIN:g} s of the first motion message")
+        report("running in real time", 0.0 if running is None else min(duration, time.monotonic() - running), duration)
+        time.sleep(POLL)
+    if running is None and player.code == 0:
+        raise node.failed("never started: the motion ended before it did")
+
+
+def _bar():
+    """Progress bar on a terminal; elsewhere a line a phase."""
+    if sys.stderr.isatty():
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+        bar = Progress(TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), console=Console(stderr=True))
+        task = bar.add_task("starting", total=None)
+        return bar, lambda phase, done, total: bar.update(task, description=phase, completed=done, total=total)
+    reported: list[str] = []
+
+    def line(phase: str, done: float, total: float | None) -> None:
+        if phase not in reported:
+            reported.append(phase)
+            print(phase + (f", {total:g} s" if total else "") + " ...", file=sys.stderr, flush=True)
+
+    return nullcontext(), line

@@ -1,0 +1,359 @@
+"""What the node says of itself: one Status a task, once a second and when a level changes, and the final figures.
+
+No rclpy here; the node turns a Status into a diagnostic_msgs/DiagnosticStatus.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import Counter, deque
+from math import isnan
+
+from ...io.messages.messages import CAUSES, Command
+from ...physics.tick_output import Flag, Source
+from ...sim.flag_rules import OK as OK_RUN
+from ...sim.flag_rules import RULES
+from ..publisher import TickPublisher
+from ..session import Session
+from ..statistics import Rate
+from ..status import ERROR, OK, WARN, Status
+from ..status import text_of as _text
+from ..stepped import SteppedSession
+from .health import InputHealth
+from .lockstep_status import lockstep_metrics, lockstep_status
+
+LAST_SECOND = 1_050_000_000  # ns
+LAGGING = 0.1  # s behind the motion that are worth a warning: longer than the steps a controller acts in
+ARRIVED = 0.1  # m; a winch this near to its length is there
+NEWEST = 1000  # ticks the percentiles of /diagnostics look back
+# those that make a run doubtful first
+ALARMS = tuple(Flag[rule.flag] for rule in sorted(RULES, key=lambda rule: rule.state == OK_RUN) if rule.alarm)
+
+
+class Watch:
+    """Makes the statuses. One caller; keeps what the call before saw, for rates and for what is new."""
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self.inputs = InputHealth(session)
+        self.neighbours: list[str] = []  # what the node found out about others on its topics
+        self._rates = {"tick": Rate(), "imu": Rate(), "odometry": Rate()}
+        self._seen: dict[str, deque[tuple[int, int]]] = {}
+
+    def levels(self, publisher: TickPublisher | None, now: int) -> tuple:
+        """What is published at once when it changes: states of the inputs, of the loop, of the neighbours."""
+        frame = publisher.latest if publisher else None
+        self.inputs.look(now, frame)
+        stale = 0 if frame is None else int(frame["status"]) & (Flag.MOTION_STALE | Flag.COMMAND_STALE)
+        pace = self.session.pace
+        doing = lockstep_status(self.session).level if isinstance(self.session, SteppedSession) else OK
+        return (self.session.shown_state, doing, *self.inputs.levels(), stale, pace.stops, tuple(self.neighbours))
+
+    def statuses(self, publisher: TickPublisher | None, recorder_stats, recording: bool) -> list[Status]:
+        """All tasks; publisher: None while there is no loop; recorder_stats: RecorderStats or None."""
+        now = self.session.now()
+        result = [
+            self._loop(publisher, now),
+            self.inputs.status(),
+            self._motion(publisher, now),
+            self._command(publisher, now),
+            self._solver(publisher),
+            self._recorder(recorder_stats, recording),
+            self._neighbours(),
+        ]
+        if isinstance(self.session, SteppedSession):
+            result.append(lockstep_status(self.session))
+        return result
+
+    def _new(self, key: str, count: int) -> int:
+        """How much a counter grew in the last second."""
+        now = time.monotonic_ns()
+        seen = self._seen.setdefault(key, deque([(now, 0)]))
+        seen.append((now, count))
+        while len(seen) > 2 and now - seen[1][0] >= LAST_SECOND:
+            seen.popleft()
+        return count - seen[0][1]
+
+    def _neighbours(self) -> Status:
+        values = {str(k + 1): problem for k, problem in enumerate(self.neighbours)}
+        if self.neighbours:
+            return Status("neighbours", WARN, "; ".join(self.neighbours), values)
+        return Status("neighbours", OK, "nobody else publishes on our topics", values)
+
+    def _loop(self, publisher: TickPublisher | None, now: int) -> Status:
+        session = self.session
+        if session.loop is None or publisher is None:
+            return Status("loop", WARN, session.state, {"state": session.state})
+        pace = session.pace
+        loop, counters = session.loop, session.counters()
+        rate = self._rates["tick"].of(loop.count, time.monotonic_ns())
+        late = publisher.lateness.percentiles(50, 99, 100, newest=NEWEST)
+        work = publisher.work.percentiles(50, 99, newest=NEWEST)
+        latency = publisher.latency.percentiles(50, 99, newest=NEWEST)
+        values = {
+            "state": session.shown_state,
+            "rate_hz": _text(rate),
+            "lateness_p50_ms": _text(late[0]),
+            "lateness_p99_ms": _text(late[1]),
+            "lateness_max_ms": _text(late[2]),
+            "work_p50_ms": _text(work[0]),
+            "work_p99_ms": _text(work[1]),
+            "latency_p50_ms": _text(latency[0]),
+            "latency_p99_ms": _text(latency[1]),
+            "lag_ms": _text(session.lag() * 1e3),
+            "real_time_factor": _text(pace.factor),
+            "scheduler": loop.scheduler,
+            "publisher_skipped": str(publisher.skipped),
+            **{key: str(value) for key, value in counters.items()},
+        }
+        if session.state in ("halted", "failed"):
+            return Status("loop", ERROR, session.problem, values)
+        if publisher.failure is not None or not publisher.is_alive():
+            return Status("loop", ERROR, f"the publisher thread ended: {publisher.failure}", values)
+        resyncs, overruns = self._new("resyncs", counters["resyncs"]), self._new("overruns", counters["overruns"])
+        if pace.overloaded:
+            return Status("loop", ERROR, pace.text(), values)
+        if pace.stop_text(now):
+            return Status("loop", WARN, pace.stop_text(now), values)
+        if resyncs:
+            return Status(
+                "loop",
+                WARN,
+                f"resynchronised {resyncs} time{'s' * (resyncs > 1)} in the last second: the machine is too slow "
+                f"or too busy for this scene",
+                values,
+            )
+        if overruns:
+            return Status("loop", WARN, f"{overruns} ticks overran in the last second", values)
+        if session.lag() > LAGGING:
+            return Status(
+                "loop",
+                WARN,
+                f"{session.lag():.2f} s behind the motion after a hold-up, worked off in {session.lag() / 0.02:.0f} s",
+                values,
+            )
+        return Status("loop", OK, session.state, values)
+
+    def _motion(self, publisher: TickPublisher | None, now: int) -> Status:
+        session, values = self.session, dict[str, str]()
+        for kind, arrival in session.arrivals.items():
+            values[f"{kind}_received_hz"] = _text(self._rates[kind].of(session.received[kind], now))
+            values[f"{kind}_received_age_s"] = "never" if arrival is None else _text((now - arrival) * 1e-9)
+        report: dict = {}
+        if getattr(session, "ingest", None) is not None:
+            report = session.ingest.report(now + session.wall)
+            values |= {key: _text(value) if isinstance(value, float) else str(value) for key, value in report.items()}
+        drops = drop_counts(session)
+        for cause, count in sorted(drops.items()):
+            values[f"dropped: {cause}"] = str(count)
+        new = {cause: n for cause, count in drops.items() if (n := self._new(f"dropped {cause}", count))}
+        hint = str(report.get("hint", ""))
+        doubted = {"none"} != {report.get(f"{kind}_doubt", "none") for kind in ("imu", "odometry")}
+        values["clock_jumps"] = str(session.clock.jumps)
+        frame = publisher.latest if publisher else None
+        if frame is not None:
+            values["source_of_tick"] = str(Source(int(frame["motion_source"])).name).lower()
+            values["motion_age_s"] = _text(float(frame["motion_age"]))
+        if session.state == "waiting":
+            return Status("motion", WARN, f"waiting for motion; {hint}" if doubted else "waiting for motion", values)
+        if session.state == "running" and frame is not None and int(frame["status"]) & Flag.MOTION_STALE:
+            return Status(
+                "motion",
+                ERROR,
+                f"motion stale: nothing usable for {float(frame['motion_age']):.1f} s, the "
+                f"ship returns to its mean track" + (f"; {hint}" if doubted else ""),
+                values,
+            )
+        if doubted:
+            return Status("motion", WARN, hint, values)
+        if new:
+            why = "; ".join(f"{cause}: {CAUSES[cause]}" for cause in new)
+            return Status("motion", WARN, f"{_refused(sum(new.values()), 'message')}; {why}", values)
+        if hint:
+            return Status("motion", WARN, hint, values)
+        if report.get("source") == "imu" and not report.get("heave_valid"):
+            return Status(
+                "motion",
+                WARN,
+                f"heave filter settling for {report['heave_age_s']:.0f} s: heave of the IMU is not yet valid",
+                values,
+            )
+        return Status("motion", OK, "motion arrives" if session.state == "running" else session.state, values)
+
+    def _command(self, publisher: TickPublisher | None, now: int) -> Status:
+        commands = getattr(self.session, "commands", None)
+        if commands is None:
+            return Status("command", OK, "not yet listening", {})
+        frame = publisher.latest if publisher else None
+        payout = math.nan if frame is None else float(frame["payout"])
+        flags = 0 if frame is None else int(frame["status"])
+        out, back = commands.travel(payout)
+        values = {
+            "accepted": str(commands.accepted),
+            "no_command": str(commands.no_command),
+            "newest": _commanded(commands.last),
+            "age_s": "never" if commands.last_arrival is None else _text((now - commands.last_arrival) * 1e-9),
+            "stale": str(bool(flags & Flag.COMMAND_STALE)).lower(),
+            "lag_ms": _text(commands.lag * 1e3),
+            "lag_largest_ms": _text(commands.largest_lag * 1e3),
+            "lag_clock": commands.lag_clock or "-",
+            "data_clock_lead_ms": _text(self.session.node.input_delay * 1e3),
+            "delay_ms": _text(self.session.scene.winch.command_delay * 1e3),
+            "remaining_out_m": _text(out),
+            "remaining_in_m": _text(back),
+            **{f"clamped: {what}": str(count) for what, count in sorted(commands.clamped.items())},
+            **{f"refused: {cause}": str(count) for cause, count in sorted(commands.refused.items())},
+        }
+        refused = self._new("command drops", sum(commands.refused.values()))
+        clamped = self._new("command clamps", sum(commands.clamped.values()))
+        empty = self._new("no command", commands.no_command)
+        nothing = (
+            f"; messages without a command in the last second: {empty}, is the controller active?" if empty else ""
+        )
+        left = f"{out:.2f} m can be paid out and {back:.2f} m hauled in"
+        if flags & Flag.COMMAND_STALE and commands.last is not None:
+            does = "brakes and holds" if isnan(commands.last.payout) else "goes to it and holds there"
+            text = (
+                f"command stale: the newest, {_commanded(commands.last)}, is older than winch.command_timeout, the "
+                f"winch {does}: {payout:.2f} m out now{nothing}"
+            )
+        elif refused:
+            text = f"{_refused(refused, 'command')}: {commands.last_refusal}"
+        elif clamped:
+            text = f"{commands.last_clamp}; {left}"
+        elif flags & Flag.COMMAND_LIMITED:
+            text = f"the newest, {_commanded(commands.last)}, asks for more than the winch can do: {left}"
+        else:
+            text = f"commanded: {_commanded(commands.last)}{_to_go(commands.last, payout)}; {left}"
+            text = text if commands.accepted else "no command yet: the winch holds"
+            return Status("command", OK, text + nothing, values)
+        return Status("command", WARN, text, values)
+
+    def _solver(self, publisher: TickPublisher | None) -> Status:
+        session, values = self.session, dict[str, str]()
+        frame = publisher.latest if publisher else None
+        if frame is not None:
+            flags = Flag(int(frame["status"]))
+            values = {
+                "iterations": str(int(frame["iterations"])),
+                "substeps": str(int(frame["substeps"])),
+                "residual_n": f"{float(frame['residual']):.3g}",
+                "flags": flag_names(flags),
+                "tension_n": f"{float(frame['tension']):.1f}",
+                "penetration_m": f"{float(frame['penetration']):.3g}",
+                "detachments": str(int(frame["detachments"])),
+            }
+        if session.state in ("halted", "failed"):
+            return Status("solver", ERROR, session.problem, values)
+        if publisher is not None and publisher.fault:
+            return Status("solver", ERROR, publisher.fault, values)
+        if frame is not None:
+            alarms = [flag.text for flag in ALARMS if flags & flag]
+            if alarms:
+                return Status("solver", WARN, "; ".join(alarms), values)
+        return Status("solver", OK, "solves" if frame is not None else session.state, values)
+
+    def _recorder(self, stats, recording: bool) -> Status:
+        if stats is None:
+            return Status("recorder", OK, "not recording", {})
+        values = {
+            "recording": str(recording).lower(),
+            "written": str(stats.written),
+            "dropped": str(stats.dropped),
+            "waiting": str(stats.waiting),
+            "max_waiting": str(stats.max_waiting),
+            "errors": str(stats.errors),
+            "slowest_flush_ms": _text(stats.slowest_flush * 1e3),
+        }
+        if stats.error:
+            return Status("recorder", ERROR, stats.error, values)
+        if self._new("recorder drops", stats.dropped) > 0:
+            return Status("recorder", WARN, f"{stats.dropped} messages were not recorded: the disk is too slow", values)
+        return Status("recorder", OK, "recording" if recording else "finished", values)
+
+
+def drop_counts(session: Session) -> Counter:
+    """Motion messages refused, by cause, of the clock and of the ingest."""
+    drops = Counter(session.refused)
+    if getattr(session, "ingest", None) is not None:
+        drops.update({cause: count for cause, count in session.ingest.counts.items() if count and CAUSES.get(cause)})
+    return drops
+
+
+def _refused(count: int, what: str) -> str:
+    return f"{count} {what}{'s' if count > 1 else ''} refused in the last second"
+
+
+def _commanded(command: Command | None) -> str:
+    """A command in words."""
+    if command is None:
+        return "none"
+    if not math.isnan(command.payout):
+        beside = f", not the rate {command.rate:g} m/s beside it" if abs(command.rate) > 0.0 else ""
+        return f"length {command.payout:g} m{beside}"
+    return f"rate {command.rate:g} m/s"
+
+
+def _to_go(command: Command | None, payout: float) -> str:
+    """How far the winch still has to go to a length, in words."""
+    left = math.nan if command is None else command.payout - payout
+    if not abs(left) > ARRIVED:
+        return ""
+    return f", {abs(left):.1f} m to {'pay out' if left > 0.0 else 'haul in'}"
+
+
+def flag_names(flags: Flag) -> str:
+    return ", ".join(str(flag.name).lower() for flag in Flag if flag and flags & flag) or "none"
+
+
+def final_metrics(session: Session, publisher: TickPublisher | None, recorder_stats) -> dict:
+    """Figures of the whole run (of the newest ten minutes where they are percentiles), names as in docs/json.md."""
+    metrics: dict = {"state": session.state, "problem": session.problem}
+    if session.loop is not None:
+        counters = session.counters()
+        metrics |= counters | {
+            "missed_ticks": counters["overruns"] + counters["skipped"],
+            "scheduler": session.loop.scheduler,
+            "static_start_s": session.start_cost,
+        }
+        since = session.ended - session.running_since  # of the newest start
+        pace = session.pace
+        metrics |= {"min_real_time_factor": pace.min_factor, "overloaded_s": pace.overloaded_s}
+        metrics["longest_standstill_s"] = pace.longest_stop
+        if not math.isnan(since) and not session.resets + session.skips_ahead + session.clock.jumps:
+            metrics["realtime_factor"] = counters["ticks"] * session.loop.period_ns * 1e-9 / max(since, 1e-3)
+    if publisher is not None:
+        late = publisher.lateness.percentiles(50, 99, 99.9, 100)
+        work = publisher.work.percentiles(50, 99, 100)
+        latency = publisher.latency.percentiles(50, 99, 100)
+        metrics |= {
+            "published_ticks": publisher.published,
+            "publisher_skipped": publisher.skipped,
+            "jitter_p50_ms": late[0],
+            "jitter_p99_ms": late[1],
+            "jitter_p999_ms": late[2],
+            "jitter_max_ms": late[3],
+            "work_p50_ms": work[0],
+            "work_p99_ms": work[1],
+            "work_max_ms": work[2],
+            "latency_p50_ms": latency[0],
+            "latency_p99_ms": latency[1],
+            "latency_max_ms": latency[2],
+        }
+    metrics["input_delay_ms"] = session.node.input_delay * 1e3
+    metrics["received"] = dict(session.received)
+    metrics["dropped"] = dict(drop_counts(session))
+    if getattr(session, "ingest", None) is not None:
+        metrics["motion_refusals"] = [list(row) for row in session.ingest.refusals()]
+        ticks = session.loop.count if session.loop is not None else 0
+        metrics["motion_s"] = ticks * session.scene.solver.tick
+    if getattr(session, "commands", None) is not None:
+        metrics["commands_refused"] = dict(session.commands.refused)
+        metrics["commands_clamped"] = dict(session.commands.clamped)
+        metrics["no_commands"] = session.commands.no_command
+    if isinstance(session, SteppedSession):
+        metrics["lockstep"] = lockstep_metrics(session)
+    if recorder_stats is not None:
+        metrics["recorder"] = recorder_stats._asdict()
+    return metrics

@@ -1,0 +1,107 @@
+"""Ages of the inputs, many times a second: what a controller decides by cannot wait for the next second.
+
+Published as `sim/inputs` at the rate of the polls (20 Hz), and as task `inputs` of /diagnostics, which goes out at once
+when a level changes. An input is stale when nothing of it was accepted for longer than its time-out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import NamedTuple
+
+from ...io.messages.cdr import JointTemplate
+from ...io.motion.refusals import TOPICS
+from ...physics.tick_output import Flag
+from ..status import ERROR, OK, WARN, Status, text_of
+
+KINDS = ("imu", "odometry", "command")
+TOPIC, MSGTYPE = "sim/inputs", "sensor_msgs/msg/JointState"
+FRESH, STALE, NEVER = 0.0, 1.0, -1.0
+RATE_OVER = 1_000_000_000  # ns
+
+
+class Age(NamedTuple):
+    """One input: seconds since the newest accepted (-1: none yet), messages a second, FRESH, STALE or NEVER."""
+
+    age: float
+    rate: float
+    state: float
+
+
+class InputHealth:
+    """Ages of the inputs of one Session. One caller."""
+
+    def __init__(self, session) -> None:
+        self.session = session
+        scene, node = session.scene, session.node
+        self.limits = {"imu": scene.ship.stale_after, "odometry": node.motion.odometry_timeout, "command": math.inf}
+        self.ages = dict.fromkeys(KINDS, Age(-1.0, 0.0, NEVER))
+        self._counts: deque[tuple[int, dict[str, int]]] = deque()
+        self._template = JointTemplate(KINDS, arrays=3)
+
+    def look(self, now: int, frame) -> dict[str, Age]:
+        """Ages now [ns, `session.now`]; frame: the newest one or None, it says whether a command is stale."""
+        session = self.session
+        ingest, commands = getattr(session, "ingest", None), getattr(session, "commands", None)
+        report = ingest.report(now + session.wall) if ingest is not None else {}
+        ages = {kind: float(report.get(f"{kind}_age_s", math.nan)) for kind in ("imu", "odometry")}
+        last = commands.last_arrival if commands is not None else None
+        ages["command"] = math.nan if last is None else (now - last) * 1e-9
+        rates = self._rates(now, commands)
+        for kind, age in ages.items():
+            stale = age > self.limits[kind]
+            if kind == "command" and frame is not None:
+                stale = bool(int(frame["status"]) & Flag.COMMAND_STALE)
+            state = NEVER if math.isnan(age) else STALE if stale else FRESH
+            self.ages[kind] = Age(-1.0 if math.isnan(age) else age, rates[kind], state)
+        return self.ages
+
+    def _rates(self, now: int, commands) -> dict[str, float]:
+        counts = dict(self.session.received) | {"command": commands.accepted if commands is not None else 0}
+        self._counts.append((now, counts))
+        while len(self._counts) > 2 and now - self._counts[1][0] >= RATE_OVER:
+            self._counts.popleft()
+        then, before = self._counts[0]
+        span = max((now - then) * 1e-9, 1e-3)
+        return {kind: (counts[kind] - before[kind]) / span for kind in KINDS}
+
+    def message(self) -> bytes:
+        """`sim/inputs` as CDR bytes, stamped with the wall clock, in lockstep with /clock."""
+        columns = zip(*(self.ages[kind] for kind in KINDS))
+        return self._template.write(self.session.log_time(), *(number for column in columns for number in column))
+
+    def status(self) -> Status:
+        """Task `inputs` of /diagnostics."""
+        values = {}
+        for kind, (age, rate, state) in self.ages.items():
+            values[f"{kind}_age_s"] = "never" if state == NEVER else text_of(age)
+            values[f"{kind}_rate_hz"] = text_of(rate)
+            values[f"{kind}_stale"] = str(state == STALE).lower()
+        if self.session.state != "running":
+            return Status("inputs", OK, self.session.state, values)
+        silent = {kind: self.ages[kind].age for kind in KINDS if self.ages[kind].state == STALE}
+        fresh = [kind for kind in ("imu", "odometry") if self.ages[kind].state == FRESH]
+        refused = self._refused()
+        said = [f"{kind} silent for {age:.1f} s" for kind, age in silent.items() if kind not in refused]
+        said += [f"{kind} comes but is refused: {why}" for kind, why in refused.items()]
+        if not fresh:
+            said.append("no motion is known: the ship returns to its mean track")
+            return Status("inputs", ERROR, "; ".join(said), values)
+        if "odometry" in silent:
+            said.append("the IMU alone gives the motion")
+        if said:
+            return Status("inputs", WARN, "; ".join(said), values)
+        return Status("inputs", OK, "fresh", values)
+
+    def _refused(self) -> dict[str, str]:
+        """Why motion that comes is not used, by kind."""
+        ingest = getattr(self.session, "ingest", None)
+        if ingest is None:
+            return {}
+        coming = [kind for kind in TOPICS if self.ages[kind].state != FRESH and self.ages[kind].rate > 0.0]
+        return {kind: ingest.refused.why(kind) for kind in coming if ingest.refused.why(kind)}
+
+    def levels(self) -> tuple:
+        """What must be published at once when it changes."""
+        return tuple(self.ages[kind].state for kind in KINDS)

@@ -1,0 +1,1 @@
+"""What may be asked of a running node: control, recordings, the standard interfaces, the policy."""

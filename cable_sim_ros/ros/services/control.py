@@ -1,0 +1,203 @@
+"""Control of a running simulation by services of std_srvs: pause, step, save, restore, reset, record.
+
+The node's names; what each does and refuses: docs/control.md. `simulation_interfaces.py` offers the same under the
+standard names, where that package is installed.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Generator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, Protocol
+
+from rclpy._rclpy_pybind11 import InvalidHandle
+from rclpy.clock import Clock, ClockType
+from rclpy.qos import QoSProfile
+from std_srvs.srv import SetBool, Trigger
+
+from ...io.recordings.recording_place import root_problem
+from ..parameters import Settings
+from ..publisher import TickPublisher
+from ..session import Session
+from ..stepped import SteppedSession
+from .recording_control import MEGABYTE, RecordingControl
+
+LOOK = 0.002  # s between looks at a step that is under way
+QUIT_AFTER = 0.3  # s, for the answer to reach its client
+# calls that may wait; the middleware drops what comes beyond without a word, from ten on where nothing else is said
+WAITING = 1000
+SERVICES = QoSProfile(depth=WAITING)
+STUCK = 5.0  # s beyond the bounded waits of a step, after which it is answered that it stands still
+
+
+class SimulationNode(Protocol):
+    """What the services need of the node, beside what every rclpy node has."""
+
+    session: Session
+    settings: Settings
+    publisher: TickPublisher | None
+    recording: RecordingControl
+    create_service: Callable[..., Any]
+    create_timer: Callable[..., Any]
+    get_parameter: Callable[[str], Any]
+    get_logger: Callable[[], Any]
+    get_fully_qualified_name: Callable[[], str]
+    trigger_activate: Callable[[], Any]
+    trigger_deactivate: Callable[[], Any]
+
+    def report_state(self) -> None: ...
+
+
+class SimulationControl:
+    """The services of one node; made once, they work on the session that the node has."""
+
+    def __init__(self, node: SimulationNode) -> None:
+        self.node = node
+        for kind, name, answer in (
+            (SetBool, "pause", self._on_pause),
+            (Trigger, "step", self._on_step),
+            (Trigger, "save", lambda request, response: self._answer(response, self.save())),
+            (Trigger, "restore", lambda request, response: self._answer(response, self.restore())),
+            (Trigger, "reset", lambda request, response: self._answer(response, self.reset())),
+            (SetBool, "record", self._on_record),
+        ):
+            node.create_service(kind, f"~/{name}", answer, qos_profile=SERVICES)
+        # wakes the executor, which looks at a coroutine that waits only when something comes
+        self._looks = node.create_timer(LOOK, lambda: None, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._looks.cancel()
+        self._waiting = 0
+        self._dropped = 0  # ticks of a step that something else has ended
+        self.on_quit: Callable[[], None] | None = None  # ends the process; set by whoever runs it
+        self._quits = node.create_timer(QUIT_AFTER, self._quit, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._quits.cancel()
+
+    # ---- what the services do: (done, text)
+
+    def pause(self, on: bool) -> tuple[bool, str]:
+        """Hold simulation time, or let it go on."""
+        return self._dropping(self.node.session.pause, on)
+
+    async def step(self, count: int) -> tuple[bool, str]:
+        """So many ticks; comes back when they are done, or will not be."""
+        session = self.node.session
+        begun, text = session.step(count)
+        if not begun:
+            return False, text
+        self._waiting += 1
+        self._dropped = 0
+        self._looks.reset()
+        left, moved = session.steps_left, time.monotonic()
+        maximum = STUCK + 2.0 * self.node.settings.node.lockstep.wait  # for motion, then for a command
+        try:
+            while session.steps_left:
+                if self.node.session is not session or session.state not in ("waiting", "running"):
+                    return False, f"{self._done(count, session.steps_left)}: the node is {self.node.session.state}"
+                if session.steps_left != left:
+                    left, moved = session.steps_left, time.monotonic()
+                elif time.monotonic() - moved > maximum:
+                    return False, (
+                        f"{self._done(count, left)}: nothing has moved for {maximum:g} s ({self._why_not()}). They are "
+                        f"still to be done; ~/pause with data: true drops them"
+                    )
+                await _Turn()
+        finally:
+            self._waiting -= 1
+            if not self._waiting:
+                with suppress(InvalidHandle):  # the process is ending, the timer is gone
+                    self._looks.cancel()
+        if session.state not in ("waiting", "running"):
+            return False, session.problem or f"the node is {session.state}"
+        if self._dropped:
+            return False, f"{self._done(count, self._dropped)}: the rest was dropped by ~/pause, ~/reset or ~/restore"
+        return True, self._done(count, 0)
+
+    def save(self) -> tuple[bool, str]:
+        """The tow into `state_file` under recording.root."""
+        block = self.node.settings.node.recording
+        problem = root_problem("recording.root", block.root, round(block.least_free * MEGABYTE), "saved")
+        return (False, problem) if problem else self.node.session.save(self.state_file)
+
+    def restore(self) -> tuple[bool, str]:
+        """The tow from `state_file` under recording.root."""
+        return self._dropping(self.node.session.restore, self.state_file)
+
+    def reset(self) -> tuple[bool, str]:
+        """Static start again."""
+        return self._dropping(self.node.session.reset)
+
+    def begin_anew(self) -> tuple[bool, str]:
+        """Lockstep: as if the node had just been activated."""
+        session = self.node.session
+        assert isinstance(session, SteppedSession), "in real time the time is that of the stamps"
+        return self._dropping(session.begin_anew)
+
+    def quit_soon(self) -> None:
+        """End the process once the answer to the request is out."""
+        self._quits.reset()
+
+    def _quit(self) -> None:
+        self._quits.cancel()
+        if self.on_quit is not None:
+            self.on_quit()
+
+    def record(self, on: bool) -> tuple[bool, str]:
+        """Begin or end a recording."""
+        node = self.node
+        if on:
+            if node.publisher is None:
+                return False, "the node is not configured: there is nothing to record"
+            text = node.recording.begin(node.session, node.publisher)
+            return not text, text or f"recording to {node.recording.path}"
+        # inputs wait meanwhile; a slow disk goes on writing behind it
+        stats = node.recording.finish(node.session, node.publisher, timeout=2.0)
+        if stats is None:
+            return False, "nothing was recorded"
+        lost = f"; {stats.dropped} lost: {stats.error}" if stats.error else ""
+        return True, f"{stats.written} messages in {node.recording.path}{lost}"
+
+    @property
+    def state_file(self) -> Path:
+        """Where ~/save and ~/restore have their file."""
+        name = self.node.get_parameter("state_file").value
+        return Path(self.node.settings.node.recording.root) / f"{name}.npz"
+
+    # ---- the services
+
+    def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        return self._answer(response, self.pause(request.data))
+
+    async def _on_step(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        return self._answer(response, await self.step(self.node.get_parameter("lockstep.steps").value))
+
+    def _on_record(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        return self._answer(response, self.record(request.data))
+
+    @staticmethod
+    def _answer(response, result: tuple[bool, str]):
+        response.success, response.message = result
+        return response
+
+    def _dropping(self, act: Callable[..., tuple[bool, str]], *given: Any) -> tuple[bool, str]:
+        """Do what ends a step that is under way, and say what state that makes."""
+        left = self.node.session.steps_left
+        result = act(*given)
+        if left and not self.node.session.steps_left:
+            self._dropped = left
+        self.node.report_state()
+        return result
+
+    def _done(self, count: int, left: int) -> str:
+        return f"{count - left} of {count} ticks done"
+
+    def _why_not(self) -> str:
+        session = self.node.session
+        return "there is no motion yet" if session.state == "waiting" else "see the task lockstep of /diagnostics"
+
+
+class _Turn:
+    """Awaited: lets the executor do something else, and comes back at its next turn."""
+
+    def __await__(self) -> Generator[None, None, None]:
+        yield

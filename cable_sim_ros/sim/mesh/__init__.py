@@ -1,0 +1,1 @@
+"""The mesh of a scene, made from an accuracy."""

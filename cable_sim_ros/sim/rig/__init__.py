@@ -1,0 +1,1 @@
+"""A line of one's own on the product's element, water, contact and integrator."""

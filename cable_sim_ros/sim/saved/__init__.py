@@ -1,0 +1,1 @@
+"""Saved simulations: files that anybody may have written."""

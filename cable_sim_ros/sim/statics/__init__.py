@@ -1,0 +1,1 @@
+"""Route over drum and sheave, and the static shape of a tow."""

@@ -1,0 +1,244 @@
+"""Integration of a tow from its body upward, for the static shape (static_shape.py): loads of the cable, of what hangs
+on it, of the seabed under it. Independent of the kernels, plain Python.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import hypot, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from ...physics.ancf import (
+    BUOYANCY,
+    CD_FIXED,
+    CN_FIT,
+    CT_FIXED,
+    CT_OF_RE,
+    EA,
+    EXTRA_ALONG,
+    EXTRA_DRAG,
+    FN,
+    FT,
+    HALF_RHO_D,
+    RE_FACTOR,
+    WEIGHT_PER_LENGTH,
+)
+from ...physics.drag import SPEED_FLOOR
+from ...physics.drag_laws import CHOO_CASARELLA, FRICTION, GRAZING, fitted
+from ...physics.towbody import Towbody, body_record
+from ..scene import Scene
+from ..tables.material import Hung, hung, material_rows, section_ends
+from ..tables.viv_tables import drag_factors
+
+STEP = 0.06  # of the length over which the tension vector turns
+MIN_STEPS = 160  # in all
+
+Row = tuple[float, ...]
+Flow = Callable[[float], tuple[float, float]]  # water past the tow at a height, m/s
+Joint = Callable[[float], Row]  # force that what hangs there needs at a height, N
+
+
+class CableLoads(NamedTuple):
+    """One section's numbers for loads."""
+
+    weight: float  # N/m dry
+    buoyancy: float  # N/m
+    half_rho_d: float
+    factor: float  # drag_amplification, of the drag across
+    along: float  # and along
+    strumming: Callable[[float], float]  # computed drag factor of a normal speed [m/s], of the drag across
+    re: float  # Reynolds number of 1 m/s
+    cd: float  # below 0: of the Reynolds number
+    fit: int  # by this fit
+    ct: float  # of its own
+    ct_of_re: float  # share of C_T(Re)
+    normal: tuple[float, ...]
+    tangential: tuple[float, ...]
+    ea: float
+    minimum: float  # m/s across it that C_D(Re) is taken of at least
+
+
+def cable_loads(scene: Scene) -> list[CableLoads]:
+    """Numbers for loads of every section, from the drum end."""
+    cable, found = scene.cable, []
+    for section, strumming in zip(cable.sections.values(), drag_factors(scene), strict=True):
+        rows = material_rows(cable, section, scene.water, scene.gravity)
+        found.append(
+            CableLoads(
+                rows[WEIGHT_PER_LENGTH],
+                rows[BUOYANCY],
+                rows[HALF_RHO_D],
+                1.0 + rows[EXTRA_DRAG],
+                1.0 + rows[EXTRA_ALONG],
+                strumming,
+                rows[RE_FACTOR],
+                rows[CD_FIXED],
+                int(rows[CN_FIT]),
+                rows[CT_FIXED],
+                rows[CT_OF_RE],
+                tuple(rows[FN + i] for i in range(5)),
+                tuple(rows[FT + i] for i in range(11)),
+                rows[EA],
+                0.0 if scene.seabed.depth is None else SPEED_FLOOR,  # along what lies C_D(Re) has no other bound
+            )
+        )
+    return found
+
+
+def _coefficient(c: CableLoads, re: float) -> float:
+    """C_D by a law's fit."""
+    if c.fit != CHOO_CASARELLA:
+        return fitted(c.fit, re)[0]
+    return 1.1 + 4.0 / sqrt(re) if re > 30.0 else 1.45 + 8.55 * re**-0.9
+
+
+def _coefficients(c: CableLoads, vn: float, at: float) -> tuple[float, float]:
+    """C_D of the drag across and that of f_t: of the whole speed where the cable lies in the flow."""
+    if c.cd >= 0.0:
+        return c.cd, c.cd
+    across = _coefficient(c, max(c.re * max(vn, c.minimum), 1e-2))
+    x = (vn / (GRAZING * at)) ** 2 if vn < GRAZING * at else 1.0
+    if x == 1.0 or c.fit != CHOO_CASARELLA:
+        return across, across
+    whole = _coefficient(c, max(c.re * max(hypot(vn, at), c.minimum), 1e-2))
+    return across, whole + x * x * (3.0 - 2.0 * x) * (across - whole)
+
+
+def line_load(c: CableLoads, z: float, force: Row, flow: Flow) -> tuple[float, float, float]:
+    """Load per length [N/m] on cable with tension vector ``force`` at height z; flow(z): water past it."""
+    if z >= 0.0:
+        return 0.0, 0.0, -c.weight
+    fx, fy, fz = force
+    t = sqrt(fx * fx + fy * fy + fz * fz) or 1e-12
+    ux, uy, uz = fx / t, fy / t, fz / t
+    vx, vy = flow(z)
+    vt = vx * ux + vy * uy
+    wx, wy, wz = vx - vt * ux, vy - vt * uy, -vt * uz
+    vn = sqrt(wx * wx + wy * wy + wz * wz) + 1e-9
+    q2 = vn * vn + vt * vt
+    cd, cdt = _coefficients(c, vn, abs(vt))
+    q = sqrt(q2)
+    co, si = abs(vt) / q, vn / q
+    c2, s2 = co * co - si * si, 2.0 * si * co
+    n, h = c.normal, c.tangential
+    fn = n[0] + n[1] * co + n[2] * si + n[3] * c2 + n[4] * s2
+    c3, s3 = c2 * co - s2 * si, s2 * co + c2 * si
+    c4, s4 = c2 * c2 - s2 * s2, 2.0 * s2 * c2
+    c5, s5 = c4 * co - s4 * si, s4 * co + c4 * si
+    ft = (
+        h[0] + h[1] * co + h[2] * c2 + h[3] * c3 + h[4] * c4 + h[5] * c5
+        + h[6] * si + h[7] * s2 + h[8] * s3 + h[9] * s4 + h[10] * s5
+    )  # fmt: skip
+    a = c.half_rho_d * c.factor * c.strumming(vn) * cd * q2 * fn / vn
+    b = c.half_rho_d * c.along * cdt * q2 * max(ft, 0.0) * (1.0 if vt >= 0.0 else -1.0)
+    if c.ct + c.ct_of_re > 0.0:
+        ct = c.ct + c.ct_of_re * fitted(FRICTION, c.re * abs(vt))[0]
+        b += c.half_rho_d * c.along * ct * abs(vt) * vt
+    return a * wx + b * ux, a * wy + b * uy, a * wz + b * uz - c.weight + c.buoyancy
+
+
+def slope(c: CableLoads, y: Row, flow: Flow) -> Row:
+    """d/ds of (x, y, z, Fx, Fy, Fz) up the cable."""
+    force = y[3:]
+    t = sqrt(force[0] ** 2 + force[1] ** 2 + force[2] ** 2) or 1e-12
+    f = line_load(c, y[2], force, flow)
+    e = (1.0 + t / c.ea) / t
+    return (e * force[0], e * force[1], e * force[2], -f[0], -f[1], -f[2])
+
+
+def joint_forces(scene: Scene, flow: Flow) -> dict[int, Joint]:
+    """By section: force [N] that what hangs at its outboard end adds to the tension vector above it, at height z."""
+    ends, found = list(section_ends(scene.cable).values()), dict[int, Joint]()
+    bodies = {f"bodies.{name}": body for name, body in scene.bodies.items()}
+
+    def pull(things: list[Hung]) -> Joint:
+        def at(z: float) -> Row:
+            force = np.array([0.0, 0.0, sum(thing.weight(scene.gravity, z) for thing in things)])
+            for thing in things:
+                if thing.key in bodies:
+                    force += holding_force(bodies[thing.key], flow(z), scene, z)
+            return tuple(force.tolist())
+
+        return at
+
+    for i, end in enumerate(ends):
+        things = [thing for thing in hung(scene) if thing.place == end]
+        if things:
+            found[i] = pull(things)
+    return found
+
+
+def holding_force(body: Towbody, water: tuple[float, float], scene: Scene, z: float) -> np.ndarray:
+    """Force [N] that holds a body at height z against drag and lift; water: flow past it."""
+    if z >= 0.0:
+        return np.zeros(3)
+    row, speed = body_record(body, scene.gravity, scene.water.density), hypot(*water)
+    along = float(row["drag"][0]) * speed
+    return np.array([-along * water[0], -along * water[1], -float(row["lift"]) * speed * speed])
+
+
+class Ground(NamedTuple):
+    """The seabed under a tow."""
+
+    bottom: float  # m, its height
+    rub: tuple[float, float]  # friction over the weight that lies: what it adds to the tension vector up the cable
+
+    def bears(self, force: Row, weight: float) -> Row:
+        """The tension vector above something of ``weight`` [N] that lies there, or is lifted by it."""
+        down = max(weight, 0.0)
+        return (force[0] + self.rub[0] * down, force[1] + self.rub[1] * down, 0.0)
+
+
+def integrate(
+    cables: list[CableLoads],
+    spans: list[tuple[float, int]],
+    y: Row,
+    flow: Flow,
+    ground: Ground,
+    joints: dict[int, Joint],
+    laid: float = 0.0,
+) -> list[tuple[float, Row, int]]:
+    """From the body up over spans [(length, index of section)]; rows of s, y, section.
+
+    laid: m of it that lie on the ground.
+    """
+    total = sum(length for length, _ in spans)
+    out, s, bottom = [], 0.0, ground.bottom
+    for length, i in spans:
+        c, done = cables[i], 0.0
+        if i in joints:
+            added = joints[i](y[2])
+            force = tuple(a + b for a, b in zip(y[3:], added, strict=True))
+            y = (*y[:3], *(ground.bears((*force[:2], 0.0), added[2]) if s < laid else force))
+        while done < length - 1e-9 * total:
+            out.append((s + done, y, i))
+            if s + done < laid - 1e-9 * total:
+                h = min(total / MIN_STEPS, length - done, laid - s - done)
+                t = hypot(y[3], y[4]) or 1e-12
+                f = line_load(c, bottom, y[3:], flow)
+                force = ground.bears((y[3] - h * f[0], y[4] - h * f[1], 0.0), (c.weight - c.buoyancy) * h)
+                e = h * (1.0 + t / c.ea) / t
+                y = (y[0] + e * y[3], y[1] + e * y[4], bottom, *force)
+                done += h
+                continue
+            t = sqrt(y[3] ** 2 + y[4] ** 2 + y[5] ** 2)
+            f = line_load(c, y[2], y[3:], flow)
+            vx, vy = flow(y[2])
+            scale = hypot(hypot(f[0], f[1]), f[2]) + 0.3 * c.half_rho_d * c.factor * (vx * vx + vy * vy) * (y[2] < 0.0)
+            h = min(STEP * t / max(scale, 1e-12) + 1e-5 * total, total / MIN_STEPS, length - done)
+            h = max(h, 1e-4 * length)
+            if length - done - h < 0.3 * h:
+                h = length - done
+            k1 = slope(c, y, flow)
+            k2 = slope(c, tuple(a + 0.5 * h * b for a, b in zip(y, k1, strict=True)), flow)
+            k3 = slope(c, tuple(a + 0.5 * h * b for a, b in zip(y, k2, strict=True)), flow)
+            k4 = slope(c, tuple(a + h * b for a, b in zip(y, k3, strict=True)), flow)
+            y = tuple(a + h / 6.0 * (p + 2.0 * (q + r) + w) for a, p, q, r, w in zip(y, k1, k2, k3, k4, strict=True))
+            if y[2] < bottom:  # what would go below the ground lies on it, straight
+                y = (*y[:2], bottom, *y[3:5], max(y[5], 0.0))
+            done += h
+        s += length
+        out.append((s, y, i))
+    return out

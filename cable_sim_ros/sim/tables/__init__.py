@@ -1,0 +1,1 @@
+"""Blocks of a scene as numbers and tables for kernels."""

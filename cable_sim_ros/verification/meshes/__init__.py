@@ -1,0 +1,1 @@
+"""What error the meshes keep that they promise, over many tows."""
