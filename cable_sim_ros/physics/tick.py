@@ -94,6 +94,7 @@ def _tick(model, state, inputs, output, slot) -> int:
     now.health.iterations, now.health.substeps = 0, 0
     no_peaks(now.health)
     forget(now.winch)
+    now.drive.limited, now.drive.ticked, now.drive.rounds = 0.0, 0.0, 0
     begun, commanded, blending = now.time.now, (now.winch.commanded, now.winch.command_rate), False
     chosen = model.line.settings[0].step_tension > 0.0
     if not chosen:
