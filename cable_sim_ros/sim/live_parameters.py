@@ -13,6 +13,7 @@ import numpy as np
 
 from ..physics.contact_surface import SHEAVE_ROW, sheave_friction
 from ..physics.state import NOW
+from ..physics.winch_drive import MODES, WinchMode
 from .scene import Scene
 from .simulator import Simulator
 
@@ -39,6 +40,14 @@ def _sheave(sim: Simulator, _: float) -> None:
     sim.state.surfaces["friction"][SHEAVE_ROW] = sheave_friction(sim.scene.sheave)
 
 
+def _drive_mode(sim: Simulator, value: Any) -> None:
+    _write(sim.model.settings, lambda rows: rows["drive"]["mode"].__setitem__(0, MODES.index(WinchMode(value))))
+
+
+def _set_pull(sim: Simulator, value: float) -> None:
+    _write(sim.model.settings, lambda rows: rows["drive"]["set_pull"].__setitem__(0, value))
+
+
 def _write(array: np.ndarray, change: Callable[[np.ndarray], None]) -> None:
     """Change an array that is locked while kernels run."""
     array.setflags(write=True)
@@ -51,6 +60,8 @@ def _write(array: np.ndarray, change: Callable[[np.ndarray], None]) -> None:
 def ways(scene: Scene) -> dict[str, Way]:
     """Live parameters of a scene by dotted name, and what each does to a simulator whose tick is not running."""
     table: dict[str, Way] = {
+        "drive.mode": _drive_mode,
+        "drive.set_pull": _set_pull,
         "setpoint.algorithm": lambda sim, value: sim.set_algorithm(value),
         "setpoint.washout_period": _washout_period,
         "sheave.bearing_friction": _sheave,
