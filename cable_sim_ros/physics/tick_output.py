@@ -40,6 +40,8 @@ class Flag(IntFlag):
         262144,
         "the time steps damped ringing of more than 0.05 of the working tension away: peaks are low",
     )
+    MOTOR_LIMITED = 524288, "the motor gave all that its curve and power allow for half of the tick or more"
+    BRAKE_SLIPPED = 1048576, "cable slipped through the set brake"
 
 
 # the same as plain numbers, each by its own name: kernels know no enums
@@ -62,6 +64,8 @@ COMMAND_LIMITED = int(Flag.COMMAND_LIMITED)
 LOW_FLOW = int(Flag.LOW_FLOW)
 WINCH_SATURATED = int(Flag.WINCH_SATURATED)
 RINGING_DAMPED = int(Flag.RINGING_DAMPED)
+MOTOR_LIMITED = int(Flag.MOTOR_LIMITED)
+BRAKE_SLIPPED = int(Flag.BRAKE_SLIPPED)
 
 
 class Source(IntFlag):

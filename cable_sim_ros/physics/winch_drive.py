@@ -23,6 +23,7 @@ import numpy as np
 
 from .jit import driver, inline
 from .parameter import Block, quantity
+from .tick_output import BRAKE_SLIPPED, MOTOR_LIMITED
 from .winch import ACCELERATION, RATE, TRAVEL, clip, fastest
 
 POINTS = 8  # of the curve of the motor
@@ -225,6 +226,15 @@ def stand_at_end(drum, winch, x):
     winch.at_end = 1 if x >= drum.max_length or x <= drum.min_length else 0
     near = x >= drum.max_limit - AT_REST or x <= drum.min_limit + AT_REST
     winch.at_limit = 1 if near and winch.at_end == 0 else 0
+
+
+@inline
+def drive_flags(driving, winch):
+    """Flags of the drive after a tick."""
+    flags = MOTOR_LIMITED if driving.ticked > 0.0 and 2.0 * driving.limited >= driving.ticked else 0
+    if driving.brake >= 1.0 and abs(winch.rate) > STOPPED:
+        flags |= BRAKE_SLIPPED
+    return flags
 
 
 @driver

@@ -14,6 +14,7 @@ import numpy as np
 from ..physics.contact_surface import SHEAVE_ROW, sheave_friction
 from ..physics.state import NOW
 from ..physics.winch_drive import MODES, WinchMode
+from .checks.drive_checks import mode_problems
 from .scene import Scene
 from .simulator import Simulator
 
@@ -78,10 +79,14 @@ def ways(scene: Scene) -> dict[str, Way]:
 def set_live(sim: Simulator, name: str, value: Any) -> None:
     """Give a live parameter another value, in the scene of the simulator too, so that a start keeps it.
 
-    Call it between two ticks. Raises KeyError for a parameter that is not live, ValueError for one out of its range.
+    Call it between two ticks. Raises KeyError for a parameter that is not live, ValueError for one out of its range or
+    that the drive cannot serve.
     """
     way = ways(sim.scene)[name]
-    sim.scene = changed(sim.scene, name, value)
+    scene = changed(sim.scene, name, value)
+    for problem in mode_problems(scene):
+        raise ValueError(f"{problem.key} {problem.text}; nothing was changed. {problem.remedy}")
+    sim.scene = scene
     way(sim, value)
 
 
