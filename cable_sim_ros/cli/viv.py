@@ -24,7 +24,7 @@ Made by `cable-sim viv any --keys > docs/viv_keys.md`; do not edit. The command:
 
 
 def _kind() -> type[Block]:
-    from ..viv.span import Span
+    from ..spans.in_frequency.span import Span
 
     return Span
 
@@ -42,13 +42,13 @@ def viv(file: str, sensitivity: bool, out: Path | None, as_json: bool) -> None:
 
     In the frequency domain, after Capozucca (1988).
     """
-    from ..viv import files, report
-    from ..viv.response import vibration
+    from ..spans.in_frequency import files, report
+    from ..spans.in_frequency.response import vibration
 
     span = files.load_span(file)
     ready(out)
     if sensitivity:
-        from ..viv import sensitivity as study
+        from ..spans.in_frequency import sensitivity as study
 
         with progress_bar(as_json, "choices") as progress:
             changes = study.sensitivity(span, progress)
@@ -67,7 +67,7 @@ def viv(file: str, sensitivity: bool, out: Path | None, as_json: bool) -> None:
         warnings.warn(f"{file}: {warning}", files.SpanWarning, stacklevel=2)
     data = files.as_data(span, result)
     if out is not None:
-        from ..plots.vibration import draw
+        from ..plots.span_in_frequency import draw
 
         (out / "viv.json").write_text(json.dumps(data, indent=1) + "\n", "utf-8")
         click.echo(f"picture:   {draw(span, result, out / 'viv.png')}", err=True)

@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...io.scenes.span_file import load_span
 from ...physics.wake_oscillator import SATURATION, Wake, WakeLaw, WakePhase
-from ...runs.span import SpanRow, held_frequency, run_span
-from ...sim.span import Span, SpanCase, SpanEnds, SpanFluid, natural_frequency
+from ...spans.in_time.wake_run import SpanRow, held_frequency, run_span
+from ...spans.load import load_span
+from ...spans.span_file import Span, SpanCase, SpanEnds, SpanFluid, natural_frequency
 from . import Comparison, Result
 
 SOURCE = "Westin (2018) Table A3"

@@ -9,11 +9,11 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from ...sim.span import Span, SpanFile
-from ...sim.span_checks import span_problems
-from . import resources, yaml12
-from .load import SceneError
-from .scene_errors import CONSEQUENCE, line_of, place, texts_of
+from ..io.scenes import resources, yaml12
+from ..io.scenes.load import SceneError
+from ..io.scenes.scene_errors import CONSEQUENCE, line_of, place, texts_of
+from .span_checks import span_problems
+from .span_file import Span, SpanFile
 
 
 def load_span(path_or_name: str | os.PathLike) -> Span:
@@ -59,6 +59,6 @@ def checked_span(span: Span, origin: str, lines: Mapping[tuple, int] | None = No
     return span
 
 
-def _unread(path, error: OSError | UnicodeDecodeError) -> str:
+def _unread(path: str | os.PathLike, error: OSError | UnicodeDecodeError) -> str:
     why = "is not UTF-8 text" if isinstance(error, UnicodeDecodeError) else f"cannot be read ({error.strerror})"
     return f"{path}: {why}; {CONSEQUENCE}. Check the file"

@@ -7,28 +7,28 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 _FACE = {  # name -> module
-    "Span": "span",
-    "SpanError": "files",
-    "SpanWarning": "files",
-    "Vibration": "response",
-    "warnings": "files",
-    "load_span": "files",
-    "span_from_dict": "files",
-    "vibration": "response",
+    "Span": "spans.in_frequency.span",
+    "SpanError": "spans.in_frequency.files",
+    "SpanWarning": "spans.in_frequency.files",
+    "Vibration": "spans.in_frequency.response",
+    "warnings": "spans.in_frequency.files",
+    "load_span": "spans.in_frequency.files",
+    "span_from_dict": "spans.in_frequency.files",
+    "vibration": "spans.in_frequency.response",
 }
 __all__ = ["Span", "SpanError", "SpanWarning", "Vibration", "warnings", "load_span", "span_from_dict", "vibration"]
 
 if TYPE_CHECKING:
-    from .files import SpanError, SpanWarning, load_span, span_from_dict, warnings
-    from .response import Vibration, vibration
-    from .span import Span
+    from .spans.in_frequency.files import SpanError, SpanWarning, load_span, span_from_dict, warnings
+    from .spans.in_frequency.response import Vibration, vibration
+    from .spans.in_frequency.span import Span
 
 
 def __getattr__(name: str) -> object:
     """Import a name when it is first used."""
     if name not in _FACE:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}; it has {', '.join(_FACE)}")
-    value = globals()[name] = getattr(import_module(f"{__name__}.{_FACE[name]}"), name)
+    value = globals()[name] = getattr(import_module(f"{__package__}.{_FACE[name]}"), name)
     return value
 
 

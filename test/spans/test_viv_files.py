@@ -15,12 +15,12 @@ from cable_sim_ros.cli import commands
 from cable_sim_ros.io.scenes import yaml12
 from cable_sim_ros.io.scenes.load import SceneError, load_scene
 from cable_sim_ros.io.scenes.resources import find_viv, shipped_viv
-from cable_sim_ros.plots.vibration import compose
+from cable_sim_ros.plots.span_in_frequency import compose
 from cable_sim_ros.runs.manual import tables
+from cable_sim_ros.spans.in_frequency import checks, files, report, sensitivity
+from cable_sim_ros.spans.in_frequency.response import leading, vibration
+from cable_sim_ros.spans.in_frequency.span import Span
 from cable_sim_ros.verification.experiments import run as run_experiment
-from cable_sim_ros.viv import checks, files, report, sensitivity
-from cable_sim_ros.viv.response import leading, vibration
-from cable_sim_ros.viv.span import Span
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 PAGE = (DOCS / "viv.md").read_text("utf-8")

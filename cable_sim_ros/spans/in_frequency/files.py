@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
-from ..io.scenes import resources, yaml12
-from ..io.scenes.load import SceneError
-from ..io.scenes.scene_errors import CONSEQUENCE, kind_of, line_of, place, texts_of
-from ..sim.problem import Problem
+from ...io.scenes import resources, yaml12
+from ...io.scenes.load import SceneError
+from ...io.scenes.scene_errors import CONSEQUENCE, kind_of, line_of, place, texts_of
+from ...sim.problem import Problem
 from . import checks
 from .response import Vibration
 from .span import Span
@@ -26,7 +26,7 @@ class SpanWarning(UserWarning):
 
 
 def load_span(path_or_name: str | os.PathLike) -> Span:
-    """Span of a YAML file, or of the name of a shipped one (``fig_5_5_constant_tension``). Raises SpanError."""
+    """Span of a YAML file, or of the name of a shipped one (``capozucca_5_5``). Raises SpanError."""
     try:
         path = resources.find_viv(path_or_name)
         text = path.read_text("utf-8")
