@@ -12,16 +12,30 @@ _FACE = {  # name -> module
     "SpanWarning": "spans.in_frequency.files",
     "Vibration": "spans.in_frequency.response",
     "warnings": "spans.in_frequency.files",
+    "load_cases": "spans.to_frequency",
     "load_span": "spans.in_frequency.files",
     "span_from_dict": "spans.in_frequency.files",
     "vibration": "spans.in_frequency.response",
+    "FrequencyCase": "spans.to_frequency",
 }
-__all__ = ["Span", "SpanError", "SpanWarning", "Vibration", "warnings", "load_span", "span_from_dict", "vibration"]
+__all__ = [
+    "FrequencyCase",
+    "Span",
+    "SpanError",
+    "SpanWarning",
+    "Vibration",
+    "load_cases",
+    "load_span",
+    "span_from_dict",
+    "vibration",
+    "warnings",
+]
 
 if TYPE_CHECKING:
     from .spans.in_frequency.files import SpanError, SpanWarning, load_span, span_from_dict, warnings
     from .spans.in_frequency.response import Vibration, vibration
     from .spans.in_frequency.span import Span
+    from .spans.to_frequency import FrequencyCase, load_cases
 
 
 def __getattr__(name: str) -> object:

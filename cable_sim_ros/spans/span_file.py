@@ -14,9 +14,10 @@ from pydantic import field_validator, model_validator
 
 from ..physics.drag_laws import DragLaw
 from ..physics.fluid import Fluid
-from ..physics.parameter import REQUIRED, Block, quantity
+from ..physics.parameter import REQUIRED, Block, again, quantity
 from ..physics.section import Material
 from ..physics.wake_oscillator import MIN_RE, Wake, WakeLaw
+from .in_frequency.span import Correlation, LiftBlock, Reading, ResponseBlock
 
 LEAD_ELEMENTS = 2
 MAX_ELEMENTS = 1000  # of the rest of the span
@@ -49,6 +50,11 @@ class SpanDragLaw(str, Enum):
 def _of_fluid(name: str) -> Any:
     """The declaration of a number of Fluid."""
     return Fluid.model_fields[name]
+
+
+def _of_lift(name: str) -> Any:
+    """The declaration of a number of LiftBlock."""
+    return LiftBlock.model_fields[name]
 
 
 class SpanFluid(Block):
@@ -93,6 +99,31 @@ class SpanSheave(Block):
     tail: float = quantity(1.0, "m", 0.05, 1000.0, "cable between a sheave and its mass", "no source")
 
 
+class SpanLift(Block):
+    """Lift spectrum of the frequency domain, as in a file for `cable-sim viv`."""
+
+    reading: Reading = _of_lift("reading")
+    mean_squares: tuple[float, ...] | None = again(LiftBlock, "mean_squares", "that of the wake behind a held cable")
+    correlation: Correlation = _of_lift("correlation")
+    correlation_length: float | None = _of_lift("correlation_length")
+
+
+class FrequencyDomain(Block):
+    """What `cable-sim viv` takes beyond the rest of the file; without effect in time."""
+
+    turbulence_intensity: float = quantity(
+        0.1,
+        "1",
+        None,
+        1.0,
+        "standard deviation of the wind over its speed: width of the lift spectrum",
+        "a choice; 0.12 in Capozucca (1988) fig. 5.5",
+        above=0.0,
+    )
+    lift: SpanLift = quantity(SpanLift(), "", None, None, "lift spectrum")
+    response: ResponseBlock = quantity(ResponseBlock(), "", None, None, "grids and method")
+
+
 class Span(Block):
     name: str = quantity(REQUIRED, "", None, None, "name of the span")
     gravity: float = quantity(9.81, "m/s^2", None, 30.0, "gravitational acceleration", above=0.0)
@@ -111,6 +142,9 @@ class Span(Block):
         16, "1", 4, MAX_ELEMENTS, "elements of the span; even, for one node is in the middle", "Westin A.3"
     )
     steps: int = quantity(60, "1", 30, 10000, "steps a period of shedding")
+    frequency_domain: FrequencyDomain = quantity(
+        FrequencyDomain(), "", None, None, "what `cable-sim viv` takes beyond the rest; without effect in time"
+    )
     cases: dict[str, SpanCase] = quantity(REQUIRED, "", None, None, "cases by name")
 
     @field_validator("elements")
@@ -129,11 +163,16 @@ class SpanFile(Block):
     span: Span = quantity(REQUIRED, "", None, None, "a span of cable in a cross wind")
 
 
+def mass_in_fluid(span: Span) -> float:
+    """Mass per length [kg/m] with the added mass of the fluid."""
+    own = span.cable
+    return own.mass_per_length + own.added_mass_coefficient * span.fluid.density * 0.25 * pi * own.diameter**2
+
+
 def natural_frequency(span: Span, case: SpanCase) -> float:
     """First natural frequency [Hz] of a pinned beam under tension, Westin (A24), with the added mass of the fluid."""
-    k, own = pi / case.length, span.cable
-    mass = own.mass_per_length + own.added_mass_coefficient * span.fluid.density * 0.25 * pi * own.diameter**2
-    return k * sqrt((case.tension + own.bending_stiffness * k * k) / mass) / (2.0 * pi)
+    k = pi / case.length
+    return k * sqrt((case.tension + span.cable.bending_stiffness * k * k) / mass_in_fluid(span)) / (2.0 * pi)
 
 
 def shedding_frequency(span: Span, case: SpanCase) -> float:

@@ -47,13 +47,13 @@ REFUSED = [
     ),
     ({"cable": {"length": "17 m"}}, "cable.length = '17 m' is text, expected a number in [0.01, 20000] m"),
     ({"cable": {"mass_per_length": 0.0}}, "cable.mass_per_length = 0.0 kg/m is outside (0, 100000] kg/m"),
-    ({"flow": {"speed": 0.65}}, "flow.speed = 0.65 is a number, expected a list of numbers in [0, 30] m/s"),
-    ({"flow": {"speed": [0.65, -1.0]}}, "flow.speed = [0.65, -1.0] m/s, component 1, is outside [0, 30] m/s"),
+    ({"flow": {"speed": 0.65}}, "flow.speed = 0.65 is a number, expected a list of numbers in [0, 100] m/s"),
+    ({"flow": {"speed": [0.65, -1.0]}}, "flow.speed = [0.65, -1.0] m/s, component 1, is outside [0, 100] m/s"),
     (
         {"flow": {"speed": [0.65, "x"]}},
-        "flow.speed = [0.65, 'x'] is a list of 2, expected a list of numbers in [0, 30] m/s",
+        "flow.speed = [0.65, 'x'] is a list of 2, expected a list of numbers in [0, 100] m/s",
     ),
-    ({"flow": {"turbulence": None}}, "flow.turbulence = null is empty, expected a number in (0, 10] m/s"),
+    ({"flow": {"turbulence": None}}, "flow.turbulence = null is empty, expected a number in (0, 100] m/s"),
     (
         {"lift": {"reading": "D"}},
         "lift.reading = 'D' is none of its laws (reading of the lift spectrum); nothing was started",

@@ -224,7 +224,7 @@ def warnings(span: Span, result: Vibration) -> list[Problem]:
     """What is doubtful about a result: number, threshold, remedy."""
     found = []
     first, top, count = result.frequencies[0], result.shedding[1], len(result.frequencies)
-    if first > top:
+    if first * (1.0 - result.damping_ratios[0]) > top:  # the resonance is half a width wide on either side
         found.append(
             Problem(
                 "flow.speed",

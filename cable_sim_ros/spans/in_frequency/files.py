@@ -54,6 +54,13 @@ def span_from_dict(data: Mapping[str, Any], origin: str = "span", lines: Mapping
                 f"{CONSEQUENCE}. Begin with a copy of a shipped span: {', '.join(resources.shipped_viv())}"
             ]
         )
+    if "span" in data:
+        raise SpanError(
+            [
+                f"{origin}: has `span:` at its top, a span file with cases, expected one line and its flow; "
+                f"{CONSEQUENCE}. Read it with load_cases, or give it to `cable-sim viv`"
+            ]
+        )
     if "ship" in data or "winch" in data:
         raise SpanError(
             [
@@ -155,5 +162,5 @@ def fields_markdown() -> str:
         f"| `{name}` | {field.unit} | {field.meaning} | `.{field.attribute}{'.max()' if field.largest else ''}` |"
         for name, field in FIELDS.items()
     ]
-    rows.append(f"| `{WARNINGS}` |  | what is doubtful about the result, as texts | `cautions(span, result)` |")
+    rows.append(f"| `{WARNINGS}` |  | what is doubtful about the result, as texts | `warnings(span, result)` |")
     return "\n".join(("| field | unit | meaning | in Python |", "|---|---|---|---|", *rows))

@@ -15,13 +15,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ...errors import RunError
-from ...io.scenes.load import SceneError
 from ...physics.state import NOW, WAKE
 from ...physics.wake_oscillator import MIN_RE, WAKE_Q, WakeLaw
 from ...sim.flag_rules import FAILED
 from ...sim.rig.rig import HALVED, RigError
 from ...sim.verdict import Reason, Verdict, verdict_of
-from ..load import checked_span, load_span
+from ..load import checked_span, known_cases, load_span
 from ..span_file import Span, SpanCase, natural_frequency, reynolds, shedding_frequency, sheds
 from .wake_line import SpanLine, span_line
 
@@ -166,10 +165,7 @@ def run_span(
     else:
         origin, span = os.fspath(span), load_span(span)
     names = list(span.cases) if cases is None else cases
-    unknown = [name for name in names if name not in span.cases]
-    if unknown:
-        text = f"case '{unknown[0]}' is not in {span.name}; nothing was run. Known: {', '.join(span.cases)}"
-        raise SceneError([text])
+    known_cases(span, names)
     rows, histories = [], {}
     for i, name in enumerate(names):
         progress(name, i, len(names))
