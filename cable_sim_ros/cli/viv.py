@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -56,22 +57,16 @@ def viv(file: str, sensitivity: bool, names: tuple[str, ...], out: Path | None, 
     if sensitivity:
         _sensitivity(file, cases, out, as_json)
         return
-    several = any(case.taken for case in cases.values())
-    found = []
-    for name, case in cases.items():
-        data = {"case": name} | _computed(file, case, f"viv_{name}.png" if several else "viv.png", out, as_json)
-        found.append(data)
-    # a file for this command is one span, and its figures stand at the top
-    report = {"span": next(iter(cases.values())).span.name.partition(": ")[0], "cases": found} if several else found[0]
-    if not several:
-        del report["case"]
+    found = [_computed(file, case, out, as_json) for case in cases.values()]
+    of = next(iter(cases.values())).of
+    report = {"span": of, "cases": found} if of else found[0]
     if out is not None:
         (out / "viv.json").write_text(json.dumps(report, indent=1) + "\n", "utf-8")
     if as_json:
         click.echo(json.dumps(report, indent=1))
 
 
-def _computed(file: str, case: FrequencyCase, picture: str, out: Path | None, as_json: bool) -> dict:
+def _computed(file: str, case: FrequencyCase, out: Path | None, as_json: bool) -> dict:
     """Compute one span, warn, draw and print it; its figures."""
     from ..spans.in_frequency import files, report
     from ..spans.in_frequency.response import vibration
@@ -84,12 +79,13 @@ def _computed(file: str, case: FrequencyCase, picture: str, out: Path | None, as
     if out is not None:
         from ..plots.span_in_frequency import draw
 
+        picture = "_".join(["viv", *re.findall(r"[\w.-]+", case.case)]) + ".png"
         click.echo(f"picture:   {draw(case.span, result, out / picture)}", err=True)
     if not as_json:
         report.print_vibration(case.span, result)
         report.print_taken(case.taken)
     data = {**files.as_data(case.span, result), files.WARNINGS: doubts}
-    return data | {"taken": [taken._asdict() for taken in case.taken]} if case.taken else data
+    return {"case": case.case} | data | {"taken": [taken._asdict() for taken in case.taken]} if case.case else data
 
 
 def _sensitivity(file: str, cases: dict[str, FrequencyCase], out: Path | None, as_json: bool) -> None:

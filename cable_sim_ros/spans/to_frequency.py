@@ -18,9 +18,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..io.scenes import resources, yaml12
-from ..physics.drag_laws import CHOO_CASARELLA, LAWS, DragLaw, choo_casarella, fitted
+from ..physics.drag_laws import CHOO_CASARELLA, LAWS, DragLaw, choo_casarella, fitted, smooth
 from ..physics.parameter import Block
-from ..physics.wake_oscillator import MIN_RE, SATURATION, WakeLaw
+from ..physics.wake_oscillator import MIN_RE, RE_FULL, SATURATION, WakeLaw
 from ..sim.problem import Problem
 from . import load
 from .in_frequency import checks, damping, files, modes
@@ -47,6 +47,8 @@ class FrequencyCase(NamedTuple):
     span: frequency.Span
     taken: list[Taken]
     doubts: list[Problem]
+    of: str = ""  # name of the span of the file, and of the case; of a file for `cable-sim viv` none
+    case: str = ""
     hold: float = 0.0  # per cent of its frequency over which a motion of one diameter holds a wake; 0: no oscillator
     intensity: float = 0.0  # standard deviation of the flow over its speed
 
@@ -64,8 +66,8 @@ class FrequencyCase(NamedTuple):
                     "Take the amplitude of `cable-sim span`",
                 )
             )
-        if self.taken:
-            found = [in_span_file(problem, self.span.name.rpartition(": ")[2]) for problem in found]
+        if self.case:
+            found = [in_span_file(problem, self.case) for problem in found]
         return [files.text_of(problem) for problem in found]
 
 
@@ -103,7 +105,7 @@ def problems(span: Span, cases: Collection[str] = ()) -> list[Problem]:
     if span.wake.law is WakeLaw.OFF:
         text = "= off: nothing is shed, and so nothing vibrates"
         return [Problem("span.wake.law", text, "Give bai_qin or facchinetti")]
-    square, given = mean_squares(span)[0], span.wake.lift_coefficient
+    square, given = _wake_square(span), span.wake.lift_coefficient
     if span.frequency_domain.lift.mean_squares is None and not 0.0 < square <= MAX_SQUARE:
         text = f"= {given:g} is a mean square of the lift of {square:.3g}, outside (0, {MAX_SQUARE:g}]"
         remedy = "Give another, or span.frequency_domain.lift.mean_squares"
@@ -150,8 +152,8 @@ def frequency_case(span: Span, name: str) -> FrequencyCase:
         )
         remedy = "Take the frequencies and amplitudes of `cable-sim span`, or give more tension"
         doubts.append(Problem(f"span.cases.{name}.tension", text, remedy))
-    hold = 50.0 * span.wake.coupling / _cycle(span)
-    return FrequencyCase(line, taken, doubts, hold, span.frequency_domain.turbulence_intensity)
+    hold = 50.0 * span.wake.coupling * _complete(span, case) / _cycle(span)
+    return FrequencyCase(line, taken, doubts, span.name, name, hold, span.frequency_domain.turbulence_intensity)
 
 
 def in_span_file(problem: Problem, case: str) -> Problem:
@@ -173,10 +175,10 @@ def drag_coefficient(span: Span, case: SpanCase) -> float:
     return float(constant) * (law.normal[0] + law.normal[2] - law.normal[3])  # f_n at a right angle
 
 
-def mean_squares(span: Span) -> tuple[float, ...]:
+def mean_squares(span: Span, case: SpanCase) -> tuple[float, ...]:
     """Of C_L at multiples of the shedding rate: given, or that of the wake's cycle behind a held cable, a sine."""
     own = span.frequency_domain.lift.mean_squares
-    return ((0.5 * span.wake.lift_coefficient * _cycle(span)) ** 2 / 2.0,) if own is None else own
+    return (_wake_square(span) * _complete(span, case) ** 2,) if own is None else own
 
 
 def damping_ratios(span: Span, case: SpanCase, line: frequency.Span) -> np.ndarray:
@@ -190,6 +192,16 @@ def damping_ratios(span: Span, case: SpanCase, line: frequency.Span) -> np.ndarr
     own = span.damping_ratio * dry * natural_frequency(span, case) / frequency
     bending = span.cable.bending_damping * wave**4 / (4.0 * pi * frequency * mass)
     return drag - line.damping.structural + own + bending
+
+
+def _wake_square(span: Span) -> float:
+    """Mean square of C_L behind a held cable, vortices complete."""
+    return (0.5 * span.wake.lift_coefficient * _cycle(span)) ** 2 / 2.0
+
+
+def _complete(span: Span, case: SpanCase) -> float:
+    """Fraction of the force of complete vortices at the wind of a case, as in time."""
+    return float(smooth(reynolds(span, case.wind), MIN_RE, RE_FULL)[0])
 
 
 def _cycle(span: Span) -> float:
@@ -222,7 +234,7 @@ def _without_ratios(span: Span, name: str) -> frequency.Span:
                 "strouhal": span.wake.strouhal,
             },
             "damping": {"drag_coefficient": drag_coefficient(span, case), **structural},
-            "lift": {**block.lift.model_dump(), "mean_squares": mean_squares(span)},
+            "lift": {**block.lift.model_dump(), "mean_squares": mean_squares(span, case)},
             "response": block.response.model_dump(),
         }
     )

@@ -97,6 +97,16 @@ def test_in_a_steady_flow_of_one_phase_both_say_the_same(span, values):
     assert found.rms_displacement.max() == pytest.approx(row.vertical_rms_m, rel=0.015)
 
 
+def test_vortices_that_are_not_complete_lift_less(span):
+    """Re = 53.5, half of the force in both."""
+    both = one(span, gravity=1e-3)
+    both = changed(both, cases={"a": {"length": 15.0, "tension": 200.0, "wind": 53.5 * 1.8e-5 / (1.2 * 0.02)}})
+    row = run_span(both).rows[0]
+    case = frequency_case(steady(both), "a")
+    assert case.span.lift.mean_squares[0] == pytest.approx(0.25 * 0.075)
+    assert vibration(case.span).rms_displacement.max() == pytest.approx(row.vertical_rms_m, rel=0.015)
+
+
 def test_turbulence_and_short_correlation_make_it_less(span):
     parts = [one(span), steady(one(span))]
     less, more = (vibration(frequency_case(part, "a").span).rms_displacement.max() for part in parts)
