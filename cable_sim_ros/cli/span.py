@@ -37,7 +37,7 @@ def _kind() -> type[Block]:
 def span(file: str, cases: tuple[str, ...], out: Path | None, as_json: bool) -> None:
     """Vibration in time of the span in FILE (YAML, or the name of a shipped one) by the vortices that the wind sheds.
 
-    A wake oscillator on every node, see docs/wake.md; `cable-sim viv` is the one in the frequency domain.
+    A wake oscillator on every node, see docs/wake.md; `cable-sim viv` takes the same file in the frequency domain.
     """
     from ..spans.in_time import wake_run
 
