@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
-from ..io.scenes import resources, yaml12
-from ..io.scenes.load import SceneError
-from ..io.scenes.scene_errors import CONSEQUENCE, kind_of, line_of, place, texts_of
-from ..sim.problem import Problem
+from ...io.scenes import resources, yaml12
+from ...io.scenes.load import SceneError
+from ...io.scenes.scene_errors import CONSEQUENCE, kind_of, line_of, place, texts_of
+from ...sim.problem import Problem
 from . import checks
 from .response import Vibration
 from .span import Span
@@ -26,7 +26,7 @@ class SpanWarning(UserWarning):
 
 
 def load_span(path_or_name: str | os.PathLike) -> Span:
-    """Span of a YAML file, or of the name of a shipped one (``fig_5_5_constant_tension``). Raises SpanError."""
+    """Span of a YAML file, or of the name of a shipped one (``capozucca_5_5``). Raises SpanError."""
     try:
         path = resources.find_viv(path_or_name)
         text = path.read_text("utf-8")
@@ -52,6 +52,13 @@ def span_from_dict(data: Mapping[str, Any], origin: str = "span", lines: Mapping
             [
                 f"{origin}: is {kind_of(data)}, expected keys and values such as `cable: {{length: 17.45, ...}}`; "
                 f"{CONSEQUENCE}. Begin with a copy of a shipped span: {', '.join(resources.shipped_viv())}"
+            ]
+        )
+    if "span" in data:
+        raise SpanError(
+            [
+                f"{origin}: has `span:` at its top, a span file with cases, expected one line and its flow; "
+                f"{CONSEQUENCE}. Read it with load_cases, or give it to `cable-sim viv`"
             ]
         )
     if "ship" in data or "winch" in data:
@@ -155,5 +162,5 @@ def fields_markdown() -> str:
         f"| `{name}` | {field.unit} | {field.meaning} | `.{field.attribute}{'.max()' if field.largest else ''}` |"
         for name, field in FIELDS.items()
     ]
-    rows.append(f"| `{WARNINGS}` |  | what is doubtful about the result, as texts | `cautions(span, result)` |")
+    rows.append(f"| `{WARNINGS}` |  | what is doubtful about the result, as texts | `warnings(span, result)` |")
     return "\n".join(("| field | unit | meaning | in Python |", "|---|---|---|---|", *rows))
