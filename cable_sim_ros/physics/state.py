@@ -358,13 +358,10 @@ def records(count: int, kind: np.dtype) -> np.recarray:
     return np.zeros(count, kind).view(np.recarray)
 
 
-def make_state(
-    arc: np.ndarray, surfaces: np.ndarray, sea: Sea | None = None, links: bool = False, delayed: int = 0
-) -> State:
+def make_state(arc: np.ndarray, surfaces: np.ndarray, sea: Sea | None = None, links=False, delayed: int = 0) -> State:
     """State of a line of elements, or of links, with these arc lengths [nodes] and SURFACE records; else zero.
 
-    sea: None where there is no more than a linear current. Raises ValueError, see check_surfaces.
-    """
+    sea: None where there is no more than a linear current; delayed: its rows. Raises ValueError, see check_surfaces."""
     nodes, z = len(arc), np.zeros
     state = State(
         memory=records(SLOTS, MEMORY),
