@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import yaml
 from pydantic import ValidationError
 
 from ...errors import CableSimError
@@ -127,7 +126,7 @@ def override(scene: Scene, values: Mapping[str, Any]) -> Scene:
 
 def dump_scene(scene: Scene) -> str:
     """YAML text of the whole scene, defaults written out; load_scene reads the same scene back."""
-    return yaml.dump(scene.model_dump(mode="json"), Dumper=yaml12.Dumper, sort_keys=False, width=120)
+    return yaml12.dump(scene.model_dump(mode="json"))
 
 
 def _known_keys(scene: Scene) -> list[str]:
