@@ -25,7 +25,6 @@ from .typestore import ROS_DISTRO, definition, type_hash
 
 CHUNK_SIZE = 256 * 1024  # bytes; larger chunks compress no better and stall the writer longer
 SHOWN = 120  # characters of a path in an error
-LINE = 10_000  # characters, as rosbag2 writes them: no value is folded
 INFINITE = {"sec": 9223372036, "nsec": 854775807}
 
 
@@ -189,7 +188,7 @@ class BagWriter:
             topic,
             "cdr",
             self._schemas[msgtype],
-            {"offered_qos_profiles": dump(offered, LINE).strip() if offered else "", "topic_type_hash": digest},
+            {"offered_qos_profiles": dump(offered).strip() if offered else "", "topic_type_hash": digest},
         )
         self._topics[topic] = {
             "topic_metadata": {
@@ -252,7 +251,7 @@ class BagWriter:
             return
         try:
             self.flush()
-            self._mcap.add_metadata("rosbag2", {"serialized_metadata": dump(self._metadata(), LINE).strip()})
+            self._mcap.add_metadata("rosbag2", {"serialized_metadata": dump(self._metadata()).strip()})
             self._mcap.finish()
             self._file.close()
             self._indexes.close()
@@ -301,7 +300,7 @@ class BagWriter:
     def _write_metadata(self) -> None:
         scratch = self.path / "metadata.yaml.tmp"
         try:
-            scratch.write_text(dump({"rosbag2_bagfile_information": self._metadata()}, LINE), "utf-8")
+            scratch.write_text(dump({"rosbag2_bagfile_information": self._metadata()}), "utf-8")
             scratch.replace(self.path / "metadata.yaml")  # at no time half a file
         except OSError:
             scratch.unlink(missing_ok=True)

@@ -3,62 +3,42 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
+from ...sim.problem import Problem
 from ...sim.span import Span, SpanFile
 from ...sim.span_checks import span_problems
-from . import resources, yaml12
-from .load import SceneError
-from .scene_errors import CONSEQUENCE, line_of, place, texts_of
+from . import resources
+from .document import Document
+
+
+def _problems(file: SpanFile) -> list[Problem]:
+    if not file.span.cases:
+        return [Problem("span.cases", "has no case", "Give length, tension and wind of one")]
+    return span_problems(file.span)
+
+
+SPANS = Document(
+    SpanFile,
+    "a span in a wind",
+    "span",
+    "span: {name: mine, ...}",
+    resources.find_span,
+    resources.shipped_spans,
+    _problems,
+)
 
 
 def load_span(path_or_name: str | os.PathLike) -> Span:
     """Span of a YAML file, or of the name of a shipped one (``span_in_wind``). Raises SceneError with every problem."""
-    try:
-        path = resources.find_span(path_or_name)
-        text = Path(path).read_text(encoding="utf-8")
-    except (resources.ResourceError, UnicodeDecodeError, OSError) as error:
-        raise SceneError([str(error) if isinstance(error, resources.ResourceError) else _unread(path, error)]) from None
-    try:
-        data, lines = yaml12.parse(text)
-    except yaml12.YamlError as error:
-        raise SceneError(
-            [f"{place(str(path), line)}: {what}; {CONSEQUENCE}. Correct the YAML" for line, what in error.problems]
-        ) from None
-    return span_from_dict(data, str(path), lines)
+    return SPANS.load(path_or_name).span
 
 
-def span_from_dict(data: Any, origin: str, lines: Mapping[tuple, int] | None = None) -> Span:
-    """Span of plain data ``{"span": {...}}``; origin and lines name places in errors. Raises SceneError."""
-    if not isinstance(data, Mapping) or "span" not in data:
-        raise SceneError(
-            [
-                f"{origin}: has no key `span`, so it is no span; {CONSEQUENCE}. Begin with a copy of a shipped one: "
-                f"{', '.join(resources.shipped_spans())}; a scene of a tow is for `cable-sim run`"
-            ]
-        )
-    try:
-        span = SpanFile.model_validate(data).span
-    except ValidationError as error:
-        raise SceneError(texts_of(error, data, origin, lines or {}, SpanFile)) from None
-    if not span.cases:
-        raise SceneError([f"{origin}: span.cases has no case; {CONSEQUENCE}. Give length, tension and wind of one"])
-    return checked_span(span, origin, lines)
+def span_from_dict(data: Any, origin: str) -> Span:
+    """Span of plain data ``{"span": {...}}``; origin names it in errors. Raises SceneError with every problem."""
+    return SPANS.check(data, origin).span
 
 
-def checked_span(span: Span, origin: str, lines: Mapping[tuple, int] | None = None) -> Span:
+def checked_span(span: Span, origin: str) -> Span:
     """The span itself where each of its cases can be a line. Raises SceneError with every problem."""
-    found = span_problems(span)
-    if found:
-        at = [place(origin, line_of(lines or {}, tuple(problem.key.split(".")))) for problem in found]
-        raise SceneError([f"{a}: {p.key} {p.text}; {CONSEQUENCE}. {p.remedy}" for a, p in zip(at, found, strict=True)])
-    return span
-
-
-def _unread(path, error: OSError | UnicodeDecodeError) -> str:
-    why = "is not UTF-8 text" if isinstance(error, UnicodeDecodeError) else f"cannot be read ({error.strerror})"
-    return f"{path}: {why}; {CONSEQUENCE}. Check the file"
+    return SPANS.checked(SpanFile(span=span), origin).span

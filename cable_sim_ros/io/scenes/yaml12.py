@@ -6,6 +6,7 @@ By the core schema: 1e-3 is a number, ``on``, 1:30, 1_000 and a date are text, a
 from __future__ import annotations
 
 import re
+import sys
 from io import StringIO
 from typing import Any
 
@@ -21,7 +22,8 @@ MAX_DEPTH = 50  # levels of a file; a scene has five
 MAX_VALUES = 3000  # of a file, aliases followed; a scene has a few hundred
 MAX_LENGTH = 1_000_000  # characters of a file
 MAX_DIGITS = 300  # of an integer; a longer one is read as a float
-CORE = {f"tag:yaml.org,2002:{kind}" for kind in ("null", "bool", "int", "float")}
+TAG = "tag:yaml.org,2002:"
+CORE = {f"{TAG}{kind}" for kind in ("null", "bool", "int", "float")}
 WORDS = {"y", "n", "yes", "no", "on", "off", "true", "false", "null"}  # that a version takes for another value
 
 
@@ -71,7 +73,7 @@ def parse(text: str, max_values: int = MAX_VALUES) -> tuple[Any, dict[Path, int]
     def build(node, path: Path, above: tuple[int, ...]) -> Any:
         line = node.start_mark.line + 1
         lines.setdefault(path, line)
-        if len(path) > MAX_DEPTH:  # aliases within aliases
+        if len(path) > MAX_DEPTH:
             raise YamlError((line, f"is nested deeper than {MAX_DEPTH} levels through aliases"))
         if len(lines) > max_values:  # a path each, so aliases within aliases count as often as they stand
             raise YamlError((line, f"has more than {max_values} values, counting aliases"))
@@ -103,10 +105,10 @@ def parse(text: str, max_values: int = MAX_VALUES) -> tuple[Any, dict[Path, int]
 
 def _scalar(node, constructor) -> Any:
     """None, bool, int or float of the core schema, else the text: what is quoted, and what ruamel reads beyond it."""
-    if node.style or str(node.tag) not in CORE or re.match("[-+]?0b|.*_", node.value):
+    if node.style or node.tag not in CORE or re.match("[-+]?0b|.*_", node.value):
         return node.value
+    long = node.tag == f"{TAG}int" and len(node.value) > MAX_DIGITS
     try:
-        long = len(node.value) > MAX_DIGITS and str(node.tag).endswith(":int")
         return (constructor.construct_yaml_float if long else constructor.construct_object)(node)
     except (ValueError, KeyError):  # !!int word
         return node.value
@@ -121,33 +123,25 @@ def dotted(path: Path) -> str:
 
 
 class _Representer(SafeRepresenter):
+    """No aliases, a list of numbers in one line, no text without quotes that a version takes for another value."""
+
     def ignore_aliases(self, data):
         return True
 
     def represent_sequence(self, tag, sequence, flow_style=None):
         return super().represent_sequence(tag, sequence, not any(isinstance(item, dict | str) for item in sequence))
 
-
-def _represent_str(representer, value):
-    plain = re.fullmatch(r"[A-Za-z_/][A-Za-z0-9_ ./-]*", value) and value.lower() not in WORDS
-    return representer.represent_scalar("tag:yaml.org,2002:str", value, style=None if plain else '"')
-
-
-def _represent_float(representer, value):
-    node = SafeRepresenter.represent_float(representer, value)
-    if "." not in node.value:  # 1e-05 is text in YAML 1.1
-        node.value = node.value.replace("e", ".0e")
-    return node
+    def represent_scalar(self, tag, value, style=None, anchor=None):
+        if tag == f"{TAG}float" and "." not in value:  # 1e-05 is text in YAML 1.1
+            value = value.replace("e", ".0e")
+        plain = re.fullmatch(r"[A-Za-z_/][A-Za-z0-9_ ./-]*", value) and value.lower() not in WORDS
+        return super().represent_scalar(tag, value, '"' if tag == f"{TAG}str" and not plain else None)
 
 
-_Representer.add_representer(str, _represent_str)
-_Representer.add_representer(float, _represent_float)
-
-
-def dump(data: Any, width: int = 120) -> str:
-    """YAML text that versions 1.1 and 1.2 read alike, in the order of the data, a list of numbers in one line."""
+def dump(data: Any) -> str:
+    """YAML text that versions 1.1 and 1.2 read alike, in the order of the data, no value folded."""
     yaml, out = YAML(typ="safe", pure=True), StringIO()
-    yaml.Representer, yaml.width = _Representer, width
-    yaml.default_flow_style = yaml.sort_base_mapping_type_on_output = yaml.allow_unicode = False
+    yaml.Representer, yaml.width = _Representer, sys.maxsize  # ruamel 0.19 folds a quoted text to another one
+    yaml.default_flow_style = yaml.allow_unicode = yaml.representer.sort_base_mapping_type_on_output = False
     yaml.dump(data, out)
     return out.getvalue()
