@@ -45,6 +45,7 @@ class SteppedSession(Session):
         self.rate = math.nan  # simulated over wall time, achieved
         self._rates: deque[tuple[int, int]] = deque()
         self._spoken = False  # has any motion come?
+        self._early: tuple[int, bytes] | None = None  # newest command from before the motion, with its clock
         self._recorded = self._ahead = 0  # ns: newest time in a recording, which is so far ahead of the clock
 
     def _new_loop(self, *parts, **settings) -> Loop:
@@ -139,9 +140,13 @@ class SteppedSession(Session):
             if took is Took.SAMPLE and self.state == "waiting":
                 self._start()
                 self.steps.commands.expect(self.steps.clock)
+                self._take_early()
 
     def command(self, data: bytes, arrival: int) -> str:
-        """One winch command as CDR bytes; it arrives at the clock, so that its own step's tick does not know it yet."""
+        """One winch command as CDR bytes; it arrives at the clock, so that its own step's tick does not know it yet.
+
+        One from before the motion is kept while the clock stands: the tow may start at this clock.
+        """
         stamp = stamp_of(data) or 0
         cause = self.steps.command(stamp)
         if cause:
@@ -149,7 +154,18 @@ class SteppedSession(Session):
         cause = self.intake.command(data, self.steps.clock + (self.delay == 0))
         if cause in ("", "before_motion"):
             self.steps.took(stamp)
+        if cause == "before_motion":
+            self._early = self.steps.clock, data
         return cause
+
+    def _take_early(self) -> None:
+        """At the start: what came at this clock, but before the motion, came in time."""
+        early, self._early = self._early, None
+        if early is None or early[0] != self.steps.clock:
+            return
+        self.commands.refused["before_motion"] -= 1
+        self.log("info", "a winch command came before the motion of the same /clock: it counts from the start")
+        self.intake.command(early[1], self.steps.clock + (self.delay == 0))
 
     # ---- start
 

@@ -7,6 +7,7 @@ import math
 import os
 import random
 import sys
+from collections import Counter
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -264,6 +265,40 @@ def test_bad_motion_and_bad_commands_are_counted_and_change_nothing(monkeypatch)
     assert run.until(150).time[-1] < 50 * S and session.state == "running" and lockstep_status(session).level == 0
     assert any("/clock goes to the stamp of the first motion" in text for text in run.said)
     run.close()
+
+
+@pytest.mark.parametrize("at", [BEGIN, BEGIN - 20 * MS])
+def test_the_first_command_counts_alike_before_and_after_the_first_motion(monkeypatch, at):
+    """Controller and sensors answer the same /clock in any order; one of an earlier clock stays refused."""
+    results = []
+    for early in (True, False):
+        run = Run(monkeypatch, **{"lockstep.rate": 0.0, "lockstep.command_period": 10.0, "lockstep.start": 99.9})
+        session, held = run.session, [command(at, velocity=[0.4])]
+
+        def answer(clock, run=run, held=held, early=early):
+            if clock == BEGIN:
+                for stamp, kind, data in ship():
+                    run.give(kind, data) if stamp <= BEGIN + S else None
+            if clock == at and early and held:
+                assert run.session.command(held.pop(), -1) == "before_motion"
+
+        run.at_clock = answer
+        steps = session.steps.next
+
+        def later(now, free, steps=steps, held=held, session=session, early=early):
+            if not early and held and session.state == "running" and session.steps.clock == BEGIN:
+                assert session.command(held.pop(), -1) == ""
+            return steps(now, free)
+
+        if at == BEGIN:
+            session.steps.next = later
+        run.until(20)
+        results.append((np.array(run.frames).tobytes(), dict(session.commands.refused)))
+        run.close()
+    assert results[0][0] == results[1][0]
+    taken = np.frombuffer(results[0][0], run.session.built_loop.output.frame.dtype)
+    assert (taken["command_age"][-1] >= 0.0) == (at == BEGIN)
+    assert +Counter(results[0][1]) == ({} if at == BEGIN else {"before_motion": 1})
 
 
 def test_no_tick_is_no_tick(monkeypatch):
