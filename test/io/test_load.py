@@ -379,6 +379,9 @@ def test_integers_are_read_as_yaml_1_2_reads_them(written):
         ("!!binary aGE=", "aGE="),
         ("on", "on"),
         ("True", True),
+        (".5e3", 500.0),
+        ("'.5e3'", ".5e3"),
+        ("!!str 12", "12"),
         ("~", None),
         ("-.Inf", float("-inf")),
         ("1" * 300, int("1" * 300)),
@@ -389,6 +392,12 @@ def test_integers_are_read_as_yaml_1_2_reads_them(written):
 def test_values_of_the_core_schema_and_no_others_are_more_than_text(written, value):
     found = yaml12.parse(f"{{a: {written}}}")[0]["a"]
     assert found == value and type(found) is type(value)
+
+
+def test_an_anchor_may_be_set_again():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert yaml12.parse("[&a 1, *a, &a 2, *a]")[0] == [1, 1, 2, 2]
 
 
 def test_keys_are_text_and_merge_nothing():
@@ -599,6 +608,15 @@ def test_caution(old, new, text):
     with pytest.warns(SceneWarning) as caught:
         scene_from_text(compensated, "tow.yaml")
     assert [str(item.message) for item in caught] == [text]
+
+
+def test_a_caution_names_the_line_that_loads_the_scene(tmp_path):
+    path = tmp_path / "tow.yaml"
+    text = SCENE.replace("wrap: 6.0", "wrap: 2.0") + "setpoint: {algorithm: simplified_sheave}\n"
+    path.write_text(text, "utf-8")
+    with pytest.warns(SceneWarning, match="winch.wrap = 2 rad") as caught:
+        load_scene(path)
+    assert [item.filename for item in caught] == [__file__]
 
 
 def test_elements_that_resolve_the_bending_length_are_no_caution():

@@ -105,7 +105,7 @@ class Document(Generic[B]):
         if found := self.problems(block):
             raise self.error([told(problem, f"; {CONSEQUENCE}") for problem in found])
         for warning in self.warnings(block):
-            warnings.warn(told(warning, ""), SceneWarning, stacklevel=5)
+            warnings.warn(told(warning, ""), SceneWarning, stacklevel=6)  # where load_scene is called
         return block
 
     def _refused(self, where: str, why: str, remedy: str) -> SceneError:

@@ -13,6 +13,7 @@ from typing import Any
 from ruamel.yaml import YAML
 from ruamel.yaml.composer import Composer
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.events import AliasEvent
 from ruamel.yaml.nodes import ScalarNode, SequenceNode
 from ruamel.yaml.representer import SafeRepresenter
 
@@ -42,9 +43,12 @@ class _Composer(Composer):
 
     def compose_node(self, parent, index):
         """As the base class."""
+        event = self.parser.peek_event()
         if self.level == MAX_DEPTH:
-            line = self.parser.peek_event().start_mark.line + 1
-            raise YamlError((line, f"brackets or indentation are nested deeper than {MAX_DEPTH} levels"))
+            what = f"brackets or indentation are nested deeper than {MAX_DEPTH} levels"
+            raise YamlError((event.start_mark.line + 1, what))
+        if not isinstance(event, AliasEvent):
+            self.anchors.pop(event.anchor, None)  # set again, which ruamel warns of
         self.level += 1
         node = super().compose_node(parent, index)
         self.level -= 1
@@ -105,6 +109,8 @@ def parse(text: str, max_values: int = MAX_VALUES) -> tuple[Any, dict[Path, int]
 
 def _scalar(node, constructor) -> Any:
     """None, bool, int or float of the core schema, else the text: what is quoted, and what ruamel reads beyond it."""
+    if not node.style and node.tag == f"{TAG}str" and re.fullmatch("[-+]?[.][0-9]+[eE][0-9]+", node.value):
+        return float(node.value)  # .5e3, which ruamel takes as text
     if node.style or node.tag not in CORE or re.match("[-+]?0b|.*_", node.value):
         return node.value
     long = node.tag == f"{TAG}int" and len(node.value) > MAX_DIGITS
