@@ -25,7 +25,7 @@ _FACE = {  # name -> module
     "override": "io.scenes.load",
     "replay": "runs.offline",
     "run": "runs.offline",
-    "run_span": "runs.span",
+    "run_span": "spans.in_time.wake_run",
     "scene_from_dict": "io.scenes.load",
 }
 __all__ = [
@@ -59,9 +59,9 @@ if TYPE_CHECKING:
     from .runs.controller import ControllerError
     from .runs.motion_samples import motion_of_bag
     from .runs.offline import replay, run
-    from .runs.span import run_span
     from .sim.inputs import ShipMotion, WinchCommand
     from .sim.rig.rig import Rig
+    from .spans.in_time.wake_run import run_span
 
 
 def __getattr__(name: str) -> object:

@@ -25,7 +25,7 @@ CHECK = {
     *(f"house/test_{name}.py" for name in "contract docs face floors manual same_bits versions_found views".split()),
 }
 TRUST = {
-    "viv",
+    "spans",
     "sim",
     "runs",
     "validation",

@@ -15,11 +15,11 @@ from .out_folder import ready
 from .progress import progress_bar
 
 if TYPE_CHECKING:
-    from ..runs.span import SpanRun
+    from ..spans.in_time.wake_run import SpanRun
 
 
 def _kind() -> type[Block]:
-    from ..sim.span import SpanFile
+    from ..spans.span_file import SpanFile
 
     return SpanFile
 
@@ -37,16 +37,16 @@ def _kind() -> type[Block]:
 def span(file: str, cases: tuple[str, ...], out: Path | None, as_json: bool) -> None:
     """Vibration in time of the span in FILE (YAML, or the name of a shipped one) by the vortices that the wind sheds.
 
-    A wake oscillator on every node, see docs/wake.md; `cable-sim viv` is the one in the frequency domain.
+    A wake oscillator on every node, see docs/wake.md; `cable-sim viv` takes the same file in the frequency domain.
     """
-    from ..runs import span as runs
+    from ..spans.in_time import wake_run
 
     ready(out)
     with progress_bar(as_json) as progress:
-        run = runs.run_span(file, list(cases) or None, progress)
+        run = wake_run.run_span(file, list(cases) or None, progress)
     report = run.as_data()
     if out is not None:
-        from ..plots.span import draw_span
+        from ..plots.span_in_time import draw_span
 
         (out / "span.json").write_text(json.dumps(report, indent=1) + "\n", "utf-8")
         click.echo(f"picture:   {draw_span(run, out / 'span.png')}", err=True)

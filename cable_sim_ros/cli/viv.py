@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import re
 import warnings
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -12,6 +14,9 @@ from ..physics.parameter import Block
 from .keys import keys_option
 from .out_folder import ready
 from .progress import progress_bar
+
+if TYPE_CHECKING:
+    from ..spans.to_frequency import FrequencyCase
 
 HEADING = """# Keys of a span file
 
@@ -24,7 +29,7 @@ Made by `cable-sim viv any --keys > docs/viv_keys.md`; do not edit. The command:
 
 
 def _kind() -> type[Block]:
-    from ..viv.span import Span
+    from ..spans.in_frequency.span import Span
 
     return Span
 
@@ -34,44 +39,70 @@ def _kind() -> type[Block]:
 @click.option("--sensitivity", is_flag=True, help="What the response changes by where a choice is made otherwise.")
 @keys_option(_kind, HEADING)
 @click.option(
+    "--case", "names", multiple=True, metavar="NAME", help="This case only, of a file with span: ; may be repeated."
+)
+@click.option(
     "--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for the figures (viv.json) and the picture."
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
-def viv(file: str, sensitivity: bool, out: Path | None, as_json: bool) -> None:
+def viv(file: str, sensitivity: bool, names: tuple[str, ...], out: Path | None, as_json: bool) -> None:
     """Vibration by vortices of the cable in FILE (YAML, or the name of a shipped one): frequencies, damping, response.
 
-    In the frequency domain, after Capozucca (1988).
+    In the frequency domain, after Capozucca (1988). FILE may be one for `cable-sim span`: each of its cases.
     """
-    from ..viv import files, report
-    from ..viv.response import vibration
+    from ..spans.to_frequency import load_cases
 
-    span = files.load_span(file)
+    cases = load_cases(file, names)
     ready(out)
     if sensitivity:
-        from ..viv import sensitivity as study
-
-        with progress_bar(as_json, "choices") as progress:
-            changes = study.sensitivity(span, progress)
-        rows = [change._asdict() for change in changes]
-        if out is not None:
-            (out / "sensitivity.json").write_text(json.dumps(rows, indent=1) + "\n", "utf-8")
-            (out / "sensitivity.md").write_text(study.markdown(changes) + "\n", "utf-8")
-        if as_json:
-            click.echo(json.dumps(rows, indent=1))
-        else:
-            report.print_sensitivity(span, changes)
+        _sensitivity(file, cases, out, as_json)
         return
-    with progress_bar(as_json, "frequencies") as progress:
-        result = vibration(span, progress)
-    for warning in files.warnings(span, result):
-        warnings.warn(f"{file}: {warning}", files.SpanWarning, stacklevel=2)
-    data = files.as_data(span, result)
+    found = [_computed(file, case, out, as_json) for case in cases.values()]
+    of = next(iter(cases.values())).of
+    report = {"span": of, "cases": found} if of else found[0]
     if out is not None:
-        from ..plots.vibration import draw
-
-        (out / "viv.json").write_text(json.dumps(data, indent=1) + "\n", "utf-8")
-        click.echo(f"picture:   {draw(span, result, out / 'viv.png')}", err=True)
+        (out / "viv.json").write_text(json.dumps(report, indent=1) + "\n", "utf-8")
     if as_json:
-        click.echo(json.dumps(data, indent=1))
+        click.echo(json.dumps(report, indent=1))
+
+
+def _computed(file: str, case: FrequencyCase, out: Path | None, as_json: bool) -> dict:
+    """Compute one span, warn, draw and print it; its figures."""
+    from ..spans.in_frequency import files, report
+    from ..spans.in_frequency.response import vibration
+
+    with progress_bar(as_json, "frequencies") as progress:
+        result = vibration(case.span, progress)
+    doubts = case.warnings(result)
+    for doubt in doubts:
+        warnings.warn(f"{file}: {doubt}", files.SpanWarning, stacklevel=3)
+    if out is not None:
+        from ..plots.span_in_frequency import draw
+
+        picture = "_".join(["viv", *re.findall(r"[\w.-]+", case.case)]) + ".png"
+        click.echo(f"picture:   {draw(case.span, result, out / picture)}", err=True)
+    if not as_json:
+        report.print_vibration(case.span, result)
+        report.print_taken(case.taken)
+    data = {**files.as_data(case.span, result), files.WARNINGS: doubts}
+    return {"case": case.case} | data | {"taken": [taken._asdict() for taken in case.taken]} if case.case else data
+
+
+def _sensitivity(file: str, cases: dict[str, FrequencyCase], out: Path | None, as_json: bool) -> None:
+    from ..spans.in_frequency import files, report
+    from ..spans.in_frequency import sensitivity as study
+
+    if len(cases) > 1:
+        text = f"{file}: has {len(cases)} cases, and --sensitivity is of one; nothing was computed. Name it: --case "
+        raise files.SpanError([text + next(iter(cases))])
+    span = next(iter(cases.values())).span
+    with progress_bar(as_json, "choices") as progress:
+        changes = study.sensitivity(span, progress)
+    rows = [change._asdict() for change in changes]
+    if out is not None:
+        (out / "sensitivity.json").write_text(json.dumps(rows, indent=1) + "\n", "utf-8")
+        (out / "sensitivity.md").write_text(study.markdown(changes) + "\n", "utf-8")
+    if as_json:
+        click.echo(json.dumps(rows, indent=1))
     else:
-        report.print_vibration(span, result)
+        report.print_sensitivity(span, changes)

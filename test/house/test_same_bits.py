@@ -20,7 +20,6 @@ BESIDE = {  # no number of a run comes from them: what they are for
     "sim/checks/viv_checks.py": "texts of cautions",
     "sim/checks/scene_warnings.py": "texts of cautions",
     "sim/rig/rig.py": "a line of one's own, not a run",
-    "sim/span.py": "a span, not a run",
     "io/plausibility/regression.py": "sources of motion against bounds: convicted or not",
     "io/messages/fault_hypotheses.py": "matrices of 0 and 1, to be compared with bounds",
     "io/messages/markers.py": "what RViz draws",

@@ -11,11 +11,14 @@ from click.testing import CliRunner
 
 from cable_sim_ros.cli.commands import main
 from cable_sim_ros.io.scenes.load import SceneError, load_scene
-from cable_sim_ros.io.scenes.span_file import load_span, span_from_dict
 from cable_sim_ros.physics.state import NOW, WAKE
 from cable_sim_ros.physics.wake_oscillator import WAKE_Q, WakeLaw
-from cable_sim_ros.runs.span import run_span
-from cable_sim_ros.sim.span import SpanEnds, natural_frequency, span_line
+from cable_sim_ros.spans.in_frequency.response import vibration
+from cable_sim_ros.spans.in_time.wake_line import span_line
+from cable_sim_ros.spans.in_time.wake_run import run_span
+from cable_sim_ros.spans.load import load_span, span_from_dict
+from cable_sim_ros.spans.span_file import SpanEnds, natural_frequency
+from cable_sim_ros.spans.to_frequency import frequency_case
 from cable_sim_ros.verification.experiments.wake import PRINTED, WATER, changed, lock, modes, printed
 
 CASE = {"length": 2.0, "tension": 200.0, "wind": 0.302}
@@ -45,6 +48,25 @@ def test_table_a3_within_what_is_allowed(table):
         assert abs(row.ours - row.measured) <= row.allowed, row.name
     assert all(row.steady and row.wake_amplitude == pytest.approx(2.7, abs=0.1) for row in table.values())
     assert all(row.vertical_peak_m < 6e-6 and abs(row.wake_shift_percent) < 0.2 for row in table.values())
+
+
+def test_the_page_has_both_of_the_same_case(span, table):
+    """docs/viv.md: natural and vibration frequency, rms in time over sheaves and pinned, in the frequency domain."""
+    page = (Path(__file__).parents[2] / "docs" / "viv.md").read_text("utf-8").partition('<a id="both"></a>')[2]
+    pinned = {row.case: row for row in run_span(changed(span, ends=SpanEnds.PINNED)).rows}
+    block = changed(span.frequency_domain, turbulence_intensity=2e-3, lift={"correlation_length": 2e4})
+    steady = span.model_copy(update={"frequency_domain": block})
+    for name, row in table.items():
+        here, limit = (vibration(frequency_case(one, name).span) for one in (span, steady))
+        rms = (
+            row.vertical_rms_m,
+            pinned[name].vertical_rms_m,
+            here.rms_displacement.max(),
+            limit.rms_displacement.max(),
+        )
+        frequencies = f"{here.frequencies[0]:.3f} | {row.vertical_frequency_hz:.3f}"
+        assert f"| {name} | {frequencies} | {' | '.join(f'{1e6 * x:.2f}' for x in rms)} |" in page
+        assert rms[3] == pytest.approx(rms[1], rel=0.004 if name != "case_2" else 0.033)
 
 
 @pytest.mark.parametrize("law", [WakeLaw.BAI_QIN, WakeLaw.FACCHINETTI])

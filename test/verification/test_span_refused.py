@@ -12,12 +12,12 @@ from cable_sim_ros.cli.commands import main
 from cable_sim_ros.io.scenes import yaml12
 from cable_sim_ros.io.scenes.load import SceneError
 from cable_sim_ros.io.scenes.resources import find_span
-from cable_sim_ros.io.scenes.span_file import load_span, span_from_dict
 from cable_sim_ros.physics.drag_laws import DragLaw
-from cable_sim_ros.runs import span as runs
-from cable_sim_ros.runs.span import FIELDS, SpanRow, fields_markdown, run_span
 from cable_sim_ros.sim.rig.rig import RigError
-from cable_sim_ros.sim.span import SpanDragLaw
+from cable_sim_ros.spans.in_time import wake_run as runs
+from cable_sim_ros.spans.in_time.wake_run import FIELDS, SpanRow, fields_markdown, run_span
+from cable_sim_ros.spans.load import load_span, span_from_dict
+from cable_sim_ros.spans.span_file import SpanDragLaw
 from cable_sim_ros.verification.experiments.wake import changed
 
 CASE = {"length": 2.0, "tension": 200.0, "wind": 0.302}

@@ -19,10 +19,10 @@ from .resources import ResourceError
 from .scene_errors import CONSEQUENCE, kind_of, line_of, place, texts_of
 from .yaml12 import YamlError, parse
 
-FILES = {  # what a file is: the keys at its top that no other kind has, and the command that takes it
-    "a scene of a tow": (("ship", "winch", "towbody"), "cable-sim run"),
-    "a span in a wind": (("span",), "cable-sim span"),
-    "a span in a flow": (("flow",), "cable-sim viv"),
+FILES = {  # what a file is: the keys at its top that no other kind has, and where it goes
+    "a scene of a tow": (("ship", "winch", "towbody"), "`cable-sim run`"),
+    "a span in a wind": (("span",), "`cable-sim span` or `cable-sim viv`, in Python to load_cases"),
+    "a span in a flow": (("flow",), "`cable-sim viv`: it has no wake, viscosity or axial stiffness"),
 }
 Lines = Mapping[tuple, int]  # path of a value -> its line, from the YAML reader
 NO_LINES: Lines = MappingProxyType({})
@@ -88,7 +88,7 @@ class Document(Generic[B]):
         key, what = top[0] if top else ("", self.what)
         if what != self.what:
             why = f"{key} stands at the top: this is {what}, not {self.what}"
-            raise self._refused(place(origin, lines.get((key,), 0)), why, f"Give it to `{FILES[what][1]}`, or begin")
+            raise self._refused(place(origin, lines.get((key,), 0)), why, f"Give it to {FILES[what][1]}. Or begin")
         try:
             block = self.block.model_validate(data)
         except ValidationError as error:

@@ -12,13 +12,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...viv import sensitivity
-from ...viv.files import changed, load_span
-from ...viv.green import green
-from ...viv.line import Line
-from ...viv.modes import frequencies
-from ...viv.response import Vibration, vibration
-from ...viv.span import Reading, Span
+from ...spans.in_frequency import sensitivity
+from ...spans.in_frequency.files import changed, load_span
+from ...spans.in_frequency.green import green
+from ...spans.in_frequency.line import Line
+from ...spans.in_frequency.modes import frequencies
+from ...spans.in_frequency.response import Vibration, vibration
+from ...spans.in_frequency.span import Reading, Span
 from . import Comparison, Result
 from .table import markdown
 

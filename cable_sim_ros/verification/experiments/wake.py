@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...io.scenes.span_file import load_span
 from ...physics.wake_oscillator import SATURATION, Wake, WakeLaw, WakePhase
-from ...runs.span import SpanRow, held_frequency, run_span
-from ...sim.span import Span, SpanCase, SpanEnds, SpanFluid, natural_frequency
+from ...spans.in_time.wake_run import SpanRow, held_frequency, run_span
+from ...spans.load import load_span
+from ...spans.span_file import Span, SpanCase, SpanEnds, SpanFluid, mass_in_fluid, natural_frequency
 from . import Comparison, Result
 
 SOURCE = "Westin (2018) Table A3"
@@ -61,7 +61,7 @@ def modes(span: Span, case: SpanCase, a2: float) -> tuple[float, float]:
     """Vertical and streamwise amplitude [m] in the middle of a straight, pinned span that the limit cycle forces all
     along it, from odd modes up to 39; damping as the line's."""
     own, wake, density = span.cable, span.wake, span.fluid.density
-    mass = own.mass_per_length + own.added_mass_coefficient * density * 0.25 * pi * own.diameter**2
+    mass = mass_in_fluid(span)
     q, om, first = (
         2.0 / np.sqrt(3.0 * a2),
         2.0 * pi * held_frequency(span, case),

@@ -6,9 +6,9 @@ import os
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from ..io.scenes import resources
-from ..io.scenes.document import Document, SceneError
-from ..sim.problem import Problem
+from ...io.scenes import resources
+from ...io.scenes.document import Document, SceneError
+from ...sim.problem import Problem
 from . import checks
 from .response import Vibration
 from .span import Span
@@ -35,7 +35,7 @@ SPANS = Document(
 
 
 def load_span(path_or_name: str | os.PathLike) -> Span:
-    """Span of a YAML file, or of the name of a shipped one (``fig_5_5_constant_tension``). Raises SpanError."""
+    """Span of a YAML file, or of the name of a shipped one (``capozucca_5_5``). Raises SpanError."""
     return SPANS.load(path_or_name)
 
 
@@ -123,5 +123,5 @@ def fields_markdown() -> str:
         f"| `{name}` | {field.unit} | {field.meaning} | `.{field.attribute}{'.max()' if field.largest else ''}` |"
         for name, field in FIELDS.items()
     ]
-    rows.append(f"| `{WARNINGS}` |  | what is doubtful about the result, as texts | `cautions(span, result)` |")
+    rows.append(f"| `{WARNINGS}` |  | what is doubtful about the result, as texts | `warnings(span, result)` |")
     return "\n".join(("| field | unit | meaning | in Python |", "|---|---|---|---|", *rows))

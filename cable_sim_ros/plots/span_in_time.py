@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..runs.span import SpanRun
+from ..spans.in_time.wake_run import SpanRun
 from .canvas import canvas
 from .run import BLUE, FAINT, ORANGE
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..sim.problem import Problem
+from ...sim.problem import Problem
 from .grid import MAX_STEPS, even_steps, lift_range, uneven
 from .line import Line
 from .response import Vibration, correlation_length, count_modes, modes_shed
@@ -224,7 +224,7 @@ def warnings(span: Span, result: Vibration) -> list[Problem]:
     """What is doubtful about a result: number, threshold, remedy."""
     found = []
     first, top, count = result.frequencies[0], result.shedding[1], len(result.frequencies)
-    if first > top:
+    if first * (1.0 - result.damping_ratios[0]) > top:  # the resonance is half a width wide on either side
         found.append(
             Problem(
                 "flow.speed",

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..viv.report import MAX_MODES
-from ..viv.response import Vibration, leading
-from ..viv.span import Span
+from ..spans.in_frequency.report import MAX_MODES
+from ..spans.in_frequency.response import Vibration, leading
+from ..spans.in_frequency.span import Span
 from .run import BLUE, FAINT, INK, ORANGE, STYLE, WATER
 
 if TYPE_CHECKING:

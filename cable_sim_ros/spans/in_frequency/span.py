@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from enum import Enum
 
-from ..physics.parameter import REQUIRED, Block, quantity
+from ...physics.parameter import REQUIRED, Block, quantity
 
 SOURCE = "Capozucca (1988)"
 MAX_SEGMENTS = 5000
@@ -78,16 +78,16 @@ class TensionBlock(Block):
 class WaterBlock(Block):
     """The fluid."""
 
-    density: float = quantity(1025.0, "kg/m^3", 0.5, 2000.0, "density of the fluid")
+    density: float = quantity(1025.0, "kg/m^3", 0.01, 2000.0, "density of the fluid")
 
 
 class FlowBlock(Block):
     """Flow across the cable: the component normal to it, linear between the places of the table."""
 
     arc: tuple[float, ...] = quantity(REQUIRED, "m", 0.0, 2e4, "places s of the table, from 0 to cable.length")
-    speed: tuple[float, ...] = quantity(REQUIRED, "m/s", 0.0, 30.0, "mean speed V normal to the cable at them")
+    speed: tuple[float, ...] = quantity(REQUIRED, "m/s", 0.0, 100.0, "mean speed V normal to the cable at them")
     turbulence: float = quantity(
-        REQUIRED, "m/s", None, 10.0, "standard deviation of the speed: width of the lift spectrum", SOURCE, above=0.0
+        REQUIRED, "m/s", None, 100.0, "standard deviation of the speed: width of the lift spectrum", SOURCE, above=0.0
     )
     strouhal: float = quantity(0.17, "1", 0.01, 1.0, "Strouhal number: shedding frequency f_s = St V / D", SOURCE)
 

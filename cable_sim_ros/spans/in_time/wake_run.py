@@ -1,6 +1,6 @@
-"""A span in a cross wind, run case by case until its vibration is steady: amplitudes, frequencies, how it locks in.
+"""A span in time, run case by case until its vibration is steady: amplitudes, frequencies, how it locks in.
 
-from cable_sim_ros.runs.span import run_span
+from cable_sim_ros import run_span
 for row in run_span("span_in_wind").rows:
     print(row.case, row.vertical_peak_m, row.wake_frequency_hz)
 """
@@ -14,15 +14,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import RunError
-from ..io.scenes.load import SceneError
-from ..io.scenes.span_file import checked_span, load_span
-from ..physics.state import NOW, WAKE
-from ..physics.wake_oscillator import MIN_RE, WAKE_Q, WakeLaw
-from ..sim.flag_rules import FAILED
-from ..sim.rig.rig import HALVED, RigError
-from ..sim.span import Span, SpanCase, SpanLine, natural_frequency, shedding_frequency, span_line
-from ..sim.verdict import Reason, Verdict, verdict_of
+from ...errors import RunError
+from ...physics.state import NOW, WAKE
+from ...physics.wake_oscillator import MIN_RE, WAKE_Q, WakeLaw
+from ...sim.flag_rules import FAILED
+from ...sim.rig.rig import HALVED, RigError
+from ...sim.verdict import Reason, Verdict, verdict_of
+from ..load import checked_span, known_cases, load_span
+from ..span_file import Span, SpanCase, natural_frequency, reynolds, shedding_frequency, sheds
+from .wake_line import SpanLine, span_line
 
 BEGIN, LOOK = 25, 20  # periods for a wake to grow, and at the end over which is measured
 SETTLE = 1.2  # time constants of the damping, over zeta in periods, that the vibration is given beside
@@ -165,10 +165,7 @@ def run_span(
     else:
         origin, span = os.fspath(span), load_span(span)
     names = list(span.cases) if cases is None else cases
-    unknown = [name for name in names if name not in span.cases]
-    if unknown:
-        text = f"case '{unknown[0]}' is not in {span.name}; nothing was run. Known: {', '.join(span.cases)}"
-        raise SceneError([text])
+    known_cases(span, names)
     rows, histories = [], {}
     for i, name in enumerate(names):
         progress(name, i, len(names))
@@ -187,16 +184,6 @@ def run_span(
 def periods(span: Span) -> int:
     """How many periods of shedding a run has."""
     return min(BEGIN + LOOK + ceil(SETTLE / max(span.damping_ratio, 1e-9)), MAX)
-
-
-def reynolds(span: Span, wind: float) -> float:
-    """Reynolds number of a wind [m/s] on the diameter."""
-    return span.fluid.density * wind * span.cable.diameter / span.fluid.viscosity
-
-
-def sheds(span: Span, wind: float) -> bool:
-    """Are vortices shed in a wind [m/s]?"""
-    return span.wake.law is not WakeLaw.OFF and reynolds(span, wind) > MIN_RE
 
 
 def vibrate(span: Span, case: SpanCase, line: SpanLine) -> SpanHistory:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 from rich.console import Console
 from rich.table import Table
@@ -12,8 +13,17 @@ from .response import Vibration, leading
 from .sensitivity import COLUMNS, Change
 from .span import Span
 
+DEFAULT = "default"  # source of a number that is nobody's choice
 MAX_MODES = 20  # of the table and the picture
 MAX_PLACES = 9  # of the table along the cable
+
+
+class Taken(NamedTuple):
+    """A number of the frequency domain that a span file does not have under this name."""
+
+    key: str  # of a file for `cable-sim viv`
+    value: str
+    source: str
 
 
 def console() -> Console:
@@ -24,8 +34,8 @@ def console() -> Console:
 def table(title: str, columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> Table:
     """A table, its numbers to the right."""
     out = Table(title=title, title_justify="left")
-    for i, name in enumerate(columns):
-        out.add_column(name, justify="left" if i == 0 and name == "choice" else "right", no_wrap=True)
+    for name in columns:
+        out.add_column(name, justify="left" if name == "choice" else "right", no_wrap=True)
     for row in rows:
         out.add_row(*row)
     return out
@@ -79,6 +89,17 @@ def print_vibration(span: Span, result: Vibration) -> None:
         f"{result.reading} of the lift spectrum; {result.method} response on {result.segments} segments, spectra of "
         f"{len(result.frequency)} frequencies, the shortest step {result.frequency_step:.3g} Hz"
     )
+
+
+def print_taken(taken: Sequence[Taken]) -> None:
+    """Numbers that a span file does not have under this name; those by default in one line."""
+    if not taken:
+        return
+    out = console()
+    for one in taken:
+        if one.source != DEFAULT:
+            out.print(f"taken: {one.key} = {one.value} ({one.source})", soft_wrap=True)
+    out.print("defaults: " + ", ".join(f"{one.key} {one.value}" for one in taken if one.source == DEFAULT))
 
 
 def print_sensitivity(span: Span, changes: list[Change]) -> None:

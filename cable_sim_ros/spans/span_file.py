@@ -1,33 +1,25 @@
-"""A span of cable in a cross wind: what a span file holds, and the line it is; Westin (2018), appendix A.
+"""What a span file holds: a span of cable in a cross wind, computed in time or in the frequency domain.
 
 The cable lies over two fixed sheaves, a mass on each end, or is pinned, one end free to move along and pulled. The wind
-blows level, straight across; vertical is across the flow, level across the span along it. Vortices are shed by the
-span, not by what lies on the sheaves and hangs from them.
+blows level, straight across; vertical is across the flow, level across the span along it. Westin (2018), appendix A.
 """
 
 from __future__ import annotations
 
 from enum import Enum
 from math import pi, radians, sin, sqrt
-from typing import Any, NamedTuple
+from typing import Any
 
-import numpy as np
 from pydantic import field_validator, model_validator
 
-from ..physics.contact_surface import surface_row
 from ..physics.drag_laws import DragLaw
 from ..physics.fluid import Fluid
-from ..physics.integrate import Solver
-from ..physics.parameter import REQUIRED, Block, quantity
+from ..physics.parameter import REQUIRED, Block, again, quantity
 from ..physics.section import Material
-from ..physics.wake_oscillator import Wake
-from .build import lock
-from .rig.rig import Rig, cable_of, load_of
+from ..physics.wake_oscillator import MIN_RE, Wake, WakeLaw
+from .in_frequency.span import Correlation, LiftBlock, Reading, ResponseBlock
 
-# largest residual over the tension, for the vibration of a span in air moves forces of a millionth of it; and over EA,
-# below which round-off leaves it: places count from the middle of the span, which keeps that small
-RESIDUAL, ROUND_OFF = 5e-10, 4e-14
-ARC_ELEMENTS, LEAD_ELEMENTS, TAIL_ELEMENTS = 6, 2, 2
+LEAD_ELEMENTS = 2
 MAX_ELEMENTS = 1000  # of the rest of the span
 LEAD = 0.3  # rad beyond the top of the sheave that the finer mesh goes on: sag wraps the cable farther than the top
 
@@ -58,6 +50,11 @@ class SpanDragLaw(str, Enum):
 def _of_fluid(name: str) -> Any:
     """The declaration of a number of Fluid."""
     return Fluid.model_fields[name]
+
+
+def _of_lift(name: str) -> Any:
+    """The declaration of a number of LiftBlock."""
+    return LiftBlock.model_fields[name]
 
 
 class SpanFluid(Block):
@@ -102,6 +99,31 @@ class SpanSheave(Block):
     tail: float = quantity(1.0, "m", 0.05, 1000.0, "cable between a sheave and its mass", "no source")
 
 
+class SpanLift(Block):
+    """Lift spectrum of the frequency domain, as in a file for `cable-sim viv`."""
+
+    reading: Reading = _of_lift("reading")
+    mean_squares: tuple[float, ...] | None = again(LiftBlock, "mean_squares", "that of the wake behind a held cable")
+    correlation: Correlation = _of_lift("correlation")
+    correlation_length: float | None = _of_lift("correlation_length")
+
+
+class FrequencyDomain(Block):
+    """What `cable-sim viv` takes beyond the rest of the file; without effect in time."""
+
+    turbulence_intensity: float = quantity(
+        0.1,
+        "1",
+        None,
+        1.0,
+        "standard deviation of the wind over its speed: width of the lift spectrum",
+        "a choice; 0.12 in Capozucca (1988) fig. 5.5",
+        above=0.0,
+    )
+    lift: SpanLift = quantity(SpanLift(), "", None, None, "lift spectrum")
+    response: ResponseBlock = quantity(ResponseBlock(), "", None, None, "grids and method")
+
+
 class Span(Block):
     name: str = quantity(REQUIRED, "", None, None, "name of the span")
     gravity: float = quantity(9.81, "m/s^2", None, 30.0, "gravitational acceleration", above=0.0)
@@ -120,6 +142,9 @@ class Span(Block):
         16, "1", 4, MAX_ELEMENTS, "elements of the span; even, for one node is in the middle", "Westin A.3"
     )
     steps: int = quantity(60, "1", 30, 10000, "steps a period of shedding")
+    frequency_domain: FrequencyDomain = quantity(
+        FrequencyDomain(), "", None, None, "what `cable-sim viv` takes beyond the rest; without effect in time"
+    )
     cases: dict[str, SpanCase] = quantity(REQUIRED, "", None, None, "cases by name")
 
     @field_validator("elements")
@@ -138,19 +163,16 @@ class SpanFile(Block):
     span: Span = quantity(REQUIRED, "", None, None, "a span of cable in a cross wind")
 
 
-class SpanLine(NamedTuple):
-    """A span at rest in its wind, and the numbers of its nodes in the middle and where it meets the first sheave."""
-
-    rig: Rig
-    middle: int
-    end: int
+def mass_in_fluid(span: Span) -> float:
+    """Mass per length [kg/m] with the added mass of the fluid."""
+    own = span.cable
+    return own.mass_per_length + own.added_mass_coefficient * span.fluid.density * 0.25 * pi * own.diameter**2
 
 
 def natural_frequency(span: Span, case: SpanCase) -> float:
     """First natural frequency [Hz] of a pinned beam under tension, Westin (A24), with the added mass of the fluid."""
-    k, own = pi / case.length, span.cable
-    mass = own.mass_per_length + own.added_mass_coefficient * span.fluid.density * 0.25 * pi * own.diameter**2
-    return k * sqrt((case.tension + own.bending_stiffness * k * k) / mass) / (2.0 * pi)
+    k = pi / case.length
+    return k * sqrt((case.tension + span.cable.bending_stiffness * k * k) / mass_in_fluid(span)) / (2.0 * pi)
 
 
 def shedding_frequency(span: Span, case: SpanCase) -> float:
@@ -158,31 +180,14 @@ def shedding_frequency(span: Span, case: SpanCase) -> float:
     return span.wake.strouhal * case.wind / span.cable.diameter
 
 
-def span_line(span: Span, case: SpanCase) -> SpanLine:
-    """The line of a case, settled in its wind without vortices. Raises RigError."""
-    build = _over_sheaves if span.ends is SpanEnds.SHEAVES else _pinned
-    line = build(span, case)
-    settings = line.rig.model.settings.copy()
-    settings["tolerance"] = max(RESIDUAL * case.tension, ROUND_OFF * span.cable.axial_stiffness)
-    line.rig.model = line.rig.model._replace(settings=lock(settings, settings.dtype))
-    line.rig.settle(steps=2000)
-    return line
+def reynolds(span: Span, wind: float) -> float:
+    """Reynolds number of a wind [m/s] on the diameter."""
+    return span.fluid.density * wind * span.cable.diameter / span.fluid.viscosity
 
 
-def _numbers(span: Span, case: SpanCase) -> dict:
-    """What every line is given."""
-    return {
-        "tension": case.tension,
-        "gravity": span.gravity,
-        "water": Fluid(**span.fluid.model_dump(), current=(0.0, case.wind)),
-        "mass_damping": 4.0 * pi * natural_frequency(span, case) * span.damping_ratio,
-        "solver": Solver(max_iterations=50),
-    }
-
-
-def _wet(span: Span) -> dict:
-    """What a section in the wind has."""
-    return {"wake": span.wake, "drag_law": DragLaw(span.drag_law.value)}
+def sheds(span: Span, wind: float) -> bool:
+    """Are vortices shed in a wind [m/s]?"""
+    return span.wake.law is not WakeLaw.OFF and reynolds(span, wind) > MIN_RE
 
 
 def seat_of(span: Span, case: SpanCase) -> tuple[float, float]:
@@ -199,59 +204,3 @@ def wet_lengths(span: Span, case: SpanCase) -> tuple[float, float]:
         return 0.0, case.length
     seat, depth = seat_of(span, case)
     return LEAD * (seat - depth), case.length - 2.0 * LEAD * (seat - depth)
-
-
-def _pinned(span: Span, case: SpanCase) -> SpanLine:
-    elements, wet = span.elements, _wet(span)
-    cable = cable_of([{"length": case.length, "elements": elements, **wet}], **span.cable.model_dump())
-    pull = load_of(elements, (case.tension, 0.0, 0.0))
-    rig = Rig(cable, held={0: "r", -1: "yz"}, loads=[pull], **_numbers(span, case))
-    rig.straight((-0.5 * case.length, 0.0, 0.0), (1.0, 0.0, 0.0), 1.0 + case.tension / span.cable.axial_stiffness)
-    return SpanLine(rig, elements // 2, 0)
-
-
-def _over_sheaves(span: Span, case: SpanCase) -> SpanLine:
-    own, sheave, elements, wet = span.cable, span.sheave, span.elements, _wet(span)
-    (seat, depth), (leads, rest), half = seat_of(span, case), wet_lengths(span, case), sheave.throat_angle_deg / 2.0
-    lies = seat - depth
-    tail = {"length": sheave.tail, "elements": TAIL_ELEMENTS}
-    arc = {"length": 0.5 * pi * lies, "elements": ARC_ELEMENTS}
-    lead = {"length": leads, "elements": LEAD_ELEMENTS, **wet}
-    free = {"length": rest, "elements": elements, **wet}
-    cable = cable_of([tail, arc, lead, free, lead, arc, tail], **own.model_dump())
-    end = TAIL_ELEMENTS + ARC_ELEMENTS
-    middle = end + LEAD_ELEMENTS + elements // 2
-    surfaces = [
-        surface_row(
-            (x, 0.0, -seat), seat, 2.0 * radians(half), sheave.groove_depth, 0.5 * own.diameter, sheave.stiffness, 0.3
-        )
-        for x in (-0.5 * case.length, 0.5 * case.length)
-    ]
-    mass = case.tension / span.gravity
-    # nothing else keeps the cable from running off to one side; what vibrates alike on both does not move the middle on
-    rig = Rig(cable, held={middle: "x"}, bodies={0: mass, -1: mass}, surfaces=surfaces, **_numbers(span, case))
-    stretch = 1.0 + case.tension / own.axial_stiffness
-    s = (rig.arc - rig.arc[middle]) * stretch
-    r, g = _hanging(np.abs(s), case, lies, own.mass_per_length * span.gravity / case.tension)
-    side = np.where(s < 0.0, -1.0, 1.0)
-    r = np.column_stack((side * r[:, 0], 0.0 * s, r[:, 1] - seat))
-    rig.place(r, stretch * np.column_stack((g[:, 0], 0.0 * s, side * g[:, 1])))
-    return SpanLine(rig, middle, end)
-
-
-def _hanging(s: np.ndarray, case: SpanCase, radius: float, per_tension: float) -> tuple[np.ndarray, np.ndarray]:
-    """Half of the first shape, at lengths s [m] from the middle: places from the middle and the height of the sheave's
-    centre, and directions outward [n, 2]. A catenary, the arc, straight down; per_tension: weight/tension [1/m]."""
-    angle = 0.0
-    for _ in range(100):  # at which the cable meets the sheave, against the level
-        angle = np.arctan(np.sinh(per_tension * (0.5 * case.length - radius * np.sin(angle))))
-    hangs = np.tan(angle) / per_tension
-    x = np.arcsinh(per_tension * np.minimum(s, hangs)) / per_tension
-    on = np.clip((s - hangs) / radius, 0.0, angle + 0.5 * pi) - angle  # place round the sheave, from its top
-    down = np.maximum(s - hangs - radius * (angle + 0.5 * pi), 0.0)
-    low = radius * np.cos(angle) - (np.cosh(per_tension * x.max()) - 1.0) / per_tension
-    free = s < hangs
-    z = np.where(free, low + (np.cosh(per_tension * x) - 1.0) / per_tension, radius * np.cos(on) - down)
-    x = np.where(free, x, 0.5 * case.length + radius * np.sin(on))
-    slope = np.where(free, np.arctan(per_tension * s), -on)
-    return np.column_stack((x, z)), np.column_stack((np.cos(slope), np.sin(slope)))

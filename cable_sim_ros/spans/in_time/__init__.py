@@ -1,0 +1,1 @@
+"""In time: a wake oscillator on every node (docs/wake.md)."""

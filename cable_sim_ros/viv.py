@@ -1,0 +1,50 @@
+"""Vibration of a cable from the vortices it sheds in a flow that varies along it, in the frequency domain.
+
+Capozucca (1988), with the misprints of his equations mended (docs/viv.md). Names are imported when first used.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+_FACE = {  # name -> module
+    "Span": "spans.in_frequency.span",
+    "SpanError": "spans.in_frequency.files",
+    "SpanWarning": "spans.in_frequency.files",
+    "Vibration": "spans.in_frequency.response",
+    "warnings": "spans.in_frequency.files",
+    "load_cases": "spans.to_frequency",
+    "load_span": "spans.in_frequency.files",
+    "span_from_dict": "spans.in_frequency.files",
+    "vibration": "spans.in_frequency.response",
+    "FrequencyCase": "spans.to_frequency",
+}
+__all__ = [
+    "FrequencyCase",
+    "Span",
+    "SpanError",
+    "SpanWarning",
+    "Vibration",
+    "load_cases",
+    "load_span",
+    "span_from_dict",
+    "vibration",
+    "warnings",
+]
+
+if TYPE_CHECKING:
+    from .spans.in_frequency.files import SpanError, SpanWarning, load_span, span_from_dict, warnings
+    from .spans.in_frequency.response import Vibration, vibration
+    from .spans.in_frequency.span import Span
+    from .spans.to_frequency import FrequencyCase, load_cases
+
+
+def __getattr__(name: str) -> object:
+    """Import a name when it is first used."""
+    if name not in _FACE:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}; it has {', '.join(_FACE)}")
+    value = globals()[name] = getattr(import_module(f"{__package__}.{_FACE[name]}"), name)
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_FACE})
