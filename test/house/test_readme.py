@@ -12,9 +12,10 @@ from pydantic import ValidationError
 import cable_sim_ros
 from cable_sim_ros.cli.commands import main
 from cable_sim_ros.cli.report import tell
+from cable_sim_ros.io.messages import channels
 from cable_sim_ros.io.messages.channels import EVERY, Channel, Context, channels_of
 from cable_sim_ros.io.messages.markers import markers_channel
-from cable_sim_ros.io.messages.messages import KINDS, channels
+from cable_sim_ros.io.messages.messages import KINDS
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.io.scenes.resources import shipped_bags, shipped_scenes
 from cable_sim_ros.io.scenes.winch_plan import WinchPlan

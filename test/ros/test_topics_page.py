@@ -7,7 +7,8 @@ import pytest
 
 pytest.importorskip("rclpy")
 
-from cable_sim_ros.io.messages.messages import KINDS, channels, markers
+from cable_sim_ros.io.messages import channels, markers
+from cable_sim_ros.io.messages.messages import KINDS
 from cable_sim_ros.ros import node
 from cable_sim_ros.ros.blocks import NodeBlock
 from cable_sim_ros.ros.services import control

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from ...errors import CableSimError
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL", "NUMBA")}
 # every clock that a version times itself with is that of its CPU: at some commits P7 read the one of the wall
 LAUNCH = """
