@@ -40,7 +40,7 @@ TEST = [
     "hypothesis>=6",
     "ruff>=0.17,<0.18",  # the set of rules changes with the minor version
     "mypy>=2.4,<2.5",  # likewise what it finds
-    "types-PyYAML>=6",
+    "pyyaml>=6",  # as a reader of YAML 1.1
     "coverage>=7.10,<8",  # counts child processes from 7.10 on
     "colcon-common-extensions>=0.3",
     "setuptools<80",  # colcon-core: `setup.py develop` and `install` as they were before 80

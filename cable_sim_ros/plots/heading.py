@@ -6,9 +6,9 @@ import textwrap
 from typing import TYPE_CHECKING
 
 import numpy as np
-import yaml
 
 from ..io.recordings.recorded_run import RecordedRun
+from ..io.scenes.yaml12 import YamlError, parse
 from ..runs.summary import since_first
 
 if TYPE_CHECKING:
@@ -58,8 +58,8 @@ def _motion(name: str) -> str:
 def _law(scene: str) -> str:
     """Set-point law of a scene in YAML, "" where the text has none."""
     try:
-        data = yaml.safe_load(scene) or {}
-    except yaml.YAMLError:
+        data = parse(scene)[0]
+    except YamlError:
         return ""
     block = data.get("setpoint") if isinstance(data, dict) else None
     return str(block.get("algorithm", "")) if isinstance(block, dict) else ""

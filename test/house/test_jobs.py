@@ -1,4 +1,4 @@
-"""docs/jobs.md begins every job as it says: its commands are commands, its Python runs, each job has its parts."""
+"""docs/jobs.md begins every job as it says: its commands are commands, its scripts exist, each job has its parts."""
 
 import re
 import shlex
@@ -18,7 +18,6 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "jobs.md").read_text("utf-8")
 TABLE, *SECTIONS = PAGE.split("\n## ")
 LINES = [line for block in re.findall(r"```sh\n(.*?)```", PAGE, re.S) for line in block.splitlines()]
-TABULATED, CONTROLLED, IN_CI = re.findall(r"```python\n(.*?)```", PAGE, re.S)
 NAMES = {*shipped_scenes(), *shipped_bags(), "none"}
 
 
@@ -45,8 +44,8 @@ def test_there_are_commands_to_check():
 
 def test_files_of_other_commands_exist():
     others = [line for line in LINES if not line.startswith("cable-sim ")]
-    files = [word for line in others for word in line.split() if re.match(r"(config|cable_sim_ros|test)/", word)]
-    assert len(files) >= 2 and all((ROOT / file).exists() for file in files)
+    files = [word for line in others for word in line.split() if re.match(r"(config|cable_sim_ros|docs|test)/", word)]
+    assert len(files) >= 4 and all((ROOT / file).exists() for file in files)
     assert "class SetpointLaw" in (ROOT / files[-1]).read_text("utf-8")
 
 
@@ -60,27 +59,8 @@ def test_every_job_has_its_section_its_begin_its_page_and_its_limits():
         assert ".md" in read_on and limits.strip(), title
 
 
-def test_the_table_of_static_tows_is_printed(capsys):
-    exec(compile(TABULATED, "jobs.md", "exec"), {})
-    head, *rows = capsys.readouterr().out.splitlines()
-    assert head.split() == ["scope", "m", "speed", "m/s", "depth", "m", "layback", "m", "tension", "N"]
-    scope, speed, depth, layback, tension = zip(*(map(float, row.split()) for row in rows), strict=True)
-    assert scope == (100.0, 100.0, 200.0, 200.0) and speed == (1.5, 2.5, 1.5, 2.5)
-    assert depth[1] < depth[0] < depth[2] and layback[0] < layback[1] < layback[3]
-    assert tension[0] < tension[2] and tension[1] < tension[3]
-
-
-@pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
-def test_the_controller_takes_off_most_of_what_the_heave_puts_on(capsys):
-    spans = []
-    (command,) = re.findall(r"^    rate = .*$", CONTROLLED, re.M)
-    for code in (CONTROLLED, CONTROLLED.replace(command, "    rate = 0.0")):
-        exec(compile(code, "jobs.md", "exec"), {})
-        minimum, largest = map(float, re.findall(r"\d+", capsys.readouterr().out))
-        spans.append(largest - minimum)
-    assert 0.0 < spans[0] < 0.4 * spans[1], spans
-
-
-def test_the_test_for_ci_is_that_of_the_page_on_testing():
-    """test/testing/test_page.py runs it."""
-    assert IN_CI in (ROOT / "docs" / "testing.md").read_text("utf-8")
+def test_the_scripts_are_called_as_on_the_page_that_runs_them():
+    """test/examples/test_scripts.py runs every command of docs/examples.md and compares what it prints."""
+    calls = [line for line in LINES if line.startswith("python3 docs/")]
+    others = (ROOT / "docs" / "examples.md").read_text("utf-8").splitlines()
+    assert len(calls) == 2 and set(calls) <= set(others)

@@ -28,12 +28,11 @@ ROSDEP = {
     "python3-pytest": "apt python3-pytest",
     "python3-rich": "apt python3-rich",
     "python3-rosbags-pip": "pip rosbags",
+    "python3-ruamel.yaml": "apt python3-ruamel.yaml",
     "python3-scipy": "apt python3-scipy",
-    "python3-yaml": "apt python3-yaml",
     "mcap-ros2-support": "pip mcap-ros2-support",  # needs mcap, which has no key of its own
 }
-KEY_OF = {"rosbags": "python3-rosbags-pip", "mcap": "mcap-ros2-support", "pyyaml": "python3-yaml"}
-MODULE_OF = {"pyyaml": "yaml"}
+KEY_OF = {"rosbags": "python3-rosbags-pip", "mcap": "mcap-ros2-support"}
 
 
 def setup_arguments():
@@ -56,7 +55,7 @@ def setup_arguments():
 
 
 def name_of(requirement):
-    return re.match(r"[A-Za-z0-9_-]+", requirement).group().lower()
+    return re.match(r"[A-Za-z0-9_.-]+", requirement).group().lower()
 
 
 @pytest.fixture(scope="module")
@@ -139,12 +138,12 @@ def test_wheels_of_ros_are_of_one_distribution(arguments):
 
 
 def test_every_import_is_a_dependency(arguments):
-    declared = {MODULE_OF.get(name_of(r), name_of(r)) for r in arguments["install_requires"]}
+    declared = {name_of(r).partition(".")[0] for r in arguments["install_requires"]}
     ros = depends("exec_depend") - set(ROSDEP)
     optional = {"matplotlib", "tf2_msgs", "llvmlite", "pydantic_core"}  # viz; a full ROS; of numba; of pydantic
     optional |= {"lz4", "zstandard"}  # of mcap
     optional |= {"pytest"}  # testing/plugin.py, which pytest loads
-    optional |= {MODULE_OF.get(name_of(r), name_of(r)) for r in arguments["extras_require"]["peers"]}
+    optional |= {name_of(r).partition(".")[0] for r in arguments["extras_require"]["peers"]}
     for path in sorted((ROOT / "cable_sim_ros").rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text("utf-8"))):
             names = (

@@ -25,7 +25,7 @@ UBUNTU = {  # of 24.04, by installation logs and package lists in public reposit
     "scipy": "1.11.4",
     "numba": "0.58.1",
     "pydantic": "1.10.14",
-    "PyYAML": "6.0.1",
+    "ruamel.yaml": "0.17.21",
     "click": "8.1.6",
     "rich": "13.7.1",
     "setuptools": "68.1.2",

@@ -6,8 +6,10 @@ from pathlib import Path
 
 import pytest
 import yaml
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
 
-from cable_sim_ros.io.scenes import resources
+from cable_sim_ros.io.scenes import resources, yaml12
 from cable_sim_ros.io.scenes.load import (
     SceneError,
     SceneWarning,
@@ -363,6 +365,45 @@ def test_integers_are_read_as_yaml_1_2_reads_them(written):
     assert scene.cable.sections["free"].elements == 10
 
 
+@pytest.mark.parametrize(
+    "written, value",
+    [
+        ("1:30", "1:30"),
+        ("1_000", "1_000"),
+        ("0b11", "0b11"),
+        ("+_", "+_"),
+        ("2026-11-23", "2026-11-23"),
+        ("=", "="),
+        ("'12'", "12"),
+        ("!!int word", "word"),
+        ("!!binary aGE=", "aGE="),
+        ("on", "on"),
+        ("True", True),
+        (".5e3", 500.0),
+        ("'.5e3'", ".5e3"),
+        ("!!str 12", "12"),
+        ("~", None),
+        ("-.Inf", float("-inf")),
+        ("1" * 300, int("1" * 300)),
+        ("1" * 301, float("1" * 301)),
+        ("9" * 5000, float("inf")),
+    ],
+)
+def test_values_of_the_core_schema_and_no_others_are_more_than_text(written, value):
+    found = yaml12.parse(f"{{a: {written}}}")[0]["a"]
+    assert found == value and type(found) is type(value)
+
+
+def test_an_anchor_may_be_set_again():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert yaml12.parse("[&a 1, *a, &a 2, *a]")[0] == [1, 1, 2, 2]
+
+
+def test_keys_are_text_and_merge_nothing():
+    assert yaml12.parse("{1: a, on: b, <<: {c: d}}")[0] == {"1": "a", "on": "b", "<<": {"c": "d"}}
+
+
 def test_off_is_a_law_and_not_a_boolean():
     scene = scene_from_text(SCENE.replace("drag_law: ribbon", "drag_law: off"), "tow.yaml")
     assert scene.cable.sections["free"].drag_law == "off"
@@ -385,16 +426,18 @@ def test_missing_file_lists_the_shipped_scenes():
     )
 
 
+EXPECTED = (
+    ", expected keys and values such as `name: my_tow`; nothing was started. "
+    "Begin with a copy of a shipped scene: {names}"
+)
+
+
 @pytest.mark.parametrize(
     "content, text",
     [
-        (b"", "{path}: is empty; nothing was started. Begin with a copy of a shipped scene: {names}"),
-        (b"# only a comment\n", "{path}: is empty; nothing was started. Begin with a copy of a shipped scene: {names}"),
-        (
-            b"- 1\n",
-            "{path}:1: is a list of 1, expected keys and values such as `name: my_tow`; nothing was started. "
-            "Begin with a copy of a shipped scene: {names}",
-        ),
+        (b"", "{path}: is empty" + EXPECTED),
+        (b"# only a comment\n", "{path}: is empty" + EXPECTED),
+        (b"- 1\n", "{path}:1: is a list of 1" + EXPECTED),
         (b"name: \xff\n", "{path}: is not UTF-8 text (byte 6); nothing was started. Save the scene as UTF-8"),
         (
             b"name: \x07\n",
@@ -431,6 +474,37 @@ def test_dumped_scene_is_read_back_the_same(name):
 def test_odd_names_survive_the_dump(name):
     scene = override(scene_from_text(SCENE, "tow.yaml"), {"name": name})
     assert scene_from_text(dump_scene(scene), "again.yaml").name == name
+
+
+PLAIN = st.none() | st.booleans() | st.integers(-(2**63), 2**63) | st.floats(allow_nan=False) | st.text()
+DATA = st.dictionaries(
+    st.text(),
+    st.recursive(PLAIN, lambda some: st.lists(some, max_size=4) | st.dictionaries(st.text(), some, max_size=4)),
+)
+
+
+@settings(deadline=None, derandomize=True, max_examples=50)
+@given(DATA)
+@example({"a": "0" * 130 + "\x1f0 0"})
+def test_what_is_dumped_is_read_alike_by_yaml_1_1_and_1_2(data):
+    text = yaml12.dump(data)
+    assert yaml12.parse(text)[0] == data, "by the rules of 1.2"
+    assert yaml.safe_load(text) == data, "by those of 1.1"
+
+
+@settings(deadline=None, derandomize=True, max_examples=10)
+@given(
+    st.text(),
+    st.floats(900.0, 1100.0),
+    st.floats(1e-4, 1e-2),
+    st.tuples(st.floats(-40.0, -37.0), st.floats(-1.0, 1.0), st.floats(3.0, 4.0)),
+)
+def test_a_scene_survives_the_dump(name, density, viscosity, place):
+    values = {"name": name, "water.density": density, "water.viscosity": viscosity, "sheave.position": place}
+    scene = override(scene_from_text(SCENE, "tow.yaml"), values)
+    text = dump_scene(scene)
+    assert scene_from_text(text, "again.yaml") == scene
+    assert scene_from_dict(yaml.safe_load(text), "again") == scene
 
 
 def test_override_sets_values_by_dotted_key():
@@ -534,6 +608,15 @@ def test_caution(old, new, text):
     with pytest.warns(SceneWarning) as caught:
         scene_from_text(compensated, "tow.yaml")
     assert [str(item.message) for item in caught] == [text]
+
+
+def test_a_caution_names_the_line_that_loads_the_scene(tmp_path):
+    path = tmp_path / "tow.yaml"
+    text = SCENE.replace("wrap: 6.0", "wrap: 2.0") + "setpoint: {algorithm: simplified_sheave}\n"
+    path.write_text(text, "utf-8")
+    with pytest.warns(SceneWarning, match="winch.wrap = 2 rad") as caught:
+        load_scene(path)
+    assert [item.filename for item in caught] == [__file__]
 
 
 def test_elements_that_resolve_the_bending_length_are_no_caution():

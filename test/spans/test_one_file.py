@@ -202,7 +202,7 @@ def test_a_mesh_too_coarse_for_the_wake_in_time_is_no_matter_of_the_frequency_do
     data["span"]["cases"]["a"] |= {"length": 20.0, "wind": 3.0}
     with pytest.raises(SceneError, match="span.elements = 8 makes elements of"):
         span_from_dict(data, "here")
-    found = span_from_dict(data, "here", None, problems)
+    found = span_from_dict(data, "here", problems)
     assert len(frequency_case(found, "a").span.damping.ratios) > 50
 
 
@@ -221,9 +221,9 @@ def test_cases_by_name_and_files_of_the_other_kind(tmp_path):
     assert line.warnings(vibration(line.span)) == viv.warnings(line.span, vibration(line.span))
     with pytest.raises(viv.SpanError, match="capozucca_5_5: has no cases, and case 'a' is asked for"):
         load_cases("capozucca_5_5", ["a"])
-    with pytest.raises(viv.SpanError, match="has `span:` at its top, a span file with cases.*Read it with load_cases"):
+    with pytest.raises(viv.SpanError, match="this is a span in a wind, not a span in a flow.*in Python to load_cases"):
         viv.span_from_dict({"span": {}})
-    with pytest.raises(SceneError, match="has no key `span`.*a file with `flow` for `cable-sim viv`: it has no wake"):
+    with pytest.raises(SceneError, match="flow stands at the top.*`cable-sim viv`: it has no wake, viscosity"):
         load_span(to_frequency.resources.find_viv("capozucca_5_5"))
     broken = tmp_path / "broken.yaml"
     broken.write_text("span: {a: [}\n")

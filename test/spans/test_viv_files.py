@@ -157,7 +157,10 @@ def test_an_error_of_a_file_names_its_line(tmp_path):
             b"",
             "is empty, expected keys and values such as `cable: {length: 17.45, ...}`; nothing was started. Begin with",
         ),
-        (b"name: a\nship: {tow_speed: 2.0}\n", "is a scene of a tow, expected a span; nothing was started. Give it to"),
+        (
+            b"name: a\nship: {tow_speed: 2.0}\n",
+            ":2: ship stands at the top: this is a scene of a tow, not a span in a flow; nothing was started. Give",
+        ),
         (b"name: a\nname: b\n", ":2: name is given twice, first on line 1; nothing was started. Correct the YAML"),
         (b"name: \xff\n", "is not UTF-8 text (byte 6); nothing was started. Save the span as UTF-8"),
     ],
@@ -171,7 +174,8 @@ def test_a_file_that_is_none(content, text, tmp_path):
 
 def test_a_span_that_is_given_to_run_is_sent_to_its_command():
     with pytest.raises(
-        SceneError, match="is a span for `cable-sim viv`, not a scene of a tow; nothing was started. Give"
+        SceneError,
+        match="flow stands at the top: this is a span in a flow, not a scene of a tow; nothing was started. Give",
     ):
         load_scene(find_viv("capozucca_5_5"))
 

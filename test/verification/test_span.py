@@ -125,7 +125,9 @@ def test_a_span_is_no_scene_and_a_scene_is_no_span(tmp_path):
         SceneError, match="span_in_wind.yaml:3: span stands at the top: this is a span in a wind, not a"
     ):
         load_scene("span_in_wind")
-    with pytest.raises(SceneError, match="has no key `span`, so it is no span.*span_in_wind.*for `cable-sim run`"):
+    with pytest.raises(
+        SceneError, match="ship stands at the top: this is a scene of a tow, not a span.*`cable-sim run`.*span_in_wind"
+    ):
         load_span(Path(__file__).parents[2] / "config" / "flume.yaml")
     with pytest.raises(SceneError, match="no such span file; nothing was started. .*span_in_wind"):
         load_span("nowhere")
@@ -134,7 +136,7 @@ def test_a_span_is_no_scene_and_a_scene_is_no_span(tmp_path):
     with pytest.raises(SceneError, match="broken.yaml:1: .*Correct the YAML"):
         load_span(broken)
     broken.write_bytes(b"span: \xff\n")
-    with pytest.raises(SceneError, match="is not UTF-8 text; nothing was started. Check the file"):
+    with pytest.raises(SceneError, match="is not UTF-8 text .byte 6.; nothing was started. Save the span as UTF-8"):
         load_span(broken)
 
 

@@ -6,7 +6,6 @@ import json
 from pathlib import Path
 
 import pytest
-import yaml
 from click.testing import CliRunner
 
 from cable_sim_ros.cli.commands import main
@@ -38,7 +37,7 @@ def refusal(case=None, **values):
 
 def command(tmp_path, *arguments, case=None, **values):
     path = tmp_path / "mine.yaml"
-    path.write_text(yaml.dump(data(case, **values), Dumper=yaml12.Dumper), "utf-8")
+    path.write_text(yaml12.dump(data(case, **values)), "utf-8")
     return CliRunner().invoke(main, ["span", str(path), *arguments])
 
 

@@ -15,9 +15,9 @@ from operator import attrgetter
 from pathlib import Path, PurePath
 from typing import Any, NamedTuple
 
-import yaml
 from rosbags.highlevel import AnyReader
 
+from ..scenes.yaml12 import YamlError, parse
 from .bag_writer import BagError as BagError
 from .bag_writer import BagWriter as BagWriter
 from .bag_writer import shown
@@ -25,6 +25,7 @@ from .mcap_file import MAX_RECORD, McapFile, Piece, Raw, Unreadable, size_text
 from .typestore import STORE
 
 MAX_METADATA = 1_000_000  # bytes of metadata.yaml
+MAX_VALUES = 100_000  # in them; each file of a bag has about seven
 MAX_HELD = 128_000_000  # bytes held to put messages of overlapping chunks in order
 MAX_REPORT = 100  # losses kept as text
 
@@ -305,9 +306,9 @@ def _metadata(path: Path) -> dict[str, Any]:
     try:
         if file.stat().st_size > MAX_METADATA:
             raise ValueError(f"metadata.yaml is larger than {size_text(MAX_METADATA)}")
-        info = yaml.safe_load(file.read_text("utf-8"))["rosbag2_bagfile_information"]
+        info = parse(file.read_text("utf-8"), MAX_VALUES)[0]["rosbag2_bagfile_information"]
         names, data = info["relative_file_paths"], info.get("custom_data") or {}
-    except (OSError, UnicodeError, yaml.YAMLError, KeyError, TypeError, AttributeError, RecursionError) as error:
+    except (OSError, UnicodeError, YamlError, KeyError, TypeError, AttributeError) as error:
         raise ValueError(f"metadata.yaml: {_reason(error)}") from None
     if not isinstance(names, list) or not names or not all(isinstance(name, str) and name for name in names):
         raise ValueError("metadata.yaml: relative_file_paths is not a list of file names")
@@ -329,9 +330,9 @@ def _custom_data(files: list[McapFile]) -> dict[str, str]:
     """Custom data as an MCAP file keeps it beside metadata.yaml; empty where it does not."""
     for file in files:
         try:
-            inner = yaml.safe_load(file.metadata["rosbag2"]["serialized_metadata"])["custom_data"]
+            inner = parse(file.metadata["rosbag2"]["serialized_metadata"], MAX_VALUES)[0]["custom_data"]
             return {str(key): str(value) for key, value in inner.items()}
-        except (KeyError, TypeError, AttributeError, yaml.YAMLError, RecursionError):
+        except (KeyError, TypeError, AttributeError, YamlError):
             continue
     return {}
 
@@ -360,8 +361,6 @@ def _reason(error: BaseException) -> str:
     """One short line of an error."""
     if isinstance(error, OSError):
         return error.strerror or type(error).__name__
-    if isinstance(error, yaml.MarkedYAMLError) and error.problem_mark is not None:
-        return f"{error.problem} in line {error.problem_mark.line + 1}"
     text = " ".join(str(error).split())
     name = "" if isinstance(error, (Unreadable, ValueError)) else f"{type(error).__name__}: "
     return f"{name}{text[:200]}"

@@ -14,13 +14,13 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-import yaml
 from mcap.data_stream import RecordBuilder
 from mcap.records import ChunkIndex
 from mcap.writer import CompressionType, Writer
 
 from ...errors import CableSimError
 from ...version import __version__
+from ..scenes.yaml12 import dump, parse
 from .typestore import ROS_DISTRO, definition, type_hash
 
 CHUNK_SIZE = 256 * 1024  # bytes; larger chunks compress no better and stall the writer longer
@@ -115,15 +115,6 @@ def qos_profile(name: str) -> list[dict]:
     ]
 
 
-class _Dumper(yaml.SafeDumper):
-    def ignore_aliases(self, data):  # an anchor is legal YAML, but no rosbag2 writes one
-        return True
-
-
-def _dump(tree: object) -> str:
-    return yaml.dump(tree, Dumper=_Dumper, sort_keys=False, default_flow_style=False, width=10_000)
-
-
 class BagWriter:
     """Writes one bag.
 
@@ -190,14 +181,14 @@ class BagWriter:
             return
         schema = definition(msgtype) if schema is None else schema
         digest = type_hash(msgtype) if digest is None else digest
-        offered = qos_profile(qos) if profiles is None else yaml.safe_load(profiles) or []
+        offered = qos_profile(qos) if profiles is None else parse(profiles)[0] or []
         if msgtype not in self._schemas:
             self._schemas[msgtype] = self._mcap.register_schema(msgtype, "ros2msg", schema.encode())
         self._channels[topic] = self._mcap.register_channel(
             topic,
             "cdr",
             self._schemas[msgtype],
-            {"offered_qos_profiles": _dump(offered).strip() if offered else "", "topic_type_hash": digest},
+            {"offered_qos_profiles": dump(offered).strip() if offered else "", "topic_type_hash": digest},
         )
         self._topics[topic] = {
             "topic_metadata": {
@@ -260,7 +251,7 @@ class BagWriter:
             return
         try:
             self.flush()
-            self._mcap.add_metadata("rosbag2", {"serialized_metadata": _dump(self._metadata()).strip()})
+            self._mcap.add_metadata("rosbag2", {"serialized_metadata": dump(self._metadata()).strip()})
             self._mcap.finish()
             self._file.close()
             self._indexes.close()
@@ -309,7 +300,7 @@ class BagWriter:
     def _write_metadata(self) -> None:
         scratch = self.path / "metadata.yaml.tmp"
         try:
-            scratch.write_text(_dump({"rosbag2_bagfile_information": self._metadata()}), "utf-8")
+            scratch.write_text(dump({"rosbag2_bagfile_information": self._metadata()}), "utf-8")
             scratch.replace(self.path / "metadata.yaml")  # at no time half a file
         except OSError:
             scratch.unlink(missing_ok=True)

@@ -7,10 +7,9 @@ import shutil
 from pathlib import Path
 from typing import NamedTuple
 
-import yaml
-
 from ..bags.bag import BagError, BagReader, BagWriter, Damage, topics_of
 from ..bags.mcap_file import McapFile
+from ..scenes.yaml12 import YamlError, parse
 
 
 class Recovery(NamedTuple):
@@ -72,8 +71,8 @@ def _declare(file: McapFile, writer: BagWriter) -> None:
         channel = file.channels[number]
         profiles = channel.metadata.get("offered_qos_profiles", "")
         try:
-            known = isinstance(yaml.safe_load(profiles), (list, type(None)))
-        except (yaml.YAMLError, RecursionError):
+            known = isinstance(parse(profiles)[0], (list, type(None)))
+        except YamlError:
             known = False
         writer.declare(
             topic,

@@ -13,7 +13,6 @@ from typing import Union, get_args, get_origin
 from pydantic import ValidationError
 
 from ...physics.parameter import REQUIRED, Block, block_of, declared, interval
-from ...sim.scene import Scene
 from .yaml12 import dotted
 
 CONSEQUENCE = "nothing was started"
@@ -38,7 +37,7 @@ def line_of(lines: Mapping[tuple, int], path: tuple) -> int:
     return lines.get(path, 0) if path else 0
 
 
-def texts_of(error: ValidationError, data, origin: str, lines, root: type[Block] = Scene) -> list[str]:
+def texts_of(error: ValidationError, data, origin: str, lines, root: type[Block]) -> list[str]:
     """One text for each problem pydantic found in a file of kind root, in its order; a vector is reported once."""
     out: dict[tuple, str] = {}
     for item in error.errors():

@@ -6,11 +6,8 @@ import os
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from pydantic import ValidationError
-
-from ...io.scenes import resources, yaml12
-from ...io.scenes.load import SceneError
-from ...io.scenes.scene_errors import CONSEQUENCE, kind_of, line_of, place, texts_of
+from ...io.scenes import resources
+from ...io.scenes.document import Document, SceneError
 from ...sim.problem import Problem
 from . import checks
 from .response import Vibration
@@ -25,62 +22,26 @@ class SpanWarning(UserWarning):
     """A result that is doubtful."""
 
 
+SPANS = Document(
+    Span,
+    "a span in a flow",
+    "span",
+    "cable: {length: 17.45, ...}",
+    resources.find_viv,
+    resources.shipped_viv,
+    checks.problems,
+    error=SpanError,
+)
+
+
 def load_span(path_or_name: str | os.PathLike) -> Span:
     """Span of a YAML file, or of the name of a shipped one (``capozucca_5_5``). Raises SpanError."""
-    try:
-        path = resources.find_viv(path_or_name)
-        text = path.read_text("utf-8")
-        data, lines = yaml12.parse(text)
-    except resources.ResourceError as error:
-        raise SpanError([str(error)]) from None
-    except yaml12.YamlError as error:
-        raise SpanError(
-            [f"{place(str(path), line)}: {what}; {CONSEQUENCE}. Correct the YAML" for line, what in error.problems]
-        ) from None
-    except UnicodeDecodeError as error:
-        raise SpanError(
-            [f"{path_or_name}: is not UTF-8 text (byte {error.start}); {CONSEQUENCE}. Save the span as UTF-8"]
-        ) from None
-    return span_from_dict(data, str(path), lines)
+    return SPANS.load(path_or_name)
 
 
-def span_from_dict(data: Mapping[str, Any], origin: str = "span", lines: Mapping[tuple, int] | None = None) -> Span:
+def span_from_dict(data: Mapping[str, Any], origin: str = "span") -> Span:
     """Span of plain data; origin names it in errors. Raises SpanError with every problem."""
-    lines = lines or {}
-    if not isinstance(data, Mapping):
-        raise SpanError(
-            [
-                f"{origin}: is {kind_of(data)}, expected keys and values such as `cable: {{length: 17.45, ...}}`; "
-                f"{CONSEQUENCE}. Begin with a copy of a shipped span: {', '.join(resources.shipped_viv())}"
-            ]
-        )
-    if "span" in data:
-        raise SpanError(
-            [
-                f"{origin}: has `span:` at its top, a span file with cases, expected one line and its flow; "
-                f"{CONSEQUENCE}. Read it with load_cases, or give it to `cable-sim viv`"
-            ]
-        )
-    if "ship" in data or "winch" in data:
-        raise SpanError(
-            [
-                f"{origin}: is a scene of a tow, expected a span; {CONSEQUENCE}. Give it to `cable-sim run`, or begin "
-                f"with a copy of a shipped span: {', '.join(resources.shipped_viv())}"
-            ]
-        )
-    try:
-        span = Span.model_validate(data)
-    except ValidationError as error:
-        raise SpanError(texts_of(error, data, origin, lines, Span)) from None
-    found = checks.problems(span)
-    if found:
-        raise SpanError(
-            [
-                f"{place(origin, line_of(lines, tuple(p.key.split('.'))))}: {p.key} {p.text}; {CONSEQUENCE}. {p.remedy}"
-                for p in found
-            ]
-        )
-    return span
+    return SPANS.check(data, origin)
 
 
 def changed(span: Span, **blocks: Mapping[str, Any]) -> Span:

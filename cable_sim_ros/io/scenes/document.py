@@ -1,0 +1,113 @@
+"""A YAML file to a checked Block: found, read, parsed, validated, checked. Nothing half-right loads."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Generic, TypeVar
+
+from pydantic import ValidationError
+
+from ...errors import CableSimError
+from ...physics.parameter import Block
+from ...sim.problem import Problem
+from .resources import ResourceError
+from .scene_errors import CONSEQUENCE, kind_of, line_of, place, texts_of
+from .yaml12 import YamlError, parse
+
+FILES = {  # what a file is: the keys at its top that no other kind has, and where it goes
+    "a scene of a tow": (("ship", "winch", "towbody"), "`cable-sim run`"),
+    "a span in a wind": (("span",), "`cable-sim span` or `cable-sim viv`, in Python to load_cases"),
+    "a span in a flow": (("flow",), "`cable-sim viv`: it has no wake, viscosity or axial stiffness"),
+}
+Lines = Mapping[tuple, int]  # path of a value -> its line, from the YAML reader
+NO_LINES: Lines = MappingProxyType({})
+B = TypeVar("B", bound=Block)
+
+
+class SceneError(CableSimError, ValueError):
+    """A file that cannot be used. ``problems``: one text each, with file, line, key, value, bound and remedy."""
+
+    def __init__(self, problems: list[str]):
+        self.problems = problems
+        super().__init__("\n".join(problems))
+
+
+class SceneWarning(UserWarning):
+    """A scene that can be run, with a number that will show in the results."""
+
+
+@dataclass(frozen=True)
+class Document(Generic[B]):
+    """A kind of file. Its methods raise ``error`` with every problem, and warn with SceneWarning."""
+
+    block: type[B]
+    what: str  # of FILES
+    noun: str  # in its errors
+    example: str  # of its first lines
+    find: Callable[[str | os.PathLike], Path]
+    shipped: Callable[[], list[str]]
+    problems: Callable[[B], list[Problem]]
+    warnings: Callable[[B], list[Problem]] = lambda _: []
+    error: type[SceneError] = SceneError
+
+    def load(self, path_or_name: str | os.PathLike) -> B:
+        """Of a file, or of the name of a shipped one."""
+        try:
+            path = self.find(path_or_name)
+            text = path.read_text("utf-8")
+        except ResourceError as error:
+            raise self.error([str(error)]) from None
+        except UnicodeDecodeError as error:
+            why = f"is not UTF-8 text (byte {error.start}); {CONSEQUENCE}. Save the {self.noun} as UTF-8"
+            raise self.error([f"{path_or_name}: {why}"]) from None
+        except OSError as error:
+            why = f"cannot be read ({error.strerror}); {CONSEQUENCE}. Check the path and its permissions"
+            raise self.error([f"{path_or_name}: {why}"]) from None
+        return self.read(text, str(path))
+
+    def read(self, text: str, origin: str) -> B:
+        """Of YAML text; origin names it in errors."""
+        try:
+            data, lines = parse(text)
+        except YamlError as error:
+            told = [f"{place(origin, line)}: {what}; {CONSEQUENCE}. Correct the YAML" for line, what in error.problems]
+            raise self.error(told) from None
+        return self.check(data, origin, lines)
+
+    def check(self, data: Any, origin: str, lines: Lines = NO_LINES) -> B:
+        """Of plain data."""
+        if not isinstance(data, Mapping):
+            what = f"is {kind_of(data)}, expected keys and values such as `{self.example}`"
+            raise self._refused(place(origin, lines.get((), 0)), what, "Begin")
+        top = [(key, what) for what, (keys, _) in FILES.items() for key in keys if key in data]
+        key, what = top[0] if top else ("", self.what)
+        if what != self.what:
+            why = f"{key} stands at the top: this is {what}, not {self.what}"
+            raise self._refused(place(origin, lines.get((key,), 0)), why, f"Give it to {FILES[what][1]}. Or begin")
+        try:
+            block = self.block.model_validate(data)
+        except ValidationError as error:
+            raise self.error(texts_of(error, data, origin, lines, self.block)) from None
+        return self.checked(block, origin, lines)
+
+    def checked(self, block: B, origin: str, lines: Lines = NO_LINES) -> B:
+        """The block itself, where its values fit each other."""
+
+        def told(problem: Problem, consequence: str) -> str:
+            line = line_of(lines, tuple(problem.key.split(".")))
+            return f"{place(origin, line)}: {problem.key} {problem.text}{consequence}. {problem.remedy}"
+
+        if found := self.problems(block):
+            raise self.error([told(problem, f"; {CONSEQUENCE}") for problem in found])
+        for warning in self.warnings(block):
+            warnings.warn(told(warning, ""), SceneWarning, stacklevel=6)  # where load_scene is called
+        return block
+
+    def _refused(self, where: str, why: str, remedy: str) -> SceneError:
+        copy = f"with a copy of a shipped {self.noun}: {', '.join(self.shipped())}"
+        return self.error([f"{where}: {why}; {CONSEQUENCE}. {remedy} {copy}"])
