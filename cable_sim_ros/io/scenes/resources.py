@@ -13,7 +13,7 @@ from pathlib import Path
 from ...errors import CableSimError
 
 PACKAGE = "cable_sim_ros"
-CODE = Path(__file__).resolve().parents[1]
+CODE = Path(__file__).resolve().parents[2]
 
 
 class ResourceError(CableSimError, ValueError):
