@@ -15,8 +15,8 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 
+from ..errors import TowError
 from ..ros.executor import drain
-from .errors import TowError
 
 DEPTH = 2000  # messages: 20 s of tick outputs, should this process stand still
 NAME = "cable_sim_test"

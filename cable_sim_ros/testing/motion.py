@@ -11,13 +11,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..errors import TowError
 from ..io.scenes.resources import find_bag
 from ..io.sources.motion_table import MotionWarning, Samples, odometry_events, read_table, sine_heave
 from ..io.sources.recorded_tow import Event, read_tow
 from ..sim.inputs import ShipMotion
 from ..sim.scene import Ship
 from .arguments import number, refused
-from .errors import TowError
 
 SECOND = 1_000_000_000
 INPUTS = ("imu", "odometry", "command")  # in this order at one stamp

@@ -17,12 +17,12 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
+from ..errors import TowError
 from ..io.messages.commands import encode_command
 from ..io.messages.messages import KINDS
 from ..ros.parameters import FOREIGN, settle
 from ..ros.topics import message_class
 from .client import Ears
-from .errors import TowError
 from .feeder import AHEAD, Feeder
 from .frames import FrameBox
 from .motion import SECOND, Message

@@ -17,12 +17,13 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import TowError
+from ..ros import watchdog
+from ..ros.child import MARK, Process, opened
 from ..sim.flag_rules import DOUBTFUL, OK
-from . import shared_memory, watchdog
+from . import shared_memory
 from .arguments import agree, as_text, number, scene_text, with_motion
 from .domain import reserve
-from .errors import TowError
-from .process import MARK, Process, opened
 
 READY_WITHIN = 300.0  # s; compiling everything from nothing takes minutes on a slow machine
 COMPILING = "the first start on a machine compiles for up to two minutes: give ready_within=300 or leave it out"

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import signal
-import subprocess
 import sys
 import threading
 import time
@@ -14,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cable_sim_ros.ros.child import Process
 from cable_sim_ros.testing.domain import reserve
 
 HERE = Path(__file__).parent
@@ -36,40 +36,6 @@ def poll(condition, within: float, what: str = "", step: float = 0.02):
         time.sleep(step)
 
 
-class Process:
-    """A child process with its output in a file."""
-
-    def __init__(self, command: list[str], log: Path, environment: dict[str, str]) -> None:
-        self.log = log
-        self._stream = open(log, "w")
-        self.process = subprocess.Popen(
-            command,
-            cwd=log.parent,
-            env=environment,
-            stdin=subprocess.DEVNULL,
-            stdout=self._stream,
-            stderr=subprocess.STDOUT,
-        )
-
-    @property
-    def text(self) -> str:
-        return self.log.read_text(errors="replace")
-
-    def wait(self, within: float) -> int:
-        poll(lambda: self.process.poll() is not None, within, f"the end of {self.log.name}:\n{self.text}")
-        return self.process.returncode
-
-    def stop(self, number: int = signal.SIGINT, within: float = 5.0) -> int:
-        self.process.send_signal(number)
-        return self.wait(within)
-
-    def end(self) -> None:
-        if self.process.poll() is None:
-            self.process.kill()
-            self.process.wait()
-        self._stream.close()
-
-
 class Node(Process):
     """The node on the stand-in for the simulator."""
 
@@ -83,7 +49,11 @@ class Node(Process):
         command += [part for part in arguments if part != "--open"]
         for name, value in given.items():
             command += ["-p", f"{name}:={json.dumps(value)}"]
-        super().__init__(command, world.folder / f"node{number}.log", world.environment | (environment or {}))
+        own = world.environment | (environment or {})
+        super().__init__("node", command, world.folder / f"node{number}.log", own, folder=world.folder)
+
+    def stop(self, steps=((signal.SIGINT, 5.0),)) -> int:
+        return super().stop(steps)  # the first signal must do
 
     def state(self) -> dict:
         try:
@@ -93,8 +63,8 @@ class Node(Process):
 
     def until(self, state: str, within: float = 40.0) -> Node:
         def there():
-            if self.process.poll() is not None:
-                pytest.fail(f"the node ended with {self.process.returncode}:\n{self.text}")
+            if self.code is not None:
+                pytest.fail(f"the node ended with {self.code}:\n{self.text}")
             return self.state().get("state") == state
 
         poll(there, within, f"state {state}")
@@ -233,11 +203,8 @@ class World:
         return process
 
     def run(self, module: str, *arguments: str) -> Process:
-        process = Process(
-            [sys.executable, "-m", module, *arguments],
-            self.folder / f"process{len(self.processes)}.log",
-            self.environment,
-        )
+        log = self.folder / f"process{len(self.processes)}.log"
+        process = Process(module, [sys.executable, "-m", module, *arguments], log, self.environment, folder=self.folder)
         self.processes.append(process)
         return process
 
@@ -253,7 +220,7 @@ class World:
 
     def close(self) -> None:
         for process in self.processes:
-            process.end()
+            process.kill()
         for close in self.closing:
             close()
         self._domain.close()

@@ -112,9 +112,9 @@ def test_a_process_that_stood_still_says_so_and_goes_on(world, ears):
     node = world.node().until("running")
     time.sleep(0.5)
     for number, seconds in enumerate((0.3, 3.0), 1):
-        os.kill(node.process.pid, signal.SIGSTOP)
+        os.kill(node.pid, signal.SIGSTOP)
         time.sleep(seconds)
-        os.kill(node.process.pid, signal.SIGCONT)
+        os.kill(node.pid, signal.SIGCONT)
         woken = time.monotonic()
         said = f"({number} times so far)"
         at, *_, text, values = ears.first("loop", lambda _, t, __, said=said: said in t, woken, 3.0, "the standstill")

@@ -118,7 +118,7 @@ def test_a_backward_jump_of_the_clock_maps_it_anew(running):
         return abs(time.time() - 3600.0 - message.header.stamp.sec) < 3.0
 
     poll(on_new_clock, 15.0, "poses on the new clock")
-    assert node.process.poll() is None
+    assert node.code is None
 
 
 def command(ears, **arrays):

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from cable_sim_ros import ShipMotion
+from cable_sim_ros.errors import TowError
 from cable_sim_ros.io.messages.messages import decode_odometry, stamp_of
 from cable_sim_ros.io.scenes.resources import ResourceError
 from cable_sim_ros.physics.ship import Ship
-from cable_sim_ros.testing.errors import TowError
 from cable_sim_ros.testing.feeder import Feeder
 from cable_sim_ros.testing.motion import Message, messages, restamped
 

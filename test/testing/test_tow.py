@@ -12,9 +12,10 @@ import pytest
 pytest.importorskip("rclpy")
 pytestmark = [pytest.mark.ros, pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time")]
 
-from cable_sim_ros.testing import Tow, TowError, tow, watchdog  # noqa: E402
+from cable_sim_ros.ros import watchdog  # noqa: E402
+from cable_sim_ros.ros.child import MARK  # noqa: E402
+from cable_sim_ros.testing import Tow, TowError, tow  # noqa: E402
 from cable_sim_ros.testing.node_topics import Link  # noqa: E402
-from cable_sim_ros.testing.process import MARK  # noqa: E402
 
 NAN = float("nan")
 NODE = "import sys, time; print('so far so good', flush=True); "

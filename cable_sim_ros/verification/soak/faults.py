@@ -161,8 +161,7 @@ def silent(quick: bool) -> Found:
             until(lambda: [s for s in it.probe.tasks("inputs")[-1:] if s.level == 0], 10.0, "fresh inputs")
             time.sleep(0.5)
             assert it.sensors is not None
-            it.sensors.process.kill()
-            it.sensors.process.wait()
+            it.sensors.kill()
             time.sleep(0.1)
             last = received[-1][0]
             late.append(first_status(it, "inputs", 2, last, 5.0) - last - 0.5)
