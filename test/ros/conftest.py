@@ -9,12 +9,16 @@ import sys
 import threading
 import time
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
 from cable_sim_ros.ros.child import Process
 from cable_sim_ros.testing.domain import reserve
+
+if TYPE_CHECKING:
+    from cable_sim_ros.ros.client import Client
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
@@ -71,66 +75,10 @@ class Node(Process):
         return self
 
 
-class Ears:
-    """Our own end of the topics, in this process: listens, talks, calls services."""
-
-    def __init__(self, domain: int) -> None:
-        import rclpy
-        from rclpy.executors import SingleThreadedExecutor
-
-        self.context = rclpy.Context()
-        rclpy.init(context=self.context, domain_id=domain)
-        self.node = rclpy.create_node("ears", context=self.context, namespace="/tow_sim")
-        self.executor = SingleThreadedExecutor(context=self.context)
-        self.executor.add_node(self.node)
-        self.received: dict[str, list] = {}
-        self._thread = threading.Thread(target=self._spin, daemon=True)
-        self._stop = threading.Event()
-        self._thread.start()
-
-    def _spin(self) -> None:
-        while not self._stop.is_set():
-            self.executor.spin_once(timeout_sec=0.05)
-        self.executor.remove_node(self.node)  # by the thread that waited on them: rclpy frees what another still holds
-        self.executor.shutdown()
-        self.node.destroy_node()
-        self.context.try_shutdown()
-
-    def listen(self, kind: type, topic: str, raw: bool = False) -> list:
-        from rclpy.qos import QoSProfile, ReliabilityPolicy
-
-        box = self.received[topic] = []
-        profile = QoSProfile(depth=500, reliability=ReliabilityPolicy.BEST_EFFORT)
-        self.node.create_subscription(kind, topic, box.append, profile, raw=raw)
-        return box
-
-    def call(self, kind: type, name: str, request, within: float = 10.0):
-        client = self.node.create_client(kind, name)
-        poll(client.service_is_ready, within, f"service {name}")
-        future = client.call_async(request)
-        poll(future.done, within, f"answer of {name}")
-        return future.result()
-
-    def diagnostics(self) -> dict:
-        """Newest status of each task: name -> (level, message, values)."""
-        box = self.received["/diagnostics"]
-        if not box:
-            return {}
-        return {
-            status.name.split(": ")[1]: (status.level[0], status.message, {v.key: v.value for v in status.values})
-            for status in box[-1].status
-        }
-
-    def close(self) -> None:
-        self._stop.set()
-        self._thread.join(30.0)
-        assert not self._thread.is_alive(), "the thread that spins did not end within 30 s"
-
-
 class Ship:
     """A ship that heaves 1 m in 10 s and goes ahead at 2.2 m/s, seen by an IMU and odometry at 50 Hz."""
 
-    def __init__(self, ears: Ears, odometry: bool = True) -> None:
+    def __init__(self, ears: Client, odometry: bool = True) -> None:
         from nav_msgs.msg import Odometry
         from rclpy.qos import qos_profile_sensor_data
         from sensor_msgs.msg import Imu
@@ -208,12 +156,14 @@ class World:
         self.processes.append(process)
         return process
 
-    def ears(self) -> Ears:
-        ears = Ears(self.domain)
+    def ears(self) -> Client:
+        from cable_sim_ros.ros.client import Client
+
+        ears = Client(self.domain, "ears")
         self.closing.append(ears.close)
         return ears
 
-    def ship(self, ears: Ears, odometry: bool = True) -> Ship:
+    def ship(self, ears: Client, odometry: bool = True) -> Ship:
         ship = Ship(ears, odometry)
         self.closing.insert(0, ship.stop)
         return ship

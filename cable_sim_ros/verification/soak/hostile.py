@@ -6,6 +6,7 @@ import random
 import socket
 import time
 
+from ...ros.topics import message_class
 from ..stress.verdict import IS, MIN, Found, Metric, stress
 from .pace import SETTLED, grown, missed_fraction
 from .rig import Rig, percentile, rig, until
@@ -115,7 +116,7 @@ def foreign(quick: bool) -> Found:
     with rig() as it:
         it.sail()
         began = time.monotonic()
-        it.probe.publish("geometry_msgs/msg/PoseStamped", "towbody/pose")
+        it.probe.publisher(message_class("geometry_msgs/msg/PoseStamped"), "towbody/pose")
 
         def said(text: str):
             found = [t.at for t in it.probe.tasks("neighbours") if t.level and text in t.message]

@@ -17,7 +17,6 @@ import numpy as np
 
 from ...errors import RunError
 from ...ros.child import Process
-from ...ros.load.probe import Probe
 from ...ros.play.live import STOP, environment, failed, read_state
 
 READY_WITHIN = 300.0  # s; compiling everything from nothing takes minutes on a slow machine
@@ -48,7 +47,9 @@ class Rig:
         self.metrics = folder / "node.json"
         self.sensors: Process | None = None
         self.children: list[Process] = [node]
-        self.probe = Probe(domain)
+        from ...ros.load.probe import Probe  # imports rclpy
+
+        self.probe = Probe(domain, "probe")
         self.probe.watch()
 
     @property
