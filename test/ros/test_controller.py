@@ -39,7 +39,7 @@ def test_the_controller_of_the_page_brings_the_body_to_its_depth_and_its_end_is_
     poses, winch = ears.listen(PoseStamped, "towbody/pose"), ears.listen(JointState, "winch/state")
     ears.listen(DiagnosticArray, "/diagnostics")
     ship = world.ship(ears)
-    ship.heave, ship.speed = 0.03, 0.1
+    ship.amplitude, ship.speed = 0.03, 0.1
     ship.sail()
     environment = {key: value for key, value in world.environment.items() if key != "NUMBA_CACHE_DIR"}
     node = [sys.executable, "-m", "cable_sim_ros.ros.node", "--ros-args"]
