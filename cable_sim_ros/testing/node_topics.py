@@ -19,13 +19,13 @@ from std_srvs.srv import SetBool, Trigger
 
 from ..errors import TowError
 from ..io.messages.commands import encode_command
-from ..io.messages.messages import KINDS
+from ..io.messages.messages import KINDS, Event
 from ..ros.client import NAMESPACE, Client
 from ..ros.parameters import FOREIGN, settle
 from ..ros.topics import message_class
 from .feeder import AHEAD, Feeder
 from .frames import FrameBox
-from .motion import SECOND, Message
+from .motion import SECOND
 
 NODE = f"{NAMESPACE}/cable_sim"
 COMMAND = KINDS["command"][1]
@@ -99,7 +99,7 @@ class Link:
         self.feeder.clock(self.now)
         self.clock_came.set()
 
-    def _send(self, message: Message) -> None:
+    def _send(self, message: Event) -> None:
         self._publishers[message.kind].publish(message.data)
 
     def _commander(self) -> Any:
@@ -115,7 +115,7 @@ class Link:
             self._publishers["command"] = made
         return self._publishers["command"]
 
-    def feed(self, messages: Sequence[Message]) -> int:
+    def feed(self, messages: Sequence[Event]) -> int:
         """Queue motion; the stamp of the first, ns: the clock's time in lockstep, else from now on."""
         if any(message.kind == "command" for message in messages):
             self._commander()

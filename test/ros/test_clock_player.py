@@ -13,10 +13,10 @@ MS = 1_000_000
 
 
 def follower(stamps, **how):
+    from cable_sim_ros.io.messages.messages import Event
     from cable_sim_ros.ros.play.clock_player import Follower
-    from cable_sim_ros.ros.play.player import Item
 
-    return Follower([Item(due * MS, "imu", b"", stamp * MS) for due, stamp in stamps], **how)
+    return Follower([Event(stamp * MS, due * MS, "imu", b"") for due, stamp in stamps], **how)
 
 
 def given(player, clock: int) -> list[int]:
