@@ -182,7 +182,7 @@ class SteppedSession(Session):
 
     def reset(self) -> tuple[bool, str]:
         """Static start again; where the motion has left the clock, its next stamp decides what the clock says."""
-        self.steps.steps_left = 0
+        self.steps.steps_left, self._early = 0, None
         if self.loop is not None and self.steps.gate.refused_in_row >= CONFIRM:
             self.intake.jump()
             self.steps.gate.reset()
@@ -228,6 +228,7 @@ class SteppedSession(Session):
         self.intake.jump()
         self.steps.go_to(round(self.node.lockstep.start * SECOND))
         self.steps.paused, self.steps.steps_left = self.node.lockstep.paused, 0
+        self._early = None
         self._spoken, self._cause = False, "start"
         self.activate()
         return True, f"/clock {self.steps.clock / SECOND:.3f} s; waiting for motion"
