@@ -26,3 +26,7 @@ class RunError(CableSimError, RuntimeError):
     """What was given was right, but no run came of it."""
 
     exit_code = CODE_FAILED
+
+
+class TowError(RunError):
+    """A node or a process beside it did not do what was asked for; the text has its last lines."""

@@ -20,7 +20,7 @@ from rclpy.serialization import serialize_message
 
 from ..io.messages.channels import Context, Encoder
 from ..io.messages.markers import TOPIC as MARKERS
-from ..io.messages.messages import CAUSES, KINDS, stamp_of
+from ..io.messages.messages import CAUSES, KINDS, Event, stamp_of
 from ..io.recordings.recording_place import name_problem, state_problem
 from ..sim.checks.friction_checks import slow
 from ..sim.flag_rules import FAILED
@@ -220,12 +220,13 @@ class CableSimNode(LifecycleNode):
                 self._refuse_giant(kind)
                 return
             clock = self.session.clock
-            arrival = self.arrivals.of(info, None if kind == "command" else stamp_of(data), clock.offset)
+            stamp = None if kind == "command" else stamp_of(data)
+            arrival = self.arrivals.of(info, stamp, clock.offset)
             self._record(topic, msgtype, data, arrival)
             if kind == "command":
                 self._command(data, arrival)
             else:
-                self.session.motion(kind, data, arrival)
+                self.session.motion(Event(stamp, arrival, kind, data))
                 self.arrivals.took(clock.last_stamp, clock.offset)
 
         return callback

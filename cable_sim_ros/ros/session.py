@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from ..io.messages.commands import CommandIngest
+from ..io.messages.messages import Event
 from ..io.motion.arrival_order import Intake, Took
 from ..io.motion.clock import DataClock
 from ..io.motion.motion import MotionIngest
@@ -164,11 +165,11 @@ class Session(Timing, Saving):
 
     # ---- inputs
 
-    def motion(self, kind: str, data: bytes, arrival: int) -> None:
-        """One message of kind "imu" or "odometry" as CDR bytes; arrival: CLOCK_MONOTONIC, ns."""
-        self.received[kind] += 1
-        self.arrivals[kind] = arrival
-        took = self.intake.motion(kind, data, arrival)
+    def motion(self, event: Event) -> None:
+        """One message of kind "imu" or "odometry"; its arrival is on CLOCK_MONOTONIC."""
+        self.received[event.kind] += 1
+        self.arrivals[event.kind] = event.arrival
+        took = self.intake.motion(event)
         while self.ingest.notices:
             self.log("warn", self.ingest.notices.popleft())
         if took is Took.JUMPED:

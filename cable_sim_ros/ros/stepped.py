@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ..io.messages.messages import stamp_of
+from ..io.messages.messages import Event, stamp_of
 from ..io.motion.arrival_order import Took
 from ..io.motion.checkpoint import check, set_back, taken
 from ..io.motion.time_sequencer import CONFIRM, FAR
@@ -108,10 +108,10 @@ class SteppedSession(Session):
 
     # ---- inputs
 
-    def motion(self, kind: str, data: bytes, arrival: int) -> None:
-        """One message of kind "imu" or "odometry" as CDR bytes; its stamp is its arrival."""
+    def motion(self, event: Event) -> None:
+        """One message of kind "imu" or "odometry"; its stamp is its arrival."""
+        stamp, _, kind, data = event
         self.received[kind] += 1
-        stamp = stamp_of(data)
         if stamp is None:
             self.refused["size"] += 1
             return
@@ -134,7 +134,8 @@ class SteppedSession(Session):
 
     def _hand_on(self) -> None:
         for message in self.steps.gate.take(self.steps.clock):
-            took = self.intake.motion(message.kind, message.data, message.stamp)
+            # the stamp of one that waited is the clock where its own is 0
+            took = self.intake.motion(Event(stamp_of(message.data), message.stamp, message.kind, message.data))
             while self.ingest.notices:
                 self.log("warn", self.ingest.notices.popleft())
             if took is Took.SAMPLE and self.state == "waiting":
@@ -181,7 +182,7 @@ class SteppedSession(Session):
 
     def reset(self) -> tuple[bool, str]:
         """Static start again; where the motion has left the clock, its next stamp decides what the clock says."""
-        self.steps.steps_left = 0
+        self.steps.steps_left, self._early = 0, None
         if self.loop is not None and self.steps.gate.refused_in_row >= CONFIRM:
             self.intake.jump()
             self.steps.gate.reset()
@@ -227,6 +228,7 @@ class SteppedSession(Session):
         self.intake.jump()
         self.steps.go_to(round(self.node.lockstep.start * SECOND))
         self.steps.paused, self.steps.steps_left = self.node.lockstep.paused, 0
+        self._early = None
         self._spoken, self._cause = False, "start"
         self.activate()
         return True, f"/clock {self.steps.clock / SECOND:.3f} s; waiting for motion"

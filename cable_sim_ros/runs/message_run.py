@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from ..io.messages.commands import CommandIngest, encode_command
-from ..io.messages.messages import Refused, decode_imu, decode_odometry
+from ..io.messages.messages import Event, Refused, decode_imu, decode_odometry
 from ..io.messages.mounting import mounting_of
 from ..io.motion.motion import MotionIngest
 from ..io.recordings.journal import Start
 from ..io.scenes.load import SceneWarning
 from ..io.scenes.winch_plan import WinchPlan
 from ..io.sources.motion_table import MotionError
-from ..io.sources.recorded_tow import Event, Feeder, RecordedTow
+from ..io.sources.recorded_tow import Feeder, RecordedTow
 from ..physics.inputs import MOTION_ROWS
 from ..sim.checks import checks
 from ..sim.inputs import WinchCommand

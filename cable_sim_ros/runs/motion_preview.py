@@ -29,7 +29,7 @@ def look(tow: RecordedTow, scene: Scene, motion: MotionInput, heave: Heave) -> N
         if event.kind == "command":
             continue
         after = (event.time - tow.start) * 1e-9
-        if intake.motion(event.kind, event.data, event.arrival) is Took.JUMPED:
+        if intake.motion(event) is Took.JUMPED:
             return
         received[event.kind] = received.get(event.kind, 0) + 1
         if after > LOOK or (after > GLANCE and not any(intake.ingest.convicted.values())):

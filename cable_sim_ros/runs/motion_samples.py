@@ -47,7 +47,7 @@ def motion_of_bag(
         if event.kind == "command":
             continue
         before = int(inputs.motion_head[0])
-        if intake.motion(event.kind, event.data, event.arrival) is Took.JUMPED:
+        if intake.motion(event) is Took.JUMPED:
             if samples:
                 raise MotionError(
                     f"{tow.path}: the stamps jump from {samples[-1].time_ns} ns to {event.time} ns: no list of samples "

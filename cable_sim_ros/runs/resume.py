@@ -16,13 +16,14 @@ from typing import Any, NamedTuple, Protocol
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from ..io.messages.commands import CommandIngest
+from ..io.messages.messages import Event
 from ..io.motion.checkpoint import set_back, taken
 from ..io.motion.checkpoint_values import Count, Real, Whole
 from ..io.recordings.journal import Start
 from ..io.scenes.load import SceneWarning
 from ..io.scenes.winch_plan import WinchPlan
 from ..io.sources.motion_table import MotionError
-from ..io.sources.recorded_tow import Event, Feeder, RecordedTow
+from ..io.sources.recorded_tow import Feeder, RecordedTow
 from ..physics.inputs import make_inputs
 from ..sim.rebase import carried_over, heading_problem, place
 from ..sim.saved import savefile

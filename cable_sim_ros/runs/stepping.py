@@ -12,11 +12,11 @@ import numpy as np
 from ..io.bags.bag import BagWriter
 from ..io.messages.channels import Context, Encoder, channels_of
 from ..io.messages.markers import markers_channel
-from ..io.messages.messages import KINDS
+from ..io.messages.messages import KINDS, Event
 from ..io.recordings.journal import MSGTYPE, TOPIC, Journal, Start
 from ..io.scenes.load import dump_scene
 from ..io.scenes.winch_plan import WinchPlan
-from ..io.sources.recorded_tow import Event, RecordedTow
+from ..io.sources.recorded_tow import RecordedTow
 from ..physics.tick_output import TICK_OUTPUT
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator, SolverError

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 _FACE = {  # name -> module
     "Tow": ".tow_sim",
-    "TowError": ".errors",
+    "TowError": "..errors",
     "load_run": "..io.recordings.recorded_run",
     "replay": "..runs.offline",
     "tow": ".tow_sim",
@@ -17,9 +17,9 @@ _FACE = {  # name -> module
 __all__ = ["Tow", "TowError", "load_run", "replay", "tow"]
 
 if TYPE_CHECKING:
+    from ..errors import TowError
     from ..io.recordings.recorded_run import load_run
     from ..runs.offline import replay
-    from .errors import TowError
     from .tow_sim import Tow, tow
 
 

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import TowError
 from ..physics.tick_output import Flag
-from .errors import TowError
 
 WORDS = {  # what shared texts call what is a keyword here
     "--heave AMPLITUDE,PERIOD in m and s": "heave=(amplitude, period) in m and s",

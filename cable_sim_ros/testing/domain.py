@@ -11,7 +11,7 @@ import random
 import socket
 from pathlib import Path
 
-from .errors import TowError
+from ..errors import TowError
 
 PORT = 32768  # plus the domain: those of ros-domain-coordinator
 DOMAINS = range(1, 101)  # 0 is everybody's; ports of higher ones are those of outgoing connections

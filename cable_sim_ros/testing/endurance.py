@@ -17,8 +17,9 @@ from typing import Any
 
 import numpy as np
 
-from . import shared_memory, watchdog
-from .process import MARK
+from ..ros import watchdog
+from ..ros.child import MARK
+from . import shared_memory
 from .tow_sim import tow
 
 DEAF = "import signal, time; signal.signal(signal.SIGINT, signal.SIG_IGN); time.sleep(600)"

@@ -7,7 +7,8 @@ import time
 from collections import deque
 from collections.abc import Callable, Sequence
 
-from .motion import SECOND, Message, restamped
+from ..io.messages.messages import Event
+from .motion import SECOND
 
 AHEAD = SECOND // 50  # ns from now to the first message in real time
 
@@ -15,9 +16,9 @@ AHEAD = SECOND // 50  # ns from now to the first message in real time
 class Feeder:
     """A queue of messages; `send(message)` is called when each is due."""
 
-    def __init__(self, send: Callable[[Message], None], lockstep: bool) -> None:
+    def __init__(self, send: Callable[[Event], None], lockstep: bool) -> None:
         self._send, self.lockstep = send, lockstep
-        self._queue: deque[Message] = deque()
+        self._queue: deque[Event] = deque()
         self._changed = threading.Condition()
         self._now: int | None = None  # what /clock said last, ns
         self._closed = self._sending = False
@@ -27,19 +28,19 @@ class Feeder:
         self._thread = threading.Thread(target=self._run, name="cable_sim_feed", daemon=True)
         self._thread.start()
 
-    def add(self, messages: Sequence[Message], first: int | None) -> int:
+    def add(self, messages: Sequence[Event], first: int | None) -> int:
         """Queue messages behind what is there; returns the stamp of the first, ns.
 
         first: where that stamp goes, ns; None: stamps as they are. Behind earlier messages it is never less than one
         interval after them.
         """
-        stamps = [message.stamp for message in messages]
+        stamps = [message.time for message in messages]
         with self._changed:
             if first is not None and self.end is not None and first <= self.end:
                 same = [stamp for message, stamp in zip(messages, stamps) if message.kind == messages[0].kind]
                 first = self.end + (same[1] - same[0] if len(same) > 1 else AHEAD)
             shift = 0 if first is None else first - stamps[0]
-            self._queue.extend(restamped(message, shift) if shift else message for message in messages)
+            self._queue.extend(message.moved(shift) if shift else message for message in messages)
             self.end = stamps[-1] + shift
             self._changed.notify_all()
         return stamps[0] + shift
@@ -53,14 +54,14 @@ class Feeder:
 
     @property
     def waiting(self) -> int:
-        """Messages that have not been sent."""
+        """Events that have not been sent."""
         return len(self._queue)
 
     @property
     def idle(self) -> bool:
         """Has everything been sent that the clock has come to?"""
         with self._changed:
-            due = self._queue and self._now is not None and self._queue[0].stamp <= self._now
+            due = self._queue and self._now is not None and self._queue[0].time <= self._now
             return not due and not self._sending
 
     def close(self) -> None:
@@ -79,13 +80,13 @@ class Feeder:
         except BaseException as error:
             self.failure = error
 
-    def _next(self) -> Message | None:
+    def _next(self) -> Event | None:
         """The next message when it is due; None at the end."""
         with self._changed:
             while not self._closed:
                 wait = None
                 if self._queue:
-                    due = self._queue[0].stamp
+                    due = self._queue[0].time
                     if not self.lockstep:
                         wait = (due - time.time_ns()) / SECOND
                     elif self._now is not None and due <= self._now:

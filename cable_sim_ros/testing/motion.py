@@ -3,33 +3,25 @@
 from __future__ import annotations
 
 import os
-import struct
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
+from ..errors import TowError
+from ..io.messages.messages import Event
 from ..io.scenes.resources import find_bag
 from ..io.sources.motion_table import MotionWarning, Samples, odometry_events, read_table, sine_heave
-from ..io.sources.recorded_tow import Event, read_tow
+from ..io.sources.recorded_tow import read_tow
 from ..sim.inputs import ShipMotion
 from ..sim.scene import Ship
 from .arguments import number, refused
-from .errors import TowError
 
 SECOND = 1_000_000_000
 INPUTS = ("imu", "odometry", "command")  # in this order at one stamp
 Source = str | os.PathLike | Sequence[ShipMotion]
-
-
-class Message(NamedTuple):
-    """One message to send: stamp [ns], kind (imu, odometry, command), CDR bytes."""
-
-    stamp: int
-    kind: str
-    data: bytes
 
 
 def messages(
@@ -41,7 +33,7 @@ def messages(
     duration: float | None = None,
     imu_only: bool = False,
     commands: bool = False,
-) -> list[Message]:
+) -> list[Event]:
     """Messages in order of their stamps. TowError when there are none, or for what cannot be used.
 
     source: bag (path or name of a shipped one), CSV file, or samples; heave: (m, s) in place of it; ship: of the scene;
@@ -60,7 +52,7 @@ def messages(
     motion = [event.time for event in kept if event.kind != "command"]
     first = (motion[0] if motion else 0) + round(start * SECOND)
     last = first + round(duration * SECOND) if duration is not None else 2**63 - 1
-    found = [Message(event.time, event.kind, event.data) for event in kept if first <= event.time <= last]
+    found = [event._replace(stamp=event.time) for event in kept if first <= event.time <= last]
     if not any(message.kind != "command" for message in found):
         raise TowError(f"no motion in the part asked for (from {start:g} s on): nothing was sent")
     return found
@@ -111,10 +103,3 @@ def _of_samples(source: Any) -> list[Event]:
     rows = np.array([sample.row(1.0) for sample in samples])
     times = np.array([sample.time_ns for sample in samples], np.int64)
     return odometry_events(Samples(times, rows[:, :6], rows[:, 6:12]), "samples of motion")
-
-
-def restamped(message: Message, shift: int) -> Message:
-    """The message with its stamp moved by shift [ns]."""
-    stamp, data = message.stamp + shift, bytearray(message.data)
-    struct.pack_into("<iI" if data[1] & 1 else ">iI", data, 4, *divmod(stamp, SECOND))
-    return Message(stamp, message.kind, bytes(data))

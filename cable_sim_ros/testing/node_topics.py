@@ -17,17 +17,17 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
+from ..errors import TowError
 from ..io.messages.commands import encode_command
-from ..io.messages.messages import KINDS
+from ..io.messages.messages import KINDS, Event
+from ..ros.client import NAMESPACE, Client
 from ..ros.parameters import FOREIGN, settle
 from ..ros.topics import message_class
-from .client import Ears
-from .errors import TowError
 from .feeder import AHEAD, Feeder
 from .frames import FrameBox
-from .motion import SECOND, Message
+from .motion import SECOND
 
-NAMESPACE, NODE = "/tow_sim", "/tow_sim/cable_sim"
+NODE = f"{NAMESPACE}/cable_sim"
 COMMAND = KINDS["command"][1]
 SERVICE = 30.0  # s for an answer
 STALLED = 60.0  # s of wall time without a tick output
@@ -62,16 +62,16 @@ class Link:
         self._controlled = False  # does a process of the test publish commands?
         self._stamped: int | None = None  # stamp of our newest command that has one, ns
         self._awaited = False  # may its first command come before the next step?
-        self.ears = Ears(domain, NAMESPACE, environment)
+        self.client = Client(domain, environment=environment)
         self.feeder = Feeder(self._send, lockstep)
         self._publishers = {
-            kind: self.ears.publisher(message_class(KINDS[kind][0]), KINDS[kind][1]) for kind in ("imu", "odometry")
+            kind: self.client.publisher(message_class(KINDS[kind][0]), KINDS[kind][1]) for kind in ("imu", "odometry")
         }
-        self._health = self.ears.hear(JointState, "sim/health", self.box.put)
-        self._status = self.ears.listen(DiagnosticArray, "/diagnostics")
+        self._health = self.client.hear(JointState, "sim/health", self.box.put)
+        self.client.listen(DiagnosticArray, "/diagnostics")
         if lockstep:
-            self.ears.hear(Clock, "/clock", self._on_clock, reliable=False)
-            self.ears.hear(JointState, COMMAND, lambda data: self.spoken.set(), reliable=False)
+            self.client.hear(Clock, "/clock", self._on_clock, reliable=False)
+            self.client.hear(JointState, COMMAND, lambda data: self.spoken.set(), reliable=False)
 
     def connected(self) -> bool:
         """Do both ends know of each other, on every topic that is used?"""
@@ -80,14 +80,14 @@ class Link:
 
     def check(self) -> None:
         """TowError when a thread of ours has failed."""
-        self.ears.check()
+        self.client.check()
         if self.feeder.failure is not None:
             raise TowError(f"motion could not be sent: {self.feeder.failure!r}") from self.feeder.failure
         if self.feeder.sent and time.monotonic() > self._looked + LOOK:
             self._looked = time.monotonic()
             for kind in ("imu", "odometry"):
                 topic = KINDS[kind][1]
-                if (count := self.ears.node.count_publishers(topic)) > 1:
+                if (count := self.client.node.count_publishers(topic)) > 1:
                     raise TowError(
                         f"{count} publishers of {topic} in domain {self.domain}: the node hears another motion than "
                         f"this test feeds, and nothing that it says counts. Is a process on this domain that reserved "
@@ -99,13 +99,13 @@ class Link:
         self.feeder.clock(self.now)
         self.clock_came.set()
 
-    def _send(self, message: Message) -> None:
+    def _send(self, message: Event) -> None:
         self._publishers[message.kind].publish(message.data)
 
     def _commander(self) -> Any:
         """The publisher of commands, made when it is first used: beside a user's it is a second one."""
         if "command" not in self._publishers:
-            made = self.ears.publisher(JointState, COMMAND)
+            made = self.client.publisher(JointState, COMMAND)
             deadline = time.monotonic() + SERVICE
             while not made.get_subscription_count():
                 if time.monotonic() > deadline:
@@ -115,7 +115,7 @@ class Link:
             self._publishers["command"] = made
         return self._publishers["command"]
 
-    def feed(self, messages: Sequence[Message]) -> int:
+    def feed(self, messages: Sequence[Event]) -> int:
         """Queue motion; the stamp of the first, ns: the clock's time in lockstep, else from now on."""
         if any(message.kind == "command" for message in messages):
             self._commander()
@@ -191,7 +191,7 @@ class Link:
 
     def commanders(self) -> int:
         """Publishers of winch commands beside our own."""
-        return self.ears.others_on(f"{NAMESPACE}/{COMMAND}")
+        return self.client.others_on(f"{NAMESPACE}/{COMMAND}")
 
     def controller_comes(self) -> None:
         """A controller is about to start: what was commanded before is not its answer."""
@@ -217,7 +217,7 @@ class Link:
                 f"parameter {name!r} = {value!r} is of a type that no parameter has ({error}); nothing was changed. "
                 f"Give a float, int, bool, str or a list of floats"
             ) from error
-        (result,) = self.ears.call(SetParameters, f"{NODE}/set_parameters", request, SERVICE).results
+        (result,) = self.client.call(SetParameters, f"{NODE}/set_parameters", request, SERVICE).results
         if not result.successful:
             raise TowError(f"{name} = {value!r} was refused: {result.reason}")
 
@@ -227,25 +227,16 @@ class Link:
         """Call a Trigger or, with data, a SetBool of the node; TowError with its text where it did not succeed."""
         kind: Any = Trigger if data is None else SetBool
         request = kind.Request() if data is None else kind.Request(data=data)
-        answer = self.ears.call(kind, f"{NODE}/{service}", request, within, meanwhile)
+        answer = self.client.call(kind, f"{NODE}/{service}", request, within, meanwhile)
         if not answer.success:
             raise TowError(f"{service}: {answer.message}")
         return answer.message
 
     def diagnostics(self) -> dict[str, tuple[int, str, dict[str, str]]]:
         """Newest status of each task: name -> (level, text, values)."""
-        if not self._status:
-            return {}
-        return {
-            status.name.partition(": ")[2]: (
-                status.level[0],
-                status.message,
-                {value.key: value.value for value in status.values},
-            )
-            for status in self._status[-1].status
-        }
+        return self.client.diagnostics()
 
     def close(self) -> None:
         """End our threads and leave the domain."""
         self.feeder.close()
-        self.ears.close()
+        self.client.close()

@@ -17,12 +17,13 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import TowError
+from ..ros import watchdog
+from ..ros.child import MARK, Process, opened
 from ..sim.flag_rules import DOUBTFUL, OK
-from . import shared_memory, watchdog
+from . import shared_memory
 from .arguments import agree, as_text, number, scene_text, with_motion
 from .domain import reserve
-from .errors import TowError
-from .process import MARK, Process, opened
 
 READY_WITHIN = 300.0  # s; compiling everything from nothing takes minutes on a slow machine
 COMPILING = "the first start on a machine compiles for up to two minutes: give ready_within=300 or leave it out"
@@ -123,7 +124,7 @@ class Tow:
         closed: dict[str, str | None] = dict.fromkeys(OPENING)
         self._link = Link(self.domain, self._wanted, closed | own, self.lockstep)
         self._closing.append(self._link.close)
-        self._link.ears.watch = self.check
+        self._link.client.give_up = self.check
         self._await(lambda: self.state == "waiting", within, "ready for motion", remedy=f"; {COMPILING}")
         self._await(self._link.connected, START_WITHIN, "connected")
         self._segments |= shared_memory.mapped(self.node.pid)
@@ -349,7 +350,7 @@ class Tow:
 
     def listen(self, kind: type, topic: str) -> list:
         """A list that grows by every message of a topic (relative to /tow_sim) from now on."""
-        return self._link.ears.listen(kind, topic)
+        return self._link.client.listen(kind, topic)
 
     # ---- end
 

@@ -14,6 +14,7 @@ from cable_sim_ros.io.messages.commands import CommandIngest
 from cable_sim_ros.io.messages.messages import (
     CAUSES,
     KINDS,
+    Event,
     Refused,
     decode_command,
     decode_imu,
@@ -22,7 +23,7 @@ from cable_sim_ros.io.messages.messages import (
 )
 from cable_sim_ros.io.motion.clock import DataClock, Stamp
 from cable_sim_ros.io.motion.motion import MotionIngest
-from cable_sim_ros.io.sources.recorded_tow import Event, Feeder, RecordedTow, read_tow
+from cable_sim_ros.io.sources.recorded_tow import Feeder, RecordedTow, read_tow
 from cable_sim_ros.physics.heave_filter import Heave
 from cable_sim_ros.physics.inputs import COMMAND_ROWS, make_inputs
 from cable_sim_ros.physics.ship import Ship
@@ -319,7 +320,8 @@ def odd_tow(offset=0):
         arrival = now + offset + delay.pop()
         data = odometry(now, (0.04 * k, 0, 0), velocity=(2.0, 0, 0))
         events.append(Event(now, arrival, "odometry", data))
-        events.append(Event(now, arrival + 1, "imu", imu(now + (3600 * S if k == 60 else 0))))  # one wild stamp
+        wild = now + (3600 * S if k == 60 else 0)
+        events.append(Event(wild, arrival + 1, "imu", imu(wild)))  # one wild stamp
         if k % 3 == 0:
             sent = odd[k // 3 % len(odd)](now + 1_000_000)
             events.append(Event(now, arrival + 2_000_000, "command", sent))

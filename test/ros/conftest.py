@@ -5,16 +5,23 @@ from __future__ import annotations
 import json
 import os
 import signal
-import subprocess
 import sys
 import threading
 import time
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import numpy as np
 import pytest
 
+from cable_sim_ros.io.bags.bag import BagWriter
+from cable_sim_ros.io.messages.messages import KINDS
+from cable_sim_ros.ros.child import Process
+from cable_sim_ros.ros.load import sender
+from cable_sim_ros.ros.topics import message_class
 from cable_sim_ros.testing.domain import reserve
+
+if TYPE_CHECKING:
+    from cable_sim_ros.ros.client import Client
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
@@ -36,40 +43,6 @@ def poll(condition, within: float, what: str = "", step: float = 0.02):
         time.sleep(step)
 
 
-class Process:
-    """A child process with its output in a file."""
-
-    def __init__(self, command: list[str], log: Path, environment: dict[str, str]) -> None:
-        self.log = log
-        self._stream = open(log, "w")
-        self.process = subprocess.Popen(
-            command,
-            cwd=log.parent,
-            env=environment,
-            stdin=subprocess.DEVNULL,
-            stdout=self._stream,
-            stderr=subprocess.STDOUT,
-        )
-
-    @property
-    def text(self) -> str:
-        return self.log.read_text(errors="replace")
-
-    def wait(self, within: float) -> int:
-        poll(lambda: self.process.poll() is not None, within, f"the end of {self.log.name}:\n{self.text}")
-        return self.process.returncode
-
-    def stop(self, number: int = signal.SIGINT, within: float = 5.0) -> int:
-        self.process.send_signal(number)
-        return self.wait(within)
-
-    def end(self) -> None:
-        if self.process.poll() is None:
-            self.process.kill()
-            self.process.wait()
-        self._stream.close()
-
-
 class Node(Process):
     """The node on the stand-in for the simulator."""
 
@@ -83,7 +56,11 @@ class Node(Process):
         command += [part for part in arguments if part != "--open"]
         for name, value in given.items():
             command += ["-p", f"{name}:={json.dumps(value)}"]
-        super().__init__(command, world.folder / f"node{number}.log", world.environment | (environment or {}))
+        own = world.environment | (environment or {})
+        super().__init__("node", command, world.folder / f"node{number}.log", own, folder=world.folder)
+
+    def stop(self, steps=((signal.SIGINT, 5.0),)) -> int:
+        return super().stop(steps)  # the first signal must do
 
     def state(self) -> dict:
         try:
@@ -93,84 +70,27 @@ class Node(Process):
 
     def until(self, state: str, within: float = 40.0) -> Node:
         def there():
-            if self.process.poll() is not None:
-                pytest.fail(f"the node ended with {self.process.returncode}:\n{self.text}")
+            if self.code is not None:
+                pytest.fail(f"the node ended with {self.code}:\n{self.text}")
             return self.state().get("state") == state
 
         poll(there, within, f"state {state}")
         return self
 
 
-class Ears:
-    """Our own end of the topics, in this process: listens, talks, calls services."""
-
-    def __init__(self, domain: int) -> None:
-        import rclpy
-        from rclpy.executors import SingleThreadedExecutor
-
-        self.context = rclpy.Context()
-        rclpy.init(context=self.context, domain_id=domain)
-        self.node = rclpy.create_node("ears", context=self.context, namespace="/tow_sim")
-        self.executor = SingleThreadedExecutor(context=self.context)
-        self.executor.add_node(self.node)
-        self.received: dict[str, list] = {}
-        self._thread = threading.Thread(target=self._spin, daemon=True)
-        self._stop = threading.Event()
-        self._thread.start()
-
-    def _spin(self) -> None:
-        while not self._stop.is_set():
-            self.executor.spin_once(timeout_sec=0.05)
-        self.executor.remove_node(self.node)  # by the thread that waited on them: rclpy frees what another still holds
-        self.executor.shutdown()
-        self.node.destroy_node()
-        self.context.try_shutdown()
-
-    def listen(self, kind: type, topic: str, raw: bool = False) -> list:
-        from rclpy.qos import QoSProfile, ReliabilityPolicy
-
-        box = self.received[topic] = []
-        profile = QoSProfile(depth=500, reliability=ReliabilityPolicy.BEST_EFFORT)
-        self.node.create_subscription(kind, topic, box.append, profile, raw=raw)
-        return box
-
-    def call(self, kind: type, name: str, request, within: float = 10.0):
-        client = self.node.create_client(kind, name)
-        poll(client.service_is_ready, within, f"service {name}")
-        future = client.call_async(request)
-        poll(future.done, within, f"answer of {name}")
-        return future.result()
-
-    def diagnostics(self) -> dict:
-        """Newest status of each task: name -> (level, message, values)."""
-        box = self.received["/diagnostics"]
-        if not box:
-            return {}
-        return {
-            status.name.split(": ")[1]: (status.level[0], status.message, {v.key: v.value for v in status.values})
-            for status in box[-1].status
-        }
-
-    def close(self) -> None:
-        self._stop.set()
-        self._thread.join(30.0)
-        assert not self._thread.is_alive(), "the thread that spins did not end within 30 s"
-
-
-class Ship:
+class Ship(sender.Ship):
     """A ship that heaves 1 m in 10 s and goes ahead at 2.2 m/s, seen by an IMU and odometry at 50 Hz."""
 
-    def __init__(self, ears: Ears, odometry: bool = True) -> None:
-        from nav_msgs.msg import Odometry
+    def __init__(self, ears: Client) -> None:
+        super().__init__(1.0, 10.0, speed=2.2)
         from rclpy.qos import qos_profile_sensor_data
-        from sensor_msgs.msg import Imu
 
-        self.imu_class, self.odometry_class = Imu, Odometry
-        self.imu = ears.node.create_publisher(Imu, "imu/data", qos_profile_sensor_data)
-        self.odom = ears.node.create_publisher(Odometry, "odom", qos_profile_sensor_data) if odometry else None
-        self.shift = 0  # ns added to the stamps
-        self.heave, self.speed = 1.0, 2.2  # m, m/s
-        self.silent = False
+        self.publishers = {
+            kind: ears.node.create_publisher(message_class(KINDS[kind][0]), KINDS[kind][1], qos_profile_sensor_data)
+            for kind in ("imu", "odometry")
+        }
+        self.imu, self.odom = self.publishers.values()
+        self.silent: set[str] = set()  # kinds that are not sent
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._sail, daemon=True)
 
@@ -185,28 +105,17 @@ class Ship:
             assert not self._thread.is_alive(), "the thread that publishes did not end within 30 s"
 
     def messages(self, stamp: int, t: float):
-        imu, odom = self.imu_class(), self.odometry_class()
-        w = 2 * np.pi / 10
-        for message in (imu, odom):
-            message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 10**9)
-        imu.orientation.w = 1.0
-        imu.linear_acceleration.z = float(9.81 - self.heave * w * w * np.sin(w * t))
-        odom.header.frame_id, odom.child_frame_id = "odom", "base_link"
-        odom.pose.pose.orientation.w = 1.0
-        odom.pose.pose.position.x, odom.pose.pose.position.z = self.speed * t, float(self.heave * np.sin(w * t))
-        odom.twist.twist.linear.x, odom.twist.twist.linear.z = self.speed, float(self.heave * w * np.cos(w * t))
-        return imu, odom
+        from rclpy.serialization import deserialize_message
+
+        publishers = self.publishers.items()
+        return [deserialize_message(self.message(kind, stamp, t), its.msg_type) for kind, its in publishers]
 
     def _sail(self) -> None:
-        begun, wall, k = time.monotonic(), time.time_ns(), 0  # stamps as even as the motion they belong to
-        while not self._stop.wait(max(0.0, begun + 0.02 * k - time.monotonic())):
-            k += 1
-            if self.silent:
-                continue
-            imu, odom = self.messages(wall + 20_000_000 * k + self.shift, 0.02 * k)
-            self.imu.publish(imu)
-            if self.odom is not None:
-                self.odom.publish(odom)
+        sender.send(self._publish, self, {"imu": 50.0, "odometry": 50.0}, 0.0, lambda: not self._stop.is_set())
+
+    def _publish(self, kind: str, data: bytes) -> None:
+        if kind not in self.silent:
+            self.publishers[kind].publish(data)
 
 
 class World:
@@ -233,27 +142,26 @@ class World:
         return process
 
     def run(self, module: str, *arguments: str) -> Process:
-        process = Process(
-            [sys.executable, "-m", module, *arguments],
-            self.folder / f"process{len(self.processes)}.log",
-            self.environment,
-        )
+        log = self.folder / f"process{len(self.processes)}.log"
+        process = Process(module, [sys.executable, "-m", module, *arguments], log, self.environment, folder=self.folder)
         self.processes.append(process)
         return process
 
-    def ears(self) -> Ears:
-        ears = Ears(self.domain)
+    def ears(self) -> Client:
+        from cable_sim_ros.ros.client import Client
+
+        ears = Client(self.domain, "ears")
         self.closing.append(ears.close)
         return ears
 
-    def ship(self, ears: Ears, odometry: bool = True) -> Ship:
-        ship = Ship(ears, odometry)
+    def ship(self, ears: Client) -> Ship:
+        ship = Ship(ears)
         self.closing.insert(0, ship.stop)
         return ship
 
     def close(self) -> None:
         for process in self.processes:
-            process.end()
+            process.kill()
         for close in self.closing:
             close()
         self._domain.close()
@@ -277,38 +185,11 @@ def world(tmp_path, kernel_cache, monkeypatch):
 @pytest.fixture(scope="session")
 def bag(tmp_path_factory) -> Path:
     """12 s of a heaving ship, IMU and odometry at 50 Hz, stamps of the year 2014."""
-    from cable_sim_ros.io.bags.bag import BagWriter
-    from cable_sim_ros.io.bags.typestore import STORE
-
-    types = STORE.types
-    vector, point, turn = (types[f"geometry_msgs/msg/{name}"] for name in ("Vector3", "Point", "Quaternion"))
-    path = tmp_path_factory.mktemp("bags") / "heaving"
-    w, start = 2 * np.pi / 10, 1_400_000_000 * 10**9
-
-    def header(t, frame):
-        return types["std_msgs/msg/Header"](types["builtin_interfaces/msg/Time"](*divmod(t, 10**9)), frame)
-
+    path, ship = tmp_path_factory.mktemp("bags") / "heaving", sender.Ship(1.0, 10.0, speed=2.2)
     with BagWriter(path) as writer:
         for k in range(600):
-            t, stamp = 0.02 * k, start + 20_000_000 * k
-            imu = types["sensor_msgs/msg/Imu"](
-                header(stamp, "imu_link"),
-                turn(0.0, 0.0, 0.0, 1.0),
-                np.zeros(9),
-                vector(0.0, 0.0, 0.0),
-                np.zeros(9),
-                vector(0.0, 0.0, 9.81 - w * w * np.sin(w * t)),
-                np.zeros(9),
-            )
-            pose = types["geometry_msgs/msg/Pose"](point(2.2 * t, 0.0, np.sin(w * t)), turn(0.0, 0.0, 0.0, 1.0))
-            twist = types["geometry_msgs/msg/Twist"](vector(2.2, 0.0, w * np.cos(w * t)), vector(0.0, 0.0, 0.0))
-            odom = types["nav_msgs/msg/Odometry"](
-                header(stamp, "odom"),
-                "base_link",
-                types["geometry_msgs/msg/PoseWithCovariance"](pose, np.zeros(36)),
-                types["geometry_msgs/msg/TwistWithCovariance"](twist, np.zeros(36)),
-            )
-            for topic, message in (("/ship/imu/data", imu), ("/ship/odom", odom)):
-                data = bytes(STORE.serialize_cdr(message, message.__msgtype__))
-                writer.add(topic, message.__msgtype__, stamp, data)
+            stamp = (1_400_000_000 * 50 + k) * 20_000_000
+            for kind in ("imu", "odometry"):
+                name, topic = KINDS[kind]
+                writer.add(f"/ship/{topic}", name, stamp, ship.message(kind, stamp, 0.02 * k))
     return path

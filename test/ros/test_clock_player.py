@@ -13,10 +13,10 @@ MS = 1_000_000
 
 
 def follower(stamps, **how):
+    from cable_sim_ros.io.messages.messages import Event
     from cable_sim_ros.ros.play.clock_player import Follower
-    from cable_sim_ros.ros.play.player import Item
 
-    return Follower([Item(due * MS, "imu", b"", stamp * MS) for due, stamp in stamps], **how)
+    return Follower([Event(stamp * MS, due * MS, "imu", b"") for due, stamp in stamps], **how)
 
 
 def given(player, clock: int) -> list[int]:
@@ -76,7 +76,7 @@ def test_a_bag_reaches_a_paused_node_whole_and_through_a_pause(world, bag):
     watcher.more(0)
     poll(lambda: watcher.task()[1] == "paused", 5.0, "paused")
     watcher.stands(1.0)
-    assert player.process.poll() is None
+    assert player.code is None
     assert watcher.call("pause", False).success
     assert player.wait(40.0) == 0, player.text
     poll(lambda: watcher.ticks() >= 600, 20.0, "the last ticks, 30 ms behind the clock: they wait for motion in vain")

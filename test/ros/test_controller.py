@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 import re
-import signal
 import sys
 from pathlib import Path
 
 import pytest
-from conftest import Process, poll
+from conftest import poll
+
+from cable_sim_ros.ros.child import Process
 
 pytest.importorskip("rclpy")
 pytestmark = [pytest.mark.ros, pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time")]
@@ -38,12 +39,12 @@ def test_the_controller_of_the_page_brings_the_body_to_its_depth_and_its_end_is_
     poses, winch = ears.listen(PoseStamped, "towbody/pose"), ears.listen(JointState, "winch/state")
     ears.listen(DiagnosticArray, "/diagnostics")
     ship = world.ship(ears)
-    ship.heave, ship.speed = 0.03, 0.1
+    ship.amplitude, ship.speed = 0.03, 0.1
     ship.sail()
     environment = {key: value for key, value in world.environment.items() if key != "NUMBA_CACHE_DIR"}
     node = [sys.executable, "-m", "cable_sim_ros.ros.node", "--ros-args"]
     node += ["-p", "scene:=lowered_ctd", "-p", "winch.scope:=100.0", "-p", "winch.most_scope:=150.0"]
-    world.processes.append(Process(node, world.folder / "node.log", environment))
+    world.processes.append(Process("node", node, world.folder / "node.log", environment))
     poll(lambda: len(poses) > 100, 300.0, "a second of poses: compiling takes minutes the first time")
 
     def depth() -> float:
@@ -54,7 +55,8 @@ def test_the_controller_of_the_page_brings_the_body_to_its_depth_and_its_end_is_
     script = world.folder / "hold_depth.py"
     script.write_text(example())
     alone = {key: value for key, value in world.environment.items() if key != "PYTHONPATH"}
-    controller = Process([sys.executable, str(script), str(wanted)], world.folder / "controller.log", alone)
+    command = [sys.executable, str(script), str(wanted)]
+    controller = Process("controller", command, world.folder / "controller.log", alone)
     world.processes.append(controller)
 
     def held() -> bool:
@@ -69,7 +71,7 @@ def test_the_controller_of_the_page_brings_the_body_to_its_depth_and_its_end_is_
     assert abs(float(values["lag_ms"])) < 500.0 and values["data_clock_lead_ms"] == "30.000"
     assert float(values["remaining_out_m"]) == pytest.approx(50.0 - 1.5, abs=0.5)
 
-    controller.stop(signal.SIGKILL)
+    controller.kill()
     level, text, _ = poll(
         lambda: (lambda task: task if task[2].get("stale") == "true" else None)(ears.diagnostics()["command"]),
         5.0,

@@ -93,7 +93,7 @@ def test_a_signal_ends_the_node_cleanly(world, number):
     poses = ears.listen(PoseStamped, "towbody/pose")
     node = world.node().until("running")
     poll(lambda: poses, 15.0, "the first pose")
-    assert node.stop(number, within=3.0) == 0
+    assert node.stop(((number, 3.0),)) == 0
     assert "Traceback" not in node.text
     assert "jitter p99" in node.text
     assert node.text.rstrip().splitlines()[-1] == "verdict: ok"
@@ -103,7 +103,7 @@ def test_a_signal_ends_the_node_cleanly(world, number):
 def test_a_signal_during_configure_ends_at_once(world):
     node = world.node()
     poll(node.state, 20.0, "the first state")
-    assert node.stop(signal.SIGTERM, within=3.0) == 0, node.text
+    assert node.stop(((signal.SIGTERM, 3.0),)) == 0, node.text
     assert "Traceback" not in node.text
 
 

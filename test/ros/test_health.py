@@ -7,7 +7,7 @@ import signal
 import time
 
 import pytest
-from conftest import Ears, poll
+from conftest import poll
 
 pytest.importorskip("rclpy")
 pytestmark = [pytest.mark.ros, pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time")]
@@ -16,40 +16,21 @@ pytestmark = [pytest.mark.ros, pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_
 SOON = 0.2
 
 
-class Listener(Ears):
-    """Ears that keep the time at which each status of /diagnostics came: (at, name, level, message, values)."""
-
-    def __init__(self, domain):
-        super().__init__(domain)
-        from diagnostic_msgs.msg import DiagnosticArray
-        from sensor_msgs.msg import JointState
-
-        self.statuses: list = []
-        self.ages: list = []
-        self.node.create_subscription(DiagnosticArray, "/diagnostics", self._array, 50)
-        self.node.create_subscription(
-            JointState, "sim/inputs", lambda message: self.ages.append((time.monotonic(), message)), 50
-        )
-
-    def _array(self, array):
-        now = time.monotonic()
-        for status in array.status:
-            values = {pair.key: pair.value for pair in status.values}
-            self.statuses.append((now, status.name.split(": ")[1], status.level[0], status.message, values))
-
-    def first(self, task, condition, since, within, what):
-        """First status of a task after a time that condition(level, message, values) holds for."""
-
-        def there():
-            return [s for s in list(self.statuses) if s[0] >= since and s[1] == task and condition(*s[2:])]
-
-        return poll(there, within, what)[0]
-
-
 @pytest.fixture
 def ears(world):
-    it = Listener(world.domain)
+    from cable_sim_ros.ros.load.probe import Probe
+
+    class Listener(Probe):
+        def first(self, task, condition, since, within, what):
+            """First status of a task after a time that condition(level, message, values) holds for."""
+            return poll(lambda: [t for t in self.tasks(task, since) if condition(*t[1:])], within, what)[0]
+
+    from sensor_msgs.msg import JointState
+
+    it = Listener(world.domain, "ears")
     world.closing.append(it.close)
+    it.watch()
+    it.listen(JointState, "sim/inputs")
     return it
 
 
@@ -59,33 +40,33 @@ def test_a_silent_input_is_seen_at_once_each_by_itself(world, ears):
     ship = world.ship(ears)
     ship.sail()
     world.node().until("running")
-    poll(lambda: any(s[1] == "inputs" and s[3] == "fresh" for s in ears.statuses), 10.0, "fresh inputs")
+    poll(lambda: any(task.message == "fresh" for task in ears.tasks("inputs")), 10.0, "fresh inputs")
 
-    odom, ship.odom = ship.odom, None  # the odometry alone
+    ship.silent = {"odometry"}
     stopped = time.monotonic()
     at, *_, text, values = ears.first("inputs", lambda level, *_: level == 1, stopped, 3.0, "WARN of inputs")
     assert "odometry silent for 0.5 s; the IMU alone gives the motion" in text and values["odometry_stale"] == "true"
     assert values["imu_stale"] == "false"
     assert at - stopped < 0.5 + SOON, f"{at - stopped - 0.5:.3f} s after the time-out"
 
-    ship.odom = odom
+    ship.silent = set()
     ears.first("inputs", lambda level, *_: level == 0, time.monotonic(), 3.0, "OK again")
-    ship.imu, imu = type("Mute", (), {"publish": lambda self, message: None})(), ship.imu
+    ship.silent = {"imu"}
     stopped = time.monotonic()
     at, *_, text, values = ears.first("inputs", lambda level, *_: level == 1, stopped, 3.0, "WARN of the IMU")
     assert "imu silent for 0.5 s" in text and values["odometry_stale"] == "false"
     assert at - stopped < 0.5 + SOON
 
-    ship.imu = imu
+    ship.silent = set()
     ears.first("inputs", lambda level, *_: level == 0, time.monotonic(), 3.0, "OK again")
-    ship.silent = True
+    ship.silent = {"imu", "odometry"}
     stopped = time.monotonic()
     at, *_, text, values = ears.first("inputs", lambda level, *_: level == 2, stopped, 3.0, "ERROR of inputs")
     assert "no motion is known" in text
     assert at - stopped < 0.5 + SOON
     at, *_ = ears.first("motion", lambda level, *_: level == 2, stopped, 3.0, "ERROR of motion")
     assert at - stopped < 0.5 + 0.1 + SOON, "the tick is input_delay behind, and may be as much older as a sample"
-    ship.silent = False
+    ship.silent = set()
     ears.first("inputs", lambda level, *_: level == 0, time.monotonic(), 3.0, "OK again")
 
     rate = JointState(name=["payout"], velocity=[0.1])
@@ -98,10 +79,11 @@ def test_a_silent_input_is_seen_at_once_each_by_itself(world, ears):
     at, *_, text, values = ears.first("inputs", lambda level, *_: level == 1, stopped, 3.0, "WARN of the command")
     assert "command silent" in text and at - stopped < 0.5 + 0.03 + SOON
 
-    times = [at for at, _ in ears.ages]
+    ages = ears.received["sim/inputs"]
+    times = [at for at, _ in ages]
     gaps = sorted(b - a for a, b in zip(times, times[1:]))
     assert gaps[len(gaps) * 95 // 100] < 0.1, "sim/inputs comes 20 times a second"
-    newest = ears.ages[-1][1]
+    newest = ages[-1][1]
     assert list(newest.name) == ["imu", "odometry", "command"] and list(newest.effort) == [0.0, 0.0, 1.0]
     assert 40.0 < newest.velocity[0] < 60.0 and newest.position[2] > 0.5 and 0.0 <= newest.position[0] < 0.2
 
@@ -112,16 +94,16 @@ def test_a_process_that_stood_still_says_so_and_goes_on(world, ears):
     node = world.node().until("running")
     time.sleep(0.5)
     for number, seconds in enumerate((0.3, 3.0), 1):
-        os.kill(node.process.pid, signal.SIGSTOP)
+        os.kill(node.pid, signal.SIGSTOP)
         time.sleep(seconds)
-        os.kill(node.process.pid, signal.SIGCONT)
+        os.kill(node.pid, signal.SIGCONT)
         woken = time.monotonic()
         said = f"({number} times so far)"
         at, *_, text, values = ears.first("loop", lambda _, t, __, said=said: said in t, woken, 3.0, "the standstill")
         assert text.startswith(f"the process stood still for {seconds:.1f} s, ") and at - woken < 0.5
         assert values["standstills"] == str(number)
         time.sleep(0.5)
-    metrics = ears.first("loop", lambda *_: True, time.monotonic(), 3.0, "figures")[4]
+    metrics = ears.first("loop", lambda *_: True, time.monotonic(), 3.0, "figures").values
     assert metrics["clock_jumps"] == "0", "what was sent meanwhile looks like a jump of the clock"
     assert metrics["skips_ahead"] == "1" and float(metrics["lag_ms"]) < 500.0 and metrics["state"] == "running"
     assert metrics["resets"] == "0" and node.stop() == 0
@@ -135,8 +117,8 @@ def test_a_model_too_big_is_overloaded_at_once_and_never_starts_anew(world, ears
     at, *_, text, values = ears.first("loop", lambda level, *_: level == 2, 0.0, 5.0, "an ERROR of the loop")
     assert at - begun < 1.0 + SOON
     assert "overloaded: simulated time passes at 0." in text and values["state"] == "overloaded"
-    poll(lambda: ears.statuses[-1][0] - at >= 2.5, 20.0, "three seconds of it")
-    values = ears.first("loop", lambda *_: True, time.monotonic(), 3.0, "figures")[4]
+    poll(lambda: ears.tasks("loop")[-1].at - at >= 2.5, 20.0, "three seconds of it")
+    values = ears.first("loop", lambda *_: True, time.monotonic(), 3.0, "figures").values
     assert values["state"] == "overloaded" and values["resets"] == "0" and int(values["skips_ahead"]) >= 1
     assert 0.0 < float(values["real_time_factor"]) < 0.9 and values["overloads"] == "1"
     assert node.text.count("] [tow_sim.cable_sim]: overloaded") == 1
@@ -156,13 +138,13 @@ def test_neighbours_are_warned_of_and_giants_refused(world, ears):
     imu, _ = ship.messages(time.time_ns(), 0.0)
     imu.header.frame_id = "x" * 200_000
     poll(
-        lambda: ship.imu.publish(imu) or any(s[1] == "motion" and "dropped: size" in s[4] for s in ears.statuses),
+        lambda: ship.imu.publish(imu) or any("dropped: size" in task.values for task in ears.tasks("motion")),
         10.0,
         "a giant refused",
         step=0.2,
     )
     assert "imu of more than 64 kB refused" in node.text
-    poll(lambda: any(s[1] == "neighbours" and s[2] == 0 for s in ears.statuses), 10.0, "nobody else")
+    poll(lambda: any(task.level == 0 for task in ears.tasks("neighbours")), 10.0, "nobody else")
     from cable_sim_ros.ros.services.policy import differences
 
     assert differences(ears.node) == [], "config/sros2/policy.xml is not what the node has"

@@ -49,8 +49,8 @@ class Seat:
                 self.executor.add_node(node)
                 self.nodes.append(node)
                 if name == "sensors":
-                    self.imu = node.create_publisher(ship.imu_class, "imu/data", qos_profile_sensor_data)
-                    self.odom = node.create_publisher(ship.odometry_class, "odom", qos_profile_sensor_data)
+                    self.imu = node.create_publisher(ship.imu.msg_type, "imu/data", qos_profile_sensor_data)
+                    self.odom = node.create_publisher(ship.odom.msg_type, "odom", qos_profile_sensor_data)
                     node.create_timer(0.02, lambda node=node: self.sense(node))
                 else:
                     self.winch = node.create_publisher(JointState, "winch/command", 10)

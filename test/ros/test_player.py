@@ -8,7 +8,7 @@ import pytest
 
 from cable_sim_ros.io.bags.bag import BagError, BagWriter, read_bag
 from cable_sim_ros.io.scenes.resources import find_bag
-from cable_sim_ros.ros.play.player import PlayError, load, restamped
+from cable_sim_ros.ros.play.player import PlayError, load
 
 SECOND = 10**9
 
@@ -16,11 +16,11 @@ SECOND = 10**9
 def test_items_have_kinds_and_times_from_the_start(bag):
     items = load(bag)
     assert [item.kind for item in items[:4]] == ["imu", "odometry", "imu", "odometry"] and len(items) == 1200
-    assert [item.due for item in items[:4]] == [0, 0, SECOND // 50, SECOND // 50]
+    assert [item.arrival for item in items[:4]] == [0, 0, SECOND // 50, SECOND // 50]
     part = load(bag, start=1.0, duration=2.0, imu_only=True)
-    assert {item.kind for item in part} == {"imu"} and len(part) == 101 and part[0].due == 0
+    assert {item.kind for item in part} == {"imu"} and len(part) == 101 and part[0].arrival == 0
     assert part[0].stamp == items[0].stamp + SECOND
-    assert restamped(part[0], 5 * SECOND)[4:12] == struct.pack("<iI", *divmod(part[0].stamp + 5 * SECOND, SECOND))
+    assert part[0].moved(5 * SECOND).data[4:12] == struct.pack("<iI", *divmod(part[0].stamp + 5 * SECOND, SECOND))
 
 
 def test_of_a_recorded_run_only_the_ship_is_played(bag, tmp_path):

@@ -27,6 +27,7 @@ import json, math, sys, threading, time, warnings
 from types import SimpleNamespace
 warnings.simplefilter("ignore")
 from cable_sim_ros.io.messages.channels import CHANNELS, Context, Encoder
+from cable_sim_ros.io.messages.messages import Event, stamp_of
 from cable_sim_ros.io.recordings.journal import MSGTYPE, TOPIC
 from cable_sim_ros.io.recordings.recorder import Recorder
 from cable_sim_ros.ros.parameters import settle
@@ -81,7 +82,7 @@ def move(seconds, odd=None):
         data = odometry(stamp + (3600 * S if wild else 0), (2.0 * t, 0, height), velocity=(2.0, 0, speed))
         arrival = time.monotonic_ns()
         took("odometry", "odom", "nav_msgs/msg/Odometry", data, arrival)
-        session.motion("odometry", data, arrival)
+        session.motion(Event(stamp_of(data), arrival, "odometry", data))
         session.poll()
         if session.state == "waiting":
             until = time.monotonic() + seconds  # the start takes as long as the machine does

@@ -24,6 +24,7 @@ from test_stepped import Run, ship, winch
 
 from cable_sim_ros.cli import commands
 from cable_sim_ros.io.bags.bag import BagReader
+from cable_sim_ros.io.messages.messages import Event
 from cable_sim_ros.io.motion.checkpoint import taken
 from cable_sim_ros.io.motion.checkpoint_values import declared
 from cable_sim_ros.io.recordings.recorded_run import load_run
@@ -72,7 +73,7 @@ class Harness:
                 data = odometry(stamp, (2.0 * t, 0.0, up), angles=angles, velocity=(2.0, 0.0, rate))
             else:
                 data = imu(stamp, force=(0.0, 0.0, 9.81 - 0.81 * up))
-            self.session.motion(kind, data, stamp)
+            self.session.motion(Event(stamp, stamp, kind, data))
 
     def order(self, rate: float) -> str:
         return self.session.command(command(self.session.steps.clock, [], [rate]), 0)

@@ -21,7 +21,8 @@ import json, time
 import fake_sim
 fake_sim.install()
 from cable_sim_ros.io.messages.messages import stamp_of
-from cable_sim_ros.io.sources.recorded_tow import Event, Feeder, RecordedTow
+from cable_sim_ros.io.messages.messages import Event
+from cable_sim_ros.io.sources.recorded_tow import Feeder, RecordedTow
 from cable_sim_ros.physics.inputs import make_inputs
 from cable_sim_ros.ros.report.diagnostics import Watch, final_metrics
 from cable_sim_ros.ros.parameters import settle
@@ -44,7 +45,7 @@ for k in range(1, 12):  # at last the clock jumps ahead by 50 s
 def live(event):
     if event.kind == "command":
         return session.command(event.data, event.arrival), session.sim.inputs
-    session.motion(event.kind, event.data, event.arrival)
+    session.motion(event)
     return "", session.sim.inputs
 
 wanted = decisions(tow, live)

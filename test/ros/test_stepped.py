@@ -18,6 +18,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "io"))
 from test_commands import command
 from test_motion import imu, odometry
 
+from cable_sim_ros.io.messages.messages import Event, stamp_of
+
 pytest.importorskip("rclpy")
 pytestmark = pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="minutes without compilation")
 
@@ -103,7 +105,7 @@ class Run:
             self.publisher.drain()
 
     def give(self, kind: str, data: bytes) -> None:
-        self.session.motion(kind, data, -1)
+        self.session.motion(Event(stamp_of(data), -1, kind, data))
 
     def until(self, ticks: int, within: float = 1e5) -> np.recarray:
         end = self.wall + round(within * S)
@@ -192,7 +194,7 @@ def free_running(run: Run, begin: int) -> np.recarray:
     for k in range(TICKS + 1):
         clock = begin + 20 * MS * k + run.session.delay
         for stamp, kind, data in [message for message in messages if message[0] <= clock]:
-            intake.motion(kind, data, stamp)
+            intake.motion(Event(stamp, stamp, kind, data))
         messages = [message for message in messages if message[0] > clock]
         if k == 0:
             now = intake.newest

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import struct
-
 import numpy as np
 import pytest
 
@@ -31,12 +29,6 @@ def bag(monkeypatch):
         ),
     )
     return events
-
-
-def restamped(event, seconds):
-    data, stamp = bytearray(event.data), event.time + round(seconds * S)
-    struct.pack_into("<iI", data, 4, *divmod(stamp, S))
-    return event._replace(time=stamp, data=bytes(data))
 
 
 def pushed(samples, start, count):
@@ -83,14 +75,14 @@ def test_a_table_gives_them_too(tmp_path):
 
 def test_a_jump_of_the_stamps_has_no_one_order(bag):
     half = len(bag) // 2
-    bag[half:] = [restamped(event, 40.0) for event in bag[half:]]
+    bag[half:] = [event.moved(40 * S) for event in bag[half:]]
     with pytest.raises(MotionError, match=r"nbp1406: the stamps jump from \d+ ns to \d+ ns: no list of samples was"):
         motion_of_bag("nbp1406", "side_scan")
 
 
 def test_odd_first_stamps_are_left_out(bag):
     clean = motion_of_bag("nbp1406", "side_scan")
-    bag[0] = restamped(bag[0], -3600.0)
+    bag[0] = bag[0].moved(-3600 * S)
     samples = motion_of_bag("nbp1406", "side_scan")
     assert samples and samples[0].time_ns - clean[0].time_ns < S
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from cable_sim_ros.io.messages.commands import encode_command
-from cable_sim_ros.io.messages.messages import decode_odometry
+from cable_sim_ros.io.messages.messages import Event, decode_odometry
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.io.scenes.resources import find_bag
-from cable_sim_ros.io.sources.recorded_tow import Event, RecordedTow, by_stamps, read_tow, usable_arrivals
+from cable_sim_ros.io.sources.recorded_tow import RecordedTow, by_stamps, read_tow, usable_arrivals
 from cable_sim_ros.runs.message_run import MessageRun
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
@@ -25,12 +25,6 @@ def events():
     """A little more of the shipped motion than is simulated, odometry alone."""
     tow = read_tow(find_bag("nbp1406"))
     return [e for e in tow.events if e.kind == "odometry" and e.time < tow.start + round((SECONDS + 1.0) * S)]
-
-
-def restamped(event: Event, stamp: int) -> Event:
-    data = bytearray(event.data)
-    struct.pack_into("<iI", data, 4, *divmod(stamp, S))
-    return event._replace(time=stamp or event.arrival, data=bytes(data))
 
 
 def driven(events: list[Event], scene=None):
@@ -52,7 +46,7 @@ def test_odd_stamps_of_motion_are_dropped_and_counted(events, clean, shift, ever
     odd = [k for k in range(20, len(events)) if (every and k % every == 0) or (not every and k == 50)]
     given = list(events)
     for k in odd:
-        given[k] = restamped(given[k], 86_400 * S if shift is None else given[k].time + shift)
+        given[k] = given[k].moved(86_400 * S - given[k].time if shift is None else shift)
     one, frames, _ = driven(given)
     read = [k for k in odd if given[k].arrival < frames["time"][-1]]
     dropped = one.feeder.intake.refusals()["stamp_off_clock"]
@@ -62,7 +56,7 @@ def test_odd_stamps_of_motion_are_dropped_and_counted(events, clean, shift, ever
 
 
 def test_an_odd_first_stamp_is_not_the_start(events, clean):
-    one, frames, _ = driven([restamped(events[0], events[0].time + 3600 * S), *events[1:]])
+    one, frames, _ = driven([events[0].moved(3600 * S), *events[1:]])
     assert one.feeder.clock.jumps == 1 and one.tow.start == events[5].time or one.tow.start == events[6].time
     assert frames["time"][0] < events[10].time and len(frames) > 0.9 * len(clean[1])
 
@@ -84,7 +78,7 @@ def test_a_command_stamped_an_hour_ahead_does_not_block_what_follows(events):
 @pytest.mark.parametrize("jump", [1.5, -1.5, 40.0, -0.6])
 def test_a_jump_of_the_clock_is_followed(events, clean, jump):
     half = len(events) // 2
-    moved = [*events[:half], *(restamped(e, e.time + round(jump * S)) for e in events[half:])]
+    moved = [*events[:half], *(e.moved(round(jump * S)) for e in events[half:])]
     one, frames, _ = driven(moved)
     assert one.feeder.clock.jumps == 1 and not np.any(frames["status"] & 1)
     steps = np.diff(frames["time"])
@@ -149,7 +143,7 @@ def test_another_scene_begins_a_jump_from_rest_and_says_so(events, tmp_path):
     from cable_sim_ros.runs import offline
 
     half = len(events) // 2
-    moved = [*events[:half], *(restamped(e, e.time + 40 * S) for e in events[half:])]
+    moved = [*events[:half], *(e.moved(40 * S) for e in events[half:])]
     scene = load_scene("full_scale")
     MessageRun(scene, RecordedTow("", moved)).run(SECONDS, tmp_path / "bag")
     assert offline.replay(tmp_path / "bag").metrics["replay_faults"] == []

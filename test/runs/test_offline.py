@@ -213,7 +213,7 @@ def test_the_ring_is_never_overrun():
         return tow.start + (time - tow.start) // 20
 
     fast = RecordedTow(
-        tow.path, [e._replace(time=sooner(e.time), arrival=sooner(e.arrival)) for e in tow.events[:8000]]
+        tow.path, [e._replace(stamp=sooner(e.time), arrival=sooner(e.arrival)) for e in tow.events[:8000]]
     )
     chunk = message_run.MessageRun(load_scene("full_scale"), fast)._ring_limit()
     assert fast.rate > 1900 and fast.rate * (chunk + message_run.AHEAD) * 1e-9 < MOTION_ROWS
@@ -239,7 +239,7 @@ def test_commands_of_the_bag_reach_the_ring():
     from cable_sim_ros.io.bags.typestore import STORE
     from cable_sim_ros.io.messages.cdr import header
     from cable_sim_ros.io.messages.channels import EMPTY, JointState
-    from cable_sim_ros.io.sources.recorded_tow import Event
+    from cable_sim_ros.io.messages.messages import Event
 
     def event(time, names, position, velocity):
         message = JointState(header(time, ""), names, np.array(position), np.array(velocity), EMPTY)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import struct
 
 import numpy as np
 import pytest
@@ -136,9 +135,7 @@ def test_it_takes_the_place_of_a_saved_plan(tmp_path):
 
 def test_after_a_jump_of_the_clock_it_is_asked_a_tick_later(bag):
     for k in range(len(bag) // 2, len(bag)):
-        data = bytearray(bag[k].data)
-        struct.pack_into("<iI", data, 4, *divmod(bag[k].time + 40 * S, S))
-        bag[k] = bag[k]._replace(time=bag[k].time + 40 * S, data=bytes(data))
+        bag[k] = bag[k].moved(40 * S)
     keeper = Keeper()
     result = run("side_scan", "nbp1406", controller=keeper)
     assert result.metrics["clock_jumps"] == 1

@@ -6,8 +6,8 @@ import sys
 
 import pytest
 
+from cable_sim_ros.errors import TowError
 from cable_sim_ros.testing import domain
-from cable_sim_ros.testing.errors import TowError
 
 
 @pytest.fixture

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from cable_sim_ros import ShipMotion
-from cable_sim_ros.io.messages.messages import decode_odometry, stamp_of
+from cable_sim_ros.errors import TowError
+from cable_sim_ros.io.messages.messages import Event, decode_odometry, stamp_of
 from cable_sim_ros.io.scenes.resources import ResourceError
 from cable_sim_ros.physics.ship import Ship
-from cable_sim_ros.testing.errors import TowError
 from cable_sim_ros.testing.feeder import Feeder
-from cable_sim_ros.testing.motion import Message, messages, restamped
+from cable_sim_ros.testing.motion import messages
 
 SHIP = Ship(tow_speed=2.0)
 S = 1_000_000_000
@@ -91,7 +91,7 @@ def test_samples_may_begin_at_zero():
 
 def test_a_message_moved_in_time_has_its_new_stamp():
     first = messages(None, SHIP, heave=(1.0, 8.0), duration=1.0)[0]
-    moved = restamped(first, 5 * S + 7)
+    moved = first.moved(5 * S + 7)
     assert moved.stamp == stamp_of(moved.data) == first.stamp + 5 * S + 7
     assert moved.data[12:] == first.data[12:] and moved.kind == first.kind
 
@@ -103,8 +103,8 @@ def test_in_lockstep_nothing_is_sent_before_the_clock_comes_to_it():
     feeder = Feeder(sent.append, lockstep=True)
     data = bytes([0, 1, 0, 0]) + bytes(8)
     try:
-        assert feeder.add([Message(50 + k, "imu", data) for k in range(4)], first=10) == 10
-        assert feeder.add([Message(7, "imu", data)], first=10) > 13, "behind what is queued"
+        assert feeder.add([Event(50 + k, 0, "imu", data) for k in range(4)], first=10) == 10
+        assert feeder.add([Event(7, 0, "imu", data)], first=10) > 13, "behind what is queued"
         for now, count in ((9, 0), (11, 2), (13, 4)):
             feeder.clock(now)
             deadline = time.monotonic() + 5.0

@@ -8,9 +8,9 @@ import time
 
 import pytest
 
-from cable_sim_ros.testing import watchdog
-from cable_sim_ros.testing.errors import TowError
-from cable_sim_ros.testing.process import Process
+from cable_sim_ros.errors import TowError
+from cable_sim_ros.ros import watchdog
+from cable_sim_ros.ros.child import Process
 
 STUBBORN = (
     "import signal, time; signal.signal(signal.SIGINT, signal.SIG_IGN); print('deaf', flush=True); time.sleep(60)"
@@ -77,13 +77,12 @@ def test_the_watchdog_ends_all_when_the_session_is_killed(tmp_path):
     script = f"""
 import os, sys, time
 from pathlib import Path
-from cable_sim_ros.testing import process, watchdog
+from cable_sim_ros.ros import child, watchdog
 code = "import subprocess, sys; "
 code += "subprocess.run([sys.executable, '-c', 'import time; time.sleep(60)'], start_new_session=True)"
 folder = Path({str(tmp_path)!r})
-environment = os.environ | {{watchdog.VARIABLE: process.MARK + "-0"}}
-process.Process("child", [sys.executable, "-c", code], folder / "log", environment)
-print(process.MARK, flush=True)
+child.Process("child", [sys.executable, "-c", code], folder / "log", os.environ)
+print(child.MARK, flush=True)
 time.sleep(60)
 """
     session = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)

@@ -12,9 +12,10 @@ import pytest
 pytest.importorskip("rclpy")
 pytestmark = [pytest.mark.ros, pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="needs real time")]
 
-from cable_sim_ros.testing import Tow, TowError, tow, watchdog  # noqa: E402
+from cable_sim_ros.ros import watchdog  # noqa: E402
+from cable_sim_ros.ros.child import MARK  # noqa: E402
+from cable_sim_ros.testing import Tow, TowError, tow  # noqa: E402
 from cable_sim_ros.testing.node_topics import Link  # noqa: E402
-from cable_sim_ros.testing.process import MARK  # noqa: E402
 
 NAN = float("nan")
 NODE = "import sys, time; print('so far so good', flush=True); "
@@ -162,10 +163,10 @@ def test_a_node_in_real_time_from_start_to_end(tmp_path):
             sim.call("pause", True)
         from sensor_msgs.msg import Imu
 
-        other = sim._link.ears.node.create_publisher(Imu, "imu/data", 10)
+        other = sim._link.client.node.create_publisher(Imu, "imu/data", 10)
         with pytest.raises(TowError, match=rf"2 publishers of imu/data in domain {sim.domain}: "):
             sim.advance(5.0)
-        sim._link.ears.node.destroy_publisher(other)
+        sim._link.client.node.destroy_publisher(other)
 
         gives_up = python("print('I give up'); raise SystemExit(7)")
         assert sim.run(gives_up, name="a pilot", within=0.0, may_end=True).wait(10.0) == 7

@@ -114,6 +114,29 @@ _IMU = {order: Struct(order + "37d") for order in "<>"}
 _ODOMETRY = {order: Struct(order + "85d") for order in "<>"}
 
 
+class Event(NamedTuple):
+    """One input message: stamp of its header and time of arrival [ns], kind (imu, odometry, command), CDR bytes.
+
+    stamp: read once, where the message comes in; 0: there is none, None: the bytes are too short for one.
+    """
+
+    stamp: int | None
+    arrival: int
+    kind: str
+    data: bytes
+
+    @property
+    def time(self) -> int:
+        """The stamp, or the arrival of a message without one, ns."""
+        return self.stamp or self.arrival
+
+    def moved(self, shift: int) -> Event:
+        """The message with its stamp moved by shift [ns]."""
+        stamp, data = (self.stamp or 0) + shift, bytearray(self.data)
+        _STAMP["<" if data[1] & 1 else ">"].pack_into(data, 4, *divmod(stamp, 10**9))
+        return self._replace(stamp=stamp, data=bytes(data))
+
+
 def stamp_of(data: bytes) -> int | None:
     """Stamp [ns] of a CDR message that begins with a std_msgs/Header; None when it is too short."""
     if len(data) < 12:

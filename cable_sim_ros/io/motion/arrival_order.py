@@ -15,7 +15,7 @@ from ...physics.heave_filter import Heave, MotionInput
 from ...physics.inputs import MOTION_ROWS, Inputs
 from ...sim.scene import Scene
 from ..messages.commands import CommandIngest
-from ..messages.messages import stamp_of
+from ..messages.messages import Event
 from .clock import DataClock, Stamp
 from .motion import MotionIngest
 
@@ -53,9 +53,9 @@ class Intake:
         self.commands = CommandIngest(inputs, drum, wall)
         self.refused: Counter[str] = Counter()
 
-    def motion(self, kind: str, data: bytes, arrival: int) -> Took:
-        """One message of kind "imu" or "odometry" as CDR bytes; arrival: ns."""
-        stamp = stamp_of(data)
+    def motion(self, event: Event) -> Took:
+        """One message of kind "imu" or "odometry"."""
+        stamp, arrival, kind, data = event
         if stamp is None:
             self.refused["size"] += 1
             return Took.NOTHING

@@ -14,7 +14,7 @@ from ...sim.tables.attitude import to_world
 from ..messages.messages import Odometry, Refused, decode_odometry
 from .motion_curves import Given, Rounding, judged, through
 from .motion_table import COORDINATES, SECOND, Samples, odometry_events
-from .recorded_tow import Event, RecordedTow
+from .recorded_tow import RecordedTow
 from .rounding import FEWEST, even, resolution
 
 UNEVEN = 0.45  # of the period: stamps further off a line are no jitter
@@ -122,7 +122,7 @@ def _fits(whole: Samples, value: np.ndarray, twist: np.ndarray, steps: list[floa
 def _replace(tow: RecordedTow, places: list[int], whole: Samples) -> None:
     events = list(tow.events)
     for k, made in zip(places, odometry_events(whole, tow.path)):
-        events[k] = Event(made.time, events[k].arrival, "odometry", made.data)
+        events[k] = made._replace(arrival=events[k].arrival)
     tow.events = events
 
 

@@ -23,8 +23,9 @@ from ...physics.ship import Ship
 from ...sim.inputs import MAX_PITCH, MAX_POSITION, MAX_RATE, MAX_SPEED, MAX_TURNS
 from ...sim.tables.attitude import body_rates, quaternion, rotation
 from ..bags.typestore import STORE
+from ..messages.messages import Event
 from .motion_curves import Curve, Given, judged, through
-from .recorded_tow import Event, RecordedTow
+from .recorded_tow import RecordedTow
 from .rounding import even
 
 CONSEQUENCE = "nothing was simulated"

@@ -22,7 +22,7 @@ from ...sim.verdict import Reason
 from ..bags.bag import BagError, BagReader, Damage, report
 from ..messages.channels import CHANNELS, channel_of, decode, decode_frames
 from ..messages.commands import NEVER, CommandIngest
-from ..messages.messages import KINDS, stamp_of
+from ..messages.messages import KINDS, Event, stamp_of
 from ..motion.arrival_order import Intake, Took
 from ..motion.clock import CONFIRM, DataClock, Stamp
 from ..motion.motion import MotionIngest
@@ -31,15 +31,6 @@ from .bag_motion import read_motion
 
 STILL = 1_000_000_000  # ns; a longer step of the stamps says nothing of how long a bag lasts
 AGREE = 0.5  # share of the time by the stamps that log times must cover to be arrivals
-
-
-class Event(NamedTuple):
-    """One input message: stamp of its header and time of arrival [ns], kind (imu, odometry, command), CDR bytes."""
-
-    time: int
-    arrival: int
-    kind: str
-    data: bytes
 
 
 class Span(NamedTuple):
@@ -137,7 +128,7 @@ def read_tow(
     try:
         for time, kind, data in read_motion(path, dict(topics or {}), damage=lost):
             if not (imu_only and kind == "odometry"):
-                events.append(Event(stamp_of(data) or time, time, kind, data))
+                events.append(Event(stamp_of(data), time, kind, data))
     except BagError:
         if not entries:  # with them it is a run without motion
             raise
@@ -239,7 +230,7 @@ class Feeder:
             if event.kind == "command":
                 self.intake.command(event.data, event.arrival)
             else:
-                self.jumped = self.intake.motion(event.kind, event.data, event.arrival) is Took.JUMPED
+                self.jumped = self.intake.motion(event) is Took.JUMPED
         return events[first : self.position]
 
     def follow(self) -> None:

@@ -22,19 +22,19 @@ from ..loop import raise_priority
 from ..play.player import SECOND, sleep_until
 from ..topics import message_class
 
-SPEED = 2.0  # m/s ahead
 GRAVITY = 9.81  # m/s^2
 _Vector3, _Point = store_type("geometry_msgs/msg/Vector3"), store_type("geometry_msgs/msg/Point")
 _LEVEL = store_type("geometry_msgs/msg/Quaternion")(0.0, 0.0, 0.0, 1.0)
 
 
 class Ship:
-    """Heave of `amplitude` m in `period` s about a track ahead; messages as CDR bytes."""
+    """Heave of `amplitude` m in `period` s about a track ahead at `speed` m/s; messages as CDR bytes."""
 
-    def __init__(self, amplitude: float = 1.0, period: float = 8.0, frame_id: str = "") -> None:
+    def __init__(self, amplitude: float = 1.0, period: float = 8.0, frame_id: str = "", speed: float = 2.0) -> None:
         import numpy as np
 
-        self.amplitude, self.pulsation = amplitude, 2.0 * math.pi / period
+        self.amplitude, self.pulsation, self.speed = amplitude, 2.0 * math.pi / period, speed
+        self.shift = 0  # ns added to the stamps
         none = np.zeros(9)
         imu = store_type("sensor_msgs/msg/Imu")(
             header(0, frame_id or "imu_link"), _LEVEL, none, _Vector3(0, 0, 0), none, _Vector3(0, 0, GRAVITY), none
@@ -43,7 +43,7 @@ class Ship:
             store_type("geometry_msgs/msg/Pose")(_Point(0, 0, 0), _LEVEL), np.zeros(36)
         )
         twist = store_type("geometry_msgs/msg/TwistWithCovariance")(
-            store_type("geometry_msgs/msg/Twist")(_Vector3(SPEED, 0, 0), _Vector3(0, 0, 0)), np.zeros(36)
+            store_type("geometry_msgs/msg/Twist")(_Vector3(0, 0, 0), _Vector3(0, 0, 0)), np.zeros(36)
         )
         odometry = store_type("nav_msgs/msg/Odometry")(header(0, frame_id or "odom"), "base_link", pose, twist)
         self._bytes = {
@@ -55,13 +55,13 @@ class Ship:
         """CDR bytes of "imu" or "odometry"; stamp: ns; t: s on the wave's own clock."""
         data, w = self._bytes[kind], self.pulsation
         z, up = self.amplitude * math.sin(w * t), self.amplitude * w * math.cos(w * t)
-        struct.pack_into("<iI", data, 4, *divmod(stamp, SECOND))
+        struct.pack_into("<iI", data, 4, *divmod(stamp + self.shift, SECOND))
         end = len(data)  # both end in doubles: their places are counted from there
         if kind == "imu":
             struct.pack_into("<d", data, end - 8 * 10, GRAVITY - w * w * z)
         else:
-            struct.pack_into("<3d", data, end - 8 * 85, SPEED * t, 0.0, z)
-            struct.pack_into("<3d", data, end - 8 * 42, SPEED, 0.0, up)
+            struct.pack_into("<3d", data, end - 8 * 85, self.speed * t, 0.0, z)
+            struct.pack_into("<3d", data, end - 8 * 42, self.speed, 0.0, up)
         return bytes(data)
 
 
@@ -70,7 +70,7 @@ def send(publish: Callable[[str, bytes], None], ship: Ship, rates: dict[str, flo
     begun, wall, sent = time.monotonic_ns(), time.time_ns(), 0
     due = {kind: 0 for kind, rate in rates.items() if rate > 0.0}
     while due:
-        kind = min(due, key=lambda name: due[name])
+        kind = min(due, key=lambda name: due[name] / rates[name])
         at = round(due[kind] * SECOND / rates[kind])
         if (seconds and at > seconds * SECOND) or not sleep_until(begun + at, alive):
             break

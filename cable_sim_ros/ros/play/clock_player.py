@@ -10,8 +10,9 @@ import sys
 import time
 from collections.abc import Callable
 
+from ...io.messages.messages import Event
 from .clock_topic import TOPIC
-from .playback import SECOND, Item, interval, publishers_of, restamped
+from .playback import SECOND, interval, publishers_of
 
 SETTLE = 0.3  # s; the other side may learn of us a little later than we of it
 PATIENCE = 5.0  # s without a clock, after which it is said
@@ -20,11 +21,13 @@ PATIENCE = 5.0  # s without a clock, after which it is said
 class Follower:
     """Which items are due at a clock [ns]; `shift` is added to their stamps. Items are those of `player.load`."""
 
-    def __init__(self, items: list[Item], keep_stamps: bool = False, loop: bool = False) -> None:
-        first = items[0].stamp
+    def __init__(self, items: list[Event], keep_stamps: bool = False, loop: bool = False) -> None:
+        stamps = [item.stamp or 0 for item in items]
+        first = stamps[0]
         # an odd stamp goes with its time in the bag
         timed = (
-            (i.stamp if abs(i.stamp - first - i.due) <= SECOND else first + i.due, n, i) for n, i in enumerate(items)
+            (stamp if abs(stamp - first - i.arrival) <= SECOND else first + i.arrival, n, i)
+            for n, (stamp, i) in enumerate(zip(stamps, items))
         )
         self._items = sorted(timed)
         self._length = self._items[-1][0] - first + interval(items)
@@ -40,7 +43,7 @@ class Follower:
         """Has all been given?"""
         return self._next >= len(self._items)
 
-    def due(self, clock: int) -> list[tuple[Item, int]]:
+    def due(self, clock: int) -> list[tuple[Event, int]]:
         """The items that the clock has come to since the call before, with what to add to their stamps."""
         at = self._items[self._next][0] if not self.done else 0
         again = self._clock is not None and clock < self._clock - SECOND  # the node began again: the bag goes on
@@ -62,7 +65,7 @@ class Follower:
         return found
 
 
-def play_by_clock(node, items: list[Item], *, loop: bool, keep_stamps: bool, alive: Callable, progress) -> int:
+def play_by_clock(node, items: list[Event], *, loop: bool, keep_stamps: bool, alive: Callable, progress) -> int:
     """Send the items as /clock comes to their stamps; returns how many were sent. progress(seconds played)."""
     from rclpy.executors import SingleThreadedExecutor
     from rclpy.qos import QoSProfile
@@ -94,7 +97,7 @@ def play_by_clock(node, items: list[Item], *, loop: bool, keep_stamps: bool, ali
         if now < ready:
             continue
         for item, shift in follower.due(received[0]):
-            publishers[item.kind].publish(restamped(item, shift) if shift else item.data)
+            publishers[item.kind].publish((item.moved(shift) if shift else item).data)
             sent += 1
         progress(follower.played / SECOND)
     for publisher in publishers.values():

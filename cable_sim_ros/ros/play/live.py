@@ -8,20 +8,20 @@ from __future__ import annotations
 import json
 import os
 import signal
-import subprocess
 import sys
-import threading
 import time
-from collections import deque
 from collections.abc import Callable
 from contextlib import nullcontext
 from pathlib import Path
 
 from ...errors import CODE_INPUT, RunError
+from ..child import Process
 
 READY_WITHIN = 300.0  # s; compiling everything from nothing takes up to a minute on a slow machine
 START_WITHIN = 60.0  # s from the first message to the first tick
-STOP_WITHIN = 10.0  # s from SIGINT to the end; then the process is killed
+# s from each signal to the end
+STOP = ((signal.SIGINT, 10.0), (signal.SIGTERM, 2.0), (signal.SIGKILL, 5.0))
+TAIL = 40  # lines shown in errors
 POLL = 0.1  # s
 
 
@@ -35,51 +35,10 @@ class LiveInputError(LiveError):
     exit_code = CODE_INPUT
 
 
-class Child:
-    """A process of ours with its last lines of output."""
-
-    def __init__(self, name: str, command: list[str], environment: dict[str, str]) -> None:
-        self.name = name
-        self.lines: deque[str] = deque(maxlen=40)
-        self.process = subprocess.Popen(
-            command,
-            env=environment,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            errors="replace",
-            stdin=subprocess.DEVNULL,
-        )
-        self._reader = threading.Thread(target=self._read, daemon=True)
-        self._reader.start()
-
-    def _read(self) -> None:
-        for line in self.process.stdout or ():
-            self.lines.append(line.rstrip())
-
-    @property
-    def code(self) -> int | None:
-        return self.process.poll()
-
-    def tail(self) -> str:
-        """The last lines, indented."""
-        self._reader.join(0.5)
-        return "\n".join("  " + line for line in self.lines)
-
-    def stop(self) -> int:
-        """SIGINT, and SIGKILL after a bound; the return code."""
-        if self.process.poll() is None:
-            self.process.send_signal(signal.SIGINT)
-            try:
-                self.process.wait(STOP_WITHIN)
-            except subprocess.TimeoutExpired:
-                self.process.kill()
-                self.process.wait()
-        self._reader.join(1.0)
-        return self.process.returncode
-
-    def failed(self, what: str) -> LiveError:
-        return LiveError(f"the {self.name} {what}; its last lines:\n{self.tail() or '  (none)'}")
+def failed(child: Process, what: str) -> LiveError:
+    """The error of a child, with its last lines."""
+    lines = child.tail(TAIL) if child.text else "  (none)"
+    return LiveError(f"the {child.name} {what}; its last lines:\n{lines}")
 
 
 def environment(domain: int | None) -> dict[str, str]:
@@ -101,7 +60,7 @@ def live(
     progress: Callable[[str, float, float | None], None] | None = None,
     node_command: list[str] | None = None,
 ) -> dict:
-    """Play a bag into the node in real time, recorded to `out`/tow.
+    """Play a bag into the node in real time, recorded to `out`/tow, with node.log and player.log beside.
 
     bag, scene: paths or names of shipped ones; duration: s of the bag; out: directory to make; domain: ROS domain,
     derived from the process id by default; parameters: further node parameters; progress(phase, done, total): called as
@@ -126,11 +85,11 @@ def live(
         command += ["-p", f"{name}:={json.dumps(value)}"]
     own = environment(domain)
     begun = time.monotonic()
-    children: list[Child] = []
+    children: list[Process] = []
     context, report = (nullcontext(), progress) if progress else _bar()
     try:
         with context:
-            node = Child("node", command, own)
+            node = Process("node", command, out / "node.log", own)
             children.append(node)
             _await(
                 node,
@@ -139,26 +98,22 @@ def live(
                 READY_WITHIN,
                 lambda waited: report("compiling and solving the start", waited, None),
             )
-            player = Child(
-                "player",
-                [sys.executable, "-m", "cable_sim_ros.cli", "play", str(bag), "--duration", str(duration)]
-                + (["--imu-only"] if imu_only else []),
-                own,
-            )
+            play = [sys.executable, "-m", "cable_sim_ros.cli", "play", str(bag), "--duration", str(duration)]
+            player = Process("player", play + ["--imu-only"] * imu_only, out / "player.log", own)
             children.append(player)
             _follow(node, player, metrics, duration, report)
-            player_exit = player.stop()
+            player_exit = player.stop(STOP)
             if player_exit != 0:
-                raise player.failed(f"ended with code {player_exit}")
-            node_exit = node.stop()
+                raise failed(player, f"ended with code {player_exit}")
+            node_exit = node.stop(STOP)
             if node_exit != 0:
-                raise node.failed(f"ended with code {node_exit}")
+                raise failed(node, f"ended with code {node_exit}")
     finally:
         for child in reversed(children):
-            child.stop()
+            child.stop(STOP)
     result = read_state(metrics)
     if result.get("state") != "stopped":
-        raise node.failed("left no final figures")
+        raise failed(node, "left no final figures")
     return {
         "bag": str(tow),
         "node": result,
@@ -177,7 +132,9 @@ def read_state(path: Path) -> dict:
         return {}
 
 
-def _await(node: Child, metrics: Path, states: tuple[str, ...], within: float, report: Callable[[float], None]) -> None:
+def _await(
+    node: Process, metrics: Path, states: tuple[str, ...], within: float, report: Callable[[float], None]
+) -> None:
     begun = time.monotonic()
     while True:
         waited = time.monotonic() - begun
@@ -185,16 +142,16 @@ def _await(node: Child, metrics: Path, states: tuple[str, ...], within: float, r
         if state.get("state") in states:
             return
         if node.code is not None:
-            raise node.failed(f"ended with code {node.code} before it was ready")
+            raise failed(node, f"ended with code {node.code} before it was ready")
         if state.get("state") in ("failed", "halted"):
-            raise node.failed(f"is {state['state']}: {state.get('problem', '')}")
+            raise failed(node, f"is {state['state']}: {state.get('problem', '')}")
         if waited > within:
-            raise node.failed(f"was not ready within {within:g} s (state {state.get('state', 'unknown')})")
+            raise failed(node, f"was not ready within {within:g} s (state {state.get('state', 'unknown')})")
         report(waited)
         time.sleep(POLL)
 
 
-def _follow(node: Child, player: Child, metrics: Path, duration: float, report) -> None:
+def _follow(node: Process, player: Process, metrics: Path, duration: float, report) -> None:
     """Until the player has ended by itself."""
     running = None
     begun = time.monotonic()
@@ -203,15 +160,15 @@ def _follow(node: Child, player: Child, metrics: Path, duration: float, report) 
         if state in ("running", "overloaded") and running is None:
             running = time.monotonic()
         if node.code is not None:
-            raise node.failed(f"ended with code {node.code} while the motion was playing")
+            raise failed(node, f"ended with code {node.code} while the motion was playing")
         if state in ("failed", "halted"):
-            raise node.failed(f"is {state}: {read_state(metrics).get('problem', '')}")
+            raise failed(node, f"is {state}: {read_state(metrics).get('problem', '')}")
         if running is None and time.monotonic() - begun > START_WITHIN:
-            raise node.failed(f"did not start within {START_WITHIN:g} s of the first motion message")
+            raise failed(node, f"did not start within {START_WITHIN:g} s of the first motion message")
         report("running in real time", 0.0 if running is None else min(duration, time.monotonic() - running), duration)
         time.sleep(POLL)
     if running is None and player.code == 0:
-        raise node.failed("never started: the motion ended before it did")
+        raise failed(node, "never started: the motion ended before it did")
 
 
 def _bar():

@@ -1,33 +1,17 @@
-"""What both players share: a message to send, its publishers, its stamp moved."""
+"""What both players share: publishers of the messages to send, and the time between these.
+
+The arrival of a message to send is counted from the first [ns]: it is when it is due.
+"""
 
 from __future__ import annotations
 
-import struct
-from typing import NamedTuple
-
-from ...io.messages.messages import KINDS
+from ...io.messages.messages import KINDS, Event
 from ..topics import message_class
 
 SECOND = 1_000_000_000
 
 
-class Item(NamedTuple):
-    """One message to send: time from the first [ns], kind (imu, odometry), CDR bytes, its stamp [ns]."""
-
-    due: int
-    kind: str
-    data: bytes
-    stamp: int
-
-
-def restamped(item: Item, shift: int) -> bytes:
-    """The message with its stamp moved by shift [ns]."""
-    data = bytearray(item.data)
-    struct.pack_into("<iI", data, 4, *divmod(item.stamp + shift, SECOND))
-    return bytes(data)
-
-
-def publishers_of(node, items: list[Item]) -> dict:
+def publishers_of(node, items: list[Event]) -> dict:
     """Publishers for the kinds of the items. Reliable is heard by every subscriber, and by the node as best effort."""
     from rclpy.qos import QoSProfile
 
@@ -37,7 +21,7 @@ def publishers_of(node, items: list[Item]) -> dict:
     }
 
 
-def interval(items: list[Item]) -> int:
+def interval(items: list[Event]) -> int:
     """Typical time between messages of the first kind, ns: what a lap adds at its seam."""
-    times = [item.due for item in items if item.kind == items[0].kind]
+    times = [item.arrival for item in items if item.kind == items[0].kind]
     return (times[-1] - times[0]) // max(1, len(times) - 1)

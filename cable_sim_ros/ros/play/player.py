@@ -19,13 +19,13 @@ from functools import partial
 from pathlib import Path
 
 from ...errors import CableSimError
-from ...io.messages.messages import stamp_of
+from ...io.messages.messages import Event, stamp_of
 from ...io.messages.ned_to_enu import in_enu
 from ...io.scenes.resources import find_bag
 from ...io.sources.bag_motion import read_motion
 from ...limits import LONGEST_RUN
 from .. import discovery
-from .playback import SECOND, Item, interval, publishers_of, restamped
+from .playback import SECOND, interval, publishers_of
 
 SLEEP_CHUNK = 0.1  # s, so that a signal is seen soon
 
@@ -42,7 +42,7 @@ def load(
     imu_only: bool = False,
     topics: Mapping[str, str] | None = None,
     ned: bool = False,
-) -> list[Item]:
+) -> list[Event]:
     """Motion messages of a bag, start [s] after its first one, duration [s] long. PlayError when there are none.
 
     topics: as of `read_motion`; ned: they are in NED axes and turned to ENU, as a node by default wants them.
@@ -52,7 +52,7 @@ def load(
             raise PlayError(
                 f"--{name} {value:g} s is outside [0, {LONGEST_RUN:g}] s; nothing was played; give seconds of the bag"
             )
-    items: list[Item] = []
+    items: list[Event] = []
     first = None
     for log_time, kind, data in read_motion(path, dict(topics or {})):
         if kind == "command" or (imu_only and kind == "odometry"):
@@ -68,7 +68,7 @@ def load(
             continue
         if duration is not None and due > duration * SECOND:
             break
-        items.append(Item(due, kind, in_enu(kind, data) if ned else data, stamp))
+        items.append(Event(stamp, due, kind, in_enu(kind, data) if ned else data))
     if not items:
         wanted = "sensor_msgs/Imu" if imu_only else "sensor_msgs/Imu or nav_msgs/Odometry"
         raise PlayError(f"bag '{path}' has no {wanted} in the part asked for (from {start:g} s on); nothing was played")
@@ -93,7 +93,7 @@ def sleep_until(deadline: int, alive) -> bool:
 
 
 def play(
-    node, items: list[Item], *, rate: float = 1.0, loop: bool = False, keep_stamps: bool = False, alive, progress
+    node, items: list[Event], *, rate: float = 1.0, loop: bool = False, keep_stamps: bool = False, alive, progress
 ) -> int:
     """Send the items; returns how many were sent. progress(seconds played) is called some ten times a second."""
     publishers = publishers_of(node, items)
@@ -101,17 +101,17 @@ def play(
     while alive() and time.monotonic() < wait and not all(p.get_subscription_count() for p in publishers.values()):
         time.sleep(0.02)
     time.sleep(0.3)  # the other side may learn of us a little later than we of it
-    length = items[-1].due + interval(items)
+    length = items[-1].arrival + interval(items)
     begun, sent, reported = time.monotonic_ns() + SECOND // 50, 0, 0
     base = time.time_ns() + SECOND // 50
     lap = 0
     while True:
-        shift = 0 if keep_stamps else base + lap * length - items[0].stamp
+        shift = 0 if keep_stamps else base + lap * length - (items[0].stamp or 0)
         for item in items:
-            played = lap * length + item.due
+            played = lap * length + item.arrival
             if not sleep_until(begun + round(played / rate), alive):
                 return sent
-            publishers[item.kind].publish(restamped(item, shift) if shift else item.data)
+            publishers[item.kind].publish((item.moved(shift) if shift else item).data)
             sent += 1
             if played - reported > SECOND // 10:
                 reported = played
@@ -185,7 +185,7 @@ def play_bag(
     try:
         rclpy.init(args=given)
         node = rclpy.create_node("motion_player", namespace="/tow_sim")
-        bar, progress = _bar(None if loop else items[-1].due / SECOND)
+        bar, progress = _bar(None if loop else items[-1].arrival / SECOND)
         with bar:
             if lockstep:
                 from .clock_player import play_by_clock as send

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ...ros.topics import message_class
 from ..stress.verdict import IS, Found, Metric, stress
 from .pace import SETTLED, counters, grown, missed_fraction
 from .rig import Rig, percentile, rig, until
@@ -153,7 +154,7 @@ def silent(quick: bool) -> Found:
     """The sensors' process is killed; the last message heard beside the node is where the time-out begins."""
     late = []
     with rig() as it:
-        received = it.probe.listen("nav_msgs/msg/Odometry", "odom", raw=True)
+        received = it.probe.listen(message_class("nav_msgs/msg/Odometry"), "odom", raw=True)
         for _ in range(2 if quick else 20):
             before = len(received)
             it.sail()
@@ -161,8 +162,7 @@ def silent(quick: bool) -> Found:
             until(lambda: [s for s in it.probe.tasks("inputs")[-1:] if s.level == 0], 10.0, "fresh inputs")
             time.sleep(0.5)
             assert it.sensors is not None
-            it.sensors.process.kill()
-            it.sensors.process.wait()
+            it.sensors.kill()
             time.sleep(0.1)
             last = received[-1][0]
             late.append(first_status(it, "inputs", 2, last, 5.0) - last - 0.5)

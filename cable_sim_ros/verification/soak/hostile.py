@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import random
 import socket
-import sys
 import time
 
-from ...ros.play.live import Child, environment
+from ...ros.topics import message_class
 from ..stress.verdict import IS, MIN, Found, Metric, stress
 from .pace import SETTLED, grown, missed_fraction
 from .rig import Rig, percentile, rig, until
@@ -50,10 +49,9 @@ def giants(quick: bool) -> Found:
 def discovery(quick: bool) -> Found:
     """The node without ROS_AUTOMATIC_DISCOVERY_RANGE, the sensors open to the subnet."""
     with rig(None, {"ROS_AUTOMATIC_DISCOVERY_RANGE": ""}) as it:
-        open_to_all = environment(it.domain) | {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}
-        it.children.append(Child("sensors", [sys.executable, "-m", "cable_sim_ros.ros.load.sender"], open_to_all))
+        it.start("sensors", "cable_sim_ros.ros.load.sender", ROS_AUTOMATIC_DISCOVERY_RANGE="SUBNET")
         it.state("running", within=30.0)
-        said = "discovery: this host only" in it.node.tail()
+        said = "discovery: this host only" in it.node.text
         it.finish()
     return Found([Metric("said at the start", said, "", True, IS), Metric("heard on this host", True, "", True, IS)])
 
@@ -91,7 +89,7 @@ def floods(quick: bool) -> Found:
         mark = it.mark()
         for what in ("topics", "services"):
             child = it.start("flood", "cable_sim_ros.ros.load.flood", what, "--seconds", str(seconds))
-            until(lambda child=child: "flooding" in child.lines, 20.0, f"a flood of {what}")
+            until(lambda child=child: "flooding" in child.text, 20.0, f"a flood of {what}")
         counts = grown(it, seconds)
         _, frames = it.probe.frames(mark)
         metrics = _kept_on(it, counts)
@@ -118,7 +116,7 @@ def foreign(quick: bool) -> Found:
     with rig() as it:
         it.sail()
         began = time.monotonic()
-        it.probe.publish("geometry_msgs/msg/PoseStamped", "towbody/pose")
+        it.probe.publisher(message_class("geometry_msgs/msg/PoseStamped"), "towbody/pose")
 
         def said(text: str):
             found = [t.at for t in it.probe.tasks("neighbours") if t.level and text in t.message]
@@ -131,7 +129,7 @@ def foreign(quick: bool) -> Found:
             twins = until(lambda: said("nodes have the name"), 10.0, "the twin") - began
         finally:
             twin.close()
-        text = it.node.tail()
+        text = it.node.text
         it.finish()
     return Found(
         [

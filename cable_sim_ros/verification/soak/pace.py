@@ -7,10 +7,11 @@ import os
 import sys
 import time
 from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 
-from ...ros.play.live import Child
+from ...ros.child import Process
 from ..stress.verdict import IS, Found, Metric, stress
 from .rig import Rig, percentile, rig, until
 
@@ -43,13 +44,13 @@ def missed_fraction(counts: dict[str, float]) -> float:
 @contextmanager
 def hogs(count: int):
     """Processes that do nothing but use a core each."""
-    busy = [Child("hog", [sys.executable, "-c", "while True: pass"], dict(os.environ)) for _ in range(count)]
+    work = [sys.executable, "-c", "while True: pass"]
+    busy = [Process("hog", work, Path(os.devnull), os.environ) for _ in range(count)]
     try:
         yield
     finally:
         for child in busy:
-            child.process.kill()
-            child.process.wait()
+            child.kill()
 
 
 def _timed(quick: bool, loaded: bool, maximum: float) -> Found:

@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import RunError
-from ...ros.load.probe import Probe
-from ...ros.play.live import Child, environment, read_state
+from ...ros.child import Process
+from ...ros.play.live import STOP, environment, failed, read_state
 
 READY_WITHIN = 300.0  # s; compiling everything from nothing takes minutes on a slow machine
 NODE = [sys.executable, "-m", "cable_sim_ros.ros.node"]
@@ -42,21 +42,24 @@ def until(condition: Callable, within: float, what: str, step: float = 0.01):
 class Rig:
     """What a test holds: `node` and `probe` are up, `sensors` after `sail`."""
 
-    def __init__(self, folder: Path, domain: int, node: Child) -> None:
+    def __init__(self, folder: Path, domain: int, node: Process) -> None:
         self.folder, self.domain, self.node = folder, domain, node
         self.metrics = folder / "node.json"
-        self.sensors: Child | None = None
-        self.children: list[Child] = [node]
-        self.probe = Probe(domain)
+        self.sensors: Process | None = None
+        self.children: list[Process] = [node]
+        from ...ros.load.probe import Probe  # imports rclpy
+
+        self.probe = Probe(domain, "probe")
         self.probe.watch()
 
     @property
     def pid(self) -> int:
-        return self.node.process.pid
+        return self.node.pid
 
-    def start(self, name: str, module: str, *arguments: str) -> Child:
-        """Another process on the same domain."""
-        child = Child(name, [sys.executable, "-m", module, *arguments], environment(self.domain))
+    def start(self, name: str, module: str, *arguments: str, **extra: str) -> Process:
+        """Another process on the same domain; extra: environment."""
+        log = self.folder / f"{name}{len(self.children)}.log"
+        child = Process(name, [sys.executable, "-m", module, *arguments], log, environment(self.domain) | extra)
         self.children.append(child)
         return child
 
@@ -65,7 +68,7 @@ class Rig:
 
         def there():
             if self.node.code is not None:
-                raise self.node.failed(f"ended with code {self.node.code}")
+                raise failed(self.node, f"ended with code {self.node.code}")
             state = read_state(self.metrics).get("state", "")
             return state if state in wanted else ""
 
@@ -82,7 +85,7 @@ class Rig:
     def moor(self) -> None:
         """End the sensors."""
         assert self.sensors is not None
-        self.sensors.stop()
+        self.sensors.stop(STOP)
 
     def mark(self) -> int:
         """Number of the next tick output, for `probe.frames`."""
@@ -101,15 +104,15 @@ class Rig:
     def finish(self) -> dict:
         """Stop everything; the node's final figures."""
         for child in reversed(self.children[1:]):
-            child.stop()
-        if self.node.stop() != 0:
-            raise RigError(str(self.node.failed(f"ended with code {self.node.code}")))
+            child.stop(STOP)
+        if self.node.stop(STOP) != 0:
+            raise RigError(str(failed(self.node, f"ended with code {self.node.code}")))
         return read_state(self.metrics)
 
     def close(self) -> None:
         """Stop everything, whatever state it is in."""
         for child in reversed(self.children):
-            child.stop()
+            child.stop(STOP)
         self.probe.close()
 
 
@@ -129,7 +132,7 @@ def rig(command: list[str] | None = None, extra: dict[str, str] | None = None, *
         domain = 1 + (os.getpid() + int(time.monotonic() * 10)) % 100
         os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
         own = environment(domain) | (extra or {}) | {"SOAK_REPORT": str(folder / "report.json")}
-        it = Rig(folder, domain, Child("node", line, own))
+        it = Rig(folder, domain, Process("node", line, folder / "node.log", own))
         try:
             it.state("waiting")
             yield it

@@ -1,5 +1,4 @@
-"""Our own end of the topics, in the test's process: hears tick outputs, clock and anything else, sends, calls
-services."""
+"""Another end of the node's topics, for tests and load tests: hears any of them, sends, calls services."""
 
 from __future__ import annotations
 
@@ -15,11 +14,11 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 
-from ..ros.executor import drain
-from .errors import TowError
+from ..errors import TowError
+from .executor import drain
 
 DEPTH = 2000  # messages: 20 s of tick outputs, should this process stand still
-NAME = "cable_sim_test"
+NAME, NAMESPACE = "cable_sim_test", "/tow_sim"
 
 
 @contextmanager
@@ -41,37 +40,38 @@ def _put(wanted: Mapping[str, str | None]) -> None:
             os.environ[name] = value
 
 
-class Ears:
-    """A node in a context of its own, spun by a thread of its own until `close`."""
+class Client:
+    """A node in a context of its own, spun by a thread of its own until `close`. environment: as of `variables`."""
 
-    def __init__(self, domain: int, namespace: str, environment: Mapping[str, str | None]) -> None:
-        self.context, self.namespace = rclpy.Context(), namespace
-        with variables(environment):
+    def __init__(self, domain: int, name: str = NAME, environment: Mapping[str, str | None] | None = None) -> None:
+        self.context, self.name = rclpy.Context(), name
+        with variables(environment or {}):
             rclpy.init(args=[], context=self.context, domain_id=domain)
             self.node = rclpy.create_node(
-                NAME, context=self.context, namespace=namespace, use_global_arguments=False, enable_rosout=False
+                name, context=self.context, namespace=NAMESPACE, use_global_arguments=False, enable_rosout=False
             )
+        self.received: dict[str, list] = {}  # by topic, the first list of `listen`
         self._subscriptions: list = []
         self._publishers: dict[str, Any] = {}
         self._clients: dict[str, Any] = {}
         self._stop = threading.Event()
-        self.watch: Callable[[], None] = lambda: None  # raises where it is of no use to wait on
+        self.give_up: Callable[[], None] = lambda: None  # raises where it is of no use to wait on
         self.failure: BaseException | None = None  # of a callback
-        self._executor = SingleThreadedExecutor(context=self.context)
-        self._executor.add_node(self.node)
-        self._thread = threading.Thread(target=self._spin, name="cable_sim_test", daemon=True)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.node)
+        self._thread = threading.Thread(target=self._spin, name=NAME, daemon=True)
         self._thread.start()
 
     def _spin(self) -> None:
         try:
             while not self._stop.is_set():
-                self._executor.spin_once(timeout_sec=0.05)
+                self.executor.spin_once(timeout_sec=0.05)
                 drain(self._subscriptions)
         except BaseException as error:
             self.failure = error
         finally:  # by the thread that waited on them: rclpy frees what another still holds
-            self._executor.remove_node(self.node)
-            self._executor.shutdown(timeout_sec=1.0)
+            self.executor.remove_node(self.node)
+            self.executor.shutdown(timeout_sec=1.0)
             self.node.destroy_node()
             self.context.try_shutdown()
 
@@ -83,11 +83,28 @@ class Ears:
         self._subscriptions = [*self._subscriptions, made]  # a list of its own: the thread may be walking the old one
         return made
 
-    def listen(self, kind: type, topic: str) -> list:
-        """A list that grows by every message of a topic, from now on; any publisher is heard."""
+    def listen(self, kind: type, topic: str, raw: bool = False) -> list:
+        """A list that grows by every message of a topic (raw: by its bytes), from now on; any publisher is heard."""
         box: list = []
-        self.hear(kind, topic, lambda data: box.append(deserialize_message(data, kind)), reliable=False)
+        self.received.setdefault(topic, box)
+
+        def put(data: bytes) -> None:
+            box.append(self.entry(data if raw else deserialize_message(data, kind)))
+
+        self.hear(kind, topic, put, reliable=False)
         return box
+
+    def entry(self, message: Any) -> Any:
+        """What a list of `listen` has for a message."""
+        return message
+
+    def diagnostics(self) -> dict[str, tuple[int, str, dict[str, str]]]:
+        """Newest status of each task: name -> (level, text, values); `listen` to /diagnostics before."""
+        box = self.received["/diagnostics"]
+        return {
+            status.name.partition(": ")[2]: (status.level[0], status.message, {v.key: v.value for v in status.values})
+            for status in (box[-1].status if box else ())
+        }
 
     def publisher(self, kind: type, topic: str) -> Any:
         """One publisher a topic, reliable: every subscriber hears it."""
@@ -96,7 +113,7 @@ class Ears:
         return self._publishers[topic]
 
     def call(
-        self, kind: type, name: str, request: Any, within: float, meanwhile: Callable[[], bool] = lambda: False
+        self, kind: type, name: str, request: Any, within: float = 10.0, meanwhile: Callable[[], bool] = lambda: False
     ) -> Any:
         """Answer of a service; TowError when it is not there or does not answer within so many seconds.
 
@@ -125,13 +142,13 @@ class Ears:
 
     def _until(self, deadline: float, problem: str) -> None:
         self.check()
-        self.watch()
+        self.give_up()
         if time.monotonic() > deadline:
             raise TowError(problem)
 
     def others_on(self, topic: str) -> int:
         """How many publishers of other nodes a topic (absolute) has."""
-        return sum(end.node_name != NAME for end in self.node.get_publishers_info_by_topic(topic))
+        return sum(end.node_name != self.name for end in self.node.get_publishers_info_by_topic(topic))
 
     def close(self) -> None:
         """End the thread and leave the domain; bounded."""

@@ -1,4 +1,7 @@
-"""Processes of a test: output in a file, ended by their ids within a bounded time, also when the test is killed."""
+"""Processes that we start: output in a file, ended by their ids within a bounded time, also when we are killed.
+
+Needs no rclpy.
+"""
 
 from __future__ import annotations
 
@@ -15,13 +18,13 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from ..errors import TowError
 from . import watchdog
-from .errors import TowError
 
 STEPS = ((signal.SIGINT, 5.0), (signal.SIGTERM, 2.0), (signal.SIGKILL, 5.0))  # s to wait after each
 POLL = 0.01  # s
 TAIL = 30  # lines shown in errors
-MARK = uuid.uuid4().hex  # of this session; that of a tow begins with it
+MARK = uuid.uuid4().hex  # in the environment of every child; that of a tow begins with it
 _guard: subprocess.Popen | None = None
 opened: weakref.WeakSet[Any] = weakref.WeakSet()  # tows
 
@@ -35,7 +38,7 @@ def _end_all() -> None:
 
 
 def guard() -> None:
-    """Start the watchdog of this session, once; it ends our processes when this one is killed."""
+    """Start the watchdog of this process, once; it ends our children when this one is killed."""
     global _guard
     if _guard is None or _guard.poll() is not None:
         clean = {name: value for name, value in os.environ.items() if name != watchdog.VARIABLE}
@@ -60,14 +63,25 @@ def _release(process: subprocess.Popen) -> None:
 
 
 class Process:
-    """A child in a process group of its own, so that what it starts ends with it; `log`: file of its output."""
+    """A child in a process group of its own, so that what it starts ends with it.
+
+    log: file of its output; inherit: descriptors that it takes over; folder: where it runs, by default where we do.
+    """
 
     def __init__(
-        self, name: str, command: Sequence[str], log: Path, environment: Mapping[str, str], inherit: Sequence[int] = ()
+        self,
+        name: str,
+        command: Sequence[str],
+        log: Path,
+        environment: Mapping[str, str],
+        inherit: Sequence[int] = (),
+        folder: Path | None = None,
     ) -> None:
         guard()
+        if not environment.get(watchdog.VARIABLE, "").startswith(MARK):
+            environment = {**environment, watchdog.VARIABLE: MARK}
         self.name, self.log = name, log
-        self.watched = True  # is its end by itself, with another code than 0, a failure of the test?
+        self.watched = True  # is its end by itself, with another code than 0, a failure?
         try:
             with open(log, "wb") as stream:
                 self._process = subprocess.Popen(
@@ -76,8 +90,9 @@ class Process:
                     stdin=subprocess.DEVNULL,
                     stdout=stream,
                     stderr=subprocess.STDOUT,
+                    cwd=folder,
                     pass_fds=tuple(inherit),
-                    start_new_session=True,
+                    process_group=0,  # not a session: the kernel would share the cores out by session, not by nice
                 )
         except (OSError, TypeError, ValueError) as error:  # the latter two: of an environment that is no text
             raise TowError(f"{name} could not be started: {error}; the command was {' '.join(command)}") from error

@@ -1,8 +1,8 @@
-"""Ends the processes of a test session whose own process was killed. Run by its path; standard library only.
+"""Ends the children of a process that was killed. Run by its path; standard library only.
 
     python -I -S watchdog.py MARK
 
-Its standard input is a pipe from the session, which the kernel closes however the session ends. What then still carries
+Its standard input is a pipe from that process, which the kernel closes however it ends. What then still carries
 MARK in its environment, in whatever process group or session, is ended by its id: SIGINT, and SIGKILL 5 s later.
 """
 
@@ -13,7 +13,7 @@ import signal
 import sys
 import time
 
-VARIABLE = "CABLE_SIM_TESTING"  # in the environment of every process that a test starts
+VARIABLE = "CABLE_SIM_TESTING"  # in the environment of every process that `child.Process` starts
 PATIENCE = 5.0  # s from SIGINT to SIGKILL
 
 
