@@ -175,9 +175,7 @@ TOW_SETTINGS = np.dtype(
 )
 LOAD = np.dtype([("node", "i8"), ("force", "f8", 3), ("moment", "f8", 3)])  # N, N m on the tangent
 # a rigid or elastic load between a node and the next: its mass matrix is [[aa, ab], [ab, bb]]
-STRUT = np.dtype(
-    [("node", "i8"), ("length", "f8"), ("stiffness", "f8"), ("aa", "f8"), ("ab", "f8"), ("bb", "f8")]
-)  # m, N, kg
+STRUT = np.dtype([("node", "i8"), *((name, "f8") for name in ("length", "stiffness", "aa", "ab", "bb"))])  # m, N, kg
 CONTACT_POINTS_PER_ELEMENT = 5
 CONTACT_POINT = np.dtype(
     [
