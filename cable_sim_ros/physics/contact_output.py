@@ -7,8 +7,9 @@ from math import atan2
 from typing import NamedTuple
 
 from .contact import LOADED
-from .contact_surface import DRUM, ON_GROUND, gap, solid
-from .jit import driver
+from .contact_surface import DRUM, ON_GROUND, ON_SHIP, gap, solid
+from .instruments import drum_torque
+from .jit import driver, inline
 from .ship import unrotate
 from .state import ARC, NOW, Q
 from .vec import at3, cross, dot, row3
@@ -80,6 +81,18 @@ def rub_moment(state, i):
         s = state.contact_points[j]
         moment += s.length * dot(cross(at3(s.rel, 0), at3(s.rub, 0)), axis)
     return moment
+
+
+@inline
+def pull_of(drum, state):
+    """Torque of the cable on the drum [N m]: of its end, at the angle where its first node stands, and by friction."""
+    angle = drum.tangent if drum.feeds != 0 else drum.angle_0 - state.memory[NOW].winch.length / drum.radius
+    torque = drum_torque(drum, angle, state)
+    for i in range(state.surfaces.shape[0]):
+        s = state.surfaces[i]
+        if s.kind == DRUM and s.carrier == ON_SHIP and s.friction > 0.0:
+            torque += drum.side * rub_moment(state, i)
+    return torque
 
 
 @driver

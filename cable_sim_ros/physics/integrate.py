@@ -196,14 +196,28 @@ newton = opaque(_newton)
 predict = opaque(_predict)
 
 
+@inline
+def solve_step(line, state, h):
+    """Newton's corrections of the predicted step, held unknowns already at its end; negative: none found."""
+    _, _, _, _, c1, c2 = coefficients(h, line.settings[0].rho_inf)
+    fraction = mean_fraction(state.memory[NOW].known, line.settings[0].mean_flow_time, h)
+    return newton(line, state, Change(c1, c2, line.settings[0].mass_damping, fraction))
+
+
 @driver
 def advance(line, state, h):
     """Solve the predicted step, held unknowns already at its end. Returns the iterations, or -1 and no valid state."""
-    am, af, _, _, c1, c2 = coefficients(h, line.settings[0].rho_inf)
+    used = solve_step(line, state, h)
+    if used >= 0:
+        conclude(line, state, h)
+    return used
+
+
+@driver
+def conclude(line, state, h):
+    """What follows from a solved step: auxiliary accelerations and the running mean."""
+    am, af, _, _, _, _ = coefficients(h, line.settings[0].rho_inf)
     fraction = mean_fraction(state.memory[NOW].known, line.settings[0].mean_flow_time, h)
-    used = newton(line, state, Change(c1, c2, line.settings[0].mass_damping, fraction))
-    if used < 0:
-        return used
     a, x, mean = state.nodes[NOW, A], state.nodes[NOW, X], state.nodes[NOW, MEAN]
     old_a, old_x = state.nodes[STEP, A], state.nodes[STEP, X]
     for n in range(x.shape[0]):
@@ -212,7 +226,6 @@ def advance(line, state, h):
             mean[n, k] = mean_at(state.nodes, n, k, fraction)
     if line.settings[0].amplified != 0:
         follow(line, state)
-    return used
 
 
 @driver

@@ -11,10 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from .contact import latch
-from .contact_output import read_drums, read_ground, read_sheave, rub_moment
-from .contact_surface import DRUM, ON_SHIP
+from .contact_output import pull_of, read_drums, read_ground, read_sheave, rub_moment
 from .energy import fill_energy, slack_gain
-from .instruments import direction_at, drum_torque, measure, node_tension, tension_at
+from .instruments import direction_at, measure, node_tension, tension_at
 from .jit import driver, inline
 from .link_element import is_links, joint_tension
 from .ringing import missing
@@ -100,18 +99,6 @@ def leaves(model, surface, seen):
     """Arc lengths [m] of the first and last contact of the sheave, and how far from there its bend has died out."""
     first, end = (seen.first, seen.last) if seen.loaded > 0 else (seen.nearest, seen.nearest)
     return first, end, max(0.25 * surface.radius, 4.0 * model.settings[0].bending_length)
-
-
-@inline
-def pull_of(drum, state):
-    """Torque of the cable on the drum [N m]: of its end, at the angle where its first node stands, and by friction."""
-    angle = drum.tangent if drum.feeds != 0 else drum.angle_0 - state.memory[NOW].winch.length / drum.radius
-    torque = drum_torque(drum, angle, state)
-    for i in range(state.surfaces.shape[0]):
-        s = state.surfaces[i]
-        if s.kind == DRUM and s.carrier == ON_SHIP and s.friction > 0.0:
-            torque += drum.side * rub_moment(state, i)
-    return torque
 
 
 @inline
@@ -207,6 +194,16 @@ def fill_winch(drum, state, f):
     f.drum_torque = pull_of(drum, state)
     f.tension_drum = f.drum_torque / drum.radius
     f.command_age = winch.command_age
+    fill_drive(now.drive, winch, f)
+
+
+@inline
+def fill_drive(driving, winch, f):
+    """What the drive does: mode, motor and brake."""
+    f.winch_mode, f.motor_pull, f.motor_power = driving.mode, driving.motor, -driving.motor * winch.rate
+    f.motor_limited = driving.limited / driving.ticked if driving.ticked > 0.0 else 0.0
+    f.brake_pull, f.brake_set = driving.held, driving.brake
+    f.brake_slip, f.brake_heat, f.drive_rounds = driving.slipped, driving.heat, driving.rounds
 
 
 @driver

@@ -18,6 +18,7 @@ from .jit import driver, inline
 from .sea import SEA, Sea
 from .ship import SHIP, SHIP_TIMES, TIME, TOW_FRAME
 from .winch import DRUM, WINCH
+from .winch_drive import DRIVE, DRIVING
 from .workspace import POWERS, Work, make_work
 
 # numpy integers: a literal argument compiles a version of its own
@@ -125,6 +126,7 @@ MEMORY = np.dtype(
         ("ship", SHIP),
         ("sheave", SHEAVE),
         ("winch", WINCH),
+        ("drive", DRIVING),
         ("setpoint", SETPOINT),
         ("measured", MEASURED),
         ("known", KNOWN),
@@ -167,14 +169,13 @@ TOW_SETTINGS = np.dtype(
         ("bending_length", "f8"),  # m, sqrt(EI/T) at working tension
         ("ship", SHIP_TIMES),
         ("drum", DRUM),
+        ("drive", DRIVE),
     ],
     align=True,
 )
 LOAD = np.dtype([("node", "i8"), ("force", "f8", 3), ("moment", "f8", 3)])  # N, N m on the tangent
 # a rigid or elastic load between a node and the next: its mass matrix is [[aa, ab], [ab, bb]]
-STRUT = np.dtype(
-    [("node", "i8"), ("length", "f8"), ("stiffness", "f8"), ("aa", "f8"), ("ab", "f8"), ("bb", "f8")]
-)  # m, N, kg
+STRUT = np.dtype([("node", "i8"), *((name, "f8") for name in ("length", "stiffness", "aa", "ab", "bb"))])  # m, N, kg
 CONTACT_POINTS_PER_ELEMENT = 5
 CONTACT_POINT = np.dtype(
     [
@@ -303,13 +304,14 @@ class Feed(NamedTuple):
 
 
 class State(NamedTuple):
-    """Everything that changes, preallocated. Only memory and nodes carry over from step to step."""
+    """Everything that changes, preallocated. Only memory, nodes and delayed carry over from step to step."""
 
     memory: np.ndarray  # MEMORY [SLOTS]
     nodes: np.ndarray  # [SLOTS, NODE_ROWS, nodes, 6]
     surfaces: np.ndarray  # SURFACE [n], where they are now: made from the ship's motion
     detected: np.ndarray  # DETECTED [n], of the last step
     contact_points: np.ndarray  # CONTACT_POINT [most], those that were detected
+    delayed: np.ndarray  # [rows, 2] set-points at the ends of the last ticks, see tow.late; no rows: no dead time
     plan: np.ndarray  # PLAN [1], how far the step asked for has come
     tension: np.ndarray  # [elements] N
     reaction: np.ndarray  # [nodes, 6] what holds the held unknowns [N, N m]
@@ -354,11 +356,10 @@ def records(count: int, kind: np.dtype) -> np.recarray:
     return np.zeros(count, kind).view(np.recarray)
 
 
-def make_state(arc: np.ndarray, surfaces: np.ndarray, sea: Sea | None = None, links: bool = False) -> State:
+def make_state(arc: np.ndarray, surfaces: np.ndarray, sea: Sea | None = None, links=False, delayed: int = 0) -> State:
     """State of a line of elements, or of links, with these arc lengths [nodes] and SURFACE records; else zero.
 
-    sea: None where there is no more than a linear current. Raises ValueError, see check_surfaces.
-    """
+    sea: None where there is no more than a linear current; delayed: its rows. Raises ValueError, see check_surfaces."""
     nodes, z = len(arc), np.zeros
     state = State(
         memory=records(SLOTS, MEMORY),
@@ -366,6 +367,7 @@ def make_state(arc: np.ndarray, surfaces: np.ndarray, sea: Sea | None = None, li
         surfaces=check_surfaces(np.array(surfaces, SURFACE).reshape(-1)).view(np.recarray),
         detected=records(len(surfaces), DETECTED),
         contact_points=records(len(surfaces) * CONTACT_POINTS_PER_ELEMENT * (nodes - 1), CONTACT_POINT),
+        delayed=z((delayed, 2)),
         plan=records(1, PLAN),
         tension=z(nodes - 1),
         reaction=z((nodes, 6)),

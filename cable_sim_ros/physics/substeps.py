@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from .contact_detection import DEEP, THROUGH, detect_contact, link_contact_detection, rubbed
 from .contact_surface import GROOVE
-from .integrate import advance, link_solver, predict
+from .integrate import link_solver, predict
 from .jit import NO, driver, inline, link, opaque
 from .ringing import damped
 from .state import GAIN, NOW, STEP, Q, restore
@@ -115,10 +115,10 @@ def halve(line, state):
 
 
 @driver
-def _finish(line, state, h) -> bool:
-    """Solve the step of h [s] begun, held unknowns at its end, and take it or halve it. False: no halving left."""
+def _finish(line, state, h, used) -> bool:
+    """Take the step of h [s] solved with ``used`` corrections, or halve it; negative: not solved. False: no halving
+    left."""
     plan, now = state.plan[0], state.memory[NOW]
-    used = advance(line, state, h)
     if used >= 0 and state.surfaces.shape[0] > 0 and line.settings[0].leave_step < NO_LIMIT:
         detect_contact(state, h, NO)
         if left_groove(line, state, h):
@@ -172,4 +172,4 @@ def link_stepper(line, state) -> None:
     link_solver(line, state)
     link_contact_detection(state)
     link_error(line, state)
-    link(_finish, line, state, 0.0)
+    link(_finish, line, state, 0.0, 0)

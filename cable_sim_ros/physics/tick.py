@@ -21,6 +21,7 @@ from .tow import advance_tow, end_step, impose, link_strum, place_surfaces, stru
 from .towbody import turn_into_flow
 from .winch import forget, note_command, winch_flags
 from .winch_command import command, command_between
+from .winch_drive import drive_flags
 
 observe = opaque(_observe)
 
@@ -94,6 +95,7 @@ def _tick(model, state, inputs, output, slot) -> int:
     now.health.iterations, now.health.substeps = 0, 0
     no_peaks(now.health)
     forget(now.winch)
+    now.drive.limited, now.drive.ticked, now.drive.rounds = 0.0, 0.0, 0
     begun, commanded, blending = now.time.now, (now.winch.commanded, now.winch.command_rate), False
     chosen = model.line.settings[0].step_tension > 0.0
     if not chosen:
@@ -122,7 +124,7 @@ def _tick(model, state, inputs, output, slot) -> int:
     fade(model.line, state, h, now.time.ticks)
     if model.line.strum.sections.shape[0] > 0:
         strum(model, state, h, now.time.ticks)
-    flags |= winch_flags(now.winch, h)
+    flags |= winch_flags(now.winch, h) | drive_flags(now.drive, now.winch)
     if now.setpoint.limited != 0:
         flags |= SETPOINT_LIMITED
     if not blending:

@@ -40,6 +40,8 @@ class Flag(IntFlag):
         262144,
         "the time steps damped ringing of more than 0.05 of the working tension away: peaks are low",
     )
+    MOTOR_LIMITED = 524288, "the motor gave all that its curve and power allow for half of the tick or more"
+    BRAKE_SLIPPED = 1048576, "cable slipped through the set brake"
 
 
 # the same as plain numbers, each by its own name: kernels know no enums
@@ -62,6 +64,8 @@ COMMAND_LIMITED = int(Flag.COMMAND_LIMITED)
 LOW_FLOW = int(Flag.LOW_FLOW)
 WINCH_SATURATED = int(Flag.WINCH_SATURATED)
 RINGING_DAMPED = int(Flag.RINGING_DAMPED)
+MOTOR_LIMITED = int(Flag.MOTOR_LIMITED)
+BRAKE_SLIPPED = int(Flag.BRAKE_SLIPPED)
 
 
 class Source(IntFlag):
@@ -131,6 +135,33 @@ FIELDS = (
     ("drum_angle", (), "f8", "rad", "drum angle, positive hauling in"),
     ("drum_rate", (), "f8", "rad/s", "drum speed, positive hauling in"),
     ("drum_torque", (), "f8", "N m", "torque of the cable on the drum, positive turning it out"),
+    (
+        "winch_mode",
+        (),
+        "i8",
+        "1",
+        "mode of the winch in force, in the order of drive.mode: 0 follow to 4 emergency_stop",
+    ),
+    (
+        "motor_pull",
+        (),
+        "f8",
+        "N",
+        "pull of the motor at the drum, positive hauling in; 0 where drive.model is not motor",
+    ),
+    ("motor_power", (), "f8", "W", "power of the motor on the drum, positive hauling in"),
+    ("motor_limited", (), "f8", "1", "share of the tick in which the motor gave all it can"),
+    ("brake_pull", (), "f8", "N", "pull of brake and dry friction at the drum, positive against paying out"),
+    ("brake_set", (), "f8", "1", "brake, 0 open to 1 set"),
+    ("brake_slip", (), "f8", "m", "cable slipped through the brake since the start, either way"),
+    ("brake_heat", (), "f8", "J", "heat of the brake since the start"),
+    (
+        "drive_rounds",
+        (),
+        "i8",
+        "1",
+        "times that cable and drum were solved in the tick; 0 where the drum is driven exactly",
+    ),
     ("tension_drum_tick_max", (), "f8", "N", "largest tension at the drum in any time step of the tick"),
     ("winch_power_tick_min", (), "f8", "W", "least power of the winch on the cable in any time step of the tick"),
     (

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from .ancf import EA
 from .contact_detection import detect_contact
+from .contact_output import pull_of
 from .contact_surface import DRUM, ON_SHIP
 from .energy import beads_fed
 from .heave_compensation import mean_track, set_point
 from .instruments import end_strain
-from .integrate import coefficients, settle
-from .jit import NO, driver, link, opaque
+from .integrate import advance, coefficients, conclude, settle, solve_step
+from .jit import NO, driver, inline, link, opaque
 from .mean_flow import take_up
 from .mesh_motion import flow_of, lay_mesh
 from .ship import evaluate, hull_point, rotate, spin
@@ -20,9 +22,11 @@ from .vec import at3, axpy
 from .viv_amplification import aim, approach
 from .winch import WOUND, drum_point, drum_turning, servo, wind
 from .winch_command import between
+from .winch_drive import BALANCED, BRAKE, MEETINGS, MOTOR, RATE_LOOP, SERVO, balance, begin_turn, follow_rate
 from .workspace import FED
 
 NOT_MOVING = (0.0, 0.0, 0.0)
+NO_WAY = 1e-13  # m, over which no stiffness is taken
 AT_ONCE, CONSISTENT, ROUNDS = 1e3, 1e-5, 40  # of a static start: change of a drag factor, that is none; rounds to it
 
 
@@ -109,11 +113,103 @@ def impose(model, state, inputs, t, h, command_rate):
     length, rate = set_point(now.setpoint, now.sheave, departure, h)
     length += now.winch.commanded
     rate += command_rate
-    servo(h, settings.drum, now.winch, (now.setpoint.length, now.setpoint.rate), (length, rate))
-    now.setpoint.length, now.setpoint.rate = length, rate
+    turn(model, state, h, length, rate)
     flow_of(h, coefficients(h, model.line.settings[0].rho_inf), state.memory[STEP].winch, now.winch)
     hold_end(model, state)
     return blending
+
+
+@inline
+def late(model, state, length, rate):
+    """The set-point as it comes to the drive: that of drive.dead_time ago, on the line between two ticks."""
+    now, rows = state.memory[NOW], state.delayed.shape[0]
+    if rows == 0:
+        return length, rate
+    tick, settings = now.time.ticks, model.settings[0]
+    newest = state.delayed[(tick + 1) % rows]  # of the end of this tick, written again by each of its steps
+    newest[0], newest[1] = length, rate
+    part = state.plan[0].done + state.plan[0].fraction
+    back = (settings.drive.dead_time * 1e9 / settings.tick_ns) + 1.0 - part  # ticks from the end of this one
+    whole = int(back)
+    s = back - whole
+    one = state.delayed[(tick + 1 - min(whole, tick + 1)) % rows]  # before the first tick: as at the start
+    two = state.delayed[(tick + 1 - min(whole + 1, tick + 1)) % rows]
+    return (1.0 - s) * one[0] + s * two[0], (1.0 - s) * one[1] + s * two[1]
+
+
+@driver
+def turn(model, state, h, length, rate):
+    """Drum at the end of a step of h [s] towards a set-point (length [m], rate [m/s]), by the model of its drive."""
+    now, settings = state.memory[NOW], model.settings[0]
+    drive, driving = settings.drive, now.drive
+    given, given_rate = late(model, state, length, rate)
+    if drive.model == SERVO:
+        begin = (now.setpoint.length, now.setpoint.rate)
+        if state.delayed.shape[0] > 0:
+            begin = (driving.given, driving.given_rate)
+        servo(h, settings.drum, now.winch, begin, (given, given_rate))
+    elif drive.model == RATE_LOOP:
+        follow_rate(h, settings.drum, drive, now.winch, driving, given, given_rate)
+    else:
+        old, before = state.memory[STEP].winch, state.memory[STEP].drive
+        if before.begun == 0:
+            begin_drive(model, state, before)
+        begin_turn(h, settings.drum, drive, old, before, driving, now.winch, given, given_rate)
+        driving.begun, driving.stiffness = 1, before.stiffness
+        trend = (before.tension - before.tension_before) * (h / before.step if before.step > 0.0 else 0.0)
+        at = old.length + h * (old.rate + 0.5 * h * old.accel)
+        alpha = coefficients(h, model.line.settings[0].rho_inf)
+        balance(h, alpha, settings.drum, drive, old, before, now.winch, driving, at, before.tension + trend)
+    now.setpoint.length, now.setpoint.rate = length, rate
+    driving.given, driving.given_rate = given, given_rate
+
+
+@driver
+def begin_drive(model, state, before):
+    """A drive at rest: its motor holds the cable, or its brake where that is to be set."""
+    drum, drive = model.settings[0].drum, model.settings[0].drive
+    before.tension = pull_of(drum, state) / drum.radius
+    before.tension_before, before.integral = before.tension, before.tension
+    before.stiffness = model.line.elements[0, EA, 0] / max(drum.payout_0 + drum.max_length - drum.min_length, 1.0)
+    before.brake = 1.0 if drive.mode >= BRAKE else 0.0
+    before.begun = 1
+
+
+@driver
+def solve_driven(model, state, h):
+    """Solve cable and drum together, see winch_drive.py. Returns the corrections, negative where they do not meet."""
+    now, line, drum, drive = state.memory[NOW], model.line, model.settings[0].drum, model.settings[0].drive
+    winch, driving, total = now.winch, now.drive, 0
+    allowed = BALANCED * line.settings[0].tolerance
+    alpha = coefficients(h, line.settings[0].rho_inf)
+    last_length, last_tension = winch.length, 0.0
+    for i in range(MEETINGS):
+        used = solve_step(line, state, h)
+        if used < 0:
+            return used
+        total += used
+        driving.rounds += 1
+        tension = pull_of(drum, state) / drum.radius
+        if i > 0 and abs(winch.length - last_length) > NO_WAY:
+            secant = (last_tension - tension) / (winch.length - last_length)
+            if secant > 0.0:
+                driving.stiffness = secant
+        if np.isnan(driving.expected) or abs(tension - driving.expected) <= allowed:
+            driving.tension_before, driving.tension = state.memory[STEP].drive.tension, tension
+            conclude(line, state, h)
+            driving.ticked += h
+            driving.limited += h if driving.spent != 0 else 0.0
+            slip = abs(winch.rate) * h * driving.brake
+            driving.slipped += slip
+            driving.heat += slip * drive.brake_pull * drive.brake_slip
+            winch.fastest, winch.hardest = max(winch.fastest, abs(winch.rate)), max(winch.hardest, abs(winch.accel))
+            return total
+        last_length, last_tension = winch.length, tension
+        old, before = state.memory[STEP].winch, state.memory[STEP].drive
+        balance(h, alpha, drum, drive, old, before, winch, driving, last_length, tension)
+        flow_of(h, alpha, old, winch)
+        hold_end(model, state)
+    return -1
 
 
 @driver
@@ -135,7 +231,9 @@ def end_step(model, state, h):
     """Solve the step of h [s] that was imposed, and wind what ran off or onto the drum. False: no halving left."""
     if model.line.settings[0].amplified != 0:
         take_up(model.line, state, h)
-    if not finish(model.line, state, h):
+    driven = model.settings[0].drive.model == MOTOR
+    used = solve_driven(model, state, h) if driven else advance(model.line, state, h)
+    if not finish(model.line, state, h, used):
         return False
     if state.plan[0].taken != 0:
         now = state.memory[NOW]

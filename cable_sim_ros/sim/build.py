@@ -50,6 +50,7 @@ from ..physics.towbody import BODY, Towbody, body_record
 from ..physics.wake_oscillator import WAKE_SECTION
 from ..physics.water import Water
 from ..physics.winch import DRUM
+from ..physics.winch_drive import DRIVE, MODELS, MODES
 from .layout import Layout
 from .mesh.mesh_kinds import FeedMesh
 from .scene import Scene
@@ -187,6 +188,29 @@ def drum_record(layout: Layout, mesh: FeedMesh | None) -> np.ndarray:
     return row
 
 
+def drive_record(scene: Scene) -> np.ndarray:
+    """Drive as numbers. Gains of a motor: poles of the rate loop at drive.bandwidth and damping, on its own inertia."""
+    d, row = scene.drive, np.zeros((), DRIVE)
+    for key in set(DRIVE.names or ()) & set(type(d).model_fields) - {"curve_speed", "curve_pull"}:
+        if isinstance(getattr(d, key), float):
+            row[key] = getattr(d, key)
+    row["model"], row["mode"] = MODELS.index(d.model), MODES.index(d.mode)
+    row["length_gain"] = 0.25 * d.bandwidth if d.length_gain is None else d.length_gain
+    row["max_power"] = np.inf if d.max_power is None else d.max_power
+    row["mass"] = d.inertia / scene.winch.drum_radius**2
+    row["gain_p"] = 2.0 * d.damping * d.bandwidth * row["mass"]
+    row["gain_i"] = d.bandwidth**2 * row["mass"]
+    row["points"] = len(d.curve_speed)
+    row["curve_speed"][: len(d.curve_speed)] = d.curve_speed
+    row["curve_pull"][: len(d.curve_pull)] = d.curve_pull
+    return row
+
+
+def delayed_rows(scene: Scene) -> int:
+    """Rows of State.delayed: the ticks of drive.dead_time and two more; none without it."""
+    return int(scene.drive.dead_time / scene.solver.tick) + 3 if scene.drive.dead_time > 0.0 else 0
+
+
 def hauled_in(scene: Scene, mesh: FeedMesh) -> float:
     """Pay-out [m] at which hauling in ends: the towbody or a body on the line is next to the mesh at the sheave."""
     ends, last = section_ends(scene.cable), mesh.aboard[-1]
@@ -291,6 +315,7 @@ def build_model(layout: Layout, mesh: FeedMesh | None = None) -> Model:
     settings["bending_length"] = sqrt(extreme(scene.cable, "bending_stiffness", max)[1] / tension)
     settings["ship"] = (ship.stale_after, ship.stale_decay, ship.start_blend, ship.source_blend)
     settings["drum"] = drum_record(layout, mesh)
+    settings["drive"] = drive_record(scene)
     if mesh is None:
         elements = element_table(scene.cable, scene.water, scene.gravity, (False, light_end(scene, None)))
     else:  # filled for the pay-out, see mesh_motion.py
@@ -322,7 +347,7 @@ def build_state(layout: Layout, mesh: FeedMesh | None = None) -> State:
     scene, mesh = layout.scene, layout.mesh if mesh is None else mesh
     arc = layout.arc if mesh is None else np.zeros(mesh.nodes)
     sea, links = sea_of(scene.water, scene.gravity, scene.seabed.depth), scene.cable.model is CableModel.SEGMENTS
-    return make_state(arc, surfaces_of(scene), sea, links)
+    return make_state(arc, surfaces_of(scene), sea, links, delayed_rows(scene))
 
 
 def make_output(model: Model, nodes: int, rows: int) -> Output:

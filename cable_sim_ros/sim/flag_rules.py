@@ -237,6 +237,26 @@ RULES = (
         "the flag has its own share of the working tension; without it as soon as the deviation misses 2 %",
         alarm=True,
     ),
+    Rule(
+        "MOTOR_LIMITED",
+        OK,
+        0.0,
+        0.0,
+        (),
+        "the motor gave all that its curve and power allow",
+        "what the drum does then is what such a motor does",
+        alarm=True,
+    ),
+    Rule(
+        "BRAKE_SLIPPED",
+        OK,
+        0.0,
+        0.0,
+        (),
+        "cable slipped through the set brake",
+        "a brake slips above what it holds; how far stands in brake_slip",
+        alarm=True,
+    ),
 )
 # causes that are no flags: name, state, figures, what is looked at
 CHECKS = (

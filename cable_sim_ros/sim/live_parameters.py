@@ -13,6 +13,8 @@ import numpy as np
 
 from ..physics.contact_surface import SHEAVE_ROW, sheave_friction
 from ..physics.state import NOW
+from ..physics.winch_drive import MODES, WinchMode
+from .checks.drive_checks import mode_problems
 from .scene import Scene
 from .simulator import Simulator
 
@@ -39,6 +41,14 @@ def _sheave(sim: Simulator, _: float) -> None:
     sim.state.surfaces["friction"][SHEAVE_ROW] = sheave_friction(sim.scene.sheave)
 
 
+def _drive_mode(sim: Simulator, value: Any) -> None:
+    _write(sim.model.settings, lambda rows: rows["drive"]["mode"].__setitem__(0, MODES.index(WinchMode(value))))
+
+
+def _set_pull(sim: Simulator, value: float) -> None:
+    _write(sim.model.settings, lambda rows: rows["drive"]["set_pull"].__setitem__(0, value))
+
+
 def _write(array: np.ndarray, change: Callable[[np.ndarray], None]) -> None:
     """Change an array that is locked while kernels run."""
     array.setflags(write=True)
@@ -51,6 +61,8 @@ def _write(array: np.ndarray, change: Callable[[np.ndarray], None]) -> None:
 def ways(scene: Scene) -> dict[str, Way]:
     """Live parameters of a scene by dotted name, and what each does to a simulator whose tick is not running."""
     table: dict[str, Way] = {
+        "drive.mode": _drive_mode,
+        "drive.set_pull": _set_pull,
         "setpoint.algorithm": lambda sim, value: sim.set_algorithm(value),
         "setpoint.washout_period": _washout_period,
         "sheave.bearing_friction": _sheave,
@@ -67,10 +79,14 @@ def ways(scene: Scene) -> dict[str, Way]:
 def set_live(sim: Simulator, name: str, value: Any) -> None:
     """Give a live parameter another value, in the scene of the simulator too, so that a start keeps it.
 
-    Call it between two ticks. Raises KeyError for a parameter that is not live, ValueError for one out of its range.
+    Call it between two ticks. Raises KeyError for a parameter that is not live, ValueError for one out of its range or
+    that the drive cannot serve.
     """
     way = ways(sim.scene)[name]
-    sim.scene = changed(sim.scene, name, value)
+    scene = changed(sim.scene, name, value)
+    for problem in mode_problems(scene):
+        raise ValueError(f"{problem.key} {problem.text}; nothing was changed. {problem.remedy}")
+    sim.scene = scene
     way(sim, value)
 
 

@@ -13,6 +13,7 @@ from ..physics.towbody import LineBody, Towbody
 from ..physics.viv_amplification import Viv
 from ..physics.water import Water
 from ..physics.winch import Winch
+from ..physics.winch_drive import Drive
 from .mesh_blocks import Accuracy, Mesh
 
 
@@ -26,6 +27,7 @@ class Scene(Block):
     cable: Cable = quantity(REQUIRED, "", None, None, "cable")
     viv: Viv = quantity(Viv(), "", None, None, "strumming of the cable, and the drag factor computed from it")
     winch: Winch = quantity(REQUIRED, "", None, None, "winch")
+    drive: Drive = quantity(Drive(), "", None, None, "drive of the winch: what turns its drum")
     setpoint: Setpoint = quantity(Setpoint(), "", None, None, "set-point of the winch")
     sheave: Sheave = quantity(REQUIRED, "", None, None, "sheave")
     seabed: Seabed = quantity(Seabed(), "", None, None, "seabed under the tow")

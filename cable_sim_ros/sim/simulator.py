@@ -130,6 +130,7 @@ class Simulator:
         """Nothing has happened yet; returns the present memory."""
         self.state.memory[:] = np.zeros((), MEMORY)
         self.state.nodes[:, :ARC] = 0.0
+        self.state.delayed[:] = 0.0
         self.state.tension[:], self.state.reaction[:] = 0.0, 0.0
         return self.state.now
 
@@ -214,6 +215,7 @@ class Simulator:
         """Everything that changes, as copies; restore() takes it back."""
         saved = {"memory": self.state.memory[NOW].copy(), "nodes": self.state.nodes[NOW].copy()}
         saved.update({f"step_{n}": getattr(self.state, n)[STEP].copy() for n in ("memory", "nodes")})
+        saved["delayed"] = self.state.delayed.copy()
         saved.update({f"frame_{n}": a[0].copy() for n, a in self.output._asdict().items()})
         saved.update({f"inputs_{n}": a.copy() for n, a in self.inputs._asdict().items()})
         return saved
@@ -223,6 +225,7 @@ class Simulator:
         for name in ("memory", "nodes"):
             getattr(self.state, name)[NOW] = saved[name]
             getattr(self.state, name)[STEP] = saved[f"step_{name}"]
+        self.state.delayed[...] = saved["delayed"]
         for name, array in self.output._asdict().items():
             array[0] = saved[f"frame_{name}"]
         for name, array in self.inputs._asdict().items():

@@ -29,6 +29,7 @@ from .consistency_checks import (
     wrap_problems,
     wrap_warnings,
 )
+from .drive_checks import drive_problems, drive_warnings, holding_problems
 from .friction_checks import friction_problems, friction_warnings
 from .link_checks import form_problems, link_problems, link_warnings
 from .mesh_motion_checks import drum_problems, mesh_problems, wave_warnings
@@ -144,9 +145,9 @@ def problems(scene: Scene) -> list[Problem]:
             )
         )
     found += seabed_problems(scene) + seat_problems(scene, layout.leaves) + body_problems(scene, layout.leaves)
-    found += astern_problems(scene) + friction_problems(scene)
-    if not found and not feeds:
-        found += wrap_problems(layout)
+    found += astern_problems(scene) + friction_problems(scene) + drive_problems(scene)
+    if not found:
+        found += holding_problems(layout) if feeds else wrap_problems(layout)
     pull, (key, stiffness) = downforce(layout), extreme(scene.cable, "axial_stiffness")
     if pull > MAX_STRAIN * stiffness:
         found.append(
@@ -263,7 +264,7 @@ def warnings(scene: Scene) -> list[Problem]:
     found += setpoint_warnings(scene, speed) + damping_warnings(scene.cable) + swing_warnings(scene, speed)
     found += body_warnings(scene, speed)
     found += amplified_warnings(scene.cable) + strum_warnings(layout) + drag_warnings(scene, speed)
-    found += part_warnings(scene) + friction_warnings(scene)
+    found += part_warnings(scene) + friction_warnings(scene) + drive_warnings(scene)
     for key, name, below in (("sheave", "sheave", radius), ("winch", "drum", scene.winch.drum_radius)):
         height = getattr(scene, key).position[2] + scene.ship.reference_height - below
         if height < 0:

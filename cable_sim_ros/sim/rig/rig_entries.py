@@ -8,7 +8,7 @@ import numpy as np
 
 from ...physics.block_tridiagonal import solve
 from ...physics.contact_detection import detect_contact
-from ...physics.integrate import settle
+from ...physics.integrate import advance, settle
 from ...physics.jit import NO, YES, driver
 from ...physics.line import residual
 from ...physics.state import AT_REST, NOW, A, Change, Q, V, X
@@ -92,7 +92,7 @@ def take(line, state, moved, i, length):
     h = begin(line, state, length)
     move(state, moved, i, length)
     before = state.plan[0].done
-    if not finish(line, state, h):
+    if not finish(line, state, h, advance(line, state, h)):
         return -1.0
     return h if state.plan[0].done > before else 0.0
 

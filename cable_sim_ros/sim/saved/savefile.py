@@ -55,7 +55,7 @@ LAYOUT = hashlib.sha256(
 ).hexdigest()[:12]
 RINGS = tuple(f"inputs_{name}" for name in Inputs._fields)
 ARRAYS = (  # of a snapshot
-    *("memory", "nodes", "step_memory", "step_nodes"),
+    *("memory", "nodes", "step_memory", "step_nodes", "delayed"),
     *(f"frame_{name}" for name in Output._fields),
     *RINGS,
 )

@@ -1,0 +1,137 @@
+"""Checks of the drive: a motor that cannot hold the cable, modes without a motor, numbers that act on nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ...physics.winch import DrumModel
+from ...physics.winch_drive import POINTS, DriveModel, WinchMode
+from ..layout import Layout
+from ..problem import Problem, apart
+from ..scene import Scene
+
+OF_MOTOR = ("inertia", "curve_speed", "curve_pull", "max_power", "viscous_friction", "dry_friction", "brake_pull")
+PULLS = (WinchMode.TENSION, WinchMode.RENDER)
+BRAKES = (WinchMode.BRAKE, WinchMode.EMERGENCY_STOP)
+
+
+def mode_problems(scene: Scene) -> Iterator[Problem]:
+    """A mode that the drive cannot serve: what is asked of one that is given while it runs, too."""
+    drive = scene.drive
+    if drive.mode is not WinchMode.FOLLOW and drive.model is not DriveModel.MOTOR:
+        yield Problem(
+            "drive.mode",
+            f"= {drive.mode.value} needs a motor and a brake, but drive.model = {drive.model.value} has none",
+            "Give drive.model: motor with inertia, curve and brake, or drive.mode: follow",
+        )
+    elif drive.mode in PULLS and drive.set_pull <= 0.0:
+        yield Problem(
+            "drive.set_pull",
+            f"= 0 N, but drive.mode = {drive.mode.value} pulls with it: the cable would run off the drum",
+            "Give the pull at the drum that is to be kept, in N",
+        )
+    elif drive.mode in BRAKES and drive.brake_pull <= 0.0:
+        yield Problem(
+            "drive.brake_pull",
+            f"= 0 N, but drive.mode = {drive.mode.value} hands the cable to the brake: it would run off the drum",
+            "Give the pull at the drum that the set brake holds, in N",
+        )
+
+
+def drive_problems(scene: Scene) -> list[Problem]:
+    """What makes a drive senseless."""
+    drive, found = scene.drive, list(mode_problems(scene))
+    if drive.dead_time >= scene.winch.command_timeout:
+        found.append(
+            Problem(
+                "drive.dead_time",
+                f"= {drive.dead_time:g} s is not below winch.command_timeout = {scene.winch.command_timeout:g} s: "
+                "a stream of commands would be stale before it moves the drum",
+                "Make it shorter, or the time-out longer",
+            )
+        )
+    if drive.model is not DriveModel.MOTOR:
+        return found
+    if drive.inertia <= 0.0:
+        found.append(
+            Problem(
+                "drive.inertia",
+                f"= {drive.inertia:g} kg m^2, but drive.model = motor turns it",
+                "Give the inertia of motor (times the ratio of its gear squared), drum and wound cable about the drum",
+            )
+        )
+    speeds, pulls = drive.curve_speed, drive.curve_pull
+    rising = all(a < b for a, b in zip(speeds, speeds[1:], strict=False))
+    if not 2 <= len(speeds) <= POINTS or len(pulls) != len(speeds) or not rising or speeds[0] != 0.0:
+        found.append(
+            Problem(
+                "drive.curve_speed",
+                f"has {len(speeds)} speeds and drive.curve_pull {len(pulls)} pulls, expected 2 to {POINTS} of each, "
+                "speeds rising from 0 m/s",
+                "Give the line pull of the motor at these line speeds, as on its data sheet",
+            )
+        )
+    elif speeds[-1] < scene.winch.max_rate:
+        found.append(
+            Problem(
+                "drive.curve_speed",
+                f"ends at {speeds[-1]:g} m/s, below winch.max_rate = {scene.winch.max_rate:g} m/s, where the motor has "
+                "no pull left: the cable would run off the drum",
+                f"Carry the curve to {scene.winch.max_rate:g} m/s or more, or make winch.max_rate smaller",
+            )
+        )
+    if scene.winch.drum is DrumModel.CONTACT:
+        found.append(
+            Problem(
+                "drive.model",
+                "= motor turns a drum that feeds; with winch.drum = contact the cable's end is led on its path",
+                "Give winch.drum: feed",
+            )
+        )
+    return found
+
+
+def holding_problems(layout: Layout) -> list[Problem]:
+    """A motor or a brake that cannot hold the tow at its start."""
+    scene = layout.scene
+    drive = scene.drive
+    if drive.model is not DriveModel.MOTOR or drive_problems(scene):
+        return []
+    pull, found = float(layout.shape().tension.max()), []  # without the weight between sheave and drum
+    most = drive.curve_pull[0]
+    if most <= pull and drive.mode not in BRAKES:
+        found.append(
+            Problem(
+                "drive.curve_pull",
+                "begins with {} N, not above the {} N with which the tow pulls at its start: the motor cannot hold "
+                "it".format(*apart(most, pull)),
+                "Give a stronger motor, or a lighter or slower tow",
+            )
+        )
+    if 0.0 < drive.brake_pull <= pull:
+        found.append(
+            Problem(
+                "drive.brake_pull",
+                "= {} N is not above the {} N with which the tow pulls at its start: the brake cannot hold it".format(
+                    *apart(drive.brake_pull, pull)
+                ),
+                "Give a stronger brake, or a lighter or slower tow",
+            )
+        )
+    return found
+
+
+def drive_warnings(scene: Scene) -> list[Problem]:
+    """Numbers of a motor that is not there."""
+    drive = scene.drive
+    if drive.model is DriveModel.MOTOR:
+        return []
+    given = [key for key in OF_MOTOR if getattr(drive, key) != type(drive).model_fields[key].default]
+    return [
+        Problem(
+            f"drive.{key}",
+            f"has no effect: drive.model = {drive.model.value} has no motor",
+            "Leave it out, or give drive.model: motor",
+        )
+        for key in given
+    ]
