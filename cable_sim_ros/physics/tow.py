@@ -201,7 +201,7 @@ def solve_driven(model, state, h):
             driving.limited += h if driving.spent != 0 else 0.0
             slip = abs(winch.rate) * h * driving.brake
             driving.slipped += slip
-            driving.heat += slip * drive.brake_pull * drive.brake_slip
+            driving.heat += slip * driving.gear * drive.brake_pull * drive.brake_slip
             winch.fastest, winch.hardest = max(winch.fastest, abs(winch.rate)), max(winch.hardest, abs(winch.accel))
             return total
         last_length, last_tension = winch.length, tension

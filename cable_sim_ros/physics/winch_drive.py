@@ -21,10 +21,11 @@ from enum import Enum
 
 import numpy as np
 
+from .drum_layers import radius_of
 from .jit import driver, inline
 from .parameter import Block, quantity
 from .tick_output import BRAKE_SLIPPED, MOTOR_LIMITED
-from .winch import ACCELERATION, RATE, TRAVEL, clip, fastest
+from .winch import ACCELERATION, RATE, TRAVEL, clip, fastest, wound_on
 
 POINTS = 8  # of the curve of the motor
 BALANCED = 1e3  # tolerances of the cable's balance (solver.tolerance), that (1) may be out of balance by: 1e-4
@@ -117,7 +118,8 @@ DRIVE = np.dtype(  # what the scene fixes
         ("bandwidth", "f8"),
         ("damping", "f8"),
         ("length_gain", "f8"),
-        ("mass", "f8"),  # kg, inertia over the radius squared
+        ("mass", "f8"),  # kg, inertia over the radius of the first layer squared
+        ("cable", "f8"),  # kg/m, what is wound
         ("gain_p", "f8"),  # N s/m, N/m
         ("gain_i", "f8"),
         ("points", "i8"),
@@ -152,6 +154,8 @@ DRIVING = np.dtype(  # what changes
         ("tension_before", "f8"),
         ("stiffness", "f8"),  # N/m, by which the tension falls as cable is paid out in a step
         ("expected", "f8"),  # N, tension that the pay-out of now was computed with
+        ("gear", "f8"),  # radius of the first layer over that of the layer that runs off
+        ("mass", "f8"),  # kg, of drum and wound cable at that radius
         ("limited", "f8"),  # s of the tick in which the motor gave all it could, and those of the tick
         ("ticked", "f8"),
         ("spent", "i8"),  # 1: the motor gives all it can
@@ -162,16 +166,19 @@ DRIVING = np.dtype(  # what changes
 
 
 @inline
-def largest_pull(drive, speed):
-    """What the motor can pull [N] at a speed of the cable [m/s], either way: its curve and its power."""
-    v, n = abs(speed), drive.points
+def largest_pull(drive, gear, speed):
+    """What the motor can pull [N] at a speed of the cable [m/s], either way: its curve and its power.
+
+    gear: radius of the first layer, for which the curve is given, over that of the layer that runs off.
+    """
+    v, n = abs(speed) * gear, drive.points
     pull = 0.0
     for i in range(1, n):
         v0, v1 = drive.curve_speed[i - 1], drive.curve_speed[i]
         if v0 <= v <= v1:
             f0, f1 = drive.curve_pull[i - 1], drive.curve_pull[i]
             pull = f0 + (f1 - f0) * (v - v0) / (v1 - v0)
-    return min(pull, drive.max_power / v) if v * pull > drive.max_power else pull
+    return gear * (drive.max_power / v if v * pull > drive.max_power else pull)
 
 
 @inline
@@ -260,6 +267,12 @@ def begin_turn(h, drum, drive, old, before, driving, winch, length, rate):
     time = drive.brake_set_time if aim > 0.0 else drive.brake_lift_time
     driving.brake = clip(before.brake + (h / time if aim > 0.0 else -h / time), 0.0, 1.0)
     driving.mode = mode
+    wound = wound_on(drum, old)
+    driving.gear, driving.mass = 1.0, drive.mass
+    if drum.lay_turns > 0.0:
+        r = radius_of(drum, wound)
+        driving.gear = drum.radius / r
+        driving.mass = drive.mass * driving.gear**2 + drive.cable * wound * 0.5 * (1.0 + driving.gear**2)
     winch.target, winch.target_rate = length, driving.reference
 
 
@@ -279,12 +292,12 @@ def balance(h, alpha, drum, drive, old, before, winch, driving, at, tension):
     lb, vb = h * h * beta * per, h * gamma * per
     la = old.length + h * old.rate + h * h * ((0.5 - beta) * x0 + beta * lag)
     va = old.rate + h * ((1.0 - gamma) * x0 + gamma * lag)
-    k = driving.stiffness
+    k, gear, mass = driving.stiffness, driving.gear, driving.mass
     # of v: M a - T + d v
-    slope = drive.mass / vb + k * lb / vb + drive.viscous_friction
-    rest = -drive.mass * va / vb + k * (la - lb / vb * va - at) - tension
+    slope = mass / vb + k * lb / vb + drive.viscous_friction * gear * gear
+    rest = -mass * va / vb + k * (la - lb / vb * va - at) - tension
     # the motor, p v + q within low and high
-    most = largest_pull(drive, old.rate + h * a0)
+    most = largest_pull(drive, gear, old.rate + h * a0)
     low, high = -most, most
     p, error = drive.gain_p + 0.5 * h * drive.gain_i, old.rate - before.reference
     q = before.integral + 0.5 * h * drive.gain_i * error - p * driving.reference
@@ -303,8 +316,8 @@ def balance(h, alpha, drum, drive, old, before, winch, driving, at, tension):
         low, high = 0.0, 0.0
     elif mode == BRAKE:
         p, q = p * (1.0 - driving.brake), q * (1.0 - driving.brake)
-    bears = drive.dry_friction + driving.brake * drive.brake_pull
-    slips = drive.dry_friction + driving.brake * drive.brake_pull * drive.brake_slip
+    bears = gear * (drive.dry_friction + driving.brake * drive.brake_pull)
+    slips = gear * (drive.dry_friction + driving.brake * drive.brake_pull * drive.brake_slip)
     v, held, at_rest = 0.0, 0.0, False
     still = rest + clip(q, low, high)  # what friction has to hold at no speed
     way = 1.0 if old.rate > STOPPED else -1.0 if old.rate < -STOPPED else -1.0 if still > 0.0 else 1.0

@@ -17,7 +17,7 @@ from cable_sim_ros.sim.live_parameters import set_live
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 
 TOW = load_scene("full_scale")
-RADIUS = TOW.winch.drum_radius
+RADIUS = TOW.winch.drum_radius + 0.5 * TOW.cable.diameter
 MASS = 500.0  # kg at the cable
 MOTOR = {
     "drive.model": "motor",

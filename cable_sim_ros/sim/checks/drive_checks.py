@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import cast
 
+import numpy as np
+
+from ...physics.drum_layers import radius_of
 from ...physics.winch import DrumModel
 from ...physics.winch_drive import POINTS, DriveModel, WinchMode
+from ..build import drum_record
 from ..layout import Layout
 from ..problem import Problem, apart
 from ..scene import Scene
@@ -89,6 +94,33 @@ def drive_problems(scene: Scene) -> list[Problem]:
             )
         )
     return found
+
+
+def layer_problems(layout: Layout) -> list[Problem]:
+    """Layers that cannot be wound."""
+    scene = layout.scene
+    winch, drum = scene.winch, cast(np.record, drum_record(layout, None).view(np.recarray)[()])
+    if winch.lay_width == 0.0:
+        return []
+    if winch.drum is DrumModel.CONTACT:
+        text = f"= {winch.lay_width:g} m winds layers, but with winch.drum = contact the drum is one cylinder"
+        return [Problem("winch.lay_width", text, "Leave it out, or give winch.drum: feed")]
+    if drum.lay_turns < 1.0:
+        text = f"= {winch.lay_width:g} m is less than one turn of {drum.lay_pitch:.3g} m (winch.lay_pitch)"
+        return [Problem("winch.lay_width", text, "Give the width between the flanges")]
+    outside = float(radius_of(drum, layout.route.wound)) + 0.5 * scene.cable.diameter
+    if winch.flange_radius is None or outside <= winch.flange_radius:
+        return []
+    return [
+        Problem(
+            "winch.flange_radius",
+            "= {} m is less than {} m, the outer radius of {:.4g} m of cable in layers of winch.lay_width = {:g} m: "
+            "the drum has no room for it".format(
+                *apart(winch.flange_radius, outside), layout.route.wound, winch.lay_width
+            ),
+            "Wind less cable (winch.cable_on_drum), or give a wider drum",
+        )
+    ]
 
 
 def holding_problems(layout: Layout) -> list[Problem]:
