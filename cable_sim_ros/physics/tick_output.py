@@ -41,7 +41,7 @@ class Flag(IntFlag):
         "the time steps damped ringing of more than 0.05 of the working tension away: peaks are low",
     )
     MOTOR_LIMITED = 524288, "the motor gave all that its curve and power allow for half of the tick or more"
-    BRAKE_SLIPPED = 1048576, "cable slipped through the set brake"
+    BRAKE_SLIPPED = 1048576, "the drum turned against its brake"
 
 
 # the same as plain numbers, each by its own name: kernels know no enums

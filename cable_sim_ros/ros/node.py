@@ -24,7 +24,7 @@ from ..io.messages.messages import CAUSES, KINDS, Event, stamp_of
 from ..io.recordings.recording_place import name_problem, state_problem
 from ..sim.checks.friction_checks import slow
 from ..sim.flag_rules import FAILED
-from ..sim.live_parameters import changed, ways
+from ..sim.live_parameters import changed, unfit, ways
 from . import discovery
 from .arrival import Arrivals, StampArrivals
 from .declare_parameters import declare, overrides_of
@@ -250,7 +250,11 @@ class CableSimNode(LifecycleNode):
     # ---- parameters
 
     def _may_set(self, parameters) -> SetParametersResult:
-        rows = {row.name: row for row in self.settings.rows}
+        rows, live, scene = (
+            {row.name: row for row in self.settings.rows},
+            ways(self.settings.scene),
+            self.settings.scene,
+        )
         for parameter in parameters:  # of live ones: rclpy refuses the others, which it was told are read-only
             if parameter.name == "recording.path" and (text := name_problem(parameter.name, parameter.value)):
                 return SetParametersResult(successful=False, reason=text)
@@ -264,7 +268,10 @@ class CableSimNode(LifecycleNode):
                 except ParameterError as error:
                     reason = str(error).replace("nothing was started", "nothing was changed")
                     return SetParametersResult(successful=False, reason=reason)
-        return SetParametersResult(successful=True)
+            if parameter.name in live:
+                scene = changed(scene, parameter.name, parameter.value)
+        text = unfit(scene)
+        return SetParametersResult(successful=not text, reason=text)
 
     def _was_set(self, parameters) -> None:
         live = ways(self.settings.scene)

@@ -26,7 +26,7 @@ from ..io.recordings.journal import STATIC, Journal, Start
 from ..physics.inputs import MOTION_ROWS, SOURCE
 from ..physics.tick_output import Source
 from ..sim.build import make_output
-from ..sim.live_parameters import changed, set_live
+from ..sim.live_parameters import changed, put_live
 from ..sim.rebase import carried_over
 from ..sim.simulator import Simulator, StartError
 from ..sim.tables.current import turned_current
@@ -297,7 +297,7 @@ class Session(Timing, Saving):
         if self.sim is None:
             return  # the simulator is made from the scene
         with self.between_ticks():
-            set_live(self.sim, name, value)
+            put_live(self.sim, name, value)
             if self.journal is not None and self.state == "running":
                 self.journal.set(self.built_loop.count, name, value)
 

@@ -40,6 +40,7 @@ from .stepping import Progress, Stepped, silent
 from .summary import summarize
 from .transient import growth, start_up, still_growing
 
+DRIVEN = "drive.mode", "drive.set_pull"  # keys that a run that goes on may have otherwise
 AFTER_PLAN = 60.0  # s of a run after the last item of a winch plan, without a bag, where no duration is given
 NO_JOURNAL = (
     "the bag has no journal of what the run took and when: it was recorded by another program or an older version, so "
@@ -179,7 +180,9 @@ def _scene_of(
         scene = override(scene, {"setpoint.algorithm": algorithm})
     scene = stepped(scene, step, every)
     if resumed is not None:
-        same_scene(resumed.path, resumed.scene, scene, but=() if algorithm is None else ("setpoint.algorithm",))
+        same_scene(
+            resumed.path, resumed.scene, scene, but=(*DRIVEN, *(() if algorithm is None else ("setpoint.algorithm",)))
+        )
     return scene
 
 

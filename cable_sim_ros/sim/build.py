@@ -204,9 +204,10 @@ def drive_record(scene: Scene) -> np.ndarray:
     row["max_power"] = np.inf if d.max_power is None else d.max_power
     row["mass"] = d.inertia / (scene.winch.drum_radius + 0.5 * scene.cable.diameter) ** 2
     row["cable"] = extreme(scene.cable, "mass_per_length", max)[1]
-    row["gain_p"] = 2.0 * d.damping * d.bandwidth * row["mass"]
-    row["gain_i"] = d.bandwidth**2 * row["mass"]
-    row["points"] = len(d.curve_speed)
+    mass = row["mass"] if d.controller_mass is None else d.controller_mass
+    row["gain_p"] = 2.0 * d.damping * d.bandwidth * mass
+    row["gain_i"] = d.bandwidth**2 * mass
+    row["points"], row["peak"] = len(d.curve_speed), max(d.curve_pull, default=0.0)
     row["curve_speed"][: len(d.curve_speed)] = d.curve_speed
     row["curve_pull"][: len(d.curve_pull)] = d.curve_pull
     return row
