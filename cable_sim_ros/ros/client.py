@@ -11,6 +11,7 @@ from typing import Any
 
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 
@@ -48,7 +49,12 @@ class Client:
         with variables(environment or {}):
             rclpy.init(args=[], context=self.context, domain_id=domain)
             self.node = rclpy.create_node(
-                name, context=self.context, namespace=NAMESPACE, use_global_arguments=False, enable_rosout=False
+                name,
+                context=self.context,
+                namespace=NAMESPACE,
+                use_global_arguments=False,
+                enable_rosout=False,
+                parameter_overrides=[Parameter("start_type_description_service", value=False)],
             )
         self.received: dict[str, list] = {}  # by topic, the first list of `listen`
         self._subscriptions: list = []
