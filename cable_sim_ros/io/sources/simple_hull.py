@@ -1,8 +1,7 @@
 """Responses of a box-shaped hull in closed form, for a ship whose table is not at hand. docs/sea_motion.md.
 
-Heave and pitch after Jensen, Mansour and Olsen, "Estimation of ship motions using closed-form expressions", Ocean
-Engineering 31 (2004) 61-85, box of length L, beam B, draught T; k wave number, w frequency, W of encounter, a = W/w,
-ke = k |cos b|, b direction of the wave from ahead:
+Heave and pitch after Jensen, Mansour and Olsen (2004), box of length L, beam B, draught T; k wave number, w frequency,
+W of encounter, a = W/w, ke = k |cos b|, b direction of the wave from ahead:
     D = 1 - 2 k T a^2 + i s A^2/(k B a^2),          A = 2 sin(k B a^2/2) e^(-k T a^2),   s: sign of W
     E = e^(-ke T) (1 - k T + i s A^2/(k B |a|^3))
     heave = E/D 2/(ke L) sin(ke L/2)
@@ -92,9 +91,9 @@ class SimpleHull:
         size = "chosen: " + ", ".join(self.chosen) if self.chosen else "nothing chosen"
         given = ", ".join(f"{key} {self.given[key]:g}" for key in KEYS if key in self.given) or "nothing"
         return [
-            f"rao {NAME}: a box, not your ship; given: {given}; {size}. Heave and pitch after Jensen, Mansour and "
-            f"Olsen (2004) about base_link as midships, roll one oscillator, no surge, sway and yaw, deep water. Take "
-            f"a table of the ship (--rao FILE) for figures to rely on"
+            f"rao {NAME}: a box, not your ship; given: {given}; {size}. Heave and pitch after "
+            f"Jensen, Mansour and Olsen (2004) about base_link as midships, roll one oscillator, no surge, sway and "
+            f"yaw, deep water. Take a table of the ship (--rao FILE) for figures to rely on"
         ]
 
     def covers(self, wave: Wave) -> bool:
