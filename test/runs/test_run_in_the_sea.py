@@ -90,6 +90,14 @@ def test_a_saved_run_goes_on_in_its_sea_and_takes_up_no_other(run, scene, rides,
         offline.run(None, rao="simple", duration=2.0, resumed=state)
 
 
+def test_a_check_keeps_the_notes_and_repeats_the_motion(scene, rides):
+    """The finer run has the same motion: mean tensions agree."""
+    result = offline.run(scene, rao=rides, duration=1.0, check=True)
+    first, finer = result.metrics["check"]["tension_mean_n"]
+    assert finer == pytest.approx(first, rel=0.01)
+    assert "no columns of surge" in result.metrics["verdict"]["notes"][0]
+
+
 def test_the_warning_of_an_independent_ship_stays_away(rides, monkeypatch):
     """Where the scene is loaded by the run itself; other warnings stay."""
     keys = {"water.waves.kind": "airy", "water.waves.height": 1.0, "sheave.position": [-16.0, 0.0, 0.7]}
