@@ -140,7 +140,8 @@ class MessageRun(Runner):
                 f"be a tow on its mean track. See the causes in docs/motion.md, or simulate it with --motion none"
             )
         first, x, y, yaw = feeder.ingest.first_pose
-        return Start(first, (x, y), _mean_yaw(tow, yaw, feeder.ingest))
+        heading = _mean_yaw(tow, yaw, feeder.ingest) if tow.heading is None else tow.heading
+        return Start(first, (x, y), heading)
 
     def _ticks(self, start: Start, duration: float | None) -> int:
         if self.tow is None:

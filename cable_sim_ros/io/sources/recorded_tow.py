@@ -57,6 +57,8 @@ class RecordedTow:
     rounded: list[dict[str, object]] = field(default_factory=list)  # columns that were smoothed, for the JSON
     unfit: set[str] = field(default_factory=set)  # kinds of messages that are refused from the beginning
     doubts: list[Reason] = field(default_factory=list)  # what of the motion makes a run under it doubtful
+    heading: float | None = None  # rad, of the mean track, where it is not to be taken from the messages
+    sea_motion: dict[str, object] = field(default_factory=dict)  # of motion by the waves of the scene, for the JSON
 
     @cached_property
     def spans(self) -> list[Span]:
