@@ -254,7 +254,7 @@ RULES = (
         0.0,
         0.0,
         (),
-        "cable slipped through the set brake",
+        "the drum turned against its brake",
         "a brake slips above what it holds; how far stands in brake_slip",
         alarm=True,
     ),
