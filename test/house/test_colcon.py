@@ -20,6 +20,7 @@ PARTS = (
     "cable_sim_ros",
     "config",
     "bags",
+    "launch",
 )
 WHERE = "from cable_sim_ros.io.scenes.resources import *; print(share_folder(), *shipped_scenes(), *shipped_bags())"
 
