@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import sys
 from types import SimpleNamespace
@@ -11,7 +12,7 @@ import standard_package
 from conftest import poll
 
 pytest.importorskip("rclpy")
-from cable_sim_ros.io.bags.typestore import BESIDE
+from cable_sim_ros.io.bags.typestore import BESIDE, type_hash
 from cable_sim_ros.io.messages.messages import COMMANDS, JOINT_COMMAND, KINDS
 from cable_sim_ros.io.sources.bag_motion import read_motion
 from cable_sim_ros.ros import topics
@@ -84,6 +85,8 @@ def test_a_node_takes_both_messages_and_records_both(world, package):
     (bag,) = [found.parent for found in world.folder.rglob("metadata.yaml")]
     kinds = {found for _, found, _ in read_motion(bag)}
     assert kinds == set(KINDS)
+    made = json.loads((package.parent / "td" / PACKAGE / "msg" / f"{NAME}.json").read_text())["type_hashes"]
+    assert {row["type_name"]: row["hash_string"] for row in made}[JOINT_COMMAND] == type_hash(JOINT_COMMAND)
 
 
 def test_where_it_is_not_there_the_log_says_why(monkeypatch):
