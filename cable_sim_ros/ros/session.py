@@ -180,9 +180,10 @@ class Session(Timing, Saving):
             elif self.state == "waiting":
                 self._start()
 
-    def command(self, data: bytes, arrival: int) -> str:
-        """One winch command as CDR bytes; arrival: CLOCK_MONOTONIC, ns. Returns "" or the cause of its refusal."""
-        return self.intake.command(data, arrival)
+    def command(self, data: bytes, arrival: int, kind: str = "command") -> str:
+        """One winch command as CDR bytes; arrival: CLOCK_MONOTONIC, ns; kind: of COMMANDS. Returns "" or the cause of
+        its refusal."""
+        return self.intake.command(data, arrival, kind)
 
     @property
     def ingest(self) -> MotionIngest:

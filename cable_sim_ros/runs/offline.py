@@ -83,7 +83,8 @@ def run(
     that of the file then, and winch None its plan where its motion goes on; markers: rate of ``cable/markers`` in the
     bag [Hz], 0: none; check: run it again finer, see `runs.refinement_check`, not with ``resumed``; settings: other
     values by dotted key, of the scene, or of ``motion.`` and ``heave.`` for how the messages of a bag are taken in;
-    topics: those of a bag by kind (imu, odometry, command) where the search by type and name is not to decide.
+    topics: those of a bag by kind (imu, odometry, command, command_position, command_velocity) where the search by
+    type and name is not to decide.
 
     controller: commands the winch in place of a plan and of the commands of the bag: a callable that takes a copy of
     the row of the last tick (a record of TICK_OUTPUT, SI units; the first is that of the start) and returns a
@@ -131,7 +132,7 @@ def run(
     lasts = duration if duration is None or (heave is None and rao is None) else before + duration
     tow = motion_of(scene, motion, heave, lasts, imu_only, settings, topics, rao)
     if tow is not None and (plan is not None or control is not None):
-        tow.events = [event for event in tow.events if event.kind != "command"]
+        tow.events = [event for event in tow.events if not event.is_command]
     one = MessageRun(scene, tow, progress=progress, winch=plan, control=control)
     driven = one.run(duration, bag, markers, resumed, own_plan)
     before = one.done_before * one.tick * 1e-9
