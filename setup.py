@@ -52,7 +52,7 @@ def shared(*folders):
     for folder in folders:
         for path, _, files in os.walk(folder):
             kept = sorted(os.path.join(path, name) for name in files if not name.startswith("."))
-            if kept:
+            if kept and os.path.basename(path) != "__pycache__":
                 yield os.path.join("share", NAME, path), kept
 
 
@@ -73,7 +73,7 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/" + NAME]),
         ("share/" + NAME, ["package.xml"]),
-        *shared("config", "bags"),
+        *shared("bags", "config", "launch"),
     ],
     python_requires=">=3.11",
     install_requires=REQUIRES,

@@ -11,6 +11,7 @@ import numpy as np
 from .io.scenes.load import load_scene, scene_from_dict
 from .io.scenes.winch_plan import WinchPlan
 from .sim import simulator
+from .sim.live_parameters import set_live
 from .sim.scene import Scene
 
 PIECE = 50.0  # command time-outs whose commands are pushed at once: fewer than the ring holds
@@ -28,6 +29,14 @@ class Simulator(simulator.Simulator):
         elif isinstance(scene, (str, os.PathLike)):
             scene = load_scene(scene)
         super().__init__(scene)
+
+    def set(self, name: str, value: Any) -> None:
+        """Give a number that may change while the tow runs another value, from the next tick on.
+
+        name: its dotted key, such as ``drive.mode`` or ``setpoint.algorithm`` ("live" in the parameter manual). Raises
+        KeyError for a key that is not live, ValueError with the reason for a value that cannot be served.
+        """
+        set_live(self, name, value)
 
     def run(
         self, count: int, winch: WinchPlan | str | os.PathLike | None = None, *, heads: np.ndarray | None = None

@@ -137,11 +137,16 @@ def node(ros_arguments: tuple[str, ...]) -> None:
     "--heave", type=Heave(), help="Sinusoidal heave in place of --motion: amplitude in m, period in s, as in 1.2,8."
 )
 @click.option(
+    "--rao",
+    metavar="FILE|simple",
+    help="Ship moved by the waves of SCENE: response amplitude operators in a CSV file, or simple:length=60,beam=12.",
+)
+@click.option(
     "--duration",
     type=Number(0.0, LONGEST_RUN, "s", above=True),
     metavar="S",
-    help="Seconds to simulate. Default: all the motion there is; 60 s of a --heave; without motion a short settling; "
-    "without a bag at least a minute more than --winch.",
+    help="Seconds to simulate. Default: all the motion there is; 60 s of --heave or --rao; without motion a short "
+    "settling; without a bag at least a minute more than --winch.",
 )
 @click.option(
     "--winch",
@@ -180,11 +185,12 @@ def node(ros_arguments: tuple[str, ...]) -> None:
 @out_option
 @markers_option
 @json_option
-def run(scene, motion, heave, imu_only, step, begin, convention, topics, settings, as_json, **asked) -> None:
+def run(scene, motion, heave, rao, imu_only, step, begin, convention, topics, settings, as_json, **asked) -> None:
     """Simulate SCENE offline, as fast as it goes."""
     _needs_out(asked["markers"], asked["out"])
-    if motion == "none" and heave is not None:
-        raise click.UsageError("--heave and --motion none contradict each other; nothing was simulated; leave one out")
+    if motion == "none" and (heave or rao) is not None:
+        name = "--heave" if rao is None else "--rao"
+        raise click.UsageError(f"{name} and --motion none contradict each other; nothing was simulated; leave one out")
     if scene is None and begin is None:
         raise click.UsageError("Missing argument 'SCENE' (or --from FILE)")
     if scene is not None and step is None:
@@ -197,18 +203,19 @@ def run(scene, motion, heave, imu_only, step, begin, convention, topics, setting
         given, topics = settings_of(settings, convention), topics_of(topics)
         if begin is not None:
             begin = Resumed(begin)
-        if motion is None and heave is None:
+        if motion is None and heave is None and rao is None:
             if begin is None:
                 motion = SHIPPED_BAG
             else:
                 report = begin.report()
-                motion, heave, imu_only = report[:3]
+                motion, heave, imu_only, rao = report.motion, report.heave, report.imu_only, report.rao
                 given, topics = {**report.settings, **given}, topics or report.topics
 
         result = offline.run(
             scene,
             None if motion == "none" else motion,
             heave=heave,
+            rao=rao,
             imu_only=imu_only,
             step=step,
             resumed=begin,

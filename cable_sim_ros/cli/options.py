@@ -8,7 +8,10 @@ from math import isfinite
 import click
 
 CONVENTION_HELP = "Axes of the IMU and odometry messages in the bag; the node's motion.convention."
-TOPIC_HELP = "Topic of the bag for a kind (imu, odometry, command), as in imu=/mru/imu. May be repeated."
+TOPIC_HELP = (
+    "Topic of the bag for a kind (imu, odometry, command, command_position, command_velocity), as in imu=/mru/imu. May "
+    "be repeated."
+)
 SET_HELP = (
     "A value by its dotted key, as the node's parameters: of the scene (water.density=1000), or of how messages are "
     "taken in (heave.imu_position=[1, 0, 2]). May be repeated."

@@ -5,13 +5,14 @@ Each part is filled by one function; what is read is in instruments.py, contact_
 
 from __future__ import annotations
 
-from math import acos, atan2, hypot, pi
+from math import acos, atan2, hypot
 from typing import NamedTuple
 
 import numpy as np
 
 from .contact import latch
 from .contact_output import pull_of, read_drums, read_ground, read_sheave, rub_moment
+from .drum_layers import lay_of, layer_of, radius_of, turns_of
 from .energy import fill_energy, slack_gain
 from .instruments import direction_at, measure, node_tension, tension_at
 from .jit import driver, inline
@@ -184,15 +185,22 @@ def fill_winch(drum, state, f):
     f.payout_setpoint = drum.payout_0 + winch.target
     f.scope = f.payout - drum.inboard
     f.cable_on_drum = drum.total - f.payout
-    f.drum_turns = f.cable_on_drum / (2.0 * pi * drum.radius)
+    f.drum_turns = turns_of(drum, f.cable_on_drum)
+    radius, (lay, _) = radius_of(drum, f.cable_on_drum), lay_of(drum, f.cable_on_drum)
+    f.drum_layer, f.drum_lay_radius, f.drum_lay = (
+        layer_of(drum, f.cable_on_drum) if drum.lay_turns > 0.0 else 0,
+        radius,
+        lay,
+    )
     surface, stretch = winch.length, 1.0
     if drum.feeds != 0:
         surface, stretch = winch.surface, 1.0 + winch.wound[cell(drum, f.cable_on_drum)]
     f.payout_counter = drum.payout_0 + surface
-    f.drum_angle = drum.angle_0 - surface / drum.radius
-    f.drum_rate = -winch.rate * stretch / drum.radius
-    f.drum_torque = pull_of(drum, state)
-    f.tension_drum = f.drum_torque / drum.radius
+    f.drum_angle = drum.angle_0 - (winch.turned if drum.lay_turns > 0.0 else surface / drum.radius)
+    f.drum_rate = -winch.rate * stretch / radius
+    torque = pull_of(drum, state)
+    f.tension_drum = torque / drum.radius
+    f.drum_torque = f.tension_drum * radius if drum.lay_turns > 0.0 else torque
     f.command_age = winch.command_age
     fill_drive(now.drive, winch, f)
 

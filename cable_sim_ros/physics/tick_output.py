@@ -41,7 +41,7 @@ class Flag(IntFlag):
         "the time steps damped ringing of more than 0.05 of the working tension away: peaks are low",
     )
     MOTOR_LIMITED = 524288, "the motor gave all that its curve and power allow for half of the tick or more"
-    BRAKE_SLIPPED = 1048576, "cable slipped through the set brake"
+    BRAKE_SLIPPED = 1048576, "the drum turned against its brake"
 
 
 # the same as plain numbers, each by its own name: kernels know no enums
@@ -131,6 +131,9 @@ FIELDS = (
     ("layback", (), "f8", "m", "horizontal distance from the sheave centre to the towbody"),
     ("cable_on_drum", (), "f8", "m", "unstretched cable left on the drum"),
     ("drum_turns", (), "f8", "1", "turns of cable left on the drum"),
+    ("drum_layer", (), "i8", "1", "layers under the one that the cable runs off; without winch.lay_width: 0"),
+    ("drum_lay_radius", (), "f8", "m", "radius of the cable's centreline there"),
+    ("drum_lay", (), "f8", "m", "place across the drum at which the cable leaves it, from its middle to port"),
     ("payout_counter", (), "f8", "m", "payout as a counter on the drum shows it: stretched as the cable was wound"),
     ("drum_angle", (), "f8", "rad", "drum angle, positive hauling in"),
     ("drum_rate", (), "f8", "rad/s", "drum speed, positive hauling in"),

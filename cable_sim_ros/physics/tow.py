@@ -20,7 +20,7 @@ from .state import ARC, NOW, STEP, A, Q, V
 from .substeps import begin, finish
 from .vec import at3, axpy
 from .viv_amplification import aim, approach
-from .winch import WOUND, drum_point, drum_turning, servo, wind
+from .winch import WOUND, clip, drum_point, drum_turning, servo, wind
 from .winch_command import between
 from .winch_drive import BALANCED, BRAKE, MEETINGS, MOTOR, RATE_LOOP, SERVO, balance, begin_turn, follow_rate
 from .workspace import FED
@@ -111,6 +111,7 @@ def impose(model, state, inputs, t, h, command_rate):
     since = (t - now.measured.departure_stamp) * 1e-9 - 0.5 * h
     departure = now.measured.departure + min(max(since, 0.0), h) * now.measured.departure_rate
     length, rate = set_point(now.setpoint, now.sheave, departure, h)
+    now.drive.law = length
     length += now.winch.commanded
     rate += command_rate
     turn(model, state, h, length, rate)
@@ -194,14 +195,17 @@ def solve_driven(model, state, h):
             secant = (last_tension - tension) / (winch.length - last_length)
             if secant > 0.0:
                 driving.stiffness = secant
-        if np.isnan(driving.expected) or abs(tension - driving.expected) <= allowed:
+        if driving.stopped != 0 or abs(tension - driving.expected) <= allowed:
             driving.tension_before, driving.tension = state.memory[STEP].drive.tension, tension
             conclude(line, state, h)
+            if driving.following == 0:  # commands go on from where the drum is
+                winch.commanded = clip(winch.length - driving.law, drum.min_reach, drum.max_reach)
+                winch.command_rate = 0.0
             driving.ticked += h
             driving.limited += h if driving.spent != 0 else 0.0
             slip = abs(winch.rate) * h * driving.brake
             driving.slipped += slip
-            driving.heat += slip * drive.brake_pull * drive.brake_slip
+            driving.heat += slip * driving.gear * drive.brake_pull * drive.brake_slip
             winch.fastest, winch.hardest = max(winch.fastest, abs(winch.rate)), max(winch.hardest, abs(winch.accel))
             return total
         last_length, last_tension = winch.length, tension

@@ -11,6 +11,7 @@ from math import cos, sin, sqrt
 
 import numpy as np
 
+from .drum_layers import lay_of, radius_of
 from .jit import driver, inline
 from .parameter import REQUIRED, Block, quantity
 from .tick_output import COMMAND_LIMITED, COMMAND_STALE, DRUM_END, WINCH_LIMIT, WINCH_SATURATED
@@ -46,6 +47,7 @@ WINCH = np.dtype(
         ("held", "f8", LIMITS),  # s of the tick in which it was held to a limit: by the servo, and of the commands
         ("fastest", "f8"),  # m/s, m/s^2: largest of the tick, either way
         ("hardest", "f8"),
+        ("turned", "f8"),  # rad that the drum has turned since the start, positive paying out
         ("surface", "f8"),  # m, length over the drum's surface since the start, as a counter on it shows
         ("wound", "f8", WOUND),  # strain with which the cable was wound, by arc length
     ],
@@ -55,6 +57,9 @@ DRUM = np.dtype(
     [
         ("centre", "f8", 3),  # m, base_link
         ("radius", "f8"),  # m, of the cable's centreline on the drum
+        ("lay_turns", "f8"),  # turns in a layer, 0: one layer without end; see drum_layers.py
+        ("lay_pitch", "f8"),  # m from one turn to the next
+        ("lay_rise", "f8"),  # m from one layer to the next
         ("angle_0", "f8"),  # rad, drum angle at the start
         ("side", "f8"),  # 1: the sheave lies aft of the drum, else -1
         ("gain_p", "f8"),
@@ -112,6 +117,22 @@ class Winch(Block):
         "feed: cable runs in and out at the drum's tangent point, any length; contact: its end is fixed on the drum's "
         "surface, for travel of a few metres and as a check",
     )
+    lay_width: float = quantity(
+        0.0,
+        "m",
+        0.0,
+        20.0,
+        "width of a layer of cable on the drum, between the flanges; 0: one radius for whatever is wound",
+    )
+    lay_pitch: float | None = quantity(None, "m", 1e-4, 1.0, "from one turn to the next; none: cable.diameter")
+    lay_rise: float | None = quantity(
+        None,
+        "m",
+        0.0,
+        1.0,
+        "from one layer to the next; none: sqrt(3)/2 of cable.diameter, bedded between the turns below",
+    )
+    flange_radius: float | None = quantity(None, "m", 0.01, 20.0, "radius of the flanges; none: they hold any length")
     drum_friction: float = quantity(
         0.0,
         "1",
@@ -168,6 +189,12 @@ def clip(x, low, high):
 
 
 @inline
+def wound_on(drum, winch):
+    """Length of cable on the drum [m]."""
+    return drum.total - drum.payout_0 - winch.length
+
+
+@inline
 def drum_point(drum, winch):
     """First node in base_link, its velocity and acceleration there, for a DRUM and the WINCH record of now.
 
@@ -180,16 +207,17 @@ def drum_point(drum, winch):
         phi, w, dw = drum.angle_0 - winch.length / r, -winch.rate / r, -winch.accel / r
     s, c = sin(phi), cos(phi)
     x = drum.side
-    p = (drum.centre[0] + x * r * s, drum.centre[1], drum.centre[2] + r * c)
-    v = (x * r * w * c, 0.0, -r * w * s)
-    a = (x * r * (dw * c - w * w * s), 0.0, -r * (dw * s + w * w * c))
+    y, slope = lay_of(drum, wound_on(drum, winch))
+    p = (drum.centre[0] + x * r * s, drum.centre[1] + y, drum.centre[2] + r * c)
+    v = (x * r * w * c, -slope * winch.rate, -r * w * s)
+    a = (x * r * (dw * c - w * w * s), -slope * winch.accel, -r * (dw * s + w * w * c))
     return p, v, a
 
 
 @inline
 def drum_turning(drum, winch):
     """Rate [rad/s] at which the drum turns about y in base_link, its surface with the end of the cable on it."""
-    return -drum.side * winch.rate / drum.radius
+    return -drum.side * winch.rate / radius_of(drum, wound_on(drum, winch))
 
 
 @inline
@@ -299,9 +327,11 @@ def wind(drum, winch, moved, strain):
 
     Cable leaves the drum with the strain it was wound with; what is wound now has ``strain``.
     """
-    s = drum.total - drum.payout_0 - winch.length
+    s = wound_on(drum, winch)
     if moved < 0.0:
         for i in range(cell(drum, s + moved), cell(drum, s)):
             winch.wound[i] = strain
         winch.wound[cell(drum, s)] = strain
-    winch.surface += moved * (1.0 + winch.wound[cell(drum, s)])
+    run = moved * (1.0 + winch.wound[cell(drum, s)])
+    winch.surface += run
+    winch.turned += run / radius_of(drum, s + 0.5 * moved)

@@ -6,8 +6,9 @@ the radius):
 
     M a + d v + F + s = T                                                                                          (1)
 
-M: inertia of motor, gear and drum over the radius squared; d v: viscous friction; F: the motor's pull, that of a PI
-controller of the rate within the curve of the motor; s: dry friction and brake, which hold up to what they bear and
+M: inertia of motor, gear and drum over the radius squared; d v: viscous friction; F: the motor's pull, that of a
+controller of the rate within the curve of the motor, proportional to the rate and integral to what it lags, so that the
+bare drum answers as v'' = w^2 (v_r - v) - 2 zeta w v'; s: dry friction and brake, which hold up to what they bear and
 slip with less. L is one more unknown of the step: its velocity and acceleration follow from it by the generalised-alpha
 formulas of the cable (integrate.py) and (1) holds at the end of the step, with the T of that end. The step solves (1)
 with T as it goes on, T = T* - K (L - L*), solves the cable for that L, and begins again from the T found and the secant
@@ -21,15 +22,17 @@ from enum import Enum
 
 import numpy as np
 
+from .drum_layers import radius_of
 from .jit import driver, inline
 from .parameter import Block, quantity
 from .tick_output import BRAKE_SLIPPED, MOTOR_LIMITED
-from .winch import ACCELERATION, RATE, TRAVEL, clip, fastest
+from .winch import ACCELERATION, RATE, TRAVEL, clip, fastest, wound_on
 
 POINTS = 8  # of the curve of the motor
 BALANCED = 1e3  # tolerances of the cable's balance (solver.tolerance), that (1) may be out of balance by: 1e-4
 MEETINGS = 12  # solutions of the cable in one step, before it is halved
 LOOP_STEP = 1e-3  # s
+BISECTIONS = 60
 AT_REST = 1e-3  # m/s, below which the brake sets
 STOPPED = 1e-12  # m/s
 
@@ -92,8 +95,15 @@ class Drive(Block):
     inertia: float = quantity(
         0.0, "kg m^2", 0.0, 1e8, "motor through its gear, drum and what is wound on it, about the drum's axis"
     )
+    controller_mass: float | None = quantity(
+        None,
+        "kg",
+        1e-3,
+        1e8,
+        "mass at the cable for which the gains of a motor give bandwidth and damping; none: that of drive.inertia",
+    )
     curve_speed: tuple[float, ...] = quantity(
-        (), "m/s", 0.0, 50.0, "speeds of the cable at which curve_pull stands, rising from 0"
+        (), "m/s", 0.0, 50.0, "speeds of the cable for curve_pull: 2 to 8, rising from 0 to winch.max_rate or more"
     )
     curve_pull: tuple[float, ...] = quantity(
         (), "N", 0.0, 1e7, "largest pull of the motor at the drum at these speeds, either way; beyond the last: none"
@@ -117,9 +127,11 @@ DRIVE = np.dtype(  # what the scene fixes
         ("bandwidth", "f8"),
         ("damping", "f8"),
         ("length_gain", "f8"),
-        ("mass", "f8"),  # kg, inertia over the radius squared
+        ("mass", "f8"),  # kg, inertia over the radius of the first layer squared
+        ("cable", "f8"),  # kg/m, what is wound
         ("gain_p", "f8"),  # N s/m, N/m
         ("gain_i", "f8"),
+        ("peak", "f8"),  # N, largest of the curve
         ("points", "i8"),
         ("curve_speed", "f8", POINTS),
         ("curve_pull", "f8", POINTS),
@@ -152,6 +164,11 @@ DRIVING = np.dtype(  # what changes
         ("tension_before", "f8"),
         ("stiffness", "f8"),  # N/m, by which the tension falls as cable is paid out in a step
         ("expected", "f8"),  # N, tension that the pay-out of now was computed with
+        ("gear", "f8"),  # radius of the first layer over that of the layer that runs off
+        ("mass", "f8"),  # kg, of drum and wound cable at that radius
+        ("following", "i8"),  # 1: commands and set-point law move the drum
+        ("law", "f8"),  # m, set-point without the commands
+        ("stopped", "i8"),  # 1: at an end stop, which bears what comes
         ("limited", "f8"),  # s of the tick in which the motor gave all it could, and those of the tick
         ("ticked", "f8"),
         ("spent", "i8"),  # 1: the motor gives all it can
@@ -162,16 +179,19 @@ DRIVING = np.dtype(  # what changes
 
 
 @inline
-def largest_pull(drive, speed):
-    """What the motor can pull [N] at a speed of the cable [m/s], either way: its curve and its power."""
-    v, n = abs(speed), drive.points
+def largest_pull(drive, gear, speed):
+    """What the motor can pull [N] at a speed of the cable [m/s], either way: its curve and its power.
+
+    gear: radius of the first layer, for which the curve is given, over that of the layer that runs off.
+    """
+    v, n = abs(speed) * gear, drive.points
     pull = 0.0
     for i in range(1, n):
         v0, v1 = drive.curve_speed[i - 1], drive.curve_speed[i]
         if v0 <= v <= v1:
             f0, f1 = drive.curve_pull[i - 1], drive.curve_pull[i]
             pull = f0 + (f1 - f0) * (v - v0) / (v1 - v0)
-    return min(pull, drive.max_power / v) if v * pull > drive.max_power else pull
+    return gear * (drive.max_power / v if v * pull > drive.max_power else pull)
 
 
 @inline
@@ -181,9 +201,8 @@ def wanted_rate(drum, drive, x, v, length, rate, h):
     if abs(want) < drive.dead_band:
         want = 0.0
     low, high = max(drum.min_limit, drum.min_length), min(drum.max_limit, drum.max_length)
-    brake = drum.max_accel
-    maximum = min(drum.max_rate, fastest(high - x, v, h, brake, drum.exact))
-    minimum = -min(drum.max_rate, fastest(x - low, -v, h, brake, drum.exact))
+    maximum = min(drum.max_rate, fastest(high - x, v, h, drum.max_accel, drum.exact))
+    minimum = -min(drum.max_rate, fastest(x - low, -v, h, drum.max_accel, drum.exact))
     held = -1
     if want > maximum or want < minimum:
         held = RATE if (maximum if want > maximum else -minimum) >= drum.max_rate else TRAVEL
@@ -195,9 +214,7 @@ def follow_rate(h, drum, drive, winch, driving, length, rate):
     """Advance a rate loop by h [s] towards a set-point: v'' = w^2 (v_r - v) - 2 zeta w v', or v' = w (v_r - v)."""
     count = max(1, int(h / LOOP_STEP + 0.999))
     d, w, zeta = h / count, drive.bandwidth, drive.damping
-    x, v, a = winch.length, winch.rate, winch.accel
-    begin, begin_rate = driving.given, driving.given_rate
-    winch.at_end, winch.at_limit = 0, 0
+    x, v, a, begin, begin_rate = winch.length, winch.rate, winch.accel, driving.given, driving.given_rate
     for i in range(count):
         s = (i + 1.0) / count
         goal, slope = begin + s * (length - begin), begin_rate + s * (rate - begin_rate)
@@ -232,7 +249,7 @@ def stand_at_end(drum, winch, x):
 def drive_flags(driving, winch):
     """Flags of the drive after a tick."""
     flags = MOTOR_LIMITED if driving.ticked > 0.0 and 2.0 * driving.limited >= driving.ticked else 0
-    if driving.brake >= 1.0 and abs(winch.rate) > STOPPED:
+    if driving.brake > 0.0 and abs(winch.rate) > STOPPED:
         flags |= BRAKE_SLIPPED
     return flags
 
@@ -242,24 +259,34 @@ def begin_turn(h, drum, drive, old, before, driving, winch, length, rate):
     """Reference rate, brake and mode of a step of h [s] towards a set-point; ``old``: WINCH at its beginning."""
     mode = drive.mode
     x, v = old.length + h * old.rate, old.rate + h * old.accel
-    if mode == TENSION or mode == RENDER or mode == FOLLOW:
+    driving.following = 1 if (mode == FOLLOW or mode == RENDER) and before.brake == 0.0 else 0
+    aim = 1.0 if mode == BRAKE or mode == EMERGENCY_STOP else 0.0
+    if driving.following != 0:
         want, held = wanted_rate(drum, drive, x, v, length, rate, h)
-        if mode == TENSION:  # the pull decides; speed and travel are what the rate is kept within
-            want, held = wanted_rate(drum, drive, x, v, x, v, h)
-        aim = 0.0
+        ramp = drum.max_accel * h
+        driving.reference = clip(want, before.reference - ramp, before.reference + ramp)
+        if driving.reference != want and held < 0:
+            held = ACCELERATION
+        if held >= 0:
+            winch.held[held] += h
+    elif mode == TENSION:  # the pull decides; speed and travel are what the rate is kept within
+        driving.reference, _ = wanted_rate(drum, drive, x, v, x, v, h)
+    elif mode == BRAKE:
+        ramp = drum.max_accel * h
+        driving.reference = clip(0.0, before.reference - ramp, before.reference + ramp)
     else:
-        want, held, aim = 0.0, -1, 1.0
-    ramp = drum.max_accel * h
-    driving.reference = clip(want, before.reference - ramp, before.reference + ramp)
-    if driving.reference != want and held < 0:
-        held = ACCELERATION
-    if held >= 0:
-        winch.held[held] += h
+        driving.reference = v if mode == EMERGENCY_STOP else 0.0  # a brake that lifts is waited for
     if mode == BRAKE and (abs(driving.reference) > AT_REST or abs(v) > 10.0 * AT_REST) and before.brake == 0.0:
         aim = 0.0
     time = drive.brake_set_time if aim > 0.0 else drive.brake_lift_time
     driving.brake = clip(before.brake + (h / time if aim > 0.0 else -h / time), 0.0, 1.0)
     driving.mode = mode
+    wound = wound_on(drum, old)
+    driving.gear, driving.mass = 1.0, drive.mass
+    if drum.lay_turns > 0.0:
+        r = radius_of(drum, wound)
+        driving.gear = drum.radius / r
+        driving.mass = drive.mass * driving.gear**2 + drive.cable * wound * 0.5 * (1.0 + driving.gear**2)
     winch.target, winch.target_rate = length, driving.reference
 
 
@@ -279,72 +306,95 @@ def balance(h, alpha, drum, drive, old, before, winch, driving, at, tension):
     lb, vb = h * h * beta * per, h * gamma * per
     la = old.length + h * old.rate + h * h * ((0.5 - beta) * x0 + beta * lag)
     va = old.rate + h * ((1.0 - gamma) * x0 + gamma * lag)
-    k = driving.stiffness
+    k, gear, mass = driving.stiffness, driving.gear, driving.mass
     # of v: M a - T + d v
-    slope = drive.mass / vb + k * lb / vb + drive.viscous_friction
-    rest = -drive.mass * va / vb + k * (la - lb / vb * va - at) - tension
-    # the motor, p v + q within low and high
-    most = largest_pull(drive, old.rate + h * a0)
-    low, high = -most, most
+    slope = mass / vb + k * lb / vb + drive.viscous_friction * gear * gear
+    rest = -mass * va / vb + k * (la - lb / vb * va - at) - tension
+    # the motor, p v + q within low and high, and within what it can at that speed
     p, error = drive.gain_p + 0.5 * h * drive.gain_i, old.rate - before.reference
-    q = before.integral + 0.5 * h * drive.gain_i * error - p * driving.reference
-    mode = driving.mode
-    if mode == TENSION:
-        pull = clip(drive.set_pull, low, high)
-        if driving.reference < old.rate + h * a0:  # too fast, or near an end: the controller holds it
-            low = pull
-        elif driving.reference > old.rate + h * a0:
-            high = pull
-        else:
-            low, high = pull, pull
+    q = before.integral + 0.5 * h * drive.gain_i * (error - driving.reference)
+    mode, near = driving.mode, old.rate + h * a0
+    low, high = -np.inf, np.inf
+    if mode == TENSION:  # the controller holds what is too fast or near an end
+        low = drive.set_pull if near >= driving.reference else low
+        high = drive.set_pull if near <= driving.reference else high
     elif mode == RENDER:
-        high = min(high, drive.set_pull)
+        high = drive.set_pull
     elif mode == EMERGENCY_STOP:
         low, high = 0.0, 0.0
     elif mode == BRAKE:
         p, q = p * (1.0 - driving.brake), q * (1.0 - driving.brake)
-    bears = drive.dry_friction + driving.brake * drive.brake_pull
-    slips = drive.dry_friction + driving.brake * drive.brake_pull * drive.brake_slip
+    law = p, q, low, high
+    bears = gear * (drive.dry_friction + driving.brake * drive.brake_pull)
+    slips = gear * (drive.dry_friction + driving.brake * drive.brake_pull * drive.brake_slip)
     v, held, at_rest = 0.0, 0.0, False
-    still = rest + clip(q, low, high)  # what friction has to hold at no speed
+    still = rest + motor_pull(drive, gear, law, 0.0)  # what friction has to hold at no speed
     way = 1.0 if old.rate > STOPPED else -1.0 if old.rate < -STOPPED else -1.0 if still > 0.0 else 1.0
     if abs(old.rate) > STOPPED or abs(still) > bears:
-        v = _root(slope, rest + way * slips, p, q, low, high)
+        v = _root(slope, rest + way * slips, drive, gear, law, near)
         if v * way <= 0.0:
             at_rest = abs(still) <= bears
             if not at_rest:
                 way = -1.0 if still > 0.0 else 1.0
-                v = _root(slope, rest + way * slips, p, q, low, high)
+                v = _root(slope, rest + way * slips, drive, gear, law, near)
         held = way * slips
     else:
         at_rest = True
     if at_rest:
         v, held = 0.0, -still
-    motor = clip(p * v + q, low, high)
+    motor = motor_pull(drive, gear, law, v)
     new = lb / vb * (v - va) + la
     a = (v - va) / vb
     driving.aux = lag + per * a
-    driving.expected = tension - k * (new - at)
+    driving.expected, driving.stopped = tension - k * (new - at), 0
     if new >= drum.max_length or new <= drum.min_length:
         new, v, at_rest = clip(new, drum.min_length, drum.max_length), 0.0, True
-        driving.expected = np.nan  # a stop bears what comes
+        driving.stopped = 1
+        motor = motor_pull(drive, gear, law, 0.0)
     if at_rest:
         a, driving.aux = 0.0, 0.0
     stand_at_end(drum, winch, new)
     winch.length, winch.rate, winch.accel = new, v, a
     driving.motor, driving.held, driving.step = motor, held, h
+    most = largest_pull(drive, gear, v)
     driving.spent = 1 if mode != EMERGENCY_STOP and abs(motor) >= most * (1.0 - 1e-9) else 0
-    end = v - driving.reference
-    up = 0.5 * h * drive.gain_i * (error + end)
-    free = (up >= 0.0 or motor > low) and (up <= 0.0 or motor < high)
+    up = 0.5 * h * drive.gain_i * (error + v - driving.reference)
+    free = (up >= 0.0 or motor > max(low, -most)) and (up <= 0.0 or motor < min(high, most))
     driving.integral = before.integral + (up if free else 0.0)
-    if mode == TENSION or mode == EMERGENCY_STOP or driving.brake > 0.0:
-        driving.integral = tension  # what takes over takes the load as it is
+    if mode == TENSION:  # what takes over goes on from the pull of now
+        driving.integral = motor - drive.gain_p * v
+    elif driving.following == 0:
+        driving.integral = tension - drive.gain_p * v
 
 
 @inline
-def _root(slope, rest, p, q, low, high):
-    """The v with slope v + rest + (p v + q within low and high) = 0."""
+def motor_pull(drive, gear, law, v):
+    """Pull of the motor [N] at speed v: p v + q within low and high, and within what the motor can."""
+    p, q, low, high = law
+    most = largest_pull(drive, gear, v)
+    return clip(clip(p * v + q, low, high), -most, most)
+
+
+@inline
+def _root(slope, rest, drive, gear, law, near):
+    """The v with slope v + rest + motor_pull(v) = 0; of several the one next to the speed ``near``."""
+    p, q, low, high = law
     v = -(rest + q) / (slope + p)
     f = p * v + q
-    return v if low <= f <= high else -(rest + clip(f, low, high)) / slope
+    if not low <= f <= high:
+        f = clip(f, low, high)
+        v = -(rest + f) / slope
+    if abs(f) <= largest_pull(drive, gear, v):
+        return v
+    most = gear * drive.peak
+    if slope * near + rest + motor_pull(drive, gear, law, near) > 0.0:
+        begin, end = -(rest + most) / slope, near
+    else:
+        begin, end = near, -(rest - most) / slope
+    for _ in range(BISECTIONS):
+        v = 0.5 * (begin + end)
+        if slope * v + rest + motor_pull(drive, gear, law, v) > 0.0:
+            end = v
+        else:
+            begin = v
+    return v

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import NamedTuple
 
 EVERY = 0.15  # s between two queries of the graph: a round of all topics takes two seconds
@@ -23,11 +23,13 @@ def full_name(name: str, namespace: str) -> str:
     return f"{namespace.rstrip('/')}/{name}"
 
 
-def judge(own: str, names: Iterable[str], outputs: Iterable[Endpoint], inputs: Iterable[Endpoint]) -> list[str]:
+def judge(
+    own: str, names: Iterable[str], outputs: Iterable[Endpoint], inputs: Iterable[Endpoint], one: Collection[str] = ()
+) -> list[str]:
     """What is wrong, one text each, in a fixed order.
 
     own: our full name; names: full names of all nodes; outputs, inputs: every publisher found on our topics, our own
-    among them.
+    among them; one: topics that are one input, so that a node may be on several of them, but not two nodes.
     """
     problems = []
     twins = list(names).count(own)
@@ -57,6 +59,13 @@ def judge(own: str, names: Iterable[str], outputs: Iterable[Endpoint], inputs: I
                 f"{topic} has {len(nodes)} publishers ({', '.join(sorted(nodes))}): the newest message counts, "
                 f"whoever sent it; leave one"
             )
+    used = sorted(topic for topic in senders if topic in one)
+    several = sorted({node for topic in used for node in senders[topic]})
+    if len(several) > 1 and len(used) > 1:
+        problems.append(
+            f"{' and '.join(used)} are one input and have {len(several)} senders ({', '.join(several)}): the newest "
+            f"message counts, whoever sent it; leave one"
+        )
     return problems
 
 
@@ -71,8 +80,11 @@ class Neighbours:
         self._left: list[str] = []
         self._found: dict[str, list[Endpoint]] = {}
 
-    def step(self, outputs: Sequence[str], inputs: Sequence[str]) -> list[str]:
-        """Query one topic (about a millisecond); at the end of a round, returns problems never seen before."""
+    def step(self, outputs: Sequence[str], inputs: Sequence[str], one: Collection[str] = ()) -> list[str]:
+        """Query one topic (about a millisecond); at the end of a round, returns problems never seen before.
+
+        one: as of `judge`.
+        """
         if not self._left:
             self._left = [*outputs, *inputs]
             self._found = {}
@@ -86,7 +98,7 @@ class Neighbours:
         names = [full_name(name, space) for name, space in self.node.get_node_names_and_namespaces()]
         sent = [endpoint for topic in inputs for endpoint in self._found.get(topic, [])]
         report = [endpoint for topic in outputs for endpoint in self._found.get(topic, [])]
-        self.problems = judge(self.own, names, report, sent)
+        self.problems = judge(self.own, names, report, sent, one)
         new = [problem for problem in self.problems if problem not in self._known]
         self._known.update(new)
         return new

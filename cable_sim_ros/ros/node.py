@@ -20,11 +20,11 @@ from rclpy.serialization import serialize_message
 
 from ..io.messages.channels import Context, Encoder
 from ..io.messages.markers import TOPIC as MARKERS
-from ..io.messages.messages import CAUSES, KINDS, Event, stamp_of
+from ..io.messages.messages import CAUSES, COMMANDS, JOINT_COMMAND, KINDS, Event, stamp_of
 from ..io.recordings.recording_place import name_problem, state_problem
 from ..sim.checks.friction_checks import slow
 from ..sim.flag_rules import FAILED
-from ..sim.live_parameters import changed, ways
+from ..sim.live_parameters import changed, unfit, ways
 from . import discovery
 from .arrival import Arrivals, StampArrivals
 from .declare_parameters import declare, overrides_of
@@ -45,7 +45,7 @@ from .services.control import SimulationControl
 from .services.recording_control import RecordingControl
 from .statistics import write_json
 from .stepped import SteppedSession, session_of
-from .topics import diagnostic_array, message_class, publishers_of, rows_of
+from .topics import diagnostic_array, inputs_there, message_class, publishers_of, rows_of
 
 NAME, NAMESPACE = "cable_sim", "/tow_sim"
 INPUT_DEPTH = {False: 200, True: 5000}  # deep: a static start takes a second; in lockstep a bag may come at once
@@ -80,6 +80,7 @@ class CableSimNode(LifecycleNode):
         self.publisher: TickPublisher | None = None
         self.recording = RecordingControl(self.settings, self.get_namespace())
         self.inputs: list = []
+        self.heard, self._unheard = inputs_there()
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self.control = SimulationControl(self)
@@ -129,9 +130,10 @@ class CableSimNode(LifecycleNode):
         self.publisher.start()
         input_qos = QoSProfile(depth=INPUT_DEPTH[session.lockstep], reliability=ReliabilityPolicy.BEST_EFFORT)
         self.inputs = [
-            self.create_subscription(message_class(msgtype), topic, self._input(kind), input_qos, raw=True)
-            for kind, (msgtype, topic) in KINDS.items()
+            self.create_subscription(made, KINDS[kind][1], self._input(kind), input_qos, raw=True)
+            for kind, made in self.heard.items()
         ]
+        self.get_logger().info(self._unheard or f"winch commands are heard as {JOINT_COMMAND} too")
         self.report_state()
         return TransitionCallbackReturn.SUCCESS
 
@@ -220,11 +222,11 @@ class CableSimNode(LifecycleNode):
                 self._refuse_giant(kind)
                 return
             clock = self.session.clock
-            stamp = None if kind == "command" else stamp_of(data)
+            stamp = None if kind in COMMANDS else stamp_of(data)
             arrival = self.arrivals.of(info, stamp, clock.offset)
             self._record(topic, msgtype, data, arrival)
-            if kind == "command":
-                self._command(data, arrival)
+            if kind in COMMANDS:
+                self._command(data, arrival, kind)
             else:
                 self.session.motion(Event(stamp, arrival, kind, data))
                 self.arrivals.took(clock.last_stamp, clock.offset)
@@ -232,13 +234,13 @@ class CableSimNode(LifecycleNode):
         return callback
 
     def _refuse_giant(self, kind: str) -> None:
-        (self.session.commands.refused if kind == "command" else self.session.refused)["size"] += 1
+        (self.session.commands.refused if kind in COMMANDS else self.session.refused)["size"] += 1
         self.get_logger().warning(
             f"{kind} of more than {LARGEST // 1000} kB refused: {CAUSES['size']}", throttle_duration_sec=5.0
         )
 
-    def _command(self, data: bytes, arrival: int) -> None:
-        cause = self.session.command(data, arrival)
+    def _command(self, data: bytes, arrival: int, kind: str) -> None:
+        cause = self.session.command(data, arrival, kind)
         if cause:
             self.get_logger().warning(f"winch command refused: {CAUSES[cause]}", throttle_duration_sec=5.0)
 
@@ -250,7 +252,11 @@ class CableSimNode(LifecycleNode):
     # ---- parameters
 
     def _may_set(self, parameters) -> SetParametersResult:
-        rows = {row.name: row for row in self.settings.rows}
+        rows, live, scene = (
+            {row.name: row for row in self.settings.rows},
+            ways(self.settings.scene),
+            self.settings.scene,
+        )
         for parameter in parameters:  # of live ones: rclpy refuses the others, which it was told are read-only
             if parameter.name == "recording.path" and (text := name_problem(parameter.name, parameter.value)):
                 return SetParametersResult(successful=False, reason=text)
@@ -264,7 +270,10 @@ class CableSimNode(LifecycleNode):
                 except ParameterError as error:
                     reason = str(error).replace("nothing was started", "nothing was changed")
                     return SetParametersResult(successful=False, reason=reason)
-        return SetParametersResult(successful=True)
+            if parameter.name in live:
+                scene = changed(scene, parameter.name, parameter.value)
+        text = unfit(scene)
+        return SetParametersResult(successful=not text, reason=text)
 
     def _was_set(self, parameters) -> None:
         live = ways(self.settings.scene)
@@ -300,8 +309,9 @@ class CableSimNode(LifecycleNode):
 
     def _on_neighbours(self) -> None:
         outputs = [*(self.publisher.publishers if self.publisher else ()), self.resolve_topic_name(AGES_TOPIC)]
-        inputs = [self.resolve_topic_name(topic) for _, topic in KINDS.values()]
-        for problem in self._neighbours.step(outputs, inputs):
+        inputs = {kind: self.resolve_topic_name(KINDS[kind][1]) for kind in self.heard}
+        winch = [topic for kind, topic in inputs.items() if kind in COMMANDS]
+        for problem in self._neighbours.step(outputs, list(inputs.values()), winch):
             self.get_logger().warning(problem)
         self.watch.neighbours = self._neighbours.problems
         self.session.hold(self.clock_topic.taken())

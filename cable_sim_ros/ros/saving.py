@@ -19,7 +19,7 @@ from ..io.motion.clock import DataClock
 from ..io.recordings.journal import Start
 from ..physics.inputs import make_inputs
 from ..physics.state import NOW
-from ..sim.live_parameters import set_live, value_of, ways
+from ..sim.live_parameters import put_live, value_of, ways
 from ..sim.rebase import heading_problem, place
 from ..sim.saved import savefile
 from ..sim.saved.savefile import SaveError, differences
@@ -114,7 +114,7 @@ class Saving:
         sim.restore(arrays)
         for name in ways(sim.scene):
             if name.startswith("setpoint."):  # these stand in the state, the others in the model
-                set_live(sim, name, value_of(sim.scene, name))
+                put_live(sim, name, value_of(sim.scene, name))
 
     @property
     def motion_known(self) -> bool:

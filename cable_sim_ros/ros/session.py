@@ -26,7 +26,7 @@ from ..io.recordings.journal import STATIC, Journal, Start
 from ..physics.inputs import MOTION_ROWS, SOURCE
 from ..physics.tick_output import Source
 from ..sim.build import make_output
-from ..sim.live_parameters import changed, set_live
+from ..sim.live_parameters import changed, put_live
 from ..sim.rebase import carried_over
 from ..sim.simulator import Simulator, StartError
 from ..sim.tables.current import turned_current
@@ -180,9 +180,10 @@ class Session(Timing, Saving):
             elif self.state == "waiting":
                 self._start()
 
-    def command(self, data: bytes, arrival: int) -> str:
-        """One winch command as CDR bytes; arrival: CLOCK_MONOTONIC, ns. Returns "" or the cause of its refusal."""
-        return self.intake.command(data, arrival)
+    def command(self, data: bytes, arrival: int, kind: str = "command") -> str:
+        """One winch command as CDR bytes; arrival: CLOCK_MONOTONIC, ns; kind: of COMMANDS. Returns "" or the cause of
+        its refusal."""
+        return self.intake.command(data, arrival, kind)
 
     @property
     def ingest(self) -> MotionIngest:
@@ -297,7 +298,7 @@ class Session(Timing, Saving):
         if self.sim is None:
             return  # the simulator is made from the scene
         with self.between_ticks():
-            set_live(self.sim, name, value)
+            put_live(self.sim, name, value)
             if self.journal is not None and self.state == "running":
                 self.journal.set(self.built_loop.count, name, value)
 

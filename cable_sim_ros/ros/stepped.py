@@ -45,7 +45,7 @@ class SteppedSession(Session):
         self.rate = math.nan  # simulated over wall time, achieved
         self._rates: deque[tuple[int, int]] = deque()
         self._spoken = False  # has any motion come?
-        self._early: tuple[int, bytes] | None = None  # newest command from before the motion, with its clock
+        self._early: tuple[int, bytes, str] | None = None  # clock, bytes, kind of the newest command before the motion
         self._recorded = self._ahead = 0  # ns: newest time in a recording, which is so far ahead of the clock
 
     def _new_loop(self, *parts, **settings) -> Loop:
@@ -143,7 +143,7 @@ class SteppedSession(Session):
                 self.steps.commands.expect(self.steps.clock)
                 self._take_early()
 
-    def command(self, data: bytes, arrival: int) -> str:
+    def command(self, data: bytes, arrival: int, kind: str = "command") -> str:
         """One winch command as CDR bytes; it arrives at the clock, so that its own step's tick does not know it yet.
 
         One from before the motion is kept while the clock stands: the tow may start at this clock.
@@ -152,11 +152,11 @@ class SteppedSession(Session):
         cause = self.steps.command(stamp)
         if cause:
             return self.commands.refuse(cause)
-        cause = self.intake.command(data, self.steps.clock + (self.delay == 0))
+        cause = self.intake.command(data, self.steps.clock + (self.delay == 0), kind)
         if cause in ("", "before_motion"):
             self.steps.took(stamp)
         if cause == "before_motion":
-            self._early = self.steps.clock, data
+            self._early = self.steps.clock, data, kind
         return cause
 
     def _take_early(self) -> None:
@@ -166,7 +166,7 @@ class SteppedSession(Session):
             return
         self.commands.refused["before_motion"] -= 1
         self.log("info", "a winch command came before the motion of the same /clock: it counts from the start")
-        self.intake.command(early[1], self.steps.clock + (self.delay == 0))
+        self.intake.command(early[1], self.steps.clock + (self.delay == 0), early[2])
 
     # ---- start
 

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from importlib import import_module
+from typing import Any
 
+from ..io.bags.typestore import BESIDE
 from ..io.messages.channels import SOMETIMES, TRANSFORMS, Channel, Context, channels_of
 from ..io.messages.markers import markers_channel
+from ..io.messages.messages import JOINT_COMMAND, KINDS
 from ..sim.scene import Scene
 from .blocks import Publish
 from .status import Status
@@ -16,6 +19,28 @@ def message_class(msgtype: str) -> type:
     """Class of "package/msg/Name"; ImportError when the package is not installed."""
     package, _, name = msgtype.split("/")
     return getattr(import_module(f"{package}.msg"), name)
+
+
+def inputs_there() -> tuple[dict[str, type], str]:
+    """Message class of each kind of input, and why some of the winch commands are not heard, "" where all are.
+
+    control_msgs is optional, and in older distributions without JointCommand; its bytes are read as BESIDE says.
+    """
+    wanted = [name for name, _ in BESIDE[JOINT_COMMAND]]
+    kinds = {kind: message_class(msgtype) for kind, (msgtype, _) in KINDS.items() if msgtype != JOINT_COMMAND}
+    try:
+        made: Any = message_class(JOINT_COMMAND)
+        fields = list(made.get_fields_and_field_types())
+        why = "" if fields == wanted else f"its fields are {', '.join(fields)}, not {', '.join(wanted)}"
+    except ImportError:
+        why = "the package control_msgs is not installed"
+    except AttributeError:
+        why = "the control_msgs installed has no JointCommand, that of Kilted and newer has"
+    rest = [kind for kind in KINDS if kind not in kinds]
+    if not why:
+        return kinds | dict.fromkeys(rest, made), ""
+    names = " and ".join(KINDS[kind][1] for kind in rest)
+    return kinds, f"{names} are not heard: {why}; {KINDS['command'][1]} is"
 
 
 def diagnostic_array(node: str, statuses: Iterable[Status], stamp: int):

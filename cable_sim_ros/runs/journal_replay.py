@@ -9,7 +9,7 @@ import numpy as np
 from ..io.recordings.journal import STATIC, Report, Segment, Start
 from ..io.scenes.load import dump_scene
 from ..io.sources.recorded_tow import RecordedTow, SameTicks
-from ..sim.live_parameters import set_live
+from ..sim.live_parameters import put_live
 from ..sim.saved.savefile import LAYOUT, SaveError, fitting
 from ..sim.scene import Scene
 from ..sim.verdict import Reason, check
@@ -145,6 +145,6 @@ class JournalReplay(Runner):
             self.faults.append(f"parameter {name} was changed to {value} in the run: left out, with another scene")
             return
         try:
-            set_live(self.sim, name, value)
+            put_live(self.sim, name, value)
         except (KeyError, ValueError) as error:
             self.faults.append(f"parameter {name} was changed to {value} in the run: refused here ({error})")

@@ -140,7 +140,8 @@ class MessageRun(Runner):
                 f"be a tow on its mean track. See the causes in docs/motion.md, or simulate it with --motion none"
             )
         first, x, y, yaw = feeder.ingest.first_pose
-        return Start(first, (x, y), _mean_yaw(tow, yaw, feeder.ingest))
+        heading = _mean_yaw(tow, yaw, feeder.ingest) if tow.heading is None else tow.heading
+        return Start(first, (x, y), heading)
 
     def _ticks(self, start: Start, duration: float | None) -> int:
         if self.tow is None:
@@ -293,7 +294,7 @@ def _mean_yaw(tow: RecordedTow, yaw: float, ingest: MotionIngest) -> float:
     convention, mounting = ingest.settings.convention, mounting_of(ingest.heave.imu_rotation_deg)
     until, total = tow.start + round(HEADING_OVER * SECOND), [0.0, 0.0]
     for event in tow.events:
-        if event.kind == "command" or event.kind in tow.unfit or not tow.start <= event.time <= until:
+        if event.is_command or event.kind in tow.unfit or not tow.start <= event.time <= until:
             continue
         try:
             if event.kind == "imu":

@@ -41,6 +41,13 @@ METRICS = (
         "`acceleration_left` wrong, "
         "`acceleration_motion`; absent without one",
     ),
+    (
+        "rao",
+        "",
+        "motion by `--rao`: `source`, its `period_s` and `heading_deg` (or the numbers of the simple hull, with "
+        "`chosen`), `notes`, `outside`, `overtaken` (shares of the energy of the sea outside the table, and of waves "
+        "that the ship overtakes), `deviations` (standard deviations in the grown sea, m and deg); absent without it",
+    ),
     ("notices", "", "what is odd about the bag and its motion, as texts"),
     ("journal", "", "`replay`: true: the bag says what the run took and when, so that this is the same run"),
     ("replay_faults", "", "`replay`: why this may not be the run that was recorded, as texts"),
@@ -60,8 +67,8 @@ METRICS = (
         "verdict",
         "",
         "`state` (ok, doubtful, failed) and `reasons`: list of `flag`, `seconds` in all, `share` of the run, `figures` "
-        "concerned, `text`; see [flags](flags.md#verdict). Of a replay with a journal: whether it is the run that was "
-        "recorded",
+        "concerned, `text`; see [flags](flags.md#verdict); `notes` of motion by `--rao`. Of a replay with a "
+        "journal: whether it is the run that was recorded",
     ),
     ("run_verdict", "", "`replay`: the verdict on that run itself, of the same form; absent without a journal"),
 )

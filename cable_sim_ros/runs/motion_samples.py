@@ -44,7 +44,7 @@ def motion_of_bag(
     samples: list[ShipMotion] = []
     epoch = None
     for event in tow.events:
-        if event.kind == "command":
+        if event.is_command:
             continue
         before = int(inputs.motion_head[0])
         if intake.motion(event) is Took.JUMPED:

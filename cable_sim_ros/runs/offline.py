@@ -34,12 +34,13 @@ from .result import Run as Run
 from .resume import Resumed, report_of
 from .resume import save as save_run
 from .settings import NOTHING, Settings, apply_to_bag, apply_to_scene, of_intake, recorded_intake, refuse_without_bag
-from .sources import HEAVE_SECONDS, motion_of, scene_of_bag
+from .sources import in_the_sea, motion_of, notes_of, scene_of_bag, sea_motion_kept, seconds_of
 from .step_choice import doubts_of_steps, metrics_of_steps, stepped
 from .stepping import Progress, Stepped, silent
 from .summary import summarize
 from .transient import growth, start_up, still_growing
 
+DRIVEN = "drive.mode", "drive.set_pull"  # keys that a run that goes on may have otherwise
 AFTER_PLAN = 60.0  # s of a run after the last item of a winch plan, without a bag, where no duration is given
 NO_JOURNAL = (
     "the bag has no journal of what the run took and when: it was recorded by another program or an older version, so "
@@ -52,6 +53,7 @@ def run(
     motion: str | os.PathLike | None = None,
     *,
     heave: tuple[float, float] | None = None,
+    rao: str | os.PathLike | None = None,
     duration: float | None = None,
     algorithm: str | None = None,
     imu_only: bool = False,
@@ -69,17 +71,20 @@ def run(
     control_period: float | None = None,
     progress: Progress = silent,
 ) -> Run:
-    """Simulate a scene under the motion of a bag or CSV table, a sinusoidal heave, or on its mean track (motion None).
+    """Simulate a scene under the motion of a bag or CSV table, a sinusoidal heave, its waves, or on its mean track.
 
-    heave: amplitude [m] and period [s], in place of ``motion``; duration: s, default all the motion there is, or a
-    short settling without any, or a minute after the last item of a winch plan; algorithm: set-point in place of the
-    scene's; imu_only: leave odometry out; winch: a plan, its text or file, in place of the winch commands of the bag;
+    heave: amplitude [m] and period [s], in place of ``motion`` (None: mean track); rao: CSV of response amplitude
+    operators, or ``simple``, in place of ``motion``: the ship moves in the waves of the scene; duration: s, default
+    all the motion there is, or a short settling without any, or a minute after the last item of a winch plan;
+    algorithm: set-point in place of the scene's; imu_only: leave odometry out; winch: a plan, its text or file, in
+    place of the winch commands of the bag;
     step and every: see `stepped`; out: folder to make, with the bag ``tow`` of every channel and ``summary.json``;
     save: file to write the state at the end to; resumed: such a file to begin from, see `runs.resume`: scene None is
     that of the file then, and winch None its plan where its motion goes on; markers: rate of ``cable/markers`` in the
     bag [Hz], 0: none; check: run it again finer, see `runs.refinement_check`, not with ``resumed``; settings: other
     values by dotted key, of the scene, or of ``motion.`` and ``heave.`` for how the messages of a bag are taken in;
-    topics: those of a bag by kind (imu, odometry, command) where the search by type and name is not to decide.
+    topics: those of a bag by kind (imu, odometry, command, command_position, command_velocity) where the search by
+    type and name is not to decide.
 
     controller: commands the winch in place of a plan and of the commands of the bag: a callable that takes a copy of
     the row of the last tick (a record of TICK_OUTPUT, SI units; the first is that of the start) and returns a
@@ -107,7 +112,7 @@ def run(
             f"duration = {duration:g} s is outside (0, {LONGEST_RUN:g}] s: nothing was simulated; give seconds"
         )
     plan = None if winch is None else WinchPlan.of(winch)
-    report = report_of(motion, heave, imu_only, plan)._replace(settings=of_intake(settings), topics=dict(topics))
+    report = report_of(motion, heave, imu_only, plan, rao)._replace(settings=of_intake(settings), topics=dict(topics))
     before = 0.0  # s simulated under the same motion
     own_plan = winch is not None
     if resumed is not None:
@@ -118,21 +123,24 @@ def run(
     bag = _bag_path(out)
     if save is not None:
         check_place(save)
-    scene = _scene_of(scene, resumed, algorithm, step, every, settings)
+    with in_the_sea(rao is not None):
+        scene = _scene_of(scene, resumed, algorithm, step, every, settings)
     control = None if controller is None else ControlLoop(controller, control_period, scene.solver.tick)
     if duration is None and motion is None:
         after = 0.0 if plan is None else max(0.0, plan.last + AFTER_PLAN - before)
-        duration = (max(HEAVE_SECONDS, after) if heave is not None else after) or None
-    lasts = duration if duration is None or heave is None else before + duration
-    tow = motion_of(scene, motion, heave, lasts, imu_only, settings, topics)
+        duration = max(seconds_of(heave, rao, scene), after) or None
+    lasts = duration if duration is None or (heave is None and rao is None) else before + duration
+    tow = motion_of(scene, motion, heave, lasts, imu_only, settings, topics, rao)
     if tow is not None and (plan is not None or control is not None):
-        tow.events = [event for event in tow.events if event.kind != "command"]
+        tow.events = [event for event in tow.events if not event.is_command]
     one = MessageRun(scene, tow, progress=progress, winch=plan, control=control)
     driven = one.run(duration, bag, markers, resumed, own_plan)
     before = one.done_before * one.tick * 1e-9
     result = _run_of(one.sim, one.tick, tow, driven, bag, before)
     result.metrics.update(_intake_metrics(one))
     result.metrics["imu_only"] = imu_only
+    if tow is not None and tow.sea_motion:
+        result.metrics["rao"] = tow.sea_motion
     if plan is not None:
         result.metrics["winch"] = str(plan)
     if control is not None:
@@ -146,14 +154,15 @@ def run(
         result.metrics["saved"] = os.fspath(save)
     judged(result, scene, [*one.doubts, *(tow.doubts if tow else ()), *_damage(tow)], before=before)
     if check:
-        refinement_check.compare(
-            result,
-            scene,
-            lambda: motion_of(scene, motion, heave, lasts, imu_only, settings, topics),
-            duration,
-            plan,
-            progress,
-        )
+        with in_the_sea(rao is not None):
+            refinement_check.compare(
+                result,
+                scene,
+                lambda: motion_of(scene, motion, heave, lasts, imu_only, settings, topics, rao),
+                duration,
+                plan,
+                progress,
+            )
     _write_summary(out, result)
     if one.failed is not None:
         one.failed.run = result
@@ -179,7 +188,9 @@ def _scene_of(
         scene = override(scene, {"setpoint.algorithm": algorithm})
     scene = stepped(scene, step, every)
     if resumed is not None:
-        same_scene(resumed.path, resumed.scene, scene, but=() if algorithm is None else ("setpoint.algorithm",))
+        same_scene(
+            resumed.path, resumed.scene, scene, but=(*DRIVEN, *(() if algorithm is None else ("setpoint.algorithm",)))
+        )
     return scene
 
 
@@ -204,7 +215,9 @@ def replay(
     check_rate(markers)
     target = _bag_path(out)
     tow = read_tow(find_bag(bag), topics=topics)
-    scene, own = scene_of_bag(tow, scene, algorithm, settings)
+    tow.sea_motion = sea_motion_kept(tow)
+    with in_the_sea(bool(tow.sea_motion)):
+        scene, own = scene_of_bag(tow, scene, algorithm, settings)
     if tow.journal:
         refuse_without_bag(settings, topics, "in the journal of the bag, as the run took it")
     apply_to_bag(tow, settings)
@@ -240,6 +253,8 @@ def replay(
         journal=bool(report.segments),
         replay_faults=faults,
     )
+    if tow.sea_motion:
+        result.metrics["rao"] = tow.sea_motion
     if not result.residuals and result.metrics["largest_difference"] is None:
         doubts.append(
             verdict.check(
@@ -283,7 +298,7 @@ def judged(
     if scene is not None and not result.problem:
         others = [*others, *still_growing(scene, result.metrics, before)]
     others = [*others, *doubts_of_steps(result.metrics)]
-    result.verdict = verdict.judge(counted, scene, others, result.problem)
+    result.verdict = verdict.judge(counted, scene, others, result.problem)._replace(notes=notes_of(result.metrics))
     if result.problem:
         result.metrics["problem"] = result.problem
     result.metrics["verdict"] = result.verdict.as_dict()

@@ -76,7 +76,7 @@ def compare(
             reasons = [reason for reason in reasons if reason.flag not in SETTLED]
         else:
             reasons.append(check("CHECK", "; ".join(text for text in apart(metrics, again).values() if text)))
-    result.verdict = verdict_of(reasons)
+    result.verdict = verdict_of(reasons)._replace(notes=result.verdict.notes)
     metrics["verdict"] = result.verdict.as_dict()
     return result
 

@@ -43,6 +43,7 @@ class Report(NamedTuple):
     winch: str | None = None
     settings: dict[str, Any] = {}  # how messages of the bag were taken in
     topics: dict[str, str] = {}
+    rao: str | None = None  # a table as given, or the simple hull
 
 
 class Note(BaseModel):
@@ -61,12 +62,21 @@ class Note(BaseModel):
 
 
 def report_of(
-    motion: str | os.PathLike | None, heave: tuple[float, float] | None, imu_only: bool, winch: WinchPlan | None
+    motion: str | os.PathLike | None,
+    heave: tuple[float, float] | None,
+    imu_only: bool,
+    winch: WinchPlan | None,
+    rao: str | os.PathLike | None = None,
 ) -> Report:
     """As noted in a file: a path is kept absolute, a shipped bag by its name."""
-    if motion is not None:
-        motion = str(Path(motion).resolve()) if Path(motion).exists() else os.fspath(motion)
-    return Report(motion, heave, imu_only, None if winch is None else str(winch))
+    plan = None if winch is None else str(winch)
+    return Report(_kept(motion), heave, imu_only, plan, rao=_kept(rao))
+
+
+def _kept(path: str | os.PathLike | None) -> str | None:
+    if path is None:
+        return None
+    return str(Path(path).resolve()) if Path(path).exists() else os.fspath(path)
 
 
 def save(path: str | os.PathLike, one: Position, report: Report) -> None:
@@ -184,6 +194,12 @@ class Resumed:
                 return self._go_on(one, now, own_plan)
         except ValueError as error:  # of set_back
             raise self._damaged(error) from None
+        if one.tow is not None and one.tow.sea_motion:
+            raise SaveError(
+                f"{self.path}: was not saved under {one.tow.path}: the waves of the state have gone on since its start "
+                f"and those that move the ship would begin anew, so that they would not be the same; nothing was "
+                f"simulated. Begin without --from, or go on under the --rao it was saved under"
+            )
         arrays |= {f"inputs_{name}": array for name, array in make_inputs()._asdict().items()}
         at = place(arrays["memory"])
         if one.tow is None:

@@ -57,7 +57,7 @@ def settings_of(pairs: Iterable[str], convention: str | None = None) -> dict[str
 
 
 def topics_of(pairs: Iterable[str]) -> dict[str, str]:
-    """Topics by kind (imu, odometry, command) from texts ``kind=name``. Raises MotionError."""
+    """Topics by kind (of messages.KINDS) from texts ``kind=name``. Raises MotionError."""
     found: dict[str, str] = {}
     for pair in pairs:
         kind, _, name = pair.partition("=")

@@ -1,22 +1,29 @@
-"""Where a run takes its ship motion from (a bag, a table, a sinusoidal heave), and a replay its scene."""
+"""Where a run takes its ship motion from (a bag, a table, a sinusoidal heave, a sea), and a replay its scene."""
 
 from __future__ import annotations
 
+import json
 import os
-from collections.abc import Mapping
+import warnings
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from ..io.bags.bag_writer import BagError
-from ..io.scenes.load import load_scene, override, scene_from_text
+from ..io.scenes.load import SceneWarning, load_scene, override, scene_from_text
 from ..io.scenes.resources import find_bag
 from ..io.sources.coarse_bag import smooth_odometry
 from ..io.sources.motion_table import MotionError, read_table, sine_heave
 from ..io.sources.recorded_tow import RecordedTow, read_tow
+from ..io.sources.sea_motion import sea_motion
 from ..sim.scene import Scene
 from . import motion_preview
 from .settings import NOTHING, Settings, apply_to_bag, apply_to_scene, recorded_intake, refuse_without_bag
 
 HEAVE_SECONDS = 60.0  # s of a run under a sinusoidal heave where no duration is given
+RAMPS = 3.0  # of water.ramp, of a run in the waves of the scene, where that is longer
+ALONE = "water.waves.ship_motion = independent|.*while the ship does not rise with them"  # not of a ship in the waves
 
 
 def motion_of(
@@ -27,15 +34,23 @@ def motion_of(
     imu_only: bool,
     settings: Settings = NOTHING,
     topics: Mapping[str, str] = NOTHING,
+    rao: str | os.PathLike | None = None,
 ) -> RecordedTow | None:
     """Messages of the ship's motion, whatever they come from."""
     table = motion if motion is not None and Path(motion).suffix.lower() == ".csv" else None
     if heave is not None and motion is not None:
         raise MotionError(f"heave and the motion '{motion}' were both given: nothing was simulated; give one of them")
-    if imu_only and (table is not None or heave is not None):
-        raise MotionError(f"{motion or '--heave'} gives no IMU messages: nothing was simulated; leave --imu-only out")
+    if rao is not None and (heave is not None or motion is not None):
+        other = "heave" if motion is None else f"the motion '{motion}'"
+        raise MotionError(f"rao and {other} were both given: nothing was simulated; give one of them")
+    if imu_only and (table is not None or heave is not None or rao is not None):
+        of = motion or ("--heave" if rao is None else "--rao")
+        raise MotionError(f"{of} gives no IMU messages: nothing was simulated; leave --imu-only out")
     if heave is not None or table is not None or motion is None:
-        refuse_without_bag(settings, topics, "a table" if table else "--heave" if heave else "none")
+        kind = "a table" if table else "--heave" if heave else "none" if rao is None else "--rao"
+        refuse_without_bag(settings, topics, kind)
+    if rao is not None:
+        return sea_motion(rao, scene, seconds_of(heave, rao, scene) if duration is None else duration)
     if heave is not None:
         amplitude, period = heave
         return sine_heave(amplitude, period, HEAVE_SECONDS if duration is None else duration, scene.ship)
@@ -48,6 +63,37 @@ def motion_of(
     motion_preview.look(tow, scene, *recorded_intake(tow))
     smooth_odometry(tow, scene.sheave.position)
     return tow
+
+
+def seconds_of(heave: tuple[float, float] | None, rao: str | os.PathLike | None, scene: Scene) -> float:
+    """Seconds of a run under a motion that has no end, where no duration is given; 0 for another motion."""
+    if rao is not None:
+        return max(HEAVE_SECONDS, RAMPS * scene.water.ramp)
+    return 0.0 if heave is None else HEAVE_SECONDS
+
+
+@contextmanager
+def in_the_sea(moved: bool) -> Iterator[None]:
+    """Leave out the warnings of a scene that hold for a ship whose motion does not follow from the waves."""
+    with warnings.catch_warnings():
+        if moved:
+            warnings.filterwarnings("ignore", f".*({ALONE})", SceneWarning)
+        yield
+
+
+def sea_motion_kept(tow: RecordedTow) -> dict[str, object]:
+    """What a bag says of the motion by waves that it recorded; nothing of a bag of other motion."""
+    try:
+        found = json.loads(tow.about.get("rao", "{}"))
+    except (ValueError, RecursionError):
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def notes_of(metrics: Mapping[str, Any]) -> tuple[str, ...]:
+    """Notes for the verdict of a run: what was chosen for the motion of its ship in the waves."""
+    notes = metrics.get("rao", {}).get("notes", ())
+    return tuple(str(note) for note in notes) if isinstance(notes, (list, tuple)) else ()
 
 
 def scene_of_bag(

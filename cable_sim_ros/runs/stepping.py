@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -115,6 +116,8 @@ class RunRecorder:
             about["winch_plan"] = str(winch)
         if tow is not None and "node" in tow.about:
             about["node"] = tow.about["node"]  # how the motion was taken in
+        if tow is not None and tow.sea_motion:
+            about["rao"] = json.dumps(tow.sea_motion)  # what moved the ship in the waves of the scene
         self.writer = BagWriter(path, custom_data=about)
         self.encoder.declare(self.writer)
         self.offset = 0  # ns, arrival less stamp

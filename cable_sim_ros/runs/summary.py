@@ -51,6 +51,11 @@ WINCH_PEAKS = (  # name, unit, meaning, field of the tick output, which end of i
         "winch_power_tick_min",
         np.min,
     ),
+    ("motor_pull_max_n", "N", "largest pull of the motor at the drum; 0 without one", "motor_pull", np.max),
+    ("motor_power_max_w", "W", "largest power of the motor on the drum; 0 without one", "motor_power", np.max),
+    ("motor_limited_share", "", "share of the run in which the motor gave all it can", "motor_limited", np.mean),
+    ("brake_slip_m", "m", "cable run off or on against the brake", "brake_slip", np.max),
+    ("brake_heat_j", "J", "heat of the brake", "brake_heat", np.max),
 )
 WINCH_LIMITS = (  # name, and of the field of the tick output, what was held
     ("rate_limited", "`winch.max_rate` held the servo"),

@@ -158,9 +158,14 @@ def drum_record(layout: Layout, mesh: FeedMesh | None) -> np.ndarray:
     scene, route, row = layout.scene, layout.route, np.zeros((), DRUM)
     w = scene.winch
     for key in set(DRUM.names or ()) & set(type(w).model_fields):  # a number that kernels take as it is given
-        row[key] = getattr(w, key)
+        if getattr(w, key) is not None:
+            row[key] = getattr(w, key)
     row["centre"] = w.position
     row["radius"], row["angle_0"], row["side"] = route.drum, w.wrap, route.side
+    d = scene.cable.diameter
+    row["lay_pitch"] = d if w.lay_pitch is None else w.lay_pitch
+    row["lay_rise"] = 0.5 * sqrt(3.0) * d if w.lay_rise is None else w.lay_rise
+    row["lay_turns"] = w.lay_width / row["lay_pitch"]
     row["gain_p"], row["gain_d"] = w.proportional_gain, w.derivative_gain
     row["max_accel"] = w.max_acceleration
     row["timeout"], row["delay"] = w.command_timeout, round(w.command_delay * 1e9)
@@ -197,10 +202,12 @@ def drive_record(scene: Scene) -> np.ndarray:
     row["model"], row["mode"] = MODELS.index(d.model), MODES.index(d.mode)
     row["length_gain"] = 0.25 * d.bandwidth if d.length_gain is None else d.length_gain
     row["max_power"] = np.inf if d.max_power is None else d.max_power
-    row["mass"] = d.inertia / scene.winch.drum_radius**2
-    row["gain_p"] = 2.0 * d.damping * d.bandwidth * row["mass"]
-    row["gain_i"] = d.bandwidth**2 * row["mass"]
-    row["points"] = len(d.curve_speed)
+    row["mass"] = d.inertia / (scene.winch.drum_radius + 0.5 * scene.cable.diameter) ** 2
+    row["cable"] = extreme(scene.cable, "mass_per_length", max)[1]
+    mass = row["mass"] if d.controller_mass is None else d.controller_mass
+    row["gain_p"] = 2.0 * d.damping * d.bandwidth * mass
+    row["gain_i"] = d.bandwidth**2 * mass
+    row["points"], row["peak"] = len(d.curve_speed), max(d.curve_pull, default=0.0)
     row["curve_speed"][: len(d.curve_speed)] = d.curve_speed
     row["curve_pull"][: len(d.curve_pull)] = d.curve_pull
     return row

@@ -20,6 +20,7 @@ WITHIN_M = 0.01  # m, for a replay
 # step.WAIT others is 1/11 of them, events of a seaway took back up to 1/100
 REFUSED_FRACTION, MIN_REFUSED = 0.05, 20
 REFUSED_S, REFUSED = 2.0, 0.01  # s and share of the run for which a refused source of motion is borne
+OUTSIDE_TABLE = 0.05  # share of the energy of the sea that may lie outside a table of response amplitude operators
 ROUNDED = 0.08  # of the rms acceleration at the sheave, that rounded motion may leave wrong
 MIN_ROUNDED = 5e-4  # m/s^2, and more than this: a tenth of a newton on a tow of 200 kg
 WITHIN_JOURNAL = 1e-6  # of the tension, and m, for one that knows what every tick saw: another machine rounds otherwise
@@ -253,7 +254,7 @@ RULES = (
         0.0,
         0.0,
         (),
-        "cable slipped through the set brake",
+        "the drum turned against its brake",
         "a brake slips above what it holds; how far stands in brake_slip",
         alarm=True,
     ),
@@ -310,6 +311,13 @@ CHECKS = (
         SEAWAY,
         f"the acceleration at the sheave that the rounding of the motion leaves wrong is above {100.0 * ROUNDED:g} % "
         f"of that of the motion, and {MIN_ROUNDED:g} m/s^2",
+    ),
+    (
+        "RAO_OUTSIDE",
+        DOUBTFUL,
+        SEAWAY,
+        f"more than {100.0 * OUTSIDE_TABLE:g} % of the energy of the sea is outside the periods or headings of the "
+        "table given with `--rao`, whose ends are held there",
     ),
     (
         "RESIDUAL",

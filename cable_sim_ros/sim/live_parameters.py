@@ -82,12 +82,23 @@ def set_live(sim: Simulator, name: str, value: Any) -> None:
     Call it between two ticks. Raises KeyError for a parameter that is not live, ValueError for one out of its range or
     that the drive cannot serve.
     """
+    if refusal := unfit(changed(sim.scene, name, value) if name in ways(sim.scene) else sim.scene):
+        raise ValueError(refusal)
+    put_live(sim, name, value)
+
+
+def put_live(sim: Simulator, name: str, value: Any) -> None:
+    """As set_live, for one of several values that were checked together."""
     way = ways(sim.scene)[name]
-    scene = changed(sim.scene, name, value)
-    for problem in mode_problems(scene):
-        raise ValueError(f"{problem.key} {problem.text}; nothing was changed. {problem.remedy}")
-    sim.scene = scene
+    sim.scene = changed(sim.scene, name, value)
     way(sim, value)
+
+
+def unfit(scene: Scene) -> str:
+    """ "" or why live values of a scene do not serve together."""
+    for problem in mode_problems(scene):
+        return f"{problem.key} {problem.text}; nothing was changed. {problem.remedy}"
+    return ""
 
 
 def value_of(block: Any, name: str) -> Any:

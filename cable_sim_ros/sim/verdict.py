@@ -47,10 +47,11 @@ class Reason(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """State of a run and the reasons for it."""
+    """State of a run and the reasons for it; notes: what was chosen for it, which makes it no other state."""
 
     state: str = OK
     reasons: tuple[Reason, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def code(self) -> int:
@@ -63,7 +64,8 @@ class Verdict(NamedTuple):
 
     def as_dict(self) -> dict[str, Any]:
         """For the JSON."""
-        return {"state": self.state, "reasons": [reason.as_dict() for reason in self.reasons]}
+        found = {"state": self.state, "reasons": [reason.as_dict() for reason in self.reasons]}
+        return found | ({"notes": list(self.notes)} if self.notes else {})
 
     @property
     def headline(self) -> str:
@@ -75,13 +77,15 @@ class Verdict(NamedTuple):
 
     def lines(self, of: str = "verdict") -> list[str]:
         """What the terminal says last; of: what is judged."""
+        notes = [f"  note: {note}" for note in self.notes]
         if self.state == OK:
-            return [f"{of}: ok"]
+            return [f"{of}: ok", *notes]
         what = {
             DOUBTFUL: "the run came to its end, but figures cannot be taken as they are",
             FAILED: "the run did not come to its end",
         }
-        return [f"{of}: {self.state}: {what[self.state]} (docs/flags.md)", *(f"  {r}" for r in self.reasons)]
+        reasons = [f"  {reason}" for reason in self.reasons]
+        return [f"{of}: {self.state}: {what[self.state]} (docs/flags.md)", *reasons, *notes]
 
 
 def verdict_of(reasons: Iterable[Reason]) -> Verdict:

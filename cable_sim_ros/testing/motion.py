@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import TowError
+from ..io.messages.commands import as_joint_state
 from ..io.messages.messages import Event
 from ..io.scenes.resources import find_bag
 from ..io.sources.motion_table import MotionWarning, Samples, odometry_events, read_table, sine_heave
@@ -46,14 +47,14 @@ def messages(
         duration = number("duration", duration, "s", "nothing was sent", "leave it out for all the motion of a source")
     with refused():
         events = _events(source, ship, heave, start, duration, imu_only)
-    kept = [event for event in events if commands or event.kind != "command"]
+    kept = [as_joint_state(event) for event in events if commands or not event.is_command]
     kept = [event for event in kept if not (imu_only and event.kind == "odometry")]
     kept.sort(key=lambda event: (event.time, INPUTS.index(event.kind)))
-    motion = [event.time for event in kept if event.kind != "command"]
+    motion = [event.time for event in kept if not event.is_command]
     first = (motion[0] if motion else 0) + round(start * SECOND)
     last = first + round(duration * SECOND) if duration is not None else 2**63 - 1
     found = [event._replace(stamp=event.time) for event in kept if first <= event.time <= last]
-    if not any(message.kind != "command" for message in found):
+    if all(message.is_command for message in found):
         raise TowError(f"no motion in the part asked for (from {start:g} s on): nothing was sent")
     return found
 

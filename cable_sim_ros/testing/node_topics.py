@@ -19,10 +19,10 @@ from std_srvs.srv import SetBool, Trigger
 
 from ..errors import TowError
 from ..io.messages.commands import encode_command
-from ..io.messages.messages import KINDS, Event
+from ..io.messages.messages import COMMANDS, KINDS, Event
 from ..ros.client import NAMESPACE, Client
 from ..ros.parameters import FOREIGN, settle
-from ..ros.topics import message_class
+from ..ros.topics import inputs_there, message_class
 from .feeder import AHEAD, Feeder
 from .frames import FrameBox
 from .motion import SECOND
@@ -71,7 +71,9 @@ class Link:
         self.client.listen(DiagnosticArray, "/diagnostics")
         if lockstep:
             self.client.hear(Clock, "/clock", self._on_clock, reliable=False)
-            self.client.hear(JointState, COMMAND, lambda data: self.spoken.set(), reliable=False)
+            for kind, made in inputs_there()[0].items():
+                if kind in COMMANDS:
+                    self.client.hear(made, KINDS[kind][1], lambda data: self.spoken.set(), reliable=False)
 
     def connected(self) -> bool:
         """Do both ends know of each other, on every topic that is used?"""
@@ -117,7 +119,7 @@ class Link:
 
     def feed(self, messages: Sequence[Event]) -> int:
         """Queue motion; the stamp of the first, ns: the clock's time in lockstep, else from now on."""
-        if any(message.kind == "command" for message in messages):
+        if any(message.is_command for message in messages):
             self._commander()
         first = self.now if self.lockstep else time.time_ns() + AHEAD
         stamp = self.feeder.add(messages, first)
@@ -191,7 +193,7 @@ class Link:
 
     def commanders(self) -> int:
         """Publishers of winch commands beside our own."""
-        return self.client.others_on(f"{NAMESPACE}/{COMMAND}")
+        return sum(self.client.others_on(f"{NAMESPACE}/{KINDS[kind][1]}") for kind in COMMANDS)
 
     def controller_comes(self) -> None:
         """A controller is about to start: what was commanded before is not its answer."""

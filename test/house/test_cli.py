@@ -82,6 +82,9 @@ def test_every_command_helps(command):
             ("run", "full_scale", "--heave", "1,8", "--motion", "none"),
             "--heave and --motion none contradict each other",
         ),
+        (("run", "full_scale", "--rao", "simple", "--motion", "none"), "--rao and --motion none contradict each other"),
+        (("run", "full_scale", "--rao", "simple", "--heave", "1,8"), "error: rao and heave were both given: nothing"),
+        (("run", "full_scale", "--rao", "simple"), "error: full_scale: --rao moves the ship in the waves of the scene"),
         (
             ("run", "full_scale", "--winch", "0 stop"),
             "error: winch plan, item 1 '0 stop': 'stop' is no order; nothing was",

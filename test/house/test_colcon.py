@@ -20,6 +20,7 @@ PARTS = (
     "cable_sim_ros",
     "config",
     "bags",
+    "launch",
 )
 WHERE = "from cable_sim_ros.io.scenes.resources import *; print(share_folder(), *shipped_scenes(), *shipped_bags())"
 
@@ -76,6 +77,8 @@ def test_colcon_installs_share_and_index(workspace):
     assert (prefix / "share" / "ament_index" / "resource_index" / "packages" / "cable_sim_ros").is_file()
     for path in (ROOT / "config").glob("*.yaml"):
         assert (prefix / "share" / "cable_sim_ros" / "config" / path.name).read_bytes() == path.read_bytes()
+    for path in (ROOT / "launch").glob("*.launch.py"):
+        assert (prefix / "share" / "cable_sim_ros" / "launch" / path.name).read_bytes() == path.read_bytes()
     assert (prefix / "share" / "cable_sim_ros" / "package.xml").is_file()
     assert sorted(p.name for p in (prefix / "lib" / "cable_sim_ros").iterdir()) == ["cable-sim", "node"]
     assert str(prefix) in sourced(workspace, "bash", "-c", "echo $AMENT_PREFIX_PATH")

@@ -43,6 +43,7 @@ CITED = {  # what the code cites -> its entry in docs/references.md; both sides 
     "Packwood": "Packwood (1990)",
     "Pode": "Pode (1951)",
     "Zienkiewicz and Xie (1991)": "Zienkiewicz and Xie (1991)",
+    "Mansour and Olsen (2004)": "Jensen, Mansour and Olsen (2004)",
     "Hulbert and Jang (1995)": "Hulbert and Jang (1995)",
     "Shampine and Baca (1984)": "Shampine and Baca (1984)",
     "Vandiver (1983)": "Vandiver (1983)",

@@ -32,6 +32,7 @@ ROSDEP = {
     "python3-scipy": "apt python3-scipy",
     "mcap-ros2-support": "pip mcap-ros2-support",  # needs mcap, which has no key of its own
 }
+LAUNCH = {"ament_index_python", "launch", "launch_ros"}  # only with a ROS from its distribution, as ros2 launch is
 KEY_OF = {"rosbags": "python3-rosbags-pip", "mcap": "mcap-ros2-support"}
 
 
@@ -117,13 +118,14 @@ def test_python_dependencies_are_the_same_in_both_worlds(arguments):
 def test_every_rosdep_key_exists():
     """rosdep stops at a key that it does not know. ROS packages: in the lists of Jazzy and Kilted, as wheels too."""
     for name in depends("exec_depend") | depends("test_depend"):
-        assert name in ROSDEP or name == "rclpy" or re.fullmatch(r"[a-z]+_(msgs|srvs|interfaces)", name), name
+        ours = name in {*ROSDEP, *LAUNCH, "rclpy"}
+        assert ours or re.fullmatch(r"[a-z]+_(msgs|srvs|interfaces)", name), name
 
 
 @pytest.mark.parametrize("extra", ["ros", "ros-jazzy", "ros-kilted"])
 def test_ros_dependencies_are_the_same_in_both_worlds(arguments, extra):
     wheels = {name_of(r).removeprefix("ros-").replace("-", "_") for r in arguments["extras_require"][extra]}
-    assert wheels == depends("exec_depend") - set(ROSDEP)
+    assert wheels == depends("exec_depend") - set(ROSDEP) - LAUNCH
 
 
 def test_wheels_of_ros_are_of_one_distribution(arguments):
@@ -177,7 +179,7 @@ def test_executables_lead_somewhere(arguments):
 
 def test_every_scene_and_bag_is_installed(arguments):
     installed = {Path(file) for _, files in arguments["data_files"] for file in files}
-    for folder in ("config", "bags"):
+    for folder in ("bags", "config", "launch"):
         for path in (ROOT / folder).rglob("*"):
             if path.is_file() and not path.name.startswith("."):
                 assert path.relative_to(ROOT) in installed, path

@@ -51,7 +51,7 @@ def test_wheel_has_all_scenes_and_bags(built):
     names, _, _ = built
     shared = {name.partition("/share/cable_sim_ros/")[2] for name in names if "/share/cable_sim_ros/" in name}
     assert "package.xml" in shared
-    for folder in ("config", "bags"):
+    for folder in ("bags", "config", "launch"):
         for path in (ROOT / folder).rglob("*"):
             if path.is_file() and not path.name.startswith("."):
                 assert path.relative_to(ROOT).as_posix() in shared, path

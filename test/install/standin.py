@@ -31,7 +31,7 @@ UBUNTU = {  # of 24.04, by installation logs and package lists in public reposit
     "setuptools": "68.1.2",
 }
 PARTS = "package.xml setup.py setup.cfg pyproject.toml README.md MANIFEST.in LICENSE requirements.txt"
-PARTS += " resource cable_sim_ros config bags"
+PARTS += " resource cable_sim_ros config bags launch"
 MARKER = """[externally-managed]
 Error=To install Python packages system-wide, try apt install
  python3-xyz, where xyz is the package you are trying to

@@ -272,7 +272,7 @@ def test_bad_input_is_refused_and_counted_by_cause(cause, topic, data):
 
 def test_every_cause_has_a_test():
     events = {cause for cause, text in CAUSES.items() if not text}
-    elsewhere = {"joint_name", "array_length", "effort_only", "before_motion", "stamp_off_clock", *DOUBTS}
+    elsewhere = {"joint_name", "array_length", "interface", "effort_only", "before_motion", "stamp_off_clock", *DOUBTS}
     elsewhere |= {"step_past", "step_future", "step_twice", "held_full"}  # test_lockstep, test_gate
     assert {cause for cause, _, _ in BAD} | {"behind"} == set(CAUSES) - events - elsewhere
     assert events == {"imu_gap", "gap", "source_change", "position_jump", "heave_diverged"}

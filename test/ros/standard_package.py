@@ -1,7 +1,9 @@
-"""The package simulation_interfaces, made of its definitions in standard_2_1_0 with the generators beside rclpy.
+"""A message package made of its definitions with the generators beside rclpy: simulation_interfaces of those in
+standard_2_1_0, or another.
 
 Classes alone need no compiler; to send them, one extension module is compiled against the headers and libraries of the
-same environment. Run as a program (python standard_package.py FOLDER), as the generators print and read sys.argv.
+same environment. Run as a program (python standard_package.py FOLDER DEFINITIONS PACKAGE), as the generators print and
+read sys.argv.
 """
 
 from __future__ import annotations
@@ -17,8 +19,10 @@ from pathlib import Path
 HERE = Path(__file__).parent / "standard_2_1_0"
 PREFIX = Path(sys.prefix)
 PACKAGE, SUPPORT = "simulation_interfaces", "rosidl_typesupport_fastrtps_c"
-NEEDED = ("builtin_interfaces", "service_msgs")
+INTROSPECTION = "rosidl_typesupport_introspection_c"  # the middleware describes the type of a topic by it
+NEEDED = {PACKAGE: ("builtin_interfaces", "service_msgs"), "control_msgs": ("builtin_interfaces", "std_msgs")}
 LIBRARIES = ("rosidl_runtime_c", "rosidl_typesupport_c", SUPPORT, f"{SUPPORT}pp", "rmw", "fastcdr", "rcutils")
+LIBRARIES += (INTROSPECTION,)
 
 
 def why_not() -> str:
@@ -28,18 +32,20 @@ def why_not() -> str:
     return f"missing: {', '.join(missing)}" if missing else ""
 
 
-def make(folder: Path) -> Path:
+def make(folder: Path, definitions: Path = HERE, package: str = PACKAGE) -> Path:
     """Make the package in a folder, in a process of its own; returns what to put on the path."""
     environment = os.environ | {"AMENT_PREFIX_PATH": str(PREFIX)}
-    done = subprocess.run([sys.executable, __file__, str(folder)], capture_output=True, text=True, env=environment)
+    command = [sys.executable, __file__, str(folder), str(definitions), package]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment)
     assert done.returncode == 0, done.stderr[-3000:]
     return folder / "py"
 
 
-def generate(folder: Path) -> None:
+def generate(folder: Path, definitions: Path, package: str) -> None:
     """C and Python sources."""
     import rosidl_typesupport_c
     import rosidl_typesupport_fastrtps_c
+    import rosidl_typesupport_introspection_c
     from rosidl_adapter.msg import convert_msg_to_idl
     from rosidl_adapter.srv import convert_srv_to_idl
     from rosidl_generator_c import generate_c
@@ -47,44 +53,49 @@ def generate(folder: Path) -> None:
     from rosidl_generator_type_description import generate_type_hash
 
     fraction, idls = PREFIX / "share", []
-    for path in sorted((*HERE.glob("msg/*.msg"), *HERE.glob("srv/*.srv"))):
-        relative = path.relative_to(HERE)
+    for path in sorted((*definitions.glob("msg/*.msg"), *definitions.glob("srv/*.srv"))):
+        relative = path.relative_to(definitions)
         convert = convert_msg_to_idl if path.suffix == ".msg" else convert_srv_to_idl
-        convert(HERE, PACKAGE, relative, folder / "idl" / relative.parent)
+        convert(definitions, package, relative, folder / "idl" / relative.parent)
         idls.append(str(relative.with_suffix(".idl")))
 
     def report(out: str, template: str, **more) -> str:
-        place = folder / out / PACKAGE
+        place = folder / out / package
         place.mkdir(parents=True, exist_ok=True)
         file = folder / f"{template}.json"
         given = {
-            "package_name": PACKAGE,
+            "package_name": package,
             "output_dir": str(place),
             "template_dir": str(fraction / template / "resource"),
             "idl_tuples": [f"{folder / 'idl'}:{idl}" for idl in idls],
-            "ros_interface_dependencies": [f"{n}:{p}" for n in NEEDED for p in (fraction / n).rglob("*.idl")],
+            "ros_interface_dependencies": [f"{n}:{p}" for n in NEEDED[package] for p in (fraction / n).rglob("*.idl")],
             "target_dependencies": [],
         }
         file.write_text(json.dumps(given | more))
         return str(file)
 
     generate_type_hash(
-        report("td", "rosidl_generator_type_description", include_paths=[f"{n}:{fraction / n}" for n in NEEDED])
+        report(
+            "td", "rosidl_generator_type_description", include_paths=[f"{n}:{fraction / n}" for n in NEEDED[package]]
+        )
     )
-    described = [f"{idl}:{folder / 'td' / PACKAGE / Path(idl).with_suffix('.json')}" for idl in idls]
+    described = [f"{idl}:{folder / 'td' / package / Path(idl).with_suffix('.json')}" for idl in idls]
     generate_c(report("c", "rosidl_generator_c", type_description_tuples=described))
     rosidl_typesupport_fastrtps_c.generate_typesupport_fastrtps_c(report("c", SUPPORT))
-    rosidl_typesupport_c.generate_c(report("c", "rosidl_typesupport_c"), [SUPPORT])
+    supports = [SUPPORT] if package == PACKAGE else [SUPPORT, INTROSPECTION]
+    if INTROSPECTION in supports:
+        rosidl_typesupport_introspection_c.generate_c(report("c", INTROSPECTION))
+    rosidl_typesupport_c.generate_c(report("c", "rosidl_typesupport_c"), supports)
     generate_py(report("py", "rosidl_generator_py"), ["rosidl_typesupport_c"])
-    for kind in ("rosidl_generator_c", SUPPORT):
+    for kind in ("rosidl_generator_c", *supports):
         name = f"{kind}__visibility_control.h"
         text = (fraction / kind / "resource" / f"{name}.in").read_text()
-        text = text.replace("@PROJECT_NAME@", PACKAGE).replace("@PROJECT_NAME_UPPER@", PACKAGE.upper())
-        (folder / "c" / PACKAGE / "msg" / name).write_text(text)
-    (folder / "py" / PACKAGE / "__init__.py").touch()
+        text = text.replace("@PROJECT_NAME@", package).replace("@PROJECT_NAME_UPPER@", package.upper())
+        (folder / "c" / package / "msg" / name).write_text(text)
+    (folder / "py" / package / "__init__.py").touch()
 
 
-def compile_all(folder: Path) -> None:
+def compile_all(folder: Path, package: str) -> None:
     """The extension module beside the Python sources."""
     import numpy
 
@@ -103,14 +114,24 @@ def compile_all(folder: Path) -> None:
         subprocess.run([*compiler, *flags, "-c", str(path), "-o", objects[-1]], check=True)
     library = PREFIX / "lib"
     suffix = sysconfig.get_config_var("EXT_SUFFIX")
-    target = folder / "py" / PACKAGE / f"{PACKAGE}_s__rosidl_typesupport_c{suffix}"
-    kinds = ("rosidl_typesupport_c", SUPPORT, "rosidl_generator_c", "rosidl_generator_py")
-    linked = [str(library / f"lib{name}__{kind}.so") for name in NEEDED for kind in kinds]
+    target = folder / "py" / package / f"{package}_s__rosidl_typesupport_c{suffix}"
+    kinds = ("rosidl_typesupport_c", SUPPORT, INTROSPECTION, "rosidl_generator_c", "rosidl_generator_py")
+    linked = [str(library / f"lib{name}__{kind}.so") for name in NEEDED[package] for kind in kinds]
     paths = [f"-L{library}", f"-Wl,-rpath,{library}", *(f"-l{name}" for name in LIBRARIES)]
     subprocess.run(["g++", "-shared", "-o", str(target), *objects, *paths, *linked], check=True)
+    if package == PACKAGE:
+        return
+    # where there are two supports, each is looked for as a library of its own, among those that are loaded too
+    for kind in (SUPPORT, INTROSPECTION):
+        made = folder / "py" / f"lib{package}__{kind}.so"
+        named = [f"-Wl,-soname,{made.name}", "-Wl,--no-as-needed", str(target)]
+        subprocess.run(["g++", "-shared", "-o", str(made), *named], check=True)
+    (folder / "py" / package / "__init__.py").write_text(
+        "import ctypes, pathlib\n[ctypes.CDLL(made) for made in pathlib.Path(__file__).parents[1].glob('lib*.so')]\n"
+    )
 
 
 if __name__ == "__main__":
-    place = Path(sys.argv[1])
-    generate(place)
-    compile_all(place)
+    place, package = Path(sys.argv[1]), sys.argv[3]
+    generate(place, Path(sys.argv[2]), package)
+    compile_all(place, package)

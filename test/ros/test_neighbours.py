@@ -40,6 +40,18 @@ def test_two_senders_of_one_input():
     )
 
 
+def test_topics_that_are_one_input_have_one_sender():
+    rate, length = "/tow_sim/winch/command", "/tow_sim/winch/joint_command/position"
+    assert judge(OWN, [OWN], [], [Endpoint("/a", rate), Endpoint("/a", length)], (rate, length)) == []
+    two = [Endpoint("/b", rate), Endpoint("/a", length)]
+    assert judge(OWN, [OWN], [], two) == []
+    (text,) = judge(OWN, [OWN], [], two, (rate, length))
+    assert text == (
+        f"{rate} and {length} are one input and have 2 senders (/a, /b): the newest message counts, whoever sent it; "
+        f"leave one"
+    )
+
+
 def test_a_participant_without_a_node_has_a_name_too():
     assert full_name("_NODE_NAME_UNKNOWN_", "_NODE_NAMESPACE_UNKNOWN_") == "a participant without a ROS node"
     assert full_name("cable_sim", "/tow_sim") == OWN and full_name("x", "/") == "/x"

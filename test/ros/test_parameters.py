@@ -182,6 +182,8 @@ def test_declared_parameters_and_changes_at_run_time(world):
     assert change("setpoint.algorithm", type=text, string_value="hold").successful
     assert "one of" in change("setpoint.algorithm", type=text, string_value="fast").reason
     assert not change("water.density", type=ParameterType.PARAMETER_DOUBLE, double_value=1000.0).successful
+    refused = change("drive.mode", type=text, string_value="brake")
+    assert not refused.successful and "needs a motor and a brake" in refused.reason
     number = ParameterType.PARAMETER_DOUBLE
     for name in ("winch.command_timeout", "setpoint.washout_period"):
         assert change(name, type=number, double_value=1.0).successful, name

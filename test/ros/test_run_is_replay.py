@@ -10,6 +10,7 @@ import json
 import os
 import subprocess
 import sys
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -35,6 +36,7 @@ from cable_sim_ros.ros.publisher import TickPublisher
 from cable_sim_ros.ros.session import Session
 from cable_sim_ros.runs import offline
 from test_commands import command
+from test_joint_commands import KINDS, joint_command
 from test_motion import odometry
 
 S = 1_000_000_000
@@ -94,6 +96,11 @@ def order(stamp, position=(), velocity=(), **more):
     took("command", "winch/command", "sensor_msgs/msg/JointState", data, arrival)
     return session.command(data, arrival)
 
+def joint(kind, interface, value):
+    data, arrival = joint_command(now(), interface, [value]), time.monotonic_ns()
+    took(kind, KINDS[kind][1], KINDS[kind][0], data, arrival)
+    return session.command(data, arrival, kind)
+
 def finish():
     for _ in range(100):  # a loaded machine makes fewer ticks in the same time
         if not 0 <= session.built_loop.count - recorded_from <= 80:
@@ -122,6 +129,12 @@ for i in range(8):
     order(now() - 5 * S, velocity=[0.3])  # stamps 5 s old
     order(now(), [1e9])  # absurd
     order(now(), [1.0, 2.0])  # wrong length
+    if i % 2:  # the newest over both messages counts
+        joint("command_velocity", "velocity", 0.4)
+        joint("command_velocity", "velocity", math.inf)
+        joint("command_position", "effort", 900.0)
+    if i == 6:
+        joint("command_position", "position", 199.0)
     move(0.15, odd=5)  # and stamps of motion that are an hour ahead
 finish()
 """
@@ -199,12 +212,15 @@ def same(found: dict) -> None:
 
 
 def test_odd_messages(tmp_path):
-    """Commands before motion, 5 s old, absurd, of wrong length; motion stamped an hour ahead."""
+    """Commands before motion, 5 s old, absurd, of wrong length, of both messages; motion stamped an hour ahead."""
     found = run_and_replay(ODD, tmp_path / "bag")
     same(found)
     assert found["refused"]["before_motion"] == 1 and found["refused"]["out_of_range"] == 8
     assert found["refused"]["array_length"] == 8 and found["motion"]["stamp_off_clock"] >= 5
+    assert found["refused"]["not_finite"] == found["refused"]["effort_only"] == 4
     assert found["moved"] > 0.2, "commands with old stamps move the winch"
+    kinds = Counter(event.kind for event in read_tow(tmp_path / "bag").events if event.is_command)
+    assert kinds == {"command": 25, "command_velocity": 8, "command_position": 5}, "each is on its own topic"
 
 
 def test_resets_jumps_and_switches(tmp_path):

@@ -16,6 +16,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "io"))
 from test_commands import command
+from test_joint_commands import joint_command
 from test_motion import imu, odometry
 
 from cable_sim_ros.io.messages.messages import Event, stamp_of
@@ -269,20 +270,24 @@ def test_bad_motion_and_bad_commands_are_counted_and_change_nothing(monkeypatch)
     run.close()
 
 
-@pytest.mark.parametrize("at", [BEGIN, BEGIN - 20 * MS])
-def test_the_first_command_counts_alike_before_and_after_the_first_motion(monkeypatch, at):
-    """Controller and sensors answer the same /clock in any order; one of an earlier clock stays refused."""
+@pytest.mark.parametrize("at, sent", [(BEGIN, "command"), (BEGIN, "command_velocity"), (BEGIN - 20 * MS, "command")])
+def test_the_first_command_counts_alike_before_and_after_the_first_motion(monkeypatch, at, sent):
+    """Controller and sensors answer the same /clock in any order; one of an earlier clock stays refused.
+
+    sent: kind of the message that comes early; the other is a JointState.
+    """
+    first = command(at, velocity=[0.4]) if sent == "command" else joint_command(at, "velocity", [0.4])
     results = []
     for early in (True, False):
         run = Run(monkeypatch, **{"lockstep.rate": 0.0, "lockstep.command_period": 10.0, "lockstep.start": 99.9})
-        session, held = run.session, [command(at, velocity=[0.4])]
+        session, held = run.session, [first if early else command(at, velocity=[0.4])]
 
         def answer(clock, run=run, held=held, early=early):
             if clock == BEGIN:
                 for stamp, kind, data in ship():
                     run.give(kind, data) if stamp <= BEGIN + S else None
             if clock == at and early and held:
-                assert run.session.command(held.pop(), -1) == "before_motion"
+                assert run.session.command(held.pop(), -1, sent) == "before_motion"
 
         run.at_clock = answer
         steps = session.steps.next

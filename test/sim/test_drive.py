@@ -17,7 +17,7 @@ from cable_sim_ros.sim.live_parameters import set_live
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
 
 TOW = load_scene("full_scale")
-RADIUS = TOW.winch.drum_radius
+RADIUS = TOW.winch.drum_radius + 0.5 * TOW.cable.diameter
 MASS = 500.0  # kg at the cable
 MOTOR = {
     "drive.model": "motor",
@@ -219,6 +219,36 @@ def test_a_rate_loop_answers_a_step_as_its_order_says(zeta):
     assert not frames.motor_pull.any() and not frames.drive_rounds.any()
 
 
+def test_a_power_limit_holds_on_a_light_drum_and_no_energy_comes_from_nowhere():
+    """The limit is that of the speed at the end of the step: one of its beginning gained 4 kJ here."""
+    light = scene(drive__inertia=4.5, drive__max_power=5000.0)
+    frames = offline.run(light, winch="0 rate -5", duration=20.0, step="fixed").frames
+    assert frames.motor_power.max() <= 5000.0 * (1 + 1e-6)
+    assert abs(frames.energy_residual[-1]) < 1e-4 * frames.work_supplied[-1]
+    assert np.abs(frames.payout_acceleration).max() < 10.0
+
+
+def test_commands_do_not_add_up_while_the_brake_holds():
+    sim = started(scene())
+    at_rate(sim, 1.0, 200)
+    set_live(sim, "drive.mode", "emergency_stop")
+    stopped = at_rate(sim, 1.0, 200)
+    assert (stopped.status & Flag.BRAKE_SLIPPED).any(), "while it sets"
+    assert abs(stopped.payout_setpoint[-1] - stopped.payout[-1]) < 0.02
+    set_live(sim, "drive.mode", "follow")
+    back = sim.run(200)
+    assert np.abs(back.payout - back.payout[0]).max() < 0.01 and np.abs(back.payout_rate).max() < 0.02
+    on = at_rate(sim, 0.3, 100)
+    assert 0.0 < on.payout[-1] - back.payout[-1] < 0.35, "a rate begins where the drum is"
+
+
+def test_constant_tension_begins_without_a_bump():
+    sim = started(scene(drive__mode="render", drive__set_pull=3300.0))
+    at_rate(sim, 0.3, 100)
+    set_live(sim, "drive.mode", "tension")
+    assert sim.run(50).motor_pull == pytest.approx(3300.0)
+
+
 def test_what_a_drive_cannot_do_is_refused():
     for values, words in (
         ({"drive.model": "servo", "drive.mode": "brake"}, "drive.mode = brake needs a motor and a brake"),
@@ -230,12 +260,17 @@ def test_what_a_drive_cannot_do_is_refused():
         ({"drive.curve_speed": [0.0, 1.0, 2.0]}, "ends at 2 m/s, below winch.max_rate"),
         ({"drive.inertia": 0.0}, "drive.inertia = 0 kg m"),
         ({"drive.dead_time": 0.5}, "drive.dead_time = 0.5 s is not below winch.command_timeout"),
+        ({"drive.damping": 0.0}, "drive.damping = 0 is below 0.1"),
+        ({"drive.length_gain": 9.0}, "drive.length_gain = 9 1/s is not below 8.4 1/s"),
+        ({"drive.bandwidth": 200.0, "drive.damping": 1.0}, "drive.bandwidth = 200 rad/s is faster than solver.tick"),
     ):
         with pytest.raises(SceneError, match=words):
             override(TOW, MOTOR | values)
     with pytest.warns(match="drive.inertia has no effect: drive.model = servo has no motor"):
         override(TOW, {"drive.inertia": 5.0})
-    sim = started(TOW)
+    with pytest.warns(match="drive.inertia makes 10 kg at the cable, less than 0.2 of towbody.mass"):
+        override(TOW, MOTOR | {"drive.inertia": 10.0 * RADIUS**2})
+    sim = Simulator(TOW)
     with pytest.raises(ValueError, match="drive.mode = emergency_stop needs a motor"):
-        set_live(sim, "drive.mode", "emergency_stop")
+        sim.set("drive.mode", "emergency_stop")
     assert sim.scene is TOW and MODES.index("brake") == BRAKE

@@ -322,12 +322,12 @@ def test_waves_bring_their_cautions():
     assert (
         "water.waves.ship_motion = independent: waves act on cable and bodies; a ship that is given motion moves as "
         "recorded or commanded, whatever the waves are: how its heave goes with them, and with it the tension's peaks, "
-        "is by chance. With motion take the figures of many seeds (water.waves.seed), or give the waves alone "
-        "(--motion none) or the motion alone"
+        "is by chance. Let the waves move the ship (--rao), or with motion take the figures of many seeds "
+        "(water.waves.seed), or give the waves alone (--motion none) or the motion alone"
     ) in text
     regular = cautioned({"water.waves.kind": "airy", "water.waves.height": 2.0})
     assert (
-        "With motion take the figures of several water.waves.period some percent apart (a regular wave has no seed), "
+        "with motion take the figures of several water.waves.period some percent apart (a regular wave has no seed), "
         "or give the waves alone (--motion none) or the motion alone"
     ) in regular and "seeds" not in regular
     assert (

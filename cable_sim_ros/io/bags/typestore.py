@@ -12,13 +12,22 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from importlib import metadata
 
-from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.base import TypesysError
 from rosbags.typesys.store import Typestore
 
 RCLPY = {"7": "jazzy", "9": "kilted", "10": "lyrical"}  # major version -> distribution, by rosdistro's lists
 NEWER = "rolling"
 WITHOUT_ROS = "jazzy"  # a recording that is made where there is no ROS at all
+# types beside those of a distribution's common packages: field by field, in the order of the bytes
+BESIDE = {
+    "control_msgs/msg/JointCommand": (
+        ("header", "std_msgs/Header"),
+        ("joint_names", "string[]"),
+        ("interface_name", "string"),
+        ("values", "float64[]"),
+    )
+}
 
 
 def distribution(environ: Mapping[str, str] = os.environ, version: Callable[[str], str] = metadata.version) -> str:
@@ -33,7 +42,10 @@ def distribution(environ: Mapping[str, str] = os.environ, version: Callable[[str
 
 def store_of(name: str) -> Typestore:
     """Message types of a distribution; of the newest one known for a name that is not (rolling, a later one)."""
-    return get_typestore(getattr(Stores, f"ROS2_{name.upper()}", Stores.LATEST))
+    store = get_typestore(getattr(Stores, f"ROS2_{name.upper()}", Stores.LATEST))
+    for msgtype, fields in BESIDE.items():
+        store.register(get_types_from_msg("\n".join(f"{kind} {field}" for field, kind in fields), msgtype))
+    return store
 
 
 ROS_DISTRO = distribution()

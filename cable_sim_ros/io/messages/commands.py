@@ -1,4 +1,4 @@
-"""Winch commands: bytes of sensor_msgs/JointState to the command ring, the same for topic and bag.
+"""Winch commands: bytes of a JointState or a JointCommand to the command ring, the same for topic and bag.
 
 One rule: a command counts from its arrival, put on the clock of the motion, and the newest arrival wins;
 its stamp decides nothing and gives a lag figure. What cannot be right is refused and counted by cause, in the words of
@@ -15,7 +15,7 @@ import numpy as np
 from ...physics.inputs import Inputs, push_command
 from ...physics.winch_command import ASKED_WITHIN
 from ..bags.typestore import STORE
-from .messages import CAUSES, JOINT, KINDS, Command, Refused, decode_command
+from .messages import CAUSES, COMMANDS, JOINT, KINDS, Command, Event, Refused
 
 SECOND = 1_000_000_000
 OF_A_CLOCK = 60 * SECOND  # ns; a stamp further off a clock is not of that clock
@@ -30,6 +30,17 @@ def encode_command(stamp: int, payout: float | None, rate: float | None) -> byte
     arrays = (np.array([] if value is None else [value], float) for value in (payout, rate, None))
     kind = KINDS["command"][0]
     return bytes(STORE.serialize_cdr(types[kind](header, [JOINT], *arrays), kind))
+
+
+def as_joint_state(event: Event) -> Event:
+    """A command of any kind as one of `winch/command`; motion, and a message that is no command, as they are."""
+    if not event.is_command or event.kind == "command":
+        return event
+    try:
+        command = COMMANDS[event.kind](event.data)
+    except Refused:
+        return event._replace(kind="command")
+    return event._replace(kind="command", data=encode_command(command.stamp, command.payout, command.rate))
 
 
 class CommandIngest:
@@ -61,15 +72,16 @@ class CommandIngest:
         self.lag, self.lag_clock = nan, ""
         self._lags.clear()
 
-    def take(self, data: bytes, arrival: int, data_now: int | None) -> str:
-        """CDR bytes of one JointState. Returns "" or the cause of refusal, a key of `messages.CAUSES`.
+    def take(self, data: bytes, arrival: int, data_now: int | None, kind: str = "command") -> str:
+        """CDR bytes of one message. Returns "" or the cause of refusal, a key of `messages.CAUSES`.
 
         What commands nothing is counted and changes nothing, before the first motion too.
 
-        arrival: ns; data_now: the same on the clock of the motion data, None before the first motion.
+        arrival: ns; data_now: the same on the clock of the motion data, None before the first motion; kind: of
+        COMMANDS.
         """
         try:
-            command = decode_command(data)
+            command = COMMANDS[kind](data)
             if command.is_none:
                 self.no_command += 1
                 return ""

@@ -1,4 +1,4 @@
-"""Input messages: CDR bytes of sensor_msgs/Imu, nav_msgs/Odometry and sensor_msgs/JointState -> checked numbers.
+"""Input messages: CDR bytes of sensor_msgs/Imu, nav_msgs/Odometry and of winch commands -> checked numbers.
 
 Read with `struct` at fixed places after the strings, and checked on the way: whatever leaves here is finite, has a
 unit quaternion in ENU axes, and is what a ship can do, or is what a winch may be commanded. Live topics and bags give
@@ -23,6 +23,7 @@ MAX_FORCE = 50.0  # m/s^2
 MAX_BYTES = 65536  # of a message of motion or a command; they have some hundred
 JOINT = "payout"  # of a winch command
 DRUM = "drum"  # the other joint of winch/state; it takes no commands
+INTERFACES = ("position", "velocity", "effort")  # of a JointCommand; effort is refused by a cause of its own
 
 # the one vocabulary of refusals, live and replayed: cause -> what to say ("" = an event, nothing was refused)
 CAUSES = {
@@ -55,9 +56,12 @@ CAUSES = {
     "held_full": "in lockstep: too many messages wait for /clock to come to their stamps: dropped; send motion as "
     "/clock goes on",
     "joint_name": f"the joint '{JOINT}' is not named exactly once: dropped; other joints may stand beside it",
-    "array_length": "position or velocity has some entries, but not one for each joint that is named, so it cannot be "
-    f"known which is that of '{JOINT}' (only '{DRUM}', which takes no commands, may go without): dropped; give NaN for "
-    "what is not commanded, in ros2_control give the winch a <ros2_control> system of its own",
+    "array_length": "position, velocity or values has some entries, but not one for each joint that is named, so it "
+    f"cannot be known which is that of '{JOINT}' (only '{DRUM}', which takes no commands, may go without in a "
+    "JointState): dropped; give NaN for what is not commanded, in ros2_control give the winch a <ros2_control> system "
+    "of its own",
+    "interface": f"interface_name of the JointCommand is none of {', '.join(INTERFACES)}: dropped; name the one that "
+    "its values are of",
     "effort_only": f"of the joint '{JOINT}' only effort is a number, and the winch takes none: dropped; command "
     "position [m] or velocity [m/s]",
     "imu_gap": "",
@@ -115,7 +119,7 @@ _ODOMETRY = {order: Struct(order + "85d") for order in "<>"}
 
 
 class Event(NamedTuple):
-    """One input message: stamp of its header and time of arrival [ns], kind (imu, odometry, command), CDR bytes.
+    """One input message: stamp of its header and time of arrival [ns], kind (of KINDS), CDR bytes.
 
     stamp: read once, where the message comes in; 0: there is none, None: the bytes are too short for one.
     """
@@ -124,6 +128,11 @@ class Event(NamedTuple):
     arrival: int
     kind: str
     data: bytes
+
+    @property
+    def is_command(self) -> bool:
+        """Is it for the winch, and no motion?"""
+        return self.kind in COMMANDS
 
     @property
     def time(self) -> int:
@@ -314,10 +323,48 @@ def decode_command(data: bytes) -> Command:
     return Command(stamp_of(data) or 0, payout, rate)
 
 
+def decode_joint_command(data: bytes) -> Command:
+    """Checked numbers of a winch command, a control_msgs/JointCommand; Refused if it cannot be used.
+
+    One value for each joint that is named, `payout` among them, of the interface that the message names, whatever the
+    topic is; NaN commands nothing.
+    """
+    order = _order(data)
+    parts = _Sequences(data, order, 12)
+    parts.string()  # frame_id
+    names = [parts.string() for _ in range(parts.count())]
+    interface, values = parts.string(), parts.doubles()
+    if names.count(JOINT.encode()) != 1:
+        raise Refused("joint_name")
+    if interface not in [name.encode() for name in INTERFACES]:
+        raise Refused("interface")
+    if len(values) != len(names):
+        raise Refused("array_length")
+    value = values[names.index(JOINT.encode())]
+    if isinf(value):
+        raise Refused("not_finite")
+    if interface == b"effort" and not isnan(value):
+        raise Refused("effort_only")
+    if abs(value) > MAX_COMMAND:
+        raise Refused("out_of_range")
+    return Command(
+        stamp_of(data) or 0, value if interface == b"position" else nan, value if interface == b"velocity" else nan
+    )
+
+
+JOINT_COMMAND = "control_msgs/msg/JointCommand"  # in Kilted and newer; its fields: ../bags/typestore.py
 KINDS = {  # kind -> type, how its topic's name ends
     "imu": ("sensor_msgs/msg/Imu", "imu/data"),
     "odometry": ("nav_msgs/msg/Odometry", "odom"),
     "command": ("sensor_msgs/msg/JointState", "winch/command"),
+    # as ros2_control's JointCommandTopicSystem names them: a topic for each interface, below the one that it is given
+    "command_position": (JOINT_COMMAND, "winch/joint_command/position"),
+    "command_velocity": (JOINT_COMMAND, "winch/joint_command/velocity"),
+}
+COMMANDS = {  # kind -> decoder; they are one input: the newest counts, on whichever topic it came
+    "command": decode_command,
+    "command_position": decode_joint_command,
+    "command_velocity": decode_joint_command,
 }
 OWN = ("towbody/odom", "winch/state")  # what this project publishes is no motion of a ship
 
@@ -341,7 +388,7 @@ def find_topics(topics: dict[str, str], asked: dict[str, str] | None = None) -> 
             continue
         fit = sorted(n for n, t in topics.items() if t == msgtype and not f"/{n}".endswith(tuple(f"/{o}" for o in OWN)))
         named = [n for n in fit if f"/{n}".endswith(f"/{suffix}")]
-        if kind != "command" and not named:
+        if kind not in COMMANDS and not named:
             named = fit
         if len(named) > 1:
             raise BagError(f"{kind} could be any of {', '.join(named)}: nothing was read; say which topic it is")

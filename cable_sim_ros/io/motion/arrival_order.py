@@ -71,9 +71,9 @@ class Intake:
         self.clock.update(int(self.inputs.motion_time[before % MOTION_ROWS]), arrival)
         return Took.SAMPLE
 
-    def command(self, data: bytes, arrival: int) -> str:
-        """One winch command as CDR bytes; arrival: ns. Returns "" or the cause of its refusal."""
-        return self.commands.take(data, arrival, self.clock.now(arrival))
+    def command(self, data: bytes, arrival: int, kind: str = "command") -> str:
+        """One winch command as CDR bytes; arrival: ns; kind: of COMMANDS. Returns "" or the cause of its refusal."""
+        return self.commands.take(data, arrival, self.clock.now(arrival), kind)
 
     def jump(self) -> None:
         """Forget motion, commands and clock after a jump; empties the rings: only while no tick runs."""

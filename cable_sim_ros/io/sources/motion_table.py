@@ -6,7 +6,6 @@ columns are explained in docs/motion.md.
 
 from __future__ import annotations
 
-import csv
 import difflib
 import os
 import warnings
@@ -17,18 +16,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...errors import CableSimError
 from ...physics.heave_filter import Heave
 from ...physics.ship import Ship
 from ...sim.inputs import MAX_PITCH, MAX_POSITION, MAX_RATE, MAX_SPEED, MAX_TURNS
 from ...sim.tables.attitude import body_rates, quaternion, rotation
 from ..bags.typestore import STORE
 from ..messages.messages import Event
+from .csv_table import CONSEQUENCE as CONSEQUENCE
+from .csv_table import MotionError as MotionError
+from .csv_table import head_of, numbers_of
 from .motion_curves import Curve, Given, judged, through
 from .recorded_tow import RecordedTow
 from .rounding import even
 
-CONSEQUENCE = "nothing was simulated"
 TIME = "time_s"
 COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw")
 SECOND = 1_000_000_000
@@ -38,10 +38,6 @@ CRAB = 10.0  # deg between where a ship points and where it goes: more than a cu
 FEWEST = 4  # rows between gaps, for a cubic
 LONGEST = 86_400.0  # s of a table or a sinusoidal heave
 HEAVE_PERIODS = (1.0, 600.0)  # s
-
-
-class MotionError(CableSimError, ValueError):
-    """Ship motion that cannot be used; the text names file, line, column, value, unit, bound and remedy."""
 
 
 class MotionWarning(UserWarning):
@@ -151,7 +147,7 @@ def sine_heave(amplitude: float, period: float, duration: float, ship: Ship) -> 
         )
     steps = np.arange(-(-round(duration * SECOND) // STEP) + SECOND // STEP)  # a second more than is run
     t, omega = steps * (STEP / SECOND), 2.0 * np.pi / period
-    value, rate = _track(t, ship)
+    value, rate = mean_track(t, ship)
     value[:, 2] += amplitude * np.sin(omega * t)
     rate[:, 2] = amplitude * omega * np.cos(omega * t)
     return RecordedTow(
@@ -161,45 +157,9 @@ def sine_heave(amplitude: float, period: float, duration: float, ship: Ship) -> 
 
 def _read(path: Path) -> tuple[list[str], dict[tuple[int, bool], str], list[int], np.ndarray]:
     """Names of the columns, what they give, line numbers of the rows, finite numbers [rows, columns]."""
-    try:
-        text = path.read_text("utf-8-sig")
-    except FileNotFoundError:
-        raise MotionError(f"{path}: no such file; {CONSEQUENCE}. Give the path of a CSV file") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise MotionError(f"{path}: cannot be read as UTF-8 text ({error}); {CONSEQUENCE}. Save it as CSV") from None
-    kept = [(i, line) for i, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
-    if not kept:
-        raise MotionError(f"{path}: is empty; {CONSEQUENCE}. The first line names the columns, such as {TIME},heave_m")
-    names = [name.strip() for name in kept[0][1].split(",")]
+    names, below = head_of(path, f"{TIME},heave_m")
     given = _given(path, names)
-    lines, rows = [i for i, _ in kept[1:]], []
-    for i, (_, line) in zip(lines, kept[1:], strict=True):
-        try:
-            (cells,) = csv.reader([line])
-        except (csv.Error, ValueError) as error:
-            raise MotionError(
-                f"{path}:{i}: is no row of a table ({error}); {CONSEQUENCE}. Commas separate cells, points decimals"
-            ) from None
-        if len(cells) != len(names):
-            raise MotionError(
-                f"{path}:{i}: {len(cells)} cells under {len(names)} columns; {CONSEQUENCE}. Commas separate cells, "
-                f"points decimals"
-            )
-        rows.append([_cell(path, i, name, cell) for name, cell in zip(names, cells)])
-    return names, given, lines, np.array(rows, float).reshape(-1, len(names))
-
-
-def _cell(path: Path, line: int, name: str, cell: str) -> float:
-    try:
-        number = float(cell)
-    except ValueError:
-        number = float("nan")
-    if not np.isfinite(number):
-        raise MotionError(
-            f"{path}:{line}: {name} = {cell.strip() or 'nothing'} is no finite number; {CONSEQUENCE}. "
-            f"Leave the whole row out, or fill it"
-        )
-    return number
+    return names, given, *numbers_of(path, names, below)
 
 
 def _given(path: Path, names: Sequence[str]) -> dict[tuple[int, bool], str]:
@@ -319,7 +279,7 @@ def _ahead(path: Path, name: str, yaw: np.ndarray, ship: Ship) -> None:
         )
 
 
-def _track(t: np.ndarray, ship: Ship) -> tuple[np.ndarray, np.ndarray]:
+def mean_track(t: np.ndarray, ship: Ship) -> tuple[np.ndarray, np.ndarray]:
     """Coordinates [n, 6] and rates of the scene's mean track at times since its beginning."""
     yaw = radians(ship.heading_deg)
     value, rate = np.zeros((len(t), 6)), np.zeros((len(t), 6))
@@ -335,7 +295,7 @@ def _sampled(t: np.ndarray, curves: dict[int, Curve], begin: int, ship: Ship) ->
     if np.median(np.diff(stamps)) > STEP:
         stamps = np.arange(stamps[0], stamps[-1] + 1, STEP)
     at = (stamps - begin) / SECOND
-    value, rate = _track(at, ship)
+    value, rate = mean_track(at, ship)
     for k, curve in curves.items():
         value[:, k], rate[:, k] = curve(at), curve(at, 1)
     return Samples(stamps, value, rate)

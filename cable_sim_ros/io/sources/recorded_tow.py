@@ -57,13 +57,15 @@ class RecordedTow:
     rounded: list[dict[str, object]] = field(default_factory=list)  # columns that were smoothed, for the JSON
     unfit: set[str] = field(default_factory=set)  # kinds of messages that are refused from the beginning
     doubts: list[Reason] = field(default_factory=list)  # what of the motion makes a run under it doubtful
+    heading: float | None = None  # rad, of the mean track, where it is not to be taken from the messages
+    sea_motion: dict[str, object] = field(default_factory=dict)  # of motion by the waves of the scene, for the JSON
 
     @cached_property
     def spans(self) -> list[Span]:
         """The motion by its stamps; odd stamps belong to none."""
         clock, spans = DataClock(), []
         for event in self.events:
-            if event.kind == "command":
+            if event.is_command:
                 continue
             judged = clock.judge(event.time, event.arrival)
             if judged is Stamp.FITS:
@@ -132,7 +134,7 @@ def read_tow(
     except BagError:
         if not entries:  # with them it is a run without motion
             raise
-    if not entries and not any(event.kind != "command" for event in events):
+    if not entries and all(event.is_command for event in events):
         raise BagError(
             f"bag '{path}' holds no {KINDS['imu'][0]}: nothing was simulated; leave --imu-only out, or give "
             "a bag with an IMU"
@@ -155,7 +157,7 @@ def _is_journal(topic: str, msgtype: str) -> bool:
 
 def usable_arrivals(events: list[Event]) -> bool:
     """Can the log times be times of arrival? Not where they stand still while the stamps go on."""
-    motion = [event for event in events if event.kind != "command"]
+    motion = [event for event in events if not event.is_command]
     by_stamp = sum(min(max(b.time - a.time, 0), STILL) for a, b in zip(motion, motion[1:]))
     by_log = motion[-1].arrival - motion[0].arrival if motion else 0
     return by_log >= AGREE * by_stamp
@@ -165,7 +167,7 @@ def by_stamps(events: list[Event]) -> list[Event]:
     """The events as if each had come at once: the arrival runs with the stamps, whose jumps are left out."""
     out, now, last = [], events[0].time if events else 0, None
     for event in events:
-        if event.kind != "command":
+        if not event.is_command:
             if last is not None:
                 now += min(max(event.time - last, 0), STILL)
             last = event.time
@@ -227,8 +229,8 @@ class Feeder:
         while not self.jumped and self.position < len(events) and self._due(events[self.position]) <= time_ns:
             event = events[self.position]
             self.position += 1
-            if event.kind == "command":
-                self.intake.command(event.data, event.arrival)
+            if event.is_command:
+                self.intake.command(event.data, event.arrival, event.kind)
             else:
                 self.jumped = self.intake.motion(event) is Took.JUMPED
         return events[first : self.position]
@@ -239,7 +241,7 @@ class Feeder:
         self.jumped = False
 
     def _due(self, event: Event) -> int:
-        if event.kind != "command":
+        if not event.is_command:
             known = self.clock.offset is not None and self.clock.fits(event.time, event.arrival)
             return event.time if known else NEVER
         now = self.clock.now(event.arrival)

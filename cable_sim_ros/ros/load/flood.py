@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Sequence
 
 from ...io.messages.messages import KINDS
-from ..topics import message_class
+from ..topics import inputs_there, message_class
 from .sender import Ship
 
 AT_ONCE = 50  # calls under way at a time, of each service
@@ -44,7 +44,7 @@ def services(node, spin: Callable, alive: Callable) -> int:
 
 def topics(node, spin: Callable, alive: Callable) -> int:
     """Send winch commands and bytes that are no message to every input, as fast as it goes; returns how many."""
-    publishers = [node.create_publisher(message_class(kind), topic, 10) for kind, topic in KINDS.values()]
+    publishers = [node.create_publisher(made, KINDS[kind][1], 10) for kind, made in inputs_there()[0].items()]
     junk = [b"\0\1\0\0", b"\0\1\0\0" + bytes(60), b"\0\1\0\0" + b"\xff" * 400]
     sent = 0
     while alive():

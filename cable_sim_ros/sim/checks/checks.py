@@ -29,7 +29,7 @@ from .consistency_checks import (
     wrap_problems,
     wrap_warnings,
 )
-from .drive_checks import drive_problems, drive_warnings, holding_problems
+from .drive_checks import drive_problems, drive_warnings, holding_problems, layer_problems
 from .friction_checks import friction_problems, friction_warnings
 from .link_checks import form_problems, link_problems, link_warnings
 from .mesh_motion_checks import drum_problems, mesh_problems, wave_warnings
@@ -147,6 +147,7 @@ def problems(scene: Scene) -> list[Problem]:
     found += seabed_problems(scene) + seat_problems(scene, layout.leaves) + body_problems(scene, layout.leaves)
     found += astern_problems(scene) + friction_problems(scene) + drive_problems(scene)
     if not found:
+        found += layer_problems(layout)
         found += holding_problems(layout) if feeds else wrap_problems(layout)
     pull, (key, stiffness) = downforce(layout), extreme(scene.cable, "axial_stiffness")
     if pull > MAX_STRAIN * stiffness:

@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import cast
 
+import numpy as np
+
+from ...physics.drum_layers import radius_of
 from ...physics.winch import DrumModel
 from ...physics.winch_drive import POINTS, DriveModel, WinchMode
+from ..build import drum_record
 from ..layout import Layout
 from ..problem import Problem, apart
 from ..scene import Scene
 
 OF_MOTOR = ("inertia", "curve_speed", "curve_pull", "max_power", "viscous_friction", "dry_friction", "brake_pull")
+LEAST_DAMPING = 0.1
+LIGHT = 0.2  # of the mass of the towbody: a controller that counts with less is soft against the tow
 PULLS = (WinchMode.TENSION, WinchMode.RENDER)
 BRAKES = (WinchMode.BRAKE, WinchMode.EMERGENCY_STOP)
 
@@ -50,8 +57,36 @@ def drive_problems(scene: Scene) -> list[Problem]:
                 "Make it shorter, or the time-out longer",
             )
         )
+    most = 2.0 * drive.damping * drive.bandwidth
+    gain = 0.25 * drive.bandwidth if drive.length_gain is None else drive.length_gain
+    if drive.model is not DriveModel.SERVO and drive.damping > 0.0 and gain >= most:
+        found.append(
+            Problem(
+                "drive.length_gain",
+                f"= {gain:g} 1/s is not below {most:.3g} 1/s, twice drive.damping times drive.bandwidth: the length "
+                "swings up by itself",
+                f"Give {0.25 * most:.2g} 1/s or less, or more damping",
+            )
+        )
     if drive.model is not DriveModel.MOTOR:
         return found
+    if drive.damping < LEAST_DAMPING:
+        found.append(
+            Problem(
+                "drive.damping",
+                f"= {drive.damping:g} is below {LEAST_DAMPING:g}: the controller of the motor rings without end",
+                "Give 0.7; 0 is a loop of first order for drive.model: rate_loop alone",
+            )
+        )
+    if drive.bandwidth * scene.solver.tick > 1.0:
+        found.append(
+            Problem(
+                "drive.bandwidth",
+                f"= {drive.bandwidth:g} rad/s is faster than solver.tick = {scene.solver.tick:g} s can follow, "
+                f"{1.0 / scene.solver.tick:.3g} rad/s",
+                "Make either smaller",
+            )
+        )
     if drive.inertia <= 0.0:
         found.append(
             Problem(
@@ -91,6 +126,33 @@ def drive_problems(scene: Scene) -> list[Problem]:
     return found
 
 
+def layer_problems(layout: Layout) -> list[Problem]:
+    """Layers that cannot be wound."""
+    scene = layout.scene
+    winch, drum = scene.winch, cast(np.record, drum_record(layout, None).view(np.recarray)[()])
+    if winch.lay_width == 0.0:
+        return []
+    if winch.drum is DrumModel.CONTACT:
+        text = f"= {winch.lay_width:g} m winds layers, but with winch.drum = contact the drum is one cylinder"
+        return [Problem("winch.lay_width", text, "Leave it out, or give winch.drum: feed")]
+    if drum.lay_turns < 1.0:
+        text = f"= {winch.lay_width:g} m is less than one turn of {drum.lay_pitch:.3g} m (winch.lay_pitch)"
+        return [Problem("winch.lay_width", text, "Give the width between the flanges")]
+    outside = float(radius_of(drum, layout.route.wound)) + 0.5 * scene.cable.diameter
+    if winch.flange_radius is None or outside <= winch.flange_radius:
+        return []
+    return [
+        Problem(
+            "winch.flange_radius",
+            "= {} m is less than {} m, the outer radius of {:.4g} m of cable in layers of winch.lay_width = {:g} m: "
+            "the drum has no room for it".format(
+                *apart(winch.flange_radius, outside), layout.route.wound, winch.lay_width
+            ),
+            "Wind less cable (winch.cable_on_drum), or give a wider drum",
+        )
+    ]
+
+
 def holding_problems(layout: Layout) -> list[Problem]:
     """A motor or a brake that cannot hold the tow at its start."""
     scene = layout.scene
@@ -122,10 +184,21 @@ def holding_problems(layout: Layout) -> list[Problem]:
 
 
 def drive_warnings(scene: Scene) -> list[Problem]:
-    """Numbers of a motor that is not there."""
+    """Numbers of a motor that is not there, or gains that hold the tow softly."""
     drive = scene.drive
     if drive.model is DriveModel.MOTOR:
-        return []
+        radius = scene.winch.drum_radius + 0.5 * scene.cable.diameter
+        mass, tow = drive.controller_mass or drive.inertia / radius**2, scene.towbody.mass
+        if mass >= LIGHT * tow:
+            return []
+        return [
+            Problem(
+                "drive.inertia" if drive.controller_mass is None else "drive.controller_mass",
+                f"makes {mass:.3g} kg at the cable, less than {LIGHT:g} of towbody.mass = {tow:g} kg: the gains of the "
+                "motor are made for the bare drum and hold the tow softly",
+                f"Give drive.controller_mass, {mass + tow:.3g} kg for drum and towbody",
+            )
+        ]
     given = [key for key in OF_MOTOR if getattr(drive, key) != type(drive).model_fields[key].default]
     return [
         Problem(

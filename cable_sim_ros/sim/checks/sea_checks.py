@@ -257,7 +257,8 @@ def sea_warnings(scene: Scene) -> list[Problem]:
             "water.waves.ship_motion",
             "= independent: waves act on cable and bodies; a ship that is given motion moves as recorded or commanded, "
             "whatever the waves are: how its heave goes with them, and with it the tension's peaks, is by chance",
-            f"With motion take the figures of {chances}, or give the waves alone (--motion none) or the motion alone",
+            f"Let the waves move the ship (--rao), or with motion take the figures of {chances}, or give the waves "
+            "alone (--motion none) or the motion alone",
         )
     ]
     deep = scene.gravity * waves.period**2 / (2.0 * pi)
