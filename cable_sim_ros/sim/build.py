@@ -55,6 +55,7 @@ from .layout import Layout
 from .mesh.mesh_kinds import FeedMesh
 from .scene import Scene
 from .statics.route import DRUM_RESERVE, ROUND_OFF
+from .tables.drum_layers import layered
 from .tables.material import arc_lengths, extreme, material_rows, section_ends, termination_weight
 from .tables.sea_tables import sea_of
 from .tables.viv_tables import strum_rules, strum_sections
@@ -162,10 +163,9 @@ def drum_record(layout: Layout, mesh: FeedMesh | None) -> np.ndarray:
             row[key] = getattr(w, key)
     row["centre"] = w.position
     row["radius"], row["angle_0"], row["side"] = route.drum, w.wrap, route.side
-    d = scene.cable.diameter
-    row["lay_pitch"] = d if w.lay_pitch is None else w.lay_pitch
-    row["lay_rise"] = 0.5 * sqrt(3.0) * d if w.lay_rise is None else w.lay_rise
-    row["lay_turns"] = w.lay_width / row["lay_pitch"]
+    layers = layered(scene)
+    for key in ("lay_pitch", "lay_rise", "lay_turns"):
+        row[key] = layers[key]
     row["gain_p"], row["gain_d"] = w.proportional_gain, w.derivative_gain
     row["max_accel"] = w.max_acceleration
     row["timeout"], row["delay"] = w.command_timeout, round(w.command_delay * 1e9)

@@ -14,7 +14,7 @@ import numpy as np
 from ..physics.contact_surface import SHEAVE_ROW, sheave_friction
 from ..physics.state import NOW
 from ..physics.winch_drive import MODES, WinchMode
-from .checks.drive_checks import mode_problems
+from .checks.mode_checks import mode_problems
 from .scene import Scene
 from .simulator import Simulator
 

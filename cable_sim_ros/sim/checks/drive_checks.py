@@ -2,47 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import cast
-
-import numpy as np
-
 from ...physics.drum_layers import radius_of
 from ...physics.winch import DrumModel
-from ...physics.winch_drive import POINTS, DriveModel, WinchMode
-from ..build import drum_record
+from ...physics.winch_drive import POINTS, DriveModel
 from ..layout import Layout
 from ..problem import Problem, apart
 from ..scene import Scene
+from ..tables.drum_layers import layered
+from .mode_checks import BRAKES, mode_problems
 
 OF_MOTOR = ("inertia", "curve_speed", "curve_pull", "max_power", "viscous_friction", "dry_friction", "brake_pull")
 LEAST_DAMPING = 0.1
 LIGHT = 0.2  # of the mass of the towbody: a controller that counts with less is soft against the tow
-PULLS = (WinchMode.TENSION, WinchMode.RENDER)
-BRAKES = (WinchMode.BRAKE, WinchMode.EMERGENCY_STOP)
-
-
-def mode_problems(scene: Scene) -> Iterator[Problem]:
-    """A mode that the drive cannot serve: what is asked of one that is given while it runs, too."""
-    drive = scene.drive
-    if drive.mode is not WinchMode.FOLLOW and drive.model is not DriveModel.MOTOR:
-        yield Problem(
-            "drive.mode",
-            f"= {drive.mode.value} needs a motor and a brake, but drive.model = {drive.model.value} has none",
-            "Give drive.model: motor with inertia, curve and brake, or drive.mode: follow",
-        )
-    elif drive.mode in PULLS and drive.set_pull <= 0.0:
-        yield Problem(
-            "drive.set_pull",
-            f"= 0 N, but drive.mode = {drive.mode.value} pulls with it: the cable would run off the drum",
-            "Give the pull at the drum that is to be kept, in N",
-        )
-    elif drive.mode in BRAKES and drive.brake_pull <= 0.0:
-        yield Problem(
-            "drive.brake_pull",
-            f"= 0 N, but drive.mode = {drive.mode.value} hands the cable to the brake: it would run off the drum",
-            "Give the pull at the drum that the set brake holds, in N",
-        )
 
 
 def drive_problems(scene: Scene) -> list[Problem]:
@@ -129,7 +100,7 @@ def drive_problems(scene: Scene) -> list[Problem]:
 def layer_problems(layout: Layout) -> list[Problem]:
     """Layers that cannot be wound."""
     scene = layout.scene
-    winch, drum = scene.winch, cast(np.record, drum_record(layout, None).view(np.recarray)[()])
+    winch, drum = scene.winch, layered(scene)
     if winch.lay_width == 0.0:
         return []
     if winch.drum is DrumModel.CONTACT:
