@@ -36,6 +36,7 @@ LATE = 1.0  # s of wall time without one more tick output, after a step
 LOOK = 0.5  # s between two looks at who else is in the domain
 SPEAK = 3.0  # s of wall time for the first command of a controller, which may also come when the clock moves
 DELIVERED = Duration(seconds=3.0)  # for motion to the listeners that acknowledge it
+CONNECT = 5.0  # s that a listener may take to be connected
 SETTLE = 0.3  # s: the other end may learn of ours a little later than we of it
 
 
@@ -195,12 +196,23 @@ class Link:
         """Publishers of winch commands beside our own."""
         return sum(self.client.others_on(f"{NAMESPACE}/{KINDS[kind][1]}") for kind in COMMANDS)
 
+    def _all_hear(self) -> bool:
+        """Is every listener of our topics that the graph knows of connected?"""
+        count = self.client.node.count_subscribers
+        return all(made.get_subscription_count() >= count(made.topic_name) for made in self._publishers.values())
+
     def controller_comes(self) -> None:
         """A controller is about to start: what was commanded before is not its answer."""
         self.spoken.clear()
 
     def controller_came(self) -> None:
-        """A controller publishes commands: let it and the node learn of each other."""
+        """A controller publishes commands: let it, the node and our motion learn of each other.
+
+        What is sent to a listener that is known of, but not yet connected, is lost to it alone.
+        """
+        deadline = time.monotonic() + CONNECT
+        while not self._all_hear() and time.monotonic() < deadline:
+            time.sleep(0.01)
         time.sleep(SETTLE)
         self._controlled = self._awaited = True
 
