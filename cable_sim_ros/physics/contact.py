@@ -212,7 +212,7 @@ def half_row(n, p, t, m, slip, bend, vr, spin, c1):
 
 @inline
 def plus_half(ka, kb, e, s, g, half, p, turn, rates):
-    """Add the tangent of one half with friction, see docs/theory.md; turn [1/m]: how its normal turns along g.around;
+    """Add the tangent of one half with friction; turn [1/m]: how its normal turns along g.around;
     rates: c1, weight, flow of the material."""
     c1, w, flow = rates
     n, t, a = half.normal, g.around, p.along

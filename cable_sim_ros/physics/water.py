@@ -63,7 +63,7 @@ class Waves(Block):
         "",
         None,
         None,
-        "independent: the ship moves as recorded, whatever the waves are; no other relation is modelled",
+        "independent: the ship moves as recorded, whatever the waves are; run --rao moves it in them",
     )
 
 

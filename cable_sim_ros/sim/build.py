@@ -65,7 +65,7 @@ from .wake_tables import wake_table
 # -T/30 there (T = w L/2), more than wL^3/240 makes it stable; it vanishes with the third power of the mesh
 END_STIFFNESS = 1.0 / 60.0
 # errors of one step over those of a run that its steps bring, and the error of the deviation over the square of the
-# change of the tension in one step, rms, over its deviation, as measured: docs/accuracy.md
+# change of the tension in one step, rms, over its deviation, as measured: docs/theory.md
 POSITION_PER_STEP, TENSION_PER_STEP, DEVIATION_PER_STEP = 0.05, 0.2, 0.6
 SHIPPED_TICK = Solver().tick
 # of the working tension: amplitude of ringing lost to the time steps that is flagged. Shipped scenes lose up to 0.002
