@@ -156,7 +156,7 @@ FIELDS = (
     ("motor_limited", (), "f8", "1", "share of the tick in which the motor gave all it can"),
     ("brake_pull", (), "f8", "N", "pull of brake and dry friction at the drum, positive against paying out"),
     ("brake_set", (), "f8", "1", "brake, 0 open to 1 set"),
-    ("brake_slip", (), "f8", "m", "cable slipped through the brake since the start, either way"),
+    ("brake_slip", (), "f8", "m", "way of the cable against its brake since the start, either way"),
     ("brake_heat", (), "f8", "J", "heat of the brake since the start"),
     (
         "drive_rounds",

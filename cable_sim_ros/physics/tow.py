@@ -22,7 +22,7 @@ from .vec import at3, axpy
 from .viv_amplification import aim, approach
 from .winch import WOUND, clip, drum_point, drum_turning, servo, wind
 from .winch_command import between
-from .winch_drive import BALANCED, BRAKE, MEETINGS, MOTOR, RATE_LOOP, SERVO, balance, begin_turn, follow_rate
+from .winch_drive import BRAKE, MEETINGS, MOTOR, RATE_LOOP, SERVO, balance, begin_turn, follow_rate
 from .workspace import FED
 
 NOT_MOVING = (0.0, 0.0, 0.0)
@@ -181,7 +181,6 @@ def solve_driven(model, state, h):
     """Solve cable and drum together, see winch_drive.py. Returns the corrections, negative where they do not meet."""
     now, line, drum, drive = state.memory[NOW], model.line, model.settings[0].drum, model.settings[0].drive
     winch, driving, total = now.winch, now.drive, 0
-    allowed = BALANCED * line.settings[0].tolerance
     alpha = coefficients(h, line.settings[0].rho_inf)
     last_length, last_tension = winch.length, 0.0
     for i in range(MEETINGS):
@@ -195,7 +194,7 @@ def solve_driven(model, state, h):
             secant = (last_tension - tension) / (winch.length - last_length)
             if secant > 0.0:
                 driving.stiffness = secant
-        if driving.stopped != 0 or abs(tension - driving.expected) <= allowed:
+        if driving.stopped != 0 or abs(tension - driving.expected) <= drive.balance:
             driving.tension_before, driving.tension = state.memory[STEP].drive.tension, tension
             conclude(line, state, h)
             if driving.following == 0:  # commands go on from where the drum is
@@ -203,9 +202,10 @@ def solve_driven(model, state, h):
                 winch.command_rate = 0.0
             driving.ticked += h
             driving.limited += h if driving.spent != 0 else 0.0
-            slip = abs(winch.rate) * h * driving.brake
-            driving.slipped += slip
-            driving.heat += slip * driving.gear * drive.brake_pull * drive.brake_slip
+            if driving.brake > 0.0:
+                slip = abs(winch.rate) * h
+                driving.slipped += slip
+                driving.heat += slip * driving.brake * driving.gear * drive.brake_pull * drive.brake_slip
             winch.fastest, winch.hardest = max(winch.fastest, abs(winch.rate)), max(winch.hardest, abs(winch.accel))
             return total
         last_length, last_tension = winch.length, tension

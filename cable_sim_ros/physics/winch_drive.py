@@ -12,8 +12,8 @@ bare drum answers as v'' = w^2 (v_r - v) - 2 zeta w v'; s: dry friction and brak
 slip with less. L is one more unknown of the step: its velocity and acceleration follow from it by the generalised-alpha
 formulas of the cable (integrate.py) and (1) holds at the end of the step, with the T of that end. The step solves (1)
 with T as it goes on, T = T* - K (L - L*), solves the cable for that L, and begins again from the T found and the secant
-of K until T is the one that (1) took, within BALANCED. So stiffness of the cable and inertia of
-the drum limit no step: what takes the tension of the step before is unstable from h omega = 2 on.
+of K until T is the one that (1) took, within DRIVE.balance. So stiffness of the cable and inertia of the drum limit no
+step: what takes the tension of the step before is unstable from h omega = 2 on.
 """
 
 from __future__ import annotations
@@ -26,15 +26,13 @@ from .drum_layers import radius_of
 from .jit import driver, inline
 from .parameter import Block, quantity
 from .tick_output import BRAKE_SLIPPED, MOTOR_LIMITED
-from .winch import ACCELERATION, RATE, TRAVEL, clip, fastest, wound_on
+from .winch import ACCELERATION, RATE, SERVO_STEP, TRAVEL, clip, fastest, wound_on
 
 POINTS = 8  # of the curve of the motor
-BALANCED = 1e3  # tolerances of the cable's balance (solver.tolerance), that (1) may be out of balance by: 1e-4
+BALANCED = 1e-4  # of the working tension, that (1) may be out of balance by at the end of a step
 MEETINGS = 12  # solutions of the cable in one step, before it is halved
-LOOP_STEP = 1e-3  # s
 BISECTIONS = 60
-AT_REST = 1e-3  # m/s, below which the brake sets
-STOPPED = 1e-12  # m/s
+AT_REST, STOPPED = 1e-3, 1e-12  # m/s: below which the brake sets; below which it does not move
 
 
 class DriveModel(str, Enum):
@@ -93,7 +91,7 @@ class Drive(Block):
         None, "1/s", 0.0, 100.0, "rate asked for per metre that length lags; none: a quarter of drive.bandwidth"
     )
     inertia: float = quantity(
-        0.0, "kg m^2", 0.0, 1e8, "motor through its gear, drum and what is wound on it, about the drum's axis"
+        0.0, "kg m^2", 0.0, 1e8, "motor through its gear and drum, with the wound cable unless winch.lay_width adds it"
     )
     controller_mass: float | None = quantity(
         None,
@@ -127,6 +125,7 @@ DRIVE = np.dtype(  # what the scene fixes
         ("bandwidth", "f8"),
         ("damping", "f8"),
         ("length_gain", "f8"),
+        ("balance", "f8"),  # N, that (1) may be out of balance by
         ("mass", "f8"),  # kg, inertia over the radius of the first layer squared
         ("cable", "f8"),  # kg/m, what is wound
         ("gain_p", "f8"),  # N s/m, N/m
@@ -156,7 +155,7 @@ DRIVING = np.dtype(  # what changes
         ("motor", "f8"),  # N, pull of the motor
         ("held", "f8"),  # N, of brake and dry friction
         ("brake", "f8"),  # 0 open to 1 set
-        ("slipped", "f8"),  # m through the brake since the start, either way
+        ("slipped", "f8"),  # m against the brake since the start, either way
         ("heat", "f8"),  # J of the brake since the start
         ("aux", "f8"),  # m/s^2, auxiliary acceleration of the pay-out
         ("step", "f8"),  # s, the last
@@ -184,9 +183,8 @@ def largest_pull(drive, gear, speed):
 
     gear: radius of the first layer, for which the curve is given, over that of the layer that runs off.
     """
-    v, n = abs(speed) * gear, drive.points
-    pull = 0.0
-    for i in range(1, n):
+    v, pull = abs(speed) * gear, 0.0
+    for i in range(1, drive.points):
         v0, v1 = drive.curve_speed[i - 1], drive.curve_speed[i]
         if v0 <= v <= v1:
             f0, f1 = drive.curve_pull[i - 1], drive.curve_pull[i]
@@ -198,21 +196,25 @@ def largest_pull(drive, gear, speed):
 def wanted_rate(drum, drive, x, v, length, rate, h):
     """Rate [m/s] asked for to come to a set-point (length, rate) from x, within speed and travel, and what held it."""
     want = rate + drive.length_gain * (length - x)
-    if abs(want) < drive.dead_band:
-        want = 0.0
+    return within_limits(drum, x, v, 0.0 if abs(want) < drive.dead_band else want, h)
+
+
+@inline
+def within_limits(drum, x, v, want, h):
+    """A rate [m/s] within speed and travel, and what held it or -1."""
     low, high = max(drum.min_limit, drum.min_length), min(drum.max_limit, drum.max_length)
     maximum = min(drum.max_rate, fastest(high - x, v, h, drum.max_accel, drum.exact))
     minimum = -min(drum.max_rate, fastest(x - low, -v, h, drum.max_accel, drum.exact))
-    held = -1
-    if want > maximum or want < minimum:
-        held = RATE if (maximum if want > maximum else -minimum) >= drum.max_rate else TRAVEL
+    if minimum <= want <= maximum:
+        return want, -1
+    held = RATE if (maximum if want > maximum else -minimum) >= drum.max_rate else TRAVEL
     return clip(want, minimum, maximum), held
 
 
 @driver
 def follow_rate(h, drum, drive, winch, driving, length, rate):
     """Advance a rate loop by h [s] towards a set-point: v'' = w^2 (v_r - v) - 2 zeta w v', or v' = w (v_r - v)."""
-    count = max(1, int(h / LOOP_STEP + 0.999))
+    count = max(1, int(h / SERVO_STEP + 0.999))
     d, w, zeta = h / count, drive.bandwidth, drive.damping
     x, v, a, begin, begin_rate = winch.length, winch.rate, winch.accel, driving.given, driving.given_rate
     for i in range(count):
@@ -270,7 +272,7 @@ def begin_turn(h, drum, drive, old, before, driving, winch, length, rate):
         if held >= 0:
             winch.held[held] += h
     elif mode == TENSION:  # the pull decides; speed and travel are what the rate is kept within
-        driving.reference, _ = wanted_rate(drum, drive, x, v, x, v, h)
+        driving.reference, _ = within_limits(drum, x, v, v, h)
     elif mode == BRAKE:
         ramp = drum.max_accel * h
         driving.reference = clip(0.0, before.reference - ramp, before.reference + ramp)
@@ -295,8 +297,7 @@ def balance(h, alpha, drum, drive, old, before, winch, driving, at, tension):
     """Pay-out at the end of a step of h [s] from (1), with the tension at the drum ``tension`` [N] where the pay-out is
     ``at`` [m] and falling with driving.stiffness.
 
-    old, before: WINCH and DRIVING at its beginning; alpha: integrate.coefficients.
-    """
+    old, before: WINCH and DRIVING at its beginning; alpha: integrate.coefficients."""
     am, af, beta, gamma, _, _ = alpha
     a0, x0 = old.accel, before.aux
     if before.step > 0.0 and before.step != h:
@@ -306,8 +307,7 @@ def balance(h, alpha, drum, drive, old, before, winch, driving, at, tension):
     lb, vb = h * h * beta * per, h * gamma * per
     la = old.length + h * old.rate + h * h * ((0.5 - beta) * x0 + beta * lag)
     va = old.rate + h * ((1.0 - gamma) * x0 + gamma * lag)
-    k, gear, mass = driving.stiffness, driving.gear, driving.mass
-    # of v: M a - T + d v
+    k, gear, mass = driving.stiffness, driving.gear, driving.mass  # of v: M a - T + d v
     slope = mass / vb + k * lb / vb + drive.viscous_friction * gear * gear
     rest = -mass * va / vb + k * (la - lb / vb * va - at) - tension
     # the motor, p v + q within low and high, and within what it can at that speed
@@ -363,7 +363,7 @@ def balance(h, alpha, drum, drive, old, before, winch, driving, at, tension):
     driving.integral = before.integral + (up if free else 0.0)
     if mode == TENSION:  # what takes over goes on from the pull of now
         driving.integral = motor - drive.gain_p * v
-    elif driving.following == 0:
+    elif driving.brake > 0.0:
         driving.integral = tension - drive.gain_p * v
 
 

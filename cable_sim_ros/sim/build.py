@@ -50,7 +50,7 @@ from ..physics.towbody import BODY, Towbody, body_record
 from ..physics.wake_oscillator import WAKE_SECTION
 from ..physics.water import Water
 from ..physics.winch import DRUM
-from ..physics.winch_drive import DRIVE, MODELS, MODES
+from ..physics.winch_drive import BALANCED, DRIVE, MODELS, MODES
 from .layout import Layout
 from .mesh.mesh_kinds import FeedMesh
 from .scene import Scene
@@ -322,7 +322,6 @@ def build_model(layout: Layout, mesh: FeedMesh | None = None) -> Model:
     settings["bending_length"] = sqrt(extreme(scene.cable, "bending_stiffness", max)[1] / tension)
     settings["ship"] = (ship.stale_after, ship.stale_decay, ship.start_blend, ship.source_blend)
     settings["drum"] = drum_record(layout, mesh)
-    settings["drive"] = drive_record(scene)
     if mesh is None:
         elements = element_table(scene.cable, scene.water, scene.gravity, (False, light_end(scene, None)))
     else:  # filled for the pay-out, see mesh_motion.py
@@ -330,6 +329,8 @@ def build_model(layout: Layout, mesh: FeedMesh | None = None) -> Model:
     rules = Rules(halvings(scene.solver))
     line = line_settings(scene.cable, scene.solver, scene.gravity, tension, rules)
     line["jumps"] |= bool(scene.bodies)
+    settings["drive"] = drive_record(scene)
+    settings["drive"]["balance"] = np.maximum(BALANCED * tension, line["tolerance"])
     strum = strum_rules(scene), strum_sections(scene)
     line["amplified"] |= len(strum[1]) > 0
     return Model(

@@ -167,6 +167,29 @@ def test_a_brake_holds_up_to_its_pull_and_slips_above_it():
     assert slips.brake_heat[-1] == pytest.approx(0.8 * 3300.0 * slips.brake_slip[-1])
 
 
+@pytest.mark.parametrize("rate", [1.0, -1.0])
+def test_a_brake_asked_for_under_way_sets_once_the_motor_has_stopped_the_drum(rate):
+    sim = started(scene())
+    begin = at_rate(sim, rate, 200)[-1]
+    set_live(sim, "drive.mode", "brake")
+    frames = sim.run(300)
+    stop, set_at = np.flatnonzero(frames.payout_rate == 0.0)[0], np.flatnonzero(frames.brake_set > 0.0)[0]
+    assert set_at * 0.01 < 2.0 and np.abs(frames.payout_rate[:set_at]).min() < 0.02, "first at rest, then set"
+    assert abs(frames.payout[-1] - begin.payout) < 0.5 and not frames.payout_rate[stop:].any()
+    assert frames.brake_slip[-1] < 0.01 and frames.brake_set[-1] == 1.0 and frames.motor_pull[-1] == 0.0
+
+
+def test_the_drum_is_in_balance_however_coarse_the_cable_is_solved():
+    frames = at_rate(started(scene(solver__tolerance=1e-5)), 0.5, 100)
+    left = MASS * frames.payout_acceleration + frames.motor_pull - frames.tension_drum
+    assert np.abs(left[10:]).max() < 1.1e-4 * TOW.contact.working_tension
+
+
+def test_a_dead_band_does_not_hold_a_constant_tension():
+    calm = {"drive__mode": "tension", "drive__set_pull": 3150.0, "drive__dead_band": 0.2}
+    assert started(scene(**calm)).run(50).motor_pull == pytest.approx(3150.0)
+
+
 def test_render_pays_out_at_the_set_pull_and_recovers():
     """A light drum: what its inertia takes or gives stands in the cable beside the motor's pull."""
     motion = {"heave": (2.0, 5.0), "duration": 20.0, "step": "fixed"}
@@ -249,13 +272,25 @@ def test_constant_tension_begins_without_a_bump():
     assert sim.run(50).motor_pull == pytest.approx(3300.0)
 
 
+def test_a_run_goes_on_in_another_mode(tmp_path):
+    motion = {"heave": (1.0, 6.0), "duration": 4.0, "step": "fixed"}
+    begun = offline.run(scene(drive__mode="brake"), save=tmp_path / "a.npz", **motion).frames
+    on = offline.run(scene(), resumed=tmp_path / "a.npz", **motion).frames
+    assert on.payout[0] == begun.payout[-1] and set(on.winch_mode) == {0} and on.brake_set[-1] == 0.0
+    opened = np.argmin(on.brake_set)  # the motor has the load by then: nothing drops
+    assert np.abs(on.payout[: opened + 1] - on.payout[0]).max() < 1e-5 and np.abs(on.payout - on.payout[0]).max() < 1.0
+
+
 def test_what_a_drive_cannot_do_is_refused():
     for values, words in (
         ({"drive.model": "servo", "drive.mode": "brake"}, "drive.mode = brake needs a motor and a brake"),
         ({"drive.mode": "render"}, "drive.set_pull = 0 N"),
         ({"drive.mode": "brake", "drive.brake_pull": 0.0}, "drive.brake_pull = 0 N"),
-        ({"drive.curve_pull": [2e3, 2e3, 2e3]}, r"drive.curve_pull begins with 2e\+03 N, not above"),
-        ({"drive.brake_pull": 1e3}, r"drive.brake_pull = 1e\+03 N is not above"),
+        (
+            {"drive.curve_pull": [2e3, 2e3, 2e3]},
+            r"drive.curve_pull begins with 2e\+03 N at the layer that runs off, not above",
+        ),
+        ({"drive.brake_pull": 1e3}, r"drive.brake_pull holds 1e\+03 N at the layer that runs off, not above"),
         ({"drive.curve_speed": [0.0, 3.0, 2.0]}, "speeds rising from 0 m/s"),
         ({"drive.curve_speed": [0.0, 1.0, 2.0]}, "ends at 2 m/s, below winch.max_rate"),
         ({"drive.inertia": 0.0}, "drive.inertia = 0 kg m"),

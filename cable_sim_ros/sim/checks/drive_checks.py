@@ -131,23 +131,24 @@ def holding_problems(layout: Layout) -> list[Problem]:
     if drive.model is not DriveModel.MOTOR or drive_problems(scene):
         return []
     pull, found = float(layout.shape().tension.max()), []  # without the weight between sheave and drum
-    most = drive.curve_pull[0]
+    drum = layered(scene)
+    gear = float(drum.radius / radius_of(drum, layout.route.wound))  # pulls are given for the first layer
+    most, brake = gear * drive.curve_pull[0], gear * drive.brake_pull
     if most <= pull and drive.mode not in BRAKES:
         found.append(
             Problem(
                 "drive.curve_pull",
-                "begins with {} N, not above the {} N with which the tow pulls at its start: the motor cannot hold "
-                "it".format(*apart(most, pull)),
+                "begins with {} N at the layer that runs off, not above the {} N with which the tow pulls at its "
+                "start: the motor cannot hold it".format(*apart(most, pull)),
                 "Give a stronger motor, or a lighter or slower tow",
             )
         )
-    if 0.0 < drive.brake_pull <= pull:
+    if 0.0 < brake <= pull:
         found.append(
             Problem(
                 "drive.brake_pull",
-                "= {} N is not above the {} N with which the tow pulls at its start: the brake cannot hold it".format(
-                    *apart(drive.brake_pull, pull)
-                ),
+                "holds {} N at the layer that runs off, not above the {} N with which the tow pulls at its start: "
+                "the brake cannot hold it".format(*apart(brake, pull)),
                 "Give a stronger brake, or a lighter or slower tow",
             )
         )
