@@ -125,7 +125,9 @@ def run(
         check_place(save)
     with in_the_sea(rao is not None):
         scene = _scene_of(scene, resumed, algorithm, step, every, settings)
-    control = None if controller is None else ControlLoop(controller, control_period, scene.solver.tick)
+    control = None
+    if controller is not None:
+        control = ControlLoop(controller, control_period, scene.solver.tick, scene.instruments)
     if duration is None and motion is None:
         after = 0.0 if plan is None else max(0.0, plan.last + AFTER_PLAN - before)
         duration = max(seconds_of(heave, rao, scene), after) or None

@@ -12,11 +12,14 @@ from typing import Any
 import numpy as np
 
 from ..physics.contact_surface import SHEAVE_ROW, sheave_friction
+from ..physics.sensor_models import TARGETS
 from ..physics.state import NOW
 from ..physics.winch_drive import MODES, WinchMode
+from .checks.instrument_checks import fault_problems, feed_problems
 from .checks.mode_checks import mode_problems
 from .scene import Scene
 from .simulator import Simulator
+from .tables.sensor_tables import put_fault
 
 Way = Callable[[Simulator, Any], None]
 
@@ -49,6 +52,10 @@ def _set_pull(sim: Simulator, value: float) -> None:
     _write(sim.model.settings, lambda rows: rows["drive"]["set_pull"].__setitem__(0, value))
 
 
+def _fault(sim: Simulator, _: Any, target: str) -> None:
+    put_fault(sim.state, sim.scene, target)
+
+
 def _write(array: np.ndarray, change: Callable[[np.ndarray], None]) -> None:
     """Change an array that is locked while kernels run."""
     array.setflags(write=True)
@@ -70,6 +77,8 @@ def ways(scene: Scene) -> dict[str, Way]:
         "viv.multiplier": _viv_multiplier,
         "winch.command_timeout": _command_timeout,
     }
+    for target in TARGETS:
+        table[f"faults.{target}.kind"] = table[f"faults.{target}.size"] = partial(_fault, target=target)
     names = ["towbody", *(f"bodies.{name}" for name in scene.bodies)]
     for place, name in enumerate(names):
         table[f"{name}.flow_time_constant"] = partial(_flow_time, place=place)
@@ -80,7 +89,7 @@ def set_live(sim: Simulator, name: str, value: Any) -> None:
     """Give a live parameter another value, in the scene of the simulator too, so that a start keeps it.
 
     Call it between two ticks. Raises KeyError for a parameter that is not live, ValueError for one out of its range or
-    that the drive cannot serve.
+    that drive or instruments cannot serve.
     """
     if refusal := unfit(changed(sim.scene, name, value) if name in ways(sim.scene) else sim.scene):
         raise ValueError(refusal)
@@ -96,7 +105,7 @@ def put_live(sim: Simulator, name: str, value: Any) -> None:
 
 def unfit(scene: Scene) -> str:
     """ "" or why live values of a scene do not serve together."""
-    for problem in mode_problems(scene):
+    for problem in (*mode_problems(scene), *feed_problems(scene), *fault_problems(scene)):
         return f"{problem.key} {problem.text}; nothing was changed. {problem.remedy}"
     return ""
 

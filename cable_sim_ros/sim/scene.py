@@ -8,6 +8,7 @@ from ..physics.contact_surface import Seabed, Sheave
 from ..physics.heave_compensation import Setpoint
 from ..physics.integrate import Solver
 from ..physics.parameter import REQUIRED, Block, quantity
+from ..physics.sensor_models import Faults, Instruments
 from ..physics.ship import Ship
 from ..physics.towbody import LineBody, Towbody
 from ..physics.viv_amplification import Viv
@@ -29,6 +30,8 @@ class Scene(Block):
     winch: Winch = quantity(REQUIRED, "", None, None, "winch")
     drive: Drive = quantity(Drive(), "", None, None, "drive of the winch: what turns its drum")
     setpoint: Setpoint = quantity(Setpoint(), "", None, None, "set-point of the winch")
+    instruments: Instruments = quantity(Instruments(), "", None, None, "instruments aboard, beside the truth")
+    faults: Faults = quantity(Faults(), "", None, None, "what is wrong with instruments, command path and drive")
     sheave: Sheave = quantity(REQUIRED, "", None, None, "sheave")
     seabed: Seabed = quantity(Seabed(), "", None, None, "seabed under the tow")
     contact: Contact = quantity(Contact(), "", None, None, "contact of the cable with drum and sheave")

@@ -31,6 +31,7 @@ from .consistency_checks import (
 )
 from .drive_checks import drive_problems, drive_warnings, holding_problems, layer_problems
 from .friction_checks import friction_problems, friction_warnings
+from .instrument_checks import instrument_problems, instrument_warnings
 from .link_checks import form_problems, link_problems, link_warnings
 from .mesh_motion_checks import drum_problems, mesh_problems, wave_warnings
 from .scene_warnings import damping_warnings, drag_warnings, part_warnings, swing_warnings
@@ -146,6 +147,7 @@ def problems(scene: Scene) -> list[Problem]:
         )
     found += seabed_problems(scene) + seat_problems(scene, layout.leaves) + body_problems(scene, layout.leaves)
     found += astern_problems(scene) + friction_problems(scene) + drive_problems(scene)
+    found += instrument_problems(scene)
     if not found:
         found += layer_problems(layout)
         found += holding_problems(layout) if feeds else wrap_problems(layout)
@@ -265,7 +267,7 @@ def warnings(scene: Scene) -> list[Problem]:
     found += setpoint_warnings(scene, speed) + damping_warnings(scene.cable) + swing_warnings(scene, speed)
     found += body_warnings(scene, speed)
     found += amplified_warnings(scene.cable) + strum_warnings(layout) + drag_warnings(scene, speed)
-    found += part_warnings(scene) + friction_warnings(scene) + drive_warnings(scene)
+    found += part_warnings(scene) + friction_warnings(scene) + drive_warnings(scene) + instrument_warnings(scene)
     for key, name, below in (("sheave", "sheave", radius), ("winch", "drum", scene.winch.drum_radius)):
         height = getattr(scene, key).position[2] + scene.ship.reference_height - below
         if height < 0:
