@@ -40,13 +40,15 @@ def write_log(
     """
     path = find_bag(bag)
     run = load_run(path)
-    text = run.custom_data.get("scene_yaml")
-    if scene is None and text is None:
+    if scene is not None:
+        reader = Reader(name, load_scene(scene))
+    elif text := run.custom_data.get("scene_yaml"):
+        reader = Reader(name, scene_from_text(text, f"scene kept in {path}"))
+    else:
         raise BagError(
             f"bag '{path}' keeps no scene, so it is not known which instruments it has; nothing was written; give "
             f"--scene NAME or FILE"
         )
-    reader = Reader(name, load_scene(scene) if scene is not None else scene_from_text(text, f"scene kept in {path}"))
     times = run.frames["time"].astype(np.int64)
     steps = np.diff(times)
     step = int(np.median(steps)) if len(steps) else SECOND
