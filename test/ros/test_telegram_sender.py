@@ -125,7 +125,7 @@ def test_a_value_that_does_not_fit_is_withheld_counted_and_said(scene, receivers
     assert sender.links[0].counts() == {"sent": 1, "withheld": 2, "missed": 0, "unheard": 0, "failed": 0}
     (status,) = sender.statuses()
     assert status.level == 1 and status.message == (
-        "lci90i withheld: tension is no number, its field holds -1e+07 to 1e+08 lb"
+        "lci90i withheld: tension is no number, its field holds -9999999 to 99999999 lb"
     )
     sender.close()
 

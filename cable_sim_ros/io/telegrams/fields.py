@@ -41,11 +41,11 @@ class Motion(NamedTuple):
     vertical: float = math.nan
 
 
-def within(what: str, value: float, low: float, high: float, unit: str) -> float:
-    """The value, where it is a number from low to high; else Withheld."""
-    if not low <= value <= high:  # also nan
+def within(what: str, value: float, low: float, high: float, unit: str, rounding: float = 0.0) -> float:
+    """The value, where it is a number from low to high, or rounds to one; else Withheld."""
+    if not low - rounding <= value <= high + rounding:  # also nan
         shown = f"{value:.6g} {unit}" if math.isfinite(value) else "no number"
-        raise Withheld(f"{what} is {shown}, its field holds {low:g} to {high:g} {unit}")
+        raise Withheld(f"{what} is {shown}, its field holds {low:.10g} to {high:.10g} {unit}")
     return value
 
 
@@ -53,8 +53,7 @@ def filled(what: str, value: float, width: int, decimals: int, unit: str) -> str
     """A number of exactly `width` characters, with zeros in front; Withheld where it needs more."""
     most = 10.0 ** (width - (decimals + 1 if decimals else 0)) - 10.0**-decimals
     least = -(10.0 ** (width - 1 - (decimals + 1 if decimals else 0)) - 10.0**-decimals)
-    half = 0.499 * 10.0**-decimals  # what is rounded to the last number is still held
-    within(what, value, least - half, most + half, unit)
+    within(what, value, least, most, unit, 0.499 * 10.0**-decimals)
     return f"{value:0{width}.{decimals}f}"  # a small negative number is -0, as displays show it
 
 
