@@ -24,12 +24,12 @@ from .out_folder import ready
 from .progress import progress_bar as _progress
 from .report import tell
 from .span import span as span_command
+from .telegrams import telegrams as telegrams_command
 from .viv import viv as viv_command
 
 JSON = "cable_sim_ros.json"  # of click's context
 SHIPPED_BAG, SHIPPED_SCENE = "nbp1406", "full_scale"
 PASS_ON = {"ignore_unknown_options": True, "allow_extra_args": True}
-
 
 # commands that are loaded where they are asked for: nothing of the product imports verification
 LATER = {
@@ -363,7 +363,7 @@ def manual(page, out) -> None:
         out.write_text(text, "utf-8")
 
 
-for _command in (recover_command, make_bags_command, mesh_command, viv_command, span_command):
+for _command in (recover_command, make_bags_command, mesh_command, viv_command, span_command, telegrams_command):
     main.add_command(_command)
 
 NODE_MANUAL = """## Node

@@ -7,6 +7,7 @@ from enum import Enum
 from ..io.messages.markers import MAX_RATE
 from ..physics.heave_filter import Heave, MotionInput
 from ..physics.parameter import Block, quantity
+from .telegrams.blocks import Telegrams
 
 
 class TimeMode(str, Enum):
@@ -151,6 +152,7 @@ class NodeBlock(Block):
     lockstep: Lockstep = quantity(Lockstep(), "", None, None, "lockstep, where time_mode says so")
     recording: RecordingParameters = quantity(RecordingParameters(), "", None, None, "recording")
     publish: Publish = quantity(Publish(), "", None, None, "rates")
+    telegrams: Telegrams = quantity(Telegrams(), "", None, None, "telegrams of the instruments over UDP")
     frame: Frames = quantity(Frames(), "", None, None, "frame names")
     motion: MotionInput = quantity(MotionInput(), "", None, None, "motion messages")
     heave: Heave = quantity(Heave(), "", None, None, "motion from the IMU alone")

@@ -22,6 +22,7 @@ from ..io.messages.channels import Context, Encoder
 from ..io.messages.markers import TOPIC as MARKERS
 from ..io.messages.messages import CAUSES, COMMANDS, JOINT_COMMAND, KINDS, Event, stamp_of
 from ..io.recordings.recording_place import name_problem, state_problem
+from ..io.telegrams.fields import TelegramError
 from ..sim.checks.friction_checks import slow
 from ..sim.flag_rules import FAILED
 from ..sim.live_parameters import changed, unfit, ways
@@ -45,6 +46,7 @@ from .services.control import SimulationControl
 from .services.recording_control import RecordingControl
 from .statistics import write_json
 from .stepped import SteppedSession, session_of
+from .telegrams.sender import Sender
 from .topics import diagnostic_array, inputs_there, message_class, publishers_of, rows_of
 
 NAME, NAMESPACE = "cable_sim", "/tow_sim"
@@ -58,13 +60,14 @@ DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
 
 
 class CableSimNode(LifecycleNode):
-    """Raises ParameterError at construction; nothing has been started then."""
+    """Raises ParameterError or TelegramError at construction; nothing has been started then."""
 
     def __init__(self, **kwargs) -> None:
         super().__init__(NAME, namespace=NAMESPACE, **kwargs)
         try:
             self.settings = settle(overrides_of(self))
             declare(self, self.settings.rows)
+            self.telegrams = Sender(self.settings.node.telegrams, self.settings.scene, self._log)
         except BaseException:
             self.destroy_node()
             raise
@@ -124,6 +127,7 @@ class CableSimNode(LifecycleNode):
             session.record_time,
             () if node.recording.markers else (f"{self.get_namespace().rstrip('/')}/{MARKERS}",),
             slow(self.settings.scene),
+            self.telegrams.tick if self.telegrams.links else None,
         )
         if isinstance(session, SteppedSession):
             session.publish_ticks = self.publisher.drain
@@ -189,6 +193,7 @@ class CableSimNode(LifecycleNode):
         for rank, value in zip((50, 99, 100), self.arrivals.taken.percentiles(50, 99, 100)):
             metrics[f"sample_age_p{rank}_ms"] = value
         metrics["wall_clock_steps"] = self.arrivals.steps
+        metrics |= self.telegrams.metrics()
         verdict = verdict_of_node(self.session, self.publisher, metrics)
         self.ended_badly = verdict.state == FAILED
         metrics["verdict"] = verdict.as_dict()
@@ -203,6 +208,7 @@ class CableSimNode(LifecycleNode):
         if verdict.reasons or metrics.get("published_ticks"):
             print(*verdict.lines(), sep="\n", file=sys.stderr, flush=True)
         self._write_statistics(metrics)
+        self.telegrams.close()
 
     def _stop_threads(self) -> None:
         self.session.close()
@@ -318,6 +324,7 @@ class CableSimNode(LifecycleNode):
 
     def _on_diagnostics(self) -> None:
         statuses = self.watch.statuses(self.publisher, self.recording.stats(), self.recording.recorder is not None)
+        statuses += self.telegrams.statuses()
         data = serialize_message(diagnostic_array(self.get_name(), statuses, self.session.log_time()))
         self._diagnostics.publish(data)
         self._record("/diagnostics", DIAGNOSTICS, data)
@@ -362,7 +369,7 @@ def main(args: list[str] | None = None) -> int:
             spin(node, stop)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
-    except ParameterError as error:
+    except (ParameterError, TelegramError) as error:
         print(f"error: {error}", file=sys.stderr, flush=True)
         code = 2
     finally:

@@ -21,6 +21,7 @@ from ..physics.parameter import Block
 from ..sim.scene import Scene
 from .blocks import NodeBlock
 from .lockstep import rate_problem
+from .telegrams.blocks import telegram_problem
 
 FOREIGN = ("use_sim_time", "start_type_description_service")  # declared by rclpy itself
 # what stands for "none" in a parameter that may be none
@@ -167,6 +168,7 @@ def settle(overrides: dict[str, Any]) -> Settings:
         name_problem("recording.path", recording.path, "started")
         or state_problem(node.state_file, "started")
         or rate_problem(node.lockstep.rate, "started")
+        or telegram_problem(node.telegrams, scene.solver.tick)
     )
     if recording.enabled and not problem:
         problem = root_problem("recording.root", recording.root, round(recording.least_free * 1e6), "started")

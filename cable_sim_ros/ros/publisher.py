@@ -24,7 +24,8 @@ class TickPublisher:
 
     publishers: absolute topic -> rclpy publisher, of the topics whose messages are installed; offset(): monotonic time
     less time of the data's clock, ns, or None; log_time(): the time at which a recording has a message, ns; unrecorded:
-    absolute topics that are only published; slow: see `RunningSums`. A recording may be begun and ended at any time.
+    absolute topics that are only published; slow: see `RunningSums`; telegrams: takes each tick output that was
+    published, and leaves it unchanged. A recording may be begun and ended at any time.
     """
 
     def __init__(
@@ -36,9 +37,10 @@ class TickPublisher:
         log_time: Callable[[], int] = time.time_ns,
         unrecorded: tuple[str, ...] = (),
         slow: float = 0.0,
+        telegrams: Callable[[np.record], None] | None = None,
     ) -> None:
         self.loop, self.encoder, self.publishers, self.offset = loop, encoder, publishers, offset
-        self.log_time, self.unrecorded = log_time, unrecorded
+        self.log_time, self.unrecorded, self.telegrams = log_time, unrecorded, telegrams
         self._recorder: Recorder | None = None
         self._journal: Journal | None = None
         self._recording = threading.Lock()  # held while a tick is being recorded
@@ -108,6 +110,8 @@ class TickPublisher:
         for _, topic, data in messages:
             if topic in self.publishers:
                 self.publishers[topic].publish(data)
+        if self.telegrams is not None:
+            self.telegrams(frame)
         with self._recording:
             self._noted(index)
             if self._recorder is not None and self._journal is not None and self._journal.covers(index):

@@ -37,6 +37,7 @@ COMMANDS = {
     "mesh",
     "recover",
     "make-bags",
+    "telegrams",
 }
 
 
