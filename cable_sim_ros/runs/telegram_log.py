@@ -40,19 +40,18 @@ def write_log(
     """
     path = find_bag(bag)
     run = load_run(path)
-    if scene is not None:
-        reader = Reader(name, load_scene(scene))
-    elif text := run.custom_data.get("scene_yaml"):
-        reader = Reader(name, scene_from_text(text, f"scene kept in {path}"))
-    else:
+    text = run.custom_data.get("scene_yaml")
+    if scene is None and not text:
         raise BagError(
             f"bag '{path}' keeps no scene, so it is not known which instruments it has; nothing was written; give "
             f"--scene NAME or FILE"
         )
+    had = load_scene(scene) if scene is not None else scene_from_text(text, f"scene kept in {path}")
     times = run.frames["time"].astype(np.int64)
     steps = np.diff(times)
     step = int(np.median(steps)) if len(steps) else SECOND
     rows = SECOND / step
+    reader = Reader(name, had, max(round(1e-9 * step / had.solver.tick), 1))
     if rate is not None and rate > rows * (1.0 + 1e-9):
         raise TelegramError(
             f"--rate {rate:g} Hz is more than the {rows:g} tick outputs a second of '{path}'; nothing was written. "
@@ -64,6 +63,7 @@ def write_log(
     withheld, why = 0, ""
     for k, row in enumerate(run.frames):
         before = run.frames[k - 1] if k else None
+        reader.notice(row)
         if not due(int(times[k]), int(times[k]) - step, period):
             continue
         try:

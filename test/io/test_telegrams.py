@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -243,38 +241,43 @@ def test_accelerations_are_those_between_two_rows(scene):
         assert math.isnan(reader.read(second, before).vertical)
 
 
-@dataclass
-class Part:
-    on: bool = True
-
-
-def test_readings_go_before_the_truth_where_the_instrument_is_on(scene, monkeypatch):
-    """Blocks and fields as `instruments` has them: the first that is on of a row of the table."""
-    fields = ["encoder_payout", "encoder_rate", "metering_payout", "metering_rate", "load_pin_tension"]
-    fields += ["mru_roll", "mru_pitch", "mru_heave"]
-    known = [(name, "f8") for name in fields if name not in TICK_OUTPUT.names]
-    dtype = np.dtype([(name, TICK_OUTPUT[name]) for name in TICK_OUTPUT.names] + known)
-    monkeypatch.setattr(sources, "TICK_OUTPUT", dtype)
-    row = row_of(dtype, payout=1.0, encoder_payout=2.0, metering_payout=3.0, tension=4.0, load_pin_tension=5.0)
+def test_readings_go_before_the_truth_where_the_instrument_is_on(scene):
+    row = row_of(payout=1.0, encoder_payout=2.0, metering_payout=3.0, tension=4.0, load_pin_tension=5.0)
     row["mru_roll"], row["mru_heave"] = 0.25, 0.75
 
-    def read(name, **parts):
-        given = SimpleNamespace(ship=scene.ship, instruments=SimpleNamespace(**parts))
-        reader = sources.Reader(name, given)
-        return reader.read(row), reader.said
+    def reader(name, *aboard):
+        return sources.Reader(name, override(scene, {f"instruments.{part}.on": True for part in aboard}))
 
-    off = Part(False)
-    values, said = read("lci90i", encoder=Part(), metering_sheave=off, load_pin=Part())
-    assert (values.payout, values.tension) == (2.0, 5.0) and said == "tension of load_pin; speed, pay-out of encoder"
-    values, said = read("lci90i", encoder=Part(), metering_sheave=Part(), load_pin=off)
+    found = reader("lci90i", "encoder", "load_pin")
+    values = found.read(row)
+    assert (values.payout, values.tension) == (2.0, 5.0)
+    assert found.said == "tension of load_pin; speed, pay-out of encoder"
+    found = reader("lci90i", "encoder", "metering_sheave")
+    values = found.read(row)
     assert (values.payout, values.tension) == (3.0, 4.0)
-    assert said == "tension of truth; speed, pay-out of metering_sheave"
-    assert read("lci90i", encoder=off)[0].payout == 1.0
-    motion, said = read("pashr", mru=Part())
-    assert (motion.roll, motion.heave) == (0.25, 0.75) and said == "roll, pitch, heave of mru"
-    row["mru_heave"] = math.nan  # a reading that is lost
-    with pytest.raises(Withheld, match="heave is no number"):
-        pashr.encode(read("pashr", mru=Part())[0])
+    assert found.said == "tension of truth; speed, pay-out of metering_sheave"
+    assert reader("lci90i").read(row).payout == 1.0
+    found = reader("pashr", "mru")
+    motion = found.read(row)
+    assert (motion.roll, motion.heave) == (0.25, 0.75) and found.said == "roll, pitch, heave of mru"
+
+
+def test_a_telegram_of_a_silent_instrument_is_withheld(scene):
+    what = override(scene, {"instruments.mru.on": True, "instruments.mru.rate": 20.0})
+    reader = sources.Reader("pashr", what)
+    row = row_of(readings_new=1)
+    reader.notice(row)
+    for ticks, silent in ((5, False), (7, False), (8, True), (300, True)):
+        row["time"], row["readings_new"] = int(row_of()["time"]) + ticks * 10_000_000, 2
+        reader.notice(row)
+        if silent:
+            with pytest.raises(Withheld, match=f"no reading of mru for {0.01 * ticks:.2f} s"):
+                reader.read(row)
+        else:
+            reader.read(row)
+    row["readings_new"] = 1
+    reader.notice(row)
+    assert reader.read(row).heave == 0.0
 
 
 @given(st.integers(1, 1000), st.integers(1, 10**18))

@@ -8,17 +8,18 @@ heading and no accelerations: these are always the truth.
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import hypot, nan
+from math import hypot, lcm, nan
 from typing import Any, NamedTuple
 
-from ...physics.tick_output import TICK_OUTPUT
+from ...physics.sensor_models import DEVICES
 from ...sim.scene import Scene
 from ...sim.tables.attitude import angles_of
 from . import lci90i, pashr, psxn, tss1
-from .fields import Motion
+from .fields import Motion, Withheld
 from .lci90i import Winch
 
 TRUTH = "truth"
+SILENT = 1.5  # intervals of readings without one, after which an instrument is silent
 LONGEST = 1_000_000_000  # ns between two rows whose velocities make an acceleration
 INSTRUMENTS: dict[str, tuple[tuple[str, str], ...]] = {  # value -> (block of `instruments`, field of its reading)
     "pay-out": (("metering_sheave", "metering_payout"), ("encoder", "encoder_payout")),
@@ -57,22 +58,24 @@ FORMATS = {
 }
 
 
-def is_on(scene: Scene, instrument: str) -> bool:
-    """Has the scene this instrument, and is it on?"""
-    block = getattr(getattr(scene, "instruments", None), instrument, None)
-    return block is not None and bool(getattr(block, "on", True))
-
-
 class Reader:
     """Values of one kind of telegram out of the tick outputs of a scene."""
 
-    def __init__(self, name: str, scene: Scene) -> None:
+    def __init__(self, name: str, scene: Scene, rows: int = 1) -> None:
+        """rows: ticks from one tick output to the next."""
         self.scene, self.format = scene, FORMATS[name]
         self.source = {value: self._find(value) for value in self.format.values}  # (instrument or TRUTH, field)
+        tick = scene.solver.tick
+        self._silence: dict[str, float] = {}  # ns without a reading, after which there is none
+        self._read: dict[str, int] = {}  # ns, when the newest came
+        for instrument in {name for name, _ in self.source.values()} - {TRUTH}:
+            rate = getattr(scene.instruments, instrument).rate
+            ticks = 1 if rate is None else max(round(1.0 / (rate * tick)), 1)
+            self._silence[instrument] = SILENT * lcm(ticks, rows) * tick * 1e9
 
     def _find(self, value: str) -> tuple[str, str]:
         for instrument, field in INSTRUMENTS[value]:
-            if field in (TICK_OUTPUT.names or ()) and is_on(self.scene, instrument):
+            if getattr(self.scene.instruments, instrument).on:
                 return instrument, field
         return TRUTH, ""
 
@@ -84,14 +87,28 @@ class Reader:
             groups.setdefault(instrument, []).append(value)
         return "; ".join(f"{', '.join(values)} of {instrument}" for instrument, values in groups.items())
 
+    def notice(self, row) -> None:
+        """Look at every tick output, whether a telegram is due or not: which instrument has a reading of it?"""
+        for instrument in self._silence:
+            if int(row["readings_new"]) >> DEVICES.index(instrument) & 1 or instrument not in self._read:
+                self._read[instrument] = int(row["time"])
+
+    def _refuse_silent(self, time: int) -> None:
+        for instrument, longest in self._silence.items():
+            silent = time - self._read.get(instrument, time)
+            if silent > longest:
+                raise Withheld(f"no reading of {instrument} for {silent * 1e-9:.2f} s")
+
     def value(self, value: str, row) -> float:
         """One value of a tick output."""
         field = self.source[value][1]
         return float(row[field] if field else OF_TRUTH[value](row, self.scene))
 
     def read(self, row, before=None) -> Winch | Motion:
-        """Values of a tick output; before: the one before it, for accelerations."""
+        """Values of a tick output; before: the one before it, for accelerations. Raises Withheld for an instrument that
+        gives no reading."""
         time = int(row["time"])
+        self._refuse_silent(time)
         if self.format.values is WINCH:
             return Winch(time, *(self.value(value, row) for value in WINCH))
         roll, pitch, heave = (self.value(value, row) for value in MOTION)

@@ -100,6 +100,7 @@ class Sender:
             if now - int(before["time"]) == skipped:  # ticks that were not published
                 last = now - skipped
         for link in self.links:
+            link.reader.notice(row)
             if slots := due(now, last, link.period):
                 link.send(row, before, slots)
 

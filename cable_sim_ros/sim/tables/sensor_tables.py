@@ -141,8 +141,9 @@ def pin_problem(state: State, scene: Scene) -> str:
     pin = scene.instruments.load_pin
     if not pin.on or pin.calibration is not None or state.sensors.sensing[0].newtons >= MIN_NEWTONS:
         return ""
+    axis = "none" if pin.axis_deg is None else f"{pin.axis_deg:g}"
     return (
-        f"instruments.load_pin.axis_deg = {'none' if pin.axis_deg is None else format(pin.axis_deg, 'g')}: the pin bears "
+        f"instruments.load_pin.axis_deg = {axis}: the pin bears "
         f"{state.sensors.sensing[0].newtons:.3g} N per newton of tension along it at the static start, less than "
         f"{MIN_NEWTONS:g}; no tension can be taken from that, and nothing was started. Give the direction of the "
         "resultant, or instruments.load_pin.calibration"
