@@ -24,6 +24,7 @@ METRICS = (
     ("setpoint", "", "set-point algorithm"),
     ("imu_only", "", "true: odometry was left out"),
     ("winch", "", "winch plan; absent without one"),
+    ("changes", "", "live keys that `changes` of `run` gave other values, as `SECONDS KEY VALUE`; absent without any"),
     (
         "controller",
         "",
