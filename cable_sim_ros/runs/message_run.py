@@ -73,7 +73,8 @@ class MessageRun(Runner):
         self.failed: ControllerError | None = None
         if winch is not None:
             winch.check(self.sim.model.settings[0].drum)
-        self.changes = fit(scene, changes)
+        self.modes = () if winch is None else tuple(Change(*row) for row in winch.modes())
+        self.changes = tuple(one for one in fit(scene, [*self.modes, *changes]) if one not in self.modes)
         self.timetable = Timetable()
         self.doubts: list[Reason] = []  # of the run, beside those of its tick outputs
         self.origin = Start(0, (0.0, 0.0), None)  # where the motion was begun with
@@ -114,7 +115,9 @@ class MessageRun(Runner):
             start = self._resumed.begin(self, self._own_plan)
         ticks = self._ticks(self.origin, self._duration)
         refuse_beyond(self.changes, ticks * self.tick / SECOND)
-        self.timetable = Timetable((tick_of(one, self.tick), one) for one in self.changes)
+        since = start.time - self.plan_start  # ns that a plan which goes on has been carried out
+        modes = [(tick_of(one, self.tick, since), one) for one in self.modes]
+        self.timetable = Timetable([*modes, *((tick_of(one, self.tick), one) for one in self.changes)])
         mean_track.before(self.scene, start.heading)
         if self._resumed is None:
             self._start_at(start)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
-from cable_sim_ros import replay, run
+from cable_sim_ros import Simulator, replay, run
 from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.io.scenes.resources import find_bag
+from cable_sim_ros.io.scenes.winch_plan import PlanError
 from cable_sim_ros.io.sources.recorded_tow import RecordedTow, read_tow
 from cable_sim_ros.physics.winch_drive import BRAKE, FOLLOW
 from cable_sim_ros.runs import sources
@@ -54,6 +56,30 @@ def test_what_stays_as_it_is_changes_no_bit():
     plain = run(SCENE, duration=0.4, **HEAVE).frames
     same = run(SCENE, duration=0.4, changes=[(0.2, "drive.mode", "follow")], **HEAVE).frames
     assert same.tobytes() == plain.tobytes()
+
+
+def test_a_winch_plan_changes_the_mode(tmp_path):
+    plan = "0 rate 0.4, 0.3 mode brake, 0.7 hold, 0.7 mode follow"
+    result = run(SCENE, winch=plan, duration=1.0, out=tmp_path / "run", **HEAVE)
+    mode = result.frames.winch_mode
+    assert (mode[:30] == FOLLOW).all() and (mode[30:70] == BRAKE).all() and (mode[70:] == FOLLOW).all()
+    assert replay(result.bag).frames.tobytes() == result.frames.tobytes()
+    first = run(SCENE, winch=plan, duration=0.5, save=tmp_path / "a.npz", **HEAVE).frames
+    for scene in (None, SCENE):  # the plan that goes on has the mode, whatever the scene begins with
+        second = run(scene, duration=0.5, resumed=tmp_path / "a.npz", heave=(0.5, 8.0), step="fixed").frames
+        assert first.tobytes() + second.tobytes() == result.frames.tobytes()
+
+
+def test_a_winch_plan_changes_the_mode_of_a_simulator():
+    plan, sims = "0.05 mode brake, 0.2 mode follow, 0.2 rate 0.3", [Simulator(SCENE), Simulator(SCENE)]
+    for sim in sims:
+        sim.start()
+    whole = sims[0].run(40, winch=plan)
+    parts = [sims[1].run(count, winch=plan) for count in (3, 10, 27)]
+    assert np.concatenate(parts).tobytes() == whole.tobytes()
+    assert whole.winch_mode.tolist() == [FOLLOW] * 5 + [BRAKE] * 15 + [FOLLOW] * 20
+    with pytest.raises(PlanError, match="item 1 '0 mode brake': drive.mode = brake needs a motor and a brake, but .*;"):
+        Simulator("full_scale").run(1, winch="0 mode brake")
 
 
 def test_after_a_jump_of_the_clock_a_replay_has_what_was_changed_before(monkeypatch, tmp_path):
