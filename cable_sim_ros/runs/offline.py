@@ -20,6 +20,7 @@ from ..io.scenes.winch_plan import WinchPlan
 from ..io.sources.motion_table import MotionError
 from ..io.sources.recorded_tow import RecordedTow, SameTicks, paired, read_tow, recorded_frames, residuals
 from ..limits import LONGEST_RUN
+from ..sim.drive_mode import WORDS
 from ..sim.saved.savefile import SaveError, check_place, same_scene
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
@@ -354,6 +355,7 @@ def _run_of(
         scene=scene.name,
         motion="none" if tow is None else Path(tow.path).name,
         setpoint=scene.setpoint.algorithm.value,
+        winch_modes={word: driven.modes[word] * tick * 1e-9 for word in WORDS if word in driven.modes},
     )
     metrics.update(metrics_of_steps(sim.steps, sim.state.now.control, scene.solver))
     return Run(frames, metrics, driven.problem, bag)

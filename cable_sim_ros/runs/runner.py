@@ -54,7 +54,9 @@ class Runner(ABC):
         finally:
             stepper.close()
         problem = stepper.problem or problem
-        return Stepped(stepper.frames, compiled - begun, self._starting, stepper.stepping, stepper.cpu, problem)
+        return Stepped(
+            stepper.frames, compiled - begun, self._starting, stepper.stepping, stepper.cpu, problem, stepper.modes
+        )
 
     @abstractmethod
     def _prepare(self) -> tuple[Start, int]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,6 +20,7 @@ from ..io.scenes.load import dump_scene
 from ..io.scenes.winch_plan import WinchPlan
 from ..io.sources.recorded_tow import RecordedTow
 from ..physics.tick_output import TICK_OUTPUT
+from ..sim.drive_mode import count_modes
 from ..sim.live_parameters import put_live
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator, SolverError
@@ -33,7 +35,7 @@ def silent(what: str, done: float, total: float) -> None:
 
 class Stepped(NamedTuple):
     """Tick outputs of a pass, wall times [s] of compiling, static start and stepping, CPU time [s] of stepping, and
-    why it ended early ("" = not)."""
+    why it ended early ("" = not), ticks by the mode of the winch in force."""
 
     frames: np.recarray
     compile_s: float
@@ -41,6 +43,7 @@ class Stepped(NamedTuple):
     stepping_s: float
     stepping_cpu_s: float
     problem: str
+    modes: Mapping[str, int]
 
 
 class Stepper:
@@ -54,6 +57,7 @@ class Stepper:
         self.tick = int(sim.model.settings[0].tick_ns) * 1e-9  # s
         self.done, self.problem = 0, ""
         self.live: dict[str, Any] = {}
+        self.modes: Counter[str] = Counter()  # ticks by the mode of the winch in force
         self.stepping = self.cpu = 0.0
         self._parts: list[np.ndarray] = []
 
@@ -86,6 +90,7 @@ class Stepper:
         self.cpu += time.process_time() - used
         self._parts.append(frames.copy())
         self.done += len(frames)
+        self.modes += count_modes(frames, inputs, self.sim.scene.setpoint.algorithm)
         if recording is not None:
             recording.outputs(frames, *self.sim.chunk_tables)
         if halted is not None:
