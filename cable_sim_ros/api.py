@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .io.scenes.load import load_scene, scene_from_dict
-from .io.scenes.winch_plan import WinchPlan
+from .io.scenes.winch_plan import MODE_KEY, WinchPlan
 from .sim import simulator
 from .sim.live_parameters import set_live
 from .sim.scene import Scene
@@ -49,13 +49,18 @@ class Simulator(simulator.Simulator):
         """
         if winch is None:
             return super().run(count, heads=heads)
-        plan, drum = WinchPlan.of(winch), self.model.settings[0].drum
-        plan.check(drum)
-        tick, parts = int(self.model.settings[0].tick_ns), []
+        plan, drum, start = WinchPlan.of(winch), self.model.settings[0].drum, int(self.state.now.time.start)
+        plan.check(drum, self.scene)
+        tick, parts, left = int(self.model.settings[0].tick_ns), [], count
         piece = max(1, int(PIECE * drum.timeout * 1e9) // tick)
-        for done in range(0, count, piece):
-            now, ticks = int(self.frame.time), min(piece, count - done)
-            for command in plan.commands(drum, int(self.state.now.time.start), now, now + ticks * tick):
+        while left > 0:
+            now = int(self.frame.time)
+            ticks, mode = plan.mode_at((now - start) // tick, tick)
+            if mode and mode != self.scene.drive.mode.value:
+                self.set(MODE_KEY, mode)
+            ticks = min(piece, left, ticks)
+            for command in plan.commands(drum, start, now, now + ticks * tick):
                 self.push(command)
             parts.append(super().run(ticks))
+            left -= ticks
         return np.concatenate(parts).view(np.recarray) if parts else super().run(0)

@@ -152,7 +152,7 @@ def node(ros_arguments: tuple[str, ...]) -> None:
     "--winch",
     metavar="PLAN|FILE",
     help="What the winch is to do, times in s from the start: '0 hold, 60 rate 0.5, 360 hold'; also length M and "
-    "scope M. Positive is cable out. Compensation goes on and adds to it.",
+    "scope M, and mode WORD for drive.mode. Positive is cable out. Compensation goes on and adds to it.",
 )
 @click.option("--setpoint", "algorithm", metavar="NAME", help="Set-point algorithm in place of the scene's.")
 @click.option("--imu-only", is_flag=True, help="Leave the odometry of the bag out.")

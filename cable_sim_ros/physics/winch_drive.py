@@ -22,6 +22,7 @@ from enum import Enum
 
 import numpy as np
 
+from .drive_pull import STOPPED, largest_pull, loose, motor_pull, root
 from .drum_layers import radius_of
 from .jit import driver, inline
 from .parameter import Block, quantity
@@ -31,8 +32,7 @@ from .winch import ACCELERATION, RATE, SERVO_STEP, TRAVEL, clip, fastest, wound_
 POINTS = 8  # of the curve of the motor
 BALANCED = 1e-4  # of the working tension, that (1) may be out of balance by at the end of a step
 MEETINGS = 12  # solutions of the cable in one step, before it is halved
-BISECTIONS = 60
-AT_REST, STOPPED = 1e-3, 1e-12  # m/s: below which the brake sets; below which it does not move
+AT_REST = 1e-3  # m/s: below which the brake sets
 
 
 class DriveModel(str, Enum):
@@ -178,21 +178,6 @@ DRIVING = np.dtype(  # what changes
 
 
 @inline
-def largest_pull(drive, gear, speed):
-    """What the motor can pull [N] at a speed of the cable [m/s], either way: its curve and its power.
-
-    gear: radius of the first layer, for which the curve is given, over that of the layer that runs off.
-    """
-    v, pull = abs(speed) * gear, 0.0
-    for i in range(1, drive.points):
-        v0, v1 = drive.curve_speed[i - 1], drive.curve_speed[i]
-        if v0 <= v <= v1:
-            f0, f1 = drive.curve_pull[i - 1], drive.curve_pull[i]
-            pull = f0 + (f1 - f0) * (v - v0) / (v1 - v0)
-    return gear * (drive.max_power / v if v * pull > drive.max_power else pull)
-
-
-@inline
 def wanted_rate(drum, drive, x, v, length, rate, h):
     """Rate [m/s] asked for to come to a set-point (length, rate) from x, within speed and travel, and what held it."""
     want = rate + drive.length_gain * (length - x)
@@ -302,14 +287,7 @@ def balance(h, alpha, drum, drive, old, before, winch, driving, at, tension):
     a0, x0 = old.accel, before.aux
     if before.step > 0.0 and before.step != h:
         x0 = a0 + h / before.step * (x0 - a0)  # see integrate.stretch_lag
-    lag = (af * a0 - am * x0) / (1.0 - am)
-    per = (1.0 - af) / (1.0 - am)
-    lb, vb = h * h * beta * per, h * gamma * per
-    la = old.length + h * old.rate + h * h * ((0.5 - beta) * x0 + beta * lag)
-    va = old.rate + h * ((1.0 - gamma) * x0 + gamma * lag)
     k, gear, mass = driving.stiffness, driving.gear, driving.mass  # of v: M a - T + d v
-    slope = mass / vb + k * lb / vb + drive.viscous_friction * gear * gear
-    rest = -mass * va / vb + k * (la - lb / vb * va - at) - tension
     # the motor, p v + q within low and high, and within what it can at that speed
     p, error = drive.gain_p + 0.5 * h * drive.gain_i, old.rate - before.reference
     q = before.integral + 0.5 * h * drive.gain_i * (error - driving.reference)
@@ -325,18 +303,32 @@ def balance(h, alpha, drum, drive, old, before, winch, driving, at, tension):
     elif mode == BRAKE:
         p, q = p * (1.0 - driving.brake), q * (1.0 - driving.brake)
     law = p, q, low, high
+    if mode != before.mode or low == high:  # a pull that jumps: the step begins with the acceleration after it
+        begun = motor_pull(drive, gear, law, old.rate)
+        if begun != before.motor:
+            shift = (before.motor - begun) / mass
+            if abs(old.rate) <= STOPPED:
+                shift = loose(drive, gear, before.brake, before.tension - begun) / mass - a0
+            a0, x0, near = a0 + shift, x0 + shift, near + h * shift
+    lag = (af * a0 - am * x0) / (1.0 - am)
+    per = (1.0 - af) / (1.0 - am)
+    lb, vb = h * h * beta * per, h * gamma * per
+    la = old.length + h * old.rate + h * h * ((0.5 - beta) * x0 + beta * lag)
+    va = old.rate + h * ((1.0 - gamma) * x0 + gamma * lag)
+    slope = mass / vb + k * lb / vb + drive.viscous_friction * gear * gear
+    rest = -mass * va / vb + k * (la - lb / vb * va - at) - tension
     bears = gear * (drive.dry_friction + driving.brake * drive.brake_pull)
     slips = gear * (drive.dry_friction + driving.brake * drive.brake_pull * drive.brake_slip)
     v, held, at_rest = 0.0, 0.0, False
     still = rest + motor_pull(drive, gear, law, 0.0)  # what friction has to hold at no speed
     way = 1.0 if old.rate > STOPPED else -1.0 if old.rate < -STOPPED else -1.0 if still > 0.0 else 1.0
     if abs(old.rate) > STOPPED or abs(still) > bears:
-        v = _root(slope, rest + way * slips, drive, gear, law, near)
+        v = root(slope, rest + way * slips, drive, gear, law, near)
         if v * way <= 0.0:
             at_rest = abs(still) <= bears
             if not at_rest:
                 way = -1.0 if still > 0.0 else 1.0
-                v = _root(slope, rest + way * slips, drive, gear, law, near)
+                v = root(slope, rest + way * slips, drive, gear, law, near)
         held = way * slips
     else:
         at_rest = True
@@ -365,36 +357,3 @@ def balance(h, alpha, drum, drive, old, before, winch, driving, at, tension):
         driving.integral = motor - drive.gain_p * v
     elif driving.brake > 0.0:
         driving.integral = tension - drive.gain_p * v
-
-
-@inline
-def motor_pull(drive, gear, law, v):
-    """Pull of the motor [N] at speed v: p v + q within low and high, and within what the motor can."""
-    p, q, low, high = law
-    most = largest_pull(drive, gear, v)
-    return clip(clip(p * v + q, low, high), -most, most)
-
-
-@inline
-def _root(slope, rest, drive, gear, law, near):
-    """The v with slope v + rest + motor_pull(v) = 0; of several the one next to the speed ``near``."""
-    p, q, low, high = law
-    v = -(rest + q) / (slope + p)
-    f = p * v + q
-    if not low <= f <= high:
-        f = clip(f, low, high)
-        v = -(rest + f) / slope
-    if abs(f) <= largest_pull(drive, gear, v):
-        return v
-    most = gear * drive.peak
-    if slope * near + rest + motor_pull(drive, gear, law, near) > 0.0:
-        begin, end = -(rest + most) / slope, near
-    else:
-        begin, end = near, -(rest - most) / slope
-    for _ in range(BISECTIONS):
-        v = 0.5 * (begin + end)
-        if slope * v + rest + motor_pull(drive, gear, law, v) > 0.0:
-            end = v
-        else:
-            begin = v
-    return v

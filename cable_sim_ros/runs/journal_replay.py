@@ -136,15 +136,20 @@ class JournalReplay(Runner):
                     return
                 done += len(part)
             for name, value in changes[until]:
-                self._set(name, value)
+                self._set(name, value, stepper)
         if segment.halted:  # it gave up here, and does so again
             stepper.run(1)
 
-    def _set(self, name: str, value: object) -> None:
+    def _set(self, name: str, value: object, stepper: Stepper | None = None) -> None:
+        """Give a live parameter its value, as of a start or, with a stepper, from the next tick on."""
         if not self.same:
             self.faults.append(f"parameter {name} was changed to {value} in the run: left out, with another scene")
             return
         try:
-            put_live(self.sim, name, value)
+            if stepper is not None:
+                stepper.change(name, value)
+            else:
+                put_live(self.sim, name, value)
+                self.live[name] = value
         except (KeyError, ValueError) as error:
             self.faults.append(f"parameter {name} was changed to {value} in the run: refused here ({error})")

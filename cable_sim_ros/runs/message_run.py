@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +28,7 @@ from ..sim.scene import Scene
 from ..sim.verdict import Reason
 from . import mean_track, motion_preview, pitch_sign
 from .controller import ControllerError, ControlLoop
+from .live_changes import Change, Timetable, fit, refuse_beyond, tick_of
 from .resume import Resumed, nothing_left
 from .runner import Runner
 from .settings import recorded_intake
@@ -47,7 +49,8 @@ class MessageRun(Runner):
     """A run over messages of the ship's motion, and the commands of a plan or of a controller.
 
     tow: recorded motion, None for the mean track; winch: a plan that commands the winch; mesh: in place of the scene's;
-    control: a controller that commands it, in place of a plan. `failed`: its error, which ended the pass.
+    control: a controller that commands it, in place of a plan. `failed`: its error, which ended the pass; changes: of
+    live keys, see `live_changes`, their times from the beginning of the pass.
     """
 
     def __init__(
@@ -58,6 +61,7 @@ class MessageRun(Runner):
         winch: WinchPlan | None = None,
         mesh: FeedMesh | None = None,
         control: ControlLoop | None = None,
+        changes: Iterable[Change] = (),
     ) -> None:
         super().__init__(scene, tow, progress, mesh)
         self._check_ring()
@@ -69,6 +73,9 @@ class MessageRun(Runner):
         self.failed: ControllerError | None = None
         if winch is not None:
             winch.check(self.sim.model.settings[0].drum)
+        self.modes = () if winch is None else tuple(Change(*row) for row in winch.modes())
+        self.changes = tuple(one for one in fit(scene, [*self.modes, *changes]) if one not in self.modes)
+        self.timetable = Timetable()
         self.doubts: list[Reason] = []  # of the run, beside those of its tick outputs
         self.origin = Start(0, (0.0, 0.0), None)  # where the motion was begun with
         self.done = self.done_before = 0  # ticks under this motion, and those of them before this pass
@@ -104,13 +111,17 @@ class MessageRun(Runner):
         if self._resumed is None:
             start = self.origin = self._start()
             self.plan_start = self.planned = start.time
-            mean_track.before(self.scene, start.heading)
-            self._start_at(start)
         else:
             start = self._resumed.begin(self, self._own_plan)
-            mean_track.before(self.scene, start.heading)
-        self._payout, self._heading = float(self.sim.frame["payout"]), start.heading
         ticks = self._ticks(self.origin, self._duration)
+        refuse_beyond(self.changes, ticks * self.tick / SECOND)
+        since = start.time - self.plan_start  # ns that a plan which goes on has been carried out
+        modes = [(tick_of(one, self.tick, since), one) for one in self.modes]
+        self.timetable = Timetable([*modes, *((tick_of(one, self.tick), one) for one in self.changes)])
+        mean_track.before(self.scene, start.heading)
+        if self._resumed is None:
+            self._start_at(start)
+        self._payout, self._heading = float(self.sim.frame["payout"]), start.heading
         if self.winch is not None:
             _warn_of_plan(self.scene, self.winch, (start.time - self.plan_start + ticks * self.tick) / SECOND)
         return start, ticks
@@ -163,7 +174,9 @@ class MessageRun(Runner):
     def _follow_motion(self, stepper: Stepper, now: int, ticks: int) -> None:
         chunk = max(1, min(min(round(CHUNK * SECOND), self._ring_limit()) // self.tick, CHUNK_TICKS))
         while stepper.done < ticks and not stepper.problem:
-            count = min(chunk, ticks - stepper.done)
+            for one in self.timetable.due(stepper.done):
+                stepper.change(one.key, one.value)
+            count = min(chunk, ticks - stepper.done, self.timetable.left(stepper.done))
             if self.control is not None:
                 count = min(count, self.control.maximum)
             if self.feeder is not None and self.tow is not None:

@@ -20,6 +20,7 @@ from ..io.scenes.winch_plan import WinchPlan
 from ..io.sources.motion_table import MotionError
 from ..io.sources.recorded_tow import RecordedTow, SameTicks, paired, read_tow, recorded_frames, residuals
 from ..limits import LONGEST_RUN
+from ..sim.drive_mode import WORDS
 from ..sim.saved.savefile import SaveError, check_place, same_scene
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
@@ -27,6 +28,7 @@ from ..sim.verdict import Reason
 from . import motion_preview, refinement_check, verdict
 from .controller import Controller, ControlLoop, alone
 from .journal_replay import JournalReplay
+from .live_changes import Change, changes_of
 from .message_run import MessageRun
 from .metrics import METRICS as METRICS
 from .metrics import metrics_markdown as metrics_markdown
@@ -41,7 +43,7 @@ from .summary import summarize
 from .transient import growth, start_up, still_growing
 
 DRIVEN = "drive.mode", "drive.set_pull"  # keys that a run that goes on may have otherwise
-AFTER_PLAN = 60.0  # s of a run after the last item of a winch plan, without a bag, where no duration is given
+AFTER_PLAN = 60.0  # s of a run after the last item of a plan or change, without a bag, where no duration is given
 NO_JOURNAL = (
     "the bag has no journal of what the run took and when: it was recorded by another program or an older version, so "
     "this is another run under the same motion, from a static start of its own"
@@ -58,6 +60,7 @@ def run(
     algorithm: str | None = None,
     imu_only: bool = False,
     winch: WinchPlan | str | os.PathLike | None = None,
+    changes: Iterable[Change | tuple[float, str, Any]] = (),
     step: str | None = None,
     every: float | None = None,
     out: str | os.PathLike | None = None,
@@ -77,7 +80,8 @@ def run(
     operators, or ``simple``, in place of ``motion``: the ship moves in the waves of the scene; duration: s, default
     all the motion there is, or a short settling without any, or a minute after the last item of a winch plan;
     algorithm: set-point in place of the scene's; imu_only: leave odometry out; winch: a plan, its text or file, in
-    place of the winch commands of the bag;
+    place of the winch commands of the bag; changes: (seconds, key, value) in order of time, each gives a live key of
+    the scene a value from the tick on that holds its time, from the beginning of this run;
     step and every: see `stepped`; out: folder to make, with the bag ``tow`` of every channel and ``summary.json``;
     save: file to write the state at the end to; resumed: such a file to begin from, see `runs.resume`: scene None is
     that of the file then, and winch None its plan where its motion goes on; markers: rate of ``cable/markers`` in the
@@ -94,7 +98,7 @@ def run(
 
     The Run has ``frames`` [ticks] (fields and units: ``cable_sim_ros.physics.tick_output.FIELDS``), ``metrics`` by the
     names of docs/json.md, ``problem`` and ``verdict``. Raises SceneError, BagError, MotionError, PlanError,
-    ResourceError, StartError, SaveError; a solver that gives up ends the run, and nothing is saved. Raises
+    ChangeError, ResourceError, StartError, SaveError; a solver that gives up ends the run, and nothing is saved. Raises
     ControllerError where the controller raises or returns what is no command: the run ends there, what was recorded of
     it and its summary stay, and ``run`` of the error has it.
     """
@@ -111,7 +115,7 @@ def run(
         raise MotionError(
             f"duration = {duration:g} s is outside (0, {LONGEST_RUN:g}] s: nothing was simulated; give seconds"
         )
-    plan = None if winch is None else WinchPlan.of(winch)
+    plan, live = None if winch is None else WinchPlan.of(winch), changes_of(changes)
     report = report_of(motion, heave, imu_only, plan, rao)._replace(settings=of_intake(settings), topics=dict(topics))
     before = 0.0  # s simulated under the same motion
     own_plan = winch is not None
@@ -129,13 +133,13 @@ def run(
     if controller is not None:
         control = ControlLoop(controller, control_period, scene.solver.tick, scene.instruments)
     if duration is None and motion is None:
-        after = 0.0 if plan is None else max(0.0, plan.last + AFTER_PLAN - before)
-        duration = max(seconds_of(heave, rao, scene), after) or None
+        last = max([one.time for one in live] + ([plan.last - before] if plan is not None else []), default=-AFTER_PLAN)
+        duration = max(seconds_of(heave, rao, scene), last + AFTER_PLAN) or None
     lasts = duration if duration is None or (heave is None and rao is None) else before + duration
     tow = motion_of(scene, motion, heave, lasts, imu_only, settings, topics, rao)
     if tow is not None and (plan is not None or control is not None):
         tow.events = [event for event in tow.events if not event.is_command]
-    one = MessageRun(scene, tow, progress=progress, winch=plan, control=control)
+    one = MessageRun(scene, tow, progress=progress, winch=plan, control=control, changes=live)
     driven = one.run(duration, bag, markers, resumed, own_plan)
     before = one.done_before * one.tick * 1e-9
     result = _run_of(one.sim, one.tick, tow, driven, bag, before)
@@ -145,6 +149,8 @@ def run(
         result.metrics["rao"] = tow.sea_motion
     if plan is not None:
         result.metrics["winch"] = str(plan)
+    if live:
+        result.metrics["changes"] = [str(one) for one in one.changes]
     if control is not None:
         result.metrics["controller"] = control.metrics() | {"limited": dict(one.commands.clamped)}
     if resumed is not None:
@@ -164,6 +170,7 @@ def run(
                 duration,
                 plan,
                 progress,
+                live,
             )
     _write_summary(out, result)
     if one.failed is not None:
@@ -350,6 +357,7 @@ def _run_of(
         scene=scene.name,
         motion="none" if tow is None else Path(tow.path).name,
         setpoint=scene.setpoint.algorithm.value,
+        winch_modes={word: driven.modes[word] * tick * 1e-9 for word in WORDS if word in driven.modes},
     )
     metrics.update(metrics_of_steps(sim.steps, sim.state.now.control, scene.solver))
     return Run(frames, metrics, driven.problem, bag)

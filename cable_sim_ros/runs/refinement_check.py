@@ -6,7 +6,7 @@ say that they are; two that do not say by how much they are not.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 from ..io.scenes.load import override
@@ -18,6 +18,7 @@ from ..sim.layout import layout_of
 from ..sim.mesh.mesh_kinds import FeedMesh
 from ..sim.scene import Scene
 from ..sim.verdict import check, verdict_of
+from .live_changes import Change
 from .message_run import MessageRun
 from .stepping import Progress
 from .summary import summarize
@@ -52,6 +53,7 @@ def compare(
     duration: float | None,
     winch: WinchPlan | None,
     progress: Progress,
+    changes: Iterable[Change] = (),
 ) -> Run:
     """Run again, finer; `check` in the figures has each figure of both, and a verdict that peaks alone made doubtful
     becomes ok where they agree.
@@ -61,7 +63,7 @@ def compare(
     if result.problem or not len(result.frames):
         return result
     scene, mesh = finer(scene)
-    one = MessageRun(scene, motion(), progress=progress, winch=winch, mesh=mesh)
+    one = MessageRun(scene, motion(), progress=progress, winch=winch, mesh=mesh, changes=changes)
     driven = one.run(duration, None)
     metrics, reasons = result.metrics, list(result.verdict.reasons)
     if driven.problem:

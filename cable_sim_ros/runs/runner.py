@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from abc import ABC, abstractmethod
 from pathlib import Path
+from typing import Any
 
 from ..io.recordings.journal import Start
 from ..io.scenes.winch_plan import WinchPlan
@@ -25,6 +26,7 @@ class Runner(ABC):
         self.scene, self.tow, self.progress = scene, tow, progress
         self.sim = Simulator(scene, mesh)
         self.tick = int(self.sim.model.settings[0].tick_ns)
+        self.live: dict[str, Any] = {}  # live parameters that are not as in the scene
         self._starting = 0.0  # s of wall time
 
     def _start_at(self, start: Start) -> None:
@@ -42,6 +44,7 @@ class Runner(ABC):
         start, ticks = self._prepare()
         recording = None if bag is None else RunRecorder(bag, self.scene, self.tow, self.winch, markers)
         stepper = Stepper(self.sim, recording, self.progress, ticks)
+        stepper.live = self.live
         if recording is not None:
             recording.offset = self._offset
         problem = ""
@@ -51,7 +54,9 @@ class Runner(ABC):
         finally:
             stepper.close()
         problem = stepper.problem or problem
-        return Stepped(stepper.frames, compiled - begun, self._starting, stepper.stepping, stepper.cpu, problem)
+        return Stepped(
+            stepper.frames, compiled - begun, self._starting, stepper.stepping, stepper.cpu, problem, stepper.modes
+        )
 
     @abstractmethod
     def _prepare(self) -> tuple[Start, int]:

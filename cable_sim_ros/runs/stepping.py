@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Iterable
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,6 +20,8 @@ from ..io.scenes.load import dump_scene
 from ..io.scenes.winch_plan import WinchPlan
 from ..io.sources.recorded_tow import RecordedTow
 from ..physics.tick_output import TICK_OUTPUT
+from ..sim.drive_mode import count_modes
+from ..sim.live_parameters import put_live
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator, SolverError
 from ..version import __version__
@@ -32,7 +35,7 @@ def silent(what: str, done: float, total: float) -> None:
 
 class Stepped(NamedTuple):
     """Tick outputs of a pass, wall times [s] of compiling, static start and stepping, CPU time [s] of stepping, and
-    why it ended early ("" = not)."""
+    why it ended early ("" = not), ticks by the mode of the winch in force."""
 
     frames: np.recarray
     compile_s: float
@@ -40,22 +43,35 @@ class Stepped(NamedTuple):
     stepping_s: float
     stepping_cpu_s: float
     problem: str
+    modes: Mapping[str, int]
 
 
 class Stepper:
-    """Chunks of ticks of one simulator, recorded or not. `done` ticks of `total` (0 = not known)."""
+    """Chunks of ticks of one simulator, recorded or not. `done` ticks of `total` (0 = not known).
+
+    `live`: live parameters that are not as in the scene of the pass.
+    """
 
     def __init__(self, sim: Simulator, recording: RunRecorder | None, progress: Progress, total: int = 0) -> None:
         self.sim, self.recording, self.progress, self.total = sim, recording, progress, total
         self.tick = int(sim.model.settings[0].tick_ns) * 1e-9  # s
         self.done, self.problem = 0, ""
+        self.live: dict[str, Any] = {}
+        self.modes: Counter[str] = Counter()  # ticks by the mode of the winch in force
         self.stepping = self.cpu = 0.0
         self._parts: list[np.ndarray] = []
 
     def begin(self, start: Start) -> None:
         """The simulator has been started, or taken to another clock."""
         if self.recording is not None:
-            self.recording.begin(self.done, start, self.sim)
+            self.recording.begin(self.done, start, self.sim, self.live)
+
+    def change(self, name: str, value: Any) -> None:
+        """Give a live parameter another value from the next tick on. Raises KeyError, ValueError."""
+        put_live(self.sim, name, value)
+        self.live[name] = value
+        if self.recording is not None:
+            self.recording.changed(self.done, name, value)
 
     def run(self, count: int, heads: np.ndarray | None = None, events: list[Event] | None = None) -> bool:
         """Simulate ``count`` ticks, see `Simulator.run`; events: came before them. False where the solver gives up."""
@@ -74,6 +90,7 @@ class Stepper:
         self.cpu += time.process_time() - used
         self._parts.append(frames.copy())
         self.done += len(frames)
+        self.modes += count_modes(frames, inputs, self.sim.scene.setpoint.algorithm)
         if recording is not None:
             recording.outputs(frames, *self.sim.chunk_tables)
         if halted is not None:
@@ -124,13 +141,18 @@ class RunRecorder:
         self._last = 0
         self.journal: Journal | None = None
 
-    def begin(self, done: int, start: Start, sim: Simulator) -> None:
-        """The simulation begins here, or goes on here."""
+    def begin(self, done: int, start: Start, sim: Simulator, live: Mapping[str, Any]) -> None:
+        """The simulation begins here, or goes on here; live: parameters that are not as in the scene."""
         if self.journal is None:
             self.journal = Journal(self._entry, sim.inputs)
         self._time = start.time
         self.offset = max(self.offset, self._last - start.time)  # log times go on where the clock goes back
-        self.journal.start(done, start, {}, sim.snapshot())
+        self.journal.start(done, start, live, sim.snapshot())
+
+    def changed(self, done: int, name: str, value: Any) -> None:
+        """A live parameter has another value from the next tick on."""
+        assert self.journal is not None, "begin comes first"
+        self.journal.set(done, name, value)
 
     def inputs(self, events: list[Event]) -> None:
         """Messages that came."""

@@ -53,9 +53,24 @@ def test_a_plan_is_its_text(text):
     assert WinchPlan(str(plan).replace(", ", "\n# a line\n")) == plan
 
 
+def test_a_mode_stands_beside_the_orders():
+    plan = WinchPlan("0 rate 0.5, 1 mode brake, 2 mode follow, 2 hold")
+    assert str(plan) == "0 rate 0.5, 1 mode brake, 2 mode follow, 2 hold" and plan == WinchPlan(str(plan))
+    drum = drum_of()
+    orders = WinchPlan("0 rate 0.5, 2 hold")
+    assert list(plan.commands(drum, START, START, START + 3 * S)) == list(
+        orders.commands(drum, START, START, START + 3 * S)
+    )
+    assert [row[:3] for row in plan.modes()] == [(1.0, "drive.mode", "brake"), (2.0, "drive.mode", "follow")]
+    assert plan.mode_at(0, TICK) == (100, "") and plan.mode_at(100, TICK) == (100, "brake")
+    assert plan.mode_at(250, TICK)[1] == "follow"
+
+
 def test_a_plan_from_text_file_and_plan(tmp_path):
     plan = WinchPlan("0 hold, 60 rate 0.5, 360 hold")
-    assert plan.items == ((0.0, "hold", 0.0), (60.0, "rate", 0.5), (360.0, "hold", 0.0)) and plan.last == 360.0
+    assert (
+        plan.items == ((0.0, "hold", 0.0, ""), (60.0, "rate", 0.5, ""), (360.0, "hold", 0.0, "")) and plan.last == 360.0
+    )
     path = tmp_path / "haul.txt"
     path.write_text("# a haul\n0 hold   # until it settles\n\n60 rate 0.5, 360 hold,\n")
     assert WinchPlan.of(path) == WinchPlan.of(str(path)) == WinchPlan.of(str(plan)) == WinchPlan.of(plan) == plan
@@ -70,9 +85,21 @@ def test_a_plan_from_text_file_and_plan(tmp_path):
     [
         ("", "winch plan: has no item; nothing was simulated. Write for example '0 hold, 60 rate 0.5, 360 hold'"),
         (" # 0 hold", "has no item"),
-        ("0 hold, 5", "winch plan, item 2 '5': has no order; nothing was simulated. Known: hold, rate, length, scope"),
+        (
+            "0 hold, 5",
+            "winch plan, item 2 '5': has no order; nothing was simulated. Known: hold, rate, length, scope, mode; ",
+        ),
+        (
+            "0 mode",
+            "mode takes one word, here are 0; nothing was simulated. Write 'TIME mode WORD', with a comma or a ",
+        ),
+        ("0 mode brake now", "mode takes one word, here are 2; nothing was simulated"),
+        ("0 mode breake", "'breake' is no mode of the drive; nothing was simulated. Did you mean brake?"),
+        ("0 mode x", "Known: follow, tension, render, brake, emergency_stop"),
+        ("1 mode brake, 0 hold", "item 2 '0 hold': time = 0 s is not after that of the item before, 1 s; nothing"),
+        ("1 mode brake, 1 hold, 1 mode follow", "item 3 '1 mode follow': time = 1 s is not after that of the item"),
         ("0 rat 0.5", "item 1 '0 rat 0.5': 'rat' is no order; nothing was simulated. Did you mean rate?"),
-        ("0 fire", "'fire' is no order; nothing was simulated. Known: hold, rate, length, scope"),
+        ("0 fire", "'fire' is no order; nothing was simulated. Known: hold, rate, length, scope, mode"),
         (
             "0 rate",
             "rate takes one value in m/s, here are 0; nothing was simulated. Write 'TIME rate VALUE', with a comma",

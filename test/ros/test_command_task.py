@@ -15,28 +15,30 @@ from test_commands import NOW, S, command
 
 from cable_sim_ros.io.messages.commands import CommandIngest
 from cable_sim_ros.io.messages.messages import CAUSES
+from cable_sim_ros.physics.heave_compensation import Setpoint
 from cable_sim_ros.physics.heave_filter import MotionInput
 from cable_sim_ros.physics.inputs import make_inputs
 from cable_sim_ros.physics.ship import Ship
 from cable_sim_ros.physics.state import records
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.physics.winch import DRUM
+from cable_sim_ros.physics.winch_drive import BRAKE
 from cable_sim_ros.ros.report.diagnostics import OK, WARN, Watch
 
 SECOND = 10**9
 
 
-def watched(flags=Flag.NONE, payout=450.0):
+def watched(flags=Flag.NONE, payout=450.0, mode=0):
     """(ingest, its task): a winch with 20 to 465 m of travel that stands at ``payout``."""
     drum = records(1, DRUM)[0]
     drum.payout_0, drum.max_rate, drum.min_reach, drum.max_reach = 450.0, 2.0, -430.0, 15.0
     commands = CommandIngest(make_inputs(), drum)
     frame = np.zeros((), TICK_OUTPUT)
-    frame["payout"], frame["status"] = payout, flags
+    frame["payout"], frame["status"], frame["winch_mode"] = payout, flags, mode
     session = SimpleNamespace(
         commands=commands,
         node=SimpleNamespace(input_delay=0.03, motion=MotionInput()),
-        scene=SimpleNamespace(winch=SimpleNamespace(command_delay=0.2), ship=Ship()),
+        scene=SimpleNamespace(winch=SimpleNamespace(command_delay=0.2), ship=Ship(), setpoint=Setpoint()),
     )
     watch = Watch(session)
     return commands, lambda: watch._command(SimpleNamespace(latest=frame), 5 * SECOND)
@@ -57,6 +59,14 @@ def test_no_command_yet():
     assert status.values["data_clock_lead_ms"] == "30.000" and status.values["delay_ms"] == "200.000"
 
 
+def test_a_mode_in_which_commands_move_nothing():
+    commands, task = watched(mode=BRAKE)
+    commands.take(command(NOW, velocity=[-0.5]), 4 * SECOND, NOW)
+    status = task()
+    assert status.values["mode"] == "brake" and status.level == OK
+    assert status.message.startswith("mode brake: commands and set-point law do not move the drum; 15.00 m can be paid")
+
+
 def test_a_good_command():
     commands, task = watched()
     commands.take(command(NOW - S // 4, velocity=[-0.5]), 4 * SECOND, NOW)
@@ -65,7 +75,9 @@ def test_a_good_command():
         OK,
         "commanded: rate -0.5 m/s; 15.00 m can be paid out and 430.00 m hauled in",
     )
-    assert status.values["age_s"] == "1.000" and status.values["lag_ms"] == "250.000"
+    assert (
+        status.values["mode"] == "rate" and status.values["age_s"] == "1.000" and status.values["lag_ms"] == "250.000"
+    )
     assert status.values["lag_largest_ms"] == "250.000" and status.values["stale"] == "false"
 
 

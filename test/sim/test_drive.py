@@ -112,6 +112,20 @@ def test_cable_and_drum_together_are_second_order():
     assert coarse < 1e-4 and 3.0 < coarse / fine < 6.0
 
 
+def test_a_pull_that_jumps_is_second_order_too():
+    """The motor of a drum of 200 kg lets go of 20 kN, and its brake sets; it swings with 51 rad/s on its cable."""
+    calm = HEAVY | {"winch__scope": 6.0, "drive__inertia": 200.0 * RADIUS**2, "drive__brake_set_time": 0.1}
+    when, runs = np.arange(0.01, 0.2, 0.01), {}
+    for tick in (0.01, 0.005, 0.001):
+        sim = started(scene(solver__tick=tick, **calm))
+        sim.run(round(0.02 / tick))
+        set_live(sim, "drive.mode", "emergency_stop")
+        frames = sim.run(round(0.2 / tick))
+        runs[tick] = np.interp(when, (frames.time - frames.time[0]) * 1e-9 + tick, frames.tension_drum)
+    coarse, fine = (np.abs(runs[tick] - runs[0.001]).max() for tick in (0.01, 0.005))
+    assert coarse < 0.1 * 2e4 and coarse / fine > 2.5
+
+
 def test_the_motor_carries_what_the_cable_and_the_mass_ask_for():
     """(1) at every tick of a haul, from what the tick outputs say."""
     frames = at_rate(started(scene(drive__viscous_friction=300.0)), -0.5, 200)

@@ -1,7 +1,8 @@
 """Winch plan: what the winch is to do and when, in a line of text or a file, and the commands that carry it out.
 
 An item is a time in seconds from the start of the run, an order and its value: `0 hold`, `60 rate 0.5`,
-`360 length 250`, `600 scope 300`. It lasts until the next. Commas or line ends separate items; # begins a comment.
+`360 length 250`, `600 scope 300`. It lasts until the next. `400 mode brake` gives the drive another mode, beside what
+is ordered. Commas or line ends separate items; # begins a comment.
 """
 
 from __future__ import annotations
@@ -18,13 +19,20 @@ from typing import NamedTuple
 import numpy as np
 
 from ...errors import CableSimError
+from ...physics.winch_drive import WinchMode
 from ...sim.inputs import MAX_COMMAND, WinchCommand
+from ...sim.live_parameters import changed, unfit
+from ...sim.scene import Scene
 
 CONSEQUENCE = "nothing was simulated"
 EXAMPLE = "'0 hold, 60 rate 0.5, 360 hold'"
 UNITS = {"hold": "", "rate": "m/s", "length": "m", "scope": "m"}  # order -> unit of its value, "": it has none
+MODE, MODE_KEY = "mode", "drive.mode"  # the item that is no order, and the live key that it sets
+MODES = tuple(mode.value for mode in WinchMode)
+KNOWN = *UNITS, MODE
 SECOND = 1_000_000_000
 LONGEST = 1e6  # s
+NEVER = 2**62  # ticks
 ROUND_OFF = 1e-6  # m; how far past an end a length may be asked for, that of printed figures
 REPEAT = 0.5  # of winch.command_timeout: how often a plan gives its order again, as an operator's console does
 
@@ -34,15 +42,16 @@ class PlanError(CableSimError, ValueError):
 
 
 class PlanItem(NamedTuple):
-    """From ``time`` [s] on: order, a key of UNITS, and its value (hold: 0)."""
+    """From ``time`` [s] on: order, a key of UNITS or MODE, and its value (hold: 0), of MODE in ``mode``."""
 
     time: float
     order: str
     value: float = 0.0
+    mode: str = ""
 
     def __str__(self) -> str:
-        words = (_plain(self.time), self.order, *([_plain(self.value)] if UNITS[self.order] else []))
-        return " ".join(words)
+        value = self.mode if self.order == MODE else _plain(self.value) if UNITS[self.order] else ""
+        return " ".join(filter(None, (_plain(self.time), self.order, value)))
 
 
 @dataclass(frozen=True, init=False)
@@ -50,8 +59,8 @@ class WinchPlan:
     """Orders to the winch in the order of time: ``WinchPlan("0 hold, 60 rate 0.5, 360 hold")``.
 
     hold: stand still; rate: pay out so many m/s, hauling in negative; length, scope: go at ``winch.max_rate`` to so
-    many metres off the drum, or outboard of the sheave, and hold. Before the first item the winch holds. ``str`` of a
-    plan is its text. Raises PlanError.
+    many metres off the drum, or outboard of the sheave, and hold; mode: ``drive.mode``, beside them. Before the first
+    order the winch holds. ``str`` of a plan is its text. Raises PlanError.
     """
 
     items: tuple[PlanItem, ...]
@@ -62,8 +71,10 @@ class WinchPlan:
         if not parts:
             raise PlanError(f"{where}: has no item; {CONSEQUENCE}. Write for example {EXAMPLE}")
         items = [_item(f"{where}, item {k} '{part}'", part) for k, part in enumerate(parts, 1)]
-        for k in range(1, len(items)):
-            if _ns(items[k].time) <= _ns(items[k - 1].time):
+        for k in range(1, len(items)):  # a mode may come with an order
+            (now, of), (before, other) = ((_ns(item.time), item.order == MODE) for item in (items[k], items[k - 1]))
+            same = [_ns(item.time) for item in items[:k] if (item.order == MODE) == of]
+            if now < before or now in same[-1:]:
                 raise PlanError(
                     f"{where}, item {k + 1} '{parts[k]}': time = {items[k].time:g} s is not after that of the item "
                     f"before, {items[k - 1].time:g} s; {CONSEQUENCE}. Put the items in order of time, each time once"
@@ -101,8 +112,8 @@ class WinchPlan:
         """Time of the last item [s]."""
         return self.items[-1].time
 
-    def check(self, drum: np.record) -> None:
-        """Can this winch (record of physics.winch.DRUM) do it? Raises PlanError."""
+    def check(self, drum: np.record, scene: Scene | None = None) -> None:
+        """Can this winch (record of physics.winch.DRUM), and the drive of the scene, do it? Raises PlanError."""
         low, high = drum.payout_0 + drum.min_reach, drum.payout_0 + drum.max_reach
         soft = drum.min_limit > drum.min_length or drum.max_limit < drum.max_length
         fixed = drum.min_reach > drum.min_limit or drum.max_reach < drum.max_limit
@@ -123,6 +134,8 @@ class WinchPlan:
                         f"{maximum:.3f}] m; {CONSEQUENCE}. Give a {item.order} within it, "
                         f"{_more_travel(soft, fixed)}"
                     )
+            if item.order == MODE and scene is not None and (text := unfit(changed(scene, MODE_KEY, item.mode))):
+                raise PlanError(f"{where}: {text.replace('nothing was changed', CONSEQUENCE)}")
 
     def commands(self, drum: np.record, start: int, begin: int, end: int) -> Iterator[WinchCommand]:
         """Commands with stamps in [begin, end) ns of a run that started at ``start`` ns, the same however it is cut.
@@ -131,11 +144,24 @@ class WinchPlan:
         tick that begins at its time or holds it. It is given again every half of the time-out.
         """
         period = max(1, int(REPEAT * drum.timeout * SECOND))
-        first = [start + _ns(item.time) + 1 for item in self.items]
-        for item, since, until in zip(self.items, first, [*first[1:], end]):
+        orders = [item for item in self.items if item.order != MODE]
+        first = [start + _ns(item.time) + 1 for item in orders]
+        for item, since, until in zip(orders, first, [*first[1:], end]):
             repeats = max(0, -((since - begin) // period))
             for stamp in range(since + repeats * period, min(until, end), period):
                 yield _command(item, stamp, float(drum.inboard))
+
+    def mode_at(self, done: int, tick: int) -> tuple[int, str]:
+        """Ticks [of ``tick`` ns] to the next change of the mode after so many, and the mode until then ("": none)."""
+        at = [(_ns(item.time) // tick, item.mode) for item in self.items if item.order == MODE]
+        later = [first - done for first, _ in at if first > done]
+        return min(later, default=NEVER), next((mode for first, mode in reversed(at) if first <= done), "")
+
+    def modes(self) -> Iterator[tuple[float, str, str, str]]:
+        """Its changes of the mode: time [s], MODE_KEY, mode, and the item in words for errors."""
+        for k, item in enumerate(self.items, 1):
+            if item.order == MODE:
+                yield item.time, MODE_KEY, item.mode, f"winch plan, item {k} '{item}'"
 
 
 def _more_travel(soft: bool, fixed: bool) -> str:
@@ -156,12 +182,12 @@ def _item(where: str, text: str) -> PlanItem:
     words = text.split()
     time = _number(where, "time", words[0], "s", 0.0, LONGEST)
     if len(words) < 2:
-        raise PlanError(f"{where}: has no order; {CONSEQUENCE}. Known: {', '.join(UNITS)}; for example {EXAMPLE}")
+        raise PlanError(f"{where}: has no order; {CONSEQUENCE}. Known: {', '.join(KNOWN)}; for example {EXAMPLE}")
     order = words[1]
+    if order == MODE:
+        return PlanItem(time, MODE, mode=_mode(where, words[2:]))
     if order not in UNITS:
-        near = difflib.get_close_matches(order, UNITS, 1)
-        hint = f"Did you mean {near[0]}?" if near else f"Known: {', '.join(UNITS)}"
-        raise PlanError(f"{where}: '{order}' is no order; {CONSEQUENCE}. {hint}")
+        raise PlanError(f"{where}: '{order}' is no order; {CONSEQUENCE}. {_hint(order, KNOWN)}")
     unit = UNITS[order]
     if len(words) != (3 if unit else 2):
         needs = f"one value in {unit}" if unit else "no value"
@@ -173,6 +199,22 @@ def _item(where: str, text: str) -> PlanItem:
         return PlanItem(time, order)
     minimum = -MAX_COMMAND if order == "rate" else 0.0
     return PlanItem(time, order, _number(where, order, words[2], unit, minimum, MAX_COMMAND))
+
+
+def _mode(where: str, words: list[str]) -> str:
+    if len(words) != 1:
+        raise PlanError(
+            f"{where}: mode takes one word, here are {len(words)}; {CONSEQUENCE}. Write 'TIME mode WORD', with a comma "
+            f"or a line end between items; known: {', '.join(MODES)}"
+        )
+    if words[0] not in MODES:
+        raise PlanError(f"{where}: '{words[0]}' is no mode of the drive; {CONSEQUENCE}. {_hint(words[0], MODES)}")
+    return words[0]
+
+
+def _hint(word: str, known: tuple[str, ...]) -> str:
+    near = difflib.get_close_matches(word, known, 1)
+    return f"Did you mean {near[0]}?" if near else f"Known: {', '.join(known)}"
 
 
 def _number(where: str, key: str, word: str, unit: str, minimum: float, maximum: float) -> float:

@@ -12,6 +12,7 @@ from math import isnan
 
 from ...io.messages.messages import CAUSES, Command
 from ...physics.tick_output import Flag, Source
+from ...sim.drive_mode import mode_in_force
 from ...sim.flag_rules import OK as OK_RUN
 from ...sim.flag_rules import RULES
 from ..publisher import TickPublisher
@@ -25,6 +26,7 @@ from .lockstep_status import lockstep_metrics, lockstep_status
 
 LAST_SECOND = 1_050_000_000  # ns
 LAGGING = 0.1  # s behind the motion that are worth a warning: longer than the steps a controller acts in
+UNMOVED = "tension", "brake", "emergency_stop"  # modes in which commands do not move the drum
 ARRIVED = 0.1  # m; a winch this near to its length is there
 NEWEST = 1000  # ticks the percentiles of /diagnostics look back
 # those that make a run doubtful first
@@ -189,11 +191,13 @@ class Watch:
         payout = math.nan if frame is None else float(frame["payout"])
         flags = 0 if frame is None else int(frame["status"])
         out, back = commands.travel(payout)
+        mode = "-" if frame is None else mode_in_force(frame, commands.last, self.session.scene.setpoint.algorithm)
         values = {
             "accepted": str(commands.accepted),
             "no_command": str(commands.no_command),
             "newest": _commanded(commands.last),
             "age_s": "never" if commands.last_arrival is None else _text((now - commands.last_arrival) * 1e-9),
+            "mode": mode,
             "stale": str(bool(flags & Flag.COMMAND_STALE)).lower(),
             "lag_ms": _text(commands.lag * 1e3),
             "lag_largest_ms": _text(commands.largest_lag * 1e3),
@@ -227,6 +231,8 @@ class Watch:
         else:
             text = f"commanded: {_commanded(commands.last)}{_to_go(commands.last, payout)}; {left}"
             text = text if commands.accepted else "no command yet: the winch holds"
+            if mode in UNMOVED:
+                text = f"mode {mode}: commands and set-point law do not move the drum; {left}"
             return Status("command", OK, text + nothing, values)
         return Status("command", WARN, text, values)
 
