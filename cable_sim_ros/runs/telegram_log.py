@@ -46,7 +46,7 @@ def write_log(
             f"bag '{path}' keeps no scene, so it is not known which instruments it has; nothing was written; give "
             f"--scene NAME or FILE"
         )
-    had = load_scene(scene) if scene is not None else scene_from_text(text, f"scene kept in {path}")
+    had = load_scene(scene) if scene is not None else scene_from_text(str(text), f"scene kept in {path}")
     times = run.frames["time"].astype(np.int64)
     steps = np.diff(times)
     step = int(np.median(steps)) if len(steps) else SECOND
