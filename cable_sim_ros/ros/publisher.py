@@ -15,6 +15,7 @@ from ..io.messages.channels import Encoder
 from ..io.recordings.journal import Journal
 from ..io.recordings.recorder import Recorder
 from .loop import HALT, HEADS_ROWS, Loop, raise_priority
+from .rules import RuleKeeper
 from .running_sums import RunningSums
 from .statistics import Samples
 
@@ -24,7 +25,8 @@ class TickPublisher:
 
     publishers: absolute topic -> rclpy publisher, of the topics whose messages are installed; offset(): monotonic time
     less time of the data's clock, ns, or None; log_time(): the time at which a recording has a message, ns; unrecorded:
-    absolute topics that are only published; slow: see `RunningSums`. A recording may be begun and ended at any time.
+    absolute topics that are only published; slow: see `RunningSums`; rules: on watch, or None. A recording may be begun
+    and ended at any time.
     """
 
     def __init__(
@@ -36,6 +38,7 @@ class TickPublisher:
         log_time: Callable[[], int] = time.time_ns,
         unrecorded: tuple[str, ...] = (),
         slow: float = 0.0,
+        rules: RuleKeeper | None = None,
     ) -> None:
         self.loop, self.encoder, self.publishers, self.offset = loop, encoder, publishers, offset
         self.log_time, self.unrecorded = log_time, unrecorded
@@ -48,6 +51,7 @@ class TickPublisher:
         self.statuses: Counter[int] = Counter()  # ticks with each status word
         self.max_tension = 0.0  # N
         self.sums = RunningSums(1e-9 * loop.period_ns, slow)
+        self.rules = rules
         self.fault = ""  # why the newest frame could not be published, or ""
         self.failure: BaseException | None = None
         self.lateness, self.work, self.latency = Samples(), Samples(), Samples()  # ms
@@ -124,6 +128,8 @@ class TickPublisher:
         self.statuses[int(frame["status"])] += 1
         self.max_tension = max(self.max_tension, float(frame["tension_most"]))
         self.sums.add(frame)
+        if self.rules is not None:
+            self.rules.add(frame)
         self.fault = ""
         self.latest = frame
 

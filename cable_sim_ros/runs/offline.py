@@ -20,6 +20,8 @@ from ..io.scenes.winch_plan import WinchPlan
 from ..io.sources.motion_table import MotionError
 from ..io.sources.recorded_tow import RecordedTow, SameTicks, paired, read_tow, recorded_frames, residuals
 from ..limits import LONGEST_RUN
+from ..sim.rule_blocks import Rules
+from ..sim.rules.watch import watched
 from ..sim.saved.savefile import SaveError, check_place, same_scene
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
@@ -40,7 +42,8 @@ from .stepping import Progress, Stepped, silent
 from .summary import summarize
 from .transient import growth, start_up, still_growing
 
-DRIVEN = "drive.mode", "drive.set_pull"  # keys that a run that goes on may have otherwise
+# keys that a run that goes on may have otherwise
+DRIVEN = "drive.mode", "drive.set_pull", *(f"rules.{key}" for key in Rules.model_fields)
 AFTER_PLAN = 60.0  # s of a run after the last item of a winch plan, without a bag, where no duration is given
 NO_JOURNAL = (
     "the bag has no journal of what the run took and when: it was recorded by another program or an older version, so "
@@ -349,8 +352,9 @@ def _run_of(
         motion="none" if tow is None else Path(tow.path).name,
         setpoint=scene.setpoint.algorithm.value,
     )
+    metrics.update(watched(scene, frames))
     metrics.update(metrics_of_steps(sim.steps, sim.state.now.control, scene.solver))
-    return Run(frames, metrics, driven.problem, bag)
+    return Run(frames, metrics, driven.problem, bag, scene=scene)
 
 
 def _intake_metrics(one: MessageRun) -> dict[str, Any]:
