@@ -60,7 +60,7 @@ class RuleWatch:
         self.latches: dict[str, Latch] = {}
         self.not_watched: list[dict[str, str]] = []
         self._rate = tension_rate(self.rules)
-        self._slack_at = -(2**62)  # tick with slack, the newest
+        self._slack_at = -(10**12)  # tick with slack, the newest
         self._heat: float | None = None  # J, of the tick before
         self._rise = 0.0  # K
         self._cycles: Rainflow | None = None
@@ -170,7 +170,7 @@ class RuleWatch:
             slack = np.where(frames["tension_least"] < self.rules.slack_tension, ticks, self._slack_at)
             since = np.maximum.accumulate(slack)
             self._slack_at = int(since[-1])
-            lately = (ticks - since) * self._tick_ns <= round(1e9 * self.rules.snap_time)
+            lately = ticks - since <= round(1e9 * self.rules.snap_time) // self._tick_ns
             yield "snap", np.where(lately, frames["tension_tick_max"], np.nan)
         if "torque_saturated" in there:
             full = np.abs(frames["motor_power"]) >= FULL_POWER * (drive.max_power or inf)
