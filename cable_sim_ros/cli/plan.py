@@ -40,39 +40,39 @@ class NoPlan(RunError):
 
 
 @click.command()
-@click.argument("scene_or_run", metavar="SCENE|RUN")
+@click.argument("scene", metavar="SCENE|RUN")
 @motion_options
 @settings_options
 @click.option(
     "--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for the bag and figures of the run."
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
-def plan(scene_or_run, out, as_json, **asked) -> None:
+def plan(scene, out, as_json, **asked) -> None:
     """What a recovery or a tow needs of its winch: rate, torque, power, brake and cable, with margins.
 
     SCENE is simulated as by `cable-sim run`; RUN is a recording of one, a bag or its MCAP file. A run that failed has
     no plan.
     """
-    path = Path(scene_or_run)
+    path = Path(scene)
     if path.suffix.lower() == ".mcap" or (path / "metadata.yaml").is_file():
         given = [FLAG.get(name, f"--{name}") for name in SIMULATES if asked[name]]
         given += ["--out"] if out is not None else []
         if given:
             raise click.UsageError(
-                f"{given[0]} is of a run, and {scene_or_run} is a recording of one; nothing was done; leave it out"
+                f"{given[0]} is of a run, and {scene} is a recording of one; nothing was done; leave it out"
             )
         result = _recorded(path)
     else:
-        result = simulated(scene_or_run, None, as_json, out=out, **asked)
-    verdict, frames, scene = result.verdict, result.frames, result.scene
-    if verdict.state == FAILED or not len(frames) or scene is None:
+        result = simulated(scene, None, as_json, out=out, **asked)
+    verdict, frames, tow = result.verdict, result.frames, result.scene
+    if verdict.state == FAILED or not len(frames) or tow is None:
         reasons = "; ".join(str(reason) for reason in verdict.reasons) or "no tick was simulated"
-        error = NoPlan(f"{scene_or_run}: no plan is made of a run that failed: {reasons}")
+        error = NoPlan(f"{scene}: no plan is made of a run that failed: {reasons}")
         error.verdict = verdict  # type: ignore[attr-defined]
         raise error
     from ..runs.plan import plan_of
 
-    report = plan_of(frames, scene, result.metrics)
+    report = plan_of(frames, tow, result.metrics)
     if out is not None:
         (out / "plan.json").write_text(json.dumps(report, indent=1) + "\n", "utf-8")
     if as_json:

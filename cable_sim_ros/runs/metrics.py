@@ -48,6 +48,13 @@ METRICS = (
         "`chosen`), `notes`, `outside`, `overtaken` (shares of the energy of the sea outside the table, and of waves "
         "that the ship overtakes), `deviations` (standard deviations in the grown sea, m and deg); absent without it",
     ),
+    (
+        "rules",
+        "",
+        "rules on watch: `set`, `broken` (names), `rules` (list of `rule`, `unit`, `sense`, `limit`, `broken`, "
+        "`first_s`, `first_ns`, `seconds`, `times`, `worst`, `worst_s`), `not_watched` (`rule`, `why`), "
+        "`cycles` of tension and bending; see [rules](rules.md); absent where the scene watches none",
+    ),
     ("notices", "", "what is odd about the bag and its motion, as texts"),
     ("journal", "", "`replay`: true: the bag says what the run took and when, so that this is the same run"),
     ("replay_faults", "", "`replay`: why this may not be the run that was recorded, as texts"),

@@ -2,6 +2,7 @@
 
 import warnings
 from math import cos, pi
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from cable_sim_ros.io.scenes.load import SceneWarning, load_scene, override
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT
 from cable_sim_ros.sim.rule_blocks import RuleSet, slowest_tick
 from cable_sim_ros.sim.rules import rainflow
-from cable_sim_ros.sim.rules.latch import RULES
+from cable_sim_ros.sim.rules.latch import RULES, rules_markdown
 from cable_sim_ros.sim.rules.rainflow import Bends, Rainflow
 from cable_sim_ros.sim.rules.watch import rule_watch, watched
 
@@ -115,7 +116,9 @@ def by_the_book(history):
     for value in history[1:]:
         if value != values[-1]:
             values.append(value)
-    turns = [v for i, v in enumerate(values) if i in (0, len(values) - 1) or (v - values[i - 1]) * (values[i + 1] - v) < 0]
+    turns = [
+        v for i, v in enumerate(values) if i in (0, len(values) - 1) or (v - values[i - 1]) * (values[i + 1] - v) < 0
+    ]
     left, counts = [], {}
 
     def count(size, cycles):
@@ -343,7 +346,10 @@ REFUSED = [
         {"rules.set": "watch", "rules.factor_of_safety": 5.0},
         "rules.factor_of_safety = 5 counts from a breaking load, and that of a section of the cable is not known",
     ),
-    (SWL | {"rules.factor_of_safety": 5.0, "rules.breaking_load": 2e4}, "rules.working_load = 4000 N and rules.factor_"),
+    (
+        SWL | {"rules.factor_of_safety": 5.0, "rules.breaking_load": 2e4},
+        "rules.working_load = 4000 N and rules.factor_",
+    ),
     (SWL | {"rules.factor_of_safety": 0.5}, "rules.factor_of_safety = 0.5"),
     (SWL | {"rules.snap_tension": 5000.0}, "rules.snap_tension = 5000 cannot be judged without rules.slack_tension"),
     (SWL | {"rules.cycle_constant": 10.0}, "rules.cycle_constant = 10 cannot be judged without rules.cycle_exponent"),
@@ -356,7 +362,10 @@ REFUSED = [
     (SWL | {"rules.wire_diameter": 0.01}, "rules.wire_diameter = 0.01 m is not below cable.diameter = 0.01 m"),
     (SWL | {"rules.brake_rise": 50.0, "rules.brake_heat_capacity": 1e4}, "rules.brake_rise = 50 K, but drive.model ="),
     (SWL | MOTOR | {"rules.brake_rise": 50.0}, "rules.brake_rise = 50 cannot be judged without rules.brake_heat_cap"),
-    (SWL | {"rules.set": "unols_20hz", "rules.tension_rate": 3.0}, "rules.tension_rate = 3 Hz asks for less than 20 of"),
+    (
+        SWL | {"rules.set": "unols_20hz", "rules.tension_rate": 3.0},
+        "rules.tension_rate = 3 Hz asks for less than 20 of",
+    ),
     (SWL | {"rules.set": "unols_3hz", "rules.sheave_ratio": 20.0}, "rules.sheave_ratio = 20 asks for less than 40 of"),
     (
         SWL | {"rules.set": "unols_3hz", "rules.wire_ratio": 100.0, "rules.wire_diameter": 1e-3},
@@ -388,3 +397,8 @@ def test_what_makes_no_sense_is_refused(values, text):
 def test_thresholds_that_nobody_watches_are_said():
     with pytest.warns(SceneWarning, match="rules.turns_left has no effect: rules.set = none"):
         override(load_scene("full_scale"), {"rules.turns_left": 3.0})
+
+
+def test_the_page_has_the_table_of_the_rules():
+    page = Path(__file__).resolve().parents[2] / "docs" / "rules.md"
+    assert rules_markdown() in page.read_text("utf-8")

@@ -10,30 +10,51 @@ AT_MOST, AT_LEAST = "at most", "at least"
 
 
 class Rule(NamedTuple):
-    """Name, unit, which side of the limit is allowed, and what is compared with it."""
+    """Name, key of the scene that puts it on watch, unit, which side of the limit is allowed, and what is compared."""
 
     name: str
+    key: str
     unit: str
     sense: str
     meaning: str
 
 
 RULES = (
-    Rule("working_load", "N", AT_MOST, "tension at the sheave as it is read; without a rate largest along the cable"),
-    Rule("sheave_ratio", "1", AT_LEAST, "D/d: root diameter of the sheave over that of the cable"),
-    Rule("wire_ratio", "1", AT_LEAST, "D/d1: root diameter of the sheave over that of the largest strand or wire"),
-    Rule("bend_radius", "m", AT_LEAST, "least radius of the centreline on drum and sheave"),
-    Rule("turns_left", "1", AT_LEAST, "turns of cable left on the drum"),
-    Rule("slack", "N", AT_LEAST, "least tension along the cable in any time step"),
-    Rule("snap", "N", AT_MOST, "tension at the sheave in any time step, shortly after slack"),
-    Rule("lift_off", "1", AT_MOST, "part of the wrap on the sheave that carries no load"),
-    Rule("climb_out", "m", AT_LEAST, "distance of the cable below the top of the groove"),
-    Rule("rate_saturated", "1", AT_MOST, "share of the tick in which the rate is at its limit"),
-    Rule("torque_saturated", "1", AT_MOST, "share of the tick in which the motor gives all that its curve allows"),
-    Rule("power_saturated", "1", AT_MOST, "share of the tick in which the motor gives all its power"),
-    Rule("brake_rise", "K", AT_MOST, "rise of the brake's temperature"),
-    Rule("tension_damage", "1", AT_MOST, "sum of damage by cycles of the tension at the sheave"),
-    Rule("bend_damage", "1", AT_MOST, "bendings of the most bent piece over those it bears"),
+    Rule(
+        "working_load",
+        "working_load or factor_of_safety",
+        "N",
+        AT_MOST,
+        "tension at the sheave as it is read; without a rate largest along the cable",
+    ),
+    Rule("sheave_ratio", "sheave_ratio", "1", AT_LEAST, "D/d: root diameter of the sheave over that of the cable"),
+    Rule(
+        "wire_ratio",
+        "wire_ratio",
+        "1",
+        AT_LEAST,
+        "D/d1: root diameter of the sheave over that of the largest strand or wire",
+    ),
+    Rule("bend_radius", "bend_radius", "m", AT_LEAST, "least radius of the centreline on drum and sheave"),
+    Rule("turns_left", "turns_left", "1", AT_LEAST, "turns of cable left on the drum"),
+    Rule("slack", "slack_tension", "N", AT_LEAST, "least tension along the cable in any time step"),
+    Rule("snap", "snap_tension", "N", AT_MOST, "tension at the sheave in any time step, shortly after slack"),
+    Rule("lift_off", "lifted_fraction", "1", AT_MOST, "part of the wrap on the sheave that carries no load"),
+    Rule("climb_out", "groove_margin", "m", AT_LEAST, "distance of the cable below the top of the groove"),
+    Rule("rate_saturated", "saturated_share", "1", AT_MOST, "share of the tick in which the rate is at its limit"),
+    Rule(
+        "torque_saturated",
+        "saturated_share",
+        "1",
+        AT_MOST,
+        "share of the tick in which the motor gives all that its curve allows",
+    ),
+    Rule(
+        "power_saturated", "saturated_share", "1", AT_MOST, "share of the tick in which the motor gives all its power"
+    ),
+    Rule("brake_rise", "brake_rise", "K", AT_MOST, "rise of the brake's temperature"),
+    Rule("tension_damage", "cycle_constant", "1", AT_MOST, "sum of damage by cycles of the tension at the sheave"),
+    Rule("bend_damage", "bend_life", "1", AT_MOST, "bendings of the most bent piece over those it bears"),
 )
 RULE = {rule.name: rule for rule in RULES}
 
@@ -93,6 +114,17 @@ class Latch:
             "worst": None if worst is None else worst[0],
             "worst_s": None if worst is None else round(worst[1] * tick, 9),
         }
+
+
+def rules_markdown() -> str:
+    """RULES as a Markdown table, for docs/rules.md."""
+    rows = ["| rule | key | unit | keeps | compared with the limit |", "|---|---|---|---|---|"]
+    for rule in RULES:
+        keys = " or ".join(f"`{key}`" for key in rule.key.split(" or "))
+        rows.append(
+            f"| `{rule.name}` | {keys} | {'' if rule.unit == '1' else rule.unit} | {rule.sense} | {rule.meaning} |"
+        )
+    return "\n".join(rows)
 
 
 def said(row: dict[str, Any]) -> str:
