@@ -41,6 +41,7 @@ from .report.diagnostics import Watch, final_metrics
 from .report.health import MSGTYPE as AGES_TYPE
 from .report.health import TOPIC as AGES_TOPIC
 from .report.node_verdict import verdict_of_node
+from .rules import rule_keeper
 from .services import simulation_interfaces
 from .services.control import SimulationControl
 from .services.recording_control import RecordingControl
@@ -128,6 +129,7 @@ class CableSimNode(LifecycleNode):
             () if node.recording.markers else (f"{self.get_namespace().rstrip('/')}/{MARKERS}",),
             slow(self.settings.scene),
             self.telegrams.tick if self.telegrams.links else None,
+            rule_keeper(self.settings.scene),
         )
         if isinstance(session, SteppedSession):
             session.publish_ticks = self.publisher.drain

@@ -2,23 +2,38 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
-from ..io.scenes.fault_plan import FaultPlan
+from ..io.scenes.fault_plan import FaultPlan, load_faults, timed
 from ..physics.tick_output import Flag
+from .live_changes import Change
 
 AFTER = 30.0  # s that are looked at after a fault is mended
 BEFORE = 30.0  # s before it, that it is compared with
 
 
-def found(plan: FaultPlan, frames: np.ndarray, begin: int) -> list[dict[str, Any]]:
-    """One dict a failure mode: function, failure mode, expected, found; begin: ns, start of the run.
+def scenario_of(given: FaultPlan | str | os.PathLike | None) -> FaultPlan | None:
+    """A scenario, or that of a file. Raises FaultError."""
+    return given if given is None or isinstance(given, FaultPlan) else load_faults(given)
+
+
+def in_order(changes: Iterable[Change], plan: FaultPlan | None) -> tuple[Change, ...]:
+    """Changes and those that a scenario makes, in order of time."""
+    made = () if plan is None else (Change(*row) for row in timed(plan))
+    return tuple(sorted((*changes, *made), key=lambda one: one.time))
+
+
+def found(plan: FaultPlan, frames: np.ndarray) -> list[dict[str, Any]]:
+    """One dict a failure mode: function, failure mode, expected, found, and before it; frames: of the whole run.
 
     found: of the time from ``at`` to AFTER past ``until``, and what of it in the BEFORE seconds before.
     """
-    seconds = (frames["time"] - begin) * 1e-9
+    times = frames["time"]
+    seconds = (times - 2 * times[:1] + times[1:2]) * 1e-9 if len(times) > 1 else np.zeros(len(times))
     rows = []
     for name, case in sorted(plan.faults.items(), key=lambda item: item[1].at):
         end = np.inf if case.until is None else case.until + AFTER

@@ -16,6 +16,7 @@ from ..physics.water import Water
 from ..physics.winch import Winch
 from ..physics.winch_drive import Drive
 from .mesh_blocks import Accuracy, Mesh
+from .rule_blocks import Rules
 
 
 class Scene(Block):
@@ -37,6 +38,7 @@ class Scene(Block):
     contact: Contact = quantity(Contact(), "", None, None, "contact of the cable with drum and sheave")
     towbody: Towbody = quantity(REQUIRED, "", None, None, "towbody")
     bodies: dict[str, LineBody] = quantity({}, "", None, None, "bodies on the line between drum and towbody")
+    rules: Rules = quantity(Rules(), "", None, None, "rules on watch, which change nothing of the tow")
     solver: Solver = quantity(Solver(), "", None, None, "time integration")
     accuracy: Accuracy = quantity(Accuracy(), "", None, None, "errors that the mesh may add")
     mesh: Mesh = quantity(Mesh(), "", None, None, "mesh written by hand, for a winch that feeds cable")

@@ -35,6 +35,7 @@ COMMANDS = {
     "span",
     "manual",
     "mesh",
+    "plan",
     "recover",
     "make-bags",
     "telegrams",
@@ -145,7 +146,7 @@ def test_every_command_helps(command):
         (("bench", "--mesh", "--repeats", "2"), "--mesh repeats nothing"),
         (("bench", "P7", "--haul"), "each stand alone"),
         (("bench", "--ticks", "--repeats", "2"), "--ticks repeats nothing"),
-        (("mesh", "no_such_scene"), "error: no_such_scene: no such scene file; nothing was started."),
+        (("mesh", "plan", "no_such_scene"), "error: no_such_scene: no such scene file; nothing was started."),
         (("viv", "no_such_span"), "error: no_such_span: no such span file; nothing was started."),
         (("span", "no_such_span"), "error: no_such_span: no such span file; nothing was started."),
         (("span", "span_in_wind", "--case", "x"), "error: case 'x' is not in span_in_wind; nothing was run."),
@@ -191,7 +192,7 @@ def numbers():
 def test_every_number_is_finite_and_in_a_range():
     """nan compares false with every bound, so that a check of bounds alone lets it through."""
     found = dict.fromkeys(name for name, _ in numbers())
-    assert set(found) >= {"run", "live", "play", "mesh", "validate", "make-bags", "replay", "bench"}
+    assert set(found) >= {"run", "live", "play", "mesh", "plan", "validate", "make-bags", "replay", "bench"}
     for name, option in numbers():
         if isinstance(option.type, click.types.FloatParamType):
             assert isinstance(option.type, Number), (name, option.name)
@@ -291,7 +292,9 @@ def test_a_cable_that_misses_its_sheave_is_refused_with_the_angle(tmp_path):
     assert "comes 20.6 deg aslant from the drum: bring winch.position and sheave.position into line" in missed.stderr
 
 
-@pytest.mark.parametrize("arguments", [("run", "full_scale", "--motion", "none"), ("mesh", "side_scan", "--check")])
+@pytest.mark.parametrize(
+    "arguments", [("run", "full_scale", "--motion", "none"), ("mesh", "plan", "side_scan", "--check")]
+)
 def test_a_start_that_fails_is_one_line_and_code_1(arguments, monkeypatch):
     def start(self, *given, **named):
         raise StartError("full_scale: no static equilibrium, residual 12 N", 12.0)

@@ -23,6 +23,7 @@ from ..status import text_of as _text
 from ..stepped import SteppedSession
 from .health import InputHealth
 from .lockstep_status import lockstep_metrics, lockstep_status
+from .rule_status import rule_status
 
 LAST_SECOND = 1_050_000_000  # ns
 LAGGING = 0.1  # s behind the motion that are worth a warning: longer than the steps a controller acts in
@@ -44,13 +45,23 @@ class Watch:
         self._seen: dict[str, deque[tuple[int, int]]] = {}
 
     def levels(self, publisher: TickPublisher | None, now: int) -> tuple:
-        """What is published at once when it changes: states of the inputs, of the loop, of the neighbours."""
+        """What is published at once when it changes: states of the inputs, of the loop, of the neighbours, a
+        rule that is broken."""
         frame = publisher.latest if publisher else None
         self.inputs.look(now, frame)
         stale = 0 if frame is None else int(frame["status"]) & (Flag.MOTION_STALE | Flag.COMMAND_STALE)
         pace = self.session.pace
         doing = lockstep_status(self.session).level if isinstance(self.session, SteppedSession) else OK
-        return (self.session.shown_state, doing, *self.inputs.levels(), stale, pace.stops, tuple(self.neighbours))
+        broken = publisher.rules.broken if publisher is not None and publisher.rules is not None else ()
+        return (
+            self.session.shown_state,
+            doing,
+            *self.inputs.levels(),
+            stale,
+            pace.stops,
+            tuple(self.neighbours),
+            broken,
+        )
 
     def statuses(self, publisher: TickPublisher | None, recorder_stats, recording: bool) -> list[Status]:
         """All tasks; publisher: None while there is no loop; recorder_stats: RecorderStats or None."""
@@ -66,6 +77,8 @@ class Watch:
         ]
         if isinstance(self.session, SteppedSession):
             result.append(lockstep_status(self.session))
+        if publisher is not None and publisher.rules is not None:
+            result.append(rule_status(publisher.rules))
         return result
 
     def _new(self, key: str, count: int) -> int:
@@ -360,6 +373,8 @@ def final_metrics(session: Session, publisher: TickPublisher | None, recorder_st
         metrics["no_commands"] = session.commands.no_command
     if isinstance(session, SteppedSession):
         metrics["lockstep"] = lockstep_metrics(session)
+    if publisher is not None and publisher.rules is not None:
+        metrics["rules"] = publisher.rules.report()
     if recorder_stats is not None:
         metrics["recorder"] = recorder_stats._asdict()
     return metrics

@@ -34,6 +34,7 @@ from .friction_checks import friction_problems, friction_warnings
 from .instrument_checks import instrument_problems, instrument_warnings
 from .link_checks import form_problems, link_problems, link_warnings
 from .mesh_motion_checks import drum_problems, mesh_problems, wave_warnings
+from .rule_checks import rule_problems, rule_warnings
 from .scene_warnings import damping_warnings, drag_warnings, part_warnings, swing_warnings
 from .sea_checks import sea_problems, sea_warnings
 from .section_checks import body_problems, seat_problems, section_problems
@@ -147,7 +148,7 @@ def problems(scene: Scene) -> list[Problem]:
         )
     found += seabed_problems(scene) + seat_problems(scene, layout.leaves) + body_problems(scene, layout.leaves)
     found += astern_problems(scene) + friction_problems(scene) + drive_problems(scene)
-    found += instrument_problems(scene)
+    found += instrument_problems(scene) + rule_problems(scene)
     if not found:
         found += layer_problems(layout)
         found += holding_problems(layout) if feeds else wrap_problems(layout)
@@ -268,6 +269,7 @@ def warnings(scene: Scene) -> list[Problem]:
     found += body_warnings(scene, speed)
     found += amplified_warnings(scene.cable) + strum_warnings(layout) + drag_warnings(scene, speed)
     found += part_warnings(scene) + friction_warnings(scene) + drive_warnings(scene) + instrument_warnings(scene)
+    found += rule_warnings(scene)
     for key, name, below in (("sheave", "sheave", radius), ("winch", "drum", scene.winch.drum_radius)):
         height = getattr(scene, key).position[2] + scene.ship.reference_height - below
         if height < 0:
