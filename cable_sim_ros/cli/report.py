@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..sim.flag_rules import OK
+from .faults import tell_faults
 from .rules import tell_rules
 
 if TYPE_CHECKING:
@@ -37,6 +38,8 @@ def tell(result: Run, out: Path | None, as_json: bool) -> None:
         Console(width=None if sys.stdout.isatty() else 120).print(table)
         if "rules" in metrics:
             tell_rules(metrics["rules"])
+        if "faults" in metrics:
+            tell_faults(metrics["scenario"], metrics["faults"])
         if "largest_difference" in metrics:
             residual_table(result.residuals, metrics["largest_difference"])
         for notice in (*metrics.get("notices", ()), *metrics.get("replay_faults", ())):

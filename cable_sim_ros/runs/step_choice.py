@@ -12,6 +12,7 @@ from ..physics.integrate import Solver
 from ..sim.flag_rules import MIN_REFUSED, REFUSED_FRACTION
 from ..sim.rule_blocks import slowest_tick
 from ..sim.scene import Scene
+from ..sim.tables.sensor_tables import aboard
 from ..sim.verdict import Reason, check
 
 EVERY = 0.1  # s between tick outputs of a run whose steps are chosen, where the scene does not say
@@ -21,7 +22,8 @@ def stepped(scene: Scene, step: str | None, every: float | None) -> Scene:
     """The scene with other steps: "chosen" by their error, "fixed": one a tick, None: as the scene says.
 
     every: s between tick outputs; default: the scene's tick, of steps chosen that the scene did not choose EVERY, less
-    where rules on watch read the tension oftener. Steps that the scene did not choose have the errors of its accuracy.
+    where rules on watch read the tension oftener, and the scene's where instruments are aboard, which read at ticks.
+    Steps that the scene did not choose have the errors of its accuracy.
     """
     if step not in (None, "chosen", "fixed"):
         raise ValueError(f"step = {step!r} is not known: nothing was simulated; give 'chosen', 'fixed' or None")
@@ -31,6 +33,8 @@ def stepped(scene: Scene, step: str | None, every: float | None) -> Scene:
         values["solver.tension_error"] = None
     if step == "chosen" and solver.tension_error is None:
         values |= {"solver.tension_error": scene.accuracy.tension, "solver.tick": min(EVERY, slowest_tick(scene.rules))}
+        if aboard(scene):  # instruments read at the ticks
+            values["solver.tick"] = solver.tick
         if scene.accuracy.position is not None:
             values["solver.position_error"] = scene.accuracy.position
     if every is not None:

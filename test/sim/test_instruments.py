@@ -344,3 +344,25 @@ def test_what_instruments_and_faults_cannot_be_asked():
 def test_the_lists_of_targets_and_kinds_belong_together():
     assert set(TARGETS) == set(type(TOW.faults).model_fields)
     assert all(set(kinds) <= {kind.value for kind in FaultKind} for kinds in OF_PATH.values())
+
+
+def test_a_scenario_of_faults_is_reported_and_replayed(tmp_path):
+    file = tmp_path / "faults.yaml"
+    file.write_text(
+        "scenario: counter\nfaults:\n"
+        "  wrong: {at: 2, until: 3, target: encoder, kind: bias, size: 1.5, function: pay-out, expected: alarm}\n"
+        "  runs off: {at: 4, target: drive, kind: runaway, size: 0.2}\n",
+        "utf-8",
+    )
+    motion = MOVING | {"winch": None, "duration": 6.0}
+    done = offline.run(scene(), **motion, faults=file, out=tmp_path / "a")
+    f = done.frames
+    wrong = (f.time - f.time[0]) * 1e-9 + TICK
+    assert ((np.abs(f.encoder_payout - f.payout_counter) > 1.0) == ((wrong > 2.0 + 1e-9) & (wrong <= 3.0 + 1e-9))).all()
+    first, second = done.metrics["faults"]
+    assert (first["function"], first["failure_mode"], first["expected"]) == ("pay-out", "encoder bias 1.5", "alarm")
+    assert second["failure_mode"] == "drive runaway 0.2" and second["until_s"] is None
+    late = f[wrong > 4.0 + 1e-9]
+    assert second["found"]["payout_travel_m"] == pytest.approx(np.ptp(late.payout)) and np.ptp(late.payout) > 0.3
+    assert first["before"]["tension_std_n"] == pytest.approx(f[wrong <= 2.0 + 1e-9].tension.std())
+    assert offline.replay(done.bag).frames.tobytes() == f.tobytes()
