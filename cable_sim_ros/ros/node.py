@@ -30,6 +30,7 @@ from . import discovery
 from .arrival import Arrivals, StampArrivals
 from .declare_parameters import declare, overrides_of
 from .executor import spin
+from .fault_schedule import FaultSchedule
 from .graph_monitor import EVERY as NEIGHBOURS_EVERY
 from .graph_monitor import Neighbours
 from .lockstep import rate_problem
@@ -80,6 +81,7 @@ class CableSimNode(LifecycleNode):
         self.add_post_set_parameters_callback(self._was_set)
         self.session = session_of(self.settings, self._log)
         self.watch = Watch(self.session)
+        self.schedule = FaultSchedule(self.settings)
         self.arrivals = StampArrivals(lambda: self.session.now()) if self.session.lockstep else Arrivals()
         self.publisher: TickPublisher | None = None
         self.recording = RecordingControl(self.settings, self.get_namespace())
@@ -309,6 +311,7 @@ class CableSimNode(LifecycleNode):
             self.get_logger().warning(loop.warning)
         if self.session.shown_state != self._reported_state:
             self.report_state()
+        self.schedule.follow(self)
         levels = self.watch.levels(self.publisher, self.session.now())
         self._ages.publish(self.watch.inputs.message())
         if levels != self._reported_levels:

@@ -19,7 +19,8 @@ from ..io.scenes.load import SceneError, SceneWarning, load_scene, override
 from ..io.scenes.resources import find_scene
 from ..physics.parameter import Block
 from ..sim.scene import Scene
-from .blocks import NodeBlock
+from .blocks import NodeBlock, TimeMode
+from .fault_schedule import schedule_of
 from .lockstep import rate_problem
 from .telegrams.blocks import telegram_problem
 
@@ -168,6 +169,7 @@ def settle(overrides: dict[str, Any]) -> Settings:
         name_problem("recording.path", recording.path, "started")
         or state_problem(node.state_file, "started")
         or rate_problem(node.lockstep.rate, "started")
+        or schedule_of(node.faults_file, scene, node.time_mode is TimeMode.LOCKSTEP)[1]
         or telegram_problem(node.telegrams, scene.solver.tick)
     )
     if recording.enabled and not problem:
