@@ -19,7 +19,10 @@ HERE = Path(__file__).parent
 CHECK = {
     "physics",
     "io",
-    *(f"ros/test_{name}.py" for name in "command_task lockstep motion_task overload recording_control stepped".split()),
+    *(
+        f"ros/test_{name}.py"
+        for name in "command_task lockstep motion_task overload recording_control rule_task stepped".split()
+    ),
     "ros/test_statistics.py",
     "ros/test_telegram_sender.py",
     "ros/test_topics_page.py",

@@ -12,6 +12,7 @@ from click.testing import CliRunner
 
 from cable_sim_ros.cli import commands, expected_errors
 from cable_sim_ros.cli.number import Number
+from cable_sim_ros.cli.options import Heave
 from cable_sim_ros.io.sources.motion_table import MotionError
 from cable_sim_ros.limits import MAX_TOW_SPEED
 from cable_sim_ros.physics.ship import Ship
@@ -146,7 +147,7 @@ def test_every_command_helps(command):
         (("bench", "--mesh", "--repeats", "2"), "--mesh repeats nothing"),
         (("bench", "P7", "--haul"), "each stand alone"),
         (("bench", "--ticks", "--repeats", "2"), "--ticks repeats nothing"),
-        (("mesh", "plan", "no_such_scene"), "error: no_such_scene: no such scene file; nothing was started."),
+        (("mesh", "no_such_scene"), "error: no_such_scene: no such scene file; nothing was started."),
         (("viv", "no_such_span"), "error: no_such_span: no such span file; nothing was started."),
         (("span", "no_such_span"), "error: no_such_span: no such span file; nothing was started."),
         (("span", "span_in_wind", "--case", "x"), "error: case 'x' is not in span_in_wind; nothing was run."),
@@ -185,7 +186,7 @@ def numbers():
     for name in commands.main.list_commands(None):
         command = commands.main.get_command(None, name)
         for option in command.params:
-            if isinstance(option.type, (click.types.FloatParamType, click.types.IntParamType, commands.Heave)):
+            if isinstance(option.type, (click.types.FloatParamType, click.types.IntParamType, Heave)):
                 yield name, option
 
 
@@ -200,9 +201,7 @@ def test_every_number_is_finite_and_in_a_range():
             assert None not in (option.type.min, option.type.max), (name, option.name)
         for value in ("nan", "inf", "-inf", "1e999"):
             with pytest.raises(click.BadParameter):
-                option.type.convert(
-                    value if not isinstance(option.type, commands.Heave) else f"1,{value}", option, None
-                )
+                option.type.convert(value if not isinstance(option.type, Heave) else f"1,{value}", option, None)
 
 
 def test_the_speed_of_a_bag_is_that_of_a_scene():
@@ -293,7 +292,12 @@ def test_a_cable_that_misses_its_sheave_is_refused_with_the_angle(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "arguments", [("run", "full_scale", "--motion", "none"), ("mesh", "plan", "side_scan", "--check")]
+    "arguments",
+    [
+        ("run", "full_scale", "--motion", "none"),
+        ("plan", "full_scale", "--motion", "none"),
+        ("mesh", "side_scan", "--check"),
+    ],
 )
 def test_a_start_that_fails_is_one_line_and_code_1(arguments, monkeypatch):
     def start(self, *given, **named):

@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from cable_sim_ros.cli import commands
 from cable_sim_ros.io.recordings import recorded_run
 from cable_sim_ros.io.recordings.recorded_run import load_run
-from cable_sim_ros.io.scenes.load import load_scene, override, scene_from_text
+from cable_sim_ros.io.scenes.load import SceneWarning, load_scene, override, scene_from_text
 from cable_sim_ros.io.scenes.resources import find_bag
 from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.plan import NEEDS, most_power, motor_pull, needs_of, plan_markdown
@@ -147,6 +147,21 @@ def test_rules_of_a_run_stand_in_its_figures_its_bag_and_its_replay(made):
     assert again.metrics["largest_difference"]["difference"] == 0.0
 
 
+def test_the_scene_of_the_page_has_one_caution():
+    """That of waves beside a ship that moves by itself, which --rao takes back."""
+    with pytest.warns(SceneWarning) as said:
+        load_scene("recovery_3t")
+    assert len(said) == 1 and "water.waves.ship_motion = independent" in str(said[0].message)
+
+
+def test_a_run_that_goes_on_may_have_other_rules(tmp_path):
+    scene, state = load_scene("full_scale"), tmp_path / "tow.npz"
+    offline.run(scene, duration=0.5, save=state)
+    watching = override(scene, {"rules.set": "watch", "rules.turns_left": 3.0})
+    run = offline.run(watching, duration=0.5, resumed=state)
+    assert run.metrics["rules"]["broken"] == [] and run.metrics["rules"]["duration_s"] == pytest.approx(0.5)
+
+
 def test_a_limit_that_held_the_winch_is_said(made):
     _, frames, scene, _ = made
     held = frames.copy()
@@ -207,6 +222,7 @@ def test_a_run_that_failed_has_no_plan(monkeypatch, made):
         (("no_such.mcap",), "no_such.mcap"),
         (("full_scale", "--heave", "1,8", "--motion", "none"), "--heave and --motion none contradict each other"),
         (("full_scale", "--rao", "simple"), "error: full_scale: --rao moves the ship in the waves of the scene"),
+        (("recovery_3t", "--rao", "simple", "--every", "0.1"), "rules.tension_rate = 20 Hz reads the tension oftener"),
         (("full_scale", "--set", "rules.set=watch"), "rules.set = watch, but no threshold is given"),
     ],
 )
