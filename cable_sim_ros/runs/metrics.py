@@ -22,7 +22,7 @@ METRICS = (
     ("scene", "", "name of the scene"),
     ("motion", "", "name of the bag or table, the heave, or none"),
     ("setpoint", "", "set-point algorithm"),
-    ("winch_modes", "s", "time in each mode of the winch that was in force: docs/drive.md"),
+    ("winch_modes", "s", "time in each [mode of the winch](drive.md#modes) that was in force"),
     ("imu_only", "", "true: odometry was left out"),
     ("winch", "", "winch plan; absent without one"),
     ("changes", "", "live keys that `changes` of `run` gave other values, as `SECONDS KEY VALUE`; absent without any"),

@@ -72,7 +72,8 @@ def page(results: Iterable[Result]) -> str:
     parts = [
         "# Experiments: every figure",
         "Made by `cable-sim validate --out DIR` as `DIR/validate.md`; do not edit. `measured` is what "
-        "the\nsource measured or printed, `allowed` the largest difference that it reports for its own model.",
+        "the\nsource measured or printed, `allowed` the largest difference that it reports for its own model. In\n"
+        "`drive` `measured` is a closed form, and `allowed` a share of it.",
     ]
     for result in results:
         parts += [f"## {result.experiment}", *(result.tables() if result.tables else [markdown(result)])]
