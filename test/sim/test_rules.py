@@ -157,6 +157,12 @@ def test_a_motion_that_dies_out_slowly_keeps_bounded_memory(monkeypatch):
     assert counter.totals()[0] == pytest.approx(0.5 * 499)
 
 
+def test_a_regular_sea_leaves_nothing_open():
+    counter = Rainflow(lambda size: 1.0)
+    counter.add([1.0, -1.0] * 500)
+    assert len(counter.points) <= 3 and counter.closed >= 498.0
+
+
 def test_small_ranges_are_left_out():
     counter = Rainflow(lambda size: 1.0, least=3.5)
     counter.add(HISTORY)
