@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..io.scenes.fault_plan import FaultError, TimedFault, load_faults, timed
 from ..sim.live_parameters import changed, unfit
 from ..sim.scene import Scene
-from .blocks import TimeMode
+from .blocks import NodeBlock, TimeMode
 
 if TYPE_CHECKING:
-    from .node import CableSimNode
-    from .parameters import Settings
+    from rclpy.node import Node
 
 KEY = "faults_file"
 
@@ -39,10 +38,9 @@ def schedule_of(path: str, scene: Scene, lockstep: bool) -> tuple[list[TimedFaul
 class FaultSchedule:
     """What of a scenario is due; it begins anew with each start of the simulation."""
 
-    def __init__(self, settings: Settings) -> None:
-        """settings: checked, so that the file can be used."""
-        node = settings.node
-        self._rows, _ = schedule_of(node.faults_file, settings.scene, node.time_mode is TimeMode.LOCKSTEP)
+    def __init__(self, node: NodeBlock, scene: Scene) -> None:
+        """node: parameters that are checked, so that the file can be used."""
+        self._rows, _ = schedule_of(node.faults_file, scene, node.time_mode is TimeMode.LOCKSTEP)
         self._next, self._seconds = 0, 0.0
 
     def due(self, seconds: float) -> list[TimedFault]:
@@ -54,14 +52,13 @@ class FaultSchedule:
             self._next += 1
         return self._rows[first : self._next]
 
-    def follow(self, node: CableSimNode) -> None:
-        """Set the parameters of the node that have come due; call it often."""
+    def follow(self, node: Node, session: Any) -> None:
+        """session: Session. Set the parameters of the node that have come due; call it often."""
         from rclpy.parameter import Parameter
 
-        session = node.session
         if not self._rows or session.loop is None or session.state != "running":
             return
-        rows = self.due(session.loop.count * node.settings.scene.solver.tick)
+        rows = self.due(session.loop.count * session.scene.solver.tick)
         for row, result in zip(rows, node.set_parameters([Parameter(row.key, value=row.value) for row in rows])):
             if not result.successful:
                 node.get_logger().error(f"{row.where}: {result.reason}")

@@ -81,7 +81,7 @@ class CableSimNode(LifecycleNode):
         self.add_post_set_parameters_callback(self._was_set)
         self.session = session_of(self.settings, self._log)
         self.watch = Watch(self.session)
-        self.schedule = FaultSchedule(self.settings)
+        self.schedule = FaultSchedule(self.settings.node, self.settings.scene)
         self.arrivals = StampArrivals(lambda: self.session.now()) if self.session.lockstep else Arrivals()
         self.publisher: TickPublisher | None = None
         self.recording = RecordingControl(self.settings, self.get_namespace())
@@ -311,7 +311,7 @@ class CableSimNode(LifecycleNode):
             self.get_logger().warning(loop.warning)
         if self.session.shown_state != self._reported_state:
             self.report_state()
-        self.schedule.follow(self)
+        self.schedule.follow(self, self.session)
         levels = self.watch.levels(self.publisher, self.session.now())
         self._ages.publish(self.watch.inputs.message())
         if levels != self._reported_levels:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import pytest
 
 from cable_sim_ros.io.scenes.load import load_scene, override
@@ -30,8 +28,7 @@ def scene():
 
 
 def test_each_comes_once_in_its_order_and_again_after_a_reset(path, scene):
-    node = NodeBlock(faults_file=path)
-    schedule = FaultSchedule(SimpleNamespace(node=node, scene=scene))
+    schedule = FaultSchedule(NodeBlock(faults_file=path), scene)
     assert schedule.due(0.5) == []
     assert [(row.key, row.value) for row in schedule.due(1.2)] == [
         ("faults.encoder.size", 7.0),
