@@ -29,7 +29,7 @@ from .consistency_checks import (
     wrap_problems,
     wrap_warnings,
 )
-from .drive_checks import drive_problems, drive_warnings, holding_problems, layer_problems
+from .drive_checks import drive_problems, drive_warnings, holding_problems, layer_problems, pull_warnings
 from .friction_checks import friction_problems, friction_warnings
 from .link_checks import form_problems, link_problems, link_warnings
 from .mesh_motion_checks import drum_problems, mesh_problems, wave_warnings
@@ -266,6 +266,7 @@ def warnings(scene: Scene) -> list[Problem]:
     found += body_warnings(scene, speed)
     found += amplified_warnings(scene.cable) + strum_warnings(layout) + drag_warnings(scene, speed)
     found += part_warnings(scene) + friction_warnings(scene) + drive_warnings(scene)
+    found += pull_warnings(layout)
     for key, name, below in (("sheave", "sheave", radius), ("winch", "drum", scene.winch.drum_radius)):
         height = getattr(scene, key).position[2] + scene.ship.reference_height - below
         if height < 0:

@@ -14,10 +14,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import brentq, least_squares
 
-from ...api import Simulator
 from ...io.scenes.load import SceneWarning, scene_from_dict
 from ...physics.integrate import Solver
 from ...sim.scene import Scene
+from ...sim.simulator import Simulator
 
 EA, MU, BODY, GRAVITY = 6.786e6, 0.389, 2500.0, 9.81  # cable of full_scale; kg
 WEIGHT = BODY * GRAVITY
