@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cable_sim_ros import Simulator, WinchCommand
-from cable_sim_ros.io.scenes.load import SceneError, load_scene, override
+from cable_sim_ros.io.scenes.load import SceneError, SceneWarning, load_scene, override
 from cable_sim_ros.physics.tick_output import Flag
 from cable_sim_ros.physics.winch_drive import BRAKE, EMERGENCY_STOP, MODES, RENDER, TENSION
 from cable_sim_ros.runs import offline
@@ -225,6 +225,20 @@ def test_constant_tension_follows_the_ship():
     assert frames.tension_drum[800:].std() < 0.5 * held.tension_drum[800:].std()
 
 
+@pytest.mark.parametrize("model", ["servo", "motor"])
+def test_the_operator_comes_before_the_compensation(model):
+    """Both share winch.max_rate: what is too much for it is taken from the compensation, not from the mean rate."""
+    own = MOTOR | {"drive.bandwidth": 20.0} if model == "motor" else {}
+    what = override(TOW, own | {"winch.max_rate": 1.0, "setpoint.washout_period": 0.0})
+    swing = {}
+    for rate in (0.2, 1.0):
+        plan = f"0 hold, 12 rate -{rate}"
+        frames = offline.run(what, heave=(1.0, 8.0), winch=plan, duration=36.0, step="fixed").frames[-1600:]
+        assert frames.payout[-1] - frames.payout[0] == pytest.approx(-rate * 15.99, rel=0.01)
+        swing[rate] = np.ptp(frames.payout_rate)
+    assert swing[0.2] > 0.25 and swing[1.0] < 0.02, "two periods: compensated, and nothing left for it"
+
+
 def test_a_dead_time_is_pure():
     late = started(override(TOW, {"drive.dead_time": 0.123}))
     prompt = started(TOW)
@@ -312,6 +326,14 @@ def test_what_a_drive_cannot_do_is_refused():
         ({"drive.damping": 0.0}, "drive.damping = 0 is below 0.1"),
         ({"drive.length_gain": 9.0}, "drive.length_gain = 9 1/s is not below 8.4 1/s"),
         ({"drive.bandwidth": 200.0, "drive.damping": 1.0}, "drive.bandwidth = 200 rad/s is faster than solver.tick"),
+        (
+            {"drive.mode": "render", "drive.set_pull": 3e4},
+            r"drive.set_pull = 30000 N is more than the 20000 N that the motor pulls at most \(drive.curve_pull\)",
+        ),
+        (
+            {"drive.dry_friction": 1.7e4},
+            r"drive.dry_friction = 17000 N and the 3.19e\+03 N with which the tow pulls .* the motor cannot haul in",
+        ),
     ):
         with pytest.raises(SceneError, match=words):
             override(TOW, MOTOR | values)
@@ -319,7 +341,40 @@ def test_what_a_drive_cannot_do_is_refused():
         override(TOW, {"drive.inertia": 5.0})
     with pytest.warns(match="drive.inertia makes 10 kg at the cable, less than 0.2 of towbody.mass"):
         override(TOW, MOTOR | {"drive.inertia": 10.0 * RADIUS**2})
+    with pytest.raises(SceneError, match=r"curve_speed = 5 is a number, .* for example `curve_speed: \[1.0, 1.0\]`"):
+        override(TOW, MOTOR | {"drive.curve_speed": 5})
+    sim = Simulator(override(TOW, {"drive.dead_time": 0.3}))
+    with pytest.raises(ValueError, match="drive.dead_time = 0.3 s is not below winch.command_timeout = 0.2 s.*changed"):
+        sim.set("winch.command_timeout", 0.2)
     sim = Simulator(TOW)
     with pytest.raises(ValueError, match="drive.mode = emergency_stop needs a motor"):
         sim.set("drive.mode", "emergency_stop")
     assert sim.scene is TOW and MODES.index("brake") == BRAKE
+
+
+@pytest.mark.parametrize(
+    "values, words",
+    [
+        (
+            {"drive.model": "servo", "drive.curve_speed": [], "drive.bandwidth": 3.0},
+            "drive.bandwidth has no effect: .* loop",
+        ),
+        ({"drive.model": "rate_loop", "drive.brake_set_time": 1.0}, "drive.brake_set_time has no effect: .* no motor"),
+        ({"winch.flange_radius": 0.35}, "winch.flange_radius has no effect: without winch.lay_width"),
+        (
+            {"drive.max_power": 3e3},
+            r"drive.max_power leaves the motor 600 N at winch.max_rate = 5 m/s, .* paid out at 0.95 m/s or faster",
+        ),
+        (
+            {"drive.mode": "brake", "drive.curve_pull": [3e3, 3e3, 3e3]},
+            "drive.curve_pull begins with 3e.03 N, .* the motor cannot hold it once the brake lifts",
+        ),
+        (
+            {"drive.mode": "tension", "drive.set_pull": 1e3},
+            "drive.set_pull = 1000 N is less than .* drive.mode = tension pays out from the start on",
+        ),
+    ],
+)
+def test_what_a_drive_does_otherwise_than_one_thinks_is_said(values, words):
+    with pytest.warns(SceneWarning, match=words):
+        override(TOW, MOTOR | values)

@@ -205,7 +205,7 @@ def _example(path: tuple, field) -> str:
 def _sample(field):
     """A value that would be accepted: the default, else the middle of the range on the scale it spans."""
     default, extra = field.default, field.json_schema_extra
-    if not field.is_required() and default is not REQUIRED and default is not None:
+    if not field.is_required() and default is not REQUIRED and default is not None and default != ():
         return default.value if isinstance(default, enum.Enum) else default
     if not extra["unit"]:
         return "my_tow"

@@ -29,7 +29,7 @@ from .consistency_checks import (
     wrap_problems,
     wrap_warnings,
 )
-from .drive_checks import drive_problems, drive_warnings, holding_problems, layer_problems
+from .drive_checks import drive_problems, drive_warnings, holding_problems, layer_problems, pull_warnings
 from .friction_checks import friction_problems, friction_warnings
 from .instrument_checks import instrument_problems, instrument_warnings
 from .link_checks import form_problems, link_problems, link_warnings
@@ -269,7 +269,7 @@ def warnings(scene: Scene) -> list[Problem]:
     found += body_warnings(scene, speed)
     found += amplified_warnings(scene.cable) + strum_warnings(layout) + drag_warnings(scene, speed)
     found += part_warnings(scene) + friction_warnings(scene) + drive_warnings(scene) + instrument_warnings(scene)
-    found += rule_warnings(scene)
+    found += rule_warnings(scene) + pull_warnings(layout)
     for key, name, below in (("sheave", "sheave", radius), ("winch", "drum", scene.winch.drum_radius)):
         height = getattr(scene, key).position[2] + scene.ship.reference_height - below
         if height < 0:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from ...physics.drum_layers import radius_of
 from ...physics.winch import DrumModel
 from ...physics.winch_drive import POINTS, DriveModel
@@ -9,9 +11,15 @@ from ..layout import Layout
 from ..problem import Problem, apart
 from ..scene import Scene
 from ..tables.drum_layers import layered
-from .mode_checks import BRAKES, mode_problems
+from .mode_checks import BRAKES, PULLS, mode_problems
 
-OF_MOTOR = ("inertia", "curve_speed", "curve_pull", "max_power", "viscous_friction", "dry_friction", "brake_pull")
+OF_MOTOR = (
+    *("inertia", "controller_mass", "curve_speed", "curve_pull", "max_power", "viscous_friction", "dry_friction"),
+    *("set_pull", "brake_pull", "brake_slip", "brake_set_time", "brake_lift_time"),
+)
+OF_LOOP = "bandwidth", "damping", "length_gain", "dead_band"
+OF_LAYERS = "lay_pitch", "lay_rise", "flange_radius"
+SLACKER = 0.9  # of what the tow pulls at its start: a set pull below it pays out from the start on
 LEAST_DAMPING = 0.1
 LIGHT = 0.2  # of the mass of the towbody: a controller that counts with less is soft against the tow
 
@@ -19,15 +27,6 @@ LIGHT = 0.2  # of the mass of the towbody: a controller that counts with less is
 def drive_problems(scene: Scene) -> list[Problem]:
     """What makes a drive senseless."""
     drive, found = scene.drive, list(mode_problems(scene))
-    if drive.dead_time >= scene.winch.command_timeout:
-        found.append(
-            Problem(
-                "drive.dead_time",
-                f"= {drive.dead_time:g} s is not below winch.command_timeout = {scene.winch.command_timeout:g} s: "
-                "a stream of commands would be stale before it moves the drum",
-                "Make it shorter, or the time-out longer",
-            )
-        )
     most = 2.0 * drive.damping * drive.bandwidth
     gain = 0.25 * drive.bandwidth if drive.length_gain is None else drive.length_gain
     if drive.model is not DriveModel.SERVO and drive.damping > 0.0 and gain >= most:
@@ -130,9 +129,8 @@ def holding_problems(layout: Layout) -> list[Problem]:
     drive = scene.drive
     if drive.model is not DriveModel.MOTOR or drive_problems(scene):
         return []
-    pull, found = float(layout.shape().tension.max()), []  # without the weight between sheave and drum
-    drum = layered(scene)
-    gear = float(drum.radius / radius_of(drum, layout.route.wound))  # pulls are given for the first layer
+    found = list[Problem]()
+    pull, gear = _pull(layout)
     most, brake = gear * drive.curve_pull[0], gear * drive.brake_pull
     if most <= pull and drive.mode not in BRAKES:
         found.append(
@@ -141,6 +139,15 @@ def holding_problems(layout: Layout) -> list[Problem]:
                 "begins with {} N at the layer that runs off, not above the {} N with which the tow pulls at its "
                 "start: the motor cannot hold it".format(*apart(most, pull)),
                 "Give a stronger motor, or a lighter or slower tow",
+            )
+        )
+    elif drive.dry_friction > 0.0 and most <= pull + gear * drive.dry_friction:
+        found.append(
+            Problem(
+                "drive.dry_friction",
+                f"= {drive.dry_friction:g} N and the {pull:.3g} N with which the tow pulls at its start leave nothing "
+                f"of the {most:.3g} N with which drive.curve_pull begins: the motor cannot haul in",
+                "Give less friction, or a stronger motor",
             )
         )
     if 0.0 < brake <= pull:
@@ -155,8 +162,66 @@ def holding_problems(layout: Layout) -> list[Problem]:
     return found
 
 
+def _pull(layout: Layout) -> tuple[float, float]:
+    """What the tow pulls at its start [N], without the weight between sheave and drum, and what makes of a pull of the
+    first layer that of the layer that runs off."""
+    drum = layered(layout.scene)
+    return float(layout.shape().tension.max()), float(drum.radius / radius_of(drum, layout.route.wound))
+
+
+def pull_warnings(layout: Layout) -> list[Problem]:
+    """A motor that the tow overhauls at some speed, or set to less than the tow pulls."""
+    drive, fastest = layout.scene.drive, layout.scene.winch.max_rate
+    if drive.model is not DriveModel.MOTOR:
+        return []
+    found = list[Problem]()
+    pull, gear = _pull(layout)
+    speeds = np.linspace(0.0, fastest, 201)
+    most = gear * np.interp(gear * speeds, drive.curve_speed, drive.curve_pull, right=0.0)
+    if drive.max_power is not None:
+        most[1:] = np.minimum(most[1:], drive.max_power / speeds[1:])
+    weak = speeds[most <= pull]
+    begins = f"the {pull:.3g} N with which the tow pulls at its start"
+    if len(weak) and weak[0] == 0.0:  # of a scene that begins on its brake
+        text = f"begins with {most[0]:.3g} N, not above {begins}: the motor cannot hold it once the brake lifts"
+        found.append(Problem("drive.curve_pull", text, "Give a stronger motor, or leave the brake set"))
+    elif len(weak):
+        limit = "drive.curve_pull" if drive.max_power is None else "drive.max_power"
+        found.append(
+            Problem(
+                limit,
+                f"leaves the motor {most[-1]:.3g} N at winch.max_rate = {fastest:g} m/s, not above {begins}: paid out "
+                f"at {weak[0]:.3g} m/s or faster, it overhauls the motor and runs away until the brake is set",
+                f"Give winch.max_rate below {weak[0]:.3g} m/s, or a stronger motor",
+            )
+        )
+    if drive.mode in PULLS and drive.set_pull < SLACKER * pull:
+        found.append(
+            Problem(
+                "drive.set_pull",
+                f"= {drive.set_pull:g} N is less than {begins}: drive.mode = {drive.mode.value} pays out from the "
+                "start on, until less pulls or the travel ends",
+                f"Give about {pull:.3g} N or more, or another mode",
+            )
+        )
+    return found
+
+
 def drive_warnings(scene: Scene) -> list[Problem]:
-    """Numbers of a motor that is not there, or gains that hold the tow softly."""
+    """Numbers of a motor, a loop or layers that are not there, or gains that hold the tow softly."""
+    winch = scene.winch
+    layers = [] if winch.lay_width > 0.0 else [key for key in OF_LAYERS if getattr(winch, key) is not None]
+    return _drive_warnings(scene) + [
+        Problem(
+            f"winch.{key}",
+            "has no effect: without winch.lay_width the drum has one layer, of any length",
+            "Leave it out, or give winch.lay_width, the width between the flanges",
+        )
+        for key in layers
+    ]
+
+
+def _drive_warnings(scene: Scene) -> list[Problem]:
     drive = scene.drive
     if drive.model is DriveModel.MOTOR:
         radius = scene.winch.drum_radius + 0.5 * scene.cable.diameter
@@ -171,12 +236,15 @@ def drive_warnings(scene: Scene) -> list[Problem]:
                 f"Give drive.controller_mass, {mass + tow:.3g} kg for drum and towbody",
             )
         ]
-    given = [key for key in OF_MOTOR if getattr(drive, key) != type(drive).model_fields[key].default]
+    absent = [(key, "motor", "motor") for key in OF_MOTOR]
+    if drive.model is DriveModel.SERVO:
+        absent += [(key, "rate loop", "rate_loop or motor") for key in OF_LOOP]
     return [
         Problem(
             f"drive.{key}",
-            f"has no effect: drive.model = {drive.model.value} has no motor",
-            "Leave it out, or give drive.model: motor",
+            f"has no effect: drive.model = {drive.model.value} has no {what}",
+            f"Leave it out, or give drive.model: {model}",
         )
-        for key in given
+        for key, what, model in absent
+        if getattr(drive, key) != type(drive).model_fields[key].default
     ]

@@ -18,6 +18,7 @@ import numpy as np
 from ...io.scenes.load import SceneWarning, load_scene, override
 from ...runs import offline
 from ...sim.inputs import WinchCommand
+from ...sim.live_parameters import set_live
 from ...sim.scene import Scene
 from . import Comparison, Result
 from .drum import BODY, EA, GRAVITY, MU, WEIGHT, amplitude_at, closed, hanging, impedance, started, stepped, swing_of
@@ -59,8 +60,8 @@ def free_drum(mass: float, outboard: float, inboard: float, stiffness: float, se
     sim = started(hanging(mass, outboard, inboard=inboard, tick=tick, cable__axial_stiffness=stiffness * EA))
     still = sim.run(1)[0]
     tension, length = float(still.tension_drum), float(still.payout)
-    sim.set("drive.set_pull", (1.0 + NUDGE) * tension)
-    sim.set("drive.mode", "tension")
+    set_live(sim, "drive.set_pull", (1.0 + NUDGE) * tension)
+    set_live(sim, "drive.mode", "tension")
     series = sim.run(round(seconds / tick)).tension_drum
     exact = closed(mass, length, stiffness)
     swing = swing_of(series[1:], tick, stepped(exact, tick).frequency)
@@ -116,7 +117,7 @@ def overhauled(friction: float, seconds: float) -> tuple[np.recarray, float]:
     )
     sim = started(scene)
     sim.run(1)
-    sim.set("drive.mode", "follow")
+    set_live(sim, "drive.mode", "follow")
     return sim.run(round(seconds / TICK)), mass
 
 
@@ -152,7 +153,7 @@ def heat_row() -> Comparison:
     sim = paid_out(scene, rate, 4.0)
     before = float(sim.frame.payout)
     speed = float(sim.frame.payout_rate)
-    sim.set("drive.mode", "emergency_stop")
+    set_live(sim, "drive.mode", "emergency_stop")
     frames = sim.run(round(4.0 / TICK))
     way = float(frames.payout[-1]) - before
     load = WEIGHT + MU * GRAVITY * (8.0 + 4.0 * rate + 0.5 * way)
@@ -172,7 +173,7 @@ def stops(what: str, ticks: tuple[float, ...], mass: float = 200.0, way: float =
         else:
             values |= {"drive__brake_pull": 3.0 * WEIGHT}
         sim = paid_out(hanging(mass, 4.0, tick=tick, **values), 0.05, 0.3)
-        sim.set("drive.mode", "emergency_stop")
+        set_live(sim, "drive.mode", "emergency_stop")
         found.append(sim.run(round(0.3 / tick)))
     return found
 
