@@ -110,7 +110,8 @@ def impose(model, state, inputs, t, h, command_rate):
     # the angle half-way through the step: the last one would lag by half of it, and with it what a drift asks for
     since = (t - now.measured.departure_stamp) * 1e-9 - 0.5 * h
     departure = now.measured.departure + min(max(since, 0.0), h) * now.measured.departure_rate
-    length, rate = set_point(now.setpoint, now.sheave, departure, h)
+    paid = now.winch.length - now.winch.commanded
+    length, rate = set_point(now.setpoint, now.sheave, departure, h, now.measured.tension, paid)
     now.drive.law = length
     length += now.winch.commanded
     rate += command_rate

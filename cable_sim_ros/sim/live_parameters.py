@@ -29,6 +29,18 @@ def _washout_period(sim: Simulator, value: float) -> None:
     sim.state.memory[NOW].setpoint.washout = value
 
 
+def _tension(sim: Simulator, value: float) -> None:
+    sim.state.memory[NOW].setpoint.tension.wanted = value
+
+
+def _feed_forward(sim: Simulator, value: bool) -> None:
+    sim.state.memory[NOW].setpoint.feed_forward.on = value
+
+
+def _prediction(sim: Simulator, value: bool) -> None:
+    sim.state.memory[NOW].setpoint.prediction.on = value
+
+
 def _viv_multiplier(sim: Simulator, value: float) -> None:
     _write(sim.model.line.strum.rules, lambda rows: rows["multiplier"].__setitem__(slice(None), value))
 
@@ -64,6 +76,9 @@ def ways(scene: Scene) -> dict[str, Way]:
         "drive.mode": _drive_mode,
         "drive.set_pull": _set_pull,
         "setpoint.algorithm": lambda sim, value: sim.set_algorithm(value),
+        "setpoint.feed_forward": _feed_forward,
+        "setpoint.prediction": _prediction,
+        "setpoint.tension": _tension,
         "setpoint.washout_period": _washout_period,
         "sheave.bearing_friction": _sheave,
         "sheave.friction": _sheave,
