@@ -125,17 +125,25 @@ class Setpoint(Block):
     )
     max_amplitude: float = quantity(20.0, "m", 0.1, 1e4, "largest pay-out either way that a law is given in all")
     tension: float = quantity(
-        0.0, "N", 0.0, 1e7, "set tension at the sheave of constant_tension; 0: that of the static start", configure=False
+        0.0,
+        "N",
+        0.0,
+        1e7,
+        "set tension at the sheave of constant_tension; 0: that of the static start",
+        configure=False,
     )
     tension_gain: float | None = quantity(
         None,
         "m/(N s)",
         1e-9,
-        1.0,
-        "rate per newton of constant_tension; none: ten over sqrt(EA m), or less where drive and dead time are slow",
+        1e3,
+        "rate per newton of constant_tension; none: 0.4 over sqrt(EA m), down to 0.05 with a late drive",
+    )
+    tension_integral_time: float | None = quantity(
+        None, "s", 1e-3, 1e3, "integral time of constant_tension; none: what drive and dead time allow, 0.1 s or more"
     )
     tension_filter_time: float = quantity(
-        0.5, "s", 0.01, 60.0, "time constant of the low-pass of the tension that constant_tension goes by"
+        0.02, "s", 1e-3, 60.0, "time constant of the low-pass of the tension that constant_tension goes by"
     )
     tension_max_rate: float | None = quantity(
         None, "m/s", 1e-3, 50.0, "largest rate of constant_tension; none: winch.max_rate"
@@ -144,7 +152,12 @@ class Setpoint(Block):
         60.0, "s", 0.0, 1e5, "time constant with which constant_tension goes back to the length of the start; 0: never"
     )
     feed_forward: bool = quantity(
-        False, "", None, None, "invert the known response of the drive, so that the drum follows the law", configure=False
+        False,
+        "",
+        None,
+        None,
+        "invert the known response of the drive, so that the drum follows the law",
+        configure=False,
     )
     feed_forward_bandwidth: float = quantity(
         20.0, "rad/s", 1.0, 500.0, "of the filter from which the feed-forward has acceleration and jerk of the law"
@@ -152,9 +165,7 @@ class Setpoint(Block):
     prediction: bool = quantity(
         False, "", None, None, "ask for what the law will ask for after setpoint.horizon", configure=False
     )
-    horizon: float | None = quantity(
-        None, "s", 0.0, 5.0, "how far the prediction looks ahead; none: drive.dead_time"
-    )
+    horizon: float | None = quantity(None, "s", 0.0, 5.0, "how far the prediction looks ahead; none: drive.dead_time")
 
 
 @driver
@@ -287,7 +298,7 @@ def set_point(state, sheave, departure, h, tension, paid):
     if changed:
         state.feed_forward.share, state.prediction.share = 0.0, 0.0
         if state.algorithm == CONSTANT_TENSION:
-            begin_tension(state.tension, state.asked, state.asked_rate)
+            begin_tension(state.tension, state.asked, state.asked_rate, tension)
     follow_departure(state, departure, h)
     length, rate, beyond, beyond_rate = compensation(state, sheave, tension, paid, h)
     follow_excess(state, beyond, beyond_rate, h)

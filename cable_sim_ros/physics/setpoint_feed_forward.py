@@ -43,7 +43,7 @@ def begin_lead(law, rate):
 
 @driver
 def lead_drive(law, rate, h):
-    """What to add to a set-point of this rate [m/s] at the end of a step of h [s], m, and its rate; law: FEED_FORWARD."""
+    """What to add to a set-point of this rate [m/s] after a step of h [s], m, and its rate; law: FEED_FORWARD."""
     w, k = law.bandwidth, 0.5 * h
     before, slope = law.input, law.slope
     pull = w * w * (before + rate - 2.0 * law.smooth - k * slope) - 2.0 * w * slope

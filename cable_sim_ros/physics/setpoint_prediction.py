@@ -23,6 +23,7 @@ from .setpoint_limits import within
 FILTERS = 8
 SAMPLES = 8
 POLE = 4.0  # rad/s
+FILLED = 3.0 * FILTERS / POLE  # s, after which the filters have forgotten where they began: the first moment
 MEMORY = 60.0  # s
 QUIET = 1e-3  # m/s, rms of a motion that teaches nothing
 SOONEST = 0.05  # s from one moment to the next at least
@@ -78,8 +79,8 @@ def begin_prediction(law, length, rate):
         law.way_products[i], law.rate_products[i] = rest * law.way[i], rest * law.rate[i]
     for i in range(SAMPLES):
         law.waits[i] = IDLE
-    law.next, law.until, law.length, law.before, law.fastest = 0, 0.0, length, rate, abs(rate)
-    law.lead, law.lead_rate = 0.0, 0.0
+    law.next, law.until, law.length, law.before, law.fastest = 0, FILLED, length, rate, abs(rate)
+    law.lead, law.lead_rate = law.horizon * rate, 0.0
 
 
 @driver

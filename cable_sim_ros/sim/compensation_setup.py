@@ -15,8 +15,9 @@ from .scene import Scene
 from .statics.route import first_angle
 
 STEEPEST, FLATTEST = radians(-85.0), radians(85.0)  # of a nominal angle
-# constant_tension: rate times sqrt(EA m) over the tension, and rad by which its loop may turn at the pace it answers
-STIFFEST, LATEST = 10.0, 0.4
+# gain of constant_tension times sqrt(EA m), of a loop that is late by PROMPT [s], and of any; its integral time at
+# least [s]: stable on every shipped scene, also where a mass hangs on a stiff cable, with any drive (docs/setpoints.md)
+MATCHED, PROMPT, LEAST, SOONEST = 0.4, 0.05, 0.05, 0.1
 WATERLINE = (SetpointLaw.SIMPLIFIED_WATERLINE, SetpointLaw.RIGOROUS_WATERLINE)
 
 
@@ -42,16 +43,11 @@ def declare_tension(law: np.record, scene: Scene) -> None:
     law.wanted, law.time = block.tension, block.tension_filter_time
     law.max_rate = winch.max_rate if block.tension_max_rate is None else block.tension_max_rate
     law.back = 1.0 / block.tension_return_time if block.tension_return_time > 0.0 else 0.0
-    law.gain = tension_gain(scene) if block.tension_gain is None else block.tension_gain
-
-
-def tension_gain(scene: Scene) -> float:
-    """Rate per newton [m/(N s)] of constant_tension where the scene gives none.
-
-    A cable answers a rate v at once with sqrt(EA m) v; the low-pass of the tension makes that a loop of pace
-    gain sqrt(EA m) / time, which drive, dead time and tick turn by their delays."""
-    late = scene.drive.dead_time + scene.solver.tick + lag(scene)
-    return min(STIFFEST, LATEST * scene.setpoint.tension_filter_time / late) / impedance(scene)
+    late = block.tension_filter_time + scene.drive.dead_time + scene.solver.tick + lag(scene)
+    gain = min(MATCHED, max(LEAST, MATCHED * (PROMPT / late) ** 2)) / impedance(scene)
+    law.gain = gain if block.tension_gain is None else block.tension_gain
+    given = block.tension_integral_time
+    law.integral_time = max(SOONEST, late) if given is None else given
 
 
 def lag(scene: Scene) -> float:

@@ -15,6 +15,7 @@ from ..physics.contact_surface import SHEAVE_ROW, sheave_friction
 from ..physics.state import NOW
 from ..physics.winch_drive import MODES, WinchMode
 from .checks.mode_checks import mode_problems
+from .checks.setpoint_checks import feed_forward_problems
 from .scene import Scene
 from .simulator import Simulator
 
@@ -111,7 +112,7 @@ def put_live(sim: Simulator, name: str, value: Any) -> None:
 
 def unfit(scene: Scene) -> str:
     """ "" or why live values of a scene do not serve together."""
-    for problem in mode_problems(scene):
+    for problem in (*mode_problems(scene), *feed_forward_problems(scene)):
         return f"{problem.key} {problem.text}; nothing was changed. {problem.remedy}"
     return ""
 
