@@ -160,7 +160,7 @@ class Setpoint(Block):
         configure=False,
     )
     feed_forward_bandwidth: float = quantity(
-        20.0, "rad/s", 1.0, 500.0, "of the filter from which the feed-forward has acceleration and jerk of the law"
+        20.0, "rad/s", 1.0, 100.0, "of the filter from which the feed-forward has acceleration and jerk of the law"
     )
     prediction: bool = quantity(
         False, "", None, None, "ask for what the law will ask for after setpoint.horizon", configure=False

@@ -7,7 +7,7 @@ winds nothing up either.
 The return t_r draws L and w to the start: a tow pulls harder the more cable is out, so a mean error would run away.
 
 The drum meets a passive cable: what k e alone takes from it is power, so k damps the swinging of cable and body. What
-turns its phase is w, low-pass, drive and dead time; k t_i goes with them, see sim/compensation_setup.py.
+turns its phase is w, low-pass, drive and dead time; k and t_i go with them, see sim/compensation_setup.py.
 """
 
 from __future__ import annotations
