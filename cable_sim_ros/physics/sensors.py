@@ -116,6 +116,13 @@ def sheave_by_mru(model, state, shown):
         now.seen.velocity[k] = v + swept[k]
 
 
+@inline
+def pin_tension(sensors):
+    """Tension [N] that the load pin shows; 0 where none is aboard."""
+    newtons = sensors.sensing[0].newtons
+    return sensors.sensed[PIN].shown / newtons if newtons > 0.0 else 0.0
+
+
 @driver
 def read(model, state, i, tick, h, distance):
     """Take a reading of row i of SIGNALS, where one is due. Is there one?
@@ -152,17 +159,14 @@ def read(model, state, i, tick, h, distance):
 @driver
 def show(state, f):
     """Readings into the tick output."""
-    shown, sensing = state.sensors.sensed, state.sensors.sensing[0]
+    shown = state.sensors.sensed
     f.mru_surge, f.mru_sway, f.mru_heave = shown[0].shown, shown[1].shown, shown[2].shown
     f.mru_surge_rate, f.mru_sway_rate, f.mru_heave_rate = shown[3].shown, shown[4].shown, shown[5].shown
     f.mru_roll, f.mru_pitch = shown[6].shown, shown[7].shown
     f.mru_roll_rate, f.mru_pitch_rate = shown[8].shown, shown[9].shown
     f.encoder_payout, f.encoder_rate = shown[ENCODED].shown, shown[ENCODED + 1].shown
     f.metering_payout, f.metering_rate = shown[METERED].shown, shown[METERED + 1].shown
-    f.load_pin, f.load_pin_tension = (
-        shown[PIN].shown,
-        shown[PIN].shown / sensing.newtons if sensing.newtons > 0.0 else 0.0,
-    )
+    f.load_pin, f.load_pin_tension = shown[PIN].shown, pin_tension(state.sensors)
     for k in range(3):
         f.usbl_position[k] = shown[FIX + k].shown
     f.depth_reading = shown[DEPTH_SHOWN].shown

@@ -17,6 +17,7 @@ from .mean_flow import take_up
 from .mesh_motion import flow_of, lay_mesh
 from .noise import gauss, spoiled
 from .sensor_models import FROZEN, NOISE
+from .sensors import pin_tension
 from .ship import evaluate, hull_point, rotate, spin
 from .state import ARC, NOW, STEP, A, Q, V
 from .substeps import begin, finish
@@ -114,7 +115,9 @@ def impose(model, state, inputs, t, h, command_rate):
     # the angle half-way through the step: the last one would lag by half of it, and with it what a drift asks for
     since = (t - now.measured.departure_stamp) * 1e-9 - 0.5 * h
     departure = now.measured.departure + min(max(since, 0.0), h) * now.measured.departure_rate
-    length, rate = set_point(now.setpoint, sheave, departure, h)
+    tension = pin_tension(state.sensors) if settings.instrumented != 0 else now.measured.tension
+    paid = now.winch.length - now.winch.commanded
+    length, rate = set_point(now.setpoint, sheave, departure, h, tension, paid)
     now.drive.law = length
     length += now.winch.commanded
     rate += command_rate

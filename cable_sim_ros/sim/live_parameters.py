@@ -17,6 +17,7 @@ from ..physics.state import NOW
 from ..physics.winch_drive import MODES, WinchMode
 from .checks.instrument_checks import fault_problems, feed_problems
 from .checks.mode_checks import mode_problems
+from .checks.setpoint_checks import feed_forward_problems
 from .scene import Scene
 from .simulator import Simulator
 from .tables.sensor_tables import put_fault
@@ -30,6 +31,18 @@ def _command_timeout(sim: Simulator, value: float) -> None:
 
 def _washout_period(sim: Simulator, value: float) -> None:
     sim.state.memory[NOW].setpoint.washout = value
+
+
+def _tension(sim: Simulator, value: float) -> None:
+    sim.state.memory[NOW].setpoint.tension.wanted = value
+
+
+def _feed_forward(sim: Simulator, value: bool) -> None:
+    sim.state.memory[NOW].setpoint.feed_forward.on = value
+
+
+def _prediction(sim: Simulator, value: bool) -> None:
+    sim.state.memory[NOW].setpoint.prediction.on = value
 
 
 def _viv_multiplier(sim: Simulator, value: float) -> None:
@@ -71,6 +84,9 @@ def ways(scene: Scene) -> dict[str, Way]:
         "drive.mode": _drive_mode,
         "drive.set_pull": _set_pull,
         "setpoint.algorithm": lambda sim, value: sim.set_algorithm(value),
+        "setpoint.feed_forward": _feed_forward,
+        "setpoint.prediction": _prediction,
+        "setpoint.tension": _tension,
         "setpoint.washout_period": _washout_period,
         "sheave.bearing_friction": _sheave,
         "sheave.friction": _sheave,
@@ -105,7 +121,8 @@ def put_live(sim: Simulator, name: str, value: Any) -> None:
 
 def unfit(scene: Scene) -> str:
     """ "" or why live values of a scene do not serve together."""
-    for problem in (*mode_problems(scene), *feed_problems(scene), *fault_problems(scene)):
+    problems = *mode_problems(scene), *feed_problems(scene), *fault_problems(scene), *feed_forward_problems(scene)
+    for problem in problems:
         return f"{problem.key} {problem.text}; nothing was changed. {problem.remedy}"
     return ""
 

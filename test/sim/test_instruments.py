@@ -322,6 +322,14 @@ def test_what_instruments_and_faults_cannot_be_asked():
             {"instruments.feed": "instruments", "setpoint.algorithm": "rigorous_sheave"},
             "goes by the departure angle, which no instrument aboard measures",
         ),
+        (
+            {
+                "instruments.feed": "instruments",
+                "instruments.load_pin.on": False,
+                "setpoint.algorithm": "constant_tension",
+            },
+            "goes by the tension, and no load pin is on",
+        ),
         ({"faults.load_pin.kind": "reset"}, "= reset is nothing that load_pin can have"),
         ({"faults.drive.kind": "late"}, "= late is nothing that drive can have"),
         ({"faults.mru_heave.kind": "late", "faults.mru_heave.size": 9.0}, r"= 9 s is outside \[0, 5\] s"),

@@ -38,6 +38,7 @@ from .rule_checks import rule_problems, rule_warnings
 from .scene_warnings import damping_warnings, drag_warnings, part_warnings, swing_warnings
 from .sea_checks import sea_problems, sea_warnings
 from .section_checks import body_problems, seat_problems, section_problems
+from .setpoint_checks import feed_forward_problems, setpoint_option_warnings
 from .viv_checks import strum_problems, strum_warnings
 
 # longest element on the sheave over the bending length sqrt(EI/T): line load, its edges and the reactions at the ends
@@ -69,7 +70,7 @@ def problems(scene: Scene) -> list[Problem]:
     if not sections:
         return [Problem("cable.sections", "has no section", "Give at least one section, from the drum end outward")]
     found += form_problems(scene.cable) + section_problems(scene) + weight_problems(scene) + bare_problems(scene)
-    found += strum_problems(scene) + sea_problems(scene)
+    found += strum_problems(scene) + sea_problems(scene) + list(feed_forward_problems(scene))
     unit = density_problems(scene)
     if unit:
         return found + unit  # weights and stiffnesses are judged by them
@@ -265,6 +266,7 @@ def warnings(scene: Scene) -> list[Problem]:
     found += density_warnings(scene) + astern_warnings(scene) + wrap_warnings(scene)
     found += seat_problems(scene, layout.total)  # those that may be hauled in
     speed = layout.water_speed
+    found += setpoint_option_warnings(scene)
     found += setpoint_warnings(scene, speed) + damping_warnings(scene.cable) + swing_warnings(scene, speed)
     found += body_warnings(scene, speed)
     found += amplified_warnings(scene.cable) + strum_warnings(layout) + drag_warnings(scene, speed)

@@ -61,7 +61,10 @@ def feed_problems(scene: Scene) -> Iterator[Problem]:
     key, law = "instruments.feed", scene.setpoint.algorithm
     if not aboard(scene):
         yield Problem(key, "= instruments, but none is aboard", "Give instruments.mru.on: true and the like")
-    elif law is not SetpointLaw.HOLD and not scene.instruments.mru.on:
+    elif law is SetpointLaw.CONSTANT_TENSION and not scene.instruments.load_pin.on:
+        text = f"= instruments, but setpoint.algorithm = {law.value} goes by the tension, and no load pin is on"
+        yield Problem(key, text, "Give instruments.load_pin.on: true, or instruments.feed: truth")
+    elif law not in (SetpointLaw.HOLD, SetpointLaw.CONSTANT_TENSION) and not scene.instruments.mru.on:
         text = f"= instruments, but setpoint.algorithm = {law.value} goes by the motion of the sheave, and no MRU is on"
         yield Problem(key, text, "Give instruments.mru.on: true, or setpoint.algorithm: hold")
     elif law in BY_ANGLE:
