@@ -301,6 +301,8 @@ class CableSimNode(LifecycleNode):
             self.get_logger().warning(loop.warning)
         if self.session.shown_state != self._reported_state:
             self.report_state()
+        heard = zip(self.heard, self.inputs)
+        self.watch.commanders = sum(made.get_publisher_count() for kind, made in heard if kind in COMMANDS)
         levels = self.watch.levels(self.publisher, self.session.now())
         self._ages.publish(self.watch.inputs.message())
         if levels != self._reported_levels:

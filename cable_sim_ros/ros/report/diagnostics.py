@@ -38,6 +38,7 @@ class Watch:
         self.session = session
         self.inputs = InputHealth(session)
         self.neighbours: list[str] = []  # what the node found out about others on its topics
+        self.commanders = 0  # publishers of winch commands that it is connected to
         self._rates = {"tick": Rate(), "imu": Rate(), "odometry": Rate()}
         self._seen: dict[str, deque[tuple[int, int]]] = {}
 
@@ -48,7 +49,8 @@ class Watch:
         stale = 0 if frame is None else int(frame["status"]) & (Flag.MOTION_STALE | Flag.COMMAND_STALE)
         pace = self.session.pace
         doing = lockstep_status(self.session).level if isinstance(self.session, SteppedSession) else OK
-        return (self.session.shown_state, doing, *self.inputs.levels(), stale, pace.stops, tuple(self.neighbours))
+        others = (self.commanders, *self.neighbours)
+        return (self.session.shown_state, doing, *self.inputs.levels(), stale, pace.stops, others)
 
     def statuses(self, publisher: TickPublisher | None, recorder_stats, recording: bool) -> list[Status]:
         """All tasks; publisher: None while there is no loop; recorder_stats: RecorderStats or None."""
@@ -192,6 +194,7 @@ class Watch:
         values = {
             "accepted": str(commands.accepted),
             "no_command": str(commands.no_command),
+            "publishers": str(self.commanders),
             "newest": _commanded(commands.last),
             "age_s": "never" if commands.last_arrival is None else _text((now - commands.last_arrival) * 1e-9),
             "stale": str(bool(flags & Flag.COMMAND_STALE)).lower(),

@@ -24,6 +24,7 @@ def lockstep_metrics(session: SteppedSession) -> dict[str, Any]:
         "commands_missed": steps.commands.missed,
         "commands_missed_in_row": steps.commands.in_row,
         "commands_late": steps.late,
+        "commands_early": steps.early,
         "commands_unstamped": steps.unstamped,
         "motion_held": steps.gate.held,
     }
