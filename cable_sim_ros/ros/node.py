@@ -315,7 +315,7 @@ class CableSimNode(LifecycleNode):
         winch = [topic for kind, topic in inputs.items() if kind in COMMANDS]
         for problem in self._neighbours.step(outputs, list(inputs.values()), winch):
             self.get_logger().warning(problem)
-        self.watch.neighbours = self._neighbours.problems
+        self.watch.neighbours, self.watch.nodes = self._neighbours.problems, len(self.get_node_names())
         self.session.hold(self.clock_topic.taken())
 
     def _on_diagnostics(self) -> None:

@@ -18,6 +18,8 @@ from ..ros.client import NAMESPACE, Client
 from .arguments import COMMAND
 
 WINCH = tuple(KINDS[kind][1] for kind in COMMANDS)
+NODE = f"{NAMESPACE}/cable_sim"
+SEEN = (("command", "publishers"), ("neighbours", "nodes"))  # where the node says what it is connected to
 SETTLE = 0.3  # s: the other end may learn of ours a little later than we of it
 ANSWER = 5.0  # s that a node may take to answer a service; one that nobody spins does not
 
@@ -45,25 +47,29 @@ class Chain:
         """Topics that it does not publish yet."""
         return [topic for topic, before in self._before.items() if self._count(topic) <= before]
 
-    def came(self, name: str, heard: Callable[[], int], within: float, check: Callable[[], None]) -> None:
-        """It does: let it, the node and our motion learn of each other. heard(): publishers of commands that the node
-        is connected to. TowError where that does not happen within so many seconds."""
+    def came(self, name: str, within: float, check: Callable[[], None]) -> None:
+        """It does: let it, the node and our motion learn of each other. TowError where that does not happen within so
+        many seconds."""
         self._links |= dict.fromkeys(self._before, name)
         self._round(self._names() - self._nodes)
         deadline = time.monotonic() + within
-        while not (deaf := self._deaf()) == "" or heard() < self._commanders():
+        while problem := self._apart():
             check()
             if time.monotonic() > deadline:
-                text = deaf or f"the node is connected to {heard()} of {self._commanders()} publishers of {COMMAND}"
-                raise TowError(f"{text}, within {within:g} s after {name} came: do reliability and durability fit?")
+                raise TowError(f"{problem}, within {within:g} s after {name} came: do reliability and durability fit?")
             time.sleep(0.01)
+        self._round({NODE})  # it does not stand still
         time.sleep(SETTLE)
 
-    def _commanders(self) -> int:
-        return sum(self.client.node.count_publishers(absolute(topic)) for topic in WINCH)
-
-    def _deaf(self) -> str:
-        """ "" or which of our topics has a listener that is known of and not connected."""
+    def _apart(self) -> str:
+        """ "" or which two ends know of each other and are not connected, as far as we and the node can say."""
+        found = self.client.diagnostics()
+        heard, known = (int(found.get(task, (0, "", {}))[2].get(key, 0)) for task, key in SEEN)
+        commanders = sum(self.client.node.count_publishers(absolute(topic)) for topic in WINCH)
+        if heard < commanders:
+            return f"the node is connected to {heard} of {commanders} publishers of {COMMAND}"
+        if known < len(self._names()):
+            return f"the node knows {known} of {len(self._names())} nodes"
         for made in self._publishers.values():
             if made.get_subscription_count() < (known := self.client.node.count_subscribers(made.topic_name)):
                 return f"{made.topic_name} is connected to {made.get_subscription_count()} of {known} subscribers"

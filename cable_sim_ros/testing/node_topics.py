@@ -19,16 +19,15 @@ from std_srvs.srv import SetBool, Trigger
 from ..errors import TowError
 from ..io.messages.commands import encode_command
 from ..io.messages.messages import COMMANDS, KINDS, Event
-from ..ros.client import NAMESPACE, Client
+from ..ros.client import Client
 from ..ros.parameters import FOREIGN, settle
 from ..ros.topics import inputs_there, message_class
 from .arguments import COMMAND
-from .chain import SETTLE, Chain
+from .chain import NODE, SETTLE, Chain
 from .feeder import AHEAD, Feeder
 from .frames import FrameBox
 from .motion import SECOND
 
-NODE = f"{NAMESPACE}/cable_sim"
 SERVICE = 30.0  # s for an answer
 STALLED = 60.0  # s of wall time without a tick output
 PIECE = 250  # ticks stepped at once: half of what the node keeps for a listener that is slow, so that none is lost
@@ -168,12 +167,17 @@ class Link:
         return moved
 
     def _sent(self) -> None:
-        """Until what the clock has come to is sent: the node takes it in before a step that is asked for later."""
+        """Until what the clock has come to is sent; of the first motion the node must say that it has come, or a step
+        may begin without it."""
         deadline = time.monotonic() + SERVICE
-        while self.now is None or not self.feeder.idle:
+        while self.now is None or not self.feeder.idle or not self._motion_came():
             if time.monotonic() > deadline:
-                raise TowError(f"motion could not be sent within {SERVICE:g} s")
+                raise TowError(f"motion could not be sent within {SERVICE:g} s: the node has had none")
             time.sleep(0.002)
+
+    def _motion_came(self) -> bool:
+        lockstep = self.diagnostics().get("lockstep")
+        return not self.feeder.sent or (lockstep is not None and lockstep[2]["motion_spoke"] == "true")
 
     def _closed_chain(self, check: Callable[[], None]) -> None:
         """TowError where a link of the chain is heard by nobody, at most CONNECT after its start."""
@@ -206,12 +210,8 @@ class Link:
 
     def came(self, name: str, within: float, check: Callable[[], None]) -> None:
         """It publishes them: let it, the node and our motion learn of each other."""
-        self.chain.came(name, self._heard, within, check)
+        self.chain.came(name, within, check)
         self._controlled = self._awaited = True
-
-    def _heard(self) -> int:
-        """Publishers of commands that the node is connected to, as it says."""
-        return int(self.diagnostics().get("command", (0, "", {}))[2].get("publishers", 0))
 
     def set(self, name: str, value: Any) -> None:
         """Set a parameter; TowError where there is none of that name, or with the node's reason where it refuses."""

@@ -38,7 +38,7 @@ class Watch:
         self.session = session
         self.inputs = InputHealth(session)
         self.neighbours: list[str] = []  # what the node found out about others on its topics
-        self.commanders = 0  # publishers of winch commands that it is connected to
+        self.commanders = self.nodes = 0  # publishers of winch commands that it is connected to; nodes it knows
         self._rates = {"tick": Rate(), "imu": Rate(), "odometry": Rate()}
         self._seen: dict[str, deque[tuple[int, int]]] = {}
 
@@ -48,8 +48,9 @@ class Watch:
         self.inputs.look(now, frame)
         stale = 0 if frame is None else int(frame["status"]) & (Flag.MOTION_STALE | Flag.COMMAND_STALE)
         pace = self.session.pace
-        doing = lockstep_status(self.session).level if isinstance(self.session, SteppedSession) else OK
-        others = (self.commanders, *self.neighbours)
+        stepped = self.session if isinstance(self.session, SteppedSession) else None
+        doing = (lockstep_status(stepped).level, stepped.spoken) if stepped else OK
+        others = (self.commanders, self.nodes, *self.neighbours)
         return (self.session.shown_state, doing, *self.inputs.levels(), stale, pace.stops, others)
 
     def statuses(self, publisher: TickPublisher | None, recorder_stats, recording: bool) -> list[Status]:
@@ -78,7 +79,7 @@ class Watch:
         return count - seen[0][1]
 
     def _neighbours(self) -> Status:
-        values = {str(k + 1): problem for k, problem in enumerate(self.neighbours)}
+        values = {str(k + 1): problem for k, problem in enumerate(self.neighbours)} | {"nodes": str(self.nodes)}
         if self.neighbours:
             return Status("neighbours", WARN, "; ".join(self.neighbours), values)
         return Status("neighbours", OK, "nobody else publishes on our topics", values)

@@ -20,6 +20,7 @@ def lockstep_metrics(session: SteppedSession) -> dict[str, Any]:
         "clock_s": steps.clock / SECOND,
         "rate": session.rate,
         "rate_wanted": steps.settings.rate,
+        "motion_spoke": session.spoken,
         "controller_spoke": steps.commands.received_count > 0,
         "commands_missed": steps.commands.missed,
         "commands_missed_in_row": steps.commands.in_row,
