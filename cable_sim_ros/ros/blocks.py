@@ -61,6 +61,14 @@ class Lockstep(Block):
         "simulation time from one command to the next; given, each is waited for from the first tick on; none: as "
         "they come",
     )
+    chain_delay: float = quantity(
+        0.0,
+        "s",
+        0.0,
+        10.0,
+        "by how much the stamps of commands lie behind the /clock at which they come, where the nodes between sample "
+        "and command keep the stamp of the sample; 0: the last one stamps with /clock",
+    )
     silent_after: int = quantity(
         5, "1", 1, 100_000, "commands missed in a row, after which a controller counts as silent: ERROR, not waited for"
     )

@@ -312,6 +312,8 @@ class CableSimNode(LifecycleNode):
         if self.session.shown_state != self._reported_state:
             self.report_state()
         self.schedule.follow(self, self.session)
+        heard = zip(self.heard, self.inputs)
+        self.watch.commanders = sum(made.get_publisher_count() for kind, made in heard if kind in COMMANDS)
         levels = self.watch.levels(self.publisher, self.session.now())
         self._ages.publish(self.watch.inputs.message())
         if levels != self._reported_levels:
@@ -324,7 +326,7 @@ class CableSimNode(LifecycleNode):
         winch = [topic for kind, topic in inputs.items() if kind in COMMANDS]
         for problem in self._neighbours.step(outputs, list(inputs.values()), winch):
             self.get_logger().warning(problem)
-        self.watch.neighbours = self._neighbours.problems
+        self.watch.neighbours, self.watch.nodes = self._neighbours.problems, len(self.get_node_names())
         self.session.hold(self.clock_topic.taken())
 
     def _on_diagnostics(self) -> None:

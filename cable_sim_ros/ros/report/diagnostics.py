@@ -41,6 +41,7 @@ class Watch:
         self.session = session
         self.inputs = InputHealth(session)
         self.neighbours: list[str] = []  # what the node found out about others on its topics
+        self.commanders = self.nodes = 0  # publishers of winch commands that it is connected to; nodes it knows
         self._rates = {"tick": Rate(), "imu": Rate(), "odometry": Rate()}
         self._seen: dict[str, deque[tuple[int, int]]] = {}
 
@@ -51,17 +52,11 @@ class Watch:
         self.inputs.look(now, frame)
         stale = 0 if frame is None else int(frame["status"]) & (Flag.MOTION_STALE | Flag.COMMAND_STALE)
         pace = self.session.pace
-        doing = lockstep_status(self.session).level if isinstance(self.session, SteppedSession) else OK
+        stepped = self.session if isinstance(self.session, SteppedSession) else None
+        doing = (lockstep_status(stepped).level, stepped.spoken) if stepped else OK
+        others = (self.commanders, self.nodes, *self.neighbours)
         broken = publisher.rules.broken if publisher is not None and publisher.rules is not None else ()
-        return (
-            self.session.shown_state,
-            doing,
-            *self.inputs.levels(),
-            stale,
-            pace.stops,
-            tuple(self.neighbours),
-            broken,
-        )
+        return (self.session.shown_state, doing, *self.inputs.levels(), stale, pace.stops, others, broken)
 
     def statuses(self, publisher: TickPublisher | None, recorder_stats, recording: bool) -> list[Status]:
         """All tasks; publisher: None while there is no loop; recorder_stats: RecorderStats or None."""
@@ -91,7 +86,7 @@ class Watch:
         return count - seen[0][1]
 
     def _neighbours(self) -> Status:
-        values = {str(k + 1): problem for k, problem in enumerate(self.neighbours)}
+        values = {str(k + 1): problem for k, problem in enumerate(self.neighbours)} | {"nodes": str(self.nodes)}
         if self.neighbours:
             return Status("neighbours", WARN, "; ".join(self.neighbours), values)
         return Status("neighbours", OK, "nobody else publishes on our topics", values)
@@ -208,6 +203,7 @@ class Watch:
         values = {
             "accepted": str(commands.accepted),
             "no_command": str(commands.no_command),
+            "publishers": str(self.commanders),
             "newest": _commanded(commands.last),
             "age_s": "never" if commands.last_arrival is None else _text((now - commands.last_arrival) * 1e-9),
             "mode": mode,
