@@ -114,6 +114,7 @@ def _rows(tasks: list[tuple[Entrant, Cell, Span]], processes: int) -> Iterator[R
         yield from (row_of(*task) for task in tasks)
         return
     context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload([__name__])
     with ProcessPoolExecutor(processes, mp_context=context) as pool:
         yield from pool.map(row_of, *zip(*tasks, strict=True))
 

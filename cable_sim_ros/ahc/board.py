@@ -140,7 +140,7 @@ def _incomplete(rows: Sequence[Row]) -> Iterator[str]:
         missing = sorted(wanted - set(cells))
         odd = sorted(set(cells) - wanted)
         if missing:
-            yield f"{name} has {len(missing)} of {len(wanted)} cells not, the first {missing[0]}: run all of them"
+            yield f"{name} lacks {len(missing)} of {len(wanted)} cells, the first {missing[0]}: run all of them"
         if odd or len(cells) > len(set(cells)):
             yield f"{name} has a cell twice, or one that {VERSION} does not have: run it again"
 

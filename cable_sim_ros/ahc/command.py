@@ -28,7 +28,7 @@ FILE = click.Path(dir_okay=False, path_type=Path)
     metavar="SCENE/MOTION/CLASS",
     help="These cells alone, with * and ?, as in 'full_scale/*/dead_*'; may be repeated. No result to merge.",
 )
-@click.option("--quick", is_flag=True, help="Three cells of 30 s: does it work? No result to merge.")
+@click.option("--quick", is_flag=True, help="Three cells of 20 s: does it work? No result to merge.")
 @click.option("--processes", type=Count(1, 64), default=2, show_default=True, help="Runs at a time.")
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for table, JSON and picture.")
 @click.option("--merge", "result", type=FILE, metavar="AHC.json", help="Run nothing: add this result to --board.")
@@ -36,12 +36,28 @@ FILE = click.Path(dir_okay=False, path_type=Path)
 @click.option("--board", type=FILE, metavar="FILE.csv", help="The leaderboard of --merge, --check and --table.")
 @click.option("--replace", is_flag=True, help="With --merge: in place of the rows that these entrants have.")
 @click.option("--table", is_flag=True, help="Run nothing: the tables of --board in Markdown.")
+@click.option("--page", type=FILE, metavar="FILE.md", help="With --table: put all tables there, and ahc.png beside it.")
 @click.option(
     "--definition", "shown", is_flag=True, help="Run nothing: scenes, motions, classes and figures in Markdown."
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON, nothing else.")
 def ahc(
-    laws, controller, program, name, only, quick, processes, out, result, check, board, replace, table, shown, as_json
+    laws,
+    controller,
+    program,
+    name,
+    only,
+    quick,
+    processes,
+    out,
+    result,
+    check,
+    board,
+    replace,
+    table,
+    page,
+    shown,
+    as_json,
 ):
     """The benchmark of heave compensators: set-point laws (default: all), or a controller of your own.
 
@@ -53,8 +69,9 @@ def ahc(
             "--board is the leaderboard of --merge, --check or --table, and they need it; nothing was done. Give both, "
             "as in --check --board docs/ahc-1.csv"
         )
-    if replace and not result:
-        raise click.UsageError("--replace belongs to --merge; nothing was done. Leave it out")
+    for option, given, needed, there in (("--replace", replace, "--merge", result), ("--page", page, "--table", table)):
+        if given and not there:
+            raise click.UsageError(f"{option} belongs to {needed}; nothing was done. Leave it out")
     one_of({"LAW": laws, "--controller": controller, "--command": program})
     if name and not (controller or program):
         raise click.UsageError("--name is that of --controller or --command; nothing was run. Leave it out")
@@ -65,10 +82,7 @@ def ahc(
 
         click.echo(f"{definition_markdown()}\n\n{figures_markdown()}")
     elif table:
-        from . import board as boards
-        from .tables import page
-
-        click.echo(page(boards.with_twins(boards.read(board))))
+        tables_of(board, page)
     elif result:
         merged(result, board, replace)
     else:
@@ -136,6 +150,23 @@ def tell(done, out, as_json, quiet=False):
     Console(width=None if sys.stdout.isatty() else 200).print(terminal_table(rows, title))
     for line in skipped(rows):
         click.echo(line)
+
+
+def tables_of(board, page):
+    """Print the tables of a leaderboard, or bring a page and the picture beside it up to date."""
+    from . import board as boards
+    from .definition import VERSION
+    from .tables import made, results
+
+    rows = boards.with_twins(boards.read(board))
+    if page is None:
+        click.echo(results(rows))
+        return
+    from ..plots.ahc import draw
+
+    text = made(page.read_text("utf-8"), rows)
+    page.write_text(text, "utf-8")
+    click.echo(f"{page}, {draw(rows, page.parent / 'ahc.png', VERSION)}")
 
 
 def merged(result, board, replace):

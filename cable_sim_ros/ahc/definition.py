@@ -252,7 +252,7 @@ DIMENSIONS = {  # power of the scale of a value by its key; keys that are not he
 }
 TWIN = "hold"  # the law of the winch that is held
 QUICK = ("full_scale/nbp1406/ideal", "full_scale/nbp1406/dead_200", "lowered/nbp1406/ideal")
-QUICK_DURATION, QUICK_START_UP = 30.0, 10.0  # s
+QUICK_DURATION, QUICK_START_UP = 20.0, 8.0  # s
 
 
 def place(name: str) -> Place:

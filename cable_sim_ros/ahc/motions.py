@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..io.messages.messages import decode_odometry
+from ..io.messages.messages import Event, decode_odometry
 from ..io.sources.motion_table import SECOND, Samples, mean_track, odometry_events
 from ..io.sources.recorded_tow import RecordedTow, read_tow
 from ..io.sources.sea_motion import sea_motion
@@ -20,11 +20,15 @@ from .definition import HULL, Motion, Place, bag_of
 MORE = 2.0  # s of motion beyond the run
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=2)
+def _odometry(bag: Path) -> list[Event]:
+    return [event for event in read_tow(bag).events if event.kind == "odometry"]
+
+
 def about_track(bag: Path, begin: float, seconds: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Time [n, s], coordinates [n, 6] and rates [n, 6] of a recorded ship about its mean track: ahead, to port, up,
     roll, pitch, yaw."""
-    events = [event for event in read_tow(bag).events if event.kind == "odometry"]
+    events = _odometry(bag)
     first = events[0].time + round(begin * SECOND)
     rows = [decode_odometry(event.data) for event in events if 0 <= event.time - first <= round(seconds * SECOND)]
     time = np.array([row.stamp - first for row in rows]) / SECOND

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from . import definition
 from .benchmark import Row
+from .entrants import AhcError
 from .figures import FIGURES, NAMES, change
 
 if TYPE_CHECKING:
@@ -136,7 +137,7 @@ def _deviation(rows: list[Row]) -> str:
     return _said(rows, Column("", DEVIATION, _mean, "{:+.0%}")).replace("%", " %")
 
 
-def page(rows: Sequence[Row]) -> str:
+def results(rows: Sequence[Row]) -> str:
     """Two tables of a leaderboard for docs/ahc.md: scenes with an ideal winch, beside the thesis; and classes."""
     ideal = matrix([row for row in rows if row["class"] == "ideal"], "scene", _pair)
     thesis = (THESIS[0], *(THESIS[1] if name == "`full_scale`" else "-" for name in ideal[0][1:]))
@@ -164,6 +165,21 @@ def figures_markdown() -> str:
     """The figures as a table, for docs/ahc.md."""
     rows = [(f"`{name}`", "" if unit == "1" else unit, meaning) for name, unit, meaning in FIGURES]
     return markdown([("figure", "unit", "meaning"), *rows])
+
+
+def made(text: str, rows: Sequence[Row]) -> str:
+    """A page with what is made of definition and leaderboard between its markers. AhcError where it has none."""
+    parts = {"results": results(rows), "definition": definition_markdown(), "figures": figures_markdown()}
+    for name, part in parts.items():
+        begin, end = f"<!-- made: {name} -->\n", "\n<!-- made: end -->"
+        head, sign, rest = text.partition(begin)
+        _, closed, tail = rest.partition(end.lstrip())
+        if not sign or not closed:
+            raise AhcError(
+                f"--page: has no lines {begin.strip()} and {end.strip()} with room between; it was not changed"
+            )
+        text = f"{head}{begin}\n{part}\n{end}{tail}"
+    return text
 
 
 def definition_markdown() -> str:
