@@ -72,6 +72,17 @@ def ahc(
     for option, given, needed, there in (("--replace", replace, "--merge", result), ("--page", page, "--table", table)):
         if given and not there:
             raise click.UsageError(f"{option} belongs to {needed}; nothing was done. Leave it out")
+    asked = {
+        "LAW": laws,
+        "--controller": controller,
+        "--command": program,
+        "--only": only,
+        "--quick": quick,
+        "--out": out,
+    }
+    for option, there in (("--merge", result), ("--table", table), ("--definition", shown)):
+        if there and (odd := [other for other, given in asked.items() if given]):
+            raise click.UsageError(f"{option} runs nothing; nothing was done. Leave {', '.join(odd)} out")
     one_of({"LAW": laws, "--controller": controller, "--command": program})
     if name and not (controller or program):
         raise click.UsageError("--name is that of --controller or --command; nothing was run. Leave it out")
@@ -86,11 +97,34 @@ def ahc(
     elif result:
         merged(result, board, replace)
     else:
+        if check:
+            checkable(board, laws or ((name,) if name else ()))
         ready(out)
         done = run(entrants_of(laws, controller, program, name, board), only, quick, processes, as_json)
         tell(done, out, as_json, quiet=check)
         if check:
             compare(done, board, as_json)
+
+
+def checkable(board, names):
+    """Refuse a leaderboard that a re-run cannot be compared with. Raises AhcError."""
+    from . import board as boards
+    from .definition import VERSION, digest
+    from .entrants import AhcError
+
+    rows = boards.read(board)
+    there = {row["entrant"] for row in rows}
+    if not rows:
+        raise AhcError(f"{board}: has no rows to check; nothing was run. Give the leaderboard of --merge")
+    if missing := [name for name in names if name not in there]:
+        raise AhcError(
+            f"{board}: has no row of {', '.join(missing)}; nothing was run. It has {', '.join(sorted(there))}"
+        )
+    if other := {row["definition"] for row in rows} - {digest()}:
+        raise AhcError(
+            f"{board}: has rows of definition {', '.join(sorted(other))}, that of {VERSION} here is {digest()}; nothing "
+            f"was run. Take the version of the product that made them"
+        )
 
 
 def one_of(options: dict[str, Any]) -> None:

@@ -165,6 +165,17 @@ def test_a_file_that_is_no_leaderboard_is_refused(tmp_path, text, why):
     assert done.exit_code == 2 and why in done.output and str(path) in done.output
 
 
+def test_rows_of_another_definition_or_entrant_are_not_checked(tmp_path):
+    path = tmp_path / "board.csv"
+    text = board.text_of(board.merge([], result("hold"), "hold.json"))
+    path.write_text(text)
+    done = call("simplified_sheave", "--check", "--board", path)
+    assert done.exit_code == 2 and "has no row of simplified_sheave; nothing was run. It has hold" in done.output
+    path.write_text(text.replace(definition.digest(), "0123456789ab"))
+    done = call("hold", "--check", "--board", path)
+    assert done.exit_code == 2 and "has rows of definition 0123456789ab, that of ahc-1 here is" in done.output
+
+
 @pytest.mark.parametrize("text", ["{}", "[1]", "no json", '{"rows": [{"entrant": "a"}]}'])
 def test_a_file_that_is_no_result_is_refused(tmp_path, text):
     path = tmp_path / "ahc.json"
@@ -197,6 +208,9 @@ def test_a_file_that_is_no_result_is_refused(tmp_path, text):
         (("--board", "a.csv"), "--board is the leaderboard of --merge, --check or --table"),
         (("--replace",), "--replace belongs to --merge"),
         (("--table", "--check", "--board", "a.csv"), "--check and --table stand alone"),
+        (("--page", "a.md"), "--page belongs to --table"),
+        (("hold", "--definition", "--quick"), "--definition runs nothing; nothing was done. Leave LAW, --quick out"),
+        (("--check", "--board", "none.csv"), "none.csv: has no rows to check; nothing was run"),
         (("--processes", "0"), "0 is outside [1, 64]"),
     ],
 )
