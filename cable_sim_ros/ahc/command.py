@@ -122,7 +122,7 @@ def checkable(board, names):
         )
     if other := {row["definition"] for row in rows} - {digest()}:
         raise AhcError(
-            f"{board}: has rows of definition {', '.join(sorted(other))}, that of {VERSION} here is {digest()}; nothing "
+            f"{board}: has rows of definition {', '.join(sorted(other))}, here {VERSION} is {digest()}; nothing "
             f"was run. Take the version of the product that made them"
         )
 
