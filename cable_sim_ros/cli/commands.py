@@ -33,8 +33,9 @@ JSON = "cable_sim_ros.json"  # of click's context
 SHIPPED_SCENE = "full_scale"
 PASS_ON = {"ignore_unknown_options": True, "allow_extra_args": True}
 
-# commands that are loaded where they are asked for: nothing of the product imports verification
+# commands that are loaded where they are asked for: nothing of the product imports verification or ahc
 LATER = {
+    "ahc": "ahc.command",
     "bench": "verification.commands",
     "case": "verification.commands",
     "soak": "verification.soak.command",
@@ -98,7 +99,6 @@ json_option = click.option("--json", "as_json", is_flag=True, help="Print the fi
 out_option = click.option(
     "--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for the bag, figures and picture."
 )
-
 
 markers_option = click.option(
     "--markers",

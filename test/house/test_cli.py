@@ -22,6 +22,7 @@ from cable_sim_ros.sim.simulator import Simulator, SolverError
 from cable_sim_ros.sim.statics.route import StartError
 
 COMMANDS = {
+    "ahc",
     "node",
     "run",
     "replay",
