@@ -38,6 +38,7 @@ TEST = [
     "pytest-xdist>=3.6",  # make install-check: two installs side by side
     "click>=8.2",  # its test runner keeps the two outputs apart
     "hypothesis>=6",
+    "pynmea2>=1.19",  # reads our sentences of NMEA 0183
     "ruff>=0.17,<0.18",  # the set of rules changes with the minor version
     "mypy>=2.4,<2.5",  # likewise what it finds
     "pyyaml>=6",  # as a reader of YAML 1.1

@@ -19,8 +19,12 @@ HERE = Path(__file__).parent
 CHECK = {
     "physics",
     "io",
-    *(f"ros/test_{name}.py" for name in "command_task lockstep motion_task overload recording_control stepped".split()),
+    *(
+        f"ros/test_{name}.py"
+        for name in "command_task lockstep motion_task overload recording_control rule_task stepped".split()
+    ),
     "ros/test_statistics.py",
+    "ros/test_telegram_sender.py",
     "ros/test_topics_page.py",
     *(f"house/test_{name}.py" for name in "contract docs face floors manual same_bits versions_found views".split()),
 }
@@ -55,8 +59,10 @@ REST = {  # of folders named above, long for what they add there
 ALONE = {  # of the rest: several processes in real time, which other work on the machine would hold up
     "examples/test_heave_compensator.py",
     "examples/test_dying_controller.py",
+    "examples/test_winch_relay.py",
     *(f"ros/test_{name}.py" for name in "clock_player controller end_to_end health inputs joint_command live".split()),
     *(f"ros/test_{name}.py" for name in "lockstep_node real ros2_control ros2_control_lockstep run_is_replay".split()),
+    "ros/test_telegrams_node.py",
 }
 WITHOUT_KERNELS = {"install"}  # tiers that run those of other installs
 COMPILE = """

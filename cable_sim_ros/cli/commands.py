@@ -18,21 +18,24 @@ from . import expected_errors
 from .bags import make_bags as make_bags_command
 from .bags import recover as recover_command
 from .mesh import mesh as mesh_command
+from .motion_options import SHIPPED_BAG, motion_options, simulated
 from .number import Number
-from .options import Heave, bag_options, settings_options
+from .options import bag_options, settings_options
 from .out_folder import ready
+from .plan import plan as plan_command
 from .progress import progress_bar as _progress
 from .report import tell
 from .span import span as span_command
+from .telegrams import telegrams as telegrams_command
 from .viv import viv as viv_command
 
 JSON = "cable_sim_ros.json"  # of click's context
-SHIPPED_BAG, SHIPPED_SCENE = "nbp1406", "full_scale"
+SHIPPED_SCENE = "full_scale"
 PASS_ON = {"ignore_unknown_options": True, "allow_extra_args": True}
 
-
-# commands that are loaded where they are asked for: nothing of the product imports verification
+# commands that are loaded where they are asked for: nothing of the product imports verification or ahc
 LATER = {
+    "ahc": "ahc.command",
     "bench": "verification.commands",
     "case": "verification.commands",
     "soak": "verification.soak.command",
@@ -97,7 +100,6 @@ out_option = click.option(
     "--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for the bag, figures and picture."
 )
 
-
 markers_option = click.option(
     "--markers",
     type=Number(0.0, 1000.0, "Hz"),
@@ -127,47 +129,7 @@ def node(ros_arguments: tuple[str, ...]) -> None:
 
 @main.command()
 @click.argument("scene", required=False)
-@click.option(
-    "--motion",
-    metavar="BAG|CSV|none",
-    help="Ship motion: a bag, a table in a CSV file, or none: the static tow. Default: the bag nbp1406; with --from "
-    "that of the saved run, which goes on.",
-)
-@click.option(
-    "--heave", type=Heave(), help="Sinusoidal heave in place of --motion: amplitude in m, period in s, as in 1.2,8."
-)
-@click.option(
-    "--rao",
-    metavar="FILE|simple",
-    help="Ship moved by the waves of SCENE: response amplitude operators in a CSV file, or simple:length=60,beam=12.",
-)
-@click.option(
-    "--duration",
-    type=Number(0.0, LONGEST_RUN, "s", above=True),
-    metavar="S",
-    help="Seconds to simulate. Default: all the motion there is; 60 s of --heave or --rao; without motion a short "
-    "settling; without a bag at least a minute more than --winch.",
-)
-@click.option(
-    "--winch",
-    metavar="PLAN|FILE",
-    help="What the winch is to do, times in s from the start: '0 hold, 60 rate 0.5, 360 hold'; also length M and "
-    "scope M, and mode WORD for drive.mode. Positive is cable out. Compensation goes on and adds to it.",
-)
-@click.option("--setpoint", "algorithm", metavar="NAME", help="Set-point algorithm in place of the scene's.")
-@click.option("--imu-only", is_flag=True, help="Leave the odometry of the bag out.")
-@click.option(
-    "--step",
-    type=click.Choice(["chosen", "fixed"]),
-    help="Time step: chosen by its error (solver.tension_error, else accuracy.tension), or fixed: one a tick. "
-    "Default: chosen; with --from and no SCENE as saved.",
-)
-@click.option(
-    "--every",
-    type=Number(1e-4, 1.0, "s"),
-    metavar="S",
-    help="Seconds between tick outputs. Default: solver.tick of the scene; 0.1 where it does not choose steps itself.",
-)
+@motion_options
 @click.option(
     "--save", type=click.Path(path_type=Path), metavar="FILE", help="Write the state at the end to FILE, for --from."
 )
@@ -185,46 +147,10 @@ def node(ros_arguments: tuple[str, ...]) -> None:
 @out_option
 @markers_option
 @json_option
-def run(scene, motion, heave, rao, imu_only, step, begin, convention, topics, settings, as_json, **asked) -> None:
+def run(scene, begin, as_json, **asked) -> None:
     """Simulate SCENE offline, as fast as it goes."""
     _needs_out(asked["markers"], asked["out"])
-    if motion == "none" and (heave or rao) is not None:
-        name = "--heave" if rao is None else "--rao"
-        raise click.UsageError(f"{name} and --motion none contradict each other; nothing was simulated; leave one out")
-    if scene is None and begin is None:
-        raise click.UsageError("Missing argument 'SCENE' (or --from FILE)")
-    if scene is not None and step is None:
-        step = "chosen"
-    with _progress(as_json) as progress:
-        from ..runs import offline
-        from ..runs.resume import Resumed
-        from ..runs.settings import settings_of, topics_of
-
-        given, topics = settings_of(settings, convention), topics_of(topics)
-        if begin is not None:
-            begin = Resumed(begin)
-        if motion is None and heave is None and rao is None:
-            if begin is None:
-                motion = SHIPPED_BAG
-            else:
-                report = begin.report()
-                motion, heave, imu_only, rao = report.motion, report.heave, report.imu_only, report.rao
-                given, topics = {**report.settings, **given}, topics or report.topics
-
-        result = offline.run(
-            scene,
-            None if motion == "none" else motion,
-            heave=heave,
-            rao=rao,
-            imu_only=imu_only,
-            step=step,
-            resumed=begin,
-            settings=given,
-            topics=topics,
-            progress=progress,
-            **asked,
-        )
-    tell(result, asked["out"], as_json)
+    tell(simulated(scene, begin, as_json, **asked), asked["out"], as_json)
 
 
 @main.command()
@@ -284,6 +210,7 @@ def live(bag, scene, duration, imu_only, out, as_json) -> None:
     from ..runs.summary import OUTSIDE, summarize
     from ..runs.transient import start_up
     from ..runs.verdict import played
+    from ..sim.rules.watch import watched
     from ..sim.verdict import of_node
 
     path = find_bag(bag)
@@ -297,6 +224,7 @@ def live(bag, scene, duration, imu_only, out, as_json) -> None:
     outside = {name: node_metrics.get(name) for name in OUTSIDE}
     metrics = summarize(recorded.frames, skip_s=start_up(tow, True), **outside)
     metrics.update(scene=recorded.custom_data.get("scene", str(scene)), motion=Path(bag).name, node=node_metrics)
+    metrics.update(watched(tow, recorded.frames))
     result = Run(recorded.frames, metrics, node_metrics.get("problem", ""), Path(report["bag"]))
     judged(result, tow, of_node(node_metrics), played(recorded.frames))
     (out / "summary.json").write_text(json.dumps(result.metrics, indent=1) + "\n", "utf-8")
@@ -363,7 +291,15 @@ def manual(page, out) -> None:
         out.write_text(text, "utf-8")
 
 
-for _command in (recover_command, make_bags_command, mesh_command, viv_command, span_command):
+for _command in (
+    recover_command,
+    make_bags_command,
+    mesh_command,
+    plan_command,
+    viv_command,
+    span_command,
+    telegrams_command,
+):
     main.add_command(_command)
 
 NODE_MANUAL = """## Node

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..sim.flag_rules import OK
+from .faults import tell_faults
+from .rules import tell_rules
 
 if TYPE_CHECKING:
     from ..io.sources.recorded_tow import Residual
@@ -34,6 +36,10 @@ def tell(result: Run, out: Path | None, as_json: bool) -> None:
             if name in metrics:
                 table.add_row(name, format_value(metrics[name]), unit, meaning)
         Console(width=None if sys.stdout.isatty() else 120).print(table)
+        if "rules" in metrics:
+            tell_rules(metrics["rules"])
+        if "faults" in metrics:
+            tell_faults(metrics["scenario"], metrics["faults"])
         if "largest_difference" in metrics:
             residual_table(result.residuals, metrics["largest_difference"])
         for notice in (*metrics.get("notices", ()), *metrics.get("replay_faults", ())):

@@ -30,6 +30,37 @@ EVENTS = np.dtype(
 )
 NOTHING = (0.0, 0.0, 0.0)
 LOADED = 1e-3  # N/m, line load above which a contact point counts as loaded
+CONTACT_POINTS_PER_ELEMENT = 5
+CONTACT_POINT = np.dtype(
+    [
+        ("surface", "i8"),
+        ("element", "i8"),
+        ("place", "f8"),  # m, unstretched arc length
+        ("length", "f8"),  # m of cable it stands for
+        ("rel", "f8", 3),  # m from the centre of the surface, world axes
+        ("normal_own", "f8", 3),
+        ("normal_other", "f8", 3),
+        ("depth_own", "f8"),  # m
+        ("depth_other", "f8"),
+        ("load_own", "f8"),  # N/m
+        ("load_other", "f8"),
+        ("rub", "f8", 3),  # N/m, friction on the cable, world axes
+        ("side", "f8"),
+        ("height", "f8"),  # m over the seat
+        ("clearance", "f8"),  # m below the top of the groove
+    ],
+    align=True,
+)
+DETECTED = np.dtype(
+    [
+        ("first", "i8"),  # its rows in the table of contact points
+        ("end", "i8"),
+        ("clearance", "f8"),  # m below the top of the groove where the cable presses highest; -1: nowhere in it
+        ("entered", "i8"),  # 1: deeper than the rim is round; 2: through it from side to side
+        ("coarse", "i8"),  # 1: an element lies on it that is long for it, see coarse.py
+    ],
+    align=True,
+)
 
 
 class Contact(Block):

@@ -1,20 +1,27 @@
-"""Set-point algorithms for the winch: Westin (2018) (1)-(2), after Calnan, within limits and without jumps.
+"""Set-point laws for the winch: which one it is, what all of them know, their limits, and changes without jumps.
 
-Displacements are those of the sheave from its mean track; the set-point is positive paying out. To add an algorithm,
-add its name to the enum and its branch to :func:`compensation`. What every algorithm asks for goes through
-:func:`set_point`: what is beyond the motion of the sheave along the cable strains the tow and is limited, the whole is
-kept within an amplitude, and a change of the algorithm is taken up over a time.
+Displacements are those of the sheave from its mean track; the set-point is positive paying out. Each law is a file
+``setpoint_*.py``; to add one, add its name to the enum and its branch to :func:`compensation`. What every law asks for
+goes through :func:`set_point`: what is beyond the motion of the sheave along the cable strains the tow and is limited;
+then come feed-forward of the drive and prediction, where they are on; the whole is kept within an amplitude, and a
+change is taken up over a time.
 """
 
 from __future__ import annotations
 
 from enum import Enum
-from math import atan2, cos, exp, pi, sin
+from math import atan2, cos, pi, sin
 
 import numpy as np
 
 from .jit import driver, inline
 from .parameter import Block, quantity
+from .setpoint_feed_forward import FEED_FORWARD, begin_lead, lead_drive
+from .setpoint_limits import within
+from .setpoint_prediction import PREDICTION, begin_prediction, predict
+from .setpoint_sheave import along_cable
+from .setpoint_tension import TENSION, begin_tension, hold_tension
+from .setpoint_waterline import below_water
 from .ship import hermite
 
 SETPOINT = np.dtype(
@@ -45,6 +52,9 @@ SETPOINT = np.dtype(
         ("asked_rate", "f8"),
         ("length", "f8"),  # m, set-point and command at the last step, and its rate
         ("rate", "f8"),
+        ("tension", TENSION),
+        ("feed_forward", FEED_FORWARD),
+        ("prediction", PREDICTION),
     ],
     align=True,
 )
@@ -56,11 +66,12 @@ class SetpointLaw(str, Enum):
     RIGOROUS_SHEAVE = "rigorous_sheave"  # (2) with the measured departure angle, low-passed
     SIMPLIFIED_WATERLINE = "simplified_waterline"  # (1) with the constant nominal angle
     RIGOROUS_WATERLINE = "rigorous_waterline"  # (1) with the measured departure angle, low-passed
+    CONSTANT_TENSION = "constant_tension"  # by the measured tension alone
 
 
 LAWS = tuple(SetpointLaw)
+HOLD, CONSTANT_TENSION = 0, 5
 MAX_ANGLE = 1.5  # rad; (1) has a pole at the horizontal
-KNEE = 0.8  # share of a limit up to which nothing is changed
 CATCH_UP = 1.0  # s, time constant with which what was held back by a limit of the rate is caught up
 RATE_TIME = 0.5  # s, in which the excess comes from rest to its largest rate at the soonest
 SEEN = 1e-3  # m; so much less than was asked for counts as limited
@@ -113,6 +124,48 @@ class Setpoint(Block):
         "largest rate of that; none: that whose axial wave in the cable brings 0.3 of the static tension",
     )
     max_amplitude: float = quantity(20.0, "m", 0.1, 1e4, "largest pay-out either way that a law is given in all")
+    tension: float = quantity(
+        0.0,
+        "N",
+        0.0,
+        1e7,
+        "set tension at the sheave of constant_tension; 0: that of the static start",
+        configure=False,
+    )
+    tension_gain: float | None = quantity(
+        None,
+        "m/(N s)",
+        1e-9,
+        1e3,
+        "rate per newton of constant_tension; none: 0.4 over sqrt(EA m), down to 0.05 with a late drive",
+    )
+    tension_integral_time: float | None = quantity(
+        None, "s", 1e-3, 1e3, "integral time of constant_tension; none: what drive and dead time allow, 0.1 s or more"
+    )
+    tension_filter_time: float = quantity(
+        0.02, "s", 1e-3, 60.0, "time constant of the low-pass of the tension that constant_tension goes by"
+    )
+    tension_max_rate: float | None = quantity(
+        None, "m/s", 1e-3, 50.0, "largest rate of constant_tension; none: winch.max_rate"
+    )
+    tension_return_time: float = quantity(
+        60.0, "s", 0.0, 1e5, "time constant with which constant_tension goes back to the length of the start; 0: never"
+    )
+    feed_forward: bool = quantity(
+        False,
+        "",
+        None,
+        None,
+        "invert the known response of the drive, so that the drum follows the law",
+        configure=False,
+    )
+    feed_forward_bandwidth: float = quantity(
+        20.0, "rad/s", 1.0, 100.0, "of the filter from which the feed-forward has acceleration and jerk of the law"
+    )
+    prediction: bool = quantity(
+        False, "", None, None, "ask for what the law will ask for after setpoint.horizon", configure=False
+    )
+    horizon: float | None = quantity(None, "s", 0.0, 5.0, "how far the prediction looks ahead; none: drive.dead_time")
 
 
 @driver
@@ -137,8 +190,8 @@ def mean_track(state, sheave, yaw, h):
 
 @inline
 def by_angle(law):
-    """Does a law, a place in LAWS, go by the measured departure angle?"""
-    return law == 2 or law == 4
+    """Does a law, a place in LAWS, go by what is measured of the departing cable: its angle, or its tension?"""
+    return law == 2 or law == 4 or law == CONSTANT_TENSION
 
 
 @inline
@@ -160,53 +213,28 @@ def follow_departure(state, measured, h):
     state.departure += 0.5 * h * (before + state.departure_rate)
 
 
-@inline
-def within(x, maximum):
-    """x within +-most, and the derivative: x itself up to KNEE of it, from there on an exponential approach."""
-    size, knee = abs(x), KNEE * maximum
-    if size <= knee:
-        return x, 1.0
-    if maximum <= 0.0:
-        return 0.0, 0.0
-    slope = exp((knee - size) / (maximum - knee))
-    y = maximum - (maximum - knee) * slope
-    return (y if x > 0.0 else -y), slope
-
-
-@inline
-def height_gain(theta, maximum):
-    """Pay-out per height of the sheave, 1/cos theta up to ``maximum``, and its derivative; theta: rad, less than
-    pi/2."""
-    c = cos(theta)
-    gain, slope = within(1.0 / c, maximum)
-    return gain, slope * sin(theta) / (c * c)
-
-
 @driver
-def compensation(state, sheave):
-    """What the law of a SETPOINT record asks for: L [m] along the cable and its rate, and what is beyond, and its rate.
+def compensation(state, sheave, tension, paid, h):
+    """What the law of a SETPOINT record asks for after a step of h [s]: L [m] along the cable and its rate, and what is
+    beyond, and its rate.
 
-    sheave: its place and velocity, tow frame. Along the cable moves the sheave itself: to pay that out keeps the
-    tension. What is beyond strains the tow.
+    sheave: its place and velocity, tow frame; tension: measured at the sheave, N; paid: m that the compensation has
+    moved the drum. Along the cable moves the sheave itself: to pay that out keeps the tension. What is beyond strains
+    the tow.
     """
     law = state.algorithm
-    if law == 0:
+    if law == HOLD:
         return 0.0, 0.0, 0.0, 0.0
-    p, v = sheave.position, sheave.velocity
-    c, s = cos(state.track[2]), sin(state.track[2])
-    x, y = p[0] - state.track[0], p[1] - state.track[1]
-    dx, dy, dz = c * x + s * y, c * y - s * x, p[2] - state.height
-    vx = c * (v[0] - state.track_speed[0]) + s * (v[1] - state.track_speed[1]) + dy * state.track_speed[2]
+    if law == CONSTANT_TENSION:
+        length, rate = hold_tension(state.tension, tension, paid, state.max_amplitude, h)
+        return length, rate, 0.0, 0.0
     theta, turn = (state.departure, state.departure_rate) if by_angle(law) else (state.angle, 0.0)
     if abs(theta) > MAX_ANGLE:
         theta, turn = (MAX_ANGLE if theta > 0.0 else -MAX_ANGLE), 0.0
-    length = dx * sin(theta) + dz * cos(theta)
-    rate = vx * sin(theta) + v[2] * cos(theta) + (dx * cos(theta) - dz * sin(theta)) * turn
+    length, rate = along_cable(state, sheave, theta, turn)
     if law <= 2:
         return length, rate, 0.0, 0.0
-    gain, slope = height_gain(theta, state.max_gain)
-    still, _ = height_gain(state.angle, state.max_gain)
-    whole, whole_rate = p[2] * gain - state.height * still, v[2] * gain + p[2] * slope * turn
+    whole, whole_rate = below_water(state, sheave, theta, turn)
     return length, rate, whole - length, whole_rate - rate
 
 
@@ -224,20 +252,63 @@ def follow_excess(state, wanted, wanted_rate, h):
     state.excess_rate = rate
 
 
+@inline
+def take_up(option, follows, h, transfer):
+    """Share to which an option of the laws is taken up after a step of h [s], and its rate [1/s]."""
+    goal = 1.0 if option.on != 0 and follows else 0.0
+    if option.share == goal:
+        return (1.0 if goal > 0.0 else 0.0), 0.0
+    way = 1.0 if goal > option.share else -1.0
+    option.share = min(max(option.share + way * h / transfer, 0.0), 1.0)
+    x = option.share
+    return x * x * (3.0 - 2.0 * x), way * 6.0 * x * (1.0 - x) / transfer
+
+
 @driver
-def set_point(state, sheave, departure, h):
-    """Set-point [m] of the compensation and its rate at the end of a step of h [s]; lead: measured angle, see
-    signed_departure.
+def ahead_of_drive(state, length, rate, h):
+    """What feed-forward and prediction add to a set-point (length [m], rate [m/s]) at the end of a step of h [s]."""
+    follows = state.algorithm != HOLD and state.algorithm != CONSTANT_TENSION
+    lead, prediction = state.feed_forward, state.prediction
+    more, more_rate = 0.0, 0.0
+    before = lead.share
+    share, growth = take_up(lead, follows, h, state.transfer)
+    if share > 0.0:
+        if before == 0.0:
+            begin_lead(lead, rate)
+        x, v = lead_drive(lead, rate, h)
+        more, more_rate = share * x, share * v + growth * x
+    before = prediction.share
+    share, growth = take_up(prediction, follows and prediction.horizon > 0.0, h, state.transfer)
+    if share > 0.0:
+        if before == 0.0:
+            begin_prediction(prediction, length + more, rate + more_rate)
+        x, v = predict(prediction, length + more, rate + more_rate, h)
+        more, more_rate = more + share * x, more_rate + share * v + growth * x
+    return more, more_rate
+
+
+@driver
+def set_point(state, sheave, departure, h, tension, paid):
+    """Set-point [m] of the compensation and its rate at the end of a step of h [s]; departure: measured angle, see
+    signed_departure; tension, paid: see compensation.
 
     Within its limits, and without a jump where the law was changed: the difference dies out over the transfer time.
     """
+    changed = state.engaged != state.algorithm
+    if changed:
+        state.feed_forward.share, state.prediction.share = 0.0, 0.0
+        if state.algorithm == CONSTANT_TENSION:
+            begin_tension(state.tension, state.asked, state.asked_rate, tension)
     follow_departure(state, departure, h)
-    length, rate, beyond, beyond_rate = compensation(state, sheave)
+    length, rate, beyond, beyond_rate = compensation(state, sheave, tension, paid, h)
     follow_excess(state, beyond, beyond_rate, h)
-    whole, slope = within(length + state.excess, state.max_amplitude)
-    rate = slope * (rate + state.excess_rate)
-    state.limited = 1 if abs(whole - length - beyond) > SEEN else 0
-    if state.engaged != state.algorithm:
+    more, more_rate = ahead_of_drive(state, length + state.excess, rate + state.excess_rate, h)
+    whole, slope = within(length + state.excess + more, state.max_amplitude)
+    rate = slope * (rate + state.excess_rate + more_rate)
+    state.limited = 1 if abs(whole - length - beyond - more) > SEEN else 0
+    if state.algorithm == CONSTANT_TENSION:  # its limits are its own
+        whole, rate, state.limited = length, state.tension.rate, state.tension.held
+    if changed:
         state.engaged, state.left = state.algorithm, state.transfer
         state.offset, state.offset_rate = state.asked + h * state.asked_rate - whole, state.asked_rate - rate
     elif state.left > 0.0:

@@ -10,12 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .contact import EVENTS
+from .contact import CONTACT_POINT, CONTACT_POINTS_PER_ELEMENT, DETECTED, EVENTS
 from .contact_surface import SURFACE, check_surfaces
 from .heave_compensation import SETPOINT
 from .hermite import LINK
 from .jit import driver, inline
 from .sea import SEA, Sea
+from .sensor_models import SensorModel, Sensors, make_sensors
 from .ship import SHIP, SHIP_TIMES, TIME, TOW_FRAME
 from .winch import DRUM, WINCH
 from .winch_drive import DRIVE, DRIVING
@@ -125,6 +126,7 @@ MEMORY = np.dtype(
         ("sea", SEA),
         ("ship", SHIP),
         ("sheave", SHEAVE),
+        ("seen", SHEAVE),  # as the instruments have it
         ("winch", WINCH),
         ("drive", DRIVING),
         ("setpoint", SETPOINT),
@@ -165,6 +167,7 @@ TOW_SETTINGS = np.dtype(
         ("penetration_limit", "f8"),  # m
         ("groove_depth", "f8"),  # m
         ("energy_share", "f8"),  # see energy.slack_gain
+        ("instrumented", "i8"),  # 1: the set-point laws get what instruments show
         ("max_ringing", "f8"),  # N of ringing lost to the integration, above which the tick is flagged
         ("bending_length", "f8"),  # m, sqrt(EI/T) at working tension
         ("ship", SHIP_TIMES),
@@ -176,37 +179,6 @@ TOW_SETTINGS = np.dtype(
 LOAD = np.dtype([("node", "i8"), ("force", "f8", 3), ("moment", "f8", 3)])  # N, N m on the tangent
 # a rigid or elastic load between a node and the next: its mass matrix is [[aa, ab], [ab, bb]]
 STRUT = np.dtype([("node", "i8"), *((name, "f8") for name in ("length", "stiffness", "aa", "ab", "bb"))])  # m, N, kg
-CONTACT_POINTS_PER_ELEMENT = 5
-CONTACT_POINT = np.dtype(
-    [
-        ("surface", "i8"),
-        ("element", "i8"),
-        ("place", "f8"),  # m, unstretched arc length
-        ("length", "f8"),  # m of cable it stands for
-        ("rel", "f8", 3),  # m from the centre of the surface, world axes
-        ("normal_own", "f8", 3),
-        ("normal_other", "f8", 3),
-        ("depth_own", "f8"),  # m
-        ("depth_other", "f8"),
-        ("load_own", "f8"),  # N/m
-        ("load_other", "f8"),
-        ("rub", "f8", 3),  # N/m, friction on the cable, world axes
-        ("side", "f8"),
-        ("height", "f8"),  # m over the seat
-        ("clearance", "f8"),  # m below the top of the groove
-    ],
-    align=True,
-)
-DETECTED = np.dtype(
-    [
-        ("first", "i8"),  # its rows in the table of contact points
-        ("end", "i8"),
-        ("clearance", "f8"),  # m below the top of the groove where the cable presses highest; -1: nowhere in it
-        ("entered", "i8"),  # 1: deeper than the rim is round; 2: through it from side to side
-        ("coarse", "i8"),  # 1: an element lies on it that is long for it, see coarse.py
-    ],
-    align=True,
-)
 
 
 class Change(NamedTuple):
@@ -304,7 +276,7 @@ class Feed(NamedTuple):
 
 
 class State(NamedTuple):
-    """Everything that changes, preallocated. Only memory, nodes and delayed carry over from step to step."""
+    """Everything that changes, preallocated. Only memory, nodes, delayed and sensors carry over."""
 
     memory: np.ndarray  # MEMORY [SLOTS]
     nodes: np.ndarray  # [SLOTS, NODE_ROWS, nodes, 6]
@@ -312,6 +284,7 @@ class State(NamedTuple):
     detected: np.ndarray  # DETECTED [n], of the last step
     contact_points: np.ndarray  # CONTACT_POINT [most], those that were detected
     delayed: np.ndarray  # [rows, 2] set-points at the ends of the last ticks, see tow.late; no rows: no dead time
+    sensors: Sensors  # what instruments remember
     plan: np.ndarray  # PLAN [1], how far the step asked for has come
     tension: np.ndarray  # [elements] N
     reaction: np.ndarray  # [nodes, 6] what holds the held unknowns [N, N m]
@@ -349,6 +322,7 @@ class Model(NamedTuple):
     line: LineModel
     settings: np.ndarray  # TOW_SETTINGS [1]
     feed: Feed
+    sensors: SensorModel
 
 
 def records(count: int, kind: np.dtype) -> np.recarray:
@@ -356,10 +330,13 @@ def records(count: int, kind: np.dtype) -> np.recarray:
     return np.zeros(count, kind).view(np.recarray)
 
 
-def make_state(arc: np.ndarray, surfaces: np.ndarray, sea: Sea | None = None, links=False, delayed: int = 0) -> State:
+def make_state(
+    arc: np.ndarray, surfaces: np.ndarray, sea: Sea | None = None, links=False, delayed: int = 0, sensed: int = 0
+) -> State:
     """State of a line of elements, or of links, with these arc lengths [nodes] and SURFACE records; else zero.
 
-    sea: None where there is no more than a linear current; delayed: its rows. Raises ValueError, see check_surfaces."""
+    sea: None where there is no more than a linear current; delayed: its rows; sensed: ticks that instruments remember,
+    0: none is aboard. Raises ValueError, see check_surfaces."""
     nodes, z = len(arc), np.zeros
     state = State(
         memory=records(SLOTS, MEMORY),
@@ -368,6 +345,7 @@ def make_state(arc: np.ndarray, surfaces: np.ndarray, sea: Sea | None = None, li
         detected=records(len(surfaces), DETECTED),
         contact_points=records(len(surfaces) * CONTACT_POINTS_PER_ELEMENT * (nodes - 1), CONTACT_POINT),
         delayed=z((delayed, 2)),
+        sensors=make_sensors(sensed),
         plan=records(1, PLAN),
         tension=z(nodes - 1),
         reaction=z((nodes, 6)),

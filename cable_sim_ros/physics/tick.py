@@ -13,6 +13,7 @@ from .jit import driver, link, opaque
 from .output import glance, no_peaks
 from .output import observe as _observe
 from .ringing import fade
+from .sensors import sense as _sense
 from .ship import follow
 from .state import FLOW, NOW, TICK, Q, V, checkpoint, restore
 from .substeps import begin, link_stepper, start, unfinished
@@ -23,7 +24,7 @@ from .winch import forget, note_command, winch_flags
 from .winch_command import command, command_between
 from .winch_drive import drive_flags
 
-observe = opaque(_observe)
+observe, sense = opaque(_observe), opaque(_sense)
 
 
 @driver
@@ -129,7 +130,10 @@ def _tick(model, state, inputs, output, slot) -> int:
         flags |= SETPOINT_LIMITED
     if not blending:
         now.ship.blend_length = 0.0
-    return observe(model, state, output, slot, flags, blending)
+    flags = observe(model, state, output, slot, flags, blending)
+    if model.sensors.rules.shape[0] > 0:
+        sense(model, state, output.frame[slot])
+    return flags
 
 
 tick = opaque(_tick)
@@ -140,4 +144,5 @@ def link_tick(model, state, inputs, output) -> None:
     link_stepper(model.line, state)
     link_strum(model, state)
     link(_observe, model, state, output, 0, 0, False)
+    link(_sense, model, state, output.frame[0])
     link(_tick, model, state, inputs, output, 0)

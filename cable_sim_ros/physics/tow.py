@@ -15,6 +15,9 @@ from .integrate import advance, coefficients, conclude, settle, solve_step
 from .jit import NO, driver, inline, link, opaque
 from .mean_flow import take_up
 from .mesh_motion import flow_of, lay_mesh
+from .noise import gauss, spoiled
+from .sensor_models import FROZEN, NOISE
+from .sensors import pin_tension
 from .ship import evaluate, hull_point, rotate, spin
 from .state import ARC, NOW, STEP, A, Q, V
 from .substeps import begin, finish
@@ -26,6 +29,7 @@ from .winch_drive import BRAKE, MEETINGS, MOTOR, RATE_LOOP, SERVO, balance, begi
 from .workspace import FED
 
 NOT_MOVING = (0.0, 0.0, 0.0)
+DRIVE_CHANCE = 77  # seed of the noise of a fault
 NO_WAY = 1e-13  # m, over which no stiffness is taken
 AT_ONCE, CONSISTENT, ROUNDS = 1e3, 1e-5, 40  # of a static start: change of a drag factor, that is none; rounds to it
 
@@ -105,12 +109,15 @@ def impose(model, state, inputs, t, h, command_rate):
     now, settings = state.memory[NOW], model.settings[0]
     blending = evaluate(t, inputs, now, settings.ship.stale_decay)
     place_surfaces(model, state)
+    sheave = now.seen if settings.instrumented != 0 else now.sheave
     # before the set-point: a track that lags by a step would shift it by each change of the step
-    mean_track(now.setpoint, now.sheave, now.ship.motion.coord[5], h)
+    mean_track(now.setpoint, sheave, now.ship.motion.coord[5], h)
     # the angle half-way through the step: the last one would lag by half of it, and with it what a drift asks for
     since = (t - now.measured.departure_stamp) * 1e-9 - 0.5 * h
     departure = now.measured.departure + min(max(since, 0.0), h) * now.measured.departure_rate
-    length, rate = set_point(now.setpoint, now.sheave, departure, h)
+    tension = pin_tension(state.sensors) if settings.instrumented != 0 else now.measured.tension
+    paid = now.winch.length - now.winch.commanded
+    length, rate = set_point(now.setpoint, sheave, departure, h, tension, paid)
     now.drive.law = length
     length += now.winch.commanded
     rate += command_rate
@@ -138,15 +145,26 @@ def late(model, state, length, rate):
     return (1.0 - s) * one[0] + s * two[0], (1.0 - s) * one[1] + s * two[1]
 
 
+@inline
+def spoiled_set_point(fault, length, rate, time):
+    """A set-point with the fault of the drive."""
+    since = (time.now - fault.since) * 1e-9
+    chance = gauss(DRIVE_CHANCE, time.ticks, 0) if fault.kind == NOISE else 0.0
+    moves = 0.0 if fault.kind == FROZEN else spoiled(fault, rate, 1, since, chance)
+    return spoiled(fault, length, 0, since, chance), moves
+
+
 @driver
 def turn(model, state, h, length, rate):
     """Drum at the end of a step of h [s] towards a set-point (length [m], rate [m/s]), by the model of its drive."""
     now, settings = state.memory[NOW], model.settings[0]
     drive, driving = settings.drive, now.drive
     given, given_rate = late(model, state, length, rate)
+    if now.winch.drive_fault.kind != 0:
+        given, given_rate = spoiled_set_point(now.winch.drive_fault, given, given_rate, now.time)
     if drive.model == SERVO:
         begin = (now.setpoint.length, now.setpoint.rate)
-        if state.delayed.shape[0] > 0:
+        if state.delayed.shape[0] > 0 or now.winch.drive_fault.kind != 0:
             begin = (driving.given, driving.given_rate)
         servo(h, settings.drum, now.winch, begin, (given, given_rate))
     elif drive.model == RATE_LOOP:

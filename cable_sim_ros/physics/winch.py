@@ -14,6 +14,7 @@ import numpy as np
 from .drum_layers import lay_of, radius_of
 from .jit import driver, inline
 from .parameter import REQUIRED, Block, quantity
+from .sensor_models import FAULT
 from .tick_output import COMMAND_LIMITED, COMMAND_STALE, DRUM_END, WINCH_LIMIT, WINCH_SATURATED
 
 # what holds the winch, see WINCH.held
@@ -30,6 +31,8 @@ WINCH = np.dtype(
         ("command_rate", "f8"),
         ("command_age", "f8"),  # s since it came, -1: none yet
         ("stale", "i8"),  # 1: a rate command or a stream of lengths ran into its time-out
+        ("fault", FAULT),  # of the way of a command to the winch
+        ("drive_fault", FAULT),  # of the set-point on its way to the drive
         ("limited", "i8"),  # 1: a command asks for more than rate or travel allow
         ("line", "f8"),  # m, where the line between the lengths of a stream has come to
         ("line_end", "i8"),  # ns, when it comes to the newest of them

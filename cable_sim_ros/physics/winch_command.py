@@ -12,8 +12,11 @@ import numpy as np
 
 from .inputs import COMMAND_ROWS
 from .jit import driver, inline
+from .noise import gauss, spoiled
+from .sensor_models import BIAS, DRIFT, FAULT_NONE, FROZEN, LATE, LOST, NOISE, RUNAWAY
 from .winch import clip
 
+COMMAND_CHANCE = 78  # seed of the noise of a fault
 STREAM = 4  # intervals between lengths of a stream over which their mean is taken
 ASKED_WITHIN = 1e-6  # m and 1; asking for so much more than can be is no more than a printed figure's rounding
 LANDED = 1e-9  # s; nearer to its end, a line has come there
@@ -72,14 +75,12 @@ def steer(h, goal, slope, hurry, low, high, drum, winch):
 
 
 @inline
-def newest(t, drum, inputs):
-    """Number of the newest command that counts at t [ns] and commands something, -1: none."""
+def newest(t, delay, inputs):
+    """Number of the newest command that counts at t [ns], delay [ns] after it came, and says something, -1: none."""
     head = inputs.command_seen[0]
     for back in range(1, min(head, COMMAND_ROWS - 8) + 1):
         i = (head - back) % COMMAND_ROWS
-        if inputs.command_time[i] + drum.delay <= t and not (
-            isnan(inputs.command[i, 0]) and isnan(inputs.command[i, 1])
-        ):
+        if inputs.command_time[i] + delay <= t and not (isnan(inputs.command[i, 0]) and isnan(inputs.command[i, 1])):
             return head - back
     return -1
 
@@ -138,8 +139,16 @@ def at_rate(h, rate, drum, winch):
 @driver
 def carry_out(t, begin, h, drum, inputs, winch):
     """Commanded length after h [s] from begin [ns] on, of the newest command that counts at t [ns]."""
-    number = newest(t, drum, inputs)
+    fault, delay = winch.fault, drum.delay
+    cut = fault.kind == FROZEN or fault.kind == LOST  # what comes after the fault is not heard
+    if fault.kind == LATE:
+        delay += np.int64(fault.amount * 1e9)
+    number = newest(min(t, fault.since) if cut else t, delay, inputs)
     winch.command_age, winch.stale, winch.limited = -1.0, 0, 0
+    if fault.kind == RUNAWAY:
+        winch.on_line = 0
+        at_rate(h, fault.amount, drum, winch)
+        return
     if number < 0:
         winch.on_line = 0
         at_rate(h, 0.0, drum, winch)
@@ -147,7 +156,12 @@ def carry_out(t, begin, h, drum, inputs, winch):
     i = number % COMMAND_ROWS
     time, payout, rate = inputs.command_time[i], inputs.command[i, 0], inputs.command[i, 1]
     winch.command_age = (t - time) * 1e-9
-    late = winch.command_age - drum.delay * 1e-9 > drum.timeout
+    late = winch.command_age - delay * 1e-9 > drum.timeout and fault.kind != FROZEN
+    if fault.kind != FAULT_NONE:
+        since = (t - fault.since) * 1e-9
+        chance = gauss(COMMAND_CHANCE, t, 0) if fault.kind == NOISE else 0.0
+        if fault.kind == BIAS or fault.kind == DRIFT or fault.kind == NOISE:
+            payout, rate = spoiled(fault, payout, 0, since, chance), spoiled(fault, rate, 0, since, chance)
     if isnan(payout):
         winch.on_line = 0
         winch.stale = 1 if late and rate != 0.0 else 0
@@ -158,7 +172,7 @@ def carry_out(t, begin, h, drum, inputs, winch):
     if winch.on_line == 0:
         winch.line_end = begin
     elif winch.line_command != time:
-        winch.line_end = time + drum.delay + np.int64(every * 1e9)
+        winch.line_end = time + delay + np.int64(every * 1e9)
     winch.on_line, winch.line_command = 1, time
     along_lengths(begin, h, payout - drum.payout_0, every, drum, winch)
 

@@ -7,6 +7,7 @@ from enum import Enum
 from ..io.messages.markers import MAX_RATE
 from ..physics.heave_filter import Heave, MotionInput
 from ..physics.parameter import Block, quantity
+from .telegrams.blocks import Telegrams
 
 
 class TimeMode(str, Enum):
@@ -59,6 +60,14 @@ class Lockstep(Block):
         60.0,
         "simulation time from one command to the next; given, each is waited for from the first tick on; none: as "
         "they come",
+    )
+    chain_delay: float = quantity(
+        0.0,
+        "s",
+        0.0,
+        10.0,
+        "by how much the stamps of commands lie behind the /clock at which they come, where the nodes between sample "
+        "and command keep the stamp of the sample; 0: the last one stamps with /clock",
     )
     silent_after: int = quantity(
         5, "1", 1, 100_000, "commands missed in a row, after which a controller counts as silent: ERROR, not waited for"
@@ -147,10 +156,14 @@ class NodeBlock(Block):
         None,
         "JSON file with the state of the node, rewritten as it changes, with the final figures at the end; empty: none",
     )
+    faults_file: str = quantity(
+        "", "", None, None, "scenario of faults of the run, a YAML file; empty: none; not in lockstep"
+    )
     realtime: Realtime = quantity(Realtime(), "", None, None, "real-time loop")
     lockstep: Lockstep = quantity(Lockstep(), "", None, None, "lockstep, where time_mode says so")
     recording: RecordingParameters = quantity(RecordingParameters(), "", None, None, "recording")
     publish: Publish = quantity(Publish(), "", None, None, "rates")
+    telegrams: Telegrams = quantity(Telegrams(), "", None, None, "telegrams of the instruments over UDP")
     frame: Frames = quantity(Frames(), "", None, None, "frame names")
     motion: MotionInput = quantity(MotionInput(), "", None, None, "motion messages")
     heave: Heave = quantity(Heave(), "", None, None, "motion from the IMU alone")

@@ -3,8 +3,10 @@
 A step takes /clock one tick ahead and says so, waits for the motion that is due by then, hands it on, does the tick,
 which lies `delay` behind the clock, and waits for the command that is due, once a controller has spoken or where the
 period of its commands is given. So a command with the stamp of this clock is there before the clock goes on, whether
-the controller answers /clock or the tick. Wall time enters in the bounded waits and in the pacing only, as the time
-that passed between two calls; a hole in the calls (the process stood still) counts as one LONGEST.
+the controller answers /clock or the tick, and through how many nodes. Where these keep the stamp of an older sample,
+the command that is waited for is that of the clock less `chain_delay`. Wall time enters in the bounded waits and in the
+pacing only, as the time that passed between two calls; a hole in the calls (the process stood still) counts as one
+LONGEST.
 """
 
 from __future__ import annotations
@@ -66,8 +68,8 @@ class Lockstep:
         self.steps_left = self.steps = 0
         self.gate = MotionGate(settings.silent_after, delay)
         given = None if settings.command_period is None else round(settings.command_period * SECOND)
-        self.commands = Cadence(settings.silent_after, given, eager=True)
-        self.late = self.unstamped = 0
+        self.commands = Cadence(settings.silent_after, given, True, round(settings.chain_delay * SECOND))
+        self.late = self.early = self.unstamped = 0
         self.phase = Phase.BETWEEN
         self._waited = 0
         self._called: int | None = None
@@ -169,12 +171,15 @@ class Lockstep:
             return ""
         if stamp > self.clock:
             return "step_future"
-        if self.clock - stamp > FAR:
+        due = stamp + self.commands.delay  # the clock that it belongs to
+        if self.clock - due > FAR:
             return "step_past"
         if stamp in self._stamps:
             return "step_twice"
-        if stamp <= self.clock - self.period - self.commands.slack:
+        if due <= self.clock - self.period - self.commands.slack:
             self.late += 1
+        elif due > self.clock:
+            self.early += 1  # nothing waited for it: when it counts was up to the machine
         if self._stamps and stamp < self._stamps[-1]:
             return "step_past"
         return ""

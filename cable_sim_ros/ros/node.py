@@ -22,6 +22,7 @@ from ..io.messages.channels import Context, Encoder
 from ..io.messages.markers import TOPIC as MARKERS
 from ..io.messages.messages import CAUSES, COMMANDS, JOINT_COMMAND, KINDS, Event, stamp_of
 from ..io.recordings.recording_place import name_problem, state_problem
+from ..io.telegrams.fields import TelegramError
 from ..sim.checks.friction_checks import slow
 from ..sim.flag_rules import FAILED
 from ..sim.live_parameters import changed, unfit, ways
@@ -29,6 +30,7 @@ from . import discovery
 from .arrival import Arrivals, StampArrivals
 from .declare_parameters import declare, overrides_of
 from .executor import spin
+from .fault_schedule import FaultSchedule
 from .graph_monitor import EVERY as NEIGHBOURS_EVERY
 from .graph_monitor import Neighbours
 from .lockstep import rate_problem
@@ -40,11 +42,13 @@ from .report.diagnostics import Watch, final_metrics
 from .report.health import MSGTYPE as AGES_TYPE
 from .report.health import TOPIC as AGES_TOPIC
 from .report.node_verdict import verdict_of_node
+from .rules import rule_keeper
 from .services import simulation_interfaces
 from .services.control import SimulationControl
 from .services.recording_control import RecordingControl
 from .statistics import write_json
 from .stepped import SteppedSession, session_of
+from .telegrams.sender import Sender
 from .topics import diagnostic_array, inputs_there, message_class, publishers_of, rows_of
 
 NAME, NAMESPACE = "cable_sim", "/tow_sim"
@@ -58,13 +62,14 @@ DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
 
 
 class CableSimNode(LifecycleNode):
-    """Raises ParameterError at construction; nothing has been started then."""
+    """Raises ParameterError or TelegramError at construction; nothing has been started then."""
 
     def __init__(self, **kwargs) -> None:
         super().__init__(NAME, namespace=NAMESPACE, **kwargs)
         try:
             self.settings = settle(overrides_of(self))
             declare(self, self.settings.rows)
+            self.telegrams = Sender(self.settings.node.telegrams, self.settings.scene, self._log)
         except BaseException:
             self.destroy_node()
             raise
@@ -76,6 +81,7 @@ class CableSimNode(LifecycleNode):
         self.add_post_set_parameters_callback(self._was_set)
         self.session = session_of(self.settings, self._log)
         self.watch = Watch(self.session)
+        self.schedule = FaultSchedule(self.settings.node, self.settings.scene)
         self.arrivals = StampArrivals(lambda: self.session.now()) if self.session.lockstep else Arrivals()
         self.publisher: TickPublisher | None = None
         self.recording = RecordingControl(self.settings, self.get_namespace())
@@ -124,6 +130,8 @@ class CableSimNode(LifecycleNode):
             session.record_time,
             () if node.recording.markers else (f"{self.get_namespace().rstrip('/')}/{MARKERS}",),
             slow(self.settings.scene),
+            self.telegrams.tick if self.telegrams.links else None,
+            rule_keeper(self.settings.scene),
         )
         if isinstance(session, SteppedSession):
             session.publish_ticks = self.publisher.drain
@@ -189,6 +197,7 @@ class CableSimNode(LifecycleNode):
         for rank, value in zip((50, 99, 100), self.arrivals.taken.percentiles(50, 99, 100)):
             metrics[f"sample_age_p{rank}_ms"] = value
         metrics["wall_clock_steps"] = self.arrivals.steps
+        metrics |= self.telegrams.metrics()
         verdict = verdict_of_node(self.session, self.publisher, metrics)
         self.ended_badly = verdict.state == FAILED
         metrics["verdict"] = verdict.as_dict()
@@ -203,6 +212,7 @@ class CableSimNode(LifecycleNode):
         if verdict.reasons or metrics.get("published_ticks"):
             print(*verdict.lines(), sep="\n", file=sys.stderr, flush=True)
         self._write_statistics(metrics)
+        self.telegrams.close()
 
     def _stop_threads(self) -> None:
         self.session.close()
@@ -301,6 +311,9 @@ class CableSimNode(LifecycleNode):
             self.get_logger().warning(loop.warning)
         if self.session.shown_state != self._reported_state:
             self.report_state()
+        self.schedule.follow(self, self.session)
+        heard = zip(self.heard, self.inputs)
+        self.watch.commanders = sum(made.get_publisher_count() for kind, made in heard if kind in COMMANDS)
         levels = self.watch.levels(self.publisher, self.session.now())
         self._ages.publish(self.watch.inputs.message())
         if levels != self._reported_levels:
@@ -313,11 +326,12 @@ class CableSimNode(LifecycleNode):
         winch = [topic for kind, topic in inputs.items() if kind in COMMANDS]
         for problem in self._neighbours.step(outputs, list(inputs.values()), winch):
             self.get_logger().warning(problem)
-        self.watch.neighbours = self._neighbours.problems
+        self.watch.neighbours, self.watch.nodes = self._neighbours.problems, len(self.get_node_names())
         self.session.hold(self.clock_topic.taken())
 
     def _on_diagnostics(self) -> None:
         statuses = self.watch.statuses(self.publisher, self.recording.stats(), self.recording.recorder is not None)
+        statuses += self.telegrams.statuses()
         data = serialize_message(diagnostic_array(self.get_name(), statuses, self.session.log_time()))
         self._diagnostics.publish(data)
         self._record("/diagnostics", DIAGNOSTICS, data)
@@ -362,7 +376,7 @@ def main(args: list[str] | None = None) -> int:
             spin(node, stop)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
-    except ParameterError as error:
+    except (ParameterError, TelegramError) as error:
         print(f"error: {error}", file=sys.stderr, flush=True)
         code = 2
     finally:

@@ -19,8 +19,10 @@ from ..io.scenes.load import SceneError, SceneWarning, load_scene, override
 from ..io.scenes.resources import find_scene
 from ..physics.parameter import Block
 from ..sim.scene import Scene
-from .blocks import NodeBlock
+from .blocks import NodeBlock, TimeMode
+from .fault_schedule import schedule_of
 from .lockstep import rate_problem
+from .telegrams.blocks import telegram_problem
 
 FOREIGN = ("use_sim_time", "start_type_description_service")  # declared by rclpy itself
 # what stands for "none" in a parameter that may be none
@@ -167,6 +169,8 @@ def settle(overrides: dict[str, Any]) -> Settings:
         name_problem("recording.path", recording.path, "started")
         or state_problem(node.state_file, "started")
         or rate_problem(node.lockstep.rate, "started")
+        or schedule_of(node.faults_file, scene, node.time_mode is TimeMode.LOCKSTEP)[1]
+        or telegram_problem(node.telegrams, scene.solver.tick)
     )
     if recording.enabled and not problem:
         problem = root_problem("recording.root", recording.root, round(recording.least_free * 1e6), "started")

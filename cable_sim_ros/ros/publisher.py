@@ -15,6 +15,7 @@ from ..io.messages.channels import Encoder
 from ..io.recordings.journal import Journal
 from ..io.recordings.recorder import Recorder
 from .loop import HALT, HEADS_ROWS, Loop, raise_priority
+from .rules import RuleKeeper
 from .running_sums import RunningSums
 from .statistics import Samples
 
@@ -24,7 +25,8 @@ class TickPublisher:
 
     publishers: absolute topic -> rclpy publisher, of the topics whose messages are installed; offset(): monotonic time
     less time of the data's clock, ns, or None; log_time(): the time at which a recording has a message, ns; unrecorded:
-    absolute topics that are only published; slow: see `RunningSums`. A recording may be begun and ended at any time.
+    absolute topics that are only published; slow: see `RunningSums`; telegrams: takes each tick output that was
+    published, and leaves it unchanged; rules: on watch, or None. A recording may be begun and ended at any time.
     """
 
     def __init__(
@@ -36,9 +38,11 @@ class TickPublisher:
         log_time: Callable[[], int] = time.time_ns,
         unrecorded: tuple[str, ...] = (),
         slow: float = 0.0,
+        telegrams: Callable[[np.record], None] | None = None,
+        rules: RuleKeeper | None = None,
     ) -> None:
         self.loop, self.encoder, self.publishers, self.offset = loop, encoder, publishers, offset
-        self.log_time, self.unrecorded = log_time, unrecorded
+        self.log_time, self.unrecorded, self.telegrams = log_time, unrecorded, telegrams
         self._recorder: Recorder | None = None
         self._journal: Journal | None = None
         self._recording = threading.Lock()  # held while a tick is being recorded
@@ -48,6 +52,7 @@ class TickPublisher:
         self.statuses: Counter[int] = Counter()  # ticks with each status word
         self.max_tension = 0.0  # N
         self.sums = RunningSums(1e-9 * loop.period_ns, slow)
+        self.rules = rules
         self.fault = ""  # why the newest frame could not be published, or ""
         self.failure: BaseException | None = None
         self.lateness, self.work, self.latency = Samples(), Samples(), Samples()  # ms
@@ -108,6 +113,8 @@ class TickPublisher:
         for _, topic, data in messages:
             if topic in self.publishers:
                 self.publishers[topic].publish(data)
+        if self.telegrams is not None:
+            self.telegrams(frame)
         with self._recording:
             self._noted(index)
             if self._recorder is not None and self._journal is not None and self._journal.covers(index):
@@ -124,6 +131,8 @@ class TickPublisher:
         self.statuses[int(frame["status"])] += 1
         self.max_tension = max(self.max_tension, float(frame["tension_most"]))
         self.sums.add(frame)
+        if self.rules is not None:
+            self.rules.add(frame)
         self.fault = ""
         self.latest = frame
 

@@ -44,7 +44,7 @@ class SteppedSession(Session):
         self.publish_ticks: Callable[[], None] = lambda: None
         self.rate = math.nan  # simulated over wall time, achieved
         self._rates: deque[tuple[int, int]] = deque()
-        self._spoken = False  # has any motion come?
+        self.spoken = False  # has any motion come?
         self._early: tuple[int, bytes, str] | None = None  # clock, bytes, kind of the newest command before the motion
         self._recorded = self._ahead = 0  # ns: newest time in a recording, which is so far ahead of the clock
 
@@ -83,7 +83,7 @@ class SteppedSession(Session):
         """Do what can be done; now: CLOCK_MONOTONIC, ns. Returns the seconds until something may be to be done."""
         if self.state not in ("waiting", "running"):
             return 0.1
-        do, seconds = self.steps.next(now, not self._spoken)
+        do, seconds = self.steps.next(now, not self.spoken)
         if do is Do.CLOCK:
             self.publish_clock(self.steps.clock)
         elif do is Do.MOTION:
@@ -116,9 +116,9 @@ class SteppedSession(Session):
             self.refused["size"] += 1
             return
         self.arrivals[kind] = stamp or self.steps.clock
-        if not self._spoken and stamp:
+        if not self.spoken and stamp:
             self._first(stamp)
-        self._spoken = True
+        self.spoken = True
         cause, count = self.steps.motion(kind, stamp, data)
         if cause:
             self.refused[cause] += count
@@ -186,13 +186,13 @@ class SteppedSession(Session):
         if self.loop is not None and self.steps.gate.refused_in_row >= CONFIRM:
             self.intake.jump()
             self.steps.gate.reset()
-            self._spoken = False
+            self.spoken = False
         return super().reset()
 
     # ---- save and restore: ros/saving.py
 
     def notes(self) -> dict[str, Any]:
-        return {"lockstep": True, "spoken": self._spoken, "intake": taken(self.intake), "steps": taken(self.steps)}
+        return {"lockstep": True, "spoken": self.spoken, "intake": taken(self.intake), "steps": taken(self.steps)}
 
     def go_back(self, path: Path, arrays: dict[str, np.ndarray], notes: Any) -> tuple[bool, str] | None:
         if not (isinstance(notes, dict) and notes.get("lockstep")):
@@ -217,7 +217,7 @@ class SteppedSession(Session):
     def _set_back(self, notes: dict[str, Any]) -> None:
         set_back(self.intake, notes["intake"])
         self.steps.set_back(notes["steps"])
-        self._spoken = notes["spoken"]
+        self.spoken = notes["spoken"]
 
     def begin_anew(self) -> tuple[bool, str]:
         """As if the node had just been activated: /clock at lockstep.start, no motion yet."""
@@ -229,7 +229,7 @@ class SteppedSession(Session):
         self.steps.go_to(round(self.node.lockstep.start * SECOND))
         self.steps.paused, self.steps.steps_left = self.node.lockstep.paused, 0
         self._early = None
-        self._spoken, self._cause = False, "start"
+        self.spoken, self._cause = False, "start"
         self.activate()
         return True, f"/clock {self.steps.clock / SECOND:.3f} s; waiting for motion"
 

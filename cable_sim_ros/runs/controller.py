@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import RunError
+from ..physics.sensor_models import Feedback, Instruments
 from ..sim.inputs import InputError, WinchCommand
 
 if TYPE_CHECKING:
@@ -48,14 +49,30 @@ def alone(winch: object | None, controller: object | None, control_period: float
         )
 
 
+def shown_for(instruments: Instruments) -> dict[str, str]:
+    """Fields of the tick output whose truth a controller that is fed by instruments does not see, and the readings in
+    their place."""
+    of = {
+        "mru": {"sheave_position": "mru_sheave_position", "sheave_velocity": "mru_sheave_velocity"},
+        "metering_sheave": {"payout": "metering_payout", "payout_rate": "metering_rate"},
+        "encoder": {"payout": "encoder_payout", "payout_counter": "encoder_payout", "payout_rate": "encoder_rate"},
+        "load_pin": {"tension": "load_pin_tension"},
+        "usbl": {"body_position": "usbl_position"},
+    }
+    return {k: v for name, fields in of.items() if getattr(instruments, name).on for k, v in fields.items()}
+
+
 class ControlLoop:
     """Asks a controller once in a control period, between two ticks.
 
     `left`: ticks until it is asked again; `calls` and `commands` count.
     """
 
-    def __init__(self, controller: Controller, period: float | None, tick: float) -> None:
-        """period: s, None: every tick; tick: s. Raises ControllerError for a period that is not made of ticks."""
+    def __init__(
+        self, controller: Controller, period: float | None, tick: float, instruments: Instruments | None = None
+    ) -> None:
+        """period: s, None: every tick; tick: s; instruments: aboard, with what it is fed by. Raises
+        ControllerError for a period that is not made of ticks."""
         if not callable(controller):
             raise ControllerError(
                 f"controller = {controller!r:.60} is a {type(controller).__name__}, no callable; {NOTHING_DONE}. Give "
@@ -73,6 +90,9 @@ class ControlLoop:
                 f"multiple of {tick:g} s, or another length of the ticks with `every`"
             )
         self.controller, self.ticks, self.tick = controller, round(ticks), tick
+        fed = instruments is not None and instruments.feed is Feedback.INSTRUMENTS
+        self.seen = shown_for(instruments) if instruments is not None and fed else {}
+        self.depth = instruments is not None and fed and instruments.depth.on
         self.left = self.calls = self.commands = 0
 
     @property
@@ -95,7 +115,7 @@ class ControlLoop:
         self.calls += 1
         where = f"controller, after {(now - begin) * 1e-9:.3f} s of the run"
         try:
-            command = self.controller(row.copy())
+            command = self.controller(self.as_seen(row))
         except Exception as error:
             raise ControllerError(
                 f"{where}: raised {type(error).__name__}: {error}. The run ended there; correct the controller. What "
@@ -122,6 +142,15 @@ class ControlLoop:
             )
         self.commands += 1
         return command
+
+    def as_seen(self, row: np.record) -> np.record:
+        """A copy of the row, in which readings stand for what an instrument aboard measures."""
+        row = row.copy()
+        for field, reading in self.seen.items():
+            row[field] = row[reading]
+        if self.depth:
+            row["body_position"][2] = -row["depth_reading"]
+        return row
 
     def metrics(self) -> dict[str, float | int]:
         """For the JSON of a run."""

@@ -131,6 +131,7 @@ def carried(channel: Channel) -> list[str]:
     if channel.read is None:
         return []
     frame = np.zeros(1, TICK_OUTPUT).view(np.recarray)[0]
+    frame.readings_new = channel.new
     shape, contact = np.zeros((2, len(SHAPE_COLUMNS) + len(SLOPE_COLUMNS))), np.zeros((1, len(CONTACT_COLUMNS)))
     ((_, _, data),) = Encoder(Context(), 1.0, (channel._replace(rate=0.0),)).encode(frame, shape, contact)
     return list(decode(channel, data))
@@ -138,7 +139,7 @@ def carried(channel: Channel) -> list[str]:
 
 def _topics() -> Iterable[str]:
     for channel in EVERY:
-        rate = f"{channel.rate:g} Hz" if channel.rate else "every tick"
+        rate = f"{channel.rate:g} Hz" if channel.rate else "every reading" if channel.new else "every tick"
         fields = [name for name in carried(channel) if name != "time"]
         yield _topic(channel, rate, _own_rate(channel), _fields(channel, fields))
     drawn = Channel("", TOPIC, MSGTYPE, 0.0, "reliable", print, None)

@@ -26,6 +26,13 @@ METRICS = (
     ("imu_only", "", "true: odometry was left out"),
     ("winch", "", "winch plan; absent without one"),
     ("changes", "", "live keys that `changes` of `run` gave other values, as `SECONDS KEY VALUE`; absent without any"),
+    ("scenario", "", "name of the scenario of faults; absent without one"),
+    (
+        "faults",
+        "",
+        "`--faults`: list of `name`, `function`, `failure_mode`, `at_s`, `until_s`, `expected`, and figures `found` "
+        "from then to 30 s after the fault is mended, `before` in the 30 s before it; absent without one",
+    ),
     (
         "controller",
         "",
@@ -49,6 +56,13 @@ METRICS = (
         "motion by `--rao`: `source`, its `period_s` and `heading_deg` (or the numbers of the simple hull, with "
         "`chosen`), `notes`, `outside`, `overtaken` (shares of the energy of the sea outside the table, and of waves "
         "that the ship overtakes), `deviations` (standard deviations in the grown sea, m and deg); absent without it",
+    ),
+    (
+        "rules",
+        "",
+        "rules on watch: `set`, `broken` (names), `rules` (list of `rule`, `unit`, `sense`, `limit`, `broken`, "
+        "`first_s`, `first_ns`, `seconds`, `times`, `worst`, `worst_s`), `not_watched` (`rule`, `why`), "
+        "`cycles` of tension and bending; see [rules](rules.md); absent where the scene watches none",
     ),
     ("notices", "", "what is odd about the bag and its motion, as texts"),
     ("journal", "", "`replay`: true: the bag says what the run took and when, so that this is the same run"),

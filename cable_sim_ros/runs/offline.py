@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import os
-import tempfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..io.bags.bag_writer import BagError, cannot_make
 from ..io.messages.markers import check_rate
 from ..io.recordings.journal import read_journal
+from ..io.scenes.fault_plan import FaultPlan
 from ..io.scenes.load import load_scene, override
 from ..io.scenes.resources import find_bag
 from ..io.scenes.winch_plan import WinchPlan
@@ -21,12 +19,15 @@ from ..io.sources.motion_table import MotionError
 from ..io.sources.recorded_tow import RecordedTow, SameTicks, paired, read_tow, recorded_frames, residuals
 from ..limits import LONGEST_RUN
 from ..sim.drive_mode import WORDS
+from ..sim.rule_blocks import Rules
+from ..sim.rules.watch import watched
 from ..sim.saved.savefile import SaveError, check_place, same_scene
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
 from ..sim.verdict import Reason
 from . import motion_preview, refinement_check, verdict
 from .controller import Controller, ControlLoop, alone
+from .fault_report import found, in_order, scenario_of
 from .journal_replay import JournalReplay
 from .live_changes import Change, changes_of
 from .message_run import MessageRun
@@ -35,6 +36,7 @@ from .metrics import metrics_markdown as metrics_markdown
 from .result import Run as Run
 from .resume import Resumed, report_of
 from .resume import save as save_run
+from .run_folder import bag_path, write_summary
 from .settings import NOTHING, Settings, apply_to_bag, apply_to_scene, of_intake, recorded_intake, refuse_without_bag
 from .sources import in_the_sea, motion_of, notes_of, scene_of_bag, sea_motion_kept, seconds_of
 from .step_choice import doubts_of_steps, metrics_of_steps, stepped
@@ -42,7 +44,8 @@ from .stepping import Progress, Stepped, silent
 from .summary import summarize
 from .transient import growth, start_up, still_growing
 
-DRIVEN = "drive.mode", "drive.set_pull"  # keys that a run that goes on may have otherwise
+# keys that a run that goes on may have otherwise
+DRIVEN = "drive.mode", "drive.set_pull", *(f"rules.{key}" for key in Rules.model_fields)
 AFTER_PLAN = 60.0  # s of a run after the last item of a plan or change, without a bag, where no duration is given
 NO_JOURNAL = (
     "the bag has no journal of what the run took and when: it was recorded by another program or an older version, so "
@@ -61,6 +64,7 @@ def run(
     imu_only: bool = False,
     winch: WinchPlan | str | os.PathLike | None = None,
     changes: Iterable[Change | tuple[float, str, Any]] = (),
+    faults: FaultPlan | str | os.PathLike | None = None,
     step: str | None = None,
     every: float | None = None,
     out: str | os.PathLike | None = None,
@@ -81,7 +85,8 @@ def run(
     all the motion there is, or a short settling without any, or a minute after the last item of a winch plan;
     algorithm: set-point in place of the scene's; imu_only: leave odometry out; winch: a plan, its text or file, in
     place of the winch commands of the bag; changes: (seconds, key, value) in order of time, each gives a live key of
-    the scene a value from the tick on that holds its time, from the beginning of this run;
+    the scene a value from the tick on that holds its time, from the beginning of this run; faults: a scenario or its
+    file, docs/instruments.md;
     step and every: see `stepped`; out: folder to make, with the bag ``tow`` of every channel and ``summary.json``;
     save: file to write the state at the end to; resumed: such a file to begin from, see `runs.resume`: scene None is
     that of the file then, and winch None its plan where its motion goes on; markers: rate of ``cable/markers`` in the
@@ -115,7 +120,8 @@ def run(
         raise MotionError(
             f"duration = {duration:g} s is outside (0, {LONGEST_RUN:g}] s: nothing was simulated; give seconds"
         )
-    plan, live = None if winch is None else WinchPlan.of(winch), changes_of(changes)
+    plan, scenario = None if winch is None else WinchPlan.of(winch), scenario_of(faults)
+    live = in_order(changes_of(changes), scenario)
     report = report_of(motion, heave, imu_only, plan, rao)._replace(settings=of_intake(settings), topics=dict(topics))
     before = 0.0  # s simulated under the same motion
     own_plan = winch is not None
@@ -124,12 +130,14 @@ def run(
         own_plan |= controller is not None and kept is not None
         plan = plan or (kept if controller is None else None)
         report = report._replace(winch=None if plan is None else str(plan))
-    bag = _bag_path(out)
+    bag = bag_path(out)
     if save is not None:
         check_place(save)
     with in_the_sea(rao is not None):
         scene = _scene_of(scene, resumed, algorithm, step, every, settings)
-    control = None if controller is None else ControlLoop(controller, control_period, scene.solver.tick)
+    control = None
+    if controller is not None:
+        control = ControlLoop(controller, control_period, scene.solver.tick, scene.instruments)
     if duration is None and motion is None:
         last = max([one.time for one in live] + ([plan.last - before] if plan is not None else []), default=-AFTER_PLAN)
         duration = max(seconds_of(heave, rao, scene), last + AFTER_PLAN) or None
@@ -147,6 +155,8 @@ def run(
         result.metrics["rao"] = tow.sea_motion
     if plan is not None:
         result.metrics["winch"] = str(plan)
+    if scenario is not None:
+        result.metrics |= {"scenario": scenario.scenario, "faults": found(scenario, result.frames)}
     if live:
         result.metrics["changes"] = [str(one) for one in one.changes]
     if control is not None:
@@ -170,7 +180,7 @@ def run(
                 progress,
                 live,
             )
-    _write_summary(out, result)
+    write_summary(out, result)
     if one.failed is not None:
         one.failed.run = result
         raise one.failed
@@ -220,7 +230,7 @@ def replay(
     Raises as `run`, and BagError where no scene is given and the bag keeps none.
     """
     check_rate(markers)
-    target = _bag_path(out)
+    target = bag_path(out)
     tow = read_tow(find_bag(bag), topics=topics)
     tow.sea_motion = sea_motion_kept(tow)
     with in_the_sea(bool(tow.sea_motion)):
@@ -281,7 +291,7 @@ def replay(
         result.metrics |= {"run_verdict": result.run_verdict.as_dict(), "verdict": result.verdict.as_dict()}
     else:
         judged(result, scene, [*doubts, *_damage(tow)])
-    _write_summary(out, result)
+    write_summary(out, result)
     return result
 
 
@@ -357,8 +367,9 @@ def _run_of(
         setpoint=scene.setpoint.algorithm.value,
         winch_modes={word: driven.modes[word] * tick * 1e-9 for word in WORDS if word in driven.modes},
     )
+    metrics.update(watched(scene, frames))
     metrics.update(metrics_of_steps(sim.steps, sim.state.now.control, scene.solver))
-    return Run(frames, metrics, driven.problem, bag)
+    return Run(frames, metrics, driven.problem, bag, scene=scene)
 
 
 def _intake_metrics(one: MessageRun) -> dict[str, Any]:
@@ -374,25 +385,3 @@ def _intake_metrics(one: MessageRun) -> dict[str, Any]:
         "notices": [*one.tow.notices, *intake.ingest.notices],
         **({"motion_rounded": one.tow.rounded} if one.tow.rounded else {}),
     }
-
-
-def _bag_path(out: str | os.PathLike | None) -> Path | None:
-    if out is None:
-        return None
-    bag = Path(out) / "tow"
-    try:  # said before the run, not after it
-        if bag.exists():
-            raise BagError(
-                f"'{bag}' exists already: nothing was simulated, a recording is not overwritten; "
-                "give another folder with --out, or remove it"
-            )
-        Path(out).mkdir(parents=True, exist_ok=True)
-        tempfile.TemporaryFile(dir=os.fspath(out)).close()
-    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        raise BagError(f"{cannot_make(bag, error)} with --out; nothing was simulated") from None
-    return bag
-
-
-def _write_summary(out: str | os.PathLike | None, result: Run) -> None:
-    if out is not None:
-        (Path(out) / "summary.json").write_text(json.dumps(result.metrics, indent=1) + "\n", "utf-8")

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..io.sources.recorded_tow import Residual
+from ..sim.scene import Scene
 from ..sim.verdict import Verdict
 
 
@@ -22,4 +23,5 @@ class Run:
     bag: Path | None = None
     residuals: list[Residual] = field(default_factory=list)
     verdict: Verdict = field(default_factory=Verdict)
+    scene: Scene | None = None  # that was simulated
     run_verdict: Verdict | None = None  # on the run that a replay with a journal repeats; `verdict`: is it that run?

@@ -10,7 +10,9 @@ import numpy as np
 from ..io.scenes.load import override
 from ..physics.integrate import Solver
 from ..sim.flag_rules import MIN_REFUSED, REFUSED_FRACTION
+from ..sim.rule_blocks import slowest_tick
 from ..sim.scene import Scene
+from ..sim.tables.sensor_tables import aboard
 from ..sim.verdict import Reason, check
 
 EVERY = 0.1  # s between tick outputs of a run whose steps are chosen, where the scene does not say
@@ -19,8 +21,9 @@ EVERY = 0.1  # s between tick outputs of a run whose steps are chosen, where the
 def stepped(scene: Scene, step: str | None, every: float | None) -> Scene:
     """The scene with other steps: "chosen" by their error, "fixed": one a tick, None: as the scene says.
 
-    every: s between tick outputs; default: the scene's tick, of steps chosen that the scene did not choose EVERY. Steps
-    that the scene did not choose have the errors of its accuracy.
+    every: s between tick outputs; default: the scene's tick, of steps chosen that the scene did not choose EVERY, less
+    where rules on watch read the tension oftener, and the scene's where instruments are aboard, which read at ticks.
+    Steps that the scene did not choose have the errors of its accuracy.
     """
     if step not in (None, "chosen", "fixed"):
         raise ValueError(f"step = {step!r} is not known: nothing was simulated; give 'chosen', 'fixed' or None")
@@ -29,7 +32,9 @@ def stepped(scene: Scene, step: str | None, every: float | None) -> Scene:
     if step == "fixed" and solver.tension_error is not None:
         values["solver.tension_error"] = None
     if step == "chosen" and solver.tension_error is None:
-        values |= {"solver.tension_error": scene.accuracy.tension, "solver.tick": EVERY}
+        values |= {"solver.tension_error": scene.accuracy.tension, "solver.tick": min(EVERY, slowest_tick(scene.rules))}
+        if aboard(scene):  # instruments read at the ticks
+            values["solver.tick"] = solver.tick
         if scene.accuracy.position is not None:
             values["solver.position_error"] = scene.accuracy.position
     if every is not None:

@@ -22,6 +22,7 @@ from ..io.sources.recorded_tow import RecordedTow
 from ..physics.tick_output import TICK_OUTPUT
 from ..sim.drive_mode import count_modes
 from ..sim.live_parameters import put_live
+from ..sim.rules.watch import rule_watch
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator, SolverError
 from ..version import __version__
@@ -147,6 +148,7 @@ class RunRecorder:
             about["node"] = tow.about["node"]  # how the motion was taken in
         if tow is not None and tow.sea_motion:
             about["rao"] = json.dumps(tow.sea_motion)  # what moved the ship in the waves of the scene
+        self.rules = rule_watch(scene)
         self.writer = BagWriter(path, custom_data=about)
         self.encoder.declare(self.writer)
         self.offset = 0  # ns, arrival less stamp
@@ -180,6 +182,8 @@ class RunRecorder:
 
     def outputs(self, frames: np.recarray, shapes: np.ndarray, contacts: np.ndarray) -> None:
         """What a chunk of ticks answered."""
+        if self.rules is not None:
+            self.rules.add(frames)
         for frame, shape, contact in zip(frames, shapes, contacts):
             self._time = int(frame["time"])
             log = self._log()
@@ -190,6 +194,8 @@ class RunRecorder:
         """End journal and bag after ``done`` ticks; a start that failed leaves no journal."""
         if self.journal is not None:
             self.journal.end(done, why)
+        if self.rules is not None:
+            self.writer.custom_data["rules"] = json.dumps(self.rules.report())
         self.writer.close()
 
     def _entry(self, data: bytes) -> None:

@@ -19,6 +19,7 @@ from ..physics.output import Output
 from ..physics.point_mass import BEAD, bead_record
 from ..physics.sea import Sea
 from ..physics.section import CableModel
+from ..physics.sensor_models import SENSOR_RULES, SIGNAL, Feedback, SensorModel
 from ..physics.state import (
     FEED_NODE,
     LEVELS,
@@ -58,6 +59,7 @@ from .statics.route import DRUM_RESERVE, ROUND_OFF
 from .tables.drum_layers import layered
 from .tables.material import arc_lengths, extreme, material_rows, section_ends, termination_weight
 from .tables.sea_tables import sea_of
+from .tables.sensor_tables import remembered, sensor_rules, signal_table
 from .tables.viv_tables import strum_rules, strum_sections
 from .wake_tables import wake_table
 
@@ -320,6 +322,7 @@ def build_model(layout: Layout, mesh: FeedMesh | None = None) -> Model:
     settings["energy_share"] = scene.solver.energy_share
     settings["max_ringing"] = MAX_RINGING * tension
     settings["bending_length"] = sqrt(extreme(scene.cable, "bending_stiffness", max)[1] / tension)
+    settings["instrumented"] = scene.instruments.feed is Feedback.INSTRUMENTS
     settings["ship"] = (ship.stale_after, ship.stale_decay, ship.start_blend, ship.source_blend)
     settings["drum"] = drum_record(layout, mesh)
     if mesh is None:
@@ -347,6 +350,7 @@ def build_model(layout: Layout, mesh: FeedMesh | None = None) -> Model:
         ),
         settings=lock(settings, TOW_SETTINGS),
         feed=feed_of(scene, mesh),
+        sensors=SensorModel(lock(signal_table(scene), SIGNAL), lock(sensor_rules(scene), SENSOR_RULES)),
     )
 
 
@@ -355,7 +359,7 @@ def build_state(layout: Layout, mesh: FeedMesh | None = None) -> State:
     scene, mesh = layout.scene, layout.mesh if mesh is None else mesh
     arc = layout.arc if mesh is None else np.zeros(mesh.nodes)
     sea, links = sea_of(scene.water, scene.gravity, scene.seabed.depth), scene.cable.model is CableModel.SEGMENTS
-    return make_state(arc, surfaces_of(scene), sea, links, delayed_rows(scene))
+    return make_state(arc, surfaces_of(scene), sea, links, delayed_rows(scene), remembered(scene))
 
 
 def make_output(model: Model, nodes: int, rows: int) -> Output:

@@ -6,13 +6,18 @@ from math import acos, cos, degrees, radians, sqrt
 
 import numpy as np
 
-from ..physics.heave_compensation import EXCESS_TENSION, KNEE, SetpointLaw
+from ..physics.heave_compensation import EXCESS_TENSION, SetpointLaw
 from ..physics.section import material_of
+from ..physics.setpoint_limits import KNEE
+from ..physics.winch_drive import DriveModel
 from .problem import Problem
 from .scene import Scene
 from .statics.route import first_angle
 
 STEEPEST, FLATTEST = radians(-85.0), radians(85.0)  # of a nominal angle
+# gain of constant_tension times sqrt(EA m), of a loop that is late by PROMPT [s], and of any; its integral time at
+# least [s]: stable on every shipped scene, also where a mass hangs on a stiff cable, with any drive (docs/setpoints.md)
+MATCHED, PROMPT, LEAST, SOONEST = 0.4, 0.05, 0.05, 0.1
 WATERLINE = (SetpointLaw.SIMPLIFIED_WATERLINE, SetpointLaw.RIGOROUS_WATERLINE)
 
 
@@ -26,6 +31,51 @@ def declare(setpoint: np.record, scene: Scene, algorithm: int, yaw: float) -> No
     setpoint.departure_time = block.angle_filter_time
     setpoint.max_gain, setpoint.max_amplitude = block.max_gain, block.max_amplitude
     setpoint.max_excess = block.max_excess
+    declare_tension(setpoint.tension, scene)
+    declare_feed_forward(setpoint.feed_forward, scene)
+    setpoint.prediction.on = block.prediction
+    setpoint.prediction.horizon = horizon(scene)
+
+
+def declare_tension(law: np.record, scene: Scene) -> None:
+    """What constant_tension takes from the scene."""
+    block, winch = scene.setpoint, scene.winch
+    law.wanted, law.time = block.tension, block.tension_filter_time
+    law.max_rate = winch.max_rate if block.tension_max_rate is None else block.tension_max_rate
+    law.back = 1.0 / block.tension_return_time if block.tension_return_time > 0.0 else 0.0
+    late = block.tension_filter_time + scene.drive.dead_time + scene.solver.tick + lag(scene)
+    gain = min(MATCHED, max(LEAST, MATCHED * (PROMPT / late) ** 2)) / impedance(scene)
+    law.gain = gain if block.tension_gain is None else block.tension_gain
+    given = block.tension_integral_time
+    law.integral_time = max(SOONEST, late) if given is None else given
+
+
+def lag(scene: Scene) -> float:
+    """How late [s] the drive is with a rate, without its dead time."""
+    drive = scene.drive
+    if drive.model is DriveModel.SERVO:
+        return 1.0 / scene.winch.derivative_gain if scene.winch.derivative_gain > 0.0 else 1.0
+    return (2.0 * drive.damping if drive.damping > 0.0 else 1.0) / drive.bandwidth
+
+
+def declare_feed_forward(law: np.record, scene: Scene) -> None:
+    """The inverse of the drive that the feed-forward takes from the scene, see physics/setpoint_feed_forward.py."""
+    drive, winch = scene.drive, scene.winch
+    law.on, law.bandwidth = scene.setpoint.feed_forward, scene.setpoint.feed_forward_bandwidth
+    if drive.model is DriveModel.SERVO:
+        if winch.derivative_gain > 0.0:  # else the check refuses it, and while it is off it asks for nothing
+            law.second, law.back = 1.0 / winch.derivative_gain, winch.proportional_gain / winch.derivative_gain
+        return
+    w = drive.bandwidth
+    law.second = lag(scene)
+    law.third = 1.0 / w**2 if drive.damping > 0.0 else 0.0
+    law.back = 0.25 * w if drive.length_gain is None else drive.length_gain
+
+
+def horizon(scene: Scene) -> float:
+    """How far [s] the prediction looks ahead."""
+    given = scene.setpoint.horizon
+    return scene.drive.dead_time if given is None else given
 
 
 def take_rest(now: np.record, scene: Scene) -> None:
@@ -35,6 +85,7 @@ def take_rest(now: np.record, scene: Scene) -> None:
     setpoint.departure = measured.departure
     if scene.setpoint.nominal_angle_deg is None:
         setpoint.angle = min(max(measured.departure, STEEPEST), FLATTEST)
+    setpoint.tension.at_start = measured.tension
     rate = scene.setpoint.max_excess_rate
     setpoint.max_excess_rate = EXCESS_TENSION * measured.tension / impedance(scene) if rate is None else rate
 

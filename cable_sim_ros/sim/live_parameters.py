@@ -12,11 +12,15 @@ from typing import Any
 import numpy as np
 
 from ..physics.contact_surface import SHEAVE_ROW, sheave_friction
+from ..physics.sensor_models import TARGETS
 from ..physics.state import NOW
 from ..physics.winch_drive import MODES, WinchMode
+from .checks.instrument_checks import fault_problems, feed_problems
 from .checks.mode_checks import mode_problems
+from .checks.setpoint_checks import feed_forward_problems
 from .scene import Scene
 from .simulator import Simulator
+from .tables.sensor_tables import put_fault
 
 Way = Callable[[Simulator, Any], None]
 
@@ -27,6 +31,18 @@ def _command_timeout(sim: Simulator, value: float) -> None:
 
 def _washout_period(sim: Simulator, value: float) -> None:
     sim.state.memory[NOW].setpoint.washout = value
+
+
+def _tension(sim: Simulator, value: float) -> None:
+    sim.state.memory[NOW].setpoint.tension.wanted = value
+
+
+def _feed_forward(sim: Simulator, value: bool) -> None:
+    sim.state.memory[NOW].setpoint.feed_forward.on = value
+
+
+def _prediction(sim: Simulator, value: bool) -> None:
+    sim.state.memory[NOW].setpoint.prediction.on = value
 
 
 def _viv_multiplier(sim: Simulator, value: float) -> None:
@@ -49,6 +65,10 @@ def _set_pull(sim: Simulator, value: float) -> None:
     _write(sim.model.settings, lambda rows: rows["drive"]["set_pull"].__setitem__(0, value))
 
 
+def _fault(sim: Simulator, _: Any, target: str) -> None:
+    put_fault(sim.state, sim.scene, target)
+
+
 def _write(array: np.ndarray, change: Callable[[np.ndarray], None]) -> None:
     """Change an array that is locked while kernels run."""
     array.setflags(write=True)
@@ -64,12 +84,17 @@ def ways(scene: Scene) -> dict[str, Way]:
         "drive.mode": _drive_mode,
         "drive.set_pull": _set_pull,
         "setpoint.algorithm": lambda sim, value: sim.set_algorithm(value),
+        "setpoint.feed_forward": _feed_forward,
+        "setpoint.prediction": _prediction,
+        "setpoint.tension": _tension,
         "setpoint.washout_period": _washout_period,
         "sheave.bearing_friction": _sheave,
         "sheave.friction": _sheave,
         "viv.multiplier": _viv_multiplier,
         "winch.command_timeout": _command_timeout,
     }
+    for target in TARGETS:
+        table[f"faults.{target}.kind"] = table[f"faults.{target}.size"] = partial(_fault, target=target)
     names = ["towbody", *(f"bodies.{name}" for name in scene.bodies)]
     for place, name in enumerate(names):
         table[f"{name}.flow_time_constant"] = partial(_flow_time, place=place)
@@ -80,7 +105,7 @@ def set_live(sim: Simulator, name: str, value: Any) -> None:
     """Give a live parameter another value, in the scene of the simulator too, so that a start keeps it.
 
     Call it between two ticks. Raises KeyError for a parameter that is not live, ValueError for one out of its range or
-    that the drive cannot serve.
+    that drive or instruments cannot serve.
     """
     if refusal := unfit(changed(sim.scene, name, value) if name in ways(sim.scene) else sim.scene):
         raise ValueError(refusal)
@@ -96,7 +121,8 @@ def put_live(sim: Simulator, name: str, value: Any) -> None:
 
 def unfit(scene: Scene) -> str:
     """ "" or why live values of a scene do not serve together."""
-    for problem in mode_problems(scene):
+    problems = *mode_problems(scene), *feed_problems(scene), *fault_problems(scene), *feed_forward_problems(scene)
+    for problem in problems:
         return f"{problem.key} {problem.text}; nothing was changed. {problem.remedy}"
     return ""
 

@@ -23,7 +23,7 @@ from numba import types
 from ..physics.jit import driver
 from ..physics.output import no_peaks
 from ..physics.state import NOW
-from ..physics.tick import link_tick, observe, tick
+from ..physics.tick import link_tick, observe, sense, tick
 from ..physics.tick_output import NEWTON_FAILED, NOT_FINITE
 from ..physics.tow import rest
 from .compiling import prepare
@@ -185,6 +185,8 @@ def _drive(model, state, inputs, output, what, count, control, stats, heads):
         if steps >= 0:
             no_peaks(state.memory[NOW].health)
             observe(model, state, output, 0, 0, False)
+            if model.sensors.rules.shape[0] > 0:
+                sense(model, state, output.frame[0])
         health = state.memory[NOW].health
         health.iterations, health.substeps, health.residual = iterations, 0, left
         return np.int64(steps)

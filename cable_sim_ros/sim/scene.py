@@ -8,6 +8,7 @@ from ..physics.contact_surface import Seabed, Sheave
 from ..physics.heave_compensation import Setpoint
 from ..physics.integrate import Solver
 from ..physics.parameter import REQUIRED, Block, quantity
+from ..physics.sensor_models import Faults, Instruments
 from ..physics.ship import Ship
 from ..physics.towbody import LineBody, Towbody
 from ..physics.viv_amplification import Viv
@@ -15,6 +16,7 @@ from ..physics.water import Water
 from ..physics.winch import Winch
 from ..physics.winch_drive import Drive
 from .mesh_blocks import Accuracy, Mesh
+from .rule_blocks import Rules
 
 
 class Scene(Block):
@@ -29,11 +31,14 @@ class Scene(Block):
     winch: Winch = quantity(REQUIRED, "", None, None, "winch")
     drive: Drive = quantity(Drive(), "", None, None, "drive of the winch: what turns its drum")
     setpoint: Setpoint = quantity(Setpoint(), "", None, None, "set-point of the winch")
+    instruments: Instruments = quantity(Instruments(), "", None, None, "instruments aboard, beside the truth")
+    faults: Faults = quantity(Faults(), "", None, None, "what is wrong with instruments, command path and drive")
     sheave: Sheave = quantity(REQUIRED, "", None, None, "sheave")
     seabed: Seabed = quantity(Seabed(), "", None, None, "seabed under the tow")
     contact: Contact = quantity(Contact(), "", None, None, "contact of the cable with drum and sheave")
     towbody: Towbody = quantity(REQUIRED, "", None, None, "towbody")
     bodies: dict[str, LineBody] = quantity({}, "", None, None, "bodies on the line between drum and towbody")
+    rules: Rules = quantity(Rules(), "", None, None, "rules on watch, which change nothing of the tow")
     solver: Solver = quantity(Solver(), "", None, None, "time integration")
     accuracy: Accuracy = quantity(Accuracy(), "", None, None, "errors that the mesh may add")
     mesh: Mesh = quantity(Mesh(), "", None, None, "mesh written by hand, for a winch that feeds cable")

@@ -30,6 +30,7 @@ from .scene import Scene
 from .static_equilibrium import settle, turn_bodies
 from .statics.route import StartError
 from .tables.current import declare_water
+from .tables.sensor_tables import declare_faults, keep_faults, pin_problem
 from .wake_tables import begin_wakes
 
 
@@ -115,11 +116,14 @@ class Simulator:
         drum = self.model.settings[0].drum
         lay_mesh(self.model.feed, drum, now.winch, state.nodes[NOW, ARC], self.model.line.elements)
         begin_wakes(state, scene.cable)
+        declare_faults(self.state, scene)
         shape = self.layout.shape(float(drum.payout_0 - drum.inboard), yaw)
         turn_bodies(self, shape, yaw)
         self.start_report = settle(self, shape, yaw)
         now.health.iterations = now.health.substeps = 0
         take_rest(now, scene)
+        if problem := pin_problem(self.state, scene):
+            raise StartError(f"{scene.name}: {problem}", 0.0)
 
     def _fits_start(self, yaw: float, place: tuple[float, ...]) -> None:
         problem = start_problem(self.state.now, yaw, place, self.scene.ship.start_blend)
@@ -131,6 +135,8 @@ class Simulator:
         self.state.memory[:] = np.zeros((), MEMORY)
         self.state.nodes[:, :ARC] = 0.0
         self.state.delayed[:] = 0.0
+        for array in self.state.sensors:
+            array[...] = np.zeros((), array.dtype)
         self.state.tension[:], self.state.reaction[:] = 0.0, 0.0
         return self.state.now
 
@@ -216,6 +222,7 @@ class Simulator:
         saved = {"memory": self.state.memory[NOW].copy(), "nodes": self.state.nodes[NOW].copy()}
         saved.update({f"step_{n}": getattr(self.state, n)[STEP].copy() for n in ("memory", "nodes")})
         saved["delayed"] = self.state.delayed.copy()
+        saved.update({f"sensors_{n}": a.copy() for n, a in self.state.sensors._asdict().items()})
         saved.update({f"frame_{n}": a[0].copy() for n, a in self.output._asdict().items()})
         saved.update({f"inputs_{n}": a.copy() for n, a in self.inputs._asdict().items()})
         return saved
@@ -226,11 +233,14 @@ class Simulator:
             getattr(self.state, name)[NOW] = saved[name]
             getattr(self.state, name)[STEP] = saved[f"step_{name}"]
         self.state.delayed[...] = saved["delayed"]
+        for name, array in self.state.sensors._asdict().items():
+            array[...] = saved[f"sensors_{name}"]
         for name, array in self.output._asdict().items():
             array[0] = saved[f"frame_{name}"]
         for name, array in self.inputs._asdict().items():
             array[...] = saved[f"inputs_{name}"]
         self._algorithm = int(self.state.now.setpoint.algorithm)
+        keep_faults(self.state, self.scene)
 
     def save(self, path: str | os.PathLike) -> None:
         """Write scene and snapshot to one .npz file, whole or not at all. Raises SaveError."""

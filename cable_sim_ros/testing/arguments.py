@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -13,8 +13,11 @@ from typing import Any
 import numpy as np
 
 from ..errors import TowError
+from ..io.messages.messages import KINDS
 from ..physics.tick_output import Flag
 
+COMMAND = KINDS["command"][1]
+NOT_IN_TIME = ("missed", "late", "early", "unstamped")
 WORDS = {  # what shared texts call what is a keyword here
     "--heave AMPLITUDE,PERIOD in m and s": "heave=(amplitude, period) in m and s",
     "--duration": "duration",
@@ -52,7 +55,9 @@ def refused() -> Iterator[None]:
 
 
 def agree(mode: str, scene: Any, parameters: Mapping[str, Any]) -> None:
-    """TowError where a parameter says another mode or scene than the argument does."""
+    """TowError for a mode that there is not, or where a parameter says another mode or scene than the argument does."""
+    if mode not in ("realtime", "lockstep"):
+        raise TowError(f"mode = {mode!r} is not known: nothing was started; give 'realtime' or 'lockstep'")
     for name, value, ours in (("time_mode", mode, "mode"), ("scene", scene, "scene")):
         given = parameters.get(name, value)
         if given != value:
@@ -60,6 +65,14 @@ def agree(mode: str, scene: Any, parameters: Mapping[str, Any]) -> None:
                 f"parameters[{name!r}] = {given!r} and {ours} = {value!r} contradict each other: nothing was started; "
                 f"give {ours} alone"
             )
+
+
+def too_late(within: float, last: np.record) -> TowError:
+    """That something was not so within so many s of simulation; last: the newest tick output."""
+    return TowError(
+        f"not within {within:g} s of simulation; at {last.time / 1e9:.2f} s: tension {last.tension:.0f} N, pay-out "
+        f"{last.payout:.3f} m, rate {last.payout_rate:.3f} m/s, status {int(last.status)}"
+    )
 
 
 def with_motion(frames: np.recarray, end: int | None) -> np.recarray:
@@ -93,3 +106,26 @@ def scene_text(scene: str | os.PathLike) -> str:
             f"scene = {scene!r} is neither a name nor a path: nothing was started; give 'full_scale' or a YAML file"
         ) from None
     return str(path.absolute()) if path.exists() else os.fspath(scene)
+
+
+def process_of(command: Any, publishes: str | Sequence[str], within: float) -> list[str]:
+    """Topics that a process will publish, as a list; TowError where it cannot be started or named so."""
+    if isinstance(command, (str, bytes)) or not command:
+        raise TowError(
+            f"command = {command!r} is no list of a program and its arguments: nothing was started; give "
+            f"[sys.executable, 'my_controller.py']"
+        )
+    number("within", within, "s", "nothing was started", "0 does not wait for commands", minimum=0.0)
+    topics = [publishes] if isinstance(publishes, str) else list(publishes)
+    if not topics or not all(isinstance(topic, str) and topic.strip("/") for topic in topics):
+        raise TowError(
+            f"publishes = {publishes!r} names no topic: nothing was started; give {COMMAND!r}, or what a node in "
+            f"between publishes"
+        )
+    return topics
+
+
+def unmet(values: Mapping[str, Any]) -> dict[str, int]:
+    """From the task lockstep: inputs that did not come at their time, by what became of them, where there are any."""
+    named = [key for key in values if key.endswith(NOT_IN_TIME) or key.startswith("refused: ")]
+    return {key: count for key in named if (count := int(values[key]))}

@@ -11,7 +11,6 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.srv import SetParameters
-from rclpy.duration import Duration
 from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
@@ -20,24 +19,22 @@ from std_srvs.srv import SetBool, Trigger
 from ..errors import TowError
 from ..io.messages.commands import encode_command
 from ..io.messages.messages import COMMANDS, KINDS, Event
-from ..ros.client import NAMESPACE, Client
+from ..ros.client import Client
 from ..ros.parameters import FOREIGN, settle
 from ..ros.topics import inputs_there, message_class
+from .arguments import COMMAND
+from .chain import NODE, SETTLE, Chain
 from .feeder import AHEAD, Feeder
 from .frames import FrameBox
 from .motion import SECOND
 
-NODE = f"{NAMESPACE}/cable_sim"
-COMMAND = KINDS["command"][1]
 SERVICE = 30.0  # s for an answer
 STALLED = 60.0  # s of wall time without a tick output
 PIECE = 250  # ticks stepped at once: half of what the node keeps for a listener that is slow, so that none is lost
 LATE = 1.0  # s of wall time without one more tick output, after a step
 LOOK = 0.5  # s between two looks at who else is in the domain
 SPEAK = 3.0  # s of wall time for the first command of a controller, which may also come when the clock moves
-DELIVERED = Duration(seconds=3.0)  # for motion to the listeners that acknowledge it
-CONNECT = 5.0  # s that a listener may take to be connected
-SETTLE = 0.3  # s: the other end may learn of ours a little later than we of it
+CONNECT = 5.0  # s that the nodes of a chain may take to be heard
 
 
 class Link:
@@ -68,6 +65,7 @@ class Link:
         self._publishers = {
             kind: self.client.publisher(message_class(KINDS[kind][0]), KINDS[kind][1]) for kind in ("imu", "odometry")
         }
+        self.chain = Chain(self.client, self._publishers)
         self._health = self.client.hear(JointState, "sim/health", self.box.put)
         self.client.listen(DiagnosticArray, "/diagnostics")
         if lockstep:
@@ -143,6 +141,7 @@ class Link:
             if tried > 3:
                 raise TowError(f"{left} of {count} ticks gave no tick output; see the task lockstep of /diagnostics")
             self._sent()
+            self._closed_chain(check)
             self._first_command(check)
             received = self.box.count + piece
             self.set("lockstep.steps", piece)
@@ -168,14 +167,26 @@ class Link:
         return moved
 
     def _sent(self) -> None:
-        """Until what the clock has come to is sent: the node takes it in before a step that is asked for later."""
+        """Until what the clock has come to is sent; of the first motion the node must say that it has come, or a step
+        may begin without it."""
         deadline = time.monotonic() + SERVICE
-        while self.now is None or not self.feeder.idle:
+        while self.now is None or not self.feeder.idle or not self._motion_came():
             if time.monotonic() > deadline:
-                raise TowError(f"motion could not be sent within {SERVICE:g} s")
+                raise TowError(f"motion could not be sent within {SERVICE:g} s: the node has had none")
             time.sleep(0.002)
-        for kind in ("imu", "odometry"):
-            self._publishers[kind].wait_for_all_acked(DELIVERED)
+
+    def _motion_came(self) -> bool:
+        lockstep = self.diagnostics().get("lockstep")
+        return not self.feeder.sent or (lockstep is not None and lockstep[2]["motion_spoke"] == "true")
+
+    def _closed_chain(self, check: Callable[[], None]) -> None:
+        """TowError where a link of the chain is heard by nobody, at most CONNECT after its start."""
+        deadline = time.monotonic() + CONNECT
+        while self._awaited and (problem := self.chain.closed()):
+            check()
+            if time.monotonic() > deadline:
+                raise TowError(problem)
+            time.sleep(0.01)
 
     def _first_command(self, check: Callable[[], None]) -> None:
         """After motion was fed, until a controller has answered it, at most SPEAK: one that answers at the standing
@@ -192,28 +203,14 @@ class Link:
         self._stamped, stamp = stamp, 0 if stamp == self._stamped else stamp
         self._commander().publish(encode_command(stamp, payout, rate))
 
-    def commanders(self) -> int:
-        """Publishers of winch commands beside our own."""
-        return sum(self.client.others_on(f"{NAMESPACE}/{KINDS[kind][1]}") for kind in COMMANDS)
-
-    def _all_hear(self) -> bool:
-        """Is every listener of our topics that the graph knows of connected?"""
-        count = self.client.node.count_subscribers
-        return all(made.get_subscription_count() >= count(made.topic_name) for made in self._publishers.values())
-
-    def controller_comes(self) -> None:
-        """A controller is about to start: what was commanded before is not its answer."""
+    def comes(self, topics: Sequence[str]) -> None:
+        """A process is about to start that publishes these topics: what was commanded before is not its answer."""
         self.spoken.clear()
+        self.chain.comes(topics)
 
-    def controller_came(self) -> None:
-        """A controller publishes commands: let it, the node and our motion learn of each other.
-
-        What is sent to a listener that is known of, but not yet connected, is lost to it alone.
-        """
-        deadline = time.monotonic() + CONNECT
-        while not self._all_hear() and time.monotonic() < deadline:
-            time.sleep(0.01)
-        time.sleep(SETTLE)
+    def came(self, name: str, within: float, check: Callable[[], None]) -> None:
+        """It publishes them: let it, the node and our motion learn of each other."""
+        self.chain.came(name, within, check)
         self._controlled = self._awaited = True
 
     def set(self, name: str, value: Any) -> None:

@@ -22,7 +22,7 @@ from ..ros import watchdog
 from ..ros.child import MARK, Process, opened
 from ..sim.flag_rules import DOUBTFUL, OK
 from . import shared_memory
-from .arguments import agree, as_text, number, scene_text, with_motion
+from .arguments import COMMAND, agree, as_text, number, process_of, scene_text, too_late, unmet, with_motion
 from .domain import reserve
 
 READY_WITHIN = 300.0  # s; compiling everything from nothing takes minutes on a slow machine
@@ -61,8 +61,6 @@ class Tow:
         may_be_doubtful: bool = False,
         command: Sequence[str] = (sys.executable, "-m", "cable_sim_ros.ros.node"),
     ) -> None:
-        if mode not in ("realtime", "lockstep"):
-            raise TowError(f"mode = {mode!r} is not known: nothing was started; give 'realtime' or 'lockstep'")
         number("ready_within", ready_within, "s", "nothing was started", COMPILING)
         agree(mode, scene, parameters or {})
         self.mode, self.lockstep, self.may_be_doubtful = mode, mode == "lockstep", may_be_doubtful
@@ -182,22 +180,26 @@ class Tow:
                 number(name, value, unit, "nothing was commanded", "rate=0.0 stops the winch", minimum=-math.inf)
         self._link.command(payout, rate)
 
-    def run(self, command: Sequence[object], *, name: str = "", may_end: bool = False, within: float = 30.0) -> Process:
+    def run(
+        self,
+        command: Sequence[object],
+        *,
+        name: str = "",
+        may_end: bool = False,
+        within: float = 30.0,
+        publishes: str | Sequence[str] = COMMAND,
+    ) -> Process:
         """Start a process of yours in the domain, and wait until it publishes winch commands (within=0: do not wait).
 
-        It ends with this tow. If it ends by itself with another code than 0 the next wait raises TowError, unless it
-        may_end; `kill()` and `stop()` of what is returned are no surprise.
+        publishes: topics (relative to /tow_sim) of a node between sample and command, or of several; the first step
+        waits until each has a subscriber. It ends with this tow. If it ends by itself with another code than 0 the next
+        wait raises TowError, unless it may_end; `kill()` and `stop()` of what is returned are no surprise.
         """
-        if isinstance(command, (str, bytes)) or not command:
-            raise TowError(
-                f"command = {command!r} is no list of a program and its arguments: nothing was started; give "
-                f"[sys.executable, 'my_controller.py']"
-            )
-        number("within", within, "s", "nothing was started", "0 does not wait for commands", minimum=0.0)
+        topics, link = process_of(command, publishes, within), self._link
         self._open()
         if within:
-            self._link.controller_comes()
-        count, before = len(self.processes), self._link.commanders()
+            link.comes(topics)
+        count = len(self.processes)
         name = name or f"controller {count}"
         log = self.folder / f"process{count}.log"
         process = Process(name, [str(part) for part in command], log, self.environment, [self._descriptor])
@@ -205,11 +207,9 @@ class Tow:
         self.processes.append(process)
         self._closing.append(process.stop)
         if within:
-            link = self._link
-            self._await(
-                lambda: link.commanders() > before, within, f"commanded: {name} has no publisher of winch/command"
-            )
-            link.controller_came()
+            what = f"ready: {name} has no publisher of {' or '.join(topics)}"
+            self._await(lambda: not link.chain.missing(), within, what)
+            link.came(name, within, self.check)
             self._segments |= shared_memory.mapped(process.pid)
         return process
 
@@ -281,12 +281,7 @@ class Tow:
                 return frames
             begun = int(frames["time"][0]) if begun is None and len(frames) else begun
             if begun is not None and len(frames) and frames["time"][-1] - begun >= within * SECOND:
-                last = frames[-1]
-                raise TowError(
-                    f"not within {within:g} s of simulation; at {last.time / SECOND:.2f} s: tension "
-                    f"{last.tension:.0f} N, pay-out {last.payout:.3f} m, rate {last.payout_rate:.3f} m/s, status "
-                    f"{int(last.status)}"
-                )
+                raise too_late(within, frames[-1])
             self.advance(every, motion_may_end=motion_may_end)
 
     def _first(self) -> np.recarray:
@@ -330,6 +325,15 @@ class Tow:
     def missing(self) -> int:
         """Ticks between the first and the last tick output that were not heard."""
         return self._link.box.missing
+
+    @property
+    def unmet(self) -> dict[str, int]:
+        """Lockstep: inputs that did not come at their time, by what became of them. Empty: this run repeats."""
+        if not self.lockstep:
+            raise TowError("unmet is of mode='lockstep': in real time nothing waits, and no run repeats")
+        found = self.metrics.get("lockstep") if self._closed else None
+        ticks = 0 if self._closed else self._link.box.count
+        return unmet(found or self.diagnostic("lockstep", lambda level, text, v: int(v["step"]) >= ticks)[2])
 
     @property
     def diagnostics(self) -> dict[str, tuple[int, str, dict[str, str]]]:

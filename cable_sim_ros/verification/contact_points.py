@@ -11,8 +11,8 @@ from functools import cached_property
 
 import numpy as np
 
+from ..physics.contact import CONTACT_POINTS_PER_ELEMENT
 from ..physics.hermite import W5, X5
-from ..physics.state import CONTACT_POINTS_PER_ELEMENT
 from ..sim.rig.rig import Rig
 
 

@@ -12,6 +12,7 @@ from click.testing import CliRunner
 
 from cable_sim_ros.cli import commands, expected_errors
 from cable_sim_ros.cli.number import Number
+from cable_sim_ros.cli.options import Heave
 from cable_sim_ros.io.sources.motion_table import MotionError
 from cable_sim_ros.limits import MAX_TOW_SPEED
 from cable_sim_ros.physics.ship import Ship
@@ -21,6 +22,7 @@ from cable_sim_ros.sim.simulator import Simulator, SolverError
 from cable_sim_ros.sim.statics.route import StartError
 
 COMMANDS = {
+    "ahc",
     "node",
     "run",
     "replay",
@@ -35,8 +37,10 @@ COMMANDS = {
     "span",
     "manual",
     "mesh",
+    "plan",
     "recover",
     "make-bags",
+    "telegrams",
 }
 
 
@@ -183,14 +187,14 @@ def numbers():
     for name in commands.main.list_commands(None):
         command = commands.main.get_command(None, name)
         for option in command.params:
-            if isinstance(option.type, (click.types.FloatParamType, click.types.IntParamType, commands.Heave)):
+            if isinstance(option.type, (click.types.FloatParamType, click.types.IntParamType, Heave)):
                 yield name, option
 
 
 def test_every_number_is_finite_and_in_a_range():
     """nan compares false with every bound, so that a check of bounds alone lets it through."""
     found = dict.fromkeys(name for name, _ in numbers())
-    assert set(found) >= {"run", "live", "play", "mesh", "validate", "make-bags", "replay", "bench"}
+    assert set(found) >= {"run", "live", "play", "mesh", "plan", "validate", "make-bags", "replay", "bench"}
     for name, option in numbers():
         if isinstance(option.type, click.types.FloatParamType):
             assert isinstance(option.type, Number), (name, option.name)
@@ -198,9 +202,7 @@ def test_every_number_is_finite_and_in_a_range():
             assert None not in (option.type.min, option.type.max), (name, option.name)
         for value in ("nan", "inf", "-inf", "1e999"):
             with pytest.raises(click.BadParameter):
-                option.type.convert(
-                    value if not isinstance(option.type, commands.Heave) else f"1,{value}", option, None
-                )
+                option.type.convert(value if not isinstance(option.type, Heave) else f"1,{value}", option, None)
 
 
 def test_the_speed_of_a_bag_is_that_of_a_scene():
@@ -290,7 +292,14 @@ def test_a_cable_that_misses_its_sheave_is_refused_with_the_angle(tmp_path):
     assert "comes 20.6 deg aslant from the drum: bring winch.position and sheave.position into line" in missed.stderr
 
 
-@pytest.mark.parametrize("arguments", [("run", "full_scale", "--motion", "none"), ("mesh", "side_scan", "--check")])
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("run", "full_scale", "--motion", "none"),
+        ("plan", "full_scale", "--motion", "none"),
+        ("mesh", "side_scan", "--check"),
+    ],
+)
 def test_a_start_that_fails_is_one_line_and_code_1(arguments, monkeypatch):
     def start(self, *given, **named):
         raise StartError("full_scale: no static equilibrium, residual 12 N", 12.0)

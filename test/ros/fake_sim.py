@@ -16,6 +16,7 @@ from numba import njit
 
 from cable_sim_ros.physics.heave_compensation import SetpointLaw
 from cable_sim_ros.physics.inputs import Inputs, make_inputs
+from cable_sim_ros.physics.sensor_models import SENSOR_RULES, SIGNAL, SensorModel
 from cable_sim_ros.physics.state import MEMORY, TOW_SETTINGS, records
 from cable_sim_ros.physics.tick_output import CONTACT_COLUMNS, SHAPE_COLUMNS, SLOPE_COLUMNS, TICK_OUTPUT
 
@@ -32,11 +33,15 @@ def settings_of(winch) -> np.recarray:
     return found
 
 
+NO_SENSORS = SensorModel(np.zeros(0, SIGNAL), np.zeros(0, SENSOR_RULES))
+
+
 class Model(NamedTuple):
     period: int
     settings: np.ndarray  # TOW_SETTINGS [1]
     max_rate: float
     work: int  # steps of useless work a tick, for a model that is too big
+    sensors: SensorModel  # none aboard
 
 
 class State(NamedTuple):
@@ -118,6 +123,11 @@ def tick(model, state, inputs, output, slot):
 
 
 @njit(nogil=True)
+def sense(model, state, frame):
+    pass
+
+
+@njit(nogil=True)
 def observe(model, state, output, slot, flags, blending):
     return flags
 
@@ -150,7 +160,7 @@ class Simulator:
         self.scene = scene
         settings = settings_of(scene.winch)
         settings.setflags(write=False)
-        self.model = Model(round(scene.solver.tick * 1e9), settings, scene.winch.max_rate, WORK)
+        self.model = Model(round(scene.solver.tick * 1e9), settings, scene.winch.max_rate, WORK, NO_SENSORS)
         self.state = State(records(1, MEMORY), np.zeros(6))
         self.nodes = NODES
         self.inputs: Inputs = make_inputs()
@@ -188,7 +198,7 @@ class Simulator:
 
 def install() -> None:
     system = types.ModuleType("cable_sim_ros.physics.tick")
-    system.tick, system.observe, system.link_tick = tick, observe, lambda *parts: None
+    system.tick, system.observe, system.sense, system.link_tick = tick, observe, sense, lambda *parts: None
     from cable_sim_ros.physics import tow
 
     tow.rest = rest  # sim.entry itself is the real one

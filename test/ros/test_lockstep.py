@@ -200,3 +200,32 @@ def test_the_rate_is_zero_or_not_too_small():
 
     with pytest.raises(ParameterError, match="lockstep.rate"):
         settle({"lockstep.rate": 0.05})
+
+
+def test_a_command_may_keep_the_stamp_of_the_sample_that_it_answers():
+    """Its chain has 80 ms of dead time: waited for is the stamp of the clock less that, from the first tick on."""
+    steps = machine(wait=0.2, chain_delay=0.08, command_period=0.01)
+    world = World(steps)
+    steps.commands.expect(steps.clock)
+    world.until(7)
+    assert world.now == 0 and not steps.commands.missed, "the first sample's command is under way"
+    world.answer = lambda do: do is Do.MOTION and found.append(command(steps, steps.clock // MS - 80))
+    found: list = []
+    world.until(200)
+    assert set(found) == {""} and world.now == 0
+    assert (steps.commands.missed, steps.late, steps.early) == (0, 0, 0) and steps.commands.slack == 0
+    world.answer = lambda do: None
+    world.until(2, within=5.0)
+    assert steps.commands.missed == 1 and world.now == pytest.approx(0.2 * S, abs=50 * MS), "bounded and counted"
+    assert command(steps, steps.clock // MS - 90) == "" and steps.late == 1
+    assert command(steps, steps.clock // MS - 70) == "" and steps.early == 1, "10 ms less than declared"
+    assert command(steps, steps.clock // MS + 10) == "step_future"
+
+
+def test_without_its_declaration_such_a_chain_is_late_and_costs_waits():
+    steps = machine(wait=0.2, command_period=0.01)
+    world = World(steps)
+    steps.commands.expect(steps.clock)
+    world.answer = lambda do: do is Do.MOTION and command(steps, steps.clock // MS - 80)
+    world.until(30)
+    assert steps.late and steps.commands.missed and world.now >= 0.2 * S

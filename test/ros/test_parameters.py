@@ -52,6 +52,8 @@ WRONG = [  # overrides, parts of the text
     ({"time_mode": "stepped"}, ["time_mode", "stepped", "realtime, lockstep"]),
     ({"lockstep.rate": 0.05}, ["lockstep.rate", "0.05", "nothing was started", "0.1 to 1000"]),
     ({"lockstep.wait": -1.0}, ["lockstep.wait", "-1 s", "from 0 s to 600 s"]),
+    ({"faults_file": "/none.yaml"}, ["parameter 'faults_file'", "/none.yaml", "cannot be read"]),
+    ({"faults_file": "a.yaml", "time_mode": "lockstep"}, ["faults_file", "other ticks", "between two steps"]),
     ({"scene": "nowhere"}, ["nowhere", "full_scale"]),
     ({"sheave.position": [0.0, 0.0, 0.0]}, ["sheave.position"]),  # senseless only beside the other numbers
 ]

@@ -137,7 +137,10 @@ def test_the_first_command_is_awaited_before_the_first_step(monkeypatch):
 
 
 def test_a_node_in_real_time_from_start_to_end(tmp_path):
-    with tow("full_scale", parameters={"setpoint.algorithm": "hold"}, folder=tmp_path, record=True) as sim:
+    scenario = tmp_path / "faults.yaml"
+    scenario.write_text("scenario: a\nfaults:\n  b: {at: 0.5, target: encoder, kind: bias, size: 7.0}\n", "utf-8")
+    given = {"setpoint.algorithm": "hold", "instruments.encoder.on": True, "faults_file": str(scenario)}
+    with tow("full_scale", parameters=given, folder=tmp_path, record=True) as sim:
         assert sim.environment["ROS_DOMAIN_ID"] == str(sim.domain) and sim.state == "waiting"
         with pytest.raises(TowError, match=r"step\(\) is for mode='lockstep'"):
             sim.step()
@@ -150,6 +153,8 @@ def test_a_node_in_real_time_from_start_to_end(tmp_path):
         assert (np.diff(frames.time) == 10_000_000).all()
         with pytest.raises(ValueError, match="read-only"):
             frames.tension[0] = 0.0
+        frames = sim.wait_until(lambda frames: frames.encoder_payout[-1] > frames.payout_counter[-1] + 6.9, within=10.0)
+        assert frames.encoder_payout[0] == frames.payout_counter[0], "the fault of a scenario comes at its time"
 
         sim.command(rate=0.2)
         sim.wait_until(lambda frames: frames.payout_rate[-1] > 0.15, within=2.0)

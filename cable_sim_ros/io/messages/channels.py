@@ -11,10 +11,9 @@ Headers carry the simulation time exactly. Clouds are float32: 10 km from the st
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache
 from math import hypot
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -23,7 +22,9 @@ from ...sim.scene import Scene
 from ...sim.tables.viv_tables import on as strumming_on
 from ..bags.typestore import STORE
 from .cdr import JointTemplate, cloud, cloud_table, header, header_time, store_type
+from .channel import Channel, Context
 from .frame_numbers import NAMES, PLACES, numbers_of
+from .instrument_channels import INSTRUMENTS
 
 Point = store_type("geometry_msgs/msg/Point")
 Quaternion = store_type("geometry_msgs/msg/Quaternion")
@@ -48,41 +49,6 @@ HEALTH = NAMES[1:]  # all but time
 HEALTH_PLACES = [
     (name, slice(at.start - 1, at.stop - 1) if isinstance(at, slice) else at - 1) for name, at in PLACES[1:]
 ]
-
-
-@dataclass(frozen=True)
-class Context:
-    """What a message needs beside the tick output: names of frames, and the namespace of the topics."""
-
-    odom: str = "odom"
-    base_link: str = "base_link"
-    sheave_link: str = "sheave_link"
-    towbody_link: str = "towbody_link"
-    namespace: str = "/tow_sim"
-
-    def topic(self, channel: Channel) -> str:
-        """Absolute topic of a channel."""
-        return f"{self.namespace.rstrip('/')}/{channel.topic}"
-
-
-class Channel(NamedTuple):
-    """One row: name, relative topic, ROS type, rate [Hz] (0 = every tick), QoS ("reliable", "sensor"), function to a
-    message, function back to a dict of fields (None: not read back, other channels have all of it), and a quicker way
-    to the same bytes where there is one; optional: goes on where its message package is not installed."""
-
-    name: str
-    topic: str
-    msgtype: str
-    rate: float
-    qos: str
-    write: Callable
-    read: Callable | None
-    template: Callable | None = None
-    optional: bool = False
-
-    def every(self, tick_s: float) -> int:
-        """Ticks from one message to the next, at least 1."""
-        return max(1, round(1.0 / (self.rate * tick_s))) if self.rate else 1
 
 
 def rotate(quaternion: tuple, vector: tuple) -> tuple[float, float, float]:
@@ -306,7 +272,10 @@ TRANSFORMS = Channel(  # /tf of tools: relative, as on the global /tf the simula
 )
 
 
-SOMETIMES: tuple[tuple[Channel, Callable[[Scene], bool]], ...] = ((STRUM, strumming_on),)  # and which scenes have it
+SOMETIMES: tuple[tuple[Channel, Callable[[Scene], bool]], ...] = (
+    (STRUM, strumming_on),
+    *INSTRUMENTS,
+)  # and which scenes have it
 EVERY = (*CHANNELS, TRANSFORMS, *(channel for channel, _ in SOMETIMES))  # of any scene: docs/topics.md, SROS2 policy
 
 
@@ -347,7 +316,7 @@ class Encoder:
         """
         f, due = numbers_of(frame), []
         for channel, topic, every, template in self._rows:
-            if f.tick % every:
+            if f.tick % every or (channel.new and not f.readings_new & channel.new):
                 continue
             if template is not None:
                 data = template(f, shape, contact, self.context)

@@ -207,6 +207,7 @@ REMEMBERED: dict[str, dict[str, Hint]] = {
         "silent_after": SAME,
         "_given": SAME,
         "_shortest": SAME,
+        "delay": SAME,
         "newest": Whole | None,
         "period": Period | None,
         "slack": Count,

@@ -22,13 +22,14 @@ ORDER = {"imu": 0, "odometry": 1}
 class Cadence:
     """When the next message of one sender is due on the clock [ns], learnt from its stamps; what was missed is counted.
 
-    period: given, or None: learnt from the second message on; eager: the shortest gap counts, else the usual one.
+    period: given, or None: learnt from the second message on; eager: the shortest gap counts, else the usual one;
+    delay: by how much its stamps lie behind the clock at which they come, ns.
     A sender whose messages come regularly later than their stamps say (`slack`), or further apart, is believed after
     the second that is missed. One that misses `silent_after` in a row is silent: not due until it speaks again.
     """
 
-    def __init__(self, silent_after: int, period: int | None = None, eager: bool = False) -> None:
-        self.silent_after, self._given, self._shortest = silent_after, period, eager
+    def __init__(self, silent_after: int, period: int | None = None, eager: bool = False, delay: int = 0) -> None:
+        self.silent_after, self._given, self._shortest, self.delay = silent_after, period, eager, delay
         self.missed = 0
         self.reset()
 
@@ -56,7 +57,7 @@ class Cadence:
             return False
         if self.period is None:
             return minimum is not None and self.newest < minimum and not self._passed
-        return self.newest + self.period * (self._passed + 1) + self.slack <= clock
+        return self.newest + self.period * (self._passed + 1) + self.delay + self.slack <= clock
 
     def expect(self, clock: int) -> None:
         """Where a period is given there is a sender: its first message is due by this clock."""
@@ -71,7 +72,7 @@ class Cadence:
         if self.period is None:
             self._passed = 1
             return
-        self._passed = max(self._passed + 1, (clock - self.slack - self.newest) // self.period)
+        self._passed = max(self._passed + 1, (clock - self.delay - self.slack - self.newest) // self.period)
 
     def received(self, stamp: int, clock: int) -> None:
         """A message with this stamp came for the step of this clock."""
@@ -92,7 +93,7 @@ class Cadence:
         before, self._suspect = self._suspect, (why, self.received_count)
         since = self.received_count - before[1]
         if why == before[0] == "late" and since == 1:
-            self.slack = min(FAR, max(self.slack, clock - self.newest - ahead * self.period))
+            self.slack = min(FAR, max(self.slack, clock - self.delay - self.newest - ahead * self.period))
         elif why == before[0] == "slow" and since <= KEPT:
             self._eager, self._widest = False, 2.5
 

@@ -21,6 +21,7 @@ from .yaml12 import YamlError, parse
 
 FILES = {  # what a file is: the keys at its top that no other kind has, and where it goes
     "a scene of a tow": (("ship", "winch", "towbody"), "`cable-sim run`"),
+    "a scenario of faults": (("scenario",), "`cable-sim run --faults`"),
     "a span in a wind": (("span",), "`cable-sim span` or `cable-sim viv`, in Python to load_cases"),
     "a span in a flow": (("flow",), "`cable-sim viv`: it has no wake, viscosity or axial stiffness"),
 }
@@ -109,5 +110,6 @@ class Document(Generic[B]):
         return block
 
     def _refused(self, where: str, why: str, remedy: str) -> SceneError:
-        copy = f"with a copy of a shipped {self.noun}: {', '.join(self.shipped())}"
+        shipped = ", ".join(self.shipped())
+        copy = f"with a copy of a shipped {self.noun}: {shipped}" if shipped else f"with `{self.example}`"
         return self.error([f"{where}: {why}; {CONSEQUENCE}. {remedy} {copy}"])

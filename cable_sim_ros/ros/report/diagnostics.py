@@ -23,6 +23,7 @@ from ..status import text_of as _text
 from ..stepped import SteppedSession
 from .health import InputHealth
 from .lockstep_status import lockstep_metrics, lockstep_status
+from .rule_status import rule_status
 
 LAST_SECOND = 1_050_000_000  # ns
 LAGGING = 0.1  # s behind the motion that are worth a warning: longer than the steps a controller acts in
@@ -40,17 +41,22 @@ class Watch:
         self.session = session
         self.inputs = InputHealth(session)
         self.neighbours: list[str] = []  # what the node found out about others on its topics
+        self.commanders = self.nodes = 0  # publishers of winch commands that it is connected to; nodes it knows
         self._rates = {"tick": Rate(), "imu": Rate(), "odometry": Rate()}
         self._seen: dict[str, deque[tuple[int, int]]] = {}
 
     def levels(self, publisher: TickPublisher | None, now: int) -> tuple:
-        """What is published at once when it changes: states of the inputs, of the loop, of the neighbours."""
+        """What is published at once when it changes: states of the inputs, of the loop, of the neighbours, a
+        rule that is broken."""
         frame = publisher.latest if publisher else None
         self.inputs.look(now, frame)
         stale = 0 if frame is None else int(frame["status"]) & (Flag.MOTION_STALE | Flag.COMMAND_STALE)
         pace = self.session.pace
-        doing = lockstep_status(self.session).level if isinstance(self.session, SteppedSession) else OK
-        return (self.session.shown_state, doing, *self.inputs.levels(), stale, pace.stops, tuple(self.neighbours))
+        stepped = self.session if isinstance(self.session, SteppedSession) else None
+        doing = (lockstep_status(stepped).level, stepped.spoken) if stepped else OK
+        others = (self.commanders, self.nodes, *self.neighbours)
+        broken = publisher.rules.broken if publisher is not None and publisher.rules is not None else ()
+        return (self.session.shown_state, doing, *self.inputs.levels(), stale, pace.stops, others, broken)
 
     def statuses(self, publisher: TickPublisher | None, recorder_stats, recording: bool) -> list[Status]:
         """All tasks; publisher: None while there is no loop; recorder_stats: RecorderStats or None."""
@@ -66,6 +72,8 @@ class Watch:
         ]
         if isinstance(self.session, SteppedSession):
             result.append(lockstep_status(self.session))
+        if publisher is not None and publisher.rules is not None:
+            result.append(rule_status(publisher.rules))
         return result
 
     def _new(self, key: str, count: int) -> int:
@@ -78,7 +86,7 @@ class Watch:
         return count - seen[0][1]
 
     def _neighbours(self) -> Status:
-        values = {str(k + 1): problem for k, problem in enumerate(self.neighbours)}
+        values = {str(k + 1): problem for k, problem in enumerate(self.neighbours)} | {"nodes": str(self.nodes)}
         if self.neighbours:
             return Status("neighbours", WARN, "; ".join(self.neighbours), values)
         return Status("neighbours", OK, "nobody else publishes on our topics", values)
@@ -195,6 +203,7 @@ class Watch:
         values = {
             "accepted": str(commands.accepted),
             "no_command": str(commands.no_command),
+            "publishers": str(self.commanders),
             "newest": _commanded(commands.last),
             "age_s": "never" if commands.last_arrival is None else _text((now - commands.last_arrival) * 1e-9),
             "mode": mode,
@@ -360,6 +369,8 @@ def final_metrics(session: Session, publisher: TickPublisher | None, recorder_st
         metrics["no_commands"] = session.commands.no_command
     if isinstance(session, SteppedSession):
         metrics["lockstep"] = lockstep_metrics(session)
+    if publisher is not None and publisher.rules is not None:
+        metrics["rules"] = publisher.rules.report()
     if recorder_stats is not None:
         metrics["recorder"] = recorder_stats._asdict()
     return metrics

@@ -20,10 +20,12 @@ def lockstep_metrics(session: SteppedSession) -> dict[str, Any]:
         "clock_s": steps.clock / SECOND,
         "rate": session.rate,
         "rate_wanted": steps.settings.rate,
+        "motion_spoke": session.spoken,
         "controller_spoke": steps.commands.received_count > 0,
         "commands_missed": steps.commands.missed,
         "commands_missed_in_row": steps.commands.in_row,
         "commands_late": steps.late,
+        "commands_early": steps.early,
         "commands_unstamped": steps.unstamped,
         "motion_held": steps.gate.held,
     }

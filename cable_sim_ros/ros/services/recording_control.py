@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -59,6 +60,8 @@ class RecordingControl:
         """End the recording with the ticks that are done; see `stop`."""
         if publisher is not None:
             publisher.end_recording()
+            if publisher.rules is not None and self.recorder is not None:
+                self.recorder.writer.custom_data["rules"] = json.dumps(publisher.rules.report())
         session.journal = None
         return self.stop(timeout)
 

@@ -31,11 +31,14 @@ from .consistency_checks import (
 )
 from .drive_checks import drive_problems, drive_warnings, holding_problems, layer_problems, pull_warnings
 from .friction_checks import friction_problems, friction_warnings
+from .instrument_checks import instrument_problems, instrument_warnings
 from .link_checks import form_problems, link_problems, link_warnings
 from .mesh_motion_checks import drum_problems, mesh_problems, wave_warnings
+from .rule_checks import rule_problems, rule_warnings
 from .scene_warnings import damping_warnings, drag_warnings, part_warnings, swing_warnings
 from .sea_checks import sea_problems, sea_warnings
 from .section_checks import body_problems, seat_problems, section_problems
+from .setpoint_checks import feed_forward_problems, setpoint_option_warnings
 from .viv_checks import strum_problems, strum_warnings
 
 # longest element on the sheave over the bending length sqrt(EI/T): line load, its edges and the reactions at the ends
@@ -67,7 +70,7 @@ def problems(scene: Scene) -> list[Problem]:
     if not sections:
         return [Problem("cable.sections", "has no section", "Give at least one section, from the drum end outward")]
     found += form_problems(scene.cable) + section_problems(scene) + weight_problems(scene) + bare_problems(scene)
-    found += strum_problems(scene) + sea_problems(scene)
+    found += strum_problems(scene) + sea_problems(scene) + list(feed_forward_problems(scene))
     unit = density_problems(scene)
     if unit:
         return found + unit  # weights and stiffnesses are judged by them
@@ -146,6 +149,7 @@ def problems(scene: Scene) -> list[Problem]:
         )
     found += seabed_problems(scene) + seat_problems(scene, layout.leaves) + body_problems(scene, layout.leaves)
     found += astern_problems(scene) + friction_problems(scene) + drive_problems(scene)
+    found += instrument_problems(scene) + rule_problems(scene)
     if not found:
         found += layer_problems(layout)
         found += holding_problems(layout) if feeds else wrap_problems(layout)
@@ -262,11 +266,12 @@ def warnings(scene: Scene) -> list[Problem]:
     found += density_warnings(scene) + astern_warnings(scene) + wrap_warnings(scene)
     found += seat_problems(scene, layout.total)  # those that may be hauled in
     speed = layout.water_speed
+    found += setpoint_option_warnings(scene)
     found += setpoint_warnings(scene, speed) + damping_warnings(scene.cable) + swing_warnings(scene, speed)
     found += body_warnings(scene, speed)
     found += amplified_warnings(scene.cable) + strum_warnings(layout) + drag_warnings(scene, speed)
-    found += part_warnings(scene) + friction_warnings(scene) + drive_warnings(scene)
-    found += pull_warnings(layout)
+    found += part_warnings(scene) + friction_warnings(scene) + drive_warnings(scene) + instrument_warnings(scene)
+    found += rule_warnings(scene) + pull_warnings(layout)
     for key, name, below in (("sheave", "sheave", radius), ("winch", "drum", scene.winch.drum_radius)):
         height = getattr(scene, key).position[2] + scene.ship.reference_height - below
         if height < 0:

@@ -12,6 +12,7 @@ import numpy as np
 
 from ...physics.heave_compensation import LAWS
 from ...physics.inputs import COMMAND_ROWS, MOTION_ROWS
+from ...physics.setpoint_prediction import SAMPLES
 from ...physics.state import ARC, LEVELS, Q
 from ..inputs import MAX_POSITION
 
@@ -32,6 +33,7 @@ WHOLE = {
     "events.pressed_since": (-MAX_TIME, MAX_TIME),
     "setpoint.algorithm": (0, len(LAWS) - 1),
     "setpoint.engaged": (-1, len(LAWS) - 1),
+    "setpoint.prediction.next": (0, SAMPLES - 1),
     "control.level": (0, LEVELS - 1),
     "control.wait": (0, MAX_COUNT),
     "halted": (0, 0),

@@ -50,7 +50,7 @@ def draw(rng: np.random.Generator) -> dict:
         "water": water,
         "cable": cable | {"sections": sections},
         "winch": {"position": [-28.0, 0.0, 3.0], "drum_radius": rounded(rng.uniform(0.2, 0.8))},
-        "setpoint": {"algorithm": LAWS[int(rng.choice(len(LAWS), p=(0.6, 0.1, 0.1, 0.1, 0.1)))].value},
+        "setpoint": {"algorithm": LAWS[int(rng.choice(5, p=(0.6, 0.1, 0.1, 0.1, 0.1)))].value},
         "sheave": {
             "position": [-36.0, 0.0, rounded(fall)],
             "radius": radius,

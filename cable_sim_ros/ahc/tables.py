@@ -1,0 +1,187 @@
+"""The result of the benchmark as tables: on the terminal, and as Markdown for its page."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+from . import definition
+from .benchmark import Row
+from .entrants import AhcError
+from .figures import FIGURES, NAMES, change
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+THESIS = ("Westin (2018), other motion", "-91 %, -89 %")  # deviation of the tension, volume of the ellipsoid
+
+
+class Column(NamedTuple):
+    """A column of the table by class: title, figure of a row (None: it has none), how cells go together, form."""
+
+    title: str
+    figure: Callable[[Row], float | None]
+    together: Callable[[list[float]], float]
+    form: str
+
+
+def _mean(values: list[float]) -> float:
+    return sum(values) / len(values)
+
+
+def figure(name: str) -> Callable[[Row], float | None]:
+    """A figure of a row."""
+    return lambda row: None if row["figures"] is None else row["figures"][name]
+
+
+def against_twin(name: str) -> Callable[[Row], float | None]:
+    """A figure of a row over that of its twin, less 1."""
+    of = change(name)
+    return lambda row: None if row["figures"] is None or row["twin"] is None else of(row["figures"], row["twin"])
+
+
+DEVIATION, VOLUME = against_twin("tension_std_n"), against_twin("ellipsoid_volume_m3")
+SPREAD = (
+    Column("decoupling", figure("decoupling"), _mean, "{:.3f}"),
+    Column("worst", figure("decoupling"), min, "{:.3f}"),
+    Column("deviation", DEVIATION, _mean, "{:+.0%}"),
+    Column("depth rms", against_twin("depth_rms_m"), _mean, "{:+.0%}"),
+    Column("volume", VOLUME, _mean, "{:+.0%}"),
+    Column("peak tension", against_twin("tension_max_n"), _mean, "{:+.1%}"),
+    Column("snaps", figure("snaps"), sum, "{:.0f}"),
+    Column("lifted [s]", figure("lifted_s"), sum, "{:.3g}"),
+    Column("saturated [s]", figure("saturated_s"), sum, "{:.3g}"),
+    Column("overshoot", lambda row: _overshoot(row), max, "{:.2f}"),
+    Column("to safe [s]", figure("time_to_safe_s"), max, "{:.3g}"),
+)
+
+
+def _overshoot(row: Row) -> float | None:
+    """Over the deviation of the twin's tension."""
+    found = figure("overshoot_n")(row)
+    return None if found is None or not row["twin"] else found / row["twin"]["tension_std_n"]
+
+
+def _said(rows: Sequence[Row], column: Column) -> str:
+    values = [value for row in rows if (value := column.figure(row)) is not None]
+    return column.form.format(column.together(values)) if values else "-"
+
+
+def by_class(rows: Sequence[Row]) -> list[tuple[str, ...]]:
+    """A line for each entrant and class, over its scenes and motions; the first line is the head."""
+    lines: list[tuple[str, ...]] = [("entrant", "class", "runs", "not ok", *(column.title for column in SPREAD))]
+    for entrant in dict.fromkeys(row["entrant"] for row in rows):
+        for name in dict.fromkeys(row["class"] for row in rows):
+            mine = [row for row in rows if (row["entrant"], row["class"]) == (entrant, name)]
+            ran = [row for row in mine if row["state"] != "skipped"]
+            odd = sum(row["state"] != "ok" for row in ran)
+            if ran:
+                cells = (_said(ran, column) for column in SPREAD)
+                lines.append((entrant, name, str(len(ran)), str(odd or "-"), *cells))
+    return lines
+
+
+def skipped(rows: Sequence[Row]) -> list[str]:
+    """Why cells were skipped or failed, each reason once with how many."""
+    count: dict[tuple[str, str], list[Row]] = {}
+    for row in rows:
+        if row["state"] in ("skipped", "failed"):
+            count.setdefault((row["state"], row["reason"]), []).append(row)
+    found = []
+    for (state, reason), these in count.items():
+        what = ", ".join(dict.fromkeys(row["entrant"] for row in these))
+        where = ", ".join(dict.fromkeys(row["class"] for row in these))
+        found.append(f"{state}, {len(these)} runs ({what}; {where}): {reason}")
+    return found
+
+
+def terminal_table(rows: Sequence[Row], title: str) -> Table:
+    """The table by class for a terminal."""
+    from rich.table import Table
+
+    head, *lines = by_class(rows)
+    table = Table(title=title, title_justify="left")
+    for k, name in enumerate(head):
+        table.add_column(name, justify="left" if k < 2 else "right")
+    for line in lines:
+        table.add_row(*line)
+    return table
+
+
+def markdown(lines: Sequence[tuple[str, ...]]) -> str:
+    """Lines as a table, the first its head."""
+    head, *rest = ("| " + " | ".join(line) + " |" for line in lines)
+    return "\n".join([head, "|" + "---|" * len(lines[0]), *rest])
+
+
+def matrix(rows: Sequence[Row], key: str, form: Callable[[list[Row]], str]) -> list[tuple[str, ...]]:
+    """Entrants over what a key of the rows says; form: of the rows of a place in it that ran."""
+    names = [name for name in dict.fromkeys(row[key] for row in rows) if _ran(rows, key, name)]
+    lines: list[tuple[str, ...]] = [("entrant", *(f"`{name}`" for name in names))]
+    for entrant in dict.fromkeys(row["entrant"] for row in rows):
+        mine = [row for row in rows if row["entrant"] == entrant]
+        lines.append((f"`{entrant}`", *(form(_ran(mine, key, name)) for name in names)))
+    return lines
+
+
+def _ran(rows: Sequence[Row], key: str, name: str) -> list[Row]:
+    return [row for row in rows if row[key] == name and row["figures"] is not None]
+
+
+def _pair(rows: list[Row]) -> str:
+    """Deviation of the tension and volume of the ellipsoid against the twin."""
+    return ", ".join(_said(rows, Column("", of, _mean, "{:+.0%}")) for of in (DEVIATION, VOLUME)).replace("%", " %")
+
+
+def _deviation(rows: list[Row]) -> str:
+    return _said(rows, Column("", DEVIATION, _mean, "{:+.0%}")).replace("%", " %")
+
+
+def results(rows: Sequence[Row]) -> str:
+    """Two tables of a leaderboard for docs/ahc.md: scenes with an ideal winch, beside the thesis; and classes."""
+    ideal = matrix([row for row in rows if row["class"] == "ideal"], "scene", _pair)
+    thesis = (THESIS[0], *(THESIS[1] if name == "`full_scale`" else "-" for name in ideal[0][1:]))
+    return "\n\n".join((markdown([*ideal, thesis]), markdown(matrix(rows, "class", _deviation))))
+
+
+def cells_markdown(rows: Sequence[Row]) -> str:
+    """Every figure of every run, with that of its twin in brackets, for ahc.md of --out."""
+    lines: list[tuple[str, ...]] = [("entrant", "cell", "state", *(f"{name}" for name in NAMES))]
+    for row in rows:
+        cell = f"{row['scene']}/{row['motion']}/{row['class']}"
+        found, twin = row["figures"] or {}, row["twin"] or {}
+        values = (_beside(found.get(name), twin.get(name)) for name in NAMES)
+        lines.append((row["entrant"], cell, row["state"], *values))
+    return markdown(lines)
+
+
+def _beside(value: float | None, twin: float | None) -> str:
+    if value is None:
+        return "-"
+    return f"{value:.4g}" if twin is None else f"{value:.4g} ({twin:.4g})"
+
+
+def figures_markdown() -> str:
+    """The figures as a table, for docs/ahc.md."""
+    rows = [(f"`{name}`", "" if unit == "1" else unit, meaning) for name, unit, meaning in FIGURES]
+    return markdown([("figure", "unit", "meaning"), *rows])
+
+
+def made(text: str, rows: Sequence[Row]) -> str:
+    """A page with what is made of definition and leaderboard between its markers. AhcError where it has none."""
+    parts = {"results": results(rows), "definition": definition_markdown(), "figures": figures_markdown()}
+    for name, part in parts.items():
+        begin, end = f"<!-- made: {name} -->\n", "\n<!-- made: end -->"
+        head, sign, rest = text.partition(begin)
+        _, closed, tail = rest.partition(end.lstrip())
+        if not sign or not closed:
+            raise AhcError(
+                f"--page: has no lines {begin.strip()} and {end.strip()} with room between; it was not changed"
+            )
+        text = f"{head}{begin}\n{part}\n{end}{tail}"
+    return text
+
+
+def definition_markdown() -> str:
+    """Head line and tables of the definition, for docs/ahc.md."""
+    return f"{definition.VERSION}, definition {definition.digest()}\n\n{definition.markdown()}"

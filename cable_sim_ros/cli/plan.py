@@ -1,0 +1,147 @@
+"""`cable-sim plan`: what a recovery or a tow needs of its winch, from a run made now or recorded."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ..errors import RunError
+from ..sim.flag_rules import FAILED
+from .motion_options import motion_options, simulated
+from .options import settings_options
+from .rules import tell_rules
+
+if TYPE_CHECKING:
+    from ..runs.result import Run
+
+SIMULATES = (  # options of a run that a recording has made already
+    "motion",
+    "heave",
+    "rao",
+    "duration",
+    "winch",
+    "algorithm",
+    "imu_only",
+    "step",
+    "every",
+    "convention",
+    "topics",
+    "settings",
+)
+FLAG = {"algorithm": "--setpoint", "topics": "--topic", "settings": "--set", "imu_only": "--imu-only"}
+
+
+class NoPlan(RunError):
+    """The run failed: its figures say nothing of a winch."""
+
+
+@click.command()
+@click.argument("scene", metavar="SCENE|RUN")
+@motion_options
+@settings_options
+@click.option(
+    "--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for the bag and figures of the run."
+)
+@click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
+def plan(scene, out, as_json, **asked) -> None:
+    """What a recovery or a tow needs of its winch: rate, torque, power, brake and cable, with margins.
+
+    SCENE is simulated as by `cable-sim run`; RUN is a recording of one, a bag or its MCAP file. A run that failed has
+    no plan.
+    """
+    path = Path(scene)
+    if path.suffix.lower() == ".mcap" or (path / "metadata.yaml").is_file():
+        given = [FLAG.get(name, f"--{name}") for name in SIMULATES if asked[name]]
+        given += ["--out"] if out is not None else []
+        if given:
+            raise click.UsageError(
+                f"{given[0]} is of a run, and {scene} is a recording of one; nothing was done; leave it out"
+            )
+        result = _recorded(path)
+    else:
+        result = simulated(scene, None, as_json, out=out, **asked)
+    verdict, frames, tow = result.verdict, result.frames, result.scene
+    if verdict.state == FAILED or not len(frames) or tow is None:
+        reasons = "; ".join(str(reason) for reason in verdict.reasons) or "no tick was simulated"
+        error = NoPlan(f"{scene}: no plan is made of a run that failed: {reasons}")
+        error.verdict = verdict  # type: ignore[attr-defined]
+        raise error
+    from ..runs.plan import plan_of
+
+    report = plan_of(frames, tow, result.metrics)
+    if out is not None:
+        (out / "plan.json").write_text(json.dumps(report, indent=1) + "\n", "utf-8")
+    if as_json:
+        click.echo(json.dumps(report, indent=1))
+    else:
+        _tell(report)
+    if not as_json or verdict.code:
+        for line in verdict.lines():
+            click.echo(line, err=as_json)
+    sys.exit(verdict.code)
+
+
+def _tell(report: dict[str, Any]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    duration = f", {report['duration_s']:.5g} s" if "duration_s" in report else ""
+    table = Table(title=f"Plan of {report.get('scene', '')}, motion {report.get('motion')}{duration}")
+    table.title_justify = "left"
+    table.add_column("need")
+    for name in ("needed", "unit", "at s", "has", "margin", "margin %"):
+        table.add_column(name, justify="left" if name == "unit" else "right")
+    for row in report["plan"]:
+        margin, share = row["margin"], row["margin_share"]
+        table.add_row(
+            row["need"],
+            f"{row['needed']:.5g}",
+            row["unit"],
+            f"{row['at_s']:.5g}",
+            "" if row["has"] is None else f"{row['has']:.5g}",
+            "" if margin is None else f"{margin:.5g}",
+            "" if share is None else f"{100.0 * share:.3g}",
+        )
+    Console(width=None if sys.stdout.isatty() else 120).print(table)
+    if "rules" in report:
+        tell_rules(report["rules"])
+    for note in report["notes"]:
+        click.echo(f"note: {note}")
+
+
+def _recorded(path: Path) -> Run:
+    """The recorded run, judged."""
+    from ..io.bags.bag_writer import BagError
+    from ..io.recordings.journal import read_journal
+    from ..io.recordings.recorded_run import load_run
+    from ..io.scenes.load import scene_from_text
+    from ..io.sources.recorded_tow import read_tow
+    from ..runs.offline import judged
+    from ..runs.result import Run
+    from ..runs.sources import in_the_sea, sea_motion_kept
+    from ..runs.summary import summarize
+    from ..runs.transient import start_up
+    from ..sim.rules.watch import watched
+
+    recorded = load_run(path)
+    text = recorded.custom_data.get("scene_yaml")
+    if not text:
+        raise BagError(
+            f"bag '{path}' keeps no scene, so what its winch has is not known: no plan is made; give a bag that the "
+            "node or the offline run recorded, or cable-sim plan SCENE"
+        )
+    tow, about = read_tow(path), recorded.custom_data
+    tow.sea_motion = sea_motion_kept(tow)
+    with in_the_sea(bool(tow.sea_motion)):
+        scene = scene_from_text(text, f"scene kept in {path}")
+    metrics = summarize(recorded.frames, skip_s=start_up(scene, True))
+    metrics.update(scene=scene.name, motion=about.get("motion", "as recorded"), setpoint=scene.setpoint.algorithm.value)
+    metrics.update({"winch": about["winch_plan"]} if "winch_plan" in about else {}, **watched(scene, recorded.frames))
+    metrics.update({"rao": tow.sea_motion} if tow.sea_motion else {})
+    segments = read_journal(tow.journal).segments
+    problem = "the solver gave up in the recorded run" if segments and segments[-1].halted else ""
+    return judged(Run(recorded.frames, metrics, problem, path, scene=scene), scene)

@@ -1,0 +1,139 @@
+"""Channels of the instruments aboard: what they show, beside the truth, a message for each reading.
+
+The header has the time at which a reading came out, not that of what it shows: an instrument does not know its latency.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import asin, atan2, cos, sin
+
+import numpy as np
+
+from ...physics.sensor_models import DEPTH, DEVICES, ENCODER, LOAD_PIN, METERING, MRU, USBL
+from ...sim.scene import Scene
+from .cdr import JointTemplate, header, store_type
+from .channel import Channel
+
+Point = store_type("geometry_msgs/msg/Point")
+PointStamped = store_type("geometry_msgs/msg/PointStamped")
+Quaternion = store_type("geometry_msgs/msg/Quaternion")
+Vector3 = store_type("geometry_msgs/msg/Vector3")
+Pose = store_type("geometry_msgs/msg/Pose")
+PoseWithCovariance = store_type("geometry_msgs/msg/PoseWithCovariance")
+Twist = store_type("geometry_msgs/msg/Twist")
+TwistWithCovariance = store_type("geometry_msgs/msg/TwistWithCovariance")
+Wrench = store_type("geometry_msgs/msg/Wrench")
+WrenchStamped = store_type("geometry_msgs/msg/WrenchStamped")
+Odometry = store_type("nav_msgs/msg/Odometry")
+JointState = store_type("sensor_msgs/msg/JointState")
+
+UNKNOWN = np.zeros(36)  # covariance
+EMPTY = np.zeros(0)
+JOINT = ("payout",)
+MRU_LINK = "mru_link"
+
+
+def mru(f, shape, contact, context):
+    """Surge, sway, heave as position, roll and pitch as attitude without heading, their rates as twist."""
+    hr, hp = 0.5 * f.mru_roll, 0.5 * f.mru_pitch
+    turn = Quaternion(sin(hr) * cos(hp), cos(hr) * sin(hp), -sin(hr) * sin(hp), cos(hr) * cos(hp))
+    rates = Vector3(f.mru_roll_rate, f.mru_pitch_rate, 0.0)
+    return Odometry(
+        header(f.time, MRU_LINK),
+        context.base_link,
+        PoseWithCovariance(Pose(Point(f.mru_surge, f.mru_sway, f.mru_heave), turn), UNKNOWN),
+        TwistWithCovariance(Twist(Vector3(f.mru_surge_rate, f.mru_sway_rate, f.mru_heave_rate), rates), UNKNOWN),
+    )
+
+
+def read_mru(m) -> dict:
+    """Back to tick output fields."""
+    p, q, twist = m.pose.pose.position, m.pose.pose.orientation, m.twist.twist
+    return {
+        "mru_surge": p.x,
+        "mru_sway": p.y,
+        "mru_heave": p.z,
+        "mru_surge_rate": twist.linear.x,
+        "mru_sway_rate": twist.linear.y,
+        "mru_heave_rate": twist.linear.z,
+        "mru_roll": atan2(2.0 * (q.w * q.x + q.y * q.z), 1.0 - 2.0 * (q.x * q.x + q.y * q.y)),
+        "mru_pitch": asin(max(-1.0, min(1.0, 2.0 * (q.w * q.y - q.z * q.x)))),
+        "mru_roll_rate": twist.angular.x,
+        "mru_pitch_rate": twist.angular.y,
+    }
+
+
+def _joint(payout: str, rate: str) -> tuple[Callable, Callable, Callable]:
+    def write(f, shape, contact, context):
+        """Joint payout: m, m/s."""
+        place, speed = np.array([getattr(f, payout)]), np.array([getattr(f, rate)])
+        return JointState(header(f.time, ""), list(JOINT), place, speed, EMPTY)
+
+    def read(m) -> dict:
+        """Back to tick output fields."""
+        return {payout: m.position[0], rate: m.velocity[0]}
+
+    def template() -> Callable[..., bytes]:
+        joints = JointTemplate(JOINT, arrays=2)
+        return lambda f, *_: joints.write(f.time, getattr(f, payout), getattr(f, rate))
+
+    return write, read, template
+
+
+def load_pin(f, shape, contact, context):
+    """Force x: what is on the pin in its direction, N; z: the tension that is taken from it, N."""
+    return WrenchStamped(
+        header(f.time, context.sheave_link),
+        Wrench(Vector3(f.load_pin, 0.0, f.load_pin_tension), Vector3(0.0, 0.0, 0.0)),
+    )
+
+
+def read_load_pin(m) -> dict:
+    """Back to tick output fields."""
+    return {"load_pin": m.wrench.force.x, "load_pin_tension": m.wrench.force.z}
+
+
+def usbl(f, shape, contact, context):
+    """Fix of the towbody in odom, m."""
+    return PointStamped(header(f.time, context.odom), Point(*f.usbl_position))
+
+
+def read_usbl(m) -> dict:
+    """Back to tick output fields."""
+    return {"usbl_position": (m.point.x, m.point.y, m.point.z)}
+
+
+def depth(f, shape, contact, context):
+    """Depth of the towbody below the mean water surface as z = -depth, m."""
+    return PointStamped(header(f.time, context.odom), Point(0.0, 0.0, -f.depth_reading))
+
+
+def read_depth(m) -> dict:
+    """Back to tick output fields."""
+    return {"depth_reading": -m.point.z}
+
+
+def _channel(
+    device: int, topic: str, msgtype: str, write: Callable, read: Callable, template: Callable | None = None
+) -> Channel:
+    name = f"instrument_{DEVICES[device]}"
+    return Channel(name, topic, msgtype, 0.0, "reliable", write, read, template, new=1 << device)
+
+
+def _aboard(device: int) -> Callable[[Scene], bool]:
+    return lambda scene: getattr(scene.instruments, DEVICES[device]).on
+
+
+_ENCODER, _METERING = _joint("encoder_payout", "encoder_rate"), _joint("metering_payout", "metering_rate")
+INSTRUMENTS = tuple(  # and which scenes have it
+    (_channel(device, topic, msgtype, *functions), _aboard(device))
+    for device, topic, msgtype, functions in (
+        (MRU, "instruments/mru", "nav_msgs/msg/Odometry", (mru, read_mru)),
+        (ENCODER, "instruments/encoder", "sensor_msgs/msg/JointState", _ENCODER),
+        (METERING, "instruments/metering_sheave", "sensor_msgs/msg/JointState", _METERING),
+        (LOAD_PIN, "instruments/load_pin", "geometry_msgs/msg/WrenchStamped", (load_pin, read_load_pin)),
+        (USBL, "instruments/usbl", "geometry_msgs/msg/PointStamped", (usbl, read_usbl)),
+        (DEPTH, "instruments/depth", "geometry_msgs/msg/PointStamped", (depth, read_depth)),
+    )
+)

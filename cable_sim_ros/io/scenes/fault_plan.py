@@ -1,0 +1,91 @@
+"""A scenario of faults: a YAML file of what goes wrong when, in the words of hardware-in-the-loop testing at sea."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import NamedTuple
+
+from ...limits import LONGEST_RUN
+from ...physics.parameter import REQUIRED, Block, quantity
+from ...physics.sensor_models import TARGETS, FaultKind
+from ...sim.problem import Problem
+from .document import Document, SceneError
+
+EXAMPLE = "scenario: heave lost"
+
+
+class FaultError(SceneError):
+    """A scenario that cannot be used; every problem in one text each."""
+
+
+class FaultCase(Block):
+    at: float = quantity(REQUIRED, "s", 0.0, LONGEST_RUN, "from the start of the run on")
+    until: float | None = quantity(None, "s", 0.0, LONGEST_RUN, "when it is mended; none: never")
+    target: str = quantity(REQUIRED, "", None, None, "what it is of, docs/instruments.md")
+    kind: FaultKind = quantity(REQUIRED, "", None, None, "what is wrong, docs/instruments.md")
+    size: float = quantity(0.0, "1", -1e7, 1e7, "how much, docs/instruments.md")
+    function: str = quantity("", "", None, None, "function under test, in your words")
+    expected: str = quantity("", "", None, None, "what the system under test is to do, in your words")
+
+
+class FaultPlan(Block):
+    scenario: str = quantity(REQUIRED, "", None, None, "name of the scenario")
+    faults: dict[str, FaultCase] = quantity(REQUIRED, "", None, None, "failure modes by name")
+
+
+class TimedFault(NamedTuple):
+    """A live key that changes: s from the start of the run, key, value, and where it stands."""
+
+    time: float
+    key: str
+    value: object
+    where: str
+
+
+def _problems(plan: FaultPlan) -> list[Problem]:
+    found, ends = [], dict.fromkeys(TARGETS, (0.0, ""))
+    if not plan.faults:
+        found.append(Problem("faults", "has no failure mode: nothing would go wrong", "Give one, docs/instruments.md"))
+    for name, case in sorted(plan.faults.items(), key=lambda item: item[1].at):
+        key = f"faults.{name}"
+        if case.target not in TARGETS:
+            text = f"= {case.target!r:.40} is nothing that can fail"
+            found.append(Problem(f"{key}.target", text, f"Give one of {', '.join(TARGETS)}"))
+            continue
+        if case.kind is FaultKind.NONE:
+            text = "= none is no fault: `until` mends one"
+            found.append(Problem(f"{key}.kind", text, "Give what is wrong, or leave the case out"))
+        if case.until is not None and case.until <= case.at:
+            text = f"= {case.until:g} s is not after at = {case.at:g} s: the fault would never be there"
+            found.append(Problem(f"{key}.until", text, "Give a later time, or leave it out"))
+        end, other = ends[case.target]
+        if case.at < end:
+            text = f"= {case.at:g} s is before {other} is mended, {end:g} s: {case.target} has one fault at a time"
+            found.append(Problem(f"{key}.at", text, "Give a later time, or an earlier until there"))
+        ends[case.target] = (LONGEST_RUN if case.until is None else case.until, f"faults.{name}")
+    return found
+
+
+def _find(path: str | os.PathLike) -> Path:
+    return Path(path)
+
+
+PLANS = Document(FaultPlan, "a scenario of faults", "scenario", EXAMPLE, _find, list, _problems, error=FaultError)
+
+
+def load_faults(path: str | os.PathLike) -> FaultPlan:
+    """Scenario of a YAML file. Raises FaultError with every problem of the file."""
+    return PLANS.load(path)
+
+
+def timed(plan: FaultPlan) -> list[TimedFault]:
+    """Live keys that a scenario changes, in order of time."""
+    rows = []
+    for name, case in plan.faults.items():
+        key, where = f"faults.{case.target}", f"scenario {plan.scenario}, {name}"
+        rows.append(TimedFault(case.at, f"{key}.size", case.size, where))
+        rows.append(TimedFault(case.at, f"{key}.kind", case.kind.value, where))
+        if case.until is not None:
+            rows.append(TimedFault(case.until, f"{key}.kind", FaultKind.NONE.value, where))
+    return sorted(rows, key=lambda row: (row.time, row.value != FaultKind.NONE.value))

@@ -1,0 +1,64 @@
+"""A scenario of faults in the node: parameters that it sets by itself at times of the run, in real time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ..io.scenes.fault_plan import FaultError, TimedFault, load_faults, timed
+from ..sim.live_parameters import changed, unfit
+from ..sim.scene import Scene
+from .blocks import NodeBlock, TimeMode
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+KEY = "faults_file"
+
+
+def schedule_of(path: str, scene: Scene, lockstep: bool) -> tuple[list[TimedFault], str]:
+    """Parameters of a scenario's file by time, and "" or why it cannot be; no file: none."""
+    if not path:
+        return [], ""
+    if lockstep:
+        return [], (
+            f"parameter '{KEY}' = '{path}': faults by wall time would fall on other ticks in each run in lockstep; "
+            "nothing was started. Set the faults.* parameters between two steps"
+        )
+    try:
+        rows = timed(load_faults(path))
+    except FaultError as error:
+        return [], f"parameter '{KEY}': {error}"
+    for row in rows:
+        scene = changed(scene, row.key, row.value)
+        if row.key.endswith(".kind") and (text := unfit(scene)):
+            return [], f"parameter '{KEY}': {row.where}: {text.replace('nothing was changed', 'nothing was started')}"
+    return rows, ""
+
+
+class FaultSchedule:
+    """What of a scenario is due; it begins anew with each start of the simulation."""
+
+    def __init__(self, node: NodeBlock, scene: Scene) -> None:
+        """node: parameters that are checked, so that the file can be used."""
+        self._rows, _ = schedule_of(node.faults_file, scene, node.time_mode is TimeMode.LOCKSTEP)
+        self._next, self._seconds = 0, 0.0
+
+    def due(self, seconds: float) -> list[TimedFault]:
+        """What has come due; seconds: of the run."""
+        if seconds < self._seconds:
+            self._next = 0
+        self._seconds, first = seconds, self._next
+        while self._next < len(self._rows) and self._rows[self._next].time <= seconds:
+            self._next += 1
+        return self._rows[first : self._next]
+
+    def follow(self, node: Node, session: Any) -> None:
+        """session: Session. Set the parameters of the node that have come due; call it often."""
+        from rclpy.parameter import Parameter
+
+        if not self._rows or session.loop is None or session.state != "running":
+            return
+        rows = self.due(session.loop.count * session.scene.solver.tick)
+        for row, result in zip(rows, node.set_parameters([Parameter(row.key, value=row.value) for row in rows])):
+            if not result.successful:
+                node.get_logger().error(f"{row.where}: {result.reason}")

@@ -1,0 +1,1 @@
+"""Telegrams of the instruments over UDP on this host: parameters and sender."""

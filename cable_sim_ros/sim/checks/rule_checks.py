@@ -1,0 +1,160 @@
+"""Checks of the rules on watch: thresholds that lack what they are compared with, or that watch nothing."""
+
+from __future__ import annotations
+
+from ...physics.winch_drive import DriveModel
+from ..problem import Problem, apart
+from ..rule_blocks import FLEETS, Rules, RuleSet, slowest_tick, tension_rate
+from ..rules.watch import breaking_load
+from ..scene import Scene
+
+# rule by rule: key with the threshold, what it cannot be judged without, what that is for
+NEEDS = (
+    ("snap_tension", "slack_tension", "a snap is a peak after slack"),
+    ("cycle_constant", "cycle_exponent", "the curve is N = K R^-m"),
+    ("cycle_exponent", "cycle_constant", "the curve is N = K R^-m"),
+    ("brake_rise", "brake_heat_capacity", "heat alone is no temperature"),
+)
+OF_BREAKING_LOAD = ("factor_of_safety", "cycle_constant")
+THRESHOLDS = (
+    "factor_of_safety",
+    "working_load",
+    "sheave_ratio",
+    "wire_ratio",
+    "bend_radius",
+    "turns_left",
+    "slack_tension",
+    "snap_tension",
+    "lifted_fraction",
+    "groove_margin",
+    "saturated_share",
+    "brake_rise",
+    "cycle_constant",
+    "bend_life",
+)
+
+
+def given(rules: Rules) -> list[str]:
+    """Keys of the block that are not at their defaults, but for the set."""
+    fields = type(rules).model_fields
+    return [key for key in fields if key != "set" and getattr(rules, key) != fields[key].default]
+
+
+def rule_problems(scene: Scene) -> list[Problem]:
+    """What makes a rule on watch senseless."""
+    rules = scene.rules
+    if rules.set is RuleSet.NONE:
+        return []
+    found = list[Problem]()
+
+    def wrong(key: str, text: str, remedy: str) -> None:
+        found.append(Problem(f"rules.{key}", text, remedy))
+
+    value = rules.model_dump()
+    there = [key for key in THRESHOLDS if value[key] is not None]
+    if rules.set is RuleSet.WATCH and not there:
+        wrong("set", "= watch, but no threshold is given: nothing would be watched", "Give one, or rules.set: none")
+    if rules.factor_of_safety is not None and rules.working_load is not None:
+        wrong(
+            "working_load",
+            f"= {rules.working_load:g} N and rules.factor_of_safety = {rules.factor_of_safety:g} were both given: "
+            "either makes the other",
+            "Leave one of them out",
+        )
+    if rules.set in FLEETS and rules.factor_of_safety is None and rules.working_load is None:
+        wrong(
+            "factor_of_safety",
+            f"is not given, but rules.set = {rules.set.value} reads the tension against the working load",
+            "Give the factor that the operator works with, or rules.working_load",
+        )
+    if breaking_load(scene) is None:
+        for key in OF_BREAKING_LOAD:
+            if value[key] is not None:
+                wrong(
+                    key,
+                    f"= {value[key]:g} counts from a breaking load, and that of a section of the cable is not known",
+                    "Give cable.breaking_load, or rules.breaking_load, in N",
+                )
+    for key, other, why in NEEDS:
+        if value[key] is not None and value[other] is None:
+            wrong(
+                key,
+                f"= {value[key]:g} cannot be judged without rules.{other}: {why}",
+                f"Give rules.{other} too, or leave it out",
+            )
+    if rules.wire_ratio is not None and rules.wire_diameter is None:
+        wrong(
+            "wire_ratio",
+            f"= {rules.wire_ratio:g} cannot be judged without rules.wire_diameter",
+            "Give the diameter of the largest strand or wire, or leave it out",
+        )
+    if rules.wire_diameter is not None and rules.wire_diameter >= scene.cable.diameter:
+        wrong(
+            "wire_diameter",
+            "= {} m is not below cable.diameter = {} m: no wire is as thick as its cable".format(
+                *apart(rules.wire_diameter, scene.cable.diameter)
+            ),
+            "Give the diameter of one strand or wire, in m",
+        )
+    if rules.brake_rise is not None and scene.drive.model is not DriveModel.MOTOR:
+        wrong(
+            "brake_rise",
+            f"= {rules.brake_rise:g} K, but drive.model = {scene.drive.model.value} has no brake",
+            "Leave it out, or give drive.model: motor",
+        )
+    found += fleet_problems(rules)
+    found += rate_problems(scene)
+    return found
+
+
+def fleet_problems(rules: Rules) -> list[Problem]:
+    """Values that ask for less than the set of that name."""
+    fleet = FLEETS.get(rules.set)
+    if fleet is None:
+        return []
+    return [
+        Problem(
+            f"rules.{key}",
+            f"= {value:g} {unit}".rstrip() + f" asks for less than {least:g} of rules.set = {rules.set.value}",
+            "Leave it out, or give rules.set: watch",
+        )
+        for key, unit in (("tension_rate", "Hz"), ("sheave_ratio", ""), ("wire_ratio", ""))
+        if (value := getattr(rules, key)) is not None and value < (least := getattr(fleet, key))
+    ]
+
+
+def rate_problems(scene: Scene) -> list[Problem]:
+    """A tension that is to be read oftener than there are ticks, or that nothing reads."""
+    rules, tick = scene.rules, scene.solver.tick
+    rate = tension_rate(rules)
+    if rate is None:
+        return []
+    if rules.tension_rate is not None and rules.factor_of_safety is None and rules.working_load is None:
+        return [
+            Problem(
+                "rules.tension_rate",
+                f"= {rules.tension_rate:g} Hz, but no working load is given that the tension is read for",
+                "Give rules.factor_of_safety or rules.working_load, or leave it out",
+            )
+        ]
+    if rate * tick <= 1.0 + 1e-9:
+        return []
+    return [
+        Problem(
+            "rules.tension_rate",
+            f"= {rate:g} Hz reads the tension oftener than there are ticks, 1 in solver.tick = {tick:g} s: peaks "
+            "between them would be missed",
+            f"Give solver.tick (--every) of at most {slowest_tick(rules):g} s",
+        )
+    ]
+
+
+def rule_warnings(scene: Scene) -> list[Problem]:
+    """Thresholds that nobody watches."""
+    rules = scene.rules
+    if rules.set is not RuleSet.NONE:
+        return []
+    return [
+        Problem(f"rules.{key}", "has no effect: rules.set = none", "Give rules.set: watch, or leave it out")
+        for key in given(rules)
+    ]

@@ -1,0 +1,80 @@
+"""Three compensators to copy, each closed through topics in lockstep against the same wave and the held winch.
+
+One node for all of them: the wave goes on, and one after the other takes the winch over from where the last left it.
+"""
+
+import importlib
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cable_sim_ros import ShipMotion
+
+HERE = Path(__file__).parent
+HEAVE, SURGE, PERIOD = 0.5, 0.25, 4.0  # m, m, s
+CALM, GROWS, TAKES_OVER, COUNTED = 0.5, 1.5, 2.0, 4.0  # s
+FACTORS = {"pd": 15.0, "pid": 15.0, "lq": 20.0}  # least that each divides the deviation by; docs/closed_loop.md
+
+
+def waves(seconds):
+    """Ship motion, 50 samples a second; calm at first, so that the static start is that of any moment."""
+    t = np.arange(0.0, seconds, 0.02)
+    height = 0.5 - 0.5 * np.cos(np.pi * np.clip((t - CALM) / GROWS, 0.0, 1.0))
+    x = 2.2 * t + SURGE * height * np.cos(2 * np.pi / PERIOD * t)
+    z = HEAVE * height * np.sin(2 * np.pi / PERIOD * t)
+    level = {"attitude": (0.0, 0.0, 0.0), "rate": (0.0, 0.0, 0.0)}
+    rows = zip(np.round(t * 1e9).astype(int), x, z, np.gradient(x, t), np.gradient(z, t))
+    return [ShipMotion(time_ns=n, position=(a, 0, b), velocity=(u, 0, w), **level) for n, a, b, u, w in rows]
+
+
+def test_each_divides_the_deviation_of_the_tension_by_its_factor(tow_sim):
+    parameters = {
+        "setpoint.algorithm": "hold",
+        "lockstep.wait": 20.0,
+    }  # the node's own off; a busy machine is waited for
+    sim = tow_sim("full_scale", mode="lockstep", parameters=parameters)
+    sim.feed(waves(CALM + GROWS + 1.0 + COUNTED + len(FACTORS) * (TAKES_OVER + COUNTED) + 0.5))
+    sim.advance(CALM + GROWS + 1.0)
+    held = sim.advance(COUNTED).tension
+    assert held.std() > 300.0
+    for name, factor in FACTORS.items():
+        controller = HERE / f"{name}_compensator.py"
+        process = sim.run([sys.executable, controller, "--ros-args", "-p", "use_sim_time:=true"], name=name)
+        sim.advance(TAKES_OVER)
+        frames = sim.advance(COUNTED)
+        print(f"{name}: {frames.tension.std():.1f} N of {held.std():.1f}, 1 / {held.std() / frames.tension.std():.1f}")
+        assert frames.tension.std() < held.std() / factor
+        assert abs(frames.tension.mean() - held.mean()) < 0.1 * held.std(), "the tow hangs as it did"
+        process.stop()
+    assert sim.unmet == {}, "every command was there at its time"
+
+
+@pytest.mark.parametrize("name", FACTORS)
+def test_a_sheave_that_draws_cable_is_paid_out_to_and_nothing_winds_up(name):
+    pytest.importorskip("rclpy")
+    sys.path.insert(0, str(HERE))
+    module = importlib.import_module(f"{name}_compensator")
+    second = module.SECOND
+
+    def asked(speed, short, steps=100):
+        """Rate and integral after so many samples in which the winch was short by so much all along [m]."""
+        it = object.__new__(getattr(module, f"{name.capitalize()}Compensator"))  # without a node
+        it.begun, it.last, it.datum, it.tension = second, None, 100.0 + short, 3000.0
+        it.length = it.integral = it.slope = it.error = it.trim = it.paid = it.asked = 0.0
+        it.lengths, it.past = module.deque(maxlen=50), module.deque(maxlen=50)
+        tension = (3000.0,) if name == "pid" else ()
+        if name == "lq":
+            it.gains, it.rate = module.gains(), 0.0
+        step = type(it).control if name == "lq" else type(it).rate
+        for k in range(steps):
+            stamp = 4 * second + k * second // 50
+            got = step(it, stamp, speed, stamp - round(module.STATE_AGE * second), 100.0, *tension)
+        return got, it.integral
+
+    assert asked(0.3, 0.0, 1)[0] == pytest.approx(0.3, abs=0.03)
+    assert asked(-0.3, 0.0, 1)[0] == pytest.approx(-0.3, abs=0.03)
+    assert asked(0.0, 0.1, 1)[0] > 0.01 and asked(0.0, -0.1, 1)[0] < -0.01
+    if name != "pd":  # which has no integral
+        assert asked(0.0, 0.01)[1] > 1e-4 and asked(0.0, 100.0) == (module.MAX_RATE, 0.0)

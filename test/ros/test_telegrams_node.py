@@ -1,0 +1,82 @@
+"""A node in real time that sends telegrams over UDP, beside its topics, and one whose port is taken."""
+
+from __future__ import annotations
+
+import socket
+import time
+
+import pytest
+from conftest import poll
+
+pytest.importorskip("rclpy")
+pytestmark = pytest.mark.ros
+MS, DAY = 1_000_000, 86_400_000_000_000  # ns
+
+
+def test_a_node_sends_what_it_publishes_and_counts_it(world):
+    from cable_sim_ros.io.scenes.load import load_scene
+    from cable_sim_ros.io.telegrams import lci90i, pashr, psxn, tss1
+    from cable_sim_ros.ros.load.probe import Probe
+
+    ears = Probe(world.domain, "ears")
+    world.closing.append(ears.close)
+    ears.watch()
+
+    def udp() -> socket.socket:
+        it = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        it.setblocking(False)
+        it.bind(("127.0.0.1", 0))
+        world.closing.append(it.close)
+        return it
+
+    sockets = {name: udp() for name in ("lci90i", "psxn", "pashr", "tss1")}
+    ports = {f"telegrams__{name}__port": it.getsockname()[1] for name, it in sockets.items()}
+    taken, other = udp(), udp()
+    other.connect(taken.getsockname())
+    refused = world.node(telegrams__tss1__port=taken.getsockname()[1])
+    heard: dict[str, list[bytes]] = {name: [] for name in sockets}
+
+    def listen() -> bool:
+        for name, it in sockets.items():
+            while True:
+                try:
+                    heard[name].append(it.recv(4096))
+                except BlockingIOError:
+                    break
+        return min(len(heard[name]) for name in ("psxn", "pashr", "tss1")) > 20 and len(heard["lci90i"]) > 40
+
+    node = world.node(**ports).until("waiting")
+    assert f"telegrams lci90i to 127.0.0.1 port {ports['telegrams__lci90i__port']}, 20 Hz" in node.text
+    world.ship(ears).sail()
+    poll(listen, 60.0, "telegrams")
+    task = poll(lambda: ears.tasks("telegrams", time.monotonic() - 1.5), 10.0, "the task")[-1]
+    assert node.stop() == 0
+    listen()
+    assert refused.wait(60.0) == 2
+    assert f"error: parameter 'telegrams.tss1.port' = {taken.getsockname()[1]}: 1 other socket" in refused.text
+    assert "nothing was started" in refused.text
+
+    _, frames = ears.frames()
+    of_time = {int(frame["time"]) // MS * MS: frame for frame in frames}  # telegrams have whole milliseconds
+    winch = [lci90i.decode(data)[0] for data in heard["lci90i"]]
+    both = [(values, of_time[values.time]) for values in winch if values.time in of_time]
+    assert len(both) > 20
+    for values, frame in both:
+        assert abs(values.tension - frame["tension"]) < 2.3 and abs(values.payout - frame["payout"]) <= 0.051
+    of_day = {stamp % DAY: frame for stamp, frame in of_time.items()}
+    motion = [pashr.decode(data)[0] for data in heard["pashr"]]
+    both = [(values, of_day[values.time]) for values in motion if values.time in of_day]
+    level = load_scene("full_scale").ship.reference_height
+    assert len(both) > 10
+    for values, frame in both:
+        assert abs(values.heave + level - frame["ship_position"][2]) < 0.0051
+    down = [psxn.decode(data).heave for data in heard["psxn"]]
+    assert max(down) - min(down) > 0.3, "the ship heaves"
+    assert all(tss1.decode(data) for data in heard["tss1"])
+    counts = node.state()["telegrams"]
+    assert task.level == 0 and 20 < int(task.values["lci90i_sent"]) <= counts["lci90i"]["sent"]
+    for name, count in counts.items():
+        assert count["sent"] == len(heard[name]) and count["failed"] == count["unheard"] == 0
+        assert count["withheld"] <= (name == "tss1"), "the first tick has no acceleration"
+    steps = [round((b.time - a.time) / 5e7) for a, b in zip(winch, winch[1:])]
+    assert min(steps) == 1 and sum(steps) - len(steps) == counts["lci90i"]["missed"]

@@ -1,0 +1,98 @@
+"""The telegrams of a recording as a log, by the command."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from cable_sim_ros.cli.commands import main
+from cable_sim_ros.io.bags.bag import BagWriter
+from cable_sim_ros.io.messages.channels import CHANNELS, Context, serialize
+from cable_sim_ros.io.scenes.load import dump_scene, load_scene
+from cable_sim_ros.io.telegrams import lci90i, pashr, psxn, tss1
+from cable_sim_ros.physics.tick_output import TICK_OUTPUT
+
+HEALTH = next(channel for channel in CHANNELS if channel.name == "sim_health")
+BEGIN, STEP = 1_400_000_000_000_000_000, 20_000_000  # ns: 50 tick outputs a second
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return load_scene("full_scale")
+
+
+def record(path: Path, scene, keep: bool = True) -> np.ndarray:
+    """Four seconds in which the winch pays out at 0.5 m/s and the ship heaves up."""
+    frames = np.zeros(200, TICK_OUTPUT)
+    k = np.arange(1, 201)
+    frames["time"], frames["tick"], frames["ship_quaternion"][:, 3] = BEGIN + k * STEP, k, 1.0
+    frames["payout"], frames["payout_rate"], frames["tension"] = 100.0 + 0.01 * k, 0.5, 2000.0 + k
+    frames["ship_position"][:, 2] = scene.ship.reference_height + 0.001 * k**2
+    frames["ship_velocity"][:, 2] = 0.1 * k
+    with BagWriter(path, custom_data={"scene_yaml": dump_scene(scene)} if keep else {}) as writer:
+        for frame in frames:
+            data = serialize(HEALTH, frame, np.zeros((2, 8)), np.zeros((0, 9)), Context())
+            writer.add("/tow_sim/sim/health", HEALTH.msgtype, int(frame["time"]), data)
+    return frames
+
+
+def run(*arguments):
+    return CliRunner().invoke(main, ["telegrams", *map(str, arguments)], catch_exceptions=False)
+
+
+def test_a_recording_becomes_a_log_in_the_form_of_the_real_ones(tmp_path, scene):
+    record(tmp_path / "tow", scene)
+    out = tmp_path / "log"
+    result = run(tmp_path / "tow", "--format", "lci90i", "--out", out, "--number", 2, "--name", "STBD TRAWL")
+    assert result.exit_code == 0, result.output
+    assert result.output == f"{out}: 80 lines at 20 Hz; tension, speed, pay-out of truth\n"
+    lines = out.read_bytes().splitlines()
+    stamps, telegrams = zip(*(line.split(b" ", 1) for line in lines))
+    assert stamps[0] == b"2014-05-13T16:53:20.060000Z" and len(set(stamps)) == 80
+    assert lines[-1] == (
+        b"2014-05-13T16:53:24.000000Z \x0102RD,2014-05-13T16:53:24.000,STBD TRAWL,00000495,000030.0,000102.0,3600"
+    )
+    values = [lci90i.decode(telegram)[0] for telegram in telegrams]
+    spent = np.array([value.time - BEGIN for value in values]) / 1e9
+    assert np.allclose([value.payout for value in values], 100.0 + 0.5 * spent, atol=0.051)
+
+
+@pytest.mark.parametrize(
+    "kind, lines, withheld", [("psxn", 40, 0), ("pashr", 40, 0), ("tss1", 40, 0), ("tss1", 199, 1)]
+)
+def test_every_format_has_its_log(tmp_path, scene, kind, lines, withheld):
+    record(tmp_path / "tow", scene)
+    out = tmp_path / "log"
+    rate = ("--rate", 50.0) if lines == 199 else ()
+    result = run(tmp_path / "tow", "--format", kind, "--out", out, *rate)
+    assert result.exit_code == 0, result.output
+    found = [line.split(b" ", 1)[1] for line in out.read_bytes().splitlines()]
+    assert len(found) == lines
+    assert ("withheld: 1; horizontal acceleration is no number" in result.output) == bool(withheld)
+    decode = {"psxn": psxn.decode, "pashr": lambda t: pashr.decode(t)[0], "tss1": lambda t: tss1.decode(t)[0]}[kind]
+    last = decode(found[-1])
+    assert last.heave == pytest.approx(40.0, abs=0.006)
+    assert kind != "tss1" or last.vertical == pytest.approx(5.0, abs=0.001)
+
+
+def test_what_cannot_be_written_is_one_line(tmp_path, scene):
+    record(tmp_path / "tow", scene)
+    record(tmp_path / "bare", scene, keep=False)
+    out = tmp_path / "log"
+    result = run(tmp_path / "tow", "--format", "lci90i", "--out", out, "--rate", 100)
+    assert result.exit_code == 2 and "more than the 50 tick outputs a second" in result.output
+    assert (
+        "nothing was written. Give at most 50, or record more of them, as by cable-sim run --every 0.01"
+        in result.output
+    )
+    result = run(tmp_path / "tow", "--format", "lci90i", "--out", out, "--name", "A,B")
+    assert result.exit_code == 2 and "without a comma" in result.output
+    result = run(tmp_path / "bare", "--format", "psxn", "--out", out)
+    assert result.exit_code == 2 and "keeps no scene" in result.output and "give --scene NAME or FILE" in result.output
+    assert not out.exists()
+    assert run(tmp_path / "bare", "--format", "psxn", "--out", out, "--scene", "full_scale").exit_code == 0
+    assert run(tmp_path / "nowhere", "--format", "psxn", "--out", out).exit_code == 2
+    assert run(tmp_path / "tow", "--format", "psxn", "--out", tmp_path / "no" / "log").exit_code == 2

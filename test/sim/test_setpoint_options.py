@@ -1,0 +1,147 @@
+"""Constant tension, feed-forward and prediction on a tow: what is left of its tension, live changes, refusals."""
+
+from __future__ import annotations
+
+import re
+import warnings
+
+import numpy as np
+import pytest
+
+from cable_sim_ros.io.scenes.load import SceneError, SceneWarning, load_scene, override
+from cable_sim_ros.physics.tick_output import Flag
+from cable_sim_ros.runs import offline
+from cable_sim_ros.sim.compensation_setup import impedance
+from cable_sim_ros.sim.live_parameters import set_live
+from cable_sim_ros.sim.simulator import Simulator
+
+pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
+
+TOW = override(load_scene("full_scale"), {"setpoint.transfer_time": 2.0})
+SLOW = {"drive.model": "rate_loop", "drive.bandwidth": 6.0}
+WAVE = (0.5, 7.0)  # m, s
+
+
+def scene(**values):
+    return override(TOW, {key.replace("__", "."): value for key, value in values.items()})
+
+
+def frames(what, seconds: float = 20.0):
+    return offline.run(what, heave=WAVE, duration=seconds, step="fixed").frames
+
+
+def left(one, other) -> float:
+    """Deviation of the difference of two runs' pay-out over that of the second, in the last wave."""
+    last = slice(-700, None)
+    return np.std((one.payout - other.payout)[last]) / np.std(other.payout[last])
+
+
+@pytest.fixture(scope="module")
+def prompt():
+    return frames(TOW)
+
+
+def test_dead_time_leaves_what_the_formula_says_and_prediction_a_tenth_of_it(prompt):
+    tau = 0.4
+    late = left(frames(scene(drive__dead_time=tau)), prompt)
+    assert late == pytest.approx(2.0 * np.sin(np.pi * tau / WAVE[1]), rel=0.03)
+    assert left(frames(scene(drive__dead_time=tau, setpoint__prediction=True)), prompt) < 0.1 * late
+
+
+def test_feed_forward_and_prediction_make_a_slow_and_late_drive_a_prompt_one(prompt):
+    slow = SLOW | {"drive.dead_time": 0.2}
+    plain = left(frames(override(TOW, slow)), prompt)
+    both = left(frames(override(TOW, slow | {"setpoint.feed_forward": True, "setpoint.prediction": True})), prompt)
+    assert plain > 0.15 and both < 0.015
+
+
+def test_constant_tension_takes_the_wave_out_and_keeps_the_set_tension():
+    held, kept = frames(scene(setpoint__algorithm="hold")), frames(scene(setpoint__algorithm="constant_tension"))
+    assert kept.tension[1300:].std() < 0.3 * held.tension[1300:].std()
+    assert kept.tension[1300:].mean() == pytest.approx(kept.tension[0], abs=10.0)
+    assert not (kept.status & Flag.SETPOINT_LIMITED).any()
+
+
+def test_another_tension_set_while_it_runs_is_paid_out_for_and_limited():
+    sim = Simulator(scene(setpoint__algorithm="constant_tension", setpoint__max_amplitude=1.0))
+    sim.start()
+    begin = sim.run(100)
+    assert np.ptp(begin.payout) < 1e-3
+    set_live(sim, "setpoint.tension", float(begin.tension[-1]) - 1000.0)
+    after = sim.run(800)
+    assert after.payout[200] > begin.payout[-1] + 0.3, "less tension: cable goes out"
+    assert after.payout.max() <= begin.payout[-1] + 1.001 and after.status[-1] & Flag.SETPOINT_LIMITED
+    assert np.abs(np.diff(after.payout_rate)).max() < 0.2
+    assert sim.scene.setpoint.tension == pytest.approx(float(begin.tension[-1]) - 1000.0)
+
+
+def test_options_set_while_it_runs_reach_the_law_and_are_part_of_the_state():
+    sim = Simulator(override(TOW, SLOW | {"drive.dead_time": 0.1}))
+    sim.start()
+    for name in ("feed_forward", "prediction"):
+        set_live(sim, f"setpoint.{name}", True)
+        assert sim.state.now.setpoint[name].on == 1
+    sim.run(20)
+    assert sim.state.now.setpoint.prediction.horizon == 0.1
+    saved = sim.snapshot()
+    expected = sim.run(50).tobytes()
+    sim.restore(saved)
+    assert sim.run(50).tobytes() == expected
+    set_live(sim, "setpoint.prediction", False)
+    assert sim.state.now.setpoint.prediction.on == 0
+
+
+def test_what_the_scene_leaves_out_follows_from_cable_and_drive():
+    def law(**values):
+        sim = Simulator(scene(**values))
+        sim.start()
+        return sim.state.now.setpoint
+
+    matched = 1.0 / impedance(TOW)
+    one = law()
+    assert one.tension.gain == pytest.approx(0.4 * matched) and one.tension.integral_time == pytest.approx(0.1)
+    assert one.tension.at_start == one.tension.at_start > 3000.0 and one.tension.max_rate == TOW.winch.max_rate
+    late = law(drive__dead_time=0.3)
+    assert late.tension.gain == pytest.approx(0.05 * matched) and late.tension.integral_time == pytest.approx(0.35)
+    given = law(setpoint__tension_gain=1e-4, setpoint__tension_return_time=0.0, setpoint__horizon=0.7)
+    assert given.tension.gain == 1e-4 and given.tension.back == 0.0 and given.prediction.horizon == 0.7
+
+
+def test_a_servo_without_a_rate_gain_has_no_inverse():
+    text = (
+        r"setpoint.feed_forward = true inverts the servo, but winch.derivative_gain = 0 1/s: without it the servo "
+        r"swings by itself and its inverse needs the set-point's acceleration at once"
+    )
+    with pytest.raises(SceneError, match=text):
+        scene(setpoint__feed_forward=True, winch__derivative_gain=0.0)
+    sim = Simulator(scene(winch__derivative_gain=0.0))
+    with pytest.raises(ValueError, match=text + "; nothing was changed. Give winch.derivative_gain above 0 1/s"):
+        set_live(sim, "setpoint.feed_forward", True)
+    assert sim.scene.setpoint.feed_forward is False
+
+
+@pytest.mark.parametrize(
+    "changes, text",
+    [
+        (
+            {"setpoint.algorithm": "hold", "setpoint.feed_forward": True},
+            "setpoint.feed_forward = true has no effect with setpoint.algorithm = hold, which asks for nothing that "
+            "follows from the ship's motion. Take one of the sheave laws, or leave it out",
+        ),
+        (
+            {"setpoint.algorithm": "constant_tension", "setpoint.prediction": True, "drive.dead_time": 0.1},
+            "setpoint.prediction = true has no effect with setpoint.algorithm = constant_tension, which asks",
+        ),
+        (
+            {"setpoint.prediction": True},
+            "setpoint.prediction = true has no effect: drive.dead_time = 0 s, there is nothing to look ahead to. Give "
+            "setpoint.horizon or drive.dead_time in s, or leave it out",
+        ),
+    ],
+)
+def test_an_option_that_acts_on_nothing_is_a_caution(changes, text):
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        override(TOW, changes)
+    said = [str(item.message) for item in caught if issubclass(item.category, SceneWarning)]
+    assert any(re.search(re.escape(text), line) for line in said), said
