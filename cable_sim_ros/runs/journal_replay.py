@@ -91,6 +91,7 @@ class JournalReplay(Runner):
     def _steps(self, stepper: Stepper, now: int, ticks: int) -> str:
         for segment in self.segments:
             if segment is not self.segments[0]:
+                stepper.count()
                 self._begin(segment)
                 stepper.begin(segment.start)
             before = stepper.done

@@ -215,6 +215,7 @@ class MessageRun(Runner):
             return None
         row = self.sim.inputs.motion[(int(self.sim.inputs.motion_head[0]) - 1) % MOTION_ROWS]
         position = float(row[0]), float(row[1])
+        stepper.count()
         self.sim.restore(carried_over(self.sim.snapshot(), begin, position))
         if stepper.recording is not None:
             stepper.recording.offset = feeder.clock.offset or 0

@@ -27,6 +27,7 @@ from ..sim.scene import Scene
 from ..sim.simulator import Simulator, SolverError
 from ..version import __version__
 
+COUNT_OVER = 100  # ticks, fewer than the ring of inputs keeps commands
 Progress = Callable[[str, float, float], None]  # what is done, seconds done, seconds in all (0 = not known)
 
 
@@ -61,14 +62,23 @@ class Stepper:
         self.modes: Counter[str] = Counter()  # ticks by the mode of the winch in force
         self.stepping = self.cpu = 0.0
         self._parts: list[np.ndarray] = []
+        self._counted = 0  # ticks and parts that `modes` has
+        self._counted_parts = 0
 
     def begin(self, start: Start) -> None:
         """The simulator has been started, or taken to another clock."""
         if self.recording is not None:
             self.recording.begin(self.done, start, self.sim, self.live)
 
+    def count(self) -> None:
+        """Count the modes of the ticks since the last time, while scene and commands are theirs."""
+        if parts := self._parts[self._counted_parts :]:
+            self.modes += count_modes(np.concatenate(parts), self.sim.inputs, self.sim.scene.setpoint.algorithm)
+        self._counted, self._counted_parts = self.done, len(self._parts)
+
     def change(self, name: str, value: Any) -> None:
         """Give a live parameter another value from the next tick on. Raises KeyError, ValueError."""
+        self.count()
         put_live(self.sim, name, value)
         self.live[name] = value
         if self.recording is not None:
@@ -91,7 +101,8 @@ class Stepper:
         self.cpu += time.process_time() - used
         self._parts.append(frames.copy())
         self.done += len(frames)
-        self.modes += count_modes(frames, inputs, self.sim.scene.setpoint.algorithm)
+        if self.done - self._counted >= COUNT_OVER:
+            self.count()
         if recording is not None:
             recording.outputs(frames, *self.sim.chunk_tables)
         if halted is not None:
@@ -102,6 +113,7 @@ class Stepper:
 
     def close(self) -> None:
         """End the recording."""
+        self.count()
         if self.recording is not None:
             self.recording.close(self.done, "halted" if self.problem else "end")
 

@@ -94,6 +94,7 @@ def test_after_a_jump_of_the_clock_a_replay_has_what_was_changed_before(monkeypa
     monkeypatch.undo()
     again = replay(result.bag)
     assert again.frames.tobytes() == result.frames.tobytes() and not again.metrics["replay_faults"]
+    assert again.metrics["winch_modes"] == result.metrics["winch_modes"]
 
 
 def test_values_of_one_time_serve_together_and_are_kept_in_their_own_kind():

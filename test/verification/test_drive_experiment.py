@@ -15,13 +15,14 @@ from cable_sim_ros.verification.experiments.drum import BODY, EA, closed, steppe
     [
         lambda: drive.free_rows(drive.FREE[1:2], (200.0,)),
         lambda: drive.free_rows(drive.FREE[3:], (200.0,)),
+        lambda: [drive.pendulum_row()],
         drive.stop_rows,
         drive.overhauling_rows,
         lambda: [drive.heat_row()],
         lambda: drive.emergency_rows(1),
         lambda: drive.delay_rows((0.05, 0.4)),
     ],
-    ids=["6 m", "stiff", "stops", "overhauling", "heat", "emergency stop", "dead time"],
+    ids=["6 m", "stiff", "pendulum", "stops", "overhauling", "heat", "emergency stop", "dead time"],
 )
 def test_figures_are_as_near_to_their_closed_forms_as_is_allowed(rows):
     for row in rows():

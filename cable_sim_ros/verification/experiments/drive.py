@@ -9,7 +9,7 @@ body. Balance of the bare drum: M a = T less what holds it.
 from __future__ import annotations
 
 import warnings
-from math import pi, sin, sqrt
+from math import cos, pi, sin, sqrt
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,11 +17,25 @@ import numpy as np
 
 from ...io.scenes.load import SceneWarning, load_scene, override
 from ...runs import offline
-from ...sim.inputs import WinchCommand
+from ...sim.inputs import ShipMotion, WinchCommand
 from ...sim.live_parameters import set_live
 from ...sim.scene import Scene
 from . import Comparison, Result
-from .drum import BODY, EA, GRAVITY, MU, WEIGHT, amplitude_at, closed, hanging, impedance, started, stepped, swing_of
+from .drum import (
+    BODY,
+    EA,
+    GRAVITY,
+    MU,
+    WEIGHT,
+    WRAP,
+    amplitude_at,
+    closed,
+    hanging,
+    impedance,
+    started,
+    stepped,
+    swing_of,
+)
 
 TICK, FINE, FINEST = 0.01, 0.00125, 0.0003125  # s
 NUDGE = 0.004  # of the tension, that a free drum is pulled more with: the cable is as good as linear
@@ -101,6 +115,29 @@ def free_rows(cases=FREE, drums=DRUMS) -> list[Comparison]:
                 name = f"torque step, {mass:g} kg on {real.length:.3g} m, largest gain"
                 rows.append(_row(name, "N", fine.peak, fine.peak_exact, 0.01, "2 dF m / (M + m)"))
     return rows
+
+
+def pendulum_row(mass: float = 200.0, seconds: float = 60.0) -> Comparison:
+    """The ship sways for two periods and stands: the body swings below a drum that its motor does not hold."""
+    outboard, sway, level = 10.0, 0.005, (0.0, 0.0, 0.0)
+    sim = started(hanging(mass, outboard))
+    still, height = sim.run(1)[0], sim.scene.ship.reference_height
+    tension, begin = float(still.tension_drum), int(still.time)
+    set_live(sim, "drive.set_pull", tension)
+    set_live(sim, "drive.mode", "tension")
+    free = (outboard - 0.5 * pi * WRAP) * (1.0 + tension / EA)  # scope begins above the sheave's axis
+    w, parts = sqrt(GRAVITY / free), []
+    for k in range(0, round(seconds / TICK), 10):
+        for t in ((k + n + 2) * TICK for n in range(10)):
+            x, v = (sway * (1.0 - cos(w * t)), sway * w * sin(w * t)) if w * t < 4.0 * pi else (0.0, 0.0)
+            place, speed = (x, 0.0, height), (v, 0.0, 0.0)
+            time = begin + round(1e9 * t)
+            sim.push(ShipMotion(time_ns=time, position=place, velocity=speed, attitude=level, rate=level))
+        parts.append(sim.run(10))
+    frames = np.concatenate(parts)[2000:]
+    swing = swing_of(frames["body_position"][:, 0] - frames["sheave_position"][:, 0], TICK, w)
+    name = f"pendulum below a free drum of {mass:g} kg, {outboard:g} m"
+    return _row(name, "rad/s", swing.frequency, w, 0.005, "sqrt(g / l), l off the sheave, stretched")
 
 
 def overhauled(friction: float, seconds: float) -> tuple[np.recarray, float]:
@@ -299,6 +336,7 @@ def experiment(duration: float | None, progress=lambda *_: None) -> Result:
     """All of it; ``duration`` has no effect: each row is as long as its closed form needs."""
     parts = (
         ("free drum", free_rows),
+        ("pendulum", lambda: [pendulum_row()]),
         ("stops", stop_rows),
         ("overhauling load", overhauling_rows),
         ("heat", lambda: [heat_row()]),

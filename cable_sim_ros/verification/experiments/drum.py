@@ -22,7 +22,7 @@ from ...sim.simulator import Simulator
 EA, MU, BODY, GRAVITY = 6.786e6, 0.389, 2500.0, 9.81  # cable of full_scale; kg
 WEIGHT = BODY * GRAVITY
 DEEP = 30.0  # m outboard from which the body hangs in the water, which bears a part of its weight
-RADIUS = 0.305  # m, of the cable's centreline on the drum
+RADIUS, WRAP = 0.305, 0.255  # m, of the cable's centreline on drum and sheave
 
 
 def hanging(mass: float, outboard: float, *, inboard: float = 2.0, tick: float = 0.01, **values: Any) -> Scene:
