@@ -10,7 +10,9 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from rcl_interfaces.srv import GetParameters
+from rcl_interfaces.msg import ParameterEvent
+from rcl_interfaces.srv import GetParameters, SetParameters
+from rclpy.parameter import Parameter
 
 from ..errors import TowError
 from ..io.messages.messages import COMMANDS, KINDS
@@ -21,17 +23,22 @@ WINCH = tuple(KINDS[kind][1] for kind in COMMANDS)
 NODE = f"{NAMESPACE}/cable_sim"
 SEEN = (("command", "publishers"), ("neighbours", "nodes"))  # where the node says what it is connected to
 SETTLE = 0.3  # s: the other end may learn of ours a little later than we of it
+ROUNDS = 10  # answers of every node of a chain, in which its threads that learn of the others came to run too
+LOOK = 0.05  # s
+EVENTS = "/parameter_events"
 ANSWER = 5.0  # s that a node may take to answer a service; one that nobody spins does not
 
 
 class Chain:
-    """What the processes of a test publish, and who hears it. publishers: ours."""
+    """What the processes of a test publish, and who hears it. publishers: ours; clock: is there one to hear?"""
 
-    def __init__(self, client: Client, publishers: Mapping[str, Any]) -> None:
+    def __init__(self, client: Client, publishers: Mapping[str, Any], clock: bool) -> None:
         self.client, self._publishers = client, publishers
+        self._events = client.listen(ParameterEvent, EVENTS) if clock else None
         self._links: dict[str, str] = {}  # topic -> process
         self._before: dict[str, int] = {}
-        self._nodes: set[str] = set()
+        self._before_nodes: set[str] = set()
+        self._answering: set[str] = set()  # nodes of the processes that answer services
 
     def _count(self, topic: str) -> int:
         """Publishers beside our own; any topic of commands stands for all of them."""
@@ -41,7 +48,7 @@ class Chain:
     def comes(self, topics: Sequence[str]) -> None:
         """A process is about to start that will publish these topics."""
         self._before = {topic: self._count(topic) for topic in topics}
-        self._nodes = self._names()
+        self._before_nodes = self._names()
 
     def missing(self) -> list[str]:
         """Topics that it does not publish yet."""
@@ -51,14 +58,18 @@ class Chain:
         """It does: let it, the node and our motion learn of each other. TowError where that does not happen within so
         many seconds."""
         self._links |= dict.fromkeys(self._before, name)
-        self._round(self._names() - self._nodes)
+        came = self._round(self._names() - self._before_nodes)
+        self._answering |= came
+        for node in sorted(came):
+            self._hears_clock(node)
         deadline = time.monotonic() + within
         while problem := self._apart():
             check()
             if time.monotonic() > deadline:
                 raise TowError(f"{problem}, within {within:g} s after {name} came: do reliability and durability fit?")
             time.sleep(0.01)
-        self._round({NODE})  # it does not stand still
+        for _ in range(ROUNDS):
+            self._round({NODE, *self._answering & self._names()})
         time.sleep(SETTLE)
 
     def _apart(self) -> str:
@@ -79,17 +90,38 @@ class Chain:
         found = self.client.node.get_node_names_and_namespaces()
         return {f"{space.rstrip('/')}/{name}" for name, space in found}
 
-    def _round(self, nodes: set[str]) -> None:
-        """Have an answer of each new node. It learns of our topics in the order in which we made them: one that knows
-        the newest, that of a service, knows those of the motion."""
+    def _round(self, nodes: set[str]) -> set[str]:
+        """Have an answer of each node; returns those that gave one.
+
+        A node learns of our topics in the order in which we made them: one that knows the newest, that of a service,
+        knows those of the motion.
+        """
+        answered = set()
         for node in sorted(nodes):
             service = f"{node}/get_parameters"
             if any(name == service for name, _ in self.client.node.get_service_names_and_types()):
                 try:
                     self.client.call(GetParameters, service, GetParameters.Request(names=["use_sim_time"]), ANSWER)
+                    answered.add(node)
                 except TowError:
                     self.client.check()
                     self.client.give_up()  # raises where a process has ended; one that is not spun is let be
+        return answered
+
+    def _hears_clock(self, node: str) -> None:
+        """Wait until a node with use_sim_time has heard the clock, and so is connected to others than us: it stamps the
+        event of a parameter, here of use_sim_time set to what it is, by its clock. One that says nothing is let be."""
+        name, deadline = [Parameter("use_sim_time", value=True).to_parameter_msg()], time.monotonic() + ANSWER
+        request = GetParameters.Request(names=["use_sim_time"])
+        values = self.client.call(GetParameters, f"{node}/get_parameters", request, ANSWER).values
+        if self._events is None or not values or not values[0].bool_value:
+            return
+        while time.monotonic() < deadline:
+            self.client.call(SetParameters, f"{node}/set_parameters", SetParameters.Request(parameters=name), ANSWER)
+            time.sleep(LOOK)
+            stamps = [event.stamp for event in self._events if event.node == node]
+            if any(stamp.sec or stamp.nanosec for stamp in stamps):
+                return
 
     def closed(self) -> str:
         """ "" or what of the chain nobody hears: where a name is wrong the rest of the chain stands still."""

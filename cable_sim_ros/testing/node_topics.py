@@ -40,6 +40,8 @@ CONNECT = 5.0  # s that the nodes of a chain may take to be heard
 class Link:
     """Hears one node and speaks to it. TowError for parameters that it could not use."""
 
+    _patience = 0.0  # s, lockstep.wait
+
     def __init__(
         self, domain: int, parameters: Mapping[str, Any], environment: Mapping[str, str | None], lockstep: bool
     ) -> None:
@@ -50,6 +52,7 @@ class Link:
         except ValueError as error:  # ParameterError, ResourceError
             raise TowError(str(error)) from error
         self.domain, self.lockstep, self.scene = domain, lockstep, settings.scene
+        self._patience = settings.node.lockstep.wait
         self._names = [row.name for row in settings.rows] + list(FOREIGN)
         self._looked = 0.0  # s, at who else is there
         self.tick = round(self.scene.solver.tick * SECOND)
@@ -65,7 +68,7 @@ class Link:
         self._publishers = {
             kind: self.client.publisher(message_class(KINDS[kind][0]), KINDS[kind][1]) for kind in ("imu", "odometry")
         }
-        self.chain = Chain(self.client, self._publishers)
+        self.chain = Chain(self.client, self._publishers, lockstep)
         self._health = self.client.hear(JointState, "sim/health", self.box.put)
         self.client.listen(DiagnosticArray, "/diagnostics")
         if lockstep:
@@ -189,9 +192,9 @@ class Link:
             time.sleep(0.01)
 
     def _first_command(self, check: Callable[[], None]) -> None:
-        """After motion was fed, until a controller has answered it, at most SPEAK: one that answers at the standing
-        clock is then always in time for the first step."""
-        deadline = time.monotonic() + SPEAK
+        """After motion was fed, until a controller has answered it, at most SPEAK or lockstep.wait: one that answers at
+        the standing clock is then always in time for the first step."""
+        deadline = time.monotonic() + max(SPEAK, self._patience)
         while self._awaited and not self.spoken.wait(0.01) and time.monotonic() < deadline:
             check()
         self._awaited = False

@@ -62,7 +62,7 @@ def closed_loop(tow_sim, rate, mode, seconds=CALM + GROWS + COUNTED, meanwhile=l
         sim.run([sys.executable, CONTROLLER, rate, "--ros-args", *said])
         begin = sim.feed(waves())
         frames = sim.wait_until(lambda frames: frames.time[-1] * 1e-9 > begin + seconds, within=20.0)
-        assert mode == "realtime" or sim.unmet == {}, "every command was there at its time"
+        assert mode == "realtime" or not (unmet := sim.unmet), f"every command was there at its time: {unmet}"
     return frames, begin
 
 

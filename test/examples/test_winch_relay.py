@@ -49,7 +49,7 @@ def chain(folder, kind, scene=None, seconds=SECONDS, meanwhile=lambda sim: None)
         sim.run([sys.executable, CONTROLLER, RATE, "--ros-args", *said], publishes=publishes)
         begin = sim.feed(waves())
         frames = sim.wait_until(lambda frames: frames.time[-1] * 1e-9 > begin + seconds, within=20.0)
-        assert sim.unmet == {}, "every command was there at its time"
+        assert not (unmet := sim.unmet), f"every command was there at its time: {unmet}"
     return frames, begin
 
 
