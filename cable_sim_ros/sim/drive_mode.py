@@ -19,8 +19,8 @@ IN_FORCE = (  # word, when
     ("hold", "no command, a rate of zero, or a command past its time-out; no set-point law"),
     ("rate", "a rate is commanded; no set-point law"),
     ("length", "a length is commanded; no set-point law"),
-    ("tension", "`drive.mode: tension`"),
-    ("ahc", "a set-point law other than `hold`; commands add to it"),
+    ("tension", "`drive.mode: tension`, or the set-point law `constant_tension`"),
+    ("ahc", "another set-point law but `hold`; commands add to it"),
     ("render", "`drive.mode: render`, the brake open"),
     ("brake", "`drive.mode: brake`, and while a brake lifts"),
     ("emergency_stop", "`drive.mode: emergency_stop`"),
@@ -63,14 +63,17 @@ def _words(frames: np.ndarray, payout: np.ndarray, rate: np.ndarray, law: Setpoi
     """Places in WORDS."""
     mode, stale = frames["winch_mode"], frames["status"] & COMMAND_STALE != 0
     lifts = np.isin(mode, (FOLLOW, RENDER)) & (frames["brake_set"] > 0.0)
-    cases = {
-        "brake": lifts | (mode == BRAKE),
-        "emergency_stop": mode == EMERGENCY_STOP,
-        "tension": mode == TENSION,
-        "render": mode == RENDER,
-        "ahc": np.full(len(frames), law is not SetpointLaw.HOLD),
-        "hold": stale,
-        "length": ~np.isnan(payout),
-        "rate": ~np.isnan(rate) & (rate != 0.0),
-    }
-    return np.select(list(cases.values()), [WORDS.index(word) for word in cases], WORDS.index("hold"))
+    every = np.ones(len(frames), bool)
+    cases = (
+        ("brake", lifts | (mode == BRAKE)),
+        ("emergency_stop", mode == EMERGENCY_STOP),
+        ("tension", mode == TENSION),
+        ("render", mode == RENDER),
+        ("tension", every & (law is SetpointLaw.CONSTANT_TENSION)),
+        ("ahc", every & (law is not SetpointLaw.HOLD)),
+        ("hold", stale),
+        ("length", ~np.isnan(payout)),
+        ("rate", ~np.isnan(rate) & (rate != 0.0)),
+        ("hold", every),
+    )
+    return np.select([where for _, where in cases], [WORDS.index(word) for word, _ in cases])

@@ -26,6 +26,8 @@ CASES = [  # drive.mode, command, law, status, brake, word
     ("follow", None, LAW, 0, 0.0, "ahc"),
     ("follow", RATE, LAW, Flag.COMMAND_STALE, 0.0, "ahc"),
     ("follow", RATE, LAW, 0, 0.1, "brake"),
+    ("follow", RATE, SetpointLaw.CONSTANT_TENSION, 0, 0.0, "tension"),
+    ("render", RATE, SetpointLaw.CONSTANT_TENSION, 0, 0.0, "render"),
     ("tension", RATE, LAW, 0, 0.0, "tension"),
     ("render", RATE, LAW, 0, 0.0, "render"),
     ("render", RATE, LAW, 0, 0.5, "brake"),

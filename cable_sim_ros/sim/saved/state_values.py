@@ -21,7 +21,7 @@ MAX_ENERGY = 1e18  # J, W: sums since the start
 NO_PEAK = 1e300  # of a step before the first: physics/output.no_peaks; each tick begins with it
 MAX_TIME = 2**62  # ns; the difference of two still is an int64
 MAX_COUNT = 2**53
-# integers by name, or by the end of it: least, most
+# integers by name: least, most
 WHOLE = {
     "time.now": (-MAX_TIME, MAX_TIME),
     "time.start": (-MAX_TIME, MAX_TIME),
@@ -39,6 +39,7 @@ WHOLE = {
     "halted": (0, 0),
     "frame.time": (-MAX_TIME, MAX_TIME),
 }
+FAULT_SINCE = "fault.since"  # the end of a name: ns, of every device and way
 COUNTED = (-1, MAX_COUNT)  # all others
 RINGS = (("motion", MOTION_ROWS, False), ("command", COMMAND_ROWS, True))  # name, rows, NaN: not commanded
 
@@ -74,7 +75,8 @@ def _out_of_bounds(name: str, field: str, values: np.ndarray) -> str:
         return ""
     where = f"{name}: {field}" if field else name
     if values.dtype.kind == "i":
-        minimum, maximum = WHOLE.get(field, COUNTED)
+        other = (-MAX_TIME, MAX_TIME) if field.endswith(FAULT_SINCE) else COUNTED
+        minimum, maximum = WHOLE.get(field, other)
         low, high = int(values.min()), int(values.max())
         return "" if minimum <= low and high <= maximum else f"{where} is {low if low < minimum else high}"
     if not np.isfinite(values).all():
