@@ -120,6 +120,8 @@ SCENES = (
         {
             "solver.tick": 0.002,
             "winch.max_rate": 0.7,
+            "winch.proportional_gain": 12500.0,  # of full scale's: those of the scene lag by 9 % of a wave
+            "winch.derivative_gain": 354.0,
             "setpoint.washout_period": 42.4,
             "setpoint.angle_filter_time": 0.71,
             "setpoint.transfer_time": 1.41,
