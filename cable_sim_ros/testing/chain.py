@@ -13,6 +13,7 @@ from typing import Any
 from rcl_interfaces.msg import ParameterEvent
 from rcl_interfaces.srv import GetParameters, SetParameters
 from rclpy.parameter import Parameter
+from rclpy.time import Time
 
 from ..errors import TowError
 from ..io.messages.messages import COMMANDS, KINDS
@@ -26,15 +27,19 @@ SETTLE = 0.3  # s: the other end may learn of ours a little later than we of it
 ROUNDS = 10  # answers of every node of a chain, in which its threads that learn of the others came to run too
 LOOK = 0.05  # s
 EVENTS = "/parameter_events"
+CLOCK = 60_000_000_000  # ns; a stamp further off is of another clock
 ANSWER = 5.0  # s that a node may take to answer a service; one that nobody spins does not
 
 
 class Chain:
-    """What the processes of a test publish, and who hears it. publishers: ours; clock: is there one to hear?"""
+    """What the processes of a test publish, and who hears it.
 
-    def __init__(self, client: Client, publishers: Mapping[str, Any], clock: bool) -> None:
-        self.client, self._publishers = client, publishers
-        self._events = client.listen(ParameterEvent, EVENTS) if clock else None
+    publishers: ours, by kind; clock(): what /clock says, ns, None: nothing.
+    """
+
+    def __init__(self, client: Client, publishers: Mapping[str, Any], clock: Callable[[], int | None]) -> None:
+        self.client, self._publishers, self._clock = client, publishers, clock
+        self._events = client.listen(ParameterEvent, EVENTS)
         self._links: dict[str, str] = {}  # topic -> process
         self._before: dict[str, int] = {}
         self._before_nodes: set[str] = set()
@@ -114,13 +119,14 @@ class Chain:
         name, deadline = [Parameter("use_sim_time", value=True).to_parameter_msg()], time.monotonic() + ANSWER
         request = GetParameters.Request(names=["use_sim_time"])
         values = self.client.call(GetParameters, f"{node}/get_parameters", request, ANSWER).values
-        if self._events is None or not values or not values[0].bool_value:
+        if self._clock() is None or not values or not values[0].bool_value:
             return
         while time.monotonic() < deadline:
             self.client.call(SetParameters, f"{node}/set_parameters", SetParameters.Request(parameters=name), ANSWER)
             time.sleep(LOOK)
-            stamps = [event.stamp for event in self._events if event.node == node]
-            if any(stamp.sec or stamp.nanosec for stamp in stamps):
+            now = self._clock() or 0
+            stamps = (Time.from_msg(event.stamp).nanoseconds for event in self._events if event.node == node)
+            if any(0 < stamp and abs(stamp - now) < CLOCK for stamp in stamps):
                 return
 
     def closed(self) -> str:

@@ -68,7 +68,7 @@ class Link:
         self._publishers = {
             kind: self.client.publisher(message_class(KINDS[kind][0]), KINDS[kind][1]) for kind in ("imu", "odometry")
         }
-        self.chain = Chain(self.client, self._publishers, lockstep)
+        self.chain = Chain(self.client, self._publishers, lambda: self.now)
         self._health = self.client.hear(JointState, "sim/health", self.box.put)
         self.client.listen(DiagnosticArray, "/diagnostics")
         if lockstep:

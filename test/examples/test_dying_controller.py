@@ -33,6 +33,7 @@ def test_the_winch_holds_when_its_controller_dies(tow_sim):
     assert abs(held.payout_rate).max() < 0.01 and np.ptp(held.payout) < 0.002
     assert (after.status & Flag.COMMAND_STALE).all()
     assert sim.diagnostic("command", lambda level, text, values: values["stale"] == "true")[0] == 1  # WARN
+    assert sim.unmet["commands_missed"] == 5  # lockstep.silent_after: such a run does not repeat, and says so
     assert "silent" in sim.diagnostic("lockstep", lambda level, text, values: level == 2)[1]  # ERROR
 
     sim.command(rate=0.1)  # whoever commands next has the winch

@@ -42,7 +42,7 @@ def chain(folder, kind, scene=None, seconds=SECONDS, meanwhile=lambda sim: None)
         if scene is None:
             links = LINKS[kind]
             ends = ["winch/command", *(topic for topic in links.values() if topic != "drive/command")]
-            sim.run([sys.executable, RELAY], name="relay", publishes=ends)
+            sim.run([sys.executable, RELAY, "--ros-args", *said[:2]], name="relay", publishes=ends)
             said += [part for link in links.items() for part in ("-r", ":=".join(link))]
             publishes = "drive/command"
         meanwhile(sim)

@@ -15,6 +15,7 @@ pytestmark = [pytest.mark.ros, pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_
 from cable_sim_ros.ros import watchdog  # noqa: E402
 from cable_sim_ros.ros.child import MARK  # noqa: E402
 from cable_sim_ros.testing import Tow, TowError, tow  # noqa: E402
+from cable_sim_ros.testing.arguments import unmet  # noqa: E402
 from cable_sim_ros.testing.node_topics import Link  # noqa: E402
 
 NAN = float("nan")
@@ -106,6 +107,12 @@ def test_a_step_is_a_whole_number_of_ticks_from_one_on():
             sim.step(count)
 
 
+def test_what_was_not_there_at_its_time_is_named_with_its_number():
+    values = {"commands_missed": "1", "commands_missed_in_row": "1", "commands_late": "0", "imu_missed": "0"}
+    values |= {"clock_s": "7.5", "refused: step_past": "2", "motion_held": "4", "commands_early": "3"}
+    assert unmet(values) == {"commands_missed": 1, "refused: step_past": 2, "commands_early": 3}
+
+
 def link_without_a_node(spoken, controlled=True):
     """A Link as after `feed`, with a controller that has spoken or has not."""
     link = object.__new__(Link)
@@ -144,6 +151,8 @@ def test_a_node_in_real_time_from_start_to_end(tmp_path):
         assert sim.environment["ROS_DOMAIN_ID"] == str(sim.domain) and sim.state == "waiting"
         with pytest.raises(TowError, match=r"step\(\) is for mode='lockstep'"):
             sim.step()
+        with pytest.raises(TowError, match="unmet is of mode='lockstep'"):
+            assert sim.unmet
         with pytest.raises(TowError, match=r"give rate=\.\.\. in m/s or payout=\.\.\. in m: nothing was commanded"):
             sim.command()
         refusals(sim)
