@@ -1,0 +1,85 @@
+"""A drive and instruments that a user writes as a relay around a controller, and the same as lines of the scene."""
+
+from __future__ import annotations
+
+from collections import deque
+from math import cos, sin
+
+import numpy as np
+import pytest
+
+from cable_sim_ros import WinchCommand
+from cable_sim_ros.io.scenes.load import load_scene, override
+from cable_sim_ros.runs import offline
+
+pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
+
+TICK = 0.01
+TOW = override(load_scene("full_scale"), {"setpoint.algorithm": "hold"})
+MOTION = {"heave": (1.0, 8.0), "duration": 40.0, "step": "fixed"}
+LINES = {  # the relay below
+    "drive.model": "rate_loop",
+    "drive.bandwidth": 6.0,
+    "drive.damping": 0.7,
+    "drive.dead_time": 0.08,
+    "drive.length_gain": 0.0,
+    "winch.max_rate": 1.5,
+    "winch.max_acceleration": 2.0,
+    "instruments.feed": "instruments",
+    "instruments.mru.on": True,
+    "instruments.mru.latency": 0.06,
+    "instruments.encoder.on": True,
+    "instruments.encoder.resolution": 0.002,
+}
+
+
+class Compensator:
+    """Pays out as fast as the sheave moves along the cable, and brings the length back where it lags."""
+
+    def __init__(self):
+        self.length, self.datum = 0.0, None
+
+    def __call__(self, row):
+        if self.datum is None:
+            self.datum, self.angle = row.payout, row.departure_angle
+        ahead, up = row.sheave_velocity[0] - TOW.ship.tow_speed, row.sheave_velocity[2]
+        rate = ahead * sin(self.angle) + up * cos(self.angle)
+        self.length += TICK * rate
+        return WinchCommand(rate=float(rate + 0.5 * (self.length - (row.payout - self.datum))))
+
+
+class Relay:
+    """A rate loop of second order with dead time behind a controller, an MRU that is late and an encoder before it."""
+
+    def __init__(self, controller):
+        self.controller, self.velocities, self.asked = controller, deque(), deque()
+        self.rate = self.acceleration = 0.0
+
+    def __call__(self, row):
+        self.velocities.append(row.sheave_velocity.copy())
+        row.sheave_velocity[:] = self.velocities[max(len(self.velocities) - 1 - 6, 0)]
+        row.payout = 0.002 * np.floor(row.payout / 0.002 + 0.5)
+        self.asked.append(self.controller(row).rate)
+        wanted = self.asked[-9] if len(self.asked) > 8 else 0.0
+        way = 0.0
+        for _ in range(10):
+            jerk = 36.0 * (np.clip(wanted, -1.5, 1.5) - self.rate) - 2.0 * 0.7 * 6.0 * self.acceleration
+            self.acceleration = np.clip(self.acceleration + 1e-3 * jerk, -2.0, 2.0)
+            self.rate = np.clip(self.rate + 1e-3 * self.acceleration, -1.5, 1.5)
+            way += 1e-3 * self.rate
+        return WinchCommand(rate=float(way / TICK))
+
+
+def test_a_dozen_lines_of_scene_are_the_relay_that_users_write():
+    """Held 136 N, ideal 15 N; drive and instruments leave 51 N, by either way, and the scene repeats to the bit."""
+    held = offline.run(TOW, **MOTION).frames
+    ideal = offline.run(TOW, controller=Compensator(), **MOTION).frames
+    relay = offline.run(TOW, controller=Relay(Compensator()), **MOTION).frames
+    scene = offline.run(override(TOW, LINES), controller=Compensator(), **MOTION).frames
+    again = offline.run(override(TOW, LINES), controller=Compensator(), **MOTION).frames
+    deviation = [frames.tension[2000:].std() for frames in (held, ideal, relay, scene)]
+    assert deviation[1] < 0.2 * deviation[0] and 2.5 * deviation[1] < deviation[2] < 0.5 * deviation[0]
+    assert deviation[3] == pytest.approx(deviation[2], rel=0.02)
+    travel = np.ptp(relay.payout[2000:])
+    assert np.abs(relay.payout - scene.payout)[2000:].max() < 0.01 * travel
+    assert scene.tobytes() == again.tobytes()
