@@ -115,12 +115,21 @@ def markdown(lines: Sequence[tuple[str, ...]]) -> str:
 
 
 def matrix(rows: Sequence[Row], key: str, form: Callable[[list[Row]], str]) -> list[tuple[str, ...]]:
-    """Entrants over what a key of the rows says; form: of the rows of a place in it that ran."""
+    """Entrants over what a key of the rows says; form: of the rows of a place in it that ran.
+
+    Where an entrant ran in fewer cells than others their number stands beside: its mean does not compare.
+    """
     names = [name for name in dict.fromkeys(row[key] for row in rows) if _ran(rows, key, name)]
     lines: list[tuple[str, ...]] = [("entrant", *(f"`{name}`" for name in names))]
-    for entrant in dict.fromkeys(row["entrant"] for row in rows):
+    entrants = list(dict.fromkeys(row["entrant"] for row in rows))
+    for entrant in entrants:
         mine = [row for row in rows if row["entrant"] == entrant]
-        lines.append((f"`{entrant}`", *(form(_ran(mine, key, name)) for name in names)))
+        cells = []
+        for name in names:
+            ran = _ran(mine, key, name)
+            most = max(len(_ran([row for row in rows if row["entrant"] == other], key, name)) for other in entrants)
+            cells.append(f"{form(ran)} (of {len(ran)} runs)" if 0 < len(ran) < most else form(ran))
+        lines.append((f"`{entrant}`", *cells))
     return lines
 
 

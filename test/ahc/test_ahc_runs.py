@@ -226,6 +226,14 @@ def test_the_leaderboard_of_the_repository_is_of_this_definition_and_repeats():
     assert done.exit_code == 0 and "1 rows run again, 0 differences above 0.1 %" in done.output
 
 
+def test_dead_time_on_the_leaderboard_leaves_what_the_formula_says():
+    """The law leads by nothing in `lowered`; the peak period of nbp1406 is that of bags/README.md."""
+    rows = {board.key_of(row): row["figures"] for row in board.read(BOARD)}
+    for ms in (50, 100, 200, 400):
+        found = rows["simplified_sheave", Cell("lowered", "nbp1406", f"dead_{ms}")]["decoupling"]
+        assert 1.0 - found == pytest.approx(2.0 * np.sin(np.pi / 10.7 * 1e-3 * ms), rel=0.1), ms
+
+
 def test_a_leaderboard_that_does_not_repeat_is_said_with_code_1(tmp_path):
     text = BOARD.read_text("utf-8")
     head, *lines = text.splitlines()
