@@ -198,7 +198,8 @@ MOTIONS = (
 )
 
 FAULT = 50.0, 80.0  # s
-MEASURED = {"instruments.feed": "instruments"}
+ABOARD = ("mru", "encoder", "metering_sheave", "load_pin", "usbl", "depth")
+MEASURED = {"instruments.feed": "instruments", **{f"instruments.{name}.on": True for name in ABOARD}}
 SOME, ONE = ("full_scale", "lowered"), ("nbp1406",)  # scenes and motions of what has to do with instruments
 
 

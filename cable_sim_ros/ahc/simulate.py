@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import CableSimError
-from ..io.scenes.load import SceneWarning, load_scene, override
+from ..io.scenes.load import SceneError, SceneWarning, load_scene, override
 from ..io.sources.motion_table import MotionWarning
 from ..io.sources.recorded_tow import RecordedTow
 from ..runs import verdict
@@ -24,7 +24,7 @@ from ..sim.live_parameters import set_live
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator
 from ..sim.verdict import FAILED, OK, verdict_of
-from .definition import CONTROL, Cell, Class, Place, condition, motion, place, scaled, scene_file
+from .definition import CONTROL, TWIN, Cell, Class, Place, condition, motion, place, scaled, scene_file
 from .entrants import CALLABLE, LAW, PROGRAM, Entrant, controller_of
 from .motions import motion_for, with_gaps
 from .outcome import SKIPPED, Done, Span
@@ -112,8 +112,20 @@ def run_cell(entrant: Entrant, cell: Cell, span: Span) -> Done:
             return through_topics(entrant, scene, tow, duration, period_of(at), changes, one.expected)
         inner = controller_of(entrant.what, scene, period_of(at)) if entrant.kind == CALLABLE else None
         return offline(scene, tow, duration, inner, period_of(at), changes, one.expected)
+    except SceneError as error:
+        of_law = entrant.kind == LAW and _serves(cell)
+        return Done(None, SKIPPED if of_law else FAILED, " ".join(str(error).split()))
     except CableSimError as error:
         return Done(None, FAILED, " ".join(str(error).split()))
+
+
+def _serves(cell: Cell) -> bool:
+    """Is the scene of a cell right but for the law? Then the law is not for it, as one by an angle nobody measures."""
+    try:
+        scene_of(cell, TWIN)
+    except SceneError:
+        return False
+    return True
 
 
 def period_of(at: Place) -> float:

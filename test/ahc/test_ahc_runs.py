@@ -101,6 +101,18 @@ def test_a_law_that_is_not_for_a_cable_is_skipped_and_says_so():
     assert row["figures"] is None and row["twin"] is None
 
 
+def test_a_law_that_instruments_cannot_serve_is_skipped_and_one_that_they_can_is_spoiled_by_their_faults():
+    cell, span = Cell("lowered", "nbp1406", "mru_heave_frozen"), Span(90.0, 20.0)
+    angle = benchmark.row_of(Entrant("r", "law", "rigorous_sheave"), cell, SHORT._replace(duration=90.0))
+    assert angle["state"] == "skipped" and "goes by the departure angle, which no instrument aboard" in angle["reason"]
+    clean, frozen = (
+        benchmark.row_of(SHEAVE, cell._replace(condition=name), span)["figures"]
+        for name in ("measured", cell.condition)
+    )
+    assert clean["decoupling"] > 0.98 and frozen["decoupling"] < 0.7
+    assert frozen["overshoot_n"] > 1000.0 and frozen["time_to_safe_s"] > 10.0
+
+
 def test_a_class_of_keys_that_this_version_does_not_have_is_skipped(with_class):
     cell = with_class(Class("strange", "", {"no_such_block.key": 1.0}))
     assert benchmark.row_of(SHEAVE, cell, SHORT)["reason"] == "this version has no key no_such_block.key"
