@@ -73,7 +73,7 @@ def test_instruments_change_nothing_but_what_they_show(ideal):
 
 
 def test_heave_of_an_mru_is_high_passed():
-    f = run({"duration": 240.0, "winch": None}, instruments__mru__heave_period=40.0)[-2400:]
+    f = run({"duration": 150.0, "winch": None}, instruments__mru__heave_period=40.0)[-1600:]
     w, w0, zeta = 2.0 * pi / 8.0, 2.0 * pi / 40.0, 0.7
     turn = np.exp(-1j * w * f.time * 1e-9)
     expected = -w * w / (w0 * w0 - w * w + 2j * zeta * w0 * w)
