@@ -128,9 +128,15 @@ def matrix(rows: Sequence[Row], key: str, form: Callable[[list[Row]], str]) -> l
         for name in names:
             ran = _ran(mine, key, name)
             most = max(len(_ran([row for row in rows if row["entrant"] == other], key, name)) for other in entrants)
-            cells.append(f"{form(ran)} (of {len(ran)} runs)" if 0 < len(ran) < most else form(ran))
+            cells.append(f"{form(ran)} ({len(ran)} of {most})" if 0 < len(ran) < most else form(ran))
         lines.append((f"`{entrant}`", *cells))
     return lines
+
+
+def turned(name: str, lines: list[tuple[str, ...]]) -> list[tuple[str, ...]]:
+    """Columns as rows; name: of the first column then."""
+    head, *rest = zip(*lines, strict=True)
+    return [(name, *head[1:]), *rest]
 
 
 def _ran(rows: Sequence[Row], key: str, name: str) -> list[Row]:
@@ -150,7 +156,7 @@ def results(rows: Sequence[Row]) -> str:
     """Two tables of a leaderboard for docs/ahc.md: scenes with an ideal winch, beside the thesis; and classes."""
     ideal = matrix([row for row in rows if row["class"] == "ideal"], "scene", _pair)
     thesis = (THESIS[0], *(THESIS[1] if name == "`full_scale`" else "-" for name in ideal[0][1:]))
-    return "\n\n".join((markdown([*ideal, thesis]), markdown(matrix(rows, "class", _deviation))))
+    return "\n\n".join((markdown([*ideal, thesis]), markdown(turned("class", matrix(rows, "class", _deviation)))))
 
 
 def cells_markdown(rows: Sequence[Row]) -> str:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Row = Mapping[str, Any]  # as a result of `cable-sim ahc` has it
-SIZE = (16.0, 10.5)  # inches
+SIZE, ROOM = (16.0, 10.5), 10  # inches, and classes that it has room for
 COLOURS, MARKS = (BLUE, ORANGE, STARBOARD, PORT, PURPLE, "#b08a1e", "#3aa6a6"), "osD^vP*"
 HELD = "hold"  # left out: it is what the others are compared with
 THESIS = {"deviation": 9.0, "volume": 11.0}  # % left, Westin (2018), full scale under another motion
@@ -28,9 +28,10 @@ def draw(rows: Sequence[Row], out: Path, title: str) -> Path:
     names = [name for name in dict.fromkeys(row["entrant"] for row in ran) if name != HELD]
     looks = {name: (COLOURS[k % len(COLOURS)], MARKS[k % len(MARKS)]) for k, name in enumerate(names)}
     ran = [row for row in ran if row["entrant"] in looks]
-    with canvas(out, SIZE) as figure:
+    taller = max(0, len({row["class"] for row in ran}) - ROOM)  # classes that need room of their own
+    with canvas(out, (SIZE[0], SIZE[1] + 0.22 * taller)) as figure:
         figure.get_layout_engine().set(w_pad=0.2, h_pad=0.15)
-        panels = figure.subplots(2, 2, gridspec_kw={"height_ratios": [1.0, 1.15]})
+        panels = figure.subplots(2, 2, gridspec_kw={"height_ratios": [1.0, 1.15 + 0.05 * taller]})
         figure.suptitle(
             f"Heave compensators on {title}: what is left of the held winch", x=0.012, ha="left", size=18, weight="bold"
         )
