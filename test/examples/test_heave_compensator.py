@@ -24,6 +24,7 @@ CALM, GROWS, COUNTED = 1.5, 1.5, 4.0  # s: without waves, while they grow, and t
 RAMP = 1.0  # s until the controller has its whole gain, after 1 s at rest: before the wave counts
 PART = CALM + 1.0  # s that are simulated a second time: the controller takes over, and the waves have begun
 LATE = 0.02  # s; a command that is later than this was held up by the machine
+STARTS = 3
 HOLD = 363.0  # N, standard deviation of the tension over that wave without compensation
 
 
@@ -48,7 +49,7 @@ def stalled(sim):
 
 
 def closed_loop(tow_sim, rate, mode, seconds=CALM + GROWS + COUNTED, meanwhile=lambda sim: None, **options):
-    """Tick outputs of so many seconds of the motion, from the first tick on, and the stamp of the motion's begin, s.
+    """Tick outputs of so many seconds of the motion, from the first tick on; the stamp of its begin, s; what was unmet.
 
     meanwhile(sim): called before the controller starts.
     """
@@ -62,8 +63,21 @@ def closed_loop(tow_sim, rate, mode, seconds=CALM + GROWS + COUNTED, meanwhile=l
         sim.run([sys.executable, CONTROLLER, rate, "--ros-args", *said])
         begin = sim.feed(waves())
         frames = sim.wait_until(lambda frames: frames.time[-1] * 1e-9 > begin + seconds, within=20.0)
-        assert mode == "realtime" or not (unmet := sim.unmet), f"every command was there at its time: {unmet}"
-    return frames, begin
+        return frames, begin, {} if mode == "realtime" else sim.unmet
+
+
+def whole(start):
+    """Tick outputs and begin of start(number), of the first of STARTS in which every input was there at its time.
+
+    A process that is held up by the machine may lose what is sent to it by best effort; the node says so, and such a
+    start is made again. None that is whole may differ from another.
+    """
+    for number in range(STARTS):
+        frames, begin, unmet = start(number)
+        if not unmet:
+            return frames, begin
+        print(f"start {number}: {unmet}")
+    pytest.fail(f"in none of {STARTS} starts was every input there at its time, last {unmet}")
 
 
 def counted(frames, begin):
@@ -76,16 +90,18 @@ def counted(frames, begin):
 def stepped(tmp_path_factory):
     """Function: rate -> what `closed_loop` gives in lockstep, simulated when it is first asked for."""
     pytest.importorskip("rclpy")
-    return functools.cache(
-        lambda rate: closed_loop(tow, rate, "lockstep", folder=tmp_path_factory.mktemp(f"lockstep{rate}"))
-    )
+
+    def simulated(rate):
+        return whole(lambda number: closed_loop(tow, rate, "lockstep", folder=tmp_path_factory.mktemp(f"at{rate}")))
+
+    return functools.cache(simulated)
 
 
 @pytest.mark.parametrize("rate", [50, 100])
 def test_the_same_in_real_time_and_in_lockstep(tow_sim, stepped, rate):
     alone = counted(*stepped(rate)).tension
     assert alone.std() < 0.1 * HOLD, "it compensates"
-    frames = counted(*closed_loop(tow_sim, rate, "realtime"))
+    frames = counted(*closed_loop(tow_sim, rate, "realtime")[:2])
     print(f"{rate} Hz: {frames.tension.std():.1f} N in real time, {alone.std():.1f} N in lockstep")
     late = frames.command_age.max() - 1.0 / rate  # s, a command after it was due
     if late >= LATE:
@@ -108,4 +124,5 @@ def same_bits(one, other):
 
 def test_two_runs_in_lockstep_are_the_same_bits(tmp_path, stepped):
     """Also where the node stands still while the controller starts."""
-    same_bits(stepped(100), closed_loop(tow, 100, "lockstep", PART, stalled, folder=tmp_path))
+    other = whole(lambda number: closed_loop(tow, 100, "lockstep", PART, stalled, folder=tmp_path / str(number)))
+    same_bits(stepped(100), other)
