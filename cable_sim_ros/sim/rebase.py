@@ -6,6 +6,7 @@ from math import degrees, hypot, pi, remainder
 
 import numpy as np
 
+from ..physics.sensor_models import FIX
 from ..physics.ship import NO_EPOCH
 
 MAX_MOVED, MOVED_SPEED = 10.0, 1.0  # m, m/s: a ship taken further, or faster on the mean, drags its tow along
@@ -61,7 +62,8 @@ def carried_over(saved: dict, time_ns: int, position: tuple[float, float]) -> di
     memory = saved["memory"].copy()
     time, frame, ship, events = memory.time, memory.frame, memory.ship, memory.events
     since, later = (time.now - time.start) * 1e-9, time_ns - time.now
-    frame.origin += position - (frame.origin + frame.velocity * since + ship.motion.coord[:2])
+    moved = position - (frame.origin + frame.velocity * since + ship.motion.coord[:2])
+    frame.origin += moved
     time.now += later
     time.start += later
     time.blend = time_ns
@@ -71,4 +73,13 @@ def carried_over(saved: dict, time_ns: int, position: tuple[float, float]) -> di
     ship.offset[:] = ship.motion.coord - ship.mean_coord
     ship.offset_rate[:] = ship.motion.rate
     ship.blend_length = 1.0  # any: the first tick takes the offset whole
-    return saved | {"memory": memory, "step_memory": memory}
+    for fault in (memory.winch.fault, memory.winch.drive_fault):
+        fault.since += later
+    sensed, truth = saved["sensors_sensed"].copy(), saved["sensors_truth"].copy()
+    sensed["fault"]["since"] += later
+    if len(sensed):  # fixes are in odom
+        truth[:, FIX : FIX + 2] += moved
+        for name in ("shown", "filtered"):
+            sensed[name][FIX : FIX + 2] += moved
+        sensed["fault"]["at"][FIX : FIX + 2] += moved
+    return saved | {"memory": memory, "step_memory": memory, "sensors_sensed": sensed, "sensors_truth": truth}

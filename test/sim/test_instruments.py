@@ -15,6 +15,7 @@ from cable_sim_ros.physics.sensor_models import DEVICES, SIGNALS, TARGETS, Fault
 from cable_sim_ros.runs import offline
 from cable_sim_ros.sim.checks.instrument_checks import OF_PATH
 from cable_sim_ros.sim.live_parameters import set_live
+from cable_sim_ros.sim.rebase import carried_over
 from cable_sim_ros.sim.statics.route import StartError
 
 pytestmark = pytest.mark.filterwarnings("ignore::cable_sim_ros.io.scenes.load.SceneWarning")
@@ -374,3 +375,16 @@ def test_a_scenario_of_faults_is_reported_and_replayed(tmp_path):
     assert second["found"]["payout_travel_m"] == pytest.approx(np.ptp(late.payout)) and np.ptp(late.payout) > 0.3
     assert first["before"]["tension_std_n"] == pytest.approx(f[wrong <= 2.0 + 1e-9].tension.std())
     assert offline.replay(done.bag).frames.tobytes() == f.tobytes()
+
+
+def test_faults_and_fixes_go_over_a_jump_of_the_clock():
+    sim = Simulator(scene(faults__encoder__kind="drift", faults__encoder__size=0.5, instruments__usbl__latency=0.5))
+    sim.start()
+    sim.run(200)
+    before = sim.frame
+    off, fix = before["encoder_payout"] - before["payout_counter"], before["usbl_position"] - before["body_position"]
+    later = sim.snapshot()["memory"].time.now + 3_600_000_000_000
+    sim.restore(carried_over(sim.snapshot(), int(later), (5000.0, -300.0)))
+    after = sim.run(1)[0]
+    assert after["encoder_payout"] - after["payout_counter"] == pytest.approx(off + 0.5 * TICK, abs=1e-6)
+    assert np.abs(after["usbl_position"] - after["body_position"] - fix).max() < 0.1 and after["body_position"][0] > 4e3
