@@ -12,12 +12,13 @@ def tell_faults(name: str, rows: list[dict[str, Any]]) -> None:
     from rich.table import Table
 
     table = Table(title=f"Scenario: {name} (in brackets: before the fault)", title_justify="left")
-    for column in ("function", "failure mode", "time s", "expected", "found"):
+    for column in ("name", "function", "failure mode", "time s", "expected", "found"):
         table.add_column(column)
     for row in rows:
         until = "" if row["until_s"] is None else f"{row['until_s']:g}"
-        words = (row["function"] or row["name"], row["failure_mode"], f"{row['at_s']:g} to {until}", row["expected"])
-        table.add_row(*words, _found(row["found"], row["before"]))
+        words = (row["name"], row["function"], row["failure_mode"], f"{row['at_s']:g} to {until}", row["expected"])
+        beside = f"; beside {', '.join(row['beside'])}" if row["beside"] else ""
+        table.add_row(*words, _found(row["found"], row["before"]) + beside)
     Console(width=None if sys.stdout.isatty() else 120).print(table)
 
 

@@ -11,6 +11,7 @@ import click
 
 from ..errors import RunError
 from ..sim.flag_rules import FAILED
+from .faults import tell_faults
 from .motion_options import motion_options, simulated
 from .options import settings_options
 from .rules import tell_rules
@@ -79,6 +80,8 @@ def plan(scene, out, as_json, **asked) -> None:
         click.echo(json.dumps(report, indent=1))
     else:
         _tell(report)
+        if "faults" in result.metrics:
+            tell_faults(result.metrics["scenario"], result.metrics["faults"])
     if not as_json or verdict.code:
         for line in verdict.lines():
             click.echo(line, err=as_json)

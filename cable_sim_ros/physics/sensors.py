@@ -125,7 +125,7 @@ def pin_tension(sensors):
 
 @driver
 def read(model, state, i, tick, h, distance):
-    """Take a reading of row i of SIGNALS, where one is due. Is there one?
+    """Take a reading of row i of SIGNALS, where one is due: 1, there is one; 0, none is due; -1, it is lost.
 
     distance: m, to the towbody."""
     signal, one, rules = model.sensors.signals[i], state.sensors.sensed[i], model.sensors.rules[0]
@@ -137,7 +137,7 @@ def read(model, state, i, tick, h, distance):
         x = one.filtered + (1.0 - exp(-h / signal.filter_time)) * (x - one.filtered)
     one.filtered = x
     if tick % signal.every != 0:
-        return False
+        return 0
     deviation = signal.noise + signal.range_noise * distance
     if deviation > 0.0:
         x += deviation * gauss(rules.seed, tick, i)
@@ -149,11 +149,11 @@ def read(model, state, i, tick, h, distance):
     if state.sensors.sensing[0].begun == 0:
         fault.at = x
     if fault.kind == LOST or (signal.device == MRU and tick < rules.alignment):
-        return False
+        return -1
     since = (state.memory[NOW].time.now - fault.since) * 1e-9
     chance = gauss(rules.seed + 1, tick, i) if fault.kind == NOISE else 0.0
     one.shown = min(max(spoiled(fault, x, signal.rate_of, since, chance), -signal.maximum), signal.maximum)
-    return True
+    return 1
 
 
 @driver
@@ -176,16 +176,20 @@ def show(state, f):
 def sense(model, state, f):
     """Let every device that is aboard show what it has at this tick; f: tick output, filled up to the truth."""
     now, sensors, h = state.memory[NOW], state.sensors, model.settings[0].tick_ns * 1e-9
-    tick, new, distance = now.time.ticks, 0, 0.0
+    tick, new, lost, distance = now.time.ticks, 0, 0, 0.0
     truths(model, state, f, sensors.truth[tick % sensors.truth.shape[0]], h)
     for k in range(3):
         distance += (f.body_position[k] - f.ship_position[k]) ** 2
     distance = sqrt(distance)
     for i in range(COUNT):
         signal = model.sensors.signals[i]
-        if signal.on != 0 and read(model, state, i, tick, h, distance):
-            new |= 1 << signal.device
-    f.readings_new = new
+        if signal.on != 0:
+            got = read(model, state, i, tick, h, distance)
+            if got > 0:
+                new |= 1 << signal.device
+            elif got < 0:  # one value lost: the device gives no reading
+                lost |= 1 << signal.device
+    f.readings_new = new & ~lost
     show(state, f)
     if model.sensors.signals[MRU].on != 0:
         sheave_by_mru(model, state, sensors.sensed)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 
-from ..io.scenes.fault_plan import FaultPlan, load_faults, timed
+from ..io.scenes.fault_plan import PLANS, FaultPlan, load_faults, timed
 from ..physics.tick_output import Flag
 from .live_changes import Change
 
@@ -16,8 +16,10 @@ AFTER = 30.0  # s that are looked at after a fault is mended
 BEFORE = 30.0  # s before it, that it is compared with
 
 
-def scenario_of(given: FaultPlan | str | os.PathLike | None) -> FaultPlan | None:
-    """A scenario, or that of a file. Raises FaultError."""
+def scenario_of(given: FaultPlan | Mapping | str | os.PathLike | None) -> FaultPlan | None:
+    """A scenario, or that of plain data or a file. Raises FaultError."""
+    if isinstance(given, Mapping):
+        return PLANS.check(given, "faults")
     return given if given is None or isinstance(given, FaultPlan) else load_faults(given)
 
 
@@ -30,7 +32,8 @@ def in_order(changes: Iterable[Change], plan: FaultPlan | None) -> tuple[Change,
 def found(plan: FaultPlan, frames: np.ndarray) -> list[dict[str, Any]]:
     """One dict a failure mode: function, failure mode, expected, found, and before it; frames: of the whole run.
 
-    found: of the time from ``at`` to AFTER past ``until``, and what of it in the BEFORE seconds before.
+    beside: failure modes that these figures have too; found: of the time from ``at`` to AFTER past ``until``;
+    before: of the BEFORE seconds before.
     """
     times = frames["time"]
     seconds = (times - 2 * times[:1] + times[1:2]) * 1e-9 if len(times) > 1 else np.zeros(len(times))
@@ -46,6 +49,11 @@ def found(plan: FaultPlan, frames: np.ndarray) -> list[dict[str, Any]]:
             "until_s": case.until,
             "expected": case.expected,
         }
+        row["beside"] = [
+            other
+            for other, one in plan.faults.items()
+            if other != name and one.at <= end and (one.until is None or one.until > case.at - BEFORE)
+        ]
         row["found"] = _figures(frames[during]) if during.any() else None
         row["before"] = _figures(frames[before]) if before.any() else None
         rows.append(row)

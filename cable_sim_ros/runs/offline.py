@@ -64,7 +64,7 @@ def run(
     imu_only: bool = False,
     winch: WinchPlan | str | os.PathLike | None = None,
     changes: Iterable[Change | tuple[float, str, Any]] = (),
-    faults: FaultPlan | str | os.PathLike | None = None,
+    faults: FaultPlan | Mapping[str, Any] | str | os.PathLike | None = None,
     step: str | None = None,
     every: float | None = None,
     out: str | os.PathLike | None = None,
@@ -85,8 +85,8 @@ def run(
     all the motion there is, or a short settling without any, or a minute after the last item of a winch plan;
     algorithm: set-point in place of the scene's; imu_only: leave odometry out; winch: a plan, its text or file, in
     place of the winch commands of the bag; changes: (seconds, key, value) in order of time, each gives a live key of
-    the scene a value from the tick on that holds its time, from the beginning of this run; faults: a scenario or its
-    file, docs/instruments.md;
+    the scene a value from the tick on that holds its time, from the beginning of this run; faults: a scenario, as
+    data or a file, docs/instruments.md;
     step and every: see `stepped`; out: folder to make, with the bag ``tow`` of every channel and ``summary.json``;
     save: file to write the state at the end to; resumed: such a file to begin from, see `runs.resume`: scene None is
     that of the file then, and winch None its plan where its motion goes on; markers: rate of ``cable/markers`` in the
@@ -121,7 +121,7 @@ def run(
             f"duration = {duration:g} s is outside (0, {LONGEST_RUN:g}] s: nothing was simulated; give seconds"
         )
     plan, scenario = None if winch is None else WinchPlan.of(winch), scenario_of(faults)
-    live = in_order(changes_of(changes), scenario)
+    live = in_order(changes_of(changes or ()), scenario)
     report = report_of(motion, heave, imu_only, plan, rao)._replace(settings=of_intake(settings), topics=dict(topics))
     before = 0.0  # s simulated under the same motion
     own_plan = winch is not None

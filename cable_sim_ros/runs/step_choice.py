@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..io.scenes.load import override
+from ..physics.heave_compensation import SetpointLaw
 from ..physics.integrate import Solver
 from ..sim.flag_rules import MIN_REFUSED, REFUSED_FRACTION
 from ..sim.rule_blocks import slowest_tick
@@ -22,7 +23,8 @@ def stepped(scene: Scene, step: str | None, every: float | None) -> Scene:
     """The scene with other steps: "chosen" by their error, "fixed": one a tick, None: as the scene says.
 
     every: s between tick outputs; default: the scene's tick, of steps chosen that the scene did not choose EVERY, less
-    where rules on watch read the tension oftener, and the scene's where instruments are aboard, which read at ticks.
+    where rules on watch read the tension oftener, and the scene's where instruments or constant tension read at
+    ticks.
     Steps that the scene did not choose have the errors of its accuracy.
     """
     if step not in (None, "chosen", "fixed"):
@@ -33,7 +35,7 @@ def stepped(scene: Scene, step: str | None, every: float | None) -> Scene:
         values["solver.tension_error"] = None
     if step == "chosen" and solver.tension_error is None:
         values |= {"solver.tension_error": scene.accuracy.tension, "solver.tick": min(EVERY, slowest_tick(scene.rules))}
-        if aboard(scene):  # instruments read at the ticks
+        if aboard(scene) or scene.setpoint.algorithm is SetpointLaw.CONSTANT_TENSION:  # these read at the ticks
             values["solver.tick"] = solver.tick
         if scene.accuracy.position is not None:
             values["solver.position_error"] = scene.accuracy.position

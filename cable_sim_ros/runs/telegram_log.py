@@ -72,7 +72,13 @@ def write_log(
             withheld, why = withheld + 1, str(error)
             continue
         lines.append(b"%s %s\n" % (stamp(int(times[k])), telegram.rstrip(b"\r\n")))
-    Path(out).write_bytes(b"".join(lines))
+    try:
+        Path(out).write_bytes(b"".join(lines))
+    except OSError as error:
+        raise TelegramError(
+            f"{os.fspath(out)}: cannot be written ({error.strerror}); nothing was written. Give a file in "
+            "a folder that is there"
+        ) from None
     return Log(len(lines), hertz, withheld, why, reader.said)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cable_sim_ros.io.scenes.fault_plan import FaultError, load_faults, timed
+from cable_sim_ros.runs.fault_report import scenario_of
 
 GOOD = """
 scenario: motion lost
@@ -53,6 +54,13 @@ def test_a_scenario_is_live_keys_at_times(tmp_path):
 def test_a_scenario_that_cannot_be_is_refused_with_its_line(tmp_path, old, new, text):
     with pytest.raises(FaultError, match=text):
         load_faults(write(tmp_path, GOOD.replace(old, new)))
+
+
+def test_a_scenario_may_be_data():
+    data = {"scenario": "a", "faults": {"b": {"at": 1.0, "target": "usbl", "kind": "lost"}}}
+    assert scenario_of(data).faults["b"].target == "usbl" and scenario_of(None) is None
+    with pytest.raises(FaultError, match="faults.b.target = 'x' is nothing that can fail"):
+        scenario_of({"scenario": "a", "faults": {"b": {"at": 1.0, "target": "x", "kind": "lost"}}})
 
 
 def test_a_file_that_is_none(tmp_path):

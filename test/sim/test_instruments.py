@@ -221,6 +221,11 @@ def test_each_fault_of_a_counter(kind):
     assert pay_out(2).encoder_payout[-1] == pytest.approx(sim.frame["payout_counter"])
 
 
+def test_a_device_with_a_lost_value_gives_no_reading():
+    f = run({"duration": 1.0, "winch": None}, faults__mru_heave__kind="lost")
+    assert not (f.readings_new & 1).any() and (f.readings_new & 46 == 46).all() and np.ptp(f.mru_heave) == 0.0
+
+
 def test_faults_of_the_way_of_a_command():
     rates = {}
     for kind, size in (
@@ -334,6 +339,7 @@ def test_what_instruments_and_faults_cannot_be_asked():
         ({"faults.load_pin.kind": "reset"}, "= reset is nothing that load_pin can have"),
         ({"faults.drive.kind": "late"}, "= late is nothing that drive can have"),
         ({"faults.mru_heave.kind": "late", "faults.mru_heave.size": 9.0}, r"= 9 s is outside \[0, 5\] s"),
+        ({"faults.encoder.kind": "bias"}, r"= 0, so that bias changes nothing.* Give .*faults.encoder.size"),
         ({"faults.depth.kind": "noise", "faults.depth.size": -1.0}, "is no deviation of a noise"),
         ({"faults.usbl.kind": "lost", "instruments.usbl.on": False}, "instruments.usbl.on is false"),
         ({"instruments.load_pin.noise": -1.0}, r"outside \[0, 1e\+06\] N"),
@@ -346,6 +352,8 @@ def test_what_instruments_and_faults_cannot_be_asked():
     sim.start()
     with pytest.raises(ValueError, match=r"faults.encoder.kind = bias, but instruments.encoder.on is false"):
         set_live(sim, "faults.encoder.kind", "bias")
+    with pytest.warns(Warning, match=r"constant_tension goes by the load pin, which bears both legs"):
+        override(TOW, ABOARD | {"instruments.feed": "instruments", "setpoint.algorithm": "constant_tension"})
     with pytest.warns(Warning, match=r"instruments.mru.latency has no effect: instruments.mru.on is false"):
         override(TOW, {"instruments.mru.latency": 0.1})
 
@@ -369,6 +377,7 @@ def test_a_scenario_of_faults_is_reported_and_replayed(tmp_path):
     wrong = (f.time - f.time[0]) * 1e-9 + TICK
     assert ((np.abs(f.encoder_payout - f.payout_counter) > 1.0) == ((wrong > 2.0 + 1e-9) & (wrong <= 3.0 + 1e-9))).all()
     first, second = done.metrics["faults"]
+    assert first["beside"] == ["runs off"] and second["beside"] == ["wrong"], "their figures have each other's time"
     assert (first["function"], first["failure_mode"], first["expected"]) == ("pay-out", "encoder bias 1.5", "alarm")
     assert second["failure_mode"] == "drive runaway 0.2" and second["until_s"] is None
     late = f[wrong > 4.0 + 1e-9]

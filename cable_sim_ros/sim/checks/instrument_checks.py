@@ -14,6 +14,7 @@ from ..tables.sensor_tables import aboard, devices
 
 WITHIN = 0.01  # of a rate, that whole ticks may be off
 BY_ANGLE = (SetpointLaw.RIGOROUS_SHEAVE, SetpointLaw.RIGOROUS_WATERLINE)
+SIZED = (FaultKind.BIAS, FaultKind.DRIFT, FaultKind.NOISE, FaultKind.LATE, FaultKind.RUNAWAY)
 COUNTERS = ("encoder", "metering_sheave")
 OF_PATH = {
     "command": ("none", "frozen", "bias", "drift", "noise", "late", "lost", "runaway"),
@@ -93,6 +94,10 @@ def fault_problems(scene: Scene) -> Iterator[Problem]:
                 continue
         if kind not in known:
             yield Problem(f"{key}.kind", f"= {kind} is nothing that {target} can have", f"Give {', '.join(known)}")
+        elif fault.kind in SIZED and fault.size == 0.0:
+            yield Problem(
+                f"{key}.size", f"= 0, so that {kind} changes nothing", f"Give {key}.size first, how much it is"
+            )
         elif fault.kind is FaultKind.LATE and not 0.0 <= fault.size <= MAX_LATE:
             text = f"= {fault.size:g} s is outside [0, {MAX_LATE:g}] s, by which something may be late"
             yield Problem(f"{key}.size", text, "Give the seconds by which it is late")
@@ -103,6 +108,16 @@ def fault_problems(scene: Scene) -> Iterator[Problem]:
 def instrument_warnings(scene: Scene) -> list[Problem]:
     """Numbers of an instrument that is not aboard."""
     found = []
+    if scene.setpoint.algorithm is SetpointLaw.CONSTANT_TENSION and scene.instruments.feed is Feedback.INSTRUMENTS:
+        found.append(
+            Problem(
+                "instruments.feed",
+                "= instruments: constant_tension goes by the load pin, which bears both legs of the cable; where the "
+                "departure angle moves, the reading moves with it, and on a sheave with little wrap more than with the "
+                "tension. What it then leaves may be more than a held winch does",
+                "Compare with instruments.feed: truth, and with setpoint.algorithm: hold",
+            )
+        )
     for name, device in zip(DEVICES, devices(scene), strict=True):
         if device.on:
             continue
