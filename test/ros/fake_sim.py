@@ -16,7 +16,7 @@ from numba import njit
 
 from cable_sim_ros.physics.heave_compensation import SetpointLaw
 from cable_sim_ros.physics.inputs import Inputs, make_inputs
-from cable_sim_ros.physics.sensor_models import SENSOR_RULES, SIGNAL, SensorModel
+from cable_sim_ros.physics.sensor_models import SENSOR_RULES, SIGNAL, SensorModel, make_sensors
 from cable_sim_ros.physics.state import MEMORY, TOW_SETTINGS, records
 from cable_sim_ros.physics.tick_output import CONTACT_COLUMNS, SHAPE_COLUMNS, SLOPE_COLUMNS, TICK_OUTPUT
 
@@ -180,7 +180,8 @@ class Simulator:
 
     def snapshot(self) -> dict:
         rings = {f"inputs_{name}": array.copy() for name, array in self.inputs._asdict().items()}
-        return {"memory": self.state.memory[0].copy(), "nodes": self.state.value.copy(), **rings}  # names of the file
+        none = {f"sensors_{name}": array.copy() for name, array in make_sensors(0)._asdict().items()}
+        return {"memory": self.state.memory[0].copy(), "nodes": self.state.value.copy(), **none, **rings}
 
     def taken(self, path, saved) -> dict:
         from cable_sim_ros.sim.saved import savefile
