@@ -24,7 +24,7 @@ CALM, GROWS, COUNTED = 1.5, 1.5, 4.0  # s: without waves, while they grow, and t
 RAMP = 1.0  # s until the controller has its whole gain, after 1 s at rest: before the wave counts
 PART = CALM + 1.0  # s that are simulated a second time: the controller takes over, and the waves have begun
 LATE = 0.02  # s; a command that is later than this was held up by the machine
-STARTS = 3
+STARTS = 6  # a start that lost a message on a machine that is busy is made again
 HOLD = 363.0  # N, standard deviation of the tension over that wave without compensation
 
 
