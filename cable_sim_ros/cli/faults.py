@@ -33,5 +33,5 @@ def _found(now: dict[str, Any] | None, before: dict[str, Any] | None) -> str:
     return (
         f"tension {pair('tension_min_n', '.0f')} to {pair('tension_max_n', '.0f')} N, deviation "
         f"{pair('tension_std_n', '.3g')} N; travel {pair('payout_travel_m', '.3g')} m; depth deviation "
-        f"{pair('depth_std_m', '.2g')} m" + (f"; {', '.join(new)}" if new else "")
+        f"{pair('depth_std_m', '.2g')} m; of {pair('seconds', '.3g')} s" + (f"; {', '.join(new)}" if new else "")
     )

@@ -18,6 +18,7 @@ from .rules import tell_rules
 
 if TYPE_CHECKING:
     from ..runs.result import Run
+    from ..sim.verdict import Verdict
 
 SIMULATES = (  # options of a run that a recording has made already
     "motion",
@@ -25,6 +26,7 @@ SIMULATES = (  # options of a run that a recording has made already
     "rao",
     "duration",
     "winch",
+    "faults",
     "algorithm",
     "imu_only",
     "step",
@@ -37,7 +39,11 @@ FLAG = {"algorithm": "--setpoint", "topics": "--topic", "settings": "--set", "im
 
 
 class NoPlan(RunError):
-    """The run failed: its figures say nothing of a winch."""
+    """The run failed: its figures say nothing of a winch; verdict: on that run."""
+
+    def __init__(self, text: str, verdict: Verdict) -> None:
+        super().__init__(text)
+        self.verdict = verdict
 
 
 @click.command()
@@ -68,9 +74,7 @@ def plan(scene, out, as_json, **asked) -> None:
     verdict, frames, tow = result.verdict, result.frames, result.scene
     if verdict.state == FAILED or not len(frames) or tow is None:
         reasons = "; ".join(str(reason) for reason in verdict.reasons) or "no tick was simulated"
-        error = NoPlan(f"{scene}: no plan is made of a run that failed: {reasons}")
-        error.verdict = verdict  # type: ignore[attr-defined]
-        raise error
+        raise NoPlan(f"{scene}: no plan is made of a run that failed: {reasons}", verdict)
     from ..runs.plan import plan_of
 
     report = plan_of(frames, tow, result.metrics)

@@ -5,9 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
+from click.core import ParameterSource
 
 from .number import Number
 
+OF_FORMAT = {"number": "lci90i", "name": "lci90i", "tension_unit": "lci90i", "heave_down": "pashr"}
 KINDS = ("lci90i", "psxn", "pashr", "tss1")
 
 
@@ -34,6 +36,11 @@ def telegrams(bag, kind, out, rate, number, name, tension_unit, heave_down, scen
     from ..io.telegrams import lci90i, pashr, tss1
     from ..runs.telegram_log import write_log
 
+    source = click.get_current_context().get_parameter_source
+    for option, of in OF_FORMAT.items():
+        if of != kind and source(option) is ParameterSource.COMMANDLINE:
+            flag = f"--{option.replace('_', '-')}"
+            raise click.UsageError(f"{flag} is of {of}, not of {kind}; nothing was written; leave it out")
     if why := lci90i.name_problem(name):
         raise click.UsageError(f"--name {name!r} does not fit; nothing was written; give {why}")
     forms = {

@@ -1,6 +1,6 @@
 """Instruments: from the tick output, which is the truth, to what each device shows of it, once a tick.
 
-Truth of some ticks ago, gain and zero, filter, noise, outliers, fault, end of range, resolution: in this order. The
+Truth of some ticks ago, gain and zero, filter, noise, outliers, resolution, fault, end of range: in this order. The
 noise is a function of seed, tick and signal, so a resumed run and a replay show the same.
 """
 

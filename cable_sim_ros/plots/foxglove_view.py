@@ -17,8 +17,8 @@ from scipy.spatial import ConvexHull
 
 from ..io.bags.bag import BagError, read_bag
 from ..io.bags.typestore import STORE
-from ..io.messages.channels import rotate
 from ..io.messages.markers import TOPIC
+from ..io.messages.rotation import rotate
 from ..io.scenes.resources import share_folder
 from .canvas import canvas
 

@@ -63,6 +63,7 @@ def found(plan: FaultPlan, frames: np.ndarray) -> list[dict[str, Any]]:
 def _figures(frames: np.ndarray) -> dict[str, Any]:
     words = int(np.bitwise_or.reduce(frames["status"]))
     return {
+        "seconds": float(np.diff(frames["time"][[0, -1]])[0]) * 1e-9,
         "tension_min_n": float(frames["tension_tick_min"].min()),
         "tension_max_n": float(frames["tension_tick_max"].max()),
         "tension_std_n": float(frames["tension"].std()),

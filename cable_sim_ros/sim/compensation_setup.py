@@ -16,7 +16,7 @@ from .statics.route import first_angle
 
 STEEPEST, FLATTEST = radians(-85.0), radians(85.0)  # of a nominal angle
 # gain of constant_tension times sqrt(EA m), of a loop that is late by PROMPT [s], and of any; its integral time at
-# least [s]: stable on every shipped scene, also where a mass hangs on a stiff cable, with any drive (docs/setpoints.md)
+# least [s]. A mass on a stiff cable swings up with them where the drive has dead time (docs/setpoints.md)
 MATCHED, PROMPT, LEAST, SOONEST = 0.4, 0.05, 0.05, 0.1
 WATERLINE = (SetpointLaw.SIMPLIFIED_WATERLINE, SetpointLaw.RIGOROUS_WATERLINE)
 

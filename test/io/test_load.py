@@ -206,7 +206,7 @@ TEXTS = {
     "unknown law": (
         "drag_law: ribbon",
         "drag_law: ribbons",
-        "tow.yaml:11: cable.sections.free.drag_law = 'ribbons' is none of its laws (drag law: loading functions, "
+        "tow.yaml:11: cable.sections.free.drag_law = 'ribbons' is none of its values (drag law: loading functions, "
         "C_N and C_T; none: that of the fairing, driscoll_nahon without one); nothing was started. Did you mean "
         "ribbon? Known: off, driscoll_nahon, driscoll_nahon_printed, ribbon, crossflow, pode, choo_casarella, "
         "huston_kamman_6, huston_kamman_10, huston_kamman_10_row_2_printed, dymore, capozucca",

@@ -7,7 +7,7 @@ import pytest
 from synthetic import START, make_contact, make_frames, make_shape
 
 from cable_sim_ros.io.bags.typestore import STORE
-from cable_sim_ros.io.messages.channels import TRANSFORMS, Context, Encoder, rotate, serialize
+from cable_sim_ros.io.messages.channels import TRANSFORMS, Context, Encoder, serialize
 from cable_sim_ros.io.messages.frame_numbers import numbers_of
 from cable_sim_ros.io.messages.markers import (
     MSGTYPE,
@@ -19,6 +19,7 @@ from cable_sim_ros.io.messages.markers import (
     markers_channel,
     times,
 )
+from cable_sim_ros.io.messages.rotation import rotate
 from cable_sim_ros.io.scenes.load import load_scene
 from cable_sim_ros.physics.section import CableModel
 from cable_sim_ros.sim.simulator import Simulator

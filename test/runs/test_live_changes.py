@@ -140,7 +140,7 @@ def test_a_timetable_gives_each_change_once():
             "there is no live key drive.mod; nothing was simulated. Did you mean drive.mode?",
         ),
         ([(0.1, "fire", 1)], "there is no live key fire; nothing was simulated. Live are drive.mode, drive.set_pull, "),
-        ([(0.1, "drive.mode", "brakes")], "drive.mode = 'brakes' is none of its laws"),
+        ([(0.1, "drive.mode", "brakes")], "drive.mode = 'brakes' is none of its values"),
         (
             [(0.1, "drive.set_pull", -5.0)],
             "'0.1 drive.set_pull -5.0': drive.set_pull = -5.0 N is outside [0, 1e+07] N (pull at the drum of mode "

@@ -246,6 +246,7 @@ def test_a_recording_takes_no_options_of_a_run(made):
         (("--heave", "1,8"), "--heave"),
         (("--set", "gravity=9.8"), "--set"),
         (("--out", "x"), "--out"),
+        (("--faults", "x.yaml"), "--faults"),
     ):
         done = call("plan", bag, *words)
         assert done.exit_code == 2

@@ -95,4 +95,10 @@ def test_what_cannot_be_written_is_one_line(tmp_path, scene):
     assert not out.exists()
     assert run(tmp_path / "bare", "--format", "psxn", "--out", out, "--scene", "full_scale").exit_code == 0
     assert run(tmp_path / "nowhere", "--format", "psxn", "--out", out).exit_code == 2
-    assert run(tmp_path / "tow", "--format", "psxn", "--out", tmp_path / "no" / "log").exit_code == 2
+    result = run(tmp_path / "tow", "--format", "psxn", "--out", tmp_path / "no" / "log")
+    assert result.exit_code == 2 and "cannot be written (No such file or directory)" in result.output
+    assert "Give a file in a folder that is there" in " ".join(result.output.split())
+    for option, of in (("--tension-unit", "lci90i"), ("--heave-down", "pashr")):
+        given = (option, "kgf") if option == "--tension-unit" else (option,)
+        result = run(tmp_path / "tow", "--format", "psxn", "--out", out, *given)
+        assert result.exit_code == 2 and f"{option} is of {of}, not of psxn; nothing was written" in result.output

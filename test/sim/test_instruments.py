@@ -10,6 +10,7 @@ import pytest
 from cable_sim_ros import Simulator, WinchCommand
 from cable_sim_ros.io.bags.bag import read_bag
 from cable_sim_ros.io.messages.channels import channel_of, decode
+from cable_sim_ros.io.messages.frame_numbers import numbers_of
 from cable_sim_ros.io.scenes.load import SceneError, load_scene, override
 from cable_sim_ros.physics.sensor_models import DEVICES, SIGNALS, TARGETS, FaultKind
 from cable_sim_ros.runs import offline
@@ -316,10 +317,48 @@ def test_readings_are_recorded_replayed_and_gone_on_with(tmp_path):
     assert on.tobytes() == whole[-len(on) :].tobytes()
 
 
+def test_the_message_of_an_mru_has_its_twist_in_the_axes_of_the_ship():
+    """As nav_msgs/Odometry says of its child frame, by matrices made here; and it is read back."""
+    from cable_sim_ros.io.messages import instrument_channels as instruments
+    from cable_sim_ros.io.messages.channel import Context
+
+    row = np.zeros(1, run({"duration": 0.1, "winch": None}).dtype).view(np.recarray)[0]
+    roll, pitch, roll_rate, pitch_rate = 0.3, -0.2, 0.05, -0.04
+    names = {"mru_roll": roll, "mru_pitch": pitch, "mru_roll_rate": roll_rate, "mru_pitch_rate": pitch_rate}
+    names |= {"mru_surge_rate": 1.0, "mru_sway_rate": 2.0, "mru_heave_rate": 3.0, "mru_heave": 0.7}
+    for name, value in names.items():
+        row[name] = value
+    message = instruments.mru(numbers_of(row), None, None, Context())
+
+    def matrix(roll, pitch):
+        cr, sr, cp, sp = np.cos(roll), np.sin(roll), np.cos(pitch), np.sin(pitch)
+        about_y, about_x = [[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]], [[1, 0, 0], [0, cr, -sr], [0, sr, cr]]
+        return np.array(about_y) @ np.array(about_x)
+
+    linear, angular = message.twist.twist.linear, message.twist.twist.angular
+    body = matrix(roll, pitch).T @ [1.0, 2.0, 3.0]
+    assert (linear.x, linear.y, linear.z) == pytest.approx(body)
+    h = 1e-6
+    turned = matrix(roll, pitch).T @ (matrix(roll + h * roll_rate, pitch + h * pitch_rate) - matrix(roll, pitch)) / h
+    assert (angular.x, angular.y, angular.z) == pytest.approx((turned[2, 1], turned[0, 2], turned[1, 0]), abs=1e-6)
+    assert message.header.frame_id == "mru_link" and message.child_frame_id == "base_link"
+    back = instruments.read_mru(message)
+    assert {name: back[name] for name in names} == pytest.approx(names)
+
+
 def test_what_instruments_and_faults_cannot_be_asked():
     for values, text in (
         ({"instruments.mru.rate": 30.0}, "instruments.mru.rate = 30 Hz is no whole number of ticks of 0.01 s"),
         ({"instruments.encoder.layer_error": 1}, "without winch.lay_width the drum has no layers"),
+        (
+            {
+                "instruments.encoder.layer_error": -20,
+                "winch.lay_width": 0.6,
+                "winch.lay_pitch": 0.05,
+                "winch.lay_rise": 0.05,
+            },
+            r"instruments.encoder.layer_error = -20 makes the radius -\d",
+        ),
         (
             {"instruments.feed": "instruments", "instruments.mru.on": False, "setpoint.algorithm": "simplified_sheave"},
             "goes by the motion of the sheave, and no MRU is on",

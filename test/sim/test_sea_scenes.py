@@ -241,7 +241,7 @@ TEXTS = [
         {"water.waves": {"kind": "airy", "height": 1.0, "components": 50}},
         "water.waves.components = 50 has no effect on water.waves.kind = airy: it is one wave; nothing was started",
     ),
-    ({"water.waves": {"kind": "JONSWAP", "height": 1.0}}, "water.waves.kind = 'JONSWAP' is none of its laws"),
+    ({"water.waves": {"kind": "JONSWAP", "height": 1.0}}, "water.waves.kind = 'JONSWAP' is none of its values"),
     ({"water.waves": {"kind": "JONSWAP", "height": 1.0}}, "Did you mean jonswap? Known: off, airy, jonswap"),
     ({"water.waves": {"hs": 2.0}}, "there is no such key; nothing was started. Did you mean water.waves.height?"),
     ({"water.waves": {"tp": 8.0}}, "there is no such key; nothing was started. Did you mean water.waves.period?"),
@@ -295,7 +295,7 @@ TEXTS = [
         {"water.current_table": {"depth": 5.0}},
         "water.current_table.depth = 5.0 is a number, expected a list of numbers or null in [0, 12000] m",
     ),
-    ({"water.waves": {"ship_motion": "coupled"}}, "water.waves.ship_motion = 'coupled' is none of its laws"),
+    ({"water.waves": {"ship_motion": "coupled"}}, "water.waves.ship_motion = 'coupled' is none of its values"),
 ]
 
 

@@ -142,7 +142,7 @@ def test_a_key_of_a_wake_is_checked_like_every_other():
     text = refusal("lowered_ctd", **{f"cable.sections.{name}.wake.strouhal": 2.0})
     assert f"cable.sections.{name}.wake.strouhal = 2.0 is outside [0.05, 0.5]" in text
     text = refusal("lowered_ctd", **{f"cable.sections.{name}.wake.law": "vandermeer"})
-    assert "is none of its laws" in text and "off, bai_qin, facchinetti" in text
+    assert "is none of its values" in text and "off, bai_qin, facchinetti" in text
     source = find_scene("lowered_ctd").read_text("utf-8").replace(f"{name}: {{", f"{name}: {{wake: bai_qin, ", 1)
     with pytest.raises(SceneError, match="wake = 'bai_qin' is text, expected a block of keys"):
         scene_from_text(source, "ctd.yaml")

@@ -56,7 +56,7 @@ REFUSED = [
     ({"flow": {"turbulence": None}}, "flow.turbulence = null is empty, expected a number in (0, 100] m/s"),
     (
         {"lift": {"reading": "D"}},
-        "lift.reading = 'D' is none of its laws (reading of the lift spectrum); nothing was started",
+        "lift.reading = 'D' is none of its values (reading of the lift spectrum); nothing was started",
     ),
     ({"damping": {"ratios": [0.1, 0.0]}}, "damping.ratios = [0.1, 0.0], component 1, is outside (0, 5]"),
     ({"tension": {"start": None}}, "tension.start is missing: the tension is nowhere given; nothing was started. Give"),

@@ -59,7 +59,7 @@ def test_drag_laws_that_cannot_work_are_not_offered():
     keys = CliRunner().invoke(main, ["span", "x", "--keys"]).output
     assert "crossflow" in keys and "dymore" not in keys and "ribbon" not in keys
     text = refusal(drag_law="dymore")
-    assert "span.drag_law = 'dymore' is none of its laws" in text and "ribbon" not in text
+    assert "span.drag_law = 'dymore' is none of its values" in text and "ribbon" not in text
 
 
 def test_a_case_that_does_not_lie_over_its_sheaves_is_refused():

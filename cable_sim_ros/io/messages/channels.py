@@ -21,26 +21,28 @@ from ...physics.tick_output import CONTACT_COLUMNS, SHAPE_COLUMNS, STRUM_COLUMNS
 from ...sim.scene import Scene
 from ...sim.tables.viv_tables import on as strumming_on
 from ..bags.typestore import STORE
-from .cdr import JointTemplate, cloud, cloud_table, header, header_time, store_type
+from .cdr import JointTemplate, cloud, cloud_table, header, header_time
 from .channel import Channel, Context
 from .frame_numbers import NAMES, PLACES, numbers_of
 from .instrument_channels import INSTRUMENTS
-
-Point = store_type("geometry_msgs/msg/Point")
-Quaternion = store_type("geometry_msgs/msg/Quaternion")
-Vector3 = store_type("geometry_msgs/msg/Vector3")
-Pose = store_type("geometry_msgs/msg/Pose")
-PoseStamped = store_type("geometry_msgs/msg/PoseStamped")
-PoseWithCovariance = store_type("geometry_msgs/msg/PoseWithCovariance")
-Twist = store_type("geometry_msgs/msg/Twist")
-TwistWithCovariance = store_type("geometry_msgs/msg/TwistWithCovariance")
-Wrench = store_type("geometry_msgs/msg/Wrench")
-WrenchStamped = store_type("geometry_msgs/msg/WrenchStamped")
-Odometry = store_type("nav_msgs/msg/Odometry")
-JointState = store_type("sensor_msgs/msg/JointState")
-Transform = store_type("geometry_msgs/msg/Transform")
-TransformStamped = store_type("geometry_msgs/msg/TransformStamped")
-TFMessage = store_type("tf2_msgs/msg/TFMessage")
+from .message_classes import (
+    JointState,
+    Odometry,
+    Point,
+    Pose,
+    PoseStamped,
+    PoseWithCovariance,
+    Quaternion,
+    TFMessage,
+    Transform,
+    TransformStamped,
+    Twist,
+    TwistWithCovariance,
+    Vector3,
+    Wrench,
+    WrenchStamped,
+)
+from .rotation import inverse, rotate
 
 EXACT = np.zeros(36)  # covariance: a simulated pose has none
 EMPTY = np.zeros(0)
@@ -49,18 +51,6 @@ HEALTH = NAMES[1:]  # all but time
 HEALTH_PLACES = [
     (name, slice(at.start - 1, at.stop - 1) if isinstance(at, slice) else at - 1) for name, at in PLACES[1:]
 ]
-
-
-def rotate(quaternion: tuple, vector: tuple) -> tuple[float, float, float]:
-    """Vector turned by a unit quaternion x y z w: v + 2 w (q x v) + 2 q x (q x v)."""
-    qx, qy, qz, qw = quaternion
-    vx, vy, vz = vector
-    tx, ty, tz = 2 * (qy * vz - qz * vy), 2 * (qz * vx - qx * vz), 2 * (qx * vy - qy * vx)
-    return (vx + qw * tx + qy * tz - qz * ty, vy + qw * ty + qz * tx - qx * tz, vz + qw * tz + qx * ty - qy * tx)
-
-
-def _inverse(q: tuple) -> tuple[float, float, float, float]:
-    return (-q[0], -q[1], -q[2], q[3])
 
 
 def _xyz(vector) -> tuple[float, float, float]:
@@ -107,7 +97,7 @@ def read_towbody_pose(m) -> dict:
 
 def towbody_odom(f, shape, contact, context: Context):
     """Pose of the towbody in odom, its velocities in towbody_link (nav_msgs/Odometry: twist in the child frame)."""
-    back = _inverse(f.body_quaternion)
+    back = inverse(f.body_quaternion)
     return Odometry(
         header(f.time, context.odom),
         context.towbody_link,
@@ -169,7 +159,7 @@ def read_sim_health(m) -> dict:
 
 def transforms(f, shape, contact, context: Context):
     """odom -> base_link -> sheave_link, odom -> towbody_link."""
-    back = _inverse(f.ship_quaternion)
+    back = inverse(f.ship_quaternion)
     arm = rotate(back, tuple(s - b for s, b in zip(f.sheave_position, f.ship_position)))
     poses = (
         (context.odom, context.base_link, f.ship_position, f.ship_quaternion),

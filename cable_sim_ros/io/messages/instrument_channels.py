@@ -12,21 +12,23 @@ import numpy as np
 
 from ...physics.sensor_models import DEPTH, DEVICES, ENCODER, LOAD_PIN, METERING, MRU, USBL
 from ...sim.scene import Scene
-from .cdr import JointTemplate, header, store_type
+from .cdr import JointTemplate, header
 from .channel import Channel
-
-Point = store_type("geometry_msgs/msg/Point")
-PointStamped = store_type("geometry_msgs/msg/PointStamped")
-Quaternion = store_type("geometry_msgs/msg/Quaternion")
-Vector3 = store_type("geometry_msgs/msg/Vector3")
-Pose = store_type("geometry_msgs/msg/Pose")
-PoseWithCovariance = store_type("geometry_msgs/msg/PoseWithCovariance")
-Twist = store_type("geometry_msgs/msg/Twist")
-TwistWithCovariance = store_type("geometry_msgs/msg/TwistWithCovariance")
-Wrench = store_type("geometry_msgs/msg/Wrench")
-WrenchStamped = store_type("geometry_msgs/msg/WrenchStamped")
-Odometry = store_type("nav_msgs/msg/Odometry")
-JointState = store_type("sensor_msgs/msg/JointState")
+from .message_classes import (
+    JointState,
+    Odometry,
+    Point,
+    PointStamped,
+    Pose,
+    PoseWithCovariance,
+    Quaternion,
+    Twist,
+    TwistWithCovariance,
+    Vector3,
+    Wrench,
+    WrenchStamped,
+)
+from .rotation import inverse, rotate
 
 UNKNOWN = np.zeros(36)  # covariance
 EMPTY = np.zeros(0)
@@ -35,32 +37,36 @@ MRU_LINK = "mru_link"
 
 
 def mru(f, shape, contact, context):
-    """Surge, sway, heave as position, roll and pitch as attitude without heading, their rates as twist."""
+    """Surge, sway, heave as position, roll and pitch as attitude without heading; their rates in base_link, as
+    nav_msgs/Odometry has its twist; the rate of the heading, which no device shows, is left out."""
     hr, hp = 0.5 * f.mru_roll, 0.5 * f.mru_pitch
-    turn = Quaternion(sin(hr) * cos(hp), cos(hr) * sin(hp), -sin(hr) * sin(hp), cos(hr) * cos(hp))
-    rates = Vector3(f.mru_roll_rate, f.mru_pitch_rate, 0.0)
+    turn = (sin(hr) * cos(hp), cos(hr) * sin(hp), -sin(hr) * sin(hp), cos(hr) * cos(hp))
+    speed = rotate(inverse(turn), (f.mru_surge_rate, f.mru_sway_rate, f.mru_heave_rate))
+    rates = (f.mru_roll_rate, f.mru_pitch_rate * cos(f.mru_roll), -f.mru_pitch_rate * sin(f.mru_roll))
     return Odometry(
         header(f.time, MRU_LINK),
         context.base_link,
-        PoseWithCovariance(Pose(Point(f.mru_surge, f.mru_sway, f.mru_heave), turn), UNKNOWN),
-        TwistWithCovariance(Twist(Vector3(f.mru_surge_rate, f.mru_sway_rate, f.mru_heave_rate), rates), UNKNOWN),
+        PoseWithCovariance(Pose(Point(f.mru_surge, f.mru_sway, f.mru_heave), Quaternion(*turn)), UNKNOWN),
+        TwistWithCovariance(Twist(Vector3(*speed), Vector3(*rates)), UNKNOWN),
     )
 
 
 def read_mru(m) -> dict:
     """Back to tick output fields."""
     p, q, twist = m.pose.pose.position, m.pose.pose.orientation, m.twist.twist
+    roll = atan2(2.0 * (q.w * q.x + q.y * q.z), 1.0 - 2.0 * (q.x * q.x + q.y * q.y))
+    surge, sway, heave = rotate((q.x, q.y, q.z, q.w), (twist.linear.x, twist.linear.y, twist.linear.z))
     return {
         "mru_surge": p.x,
         "mru_sway": p.y,
         "mru_heave": p.z,
-        "mru_surge_rate": twist.linear.x,
-        "mru_sway_rate": twist.linear.y,
-        "mru_heave_rate": twist.linear.z,
-        "mru_roll": atan2(2.0 * (q.w * q.x + q.y * q.z), 1.0 - 2.0 * (q.x * q.x + q.y * q.y)),
+        "mru_surge_rate": surge,
+        "mru_sway_rate": sway,
+        "mru_heave_rate": heave,
+        "mru_roll": roll,
         "mru_pitch": asin(max(-1.0, min(1.0, 2.0 * (q.w * q.y - q.z * q.x)))),
         "mru_roll_rate": twist.angular.x,
-        "mru_pitch_rate": twist.angular.y,
+        "mru_pitch_rate": twist.angular.y * cos(roll) - twist.angular.z * sin(roll),
     }
 
 

@@ -17,8 +17,9 @@ from ...physics.tick_output import CONTACT_COLUMNS, SHAPE_COLUMNS, SLOPE_COLUMNS
 from ...sim.scene import Scene
 from ..bags.bag_writer import BagError
 from .cdr import SECOND, header, refuse_not_finite, store_type
-from .channels import Channel, Context, rotate
+from .channels import Channel, Context
 from .marker_bytes import Drawn, encode
+from .rotation import rotate
 
 Marker = store_type("visualization_msgs/msg/Marker")
 MarkerArray = store_type("visualization_msgs/msg/MarkerArray")

@@ -88,7 +88,7 @@ def _text(item, path, field, owner, data, origin, lines, root) -> str:
         near = difflib.get_close_matches(str(value).lower(), words, 1)
         hint = f"did you mean {near[0]}? " if near else ""
         return (
-            f"{where}: {key} = {_show(value)} is none of its laws ({about}); {CONSEQUENCE}. "
+            f"{where}: {key} = {_show(value)} is none of its values ({about}); {CONSEQUENCE}. "
             f"{hint.capitalize()}Known: {', '.join(words)}"
         )
     if str(value).lower() == "none" and type(None) in get_args(field.annotation):

@@ -28,8 +28,9 @@ def breaking_load(scene: Scene) -> float | None:
     """Breaking load [N] of the weakest section; None where that of a section is not known."""
     if scene.rules.breaking_load is not None:
         return scene.rules.breaking_load
-    loads = [material_of(scene.cable, section).breaking_load for section in scene.cable.sections.values()]
-    return min(loads) if loads and None not in loads else None  # type: ignore[type-var]
+    sections = scene.cable.sections.values()
+    known = [load for section in sections if (load := material_of(scene.cable, section).breaking_load) is not None]
+    return min(known) if known and len(known) == len(sections) else None
 
 
 def working_load(scene: Scene) -> float | None:
