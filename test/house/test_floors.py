@@ -17,12 +17,15 @@ MAY = {  # floor: what it may import of ours; nothing of the product imports ver
     "spans": {"physics", "sim", "io", "spans"},  # beside runs
     "viv": {"spans"},  # published names of the frequency domain
     "plots": {"physics", "sim", "io", "runs", "spans", "plots"},
+    "report": {"physics", "sim", "io", "runs", "spans", "plots", "report"},  # one HTML file of what was simulated
     "ros": {"physics", "sim", "io", "ros"},
+    "view": {"physics", "sim", "io", "runs", "plots", "ros", "view"},  # live view and film, in processes of their own
+    "fmu": {"physics", "sim", "io", "runs", "fmu"},
     "testing": {"physics", "sim", "io", "runs", "ros", "testing"},  # for users' tests: of ours only ahc imports it
     "api": {"physics", "sim", "io"},
-    "cli": {"physics", "sim", "io", "runs", "spans", "plots", "ros", "start", "cli"},
-    "ahc": {"physics", "sim", "io", "runs", "plots", "testing", "cli", "ahc"},
-    "verification": {"physics", "sim", "io", "runs", "spans", "plots", "ros", "cli", "verification"},
+    "cli": {"physics", "sim", "io", "runs", "spans", "plots", "report", "ros", "view", "fmu", "start", "cli"},
+    "ahc": {"physics", "sim", "io", "runs", "plots", "report", "testing", "cli", "ahc"},
+    "verification": {"physics", "sim", "io", "runs", "spans", "plots", "report", "ros", "cli", "verification"},
     "limits": set(),
     "errors": set(),
     "start": {"cli", "ros"},

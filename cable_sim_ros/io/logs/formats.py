@@ -1,0 +1,59 @@
+"""Table of the formats that are read. A format is recognised by its first bytes, never by its name alone.
+
+A row names a module beside this one that has `recognise(head: bytes, path: Path) -> bool` and
+`read(path: Path) -> Log`; modules of other makers are imported when such a log is read.
+"""
+
+from __future__ import annotations
+
+import os
+from importlib import import_module
+from pathlib import Path
+from typing import NamedTuple
+
+from .log import Log, LogError
+
+HEAD = 65_536  # bytes that tell the format
+EXTRA = "pip install 'cable_sim_ros[import]'"
+
+
+class Format(NamedTuple):
+    """name: word of the command line; title: for people; module: beside this one."""
+
+    name: str
+    title: str
+    module: str
+
+
+FORMATS: tuple[Format, ...] = ()  # order: the first that recognises a file reads it
+
+
+def read_log(path: str | os.PathLike, name: str | None = None) -> Log:
+    """Read a file of any known format; name: of FORMATS, None: found from its first bytes. LogError if it cannot be."""
+    path = Path(path)
+    try:
+        if path.is_dir():
+            head = b""
+        else:
+            with path.open("rb") as file:
+                head = file.read(HEAD)
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+        why = getattr(error, "strerror", None) or error
+        raise LogError(f"{path}: cannot be read ({why}); nothing was read. Give a file that is there") from None
+    for row in FORMATS:
+        module = import_module(f".{row.module}", __package__)
+        if row.name == name or (name is None and module.recognise(head, path)):
+            return module.read(path)
+    known = ", ".join(row.name for row in FORMATS)
+    if name is not None:
+        raise LogError(f"{path}: there is no format '{name}'; nothing was read. Known: {known}")
+    what = "is empty" if not head and not path.is_dir() else "is of no format that is read here"
+    raise LogError(f"{path}: {what}; nothing was read. Known: {known}; name one with --format, or save it as CSV")
+
+
+def extra(module: str, path: Path) -> None:
+    """Raise LogError where a parser of another maker is not installed."""
+    try:
+        import_module(module)
+    except ImportError:
+        raise LogError(f"{path}: is read with {module}, which is not installed; nothing was read. {EXTRA}") from None

@@ -1,0 +1,142 @@
+"""What a reader makes of a foreign log: sources with times and columns of numbers, and what could not be read.
+
+A source is what the log itself keeps apart: a topic, a kind of sentence, a message of one device, a table. Numbers are
+as the log has them, in its own units and signs; `mapping` says what they mean. Every reader counts its records, keeps
+what is before the first damage, and takes no size or count of the file on trust.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ...errors import CableSimError
+
+SECOND = 1_000_000_000  # ns
+
+
+class LogError(CableSimError, ValueError):
+    """A log that cannot be read, or a mapping that does not fit it: file, place, value, consequence, remedy."""
+
+
+@dataclass
+class Source:
+    """Records of one kind, in the order of the file.
+
+    logged: stamps of the logger, int64 [n] ns since 1970, None where there are none; device: of the device's own clock,
+    ns from an epoch of its own, None where it tells none; columns: path of a field -> float64 [n], NaN where a record
+    has no such number; units: of the columns whose format tells them; kind: type of the message, or what the format is.
+    """
+
+    name: str
+    kind: str
+    logged: np.ndarray | None
+    device: np.ndarray | None
+    columns: dict[str, np.ndarray]
+    units: dict[str, str] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        times = self.logged if self.logged is not None else self.device
+        return 0 if times is None else len(times)
+
+
+@dataclass
+class Losses:
+    """Records that were not read, by cause, with the place of the first of each; false while nothing is lost."""
+
+    counts: dict[str, int] = field(default_factory=dict)
+    first: dict[str, str] = field(default_factory=dict)
+
+    def __bool__(self) -> bool:
+        return bool(self.counts)
+
+    def add(self, cause: str, place: str, count: int = 1) -> None:
+        """cause: a few words of a fixed set, such as "wrong checksum"; place: "line 12", "byte 4711"."""
+        self.counts[cause] = self.counts.get(cause, 0) + count
+        self.first.setdefault(cause, place)
+
+    @property
+    def total(self) -> int:
+        """Records that were lost."""
+        return sum(self.counts.values())
+
+    def __str__(self) -> str:
+        if not self.counts:
+            return "nothing was lost"
+        return "; ".join(f"{n} x {cause}, first at {self.first[cause]}" for cause, n in self.counts.items())
+
+
+@dataclass
+class Log:
+    """A log as it was read: path, name of the format, sources by name, records that were read, and the losses.
+
+    notices: what a user should know of it that is no loss, each one line.
+    """
+
+    path: str
+    format: str
+    sources: dict[str, Source]
+    records: int
+    losses: Losses = field(default_factory=Losses)
+    notices: list[str] = field(default_factory=list)
+
+
+class Builder:
+    """Collects records, one at a time or in blocks, and makes the sources of a Log of them.
+
+    Columns that a later record adds are NaN before it. Numbers only; times in ns.
+    """
+
+    def __init__(self) -> None:
+        self._rows: dict[str, list[tuple[int | None, int | None, Mapping[str, float]]]] = {}
+        self._kinds: dict[str, str] = {}
+        self._units: dict[str, dict[str, str]] = {}
+
+    def add(
+        self,
+        source: str,
+        kind: str,
+        values: Mapping[str, float],
+        *,
+        logged: int | None = None,
+        device: int | None = None,
+        units: Mapping[str, str] | None = None,
+    ) -> None:
+        """One record. units: of the fields whose format tells them, of the first record that gives any."""
+        rows = self._rows.get(source)
+        if rows is None:
+            rows = self._rows[source] = []
+            self._kinds[source] = kind
+            self._units[source] = dict(units or {})
+        elif units and units is not self._units[source]:
+            self._units[source] = {**units, **self._units[source]}
+        rows.append((logged, device, values))
+
+    @property
+    def records(self) -> int:
+        """Records so far."""
+        return sum(map(len, self._rows.values()))
+
+    def sources(self) -> dict[str, Source]:
+        """All sources by name; a clock that some record lacks is not a clock of its source."""
+        return {name: self._source(name, rows) for name, rows in self._rows.items()}
+
+    def _source(self, name: str, rows: list) -> Source:
+        names = list(dict.fromkeys(column for _, _, values in rows for column in values))
+        columns = {
+            column: np.array([values.get(column, np.nan) for _, _, values in rows], np.float64) for column in names
+        }
+        return Source(
+            name,
+            self._kinds[name],
+            _times([row[0] for row in rows]),
+            _times([row[1] for row in rows]),
+            columns,
+            self._units[name],
+        )
+
+
+def _times(stamps: list[int | None]) -> np.ndarray | None:
+    return None if None in stamps else np.array(stamps, np.int64)
