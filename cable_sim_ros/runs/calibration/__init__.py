@@ -1,0 +1,1 @@
+"""What a recording tells of the instrument that made it."""
