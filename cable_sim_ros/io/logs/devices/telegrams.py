@@ -17,7 +17,7 @@ from ...telegrams.fields import exclusive_or
 from ...telegrams.fields import nanoseconds as since_1970
 from ..formats import extra
 from ..log import Log, Losses
-from ..stamps import Stamp, stamp_of
+from ..stamps import Stamp, stamp_of, within
 from . import wave_buoy
 from .assemble import Row, assemble
 from .lines import Line, lines_of
@@ -166,9 +166,11 @@ class Telegrams:
             self._motion(motion[0].strip(b"\r\n"), line, stamp)
         elif re.search(rb"\*[0-9A-Fa-f]{2}\s*$", text):
             self.losses.add("end of a sentence whose start is lost", f"line {line.number}")
+        elif not alone:
+            self.notes["before"] += 1
         elif sum(byte in TELLING for byte in text) >= MANY and not text.lstrip().startswith(b"#"):
-            self.losses.add("line without a telegram" if alone else "text before a sentence", f"line {line.number}")
-        elif alone:
+            self.losses.add("line without a telegram", f"line {line.number}")
+        else:
             self.notes["remark"] += 1
 
     def _winch(self, text: bytes, line: Line, stamp: Stamp | None) -> None:
@@ -181,7 +183,7 @@ class Telegrams:
             self.losses.add("wrong checksum", f"line {line.number}")
             return
         try:
-            time = since_1970(datetime.strptime(at.decode(), "%Y-%m-%dT%H:%M:%S.%f"))
+            time = within(since_1970(datetime.strptime(at.decode(), "%Y-%m-%dT%H:%M:%S.%f")))
             values = {key: float(part) for key, part in zip(("tension", "speed", "payout"), texts)}
         except (ValueError, OverflowError):
             self.losses.add("telegram of an LCI-90i that does not fit", f"line {line.number}")
