@@ -25,7 +25,6 @@ _CALENDAR = re.compile(
 _MONTH_FIRST = re.compile(rb"(\d\d)/(\d\d)/(\d{4})[ ,;\t]" + _CLOCK + rb"(?![\d.])")
 _NUMBER = re.compile(rb"[\[(]?(\d{10})(?:\.(\d{1,9})\d*|(\d{3}|\d{6}|\d{9}))?[\])]?(?![\d.])")
 _TAG = re.compile(rb"\\[^\\]*?\bc:(\d{10})(\d{3})?[^\\]*\\")
-_BEHIND = b" \t,;:"
 
 
 class Stamp(NamedTuple):
@@ -70,10 +69,9 @@ def stamp_of(line: bytes) -> Stamp | None:
         except (ValueError, OverflowError):
             continue  # a date or time that is none
         if found is not None:
-            end = found.end
-            while end < len(line) and line[end] in _BEHIND and line[end : end + 1] != b":":
-                end += 1
-            return found._replace(end=end)
+            behind = line[found.end :]
+            behind = behind[1:] if behind[:1] in (b",", b";") else behind
+            return found._replace(end=len(line) - len(behind.lstrip(b" \t")))
     return None
 
 
