@@ -42,7 +42,8 @@ def recognise(head: bytes, path: Path) -> bool:
 
 def read(path: Path) -> Log:
     """All records whose checksum fits."""
-    losses, notices = Losses(), []
+    losses = Losses()
+    notices: list[str] = []
     blocks = [block for _, block in records_of(path, SIZE, _valid, losses)]
     records = np.concatenate(blocks) if blocks else np.zeros((0, SIZE), np.uint8)
     with np.errstate(invalid="ignore"):  # of a NaN that signals

@@ -35,7 +35,8 @@ def recognise(head: bytes, path: Path) -> bool:
 
 def read(path: Path) -> Log:
     """All rows."""
-    losses, build, device, columns = Losses(), Builder(), "", []
+    losses, build, device = Losses(), Builder(), ""
+    columns: list[tuple[str, str]] = []
     for line in lines_of(path, losses):
         if columns:
             _row(build, device, columns, line.text, line.whole, f"line {line.number}", losses)

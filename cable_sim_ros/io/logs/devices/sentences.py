@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from functools import cache
+from functools import cache, lru_cache
 from importlib import import_module
 from typing import NamedTuple
 
@@ -114,13 +114,24 @@ def _standard(identity: str, names: Mapping[str, str], fields: list[str]) -> Sen
     if identity.endswith("ZDA"):
         if not {"day", "month", "year"} <= values.keys() or time is None:
             return None  # a clock that has no time yet
-        day = _day(*(f"{values.pop(key):.0f}" for key in ("year", "month", "day")), True)
+        year, month, date = (f"{values.pop(key):.0f}" for key in ("year", "month", "day"))
+        day = _day(year, month, date, True)
         values["time_of_day"] = time / SECOND
     if {"lat", "lon"} & values.keys() and not {"NS", "EW"} <= {n for n, t in zip(names, fields) if t}:
         raise Unfit("position without its hemisphere")
-    units = {name: UNITS[name] for name in values if name in UNITS}
+    units = _units(tuple(values))
     clock = None if time is None else Clock(time if day is None else day + time, day is not None)
     return Sentence(identity, values, units, clock) if values else None
+
+
+@lru_cache(maxsize=256)
+def _units(names: tuple[str, ...]) -> Mapping[str, str]:
+    return {name: UNITS[name] for name in names if name in UNITS}
+
+
+@cache
+def _proprietary_units(source: str) -> Mapping[str, str]:
+    return {name: unit for name, unit in PROPRIETARY[source].items() if unit}
 
 
 def _proprietary(identity: str, fields: list[str]) -> Sentence | None:
@@ -136,8 +147,7 @@ def _proprietary(identity: str, fields: list[str]) -> Sentence | None:
         raise Unfit("sentence with too few fields")
     values = {key: number(text) for key, text in zip(names, rest) if text and not key.startswith("-")}
     clock = Clock(_clock(rest[0]), False) if name == "PASHR" else None
-    units = {key: unit for key, unit in names.items() if unit}
-    return Sentence(name, values, units, clock) if values else None
+    return Sentence(name, values, _proprietary_units(name), clock) if values else None
 
 
 def _transducers(identity: str, fields: list[str]) -> Sentence | None:

@@ -51,6 +51,7 @@ class Telegrams:
         self.notes: Counter[str] = Counter()  # what is said of the log, with how often
         self._columns: dict[str, set[str]] = {}
         self._cut: Cut | None = None
+        self._parser = False  # is it known to be installed?
 
     def read(self) -> None:
         """All lines."""
@@ -121,7 +122,9 @@ class Telegrams:
             else:
                 self._buoy(identity, fields, line, stamp)
         else:
-            extra("pynmeagps", self.path)
+            if not self._parser:
+                extra("pynmeagps", self.path)
+                self._parser = True
             try:
                 found = decode(identity, fields)
             except Unfit as error:
