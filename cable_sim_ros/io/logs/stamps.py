@@ -20,10 +20,10 @@ DAY = 86_400 * SECOND
 LAST = 106_000 * DAY  # the year 2260
 _CLOCK = rb"(\d\d):?(\d\d):?(\d\d)(?:[.,](\d{1,9})\d*)?"
 _CALENDAR = re.compile(
-    rb"[\[(]?(\d{4})([-/]?)(\d\d)\2(\d\d)[T ,;\t_-]" + _CLOCK + rb"(Z|[+-]\d\d:?\d\d)?[\])]?(?![\d.])"
+    rb"[\[(]?(\d{4})([-/]?)(\d\d)\2(\d\d)[T ,;\t_-]" + _CLOCK + rb"(Z|[+-]\d\d:?\d\d)?[\])]?(?![\w.])"
 )
 _MONTH_FIRST = re.compile(rb"(\d\d)/(\d\d)/(\d{4})[ ,;\t]" + _CLOCK + rb"(?![\d.])")
-_NUMBER = re.compile(rb"[\[(]?(\d{10})(?:\.(\d{1,9})\d*|(\d{3}|\d{6}|\d{9}))?[\])]?(?![\d.])")
+_NUMBER = re.compile(rb"[\[(]?(\d{10})(?:\.(\d{1,9})\d*|(\d{3}|\d{6}|\d{9}))?[\])]?(?![\w.])")
 _TAG = re.compile(rb"\\[^\\]*?\bc:(\d{10})(\d{3})?[^\\]*\\")
 
 

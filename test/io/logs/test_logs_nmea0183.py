@@ -255,3 +255,35 @@ def test_a_leap_second_and_a_blank_position(read):
     log = read(logs.zda(MIDNIGHT + DAY - SECOND) + sentence(blank))
     assert log.sources["INGGA"].device[0] == MIDNIGHT + DAY + SECOND // 2
     assert "lat" not in log.sources["INGGA"].columns and not math.isnan(log.sources["INGGA"].columns["quality"][0])
+
+
+@pytest.mark.parametrize("form", ["s330 {stamp}{line}", "{stamp}s330 {line}", "s330,{stamp}{line}"])
+def test_devices_that_the_logger_names_are_apart(read, form):
+    def named(name, data):
+        head = form.replace("s330", name)
+        lines = (line.partition(b" ") for line in data.splitlines(keepends=True))
+        return b"".join(head.format(stamp=a.decode() + b.decode(), line=c.decode()).encode() for a, b, c in lines)
+
+    one, other = named("s330", logs.seapath(3)), named("seap-2", logs.seapath(2))
+    log = read(one + other + named("twnc", logs.winch(4)) + logs.seapath(1))
+    assert not log.losses and log.records == 24 + 16 + 4 + 8
+    assert {name: len(log.sources[name]) for name in ("s330/PSXN,23", "seap-2/PSXN,23", "PSXN,23")} == {
+        "s330/PSXN,23": 3,
+        "seap-2/PSXN,23": 2,
+        "PSXN,23": 1,
+    }
+    assert len(log.sources["twnc/lci90i/STBD TRAWL"]) == 4
+    assert log.sources["s330/INGGA"].logged[0] == MIDNIGHT + 300_000_000
+
+
+def test_a_receiver_with_a_wrong_date_does_not_move_the_others(read):
+    wrong = [sentence(f"GPZDA,{logs.hhmmss(MIDNIGHT + k * SECOND)},17,12,1994,,") for k in range(4)]
+    right = [logs.zda(MIDNIGHT + k * SECOND) for k in range(4)]
+    fixes = [logs.gga(MIDNIGHT + k * SECOND) for k in range(4)]
+    log = read(b"".join(a + b + c for a, b, c in zip(right, wrong, fixes)))
+    assert log.sources["INGGA"].device.tolist() == [MIDNIGHT + k * SECOND for k in range(4)]
+
+
+def test_several_telegrams_without_line_ends_between(read):
+    log = read(logs.winch(5).replace(b"\r\n", b"") + b"\r\n" + logs.tss(5).replace(b"\r\n", b"") + b"\r\n")
+    assert {name: len(source) for name, source in log.sources.items()} == {"lci90i/STBD TRAWL": 5, "tss1": 5}

@@ -97,17 +97,21 @@ def _whole(rows: list[Row], losses: Losses, notices: list[str]) -> list[Row]:
 
 
 def _date(rows: list[Row], notices: list[str]) -> None:
-    """Set each clock to ns since 1970: a time of day takes the day that brings it nearest to the date told last, or to
-    the logger's stamp. In a log without stamps a sentence without a time takes the one told before it."""
-    timed = [row for row in rows if row.told in ("date", "time")]
-    last = next((row.clock for row in timed if row.told == "date"), None)
-    dated = last is not None
+    """Set each clock to ns since 1970: a time of day takes the day that brings it nearest to the date that its device,
+    else any, told last, or to the logger's stamp. In a log without stamps a sentence without a time takes the one told
+    before it."""
+    timed = [row for row in rows if row.told in ("date", "time") and row.clock is not None]
+    last: dict[str, int] = {}  # clock by device: each may be wrong in a way of its own
+    for row in reversed(timed):
+        if row.told == "date" and row.clock is not None:
+            last[_device(row)] = last[""] = row.clock
+    dated = "" in last
     for row in timed:
         if row.told == "time" and row.clock is not None:
-            near = last if dated or row.logged is None else row.logged
+            near = last.get(_device(row), last.get("")) if dated or row.logged is None else row.logged
             if near is not None:
                 row.clock += (near - row.clock + DAY // 2) // DAY * DAY
-        last = row.clock
+        last[_device(row)] = last[""] = row.clock or 0
     if timed and not dated and any(row.logged is None for row in timed):
         notices.append("no sentence tells a date: times are of the first day of the log, from its midnight")
     if any(row.logged is not None for row in rows):
@@ -145,6 +149,12 @@ def _with_clock(rows: list[Row], losses: Losses, notices: list[str], which: str,
             continue
         kept.append(row)
     return kept
+
+
+def _device(row: Row) -> str:
+    """Its sentences have one clock: the talker, with the name that the logger gives it."""
+    device, slash, sentence = row.source.rpartition("/")
+    return f"{device}{slash}{sentence[:2]}"
 
 
 def _sources(rows: Iterable[Row]) -> Iterable[str]:
