@@ -287,3 +287,11 @@ def test_a_receiver_with_a_wrong_date_does_not_move_the_others(read):
 def test_several_telegrams_without_line_ends_between(read):
     log = read(logs.winch(5).replace(b"\r\n", b"") + b"\r\n" + logs.tss(5).replace(b"\r\n", b"") + b"\r\n")
     assert {name: len(source) for name, source in log.sources.items()} == {"lci90i/STBD TRAWL": 5, "tss1": 5}
+
+
+def test_stamps_of_another_day_than_the_sentences_tell(read):
+    lines = [b"01/08/2014,00:00:%02d.3," % k + logs.zda(MIDNIGHT + k * SECOND) for k in range(5)]
+    notices = read(b"".join(lines)).notices  # month first, as SCS: 8 January
+    assert "the logger's dates are taken as month/day/year" in notices
+    assert "the logger's stamps are 205.0 days behind the dates that INZDA tells" in notices
+    assert not any("days" in notice for notice in read(logs.seapath(5)).notices)

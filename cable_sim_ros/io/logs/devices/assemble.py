@@ -6,6 +6,7 @@ from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from statistics import median_low
 
 from ..log import Builder, Log, Losses
 from ..stamps import DAY, MONTH_FIRST, NO_ZONE
@@ -36,6 +37,7 @@ def assemble(path: Path, name: str, rows: list[Row], losses: Losses, notes: Coun
     notices = _said(notes)
     rows = _whole(rows, losses, notices)
     _date(rows, notices)
+    _compare(rows, notices)
     rows = _with_clock(rows, losses, notices, "logged", "record without the logger's stamp that its others have")
     rows = _with_clock(rows, losses, notices, "clock", "record without the time that its others tell")
     build = Builder()
@@ -149,6 +151,19 @@ def _with_clock(rows: list[Row], losses: Losses, notices: list[str], which: str,
             continue
         kept.append(row)
     return kept
+
+
+def _compare(rows: list[Row], notices: list[str]) -> None:
+    """Say of which sources the date is another one than that of the logger."""
+    apart: dict[str, list[int]] = defaultdict(list)
+    for row in rows:
+        if row.told in ("date", "own") and row.clock is not None and row.logged is not None:
+            apart[row.source].append(row.logged - row.clock)
+    for source, differences in apart.items():
+        days = median_low(differences) / DAY
+        if abs(days) > 1:
+            what = "ahead of" if days > 0 else "behind"
+            notices.append(f"the logger's stamps are {abs(days):.1f} days {what} the dates that {source} tells")
 
 
 def _device(row: Row) -> str:
