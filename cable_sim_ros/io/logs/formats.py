@@ -25,7 +25,16 @@ class Format(NamedTuple):
     module: str
 
 
-FORMATS: tuple[Format, ...] = ()  # order: the first that recognises a file reads it
+FORMATS: tuple[Format, ...] = (  # order: the first that recognises a file reads it
+    # containers
+    Format("bag", "bag of ROS 1 or ROS 2 (MCAP, SQLite)", "ros_bags"),
+    Format("ulog", "ULog of an autopilot", "ulog"),
+    Format("xtf", "XTF of a sonar or multibeam", "xtf"),
+    Format("parquet", "Parquet table", "parquet"),
+    Format("netcdf", "NetCDF", "netcdf"),
+    # behind all others: a table is what looks like one
+    Format("csv", "table of text (CSV)", "csv_log"),
+)
 
 
 def read_log(path: str | os.PathLike, name: str | None = None) -> Log:
