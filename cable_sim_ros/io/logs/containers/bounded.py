@@ -20,18 +20,18 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from .log import Log, LogError, Losses, Source
+from ..log import Log, LogError, Losses, Source
 
 MEMORY, PER_BYTE = 512_000_000, 100  # bytes beside those of the library, and for each byte of the file
 SECONDS, PER_SECOND = 60, 1_000_000  # s for a file, and bytes of it that add another
 START = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
-    "from cable_sim_ros.io.logs.bounded import child; child(*sys.argv[2:])"
+    "from cable_sim_ros.io.logs.containers.bounded import child; child(*sys.argv[2:])"
 )
 
 
 def read_bounded(module: str, path: Path) -> Log:
-    """Read a file with a module beside this one. LogError if it cannot be read within the bounds."""
+    """Read a file with a module of the kind above, by its full name. LogError if it cannot be read within the bounds."""
     (result,) = read_all(module, [path])
     if isinstance(result, LogError):
         raise result
@@ -53,7 +53,7 @@ def read_all(module: str, paths: Sequence[Path]) -> list[Log | LogError]:
 
 def child(name: str, folder: str) -> None:
     """Of the process: read each file in a fork, and leave what came of it in the folder."""
-    module = import_module(f".{name}", __package__)
+    module = import_module(name)
     module.prepare()
     for k, path in enumerate(json.loads(Path(folder, "paths").read_text())):
         number = os.fork()

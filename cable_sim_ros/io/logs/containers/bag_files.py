@@ -18,8 +18,8 @@ from typing import Any
 
 import lz4.frame
 
-from ..bags.mcap_file import MAX_RECORD, McapFile, Unreadable
-from .log import LogError, Losses
+from ...bags.mcap_file import MAX_RECORD, McapFile, Unreadable
+from ..log import LogError, Losses
 
 MCAP, SQLITE, ROS1 = b"\x89MCAP0\r\n", b"SQLite format 3\0", b"#ROSBAG V"
 CHUNK = "chunk that cannot be read"

@@ -15,9 +15,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .formats import extra
+from ..formats import extra
 from .leaves import MAX_COLUMNS, MAX_ELEMENTS
-from .log import Log, LogError, Losses, Source
+from ..log import Log, LogError, Losses, Source
 
 MAGIC = b"\x55\x4c\x6f\x67\x01\x12\x35"
 BEGIN = 16  # bytes of the head of a file
@@ -256,7 +256,7 @@ def _clock(log: Log) -> None:
         if not told.any():
             continue
         offsets = utc[told].astype(np.int64) * 1000 - source.device[told]
-        offset = int(np.median(offsets))
+        offset = int(offsets[0]) + int(np.median(offsets - offsets[0]))
         spread = float(np.abs(offsets - offset).max()) * 1e-9
         for other in log.sources.values():
             assert other.device is not None

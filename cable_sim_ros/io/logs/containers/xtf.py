@@ -13,8 +13,8 @@ from datetime import datetime, timedelta, timezone
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
-from .formats import extra
-from .log import Builder, Log, LogError
+from ..formats import extra
+from ..log import Builder, Log, LogError
 
 FORMAT = 0x7B  # first byte of the file
 BLOCK = 1024  # bytes of the head, and of each that follows where there are many channels
@@ -86,7 +86,7 @@ def read(path: Path) -> Log:
                 if not length:
                     following = _next(file, at + 1, size)
                     cut = data[:2] == MAGIC and following == size
-                    if at > BLOCK or following > 10 * BLOCK:  # else: more heads of channels
+                    if at > BLOCK or following % BLOCK or following > 10 * BLOCK:  # else: more heads of channels
                         log.losses.add(CUT if cut else GARBLED, f"byte {at}")
                     at = following
                     continue

@@ -15,7 +15,7 @@ from typing import NamedTuple, TextIO
 
 import numpy as np
 
-from .log import Log, LogError, Losses, Source
+from ..log import Log, LogError, Losses, Source
 from .table_times import Clock, clocks_of
 
 DELIMITERS = (";", "\t", ",", "|")

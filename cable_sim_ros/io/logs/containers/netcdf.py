@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from .bounded import read_bounded
-from .formats import extra
+from ..formats import extra
 from .leaves import MAX_COLUMNS, MAX_ELEMENTS
-from .log import Log, LogError, Source
+from ..log import Log, LogError, Source
 from .table_times import numeric_clock
 
 CLASSIC, HDF5 = (b"CDF\x01", b"CDF\x02"), b"\x89HDF\r\n\x1a\n"
@@ -26,7 +26,7 @@ def recognise(head: bytes, path: Path) -> bool:
 
 def read(path: Path) -> Log:
     """Read a NetCDF file. LogError if xarray or h5netcdf is not there, or cannot read it."""
-    return read_bounded("netcdf", path)
+    return read_bounded(__name__, path)
 
 
 def prepare() -> None:

@@ -9,8 +9,8 @@ import numpy as np
 
 from .bounded import read_bounded
 from .csv_log import split_name
-from .formats import extra
-from .log import Log, LogError, Source
+from ..formats import extra
+from ..log import Log, LogError, Source
 from .table_times import numeric_clock
 
 MAGIC = b"PAR1"
@@ -24,7 +24,7 @@ def recognise(head: bytes, path: Path) -> bool:
 
 def read(path: Path) -> Log:
     """Read a Parquet file. LogError if pyarrow is not there or cannot read it."""
-    return read_bounded("parquet", path)
+    return read_bounded(__name__, path)
 
 
 def prepare() -> None:
