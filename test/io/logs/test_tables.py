@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hostile_logs import assert_sound, survive
 
-from cable_sim_ros.io.logs.containers import csv_log
+from cable_sim_ros.io.logs.containers import csv_log, netcdf, parquet
 from cable_sim_ros.io.logs.containers.bounded import read_all
 from cable_sim_ros.io.logs.containers.text_times import instant, month_first, number, of_day
 from cable_sim_ros.io.logs.formats import read_log
@@ -29,7 +29,7 @@ def table(folder, text, encoding="utf-8"):
 CLOCKS = {
     "iso with a zone": ("time,x\n2014-08-01T12:00:00.000000001Z,1\n2014-08-01T14:00:01+02:00,2\n", [1, SECOND], None),
     "iso without": ("timestamp;x\n2014-08-01 12:00:00;1\n2014-08-01 12:00:01,5;2\n", [0, 3 * SECOND // 2], None),
-    "epoch": ("t_unix,unix_time,x\n1,1406894400.123456789,1\n2,1406894401,2\n", [123_456_789, SECOND], None),
+    "epoch": ("unix_time,x\n1406894400.123456789,1\n1406894401,2\n", [123_456_789, SECOND], None),
     "epoch in ms": ("time_ms\tx\n1406894400000\t1\n1406894401000\t2\n", [0, SECOND], None),
     "epoch in ns": ("stamp,x\n1406894400000000007,1\n1406894401000000000,2\n", [7, SECOND], None),
     "date and time": ("Date,Time,x\n8/1/2014,12:00:00 PM,1\n8/31/2014,12:00:01 PM,2\n", [0, 30 * 86400 * SECOND + SECOND], None),
@@ -45,8 +45,7 @@ CLOCKS = {
 def test_the_clock_of_a_table(name, tmp_path):
     text, since_noon, device = CLOCKS[name]
     _, source = table(tmp_path, text)
-    assert None if source.logged is None else (source.logged - NOON).tolist() == (since_noon or [])
-    assert (source.logged is None) == (since_noon is None)
+    assert (None if source.logged is None else (source.logged - NOON).tolist()) == since_noon
     assert (None if source.device is None else source.device.tolist()) == device
     assert source.columns["x"].tolist() == [1.0, 2.0]
 
@@ -119,10 +118,10 @@ def test_what_is_no_table_with_a_time_is_refused(text, why, tmp_path):
 
 
 def test_a_damaged_table_gives_its_rows(tmp_path):
-    rows = "".join(f"{0.1 * k:.1f},{np.sin(k):.4f},{k}\n" for k in range(200))
+    rows = "".join(f"{0.1 * k:.1f},{np.sin(k):.4f},{k}\n" for k in range(60))
     cuts, flips = survive(csv_log.read, f"time,heave [m],n\n{rows}".encode(), tmp_path / "a.csv")
-    assert sum(log is not None and log.records > 0 for log in cuts) > 55
-    assert sum(log is not None and log.records >= 198 for log in flips) > 180
+    assert sum(log is not None and log.records > 0 for log in cuts) > 50
+    assert sum(log is not None and log.records >= 58 for log in flips) > 180
 
 
 @pytest.mark.parametrize(
@@ -181,7 +180,7 @@ def test_parquet_tables(made):
     assert source.units == {"tension_lb": "lb"} and first.notices == ["columns without numbers are left out: who"]
     source = second.sources["table"]
     assert source.device.tolist() == [round(1e8 * k) for k in range(100)] and source.units == {"heave": "m"}
-    assert read_log(made / "b.parquet").format == "parquet"
+    assert parquet.recognise((made / "b.parquet").read_bytes(), made)
 
 
 def test_netcdf_files(made):
@@ -192,7 +191,7 @@ def test_netcdf_files(made):
     assert list(source.columns) == ["heave", "acc[0]", "acc[1]", "acc[2]"]
     assert "px" in new.notices[0] and "depth" in new.notices[1]
     assert old.sources["time"].device.tolist() == [round(1e8 * k) for k in range(100)]
-    assert read_log(made / "b.nc").format == "netcdf"
+    assert all(netcdf.recognise((made / name).read_bytes(), made) for name in ("a.nc", "b.nc"))
 
 
 @pytest.mark.parametrize(("name", "module"), [("b.parquet", "parquet"), ("small.nc", "netcdf"), ("b.nc", "netcdf")])

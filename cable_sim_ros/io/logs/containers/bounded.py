@@ -1,7 +1,7 @@
 """Reads files with libraries in C in processes of their own: a damaged file may take all memory, hang or crash them.
 
-One process imports the library; each file is read in a fork of it, whose memory, time and processor time are bounded by
-the size of the file, and comes back as plain arrays. Modules of this kind have `read_here(path) -> Log`.
+One process imports the library; files are read in a fork of it, each within memory, time and processor time that its
+size accounts for, and come back as plain arrays. Modules of this kind have `prepare()` and `read_here(path) -> Log`.
 """
 
 from __future__ import annotations
@@ -55,29 +55,36 @@ def child(name: str, folder: str) -> None:
     """Of the process: read each file in a fork, and leave what came of it in the folder."""
     module = import_module(name)
     module.prepare()
-    for k, path in enumerate(json.loads(Path(folder, "paths").read_text())):
+    paths = [Path(path) for path in json.loads(Path(folder, "paths").read_text())]
+    k = 0
+    while k < len(paths):
         number = os.fork()
         if not number:
             try:
-                _read_one(module, Path(path), Path(folder, str(k)))
+                for at in range(k, len(paths)):
+                    _read_one(module, paths[at], Path(folder, str(at)))
             finally:
-                os._exit(1)
+                os._exit(0)
         _, status = os.waitpid(number, 0)
-        if os.WIFSIGNALED(status):
-            number = os.WTERMSIG(status)
+        first, k = k, next((at for at in range(k, len(paths)) if not Path(folder, str(at)).exists()), len(paths))
+        if k == first:  # else a file before it may be the cause: it is read again, in a fork of its own
+            number = os.WTERMSIG(status) if os.WIFSIGNALED(status) else 0
             late = number in (signal.SIGALRM, signal.SIGXCPU)
             why = "takes longer than a file of its size can" if late else f"ends its reader with signal {number}"
             _leave(Path(folder, str(k)), {"error": why})
+            k += 1
 
 
 def _read_one(module: Any, path: Path, out: Path) -> None:
     """In the fork."""
-    size = path.stat().st_size
+    size = path.stat().st_size if path.exists() else 0
     used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     most, seconds = MEMORY + PER_BYTE * size, SECONDS + size // PER_SECOND
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    resource.setrlimit(resource.RLIMIT_AS, (used + most, used + most))
-    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
+    resource.setrlimit(resource.RLIMIT_AS, (used + most, resource.RLIM_INFINITY))
+    spent = resource.getrusage(resource.RUSAGE_SELF)
+    cpu = int(spent.ru_utime + spent.ru_stime) + seconds
+    resource.setrlimit(resource.RLIMIT_CPU, (cpu, resource.RLIM_INFINITY))
     signal.alarm(4 * seconds)
     try:
         log = module.read_here(path)
@@ -107,14 +114,15 @@ def _read_one(module: Any, path: Path, out: Path) -> None:
             if array is not None
         ]
         _leave(out, head | {"counts": log.losses.counts, "first": log.losses.first}, arrays)
-    os._exit(0)
 
 
 def _leave(out: Path, head: dict[str, Any], arrays: Sequence[np.ndarray] = ()) -> None:
-    with out.open("wb") as file:
+    part = out.with_suffix(".part")
+    with part.open("wb") as file:
         file.write(json.dumps(head).encode() + b"\n")
         for array in arrays:
             np.lib.format.write_array(file, array, allow_pickle=False)
+    part.rename(out)
 
 
 def _taken(out: Path, path: Path) -> Log | LogError:

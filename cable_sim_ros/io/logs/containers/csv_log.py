@@ -193,7 +193,7 @@ class _Table:
     def __init__(self, path: Path, layout: Layout, sample: list[list[str]], log: Log) -> None:
         self._layout, self._log = layout, log
         width = len(layout.names)
-        sample = [row for row in sample if len(row) >= width][:SAMPLE]
+        sample = [row[:width] for row in sample if len(row) >= width and any(cell.strip() for cell in row)][:SAMPLE]
         if layout.comma:
             sample = [[cell.replace(",", ".") if COMMA.fullmatch(cell) else cell for cell in row] for row in sample]
         self._clocks: list[Clock] = clocks_of(layout.names, layout.units, list(zip(*sample)), log.notices)

@@ -5,6 +5,7 @@ Times are those of CF (`seconds since 2014-08-01`), or of a variable named as a 
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -30,11 +31,14 @@ def read(path: Path) -> Log:
 
 
 def prepare() -> None:
-    """Import the libraries, where they are there."""
+    """Import the libraries, where they are there, and what they import when they read."""
     try:
-        import h5netcdf  # noqa: F401
-        import scipy.io  # noqa: F401
-        import xarray  # noqa: F401
+        import xarray
+
+        tiny = xarray.Dataset({"time": ("time", [0.0], {"units": "s"})})
+        xarray.open_dataset(BytesIO(tiny.to_netcdf(engine="scipy")), engine="scipy", decode_times=False).close()
+        import h5netcdf.legacyapi
+        import h5py._hl.dims  # noqa: F401
     except ImportError:
         return
 

@@ -28,11 +28,13 @@ def read(path: Path) -> Log:
 
 
 def prepare() -> None:
-    """Import the library, where it is there."""
+    """Import the library, where it is there, and what it imports when it reads."""
     try:
-        import pyarrow.parquet  # noqa: F401
+        import pyarrow
+        import pyarrow.parquet
     except ImportError:
         return
+    pyarrow.chunked_array([[0.0]]).to_numpy()
 
 
 def read_here(path: Path) -> Log:
