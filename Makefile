@@ -110,7 +110,7 @@ $(VENV)/.docs: $(PACKAGING) | $(BIN)/python
 
 # what make test needs none of: parsers of other makers' logs, the live view, exports. pip only warns of an extra that is
 # not defined
-$(VENV)/.rest: $(VENV)/.test
+$(VENV)/.rest: $(PACKAGING) | $(BIN)/python
 	@echo "installing what reads and writes the formats of others: a minute the first time"
 	@$(PIP) -e '.[ros,viz,test,import,view,export,fmu,report]'
 	@touch $@ $(VENV)/.test $(VENV)/.run

@@ -61,7 +61,9 @@ def ros1_bag(messages, definitions, compression=b"none", chunk=8, indexed=True):
                 said = {"topic": topic.encode(), "type": kind.encode(), "md5sum": b"*" * 32}
                 body = ros1_record(said | {"message_definition": definitions[kind].encode()}, b"")
                 body = body[4:-4]  # fields only
-                inner += ros1_record({"op": b"\x07", "conn": struct.pack("<I", numbers[topic]), "topic": topic.encode()}, body)
+                inner += ros1_record(
+                    {"op": b"\x07", "conn": struct.pack("<I", numbers[topic]), "topic": topic.encode()}, body
+                )
             stamp = struct.pack("<II", time // SECOND, time % SECOND)
             inner += ros1_record({"op": b"\x02", "conn": struct.pack("<I", numbers[topic]), "time": stamp}, data)
         packed = lz4.frame.compress(inner) if compression == b"lz4" else inner

@@ -7,23 +7,13 @@ import numpy as np
 import pytest
 import zstandard
 from hostile_logs import survive
-from made_bags import (
-    SECOND,
-    START,
-    joint_state,
-    json_messages,
-    load_pins,
-    mcap_bag,
-    ros1_bag,
-    sqlite_bag,
-    store,
-)
+from made_bags import SECOND, START, joint_state, json_messages, load_pins, mcap_bag, ros1_bag, sqlite_bag, store
 
 from cable_sim_ros.io.bags.bag_writer import BagWriter
-from cable_sim_ros.io.logs.formats import read_log
 from cable_sim_ros.io.logs.containers.leaves import Definition, codec
-from cable_sim_ros.io.logs.log import LogError
 from cable_sim_ros.io.logs.containers.ros_bags import read
+from cable_sim_ros.io.logs.formats import read_log
+from cable_sim_ros.io.logs.log import LogError
 
 
 def made(folder, kind, n=30):
@@ -113,7 +103,10 @@ def test_joints_are_columns_by_name(tmp_path):
         {kind: types.generate_msgdef(kind, ros_version=2)[0]},
     )
     columns = read(path).sources["/joints"].columns
-    assert columns["position[payout]"].tolist()[:2] == [0.0, 2.0] and columns["position[tension]"].tolist()[:2] == [1, 1]
+    assert columns["position[payout]"].tolist()[:2] == [0.0, 2.0] and columns["position[tension]"].tolist()[:2] == [
+        1,
+        1,
+    ]
     assert columns["position[0]"][2] == 2.0 and np.isnan(columns["position[payout]"][2])  # a name that is there twice
 
 

@@ -13,6 +13,7 @@ from cable_sim_ros.io.logs.formats import read_log
 from cable_sim_ros.io.logs.log import Log, LogError
 
 SECOND = 1_000_000_000
+MONTH = 30 * 86400 * SECOND
 HERE = "cable_sim_ros.io.logs.containers"
 NOON = 1_406_894_400 * SECOND  # 2014-08-01 12:00 UTC
 
@@ -32,8 +33,8 @@ CLOCKS = {
     "epoch": ("unix_time,x\n1406894400.123456789,1\n1406894401,2\n", [123_456_789, SECOND], None),
     "epoch in ms": ("time_ms\tx\n1406894400000\t1\n1406894401000\t2\n", [0, SECOND], None),
     "epoch in ns": ("stamp,x\n1406894400000000007,1\n1406894401000000000,2\n", [7, SECOND], None),
-    "date and time": ("Date,Time,x\n8/1/2014,12:00:00 PM,1\n8/31/2014,12:00:01 PM,2\n", [0, 30 * 86400 * SECOND + SECOND], None),
-    "day first": ("Datum;Uhrzeit;x\n01.08.2014;12:00:00;1\n31.08.2014;12:00:00;2\n", [0, 30 * 86400 * SECOND], None),
+    "date and time": ("Date,Time,x\n8/1/2014,12:00:00 PM,1\n8/31/2014,12:00:01 PM,2\n", [0, MONTH + SECOND], None),
+    "day first": ("Datum;Uhrzeit;x\n01.08.2014;12:00:00;1\n31.08.2014;12:00:00;2\n", [0, MONTH], None),
     "from a start": ("time_s,x\n0.5,1\n-1e-3,2\n", None, [SECOND // 2, -1_000_000]),
     "in minutes": ("elapsed [min],x\n0,1\n1.5,2\n", None, [0, 90 * SECOND]),
     "over midnight": ("time,x\n23:59:59.5,1\n00:00:00.5,2\n", None, [86_399_500_000_000, 86_400_500_000_000]),
@@ -172,11 +173,15 @@ def made(tmp_path_factory):
 
 
 def test_parquet_tables(made):
-    first, second, none = read_all(f"{HERE}.parquet", [made / name for name in ("a.parquet", "b.parquet", "none.parquet")])
+    first, second, none = read_all(
+        f"{HERE}.parquet", [made / name for name in ("a.parquet", "b.parquet", "none.parquet")]
+    )
     assert isinstance(none, LogError) and f"{made / 'none.parquet'}: has no column of time among x" in str(none)
     source = first.sources["table"]
     assert first.records == 100 and source.logged.tolist() == [NOON + k * SECOND // 10 for k in range(100)]
-    assert source.columns["tension_lb"][3] == 3.5 and source.columns["in.x"][0] == 1.5 and source.columns["ok"].sum() == 94
+    assert (
+        source.columns["tension_lb"][3] == 3.5 and source.columns["in.x"][0] == 1.5 and source.columns["ok"].sum() == 94
+    )
     assert source.units == {"tension_lb": "lb"} and first.notices == ["columns without numbers are left out: who"]
     source = second.sources["table"]
     assert source.device.tolist() == [round(1e8 * k) for k in range(100)] and source.units == {"heave": "m"}

@@ -31,7 +31,7 @@ START = (
 
 
 def read_bounded(module: str, path: Path) -> Log:
-    """Read a file with a module of the kind above, by its full name. LogError if it cannot be read within the bounds."""
+    """Read a file with a module of the kind above, by its full name. LogError where it is beyond its bounds."""
     (result,) = read_all(module, [path])
     if isinstance(result, LogError):
         raise result
@@ -135,7 +135,9 @@ def _taken(out: Path, path: Path) -> Log | LogError:
                 return LogError(f"{path}: cannot be read ({head['error']}); nothing was read. Give another copy")
             sources = {entry["name"]: _source(file, entry) for entry in head["sources"]}
     except (OSError, ValueError):
-        return LogError(f"{path}: its reader ended without a result; nothing was read. Is there room for temporary files?")
+        return LogError(
+            f"{path}: its reader ended without a result; nothing was read. Is there room for temporary files?"
+        )
     losses = Losses(head["counts"], head["first"])
     return Log(str(path), head["format"], sources, head["records"], losses, head["notices"])
 

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from .leaves import MAX_COLUMNS
 from ..log import LogError, Source
+from .leaves import MAX_COLUMNS
 
 MAX_NUMBERS = 2**28  # of one log, 2 GB
 BLOCK = 4096  # rows that are lists

@@ -1,7 +1,7 @@
 """Tables of text: a line of names, then rows of numbers, with the delimiters and decimal signs that loggers use.
 
-The source is `table`. A column of dates or of an epoch is the logger's clock, one of seconds from a start or of the time
-of day the device's. Rows are read in blocks, so that a large file costs its numbers only.
+The source is `table`. A column of dates or of an epoch is the logger's clock, one of seconds from a start or of
+the time of day the device's. Rows are read in blocks, so that a large file costs its numbers only.
 """
 
 from __future__ import annotations
@@ -28,7 +28,9 @@ PLAIN = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*", re.ASCII)
 COMMA = re.compile(r"\s*[+-]?\d+,\d+([eE][+-]?\d+)?\s*", re.ASCII)
 NOTHING = {"", "nan", "na", "n/a", "null", "none", "-", "--", "#n/a", "inf", "-inf"}
 WORDS = {"true": 1.0, "false": 0.0, "on": 1.0, "off": 0.0, "yes": 1.0, "no": 0.0}
-KNOWN = "m mm cm km ft fm nmi s ms us ns min h hz rpm deg rad degc c k n kn kt kts lb lbf lbs kg t te kgf pa kpa mpa bar"
+KNOWN = (
+    "m mm cm km ft fm nmi s ms us ns min h hz rpm deg rad degc c k n kn kt kts lb lbf lbs kg t te kgf pa kpa mpa bar"
+)
 KNOWN += " dbar psi v mv a ma w kw nm knm g mps mmps mpmin kmh degps radps mps2 degs rads percent pct cpm ppm"
 UNITS = set(KNOWN.split())
 BRACKETS = re.compile(r"(.*?)([\s_]*)[\[(]([^\[\]()]{1,16})[\])]\s*")
@@ -159,7 +161,9 @@ def _names(line: str, delimiter: str) -> list[str]:
     cells = [cell.strip() for cell in _cells(text, delimiter)]
     while len(cells) > 1 and not cells[-1]:
         cells.pop()
-    sound = 2 <= len(cells) <= MAX_COLUMNS and not any(_is_number(cell) or cell.startswith(("$", "!")) for cell in cells)
+    sound = 2 <= len(cells) <= MAX_COLUMNS and not any(
+        _is_number(cell) or cell.startswith(("$", "!")) for cell in cells
+    )
     filled = [cell for cell in cells if cell]
     return cells if sound and len(filled) > len(cells) // 2 and len(set(filled)) == len(filled) else []
 
@@ -285,7 +289,8 @@ class _Table:
             columns[names[k]] = np.concatenate(self._blocks[k])
             if self._bad[k]:
                 self._log.notices.append(
-                    f"{names[k]}: {self._bad[k]} cells are no numbers and count as missing, first at {self._first_bad[k]}"
+                    f"{names[k]}: {self._bad[k]} cells are no numbers and count as missing, "
+                    f"first at {self._first_bad[k]}"
                 )
         if texts:
             more = f" and {len(texts) - 12} more" if len(texts) > 12 else ""

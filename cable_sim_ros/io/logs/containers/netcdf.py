@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from .bounded import read_bounded
 from ..formats import extra
-from .leaves import MAX_COLUMNS, MAX_ELEMENTS
 from ..log import Log, LogError, Source
+from .bounded import read_bounded
+from .leaves import MAX_COLUMNS, MAX_ELEMENTS
 from .table_times import numeric_clock
 
 CLASSIC, HDF5 = (b"CDF\x01", b"CDF\x02"), b"\x89HDF\r\n\x1a\n"
@@ -37,7 +37,7 @@ def prepare() -> None:
 
         tiny = xarray.Dataset({"time": ("time", [0.0], {"units": "s"})})
         xarray.open_dataset(BytesIO(tiny.to_netcdf(engine="scipy")), engine="scipy", decode_times=False).close()
-        import h5netcdf.legacyapi
+        import h5netcdf.legacyapi  # noqa: F401
         import h5py._hl.dims  # noqa: F401
     except ImportError:
         return

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from .bounded import read_bounded
-from .csv_log import split_name
 from ..formats import extra
 from ..log import Log, LogError, Source
+from .bounded import read_bounded
+from .csv_log import split_name
 from .table_times import numeric_clock
 
 MAGIC = b"PAR1"

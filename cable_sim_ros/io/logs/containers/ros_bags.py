@@ -15,10 +15,10 @@ from tempfile import TemporaryDirectory
 import zstandard
 
 from ...bags.bag import BagError, read_metadata
+from ..log import Log, LogError, Losses
 from .bag_files import MCAP, ROS1, SQLITE, Item, Topic, messages_of
 from .collector import MAX_NUMBERS, Collector
 from .leaves import MAX_COLUMNS, MAX_ELEMENTS, Codec, Definition, codec
-from ..log import Log, LogError, Losses
 
 KINDS = ("*.mcap", "*.db3", "*.mcap.zstd", "*.db3.zstd")
 ZSTD = b"\x28\xb5\x2f\xfd"

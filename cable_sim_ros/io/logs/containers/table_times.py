@@ -48,7 +48,7 @@ class Clock:
 def clocks_of(
     names: Sequence[str], units: dict[str, str], sample: Sequence[Sequence[str]], notices: list[str]
 ) -> list[Clock]:
-    """At most one clock since 1970 and one of its own epoch, from names and the first rows; none where there is none."""
+    """At most one clock since 1970 and one of its own epoch, from names and first rows; none where there is none."""
     named = [k for k, name in enumerate(names) if _is_time(name)] if sample else []
     found: dict[bool, Clock] = {}
     day = next((k for k in named if _most(_date, sample[k]) and not _most(_has_clock, sample[k])), None)
@@ -93,7 +93,9 @@ def _since_1970(cell: str, scale: int) -> int | None:
 def _dated(columns: tuple[int, ...], cells: Sequence[str], notices: list[str]) -> Clock:
     order = month_first(cells)
     if order is None:
-        notices.append(f"dates such as {cells[0].strip()[:40]} are taken as day, month, year: neither order is ruled out")
+        notices.append(
+            f"dates such as {cells[0].strip()[:40]} are taken as day, month, year: neither order is ruled out"
+        )
     if not any(map(zoned, cells)):
         notices.append("times name no zone and are taken as UTC")
     return Clock(columns, True, lambda cell: instant(cell, bool(order)))
@@ -125,7 +127,7 @@ def _has_clock(cell: str) -> int | None:
 
 
 def numeric_clock(name: str, unit: str, values: np.ndarray) -> tuple[bool, np.ndarray] | None:
-    """Whether a column of numbers is a clock since 1970 or of its own epoch, and its times [ns]; None: it is no time."""
+    """Whether a column is a clock since 1970 or of its own epoch, and its times [ns]; None: it is no time."""
     if not _is_time(name) or not len(values) or not np.isfinite(values).all():
         return None
     sample = [str(value) for value in values[:: max(1, len(values) // 100)].tolist()]

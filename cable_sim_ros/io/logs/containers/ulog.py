@@ -16,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..formats import extra
-from .leaves import MAX_COLUMNS, MAX_ELEMENTS
 from ..log import Log, LogError, Losses, Source
+from .leaves import MAX_COLUMNS, MAX_ELEMENTS
 
 MAGIC = b"\x55\x4c\x6f\x67\x01\x12\x35"
 BEGIN = 16  # bytes of the head of a file

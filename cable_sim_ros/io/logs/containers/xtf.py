@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import ctypes
 from collections import Counter
-from datetime import datetime, timedelta, timezone
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
@@ -21,7 +21,7 @@ BLOCK = 1024  # bytes of the head, and of each that follows where there are many
 MAGIC = b"\xce\xfa"  # of a packet
 START = 14  # bytes that begin a packet; its size is the last four
 LARGEST = 512  # bytes of the headers that are read
-EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
+EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 GARBLED, CUT = "bytes that are no packet", "packet cut off"
 DATE = ("Year", "Month", "Day", "Hour", "Minute", "Second")
 FRAME = {*DATE, "HSeconds", "Millisecond", "Microsecond", "MagicNumber", "HeaderType", "NumChansToFollow"}
@@ -90,10 +90,10 @@ def read(path: Path) -> Log:
                         log.losses.add(CUT if cut else GARBLED, f"byte {at}")
                     at = following
                     continue
-                kind, layout = KINDS.get(data[2]), layouts.get(data[2])
+                kind = KINDS.get(data[2])
                 if kind is None:
                     left_out[data[2]] += 1
-                elif length < ctypes.sizeof(layout):
+                elif length < ctypes.sizeof(layouts[data[2]]):
                     log.losses.add("packet shorter than its kind", f"byte {at}")
                 else:
                     name = names.get((kind.source, data[3]))
@@ -101,7 +101,7 @@ def read(path: Path) -> Log:
                         first = not any(source == kind.source for source, _ in names)
                         name = kind.source if first else f"{kind.source}/{data[3]}"
                         names[kind.source, data[3]], units[name] = name, told
-                    _take(builder, name, kind, layout.from_buffer_copy(data), units)
+                    _take(builder, name, kind, layouts[data[2]].from_buffer_copy(data), units)
                 at += length
     except OSError as error:
         raise LogError(f"{path}: cannot be read ({error.strerror}); nothing was read") from None
@@ -110,7 +110,9 @@ def read(path: Path) -> Log:
         if source.device is not None and not source.device.any():
             source.device = None
     for name in [name for name, source in log.sources.items() if source.logged is None and source.device is None]:
-        log.losses.add("packet without a time", f"packet of {name}", len(next(iter(log.sources[name].columns.values()))))
+        log.losses.add(
+            "packet without a time", f"packet of {name}", len(next(iter(log.sources[name].columns.values())))
+        )
         del log.sources[name]
     log.records = sum(len(source) for source in log.sources.values())
     for number, count in left_out.most_common(20):
@@ -162,7 +164,7 @@ def _time(kind: Kind, packet: Any) -> int | None:
     """ns since 1970 of the date in a packet, else of the clock of its source, else None."""
     seconds = getattr(packet, "SourceEpoch", 0)
     try:
-        day = datetime(*(getattr(packet, part) for part in DATE), tzinfo=timezone.utc)
+        day = datetime(*(getattr(packet, part) for part in DATE)).replace(tzinfo=UTC)
     except ValueError:
         return seconds * 1_000_000_000 + getattr(packet, "EpochMicroseconds", 0) * 1000 if seconds else None
     if day < EPOCH or day.year > 2200:
