@@ -39,7 +39,7 @@ check: $(VENV)/.test
 test: $(VENV)/.test
 	$(PYTEST) -m "check or trust" $(PYTEST_ARGS)
 
-test-rest: $(VENV)/.test
+test-rest: $(VENV)/.rest
 	$(PYTEST) -m "rest and not install" $(PYTEST_ARGS)
 	$(BIN)/python -m pytest -m alone $(PYTEST_ARGS)
 
@@ -47,7 +47,7 @@ install-check: $(VENV)/.test
 	$(BIN)/python -m pytest -n 2 --dist loadfile -m install test/install $(PYTEST_ARGS)
 
 # not in make test: on Python 3.11 tracing takes 40 % of the suite's time; from 3.12 on the interpreter itself counts lines
-coverage: $(VENV)/.test
+coverage: $(VENV)/.rest
 	$(BIN)/coverage erase
 	@core=$$($(BIN)/python -c 'import sys; print("sysmon" if sys.version_info >= (3, 12) else "ctrace")'); \
 	COVERAGE_CORE=$$core $(BIN)/coverage run -m pytest $(PYTEST_ARGS)
@@ -55,7 +55,7 @@ coverage: $(VENV)/.test
 	@echo "below 80 %, and in all:"
 	@$(BIN)/coverage report | awk '/%/ && ($$NF + 0 < 80 || /^TOTAL/)'
 
-lint: $(VENV)/.test
+lint: $(VENV)/.rest
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
@@ -108,7 +108,14 @@ $(VENV)/.docs: $(PACKAGING) | $(BIN)/python
 	@$(PIP) -e '.[docs]'
 	@touch $@
 
+# what make test needs none of: parsers of other makers' logs, the live view, exports. pip only warns of an extra that is
+# not defined
+$(VENV)/.rest: $(PACKAGING) | $(BIN)/python
+	@echo "installing what reads and writes the formats of others: a minute the first time"
+	@$(PIP) -e '.[ros,viz,test,import,view,export,fmu,report]'
+	@touch $@ $(VENV)/.test $(VENV)/.run
+
 $(VENV)/.test: $(PACKAGING) | $(BIN)/python
 	@echo "installing the simulator with its test tools: a minute or two the first time"
-	@$(PIP) -e '.[ros,viz,import,test]'
+	@$(PIP) -e '.[ros,viz,test]'
 	@touch $@ $(VENV)/.run

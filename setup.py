@@ -36,6 +36,12 @@ DOCS = ["sphinx>=9,<10", "myst-parser>=5,<6", "furo>=2025.12.19"]  # make docs; 
 IMPORT = [  # logs of others; each is imported when such a log is read
     "pynmeagps>=1.1",  # fields of the sentences of NMEA 0183
     "nmea2000>=2026.10",  # PGN database of canboat; from there on with its backend in Rust
+    "pyulog>=1.2",  # ULog
+    "pyxtf>=1.4",  # layouts of the packets of XTF
+    "pyarrow>=18",  # Parquet; from there on for Python 3.13
+    "xarray>=2024.10",  # NetCDF, with h5netcdf and h5py
+    "h5netcdf>=1.4",
+    "h5py>=3.12",
 ]
 TEST = [
     "pytest>=8",

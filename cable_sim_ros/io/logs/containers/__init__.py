@@ -1,0 +1,1 @@
+"""Logs that hold many kinds of records: bags, ULog, XTF, tables."""
