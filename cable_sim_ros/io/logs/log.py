@@ -38,8 +38,10 @@ class Source:
     units: dict[str, str] = field(default_factory=dict)
 
     def __len__(self) -> int:
-        times = self.logged if self.logged is not None else self.device
-        return 0 if times is None else len(times)
+        first = self.logged if self.logged is not None else self.device
+        if first is None:
+            first = next(iter(self.columns.values()), None)
+        return 0 if first is None else len(first)
 
 
 @dataclass
