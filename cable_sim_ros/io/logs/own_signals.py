@@ -104,6 +104,4 @@ def _of_odometry(tow: RecordedTow) -> list[Signal]:
     values = np.array([row[1] for row in rows], float)
     values[:, 3:] = np.unwrap(values[:, 3:], axis=0)
     kept = later_only(time)
-    return [
-        Signal(name, time[kept], values[kept, k], f"{tow.path}: odometry") for k, name in enumerate(ODOMETRY)
-    ]
+    return [Signal(name, time[kept], values[kept, k], f"{tow.path}: odometry") for k, name in enumerate(ODOMETRY)]
