@@ -25,7 +25,16 @@ class Format(NamedTuple):
     module: str
 
 
-FORMATS: tuple[Format, ...] = ()  # order: the first that recognises a file reads it
+TELEGRAMS: tuple[Format, ...] = (  # before tables: some of them look like CSV
+    Format("nmea2000", "NMEA 2000, raw form of canboat, candump", "devices.nmea2000_raw"),
+    Format("nmea0183", "NMEA 0183 sentences, stamped or not", "devices.nmea0183"),
+    Format("lci90i", "LCI-90i winch display", "devices.lci90i"),
+    Format("tss1", "TSS1 motion sensor", "devices.tss1"),
+    Format("profiler-winch", "winch of a profiler, text", "devices.profiler_winch"),
+    Format("3dm-gx3", "3DM-GX3 records 0xCB", "devices.gx3"),
+    Format("fdchp", "flux package of a buoy, records of 55 bytes", "devices.fdchp"),
+)
+FORMATS: tuple[Format, ...] = TELEGRAMS  # order: the first that recognises a file reads it
 
 
 def read_log(path: str | os.PathLike, name: str | None = None) -> Log:

@@ -1,0 +1,154 @@
+"""From rows of telegrams to a Log: which rows count, dates of times of day, and what is to be said of the log."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..log import Builder, Log, Losses
+from ..stamps import DAY, MONTH_FIRST, NO_ZONE
+from .lines import with_records
+
+
+@dataclass(slots=True)
+class Row:
+    """A record of a source. logged: its stamp [ns], None without; clock: what its device tells [ns], since midnight
+    where told is "time", None without; told: "date" and "time" of a sentence, "own": a clock that no other sets;
+    bare: no checksum; fields: of its sentence; follows: a sample of the same telegram as the row before."""
+
+    source: str
+    kind: str
+    values: Mapping[str, float]
+    units: Mapping[str, str]
+    line: int
+    logged: int | None
+    clock: int | None = None
+    told: str = ""
+    bare: bool = False
+    fields: int = 0
+    follows: bool = False
+
+
+def assemble(path: Path, name: str, rows: list[Row], losses: Losses, notes: Counter[str]) -> Log:
+    """The Log; LogError where nothing is left."""
+    notices = _said(notes)
+    rows = _whole(rows, losses, notices)
+    _date(rows, notices)
+    rows = _with_clock(rows, losses, notices, "logged", "record without the logger's stamp that its others have")
+    rows = _with_clock(rows, losses, notices, "clock", "record without the time that its others tell")
+    build = Builder()
+    for row in rows:
+        build.add(row.source, row.kind, row.values, logged=row.logged, device=row.clock, units=row.units)
+    records = sum(not row.follows for row in rows)
+    return with_records(Log(str(path), name, build.sources(), records, losses, notices), "telegram")
+
+
+def _said(notes: Counter[str]) -> list[str]:
+    said = []
+    if notes[f"stamp: {NO_ZONE}"]:
+        said.append("the logger's stamps tell no zone and are taken as UTC")
+    if notes[f"stamp: {MONTH_FIRST}"]:
+        said.append("the logger's dates are taken as month/day/year")
+    if notes["joined"]:
+        said.append(f"{notes['joined']} sentences were cut in two by a line end and are joined, their checksums fit")
+    if notes["series"]:
+        said.append(f"{notes['series']} series (TSPHA) have the times of the buoy; the logger's stamp is of their end")
+    if notes["tension"]:
+        said.append("the LCI-90i does not tell the unit of its tension (lb, kgf or daN)")
+    if notes["tss1"]:
+        said.append("TSS1 has no checksum: a wrong digit is not seen")
+    if notes["remark"]:
+        said.append(f"{notes['remark']} lines are remarks without a telegram")
+    for note, count in notes.items():
+        what, _, which = note.partition(": ")
+        if what in ("not decoded", "without numbers"):
+            said.append(
+                f"{count} sentences {which} hold " + ("what is not read here" if what[0] == "n" else "no number")
+            )
+    return said
+
+
+def _whole(rows: list[Row], losses: Losses, notices: list[str]) -> list[Row]:
+    """Without the sentences that lack a checksum which others of their kind have, or fields that others have."""
+    checked = {row.source for row in rows if not row.bare}
+    fields: dict[str, Counter[int]] = defaultdict(Counter)
+    for row in rows:
+        if row.bare:
+            fields[row.source][row.fields] += 1
+    if not fields:
+        return rows
+    usual = {source: counts.most_common(1)[0][0] for source, counts in fields.items()}
+    kept = []
+    for row in rows:
+        if row.bare and row.source in checked:
+            losses.add("no checksum, which others of its kind have", f"line {row.line}")
+        elif row.bare and row.fields < usual[row.source]:
+            losses.add("sentence with too few fields", f"line {row.line}")
+        else:
+            kept.append(row)
+    bare = Counter(row.source for row in kept if row.bare)
+    if bare:
+        notices.append(f"no checksums, so that a wrong digit is not seen: {_counted(bare)}")
+    return kept
+
+
+def _date(rows: list[Row], notices: list[str]) -> None:
+    """Set each clock to ns since 1970: a time of day takes the day that brings it nearest to the date told last, or to
+    the logger's stamp. In a log without stamps a sentence without a time takes the one told before it."""
+    timed = [row for row in rows if row.told in ("date", "time")]
+    last = next((row.clock for row in timed if row.told == "date"), None)
+    dated = last is not None
+    for row in timed:
+        if row.told == "time" and row.clock is not None:
+            near = last if dated or row.logged is None else row.logged
+            if near is not None:
+                row.clock += (near - row.clock + DAY // 2) // DAY * DAY
+        last = row.clock
+    if timed and not dated and any(row.logged is None for row in timed):
+        notices.append("no sentence tells a date: times are of the first day of the log, from its midnight")
+    if any(row.logged is not None for row in rows):
+        return
+    borrowed: Counter[str] = Counter()
+    told = None
+    for row in rows:
+        if row.told in ("date", "time"):
+            told = row.clock
+        elif row.clock is None and told is not None:
+            row.clock = told
+            borrowed[row.source] += 1
+    if borrowed:
+        notices.append(
+            f"no stamps of a logger: time of the sentence before, late by up to a burst, for {_counted(borrowed)}"
+        )
+
+
+def _with_clock(rows: list[Row], losses: Losses, notices: list[str], which: str, cause: str) -> list[Row]:
+    """Without the rows that lack a clock which most of their source have; where most lack it, without that clock."""
+    have, all_of = Counter(row.source for row in rows if getattr(row, which) is not None), Counter(_sources(rows))
+    some = {source for source, count in have.items() if count < all_of[source]}
+    if not some:
+        return rows
+    few = {source for source in some if 2 * have[source] < all_of[source]}
+    for source in sorted(few):
+        what = "logger's stamps" if which == "logged" else "times of the device"
+        notices.append(f"{have[source]} of {all_of[source]} records of {source} have {what}, which are not used")
+    kept = []
+    for row in rows:
+        if row.source in few:
+            setattr(row, which, None)
+        elif row.source in some and getattr(row, which) is None:
+            losses.add(cause, f"line {row.line}")
+            continue
+        kept.append(row)
+    return kept
+
+
+def _sources(rows: Iterable[Row]) -> Iterable[str]:
+    return (row.source for row in rows)
+
+
+def _counted(counts: Counter[str]) -> str:
+    shown = [f"{source} ({count})" for source, count in counts.most_common(8)]
+    return ", ".join(shown) + (f" and {len(counts) - 8} more" if len(counts) > 8 else "")

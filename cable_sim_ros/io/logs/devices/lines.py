@@ -1,0 +1,80 @@
+"""Lines of a text log, however it was written: CR, LF or both, NUL bytes, UTF-16, lines without end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from ..log import Log, LogError, Losses
+
+LONGEST = 65_536  # bytes of a line; the longest sentence that is known (TSPHA of a wave buoy) has 22 836
+BLOCK = 1 << 20
+MARKS = (b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff")  # of UTF-8 and UTF-16
+TEXT = frozenset([*range(0x20, 0x7F), *b"\t\r\n\x01\x02\x03"])  # also SOH, STX, ETX, which frame telegrams
+
+
+class Line(NamedTuple):
+    """number: from 1; text: without its end; whole: False where the file ends within it."""
+
+    number: int
+    text: bytes
+    whole: bool
+
+
+def lines_of(path: Path, losses: Losses) -> Iterator[Line]:
+    """Lines that are not blank; one that is too long is lost. NUL bytes are left out, so UTF-16 of ASCII is read."""
+    try:
+        with path.open("rb") as file:
+            yield from _lines(file, losses)
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", None) or error
+        raise LogError(f"{path}: cannot be read ({why}); nothing was read. Give a file that is there") from None
+
+
+def _lines(file, losses: Losses) -> Iterator[Line]:
+    rest, number, skipping = b"", 0, False
+    first = True
+    while block := file.read(BLOCK):
+        if first:
+            block = _unmarked(block)
+            first = False
+        text = rest + block.replace(b"\0", b"")
+        held = text.endswith(b"\r")  # its LF may come with the next block
+        parts = (text[:-1] if held else text).replace(b"\r\n", b"\n").replace(b"\r", b"\n").split(b"\n")
+        rest = parts.pop() + (b"\r" if held else b"")
+        for part in parts:
+            number += 1
+            if skipping or len(part) > LONGEST:
+                skipping = False
+                losses.add(f"line longer than {LONGEST} bytes", f"line {number}")
+            elif part.strip():
+                yield Line(number, part, True)
+        if len(rest) > LONGEST:
+            rest, skipping = b"", True
+    if skipping:
+        losses.add(f"line longer than {LONGEST} bytes", f"line {number + 1}")
+    elif rest.strip():
+        yield Line(number + 1, rest.rstrip(b"\r"), rest.endswith(b"\r"))
+
+
+def _unmarked(head: bytes) -> bytes:
+    for mark in MARKS:
+        head = head.removeprefix(mark)
+    return head
+
+
+def text_of(head: bytes) -> bytes:
+    """The head of a file without NUL bytes and marks, b"" where it is no text."""
+    text = _unmarked(head).replace(b"\0", b"")
+    start = text[:512]
+    return text if sum(byte in TEXT for byte in start) >= 0.9 * len(start) else b""
+
+
+def with_records(log: Log, what: str) -> Log:
+    """The log; LogError where it has no record. what: that was looked for."""
+    if log.records:
+        return log
+    raise LogError(
+        f"{log.path}: holds no {what} that could be read ({log.losses}); nothing was read. Check that it is such a log"
+    )

@@ -1,0 +1,109 @@
+"""Stamps that loggers write in front of a line: forms, and ns since 1970 of each.
+
+2014-08-01T00:00:00.16Z   2015/03/14 00:23:02.260   20140801T000000.16+02:00   calendar time, a zone or none
+1397773523.009   1397773523009                                                 seconds, ms, us or ns since 1970
+08/01/2014,00:00:00.16                                                         SCS of NOAA: month first
+\\c:1397773523,s:gps*5B\\                                                        tag block of NMEA 0183
+"""
+
+from __future__ import annotations
+
+import re
+from datetime import date
+from functools import lru_cache
+from typing import NamedTuple
+
+from .log import SECOND
+
+UTC, NO_ZONE, EPOCH, MONTH_FIRST = "UTC", "no zone", "seconds since 1970", "month first"
+DAY = 86_400 * SECOND
+_CLOCK = rb"(\d\d):?(\d\d):?(\d\d)(?:[.,](\d{1,9})\d*)?"
+_CALENDAR = re.compile(
+    rb"[\[(]?(\d{4})([-/]?)(\d\d)\2(\d\d)[T ,;\t_-]" + _CLOCK + rb"(Z|[+-]\d\d:?\d\d)?[\])]?(?![\d.])"
+)
+_MONTH_FIRST = re.compile(rb"(\d\d)/(\d\d)/(\d{4})[ ,;\t]" + _CLOCK + rb"(?![\d.])")
+_NUMBER = re.compile(rb"[\[(]?(\d{10})(?:\.(\d{1,9})\d*|(\d{3}|\d{6}|\d{9}))?[\])]?(?![\d.])")
+_TAG = re.compile(rb"\\[^\\]*?\bc:(\d{10})(\d{3})?[^\\]*\\")
+_BEHIND = b" \t,;:"
+
+
+class Stamp(NamedTuple):
+    """time: ns since 1970; end: where what it stamps begins; form: UTC, NO_ZONE, EPOCH or MONTH_FIRST."""
+
+    time: int
+    end: int
+    form: str
+
+
+@lru_cache(maxsize=64)
+def day_of(year: int, month: int, day: int) -> int:
+    """ns since 1970 of midnight; ValueError for a date that is none."""
+    return (date(year, month, day).toordinal() - 719_163) * DAY
+
+
+def clock_of(hours: int, minutes: int, seconds: int, fraction: bytes | None) -> int:
+    """ns since midnight; a leap second is read, ValueError for a time that is none."""
+    if hours > 23 or minutes > 59 or seconds > 60:
+        raise ValueError(f"{hours}:{minutes}:{seconds} is no time")
+    return (3600 * hours + 60 * minutes + seconds) * SECOND + nanoseconds(fraction)
+
+
+def nanoseconds(fraction: bytes | None) -> int:
+    """Of the digits behind a point."""
+    return int(fraction.ljust(9, b"0")) if fraction else 0
+
+
+def stamp_of(line: bytes) -> Stamp | None:
+    """The stamp in front of a line, or None."""
+    start = len(line) - len(line.lstrip(b" \t"))
+    for read in (_calendar, _number, _month_first, _tag):
+        try:
+            found = read(line, start)
+        except (ValueError, OverflowError):
+            continue  # a date or time that is none
+        if found is not None:
+            end = found.end
+            while end < len(line) and line[end] in _BEHIND and line[end : end + 1] != b":":
+                end += 1
+            return found._replace(end=end)
+    return None
+
+
+def _calendar(line: bytes, start: int) -> Stamp | None:
+    found = _CALENDAR.match(line, start)
+    if found is None:
+        return None
+    year, _, month, day, hours, minutes, seconds, fraction, zone = found.groups()
+    time = day_of(int(year), int(month), int(day)) + clock_of(int(hours), int(minutes), int(seconds), fraction)
+    if zone and zone != b"Z":
+        digits = zone[1:].replace(b":", b"")
+        ahead = (60 * int(digits[:2]) + int(digits[2:])) * 60 * SECOND
+        time += ahead if zone[:1] == b"-" else -ahead
+    return _checked(time, found.end(), UTC if zone else NO_ZONE)
+
+
+def _number(line: bytes, start: int) -> Stamp | None:
+    found = _NUMBER.match(line, start)
+    if found is None:
+        return None
+    return _checked(int(found[1]) * SECOND + nanoseconds(found[2] or found[3]), found.end(), EPOCH)
+
+
+def _month_first(line: bytes, start: int) -> Stamp | None:
+    found = _MONTH_FIRST.match(line, start)
+    if found is None:
+        return None
+    month, day, year, hours, minutes, seconds, fraction = found.groups()
+    time = day_of(int(year), int(month), int(day)) + clock_of(int(hours), int(minutes), int(seconds), fraction)
+    return _checked(time, found.end(), MONTH_FIRST)
+
+
+def _tag(line: bytes, start: int) -> Stamp | None:
+    found = _TAG.match(line, start)
+    return None if found is None else Stamp(int(found[1]) * SECOND + nanoseconds(found[2]), found.end(), EPOCH)
+
+
+def _checked(time: int, end: int, form: str) -> Stamp:
+    if not -(2**63) <= time < 2**63:
+        raise ValueError("the year is beyond what int64 holds")
+    return Stamp(time, end, form)
