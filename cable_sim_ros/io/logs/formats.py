@@ -34,7 +34,11 @@ TELEGRAMS: tuple[Format, ...] = (  # before tables: some of them look like CSV
     Format("3dm-gx3", "3DM-GX3 records 0xCB", "devices.gx3"),
     Format("fdchp", "flux package of a buoy, records of 55 bytes", "devices.fdchp"),
 )
-FORMATS: tuple[Format, ...] = TELEGRAMS  # order: the first that recognises a file reads it
+FORMATS: tuple[Format, ...] = (  # order: the first that recognises a file reads it
+    # containers
+    Format("bag", "bag of ROS 1 or ROS 2 (MCAP, SQLite)", "ros_bags"),
+    *TELEGRAMS,
+)
 
 
 def read_log(path: str | os.PathLike, name: str | None = None) -> Log:
