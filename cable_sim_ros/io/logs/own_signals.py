@@ -16,6 +16,7 @@ from ..sources.recorded_tow import RecordedTow, read_tow, recorded_frames
 from .signals import QUANTITIES, Signal
 
 ODOMETRY = ("x", "y", "z", "roll", "pitch", "yaw")
+IMPORT = "import"  # of the custom data of an imported bag
 CHANNEL_QUANTITIES = (  # channel, field of the tick output, component, quantity, factor
     ("sheave_tension", "tension", None, "tension", 1.0),
     ("winch_state", "payout", None, "payout", 1.0),
@@ -36,7 +37,8 @@ def signals_of_bag(path: str | os.PathLike) -> list[Signal]:
     frames = recorded_frames(tow)
     if frames is not None and len(frames):
         return signals_of_frames(frames, os.fspath(path))
-    return [*_of_channels(tow), *_of_odometry(tow)]
+    found = _of_channels(tow)
+    return [*found, *_of_odometry(tow)] if found or IMPORT in tow.about else []
 
 
 def signals_of_frames(frames: np.recarray, source: str) -> list[Signal]:

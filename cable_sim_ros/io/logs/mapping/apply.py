@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Iterable
 from dataclasses import dataclass, field
-from fnmatch import fnmatchcase
 
 import numpy as np
 
 from ....sim.tables.attitude import angles_of
-from ..log import SECOND, Log, LogError, Source
+from ..log import SECOND, Log, LogError
 from ..signals import QUANTITIES, Signal
+from .find import SHOWN, column_of, find_sources, listed, near, one_after_another
 from .lever_arm import at_base_link
 from .mapping_file import Clock, Entry, Frame, Mapping, dimension_of, fields_of, sources_of, word_of
 from .time_base import ascending, dated, device_of, every, least_delay, thinned
 from .units import UNITS, named
+from .validity import accepted_records
 from .words import VECTORS, WORDS
 
 WORLD, SHIP = (Frame.ENU, Frame.NED), (Frame.FLU, Frame.FRD)
-SHOWN = 8  # names in an error
-MOST_SOURCES = 64  # of one entry
+CONSTANT = 30  # records that are all the same, where others of the same signal are not
 
 
 @dataclass
@@ -42,16 +40,17 @@ def applied(log: Log, mapping: Mapping, ready: bool = False) -> Applied:
     out = Applied([])
     whole: dict[str, tuple[Signal, Entry]] = {}
     for name, entry in mapping.signals.items():
-        found = _sources(log, sources_of(entry))
+        found = find_sources(log, sources_of(entry))
         if not found:
             if not entry.optional:
-                near = _near(sources_of(entry)[0], log.sources)
-                out.missing.append(
-                    f"{log.path}: signals.{name}: there is no source {_listed(sources_of(entry))}; {near}"
-                )
+                wanted = sources_of(entry)
+                text = f"there is no source {listed(wanted)}. {near(wanted[0], log.sources)}"
+                out.missing.append(f"{log.path}: signals.{name}: {text}")
             continue
         for signal in _of_entry(log, mapping, name, entry, found, ready, out):
             if signal.quantity in whole:
+                if entry.optional:
+                    continue
                 out.missing.append(
                     f"{log.path}: signals.{name}: {signal.quantity} is given by {whole[signal.quantity][0].source} "
                     f"already; this one is left out"
@@ -59,7 +58,7 @@ def applied(log: Log, mapping: Mapping, ready: bool = False) -> Applied:
                 continue
             whole[signal.quantity] = (signal, entry)
     if not whole:
-        known = _listed(log.sources) or "none"
+        known = listed(log.sources) or "none"
         lines = "; ".join(out.missing[:SHOWN])
         raise LogError(
             f"{log.path}: the mapping '{mapping.mapping}' gives no signal of it ({lines or 'no usable record'}); "
@@ -72,40 +71,20 @@ def applied(log: Log, mapping: Mapping, ready: bool = False) -> Applied:
 
 
 def covers(log: Log, mapping: Mapping) -> bool:
-    """Are all sources and fields of the entries that are not optional there, and at least one entry's?"""
-    any_found = False
-    for entry in mapping.signals.values():
-        found = _sources(log, sources_of(entry))
-        there = bool(found) and all(_column(source, name) for source in found[:1] for name in fields_of(entry))
-        if not there and not entry.optional:
-            return False
-        any_found |= there
-    return any_found
+    """Are all entries that are not optional there, and one at all?"""
+    return entries_covered(log, mapping) > 0 and all(
+        entry.optional or _there(log, entry) for entry in mapping.signals.values()
+    )
 
 
-def _sources(log: Log, patterns: Iterable[str]) -> list[Source]:
-    exact = [log.sources[p] for p in patterns if p in log.sources]
-    if exact:
-        matched = [s for p in patterns for n, s in log.sources.items() if n == p or fnmatchcase(n, p)]
-        return list({id(s): s for s in matched}.values())[:MOST_SOURCES]
-    return [s for n, s in log.sources.items() if any(fnmatchcase(n, p) for p in patterns)][:MOST_SOURCES]
+def entries_covered(log: Log, mapping: Mapping) -> int:
+    """Entries whose source and fields a log has."""
+    return sum(_there(log, entry) for entry in mapping.signals.values())
 
 
-def _column(source: Source, name: str) -> str | None:
-    if name in source.columns:
-        return name
-    return next((column for column in source.columns if fnmatchcase(column, name)), None)
-
-
-def _near(name: str, names: Iterable[str]) -> str:
-    names = list(names)
-    near = difflib.get_close_matches(name, names, 1, 0.4) or [n for n in names if name.lower() in n.lower()][:1]
-    return f"did you mean {near[0]}? There are: {_listed(names)}" if near else f"there are: {_listed(names)}"
-
-
-def _listed(names: Iterable[str]) -> str:
-    names = list(names)
-    return ", ".join(n[:80] for n in names[:SHOWN]) + (f" and {len(names) - SHOWN} more" if len(names) > SHOWN else "")
+def _there(log: Log, entry: Entry) -> bool:
+    found = find_sources(log, sources_of(entry))
+    return any(all(column_of(source, name) for name in fields_of(entry)) for source in found)
 
 
 def _of_entry(log, mapping, name, entry, found, ready, out) -> list[Signal]:
@@ -114,20 +93,26 @@ def _of_entry(log, mapping, name, entry, found, ready, out) -> list[Signal]:
     times, rows, assumed = [], [], []
     dimension = dimension_of(word_of(name, entry))
     kept_sources = []
+    found, beside = one_after_another(found, fields_of(entry))
+    if beside:
+        out.said.append(
+            f"{where}: {listed(s.name for s in beside)} left out beside {listed(s.name for s in found)}; "
+            f"name another one with `source`"
+        )
     for source in found:
         columns = []
         for wanted in fields_of(entry):
-            column = _column(source, wanted)
+            column = column_of(source, wanted)
             if column is None:
                 raise LogError(
                     f"{where}.field = {wanted}: {source.name} has no such field; nothing was used. "
-                    f"{_near(wanted, source.columns).capitalize()}"
+                    f"{near(wanted, source.columns)}"
                 )
             columns.append(column)
         unit = _unit(where, entry, source, columns[0], dimension, ready, assumed)
         raw = np.stack([source.columns[column] for column in columns])
         time, usable = _times(log, where, entry, source, assumed, out.said)
-        good = usable & np.isfinite(raw).all(axis=0) & _valid(log, where, entry, source, raw, time, out.said)
+        good = usable & np.isfinite(raw).all(axis=0) & accepted_records(log, where, entry, source, raw, time, out.said)
         if not good.any():
             out.missing.append(f"{where}: no record of {source.name} is usable; it is left out")
             continue
@@ -141,11 +126,14 @@ def _of_entry(log, mapping, name, entry, found, ready, out) -> list[Signal]:
     if len(times) > 1:
         order = np.argsort(time, kind="stable")
         time, values = time[order], values[:, order]
-        assumed.append(f"{name}: {_listed(kept_sources)} taken as one source whose name changed")
+        assumed.append(f"{name}: {listed(kept_sources)} taken as one source whose name changed")
+        for label, part in zip(kept_sources, rows):
+            if part.shape[1] >= CONSTANT and not np.ptp(part, axis=1).any():
+                assumed.append(f"{name}: {label} has {part[0, 0]:.6g} throughout, which no sensor gives; it is kept")
     time, values = _ordered(where, entry, time, values, out.said)
     if ready:
         assumed.append(f"{name}: sign, unit and axes by the ready mapping {mapping.mapping}, not told for this device")
-    label = f"{log.path}: {_listed(kept_sources)}.{','.join(fields_of(entry))}"
+    label = f"{log.path}: {listed(kept_sources)}.{','.join(fields_of(entry))}"
     made = _words(name, entry, mapping, time, values, assumed)
     return [Signal(q, t, v, label, list(dict.fromkeys([*assumed, *more]))) for q, t, v, more in made]
 
@@ -175,11 +163,11 @@ def _times(log, where, entry, source, assumed, said) -> tuple[np.ndarray, np.nda
     chosen = entry.time
     every_one = np.ones(len(source), bool)
     if entry.stamped_by:
-        stamps = next(iter(_sources(log, [entry.stamped_by])), None)
+        stamps = next(iter(find_sources(log, [entry.stamped_by])), None)
         if stamps is None:
             raise LogError(
                 f"{where}.stamped_by = {entry.stamped_by}: there is no such source; nothing was used. "
-                f"{_near(entry.stamped_by, log.sources).capitalize()}"
+                f"{near(entry.stamped_by, log.sources)}"
             )
         device, there = device_of(source, stamps, where)
         device = dated(device, source.logged)
@@ -215,77 +203,6 @@ def _times(log, where, entry, source, assumed, said) -> tuple[np.ndarray, np.nda
         )
         device = device + shift
     return device + round(entry.clock_offset * SECOND), every_one
-
-
-def _valid(log, where, entry, source, raw, time, said) -> np.ndarray:
-    """Which records the mapping accepts; counts of the others are said."""
-    good = np.ones(len(source), bool)
-
-    def drop(kept: np.ndarray, why: str) -> None:
-        nonlocal good
-        lost = int((good & ~kept).sum())
-        if lost:
-            said.append(f"{where}: {lost} of {len(source)} records of {source.name} left out: {why}")
-        good &= kept
-
-    if entry.range is not None:
-        low, high = entry.range
-        with np.errstate(invalid="ignore"):
-            drop(((raw >= low) & (raw <= high)).all(axis=0), f"outside [{low:g}, {high:g}]")
-    if entry.quality_field:
-        drop(_quality(log, where, entry, source), f"{entry.quality_field} is none of the accepted values")
-    if entry.after is not None or entry.until is not None:
-        begin = _begin(log)
-        since = (time - begin) / SECOND
-        inside = np.ones(len(source), bool)
-        if entry.after is not None:
-            inside &= since >= entry.after
-        if entry.until is not None:
-            inside &= since <= entry.until
-        drop(inside, "outside the interval of `after` and `until`")
-    return good
-
-
-def _begin(log: Log) -> int:
-    stamps = [s.logged if s.logged is not None else s.device for s in log.sources.values()]
-    return min((int(t[0]) for t in stamps if t is not None and len(t)), default=0)
-
-
-def _quality(log, where, entry, source) -> np.ndarray:
-    told = source
-    if entry.quality_source:
-        found = _sources(log, [entry.quality_source])
-        if not found:
-            raise LogError(
-                f"{where}.quality_source = {entry.quality_source}: there is no such source; nothing was used. "
-                f"{_near(entry.quality_source, log.sources).capitalize()}"
-            )
-        told = found[0]
-    column = _column(told, entry.quality_field)
-    if column is None:
-        raise LogError(
-            f"{where}.quality_field = {entry.quality_field}: {told.name} has no such field; nothing was used. "
-            f"{_near(entry.quality_field, told.columns).capitalize()}"
-        )
-    accepted = np.isin(told.columns[column], entry.quality_accepted)
-    if told is source:
-        return accepted
-    clocks = ("logged", "device")
-    ours, theirs = next(
-        (
-            (getattr(source, c), getattr(told, c))
-            for c in clocks
-            if getattr(source, c) is not None and getattr(told, c) is not None
-        ),
-        (None, None),
-    )
-    if ours is None or theirs is None:
-        raise LogError(
-            f"{where}.quality_source = {told.name} has no clock in common with {source.name}; nothing was used"
-        )
-    order = np.argsort(theirs, kind="stable")
-    at = np.searchsorted(theirs[order], ours, "right") - 1
-    return (at >= 0) & accepted[order][np.maximum(at, 0)]
 
 
 def _ordered(where, entry, time, values, said) -> tuple[np.ndarray, np.ndarray]:

@@ -53,7 +53,11 @@ class Duplicates(enum.StrEnum):
 class Entry(Block):
     quantity: str = key("", "", None, None, "word of the table below; empty: the name of the entry")
     source: str | tuple[str, ...] = key(
-        REQUIRED, "", None, None, "topic, sentence or table of the log; patterns with * and ?, a list of names"
+        REQUIRED,
+        "",
+        None,
+        None,
+        "topic, sentence or table; with * and ?, `type:` and a type of message, or a list of such names",
     )
     field: str | tuple[str, ...] = key(
         REQUIRED, "", None, None, "column of the source; three of a vector, four of a quaternion; names or patterns"
@@ -75,6 +79,7 @@ class Entry(Block):
     quality_source: str = key("", "", None, None, "source of the quality; empty: the entry's own")
     quality_field: str = key("", "", None, None, "column that says whether a value is good")
     quality_accepted: tuple[float, ...] = key((), "1", -1e9, 1e9, "its values that are good")
+    quality_refused: tuple[float, ...] = key((), "1", -1e9, 1e9, "its values that are bad, in place of accepted ones")
     after: float | None = key(None, "s", 0.0, FARTHEST, "records before this time of the log are left out")
     until: float | None = key(None, "s", 0.0, FARTHEST, "records after this time of the log are left out")
     duplicates: Duplicates = key(
@@ -157,8 +162,8 @@ def _of_entry(where: str, name: str, entry: Entry) -> list[Problem]:
         found.append(Problem(f"{where}.range", "leaves no value: the first is not below the second", "Give low, high"))
     if entry.after is not None and entry.until is not None and entry.after >= entry.until:
         found.append(Problem(f"{where}.until", "is not after `after`: no record would be left", "Give a later time"))
-    if bool(entry.quality_field) != bool(entry.quality_accepted):
-        text = "stands without its other half: a quality is a field and its accepted values"
+    if bool(entry.quality_field) != (bool(entry.quality_accepted) or bool(entry.quality_refused)):
+        text = "stands without its other half: a quality is a field and its accepted or refused values"
         found.append(Problem(f"{where}.quality_field", text, "Give quality_field and quality_accepted, or neither"))
     if entry.stamped_by and entry.time is Clock.LOGGED:
         text = "is a device clock, beside time: logged"
