@@ -38,6 +38,8 @@ LATER = {
     "ahc": "ahc.command",
     "bench": "verification.commands",
     "case": "verification.commands",
+    "import": "cli.import_logs",
+    "inspect": "cli.inspect_logs",
     "soak": "verification.soak.command",
     "stress": "verification.commands",
     "validate": "verification.commands",

@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+import json
 import os
+from typing import Any
 
 import numpy as np
 
 from ...physics.heave_filter import Convention
 from ...physics.tick_output import TICK_OUTPUT
 from ...sim.tables.attitude import angles_of
-from ..bags.bag import BagError
+from ..bags.bag import BagError, BagReader
+from ..bags.typestore import STORE
+from ..messages.cdr import header_time
 from ..messages.channels import CHANNELS, decode
 from ..messages.messages import Refused, decode_odometry
 from ..sources.recorded_tow import RecordedTow, read_tow, recorded_frames
 from .signals import QUANTITIES, Signal
 
 ODOMETRY = ("x", "y", "z", "roll", "pitch", "yaw")
+SIGNALS_TOPIC = "/tow_sim/import/signals"  # of an imported bag: every record of every signal
+JOINT_STATE = "sensor_msgs/msg/JointState"
 IMPORT = "import"  # of the custom data of an imported bag
 CHANNEL_QUANTITIES = (  # channel, field of the tick output, component, quantity, factor
     ("sheave_tension", "tension", None, "tension", 1.0),
@@ -30,6 +36,9 @@ CHANNEL_QUANTITIES = (  # channel, field of the tick output, component, quantity
 
 def signals_of_bag(path: str | os.PathLike) -> list[Signal]:
     """Signals of a bag in the channels of this product: of a run, or of an import; empty where it has none of them."""
+    imported = _of_import(path)
+    if imported:
+        return imported
     try:
         tow = read_tow(path)
     except BagError:
@@ -39,6 +48,42 @@ def signals_of_bag(path: str | os.PathLike) -> list[Signal]:
         return signals_of_frames(frames, os.fspath(path))
     found = _of_channels(tow)
     return [*found, *_of_odometry(tow)] if found or IMPORT in tow.about else []
+
+
+def _of_import(path: str | os.PathLike) -> list[Signal]:
+    """Signals that an import kept as they were, with what it assumed of each."""
+    rows: dict[str, list[tuple[int, float]]] = {}
+    try:
+        with BagReader(path) as bag:
+            if bag.topics.get(SIGNALS_TOPIC) != JOINT_STATE:
+                return []
+            about = bag.custom_data.get(IMPORT, "{}")
+            for message in bag.read([SIGNALS_TOPIC]):
+                read: Any = STORE.deserialize_cdr(message.data, JOINT_STATE)
+                if len(read.name) == len(read.position) == 1 and read.name[0] in QUANTITIES:
+                    rows.setdefault(read.name[0], []).append((header_time(read.header), float(read.position[0])))
+    except (BagError, ValueError, KeyError, IndexError):
+        if not rows:
+            return []
+        about = "{}"
+    assumed = _assumed(about)
+    out = []
+    for name, pairs in rows.items():
+        time = np.array([time for time, _ in pairs], np.int64)
+        value = np.array([value for _, value in pairs], float)
+        good = later_only(time) & np.isfinite(value)
+        if good.any():
+            out.append(Signal(name, time[good], value[good], os.fspath(path), assumed.get(name, [])))
+    return out
+
+
+def _assumed(about: str) -> dict[str, list[str]]:
+    """What an import assumed of each signal, by what it kept of itself."""
+    try:
+        found = json.loads(about)["signals_assumed"]
+        return {str(name): [str(line) for line in lines] for name, lines in found.items()}
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        return {}
 
 
 def signals_of_frames(frames: np.recarray, source: str) -> list[Signal]:

@@ -23,7 +23,8 @@ CONSTANT = 30  # records that are all the same, where others of the same signal 
 
 @dataclass
 class Applied:
-    """What a mapping makes of a log: signals; what it could not, a line each; what was done about times and values."""
+    """What a mapping makes of a log: signals; what it could not, a line each; what was done about times "
+    "and values."""
 
     signals: list[Signal]
     missing: list[str] = field(default_factory=list)
@@ -31,7 +32,8 @@ class Applied:
 
 
 def signals_of(log: Log, mapping: Mapping, ready: bool = False) -> list[Signal]:
-    """Signals of a log; LogError where a field is not there or nothing can be used. ready: mapping of this product."""
+    """Signals of a log; LogError where a field is not there or nothing can be used. ready: mapping of this "
+    "product."""
     return applied(log, mapping, ready).signals
 
 
@@ -62,7 +64,8 @@ def applied(log: Log, mapping: Mapping, ready: bool = False) -> Applied:
         lines = "; ".join(out.missing[:SHOWN])
         raise LogError(
             f"{log.path}: the mapping '{mapping.mapping}' gives no signal of it ({lines or 'no usable record'}); "
-            f"nothing was read. Sources of the log: {known}. `cable-sim inspect --mapping-out FILE` writes a first one"
+            f"nothing was read. Sources of the log: {known}. `cable-sim inspect --mapping-out FILE` writes "
+            f"a first one"
         )
     _check_overlap(log, list(whole.values()))
     at_base_link(whole, out.missing)
@@ -193,7 +196,8 @@ def _times(log, where, entry, source, assumed, said) -> tuple[np.ndarray, np.nda
     if chosen is Clock.ALIGNED:
         if source.logged is None:
             raise LogError(
-                f"{where}.time = aligned: the logger left no stamps to align with; nothing was used. Take time: device "
+                f"{where}.time = aligned: the logger left no stamps to align with; nothing was used. Take "
+                f"time: device "
                 f"and clock_offset"
             )
         shift = least_delay(device, source.logged)
@@ -277,7 +281,8 @@ def _angles(name: str, time, rotors) -> tuple[np.ndarray, np.ndarray]:
     good = np.abs(norm - 1.0) < 0.01
     if not good.any():
         raise LogError(
-            f"signals.{name}: no quaternion has norm 1 within 0.01 (median {float(np.median(norm)):.3g}): there is no "
+            f"signals.{name}: no quaternion has norm 1 within 0.01 (median {float(np.median(norm)):.3g}): "
+            f"there is no "
             f"orientation in it; nothing was used. Leave the entry out: attitude comes from rates and acceleration"
         )
     turned = np.array([angles_of(*row) for row in (rotors[:, good] / norm[good]).T])
