@@ -33,6 +33,10 @@ KILTED = ros("9.1.2", "5.5.1", "2.3.0")  # until December 2026
 
 PEERS = ["moordyn>=2.7", "mujoco>=3.3", "exudyn>=1.13", "cabledyn>=0.3"]  # other codes, for cable-sim bench --peers
 DOCS = ["sphinx>=9,<10", "myst-parser>=5,<6", "furo>=2025.12.19"]  # make docs; what docs/conf.py is written against
+IMPORT = [  # logs of others; each is imported when such a log is read
+    "pynmeagps>=1.1",  # fields of the sentences of NMEA 0183
+    "nmea2000>=2026.10",  # PGN database of canboat; from there on with its backend in Rust
+]
 TEST = [
     "pytest>=8",
     "pytest-xdist>=3.6",  # make install-check: two installs side by side
@@ -83,6 +87,7 @@ setup(
         "ros-jazzy": JAZZY,
         "ros-kilted": KILTED,
         "viz": ["matplotlib>=3.8"],
+        "import": IMPORT,
         "test": TEST,
         "peers": PEERS,
         "docs": DOCS,

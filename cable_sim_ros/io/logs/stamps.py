@@ -17,6 +17,7 @@ from .log import SECOND
 
 UTC, NO_ZONE, EPOCH, MONTH_FIRST = "UTC", "no zone", "seconds since 1970", "month first"
 DAY = 86_400 * SECOND
+LAST = 106_000 * DAY  # the year 2260
 _CLOCK = rb"(\d\d):?(\d\d):?(\d\d)(?:[.,](\d{1,9})\d*)?"
 _CALENDAR = re.compile(
     rb"[\[(]?(\d{4})([-/]?)(\d\d)\2(\d\d)[T ,;\t_-]" + _CLOCK + rb"(Z|[+-]\d\d:?\d\d)?[\])]?(?![\d.])"
@@ -24,7 +25,6 @@ _CALENDAR = re.compile(
 _MONTH_FIRST = re.compile(rb"(\d\d)/(\d\d)/(\d{4})[ ,;\t]" + _CLOCK + rb"(?![\d.])")
 _NUMBER = re.compile(rb"[\[(]?(\d{10})(?:\.(\d{1,9})\d*|(\d{3}|\d{6}|\d{9}))?[\])]?(?![\d.])")
 _TAG = re.compile(rb"\\[^\\]*?\bc:(\d{10})(\d{3})?[^\\]*\\")
-_BEHIND = b" \t,;:"
 
 
 class Stamp(NamedTuple):
@@ -38,7 +38,7 @@ class Stamp(NamedTuple):
 @lru_cache(maxsize=64)
 def day_of(year: int, month: int, day: int) -> int:
     """ns since 1970 of midnight; ValueError for a date that is none."""
-    return (date(year, month, day).toordinal() - 719_163) * DAY
+    return within((date(year, month, day).toordinal() - 719_163) * DAY)
 
 
 def clock_of(hours: int, minutes: int, seconds: int, fraction: bytes | None) -> int:
@@ -46,6 +46,13 @@ def clock_of(hours: int, minutes: int, seconds: int, fraction: bytes | None) -> 
     if hours > 23 or minutes > 59 or seconds > 60:
         raise ValueError(f"{hours}:{minutes}:{seconds} is no time")
     return (3600 * hours + 60 * minutes + seconds) * SECOND + nanoseconds(fraction)
+
+
+def within(time: int) -> int:
+    """The time [ns since 1970]; ValueError for a year that int64 does not hold."""
+    if not -LAST <= time <= LAST:
+        raise ValueError(f"{time // SECOND} s since 1970 is beyond what int64 holds in ns")
+    return time
 
 
 def nanoseconds(fraction: bytes | None) -> int:
@@ -62,10 +69,9 @@ def stamp_of(line: bytes) -> Stamp | None:
         except (ValueError, OverflowError):
             continue  # a date or time that is none
         if found is not None:
-            end = found.end
-            while end < len(line) and line[end] in _BEHIND and line[end : end + 1] != b":":
-                end += 1
-            return found._replace(end=end)
+            behind = line[found.end :]
+            behind = behind[1:] if behind[:1] in (b",", b";") else behind
+            return found._replace(end=len(line) - len(behind.lstrip(b" \t")))
     return None
 
 
@@ -79,14 +85,14 @@ def _calendar(line: bytes, start: int) -> Stamp | None:
         digits = zone[1:].replace(b":", b"")
         ahead = (60 * int(digits[:2]) + int(digits[2:])) * 60 * SECOND
         time += ahead if zone[:1] == b"-" else -ahead
-    return _checked(time, found.end(), UTC if zone else NO_ZONE)
+    return Stamp(within(time), found.end(), UTC if zone else NO_ZONE)
 
 
 def _number(line: bytes, start: int) -> Stamp | None:
     found = _NUMBER.match(line, start)
     if found is None:
         return None
-    return _checked(int(found[1]) * SECOND + nanoseconds(found[2] or found[3]), found.end(), EPOCH)
+    return Stamp(within(int(found[1]) * SECOND + nanoseconds(found[2] or found[3])), found.end(), EPOCH)
 
 
 def _month_first(line: bytes, start: int) -> Stamp | None:
@@ -95,15 +101,9 @@ def _month_first(line: bytes, start: int) -> Stamp | None:
         return None
     month, day, year, hours, minutes, seconds, fraction = found.groups()
     time = day_of(int(year), int(month), int(day)) + clock_of(int(hours), int(minutes), int(seconds), fraction)
-    return _checked(time, found.end(), MONTH_FIRST)
+    return Stamp(within(time), found.end(), MONTH_FIRST)
 
 
 def _tag(line: bytes, start: int) -> Stamp | None:
     found = _TAG.match(line, start)
-    return None if found is None else Stamp(int(found[1]) * SECOND + nanoseconds(found[2]), found.end(), EPOCH)
-
-
-def _checked(time: int, end: int, form: str) -> Stamp:
-    if not -(2**63) <= time < 2**63:
-        raise ValueError("the year is beyond what int64 holds")
-    return Stamp(time, end, form)
+    return None if found is None else Stamp(within(int(found[1]) * SECOND + nanoseconds(found[2])), found.end(), EPOCH)

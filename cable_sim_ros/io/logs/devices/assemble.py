@@ -59,6 +59,8 @@ def _said(notes: Counter[str]) -> list[str]:
         said.append("the LCI-90i does not tell the unit of its tension (lb, kgf or daN)")
     if notes["tss1"]:
         said.append("TSS1 has no checksum: a wrong digit is not seen")
+    if notes["before"]:
+        said.append(f"{notes['before']} lines have text in front of the sentence that is no stamp known here")
     if notes["remark"]:
         said.append(f"{notes['remark']} lines are remarks without a telegram")
     for note, count in notes.items():

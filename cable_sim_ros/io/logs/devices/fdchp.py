@@ -1,7 +1,8 @@
-"""Direct covariance flux package of the Ocean Observatories Initiative: wind and motion of a buoy; 55 bytes, big-endian.
+"""Flux package (FDCHP) of the Ocean Observatories Initiative: wind and motion of a buoy; 55 bytes, big-endian.
 
-    uint16 year | uint8 month, day, hour, minute, second | uint16 millisecond | int16 wind x, y, z | uint16 speed of sound
-    | 3 float32 rate [rad/s] | 3 float32 acceleration [g] | float32 roll, pitch, heading [rad] | uint8 status 1, 2
+    uint16 year | uint8 month, day, hour, minute, second | uint16 millisecond | int16 wind x, y, z
+    | uint16 speed of sound | 3 float32 rate [rad/s]
+    | 3 float32 acceleration [g] | float32 roll, pitch, heading [rad] | uint8 status 1, 2
 
 A record has no checksum: it is taken where its date, time and numbers can be.
 Source: parser fdchp_a of the mi-instrument project; wind [cm/s] of its users' scripts; 32767 is no value.
@@ -9,12 +10,12 @@ Source: parser fdchp_a of the mi-instrument project; wind [cm/s] of its users' s
 
 from __future__ import annotations
 
-from datetime import date
 from pathlib import Path
 
 import numpy as np
 
 from ..log import SECOND, Log, Losses, Source
+from ..stamps import day_of
 from .binary import records_of
 from .lines import with_records
 
@@ -74,12 +75,9 @@ def _times(rows: np.ndarray) -> np.ndarray:
     day = rows["date"].astype(np.int64)
     key = rows["year"].astype(np.int64) * 10_000 + day[:, 0] * 100 + day[:, 1]
     days, back = np.unique(key, return_inverse=True)
-    since = np.array(
-        [date(k // 10_000, k // 100 % 100, k % 100).toordinal() - 719_163 for k in days.tolist()], np.int64
-    )
-    seconds = (since[back] if len(days) else np.zeros(0, np.int64)) * 86_400
-    seconds = seconds + day[:, 2] * 3600 + day[:, 3] * 60 + day[:, 4]
-    return seconds * SECOND + rows["ms"].astype(np.int64) * 1_000_000
+    since = np.array([day_of(k // 10_000, k // 100 % 100, k % 100) for k in days.tolist()], np.int64)
+    seconds = day[:, 2] * 3600 + day[:, 3] * 60 + day[:, 4]
+    return since[back] + seconds * SECOND + rows["ms"].astype(np.int64) * 1_000_000
 
 
 def _valid(data: np.ndarray) -> np.ndarray:
@@ -98,7 +96,7 @@ def _valid(data: np.ndarray) -> np.ndarray:
 
 def _dated(year: int, month: int, day: int) -> bool:
     try:
-        date(year, month, day)
+        day_of(year, month, day)
     except ValueError:
         return False
     return True

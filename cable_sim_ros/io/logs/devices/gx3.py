@@ -1,6 +1,7 @@
 """3DM-GX3 of LORD MicroStrain, record 0xCB: acceleration, angular rate, magnetic field, timer; 43 bytes, big-endian.
 
-    0xCB | 3 float32 acceleration [g] | 3 float32 rate [rad/s] | 3 float32 field [gauss] | uint32 timer | uint16 checksum
+    0xCB | 3 float32 acceleration [g] | 3 float32 rate [rad/s] | 3 float32 field [gauss] | uint32 timer
+    | uint16 checksum
 
 The checksum is the sum of the 41 bytes before it. The timer ticks 62500 times a second and starts again at 0 with the
 device, or after 2^32 ticks (19 h), which is counted on. Sources: 3DM-GX3 Data Communications Protocol, 0xCB; logs of
@@ -44,7 +45,8 @@ def read(path: Path) -> Log:
     losses, notices = Losses(), []
     blocks = [block for _, block in records_of(path, SIZE, _valid, losses)]
     records = np.concatenate(blocks) if blocks else np.zeros((0, SIZE), np.uint8)
-    values = np.ascontiguousarray(records[:, 1:37]).view(">f4").astype(np.float64)
+    with np.errstate(invalid="ignore"):  # of a NaN that signals
+        values = np.ascontiguousarray(records[:, 1:37]).view(">f4").astype(np.float64)
     fit = np.isfinite(values).all(axis=1)
     if not fit.all():
         losses.add("value that is no number", f"record {int(np.argmin(fit)) + 1}", int((~fit).sum()))

@@ -9,7 +9,6 @@ A source is a PGN of one device: "127257/src 27". Columns have the names and uni
 
 from __future__ import annotations
 
-import logging
 import re
 from functools import partial
 from pathlib import Path
@@ -48,7 +47,6 @@ def recognise(head: bytes, path: Path) -> bool:
 def read(path: Path) -> Log:
     """All frames whose PGN the library knows."""
     extra("nmea2000", path)
-    logging.getLogger("nmea2000").setLevel(logging.ERROR)  # it tells of each PGN that it does not know
     losses, reader = Losses(), _Reader()
     joined = False
     for line in lines_of(path, losses):
@@ -158,7 +156,7 @@ class _Reader:
         if len(columns | values.keys()) > MOST_COLUMNS:
             losses.add(f"message beyond {MOST_COLUMNS} columns of its PGN", place)
             return
-        columns |= values.keys()
+        columns.update(values)
         self._unzoned = self._unzoned or frame.unzoned
         self.build.add(name, f"NMEA 2000 {found.description or found.id}", values, logged=frame.logged, units=units)
 

@@ -15,7 +15,7 @@ import re
 from pathlib import Path
 
 from ..log import SECOND, Builder, Log, LogError, Losses
-from ..stamps import nanoseconds
+from ..stamps import nanoseconds, within
 from .lines import lines_of, text_of, with_records
 
 HEADING = re.compile(rb"^Timestamp \(s\)\t", re.MULTILINE)
@@ -72,12 +72,12 @@ def _row(
         return
     try:
         values = {name: _number(name, field) for (name, _), field in zip(columns[1:], fields[1:])}
+        stamp = within(int(time[1]) * SECOND + nanoseconds((time[2] or "").encode())) if time else 0
     except ValueError:
         time = None
     if time is None:
         losses.add("field that is no number", place)
         return
-    stamp = int(time[1]) * SECOND + nanoseconds((time[2] or "").encode())
     build.add(device or "winch", f"profiler {device}".strip(), values, device=stamp, units=_units(tuple(columns)))
 
 

@@ -17,7 +17,7 @@ from ...telegrams.fields import exclusive_or
 from ...telegrams.fields import nanoseconds as since_1970
 from ..formats import extra
 from ..log import Log, Losses
-from ..stamps import Stamp, stamp_of
+from ..stamps import Stamp, stamp_of, within
 from . import wave_buoy
 from .assemble import Row, assemble
 from .lines import Line, lines_of
@@ -27,10 +27,10 @@ CHECKED = re.compile(rb"([^*]*)\*([0-9A-Fa-f]{2})")
 STARTS = re.compile(rb"[$!]")
 LCI90I = re.compile(rb"\d\dRD,")
 TELLING = frozenset(b"0123456789,")
+LONGEST_NUMBER = 32  # characters
 MANY = 8  # such characters make a line without a telegram a loss, fewer a remark of the logger
 LCI_UNITS = {"speed": "m/min", "payout": "m"}  # the display sets the unit of the tension
 TSS_UNITS = {"horizontal": "m/s^2", "vertical": "m/s^2", "heave": "m", "roll": "deg", "pitch": "deg"}
-NO_UNITS: dict[str, str] = {}
 
 
 class Cut(NamedTuple):
@@ -65,7 +65,7 @@ class Telegrams:
         text = line.text[stamp.end :] if stamp else line.text
         starts = [found.start() for found in STARTS.finditer(text)]
         head = text[: starts[0]] if starts else text
-        joined = self._join(head.strip())
+        joined = self._join(head.strip(b"\r\n"))
         if not joined and head.strip():
             self._other(head, line, stamp, alone=not starts)
         for start, end in zip(starts, [*starts[1:], len(text)]):
@@ -166,9 +166,11 @@ class Telegrams:
             self._motion(motion[0].strip(b"\r\n"), line, stamp)
         elif re.search(rb"\*[0-9A-Fa-f]{2}\s*$", text):
             self.losses.add("end of a sentence whose start is lost", f"line {line.number}")
+        elif not alone:
+            self.notes["before"] += 1
         elif sum(byte in TELLING for byte in text) >= MANY and not text.lstrip().startswith(b"#"):
-            self.losses.add("line without a telegram" if alone else "text before a sentence", f"line {line.number}")
-        elif alone:
+            self.losses.add("line without a telegram", f"line {line.number}")
+        else:
             self.notes["remark"] += 1
 
     def _winch(self, text: bytes, line: Line, stamp: Stamp | None) -> None:
@@ -181,7 +183,9 @@ class Telegrams:
             self.losses.add("wrong checksum", f"line {line.number}")
             return
         try:
-            time = since_1970(datetime.strptime(at.decode(), "%Y-%m-%dT%H:%M:%S.%f"))
+            time = within(since_1970(datetime.strptime(at.decode(), "%Y-%m-%dT%H:%M:%S.%f")))
+            if max(map(len, texts)) > LONGEST_NUMBER:
+                raise ValueError
             values = {key: float(part) for key, part in zip(("tension", "speed", "payout"), texts)}
         except (ValueError, OverflowError):
             self.losses.add("telegram of an LCI-90i that does not fit", f"line {line.number}")
@@ -217,7 +221,7 @@ class Telegrams:
             if len(columns | row.values.keys()) > MOST_COLUMNS:
                 self.losses.add(f"sentence beyond {MOST_COLUMNS} columns of its kind", f"line {row.line}")
                 return
-            columns |= row.values.keys()
+            columns.update(row.values)
         self.rows.append(row)
 
 
