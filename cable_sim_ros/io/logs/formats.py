@@ -25,6 +25,13 @@ class Format(NamedTuple):
     module: str
 
 
+CONTAINERS: tuple[Format, ...] = (
+    Format("bag", "bag of ROS 1 or ROS 2 (MCAP, SQLite)", "containers.ros_bags"),
+    Format("ulog", "ULog of an autopilot", "containers.ulog"),
+    Format("xtf", "XTF of a sonar or multibeam", "containers.xtf"),
+    Format("parquet", "Parquet table", "containers.parquet"),
+    Format("netcdf", "NetCDF 3 or 4", "containers.netcdf"),
+)
 TELEGRAMS: tuple[Format, ...] = (  # before tables: some of them look like CSV
     Format("nmea2000", "NMEA 2000, raw form of canboat, candump", "devices.nmea2000_raw"),
     Format("nmea0183", "NMEA 0183 sentences, stamped or not", "devices.nmea0183"),
@@ -34,11 +41,8 @@ TELEGRAMS: tuple[Format, ...] = (  # before tables: some of them look like CSV
     Format("3dm-gx3", "3DM-GX3 records 0xCB", "devices.gx3"),
     Format("fdchp", "flux package of a buoy, records of 55 bytes", "devices.fdchp"),
 )
-FORMATS: tuple[Format, ...] = (  # order: the first that recognises a file reads it
-    # containers
-    Format("bag", "bag of ROS 1 or ROS 2 (MCAP, SQLite)", "ros_bags"),
-    *TELEGRAMS,
-)
+TABLES: tuple[Format, ...] = (Format("csv", "table of text (CSV)", "containers.csv_log"),)
+FORMATS: tuple[Format, ...] = CONTAINERS + TELEGRAMS + TABLES  # order: the first that recognises a file reads it
 
 
 def read_log(path: str | os.PathLike, name: str | None = None) -> Log:
