@@ -36,6 +36,7 @@ DOCS = ["sphinx>=9,<10", "myst-parser>=5,<6", "furo>=2025.12.19"]  # make docs; 
 IMPORT = [  # logs of others; each is imported when such a log is read
     "pynmeagps>=1.1",  # fields of the sentences of NMEA 0183
     "nmea2000>=2026.10",  # PGN database of canboat; from there on with its backend in Rust
+    "vqf>=2.1",  # attitude of an IMU that tells none
 ]
 TEST = [
     "pytest>=8",

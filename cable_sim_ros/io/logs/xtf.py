@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import ctypes
 from collections import Counter
-from datetime import datetime, timedelta, timezone
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
@@ -21,7 +21,7 @@ BLOCK = 1024  # bytes of the head, and of each that follows where there are many
 MAGIC = b"\xce\xfa"  # of a packet
 START = 14  # bytes that begin a packet; its size is the last four
 LARGEST = 512  # bytes of the headers that are read
-EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
+EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 GARBLED, CUT = "bytes that are no packet", "packet cut off"
 DATE = ("Year", "Month", "Day", "Hour", "Minute", "Second")
 FRAME = {*DATE, "HSeconds", "Millisecond", "Microsecond", "MagicNumber", "HeaderType", "NumChansToFollow"}
@@ -162,7 +162,7 @@ def _time(kind: Kind, packet: Any) -> int | None:
     """ns since 1970 of the date in a packet, else of the clock of its source, else None."""
     seconds = getattr(packet, "SourceEpoch", 0)
     try:
-        day = datetime(*(getattr(packet, part) for part in DATE), tzinfo=timezone.utc)
+        day = datetime(*(getattr(packet, part) for part in DATE), tzinfo=UTC)
     except ValueError:
         return seconds * 1_000_000_000 + getattr(packet, "EpochMicroseconds", 0) * 1000 if seconds else None
     if day < EPOCH or day.year > 2200:

@@ -84,7 +84,7 @@ def import_logs(
     figures = _figures(reading, signals, motion, imu, choice)
     about = figures | {
         "version": __version__,
-        "assumed": list(dict.fromkeys(assumed)),
+        "assumed": grouped(assumed),
         "signals_assumed": {one.quantity: one.assumed for one in reading.signals},
         "said": reading.said,
         "missing": reading.missing,
@@ -101,6 +101,15 @@ def import_logs(
 def _kept(one: Rounding) -> list[object]:
     """A rounding as `io.sources.imported_bag` reads it again."""
     return [*one.column, *one[1:]]
+
+
+def grouped(lines: list[str]) -> list[str]:
+    """Lines "name: text", those of the same text as one."""
+    names: dict[str, list[str]] = {}
+    for line in dict.fromkeys(lines):
+        name, _, text = line.partition(": ")
+        names.setdefault(text, []).append(name)
+    return [f"{', '.join(named)}: {text}" for text, named in names.items()]
 
 
 def _tells_motion(signals: Mapping[str, Signal]) -> bool:
