@@ -62,16 +62,15 @@ def import_logs(
     signals = {one.quantity: one for one in reading.signals}
     assumed = [line for one in reading.signals for line in one.assumed]
     assumed += _attitude(signals)
-    motion = motion_of_signals(signals, choice) if _tells_motion(signals) else None
-    imu = motion is None and attitude.can(signals)
+    imu = attitude.can(signals) and not {"heave", "z"} & signals.keys()
+    motion = motion_of_signals(signals, choice) if _tells_motion(signals) and not imu else None
     if motion is not None:
         assumed += motion.assumed
         reading.said += motion.said
-        if attitude.can(signals) and "heave" not in signals and "z" not in signals:
-            motion, imu = None, True
-            assumed = [line for line in assumed if not line.startswith("heave: not in the log")]
     if imu:
-        assumed.append("heave: not in the log; a run makes it of the accelerations by its own heave filter")
+        assumed.append(
+            "heave: not in the log; a run makes it of the accelerations by its heave filter, about its own mean track"
+        )
     tow = [name for name in MEASURED if name in signals]
     if motion is None and not imu and not tow:
         known = ", ".join(signals)

@@ -78,7 +78,11 @@ def regular(signal: Signal, origin: int) -> Regular:
         said.append(f"{name}: {len(parts) - 1} gaps, the longest of {longest:.4g} s: a run bridges them by a blend")
     if short:
         said.append(f"{name}: {short} records between gaps, fewer than {FEWEST} at a time, were left out")
-    if worst > 0.02 * period:
+    if worst >= JITTER * period:
+        said.append(
+            f"{name}: stamps up to {1e3 * worst:.3g} ms off even times: interpolated linearly to {period:.4g} s"
+        )
+    elif worst > 0.02 * period:
         said.append(f"{name}: stamps up to {1e3 * worst:.3g} ms off even times were put on them")
     return Regular(np.concatenate(kept_t), np.concatenate(kept_value), parts, period, said)
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from .motion import Choice
 
 AXIS, FLAT = 6_378_137.0, 1.0 / 298.257223563  # m; WGS 84, NIMA TR8350.2
+UNDER_WAY = 3.0  # times the deviation of the velocity: a mean above it has a direction
 ECCENTRIC = FLAT * (2.0 - FLAT)  # squared
 
 
@@ -84,9 +85,13 @@ def measured(track: Track, choice: Choice) -> Found:
             )
     out.assumed.append("position: east and north of the first one, on a plane; of the sensor's own reference point")
     if not track.yaw and choice.heading is None:
-        out.yaw = np.unwrap(np.arctan2(out.velocity[:, 1], out.velocity[:, 0]))
-        out.yaw_rate = np.gradient(out.yaw, at)
-        out.assumed.append("yaw: not in the log, the ship points where it goes")
+        mean = out.velocity.mean(axis=0)
+        if np.hypot(*mean) > UNDER_WAY * np.hypot(*out.velocity.std(axis=0)):
+            out.yaw = np.unwrap(np.arctan2(out.velocity[:, 1], out.velocity[:, 0]))
+            out.yaw_rate = np.gradient(out.yaw, at)
+            out.assumed.append("yaw: not in the log, the ship points where it goes")
+        else:
+            out.assumed.append("yaw: not in the log, and the ship is not under way: it points east")
     return out
 
 
