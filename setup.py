@@ -42,6 +42,7 @@ IMPORT = [  # logs of others; each is imported when such a log is read
     "xarray>=2024.10",  # NetCDF, with h5netcdf and h5py
     "h5netcdf>=1.4",
     "h5py>=3.12",
+    "vqf>=2.1",  # attitude of an IMU that tells none
 ]
 TEST = [
     "pytest>=8",

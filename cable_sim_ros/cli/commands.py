@@ -38,6 +38,8 @@ LATER = {
     "ahc": "ahc.command",
     "bench": "verification.commands",
     "case": "verification.commands",
+    "import": "cli.import_logs",
+    "inspect": "cli.inspect_logs",
     "soak": "verification.soak.command",
     "stress": "verification.commands",
     "validate": "verification.commands",
@@ -277,14 +279,15 @@ def play(bag, rate, loop, start, duration, imu_only, keep_stamps, lockstep, conv
 
 
 @main.command()
-@click.argument("page", type=click.Choice(["parameters", "fields"]), default="parameters")
+@click.argument("page", type=click.Choice(["parameters", "fields", "mapping_keys"]), default="parameters")
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="File to write. Default: standard output.")
 def manual(page, out) -> None:
     """A PAGE of the manual in Markdown, made from the declarations.
 
-    parameters: every key of a scene and of the node; fields: what a tick answers, with units, tables and topics.
+    parameters: every key of a scene and of the node; fields: what a tick answers, with units, tables and topics;
+    mapping_keys: keys, words and units of a mapping of a log.
     """
-    text = manual_text() if page == "parameters" else fields_text()
+    text = {"parameters": manual_text, "fields": fields_text, "mapping_keys": mapping_text}[page]()
     if out is None:
         click.echo(text, nl=False)
     else:
@@ -321,6 +324,13 @@ def fields_text() -> str:
     from ..runs import field_manual
 
     return field_manual.text()
+
+
+def mapping_text() -> str:
+    """The reference of the mapping file: keys, words, units, ready mappings."""
+    from ..runs.imports import mapping_manual
+
+    return mapping_manual.text()
 
 
 class NoRos(click.ClickException):

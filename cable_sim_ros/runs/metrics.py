@@ -58,6 +58,12 @@ METRICS = (
         "that the ship overtakes), `deviations` (standard deviations in the grown sea, m and deg); absent without it",
     ),
     (
+        "imported",
+        "",
+        "motion of an [imported](mapping.md) bag: `files`, `records`, `lost`, `mappings`, `motion` (odometry, imu), "
+        "`given` (signals it is of), `track`, `notes` (what was assumed, is missing, was lost); absent for another one",
+    ),
+    (
         "rules",
         "",
         "rules on watch: `set`, `broken` (names), `rules` (list of `rule`, `unit`, `sense`, `limit`, `broken`, "
@@ -83,7 +89,7 @@ METRICS = (
         "verdict",
         "",
         "`state` (ok, doubtful, failed) and `reasons`: list of `flag`, `seconds` in all, `share` of the run, `figures` "
-        "concerned, `text`; see [flags](flags.md#verdict); `notes` of motion by `--rao`. Of a replay with a "
+        "concerned, `text`; see [flags](flags.md#verdict); `notes` of motion by `--rao` and of imports. Of a replay with a "
         "journal: whether it is the run that was recorded",
     ),
     ("run_verdict", "", "`replay`: the verdict on that run itself, of the same form; absent without a journal"),

@@ -384,4 +384,5 @@ def _intake_metrics(one: MessageRun) -> dict[str, Any]:
         "clock_jumps": intake.clock.jumps,
         "notices": [*one.tow.notices, *intake.ingest.notices],
         **({"motion_rounded": one.tow.rounded} if one.tow.rounded else {}),
+        **({"imported": one.tow.imported} if one.tow.imported else {}),
     }

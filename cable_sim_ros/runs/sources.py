@@ -14,6 +14,7 @@ from ..io.bags.bag_writer import BagError
 from ..io.scenes.load import SceneWarning, load_scene, override, scene_from_text
 from ..io.scenes.resources import find_bag
 from ..io.sources.coarse_bag import smooth_odometry
+from ..io.sources.imported_bag import take_provenance
 from ..io.sources.motion_table import MotionError, read_table, sine_heave
 from ..io.sources.recorded_tow import RecordedTow, read_tow
 from ..io.sources.sea_motion import sea_motion
@@ -62,6 +63,7 @@ def motion_of(
     apply_to_bag(tow, settings)
     motion_preview.look(tow, scene, *recorded_intake(tow))
     smooth_odometry(tow, scene.sheave.position)
+    take_provenance(tow, scene.sheave.position)
     return tow
 
 
@@ -91,9 +93,12 @@ def sea_motion_kept(tow: RecordedTow) -> dict[str, object]:
 
 
 def notes_of(metrics: Mapping[str, Any]) -> tuple[str, ...]:
-    """Notes for the verdict of a run: what was chosen for the motion of its ship in the waves."""
-    notes = metrics.get("rao", {}).get("notes", ())
-    return tuple(str(note) for note in notes) if isinstance(notes, (list, tuple)) else ()
+    """Notes for the verdict of a run: what was chosen for the motion of its ship, in the waves or in an import."""
+    found: list[str] = []
+    for key in ("rao", "imported"):
+        notes = metrics.get(key, {}).get("notes", ())
+        found += [str(note) for note in notes] if isinstance(notes, (list, tuple)) else []
+    return tuple(found)
 
 
 def scene_of_bag(

@@ -22,6 +22,8 @@ from cable_sim_ros.sim.simulator import Simulator, SolverError
 from cable_sim_ros.sim.statics.route import StartError
 
 COMMANDS = {
+    "import",
+    "inspect",
     "ahc",
     "node",
     "run",

@@ -80,6 +80,16 @@ def find_bag(path_or_name: str | os.PathLike) -> Path:
     return _find(path_or_name, "bag", "bags", shipped_bags, ("",), Path.exists)
 
 
+def shipped_mappings() -> list[str]:
+    """Names of the ready mappings of logs in ``config/mappings/``, sorted."""
+    return sorted(path.stem for path in (share_folder() / "config" / "mappings").glob("*.yaml"))
+
+
+def find_mapping(path_or_name: str | os.PathLike) -> Path:
+    """Path of a mapping of a log: a file, or the name of a ready one with or without ``.yaml``."""
+    return _find(path_or_name, "mapping", "config/mappings", shipped_mappings, (".yaml", ""), Path.is_file)
+
+
 def _find(path_or_name, what, folder, shipped, suffixes, test) -> Path:
     given = Path(path_or_name)
     if test(given):

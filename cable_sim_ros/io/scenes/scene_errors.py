@@ -21,6 +21,7 @@ ENTRIES = {  # of tables by free names, as examples
     "sections": "{length: 10.0}",
     "bodies": "{at: first, mass: 50.0, net_weight: 300.0}",
     "mesh": "{elements: 4}",
+    "signals": "{source: PSXN23, field: heave}",
     "cases": "{length: 2.0, tension: 200.0, wind: 0.3}",
 }
 
@@ -178,7 +179,9 @@ def _wanted(field) -> str:
     kinds = []
     for part in parts:
         if get_origin(part) is tuple:
-            kinds.append("a list of numbers" if ... in get_args(part) else f"{len(get_args(part))} numbers")
+            texts = str in get_args(part)
+            many = "a list of texts" if texts else "a list of numbers"
+            kinds.append(many if ... in get_args(part) else f"{len(get_args(part))} numbers")
         elif isinstance(part, type) and issubclass(part, enum.Enum):
             kinds.append("one of " + ", ".join(member.value for member in part))
         else:

@@ -58,6 +58,7 @@ class RecordedTow:
     unfit: set[str] = field(default_factory=set)  # kinds of messages that are refused from the beginning
     doubts: list[Reason] = field(default_factory=list)  # what of the motion makes a run under it doubtful
     heading: float | None = None  # rad, of the mean track, where it is not to be taken from the messages
+    imported: dict[str, object] = field(default_factory=dict)  # how an imported bag came about, for the JSON
     sea_motion: dict[str, object] = field(default_factory=dict)  # of motion by the waves of the scene, for the JSON
 
     @cached_property
@@ -348,7 +349,7 @@ def residuals(frames: np.recarray, tow: RecordedTow, same: SameTicks | None = No
         origin = ours_time[0]  # differences of nanoseconds are exact in float64, the stamps are not
         rest[between] = np.interp((time[between] - origin).astype(float), (ours_time - origin).astype(float), ours)
         rest[between] -= value[between]
-        rest = rest[(at >= 0) | between]
+        rest = rest[((at >= 0) | between) & np.isfinite(value)]  # NaN: an import whose log had no such number
         if not len(rest):
             continue
         rows.append(

@@ -1,0 +1,68 @@
+"""`cable-sim import`."""
+
+from __future__ import annotations
+
+import json
+from math import radians
+from pathlib import Path
+
+import click
+
+from .number import Number
+
+
+@click.command("import")
+@click.argument("files", nargs=-1, required=True, metavar="FILE...")
+@click.option("--mapping", metavar="NAME|FILE", help="Which field is which quantity. Default: the ready one that fits.")
+@click.option("--format", "kind", metavar="NAME", help="Format of the files. Default: found from their first bytes.")
+@click.option("--out", type=click.Path(path_type=Path), required=True, metavar="BAG", help="Bag to write.")
+@click.option(
+    "--track",
+    type=click.Choice(["measured", "mean"]),
+    default="measured",
+    show_default=True,
+    help="Positions as measured, or the waves of them about a straight track at --speed.",
+)
+@click.option(
+    "--speed", type=Number(-10.0, 10.0, "m/s"), metavar="M/S", help="Of the mean track, in place of the log's."
+)
+@click.option("--heading", type=Number(-360.0, 360.0, "deg"), metavar="DEG", help="Of the bow, clockwise from north.")
+@click.option(
+    "--height",
+    type=Number(-50.0, 50.0, "m"),
+    default=0.0,
+    show_default=True,
+    metavar="M",
+    help="Mean height of base_link above the water; that of the scene is ship.reference_height.",
+)
+@click.option("--force", is_flag=True, help="Replace a bag that exists.")
+@click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
+def import_command(files, mapping, kind, out, track, speed, heading, height, force, as_json) -> None:
+    """Make a BAG that run, replay and live take of foreign logs: ship motion, and what was measured of the tow."""
+    from ..runs.imports.import_logs import import_logs
+    from ..runs.imports.motion import Choice
+
+    way = None if heading is None else radians(90.0 - heading)
+    done = import_logs(files, out, mapping, format=kind, choice=Choice(track, speed, way, height), force=force)
+    if as_json:
+        told = {"bag": str(done.path), "assumed": done.assumed, "said": done.said, "missing": done.missing}
+        click.echo(json.dumps(done.figures | told, indent=1))
+        return
+    f = done.figures
+    click.echo(
+        f"{done.path}: {f['seconds']:.6g} s from {f['files']} files, {f['records']} records, {f['lost']} lost; "
+        f"motion: {f['motion']} of {', '.join(f['given']) or 'none'}"
+    )
+    for name, count in f["signals"].items():
+        click.echo(f"  {name}: {count} records")
+    for word, lines in (
+        ("lost", f["losses"]),
+        ("not there", done.missing),
+        ("done", done.said),
+        ("assumed", done.assumed),
+    ):
+        for line in lines:
+            click.echo(f"{word}: {line}")
+
+
+vars()["import"] = import_command  # by this name the command line looks it up; it is a keyword

@@ -1,0 +1,304 @@
+"""A log and a mapping to signals: fields found, units and axes turned, times put in order, lever arms taken out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ....sim.tables.attitude import angles_of
+from ..log import SECOND, Log, LogError
+from ..signals import QUANTITIES, Signal
+from .find import SHOWN, column_of, find_sources, listed, near, one_after_another
+from .lever_arm import at_base_link
+from .mapping_file import Clock, Entry, Frame, Mapping, dimension_of, fields_of, sources_of, word_of
+from .time_base import ascending, dated, device_of, every, least_delay, thinned
+from .units import UNITS, named
+from .validity import accepted_records
+from .words import VECTORS, WORDS
+
+WORLD, SHIP = (Frame.ENU, Frame.NED), (Frame.FLU, Frame.FRD)
+CONSTANT = 30  # records that are all the same, where others of the same signal are not
+
+
+@dataclass
+class Applied:
+    """What a mapping makes of a log: signals; what it could not, a line each; what was done about times "
+    "and values."""
+
+    signals: list[Signal]
+    missing: list[str] = field(default_factory=list)
+    said: list[str] = field(default_factory=list)
+
+
+def signals_of(log: Log, mapping: Mapping, ready: bool = False) -> list[Signal]:
+    """Signals of a log; LogError where a field is not there or nothing can be used. ready: mapping of this "
+    "product."""
+    return applied(log, mapping, ready).signals
+
+
+def applied(log: Log, mapping: Mapping, ready: bool = False) -> Applied:
+    """Signals, and what of the mapping the log does not give."""
+    out = Applied([])
+    whole: dict[str, tuple[Signal, Entry]] = {}
+    for name, entry in mapping.signals.items():
+        found = find_sources(log, sources_of(entry))
+        if not found:
+            if not entry.optional:
+                wanted = sources_of(entry)
+                text = f"there is no source {listed(wanted)}. {near(wanted[0], log.sources)}"
+                out.missing.append(f"{log.path}: signals.{name}: {text}")
+            continue
+        for signal in _of_entry(log, mapping, name, entry, found, ready, out):
+            if signal.quantity in whole:
+                if entry.optional:
+                    continue
+                out.missing.append(
+                    f"{log.path}: signals.{name}: {signal.quantity} is given by {whole[signal.quantity][0].source} "
+                    f"already; this one is left out"
+                )
+                continue
+            whole[signal.quantity] = (signal, entry)
+    if not whole:
+        known = listed(log.sources) or "none"
+        lines = "; ".join(out.missing[:SHOWN])
+        raise LogError(
+            f"{log.path}: the mapping '{mapping.mapping}' gives no signal of it ({lines or 'no usable record'}); "
+            f"nothing was read. Sources of the log: {known}. `cable-sim inspect --mapping-out FILE` writes "
+            f"a first one"
+        )
+    _check_overlap(log, list(whole.values()))
+    at_base_link(whole, out.missing)
+    out.signals = [signal for signal, _ in whole.values()]
+    return out
+
+
+def covers(log: Log, mapping: Mapping) -> bool:
+    """Are all entries that are not optional there, and one at all?"""
+    return entries_covered(log, mapping) > 0 and all(
+        entry.optional or _there(log, entry) for entry in mapping.signals.values()
+    )
+
+
+def entries_covered(log: Log, mapping: Mapping) -> int:
+    """Entries whose source and fields a log has."""
+    return sum(_there(log, entry) for entry in mapping.signals.values())
+
+
+def _there(log: Log, entry: Entry) -> bool:
+    found = find_sources(log, sources_of(entry))
+    return any(all(column_of(source, name) for name in fields_of(entry)) for source in found)
+
+
+def _of_entry(log, mapping, name, entry, found, ready, out) -> list[Signal]:
+    """Signals of one entry, of all its sources in order of time."""
+    where = f"{log.path}: signals.{name}"
+    times, rows, assumed = [], [], []
+    dimension = dimension_of(word_of(name, entry))
+    kept_sources = []
+    found, beside = one_after_another(found, fields_of(entry))
+    if beside:
+        out.said.append(
+            f"{where}: {listed(s.name for s in beside)} left out beside {listed(s.name for s in found)}; "
+            f"name another one with `source`"
+        )
+    for source in found:
+        columns = []
+        for wanted in fields_of(entry):
+            column = column_of(source, wanted)
+            if column is None:
+                raise LogError(
+                    f"{where}.field = {wanted}: {source.name} has no such field; nothing was used. "
+                    f"{near(wanted, source.columns)}"
+                )
+            columns.append(column)
+        unit = _unit(where, entry, source, columns[0], dimension, ready, assumed)
+        raw = np.stack([source.columns[column] for column in columns])
+        time, usable = _times(log, where, entry, source, assumed, out.said)
+        good = usable & np.isfinite(raw).all(axis=0) & accepted_records(log, where, entry, source, raw, time, out.said)
+        if not good.any():
+            out.missing.append(f"{where}: no record of {source.name} is usable; it is left out")
+            continue
+        values = entry.sign * (UNITS[unit].factor * (entry.factor * raw + entry.offset) + UNITS[unit].offset)
+        times.append(time[good])
+        rows.append(values[:, good])
+        kept_sources.append(source.name)
+    if not times:
+        return []
+    time, values = np.concatenate(times), np.concatenate(rows, axis=1)
+    if len(times) > 1:
+        order = np.argsort(time, kind="stable")
+        time, values = time[order], values[:, order]
+        assumed.append(f"{name}: {listed(kept_sources)} taken as one source whose name changed")
+        for label, part in zip(kept_sources, rows):
+            if part.shape[1] >= CONSTANT and not np.ptp(part, axis=1).any():
+                assumed.append(f"{name}: {label} has {part[0, 0]:.6g} throughout, which no sensor gives; it is kept")
+    time, values = _ordered(where, entry, time, values, out.said)
+    if ready:
+        assumed.append(f"{name}: sign, unit and axes by the ready mapping {mapping.mapping}, not told for this device")
+    label = f"{log.path}: {listed(kept_sources)}.{','.join(fields_of(entry))}"
+    made = _words(name, entry, mapping, time, values, assumed)
+    return [Signal(q, t, v, label, list(dict.fromkeys([*assumed, *more]))) for q, t, v, more in made]
+
+
+def _unit(where, entry, source, column, dimension, ready, assumed) -> str:
+    told = source.units.get(column, "")
+    if entry.unit:
+        unit = named(entry.unit)
+        assert unit is not None  # checked with the file
+        return unit
+    unit = named(told) if told else None
+    if unit is not None and UNITS[unit].dimension == dimension:
+        return unit
+    if unit is not None:
+        raise LogError(
+            f"{where}: {source.name}.{column} is in {told} by the log, which does not fit {dimension}; nothing was "
+            f"used. Map it to another quantity, or give its unit"
+        )
+    if dimension != "1":
+        assumed.append(f"{where.rpartition('.')[2]}: the log tells no unit of {column}, taken as {dimension}")
+    return "1" if dimension == "1" else dimension if dimension in UNITS else "1"
+
+
+def _times(log, where, entry, source, assumed, said) -> tuple[np.ndarray, np.ndarray]:
+    """Stamps [ns] of each record of a source, and which are there."""
+    name = where.rpartition(".")[2]
+    chosen = entry.time
+    every_one = np.ones(len(source), bool)
+    if entry.stamped_by:
+        stamps = next(iter(find_sources(log, [entry.stamped_by])), None)
+        if stamps is None:
+            raise LogError(
+                f"{where}.stamped_by = {entry.stamped_by}: there is no such source; nothing was used. "
+                f"{near(entry.stamped_by, log.sources)}"
+            )
+        device, there = device_of(source, stamps, where)
+        device = dated(device, source.logged)
+        spare = int((~there).sum())
+        if spare:
+            said.append(f"{where}: {spare} records have no {entry.stamped_by} within 5 s before them and were left out")
+        assumed.append(f"{name}: holds at the time of the last {stamps.name}; the log does not say so")
+        return device + round(entry.clock_offset * SECOND), there
+    if chosen is None:
+        chosen = Clock.LOGGED if source.logged is not None else Clock.DEVICE
+        if chosen is Clock.LOGGED:
+            assumed.append(f"{name}: stamps of the logger; the delay from sensor to logger is taken as 0 s")
+    if chosen is Clock.LOGGED:
+        if source.logged is None:
+            raise LogError(f"{where}.time = logged: the logger left no stamps; nothing was used. Take time: device")
+        return source.logged + round(entry.clock_offset * SECOND), every_one
+    if source.device is None:
+        raise LogError(
+            f"{where}.time = {chosen.value}: {source.name} tells no clock of its own; nothing was used. "
+            f"Take time: logged{', or stamped_by another source' if source.logged is not None else ''}"
+        )
+    device = dated(source.device, source.logged)
+    if chosen is Clock.ALIGNED:
+        if source.logged is None:
+            raise LogError(
+                f"{where}.time = aligned: the logger left no stamps to align with; nothing was used. Take "
+                f"time: device "
+                f"and clock_offset"
+            )
+        shift = least_delay(device, source.logged)
+        spread = float(np.ptp(np.percentile(source.logged - device, (5, 95)))) / SECOND
+        said.append(
+            f"{where}: device clock moved by {shift / SECOND:.6g} s onto the logger's (delays spread {spread:.3g} s)"
+        )
+        device = device + shift
+    return device + round(entry.clock_offset * SECOND), every_one
+
+
+def _ordered(where, entry, time, values, said) -> tuple[np.ndarray, np.ndarray]:
+    """Times that ascend strictly, values with them."""
+    stamps = ascending(time, where)
+    said += stamps.said
+    time, values = stamps.time[stamps.kept], values[:, stamps.kept]
+    rows = [thinned(time, row, entry.duplicates.value) for row in values]
+    if rows[0][2]:
+        said.append(f"{where}: {rows[0][2]} records stood at the time of another: the {entry.duplicates.value} counts")
+    time, values = rows[0][0], np.stack([row[1] for row in rows])
+    if entry.fresh_only and len(time):
+        new = np.concatenate(([True], (np.diff(values, axis=1) != 0.0).any(axis=0)))
+        if not new.all():
+            said.append(f"{where}: {int((~new).sum())} values that repeat the one before were left out (fresh_only)")
+        time, values = time[new], values[:, new]
+    if entry.every > 0.0:
+        kept = every(time, round(entry.every * SECOND))
+        time, values = time[kept], values[:, kept]
+    return time, values
+
+
+Made = tuple[str, np.ndarray, np.ndarray, list[str]]  # quantity, time, value, what was assumed of it
+
+
+def _words(name, entry: Entry, mapping: Mapping, time, values, assumed) -> list[Made]:
+    word = word_of(name, entry)
+    if word in WORDS:
+        return [_scalar(word, mapping, time, values[0])]
+    vector = VECTORS[word]
+    frame = entry.frame
+    if frame is None:
+        frame = Frame(next(iter(vector.words)))
+        if len(vector.words) > 1:
+            assumed.append(f"{name}: no frame given, axes taken as {frame.value}")
+    if word == "velocity":
+        return _velocity(frame, time, values)
+    if word == "pull":
+        return [("tension", time, np.sqrt((values**2).sum(axis=0)), ["tension: the norm of the pull, never negative"])]
+    if word == "quaternion":
+        time, values = _angles(name, time, values)
+    return [_scalar(w, mapping, time, row) for w, row in zip(vector.words[frame.value], values)]
+
+
+def _scalar(word: str, mapping: Mapping, time, value) -> Made:
+    known, more = WORDS[word], []
+    value = known.factor * value + known.offset
+    if known.pressure:
+        value = value / (mapping.density * mapping.gravity)
+        more.append(
+            f"{known.quantity}: from pressure with {mapping.density:g} kg/m^3 and {mapping.gravity:g} m/s^2, constant"
+        )
+    if QUANTITIES[known.quantity].unit == "rad" and known.quantity in ("yaw", "course"):
+        value = np.unwrap(value)
+    return known.quantity, time, value + 0.0, more
+
+
+def _velocity(frame: Frame, time, values) -> list[Made]:
+    east, north, up = values
+    if frame in (Frame.NED, Frame.FRD):
+        east, north, up = (north, east, -up) if frame is Frame.NED else (east, -north, -up)
+    out: list[Made] = [("speed", time, np.hypot(east, north), []), ("heave_rate", time, up, [])]
+    if frame in SHIP:
+        out[1][3].append("heave_rate: along the ship's mast, taken for the vertical")
+    else:
+        out.append(("course", time, np.unwrap(np.arctan2(north, east)), []))
+    return out
+
+
+def _angles(name: str, time, rotors) -> tuple[np.ndarray, np.ndarray]:
+    norm = np.sqrt((rotors**2).sum(axis=0))
+    good = np.abs(norm - 1.0) < 0.01
+    if not good.any():
+        raise LogError(
+            f"signals.{name}: no quaternion has norm 1 within 0.01 (median {float(np.median(norm)):.3g}): "
+            f"there is no "
+            f"orientation in it; nothing was used. Leave the entry out: attitude comes from rates and acceleration"
+        )
+    turned = np.array([angles_of(*row) for row in (rotors[:, good] / norm[good]).T])
+    return time[good], np.unwrap(turned, axis=0).T
+
+
+def _check_overlap(log: Log, whole: list[tuple[Signal, Entry]]) -> None:
+    """LogError where signals of different clocks have no time in common."""
+    spans = [(int(s.time[0]), int(s.time[-1]), s, e) for s, e in whole if len(s.time)]
+    for begin, end, signal, entry in spans[1:]:
+        first_begin, first_end, first, other = spans[0]
+        apart = max(begin - first_end, first_begin - end) / SECOND
+        clocks = {(e.time or Clock.LOGGED).value + e.stamped_by for e in (entry, other)}
+        if apart > 0.0 and len(clocks) > 1:
+            raise LogError(
+                f"{log.path}: the clocks cannot be aligned: {first.quantity} and {signal.quantity} are {apart:.6g} s "
+                f"apart and were stamped by different clocks; nothing was used. Take the same `time:` for both, "
+                f"`time: aligned`, or give clock_offset"
+            )

@@ -1,0 +1,95 @@
+"""Units of logs: one table, by name, of what they measure and of their size in SI."""
+
+from __future__ import annotations
+
+import difflib
+from math import pi
+from typing import NamedTuple
+
+POUND = 4.4482216152605  # N, pound-force
+KILOGRAM = 9.80665  # N, kilogram-force; also m/s^2 in a g
+
+
+class Unit(NamedTuple):
+    """dimension: SI unit of what it measures; factor, offset: value in SI = factor * value + offset."""
+
+    dimension: str
+    factor: float
+    offset: float = 0.0
+
+
+UNITS: dict[str, Unit] = {
+    "m": Unit("m", 1.0),
+    "cm": Unit("m", 0.01),
+    "mm": Unit("m", 0.001),
+    "km": Unit("m", 1000.0),
+    "ft": Unit("m", 0.3048),
+    "fathom": Unit("m", 1.8288),
+    "nmi": Unit("m", 1852.0),
+    "m/s": Unit("m/s", 1.0),
+    "cm/s": Unit("m/s", 0.01),
+    "mm/s": Unit("m/s", 0.001),
+    "m/min": Unit("m/s", 1.0 / 60.0),
+    "ft/min": Unit("m/s", 0.3048 / 60.0),
+    "ft/s": Unit("m/s", 0.3048),
+    "km/h": Unit("m/s", 1.0 / 3.6),
+    "kn": Unit("m/s", 1852.0 / 3600.0),
+    "rad": Unit("rad", 1.0),
+    "deg": Unit("rad", pi / 180.0),
+    "rad/s": Unit("rad/s", 1.0),
+    "deg/s": Unit("rad/s", pi / 180.0),
+    "deg/min": Unit("rad/s", pi / 180.0 / 60.0),
+    "m/s^2": Unit("m/s^2", 1.0),
+    "cm/s^2": Unit("m/s^2", 0.01),
+    "g": Unit("m/s^2", KILOGRAM),
+    "N": Unit("N", 1.0),
+    "daN": Unit("N", 10.0),
+    "kN": Unit("N", 1000.0),
+    "lb": Unit("N", POUND),
+    "klb": Unit("N", 1000.0 * POUND),
+    "kgf": Unit("N", KILOGRAM),
+    "t": Unit("N", 1000.0 * KILOGRAM),
+    "Pa": Unit("Pa", 1.0),
+    "kPa": Unit("Pa", 1e3),
+    "MPa": Unit("Pa", 1e6),
+    "mbar": Unit("Pa", 1e2),
+    "bar": Unit("Pa", 1e5),
+    "dbar": Unit("Pa", 1e4),
+    "psi": Unit("Pa", POUND / 0.0254**2),
+    "1": Unit("1", 1.0),
+}
+
+OTHER_NAMES = {  # as loggers and drivers write them
+    "metre": "m", "meter": "m", "metres": "m", "meters": "m",
+    "mps": "m/s", "m s-1": "m/s", "meters_per_second": "m/s",
+    "m/m": "m/min", "mpm": "m/min", "fpm": "ft/min", "feet": "ft", "fathoms": "fathom",
+    "kt": "kn", "kts": "kn", "knot": "kn", "knots": "kn", "kmh": "km/h", "km/hr": "km/h",
+    "°": "deg", "degree": "deg", "degrees": "deg", "radian": "rad", "radians": "rad",
+    "deg/sec": "deg/s", "°/s": "deg/s", "degrees/s": "deg/s", "rad/sec": "rad/s",
+    "m/s2": "m/s^2", "m/s/s": "m/s^2", "m/s**2": "m/s^2", "gal": "cm/s^2",
+    "newton": "N", "newtons": "N", "lbs": "lb", "lbf": "lb", "pounds": "lb", "kg": "kgf", "te": "t", "tf": "t",
+    "tonne": "t", "tonnes": "t", "ton": "t",
+    "decibar": "dbar", "dB": "dbar", "db": "dbar", "pascal": "Pa", "pa": "Pa",
+}  # fmt: skip
+
+
+def named(unit: str) -> str | None:
+    """Name in UNITS of a unit however it is written; None where it is not known."""
+    unit = unit.strip()
+    for text in (unit, unit.lower()):
+        if text in UNITS:
+            return text
+        if text in OTHER_NAMES:
+            return OTHER_NAMES[text]
+    return None
+
+
+def nearest(unit: str, dimension: str) -> str:
+    """What may be written in place of an unknown unit, for an error."""
+    near = difflib.get_close_matches(unit, [*UNITS, *OTHER_NAMES], 1, 0.6)
+    return f"Did you mean {near[0]}? " * bool(near) + f"Known for it: {', '.join(units_of(dimension))}"
+
+
+def units_of(dimension: str) -> list[str]:
+    """Units of a dimension, by name."""
+    return [name for name, one in UNITS.items() if one.dimension == dimension]

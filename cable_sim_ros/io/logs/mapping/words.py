@@ -1,0 +1,106 @@
+"""Words of a mapping: the quantities of signals, what others log in their place, and vectors of them."""
+
+from __future__ import annotations
+
+from math import pi
+from typing import NamedTuple
+
+from ..signals import QUANTITIES
+
+
+class Word(NamedTuple):
+    """What a mapping may say of a field.
+
+    quantity: what it becomes; unit: SI unit of the field's values; value of the quantity = factor * value + offset, of
+    a pressure divided by density and gravity as well; meaning: with sign and datum.
+    """
+
+    quantity: str
+    unit: str
+    factor: float
+    offset: float
+    meaning: str
+    pressure: bool = False
+
+
+class VectorWord(NamedTuple):
+    """Three fields, or the four of a quaternion: the words that they become by frame, what is to be turned."""
+
+    fields: int
+    words: dict[str, tuple[str, ...]]  # frame -> words of the components; of a quaternion the angles that come of it
+    meaning: str
+
+
+ATMOSPHERE = 101_325.0  # Pa
+
+WORDS: dict[str, Word] = {
+    **{name: Word(name, one.unit, 1.0, 0.0, one.meaning) for name, one in QUANTITIES.items()},
+    "heading": Word("yaw", "rad", -1.0, 0.5 * pi, "of the bow, clockwise from true north"),
+    "course_from_north": Word("course", "rad", -1.0, 0.5 * pi, "of the track over ground, clockwise from true north"),
+    "pitch_bow_up": Word("pitch", "rad", -1.0, 0.0, "bow up positive"),
+    "roll_starboard_up": Word("roll", "rad", -1.0, 0.0, "starboard side up positive"),
+    "heave_down": Word("heave", "m", -1.0, 0.0, "of the reference point, down positive"),
+    "heave_rate_down": Word("heave_rate", "m/s", -1.0, 0.0, "of the reference point, down positive"),
+    "sway_starboard": Word("sway", "m", -1.0, 0.0, "of the reference point, to starboard positive"),
+    "height_down": Word("z", "m", -1.0, 0.0, "depth of the reference point below the mean water surface"),
+    "roll_rate_starboard_up": Word("roll_rate", "rad/s", -1.0, 0.0, "starboard side up positive"),
+    "pitch_rate_bow_up": Word("pitch_rate", "rad/s", -1.0, 0.0, "bow up positive"),
+    "yaw_rate_clockwise": Word("yaw_rate", "rad/s", -1.0, 0.0, "of the bow, to starboard positive"),
+    "acceleration_starboard": Word("acceleration_y", "m/s^2", -1.0, 0.0, "specific force to starboard"),
+    "acceleration_down": Word("acceleration_z", "m/s^2", -1.0, 0.0, "specific force down, -9.8 at rest"),
+    "hauling_rate": Word("payout_rate", "m/s", -1.0, 0.0, "hauling in positive"),
+    "body_height": Word("body_depth", "m", -1.0, 0.0, "above the mean water surface"),
+    "pressure": Word("body_depth", "Pa", 1.0, 0.0, "of the water at the towbody, without the atmosphere", True),
+    "pressure_absolute": Word(
+        "body_depth", "Pa", 1.0, -ATMOSPHERE, "at the towbody, with the atmosphere (1013.25 hPa are taken off)", True
+    ),
+    "departure_from_vertical": Word(
+        "departure_angle", "rad", -1.0, 0.5 * pi, "of the cable at the sheave, from the downward vertical"
+    ),
+}
+
+VECTORS: dict[str, VectorWord] = {
+    "position": VectorWord(
+        3, {"enu": ("x", "y", "z"), "ned": ("y", "x", "height_down")}, "of the reference point, by the axes of `frame`"
+    ),
+    "displacement": VectorWord(
+        3,
+        {"flu": ("surge", "sway", "heave"), "frd": ("surge", "sway_starboard", "heave_down")},
+        "of the reference point from its mean, along the ship's axes",
+    ),
+    "attitude": VectorWord(
+        3, {"flu": ("roll", "pitch", "yaw"), "frd": ("roll", "pitch_bow_up", "heading")}, "roll, pitch, yaw (Rz Ry Rx)"
+    ),
+    "quaternion": VectorWord(
+        4,
+        {"flu": ("roll", "pitch", "yaw"), "frd": ("roll", "pitch_bow_up", "heading")},
+        "x, y, z, w: from the ship's axes to the world's (flu: to east, north, up; frd: to north, east, down)",
+    ),
+    "rates": VectorWord(
+        3,
+        {
+            "flu": ("roll_rate", "pitch_rate", "yaw_rate"),
+            "frd": ("roll_rate", "pitch_rate_bow_up", "yaw_rate_clockwise"),
+        },
+        "angular velocity along the ship's axes",
+    ),
+    "acceleration": VectorWord(
+        3,
+        {
+            "flu": ("acceleration_x", "acceleration_y", "acceleration_z"),
+            "frd": ("acceleration_x", "acceleration_starboard", "acceleration_down"),
+        },
+        "specific force along the ship's axes",
+    ),
+    "body_position": VectorWord(
+        3,
+        {"enu": ("body_x", "body_y", "body_height"), "ned": ("body_y", "body_x", "body_depth")},
+        "of the towbody, by the axes of `frame`",
+    ),
+    "velocity": VectorWord(
+        3,
+        {"enu": ("velocity",) * 3, "ned": ("velocity",) * 3, "flu": ("velocity",) * 3, "frd": ("velocity",) * 3},
+        "over ground, in the world's or the ship's axes: gives speed and heave_rate, in the world's the course too",
+    ),
+    "pull": VectorWord(3, {"flu": ("tension",) * 3}, "force of the cable on the sheave: its norm is the tension"),
+}

@@ -1,0 +1,89 @@
+"""What an imported bag keeps of how it came about: into the JSON and the verdict of a run under its motion."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...physics.heave_filter import Convention
+from ..messages.messages import Refused, decode_odometry
+from .motion_curves import Given, Rounding, judged
+from .recorded_tow import RecordedTow
+
+KEY = "import"  # of the custom data of a bag
+KEPT = ("files", "records", "lost", "mappings", "motion", "given", "track")
+MOST = 100  # notes of a run
+LONGEST = 400  # characters of one
+
+
+@dataclass
+class _Moving:
+    time: np.ndarray
+    value: np.ndarray
+    rate: np.ndarray
+
+
+def take_provenance(tow: RecordedTow, sheave: tuple[float, float, float]) -> None:
+    """Put assumptions, losses and what rounding left of an import into `imported`, `notices`, `rounded`, `doubts`."""
+    about = _about(tow)
+    if about is None:
+        return
+    notes = [f"imported: {line}"[:LONGEST] for line in _lines(about, "assumed") + _lines(about, "missing")]
+    notes += [f"imported: lost records, {line}"[:LONGEST] for line in _lines(about, "losses")]
+    tow.imported = {name: about[name] for name in KEPT if name in about} | {"notes": notes[:MOST]}
+    tow.notices += [f"{tow.path}: {line}"[:LONGEST] for line in _lines(about, "said")[:MOST]]
+    found = _roundings(about)
+    motion = _moving(tow) if found else None
+    if motion is not None:
+        rounded, notices, doubts = judged(tow.path, found, motion, sheave)
+        tow.rounded = [*tow.rounded, *rounded]
+        tow.notices += notices
+        tow.doubts = [*tow.doubts, *doubts]
+
+
+def _about(tow: RecordedTow) -> dict[str, Any] | None:
+    try:
+        found = json.loads(tow.about.get(KEY, ""))
+    except (ValueError, RecursionError):
+        return None
+    return found if isinstance(found, dict) else None
+
+
+def _lines(about: dict[str, Any], key: str) -> list[str]:
+    found = about.get(key)
+    return [str(line) for line in found] if isinstance(found, list) else []
+
+
+def _roundings(about: dict[str, Any]) -> dict[int, Rounding]:
+    """Of each coordinate, as `Rounding` was kept: name, unit, scale, angle, five numbers."""
+    out = {}
+    try:
+        for key, (name, unit, scale, angle, *rest) in about.get("rounding", {}).items():
+            numbers = [float(one) for one in rest]
+            if int(key) in range(6) and len(numbers) == 5 and np.isfinite(numbers).all():
+                out[int(key)] = Rounding(Given(str(name), str(unit), float(scale), bool(angle)), *numbers)
+    except (TypeError, ValueError, AttributeError):
+        return {}
+    return out
+
+
+def _moving(tow: RecordedTow) -> _Moving | None:
+    rows = []
+    for event in tow.events:
+        if event.kind == "odometry":
+            try:
+                message = decode_odometry(event.data, Convention.ENU)
+            except Refused:
+                continue
+            rows.append((event.time, [*message.position, *message.angles]))
+    if len(rows) < 3:
+        return None
+    time, value = np.array([row[0] for row in rows], np.int64), np.array([row[1] for row in rows], float)
+    value[:, 3:] = np.unwrap(value[:, 3:], axis=0)
+    t = (time - time[0]) * 1e-9
+    if not (np.diff(t) > 0.0).all():
+        return None
+    return _Moving(time, value, np.gradient(value, t, axis=0))

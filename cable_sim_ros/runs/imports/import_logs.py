@@ -1,0 +1,186 @@
+"""Foreign logs and a mapping to a bag: motion as odometry or IMU, what was measured, where it comes from."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from ...io.bags.bag_writer import BagError, BagWriter
+from ...io.logs.log import LogError
+from ...io.logs.mapping.mapping_file import find_mapping
+from ...io.logs.own_signals import IMPORT
+from ...io.logs.read_signals import Reading, read
+from ...io.logs.several import Paths
+from ...io.logs.signals import QUANTITIES, Signal
+from ...io.sources.motion_curves import Rounding
+from ...io.sources.motion_table import MotionError, odometry_events
+from ...version import __version__
+from . import attitude
+from .imu import imu_messages
+from .measured import MEASURED, write_measured
+from .motion import Choice, ShipMotion, motion_of_signals
+
+ODOMETRY = "/tow_sim/odom"
+IMU = "/tow_sim/imu/data"
+HASHED = 1 << 20  # bytes at a time
+LISTED = 1000  # files in the provenance
+
+
+@dataclass
+class Imported:
+    """What an import made: figures for the JSON, and lines for a user."""
+
+    path: Path
+    figures: dict[str, object]
+    assumed: list[str] = field(default_factory=list)
+    said: list[str] = field(default_factory=list)
+    missing: list[str] = field(default_factory=list)
+
+
+def import_logs(
+    files: Paths,
+    out: str | os.PathLike,
+    mapping: str | os.PathLike | None = None,
+    *,
+    format: str | None = None,
+    choice: Choice | None = None,
+    force: bool = False,
+) -> Imported:
+    """Write the bag `out` of foreign logs. Raises LogError, MappingError, MotionError or BagError; then nothing is
+    written."""
+    choice, path = choice or Choice(), Path(out)
+    if path.exists() and not force:
+        raise BagError(f"'{path}' exists already: nothing was imported; give --force to replace it, or another --out")
+    reading = read(files, mapping, format)
+    signals = {one.quantity: one for one in reading.signals}
+    assumed = [line for one in reading.signals for line in one.assumed]
+    assumed += _attitude(signals)
+    imu = attitude.can(signals) and not {"heave", "z"} & signals.keys()
+    motion = motion_of_signals(signals, choice) if _tells_motion(signals) and not imu else None
+    if motion is not None:
+        assumed += motion.assumed
+        reading.said += motion.said
+    if imu:
+        assumed.append(
+            "heave: not in the log; a run makes it of the accelerations by its heave filter, about its own mean track"
+        )
+    tow = [name for name in MEASURED if name in signals]
+    if motion is None and not imu and not tow:
+        known = ", ".join(signals)
+        raise LogError(
+            f"{reading.files[0]}: has neither ship motion nor anything of the tow (there is {known}): nothing was "
+            f"imported. Map heave, roll, pitch, or payout, tension, body_depth"
+        )
+    if motion is None and not imu:
+        assumed.append("ship motion: not in the log; a run under this bag needs --motion of another one")
+    figures = _figures(reading, signals, motion, imu, choice)
+    about = figures | {
+        "version": __version__,
+        "assumed": grouped(assumed),
+        "signals_assumed": {one.quantity: one.assumed for one in reading.signals},
+        "said": reading.said,
+        "missing": reading.missing,
+        "mapping": _texts(reading),
+        "sources": _hashes(reading.files),
+        "rounding": {str(k): _kept(one) for k, one in (motion.rounded if motion else {}).items()},
+    }
+    if path.exists():
+        shutil.rmtree(path) if path.is_dir() else path.unlink()
+    _write(path, about, signals, motion, imu)
+    return Imported(path, figures, about["assumed"], reading.said, reading.missing)
+
+
+def _kept(one: Rounding) -> list[object]:
+    """A rounding as `io.sources.imported_bag` reads it again."""
+    return [*one.column, *one[1:]]
+
+
+def grouped(lines: list[str]) -> list[str]:
+    """Lines "name: text", those of the same text as one."""
+    names: dict[str, list[str]] = {}
+    for line in dict.fromkeys(lines):
+        name, _, text = line.partition(": ")
+        names.setdefault(text, []).append(name)
+    return [f"{', '.join(named)}: {text}" for text, named in names.items()]
+
+
+def _tells_motion(signals: Mapping[str, Signal]) -> bool:
+    return any(name in signals for name in ("heave", "z", "roll", "pitch", "x", "latitude", "surge"))
+
+
+def _attitude(signals: dict[str, Signal]) -> list[str]:
+    """Put attitude made of rates and accelerations beside signals that have none; what is assumed of it."""
+    if "roll" in signals or "pitch" in signals or not attitude.can(signals):
+        return []
+    found, assumed = attitude.attitude(signals)
+    if "yaw" in signals:
+        del found["yaw"]
+    else:
+        assumed.append("yaw: relative, of the filter; its origin is where the record began")
+    signals.update(found)
+    return assumed
+
+
+def _figures(reading: Reading, signals, motion: ShipMotion | None, imu: bool, choice: Choice) -> dict[str, object]:
+    span = motion.samples.time if motion is not None else next(iter(signals.values())).time
+    return {
+        "files": len(reading.files),
+        "records": reading.records,
+        "lost": sum(one.total for one in reading.losses),
+        "losses": [str(one) for one in reading.losses],
+        "mappings": reading.mappings,
+        "signals": {name: len(one.time) for name, one in signals.items()},
+        "motion": "odometry" if motion is not None else "imu" if imu else "none",
+        "given": motion.given if motion is not None else [],
+        "track": choice.track,
+        "start_ns": int(span[0]),
+        "seconds": float((span[-1] - span[0]) * 1e-9),
+        "rounded": [one.as_dict() for one in motion.rounded.values()] if motion is not None else [],
+    }
+
+
+def _texts(reading: Reading) -> dict[str, str]:
+    return {name: find_mapping(name).read_text("utf-8") for name in reading.mappings}
+
+
+def _hashes(files: list[str]) -> list[dict[str, object]]:
+    """Name, bytes and SHA-256 of each file; of a bag those of its files."""
+    found: list[dict[str, object]] = []
+    for name in files:
+        path = Path(name)
+        for one in sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]:
+            if len(found) == LISTED:
+                return [*found, {"name": f"and others of {len(files)} files"}]
+            digest = hashlib.sha256()
+            with one.open("rb") as file:
+                while block := file.read(HASHED):
+                    digest.update(block)
+            found.append({"name": one.name, "bytes": one.stat().st_size, "sha256": digest.hexdigest()})
+    return found
+
+
+def _write(path: Path, about: dict[str, object], signals, motion: ShipMotion | None, imu: bool) -> None:
+    text = json.dumps(about, ensure_ascii=False)
+    try:
+        with BagWriter(path, custom_data={IMPORT: text}, chunk_size=2**20) as bag:
+            messages = []
+            if motion is not None:
+                bag.declare(ODOMETRY, "nav_msgs/msg/Odometry", "sensor")
+                events = odometry_events(motion.samples, about["sources"][0]["name"] if about["sources"] else "log")
+                messages += [(event.time, ODOMETRY, "nav_msgs/msg/Odometry", event.data) for event in events]
+            if imu:
+                bag.declare(IMU, "sensor_msgs/msg/Imu", "sensor")
+                messages += [(time, IMU, "sensor_msgs/msg/Imu", data) for time, data in imu_messages(signals)]
+            messages += write_measured(bag, {n: s for n, s in signals.items() if n in QUANTITIES})
+            for time, topic, msgtype, data in sorted(messages, key=lambda row: row[0]):
+                bag.add(topic, msgtype, time, data)
+    except (MotionError, ValueError, np.linalg.LinAlgError):
+        shutil.rmtree(path, ignore_errors=True)
+        raise

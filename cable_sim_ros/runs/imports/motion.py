@@ -1,0 +1,165 @@
+"""Signals of a ship to its motion: six coordinates through the curves of motion tables, at 50 Hz or more.
+
+What a log does not tell is put in and said: a height without attitude has a level ship, motion without position a mean
+track.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ...io.logs.log import SECOND, LogError
+from ...io.logs.signals import Signal
+from ...io.sources.motion_curves import Curve, Given, Rounding, through
+from ...io.sources.motion_table import STEP, Samples
+from .regular import Regular, regular
+from .track import EDGE, Track, around_mean, measured
+
+DEGREE = np.pi / 180.0
+ANGLES = ("roll", "pitch", "yaw")
+USED = ("x", "y", "z", "heave", "roll", "pitch", "yaw", "latitude", "longitude", "speed", "course", "surge", "sway")
+LEAST = 2.0  # s of common time
+MAX_MEAN = 100_000_000  # samples of a bag
+
+
+@dataclass
+class ShipMotion:
+    """Samples of the motion; assumed and said: a line each; rounded: what was smoothed, by coordinate."""
+
+    samples: Samples
+    assumed: list[str] = field(default_factory=list)
+    said: list[str] = field(default_factory=list)
+    rounded: dict[int, Rounding] = field(default_factory=dict)
+    given: list[str] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Choice:
+    """track: measured, or mean: a straight one at `speed` [m/s], measured deviations of 30 s and less about it;
+    heading: from east to north [rad], None: that of the log; height: mean of base_link above the water [m]."""
+
+    track: str = "measured"
+    speed: float | None = None
+    heading: float | None = None
+    height: float = 0.0
+
+
+def motion_of_signals(signals: Mapping[str, Signal], choice: Choice) -> ShipMotion | None:
+    """Motion of a ship; None where no signal tells of it. LogError where they have no time in common."""
+    used = {name: signals[name] for name in USED if name in signals and len(signals[name].time)}
+    height = "heave" if "heave" in used else "z" if "z" in used else ""
+    if not height and not any(name in used for name in ("roll", "pitch", "x", "latitude", "surge")):
+        return None
+    origin = min(int(one.time[0]) for one in used.values())
+    out = ShipMotion(Samples(np.zeros(0, np.int64), np.zeros((0, 6)), np.zeros((0, 6))))
+    lines: dict[str, Regular] = {name: regular(one, origin) for name, one in used.items()}
+    begin, end = _common(used, lines, height)
+    for one in lines.values():
+        out.said += one.said
+    stamps = _stamps(origin, begin, end, lines)
+    at = (stamps - origin) / SECOND
+    curves: dict[int, tuple[list[Curve], Regular]] = {}
+    for k, name in ((2, height), (3, "roll"), (4, "pitch"), (5, "yaw")):
+        if name in lines:
+            curves[k] = _curves(out, k, name, lines[name])
+            out.given.append(name)
+    inside = np.ones(len(at), bool)
+    for _, line in curves.values():
+        inside &= _inside(at, line)
+    if not inside.any():
+        raise LogError("height and attitude have no time in common: nothing was imported. Align their clocks")
+    at, stamps = at[inside], stamps[inside]
+    value, rate = np.zeros((len(at), 6)), np.zeros((len(at), 6))
+    for k, (parts, line) in curves.items():
+        value[:, k], rate[:, k] = _evaluate(at, parts, line)
+    _height(out, height, value, choice)
+    for k, name in enumerate(ANGLES, 3):
+        if k not in curves and name != "yaw":
+            out.assumed.append(
+                f"{name}: not in the log, the ship is level; a degree of it moves a point 50 m off by 0.9 m"
+            )
+    track = Track(lines, at, value, rate, 5 in curves)
+    find = around_mean if choice.track == "mean" else measured
+    found = find(track, choice)
+    out.assumed += found.assumed
+    out.given += found.given
+    for k, report in found.rounded.items():
+        out.rounded[k] = report
+    value[:, :2], rate[:, :2] = found.place, found.velocity
+    value[:, 5], rate[:, 5] = found.yaw, found.yaw_rate
+    keep = slice(None)
+    if choice.track == "mean" and found.filtered:
+        good = (at >= at[0] + EDGE) & (at <= at[-1] - EDGE)
+        if not good.any():
+            raise LogError(
+                f"--track mean takes {EDGE:g} s off at each end, and the motion lasts {at[-1] - at[0]:.3g} "
+                f"s: nothing was "
+                f"imported. Give a longer log, or --track measured"
+            )
+        keep = good
+        value[:, :2] -= value[np.argmax(good), :2]
+    out.samples = Samples(stamps[keep], value[keep], rate[keep])
+    return out
+
+
+def _common(used: Mapping[str, Signal], lines: Mapping[str, Regular], height: str) -> tuple[float, float]:
+    """Interval [s] in which height and attitude are all there."""
+    names = [name for name in (height, *ANGLES) if name in lines] or list(lines)
+    begin, end = max(lines[n].t[0] for n in names), min(lines[n].t[-1] for n in names)
+    if end - begin < LEAST:
+        spans = ", ".join(f"{n} {lines[n].t[0]:.6g} to {lines[n].t[-1]:.6g} s" for n in names)
+        raise LogError(
+            f"{used[names[0]].source}: the clocks cannot be aligned, {' and '.join(names)} have less than "
+            f"{LEAST:g} s in "
+            f"common ({spans}): nothing was imported. Give time or clock_offset in the mapping"
+        )
+    return begin, end
+
+
+def _stamps(origin: int, begin: float, end: float, lines: Mapping[str, Regular]) -> np.ndarray:
+    period = min(STEP, max(1, round(min(one.period for one in lines.values()) * SECOND)))
+    first, last = origin + round(begin * SECOND), origin + round(end * SECOND)
+    if (last - first) // period > MAX_MEAN:
+        raise LogError(f"the motion would be more than {MAX_MEAN} samples: nothing was imported. Cut the log")
+    return np.arange(first, last + 1, period)
+
+
+def _curves(out: ShipMotion, k: int, name: str, line: Regular) -> tuple[list[Curve], Regular]:
+    unit, scale = ("m", 1.0) if k < 3 else ("deg", DEGREE)
+    found, report = through(
+        Given(name, unit, scale, k > 2), [(line.t[part], line.value[part], None) for part in line.parts]
+    )
+    if report is not None:
+        out.rounded[k] = report
+    return found, line
+
+
+def _inside(at: np.ndarray, line: Regular) -> np.ndarray:
+    inside = np.zeros(len(at), bool)
+    for part in line.parts:
+        inside |= (at >= line.t[part.start] - 1e-9) & (at <= line.t[part.stop - 1] + 1e-9)
+    return inside
+
+
+def _evaluate(at: np.ndarray, curves: list[Curve], line: Regular) -> tuple[np.ndarray, np.ndarray]:
+    value, rate = np.zeros(len(at)), np.zeros(len(at))
+    for part, curve in zip(line.parts, curves):
+        here = (at >= line.t[part.start] - 1e-9) & (at <= line.t[part.stop - 1] + 1e-9)
+        when = np.clip(at[here], line.t[part.start], line.t[part.stop - 1])
+        value[here], rate[here] = curve(when), curve(when, 1)
+    return value, rate
+
+
+def _height(out: ShipMotion, name: str, value: np.ndarray, choice: Choice) -> None:
+    if not name:
+        out.assumed.append("heave: not in the log, base_link keeps its height")
+        value[:, 2] = choice.height
+        return
+    mean = float(value[:, 2].mean())
+    value[:, 2] += choice.height - mean
+    out.assumed.append(
+        f"height of base_link: mean put at {choice.height:g} m above the water, that of {name} was {mean:.3g} m"
+    )

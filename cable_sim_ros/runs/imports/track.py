@@ -1,0 +1,205 @@
+"""Where a ship goes: positions of a log, its speed and course, or a mean track that is put in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from ...io.logs.log import LogError
+from ...io.sources.motion_curves import Given, Rounding, through
+from ..make_bags import EDGE as EDGE
+from ..make_bags import SPEED, derive
+from .regular import Regular
+
+if TYPE_CHECKING:
+    from .motion import Choice
+
+AXIS, FLAT = 6_378_137.0, 1.0 / 298.257223563  # m; WGS 84, NIMA TR8350.2
+UNDER_WAY = 3.0  # times the deviation of the velocity: a mean above it has a direction
+ECCENTRIC = FLAT * (2.0 - FLAT)  # squared
+
+
+@dataclass
+class Track:
+    """Signals on even times, the times of the motion [s], its coordinates and rates so far; is yaw among them?"""
+
+    lines: Mapping[str, Regular]
+    at: np.ndarray
+    value: np.ndarray
+    rate: np.ndarray
+    yaw: bool
+
+
+@dataclass
+class Found:
+    """place [n, 2] m, velocity, yaw and its rate at the times of a track; filtered: the ends are not themselves."""
+
+    place: np.ndarray
+    velocity: np.ndarray
+    yaw: np.ndarray
+    yaw_rate: np.ndarray
+    assumed: list[str] = field(default_factory=list)
+    given: list[str] = field(default_factory=list)
+    rounded: dict[int, Rounding] = field(default_factory=dict)
+    filtered: bool = False
+
+
+def on_plane(latitude: np.ndarray, longitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """East and north [m] of the first place on the ellipsoid, by its radii of curvature there; rad."""
+    phi, lam = float(latitude[0]), float(longitude[0])
+    s2 = 1.0 - ECCENTRIC * np.sin(phi) ** 2
+    across, along = AXIS / np.sqrt(s2), AXIS * (1.0 - ECCENTRIC) / s2**1.5
+    turned = np.unwrap(np.concatenate(([lam], longitude)))[1:] - lam
+    return across * np.cos(phi) * turned, along * (latitude - phi)
+
+
+def measured(track: Track, choice: Choice) -> Found:
+    """The track of the log itself; without positions by speed and course, without these a mean one."""
+    lines, at = track.lines, track.at
+    places = _places(lines)
+    if places is None:
+        return _dead_reckoned(track, choice)
+    names, (east, north) = places
+    out = _with_yaw(track, choice)
+    out.given += names
+    for k, (line, values) in enumerate(((lines[names[0]], east), (lines[names[1]], north))):
+        curves, report = through(
+            Given(("x", "y")[k], "m", 1.0, False), [(line.t[part], values[part], None) for part in line.parts]
+        )
+        if report is not None:
+            out.rounded[k] = report
+        when = np.clip(at, line.t[0], line.t[-1])
+        for part, curve in zip(line.parts, curves):
+            here = when >= line.t[part.start] - 1e-9
+            out.place[here, k], out.velocity[here, k] = curve(when[here]), curve(when[here], 1)
+        beyond = float(max(line.t[0] - at[0], at[-1] - line.t[-1], 0.0))
+        if beyond > 2.0 * line.period:
+            raise LogError(
+                f"position and attitude do not cover the same time, by {beyond:.4g} s: nothing was "
+                f"imported. Give `after` "
+                f"and `until` in the mapping, or --track mean"
+            )
+    out.assumed.append("position: east and north of the first one, on a plane; of the sensor's own reference point")
+    if not track.yaw and choice.heading is None:
+        mean = out.velocity.mean(axis=0)
+        if np.hypot(*mean) > UNDER_WAY * np.hypot(*out.velocity.std(axis=0)):
+            out.yaw = np.unwrap(np.arctan2(out.velocity[:, 1], out.velocity[:, 0]))
+            out.yaw_rate = np.gradient(out.yaw, at)
+            out.assumed.append("yaw: not in the log, the ship points where it goes")
+        else:
+            out.assumed.append("yaw: not in the log, and the ship is not under way: it points east")
+    return out
+
+
+def around_mean(track: Track, choice: Choice) -> Found:
+    """A straight track at a chosen speed, with surge, sway and yaw of waves about it as those of the shipped bags."""
+    lines, at = track.lines, track.at
+    speed = SPEED if choice.speed is None else choice.speed
+    out = _with_yaw(track, choice)
+    heading = _mean_heading(track, choice, out)
+    places = _places(lines)
+    ahead = np.array([np.cos(heading), np.sin(heading)])
+    since = at - at[0]
+    out.place, out.velocity = np.outer(speed * since, ahead), np.tile(speed * ahead, (len(at), 1))
+    out.assumed.append(
+        f"speed: {speed:g} m/s along {np.degrees(heading) % 360:.4g} deg from east put in for the ship's own"
+    )
+    if places is None or not track.yaw:
+        _add_waves(lines, at, heading, out)
+        return out
+    names, (east, north) = places
+    line = lines[names[0]]
+    if len(line.parts) > 1 or abs(line.period - 1.0) > 0.5:
+        step = np.arange(line.t[0], line.t[-1], 1.0)
+        out.assumed.append("position: brought to 1 Hz by a cubic spline for the motion about the mean track")
+    else:
+        step = line.t
+    other = lines[names[1]]
+    east, north = CubicSpline(line.t, east)(step), CubicSpline(other.t, north)(step)
+    yaw = np.interp(step, lines["yaw"].t, lines["yaw"].value)
+    moved = derive(step, east, north, 0.5 * np.pi - yaw, np.zeros((len(step), 3)))
+    whole = np.arange(len(moved)) + step[0]
+    curves = CubicSpline(whole, moved[:, [0, 1, 5]])
+    when = np.clip(at, whole[0], whole[-1])
+    value, rate = curves(when), curves(when, 1)
+    left = np.array([-ahead[1], ahead[0]])
+    out.place += np.outer(value[:, 0], ahead) - np.outer(value[:, 1], left)
+    out.velocity += np.outer(rate[:, 0], ahead) - np.outer(rate[:, 1], left)
+    out.yaw, out.yaw_rate = heading - value[:, 2], -rate[:, 2]
+    out.given += names
+    out.filtered = True
+    out.assumed.append(
+        "surge, sway and yaw: those above 1/30 Hz of position and heading; 30 s are left out at each end"
+    )
+    return out
+
+
+def _dead_reckoned(track: Track, choice: Choice) -> Found:
+    lines, at = track.lines, track.at
+    out = _with_yaw(track, choice)
+    if "speed" not in lines or choice.speed is not None:
+        return around_mean(track, choice)
+    speed = np.interp(at, lines["speed"].t, lines["speed"].value)
+    way = np.interp(at, lines["course"].t, lines["course"].value) if "course" in lines else out.yaw
+    out.velocity = np.column_stack([speed * np.cos(way), speed * np.sin(way)])
+    steps = np.diff(at, prepend=at[0])
+    middle = 0.5 * (out.velocity + np.vstack([out.velocity[:1], out.velocity[:-1]]))
+    out.place = np.cumsum(middle * steps[:, None], axis=0)
+    out.given += ["speed", *(["course"] if "course" in lines else [])]
+    out.assumed.append(
+        f"position: not in the log, reckoned from speed and {'course' if 'course' in lines else 'heading'}; "
+        f"surge and "
+        f"sway of waves are not in it"
+    )
+    return out
+
+
+def _places(lines: Mapping[str, Regular]) -> tuple[list[str], tuple[np.ndarray, np.ndarray]] | None:
+    if "x" in lines and "y" in lines:
+        return ["x", "y"], (lines["x"].value, lines["y"].value)
+    if "latitude" in lines and "longitude" in lines and len(lines["latitude"].t) == len(lines["longitude"].t):
+        return ["latitude", "longitude"], on_plane(lines["latitude"].value, lines["longitude"].value)
+    return None
+
+
+def _with_yaw(track: Track, choice: Choice) -> Found:
+    n = len(track.at)
+    out = Found(np.zeros((n, 2)), np.zeros((n, 2)), track.value[:, 5].copy(), track.rate[:, 5].copy())
+    if not track.yaw and choice.heading is not None:
+        out.yaw[:] = choice.heading
+        out.assumed.append(f"yaw: not in the log, put at {np.degrees(choice.heading):.4g} deg from east")
+    return out
+
+
+def _mean_heading(track: Track, choice: Choice, out: Found) -> float:
+    if choice.heading is not None:
+        return choice.heading
+    if track.yaw:
+        return float(np.mean(track.value[:, 5]))
+    if "course" in track.lines:
+        out.assumed.append("yaw: not in the log, the ship points along its mean course")
+        mean = float(np.mean(track.lines["course"].value))
+        out.yaw[:] = mean
+        return mean
+    out.assumed.append("yaw: not in the log, the ship points and goes east")
+    return 0.0
+
+
+def _add_waves(lines: Mapping[str, Regular], at: np.ndarray, heading: float, out: Found) -> None:
+    """Surge and sway where the log has them by themselves."""
+    for name, way in (("surge", heading), ("sway", heading + 0.5 * np.pi)):
+        if name in lines:
+            line = lines[name]
+            curves, _ = through(Given(name, "m", 1.0, False), [(line.t[p], line.value[p], None) for p in line.parts])
+            for part, curve in zip(line.parts, curves):
+                here = (at >= line.t[part.start]) & (at <= line.t[part.stop - 1])
+                along = np.array([np.cos(way), np.sin(way)])
+                out.place[here] += np.outer(curve(at[here]), along)
+                out.velocity[here] += np.outer(curve(at[here], 1), along)
+            out.given.append(name)
+    if "surge" not in out.given:
+        out.assumed.append("surge and sway: not in the log, the ship keeps to its track")
