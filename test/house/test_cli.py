@@ -30,6 +30,7 @@ COMMANDS = {
     "play",
     "case",
     "bench",
+    "compare",
     "stress",
     "soak",
     "validate",
