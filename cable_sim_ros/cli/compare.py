@@ -9,11 +9,14 @@ from typing import TYPE_CHECKING
 
 import click
 
+from ..errors import CODE_FAILED
 from .number import Number
 from .out_folder import ready
 
 if TYPE_CHECKING:
+    from ..runs.result import Run
     from ..runs.scores.comparison import Comparison
+    from ..runs.scores.limits import Limits
     from ..runs.scores.score import Score
     from ..sim.verdict import Verdict
 
@@ -86,13 +89,14 @@ def compare(a, b, mapping, mapping_b, limits, junit, align, search, begin, end, 
     ready(out)
     from ..runs.scores.comparison import compare as compared
     from ..runs.scores.exact import exact
-    from ..runs.scores.limits import load_limits
     from ..runs.scores.recordings import read_recording
     from ..sim.verdict import check
 
     asked = None if limits is None else load_limits(limits)
     one, other = read_recording(a, mapping), read_recording(b, mapping_b)
-    both = one.frames is not None and other.frames is not None
+    ticks = None
+    if one.frames is not None and other.frames is not None:
+        ticks = exact(one.frames, other.frames)
     result = compared(
         one.signals,
         other.signals,
@@ -104,7 +108,7 @@ def compare(a, b, mapping, mapping_b, limits, junit, align, search, begin, end, 
         slope=slope,
         search=search,
         limits=asked,
-        exact=exact(one.frames, other.frames) if both else None,
+        exact=ticks,
     )
     result.doubts += [check("DAMAGE", recording.damage) for recording in (one, other) if recording.damage]
     finish(result, out, junit, as_json)
@@ -138,6 +142,44 @@ def finish(result: Comparison, out: Path | None, junit: Path | None, as_json: bo
         for line in lines_of(result.verdict):
             click.echo(line, err=as_json)
     sys.exit(result.verdict.code)
+
+
+def load_limits(path: Path) -> Limits:
+    """Limits of a file, before anything is run."""
+    from ..runs.scores.limits import load_limits
+
+    return load_limits(path)
+
+
+def score_replay(result: Run, bag: str, limits: Limits | None, out: Path | None) -> Comparison:
+    """What a bag recorded (A) against its replay (B); into the figures of the replay too."""
+    from ..io.logs.own_signals import signals_of_frames
+    from ..runs.run_folder import write_summary
+    from ..runs.scores.comparison import compare as compared
+    from ..runs.scores.exact import exact
+    from ..runs.scores.recordings import read_recording
+
+    recorded, ours = read_recording(bag), signals_of_frames(result.frames, "replay")
+    ticks = None if recorded.frames is None else exact(recorded.frames, result.frames)
+    scores = compared(recorded.signals, ours, recorded.name, "replay", limits=limits, exact=ticks)
+    result.metrics["comparison"] = scores.as_dict()
+    write_summary(out, result)
+    return scores
+
+
+def tell_limits(scores: Comparison | None, junit: Path | None, as_json: bool) -> None:
+    """Of a replay: one line for each limit, and code 1 where one is violated."""
+    if scores is None:
+        return
+    if junit is not None:
+        from ..runs.scores.junit import write_junit
+
+        write_junit(scores, junit)
+    for one in scores.judged:
+        if not (one.passed and as_json):
+            click.echo(f"{'pass' if one.passed else 'violated'}: {one.text}", err=as_json or not one.passed)
+    if any(not one.passed for one in scores.judged):
+        sys.exit(CODE_FAILED)
 
 
 def lines_of(verdict: Verdict) -> list[str]:
@@ -184,15 +226,15 @@ def tell_scores(result: Comparison) -> None:
             + (f"; {100.0 * share:.3g} % of A in that of B" if share is not None else "")
         )
     if result.clock is not None:
-        one = result.clock
-        if one.found and one.interval is not None:
-            drift = f", drift {one.drift_ppm:+.3g} ppm" if one.drift_ppm is not None else ""
+        clock = result.clock
+        if clock.found and clock.interval is not None:
+            drift = f", drift {clock.drift_ppm:+.3g} ppm" if clock.drift_ppm is not None else ""
             click.echo(
-                f"clock: B is {one.lag:+.4f} s [{one.interval[0]:+.4f}, {one.interval[1]:+.4f}] behind A by "
-                f"{one.quantity}{drift}; {'applied' if result.clock_applied else 'not applied'}"
+                f"clock: B is {clock.lag:+.4f} s [{clock.interval[0]:+.4f}, {clock.interval[1]:+.4f}] behind A by "
+                f"{clock.quantity}{drift}; {'applied' if result.clock_applied else 'not applied'}"
             )
         else:
-            click.echo(f"clock: not found: {one.why}")
+            click.echo(f"clock: not found: {clock.why}")
     if result.exact is not None:
         click.echo(f"ticks: {result.exact.line()}")
         for row in result.exact.fields[:8]:

@@ -7,8 +7,8 @@ from pathlib import Path
 from ..runs.scores.comparison import Comparison
 from ..sim.flag_rules import OK
 from .canvas import canvas
-from .heading import put_stamp
-from .run import BLUE, FAINT, ORANGE, PURPLE
+from .heading import STAMP
+from .run import BLUE, FAINT, INK, ORANGE, PURPLE
 
 MOST = 8  # rows
 POINTS = 4000  # of a line
@@ -19,7 +19,11 @@ def draw_comparison(result: Comparison, path: Path) -> Path:
     shown = [one for one in result.scores if one.pair is not None][:MOST]
     with canvas(path, (15.0, 1.6 + 2.5 * len(shown))) as figure:
         axes = figure.subplots(len(shown), 2, width_ratios=(1.6, 1.0), squeeze=False)
-        figure.suptitle(f"A: {result.name_a}    B: {result.name_b}", x=0.01, ha="left", size=13)
+        verdict = result.verdict
+        color = INK if verdict.state == OK else STAMP
+        causes = ", ".join(dict.fromkeys(reason.flag for reason in verdict.reasons))
+        told = f"verdict: {verdict.state}" + (f" ({causes})" if causes else "")
+        figure.suptitle(f"A: {result.name_a}\nB: {result.name_b}\n{told}", x=0.01, ha="left", size=13, color=color)
         for (both, rest), one in zip(axes, shown, strict=True):
             pair = one.pair
             assert pair is not None
@@ -38,7 +42,4 @@ def draw_comparison(result: Comparison, path: Path) -> Path:
             rest.set_title(f"B less A: mean {bias:.3g}, rms {rms:.3g} {one.unit}")
         for axis in axes[-1]:
             axis.set_xlabel("time [s]")
-        verdict = result.verdict
-        if verdict.state != OK:
-            put_stamp(figure, verdict.headline)
     return path

@@ -15,7 +15,8 @@ from .spectra import BAND, LEAST_LAG, band_of, fitted_lag, lag_of, spectra
 
 SEARCH = 60.0  # s either way, where both clocks overlap
 SHARE = 0.25  # of the shorter one that both cover at any lag that is tried
-RIVAL = 9.0  # twice the difference of the log likelihoods: about three standard deviations
+RIVAL = 9.0, 6.0  # twice the difference of the log likelihoods that a rival may have, and times the root of the
+# independent samples: three standard deviations, of the noise of other samples in B and in A too
 EXACT = 1e-7  # of the variance: no two measurements agree better
 STILL = 1e-12  # of the values: a spread below it is round-off
 MANY_RIVALS = 6
@@ -29,7 +30,7 @@ class Clock:
     """Lag of B behind A [s] at a time `middle` [s from the origin], with its 95 % interval.
 
     found: it is one, and known; why: in words where not; rivals: (lag, correlation) that compete; sign: of the
-    correlation; drift_ppm: B runs slower than A, None where it cannot be told from none; uncertain parts are None.
+    correlation; drift_ppm: growth of the lag, None where it cannot be told from none.
     """
 
     quantity: str
@@ -111,8 +112,8 @@ def clock_of(a: Signal, b: Signal, origin: int, band: tuple[float, float] = BAND
     """How far the clock of B is behind that of A. search: s either way; every lag where the two do not overlap."""
     try:
         whole = _side_by_side(a, b, origin)
-    except NotPaired as why:
-        return Clock(a.quantity, False, why=str(why))
+    except NotPaired as error:
+        return Clock(a.quantity, False, why=str(error))
     va, vb, step, shift, apart = whole
     for one in (va, vb):
         if not np.nanstd(one) > STILL * np.nanmax(np.abs(one)):
@@ -186,7 +187,9 @@ def _of(grid: np.ndarray) -> Cleaned:
     return Cleaned(grid, np.zeros(len(grid)))
 
 
-def _rivals(a, b, lags, r, seconds, best) -> list[tuple[float, float]]:
+def _rivals(
+    a: np.ndarray, b: np.ndarray, lags: np.ndarray, r: np.ndarray, seconds: np.ndarray, best: int
+) -> list[tuple[float, float]]:
     """Other peaks that the residual cannot tell from the largest, by the ratio of their likelihoods."""
     size = np.abs(r)
     peaks = np.flatnonzero((size[1:-1] >= size[:-2]) & (size[1:-1] > size[2:])) + 1
@@ -200,7 +203,7 @@ def _rivals(a, b, lags, r, seconds, best) -> list[tuple[float, float]]:
     worth = float(good.sum()) / correlation_time(rest)
     left = np.maximum(1.0 - size**2, EXACT)
     ratio = worth * np.log(left / left[best])
-    near = (ratio < RIVAL) & (size > 0.5 * size[best])
+    near = (ratio < RIVAL[0] + RIVAL[1] * np.sqrt(worth)) & (size > 0.5 * size[best])
     chosen = [int(k) for k in peaks if abs(k - best) > 1 and near[k]]
     chosen.sort(key=lambda k: -size[k])
     return [(float(seconds[k]), float(r[k])) for k in chosen[:MANY_RIVALS]]
@@ -218,7 +221,7 @@ def _refine(found: Clock, a: Signal, b: Signal, origin: int, band: tuple[float, 
     if part is None:
         found.interval = (found.lag - step, found.lag + step)
         return
-    if not found.rivals:
+    for _ in range(0 if found.rivals else 2):  # the second is of what the first has left
         _drift(found, pair, part)
         moved = found.moved(b, origin)
         pair = paired(a.quantity, clean(a, origin), clean(moved, origin))
@@ -239,7 +242,8 @@ def _drift(found: Clock, pair: Pair, band: tuple[float, float]) -> None:
     count = min(20, int(len(pair.a) * pair.step / PART))
     if count < PARTS:
         return
-    times, lags = [], []
+    times: list[float] = []
+    lags: list[float] = []
     edges = np.linspace(0, len(pair.a), count + 1).astype(int)
     for i, j in zip(edges, edges[1:]):
         piece = Pair(pair.time[i:j], pair.a[i:j], pair.b[i:j], pair.step, 0.0, 0.0)
@@ -250,13 +254,15 @@ def _drift(found: Clock, pair: Pair, band: tuple[float, float]) -> None:
     if len(times) < PARTS:
         return
     time, lag = np.array(times) - found.middle, np.array(lags)
+    before = 1e-6 * (found.drift_ppm or 0.0)
     x = time - time.mean()
     slope = float((x * lag).sum() / (x * x).sum())
     rest = lag - lag.mean() - slope * x
     free = len(lag) - 2
     half = float(student.ppf(0.5 + 0.5 * LEVEL, free) * np.sqrt((rest @ rest) / free / (x * x).sum()))
     half = max(half, LEAST_LAG * pair.step / float(np.ptp(x)))
+    slope += before
     found.drift_interval = (1e6 * (slope - half), 1e6 * (slope + half))
     if abs(slope) > half:
         found.drift_ppm = 1e6 * slope
-        found.lag += float(lag.mean() - slope * time.mean())
+        found.lag += float(lag.mean() - (slope - before) * time.mean())

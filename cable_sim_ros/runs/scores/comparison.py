@@ -27,6 +27,7 @@ SCORED = (  # quantities of a comparison, in this order; the motion of the ship 
     *("body_x", "body_y", "body_depth", "body_depth_rate", "layback"),
 )
 MOTION = ("z", "heave", "roll", "pitch", "yaw", "speed")  # scored too, where both have them
+LATE = 30.0  # deg of a lag that nobody applied: it alone makes an rms of half the deviation
 PLACE = ("body_x", "body_y", "body_depth")
 
 
@@ -142,13 +143,15 @@ def compare(
     if not both:
         had = f"A: {', '.join(first) or 'none'}; B: {', '.join(second) or 'none'}"
         raise CompareError(
-            f"{name_a} and {name_b} share no quantity ({had}); nothing was compared. Give a mapping that names one, docs/mapping.md"
+            f"{name_a} and {name_b} share no quantity ({had}); nothing was compared. Give a mapping that names one, "
+            "docs/mapping.md"
         )
     origin = min(int(first[name].time[0]) for name in first if len(first[name].time))
     if exact is None or not exact.common:
         _align(out, first, second, both, origin, band, search)
     for name in both:
         out.scores.append(score(first[name], second[name], origin=origin, window=window, band=band, slope=slope))
+        _lag(out, out.scores[-1])
     if not any(one.scored for one in out.scores):
         why = next((note for note in out.scores[0].notes if note.startswith("not scored: ")), "")
         raise CompareError(
@@ -176,7 +179,15 @@ def _by_quantity(signals: Sequence[Signal], out: Comparison, side: str) -> dict[
     return found
 
 
-def _align(out, first, second, both, origin, band, search) -> None:
+def _align(
+    out: Comparison,
+    first: dict[str, Signal],
+    second: dict[str, Signal],
+    both: list[str],
+    origin: int,
+    band: tuple[float, float],
+    search: float,
+) -> None:
     """Find clock, signs and units; apply what was asked for; say the rest."""
     told = []
     clocks = {name: clock_of(first[name], second[name], origin, band, search) for name in both if name not in MOTION}
@@ -227,6 +238,30 @@ def _align(out, first, second, both, origin, band, search) -> None:
         out.doubts.append(_reason("CLOCK", text))
 
 
+def _lag(out: Comparison, one: Score) -> None:
+    """Where the clock was looked for, its lag: the phase alone knows it but for whole periods."""
+    clock = next((row.clock for row in out.found if row.quantity == one.quantity), None)
+    if clock is None or out.clock_applied or one.figures["lag_s"] is None:
+        return
+    if clock.rivals:
+        period = abs(clock.rivals[0][0] - clock.lag)
+        one.notes.append(f"lag_s is one of several: {clock.why}")
+        one.intervals.pop("lag_s", None)
+        if abs(clock.lag) > 0.5 * period:
+            one.put("lag_s", None)
+            one.put("phase_deg", None)
+        return
+    if not clock.found or clock.interval is None:
+        return
+    phase = 360.0 * (one.figures["peak_hz"] or 0.0)
+    one.put("lag_s", clock.lag, 0.5 * (clock.interval[1] - clock.interval[0]))
+    one.put("phase_deg", phase * clock.lag)
+    if abs(phase * clock.lag) > LATE and one.quantity not in MOTION:
+        text = f"{one.quantity}: B is {clock.lag:+.3f} s behind A, {abs(phase * clock.lag):.0f} deg of the waves"
+        why = "gain, rms and coherence are those of series that are not aligned (--align clock)"
+        out.doubts.append(_reason("CLOCK", f"{text}; not applied: {why}", one.quantity))
+
+
 def _agree(one: Clock, other: Clock) -> bool:
     assert one.interval is not None and other.interval is not None
     gap = abs(one.lag - other.lag)
@@ -249,7 +284,9 @@ def _findings(a: Signal, b: Signal, origin: int, clock: Clock, out: Comparison) 
     )
 
 
-def _body(first: dict[str, Signal], second: dict[str, Signal], origin: int, window) -> dict[str, Any] | None:
+def _body(
+    first: dict[str, Signal], second: dict[str, Signal], origin: int, window: tuple[float, float]
+) -> dict[str, Any] | None:
     """95 % ellipsoids of the towbody about the straight track of A, where both have all three coordinates."""
     if not all(name in one for one in (first, second) for name in PLACE):
         return None

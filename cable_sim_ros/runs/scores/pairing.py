@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -125,7 +126,7 @@ def sampled(one: Cleaned, grid: np.ndarray, step: float) -> tuple[np.ndarray, fl
     return out, after / before if before > 0.0 else 0.0
 
 
-def _curve(time: np.ndarray, value: np.ndarray):
+def _curve(time: np.ndarray, value: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
     if len(time) < 4:
         return lambda at: np.interp(at, time, value)
     return CubicSpline(time, value)

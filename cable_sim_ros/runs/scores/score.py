@@ -53,7 +53,8 @@ FIGURES: dict[str, Figure] = {
         True,
     ),
     "lag_s": Figure("s", "how much later B is, from the phase of the waves", True),
-    "phase_deg": Figure("deg", "the same at the frequency where A has most; positive: B is later"),
+    "peak_hz": Figure("Hz", "frequency where A has most, in the wave band"),
+    "phase_deg": Figure("deg", "lag_s as a phase at peak_hz"),
     "spectrum_ratio": Figure("1", "variance of B over that of A in the wave band", True),
     "coherence": Figure("1", "squared coherence in the wave band, weighted by the spectrum of A", True),
     "coherence_of_noise": Figure("1", "a squared coherence that unrelated signals stay below in 95 of 100 cases"),
@@ -243,6 +244,7 @@ def _in_band(out: Score, pair: Pair, band: tuple[float, float]) -> None:
         lag, half = lag_of(given)
         out.put("lag_s", lag, half)
         peak = int(np.argmax(sums[0]))
+        out.put("peak_hz", float(given.f[peak]))
         out.put("phase_deg", 360.0 * float(given.f[peak]) * lag)
     else:
         out.notes.append("no lag: the coherence is that of unrelated signals")

@@ -13,6 +13,8 @@ BAND = (0.03, 0.5)  # Hz, waves
 LONGEST, SHORTEST = 128.0, 20.0  # s of a segment
 SEGMENTS = 10.0  # of the record, at least, before they overlap
 NYQUIST = 0.8  # of it, up to which a band goes
+LEAKS = 1e-3  # of the largest power: what a Hann window may leak
+CLEAREST = 0.9999  # squared coherence
 STAMP = 1e-9  # s, of the stamps: a lag below it is none
 LEAST_LAG = 0.01  # of the sampling interval: no interval of a lag is narrower
 
@@ -102,8 +104,9 @@ def fitted_lag(sums: tuple[np.ndarray, np.ndarray, np.ndarray], f: np.ndarray, c
     count: of segments; a sign that is reversed is taken out.
     """
     square = coherence_of(sums)
-    square = np.clip((count * square - 1.0) / max(count - 1.0, 1.0), 0.0, 1.0 - 1e-6)
-    weight = square / (1.0 - square)
+    square = np.clip((count * square - 1.0) / max(count - 1.0, 1.0), 0.0, CLEAREST)
+    # a frequency that has next to nothing shows what leaks from the others
+    weight = np.where(sums[0] > LEAKS * sums[0].max(), square / (1.0 - square), 0.0)
     omega = 2.0 * np.pi * f
     total = float((weight * omega**2).sum())
     if not total > 0.0:
@@ -125,4 +128,14 @@ def lag_of(given: Spectra, begin: float = 0.0) -> tuple[float, float | None]:
     if not without:
         return lag, None
     others = np.array([fitted_lag(sums, given.f, count, lag) for sums in without])
-    return lag, max(float(jackknife(np.array(lag), others)), LEAST_LAG * given.step)
+    return lag, max(float(jackknife(np.array(lag), others)), 1.96 * _least_deviation(given), LEAST_LAG * given.step)
+
+
+def _least_deviation(given: Spectra) -> float:
+    """Standard deviation [s] that no estimate of the lag can be below (Cramer and Rao), at the coherence found."""
+    sums, count = given.sums(), len(given.aa)
+    square = np.clip((count * coherence_of(sums) - 1.0) / max(count - 1.0, 1.0), 0.0, CLEAREST)
+    weight = np.where(sums[0] > LEAKS * sums[0].max(), square / (1.0 - square), 0.0)
+    # bins of a Hann window are worth 1/1.5, segments that overlap by half 0.95 each
+    known = 2.0 * 0.95 * count / 1.5 * float((weight * (2.0 * np.pi * given.f) ** 2).sum())
+    return 1.0 / np.sqrt(known) if known > 0.0 else np.inf
