@@ -17,6 +17,7 @@ from ..version import __version__
 from . import expected_errors
 from .bags import make_bags as make_bags_command
 from .bags import recover as recover_command
+from .compare import junit_option, limits_option, load_limits, score_replay, tell_limits
 from .mesh import mesh as mesh_command
 from .motion_options import SHIPPED_BAG, motion_options, simulated
 from .number import Number
@@ -40,6 +41,7 @@ LATER = {
     "case": "verification.commands",
     "import": "cli.import_logs",
     "inspect": "cli.inspect_logs",
+    "compare": "cli.compare",
     "soak": "verification.soak.command",
     "stress": "verification.commands",
     "validate": "verification.commands",
@@ -162,10 +164,16 @@ def run(scene, begin, as_json, **asked) -> None:
 @settings_options
 @out_option
 @markers_option
+@limits_option
+@junit_option
 @json_option
-def replay(bag, scene, algorithm, convention, topics, settings, out, markers, as_json) -> None:
-    """Simulate a recorded BAG again and print the residuals against what it recorded of the tow."""
+def replay(bag, scene, algorithm, convention, topics, settings, out, markers, limits, junit, as_json) -> None:
+    """Simulate a recorded BAG again and print the residuals against what it recorded of the tow.
+
+    --limits: the scores of `cable-sim compare`, recorded against simulated, decide the exit code.
+    """
     _needs_out(markers, out)
+    asked = None if limits is None else load_limits(limits)
     with _progress(as_json) as progress:
         from ..runs import offline
         from ..runs.settings import settings_of, topics_of
@@ -180,7 +188,13 @@ def replay(bag, scene, algorithm, convention, topics, settings, out, markers, as
             markers=markers,
             progress=progress,
         )
-    tell(result, out, as_json)
+    scores = score_replay(result, bag, asked, out) if asked or junit else None
+    try:
+        tell(result, out, as_json)
+    except SystemExit:
+        tell_limits(scores, junit, as_json)
+        raise
+    tell_limits(scores, junit, as_json)
 
 
 @main.command()

@@ -75,6 +75,11 @@ METRICS = (
     ("replay_faults", "", "`replay`: why this may not be the run that was recorded, as texts"),
     ("residuals", "", "`replay`: list of channel, quantity, unit, mean, rms, largest, count; ours less recorded"),
     ("largest_difference", "", "`replay`: largest difference of any field of `sim/health` over the common ticks"),
+    (
+        "comparison",
+        "",
+        "`replay --limits`: what the bag recorded against the replay, as of [compare](#compare); absent without it",
+    ),
     ("recorded_ticks", "1", "`replay`: ticks that the bag has in `sim/health`; `ticks` were simulated again"),
     ("node", "", "`live`: figures of the node, as in its statistics file"),
     ("saved", "", "file with the state at the end; absent without `--save`"),

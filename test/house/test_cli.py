@@ -32,6 +32,7 @@ COMMANDS = {
     "play",
     "case",
     "bench",
+    "compare",
     "stress",
     "soak",
     "validate",

@@ -1,0 +1,1 @@
+"""Scores of measured against simulated: how two signals of one quantity agree, and how well that is known."""

@@ -1,0 +1,47 @@
+"""What is compared, read: a recording of a run, an imported bag, or a foreign log with a mapping."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from ...io.bags.bag import BagError
+from ...io.logs.own_signals import signals_of_frames
+from ...io.logs.read_signals import read_signals
+from ...io.logs.signals import Signal
+from ...io.scenes.resources import find_bag
+from ...io.sources.recorded_tow import read_tow, recorded_frames
+
+
+@dataclass
+class Recording:
+    """Signals of a recording; frames: its tick outputs where it is a run; damage: what of it could not be read."""
+
+    name: str
+    signals: list[Signal]
+    frames: np.recarray | None = None
+    damage: str = ""
+    about: dict[str, str] = field(default_factory=dict)
+
+
+def read_recording(path: str | os.PathLike, mapping: str | os.PathLike | None = None) -> Recording:
+    """Read it. A folder that `run --out` made stands for the bag in it. Raises LogError, BagError."""
+    place = Path(path)
+    if (place / "tow" / "metadata.yaml").is_file():
+        place = place / "tow"
+    if mapping is None and (place.is_dir() or place.suffix.lower() == ".mcap" or not place.exists()):
+        bag = place if place.exists() else Path(find_bag(path))
+        try:
+            tow = read_tow(bag)
+        except BagError:
+            if not place.exists():
+                raise
+        else:
+            frames = recorded_frames(tow)
+            if frames is not None and len(frames):
+                return Recording(os.fspath(path), signals_of_frames(frames, str(bag)), frames, tow.damage, tow.about)
+            place = bag
+    return Recording(os.fspath(path), read_signals(place, mapping))

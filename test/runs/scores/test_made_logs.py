@@ -1,0 +1,81 @@
+"""Logs made from a run of a shipped scene under a shipped bag, with known errors: each is found within its interval.
+
+`python test/runs/scores/test_made_logs.py` prints the table of docs/compare.md.
+"""
+
+import numpy as np
+import pytest
+
+from cable_sim_ros.io.logs.own_signals import signals_of_frames
+from cable_sim_ros.io.logs.signals import Signal
+from cable_sim_ros.runs import offline
+from cable_sim_ros.runs.scores.comparison import compare
+
+POUND = 4.4482216
+# rate [Hz], gain, bias [SI], lag of the log's clock [s], its drift [ppm], noise [SI], resolution and unit of the log
+LOGS = {
+    "load cell": ("tension", 10.0, 0.95, 40.0, 2.35, 0.0, 5.0, 1.0, 1.0),
+    "reversed, in lbf": ("tension", 5.0, 1.02, 0.0, -7.2, 0.0, 2.0, 0.5, -POUND),
+    "rate in m/min": ("payout_rate", 20.0, 1.04, 0.02, 12.8, 80.0, 0.02, 0.01, 1.0 / 60.0),
+}
+
+
+def log_of(signal, rate, gain, bias, lag, ppm, noise, resolution, unit, seed=0):
+    """What an instrument would have logged: about its mean times a gain, plus a bias, on a clock of its own."""
+    rng = np.random.default_rng(seed)
+    time = (signal.time - signal.time[0]) * 1e-9
+    at = np.arange(0.0, time[-1], 1.0 / rate)
+    value = np.interp(at, time, signal.value)
+    value = value.mean() + gain * (value - value.mean()) + bias + noise * rng.standard_normal(len(at))
+    value = np.round(value / unit / resolution) * resolution
+    stamp = at + lag + 1e-6 * ppm * (at - at.mean())
+    return Signal(signal.quantity, signal.time[0] + np.round(stamp * 1e9).astype(np.int64), value, "log")
+
+
+def rows():
+    """Log -> (known, found, interval) by name, and the verdict."""
+    frames = offline.run("full_scale", "nbp1406").frames
+    signals = {one.quantity: one for one in signals_of_frames(frames, "run")}
+    found = {}
+    for name, (quantity, rate, gain, bias, lag, ppm, noise, resolution, unit) in LOGS.items():
+        run = signals[quantity]
+        log = log_of(run, rate, gain, bias, lag, ppm, noise, resolution, unit)
+        result = compare([log], list(signals.values()), "log", "run", align="all")
+        one, clock = result.scores[0], result.clock
+        got = {
+            "gain": (1.0 / gain, one.figures["gain"], one.intervals["gain"]),
+            "lag": (-lag, clock.lag, clock.interval),
+        }
+        if unit == 1.0 or quantity == "payout_rate":  # a nominal unit of a reversed force moves its mean too
+            got["bias"] = (-bias, one.figures["bias"], one.intervals["bias"])
+        if ppm:
+            got["drift"] = (-ppm, clock.drift_ppm, clock.drift_interval)
+        found[name] = (got, result)
+    return found
+
+
+@pytest.fixture(scope="module")
+def scored():
+    return rows()
+
+
+@pytest.mark.parametrize("name", LOGS)
+def test_the_known_errors_are_found_within_their_intervals(scored, name):
+    for what, (known, value, interval) in scored[name][0].items():
+        assert interval[0] <= known <= interval[1], (what, known, value, interval)
+
+
+def test_sign_and_unit_are_named_and_the_verdict_is_doubtful(scored):
+    texts = {name: " ".join(one.text for one in result.doubts) for name, (_, result) in scored.items()}
+    assert "sign reversed" in texts["reversed, in lbf"] and "A is in lbf (4.448)" in texts["reversed, in lbf"]
+    assert "A is in m/min" in texts["rate in m/min"]
+    assert "times" not in texts["load cell"]
+    assert all(result.verdict.code == 4 for _, result in scored.values())
+
+
+if __name__ == "__main__":
+    print("| log | error | known | found | 95 % interval |\n|---|---|---|---|---|")
+    for name, (got, _) in rows().items():
+        for what, (known, value, (low, high)) in got.items():
+            unit = {"gain": "", "lag": " s", "bias": " N" if name == "load cell" else " m/s", "drift": " ppm"}[what]
+            print(f"| {name} | {what} | {known:.4g}{unit} | {value:.4g} | {low:.4g} to {high:.4g} |")
