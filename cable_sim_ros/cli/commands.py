@@ -38,6 +38,7 @@ LATER = {
     "ahc": "ahc.command",
     "bench": "verification.commands",
     "case": "verification.commands",
+    "layback": "cli.layback",
     "soak": "verification.soak.command",
     "stress": "verification.commands",
     "validate": "verification.commands",

@@ -38,6 +38,7 @@ COMMANDS = {
     "manual",
     "mesh",
     "plan",
+    "layback",
     "recover",
     "make-bags",
     "telegrams",

@@ -1,0 +1,222 @@
+"""The tow of a scene under a log of pay-out, speed, heading and depth: simulated, its drag adjusted to the depth."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import warnings
+from collections.abc import Callable
+from math import atan2, degrees, hypot, remainder
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ...io.logs.log import LogError
+from ...io.scenes.load import SceneWarning, override
+from ...io.sources.csv_table import CONSEQUENCE
+from ...limits import MAX_TOW_SPEED
+from ...sim.inputs import WinchCommand
+from ...sim.layback.ranges import Ranges, with_drag
+from ...sim.layback.static_place import NoShape, Tow, static_place
+from ...sim.layout import layout_of
+from ...sim.scene import Scene
+from ...sim.statics.route import DRUM_RESERVE
+from ...sim.verdict import verdict_of
+from .. import offline
+from ..result import Run
+from ..stepping import Progress, silent
+from .laid import Samples, courses, samples_of, spread
+from .tow_log import STEP, TowLog
+
+BEGIN = 1.0  # s, stamp of the first sample: stamps above 0 stay as they are
+COMMAND = 0.5  # s between orders to the winch
+TICK, LONG_TICK, LONG = 0.1, 0.5, 3600.0  # s between tick outputs, of a log longer than LONG
+CRAB = 1.0  # deg between heading and course at the beginning, from which the tow is run in
+RUN_IN = 2.0  # times the time in which the ship goes the length of the cable
+LONGEST_RUN_IN = 1800.0  # s
+LEAST_CABLE = 1.0  # m
+POINTS = 6  # samples at which the drag is adjusted
+STILL = 0.2  # m/s
+DEEP_GROOVE = 1.0  # m, of the sheave: in a turn it follows the cable to the side, as a block that swivels
+
+
+class Adjusted(NamedTuple):
+    """The drag that gives the measured depths best: factor, whether it is at an end of its range, rms of the depths
+    [m] at the samples with the scene's drag and with it."""
+
+    factor: float
+    at_end: bool
+    before: float
+    after: float
+
+
+def checked_cable(log: TowLog, scene: Scene, offset: float) -> np.ndarray:
+    """Cable out from the sheave [n]: the counter plus ``offset``. Raises LogError for what the drum does not have."""
+    cable = log.cable + offset
+    held = sum(section.length for section in scene.cable.sections.values())
+    route = layout_of(scene).route
+    most = held - scene.winch.dead_length - DRUM_RESERVE * route.drum - route.on_drum - route.span
+    if cable.min() < LEAST_CABLE:
+        raise LogError(
+            f"{log.path}: cable out goes down to {cable.min():.4g} m (counter {log.cable.min():.4g} m, "
+            f"--counter-offset {offset:g} m), less than {LEAST_CABLE:g} m; {CONSEQUENCE}. Give --counter-offset so that "
+            f"the cable out counts from the sheave to the towbody, or cut off launch and recovery"
+        )
+    if cable.max() > most:
+        raise LogError(
+            f"{log.path}: cable out goes up to {cable.max():.4g} m, and {scene.name} has {held:g} m of cable, of which "
+            f"{most:.4g} m can be out; {CONSEQUENCE}. Give the length of your cable (cable.sections.<name>.length), or "
+            f"--counter-offset"
+        )
+    return cable
+
+
+def adjusted(log: TowLog, scene: Scene, cable: np.ndarray, samples: Samples, ranges: Ranges) -> Adjusted:
+    """The factor on the drag, within its range, whose static depths are nearest to the measured ones. Raises LogError.
+
+    The depth is taken as a parabola in the factor through three static tows a sample.
+    """
+    if log.depth is None:
+        raise LogError(f"{log.path}: has no depth_m, so no drag can be adjusted to it; {CONSEQUENCE}. Leave --fit-drag")
+    if ranges.drag <= 0.0:
+        raise LogError(f"--range drag=0 leaves nothing to adjust; {CONSEQUENCE}. Give a range, or leave --fit-drag out")
+    course = np.unwrap(courses(samples.velocity, samples.yaw))
+    low, high = 1.0 - ranges.drag, 1.0 + ranges.drag
+    factors, gaps = np.array([low, 1.0, high]), []
+    for k in spread(samples, course, POINTS):
+        east, north = samples.velocity[k].tolist()
+        tow = Tow(float(cable[k]), east, north, float(samples.yaw[k]))
+        try:
+            depths = [static_place(scene, tow, float(factor)).depth for factor in factors]
+        except NoShape:
+            continue
+        gaps.append(np.polyfit(factors - 1.0, np.array(depths) - log.depth[k], 2))
+    if not gaps:
+        raise LogError(f"{log.path}: no static shape at any sample, so no drag can be adjusted; {CONSEQUENCE}")
+    grid = np.linspace(-ranges.drag, ranges.drag, 401)
+    rms = np.sqrt(np.mean([np.polyval(gap, grid) ** 2 for gap in gaps], axis=0))
+    best = int(np.argmin(rms))
+    return Adjusted(1.0 + float(grid[best]), best in (0, len(grid) - 1), float(rms[200]), float(rms[best]))
+
+
+class Simulated(NamedTuple):
+    """A run under a log: tick outputs from the log's beginning on are ``run.frames[first:]``; notes: lines."""
+
+    run: Run
+    first: int
+    notes: list[str]
+
+
+def simulated(
+    log: TowLog,
+    scene: Scene,
+    cable: np.ndarray,
+    antenna: tuple[float, float] = (0.0, 0.0),
+    drag: float = 1.0,
+    out: str | os.PathLike | None = None,
+    progress: Progress = silent,
+) -> Simulated:
+    """Simulate the tow of a scene under a log; cable: out from the sheave [n]; antenna: in base_link, x and y [m];
+    drag: factor on that of the scene. Raises what `offline.run` raises."""
+    notes = [f"the sheave holds the cable in a groove of {DEEP_GROOVE:g} m, as a block that swivels does in a turn"]
+    c, s = np.cos(log.yaw), np.sin(log.yaw)
+    track = log.track - np.column_stack([antenna[0] * c - antenna[1] * s, antenna[0] * s + antenna[1] * c])
+    velocity = np.gradient(track, STEP, axis=0)
+    begin = velocity[: max(2, round(5.0 / STEP))].mean(axis=0)
+    speed, yaw = hypot(*begin), float(log.yaw[0])
+    if speed > MAX_TOW_SPEED:
+        raise LogError(
+            f"{log.path}: the ship begins at {speed:.3g} m/s, above {MAX_TOW_SPEED:g} m/s; {CONSEQUENCE}. Check "
+            f"speed_mps and the positions"
+        )
+    crab = remainder(degrees(atan2(begin[1], begin[0]) - yaw), 360.0) if speed > STILL else 0.0
+    run_in = 0
+    if abs(crab) > CRAB:
+        run_in = max(1, round(min(LONGEST_RUN_IN, RUN_IN * float(cable[0]) / speed) / STEP))
+        notes.append(
+            f"the ship begins {abs(crab):.3g} deg off its heading: the tow is run in over {run_in * STEP:g} s of a "
+            f"straight way before the log"
+        )
+        before = track[0] - np.arange(run_in, 0, -1)[:, None] * STEP * begin
+        track, log_yaw = np.vstack([before, track]), np.concatenate([np.full(run_in, yaw), log.yaw])
+        cable = np.concatenate([np.full(run_in, cable[0]), cable])
+    else:
+        log_yaw = log.yaw
+    seconds = BEGIN + STEP * np.arange(len(track))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SceneWarning)  # of a start that is not the scene's: the log has another
+        at_start = override(
+            scene,
+            {
+                "winch.scope": float(cable[0]),
+                "ship.tow_speed": speed,
+                "ship.heading_deg": remainder(degrees(yaw), 360.0),
+                "setpoint.algorithm": "hold",
+                "sheave.groove_depth": DEEP_GROOVE,
+            },
+        )
+        with tempfile.TemporaryDirectory() as folder:
+            table = Path(folder) / "motion_of_log.csv"
+            rows = np.column_stack([seconds, track, np.degrees(log_yaw)])
+            text = "\n".join(",".join(map(repr, row)) for row in rows.tolist())
+            table.write_text(f"time_s,x_m,y_m,yaw_deg\n{text}\n", "utf-8")
+            run = offline.run(
+                with_drag(at_start, drag),
+                table,
+                step="chosen",
+                every=TICK if seconds[-1] < LONG else LONG_TICK,
+                controller=winch_of(seconds, cable),
+                control_period=COMMAND,
+                out=out,
+                progress=progress,
+            )
+    kept = [reason for reason in run.verdict.reasons if reason.flag != "MEAN_TRACK"]  # a log may turn
+    run.verdict = verdict_of(kept)
+    first = int(np.searchsorted(run.frames["time"], round((BEGIN + run_in * STEP) * 1e9)))
+    made = run.frames["scope"]
+    gap = np.abs(made - np.interp(run.frames["time"] * 1e-9, seconds, cable))[first:]
+    if len(gap):
+        notes.append(f"the simulated winch is up to {gap.max():.2g} m from the cable out of the log")
+    return Simulated(run, first, notes)
+
+
+def winch_of(seconds: np.ndarray, cable: np.ndarray) -> Callable[[np.record], WinchCommand]:
+    """A controller that has the winch follow the cable out of a log."""
+
+    def command(row: np.record) -> WinchCommand:
+        ahead = float(row["time"]) * 1e-9 + COMMAND
+        return WinchCommand(payout=float(row["payout"] - row["scope"]) + float(np.interp(ahead, seconds, cable)))
+
+    return command
+
+
+def samples_of_log(log: TowLog, run: Simulated, antenna: tuple[float, float]) -> Samples:
+    """Samples of a run under a log, with the depths that were measured where there are any."""
+    made = samples_of(run.run.frames[run.first :].view(np.recarray), STEP, antenna)
+    if log.depth is None:
+        return made
+    return made._replace(depth=np.interp(made.seconds, log.seconds, log.depth))
+
+
+def before_run(log: TowLog, scene: Scene, cable: np.ndarray, antenna: tuple[float, float]) -> Samples:
+    """Samples of a log before anything is simulated: no towbody yet."""
+    c, s = np.cos(log.yaw), np.sin(log.yaw)
+    ahead, aside, up = scene.sheave.position
+    lever = np.column_stack(
+        [(ahead - antenna[0]) * c - (aside - antenna[1]) * s, (ahead - antenna[0]) * s + (aside - antenna[1]) * c]
+    )
+    sheave = log.track + lever
+    none = np.full(len(cable), np.nan)
+    return Samples(
+        log.seconds,
+        log.track,
+        sheave,
+        np.gradient(sheave, STEP, axis=0),
+        log.yaw,
+        np.full(len(cable), up + scene.ship.reference_height),
+        cable,
+        none if log.depth is None else log.depth,
+        np.column_stack([none, none]),
+        none,
+    )
