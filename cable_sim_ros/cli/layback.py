@@ -120,7 +120,7 @@ def layback(source, scene, mapping, ranges, out, as_json, **asked) -> None:
             f"{source} is a log, and a log does not say what is towed; nothing was simulated. Give --scene NAME or FILE"
         )
     with progress_bar(as_json) as progress:
-        found = _of_log(source, scene, mapping, known, asked, out, progress)
+        found = _of_log(source, scene, mapping, known, asked, progress)
     _tell(*found, lines, source, out, as_json)
 
 
@@ -192,13 +192,7 @@ def _of_recording(source: Path, scene: str | None, ranges: Ranges, asked: dict[s
 
 
 def _of_log(
-    source: Path,
-    scene: str,
-    mapping: Path | None,
-    ranges: Ranges,
-    asked: dict[str, Any],
-    out: Path | None,
-    progress: Any,
+    source: Path, scene: str, mapping: Path | None, ranges: Ranges, asked: dict[str, Any], progress: Any
 ) -> Found:
     """Of a log, under which the tow is simulated."""
     from ..io.scenes.load import load_scene
@@ -229,7 +223,7 @@ def _of_log(
             f"measured ones (x 1: {fit.before:.2g} m)"
             + ("; it is at the end of its range: something else is wrong too" if fit.at_end else "")
         )
-    run = by_log.simulated(log, tow, cable, antenna, drag, out, progress)
+    run = by_log.simulated(log, tow, cable, antenna, drag, progress)
     samples = by_log.samples_of_log(log, run, antenna)
     one = laid(tow, samples, ranges, factor, drag, asked["astern"] == "heading")
     if log.depth is None:

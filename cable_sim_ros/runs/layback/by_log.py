@@ -2,36 +2,35 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 import warnings
-from collections.abc import Callable
 from math import atan2, degrees, hypot, remainder
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
+from ...errors import RunError
 from ...io.logs.log import LogError
 from ...io.scenes.load import SceneWarning, override
 from ...io.sources.csv_table import CONSEQUENCE
 from ...limits import MAX_TOW_SPEED
-from ...sim.inputs import WinchCommand
+from ...sim.inputs import ShipMotion, WinchCommand
 from ...sim.layback.ranges import Ranges, with_drag
 from ...sim.layback.static_place import NoShape, Tow, static_place
 from ...sim.layout import layout_of
 from ...sim.scene import Scene
+from ...sim.simulator import Simulator, SolverError
 from ...sim.statics.route import DRUM_RESERVE
-from ...sim.verdict import verdict_of
 from .. import offline
 from ..result import Run
+from ..step_choice import metrics_of_steps, stepped
 from ..stepping import Progress, silent
 from .laid import Samples, courses, samples_of, spread
 from .tow_log import STEP, TowLog
 
+SECOND = 1_000_000_000  # ns
 BEGIN = 1.0  # s, stamp of the first sample: stamps above 0 stay as they are
-COMMAND = 0.5  # s between orders to the winch
-TICK, LONG_TICK, LONG = 0.1, 0.5, 3600.0  # s between tick outputs, of a log longer than LONG
+TICK, LONG_TICK, LONG = 0.25, 0.5, 3600.0  # s between tick outputs, of a log longer than LONG
 CRAB = 1.0  # deg between heading and course at the beginning, from which the tow is run in
 RUN_IN = 2.0  # times the time in which the ship goes the length of the cable
 LONGEST_RUN_IN = 1800.0  # s
@@ -39,6 +38,10 @@ LEAST_CABLE = 1.0  # m
 POINTS = 6  # samples at which the drag is adjusted
 STILL = 0.2  # m/s
 DEEP_GROOVE = 1.0  # m, of the sheave: in a turn it follows the cable to the side, as a block that swivels
+
+
+class NoRun(RunError):
+    """A run that ended before its log."""
 
 
 class Adjusted(NamedTuple):
@@ -60,8 +63,8 @@ def checked_cable(log: TowLog, scene: Scene, offset: float) -> np.ndarray:
     if cable.min() < LEAST_CABLE:
         raise LogError(
             f"{log.path}: cable out goes down to {cable.min():.4g} m (counter {log.cable.min():.4g} m, "
-            f"--counter-offset {offset:g} m), less than {LEAST_CABLE:g} m; {CONSEQUENCE}. Give --counter-offset so that "
-            f"the cable out counts from the sheave to the towbody, or cut off launch and recovery"
+            f"--counter-offset {offset:g} m), less than {LEAST_CABLE:g} m; {CONSEQUENCE}. Give --counter-offset so "
+            f"that the cable out counts from the sheave to the towbody, or cut off launch and recovery"
         )
     if cable.max() > most:
         raise LogError(
@@ -114,11 +117,10 @@ def simulated(
     cable: np.ndarray,
     antenna: tuple[float, float] = (0.0, 0.0),
     drag: float = 1.0,
-    out: str | os.PathLike | None = None,
     progress: Progress = silent,
 ) -> Simulated:
     """Simulate the tow of a scene under a log; cable: out from the sheave [n]; antenna: in base_link, x and y [m];
-    drag: factor on that of the scene. Raises what `offline.run` raises."""
+    drag: factor on that of the scene. Raises LogError, SceneError, StartError."""
     notes = [f"the sheave holds the cable in a groove of {DEEP_GROOVE:g} m, as a block that swivels does in a turn"]
     c, s = np.cos(log.yaw), np.sin(log.yaw)
     track = log.track - np.column_stack([antenna[0] * c - antenna[1] * s, antenna[0] * s + antenna[1] * c])
@@ -152,43 +154,63 @@ def simulated(
                 "winch.scope": float(cable[0]),
                 "ship.tow_speed": speed,
                 "ship.heading_deg": remainder(degrees(yaw), 360.0),
+                "winch.command_timeout": max(scene.winch.command_timeout, 2.0 * STEP),
+                "ship.max_gap": max(scene.ship.max_gap, 1.5 * STEP),
                 "setpoint.algorithm": "hold",
                 "sheave.groove_depth": DEEP_GROOVE,
             },
         )
-        with tempfile.TemporaryDirectory() as folder:
-            table = Path(folder) / "motion_of_log.csv"
-            rows = np.column_stack([seconds, track, np.degrees(log_yaw)])
-            text = "\n".join(",".join(map(repr, row)) for row in rows.tolist())
-            table.write_text(f"time_s,x_m,y_m,yaw_deg\n{text}\n", "utf-8")
-            run = offline.run(
-                with_drag(at_start, drag),
-                table,
-                step="chosen",
-                every=TICK if seconds[-1] < LONG else LONG_TICK,
-                controller=winch_of(seconds, cable),
-                control_period=COMMAND,
-                out=out,
-                progress=progress,
-            )
-    kept = [reason for reason in run.verdict.reasons if reason.flag != "MEAN_TRACK"]  # a log may turn
-    run.verdict = verdict_of(kept)
-    first = int(np.searchsorted(run.frames["time"], round((BEGIN + run_in * STEP) * 1e9)))
-    made = run.frames["scope"]
-    gap = np.abs(made - np.interp(run.frames["time"] * 1e-9, seconds, cable))[first:]
-    if len(gap):
-        notes.append(f"the simulated winch is up to {gap.max():.2g} m from the cable out of the log")
+        at_start = stepped(at_start, "chosen", TICK if seconds[-1] < LONG else LONG_TICK)
+    run = _run(with_drag(at_start, drag), seconds, track, log_yaw, cable, progress)
+    first = int(np.searchsorted(run.frames["time"], round((BEGIN + run_in * STEP) * SECOND)))
+    gap = np.abs(run.frames["scope"] - np.interp(run.frames["time"] / SECOND, seconds, cable))[first:]
+    if not len(gap):
+        raise NoRun(
+            f"{log.path}: the run under the log ended before it began: {run.problem or 'no tick was simulated'}"
+        )
+    notes.append(f"the simulated winch is up to {gap.max():.2g} m from the cable out of the log")
     return Simulated(run, first, notes)
 
 
-def winch_of(seconds: np.ndarray, cable: np.ndarray) -> Callable[[np.record], WinchCommand]:
-    """A controller that has the winch follow the cable out of a log."""
+def _run(
+    scene: Scene, seconds: np.ndarray, track: np.ndarray, yaw: np.ndarray, cable: np.ndarray, progress: Progress
+) -> Run:
+    """The run of a scene whose ship and winch go as they are told, each STEP; track [n, 2], the ship level."""
+    progress("compiling or loading", 0.0, 0.0)
+    sim = Simulator(scene)
+    sim.warm_up()
+    way, turn = CubicSpline(seconds, track), CubicSpline(seconds, yaw)
+    speed, rate, height = way(seconds, 1), turn(seconds, 1), scene.ship.reference_height
+    stamps = np.round(seconds * SECOND).astype(np.int64).tolist()
+    sim.start(stamps[0], (float(track[0, 0]), float(track[0, 1])), float(yaw[0]))
+    inboard = float(sim.frame["payout"] - sim.frame["scope"])
+    ticks = round(STEP / scene.solver.tick)
+    parts, problem = [], ""
+    sim.push(_moved(stamps[0], track[0], speed[0], yaw[0], rate[0], height))
+    for k in range(1, len(stamps)):
+        sim.push(_moved(stamps[k], track[k], speed[k], yaw[k], rate[k], height))
+        sim.push(WinchCommand(payout=inboard + float(cable[k])))
+        try:
+            parts.append(sim.run(ticks))
+        except SolverError as error:
+            parts.append(error.frames)
+            problem = f"the solver gave up after {seconds[k - 1] - seconds[0]:.6g} s: {error}"
+            break
+        if k % 60 == 0:
+            progress("simulating", seconds[k] - seconds[0], seconds[-1] - seconds[0])
+    frames = np.concatenate(parts).view(np.recarray)
+    run = Run(frames, metrics_of_steps(sim.steps, sim.state.now.control, scene.solver), problem, scene=scene)
+    return offline.judged(run, scene)
 
-    def command(row: np.record) -> WinchCommand:
-        ahead = float(row["time"]) * 1e-9 + COMMAND
-        return WinchCommand(payout=float(row["payout"] - row["scope"]) + float(np.interp(ahead, seconds, cable)))
 
-    return command
+def _moved(stamp: int, place: np.ndarray, speed: np.ndarray, yaw: float, rate: float, height: float) -> ShipMotion:
+    return ShipMotion(
+        time_ns=stamp,
+        position=(float(place[0]), float(place[1]), height),
+        velocity=(float(speed[0]), float(speed[1]), 0.0),
+        attitude=(0.0, 0.0, float(yaw)),
+        rate=(0.0, 0.0, float(rate)),
+    )
 
 
 def samples_of_log(log: TowLog, run: Simulated, antenna: tuple[float, float]) -> Samples:
