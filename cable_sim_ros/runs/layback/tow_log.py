@@ -257,7 +257,8 @@ def _without_jumps(
     middle = float(np.median(latitude)), float(np.median(longitude))
     places = on_plane(middle, latitude, longitude)
     slack = 5.0  # m, noise of positions
-    first = int(np.argmin(np.hypot(*(places[:FEWEST] - np.median(places[:FEWEST], axis=0)).T)))
+    begin = np.hypot(*(places[:FEWEST] - np.median(places[:FEWEST], axis=0)).T)
+    first = int(np.argmax(begin <= max(slack + MAX_TOW_SPEED * (time[FEWEST - 1] - time[0]), float(begin.min()))))
     kept, last, worst, at = np.zeros(len(time), bool), first, 0.0, 0
     for k in range(first, len(time)):
         away = float(np.hypot(*(places[k] - places[last])))
