@@ -43,7 +43,7 @@ def plot(one: Laid, path: Path, title: str, measured: bool) -> Path:
         top.set_ylabel("north [m]")
         top.set_aspect("equal", adjustable="datalim")
         top.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
-        below.set_title("Layback from the sheave, with its 95 % interval" + ("" if measured else ", and depth"))
+        below.set_title("Layback from the sheave, with its 95 % interval, and depth")
         below.fill_between(minutes, size - one.band[:, 0], size + one.band[:, 0], color=BAND, label="95 %")
         for name, (label, colour, line) in NAMES.items():
             if name != "catenary":  # steeper by far: it would press the others together

@@ -42,6 +42,7 @@ from .report.diagnostics import Watch, final_metrics
 from .report.health import MSGTYPE as AGES_TYPE
 from .report.health import TOPIC as AGES_TOPIC
 from .report.node_verdict import verdict_of_node
+from .report.towbody_fix import TowbodyFix
 from .rules import rule_keeper
 from .services import simulation_interfaces
 from .services.control import SimulationControl
@@ -97,6 +98,7 @@ class CableSimNode(LifecycleNode):
         self._neighbours = Neighbours(self)
         self.clock_topic = ClockTopic(self)
         self._ages = self.create_publisher(message_class(AGES_TYPE), AGES_TOPIC, QOS["reliable"])
+        self.fix = TowbodyFix(self, self._steady, QOS["reliable"])
         self._reported_levels: tuple = ()
         self._reported_state = ""
         self._warned_scheduler = False

@@ -22,6 +22,7 @@ from ..sim.scene import Scene
 from .blocks import NodeBlock, TimeMode
 from .fault_schedule import schedule_of
 from .lockstep import rate_problem
+from .report.towbody_fix import fix_problem
 from .telegrams.blocks import telegram_problem
 
 FOREIGN = ("use_sim_time", "start_type_description_service")  # declared by rclpy itself
@@ -170,6 +171,7 @@ def settle(overrides: dict[str, Any]) -> Settings:
         or state_problem(node.state_file, "started")
         or rate_problem(node.lockstep.rate, "started")
         or schedule_of(node.faults_file, scene, node.time_mode is TimeMode.LOCKSTEP)[1]
+        or fix_problem(node.fix)
         or telegram_problem(node.telegrams, scene.solver.tick)
     )
     if recording.enabled and not problem:
