@@ -42,7 +42,6 @@ from .report.diagnostics import Watch, final_metrics
 from .report.health import MSGTYPE as AGES_TYPE
 from .report.health import TOPIC as AGES_TOPIC
 from .report.node_verdict import verdict_of_node
-from .report.towbody_fix import TowbodyFix
 from .rules import rule_keeper
 from .services import simulation_interfaces
 from .services.control import SimulationControl
@@ -51,6 +50,7 @@ from .statistics import write_json
 from .stepped import SteppedSession, session_of
 from .telegrams.sender import Sender
 from .topics import diagnostic_array, inputs_there, message_class, publishers_of, rows_of
+from .towbody_fix import TowbodyFix
 
 NAME, NAMESPACE = "cable_sim", "/tow_sim"
 INPUT_DEPTH = {False: 200, True: 5000}  # deep: a static start takes a second; in lockstep a bag may come at once

@@ -22,8 +22,8 @@ from ..sim.scene import Scene
 from .blocks import NodeBlock, TimeMode
 from .fault_schedule import schedule_of
 from .lockstep import rate_problem
-from .report.towbody_fix import fix_problem
 from .telegrams.blocks import telegram_problem
+from .towbody_fix import fix_problem
 
 FOREIGN = ("use_sim_time", "start_type_description_service")  # declared by rclpy itself
 # what stands for "none" in a parameter that may be none

@@ -15,7 +15,7 @@ from cable_sim_ros.io.geodesy import on_plane  # noqa: E402
 from cable_sim_ros.io.scenes.load import load_scene, override  # noqa: E402
 from cable_sim_ros.ros.blocks import NodeBlock  # noqa: E402
 from cable_sim_ros.ros.parameters import ParameterError, settle  # noqa: E402
-from cable_sim_ros.ros.report.towbody_fix import TowbodyFix, fix_problem  # noqa: E402
+from cable_sim_ros.ros.towbody_fix import TowbodyFix, fix_problem  # noqa: E402
 from cable_sim_ros.sim.layback import band_table  # noqa: E402
 from cable_sim_ros.sim.layback.band_table import BandTable  # noqa: E402
 from cable_sim_ros.sim.layback.ranges import Ranges  # noqa: E402

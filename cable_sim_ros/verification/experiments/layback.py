@@ -144,8 +144,7 @@ def markdown(found: list[Studied]) -> list[str]:
             lines.append(f"| `{name}` | " + " | ".join(cells) + " |")
         lines.append(f"| simulated, drag {100 * WRONG:+g} % | " + " | ".join(_pair(one.wrong) for one in mine) + " |")
         lines.append("| its interval | " + " | ".join(f"{one.interval:.1f}" for one in mine) + " |")
-        lines.append("| CPU s | " + " | ".join(f"{one.cpu:.1f}" for one in mine) + " |")
-        parts.append(f"{tow}, `side_scan`; mean / largest distance from the simulated towbody, m:")
+        parts.append(f"{tow}, `side_scan`: mean / largest distance from the simulated towbody, m")
         parts.append("\n".join(lines))
     return parts
 
