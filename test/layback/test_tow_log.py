@@ -171,3 +171,15 @@ def test_a_log_cut_off_or_with_wrong_bytes_is_read_or_refused(tmp_path):
         read += 1
         assert np.isfinite(log.track).all() and np.isfinite(log.cable).all() and len(log.seconds) < 90_000
     assert 50 < read < 1060
+
+
+def test_places_on_a_plane_serve_as_positions_do(tmp_path):
+    log = read_log(written(tmp_path / "log.csv", heading_deg=None, x_m=5.0 + 2.0 * np.arange(N), y_m=np.full(N, 7.0)))
+    assert log.origin is None and log.track[[0, -1]] == pytest.approx(
+        np.array([[5.0, 7.0], [5.0 + 2.0 * (N - 1), 7.0]])
+    )
+
+
+def test_a_drum_that_does_not_feed_cannot_follow(tmp_path):
+    with pytest.raises(CableSimError, match="full_scale_contact: winch.drum = contact .* cannot pay out"):
+        checked_cable(read_log(written(tmp_path / "log.csv")), load_scene("full_scale_contact"), 0.0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from math import atan2, degrees, hypot, remainder
+from math import atan2, ceil, degrees, hypot, remainder
 from typing import NamedTuple
 
 import numpy as np
@@ -14,13 +14,16 @@ from ...io.logs.log import LogError
 from ...io.scenes.load import SceneWarning, override
 from ...io.sources.csv_table import CONSEQUENCE
 from ...limits import MAX_TOW_SPEED
+from ...physics.winch import DrumModel
 from ...sim.inputs import ShipMotion, WinchCommand
 from ...sim.layback.ranges import Ranges, with_drag
 from ...sim.layback.static_place import NoShape, Tow, static_place
 from ...sim.layout import layout_of
+from ...sim.rule_blocks import slowest_tick
 from ...sim.scene import Scene
 from ...sim.simulator import Simulator, SolverError
 from ...sim.statics.route import DRUM_RESERVE
+from ...sim.tables.sensor_tables import aboard
 from .. import offline
 from ..result import Run
 from ..step_choice import metrics_of_steps, stepped
@@ -56,6 +59,11 @@ class Adjusted(NamedTuple):
 
 def checked_cable(log: TowLog, scene: Scene, offset: float) -> np.ndarray:
     """Cable out from the sheave [n]: the counter plus ``offset``. Raises LogError for what the drum does not have."""
+    if scene.winch.drum is not DrumModel.FEED:
+        raise LogError(
+            f"{scene.name}: winch.drum = {scene.winch.drum.value} has the end of the cable fixed, so that it cannot "
+            f"pay out as {log.path} says; {CONSEQUENCE}. Give a scene with winch.drum: feed"
+        )
     cable = log.cable + offset
     held = sum(section.length for section in scene.cable.sections.values())
     route = layout_of(scene).route
@@ -160,7 +168,7 @@ def simulated(
                 "sheave.groove_depth": DEEP_GROOVE,
             },
         )
-        at_start = stepped(at_start, "chosen", TICK if seconds[-1] < LONG else LONG_TICK)
+        at_start = stepped(at_start, "chosen", _tick(at_start, TICK if seconds[-1] < LONG else LONG_TICK))
     run = _run(with_drag(at_start, drag), seconds, track, log_yaw, cable, progress)
     first = int(np.searchsorted(run.frames["time"], round((BEGIN + run_in * STEP) * SECOND)))
     gap = np.abs(run.frames["scope"] - np.interp(run.frames["time"] / SECOND, seconds, cable))[first:]
@@ -170,6 +178,12 @@ def simulated(
         )
     notes.append(f"the simulated winch is up to {gap.max():.2g} m from the cable out of the log")
     return Simulated(run, first, notes)
+
+
+def _tick(scene: Scene, tick: float) -> float:
+    """Seconds between tick outputs: a part of STEP, and as rules and instruments of the scene want it."""
+    wanted = scene.solver.tick if aboard(scene) else min(tick, slowest_tick(scene.rules))
+    return STEP / ceil(STEP / wanted - 1e-9)
 
 
 def _run(

@@ -1,7 +1,8 @@
 """A log of pay-out, speed, heading and depth as even samples: columns of a CSV file, or signals of any other log.
 
 Columns: time_s and payout_m, and of speed_mps, heading_deg (from north, clockwise), depth_m (positive down), latitude,
-longitude (deg, WGS 84) those that there are: the way of the ship must follow from positions or from speed and heading.
+longitude (deg, WGS 84) or x_m, y_m (east, north) those that there are: the way of the ship must follow from positions
+or from speed and heading.
 """
 
 from __future__ import annotations
@@ -51,6 +52,8 @@ COLUMNS = {
     "depth_m": Column(-12_000.0, 12_000.0, "m", "body_depth"),
     "latitude": Column(-FARTHEST, FARTHEST, "deg", "latitude", degrees(1.0)),
     "longitude": Column(-180.0, 360.0, "deg", "longitude", degrees(1.0)),
+    "x_m": Column(-1e7, 1e7, "m", "x"),
+    "y_m": Column(-1e7, 1e7, "m", "y"),
 }
 EXAMPLE = "time_s,payout_m,speed_mps,heading_deg,depth_m"
 
@@ -84,10 +87,8 @@ def read_log(path: str | os.PathLike, mapping: str | os.PathLike | None = None) 
     """The log of a file. Raises MotionError and LogError."""
     path = Path(path)
     if mapping is None and path.suffix.lower() == ".csv":
-        time, columns, lines = _of_table(path)
-    else:
-        time, columns, lines = _of_signals(path, mapping)
-    return _even(path, time, columns, lines)
+        return _even(path, *_of_table(path), [])
+    return _even(path, *_of_signals(path, mapping))
 
 
 def _of_table(path: Path) -> tuple[np.ndarray, dict[str, np.ndarray], list[str]]:
@@ -109,8 +110,10 @@ def _of_table(path: Path) -> tuple[np.ndarray, dict[str, np.ndarray], list[str]]
     return columns.pop("time_s"), columns, [f"{path}:{line}" for line in lines]
 
 
-def _of_signals(path: Path, mapping: str | os.PathLike | None) -> tuple[np.ndarray, dict[str, np.ndarray], list[str]]:
-    """The same from the signals of any log that is known; at the times of the pay-out."""
+def _of_signals(
+    path: Path, mapping: str | os.PathLike | None
+) -> tuple[np.ndarray, dict[str, np.ndarray], list[str], list[str]]:
+    """The same from the signals of any log that is known, at the times of the pay-out; and what was assumed."""
     try:
         reader = import_module("cable_sim_ros.io.logs.read_signals")
     except ImportError:
@@ -124,22 +127,25 @@ def _of_signals(path: Path, mapping: str | os.PathLike | None) -> tuple[np.ndarr
             f"winch to payout"
         )
     stamps = found["payout"].time
-    time, columns = stamps * 1e-9, {}
+    time, columns, assumed = stamps * 1e-9, {}, [*found["payout"].assumed]
     for name, column in COLUMNS.items():
         signal = found.get(column.quantity)
         if signal is not None and len(signal.time):
             columns[name] = column.factor * np.interp(stamps, signal.time, signal.value)
-    for name, way in (("yaw", 90.0), ("course", 90.0)):
+            assumed += [line for line in signal.assumed if line not in assumed]
+    for name in ("yaw", "course"):
         signal = found.get(name)
         if signal is not None and len(signal.time) and "heading_deg" not in columns:
-            columns["heading_deg"] = (way - np.degrees(np.interp(stamps, signal.time, np.unwrap(signal.value)))) % 360.0
-    return time, columns, [f"{path}: sample {k + 1}" for k in range(len(time))]
+            turned = np.degrees(np.interp(stamps, signal.time, np.unwrap(signal.value)))
+            columns["heading_deg"] = (90.0 - turned) % 360.0
+            assumed += [line for line in signal.assumed if line not in assumed]
+            assumed += ["assumed: the ship points along its course (no heading was logged)"] * (name == "course")
+    return time, columns, [f"{path}: sample {k + 1}" for k in range(len(time))], assumed
 
 
-def _even(path: Path, time: np.ndarray, columns: dict[str, np.ndarray], lines: list[str]) -> TowLog:
+def _even(path: Path, time: np.ndarray, columns: dict[str, np.ndarray], lines: list[str], assumed: list[str]) -> TowLog:
     """The log of what was read, checked."""
     _checked(path, time, columns, lines)
-    assumed: list[str] = []
     notes = _gaps(path, time)
     began = float(time[0]) if time[0] > EPOCH else None
     at = np.arange(0.0, time[-1] - time[0] + 1e-9, STEP)
@@ -153,13 +159,21 @@ def _even(path: Path, time: np.ndarray, columns: dict[str, np.ndarray], lines: l
     heading = columns.get("heading_deg")
     yaw = None if heading is None else _smooth(even(np.unwrap(np.radians(90.0 - heading))))
     speed, origin = columns.get("speed_mps"), None
-    if ("latitude" in columns) != ("longitude" in columns):
-        raise LogError(f"{path}: has one of latitude and longitude without the other; {CONSEQUENCE}. Give both")
-    if "latitude" in columns:
-        kept = _without_jumps(path, moved, columns["latitude"], columns["longitude"], lines, notes)
-        latitude, longitude = columns["latitude"][kept], columns["longitude"][kept]
-        origin = float(latitude[0]), float((longitude[0] + 180.0) % 360.0 - 180.0)
-        places = on_plane(origin, latitude, longitude)
+    for one, other in (("latitude", "longitude"), ("x_m", "y_m")):
+        if (one in columns) != (other in columns):
+            raise LogError(f"{path}: has one of {one} and {other} without the other; {CONSEQUENCE}. Give both")
+    if "latitude" in columns or "x_m" in columns:
+        if "latitude" in columns:
+            latitude, longitude = columns["latitude"], columns["longitude"]
+            middle = float(np.median(latitude)), float(np.median(longitude))
+            kept = _without_jumps(path, moved, on_plane(middle, latitude, longitude), lines, notes)
+            latitude, longitude = latitude[kept], longitude[kept]
+            origin = float(latitude[0]), float((longitude[0] + 180.0) % 360.0 - 180.0)
+            places = on_plane(origin, latitude, longitude)
+        else:
+            places = np.column_stack([columns["x_m"], columns["y_m"]])
+            kept = _without_jumps(path, moved, places, lines, notes)
+            places = places[kept]
         raw = np.column_stack([np.interp(at, moved[kept], places[:, k]) for k in (0, 1)])
         track = np.column_stack([_smooth(raw[:, k]) for k in (0, 1)])
         off = float(np.sqrt(np.mean(np.sum((track - raw) ** 2, axis=1))))
@@ -250,12 +264,8 @@ def _no_reset(path: Path, time: np.ndarray, cable: np.ndarray, lines: list[str])
         )
 
 
-def _without_jumps(
-    path: Path, time: np.ndarray, latitude: np.ndarray, longitude: np.ndarray, lines: list[str], notes: list[str]
-) -> np.ndarray:
+def _without_jumps(path: Path, time: np.ndarray, places: np.ndarray, lines: list[str], notes: list[str]) -> np.ndarray:
     """Which positions are kept: one that no ship could have come to since the one before is left out."""
-    middle = float(np.median(latitude)), float(np.median(longitude))
-    places = on_plane(middle, latitude, longitude)
     slack = 5.0  # m, noise of positions
     begin = np.hypot(*(places[:FEWEST] - np.median(places[:FEWEST], axis=0)).T)
     first = int(np.argmax(begin <= max(slack + MAX_TOW_SPEED * (time[FEWEST - 1] - time[0]), float(begin.min()))))
@@ -271,7 +281,7 @@ def _without_jumps(
         raise LogError(
             f"{lines[at]}: the position jumps by {worst:.4g} m, and {left} of {len(time)} positions do not follow the "
             f"ones before at {MAX_TOW_SPEED:g} m/s or less, more than {100.0 * JUMPS:g} %; {CONSEQUENCE}. Check "
-            f"latitude and longitude (deg), or leave the wrong rows out"
+            f"their units, or leave the wrong rows out"
         )
     if left:
         notes.append(f"{left} positions that jump were left out, the farthest by {worst:.4g} m ({lines[at]})")

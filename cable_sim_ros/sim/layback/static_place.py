@@ -19,6 +19,7 @@ from ..tables.current import flow_of
 from .ranges import Ranges, with_drag
 
 STILL = 1e-6  # m/s
+OTHERWISE = (0.0, 1e-3, -1e-3)  # of the cable out
 DEEP = 0.5  # of the scope: the depth whose current is turned
 
 
@@ -63,13 +64,20 @@ class NoShape(ValueError):
 
 
 def static_place(scene: Scene, tow: Tow, drag: float = 1.0) -> Place:
-    """Of the towbody of a steady tow with ``drag`` times the drag of the scene. Raises NoShape."""
+    """Of the towbody of a steady tow with ``drag`` times the drag of the scene. Raises NoShape.
+
+    Where the integration does not close with this cable, one a thousandth longer or shorter stands for it.
+    """
     route = layout_of(scene).route
     speed = hypot(tow.east, tow.north)
     course = atan2(tow.north, tow.east) if speed > STILL else tow.yaw
     ship = scene.ship.model_copy(update={"tow_speed": speed})
-    shape = tow_shape(with_drag(scene, drag).model_copy(update={"ship": ship}), route, tow.cable, course)
-    if not shape.closed or not np.isfinite(shape.place).all():
+    towed = with_drag(scene, drag).model_copy(update={"ship": ship})
+    for other in OTHERWISE:
+        shape = tow_shape(towed, route, (1.0 + other) * tow.cable, course)
+        if shape.closed and np.isfinite(shape.place).all():
+            break
+    else:
         raise NoShape(f"{scene.name}: {tow.cable:.4g} m of cable at {speed:.3g} m/s has no static shape")
     pull = shape.force[-1]
     flat = hypot(pull[0], pull[1])
