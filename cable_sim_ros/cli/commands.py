@@ -42,6 +42,7 @@ LATER = {
     "import": "cli.import_logs",
     "inspect": "cli.inspect_logs",
     "compare": "cli.compare",
+    "layback": "cli.layback",
     "soak": "verification.soak.command",
     "stress": "verification.commands",
     "validate": "verification.commands",

@@ -8,6 +8,7 @@ from ..io.messages.markers import MAX_RATE
 from ..physics.heave_filter import Heave, MotionInput
 from ..physics.parameter import Block, quantity
 from .telegrams.blocks import Telegrams
+from .towbody_fix import Fix
 
 
 class TimeMode(str, Enum):
@@ -164,6 +165,7 @@ class NodeBlock(Block):
     recording: RecordingParameters = quantity(RecordingParameters(), "", None, None, "recording")
     publish: Publish = quantity(Publish(), "", None, None, "rates")
     telegrams: Telegrams = quantity(Telegrams(), "", None, None, "telegrams of the instruments over UDP")
+    fix: Fix = quantity(Fix(), "", None, None, "latitude and longitude of the towbody")
     frame: Frames = quantity(Frames(), "", None, None, "frame names")
     motion: MotionInput = quantity(MotionInput(), "", None, None, "motion messages")
     heave: Heave = quantity(Heave(), "", None, None, "motion from the IMU alone")

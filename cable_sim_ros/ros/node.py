@@ -50,6 +50,7 @@ from .statistics import write_json
 from .stepped import SteppedSession, session_of
 from .telegrams.sender import Sender
 from .topics import diagnostic_array, inputs_there, message_class, publishers_of, rows_of
+from .towbody_fix import TowbodyFix
 
 NAME, NAMESPACE = "cable_sim", "/tow_sim"
 INPUT_DEPTH = {False: 200, True: 5000}  # deep: a static start takes a second; in lockstep a bag may come at once
@@ -97,6 +98,7 @@ class CableSimNode(LifecycleNode):
         self._neighbours = Neighbours(self)
         self.clock_topic = ClockTopic(self)
         self._ages = self.create_publisher(message_class(AGES_TYPE), AGES_TOPIC, QOS["reliable"])
+        self.fix = TowbodyFix(self, self._steady, QOS["reliable"])
         self._reported_levels: tuple = ()
         self._reported_state = ""
         self._warned_scheduler = False

@@ -23,6 +23,7 @@ from .blocks import NodeBlock, TimeMode
 from .fault_schedule import schedule_of
 from .lockstep import rate_problem
 from .telegrams.blocks import telegram_problem
+from .towbody_fix import fix_problem
 
 FOREIGN = ("use_sim_time", "start_type_description_service")  # declared by rclpy itself
 # what stands for "none" in a parameter that may be none
@@ -170,6 +171,7 @@ def settle(overrides: dict[str, Any]) -> Settings:
         or state_problem(node.state_file, "started")
         or rate_problem(node.lockstep.rate, "started")
         or schedule_of(node.faults_file, scene, node.time_mode is TimeMode.LOCKSTEP)[1]
+        or fix_problem(node.fix)
         or telegram_problem(node.telegrams, scene.solver.tick)
     )
     if recording.enabled and not problem:

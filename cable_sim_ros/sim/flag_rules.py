@@ -23,6 +23,7 @@ REFUSED_S, REFUSED = 2.0, 0.01  # s and share of the run for which a refused sou
 OUTSIDE_TABLE = 0.05  # share of the energy of the sea that may lie outside a table of response amplitude operators
 ROUNDED = 0.08  # of the rms acceleration at the sheave, that rounded motion may leave wrong
 MIN_ROUNDED = 5e-4  # m/s^2, and more than this: a tenth of a newton on a tow of 200 kg
+LAYBACK_WITHIN = 0.5  # share of the time in which a measured depth is to be within the interval of the simulated one
 WITHIN_JOURNAL = 1e-6  # of the tension, and m, for one that knows what every tick saw: another machine rounds otherwise
 
 TENSION = ("tension_mean_n", "tension_std_n", "tension_min_n", "tension_max_n")
@@ -297,6 +298,13 @@ CHECKS = (
         ("winch_pull_max_n", "winch_power_max_w", "winch_power_min_w"),
         "with friction on sheave or drum the winch ran slower than 3 times `contact.slip_speed` for more than 5 % of "
         "the run, as one that is held: there friction acts in part, by more than 0.1 % of `contact.working_tension`",
+    ),
+    (
+        "LAYBACK_DEPTH",
+        DOUBTFUL,
+        ("body_depth_m", "body_position_m"),
+        "`cable-sim layback`: the measured depth is within the 95 % interval of the simulated one for less than "
+        f"{100.0 * LAYBACK_WITHIN:g} % of the time",
     ),
     (
         "MOTION_REFUSED",

@@ -41,6 +41,7 @@ COMMANDS = {
     "manual",
     "mesh",
     "plan",
+    "layback",
     "recover",
     "make-bags",
     "telegrams",

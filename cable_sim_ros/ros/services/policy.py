@@ -13,9 +13,9 @@ from .simulation_interfaces import SERVICES, service_name
 NODE, SPACE = "cable_sim", "/tow_sim"
 FILE = Path("config", "sros2", "policy.xml")
 # only where tf2_msgs, visualization_msgs, control_msgs or simulation_interfaces is installed, in lockstep (/clock), in
-# some scenes
+# some scenes, with fix.latitude
 OPTIONAL = (
-    {"/clock", f"{SPACE}/tf", f"{SPACE}/cable/markers"}
+    {"/clock", f"{SPACE}/tf", f"{SPACE}/cable/markers", f"{SPACE}/towbody/fix"}
     | {f"{SPACE}/{channel.topic}" for channel, _ in SOMETIMES}
     | {f"{SPACE}/{topic}" for msgtype, topic in KINDS.values() if msgtype == JOINT_COMMAND}
     | {f"{SPACE}/{NODE}/{service_name(name)}" for name in SERVICES}

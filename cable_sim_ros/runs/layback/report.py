@@ -1,0 +1,179 @@
+"""Figures of a layback, and the table that survey software reads."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...io.geodesy import on_earth
+from ...sim.flag_rules import BODY
+from ...sim.flag_rules import LAYBACK_WITHIN as WITHIN
+from ...sim.verdict import Verdict, check, verdict_of
+from .laid import WAYS, Laid
+from .track import along_track
+
+MEANING = {
+    "pythagoras": "straight cable: sqrt(cable^2 - (depth + sheave height)^2), astern",
+    "factor": "cable out times a factor, astern",
+    "follow_dog": "the layback of Pythagoras, drawn along by the sheave as a dog on a leash",
+    "catenary": "chain of the cable's weight in water under the drag of the towbody alone, astern",
+    "catenary_of_depth": "chain of the cable's length to the depth, level at the towbody, astern",
+    "static": "static tow of the scene at the speed, course and cable out of the moment",
+}
+# column of the table: meaning; the ways follow, each as layback_<way>_m
+COLUMNS = {
+    "time_utc": "ISO 8601; without a date time_s, from the beginning",
+    "latitude": "deg, WGS 84, of the simulated towbody; without an origin x_m, east",
+    "longitude": "deg, WGS 84; without an origin y_m, north",
+    "depth_m": "below the mean water surface, simulated",
+    "layback_m": "horizontal distance from the sheave to the towbody",
+    "layback_antenna_m": "horizontal distance from the antenna to the towbody",
+    "along_track_m": "way of the towbody behind the sheave, measured on the sheave's track",
+    "offset_m": "distance of the towbody from the sheave's track, to starboard positive",
+    "layback_95_m": "half-width of the 95 % interval of the layback",
+    "along_95_m": "the same along the layback",
+    "across_95_m": "the same across it",
+    "depth_95_m": "the same of the depth",
+    "cable_out_m": "from the sheave to the towbody",
+    "depth_measured_m": "as logged; empty without",
+}
+
+HANGS_ON = ("DETACHED",)  # reasons that name no figure of the towbody: a cable off its sheave is longer outboard
+
+
+class Place(NamedTuple):
+    """Where and when the axes of the samples begin: latitude and longitude [deg] and s since 1970, None: not known."""
+
+    origin: tuple[float, float] | None = None
+    began: float | None = None
+
+
+def figures(one: Laid, measured: bool) -> dict[str, Any]:
+    """For the JSON; measured: the depths of the samples are measured ones."""
+    s = one.samples
+    size = np.hypot(*(s.fish - s.sheave).T)
+    behind, aside = along_track(s.sheave, s.fish, one.course)
+    found: dict[str, Any] = {
+        "samples": len(s.seconds),
+        "duration_s": float(s.seconds[-1] - s.seconds[0]),
+        "layback_m": _range(size),
+        "along_track_m": _range(behind),
+        "offset_m": _range(aside),
+        "depth_m": _range(s.fish_depth),
+        "interval_95_m": {
+            name: _range(one.band[:, k]) for k, name in enumerate(("layback", "along", "across", "depth"))
+        },
+        "ways": [_way(one, name, size) for name in WAYS],
+    }
+    if measured:
+        gap = s.fish_depth - s.depth
+        found["depth_difference_m"] = {
+            "mean": float(gap.mean()),
+            "rms": float(np.sqrt(np.mean(gap**2))),
+            "largest": float(np.abs(gap).max()),
+            "share_within_interval": float(np.mean(np.abs(gap) <= one.band[:, 3])),
+        }
+    return found
+
+
+def _way(one: Laid, name: str, size: np.ndarray) -> dict[str, Any]:
+    s, places = one.samples, one.places[name]
+    apart = np.hypot(*(places - s.fish).T)
+    longer = np.hypot(*(places - s.sheave).T) - size
+    known = np.isfinite(apart)
+    row: dict[str, Any] = {"way": name, "meaning": MEANING[name], "no_solution": int(np.sum(~known))}
+    row |= {"layback_difference_mean_m": None, "apart_mean_m": None, "apart_largest_m": None, "apart_largest_s": None}
+    if known.any():
+        worst = int(np.nanargmax(apart))
+        row |= {
+            "layback_difference_mean_m": float(longer[known].mean()),
+            "apart_mean_m": float(apart[known].mean()),
+            "apart_largest_m": float(apart[worst]),
+            "apart_largest_s": float(s.seconds[worst]),
+        }
+    return row
+
+
+def verdict_on(verdict: Verdict, found: Mapping[str, Any], notes: list[str]) -> Verdict:
+    """What of the verdict on a run counts for its layback; reasons of other figures become notes."""
+    kept = []
+    for reason in verdict.reasons:
+        if reason.flag in HANGS_ON or set(reason.metrics) & set(BODY[:3]):
+            kept.append(reason)
+        else:
+            notes.append(f"of the run, not of its layback: {reason}")
+    share = found.get("depth_difference_m", {}).get("share_within_interval", 1.0)
+    if share < WITHIN:
+        kept.append(
+            check(
+                "LAYBACK_DEPTH",
+                f"the simulated depth is within its 95 % interval of the measured one for {100.0 * share:.3g} % of the "
+                f"time: drag, weights, flow or counter are not those of this tow, and the layback hangs on them too. "
+                f"Check the scene and --counter-offset, widen --range, or --fit-drag",
+                fraction=1.0 - share,
+            )
+        )
+    return verdict_of(kept)._replace(notes=verdict.notes)
+
+
+def _range(values: np.ndarray) -> dict[str, float | None]:
+    known = values[np.isfinite(values)]
+    if not len(known):
+        return {"min": None, "mean": None, "max": None}
+    return {"min": float(known.min()), "mean": float(known.mean()), "max": float(known.max())}
+
+
+def table(one: Laid, place: Place, measured: bool) -> tuple[list[str], list[list[str]]]:
+    """Names of the columns and their cells; what has no value is empty."""
+    s = one.samples
+    behind, aside = along_track(s.sheave, s.fish, one.course)
+    heads, columns = ["time_s" if place.began is None else "time_utc"], [_times(s.seconds, place.began)]
+    if place.origin is None:
+        heads += ["x_m", "y_m"]
+        columns += [_cells(s.fish[:, 0], 2), _cells(s.fish[:, 1], 2)]
+    else:
+        latitude, longitude = on_earth(place.origin, s.fish)
+        heads += ["latitude", "longitude"]
+        columns += [_cells(latitude, 8), _cells(longitude, 8)]
+    numbers: Mapping[str, np.ndarray] = {
+        "depth_m": s.fish_depth,
+        "layback_m": np.hypot(*(s.fish - s.sheave).T),
+        "layback_antenna_m": np.hypot(*(s.fish - s.antenna).T),
+        "along_track_m": behind,
+        "offset_m": aside,
+        "layback_95_m": one.band[:, 0],
+        "along_95_m": one.band[:, 1],
+        "across_95_m": one.band[:, 2],
+        "depth_95_m": one.band[:, 3],
+        "cable_out_m": s.cable,
+        "depth_measured_m": s.depth if measured else np.full(len(s.seconds), np.nan),
+        **{f"layback_{name}_m": np.hypot(*(one.places[name] - s.sheave).T) for name in WAYS},
+    }
+    heads += list(numbers)
+    columns += [_cells(values, 2) for values in numbers.values()]
+    return heads, [list(row) for row in zip(*columns, strict=True)]
+
+
+def write_table(path: Path, one: Laid, place: Place, measured: bool) -> None:
+    """The table as CSV with points and commas."""
+    heads, rows = table(one, place, measured)
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(heads)
+        writer.writerows(rows)
+
+
+def _times(seconds: np.ndarray, began: float | None) -> list[str]:
+    if began is None:
+        return [f"{value:.3f}" for value in seconds]
+    at = (datetime.fromtimestamp(round(1000.0 * (began + value)) / 1000.0, UTC) for value in seconds)
+    return [f"{one:%Y-%m-%dT%H:%M:%S}.{one.microsecond // 1000:03d}Z" for one in at]
+
+
+def _cells(values: np.ndarray, places: int) -> list[str]:
+    return [f"{value:.{places}f}" if np.isfinite(value) else "" for value in np.asarray(values, float)]
