@@ -38,6 +38,8 @@ LATER = {
     "ahc": "ahc.command",
     "bench": "verification.commands",
     "case": "verification.commands",
+    "export": "cli.export",
+    "fmu": "fmu.command",
     "soak": "verification.soak.command",
     "stress": "verification.commands",
     "validate": "verification.commands",
