@@ -18,10 +18,7 @@ def _names(values: tuple[str, ...]) -> list[str]:
 @click.argument("run")
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="FILE", help="File to write.")
 @click.option(
-    "--format",
-    "form",
-    type=click.Choice(["csv", "nc", "parquet", "mat"]),
-    help="Of the file. Default: by its ending.",
+    "--format", "form", type=click.Choice(["csv", "nc", "parquet", "mat"]), help="Of the file. Default: by its ending."
 )
 @click.option("--fields", multiple=True, metavar="NAME,...", help="Fields of a tick, beside its time. Default: all.")
 @click.option(

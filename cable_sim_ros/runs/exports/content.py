@@ -100,10 +100,7 @@ class Content(NamedTuple):
 
 
 def gather(
-    run: str | os.PathLike,
-    fields: Sequence[str] = (),
-    every: float | None = None,
-    tables: Sequence[str] = (),
+    run: str | os.PathLike, fields: Sequence[str] = (), every: float | None = None, tables: Sequence[str] = ()
 ) -> Content:
     """Content of a recording, or of the folder of a run that has one; fields: names, none: all; every: s.
 
@@ -171,8 +168,8 @@ def _period(frames: np.recarray, every: float, path: Path) -> int:
     steps = every / spacing if spacing else 0.0
     if steps < 1.0 - NEAR or abs(steps - round(steps)) > NEAR * steps:
         raise ExportError(
-            f"--every {every:g} s is no whole multiple of the {spacing:g} s between the tick outputs of {path}; nothing "
-            f"was written. Give for example {max(round(steps), 1) * spacing:g}"
+            f"--every {every:g} s is no whole multiple of the {spacing:g} s between the tick outputs of {path}; "
+            f"nothing was written. Give for example {max(round(steps), 1) * spacing:g}"
         )
     return round(every * 1e9)
 

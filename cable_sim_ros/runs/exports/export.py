@@ -45,7 +45,8 @@ def export(
         )
     for name in tables:
         if name not in TABLES:
-            raise ExportError(f"--tables {name}: there is no such table; nothing was written. Known: {', '.join(TABLES)}")
+            known = ", ".join(TABLES)
+            raise ExportError(f"--tables {name}: there is no such table; nothing was written. Known: {known}")
     for module in NEEDS.get(form, ()):
         need(module, form)
     tables = list(dict.fromkeys(tables))
@@ -89,8 +90,8 @@ def _whole(path: Path, write) -> None:
         if isinstance(error, ExportError):
             raise
         raise ExportError(
-            f"--out {path}: cannot be written ({getattr(error, 'strerror', None) or error}); what was there before is as "
-            f"it was. Give a file in a folder that is there, on a disk with room"
+            f"--out {path}: cannot be written ({getattr(error, 'strerror', None) or error}); what was there before is "
+            f"as it was. Give a file in a folder that is there, on a disk with room"
         ) from None
     finally:
         if part is not None:
