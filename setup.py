@@ -33,7 +33,12 @@ KILTED = ros("9.1.2", "5.5.1", "2.3.0")  # until December 2026
 
 PEERS = ["moordyn>=2.7", "mujoco>=3.3", "exudyn>=1.13", "cabledyn>=0.3"]  # other codes, for cable-sim bench --peers
 DOCS = ["sphinx>=9,<10", "myst-parser>=5,<6", "furo>=2025.12.19"]  # make docs; what docs/conf.py is written against
+EXPORT = ["xarray>=2024.1", "h5netcdf>=1.3", "pyarrow>=15"]  # cable-sim export to NetCDF and Parquet
+FMU = ["pythonfmu>=0.7", "pythonfmu3>=0.3.4"]  # cable-sim fmu; the FMU holds the binary of its exporter
 TEST = [
+    *EXPORT,
+    *FMU,
+    "fmpy>=0.3.22",  # flies the FMU
     "pytest>=8",
     "pytest-xdist>=3.6",  # make install-check: two installs side by side
     "click>=8.2",  # its test runner keeps the two outputs apart
@@ -83,6 +88,8 @@ setup(
         "ros-jazzy": JAZZY,
         "ros-kilted": KILTED,
         "viz": ["matplotlib>=3.8"],
+        "export": EXPORT,
+        "fmu": FMU,
         "test": TEST,
         "peers": PEERS,
         "docs": DOCS,

@@ -186,13 +186,13 @@ def _table(name: str, recorded: RecordedRun, period: int | None, path: Path) -> 
         why = "viv was off" if name == "strum" else "its topic was not recorded"
         raise ExportError(f"--tables {name}: {path} has none ({why}); nothing was written. Leave it out")
     times = np.array([time for time, _ in parts], np.int64)
-    kept = range(len(parts))
+    kept = list(range(len(parts)))
     if period is not None:
         kept = list(map(int, _thinned(times, int(recorded.frames["time"][0]), period)))
     columns = TABLES[name]
     rows = [np.asarray(parts[k][1], float)[:, : len(columns)] for k in kept]
     begin = np.concatenate(([0], np.cumsum([len(part) for part in rows]))).astype(np.int64)
-    return Table(name, columns, times[list(kept)], begin, np.concatenate(rows))
+    return Table(name, columns, times[kept], begin, np.concatenate(rows))
 
 
 def _verdict(recorded: RecordedRun, path: Path) -> tuple[str, str]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -55,10 +56,10 @@ def export(
     for path in (out, *beside.values()):
         _free(path, force)
     content = gather(run, fields, every, tables)
-    _whole(out, lambda path: write(content, path))
+    _whole(out, partial(write, content))
     if write_table:
         for table in content.tables:
-            _whole(beside[table.name], lambda path, table=table: write_table(content, table, path))
+            _whole(beside[table.name], partial(write_table, content, table))
     columns = sum(len(field.axes) or 1 for field in content.fields)
     return Exported((out, *beside.values()), content.ticks, columns, _state(content))
 
@@ -76,7 +77,7 @@ def _free(path: Path, force: bool) -> None:
         )
 
 
-def _whole(path: Path, write) -> None:
+def _whole(path: Path, write: Callable[[Path], None]) -> None:
     """Write beside the file and rename, so that a full disk leaves no half of one."""
     part = None
     try:

@@ -68,23 +68,24 @@ def write_netcdf(content: Content, path: Path) -> None:
     need("h5netcdf", "nc")
     values: dict[str, Any] = {}
     for field in content.fields:
-        axes = () if not field.axes else ("xyzw" if len(field.axes) == len(AXES[(4,)]) else "xyz",)
+        axes = ("".join(field.axes),) if field.axes else ()
         values[field.name] = (("time", *axes), field.values, _cf(field.name, field.unit, field.meaning))
     masks, names = flag_masks()
     if "status" in values:
         values["status"][2].update(flag_masks=np.array(masks, np.int64), flag_meanings=" ".join(names))
-    for name, axes in (("xyz", AXES[(3,)]), ("xyzw", AXES[(4,)])):
+    for components in AXES.values():
+        name = "".join(components)
         if any(name in dims for dims, _, _ in values.values()):
-            values[name] = ((name,), np.array(axes), {"long_name": "component"})
+            values[name] = ((name,), np.array(components), {"long_name": "component"})
     for table in content.tables:
         values |= _cf_table(table)
     said = {"Conventions": CF, "title": f"Simulated cable tow, scene {content.provenance['scene']}"}
     said |= {"source": content.provenance["exported_by"], "history": "cable-sim export"}
     said |= {_name(key): text for key, text in content.provenance.items()}
-    coords = {name: values.pop(name) for name in ("time", "xyz", "xyzw") if name in values}
+    coords: dict[str, Any] = {name: values.pop(name) for name in ("time", "xyz", "xyzw") if name in values}
     coords |= {name: values.pop(name) for name in list(values) if name.endswith("_time") and name[:-5] in TABLE_MEANING}
     dataset = xarray.Dataset(values, coords, said)
-    encoding = {name: {"_FillValue": None} for name in dataset.variables}
+    encoding: dict[str, Any] = {name: {"_FillValue": None} for name in dataset.variables}
     for table in content.tables:
         for column, _ in table.columns:
             encoding[f"{table.name}_{column}"] = {"_FillValue": np.nan}
