@@ -24,6 +24,7 @@ from ..version import __version__
 from .variables import DOUBTFUL, FAILED, LENGTH, NO_COMMAND, OK, RATE
 
 SCENE_FILE, ABOUT_FILE = "scene.yaml", "about.json"  # in the resources of the FMU
+VERDICT = "health.verdict"
 VERDICTS = {"ok": OK, "doubtful": DOUBTFUL, "failed": FAILED}
 CLOCK = 1000  # ns, by which the master's time in s may differ from ours
 MISFIT = (0.2, 0.1)  # m/s, rad/s: mean rate of a step against the mean of the rates at its ends
@@ -147,8 +148,11 @@ class Tow:
     def output(self, name: str) -> Any:
         """An output by name, at the end of the last step."""
         self.start_once()
+        assert self.sim is not None
         if not self._out:
             self._out = self._outputs()
+        if name == VERDICT and VERDICT not in self._out:  # costs more than all others, and few ask each step
+            self._out[VERDICT] = self._verdict(int(self.sim.frame.status))
         return self._out[name]
 
     def state(self) -> dict[str, Any]:
@@ -309,7 +313,6 @@ class Tow:
         for status in self.statuses:
             seen |= status
         out["health.status_any"] = seen
-        out["health.verdict"] = self._verdict(int(frame.status))
         return out
 
     def _verdict(self, status: int) -> int:

@@ -62,10 +62,8 @@ class CableSimTow(Fmi2Slave):
         unknowns = SubElement(root.find("ModelStructure"), "InitialUnknowns")
         for place, variable in enumerate(root.find("ModelVariables"), 1):
             row, real = by_name[variable.get("name")], variable.find("Real")
-            if real is not None and row.unit:
-                real.set("unit", row.unit)
-                for key, value in limits_of(self.tow, row.name).items():
-                    real.set(key, value)
+            if real is not None:
+                real.attrib.update(limits_of(self.tow, row.name) | ({"unit": row.unit} if row.unit else {}))
             if row.role == "output":
                 SubElement(unknowns, "Unknown", index=str(place))
         return root
