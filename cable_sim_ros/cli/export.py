@@ -15,7 +15,7 @@ def _names(values: tuple[str, ...]) -> list[str]:
 
 
 @click.command()
-@click.argument("run")
+@click.argument("bag", metavar="RUN")
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="FILE", help="File to write.")
 @click.option(
     "--format", "form", type=click.Choice(["csv", "nc", "parquet", "mat"]), help="Of the file. Default: by its ending."
@@ -35,11 +35,11 @@ def _names(values: tuple[str, ...]) -> list[str]:
 )
 @click.option("--force", is_flag=True, help="Replace a file that is there.")
 @click.option("--json", "as_json", is_flag=True, help="Print what was written as JSON, nothing else.")
-def export(run, out, form, fields, every, tables, force, as_json) -> None:
+def export(bag, out, form, fields, every, tables, force, as_json) -> None:
     """Write the recorded RUN, a recording or the folder of a run, as CSV, NetCDF, Parquet or MATLAB file."""
     from ..runs.exports.export import export as write
 
-    done = write(run, out, form, _names(fields), every, _names(tables), force)
+    done = write(bag, out, form, _names(fields), every, _names(tables), force)
     if as_json:
         said = done._asdict() | {"files": [str(path) for path in done.files]}
         click.echo(json.dumps(said, indent=1))

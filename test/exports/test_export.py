@@ -3,7 +3,9 @@
 import errno
 import json
 import re
+import runpy
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,7 +21,7 @@ from cable_sim_ros.version import __version__
 
 UNIT = {name: unit for name, _, _, unit, _ in FIELDS}
 AXES = {(): [""], (3,): [".x", ".y", ".z"], (4,): [".x", ".y", ".z", ".w"]}
-WIDTH = 3, 4
+EXAMPLES = Path(__file__).resolve().parents[2] / "docs" / "examples" / "plot"
 
 
 @pytest.fixture(scope="module")
@@ -224,3 +226,23 @@ def test_a_mat_file_has_its_limit(folder, tmp_path, monkeypatch):
 def test_a_bag_without_a_run_is_refused(tmp_path):
     done = call("nbp1406", "--out", tmp_path / "a.csv")
     assert done.exit_code == 2 and "has no topic" in done.stderr and not list(tmp_path.iterdir())
+
+
+PLOTS = {"csv": "from_csv", "nc": "from_netcdf", "parquet": "from_parquet", "mat": "from_matlab"}
+
+
+@pytest.mark.parametrize("form, script", PLOTS.items())
+def test_the_examples_plot_from_each(folder, recorded, tmp_path, monkeypatch, capsys, form, script):
+    for module in ("matplotlib", "pandas", "xarray", "h5netcdf", "pyarrow"):
+        pytest.importorskip(module)
+    export.export(folder, tmp_path / f"tow.{form}", tables=["shape"])
+    path = EXAMPLES / f"{script}.py"
+    monkeypatch.setattr(sys, "argv", [str(path), str(tmp_path / f"tow.{form}"), str(tmp_path / "tow.png")])
+    runpy.run_path(str(path), run_name="__main__")
+    assert capsys.readouterr().out == f"20 ticks, tension {recorded.frames.tension.mean():.2f} N\n"
+    assert (tmp_path / "tow.png").read_bytes().startswith(b"\x89PNG")
+    assert 15 <= len(path.read_text("utf-8").splitlines()) <= 25
+
+
+def test_every_example_is_run():
+    assert sorted(PLOTS.values()) == sorted(path.stem for path in EXAMPLES.glob("*.py"))
