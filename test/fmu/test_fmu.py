@@ -211,3 +211,25 @@ def test_fmpy_simulates_it_one_step_late(built):
     )
     moved = result["force.point_world.x"][-1] - result["force.point_world.x"][0]
     assert len(result) == 11 and 1.5 < moved < 2.06 * 1.0
+
+
+def test_a_ship_that_feels_the_cable_settles_where_its_spring_carries_the_pull(built):
+    """Master of two models: a ship on a spring in heave and surge steps first, then the tow; force back and forth."""
+    file, fmi, folder = built
+    one = Instance(file, fmi, folder, "coupled")
+    one.begin()
+    mass, stiffness, pull = 2e4, 2e4, ("force.world.x", "force.world.z")  # kg, N/m
+    damping = 2.0 * (mass * stiffness) ** 0.5  # N s/m, critical
+    first = np.array(one.get(*pull))
+    place, speed = np.zeros(2), np.zeros(2)  # off the mean track, forward and up
+    for k in range(300):
+        force = np.array(one.get(*pull))
+        speed += STEP / mass * (force - stiffness * place - damping * speed)  # semi-implicit Euler
+        place += STEP * speed
+        t = (k + 1) * STEP
+        one.real(dict(zip(NAMES, (2.06 * t + place[0], 0, place[1], 2.06 + speed[0], 0, speed[1], *[0.0] * 6))))
+        one.fmu.doStep(currentCommunicationPoint=k * STEP, communicationStepSize=STEP)
+    settled = np.array(one.get(*pull))
+    assert place == pytest.approx(settled / stiffness, rel=0.01) and (np.abs(place) > 5e-3).all()
+    assert settled == pytest.approx(first, rel=0.05) and one.get("health.motion_misfit")[0] < 1.0
+    one.end()
