@@ -44,7 +44,12 @@ IMPORT = [  # logs of others; each is imported when such a log is read
     "h5py>=3.12",
     "vqf>=2.1",  # attitude of an IMU that tells none
 ]
+EXPORT = ["xarray>=2024.1", "h5netcdf>=1.3", "pyarrow>=15"]  # cable-sim export to NetCDF and Parquet
+FMU = ["pythonfmu>=0.7", "pythonfmu3>=0.3.4"]  # cable-sim fmu; the FMU holds the binary of its exporter
 TEST = [
+    *EXPORT,
+    *FMU,
+    "fmpy>=0.3.22",  # flies the FMU
     "pytest>=8",
     "pytest-xdist>=3.6",  # make install-check: two installs side by side
     "click>=8.2",  # its test runner keeps the two outputs apart
@@ -95,6 +100,8 @@ setup(
         "ros-kilted": KILTED,
         "viz": ["matplotlib>=3.8"],
         "import": IMPORT,
+        "export": EXPORT,
+        "fmu": FMU,
         "test": TEST,
         "peers": PEERS,
         "docs": DOCS,

@@ -43,6 +43,8 @@ LATER = {
     "inspect": "cli.inspect_logs",
     "compare": "cli.compare",
     "layback": "cli.layback",
+    "export": "cli.export",
+    "fmu": "fmu.command",
     "soak": "verification.soak.command",
     "stress": "verification.commands",
     "validate": "verification.commands",

@@ -45,6 +45,8 @@ COMMANDS = {
     "recover",
     "make-bags",
     "telegrams",
+    "export",
+    "fmu",
 }
 
 

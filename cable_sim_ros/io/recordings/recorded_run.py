@@ -10,6 +10,7 @@ import numpy as np
 from ..bags.bag import BagError, BagReader, report
 from ..messages.channels import CHANNELS, STRUM, channel_of, decode, decode_frames
 
+PIECE = 4096  # messages that are decoded at once: a message takes five times the memory of its tick output
 HEALTH = next(channel for channel in CHANNELS if channel.name == "sim_health")
 
 
@@ -37,12 +38,13 @@ def places_of(times: list[int], frames: np.recarray) -> np.ndarray:
     return np.array(places, int)
 
 
-def load_run(path: str | os.PathLike) -> RecordedRun:
-    """Read a bag that this package recorded, in whatever namespace.
+def load_run(path: str | os.PathLike, tables: bool = True) -> RecordedRun:
+    """Read a bag that this package recorded, in whatever namespace; tables: shapes, contacts and strums too.
 
     BagError if it cannot be read, or has no tick outputs (no ``sim/health``).
     """
     frames: list[bytes] = []
+    parts: list[np.recarray] = []
     shapes: list[tuple[int, np.ndarray]] = []
     contacts: list[tuple[int, np.ndarray]] = []
     strums: list[tuple[int, np.ndarray]] = []
@@ -51,6 +53,11 @@ def load_run(path: str | os.PathLike) -> RecordedRun:
             channel = channel_of(message.topic, message.msgtype)
             if channel is HEALTH:
                 frames.append(message.data)
+                if len(frames) == PIECE:
+                    parts.append(decode_frames(frames))
+                    frames.clear()
+            elif not tables:
+                continue
             elif channel is STRUM:
                 fields = decode(channel, message.data)
                 strums.append((fields["time"], fields["strum"]))
@@ -58,9 +65,12 @@ def load_run(path: str | os.PathLike) -> RecordedRun:
                 fields = decode(channel, message.data)
                 (shapes if "shape" in fields else contacts).append((fields.pop("time"), *fields.values()))
         report(bag, None)
-    if not frames:
+    if frames:
+        parts.append(decode_frames(frames))
+    if not parts:
         raise BagError(
             f"bag '{path}' has no topic '{HEALTH.topic}' of type {HEALTH.msgtype}: there is no run to "
             f"summarise; give a bag that the node or the offline run recorded"
         )
-    return RecordedRun(decode_frames(frames), shapes, contacts, bag.custom_data, strums)
+    whole = parts[0] if len(parts) == 1 else np.concatenate(parts).view(np.recarray)
+    return RecordedRun(whole, shapes, contacts, bag.custom_data, strums)

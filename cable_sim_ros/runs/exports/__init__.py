@@ -1,0 +1,1 @@
+"""A recorded run as files of other programs: CSV, NetCDF, Parquet, MATLAB."""
