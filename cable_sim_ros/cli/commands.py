@@ -41,6 +41,7 @@ LATER = {
     "soak": "verification.soak.command",
     "stress": "verification.commands",
     "validate": "verification.commands",
+    "view": "cli.view",
 }
 
 
