@@ -33,6 +33,11 @@ KILTED = ros("9.1.2", "5.5.1", "2.3.0")  # until December 2026
 
 PEERS = ["moordyn>=2.7", "mujoco>=3.3", "exudyn>=1.13", "cabledyn>=0.3"]  # other codes, for cable-sim bench --peers
 DOCS = ["sphinx>=9,<10", "myst-parser>=5,<6", "furo>=2025.12.19"]  # make docs; what docs/conf.py is written against
+VIEW = [  # cable-sim view and film
+    "viser>=1.1.1,<2",  # the page is in its wheel; from there on panels are docked and lines have a thickness
+    "imageio-ffmpeg>=0.5",  # brings ffmpeg
+    "matplotlib>=3.8",
+]
 TEST = [
     "pytest>=8",
     "pytest-xdist>=3.6",  # make install-check: two installs side by side
@@ -83,6 +88,7 @@ setup(
         "ros-jazzy": JAZZY,
         "ros-kilted": KILTED,
         "viz": ["matplotlib>=3.8"],
+        "view": VIEW,
         "test": TEST,
         "peers": PEERS,
         "docs": DOCS,

@@ -38,6 +38,7 @@ LATER = {
     "ahc": "ahc.command",
     "bench": "verification.commands",
     "case": "verification.commands",
+    "film": "cli.view",
     "soak": "verification.soak.command",
     "stress": "verification.commands",
     "validate": "verification.commands",

@@ -122,3 +122,78 @@ def _beside_a_node(scene, namespace, wait, open_, host, port, rate, top, camera)
             follow(server, watcher, tow, rate, top, alive, camera)
         finally:
             server.stop()
+
+
+class Size(click.ParamType):
+    """Width and height of a picture, even numbers, as in 1280x720."""
+
+    name = "size"
+    least, most = (320, 180), (3840, 2160)
+
+    def convert(self, value, param, ctx) -> tuple[int, int]:
+        """(width, height); a usage error, code 2, where it is none."""
+        if isinstance(value, tuple):
+            return value
+        parts = value.lower().split("x")
+        if len(parts) != 2 or not all(part.isascii() and part.isdigit() and len(part) < 6 for part in parts):
+            self.fail(
+                f"{value!r} is no size; nothing was drawn. Give width x height in pixels, as 1280x720", param, ctx
+            )
+        size = int(parts[0]), int(parts[1])
+        if any(not low <= n <= high or n % 2 for n, low, high in zip(size, self.least, self.most)):
+            self.fail(
+                f"{value} px is outside 320x180 to 3840x2160, or odd: a film wants even numbers; nothing was drawn. "
+                "Give for example 1280x720",
+                param,
+                ctx,
+            )
+        return size
+
+
+@click.command()
+@click.argument("bag")
+@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), required=True, metavar="FILE",
+              help="FILE.mp4 or FILE.gif.")  # fmt: skip
+@scene_option
+@click.option("--camera", type=click.Choice(["whole", "sheave"]), default="whole", show_default=True,
+              help="What the large panel shows; the other is beside it.")  # fmt: skip
+@start_option
+@click.option("--seconds", type=Number(0.0, LONGEST_RUN, "s", above=True), metavar="S",
+              help="Seconds of the bag. Default: all there are.")  # fmt: skip
+@click.option("--speed", type=Number(0.01, 1000.0), default=2.0, show_default=True, metavar="X",
+              help="Seconds of the bag in a second of film.")  # fmt: skip
+@click.option("--fps", type=Number(1.0, 60.0, "1/s"), metavar="N",
+              help="Pictures a second. Default: 20; of a GIF 10.")  # fmt: skip
+@click.option("--size", type=Size(), metavar="WxH", help="Pixels. Default: 1280x720; of a GIF 960x540.")
+@top_option
+@click.option("--json", "as_json", is_flag=True, help="Print what was made as JSON, nothing else.")
+def film(bag, out, scene, camera, start, seconds, speed, fps, size, top, as_json) -> None:
+    """Make a film of a recorded BAG for a slide: tow, sheave with its line loads, strip charts."""
+    import json
+
+    from ..io.scenes.resources import find_bag
+    from ..view.bag_run import BagRun
+    from ..view.film import check_film, make_film
+
+    check_film(out)
+    gif = out.suffix.lower() == ".gif"
+    run = BagRun(find_bag(bag), scene)
+    made = make_film(
+        run,
+        out,
+        view=camera,
+        start=start,
+        seconds=seconds,
+        speed=speed,
+        fps=fps or (10.0 if gif else 20.0),
+        size=size or ((960, 540) if gif else (1280, 720)),
+        top=top,
+    )
+    if as_json:
+        figures = made._asdict() | {"path": str(out), "cpu_per_picture_s": made.cpu / made.pictures}
+        click.echo(json.dumps(figures, indent=1))
+        return
+    click.echo(
+        f"film: {out} ({made.seconds:.1f} s, {made.pictures} pictures of {made.of_tow:.1f} s of tow, "
+        f"{made.size / 1e6:.2f} MB, {made.cpu:.1f} CPU seconds: {1e3 * made.cpu / made.pictures:.0f} ms a picture)"
+    )

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import os
 import warnings
+from math import atan2
 
 import numpy as np
 
+from ..io.bags.bag import DamageWarning
 from ..io.recordings.recorded_run import RecordedRun, load_run, places_of
 from ..io.scenes.load import load_scene, scene_from_text
+from ..runs import mean_track, pitch_sign
 from ..runs.summary import since_first
 from ..runs.verdict import judge
+from ..sim.flag_rules import DAMAGE
 from ..sim.scene import Scene
-from ..sim.verdict import Verdict
+from ..sim.verdict import Reason, Verdict, check
 from .errors import ViewError
 from .moment import NO_CONTACT, Moment
 
@@ -24,7 +28,13 @@ class BagRun:
     """
 
     def __init__(self, path: str | os.PathLike, scene: str | None = None) -> None:
-        self.path, self.run = os.fspath(path), load_run(path)
+        self.path = os.fspath(path)
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            self.run = load_run(path)
+        for one in said:  # on to the user, who gets exit code 3 for a damaged bag
+            warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
+        damage = "; ".join(str(one.message) for one in said if issubclass(one.category, DamageWarning))
         self.scene = scene_of_run(self.run, self.path, scene)
         if not self.run.shapes:
             raise ViewError(
@@ -37,7 +47,7 @@ class BagRun:
         self.times = self.seconds[self.at]
         stamps = [time for time, _ in self.run.contacts]
         self.contact_at = places_of(stamps, frames) if stamps else np.zeros(0, int)
-        self.verdict: Verdict = judge(frames, self.scene)
+        self.verdict: Verdict = judge(frames, self.scene, doubts(self.scene, frames, damage))
 
     def __len__(self) -> int:
         return len(self.times)
@@ -58,6 +68,16 @@ class BagRun:
         place = int(np.searchsorted(self.contact_at, tick, side="right")) - 1
         contact = self.run.contacts[place][1] if place >= 0 else NO_CONTACT
         return Moment(float(self.times[k] - self.times[0]), self.run.frames[tick], self.run.shapes[k][1], contact)
+
+
+def doubts(scene: Scene, frames: np.recarray, damage: str) -> list[Reason]:
+    """What makes a run doubtful beside its flags, as far as a bag tells."""
+    x, y, z, w = (float(part) for part in frames[0]["ship_quaternion"])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # said when it was simulated
+        found = mean_track.look(scene, atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)), frames)
+        found += pitch_sign.look(frames)
+    return [*found, *([check(DAMAGE, damage)] if damage else [])]
 
 
 def scene_of_run(run: RecordedRun, path: str, scene: str | None) -> Scene:

@@ -28,26 +28,29 @@ class Watched(Protocol):
 
     namespace: str
     problem: str
-    sentences: Mapping[str, tuple[int, str]]
 
     @property
-    def heard(self) -> float | None: ...  # noqa: D102
+    def sentences(self) -> Mapping[str, tuple[int, str]]: ...
 
-    def take(self) -> tuple[np.recarray, Any]: ...  # noqa: D102
+    @property
+    def heard(self) -> float | None: ...
 
-    def publishers(self) -> int: ...  # noqa: D102
+    def take(self) -> tuple[np.recarray, Any]: ...
+
+    def publishers(self) -> int: ...
 
 
 class Memory:
     """Tick outputs of the last minute, and how often each status word came since the view began."""
 
     def __init__(self, scene: Scene) -> None:
-        self.scene, self.frames = scene, np.zeros(0, TICK_OUTPUT)
+        self.scene = scene
+        self.frames: np.ndarray = np.zeros(0, TICK_OUTPUT)
         self.seconds = np.zeros(0)
         self.counts: dict[int, int] = {}
         self.most, self.first, self.again = 0.0, 0, False
 
-    def add(self, frames: np.recarray) -> None:
+    def add(self, frames: np.ndarray) -> None:
         """Take new tick outputs; where the clock went back (~/reset, ~/restore) it begins anew."""
         if not len(frames):
             return
@@ -73,17 +76,11 @@ class Memory:
         found = judge_counts(
             self.counts, self.scene.solver.tick, last, scene=self.scene, others=overload(self.scene, self.most)
         )
-        return words.verdict_html(found, "verdict since this view began:")
+        return words.verdict_html(found, "verdict of its flags since this view began:")
 
 
 def follow(
-    server: Any,
-    watcher: Watched,
-    scene: Scene,
-    rate: float,
-    top: float | None,
-    alive: Callable[[], bool],
-    camera: str,
+    server: Any, watcher: Watched, scene: Scene, rate: float, top: float | None, alive: Callable[[], bool], camera: str
 ) -> None:
     """Serve the page until ``alive()`` says no. rate: pictures a second, at most."""
     sea = SeaSurface(scene)

@@ -68,7 +68,12 @@ def camera(name: str, scene: Scene, moment: Moment, body: tuple[float, float], h
     points = np.concatenate(
         (
             moment.shape[:, :3] - origin,
-            [moment.frame["body_position"] - origin, 0.5 * hull * bow, 0.03 * hull * up, moment.frame["sheave_position"] - origin],
+            [
+                moment.frame["body_position"] - origin,
+                0.5 * hull * bow,
+                0.03 * hull * up,
+                moment.frame["sheave_position"] - origin,
+            ],
         )
     )
     along, high = points @ forward, points[:, 2]

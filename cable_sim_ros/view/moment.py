@@ -9,7 +9,8 @@ import numpy as np
 from ..physics.tick_output import CONTACT_COLUMNS, SHAPE_COLUMNS
 
 COLUMN = {name: k for k, (name, _) in enumerate(CONTACT_COLUMNS)}
-TENSION, ARC = (next(k for k, (name, _) in enumerate(SHAPE_COLUMNS) if name == column) for column in ("tension", "arc_length"))
+ARC = [name for name, _ in SHAPE_COLUMNS].index("arc_length")
+POINTS, FINE = 240, 400  # of the cable, about; nodes beyond which it is drawn straight between them
 NO_CONTACT = np.zeros((0, len(CONTACT_COLUMNS)))
 
 
@@ -35,3 +36,8 @@ def smooth_shape(shape: np.ndarray) -> np.ndarray:
     slope[1:-1] = (chord[:-1] * step[1:] + chord[1:] * step[:-1]) / (step[1:] + step[:-1])
     slope[0], slope[-1] = (2.0 * chord[0] - slope[1], 2.0 * chord[-1] - slope[-2]) if len(shape) > 2 else chord[[0, 0]]
     return np.column_stack((shape[:, : len(SHAPE_COLUMNS)], slope))
+
+
+def parts_of(shape: np.ndarray) -> int:
+    """Points an element, so that the line looks smooth: fewer where the mesh is fine."""
+    return 1 if len(shape) > FINE else min(8, max(4, POINTS // max(len(shape) - 1, 1)))

@@ -20,7 +20,7 @@ from .cameras import CAMERAS, FIELD, WHOLE, camera
 from .errors import PageError, need
 from .moment import Moment
 from .stage import Stage
-from .strips import STRIPS, scale, thinned
+from .strips import scale, strips_of, thinned
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 WINDOW = 60.0  # s, of the strip charts
@@ -70,7 +70,8 @@ class Page:
 
     def __init__(self, server: Any, stage: Stage, scene: Scene, source: str, bag: float | None = None) -> None:
         self.server, self.stage, self.scene, self.source, self.bag = server, stage, scene, source, bag
-        self.playing, self.speed, self.sought = True, 1.0, None
+        self.playing, self.speed = True, 1.0
+        self.sought: float | None = None
         self.lock = threading.Lock()
         self._texts: dict[str, str] = {}
         self._charts: list[Any] = []
@@ -94,12 +95,16 @@ class Page:
         self.button.on_click(lambda _: self.play(not self.playing))
         self.figures = gui.add_html("")
         self.alarms = gui.add_html("")
-        for strip in STRIPS:
+        self.strips = strips_of(self.scene, self.stage.scale)
+        for strip in self.strips:
             blank = np.array([0.0, 1.0])
             self._charts.append(
                 gui.add_uplot(
                     (blank, blank),
-                    ({"label": "s"}, {"label": strip.title, "stroke": strip.colour, "width": 1.5, "points": {"show": False}}),
+                    (
+                        {"label": "s"},
+                        {"label": strip.title, "stroke": strip.colour, "width": 1.5, "points": {"show": False}},
+                    ),
                     title=strip.title,
                     height=140,
                     scales={"x": {"time": False, "auto": True}, "y": {"auto": True}},
@@ -112,13 +117,14 @@ class Page:
         self.put_legend()
         self.server.on_client_connect(lambda client: self.look(self.camera, client))
 
-    def legend_html(self) -> str:
+    @staticmethod
+    def legend_of(stage: Stage) -> str:
         """Colours of the tension with their range, scale of the line loads, and what is a symbol."""
         stops = ", ".join(f"rgb({','.join(str(round(255 * c)) for c in row)})" for row in SCALE)
-        top = self.stage.scale.maximum
-        marks = "".join(f"<span>{escape(self.stage.scale.text(top * k / 4))}</span>" for k in range(5))
-        water = "level" if self.stage.sea is None or not self.stage.sea.agrees else "the waves of the scene"
-        if self.stage.sea is not None and len(self.stage.sea.table) and not self.stage.sea.agrees:
+        top = stage.scale.maximum
+        marks = "".join(f"<span>{escape(stage.scale.text(top * k / 4))}</span>" for k in range(5))
+        water = "level" if stage.sea is None or not stage.sea.agrees else "the waves of the scene"
+        if stage.sea is not None and len(stage.sea.table) and not stage.sea.agrees:
             water = "level: the waves of this sea are not known here"
         return (
             '<div style="font-size:12px;line-height:1.45"><b>effective tension in the cable</b>'
@@ -127,13 +133,14 @@ class Page:
             '<div>slack: <span style="color:#ff33cc">&#9632;</span> &nbsp; '
             'line load: <span style="color:#cd322d">&#9632;</span> port half, '
             '<span style="color:#14965a">&#9632;</span> starboard half</div>'
-            f"<div>{escape(self.stage.legend_text())}, at most three</div>"
-            f"<div>water surface: {water}. The hull is a symbol; sheave, drum and cable near them are to scale.</div></div>"
+            f"<div>{escape(stage.legend_text())}, at most three</div>"
+            f"<div>water surface: {water}. The hull is a symbol; sheave, drum and the cable near them are to scale."
+            "</div></div>"
         )
 
     def put_legend(self) -> None:
         """Write the legend, anew where the waves have become known."""
-        self._put(self.legend, "legend", self.legend_html())
+        self._put(self.legend, "legend", self.legend_of(self.stage))
 
     def _put(self, handle: Any, name: str, content: str) -> None:
         """New content of a piece of the panel, sent where it differs."""
@@ -147,7 +154,8 @@ class Page:
             self.state,
             "state",
             f'<div style="font-size:13px;line-height:1.5"><b style="font-size:15px">{escape(self.scene.name)}</b> '
-            f"{words.pill(state, colour)} {escape(more)}<div style='opacity:.75'>{escape(self.source)}</div>{verdict}</div>",
+            f"{words.pill(state, colour)} {escape(more)}<div style='opacity:.75'>{escape(self.source)}</div>"
+            f"{verdict}</div>",
         )
 
     # ---- what a viewer does
@@ -163,6 +171,7 @@ class Page:
             self.stage.show(moment)
             client = None  # what is followed is the same for all, so all cameras go along
         view = camera(name, self.scene, moment, self.stage.body, self.stage.hull.length)
+        self.stage.notice.position = view.at
         first = self.server.initial_camera
         first.position, first.look_at, first.fov, first.near, first.far = view.eye, view.at, FIELD, view.near, view.far
         for one in [client] if client is not None else list(self.server.get_clients().values()):
@@ -215,7 +224,7 @@ class Page:
             return
         time_s, part = seconds[low:high], frames[low:high]
         with self.server.atomic():
-            for strip, chart in zip(STRIPS, self._charts):
+            for strip, chart in zip(self.strips, self._charts):
                 value = np.asarray(strip.of(part), float)
                 bottom, top = scale(value, strip.least)
                 chart.data = thinned(time_s, value)
@@ -236,7 +245,7 @@ class Pace:
         now = self.clock()
         if now < self.next:
             return False
-        self.next = max(self.next + self.period, now - self.period) if self.next else now + self.period
+        self.next = self.next + self.period if self.next + self.period > now else now + self.period
         return True
 
 

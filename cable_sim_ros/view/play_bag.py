@@ -47,7 +47,7 @@ def play(
     check_start(bag, start)
     page = Page(server, stage_of(server, bag, top), bag.scene, f"recording {bag.path}", bag.length)
     page.camera = camera
-    verdict = words.verdict_html(bag.verdict, "verdict on its tick outputs:")
+    verdict = words.verdict_html(bag.verdict, "verdict:")
     pictures, slow = Pace(rate), Pace(CHARTS)
     now, before, drawn, said = start, time.monotonic(), -1, None
     seconds = bag.seconds - bag.times[0]

@@ -78,8 +78,16 @@ def drum(scene: Scene) -> Mesh:
     r, half = scene.winch.drum_radius, drum_half(scene)
     return revolved(
         np.array(
-            [(0.0, -1.1 * half), (1.5 * r, -1.1 * half), (1.5 * r, -half), (r, -half), (r, half), (1.5 * r, half),
-             (1.5 * r, 1.1 * half), (0.0, 1.1 * half)]
+            [
+                (0.0, -1.1 * half),
+                (1.5 * r, -1.1 * half),
+                (1.5 * r, -half),
+                (r, -half),
+                (r, half),
+                (1.5 * r, half),
+                (1.5 * r, 1.1 * half),
+                (0.0, 1.1 * half),
+            ]
         ),  # fmt: skip
         1,
     )
@@ -146,7 +154,9 @@ def hull(scene: Scene) -> Hull:
     tops = [wheel + (0.0, side * 1.6 * r, 3.6 * r) for side in (-1.0, 1.0)]
     hang = [wheel + (0.0, side * 0.45 * r, 0.0) for side in (-1.0, 1.0)]
     high = [wheel + (0.0, side * 0.45 * r, 3.6 * r) for side in (-1.0, 1.0)]
-    legs = np.array([(ends[0], tops[0]), (ends[1], tops[1]), (tops[0], tops[1]), (hang[0], high[0]), (hang[1], high[1])])
+    legs = np.array(
+        [(ends[0], tops[0]), (ends[1], tops[1]), (tops[0], tops[1]), (hang[0], high[0]), (hang[1], high[1])]
+    )
     return Hull(Mesh(corners, np.array(faces)), edges, legs, length, deck)
 
 
@@ -162,7 +172,8 @@ def torpedo(length: float, diameter: float) -> Mesh:
 def fins(length: float, diameter: float) -> Mesh:
     """Four fins at the tail of a body."""
     x0, x1, out = -0.5 * length, -0.5 * length + min(0.2 * length, 1.5 * diameter), 1.0 * diameter
-    corners, faces = [], []
+    corners: list[tuple[float, float, float]] = []
+    faces: list[tuple[int, int, int]] = []
     for k in range(4):
         c, s = np.cos(0.5 * pi * k), np.sin(0.5 * pi * k)
         at = len(corners)

@@ -12,15 +12,13 @@ from typing import Any
 import numpy as np
 
 from ..io.messages.markers import body_size, cable_points, colour_scale, colours
-from ..io.messages.rotation import rotate
 from ..physics.section import CableModel
 from ..sim.scene import Scene
 from . import shapes
 from .cameras import WHOLE, followed
-from .moment import ARC, COLUMN, Moment, smooth_shape
+from .moment import ARC, COLUMN, Moment, parts_of, smooth_shape
 from .sea_surface import SeaSurface
 
-POINTS = 240  # of the cable
 ABOARD = 8.0  # sheave radii about it in which the cable is drawn at its own diameter
 STATIONS = 48  # of the contact
 LOADS = [COLUMN["load_port"], COLUMN["load_starboard"]]
@@ -117,7 +115,9 @@ class Stage:
         self._mesh(f"{ship}/sheave/flanges", shapes.sheave_flanges(scene, d), STEEL, opacity=0.35)
         self._lines(f"{ship}/sheave/rims", shapes.rims(scene, d), RIM, 2.0)
         self.port = self._lines(f"{ship}/sheave/load_port", np.zeros((1, 2, 3)), PORT, 0.035 * r, world=True)
-        self.starboard = self._lines(f"{ship}/sheave/load_starboard", np.zeros((1, 2, 3)), STARBOARD, 0.035 * r, world=True)
+        self.starboard = self._lines(
+            f"{ship}/sheave/load_starboard", np.zeros((1, 2, 3)), STARBOARD, 0.035 * r, world=True
+        )
         self.drum = view.add_frame(f"{ship}/drum", show_axes=False, position=scene.winch.position)
         self._mesh(f"{ship}/drum/body", shapes.drum(scene), DARK, flat_shading=True)
         self._lines(f"{ship}/drum/marks", shapes.drum_marks(scene), (230, 232, 235), 2.0)
@@ -187,7 +187,7 @@ class Stage:
                 self.show(self.moment)
 
     def _draw_cable(self, moment: Moment, anchor: np.ndarray) -> None:
-        parts = 1 if self.links else min(8, max(1, POINTS // max(len(moment.shape) - 1, 1)))
+        parts = 1 if self.links else parts_of(moment.shape)
         points, tension = cable_points(smooth_shape(moment.shape), parts)
         shade = (colours(tension, self.scale.maximum)[:, :3] * 255.0).astype(np.uint8)
         if self.stale:
@@ -244,14 +244,14 @@ class Stage:
             z = self.sea(places[:, 0], places[:, 1], self.sea.at(f))
         corners = np.column_stack((places - anchor[:2], z)).astype(np.float32)
         self.water.vertices = corners
-        self.grid.points = self._grid_lines(middle, half, cell, 0.0, anchor, corners if waves else None)
+        self.grid.points = self._grid_lines(middle, half, cell, 4e-4 * reach, anchor, corners if waves else None)
         if self.bed is not None and self.bed_grid is not None:
             depth = -float(self.scene.seabed.depth or 0.0)
             centre = cell * np.round(0.5 * (f["sheave_position"] + f["body_position"])[:2] / cell)
             wide = np.array([2.0 * reach, 2.0 * reach])
             ends = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * wide + centre - anchor[:2]
             self.bed.vertices = np.column_stack((ends, np.full(4, depth - 0.002 * reach))).astype(np.float32)
-            self.bed_grid.points = self._grid_lines(centre, wide, cell, depth, anchor, None)
+            self.bed_grid.points = self._grid_lines(centre, wide, cell, depth + 4e-4 * reach, anchor, None)
 
     def _grid_lines(self, middle, half, cell, z, anchor, corners) -> np.ndarray:
         """Lines a cell apart; on a wavy surface the lines of its lattice, every fourth."""

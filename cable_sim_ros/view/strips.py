@@ -7,6 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..io.messages.markers import Colours
+from ..sim.scene import Scene
+
 POINTS = 240  # of a chart, at most twice so many where a swing is kept
 
 
@@ -19,12 +22,16 @@ class Strip(NamedTuple):
     least: float  # span of the scale, at least
 
 
-STRIPS = (
-    Strip("tension at the sheave [kN]", "#1f6fb2", lambda f: 1e-3 * f["tension"], 0.02),
-    Strip("depth of the towbody [m]", "#d4651b", lambda f: -f["body_position"][..., 2], 0.5),
-    Strip("pay-out [m]", "#6a4c9c", lambda f: f["payout"], 0.5),
-    Strip("height of the sheave above mean water [m]", "#2a8a5e", lambda f: f["sheave_position"][..., 2], 0.5),
-)
+def strips_of(scene: Scene, forces: Colours) -> tuple[Strip, ...]:
+    """The charts of a scene; forces: their unit. A scale spans at least a thousandth of the cable, or so of tension."""
+    least = 1e-3 * sum(section.length for section in scene.cable.sections.values())
+    swing = 4e-3 * scene.contact.working_tension / forces.divisor
+    return (
+        Strip(f"tension at the sheave [{forces.unit}]", "#1f6fb2", lambda f: f["tension"] / forces.divisor, swing),
+        Strip("depth of the towbody [m]", "#d4651b", lambda f: -f["body_position"][..., 2], least),
+        Strip("pay-out [m]", "#6a4c9c", lambda f: f["payout"], least),
+        Strip("height of the sheave above mean water [m]", "#2a8a5e", lambda f: f["sheave_position"][..., 2], least),
+    )
 
 
 def thinned(time: np.ndarray, value: np.ndarray, points: int = POINTS) -> tuple[np.ndarray, np.ndarray]:

@@ -22,8 +22,9 @@ def alarms(status: int) -> list[tuple[str, str, str]]:
         if flag and status & flag:
             rule = RULE.get(flag.name or "")
             state = rule.state if rule else OK
-            rank = {FAILED: 0, DOUBTFUL: 1}.get(state, 2)
-            colour = RED if state == FAILED else AMBER if rule and rule.alarm else GREY
+            alarm = rule is not None and rule.alarm
+            rank = 0 if state == FAILED else 1 if alarm and state == DOUBTFUL else 2 if alarm else 3
+            colour = RED if state == FAILED else AMBER if alarm else GREY
             found.append((rank, flag.name or "", flag.text, colour))
     return [(name, text, colour) for _, name, text, colour in sorted(found)]
 

@@ -41,6 +41,8 @@ COMMANDS = {
     "recover",
     "make-bags",
     "telegrams",
+    "view",
+    "film",
 }
 
 

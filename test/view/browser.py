@@ -1,4 +1,4 @@
-"""A Chromium without a display, driven over its DevTools socket: opens a page, takes pictures, runs a line of script."""
+"""A Chromium without a display, driven over its DevTools socket: opens a page, takes pictures, runs a script."""
 
 from __future__ import annotations
 
@@ -37,7 +37,13 @@ class Browser:
 
         self.folder = Path(tempfile.mkdtemp(prefix="cable_sim_browser_"))
         self.process = subprocess.Popen(
-            [str(found()), *OPTIONS, f"--user-data-dir={self.folder}", f"--window-size={size[0]},{size[1]}", "about:blank"],
+            [
+                str(found()),
+                *OPTIONS,
+                f"--user-data-dir={self.folder}",
+                f"--window-size={size[0]},{size[1]}",
+                "about:blank",
+            ],
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
             start_new_session=True,
@@ -49,7 +55,9 @@ class Browser:
             self.socket = connect(page["webSocketDebuggerUrl"], max_size=None, open_timeout=START)
             self.number = 0
             width, height = size
-            self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+            self.call(
+                "Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False
+            )
         except BaseException:
             self.close()
             raise

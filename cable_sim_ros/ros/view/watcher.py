@@ -124,7 +124,9 @@ class Watcher:
             table = decode(SHAPE, shape) if shape is not None else None
             load = decode(CONTACT, contact)["contact"] if contact is not None else None
         except Exception as error:  # of another version or a damaged message: said on the page, the rest goes on
-            self.problem = f"a message cannot be read ({type(error).__name__}: {error}); is the node of another version?"
+            self.problem = (
+                f"a message cannot be read ({type(error).__name__}: {error}); is the node of another version?"
+            )
             return decode_frames([]), None
         if table is None or not len(frames):
             if shape is not None:
@@ -231,7 +233,6 @@ def _absent(watcher: Watcher, wait: float) -> str:
             "not active; nothing was drawn. Start its motion (cable-sim play nbp1406), or give a longer --wait"
         )
     where = f" There is one in {', '.join(others)}: give --namespace {others[0]}" if others else ""
-    return (
-        f"nothing publishes {wanted} within {wait:g} s; nothing was drawn."
-        + (where or " Start a node (cable-sim node), or give --namespace, ROS_DOMAIN_ID, or a BAG")
+    return f"nothing publishes {wanted} within {wait:g} s; nothing was drawn." + (
+        where or " Start a node (cable-sim node), or give --namespace, ROS_DOMAIN_ID, or a BAG"
     )
