@@ -19,7 +19,7 @@ from .cameras import FIELD, camera
 from .errors import PageError
 from .page import Page, serve
 from .play_bag import check_start, stage_of
-from .strips import Strip, scale, thinned
+from .strips import Strip, scale, strips_of, thinned
 
 LENGTH = 60.0  # s, where none is asked for
 MOST = 6000  # pictures: some 100 MB of page in the browser

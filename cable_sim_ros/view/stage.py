@@ -30,6 +30,7 @@ ORANGE, WATER, SAND, GRID = (240, 130, 30), (70, 130, 190), (196, 172, 128), (11
 PORT, STARBOARD, INK, STALE = (205, 50, 45), (20, 150, 90), (30, 38, 48), (150, 150, 150)
 SKY, DEEP = (250, 251, 253), (198, 214, 230)  # of the ground, top and bottom
 CELLS = (48, 32)  # of the water surface
+LIFT = 4e-3  # of a cell, the lines of a level sheet over it
 SHARP = 10.0  # cells a wave, at least
 ROOT = "/tow"
 # the page takes colours at points as light and shows them by the curve of a screen: this undoes it
@@ -65,6 +66,7 @@ class Stage:
         self.follow = WHOLE
         self.stale = False
         self.moment: Moment | None = None
+        self._sizes: dict[str, tuple] = {}
         self._bodies = self._line_bodies()
         self._still()
 
@@ -94,11 +96,8 @@ class Stage:
         view, scene, d = self.server.scene, self.scene, self.cable_diameter
         view.set_up_direction("+z")
         view.configure_environment_map(None)
-        view.configure_default_lights(enabled=False)
-        view.add_light_hemisphere("/light/sky", sky_color=(255, 255, 255), ground_color=(150, 160, 172), intensity=2.6)
-        for name, place in (("sun", (-0.5, -1.0, 1.6)), ("fill", (0.8, 1.0, 0.5))):
-            strength = 1.6 if name == "sun" else 0.5
-            view.add_light_directional(f"/light/{name}", intensity=strength, cast_shadow=False, position=place)
+        view.configure_default_lights(enabled=True, cast_shadow=False)
+        view.add_light_hemisphere("/light/sky", sky_color=(255, 255, 255), ground_color=(150, 160, 172), intensity=1.8)
         shade = np.linspace(0.0, 1.0, 64)[:, None, None]
         ground = (1.0 - shade) * np.array(SKY) + shade * np.array(DEEP)
         view.set_background_image(np.repeat(ground, 8, axis=1).astype(np.uint8), format="png")
@@ -143,7 +142,7 @@ class Stage:
         self.grid = self._lines(f"{ROOT}/grid", np.zeros((1, 2, 3)), GRID, 1.0)
         self.bed = self.bed_grid = None
         if scene.seabed.depth is not None:
-            flat = shapes.Mesh(np.zeros((4, 3)), np.array([(0, 1, 2), (0, 2, 3)]))
+            flat = shapes.Mesh(np.zeros((4, 3)), shapes.lattice((2, 2)))
             self.bed = self._mesh(f"{ROOT}/seabed", flat, SAND, flat_shading=True)
             self.bed_grid = self._lines(f"{ROOT}/seabed_grid", np.zeros((1, 2, 3)), (150, 125, 85), 1.0)
         self.notice = view.add_label("/notice", "", anchor="center-center", font_screen_scale=2.4, visible=False)
@@ -224,52 +223,60 @@ class Stage:
             node.points = lines.astype(np.float32)
 
     def _draw_water(self, moment: Moment, anchor: np.ndarray) -> None:
-        """Surface, level or with the waves of the scene, and the grids; those stand still in odom."""
-        f, waves = moment.frame, self.sea is not None and self.sea.agrees
+        """Surface, level or with the waves of the scene, and seabed; what is level is moved, not sent again."""
+        f = moment.frame
         reach = nice(max(1.3 * float(f["layback"]), 0.25 * float(f["scope"]), self.hull.length))
-        middle = 0.5 * (f["sheave_position"] + f["body_position"])[:2]
         cell = nice(reach / 10.0)
-        middle = cell * np.round(middle / cell)
-        half = np.array([reach, 0.5 * reach]) if not waves else np.array([reach, 0.6 * reach])
-        if waves:
-            assert self.sea is not None
-            widest = 0.5 * self.sea.length / SHARP * np.array(CELLS)
-            if (half > widest).any():
-                half, middle = np.minimum(half, widest), np.array(f["ship_position"][:2])
-        x, y = (middle[k] + np.linspace(-half[k], half[k], CELLS[k]) for k in range(2))
-        places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
-        z = np.zeros(len(places))
-        if waves:
-            assert self.sea is not None
-            z = self.sea(places[:, 0], places[:, 1], self.sea.at(f))
-        corners = np.column_stack((places - anchor[:2], z)).astype(np.float32)
-        self.water.vertices = corners
-        self.grid.points = self._grid_lines(middle, half, cell, 4e-4 * reach, anchor, corners if waves else None)
+        middle = cell * np.round(0.5 * (f["sheave_position"] + f["body_position"])[:2] / cell)
+        if self.sea is not None and self.sea.agrees:
+            self._wave(moment, anchor, middle, reach)
+        else:
+            self._level("water", self.water, self.grid, (reach, 0.5 * reach), cell)
+            for node in (self.water, self.grid):
+                node.position = (*(middle - anchor[:2]), 0.0)
         if self.bed is not None and self.bed_grid is not None:
-            depth = -float(self.scene.seabed.depth or 0.0)
-            centre = cell * np.round(0.5 * (f["sheave_position"] + f["body_position"])[:2] / cell)
-            wide = np.array([2.0 * reach, 2.0 * reach])
-            ends = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * wide + centre - anchor[:2]
-            self.bed.vertices = np.column_stack((ends, np.full(4, depth - 0.002 * reach))).astype(np.float32)
-            self.bed_grid.points = self._grid_lines(centre, wide, cell, depth + 4e-4 * reach, anchor, None)
+            self._level("bed", self.bed, self.bed_grid, (2.0 * reach, 2.0 * reach), cell)
+            for node in (self.bed, self.bed_grid):
+                node.position = (*(middle - anchor[:2]), -float(self.scene.seabed.depth or 0.0))
 
-    def _grid_lines(self, middle, half, cell, z, anchor, corners) -> np.ndarray:
-        """Lines a cell apart; on a wavy surface the lines of its lattice, every fourth."""
-        if corners is not None:
-            table = corners.reshape(*CELLS, 3)
-            rows, columns = table[::4], table[:, ::4]
-            return np.concatenate(
-                (
-                    np.stack((rows[:, :-1], rows[:, 1:]), axis=2).reshape(-1, 2, 3),
-                    np.stack((columns[:-1], columns[1:]), axis=2).reshape(-1, 2, 3),
-                )
-            )
-        x, y = (np.arange(np.ceil((middle[k] - half[k]) / cell), np.floor((middle[k] + half[k]) / cell) + 1) * cell
-                for k in range(2))  # fmt: skip
-        low, high = middle - half, middle + half
-        lines = [((a, low[1], z), (a, high[1], z)) for a in x] + [((low[0], b, z), (high[0], b, z)) for b in y]
-        return (np.array(lines) - (*anchor[:2], 0.0)).astype(np.float32)
+    def _level(self, name: str, sheet: Any, grid: Any, half: tuple[float, float], cell: float) -> None:
+        """A level sheet about its own middle with lines a cell apart, each in pieces, which are clipped one by one."""
+        if self._sizes.get(name) == (half, cell):
+            return
+        self._sizes[name] = (half, cell)
+        x, y = (np.linspace(-side, side, n) for side, n in zip(half, CELLS if name == "water" else (2, 2)))
+        places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+        sheet.vertices = np.column_stack((places, np.zeros(len(places)))).astype(np.float32)
+        x, y = (cell * np.arange(-round(side / cell), round(side / cell) + 1) for side in half)
+        table = np.stack((*np.meshgrid(x, y, indexing="ij"), np.full((len(x), len(y)), LIFT * cell)), axis=-1)
+        grid.points = _lattice_lines(table)
+
+    def _wave(self, moment: Moment, anchor: np.ndarray, middle: np.ndarray, reach: float) -> None:
+        assert self.sea is not None
+        half = np.array([reach, 0.6 * reach])
+        widest = 0.5 * self.sea.length / SHARP * np.array(CELLS)
+        if (half > widest).any():
+            half, middle = np.minimum(half, widest), np.array(moment.frame["ship_position"][:2])
+        x, y = (middle[k] + np.linspace(-half[k], half[k], CELLS[k]) for k in range(2))
+        places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
+        z = self.sea(places[..., 0], places[..., 1], self.sea.at(moment.frame))
+        table = np.concatenate((places - anchor[:2], z[..., None]), axis=-1)
+        self.water.vertices = table.reshape(-1, 3).astype(np.float32)
+        self.grid.points = np.concatenate(
+            (_lattice_lines(table[::4], along=1), _lattice_lines(table[:, ::4], along=0)), axis=0
+        )
+        if self._sizes.pop("water", None):  # it was level until the waves were known
+            self.water.position = self.grid.position = (0.0, 0.0, 0.0)
 
     def legend_text(self) -> str:
         """How long a bar of line load is."""
         return f"line load on the groove: a bar as long as the sheave's radius is {self.load_unit / 1e3:g} kN/m"
+
+
+def _lattice_lines(table: np.ndarray, along: int | None = None) -> np.ndarray:
+    """Pieces [n, 2, 3] of the lines of a lattice of points [n, m, 3]; along: those of one direction only."""
+    ways = (
+        np.stack((table[:-1], table[1:]), axis=2).reshape(-1, 2, 3),
+        np.stack((table[:, :-1], table[:, 1:]), axis=2).reshape(-1, 2, 3),
+    )
+    return (np.concatenate(ways) if along is None else ways[along]).astype(np.float32)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import json
+import os
 import shutil
 import signal
 import subprocess
@@ -106,7 +107,8 @@ class Browser:
         """The first truth that ``true()`` gives; AssertionError with what the page says where none comes in time."""
         deadline = time.monotonic() + within
         while time.monotonic() < deadline:
-            if value := true():
+            value = true()
+            if value is not None and value is not False:
                 return value
             time.sleep(every)
         raise AssertionError(f"not within {within:g} s; the page says: {self.text()[:600]!r}")
@@ -121,13 +123,9 @@ class Browser:
 
     def close(self) -> None:
         """End the browser and forget its folder."""
-        if self.process.poll() is None:
-            self.process.send_signal(signal.SIGTERM)
-            try:
-                self.process.wait(10.0)
-            except subprocess.TimeoutExpired:
-                self.process.kill()
-                self.process.wait(10.0)
+        if self.process.poll() is None:  # nothing of it is kept, so it need not tidy up
+            os.killpg(self.process.pid, signal.SIGKILL)
+            self.process.wait(10.0)
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def __enter__(self) -> Browser:

@@ -1,6 +1,7 @@
 """The page in a real browser: what is on the picture, each camera, pause and scrub, a stale node, the saved file.
 
-One start of Chromium for all of it. Without a browser it is skipped; with CABLE_SIM_BROWSER=required (.ci/run) it fails.
+One start of Chromium for all of it. Without a browser it is skipped; with CABLE_SIM_BROWSER=required, as in .ci/run,
+it fails.
 """
 
 import os
@@ -12,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from browser import Browser, found
 from recorded import tow_in_waves
 
-from browser import Browser, found
 from cable_sim_ros.io.messages.markers import SCALE
 from cable_sim_ros.view.bag_run import BagRun
 
@@ -64,7 +65,7 @@ def test_the_page_shows_the_tow(tmp_path):
     try:
         address = serving(view)
         save = subprocess.Popen([*command, str(bag), "--save", str(saved), "--seconds", "5"], stdout=subprocess.DEVNULL)
-        with Browser() as browser:
+        with Browser((1100, 640)) as browser:
             browser.open(address)
             browser.until(lambda: "side_scan" in browser.text())
             _looks_like_the_tow(browser, run, tmp_path)
@@ -72,7 +73,7 @@ def test_the_page_shows_the_tow(tmp_path):
             _scrubs(browser, run)
             view.send_signal(signal.SIGINT)
             assert view.wait(20.0) == 0
-            browser.until(lambda: "cable-sim view: side_scan" not in browser.text()[:60] or "onnecting" in browser.text())
+            browser.until(lambda: not browser.text().startswith("cable-sim view: side_scan"))  # the page says it
             assert save.wait(60.0) == 0
             _saved(browser, saved, tmp_path)
     finally:
@@ -85,14 +86,14 @@ def _looks_like_the_tow(browser: Browser, run: BagRun, folder: Path) -> None:
 
     def there():
         found_ = cable_pixels(browser.picture(folder / "whole.png"))
-        return found_ if len(found_) > 400 else None
+        return found_ if len(found_) > 250 else None
 
     browser.click("Pause")
     places = browser.until(there)
     rows, columns = places[:, 0], places[:, 1]
-    assert np.ptp(columns) > 350 and np.ptp(rows) > 60
+    assert np.ptp(columns) > 250 and np.ptp(rows) > 40
     left, right = columns < columns.min() + 60, columns > columns.max() - 60
-    assert rows[left].mean() > rows[right].mean() + 50  # the towbody is deeper, and aft: at the left
+    assert rows[left].mean() > rows[right].mean() + 30  # the towbody is deeper, and aft: at the left
     said = browser.text()
     assert "verdict:" in said and "PAUSED" in said and "alarms now" in said
     for words in ("effective tension", "line load on the groove", "the waves of the scene", "depth of the towbody [m]"):
@@ -116,7 +117,7 @@ def _cameras(browser: Browser, folder: Path) -> None:
     assert len(port) > 150 and len(starboard) > 150  # line loads of both halves
     assert len(pixels(pictures["Whole"], PORT, 30)) < 60
     body = pixels(pictures["Fish"], FISH, 70)
-    assert len(body) > 1500
+    assert len(body) > 900
     height, width = pictures["Fish"].shape[0], pictures["Fish"].shape[1] - PANEL
     assert abs(body[:, 0].mean() - height / 2) < 90 and abs(body[:, 1].mean() - width / 2) < 90  # it is followed
 
@@ -134,8 +135,8 @@ def _scrubs(browser: Browser, run: BagRun) -> None:
     before = browser.picture()
     entry = "document.querySelector('input.mantine-NumberInput-input')"
     browser.script(
-        f"(() => {{ const i = {entry}; const set = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, 'value').set;"
-        " set.call(i, '6.0'); i.dispatchEvent(new Event('input', {bubbles: true})); i.blur(); })()"
+        f"(() => {{ const i = {entry};"
+        " const set = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, 'value').set; set.call(i, '6.0'); i.dispatchEvent(new Event('input', {bubbles: true})); i.blur(); })()"
     )
     moment = run.moment(run.index(6.0))
     height = f"{float(moment.frame['sheave_position'][2]):+.2f} m"
@@ -153,9 +154,17 @@ def _saved(browser: Browser, saved: Path, folder: Path) -> None:
     assert "<title>cable-sim view: side_scan</title>" in text and 'src="http' not in text and 'href="http' not in text
     browser.open(saved.as_uri())
     browser.until(lambda: "side_scan" in browser.text())
-    places = browser.until(lambda: (p := cable_pixels(browser.picture(folder / "saved.png"))) is not None and len(p) > 400)
-    assert places
+    browser.until(lambda: _played(browser) > 0.3)  # by script: taking pictures holds the player up
+    first = browser.picture(folder / "saved.png")
+    assert len(cable_pixels(first)) > 250
     said = browser.text()
     assert "verdict:" in said and "effective tension in the cable" in said
-    first = browser.picture()
-    browser.until(lambda: (np.abs(browser.picture().astype(int) - first).max(axis=-1) > 20).mean() > 0.001)
+    at = _played(browser)
+    browser.until(lambda: abs(_played(browser) - at) > 1.0)
+    change = np.abs(browser.picture()[:-60, :-PANEL].astype(int) - first[:-60, :-PANEL]).max(axis=-1) > 20
+    assert change.mean() > 0.001
+
+
+def _played(browser: Browser) -> float:
+    """Seconds that the player of the saved page stands at."""
+    return float(browser.script("(document.querySelector('input') || {value: '0'}).value") or 0.0)

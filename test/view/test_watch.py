@@ -125,7 +125,9 @@ def test_what_is_watched_is_what_was_sent(neighbour, bag):
         assert np.array_equal(ticks[-1].shape, last.shape) and np.array_equal(ticks[-1].contact, last.contact)
         assert not watcher.problem
         publishers["sim/health"].publish(JointState())
-        until = time.monotonic() + 10.0
+        publishers["cable/shape"].publish(PointCloud2())
+        until, kept = time.monotonic() + 10.0, 0
         while not watcher.problem and time.monotonic() < until:
-            got, _ = watcher.take()
+            kept += len(watcher.take()[0])
             time.sleep(0.05)
+        assert watcher.problem and kept == 0

@@ -33,6 +33,7 @@ NAMED = {channel.name: channel for channel in CHANNELS}
 HEALTH, SHAPE, CONTACT = NAMED["sim_health"], NAMED["cable_shape"], NAMED["sheave_contact"]
 KEPT = 20_000  # messages of sim/health that may wait to be read: 200 s of 100 Hz
 LATE = 0.3  # s a shape may wait for the tick output it belongs to
+NEEDED = ("tension", "sheave_position", "ship_position", "ship_quaternion", "body_position", "body_quaternion")
 PART = 200  # parameters asked for at once
 
 
@@ -128,6 +129,14 @@ class Watcher:
                 f"a message cannot be read ({type(error).__name__}: {error}); is the node of another version?"
             )
             return decode_frames([]), None
+        whole = np.ones(len(frames), bool)
+        for name in NEEDED:
+            finite = np.isfinite(frames[name])
+            whole &= finite if finite.ndim == 1 else finite.all(axis=1)
+        if not whole.all() or (table is not None and not _drawable(table["shape"])):
+            self.problem = "messages lack numbers that are drawn; is the node of another version?"
+            frames, table = frames[whole], table if table is not None and _drawable(table["shape"]) else None
+            shape = shape if table is not None else None
         if table is None or not len(frames):
             if shape is not None:
                 with self.lock:
@@ -174,6 +183,10 @@ class Watcher:
                 f"the scene '{name}' of the node cannot be read here ({error}): nothing was drawn; give --scene with "
                 "the same scene"
             ) from None
+
+
+def _drawable(shape: np.ndarray) -> bool:
+    return len(shape) > 1 and bool(np.isfinite(shape).all())
 
 
 def _same(one: Any, other: Any) -> bool:
