@@ -99,14 +99,14 @@ def follow(
                 asked = True
                 sea.settle(memory.frames)
                 page.put_legend()
-            if tick is not None and page.playing:
+            if tick is not None and page.playing and (page.watched or moment is None):
                 seconds = 1e-9 * (int(tick.frame["time"]) - memory.first)
                 moment = Moment(seconds, tick.frame, tick.shape, NO_CONTACT if tick.contact is None else tick.contact)
                 page.show(moment)
         if not slow.due():
             continue
         _state(page, watcher, memory, moment)
-        if moment is not None and page.playing:
+        if moment is not None and page.playing and page.watched:
             page.read(moment, _sentences(watcher))
             page.chart(memory.seconds, memory.frames, float(memory.seconds[-1]))
 

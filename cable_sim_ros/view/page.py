@@ -192,6 +192,11 @@ class Page:
     def _set_speed(self, text: str) -> None:
         self.speed = float(text.rstrip("x"))
 
+    @property
+    def watched(self) -> bool:
+        """Does anyone look? Where nobody does, nothing needs to be drawn."""
+        return bool(self.server.get_clients())
+
     def take_sought(self) -> float | None:
         """Where a viewer moved the slider to since the last call [s]."""
         with self.lock:

@@ -63,7 +63,7 @@ def play(
                 now = bag.length
                 page.play(False)
         k = bag.index(now)
-        if k != drawn and (pictures.due() or sought is not None):
+        if k != drawn and (page.watched or drawn < 0) and (pictures.due() or sought is not None):
             page.show(bag.moment(k))
             drawn = k
         state = (page.playing, page.speed, k)

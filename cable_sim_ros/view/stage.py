@@ -253,10 +253,11 @@ class Stage:
 
     def _wave(self, moment: Moment, anchor: np.ndarray, middle: np.ndarray, reach: float) -> None:
         assert self.sea is not None
-        half = np.array([reach, 0.6 * reach])
+        half: Any = np.array([reach, 0.6 * reach])
         widest = 0.5 * self.sea.length / SHARP * np.array(CELLS)
         if (half > widest).any():
-            half, middle = np.minimum(half, widest), np.array(moment.frame["ship_position"][:2])
+            half = np.minimum(half, widest)
+            middle = np.array(moment.frame["ship_position"][:2])
         x, y = (middle[k] + np.linspace(-half[k], half[k], CELLS[k]) for k in range(2))
         places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
         z = self.sea(places[..., 0], places[..., 1], self.sea.at(moment.frame))

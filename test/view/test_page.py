@@ -135,8 +135,9 @@ def _scrubs(browser: Browser, run: BagRun) -> None:
     before = browser.picture()
     entry = "document.querySelector('input.mantine-NumberInput-input')"
     browser.script(
-        f"(() => {{ const i = {entry};"
-        " const set = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, 'value').set; set.call(i, '6.0'); i.dispatchEvent(new Event('input', {bubbles: true})); i.blur(); })()"
+        f"(() => {{ const i = {entry}; const kind = HTMLInputElement.prototype;"
+        " Object.getOwnPropertyDescriptor(kind, 'value').set.call(i, '6.0');"
+        " i.dispatchEvent(new Event('input', {bubbles: true})); i.blur(); })()"
     )
     moment = run.moment(run.index(6.0))
     height = f"{float(moment.frame['sheave_position'][2]):+.2f} m"

@@ -21,7 +21,7 @@ from rcl_interfaces.srv import GetParameters
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState, PointCloud2
 
-from ...errors import CODE_INPUT, RunError
+from ...errors import CODE_INPUT, RunError, TowError
 from ...io.messages.channels import CHANNELS, decode, decode_frames
 from ...io.scenes.load import load_scene
 from ...sim.scene import Scene
@@ -34,6 +34,7 @@ HEALTH, SHAPE, CONTACT = NAMED["sim_health"], NAMED["cable_shape"], NAMED["sheav
 KEPT = 20_000  # messages of sim/health that may wait to be read: 200 s of 100 Hz
 LATE = 0.3  # s a shape may wait for the tick output it belongs to
 NEEDED = ("tension", "sheave_position", "ship_position", "ship_quaternion", "body_position", "body_quaternion")
+NAMED_WITHIN = 10.0  # s
 PART = 200  # parameters asked for at once
 
 
@@ -135,8 +136,9 @@ class Watcher:
             whole &= finite if finite.ndim == 1 else finite.all(axis=1)
         if not whole.all() or (table is not None and not _drawable(table["shape"])):
             self.problem = "messages lack numbers that are drawn; is the node of another version?"
-            frames, table = frames[whole], table if table is not None and _drawable(table["shape"]) else None
-            shape = shape if table is not None else None
+            frames = frames[whole].view(np.recarray)
+            if table is not None and not _drawable(table["shape"]):
+                table = shape = None
         if table is None or not len(frames):
             if shape is not None:
                 with self.lock:
@@ -145,18 +147,26 @@ class Watcher:
         near = int(np.argmin(np.abs(frames["time"] - table["time"])))
         return frames, Tick(frames[near], table["shape"], load)
 
+    def _node(self) -> str:
+        """Full name of the node; a publisher may be known before the name of its node."""
+        deadline = time.monotonic() + NAMED_WITHIN
+        while time.monotonic() < deadline:
+            for one in self.client.node.get_publishers_info_by_topic(self.topic(HEALTH.topic)):
+                if "UNKNOWN" not in one.node_name + one.node_namespace:
+                    return f"{one.node_namespace.rstrip('/')}/{one.node_name}"
+            time.sleep(0.05)
+        raise WatchError(
+            f"the node on {self.topic(HEALTH.topic)} did not say its name within {NAMED_WITHIN:g} s, so that its scene "
+            "is not known: nothing was drawn; give --scene NAME or FILE"
+        )
+
     def parameters(self, names: list[str]) -> dict[str, Any]:
         """Values of parameters of the node; names that it does not have are left out."""
-        who = self.client.node.get_publishers_info_by_topic(self.topic(HEALTH.topic))
-        if not who:
-            return {}
-        space = who[0].node_namespace.rstrip("/")
+        node = self._node()
         found: dict[str, Any] = {}
         for k in range(0, len(names), PART):
             part = names[k : k + PART]
-            answer = self.client.call(
-                GetParameters, f"{space}/{who[0].node_name}/get_parameters", GetParameters.Request(names=part)
-            )
+            answer = self.client.call(GetParameters, f"{node}/get_parameters", GetParameters.Request(names=part))
             for name, value in zip(part, answer.values):
                 if value.type:
                     found[name] = rclpy.parameter.parameter_value_to_python(value)
@@ -166,11 +176,16 @@ class Watcher:
         """The scene of the node, with what its parameters change; given: a name or file in its place."""
         if given is not None:
             return load_scene(given)
-        name = self.parameters(["scene"]).get("scene")
+        try:
+            name = self.parameters(["scene"]).get("scene")
+        except TowError as error:
+            name, why = None, f": {error}"
+        else:
+            why = ""
         if not name:
             raise WatchError(
-                f"the node on {self.topic(HEALTH.topic)} does not say which scene it has (parameter 'scene'): nothing "
-                "was drawn; give --scene NAME or FILE"
+                f"the node on {self.topic(HEALTH.topic)} does not say which scene it has (parameter 'scene'){why}; "
+                "nothing was drawn; give --scene NAME or FILE"
             )
         try:
             plain = settle({"scene": name}).scene
