@@ -19,7 +19,8 @@ from .cameras import WHOLE, followed
 from .moment import ARC, COLUMN, Moment, parts_of, smooth_shape
 from .sea_surface import SeaSurface
 
-ABOARD = 8.0  # sheave radii about it in which the cable is drawn at its own diameter
+ABOARD = 25.0  # sheave radii outboard of it to which the cable is drawn with the ship
+TAIL = 6.0  # lengths of the towbody about it in which the cable is drawn with it
 STATIONS = 48  # of the contact
 LOADS = [COLUMN["load_port"], COLUMN["load_starboard"]]
 LEAST = 1e-3  # of the bar of a radius: shorter ones are left out
@@ -121,9 +122,11 @@ class Stage:
         self._mesh(f"{ship}/drum/body", shapes.drum(scene), DARK, flat_shading=True)
         self._lines(f"{ship}/drum/marks", shapes.drum_marks(scene), (230, 232, 235), 2.0)
         self._cradle(ship)
-        blank, grey = np.zeros((1, 2, 3), np.float32), np.zeros((1, 2, 3), np.uint8)
-        self.cable = view.add_line_segments(f"{ROOT}/cable", blank, grey, thickness=4.0, thickness_units="screen")
-        self.aboard = view.add_line_segments(f"{ROOT}/aboard", blank, grey, thickness=d, thickness_units="world")
+        # the page takes new points of a line later than a new place of a node: what is looked at closely is given in
+        # the axes of the ship and from the towbody, where it hardly changes
+        self.at_fish = view.add_frame(f"{ROOT}/at_fish", show_axes=False)
+        self.deck, self.tail = self._cable_lines(ship, d), self._cable_lines(f"{ROOT}/at_fish", d)
+        self.cable = self._cable_lines(ROOT, None)
         self.fish = view.add_frame(f"{ROOT}/fish", show_axes=False)
         self._mesh(f"{ROOT}/fish/body", shapes.torpedo(*self.body), ORANGE)
         self._mesh(f"{ROOT}/fish/fins", shapes.fins(*self.body), DARK)
@@ -146,6 +149,15 @@ class Stage:
             self.bed = self._mesh(f"{ROOT}/seabed", flat, SAND, flat_shading=True)
             self.bed_grid = self._lines(f"{ROOT}/seabed_grid", np.zeros((1, 2, 3)), (150, 125, 85), 1.0)
         self.notice = view.add_label("/notice", "", anchor="center-center", font_screen_scale=2.4, visible=False)
+
+    def _cable_lines(self, parent: str, diameter: float | None) -> tuple:
+        """Nodes of a piece of the cable: a line some pixels wide, and one of its diameter."""
+        blank, grey = np.zeros((1, 2, 3), np.float32), np.zeros((1, 2, 3), np.uint8)
+        add, seen = self.server.scene.add_line_segments, {"thickness": 4.0, "thickness_units": "screen"}
+        nodes = [add(f"{parent}/cable", blank, grey, **seen)]
+        if diameter is not None:
+            nodes.append(add(f"{parent}/cable_to_scale", blank, grey, thickness=diameter, thickness_units="world"))
+        return tuple(nodes)
 
     def _cradle(self, ship: str) -> None:
         """What carries the drum, down to the deck."""
@@ -192,19 +204,32 @@ class Stage:
         if self.stale:
             shade[:] = STALE
         shade = LINEAR[shade]
-        place = (points - anchor).astype(np.float32)
-        lines, pairs = np.stack((place[:-1], place[1:]), axis=1), np.stack((shade[:-1], shade[1:]), axis=1)
-        self.cable.points, self.cable.colors = lines, pairs
-        near = np.linalg.norm(points - moment.frame["sheave_position"], axis=1) < ABOARD * self.scene.sheave.radius
-        at_fish = np.linalg.norm(points - moment.frame["body_position"], axis=1) < 4.0 * self.body[0]
-        kept = (near | at_fish)[:-1] | (near | at_fish)[1:]
-        if kept.any():
-            self.aboard.points, self.aboard.colors = lines[kept], pairs[kept]
+        f, r = moment.frame, self.scene.sheave.radius
+        from_sheave = np.linalg.norm(points - f["sheave_position"], axis=1)
+        at = int(np.argmin(from_sheave))
+        deck = min(at + int(np.argmax(np.append(from_sheave[at:], np.inf) > ABOARD * r)), len(points) - 2)
+        from_body = np.linalg.norm(points - f["body_position"], axis=1)
+        tail = max(int(np.argmax(from_body < TAIL * self.body[0])), deck + 1)
+        turned = np.array([rotate(f["ship_quaternion"], axis) for axis in np.eye(3)]).T
+        self._put(self.deck, (points[: deck + 1] - f["ship_position"]) @ turned, shade[: deck + 1])
+        self._put(self.cable, points[deck : tail + 1] - anchor, shade[deck : tail + 1])
+        self._put(self.tail, points[tail:] - f["body_position"], shade[tail:])
+        self.at_fish.position = self.fish.position
         arc = moment.shape[:, ARC]
         for frame, (_, rest, *_size) in zip(self.hung, self._bodies):
             where = arc[-1] - rest
             frame.position = [float(np.interp(where, arc, moment.shape[:, k])) - anchor[k] for k in range(3)]
             frame.wxyz = self.fish.wxyz
+
+    @staticmethod
+    def _put(nodes: tuple, place: np.ndarray, shade: np.ndarray) -> None:
+        """A piece of the cable, as a line of a few pixels and at its own diameter."""
+        if len(place) < 2:
+            place, shade = np.zeros((2, 3)), np.zeros((2, 3), np.uint8)
+        place = place.astype(np.float32)
+        for node in nodes:
+            node.points = np.stack((place[:-1], place[1:]), axis=1)
+            node.colors = np.stack((shade[:-1], shade[1:]), axis=1)
 
     def _draw_loads(self, moment: Moment) -> None:
         """A bar outwards at each contact point for the load of either half."""
@@ -253,10 +278,10 @@ class Stage:
 
     def _wave(self, moment: Moment, anchor: np.ndarray, middle: np.ndarray, reach: float) -> None:
         assert self.sea is not None
-        half: Any = np.array([reach, 0.6 * reach])
+        half: np.ndarray = np.array([reach, 0.6 * reach])
         widest = 0.5 * self.sea.length / SHARP * np.array(CELLS)
         if (half > widest).any():
-            half = np.minimum(half, widest)
+            half[:] = np.minimum(half, widest)
             middle = np.array(moment.frame["ship_position"][:2])
         x, y = (middle[k] + np.linspace(-half[k], half[k], CELLS[k]) for k in range(2))
         places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
