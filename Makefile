@@ -117,5 +117,5 @@ $(VENV)/.rest: $(PACKAGING) | $(BIN)/python
 
 $(VENV)/.test: $(PACKAGING) | $(BIN)/python
 	@echo "installing the simulator with its test tools: a minute or two the first time"
-	@$(PIP) -e '.[ros,viz,test]'
+	@$(PIP) -e '.[ros,viz,view,test]'
 	@touch $@ $(VENV)/.run

@@ -46,6 +46,11 @@ IMPORT = [  # logs of others; each is imported when such a log is read
 ]
 EXPORT = ["xarray>=2024.1", "h5netcdf>=1.3", "pyarrow>=15"]  # cable-sim export to NetCDF and Parquet
 FMU = ["pythonfmu>=0.7", "pythonfmu3>=0.3.4"]  # cable-sim fmu; the FMU holds the binary of its exporter
+VIEW = [  # cable-sim view and film
+    "viser>=1.1.1,<2",  # the page is in its wheel; from there on panels are docked and lines have a thickness
+    "imageio-ffmpeg>=0.5",  # brings ffmpeg
+    "matplotlib>=3.8",
+]
 TEST = [
     *EXPORT,
     *FMU,
@@ -102,6 +107,7 @@ setup(
         "import": IMPORT,
         "export": EXPORT,
         "fmu": FMU,
+        "view": VIEW,
         "test": TEST,
         "peers": PEERS,
         "docs": DOCS,

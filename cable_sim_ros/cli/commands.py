@@ -45,9 +45,11 @@ LATER = {
     "layback": "cli.layback",
     "export": "cli.export",
     "fmu": "fmu.command",
+    "film": "cli.view",
     "soak": "verification.soak.command",
     "stress": "verification.commands",
     "validate": "verification.commands",
+    "view": "cli.view",
 }
 
 

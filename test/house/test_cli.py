@@ -47,6 +47,8 @@ COMMANDS = {
     "telegrams",
     "export",
     "fmu",
+    "view",
+    "film",
 }
 
 

@@ -1,0 +1,1 @@
+"""The end of the node's topics that only listens, for the page of `cable-sim view`."""
