@@ -83,6 +83,7 @@ setup(
         "ros-jazzy": JAZZY,
         "ros-kilted": KILTED,
         "viz": ["matplotlib>=3.8"],
+        "report": ["jinja2>=3.1", "matplotlib>=3.8"],  # one HTML file of a run
         "test": TEST,
         "peers": PEERS,
         "docs": DOCS,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 STAMP = "#c23b33"
 STAMP_WIDTH = 75  # characters of a line
 DONE_WIDTH = 160  # characters of what was done
+FIRST_DATE, LAST_DATE = 946684800 * 10**9, 4102444800 * 10**9  # ns: the years 2000 to 2100
 HOLD = "hold"  # the set-point law that does nothing
 
 
@@ -97,3 +99,12 @@ def force_unit(forces: np.ndarray) -> tuple[float, str]:
 def places(maximum: float) -> int:
     """Decimals with which numbers up to ``maximum`` are written: four digits of it, at most two decimals."""
     return max(0, min(2, 4 - len(str(int(abs(maximum))))))
+
+
+def date_of(run: RecordedRun) -> str:
+    """Date and time of the first tick output, by the stamps of the motion; "" where these are no date, as of a heave
+    that is made and begins at 0."""
+    first = int(run.frames["time"][0]) if len(run.frames) else 0
+    if not FIRST_DATE <= first < LAST_DATE:
+        return ""
+    return f"{datetime.fromtimestamp(first // 10**9, UTC):%Y-%m-%d %H:%M:%S} UTC"

@@ -40,10 +40,10 @@ def fit(
     A metre is as long across as up, unless that would draw a needle. Returns the scales [m/inch] and a note, "" where
     they are equal.
     """
-    box = axes.get_position()
+    box, size = axes.get_position(), axes.figure.get_size_inches()
     left, right, below, above = pad
     low, span = points.min(axis=0), np.ptp(points, axis=0)
-    room = np.array([box.width * SIZE[0] - left - right, box.height * SIZE[1] - below - above])
+    room = np.array([box.width * size[0] - left - right, box.height * size[1] - below - above])
     scale = np.maximum(span, 1e-3) / room
     note = ""
     if scale.max() <= NEEDLE * scale.min():

@@ -38,6 +38,7 @@ COMMANDS = {
     "manual",
     "mesh",
     "plan",
+    "report",
     "recover",
     "make-bags",
     "telegrams",
