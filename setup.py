@@ -108,6 +108,7 @@ setup(
         "export": EXPORT,
         "fmu": FMU,
         "view": VIEW,
+        "report": ["jinja2>=3.1", "matplotlib>=3.8"],  # one HTML file of a run
         "test": TEST,
         "peers": PEERS,
         "docs": DOCS,

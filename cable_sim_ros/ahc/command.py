@@ -12,6 +12,7 @@ import click
 from ..cli.number import Count
 from ..cli.out_folder import ready
 from ..cli.progress import progress_bar
+from ..cli.report_option import report_option, said, typed
 
 FAILED = 1  # exit code where a re-run is not the leaderboard
 FILE = click.Path(dir_okay=False, path_type=Path)
@@ -40,6 +41,7 @@ FILE = click.Path(dir_okay=False, path_type=Path)
 @click.option(
     "--definition", "shown", is_flag=True, help="Run nothing: scenes, motions, classes and figures in Markdown."
 )
+@report_option
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON, nothing else.")
 def ahc(
     laws,
@@ -57,6 +59,7 @@ def ahc(
     table,
     page,
     shown,
+    report,
     as_json,
 ):
     """The benchmark of heave compensators: set-point laws (default: all), or a controller of your own.
@@ -79,6 +82,7 @@ def ahc(
         "--only": only,
         "--quick": quick,
         "--out": out,
+        "--report": report,
     }
     for option, there in (("--merge", result), ("--table", table), ("--definition", shown)):
         if there and (odd := [other for other, given in asked.items() if given]):
@@ -102,6 +106,10 @@ def ahc(
         ready(out)
         done = run(entrants_of(laws, controller, program, name, board), only, quick, processes, as_json)
         tell(done, out, as_json, quiet=check)
+        if report is not None:
+            from .report import write_report
+
+            said(write_report(done, report, typed()))
         if check:
             compare(done, board, as_json)
 

@@ -26,6 +26,7 @@ from .out_folder import ready
 from .plan import plan as plan_command
 from .progress import progress_bar as _progress
 from .report import tell
+from .report_option import ARGUMENTS, report_option, reporting, unrecorded
 from .span import span as span_command
 from .telegrams import telegrams as telegrams_command
 from .viv import viv as viv_command
@@ -37,6 +38,7 @@ PASS_ON = {"ignore_unknown_options": True, "allow_extra_args": True}
 # commands that are loaded where they are asked for: nothing of the product imports verification or ahc
 LATER = {
     "ahc": "ahc.command",
+    "report": "cli.report_command",
     "bench": "verification.commands",
     "case": "verification.commands",
     "import": "cli.import_logs",
@@ -69,6 +71,7 @@ class Commands(click.Group):
     def parse_args(self, context: click.Context, args: list[str]) -> list[str]:
         """Keep whether the figures are to be JSON, for an error that comes before them."""
         context.meta[JSON] = "--json" in args
+        context.meta[ARGUMENTS] = list(args)
         return super().parse_args(context, args)
 
     def invoke(self, context: click.Context):
@@ -155,11 +158,15 @@ def node(ros_arguments: tuple[str, ...]) -> None:
 @settings_options
 @out_option
 @markers_option
+@report_option
 @json_option
-def run(scene, begin, as_json, **asked) -> None:
+def run(scene, begin, as_json, report, out, **asked) -> None:
     """Simulate SCENE offline, as fast as it goes."""
-    _needs_out(asked["markers"], asked["out"])
-    tell(simulated(scene, begin, as_json, **asked), asked["out"], as_json)
+    _needs_out(asked["markers"], out)
+    with reporting(report, out) as reporter:
+        result = simulated(scene, begin, as_json, out=reporter.folder, **asked)
+        reporter.write(result)
+    tell(unrecorded(result, out), out, as_json)
 
 
 @main.command()
@@ -200,6 +207,28 @@ def replay(bag, scene, algorithm, convention, topics, settings, out, markers, li
         tell_limits(scores, junit, as_json)
         raise
     tell_limits(scores, junit, as_json)
+@report_option
+@json_option
+def replay(bag, scene, algorithm, convention, topics, settings, out, markers, report, as_json) -> None:
+    """Simulate a recorded BAG again and print the residuals against what it recorded of the tow."""
+    _needs_out(markers, out)
+    with reporting(report, out) as reporter:
+        with _progress(as_json) as progress:
+            from ..runs import offline
+            from ..runs.settings import settings_of, topics_of
+
+            result = offline.replay(
+                bag,
+                scene,
+                algorithm=algorithm,
+                settings=settings_of(settings, convention),
+                topics=topics_of(topics),
+                out=reporter.folder,
+                markers=markers,
+                progress=progress,
+            )
+        reporter.write(result)
+    tell(unrecorded(result, out), out, as_json)
 
 
 @main.command()
@@ -219,8 +248,9 @@ def replay(bag, scene, algorithm, convention, topics, settings, out, markers, li
     type=click.Path(file_okay=False, path_type=Path),
     help="Folder for the bag, figures and picture. Default: runs/<date and time>.",
 )
+@report_option
 @json_option
-def live(bag, scene, duration, imu_only, out, as_json) -> None:
+def live(bag, scene, duration, imu_only, out, report, as_json) -> None:
     """Play BAG over real topics into the node, in real time: summary, picture, recorded bag."""
     _need_ros()
     from ..io.recordings.recorded_run import load_run
@@ -239,16 +269,18 @@ def live(bag, scene, duration, imu_only, out, as_json) -> None:
     out = out or Path("runs") / time.strftime("%Y%m%d_%H%M%S")
     ready(out)
     quiet = (lambda *_: None) if as_json else None
-    report = run_live(path, scene, duration, out, imu_only=imu_only, progress=quiet)
-    recorded = load_run(report["bag"])
-    node_metrics = report["node"]
+    with reporting(report, out) as reporter:
+        done = run_live(path, scene, duration, out, imu_only=imu_only, progress=quiet)
+    recorded = load_run(done["bag"])
+    node_metrics = done["node"]
     outside = {name: node_metrics.get(name) for name in OUTSIDE}
     metrics = summarize(recorded.frames, skip_s=start_up(tow, True), **outside)
     metrics.update(scene=recorded.custom_data.get("scene", str(scene)), motion=Path(bag).name, node=node_metrics)
     metrics.update(watched(tow, recorded.frames))
-    result = Run(recorded.frames, metrics, node_metrics.get("problem", ""), Path(report["bag"]))
+    result = Run(recorded.frames, metrics, node_metrics.get("problem", ""), Path(done["bag"]), scene=tow)
     judged(result, tow, of_node(node_metrics), played(recorded.frames))
     (out / "summary.json").write_text(json.dumps(result.metrics, indent=1) + "\n", "utf-8")
+    reporter.write(result)
     tell(result, out, as_json)
 
 

@@ -14,6 +14,7 @@ from ..sim.flag_rules import FAILED
 from .faults import tell_faults
 from .motion_options import motion_options, simulated
 from .options import settings_options
+from .report_option import Reporter, report_option, reporting
 from .rules import tell_rules
 
 if TYPE_CHECKING:
@@ -39,11 +40,11 @@ FLAG = {"algorithm": "--setpoint", "topics": "--topic", "settings": "--set", "im
 
 
 class NoPlan(RunError):
-    """The run failed: its figures say nothing of a winch; verdict: on that run."""
+    """The run failed: its figures say nothing of a winch; verdict: on that run, which is ``run``."""
 
-    def __init__(self, text: str, verdict: Verdict) -> None:
+    def __init__(self, text: str, verdict: Verdict, run: Run) -> None:
         super().__init__(text)
-        self.verdict = verdict
+        self.verdict, self.run = verdict, run
 
 
 @click.command()
@@ -53,8 +54,9 @@ class NoPlan(RunError):
 @click.option(
     "--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for the bag and figures of the run."
 )
+@report_option
 @click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
-def plan(scene, out, as_json, **asked) -> None:
+def plan(scene, out, as_json, report, **asked) -> None:
     """What a recovery or a tow needs of its winch: rate, torque, power, brake and cable, with margins.
 
     SCENE is simulated as by `cable-sim run`; RUN is a recording of one, a bag or its MCAP file. A run that failed has
@@ -68,28 +70,38 @@ def plan(scene, out, as_json, **asked) -> None:
             raise click.UsageError(
                 f"{given[0]} is of a run, and {scene} is a recording of one; nothing was done; leave it out"
             )
-        result = _recorded(path)
+        with reporting(report, path) as reporter:
+            needs = _planned(scene, result := recorded(path), reporter)
     else:
-        result = simulated(scene, None, as_json, out=out, **asked)
-    verdict, frames, tow = result.verdict, result.frames, result.scene
-    if verdict.state == FAILED or not len(frames) or tow is None:
-        reasons = "; ".join(str(reason) for reason in verdict.reasons) or "no tick was simulated"
-        raise NoPlan(f"{scene}: no plan is made of a run that failed: {reasons}", verdict)
-    from ..runs.plan import plan_of
-
-    report = plan_of(frames, tow, result.metrics)
+        with reporting(report, out) as reporter:
+            result = simulated(scene, None, as_json, out=reporter.folder, **asked)
+            needs = _planned(scene, result, reporter)
+    verdict = result.verdict
     if out is not None:
-        (out / "plan.json").write_text(json.dumps(report, indent=1) + "\n", "utf-8")
+        (out / "plan.json").write_text(json.dumps(needs, indent=1) + "\n", "utf-8")
     if as_json:
-        click.echo(json.dumps(report, indent=1))
+        click.echo(json.dumps(needs, indent=1))
     else:
-        _tell(report)
+        _tell(needs)
         if "faults" in result.metrics:
             tell_faults(result.metrics["scenario"], result.metrics["faults"])
     if not as_json or verdict.code:
         for line in verdict.lines():
             click.echo(line, err=as_json)
     sys.exit(verdict.code)
+
+
+def _planned(scene: str, result: Run, reporter: Reporter) -> dict[str, Any]:
+    """The plan of a run, and its report with the plan in it. Raises NoPlan for a run that failed."""
+    verdict, frames, tow = result.verdict, result.frames, result.scene
+    if verdict.state == FAILED or not len(frames) or tow is None:
+        reasons = "; ".join(str(reason) for reason in verdict.reasons) or "no tick was simulated"
+        raise NoPlan(f"{scene}: no plan is made of a run that failed: {reasons}", verdict, result)
+    from ..runs.plan import plan_of
+
+    needs = plan_of(frames, tow, result.metrics)
+    reporter.write(result, needs)
+    return needs
 
 
 def _tell(report: dict[str, Any]) -> None:
@@ -120,8 +132,8 @@ def _tell(report: dict[str, Any]) -> None:
         click.echo(f"note: {note}")
 
 
-def _recorded(path: Path) -> Run:
-    """The recorded run, judged."""
+def recorded(path: Path, nothing: str = "no plan is made", instead: str = "cable-sim plan SCENE") -> Run:
+    """The recorded run, judged. BagError where it keeps no scene: then ``nothing`` is done, and what to do instead."""
     from ..io.bags.bag_writer import BagError
     from ..io.recordings.journal import read_journal
     from ..io.recordings.recorded_run import load_run
@@ -138,8 +150,8 @@ def _recorded(path: Path) -> Run:
     text = recorded.custom_data.get("scene_yaml")
     if not text:
         raise BagError(
-            f"bag '{path}' keeps no scene, so what its winch has is not known: no plan is made; give a bag that the "
-            "node or the offline run recorded, or cable-sim plan SCENE"
+            f"bag '{path}' keeps no scene, so what its winch has is not known: {nothing}; give a bag that the "
+            f"node or the offline run recorded, or {instead}"
         )
     tow, about = read_tow(path), recorded.custom_data
     tow.sea_motion = sea_motion_kept(tow)

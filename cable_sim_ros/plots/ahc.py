@@ -12,6 +12,7 @@ from .run import BLUE, FAINT, INK, ORANGE, PORT, PURPLE, STARBOARD
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
 
 Row = Mapping[str, Any]  # as a result of `cable-sim ahc` has it
 SIZE, ROOM = (16.0, 10.5), 10  # inches, and classes that it has room for
@@ -24,10 +25,7 @@ IDEAL = "ideal"
 
 def draw(rows: Sequence[Row], out: Path, title: str) -> Path:
     """Draw rows with figures and twins to an image file. RuntimeError where matplotlib is missing."""
-    ran = [row for row in rows if row["figures"] and row["twin"]]
-    names = [name for name in dict.fromkeys(row["entrant"] for row in ran) if name != HELD]
-    looks = {name: (COLOURS[k % len(COLOURS)], MARKS[k % len(MARKS)]) for k, name in enumerate(names)}
-    ran = [row for row in ran if row["entrant"] in looks]
+    ran, looks = drawn(rows)
     taller = max(0, len({row["class"] for row in ran}) - ROOM)  # classes that need room of their own
     with canvas(out, (SIZE[0], SIZE[1] + 0.22 * taller)) as figure:
         figure.get_layout_engine().set(w_pad=0.2, h_pad=0.15)
@@ -46,13 +44,26 @@ def draw(rows: Sequence[Row], out: Path, title: str) -> Path:
             overshoot,
             "largest of all runs, deviations of the twin",
         )
-        handles = [
-            panels[0, 0].plot([], [], mark, color=colour, ms=9, label=f"{name}, {count(ran, name)} runs")[0]
-            for name, (colour, mark) in looks.items()
-        ]
+        handles = key(panels[0, 0], ran, looks)
         if handles:
             figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 5), fontsize=12)
     return out
+
+
+def drawn(rows: Sequence[Row]) -> tuple[list[Row], dict[str, tuple[str, str]]]:
+    """The rows that can be drawn, and colour and mark of each entrant."""
+    ran = [row for row in rows if row["figures"] and row["twin"]]
+    names = [name for name in dict.fromkeys(row["entrant"] for row in ran) if name != HELD]
+    looks = {name: (COLOURS[k % len(COLOURS)], MARKS[k % len(MARKS)]) for k, name in enumerate(names)}
+    return [row for row in ran if row["entrant"] in looks], looks
+
+
+def key(axes: Axes, rows: Sequence[Row], looks: Mapping[str, tuple[str, str]]) -> list[Line2D]:
+    """A mark for each entrant, for a legend."""
+    return [
+        axes.plot([], [], mark, color=colour, ms=9, label=f"{name}, {count(rows, name)} runs")[0]
+        for name, (colour, mark) in looks.items()
+    ]
 
 
 def count(rows: Sequence[Row], name: str) -> int:

@@ -7,17 +7,23 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .run import STYLE
+from ..version import __version__
+from .run import FAINT, STYLE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+DPI = 100
+GROW = 1.25  # of the letters beside the drawing: a picture is read on a telephone too
+
 
 @contextmanager
-def canvas(path: Path, size: tuple[float, float]) -> Iterator[Figure]:
-    """An empty figure of a size [inch] to draw on; it is saved at the end, its folder made. No pyplot, so no state.
-
-    RuntimeError where matplotlib is missing.
+def canvas(
+    path: Path, size: tuple[float, float], title: str = "", source: str = "", *, grow: float = GROW
+) -> Iterator[Figure]:
+    """An empty figure of a size [inch at DPI] to draw on; it is saved at the end, its folder made. No pyplot, so no
+    state. title: over all panels; source: at the foot, with the version: what was simulated, and whose figures stand
+    beside it; grow: of the letters. RuntimeError where matplotlib is missing.
     """
     try:
         import matplotlib
@@ -26,9 +32,15 @@ def canvas(path: Path, size: tuple[float, float]) -> Iterator[Figure]:
     except ImportError:
         raise RuntimeError("matplotlib is not installed: no plot was drawn; install cable_sim_ros[viz]") from None
     with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=size, dpi=80, facecolor="white", layout="constrained")
+        inches = size[0] / grow, size[1] / grow
+        figure = Figure(figsize=inches, dpi=grow * DPI, facecolor="white", layout="constrained")
         figure.get_layout_engine().set(w_pad=0.1, h_pad=0.1)  # inches: titles keep off the edge and the panel above
         FigureCanvasAgg(figure)
+        if title:
+            figure.suptitle(title, x=0.012, ha="left", size=15, weight="bold")
+        if source:
+            said = f"{source}; simulated by cable_sim_ros {__version__}"
+            figure.supxlabel(said, x=0.012, ha="left", size=9, color=FAINT)
         yield figure
         path.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(path, metadata={"Software": None} if path.suffix == ".png" else None)  # same run, same bytes

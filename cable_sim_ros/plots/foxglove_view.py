@@ -127,7 +127,7 @@ def draw_bag(bag: str | Path, picture: str | Path) -> Path:
     at, body = (np.array([p.x, p.y, p.z]) for p in (named[k, 0].pose.position for k in ("sheave", "towbody")))
     forward = (at - body) * (1.0, 1.0, 0.0)
     forward /= max(np.linalg.norm(forward), 1e-9)
-    with canvas(Path(picture), SIZE) as figure:
+    with canvas(Path(picture), SIZE, grow=1.0) as figure:
         figure.set_layout_engine("none")
         figure.set_facecolor("#0f151c")
         _panels(figure, plots, messages, array.markers, (at, body, forward), named["sheave", 0].scale.x)

@@ -14,7 +14,7 @@ from ..io.scenes.winch_plan import WinchPlan
 from ..runs.summary import extremes
 from .heading import force_unit, places, put_heading, scene_name
 from .run import PURPLE, min_span, render, seconds
-from .side import BLUE, FAINT, INK, ORANGE, PAD, SIZE, cable_curves, fit, put_note, ship_and_water
+from .side import BLUE, DPI, FAINT, INK, ORANGE, PAD, SIZE, cable_curves, fit, put_note, ship_and_water
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -41,16 +41,16 @@ def compose(run: RecordedRun, title: str, stamp: str = "") -> Figure:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
+    figure = Figure(figsize=SIZE, dpi=DPI, facecolor="white")
     FigureCanvasAgg(figure)
-    columns = figure.add_gridspec(1, 2, left=0.075, right=0.935, top=0.855, bottom=0.145, wspace=0.27)
-    left, right = columns[0].subgridspec(2, 1, hspace=0.36), columns[1].subgridspec(3, 1, hspace=0.5)
+    columns = figure.add_gridspec(1, 2, left=0.085, right=0.925, top=0.84, bottom=0.175, wspace=0.34)
+    left, right = columns[0].subgridspec(2, 1, hspace=0.46), columns[1].subgridspec(3, 1, hspace=0.75)
     shapes(figure.add_subplot(left[0]), run)
     nodes(figure.add_subplot(left[1]), run)
     tension(figure.add_subplot(right[0]), run)
     depth(figure.add_subplot(right[1]), run)
     lengths(figure.add_subplot(right[2]), run)
-    figure.text(0.075, 0.025, caption(run), size=12, linespacing=1.5, va="bottom")
+    figure.text(0.085, 0.045, caption(run), size=11, linespacing=1.4, va="bottom")
     put_heading(figure, run, title, stamp)
     return figure
 
@@ -72,7 +72,7 @@ def caption(run: RecordedRun) -> str:
         f"the sheave {factor * minimum:.{digits}f} to {factor * maximum:.{digits}f} {unit}, "
         f"cable on the drum {span('cable_on_drum')}."
     )
-    return textwrap.fill(text, 165)
+    return textwrap.fill(text, 132)
 
 
 def _shape_frames(run: RecordedRun) -> np.recarray:

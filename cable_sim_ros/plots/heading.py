@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,13 +11,15 @@ import numpy as np
 from ..io.recordings.recorded_run import RecordedRun
 from ..io.scenes.yaml12 import YamlError, parse
 from ..runs.summary import since_first
+from ..version import __version__
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-STAMP = "#c23b33"
-STAMP_WIDTH = 75  # characters of a line
-DONE_WIDTH = 160  # characters of what was done
+STAMP, FAINT = "#c23b33", "#5c6873"
+STAMP_WIDTH = 62  # characters of a line
+DONE_WIDTH = 125  # characters of what was done
+FIRST_DATE, LAST_DATE = 946684800 * 10**9, 4102444800 * 10**9  # ns: the years 2000 to 2100
 HOLD = "hold"  # the set-point law that does nothing
 
 
@@ -65,10 +68,18 @@ def _law(scene: str) -> str:
     return str(block.get("algorithm", "")) if isinstance(block, dict) else ""
 
 
+def source_of(run: RecordedRun) -> str:
+    """What a picture is made from: version, scene, and the date of the motion where it has one."""
+    about, date = run.custom_data, date_of(run)
+    parts = [f"simulated by cable_sim_ros {about.get('cable_sim_ros', __version__)}", f"scene {scene_name(run)}"]
+    return "; ".join([*parts, *([f"motion from {date}"] if date else [])])
+
+
 def put_heading(figure: Figure, run: RecordedRun, title: str, stamp: str = "") -> None:
     """Title, what was done under it, and the stamp in the top right corner."""
-    figure.text(0.075, 0.95, title, size=20, weight="bold")
-    figure.text(0.075, 0.915, what_was_done(run), size=13)
+    figure.text(0.085, 0.945, title, size=18, weight="bold")
+    figure.text(0.085, 0.908, what_was_done(run), size=11)
+    figure.text(0.085, 0.014, source_of(run), size=9, color=FAINT)
     put_stamp(figure, stamp)
 
 
@@ -79,7 +90,7 @@ def put_stamp(figure: Figure, stamp: str) -> None:
             0.945,
             0.964,
             textwrap.fill(stamp, STAMP_WIDTH, max_lines=2, placeholder=" ..."),
-            size=13,
+            size=11,
             weight="bold",
             color="white",
             ha="right",
@@ -97,3 +108,12 @@ def force_unit(forces: np.ndarray) -> tuple[float, str]:
 def places(maximum: float) -> int:
     """Decimals with which numbers up to ``maximum`` are written: four digits of it, at most two decimals."""
     return max(0, min(2, 4 - len(str(int(abs(maximum))))))
+
+
+def date_of(run: RecordedRun) -> str:
+    """Date and time of the first tick output, by the stamps of the motion; "" where these are no date, as of a heave
+    that is made and begins at 0."""
+    first = int(run.frames["time"][0]) if len(run.frames) else 0
+    if not FIRST_DATE <= first < LAST_DATE:
+        return ""
+    return f"{datetime.fromtimestamp(first // 10**9, UTC):%Y-%m-%d %H:%M:%S} UTC"

@@ -15,7 +15,8 @@ from ..io.recordings.recorded_run import RecordedRun, load_run
 from ..physics.tick_output import CONTACT_COLUMNS
 from ..runs.summary import SKIP, after_start, since_first, summarize
 from .heading import force_unit, places, put_heading, scene_name
-from .side import BLUE, FAINT, INK, ORANGE, SIZE, WATER, side_view
+from .side import BLUE, DPI, FAINT, INK, ORANGE, SIZE, WATER, side_view
+from .thin import thinned
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -45,6 +46,7 @@ STYLE = {
     "axes.axisbelow": True,
     "axes.prop_cycle": f"cycler('color', {[BLUE, ORANGE, STARBOARD, PORT, PURPLE]})",
     "legend.frameon": False,
+    "legend.fontsize": 10.5,
     "axes.formatter.useoffset": False,
     "lines.solid_capstyle": "round",
 }
@@ -85,17 +87,17 @@ def compose(run: RecordedRun, title: str, skip_s: float, stamp: str = "") -> Fig
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
+    figure = Figure(figsize=SIZE, dpi=DPI, facecolor="white")
     FigureCanvasAgg(figure)
     panels = figure.subplots(2, 2, gridspec_kw={"width_ratios": [1.12, 1.0]})
-    figure.subplots_adjust(left=0.075, right=0.945, top=0.855, bottom=0.16, wspace=0.3, hspace=0.38)
+    figure.subplots_adjust(left=0.085, right=0.935, top=0.84, bottom=0.215, wspace=0.36, hspace=0.48)
     side_view(panels[0, 0], run)
     tension(panels[0, 1], run, skip_s)
     heave(panels[1, 0], run, skip_s)
     contact(panels[1, 1], run, skip_s)
     put_heading(figure, run, title, stamp)
     figure.text(
-        0.075, 0.025, "\n".join(textwrap.wrap(caption(run, skip_s), 168)), size=12, linespacing=1.5, va="bottom"
+        0.085, 0.045, "\n".join(textwrap.wrap(caption(run, skip_s), 132)), size=11, linespacing=1.4, va="bottom"
     )
     return figure
 
@@ -158,7 +160,7 @@ def tension(axes: Axes, run: RecordedRun, skip_s: float) -> None:
     factor, unit = force_unit(run.frames["tension"])
     axes.set_title("Tension at the sheave")
     axes.set_ylabel(f"tension [{unit}]")
-    axes.plot(seconds(run), factor * run.frames["tension"], color=BLUE, lw=1.2)
+    axes.plot(*thinned(seconds(run), factor * run.frames["tension"]), color=BLUE, lw=1.2)
     kept = factor * after_start(run.frames, skip_s)[0]["tension"]
     mean, std = kept.mean(), kept.std()
     min_span(axes, 0.02 * abs(mean))
@@ -182,7 +184,7 @@ def heave(axes: Axes, run: RecordedRun, skip_s: float) -> None:
     """Depth of the towbody on the left axis, height of the sheave on the right one."""
     axes.set_title("Towbody depth and sheave heave")
     time, kept = seconds(run), after_start(run.frames, skip_s)[0]
-    axes.plot(time, -run.frames["body_position"][:, 2], color=ORANGE, lw=1.6)
+    axes.plot(*thinned(time, -run.frames["body_position"][:, 2]), color=ORANGE, lw=1.6)
     min_span(axes, 0.2)
     axes.invert_yaxis()
     axes.set_ylabel("towbody depth [m]", color=ORANGE)
@@ -191,7 +193,7 @@ def heave(axes: Axes, run: RecordedRun, skip_s: float) -> None:
     right.grid(False)
     right.spines["right"].set_visible(True)
     mean = kept["sheave_position"][:, 2].mean()
-    right.plot(time, run.frames["sheave_position"][:, 2] - mean, color=PURPLE, lw=1.0)
+    right.plot(*thinned(time, run.frames["sheave_position"][:, 2] - mean), color=PURPLE, lw=1.0, ls=(0, (6, 1.5)))
     min_span(right, 0.2)
     right.set_ylabel("sheave heave [m]", color=PURPLE)
     right.tick_params(axis="y", colors=PURPLE)
@@ -237,4 +239,4 @@ def contact(axes: Axes, run: RecordedRun, skip_s: float) -> None:
     room = 0.15 * max(np.ptp(loaded), 5.0)
     axes.set_xlim(loaded[0] - room, loaded[-1] + room)
     axes.set_ylim(0, 1.25 * max(loads.max(), 1e-3))  # room for the legend
-    axes.legend(loc="upper center", ncols=3, fontsize=11, borderaxespad=0.2, handlelength=1.6, columnspacing=1.4)
+    axes.legend(loc="upper center", ncols=3, borderaxespad=0.2, handlelength=1.6, columnspacing=1.0, handletextpad=0.5)

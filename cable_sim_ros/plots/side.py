@@ -13,7 +13,7 @@ from .heading import force_unit
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SIZE = (16.0, 10.0)  # inches; 1600 x 1000 at 100 dots per inch
+SIZE, DPI = (12.8, 8.0), 125  # inches, dots an inch: 1600 x 1000, with letters that a telephone shows
 INK, FAINT = "#1b2733", "#8a949e"
 BLUE, ORANGE, WATER, HULL = "#1f6fb2", "#d4651b", "#9cc4e4", "#b4bcc4"
 PAD = (0.95, 1.05, 0.45, 0.45)  # inches beside what is drawn: left, right, below, above
@@ -40,10 +40,10 @@ def fit(
     A metre is as long across as up, unless that would draw a needle. Returns the scales [m/inch] and a note, "" where
     they are equal.
     """
-    box = axes.get_position()
+    box, size = axes.get_position(), axes.figure.get_size_inches()
     left, right, below, above = pad
     low, span = points.min(axis=0), np.ptp(points, axis=0)
-    room = np.array([box.width * SIZE[0] - left - right, box.height * SIZE[1] - below - above])
+    room = np.array([box.width * size[0] - left - right, box.height * size[1] - below - above])
     scale = np.maximum(span, 1e-3) / room
     note = ""
     if scale.max() <= NEEDLE * scale.min():
@@ -79,7 +79,7 @@ def side_view(axes: Axes, run: RecordedRun) -> None:
     """Cable at the end of the run, coloured by tension, earlier ones faint; sheave at 0, water surface, ship."""
     from matplotlib.collections import LineCollection
 
-    axes.set_title("Cable from the side, end of the run")
+    axes.set_title("Cable, end of the run")
     axes.set_xlabel("along the tow, from the sheave [m]")
     axes.set_ylabel("height above the water [m]")
     curves, forward, last = cable_curves(run), tow_axes(run.frames)[0], run.frames[-1]

@@ -11,7 +11,7 @@ from .run import BLUE, FAINT, ORANGE
 
 def draw_span(run: SpanRun, path: Path) -> Path:
     """Vertical motion in the middle and its wake, one row a case. RuntimeError where matplotlib is missing."""
-    with canvas(path, (14.0, 1.2 + 2.6 * len(run.rows))) as figure:
+    with canvas(path, (14.0, 1.8 + 2.8 * len(run.rows)), "Span in a cross wind", "file for `cable-sim span`") as figure:
         axes = figure.subplots(len(run.rows), 2, width_ratios=(2.0, 1.0), squeeze=False)
         for (whole, close), row in zip(axes, run.rows, strict=True):
             report = run.histories[row.case]
@@ -28,7 +28,7 @@ def draw_span(run: SpanRun, path: Path) -> Path:
             close.set_title("the last three periods")
             low, high = close.get_ylim()
             close.set_ylim(low, high + 0.25 * (high - low))
-            close.legend(loc="upper right", ncols=3, fontsize=9, handlelength=1.5, columnspacing=1.2)
+            close.legend(loc="upper right", ncols=3, fontsize=8, handlelength=1.3, columnspacing=0.8, borderaxespad=0.1)
         for axis in axes[-1]:
             axis.set_xlabel("time [s]")
     return path

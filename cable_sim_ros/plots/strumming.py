@@ -12,9 +12,9 @@ import numpy as np
 from ..io.recordings.recorded_run import RecordedRun
 from ..physics.tick_output import STRUM_COLUMNS
 from ..runs.summary import SKIP, after_start
-from .heading import put_stamp, scene_name
+from .heading import put_heading, scene_name
 from .run import PURPLE, render
-from .side import BLUE, FAINT, ORANGE, SIZE, WATER
+from .side import BLUE, DPI, FAINT, ORANGE, SIZE, WATER
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -61,15 +61,15 @@ def compose(run: RecordedRun, title: str, skip_s: float, stamp: str = "") -> Fig
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
+    figure = Figure(figsize=SIZE, dpi=DPI, facecolor="white")
     FigureCanvasAgg(figure)
-    figure.subplots_adjust(left=0.065, right=0.965, top=0.875, bottom=0.15, wspace=0.2, hspace=0.36)
+    figure.subplots_adjust(left=0.075, right=0.965, top=0.84, bottom=0.2, wspace=0.24, hspace=0.46)
     distance, tables = outboard(run, skip_s)
     for axes, panel in zip(figure.subplots(2, 2).flat, PANELS, strict=True):
         along_cable(axes, distance, tables, *panel)
     modes = tables[..., COLUMN["mode"]]
     strumming = modes > 0.0
-    figure.text(0.065, 0.945, f"{title}: strumming", size=20, weight="bold")
+    put_heading(figure, run, f"{title}: strumming", stamp)
     said = "Nothing strums."
     if strumming.any():
         factor = tables[..., COLUMN["amplification"]]
@@ -81,8 +81,7 @@ def compose(run: RecordedRun, title: str, skip_s: float, stamp: str = "") -> Fig
             f"{factor[strumming].mean():.2f} on average. Line: mean over the run, band: least to largest. "
             f"Blue ground: in the water."
         )
-    figure.text(0.065, 0.025, "\n".join(textwrap.wrap(said, 172)), size=12, linespacing=1.5, va="bottom")
-    put_stamp(figure, stamp)
+    figure.text(0.075, 0.045, "\n".join(textwrap.wrap(said, 132)), size=11, linespacing=1.4, va="bottom")
     return figure
 
 

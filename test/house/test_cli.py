@@ -42,6 +42,7 @@ COMMANDS = {
     "mesh",
     "plan",
     "layback",
+    "report",
     "recover",
     "make-bags",
     "telegrams",

@@ -262,21 +262,25 @@ def _table(head: list[str], rows: list[list[str]]) -> str:
     return "\n".join([first, "|---" * len(head) + "|", *others])
 
 
+DASHES = "-", (0, (6, 2)), (0, (1, 1)), "-.", (0, (8, 2, 1, 2, 1, 2))  # told apart without colours
+
+
 def draw(path: Path) -> Path:
     """C_N over Re of the laws, and f_n over the angle."""
     from ...plots.canvas import canvas
 
     re, eta = np.logspace(-1.0, 6.0, 700), np.linspace(0.0, 90.0, 181)
-    with canvas(path, (14.0, 5.5)) as figure:
+    with canvas(path, (14.0, 6.5), "Drag laws of a cable", "laws and their sources: docs/drag.md") as figure:
         left, right = figure.subplots(1, 2)
+        dashes = iter(DASHES)
         for law in (*COEFFICIENTS, DragLaw.HUSTON_KAMMAN_10_ROW_2_PRINTED, DragLaw.CHOO_CASARELLA, DragLaw.CAPOZUCCA):
-            dashed = "--" if law is DragLaw.HUSTON_KAMMAN_10_ROW_2_PRINTED else "-"
-            left.loglog(re, [coefficient(law, x) for x in re], dashed, label=law.value)
-        left.set(title="Coefficient across the stream", xlabel="Reynolds number", ylabel="C_N", ylim=(0.2, 20.0))
+            left.loglog(re, [coefficient(law, x) for x in re], ls=next(dashes), lw=1.8, label=law.value)
+        left.set(title="Coefficient across the stream", xlabel="Reynolds number", ylabel="C_N [-]", ylim=(0.2, 20.0))
+        dashes = iter(DASHES)
         for name, law, component in LOADINGS:
             if component == 0:
-                right.plot(eta, [_loading(law, 0, x) for x in eta], label=name)
-        right.set(title="Loading function", xlabel="angle between cable and flow [deg]", ylabel="f_n")
-        for axis in (left, right):
-            axis.legend()
+                right.plot(eta, [_loading(law, 0, x) for x in eta], ls=next(dashes), lw=1.8, label=name)
+        right.set(title="Loading function", xlabel="angle between cable and flow [deg]", ylabel="f_n [-]")
+        left.legend(loc="upper right", fontsize=9)
+        right.legend(loc="upper left")
     return path

@@ -360,7 +360,7 @@ def picture(folder: Path) -> Path:
     from ...plots.canvas import canvas
 
     path, ticks = folder / "drive.png", (TICK, 0.5 * TICK, FINEST)
-    with canvas(path, (8.0, 5.0)) as figure:
+    with canvas(path, (10.0, 6.0), source="experiment drive of `cable-sim validate`") as figure:
         axis = figure.subplots()
         for tick, run in zip(ticks, stops("brake sets under load", ticks, 200.0)):
             axis.plot(tick * np.arange(1, len(run) + 1), 1e-3 * run.tension_drum, label=f"{1e3 * tick:g} ms")

@@ -211,7 +211,8 @@ def draw(swings: dict[int, Swing], path: Path) -> Path:
     from ...plots.canvas import canvas
     from ...plots.run import BLUE, FAINT, ORANGE
 
-    with canvas(path, (14.0, 9.0)) as figure:
+    title = "Cable over a pulley that swings: wrap angle and tension at its pin"
+    with canvas(path, (14.0, 10.0), title, f"measured ranges: {SOURCE}") as figure:
         for column, (n, s) in zip(figure.subplots(3, 2), swings.items(), strict=True):
             for axis, what, unit in zip(column, ("wrap", "tension"), ("deg", "N"), strict=True):
                 if what == "tension":
@@ -222,16 +223,12 @@ def draw(swings: dict[int, Swing], path: Path) -> Path:
                 for k, value in enumerate(MEASURED.get(n, {}).get(what, ())):
                     axis.axhline(value, color=ORANGE, ls="--", lw=1.2, label=None if k else "measured range")
                 name = "wrap angle" if what == "wrap" else "tension at the pin"
-                axis.set_title(f"Configuration {n}")
-                axis.set_ylabel(f"{name} [{unit}]")
-                axis.legend(
-                    loc="lower right",
-                    bbox_to_anchor=(1.0, 0.98),
-                    ncols=3,
-                    borderaxespad=0.0,
-                    handlelength=1.4,
-                    columnspacing=1.2,
-                )
+                axis.set_title(f"Configuration {n}: {name}")
+                axis.set_ylabel(f"{what} [{unit}]")
                 axis.set_xlim(0.0, s.time[-1])
                 axis.set_xlabel("time [s]" if n == 3 else "")
+        names = {}
+        for axis in figure.axes:
+            names |= {label: line for line, label in zip(*axis.get_legend_handles_labels(), strict=True)}
+        figure.legend(names.values(), names, loc="outside lower center", ncols=len(names), handlelength=1.8)
     return path

@@ -216,7 +216,7 @@ def picture(links: Chain, smooth: Chain, folder: Path) -> Path:
     from ...plots.canvas import canvas
 
     path = folder / "segments.png"
-    with canvas(path, (8.0, 6.0)) as figure:
+    with canvas(path, (10.0, 7.0), source="experiment segments of `cable-sim validate`") as figure:
         axis = figure.subplots()
         for k, t in enumerate((0.5, 1.0, 2.0, 4.0, 6.0, 8.0)):
             x, z = links.places[links.at(t)].T

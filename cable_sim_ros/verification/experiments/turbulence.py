@@ -97,8 +97,12 @@ def draw(swarm: Swarm, path: Path) -> Path:
     from ...plots.canvas import canvas
     from ...plots.run import BLUE, ORANGE
 
-    with canvas(path, (10.0, 4.5)) as figure:
-        figure.suptitle("Path of the towed sphere, from the top of the winch")
+    with canvas(
+        path,
+        (11.0, 5.5),
+        "Path of the towed sphere, from the top of the winch",
+        f"scene flume; measured mean: {SOURCE}",
+    ) as figure:
         for axis, (k, name) in zip(figure.subplots(1, 2), ((0, "x"), (1, "y")), strict=True):
             axis.plot(swarm.path[:, k], swarm.path[:, 2], color=BLUE, lw=0.4, label="simulated")
             axis.plot(CENTRE[0] if k == 0 else -0.008, CENTRE[1], "+", color=ORANGE, ms=14, label="measured mean")

@@ -170,7 +170,12 @@ def draw(shown: list[tuple[Case, Vibration, Vibration]], path: Path) -> Path:
     from ...plots.canvas import canvas
     from ...plots.run import BLUE, INK, ORANGE, WATER
 
-    with canvas(path, (14.0, 9.0)) as figure:
+    with canvas(
+        path,
+        (14.0, 9.5),
+        "Vibration of a cable in sheared flow: displacement",
+        f"figure numbers and printed rms: {SOURCE}",
+    ) as figure:
         panels = figure.subplots(2, 2)
         for axis, (case, coarse, fine) in zip(panels.flat, shown, strict=True):
             top = fine.displacement_spectrum.max() * 1e6
@@ -191,10 +196,10 @@ def draw(shown: list[tuple[Case, Vibration, Vibration]], path: Path) -> Path:
             grids = [f"{1e3 * result.place_rms_displacement:.2f} mm" for result in (coarse, fine)]
             axis.text(
                 0.985, 0.96, f"rms printed: {printed}\nours, source's grid: {grids[0]}\nours, converged: {grids[1]}",
-                transform=axis.transAxes, ha="right", va="top", linespacing=1.5, size=14, color=INK, zorder=5,
+                transform=axis.transAxes, ha="right", va="top", linespacing=1.4, size=11, color=INK, zorder=5,
             )  # fmt: skip
             axis.set_title(f"fig. {case.figure}: displacement at {fine.place / fine.arc[-1]:g} of the length")
             axis.set_xlabel("frequency [Hz]")
-            axis.set_ylabel("mm$^2$/Hz")
+            axis.set_ylabel("density [mm$^2$/Hz]")
         figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return path

@@ -19,6 +19,7 @@ from ...spans.span_file import Span, SpanCase, SpanEnds, SpanFluid, mass_in_flui
 from . import Comparison, Result
 
 SOURCE = "Westin (2018) Table A3"
+TITLE = "How the wake oscillator locks in: frequency and amplitude over the speed of the wind or stream"
 # 1e-6 m; None: the source has it not
 PRINTED: dict[str, tuple[float | None, float | None, float | None]] = {
     "case_1": (4.1, 0.30, 0.48),
@@ -210,7 +211,7 @@ def draw(found: list[Lock], path: Path) -> Path:
     from ...plots.canvas import canvas
     from ...plots.run import BLUE, FAINT, ORANGE
 
-    with canvas(path, (14.0, 7.5)) as figure:
+    with canvas(path, (14.0, 8.0), TITLE, "experiment wake of `cable-sim validate`") as figure:
         grid = figure.subplots(2, len(found), sharex="col")
         for (over, under), report in zip(grid.T, found, strict=True):
             over.plot(report.ratio, report.free, color=FAINT, lw=1.4, ls="--", label="held cable")

@@ -1,0 +1,200 @@
+"""What was watched, planned and compared: rules, scenario of faults, plan of the winch, residuals, scores."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+from typing import Any
+
+from .parts import Figure, Section, Table, Text, counted, number, share, unit
+from .subject import Subject, without_paths
+
+
+def rules(subject: Subject) -> Section | None:
+    """The rules on watch with the worst value of each."""
+    report = subject.metrics.get("rules")
+    if not report:
+        return None
+    rows = [
+        (
+            "BROKEN" if row["broken"] else "kept",
+            row["rule"],
+            f"{row['sense']} {number(row['limit'])}",
+            number(row["worst"]),
+            unit(row["unit"]),
+            number(row["worst_s"]),
+            number(row["first_s"]) if row["broken"] else "-",
+            number(row["seconds"]) if row["broken"] else "-",
+        )
+        for row in report["rules"]
+    ]
+    head = ("state", "rule", "limit", "worst", "unit", "at [s]", "first broken at [s]", "broken for [s]")
+    found = Section("rules", "Rules on watch")
+    found.parts.append(Table(f"Set of rules: {report['set']}", head, rows, right=(3, 5, 6, 7)))
+    if report["not_watched"]:
+        found.parts.append(
+            Text([f"Not watched: {row['rule']}, {row['why']}." for row in report["not_watched"]], note=True)
+        )
+    cycles = report["cycles"]
+    lines = []
+    if "tension" in cycles:
+        one = cycles["tension"]
+        damage = "" if one["damage"] is None else f", damage {number(one['damage'], 4)}"
+        lines.append(
+            f"Cycles of the tension: {number(one['cycles'])}, largest range {number(one['largest_range_n'])} N{damage}."
+        )
+    if cycles["bending"]["most"]:
+        one = cycles["bending"]
+        damage = "" if one["damage"] is None else f", damage {number(one['damage'], 4)}"
+        lines.append(
+            f"Bendings over the sheave: {number(one['most'])} of the piece that runs on at a pay-out of "
+            f"{number(one['most_at_payout_m'])} m{damage}."
+        )
+    found.parts += [Text(lines)] if lines else []
+    return found
+
+
+def faults(subject: Subject) -> Section | None:
+    """The failure modes of a scenario, with what was found before and after each."""
+    cases = subject.metrics.get("faults")
+    if not cases:
+        return None
+    rows = []
+    for case in cases:
+        until = "the end" if case["until_s"] is None else f"{number(case['until_s'])} s"
+        now, before = case["found"], case["before"]
+        pair = partial(_pair, now, before)
+        rows.append(
+            (
+                case["name"],
+                f"{case['function']}: {case['failure_mode']}",
+                f"{number(case['at_s'])} s to {until}",
+                case["expected"],
+                f"{pair('tension_min_n')} to {pair('tension_max_n')}" if now else "the run ended before it",
+                pair("tension_std_n", 3),
+                pair("payout_travel_m", 3),
+                pair("depth_std_m", 2),
+                ", ".join(now["flags"]) if now else "-",
+            )
+        )
+    head = (
+        "name",
+        "function and failure mode",
+        "time",
+        "expected",
+        "tension [N]",
+        "its deviation [N]",
+        "pay-out travel [m]",
+        "depth deviation [m]",
+        "flags",
+    )
+    caption = (
+        f"Scenario {subject.metrics['scenario']}: found during each fault and shortly after; in brackets before it"
+    )
+    return Section("faults", "Scenario of faults", [Table(caption, head, rows)])
+
+
+def _pair(now: Mapping[str, Any] | None, before: Mapping[str, Any] | None, name: str, digits: int = 4) -> str:
+    """A figure found with a fault, and in brackets before it."""
+    if now is None:
+        return "-"
+    return number(now[name], digits) + (f" ({number(before[name], digits)})" if before else "")
+
+
+def plan(subject: Subject) -> Section | None:
+    """What the run needed of its winch, beside what the scene has."""
+    report = subject.plan
+    if not report:
+        return None
+    rows = [
+        (
+            row["need"].replace("_", " "),
+            number(row["needed"]),
+            "no limit" if row["has"] is None else number(row["has"]),
+            number(row["margin"]),
+            "-" if row["margin_share"] is None else share(row["margin_share"]),
+            unit(row["unit"]),
+            number(row["at_s"]),
+            row["meaning"],
+        )
+        for row in report["plan"]
+    ]
+    head = ("need", "needed", "the scene has", "margin", "margin of it", "unit", "at [s]", "meaning")
+    names = [row["need"] for row in report["plan"]]
+    found = Section("plan", "What the winch needed")
+    found.parts.append(
+        Table("Largest need of the run beside what there is", head, rows, right=(1, 2, 3, 4, 6), names=names)
+    )
+    found.parts += [Text(list(report["notes"]), note=True)] if report["notes"] else []
+    return found
+
+
+def residuals(subject: Subject) -> Section | None:
+    """A replay beside its recording."""
+    metrics = subject.metrics
+    if "largest_difference" not in metrics:
+        return None
+    found = Section("residuals", "Simulated again, beside what was recorded")
+    rows = [
+        (
+            row.quantity,
+            row.channel,
+            number(row.mean, 4),
+            number(row.rms, 4),
+            number(row.largest, 4),
+            row.unit,
+            str(row.count),
+        )
+        for row in subject.result.residuals
+    ]
+    if rows:
+        head = ("quantity", "topic", "mean", "rms", "largest", "unit", "messages")
+        found.parts.append(Table("Residuals: simulated less recorded", head, rows, right=(2, 3, 4, 6)))
+    else:
+        found.parts.append(Text(["The bag recorded nothing of the tow: there is nothing to compare with."], note=True))
+    most = metrics["largest_difference"]
+    if most is not None:
+        where = f" ({most['field']})" if most["field"] else ""
+        found.parts.append(
+            Text(
+                [
+                    f"Largest difference of any quantity over {counted(most['ticks'], 'common tick')}: "
+                    f"{number(most['difference'], 3)}{where}."
+                ]
+            )
+        )
+    said = [without_paths(text, subject) for text in metrics.get("replay_faults") or ()]
+    found.parts += [Text(said, note=True)] if said else []
+    return found
+
+
+def scores(subject: Subject) -> Section | None:
+    """Scores of a comparison, whatever figures they have: a column for each name."""
+    if not subject.scores:
+        return None
+    return Section("scores", "Scores: measured beside simulated", tables_of(subject.scores, subject))
+
+
+def tables_of(rows: Sequence[Mapping[str, Any]], subject: Subject) -> list[Table | Figure | Text]:
+    """One table a row of scores: name and value of each figure; what is itself a table comes as name.name."""
+    found: list[Table | Figure | Text] = []
+    for k, row in enumerate(rows, 1):
+        pairs = [(name, without_paths(number(value), subject)) for name, value in leaves(row)]
+        title = next((str(row[name]) for name in ("quantity", "name", "title") if name in row), f"score {k}")
+        found.append(Table(title, ("figure", "value"), pairs, right=(1,), names=[name for name, _ in pairs]))
+    return found
+
+
+def leaves(data: Mapping[str, Any], before: str = "") -> list[tuple[str, Any]]:
+    """Dotted names and values of nested data."""
+    out: list[tuple[str, Any]] = []
+    for name, value in data.items():
+        here = f"{before}{name}"
+        if isinstance(value, Mapping):
+            out += leaves(value, f"{here}.")
+        elif isinstance(value, (list, tuple)) and any(isinstance(part, Mapping) for part in value):
+            for k, part in enumerate(value, 1):
+                out += leaves(part, f"{here}.{k}.") if isinstance(part, Mapping) else [(f"{here}.{k}", part)]
+        else:
+            out.append((here, value))
+    return out

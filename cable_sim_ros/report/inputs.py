@@ -1,0 +1,134 @@
+"""Inputs as they came: ship motion with what was refused, rounded and noticed, and the commands of the winch."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from .parts import Section, Table, Text, counted, number
+from .subject import Subject, without_paths
+
+LONG = "period_s", "heading_deg", "notes", "chosen"  # lists, and what the notes of the verdict say
+RAO_UNITS = {
+    **dict.fromkeys(("length", "beam", "draft", "surge", "sway", "heave"), "m"),
+    **dict.fromkeys(("roll", "pitch", "yaw"), "°"),
+    "roll_period": "s",
+}
+STILL = 1e-9  # of a quantity: a deviation below is round-off
+NAMES = {
+    "imu/data": "messages of the motion sensor (imu/data)",
+    "odom": "messages of position and attitude (odom)",
+    "winch/command": "winch commands (winch/command)",
+    "joint_command/position": "winch commands as lengths (joint_command/position)",
+    "joint_command/velocity": "winch commands as rates (joint_command/velocity)",
+}
+
+
+def section(subject: Subject) -> Section:
+    """The section."""
+    found = Section("inputs", "Inputs as they came")
+    found.parts.append(Table("Ship motion and winch commands", ("what", "value"), list(rows(subject))))
+    rounded = subject.metrics.get("motion_rounded") or []
+    if rounded:
+        found.parts.append(
+            Table(
+                "Columns that came rounded and were smoothed: rms accelerations, m/s² or rad/s²",
+                ("column", "resolution", "smoothed above [Hz]", "as rounded", "left wrong", "of the motion"),
+                [
+                    (
+                        str(one["column"]),
+                        f"{number(one['resolution'])} {one['unit']}",
+                        *(
+                            number(one[name], 3)
+                            for name in (
+                                "cutoff_hz",
+                                "acceleration_rounded",
+                                "acceleration_left",
+                                "acceleration_motion",
+                            )
+                        ),
+                    )
+                    for one in rounded
+                ],
+                right=(2, 3, 4, 5),
+            )
+        )
+    rao = subject.metrics.get("rao")
+    if rao:
+        pairs = [(name.replace("_", " "), sea(name, value)) for name, value in rao.items() if name not in LONG]
+        found.parts.append(Table("Ship moved by the waves of the scene", ("what", "value"), pairs))
+    notices = [without_paths(str(text), subject) for text in subject.metrics.get("notices") or ()]
+    if notices:
+        found.parts.append(Text(notices, note=True))
+    return found
+
+
+def sea(name: str, value: Any) -> str:
+    """A figure of the motion by response amplitude operators, with its unit."""
+    if isinstance(value, Mapping):
+        return ", ".join(f"{one} {number(part, 3)} {RAO_UNITS.get(one, '')}".rstrip() for one, part in value.items())
+    return f"{number(value)} {RAO_UNITS.get(name, '')}".rstrip()
+
+
+def rows(subject: Subject) -> Iterator[tuple[str, str]]:
+    """What came, and what of it was not taken as it came."""
+    metrics, frames = subject.metrics, subject.frames
+    motion = str(metrics.get("motion") or subject.recorded.custom_data.get("motion") or "not known")
+    yield "source of the ship motion", "none: the ship is towed on its mean track" if motion == "none" else motion
+    if metrics.get("imu_only"):
+        yield "left out", "position and attitude (odom), as asked"
+    for topic, count in subject.counts.items():
+        yield NAMES[topic], str(count)
+    if len(frames):
+        kept = subject.kept
+        speed = np.hypot(*kept["ship_velocity"][:, :2].T)
+        yield (
+            "speed over ground",
+            f"{number(float(speed.mean()), 4)} m/s mean, {number(deviation(speed), 2)} m/s deviation",
+        )
+        for name, angle in zip(("roll", "pitch"), attitude(kept["ship_quaternion"])):
+            yield (name, f"{number(deviation(angle), 3)}° deviation, largest {number(float(np.abs(angle).max()), 3)}°")
+        heave = kept["ship_position"][:, 2]
+        if not subject.hauled or float(heave.std()) > 0.0:
+            yield (
+                "heave of the ship's reference point",
+                f"{number(float(heave.std()), 3)} m deviation; four times that, as of a significant height, "
+                f"{number(4.0 * float(heave.std()), 3)} m",
+            )
+    for name, what in (("motion_refused", "motion messages refused"), ("commands_refused", "winch commands refused")):
+        if name in metrics:
+            yield what, number(metrics[name]) if metrics[name] else "none"
+    if metrics.get("commands_limited"):
+        yield "winch commands that asked for too much", number(metrics["commands_limited"])
+    if "clock_jumps" in metrics:
+        yield "jumps of the clock", str(metrics["clock_jumps"])
+    plan = metrics.get("winch") or subject.recorded.custom_data.get("winch_plan")
+    yield "plan of the winch", str(plan) if plan else "none"
+    if metrics.get("winch_modes"):
+        yield (
+            "time in each mode of the winch",
+            ", ".join(f"{word} {number(s, 4)} s" for word, s in metrics["winch_modes"].items()),
+        )
+    for change in metrics.get("changes") or ():
+        yield "value changed in the run", str(change)
+    if metrics.get("controller"):
+        asked = metrics["controller"]
+        yield "controller", f"asked {counted(asked['calls'], 'time')}, one each {number(asked['period_s'])} s"
+    if metrics.get("resumed"):
+        state = metrics["resumed"]
+        yield "goes on from a saved state", f"of {number(state['time_s'])} s; motion: {state['motion']}"
+
+
+def deviation(values: np.ndarray) -> float:
+    """Standard deviation, 0 where it is round-off."""
+    found = float(values.std())
+    return found if found > STILL * max(float(np.abs(values).max()), STILL) else 0.0
+
+
+def attitude(quaternion: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Roll and pitch [deg] of quaternions [n, 4], x y z w."""
+    x, y, z, w = quaternion.T
+    roll = np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+    return np.degrees(roll), np.degrees(np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0)))
