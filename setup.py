@@ -44,7 +44,7 @@ IMPORT = [  # logs of others; each is imported when such a log is read
     "h5py>=3.12",
     "vqf>=2.1",  # attitude of an IMU that tells none
 ]
-EXPORT = ["xarray>=2024.1", "h5netcdf>=1.3", "pyarrow>=15"]  # cable-sim export to NetCDF and Parquet
+EXPORT = ["xarray>=2024.10", "h5netcdf>=1.4", "h5py>=3.12", "pyarrow>=18"]  # cable-sim export to NetCDF and Parquet
 FMU = ["pythonfmu>=0.7", "pythonfmu3>=0.3.4"]  # cable-sim fmu; the FMU holds the binary of its exporter
 VIEW = [  # cable-sim view and film
     "viser>=1.1.1,<2",  # the page is in its wheel; from there on panels are docked and lines have a thickness
@@ -52,8 +52,6 @@ VIEW = [  # cable-sim view and film
     "matplotlib>=3.8",
 ]
 TEST = [
-    *EXPORT,
-    *FMU,
     "fmpy>=0.3.22",  # flies the FMU
     "pytest>=8",
     "pytest-xdist>=3.6",  # make install-check: two installs side by side

@@ -17,14 +17,12 @@ from ..version import __version__
 from . import expected_errors
 from .bags import make_bags as make_bags_command
 from .bags import recover as recover_command
-from .compare import junit_option, limits_option, load_limits, score_replay, tell_limits
 from .mesh import mesh as mesh_command
 from .motion_options import SHIPPED_BAG, motion_options, simulated
 from .number import Number
-from .options import bag_options, settings_options
+from .options import bag_options, json_option, markers_option, needs_out, out_option, settings_options
 from .out_folder import ready
 from .plan import plan as plan_command
-from .progress import progress_bar as _progress
 from .report import tell
 from .report_option import ARGUMENTS, report_option, reporting, unrecorded
 from .span import span as span_command
@@ -38,6 +36,7 @@ PASS_ON = {"ignore_unknown_options": True, "allow_extra_args": True}
 # commands that are loaded where they are asked for: nothing of the product imports verification or ahc
 LATER = {
     "ahc": "ahc.command",
+    "replay": "cli.replay",
     "report": "cli.report_command",
     "bench": "verification.commands",
     "case": "verification.commands",
@@ -107,25 +106,6 @@ def main() -> None:
     """Simulate a shipboard cable tow: scenes are YAML files or names of shipped ones, bags are rosbag2 directories."""
 
 
-json_option = click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
-out_option = click.option(
-    "--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for the bag, figures and picture."
-)
-
-markers_option = click.option(
-    "--markers",
-    type=Number(0.0, 1000.0, "Hz"),
-    default=0.0,
-    metavar="HZ",
-    help="Rate of cable/markers in the bag of --out, for Foxglove and RViz. Default: none.",
-)
-
-
-def _needs_out(markers: float, out: Path | None) -> None:
-    if markers > 0.0 and out is None:
-        raise click.UsageError("--markers writes into the bag of --out; nothing was simulated; give --out DIR")
-
-
 @main.command(context_settings=PASS_ON)
 @click.argument("ros_arguments", nargs=-1, type=click.UNPROCESSED)
 def node(ros_arguments: tuple[str, ...]) -> None:
@@ -162,71 +142,9 @@ def node(ros_arguments: tuple[str, ...]) -> None:
 @json_option
 def run(scene, begin, as_json, report, out, **asked) -> None:
     """Simulate SCENE offline, as fast as it goes."""
-    _needs_out(asked["markers"], out)
+    needs_out(asked["markers"], out)
     with reporting(report, out) as reporter:
         result = simulated(scene, begin, as_json, out=reporter.folder, **asked)
-        reporter.write(result)
-    tell(unrecorded(result, out), out, as_json)
-
-
-@main.command()
-@click.argument("bag")
-@click.option("--scene", help="Scene in place of the one kept in the bag; needed where the bag keeps none.")
-@click.option("--setpoint", "algorithm", metavar="NAME", help="Set-point algorithm in place of the scene's.")
-@settings_options
-@out_option
-@markers_option
-@limits_option
-@junit_option
-@json_option
-def replay(bag, scene, algorithm, convention, topics, settings, out, markers, limits, junit, as_json) -> None:
-    """Simulate a recorded BAG again and print the residuals against what it recorded of the tow.
-
-    --limits: the scores of `cable-sim compare`, recorded against simulated, decide the exit code.
-    """
-    _needs_out(markers, out)
-    asked = None if limits is None else load_limits(limits)
-    with _progress(as_json) as progress:
-        from ..runs import offline
-        from ..runs.settings import settings_of, topics_of
-
-        result = offline.replay(
-            bag,
-            scene,
-            algorithm=algorithm,
-            settings=settings_of(settings, convention),
-            topics=topics_of(topics),
-            out=out,
-            markers=markers,
-            progress=progress,
-        )
-    scores = score_replay(result, bag, asked, out) if asked or junit else None
-    try:
-        tell(result, out, as_json)
-    except SystemExit:
-        tell_limits(scores, junit, as_json)
-        raise
-    tell_limits(scores, junit, as_json)
-@report_option
-@json_option
-def replay(bag, scene, algorithm, convention, topics, settings, out, markers, report, as_json) -> None:
-    """Simulate a recorded BAG again and print the residuals against what it recorded of the tow."""
-    _needs_out(markers, out)
-    with reporting(report, out) as reporter:
-        with _progress(as_json) as progress:
-            from ..runs import offline
-            from ..runs.settings import settings_of, topics_of
-
-            result = offline.replay(
-                bag,
-                scene,
-                algorithm=algorithm,
-                settings=settings_of(settings, convention),
-                topics=topics_of(topics),
-                out=reporter.folder,
-                markers=markers,
-                progress=progress,
-            )
         reporter.write(result)
     tell(unrecorded(result, out), out, as_json)
 

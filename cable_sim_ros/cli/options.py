@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import isfinite
+from pathlib import Path
 
 import click
+
+from .number import Number
 
 CONVENTION_HELP = "Axes of the IMU and odometry messages in the bag; the node's motion.convention."
 TOPIC_HELP = (
@@ -16,6 +19,24 @@ SET_HELP = (
     "A value by its dotted key, as the node's parameters: of the scene (water.density=1000), or of how messages are "
     "taken in (heave.imu_position=[1, 0, 2]). May be repeated."
 )
+json_option = click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
+out_option = click.option(
+    "--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for the bag, figures and picture."
+)
+
+markers_option = click.option(
+    "--markers",
+    type=Number(0.0, 1000.0, "Hz"),
+    default=0.0,
+    metavar="HZ",
+    help="Rate of cable/markers in the bag of --out, for Foxglove and RViz. Default: none.",
+)
+
+
+def needs_out(markers: float, out: Path | None) -> None:
+    """Refuse --markers where there is no bag to write them into."""
+    if markers > 0.0 and out is None:
+        raise click.UsageError("--markers writes into the bag of --out; nothing was simulated; give --out DIR")
 
 
 def bag_options(command: Callable) -> Callable:

@@ -94,8 +94,8 @@ METRICS = (
         "verdict",
         "",
         "`state` (ok, doubtful, failed) and `reasons`: list of `flag`, `seconds` in all, `share` of the run, `figures` "
-        "concerned, `text`; see [flags](flags.md#verdict); `notes` of motion by `--rao` and of imports. Of a replay with a "
-        "journal: whether it is the run that was recorded",
+        "concerned, `text`; see [flags](flags.md#verdict); `notes` of motion by `--rao` and of imports. Of a replay "
+        "with a journal: whether it is the run that was recorded",
     ),
     ("run_verdict", "", "`replay`: the verdict on that run itself, of the same form; absent without a journal"),
 )

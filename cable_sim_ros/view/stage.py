@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..io.messages.markers import body_size, cable_points, colour_scale, colours
+from ..io.messages.rotation import rotate
 from ..physics.section import CableModel
 from ..sim.scene import Scene
 from . import shapes

@@ -17,7 +17,9 @@ from cable_sim_ros.sim.scene import Scene
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 
-@pytest.mark.parametrize("page, text", [("parameters", manual_text), ("fields", fields_text), ("mapping_keys", mapping_text)])
+@pytest.mark.parametrize(
+    "page, text", [("parameters", manual_text), ("fields", fields_text), ("mapping_keys", mapping_text)]
+)
 def test_the_manual_is_up_to_date(page, text):
     assert (DOCS / f"{page}.md").read_text("utf-8") == text(), f"run: cable-sim manual {page} --out docs/{page}.md"
 

@@ -106,7 +106,9 @@ def test_too_few_values_are_named(count):
 
 def test_no_overlap_is_named():
     time, x = sea(10, 60.0)
-    with pytest.raises(CompareError, match="nothing could be scored .tension: no overlap: A has 0 to 59.9 s, B 1000 to"):
+    with pytest.raises(
+        CompareError, match="nothing could be scored .tension: no overlap: A has 0 to 59.9 s, B 1000 to"
+    ):
         compare([signal(time, x)], [signal(time + 1000.0, x)], "a", "b")
 
 
@@ -118,7 +120,9 @@ def test_signals_without_a_common_quantity_are_named():
 
 def test_half_of_the_signals_are_scored_and_the_rest_named():
     time, x = sea(11, 120.0)
-    found = compare([signal(time, x), signal(time, x, "payout")], [signal(time, x), signal(time, x, "layback")], "a", "b")
+    found = compare(
+        [signal(time, x), signal(time, x, "payout")], [signal(time, x), signal(time, x, "layback")], "a", "b"
+    )
     assert [one.quantity for one in found.scores] == ["tension"]
     assert found.only_a == ["payout"] and found.only_b == ["layback"] and found.verdict.state == "ok"
 
@@ -159,7 +163,9 @@ def test_degrees_knots_and_feet():
 def test_two_units_that_the_record_cannot_tell_apart_are_both_named_and_none_is_applied():
     time, x = sea(14, 300.0)
     noise = np.random.default_rng(14).standard_normal(len(time))
-    found = compare([signal(time, (x + 0.3 * noise) / 9.9)], [signal(time, x + 0.3 * noise[::-1])], "a", "b", align="all")
+    found = compare(
+        [signal(time, (x + 0.3 * noise) / 9.9)], [signal(time, x + 0.3 * noise[::-1])], "a", "b", align="all"
+    )
     text = next(one.text for one in found.doubts if one.flag == "UNIT")
     assert "kgf" in text and "daN" in text and "not applied" in text
 

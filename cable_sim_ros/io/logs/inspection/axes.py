@@ -144,8 +144,8 @@ def _exchanged(log: Log) -> Iterator[Finding]:
         with_own, with_other = (float(np.corrcoef(roll, one)[0, 1]) for one in (own, other))
         if abs(with_other) > SURE > abs(with_own):
             text = (
-                f"roll follows {rates[1]} (correlation {with_other:.2f}), not {rates[0]} ({with_own:.2f}): roll and pitch "
-                f"are probably exchanged"
+                f"roll follows {rates[1]} (correlation {with_other:.2f}), not {rates[0]} ({with_own:.2f}): roll "
+                f"and pitch are probably exchanged"
             )
             evidence = {"with_own_rate": with_own, "with_other_rate": with_other}
             yield Finding(f"{source.name}.roll", "exchanged", text, evidence)
