@@ -40,6 +40,7 @@ LATER = {
     "case": "verification.commands",
     "soak": "verification.soak.command",
     "stress": "verification.commands",
+    "sweep": "sweeps.command",
     "validate": "verification.commands",
 }
 

@@ -22,7 +22,7 @@ from .sweep_file import Method, Samples, ShipMotion, Spread, Steps, SweepPlan
 
 RNG = "rng" if tuple(map(int, scipy.__version__.split(".")[:2])) >= (1, 15) else "seed"  # its name in qmc
 CODE = Path(__file__).resolve().parents[1]
-DECIDES = ("physics", "sim", "io", "runs", "sweeps")  # folders whose code decides a row
+DECIDES = ("physics", "sim", "io", "runs", "sweeps/worker", "sweeps/figures")  # what of the code decides a row
 SEEDS = ("water.waves.seed", "water.turbulence.seed", "instruments.seed")  # what `seeds` sets where it is there
 
 
@@ -95,7 +95,7 @@ def _key(scene: str, settings: dict, motion: ShipMotion, *rest: Any) -> str:
 def _code() -> str:
     """Hash of the program: a row of other code is another row."""
     found = hashlib.sha256()
-    for file in sorted(path for folder in DECIDES for path in (CODE / folder).rglob("*.py")):
+    for file in sorted(path for path in CODE.rglob("*.py") if path.relative_to(CODE).as_posix().startswith(DECIDES)):
         found.update(file.relative_to(CODE).as_posix().encode() + file.read_bytes())
     return found.hexdigest()
 

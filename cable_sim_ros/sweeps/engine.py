@@ -1,8 +1,8 @@
 """Runs the cases of a sweep on any `concurrent.futures.Executor`: processes of this machine, or a Dask cluster.
 
-No more cases are handed out than the workers can have in hand, so a million of them cost no memory. A worker that dies
-costs its cases a second try; a case that ends its worker twice is a row with that reason. Rows come in any order and are
-kept by key: the same rows for any number of workers.
+No more cases are handed out than the workers can have in hand. What is lost with a worker that dies is run again, one
+case at a time; a case that ends its worker twice is a row with that reason. Rows come in any order and are kept by key:
+the same rows for any number of workers.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def rows_of(cases: Iterable[Case], make: Make, workers: int) -> Iterator[tuple[C
                 except BrokenExecutor:
                     lost.append(case)
             if lost:
-                executor.shutdown(wait=True, cancel_futures=True)
+                _end(executor, hand)
                 lost += hand.values()
                 hand.clear()
                 executor = make()
@@ -78,7 +78,14 @@ def rows_of(cases: Iterable[Case], make: Make, workers: int) -> Iterator[tuple[C
                     row, executor = _alone(case, executor, make)
                     yield case, row
     finally:
-        executor.shutdown(wait=True, cancel_futures=True)
+        _end(executor, hand)
+
+
+def _end(executor: Executor, hand: Iterable[Future] = ()) -> None:
+    """Cancel what has not begun, and wait for the rest; Dask's shutdown does not know `cancel_futures`."""
+    for future in hand:
+        future.cancel()
+    executor.shutdown(wait=True)
 
 
 def _alone(case: Case, executor: Executor, make: Make) -> tuple[dict[str, Any], Executor]:
@@ -87,7 +94,7 @@ def _alone(case: Case, executor: Executor, make: Make) -> tuple[dict[str, Any], 
         try:
             return _row(executor.submit(simulate, case), case), executor
         except BrokenExecutor:
-            executor.shutdown(wait=True, cancel_futures=True)
+            _end(executor)
             executor = make()
     return failed(case, "the worker that ran it ended (killed, or out of memory), each time"), executor
 
@@ -103,5 +110,5 @@ def _row(future: Future, case: Case) -> dict[str, Any]:
 
 def failed(case: Case, why: str) -> dict[str, Any]:
     """Row of a case that gave none itself."""
-    nothing = {"reasons": "", "warnings": "", "cpu_s": 0.0, "simulated_s": 0.0}
+    nothing = {"reasons": "", "warnings": "", "cpu_s": 0.0, "simulated_s": 0.0, "flags": {}}
     return {"key": case.key, "verdict": FAILED, "error": why} | nothing

@@ -27,7 +27,9 @@ class Store:
         try:
             import pyarrow  # noqa: F401
         except ImportError:
-            raise StoreError(f"rows are kept as Parquet, and pyarrow is not installed: nothing was done; {EXTRA}") from None
+            raise StoreError(
+                f"rows are kept as Parquet, and pyarrow is not installed: nothing was done; {EXTRA}"
+            ) from None
         self.folder = Path(folder) / "rows"
         try:
             self.folder.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""A sweep from its file to its table: kernels once, cases handed out, rows kept as they come, one data set at the end."""
+"""A sweep from its file to its rows: kernels compiled once, cases handed out, rows kept as they come."""
 
 from __future__ import annotations
 
@@ -68,9 +68,9 @@ def sweep(
 
 def compiled() -> None:
     """Compile the kernels once, before workers would each do it."""
+    from ..io.scenes.load import load_scene
     from ..sim.rig.rig import warm_up
     from ..sim.simulator import Simulator
-    from ..io.scenes.load import load_scene
 
     Simulator(load_scene("flume")).warm_up()
     warm_up()

@@ -16,8 +16,8 @@ from ..limits import LONGEST_RUN
 from ..physics.heave_compensation import SetpointLaw
 from ..physics.parameter import REQUIRED, Block, quantity
 from ..runs.settings import apply_to_scene, of_intake
-from .figures import FIGURES
 from ..sim.problem import Problem
+from .figures import FIGURES
 
 MAX_CASES = 1_000_000
 MAX_VALUES = 100_000  # of one key

@@ -15,7 +15,7 @@ from typing import Any
 from ..errors import CableSimError
 from ..sim.flag_rules import FAILED
 from .cases import SEEDS, Case
-from .figures import numbers_of
+from .figures import RULE, numbers_of
 
 COSTS = ("cpu_s", "simulated_s")  # cpu_s: of the machine; left out of comparisons
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -31,7 +31,14 @@ def one_thread() -> None:
 def simulate(case: Case) -> dict[str, Any]:
     """The row of a case."""
     begun = time.process_time()
-    row: dict[str, Any] = {"key": case.key, "verdict": FAILED, "reasons": "", "error": "", "simulated_s": 0.0}
+    row: dict[str, Any] = {
+        "key": case.key,
+        "verdict": FAILED,
+        "reasons": "",
+        "error": "",
+        "simulated_s": 0.0,
+        "flags": {},
+    }
     with warnings.catch_warnings(record=True) as warned:
         warnings.simplefilter("always")
         try:
@@ -40,7 +47,9 @@ def simulate(case: Case) -> dict[str, Any]:
             row["error"] = f"{type(error).__name__}: {error}"
         except (ArithmeticError, MemoryError, OSError) as error:
             row["error"] = f"{type(error).__name__}: {error}"
-    row["warnings"] = "; ".join(dict.fromkeys(str(one.message) for one in warned if issubclass(one.category, UserWarning)))
+    row["warnings"] = "; ".join(
+        dict.fromkeys(str(one.message) for one in warned if issubclass(one.category, UserWarning))
+    )
     row["cpu_s"] = time.process_time() - begun
     return row
 
@@ -67,8 +76,13 @@ def _run(case: Case) -> dict[str, Any]:
         step=case.step,
     )
     numbers = numbers_of(result.metrics)
-    kept = {name: numbers[name] for name in (case.figures or numbers) if name in numbers}
+    rules = {rule["rule"]: rule["unit"] for rule in (result.metrics.get("rules") or {}).get("rules", ())}
+    kept = {
+        name: numbers[name] for name in numbers if not case.figures or name in case.figures or name.startswith(RULE)
+    }
     return kept | {
+        "rule_units": rules,
+        "flags": dict(result.metrics.get("flags") or {}),
         "verdict": result.verdict.state,
         "reasons": "; ".join(str(reason) for reason in result.verdict.reasons),
         "error": result.problem,
