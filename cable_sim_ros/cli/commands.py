@@ -41,6 +41,7 @@ LATER = {
     "soak": "verification.soak.command",
     "stress": "verification.commands",
     "sweep": "sweeps.command",
+    "table": "sweeps.table",
     "validate": "verification.commands",
 }
 

@@ -18,12 +18,11 @@ from scipy.stats import qmc
 
 from ..io.scenes.resources import ResourceError, find_bag, find_scene
 from ..version import __version__
-from .sweep_file import Method, Samples, ShipMotion, Spread, Steps, SweepPlan
+from .sweep_file import SEEDS, Method, Samples, ShipMotion, Spread, Steps, SweepPlan
 
 RNG = "rng" if tuple(map(int, scipy.__version__.split(".")[:2])) >= (1, 15) else "seed"  # its name in qmc
 CODE = Path(__file__).resolve().parents[1]
 DECIDES = ("physics", "sim", "io", "runs", "sweeps/worker", "sweeps/figures")  # what of the code decides a row
-SEEDS = ("water.waves.seed", "water.turbulence.seed", "instruments.seed")  # what `seeds` sets where it is there
 
 
 class Case(NamedTuple):
@@ -49,15 +48,15 @@ def cases_of(plan: SweepPlan) -> Iterator[Case]:
     seeds = [{}] if not plan.seeds else [{"seed": seed} for seed in range(1, plan.seeds + 1)]
     index = 0
     for motion, winch, setpoint, seed, grid in itertools.product(
-        plan.motions, plan.winch, plan.setpoints, seeds, itertools.product(*grids)
+        plan.motions, plan.plans, plan.setpoints, seeds, itertools.product(*grids)
     ):
         for sample in samples:
             values = {**dict(grid), **sample}
             varied = {**values, **seed}
             if len(plan.motions) > 1:
                 varied["motion"] = motion.name
-            if len(plan.winch) > 1:
-                varied["winch"] = winch or "none"
+            if len(plan.plans) > 1:
+                varied["plan"] = winch or "none"
             if len(plan.setpoints) > 1:
                 varied["setpoint"] = setpoint.value if setpoint else "scene"
             settings = {**plan.settings, **values, **{f"seed:{key}": seed["seed"] for key in SEEDS if seed}}

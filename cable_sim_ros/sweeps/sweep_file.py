@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from enum import Enum
 from math import prod
 from pathlib import Path
@@ -17,12 +18,14 @@ from ..physics.heave_compensation import SetpointLaw
 from ..physics.parameter import REQUIRED, Block, quantity
 from ..runs.settings import apply_to_scene, of_intake
 from ..sim.problem import Problem
+from ..sim.scene import Scene
 from .figures import FIGURES
 
 MAX_CASES = 1_000_000
 MAX_VALUES = 100_000  # of one key
 MAX_SEEDS = 10_000
 NOTHING_DONE = "nothing was simulated"
+SEEDS = ("water.waves.seed", "water.turbulence.seed", "instruments.seed")  # what `seeds` sets where it is there
 
 
 class SweepError(SceneError):
@@ -87,7 +90,7 @@ class SweepPlan(Block):
     samples: Samples | None = quantity(None, "", None, None, "samples of ranges, each with all of the grid")
     seeds: int = quantity(0, "1", 0, MAX_SEEDS, "seeds 1 to n of all that is random; 0: those of the scene")
     motions: list[ShipMotion] = quantity([ShipMotion()], "", None, None, "motions of the ship")
-    winch: list[str | None] = quantity([None], "", None, None, "winch plans, docs/winch.md#a-plan; none: no plan")
+    plans: list[str | None] = quantity([None], "", None, None, "winch plans, docs/winch.md#a-plan; none: no plan")
     setpoints: list[SetpointLaw | None] = quantity([None], "", None, None, "set-point laws; none: that of the scene")
     figures: list[str] = quantity([], "", None, None, "figures that are kept, docs/json.md; []: all")
 
@@ -100,14 +103,14 @@ def count_of(plan: SweepPlan) -> int:
     """Number of cases."""
     grid = prod(one.count if isinstance(one, Steps) else len(one) for one in plan.grid.values())
     samples = plan.samples.count if plan.samples else 1
-    return grid * samples * max(plan.seeds, 1) * len(plan.motions) * len(plan.winch) * len(plan.setpoints)
+    return grid * samples * max(plan.seeds, 1) * len(plan.motions) * len(plan.plans) * len(plan.setpoints)
 
 
 def _problems(plan: SweepPlan) -> list[Problem]:
     found = []
     if plan.step not in ("chosen", "fixed"):
         found.append(Problem("step", f"= {plan.step!r:.40} is neither chosen nor fixed", "Give one of the two"))
-    for name in ("motions", "winch", "setpoints"):
+    for name in ("motions", "plans", "setpoints"):
         if not getattr(plan, name):
             found.append(Problem(name, "is empty: there would be no case", "Leave it out, or give one"))
     for key, one in plan.grid.items():
@@ -134,11 +137,11 @@ def _problems(plan: SweepPlan) -> list[Problem]:
     for i, motion in enumerate(plan.motions):
         if sum(one is not None for one in (motion.bag, motion.heave, motion.rao)) > 1:
             found.append(Problem(f"motions.{i}", "names more than one motion", "Keep one of bag, heave, rao"))
-    for i, text in enumerate(plan.winch):
+    for i, text in enumerate(plan.plans):
         try:
             WinchPlan.of(text) if text is not None else None
         except PlanError as error:
-            found.append(Problem(f"winch.{i}", f"is no plan ({error})", "See docs/winch.md#a-plan"))
+            found.append(Problem(f"plans.{i}", f"is no plan ({error})", "See docs/winch.md#a-plan"))
     for name in plan.figures:
         if name not in FIGURES:
             found.append(Problem("figures", f"names '{name}', which no run gives", "See docs/json.md"))
@@ -161,19 +164,52 @@ def load_sweep(path: str | os.PathLike) -> SweepPlan:
     beside = Path(path).parent / plan.scene
     if beside.is_file():
         plan = plan.model_copy(update={"scene": os.fspath(beside)})
+    return _fitting(plan, os.fspath(path))
+
+
+def checked(data: Mapping[str, Any], origin: str) -> SweepPlan:
+    """The sweep of plain data; origin names it in errors, which are those of `load_sweep`."""
+    return _fitting(PLANS.check(data, origin), origin)
+
+
+def _fitting(plan: SweepPlan, origin: str) -> SweepPlan:
     scene = apply_to_scene(load_scene(plan.scene), plan.settings)
     problems = []
     for key, one in plan.grid.items():
         value = one.first if isinstance(one, Steps) else one[0]
-        problems += _refused(scene, key, value, path)
+        problems += _refused(scene, key, value, origin)
     for key, limits in (plan.samples.ranges if plan.samples else {}).items():
-        problems += [text for value in (limits.low, limits.high) for text in _refused(scene, key, value, path)][:1]
+        problems += _refused(scene, key, limits.low, origin)
+    if plan.seeds and not random(scene):
+        problems.append(
+            f"{origin}: seeds = {plan.seeds}: nothing of {scene.name} is random, so all would be the same run; "
+            f"{NOTHING_DONE}. Leave seeds out, or give the scene waves, turbulence or instruments"
+        )
     if problems:
         raise SweepError(problems)
     return plan
 
 
-def _refused(scene: Any, key: str, value: Any, path: str | os.PathLike) -> list[str]:
+def random(scene: Scene) -> bool:
+    """Is anything of a scene drawn from a seed?"""
+    devices = [getattr(scene.instruments, name) for name in type(scene.instruments).model_fields]
+    return bool(
+        scene.water.waves.height > 0.0
+        or any(scene.water.turbulence.deviation)
+        or any(getattr(device, "on", False) for device in devices)
+    )
+
+
+def has(data: Any, key: str) -> bool:
+    """Is a dotted key there, in plain data?"""
+    for part in key.split("."):
+        if not isinstance(data, dict) or part not in data:
+            return False
+        data = data[part]
+    return True
+
+
+def _refused(scene: Scene, key: str, value: Any, path: str) -> list[str]:
     """Why a key is none of the scene's; a value that a scene refuses is a case that fails, with its reason."""
     try:
         apply_to_scene(scene, {key: value})

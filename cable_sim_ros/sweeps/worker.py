@@ -14,8 +14,9 @@ from typing import Any
 
 from ..errors import CableSimError
 from ..sim.flag_rules import FAILED
-from .cases import SEEDS, Case
+from .cases import Case
 from .figures import RULE, numbers_of
+from .sweep_file import has
 
 COSTS = ("cpu_s", "simulated_s")  # cpu_s: of the machine; left out of comparisons
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -63,7 +64,7 @@ def _run(case: Case) -> dict[str, Any]:
     values = {}
     for key, value in case.settings.items():
         name = key.removeprefix(SEED_OF)
-        if name == key or _has(given, name):
+        if name == key or has(given, name):
             values[name] = value
     result = offline.run(
         apply_to_scene(scene, values),
@@ -88,20 +89,6 @@ def _run(case: Case) -> dict[str, Any]:
         "error": result.problem,
         "simulated_s": float(result.metrics.get("duration_s") or 0.0),
     }
-
-
-def has_seed(scene: Any) -> bool:
-    """Is there anything random in a scene?"""
-    data = scene.model_dump(mode="json")
-    return any(_has(data, key) for key in SEEDS)
-
-
-def _has(data: Any, key: str) -> bool:
-    for part in key.split("."):
-        if not isinstance(data, dict) or part not in data:
-            return False
-        data = data[part]
-    return True
 
 
 @lru_cache(maxsize=8)

@@ -22,6 +22,7 @@ from .yaml12 import YamlError, parse
 FILES = {  # what a file is: the keys at its top that no other kind has, and where it goes
     "a scene of a tow": (("ship", "winch", "towbody"), "`cable-sim run`"),
     "a scenario of faults": (("scenario",), "`cable-sim run --faults`"),
+    "a sweep": (("sweep",), "`cable-sim sweep`"),
     "a span in a wind": (("span",), "`cable-sim span` or `cable-sim viv`, in Python to load_cases"),
     "a span in a flow": (("flow",), "`cable-sim viv`: it has no wake, viscosity or axial stiffness"),
 }
