@@ -38,6 +38,7 @@ LATER = {
     "ahc": "ahc.command",
     "bench": "verification.commands",
     "case": "verification.commands",
+    "sensitivity": "sweeps.sensitivity:command",
     "soak": "verification.soak.command",
     "stress": "verification.commands",
     "sweep": "sweeps.command",
@@ -56,7 +57,8 @@ class Commands(click.Group):
     def get_command(self, context: click.Context, name: str) -> click.Command | None:
         """The command of this name, imported now where it is one of LATER."""
         if name in LATER and name not in self.commands:
-            self.add_command(getattr(import_module(f"cable_sim_ros.{LATER[name]}"), name))
+            module, _, attribute = LATER[name].partition(":")
+            self.add_command(getattr(import_module(f"cable_sim_ros.{module}"), attribute or name), name)
         return super().get_command(context, name)
 
     def parse_args(self, context: click.Context, args: list[str]) -> list[str]:

@@ -6,7 +6,7 @@ import hashlib
 import itertools
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
@@ -18,7 +18,7 @@ from scipy.stats import qmc
 
 from ..io.scenes.resources import ResourceError, find_bag, find_scene
 from ..version import __version__
-from .sweep_file import SEEDS, Method, Samples, ShipMotion, Spread, Steps, SweepPlan
+from .sweep_file import SEEDS, Method, Range, Samples, ShipMotion, Spread, Steps, SweepPlan
 
 RNG = "rng" if tuple(map(int, scipy.__version__.split(".")[:2])) >= (1, 15) else "seed"  # its name in qmc
 CODE = Path(__file__).resolve().parents[1]
@@ -41,10 +41,13 @@ class Case(NamedTuple):
     key: str
 
 
-def cases_of(plan: SweepPlan) -> Iterator[Case]:
-    """All cases, in the order: motions, winch plans, set-points, seeds, grid, samples last."""
+def cases_of(plan: SweepPlan, drawn: Sequence[dict[str, float]] | None = None) -> Iterator[Case]:
+    """All cases, in the order: motions, winch plans, set-points, seeds, grid, samples last.
+
+    drawn: samples in place of those that the plan draws.
+    """
     grids = [[(key, value) for value in _values(one)] for key, one in plan.grid.items()]
-    samples = _drawn(plan.samples) if plan.samples else [{}]
+    samples = drawn if drawn is not None else drawn_of(plan.samples) if plan.samples else [{}]
     seeds = [{}] if not plan.seeds else [{"seed": seed} for seed in range(1, plan.seeds + 1)]
     index = 0
     for motion, winch, setpoint, seed, grid in itertools.product(
@@ -70,10 +73,15 @@ def _values(one: Steps | list[Any]) -> list[Any]:
     return np.linspace(one.first, one.last, one.count).tolist() if isinstance(one, Steps) else list(one)
 
 
-def _drawn(samples: Samples) -> list[dict[str, float]]:
-    ranges = samples.ranges
+def drawn_of(samples: Samples) -> list[dict[str, float]]:
+    """Samples of ranges, a dict by key each."""
     made = qmc.Sobol if samples.method is Method.SOBOL else qmc.LatinHypercube
-    unit = made(len(ranges), **{RNG: np.random.default_rng(samples.seed)}).random(samples.count)
+    unit = made(len(samples.ranges), **{RNG: np.random.default_rng(samples.seed)}).random(samples.count)
+    return within(samples.ranges, unit)
+
+
+def within(ranges: Mapping[str, Range], unit: np.ndarray) -> list[dict[str, float]]:
+    """Points of ranges, of rows of the unit cube [n, ranges]."""
     rows = np.empty_like(unit)
     for k, one in enumerate(ranges.values()):
         if one.spread is Spread.LOG:

@@ -16,6 +16,7 @@ from ..errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK
 
 if TYPE_CHECKING:
     from .sweep import Swept
+    from .sweep_file import SweepPlan
 
 
 @click.command()
@@ -47,12 +48,12 @@ def sweep(file, out, workers, cluster, dry_run, as_json) -> None:
     from .sweep_file import load_sweep
 
     plan = load_sweep(file)
-    folder = out or Path("runs") / f"sweep_{_safe(plan.sweep)}"
+    folder = out or place_of(plan)
     if dry_run:
         keys, there = [case.key for case in cases_of(plan)], Store(folder).rows
         click.echo(f"{len(keys)} cases, {sum(key not in there for key in keys)} of them new")
         return
-    with executors(cluster, workers) as (make, count), _bar(as_json) as progress:
+    with executors(cluster, workers) as (make, count), bar(as_json) as progress:
         swept = run_sweep(plan, folder, workers=count, make=make, progress=progress)
     paths = write(swept, folder)
     figures = summary(swept) | {"files": [str(path) for path in paths]}
@@ -103,7 +104,7 @@ def _tell(figures: dict[str, Any]) -> None:
 
 
 @contextmanager
-def _bar(quiet: bool) -> Iterator[Any]:
+def bar(quiet: bool) -> Iterator[Any]:
     if quiet or not sys.stderr.isatty():
         yield lambda done, total: None
         return
@@ -123,5 +124,7 @@ def _bar(quiet: bool) -> Iterator[Any]:
         yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
-def _safe(name: str) -> str:
-    return "".join(c if c.isalnum() or c in "-_" else "_" for c in name)[:64] or "sweep"
+def place_of(plan: SweepPlan) -> Path:
+    """Folder of a sweep for which none is given."""
+    safe = "".join(c if c.isalnum() or c in "-_" else "_" for c in plan.sweep)[:64] or "sweep"
+    return Path("runs") / f"sweep_{safe}"

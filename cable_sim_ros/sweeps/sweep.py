@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from .cases import Case, cases_of
 from .engine import FAULT, Make, processes, rows_of, workers_of
 from .store import Store
-from .sweep_file import SweepPlan, count_of
+from .sweep_file import SweepPlan
 
 Progress = Callable[[int, int], None]  # cases done, cases in all
 
@@ -39,18 +39,20 @@ def sweep(
     *,
     workers: int | None = None,
     make: Make | None = None,
+    drawn: Sequence[dict[str, float]] | None = None,
     progress: Progress = lambda done, total: None,
 ) -> Swept:
     """Run the cases of a plan that the folder ``out`` does not have yet.
 
-    workers: processes, default one a core; make: another Executor, with ``workers`` of them in hand at a time.
+    workers: processes, default one a core; make: another Executor, with ``workers`` of them in hand at a time;
+    drawn: samples in place of those that the plan draws.
     Raises StoreError. What was computed stays when it is interrupted.
     """
     store = Store(out)
-    cases = list(cases_of(plan))
+    cases = list(cases_of(plan, drawn))
     todo = {case.key: case for case in cases if case.key not in store.rows}
     number = workers_of(workers) if make is None else max(1, workers or 1)
-    begun, total = time.monotonic(), count_of(plan)
+    begun, total = time.monotonic(), len(cases)
     done = total - len(todo)
     progress(done, total)
     if todo:
