@@ -38,6 +38,7 @@ LATER = {
     "ahc": "ahc.command",
     "bench": "verification.commands",
     "case": "verification.commands",
+    "envelope": "sweeps.envelope:command",
     "sensitivity": "sweeps.sensitivity:command",
     "soak": "verification.soak.command",
     "stress": "verification.commands",

@@ -18,7 +18,7 @@ from scipy.stats import qmc
 
 from ..io.scenes.resources import ResourceError, find_bag, find_scene
 from ..version import __version__
-from .sweep_file import SEEDS, Method, Range, Samples, ShipMotion, Spread, Steps, SweepPlan
+from .sweep_file import Method, Range, Samples, ShipMotion, Spread, Steps, SweepPlan
 
 RNG = "rng" if tuple(map(int, scipy.__version__.split(".")[:2])) >= (1, 15) else "seed"  # its name in qmc
 CODE = Path(__file__).resolve().parents[1]
@@ -26,12 +26,14 @@ DECIDES = ("physics", "sim", "io", "runs", "sweeps/worker", "sweeps/figures")  #
 
 
 class Case(NamedTuple):
-    """One run. varied: what tells it from the others, by key; settings: values of the scene by key; key: of its row."""
+    """One run. varied: what tells it from the others, by key; settings: values of the scene by key; seed: of all
+    that is random; key: of its row."""
 
     index: int
     varied: dict[str, Any]
     scene: str
     settings: dict[str, Any]
+    seed: int | None
     motion: ShipMotion
     winch: str | None
     setpoint: str | None
@@ -62,9 +64,19 @@ def cases_of(plan: SweepPlan, drawn: Sequence[dict[str, float]] | None = None) -
                 varied["plan"] = winch or "none"
             if len(plan.setpoints) > 1:
                 varied["setpoint"] = setpoint.value if setpoint else "scene"
-            settings = {**plan.settings, **values, **{f"seed:{key}": seed["seed"] for key in SEEDS if seed}}
+            settings = {**plan.settings, **values}
             law = None if setpoint is None else setpoint.value
-            rest = (plan.scene, settings, motion, winch, law, plan.duration, plan.step, tuple(plan.figures))
+            rest = (
+                plan.scene,
+                settings,
+                seed.get("seed"),
+                motion,
+                winch,
+                law,
+                plan.duration,
+                plan.step,
+                tuple(plan.figures),
+            )
             yield Case(index, varied, *rest, _key(*rest))
             index += 1
 
@@ -91,9 +103,16 @@ def within(ranges: Mapping[str, Range], unit: np.ndarray) -> list[dict[str, floa
     return [dict(zip(ranges, row)) for row in rows.tolist()]
 
 
-def _key(scene: str, settings: dict, motion: ShipMotion, *rest: Any) -> str:
+def _key(scene: str, settings: dict, seed: int | None, motion: ShipMotion, *rest: Any) -> str:
     """Hash of what decides a row: contents of the files, values, version and physics; not where the files lie."""
-    what = [_content(scene), settings, motion.model_dump(mode="json"), *map(_content, (motion.bag, motion.rao)), *rest]
+    what = [
+        _content(scene),
+        settings,
+        seed,
+        motion.model_dump(mode="json"),
+        *map(_content, (motion.bag, motion.rao)),
+        *rest,
+    ]
     text = json.dumps([*what, __version__, _code()], sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 

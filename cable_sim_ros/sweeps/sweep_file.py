@@ -25,7 +25,6 @@ MAX_CASES = 1_000_000
 MAX_VALUES = 100_000  # of one key
 MAX_SEEDS = 10_000
 NOTHING_DONE = "nothing was simulated"
-SEEDS = ("water.waves.seed", "water.turbulence.seed", "instruments.seed")  # what `seeds` sets where it is there
 
 
 class SweepError(SceneError):
@@ -180,7 +179,7 @@ def _fitting(plan: SweepPlan, origin: str) -> SweepPlan:
         problems += _refused(scene, key, value, origin)
     for key, limits in (plan.samples.ranges if plan.samples else {}).items():
         problems += _refused(scene, key, limits.low, origin)
-    if plan.seeds and not random(scene):
+    if plan.seeds and not seeds_of(scene):
         problems.append(
             f"{origin}: seeds = {plan.seeds}: nothing of {scene.name} is random, so all would be the same run; "
             f"{NOTHING_DONE}. Leave seeds out, or give the scene waves, turbulence or instruments"
@@ -190,23 +189,15 @@ def _fitting(plan: SweepPlan, origin: str) -> SweepPlan:
     return plan
 
 
-def random(scene: Scene) -> bool:
-    """Is anything of a scene drawn from a seed?"""
+def seeds_of(scene: Scene) -> list[str]:
+    """Keys of the seeds from which anything of a scene is drawn."""
     devices = [getattr(scene.instruments, name) for name in type(scene.instruments).model_fields]
-    return bool(
-        scene.water.waves.height > 0.0
-        or any(scene.water.turbulence.deviation)
-        or any(getattr(device, "on", False) for device in devices)
-    )
-
-
-def has(data: Any, key: str) -> bool:
-    """Is a dotted key there, in plain data?"""
-    for part in key.split("."):
-        if not isinstance(data, dict) or part not in data:
-            return False
-        data = data[part]
-    return True
+    drawn = {
+        "water.waves.seed": scene.water.waves.height > 0.0,
+        "water.turbulence.seed": any(scene.water.turbulence.deviation),
+        "instruments.seed": any(getattr(device, "on", False) for device in devices),
+    }
+    return [key for key, there in drawn.items() if there]
 
 
 def _refused(scene: Scene, key: str, value: Any, path: str) -> list[str]:

@@ -16,11 +16,10 @@ from ..errors import CableSimError
 from ..sim.flag_rules import FAILED
 from .cases import Case
 from .figures import RULE, numbers_of
-from .sweep_file import has
+from .sweep_file import seeds_of
 
 COSTS = ("cpu_s", "simulated_s")  # cpu_s: of the machine; left out of comparisons
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-SEED_OF = "seed:"  # before the key of a seed: set where the scene has it
 
 
 def one_thread() -> None:
@@ -59,15 +58,11 @@ def _run(case: Case) -> dict[str, Any]:
     from ..runs import offline
     from ..runs.settings import apply_to_scene
 
-    scene = _scene(case.scene)
-    given = scene.model_dump(mode="json")
-    values = {}
-    for key, value in case.settings.items():
-        name = key.removeprefix(SEED_OF)
-        if name == key or has(given, name):
-            values[name] = value
+    scene = apply_to_scene(_scene(case.scene), case.settings)
+    if case.seed is not None:
+        scene = apply_to_scene(scene, {key: case.seed for key in seeds_of(scene)})
     result = offline.run(
-        apply_to_scene(scene, values),
+        scene,
         case.motion.bag,
         heave=case.motion.heave,
         rao=case.motion.rao,
