@@ -64,7 +64,7 @@ class Lost(NamedTuple):
 
 
 class Ensemble:
-    """Copies of a scene with numbers drawn from ranges (Latin hypercube, seeded); the first copy is the scene itself."""
+    """Copies of a scene with numbers drawn from ranges (Latin hypercube, seeded); the first is the scene itself."""
 
     def __init__(
         self, scene: Scene, ranges: Mapping[str, Range], members: int = 50, *, seed: int = 1, threads: int = 1
@@ -159,8 +159,8 @@ class Ensemble:
     def _enough(self) -> None:
         if len(self._sims) < LEAST_KEPT * len(self.scenes):
             raise EnsembleEnded(
-                f"{len(self.lost)} of {len(self.scenes)} copies were given up, the first: {self.lost[0].why}; no band is "
-                "told. Narrow the ranges"
+                f"{len(self.lost)} of {len(self.scenes)} copies were given up, the first: {self.lost[0].why}; no "
+                "band is told. Narrow the ranges"
             )
 
 
