@@ -32,6 +32,7 @@ JAZZY = ros("7.1.6", "5.3.6", "2.0.3")  # supported until May 2029
 KILTED = ros("9.1.2", "5.5.1", "2.3.0")  # until December 2026
 
 PEERS = ["moordyn>=2.7", "mujoco>=3.3", "exudyn>=1.13", "cabledyn>=0.3"]  # other codes, for cable-sim bench --peers
+SWEEP = ["pyarrow>=15", "xarray>=2024.1", "pandas>=2", "h5netcdf>=1.3", "h5py>=3.10", "distributed>=2024.1"]
 DOCS = ["sphinx>=9,<10", "myst-parser>=5,<6", "furo>=2025.12.19"]  # make docs; what docs/conf.py is written against
 IMPORT = [  # logs of others; each is imported when such a log is read
     "pynmeagps>=1.1",  # fields of the sentences of NMEA 0183
@@ -110,6 +111,7 @@ setup(
         "test": TEST,
         "peers": PEERS,
         "docs": DOCS,
+        "sweep": SWEEP,
     },
     zip_safe=False,
     entry_points={

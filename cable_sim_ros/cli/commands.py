@@ -47,8 +47,12 @@ LATER = {
     "export": "cli.export",
     "fmu": "fmu.command",
     "film": "cli.view",
+    "envelope": "sweeps.envelope:command",
+    "sensitivity": "sweeps.sensitivity:command",
     "soak": "verification.soak.command",
     "stress": "verification.commands",
+    "sweep": "sweeps.command",
+    "table": "sweeps.table",
     "validate": "verification.commands",
     "view": "cli.view",
 }
@@ -64,7 +68,8 @@ class Commands(click.Group):
     def get_command(self, context: click.Context, name: str) -> click.Command | None:
         """The command of this name, imported now where it is one of LATER."""
         if name in LATER and name not in self.commands:
-            self.add_command(getattr(import_module(f"cable_sim_ros.{LATER[name]}"), name))
+            module, _, attribute = LATER[name].partition(":")
+            self.add_command(getattr(import_module(f"cable_sim_ros.{module}"), attribute or name), name)
         return super().get_command(context, name)
 
     def parse_args(self, context: click.Context, args: list[str]) -> list[str]:

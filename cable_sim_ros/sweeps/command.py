@@ -1,0 +1,130 @@
+"""`cable-sim sweep`: many runs of a scene, on all cores or a cluster, into one table."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ..errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK
+
+if TYPE_CHECKING:
+    from .sweep import Swept
+    from .sweep_file import SweepPlan
+
+
+@click.command()
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option(
+    "--out",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Folder for rows and tables. Default: runs/sweep_<name>. Rows that it has are not computed again.",
+)
+@click.option("--workers", type=click.IntRange(1, 4096), help="Processes. Default: one a core that memory holds.")
+@click.option(
+    "--cluster",
+    metavar="local|slurm|ADDRESS",
+    help="Dask in place of own processes: a local cluster, slurm (dask-jobqueue), or the address of a scheduler.",
+)
+@click.option("--dry-run", is_flag=True, help="Say how many cases there are and how many are new; simulate nothing.")
+@click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
+def sweep(file, out, workers, cluster, dry_run, as_json) -> None:
+    """Simulate every case of the sweep FILE, and keep one row of figures each.
+
+    A sweep that was stopped goes on; one that was extended computes what is new. A run that fails is a row with its
+    reason.
+    """
+    from .clusters import executors
+    from .dataset import write
+    from .store import Store
+    from .sweep import cases_of
+    from .sweep import sweep as run_sweep
+    from .sweep_file import load_sweep
+
+    plan = load_sweep(file)
+    folder = out or place_of(plan)
+    if dry_run:
+        keys, there = [case.key for case in cases_of(plan)], Store(folder).rows
+        click.echo(f"{len(keys)} cases, {sum(key not in there for key in keys)} of them new")
+        return
+    with executors(cluster, workers) as (make, count), bar(as_json) as progress:
+        swept = run_sweep(plan, folder, workers=count, make=make, progress=progress)
+    paths = write(swept, folder)
+    figures = summary(swept) | {"files": [str(path) for path in paths]}
+    (folder / "sweep.json").write_text(json.dumps(figures, indent=1) + "\n", "utf-8")
+    if as_json:
+        click.echo(json.dumps(figures, indent=1))
+    else:
+        _tell(figures)
+    sys.exit(figures["exit_code"])
+
+
+def summary(swept: Swept) -> dict[str, Any]:
+    """What is said of a sweep: cases by verdict, reasons of failures with their number, cost."""
+    states = Counter(row["verdict"] for row in swept.rows)
+    errors = Counter(row["error"] for row in swept.rows if row["error"])
+    simulated = sum(row["simulated_s"] for row in swept.rows)
+    code = CODE_FAILED if states["failed"] else CODE_DOUBTFUL if states["doubtful"] else CODE_OK
+    return {
+        "sweep": swept.plan.sweep,
+        "cases": len(swept.rows),
+        "computed": swept.computed,
+        "verdicts": dict(states),
+        "errors": dict(errors.most_common(20)),
+        "faults": len(swept.faults),
+        "damaged_parts": swept.damaged,
+        "simulated_s": simulated,
+        "cpu_s": sum(row["cpu_s"] for row in swept.rows),
+        "wall_s": swept.wall,
+        "workers": swept.workers,
+        "exit_code": code,
+    }
+
+
+def _tell(figures: dict[str, Any]) -> None:
+    states = ", ".join(f"{count} {state}" for state, count in sorted(figures["verdicts"].items()))
+    click.echo(f"{figures['sweep']}: {figures['cases']} cases ({states}), {figures['computed']} computed now")
+    if figures["computed"]:
+        click.echo(
+            f"{figures['simulated_s']:.0f} s simulated in {figures['cpu_s']:.0f} s of CPU; {figures['wall_s']:.1f} s "
+            f"of wall time on {figures['workers']} workers"
+        )
+    for error, count in figures["errors"].items():
+        click.echo(f"failed {count} x: {error}", err=True)
+    for name in figures["damaged_parts"]:
+        click.echo(f"warning: rows/{name} cannot be read: set aside, its cases were computed again", err=True)
+    for path in figures["files"]:
+        click.echo(f"table:     {path}")
+
+
+@contextmanager
+def bar(quiet: bool) -> Iterator[Any]:
+    if quiet or not sys.stderr.isatty():
+        yield lambda done, total: None
+        return
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    columns = (TextColumn("cases"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True)) as bar:
+        task = bar.add_task("cases")
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+def place_of(plan: SweepPlan) -> Path:
+    """Folder of a sweep for which none is given."""
+    safe = "".join(c if c.isalnum() or c in "-_" else "_" for c in plan.sweep)[:64] or "sweep"
+    return Path("runs") / f"sweep_{safe}"

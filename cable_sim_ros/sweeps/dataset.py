@@ -1,0 +1,79 @@
+"""The rows of a sweep as one data set: what was varied as coordinates, figures with units, provenance as attributes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..version import __version__
+from .figures import MEANINGS, RULE, unit_of
+from .store import EXTRA, StoreError
+from .sweep import Swept
+
+if TYPE_CHECKING:
+    import xarray
+
+WORDS = ("verdict", "reasons", "error", "warnings", "key")  # columns of text
+NUMBERS = ("cpu_s", "simulated_s")
+
+
+def names_of(swept: Swept) -> list[str]:
+    """Figures of the rows, in the order of the first that has them."""
+    plain = {*WORDS, *NUMBERS, "flags", "rule_units"}
+    return list(dict.fromkeys(name for row in swept.rows for name in row if name not in plain))
+
+
+def rule_units(swept: Swept) -> dict[str, str]:
+    """Unit of each rule on watch."""
+    return {name: unit for row in swept.rows for name, unit in row.get("rule_units", {}).items()}
+
+
+def dataset(swept: Swept) -> xarray.Dataset:
+    """Dimension `case`; coordinates: what was varied; variables: figures [case], NaN where a run gave none, verdict,
+    reasons, error. Raises StoreError where xarray is missing."""
+    try:
+        import xarray
+    except ImportError:
+        raise StoreError(f"the data set is made with xarray, which is not installed: rows are kept; {EXTRA}") from None
+    rows, rules = swept.rows, rule_units(swept)
+    made = xarray.Dataset(coords={"case": ("case", np.arange(len(rows)), {"long_name": "number of the case"})})
+    for key in dict.fromkeys(key for case in swept.cases for key in case.varied):
+        made = made.assign_coords({key: ("case", _column([case.varied[key] for case in swept.cases]))})
+    for name in names_of(swept):
+        values = [row.get(name, np.nan) for row in rows]
+        meaning = MEANINGS.get(name, f"rule on watch: {name.removeprefix(RULE)}")
+        made[name] = ("case", np.array(values, float), {"units": unit_of(name, rules), "long_name": meaning})
+    for name in sorted({name for row in rows for name in row["flags"]}):
+        counts = [row["flags"].get(name, 0) for row in rows]
+        made[f"flag.{name}"] = ("case", np.array(counts, float), {"units": "1", "long_name": f"ticks with flag {name}"})
+    for name in WORDS:
+        made[name] = ("case", np.array([row[name] for row in rows], dtype=str))
+    for name in NUMBERS:
+        made[name] = ("case", np.array([row[name] for row in rows], float), {"units": "s"})
+    made.attrs = {
+        "title": swept.plan.sweep,
+        "source": f"cable_sim_ros {__version__}",
+        "sweep": json.dumps(swept.plan.model_dump(mode="json")),
+        "Conventions": "CF-1.11",
+    }
+    return made
+
+
+def write(swept: Swept, folder: Path) -> list[Path]:
+    """`sweep.nc`, and `sweep.csv` with one header line; answers their paths."""
+    whole = dataset(swept)
+    paths = [folder / "sweep.nc", folder / "sweep.csv"]
+    try:
+        whole.to_netcdf(paths[0], engine="h5netcdf")
+        whole.to_dataframe().to_csv(paths[1], index_label="case")
+    except OSError as error:
+        raise StoreError(f"{folder}: cannot be written ({error.strerror}); the rows are kept in rows/") from None
+    return paths
+
+
+def _column(values: list[Any]) -> np.ndarray:
+    plain = all(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
+    return np.array(values, float) if plain else np.array([str(value) for value in values])

@@ -1,0 +1,252 @@
+"""Operating envelope: what a tow bears over sea, speed and scope, by extremes over seeds and the rules on watch.
+
+A cell is a combination of what a sweep varies, all seeds of it together. An extreme of a cell: its mean over the seeds
+with a Student interval, and the value that a run of this length passes once in twenty, by a Gumbel distribution through
+the mean and deviation of the seeds (method of moments: Gumbel 1958, Statistics of Extremes). The share of runs that
+break a rule has an exact binomial interval (Clopper and Pearson 1934, Biometrika 26, 404).
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections import defaultdict
+from math import log, pi, sqrt
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import click
+import numpy as np
+from scipy.stats import binomtest
+from scipy.stats import t as student
+
+from ..errors import CODE_FAILED, CODE_OK, CableSimError
+from .dataset import names_of
+from .figures import BROKEN, RULE
+from .sweep import Swept
+
+LEVEL, ONCE_IN = 0.95, 20
+SEED = "seed"
+EXTREMES = (  # figure, its end, words
+    ("tension_max_n", 1.0, "most tension"),
+    ("tension_min_n", -1.0, "least tension"),
+    ("body_depth_max_m", 1.0, "largest depth"),
+    ("body_depth_min_m", -1.0, "least depth"),
+    ("winch_pull_max_n", 1.0, "most drum tension"),
+    ("winch_rate_max_m_s", 1.0, "most rate of pay-out"),
+    ("winch_power_max_w", 1.0, "most power of the winch"),
+    ("contact_resultant_max_n", 1.0, "most load of the sheave"),
+)
+KEPT = "allowed"
+PANELS = (
+    (KEPT, "share of runs within the rules"),
+    ("tension_max_n", "most tension [N]"),
+    ("tension_min_n", "least tension [N]"),
+)
+
+
+class EnvelopeError(CableSimError, ValueError):
+    """Rows that make no envelope."""
+
+
+class Extreme(NamedTuple):
+    """Over the seeds of a cell: mean, its interval, worst, what is passed once in ONCE_IN runs; NaN: of one seed."""
+
+    mean: float
+    low: float
+    high: float
+    worst: float
+    rare: float
+
+
+class Share(NamedTuple):
+    """Runs that break a rule, of how many, with the interval of the share."""
+
+    broken: int
+    runs: int
+    low: float
+    high: float
+
+
+class Cell(NamedTuple):
+    """varied: by key; failed, doubtful: runs without figures, and runs whose figures are doubtful."""
+
+    varied: dict[str, Any]
+    runs: int
+    failed: int
+    doubtful: int
+    extremes: dict[str, Extreme]
+    rules: dict[str, Share]
+
+    @property
+    def allowed(self) -> bool:
+        """No run of it failed or broke a rule; whether it was right to be sure of that says the interval."""
+        return not self.failed and not any(share.broken for share in self.rules.values())
+
+
+def extreme_of(values: np.ndarray, end: float) -> Extreme:
+    """Of the extremes [n] of n seeds; end: 1 the largest, -1 the least."""
+    mean, n = float(values.mean()), len(values)
+    worst = float((end * values).max() * end)
+    if n < 2:
+        return Extreme(mean, np.nan, np.nan, worst, np.nan)
+    deviation = float(values.std(ddof=1))
+    half = float(student.ppf(0.5 + 0.5 * LEVEL, n - 1)) * deviation / sqrt(n)
+    reduced = -log(-log(1.0 - 1.0 / ONCE_IN))
+    rare = mean + end * sqrt(6.0) / pi * deviation * (reduced - float(np.euler_gamma))
+    return Extreme(mean, mean - half, mean + half, worst, rare)
+
+
+def envelope(swept: Swept) -> list[Cell]:
+    """Cells of a sweep in the order of its cases."""
+    groups: dict[str, list[tuple[dict[str, Any], dict[str, Any]]]] = defaultdict(list)
+    for case, row in zip(swept.cases, swept.rows):
+        varied = {key: value for key, value in case.varied.items() if key != SEED}
+        groups[json.dumps(varied)].append((varied, row))
+    rules = [name for name in names_of(swept) if name.startswith(RULE) and name.endswith(BROKEN)]
+    return [_cell(group[0][0], [row for _, row in group], rules) for group in groups.values()]
+
+
+def _cell(varied: dict[str, Any], rows: list[dict[str, Any]], rules: list[str]) -> Cell:
+    whole = [row for row in rows if row["verdict"] != "failed"]
+    extremes = {}
+    for name, end, _ in EXTREMES:
+        values = np.array([row.get(name, np.nan) for row in whole], float)
+        if len(values) and np.isfinite(values).all():
+            extremes[name] = extreme_of(values, end)
+    shares = {}
+    for name in rules:
+        broken = [bool(row[name]) for row in whole if name in row]
+        if broken:
+            interval = binomtest(sum(broken), len(broken)).proportion_ci(LEVEL)
+            word = name.removeprefix(RULE).removesuffix(BROKEN)
+            shares[word] = Share(sum(broken), len(broken), float(interval.low), float(interval.high))
+    doubtful = sum(row["verdict"] == "doubtful" for row in rows)
+    return Cell(varied, len(rows), len(rows) - len(whole), doubtful, extremes, shares)
+
+
+@click.command("envelope")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder. Default: runs/sweep_<name>.")
+@click.option("--workers", type=click.IntRange(1, 4096), help="Processes. Default: one a core that memory holds.")
+@click.option("--cluster", metavar="local|slurm|ADDRESS", help="Dask in place of own processes.")
+@click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
+def command(file, out, workers, cluster, as_json) -> None:
+    """Operating envelope of the sweep FILE: extremes of every cell over its seeds, and the rules it breaks."""
+    from .clusters import executors
+    from .command import bar, place_of
+    from .sweep import sweep
+    from .sweep_file import load_sweep
+
+    plan = load_sweep(file)
+    if not plan.grid:
+        raise EnvelopeError(f"{file}: varies nothing by grid; nothing was simulated. Give sea, speed or scope in grid")
+    folder = out or place_of(plan)
+    with executors(cluster, workers) as (make, count), bar(as_json) as progress:
+        swept = sweep(plan, folder, workers=count, make=make, progress=progress)
+    cells = envelope(swept)
+    figures = {
+        "sweep": plan.sweep,
+        "runs": len(swept.rows),
+        "computed": swept.computed,
+        "workers": swept.workers,
+        "wall_s": swept.wall,
+        "cpu_s": sum(row["cpu_s"] for row in swept.rows),
+        "simulated_s": sum(row["simulated_s"] for row in swept.rows),
+        "cells": [_as_dict(cell) for cell in cells],
+    }
+    (folder / "envelope.json").write_text(json.dumps(figures, indent=1) + "\n", "utf-8")
+    picture = draw(plan.sweep, cells, folder / "envelope.png")
+    if as_json:
+        click.echo(json.dumps(figures, indent=1))
+    else:
+        _tell(swept, cells)
+        click.echo(f"figures:   {folder / 'envelope.json'}\npicture:   {picture}")
+    sys.exit(CODE_FAILED if swept.faults else CODE_OK)
+
+
+def _as_dict(cell: Cell) -> dict[str, Any]:
+    return {
+        "varied": cell.varied,
+        "runs": cell.runs,
+        "failed": cell.failed,
+        "doubtful": cell.doubtful,
+        "allowed": cell.allowed,
+        "extremes": {
+            name: {key: None if np.isnan(value) else value for key, value in one._asdict().items()}
+            for name, one in cell.extremes.items()
+        },
+        "rules": {name: share._asdict() for name, share in cell.rules.items()},
+    }
+
+
+def _tell(swept: Swept, cells: list[Cell]) -> None:
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    shown = Table(title=escape(f"{swept.plan.sweep}: mean of the extreme over the seeds (once in {ONCE_IN} runs)"))
+    shown.title_justify = "left"
+    keys = list(cells[0].varied)
+    for key in keys:
+        shown.add_column(key, justify="right")
+    for name in ("runs", "most tension [N]", "least tension [N]", "depth [m]", "rules broken"):
+        shown.add_column(escape(name), justify="right")
+    for cell in cells:
+        broken = ", ".join(f"{name} {s.broken}/{s.runs}" for name, s in cell.rules.items() if s.broken)
+        failed = f"{cell.failed} failed" if cell.failed else ""
+        ends = [_text(cell.extremes.get(f"tension_{end}_n")) for end in ("max", "min")]
+        depth = [cell.extremes.get(f"body_depth_{end}_m") for end in ("min", "max")]
+        band = " to ".join("-" if one is None else f"{one.worst:.1f}" for one in depth)
+        values = [f"{v:g}" if isinstance(v, int | float) else str(v) for v in cell.varied.values()]
+        shown.add_row(*values, str(cell.runs), *ends, band, "; ".join(filter(None, (broken, failed))) or "none")
+    Console(width=None if sys.stdout.isatty() else 140).print(shown)
+    click.echo(
+        f"{len(swept.rows)} runs, {swept.computed} computed now in {swept.wall:.1f} s of wall time on {swept.workers} "
+        f"workers"
+    )
+
+
+def _text(one: Extreme | None) -> str:
+    return "-" if one is None else f"{one.mean:.0f}" + ("" if np.isnan(one.rare) else f" ({one.rare:.0f})")
+
+
+def draw(title: str, cells: list[Cell], path: Path) -> Path:
+    """Runs within the rules, most and least tension over the first two keys that vary; of others the first value."""
+    from ..plots.canvas import canvas
+
+    keys = [key for key in cells[0].varied if len({str(cell.varied[key]) for cell in cells}) > 1]
+    x, y = keys[0] if keys else "", keys[1] if len(keys) > 1 else ""
+    rest = {key: cells[0].varied[key] for key in keys[2:]}
+    kept = [cell for cell in cells if all(cell.varied[key] == value for key, value in rest.items())]
+    with canvas(path, (13.0, 4.6)) as figure:
+        heading = f"{title}{''.join(f', {key} = {value}' for key, value in rest.items())}"
+        figure.suptitle(heading, x=0.01, ha="left", weight="bold")
+        for axes, (name, words) in zip(figure.subplots(1, len(PANELS)), PANELS):
+            _panel(axes, kept, name, x, y)
+            axes.set_title(words)
+    return path
+
+
+def _panel(axes: Any, cells: list[Cell], name: str, x: str, y: str) -> None:
+    xs, ys = (list(dict.fromkeys(cell.varied.get(key, "") for cell in cells)) for key in (x, y))
+    grid = np.full((len(ys), len(xs)), np.nan)
+    for cell in cells:
+        grid[ys.index(cell.varied.get(y, "")), xs.index(cell.varied.get(x, ""))] = _value(cell, name)
+    ends = (0.0, 1.0) if name == KEPT else (None, None)
+    image = axes.imshow(grid, origin="lower", aspect="auto", cmap="cividis", vmin=ends[0], vmax=ends[1])
+    for (j, i), value in np.ndenumerate(grid):
+        color = "white" if np.isfinite(value) and image.norm(value) < 0.5 else "black"
+        axes.text(i, j, "-" if np.isnan(value) else f"{value:.3g}", ha="center", va="center", color=color)
+    axes.set_xticks(range(len(xs)), [str(value) for value in xs])
+    axes.set_yticks(range(len(ys)), [str(value) for value in ys])
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
+    axes.grid(False)
+
+
+def _value(cell: Cell, name: str) -> float:
+    if name == KEPT:
+        broken = max((share.broken for share in cell.rules.values()), default=0)
+        return 1.0 - (broken + cell.failed) / cell.runs
+    return cell.extremes[name].mean if name in cell.extremes else np.nan

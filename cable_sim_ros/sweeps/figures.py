@@ -1,0 +1,40 @@
+"""Figures of a run that a sweep keeps: every single number of docs/json.md that the machine has no part in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+from ..runs.metrics import METRICS
+from ..runs.summary import SUMMARY
+
+RULE, BROKEN = "rule.", ".broken"  # worst value of a rule on watch; 1 where it was broken
+NO_RULES: Mapping[str, str] = MappingProxyType({})
+OF_THE_MACHINE = ("realtime_factor", "compile_s", "start_s", "stepping_s")  # differ from run to run
+UNITS = {name: unit for name, unit, _ in (*SUMMARY, *METRICS) if name not in OF_THE_MACHINE}
+MEANINGS = {name: meaning for name, _, meaning in (*SUMMARY, *METRICS) if name in UNITS}
+FIGURES = tuple(UNITS)
+
+
+def numbers_of(metrics: Mapping[str, Any]) -> dict[str, float]:
+    """Those of a run that are single numbers; NaN where a run has none."""
+    found = {}
+    for name in FIGURES:
+        value = metrics.get(name)
+        if isinstance(value, bool) or not isinstance(value, int | float | None):
+            continue
+        if name in metrics:
+            found[name] = float("nan") if value is None else float(value)
+    rules = metrics.get("rules") or {}
+    for rule in rules.get("rules", ()):
+        found[f"{RULE}{rule['rule']}"] = float("nan") if rule["worst"] is None else float(rule["worst"])
+        found[f"{RULE}{rule['rule']}{BROKEN}"] = float(rule["broken"])
+    return found
+
+
+def unit_of(name: str, rules: Mapping[str, str] = NO_RULES) -> str:
+    """Unit of a column of a row; rules: unit of each rule by name."""
+    if name.endswith(BROKEN):
+        return "1"
+    return rules.get(name.removeprefix(RULE), "") if name.startswith(RULE) else UNITS.get(name, "")

@@ -1,0 +1,187 @@
+"""Which number of a scene decides which figure: Sobol indices of the first and of total order, with intervals.
+
+Saltelli's scheme (Saltelli et al. 2010, Comput. Phys. Commun. 181, 259), as scipy.stats.sobol_indices computes it: n
+(d + 2) runs for d ranges. Intervals are percentiles of a bootstrap over the n points, with a seed: the same each time.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import click
+import numpy as np
+from scipy.stats import qmc, sobol_indices
+
+from ..errors import CODE_FAILED, CODE_OK, CableSimError
+from .cases import RNG, within
+from .sweep import Progress, Swept, sweep
+from .sweep_file import SweepPlan
+
+RESAMPLES, LEVEL = 400, 0.95
+NOTHING = 1e-12  # of the mean: a figure that varies by less has no indices
+
+
+class SensitivityError(CableSimError, ValueError):
+    """Indices that cannot be computed."""
+
+
+class Index(NamedTuple):
+    """Of one key on one figure: first order, total order, and their 95 % intervals."""
+
+    figure: str
+    key: str
+    first: float
+    first_low: float
+    first_high: float
+    total: float
+    total_low: float
+    total_high: float
+
+
+class Sensitivity(NamedTuple):
+    """Indices; figures that do not vary; mean and standard deviation of each figure over the ranges; the runs."""
+
+    indices: list[Index]
+    constant: list[str]
+    spread: dict[str, tuple[float, float]]
+    swept: Swept
+
+
+def points(plan: SweepPlan) -> list[dict[str, float]]:
+    """Samples of Saltelli's scheme: A, B, then A with the column of each key from B. SensitivityError if the plan does
+    not fit it."""
+    samples = plan.samples
+    if samples is None or not samples.ranges:
+        raise SensitivityError(
+            f"{plan.sweep}: has no samples.ranges; nothing was simulated. Give the ranges that are to be weighed"
+        )
+    if plan.grid or len(plan.motions) > 1 or len(plan.plans) > 1 or len(plan.setpoints) > 1 or plan.seeds > 1:
+        raise SensitivityError(
+            f"{plan.sweep}: varies by grid, motions, plans, setpoints or seeds as well; nothing was simulated. Indices "
+            "are of one tow: leave those out"
+        )
+    if samples.count & (samples.count - 1):
+        raise SensitivityError(
+            f"{plan.sweep}: samples.count = {samples.count} is no power of 2; nothing was simulated. Give "
+            f"{1 << samples.count.bit_length()}"
+        )
+    d = len(samples.ranges)
+    drawn = qmc.Sobol(2 * d, **{RNG: np.random.default_rng(samples.seed)}).random(samples.count)
+    a, b = drawn[:, :d], drawn[:, d:]
+    mixed = []
+    for k in range(d):
+        one = a.copy()
+        one[:, k] = b[:, k]
+        mixed.append(one)
+    return within(samples.ranges, np.concatenate([a, b, *mixed]))
+
+
+def sensitivity(
+    plan: SweepPlan,
+    out: str | Path,
+    *,
+    workers: int | None = None,
+    make: Any = None,
+    progress: Progress = lambda done, total: None,
+) -> Sensitivity:
+    """Run the scheme of a plan and compute the indices of each of its figures.
+
+    Raises SensitivityError where a run failed: its figure is not known, and no index is computed without it.
+    """
+    swept = sweep(plan, out, workers=workers, make=make, drawn=points(plan), progress=progress)
+    failed = [(case, row) for case, row in zip(swept.cases, swept.rows) if row["verdict"] == "failed"]
+    if failed:
+        case, row = failed[0]
+        where = ", ".join(f"{key} = {value:.6g}" for key, value in case.varied.items())
+        raise SensitivityError(
+            f"{plan.sweep}: {len(failed)} of {len(swept.rows)} runs failed, the first at {where} ({row['error']}); no "
+            f"index was computed. Narrow the ranges"
+        )
+    assert plan.samples is not None
+    n, keys = plan.samples.count, list(plan.samples.ranges)
+    names = plan.figures or [name for name in swept.rows[0] if isinstance(swept.rows[0][name], float)]
+    indices, constant, spread = [], [], {}
+    for name in (name for name in names if name not in ("cpu_s", "simulated_s")):
+        values = np.array([row.get(name, np.nan) for row in swept.rows]).reshape(len(keys) + 2, n)
+        if not np.isfinite(values).all():
+            continue
+        spread[name] = float(values[:2].mean()), float(values[:2].std())
+        if spread[name][1] <= NOTHING * abs(spread[name][0]):
+            constant.append(name)
+            continue
+        indices += indices_of(name, keys, values, plan.samples.seed)
+    return Sensitivity(indices, constant, spread, swept)
+
+
+def indices_of(figure: str, keys: list[str], values: np.ndarray, seed: int) -> list[Index]:
+    """Indices of one figure, of its values [keys + 2, n] in the order of `points`."""
+
+    def both(chosen: np.ndarray) -> np.ndarray:
+        f = values[:, chosen]
+        found = sobol_indices(func={"f_A": f[:1], "f_B": f[1:2], "f_AB": f[2:, None]}, n=f.shape[1])
+        return np.array([np.ravel(found.first_order), np.ravel(found.total_order)])
+
+    n = values.shape[1]
+    rng = np.random.default_rng(seed)
+    again = np.array([both(rng.integers(0, n, n)) for _ in range(RESAMPLES)])
+    low, high = np.nanquantile(again, [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL], axis=0)
+    whole = both(np.arange(n))
+    return [
+        Index(figure, key, *(float(part[order, k]) for order in (0, 1) for part in (whole, low, high)))
+        for k, key in enumerate(keys)
+    ]
+
+
+@click.command()
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder. Default: runs/sweep_<name>.")
+@click.option("--workers", type=click.IntRange(1, 4096), help="Processes. Default: one a core that memory holds.")
+@click.option("--cluster", metavar="local|slurm|ADDRESS", help="Dask in place of own processes.")
+@click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
+def command(file, out, workers, cluster, as_json) -> None:
+    """Sobol indices of the ranges of the sweep FILE for each of its figures, with 95 % intervals."""
+    from .clusters import executors
+    from .command import bar, place_of
+    from .sweep_file import load_sweep
+
+    plan = load_sweep(file)
+    folder = out or place_of(plan)
+    with executors(cluster, workers) as (make, count), bar(as_json) as progress:
+        found = sensitivity(plan, folder, workers=count, make=make, progress=progress)
+    assert plan.samples is not None
+    figures = {
+        "sweep": plan.sweep,
+        "runs": len(found.swept.rows),
+        "cpu_s": sum(row["cpu_s"] for row in found.swept.rows),
+        "ranges": {key: [one.low, one.high] for key, one in plan.samples.ranges.items()},
+        "indices": [index._asdict() for index in found.indices],
+        "constant": found.constant,
+        "spread": {name: {"mean": mean, "std": std} for name, (mean, std) in found.spread.items()},
+    }
+    (folder / "sensitivity.json").write_text(json.dumps(figures, indent=1) + "\n", "utf-8")
+    if as_json:
+        click.echo(json.dumps(figures, indent=1))
+    else:
+        _tell(found)
+    sys.exit(CODE_FAILED if found.swept.faults else CODE_OK)
+
+
+def _tell(found: Sensitivity) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    shown = Table(title="Share of the variance: alone (first order), with all others (total); 95 % intervals")
+    shown.title_justify = "left"
+    for name in ("figure", "key"):
+        shown.add_column(name)
+    for name in ("first", "interval", "total", "interval"):
+        shown.add_column(name, justify="right")
+    for one in found.indices:
+        first, total = f"{one.first_low:.2f} to {one.first_high:.2f}", f"{one.total_low:.2f} to {one.total_high:.2f}"
+        shown.add_row(one.figure, one.key, f"{one.first:.2f}", first, f"{one.total:.2f}", total)
+    Console(width=None if sys.stdout.isatty() else 120).print(shown)
+    for name in found.constant:
+        click.echo(f"{name}: does not vary over these ranges")

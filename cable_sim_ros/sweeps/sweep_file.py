@@ -1,0 +1,211 @@
+"""A sweep: a YAML file that names a scene and what of it is varied, checked like a scene."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from enum import Enum
+from math import prod
+from pathlib import Path
+from typing import Any
+
+from ..errors import CableSimError
+from ..io.scenes.document import Document, SceneError
+from ..io.scenes.load import load_scene
+from ..io.scenes.winch_plan import PlanError, WinchPlan
+from ..limits import LONGEST_RUN
+from ..physics.heave_compensation import SetpointLaw
+from ..physics.parameter import REQUIRED, Block, quantity
+from ..runs.settings import apply_to_scene, of_intake
+from ..sim.problem import Problem
+from ..sim.scene import Scene
+from .figures import FIGURES
+
+MAX_CASES = 1_000_000
+MAX_VALUES = 100_000  # of one key
+MAX_SEEDS = 10_000
+NOTHING_DONE = "nothing was simulated"
+
+
+class SweepError(SceneError):
+    """A sweep that cannot be made; every problem in one text each."""
+
+
+class Method(str, Enum):
+    """How samples are drawn from their ranges (scipy.stats.qmc)."""
+
+    SOBOL = "sobol"  # scrambled; counts that are no power of 2 lose its balance
+    LATIN_HYPERCUBE = "latin_hypercube"
+
+
+class Spread(str, Enum):
+    """How a range is filled."""
+
+    UNIFORM = "uniform"
+    LOG = "log"
+
+
+class Range(Block):
+    low: float = quantity(REQUIRED, "1", None, None, "least value, in the unit of the key")
+    high: float = quantity(REQUIRED, "1", None, None, "largest value, in the unit of the key")
+    spread: Spread = quantity(Spread.UNIFORM, "", None, None, "uniform, or log: uniform in the logarithm")
+
+
+class Samples(Block):
+    method: Method = quantity(Method.SOBOL, "", None, None, "how the samples are drawn")
+    count: int = quantity(REQUIRED, "1", 1, 2**20, "number of samples")
+    seed: int = quantity(1, "1", 0, 2**31 - 1, "of the samples: the same seed, the same samples")
+    ranges: dict[str, Range] = quantity(REQUIRED, "", None, None, "ranges by key of the scene")
+
+
+class Steps(Block):
+    first: float = quantity(REQUIRED, "1", None, None, "first value, in the unit of the key")
+    last: float = quantity(REQUIRED, "1", None, None, "last value, in the unit of the key")
+    count: int = quantity(REQUIRED, "1", 2, MAX_VALUES, "number of values, evenly apart")
+
+
+class ShipMotion(Block):
+    """One motion: exactly one of bag, heave, rao; none of them is the mean track."""
+
+    bag: str | None = quantity(None, "", None, None, "a bag, a CSV table, or the name of a shipped bag")
+    heave: tuple[float, float] | None = quantity(None, "m, s", 0.0, 600.0, "sinusoidal heave: amplitude, period")
+    rao: str | None = quantity(None, "", None, None, "response amplitude operators, a CSV file or simple")
+
+    @property
+    def name(self) -> str:
+        """A word for tables."""
+        if self.heave is not None:
+            return f"heave {self.heave[0]:g} m, {self.heave[1]:g} s"
+        return self.bag or (f"rao {self.rao}" if self.rao else "none")
+
+
+class SweepPlan(Block):
+    sweep: str = quantity(REQUIRED, "", None, None, "name of the sweep")
+    scene: str = quantity(REQUIRED, "", None, None, "name or file of the scene; a file beside the sweep")
+    settings: dict[str, Any] = quantity({}, "", None, None, "other values of the scene, for all cases, by key")
+    duration: float | None = quantity(None, "s", None, LONGEST_RUN, "of each run; none: as cable-sim run", above=0.0)
+    step: str = quantity("chosen", "", None, None, "chosen or fixed, as --step of cable-sim run")
+    grid: dict[str, Steps | list[Any]] = quantity({}, "", None, None, "values by key of the scene: all combinations")
+    samples: Samples | None = quantity(None, "", None, None, "samples of ranges, each with all of the grid")
+    seeds: int = quantity(0, "1", 0, MAX_SEEDS, "seeds 1 to n of all that is random; 0: those of the scene")
+    motions: list[ShipMotion] = quantity([ShipMotion()], "", None, None, "motions of the ship")
+    plans: list[str | None] = quantity([None], "", None, None, "winch plans, docs/winch.md#a-plan; none: no plan")
+    setpoints: list[SetpointLaw | None] = quantity([None], "", None, None, "set-point laws; none: that of the scene")
+    figures: list[str] = quantity([], "", None, None, "figures that are kept, docs/json.md; []: all")
+
+
+def _keys(plan: SweepPlan) -> list[str]:
+    return [*plan.grid, *(plan.samples.ranges if plan.samples else ())]
+
+
+def count_of(plan: SweepPlan) -> int:
+    """Number of cases."""
+    grid = prod(one.count if isinstance(one, Steps) else len(one) for one in plan.grid.values())
+    samples = plan.samples.count if plan.samples else 1
+    return grid * samples * max(plan.seeds, 1) * len(plan.motions) * len(plan.plans) * len(plan.setpoints)
+
+
+def _problems(plan: SweepPlan) -> list[Problem]:
+    found = []
+    if plan.step not in ("chosen", "fixed"):
+        found.append(Problem("step", f"= {plan.step!r:.40} is neither chosen nor fixed", "Give one of the two"))
+    for name in ("motions", "plans", "setpoints"):
+        if not getattr(plan, name):
+            found.append(Problem(name, "is empty: there would be no case", "Leave it out, or give one"))
+    for key, one in plan.grid.items():
+        if isinstance(one, list) and not 0 < len(one) <= MAX_VALUES:
+            found.append(Problem(f"grid.{key}", f"has {len(one)} values", f"Give 1 to {MAX_VALUES}"))
+        elif isinstance(one, list) and len({repr(value) for value in one}) < len(one):
+            found.append(Problem(f"grid.{key}", "has a value twice: a case would be there twice", "Keep one"))
+    keys = _keys(plan)
+    for key in sorted({key for key in keys if keys.count(key) > 1 or key in plan.settings}):
+        found.append(Problem(f"grid.{key}", "stands twice, in grid, samples or settings", "Keep one of them"))
+    for key in [key for key in keys if of_intake({key: 0})]:
+        text = "says how messages are taken in, and is not varied here"
+        found.append(Problem(f"grid.{key}", text, "Vary keys of the scene"))
+    if plan.samples is not None:
+        if not plan.samples.ranges:
+            found.append(Problem("samples.ranges", "is empty: all samples would be the same", "Give one by its key"))
+        for key, one in plan.samples.ranges.items():
+            if not one.low < one.high:
+                text = f"= {one.low:g} to {one.high:g} is no range"
+                found.append(Problem(f"samples.ranges.{key}", text, "Give low below high"))
+            elif one.spread is Spread.LOG and one.low <= 0.0:
+                text = f"= {one.low:g} to {one.high:g} has no logarithm"
+                found.append(Problem(f"samples.ranges.{key}", text, "Give low above 0, or spread: uniform"))
+    for i, motion in enumerate(plan.motions):
+        if sum(one is not None for one in (motion.bag, motion.heave, motion.rao)) > 1:
+            found.append(Problem(f"motions.{i}", "names more than one motion", "Keep one of bag, heave, rao"))
+    for i, text in enumerate(plan.plans):
+        try:
+            WinchPlan.of(text) if text is not None else None
+        except PlanError as error:
+            found.append(Problem(f"plans.{i}", f"is no plan ({error})", "See docs/winch.md#a-plan"))
+    for name in plan.figures:
+        if name not in FIGURES:
+            found.append(Problem("figures", f"names '{name}', which no run gives", "See docs/json.md"))
+    if not found and count_of(plan) > MAX_CASES:
+        found.append(Problem("grid", f"makes {count_of(plan):.3g} cases, more than {MAX_CASES}", "Vary less at once"))
+    return found
+
+
+def _find(path: str | os.PathLike) -> Path:
+    return Path(path)
+
+
+PLANS = Document(SweepPlan, "a sweep", "sweep", "sweep: scope_and_speed", _find, list, _problems, error=SweepError)
+
+
+def load_sweep(path: str | os.PathLike) -> SweepPlan:
+    """The sweep of a YAML file, with the scene found beside it. Raises SweepError with every problem of the file, and
+    SceneError where a key of grid, samples or settings is none of the scene's."""
+    plan = PLANS.load(path)
+    beside = Path(path).parent / plan.scene
+    if beside.is_file():
+        plan = plan.model_copy(update={"scene": os.fspath(beside)})
+    return _fitting(plan, os.fspath(path))
+
+
+def checked(data: Mapping[str, Any], origin: str) -> SweepPlan:
+    """The sweep of plain data; origin names it in errors, which are those of `load_sweep`."""
+    return _fitting(PLANS.check(data, origin), origin)
+
+
+def _fitting(plan: SweepPlan, origin: str) -> SweepPlan:
+    scene = apply_to_scene(load_scene(plan.scene), plan.settings)
+    problems = []
+    for key, one in plan.grid.items():
+        value = one.first if isinstance(one, Steps) else one[0]
+        problems += _refused(scene, key, value, origin)
+    for key, limits in (plan.samples.ranges if plan.samples else {}).items():
+        problems += _refused(scene, key, limits.low, origin)
+    if plan.seeds and not seeds_of(scene):
+        problems.append(
+            f"{origin}: seeds = {plan.seeds}: nothing of {scene.name} is random, so all would be the same run; "
+            f"{NOTHING_DONE}. Leave seeds out, or give the scene waves, turbulence or instruments"
+        )
+    if problems:
+        raise SweepError(problems)
+    return plan
+
+
+def seeds_of(scene: Scene) -> list[str]:
+    """Keys of the seeds from which anything of a scene is drawn."""
+    devices = [getattr(scene.instruments, name) for name in type(scene.instruments).model_fields]
+    drawn = {
+        "water.waves.seed": scene.water.waves.height > 0.0,
+        "water.turbulence.seed": any(scene.water.turbulence.deviation),
+        "instruments.seed": any(getattr(device, "on", False) for device in devices),
+    }
+    return [key for key, there in drawn.items() if there]
+
+
+def _refused(scene: Scene, key: str, value: Any, path: str) -> list[str]:
+    """Why a key is none of the scene's; a value that a scene refuses is a case that fails, with its reason."""
+    try:
+        apply_to_scene(scene, {key: value})
+    except SceneError as error:
+        return [f"{path}: {text}" for text in error.problems if "there is no such key" in text]
+    except CableSimError as error:
+        return [f"{path}: {error}"]
+    return []

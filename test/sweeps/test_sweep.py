@@ -1,0 +1,202 @@
+"""Sweeps: what a file asks for, the same rows from any number of workers, going on, dead workers, errors."""
+
+import json
+import os
+import signal
+from concurrent.futures import BrokenExecutor, Executor, Future
+from math import log
+
+import pytest
+
+from cable_sim_ros.sweeps import engine
+from cable_sim_ros.sweeps.cases import cases_of
+from cable_sim_ros.sweeps.engine import FAULT, processes, rows_of, workers_of
+from cable_sim_ros.sweeps.store import Store
+from cable_sim_ros.sweeps.sweep import sweep
+from cable_sim_ros.sweeps.sweep_file import SweepError, checked, count_of, load_sweep
+
+SHORT = {"sweep": "short", "scene": "flume", "duration": 0.5, "grid": {"winch.scope": [0.9, 1.0, 99999.0]}}
+COSTS = ("cpu_s",)
+
+
+def plain(rows):
+    return [json.dumps({key: value for key, value in row.items() if key not in COSTS}, sort_keys=True) for row in rows]
+
+
+class Here(Executor):
+    """Runs what is submitted at once; `after` cases it dies, as a pool whose worker was killed."""
+
+    def __init__(self, after=None):
+        self.left = after
+
+    def submit(self, function, /, *args):
+        future = Future()
+        if self.left == 0:
+            future.set_exception(BrokenExecutor("killed"))
+            return future
+        self.left = None if self.left is None else self.left - 1
+        try:
+            future.set_result(function(*args))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory):
+    return sweep(checked(SHORT, "here"), tmp_path_factory.mktemp("short"), make=Here, workers=2)
+
+
+def test_a_run_that_fails_is_a_row_with_its_reason(swept):
+    assert [row["verdict"] for row in swept.rows][2] == "failed"
+    assert "winch.scope = 99999.0 m is outside" in swept.rows[2]["error"]
+    assert swept.rows[0]["tension_mean_n"] != swept.rows[1]["tension_mean_n"]
+    assert not swept.faults
+
+
+def test_own_processes_give_the_same_rows(swept, tmp_path):
+    again = sweep(swept.plan, tmp_path, workers=2)
+    assert plain(again.rows) == plain(swept.rows) and again.computed == 3
+
+
+def test_a_stopped_sweep_goes_on_and_an_extended_one_computes_what_is_new(tmp_path):
+    def interrupted(done, total):
+        if done == 2:
+            raise KeyboardInterrupt
+
+    plan = checked(SHORT, "here")
+    with pytest.raises(KeyboardInterrupt):
+        sweep(plan, tmp_path, make=Here, progress=interrupted)
+    assert len(Store(tmp_path).rows) == 2
+    more = checked({**SHORT, "grid": {"winch.scope": [0.9, 1.0, 99999.0, 0.95]}}, "here")
+    swept = sweep(more, tmp_path, make=Here)
+    assert swept.computed == 2 and len(swept.rows) == 4
+    assert sweep(more, tmp_path, make=Here).computed == 0
+
+
+def test_a_part_that_was_cut_off_is_set_aside_and_computed_again(swept, tmp_path):
+    sweep(swept.plan, tmp_path, make=Here)
+    (part,) = (tmp_path / "rows").glob("part-*.parquet")
+    part.write_bytes(part.read_bytes()[:-20])
+    again = sweep(swept.plan, tmp_path, make=Here)
+    assert again.damaged == [part.name] and again.computed == 3
+    assert plain(again.rows) == plain(swept.rows)
+
+
+def test_what_is_lost_with_a_worker_is_run_again_and_nothing_twice():
+    made = iter([Here(after=2), Here(), Here()])
+    cases = list(cases_of(checked({**SHORT, "grid": {"winch.scope": [0.8, 0.9, 0.95, 1.0]}}, "here")))
+    rows = list(rows_of(cases, lambda: next(made), 2))
+    assert sorted(case.index for case, _ in rows) == [0, 1, 2, 3]
+    assert all(row["verdict"] != "failed" for _, row in rows)
+
+
+def killer(case):
+    """In a worker: the case of scope 1.0 ends its process, as the kernel does for one that takes all memory."""
+    if case.settings["winch.scope"] == 1.0:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return {"key": case.key, "verdict": "ok", "error": ""}
+
+
+def test_a_case_that_kills_its_worker_is_a_row_and_the_others_are_whole(monkeypatch):
+    monkeypatch.setattr(engine, "simulate", killer)
+    cases = list(cases_of(checked({**SHORT, "grid": {"winch.scope": [0.9, 1.0, 1.1, 1.2]}}, "here")))
+    rows = {case.index: row for case, row in rows_of(cases, lambda: processes(2), 2)}
+    assert len(rows) == 4
+    assert "worker that ran it ended" in rows[1]["error"]
+    assert [rows[k]["verdict"] for k in (0, 2, 3)] == ["ok"] * 3
+
+
+def test_a_fault_of_the_program_is_a_row_that_says_so(monkeypatch):
+    def broken(case):
+        raise RuntimeError("a mistake of ours")
+
+    monkeypatch.setattr(engine, "simulate", broken)
+    ((_, row),) = rows_of(list(cases_of(checked(SHORT, "here")))[:1], Here, 1)
+    assert row["error"] == f"{FAULT}RuntimeError: a mistake of ours"
+
+
+def test_cases_are_the_product_in_a_fixed_order_with_samples_that_repeat():
+    plan = checked(
+        {
+            "sweep": "all",
+            "scene": "flume",
+            "grid": {"winch.scope": {"first": 0.8, "last": 1.0, "count": 3}},
+            "samples": {
+                "method": "latin_hypercube",
+                "count": 4,
+                "ranges": {"cable.axial_stiffness": {"low": 100.0, "high": 400.0, "spread": "log"}},
+            },
+            "motions": [{}, {"heave": [0.01, 2.0]}],
+            "plans": [None, "0 rate -0.01"],
+        },
+        "here",
+    )
+    cases, again = list(cases_of(plan)), list(cases_of(plan))
+    assert len(cases) == count_of(plan) == 3 * 4 * 2 * 2
+    assert [case.key for case in cases] == [case.key for case in again]
+    assert len({case.key for case in cases}) == len(cases)
+    drawn = [case.varied["cable.axial_stiffness"] for case in cases[:4]]
+    assert sorted(int(4.0 * log(value / 100.0) / log(4.0)) for value in drawn) == [0, 1, 2, 3]  # one in each quarter
+    assert cases[0].varied["motion"] == "none" and cases[-1].varied["motion"] == "heave 0.01 m, 2 s"
+
+
+@pytest.mark.parametrize(
+    "change, text",
+    [
+        ({"grid": {"winch.scop": [1.0]}}, "there is no such key"),
+        ({"grid": {"winch.scope": []}}, "has 0 values"),
+        ({"grid": {"winch.scope": [1.0, 1.0]}}, "has a value twice"),
+        ({"settings": {"winch.scope": 1.0}}, "stands twice"),
+        ({"samples": {"count": 2, "ranges": {}}}, "is empty: all samples would be the same"),
+        ({"samples": {"count": 2, "ranges": {"water.density": {"low": 2.0, "high": 1.0}}}}, "is no range"),
+        (
+            {"samples": {"count": 2, "ranges": {"water.density": {"low": 0.0, "high": 1.0, "spread": "log"}}}},
+            "logarithm",
+        ),
+        ({"motions": [{"bag": "nbp1406", "heave": [1.0, 8.0]}]}, "names more than one motion"),
+        ({"plans": ["0 haul 3"]}, "is no plan"),
+        ({"figures": ["tension"]}, "names 'tension', which no run gives"),
+        ({"seeds": 3}, "nothing of flume is random"),
+        ({"step": "sometimes"}, "neither chosen nor fixed"),
+        ({"duration": -1.0}, "duration"),
+        ({"grid": {"heave.imu_position": [1.0]}}, "is not varied here"),
+        (
+            {
+                "grid": {"winch.scope": {"first": 0.5, "last": 1.0, "count": 100000}},
+                "plans": [None] + [f"{k} hold" for k in range(11)],
+            },
+            "more than 1000000",
+        ),
+    ],
+)
+def test_a_sweep_that_cannot_be_made_is_refused(change, text):
+    with pytest.raises(SweepError, match=text):
+        checked({**SHORT, **change}, "here")
+
+
+def test_a_sweep_file_finds_the_scene_beside_it_and_names_its_lines(tmp_path):
+    (tmp_path / "sweep.yaml").write_text("sweep: one\nscene: flume\nduration: 0.5\ngrid:\n  winch.scope: []\n")
+    with pytest.raises(SweepError, match="sweep.yaml"):
+        load_sweep(tmp_path / "sweep.yaml")
+
+
+def test_workers_are_bounded_by_memory(monkeypatch):
+    monkeypatch.setattr(engine, "free_memory", lambda: 1.5 * engine.MEMORY)
+    assert workers_of(64) == 1
+    monkeypatch.setattr(engine, "free_memory", lambda: 1e12)
+    assert workers_of(3) == 3
+
+
+def test_the_data_set_has_units_and_what_was_varied(swept, tmp_path):
+    import xarray
+
+    from cable_sim_ros.sweeps.dataset import write
+
+    netcdf, csv = write(swept, tmp_path)
+    with xarray.open_dataset(netcdf, engine="h5netcdf") as read:
+        assert read["winch.scope"].values.tolist() == [0.9, 1.0, 99999.0]
+        assert read["tension_mean_n"].attrs["units"] == "N"
+        assert read["verdict"].values.tolist()[2] == "failed"
+        assert json.loads(read.attrs["sweep"])["scene"] == "flume"
+    assert csv.read_text("utf-8").startswith("case,")
