@@ -108,14 +108,13 @@ $(VENV)/.docs: $(PACKAGING) | $(BIN)/python
 	@$(PIP) -e '.[docs]'
 	@touch $@
 
-# what make test needs none of: parsers of other makers' logs, the live view, exports. pip only warns of an extra that is
-# not defined
+# what make test needs none of: parsers of other makers' logs, live view, exports, reports, sweeps
 $(VENV)/.rest: $(PACKAGING) | $(BIN)/python
 	@echo "installing what reads and writes the formats of others: a minute the first time"
-	@$(PIP) -e '.[ros,viz,test,import,view,export,fmu,report]'
+	@$(PIP) -e '.[ros,viz,test,all]'
 	@touch $@ $(VENV)/.test $(VENV)/.run
 
 $(VENV)/.test: $(PACKAGING) | $(BIN)/python
 	@echo "installing the simulator with its test tools: a minute or two the first time"
-	@$(PIP) -e '.[ros,viz,view,test]'
+	@$(PIP) -e '.[ros,viz,test]'
 	@touch $@ $(VENV)/.run

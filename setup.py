@@ -32,7 +32,14 @@ JAZZY = ros("7.1.6", "5.3.6", "2.0.3")  # supported until May 2029
 KILTED = ros("9.1.2", "5.5.1", "2.3.0")  # until December 2026
 
 PEERS = ["moordyn>=2.7", "mujoco>=3.3", "exudyn>=1.13", "cabledyn>=0.3"]  # other codes, for cable-sim bench --peers
-SWEEP = ["pyarrow>=15", "xarray>=2024.1", "pandas>=2", "h5netcdf>=1.3", "h5py>=3.10", "distributed>=2024.1"]
+SWEEP = [  # cable-sim sweep, table, envelope, sensitivity
+    "pyarrow>=18",  # rows, as they come
+    "xarray>=2024.10",
+    "pandas>=2.2",
+    "h5netcdf>=1.4",
+    "h5py>=3.12",
+    "distributed>=2024.10",  # --cluster
+]
 DOCS = ["sphinx>=9,<10", "myst-parser>=5,<6", "furo>=2025.12.19"]  # make docs; what docs/conf.py is written against
 IMPORT = [  # logs of others; each is imported when such a log is read
     "pynmeagps>=1.1",  # fields of the sentences of NMEA 0183
@@ -47,6 +54,7 @@ IMPORT = [  # logs of others; each is imported when such a log is read
 ]
 EXPORT = ["xarray>=2024.10", "h5netcdf>=1.4", "h5py>=3.12", "pyarrow>=18"]  # cable-sim export to NetCDF and Parquet
 FMU = ["pythonfmu>=0.7", "pythonfmu3>=0.3.4"]  # cable-sim fmu; the FMU holds the binary of its exporter
+REPORT = ["jinja2>=3.1", "matplotlib>=3.8"]  # --report: a run as one HTML file
 VIEW = [  # cable-sim view and film
     "viser>=1.1.1,<2",  # the page is in its wheel; from there on panels are docked and lines have a thickness
     "imageio-ffmpeg>=0.5",  # brings ffmpeg
@@ -107,7 +115,8 @@ setup(
         "export": EXPORT,
         "fmu": FMU,
         "view": VIEW,
-        "report": ["jinja2>=3.1", "matplotlib>=3.8"],  # one HTML file of a run
+        "report": REPORT,
+        "all": sorted({*IMPORT, *EXPORT, *FMU, *VIEW, *REPORT, *SWEEP}),
         "test": TEST,
         "peers": PEERS,
         "docs": DOCS,
