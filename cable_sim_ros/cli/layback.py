@@ -103,6 +103,9 @@ def layback(source, scene, mapping, ranges, out, as_json, **asked) -> None:
     """
     ready(out)
     known, lines = _ranges(ranges)
+    from ..io.scenes.resources import find_bag
+
+    source = find_bag(source) if source.is_dir() else source
     if (source / "metadata.yaml").is_file() or source.suffix.lower() == ".mcap":
         if mapping is None:
             given = [name for name in ("counter_offset", "began") if asked[name] is not None]

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from ..io.bags.bag import BagError
 from ..io.bags.bag_writer import cannot_make
+from ..io.scenes.resources import RUN_BAG
 from .result import Run
 
 
@@ -16,7 +17,7 @@ def bag_path(out: str | os.PathLike | None) -> Path | None:
     """The bag of a run in its folder, which is made; None without one. Raises BagError where that cannot be."""
     if out is None:
         return None
-    bag = Path(out) / "tow"
+    bag = Path(out) / RUN_BAG
     try:  # said before the run, not after it
         if bag.exists():
             raise BagError(

@@ -26,11 +26,11 @@ class Format(NamedTuple):
 
 
 CONTAINERS: tuple[Format, ...] = (
-    Format("bag", "bag of ROS 1 or ROS 2 (MCAP, SQLite)", "ros_bags"),
-    Format("ulog", "ULog of an autopilot", "ulog"),
-    Format("xtf", "XTF of a sonar or multibeam", "xtf"),
-    Format("parquet", "Parquet table", "parquet"),
-    Format("netcdf", "NetCDF 3 or 4", "netcdf"),
+    Format("bag", "bag of ROS 1 or ROS 2 (MCAP, SQLite)", "containers.ros_bags"),
+    Format("ulog", "ULog of an autopilot", "containers.ulog"),
+    Format("xtf", "XTF of a sonar or multibeam", "containers.xtf"),
+    Format("parquet", "Parquet table", "containers.parquet"),
+    Format("netcdf", "NetCDF 3 or 4", "containers.netcdf"),
 )
 TELEGRAMS: tuple[Format, ...] = (  # before tables: some of them look like CSV
     Format("nmea2000", "NMEA 2000, raw form of canboat, candump", "devices.nmea2000_raw"),
@@ -41,7 +41,7 @@ TELEGRAMS: tuple[Format, ...] = (  # before tables: some of them look like CSV
     Format("3dm-gx3", "3DM-GX3 records 0xCB", "devices.gx3"),
     Format("fdchp", "flux package of a buoy, records of 55 bytes", "devices.fdchp"),
 )
-TABLES: tuple[Format, ...] = (Format("csv", "table of text (CSV)", "csv_log"),)
+TABLES: tuple[Format, ...] = (Format("csv", "table of text (CSV)", "containers.csv_log"),)
 FORMATS: tuple[Format, ...] = CONTAINERS + TELEGRAMS + TABLES  # order: the first that recognises a file reads it
 
 

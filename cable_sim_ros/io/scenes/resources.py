@@ -14,6 +14,7 @@ from ...errors import CableSimError
 
 PACKAGE = "cable_sim_ros"
 CODE = Path(__file__).resolve().parents[2]
+RUN_BAG = "tow"  # in the folder of a run
 
 
 class ResourceError(CableSimError, ValueError):
@@ -76,8 +77,11 @@ def find_span(path_or_name: str | os.PathLike) -> Path:
 
 
 def find_bag(path_or_name: str | os.PathLike) -> Path:
-    """Path of a bag: a bag directory or MCAP file, or the name of a shipped one."""
-    return _find(path_or_name, "bag", "bags", shipped_bags, ("",), Path.exists)
+    """Path of a bag: a bag directory or MCAP file, the folder of a run with its bag in it, or the name of a shipped
+    one."""
+    found = _find(path_or_name, "bag", "bags", shipped_bags, ("",), Path.exists)
+    inside = found / RUN_BAG
+    return inside if inside.is_dir() and not (found / "metadata.yaml").exists() else found
 
 
 def shipped_mappings() -> list[str]:

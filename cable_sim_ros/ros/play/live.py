@@ -15,6 +15,7 @@ from contextlib import nullcontext
 from pathlib import Path
 
 from ...errors import CODE_INPUT, RunError
+from ...io.scenes.resources import RUN_BAG
 from ..child import Process
 
 READY_WITHIN = 300.0  # s; compiling everything from nothing takes up to a minute on a slow machine
@@ -69,7 +70,7 @@ def live(
     """
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
-    tow, metrics = out / "tow", out / "node.json"
+    tow, metrics = out / RUN_BAG, out / "node.json"
     if tow.exists():
         raise LiveInputError(f"'{tow}' exists already: a recording is not overwritten; give another directory")
     metrics.unlink(missing_ok=True)

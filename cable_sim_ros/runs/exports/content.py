@@ -34,7 +34,6 @@ TABLE_MEANING = {
 AXES = {(3,): ("x", "y", "z"), (4,): ("x", "y", "z", "w")}
 ELAPSED = ("elapsed", (), "f8", "s", "seconds from the first tick output of this file")
 SUMMARY = "summary.json"
-RECORDING = "tow"  # in the folder of a run
 NEAR = 1e-6  # of a period: stamps are whole nanoseconds
 
 
@@ -107,7 +106,7 @@ def gather(
     Raises ExportError, BagError, ResourceError.
     """
     chosen = _chosen(fields)
-    path = _recording(run)
+    path = find_bag(run)
     recorded = load_run(path, bool(tables))
     frames = recorded.frames
     period = None if every is None else _period(frames, every, path)
@@ -156,11 +155,6 @@ def _chosen(names: Sequence[str]) -> set[str]:
             hint = f"Did you mean {near[0]}?" if near else "cable-sim manual fields lists them"
             raise ExportError(f"--fields {name}: there is no such field of a tick; nothing was written. {hint}")
     return {"time", *names} if names else set(known)
-
-
-def _recording(run: str | os.PathLike) -> Path:
-    inside = Path(run) / RECORDING
-    return inside if inside.is_dir() and not (Path(run) / "metadata.yaml").exists() else find_bag(run)
 
 
 def _period(frames: np.recarray, every: float, path: Path) -> int:

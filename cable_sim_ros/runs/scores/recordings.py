@@ -29,9 +29,7 @@ class Recording:
 
 def read_recording(path: str | os.PathLike, mapping: str | os.PathLike | None = None) -> Recording:
     """Read it. A folder that `run --out` made stands for the bag in it. Raises LogError, BagError."""
-    place = Path(path)
-    if (place / "tow" / "metadata.yaml").is_file():
-        place = place / "tow"
+    place = find_bag(path) if Path(path).exists() else Path(path)
     if mapping is None and (place.is_dir() or place.suffix.lower() == ".mcap" or not place.exists()):
         bag = place if place.exists() else Path(find_bag(path))
         try:
