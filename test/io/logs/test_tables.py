@@ -249,3 +249,14 @@ def test_a_library_that_is_missing_is_named_with_the_command(made, tmp_path, mon
     monkeypatch.syspath_prepend(str(tmp_path))
     with pytest.raises(LogError, match=r"read with pyarrow, which is not installed.*cable_sim_ros\[import\]"):
         read_log(made / "b.parquet")
+
+
+def test_comments_over_the_names_are_no_names(tmp_path):
+    """Prose with as many commas as the table has, and a comment longer than what is looked at for names."""
+    path = tmp_path / "a.csv"
+    rows = "".join(f"{0.1 * k:.1f},{k % 7},{k % 5}\n" for k in range(50))
+    path.write_text("# of the winch, stamped, in N\n" + "# more\n" * 1000 + "t_s,tension_n,payout_m\n" + rows)
+    log = read_log(path)
+    assert log.records == 50 and {"tension_n", "payout_m"} <= set(log.sources["table"].columns)
+    path.write_text("# t_s,tension_n,payout_m\n" + rows)
+    assert {"tension_n", "payout_m"} <= set(read_log(path).sources["table"].columns)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple, TextIO
@@ -22,7 +22,8 @@ DELIMITERS = (";", "\t", ",", "|")
 COMMENTS = ("#", "%", "//")
 BLOCK = 20_000  # rows
 SAMPLE = 200  # rows that tell the kinds of the columns
-TOP = 60  # lines above which the names stand
+TOP = 60  # lines above which the names stand, after comments
+COMMENTED = 20_000  # lines of comment at most before the names
 MAX_COLUMNS = 2000
 PLAIN = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*", re.ASCII)
 COMMA = re.compile(r"\s*[+-]?\d+,\d+([eE][+-]?\d+)?\s*", re.ASCII)
@@ -54,7 +55,7 @@ def recognise(head: bytes, path: Path) -> bool:
     if b"\0" in head and encoding != "utf-16":
         return False
     lines = head.decode(encoding, "replace").splitlines()
-    return _layout(lines[: SAMPLE + TOP]) is not None
+    return _layout(list(_first(lines))) is not None
 
 
 def read(path: Path) -> Log:
@@ -64,7 +65,7 @@ def read(path: Path) -> Log:
         with path.open("rb") as binary:
             encoding = _encoding(binary.read(65_536))
         with path.open(encoding=encoding, errors="replace", newline=None) as file:
-            first = [line.rstrip("\n") for line in islice(file, SAMPLE + TOP)]
+            first = [line.rstrip("\n") for line in _first(file)]
             layout = _layout(first)
             if layout is None:
                 raise LogError(
@@ -125,22 +126,37 @@ def _is_comment(line: str) -> bool:
     return line.lstrip().startswith(COMMENTS)
 
 
+def _first(lines: Iterable[str]) -> Iterator[str]:
+    """The comment at the top and what tells the layout below it."""
+    below = 0
+    for line in islice(lines, COMMENTED + SAMPLE + TOP):
+        below += below > 0 or not _is_comment(line)
+        yield line
+        if below >= SAMPLE + TOP:
+            return
+
+
 def _is_number(cell: str) -> bool:
     return bool(PLAIN.fullmatch(cell) or COMMA.fullmatch(cell))
 
 
 def _layout(lines: Sequence[str]) -> Layout | None:
-    """Of the first line that names what stands below it; None if there is none."""
-    best: tuple[int, int, str] | None = None  # lines above, - cells, delimiter
+    """Of the first line that names what stands below it, of a comment only where no other line does; None if there is
+    none."""
+    best: tuple[bool, int, int, str] | None = None  # comment, lines above, - cells, delimiter
+    begun = next((k for k, line in enumerate(lines) if not _is_comment(line)), 0)
+    top = range(max(begun - TOP, 0), min(begun + TOP, len(lines)))
     for delimiter in DELIMITERS:
-        for k, line in enumerate(lines[:TOP]):
+        for k in top:
+            line = lines[k]
             if line.count(delimiter) and _names(line, delimiter) and _rows_below(lines[k + 1 :], line, delimiter):
-                key = (k, -len(_names(line, delimiter)), delimiter)
+                key = (_is_comment(line), k, -len(_names(line, delimiter)), delimiter)
                 best = key if best is None else min(best, key)
-                break
+                if not key[0]:
+                    break
     if best is None:
         return None
-    at, _, delimiter = best
+    _, at, _, delimiter = best
     headings = _names(lines[at], delimiter)
     rows = [(k, _cells(line, delimiter)) for k, line in enumerate(lines) if k > at and line.strip()]
     rows = [(k, cells) for k, cells in rows if not _is_comment(lines[k])]
