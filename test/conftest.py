@@ -65,7 +65,7 @@ ALONE = {  # of the rest: several processes in real time, which other work on th
     *(f"ros/test_{name}.py" for name in "clock_player controller end_to_end health inputs joint_command live".split()),
     *(f"ros/test_{name}.py" for name in "lockstep_node real ros2_control ros2_control_lockstep run_is_replay".split()),
     "ros/test_telegrams_node.py",
-    "view/test_page.py",
+    "view/test_view_page.py",
 }
 WITHOUT_KERNELS = {"install"}  # tiers that run those of other installs
 COMPILE = """
