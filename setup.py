@@ -54,7 +54,7 @@ IMPORT = [  # logs of others; each is imported when such a log is read
 ]
 EXPORT = ["xarray>=2024.10", "h5netcdf>=1.4", "h5py>=3.12", "pyarrow>=18"]  # cable-sim export to NetCDF and Parquet
 FMU = ["pythonfmu>=0.7", "pythonfmu3>=0.3.4"]  # cable-sim fmu; the FMU holds the binary of its exporter
-REPORT = ["jinja2>=3.1", "matplotlib>=3.8"]  # --report: a run as one HTML file
+REPORT = ["jinja2>=3.1", "markupsafe>=2.1", "matplotlib>=3.8"]  # --report: a run as one HTML file
 VIEW = [  # cable-sim view and film
     "viser>=1.1.1,<2",  # the page is in its wheel; from there on panels are docked and lines have a thickness
     "imageio-ffmpeg>=0.5",  # brings ffmpeg

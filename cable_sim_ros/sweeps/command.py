@@ -105,6 +105,7 @@ def _tell(figures: dict[str, Any]) -> None:
 
 @contextmanager
 def bar(quiet: bool) -> Iterator[Any]:
+    """Progress of the cases, with the time left, on a terminal; called with done and total."""
     if quiet or not sys.stderr.isatty():
         yield lambda done, total: None
         return

@@ -20,7 +20,7 @@ import numpy as np
 from scipy.stats import binomtest
 from scipy.stats import t as student
 
-from ..errors import CODE_FAILED, CODE_OK, CableSimError
+from ..errors import CableSimError
 from .dataset import names_of
 from .figures import BROKEN, RULE
 from .sweep import Swept
@@ -125,47 +125,8 @@ def _cell(varied: dict[str, Any], rows: list[dict[str, Any]], rules: list[str]) 
     return Cell(varied, len(rows), len(rows) - len(whole), doubtful, extremes, shares)
 
 
-@click.command("envelope")
-@click.argument("file", type=click.Path(path_type=Path))
-@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder. Default: runs/sweep_<name>.")
-@click.option("--workers", type=click.IntRange(1, 4096), help="Processes. Default: one a core that memory holds.")
-@click.option("--cluster", metavar="local|slurm|ADDRESS", help="Dask in place of own processes.")
-@click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
-def command(file, out, workers, cluster, as_json) -> None:
-    """Operating envelope of the sweep FILE: extremes of every cell over its seeds, and the rules it breaks."""
-    from .clusters import executors
-    from .command import bar, place_of
-    from .sweep import sweep
-    from .sweep_file import load_sweep
-
-    plan = load_sweep(file)
-    if not plan.grid:
-        raise EnvelopeError(f"{file}: varies nothing by grid; nothing was simulated. Give sea, speed or scope in grid")
-    folder = out or place_of(plan)
-    with executors(cluster, workers) as (make, count), bar(as_json) as progress:
-        swept = sweep(plan, folder, workers=count, make=make, progress=progress)
-    cells = envelope(swept)
-    figures = {
-        "sweep": plan.sweep,
-        "runs": len(swept.rows),
-        "computed": swept.computed,
-        "workers": swept.workers,
-        "wall_s": swept.wall,
-        "cpu_s": sum(row["cpu_s"] for row in swept.rows),
-        "simulated_s": sum(row["simulated_s"] for row in swept.rows),
-        "cells": [_as_dict(cell) for cell in cells],
-    }
-    (folder / "envelope.json").write_text(json.dumps(figures, indent=1) + "\n", "utf-8")
-    picture = draw(plan.sweep, cells, folder / "envelope.png")
-    if as_json:
-        click.echo(json.dumps(figures, indent=1))
-    else:
-        _tell(swept, cells)
-        click.echo(f"figures:   {folder / 'envelope.json'}\npicture:   {picture}")
-    sys.exit(CODE_FAILED if swept.faults else CODE_OK)
-
-
-def _as_dict(cell: Cell) -> dict[str, Any]:
+def as_dict(cell: Cell) -> dict[str, Any]:
+    """For JSON."""
     return {
         "varied": cell.varied,
         "runs": cell.runs,
@@ -180,7 +141,8 @@ def _as_dict(cell: Cell) -> dict[str, Any]:
     }
 
 
-def _tell(swept: Swept, cells: list[Cell]) -> None:
+def tell(swept: Swept, cells: list[Cell]) -> None:
+    """Print the table of the cells."""
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table

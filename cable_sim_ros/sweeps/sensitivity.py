@@ -6,7 +6,6 @@ Saltelli's scheme (Saltelli et al. 2010, Comput. Phys. Commun. 181, 259), as sci
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,7 +14,7 @@ import click
 import numpy as np
 from scipy.stats import qmc, sobol_indices
 
-from ..errors import CODE_FAILED, CODE_OK, CableSimError
+from ..errors import CableSimError
 from .cases import RNG, within
 from .sweep import Progress, Swept, sweep
 from .sweep_file import SweepPlan
@@ -135,41 +134,8 @@ def indices_of(figure: str, keys: list[str], values: np.ndarray, seed: int) -> l
     ]
 
 
-@click.command()
-@click.argument("file", type=click.Path(path_type=Path))
-@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder. Default: runs/sweep_<name>.")
-@click.option("--workers", type=click.IntRange(1, 4096), help="Processes. Default: one a core that memory holds.")
-@click.option("--cluster", metavar="local|slurm|ADDRESS", help="Dask in place of own processes.")
-@click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
-def command(file, out, workers, cluster, as_json) -> None:
-    """Sobol indices of the ranges of the sweep FILE for each of its figures, with 95 % intervals."""
-    from .clusters import executors
-    from .command import bar, place_of
-    from .sweep_file import load_sweep
-
-    plan = load_sweep(file)
-    folder = out or place_of(plan)
-    with executors(cluster, workers) as (make, count), bar(as_json) as progress:
-        found = sensitivity(plan, folder, workers=count, make=make, progress=progress)
-    assert plan.samples is not None
-    figures = {
-        "sweep": plan.sweep,
-        "runs": len(found.swept.rows),
-        "cpu_s": sum(row["cpu_s"] for row in found.swept.rows),
-        "ranges": {key: [one.low, one.high] for key, one in plan.samples.ranges.items()},
-        "indices": [index._asdict() for index in found.indices],
-        "constant": found.constant,
-        "spread": {name: {"mean": mean, "std": std} for name, (mean, std) in found.spread.items()},
-    }
-    (folder / "sensitivity.json").write_text(json.dumps(figures, indent=1) + "\n", "utf-8")
-    if as_json:
-        click.echo(json.dumps(figures, indent=1))
-    else:
-        _tell(found)
-    sys.exit(CODE_FAILED if found.swept.faults else CODE_OK)
-
-
-def _tell(found: Sensitivity) -> None:
+def tell(found: Sensitivity) -> None:
+    """Print the indices."""
     from rich.console import Console
     from rich.table import Table
 

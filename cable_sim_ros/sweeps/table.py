@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 import sys
 import tempfile
+from math import isfinite, nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-import numpy as np
 
 from ..errors import CODE_FAILED, CODE_OK, CableSimError
 
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from .sweep import Swept
 
 SCOPE, SPEED = "winch.scope", "ship.tow_speed"
+MOST = 1000  # values of a key
 SHOWN = (  # figure, title, unit, digits
     ("body_depth_m", "depth of the towbody", "m", 1),
     ("tension_mean_n", "tension at the sheave", "N", 0),
@@ -33,15 +34,18 @@ def values_of(text: str, what: str) -> list[float]:
     try:
         if ":" in text:
             first, last, count = text.split(":")
-            values = np.linspace(float(first), float(last), int(count)).tolist()
+            begin, end, n = float(first), float(last), int(count)
+            if not 1 <= n <= MOST:
+                raise ValueError
+            values = [begin + (end - begin) * k / max(n - 1, 1) for k in range(n)]
         else:
             values = [float(part) for part in text.split(",")]
-        if not values or len(values) > 1000 or not np.isfinite(values).all() or len(set(values)) < len(values):
+        if not values or len(values) > MOST or not all(map(isfinite, values)) or len(set(values)) < len(values):
             raise ValueError
     except ValueError:
         raise TableError(
-            f"{what} {text!r:.60}: is neither numbers such as 50,100,150 nor FIRST:LAST:COUNT, at most 1000 and no two "
-            "the same; nothing was simulated. Give for example 50:400:8"
+            f"{what} {text!r:.60}: is neither numbers such as 50,100,150 nor FIRST:LAST:COUNT, at most {MOST} and no "
+            "two the same; nothing was simulated. Give for example 50:400:8"
         ) from None
     return values
 
@@ -151,9 +155,7 @@ def _draw(title: str, figures: list[dict[str, Any]], path: Path) -> None:
         for panel, (name, words, unit, _) in zip(panels, SHOWN):
             for speed in speeds:
                 values = [_find(figures, scope, speed, other)[name] for scope in scopes]
-                panel.plot(
-                    scopes, [np.nan if v is None else v for v in values], marker="o", ms=4, label=f"{speed:g} m/s"
-                )
+                panel.plot(scopes, [nan if v is None else v for v in values], marker="o", ms=4, label=f"{speed:g} m/s")
             panel.set_xlabel("scope [m]")
             panel.set_ylabel(f"{words} [{unit}]")
             if name == "body_depth_m":

@@ -50,6 +50,10 @@ COMMANDS = {
     "fmu",
     "view",
     "film",
+    "sweep",
+    "table",
+    "envelope",
+    "sensitivity",
 }
 
 

@@ -145,6 +145,7 @@ def test_every_import_is_a_dependency(arguments):
     optional = {"matplotlib", "tf2_msgs", "llvmlite", "pydantic_core"}  # viz; a full ROS; of numba; of pydantic
     optional |= {"lz4", "zstandard"}  # of mcap
     optional |= {"pytest"}  # testing/plugin.py, which pytest loads
+    optional |= {"dask_jobqueue"}  # --cluster slurm, on machines that have it
     for extra in set(arguments["extras_require"]) - {"test", "docs"}:
         optional |= {name_of(r).partition(".")[0] for r in arguments["extras_require"][extra]}
     for path in sorted((ROOT / "cable_sim_ros").rglob("*.py")):
@@ -198,7 +199,12 @@ def test_every_shipped_span_loads_and_is_called_like_its_file(name):
 
 
 def test_every_file_in_config_is_of_one_kind():
-    kinds = [resources.shipped_scenes(), resources.shipped_spans(), resources.shipped_viv()]
+    kinds = [
+        resources.shipped_scenes(),
+        resources.shipped_spans(),
+        resources.shipped_viv(),
+        resources.shipped_mappings(),
+    ]
     ours = [path for path in (ROOT / "config").rglob("*.yaml") if path.parent.name != "ros2_control"]  # not read here
     assert sorted(sum(kinds, [])) == sorted(path.stem for path in ours)
 

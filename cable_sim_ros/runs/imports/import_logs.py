@@ -23,9 +23,10 @@ from ...io.sources.motion_curves import Rounding
 from ...io.sources.motion_table import MotionError, odometry_events
 from ...version import __version__
 from . import attitude
+from .choice import Choice
 from .imu import imu_messages
 from .measured import MEASURED, write_measured
-from .motion import Choice, ShipMotion, motion_of_signals
+from .motion import ShipMotion, motion_of_signals
 
 ODOMETRY = "/tow_sim/odom"
 IMU = "/tow_sim/imu/data"

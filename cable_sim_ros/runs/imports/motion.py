@@ -15,6 +15,7 @@ from ...io.logs.log import SECOND, LogError
 from ...io.logs.signals import Signal
 from ...io.sources.motion_curves import Curve, Given, Rounding, through
 from ...io.sources.motion_table import STEP, Samples
+from .choice import Choice
 from .regular import Regular, regular
 from .track import EDGE, Track, around_mean, measured
 
@@ -34,17 +35,6 @@ class ShipMotion:
     said: list[str] = field(default_factory=list)
     rounded: dict[int, Rounding] = field(default_factory=dict)
     given: list[str] = field(default_factory=list)
-
-
-@dataclass(frozen=True)
-class Choice:
-    """track: measured, or mean: a straight one at `speed` [m/s], measured deviations of 30 s and less about it;
-    heading: from east to north [rad], None: that of the log; height: mean of base_link above the water [m]."""
-
-    track: str = "measured"
-    speed: float | None = None
-    heading: float | None = None
-    height: float = 0.0
 
 
 def motion_of_signals(signals: Mapping[str, Signal], choice: Choice) -> ShipMotion | None:

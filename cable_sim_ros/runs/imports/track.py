@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -13,10 +12,8 @@ from ...io.logs.log import LogError
 from ...io.sources.motion_curves import Given, Rounding, through
 from ..make_bags import EDGE as EDGE
 from ..make_bags import SPEED, derive
+from .choice import Choice
 from .regular import Regular
-
-if TYPE_CHECKING:
-    from .motion import Choice
 
 AXIS, FLAT = 6_378_137.0, 1.0 / 298.257223563  # m; WGS 84, NIMA TR8350.2
 UNDER_WAY = 3.0  # times the deviation of the velocity: a mean above it has a direction

@@ -46,17 +46,20 @@ def _apart(one: Source, other: Source) -> bool:
 
 
 def column_of(source: Source, name: str) -> str | None:
+    """Column of this name, else the first that fits it as a pattern."""
     if name in source.columns:
         return name
     return next((column for column in source.columns if fnmatchcase(column, name)), None)
 
 
 def near(name: str, names: Iterable[str]) -> str:
+    """The nearest of the names, and which there are, for an error."""
     names = list(names)
     close = difflib.get_close_matches(name, names, 1, 0.4) or [n for n in names if name.lower() in n.lower()][:1]
     return f"Did you mean {close[0]}? There are: {listed(names)}" if close else f"There are: {listed(names)}"
 
 
 def listed(names: Iterable[str]) -> str:
+    """Names in one line, the first SHOWN of them."""
     names = list(names)
     return ", ".join(n[:80] for n in names[:SHOWN]) + (f" and {len(names) - SHOWN} more" if len(names) > SHOWN else "")

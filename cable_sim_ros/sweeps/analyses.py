@@ -1,0 +1,88 @@
+"""`cable-sim envelope` and `cable-sim sensitivity`: what the rows of a sweep say together."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import click
+
+from ..errors import CODE_FAILED, CODE_OK
+from .command import bar, place_of
+
+
+@click.command()
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder. Default: runs/sweep_<name>.")
+@click.option("--workers", type=click.IntRange(1, 4096), help="Processes. Default: one a core that memory holds.")
+@click.option("--cluster", metavar="local|slurm|ADDRESS", help="Dask in place of own processes.")
+@click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
+def envelope(file, out, workers, cluster, as_json) -> None:
+    """Operating envelope of the sweep FILE: extremes of every cell over its seeds, and the rules it breaks."""
+    from . import envelope as cells_of
+    from .clusters import executors
+    from .sweep import sweep
+    from .sweep_file import load_sweep
+
+    plan = load_sweep(file)
+    if not plan.grid:
+        raise cells_of.EnvelopeError(
+            f"{file}: varies nothing by grid; nothing was simulated. Give sea, speed or scope in grid"
+        )
+    folder = out or place_of(plan)
+    with executors(cluster, workers) as (make, count), bar(as_json) as progress:
+        swept = sweep(plan, folder, workers=count, make=make, progress=progress)
+    cells = cells_of.envelope(swept)
+    figures = {
+        "sweep": plan.sweep,
+        "runs": len(swept.rows),
+        "computed": swept.computed,
+        "workers": swept.workers,
+        "wall_s": swept.wall,
+        "cpu_s": sum(row["cpu_s"] for row in swept.rows),
+        "simulated_s": sum(row["simulated_s"] for row in swept.rows),
+        "cells": [cells_of.as_dict(cell) for cell in cells],
+    }
+    (folder / "envelope.json").write_text(json.dumps(figures, indent=1) + "\n", "utf-8")
+    picture = cells_of.draw(plan.sweep, cells, folder / "envelope.png")
+    if as_json:
+        click.echo(json.dumps(figures, indent=1))
+    else:
+        cells_of.tell(swept, cells)
+        click.echo(f"figures:   {folder / 'envelope.json'}\npicture:   {picture}")
+    sys.exit(CODE_FAILED if swept.faults else CODE_OK)
+
+
+@click.command()
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder. Default: runs/sweep_<name>.")
+@click.option("--workers", type=click.IntRange(1, 4096), help="Processes. Default: one a core that memory holds.")
+@click.option("--cluster", metavar="local|slurm|ADDRESS", help="Dask in place of own processes.")
+@click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
+def sensitivity(file, out, workers, cluster, as_json) -> None:
+    """Sobol indices of the ranges of the sweep FILE for each of its figures, with 95 % intervals."""
+    from . import sensitivity as indices
+    from .clusters import executors
+    from .sweep_file import load_sweep
+
+    plan = load_sweep(file)
+    folder = out or place_of(plan)
+    with executors(cluster, workers) as (make, count), bar(as_json) as progress:
+        found = indices.sensitivity(plan, folder, workers=count, make=make, progress=progress)
+    assert plan.samples is not None
+    figures = {
+        "sweep": plan.sweep,
+        "runs": len(found.swept.rows),
+        "cpu_s": sum(row["cpu_s"] for row in found.swept.rows),
+        "ranges": {key: [one.low, one.high] for key, one in plan.samples.ranges.items()},
+        "indices": [index._asdict() for index in found.indices],
+        "constant": found.constant,
+        "spread": {name: {"mean": mean, "std": std} for name, (mean, std) in found.spread.items()},
+    }
+    (folder / "sensitivity.json").write_text(json.dumps(figures, indent=1) + "\n", "utf-8")
+    if as_json:
+        click.echo(json.dumps(figures, indent=1))
+    else:
+        indices.tell(found)
+    sys.exit(CODE_FAILED if found.swept.faults else CODE_OK)
