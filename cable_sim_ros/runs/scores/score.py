@@ -242,6 +242,11 @@ def _in_band(out: Score, pair: Pair, band: tuple[float, float]) -> None:
     out.put("coherence_of_noise", noise)
     if out.figures["coherence"] is not None and out.figures["coherence"] > noise:
         lag, half = lag_of(given)
+        shift = round(lag / pair.step)
+        later = spectra(pair, part, shift) if shift and abs(lag) < 0.25 * given.segment else None
+        if later is not None:
+            lag, half = lag_of(later)
+            lag += shift * pair.step
         out.put("lag_s", lag, half)
         peak = int(np.argmax(sums[0]))
         out.put("peak_hz", float(given.f[peak]))
