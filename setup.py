@@ -63,6 +63,7 @@ VIEW = [  # cable-sim view and film
 TEST = [
     "fmpy>=0.3.22",  # flies the FMU
     "pytest>=8",
+    "junitparser>=3.1",  # reads the JUnit file of cable-sim compare
     "pytest-xdist>=3.6",  # make install-check: two installs side by side
     "click>=8.2",  # its test runner keeps the two outputs apart
     "hypothesis>=6",

@@ -110,7 +110,10 @@ def compare(a, b, mapping, mapping_b, limits, junit, align, search, begin, end, 
         limits=asked,
         exact=ticks,
     )
-    result.doubts += [check("DAMAGE", recording.damage) for recording in (one, other) if recording.damage]
+    for side, recording in (("A", one), ("B", other)):
+        result.notes += [f"{side}: {text}" for text in recording.notes]
+        if recording.damage:
+            result.doubts.append(check("DAMAGE", recording.damage))
     finish(result, out, junit, as_json)
 
 

@@ -39,7 +39,7 @@ def draw_comparison(result: Comparison, path: Path) -> Path:
             rest.plot(time, (pair.b - pair.a)[::every], color=PURPLE, lw=0.8)
             rest.axhline(0.0, color=FAINT, lw=0.8)
             bias, rms = one.figures["bias"], one.figures["rms"]
-            rest.set_title(f"B less A: mean {bias:.3g}, rms {rms:.3g} {one.unit}")
+            rest.set_title(f"B less A: mean {bias:.3g}, rms {rms:.3g} {one.unit}", fontsize=11)
         for axis in axes[-1]:
             axis.set_xlabel("time [s]")
     return path

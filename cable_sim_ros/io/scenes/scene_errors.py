@@ -23,6 +23,7 @@ ENTRIES = {  # of tables by free names, as examples
     "mesh": "{elements: 4}",
     "signals": "{source: PSXN23, field: heave}",
     "cases": "{length: 2.0, tension: 200.0, wind: 0.3}",
+    "quantities": "{bias: 10.0}",
 }
 
 

@@ -10,7 +10,7 @@ from scipy.stats import t as student
 
 from ...io.logs.signals import Signal
 from .intervals import LEVEL, Interval, correlation_time
-from .pairing import Cleaned, NotPaired, Pair, clean, paired
+from .pairing import MAX_GRID, Cleaned, NotPaired, Pair, clean, paired
 from .spectra import BAND, LEAST_LAG, band_of, fitted_lag, lag_of, spectra
 
 SEARCH = 60.0  # s either way, where both clocks overlap
@@ -170,6 +170,9 @@ def _side_by_side(a: Signal, b: Signal, origin: int) -> tuple[np.ndarray, np.nda
             raise NotPaired(f"{name} has {len(one.time)} values: no clock is found from fewer than 16")
         both.append(one)
     step = max(ca.interval, cb.interval)
+    count = max(float(one.time[-1] - one.time[0]) for one in both) / step
+    if count > MAX_GRID:
+        raise NotPaired(f"{count:.3g} values on a common grid, more than {MAX_GRID}: no clock is looked for")
     values = []
     for one in both:
         grid = one.time[0] + step * np.arange(int((one.time[-1] - one.time[0]) / step + 1e-6) + 1)

@@ -73,8 +73,10 @@ def exact(a: np.ndarray, b: np.ndarray) -> Exact | None:
     for name in a.dtype.names or ():
         if name == "time" or name not in (b.dtype.names or ()):
             continue
-        x, y = (np.asarray(run[name]).reshape(len(common), -1).astype(float) for run in (one, other))
-        unequal = (x != y) & ~(np.isnan(x) & np.isnan(y))
+        mine, yours = (np.ascontiguousarray(run[name]).reshape(len(common), -1) for run in (one, other))
+        x, y = mine.astype(float), yours.astype(float)
+        unequal = (mine != yours) | (np.signbit(x) != np.signbit(y))
+        unequal &= ~(np.isnan(x) & np.isnan(y))
         rows = unequal.any(axis=1)
         if not rows.any():
             continue

@@ -107,7 +107,7 @@ def _judged(name: str, limit: str, bound: float | Range, score: Score | None) ->
     unit = FIGURES[figure].unit.replace("q", QUANTITIES[name].unit)
     unit = "" if unit == "1" else f" {unit}"
     if value is None:
-        why = "only one of the two has it" if score is None else "; ".join(score.notes) or "it cannot be told"
+        why = "not in both of the two" if score is None else "; ".join(score.notes) or "it cannot be told"
         return Judged(name, limit, None, False, f"{name}.{limit}: not scored ({why}); what is not scored fails")
     size = abs(value) if limit in MAGNITUDE else value
     if isinstance(bound, tuple):

@@ -10,21 +10,27 @@ import numpy as np
 
 from ...io.bags.bag import BagError
 from ...io.logs.own_signals import signals_of_frames
-from ...io.logs.read_signals import read_signals
+from ...io.logs.read_signals import read
 from ...io.logs.signals import Signal
 from ...io.scenes.resources import find_bag
 from ...io.sources.recorded_tow import read_tow, recorded_frames
 
+LOST = 0.01  # share of the records: a log that lost more counts as damaged
+
 
 @dataclass
 class Recording:
-    """Signals of a recording; frames: its tick outputs where it is a run; damage: what of it could not be read."""
+    """Signals of a recording; frames: its tick outputs where it is a run; damage: what of it could not be read.
+
+    notes: how a log was read, what its mapping names and it does not have.
+    """
 
     name: str
     signals: list[Signal]
     frames: np.recarray | None = None
     damage: str = ""
     about: dict[str, str] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
 
 
 def read_recording(path: str | os.PathLike, mapping: str | os.PathLike | None = None) -> Recording:
@@ -42,4 +48,11 @@ def read_recording(path: str | os.PathLike, mapping: str | os.PathLike | None = 
             if frames is not None and len(frames):
                 return Recording(os.fspath(path), signals_of_frames(frames, str(bag)), frames, tow.damage, tow.about)
             place = bag
-    return Recording(os.fspath(path), read_signals(place, mapping))
+    reading = read(place, mapping)
+    notes = [*reading.said, *(f"missing: {text}" for text in reading.missing)]
+    lost = sum(one.total for one in reading.losses)
+    told = f"{lost} records could not be read beside {reading.records}: {'; '.join(map(str, reading.losses))}"
+    damage = f"{os.fspath(path)}: {told}" if lost > LOST * reading.records else ""
+    if lost and not damage:
+        notes.append(told)
+    return Recording(os.fspath(path), reading.signals, damage=damage, notes=notes)

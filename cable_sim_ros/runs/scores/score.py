@@ -19,6 +19,7 @@ SLOPE = 4.0  # of ranges against cycles, in logarithms
 TOP = 0.95  # quantile of double amplitudes
 LEAST_R = 0.1  # correlation below which a gain is of noise
 FEWEST_WAVES = 20  # for a quantile of them
+FEWEST_SEGMENTS = 4  # for a coherence: of one it is 1 whatever the two are
 SMALL = 1e-12  # of the size of the values: a spread below it is round-off
 
 
@@ -236,12 +237,23 @@ def _in_band(out: Score, pair: Pair, band: tuple[float, float]) -> None:
             out.intervals[name] = (max(limits[0], value - half), min(limits[1], value + half))
 
     put("spectrum_ratio", lambda s: float(s[1].sum() / s[0].sum()), (0.0, np.inf))
+    if count < FEWEST_SEGMENTS:
+        out.notes.append(
+            f"no coherence, lag and intervals of waves: {count} segments of {given.segment:.0f} s, fewer than "
+            f"{FEWEST_SEGMENTS}"
+        )
+        return
     put("coherence", lambda s: float((coherence_of(s) * s[0]).sum() / s[0].sum()), (0.0, 1.0))
     effective = max(1.0, 1.0 + (count - 1) / (1.0 + 2.0 / 36.0))  # Hann, half overlapped: Welch (1967)
     noise = 1.0 - 0.05 ** (1.0 / (effective - 1.0)) if effective > 1.0 else 1.0
     out.put("coherence_of_noise", noise)
     if out.figures["coherence"] is not None and out.figures["coherence"] > noise:
         lag, half = lag_of(given)
+        shift = round(lag / pair.step)
+        later = spectra(pair, part, shift) if shift and abs(lag) < 0.25 * given.segment else None
+        if later is not None:
+            lag, half = lag_of(later)
+            lag += shift * pair.step
         out.put("lag_s", lag, half)
         peak = int(np.argmax(sums[0]))
         out.put("peak_hz", float(given.f[peak]))

@@ -56,8 +56,11 @@ def band_of(pair_step: float, band: tuple[float, float] = BAND) -> tuple[float, 
     return (band[0], high) if high >= 2.0 * band[0] else None
 
 
-def spectra(pair: Pair, band: tuple[float, float]) -> Spectra | None:
-    """Hann windows that overlap by half, each without its straight line; None where there is no whole segment."""
+def spectra(pair: Pair, band: tuple[float, float], shift: int = 0) -> Spectra | None:
+    """Hann windows that overlap by half, each without its straight line; None where there is no whole segment.
+
+    shift: samples that the windows of b lie later: windows that lag like b itself do not pull its phase to zero.
+    """
     length = len(pair.a) * pair.step
     seconds = min(LONGEST, max(SHORTEST, length / SEGMENTS))
     n = int(seconds / pair.step)
@@ -68,7 +71,9 @@ def spectra(pair: Pair, band: tuple[float, float]) -> Spectra | None:
     f = np.arange(n // 2 + 1) / (n * pair.step)
     chosen = (f >= band[0] * (1.0 - 1e-9)) & (f <= band[1] * (1.0 + 1e-9))
     rows: list[tuple[np.ndarray, np.ndarray]] = []
-    good = pair.good
+    first, last = max(0, -shift), len(pair.a) - max(0, shift)
+    va, vb = pair.a[first:last], pair.b[first + shift : last + shift]
+    good = np.isfinite(va) & np.isfinite(vb)
     at = 0
     while at + n <= len(good):
         bad = np.flatnonzero(~good[at : at + n])
@@ -76,7 +81,7 @@ def spectra(pair: Pair, band: tuple[float, float]) -> Spectra | None:
             at += int(bad[-1]) + 1
             continue
         parts = []
-        for x in (pair.a[at : at + n], pair.b[at : at + n]):
+        for x in (va[at : at + n], vb[at : at + n]):
             x = x - x.mean()
             x = x - ramp * ((ramp * x).sum() / (ramp * ramp).sum())
             parts.append(np.fft.rfft(window * x)[chosen])
