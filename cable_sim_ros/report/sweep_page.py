@@ -124,7 +124,10 @@ def _cards(many: Many, states: Mapping[str, int]) -> list[Card]:
 def _reasons(many: Many, notes: Sequence[str]) -> list[Table | Text]:
     """Texts of failures and doubts with how often they came; no run is left out in silence."""
     parts: list[Table | Text] = []
-    for state, key, caption in ((FAILED, "error", "Why runs failed"), (DOUBTFUL, "reasons", "Why figures are doubtful")):
+    for state, key, caption in (
+        (FAILED, "error", "Why runs failed"),
+        (DOUBTFUL, "reasons", "Why figures are doubtful"),
+    ):
         texts = Counter(str(row.get(key) or "no reason is known") for row in many.rows if row["verdict"] == state)
         if not texts:
             continue
@@ -150,7 +153,9 @@ def _varied(many: Many, command: Sequence[str]) -> list[Table | Text]:
         rows.append((_named(key), str(count), span))
     parts: list[Table | Text] = []
     if rows:
-        parts.append(Table("Keys of the scene that differ from run to run", ("key", "values", "which"), rows, right=(1,)))
+        parts.append(
+            Table("Keys of the scene that differ from run to run", ("key", "values", "which"), rows, right=(1,))
+        )
     words = typed(command)
     return [*parts, *([Text([f"Command: cable-sim {words}"])] if words else [])]
 
@@ -235,7 +240,9 @@ def _runs(many: Many) -> list[Table | Text]:
         rows.append((str(k + 1), *(number(varied.get(key)) for key in keys), *figures, str(row["verdict"])))
     heads = [f"{TITLES[name]} [{unit(many.units[name])}]" for name in names]
     right = range(0, 1 + len(keys) + len(names))
-    parts: list[Table | Text] = [Table("Runs", ("run", *map(_named, keys), *heads, "verdict"), rows, right=right, bad=bad)]
+    parts: list[Table | Text] = [
+        Table("Runs", ("run", *map(_named, keys), *heads, "verdict"), rows, right=right, bad=bad)
+    ]
     if len(many.rows) > MOST_RUNS:
         parts.append(Text([f"{len(many.rows) - MOST_RUNS} more runs stand in the table of the sweep (sweep.csv)."]))
     return parts

@@ -38,7 +38,7 @@ def write_report(results: Sequence[Result], path: Path, command: Sequence[str] =
     about = [
         "Measured: what the source measured or printed; of a closed form its value. Ours: what this program gives for "
         "the same experiment. Allowed: the largest difference that the source reports of its own simulation, so that "
-        "within means: at least as near to the measurement as the source came."
+        "within means at least as near to the measurement as the source came; of a formula a share of its value."
     ]
     if words:
         about.append(f"Command: cable-sim {words}")
@@ -87,12 +87,15 @@ def _section(result: Result) -> Section:
         others = (_cell(getattr(row, name)) for name in more)
         rows.append((row.name, unit(row.unit), *cells, state if state != OPEN else "-", row.source, row.why, *others))
     head = (*HEAD, *(name.replace("_", " ") for name in more))
+    kept = [k for k in range(len(head)) if k in NUMBERS or any(row[k] for row in rows)]  # no column without a word
+    head, rows = tuple(head[k] for k in kept), [tuple(row[k] for k in kept) for row in rows]
+    right = [k for k, of in enumerate(kept) if of in NUMBERS]
     found = Section(result.experiment, f"Experiment {result.experiment}")
     with tempfile.TemporaryDirectory(prefix="cable_sim_plot_") as folder:
         drawn = result.plot(Path(folder))
         if drawn.suffix == ".png":
             found.parts.append(Picture(drawn.read_bytes(), f"Picture of the experiment {result.experiment}"))
-    found.parts.append(Table("Measured beside ours", head, rows, right=NUMBERS, bad=bad))
+    found.parts.append(Table("Measured beside ours", head, rows, right=right, bad=bad))
     if result.choices:
         names = [name for name in result.choices[0] if name != "choice"]
         lines = [(str(one["choice"]), *(_cell(one.get(name)) for name in names)) for one in result.choices]
