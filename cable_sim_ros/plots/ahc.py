@@ -27,12 +27,10 @@ def draw(rows: Sequence[Row], out: Path, title: str) -> Path:
     """Draw rows with figures and twins to an image file. RuntimeError where matplotlib is missing."""
     ran, looks = drawn(rows)
     taller = max(0, len({row["class"] for row in ran}) - ROOM)  # classes that need room of their own
-    with canvas(out, (SIZE[0], SIZE[1] + 0.22 * taller)) as figure:
+    heading = f"Heave compensators on {title}: what is left of the held winch"
+    with canvas(out, (SIZE[0], SIZE[1] + 0.22 * taller), heading, "benchmark `cable-sim ahc`") as figure:
         figure.get_layout_engine().set(w_pad=0.2, h_pad=0.15)
         panels = figure.subplots(2, 2, gridspec_kw={"height_ratios": [1.0, 1.15 + 0.05 * taller]})
-        figure.suptitle(
-            f"Heave compensators on {title}: what is left of the held winch", x=0.012, ha="left", size=18, weight="bold"
-        )
         by_scene(panels[0, 0], ran, looks)
         dead_time(panels[0, 1], ran, looks)
         by_class(panels[1, 0], ran, looks, "Deviation of the tension, by class", deviation, "% of the twin's")
@@ -46,7 +44,7 @@ def draw(rows: Sequence[Row], out: Path, title: str) -> Path:
         )
         handles = key(panels[0, 0], ran, looks)
         if handles:
-            figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 5), fontsize=12)
+            figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 3), fontsize=11)
     return out
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -9,11 +10,13 @@ from typing import TYPE_CHECKING
 
 from ..version import __version__
 from .run import FAINT, STYLE
+from .saved import save
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 DPI = 100
+LETTER, FOOT = 0.16, 0.3  # inches: a letter of the title, the line of the source
 GROW = 1.25  # of the letters beside the drawing: a picture is read on a telephone too
 
 
@@ -37,10 +40,15 @@ def canvas(
         figure.get_layout_engine().set(w_pad=0.1, h_pad=0.1)  # inches: titles keep off the edge and the panel above
         FigureCanvasAgg(figure)
         if title:
-            figure.suptitle(title, x=0.012, ha="left", size=15, weight="bold")
+            wide = textwrap.fill(title, int(inches[0] / LETTER))
+            figure.suptitle(wide, x=0.012, ha="left", size=15, weight="bold")
+        foot = FOOT / inches[1] if source else 0.0
+        figure.get_layout_engine().set(rect=(0.0, foot, 1.0, 1.0 - foot))
         if source:
             said = f"{source}; simulated by cable_sim_ros {__version__}"
-            figure.supxlabel(said, x=0.012, ha="left", size=9, color=FAINT)
+            figure.text(0.012, 0.2 * foot, said, ha="left", va="bottom", size=9, color=FAINT)
         yield figure
+        for legend in figure.legends:  # above the source
+            legend.set_bbox_to_anchor((0.0, foot, 1.0, 1.0 - foot), transform=figure.transFigure)
         path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, metadata={"Software": None} if path.suffix == ".png" else None)  # same run, same bytes
+        save(figure, path)

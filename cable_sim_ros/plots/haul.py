@@ -25,7 +25,6 @@ SHAPES = 7  # at most, side by side
 MAX_LINES = 1200  # times at which the nodes are drawn
 LINEAR = 10.0  # m either side of the sheave; logarithmic beyond
 RATE_OVER = 1.0  # s of the mean of the rate: waves and steps of a tick are not what a haul is about
-LEGEND = 1.75  # inches to the right of the sheave
 MIN_SPANS = {"tension": 0.02, "depth": 0.2, "rate": 0.1}  # share, m, m/s: what hardly moves shall look so
 
 
@@ -43,7 +42,7 @@ def compose(run: RecordedRun, title: str, stamp: str = "") -> Figure:
 
     figure = Figure(figsize=SIZE, dpi=DPI, facecolor="white")
     FigureCanvasAgg(figure)
-    columns = figure.add_gridspec(1, 2, left=0.085, right=0.925, top=0.84, bottom=0.175, wspace=0.34)
+    columns = figure.add_gridspec(1, 2, left=0.085, right=0.925, top=0.84, bottom=0.175, wspace=0.46)
     left, right = columns[0].subgridspec(2, 1, hspace=0.46), columns[1].subgridspec(3, 1, hspace=0.75)
     shapes(figure.add_subplot(left[0]), run)
     nodes(figure.add_subplot(left[1]), run)
@@ -96,13 +95,14 @@ def shapes(axes: Axes, run: RecordedRun) -> None:
     begin = run.frames["time"][0]
     for k, colour in zip(chosen, colours):
         when = (frames[k]["time"] - begin) * 1e-9
-        axes.plot(*curves[k].T, color=colour, lw=2, label=f"{when:.0f} s, {frames[k]['scope']:.1f} m")
+        axes.plot(*curves[k].T, color=colour, lw=2, label=f"{when:.0f} s, {frames[k]['scope']:.4g} m")
         axes.plot(*curves[k][-1], "D", color=colour, ms=7, zorder=4)
     sheave = float(frames[-1]["sheave_position"][2])
     points = np.vstack([*(curves[k] for k in chosen), (0.0, 0.0), (0.0, sheave)])
-    put_note(axes, fit(axes, points, (PAD[3], LEGEND, PAD[3], PAD[3]))[1])
+    put_note(axes, fit(axes, points, (PAD[3], PAD[1], PAD[3], PAD[3]))[1])
     ship_and_water(axes, sheave)
-    axes.legend(title="time, scope", fontsize=10, loc="lower right")
+    # beside the panel, not over the ship
+    axes.legend(title="time, scope", fontsize=9.5, loc="upper left", bbox_to_anchor=(1.0, 1.08), handlelength=1.0)
 
 
 def nodes(axes: Axes, run: RecordedRun) -> None:

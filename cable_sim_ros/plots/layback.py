@@ -29,8 +29,7 @@ def plot(one: Laid, path: Path, title: str, measured: bool) -> Path:
     s = one.samples
     minutes = (s.seconds - s.seconds[0]) / 60.0
     size = np.hypot(*(s.fish - s.sheave).T)
-    with canvas(path, (15.0, 11.0)) as figure:
-        figure.suptitle(title, size=16, weight="bold", ha="left", x=0.03)
+    with canvas(path, (14.0, 10.0), title, "ways: docs/layback.md") as figure:
         top, below = figure.subplots(2, 1, height_ratios=(3, 2))
         top.set_title("From above: sheave and towbody")
         begin = s.sheave[0]
@@ -54,7 +53,7 @@ def plot(one: Laid, path: Path, title: str, measured: bool) -> Path:
         if measured:
             below.plot(minutes, s.depth, color="#c23b33", lw=1.5, ls=":", label="depth, measured")
         below.set_xlabel("time [min]")
-        below.set_ylabel("[m]")
+        below.set_ylabel("layback, depth [m]")
         below.set_ylim(bottom=0.0)
         below.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
     return path

@@ -15,6 +15,7 @@ from ..io.recordings.recorded_run import RecordedRun, load_run
 from ..physics.tick_output import CONTACT_COLUMNS
 from ..runs.summary import SKIP, after_start, since_first, summarize
 from .heading import force_unit, places, put_heading, scene_name
+from .saved import save
 from .side import BLUE, DPI, FAINT, INK, ORANGE, SIZE, WATER, side_view
 from .thin import thinned
 
@@ -77,9 +78,7 @@ def render(run: RecordedRun | str | os.PathLike, out: str | os.PathLike, make: C
         raise RuntimeError("matplotlib is not installed: no picture was drawn; install cable_sim_ros[viz]") from None
     run = run if isinstance(run, RecordedRun) else load_run(run)
     with matplotlib.rc_context(STYLE):
-        metadata = {"Software": None} if Path(out).suffix == ".png" else None  # same run, same bytes
-        make(run).savefig(out, metadata=metadata)
-    return Path(out)
+        return save(make(run), out)
 
 
 def compose(run: RecordedRun, title: str, skip_s: float, stamp: str = "") -> Figure:
@@ -144,7 +143,7 @@ def seconds(run: RecordedRun) -> np.ndarray:
 def min_span(axes: Axes, span: float) -> None:
     """Widen the y axis to ``span`` where the data have less: what hardly moves shall look so."""
     low, high = axes.dataLim.intervaly
-    if high - low < span:
+    if np.isfinite(high - low) and high - low < span:
         axes.set_ylim(0.5 * (low + high - span), 0.5 * (low + high + span))
 
 

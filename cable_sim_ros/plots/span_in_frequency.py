@@ -12,6 +12,7 @@ from ..spans.in_frequency.report import MAX_MODES
 from ..spans.in_frequency.response import Vibration, leading
 from ..spans.in_frequency.span import Span
 from .run import BLUE, FAINT, INK, ORANGE, STYLE, WATER
+from .saved import save
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,9 +30,7 @@ def draw(span: Span, result: Vibration, out: str | os.PathLike) -> Path:
     except ImportError:
         raise RuntimeError("matplotlib is not installed: no picture was drawn; install cable_sim_ros[viz]") from None
     with matplotlib.rc_context(STYLE):
-        metadata = {"Software": None} if Path(out).suffix == ".png" else None
-        compose(span, result).savefig(out, metadata=metadata)
-    return Path(out)
+        return save(compose(span, result), out)
 
 
 def compose(span: Span, result: Vibration) -> Figure:

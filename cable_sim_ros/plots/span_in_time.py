@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
 from ..spans.in_time.wake_run import SpanRun
 from .canvas import canvas
 from .run import BLUE, FAINT, ORANGE
+
+SWINGS = 1.3  # of a piece of the envelope: each has a whole one
 
 
 def draw_span(run: SpanRun, path: Path) -> Path:
@@ -17,8 +21,10 @@ def draw_span(run: SpanRun, path: Path) -> Path:
             report = run.histories[row.case]
             near = report.time >= report.time[-1] - 3.0 / (row.wake_frequency_hz or row.natural_frequency_hz)
             scale, unit = _unit(row.vertical_peak_m)
-            whole.plot(report.time, scale * report.vertical, color=BLUE, lw=0.7)
-            whole.set_title(f"{row.case}: {row.length_m:g} m, {row.tension_n:g} N, wind {row.wind_m_s:g} m/s")
+            swings = (report.time[-1] - report.time[0]) * (row.wake_frequency_hz or row.natural_frequency_hz)
+            pieces = max(2, int(swings / SWINGS))
+            whole.fill_between(*_envelope(report.time, scale * report.vertical, pieces), color=BLUE, alpha=0.6, lw=0.7)
+            whole.set_title(f"{row.case}: {row.length_m:g} m, {row.tension_n:g} N, wind {row.wind_m_s:g} m/s; envelope")
             whole.set_ylabel(f"vertical [{unit}]")
             close.plot(report.time[near], scale * report.vertical[near], color=BLUE, lw=1.6, label=f"vertical [{unit}]")
             other, small = _unit(row.streamwise_peak_m)
@@ -32,6 +38,12 @@ def draw_span(run: SpanRun, path: Path) -> Path:
         for axis in axes[-1]:
             axis.set_xlabel("time [s]")
     return path
+
+
+def _envelope(time: np.ndarray, values: np.ndarray, pieces: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Time, least and largest value of each piece: what a line of many swings would fill anyhow."""
+    first = np.unique(np.linspace(0, len(time) - 1, pieces + 1).astype(int))[:-1]
+    return time[first], np.minimum.reduceat(values, first), np.maximum.reduceat(values, first)
 
 
 def _unit(size: float) -> tuple[float, str]:

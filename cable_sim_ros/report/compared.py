@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
 
-from .parts import Figure, Section, Table, Text, counted, number, share, unit
+from .parts import Section, Table, Text, counted, number, share, unit
 from .subject import Subject, without_paths
+
+SHOWN = ("bias", "gain", "rms", "lag_s", "coherence", "peak_ratio", "samples")  # scores of a quantity
 
 
 def rules(subject: Subject) -> Section | None:
@@ -169,15 +171,66 @@ def residuals(subject: Subject) -> Section | None:
 
 
 def scores(subject: Subject) -> Section | None:
-    """Scores of a comparison, whatever figures they have: a column for each name."""
-    if not subject.scores:
-        return None
-    return Section("scores", "Scores: measured beside simulated", tables_of(subject.scores, subject))
+    """Scores and limits of a replay; scores of a caller, whatever figures they have."""
+    found = Section("scores", "Scores: measured beside simulated")
+    comparison = subject.metrics.get("comparison")
+    if comparison:
+        found.parts += _compared(comparison, subject)
+    found.parts += tables_of(subject.scores, subject)
+    return found if found.parts else None
 
 
-def tables_of(rows: Sequence[Mapping[str, Any]], subject: Subject) -> list[Table | Figure | Text]:
+def violated(subject: Subject) -> list[str]:
+    """What is said of each limit on the scores that is not kept."""
+    judged = (subject.metrics.get("comparison") or {}).get("judged", ())
+    return [without_paths(one["text"], subject) for one in judged if not one["passed"]]
+
+
+def _compared(comparison: Mapping[str, Any], subject: Subject) -> Iterator[Table | Text]:
+    """Limits first, then a row for each quantity, its intervals in brackets, then what is to be known of them."""
+    judged = comparison["judged"]
+    if judged:
+        rows = [
+            (
+                "kept" if one["passed"] else "VIOLATED",
+                one["quantity"],
+                one["limit"].replace("_", " "),
+                number(one["value"], 4),
+                without_paths(one["text"], subject),
+            )
+            for one in judged
+        ]
+        bad = [k for k, one in enumerate(judged) if not one["passed"]]
+        yield Table("Limits on the scores", ("state", "quantity", "limit on", "found", "in words"), rows, (3,), bad=bad)
+    scored = [one for one in comparison["scores"] if one["scored"]]
+    rows = [(one["quantity"], unit(one["unit"]), *(_score(one, name) for name in SHOWN)) for one in scored]
+    head = ("quantity", "unit", "bias", "gain", "rms", "lag [s]", "coherence", "peaks", "samples")
+    a, b = (without_paths(str(comparison[one]), subject) for one in ("a", "b"))
+    if rows:
+        yield Table(f"{b} less {a}; 95 % intervals in brackets", head, rows, right=range(2, len(head)))
+    else:
+        yield Text(["No quantity could be scored."], note=True)
+    said = [f"{one['quantity']}: {note}" for one in comparison["scores"] for note in one["notes"]]
+    said += [f"Only in {one}, not compared: {', '.join(names)}" for one, names in _alone(comparison) if names]
+    if said:
+        yield Text([without_paths(text, subject) for text in said], note=True)
+
+
+def _alone(comparison: Mapping[str, Any]) -> tuple[tuple[str, list[str]], ...]:
+    return (("what was measured", comparison["only_a"]), ("what was simulated", comparison["only_b"]))
+
+
+def _score(one: Mapping[str, Any], name: str) -> str:
+    """A score with its interval."""
+    value, interval = one["figures"].get(name), one["intervals"].get(name)
+    if value is None or name == "samples":
+        return "-" if value is None else f"{value:.0f}"
+    return number(value, 4) + (f" [{number(interval[0], 3)}, {number(interval[1], 3)}]" if interval else "")
+
+
+def tables_of(rows: Sequence[Mapping[str, Any]], subject: Subject) -> list[Table]:
     """One table a row of scores: name and value of each figure; what is itself a table comes as name.name."""
-    found: list[Table | Figure | Text] = []
+    found: list[Table] = []
     for k, row in enumerate(rows, 1):
         pairs = [(name, without_paths(number(value), subject)) for name, value in leaves(row)]
         title = next((str(row[name]) for name in ("quantity", "name", "title") if name in row), f"score {k}")

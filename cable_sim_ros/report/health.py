@@ -51,7 +51,7 @@ def solver(subject: Subject) -> Section:
     rows = [
         ("time steps of the integrator", number(metrics.get("steps"))),
         ("Newton iterations", number(metrics.get("iterations"))),
-        ("iterations a step", number(metrics["iterations"] / max(metrics["steps"], 1), 3)),
+        ("iterations a step", number(_ratio(metrics.get("iterations"), metrics.get("steps")), 3)),
         ("largest residual left by a step [N]", number(float(np.nanmax(frames["residual"])), 3)),
         ("deepest penetration of drum and sheave [mm]", number(1e3 * float(np.nanmax(frames["penetration"])), 3)),
     ]
@@ -69,6 +69,10 @@ def solver(subject: Subject) -> Section:
                 rows.append((f"{text} [{unit_}]" if unit(unit_) else text, number(metrics[name])))
     found.parts.append(Table("Solver", ("what", "value"), rows, right=(1,)))
     return found
+
+
+def _ratio(one: float | None, other: float | None) -> float | None:
+    return None if one is None or other is None else one / max(other, 1)
 
 
 def energy(subject: Subject) -> Section | None:

@@ -16,6 +16,7 @@ RAO_UNITS = {
     **dict.fromkeys(("roll", "pitch", "yaw"), "°"),
     "roll_period": "s",
 }
+MOST = 20  # notes of an import
 STILL = 1e-9  # of a quantity: a deviation below is round-off
 NAMES = {
     "imu/data": "messages of the motion sensor (imu/data)",
@@ -55,6 +56,7 @@ def section(subject: Subject) -> Section:
                 right=(2, 3, 4, 5),
             )
         )
+    found.parts += imported(subject)
     rao = subject.metrics.get("rao")
     if rao:
         pairs = [(name.replace("_", " "), sea(name, value)) for name, value in rao.items() if name not in LONG]
@@ -63,6 +65,19 @@ def section(subject: Subject) -> Section:
     if notices:
         found.parts.append(Text(notices, note=True))
     return found
+
+
+def imported(subject: Subject) -> Iterator[Table | Text]:
+    """Of motion that was imported from foreign logs: files, what was read and lost, and what was assumed."""
+    about = subject.metrics.get("imported")
+    if not about:
+        return
+    pairs = [(name.replace("_", " "), without_paths(number(about[name]), subject)) for name in about if name != "notes"]
+    yield Table("Motion imported from logs", ("what", "value"), pairs)
+    if about["notes"]:
+        lines = [without_paths(str(line), subject) for line in about["notes"][:MOST]]
+        left = len(about["notes"]) - MOST
+        yield Text([*lines, *([f"{left} more: summary.json"] if left > 0 else [])], note=True)
 
 
 def sea(name: str, value: Any) -> str:

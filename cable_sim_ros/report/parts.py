@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from base64 import b64encode
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -16,13 +17,14 @@ UNITS = {"1": "", "-": "", "deg": "°"}
 @dataclass
 class Table:
     """A table: caption, heads of its columns, rows of text; right: columns of numbers; names: of the rows, by which
-    the figures of the JSON are found again."""
+    the figures of the JSON are found again; bad: numbers of the rows that are red, their state is a word in them."""
 
     caption: str
     head: Sequence[str]
     rows: Sequence[Sequence[str]]
     right: Sequence[int] = ()
     names: Sequence[str] = ()
+    bad: Sequence[int] = ()
     kind: str = "table"
 
 
@@ -34,6 +36,20 @@ class Figure:
     caption: str
     words: str
     kind: str = "figure"
+
+
+@dataclass
+class Picture:
+    """A picture as PNG, with what it shows in words."""
+
+    png: bytes
+    caption: str
+    kind: str = "picture"
+
+    @property
+    def uri(self) -> str:
+        """The picture itself as an address: nothing is loaded."""
+        return f"data:image/png;base64,{b64encode(self.png).decode('ascii')}"
 
 
 @dataclass
@@ -51,7 +67,7 @@ class Section:
 
     name: str
     title: str
-    parts: list[Table | Figure | Text] = field(default_factory=list)
+    parts: list[Table | Figure | Picture | Text] = field(default_factory=list)
 
 
 class Card(NamedTuple):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 from ..sim.flag_rules import DOUBTFUL, FAILED, OK
 from ..sim.verdict import Verdict
@@ -47,9 +48,12 @@ def is_replay(subject: Subject) -> bool:
     return "largest_difference" in subject.metrics
 
 
-def sentence(subject: Subject) -> str:
-    """The verdict in one sentence."""
+def sentence(subject: Subject, missed: Sequence[str] = ()) -> str:
+    """The verdict in one sentence; missed: limits on the scores that are not kept."""
     found = subject.result.verdict
+    if missed and found.state != FAILED:
+        limits = "1 limit on the scores is" if len(missed) == 1 else f"{len(missed)} limits on the scores are"
+        return f"The replay came to its end, but {limits} not kept: {cut(missed[0])}."
     said = (REPLAY if is_replay(subject) else SENTENCE)[found.state]
     if not found.reasons:
         return said.format(why=without_paths(subject.result.problem, subject) or "no reason is known")

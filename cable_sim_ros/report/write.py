@@ -84,15 +84,29 @@ def write_report(
     return Path(path)
 
 
+def write_page(path: str | os.PathLike, **about: Any) -> Path:
+    """Write a page of the house, arguments as of `page`, and return its path. Raises ReportError."""
+    check_tools()
+    check_place(path)
+    try:
+        Path(path).write_text(page(**about), "utf-8")
+    except OSError as error:
+        raise ReportError(
+            f"report = {path}: cannot be written ({error.strerror}); what it is about is not touched"
+        ) from None
+    return Path(path)
+
+
 def html(subject: Subject, title: str | None = None) -> str:
     """The page of a run."""
     name = title or str(subject.metrics.get("scene") or subject.recorded.custom_data.get("scene", "Cable tow"))
-    found = subject.result.verdict
+    missed = compared.violated(subject)
+    state = FAILED if missed else subject.result.verdict.state
     return page(
         title=name,
         line=what(subject),
-        state=found.state,
-        sentence=verdict.sentence(subject),
+        state=state,
+        sentence=verdict.sentence(subject, missed),
         beside=verdict.beside(subject),
         cards=verdict.cards(subject),
         sections=sections(subject),

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..cli.report_option import report_option, said, typed
 from ..errors import CODE_DOUBTFUL, CODE_FAILED, CODE_OK
 
 if TYPE_CHECKING:
@@ -33,8 +34,9 @@ if TYPE_CHECKING:
     help="Dask in place of own processes: a local cluster, slurm (dask-jobqueue), or the address of a scheduler.",
 )
 @click.option("--dry-run", is_flag=True, help="Say how many cases there are and how many are new; simulate nothing.")
+@report_option
 @click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else.")
-def sweep(file, out, workers, cluster, dry_run, as_json) -> None:
+def sweep(file, out, workers, cluster, dry_run, report, as_json) -> None:
     """Simulate every case of the sweep FILE, and keep one row of figures each.
 
     A sweep that was stopped goes on; one that was extended computes what is new. A run that fails is a row with its
@@ -58,6 +60,10 @@ def sweep(file, out, workers, cluster, dry_run, as_json) -> None:
     paths = write(swept, folder)
     figures = summary(swept) | {"files": [str(path) for path in paths]}
     (folder / "sweep.json").write_text(json.dumps(figures, indent=1) + "\n", "utf-8")
+    if report is not None:
+        from .reported import write_report
+
+        said(write_report(swept, report, typed()))
     if as_json:
         click.echo(json.dumps(figures, indent=1))
     else:

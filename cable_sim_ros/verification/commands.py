@@ -12,6 +12,7 @@ import click
 from ..cli.number import Count, Number
 from ..cli.out_folder import ready
 from ..cli.progress import progress_bar
+from ..cli.report_option import report_option, said, typed
 from ..limits import LONGEST_RUN
 from .experiments import EXPERIMENTS
 
@@ -62,8 +63,9 @@ def case(files, fidelity, as_json) -> None:
     help="Seconds of each experiment in time; default: 10 of pulley, 300 of turbulence.",
 )
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for plots and figures.")
+@report_option
 @json_option
-def validate(names, duration, out, as_json) -> None:
+def validate(names, duration, out, report, as_json) -> None:
     """Repeat experiments of the source documents (default: all): measured, ours, allowed and who says so."""
     ready(out)
     from .experiments import run as run_experiment
@@ -71,14 +73,18 @@ def validate(names, duration, out, as_json) -> None:
 
     with progress_bar(as_json) as progress:
         results = [run_experiment(name, duration, progress) for name in names or EXPERIMENTS]
-    report = [as_data(result) for result in results]
+    data = [as_data(result) for result in results]
+    if report is not None:
+        from .experiments.report import write_report
+
+        said(write_report(results, report, typed()))
     if out is not None:
-        (out / "validate.json").write_text(json.dumps(report, indent=1) + "\n", "utf-8")
+        (out / "validate.json").write_text(json.dumps(data, indent=1) + "\n", "utf-8")
         (out / "validate.md").write_text(page(results), "utf-8")
         for result in results:
             click.echo(f"plot:      {result.plot(out)}", err=True)
     if as_json:
-        click.echo(json.dumps(report, indent=1))
+        click.echo(json.dumps(data, indent=1))
         return
     for result in results:
         print_result(result)

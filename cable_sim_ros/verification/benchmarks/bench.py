@@ -241,6 +241,7 @@ def plots(rows: list[Row], folder: Path) -> list[Path]:
     except ImportError:
         raise RuntimeError("matplotlib is not installed: no plot was drawn; install cable_sim_ros[viz]") from None
     from ...plots.run import STYLE
+    from ...plots.saved import save
 
     made = []
     for scene in dict.fromkeys(r.scene for r in rows):
@@ -270,6 +271,6 @@ def plots(rows: list[Row], folder: Path) -> list[Path]:
             handles = axis.get_legend_handles_labels()
             figure.legend(*handles, loc="outside lower center", ncols=min(max(len(handles[0]), 1), MAX_NAMES))
             path = folder / f"bench_{scene.lower()}.png"
-            figure.savefig(path, metadata={"Software": None})
+            save(figure, path)
         made.append(path)
     return made

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterable
-from math import ceil, log10
+from math import ceil, isfinite, log10
 from typing import Any
 
 from rich.console import Console
@@ -25,7 +25,7 @@ def text(x: float | None, row: Comparison | None = None) -> str:
     """A figure with four digits; one of ``row`` with those that what it allows asks for."""
     if x is None:
         return "-"
-    if row is None or not row.allowed:
+    if row is None or not row.allowed or not isfinite(x):
         return f"{x:.4g}"
     return f"{x:.{max(4, ceil(log10(max(abs(x), row.allowed) / row.allowed)) + 2)}g}"
 

@@ -1,0 +1,108 @@
+"""Experiments as one HTML file that prints: measured, ours, allowed, verdict; misses red; the picture of each."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from ...report.parts import Card, Picture, Section, Table, Text, counted, unit
+from ...report.subject import typed
+from ...report.write import write_page
+from ...sim.flag_rules import FAILED, OK
+from . import Comparison, Result
+from .table import text
+
+KEPT, MISSED, OPEN = "within", "MISSED", "nothing is allowed or measured"
+KNOWN = {"name", "unit", "ours", "measured", "allowed", "source", "why"}
+HEAD = ("figure", "unit", "measured", "ours", "difference", "allowed", "verdict", "who says so", "why apart")
+NUMBERS = (2, 3, 4, 5)
+
+
+def write_report(results: Sequence[Result], path: Path, command: Sequence[str] = ()) -> Path:
+    """Write the report of experiments that ran and return its path. Raises ReportError."""
+    states = [verdict_of(row) for result in results for row in result.rows]
+    judged, missed = len(states) - states.count(OPEN), states.count(MISSED)
+    count = counted(len(results), "experiment")
+    said = f"{missed} of {judged} figures miss what is allowed; they are red below" if missed else "every figure is"
+    sentence = f"{count}: {said}{'' if missed else f' within what is allowed ({judged} of them judged)'}."
+    if not judged:
+        sentence = f"{count}: no source allows a difference, so that no figure is judged."
+    words = typed(command)
+    cards = [
+        Card("experiments", "experiments", str(len(results)), ""),
+        Card("within", "figures within what is allowed", str(states.count(KEPT)), ""),
+        Card("missed", "figures that miss it", str(missed), ""),
+        Card("open", "figures that nobody judges", str(states.count(OPEN)), ""),
+    ]
+    about = [
+        "Measured: what the source measured or printed; of a closed form its value. Ours: what this program gives for "
+        "the same experiment. Allowed: the largest difference that the source reports of its own simulation, so that "
+        "within means at least as near to the measurement as the source came; of a formula a share of its value."
+    ]
+    if words:
+        about.append(f"Command: cable-sim {words}")
+    overview = Section("overview", "Every experiment", [Text(about), _overview(results)])
+    return write_page(
+        path,
+        title="Validation: experiments of the sources",
+        line=f"repetition of {count} from publications, by the product's own cable, water and winch",
+        state=FAILED if missed else OK,
+        sentence=sentence,
+        beside=[],
+        cards=cards,
+        sections=[overview, *(_section(result) for result in results)],
+    )
+
+
+def verdict_of(row: Comparison) -> str:
+    """KEPT or MISSED; OPEN where the source gives no value or no difference."""
+    if row.measured is None or row.allowed is None:
+        return OPEN
+    return KEPT if abs(row.ours - row.measured) <= row.allowed else MISSED  # of what is no number: missed
+
+
+def _overview(results: Sequence[Result]) -> Table:
+    rows, bad = [], []
+    for k, result in enumerate(results):
+        states = [verdict_of(row) for row in result.rows]
+        if MISSED in states:
+            bad.append(k)
+        counts = (str(states.count(state)) for state in (KEPT, MISSED, OPEN))
+        rows.append((result.experiment, str(len(states)), *counts))
+    head = ("experiment", "figures", "within", "missed", "not judged")
+    return Table("Figures by experiment", head, rows, right=(1, 2, 3, 4), bad=bad)
+
+
+def _section(result: Result) -> Section:
+    """Picture, table and choices of an experiment."""
+    more = [name for name in Comparison._fields if name not in KNOWN]  # as what the source's own simulation gave
+    rows, bad = [], []
+    for k, row in enumerate(result.rows):
+        state = verdict_of(row)
+        if state == MISSED:
+            bad.append(k)
+        apart = None if row.measured is None else row.ours - row.measured
+        cells = (text(row.measured, row), text(row.ours, row), text(apart), text(row.allowed))
+        others = (_cell(getattr(row, name)) for name in more)
+        rows.append((row.name, unit(row.unit), *cells, state if state != OPEN else "-", row.source, row.why, *others))
+    head = (*HEAD, *(name.replace("_", " ") for name in more))
+    kept = [k for k in range(len(head)) if k in NUMBERS or any(row[k] for row in rows)]  # no column without a word
+    head, rows = tuple(head[k] for k in kept), [tuple(row[k] for k in kept) for row in rows]
+    right = [k for k, of in enumerate(kept) if of in NUMBERS]
+    found = Section(result.experiment, f"Experiment {result.experiment}")
+    with tempfile.TemporaryDirectory(prefix="cable_sim_plot_") as folder:
+        drawn = result.plot(Path(folder))
+        if drawn.suffix == ".png":
+            found.parts.append(Picture(drawn.read_bytes(), f"Picture of the experiment {result.experiment}"))
+    found.parts.append(Table("Measured beside ours", head, rows, right=right, bad=bad))
+    if result.choices:
+        names = [name for name in result.choices[0] if name != "choice"]
+        lines = [(str(one["choice"]), *(_cell(one.get(name)) for name in names)) for one in result.choices]
+        title = f"{result.chosen[0].upper()}{result.chosen[1:]}"
+        found.parts.append(Table(title, ("choice", *names), lines, right=range(1, 1 + len(names))))
+    return found
+
+
+def _cell(value: object) -> str:
+    return text(float(value)) if isinstance(value, (int, float)) else "-" if value is None else str(value)
