@@ -1,4 +1,4 @@
-"""An ensemble: copies of a tow whose uncertain numbers differ, driven by the same inputs, and the band that they give.
+"""Copies of a tow whose uncertain numbers differ, driven by the same inputs, and the band that they give.
 
 The copies share the inputs and nothing else. With n copies the ends of the band are the order statistics at 0.025 and
 0.975 of (n + 1), so that a tow whose true numbers are drawn from the same ranges is inside 95 times in 100 on the mean
@@ -9,7 +9,8 @@ statistics of exchangeable draws. What all copies share, the model and the input
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+import time
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
@@ -18,7 +19,7 @@ import numpy as np
 from ..errors import RunError
 from ..io.scenes.document import SceneError
 from ..physics.inputs import Inputs
-from ..sim.inputs import ShipMotion, WinchCommand
+from ..sim.inputs import ShipMotion, WinchCommand, push
 from ..sim.scene import Scene
 from ..sim.simulator import Simulator, SolverError
 from .plan import Draw, EnsemblePlan, draw_of, scene_of
@@ -66,6 +67,9 @@ class Lost(NamedTuple):
     why: str
 
 
+Rows = tuple[np.ndarray, np.ndarray]  # times [ns] and figures of a copy
+
+
 def level_of(members: int) -> float:
     """Share of the true tows that a band of so many copies holds, on the mean over ensembles."""
     return min(LEVEL, (members - 1) / (members + 1))
@@ -82,6 +86,7 @@ class Ensemble:
         self.draws = [draw_of(plan, number) for number in range(plan.copies + 1)] if draws is None else list(draws)
         self.lost: list[Lost] = []
         self.inputs: Inputs | None = None
+        self.start_cpu = 0.0  # s, of the last start
         self._sims: dict[int, Simulator] = {}
 
     def start(
@@ -94,6 +99,7 @@ class Ensemble:
         """Static start of every copy. heading: mean yaw [rad], None: the scene's; scope: cable out [m], None: the
         scene's. Raises EnsembleEnded where too many do not settle."""
         self._sims, self.lost, self.inputs = {}, [], None
+        used = time.process_time()
         yaw = math.radians(self.scene.ship.heading_deg) if heading is None else heading
         for number, draw in enumerate(self.draws):
             try:
@@ -106,6 +112,7 @@ class Ensemble:
                 self.inputs = sim.inputs
             sim.inputs = self.inputs
             self._sims[number] = sim
+        self.start_cpu = time.process_time() - used
         self._enough()
 
     @property
@@ -130,46 +137,66 @@ class Ensemble:
         Raises EnsembleEnded where the solver gives up in too many.
         """
 
-        def one(number: int) -> tuple[int, tuple[np.ndarray, np.ndarray] | None]:
-            sim, parts, done = self._sims[number], [], 0
-            try:
-                while done < count:
-                    frames = sim.run(min(CHUNK, count - done))
-                    parts.append(frames[(-done - 1) % every :: every])
-                    done += len(frames)
-            except SolverError as error:
-                self._lose(number, error)
-                return number, None
-            frames = np.concatenate(parts)
-            return number, (frames["time"].astype(np.int64), figures_of(frames))
-
         if self.threads > 1:
             with ThreadPoolExecutor(self.threads) as pool:
-                ran = dict(pool.map(one, list(self._sims)))
+                ran = dict(pool.map(lambda number: (number, self._one(number, count, every)), list(self._sims)))
         else:
-            ran = dict(map(one, list(self._sims)))
+            ran = {number: self._one(number, count, every) for number in list(self._sims)}
         for number in [number for number, rows in ran.items() if rows is None]:
             del self._sims[number]
         self._enough()
-        kept = {number: rows for number, rows in ran.items() if rows is not None}
-        return band_of(kept[0], [kept[number][1] for number in sorted(kept) if number])
+        return _joined(ran)
+
+    def _one(self, number: int, count: int, every: int) -> Rows | None:
+        sim, parts, done = self._sims[number], [], 0
+        try:
+            while done < count:
+                frames = sim.run(min(CHUNK, count - done))
+                parts.append(frames[(-done - 1) % every :: every])
+                done += len(frames)
+        except SolverError as error:
+            self._lose(number, error)
+            return None
+        frames = np.concatenate(parts)
+        return frames["time"].astype(np.int64), figures_of(frames)
 
     def ahead(
         self, count: int, motion: Iterable[ShipMotion], commands: Iterable[WinchCommand] = (), every: int = 1
-    ) -> Band:
-        """The band of the next ``count`` ticks under motion and commands that did not come yet; the copies stay where
-        they are."""
+    ) -> Iterator[Band | None]:
+        """The band of the next ``count`` ticks under motion and commands that did not come yet, last; None after each
+        copy before. The copies stay where they are, and may be run on in between.
+
+        A copy whose solver gives up ahead is left out. Raises EnsembleEnded where too many do.
+        """
         assert self.inputs is not None
-        kept = {number: sim.snapshot() for number, sim in self._sims.items()}
-        sims, lost = dict(self._sims), list(self.lost)
-        try:
-            for item in (*motion, *commands):
-                self.push(item)
-            return self.run(count, every)
-        finally:
-            self._sims, self.lost = sims, lost
-            for number, sim in sims.items():
-                sim.restore(kept[number])  # of the inputs too, which are those of all
+        inputs = Inputs(*(ring.copy() for ring in self.inputs))
+        for item in (*motion, *commands):
+            push(inputs, item, self.now, self.nominal.scene.ship.max_gap)
+        rings = {f"inputs_{name}": ring for name, ring in inputs._asdict().items()}
+        forks = {number: sim.snapshot() | rings for number, sim in self._sims.items()}
+        ran: dict[int, Rows | None] = {}
+        for number, fork in forks.items():
+            if (sim := self._sims.get(number)) is None:
+                continue  # given up since
+            own, shared, lost = sim.snapshot(), sim.inputs, list(self.lost)
+            try:
+                sim.inputs = inputs
+                sim.restore(fork)
+                ran[number] = self._one(number, count, every)
+            finally:
+                sim.inputs, self.lost = shared, lost
+                sim.restore(own)
+            yield None
+        kept = sum(rows is not None for rows in ran.values())
+        if ran.get(0) is None or kept < LEAST_KEPT * len(forks):
+            raise EnsembleEnded(f"{self.scene.name}: {len(forks) - kept} of {len(forks)} copies cannot be looked ahead")
+        yield _joined(ran)
+
+    def let_go(self, kept: int) -> None:
+        """Keep copies 1 to ``kept``; the others are as they were with fewer copies from the beginning."""
+        self.draws = self.draws[: kept + 1]
+        self._sims = {number: sim for number, sim in self._sims.items() if number <= kept}
+        self.lost = [lost for lost in self.lost if lost.number <= kept]
 
     def _lose(self, number: int, error: Exception) -> None:
         self.lost.append(Lost(number, self.draws[number], str(error)))
@@ -188,6 +215,11 @@ def figures_of(frames: np.ndarray) -> np.ndarray:
         factor * (frames[field] if part < 0 else frames[field][:, part]) for field, part, factor, _ in FIGURES.values()
     ]
     return np.array(columns, float).T
+
+
+def _joined(ran: dict[int, Rows | None]) -> Band:
+    kept = {number: rows for number, rows in ran.items() if rows is not None}
+    return band_of(kept[0], [kept[number][1] for number in sorted(kept) if number])
 
 
 def band_of(nominal: tuple[np.ndarray, np.ndarray], copies: Sequence[np.ndarray]) -> Band:

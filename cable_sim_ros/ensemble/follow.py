@@ -6,9 +6,10 @@ gives the same bits, however its messages came in parts.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -16,13 +17,14 @@ import numpy as np
 from ..io.messages.channels import decode_frames
 from ..io.messages.messages import COMMANDS, Command, Refused
 from ..io.messages.rotation import inverse, rotate
+from ..io.scenes.winch_plan import REPEAT as PLAN_REPEAT
 from ..io.scenes.winch_plan import WinchPlan
 from ..sim.inputs import InputError, ShipMotion, WinchCommand
 from ..sim.scene import Scene
 from ..sim.tables.attitude import angles_of
-from .copies import FIGURES, Band, Ensemble
+from .copies import Band, Ensemble
 from .motion_ahead import motion_ahead
-from .plan import NOMINAL, EnsemblePlan
+from .plan import EnsemblePlan
 
 SECOND = 1_000_000_000
 HEALTH = "health"  # kind of a tick output among the commands of COMMANDS
@@ -34,6 +36,8 @@ PAIRED = SECOND // 20  # ns; an arrival within so much of one that the tow tells
 HISTORY = 180.0  # s of motion kept for the look-ahead
 APART = 1.0  # m of pay-out between the tow and copy 0 from which the copies begin again
 QUIET = 30.0  # s between two of these
+REPEAT = 0.9  # of winch.command_timeout: how often a command ahead is given again
+MISSED = 1.0  # s of tick outputs that may be missing in one go: the motion is taken across
 
 
 class Heard(NamedTuple):
@@ -58,7 +62,7 @@ class Follower:
         self.tick = round(scene.solver.tick * SECOND)
         self.every = max(1, round(plan.every / scene.solver.tick))
         self.delay = round(scene.winch.command_delay * SECOND)
-        self.notes: deque[str] = deque(maxlen=100)
+        self.notes: list[str] = []
         self.begun = 0
         self.running = False
         self.frames: deque[np.record] = deque()  # heard and not run yet
@@ -120,7 +124,9 @@ class Follower:
     @property
     def lag(self) -> float:
         """s of the tow that are heard and not run yet."""
-        return len(self.frames) * self.tick * 1e-9 if self.running else 0.0
+        if not self.running or not self.frames:
+            return 0.0
+        return (int(self.frames[-1]["tick"]) - self.at) * self.tick * 1e-9
 
     def start_again(self, why: str) -> None:
         """Leave what was heard and begin with what comes."""
@@ -131,24 +137,22 @@ class Follower:
         """Run the next block, where all of it is heard; its band. Raises EnsembleEnded."""
         if not self.running and not self._start():
             return None
-        return self._run(self._block()) if self.ready() else None
+        return self._run(self._end()) if self.ready() else None
 
     def finish(self) -> Band | None:
         """Run the next block of a tow that is over, as far as it goes."""
         if not self.running and not self._start(over=True):
             return None
-        return self._run(self._block()) if self.ready(over=True) else None
+        return self._run(self._end()) if self.ready(over=True) else None
 
     def ready(self, over: bool = False) -> bool:
         """Is there a block to run? over: nothing more comes."""
         hold = 0 if over else round(HOLD * SECOND / self.tick)
-        return self.running and len(self.frames) >= self._block() + hold
+        return self.running and bool(self.frames) and int(self.frames[-1]["tick"]) >= self._end() + hold
 
-    def _block(self) -> int:
-        """Ticks to the end of the block: a multiple of `every` since the start of the tow."""
-        if not self.frames:
-            return self.every
-        return self.every - (int(self.frames[0]["tick"]) - 1) % self.every
+    def _end(self) -> int:
+        """Number of the tick at which the block ends: a multiple of `every`."""
+        return self.at + self.every - self.at % self.every
 
     def _start(self, over: bool = False) -> bool:
         if not self.frames or (len(self.frames) * self.tick < JOIN * SECOND and not over):
@@ -173,25 +177,34 @@ class Follower:
         self.length_shift = 0.0 if whole else float(self.ensemble.nominal.frame["payout"]) - float(first["payout"])
         self.begun += 1
         self.began, self.settling = begin, 0.0
+        self.at = self.first = int(first["tick"]) - 1
         if not whole:
             way = float(first["scope"]) / max(float(np.hypot(*first["ship_velocity"][:2])), 0.1)
             self.settling = SETTLE * way
         self.running = True
         return True
 
-    def _run(self, count: int) -> Band | None:
-        frames = [self.frames.popleft() for _ in range(count)]
-        end = int(frames[-1]["time"])
-        if end - self.ensemble.now != count * self.tick:
-            self.start_again("tick outputs of the tow are missing: the copies begin again")
+    def _run(self, last: int) -> Band | None:
+        count, frames = last - self.at, []
+        end = self.began + (last - self.first) * self.tick
+        while self.frames and int(self.frames[0]["tick"]) <= last:
+            frames.append(self.frames.popleft())
+        seen = [*frames, *([self.frames[0]] if self.frames else [])]  # one past the end, where that tick was not heard
+        numbers = [self.at, *(int(frame["tick"]) for frame in seen)]
+        lost = max(b - a for a, b in itertools.pairwise(numbers)) * self.tick * 1e-9
+        on_time = all(int(f["time"]) == self.began + (int(f["tick"]) - self.first) * self.tick for f in seen)
+        if not frames or not on_time or lost > MISSED:
+            self.start_again("the clock of the tow jumped, or a second of it was not heard: the copies begin again")
             return None
-        for frame in frames:
+        for frame in frames if numbers[len(frames)] == last else seen:
             sample = motion_of(frame)
-            self.past.append(sample)
-            self.ensemble.push(sample)
+            if not self.past or sample.time_ns > self.past[-1].time_ns:
+                self.past.append(sample)
+                self.ensemble.push(sample)
         for command in self._due(end):
             self._give(command)
         band = self.ensemble.run(count, count)
+        self.at = last
         copy, tow = self.ensemble.nominal.frame, frames[-1]
         self.tow = tow
         out = float(copy["payout"]) - float(tow["payout"]) - self.length_shift
@@ -237,33 +250,36 @@ class Follower:
         plan.check(self.ensemble.nominal.model.settings[0].drum, self.base)
         self.orders, self.orders_begin = plan, int(self.newest["time"]) if self.newest is not None else 0
 
-    def ahead(self) -> Band | None:
-        """The band of the seconds ahead, of the copies where they are. Raises EnsembleEnded."""
+    def ahead(self) -> Iterator[Band | None]:
+        """The band of the seconds ahead, of the copies where they are, last; None after each copy before.
+
+        Raises EnsembleEnded.
+        """
         seconds = self.plan.ahead.seconds
         if not self.running or not seconds or len(self.past) < 2:
-            return None
+            return
         now, count = self.ensemble.now, round(seconds * SECOND / self.tick)
         end = now + count * self.tick
-        motion = motion_ahead(list(self.past), end)
         commands = [self._command_of(command, max(time, now + 1)) for time, command in self.pending]
         commands += self._planned(max([now, *(c.time_ns or 0 for c in commands)]), end)
         last, ordered = self.last_stamp, []
         for command in commands:
             last = max(int(command.time_ns or 0), last + 1)
             ordered.append(WinchCommand(payout=command.payout, rate=command.rate, time_ns=last))
-        return self.ensemble.ahead(count, motion, ordered, min(self.every, count))
+        motion = motion_ahead(list(self.past), end)
+        yield from self.ensemble.ahead(count, motion, ordered, min(self.every, count))
 
     def _planned(self, now: int, end: int) -> list[WinchCommand]:
-        drum = self.ensemble.nominal.model.settings[0].drum
+        drum = self.ensemble.nominal.model.settings[0].drum.copy()
+        step = int(REPEAT * drum.timeout * SECOND)
         if self.orders is not None:
-            begin = self.orders_begin or self.began
-            made = list(self.orders.commands(drum, begin, now, end))
+            drum.timeout *= REPEAT / PLAN_REPEAT
+            made = list(self.orders.commands(drum, self.orders_begin or self.began, now, end))
             shift = self.length_shift
             return [c if c.payout is None else WinchCommand(payout=c.payout + shift, time_ns=c.time_ns) for c in made]
-        held, timeout = self.held, int(0.5 * drum.timeout * SECOND)
-        if held is None or held.rate is None or now - int(held.time_ns or 0) > 2 * timeout:
+        held = self.held
+        if held is None or held.rate is None or (now - int(held.time_ns or 0)) * 1e-9 > drum.timeout:
             return []  # a length is gone to and held, and a rate that ran out holds
-        step = max(timeout, (end - now) // 200)
         return [WinchCommand(rate=held.rate, time_ns=time) for time in range(now + 1, end, step)]
 
 
@@ -277,6 +293,3 @@ def motion_of(frame: np.record) -> ShipMotion:
         rate=rotate(inverse(turn), tuple(frame["ship_rate"].tolist())),
         quaternion=turn,
     )
-
-
-__all__ = ["FIGURES", "NOMINAL", "Follower", "Heard", "motion_of"]

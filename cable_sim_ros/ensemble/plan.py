@@ -27,6 +27,7 @@ from ..sweeps.cases import within
 from ..sweeps.sweep_file import Range, Spread
 
 SIGMAS = 1.959964  # half a 95 % interval of a normal distribution, in standard deviations
+COMMANDS_AHEAD = 150  # that the ring of inputs has room for
 LEAST_COPIES, MAX_COPIES = 5, 1000
 OUTSIDE = ("drag", "speed", "east", "north", "turn_deg", "payout")  # of a Draw, that a twin may be given
 
@@ -39,7 +40,7 @@ class Ahead(Block):
     """The look-ahead."""
 
     seconds: float = quantity(60.0, "s", 0.0, 300.0, "how far ahead; 0: no look-ahead")
-    every: float = quantity(10.0, "s", 1.0, 3600.0, "from one look-ahead to the next")
+    every: float = quantity(30.0, "s", 1.0, 3600.0, "from one look-ahead to the next, at least")
     winch: str | None = quantity(
         None, "", None, None, "winch plan from the start on, docs/winch.md#a-plan; none: the last command held"
     )
@@ -79,9 +80,7 @@ def _find(path: str | os.PathLike) -> Path:
     return Path(path)
 
 
-PLANS = Document(
-    EnsemblePlan, "an ensemble", "ensemble", "ensemble: mine", _find, list, _problems, error=EnsembleError
-)
+PLANS = Document(EnsemblePlan, "an ensemble", "ensemble", "ensemble: mine", _find, list, _problems, error=EnsembleError)
 
 
 def load_plan(path: str | os.PathLike | None, changed: Mapping[str, Any], scene: Scene | None = None) -> EnsemblePlan:
@@ -102,6 +101,13 @@ def load_plan(path: str | os.PathLike | None, changed: Mapping[str, Any], scene:
 def fits(plan: EnsemblePlan, scene: Scene, origin: str) -> None:
     """Does the scene have the keys and take both ends of each range? Raises EnsembleError."""
     problems = []
+    longest = COMMANDS_AHEAD * scene.winch.command_timeout
+    if plan.ahead.seconds > longest:
+        problems.append(
+            f"{origin}: ahead.seconds = {plan.ahead.seconds:g} s is beyond {longest:.4g} s, {COMMANDS_AHEAD} times "
+            f"winch.command_timeout = {scene.winch.command_timeout:g} s: a rate ahead takes more commands than are "
+            "kept; nothing was started. Look less far ahead, or raise winch.command_timeout"
+        )
     for key, one in plan.ranges.items():
         for end in (one.low, one.high):
             try:

@@ -28,8 +28,8 @@ CSV_NAME, PICTURE, JSON_NAME = "ensemble.csv", "ensemble.png", "ensemble.json"
 
 class Followed(NamedTuple):
     """The band over a recording: time [s since its first tick output], bands low, median, high, nominal and the
-    recorded tow [n, FIGURES], all copies [copies, n, FIGURES]; lost copies; notes; CPU time [s]; steps simulated by
-    one copy [s]."""
+    recorded tow [n, FIGURES], all copies [copies, n, FIGURES]; lost copies; notes; CPU time of following and of the
+    static starts [s]; simulated by one copy [s]."""
 
     time: np.ndarray
     low: np.ndarray
@@ -41,6 +41,7 @@ class Followed(NamedTuple):
     lost: list[Lost]
     notes: list[str]
     cpu: float
+    start_cpu: float
     simulated: float
 
     @property
@@ -134,7 +135,8 @@ def follow_recording(
         values,
         follower.ensemble.lost,
         list(follower.notes),
-        time.process_time() - used,
+        time.process_time() - used - follower.ensemble.start_cpu,
+        follower.ensemble.start_cpu,
         len(bands) * follower.every * follower.tick * 1e-9,
     )
 
@@ -150,6 +152,7 @@ def figures(one: Followed, plan: EnsemblePlan) -> dict[str, Any]:
         "duration_s": float(one.time[-1]),
         "bands": len(one.time),
         "lost": [{"copy": lost.number, "draw": str(lost.draw), "why": lost.why} for lost in one.lost],
+        "start_cpu_s": one.start_cpu,
         "cpu_s": one.cpu,
         "cpu_per_copy_and_second": one.cpu / max(one.simulated * (one.members + 1), 1e-9),
         "figures": {},
