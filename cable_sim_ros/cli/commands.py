@@ -44,6 +44,7 @@ LATER = {
     "inspect": "cli.inspect_logs",
     "compare": "cli.compare",
     "layback": "cli.layback",
+    "ensemble": "ensemble.command",
     "export": "cli.export",
     "fmu": "fmu.command",
     "film": "cli.view",

@@ -25,6 +25,7 @@ FILES = {  # what a file is: the keys at its top that no other kind has, and whe
     "a mapping of a log": (("mapping", "signals"), "`cable-sim import --mapping`"),
     "a file of limits": (("limits",), "`cable-sim compare --limits`"),
     "a sweep": (("sweep",), "`cable-sim sweep`"),
+    "an ensemble": (("ensemble",), "`cable-sim ensemble --file`"),
     "a span in a wind": (("span",), "`cable-sim span` or `cable-sim viv`, in Python to load_cases"),
     "a span in a flow": (("flow",), "`cable-sim viv`: it has no wake, viscosity or axial stiffness"),
 }

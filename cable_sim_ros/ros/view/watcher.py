@@ -12,7 +12,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import rclpy
@@ -200,6 +200,9 @@ class Watcher:
             ) from None
 
 
+W = TypeVar("W", bound=Watcher)
+
+
 def _drawable(shape: np.ndarray) -> bool:
     return len(shape) > 1 and bool(np.isfinite(shape).all())
 
@@ -219,13 +222,21 @@ def domain() -> int:
 
 
 @contextmanager
-def watching(namespace: str, wait: float, alive: Callable[[], bool], open_: bool = False) -> Iterator[Watcher]:
-    """A watcher of a node that is there. WatchError with what there is where none is within ``wait`` s."""
-    name = "/" + namespace.strip("/") if namespace.strip("/") else ""
+def watching(
+    namespace: str,
+    wait: float,
+    alive: Callable[[], bool],
+    open_: bool = False,
+    made: Callable[[Client, str], W] = Watcher,  # type: ignore[assignment]
+    name: str = "",
+) -> Iterator[W]:
+    """A watcher of a node that is there; made: of which kind; name: of its own node. WatchError with what there is
+    where none is within ``wait`` s."""
+    space = "/" + namespace.strip("/") if namespace.strip("/") else ""
     discovery.limit([discovery.OPEN] if open_ else [])
-    client = Client(domain(), f"cable_sim_view_{os.getpid()}")
+    client = Client(domain(), name or f"cable_sim_view_{os.getpid()}")
     try:
-        watcher = Watcher(client, name)
+        watcher = made(client, space)
         watcher.listen()
         deadline = time.monotonic() + wait
         while watcher.heard is None:

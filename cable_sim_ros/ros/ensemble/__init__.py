@@ -1,0 +1,1 @@
+"""Ears and voice of an ensemble beside a node."""
