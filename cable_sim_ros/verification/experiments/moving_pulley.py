@@ -241,16 +241,17 @@ def draw(run: Rocking, low: np.ndarray, high: np.ndarray, folder: Path) -> Path:
     with canvas(path, (11.0, 6.0), "Rope over a pulley on a rocking arm", f"measured range: {SOURCE}") as figure:
         family, course = figure.subplots(1, 2)
         family.fill_between(FAMILY, low, high, color=FAINT, alpha=0.4, lw=0.0, label="simulated range")
-        family.plot(FAMILY, 0.5 * (low + high), color=BLUE, label="its middle")
+        family.plot(FAMILY, 0.5 * (low + high), color=BLUE, label="simulated, middle")
         family.set_xlabel("amplitude of the arm [deg]")
-        course.plot(run.time, run.tension, color=BLUE, label="one run: amplitude from the smallest")
+        course.plot(run.time, run.tension, color=BLUE)
         course.set_xlabel("time [s]")
-        names = {}
+        course.set_title(f"one run, {0.5 * np.ptp(run.angle):.1f} deg")
+        family.set_title("family over the amplitude")
         for axis in (family, course):
             axis.set_ylabel("tension at the cell [N]")
+            axis.set_ylim(30.0, 72.0)  # room for the names
             for k, value in enumerate(MEASURED):
                 axis.axhline(value, color=ORANGE, ls="--", lw=1.2, label=None if k else "measured range")
             axis.axhline(0.5 * sum(MEASURED), color=ORANGE, ls=":", lw=1.2, label="measured, middle")
-            names |= {label: line for line, label in zip(*axis.get_legend_handles_labels(), strict=True)}
-        figure.legend(names.values(), names, loc="outside lower center", ncols=3, handlelength=1.8)
+        family.legend(loc="upper left", fontsize="small")
     return path
