@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 from cable_sim_ros.cli import commands
 from cable_sim_ros.verification.experiments import EXPERIMENTS
-from cable_sim_ros.verification.experiments.pulley import CONFIGURATIONS, Choice, build, ranges, swing
+from cable_sim_ros.verification.experiments.pulley import CONFIGURATIONS, Choice, build, lossy, ranges, swing
 
 
 @pytest.mark.parametrize("number", CONFIGURATIONS)
@@ -43,3 +43,14 @@ def test_validate_tells_measured_ours_allowed_and_choices(tmp_path):
     assert withheld and all(r["measured"] is None for r in withheld)
     assert len(report["choices"]) >= 10 and (tmp_path / "pulley.png").stat().st_size > 10_000
     assert "pulley" in EXPERIMENTS
+
+
+def test_loss_takes_energy_and_is_the_one_that_a_single_figure_shows():
+    with_loss, without = swing(3, 2.0, Choice(loss=0.05)), swing(3, 2.0)
+    assert with_loss.energy[-1] < without.energy[-1] - 1.0
+    judged = lossy()
+    loss, *rows = judged
+    assert 0.015 < loss.ours < 0.03, "between the two dampings that enclose the measured wrap"
+    assert not any(row.name.endswith("configuration 1, largest wrap") for row in rows), "nothing is judged by itself"
+    angles = [row.name.removeprefix("with loss: configuration ") for row in rows if row.unit == "deg"]
+    assert angles == ["1, smallest wrap", "3, smallest wrap", "3, largest wrap"]

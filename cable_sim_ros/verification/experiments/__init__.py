@@ -30,7 +30,19 @@ class Result(NamedTuple):
 
 
 # each a module of this folder with experiment(duration, progress); duration: s, None: its own
-EXPERIMENTS = ("pulley", "drag", "viv", "viv_tow", "wake", "segments", "turbulence", "drive", "load_cell", "layback")
+EXPERIMENTS = (
+    "pulley",
+    "moving_pulley",
+    "drag",
+    "viv",
+    "viv_tow",
+    "wake",
+    "segments",
+    "turbulence",
+    "drive",
+    "load_cell",
+    "layback",
+)
 
 
 def run(name: str, duration: float | None, progress=lambda *_: None) -> Result:
