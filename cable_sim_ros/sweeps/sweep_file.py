@@ -126,19 +126,19 @@ def _problems(plan: SweepPlan) -> list[Problem]:
     if plan.samples is not None:
         if not plan.samples.ranges:
             found.append(Problem("samples.ranges", "is empty: all samples would be the same", "Give one by its key"))
-        for key, one in plan.samples.ranges.items():
-            if not one.low < one.high:
-                text = f"= {one.low:g} to {one.high:g} is no range"
+        for key, limits in plan.samples.ranges.items():
+            if not limits.low < limits.high:
+                text = f"= {limits.low:g} to {limits.high:g} is no range"
                 found.append(Problem(f"samples.ranges.{key}", text, "Give low below high"))
-            elif one.spread is Spread.LOG and one.low <= 0.0:
-                text = f"= {one.low:g} to {one.high:g} has no logarithm"
+            elif limits.spread is Spread.LOG and limits.low <= 0.0:
+                text = f"= {limits.low:g} to {limits.high:g} has no logarithm"
                 found.append(Problem(f"samples.ranges.{key}", text, "Give low above 0, or spread: uniform"))
     for i, motion in enumerate(plan.motions):
         if sum(one is not None for one in (motion.bag, motion.heave, motion.rao)) > 1:
             found.append(Problem(f"motions.{i}", "names more than one motion", "Keep one of bag, heave, rao"))
-    for i, text in enumerate(plan.plans):
+    for i, words in enumerate(plan.plans):
         try:
-            WinchPlan.of(text) if text is not None else None
+            WinchPlan.of(words) if words is not None else None
         except PlanError as error:
             found.append(Problem(f"plans.{i}", f"is no plan ({error})", "See docs/winch.md#a-plan"))
     for name in plan.figures:
@@ -172,13 +172,16 @@ def checked(data: Mapping[str, Any], origin: str) -> SweepPlan:
 
 
 def _fitting(plan: SweepPlan, origin: str) -> SweepPlan:
-    scene = apply_to_scene(load_scene(plan.scene), plan.settings)
+    base = load_scene(plan.scene)
+    firsts = {key: one.first if isinstance(one, Steps) else one[0] for key, one in plan.grid.items()}
+    firsts |= {key: limits.low for key, limits in (plan.samples.ranges if plan.samples else {}).items()}
     problems = []
-    for key, one in plan.grid.items():
-        value = one.first if isinstance(one, Steps) else one[0]
-        problems += _refused(scene, key, value, origin)
-    for key, limits in (plan.samples.ranges if plan.samples else {}).items():
-        problems += _refused(scene, key, limits.low, origin)
+    try:  # settings may need what the grid gives: the kind of the waves their height
+        scene = apply_to_scene(base, {**plan.settings, **firsts})
+    except CableSimError:
+        scene = apply_to_scene(base, plan.settings)
+        for key, value in firsts.items():
+            problems += _refused(scene, key, value, origin)
     if plan.seeds and not seeds_of(scene):
         problems.append(
             f"{origin}: seeds = {plan.seeds}: nothing of {scene.name} is random, so all would be the same run; "
