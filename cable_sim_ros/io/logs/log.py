@@ -27,7 +27,8 @@ class Source:
 
     logged: stamps of the logger, int64 [n] ns since 1970, None where there are none; device: of the device's own clock,
     ns from an epoch of its own, None where it tells none; columns: path of a field -> float64 [n], NaN where a record
-    has no such number; units: of the columns whose format tells them; kind: type of the message, or what the format is.
+    has no such number; units: of the columns whose format tells them; kind: type of the message, or what the format is;
+    left: names of columns that were read and not kept.
     """
 
     name: str
@@ -36,6 +37,7 @@ class Source:
     device: np.ndarray | None
     columns: dict[str, np.ndarray]
     units: dict[str, str] = field(default_factory=dict)
+    left: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         first = self.logged if self.logged is not None else self.device
@@ -74,7 +76,7 @@ class Losses:
 class Log:
     """A log as it was read: path, name of the format, sources by name, records that were read, and the losses.
 
-    notices: what a user should know of it that is no loss, each one line.
+    notices: what a user should know of it that is no loss, each one line; left: names of sources that were not kept.
     """
 
     path: str
@@ -83,6 +85,7 @@ class Log:
     records: int
     losses: Losses = field(default_factory=Losses)
     notices: list[str] = field(default_factory=list)
+    left: list[str] = field(default_factory=list)
 
 
 class Builder:

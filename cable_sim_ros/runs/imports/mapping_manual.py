@@ -61,7 +61,10 @@ def _keys(block: type[Block], leave: Sequence[str] = ()) -> str:
         assert isinstance(extra, dict)
         default = field.default
         shown = "required" if field.is_required() else default.value if isinstance(default, Enum) else default
-        shown = {None: "none", "": "empty", (): "none", True: "true", False: "false"}.get(shown, shown)
+        if isinstance(shown, bool):
+            shown = "true" if shown else "false"
+        elif shown is None or shown in ("", ()):
+            shown = "empty" if shown == "" else "none"
         unit = str(extra["unit"])
         bounds = interval(extra["low"], extra["high"], extra["above"])  # type: ignore[arg-type]
         meaning = str(field.description)

@@ -23,8 +23,8 @@ CONSTANT = 30  # records that are all the same, where others of the same signal 
 
 @dataclass
 class Applied:
-    """What a mapping makes of a log: signals; what it could not, a line each; what was done about times "
-    "and values."""
+    """What a mapping makes of a log: signals; what it could not, a line each; what was done about times
+    and values."""
 
     signals: list[Signal]
     missing: list[str] = field(default_factory=list)
@@ -32,8 +32,8 @@ class Applied:
 
 
 def signals_of(log: Log, mapping: Mapping, ready: bool = False) -> list[Signal]:
-    """Signals of a log; LogError where a field is not there or nothing can be used. ready: mapping of this "
-    "product."""
+    """Signals of a log; LogError where a field is not there or nothing can be used. ready: mapping of this
+    product."""
     return applied(log, mapping, ready).signals
 
 

@@ -87,7 +87,7 @@ def named(unit: str) -> str | None:
 def nearest(unit: str, dimension: str) -> str:
     """What may be written in place of an unknown unit, for an error."""
     near = difflib.get_close_matches(unit, [*UNITS, *OTHER_NAMES], 1, 0.6)
-    return f"Did you mean {near[0]}? " * bool(near) + f"Known for it: {', '.join(units_of(dimension))}"
+    return (f"Did you mean {near[0]}? " if near else "") + f"Known for it: {', '.join(units_of(dimension))}"
 
 
 def units_of(dimension: str) -> list[str]:
