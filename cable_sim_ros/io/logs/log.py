@@ -76,7 +76,8 @@ class Losses:
 class Log:
     """A log as it was read: path, name of the format, sources by name, records that were read, and the losses.
 
-    notices: what a user should know of it that is no loss, each one line; left: names of sources that were not kept.
+    notices: what a user should know of it that is no loss, each one line; left: names of sources that were not kept;
+    begin: first stamp [ns] of all that was read, None: that of the sources.
     """
 
     path: str
@@ -86,6 +87,7 @@ class Log:
     losses: Losses = field(default_factory=Losses)
     notices: list[str] = field(default_factory=list)
     left: list[str] = field(default_factory=list)
+    begin: int | None = None
 
 
 class Builder:

@@ -121,7 +121,7 @@ def _of_channels(tow: RecordedTow) -> list[Signal]:
     decoded: dict[str, list[dict]] = {}
     out = []
     for channel, field, component, quantity, factor in CHANNEL_QUANTITIES:
-        assert field in TICK_OUTPUT.names
+        assert field in (TICK_OUTPUT.names or ())
         messages = tow.outputs.get(channel)
         if not messages:
             continue

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from .log import Log, LogError, Losses
+from .log import Log, LogError, Losses, Source
 from .mapping.apply import Applied, applied, covers, entries_covered
 from .mapping.find import column_of, find_sources
 from .mapping.mapping_file import Mapping, fields_of, load_mapping, shipped_mappings, sources_of
@@ -95,19 +96,22 @@ def best_of(log: Log, ready: dict[str, Mapping]) -> str | None:
     return max(fitting, key=lambda pair: pair[0])[1] if fitting else None
 
 
-def _wanted(mapping: Mapping):
-    """Whether a column of a source is of any use to a mapping."""
+def _wanted(mapping: Mapping) -> Callable[[Source], set[str] | None]:
+    """Columns of a source that a mapping takes, None where it does not name the source."""
 
-    def wanted(source, column: str) -> bool:
+    def wanted(source: Source) -> set[str] | None:
         one = Log("", "", {source.name: source}, 0)
+        fields: list[str] = []
+        named = False
         for entry in mapping.signals.values():
-            if find_sources(one, sources_of(entry)) and any(column_of(source, f) == column for f in fields_of(entry)):
-                return True
-            if column == entry.quality_field or (
-                entry.quality_field and column_of(source, entry.quality_field) == column
-            ):
-                return True
-        return False
+            if find_sources(one, sources_of(entry)):
+                named = True
+                fields += [*fields_of(entry), entry.quality_field]
+            if entry.quality_source and find_sources(one, [entry.quality_source]):
+                named = True
+                fields.append(entry.quality_field)
+            named = named or bool(entry.stamped_by and find_sources(one, [entry.stamped_by]))
+        return {column for name in fields if name and (column := column_of(source, name))} if named else None
 
     return wanted
 

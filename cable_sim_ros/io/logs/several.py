@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -54,14 +54,19 @@ def _inside(folder: Path) -> Iterator[Path]:
 
 
 class Joined:
-    """Logs of one kind joined: parts of the sources are kept, of these the columns that are wanted."""
+    """Logs of one kind joined: parts of the sources are kept, of these the columns that are wanted.
 
-    def __init__(self, wanted: Callable[[Source, str], bool] | None = None) -> None:
+    wanted: columns of a source to keep, None where it is of no use; the names of all others are kept as `left`.
+    """
+
+    def __init__(self, wanted: Callable[[Source], Collection[str] | None] | None = None) -> None:
+        self.wanted = wanted
         self.files: list[str] = []
-        self.wanted, self.numbers = wanted, 0
+        self.numbers = self.records = 0
         self._parts: dict[str, list[Source]] = {}
+        self._left: dict[str, None] = {}
         self._first: Log | None = None
-        self.records = 0
+        self._begin: int | None = None
 
     def add(self, log: Log) -> None:
         """Another one; LogError where it is too much."""
@@ -75,9 +80,16 @@ class Joined:
             if notice not in self._first.notices and len(self._first.notices) < 50:
                 self._first.notices.append(notice)
         for name, source in log.sources.items():
-            columns = {c: v for c, v in source.columns.items() if self.wanted is None or self.wanted(source, c)}
-            if not len(source) or (self.wanted is not None and not columns and source.device is None):
+            if not len(source):
                 continue
+            stamps = source.logged if source.logged is not None else source.device
+            if stamps is not None:
+                self._begin = min(int(stamps[0]), self._begin if self._begin is not None else int(stamps[0]))
+            kept = source.columns.keys() if self.wanted is None else self.wanted(source)
+            if kept is None:
+                self._left[name] = None
+                continue
+            columns = {c: v for c, v in source.columns.items() if c in kept}
             self.numbers += sum(map(len, columns.values())) + 2 * len(source)
             if self.numbers > MOST_NUMBERS:
                 raise LogError(
@@ -85,7 +97,15 @@ class Joined:
                     f"Give fewer files at a time"
                 )
             self._parts.setdefault(name, []).append(
-                Source(name, source.kind, source.logged, source.device, columns, source.units)
+                Source(
+                    name,
+                    source.kind,
+                    source.logged,
+                    source.device,
+                    columns,
+                    source.units,
+                    tuple(c for c in source.columns if c not in columns),
+                )
             )
 
     def log(self) -> Log:
@@ -95,7 +115,8 @@ class Joined:
         count = len(self.files)
         path = self.files[0] if count == 1 else f"{self.files[0]} and {count - 1} more"
         sources = {name: _joined(parts) for name, parts in self._parts.items()}
-        return Log(path, one.format, sources, self.records, one.losses, one.notices)
+        left = [name for name in self._left if name not in sources]
+        return Log(path, one.format, sources, self.records, one.losses, one.notices, left, self._begin)
 
 
 def _joined(parts: list[Source]) -> Source:
@@ -116,7 +137,8 @@ def _joined(parts: list[Source]) -> Source:
     units: dict[str, str] = {}
     for part in parts:
         units = {**part.units, **units}
-    return Source(parts[0].name, parts[0].kind, logged, device, columns, units)
+    left = tuple(dict.fromkeys(name for part in parts for name in part.left if name not in columns))
+    return Source(parts[0].name, parts[0].kind, logged, device, columns, units, left)
 
 
 def read_each(paths: Iterable[Path], format: str | None, skipped: list[str]) -> Iterator[Log]:

@@ -9,6 +9,7 @@ import shutil
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -39,7 +40,7 @@ class Imported:
     """What an import made: figures for the JSON, and lines for a user."""
 
     path: Path
-    figures: dict[str, object]
+    figures: dict[str, Any]
     assumed: list[str] = field(default_factory=list)
     said: list[str] = field(default_factory=list)
     missing: list[str] = field(default_factory=list)
@@ -82,9 +83,10 @@ def import_logs(
     if motion is None and not imu:
         assumed.append("ship motion: not in the log; a run under this bag needs --motion of another one")
     figures = _figures(reading, signals, motion, imu, choice)
+    lines = grouped(assumed)
     about = figures | {
         "version": __version__,
-        "assumed": grouped(assumed),
+        "assumed": lines,
         "signals_assumed": {one.quantity: one.assumed for one in reading.signals},
         "said": reading.said,
         "missing": reading.missing,
@@ -95,7 +97,7 @@ def import_logs(
     if path.exists():
         shutil.rmtree(path) if path.is_dir() else path.unlink()
     _write(path, about, signals, motion, imu)
-    return Imported(path, figures, about["assumed"], reading.said, reading.missing)
+    return Imported(path, figures, lines, reading.said, reading.missing)
 
 
 def _kept(one: Rounding) -> list[object]:
@@ -129,7 +131,9 @@ def _attitude(signals: dict[str, Signal]) -> list[str]:
     return assumed
 
 
-def _figures(reading: Reading, signals, motion: ShipMotion | None, imu: bool, choice: Choice) -> dict[str, object]:
+def _figures(
+    reading: Reading, signals: Mapping[str, Signal], motion: ShipMotion | None, imu: bool, choice: Choice
+) -> dict[str, Any]:
     span = motion.samples.time if motion is not None else next(iter(signals.values())).time
     return {
         "files": len(reading.files),
@@ -167,7 +171,9 @@ def _hashes(files: list[str]) -> list[dict[str, object]]:
     return found
 
 
-def _write(path: Path, about: dict[str, object], signals, motion: ShipMotion | None, imu: bool) -> None:
+def _write(
+    path: Path, about: dict[str, Any], signals: Mapping[str, Signal], motion: ShipMotion | None, imu: bool
+) -> None:
     text = json.dumps(about, ensure_ascii=False)
     try:
         with BagWriter(path, custom_data={IMPORT: text}, chunk_size=2**20) as bag:

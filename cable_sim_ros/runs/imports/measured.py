@@ -7,6 +7,7 @@ signal by name: what reads an imported bag takes these, so that no record is res
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -54,7 +55,7 @@ def _at(one: Signal | None, time: np.ndarray) -> np.ndarray:
     )
 
 
-def _header(now: int, frame: str = ""):
+def _header(now: int, frame: str = "") -> Any:
     kinds = STORE.types
     stamp = kinds["builtin_interfaces/msg/Time"](now // SECOND, now % SECOND)
     return kinds["std_msgs/msg/Header"](stamp, frame)

@@ -19,8 +19,8 @@ NO_MOTION = 60.0  # s between records, of which no seaway is left
 
 
 class Regular(NamedTuple):
-    """Of a signal: times [s] since an origin, values, and stretches without a gap; said: what was done, a "
-    "line each."""
+    """Of a signal: times [s] since an origin, values, and stretches without a gap; said: what was done, a
+    line each."""
 
     t: np.ndarray
     value: np.ndarray

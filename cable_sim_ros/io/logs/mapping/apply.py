@@ -46,7 +46,7 @@ def applied(log: Log, mapping: Mapping, ready: bool = False) -> Applied:
         if not found:
             if not entry.optional:
                 wanted = sources_of(entry)
-                text = f"there is no source {listed(wanted)}. {near(wanted[0], log.sources)}"
+                text = f"there is no source {listed(wanted)}. {near(wanted[0], [*log.sources, *log.left])}"
                 out.missing.append(f"{log.path}: signals.{name}: {text}")
             continue
         for signal in _of_entry(log, mapping, name, entry, found, ready, out):
@@ -60,7 +60,7 @@ def applied(log: Log, mapping: Mapping, ready: bool = False) -> Applied:
                 continue
             whole[signal.quantity] = (signal, entry)
     if not whole:
-        known = listed(log.sources) or "none"
+        known = listed([*log.sources, *log.left]) or "none"
         lines = "; ".join(out.missing[:SHOWN])
         raise LogError(
             f"{log.path}: the mapping '{mapping.mapping}' gives no signal of it ({lines or 'no usable record'}); "
@@ -93,7 +93,8 @@ def _there(log: Log, entry: Entry) -> bool:
 def _of_entry(log, mapping, name, entry, found, ready, out) -> list[Signal]:
     """Signals of one entry, of all its sources in order of time."""
     where = f"{log.path}: signals.{name}"
-    times, rows, assumed = [], [], []
+    times, rows = [], []
+    assumed: list[str] = []
     dimension = dimension_of(word_of(name, entry))
     kept_sources = []
     found, beside = one_after_another(found, fields_of(entry))
@@ -109,7 +110,7 @@ def _of_entry(log, mapping, name, entry, found, ready, out) -> list[Signal]:
             if column is None:
                 raise LogError(
                     f"{where}.field = {wanted}: {source.name} has no such field; nothing was used. "
-                    f"{near(wanted, source.columns)}"
+                    f"{near(wanted, [*source.columns, *source.left])}"
                 )
             columns.append(column)
         unit = _unit(where, entry, source, columns[0], dimension, ready, assumed)
@@ -170,7 +171,7 @@ def _times(log, where, entry, source, assumed, said) -> tuple[np.ndarray, np.nda
         if stamps is None:
             raise LogError(
                 f"{where}.stamped_by = {entry.stamped_by}: there is no such source; nothing was used. "
-                f"{near(entry.stamped_by, log.sources)}"
+                f"{near(entry.stamped_by, [*log.sources, *log.left])}"
             )
         device, there = device_of(source, stamps, where)
         device = dated(device, source.logged)

@@ -9,12 +9,13 @@ from ..signals import Signal
 from .mapping_file import Entry
 
 MOVED = ("x", "y", "z", "heave", "latitude", "longitude")
+ANGLES = ("roll", "pitch", "yaw")
 EARTH = 6_371_000.0  # m
 
 
 def at_base_link(signals: dict[str, tuple[Signal, Entry]], missing: list[str]) -> None:
     """Move the signals of MOVED in place; what was taken as zero, and what it is worth, goes into `assumed`."""
-    angles = {name: signals[name][0] for name in ("roll", "pitch", "yaw") if name in signals}
+    angles: dict[str, Signal] = {name: signals[name][0] for name in ANGLES if name in signals}
     for name in MOVED:
         if name not in signals:
             continue
@@ -51,7 +52,7 @@ def at_base_link(signals: dict[str, tuple[Signal, Entry]], missing: list[str]) -
 def _away(time: np.ndarray, angles: dict[str, Signal], arm: np.ndarray) -> np.ndarray:
     """Place of the sensor from base_link in axes of the world [n, 3]."""
     turned = np.zeros((len(time), 3))
-    for k, name in enumerate(("roll", "pitch", "yaw")):
+    for k, name in enumerate(ANGLES):
         if name in angles:
             one = angles[name]
             origin = one.time[0]

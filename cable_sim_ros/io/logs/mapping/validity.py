@@ -38,6 +38,8 @@ def accepted_records(log, where, entry, source, raw, time, said) -> np.ndarray:
 
 
 def _begin(log: Log) -> int:
+    if log.begin is not None:
+        return log.begin
     stamps = [s.logged if s.logged is not None else s.device for s in log.sources.values()]
     return min((int(t[0]) for t in stamps if t is not None and len(t)), default=0)
 
@@ -49,14 +51,14 @@ def _quality(log, where, entry, source) -> np.ndarray:
         if not found:
             raise LogError(
                 f"{where}.quality_source = {entry.quality_source}: there is no such source; nothing was used. "
-                f"{near(entry.quality_source, log.sources)}"
+                f"{near(entry.quality_source, [*log.sources, *log.left])}"
             )
         told = found[0]
     column = column_of(told, entry.quality_field)
     if column is None:
         raise LogError(
             f"{where}.quality_field = {entry.quality_field}: {told.name} has no such field; nothing was used. "
-            f"{near(entry.quality_field, told.columns)}"
+            f"{near(entry.quality_field, [*told.columns, *told.left])}"
         )
     accepted = np.isin(told.columns[column], entry.quality_refused, invert=True)
     if entry.quality_accepted:
