@@ -61,13 +61,16 @@ class Text:
     kind: str = "text"
 
 
+Part = Table | Figure | Picture | Text
+
+
 @dataclass
 class Section:
     """A part of the report with a title."""
 
     name: str
     title: str
-    parts: list[Table | Figure | Picture | Text] = field(default_factory=list)
+    parts: list[Part] = field(default_factory=list)
 
 
 class Card(NamedTuple):

@@ -13,7 +13,7 @@ import numpy as np
 from ..plots.strips import LOOKS, WIDTH
 from ..plots.vector import svg
 from ..sim.flag_rules import DOUBTFUL, FAILED, OK
-from .parts import Card, Figure, Section, Table, Text, counted, number, share, unit
+from .parts import Card, Figure, Part, Section, Table, Text, counted, number, share, unit
 from .simulated import ITEMS, TABLES
 from .subject import typed
 from .write import write_page
@@ -73,11 +73,10 @@ def write_sweep_page(
     """
     states = Counter(str(row["verdict"]) for row in many.rows)
     state = FAILED if states[FAILED] else DOUBTFUL if len(many.rows) != states[OK] else OK
-    found = [("found", "What was found", [*tables])] if tables else []
     every = [
         Section("verdict", "Verdict and its reasons", _reasons(many, notes)),
         Section("varied", "What was varied", _varied(many, command)),
-        *(Section(name, title, parts) for name, title, parts in found),
+        Section("found", "What was found", [*tables]),
         Section("figures", "What came of it", _figures(many)),
         Section("runs", "Every run", _runs(many)),
     ]
@@ -121,9 +120,9 @@ def _cards(many: Many, states: Mapping[str, int]) -> list[Card]:
     return cards
 
 
-def _reasons(many: Many, notes: Sequence[str]) -> list[Table | Text]:
+def _reasons(many: Many, notes: Sequence[str]) -> list[Part]:
     """Texts of failures and doubts with how often they came; no run is left out in silence."""
-    parts: list[Table | Text] = []
+    parts: list[Part] = []
     for state, key, caption in (
         (FAILED, "error", "Why runs failed"),
         (DOUBTFUL, "reasons", "Why figures are doubtful"),
@@ -141,7 +140,7 @@ def _reasons(many: Many, notes: Sequence[str]) -> list[Table | Text]:
     return [*parts, *([Text(list(notes), note=True)] if notes else [])]
 
 
-def _varied(many: Many, command: Sequence[str]) -> list[Table | Text]:
+def _varied(many: Many, command: Sequence[str]) -> list[Part]:
     rows = []
     for key in _keys(many):
         found = [one[key] for one in many.varied if key in one]
@@ -151,7 +150,7 @@ def _varied(many: Many, command: Sequence[str]) -> list[Table | Text]:
         else:
             span = ", ".join(list(dict.fromkeys(str(value) for value in found))[:8]) + (", ..." if count > 8 else "")
         rows.append((_named(key), str(count), span))
-    parts: list[Table | Text] = []
+    parts: list[Part] = []
     if rows:
         parts.append(
             Table("Keys of the scene that differ from run to run", ("key", "values", "which"), rows, right=(1,))
@@ -160,7 +159,7 @@ def _varied(many: Many, command: Sequence[str]) -> list[Table | Text]:
     return [*parts, *([Text([f"Command: cable-sim {words}"])] if words else [])]
 
 
-def _figures(many: Many) -> list[Table | Figure]:
+def _figures(many: Many) -> list[Part]:
     """Least, mean and largest of each figure with the run it is of, and drawings over the first key of numbers."""
     rows, names = [], many.shown([name for name in many.units if any(name in row for row in many.rows)])
     for name in names:
@@ -170,11 +169,11 @@ def _figures(many: Many) -> list[Table | Figure]:
         at = f"{least + 1}, {most + 1}"
         rows.append((TITLES.get(name) or many.meanings.get(name, name), *cells, unit(many.units[name]), at, name))
     head = ("figure", "least", "mean", "largest", "unit", "runs of least, largest", "name in the table")
-    table = [Table("Over all runs that ended", head, rows, right=(1, 2, 3), names=names)] if rows else []
+    table: list[Part] = [Table("Over all runs that ended", head, rows, right=(1, 2, 3), names=names)] if rows else []
     return [*_drawn(many), *table]
 
 
-def _drawn(many: Many) -> list[Figure]:
+def _drawn(many: Many) -> list[Part]:
     found = ((key, _axis(many, key)) for key in _keys(many) if key != "seed")
     over, x = next(((key, one) for key, one in found if one is not None and len(set(one)) > 1), ("", None))
     names = [name for name in many.shown(tuple(TITLES)) if np.ptp(many.values(name)[_has(many, name)]) > 0.0][:DRAWN]
@@ -228,7 +227,7 @@ def _axis(many: Many, key: str) -> np.ndarray | None:
     return np.array(values, float)
 
 
-def _runs(many: Many) -> list[Table | Text]:
+def _runs(many: Many) -> list[Part]:
     keys, names = _keys(many), many.shown(tuple(TITLES))
     rows, bad = [], []
     for k, (varied, row) in enumerate(zip(many.varied, many.rows)):
@@ -240,9 +239,7 @@ def _runs(many: Many) -> list[Table | Text]:
         rows.append((str(k + 1), *(number(varied.get(key)) for key in keys), *figures, str(row["verdict"])))
     heads = [f"{TITLES[name]} [{unit(many.units[name])}]" for name in names]
     right = range(0, 1 + len(keys) + len(names))
-    parts: list[Table | Text] = [
-        Table("Runs", ("run", *map(_named, keys), *heads, "verdict"), rows, right=right, bad=bad)
-    ]
+    parts: list[Part] = [Table("Runs", ("run", *map(_named, keys), *heads, "verdict"), rows, right=right, bad=bad)]
     if len(many.rows) > MOST_RUNS:
         parts.append(Text([f"{len(many.rows) - MOST_RUNS} more runs stand in the table of the sweep (sweep.csv)."]))
     return parts
