@@ -9,7 +9,7 @@ from __future__ import annotations
 import difflib
 import os
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from math import atan2, cos, degrees, floor, radians, remainder, sin
 from pathlib import Path
 from typing import NamedTuple
@@ -36,6 +36,7 @@ STEP = SECOND // 50  # ns between messages where the table is coarser
 UNEVEN = 0.05  # of the period: a step further from a whole number of periods is irregular
 CRAB = 10.0  # deg between where a ship points and where it goes: more than a current makes
 FEWEST = 4  # rows between gaps, for a cubic
+BLOCK = 10_000  # messages whose numbers are taken at a time
 LONGEST = 86_400.0  # s of a table or a sinusoidal heave
 HEAVE_PERIODS = (1.0, 600.0)  # s
 
@@ -303,6 +304,11 @@ def _sampled(t: np.ndarray, curves: dict[int, Curve], begin: int, ship: Ship) ->
 
 def odometry_events(path: Samples, where: str) -> list[Event]:
     """Odometry messages; MotionError where speeds are beyond what is taken of a ship."""
+    return list(stream_odometry(path, where))
+
+
+def stream_odometry(path: Samples, where: str) -> Iterator[Event]:
+    """The same, made one by one; MotionError before the first."""
     twist = np.column_stack(
         [
             np.einsum("nji,nj->ni", rotation(path.value[:, 3:]), path.rate[:, :3]),
@@ -336,15 +342,15 @@ def odometry_events(path: Samples, where: str) -> list[Event]:
     pose, posed, moving, moved = (
         kinds[f"geometry_msgs/msg/{name}"] for name in ("Pose", "PoseWithCovariance", "Twist", "TwistWithCovariance")
     )
-    unknown, events = np.zeros(36), []
-    rows = zip(path.time.tolist(), path.value.tolist(), quaternion(path.value[:, 3:]).tolist(), twist.tolist())
-    for time, value, turn, rates in rows:
-        message = odometry(
-            header(stamp(time // SECOND, time % SECOND), "odom"),
-            "base_link",
-            posed(pose(point(*value[:3]), rotor(*turn)), unknown),
-            moved(moving(vector(*rates[:3]), vector(*rates[3:])), unknown),
-        )
-        data = bytes(STORE.serialize_cdr(message, odometry.__msgtype__))
-        events.append(Event(time, time, "odometry", data))
-    return events
+    unknown, turned = np.zeros(36), quaternion(path.value[:, 3:])
+    for k in range(0, len(path.time), BLOCK):
+        of = slice(k, k + BLOCK)
+        rows = zip(path.time[of].tolist(), path.value[of].tolist(), turned[of].tolist(), twist[of].tolist())
+        for time, value, turn, rates in rows:
+            message = odometry(
+                header(stamp(time // SECOND, time % SECOND), "odom"),
+                "base_link",
+                posed(pose(point(*value[:3]), rotor(*turn)), unknown),
+                moved(moving(vector(*rates[:3]), vector(*rates[3:])), unknown),
+            )
+            yield Event(time, time, "odometry", bytes(STORE.serialize_cdr(message, odometry.__msgtype__)))

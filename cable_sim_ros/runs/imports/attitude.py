@@ -12,10 +12,13 @@ import numpy as np
 from ...io.logs.log import SECOND, LogError
 from ...io.logs.signals import Signal
 from ...sim.tables.attitude import angles_of
+from .regular import BRIDGED, PERIODS
 
 RATES = ("roll_rate", "pitch_rate", "yaw_rate")
 FORCES = ("acceleration_x", "acceleration_y", "acceleration_z")
 SLOWEST = 5.0  # Hz, below it rates do not tell of the angles between them
+SPARSE = 4.0  # steps between records in the mean: beyond it they are bursts, not a rate
+SHORTEST = 5.0  # s without a gap, for the filter
 
 
 def can(signals: dict[str, Signal]) -> bool:
@@ -30,45 +33,59 @@ def attitude(signals: dict[str, Signal]) -> tuple[dict[str, Signal], list[str]]:
     except ImportError:
         raise LogError(
             "the log has rates and accelerations without an orientation, and attitude is made of them with "
-            "vqf, which is "
-            "not installed; nothing was imported. pip install 'cable_sim_ros[import]', or map a second source"
+            "vqf, which is not installed; nothing was imported. pip install 'cable_sim_ros[import]', or map a second "
+            "source"
         ) from None
     time = signals[RATES[0]].time
     origin = int(time[0])
     t = (time - origin) / SECOND
-    step = float(np.median(np.diff(t))) if len(t) > 1 else np.inf
+    steps = np.diff(t)
+    step = float(np.median(steps)) if len(t) > 1 else np.inf
     if 1.0 / step < SLOWEST:
         raise LogError(
             f"{signals[RATES[0]].source}: rates come at {1.0 / step:.3g} Hz, below {SLOWEST:g} Hz no "
-            f"attitude is made of "
-            f"them; nothing was imported. Map a source of roll and pitch"
+            f"attitude is made of them; nothing was imported. Map a source of roll and pitch"
         )
-    at = np.arange(0.0, t[-1] + 1e-9, step)
-
-    def column(name: str) -> np.ndarray:
-        one = signals[name]
-        return np.interp(at, (one.time - origin) / SECOND, one.value)
-
-    rate = np.ascontiguousarray(np.stack([column(name) for name in RATES], axis=1))
-    force = np.ascontiguousarray(np.stack([column(name) for name in FORCES], axis=1))
-    up = float(force[:, 2].mean())
+    up = float(signals[FORCES[2]].value.mean())
     if up < 0.0:
         raise LogError(
             f"{signals[FORCES[2]].source}: the specific force along z of base_link is {up:.3g} m/s^2 in the "
-            f"mean, it is "
-            f"+9.8 in a ship at rest: the axes are turned; nothing was imported. Give `frame`, or `sign: "
-            f"-1` for y and z"
+            f"mean, it is +9.8 in a ship at rest: the axes are turned; nothing was imported. Give `frame`, or "
+            f"`sign: -1` for y and z"
         )
-    rotors = filtered(rate, force, None, step)["quat6D"]  # w x y z
-    angles = np.unwrap(np.array([angles_of(*row) for row in rotors[:, [1, 2, 3, 0]]]), axis=0)
-    stamps = origin + np.round(at * SECOND).astype(np.int64)
+    cuts = [0, *(np.flatnonzero(steps > max(BRIDGED, PERIODS * step)) + 1).tolist(), len(t)]
+    spans = [(float(t[i]), float(t[j - 1])) for i, j in zip(cuts, cuts[1:]) if j - i >= SHORTEST / step]
+    spans = [(a, b) for a, b in spans if b - a <= SPARSE * step * float(((t >= a) & (t <= b)).sum())]
+    if not spans:
+        raise LogError(
+            f"{signals[RATES[0]].source}: rates have no {SHORTEST:g} s without a gap, no attitude is made of them; "
+            f"nothing was imported. Map a source of roll and pitch"
+        )
+
+    def table(names: tuple[str, ...], at: np.ndarray) -> np.ndarray:
+        columns = [np.interp(at, (signals[n].time - origin) / SECOND, signals[n].value) for n in names]
+        return np.ascontiguousarray(np.stack(columns, axis=1))
+
+    stamps, angles = [], []
+    for begin, end in spans:  # of each a filter of its own: over a gap nothing is known
+        at = begin + np.arange(0.0, end - begin + 1e-9, step)
+        rotors = filtered(table(RATES, at), table(FORCES, at), None, step)["quat6D"]  # w x y z
+        angles.append(np.unwrap(np.array([angles_of(*row) for row in rotors[:, [1, 2, 3, 0]]]), axis=0))
+        stamps.append(origin + np.round(at * SECOND).astype(np.int64))
+    time, turned = np.concatenate(stamps), np.concatenate(angles)
     found = {
-        name: Signal(name, stamps, angles[:, k], f"{signals[RATES[0]].source}: VQF")
+        name: Signal(name, time, turned[:, k], f"{signals[RATES[0]].source}: VQF")
         for k, name in enumerate(("roll", "pitch", "yaw"))
     }
-    return found, [
+    assumed = [
         "attitude: roll and pitch from rates and accelerations by the filter VQF, without a magnetometer; "
-        "accelerations "
-        f"of the ship bias them (rms of the horizontal specific force: "
-        f"{float(np.hypot(force[:, 0], force[:, 1]).std()):.2g} m/s^2)"
+        f"accelerations of the ship bias them (rms of the horizontal specific force: {_horizontal(signals):.2g} m/s^2)"
     ]
+    if len(spans) > 1:
+        assumed.append(f"attitude: {len(spans) - 1} gaps, after each the filter begins anew, its yaw as well")
+    return found, assumed
+
+
+def _horizontal(signals: dict[str, Signal]) -> float:
+    """Deviation of the horizontal specific force [m/s^2], by the axes of the ship."""
+    return float(np.sqrt(sum(np.var(signals[name].value) for name in FORCES[:2])))

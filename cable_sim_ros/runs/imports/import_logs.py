@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import hashlib
+import heapq
 import json
 import os
 import shutil
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -21,12 +22,12 @@ from ...io.logs.read_signals import Reading, read
 from ...io.logs.several import Paths
 from ...io.logs.signals import QUANTITIES, Signal
 from ...io.sources.motion_curves import Rounding
-from ...io.sources.motion_table import MotionError, odometry_events
+from ...io.sources.motion_table import MotionError, stream_odometry
 from ...version import __version__
 from . import attitude
 from .choice import Choice
 from .imu import imu_messages
-from .measured import MEASURED, write_measured
+from .measured import MEASURED, Message, write_measured
 from .motion import ShipMotion, motion_of_signals
 
 ODOMETRY = "/tow_sim/odom"
@@ -177,16 +178,16 @@ def _write(
     text = json.dumps(about, ensure_ascii=False)
     try:
         with BagWriter(path, custom_data={IMPORT: text}, chunk_size=2**20) as bag:
-            messages = []
+            streams: list[Iterable[Message]] = []  # each in order of time: no list of all messages is made
             if motion is not None:
                 bag.declare(ODOMETRY, "nav_msgs/msg/Odometry", "sensor")
-                events = odometry_events(motion.samples, about["sources"][0]["name"] if about["sources"] else "log")
-                messages += [(event.time, ODOMETRY, "nav_msgs/msg/Odometry", event.data) for event in events]
+                events = stream_odometry(motion.samples, about["sources"][0]["name"] if about["sources"] else "log")
+                streams.append((event.arrival, ODOMETRY, "nav_msgs/msg/Odometry", event.data) for event in events)
             if imu:
                 bag.declare(IMU, "sensor_msgs/msg/Imu", "sensor")
-                messages += [(time, IMU, "sensor_msgs/msg/Imu", data) for time, data in imu_messages(signals)]
-            messages += write_measured(bag, {n: s for n, s in signals.items() if n in QUANTITIES})
-            for time, topic, msgtype, data in sorted(messages, key=lambda row: row[0]):
+                streams.append((time, IMU, "sensor_msgs/msg/Imu", data) for time, data in imu_messages(signals))
+            streams += write_measured(bag, {n: s for n, s in signals.items() if n in QUANTITIES})
+            for time, topic, msgtype, data in heapq.merge(*streams, key=lambda row: row[0]):
                 bag.add(topic, msgtype, time, data)
     except (MotionError, ValueError, np.linalg.LinAlgError):
         shutil.rmtree(path, ignore_errors=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -13,8 +13,8 @@ from ...sim.tables.attitude import quaternion
 from .attitude import FORCES, RATES
 
 
-def imu_messages(signals: Mapping[str, Signal]) -> list[tuple[int, bytes]]:
-    """(stamp ns, CDR bytes). LogError where attitude, rates and accelerations have no time in common."""
+def imu_messages(signals: Mapping[str, Signal]) -> Iterator[tuple[int, bytes]]:
+    """(stamp ns, CDR bytes) in order of time. LogError where attitude, rates and accelerations have none in common."""
     names = (*RATES, *FORCES, *(name for name in ("roll", "pitch", "yaw") if name in signals))
     begin = max(int(signals[name].time[0]) for name in names)
     end = min(int(signals[name].time[-1]) for name in names)
@@ -47,9 +47,8 @@ def imu_messages(signals: Mapping[str, Signal]) -> list[tuple[int, bytes]]:
             "geometry_msgs/msg/Quaternion",
         )
     )
-    unknown, out = np.zeros(9), []
+    unknown = np.zeros(9)
     for now, turn, rate, force in zip(time.tolist(), turned, rates, forces):
         at_ = header(stamp(now // SECOND, now % SECOND), "base_link")
         message = imu(at_, rotor(*turn), unknown, vector(*rate), unknown, vector(*force), unknown)
-        out.append((now, bytes(STORE.serialize_cdr(message, imu.__msgtype__))))
-    return out
+        yield now, bytes(STORE.serialize_cdr(message, imu.__msgtype__))

@@ -6,7 +6,7 @@ signal by name: what reads an imported bag takes these, so that no record is res
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -26,10 +26,10 @@ MEASURED = (*WINCH, "tension", *BODY, "departure_angle", "layback", "body_latitu
 Message = tuple[int, str, str, bytes]
 
 
-def write_measured(bag: BagWriter, signals: Mapping[str, Signal]) -> list[Message]:
-    """Declares the topics; the messages in any order."""
+def write_measured(bag: BagWriter, signals: Mapping[str, Signal]) -> list[Iterator[Message]]:
+    """Declares the topics; messages of each in order of time, made as they are asked for."""
     bag.declare(SIGNALS_TOPIC, JOINT, "reliable")
-    out = [row for one in signals.values() for row in _as_it_is(one)]
+    out = [_as_it_is(one) for one in signals.values()]
     for names, topic, kind, make in (
         (WINCH, "/tow_sim/winch/state", JOINT, _winch),
         (("tension",), "/tow_sim/sheave/tension", WRENCH, _tension),
@@ -40,9 +40,15 @@ def write_measured(bag: BagWriter, signals: Mapping[str, Signal]) -> list[Messag
             continue
         bag.declare(topic, kind, "reliable")
         time = signals[there[0]].time
-        table = np.column_stack([_at(signals.get(name), time) for name in names]).tolist()
-        out += [(now, topic, kind, make(now, *row)) for now, row in zip(time.tolist(), table)]
-    return [row for row in out if row[0] > 0]
+        table = np.column_stack([_at(signals.get(name), time) for name in names])
+        out.append(_made(time, table, topic, kind, make))
+    return out
+
+
+def _made(time: np.ndarray, table: np.ndarray, topic: str, kind: str, make: Callable[..., bytes]) -> Iterator[Message]:
+    for now, row in zip(time.tolist(), table.tolist()):
+        if now > 0:
+            yield now, topic, kind, make(now, *row)
 
 
 def _at(one: Signal | None, time: np.ndarray) -> np.ndarray:
@@ -66,11 +72,10 @@ def _joint(now: int, names: list[str], *arrays: list[float]) -> bytes:
     return bytes(STORE.serialize_cdr(STORE.types[JOINT](_header(now), names, *full), JOINT))
 
 
-def _as_it_is(one: Signal) -> list[Message]:
-    return [
-        (now, SIGNALS_TOPIC, JOINT, _joint(now, [one.quantity], [value]))
-        for now, value in zip(one.time.tolist(), one.value.tolist())
-    ]
+def _as_it_is(one: Signal) -> Iterator[Message]:
+    for now, value in zip(one.time.tolist(), one.value.tolist()):
+        if now > 0:
+            yield now, SIGNALS_TOPIC, JOINT, _joint(now, [one.quantity], [value])
 
 
 def _winch(now: int, payout: float, rate: float, tension: float) -> bytes:

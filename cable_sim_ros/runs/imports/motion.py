@@ -22,8 +22,9 @@ from .track import EDGE, Track, around_mean, measured
 DEGREE = np.pi / 180.0
 ANGLES = ("roll", "pitch", "yaw")
 USED = ("x", "y", "z", "heave", "roll", "pitch", "yaw", "latitude", "longitude", "speed", "course", "surge", "sway")
+PLACES = ("x", "y", "latitude", "longitude", "surge", "sway")
 LEAST = 2.0  # s of common time
-MAX_MEAN = 100_000_000  # samples of a bag
+MAX_SAMPLES = 10_000_000  # of a bag: 55 hours at 50 Hz
 
 
 @dataclass
@@ -49,19 +50,16 @@ def motion_of_signals(signals: Mapping[str, Signal], choice: Choice) -> ShipMoti
     begin, end = _common(used, lines, height)
     for one in lines.values():
         out.said += one.said
-    stamps = _stamps(origin, begin, end, lines)
-    at = (stamps - origin) / SECOND
     curves: dict[int, tuple[list[Curve], Regular]] = {}
     for k, name in ((2, height), (3, "roll"), (4, "pitch"), (5, "yaw")):
         if name in lines:
             curves[k] = _curves(out, k, name, lines[name])
             out.given.append(name)
-    inside = np.ones(len(at), bool)
-    for _, line in curves.values():
-        inside &= _inside(at, line)
-    if not inside.any():
+    within = [line for _, line in curves.values()] or [lines[name] for name in PLACES if name in lines]
+    stamps = _stamps(origin, begin, end, lines, within)
+    if not len(stamps):
         raise LogError("height and attitude have no time in common: nothing was imported. Align their clocks")
-    at, stamps = at[inside], stamps[inside]
+    at = (stamps - origin) / SECOND
     value, rate = np.zeros((len(at), 6)), np.zeros((len(at), 6))
     for k, (parts, line) in curves.items():
         value[:, k], rate[:, k] = _evaluate(at, parts, line)
@@ -80,17 +78,15 @@ def motion_of_signals(signals: Mapping[str, Signal], choice: Choice) -> ShipMoti
         out.rounded[k] = report
     value[:, :2], rate[:, :2] = found.place, found.velocity
     value[:, 5], rate[:, 5] = found.yaw, found.yaw_rate
-    keep = slice(None)
-    if choice.track == "mean" and found.filtered:
-        good = (at >= at[0] + EDGE) & (at <= at[-1] - EDGE)
-        if not good.any():
-            raise LogError(
-                f"--track mean takes {EDGE:g} s off at each end, and the motion lasts {at[-1] - at[0]:.3g} "
-                f"s: nothing was "
-                f"imported. Give a longer log, or --track measured"
-            )
-        keep = good
-        value[:, :2] -= value[np.argmax(good), :2]
+    keep = np.ones(len(at), bool) if found.inside is None else found.inside
+    if not keep.any():
+        less = f" less {EDGE:g} s at each end" if choice.track == "mean" else ""
+        raise LogError(
+            f"{used[found.given[0]].source}: {' and '.join(found.given)}{less}, and height and attitude have no time "
+            f"in common: nothing was imported. Give a longer log, or align their clocks"
+        )
+    if choice.track == "mean" and found.inside is not None:
+        value[:, :2] -= value[np.argmax(keep), :2]
     out.samples = Samples(stamps[keep], value[keep], rate[keep])
     return out
 
@@ -109,12 +105,48 @@ def _common(used: Mapping[str, Signal], lines: Mapping[str, Regular], height: st
     return begin, end
 
 
-def _stamps(origin: int, begin: float, end: float, lines: Mapping[str, Regular]) -> np.ndarray:
+def _stamps(origin: int, begin: float, end: float, lines: Mapping[str, Regular], within: list[Regular]) -> np.ndarray:
+    """Even stamps [ns] where none of the lines `within` has a gap: those in gaps are never made."""
     period = min(STEP, max(1, round(min(one.period for one in lines.values()) * SECOND)))
     first, last = origin + round(begin * SECOND), origin + round(end * SECOND)
-    if (last - first) // period > MAX_MEAN:
-        raise LogError(f"the motion would be more than {MAX_MEAN} samples: nothing was imported. Cut the log")
-    return np.arange(first, last + 1, period)
+    stretches = [(begin, end)]
+    for line in within:
+        parts = [(line.t[part.start], line.t[part.stop - 1]) for part in line.parts]
+        stretches = _both(stretches, parts)
+    counts = [
+        (
+            max(0, (origin + round(a * SECOND) - first) // period - 1),
+            (min(last, origin + round(b * SECOND)) - first) // period + 2,
+        )
+        for a, b in stretches
+    ]
+    many = sum(b - a for a, b in counts)
+    if many > MAX_SAMPLES:
+        raise LogError(
+            f"the motion would be {many} samples, {period / SECOND:.3g} s apart, above {MAX_SAMPLES}: nothing was "
+            f"imported. Give a part of the log, or `after` and `until` in the mapping"
+        )
+    stamps = [first + period * np.arange(a, b) for a, b in counts]
+    made = np.unique(np.concatenate(stamps)) if stamps else np.zeros(0, np.int64)
+    made = made[made <= last]
+    at, inside = (made - origin) / SECOND, np.ones(len(made), bool)
+    for line in within:
+        inside &= _inside(at, line)
+    return made[inside]
+
+
+def _both(some: list[tuple[float, float]], others: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Intervals that are in one of each list; both ascend."""
+    out, j = [], 0
+    for a, b in some:
+        while j and others[j - 1][1] >= a:
+            j -= 1
+        while j < len(others) and others[j][0] <= b:
+            low, high = max(a, others[j][0]), min(b, others[j][1])
+            if low <= high:
+                out.append((low, high))
+            j += 1
+    return out
 
 
 def _curves(out: ShipMotion, k: int, name: str, line: Regular) -> tuple[list[Curve], Regular]:

@@ -8,16 +8,15 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from ...io.logs.log import LogError
+from ...io.geodesy import on_plane
 from ...io.sources.motion_curves import Given, Rounding, through
 from ..make_bags import EDGE as EDGE
 from ..make_bags import SPEED, derive
 from .choice import Choice
 from .regular import Regular
 
-AXIS, FLAT = 6_378_137.0, 1.0 / 298.257223563  # m; WGS 84, NIMA TR8350.2
+LONGEST_GAP = 10.0  # s, over which a mean track bridges positions
 UNDER_WAY = 3.0  # times the deviation of the velocity: a mean above it has a direction
-ECCENTRIC = FLAT * (2.0 - FLAT)  # squared
 
 
 @dataclass
@@ -33,7 +32,7 @@ class Track:
 
 @dataclass
 class Found:
-    """place [n, 2] m, velocity, yaw and its rate at the times of a track; filtered: the ends are not themselves."""
+    """place [n, 2] m, velocity, yaw and its rate at the times of a track; inside: those with a place, None: all."""
 
     place: np.ndarray
     velocity: np.ndarray
@@ -42,16 +41,7 @@ class Found:
     assumed: list[str] = field(default_factory=list)
     given: list[str] = field(default_factory=list)
     rounded: dict[int, Rounding] = field(default_factory=dict)
-    filtered: bool = False
-
-
-def on_plane(latitude: np.ndarray, longitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """East and north [m] of the first place on the ellipsoid, by its radii of curvature there; rad."""
-    phi, lam = float(latitude[0]), float(longitude[0])
-    s2 = 1.0 - ECCENTRIC * np.sin(phi) ** 2
-    across, along = AXIS / np.sqrt(s2), AXIS * (1.0 - ECCENTRIC) / s2**1.5
-    turned = np.unwrap(np.concatenate(([lam], longitude)))[1:] - lam
-    return across * np.cos(phi) * turned, along * (latitude - phi)
+    inside: np.ndarray | None = None
 
 
 def measured(track: Track, choice: Choice) -> Found:
@@ -69,17 +59,19 @@ def measured(track: Track, choice: Choice) -> Found:
         )
         if report is not None:
             out.rounded[k] = report
-        when = np.clip(at, line.t[0], line.t[-1])
+        near = 2.0 * line.period  # beyond the ends of the log a place stays
+        inside = np.zeros(len(at), bool)
         for part, curve in zip(line.parts, curves):
-            here = when >= line.t[part.start] - 1e-9
-            out.place[here, k], out.velocity[here, k] = curve(when[here]), curve(when[here], 1)
-        beyond = float(max(line.t[0] - at[0], at[-1] - line.t[-1], 0.0))
-        if beyond > 2.0 * line.period:
-            raise LogError(
-                f"position and attitude do not cover the same time, by {beyond:.4g} s: nothing was "
-                f"imported. Give `after` "
-                f"and `until` in the mapping, or --track mean"
-            )
+            begin, end = line.t[part.start], line.t[part.stop - 1]
+            here = at >= begin - (near if part.start == 0 else 1e-9)
+            here &= at <= end + (near if part.stop == len(line.t) else 1e-9)
+            when = np.clip(at[here], begin, end)
+            out.place[here, k], out.velocity[here, k] = curve(when), curve(when, 1)
+            inside |= here
+        out.inside = inside if out.inside is None else out.inside & inside
+    lost = float((~out.inside).mean()) if out.inside is not None and len(at) else 0.0
+    if lost > 0.001:
+        out.assumed.append(f"position: it has gaps or ends early, {100.0 * lost:.3g} % of the motion is left out there")
     out.assumed.append("position: east and north of the first one, on a plane; of the sensor's own reference point")
     if not track.yaw and choice.heading is None:
         mean = out.velocity.mean(axis=0)
@@ -110,6 +102,14 @@ def around_mean(track: Track, choice: Choice) -> Found:
         return out
     names, (east, north) = places
     line = lines[names[0]]
+    longest = max(float(np.diff(lines[name].t).max()) for name in (*names, "yaw"))
+    if longest > LONGEST_GAP:
+        _add_waves(lines, at, heading, out)
+        out.assumed.append(
+            f"surge and sway of position: left out, it or the heading has a gap of {longest:.4g} s, above "
+            f"{LONGEST_GAP:g} s"
+        )
+        return out
     if len(line.parts) > 1 or abs(line.period - 1.0) > 0.5:
         step = np.arange(line.t[0], line.t[-1], 1.0)
         out.assumed.append("position: brought to 1 Hz by a cubic spline for the motion about the mean track")
@@ -128,7 +128,7 @@ def around_mean(track: Track, choice: Choice) -> Found:
     out.velocity += np.outer(rate[:, 0], ahead) - np.outer(rate[:, 1], left)
     out.yaw, out.yaw_rate = heading - value[:, 2], -rate[:, 2]
     out.given += names
-    out.filtered = True
+    out.inside = (at >= whole[0] + EDGE) & (at <= whole[-1] - EDGE)
     out.assumed.append(
         "surge, sway and yaw: those above 1/30 Hz of position and heading; 30 s are left out at each end"
     )
@@ -159,7 +159,9 @@ def _places(lines: Mapping[str, Regular]) -> tuple[list[str], tuple[np.ndarray, 
     if "x" in lines and "y" in lines:
         return ["x", "y"], (lines["x"].value, lines["y"].value)
     if "latitude" in lines and "longitude" in lines and len(lines["latitude"].t) == len(lines["longitude"].t):
-        return ["latitude", "longitude"], on_plane(lines["latitude"].value, lines["longitude"].value)
+        latitude, longitude = (np.degrees(lines[name].value) for name in ("latitude", "longitude"))
+        east, north = on_plane((float(latitude[0]), float(longitude[0])), latitude, longitude).T
+        return ["latitude", "longitude"], (east, north)
     return None
 
 
