@@ -54,11 +54,12 @@ IMPORT = [  # logs of others; each is imported when such a log is read
 ]
 EXPORT = ["xarray>=2024.10", "h5netcdf>=1.4", "h5py>=3.12", "pyarrow>=18"]  # cable-sim export to NetCDF and Parquet
 FMU = ["pythonfmu>=0.7", "pythonfmu3>=0.3.4"]  # cable-sim fmu; the FMU holds the binary of its exporter
-REPORT = ["jinja2>=3.1", "markupsafe>=2.1", "matplotlib>=3.8"]  # --report: a run as one HTML file
+PLOTS = ["matplotlib>=3.8", "pillow>=9.1"]  # pillow: fewer colours; it comes with matplotlib
+REPORT = ["jinja2>=3.1", "markupsafe>=2.1", *PLOTS]  # --report: a run as one HTML file
 VIEW = [  # cable-sim view and film
     "viser>=1.1.1,<2",  # the page is in its wheel; from there on panels are docked and lines have a thickness
     "imageio-ffmpeg>=0.5",  # brings ffmpeg
-    "matplotlib>=3.8",
+    *PLOTS,
 ]
 TEST = [
     "fmpy>=0.3.22",  # flies the FMU
@@ -111,7 +112,7 @@ setup(
         "ros": JAZZY,
         "ros-jazzy": JAZZY,
         "ros-kilted": KILTED,
-        "viz": ["matplotlib>=3.8"],
+        "viz": PLOTS,
         "import": IMPORT,
         "export": EXPORT,
         "fmu": FMU,

@@ -107,14 +107,14 @@ def _say(lines) -> None:
 
 
 def _beside_a_node(scene, namespace, wait, open_, host, port, rate, top, camera) -> None:
-    from ..ros.view.watcher import watching
+    from ..ros.view.watcher import Watcher, watching
     from ..view import page
     from ..view.beside_node import follow
 
     page.need("viser", "the page")
     page.check_port(host, port or page.free_port(host))
     alive = Alive()
-    with watching(namespace, wait, alive, open_) as watcher:
+    with watching(namespace, wait, alive, open_, Watcher) as watcher:
         tow = watcher.scene(scene)
         server = page.serve(host, port, f"cable-sim view: {tow.name}")
         _say(page.addresses(host, server.get_port()))

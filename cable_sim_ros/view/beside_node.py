@@ -123,7 +123,7 @@ def _state(page: Page, watcher: Watched, memory: Memory, moment: Moment | None) 
     elif age is None or age > STALE:
         gone = "" if watcher.publishers() else ", and no node publishes there"
         text = f"NO DATA for {age or 0.0:.0f} s"
-        page.stage.set_stale(text)
+        page.stage.set_stale("NO DATA")
         page.say(text, words.RED, f"the picture is old{gone}", verdict)
     elif not page.playing:
         page.stage.set_stale("")

@@ -80,7 +80,7 @@ def camera(name: str, scene: Scene, moment: Moment, body: tuple[float, float], h
     middle = 0.5 * (along.min() + along.max()) * forward + (0.5 * (high.min() + high.max())) * up
     wide, tall = np.ptp(along), np.ptp(high)
     away = 0.5 * max(1.2 * tall, 1.25 * wide / ASPECT, 0.5 * hull) / tan(0.5 * FIELD)
-    return _towards(middle, starboard + 0.12 * forward + 0.22 * up, away, 0.0)
+    return _towards(middle, starboard + 0.12 * forward + 0.13 * up, away, 0.0)
 
 
 def _towards(at: np.ndarray, direction: np.ndarray, away: float, behind: float) -> Camera:

@@ -21,7 +21,7 @@ from .moment import COLUMN, Moment, parts_of, smooth_shape
 from .sea_surface import SeaSurface
 from .stage import nice
 from .strips import scale, strips_of, thinned
-from .words import OF_STATE, alarms, force
+from .words import GREY, OF_STATE, alarms, force
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -127,14 +127,14 @@ class FilmFrame:
         axes.add_collection(self.line, autolim=False)
         self.fish = self._move(axes.plot([], [], "D", color=ORANGE, ms=7, zorder=5)[0])
         self.wheel = self._move(axes.plot([], [], "o", mfc="white", mec=INK, mew=1.5, ms=6, zorder=5)[0])
-        offset = (0, -9) if not small else (0, -6)
+        offset = (9, -3) if not small else (7, -2)
         self.fish_text = self._move(
             axes.annotate(
                 "",
                 (0, 0),
                 xytext=offset,
                 textcoords="offset points",
-                ha="center",
+                ha="left",
                 va="top",
                 size=10,
                 weight="bold",
@@ -241,7 +241,7 @@ class FilmFrame:
             cursor.set_xdata([moment.seconds, moment.seconds])
             dot.set_data([moment.seconds], [float(strip.of(np.asarray(f)))])
         self.clock.set_text(f"{moment.seconds:6.1f} s")
-        self.alarm.set_text(", ".join(name for name, _, _ in alarms(int(f["status"])))[:60])
+        self.alarm.set_text(", ".join(name for name, _, colour in alarms(int(f["status"])) if colour != GREY)[:60])
         self.reading.set_text(
             f"tension  {force(float(f['tension']))}\npay-out  {float(f['payout']):.2f} m "
             f"({float(f['payout_rate']):+.2f} m/s)\nlayback  {float(f['layback']):.1f} m\n"

@@ -70,7 +70,7 @@ class Page:
 
     def __init__(self, server: Any, stage: Stage, scene: Scene, source: str, bag: float | None = None) -> None:
         self.server, self.stage, self.scene, self.source, self.bag = server, stage, scene, source, bag
-        self.playing, self.speed = True, 1.0
+        self.playing, self.speed, self.pressed = True, 1.0, False  # pressed: Play, by a viewer
         self.sought: float | None = None
         self.lock = threading.Lock()
         self._texts: dict[str, str] = {}
@@ -92,7 +92,7 @@ class Page:
             self.speeds = gui.add_button_group("speed", ("0.25x", "1x", "4x", "16x"))
             self.speeds.on_click(lambda event: self._set_speed(event.target.value))
         self.button = gui.add_button("Pause")
-        self.button.on_click(lambda _: self.play(not self.playing))
+        self.button.on_click(lambda _: self._press())
         self.figures = gui.add_html("")
         self.alarms = gui.add_html("")
         self.strips = strips_of(self.scene, self.stage.scale)
@@ -113,6 +113,9 @@ class Page:
                     padding=(0, 12, 0, 0),
                 )
             )
+        self.span = gui.add_html(
+            f'<div style="padding:0 12px;font-size:12px;opacity:.75">charts: the last {WINDOW:g} s over time [s]</div>'
+        )
         self.legend = gui.add_html("")
         self.put_legend()
         self.server.on_client_connect(lambda client: self.look(self.camera, client))
@@ -171,7 +174,7 @@ class Page:
             self.stage.show(moment)
             client = None  # what is followed is the same for all, so all cameras go along
         view = camera(name, self.scene, moment, self.stage.body, self.stage.hull.length)
-        self.stage.notice.position = view.at
+        self.stage.put_notice_at(view.at)
         first = self.server.initial_camera
         first.position, first.look_at, first.fov, first.near, first.far = view.eye, view.at, FIELD, view.near, view.far
         for one in [client] if client is not None else list(self.server.get_clients().values()):
@@ -183,6 +186,10 @@ class Page:
         """Go on, or hold the picture."""
         self.playing = on
         self.button.label = "Pause" if on else "Play"
+
+    def _press(self) -> None:
+        self.play(not self.playing)
+        self.pressed = self.playing
 
     def _seek(self, event: Any) -> None:
         if event.client is not None:  # not by the page itself
@@ -196,6 +203,12 @@ class Page:
     def watched(self) -> bool:
         """Does anyone look? Where nobody does, nothing needs to be drawn."""
         return bool(self.server.get_clients())
+
+    def put_time(self, seconds: float) -> None:
+        """Set the slider, in every window: one that a viewer moved may have missed what was set meanwhile."""
+        value = min(round(seconds, 1), self.slider.max)
+        self.slider.value = value + 1e-6  # the same value is not sent again
+        self.slider.value = value
 
     def take_sought(self) -> float | None:
         """Where a viewer moved the slider to since the last call [s]."""

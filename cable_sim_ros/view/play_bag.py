@@ -15,6 +15,7 @@ from .sea_surface import SeaSurface
 from .stage import Stage, nice
 
 IDLE = 0.02  # s
+QUIET = 0.8  # s after a viewer moved the slider in which it is left alone
 
 
 def stage_of(server: Any, bag: BagRun, top: float | None) -> Stage:
@@ -49,15 +50,18 @@ def play(
     page.camera = camera
     verdict = words.verdict_html(bag.verdict, "verdict:")
     pictures, slow = Pace(rate), Pace(CHARTS)
-    now, before, drawn, said = start, time.monotonic(), -1, None
+    now, before, drawn, said, moved = start, time.monotonic(), -1, None, -1.0
     seconds = bag.seconds - bag.times[0]
     while alive():
         wall = time.monotonic()
         passed, before = wall - before, wall
         sought = page.take_sought()
         if sought is not None:
-            now = sought
+            now, moved = sought, wall
         elif page.playing:
+            if page.pressed and now >= bag.length:  # Play at the end begins again
+                now = start
+            page.pressed = False
             now += page.speed * passed
             if now >= bag.length:
                 now = bag.length
@@ -75,6 +79,9 @@ def play(
             ended = " (end)" if now >= bag.length else ""
             word, colour = ("PLAYING", words.GREEN) if page.playing else ("PAUSED", words.AMBER)
             page.say(word, colour, f"{moment.seconds:.1f} of {bag.length:.1f} s{ended}, {page.speed:g}x", verdict)
-            if sought is None:
-                page.slider.value = min(round(moment.seconds, 1), page.slider.max)
+            if moved < 0.0:
+                page.put_time(moment.seconds)
+        if moved >= 0.0 and wall > moved + QUIET:
+            page.put_time(now)
+            moved = -1.0
         time.sleep(IDLE)

@@ -16,21 +16,26 @@ from ..io.messages.rotation import rotate
 from ..physics.section import CableModel
 from ..sim.scene import Scene
 from . import shapes
-from .cameras import WHOLE, followed
+from .cameras import WHOLE, ahead, followed
 from .moment import ARC, COLUMN, Moment, parts_of, smooth_shape
 from .sea_surface import SeaSurface
+from .words import force
 
 ABOARD = 25.0  # sheave radii outboard of it to which the cable is drawn with the ship
+FAR = 0.03  # of the scope: length of the mark for the towbody in the whole tow
 TAIL = 6.0  # lengths of the towbody about it in which the cable is drawn with it
+LAST = 32  # points of the last element
 STATIONS = 48  # of the contact
 LOADS = [COLUMN["load_port"], COLUMN["load_starboard"]]
 LEAST = 1e-3  # of the bar of a radius: shorter ones are left out
 TALLEST = 3.0  # sheave radii, of a bar of line load
 SPREAD = radians(30.0)  # of the two flanks' bars from the plane of the sheave
 HULL, DECK, STEEL, DARK, RIM = (122, 134, 148), (70, 80, 92), (165, 172, 180), (74, 80, 88), (40, 46, 54)
+LIGHT = (112, 120, 130)
 ORANGE, WATER, SAND, GRID = (240, 130, 30), (70, 130, 190), (196, 172, 128), (110, 140, 170)
 PORT, STARBOARD, INK, STALE = (205, 50, 45), (20, 150, 90), (30, 38, 48), (150, 150, 150)
 SKY, DEEP = (250, 251, 253), (198, 214, 230)  # of the ground, top and bottom
+BROAD = 0.6  # breadth over length of water and seabed
 CELLS = (48, 32)  # of the water surface
 LIFT = 4e-3  # of a cell, the lines of a level sheet over it
 SHARP = 10.0  # cells a wave, at least
@@ -66,7 +71,7 @@ class Stage:
         self.cable_diameter, self.links = scene.cable.diameter, scene.cable.model is CableModel.SEGMENTS
         self.load_unit = nice(0.5 * scene.contact.working_tension / scene.sheave.radius)  # N/m, a radius long
         self.follow = WHOLE
-        self.stale = False
+        self.stale = ""
         self.moment: Moment | None = None
         self._sizes: dict[str, tuple] = {}
         self._bodies = self._line_bodies()
@@ -120,7 +125,7 @@ class Stage:
             f"{ship}/sheave/load_starboard", np.zeros((1, 2, 3)), STARBOARD, 0.035 * r, world=True
         )
         self.drum = view.add_frame(f"{ship}/drum", show_axes=False, position=scene.winch.position)
-        self._mesh(f"{ship}/drum/body", shapes.drum(scene), DARK, flat_shading=True)
+        self._mesh(f"{ship}/drum/body", shapes.drum(scene), LIGHT, flat_shading=True)
         self._lines(f"{ship}/drum/marks", shapes.drum_marks(scene), (230, 232, 235), 2.0)
         self._cradle(ship)
         # the page takes new points of a line later than a new place of a node: what is looked at closely is given in
@@ -134,7 +139,7 @@ class Stage:
         self.fish_label = view.add_label(f"{ROOT}/fish/label", "towbody", anchor="top-center", font_screen_scale=1.1,
                                          position=(0.0, 0.0, -1.2 * self.body[1]))  # fmt: skip
         self.sheave_label = view.add_label(f"{ship}/sheave/label", "sheave", anchor="top-center",
-                                           font_screen_scale=1.1, position=(0.0, 0.0, -1.35 * r))  # fmt: skip
+                                           font_screen_scale=1.1)  # fmt: skip
         self.hung = []
         for name, _, length, thick in self._bodies:
             frame = view.add_frame(f"{ROOT}/line_{name}", show_axes=False)
@@ -149,7 +154,10 @@ class Stage:
             flat = shapes.Mesh(np.zeros((4, 3)), shapes.lattice((2, 2)))
             self.bed = self._mesh(f"{ROOT}/seabed", flat, SAND, flat_shading=True)
             self.bed_grid = self._lines(f"{ROOT}/seabed_grid", np.zeros((1, 2, 3)), (150, 125, 85), 1.0)
-        self.notice = view.add_label("/notice", "", anchor="center-center", font_screen_scale=2.4, visible=False)
+        self.plumb = self._lines(f"{ROOT}/plumb", np.zeros((1, 2, 3)), ORANGE, 1.5)
+        self.mark = self._mesh(f"{ROOT}/fish_mark", shapes.torpedo(1.0, 0.45), ORANGE)
+        self.notice: Any = None
+        self.notice_at, self.nudge = np.zeros(3), 1e-4
 
     def _cable_lines(self, parent: str, diameter: float | None) -> tuple:
         """Nodes of a piece of the cable: a line some pixels wide, and one of its diameter."""
@@ -188,19 +196,58 @@ class Stage:
             self._draw_loads(moment)
             self._draw_water(moment, anchor)
             self.fish_label.text = f"towbody, {-float(f['body_position'][2]):.1f} m deep"
-            self.sheave_label.text = f"{self.scale.text(float(f['tension']))} at the sheave"
+            self.sheave_label.text = f"{force(float(f['tension']))} at the sheave"
+            self._draw_far(f, anchor)
+
+    def _draw_far(self, f: Any, anchor: np.ndarray) -> None:
+        """What shows the depth where the whole tow is looked at: a line up to the surface, a mark for the towbody."""
+        far = self.follow == WHOLE
+        self.plumb.visible = self.mark.visible = far
+        self.sheave_label.position = (0.0, 0.0, 0.16 * self.hull.length if far else -1.35 * self.scene.sheave.radius)
+        if not far:
+            self.fish_label.position = (0.0, 0.0, -1.2 * self.body[1])
+            return
+        fish = np.array(f["body_position"]) - anchor
+        self.plumb.points = np.array([[fish, fish * (1.0, 1.0, 0.0)]], np.float32)
+        size = max(self.body[0], FAR * float(f["scope"]))
+        self.mark.position, self.mark.wxyz, self.mark.scale = fish, self.fish.wxyz, size
+        self.fish_label.position = (0.0, 0.0, -0.3 * size)
 
     def set_stale(self, text: str) -> None:
         """Say over the picture that it is not the present, "": it is. Then the cable is grey."""
-        self.notice.text, self.notice.visible = text, bool(text)
-        if bool(text) != self.stale:
-            self.stale = bool(text)
-            if self.moment is not None:
-                self.show(self.moment)
+        if text == self.stale:
+            if self.notice is not None:  # the page lays out a text after it drew, and draws again where something moves
+                self.nudge = -self.nudge
+                self.notice.position = self.notice_at + (0.0, 0.0, self.nudge)
+            return
+        changed, self.stale = bool(text) != bool(self.stale), text
+        self._put_notice()
+        if changed and self.moment is not None:
+            self.show(self.moment)
+
+    def put_notice_at(self, place: np.ndarray) -> None:
+        """Where the middle of the picture is."""
+        self.notice_at = place
+        self._put_notice()
+
+    def _put_notice(self) -> None:
+        """A label made anew: the page does not lay out a text that changes while it is hidden."""
+        if self.notice is not None:
+            self.notice.remove()
+            self.notice = None
+        if self.stale:
+            self.notice = self.server.scene.add_label(
+                "/notice", self.stale, anchor="center-center", font_screen_scale=2.4, position=self.notice_at
+            )
 
     def _draw_cable(self, moment: Moment, anchor: np.ndarray) -> None:
         parts = 1 if self.links else parts_of(moment.shape)
-        points, tension = cable_points(smooth_shape(moment.shape), parts)
+        smooth = smooth_shape(moment.shape)
+        points, tension = cable_points(smooth, parts)
+        if not self.links:  # the camera comes close to the last element
+            end, pull = cable_points(smooth[-2:], LAST)
+            points = np.concatenate((points[: -parts - 1], end))
+            tension = np.concatenate((tension[: -parts - 1], pull))
         shade = (colours(tension, self.scale.maximum)[:, :3] * 255.0).astype(np.uint8)
         if self.stale:
             shade[:] = STALE
@@ -211,7 +258,7 @@ class Stage:
         deck = min(at + int(np.argmax(np.append(from_sheave[at:], np.inf) > ABOARD * r)), len(points) - 2)
         from_body = np.linalg.norm(points - f["body_position"], axis=1)
         tail = max(int(np.argmax(from_body < TAIL * self.body[0])), deck + 1)
-        turned = np.array([rotate(f["ship_quaternion"], axis) for axis in np.eye(3)]).T
+        turned = np.array([rotate(f["ship_quaternion"], axis) for axis in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]).T
         self._put(self.deck, (points[: deck + 1] - f["ship_position"]) @ turned, shade[: deck + 1])
         self._put(self.cable, points[deck : tail + 1] - anchor, shade[deck : tail + 1])
         self._put(self.tail, points[tail:] - f["body_position"], shade[tail:])
@@ -254,14 +301,16 @@ class Stage:
         reach = nice(max(1.3 * float(f["layback"]), 0.25 * float(f["scope"]), self.hull.length))
         cell = nice(reach / 10.0)
         middle = cell * np.round(0.5 * (f["sheave_position"] + f["body_position"])[:2] / cell)
+        long = int(np.argmax(np.abs(ahead(moment)[:2])))  # the axis of odom that the tow lies along
+        half = (reach, BROAD * reach) if long == 0 else (BROAD * reach, reach)
         if self.sea is not None and self.sea.agrees:
-            self._wave(moment, anchor, middle, reach)
+            self._wave(moment, anchor, middle, reach, long)
         else:
-            self._level("water", self.water, self.grid, (reach, 0.5 * reach), cell)
+            self._level("water", self.water, self.grid, half, cell)
             for node in (self.water, self.grid):
                 node.position = (*(middle - anchor[:2]), 0.0)
         if self.bed is not None and self.bed_grid is not None:
-            self._level("bed", self.bed, self.bed_grid, (2.0 * reach, 2.0 * reach), cell)
+            self._level("bed", self.bed, self.bed_grid, half, cell)
             for node in (self.bed, self.bed_grid):
                 node.position = (*(middle - anchor[:2]), -float(self.scene.seabed.depth or 0.0))
 
@@ -277,20 +326,21 @@ class Stage:
         table = np.stack((*np.meshgrid(x, y, indexing="ij"), np.full((len(x), len(y)), LIFT * cell)), axis=-1)
         grid.points = _lattice_lines(table)
 
-    def _wave(self, moment: Moment, anchor: np.ndarray, middle: np.ndarray, reach: float) -> None:
+    def _wave(self, moment: Moment, anchor: np.ndarray, middle: np.ndarray, reach: float, long: int) -> None:
         assert self.sea is not None
-        half: np.ndarray = np.array([reach, 0.6 * reach])
+        half = np.array([reach, BROAD * reach])
         widest = 0.5 * self.sea.length / SHARP * np.array(CELLS)
         if (half > widest).any():
-            half[:] = np.minimum(half, widest)
+            half = np.minimum(half, widest)
             middle = np.array(moment.frame["ship_position"][:2])
-        x, y = (middle[k] + np.linspace(-half[k], half[k], CELLS[k]) for k in range(2))
-        places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
+        along, across = (middle[k] + np.linspace(-h, h, n) for k, h, n in zip((long, 1 - long), half, CELLS))
+        both = np.meshgrid(along, across, indexing="ij")
+        places = np.stack(both if long == 0 else both[::-1], axis=-1)
         z = self.sea(places[..., 0], places[..., 1], self.sea.at(moment.frame))
         table = np.concatenate((places - anchor[:2], z[..., None]), axis=-1)
         self.water.vertices = table.reshape(-1, 3).astype(np.float32)
         self.grid.points = np.concatenate(
-            (_lattice_lines(table[::4], along=1), _lattice_lines(table[:, ::4], along=0)), axis=0
+            (_lattice_lines(table[::2], along=1), _lattice_lines(table[:, ::2], along=0)), axis=0
         )
         if self._sizes.pop("water", None):  # it was level until the waves were known
             self.water.position = self.grid.position = (0.0, 0.0, 0.0)
