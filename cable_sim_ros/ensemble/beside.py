@@ -21,16 +21,19 @@ from ..ros.status import ERROR, OK, WARN, Status
 from ..ros.view.watcher import watching
 from .copies import BODY, FIGURES, Band, EnsembleEnded, level_of
 from .follow import Follower, Heard
-from .plan import LEAST_COPIES, load_plan
+from .limits import LEAST_COPIES
+from .plan import load_plan
 
 NICE = 15
 LATE = 5.0  # s behind the node from which the band is flagged, and copies are let go
 GIVE_UP = 60.0  # s behind the node from which the copies begin again
 WATCHED = 10.0  # s of wall time in which a lag has to shrink
 LET_GO = 0.8  # of the copies are kept where it does not
+SILENT = 3.0  # s without a tick output from which the node is said to be silent
 SAY = 1.0  # s from one status to the next
 NOTES = 20  # that are kept
 PAUSE = 0.02  # s between looks
+OVER = object()  # of a look-ahead that gave no band
 KINDS = ("low", "median", "high", "copy_0")
 STATE = ("copies", "level", "lag", "behind", "settling", "copy_0_apart")
 BAND_NAMES = (*(f"{name}.{kind}" for name in FIGURES for kind in KINDS), *STATE)
@@ -64,6 +67,8 @@ class Beside:
         self._from = 0
         self._lags: list[tuple[float, float]] = []  # (wall time, lag), of the last WATCHED seconds
         self._said = 0.0
+        self._heard: float | None = None  # wall time of the newest message
+        self.silent = 0.0  # s since then
         self.let_go = 0
 
     def step(self, items: list[Heard], now: float) -> bool:
@@ -71,6 +76,9 @@ class Beside:
         follower = self.follower
         begun, busy = follower.begun, False
         follower.hear(items)
+        if items or self._heard is None:
+            self._heard = now
+        self.silent = now - self._heard
         try:
             band = follower.advance()
             if band is not None:
@@ -135,12 +143,12 @@ class Beside:
             if not follower.running or not plan.seconds or now - self._looked < plan.every or self.behind:
                 return False
             self._looking, self._looked, self._from = follower.ahead(), now, follower.ensemble.now
-        band = next(self._looking, None)
-        if band is not None:
+        band = next(self._looking, OVER)
+        if band is OVER:  # nothing to look from
+            self._looking = None
+        elif isinstance(band, Band):
             self._looking = None
             self.voice.ahead(self._from, AHEAD_NAMES, ahead_table(band, self._from))
-        elif self._looking.gi_frame is None:  # type: ignore[attr-defined]  # nothing to look from
-            self._looking = None
         return True
 
     def status(self) -> Status:
@@ -149,6 +157,8 @@ class Beside:
         members = len(ensemble.draws) - 1 - len(ensemble.lost)
         if self.problem:
             level, text = ERROR, self.problem
+        elif self.silent > SILENT:
+            level, text = ERROR, f"the node says nothing for {self.silent:.0f} s: the band is of then"
         elif not follower.running:
             level, text = WARN, "hears the node and begins; there is no band yet"
         elif self.behind:
@@ -164,6 +174,7 @@ class Beside:
             "let_go": str(self.let_go),
             "lost": "; ".join(f"{lost.number}: {lost.why}" for lost in ensemble.lost)[:500],
             "lag_s": f"{follower.lag:.2f}",
+            "silent_s": f"{self.silent:.1f}",
             "starts": str(follower.begun),
             "seed": str(follower.plan.seed),
             "payout_apart_m": f"{follower.apart[0]:.3f}",

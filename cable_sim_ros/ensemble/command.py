@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..cli.number import Count, Number
 from ..errors import CODE_DOUBTFUL, CODE_OK
+from .limits import COPIES, LEAST_COPIES, MAX_COPIES, MAX_SEED, SEED
 
 if TYPE_CHECKING:
     from ..sim.scene import Scene
@@ -27,16 +29,18 @@ SHOWN = ("tension", "body_depth", "layback")
 @click.option("--file", "file", type=click.Path(path_type=Path), metavar="FILE", help="YAML file of the ensemble. "
               "Default: what the interval of cable-sim layback takes as not known.")  # fmt: skip
 @click.option("--scene", help="Scene in place of the one that the bag keeps or the node has.")
-@click.option("--copies", type=int, metavar="N", help="Copies, in place of those of the file. Default: 50.")
-@click.option("--seed", type=int, metavar="N", help="Seed of the draws. Default: 1.")
+@click.option("--copies", type=Count(LEAST_COPIES, MAX_COPIES), metavar="N",
+              help=f"Copies, in place of those of the file. Default: {COPIES}.")  # fmt: skip
+@click.option("--seed", type=Count(0, MAX_SEED), metavar="N",
+              help=f"Seed of the draws. Default: {SEED}.")  # fmt: skip
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder for ensemble.csv and picture; "
               "of a bag. Default: runs/ensemble.")  # fmt: skip
-@click.option("--twins", type=click.IntRange(2, 10_000), metavar="N", help="Tows drawn from the same ranges: say how "
+@click.option("--twins", type=Count(2, 10_000), metavar="N", help="Tows drawn from the same ranges: say how "
               "often the band holds them; of a bag.")  # fmt: skip
 @click.option("--outside", multiple=True, metavar="NAME=VALUE", help="Of every twin: drag (factor), speed, east, north "
               "(m/s), turn_deg or payout (m). Repeatable.")  # fmt: skip
 @click.option("--namespace", default="/tow_sim", show_default=True, help="Namespace of the node.")
-@click.option("--wait", type=click.FloatRange(0.0, 3600.0), default=60.0, show_default=True, metavar="S",
+@click.option("--wait", type=Number(0.0, 3600.0, "s"), default=60.0, show_default=True, metavar="S",
               help="How long to wait for the node.")  # fmt: skip
 @click.option("--open", "open_", is_flag=True, help="Listen to every host of the subnet, not to this one alone.")
 @click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON, nothing else; of a bag.")

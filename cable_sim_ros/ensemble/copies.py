@@ -157,8 +157,8 @@ class Ensemble:
         except SolverError as error:
             self._lose(number, error)
             return None
-        frames = np.concatenate(parts)
-        return frames["time"].astype(np.int64), figures_of(frames)
+        joined = np.concatenate(parts)
+        return joined["time"].astype(np.int64), figures_of(joined)
 
     def ahead(
         self, count: int, motion: Iterable[ShipMotion], commands: Iterable[WinchCommand] = (), every: int = 1
@@ -170,7 +170,8 @@ class Ensemble:
         """
         assert self.inputs is not None
         inputs = Inputs(*(ring.copy() for ring in self.inputs))
-        for item in (*motion, *commands):
+        items: list[ShipMotion | WinchCommand] = [*motion, *commands]
+        for item in items:
             push(inputs, item, self.now, self.nominal.scene.ship.max_gap)
         rings = {f"inputs_{name}": ring for name, ring in inputs._asdict().items()}
         forks = {number: sim.snapshot() | rings for number, sim in self._sims.items()}

@@ -66,7 +66,7 @@ def covered(
     Raises EnsembleEnded, BagError.
     """
     groups = min(ENSEMBLES, twins)
-    sets = [{}, dict(outside)] if outside else [{}]
+    sets: list[dict[str, Any]] = [{}, dict(outside)] if outside else [{}]
     shares: list[list[np.ndarray]] = [[] for _ in sets]
     members = plan.copies
     for group in range(groups):
@@ -87,7 +87,7 @@ def covered(
         for k, found in enumerate(shares):
             first = plan.copies + k * len(own)
             found.append(_inside(band, one.values[first : first + len(own)]).mean(axis=(0, 1)))
-    told = {"twins": twins, "ensembles": groups, "copies": members, "expected": level_of(members)}
+    told: dict[str, Any] = {"twins": twins, "ensembles": groups, "copies": members, "expected": level_of(members)}
     told["drawn"] = _told(shares[0])
     if outside:
         told |= {"outside": dict(outside), "set_outside": _told(shares[1])}

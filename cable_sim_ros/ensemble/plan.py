@@ -25,10 +25,10 @@ from ..sim.problem import Problem
 from ..sim.scene import Scene
 from ..sweeps.cases import within
 from ..sweeps.sweep_file import Range, Spread
+from .limits import COPIES, LEAST_COPIES, MAX_COPIES, MAX_SEED, SEED
 
 SIGMAS = 1.959964  # half a 95 % interval of a normal distribution, in standard deviations
 COMMANDS_AHEAD = 150  # that the ring of inputs has room for
-LEAST_COPIES, MAX_COPIES = 5, 1000
 OUTSIDE = ("drag", "speed", "east", "north", "turn_deg", "payout")  # of a Draw, that a twin may be given
 
 
@@ -48,8 +48,8 @@ class Ahead(Block):
 
 class EnsemblePlan(Block):
     ensemble: str = quantity("default", "", None, None, "name of the ensemble")
-    copies: int = quantity(50, "1", LEAST_COPIES, MAX_COPIES, "copies, beside the one with the scene's own numbers")
-    seed: int = quantity(1, "1", 0, 2**31 - 1, "of the draws: the same seed, the same copies")
+    copies: int = quantity(COPIES, "1", LEAST_COPIES, MAX_COPIES, "copies, beside the one with the scene's own numbers")
+    seed: int = quantity(SEED, "1", 0, MAX_SEED, "of the draws: the same seed, the same copies")
     every: float = quantity(1.0, "s", 0.1, 10.0, "from one band to the next")
     half_widths: Ranges = quantity(Ranges(), "", None, None, "of 95 %, normal, as of the layback's interval")
     ranges: dict[str, Range] = quantity({}, "", None, None, "further ranges by key of the scene, as of a sweep")
@@ -147,9 +147,9 @@ def draw_of(plan: EnsemblePlan, number: int) -> Draw:
     chance = np.random.default_rng([plan.seed, number])
     w = plan.half_widths
     widths = np.array([w.drag, w.speed, w.current, w.current, w.current_turn_deg, w.payout])
-    drag, *rest = (widths / SIGMAS * chance.standard_normal(len(widths))).tolist()
+    drag, speed, east, north, turn, payout = (widths / SIGMAS * chance.standard_normal(len(widths))).tolist()
     values = within(plan.ranges, chance.random((1, len(plan.ranges))))[0] if plan.ranges else {}
-    return Draw(min(max(1.0 + drag, LEAST_FACTOR), MOST_FACTOR), *rest, values)
+    return Draw(min(max(1.0 + drag, LEAST_FACTOR), MOST_FACTOR), speed, east, north, turn, payout, values)
 
 
 def scene_of(scene: Scene, draw: Draw, heading: float, scope: float | None = None) -> Scene:

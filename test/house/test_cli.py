@@ -54,6 +54,7 @@ COMMANDS = {
     "table",
     "envelope",
     "sensitivity",
+    "ensemble",
 }
 
 
