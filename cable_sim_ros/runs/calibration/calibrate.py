@@ -1,0 +1,378 @@
+"""Calibration of a scene on a recording: fit on its first part, intervals, judgement on the rest, verdict."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...io.logs.signals import Signal
+from ...io.scenes.winch_plan import WinchPlan
+from ...io.sources.recorded_tow import RecordedTow
+from ...sim.flag_rules import DOUBTFUL, FAILED, OK
+from ...sim.scene import Scene
+from ...sim.verdict import Reason, Verdict
+from ..scores.pairing import SECOND
+from .confidence import Confidence, Interval, confidence, linear_intervals, minuit, profile
+from .free import CONSEQUENCE, CalibrateError, flat, free_of
+from .least_squares import MAX_GAIN, Fit, Nuisance, Problem, fit
+from .observed import Observed, chosen, observed
+from .tow_model import TowModel
+
+HOLD_OUT = 1.0 / 3.0
+MAX_LAG = 2.0  # s
+NEAR = 1e-3  # of its range: so near a bound it is at it
+RISE = 0.2  # of what was asked for, that the likelihood at the end of an interval may be beside it
+WORSE = 1.05  # times the rms on what was held out: more is no calibration
+BIASES = 10.0  # spreads of a signal, that a bias may be
+SPEED = 0.05  # of the scene's, that the measured one may be beside it
+Progress = Callable[[str, int], None]
+
+
+class Options(NamedTuple):
+    """What is fitted beside the free numbers, and how. bias, gain, lag: quantity (or all) -> prior deviation or None."""
+
+    signals: Mapping[str, float | None] = {}
+    bias: Mapping[str, float | None] = {}
+    gain: Mapping[str, float | None] = {}
+    lag: Mapping[str, float | None] = {}
+    max_lag: float = MAX_LAG
+    hold_out: float = HOLD_OUT
+    profile: bool = True
+    steady: bool = False
+
+
+class Parameter(NamedTuple):
+    """A fitted one: name, unit, start, value, 95 % interval (None: open at the bound), range, is it a free number?"""
+
+    name: str
+    unit: str
+    start: float
+    value: float
+    interval: tuple[float | None, float | None]
+    limits: tuple[float, float]
+    number: bool
+    rise: tuple[float | None, float | None]
+
+
+class Left(NamedTuple):
+    """What is left of a signal: simulated less measured, mean and rms, on the part fitted and on that held out (None:
+    nothing was)."""
+
+    fitted: tuple[float, float]
+    held: tuple[float, float] | None
+
+    def as_dict(self) -> dict[str, Any]:
+        """For the JSON."""
+        parts = {"fitted": self.fitted, "held_out": self.held}
+        return {name: None if one is None else {"bias": one[0], "rms": one[1]} for name, one in parts.items()}
+
+
+@dataclass
+class Shown:
+    """Of one signal: unit, noise, samples fitted, independent ones, rests as given, with the instrument alone fitted,
+    and calibrated; for pictures the observed one and what is simulated before and after at its times."""
+
+    quantity: str
+    unit: str
+    noise: float
+    noise_stated: bool
+    samples: int
+    independent: float
+    given: Left
+    instrument: Left | None
+    calibrated: Left
+    observed: Observed
+    before: np.ndarray
+    after: np.ndarray
+
+
+@dataclass
+class Calibration:
+    """A calibrated scene: its parameters, rests, correlations, cost and verdict. values: of the scene, by key."""
+
+    name: str
+    scene: Scene
+    parameters: list[Parameter] = field(default_factory=list)
+    signals: list[Shown] = field(default_factory=list)
+    correlation: list[list[float]] = field(default_factory=list)
+    apart: list[tuple[str, ...]] = field(default_factory=list)
+    values: dict[str, Any] = field(default_factory=dict)
+    reasons: list[Reason] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    converged: bool = True
+    solver: str = ""
+    profile: bool = True
+    steady: bool = False
+    fitted_s: tuple[float, float] = (0.0, 0.0)
+    held_s: tuple[float, float] | None = None
+    runs: int = 0
+    cpu_s: float = 0.0
+
+    @property
+    def verdict(self) -> Verdict:
+        """failed: the fit has not converged; doubtful: bounds, correlations, the part held out; else ok."""
+        state = FAILED if not self.converged else DOUBTFUL if self.reasons else OK
+        return Verdict(state, tuple(self.reasons), tuple(self.notes))
+
+    def as_dict(self) -> dict[str, Any]:
+        """For the JSON."""
+        return {
+            "recording": self.name,
+            "scene": self.scene.name,
+            "steady": self.steady,
+            "intervals": "profile" if self.profile else "linear",
+            "converged": self.converged,
+            "solver": self.solver,
+            "parameters": [
+                {
+                    "name": one.name,
+                    "unit": one.unit,
+                    "free": one.number,
+                    "start": one.start,
+                    "value": one.value,
+                    "interval": list(one.interval),
+                    "range": list(one.limits),
+                    "rise": list(one.rise),
+                }
+                for one in self.parameters
+            ],
+            "correlation": self.correlation,
+            "not_apart": [list(group) for group in self.apart],
+            "signals": [
+                {
+                    "quantity": one.quantity,
+                    "unit": one.unit,
+                    "noise": one.noise,
+                    "noise_stated": one.noise_stated,
+                    "samples": one.samples,
+                    "independent": one.independent,
+                    "as_given": one.given.as_dict(),
+                    "instrument_alone": None if one.instrument is None else one.instrument.as_dict(),
+                    "calibrated": one.calibrated.as_dict(),
+                }
+                for one in self.signals
+            ],
+            "fitted_s": list(self.fitted_s),
+            "held_out_s": None if self.held_s is None else list(self.held_s),
+            "values": self.values,
+            "runs": self.runs,
+            "cpu_s": self.cpu_s,
+            "verdict": self.verdict.as_dict(),
+        }
+
+
+def calibrate(
+    scene: Scene,
+    signals: Sequence[Signal],
+    name: str,
+    free: Sequence[str],
+    tow: RecordedTow | None = None,
+    *,
+    duration: float | None = None,
+    plan: WinchPlan | None = None,
+    options: Options = Options(),
+    progress: Progress = lambda what, runs: None,
+) -> Calibration:
+    """Fit the free numbers of a scene to measured signals under a motion; free: as of `free_of`.
+
+    Raises CalibrateError, SceneError, TrialError (a tow within the ranges that cannot be simulated).
+    """
+    if options.profile:
+        minuit()
+    numbers = free_of(free, scene)
+    used = chosen(signals, options.signals, name)
+    begun = clock.process_time()
+    model = TowModel(
+        scene, numbers, tow, duration, plan, options.steady, lambda runs: progress("simulating", runs)
+    )
+    model.check_ends()
+    model(tuple(one.start for one in numbers))
+    nuisances = _instruments(used, options)
+    origin, window = _window(used, model, options, bool(options.lag))
+    parts = observed(used, options.signals, origin, window, options.hold_out, _tick(model), options.steady)
+    problem = Problem(model, numbers, parts, nuisances)
+    problem.check_effect()
+    found = fit(problem)
+    known = confidence(problem, found)
+    out = Calibration(name, scene, converged=found.converged, solver=found.said, steady=options.steady)
+    out.profile = options.profile and found.converged and not known.apart
+    intervals = profile(problem, found, known) if out.profile else linear_intervals(problem, found, known)
+    _fill(out, problem, found, known, intervals)
+    out.fitted_s = window[0], window[1] - options.hold_out * (window[1] - window[0])
+    out.held_s = (out.fitted_s[1], window[1]) if options.hold_out > 0.0 else None
+    _judge(out, problem, found, known, model, signals)
+    out.values = flat(scene, dict(zip((one.key for one in numbers), problem.values(found.x))))
+    out.runs, out.cpu_s = model.runs, clock.process_time() - begun
+    return out
+
+
+def _tick(model: TowModel) -> float:
+    return model.scene.solver.tick
+
+
+def _window(used: Mapping[str, Signal], model: TowModel, options: Options, lags: bool) -> tuple[int, tuple[float, float]]:
+    if options.steady:
+        origin = min(int(one.time[0]) for one in used.values())
+        return origin, (0.0, max((int(one.time[-1]) - origin) * SECOND for one in used.values()))
+    first, last = model.window
+    for one in used.values():  # both ends that all have
+        first = max(first, (int(one.time[0]) - model.origin) * SECOND)
+        last = min(last, (int(one.time[-1]) - model.origin) * SECOND)
+    return model.origin, (first, last - (options.max_lag if lags else 0.0))
+
+
+def _instruments(used: Mapping[str, Signal], options: Options) -> list[Nuisance]:
+    """Bias, gain and lag that were asked for."""
+    found = []
+    for kind, asked in (("bias", options.bias), ("gain", options.gain), ("lag", options.lag)):
+        for name in asked:
+            if name != "all" and name not in used:
+                raise CalibrateError(
+                    f"--{kind} {name}: is no signal that is fitted; {CONSEQUENCE}. Give one of {', '.join(used)}, or all"
+                )
+        for name, signal in used.items():
+            if name not in asked and "all" not in asked:
+                continue
+            sd = asked.get(name, asked.get("all"))
+            if kind == "bias":
+                value = signal.value[np.isfinite(signal.value)]
+                most = BIASES * float(np.std(value)) + float(np.abs(np.mean(value))) + (5.0 * sd if sd else 0.0)
+                low, high = -most, most
+            elif kind == "gain":
+                low, high = MAX_GAIN
+            else:
+                low, high = -options.max_lag, options.max_lag
+                if options.steady:
+                    raise CalibrateError(
+                        f"--lag {name}: a steady tow has no lag; {CONSEQUENCE}. Leave --lag or --steady out"
+                    )
+            found.append(Nuisance(kind, name, sd, low, high))
+    return found
+
+
+UNITS = {"gain": "", "lag": "s"}
+
+
+def _fill(out: Calibration, problem: Problem, found: Fit, known: Confidence, intervals: list[Interval]) -> None:
+    units = {one.quantity: one.unit for one in problem.signals}
+    for k, name in enumerate(problem.names):
+        interval = intervals[k]
+        number = k < len(problem.free)
+        if number:
+            one = problem.free[k]
+            low, high = (None if end is None else one.at(end) for end in (interval.low, interval.high))
+            unit, start, value, limits = one.unit, one.start, one.at(float(found.x[k])), (one.low, one.high)
+        else:
+            other = problem.nuisances[k - len(problem.free)]
+            low, high, unit = interval.low, interval.high, UNITS.get(other.kind, units[other.quantity])
+            start, value, limits = other.neutral, float(found.x[k]), (other.low, other.high)
+        out.parameters.append(Parameter(name, unit, start, value, (low, high), limits, number, interval.rise))
+    out.correlation, out.apart = known.correlation.tolist(), known.apart
+    start = problem.start()
+    before, after = problem.simulate(problem.values(start)), problem.simulate(problem.values(found.x))
+    alone = None
+    if problem.nuisances:
+        given = problem.values(start)
+        instrument = Problem(lambda _: problem.simulate(given), [], problem.signals, problem.nuisances)
+        alone = instrument, fit(instrument).x
+    for one in problem.signals:
+
+        def left(at: Problem, x: np.ndarray, curves: Any, one: Observed = one) -> Left:
+            rests = [at.rest(x, one, curves, part) for part in (one.fitted, ~one.fitted)]
+            told = [(float(rest.mean()), float(np.sqrt(np.mean(rest**2)))) if len(rest) else None for rest in rests]
+            assert told[0] is not None
+            return Left(told[0], told[1])
+
+        out.signals.append(
+            Shown(
+                one.quantity,
+                one.unit,
+                found.noise[one.quantity],
+                one.noise is not None,
+                int(one.fitted.sum()),
+                known.independent[one.quantity],
+                left(problem, start, before),
+                None if alone is None else left(alone[0], alone[1], before),
+                left(problem, found.x, after),
+                one,
+                problem.shown(start, one, before, one.time),
+                problem.shown(found.x, one, after, one.time),
+            )
+        )
+
+
+def _reason(flag: str, text: str, *names: str) -> Reason:
+    return Reason(flag, 0.0, 0.0, names, text)
+
+
+def _judge(
+    out: Calibration, problem: Problem, found: Fit, known: Confidence, model: TowModel, signals: Sequence[Signal]
+) -> None:
+    """Reasons that the numbers cannot be taken as they are."""
+    tell = out.reasons.append
+    if not found.converged:
+        tell(_reason("UNCONVERGED", f"the fit has not converged ({found.said}): its numbers are where it stopped"))
+    for one in out.parameters:
+        low, high = one.limits
+        edge = low if one.value - low < NEAR * (high - low) else high if high - one.value < NEAR * (high - low) else None
+        if edge is not None:
+            text = f"{one.name} = {one.value:.6g} {one.unit} is at the end of its range, {edge:g}: the best lies beyond"
+            tell(_reason("AT_BOUND", text.replace("  ", " "), one.name))
+        elif one.number and None in one.interval:
+            out.notes.append(f"the interval of {one.name} ends at its range: the data give no bound on that side")
+    for group in known.apart:
+        tell(
+            _reason(
+                "NOT_APART",
+                f"the data cannot tell {' and '.join(group)} apart (correlation above {0.95:g}): other pairs fit as "
+                "well; fix one, give it a prior, or record a tow that separates them",
+                *group,
+            )
+        )
+    if known.few:
+        told = ", ".join(f"{name} {count:.0f}" for name, count in known.independent.items())
+        tell(_reason("FEW_SAMPLES", f"independent samples are few ({told}): the intervals themselves are uncertain"))
+    for one in out.parameters:
+        beside = [rise for rise in one.rise if rise is not None and abs(rise - 1.0) > RISE]
+        if beside:
+            tell(
+                _reason(
+                    "INTERVAL",
+                    f"{one.name}: at an end of its interval the likelihood rises {beside[0]:.2g} times what it should: "
+                    "the tow bends more than second order over it, and the interval is rough",
+                    one.name,
+                )
+            )
+    for shown in out.signals:
+        alone = shown.instrument or shown.given
+        if shown.calibrated.held is None or alone.held is None:
+            continue
+        if shown.calibrated.held[1] > WORSE * alone.held[1]:
+            tell(
+                _reason(
+                    "HOLD_OUT",
+                    f"{shown.quantity}: on the part held out the calibrated scene leaves {shown.calibrated.held[1]:.4g} "
+                    f"{shown.unit} rms, the scene as given {alone.held[1]:.4g}: what was fitted does not hold there",
+                    shown.quantity,
+                )
+            )
+    if not model.steady:
+        model(problem.values(found.x))
+        problem_run = model.verdict
+        for reason in problem_run.reasons:
+            tell(reason._replace(text=f"the last run: {reason.text}"))
+    speed = next((one for one in signals if one.quantity in ("water_speed", "speed")), None)
+    if model.steady and speed is not None and len(speed.value):
+        mean = float(np.nanmean(speed.value))
+        if abs(mean - abs(model.scene.ship.tow_speed)) > SPEED * abs(model.scene.ship.tow_speed):
+            tell(
+                _reason(
+                    "SPEED",
+                    f"measured {speed.quantity} {mean:.3g} m/s, ship.tow_speed {model.scene.ship.tow_speed:g} m/s: a "
+                    "steady tow is simulated at that of the scene (--set ship.tow_speed)",
+                )
+            )

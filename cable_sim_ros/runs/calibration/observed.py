@@ -1,0 +1,131 @@
+"""Measured signals as a calibration takes them: which of a record, on which times, in which noise."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ...io.logs.signals import QUANTITIES, Signal
+from ..scores.pairing import GAP, SECOND, Cleaned, clean, sampled
+from .free import CONSEQUENCE, CalibrateError
+
+# one of each row: the others of a row say the same again, which would make intervals too small
+FAMILIES = (
+    ("tension", "tension_drum"),
+    ("body_depth", "body_depth_rate"),
+    ("departure_angle",),
+    ("layback",),
+)
+ALSO = ("body_x", "body_y")  # where they are asked for: their origin is that of a log
+USABLE = (*(name for row in FAMILIES for name in row), *ALSO)
+LEAST = 30  # values of a signal in the part that is fitted
+LEAST_WINDOWS = 4
+FASTER = 1.5  # times the rate of the simulation: from there on a signal is low-passed
+WINDOW = 30.0  # s, of the means of a steady tow
+
+
+class Observed(NamedTuple):
+    """A measured signal: quantity, unit, times [s from the origin], values, noise (None: found from the residual).
+
+    fitted: which of its values are fitted, the rest judge.
+    """
+
+    quantity: str
+    unit: str
+    time: np.ndarray
+    value: np.ndarray
+    noise: float | None
+    fitted: np.ndarray
+
+
+def chosen(signals: Sequence[Signal], asked: Mapping[str, float | None], name: str) -> dict[str, Signal]:
+    """The signals to be used, one of each quantity; asked: quantity -> noise, empty: one of each family."""
+    there: dict[str, Signal] = {}
+    for one in signals:
+        if one.quantity in USABLE and len(one.time):
+            there.setdefault(one.quantity, one)
+    if not there:
+        had = ", ".join(sorted({one.quantity for one in signals})) or "nothing"
+        raise CalibrateError(
+            f"{name}: has no measured signal of the tow ({', '.join(USABLE)}), it has {had}; {CONSEQUENCE}. Give a "
+            f"mapping that names one, docs/mapping.md"
+        )
+    if not asked:
+        first = [next((one for one in row if one in there), None) for row in FAMILIES]
+        picked = {one: there[one] for one in first if one is not None}
+        return picked or there
+    for one in asked:
+        if one not in there:
+            raise CalibrateError(
+                f"--signal {one}: {name} has no such measured signal; {CONSEQUENCE}. Give one of {', '.join(there)}"
+            )
+    return {one: there[one] for one in asked}
+
+
+def observed(
+    signals: Mapping[str, Signal],
+    noise: Mapping[str, float | None],
+    origin: int,
+    window: tuple[float, float],
+    hold_out: float,
+    tick: float,
+    steady: bool = False,
+) -> list[Observed]:
+    """Of each signal the values in a window [s from the origin, ns]; the last share of the window is held out.
+
+    tick: s of the simulation. A faster signal is low-passed to it; steady: means over WINDOW in place of values.
+    """
+    first, last = window
+    split = last - hold_out * (last - first)
+    out = []
+    for name, one in signals.items():
+        series = clean(one, origin)
+        time, value = series.time, series.value
+        if steady:
+            time, value = _means(time, value, first, last)
+        elif len(time) > 3 and series.interval * FASTER < tick:
+            time, value = _slower(series, tick)
+        inside = (time >= first) & (time <= last)
+        time, value = time[inside], value[inside]
+        fitted = time <= split
+        _enough(name, series, fitted, window, hold_out, steady)
+        out.append(Observed(name, QUANTITIES[name].unit, time, value, noise.get(name), fitted))
+    return out
+
+
+def _slower(series: Cleaned, tick: float) -> tuple[np.ndarray, np.ndarray]:
+    grid = np.arange(series.time[0], series.time[-1], tick)
+    value = sampled(series, grid, tick)[0]
+    good = np.isfinite(value)
+    return grid[good], value[good]
+
+
+def _means(time: np.ndarray, value: np.ndarray, first: float, last: float) -> tuple[np.ndarray, np.ndarray]:
+    count = int((last - first) / WINDOW)
+    centre, mean = [], []
+    least = 0.5 * WINDOW / max(float(np.median(np.diff(time))), SECOND) if len(time) > 1 else np.inf
+    for k in range(count):
+        part = (time >= first + k * WINDOW) & (time < first + (k + 1) * WINDOW)
+        if part.sum() >= least:  # a window that is half empty is no mean of it
+            centre.append(first + (k + 0.5) * WINDOW)
+            mean.append(float(value[part].mean()))
+    return np.array(centre), np.array(mean)
+
+
+def _enough(
+    name: str, series: Cleaned, fitted: np.ndarray, window: tuple[float, float], hold_out: float, steady: bool
+) -> None:
+    least = LEAST_WINDOWS if steady else LEAST
+    held = len(fitted) - int(fitted.sum())
+    if int(fitted.sum()) >= least and (hold_out == 0.0 or held >= 2):
+        return
+    span = f"{series.time[0]:.6g} to {series.time[-1]:.6g} s" if len(series.time) else "no time"
+    what = f"windows of {WINDOW:g} s" if steady else "values"
+    raise CalibrateError(
+        f"{name}: {int(fitted.sum())} {what} to fit and {held} held out, of a record over {span} where {window[0]:.6g} "
+        f"to {window[1]:.6g} s are simulated (gaps are longer than {GAP:g} intervals); {least} are needed; "
+        f"{CONSEQUENCE}. Too short: give a longer record or another --hold-out; clocks that differ: cable-sim compare "
+        f"--align finds by how much"
+    )
