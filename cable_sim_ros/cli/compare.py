@@ -87,33 +87,20 @@ def compare(a, b, mapping, mapping_b, limits, junit, align, search, begin, end, 
             f"--band {band[0]:g} {band[1]:g}: the upper end must be twice the lower one or more; nothing was compared"
         )
     ready(out)
-    from ..runs.scores.comparison import compare as compared
-    from ..runs.scores.exact import exact
+    from ..runs.scores.comparison import compare_recordings
     from ..runs.scores.recordings import read_recording
-    from ..sim.verdict import check
 
     asked = None if limits is None else load_limits(limits)
-    one, other = read_recording(a, mapping), read_recording(b, mapping_b)
-    ticks = None
-    if one.frames is not None and other.frames is not None:
-        ticks = exact(one.frames, other.frames)
-    result = compared(
-        one.signals,
-        other.signals,
-        one.name,
-        other.name,
+    result = compare_recordings(
+        read_recording(a, mapping),
+        read_recording(b, mapping_b),
         align=align,
         window=(begin, end),
         band=tuple(band),
         slope=slope,
         search=search,
         limits=asked,
-        exact=ticks,
     )
-    for side, recording in (("A", one), ("B", other)):
-        result.notes += [f"{side}: {text}" for text in recording.notes]
-        if recording.damage:
-            result.doubts.append(check("DAMAGE", recording.damage))
     finish(result, out, junit, as_json)
 
 
@@ -158,13 +145,11 @@ def score_replay(result: Run, bag: str, limits: Limits | None, out: Path | None)
     """What a bag recorded (A) against its replay (B); into the figures of the replay too."""
     from ..io.logs.own_signals import signals_of_frames
     from ..runs.run_folder import write_summary
-    from ..runs.scores.comparison import compare as compared
-    from ..runs.scores.exact import exact
-    from ..runs.scores.recordings import read_recording
+    from ..runs.scores.comparison import compare_recordings
+    from ..runs.scores.recordings import Recording, read_recording
 
-    recorded, ours = read_recording(bag), signals_of_frames(result.frames, "replay")
-    ticks = None if recorded.frames is None else exact(recorded.frames, result.frames)
-    scores = compared(recorded.signals, ours, recorded.name, "replay", limits=limits, exact=ticks)
+    ours = Recording("replay", signals_of_frames(result.frames, "replay"), result.frames)
+    scores = compare_recordings(read_recording(bag), ours, limits=limits)
     result.metrics["comparison"] = scores.as_dict()
     write_summary(out, result)
     return scores

@@ -138,6 +138,7 @@ def recorded(path: Path, nothing: str = "no plan is made", instead: str = "cable
     from ..io.recordings.journal import read_journal
     from ..io.recordings.recorded_run import load_run
     from ..io.scenes.load import scene_from_text
+    from ..io.sources.imported_bag import provenance
     from ..io.sources.recorded_tow import read_tow
     from ..runs.offline import judged
     from ..runs.result import Run
@@ -154,13 +155,14 @@ def recorded(path: Path, nothing: str = "no plan is made", instead: str = "cable
             f"node or the offline run recorded, or {instead}"
         )
     tow, about = read_tow(path), recorded.custom_data
-    tow.sea_motion = sea_motion_kept(tow)
+    tow.sea_motion, tow.imported = sea_motion_kept(tow), provenance(tow.about)
     with in_the_sea(bool(tow.sea_motion)):
         scene = scene_from_text(text, f"scene kept in {path}")
     metrics = summarize(recorded.frames, skip_s=start_up(scene, True))
     metrics.update(scene=scene.name, motion=about.get("motion", "as recorded"), setpoint=scene.setpoint.algorithm.value)
     metrics.update({"winch": about["winch_plan"]} if "winch_plan" in about else {}, **watched(scene, recorded.frames))
-    metrics.update({"rao": tow.sea_motion} if tow.sea_motion else {})
+    kept = {"rao": tow.sea_motion, "imported": tow.imported}
+    metrics.update({name: one for name, one in kept.items() if one})
     segments = read_journal(tow.journal).segments
     problem = "the solver gave up in the recorded run" if segments and segments[-1].halted else ""
     return judged(Run(recorded.frames, metrics, problem, path, scene=scene), scene)

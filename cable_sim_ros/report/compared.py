@@ -211,6 +211,7 @@ def _compared(comparison: Mapping[str, Any], subject: Subject) -> Iterator[Table
     else:
         yield Text(["No quantity could be scored."], note=True)
     said = [f"{one['quantity']}: {note}" for one in comparison["scores"] for note in one["notes"]]
+    said += (comparison.get("verdict") or {}).get("notes", [])
     said += [f"Only in {one}, not compared: {', '.join(names)}" for one, names in _alone(comparison) if names]
     if said:
         yield Text([without_paths(text, subject) for text in said], note=True)

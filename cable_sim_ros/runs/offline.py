@@ -15,6 +15,7 @@ from ..io.scenes.fault_plan import FaultPlan
 from ..io.scenes.load import load_scene, override
 from ..io.scenes.resources import find_bag
 from ..io.scenes.winch_plan import WinchPlan
+from ..io.sources.imported_bag import provenance
 from ..io.sources.motion_table import MotionError
 from ..io.sources.recorded_tow import RecordedTow, SameTicks, paired, read_tow, recorded_frames, residuals
 from ..limits import LONGEST_RUN
@@ -232,7 +233,7 @@ def replay(
     check_rate(markers)
     target = bag_path(out)
     tow = read_tow(find_bag(bag), topics=topics)
-    tow.sea_motion = sea_motion_kept(tow)
+    tow.sea_motion, tow.imported = sea_motion_kept(tow), provenance(tow.about)
     with in_the_sea(bool(tow.sea_motion)):
         scene, own = scene_of_bag(tow, scene, algorithm, settings)
     if tow.journal:
@@ -270,8 +271,8 @@ def replay(
         journal=bool(report.segments),
         replay_faults=faults,
     )
-    if tow.sea_motion:
-        result.metrics["rao"] = tow.sea_motion
+    kept = {"rao": tow.sea_motion, "imported": tow.imported}
+    result.metrics.update({name: one for name, one in kept.items() if one})
     if not result.residuals and result.metrics["largest_difference"] is None:
         doubts.append(
             verdict.check(

@@ -148,6 +148,8 @@ class RunRecorder:
             about["node"] = tow.about["node"]  # how the motion was taken in
         if tow is not None and tow.sea_motion:
             about["rao"] = json.dumps(tow.sea_motion)  # what moved the ship in the waves of the scene
+        if tow is not None and tow.imported:
+            about["imported"] = json.dumps(tow.imported)  # what its motion was made of
         self.rules = rule_watch(scene)
         self.writer = BagWriter(path, custom_data=about)
         self.encoder.declare(self.writer)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +15,9 @@ from .motion_curves import Given, Rounding, judged
 from .recorded_tow import RecordedTow
 
 KEY = "import"  # of the custom data of a bag
+OF_A_RUN = "imported"  # of the custom data of a run under its motion
 KEPT = ("files", "records", "lost", "mappings", "motion", "given", "track")
+LOST = "imported: lost records, "  # notes that begin so
 MOST = 100  # notes of a run
 LONGEST = 400  # characters of one
 
@@ -28,12 +31,10 @@ class _Moving:
 
 def take_provenance(tow: RecordedTow, sheave: tuple[float, float, float]) -> None:
     """Put assumptions, losses and what rounding left of an import into `imported`, `notices`, `rounded`, `doubts`."""
-    about = _about(tow)
+    tow.imported = provenance(tow.about)
+    about = _kept(tow.about, KEY)
     if about is None:
         return
-    notes = [f"imported: {line}"[:LONGEST] for line in _lines(about, "assumed") + _lines(about, "missing")]
-    notes += [f"imported: lost records, {line}"[:LONGEST] for line in _lines(about, "losses")]
-    tow.imported = {name: about[name] for name in KEPT if name in about} | {"notes": notes[:MOST]}
     tow.notices += [f"{tow.path}: {line}"[:LONGEST] for line in _lines(about, "said")[:MOST]]
     found = _roundings(about)
     motion = _moving(tow) if found else None
@@ -44,9 +45,27 @@ def take_provenance(tow: RecordedTow, sheave: tuple[float, float, float]) -> Non
         tow.doubts = [*tow.doubts, *doubts]
 
 
-def _about(tow: RecordedTow) -> dict[str, Any] | None:
+def provenance(custom_data: Mapping[str, str]) -> dict[str, Any]:
+    """Figures of an import with `notes` of what it assumed, lacks and lost; empty for any other bag.
+
+    custom_data: of an imported bag, or of the recording of a run under its motion.
+    """
+    about = _kept(custom_data, KEY)
+    if about is None:
+        about = _kept(custom_data, OF_A_RUN)
+        if about is None:
+            return {}
+        notes = _lines(about, "notes")
+    else:
+        notes = [f"imported: {line}" for line in _lines(about, "assumed") + _lines(about, "missing")]
+        notes += [f"{LOST}{line}" for line in _lines(about, "losses")]
+    figures = {name: about[name] for name in KEPT if name in about}
+    return figures | {"notes": [note[:LONGEST] for note in notes[:MOST]]}
+
+
+def _kept(custom_data: Mapping[str, str], key: str) -> dict[str, Any] | None:
     try:
-        found = json.loads(tow.about.get(KEY, ""))
+        found = json.loads(custom_data.get(key, ""))
     except (ValueError, RecursionError):
         return None
     return found if isinstance(found, dict) else None

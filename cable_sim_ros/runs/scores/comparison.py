@@ -12,11 +12,13 @@ import numpy as np
 from ...errors import CableSimError
 from ...io.logs.signals import QUANTITIES, Signal
 from ...sim.flag_rules import DOUBTFUL, FAILED, OK
-from ...sim.verdict import Reason, Verdict
+from ...sim.verdict import Reason, Verdict, check
 from .alignment import SEARCH, Clock, clock_of
 from .exact import Exact
+from .exact import exact as exact_of
 from .limits import Judged, Limits, judge
 from .pairing import NotPaired, clean, paired
+from .recordings import Recording
 from .score import SLOPE, Score, score
 from .spectra import BAND
 from .units import Finding, findings
@@ -64,7 +66,8 @@ class Found:
 class Comparison:
     """Scores of every quantity that both have; only_a, only_b: what one has; clock: that of all, None: not looked for.
 
-    bodies: 95 % ellipsoids of the towbody; exact: of two runs; judged: limits; notes: what was assumed or left out.
+    body: 95 % ellipsoids of the towbody; exact: of two runs; judged: limits; notes: what was assumed or left out;
+    recordings: of A and B, what was read and lost, and how, for the JSON.
     """
 
     name_a: str
@@ -82,6 +85,7 @@ class Comparison:
     judged: list[Judged] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     doubts: list[Reason] = field(default_factory=list)
+    recordings: dict[str, Recording] = field(default_factory=dict)
 
     @property
     def verdict(self) -> Verdict:
@@ -97,6 +101,7 @@ class Comparison:
         return {
             "a": self.name_a,
             "b": self.name_b,
+            "recordings": {side: one.as_dict() for side, one in self.recordings.items()},
             "align": self.align.value,
             "clock": None if self.clock is None else {**self.clock.as_dict(), "applied": self.clock_applied},
             "found": [one.as_dict() for one in self.found],
@@ -109,6 +114,18 @@ class Comparison:
             "judged": [one.as_dict() for one in self.judged],
             "verdict": self.verdict.as_dict(),
         }
+
+
+def compare_recordings(a: Recording, b: Recording, **more: Any) -> Comparison:
+    """The same of two recordings, of which it says too what was assumed, lacks and was lost; more: as of `compare`."""
+    ticks = None if a.frames is None or b.frames is None else exact_of(a.frames, b.frames)
+    out = compare(a.signals, b.signals, a.name, b.name, exact=ticks, **more)
+    out.recordings = {"a": a, "b": b}
+    for side, one in (("A", a), ("B", b)):
+        out.notes += [f"{side}: {text}" for text in one.notes]
+        if one.damage:
+            out.doubts.append(check("DAMAGE", f"{side}: {one.damage}"))
+    return out
 
 
 def _reason(flag: str, text: str, *names: str) -> Reason:
@@ -169,7 +186,7 @@ def compare(
 def _by_quantity(signals: Sequence[Signal], out: Comparison, side: str) -> dict[str, Signal]:
     found: dict[str, Signal] = {}
     for one in signals:
-        out.notes += [f"{side}, {one.quantity}: {text}" for text in one.assumed]
+        out.notes += [f"{side}, {one.quantity}: {text.removeprefix(f'{one.quantity}: ')}" for text in one.assumed]
         if not len(one.time):
             continue
         if one.quantity in found:

@@ -29,6 +29,8 @@ def junit(comparison: Comparison) -> str:
         else:
             failure = ElementTree.SubElement(case, "failure", {"type": kind, "message": _legal(text)})
             failure.text = _legal(f"{text}\nA: {comparison.name_a}\nB: {comparison.name_b}")
+    if verdict.notes:
+        ElementTree.SubElement(suite, "system-out").text = _legal("\n".join(verdict.notes))
     ElementTree.indent(root)
     return ElementTree.tostring(root, "unicode", xml_declaration=True) + "\n"
 

@@ -12,6 +12,7 @@ from cable_sim_ros.runs import offline
 from cable_sim_ros.runs.scores.comparison import compare
 
 POUND = 4.4482216
+SECONDS = 420.0  # a drift is looked for in six minutes or more
 # rate [Hz], gain, bias [SI], lag of the log's clock [s], its drift [ppm], noise [SI], resolution and unit of the log
 LOGS = {
     "load cell": ("tension", 10.0, 0.95, 40.0, 2.35, 0.0, 5.0, 1.0, 1.0),
@@ -34,7 +35,7 @@ def log_of(signal, rate, gain, bias, lag, ppm, noise, resolution, unit, seed=0):
 
 def rows():
     """Log -> (known, found, interval) by name, and the verdict."""
-    frames = offline.run("full_scale", "nbp1406").frames
+    frames = offline.run("full_scale", "nbp1406", duration=SECONDS, every=0.05).frames
     signals = {one.quantity: one for one in signals_of_frames(frames, "run")}
     found = {}
     for name, (quantity, rate, gain, bias, lag, ppm, noise, resolution, unit) in LOGS.items():

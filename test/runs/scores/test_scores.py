@@ -127,6 +127,13 @@ def test_half_of_the_signals_are_scored_and_the_rest_named():
     assert found.only_a == ["payout"] and found.only_b == ["layback"] and found.verdict.state == "ok"
 
 
+def test_what_a_log_assumed_is_a_note_with_its_quantity_once():
+    time, x = sea(11, 60.0)
+    log = Signal("tension", signal(time, x).time, x, "log", ["tension: stamps of the logger", "sign turned"])
+    notes = compare([log], [signal(time, x)], "a", "b").verdict.notes
+    assert notes == ("A, tension: stamps of the logger", "A, tension: sign turned")
+
+
 def test_a_record_that_is_worth_few_samples_has_no_interval():
     time = np.arange(0.0, 60.0, 0.1)
     one = score(signal(time, time), signal(time, time + 0.01 * time**2))
