@@ -20,7 +20,7 @@ from ..ros.ensemble.voice import NODE, Voice
 from ..ros.status import ERROR, OK, WARN, Status
 from ..ros.view.watcher import watching
 from .copies import BODY, FIGURES, Band, EnsembleEnded, level_of
-from .follow import Follower, Heard
+from .follow import HEALTH, Follower, Heard
 from .limits import LEAST_COPIES
 from .plan import load_plan
 
@@ -76,7 +76,7 @@ class Beside:
         follower = self.follower
         begun, busy = follower.begun, False
         follower.hear(items)
-        if items or self._heard is None:
+        if self._heard is None or any(item.kind == HEALTH for item in items):
             self._heard = now
         self.silent = now - self._heard
         try:

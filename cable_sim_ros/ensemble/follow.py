@@ -37,6 +37,7 @@ HISTORY = 180.0  # s of motion kept for the look-ahead
 APART = 1.0  # m of pay-out between the tow and copy 0 from which the copies begin again
 QUIET = 30.0  # s between two of these
 REPEAT = 0.9  # of winch.command_timeout: how often a command ahead is given again
+NEEDED = ("ship_position", "ship_velocity", "ship_quaternion", "ship_rate", "body_position", "payout", "scope")
 MISSED = 1.0  # s of tick outputs that may be missing in one go: the motion is taken across
 
 
@@ -99,7 +100,7 @@ class Follower:
     def _frames(self, batch: list[Heard]) -> None:
         if not batch:
             return
-        for item, frame in zip(batch, decode_frames([item.data for item in batch]), strict=True):
+        for item, frame in self._read(batch):
             last, time = self.newest, int(frame["time"])
             if last is not None and (time <= int(last["time"]) or int(frame["tick"]) <= int(last["tick"])):
                 self.notes.append("the tow began again, or its clock jumped: so did the copies")
@@ -112,6 +113,25 @@ class Follower:
                 stamp = time - round(float(frame["command_age"]) * 1e9)
                 if not self.told or stamp > self.told[-1]:
                     self.told.append(stamp)
+
+    def _read(self, batch: list[Heard]) -> list[tuple[Heard, np.record]]:
+        """Tick outputs of messages; one that lacks a number is left out, with a note."""
+        try:
+            frames = decode_frames([item.data for item in batch])
+        except Exception as error:  # damaged, or of another version: no end for the copies
+            return self._left_out(f"{type(error).__name__}: {error}")
+        whole = np.ones(len(frames), bool)
+        for name in NEEDED:
+            whole &= np.isfinite(frames[name]).reshape(len(frames), -1).all(axis=1)
+        if not whole.all():
+            self._left_out("a number is missing or not finite")
+        return [(item, frame) for item, frame, good in zip(batch, frames, whole, strict=True) if good]
+
+    def _left_out(self, why: str) -> list:
+        note = f"tick outputs cannot be read ({why}) and are left out; is the node of another version?"
+        if note not in self.notes:
+            self.notes.append(note)
+        return []
 
     def _command(self, item: Heard) -> None:
         try:

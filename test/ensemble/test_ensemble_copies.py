@@ -1,0 +1,158 @@
+"""Copies feel nothing of each other: alone, in company, with a look-ahead or after others are let go, the same bits."""
+
+from math import pi
+
+import numpy as np
+import pytest
+
+from cable_sim_ros.ensemble import copies as module
+from cable_sim_ros.ensemble.copies import FIGURES, Ensemble, EnsembleEnded, band_of, level_of
+from cable_sim_ros.ensemble.plan import NOMINAL, EnsembleError, EnsemblePlan, draw_of, load_plan, scene_of
+from cable_sim_ros.io.scenes.load import load_scene
+from cable_sim_ros.sim.inputs import ShipMotion, WinchCommand
+from cable_sim_ros.sim.simulator import Simulator, SolverError
+
+SECOND = 1_000_000_000
+COUNT = 300  # ticks
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return load_scene("side_scan")
+
+
+def motion(seconds=6.0, begin=0.0):
+    w = 2.0 * pi / 6.0
+    for t in np.arange(begin + 0.02, seconds, 0.02).tolist():
+        yield ShipMotion(
+            time_ns=round(t * SECOND),
+            position=(2.0 * t, 0.0, 0.4 * np.sin(w * t)),
+            velocity=(2.0, 0.0, 0.4 * w * np.cos(w * t)),
+            attitude=(0.0, 0.0, 0.0),
+            rate=(0.0, 0.0, 0.0),
+        )
+
+
+def ran(scene, draws, peep=False):
+    ensemble = Ensemble(scene, EnsemblePlan(copies=5), draws=draws)
+    ensemble.start()
+    for one in motion():
+        ensemble.push(one)
+    ensemble.push(WinchCommand(rate=0.2, time_ns=SECOND))
+    first = ensemble.run(COUNT // 2, 10)
+    if peep:
+        *_, seen = ensemble.ahead(100, [], [WinchCommand(rate=-0.5, time_ns=2 * SECOND)], 10)
+        assert seen is not None and seen.time[-1] == first.time[-1] + SECOND
+    second = ensemble.run(COUNT // 2, 10)
+    return np.concatenate([np.stack([b.nominal, *b.values]) for b in (first, second)], axis=1)
+
+
+def test_a_copy_has_the_same_bits_alone_and_in_company_and_with_a_look_ahead(scene):
+    plan = EnsemblePlan(copies=5)
+    draws = [draw_of(plan, number) for number in range(6)]
+    together = ran(scene, draws)
+    assert len({rows.tobytes() for rows in together}) == 6, "the copies are not all the same"
+    alone = ran(scene, [NOMINAL, draws[3]])
+    assert np.array_equal(alone[0], together[0]) and np.array_equal(alone[1], together[3])
+    assert np.array_equal(ran(scene, draws[:3], peep=True), together[:3])
+    sim = Simulator(scene)  # the tow itself, without any ensemble
+    sim.start()
+    for one in motion():
+        sim.push(one)
+    sim.push(WinchCommand(rate=0.2, time_ns=SECOND))
+    assert np.array_equal(module.figures_of(sim.run(COUNT)[9::10]), together[0])
+
+
+def test_after_others_are_let_go_a_copy_goes_on_with_the_same_bits(scene):
+    values = []
+    for number in (7, 5):
+        ensemble = Ensemble(scene, EnsemblePlan(copies=number))
+        ensemble.start()
+        for one in motion():
+            ensemble.push(one)
+        ensemble.run(50)
+        ensemble.let_go(5)
+        band = ensemble.run(50)
+        assert band.members == 5
+        values.append(band.values)
+    assert np.array_equal(*values)
+
+
+def test_a_draw_is_of_seed_and_number_and_as_wide_as_it_says():
+    few, many = EnsemblePlan(copies=5), EnsemblePlan(copies=500)
+    assert draw_of(few, 4) == draw_of(many, 4) != draw_of(few, 3) and draw_of(few, 0) is NOMINAL
+    assert draw_of(few, 4) != draw_of(few.model_copy(update={"seed": 2}), 4)
+    drawn = [draw_of(many, number) for number in range(1, 2001)]
+    for name, half in (("drag", 0.2), ("speed", 0.1), ("east", 0.1), ("turn_deg", 15.0)):
+        off = np.array([getattr(draw, name) for draw in drawn]) - getattr(NOMINAL, name)
+        inside = np.mean(np.abs(off) <= half)
+        assert 0.935 <= inside <= 0.965, "0.95 with three standard deviations of 2000 draws"
+    assert all(draw.payout == 0.0 for draw in drawn)
+
+
+def test_the_scene_of_a_draw_has_its_numbers(scene):
+    draw = NOMINAL._replace(drag=1.5, speed=0.1, payout=3.0)
+    one = scene_of(scene, draw, 0.0)
+    assert one.towbody.drag_area == pytest.approx(tuple(1.5 * area for area in scene.towbody.drag_area))
+    assert one.water.current == pytest.approx((scene.water.current[0] - 0.1, scene.water.current[1]))
+    assert one.winch.scope == pytest.approx(scene.winch.scope + 3.0)
+
+
+def test_the_band_holds_a_further_draw_as_often_as_it_says():
+    """Order statistics: with 39 copies the ends are the least and the largest, and hold 38 of 40."""
+    assert level_of(39) == level_of(50) == pytest.approx(0.95) and level_of(9) == pytest.approx(0.8)
+    chance, inside = np.random.default_rng(3), []
+    for _ in range(2000):
+        values = chance.standard_normal((40, 1, len(FIGURES)))
+        band = band_of((np.zeros(1), values[0]), list(values[1:]))
+        assert (band.low == values[1:].min(axis=0)).all()
+        truth = chance.standard_normal((1, len(FIGURES)))
+        inside.append((truth >= band.low) & (truth <= band.high))
+    assert np.mean(inside) == pytest.approx(0.95, abs=4.0 * np.sqrt(0.95 * 0.05 / 12000))
+
+
+def test_a_copy_that_is_given_up_is_named_and_too_many_are_no_band(scene, monkeypatch):
+    plan, bad, real = EnsemblePlan(copies=12), [], Simulator.run
+
+    def run(sim, count):
+        if sim in bad:
+            raise SolverError("gave up")
+        return real(sim, count)
+
+    monkeypatch.setattr(Simulator, "run", run)
+    ensemble = Ensemble(scene, plan)
+    ensemble.start()
+    bad.append(ensemble._sims[4])
+    band = ensemble.run(20)
+    assert band.members == 11 and [(lost.number, lost.why) for lost in ensemble.lost] == [(4, "gave up")]
+    bad.append(ensemble._sims[5])
+    with pytest.raises(EnsembleEnded, match=r"2 of 13 copies were given up, the first \(drag = .*no band. Narrow the"):
+        ensemble.run(20)
+    ensemble.start()
+    bad.append(ensemble.nominal)
+    with pytest.raises(EnsembleEnded, match="given up"):
+        ensemble.run(20)
+
+
+@pytest.mark.parametrize(
+    "text, problem",
+    [
+        ("ensemble: a\ncopies: 2\n", "copies = 2 .*5"),
+        ("ensemble: a\ncopiess: 20\n", "copiess"),
+        ("ensemble: a\nhalf_widths: {drag: 0, speed: 0, current: 0, current_turn_deg: 0}\n", "all copies are the same"),
+        ("ensemble: a\nhalf_widths: {drag: nan}\n", "drag"),
+        ("ensemble: a\nranges: {winch.scope: {low: 5, high: 5}}\n", "is no range"),
+        ("ensemble: a\nranges: {winch.scop: {low: 5, high: 6}}\n", "winch.scop"),
+        ("ensemble: a\nranges: {towbody.mass: {low: -5, high: 60}}\n", "towbody.mass"),
+        ("ensemble: a\nahead: {winch: '0 haul 3'}\n", "ahead.winch.*is no plan"),
+        ("ensemble: a\nahead: {seconds: 200}\n", "ahead.seconds = 200 s is beyond .*raise winch.command_timeout"),
+        ("- a\n", "a.yaml"),
+        ("", "a.yaml"),
+    ],
+)
+def test_a_file_that_cannot_be_is_refused_in_a_line(text, problem, tmp_path, scene):
+    file = tmp_path / "a.yaml"
+    file.write_text(text)
+    with pytest.raises(EnsembleError, match=problem) as error:
+        load_plan(file, {}, scene)
+    assert "a.yaml" in str(error.value)

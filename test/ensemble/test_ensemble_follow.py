@@ -1,0 +1,177 @@
+"""A recorded tow is followed: the band, copy 0 on the tow, the look-ahead against what came, coverage, the command."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from cable_sim_ros.cli.commands import main
+from cable_sim_ros.ensemble import coverage
+from cable_sim_ros.ensemble.copies import FIGURES, EnsembleEnded, figures_of
+from cable_sim_ros.ensemble.follow import Follower, Heard
+from cable_sim_ros.ensemble.plan import EnsemblePlan
+from cable_sim_ros.ensemble.recording import follow_recording, heard_of, scene_kept
+
+PLAN = EnsemblePlan(copies=5)
+NAMES = list(FIGURES)
+
+
+def column(values, name):
+    return values[..., NAMES.index(name)]
+
+
+@pytest.fixture(scope="module")
+def scene(bag):
+    return scene_kept(bag, None)
+
+
+@pytest.fixture(scope="module")
+def followed(bag, scene):
+    return follow_recording(bag, scene, PLAN)
+
+
+def test_copy_0_is_the_tow_and_the_band_is_about_it(followed):
+    assert followed.members == 5 and len(followed.time) == 90 and not followed.notes and not followed.lost
+    apart = np.abs(followed.nominal - followed.tow)
+    assert column(apart, "body_depth").max() < 1e-3 and column(apart, "body_x").max() < 1e-3
+    assert column(apart, "tension").max() < 1e-3 * column(followed.tow, "tension").max()
+    assert (followed.low <= followed.median).all() and (followed.median <= followed.high).all()
+    wide = followed.high - followed.low
+    assert column(wide, "body_depth").mean() > 1.0 and column(wide, "tension").mean() > 10.0
+
+
+def test_the_parts_in_which_messages_come_do_not_count(bag, scene, followed):
+    follower, bands = Follower(scene, PLAN), []
+    items = list(heard_of(bag))[:3100]
+    chance = np.random.default_rng(1)
+    while items:
+        count = int(chance.integers(1, 200))
+        follower.hear(items[:count])
+        del items[:count]
+        while (band := follower.advance()) is not None:
+            bands.append(band)
+    values = np.concatenate([band.values for band in bands], axis=1)
+    assert 20 <= len(bands) <= 31 and np.array_equal(values, followed.values[:, : len(bands)])
+
+
+def test_the_look_ahead_is_what_came_where_the_plan_was_kept(bag, scene):
+    """30 s in, 60 s ahead: the heave goes on as it was, the winch as planned; the tow itself is the truth."""
+    told = {"seconds": 60.0, "winch": "0 hold, 40 rate 0.4, 65 hold"}
+    follower = Follower(scene, EnsemblePlan.model_validate({"copies": 5, "ahead": told}))
+    frames = []
+    for item in heard_of(bag):
+        if len(follower.frames) < 3030 and not frames:
+            follower.hear([item])
+        if not frames and len(follower.frames) >= 3030:
+            frames.append(1)
+    while follower.advance() is not None:
+        pass
+    before = follower.ensemble.nominal.frame.copy()
+    *_, band = follower.ahead()
+    assert follower.ensemble.nominal.frame == before, "the copies stay where they are"
+    whole = follow_recording(bag, scene, PLAN)
+    seconds = (band.time - follower.began) * 1e-9
+    truth = whole.tow[np.searchsorted(whole.time, seconds - 0.5)]
+    assert seconds[-1] - (int(before["time"]) - follower.began) * 1e-9 == pytest.approx(60.0)
+    for name, near in (("body_depth", 1.0), ("layback", 1.0), ("body_x", 2.0)):
+        apart = np.abs(column(band.nominal, name) - column(truth, name))
+        assert apart.max() < near, (name, apart.max())
+    assert column(band.nominal, "layback")[-1] > column(band.nominal, "layback")[0] + 5.0, "10 m were paid out"
+    follower.order("")
+    *_, held = follower.ahead()
+    assert abs(column(held.nominal, "layback")[-1] - column(held.nominal, "layback")[0]) < 1.0, "no plan: it holds"
+    with pytest.raises(ValueError, match="haul"):
+        follower.order("0 haul 3")
+
+
+def test_twins_of_the_same_ranges_are_inside_and_a_drag_half_as_large_again_is_seen(bag, scene, monkeypatch):
+    monkeypatch.setattr(coverage, "ENSEMBLES", 2)
+    plan = EnsemblePlan(copies=9, every=5.0)
+    told = coverage.covered(bag, scene, plan, 4, {"drag": 1.5})
+    assert told["expected"] == pytest.approx(0.8) and told["ensembles"] == 2
+    for name in ("tension", "body_depth", "layback"):
+        row = told["set_outside"][name]
+        assert row["share"] < 0.5, "9 copies of drag within 20 % do not reach 50 %"
+        assert 0.0 <= told["drawn"][name]["low"] <= told["drawn"][name]["share"] <= told["drawn"][name]["high"] <= 1.0
+        assert told["drawn"][name]["share"] > row["share"]
+
+
+def test_a_clock_that_jumps_and_messages_that_are_none_begin_again_or_are_left_out(bag, scene):
+    items = [item for item in heard_of(bag) if item.kind == "health"]
+    follower = Follower(scene, PLAN)
+    follower.hear(items[:700])
+    assert follower.advance() is not None
+    follower.hear([Heard(items[700].arrival, "health", b"\x00\x01\x00\x00none")])
+    follower.hear([Heard(items[700].arrival, "health", b"")])
+    assert any("cannot be read" in note for note in follower.notes) and follower.running
+    follower.hear(items[900:1500])  # two seconds were not heard
+    while follower.running and follower.advance() is not None:
+        pass
+    assert any("was not heard: the copies begin again" in note for note in follower.notes)
+    follower.hear(items[:700])
+    assert follower.notes[-1] == "the tow began again, or its clock jumped: so did the copies"
+
+
+def call(*arguments):
+    return CliRunner().invoke(main, ["ensemble", *map(str, arguments)])
+
+
+def test_the_command_writes_table_picture_and_figures(bag, tmp_path):
+    found = call(bag, "--copies", 5, "--out", tmp_path, "--json")
+    assert found.exit_code == 0, found.output
+    told = json.loads(found.output)
+    assert told["copies"] == 5 and told["level"] == pytest.approx(4 / 6) and told == json.loads(
+        (tmp_path / "ensemble.json").read_text()
+    )
+    with open(tmp_path / "ensemble.csv", newline="") as file:
+        head, *rows = csv.reader(file)
+    assert head[:3] == ["time_s", "tension_low_N", "tension_median_N"] and len(rows) == 90
+    assert (tmp_path / "ensemble.png").stat().st_size > 10_000
+    assert any(line.startswith("assumed: share of the drag") for line in told["assumed"])
+    assert told["cpu_per_copy_and_second"] > 0.0
+
+
+@pytest.mark.parametrize(
+    "arguments, text",
+    [
+        (("BAG", "--copies", "4"), "4 is outside [5, 1000]"),
+        (("BAG", "--copies", "many"), "'many' is not a whole number"),
+        (("BAG", "--seed", "-1"), "-1 is outside [0,"),
+        (("BAG", "--outside", "drag=1.5"), "--outside is of twins; nothing was simulated"),
+        (("BAG", "--twins", "2", "--outside", "mass=3"), "--outside mass=3: is none of drag, speed"),
+        (("BAG", "--twins", "2", "--outside", "drag=nan"), "--outside drag=nan: is none of"),
+        (("BAG", "--twins", "2", "--outside", "drag=100"), "a factor from 0.1 to 10"),
+        (("BAG", "--open"), "--namespace and --open are of a node"),
+        (("BAG", "--file", "no.yaml"), "no.yaml"),
+        (("BAG", "--scene", "no_such"), "no_such: no such scene file"),
+        (("no_such_bag",), "no_such_bag: no such"),
+        (("nbp1406",), "keeps no scene, so what was towed is not known: nothing was simulated; give --scene"),
+        (("nbp1406", "--scene", "side_scan"), "is no recording of a tow: nothing was simulated. Simulate one first"),
+        (("--twins", "2"), "--twins is of a bag; nothing was started"),
+        (("--json",), "--json is of a bag"),
+        (("--file", "no.yaml"), "no.yaml"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_a_line(bag, arguments, text, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    found = call(*[bag if word == "BAG" else word for word in arguments])
+    said = found.output + getattr(found, "stderr", "")
+    assert found.exit_code == 2 and text in " ".join(said.split()), said
+    assert not list(tmp_path.iterdir()), "nothing is left of what was refused"
+
+
+def test_a_recording_shorter_than_a_band_is_said(bag, scene, monkeypatch):
+    from cable_sim_ros.ensemble import recording
+
+    monkeypatch.setattr(recording, "heard_of", lambda path: iter(list(heard_of(path))[:50]))
+    with pytest.raises(EnsembleEnded, match="shorter than one band, 1 s; nothing is told"):
+        follow_recording(bag, scene, PLAN)
+    assert figures_of(np.zeros(0, heard_dtype())).shape == (0, len(FIGURES))
+
+
+def heard_dtype():
+    from cable_sim_ros.physics.tick_output import TICK_OUTPUT
+
+    return TICK_OUTPUT

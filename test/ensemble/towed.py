@@ -1,0 +1,14 @@
+"""A tow recorded once that the tests of the ensemble follow: 90 s of heave, the winch at work from 40 s on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from cable_sim_ros.runs import offline
+
+HEAVE, SECONDS, WINCH = (0.6, 6.0), 90.0, "0 hold, 40 rate 0.4, 65 hold"
+
+
+def tow(folder: Path) -> Path:
+    """The bag."""
+    return Path(offline.run("side_scan", heave=HEAVE, duration=SECONDS, winch=WINCH, out=folder).bag)
