@@ -52,6 +52,7 @@ IMPORT = [  # logs of others; each is imported when such a log is read
     "h5py>=3.12",
     "vqf>=2.1",  # attitude of an IMU that tells none
 ]
+CALIBRATE = ["iminuit>=2.30"]  # profile likelihood of cable-sim calibrate
 EXPORT = ["xarray>=2024.10", "h5netcdf>=1.4", "h5py>=3.12", "pyarrow>=18"]  # cable-sim export to NetCDF and Parquet
 FMU = ["pythonfmu>=0.7", "pythonfmu3>=0.3.4"]  # cable-sim fmu; the FMU holds the binary of its exporter
 PLOTS = ["matplotlib>=3.8", "pillow>=9.1"]  # pillow: fewer colours; it comes with matplotlib
@@ -114,11 +115,12 @@ setup(
         "ros-kilted": KILTED,
         "viz": PLOTS,
         "import": IMPORT,
+        "calibrate": CALIBRATE,
         "export": EXPORT,
         "fmu": FMU,
         "view": VIEW,
         "report": REPORT,
-        "all": sorted({*IMPORT, *EXPORT, *FMU, *VIEW, *REPORT, *SWEEP}),
+        "all": sorted({*IMPORT, *CALIBRATE, *EXPORT, *FMU, *VIEW, *REPORT, *SWEEP}),
         "test": TEST,
         "peers": PEERS,
         "docs": DOCS,

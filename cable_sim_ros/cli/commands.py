@@ -36,6 +36,7 @@ PASS_ON = {"ignore_unknown_options": True, "allow_extra_args": True}
 # commands that are loaded where they are asked for: nothing of the product imports verification or ahc
 LATER = {
     "ahc": "ahc.command",
+    "calibrate": "cli.calibrate",
     "replay": "cli.replay",
     "report": "cli.report_command",
     "bench": "verification.commands",

@@ -32,6 +32,7 @@ COMMANDS = {
     "play",
     "case",
     "bench",
+    "calibrate",
     "compare",
     "stress",
     "soak",

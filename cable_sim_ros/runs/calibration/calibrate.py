@@ -186,9 +186,7 @@ def calibrate(
     numbers = free_of(free, scene)
     used = chosen(signals, options.signals, name)
     begun = clock.process_time()
-    model = TowModel(
-        scene, numbers, tow, duration, plan, options.steady, lambda runs: progress("simulating", runs)
-    )
+    model = TowModel(scene, numbers, tow, duration, plan, options.steady, lambda runs: progress("simulating", runs))
     model.check_ends()
     model(tuple(one.start for one in numbers))
     nuisances = _instruments(used, options)
@@ -214,7 +212,9 @@ def _tick(model: TowModel) -> float:
     return model.scene.solver.tick
 
 
-def _window(used: Mapping[str, Signal], model: TowModel, options: Options, lags: bool) -> tuple[int, tuple[float, float]]:
+def _window(
+    used: Mapping[str, Signal], model: TowModel, options: Options, lags: bool
+) -> tuple[int, tuple[float, float]]:
     if options.steady:
         origin = min(int(one.time[0]) for one in used.values())
         return origin, (0.0, max((int(one.time[-1]) - origin) * SECOND for one in used.values()))
@@ -318,7 +318,9 @@ def _judge(
         tell(_reason("UNCONVERGED", f"the fit has not converged ({found.said}): its numbers are where it stopped"))
     for one in out.parameters:
         low, high = one.limits
-        edge = low if one.value - low < NEAR * (high - low) else high if high - one.value < NEAR * (high - low) else None
+        edge = (
+            low if one.value - low < NEAR * (high - low) else high if high - one.value < NEAR * (high - low) else None
+        )
         if edge is not None:
             text = f"{one.name} = {one.value:.6g} {one.unit} is at the end of its range, {edge:g}: the best lies beyond"
             tell(_reason("AT_BOUND", text.replace("  ", " "), one.name))

@@ -23,7 +23,7 @@ from .tow_model import Curves
 STEP = 0.005  # of the range: far above what the solver leaves, far below where a tow bends
 PASSES = 4  # of the noise, which follows from the rest
 SAME = 0.1  # change of the weights that needs no other pass
-TOLERANCE = 1e-6
+FTOL, XTOL = 1e-5, 1e-4  # a twentieth of a standard deviation of 300 samples; of the range
 MAX_TRIALS = 40  # of a pass
 NO_EFFECT = 1e-10  # of the signal
 FLOOR = 1e-6  # of the spread of a signal: no instrument is better
@@ -217,8 +217,8 @@ def fit(problem: Problem, begin: np.ndarray | None = None) -> Fit:
             bounds=(problem.low, problem.high),
             method="trf",
             x_scale="jac",
-            ftol=TOLERANCE,
-            xtol=TOLERANCE,
+            ftol=FTOL,
+            xtol=XTOL,
             gtol=1e-10,
             max_nfev=MAX_TRIALS,
         )

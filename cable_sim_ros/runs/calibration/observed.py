@@ -12,12 +12,7 @@ from ..scores.pairing import GAP, SECOND, Cleaned, clean, sampled
 from .free import CONSEQUENCE, CalibrateError
 
 # one of each row: the others of a row say the same again, which would make intervals too small
-FAMILIES = (
-    ("tension", "tension_drum"),
-    ("body_depth", "body_depth_rate"),
-    ("departure_angle",),
-    ("layback",),
-)
+FAMILIES = (("tension", "tension_drum"), ("body_depth", "body_depth_rate"), ("departure_angle",), ("layback",))
 ALSO = ("body_x", "body_y")  # where they are asked for: their origin is that of a log
 USABLE = (*(name for row in FAMILIES for name in row), *ALSO)
 LEAST = 30  # values of a signal in the part that is fitted

@@ -18,7 +18,7 @@ from scipy.interpolate import CubicSpline
 from ...errors import CableSimError, RunError
 from ...io.logs.own_signals import signals_of_frames
 from ...io.logs.signals import QUANTITIES
-from ...io.scenes.load import scene_from_dict
+from ...io.scenes.load import SceneError, scene_from_dict
 from ...io.scenes.winch_plan import WinchPlan
 from ...io.sources.recorded_tow import RecordedTow
 from ...sim.layout import layout_of
@@ -63,7 +63,7 @@ class TowModel:
     ) -> None:
         self.scene, self.free, self.tow, self.duration = scene, free, tow, duration
         self.plan, self.steady, self.progress = plan, steady, progress
-        self.mesh = layout_of(scene).mesh
+        self.mesh_plan = layout_of(scene).plan
         self.runs, self.cpu_s = 0, 0.0
         self.origin, self.window = 0, (0.0, 0.0)
         self.verdict = Verdict()  # of the last run
@@ -73,17 +73,24 @@ class TowModel:
         """The scene with these numbers; CalibrateError where it does not allow them."""
         given = {one.key: value for one, value in zip(self.free, values, strict=True)}
         try:
-            return Scene.model_validate(data_with(self.scene, given))
+            scene = Scene.model_validate(data_with(self.scene, given))
         except ValidationError as error:
             raise CalibrateError(f"{self._told(values)}: {error.errors()[0]['msg']}; narrow the range") from None
+        layout_of(scene).__dict__["plan"] = self.mesh_plan  # as the cached property has it: no other mesh is made
+        return scene
 
     def check_ends(self) -> None:
-        """Check the scene at both ends of each range, one number at a time. Raises SceneError."""
+        """Check the scene at both ends of each range, one number at a time. Raises CalibrateError."""
         for one in self.free:
             for value in (one.low, one.high):
                 with warnings.catch_warnings():
                     warnings.simplefilter("ignore")
-                    scene_from_dict(data_with(self.scene, {one.key: value}), f"--free {one.key} at {value:g}")
+                    try:
+                        scene_from_dict(data_with(self.scene, {one.key: value}), f"--free {one.key} at {value:g}")
+                    except SceneError as error:
+                        raise CalibrateError(
+                            f"{error}. Or give a range inside: --free {one.key}=LOW:HIGH, now {one.low:g}:{one.high:g}"
+                        ) from None
 
     def __call__(self, values: tuple[float, ...]) -> Curves:
         """Signals of the tow with these numbers, by quantity. Raises TrialError where it cannot be simulated."""
@@ -117,10 +124,10 @@ class TowModel:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             if self.steady:
-                sim = Simulator(scene, self.mesh)
+                sim = Simulator(scene)
                 sim.start()
                 return np.array([sim.frame]).view(np.recarray), ""
-            one = MessageRun(scene, self.tow, winch=self.plan, mesh=self.mesh)
+            one = MessageRun(scene, self.tow, winch=self.plan)
             stepped = one.run(self.duration, None)
             return stepped.frames, stepped.problem
 
