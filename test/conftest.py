@@ -50,6 +50,7 @@ REST = {  # of folders named above, long for what they add there
     "physics/test_friction.py",
     "physics/test_packed.py",
     "runs/imports",  # likewise
+    "runs/imports",  # needs it too
     "runs/scores",
     "runs/test_live_changes.py",
     "runs/test_make_bags.py",

@@ -15,6 +15,7 @@ from ...io.logs.log import SECOND, LogError
 from ...io.logs.signals import Signal
 from ...io.sources.motion_curves import Curve, Given, Rounding, through
 from ...io.sources.motion_table import STEP, Samples
+from ...sim.inputs import MAX_POSITION
 from .choice import Choice
 from .regular import Regular, regular
 from .track import EDGE, Track, around_mean, measured
@@ -87,8 +88,20 @@ def motion_of_signals(signals: Mapping[str, Signal], choice: Choice) -> ShipMoti
         )
     if choice.track == "mean" and found.inside is not None:
         value[:, :2] -= value[np.argmax(keep), :2]
+    _check_place(used, at[keep], value[keep, :2])
     out.samples = Samples(stamps[keep], value[keep], rate[keep])
     return out
+
+
+def _check_place(used: Mapping[str, Signal], at: np.ndarray, place: np.ndarray) -> None:
+    """LogError where the ship goes further than any message may say."""
+    far = float(np.abs(place).max())
+    if far > MAX_POSITION:
+        gap = float(np.diff(at).max()) if len(at) > 1 else 0.0
+        raise LogError(
+            f"{next(iter(used.values())).source}: the ship goes {far:.3g} m far, above {MAX_POSITION:g} m, and the log "
+            f"has a gap of {gap:.4g} s: nothing was imported. Was its clock set? Give `after` or `until` in the mapping"
+        )
 
 
 def _common(used: Mapping[str, Signal], lines: Mapping[str, Regular], height: str) -> tuple[float, float]:

@@ -60,11 +60,17 @@ def _away(time: np.ndarray, angles: dict[str, Signal], arm: np.ndarray) -> np.nd
     return rotation(turned) @ arm
 
 
+def _turned(angle: Signal) -> float:
+    """Deviation of the sine of an angle; 0 for one that stands still but for the last digits."""
+    found = float(np.std(np.sin(angle.value)))
+    return found if found > 1e-9 else 0.0
+
+
 def _worth(name: str, angles: dict[str, Signal]) -> str:
     text = f"{name}: lever arm of the sensor taken as zero"
     if name in ("z", "heave"):
         parts = [
-            f"{float(np.std(np.sin(angles[which].value))):.2g} m (rms) for each metre {way}"
+            f"{_turned(angles[which]):.2g} m (rms) for each metre {way}"
             for which, way in (("pitch", "forward or aft"), ("roll", "abeam"))
             if which in angles
         ]

@@ -1,0 +1,105 @@
+"""Imports: what a log lacks is put in and said, gaps stay gaps, and no number in a log makes a bag of any size."""
+
+from __future__ import annotations
+
+import tracemalloc
+
+import numpy as np
+import pytest
+from made_tables import imported, ship, told
+
+from cable_sim_ros.io.logs.log import LogError
+
+T = np.arange(0.0, 60.0, 0.1)
+HEAVE = 0.8 * np.sin(0.7 * T)
+ROLL, PITCH = np.radians(4.0) * np.sin(0.5 * T), np.radians(2.0) * np.cos(0.6 * T)
+SPLINE = 2e-4  # of a cubic spline through 10 Hz of waves of 9 s, m and rad, with its ends
+
+
+def test_heave_alone_makes_a_level_ship_on_a_mean_track(tmp_path):
+    done, t, motion = imported(ship(tmp_path / "a.csv", T, h=-HEAVE), "heave_down h m", heading=0.0, height=1.5)
+    assert done.figures["motion"] == "odometry" and done.figures["given"] == ["heave"]
+    assert np.diff(t).max() <= 0.0201 and t[0] == pytest.approx(0.0, abs=1e-6) and t[-1] > 59.8
+    known = 0.8 * np.sin(0.7 * t)
+    np.testing.assert_allclose(motion[:, 2], known - known.mean() + 1.5, atol=SPLINE)
+    np.testing.assert_allclose(motion[:, 0], 2.2 * t, atol=1e-6)  # heading 0: to the east
+    assert not motion[:, 3:].any()
+    for words in (("roll, pitch", "the ship is level"), ("speed: 2.2 m/s", "put in for the ship's own"),
+                  ("surge and sway: not in the log",), ("lever arm",), ("mean put at 1.5 m",)):  # fmt: skip
+        assert told(done.assumed, *words), (words, done.assumed)
+
+
+ANGLES = ("roll r deg", "pitch_bow_up p deg", "heading h deg")
+
+
+def turning(tmp_path, **more):
+    return ship(tmp_path / "a.csv", T, r=np.degrees(ROLL), p=-np.degrees(PITCH), h=350.0 + 0.5 * T, **more)
+
+
+def test_angles_without_a_position_are_reckoned_by_speed_or_go_along_the_mean_heading(tmp_path):
+    done, t, motion = imported(turning(tmp_path, v=np.full(len(T), 4.0)), *ANGLES, "speed v kn")
+    np.testing.assert_allclose(motion[:, 3], np.radians(4.0) * np.sin(0.5 * t), atol=SPLINE)
+    np.testing.assert_allclose(motion[:, 4], np.radians(2.0) * np.cos(0.6 * t), atol=SPLINE)
+    yaw = np.radians(100.0 - 0.5 * t)
+    np.testing.assert_allclose(np.unwrap(motion[:, 5]), yaw, atol=1e-6)
+    speed = 4.0 * 1852.0 / 3600.0
+    way = speed / np.radians(0.5) * np.column_stack([np.sin(yaw[0]) - np.sin(yaw), np.cos(yaw) - np.cos(yaw[0])])
+    np.testing.assert_allclose(motion[:, :2], way, atol=0.01)  # a circle of 236 m; steps of 20 ms by their middle
+    assert told(done.assumed, "position: not in the log, reckoned from speed and heading")
+    done, t, motion = imported(turning(tmp_path), *ANGLES, speed=1.0)
+    assert np.hypot(*motion[-1, :2]) == pytest.approx(t[-1], abs=1e-6)
+    assert told(done.assumed, "heave: not in the log") and told(done.assumed, "speed: 1 m/s along")
+
+
+def test_gaps_stay_gaps_for_height_and_for_position(tmp_path):
+    """20 s without heave; 10 s later 5 s without a position, where a curve would run away."""
+    t = np.arange(0.0, 120.0, 0.2)
+    there = np.where((t < 30.0) | (t >= 50.0), np.sin(t), np.nan)
+    at = np.where((t < 60.0) | (t >= 65.0), 3.0 * t + 0.5 * np.sin(t), np.nan)
+    log = ship(tmp_path / "a.csv", t, heave=there, x=at, y=0.0 * t)
+    done, stamps, motion = imported(log, "heave heave m", "x x m", "y y m")
+    for begin, end in ((29.9, 50.0), (59.9, 65.0)):
+        assert not ((stamps > begin) & (stamps < end - 1e-6)).any()
+    np.testing.assert_allclose(motion[:, 0], 3.0 * stamps + 0.5 * np.sin(stamps), atol=2e-3)  # 5 Hz
+    assert told(done.said, "heave: 1 gaps, the longest of 20.2 s") and told(done.assumed, "position: it has gaps")
+    done, stamps, motion = imported(log, "heave heave m", "x x m", "y y m", track="mean")
+    assert np.abs(motion[:, 1]).max() < 1.0 and told(done.assumed, "surge and sway")
+
+
+def test_a_slow_log_says_which_waves_are_lost_and_a_minute_is_refused(tmp_path):
+    t = np.arange(0.0, 120.0, 10.0)
+    done, _, _ = imported(ship(tmp_path / "a.csv", t, h=np.sin(0.01 * t)), "heave h m")
+    assert told(done.said, "comes every 10 s", "below 20 s is not in it", "below 80 s it is too small")
+    with pytest.raises(LogError, match="comes every 100 s, above 60 s there is no motion .* nothing was imported"):
+        imported(ship(tmp_path / "a.csv", 10.0 * t, h=np.sin(t)), "heave h m")
+
+
+def test_a_clock_that_is_set_back_is_joined(tmp_path):
+    t = T - np.where(T >= 30.0, 7.0, 0.0)
+    done, stamps, motion = imported(ship(tmp_path / "a.csv", t, h=HEAVE), "heave h m")
+    assert told(done.said, "the clock was set back 1 times, by 7 s together") and len(stamps) > 2990
+    known = 0.8 * np.sin(0.7 * stamps)
+    np.testing.assert_allclose(motion[:, 2], known - known.mean(), atol=SPLINE)
+
+
+def test_a_clock_that_jumps_ahead_costs_no_memory(tmp_path):
+    """By 30 days, which the gap of a log may be: 10^8 samples of its time are not made. By a year it is no tow."""
+    t = T[:100] + np.where(T[:100] >= 5.0, 2.6e6, 0.0)
+    log = ship(tmp_path / "a.csv", t, h=HEAVE[:100], x=2.0 * T[:100], y=0.0 * t)
+    for entries in (("heave h m",), ("x x m", "y y m")):
+        tracemalloc.start()
+        done, stamps, _ = imported(log, *entries)
+        most = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        assert len(stamps) < 510 and most < 60e6
+        assert told(done.said, "1 gaps, the longest of 2.6e+06 s")
+    log = ship(tmp_path / "a.csv", t + np.where(T[:100] >= 5.0, 3e7, 0.0), h=HEAVE[:100])
+    with pytest.raises(LogError, match="above 1e\\+07 m, and the log has a gap of .* Was its clock set"):
+        imported(log, "heave h m")
+
+
+def test_bursts_make_no_more_samples_than_records(tmp_path):
+    """A microsecond between most records, a second between some: even times at the median step would be 10^7."""
+    t = np.cumsum(np.where(np.arange(200) % 4, 1e-6, 1.0))
+    done, stamps, _ = imported(ship(tmp_path / "a.csv", t, h=np.sin(t)), "heave h m")
+    assert len(stamps) < 10_000 and told(done.said, "off even times: interpolated")
