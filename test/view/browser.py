@@ -96,12 +96,12 @@ class Browser:
 
     def picture(self, path: Path | None = None) -> np.ndarray:
         """The page as [height, width, 3]; path: where it is kept as PNG."""
-        import imageio.v3 as iio
+        from PIL import Image
 
         data = base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"])
         if path is not None:
             path.write_bytes(data)
-        return np.asarray(iio.imread(io.BytesIO(data)))[..., :3]
+        return np.asarray(Image.open(io.BytesIO(data)).convert("RGB"))
 
     def until(self, true, within: float = START, every: float = 0.2):
         """The first truth that ``true()`` gives; AssertionError with what the page says where none comes in time."""

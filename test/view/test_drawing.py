@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from recorded import scene_with, tow_in_waves
+from recorded import scene_with
 
 from cable_sim_ros.cli import commands
 from cable_sim_ros.errors import CODE_FAILED, CODE_INPUT
 from cable_sim_ros.io.bags.bag import BagReader
 from cable_sim_ros.io.bags.bag_writer import BagWriter
 from cable_sim_ros.io.messages.markers import cable_points, colour_scale
-from cable_sim_ros.io.scenes.load import dump_scene
+from cable_sim_ros.io.scenes.load import SceneWarning, dump_scene
 from cable_sim_ros.io.scenes.resources import find_bag
 from cable_sim_ros.physics.tick_output import TICK_OUTPUT, Flag
 from cable_sim_ros.runs import offline
@@ -26,16 +26,6 @@ from cable_sim_ros.view.moment import parts_of, smooth_shape
 from cable_sim_ros.view.page import Pace, addresses
 from cable_sim_ros.view.sea_surface import SeaSurface
 from cable_sim_ros.view.strips import scale, strips_of, thinned
-
-
-@pytest.fixture(scope="module")
-def bag(tmp_path_factory) -> Path:
-    return tow_in_waves(tmp_path_factory.mktemp("view"))
-
-
-@pytest.fixture(scope="module")
-def run(bag):
-    return BagRun(bag)
 
 
 def call(*arguments):
@@ -140,7 +130,9 @@ def test_flags_are_said_in_words():
 
 
 def test_a_doubtful_run_is_not_shown_as_ok(tmp_path):
-    made = offline.run("lowered_ctd", find_bag("nbp1406"), duration=45.0, out=tmp_path)
+    scene = scene_with("side_scan", ship={"tow_speed": 1.0})
+    with pytest.warns(SceneWarning, match="mean speed of the motion"):
+        made = offline.run(scene, find_bag("nbp1406"), duration=42.0, out=tmp_path)
     assert "MEAN_TRACK" in {reason.flag for reason in made.verdict.reasons}
     verdict = BagRun(made.bag).verdict
     assert verdict.state == "doubtful" and {r.flag for r in verdict.reasons} >= {r.flag for r in made.verdict.reasons}
@@ -185,6 +177,7 @@ def refused(result, code, *texts):
 
 
 def test_a_bag_without_shapes_is_refused(bag, tmp_path):
+    pytest.importorskip("viser")
     bare = copied(bag, tmp_path / "bare", leave="cable/shape")
     for command in (("view", bare, "--port", "0"), ("film", bare, "--out", tmp_path / "a.gif")):
         refused(call(*command), CODE_INPUT, "has no cable/shape", "nothing was drawn", "cable-sim replay")
@@ -197,6 +190,7 @@ def test_a_bag_without_a_scene_is_refused_and_taken_with_one(bag, tmp_path):
 
 
 def test_a_bag_of_something_else_is_refused(tmp_path):
+    pytest.importorskip("viser")
     refused(call("view", "nbp1406", "--port", "0"), CODE_INPUT, "no topic 'sim/health'")
     refused(call("view", "no_such_bag"), CODE_INPUT, "no such bag")
 
@@ -205,11 +199,16 @@ def test_options_that_do_not_go_together_are_refused(bag):
     refused(call("view", "--save", "a.html"), CODE_INPUT, "give BAG")
     refused(call("view", bag, "--seconds", "3"), CODE_INPUT, "give --save")
     refused(call("view", bag, "--open"), CODE_INPUT, "are of a node")
-    refused(call("view", bag, "--start", "900", "--port", "0"), CODE_INPUT, "--start 900 s", "give less")
     refused(call("view", bag, "--rate", "nan"), CODE_INPUT, "not a finite number")
 
 
+def test_a_start_after_the_end_is_refused(bag):
+    pytest.importorskip("viser")
+    refused(call("view", bag, "--start", "900", "--port", "0"), CODE_INPUT, "--start 900 s", "give less")
+
+
 def test_a_port_that_is_taken_is_refused(bag):
+    pytest.importorskip("viser")
     with socket.socket() as one:
         one.bind(("127.0.0.1", 0))
         one.listen()

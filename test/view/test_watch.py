@@ -2,14 +2,11 @@
 
 import os
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
-from recorded import tow_in_waves
 
 from cable_sim_ros.errors import CODE_FAILED, CODE_INPUT
-from cable_sim_ros.view.bag_run import BagRun
 
 rclpy = pytest.importorskip("rclpy")
 pytestmark = pytest.mark.ros
@@ -20,11 +17,6 @@ DOMAIN = 187
 def domain(monkeypatch):
     monkeypatch.setenv("ROS_DOMAIN_ID", str(DOMAIN))
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-
-
-@pytest.fixture(scope="module")
-def bag(tmp_path_factory) -> Path:
-    return tow_in_waves(tmp_path_factory.mktemp("watch"))
 
 
 def refusal(namespace="/tow_sim", wait=2.5):
@@ -84,7 +76,7 @@ def test_a_domain_that_is_none_is_refused(monkeypatch, text):
     assert error.value.exit_code == CODE_INPUT
 
 
-def test_what_is_watched_is_what_was_sent(neighbour, bag):
+def test_what_is_watched_is_what_was_sent(neighbour, bag, run):
     """Messages of a recording, sent again; damaged ones among them are said and the rest goes on."""
     from rclpy.serialization import deserialize_message
     from sensor_msgs.msg import JointState, PointCloud2
@@ -96,7 +88,6 @@ def test_what_is_watched_is_what_was_sent(neighbour, bag):
     with BagReader(bag) as reader:
         messages = [(name, m.data) for m in reader for name in kinds if m.topic == f"/tow_sim/{name}"]
     publishers = {name: neighbour.publisher(kind, f"/tow_sim/{name}") for name, kind in kinds.items()}
-    run = BagRun(bag)
 
     def send(part):
         for name, data in part:
