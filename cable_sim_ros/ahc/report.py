@@ -31,6 +31,18 @@ SHOWN = (
     "rate_max_m_s",
     "power_max_w",
 )
+MEANINGS = {  # of figures whose meaning leans on the one before it
+    "tension_std_n": "standard deviation of the tension",
+    "tension_max_n": "largest tension, in any time step",
+}
+WHAT = (
+    "A heave compensator turns the winch so that the towbody feels less of the ship's motion. Each run stands beside "
+    "its twin: the same scene, motion and seed with the winch held. A change of -90 % means that a tenth is left; "
+    "decoupling is 1 where nothing of the motion is left, and 0 of a held winch.",
+    "An entrant is a law or a controller; `hold` is the held winch itself. A class is what the winch and its "
+    "instruments can do: ideal; a dead time of the drive in ms (dead_200); limits; a fault of an instrument "
+    "(mru_heave_frozen). A run is named by scene, ship motion and class.",
+)
 PICTURES = (
     ("scenes", 3.6, "With an ideal winch: deviation of the tension (filled) and ellipsoid of the towbody (open)."),
     ("dead_time", 3.6, "Deviation of the tension over the dead time of the drive."),
@@ -62,7 +74,8 @@ def write_report(done: Mapping[str, Any], path: Path, command: Sequence[str] = (
 
 def sections(rows: Sequence[Row], odd: Sequence[Row], command: str) -> list[Section]:
     """Reasons, pictures, table by class, every run, and what its figures mean."""
-    found = [Section("verdict", "Verdict and its reasons")]
+    found = [Section("verdict", "Verdict and its reasons"), Section("what", "What was run", [Text(WHAT)])]
+    found[1].parts += [Text([f"Command: cable-sim {command}"])] if command else []
     if odd:
         reasons = [(cell(row), row["state"], row["reason"] or "-") for row in odd]
         found[0].parts.append(Table("Runs with a verdict that is not ok", ("run", "verdict", "reason"), reasons))
@@ -86,14 +99,14 @@ def sections(rows: Sequence[Row], odd: Sequence[Row], command: str) -> list[Sect
     heads = ["run", "verdict"]
     for name in SHOWN:
         what = units[name][0]
-        heads.append(name.rpartition("_")[0].replace("_", " ") + f" [{what}]" if what else name)
-    meaning = [(name, *units[name]) for name in SHOWN]
+        words = name.removesuffix("_m_s") if name.endswith("_m_s") else name.rpartition("_")[0]
+        heads.append(f"{words.replace('_', ' ')} [{what}]" if what else name)
+    meaning = [(heads[2 + k], units[name][0], MEANINGS.get(name, units[name][1])) for k, name in enumerate(SHOWN)]
     parts = [
         Table("Figures of every run", heads, every, right=range(2, len(heads))),
         Table("What they mean", ("figure", "unit", "meaning"), meaning),
     ]
-    asked = [Text([f"Command: cable-sim {command}"])] if command else []
-    found.append(Section("runs", "Every run", [*parts, *asked]))
+    found.append(Section("runs", "Every run", [*parts]))
     return found
 
 

@@ -103,7 +103,7 @@ def by_scene(axes: Axes, rows: Sequence[Row], looks: Mapping[str, tuple[str, str
     """With an ideal winch, deviation of the tension (filled) and volume of the ellipsoid (open), by scene."""
     rows = [row for row in rows if row["class"] == IDEAL]
     scenes = list(dict.fromkeys(row["scene"] for row in rows))
-    axes.set_title("Ideal winch: deviation of the tension (filled), volume of the ellipsoid (open)", size=13)
+    axes.set_title("Ideal winch: deviation of the tension\n(filled), volume of the ellipsoid (open)", size=13)
     for k, (name, (colour, mark)) in enumerate(looks.items()):
         shift = 0.6 * ((k + 0.5) / len(looks) - 0.5)
         for at, scene in enumerate(scenes):
@@ -134,7 +134,8 @@ def dead_time(axes: Axes, rows: Sequence[Row], looks: Mapping[str, tuple[str, st
                 points.append((int(found[1]) if found else 0, value))
         if points:
             axes.plot(*zip(*sorted(points), strict=True), mark + "-", color=colour, lw=2.0, ms=8)
-    axes.set_ylim(bottom=0.0)
+    if axes.lines:
+        axes.set_ylim(bottom=0.0)
     axes.set_xlabel("ms, at full scale")
     axes.set_ylabel("deviation of the tension,\n% of the twin's, mean of all runs")
 

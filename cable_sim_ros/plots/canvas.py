@@ -48,7 +48,17 @@ def canvas(
             said = f"{source}; simulated by cable_sim_ros {__version__}"
             figure.text(0.012, 0.2 * foot, said, ha="left", va="bottom", size=9, color=FAINT)
         yield figure
-        for legend in figure.legends:  # above the source
-            legend.set_bbox_to_anchor((0.0, foot, 1.0, 1.0 - foot), transform=figure.transFigure)
+        _legends(figure, foot)
         path.parent.mkdir(parents=True, exist_ok=True)
         save(figure, path)
+
+
+def _legends(figure: Figure, foot: float) -> None:
+    """Put the legends of the figure above its source, and the panels above them; foot: height of the source."""
+    renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
+    low = foot
+    for legend in figure.legends:
+        legend.set_in_layout(False)  # the layout leaves no room for one that is moved
+        legend.set_bbox_to_anchor((0.0, low, 1.0, 1.0 - low), transform=figure.transFigure)
+        low += legend.get_window_extent(renderer).height / figure.bbox.height + 0.01
+    figure.get_layout_engine().set(rect=(0.0, low, 1.0, 1.0 - low))

@@ -80,7 +80,7 @@ def spectra(figure: Figure, rows: Sequence[Spectrum], band: tuple[float, float],
         axes.set_xlim(0.0, end)
         axes.set_ylim(bottom=0.0)
         axes.locator_params(nbins=5)
-        axes.ticklabel_format(axis="y", style="sci", scilimits=(-3, 4))
+        axes.ticklabel_format(axis="y", style="sci", scilimits=(-3, 6))
 
 
 def bars(axes: Axes, names: Sequence[str], values: Sequence[float], unit: str) -> None:

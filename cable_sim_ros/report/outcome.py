@@ -201,6 +201,11 @@ def instruments(subject: Subject) -> Section | None:
             )
         )
     words = "Difference between what each instrument shows and the truth of the same moment, at its readings."
+    if any(one.device == "load pin" for one in every):
+        words += (
+            " The load pin feels both legs of the cable and is calibrated at the angle of the start: where the "
+            "departure angle swings, its tension is wrong, the more the less the cable wraps the sheave."
+        )
     if rows:
         height = 0.9 + 1.5 * len(rows)
         drawn = svg("instruments", (WIDTH, height), lambda figure: strips(figure, subject.time, rows, subject.skip_s))

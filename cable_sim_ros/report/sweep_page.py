@@ -40,13 +40,15 @@ CARDS = (("tension_max_n", "largest tension of any run", max), ("tension_min_n",
 
 class Many(NamedTuple):
     """Runs side by side. varied: of each run, by key; rows: of each run `verdict`, `error`, `reasons` and figures by
-    name, NaN or None where it has none; units, meanings: of the figures, by name."""
+    name, NaN or None where it has none; units, meanings: of the figures, by name; same: what holds for all, as pairs.
+    """
 
     title: str
     varied: Sequence[Mapping[str, Any]]
     rows: Sequence[Mapping[str, Any]]
     units: Mapping[str, str]
     meanings: Mapping[str, str]
+    same: Sequence[tuple[str, str]] = ()
 
     def values(self, name: str) -> np.ndarray:
         """A figure [runs], NaN where a run failed or has none."""
@@ -75,7 +77,8 @@ def write_sweep_page(
     state = FAILED if states[FAILED] else DOUBTFUL if len(many.rows) != states[OK] else OK
     every = [
         Section("verdict", "Verdict and its reasons", _reasons(many, notes)),
-        Section("varied", "What was varied", _varied(many, command)),
+        Section("simulated", "What was simulated", _same(many, command)),
+        Section("varied", "What was varied", _varied(many)),
         Section("found", "What was found", [*tables]),
         Section("figures", "What came of it", _figures(many)),
         Section("runs", "Every run", _runs(many)),
@@ -140,7 +143,13 @@ def _reasons(many: Many, notes: Sequence[str]) -> list[Part]:
     return [*parts, *([Text(list(notes), note=True)] if notes else [])]
 
 
-def _varied(many: Many, command: Sequence[str]) -> list[Part]:
+def _same(many: Many, command: Sequence[str]) -> list[Part]:
+    words = typed(command)
+    rows = [*many.same, *([("command", f"cable-sim {words}")] if words else [])]
+    return [Table("The same in every run", ("what", "how"), rows)] if rows else []
+
+
+def _varied(many: Many) -> list[Part]:
     rows = []
     for key in _keys(many):
         found = [one[key] for one in many.varied if key in one]
@@ -155,8 +164,7 @@ def _varied(many: Many, command: Sequence[str]) -> list[Part]:
         parts.append(
             Table("Keys of the scene that differ from run to run", ("key", "values", "which"), rows, right=(1,))
         )
-    words = typed(command)
-    return [*parts, *([Text([f"Command: cable-sim {words}"])] if words else [])]
+    return parts
 
 
 def _figures(many: Many) -> list[Part]:
@@ -167,10 +175,17 @@ def _figures(many: Many) -> list[Part]:
         least, most = int(np.nanargmin(values)), int(np.nanargmax(values))
         cells = [number(float(value), 4) for value in (values[least], np.nanmean(values), values[most])]
         at = f"{least + 1}, {most + 1}"
-        rows.append((TITLES.get(name) or many.meanings.get(name, name), *cells, unit(many.units[name]), at, name))
+        rows.append((_words(many, name), *cells, unit(many.units[name]), at, name))
     head = ("figure", "least", "mean", "largest", "unit", "runs of least, largest", "name in the table")
     table: list[Part] = [Table("Over all runs that ended", head, rows, right=(1, 2, 3), names=names)] if rows else []
     return [*_drawn(many), *table]
+
+
+def _words(many: Many, name: str) -> str:
+    """What a figure is; by its name where its meaning leans on the one before it."""
+    said = many.meanings.get(name, name)
+    leans = said.startswith(("that ", "its ")) or "that tick" in said
+    return TITLES.get(name) or (name.rpartition("_")[0].replace("_", " ") if leans else said)
 
 
 def _drawn(many: Many) -> list[Part]:

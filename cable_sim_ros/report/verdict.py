@@ -75,6 +75,13 @@ def beside(subject: Subject) -> list[str]:
     run_verdict = subject.result.run_verdict
     if run_verdict is not None:
         said.append(f"The run itself, simulated again: {run_verdict.headline}.")
+    imported = subject.metrics.get("imported")
+    if imported:
+        lost, records = number(imported.get("lost")), number(imported.get("records"))
+        said.append(
+            f"The ship motion is imported from logs ({records} records read, {lost} lost); what was assumed of them "
+            "stands under Inputs."
+        )
     rules = subject.metrics.get("rules")
     if rules:
         broken, watched = rules["broken"], counted(len(rules["rules"]), "rule")
@@ -108,7 +115,8 @@ def section(subject: Subject) -> Section:
     for caption, verdict in pairs:
         if verdict.reasons:
             found.parts.append(reasons(caption, verdict, subject))
-    notes = [without_paths(note, subject) for note in subject.result.verdict.notes]
+    inputs = (subject.metrics.get("imported") or {}).get("notes", ())  # they stand there
+    notes = [without_paths(note, subject) for note in subject.result.verdict.notes if note not in inputs]
     found.parts += [Text(notes, note=True)] if notes else []
     if not found.parts:
         found.parts.append(
