@@ -5,12 +5,12 @@ import pytest
 
 pytest.importorskip("rclpy")
 
-from cable_sim_ros.ensemble.beside import AHEAD_NAMES, BAND_NAMES, WATCHED, Beside  # noqa: E402
-from cable_sim_ros.ensemble.copies import EnsembleEnded  # noqa: E402
-from cable_sim_ros.ensemble.follow import Follower  # noqa: E402
-from cable_sim_ros.ensemble.plan import EnsemblePlan  # noqa: E402
-from cable_sim_ros.ensemble.recording import heard_of, scene_kept  # noqa: E402
-from cable_sim_ros.ros.status import ERROR, OK, WARN  # noqa: E402
+from cable_sim_ros.ensemble.beside import AHEAD_NAMES, BAND_NAMES, WATCHED, Beside
+from cable_sim_ros.ensemble.copies import EnsembleEnded
+from cable_sim_ros.ensemble.follow import Follower
+from cable_sim_ros.ensemble.plan import EnsemblePlan
+from cable_sim_ros.ensemble.recording import heard_of, scene_kept
+from cable_sim_ros.ros.status import ERROR, OK, WARN
 
 
 class Voice:
