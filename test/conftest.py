@@ -64,6 +64,7 @@ REST = {  # of folders named above, long for what they add there
 ALONE = {  # of the rest: several processes in real time, which other work on the machine would hold up
     "examples/test_heave_compensator.py",
     "examples/test_dying_controller.py",
+    "ensemble/test_ensemble_live.py",
     "examples/test_winch_relay.py",
     *(f"ros/test_{name}.py" for name in "clock_player controller end_to_end health inputs joint_command live".split()),
     *(f"ros/test_{name}.py" for name in "lockstep_node real ros2_control ros2_control_lockstep run_is_replay".split()),

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..cli.number import Count, Number
+from ..cli.out_folder import ready
 from ..errors import CODE_DOUBTFUL, CODE_OK
 from .limits import COPIES, LEAST_COPIES, MAX_COPIES, MAX_SEED, SEED
 
@@ -77,11 +78,11 @@ def _over_a_bag(bag, file, changed, scene, out, twins, outside, as_json) -> None
     from .recording import CSV_NAME, JSON_NAME, figures, follow_recording, scene_kept, write_table
 
     values = outside_of(outside)
-    source = find_bag(bag) if bag.is_dir() else bag
+    source = find_bag(bag)
     tow = scene_kept(source, scene)
     plan = load_plan(file, changed, tow)
     folder = out or Path("runs") / "ensemble"
-    folder.mkdir(parents=True, exist_ok=True)
+    ready(folder)
     with _bar(as_json) as progress:
         one = follow_recording(source, tow, plan, progress=progress)
         report = {"scene": tow.name, "path": str(source), **figures(one, plan)}

@@ -18,7 +18,7 @@ from .copies import FIGURES, Band, Ensemble, EnsembleEnded, band_of, level_of
 from .plan import NOMINAL, OUTSIDE, EnsembleError, EnsemblePlan, draw_of
 from .recording import follow_recording
 
-ENSEMBLES = 10  # that twins are shared among
+ENSEMBLES = 6  # that twins are shared among
 TWIN = 1_000_000  # number of the first twin: that of no copy
 FIRST_SEED = 1000
 

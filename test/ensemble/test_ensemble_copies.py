@@ -8,17 +8,17 @@ import pytest
 from cable_sim_ros.ensemble import copies as module
 from cable_sim_ros.ensemble.copies import FIGURES, Ensemble, EnsembleEnded, band_of, level_of
 from cable_sim_ros.ensemble.plan import NOMINAL, EnsembleError, EnsemblePlan, draw_of, load_plan, scene_of
-from cable_sim_ros.io.scenes.load import load_scene
+from cable_sim_ros.io.scenes.load import load_scene, override
 from cable_sim_ros.sim.inputs import ShipMotion, WinchCommand
 from cable_sim_ros.sim.simulator import Simulator, SolverError
 
 SECOND = 1_000_000_000
-COUNT = 300  # ticks
+COUNT = 60  # ticks
 
 
 @pytest.fixture(scope="module")
 def scene():
-    return load_scene("side_scan")
+    return override(load_scene("side_scan"), {"solver.tick": 0.05})
 
 
 def motion(seconds=6.0, begin=0.0):
@@ -41,7 +41,7 @@ def ran(scene, draws, peep=False):
     ensemble.push(WinchCommand(rate=0.2, time_ns=SECOND))
     first = ensemble.run(COUNT // 2, 10)
     if peep:
-        *_, seen = ensemble.ahead(100, [], [WinchCommand(rate=-0.5, time_ns=2 * SECOND)], 10)
+        *_, seen = ensemble.ahead(20, [], [WinchCommand(rate=-0.5, time_ns=2 * SECOND)], 10)
         assert seen is not None and seen.time[-1] == first.time[-1] + SECOND
     second = ensemble.run(COUNT // 2, 10)
     return np.concatenate([np.stack([b.nominal, *b.values]) for b in (first, second)], axis=1)
@@ -65,7 +65,7 @@ def test_a_copy_has_the_same_bits_alone_and_in_company_and_with_a_look_ahead(sce
 
 def test_after_others_are_let_go_a_copy_goes_on_with_the_same_bits(scene):
     values = []
-    for number in (7, 5):
+    for number in (6, 5):
         ensemble = Ensemble(scene, EnsemblePlan(copies=number))
         ensemble.start()
         for one in motion():
@@ -112,7 +112,7 @@ def test_the_band_holds_a_further_draw_as_often_as_it_says():
 
 
 def test_a_copy_that_is_given_up_is_named_and_too_many_are_no_band(scene, monkeypatch):
-    plan, bad, real = EnsemblePlan(copies=12), [], Simulator.run
+    plan, bad, real = EnsemblePlan(copies=9), [], Simulator.run
 
     def run(sim, count):
         if sim in bad:
@@ -124,13 +124,9 @@ def test_a_copy_that_is_given_up_is_named_and_too_many_are_no_band(scene, monkey
     ensemble.start()
     bad.append(ensemble._sims[4])
     band = ensemble.run(20)
-    assert band.members == 11 and [(lost.number, lost.why) for lost in ensemble.lost] == [(4, "gave up")]
+    assert band.members == 8 and [(lost.number, lost.why) for lost in ensemble.lost] == [(4, "gave up")]
     bad.append(ensemble._sims[5])
-    with pytest.raises(EnsembleEnded, match=r"2 of 13 copies were given up, the first \(drag = .*no band. Narrow the"):
-        ensemble.run(20)
-    ensemble.start()
-    bad.append(ensemble.nominal)
-    with pytest.raises(EnsembleEnded, match="given up"):
+    with pytest.raises(EnsembleEnded, match=r"2 of 10 copies were given up, the first \(drag = .*no band. Narrow the"):
         ensemble.run(20)
 
 
